@@ -1,4 +1,6 @@
-"""Build hook of wheels: the man page is made from the commands and goes to share/man/man1, where `man verne-post` looks for it."""
+"""Build hook of wheels: the man page is made from the commands and goes to share/man/man1, where `man verne-post` looks
+for it.
+"""
 
 import runpy
 import shutil

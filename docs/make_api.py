@@ -25,31 +25,37 @@ else:
     print(result)                              # findings as a table; in a notebook as HTML
 ```
 
-Programs are given as bytes, as text, or as a `pathlib.Path`. A path brings the subprograms beside it, and the set-up
-`part.nc.toml`, as on the command line: its offsets, tools, fixtures and options hold where `options` has the default. Work
-offsets and fixtures are joined, each from `options` where both have it; a tool length or table in `options` replaces those of
-the set-up. `setup="none"` leaves the set-up out, `setup=Path("other.toml")` takes another one, for texts too. Settings files are
-read by the commands alone: pass what they say as options.
+Programs are given as bytes, as text, or as a `pathlib.Path`. A path brings the subprograms beside
+it, and the set-up `part.nc.toml`, as on the command line: its offsets, tools, fixtures and options
+hold where `options` has the default. Work offsets and fixtures are joined, each from `options`
+where both have it; a tool length or table in `options` replaces those of the set-up. `setup="none"`
+leaves the set-up out, `setup=Path("other.toml")` takes another one, for texts too. Settings files
+are read by the commands alone: pass what they say as options.
 
-A bad *program* or set-up never raises: it makes a result whose findings say why. A bad *call* raises `UsageError`, which names
-the argument and what would be right. A machine file that cannot be used raises `InputError`, which carries findings. What
-`convert`, `verify`, `machined`, `explain` and `fit` return is printed as the commands print it: `print(result.summary)`.
+A bad *program* or set-up never raises: it makes a result whose findings say why. A bad *call*
+raises `UsageError`, which names the argument and what would be right. A machine file that cannot be
+used raises `InputError`, which carries findings. What `convert`, `verify`, `machined`, `explain`
+and `fit` return is printed as the commands print it: `print(result.summary)`.
 
-A strict type checker knows every name below. `dir(verne_post)` lists the same names. `verne_post.gcode.read_moves` is the
-interpreter alone. This page is made from the docstrings by `docs/make_api.py`.
+A strict type checker knows every name below. `dir(verne_post)` lists the same names.
+`verne_post.gcode.read_moves` is the interpreter alone. This page is made from the docstrings by
+`docs/make_api.py`.
 """
 FUNCTIONS = ("load_machine", "convert", "check", "explain", "verify", "machined", "fit", "work_offsets")
 CLASSES = (
-    "Options", "WorkOffset", "Tool", "Cylinder", "Box", "FixtureMesh", "OwnStock", "NominalPart", "Wanted", "Result", "Setpoints", "Finding", "Explanation", "Verification",
+    "Options", "WorkOffset", "Tool", "Cylinder", "Box", "FixtureMesh", "OwnStock", "NominalPart", "Wanted", "Result",
+    "Setpoints", "Finding", "Explanation", "Verification",
     "Machined", "Summary", "Verdict", "Machine", "UsageError", "InputError",
 )  # fmt: skip
 
 
 #: Aliases of types in signatures.
 ALIASES = {
-    "bytes | str | PathLike[str]": "Source", "Machine | str | PathLike[str]": "MachineLike",
-    "Callable[[SetpointBlock], None]": "Sink", "Callable[[str, int, int], None]": "Progress",
-}  # fmt: skip
+    "bytes | str | PathLike[str]": "Source",
+    "Machine | str | PathLike[str]": "MachineLike",
+    "Callable[[SetpointBlock], None]": "Sink",
+    "Callable[[str, int, int], None]": "Progress",
+}
 
 
 def signature_of(name: str, thing: object) -> str:

@@ -1,7 +1,7 @@
 """Make every picture of README and docs again: python docs/make_pictures.py [NAME ...] [--check].
 
-A picture is made by a script of docs/pictures, run from the repository's root. With ``--check`` they are made in a folder of
-their own and compared with those that are committed. error_field.png is made by the commands of its page
+A picture is made by a script of docs/pictures, run from the repository's root. With ``--check`` they are made in a
+folder of their own and compared with those that are committed. error_field.png is made by the commands of its page
 (make_transcripts.py). Needs the extras docs, report and test; report.py and tutorial.py also chromium and chromedriver.
 """
 
@@ -23,7 +23,8 @@ PICTURES = ROOT / "docs" / "pictures"
 CELL = 16
 #: A cell whose mean differs by more, of 255, shows something else.
 OTHER = 16.0
-#: Largest share of such cells by script: a curve of other numbers changes more. A browser takes the fonts of its machine.
+#: Largest share of such cells by script: a curve of other numbers changes more. A browser takes the fonts of its
+#: machine.
 SHARES = {"report": 0.1, "tutorial": 0.1}
 SHARE = 0.01
 
@@ -70,8 +71,11 @@ def find_stale(script: Path, folder: Path) -> list[str]:
 def find_others(made: Path, maker: str, largest: float = SHARE) -> list[str]:
     """Pictures in a folder that are not as committed."""
     shares = {file.name: share_of_other_cells(file, PICTURES / file.name) for file in sorted(made.glob("*.png"))}
-    return [f"{name}: {100 * share:.1f} % of the picture are not as {maker} makes them" for name, share in shares.items()
-            if share > largest]  # fmt: skip
+    return [
+        f"{name}: {100 * share:.1f} % of the picture are not as {maker} makes them"
+        for name, share in shares.items()
+        if share > largest
+    ]
 
 
 def main(words: list[str]) -> int:

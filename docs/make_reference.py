@@ -1,7 +1,7 @@
 """Pages of the site that are made of the program, and its man page: python docs/make_reference.py > verne-post.1.
 
-Commands and options come from click, keys of the machine file from its schema. mkdocs calls this file as a hook (mkdocs.yml), so
-what can be made is not kept; hatch_build.py puts the man page into wheels.
+Commands and options come from click, keys of the machine file from its schema. mkdocs calls this file as a hook
+(mkdocs.yml), so what can be made is not kept; hatch_build.py puts the man page into wheels.
 """
 
 from __future__ import annotations
@@ -66,8 +66,12 @@ def cells(*texts: str) -> str:
 
 def options_page() -> str:
     """Every command with its options."""
-    out = ["# Options of the commands", "", "This page is made from the program. What the commands are for, and what goes before",
-           "what, is in [commands](../commands.md)."]  # fmt: skip
+    out = [
+        "# Options of the commands",
+        "",
+        "This page is made from the program. What the commands are for, and what goes before",
+        "what, is in [commands](../commands.md).",
+    ]
     for name, command in commands():
         out += ["", f"## {name}", "", "```text", usage(name, command), "```", "", _text(command)]
         for heading, records in sections(command).items():
@@ -87,17 +91,38 @@ def _text(command: click.Command) -> str:
 
 def keys_page() -> str:
     """Keys of the machine file with type, bounds and default."""
-    out = ["# Keys of the machine file", "", "This page is made from the schema: the bounds that a value is checked against. What the",
-           "keys mean is in [machine file](../machine-file.md); `[module]`, `[limits]` and `[as_built]` belong to the kind of",
-           "machine and stand there too."]  # fmt: skip
+    out = [
+        "# Keys of the machine file",
+        "",
+        "This page is made from the schema: the bounds that a value is checked against. What the",
+        "keys mean is in [machine file](../machine-file.md); `[module]`, `[limits]` and `[as_built]`",
+        "belong to the kind of machine and stand there too.",
+    ]
     from verne_post.config import schema  # needs numpy, which the man page does not
 
     for model in (
-        schema.MachineFile, schema.SpindleFile, schema.TableFile, schema.HomeFile, schema.AccuracyFile, schema.RodsFile,
-        schema.ClearanceFile, schema.DriveFile, schema.VibrationFile, schema.ControlFile, schema.TolerancesFile, schema.ProvenanceFile,
-    ):  # fmt: skip
-        out += ["", f"## {model.__name__.removesuffix('File')}", "", " ".join((model.__doc__ or "").split()).replace("``", "`"),
-                "", "| key | type | bounds | default |", "|---|---|---|---|"]  # fmt: skip
+        schema.MachineFile,
+        schema.SpindleFile,
+        schema.TableFile,
+        schema.HomeFile,
+        schema.AccuracyFile,
+        schema.RodsFile,
+        schema.ClearanceFile,
+        schema.DriveFile,
+        schema.VibrationFile,
+        schema.ControlFile,
+        schema.TolerancesFile,
+        schema.ProvenanceFile,
+    ):
+        out += [
+            "",
+            f"## {model.__name__.removesuffix('File')}",
+            "",
+            " ".join((model.__doc__ or "").split()).replace("``", "`"),
+            "",
+            "| key | type | bounds | default |",
+            "|---|---|---|---|",
+        ]
         for field in fields(model):
             out.append(cells(f"`{field.encode_name}`", _type(field.type), _bounds(field.type), _default(field)))
     return "\n".join(out) + "\n"
@@ -134,8 +159,15 @@ def _bounds(kind: Any) -> str:
 
 def codes_page() -> str:
     """Every finding code with a link to its page."""
-    out = ["# Finding codes", "", "This page is made from the program. How findings are read is in [findings](../findings.md).",
-           "`verne-post explain CODE` prints the page of a code.", "", "| code | severity | title | meaning |", "|---|---|---|---|"]  # fmt: skip
+    out = [
+        "# Finding codes",
+        "",
+        "This page is made from the program. How findings are read is in [findings](../findings.md).",
+        "`verne-post explain CODE` prints the page of a code.",
+        "",
+        "| code | severity | title | meaning |",
+        "|---|---|---|---|",
+    ]
     out += [cells(f"[{code}]({code}.md)", one.severity, one.title, one.meaning) for code, one in CODES.items()]
     return "\n".join(out) + "\n"
 
@@ -148,9 +180,15 @@ def _code_page(code: str) -> str:
 
 def man_page() -> str:
     """The man page, in the macros of man(7)."""
-    out = [f'.TH VERNE-POST 1 "" "verne-post {__version__}" "User commands"', ".SH NAME",
-           "verne-post \\- G-code in, verified axis setpoints of a five-axis parallel-kinematic machine out", ".SH SYNOPSIS",
-           ".B verne-post", _roff("[COMMAND] [OPTIONS] INPUT"), ".SH COMMANDS"]  # fmt: skip
+    out = [
+        f'.TH VERNE-POST 1 "" "verne-post {__version__}" "User commands"',
+        ".SH NAME",
+        "verne-post \\- G-code in, verified axis setpoints of a five-axis parallel-kinematic machine out",
+        ".SH SYNOPSIS",
+        ".B verne-post",
+        _roff("[COMMAND] [OPTIONS] INPUT"),
+        ".SH COMMANDS",
+    ]
     for name, command in commands():
         out += [".SS " + _roff(usage(name, command))]
         for part in (command.help or "").split("\n\n"):
@@ -161,9 +199,14 @@ def man_page() -> str:
             out += [".PP", f".I {_roff(heading)}"]
             for flag, text in records:
                 out += [".TP", f".B {_roff(flag)}", _roff(" ".join(text.split()))]
-    out += [".SH EXIT STATUS", "0 clean, 1 the program violates a limit, 2 unusable input, 3 no verdict, 70 a fault of verne-post.",
-            ".SH ENVIRONMENT", "NO_COLOR: no colour on terminals. VERNE_POST_CEILING: folders above which no settings file is looked for.",
-            ".SH FILES", "verne-post.toml: settings of a folder. INPUT.toml: set-up of a program."]  # fmt: skip
+    out += [
+        ".SH EXIT STATUS",
+        "0 clean, 1 the program violates a limit, 2 unusable input, 3 no verdict, 70 a fault of verne-post.",
+        ".SH ENVIRONMENT",
+        "NO_COLOR: no colour on terminals. VERNE_POST_CEILING: folders above which no settings file is looked for.",
+        ".SH FILES",
+        "verne-post.toml: settings of a folder. INPUT.toml: set-up of a program.",
+    ]
     return "\n".join(out) + "\n"
 
 
@@ -175,9 +218,11 @@ def _roff(text: str) -> str:
 
 #: Page of the site -> what makes it.
 PAGES: dict[str, Callable[[], str]] = {
-    "reference/options.md": options_page, "reference/machine-keys.md": keys_page, "reference/codes.md": codes_page,
+    "reference/options.md": options_page,
+    "reference/machine-keys.md": keys_page,
+    "reference/codes.md": codes_page,
     **{f"reference/{code}.md": partial(_code_page, code) for code in CODES},
-}  # fmt: skip
+}
 
 
 def on_files(files: Files, config: Any) -> Files:

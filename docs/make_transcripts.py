@@ -1,12 +1,14 @@
-"""Run every transcript of README and docs again, and write what the commands print now: python docs/make_transcripts.py [PAGE ...].
+"""Run every transcript of README and docs again, and write what the commands print now.
 
-A transcript is a block of kind ``console``: lines that begin with ``$ `` are commands, the lines below are what they print, on
-standard output and standard error. The blocks of a page run one after the other, in one folder that holds the samples and the
-machine files. ``$ cat NAME`` of a file that does not exist makes it, with the text below. A comment ``<!-- run: COMMAND -->``
-before a block is run too, unseen. A line ``...`` stands for lines that are left out, ``...`` inside a line for anything.
-``$PICTURES`` is the folder of the pictures. Numbers may differ in their last digits, but on a page that says
-"To the last digit, the transcripts of this page are those of SOFTWARE", where that is the software here. With ``--check`` nothing is written; the exit status says whether all pages are as
-committed.
+    python docs/make_transcripts.py [--check] [PAGE ...]
+
+A transcript is a block of kind ``console``: lines that begin with ``$ `` are commands, the lines below are what they
+print, on standard output and standard error. The blocks of a page run one after the other, in one folder that holds the
+samples and the machine files. ``$ cat NAME`` of a file that does not exist makes it, with the text below. A comment
+``<!-- run: COMMAND -->`` before a block is run too, unseen. A line ``...`` stands for lines that are left out, ``...``
+inside a line for anything. ``$PICTURES`` is the folder of the pictures. Numbers may differ in their last digits, but on
+a page that says "To the last digit, the transcripts of this page are those of SOFTWARE", where that is the software
+here. With ``--check`` nothing is written; the exit status says whether all pages are as committed.
 """
 
 import contextlib
@@ -86,9 +88,11 @@ def run_step(step: Step, folder: Path, pictures: Path, exact: bool = False) -> s
         (folder / made[1]).write_text(step.printed, encoding="utf-8")
         return step.printed
     settings = {
-        "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}", "PICTURES": str(pictures),
-        "VERNE_POST_CEILING": str(folder.parent), "NO_COLOR": "1",
-    }  # fmt: skip
+        "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}",
+        "PICTURES": str(pictures),
+        "VERNE_POST_CEILING": str(folder.parent),
+        "NO_COLOR": "1",
+    }
     with mock.patch.dict(os.environ, settings):
         in_here = _PLAIN.fullmatch(step.command) and not exact
         said = (_run_here if in_here else _run_in_shell)(step.command, folder)
@@ -97,8 +101,13 @@ def run_step(step: Step, folder: Path, pictures: Path, exact: bool = False) -> s
 
 def _run_in_shell(command: str, folder: Path) -> str:
     return subprocess.run(
-        ["bash", "-c", command], cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False, encoding="utf-8"
-    ).stdout  # fmt: skip
+        ["bash", "-c", command],
+        cwd=folder,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        check=False,
+        encoding="utf-8",
+    ).stdout
 
 
 def _run_here(command: str, folder: Path) -> str:

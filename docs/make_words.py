@@ -120,7 +120,7 @@ def make_examples_table(words: Iterable[tuple[str, str]], name: str) -> str:
 
 
 def list_fanuc_words(*, effect: bool = True) -> list[tuple[str, str]]:
-    """Words that Fanuc executes and RS274/NGC does not, or otherwise; and what they do. Or those that do nothing here."""
+    """Words that Fanuc executes and RS274/NGC does not, or otherwise; and what they do. Or those without effect."""
     table = fanuc.make_table()
     found = [*fanuc.WORDS.items(), *((keyword, STATEMENTS[kind]) for keyword, kind in KINDS.items())] if effect else []
     for groups, of_rs274, spell in (
@@ -217,20 +217,24 @@ TABLES: Mapping[str, Callable[[], str]] = {
         (klartext.FUNCTIONS_WITHOUT_EFFECT, "M"), (klartext.CYCLES_WITHOUT_EFFECT, "cycle")
     ),
     "klartext refused": lambda: make_klartext_table(
-        (klartext.REFUSED_STATEMENTS, ""), (klartext.REFUSED_FUNCTIONS, "M"), (klartext.REFUSED_CYCLES, "cycle"), (klartext.REFUSED_FN, "FN "),
+        (klartext.REFUSED_STATEMENTS, ""),
+        (klartext.REFUSED_FUNCTIONS, "M"),
+        (klartext.REFUSED_CYCLES, "cycle"),
+        (klartext.REFUSED_FN, "FN "),
     ),
     "siemens executed": lambda: make_siemens_table(list_siemens_words(), "do"),
     "siemens without effect": lambda: make_siemens_table(siemens.NO_EFFECT.items(), "why"),
     "siemens refused": lambda: make_siemens_table(siemens.REFUSED_WORDS.items(), "why"),
-}  # fmt: skip
+}
 
 
 def list_links(text: str, page: str = "") -> dict[str, str]:
     """Headings of a page -> links to them."""
-    return {
-        title: f"[{title if title[1] == ' ' else title[0].lower() + title[1:]}]({page}#{re.sub(r'[^a-z0-9 -]', '', title.lower()).replace(' ', '-')})"
-        for title in _HEADING.findall(text)
-    }
+    links = {}
+    for title in _HEADING.findall(text):
+        anchor = re.sub(r"[^a-z0-9 -]", "", title.lower()).replace(" ", "-")
+        links[title] = f"[{title if title[1] == ' ' else title[0].lower() + title[1:]}]({page}#{anchor})"
+    return links
 
 
 def refresh_page(text: str) -> str:

@@ -52,9 +52,14 @@ MachineLike = Machine | str | os.PathLike[str]
 
 
 def convert(
-    source: Source, machine: MachineLike, options: Options | None = None, sink: Sink | None = None,
-    progress: Progress | None = None, *, setup: Setup = "beside",
-) -> Result:  # fmt: skip
+    source: Source,
+    machine: MachineLike,
+    options: Options | None = None,
+    sink: Sink | None = None,
+    progress: Progress | None = None,
+    *,
+    setup: Setup = "beside",
+) -> Result:
     """Convert a program to verified setpoints.
 
     Parameters
@@ -104,9 +109,14 @@ def convert(
 
 
 def check(
-    source: Source, machine: MachineLike, options: Options | None = None, progress: Progress | None = None, *,
-    setup: Setup = "beside", limits_only: bool = False,
-) -> Result:  # fmt: skip
+    source: Source,
+    machine: MachineLike,
+    options: Options | None = None,
+    progress: Progress | None = None,
+    *,
+    setup: Setup = "beside",
+    limits_only: bool = False,
+) -> Result:
     """Check a program against every limit, without making setpoints; arguments and result as of :func:`convert`.
 
     With ``limits_only`` the limits of joints and the obstacles are checked, and nothing is planned. The result has no
@@ -147,9 +157,13 @@ def explain(
 
 
 def verify(
-    setpoints: Setpoints | Source, source: Source, machine: MachineLike, options: Options | None = None, *,
+    setpoints: Setpoints | Source,
+    source: Source,
+    machine: MachineLike,
+    options: Options | None = None,
+    *,
     setup: Setup = "beside",
-) -> Verification:  # fmt: skip
+) -> Verification:
     """Verify setpoints as written (CSV) against the program that they were made from.
 
     Parameters
@@ -177,11 +191,23 @@ def verify(
 
 
 def machined(
-    setpoints: Setpoints | Source, source: Source, machine: MachineLike, options: Options | None = None, *,
-    nominal: bytes | os.PathLike[str], system: str = "G54", unit: str = "mm", gouge: float = Wanted().gouge,
-    excess: float = Wanted().excess, grid: float = Wanted().grid, search: float = Wanted().search, datum: Datum = "table",
-    fixtures: Sequence[tuple[bytes | os.PathLike[str], str]] = (), distance: float = 0.0, setup: Setup = "beside",
-) -> Machined:  # fmt: skip
+    setpoints: Setpoints | Source,
+    source: Source,
+    machine: MachineLike,
+    options: Options | None = None,
+    *,
+    nominal: bytes | os.PathLike[str],
+    system: str = "G54",
+    unit: str = "mm",
+    gouge: float = Wanted().gouge,
+    excess: float = Wanted().excess,
+    grid: float = Wanted().grid,
+    search: float = Wanted().search,
+    datum: Datum = "table",
+    fixtures: Sequence[tuple[bytes | os.PathLike[str], str]] = (),
+    distance: float = 0.0,
+    setup: Setup = "beside",
+) -> Machined:
     """Compare setpoints as written (CSV) with the nominal part and fixtures: gouges, excess, contacts, certainty.
 
     Parameters
@@ -251,9 +277,15 @@ def machined(
 
 
 def fit(
-    source: Source, machine: MachineLike, options: Options | None = None, free: str | None = None,
-    ranges: Mapping[str, tuple[float, float]] | None = None, *, aim: Aim = "move", setup: Setup = "beside",
-) -> Proposal:  # fmt: skip
+    source: Source,
+    machine: MachineLike,
+    options: Options | None = None,
+    free: str | None = None,
+    ranges: Mapping[str, tuple[float, float]] | None = None,
+    *,
+    aim: Aim = "move",
+    setup: Setup = "beside",
+) -> Proposal:
     """Find a work offset with which the whole program is legal.
 
     Parameters

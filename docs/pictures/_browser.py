@@ -56,8 +56,9 @@ def take(browser: Any, picture: str, script: str, *words: object, part: str | No
     if part is not None:
         box = browser.execute_script(
             "const b = document.querySelector(arguments[0]).getBoundingClientRect();"
-            "return [b.x + scrollX, b.y + scrollY, b.width, b.height]", part,
-        )  # fmt: skip
+            "return [b.x + scrollX, b.y + scrollY, b.width, b.height]",
+            part,
+        )
         clip = {"clip": dict(zip(("x", "y", "width", "height"), map(round, box), strict=True)) | {"scale": 1}}
     shot = browser.execute_cdp_cmd("Page.captureScreenshot", {"format": "png", **clip})["data"]
     Path("docs/pictures", picture).write_bytes(base64.b64decode(shot))

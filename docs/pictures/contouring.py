@@ -45,10 +45,12 @@ for corner_deg, color in zip(CORNERS_DEG, ("tab:blue", "tab:orange"), strict=Tru
     at = corner[5]
     shifted = tip[:, :2] - at
     shown = np.abs(shifted[:, 0]) < 0.33
-    near.plot(*(corner[4:7] - at).T, color="0.55", linewidth=1.0,
-              label="programmed" if corner_deg == CORNERS_DEG[0] else None)  # fmt: skip
-    near.plot(*shifted[shown].T, ".-", color=color, markersize=6, linewidth=1.2,
-              label=f"{corner_deg} deg: rows, 1 ms apart")  # fmt: skip
+    near.plot(
+        *(corner[4:7] - at).T, color="0.55", linewidth=1.0, label="programmed" if corner_deg == CORNERS_DEG[0] else None
+    )
+    near.plot(
+        *shifted[shown].T, ".-", color=color, markersize=6, linewidth=1.2, label=f"{corner_deg} deg: rows, 1 ms apart"
+    )
     speed = np.linalg.norm(np.diff(tip, axis=0), axis=1) / machine.cycle
     panels[0].plot(t[1:], speed, color=color, linewidth=1.1, label=f"{corner_deg} deg corners")
     for panel, order, limit in zip(panels[1:], (2, 3), limits, strict=True):
@@ -56,10 +58,16 @@ for corner_deg, color in zip(CORNERS_DEG, ("tab:blue", "tab:orange"), strict=Tru
         panel.plot(t[order:], share, color=color, linewidth=1.1)
 
 around = np.linspace(0, 2 * np.pi, 200)
-near.plot(TOLERANCE * np.cos(around), TOLERANCE * np.sin(around), "k--", linewidth=0.9,
-          label=f"tolerance {TOLERANCE} mm")  # fmt: skip
-near.set(xlim=(-0.3, 0.3), ylim=(-0.082, 0.02), xlabel="x mm", ylabel="y mm (stretched)",
-         title="two corners, rounded within 0.01 mm")  # fmt: skip
+near.plot(
+    TOLERANCE * np.cos(around), TOLERANCE * np.sin(around), "k--", linewidth=0.9, label=f"tolerance {TOLERANCE} mm"
+)
+near.set(
+    xlim=(-0.3, 0.3),
+    ylim=(-0.082, 0.02),
+    xlabel="x mm",
+    ylabel="y mm (stretched)",
+    title="two corners, rounded within 0.01 mm",
+)
 near.legend(loc="lower center", fontsize="small")
 for panel, bound, text in zip(
     panels, (50.0, 1.0, 1.0), ("tip speed mm/s", "acceleration / limit", "jerk / limit"), strict=True

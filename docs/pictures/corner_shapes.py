@@ -39,14 +39,22 @@ for number, color in enumerate(colors):
 for bound in (-10.0, 10.0):
     shapes.axhline(bound, color="k", linestyle="--", linewidth=0.9)
 shapes.axhline(0.0, color="0.55", linewidth=1.0)
-shapes.set(xlabel="distance from the corner along the path, mm", ylabel="distance from the programmed path, um",
-           title="a corner of 90 degrees within 0.01 mm; above 0 is inside")  # fmt: skip
+shapes.set(
+    xlabel="distance from the corner along the path, mm",
+    ylabel="distance from the programmed path, um",
+    title="a corner of 90 degrees within 0.01 mm; above 0 is inside",
+)
 shapes.legend(fontsize="x-small", loc="lower center", ncols=2)
 shapes.set_ylim(-20, 12)
 for angle_deg, color in zip(ANGLES_DEG, ("tab:blue", "tab:orange", "tab:green"), strict=True):
     passed.plot(*speeds(angle_deg), ".-", color=color, markersize=3, linewidth=1.0, label=f"{angle_deg} degrees")
 passed.axhline(50.0, color="k", linestyle="--", linewidth=0.9, label="programmed feed")
-passed.set(xlim=(-2, 2), ylim=(0, 56), xlabel="distance from the corner, mm", ylabel="tip speed, mm/s",
-           title="single corners at F3000, serial.toml, a point every millisecond")  # fmt: skip
+passed.set(
+    xlim=(-2, 2),
+    ylim=(0, 56),
+    xlabel="distance from the corner, mm",
+    ylabel="tip speed, mm/s",
+    title="single corners at F3000, serial.toml, a point every millisecond",
+)
 passed.legend(fontsize="small", loc="lower right")
 figure.savefig("docs/pictures/corner_shapes.png", dpi=110)

@@ -1,7 +1,8 @@
-"""Take pictures of the report page of the vise sample with a step that is 0.3 mm too deep: the part, and the stock that is left.
+"""Take pictures of the report page of the vise sample with a step that is 0.3 mm too deep: the part, and the stock that
+is left.
 
-Run from the repository's root: python docs/pictures/machined_page.py (needs the extras report, part and test, chromium and
-chromedriver).
+Run from the repository's root: python docs/pictures/machined_page.py (needs the extras report, part and test, chromium
+and chromedriver).
 """
 
 import runpy

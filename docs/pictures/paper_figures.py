@@ -62,8 +62,12 @@ def poses_figure(poses: list[tuple[Any, float, Any, str | None, str]], rows: int
     for axes, (position, alpha, rho, refused, text) in zip(figure.subplots(rows, columns).flat, poses, strict=True):
         draw(axes, position, alpha, rho, ends)
         used = refused is None
-        axes.set_title(text + ("\nin use" if used else ""), fontsize=9, color="tab:red" if used else "black",
-                       fontweight="bold" if used else "normal")  # fmt: skip
+        axes.set_title(
+            text + ("\nin use" if used else ""),
+            fontsize=9,
+            color="tab:red" if used else "black",
+            fontweight="bold" if used else "normal",
+        )
     figure.suptitle(title, fontsize=10)
     return figure
 
@@ -79,19 +83,29 @@ save(draw_iso_alpha(machine, module), "fig5_iso_alpha.png", 90)
 
 P = np.array([-240.0, -86.0, 1000.0])
 solutions = [
-    (P, one.alpha, one.rho, one.refused,
-     f"alpha {DEG_PER_RAD * one.alpha:.1f} deg\ns = ({', '.join(f'{sign:+d}' for sign in one.signs)})")
+    (
+        P,
+        one.alpha,
+        one.rho,
+        one.refused,
+        f"alpha {DEG_PER_RAD * one.alpha:.1f} deg\ns = ({', '.join(f'{sign:+d}' for sign in one.signs)})",
+    )
     for one in module.inverse_all(P)
-]  # fmt: skip
+]
 title = "the 16 inverse solutions at P = (-240, -86, 1000) mm; leg I blue, II orange, III green; z up"
 save(poses_figure(solutions, 4, 4, title), "fig6_inverse.png", 80)
 
 RHO = np.array([250.0, 1000.0, 750.0])
 modes = [
-    (one.position, one.alpha, RHO, one.refused,
-     f"alpha {DEG_PER_RAD * one.alpha:.1f} deg\nP = ({', '.join(f'{value:.0f}' for value in one.position)})")
+    (
+        one.position,
+        one.alpha,
+        RHO,
+        one.refused,
+        f"alpha {DEG_PER_RAD * one.alpha:.1f} deg\nP = ({', '.join(f'{value:.0f}' for value in one.position)})",
+    )
     for one in module.forward_all(RHO)
-]  # fmt: skip
+]
 title = "the six assembly modes of rho = (250, 1000, 750) mm; leg I blue, II orange, III green; z up"
 save(poses_figure(modes, 2, 3, title), "fig7_assembly.png", 95)
 

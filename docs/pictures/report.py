@@ -1,6 +1,7 @@
 """Take the picture of the report page: the blade sample, in a browser without a screen.
 
-Run from the repository's root: python docs/pictures/report.py (needs the extras report and test, chromium and chromedriver).
+Run from the repository's root: python docs/pictures/report.py (needs the extras report and test, chromium and
+chromedriver).
 """
 
 from _browser import report_page, take

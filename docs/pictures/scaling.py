@@ -1,4 +1,5 @@
-"""Draw docs/pictures/scaling.png: seconds and MiB against lines, from the table that tests/benchmarks/scaling.py writes.
+"""Draw docs/pictures/scaling.png: seconds and MiB against lines, from the table that tests/benchmarks/scaling.py
+writes.
 
 Run from the repository's root: python docs/pictures/scaling.py (needs the docs extra).
 """

@@ -1,6 +1,7 @@
 """Take the pictures of the tutorial: the program that it writes, with its set-up, in a browser without a screen.
 
-Run from the repository's root: python docs/pictures/tutorial.py (needs the extras report and test, chromium and chromedriver).
+Run from the repository's root: python docs/pictures/tutorial.py (needs the extras report and test, chromium and
+chromedriver).
 """
 
 import re

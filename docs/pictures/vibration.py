@@ -1,4 +1,5 @@
-"""Draw docs/pictures/vibration.png: a move of 10 mm with and without an input shaper, and a mode of 38 Hz during and after it.
+"""Draw docs/pictures/vibration.png: a move of 10 mm with and without an input shaper, and a mode of 38 Hz during and
+after it.
 
 Run from the repository's root: python docs/pictures/vibration.py (needs the docs extra).
 """

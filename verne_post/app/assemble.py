@@ -138,19 +138,29 @@ def build_interpreter_setup(machine: Machine, options: Options) -> Setup:
     for system in WORK_SYSTEMS:
         offset = options.wcs.get(system)
         if offset is not None and offset.turn_deg and not machine.coordinates.turns_with_part:
-            text = f"a part turned by {offset.turn_deg:g} degrees on the table is not executed on this machine: no joint that carries the part turns about its z"
+            text = (
+                f"a part turned by {offset.turn_deg:g} degrees on the table is not executed on this machine: no joint "
+                "that carries the part turns about its z"
+            )
             raise InputError(make_finding("VP018", f"--wcs {SYSTEM_NAMES[system]}: {text}"))
         origin = machine.coordinates.work_origin(offset.origin_mm if offset else (0.0, 0.0, 0.0))
         frames[system] = Frame(system, (*origin, *ZERO9[3:]), part_turn=offset.turn_deg if offset else 0.0)
     home = machine.home or Home((0.0,) * 5, (0.0,) * 5)
     points = [tuple(machine.place_stored(place).tolist()) for place in (home.g28, home.g30)]
     return Setup(
-        coordinates=machine.coordinates, axes=machine.coordinates.axes, machine=True,
-        home=points[0] if machine.home else None, home2=points[1] if machine.home else None,
-        tools=dict(options.tools) if options.tools is not None else None, tool_length=options.tool_length, frames=frames,
+        coordinates=machine.coordinates,
+        axes=machine.coordinates.axes,
+        machine=True,
+        home=points[0] if machine.home else None,
+        home2=points[1] if machine.home else None,
+        tools=dict(options.tools) if options.tools is not None else None,
+        tool_length=options.tool_length,
+        frames=frames,
         rotary=machine.coordinates.rotary,
-        given_systems=frozenset(options.wcs), travel=MachineTravel(machine), **_select_text_options(options),
-    )  # fmt: skip
+        given_systems=frozenset(options.wcs),
+        travel=MachineTravel(machine),
+        **_select_text_options(options),
+    )
 
 
 def view_moves_plainly(source: Text, options: Options) -> tuple[Moves, tuple[Finding, ...]]:
@@ -201,8 +211,13 @@ def find_shaper_weights(machine: Machine, options: Options, cycle: float) -> Arr
         raise InputError(make_finding("VP018", f"--shaper {shaper} needs the modes of [vibration] in the machine file"))
     for mode in vibration.modes:
         if mode.frequency * LEAST_CYCLES_OF_MODE * cycle > 1.0:
-            raise InputError(make_finding("VP018", f"--shaper {shaper}: a mode of {mode.frequency:g} Hz is too fast for rows of "
-                                     f"{cycle:g} s; up to {1.0 / (LEAST_CYCLES_OF_MODE * cycle):g} Hz can be shaped"))  # fmt: skip
+            raise InputError(
+                make_finding(
+                    "VP018",
+                    f"--shaper {shaper}: a mode of {mode.frequency:g} Hz is too fast for rows of "
+                    f"{cycle:g} s; up to {1.0 / (LEAST_CYCLES_OF_MODE * cycle):g} Hz can be shaped",
+                )
+            )
     return build_shaper_weights(shaper, vibration.modes, cycle)
 
 
@@ -233,8 +248,12 @@ def choose_axis_correction(machine: Machine, options: Options, moves: Moves) -> 
     five_axis = machine.five_axis
     if not isinstance(five_axis, AxisCorrecting):
         if options.correct_axis:
-            raise InputError(make_finding("VP018", "--correct-axis needs [as_built] in the machine file; on a nominal machine the "
-                                     "tool axis is exact"))  # fmt: skip
+            raise InputError(
+                make_finding(
+                    "VP018",
+                    "--correct-axis needs [as_built] in the machine file; on a nominal machine the tool axis is exact",
+                )
+            )
         return machine
     on = options.correct_axis or bool(np.isfinite(moves.tool_axis).any())
     if on == five_axis.corrects_axis:
@@ -359,8 +378,15 @@ def drop_skipped_moves(draft: Draft) -> Draft:
 
 #: What happens to a program, in this order.
 STAGES: Final[tuple[Callable[[Draft], Draft], ...]] = (
-    cut_at_stops, turn_part, lift, add_rewinds, set_rapids, blend_corners, add_approach, drop_skipped_moves,
-)  # fmt: skip
+    cut_at_stops,
+    turn_part,
+    lift,
+    add_rewinds,
+    set_rapids,
+    blend_corners,
+    add_approach,
+    drop_skipped_moves,
+)
 
 
 def _approach_place(machine: Machine, options: Options) -> str | tuple[float, ...]:

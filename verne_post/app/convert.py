@@ -43,9 +43,12 @@ if TYPE_CHECKING:
 
 
 def convert_source(
-    source: Text, machine: Machine, options: Options | None = None, sink: Sink | None = None,
+    source: Text,
+    machine: Machine,
+    options: Options | None = None,
+    sink: Sink | None = None,
     progress: Progress | None = None,
-) -> Result:  # fmt: skip
+) -> Result:
     """Convert a program to setpoints.
 
     Parameters
@@ -239,9 +242,13 @@ class Inspection(Struct):
 
 
 def check_source(
-    source: Text, machine: Machine, options: Options | None = None, progress: Progress | None = None, *,
+    source: Text,
+    machine: Machine,
+    options: Options | None = None,
+    progress: Progress | None = None,
+    *,
     limits_only: bool = False,
-) -> Result:  # fmt: skip
+) -> Result:
     """Check a program against every limit, and plan it; with ``limits_only`` nothing is planned, which VP421 says.
 
     Returns

@@ -164,7 +164,10 @@ def _describe_machine_steps(machine: Machine, tip: Array, angles: Array, tool: f
     q, platform, ok = machine.five_axis.solve(tip, angles, tool)
     if not ok:
         (code,) = machine.five_axis.explain_unreachable(tip[None], angles[None], tool)
-        yield f"  platform             no platform tilt alpha closes the legs in the working mode: {code} {CODES[code].title}"
+        yield (
+            f"  platform             no platform tilt alpha closes the legs in the working mode: {code} "
+            f"{CODES[code].title}"
+        )
         return
     if isinstance(machine.five_axis, AxisCorrecting):
         yield from _describe_as_built_steps(machine, machine.five_axis, tip, angles, tool)
@@ -201,7 +204,10 @@ def _describe_as_built_steps(
     turned = ", ".join(format_degrees(float(angle)) for angle in platform.angles)
     error = float(as_built.measure_axis_error(q, angles, platform))
     share = "C takes its share" if as_built.corrects_axis else "C stays as programmed (--correct-axis)"
-    yield f"  platform             P = {format_mm(platform.position)}, turned by alpha, beta, gamma = {turned} deg (six rods, as built)"
+    yield (
+        f"  platform             P = {format_mm(platform.position)}, turned by alpha, beta, gamma = {turned} deg (six "
+        "rods, as built)"
+    )
     yield f"  tool axis left over  {format_degrees(error)} deg along the tilt axis, which A cannot correct; {share}"
     shown = ", ".join(format_joint(machine, k, value) for k, value in enumerate(q))
     yield f"  joints               {shown}"

@@ -34,7 +34,10 @@ def explain_table_solution(
     reasons += _list_errors(measures)
     yield f"{name}: " + ("possible" if not reasons else f"refused: {'; '.join(reasons)}")
     if machine.module is not None:
-        yield f"  platform             P {format_mm(platform.position)}, platform tilt alpha {format_degrees(float(platform.alpha))} deg"
+        yield (
+            f"  platform             P {format_mm(platform.position)}, platform tilt alpha "
+            f"{format_degrees(float(platform.alpha))} deg"
+        )
     for column, value, low, high in zip(machine.columns, q, machine.limits.lower, machine.limits.upper, strict=True):
         margin = abs(column.factor) * float(min(value - low, high - value))
         margin_text = (
@@ -47,7 +50,10 @@ def explain_table_solution(
         bound = f", must be above {measure.error_below:g}" if np.isfinite(measure.error_below) else ""
         yield f"  {what:<36} {format_fixed(value, 6)}{unit}{bound} ({measure.code})"
     parallel, serial = machine.five_axis.measure_conditioning(q, platform)
-    yield f"  conditioning (1 even, 0 singular)    parallel {format_fixed(float(parallel), 4)}, serial {format_fixed(float(serial), 4)}"
+    yield (
+        f"  conditioning (1 even, 0 singular)    parallel {format_fixed(float(parallel), 4)}, serial "
+        f"{format_fixed(float(serial), 4)}"
+    )
 
 
 def _measure_margins(

@@ -45,9 +45,15 @@ _LIFT_MM = 300.0
 
 
 def propose(
-    source: Text, machine: Machine, options: Options, free: str | None = None,
-    ranges: Mapping[str, tuple[float, float]] | None = None, *, aim: Aim = "move", progress: Progress | None = None,
-) -> Proposal:  # fmt: skip
+    source: Text,
+    machine: Machine,
+    options: Options,
+    free: str | None = None,
+    ranges: Mapping[str, tuple[float, float]] | None = None,
+    *,
+    aim: Aim = "move",
+    progress: Progress | None = None,
+) -> Proposal:
     """Find the work offset of the smallest move that makes a program legal, of the largest margin or least time.
 
     Parameters
@@ -91,8 +97,12 @@ def propose(
     )
     if not len(points.tip):
         raise InputError(
-            make_finding("VP018", f"no move of the program depends on --wcs {SYSTEM_NAMES[system]}: the program sets its own offset, or names only machine coordinates")
-        )  # fmt: skip
+            make_finding(
+                "VP018",
+                f"no move of the program depends on --wcs {SYSTEM_NAMES[system]}: the program sets its own offset, or "
+                "names only machine coordinates",
+            )
+        )
     raised = options.air if options.air_along == "table" else 0.0
     find = _find_place_over_table if machine.table_radius else _find_place_in_reach
     low, high = _choose_ranges(find(points, machine, raised), ranges or {}, here, free)

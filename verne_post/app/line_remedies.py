@@ -82,9 +82,8 @@ def _propose_tilts(line: Line, findings: Sequence[Finding]) -> Iterator[Remedy]:
             for a in (angles[0, 0], tilt)
         )
         text = (
-            f"the line ended at {letter} {format_number(then, 3)} in place of {letter} "
-            f"{format_number(now, 6)}, tip and "
-            f"{joints.machine.rotary_letters[1]} as they are"
+            f"the line ended at {letter} {format_number(then, 3)} in place of {letter} {format_number(now, 6)}, tip "
+            f"and {joints.machine.rotary_letters[1]} as they are"
         )
         yield Remedy(text, format_number(then, 3), line=line.number, word=(letter, float(now)))
 

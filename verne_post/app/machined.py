@@ -51,9 +51,18 @@ def load_part(part: NominalPart) -> Body:
 
 
 def judge_rows(
-    program: Program, q: Array, line: Ints, nominal: Body | None, fixtures: Sequence[Body] = (), wanted: Wanted = _ASKED,
-    datum: Datum = "table", allowed: float = 0.0, progress: Progress | None = None, *, accelerate: bool = True,
-) -> Machined:  # fmt: skip
+    program: Program,
+    q: Array,
+    line: Ints,
+    nominal: Body | None,
+    fixtures: Sequence[Body] = (),
+    wanted: Wanted = _ASKED,
+    datum: Datum = "table",
+    allowed: float = 0.0,
+    progress: Progress | None = None,
+    *,
+    accelerate: bool = True,
+) -> Machined:
     """Compare rows with the nominal part, and with fixtures.
 
     Parameters
@@ -194,9 +203,15 @@ def place_tips(
 
 
 def _build_motions(
-    program: Program, kinematics: FiveAxis, q: Array, line: Ints, tools: tuple[Ints, Array], body: Body, *,
+    program: Program,
+    kinematics: FiveAxis,
+    q: Array,
+    line: Ints,
+    tools: tuple[Ints, Array],
+    body: Body,
+    *,
     with_spindle: bool = False,
-) -> tuple[Motion, ...]:  # fmt: skip
+) -> tuple[Motion, ...]:
     """The tools of a program as they moved, in the frame of a body."""
     number, in_force = tools
     numbers = np.unique(number).tolist()
@@ -236,7 +251,10 @@ def _build_tool(program: Program, number: int, shortest: float, longest: float) 
     table = (options.tools or {}).get(number)
     shape = options.tool_shapes.get(number, ())
     if not shape:
-        text = f"tool {number}: its shape is not known; give it with --tool-shapes: [tool.{number}] cutter = {{ diameter, length, corner_radius }}"
+        text = (
+            f"tool {number}: its shape is not known; give it with --tool-shapes: [tool.{number}] cutter = {{ diameter, "
+            f"length, corner_radius }}"
+        )
         raise InputError(make_finding("VP018", text))
     check_tool(f"tool {number}", shape, shortest, 0.0 if table is None else table.diameter)
     return build_pieces(shape, longest)

@@ -158,9 +158,14 @@ def cut_rows(program: Program, q: Array, line: Ints, stock: Dexels) -> StockRun:
     feeding = ~rapid & (tip[first] != tip[last]).any(axis=1)
     found = tuple(report_touches(cut, box.name, box.distance, float(stock.cell.max())))
     return StockRun(
-        stock, before, cut.sum_by(line[first]), cut.sum_by(number[first]), float(seconds[feeding].sum()),
-        float(seconds[feeding & (cut.volume < AIR_MM3)].sum()), found,
-    )  # fmt: skip
+        stock,
+        before,
+        cut.sum_by(line[first]),
+        cut.sum_by(number[first]),
+        float(seconds[feeding].sum()),
+        float(seconds[feeding & (cut.volume < AIR_MM3)].sum()),
+        found,
+    )
 
 
 def describe_run(run: StockRun) -> str:

@@ -146,7 +146,10 @@ def _plan(
             return profiles, laid_out
         limits, stretch = limits.lower(lower), stretch * np.where(too_fast > 1.0, tuning.SHAPER_MARGIN * too_fast, 1.0)
     line = int(contour.find_lines(contour.section_begins[[int(np.argmax(too_fast))]])[0])
-    text = f"with the input shaper, no speed that was tried keeps tolerance and feed rate in the motion that begins in line {line}"
+    text = (
+        "with the input shaper, no speed that was tried keeps tolerance and feed rate in the motion that begins in "
+        f"line {line}"
+    )
     raise SolverError(make_finding("VP420", text, line=line, last_line=line, worst_line=line))
 
 
@@ -180,8 +183,7 @@ def _require_rows(program: Program, rows: float) -> None:
     slowest = int(np.argmax(seconds))
     text = (
         f"the program takes more than {rows:.4g} rows of {program.cycle:g} s; --max-rows allows "
-        f"{program.options.max_rows}; "
-        f"the longest line takes {seconds[slowest]:.4g} s"
+        f"{program.options.max_rows}; the longest line takes {seconds[slowest]:.4g} s"
     )
     line = int(lines[slowest])
     raise InputError(make_finding("VP035", text, line=line, last_line=line, worst_line=line))

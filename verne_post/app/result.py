@@ -193,7 +193,13 @@ def make_findings_table(findings: Sequence[Finding]) -> list[list[str]]:
     return [
         ["code", "severity", "line", "message", *(["tried"] if tried else [])],
         *(
-            [one.code, one.severity, "" if one.line is None else str(one.line), one.message, *(["; ".join(one.remedies)] if tried else [])]
+            [
+                one.code,
+                one.severity,
+                "" if one.line is None else str(one.line),
+                one.message,
+                *(["; ".join(one.remedies)] if tried else []),
+            ]
             for one in findings
         ),
-    ]  # fmt: skip
+    ]

@@ -77,8 +77,14 @@ def _describe_bare_tool(moves: Moves, move: int, options: Options) -> str:
     number = int(str(loaded[-1].data["number"])) if loaded else 0
     if number in (options.tools or {}) and (options.tools or {})[number].ends_at_gauge_line:
         name = describe_tool_number(number, name_tools(loaded))
-        return f"{name} has the length 0 in the tool table: its tip is the gauge line of the spindle; if that is not meant, write its length there"
-    return "the tool has no length: its tip is the gauge line of the spindle; activate its length before (G43, TOOL CALL), or give --tool-length"
+        return (
+            f"{name} has the length 0 in the tool table: its tip is the gauge line of the spindle; if that is not "
+            "meant, write its length there"
+        )
+    return (
+        "the tool has no length: its tip is the gauge line of the spindle; activate its length before (G43, TOOL "
+        "CALL), or give --tool-length"
+    )
 
 
 def _find_implausible(options: Options) -> Iterator[str]:
@@ -131,5 +137,9 @@ def _check_directions(moves: Moves, path: ToolPath, machine: Machine) -> list[Fi
     if first < 0:
         return []
     line, (a, c) = int(moves.line[first]), moves.end[first, [tilt, turn]] + 0.0  # no -0
-    text = f"X Y Z cut while the table is at {AXES[tilt]}{a:.6g} {AXES[turn]}{c:.6g}, and no code asks for tool-centre-point control: they are read as places of the part, but a control would read them in the machine's directions; write G43.4 instead of G43 if the part is meant"
+    text = (
+        f"X Y Z cut while the table is at {AXES[tilt]}{a:.6g} {AXES[turn]}{c:.6g}, and no code asks for "
+        "tool-centre-point control: they are read as places of the part, but a control would read them in the "
+        "machine's directions; write G43.4 instead of G43 if the part is meant"
+    )
     return [make_finding("VP037", text, line=line, last_line=line, worst_line=line)]

@@ -127,6 +127,10 @@ def _assume(options: Options, keys: Mapping[tuple[str, ...], None]) -> Options:
     split = options.split_at_stops or SPLIT_KEY in keys
     tapping = "feed" if TAPPING_KEY in keys else options.tapping
     return options.changed(
-        tools=tools or None, wcs={**options.wcs, **wcs}, remap={**options.remap, **remap}, control=control,
-        split_at_stops=split, tapping=tapping,
-    )  # fmt: skip
+        tools=tools or None,
+        wcs={**options.wcs, **wcs},
+        remap={**options.remap, **remap},
+        control=control,
+        split_at_stops=split,
+        tapping=tapping,
+    )

@@ -139,7 +139,13 @@ def _make_finding(touches: list[Touch], name: str, keep_off: float, cell: float)
     }
     when = " in a rapid traverse" if worst.body == "cutter" else ""
     if worst.depth == worst.depth:
-        text = f"distance of the {worst.body} from {name} at that time{when} {-worst.depth:.6f} mm is below {keep_off:g} mm by {worst.depth + keep_off:.6f} mm"
+        text = (
+            f"distance of the {worst.body} from {name} at that time{when} {-worst.depth:.6f} mm is below {keep_off:g} "
+            f"mm by {worst.depth + keep_off:.6f} mm"
+        )
         return make_finding("VP216", text, **lines, value=-worst.depth, limit=keep_off, unit="mm")
-    text = f"the {worst.body}{when} may touch {name} at that time: it passes nearer than the resolution of {cell:.3g} mm can tell"
+    text = (
+        f"the {worst.body}{when} may touch {name} at that time: it passes nearer than the resolution of {cell:.3g} mm "
+        "can tell"
+    )
     return make_finding("VP216", text, severity="warning", **lines)

@@ -126,9 +126,20 @@ def _require_place(machine: Machine, q: Array, what: str) -> None:
     for column, value, low, high in zip(machine.columns, q, machine.limits.lower, machine.limits.upper, strict=True):
         if not low <= value <= high:
             limit = low if value < low else high
-            text = f"{what}: {column.header} would be {value * column.factor:.4f}, beyond its limit {limit * column.factor:g}"
-            findings.append(make_finding(column.code, text, axis=column.joint, value=float(value * column.factor),
-                                 limit=float(limit * column.factor), unit=column.unit))  # fmt: skip
+            text = (
+                f"{what}: {column.header} would be {value * column.factor:.4f}, beyond its limit "
+                f"{limit * column.factor:g}"
+            )
+            findings.append(
+                make_finding(
+                    column.code,
+                    text,
+                    axis=column.joint,
+                    value=float(value * column.factor),
+                    limit=float(limit * column.factor),
+                    unit=column.unit,
+                )
+            )
     platform, closed = machine.five_axis.find_platform(q)
     if not closed:
         findings.append(make_finding("VP110", f"{what}: no position of the platform fits these sliders"))
@@ -192,8 +203,14 @@ def _describe_motion(
             drives[joint].find_numbers(np.array([place]) * column.factor)[0]
             for place in (here[joint], here[joint] + step[joint])
         )
-        counted = f" The drive counts {'up' if after > before else 'down'} by {abs(after - before):.10g} ({name_column(column, drives, joint)})."
-    first = f"{column.joint} goes {distance:+g} {column.unit}, back, {-distance:+g} {column.unit}, and back, at {peak:.2g} {column.unit}/s at most.{counted}"
+        counted = (
+            f" The drive counts {'up' if after > before else 'down'} by {abs(after - before):.10g} "
+            f"({name_column(column, drives, joint)})."
+        )
+    first = (
+        f"{column.joint} goes {distance:+g} {column.unit}, back, {-distance:+g} {column.unit}, and back, at {peak:.2g} "
+        f"{column.unit}/s at most.{counted}"
+    )
     if joint < len(machine.columns) - 2:
         return f"{first} On the first way {_describe_nose(machine, here, step)}"
     if machine.coordinates.rotary[joint - len(machine.columns)] in machine.coordinates.head:
@@ -211,7 +228,10 @@ def _describe_nose(machine: Machine, here: Array, step: Array) -> str:
     text = f"the spindle nose moves {_describe_displacement(moved)}{against}."
     if not machine.columns[-1].driven:  # the legs turn the platform in every direction
         leans = np.diff(machine.forward(q, 0.0)[1], axis=0)[0]
-        return f"{text} The tool leans by {DEG_PER_RAD * float(np.linalg.norm(leans)):.4f} deg towards {name_direction(leans)} of the part."
+        return (
+            f"{text} The tool leans by {DEG_PER_RAD * float(np.linalg.norm(leans)):.4f} deg towards "
+            f"{name_direction(leans)} of the part."
+        )
     turned = DEG_PER_RAD * float(np.diff(platform.alpha)[0])
     return text + (f" The platform tilts by {turned:+.4f} deg about x." if abs(turned) > SEEN_DEG else "")
 
@@ -240,14 +260,12 @@ def _describe_displacement(moved: Array) -> str:
 def write_instructions(machine: Machine, moves: Sequence[AxisMove]) -> str:
     """What to do with the files, and what one must see at each."""
     head = (
-        f"Axis check of {machine.name}: run the files one by one, in this order, without a tool, one "
-        "hand on the stop. Each moves one "
-        "actuator to its positive side, back, to its negative side and back, as at an override of 2 %, "
-        "and stands for a second at each end. "
-        "Before every file all drives must read what the first row says. x, y and up are directions of "
-        "the machine with z up: those of the table at A = C = 0. "
-        "Stop at the first difference, correct sign, zero or scale, and begin again with new files. "
-        "Only when all small motions were right, run the large ones."
+        f"Axis check of {machine.name}: run the files one by one, in this order, without a tool, one hand on the stop. "
+        "Each moves one actuator to its positive side, back, to its negative side and back, as at an override of 2 %, "
+        "and stands for a second at each end. Before every file all drives must read what the first row says. x, y and "
+        "up are directions of the machine with z up: those of the table at A = C = 0. Stop at the first difference, "
+        "correct sign, zero or scale, and begin again with new files. Only when all small motions were right, run the "
+        "large ones."
     )
     parts = [textwrap.fill(head, width=100)]
     for move in moves:

@@ -59,7 +59,10 @@ def _write_lines(report: IdentificationReport) -> Iterator[str]:
     tilt = f"tilts {DEG_PER_RAD * sigma.tilt:g} deg"
     if math.isinf(sigma.tilt) or not np.isfinite(data.pose[:, 3]).any():
         tilt = "tilts not used"
-    yield f"standard uncertainties: sliders {sigma.slider:g} mm, positions {sigma.position:g} mm, {tilt}, rods {sigma.rod:g} mm"
+    yield (
+        f"standard uncertainties: sliders {sigma.slider:g} mm, positions {sigma.position:g} mm, {tilt}, rods "
+        f"{sigma.rod:g} mm"
+    )
     yield ""
     yield f"{'length':<16}{'estimate mm':>14}{'uncertainty mm':>18}{'start mm':>14}"
     follows = {name: group[0] for group in result.tied for name in group[1:]}
@@ -80,7 +83,10 @@ def _write_lines(report: IdentificationReport) -> Iterator[str]:
 
 def _describe_separation(result: Identification) -> Iterator[str]:
     for direction in result.undetermined:
-        yield f"not determined by these readings: {direction.describe()} (mm together); such a change leaves every reading as it is"
+        yield (
+            f"not determined by these readings: {direction.describe()} (mm together); such a change leaves every "
+            "reading as it is"
+        )
     if result.undetermined:
         names = _find_own_lengths(result)
         yield f"hold one length of each with --fix (such as --fix {','.join(names)}), or measure poses of other kinds"
@@ -123,7 +129,10 @@ def _describe_quality(report: IdentificationReport) -> Iterator[str]:
     text = f"chi-square {result.chi_square:.4g} at {freedom} degrees of freedom, probability {result.probability:.2g}: "
     if report.contradicted:
         factor = math.sqrt(result.chi_square / freedom)
-        text += f"the readings contradict the stated uncertainties; the misfit is that of uncertainties {factor:.3g} times as large"
+        text += (
+            f"the readings contradict the stated uncertainties; the misfit is that of uncertainties {factor:.3g} times "
+            "as large"
+        )
     else:
         text += "the stated uncertainties explain the misfit"
     yield text
@@ -205,11 +214,16 @@ def format_identification_json(report: IdentificationReport) -> str:
     residuals = [
         {
             "line": int(report.data.line[row]),
-            "residual": {f"{name.replace(' ', '_')}_{unit}": blank_nonfinite(values[row, k]) for k, (name, unit, _f) in enumerate(names)},
-            "in_uncertainties": {name.replace(" ", "_"): blank_nonfinite(result.scaled[row, k]) for k, (name, _u, _f) in enumerate(names)},
+            "residual": {
+                f"{name.replace(' ', '_')}_{unit}": blank_nonfinite(values[row, k])
+                for k, (name, unit, _f) in enumerate(names)
+            },
+            "in_uncertainties": {
+                name.replace(" ", "_"): blank_nonfinite(result.scaled[row, k]) for k, (name, _u, _f) in enumerate(names)
+            },
         }
         for row in _sort_rows(report)
-    ]  # fmt: skip
+    ]
     data = {
         "schema": 1,
         "source": report.source,

@@ -76,9 +76,8 @@ def _check_settings(data: Readings, settings: list[str], sliders: tuple[str, ...
         start = first.setdefault(name, row)
         for column in np.flatnonzero(data.rho[row] != data.rho[start]):
             text = (
-                f"{sliders[column]} = {data.rho[row, column]:g}, but setting {name!r} has "
-                f"{data.rho[start, column]:g} in "
-                f"line {data.line[start]}; rows of one setting share one reading of the sliders"
+                f"{sliders[column]} = {data.rho[row, column]:g}, but setting {name!r} has {data.rho[start, column]:g} "
+                f"in line {data.line[start]}; rows of one setting share one reading of the sliders"
             )
             mistakes.append(make_finding("VP502", text, line=int(data.line[row])))
     if mistakes:

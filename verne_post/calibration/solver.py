@@ -63,9 +63,16 @@ class Fit(Struct, frozen=True, eq=False):
             return last[0]
 
         return least_squares(
-            lambda at: evaluate_both(at)[1], t, jac=lambda at: evaluate_both(at)[2], bounds=(self.lower, np.inf), method="trf",
-            xtol=CONVERGED, ftol=CONVERGED, gtol=10 * CONVERGED, max_nfev=EVALUATIONS,
-        )  # fmt: skip
+            lambda at: evaluate_both(at)[1],
+            t,
+            jac=lambda at: evaluate_both(at)[2],
+            bounds=(self.lower, np.inf),
+            method="trf",
+            xtol=CONVERGED,
+            ftol=CONVERGED,
+            gtol=10 * CONVERGED,
+            max_nfev=EVALUATIONS,
+        )
 
 
 def separate(fit: Fit, lengths: Array) -> tuple[Array, Array]:

@@ -63,9 +63,18 @@ if TYPE_CHECKING:
 @add_options(*WRITING)
 @add_program_options("jobs")
 def command(
-    inputs: tuple[str, ...], output: Path, jobs: int | None, scheduler: str, shard: str | None, junit: Path | None,
-    sarif: Path | None, github: bool, quiet: bool, file_format: str, **given: Any,
-) -> int:  # fmt: skip
+    inputs: tuple[str, ...],
+    output: Path,
+    jobs: int | None,
+    scheduler: str,
+    shard: str | None,
+    junit: Path | None,
+    sarif: Path | None,
+    github: bool,
+    quiet: bool,
+    file_format: str,
+    **given: Any,
+) -> int:
     """Convert many programs, each with its own set-up; the failure of one never stops the others.
 
     Folders are searched for programs; patterns with * and ? are expanded. Options hold for all programs, and go before
@@ -170,9 +179,13 @@ def _share(text: str | None) -> slice:
 
 
 def _make_jobs(
-    files: RunFiles, programs: Sequence[tuple[str, Path]], output: Path, machine: "Machine", file_format: str,
+    files: RunFiles,
+    programs: Sequence[tuple[str, Path]],
+    output: Path,
+    machine: "Machine",
+    file_format: str,
     given: dict[str, Any],
-) -> "list[Job]":  # fmt: skip
+) -> "list[Job]":
     """A job for every program, in the order of their names, with the options of its own set-up."""
     from verne_post.cli.jobs import Job, forget
     from verne_post.model.findings import InputError
@@ -234,9 +247,12 @@ def _read_text(files: RunFiles, program: str) -> bytes:
 
 
 _WORDS: dict[int, str] = {
-    ExitStatus.CLEAN: "converted", ExitStatus.VIOLATION: "refused", ExitStatus.UNUSABLE: "unusable",
-    ExitStatus.NO_VERDICT: "no verdict", ExitStatus.INTERNAL_ERROR: "our fault",
-}  # fmt: skip
+    ExitStatus.CLEAN: "converted",
+    ExitStatus.VIOLATION: "refused",
+    ExitStatus.UNUSABLE: "unusable",
+    ExitStatus.NO_VERDICT: "no verdict",
+    ExitStatus.INTERNAL_ERROR: "our fault",
+}
 #: The order in which results are counted.
 _ORDER = (_WORDS[ExitStatus.CLEAN], "as before", *list(_WORDS.values())[1:])
 
@@ -265,8 +281,14 @@ def make_table(outcomes: "Sequence[Outcome]") -> str:
 def _write_results_json(outcomes: "Sequence[Outcome]") -> str:
     """The results for programs; the same whoever made them, and whether they were made again."""
     programs = [
-        {"program": one.program, "status": one.status, "cycle_time_s": one.cycle_time_s, "rows": one.rows,
-         "errors": sum(item.severity == "error" for item in one.findings),
-         "warnings": sum(item.severity == "warning" for item in one.findings)} for one in outcomes
-    ]  # fmt: skip
+        {
+            "program": one.program,
+            "status": one.status,
+            "cycle_time_s": one.cycle_time_s,
+            "rows": one.rows,
+            "errors": sum(item.severity == "error" for item in one.findings),
+            "warnings": sum(item.severity == "warning" for item in one.findings),
+        }
+        for one in outcomes
+    ]
     return format_json({"schema": 1, "programs": programs}, 2) + "\n"

@@ -196,8 +196,13 @@ def _emit(files: RunFiles, output_file: Path | None, text: str) -> None:
 
 
 def _emit_failure(
-    files: RunFiles, output_file: Path | None, output_format: str, verdict: Verdict, message: str, findings: "Sequence[Finding]"
-) -> None:  # fmt: skip
+    files: RunFiles,
+    output_file: Path | None,
+    output_format: str,
+    verdict: Verdict,
+    message: str,
+    findings: "Sequence[Finding]",
+) -> None:
     """Write, for programs that read it, why the check could not begin."""
     if output_format == "text":
         return
@@ -207,9 +212,14 @@ def _emit_failure(
 
 
 def make_policy(
-    files: RunFiles, settings: "Settings | None", fail_level: "Severity | None", select: str | None, ignore: str | None, severity: tuple[str, ...],
+    files: RunFiles,
+    settings: "Settings | None",
+    fail_level: "Severity | None",
+    select: str | None,
+    ignore: str | None,
+    severity: tuple[str, ...],
     baseline: Path | None,
-) -> "tuple[Policy, Severity]":  # fmt: skip
+) -> "tuple[Policy, Severity]":
     """Which findings count, and from which gravity: options and environment before the settings file."""
     from verne_post.output.policy import Policy, find_mistakes, read_baseline
 

@@ -50,9 +50,13 @@ class _FormatChoice(click.Choice):  # type: ignore[type-arg]  # generic only sin
 
 
 format_option = click.option(
-    "--format", "file_format", type=_FormatChoice(), default=DEFAULT_FORMAT, show_default=True,
+    "--format",
+    "file_format",
+    type=_FormatChoice(),
+    default=DEFAULT_FORMAT,
+    show_default=True,
     help="Format of the setpoint file.",
-)  # fmt: skip
+)
 
 
 class Outputs(Struct, frozen=True):
@@ -94,9 +98,8 @@ class Outputs(Struct, frozen=True):
 
         if self.rows is None:
             raise click.UsageError(
-                "the setpoints are cut at stops (--split-at-stops, or split_at_stops of the set-up), which "
-                "makes several files; give their name: "
-                "-o axes.csv"
+                "the setpoints are cut at stops (--split-at-stops, or split_at_stops of the set-up), which makes "
+                "several files; give their name: -o axes.csv"
             )
         if self.file_format != DEFAULT_FORMAT:
             raise click.UsageError(
@@ -128,9 +131,13 @@ def check_format(name: str) -> None:
 
 
 def convert_to_files(
-    source: "Text", machine: "Machine", options: "Options", outputs: Outputs, files: RunFiles,
+    source: "Text",
+    machine: "Machine",
+    options: "Options",
+    outputs: Outputs,
+    files: RunFiles,
     progress: "Progress | None" = None,
-) -> "tuple[Result, tuple[tuple[str, str], ...]]":  # fmt: skip
+) -> "tuple[Result, tuple[tuple[str, str], ...]]":
     """Convert a program and write what was asked for, if it passes.
 
     Returns

@@ -32,9 +32,15 @@ from verne_post.model.options import Group
 @quiet_option
 @add_program_options()
 def command(
-    input_name: str, output: Path | None, file_format: str, meta: Path | None,
-    events: Path | None, write_parameters: Path | None, quiet: bool, **given: Any,
-) -> int:  # fmt: skip
+    input_name: str,
+    output: Path | None,
+    file_format: str,
+    meta: Path | None,
+    events: Path | None,
+    write_parameters: Path | None,
+    quiet: bool,
+    **given: Any,
+) -> int:
     """Convert G-code to verified setpoints.
 
     INPUT is a file, or - for standard input. Nothing is written unless the whole program passes every check.

@@ -193,9 +193,12 @@ def _make_outcome(job: Job) -> Outcome:
         result, _said = convert_to_files(source, job.machine, options, outputs, files)
         summary = result.summary if result.ok else None
         done = Outcome(
-            job.program, result.exit_code, result.findings,
-            None if summary is None else summary.cycle_time, None if summary is None else summary.n_rows,
-        )  # fmt: skip
+            job.program,
+            result.exit_code,
+            result.findings,
+            None if summary is None else summary.cycle_time,
+            None if summary is None else summary.n_rows,
+        )
         made = {(job.place.parent / path.name).as_posix(): path for path in sorted(folder.iterdir())}
         for name in made:
             job.claim_one(files, job.root / name)
@@ -216,9 +219,13 @@ def _compute_key(job: Job, source: "Text", options: "Options") -> str:
     from verne_post.base.long_text import compute_sha256
 
     parts = {
-        "version": __version__, "program": compute_sha256(source), "machine": job.machine.sha256,
-        "format": job.file_format, "options": options.record(), "name": job.program,
-    }  # fmt: skip
+        "version": __version__,
+        "program": compute_sha256(source),
+        "machine": job.machine.sha256,
+        "format": job.file_format,
+        "options": options.record(),
+        "name": job.program,
+    }
     return hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()
 
 

@@ -324,9 +324,12 @@ def axis_check(
 @add_sigma_option("--sigma-rho", 0.01, "MM", "Standard uncertainty of slider readings; 0: exact.")
 @add_sigma_option("--sigma-xyz", 0.02, "MM", "Standard uncertainty of each coordinate of P.")
 @add_sigma_option(
-    "--sigma-alpha-deg", 0.01, "DEG", "Standard uncertainty of measured tilts; inf: a tilt only tells which solution a row is.",
+    "--sigma-alpha-deg",
+    0.01,
+    "DEG",
+    "Standard uncertainty of measured tilts; inf: a tilt only tells which solution a row is.",
     infinite=True,
-)  # fmt: skip
+)
 @add_sigma_option("--sigma-rod", 0.0, "MM", "How far each rod may miss: play and bending that no length explains.")
 @click.option(
     "--starts",
@@ -388,9 +391,8 @@ def identify_(
         )
     if isinstance(machine.five_axis, AxisCorrecting):
         raise click.UsageError(
-            f"--machine {machine_name}: identify fits the lengths as drawn, and this file has [as_built]; "
-            "use machine calibrate, "
-            "or a file without [as_built]"
+            f"--machine {machine_name}: identify fits the lengths as drawn, and this file has [as_built]; use machine "
+            "calibrate, or a file without [as_built]"
         )
     present = {key: float(getattr(module, key)) for key in module.length_names}
     groups = [_read_length_names(text, "--tie", "=", present) for text in tied]

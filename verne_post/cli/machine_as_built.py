@@ -21,9 +21,16 @@ if TYPE_CHECKING:
 
 _OUTPUT = click.option("-o", "--output", type=FILE, required=True, metavar="FILE")
 _TOLERANCES = (
-    click.option("--tolerance-mm", type=NUMBER, metavar="MM", help="Standard deviation of every place and length, in place of [tolerances]."),
-    click.option("--tolerance-mrad", type=NUMBER, metavar="MRAD", help="Standard deviation of every direction, likewise."),
-)  # fmt: skip
+    click.option(
+        "--tolerance-mm",
+        type=NUMBER,
+        metavar="MM",
+        help="Standard deviation of every place and length, in place of [tolerances].",
+    ),
+    click.option(
+        "--tolerance-mrad", type=NUMBER, metavar="MRAD", help="Standard deviation of every direction, likewise."
+    ),
+)
 
 
 def _add_tolerance_options(function: "Callable[..., Any]") -> "Callable[..., Any]":
@@ -231,8 +238,11 @@ def _require_used(given: dict[str, Any], readings: str | None, *, plan: bool, pl
     """Refuse options that would be ignored."""
     if not plan:
         for option, key in (
-            ("--tool-length", "tool_lengths"), ("--at", "places"), ("--dwell", "dwell"), ("--simulate", "simulate"),
-        ):  # fmt: skip
+            ("--tool-length", "tool_lengths"),
+            ("--at", "places"),
+            ("--dwell", "dwell"),
+            ("--simulate", "simulate"),
+        ):
             if given[key] not in (None, ()):
                 raise click.UsageError(f"{option} is about poses to measure: it goes with --plan N")
     elif readings is None and (given["length_file"] or _is_given("sigma_mrad")):

@@ -96,8 +96,15 @@ def _make_prior(files: RunFiles, opened: OpenedMachine, tolerances: Array, given
 
 
 def run_calibration(
-    files: RunFiles, opened: OpenedMachine, tolerances: Array, readings: str, output: Path, plot: Path | None, suffix: str, given: dict[str, Any]
-) -> int:  # fmt: skip
+    files: RunFiles,
+    opened: OpenedMachine,
+    tolerances: Array,
+    readings: str,
+    output: Path,
+    plot: Path | None,
+    suffix: str,
+    given: dict[str, Any],
+) -> int:
     """Fit the readings, and write the machine file, its covariance and the picture."""
     beside = place_covariance_file(output)
     files.expect_writing(output, "-o")
@@ -177,9 +184,15 @@ def run_plan(
     try:
         with show_progress("choosing poses"):
             plan = plan_poses(
-                machine, AsBuiltModel(opened.as_built), prior, lengths, planned, given["sigma_mm"], _make_joint_uncertainty(given),
+                machine,
+                AsBuiltModel(opened.as_built),
+                prior,
+                lengths,
+                planned,
+                given["sigma_mm"],
+                _make_joint_uncertainty(given),
                 np.array(places) if places else None,
-            )  # fmt: skip
+            )
     except ValueError as error:
         raise click.UsageError(f"--plan {planned}: {error}; choose other tools or places") from None
     poses = plan.poses

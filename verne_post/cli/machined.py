@@ -108,11 +108,28 @@ _ASKED = Wanted()
 @quiet_option
 @add_program_options("solver", "quality", "jobs", "slow_start")
 def command(
-    setpoints: str, against: str, nominal: str | None, fixtures: tuple[str, ...], distance: float, stock_from: str | None,
-    stock_left: str | None, unit: str, gouge: float, excess: float, grid: float, search: float,
-    datum: Any, measured: Path | None, columns: str, delay: str, table: Path | None, output: Path | None,
-    output_format: str, quiet: bool, **given: Any,
-) -> int:  # fmt: skip
+    setpoints: str,
+    against: str,
+    nominal: str | None,
+    fixtures: tuple[str, ...],
+    distance: float,
+    stock_from: str | None,
+    stock_left: str | None,
+    unit: str,
+    gouge: float,
+    excess: float,
+    grid: float,
+    search: float,
+    datum: Any,
+    measured: Path | None,
+    columns: str,
+    delay: str,
+    table: Path | None,
+    output: Path | None,
+    output_format: str,
+    quiet: bool,
+    **given: Any,
+) -> int:
     """Compare rows as written, or as measured, with the nominal part and with fixtures: gouges, excess, contacts, and
     what is certain.
 

@@ -66,9 +66,14 @@ def read_rows(
 
 
 def read_measured(
-    files: RunFiles, measured: Path, columns: str, delay: str, commanded: "Array", program: "Program",
+    files: RunFiles,
+    measured: Path,
+    columns: str,
+    delay: str,
+    commanded: "Array",
+    program: "Program",
     drives: "tuple[Drive, ...]",
-) -> "tuple[Array, int]":  # fmt: skip
+) -> "tuple[Array, int]":
     """Joints (m, n_joints) of a log, mm and rad, and by how many rows it is later than the commanded ones."""
     import numpy as np
 

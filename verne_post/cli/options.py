@@ -61,19 +61,27 @@ class FileOption(Struct, frozen=True):
 
 
 FILES: Final = (
-    FileOption("--machine", "machine_name", "NAME|FILE", "Machine by name, or its TOML file; default: that of the settings file, else verne.", Group.SETUP),
+    FileOption("--machine", "machine_name", "NAME|FILE",
+               "Machine by name, or its TOML file; default: that of the settings file, else verne.", Group.SETUP),
     FileOption("--tool-table", "tool_table", "FILE", "LinuxCNC tool table (.tbl).", Group.SETUP),
-    FileOption("--tool-lengths", "tool_lengths", "FILE", "Measured tool lengths (CSV or JSON), in place of those of the table.", Group.SETUP),
-    FileOption("--measured-offset", "measured_offset", "FILE", "Measured work offsets (CSV or JSON), with the meaning of --wcs.", Group.SETUP),
-    FileOption("--tool-shapes", "shapes_file", "FILE", "Cutter, shank and holder of the tools (TOML); without it a cylinder of the tool table's "
+    FileOption("--tool-lengths", "tool_lengths", "FILE",
+               "Measured tool lengths (CSV or JSON), in place of those of the table.", Group.SETUP),
+    FileOption("--measured-offset", "measured_offset", "FILE",
+               "Measured work offsets (CSV or JSON), with the meaning of --wcs.", Group.SETUP),
+    FileOption("--tool-shapes", "shapes_file", "FILE",
+               "Cutter, shank and holder of the tools (TOML); without it a cylinder of the tool table's "
                "diameter.", Group.SAFETY),
-    FileOption("--subroutine-path", "subroutine_path", "DIR", "Where files of subroutines are looked for beside the program's own folder; must "
+    FileOption("--subroutine-path", "subroutine_path", "DIR",
+               "Where files of subroutines are looked for beside the program's own folder; must "
                "lie inside it; repeatable.", Group.PROGRAM, multiple=True),
-    FileOption("--parameters", "parameter_file", "FILE", "LinuxCNC parameter file (.var): numbered parameters, home positions and work offsets that "
+    FileOption("--parameters", "parameter_file", "FILE",
+               "LinuxCNC parameter file (.var): numbered parameters, home positions and work offsets that "
                "the program finds.", Group.PROGRAM),
-    FileOption("--setup", "setup_file", "FILE.toml|none", "Set-up of the program: offsets, tools, fixtures, options; default: INPUT.toml beside it, "
+    FileOption("--setup", "setup_file", "FILE.toml|none",
+               "Set-up of the program: offsets, tools, fixtures, options; default: INPUT.toml beside it, "
                "where there is one.", Group.SETUP),
-    FileOption("--settings", "settings", "FILE", "Settings file; default: the nearest verne-post.toml, from the current folder upwards.",
+    FileOption("--settings", "settings", "FILE",
+               "Settings file; default: the nearest verne-post.toml, from the current folder upwards.",
                Group.ADVANCED),
 )  # fmt: skip
 
@@ -184,8 +192,15 @@ _COMPLETED: Final[dict[str, Any]] = {"machine_name": MACHINE, "setup_file": INPU
 def _make_file_option(one: FileOption) -> Callable[..., Any]:
     kind = FILE if one.metavar == "FILE" else _COMPLETED.get(one.name, click.STRING)
     return click.option(
-        one.flag, one.name, cls=GroupedOption, group=one.group, type=kind, metavar=one.metavar, multiple=one.multiple, help=one.help,
-    )  # fmt: skip
+        one.flag,
+        one.name,
+        cls=GroupedOption,
+        group=one.group,
+        type=kind,
+        metavar=one.metavar,
+        multiple=one.multiple,
+        help=one.help,
+    )
 
 
 #: The option that names a machine, for commands that read no program.
@@ -205,9 +220,16 @@ def _make_option(name: str) -> Callable[..., Any]:
         help_text += f"  [default: {default}]"
     flags = [shown.short] if shown.short else []
     return click.option(
-        *flags, spell_flag(name), name, cls=GroupedOption, group=shown.group, default=None, multiple=name in ("wcs", "keep_out"),
-        help=help_text, **settings,
-    )  # fmt: skip
+        *flags,
+        spell_flag(name),
+        name,
+        cls=GroupedOption,
+        group=shown.group,
+        default=None,
+        multiple=name in ("wcs", "keep_out"),
+        help=help_text,
+        **settings,
+    )
 
 
 def _choose_click_type(option: Option) -> Any:

@@ -12,8 +12,20 @@ from verne_post.config.beside import lies_in
 
 #: Endings of programs that are looked for in folders.
 PROGRAMS: Final = (
-    ".nc", ".ngc", ".tap", ".gcode", ".cnc", ".mpf", ".h", ".cls", ".clsf", ".apt", ".aptsource", ".ncl", ".cl",
-)  # fmt: skip
+    ".nc",
+    ".ngc",
+    ".tap",
+    ".gcode",
+    ".cnc",
+    ".mpf",
+    ".h",
+    ".cls",
+    ".clsf",
+    ".apt",
+    ".aptsource",
+    ".ncl",
+    ".cl",
+)
 
 
 def find_programs(

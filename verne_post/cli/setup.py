@@ -21,9 +21,12 @@ if TYPE_CHECKING:
 @click.command("setup", cls=GroupedCommand, short_help="Write the file of tools and offsets to fill in.")
 @click.argument("input_name", type=INPUT, metavar="INPUT")
 @click.option(
-    "-o", "--output", type=FILE, metavar="OUT.toml",
+    "-o",
+    "--output",
+    type=FILE,
+    metavar="OUT.toml",
     help="Where to write; - is standard output.  [default: INPUT.toml, where there is none yet]",
-)  # fmt: skip
+)
 @quiet_option
 @add_program_options("jobs")
 def command(input_name: str, output: Path | None, quiet: bool, **given: Any) -> int:

@@ -19,8 +19,11 @@ if TYPE_CHECKING:
 NONE: Final = "none"
 #: Key of a set-up that names a file -> where the command line's own file is.
 KEYS_OF_FILES: Final = {
-    "tool_table": "tool_table", "tool_lengths": "tool_lengths", "tool_shapes": "shapes_file", "parameters": "parameter_file",
-}  # fmt: skip
+    "tool_table": "tool_table",
+    "tool_lengths": "tool_lengths",
+    "tool_shapes": "shapes_file",
+    "parameters": "parameter_file",
+}
 
 
 class Offsets(Struct, frozen=True):

@@ -162,9 +162,14 @@ def _watch(rows: "Iterator[SetpointBlock]", raw: IO[bytes], progress: "Progress 
 
 
 def _follow_log(
-    files: RunFiles, setpoints: str, measured: Path, columns: str, delay: str, program: "Program",
+    files: RunFiles,
+    setpoints: str,
+    measured: Path,
+    columns: str,
+    delay: str,
+    program: "Program",
     drives: "tuple[Drive, ...]",
-) -> "tuple[Following, NDArray[np.int32]]":  # fmt: skip
+) -> "tuple[Following, NDArray[np.int32]]":
     """Compare a log with the file that it is a run of; also returns the source lines of the file's rows."""
     from verne_post.verification.following import compare_log
 

@@ -76,8 +76,11 @@ def read_as_built(table: object, file_name: str, read: Callable[[str], bytes]) -
     if isinstance(table, dict) and "file" in table:
         name = table["file"]
         if not isinstance(name, str) or len(table) > 1:
-            raise _make_error(file_name, 'as_built.file names a file with an [as_built] table, such as "as-built.toml"; '
-                           "then [as_built] has no other key here")  # fmt: skip
+            raise _make_error(
+                file_name,
+                'as_built.file names a file with an [as_built] table, such as "as-built.toml"; '
+                "then [as_built] has no other key here",
+            )
         raw = read(name)
         try:
             data = read_toml(raw)

@@ -98,8 +98,7 @@ class CarrierFile(Table, frozen=True, kw_only=True):
         if missing or spare:
             raise ValueError(
                 f"{len(self.actuators)} actuators with {'struts' if self.rods is None else 'rods'} need "
-                f"{', '.join(sorted(wanted))}, and do "
-                f"not take {', '.join(sorted(other))}; "
+                f"{', '.join(sorted(wanted))}, and do not take {', '.join(sorted(other))}; "
                 f"{'missing: ' + ', '.join(missing) if missing else 'too many: ' + ', '.join(spare)}"
             )
         moved = [strut.length for strut in self.struts or ()] or [rod.by for rod in self.rods or ()]
@@ -127,11 +126,9 @@ def describe_refused_carrier(carrier: object, schema: object) -> str | None:
     if schema == 2 and ("rods" in keys or "struts" in keys):
         return None
     return (
-        "carrier: a carrier of this kind is not executed; a carrier in a chain (schema 2) has three struts of "
-        "variable length and a central "
-        "leg, six rods of fixed length on three sliders, six struts, or six rods on six sliders; over the tilting "
-        "rotary table "
-        "(schema 1) there are the kinds 'verne', 'serial', 'linear_delta' and 'rods'"
+        "carrier: a carrier of this kind is not executed; a carrier in a chain (schema 2) has three struts of variable "
+        "length and a central leg, six rods of fixed length on three sliders, six struts, or six rods on six sliders; "
+        "over the tilting rotary table (schema 1) there are the kinds 'verne', 'serial', 'linear_delta' and 'rods'"
     )
 
 
@@ -168,9 +165,14 @@ def _build_hexapod(file: CarrierFile, chain: ChainMachine, to_polar: Array, part
         joints = [(rod.platform, rod.slider) for rod in ordered]
         rails, rods = [rod.rail for rod in ordered], [rod.rod for rod in ordered]
     legs = SixLegs(
-        file.home, [end for end, _foot in joints], [foot for _end, foot in joints], file.largest_turn_deg, rails, rods,
+        file.home,
+        [end for end, _foot in joints],
+        [foot for _end, foot in joints],
+        file.largest_turn_deg,
+        rails,
+        rods,
         file.home_actuators_mm,
-    )  # fmt: skip
+    )
     return HexapodMachine(
         chain,
         legs,
@@ -188,9 +190,17 @@ def build_leg_clearance(file: CarrierFile, machine: HexapodMachine) -> Clearance
     if file.rod_diameter_mm is None:
         return None
     bodies = Bodies(
-        minimum=0.0, rod_radius=np.full(6, 0.5 * file.rod_diameter_mm), spindle_radius=None, spindle_top=0.0, tool_radius=None,
-        platform=None, platform_radius=0.0, slider_cone=None, platform_cone=None, cone_centre=None,
-    )  # fmt: skip
+        minimum=0.0,
+        rod_radius=np.full(6, 0.5 * file.rod_diameter_mm),
+        spindle_radius=None,
+        spindle_top=0.0,
+        tool_radius=None,
+        platform=None,
+        platform_radius=0.0,
+        slider_cone=None,
+        platform_cone=None,
+        cone_centre=None,
+    )
     return Clearance(bodies, machine, machine.nose_offset, machine.spindle, 0.0)
 
 
@@ -220,9 +230,13 @@ def build_carried_machine(
     struts = {strut.length: strut for strut in file.struts}
     ordered = [struts[name] for name in file.actuators]
     leg = CentralLeg(
-        file.home, file.central.base, file.central.first_axis, [strut.platform for strut in ordered],
-        [strut.base for strut in ordered], file.largest_turn_deg,
-    )  # fmt: skip
+        file.home,
+        file.central.base,
+        file.central.first_axis,
+        [strut.platform for strut in ordered],
+        [strut.base for strut in ordered],
+        file.largest_turn_deg,
+    )
     tilting, turning = names
     along = to_polar @ leg.frame[:, 2]
     platform = to_polar @ (np.array(file.home) - part_zero)

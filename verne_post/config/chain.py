@@ -156,9 +156,8 @@ def _find_faults(chain: ChainFile, joints: dict[str, JointFile]) -> Iterator[str
     named = [*chain.tool, *chain.part]
     if sorted(named) != sorted(joints):
         yield (
-            f"chain.tool and chain.part name {', '.join(named) or 'no joint'}, and the joints are "
-            f"{', '.join(joints)}; expected every "
-            "joint once"
+            f"chain.tool and chain.part name {', '.join(named) or 'no joint'}, and the joints are {', '.join(joints)}; "
+            "expected every joint once"
         )
     bare = [name for name in named if joints[name].slides is joints[name].turns is None]
     if bare:
@@ -173,9 +172,8 @@ def _find_faults(chain: ChainFile, joints: dict[str, JointFile]) -> Iterator[str
         kinds = [name in turns for name in side]
         if kinds != sorted(kinds):
             yield (
-                f"{side[kinds.index(True)]} turns {side[len(kinds) - 1 - kinds[::-1].index(False)]}: a rotary "
-                "joint that carries a linear "
-                "one is not executed yet"
+                f"{side[kinds.index(True)]} turns {side[len(kinds) - 1 - kinds[::-1].index(False)]}: a rotary joint "
+                "that carries a linear one is not executed yet"
             )
 
 
@@ -184,9 +182,8 @@ def _find_carrier_faults(file: ChainMachineFile, carrier: CarrierFile) -> Iterat
     turns = [name for name, joint in file.joints.items() if joint.turns is not None]
     if carrier.is_hexapod and turns:
         yield (
-            f"the joints turn: {', '.join(turns)}; six actuators hold the platform in every direction, so "
-            "expected none; a rotary table "
-            "under them is not executed yet"
+            f"the joints turn: {', '.join(turns)}; six actuators hold the platform in every direction, so expected "
+            "none; a rotary table under them is not executed yet"
         )
     elif not carrier.is_hexapod and (len(turns) != 2 or not set(turns) <= set(_ROTARY)):
         yield f"the joints turn: {', '.join(turns) or 'none'}; expected two of a, b, c"
@@ -200,28 +197,32 @@ def _find_carrier_faults(file: ChainMachineFile, carrier: CarrierFile) -> Iterat
             value = "a strut is its length" if carrier.rods is None else "a slider is its place on the rails"
             yield f"joints.{name}.slides: the value of {value}; leave the direction out"
         if file.joints[name].positive is not None:
-            yield f"joints.{name}.positive: a strut that grows, and a slider along its rails, is positive; leave the key out"
+            yield (
+                f"joints.{name}.positive: a strut that grows, and a slider along its rails, is positive; leave the key "
+                "out"
+            )
     if carrier.is_hexapod:
         if file.chain.tool != ["carrier"] or file.chain.part:
-            yield f"chain.tool = {file.chain.tool}, chain.part = {file.chain.part}: expected tool = ['carrier'] and part = []"
+            yield (
+                f"chain.tool = {file.chain.tool}, chain.part = {file.chain.part}: expected tool = ['carrier'] and part "
+                "= []"
+            )
         if file.table is not None:
             yield "table: the part under six legs stands still, so it has no face that turns; leave [table] out"
         return
     if carrier.rods is not None:
         if file.chain.tool[:1] != ["carrier"] or sorted([*file.chain.tool[1:], *file.chain.part]) != sorted(turns):
             yield (
-                f"chain.tool = {file.chain.tool}, chain.part = {file.chain.part}: expected 'carrier' first in "
-                "tool, then the rotary "
-                "joints of the tool, and those of the part in part"
+                f"chain.tool = {file.chain.tool}, chain.part = {file.chain.part}: expected 'carrier' first in tool, "
+                "then the rotary joints of the tool, and those of the part in part"
             )
         return
     if file.table is not None:
         yield "table: the part of a carrier with a wrist stands still, so it has no face that turns; leave [table] out"
     if file.chain.part or file.chain.tool[:1] != ["carrier"] or sorted(file.chain.tool[1:]) != sorted(turns):
         yield (
-            f"chain.tool = {file.chain.tool}, chain.part = {file.chain.part}: expected 'carrier' first in "
-            "tool, then both rotary joints, "
-            "and part = []; a central leg over a rotary table is not executed yet"
+            f"chain.tool = {file.chain.tool}, chain.part = {file.chain.part}: expected 'carrier' first in tool, then "
+            "both rotary joints, and part = []; a central leg over a rotary table is not executed yet"
         )
 
 
@@ -332,9 +333,8 @@ def _check_travel(nutation: Nutation, name: str, travel: list[float] | None, sig
     slack = DEG_PER_RAD * RIGHT_ANGLE
     if travel is None or travel[0] < low - slack or travel[1] > high + slack:
         raise ValueError(
-            f"joints.{name}.travel_deg = {travel if travel else 'absent'}: the pair nutates, and its "
-            f"solutions meet at {name} {low:.6g} and "
-            f"{high:.6g}, its folds; expected a travel between them"
+            f"joints.{name}.travel_deg = {travel if travel else 'absent'}: the pair nutates, and its solutions meet at "
+            f"{name} {low:.6g} and {high:.6g}, its folds; expected a travel between them"
         )
 
 
@@ -371,7 +371,10 @@ def build_chain_machine(data: dict[str, Any], raw: bytes, file_name: str) -> Mac
     except ValueError as error:
         raise InputError(make_finding("VP501", f"{file_name}: {error}")) from None
     if file.table is not None and abs(geometry.pair.directions[2, 2]) < 1.0 - PARALLEL:
-        text = f"{file_name}: table.radius: {geometry.turn} does not turn about z of the part, so it has no face at z = 0; leave [table] out"
+        text = (
+            f"{file_name}: table.radius: {geometry.turn} does not turn about z of the part, so it has no face at z = "
+            "0; leave [table] out"
+        )
         raise InputError(make_finding("VP501", text))
     signs = dict(zip((geometry.tilt, geometry.turn), geometry.signs, strict=True))
     columns = (

@@ -196,8 +196,11 @@ class Pins:
         if found is None and pin in self._net:
             found = self._signals.get(self._net[pin])
             if found is None:
-                raise _refuse(self._ini.name, f"{pin} comes from the signal {self._net[pin]}, which no number is set to: "
-                              "expected setp or sets with a number")  # fmt: skip
+                raise _refuse(
+                    self._ini.name,
+                    f"{pin} comes from the signal {self._net[pin]}, which no number is set to: "
+                    "expected setp or sets with a number",
+                )
         if found is None:
             return None
         text, where = found
@@ -241,8 +244,11 @@ def convert_linuxcnc(raw: bytes, name: str, read: Read) -> ImportedMachine:
     for pin in kinematics.pins:
         value = pins.find_number(f"{component}.{pin}")
         if value is None and component == _HEXAPOD and pin not in _HEXAPOD_PINS:
-            raise _refuse(name, f"nothing sets {component}.{pin}: the joints of the struts are needed, and the defaults of the component "
-                          "are those of a demonstration")  # fmt: skip
+            raise _refuse(
+                name,
+                f"nothing sets {component}.{pin}: the joints of the struts are needed, and the defaults of the "
+                "component are those of a demonstration",
+            )
         if value is None:
             value = _DEFAULTS.get((component, pin), 0.0)
             notes.append(f"nothing sets {component}.{pin}: taken as {value:g}, its default")
@@ -295,9 +301,8 @@ def _find_notes(ini: IniFile, pins: Pins, component: str, coordinates: str) -> I
     for pin in kinematics.tool:
         if not pins.is_connected(f"{component}.{pin}"):
             yield (
-                f"{component}.{pin} is not connected to motion.tooloffset.z: LinuxCNC then compensates no tool "
-                "length; the file "
-                "does"
+                f"{component}.{pin} is not connected to motion.tooloffset.z: LinuxCNC then compensates no tool length; "
+                "the file does"
             )
     spare = [
         letter.upper()
@@ -370,8 +375,13 @@ def _place_hexapod(
     the platform's origin, and program coordinates count from spindle-offset below the origin of the base.
     """
     if lengths["screw-lead"]:
-        raise InputError(make_finding("VP508", f"{ini.name}: {_HEXAPOD}.screw-lead = {lengths['screw-lead'] / unit:g}: struts whose value turns "
-                                      "with their joints (strut length correction) are not executed; expected 0"))  # fmt: skip
+        raise InputError(
+            make_finding(
+                "VP508",
+                f"{ini.name}: {_HEXAPOD}.screw-lead = {lengths['screw-lead'] / unit:g}: struts whose value turns "
+                "with their joints (strut length correction) are not executed; expected 0",
+            )
+        )
     home = _read_home(ini, unit, notes)
     shift = lengths["spindle-offset"]
     lines = [
@@ -396,16 +406,24 @@ def _place_hexapod(
         length = math.dist([h + e for h, e in zip(home, end, strict=True)], base)
         stated = ini.read_number(f"JOINT_{k}", "HOME")
         if stated is not None and abs(unit * stated - length) > _HOME_APART_MM:
-            notes.append(f"[JOINT_{k}]HOME = {stated:g}, and with the platform at [TRAJ]HOME the strut is {length / unit:.6g} long: one of them "
-                         "is wrong, or the machine homes elsewhere")  # fmt: skip
+            notes.append(
+                f"[JOINT_{k}]HOME = {stated:g}, and with the platform at [TRAJ]HOME the strut is {length / unit:.6g} "
+                "long: one of them is wrong, or the machine homes elsewhere"
+            )
         joints.append(_write_strut(ini, k, unit))
     lines += ["]", f"smallest_singular_value = {_SMALLEST_MEASURE}         # assumed", ""]
-    notes.append("its words A, B, C are roll, pitch and yaw of the platform; here A and C say where the tool points, and the platform "
-                 "takes the shortest turn from home to there")  # fmt: skip
-    notes.append("machine coordinates (G53, G28) count from the gauge point at [TRAJ]HOME, those of LinuxCNC from the base; work offsets of "
-                 "--wcs are those of LinuxCNC")  # fmt: skip
-    notes.append(f"smallest_singular_value = {_SMALLEST_MEASURE} is assumed; rod_diameter_mm and the cones of the joints are left out, so that "
-                 "distances of the struts and their joints are not checked")  # fmt: skip
+    notes.append(
+        "its words A, B, C are roll, pitch and yaw of the platform; here A and C say where the tool points, and the "
+        "platform takes the shortest turn from home to there"
+    )
+    notes.append(
+        "machine coordinates (G53, G28) count from the gauge point at [TRAJ]HOME, those of LinuxCNC from the base; "
+        "work offsets of --wcs are those of LinuxCNC"
+    )
+    notes.append(
+        f"smallest_singular_value = {_SMALLEST_MEASURE} is assumed; rod_diameter_mm and the cones of the joints are "
+        "left out, so that distances of the struts and their joints are not checked"
+    )
     return lines, joints
 
 
@@ -445,7 +463,8 @@ def _read_speeds(ini: IniFile, section: str, name: str, scale: float) -> dict[st
         if (value is None and kind != "jerk") or (value is not None and value <= 0):
             raise _refuse(
                 ini.name,
-                f"[{section}]{key} of {name} is {'missing' if value is None else f'{value:g}'}; expected a number above 0",
+                f"[{section}]{key} of {name} is {'missing' if value is None else f'{value:g}'}; expected a number "
+                "above 0",
             )
         speeds[kind] = None if value is None else scale * value
     return speeds
@@ -478,5 +497,10 @@ def _write_joint(ini: IniFile, letter: str, number: int, unit: float, rotary: st
 
 def _write_head(ini: IniFile, component: str) -> list[str]:
     title = (ini.find("EMC", "MACHINE") or (component, ""))[0] or component
-    return [f"# From {escape_unprinted(ini.name)}, a configuration of LinuxCNC with {component}. Keys: docs/machine-file.md, schema 2.",
-            "schema = 2", f"name = {quote(title)}", ""]  # fmt: skip
+    return [
+        f"# From {escape_unprinted(ini.name)}, a configuration of LinuxCNC with {component}. Keys: "
+        "docs/machine-file.md, schema 2.",
+        "schema = 2",
+        f"name = {quote(title)}",
+        "",
+    ]

@@ -214,9 +214,14 @@ def _convert_limits(file: LimitsFile, kind: Kind, n: int, table: TiltingTable) -
     smallest_drop = values["serial_singularity_mm"] if kind.rods else 0.0
     determinant = values["parallel_singularity"] if kind.rods else None
     return Limits(
-        rows[:, 0], rows[:, 1], collect_joints("velocity"), collect_joints("acceleration"), collect_joints("jerk"),
-        smallest_drop, -math.inf if determinant is None else determinant,
-    )  # fmt: skip
+        rows[:, 0],
+        rows[:, 1],
+        collect_joints("velocity"),
+        collect_joints("acceleration"),
+        collect_joints("jerk"),
+        smallest_drop,
+        -math.inf if determinant is None else determinant,
+    )
 
 
 def _check_schemas(
@@ -283,9 +288,12 @@ def _require_places(content: MachineFile, places: RodPlaces | None, file_name: s
         raise InputError(make_finding("VP501", f"{file_name}: as_built: kind {content.kind!r} has no as-built model"))
     if places is None:
         raise InputError(
-            make_finding("VP501", f"{file_name}: rods is missing: as_built needs to know where the rods are along x "
-                    "(leg1_slider_x, leg23_slider_x, leg23_spacing)")
-        )  # fmt: skip
+            make_finding(
+                "VP501",
+                f"{file_name}: rods is missing: as_built needs to know where the rods are along x "
+                "(leg1_slider_x, leg23_slider_x, leg23_spacing)",
+            )
+        )
 
 
 def _make_rod_bodies(five_axis: FiveAxis, nominal: HybridMachine, places: RodPlaces) -> "VerneRods":

@@ -12,9 +12,14 @@ _OF_AXES: Final = ("mm", "deg", "velocity", "acceleration", "jerk")
 _RAMPS: Final = (("velocity", "acceleration", 5e-4, 60.0), ("acceleration", "jerk", 1e-4, 30.0))
 #: Other keys with a row of their own.
 _OF_BODIES: Final = (
-    "table.pivot", "table.machine_zero", "table.radius", "rods.diameter_mm", "rods.leg23_spacing",
-    "clearance.spindle_diameter_mm", "clearance.platform_diameter_mm",
-)  # fmt: skip
+    "table.pivot",
+    "table.machine_zero",
+    "table.radius",
+    "rods.diameter_mm",
+    "rods.leg23_spacing",
+    "clearance.spindle_diameter_mm",
+    "clearance.platform_diameter_mm",
+)
 _OF_THE_REST: Final = {
     "accuracy.tip_mm": "tip tolerance",
     "accuracy.axis_deg": "axis tolerance",

@@ -261,9 +261,8 @@ def check_lead_error(value: list[list[float]] | None) -> None:
             raise ValueError(f"places rise from row to row; {high:g} follows {low:g}")
         if abs(error_high - error_low) > STEEPEST_ERROR * (high - low):
             raise ValueError(
-                f"between {low:g} and {high:g} the error changes by more than {STEEPEST_ERROR:g} of the way: "
-                "[place, error], "
-                "both in mm or degrees"
+                f"between {low:g} and {high:g} the error changes by more than {STEEPEST_ERROR:g} of the way: [place, "
+                "error], both in mm or degrees"
             )
 
 

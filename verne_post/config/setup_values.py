@@ -74,13 +74,20 @@ def lay_over_setup(options: Options, program: Path | None, setup: Setup) -> Opti
     contents = {key: (_read(named, f"{file.place_of(key)} ="), str(named)) for key, named in files.items()}
     fixtures = {name: one.make(name, contents.get(f"keep_out.{name}.file")) for name, one in file.keep_out.items()}
     fixtures |= {one.name: one for one in options.keep_out}
-    return Options(**{
-        "stock": make_stock(file.stock, contents.get("stock.file")),
-        "part": None if file.part is None else file.part.make_part(*contents["part.nominal"]), **below, **read_values_of_files(contents), **given,
-        "wcs": _convert_offsets(file, contents.get("measured_offset")) | options.wcs, "keep_out": tuple(fixtures.values()),
-        "remap": {**file.remap, **options.remap}, "control": merge_keys(file.control, options.control),
-        "setup_source": file.name,
-    })  # fmt: skip
+    return Options(
+        **{
+            "stock": make_stock(file.stock, contents.get("stock.file")),
+            "part": None if file.part is None else file.part.make_part(*contents["part.nominal"]),
+            **below,
+            **read_values_of_files(contents),
+            **given,
+            "wcs": _convert_offsets(file, contents.get("measured_offset")) | options.wcs,
+            "keep_out": tuple(fixtures.values()),
+            "remap": {**file.remap, **options.remap},
+            "control": merge_keys(file.control, options.control),
+            "setup_source": file.name,
+        }
+    )
 
 
 def _convert_offsets(file: ProgramSetup, measured: tuple[bytes, str] | None) -> dict[int, WorkOffset]:

@@ -152,7 +152,10 @@ def convert_sinumerik(raw: bytes, name: str) -> ImportedMachine:
     axes = _find_axes(data, pair)
     _check_inches(data)
     notes = list(_find_notes(data, pair))
-    joints = [_write_joint(data, axis, f"slides = {np.eye(3)[k].tolist()}\npositive = \"tool\"", rotary=False) for k, axis in enumerate(axes[:3])]  # fmt: skip
+    joints = [
+        _write_joint(data, axis, f'slides = {np.eye(3)[k].tolist()}\npositive = "tool"', rotary=False)
+        for k, axis in enumerate(axes[:3])
+    ]
     first, second = axes[3:]
     places = _place_pair(pair)
     sides = {"T": ("tool", "tool"), "P": ("part", "part"), "M": ("tool", "part")}[pair.kind]
@@ -168,11 +171,18 @@ def convert_sinumerik(raw: bytes, name: str) -> ImportedMachine:
         notes.append(
             "$MN_SYSCLOCK_CYCLE_TIME and $MN_IPO_SYSCLOCK_TIME_RATIO are not both there: cycle_s is taken as 0.001"
         )
-    text = "\n".join([
-        f"# From {escape_unprinted(name)}, machine data of a SINUMERIK: {pair.source}. Keys: docs/machine-file.md, schema 2.",
-        "schema = 2", f"name = {quote(f'{name}: {pair.source}')}", "",
-        *write_chain(letters[:on_tool], letters[on_tool:]), *joints, *write_end(cycle or 0.001, name),
-    ])  # fmt: skip
+    text = "\n".join(
+        [
+            f"# From {escape_unprinted(name)}, machine data of a SINUMERIK: {pair.source}. Keys: "
+            "docs/machine-file.md, schema 2.",
+            "schema = 2",
+            f"name = {quote(f'{name}: {pair.source}')}",
+            "",
+            *write_chain(letters[:on_tool], letters[on_tool:]),
+            *joints,
+            *write_end(cycle or 0.001, name),
+        ]
+    )
     return ImportedMachine(text, tuple(make_finding("VP509", f"{name}: {note}") for note in notes))
 
 
@@ -206,15 +216,21 @@ def _find_pair(data: MachineData) -> Pair:
                     )
                 return _read_carrier(data, int(number), slot)
             if kind in _BY_LETTERS:
-                raise _refuse_kinematics(where, f"$MC_TRAFO_TYPE_{slot} = {kind:g} names its axes by letters, without their directions; imported "
-                                         "are the generic types 24, 40 and 56, and 72 with a tool carrier")  # fmt: skip
+                raise _refuse_kinematics(
+                    where,
+                    f"$MC_TRAFO_TYPE_{slot} = {kind:g} names its axes by letters, without their directions; imported "
+                    "are the generic types 24, 40 and 56, and 72 with a tool carrier",
+                )
     data.channel = 1
     carriers = data.list_carriers()
     if len(carriers) == 1:
         return _read_carrier(data, carriers[0], 0)
     if carriers:
-        raise _refuse_kinematics(data.name, f"no transformation of five axes, and the tool carriers {', '.join(map(str, carriers))}; keep the lines "
-                                 "$TC_CARR of one of them")  # fmt: skip
+        raise _refuse_kinematics(
+            data.name,
+            f"no transformation of five axes, and the tool carriers {', '.join(map(str, carriers))}; keep the lines "
+            "$TC_CARR of one of them",
+        )
     raise _refuse_kinematics(
         data.name,
         "neither a transformation of five axes ($MC_TRAFO_TYPE_n = 24, 40, 56 or 72) nor a tool carrier ($TC_CARR23)",
@@ -228,18 +244,27 @@ def _read_transformation(data: MachineData, kind: str, slot: int) -> Pair:
     )
     for k in (0, 1):
         if data.find_number("MC_TRAFO5_ROT_AX_OFFSET_1", k):
-            raise _refuse_kinematics(data.name, f"$MC_TRAFO5_ROT_AX_OFFSET_1[{k}] is not 0: rotary axes that are not at 0 where the vectors hold "
-                                     "are not imported")  # fmt: skip
+            raise _refuse_kinematics(
+                data.name,
+                f"$MC_TRAFO5_ROT_AX_OFFSET_1[{k}] is not 0: rotary axes that are not at 0 where the vectors hold "
+                "are not imported",
+            )
         if data.find_number("MC_TRAFO5_ROT_SIGN_IS_PLUS_1", k) == 0.0:
-            raise _refuse_kinematics(data.name, f"$MC_TRAFO5_ROT_SIGN_IS_PLUS_1[{k}] = FALSE is not imported: reverse "
-                                     f"$MC_TRAFO5_AXIS{k + 1}_1 in its place")  # fmt: skip
+            raise _refuse_kinematics(
+                data.name,
+                f"$MC_TRAFO5_ROT_SIGN_IS_PLUS_1[{k}] = FALSE is not imported: reverse "
+                f"$MC_TRAFO5_AXIS{k + 1}_1 in its place",
+            )
     upright = data.find_vector("MC_TRAFO5_BASE_ORIENT_1")
     if (
         np.abs(upright).max() > _NONE_MM
         and np.linalg.norm(np.cross(upright, [0.0, 0.0, 1.0])) + max(-upright[2], 0.0) > _NONE_MM
     ):
-        raise _refuse_kinematics(data.name, f"$MC_TRAFO5_BASE_ORIENT_1 = {show_list(upright)}: a tool that does not stand along +z with its axes "
-                                 "at 0 is not imported")  # fmt: skip
+        raise _refuse_kinematics(
+            data.name,
+            f"$MC_TRAFO5_BASE_ORIENT_1 = {show_list(upright)}: a tool that does not stand along +z with its axes "
+            "at 0 is not imported",
+        )
     return Pair(kind, offsets, (axes[0], axes[1]), f"TRAORI, transformation {slot}", slot)
 
 
@@ -258,8 +283,11 @@ def _read_carrier(data: MachineData, number: int, slot: int) -> Pair:
         raise _refuse_kinematics(found[1], f"$TC_CARR{_KIND_OF_CARRIER}[{number}] = {found[0]!r}: expected T, P or M")
     for parameter in (24, 25):
         if data.find_number(f"TC_CARR{parameter}", number):
-            raise _refuse_kinematics(data.name, f"$TC_CARR{parameter}[{number}] is not 0: rotary axes that are not at 0 where the vectors hold are "
-                                     "not imported")  # fmt: skip
+            raise _refuse_kinematics(
+                data.name,
+                f"$TC_CARR{parameter}[{number}] is not 0: rotary axes that are not at 0 where the vectors hold are "
+                "not imported",
+            )
     axes = tuple(
         _require_direction(data, f"TC_CARR{_CARRIER[key]}[{number}] and the next two", read(_CARRIER[key]))
         for key in ("V1", "V2")
@@ -284,8 +312,12 @@ def _place_pair(pair: Pair) -> tuple[Array, Array]:
 
 def _find_notes(data: MachineData, pair: Pair) -> Iterator[str]:
     """What is not taken over."""
-    yield (f"positive = \"{'part' if pair.kind == 'P' else 'tool'}\" of the rotary joints is the side that they turn, about V1 and V2"
-           if pair.kind != "M" else 'positive is "tool" of axis 1 and "part" of axis 2: the sides that they turn, about V1 and V2')  # fmt: skip
+    yield (
+        f'positive = "{"part" if pair.kind == "P" else "tool"}" of the rotary joints is the side that they turn, about '
+        "V1 and V2"
+        if pair.kind != "M"
+        else 'positive is "tool" of axis 1 and "part" of axis 2: the sides that they turn, about V1 and V2'
+    )
     sums = (
         [("I1", "I2", "I3")]
         if pair.kind == "T"
@@ -297,9 +329,8 @@ def _find_notes(data: MachineData, pair: Pair) -> Iterator[str]:
         left = sum((pair.offsets[name] for name in names), np.zeros(3))
         if np.abs(left).max() > _NONE_MM:
             yield (
-                f"{' + '.join(names)} = {show_list(left)}: the chain does not close, so that with the "
-                "transformation on the control counts "
-                "from another zero; work offsets here count from machine zero"
+                f"{' + '.join(names)} = {show_list(left)}: the chain does not close, so that with the transformation "
+                "on the control counts from another zero; work offsets here count from machine zero"
             )
     if pair.source.startswith("tool carrier"):
         number = int(pair.source.rsplit(" ", 1)[1])
@@ -344,8 +375,11 @@ def _find_axis(data: MachineData, channel: int, letters: str) -> Axis:
         raise _refuse(data.name, f"$MC_AXCONF_CHANAX_NAME_TAB[{channel}] is missing: the name of an axis")
     letter, where = found
     if len(letter) != 1 or letter.upper() not in letters:
-        raise _refuse_kinematics(where, f"$MC_AXCONF_CHANAX_NAME_TAB[{channel}] = {letter!r}: expected {' or '.join(letters)}; axes of other names "
-                                 "are not imported")  # fmt: skip
+        raise _refuse_kinematics(
+            where,
+            f"$MC_AXCONF_CHANAX_NAME_TAB[{channel}] = {letter!r}: expected {' or '.join(letters)}; axes of other names "
+            "are not imported",
+        )
     machine = data.find_number("MC_AXCONF_MACHAX_USED", channel)
     if not machine:
         raise _refuse(where, f"$MC_AXCONF_MACHAX_USED[{channel}] names no machine axis for {letter}")

@@ -50,7 +50,8 @@ def show_list(values: Iterable[float]) -> str:
 def write_chain(tool: Sequence[str], part: Sequence[str]) -> list[str]:
     """Lines of the [chain] of a machine whose base frame is that of its coordinates, the tool upright at 0."""
     return [
-        "[chain]                             # all joints at 0; mm, base frame: that of the machine's coordinates, z up",
+        "[chain]                             # all joints at 0; mm, base frame: that of the machine's coordinates, z "
+        "up",
         f"tool = {json.dumps(tool)}",
         f"part = {json.dumps(part)}",
         "gauge = [0.0, 0.0, 0.0]",

@@ -37,10 +37,16 @@ class PartFile(Table, frozen=True, kw_only=True):
         """As the program has it."""
         profile = tuple((one[0], one[1]) for one in self.profile or ())
         return Cylinder(
-            part, 2.0 * max(one[0] for one in profile) if self.diameter is None else self.diameter,
-            self.length if not profile or self.length is not None else profile[-1][1], self.corner_radius, self.taper,
-            self.point_angle, self.tip_diameter, self.neck_diameter, profile,
-        )  # fmt: skip
+            part,
+            2.0 * max(one[0] for one in profile) if self.diameter is None else self.diameter,
+            self.length if not profile or self.length is not None else profile[-1][1],
+            self.corner_radius,
+            self.taper,
+            self.point_angle,
+            self.tip_diameter,
+            self.neck_diameter,
+            profile,
+        )
 
 
 class ToolFile(Table, frozen=True, kw_only=True):
@@ -83,7 +89,10 @@ def read_tool_shapes(raw: bytes, name: str) -> dict[int, ToolShape]:
         parts = [one.shape(part) for part, one in listed if one is not None]
         for one in parts[:-1]:
             if one.length is None:
-                text = f"{name}: tool.{key}.{one.part} needs a length: only the last part may reach up to the gauge line without one"
+                text = (
+                    f"{name}: tool.{key}.{one.part} needs a length: only the last part may reach up to the gauge line "
+                    "without one"
+                )
                 raise InputError(make_finding("VP504", text))
         shapes[int(key)] = tuple(parts)
     return shapes

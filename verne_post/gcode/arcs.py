@@ -32,9 +32,15 @@ class Arc(Struct, frozen=True):
 
 
 def build_arc_from_center(
-    start: list[float], end: list[float], plane: int, clockwise: bool,
-    offsets: dict[str, float], absolute: bool, extra_turns: int, tolerance: float = ARC_RADIUS_MM,
-) -> Arc:  # fmt: skip
+    start: list[float],
+    end: list[float],
+    plane: int,
+    clockwise: bool,
+    offsets: dict[str, float],
+    absolute: bool,
+    extra_turns: int,
+    tolerance: float = ARC_RADIUS_MM,
+) -> Arc:
     """Arc given by its centre (I, J, K).
 
     Parameters

@@ -28,9 +28,22 @@ WORD_LETTERS: Final = "ABCDEFGHIJKLMPQRSTUVWXYZ"
 #: Words of polar coordinates: distance and angle.
 POLAR: Final = "@^"
 KEYWORDS: Final = (
-    "SUB", "ENDSUB", "CALL", "RETURN", "DO", "WHILE", "ENDWHILE", "IF", "ELSEIF", "ELSE", "ENDIF", "BREAK", "CONTINUE",
-    "REPEAT", "ENDREPEAT",
-)  # fmt: skip
+    "SUB",
+    "ENDSUB",
+    "CALL",
+    "RETURN",
+    "DO",
+    "WHILE",
+    "ENDWHILE",
+    "IF",
+    "ELSEIF",
+    "ELSE",
+    "ENDIF",
+    "BREAK",
+    "CONTINUE",
+    "REPEAT",
+    "ENDREPEAT",
+)
 #: Where one keyword begins another the longer comes first.
 _KEYWORD: Final = re.compile("|".join(sorted(KEYWORDS, key=len, reverse=True)))
 

@@ -62,7 +62,10 @@ def describe_remap(code: str) -> str:
 
 def make_unknown_function(code: int, column: int | None) -> ProgramError:
     """Refuse (VP002) an M code without a meaning; all of a program are one finding, which one set-up settles."""
-    text = f'M{code}: no meaning in this language; [remap] of the set-up, or of verne-post.toml, can give one: "ignore" or "event"'
+    text = (
+        f"M{code}: no meaning in this language; [remap] of the "
+        'set-up, or of verne-post.toml, can give one: "ignore" or "event"'
+    )
     return ProgramError("VP002", text, column, about=f"M{code}", settled_by=("remap", f"M{code}"))
 
 
@@ -172,12 +175,15 @@ RS274: Final = CodeTable(
         **dict.fromkeys((760, 700, 701, 702, 710, 711, 712, 720, 721, 722), "lathe codes"),
         **dict.fromkeys((382, 383, 384, 385), "probing: where the tool touches is only known at the machine"),
         **dict.fromkeys((171, 181, 191), "planes of U, V, W"),
-        **dict.fromkeys((680, 682, 690, 531, 541), "tilted work planes and other codes of Fanuc controls; see --dialect fanuc"),
+        **dict.fromkeys((680, 682, 690, 531, 541),
+                        "tilted work planes and other codes of Fanuc controls; see --dialect fanuc"),
     },
     refused_m=dict.fromkeys(range(100, 200), "external programs: they are never run"),
     words_of_g={
-        20: "IJKRP", 30: "IJKRP", 40: "P", 50: "IJPQ", 51: "IJ", 52: "PL", 100: "LPRIJQ", 430: "H", 432: "H", 434: "H", 435: "H", 640: "PQ",
-        410: "D", 411: "D", 420: "D", 421: "D", 960: "D", 730: "RLQ", 740: "RLP", 810: "RL", 820: "RLP", 830: "RLQ", 840: "RLP",
+        20: "IJKRP", 30: "IJKRP", 40: "P", 50: "IJPQ", 51: "IJ", 52: "PL", 100: "LPRIJQ", 430: "H", 432: "H", 434: "H",
+        435: "H", 640: "PQ",
+        410: "D", 411: "D", 420: "D", 421: "D", 960: "D", 730: "RLQ", 740: "RLP", 810: "RL", 820: "RLP", 830: "RLQ",
+        840: "RLP",
         850: "RL", 860: "RLP", 870: "RLIJK", 880: "RLP", 890: "RLP",
     },
     words_of_m={

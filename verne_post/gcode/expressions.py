@@ -356,14 +356,20 @@ MAX_BITS: Final = 1 << 32
 MACRO_PRECEDENCE: Final = PRECEDENCE | {"AND": 4, "OR": 3, "XOR": 3}
 #: Other names of functions of custom macros.
 SHORT_NAMES: Final = {
-    "AB": "ABS", "AC": "ACOS", "AS": "ASIN", "AT": "ATAN", "ATN": "ATAN", "BC": "BCD", "BI": "BIN", "CO": "COS", "EX": "EXP",
-    "FI": "FIX", "FU": "FUP", "PO": "POW", "RND": "ROUND", "RO": "ROUND", "SI": "SIN", "SQ": "SQRT", "SQR": "SQRT", "TA": "TAN",
+    "AB": "ABS", "AC": "ACOS", "AS": "ASIN", "AT": "ATAN", "ATN": "ATAN", "BC": "BCD", "BI": "BIN", "CO": "COS",
+    "EX": "EXP",
+    "FI": "FIX", "FU": "FUP", "PO": "POW", "RND": "ROUND", "RO": "ROUND", "SI": "SIN", "SQ": "SQRT", "SQR": "SQRT",
+    "TA": "TAN",
 }  # fmt: skip
 #: Fanuc's custom macros. MOD has the sign of the first number, FIX goes towards zero and FUP away from it. Angles of
 #: ASIN are 270 to 360 where RS274/NGC has them below 0, and those of ATAN 0 to 360 (parameter 6004, NAT, as delivered).
 MACRO_OPERATORS: Final[dict[str, Callable[[float, float], float]]] = {
-    **OPERATORS, "MOD": math.fmod, "AND": lambda a, b: int(a) & int(b), "OR": lambda a, b: int(a) | int(b), "XOR": lambda a, b: int(a) ^ int(b),
-}  # fmt: skip
+    **OPERATORS,
+    "MOD": math.fmod,
+    "AND": lambda a, b: int(a) & int(b),
+    "OR": lambda a, b: int(a) | int(b),
+    "XOR": lambda a, b: int(a) ^ int(b),
+}
 MACRO_FUNCTIONS: Final[dict[str, Callable[[float], float]]] = FUNCTIONS | {
     "ASIN": lambda x: _turn_up(math.degrees(math.asin(x))),
     "BCD": lambda x: float(int(f"{x:.0f}", 16)),

@@ -42,9 +42,15 @@ class FirstPlaces(Struct):
         return axis in self.waiting or axis in self.unnamed_axes
 
     def note(
-        self, known_axes: list[bool], begin: list[float], end: list[float], axes: list[int],
-        to_machine: Callable[[Array], Array], *, machine: bool,
-    ) -> None:  # fmt: skip
+        self,
+        known_axes: list[bool],
+        begin: list[float],
+        end: list[float],
+        axes: list[int],
+        to_machine: Callable[[Array], Array],
+        *,
+        machine: bool,
+    ) -> None:
         """Note a motion that names axes.
 
         Parameters

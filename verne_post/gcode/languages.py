@@ -35,18 +35,34 @@ class _Language(Struct, frozen=True):
 
 
 _LANGUAGES: Final = (
-    _Language("Heidenhain Klartext", rb"^[ \t]*+\d*+[ \t]*+(?:BEGIN|END)[ \t]+PGM\b.*$|^[ \t]*+(?:\d+[ \t]+)?(?:BLK[ \t]+FORM|TOOL[ \t]+CALL|CYCL[ \t]+(?:DEF|CALL))\b.*$"
-              rb"|^[ \t]*+\d+[ \t]+(?:L|LP|CC|C|CR|CT|LN|RND|CHF|LBL|FN|PLANE|CALL|FUNCTION|STOP|APPR|DEP)[ \t]+[-+A-Z0-9].*$", "heidenhain"),
+    _Language("Heidenhain Klartext",
+              rb"^[ \t]*+\d*+[ \t]*+(?:BEGIN|END)[ \t]+PGM\b.*$|^[ \t]*+(?:\d+[ \t]+)?(?:BLK[ \t]+FORM"
+              rb"|TOOL[ \t]+CALL|CYCL[ \t]+(?:DEF|CALL))\b.*$"
+              rb"|^[ \t]*+\d+[ \t]+(?:L|LP|CC|C|CR|CT|LN|RND|CHF|LBL|FN|PLANE|CALL|FUNCTION|STOP|APPR"
+              rb"|DEP)[ \t]+[-+A-Z0-9].*$", "heidenhain"),
     _Language("Heidenhain DIN/ISO", rb"\A[ \t\r\n]*%[^\n]*\bG7[01][ \t]*+\*.*$"),
-    _Language("Siemens", rb"^[ \t]*+;\$PATH=.*$|^%_N_.*$|^[ \t]*+(?:N\d+[ \t]*+)?(?:TRAORI|TRAFOOF|CYCLE\d{2,4}|MCALL|SUPA|MSG[ \t]*+\(|DEF[ \t]+(?:REAL|INT|AXIS|STRING|BOOL)|(?:A?(?:TRANS|ROT)[ \t]+(?=[XYZ])|ORI(?!GIN\b)[A-Z]{2,}"
-              rb"|STOPRE|EXTERN|PROC|WORKPIECE|FFWON|COMPCAD|SOFT|DIAMOF)\b).*$|^[^\n;(#\[\]]*\b[XYZABC]\d?=.*$", "siemens"),
-    _Language("APT", rb"^[ \t]*+(?:\$\$(?:[ *>-].*)?|(?:PARTNO|MACHIN|GOTO|FEDRAT|LOADTL|SPINDL|CUTTER|MULTAX|PPRINT|FINI|RAPID|UNITS?|TLAXIS|CIRCLE|TOOL[ \t]+PATH|TLDATA|MSYS)"
+    _Language("Siemens",
+              rb"^[ \t]*+;\$PATH=.*$|^%_N_.*$|^[ \t]*+(?:N\d+[ \t]*+)?(?:TRAORI|TRAFOOF|CYCLE\d{2,4}|MCALL|SUPA"
+              rb"|MSG[ \t]*+\(|DEF[ \t]+(?:REAL|INT|AXIS|STRING|BOOL)|(?:A?(?:TRANS|ROT)[ \t]+(?=[XYZ])"
+              rb"|ORI(?!GIN\b)[A-Z]{2,}"
+              rb"|STOPRE|EXTERN|PROC|WORKPIECE|FFWON|COMPCAD|SOFT|DIAMOF)\b).*$|^[^\n;(#\[\]]*\b[XYZABC]\d?=.*$",
+              "siemens"),
+    _Language("APT",
+              rb"^[ \t]*+(?:\$\$(?:[ *>-].*)?|(?:PARTNO|MACHIN|GOTO|FEDRAT|LOADTL|SPINDL|CUTTER|MULTAX|PPRINT|FINI"
+              rb"|RAPID|UNITS?|TLAXIS|CIRCLE|TOOL[ \t]+PATH|TLDATA|MSYS)"
               rb"\b[^=\n]*)\r?$", "aptcl"),
-    _Language("a custom macro of a Fanuc control", rb"^[ \t]*+(?:N\d+[ \t]*+)?(?:IF[ \t]*+\[|WHILE[ \t]*+\[|GOTO[ \t]*+\d|G6[56]\b).*$", "fanuc"),
-    _Language("Okuma OSP", rb"^[ \t]*+(?:N\w+[ \t]+)?(?:CALL[ \t]+O\w+|VC\d+[ \t]*+=|DEF[ \t]+WORK|G15[ \t]+H\d+|RTS|PSELECT|MODIN|MODOUT)\b.*$"),
-    _Language("Fagor", rb"^[ \t]*+(?:N\d+[ \t]*+)?#(?:RTCP|TCAM|CS|ACS|HSC|TLC|ROTATE|PATH|MCS)\b.*$|\A[ \t\r\n]*%[^\n,]*,M[XT-].*$"),
+    _Language("a custom macro of a Fanuc control",
+              rb"^[ \t]*+(?:N\d+[ \t]*+)?(?:IF[ \t]*+\[|WHILE[ \t]*+\[|GOTO[ \t]*+\d|G6[56]\b).*$", "fanuc"),
+    _Language("Okuma OSP",
+              rb"^[ \t]*+(?:N\w+[ \t]+)?(?:CALL[ \t]+O\w+|VC\d+[ \t]*+=|DEF[ \t]+WORK|G15[ \t]+H\d+|RTS|PSELECT"
+              rb"|MODIN|MODOUT)\b.*$"),
+    _Language("Fagor",
+              rb"^[ \t]*+(?:N\d+[ \t]*+)?#(?:RTCP|TCAM|CS|ACS|HSC|TLC|ROTATE|PATH|MCS)\b.*$"
+              rb"|\A[ \t\r\n]*%[^\n,]*,M[XT-].*$"),
     _Language("NUM", rb"^[ \t]*+(?:N\d+[ \t]*+)?(?:\$\d|E[68]\d{4}[ \t]*+=|G79[ \t]+(?:N\d|[LE]\d+)|L\d+[ \t]*+=).*$"),
-    _Language("a robot language (KRL or RAPID)", rb"^[ \t]*+(?:&ACCESS|DEF[ \t]+\w+[ \t]*+\(|MODULE[ \t]+\w+|PTP[ \t]|LIN[ \t]|Move[LJC][ \t]|PROC[ \t]+\w+\().*$"),
+    _Language("a robot language (KRL or RAPID)",
+              rb"^[ \t]*+(?:&ACCESS|DEF[ \t]+\w+[ \t]*+\(|MODULE[ \t]+\w+|PTP[ \t]|LIN[ \t]|Move[LJC][ \t]"
+              rb"|PROC[ \t]+\w+\().*$"),
     _Language("a 3D printer's G-code (Marlin and its like)", rb"^[ \t]*+(?:M10[49]|M1[49]0)[ \t]+S\d.*$"),
     _Language("Excellon (drilling of circuit boards)", rb"^(?:METRIC|INCH)(?:,[LT]Z)?.*$"),
     _Language("Gerber", rb"\A(?:G0?4[^\n]*\n)*%(?:FS|MO|AD|LP|TF)[A-Z].*\*%?.*$"),
@@ -118,7 +134,10 @@ def _report_no_language(head: bytes, errors: Sequence[Finding], known_words: Col
     shown_line = _quote(
         next(line for number, line in lines if number == first).decode("utf-8", errors="replace").strip()
     )
-    text = f"this does not look like a program: hardly a line has words such as G1 X2 ({shown_line}); dialects are {', '.join(sorted(known_words))}"
+    text = (
+        f"this does not look like a program: hardly a line has words such as G1 X2 ({shown_line}); dialects are "
+        f"{', '.join(sorted(known_words))}"
+    )
     return make_finding("VP032", text, line=first, last_line=first, worst_line=first)
 
 

@@ -366,9 +366,12 @@ def _execute_alike(
     state = core.state
     end_of_alike, bits = lines.alike.get(first, _NOT_ALIKE)
     if (
-        end_of_alike < last or False in state.known_axes or view.inch or state.feed_mode != FeedMode.PER_MINUTE
+        end_of_alike < last
+        or False in state.known_axes
+        or view.inch
+        or state.feed_mode != FeedMode.PER_MINUTE
         or (core.setup.machine and not state.has_tool_length)
-    ):  # fmt: skip
+    ):
         return False
     mask, axes, has_feed, has_code = _find_named_words(bits)
     motion = 10 * int(lines.filled_words[first, _G]) if has_code else view.motion or 0

@@ -12,9 +12,12 @@ from verne_post.model.part_setup import WORK_SYSTEMS, Tool
 
 
 def build_plain_setup(
-    *, tools: Mapping[int, Tool] | None = None, tool_length: float | None = None,
-    origins: Mapping[int, tuple[float, float, float]] | None = None, **text: Any,
-) -> Setup:  # fmt: skip
+    *,
+    tools: Mapping[int, Tool] | None = None,
+    tool_length: float | None = None,
+    origins: Mapping[int, tuple[float, float, float]] | None = None,
+    **text: Any,
+) -> Setup:
     """Setup of a plain interpreter: no machine, all nine axes, everything at 0 when the program starts.
 
     Parameters
@@ -33,10 +36,17 @@ def build_plain_setup(
         x, y, z = (origins or {}).get(system, (0.0, 0.0, 0.0))
         frames[system] = Frame(system, (x, y, z, *ZERO9[3:]))
     return Setup(
-        coordinates=CartesianCoordinates(), axes=AXES, machine=False, home=ZERO9, home2=ZERO9,
-        tools=dict(tools) if tools is not None else None, tool_length=tool_length, frames=frames,
-        given_systems=frozenset(origins or ()), **text,
-    )  # fmt: skip
+        coordinates=CartesianCoordinates(),
+        axes=AXES,
+        machine=False,
+        home=ZERO9,
+        home2=ZERO9,
+        tools=dict(tools) if tools is not None else None,
+        tool_length=tool_length,
+        frames=frames,
+        given_systems=frozenset(origins or ()),
+        **text,
+    )
 
 
 def read_moves(source: Text, **options: Any) -> Moves:

@@ -41,8 +41,11 @@ _SHARED_TYPES: tuple[type, ...] = tuple(dtype for dtype, *_width in list(MOVE_CO
 #: Of a block of moves: their places in the table; line, kind, end, feed; of each other column one value, or one a row.
 _Block = tuple[slice | NDArray[np.int64], NDArray[np.int32], NDArray[np.int8], Array, Array, Sequence[Any]]
 _ARC_LAYOUT: dict[str, tuple[Any, ...]] = {
-    "plane": (np.int8,), "center": (float, 3), "turns": (np.int32,), "sweep": (float,)
-}  # fmt: skip
+    "plane": (np.int8,),
+    "center": (float, 3),
+    "turns": (np.int32,),
+    "sweep": (float,),
+}
 #: Rows that are kept one by one, before they become arrays; cutter compensation amends the last few.
 _KEPT_ROWS = 50_000
 
@@ -168,9 +171,16 @@ class Recorder(Struct):
         return self.frames.setdefault(frame, len(self.frames))
 
     def add(
-        self, modes: Modes, line: int, kind: MoveKind, end: list[float], feed: float, arc: Arc | None = None,
-        spline: int = -1, seconds: float | None = None,
-    ) -> None:  # fmt: skip
+        self,
+        modes: Modes,
+        line: int,
+        kind: MoveKind,
+        end: list[float],
+        feed: float,
+        arc: Arc | None = None,
+        spline: int = -1,
+        seconds: float | None = None,
+    ) -> None:
         """Record one motion or dwell; ``spline`` is the number of its piece.
 
         ``seconds`` is the duration where the feed rate is a time; None: 1/F minutes under G93, otherwise no time.
@@ -326,9 +336,15 @@ class Recorder(Struct):
             np.array(column, dtype=dtype) for column, dtype in zip(shared_columns, _SHARED_TYPES, strict=True)
         ]
         self.blocks.append(
-            (np.array(places), np.array(line, dtype=np.int32), np.array(kind, dtype=np.int8),
-             np.array(end, dtype=float), np.array(feed, dtype=float), columns)
-        )  # fmt: skip
+            (
+                np.array(places),
+                np.array(line, dtype=np.int32),
+                np.array(kind, dtype=np.int8),
+                np.array(end, dtype=float),
+                np.array(feed, dtype=float),
+                columns,
+            )
+        )
         del self.rows[:count], self.places[:count]
         arcs = self.arcs[: max(max(row.arc for row in rows) + 1 - self.settled_arcs, 0)]
         del self.arcs[: len(arcs)]
@@ -374,10 +390,21 @@ class Recorder(Struct):
         self._settle()
         table, arcs = self.table.freeze(), Arcs(**self.arc_table.freeze())
         return Moves(
-            arcs=arcs, splines=self.splines.freeze(), frames=tuple(self.frames), controls=tuple(self.controls), events=tuple(self.events),
-            start=np.array(start, dtype=float), start_frame=first_frame, fixes_c=self.fixes_c, parameters=parameters, stock=self.stock,
-            placed_systems=frozenset(self.placed_systems), arc_feeds=tuple(self.arc_feeds.values()),
+            arcs=arcs,
+            splines=self.splines.freeze(),
+            frames=tuple(self.frames),
+            controls=tuple(self.controls),
+            events=tuple(self.events),
+            start=np.array(start, dtype=float),
+            start_frame=first_frame,
+            fixes_c=self.fixes_c,
+            parameters=parameters,
+            stock=self.stock,
+            placed_systems=frozenset(self.placed_systems),
+            arc_feeds=tuple(self.arc_feeds.values()),
             table_places=tuple(self.table_places),
-            tcp_changes=tuple(self.tcp_changes), calls_presets=self.calls_presets,
-            findings=tuple(self.warnings.values()), **table,
-        )  # fmt: skip
+            tcp_changes=tuple(self.tcp_changes),
+            calls_presets=self.calls_presets,
+            findings=tuple(self.warnings.values()),
+            **table,
+        )

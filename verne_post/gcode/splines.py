@@ -133,9 +133,13 @@ def cut_spline(spline: BSpline) -> CutSpline:
     if axes is not None:
         axes /= measure_rows(axes)[:, None]
     pieces = Splines(
-        np.full(n, degree, dtype=np.int32), (degree + 1) * np.arange(n), 2 * degree * np.arange(n),
-        points.reshape(-1, points.shape[2]), weights.ravel(), knots.ravel(),
-    )  # fmt: skip
+        np.full(n, degree, dtype=np.int32),
+        (degree + 1) * np.arange(n),
+        2 * degree * np.arange(n),
+        points.reshape(-1, points.shape[2]),
+        weights.ravel(),
+        knots.ravel(),
+    )
     return CutSpline(pieces, [spline.lines[k] for k in last.tolist()], ends.tolist(), straight, length, axes)
 
 
@@ -200,7 +204,10 @@ def _check(spline: BSpline) -> None:
     if not 1 <= degree <= MAX_DEGREE:
         raise ProgramError("VP031", f"a spline of degree {degree}; a degree is 1 to {MAX_DEGREE}", None, line)
     if n <= degree:
-        text = f"{n} control points are too few for a spline of degree {degree}; it needs at least {degree + 1}, the start included"
+        text = (
+            f"{n} control points are too few for a spline of degree {degree}; it needs at least {degree + 1}, the "
+            "start included"
+        )
         raise ProgramError("VP031", text, None, line)
     for weight, of_line in zip(spline.weights, spline.lines, strict=True):
         if not (weight > 0 and np.isfinite(weight)):
@@ -224,7 +231,10 @@ def _check(spline: BSpline) -> None:
         raise ProgramError("VP031", f"{text}{degree + 1} knots must be equal each", None, line)
     for k in range(1, n):
         if knots[k] == knots[k + degree]:
-            text = f"the knot {knots[k]:g} stands {degree + 1} times beside the first and the last, which tears the curve; at most {degree} are possible"
+            text = (
+                f"the knot {knots[k]:g} stands {degree + 1} times beside the first and the last, which tears the "
+                f"curve; at most {degree} are possible"
+            )
             raise ProgramError("VP031", text, None, spline.lines[min(k + degree, n - 1)])
 
 
@@ -234,7 +244,10 @@ def _stands(spline: BSpline, points: Array) -> bool:
     if away[[0, 1, 2, 6, 7, 8]].max() > ZERO_LENGTH_MM:
         return False
     if away[_ROTARY].max() > DEG_PER_RAD * ZERO_ANGLE:
-        text = f"the control points near {_name_place(points[0])} turn the rotary axes and move no linear axis; write G1 for that"
+        text = (
+            f"the control points near {_name_place(points[0])} turn the rotary axes and move no linear axis; write G1 "
+            "for that"
+        )
         raise ProgramError("VP031", text, None, spline.lines[0])
     return True
 
@@ -252,9 +265,8 @@ def _is_straight(points: Array) -> bool:
 
 def _refuse_singular(points: Array, line: int) -> ProgramError:
     text = (
-        f"the spline stops or turns back at a point between {_name_place(points[0])} and "
-        f"{_name_place(points[-1])}: it has no "
-        "direction there. Control points that coincide, or a closing loop, cause this"
+        f"the spline stops or turns back at a point between {_name_place(points[0])} and {_name_place(points[-1])}: it "
+        "has no direction there. Control points that coincide, or a closing loop, cause this"
     )
     return ProgramError("VP031", text, None, line)
 

@@ -81,9 +81,15 @@ class _Opening:
             if found is not None:
                 return found
         raise InputError(
-            make_finding("VP013", "the pose at which the program starts cannot be found from its first lines: they leave an axis open, or "
-                    "contradict each other; name X, Y, Z, A and C in one rapid traverse first", line=1, last_line=1, worst_line=1)
-        )  # fmt: skip
+            make_finding(
+                "VP013",
+                "the pose at which the program starts cannot be found from its first lines: they leave an axis open, "
+                "or contradict each other; name X, Y, Z, A and C in one rapid traverse first",
+                line=1,
+                last_line=1,
+                worst_line=1,
+            )
+        )
 
     def _solve(self, guess: Array, *, waits: bool) -> Array | None:
         """The position at which nothing is missing, from a guess on; None where there is none."""
@@ -133,9 +139,8 @@ class _Opening:
         letters = " and ".join(AXES[axis] for axis in axes)
         stands = " ".join(f"{AXES[axis]}{position[axis]:.6g}" for axis in axes)
         text = (
-            f"the program cuts before it names {letters}: the table is taken to start at {stands}, where "
-            f"line {named_line} "
-            f"puts it; name {letters} before"
+            f"the program cuts before it names {letters}: the table is taken to start at {stands}, where line "
+            f"{named_line} puts it; name {letters} before"
         )
         return text, first
 

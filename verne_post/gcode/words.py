@@ -37,8 +37,14 @@ _SILENT: Final = re.compile(rb"\((?![ \t]*(?:MSG|DEBUG|PRINT|LOG|ABORT|PROBE))[^
 
 def _make_classes() -> bytes:
     table = bytearray([_OTHER]) * 256
-    for characters, kind in ((b"0123456789", _DIGIT), (b".", _POINT), (b"+-", _SIGN), (b"\n", _NEWLINE), (_MARK, _COMMENT),
-                             (string.ascii_letters.encode(), _LETTER)):  # fmt: skip
+    for characters, kind in (
+        (b"0123456789", _DIGIT),
+        (b".", _POINT),
+        (b"+-", _SIGN),
+        (b"\n", _NEWLINE),
+        (_MARK, _COMMENT),
+        (string.ascii_letters.encode(), _LETTER),
+    ):
         for character in characters:
             table[character] = kind
     return bytes(table)

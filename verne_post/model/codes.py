@@ -28,9 +28,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "unreadable block",
         "error",
         "The block does not consist of words of its language. A word of G-code is a letter and a number.",
-        "Correct the characters at the column of the message. In G-code, write a letter and a number; "
-        "write comments in ( ) on "
-        "one line, or after a ;.",
+        "Correct the characters at the column of the message. In G-code, write a letter and a number; write comments "
+        "in ( ) on one line, or after a ;.",
     ),
     (
         "VP002",
@@ -79,9 +78,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP009",
         "feed rate missing",
         "error",
-        "A feed move has no feed rate: F is zero, was never given, or is missing in a block under G93, "
-        "where each block needs "
-        "it.",
+        "A feed move has no feed rate: F is zero, was never given, or is missing in a block under G93, where each "
+        "block needs it.",
         "Give F.",
     ),
     (
@@ -105,8 +103,7 @@ CODES: Final[dict[str, Code]] = _make_table(
         "error",
         "The program needs a tool length that was not given.",
         "Fill in the length in INPUT.toml, which verne-post setup INPUT writes. Or give --tool-length or "
-        "--tool-table; the program may set "
-        "it too (G10 L1, $TC_DP3, TOOL DEF).",
+        "--tool-table; the program may set it too (G10 L1, $TC_DP3, TOOL DEF).",
     ),
     (
         "VP013",
@@ -135,9 +132,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP016",
         "tool length changed under tilt",
         "error",
-        "After a change of the tool length offset with the table tilted, the next move must be a rapid "
-        "traverse in absolute "
-        "coordinates.",
+        "After a change of the tool length offset with the table tilted, the next move must be a rapid traverse in "
+        "absolute coordinates.",
         "Program a rapid traverse (G0, FMAX) to the position after the change.",
     ),
     (
@@ -270,9 +266,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP035",
         "motion takes too long",
         "error",
-        "With its feed rates and dwells the program makes more rows than --max-rows allows: most often "
-        "a feed rate is in "
-        "another unit.",
+        "With its feed rates and dwells the program makes more rows than --max-rows allows: most often a feed rate is "
+        "in another unit.",
         "Correct F or the dwell. If the program is meant to take so long, raise --max-rows.",
     ),
     (
@@ -282,18 +277,16 @@ CODES: Final[dict[str, Code]] = _make_table(
         "The program cuts before it names A or C, and names them later with another angle than 0. The "
         "table is assumed to be at"
         " that angle from the start.",
-        "Name A and C in a G0 before the first cut: G0 A0 C0 if the table is to be level. If the table "
-        "really is at the angle "
-        "of the message, name that angle.",
+        "Name A and C in a G0 before the first cut: G0 A0 C0 if the table is to be level. If the table really is at "
+        "the angle of the message, name that angle.",
     ),
     (
         "VP037",
         "tool-centre-point control not requested",
         "warning",
-        "G-code cuts while A or C is turned, and no active code says in which directions X Y Z count. "
-        "Here they are places of "
-        "the part, as under G43.4. A control without tool-centre-point control reads them in the "
-        "directions of the machine.",
+        "G-code cuts while A or C is turned, and no active code says in which directions X Y Z count. Here they are "
+        "places of the part, as under G43.4. A control without tool-centre-point control reads them in the directions "
+        "of the machine.",
         "If places of the part are meant, write G43.4 instead of G43, or post with G68.2. If the "
         "control has another code for "
         'this, give that code the meaning "tcp on" in [remap]. If directions of the machine are meant, '
@@ -307,26 +300,23 @@ CODES: Final[dict[str, Code]] = _make_table(
         "A Fanuc program has lengths, angles or dwells with a decimal point and others without. A setting of the "
         "control "
         "decides whether a number without a point is read as it stands, or counts least input increments (0.001 mm).",
-        'Write the points, or give the setting of the control: [fanuc] decimal_point = "calculator" or '
-        '"conventional" in the '
-        "settings file.",
+        'Write the points, or give the setting of the control: [fanuc] decimal_point = "calculator" or "conventional" '
+        "in the settings file.",
     ),
     (
         "VP039",
         "executed in another way by some controls",
         "note",
         "Controls differ in how they execute a word or a cycle of this program, or count something in addition. The "
-        "message says what "
-        "is done here. Each case is reported once.",
+        "message says what is done here. Each case is reported once.",
         "No action is needed if this is what is meant.",
     ),
     (
         "VP045",
         "spindle speed is not known",
         "warning",
-        "G96 asks for a constant surface speed, as on a lathe: the control sets the spindle speed by "
-        "the distance of the tool "
-        "from X0. Setpoints have no spindle speed; the events have S and D.",
+        "G96 asks for a constant surface speed, as on a lathe: the control sets the spindle speed by the distance of "
+        "the tool from X0. Setpoints have no spindle speed; the events have S and D.",
         "If the program is for a mill, write G97 and S, the turns a minute.",
     ),
     (
@@ -334,25 +324,20 @@ CODES: Final[dict[str, Code]] = _make_table(
         "unnamed axes move",
         "warning",
         "A block moves axes that it does not name. First case: the block turns the table. No tool length is in force "
-        "(before G43, after G49), or a retract in machine coordinates came before. The spindle then moves "
-        "along to keep the tip at "
-        "its place of the part; a control without tool-centre-point control keeps these axes still. "
-        "Second case: the tool "
-        "length has changed, and the next block does not name Z. Under a tilted table the tip goes to "
-        "the place that was "
-        "programmed before. Under a level table it continues where it is, which is below that place "
-        "with a longer tool.",
-        "Name X, Y and Z in the block, turn the table in machine coordinates (G53, SUPA, M91), or "
-        "retract before. In a Fanuc "
-        "program (--dialect fanuc) the axes do not move while no length is in force.",
+        "(before G43, after G49), or a retract in machine coordinates came before. The spindle then moves along to "
+        "keep the tip at its place of the part; a control without tool-centre-point control keeps these axes still. "
+        "Second case: the tool length has changed, and the next block does not name Z. Under a tilted table the tip "
+        "goes to the place that was programmed before. Under a level table it continues where it is, which is below "
+        "that place with a longer tool.",
+        "Name X, Y and Z in the block, turn the table in machine coordinates (G53, SUPA, M91), or retract before. In "
+        "a Fanuc program (--dialect fanuc) the axes do not move while no length is in force.",
     ),
     (
         "VP047",
         "tapping as feed moves",
         "warning",
-        "With --tapping feed a thread is a move in and a move out at pitch times speed. Between rest "
-        "and full speed, and at an "
-        "override, the axis is slower than that: only a spindle that follows the axis cuts the thread.",
+        "With --tapping feed a thread is a move in and a move out at pitch times speed. Between rest and full speed, "
+        "and at an override, the axis is slower than that: only a spindle that follows the axis cuts the thread.",
         "Let the control couple the spindle to the axis. The coupling begins with the event at the beginning of the "
         "first move. It ends with the event at the end of the last.",
     ),
@@ -360,13 +345,11 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP048",
         "rigid tapping needs a choice",
         "error",
-        "A cycle taps with the spindle coupled to the feed. Setpoints say where the axes go, not how "
-        "far the spindle has "
-        "turned.",
-        "If the control that executes the setpoints couples the spindle to the axis, give --tapping "
-        "feed, or tapping = 'feed' in the "
-        "set-up. Otherwise tap with a floating holder (CYCLE840, cycle 206, G84 of RS274/NGC), or in a "
-        "separate program.",
+        "A cycle taps with the spindle coupled to the feed. Setpoints say where the axes go, not how far the spindle "
+        "has turned.",
+        "If the control that executes the setpoints couples the spindle to the axis, give --tapping feed, or tapping "
+        "= 'feed' in the set-up. Otherwise tap with a floating holder (CYCLE840, cycle 206, G84 of RS274/NGC), or in "
+        "a separate program.",
     ),
     # --- VP1xx: position limits and reach --------------------------------------------------
     (
@@ -380,9 +363,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP102",
         "tilt range",
         "error",
-        "The rotary axis that tilts the tool leaves its travel: A of a tilting table (programmed tilt "
-        "plus platform tilt "
-        "alpha), or the one of a chain.",
+        "The rotary axis that tilts the tool leaves its travel: A of a tilting table (programmed tilt plus platform "
+        "tilt alpha), or the one of a chain.",
         "Use less tilt. check and explain name a tilt, or another table solution, that was tried and is legal.",
     ),
     (
@@ -413,11 +395,10 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP202",
         "near a serial singularity",
         "warning",
-        "The vertical drop of a rod (the root of a radicand of equations 11 to 13) comes close to zero. "
-        "Error below the machine file's limits.serial_singularity_mm, warning up to twice that. Or a great circle "
-        "comes near the fold of a "
-        "nutating rotary pair, where its two solutions meet. Or the tool comes near the leg of a carrier, where its "
-        "wrist has a pole.",
+        "The vertical drop of a rod (the root of a radicand of equations 11 to 13) comes close to zero. Error below "
+        "the machine file's limits.serial_singularity_mm, warning up to twice that. Or a great circle comes near the "
+        "fold of a nutating rotary pair, where its two solutions meet. Or the tool comes near the leg of a carrier, "
+        "where its wrist has a pole.",
         "Move the part towards the middle of the workspace (--wcs).",
     ),
     (
@@ -510,9 +491,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP220",
         "not decided",
         "error",
-        "For some facets it is not certain that there is no gouge deeper than --gouge. The message has "
-        "the depth that is "
-        "certainly not exceeded. It is a warning if a gouge was found elsewhere.",
+        "For some facets it is not certain that there is no gouge deeper than --gouge. The message has the depth that "
+        "is certainly not exceeded. It is a warning if a gouge was found elsewhere.",
         "Accept a larger --gouge (gouge_mm), or look at the places that the message and --csv of machined name.",
     ),
     (
@@ -651,9 +631,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "warning",
         "A speed, acceleration, jerk, travel, length, cycle or tolerance is legal, but hardly intended. Most often it "
         "is in another unit. It stands in the machine file, the command line, the set-up or the program.",
-        "Compare the value with its unit in docs/machine-file.md, docs/commands.md or "
-        "docs/setpoints.md; `verne-post machine "
-        "validate` prints how long moves take.",
+        "Compare the value with its unit in docs/machine-file.md, docs/commands.md or docs/setpoints.md; `verne-post "
+        "machine validate` prints how long moves take.",
     ),
     (
         "VP506",

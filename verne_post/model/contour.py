@@ -114,10 +114,16 @@ class Contour(Struct, frozen=True):
         """Some elements, in order, as a contour without dwells; each section keeps its elements together."""
         _sections, section = np.unique(self.section[elements], return_inverse=True)
         return replace(
-            self, segment=self.segment[elements], low=self.low[elements], high=self.high[elements],
-            length=self.length[elements], rotation=self.rotation[elements], section=section.astype(np.int32), blended=self.blended[elements],
+            self,
+            segment=self.segment[elements],
+            low=self.low[elements],
+            high=self.high[elements],
+            length=self.length[elements],
+            rotation=self.rotation[elements],
+            section=section.astype(np.int32),
+            blended=self.blended[elements],
             dwell_section=self.dwell_section[:0],
-        )  # fmt: skip
+        )
 
     @property
     def continuous(self) -> Mask:

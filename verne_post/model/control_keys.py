@@ -7,11 +7,14 @@ from msgspec import Struct, field
 
 #: Values that a key may have, where it is not any text or number.
 _CHOICES: Final[Mapping[str, tuple[str, ...]]] = {
-    "rotation": ("rpy", "euler"), "orientation": ("words", "axes", "vector"), "projected": ("", "traces", "axes"), "polygon_angle": ("", "side", "corner"),
+    "rotation": ("rpy", "euler"), "orientation": ("words", "axes", "vector"), "projected": ("", "traces", "axes"),
+    "polygon_angle": ("", "side", "corner"),
     "offsets_in_g91": ("", "travelled", "kept"), "d_numbers": ("edges", "tools"),
-    "decimal_point": ("", "calculator", "conventional"), "roll_pitch_yaw": ("", "fixed", "moving"), "projection_angles": ("", "turned", "rising"),
+    "decimal_point": ("", "calculator", "conventional"), "roll_pitch_yaw": ("", "fixed", "moving"),
+    "projection_angles": ("", "turned", "rising"),
     "bore_shift": ("", "+X", "-X", "+Y", "-Y"), "units": ("", "mm", "inch"), "msys": ("", "one clamping"),
-    "flavour": ("", "linuxcnc", "pathpilot", "mach3", "grbl"), "arc_centres": ("incremental", "absolute"), "dwell": ("seconds", "milliseconds"),
+    "flavour": ("", "linuxcnc", "pathpilot", "mach3", "grbl"), "arc_centres": ("incremental", "absolute"),
+    "dwell": ("seconds", "milliseconds"),
     "cutcom": ("", "centre"), "insert": ("", "message"), "times": ("", "begun", "whole"), "lengths": ("", "tools"),
     "cycle_19": ("", "moves"), "motion": ("", "G0", "G1"),
 }  # fmt: skip

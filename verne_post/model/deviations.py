@@ -22,8 +22,14 @@ ENTRIES: Final[dict[str, tuple[str, tuple[int, ...], bool]]] = {
 #: Names of the rods in the order of the arrays.
 RODS: Final = ("I at +y", "I at -y", "II at larger x", "II at smaller x", "III at larger x", "III at smaller x")
 #: Components of the places and directions that have two.
-_COMPONENTS: Final = {"guides": "xy", "tilt_place": "yz", "tilt_direction": "yz", "rotary_place": "xy",
-                      "rotary_direction": "xy", "spindle": "xy"}  # fmt: skip
+_COMPONENTS: Final = {
+    "guides": "xy",
+    "tilt_place": "yz",
+    "tilt_direction": "yz",
+    "rotary_place": "xy",
+    "rotary_direction": "xy",
+    "spindle": "xy",
+}
 
 
 class RodPlaces(Struct, frozen=True):

@@ -137,9 +137,13 @@ class Stock(Struct, frozen=True):
     def record(self) -> dict[str, object]:
         """As JSON has it."""
         return {
-            "line": self.line, "shape": "cylinder" if self.round else "box", "work_system": SYSTEM_NAMES[self.frame.system],
-            "low_mm": list(self.low), "high_mm": list(self.high), "bore_mm": self.bore,
-        }  # fmt: skip
+            "line": self.line,
+            "shape": "cylinder" if self.round else "box",
+            "work_system": SYSTEM_NAMES[self.frame.system],
+            "low_mm": list(self.low),
+            "high_mm": list(self.high),
+            "bore_mm": self.bore,
+        }
 
 
 class Event(Struct, frozen=True):
@@ -217,9 +221,12 @@ class ArcFeedUse(Struct, frozen=True):
     def record(self) -> dict[str, object]:
         """As JSON has it."""
         return {
-            "by": self.rule.name, "assumed": self.rule.assumed, "arcs": self.arcs,
-            "slowest": self.slowest, "fastest": self.fastest,
-        }  # fmt: skip
+            "by": self.rule.name,
+            "assumed": self.rule.assumed,
+            "arcs": self.arcs,
+            "slowest": self.slowest,
+            "fastest": self.fastest,
+        }
 
     def count_arc(self, share: float) -> "ArcFeedUse":
         """Count one more."""
@@ -310,7 +317,8 @@ class Moves(Struct, frozen=True):
 
 #: What Moves keep for every move: type, and width where it is not one number.
 MOVE_COLUMNS: Final[Mapping[str, tuple[Any, ...]]] = {
-    "line": (np.int32,), "kind": (np.int8,), "end": (float, 9), "feed": (float,), "feed_mode": (np.int8,), "spindle": (float,),
+    "line": (np.int32,), "kind": (np.int8,), "end": (float, 9), "feed": (float,), "feed_mode": (np.int8,),
+    "spindle": (float,),
     "frame": (np.int32,), "control": (np.int32,), "arc": (np.int32,), "spline": (np.int32,),
     "tool_axis": (float, 3), "seconds": (float,),
 }  # fmt: skip

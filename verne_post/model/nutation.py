@@ -93,8 +93,11 @@ class Nutation(Struct, frozen=True):
             inner = e / s if e else np.zeros_like(s)
             grows = 0.5 * (k + (e - (inner * c) ** 2 / e if e else 0.0)) / ((inner + k * s) ** 2 + c**2)
             # sin A / (sin a sin b sin d), where both sines vanish at a pole
-            rate = np.cos(0.5 * tilt) / (np.sin(self.near) * c) if not e else (
-                np.sin(tilt) / (2.0 * np.sin(self.near) * np.sin(self.far) * s * c))  # fmt: skip
+            rate = (
+                np.cos(0.5 * tilt) / (np.sin(self.near) * c)
+                if not e
+                else (np.sin(tilt) / (2.0 * np.sin(self.near) * np.sin(self.far) * s * c))
+            )
         return rate, -grows * rate
 
     def measure_fold(self, tilting: Array) -> Array:

@@ -119,136 +119,352 @@ class Options:
     {1: WorkOffset(origin_mm=(-10.0, 15.0, 60.0), turn_deg=0.0)}
     """
 
-    # fmt: off
     # --- set-up ---
-    tool_length: Annotated[Annotated[float, Meta(ge=0, le=MAX_TOOL)] | None, About(
-        "Gauge line to tip; holds throughout the program.", Group.SETUP, unit="mm")] = None
-    tools: Annotated[dict[int, Tool] | None, Checked(check_tools), About(
-        "Tool table by number.", Group.SETUP, flag="", in_settings=False)] = None
-    wcs: Annotated[dict[int, WorkOffset], Checked(check_work_offsets), About(
-        "Work offset on the table in mm, and the part's turn in degrees; repeatable.", Group.SETUP,
-        metavar="G54=X,Y,Z[,C]", in_settings=False)] = field(default_factory=dict)
-    cycle: Annotated[Annotated[float, Meta(ge=1e-4, le=1.0)] | None, About(
-        "Control cycle; overrides the machine file.", Group.SETUP, unit="s")] = None
+    tool_length: Annotated[
+        Annotated[float, Meta(ge=0, le=MAX_TOOL)] | None,
+        About("Gauge line to tip; holds throughout the program.", Group.SETUP, unit="mm"),
+    ] = None
+    tools: Annotated[
+        dict[int, Tool] | None,
+        Checked(check_tools),
+        About("Tool table by number.", Group.SETUP, flag="", in_settings=False),
+    ] = None
+    wcs: Annotated[
+        dict[int, WorkOffset],
+        Checked(check_work_offsets),
+        About(
+            "Work offset on the table in mm, and the part's turn in degrees; repeatable.",
+            Group.SETUP,
+            metavar="G54=X,Y,Z[,C]",
+            in_settings=False,
+        ),
+    ] = field(default_factory=dict)
+    cycle: Annotated[
+        Annotated[float, Meta(ge=1e-4, le=1.0)] | None,
+        About("Control cycle; overrides the machine file.", Group.SETUP, unit="s"),
+    ] = None
 
     # --- reading the program ---
-    dialect: Annotated[str, accept_one(list_dialects), About(
-        "Controller dialect; auto: by the first lines or the ending of the file name, else rs274.", Group.PROGRAM, choices=list_dialects)] = "auto"
+    dialect: Annotated[
+        str,
+        accept_one(list_dialects),
+        About(
+            "Controller dialect; auto: by the first lines or the ending of the file name, else rs274.",
+            Group.PROGRAM,
+            choices=list_dialects,
+        ),
+    ] = "auto"
     block_delete: Annotated[bool, About("Skip blocks that begin with a slash.", Group.PROGRAM)] = False
     optional_stop: Annotated[bool, About("M1 stops.", Group.PROGRAM)] = False
-    subroutines: Annotated[dict[str, Any], Checked(check_texts), About(
-        "Text of the files that calls may name, by name without ending, in lower case.", Group.PROGRAM, flag="",
-        in_settings=False)] = field(default_factory=dict)
-    parameters: Annotated[dict[int, float], Checked(check_parameters), About(
-        "Numbered parameters that the program finds.", Group.PROGRAM, flag="", in_settings=False)] = field(default_factory=dict)
-    parameter_units: Annotated[Literal["mm", "inch"], About(
-        "Unit of the lengths in the parameter file.", Group.PROGRAM)] = "mm"
-    remap: Annotated[dict[str, str], Checked(check_remap), About(
-        "Meaning of user-defined codes: [remap] of the settings file.", Group.PROGRAM, flag="", in_settings=False)] = field(
-        default_factory=dict)
-    control: Annotated[dict[str, dict[str, Any]], Checked(check_control), About(
-        "Settings of the machine builder, by controller dialect: [siemens], [heidenhain], [fanuc], [rs274] and [aptcl] of the settings file.", Group.PROGRAM, flag="",
-        in_settings=False)] = field(default_factory=dict)
-    tapping: Annotated[Literal["refuse", "feed"], About(
-        "Rigid tapping. feed: in and out at pitch times speed, for a control that couples the spindle; refuse: "
-        "setpoints do not "
-        "turn it.", Group.PROGRAM)] = "refuse"
-    max_repeats: Annotated[int, Meta(ge=0), About(
-        "Blocks that loops and calls may repeat before the program is refused as endless.", Group.PROGRAM, metavar="N")] = 100_000
-    max_megabytes: Annotated[int, Meta(ge=1), About(
-        "Size of a program beyond which it is refused.", Group.PROGRAM, Changes.CHECKS, metavar="MB")] = 4096
-    max_rows: Annotated[int, Meta(ge=2), About(
-        "Rows beyond which a program is refused: at a cycle of 1 ms the default is 28 hours, and 6 GB as CSV.", Group.PROGRAM,
-        Changes.CHECKS, metavar="N")] = 100_000_000
+    subroutines: Annotated[
+        dict[str, Any],
+        Checked(check_texts),
+        About(
+            "Text of the files that calls may name, by name without ending, in lower case.",
+            Group.PROGRAM,
+            flag="",
+            in_settings=False,
+        ),
+    ] = field(default_factory=dict)
+    parameters: Annotated[
+        dict[int, float],
+        Checked(check_parameters),
+        About("Numbered parameters that the program finds.", Group.PROGRAM, flag="", in_settings=False),
+    ] = field(default_factory=dict)
+    parameter_units: Annotated[
+        Literal["mm", "inch"], About("Unit of the lengths in the parameter file.", Group.PROGRAM)
+    ] = "mm"
+    remap: Annotated[
+        dict[str, str],
+        Checked(check_remap),
+        About(
+            "Meaning of user-defined codes: [remap] of the settings file.", Group.PROGRAM, flag="", in_settings=False
+        ),
+    ] = field(default_factory=dict)
+    control: Annotated[
+        dict[str, dict[str, Any]],
+        Checked(check_control),
+        About(
+            "Settings of the machine builder, by controller dialect: [siemens], [heidenhain], [fanuc], [rs274] and "
+            "[aptcl] of the settings file.",
+            Group.PROGRAM,
+            flag="",
+            in_settings=False,
+        ),
+    ] = field(default_factory=dict)
+    tapping: Annotated[
+        Literal["refuse", "feed"],
+        About(
+            "Rigid tapping. feed: in and out at pitch times speed, for a control that couples the spindle; refuse: "
+            "setpoints do not turn it.",
+            Group.PROGRAM,
+        ),
+    ] = "refuse"
+    max_repeats: Annotated[
+        int,
+        Meta(ge=0),
+        About(
+            "Blocks that loops and calls may repeat before the program is refused as endless.",
+            Group.PROGRAM,
+            metavar="N",
+        ),
+    ] = 100_000
+    max_megabytes: Annotated[
+        int,
+        Meta(ge=1),
+        About("Size of a program beyond which it is refused.", Group.PROGRAM, Changes.CHECKS, metavar="MB"),
+    ] = 4096
+    max_rows: Annotated[
+        int,
+        Meta(ge=2),
+        About(
+            "Rows beyond which a program is refused: at a cycle of 1 ms the default is 28 hours, and 6 GB as CSV.",
+            Group.PROGRAM,
+            Changes.CHECKS,
+            metavar="N",
+        ),
+    ] = 100_000_000
 
     # --- contouring ---
-    smoothing: Annotated[Literal["spline", "blend", "off"], About(
-        "Corners under G64. spline: blended, several short moves together; blend: blended one by one; off: the tool stops at each, and the path is exact.", Group.CONTOURING)] = "spline"
-    tolerance: Annotated[Tolerance | None, About(
-        "Tolerance of the tip at corners under a G64 without P; overrides the machine file.",
-        Group.CONTOURING, unit="mm")] = None
-    orientation_tolerance_deg: Annotated[Tolerance | None, About(
-        "Tolerance of the tool axis at corners under G64; overrides the machine file.",
-        Group.CONTOURING, metavar="DEG", flag="--orientation-tolerance")] = None
-    shaper: Annotated[Literal["off", "zv", "zvd", "ei"] | None, About(
-        "Input shaper for the vibration modes of the machine file's [vibration]; overrides the shaper named there.",
-        Group.CONTOURING, Changes.TIMING)] = None
-    rapids: Annotated[Literal["line", "joint"], About(
-        "G0 is a straight line of the tip, or linear in the joints: faster, but on another path of the tool.",
-        Group.CONTOURING)] = "line"
-    orientation: Annotated[Literal["auto", "vector", "angles"], About(
-        "Between two poses of a feed move the tool axis follows a great circle (vector), or A and C are linear "
-        "(angles); "
-        "auto: as the poses were programmed, I J K or A C.", Group.CONTOURING)] = "auto"
+    smoothing: Annotated[
+        Literal["spline", "blend", "off"],
+        About(
+            "Corners under G64. spline: blended, several short moves together; blend: blended one by one; off: the "
+            "tool stops at each, and the path is exact.",
+            Group.CONTOURING,
+        ),
+    ] = "spline"
+    tolerance: Annotated[
+        Tolerance | None,
+        About(
+            "Tolerance of the tip at corners under a G64 without P; overrides the machine file.",
+            Group.CONTOURING,
+            unit="mm",
+        ),
+    ] = None
+    orientation_tolerance_deg: Annotated[
+        Tolerance | None,
+        About(
+            "Tolerance of the tool axis at corners under G64; overrides the machine file.",
+            Group.CONTOURING,
+            metavar="DEG",
+            flag="--orientation-tolerance",
+        ),
+    ] = None
+    shaper: Annotated[
+        Literal["off", "zv", "zvd", "ei"] | None,
+        About(
+            "Input shaper for the vibration modes of the machine file's [vibration]; overrides the shaper named there.",
+            Group.CONTOURING,
+            Changes.TIMING,
+        ),
+    ] = None
+    rapids: Annotated[
+        Literal["line", "joint"],
+        About(
+            "G0 is a straight line of the tip, or linear in the joints: faster, but on another path of the tool.",
+            Group.CONTOURING,
+        ),
+    ] = "line"
+    orientation: Annotated[
+        Literal["auto", "vector", "angles"],
+        About(
+            "Between two poses of a feed move the tool axis follows a great circle (vector), or A and C are linear "
+            "(angles); auto: as the poses were programmed, I J K or A C.",
+            Group.CONTOURING,
+        ),
+    ] = "auto"
 
     # --- rotary table ---
-    correct_axis: Annotated[bool, About(
-        "On an as-built machine, C corrects the part of the tool axis error that A cannot: from 2 degrees of tilt on, fully from 6. Programs with tool vectors (I J K) always do this.", Group.TABLE)] = False
-    allow_rewind: Annotated[bool, About(
-        "The table may rewind C or change to the other solution where a limit needs it, with a retract, between feed "
-        "moves.",
-        Group.TABLE)] = False
-    free_c: Annotated[bool, About(
-        "For a tool that is always vertical: turn the part to the C with the largest smallest margin.", Group.TABLE)] = False
+    correct_axis: Annotated[
+        bool,
+        About(
+            "On an as-built machine, C corrects the part of the tool axis error that A cannot: from 2 degrees of tilt "
+            "on, fully from 6. Programs with tool vectors (I J K) always do this.",
+            Group.TABLE,
+        ),
+    ] = False
+    allow_rewind: Annotated[
+        bool,
+        About(
+            "The table may rewind C or change to the other solution where a limit needs it, with a retract, between "
+            "feed moves.",
+            Group.TABLE,
+        ),
+    ] = False
+    free_c: Annotated[
+        bool,
+        About(
+            "For a tool that is always vertical: turn the part to the C with the largest smallest margin.", Group.TABLE
+        ),
+    ] = False
 
     # --- approach, departure, restart ---
-    approach: Annotated[str | tuple[float, ...] | None, Checked(check_place), About(
-        "Where the machine is before the program: home, or joint values in the file's units. Adds a checked approach.",
-        Group.APPROACH, flag="--from", metavar="home|Q1,Q2,...", in_settings=False)] = None
-    departure: Annotated[Literal["home", "park"] | None, About(
-        "Where the machine goes after the program: [home] g28 or park of the machine file.", Group.APPROACH, flag="--to")] = None
-    from_line: Annotated[Annotated[int, Meta(ge=1)] | None, About(
-        "Block search: start the program at this line; needs --from.", Group.APPROACH, metavar="N", in_settings=False)] = None
-    split_at_stops: Annotated[bool, About(
-        "Cut the setpoints where M0, M6, M60 wait for a person: one file a part, and an index.", Group.APPROACH,
-        Changes.ROWS)] = False
+    approach: Annotated[
+        str | tuple[float, ...] | None,
+        Checked(check_place),
+        About(
+            "Where the machine is before the program: home, or joint values in the file's units. Adds a checked "
+            "approach.",
+            Group.APPROACH,
+            flag="--from",
+            metavar="home|Q1,Q2,...",
+            in_settings=False,
+        ),
+    ] = None
+    departure: Annotated[
+        Literal["home", "park"] | None,
+        About(
+            "Where the machine goes after the program: [home] g28 or park of the machine file.",
+            Group.APPROACH,
+            flag="--to",
+        ),
+    ] = None
+    from_line: Annotated[
+        Annotated[int, Meta(ge=1)] | None,
+        About(
+            "Block search: start the program at this line; needs --from.",
+            Group.APPROACH,
+            metavar="N",
+            in_settings=False,
+        ),
+    ] = None
+    split_at_stops: Annotated[
+        bool,
+        About(
+            "Cut the setpoints where M0, M6, M60 wait for a person: one file a part, and an index.",
+            Group.APPROACH,
+            Changes.ROWS,
+        ),
+    ] = False
 
     # --- fixtures, dry runs ---
-    keep_out: Annotated[tuple[Box | FixtureMesh, ...], Checked(check_fixtures), About(
-        "A fixture as a box on the table, mm; repeatable.", Group.SAFETY, Changes.CHECKS,
-        metavar="NAME[@G54]=X0,Y0,Z0,X1,Y1,Z1", in_settings=False)] = ()
-    stock: Annotated[Box | FixtureMesh | OwnStock | None, Checked(check_stock), About(
-        "The stock as a box, or as the program defines it: rapids and holders keep out of it.", Group.SAFETY, Changes.CHECKS,
-        metavar="[G54=]X0,Y0,Z0,X1,Y1,Z1|program", in_settings=False)] = None
-    tool_shapes: Annotated[dict[int, Any], Checked(check_shapes), About(
-        "Cutter, shank and holder of the tools.", Group.SAFETY, Changes.CHECKS, flag="", in_settings=False)] = field(
-        default_factory=dict)
-    part: Annotated[NominalPart | None, Checked(check_part), About(
-        "The part as it should be: rows are compared with it.", Group.SAFETY, Changes.CHECKS, flag="", in_settings=False)] = None
-    air: Annotated[float, Meta(ge=0, le=1000.0), About(
-        "Dry run: lift the whole program by this distance.", Group.SAFETY, unit="mm", in_settings=False)] = 0.0
-    air_along: Annotated[Literal["tool", "table"], About(
-        "Lift it along the tool axis, or along the table's normal.", Group.SAFETY, in_settings=False)] = "tool"
-    override: Annotated[float, Checked(check_override), About(
-        "Feed override: execute the planned motion at this share of its speed, 0.05 to 1; dwells keep their length.",
-        Group.SAFETY, Changes.TIMING, metavar="SHARE")] = 1.0
-    slow_start: Annotated[float, Meta(ge=0, le=3600.0), About(
-        "Start at a tenth of the speed, and reach full speed within this time.", Group.SAFETY, Changes.TIMING, unit="s")] = 0.0
+    keep_out: Annotated[
+        tuple[Box | FixtureMesh, ...],
+        Checked(check_fixtures),
+        About(
+            "A fixture as a box on the table, mm; repeatable.",
+            Group.SAFETY,
+            Changes.CHECKS,
+            metavar="NAME[@G54]=X0,Y0,Z0,X1,Y1,Z1",
+            in_settings=False,
+        ),
+    ] = ()
+    stock: Annotated[
+        Box | FixtureMesh | OwnStock | None,
+        Checked(check_stock),
+        About(
+            "The stock as a box, or as the program defines it: rapids and holders keep out of it.",
+            Group.SAFETY,
+            Changes.CHECKS,
+            metavar="[G54=]X0,Y0,Z0,X1,Y1,Z1|program",
+            in_settings=False,
+        ),
+    ] = None
+    tool_shapes: Annotated[
+        dict[int, Any],
+        Checked(check_shapes),
+        About("Cutter, shank and holder of the tools.", Group.SAFETY, Changes.CHECKS, flag="", in_settings=False),
+    ] = field(default_factory=dict)
+    part: Annotated[
+        NominalPart | None,
+        Checked(check_part),
+        About(
+            "The part as it should be: rows are compared with it.",
+            Group.SAFETY,
+            Changes.CHECKS,
+            flag="",
+            in_settings=False,
+        ),
+    ] = None
+    air: Annotated[
+        float,
+        Meta(ge=0, le=1000.0),
+        About("Dry run: lift the whole program by this distance.", Group.SAFETY, unit="mm", in_settings=False),
+    ] = 0.0
+    air_along: Annotated[
+        Literal["tool", "table"],
+        About("Lift it along the tool axis, or along the table's normal.", Group.SAFETY, in_settings=False),
+    ] = "tool"
+    override: Annotated[
+        float,
+        Checked(check_override),
+        About(
+            "Feed override: execute the planned motion at this share of its speed, 0.05 to 1; dwells keep their "
+            "length.",
+            Group.SAFETY,
+            Changes.TIMING,
+            metavar="SHARE",
+        ),
+    ] = 1.0
+    slow_start: Annotated[
+        float,
+        Meta(ge=0, le=3600.0),
+        About(
+            "Start at a tenth of the speed, and reach full speed within this time.",
+            Group.SAFETY,
+            Changes.TIMING,
+            unit="s",
+        ),
+    ] = 0.0
 
     # --- setpoints ---
-    units: Annotated[Literal["joint", "drive"], About(
-        "Numbers of the rows: mm and degrees, or counts of the drives ([drives] of the machine file).", Group.OUTPUT)] = "joint"
-    decimals: Annotated[Annotated[int, Meta(ge=0, le=12)] | None, About(
-        "Decimals of every column; default: chosen per column, so that rounding stays below 1 % of the jerk limit.",
-        Group.OUTPUT, Changes.ROWS, metavar="auto|N")] = None
-    accept_rounding: Annotated[bool, About(
-        "Accept setpoints whose rounding alone exceeds a limit.", Group.OUTPUT, Changes.ROWS)] = False
+    units: Annotated[
+        Literal["joint", "drive"],
+        About(
+            "Numbers of the rows: mm and degrees, or counts of the drives ([drives] of the machine file).", Group.OUTPUT
+        ),
+    ] = "joint"
+    decimals: Annotated[
+        Annotated[int, Meta(ge=0, le=12)] | None,
+        About(
+            "Decimals of every column; default: chosen per column, so that rounding stays below 1 % of the jerk limit.",
+            Group.OUTPUT,
+            Changes.ROWS,
+            metavar="auto|N",
+        ),
+    ] = None
+    accept_rounding: Annotated[
+        bool, About("Accept setpoints whose rounding alone exceeds a limit.", Group.OUTPUT, Changes.ROWS)
+    ] = False
 
     # --- advanced ---
-    solver: Annotated[Literal["reachability", "toppra", "both"], About(
-        "Solver of the time-optimal problem without jerk limits, from which planning starts; both prints how far "
-        "they differ.",
-        Group.ADVANCED, Changes.TIMING)] = "reachability"
-    quality: Annotated[bool, About(
-        "Plan the motion finely: practically the shortest time, at many times the computing time.", Group.ADVANCED,
-        Changes.TIMING)] = False
-    jobs: Annotated[int, Meta(ge=1, le=MAX_JOBS), About(
-        "Processes that share the work on a long program; the rows do not depend on their number. More than one only on Linux.", Group.ADVANCED, Changes.NOTHING, metavar="N", short="-j")] = 1
-    source_name: Annotated[str, About(
-        "Name of the program in messages.", Group.PROGRAM, flag="", in_settings=False)] = "program"
-    setup_source: Annotated[str, About(
-        "Which files gave the set-up of the program, in messages.", Group.PROGRAM, flag="", in_settings=False)] = ""
-    # fmt: on
+    solver: Annotated[
+        Literal["reachability", "toppra", "both"],
+        About(
+            "Solver of the time-optimal problem without jerk limits, from which planning starts; both prints how far "
+            "they differ.",
+            Group.ADVANCED,
+            Changes.TIMING,
+        ),
+    ] = "reachability"
+    quality: Annotated[
+        bool,
+        About(
+            "Plan the motion finely: practically the shortest time, at many times the computing time.",
+            Group.ADVANCED,
+            Changes.TIMING,
+        ),
+    ] = False
+    jobs: Annotated[
+        int,
+        Meta(ge=1, le=MAX_JOBS),
+        About(
+            "Processes that share the work on a long program; the rows do not depend on their number. More than one "
+            "only on Linux.",
+            Group.ADVANCED,
+            Changes.NOTHING,
+            metavar="N",
+            short="-j",
+        ),
+    ] = 1
+    source_name: Annotated[
+        str, About("Name of the program in messages.", Group.PROGRAM, flag="", in_settings=False)
+    ] = "program"
+    setup_source: Annotated[
+        str,
+        About("Which files gave the set-up of the program, in messages.", Group.PROGRAM, flag="", in_settings=False),
+    ] = ""
 
     if not TYPE_CHECKING:  # type checkers see the keywords of a dataclass
 
@@ -280,8 +496,7 @@ class Options:
             raise UsageError(
                 "solver",
                 f"{self.solver} needs toppra, which is not installed; pip install toppra brings it; outside Linux "
-                "x86-64 "
-                "it is built from source and needs a C++ compiler. The solver reachability needs nothing",
+                "x86-64 it is built from source and needs a C++ compiler. The solver reachability needs nothing",
             )
 
     def __setattr__(self, name: str, value: object) -> None:

@@ -13,9 +13,24 @@ ADDITIONAL_SYSTEMS: Final = 100
 #: G54 to G59.3, then G54.1 P1 to P48.
 WORK_SYSTEMS: Final = (*range(1, 10), *range(ADDITIONAL_SYSTEMS + 1, ADDITIONAL_SYSTEMS + 49))
 #: Number -> how it is written in options and reports.
-SYSTEM_NAMES: Final = dict(zip(WORK_SYSTEMS, (
-    "G54", "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2", "G59.3", *(f"G54.1P{number}" for number in range(1, 49)),
-), strict=True))  # fmt: skip
+SYSTEM_NAMES: Final = dict(
+    zip(
+        WORK_SYSTEMS,
+        (
+            "G54",
+            "G55",
+            "G56",
+            "G57",
+            "G58",
+            "G59",
+            "G59.1",
+            "G59.2",
+            "G59.3",
+            *(f"G54.1P{number}" for number in range(1, 49)),
+        ),
+        strict=True,
+    )
+)
 #: The same the other way round.
 SYSTEM_NUMBERS: Final = {name: number for number, name in SYSTEM_NAMES.items()}
 #: Parts of a tool, from the tip upwards.
@@ -248,7 +263,10 @@ def describe_mistake(part: Cylinder) -> str:
     if (part.taper or part.corner_radius) and (part.point_angle or (part.neck_diameter and part.taper)):
         return "a point_angle goes with neither taper nor corner_radius, a neck_diameter not with taper"
     if not 0 <= part.corner_radius <= min(half, length):
-        return f"corner_radius {part.corner_radius:g} must be from 0 to half the diameter, {half:g}, and no more than the length"
+        return (
+            f"corner_radius {part.corner_radius:g} must be from 0 to half the diameter, {half:g}, and no more than the "
+            "length"
+        )
     if part.taper and part.length is None:
         return "a taper needs a length"
     if not -80 <= part.taper <= 80 or part.top_diameter < 0:

@@ -213,15 +213,19 @@ class ToolPath(Struct, frozen=True):
     def take_part(self, first: int, last: int) -> "ToolPath":
         """Segments ``first`` to ``last`` (excluded) as a path without dwells; the tables of shapes keep their rows."""
         return replace(
-            self, **{name: getattr(self, name)[first:last] for name in SEGMENT_COLUMNS},
-            dwell_section=self.dwell_section[:0], dwell_seconds=self.dwell_seconds[:0], dwell_line=self.dwell_line[:0],
-        )  # fmt: skip
+            self,
+            **{name: getattr(self, name)[first:last] for name in SEGMENT_COLUMNS},
+            dwell_section=self.dwell_section[:0],
+            dwell_seconds=self.dwell_seconds[:0],
+            dwell_line=self.dwell_line[:0],
+        )
 
 
 #: What a tool path keeps for every segment: type, and width where it is not one number.
 SEGMENT_COLUMNS: Final[Mapping[str, tuple[Any, ...]]] = {
     "line": (np.int32,), "kind": (np.int8,), "start": (float, 5), "end": (float, 5), "tool_length": (float,),
-    "feed_time": (float,), "timed": (bool,), "length": (float,), "arc": (np.int32,), "spline": (np.int32,), "turn": (np.int32,), "circle": (np.int32,), "free": (bool,), "joint": (np.int32,),
+    "feed_time": (float,), "timed": (bool,), "length": (float,), "arc": (np.int32,), "spline": (np.int32,),
+    "turn": (np.int32,), "circle": (np.int32,), "free": (bool,), "joint": (np.int32,),
     "move": (np.int32,), "section": (np.int32,),
 }  # fmt: skip
 

@@ -26,9 +26,13 @@ class ExitStatus(IntEnum):
 
 #: With several programs the gravest counts; the gravest first.
 _GRAVEST_FIRST: Final = (
-    ExitStatus.INTERRUPTED, ExitStatus.BROKEN_PIPE, ExitStatus.INTERNAL_ERROR, ExitStatus.UNUSABLE, ExitStatus.NO_VERDICT,
+    ExitStatus.INTERRUPTED,
+    ExitStatus.BROKEN_PIPE,
+    ExitStatus.INTERNAL_ERROR,
+    ExitStatus.UNUSABLE,
+    ExitStatus.NO_VERDICT,
     ExitStatus.VIOLATION,
-)  # fmt: skip
+)
 
 
 class Family(StrEnum):
@@ -133,9 +137,12 @@ def find_exit_status(findings: Iterable[CodedFinding], fail_level: Severity = "e
     """
     counting = SEVERITIES[: SEVERITIES.index(fail_level) + 1]
     return find_gravest(
-        _STATUS_OF_CODE.get(item.code, _STATUS[find_family(item.code)]) if item.severity == "error" else ExitStatus.VIOLATION
-        for item in findings if item.severity in counting
-    )  # fmt: skip
+        _STATUS_OF_CODE.get(item.code, _STATUS[find_family(item.code)])
+        if item.severity == "error"
+        else ExitStatus.VIOLATION
+        for item in findings
+        if item.severity in counting
+    )
 
 
 def find_verdict(status: int, findings: Iterable[CodedFinding]) -> Verdict:

@@ -18,9 +18,14 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 _KINDS = {
-    MoveKind.RAPID: "rapid", MoveKind.FEED: "feed", MoveKind.ARC: "arc", MoveKind.DWELL: "dwell", MoveKind.SPLINE: "spline",
-    MoveKind.TURN: "turn", MoveKind.SWING: "swing",
-}  # fmt: skip
+    MoveKind.RAPID: "rapid",
+    MoveKind.FEED: "feed",
+    MoveKind.ARC: "arc",
+    MoveKind.DWELL: "dwell",
+    MoveKind.SPLINE: "spline",
+    MoveKind.TURN: "turn",
+    MoveKind.SWING: "swing",
+}
 _MODES = {FeedMode.PER_MINUTE: "per_min", FeedMode.INVERSE: "inverse", FeedMode.PER_REVOLUTION: "per_rev"}
 #: Points of an element along which the tool turns: at most this far apart, mm and rad.
 _STEP_MM = 10.0

@@ -43,9 +43,14 @@ def draw_errors(machine: Machine, fields: Sequence[ErrorField], tool_length: flo
             step = 0.5 * (field.side[1] - field.side[0])
             low, high = field.side[0] - step, field.side[-1] + step
             image = axes.imshow(
-                np.ma.masked_invalid(value), origin="lower", extent=(low, high, low, high), cmap="viridis", vmin=0.0,
-                vmax=top, interpolation="nearest",
-            )  # fmt: skip
+                np.ma.masked_invalid(value),
+                origin="lower",
+                extent=(low, high, low, high),
+                cmap="viridis",
+                vmin=0.0,
+                vmax=top,
+                interpolation="nearest",
+            )
             images.append(image)
             axes.set(xlabel="x on the table, mm", ylabel="y on the table, mm", facecolor="#d9d9d9")
             axes.set_title(f"{title}: A{field.tilt_deg:g} C0, z = {field.height:g} mm", fontsize=10)

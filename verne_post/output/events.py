@@ -32,11 +32,16 @@ def format_events(summary: Summary, suffix: str) -> str:
         return text.getvalue()
     events = [
         {
-            "t_s": float(_format_time(summary, row)), "row": row, "part": part, "line": timed.event.line, "kind": timed.event.kind,
-            **timed.event.data, "axes": {name: float(text) for name, text in zip(names, _format_joints(summary, timed), strict=True)},
+            "t_s": float(_format_time(summary, row)),
+            "row": row,
+            "part": part,
+            "line": timed.event.line,
+            "kind": timed.event.kind,
+            **timed.event.data,
+            "axes": {name: float(text) for name, text in zip(names, _format_joints(summary, timed), strict=True)},
         }
         for part, row, timed in placed
-    ]  # fmt: skip
+    ]
     whole = {"schema": 1, "program": summary.options.source_name, "cycle_s": summary.format.cycle, "events": events}
     return format_json(whole, 2) + "\n"
 

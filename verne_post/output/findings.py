@@ -124,8 +124,20 @@ def _name_program(remedy: str, program: str) -> str:
 
 
 _KEYS: Final = (
-    "code", "severity", "line", "last_line", "worst_line", "column", "axis", "value", "limit", "unit", "message", "count", "remedies",
-)  # fmt: skip
+    "code",
+    "severity",
+    "line",
+    "last_line",
+    "worst_line",
+    "column",
+    "axis",
+    "value",
+    "limit",
+    "unit",
+    "message",
+    "count",
+    "remedies",
+)
 
 
 def record_of(item: Finding) -> dict[str, Any]:

@@ -81,7 +81,10 @@ def _write_lines(program: str, machine: Machine, proposal: Proposal) -> Iterator
             f"--wcs {_write_wcs_option(proposal, largest.place)} (--maximise margin)."
         )
     where = f"{after.names[after.nearest]}, line {after.lines[after.nearest]}"
-    yield f"Smallest margin {_format_margin(after.smallest)} ({where}), before {_format_margin(before.smallest)}; 0 at a limit, 1 plenty."
+    yield (
+        f"Smallest margin {_format_margin(after.smallest)} ({where}), before {_format_margin(before.smallest)}; 0 at a "
+        "limit, 1 plenty."
+    )
     if proposal.seconds is not None:
         now = "could not run" if proposal.seconds_before is None else f"{proposal.seconds_before:.3f} s"
         yield f"Machining time {proposal.seconds:.3f} s, before: {now}."

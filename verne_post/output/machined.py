@@ -115,7 +115,8 @@ def list_worst(judged: Judged) -> str:
             x, y, z = place[k]
             body = motion.pieces[nearest.piece[k]].part
             rows.append(
-                f"{x:.4f},{y:.4f},{z:.4f},{deviation[k]:.4f},{motion.line[nearest.row[k]]},{motion.name},{body},{facet[k]}"
+                f"{x:.4f},{y:.4f},{z:.4f},{deviation[k]:.4f},"
+                f"{motion.line[nearest.row[k]]},{motion.name},{body},{facet[k]}"
             )
     return "\n".join(rows) + "\n"
 
@@ -184,9 +185,8 @@ def draw_map(judged: Judged, suffix: str) -> bytes:
         axes.view_init(elev=elevation, azim=turn)
     wanted = found.wanted
     figure.suptitle(
-        f"{found.mesh.name}, {judged.machine} machine: red cut deeper than {wanted.gouge:g} mm, blue "
-        f"more than {wanted.excess:g} mm left, "
-        "brown untouched, yellow not decided",
+        f"{found.mesh.name}, {judged.machine} machine: red cut deeper than {wanted.gouge:g} mm, blue more than "
+        f"{wanted.excess:g} mm left, brown untouched, yellow not decided",
         fontsize=9,
     )
     return picture(figure, suffix)

@@ -42,9 +42,12 @@ def index_text(output: Path, summary: Summary) -> str:
         for number, part in enumerate(summary.parts, start=1)
     ]
     data = {
-        "schema": 1, "program": summary.options.source_name, "cycle_s": summary.format.cycle,
-        "before": _list_events(summary.before), "parts": parts,
-    }  # fmt: skip
+        "schema": 1,
+        "program": summary.options.source_name,
+        "cycle_s": summary.format.cycle,
+        "before": _list_events(summary.before),
+        "parts": parts,
+    }
     return format_json(data, 2) + "\n"
 
 

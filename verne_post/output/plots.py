@@ -29,9 +29,21 @@ _BORDER: Final = 0.12
 _ALPHAS: Final = np.pi * np.arange(91) / 90
 
 _COLOURS: Final = (
-    "#d9d9d9", "#f4a582", "#92c5de", "#f7d38c", "#c2a5cf", "#a6dba0", "#e78ac3", "#b3b3b3", "#d6a77a", "#80cdc1",
-    "#fddbc7", "#cbd5e8", "#e6f598", "#fbb4ae",
-)  # fmt: skip
+    "#d9d9d9",
+    "#f4a582",
+    "#92c5de",
+    "#f7d38c",
+    "#c2a5cf",
+    "#a6dba0",
+    "#e78ac3",
+    "#b3b3b3",
+    "#d6a77a",
+    "#80cdc1",
+    "#fddbc7",
+    "#cbd5e8",
+    "#e6f598",
+    "#fbb4ae",
+)
 
 
 class NothingReached(ValueError):
@@ -119,9 +131,13 @@ def draw_workspace(
     colours = [_COLOURS[index % len(_COLOURS)] for index in range(len(reach.limits))]
     if present:
         axes.imshow(
-            np.ma.masked_less(broken, 0), origin="lower", extent=extent, interpolation="nearest",
-            cmap=ListedColormap(colours), norm=BoundaryNorm(np.arange(len(colours) + 1) - 0.5, len(colours)),
-        )  # fmt: skip
+            np.ma.masked_less(broken, 0),
+            origin="lower",
+            extent=extent,
+            interpolation="nearest",
+            cmap=ListedColormap(colours),
+            norm=BoundaryNorm(np.arange(len(colours) + 1) - 0.5, len(colours)),
+        )
     image = axes.imshow(margin, origin="lower", extent=extent, interpolation="nearest", cmap="viridis", vmin=0.0)
     figure.colorbar(image, ax=axes, label="reached: smallest margin of travel or rod drop, mm")
     axes.contour(across, up, broken < 0, levels=[0.5], colors="black", linewidths=0.9)
@@ -144,9 +160,14 @@ def draw_workspace(
     handles = [Patch(facecolor=colours[limit], label=reach.limits[limit]) for limit in present]
     if handles:
         figure.legend(
-            handles=handles, loc="outside lower center", ncols=3 if np.ptp(across) > np.ptp(up) else 2, fontsize=8, frameon=False,
-            title="outside, by the limit that is broken most", title_fontsize=8,
-        )  # fmt: skip
+            handles=handles,
+            loc="outside lower center",
+            ncols=3 if np.ptp(across) > np.ptp(up) else 2,
+            fontsize=8,
+            frameon=False,
+            title="outside, by the limit that is broken most",
+            title_fontsize=8,
+        )
     return figure, (across, up, reach)
 
 

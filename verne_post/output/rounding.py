@@ -57,7 +57,11 @@ def choose_setpoint_format(
                 else f"--decimals {decimals}: rounding {name_column(column, drives, index)}"
             )
             remedy = "use --units joint" if whole[index] else "use --decimals auto"
-            text += f" alone makes a jerk of {noise:g} {column.unit}/s3, over {'its limit' if np.isfinite(machine.limits.jerk[index]) else 'what its acceleration allows,'} {limit:g}; {remedy}, or --accept-rounding"
+            text += (
+                f" alone makes a jerk of {noise:g} {column.unit}/s3, over "
+                f"{'its limit' if np.isfinite(machine.limits.jerk[index]) else 'what its acceleration allows,'} "
+                f"{limit:g}; {remedy}, or --accept-rounding"
+            )
             raise InputError(make_finding("VP018", text))
     return fmt
 

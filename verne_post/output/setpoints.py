@@ -137,6 +137,9 @@ def _check_time(t: Array, name: str, first: int, fmt: SetpointFormat) -> None:
     if len(bad):
         row = int(bad[0])
         raise InputError(
-            make_finding("VP020", f"{name}:{first + row + 2}: t_s is {t[row]:g}, expected {expected[row]:g} "
-                    f"(row {first + row} at a cycle of {fmt.cycle:g} s)")
-        )  # fmt: skip
+            make_finding(
+                "VP020",
+                f"{name}:{first + row + 2}: t_s is {t[row]:g}, expected {expected[row]:g} "
+                f"(row {first + row} at a cycle of {fmt.cycle:g} s)",
+            )
+        )

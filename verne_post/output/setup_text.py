@@ -12,15 +12,23 @@ HEAD_LINES: Final = 400
 _BARE_KEY: Final = re.compile(r"[A-Za-z0-9_-]+")
 #: A remark about a tool: ``(T5 D=6. - BALL)``, ``; T="BALL_6" D=6.``, ``;  #5 BALL_6 D=6`` of Klartext.
 _REMARK: Final = re.compile(
-    r"^\s*(?:N?\d+\s*)?[(;]\s*(?:T(?:OOL)?\s*=?\s*|#)(?:0*(?P<number>\d+)\b|\"(?P<name>[^\"]+)\")[\s:=|,-]*(?P<text>.*?)\)?\s*$",
+    r"^\s*(?:N?\d+\s*)?[(;]\s*(?:T(?:OOL)?\s*=?\s*|#)(?:0*(?P<number>\d+)\b|\"(?P<name>[^\"]+)\")[\s:="
+    r"|,-]*(?P<text>.*?)\)?\s*$",
     re.IGNORECASE,
 )
 
 
 def write_setup(
-    program: str, tools: Mapping[str, tuple[float | None, float | None]], wcs: Mapping[str, WorkOffset | None],
-    codes: Mapping[str, str | None], tool_length: float | None, split: bool, taps: bool, head: Iterable[str], dialect: str,
-) -> str:  # fmt: skip
+    program: str,
+    tools: Mapping[str, tuple[float | None, float | None]],
+    wcs: Mapping[str, WorkOffset | None],
+    codes: Mapping[str, str | None],
+    tool_length: float | None,
+    split: bool,
+    taps: bool,
+    head: Iterable[str],
+    dialect: str,
+) -> str:
     """The file as TOML text; arguments as in :class:`~verne_post.app.setup_draft.SetupDraft`.
 
     Parameters
@@ -48,7 +56,8 @@ def write_setup(
     if wcs:
         lines += [
             "",
-            "[wcs]  # [x, y, z] of the part zero: x, y from the axis of C, z above the table face; a fourth number is the turn of the part",
+            "[wcs]  # [x, y, z] of the part zero: x, y from the axis of C, z above the table face; a fourth number is "
+            "the turn of the part",
             *(["# presets 1 to 9 (cycle 247) are G54 to G59.3"] if dialect == "heidenhain" else []),
         ]
         lines += [f"{quote_key(name)} = {_show_place(offset)}" for name, offset in wcs.items()]

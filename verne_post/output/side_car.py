@@ -30,10 +30,14 @@ def describe_rows(summary: Summary) -> dict[str, str]:
 
     machine = summary.machine
     return {
-        "version": __version__, "program": summary.options.source_name, "program_sha256": compute_sha256(summary.source),
-        "machine": machine.name, "machine_sha256": machine.sha256, "cycle_s": repr(summary.format.cycle),
+        "version": __version__,
+        "program": summary.options.source_name,
+        "program_sha256": compute_sha256(summary.source),
+        "machine": machine.name,
+        "machine_sha256": machine.sha256,
+        "cycle_s": repr(summary.format.cycle),
         "options": json.dumps(summary.options.record(), allow_nan=False),
-    }  # fmt: skip
+    }
 
 
 def format_side_car(summary: Summary) -> str:
@@ -101,9 +105,12 @@ def _record_verification(verdict: Verification, machine: Machine) -> dict[str, o
     """Ratios to the limits by joint, and deviations from the programmed path."""
     ratios = {
         name: dict(zip([column.joint for column in machine.columns], ratio.tolist(), strict=True))
-        for name, ratio in (("velocity_ratio", verdict.velocity_ratio), ("acceleration_ratio", verdict.acceleration_ratio),
-                            ("jerk_ratio", verdict.jerk_ratio))
-    }  # fmt: skip
+        for name, ratio in (
+            ("velocity_ratio", verdict.velocity_ratio),
+            ("acceleration_ratio", verdict.acceleration_ratio),
+            ("jerk_ratio", verdict.jerk_ratio),
+        )
+    }
     return {
         **ratios,
         "feed_ratio": verdict.feed_ratio,
@@ -132,7 +139,10 @@ def read_side_car(text: str, name: str) -> dict[str, Any]:
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
         raise InputError(make_finding("VP020", f"{name}: not a side-car of --meta: {error!r}")) from None
     if schema != SIDE_CAR_SCHEMA:
-        text = f"{name}: a side-car of layout {schema}; this version reads layout {SIDE_CAR_SCHEMA}: convert the program again"
+        text = (
+            f"{name}: a side-car of layout {schema}; this version reads layout {SIDE_CAR_SCHEMA}: convert the program "
+            "again"
+        )
         raise InputError(make_finding("VP020", text))
     return dict(data)
 

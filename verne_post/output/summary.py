@@ -47,8 +47,12 @@ def format_summary(summary: Summary, added: Facts = ()) -> str:
     lines = [f"{summary.options.source_name}: {name_verdict(summary)}"]
     for key, text in pairs:
         lines += textwrap.wrap(
-            make_printable(text), width=100, break_on_hyphens=False, initial_indent=f"  {key:<{width}}", subsequent_indent=" " * (width + 2)
-        )  # fmt: skip
+            make_printable(text),
+            width=100,
+            break_on_hyphens=False,
+            initial_indent=f"  {key:<{width}}",
+            subsequent_indent=" " * (width + 2),
+        )
     return "".join(line + "\n" for line in lines)
 
 
@@ -61,22 +65,32 @@ def name_verdict(summary: Summary) -> str:
 def list_facts(summary: Summary) -> list[tuple[str, str]]:
     """Facts of a conversion by key: start position, time, tolerance, limits, assumed values, and what to do."""
     return [
-        ("start position", _describe_first_row(summary)), *_restart(summary), *_describe_dry_run(summary),
-        ("time", _describe_motion(summary)), *_bound(summary), *_describe_feed(summary), *_describe_free_turn(summary),
-        *_describe_tolerance(summary), *_describe_vibration(summary), *_describe_axis_error(summary), *_describe_limits(summary), *_describe_rounding(summary),
-        *_describe_setup(summary), *([("not limited", summary.machine.unlimited)] if summary.machine.unlimited else []),
-        *_describe_provisional(summary), *_describe_manual_stops(summary),
-    ]  # fmt: skip
+        ("start position", _describe_first_row(summary)),
+        *_restart(summary),
+        *_describe_dry_run(summary),
+        ("time", _describe_motion(summary)),
+        *_bound(summary),
+        *_describe_feed(summary),
+        *_describe_free_turn(summary),
+        *_describe_tolerance(summary),
+        *_describe_vibration(summary),
+        *_describe_axis_error(summary),
+        *_describe_limits(summary),
+        *_describe_rounding(summary),
+        *_describe_setup(summary),
+        *([("not limited", summary.machine.unlimited)] if summary.machine.unlimited else []),
+        *_describe_provisional(summary),
+        *_describe_manual_stops(summary),
+    ]
 
 
 def format_verdict(name: str, verdict: Verification, machine: Machine, *, passes: bool) -> str:
     """Say in one sentence what ``verify`` found in a file, which passes or not: the program is checked too."""
     word = "passes" if passes else "FAILS"
     return (
-        f"{name} {word}: {verdict.n_rows} rows; worst of the limits: {_describe_worst_ratios(verdict, machine)}, "
-        f"feed {verdict.feed_ratio:.4f}; tip {verdict.tip_deviation_mm:.6f} mm and axis "
-        f"{verdict.axis_deviation_deg:.6f} deg "
-        f"from the programmed path{_describe_true_axis(verdict)}{_describe_block_times(verdict)}."
+        f"{name} {word}: {verdict.n_rows} rows; worst of the limits: {_describe_worst_ratios(verdict, machine)}, feed "
+        f"{verdict.feed_ratio:.4f}; tip {verdict.tip_deviation_mm:.6f} mm and axis {verdict.axis_deviation_deg:.6f} "
+        f"deg from the programmed path{_describe_true_axis(verdict)}{_describe_block_times(verdict)}."
     )
 
 
@@ -118,12 +132,11 @@ def describe_following(
 
     delay = following.delay
     return _wrap(
-        f"{name}: {following.rows} rows, {delay} rows ({delay * cycle:g} s) later than the setpoints. "
-        f"Following error of the joints at most: {joints}. "
-        f"The tip was at most {following.tip_worst:.6f} mm from the position commanded for that time "
-        f"({describe_row(following.tip_row)}), "
-        f"and {following.path_worst:.6f} mm from the commanded path ({describe_row(following.path_row)}); "
-        f"the axis at most {DEG_PER_RAD * following.axis_worst:.6f} deg ({describe_row(following.axis_row)})."
+        f"{name}: {following.rows} rows, {delay} rows ({delay * cycle:g} s) later than the setpoints. Following error "
+        f"of the joints at most: {joints}. The tip was at most {following.tip_worst:.6f} mm from the position "
+        f"commanded for that time ({describe_row(following.tip_row)}), and {following.path_worst:.6f} mm from the "
+        f"commanded path ({describe_row(following.path_row)}); the axis at most "
+        f"{DEG_PER_RAD * following.axis_worst:.6f} deg ({describe_row(following.axis_row)})."
     )
 
 
@@ -156,11 +169,19 @@ def _restart(summary: Summary) -> Facts:
     """Where a restart begins, and what must be as the skipped blocks would have left it."""
     if summary.options.from_line is None:
         return []
-    forms = {"spindle": "spindle {direction} at {speed:g}{per}", "coolant": "coolant {state}",
-             "override": "overrides switched off by M48 to M53", "signal": "output {output} as line {line} sets it",
-             "remapped": "{code} of line {line}"}  # fmt: skip
-    states = [describe_tool(event) if event.kind == "tool" else forms[event.kind].format(line=event.line, per=_name_speed_unit(event), **event.data)
-              for event in summary.switched]  # fmt: skip
+    forms = {
+        "spindle": "spindle {direction} at {speed:g}{per}",
+        "coolant": "coolant {state}",
+        "override": "overrides switched off by M48 to M53",
+        "signal": "output {output} as line {line} sets it",
+        "remapped": "{code} of line {line}",
+    }
+    states = [
+        describe_tool(event)
+        if event.kind == "tool"
+        else forms[event.kind].format(line=event.line, per=_name_speed_unit(event), **event.data)
+        for event in summary.switched
+    ]
     needed = f"; before the start there must be: {', '.join(states)}" if states else ""
     return [("restart", f"starts at line {summary.options.from_line}{needed}")]
 
@@ -202,10 +223,13 @@ def _describe_worst_ratios(verdict: Verification, machine: Machine) -> str:
     """The largest ratio to a limit of each kind, with its joint."""
     return ", ".join(
         f"{name} {ratio.max():.4f} ({machine.columns[int(np.argmax(ratio))].joint})"
-        for name, ratio in (("velocity", verdict.velocity_ratio), ("acceleration", verdict.acceleration_ratio),
-                            ("jerk", verdict.jerk_ratio))
+        for name, ratio in (
+            ("velocity", verdict.velocity_ratio),
+            ("acceleration", verdict.acceleration_ratio),
+            ("jerk", verdict.jerk_ratio),
+        )
         if name != "jerk" or np.isfinite(machine.limits.jerk).any()
-    )  # fmt: skip
+    )
 
 
 def _describe_limits(summary: Summary) -> Facts:
@@ -235,8 +259,12 @@ def _describe_tolerance(summary: Summary) -> Facts:
     )
     if (verdict := summary.verification) is not None:
         texts.append(
-            ("path", f"at most {verdict.tip_deviation_mm:.6f} mm and {verdict.axis_deviation_deg:.6f} deg from the programmed one")
-        )  # fmt: skip
+            (
+                "path",
+                f"at most {verdict.tip_deviation_mm:.6f} mm and {verdict.axis_deviation_deg:.6f} deg from the "
+                "programmed one",
+            )
+        )
     return texts
 
 
@@ -370,10 +398,16 @@ def _keep_out(summary: Summary) -> Facts:
     used = {int(str(event.data["number"])) for event in summary.events if event.kind in ("tool", "tool number")} or {0}
     tools = options.tools or {}
     named = name_tools(summary.events)
-    thin = [describe_tool_number(number, named) if number else "the tool" for number in sorted(used)
-            if number not in options.tool_shapes and not (number in tools and tools[number].diameter > 0)]  # fmt: skip
-    unknown = [body for body, size in (("spindle", bodies and bodies.spindle_radius), ("platform", bodies and bodies.platform))
-               if not size]  # fmt: skip
+    thin = [
+        describe_tool_number(number, named) if number else "the tool"
+        for number in sorted(used)
+        if number not in options.tool_shapes and not (number in tools and tools[number].diameter > 0)
+    ]
+    unknown = [
+        body
+        for body, size in (("spindle", bodies and bodies.spindle_radius), ("platform", bodies and bodies.platform))
+        if not size
+    ]
     missing = [f"{' and '.join(unknown)}: the machine file has no size"] if unknown else []
     missing += [f"the width of {', '.join(thin)}: without a diameter it is a line"] if thin else []
     return [*([("NOT CHECKED", "; ".join(missing))] if missing else []), ("kept out of", ", ".join(names))]

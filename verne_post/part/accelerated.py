@@ -137,7 +137,24 @@ def _look_at_leaf(body, edges, bow, slack, x, y, z, tip, axis, linked, first, la
                 g0 = _find_slope(
                     dx, dy, dz, r, h, by_r, by_h, axis[i, 0], axis[i, 1], axis[i, 2], mx, my, mz, tx, ty, tz
                 )
-                g1 = _find_slope(ex, ey, ez, r1, h1, by_r1, by_h1, axis[i + 1, 0], axis[i + 1, 1], axis[i + 1, 2], mx, my, mz, tx, ty, tz)  # fmt: skip
+                g1 = _find_slope(
+                    ex,
+                    ey,
+                    ez,
+                    r1,
+                    h1,
+                    by_r1,
+                    by_h1,
+                    axis[i + 1, 0],
+                    axis[i + 1, 1],
+                    axis[i + 1, 2],
+                    mx,
+                    my,
+                    mz,
+                    tx,
+                    ty,
+                    tz,
+                )
                 if g0 < 0 and g1 > 0:
                     found = _search(body, edges, bow, x, y, z, tip, axis, i, f0, g0, f1, g1, best, -math.inf)
                     if found < best:
@@ -176,9 +193,24 @@ def _bound_stretch(body, edges, x, y, z, tip, axis, i, j, tip_bend, chord_bend):
 
 @_compile
 def _scan(
-    body, edges, bow, slack, point, tip, axis, linked,
-    offset, middle, reach, chord, last, tip_bend, chord_bend, distance, row,
-):  # fmt: skip
+    body,
+    edges,
+    bow,
+    slack,
+    point,
+    tip,
+    axis,
+    linked,
+    offset,
+    middle,
+    reach,
+    chord,
+    last,
+    tip_bend,
+    chord_bend,
+    distance,
+    row,
+):
     """Points in turn; each begins with the leaf in which the one before ended."""
     levels, n, fan = len(offset) - 1, len(tip), 8
     stack = np.empty((fan + 1) * (levels + 1) + offset[levels] - offset[levels - 1], dtype=np.int64)
@@ -211,7 +243,19 @@ def _scan(
             while node < offset[level]:
                 level -= 1
             if tip_bend[node] < SMALL_BEND_MM:
-                lower = _bound_stretch(body, edges, x, y, z, tip, axis, (node - offset[level]) * fan ** (level + 1), last[node], tip_bend[node], chord_bend[node])  # fmt: skip
+                lower = _bound_stretch(
+                    body,
+                    edges,
+                    x,
+                    y,
+                    z,
+                    tip,
+                    axis,
+                    (node - offset[level]) * fan ** (level + 1),
+                    last[node],
+                    tip_bend[node],
+                    chord_bend[node],
+                )
                 if lower - bow >= best - slack:
                     continue
             child = (node - offset[level]) * fan
@@ -443,9 +487,27 @@ def _note(marks, offset, i, phi, x, y, z):
 
 @_compile
 def _touch(
-    body, edges, bow, point, normal, delta, limit, least, tip, axis, linked,
-    offset, middle, reach, chord, last, tip_bend, chord_bend, marks, opened,
-):  # fmt: skip
+    body,
+    edges,
+    bow,
+    point,
+    normal,
+    delta,
+    limit,
+    least,
+    tip,
+    axis,
+    linked,
+    offset,
+    middle,
+    reach,
+    chord,
+    last,
+    tip_bend,
+    chord_bend,
+    marks,
+    opened,
+):
     """Mark the lines that touch cells; ``opened`` are cells with lines that neither touch nor miss for certain."""
     levels, n, fan = len(offset) - 1, len(tip), 8
     stack = np.empty((fan + 1) * (levels + 1) + offset[levels] - offset[levels - 1], dtype=np.int64)
@@ -505,9 +567,42 @@ def _touch(
                         g0 = _find_slope(
                             dx, dy, dz, r, h, by_r, by_h, axis[i, 0], axis[i, 1], axis[i, 2], mx, my, mz, tx, ty, tz
                         )
-                        g1 = _find_slope(ex, ey, ez, r1, h1, by_r1, by_h1, axis[i + 1, 0], axis[i + 1, 1], axis[i + 1, 2], mx, my, mz, tx, ty, tz)  # fmt: skip
+                        g1 = _find_slope(
+                            ex,
+                            ey,
+                            ez,
+                            r1,
+                            h1,
+                            by_r1,
+                            by_h1,
+                            axis[i + 1, 0],
+                            axis[i + 1, 1],
+                            axis[i + 1, 2],
+                            mx,
+                            my,
+                            mz,
+                            tx,
+                            ty,
+                            tz,
+                        )
                         if g0 < 0 and g1 > 0:
-                            found = _search(body, edges, bow, x, y, z, tip, axis, i, f0, g0, f1, g1, min(found, limit + d + bow), limit)  # fmt: skip
+                            found = _search(
+                                body,
+                                edges,
+                                bow,
+                                x,
+                                y,
+                                z,
+                                tip,
+                                axis,
+                                i,
+                                f0,
+                                g0,
+                                f1,
+                                g1,
+                                min(found, limit + d + bow),
+                                limit,
+                            )
                 if found <= limit:
                     _note(marks, offset, i, found, x, y, z)
                     continue
@@ -541,8 +636,13 @@ def scan(motion: Motion, piece: Piece, point: Array, distance: Array, row: Ints,
 
 
 def touch(
-    motion: Motion, piece: Piece, cells: tuple[Array, Array, Array], limit: float, least: float, marks: tuple[Array, ...]
-) -> Mask:  # fmt: skip
+    motion: Motion,
+    piece: Piece,
+    cells: tuple[Array, Array, Array],
+    limit: float,
+    least: float,
+    marks: tuple[Array, ...],
+) -> Mask:
     """What ``places.touch_cells`` does; marks are changed."""
     assert FAN == 8  # the kernel counts on it
     body = (float(piece.plain), piece.rounding, piece.low, piece.high, piece.radius)

@@ -187,7 +187,10 @@ def check_tool(name: str, shape: ToolShape, length: float, diameter: float) -> N
     if shape and diameter > 0:
         sizes = [shape[0].diameter, shape[0].widest]
         if min(abs(size - diameter) for size in sizes) > DIAMETER_SLACK_MM:
-            text = f"{name}: its cutter in --tool-shapes is {sizes[0]:g} mm thick, but its diameter in the tool table is {diameter:g}"
+            text = (
+                f"{name}: its cutter in --tool-shapes is {sizes[0]:g} mm thick, but its diameter in the tool table is "
+                f"{diameter:g}"
+            )
             raise InputError(make_finding("VP018", text))
 
 

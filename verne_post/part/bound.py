@@ -49,9 +49,15 @@ def find_limit(piece: Piece, depth: float) -> float:
 
 
 def find_clear(
-    motions: tuple[Motion, ...], point: Array, normal: Array, delta: Array, depth: float, parts: tuple[str, ...], *,
+    motions: tuple[Motion, ...],
+    point: Array,
+    normal: Array,
+    delta: Array,
+    depth: float,
+    parts: tuple[str, ...],
+    *,
     accelerate: bool = True,
-) -> Mask:  # fmt: skip
+) -> Mask:
     """Where no tool cuts deeper than ``depth`` along the normal into flat facets (n,): certain where True.
 
     Parameters as of :func:`find_above`.
@@ -61,9 +67,15 @@ def find_clear(
 
 
 def find_above(
-    motions: tuple[Motion, ...], point: Array, normal: Array, delta: Array, limits: Mapping[Piece, float],
-    parts: tuple[str, ...] = (), *, accelerate: bool = True,
-) -> Mask:  # fmt: skip
+    motions: tuple[Motion, ...],
+    point: Array,
+    normal: Array,
+    delta: Array,
+    limits: Mapping[Piece, float],
+    parts: tuple[str, ...] = (),
+    *,
+    accelerate: bool = True,
+) -> Mask:
     """Where phi stays above the limit of each piece over flat facets (n,): certain where True.
 
     Parameters
@@ -150,8 +162,14 @@ def are_spans_above(
 
 
 def is_stretch_above(
-    motion: Motion, piece: Piece, level: Level, node: Ints, facets: tuple[Array, Array, Array], owner: Ints, limit: float
-) -> Mask:  # fmt: skip
+    motion: Motion,
+    piece: Piece,
+    level: Level,
+    node: Ints,
+    facets: tuple[Array, Array, Array],
+    owner: Ints,
+    limit: float,
+) -> Mask:
     """Whether phi stays above a limit over whole nodes (m,), by their straight motion and its bend."""
     point, normal, delta = (one[owner] for one in facets)
     first = node * FAN ** (1 + [one is level for one in motion.levels].index(True))
@@ -168,8 +186,16 @@ class _View:
     """Points at shares of spans: r and h, their derivatives by the share, and along facet normals, each (n,)."""
 
     def __init__(
-        self, motion: Motion, piece: Piece, point: Array, normal: Array, row: Ints, move: Array, turn: Array, share: Array
-    ) -> None:  # fmt: skip
+        self,
+        motion: Motion,
+        piece: Piece,
+        point: Array,
+        normal: Array,
+        row: Ints,
+        move: Array,
+        turn: Array,
+        share: Array,
+    ) -> None:
         self.seen, speed = look_between(motion, piece, point, row, move, turn, share)
         seen = self.seen
         away = np.where(seen.r > 0, seen.r, np.inf)

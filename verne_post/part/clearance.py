@@ -107,9 +107,14 @@ class _Balls:
 
 
 def _find_contact(
-    cells: Cells, normals: Array, balls: _Balls, motions: tuple[Motion, ...], body: tuple[int, str], limit: float,
+    cells: Cells,
+    normals: Array,
+    balls: _Balls,
+    motions: tuple[Motion, ...],
+    body: tuple[int, str],
+    limit: float,
     accelerate: bool,
-) -> list[Contact]:  # fmt: skip
+) -> list[Contact]:
     """The lines in which one body touches cells, if there are any."""
     motion, part = motions[body[0]], body[1]
     near = cells.select(balls.find_near(motion, part, limit, accelerate))
@@ -134,9 +139,13 @@ def _find_contact(
 
 
 def _seek_least(
-    cells: Cells, normals: Array, motions: tuple[Motion, ...], body: tuple[int, str] | tuple[()], seen: Spot,
+    cells: Cells,
+    normals: Array,
+    motions: tuple[Motion, ...],
+    body: tuple[int, str] | tuple[()],
+    seen: Spot,
     accelerate: bool,
-) -> tuple[Spot, float]:  # fmt: skip
+) -> tuple[Spot, float]:
     """The place of cells nearest to one body that touches them, or to all, and a lower bound of the distance.
 
     ``seen`` is improved where cells may be nearer. The search stops at the deepest possible place, and at a gain below
@@ -173,9 +182,14 @@ def _seek_least(
         sought = seen.distance - gain
         left = np.flatnonzero(lower < sought)
         above = find_above(
-            own, middle[left], normals[cells.facet[left]], delta[left], dict.fromkeys(pieces, sought), parts,
+            own,
+            middle[left],
+            normals[cells.facet[left]],
+            delta[left],
+            dict.fromkeys(pieces, sought),
+            parts,
             accelerate=accelerate,
-        )  # fmt: skip
+        )
         left = left[~above]
         small = delta[left] <= smallest
         again = left[~small][np.argsort(lower[left[~small]], kind="stable")]

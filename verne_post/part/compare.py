@@ -167,7 +167,10 @@ def divide(mesh: Mesh, grid: float) -> Cells:
         count += int((parts[~slim] ** 2).sum())
         if count + 2 * int(slim.sum()) > MAX_CELLS:
             enough = grid * np.sqrt(count / MAX_CELLS)
-            text = f"{mesh.name}: a grid of {grid:g} mm has too many places; give --grid {max(1.2 * enough, 1.5 * grid):.2g}, or a smaller STL with only the surface that matters"
+            text = (
+                f"{mesh.name}: a grid of {grid:g} mm has too many places; give --grid "
+                f"{max(1.2 * enough, 1.5 * grid):.2g}, or a smaller STL with only the surface that matters"
+            )
             raise InputError(make_finding("VP018", text))
         done += [left.select(~slim & (parts == n)).cut(n) for n in np.unique(parts[~slim]).tolist()]
         left = left.select(slim).halve()
@@ -194,11 +197,16 @@ class _Judge:
         #: phi that a gouge reaches at least somewhere, of the sharpest piece of each group.
         self.limits: dict[tuple[str, ...], float] = {
             parts: max(
-                (find_limit(piece, wanted.gouge) for motion in motions for piece in motion.pieces if piece.part in parts),
+                (
+                    find_limit(piece, wanted.gouge)
+                    for motion in motions
+                    for piece in motion.pieces
+                    if piece.part in parts
+                ),
                 default=-np.inf,
             )
             for parts in (CUTTING, FOLLOWING)
-        }  # fmt: skip
+        }
 
     def judge_cells(self, cells: Cells) -> tuple[Nearest, Array]:
         """Decide cells of the first division; returns what is nearest to their middles, and the deviations (n,)."""
@@ -240,9 +248,14 @@ class _Judge:
             if nearest is not None:  # farther is clear at once
                 left = np.flatnonzero(nearest.distance - _SLACK_MM - delta - self.bow <= limit)
             clear = find_clear(
-                self.motions, middle[left], self.normals[cells.facet[left]], delta[left], wanted.gouge, parts,
+                self.motions,
+                middle[left],
+                self.normals[cells.facet[left]],
+                delta[left],
+                wanted.gouge,
+                parts,
                 accelerate=self.accelerate,
-            )  # fmt: skip
+            )
             left = left[~clear]
             cells, middle, delta = cells.select(left), middle[left], delta[left]
             normal = self.normals[cells.facet]

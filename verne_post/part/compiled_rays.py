@@ -201,9 +201,22 @@ def _find_window(start: Any, end: Any, axis: Any, radius: Any, bottom: Any, top:
 
 @_compile
 def _meet_row(
-    edges: Any, corners: Any, level: Any, radius: Any, cell: Any, i: Any, j0: Any, j1: Any, start: Any, end: Any, axis: Any, stock_low: Any,
-    stock_high: Any, low: Any, high: Any,
-) -> None:  # fmt: skip
+    edges: Any,
+    corners: Any,
+    level: Any,
+    radius: Any,
+    cell: Any,
+    i: Any,
+    j0: Any,
+    j1: Any,
+    start: Any,
+    end: Any,
+    axis: Any,
+    stock_low: Any,
+    stock_high: Any,
+    low: Any,
+    high: Any,
+) -> None:
     """Where rays (i, j0) to (i, j1) enter and leave a body; rays whose material it passes by count as missed."""
     ux, uy, uz = axis[0], axis[1], axis[2]
     x, first = (i + 0.5) * cell[0] - end[0], (j0 + 0.5) * cell[1] - end[1]
@@ -242,9 +255,20 @@ def _list_level(edges: Any, corners: Any) -> Any:
 
 @_compile
 def cut(
-    low: Any, high: Any, cell: Any, starts: Any, ends: Any, axes: Any, edges: Any, corners: Any, radius: Any, bottom: Any, top: Any,
-    volume: Any, first: Any,
-) -> Any:  # fmt: skip
+    low: Any,
+    high: Any,
+    cell: Any,
+    starts: Any,
+    ends: Any,
+    axes: Any,
+    edges: Any,
+    corners: Any,
+    radius: Any,
+    bottom: Any,
+    top: Any,
+    volume: Any,
+    first: Any,
+) -> Any:
     """Take bodies away from number ``first`` on; the number done, fewer where a ray has no free place left."""
     level = _list_level(edges, corners)
     area = cell[0] * cell[1]
@@ -285,9 +309,19 @@ def cut(
 
 @_compile
 def touch(
-    low: Any, high: Any, cell: Any, starts: Any, ends: Any, axes: Any, edges: Any, corners: Any, radius: Any, bottom: Any, top: Any,
+    low: Any,
+    high: Any,
+    cell: Any,
+    starts: Any,
+    ends: Any,
+    axes: Any,
+    edges: Any,
+    corners: Any,
+    radius: Any,
+    bottom: Any,
+    top: Any,
     found: Any,
-) -> None:  # fmt: skip
+) -> None:
     """Note which bodies have material in them."""
     level = _list_level(edges, corners)
     enter, leave = np.empty(low.shape[1]), np.empty(low.shape[1])

@@ -28,7 +28,8 @@ FORM: Final = 1
 EQUAL_DECIMALS: Final = 4
 #: The twelve triangles of a box; bit k of a corner says whether it is at the upper end along axis k.
 _CORNERS: Final = (
-    (0, 2, 3), (0, 3, 1), (4, 5, 7), (4, 7, 6), (0, 1, 5), (0, 5, 4), (2, 6, 7), (2, 7, 3), (0, 4, 6), (0, 6, 2), (1, 3, 7), (1, 7, 5),
+    (0, 2, 3), (0, 3, 1), (4, 5, 7), (4, 7, 6), (0, 1, 5), (0, 5, 4), (2, 6, 7), (2, 7, 3), (0, 4, 6), (0, 6, 2),
+    (1, 3, 7), (1, 7, 5),
 )  # fmt: skip
 #: A triangle of a binary STL file.
 _FACET: Final = np.dtype([("normal", "<f4", 3), ("vertex", "<f4", (3, 3)), ("attribute", "<u2")])
@@ -287,9 +288,14 @@ class Dexels:
         taken = np.asarray((self.high > self.low).any(axis=(0, 1)))
         taken[0] = True
         np.savez_compressed(
-            buffer, form=np.array(FORM), origin=self.origin, turn=np.array(self.turn), cell=self.cell,
-            low=self.low[..., taken], high=self.high[..., taken],
-        )  # fmt: skip
+            buffer,
+            form=np.array(FORM),
+            origin=self.origin,
+            turn=np.array(self.turn),
+            cell=self.cell,
+            low=self.low[..., taken],
+            high=self.high[..., taken],
+        )
         return buffer.getvalue()
 
     def merge_columns(self) -> tuple[Array, Array]:

@@ -29,7 +29,10 @@ def load_fixture(raw: bytes, name: str, unit: str) -> Mesh:
     crossed = find_crossings(mesh)
     if len(crossed):
         place = describe_place(mesh.list_corners()[crossed[0]].mean(axis=0))
-        text = f"{name}: its surface crosses itself: {len(crossed)} facets, the first near {place}; unite its bodies into one"
+        text = (
+            f"{name}: its surface crosses itself: {len(crossed)} facets, the first near {place}; unite its bodies into "
+            "one"
+        )
         raise InputError(make_finding("VP506", text))
     return mesh
 

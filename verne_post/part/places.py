@@ -57,15 +57,28 @@ def list_lines(motion: Motion) -> Marks:
         np.add.reduceat(np.ones(len(group), dtype=np.int64), _list_firsts(motion, size)) for size in _list_sizes(motion)
     ]
     return Marks(
-        line, group, np.argsort(group, kind="stable"), begin, np.zeros(k, dtype=bool), np.full(k, np.inf), np.full((k, 3), np.nan),
-        np.full(k, -1), np.concatenate(left),
-    )  # fmt: skip
+        line,
+        group,
+        np.argsort(group, kind="stable"),
+        begin,
+        np.zeros(k, dtype=bool),
+        np.full(k, np.inf),
+        np.full((k, 3), np.nan),
+        np.full(k, -1),
+        np.concatenate(left),
+    )
 
 
 def touch_cells(
-    motion: Motion, piece: Piece, cells: tuple[Array, Array, Array], limit: float, least: float, marks: Marks, *,
+    motion: Motion,
+    piece: Piece,
+    cells: tuple[Array, Array, Array],
+    limit: float,
+    least: float,
+    marks: Marks,
+    *,
     accelerate: bool = True,
-) -> Mask:  # fmt: skip
+) -> Mask:
     """Mark the lines in which a piece touches cells (n,); cells that have to be cut (n,).
 
     Parameters

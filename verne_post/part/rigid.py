@@ -173,10 +173,13 @@ def _take_some(waiting: list[tuple[Any, ...]]) -> tuple[Any, ...]:
 def _divide(body: Body, fixture: Balls, pairs: tuple[Any, ...]) -> list[tuple[Any, ...]]:
     """Each pair of balls over a stretch of time in parts, by the largest of the three."""
     start, stop, b, f, half, middle = pairs
-    size = np.stack([
-        half, np.where(body.balls.count[b] > 0, body.balls.radius[b], -1.0),
-        np.where(fixture.count[f] > 0, fixture.radius[f], -1.0),
-    ])  # fmt: skip
+    size = np.stack(
+        [
+            half,
+            np.where(body.balls.count[b] > 0, body.balls.radius[b], -1.0),
+            np.where(fixture.count[f] > 0, fixture.radius[f], -1.0),
+        ]
+    )
     # balls have eight parts and time has two; two facets have only time
     which = np.argmax(size, axis=0)
     parts = []

@@ -25,9 +25,19 @@ ASIDE: Final = (1.7e-6, 2.3e-6)
 _STEEP: Final = 1e-3
 #: What reading a damaged archive raises, in zipfile, zlib and numpy.
 _DAMAGES: Final = (
-    OSError, ValueError, TypeError, KeyError, EOFError, OverflowError, MemoryError, RuntimeError, struct.error, zipfile.BadZipFile,
-    zlib.error, tokenize.TokenError,
-)  # fmt: skip
+    OSError,
+    ValueError,
+    TypeError,
+    KeyError,
+    EOFError,
+    OverflowError,
+    MemoryError,
+    RuntimeError,
+    struct.error,
+    zipfile.BadZipFile,
+    zlib.error,
+    tokenize.TokenError,
+)
 
 
 def make_box(low: Array, high: Array, origin: Array, turn: float, cell: float = CELL_MM) -> Dexels:

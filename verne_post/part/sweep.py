@@ -51,9 +51,14 @@ def load_accelerator() -> Any:
 
 
 def find_nearest(
-    motions: tuple[Motion, ...], point: Array, cap: Array | float, parts: tuple[str, ...] = (), *, slack: float = 0.0,
+    motions: tuple[Motion, ...],
+    point: Array,
+    cap: Array | float,
+    parts: tuple[str, ...] = (),
+    *,
+    slack: float = 0.0,
     accelerate: bool = True,
-) -> Nearest:  # fmt: skip
+) -> Nearest:
     """The least distances of points from moving tools.
 
     Parameters
@@ -182,9 +187,16 @@ def list_children(owner: Ints, node: Ints, count: int) -> tuple[Ints, Ints]:
 
 
 def _drop_far(
-    motion: Motion, piece: Piece, point: Array, level: Level, owner: Ints, node: Ints, best: Array, row: Ints,
+    motion: Motion,
+    piece: Piece,
+    point: Array,
+    level: Level,
+    owner: Ints,
+    node: Ints,
+    best: Array,
+    row: Ints,
     slack: float,
-) -> tuple[Ints, Ints]:  # fmt: skip
+) -> tuple[Ints, Ints]:
     """Pairs of points and nodes in which the tool may come nearer than it is known to."""
     at = level.middle[node]
     seen = look(piece, point[owner], motion.tip[at], motion.axis[at])

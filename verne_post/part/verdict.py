@@ -98,7 +98,10 @@ def list_findings(judged: Judged) -> tuple[list[Finding], list[Spot]]:
         worst = rows[int(np.argmax(gouges.depth[rows]))]
         deep = gouges.depth[worst]
         or_more = " or more" if deep >= wanted.search else ""
-        text = f"the {body} cuts {deep:.3f} mm{or_more} into {mesh.name}, along the normal, at {describe_place(gouges.place[worst])}"
+        text = (
+            f"the {body} cuts {deep:.3f} mm{or_more} into {mesh.name}, along the normal, at "
+            f"{describe_place(gouges.place[worst])}"
+        )
         # a wall that is undercut a little is cut deep along its normal: the other number says how far the tool is off
         shortest = float(-gouges.nearest.distance[rows].min())
         if deep > _SIDEWAYS * shortest:
@@ -123,7 +126,10 @@ def list_findings(judged: Judged) -> tuple[list[Finding], list[Spot]]:
     if len(open_facets):
         deepest = float(comparison.deepest[open_facets].max())
         severity = "warning" if len(gouges.depth) else "error"
-        text = f"{len(open_facets)} facets of {mesh.name} are not decided: no gouge deeper than {wanted.gouge:g} mm was found there, and none is deeper than {deepest:.3f} mm"
+        text = (
+            f"{len(open_facets)} facets of {mesh.name} are not decided: no gouge deeper than {wanted.gouge:g} mm was "
+            f"found there, and none is deeper than {deepest:.3f} mm"
+        )
         findings.append(
             make_finding(
                 "VP220", text, severity=severity, value=deepest, limit=wanted.gouge, unit="mm", count=len(open_facets)
@@ -138,7 +144,10 @@ def add_rests(machined: Machined, rests: list[Rest]) -> Machined:
     name, allowed = comparison.mesh.name, comparison.wanted.excess
     spots = []
     for one in rests:
-        text = f"{one.volume:.1f} mm3 of the stock stay farther than {allowed:g} mm from {name}, where no cutter has been, up to {describe_place(one.place)}"
+        text = (
+            f"{one.volume:.1f} mm3 of the stock stay farther than {allowed:g} mm from {name}, where no cutter has "
+            f"been, up to {describe_place(one.place)}"
+        )
         found = make_finding("VP221", text, value=one.volume, limit=0.0, unit="mm3")
         spots.append(Spot(found, one.place, one.place))
     findings = _shorten([one.finding for one in spots])
@@ -162,7 +171,10 @@ def list_contacts(contacts: Contacts, motions: tuple[Motion, ...]) -> list[Findi
     found = []
     for one in contacts.found:
         motion, value = motions[one.deepest.motion], one.deepest.distance
-        text = f"distance of the {one.part} of {motion.name} from {contacts.mesh.name}: {value:.3f} mm at {describe_place(one.deepest.place)}, allowed {contacts.allowed:g}"
+        text = (
+            f"distance of the {one.part} of {motion.name} from {contacts.mesh.name}: {value:.3f} mm at "
+            f"{describe_place(one.deepest.place)}, allowed {contacts.allowed:g}"
+        )
         found.append(_make_finding("VP215", text, one.line, int(motion.line[one.deepest.row]), value, contacts.allowed))
     return found
 

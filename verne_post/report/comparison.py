@@ -96,14 +96,22 @@ def _pack_side(pack: Pack, name: str, side: Side) -> dict[str, Any]:
         pack.add(f"{name}.x", study.x, "<f8")
         pack.add(f"{name}.governing", study.governing.of_frame, "|u1")
     return {
-        "name": name, "program": side.program, "timed": study.timed, "tick": tick, "end": float(study.x[-1]) if study.timed else 0.0,
-        "joints": len(side.machine.columns), "limits": list(study.governing.names) if study.governing is not None else [],
-    }  # fmt: skip
+        "name": name,
+        "program": side.program,
+        "timed": study.timed,
+        "tick": tick,
+        "end": float(study.x[-1]) if study.timed else 0.0,
+        "joints": len(side.machine.columns),
+        "limits": list(study.governing.names) if study.governing is not None else [],
+    }
 
 
 def _write_head_html(name: str, side: Side) -> str:
     word, kind = name_verdict(side.machine, side.study)
-    return f'<div><h2>{name}: {write_title_html(side.program, side.machine)}</h2><strong class="{kind}">{word}</strong></div>'
+    return (
+        f"<div><h2>{name}: "
+        f'{write_title_html(side.program, side.machine)}</h2><strong class="{kind}">{word}</strong></div>'
+    )
 
 
 def _write_row(head: str, cells: Sequence[str], *, marked: bool = False) -> str:
@@ -176,10 +184,13 @@ def _list_facts(side: Side) -> dict[str, str]:
     counts = Counter(item.severity for item in study.findings)
     facts = {
         "findings": f"{count(counts['error'], 'error')}, {count(counts['warning'], 'warning')}",
-        **{place.what.partition(":")[0]: f"{place.value} {place.what.partition(': ')[2]}".strip()
-           for place in find_worst_places(side.machine, study) if not place.what.startswith("line")},
+        **{
+            place.what.partition(":")[0]: f"{place.value} {place.what.partition(': ')[2]}".strip()
+            for place in find_worst_places(side.machine, study)
+            if not place.what.startswith("line")
+        },
         **dict(list_setup(side.machine, study)),
-    }  # fmt: skip
+    }
     if study.summary is not None:
         facts["stops"] = str(study.summary.n_stops)
         facts["blended corners"] = str(study.summary.n_blended)

@@ -68,7 +68,12 @@ def draw_skin(stock: Dexels) -> tuple[Array, Ints]:
     top = np.column_stack([x[i], y[j], high[i, j, k]])
     bottom = np.column_stack([x[i], y[j], low[i, j, k]])
     squares = []
-    corners = [(slice(None, -1), slice(None, -1)), (slice(1, None), slice(None, -1)), (slice(1, None), slice(1, None)), (slice(None, -1), slice(1, None))]  # fmt: skip
+    corners = [
+        (slice(None, -1), slice(None, -1)),
+        (slice(1, None), slice(None, -1)),
+        (slice(1, None), slice(1, None)),
+        (slice(None, -1), slice(1, None)),
+    ]
     for first in range(4):
         window = corners[first]
         for place in range(there.shape[2]):

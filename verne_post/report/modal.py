@@ -23,10 +23,13 @@ def collect_modal_states(moves: Moves, move: np.ndarray, first_move: int) -> tup
     tools = find_tool_of_moves(numbers, first_move, moves)
     spindle, coolant = (_find_last_events(moves, kind, numbers) for kind in ("spindle", "coolant"))
     states: dict[State, int] = {}
-    of = np.array([
-        states.setdefault(_describe(moves, int(number), int(tool), turns, cools), len(states))
-        for number, tool, turns, cools in zip(numbers, tools, spindle, coolant, strict=True)
-    ], dtype=np.int32)  # fmt: skip
+    of = np.array(
+        [
+            states.setdefault(_describe(moves, int(number), int(tool), turns, cools), len(states))
+            for number, tool, turns, cools in zip(numbers, tools, spindle, coolant, strict=True)
+        ],
+        dtype=np.int32,
+    )
     return list(states), of[index]
 
 

@@ -11,8 +11,15 @@ from numpy.typing import NDArray
 from verne_post.report.table import Curve
 
 #: Names of typed arrays in a browser, by ours.
-_TYPES = {"<f8": "Float64Array", "<f4": "Float32Array", "<i4": "Int32Array", "<u4": "Uint32Array", "<u2": "Uint16Array",
-          "|i1": "Int8Array", "|u1": "Uint8Array"}  # fmt: skip
+_TYPES = {
+    "<f8": "Float64Array",
+    "<f4": "Float32Array",
+    "<i4": "Int32Array",
+    "<u4": "Uint32Array",
+    "<u2": "Uint16Array",
+    "|i1": "Int8Array",
+    "|u1": "Uint8Array",
+}
 #: Typed arrays begin at whole multiples of their elements.
 _ALIGN = 8
 #: Of zlib: level 9 takes three times as long, for pages that are less than 1 % smaller.

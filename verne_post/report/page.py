@@ -51,7 +51,8 @@ _TICKS: Final = 2.0**31
 #: Columns of frames that the script reads by these names: (attribute, type).
 _FRAMES: Final = (
     ("x", "<f8"), ("line", "<i4"), ("q", "<f8"), ("tip", "<f4"), ("axis", "<f4"), ("speed", "<f4"), ("margin", "<f4"),
-    ("nearest", "|i1"), ("alpha_deg", "<f4"), ("nose", "<f4"), ("platform", "<f4"), ("basis", "<f4"), ("rods", "<f4"), ("tilt", "<f4"),
+    ("nearest", "|i1"), ("alpha_deg", "<f4"), ("nose", "<f4"), ("platform", "<f4"), ("basis", "<f4"), ("rods", "<f4"),
+    ("tilt", "<f4"),
     ("turn", "<f4"), ("tool_length", "<f4"),
 )  # fmt: skip
 _PARTS: Final = ("style.css", "shared.js", "solids.js", "scene.js", "charts.js", "app.js")
@@ -133,8 +134,13 @@ def _pack_study(pack: Pack, machine: Machine, study: Study) -> dict[str, Any]:
     for name, kind in _FRAMES:
         pack.add(name, getattr(study, name), kind)
     trail, limits = study.trail, machine.limits
-    for name, values, kind in (("frame", trail.frame, "<u4"), ("tip", trail.tip, "<f4"), ("speed", trail.speed, "<f4"),
-                               ("margin", trail.margin, "<f4"), ("bad", trail.bad, "|u1")):  # fmt: skip
+    for name, values, kind in (
+        ("frame", trail.frame, "<u4"),
+        ("tip", trail.tip, "<f4"),
+        ("speed", trail.speed, "<f4"),
+        ("margin", trail.margin, "<f4"),
+        ("bad", trail.bad, "|u1"),
+    ):
         pack.add(f"trail.{name}", values, kind)
     pack.add("worst", study.place_tip[[item.severity == "error" for item in study.findings]])
     factor = np.array([column.factor for column in machine.columns])
@@ -157,17 +163,22 @@ def _pack_study(pack: Pack, machine: Machine, study: Study) -> dict[str, Any]:
         "frames": len(study.x),
         "unit": "s" if study.timed else "mm",
         "tick": tick,
-        "joints": [{"name": column.joint, "unit": column.unit, "low": low, "high": high}
-                   for column, low, high in zip(machine.columns, _replace_not_finite(ends[0]), _replace_not_finite(ends[1]), strict=True)],
+        "joints": [
+            {"name": column.joint, "unit": column.unit, "low": low, "high": high}
+            for column, low, high in zip(
+                machine.columns, _replace_not_finite(ends[0]), _replace_not_finite(ends[1]), strict=True
+            )
+        ],
         "marginNames": list(study.margin_names),
         "limits": list(study.governing.names) if study.governing is not None else [],
         "modal": modal,
         "toolNumbers": tools,
         "bands": study.spectrum.edges.tolist() if study.spectrum is not None else [],
         "wanted": _describe_wanted(study),
-        "scene": describe_scene(machine, study) | {"meshes": pack_surfaces(pack, surfaces, study.tip, study.line), "note": note},
+        "scene": describe_scene(machine, study)
+        | {"meshes": pack_surfaces(pack, surfaces, study.tip, study.line), "note": note},
         "slice": _pack_slice(pack, machine, study),
-    }  # fmt: skip
+    }
 
 
 def _describe_wanted(study: Study) -> dict[str, float] | None:

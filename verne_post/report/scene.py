@@ -38,9 +38,14 @@ def describe_scene(machine: Machine, study: Study) -> dict[str, Any]:
         coordinates.part_frame,
         isinstance(machine.five_axis, CarriedMachine | SlidingMachine | HexapodMachine),
     )
-    boxes = [*(_describe_box(one, _find_x(one.turn), part) for one in _list_obstacles(study.program)
-               if one.mesh is None and one.form is None),
-             *_list_program_stock(study.program)]  # fmt: skip
+    boxes = [
+        *(
+            _describe_box(one, _find_x(one.turn), part)
+            for one in _list_obstacles(study.program)
+            if one.mesh is None and one.form is None
+        ),
+        *_list_program_stock(study.program),
+    ]
     bodies = machine.bodies
     spindle = bodies.spindle_radius if bodies else None
     rods = bodies.rod_radius if bodies else None
@@ -132,8 +137,15 @@ def _find_turn(along: Array, part: Array) -> float:
 
 def _describe_box(box: Placed, along: Array, part: Array) -> dict[str, Any]:
     """A box whose x points along a direction (3,) of the table frame, in the part frame."""
-    return {"name": box.name, "middle": (box.middle @ part).tolist(), "half": box.half.tolist(), "turn": _find_turn(along, part),
-            "stock": box.stock, "round": False, "bore": 0.0}  # fmt: skip
+    return {
+        "name": box.name,
+        "middle": (box.middle @ part).tolist(),
+        "half": box.half.tolist(),
+        "turn": _find_turn(along, part),
+        "stock": box.stock,
+        "round": False,
+        "bore": 0.0,
+    }
 
 
 def _place_bed(study: Study, boxes: list[dict[str, Any]]) -> dict[str, list[float]]:

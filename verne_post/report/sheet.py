@@ -127,7 +127,10 @@ def write_css_string(text: str) -> str:
 def write_title_html(program: str, machine: Machine) -> str:
     """The program and its machine; the folder is quiet."""
     folder, slash, name = program.rpartition("/")
-    return f"<small>{escape_text(folder + slash)}</small><wbr>{escape_text(name)} <small>on {escape_text(machine.name)}</small>"
+    return (
+        f"<small>{escape_text(folder + slash)}</small><wbr>{escape_text(name)} <small>on "
+        f"{escape_text(machine.name)}</small>"
+    )
 
 
 def write_findings_html(study: Study) -> str:
@@ -263,8 +266,11 @@ def _list_ways_to_win(machine: Machine, study: Study, governing: Governing) -> I
         (governing.at_stops.sum(), "before and after stops: blended corners (G64 and its like) have no stop"),
         (sums["turning"], "to the velocity of rotary axes: a tool axis that turns less for each mm of path"),
         (sums.get("velocity", 0.0), "to the velocity of other joints: another place of the part (fit)"),
-        (sums["acceleration"] + sums["jerk"], "to acceleration and jerk between stops: a larger corner tolerance, fewer and rounder corners"),
-    )  # fmt: skip
+        (
+            sums["acceleration"] + sums["jerk"],
+            "to acceleration and jerk between stops: a larger corner tolerance, fewer and rounder corners",
+        ),
+    )
     for lost, words in sorted(ways, reverse=True):
         if lost >= _WORTH_A_WORD * study.x[-1]:
             yield f"{lost:.3f} s are lost {words}."
@@ -351,15 +357,27 @@ def write_sheet_html(program: str, source: Text, machine: Machine, study: Study)
     if study.program is None:
         return parts[0] + "<p>The program was refused before it was laid out on the machine.</p>"
     parts += [
-        _write_titled_table("Start position", ("joint", "value"), [
-            (column.joint, f"{format_fixed(value, 4)} {column.unit}") for column, value in zip(machine.columns, study.q[0], strict=True)
-        ]),
-        _write_titled_table("Tools", ("tool", "length, mm", "diameter, mm", "spindle, 1/min", "time, s"), [
-            (tool, length, diameter, *_describe_use(study, number)) for number, tool, length, diameter in _list_tools(study)
-        ]),
-        _write_titled_table("Work offsets", ("system", "x, mm", "y, mm", "z, mm", "turned, deg", "from"), _list_offsets(machine, study)),
+        _write_titled_table(
+            "Start position",
+            ("joint", "value"),
+            [
+                (column.joint, f"{format_fixed(value, 4)} {column.unit}")
+                for column, value in zip(machine.columns, study.q[0], strict=True)
+            ],
+        ),
+        _write_titled_table(
+            "Tools",
+            ("tool", "length, mm", "diameter, mm", "spindle, 1/min", "time, s"),
+            [
+                (tool, length, diameter, *_describe_use(study, number))
+                for number, tool, length, diameter in _list_tools(study)
+            ],
+        ),
+        _write_titled_table(
+            "Work offsets", ("system", "x, mm", "y, mm", "z, mm", "turned, deg", "from"), _list_offsets(machine, study)
+        ),
         _write_titled_table("Actions of the operator", ("line", "at", "what"), _list_actions(study)),
-    ]  # fmt: skip
+    ]
     boxes = [box.name for box in study.program.options.keep_out]
     boxes += [study.program.options.stock.name] if study.program.options.stock else []
     parts.append(_write_titled_table("Fixtures and stock", ("name",), [(name,) for name in boxes]))
@@ -379,7 +397,8 @@ def _write_titled_table(title: str, heads: Row, rows: Iterable[Row]) -> str:
 
 def write_table(heads: Row, body: str) -> str:
     """Write a table: heads and rows that are HTML already."""
-    return f"<table><thead><tr>{''.join(f'<th scope=col>{head}</th>' for head in heads)}</tr></thead><tbody>{body}</tbody></table>"
+    columns = "".join(f"<th scope=col>{head}</th>" for head in heads)
+    return f"<table><thead><tr>{columns}</tr></thead><tbody>{body}</tbody></table>"
 
 
 def _describe_use(study: Study, tool: int) -> tuple[str, str]:

@@ -135,9 +135,20 @@ def _study_path(program: Program, result: Result) -> Study:
         stretch = np.searchsorted(owner, first) + np.cumsum(frame) - 1
         speed = np.full(len(x), np.nan)
         collector.add(
-            _Samples(x, line[element], solved.q, contour.segment[element], solved.tip, solved.angles, solved.ok, speed, stretch),
-            frame, {"position": solved.q * factor},
-        )  # fmt: skip
+            _Samples(
+                x,
+                line[element],
+                solved.q,
+                contour.segment[element],
+                solved.tip,
+                solved.angles,
+                solved.ok,
+                speed,
+                stretch,
+            ),
+            frame,
+            {"position": solved.q * factor},
+        )
     return collector.finish(result, None, (), None, None)
 
 
@@ -179,9 +190,18 @@ class _Collector:
         parallel = self.machine.module is not None  # no platform that tilts
         alpha = np.where(reached, parallel * np.degrees(samples.q[:, -2] - samples.angles[:, 0]), np.nan)
         kept = (
-            samples.x, samples.line, samples.q, tool_length, samples.tip, samples.angles, samples.speed, margin, nearest,
-            self._move[samples.segment], alpha,
-        )  # fmt: skip
+            samples.x,
+            samples.line,
+            samples.q,
+            tool_length,
+            samples.tip,
+            samples.angles,
+            samples.speed,
+            margin,
+            nearest,
+            self._move[samples.segment],
+            alpha,
+        )
         self._frames.append(tuple(column[frame] for column in kept))
         begins = np.flatnonzero(np.append(True, samples.stretch[1:] != samples.stretch[:-1]))
         for name, columns in {**curves, "alpha": alpha[:, None], "margin": margin[:, None]}.items():
@@ -231,11 +251,37 @@ class _Collector:
         stretch, on_line, at, how_fast, how_far = _join(self._trail)
         trail = Trail(stretch, on_line, at @ part, how_fast, how_far, _find_bad(self.findings, on_line, how_far))
         return Study(
-            self.findings, result.summary if timed else None, self.program, governing, operations, lines, bands, timed, x, line.astype(np.int64),
-            q * [column.factor for column in machine.columns], curves, trail,
-            tip @ part, find_axis_of_angles(angles[:, 0], angles[:, 1]) @ part, speed, margin, nearest, self._margin_names, move,
-            alpha_deg, nose @ up, position @ up, basis, rods, *_turn_table(machine, q), tool_length, place, place_tip @ part, result.part,
-        )  # fmt: skip
+            self.findings,
+            result.summary if timed else None,
+            self.program,
+            governing,
+            operations,
+            lines,
+            bands,
+            timed,
+            x,
+            line.astype(np.int64),
+            q * [column.factor for column in machine.columns],
+            curves,
+            trail,
+            tip @ part,
+            find_axis_of_angles(angles[:, 0], angles[:, 1]) @ part,
+            speed,
+            margin,
+            nearest,
+            self._margin_names,
+            move,
+            alpha_deg,
+            nose @ up,
+            position @ up,
+            basis,
+            rods,
+            *_turn_table(machine, q),
+            tool_length,
+            place,
+            place_tip @ part,
+            result.part,
+        )
 
     def _find_places(self, x: Array, line: Ints, tip: Array, part: Machined | None) -> tuple[NDArray[np.intp], Array]:
         """Find the frame and the tip of each finding; of a gouge or excess the place on the part."""
@@ -304,7 +350,34 @@ def _study_findings(machine: Machine, findings: tuple[Finding, ...]) -> Study:
     joints = np.empty((0, len(machine.columns)))
     curves = {"position": (Curve(none, none),) * len(machine.columns)}
     return Study(
-        findings, None, None, None, (), None, None, False, none, whole, joints, curves, Trail(whole, whole, three, none, none, whole > 0), three,
-        three, none, none, whole, (), whole, none, three, three, np.empty((0, 2, 3)), np.empty((0, 0, 2, 3)), none, none, none,
-        np.full(len(findings), -1), np.full((len(findings), 3), np.nan),
-    )  # fmt: skip
+        findings,
+        None,
+        None,
+        None,
+        (),
+        None,
+        None,
+        False,
+        none,
+        whole,
+        joints,
+        curves,
+        Trail(whole, whole, three, none, none, whole > 0),
+        three,
+        three,
+        none,
+        none,
+        whole,
+        (),
+        whole,
+        none,
+        three,
+        three,
+        np.empty((0, 2, 3)),
+        np.empty((0, 0, 2, 3)),
+        none,
+        none,
+        none,
+        np.full(len(findings), -1),
+        np.full((len(findings), 3), np.nan),
+    )

@@ -145,6 +145,13 @@ def pack_surfaces(pack: Pack, surfaces: list[Surface], frame_tip: Array, frame_l
             frame = np.where(of.line > 0, find_frames(frame_tip, frame_line, of.tip, of.line), -1)
             pack.add(f"surface.{k}.frame", frame, "<i4")
         described.append(
-            {"name": one.name, "kind": one.kind, "low": low.tolist(), "step": step, "middle": one.middle.tolist(), "turn": one.turn}
-        )  # fmt: skip
+            {
+                "name": one.name,
+                "kind": one.kind,
+                "low": low.tolist(),
+                "step": step,
+                "middle": one.middle.tolist(),
+                "turn": one.turn,
+            }
+        )
     return described

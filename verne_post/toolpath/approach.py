@@ -79,9 +79,12 @@ def _require_own_turn(machine: Machine, q: Array, option: str) -> None:
             f"{name} {format_fixed(value, 4)}" for name, value in zip(machine.actuators, own[:n].tolist(), strict=True)
         )
         raise InputError(
-            make_finding("VP018", f"{option}: there the platform is turned about the tool axis otherwise than this machine turns it; "
-                         f"bring it to {values} first, with the tool in the same place")
-        )  # fmt: skip
+            make_finding(
+                "VP018",
+                f"{option}: there the platform is turned about the tool axis otherwise than this machine turns it; "
+                f"bring it to {values} first, with the tool in the same place",
+            )
+        )
 
 
 def add_approach_and_departure(
@@ -137,11 +140,15 @@ def add_approach_and_departure(
     for name in ("tip_tolerance", "axis_tolerance"):
         columns[name] = np.pad(getattr(contour, name)[first:], (len(before), len(after)))
     return replace(
-        contour, **columns, path=whole, shape=shape, feeds=find_feeds(whole),
+        contour,
+        **columns,
+        path=whole,
+        shape=shape,
+        feeds=find_feeds(whole),
         corners=contour.corners and replace(contour.corners, shift=contour.corners.shift - shift),
         dwell_section=(contour.dwell_section[first_dwell:] + sections).astype(np.int32),
         entry=len(before) if start_at else -1,
-    )  # fmt: skip
+    )
 
 
 def _drop_dwells(rest: ToolPath, path: ToolPath, first: int, first_dwell: int) -> ToolPath:
@@ -192,9 +199,12 @@ def _connect(
         feed_time[-1] = path.length[-1] / feed
     # no line of the program contains these segments
     return replace(
-        path, line=np.zeros_like(path.line), move=np.full_like(path.move, -1), tool_length=np.full(n, tool),
+        path,
+        line=np.zeros_like(path.line),
+        move=np.full_like(path.move, -1),
+        tool_length=np.full(n, tool),
         feed_time=feed_time,
-    )  # fmt: skip
+    )
 
 
 def _find_pose(machine: Machine, q: Array, tool: float, option: str) -> Array:

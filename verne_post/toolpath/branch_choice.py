@@ -92,9 +92,20 @@ def report_branch_changes(path: ToolPath, plan: BranchPlan, machine: Machine, *,
             continue
         line = int(path.line[segment])
         instead = show((float(plan.start[segment, 0]), float(plan.start[segment, 1])))
-        what = f"the programmed {tilt} and {turn} break a limit; from this line the table would stand at ({instead}) deg instead"
-        findings.append(make_finding("VP301", what, severity="warning" if allow_rewind else "error",
-                             line=line, last_line=line, worst_line=line))  # fmt: skip
+        what = (
+            f"the programmed {tilt} and {turn} break a limit; from this line the table would stand at ({instead}) deg "
+            "instead"
+        )
+        findings.append(
+            make_finding(
+                "VP301",
+                what,
+                severity="warning" if allow_rewind else "error",
+                line=line,
+                last_line=line,
+                worst_line=line,
+            )
+        )
     return findings
 
 
@@ -110,9 +121,8 @@ def find_idle_turns(path: ToolPath, machine: Machine) -> list[Finding]:
         line = int(path.line[segment])
         what = (
             f"the tool stands along the axis of {letter} while {letter} turns by "
-            f"{format_fixed(machine.columns[-1].factor * float(turn[segment, 1]), 3)} deg: the "
-            "joints follow from the tool axis, so none would move; tilt the tool by 0.01 deg or more there, or turn "
-            "while it tilts or moves"
+            f"{format_fixed(machine.columns[-1].factor * float(turn[segment, 1]), 3)} deg: the joints follow from the "
+            "tool axis, so none would move; tilt the tool by 0.01 deg or more there, or turn while it tilts or moves"
         )
         findings.append(make_finding("VP202", what, severity="error", line=line, last_line=line, worst_line=line))
     return findings

@@ -27,10 +27,17 @@ from verne_post.toolpath.splines import GrowingSplineSegments, find_ends, place_
 
 #: Columns of the arcs and great circles of a tool path.
 _ARCS: Final = {
-    "center": (float, 3), "e1": (float, 3), "e2": (float, 3), "rise": (float, 3), "r0": (float,), "r1": (float,), "sweep": (float,),
-}  # fmt: skip
+    "center": (float, 3),
+    "e1": (float, 3),
+    "e2": (float, 3),
+    "rise": (float, 3),
+    "r0": (float,),
+    "r1": (float,),
+    "sweep": (float,),
+}
 _TURNS: Final = {
-    "first": (float, 3), "last": (float, 3), "angles": (float, 2), "last_angles": (float, 2), "offset": (float, 3), "shift": (float, 3),
+    "first": (float, 3), "last": (float, 3), "angles": (float, 2), "last_angles": (float, 2), "offset": (float, 3),
+    "shift": (float, 3),
     "slide": (float, 3), "drift": (float, 3), "lean": (float,),
 }  # fmt: skip
 _CIRCLES: Final = {"first": (float, 3), "side": (float, 3), "angle": (float,), "joints": (float, 6)}

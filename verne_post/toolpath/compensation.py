@@ -56,9 +56,15 @@ OVERLAP: Final = 64
 
 
 def compensate_blends(
-    programmed: Array, vertex: Array, s: Array, soft: Mask, chords: Chords, tip_tolerance: Array, axis_tolerance: Array,
+    programmed: Array,
+    vertex: Array,
+    s: Array,
+    soft: Mask,
+    chords: Chords,
+    tip_tolerance: Array,
+    axis_tolerance: Array,
     team: Team = ALONE,
-) -> tuple[Array, Mask]:  # fmt: skip
+) -> tuple[Array, Mask]:
     """Move vertices outward, where blends over two segments then stay within the tolerance.
 
     Parameters

@@ -24,12 +24,21 @@ __all__ = ["Smoothing", "make_exact_contour", "smooth_contour"]
 ROUNDED_SEGMENTS: Final = 1 << 12
 #: Columns of a contour for every element and every segment, as they are made block by block.
 _ELEMENTS: Final = {
-    "segment": (np.int32,), "low": (float,), "high": (float,), "length": (float,), "rotation": (float,),
-    "section": (np.int32,), "blended": (bool,),
-}  # fmt: skip
+    "segment": (np.int32,),
+    "low": (float,),
+    "high": (float,),
+    "length": (float,),
+    "rotation": (float,),
+    "section": (np.int32,),
+    "blended": (bool,),
+}
 _SEGMENTS: Final = {
-    "tip_tolerance": (float,), "axis_tolerance": (float,), "rate": (float,), "by_tip": (bool,), "cap": (float,)
-}  # fmt: skip
+    "tip_tolerance": (float,),
+    "axis_tolerance": (float,),
+    "rate": (float,),
+    "by_tip": (bool,),
+    "cap": (float,),
+}
 
 
 class _ContourTable:
@@ -72,9 +81,14 @@ class _ContourTable:
         columns = self._corners.freeze() | self._curved.freeze()
         corners = Corners(s, **columns, controls=self._controls.freeze()) if self._blended else None
         return Contour(
-            path=path, shape=shape, corners=corners, feeds=feeds,
-            dwell_section=path.dwell_section, **of_segment, **self._elements.freeze(),
-        )  # fmt: skip
+            path=path,
+            shape=shape,
+            corners=corners,
+            feeds=feeds,
+            dwell_section=path.dwell_section,
+            **of_segment,
+            **self._elements.freeze(),
+        )
 
 
 def make_exact_contour(path: ToolPath) -> Contour:
@@ -83,9 +97,14 @@ def make_exact_contour(path: ToolPath) -> Contour:
     for begin, end in iterate_blocks(len(path)):
         part, zero = path.take_part(begin, end), np.zeros(end - begin)
         elements = {
-            "segment": np.arange(begin, end), "low": zero, "high": zero + 1, "length": part.length,
-            "rotation": measure_rotation(part), "section": part.section, "blended": zero,
-        }  # fmt: skip
+            "segment": np.arange(begin, end),
+            "low": zero,
+            "high": zero + 1,
+            "length": part.length,
+            "rotation": measure_rotation(part),
+            "section": part.section,
+            "blended": zero,
+        }
         table.extend(elements, find_feeds(part), zero, zero)
     return table.build(path, path, np.empty(0))
 

@@ -126,9 +126,12 @@ BRAKING: Final = 4
 #: How many shapes there are.
 SHAPES: Final = len(_SHAPES)
 
-_ODD_VALUE: Final = np.array([
-    _join(0.0, 1.0, [0.0, slope, -0.5, third, 0.0, 0.0, 0.0, 0.0]) for slope, third in (_ODD[0], *[_ODD[1]] * (SHAPES - 1))
-]).T  # fmt: skip
+_ODD_VALUE: Final = np.array(
+    [
+        _join(0.0, 1.0, [0.0, slope, -0.5, third, 0.0, 0.0, 0.0, 0.0])
+        for slope, third in (_ODD[0], *[_ODD[1]] * (SHAPES - 1))
+    ]
+).T
 _EVEN_VALUE: Final = _join(0.0, 1.0, [_EVEN[0], 0.0, _EVEN[1], -0.5, 0.0, 0.0, 0.0, 0.0])
 
 

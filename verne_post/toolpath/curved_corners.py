@@ -76,9 +76,15 @@ def find_derivatives(path: ToolPath, segment: Ints, u: float) -> Array:
 
 
 def blend_curved_corners(
-    path: ToolPath, corner: Ints, most: Array, tolerances: tuple[Array, Array], feed: Array, jerk_limit: JerkLimitAt,
-    cycle: float, keeps_travel: Callable[[Array, Array], Mask],
-) -> tuple[Array, Ints, Array]:  # fmt: skip
+    path: ToolPath,
+    corner: Ints,
+    most: Array,
+    tolerances: tuple[Array, Array],
+    feed: Array,
+    jerk_limit: JerkLimitAt,
+    cycle: float,
+    keeps_travel: Callable[[Array, Array], Mask],
+) -> tuple[Array, Ints, Array]:
     """Choose the blends of corners between segments ``corner - 1`` and ``corner`` (m,).
 
     Parameters
@@ -171,10 +177,14 @@ def find_reaches(jump: Array, slopes: tuple[Array, Array], most: Array, toleranc
     tip, axis = (bound[row] for bound in tolerances)
     for _ in range(STEPS):
         wide = np.repeat(reach.ravel(), places)
-        used = np.maximum(*(
-            find_share_used(displace(jump[row], wide, shape, side * np.tile(_COARSE, m * SHAPES)), slope[row], ends, tip, axis)
-            for side, slope in zip((-1.0, 1.0), slopes, strict=True)
-        ))  # fmt: skip
+        used = np.maximum(
+            *(
+                find_share_used(
+                    displace(jump[row], wide, shape, side * np.tile(_COARSE, m * SHAPES)), slope[row], ends, tip, axis
+                )
+                for side, slope in zip((-1.0, 1.0), slopes, strict=True)
+            )
+        )
         used = np.maximum(used.reshape(m, SHAPES, places).max(axis=2), np.finfo(float).tiny)
         reach = np.minimum(most[:, None], reach * np.sqrt(USED_SHARE / used))
     return reach

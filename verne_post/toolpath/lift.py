@@ -22,7 +22,11 @@ def lift_path(path: ToolPath, distance: float, part_frame: Array, *, along_tool:
         )
     up = np.array([*(part_frame @ [0.0, 0.0, distance]), 0.0, 0.0])
     return replace(
-        path, start=path.start + up, end=path.end + up, first_pose=path.first_pose + up,
-        arcs=replace(path.arcs, center=path.arcs.center + up[:3]), splines=lift_splines(path.splines, up[:3]),
+        path,
+        start=path.start + up,
+        end=path.end + up,
+        first_pose=path.first_pose + up,
+        arcs=replace(path.arcs, center=path.arcs.center + up[:3]),
+        splines=lift_splines(path.splines, up[:3]),
         turns=replace(path.turns, shift=path.turns.shift + up[:3]),
-    )  # fmt: skip
+    )

@@ -37,6 +37,13 @@ def make_rapids_joint(path: ToolPath, machine: Machine) -> ToolPath:
     breaks[0] = False
     section = np.cumsum(breaks).astype(np.int32)
     return replace(
-        path, kind=kind, length=length, joint=joint, circle=circle, turn=turn, joints=np.concatenate([earlier, joints]), section=section,
+        path,
+        kind=kind,
+        length=length,
+        joint=joint,
+        circle=circle,
+        turn=turn,
+        joints=np.concatenate([earlier, joints]),
+        section=section,
         dwell_section=path.renumber_dwells(section),
-    )  # fmt: skip
+    )

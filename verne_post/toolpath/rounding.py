@@ -52,12 +52,19 @@ class RoundedSegments(Struct, frozen=True):
         begin, end = (int((self.curve[:row] >= 0).sum()) for row in (curved.start, curved.stop))
         corners = slice(first, last + 1)
         return replace(
-            self, elements=elements | {"segment": elements["segment"] - first},
-            reach=self.reach[corners], bend=self.bend[corners], shape=self.shape[corners], stops=self.stops[corners],
-            curved=self.curved[curved] - first, jump=self.jump[curved],
-            curve=np.where(self.curve[curved] < 0, -1, self.curve[curved] - begin), controls=self.controls[begin:end],
-            tip_tolerance=self.tip_tolerance[first:last], axis_tolerance=self.axis_tolerance[first:last],
-        )  # fmt: skip
+            self,
+            elements=elements | {"segment": elements["segment"] - first},
+            reach=self.reach[corners],
+            bend=self.bend[corners],
+            shape=self.shape[corners],
+            stops=self.stops[corners],
+            curved=self.curved[curved] - first,
+            jump=self.jump[curved],
+            curve=np.where(self.curve[curved] < 0, -1, self.curve[curved] - begin),
+            controls=self.controls[begin:end],
+            tip_tolerance=self.tip_tolerance[first:last],
+            axis_tolerance=self.axis_tolerance[first:last],
+        )
 
 
 def _find_swung_out(path: ToolPath, slope: Array, bend: Array, kind: Ints, reach: Array, smoothing: Smoothing) -> Ints:

@@ -198,7 +198,10 @@ def _find_linear_joints(
     start, end = (nutation.find_turns(pose[:, 3:]) for pose in (placed.start, placed.end))
     turning = (np.abs(end - start) > ZERO_ANGLE).any(axis=1)
     if (bad := np.flatnonzero(turning & (moves.kind[row] == MoveKind.SPLINE))).size:
-        text = "a spline that turns the rotary axes is not executed on a nutating pair, because its joints would not follow a spline"
+        text = (
+            "a spline that turns the rotary axes is not executed on a nutating pair, because its joints would not "
+            "follow a spline"
+        )
         raise _refuse(moves, row[bad[0]], "VP031", text)
     tilting = np.abs(end[:, 0] - start[:, 0]) > ZERO_ANGLE
     between_folds = (np.abs([start[:, 0], end[:, 0]]) <= np.pi).all(axis=0)
@@ -227,12 +230,19 @@ def _check_reach(placed: PlacedMoves, nutation: Nutation, by_axis: Mask, circle:
         tilts = np.vstack([tilts, more])
     miss = nutation.measure_miss(tilts).max(axis=0, initial=0.0)
     if len(bad := np.flatnonzero(miss)):
-        text = f"the tool axis leaves the reach of the rotary axes by {DEG_PER_RAD * miss[bad[0]]:.4f} degrees on its great circle"
+        text = (
+            f"the tool axis leaves the reach of the rotary axes by {DEG_PER_RAD * miss[bad[0]]:.4f} degrees on its "
+            "great circle"
+        )
         raise _refuse(placed.moves, placed.row[row[bad[0]]], "VP110", text)
     joint = nutation.find_joints(np.stack([tilts, 0.0 * tilts], axis=-1))[..., 0]
     left = nutation.measure_fold(joint).min(axis=0, initial=np.inf)
     if len(bad := np.flatnonzero(left < _NEAR_FOLD)):
-        text = f"the tool axis comes within {DEG_PER_RAD * max(left[bad[0]], 0.0):.4f} degrees of the fold of the tilting joint, where both table solutions meet and the joint speeds would have no bound; go there by words of the rotary axes or as a rapid"
+        text = (
+            f"the tool axis comes within {DEG_PER_RAD * max(left[bad[0]], 0.0):.4f} degrees of the fold of the tilting "
+            "joint, where both table solutions meet and the joint speeds would have no bound; go there by words of the "
+            "rotary axes or as a rapid"
+        )
         raise _refuse(placed.moves, placed.row[row[bad[0]]], "VP202", text)
 
 

@@ -25,9 +25,23 @@ STOP_SECONDS: Final = 1e-9
 
 #: What a path keeps for each segment or dwell and takes over as it is when paths are joined.
 _COLUMNS: Final = (
-    "line", "kind", "start", "end", "tool_length", "feed_time", "timed", "length", "arc", "spline", "turn", "circle", "free", "move",
-    "dwell_seconds", "dwell_line",
-)  # fmt: skip
+    "line",
+    "kind",
+    "start",
+    "end",
+    "tool_length",
+    "feed_time",
+    "timed",
+    "length",
+    "arc",
+    "spline",
+    "turn",
+    "circle",
+    "free",
+    "move",
+    "dwell_seconds",
+    "dwell_line",
+)
 
 
 #: Rise of Z of the machine per mm along the tool below which no retract goes along the tool.
@@ -121,9 +135,12 @@ def slice_path(path: ToolPath, first: int, last: int) -> ToolPath:
     section = np.cumsum(np.diff(path.section[first:last], prepend=-1) != 0).astype(np.int32) - 1
     dwell_section = find_sections(section, np.clip(before[mine] - first, 0, last - first))
     return replace(
-        path.take_part(first, last), section=section, dwell_section=dwell_section,
-        dwell_seconds=path.dwell_seconds[mine], dwell_line=path.dwell_line[mine],
-    )  # fmt: skip
+        path.take_part(first, last),
+        section=section,
+        dwell_section=dwell_section,
+        dwell_seconds=path.dwell_seconds[mine],
+        dwell_line=path.dwell_line[mine],
+    )
 
 
 def join_paths(parts: Sequence[ToolPath], like: ToolPath) -> ToolPath:
@@ -178,6 +195,10 @@ def _insert_in_path(path: ToolPath, moves: Moves, at: NDArray[np.intp]) -> ToolP
     section = np.cumsum(new_section).astype(np.int32)
     dwell = moves.dwells
     return replace(
-        path, move=move.astype(np.int32), section=section, dwell_section=find_sections(section, np.searchsorted(move, dwell)),
-        dwell_seconds=moves.feed[dwell], dwell_line=moves.line[dwell],
-    )  # fmt: skip
+        path,
+        move=move.astype(np.int32),
+        section=section,
+        dwell_section=find_sections(section, np.searchsorted(move, dwell)),
+        dwell_seconds=moves.feed[dwell],
+        dwell_line=moves.line[dwell],
+    )

@@ -23,9 +23,14 @@ _PLACES: Final = np.linspace(-1.0, 1.0, 65)
 
 
 def put_curves(
-    path: ToolPath, corner: Ints, most: Array, tolerances: tuple[Array, Array], blend: tuple[Array, Ints, Array],
-    feed: Array, jerk_limit: JerkLimitAt,
-) -> tuple[Array, Ints, Array]:  # fmt: skip
+    path: ToolPath,
+    corner: Ints,
+    most: Array,
+    tolerances: tuple[Array, Array],
+    blend: tuple[Array, Ints, Array],
+    feed: Array,
+    jerk_limit: JerkLimitAt,
+) -> tuple[Array, Ints, Array]:
     """Replace blends at corners (m,) by curves where these are faster.
 
     Parameters are those of :func:`~verne_post.toolpath.curved_corners.blend_curved_corners`, ``blend`` is its result.

@@ -76,9 +76,8 @@ def _report(path: ToolPath, moves: Moves, machine: Machine, rows: list[int], swu
         short = float(np.degrees(wrap_angle(np.radians(turn))))
         short = 0.0 if abs(short) <= np.degrees(ZERO_ANGLE) else short
         text = (
-            f"{what}, and the tilted tool sweeps around with it; {letter}{after - turn + short:.6g}, "
-            f"{abs(short):.6g} deg away, "
-            "holds the same tool axis"
+            f"{what}, and the tilted tool sweeps around with it; {letter}{after - turn + short:.6g}, {abs(short):.6g} "
+            "deg away, holds the same tool axis"
         )
     others = f" (moves like this: {len(rows)})" if len(rows) > 1 else ""
     line = int(path.line[first])

@@ -54,9 +54,15 @@ class _PlannedSection(Struct, frozen=True, eq=False):
 
 
 def plan_continuous(
-    section: Section, limits: Limits, cycle: float, effort: Effort = tuning.NORMAL, solver: Solver = reachability.solve,
-    playback: FeedOverride = AS_PLANNED, begin: float = 0.0, team: Team = ALONE,
-) -> ContinuousProfile:  # fmt: skip
+    section: Section,
+    limits: Limits,
+    cycle: float,
+    effort: Effort = tuning.NORMAL,
+    solver: Solver = reachability.solve,
+    playback: FeedOverride = AS_PLANNED,
+    begin: float = 0.0,
+    team: Team = ALONE,
+) -> ContinuousProfile:
     """Plan a section from rest to rest.
 
     Parameters
@@ -142,9 +148,13 @@ def rebuild_profile(task: SectionTask, profile: Profile, times: Times) -> Profil
 
 
 def sample_rows(
-    task: SectionTask, profile: Profile, times: Times, slower: float = 1.0, playback: FeedOverride = AS_PLANNED,
+    task: SectionTask,
+    profile: Profile,
+    times: Times,
+    slower: float = 1.0,
+    playback: FeedOverride = AS_PLANNED,
     begin: float = 0.0,
-) -> Array:  # fmt: skip
+) -> Array:
     """Path parameters (n,) of the profile as it is executed from time ``begin`` on, at whole cycles.
 
     It is stretched by ``slower`` to a whole number of cycles; resting ends are left out.

@@ -98,6 +98,9 @@ def build_feed_override(override: float, slow_start: float, limits: Limits) -> F
     )
     shortest = _CONSTANTS * 2.0 * float(roots.max())
     if 0.0 < slow_start < shortest:
-        text = f"--slow-start {slow_start:g}: on this machine a slow start must take at least {shortest:.3g} s, or it would exceed limits itself"
+        text = (
+            f"--slow-start {slow_start:g}: on this machine a slow start must take at least {shortest:.3g} s, or it "
+            "would exceed limits itself"
+        )
         raise InputError(make_finding("VP018", text))
     return FeedOverride(override, slow_start)

@@ -151,9 +151,15 @@ class ContourSection:
 
 
 def plan_contour(
-    joints: JointFunctions, first: Array, second: Array, third: Array, limits: Limits, planning: PlanningOptions,
-    progress: Callable[[int], None] | None = None, slower: Array | None = None,
-) -> MotionProfiles:  # fmt: skip
+    joints: JointFunctions,
+    first: Array,
+    second: Array,
+    third: Array,
+    limits: Limits,
+    planning: PlanningOptions,
+    progress: Callable[[int], None] | None = None,
+    slower: Array | None = None,
+) -> MotionProfiles:
     """Plan every section of a contour.
 
     Parameters
@@ -224,9 +230,13 @@ class _Planner:
     """Takes the sections of a contour in order: continuous ones are planned, the others have stop-to-stop profiles."""
 
     def __init__(
-        self, joints: JointFunctions, limits: Limits, planning: PlanningOptions, profiles: StopToStopProfiles,
+        self,
+        joints: JointFunctions,
+        limits: Limits,
+        planning: PlanningOptions,
+        profiles: StopToStopProfiles,
         continuous: NDArray[np.bool_],
-    ) -> None:  # fmt: skip
+    ) -> None:
         contour = joints.contour
         self.joints, self.limits, self.planning, self.profiles = joints, limits, planning, profiles
         self.begins, self.continuous = contour.section_begins, continuous
@@ -276,9 +286,15 @@ class _Planner:
         toppra_bound = 0.0
         try:
             profile = continuous.plan_continuous(
-                path, self.limits, planning.cycle, tuning.QUALITY if planning.quality else tuning.NORMAL,
-                _choose_solver(planning.solver), planning.playback, begin_s, team,
-            )  # fmt: skip
+                path,
+                self.limits,
+                planning.cycle,
+                tuning.QUALITY if planning.quality else tuning.NORMAL,
+                _choose_solver(planning.solver),
+                planning.playback,
+                begin_s,
+                team,
+            )
             if planning.solver == "both":
                 toppra_bound = bound_second_order_time(path, self.limits, _choose_solver("toppra"), team)
         except (ValueError, RuntimeError) as error:
@@ -339,9 +355,14 @@ class _Planner:
             by_peak = peak[contour.section[chunk]] * contour.find_pace(chunk) >= tuning.FEED_REACHED
             self.reached[contour.segment[chunk][by_peak]] = True
         return MotionProfiles(
-            self.profiles, self.first_row, self.cycles, self.rows.freeze(), self.reached, self.second_order_bound_s,
+            self.profiles,
+            self.first_row,
+            self.cycles,
+            self.rows.freeze(),
+            self.reached,
+            self.second_order_bound_s,
             self.toppra_bound_s if self.planning.solver == "both" else None,
-        )  # fmt: skip
+        )
 
 
 class _Clock:

@@ -63,22 +63,37 @@ class Effort(Struct, frozen=True, kw_only=True):
 NORMAL: Final = Effort(
     passes=(
         PassSettings(
-            knot_units=8, points_per_knot=3, tightest_rows=ALL_ROWS, largest_x=8.0, start_gap=100.0, final_gap=3e-1,
+            knot_units=8,
+            points_per_knot=3,
+            tightest_rows=ALL_ROWS,
+            largest_x=8.0,
+            start_gap=100.0,
+            final_gap=3e-1,
             iterations=25,
         ),
         PassSettings(
-            knot_units=4, points_per_knot=2, tightest_rows=ALL_ROWS, largest_x=4.0, start_gap=10.0, final_gap=0.1,
+            knot_units=4,
+            points_per_knot=2,
+            tightest_rows=ALL_ROWS,
+            largest_x=4.0,
+            start_gap=10.0,
+            final_gap=0.1,
             iterations=25,
         ),
     ),
     last=PassSettings(
-        knot_units=2, points_per_knot=2, tightest_rows=(2, 3), largest_x=4.0, start_gap=3.0, final_gap=3e-3,
+        knot_units=2,
+        points_per_knot=2,
+        tightest_rows=(2, 3),
+        largest_x=4.0,
+        start_gap=3.0,
+        final_gap=3e-3,
         iterations=20,
     ),
     repeats=3,
     near_bound=1.1,
     hopeless=1.2,
-)  # fmt: skip
+)
 
 _WHOLE: Final = (1.0, 1.0, 1.0)
 #: No margin, more passes, every row and a small gap: the optimum in practice, to compare with. Its CPU is many times
@@ -86,19 +101,34 @@ _WHOLE: Final = (1.0, 1.0, 1.0)
 QUALITY: Final = Effort(
     passes=tuple(
         PassSettings(
-            knot_units=2, points_per_knot=points, tightest_rows=ALL_ROWS, largest_x=largest_x, start_gap=start_gap,
-            final_gap=final_gap, iterations=iterations, shares=_WHOLE,
+            knot_units=2,
+            points_per_knot=points,
+            tightest_rows=ALL_ROWS,
+            largest_x=largest_x,
+            start_gap=start_gap,
+            final_gap=final_gap,
+            iterations=iterations,
+            shares=_WHOLE,
         )
         for points, largest_x, start_gap, final_gap, iterations in (
-            (2, 8.0, 30.0, 1e-1, 25), (2, 4.0, 10.0, 1e-1, 25), (4, 2.0, 3.0, 3e-3, 40), (4, 2.0, 1.0, 1e-3, 40),
+            (2, 8.0, 30.0, 1e-1, 25),
+            (2, 4.0, 10.0, 1e-1, 25),
+            (4, 2.0, 3.0, 3e-3, 40),
+            (4, 2.0, 1.0, 1e-3, 40),
         )
     ),
     last=PassSettings(
-        knot_units=1, points_per_knot=2, tightest_rows=ALL_ROWS, largest_x=2.0, start_gap=1.0, final_gap=5e-4,
-        iterations=40, shares=_WHOLE,
+        knot_units=1,
+        points_per_knot=2,
+        tightest_rows=ALL_ROWS,
+        largest_x=2.0,
+        start_gap=1.0,
+        final_gap=5e-4,
+        iterations=40,
+        shares=_WHOLE,
     ),
     repeats=3,
-)  # fmt: skip
+)
 
 #: The finest time scale of a profile; at least the control cycle. A longer one is faster and leaves more to repair.
 TIME_UNIT: Final = 1e-3

@@ -146,5 +146,10 @@ class BlockTimeCheck:
             else f"the blocks of lines {edge.line} to {line} take"
         )
         self.findings.add(
-            "VP404", f"row {row}: {what} {spent:.6g} s, programmed are {asked:.6g} s", line, value=spent, limit=asked, unit="s",
-        )  # fmt: skip
+            "VP404",
+            f"row {row}: {what} {spent:.6g} s, programmed are {asked:.6g} s",
+            line,
+            value=spent,
+            limit=asked,
+            unit="s",
+        )

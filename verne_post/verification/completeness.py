@@ -64,7 +64,10 @@ class CompletenessCheck:
             ("tool axis", angle / RAD_PER_DEG, angle_bound / RAD_PER_DEG, "deg"),
         ):
             if not value <= bound:
-                text = f"the last row: the {name} is {value:.6f} {unit} off the end of the program, allowed {bound:.6f} {unit}"
+                text = (
+                    f"the last row: the {name} is {value:.6f} {unit} off the end of the program, allowed {bound:.6f} "
+                    f"{unit}"
+                )
                 self.findings.add("VP411", text, line, value=value, limit=bound, unit=unit)
 
     def _order(self, rows: MeasuredRows) -> None:

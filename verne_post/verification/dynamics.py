@@ -77,10 +77,15 @@ class DynamicsCheck:
                 line = None if lines is None else int(lines[row])
                 unit = f"{column.unit}/s{order + 1}" if order else f"{column.unit}/s"
                 self.findings.add(
-                    code, f"row {first + row}: {DERIVATIVES[order]} of {column.joint} {size[row]:.6g} {unit} exceeds "
-                    f"{limit[joint]:g} {unit} ({len(rows)} rows)", line, axis=column.joint,
-                    value=float(size[row]), limit=float(limit[joint]), unit=unit,
-                )  # fmt: skip
+                    code,
+                    f"row {first + row}: {DERIVATIVES[order]} of {column.joint} {size[row]:.6g} {unit} exceeds "
+                    f"{limit[joint]:g} {unit} ({len(rows)} rows)",
+                    line,
+                    axis=column.joint,
+                    value=float(size[row]),
+                    limit=float(limit[joint]),
+                    unit=unit,
+                )
         return np.where(largest < _NEAR_SHARE, len(_BOUNDS) * len(columns), nearest)
 
     def _check_travel(self, block: SetpointBlock) -> None:
@@ -96,6 +101,11 @@ class DynamicsCheck:
                 value = block.values[row, joint]
                 limit = (low if inside[row, joint] < low else high) * factor[joint]
                 self.findings.add(
-                    column.code, f"row {block.first + row}: {column.header} = {format_fixed(value, 6)} is beyond {limit:g}",
-                    int(block.line[row]), axis=column.joint, value=float(value), limit=float(limit), unit=column.unit,
-                )  # fmt: skip
+                    column.code,
+                    f"row {block.first + row}: {column.header} = {format_fixed(value, 6)} is beyond {limit:g}",
+                    int(block.line[row]),
+                    axis=column.joint,
+                    value=float(value),
+                    limit=float(limit),
+                    unit=column.unit,
+                )

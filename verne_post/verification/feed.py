@@ -93,9 +93,13 @@ class FeedCheck:
                 row = int(bad[0])
                 line, value = int(rows.line[row]), float(certain[row])
                 self.findings.add(
-                    "VP404", f"row {rows.first + row}: {value:.6f} of the programmed feed on line {line} ({len(bad)} rows)",
-                    line, value=value, limit=FEED_RATIO, unit="of the feed",
-                )  # fmt: skip
+                    "VP404",
+                    f"row {rows.first + row}: {value:.6f} of the programmed feed on line {line} ({len(bad)} rows)",
+                    line,
+                    value=value,
+                    limit=FEED_RATIO,
+                    unit="of the feed",
+                )
 
     def _compute_progress_times(self, rows: MeasuredRows) -> tuple[Array, Array]:
         """Seconds (n,) for the progress to rows at the programmed feed, and how far rounding may change them."""

@@ -82,9 +82,14 @@ def compare_log(commanded: Array, measured: Array, tool_length: Array, forward: 
         path_error[rows] = _measure_distance_from_path(tip, tips, rows.start)
     error = measured - commanded
     return Following(
-        delay, n, np.abs(error).max(axis=0), np.sqrt((error**2).mean(axis=0)), *_find_largest(tip_error), *_find_largest(axis_error),
+        delay,
+        n,
+        np.abs(error).max(axis=0),
+        np.sqrt((error**2).mean(axis=0)),
+        *_find_largest(tip_error),
+        *_find_largest(axis_error),
         *_find_largest(path_error),
-    )  # fmt: skip
+    )
 
 
 def _solve_tools(q: Array, tool_length: Array, forward: Forward, rows: slice) -> tuple[Array, Array]:

@@ -136,8 +136,15 @@ def list_items(contour: Contour, metric_length: Array, cycle: float) -> Items:
     dwell_at = next_segment + np.arange(len(order))
     cycles = np.maximum(np.ceil(path.dwell_seconds / cycle - WHOLE_CYCLE), 1)[order]
     dwell_line = path.dwell_line[order]
-    table = GrowingTable(segment=(np.int32,), rest_segment=(np.int32,), line=(np.int64,), dwell_cycles=(np.int64,),
-                         stop_before=(bool,), time=(float,), length=(float,))  # fmt: skip
+    table = GrowingTable(
+        segment=(np.int32,),
+        rest_segment=(np.int32,),
+        line=(np.int64,),
+        dwell_cycles=(np.int64,),
+        stop_before=(bool,),
+        time=(float,),
+        length=(float,),
+    )
     first_of_group = Growing(np.int64)
     section_before, line_before = -1, -1
     for begin, end in iterate_blocks(n + len(order)):
@@ -158,9 +165,14 @@ def list_items(contour: Contour, metric_length: Array, cycle: float) -> Items:
         time[moving], length[moving] = path.feed_time[moved], metric_length[moved]
         stops = (section < 0) | (section != np.append(section_before, section[:-1]))
         table.extend(
-            segment=segment, rest_segment=rest, line=line, dwell_cycles=waits, stop_before=stops, time=time,
+            segment=segment,
+            rest_segment=rest,
+            line=line,
+            dwell_cycles=waits,
+            stop_before=stops,
+            time=time,
             length=length,
-        )  # fmt: skip
+        )
         first_of_group.extend(item[line != np.append(line_before, line[:-1])])
         section_before, line_before = int(section[-1]), int(line[-1])
     columns = table.freeze()
@@ -172,9 +184,14 @@ def list_items(contour: Contour, metric_length: Array, cycle: float) -> Items:
         group_line.extend(columns["line"][group_first[begin:end]])
     line, stops = group_line.freeze(), sum_running(columns["stop_before"])
     return Items(
-        **columns, stops_before=stops, time_before=sum_running(time), length_before=sum_running(length),
-        group_first=group_first, group_line=line, next_group=_find_next_of_line(line, group_first, stops),
-    )  # fmt: skip
+        **columns,
+        stops_before=stops,
+        time_before=sum_running(time),
+        length_before=sum_running(length),
+        group_first=group_first,
+        group_line=line,
+        next_group=_find_next_of_line(line, group_first, stops),
+    )
 
 
 def _find_next_of_line(line: Ints, first: Ints, stops_before: Ints) -> Ints:

@@ -53,16 +53,26 @@ class PathCheck:
         self._compare(rows, row, "rotary angle", "deg", rotary / RAD_PER_DEG, angle_bound / RAD_PER_DEG, where)
 
     def _compare(
-        self, rows: MeasuredRows, row: Ints, name: str, unit: str, off: Array, bound: Array,
+        self,
+        rows: MeasuredRows,
+        row: Ints,
+        name: str,
+        unit: str,
+        off: Array,
+        bound: Array,
         where: str = "the programmed segment",
-    ) -> None:  # fmt: skip
+    ) -> None:
         """Report the first of rows (n,) whose deviation (n,) exceeds its bound (n,) or is no number."""
         bad = np.flatnonzero(~(off <= bound))
         if len(bad):
             first = int(bad[0])
             line = int(rows.line[row[first]])
             self.findings.add(
-                "VP411", f"row {rows.first + row[first]}: the {name} is {off[first]:.6f} {unit} off {where}, "
-                f"allowed {bound[first]:.6f} {unit} ({len(bad)} rows)", line,
-                value=float(off[first]), limit=float(bound[first]), unit=unit,
-            )  # fmt: skip
+                "VP411",
+                f"row {rows.first + row[first]}: the {name} is {off[first]:.6f} {unit} off {where}, "
+                f"allowed {bound[first]:.6f} {unit} ({len(bad)} rows)",
+                line,
+                value=float(off[first]),
+                limit=float(bound[first]),
+                unit=unit,
+            )

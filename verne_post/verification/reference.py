@@ -99,10 +99,20 @@ def build_reference(
     derivative_limits = (limits.velocity * size, limits.acceleration * size, limits.jerk * size)
     measures = measure_segments(contour, by_axis=by_axis)
     return Reference(
-        contour.path, contour.tip_tolerance, contour.axis_tolerance, contour.entry, _measure_entry(contour), measures,
-        list_items(contour, measures.metric_length, fmt.cycle), columns, factor, limits, derivative_limits, fmt.cycle,
+        contour.path,
+        contour.tip_tolerance,
+        contour.axis_tolerance,
+        contour.entry,
+        _measure_entry(contour),
+        measures,
+        list_items(contour, measures.metric_length, fmt.cycle),
+        columns,
+        factor,
+        limits,
+        derivative_limits,
+        fmt.cycle,
         _compute_rounding_noise(fmt, size, derivative_limits),
-    )  # fmt: skip
+    )
 
 
 def _measure_entry(contour: Contour) -> float:

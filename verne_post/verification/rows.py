@@ -306,19 +306,38 @@ class RowMatcher:
         item_before, u_before = np.append(last.item, item[:-1]), np.append(last.u, u[:-1])
         entered = np.flatnonzero(item_before != item)
         rows = MeasuredRows(
-            first, line, item, self.reference.items.segment[item] < 0, segment, u, item_before, u_before,
-            pose, origin, now - origin, entered, np.diff(entered, prepend=-last.rows),
+            first,
+            line,
+            item,
+            self.reference.items.segment[item] < 0,
+            segment,
+            u,
+            item_before,
+            u_before,
+            pose,
+            origin,
+            now - origin,
+            entered,
+            np.diff(entered, prepend=-last.rows),
             self._find_touched(
-                entered, item_before[entered], item[entered],
+                entered,
+                item_before[entered],
+                item[entered],
                 self._place(item_before[entered], u_before[entered], before[entered]),
                 self._place(item[entered], u[entered], now[entered]),
             ),
-        )  # fmt: skip
+        )
         count = n - int(entered[-1]) if len(entered) else n + last.rows
         self.last = LastRow(
-            int(item[-1]), float(u[-1]), int(group[-1]), int(line[-1]), count, float(tool_length[-1]), pose.q[-1],
+            int(item[-1]),
+            float(u[-1]),
+            int(group[-1]),
+            int(line[-1]),
+            count,
+            float(tool_length[-1]),
+            pose.q[-1],
             now[-1],
-        )  # fmt: skip
+        )
         return rows
 
     def _change_tool(self, before: Array, tool_length: Array, q: Array) -> Array:

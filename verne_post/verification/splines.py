@@ -215,9 +215,14 @@ class _Candidates(Struct, frozen=True, eq=False):
 
 
 def project(
-    splines: MeasuredSplines, piece: Ints, pose: Array, fresh: Mask, u_before: float, radian_mm: float,
+    splines: MeasuredSplines,
+    piece: Ints,
+    pose: Array,
+    fresh: Mask,
+    u_before: float,
+    radian_mm: float,
     bounds: tuple[Array, Array] | None,
-) -> Array:  # fmt: skip
+) -> Array:
     """Share u (n,) of the length of the tip at the places of pieces (n,) that are nearest to poses (n, 5).
 
     Beyond both ends the curve goes on straight, there by shares of the metric length. Where a curve comes near itself,
@@ -265,9 +270,13 @@ def _choose_places(
         row += begin
         before = 0.0 if fresh[begin] else (result[begin - 1] if begin else u_before)
         found = match_places(
-            np.zeros(len(row), dtype=np.int64), u[row, candidate] * total[row], np.zeros(len(row)),
-            np.searchsorted(row, np.arange(begin, end + 1)), before * total[begin], step[begin:end],
-        )  # fmt: skip
+            np.zeros(len(row), dtype=np.int64),
+            u[row, candidate] * total[row],
+            np.zeros(len(row)),
+            np.searchsorted(row, np.arange(begin, end + 1)),
+            before * total[begin],
+            step[begin:end],
+        )
         result[begin:end] = u[row, candidate][found]
     return result
 
@@ -305,9 +314,13 @@ def _find_candidates(first: Ints, there: Array, piece: Ints, pose: Array, weight
 
 
 def _refine(
-    splines: MeasuredSplines, piece: Ints, pose: Array, within: tuple[Array, Array, Array], weight: Array,
+    splines: MeasuredSplines,
+    piece: Ints,
+    pose: Array,
+    within: tuple[Array, Array, Array],
+    weight: Array,
     radian_mm: float,
-) -> tuple[Array, Array]:  # fmt: skip
+) -> tuple[Array, Array]:
     """Nearest shares u (n,) of pieces (n,) ``within`` (lowest, first, highest) parameters, and offsets of poses."""
     low, at, high = within
     for _ in range(_REFINEMENTS):  # Gauss-Newton

@@ -55,9 +55,16 @@ class Verifier:
     """
 
     def __init__(
-        self, contour: Contour, forward: Forward, limits: Limits, columns: tuple[Column, ...], fmt: SetpointFormat,
-        axis_error_limit: float = math.inf, *, joints_by_axis: bool = False,
-    ) -> None:  # fmt: skip
+        self,
+        contour: Contour,
+        forward: Forward,
+        limits: Limits,
+        columns: tuple[Column, ...],
+        fmt: SetpointFormat,
+        axis_error_limit: float = math.inf,
+        *,
+        joints_by_axis: bool = False,
+    ) -> None:
         reference = build_reference(contour, limits, columns, fmt, by_axis=joints_by_axis)
         self._matcher = RowMatcher(reference, forward, joints_by_axis=joints_by_axis)
         self._lost = False

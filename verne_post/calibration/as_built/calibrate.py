@@ -87,9 +87,17 @@ def calibrate(
     after = predict_errors_after(machine, fit.deviations, fit.factor, poses)
     left, share = _find_largest_left(measurement, fit, scale, poses)
     return Calibration(
-        fit, kept, bad, held, len(scale) - lost.shape[1], tuple(named), left, share,
-        predict_errors_before(measurement.model, fit.deviations, present, poses), after,
-    )  # fmt: skip
+        fit,
+        kept,
+        bad,
+        held,
+        len(scale) - lost.shape[1],
+        tuple(named),
+        left,
+        share,
+        predict_errors_before(measurement.model, fit.deviations, present, poses),
+        after,
+    )
 
 
 def _find_largest_left(

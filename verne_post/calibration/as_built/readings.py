@@ -70,7 +70,10 @@ def read_tool_readings(raw: bytes, machine: Machine, sigma_mm: float, sigma_mrad
         if not (np.isfinite(tip).any() or np.isfinite(axis).any()):
             blank += 1
             continue
-        sigmas = [default if not row.get(name) else number(name) for name, default in zip(SIGMAS, (sigma_mm, sigma_mrad), strict=True)]  # fmt: skip
+        sigmas = [
+            default if not row.get(name) else number(name)
+            for name, default in zip(SIGMAS, (sigma_mm, sigma_mrad), strict=True)
+        ]
         for name, value in zip(SIGMAS, sigmas, strict=True):
             if value <= 0:
                 mistakes.append(

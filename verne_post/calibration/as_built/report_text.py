@@ -52,7 +52,10 @@ def _write_lines(report: CalibrationReport) -> Iterator[str]:
     texts = ", ".join(part for part in parts if not part.startswith("0 "))
     yield f"{report.source}: {texts}; {report.machine.name} ({report.machine.kind})"
     if measurement.stations:
-        yield f"measured from {measurement.stations} unknown place{'s' if measurement.stations > 1 else ''}, estimated too"
+        yield (
+            f"measured from {measurement.stations} unknown place{'s' if measurement.stations > 1 else ''}, estimated "
+            "too"
+        )
     if report.blank:
         yield f"{report.blank} row{'s' if report.blank > 1 else ''} without a measured value: not used"
     for bad in result.bad:
@@ -88,7 +91,10 @@ def _describe_quality(report: CalibrationReport) -> Iterator[str]:
         verdict = "the stated uncertainties and tolerances explain the readings"
         if result.contradicted:
             verdict = "the readings contradict the stated uncertainties, or the machine its tolerances"
-        yield f"chi-square {fit.chi_square:.4g} at {fit.freedom} degrees of freedom, probability {fit.probability:.2g}: {verdict}"
+        yield (
+            f"chi-square {fit.chi_square:.4g} at {fit.freedom} degrees of freedom, probability {fit.probability:.2g}: "
+            f"{verdict}"
+        )
     if held is None:
         yield "too few readings to hold some out: nothing validates the result"
         return
@@ -96,11 +102,9 @@ def _describe_quality(report: CalibrationReport) -> Iterator[str]:
         median, high, worst = (UM * value for value in find_quantiles(held.tip))
         expected = UM * held.expected_tip
         yield (
-            f"each reading predicted from others: tip off by {median:.1f} um median, {high:.1f} um 95 %, "
-            f"{worst:.1f} um at most "
-            f"(root mean square {UM * np.sqrt((held.tip**2).mean()):.1f} um, expected {expected:.1f} um with "
-            "the noise of the reading); "
-            f"probability {held.probability:.2g}"
+            f"each reading predicted from others: tip off by {median:.1f} um median, {high:.1f} um 95 %, {worst:.1f} "
+            f"um at most (root mean square {UM * np.sqrt((held.tip**2).mean()):.1f} um, expected {expected:.1f} um "
+            f"with the noise of the reading); probability {held.probability:.2g}"
         )
     if len(held.axis):
         median, high, worst = (value / MILLI for value in find_quantiles(held.axis))
@@ -109,7 +113,10 @@ def _describe_quality(report: CalibrationReport) -> Iterator[str]:
 
 def _describe_workspace(result: Calibration, stations: int) -> Iterator[str]:
     after = result.after
-    yield f"{'predicted over the workspace':<34}{'tip um: median':>15}{'95 %':>8}{'max':>8}{'axis deg: median':>19}{'95 %':>9}{'max':>9}"
+    yield (
+        f"{'predicted over the workspace':<34}{'tip um: median':>15}{'95 %':>8}{'max':>8}"
+        f"{'axis deg: median':>19}{'95 %':>9}{'max':>9}"
+    )
     for name, errors in (
         ("before, with the file in use", result.before),
         ("after, with the file written", after.errors),
@@ -134,9 +141,8 @@ def _format_axis_error(values: Array) -> str:
 def _open(result: Calibration) -> Iterator[str]:
     count = len(result.undetermined)
     yield (
-        f"{result.determined} of {result.determined + count} directions of the deviations are known "
-        "better than before; "
-        f"the other {count} stay near nominal, which no measured tip minds:"
+        f"{result.determined} of {result.determined + count} directions of the deviations are known better than "
+        f"before; the other {count} stay near nominal, which no measured tip minds:"
     )
     for direction in result.undetermined[:NAMED]:
         large = {name: value for name, value in direction.coefficients.items() if abs(value) >= SHOWN}
@@ -144,7 +150,10 @@ def _open(result: Calibration) -> Iterator[str]:
     if count > NAMED:
         yield f"  and {count - NAMED} wider combinations"
     named = ", ".join(f"{name} {value:+.2f}" for name, value in result.left)
-    yield f"the largest part of the tip error that is left ({100 * result.left_share:.0f} % of its square): {named} (in tolerances)"
+    yield (
+        f"the largest part of the tip error that is left ({100 * result.left_share:.0f} % of its square): {named} (in "
+        "tolerances)"
+    )
 
 
 def _describe_drift(drift: Drift) -> Iterator[str]:

@@ -54,8 +54,15 @@ def study_tolerances(
     tip_rms, axis_rms = (np.sqrt((values**2).mean(axis=0)) for values in (tip, axis))
     order = np.argsort(-tip_rms, kind="stable")
     ranked = tuple(
-        Sensitivity(PARAMETERS[k], bool(angle[k]), float(tolerances[k]), float(tip_rms[k]), float(tip[:, k].max()),
-                    float(axis_rms[k]), float(axis[:, k].max()))
+        Sensitivity(
+            PARAMETERS[k],
+            bool(angle[k]),
+            float(tolerances[k]),
+            float(tip_rms[k]),
+            float(tip[:, k].max()),
+            float(axis_rms[k]),
+            float(axis[:, k].max()),
+        )
         for k in order
-    )  # fmt: skip
+    )
     return ToleranceStudy(ranked, np.sqrt((tip**2).sum(axis=1)), np.sqrt((axis**2).sum(axis=1)))

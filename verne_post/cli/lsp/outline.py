@@ -43,7 +43,8 @@ _WORDS: Final = {
         BLOCK_NUMBER + r"([A-Za-z_]{2}\w*)\s*:(?!=)|^\s*(N\d+)", r"(?:GOTO[FBCS]?|REPEATB?)\s+(\w+)",
     ),
     "heidenhain": _Words(
-        r"^\s*(?:\d+\s+)?LBL\s*\"?([^\s\";]+)", r"LBL\s*0\b", r"CALL\s+LBL\s*\"?([^\s\";]+)|CALL\s+PGM\s*\"?([^\"\n;~]+)",
+        r"^\s*(?:\d+\s+)?LBL\s*\"?([^\s\";]+)", r"LBL\s*0\b",
+        r"CALL\s+LBL\s*\"?([^\s\";]+)|CALL\s+PGM\s*\"?([^\"\n;~]+)",
         tool=r"TOOL\s+CALL\s+(\d+|\"[^\"]+\")", change=r"(TOOL)\s+CALL\s+[\d\"]",
     ),
     "aptcl": _Words(

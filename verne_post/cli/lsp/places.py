@@ -56,6 +56,10 @@ def make_diagnostic(item: Finding, lines: Sequence[str], page: str | None) -> ls
     text = describe(item).removeprefix(f"{item.code} {item.severity}: ").replace(f" (column {item.column})", "")
     tried = "".join(f"\ntried: {remedy}" for remedy in item.remedies)
     return lsp.Diagnostic(
-        range=find_range(item, lines), message=text + tried, severity=_SEVERITY[item.severity], code=item.code, source="verne-post",
+        range=find_range(item, lines),
+        message=text + tried,
+        severity=_SEVERITY[item.severity],
+        code=item.code,
+        source="verne-post",
         code_description=lsp.CodeDescription(page) if page else None,
-    )  # fmt: skip
+    )

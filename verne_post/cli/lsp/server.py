@@ -225,16 +225,26 @@ class Session:
             edits = workspace.workspace_edit if workspace else None
             creates = edits is not None and lsp.ResourceOperationKind.Create in (edits.resource_operations or ())
             actions |= {
-                fix.title: self._make_action(uri if fix.path == found.path else from_fs_path(str(fix.path)) or "", fix, shown, whole=bool(edits and edits.document_changes))
-                for fix in found.fixes[item] if fix.text is not None or creates
-            }  # fmt: skip
+                fix.title: self._make_action(
+                    uri if fix.path == found.path else from_fs_path(str(fix.path)) or "",
+                    fix,
+                    shown,
+                    whole=bool(edits and edits.document_changes),
+                )
+                for fix in found.fixes[item]
+                if fix.text is not None or creates
+            }
         return list(actions.values())
 
     def _make_action(self, uri: str, fix: Fix, diagnostics: list[lsp.Diagnostic], *, whole: bool) -> lsp.CodeAction:
         """An edit as editors apply it; ``whole`` for one that takes documents with their creation."""
         lines = split_lines(fix.text or "")
-        places = [lsp.Position(fix.text[:at].count("\n"), at - fix.text.rfind("\n", 0, at) - 1) if fix.text else lsp.Position(0, 0)
-                  for at in (fix.begin, fix.end)]  # fmt: skip
+        places = [
+            lsp.Position(fix.text[:at].count("\n"), at - fix.text.rfind("\n", 0, at) - 1)
+            if fix.text
+            else lsp.Position(0, 0)
+            for at in (fix.begin, fix.end)
+        ]
         place = self.server.workspace.position_codec.range_to_client_units(lines, lsp.Range(*places))
         change = lsp.TextEdit(place, fix.new)
         edit = lsp.WorkspaceEdit(changes={uri: [change]})

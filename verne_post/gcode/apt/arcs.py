@@ -27,11 +27,33 @@ _FORMS: Final = tuple(
     for parts in (
         ("", _NUMBERS.format("CIRCLE"), ",", "ON", r"(?:,\s*[12]\s*,\s*INTOF\s*)?", ",", _NUMBERS.format("LINE")),
         (
-            "", _NUMBERS.format("CYLNDR"), ",", "ON", ",", r"\(", "PLANE", "/", "PERPTO", ",", r"\(", "PLANE", "/", _POINT, ",", "PERPTO", ",",
-            _VECTOR, r"\)", ",", _POINT, ",", _POINT, r"\)",
+            "",
+            _NUMBERS.format("CYLNDR"),
+            ",",
+            "ON",
+            ",",
+            r"\(",
+            "PLANE",
+            "/",
+            "PERPTO",
+            ",",
+            r"\(",
+            "PLANE",
+            "/",
+            _POINT,
+            ",",
+            "PERPTO",
+            ",",
+            _VECTOR,
+            r"\)",
+            ",",
+            _POINT,
+            ",",
+            _POINT,
+            r"\)",
         ),
     )
-)  # fmt: skip
+)
 
 
 class Circle(Struct, frozen=True):

@@ -10,14 +10,19 @@ from verne_post.gcode.program_error import ProgramError
 
 #: Unit of a feed rate -> feed mode (G94, G95), and whether it is in inches (None: as UNITS).
 FEED_UNITS: Final = {
-    "MMPM": (94, False), "PERMIN": (94, None), "IPM": (94, True), "MMPR": (95, False), "PERREV": (95, None),
+    "MMPM": (94, False),
+    "PERMIN": (94, None),
+    "IPM": (94, True),
+    "MMPR": (95, False),
+    "PERREV": (95, None),
     "IPR": (95, True),
-}  # fmt: skip
+}
 
 
 #: Words of a hole -> what they say.
 _MEANINGS: Final = {
-    "DEPTH": "DEPTH", "FEDTO": "DEPTH", "CLEAR": "CLEAR", "RAPTO": "CLEAR", "STEP": "STEP", "INCR": "STEP", "SUBPECK": "STEP",
+    "DEPTH": "DEPTH", "FEDTO": "DEPTH", "CLEAR": "CLEAR", "RAPTO": "CLEAR", "STEP": "STEP", "INCR": "STEP",
+    "SUBPECK": "STEP",
     "1STPECK": "FIRST", "DWELL": "DWELL", "RETURN": "RETURN", "RTRCTO": "RETURN",
 }  # fmt: skip
 #: Words of a thread besides.

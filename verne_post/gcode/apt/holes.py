@@ -121,8 +121,7 @@ def _find_pitch(to: AptModes, cycle: Cycle, tap: Tap) -> float:
         raise ProgramError(
             "VP005",
             "CYCLE/TAP does not say the pitch of its thread: let it write MMPR, MMPM, TPI or PITCH, or give "
-            f"{tool_name} its pitch in mm "
-            "under [aptcl.pitches] of the settings file",
+            f"{tool_name} its pitch in mm under [aptcl.pitches] of the settings file",
         )
     shown_pitches = ", ".join(f"{pitch:g} mm of {name}" for name, pitch in pitches.items())
     least = min(pitches.values())

@@ -82,8 +82,13 @@ class AptInterpreter(Rs274):
             self.core.auxiliary.orient_spindle(block, block.angle)
         move = block.go
         tap(
-            self.core, block, block.thread, block.heights, lambda height: self.execute(move(height)), (True, self.state.spindle_reversed)
-        )  # fmt: skip
+            self.core,
+            block,
+            block.thread,
+            block.heights,
+            lambda height: self.execute(move(height)),
+            (True, self.state.spindle_reversed),
+        )
 
     def _move_along(self, block: Block, circle: Circle) -> None:
         self.motion.check_feed(block, 10)

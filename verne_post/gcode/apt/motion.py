@@ -149,8 +149,11 @@ def _check_table(to: AptModes, s: Statement) -> None:
     near = VECTOR_LENGTH if any(to.axis[:2]) else _find_half_step(to.axis)
     if to.table_has_turned and (table_axis is None or _differ(table_axis, to.tool_axis, near)):
         shown_axis = "not known without a machine" if stands is None else ", ".join(f"{value:.6f}" for value in stands)
-        raise ProgramError("VP017", f"{s.major} after ROTABL with another tool axis than that of the table ({shown_axis}): "
-            "give the axis in the coordinates of the part")  # fmt: skip
+        raise ProgramError(
+            "VP017",
+            f"{s.major} after ROTABL with another tool axis than that of the table ({shown_axis}): "
+            "give the axis in the coordinates of the part",
+        )
     same = table_axis is not None and not _differ(table_axis, to.tool_axis, _find_half_step(to.axis))
     to.table_has_turned, to.state.modes.vectors = False, not same
 

@@ -32,9 +32,14 @@ def execute_points(points: Points, row: int, last: int, modes: AptModes, interpr
     if n < plain.MIN_LINES:
         return row
     words = WordTable(
-        points.line + row, b"", n, np.tile(_LETTERS, n), np.hstack([places[row : row + n], vectors[:n]]).ravel(),
-        np.repeat(np.arange(n), len(_LETTERS)), np.ones(n, dtype=bool),
-    )  # fmt: skip
+        points.line + row,
+        b"",
+        n,
+        np.tile(_LETTERS, n),
+        np.hstack([places[row : row + n], vectors[:n]]).ravel(),
+        np.repeat(np.arange(n), len(_LETTERS)),
+        np.ones(n, dtype=bool),
+    )
     lines = plain.PlainLines(words, interpreter.setup, bare_codes=False, others="IJK")
     view = interpreter.view_plain_lines(has_vector=True)
     if view is None or not plain.is_ready(state, view, lines, 0):
@@ -57,7 +62,12 @@ def _is_plain(modes: AptModes, interpreter: Rs274) -> bool:
     """True where GOTO is nothing but a straight move at feed rate, with its tool axis."""
     state = interpreter.state
     return (
-        not modes.rapid and modes.circle is None and modes.cycle is None and modes.map.is_identity
+        not modes.rapid
+        and modes.circle is None
+        and modes.cycle is None
+        and modes.map.is_identity
         and modes.last_arc is None
-        and interpreter.modes.vectors and interpreter.modes.motion == 10 and False not in state.known_axes
-    )  # fmt: skip
+        and interpreter.modes.vectors
+        and interpreter.modes.motion == 10
+        and False not in state.known_axes
+    )

@@ -67,8 +67,9 @@ def set_system(to: AptModes, s: Statement) -> Iterator[Block]:
     if not new_system.is_identity and to.keys.msys != "one clamping":
         raise ProgramError(
             "VP017",
-            "MSYS moves the system of the points, and it is not known whether the part is clamped again; write one file for each clamping. If there is one clamping, and the work offset is that of the first MSYS, give msys "
-            '= "one clamping" under [aptcl] of the settings file',
+            "MSYS moves the system of the points, and it is not known whether the part is clamped again; write one "
+            "file for each clamping. If there is one clamping, and the work offset is that of the first MSYS, give "
+            'msys = "one clamping" under [aptcl] of the settings file',
         )
     if new_system != to.system:
         to.system, to.axis_is_old = new_system, True

@@ -5,13 +5,37 @@ from typing import Final
 
 #: Names of the part, remarks of the CAM system, and how closely it computed its points.
 REMARKS: Final = (
-    "PARTNO", "MACHIN", "REMARK", "INTOL", "OUTTOL", "TOLER", "LINTOL", "CUTTER", "SEQNO", "LEADER", "DISPLY",
-)  # fmt: skip
+    "PARTNO",
+    "MACHIN",
+    "REMARK",
+    "INTOL",
+    "OUTTOL",
+    "TOLER",
+    "LINTOL",
+    "CUTTER",
+    "SEQNO",
+    "LEADER",
+    "DISPLY",
+)
 #: What is for the display of a CAM system or for a post-processor: `dump moves` shows each word once as without effect.
 WITHOUT_EFFECT: Final = (
-    "PAINT", "TLDATA", "CAMERA", "PPWORD", "TPRINT", "AUTOPS", "PSIS", "SETUP", "CSI_SET_FLUTE_LENGTH",
-    "CSI_SET_EXTENSION_LENGTH", "SELCTL", "REWIND", "ISN", "CLPRNT", "NOPOST", "FLUSH",
-)  # fmt: skip
+    "PAINT",
+    "TLDATA",
+    "CAMERA",
+    "PPWORD",
+    "TPRINT",
+    "AUTOPS",
+    "PSIS",
+    "SETUP",
+    "CSI_SET_FLUTE_LENGTH",
+    "CSI_SET_EXTENSION_LENGTH",
+    "SELCTL",
+    "REWIND",
+    "ISN",
+    "CLPRNT",
+    "NOPOST",
+    "FLUSH",
+)
 #: Descriptions of tools leave words out between two commas.
 MAY_HAVE_GAPS: Final = frozenset((*REMARKS, *WITHOUT_EFFECT, "TOOLNO"))
 
@@ -25,7 +49,8 @@ _AXES: Final = "it moves single axes of one machine; write GOTO with the tool ax
 _PROBE: Final = "probing is not executed; leave the operation out"
 #: Statement -> why it is not executed, and what would be right.
 REFUSED_WORDS: Final[Mapping[str, str]] = {
-    **dict.fromkeys(("NURBS", "KNOT", "CNTRL", "SPLINE"), _SPLINE), **dict.fromkeys(("THREAD", "TURRET", "CHUCK", "SWITCH"), _LATHE),
+    **dict.fromkeys(("NURBS", "KNOT", "CNTRL", "SPLINE"), _SPLINE),
+    **dict.fromkeys(("THREAD", "TURRET", "CHUCK", "SWITCH"), _LATHE),
     **dict.fromkeys(("RETRCT", "CLEARP", "CLRSRF"), _PLANE), **dict.fromkeys(("PREFUN", "PPFUN", "LETTER"), _RAW),
     **dict.fromkeys(("ROTHED", "ROTATE", "MOVETO"), _AXES), **dict.fromkeys(("PROBE", "DMIS"), _PROBE),
     "COPY": "copies of a path are not executed; let the CAM system write every path, or use DEFSUB, CALSUB and TRACUT",

@@ -16,7 +16,8 @@ from verne_post.gcode.setup import Setup
 from verne_post.model.control_keys import AptKeys, read_keys
 
 _HEADER: Final = re.compile(
-    rb"\s*(?:\$\$[^\n]*\n\s*)*(?:PARTNO|MACHIN\s*/|UNITS?\s*/|MULTAX|FROM\s*/|LOADTL\s*/|TOOL[ \t]+PATH\s*/|TLDATA\s*/|MSYS\s*/|PPRINT)",
+    rb"\s*(?:\$\$[^\n]*\n\s*)*(?:PARTNO|MACHIN\s*/|UNITS?\s*/|MULTAX|FROM\s*/|LOADTL\s*/|TOOL[ \t]+PATH\s*/|TLDATA\s*/"
+    rb"|MSYS\s*/|PPRINT)",
     re.IGNORECASE,
 )
 

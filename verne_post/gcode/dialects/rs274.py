@@ -82,14 +82,23 @@ class Grbl(Rs274):
     def read(self, text: str, line: int) -> Block:
         """Read a line; lines with $ are commands to the controller."""
         if (begin := text.lstrip()).startswith("$"):
-            raise ProgramError("VP002", f"{begin.split()[0][:12]} is a command to grbl, such as $H for homing, and no block of a program; take it out", len(text) - len(begin) + 1)  # fmt: skip
+            raise ProgramError(
+                "VP002",
+                f"{begin.split()[0][:12]} is a command to grbl, such as $H for homing, and no block of a program; "
+                "take it out",
+                len(text) - len(begin) + 1,
+            )
         return super().read(text, line)
 
 
 #: By the key ``flavour``.
 FLAVOURS: Final[Mapping[str, type[Rs274]]] = {
-    "": Rs274, "linuxcnc": Rs274, "pathpilot": PathPilot, "mach3": Mach3, "grbl": Grbl,
-}  # fmt: skip
+    "": Rs274,
+    "linuxcnc": Rs274,
+    "pathpilot": PathPilot,
+    "mach3": Mach3,
+    "grbl": Grbl,
+}
 
 
 def _read_keys(setup: Setup) -> Rs274Keys:

@@ -64,8 +64,10 @@ class KlartextContour:
             raise ProgramError("VP009", "a feed rate per turn (FU, M136) needs a turning spindle; give S and M3")
         if lacking == "tool length":
             raise ProgramError(
-                "VP012", "no tool before the first feed move; write TOOL CALL with --tool-table or TOOL DEF, or use --tool-length MM"
-            )  # fmt: skip
+                "VP012",
+                "no tool before the first feed move; write TOOL CALL with --tool-table or TOOL DEF, or use "
+                "--tool-length MM",
+            )
 
     def _record_element(self, element: Element) -> None:
         if self.modes.tcp is False and any(axis < 3 for axis in element.axes):

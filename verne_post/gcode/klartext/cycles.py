@@ -80,8 +80,10 @@ class KlartextCycles:
     def _check_hole(self, number: int, q: _Q) -> None:
         if (tool := self.core.find_tilted_tool()) is not None:
             raise ProgramError(
-                "VP017", f"cycle {number} drills along Z, but {tool}: it would be dragged sideways; position the rotary axes first (PLANE ... MOVE or TURN)",
-            )  # fmt: skip
+                "VP017",
+                f"cycle {number} drills along Z, but {tool}: it would be dragged sideways; position the rotary axes "
+                "first (PLANE ... MOVE or TURN)",
+            )
         for name in (Q.CLEARANCE, Q.SECOND_CLEARANCE, Q.UPPER_STOP, Q.LOWER_STOP):
             if q.get(name, 0.0) < 0:
                 raise ProgramError("VP007", f"Q{name}={q[name]:g}: a distance is not negative")
@@ -311,7 +313,8 @@ class KlartextCycles:
         ):
             raise ProgramError(
                 "VP007",
-                f"rigid tapping needs the speed S, Q239 other than 0, Q257 and Q256 not below 0, and Q403 up to {_MOST_FASTER}",
+                "rigid tapping needs the speed S, Q239 other than 0, Q257 and Q256 not below 0, and Q403 up to "
+                f"{_MOST_FASTER}",
             )
         clear, surface = self._start_height(q)
         before = self.state.spindle_on, self.state.spindle_reversed
@@ -429,7 +432,8 @@ class KlartextCycles:
         if q[Q.BY_DIAMETER]:
             raise ProgramError(
                 "VP002",
-                "cycle 240 with Q343=1 is not executed: the angle of the tool's point is not known; give the depth, Q343=0",
+                "cycle 240 with Q343=1 is not executed: the angle of the tool's point is not known; give the depth, "
+                "Q343=0",
             )
         clear, surface = self._start_height(q)
         self._finish_hole({**q, Q.RETRACT_FEED: FMAX_VALUE}, clear, surface + q[Q.DEPTH])
@@ -437,9 +441,11 @@ class KlartextCycles:
 
 #: Moves of each machining cycle.
 HOLES: Final[Mapping[int, Callable[[KlartextCycles, _Q], None]]] = {
-    200: KlartextCycles._drill, 201: KlartextCycles._ream, 202: KlartextCycles._bore, 203: KlartextCycles._drill_universal,
+    200: KlartextCycles._drill, 201: KlartextCycles._ream, 202: KlartextCycles._bore,
+    203: KlartextCycles._drill_universal,
     204: KlartextCycles._bore_back, 205: KlartextCycles._drill_universal_pecks, 206: KlartextCycles._tap,
-    207: KlartextCycles._tap_rigidly, 208: KlartextCycles._mill_bore, 209: KlartextCycles._tap_rigidly, 240: KlartextCycles._drill_center,
+    207: KlartextCycles._tap_rigidly, 208: KlartextCycles._mill_bore, 209: KlartextCycles._tap_rigidly,
+    240: KlartextCycles._drill_center,
     241: KlartextCycles._drill_single_lip,
 }  # fmt: skip
 

@@ -44,12 +44,23 @@ def _make_arc_function(function: Callable[[float], float]) -> Callable[[float], 
 
 
 _FUNCTIONS: Final[dict[str, Callable[[float], float]]] = {
-    "SIN": lambda x: math.sin(math.radians(x)), "COS": lambda x: math.cos(math.radians(x)),
-    "TAN": lambda x: math.tan(math.radians(x)), "ASIN": _make_arc_function(math.asin), "ACOS": _make_arc_function(math.acos),
-    "ATAN": lambda x: math.degrees(math.atan(x)), "SQ": lambda x: x * x, "SQRT": _take_square_root, "ABS": abs,
-    "INT": lambda x: float(math.trunc(x)), "FRAC": lambda x: x - math.trunc(x), "NEG": lambda x: -x, "LN": _take_logarithm,
-    "LOG": lambda x: _take_logarithm(x) / math.log(10.0), "EXP": math.exp, "SGN": lambda x: float((x > 0) - (x < 0)),
-}  # fmt: skip
+    "SIN": lambda x: math.sin(math.radians(x)),
+    "COS": lambda x: math.cos(math.radians(x)),
+    "TAN": lambda x: math.tan(math.radians(x)),
+    "ASIN": _make_arc_function(math.asin),
+    "ACOS": _make_arc_function(math.acos),
+    "ATAN": lambda x: math.degrees(math.atan(x)),
+    "SQ": lambda x: x * x,
+    "SQRT": _take_square_root,
+    "ABS": abs,
+    "INT": lambda x: float(math.trunc(x)),
+    "FRAC": lambda x: x - math.trunc(x),
+    "NEG": lambda x: -x,
+    "LN": _take_logarithm,
+    "LOG": lambda x: _take_logarithm(x) / math.log(10.0),
+    "EXP": math.exp,
+    "SGN": lambda x: float((x > 0) - (x < 0)),
+}
 
 
 def read_value(text: str, numbers: Numbers) -> float:
@@ -188,10 +199,14 @@ def combine(function: int, first: float, second: float) -> float:
     if function == 13:
         return math.degrees(math.atan2(first, second)) % _FULL_TURN
     return {
-        1: lambda: first + second, 2: lambda: first - second, 3: lambda: first * second, 4: lambda: first / second,
-        6: lambda: math.sin(math.radians(first)), 7: lambda: math.cos(math.radians(first)),
+        1: lambda: first + second,
+        2: lambda: first - second,
+        3: lambda: first * second,
+        4: lambda: first / second,
+        6: lambda: math.sin(math.radians(first)),
+        7: lambda: math.cos(math.radians(first)),
         8: lambda: math.hypot(first, second),
-    }[function]()  # fmt: skip
+    }[function]()
 
 
 def holds(relation: str, first: float, second: float) -> bool:

@@ -63,7 +63,11 @@ class KlartextFrames:
     def _refuse_after_side(self, what: str) -> None:
         """Refuse ``what`` after R0 until a move in the plane: whether the tool leaves its side there is open."""
         if self.state.compensation is None and self.state.centre is not None:
-            raise ProgramError("VP017", f"{what} after R0, while the tool is beside the contour: controls differ in whether it then goes onto the contour; move in X and Y first, or write DEP instead of R0")  # fmt: skip
+            raise ProgramError(
+                "VP017",
+                f"{what} after R0, while the tool is beside the contour: controls differ in whether it then goes onto "
+                "the contour; move in X and Y first, or write DEP instead of R0",
+            )
 
     # --- coordinates ---------------------------------------------------------------------------------
 
@@ -107,9 +111,10 @@ class KlartextFrames:
             return
         if self.core.find_tilted_tool() is not None:
             raise ProgramError(
-                "VP017", f"{what} in a tilted plane that the tool is not normal to; position the rotary axes first "
+                "VP017",
+                f"{what} in a tilted plane that the tool is not normal to; position the rotary axes first "
                 "(PLANE ... MOVE or TURN, or L A+Q120 C+Q122)",
-            )  # fmt: skip
+            )
 
     # --- motion of machine axes ----------------------------------------------------------------------------
 

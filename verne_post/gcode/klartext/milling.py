@@ -176,10 +176,20 @@ class KlartextMilling:
         if radius <= 0:
             raise ProgramError("VP012", "milling cycles need the radius of the tool, and it is 0")
         return Milling(
-            radius, clear, levels, bottom, radius * q.get(Q.OVERLAP, 1.0), sense, side,
-            walls=list_levels(top, bottom, q.get(Q.FINISHING_INFEED, 0.0) * unit) if fine and side else (), floor=bool(fine and floor),
-            entry=_ENTRIES[q.get(Q.PLUNGING, 0.0)], slope=math.tan(math.radians(self.keys.plunge_angle)), helix=radius, near=q[Q.CLEARANCE] * unit,
-        )  # fmt: skip
+            radius,
+            clear,
+            levels,
+            bottom,
+            radius * q.get(Q.OVERLAP, 1.0),
+            sense,
+            side,
+            walls=list_levels(top, bottom, q.get(Q.FINISHING_INFEED, 0.0) * unit) if fine and side else (),
+            floor=bool(fine and floor),
+            entry=_ENTRIES[q.get(Q.PLUNGING, 0.0)],
+            slope=math.tan(math.radians(self.keys.plunge_angle)),
+            helix=radius,
+            near=q[Q.CLEARANCE] * unit,
+        )
 
     # --- cycles -------------------------------------------------------------------------------------------
 
@@ -204,7 +214,8 @@ class KlartextMilling:
         if length < width:
             raise ProgramError(
                 "VP007",
-                f"cycle 253: the slot is {q[Q.LENGTH]:g} long and {q[Q.WIDTH]:g} wide; its length Q218 is no less than its width",
+                f"cycle 253: the slot is {q[Q.LENGTH]:g} long and {q[Q.WIDTH]:g} wide; its length Q218 is no less "
+                "than its width",
             )
         shift = {
             0.0: 0.0,
@@ -283,8 +294,10 @@ class KlartextMilling:
             )
         if q[Q.REFERENCE] not in (0.0, 1.0):
             raise ProgramError(
-                "VP007", f"cycle 258: Q573={q[Q.REFERENCE]:g}: Q571 is the inscribed circle (0) or the one through the corners (1)"
-            )  # fmt: skip
+                "VP007",
+                f"cycle 258: Q573={q[Q.REFERENCE]:g}: Q571 is the inscribed circle (0) or the one through the corners "
+                "(1)",
+            )
         blank, reference, corner = (
             q[name] * self.frames.unit for name in (Q.BLANK_DIAMETER, Q.REFERENCE_DIAMETER, Q.CORNER)
         )
@@ -365,14 +378,21 @@ class KlartextMilling:
 def _check_corner(shape: _Shape) -> _Shape:
     if shape.corner > shape.inradius + ZERO_LENGTH_MM:
         raise MillingError(
-            f"the corner radius {shape.corner:g} mm is more than that of the largest circle inside, {shape.inradius:g} mm"
+            f"the corner radius {shape.corner:g} mm is more than that of the largest circle inside, {shape.inradius:g} "
+            "mm"
         )
     return shape
 
 
 #: Strokes of each milling cycle, one iterator for each of its pockets.
 CYCLES: Final[Mapping[int, Callable[[KlartextMilling, _Q], Iterator[Iterator[Stroke]]]]] = {
-    232: KlartextMilling._mill_face, 233: KlartextMilling._mill_face, 251: KlartextMilling._mill_pocket, 252: KlartextMilling._mill_round_pocket,
-    253: KlartextMilling._mill_slot, 254: KlartextMilling._mill_curved_slots, 256: KlartextMilling._mill_stud, 257: KlartextMilling._mill_round_stud,
+    232: KlartextMilling._mill_face,
+    233: KlartextMilling._mill_face,
+    251: KlartextMilling._mill_pocket,
+    252: KlartextMilling._mill_round_pocket,
+    253: KlartextMilling._mill_slot,
+    254: KlartextMilling._mill_curved_slots,
+    256: KlartextMilling._mill_stud,
+    257: KlartextMilling._mill_round_stud,
     258: KlartextMilling._mill_polygon,
-}  # fmt: skip
+}

@@ -274,7 +274,12 @@ class KlartextPaths:
 
 #: What makes the element of a path function.
 BUILDERS: Final[Mapping[str, _Builder]] = {
-    "L": KlartextPaths._move_straight, "LN": KlartextPaths._move_straight, "LP": KlartextPaths._move_on_polar_line, "C": KlartextPaths._move_on_circle,
-    "CP": KlartextPaths._move_on_polar_circle, "CR": KlartextPaths._move_on_radius_circle, "CT": KlartextPaths._move_on_tangent_circle,
+    "L": KlartextPaths._move_straight,
+    "LN": KlartextPaths._move_straight,
+    "LP": KlartextPaths._move_on_polar_line,
+    "C": KlartextPaths._move_on_circle,
+    "CP": KlartextPaths._move_on_polar_circle,
+    "CR": KlartextPaths._move_on_radius_circle,
+    "CT": KlartextPaths._move_on_tangent_circle,
     "CTP": KlartextPaths._move_on_polar_tangent_circle,
-}  # fmt: skip
+}

@@ -120,7 +120,8 @@ class KlartextPatterns:
                 shown_text = text[at:].strip()[:20]
                 raise statement.error(
                     "VP002",
-                    f"PATTERN DEF {shown_text} is not executed; expected POS, ROW, PAT, CIRC or PITCHCIRC and values in brackets",
+                    f"PATTERN DEF {shown_text} is not executed; expected POS, ROW, PAT, CIRC or PITCHCIRC and values "
+                    "in brackets",
                 )
             places += self._place_items(statement, match.group(1), match.group(3))
             at = match.end()
@@ -171,7 +172,11 @@ class KlartextPatterns:
             raise ProgramError("VP017", "a cycle call needs a machining cycle; write CYCL DEF first")
         for name, value in self.assigned_values.items():
             if not self.q.has(f"Q{name}", value):
-                raise ProgramError("VP017", f"Q{name} has been changed since CYCL DEF {self.cycle.number}; controls differ in whether a call takes the new value; write CYCL DEF again")  # fmt: skip
+                raise ProgramError(
+                    "VP017",
+                    f"Q{name} has been changed since CYCL DEF {self.cycle.number}; controls differ in whether a call "
+                    "takes the new value; write CYCL DEF again",
+                )
         q = self.cycle.q if not z else {**self.cycle.q, Q.SURFACE: self.cycle.q[Q.SURFACE] + z}
         self.cycles.run_cycle(self.cycle.number, q)
 

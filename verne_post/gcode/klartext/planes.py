@@ -26,8 +26,9 @@ from verne_post.model.moves import AXES, MoveKind
 #: Two motions of the rotary axes that differ by less (degrees) are equally long.
 _SAME_MOTION: Final = 1e-6
 _WORD: Final = re.compile(
-    rf"[ \t]*(?:(?P<flag>MOVE|TURN|STAY|FMAX|F[ \t]+MAX|MB[ \t]*MAX|SEQ[ \t]*[+-]|SYM[ \t]*[+-]|(?:TABLE|COORD)[ \t]+ROT)(?![A-Z0-9])"
-    rf"|(?P<name>SPA|SPB|SPC|EULPR|EULNU|EULROT|BX|BY|BZ|NX|NY|NZ|P[123][XYZ]|DIST|ABST|SET-?UP|MB|I?[ABC]|F)[ \t]*(?P<value>{VALUE}))"
+    r"[ \t]*(?:(?P<flag>MOVE|TURN|STAY|FMAX|F[ \t]+MAX|MB[ \t]*MAX|SEQ[ \t]*[+-]|SYM[ \t]*[+-]|(?:TABLE|COORD)[ "
+    r"\t]+ROT)(?![A-Z0-9])|(?P<name>SPA|SPB|SPC|EULPR|EULNU|EULROT|BX|BY|BZ|NX|NY|NZ|P[123][XYZ]|DIST|ABST|SET-?UP|MB"
+    rf"|I?[ABC]|F)[ \t]*(?P<value>{VALUE}))"
 )
 _KIND: Final = re.compile(rf"[ \t]*({'|'.join(PLANES)}|RELATIVE|PROJECTED)(?![A-Z])")
 
@@ -96,8 +97,10 @@ class KlartextPlanes:
             and words.kind not in ("RELATIV", "RELATIVE")
         ):
             raise statement.error(
-                "VP017", "a new plane while a datum shift, mirror image, rotation or scaling of the plane before holds; reset it first",
-            )  # fmt: skip
+                "VP017",
+                "a new plane while a datum shift, mirror image, rotation or scaling of the plane before holds; reset "
+                "it first",
+            )
         if angles is None:
             normal = self._find_normal(tilt) if tilt is not None else np.array([0.0, 0.0, 1.0])
             angles = self._choose_angles(normal, sense, tilt if table else None, tip_stays=move == "MOVE")
@@ -175,7 +178,8 @@ class KlartextPlanes:
             if self.maps.inner.order and self.maps.tilt is not None:
                 raise statement.error(
                     "VP017",
-                    "PLANE RELATIV while a datum shift, mirror image, rotation or scaling holds in the plane; reset it first",
+                    "PLANE RELATIV while a datum shift, mirror image, rotation or scaling holds in the plane; reset "
+                    "it first",
                 )
             tilt = step if self.maps.tilt is None else self.maps.tilt @ step
         if tilt is None:
@@ -187,7 +191,8 @@ class KlartextPlanes:
         if self.setup.coordinates.head:
             raise statement.error(
                 "VP017",
-                "PLANE AXIAL is not executed on a machine whose tool turns; give the plane by angles, points or vectors",
+                "PLANE AXIAL is not executed on a machine whose tool turns; give the plane by angles, points or "
+                "vectors",
             )
         program, rotary = list(self.state.position), self.setup.rotary
         given = False
@@ -232,7 +237,8 @@ class KlartextPlanes:
         if sense is not None and (pair := coordinates.nutation) is not None and pair.home:
             raise ProgramError(
                 "VP017",
-                f"{sense}: the two positions of this nutating pair do not lie on both sides of {AXES[tilt]} 0; leave it out",
+                f"{sense}: the two positions of this nutating pair do not lie on both sides of {AXES[tilt]} 0; leave "
+                "it out",
             )
         here = [float(v) for v in coordinates.map_to_program(self.frames.find_machine_position(), base)]
         positions = find_positions(self.setup, here, normal, base, tip_stays=tip_stays)
@@ -255,7 +261,8 @@ class KlartextPlanes:
             way = "" if other.beyond else f"; {self._name_angles(other)} is legal: leave out {sense}"
             raise ProgramError(
                 "VP102" if AXES[tilt] in chosen_position.beyond else "VP103",
-                f"{sense} needs {self._name_angles(chosen_position)}, where {' and '.join(chosen_position.beyond)} is beyond the travel{way}",
+                f"{sense} needs {self._name_angles(chosen_position)}, where {' and '.join(chosen_position.beyond)} is "
+                f"beyond the travel{way}",
             )
         return self._take_angles(chosen_position.program)
 
@@ -318,8 +325,11 @@ class KlartextPlanes:
         maps = self.maps
         if tilt is None and maps.tilt is not None and maps.inner.order:
             if maps.outer.order:
-                raise ProgramError("VP017", "PLANE RESET while datum shifts, mirror images, rotations or scalings hold inside and outside the plane; "
-                    "reset those of the plane first")  # fmt: skip
+                raise ProgramError(
+                    "VP017",
+                    "PLANE RESET while datum shifts, mirror images, rotations or scalings hold inside and outside the "
+                    "plane; reset those of the plane first",
+                )
             maps.outer, maps.inner = maps.inner, maps.outer
         maps.tilt = tilt
         self.frames.refresh_frame()
@@ -367,7 +377,11 @@ class KlartextPlanes:
         self.core.refuse_compensation("CYCL DEF 19")
         tilt = None if angles is None or not any(angles) else transformations.build_spatial_plane(*angles)
         if tilt is not None and self.maps.tilt is not None and self.maps.inner.order:
-            raise ProgramError("VP017", "cycle 19 while a datum shift, mirror image, rotation or scaling of the plane before holds; reset it first")  # fmt: skip
+            raise ProgramError(
+                "VP017",
+                "cycle 19 while a datum shift, mirror image, rotation or scaling of the plane before holds; reset it "
+                "first",
+            )
         normal = self._find_normal(tilt) if tilt is not None else np.array([0.0, 0.0, 1.0])
         chosen_angles = self._choose_angles(normal, None, None, tip_stays=move is not None)
         if statement is None or move is None:

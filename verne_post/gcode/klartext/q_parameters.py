@@ -14,10 +14,12 @@ from verne_post.gcode.program_error import ProgramError
 _ASSIGNMENT: Final = re.compile(r"(Q[LRS]?)[ \t]*(\d+)[ \t]*=")
 _OPERATORS: Final = {1: r"\+", 2: "-", 3: r"\*", 4: "/|DIV", 5: "SQRT", 6: "SIN", 7: "COS", 8: "LEN", 13: "ANG"}
 _JUMP: Final = re.compile(
-    rf"IF[ \t]+({VALUE})[ \t]+(EQU|NE|GT|LT)[ \t]+({VALUE})[ \t]+GOTO[ \t]+LBL[ \t]*(?:\"([^\"]*)\"|(\d+)|(QS\d+))[ \t]*$"
+    rf"IF[ \t]+({VALUE})[ \t]+(EQU|NE|GT|LT)[ \t]+({VALUE})[ \t]+GOTO[ \t]+LBL[ \t]*(?:\"([^\"]*)\"|(\d+)|(QS\d+))[ "
+    r"\t]*$"
 )
 _DEFINITION_TEST: Final = re.compile(
-    r"IF[ \t]+(Q[LRS]?\d+)[ \t]+IS[ \t]+(UNDEFINED|DEFINED)[ \t]+GOTO[ \t]+LBL[ \t]*(?:\"([^\"]*)\"|(\d+)|(QS\d+))[ \t]*$"
+    r"IF[ \t]+(Q[LRS]?\d+)[ \t]+IS[ \t]+(UNDEFINED|DEFINED)[ \t]+GOTO[ \t]+LBL[ \t]*(?:\"([^\"]*)\"|(\d+)|(QS\d+))[ "
+    r"\t]*$"
 )
 _RELATIONS: Final = {9: "EQU", 10: "NE", 11: "GT", 12: "LT"}
 _STRING_PART: Final = re.compile(

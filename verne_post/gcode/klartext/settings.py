@@ -91,8 +91,10 @@ class KlartextSettings:
                 continue
             if outside:
                 raise statement.error(
-                    "VP017", "a datum shift in a tilted plane while one from before the plane holds: controls differ in which of them it would change; write PLANE RESET first",
-                )  # fmt: skip
+                    "VP017",
+                    "a datum shift in a tilted plane while one from before the plane holds: controls differ in which "
+                    "of them it would change; write PLANE RESET first",
+                )
             shift[axis] = value + (shift[axis] if step else 0.0)
         layer.shift = (shift[0], shift[1], shift[2])
         layer.set("shift", active=any(shift))
@@ -126,8 +128,8 @@ class KlartextSettings:
             known_rows = f"rows {', '.join(self.keys.datums)}" if self.keys.datums else "none"
             raise statement.error(
                 "VP002",
-                f'#{number:g} is a row of a datum table, and the set-up has {known_rows}; give it as "{number:g}" = [X, Y, Z] in mm under '
-                "[heidenhain.datums] of the settings file, or write the shift",
+                f'#{number:g} is a row of a datum table, and the set-up has {known_rows}; give it as "{number:g}" = '
+                "[X, Y, Z] in mm under [heidenhain.datums] of the settings file, or write the shift",
             )
         return {axis: (False, float(value)) for axis, value in enumerate(row)}
 
@@ -136,9 +138,12 @@ class KlartextSettings:
         match = _TABLE.fullmatch(statement.rest)
         if match is None or not self.keys.datums or self.table not in (None, match.group(1)):
             raise statement.error(
-                "VP002", "SEL TABLE selects a datum table by its name in quotes; the set-up may have one table, under [heidenhain.datums] of the "
-                "settings file, and a program that selects several is refused: write the shifts", 0,
-            )  # fmt: skip
+                "VP002",
+                "SEL TABLE selects a datum table by its name in quotes; the set-up may have one table, under "
+                "[heidenhain.datums] of the settings file, and a program that selects several is refused: write the "
+                "shifts",
+                0,
+            )
         self.table = match.group(1)
 
     def _end_outer_shift(self, axis: int) -> None:
@@ -233,7 +238,8 @@ class KlartextSettings:
         if not (feeds and distances):
             raise statement.error(
                 "VP005",
-                "cycle 19 positions the rotary axes (cycle_19 of the settings file), and needs F and the set-up clearance",
+                "cycle 19 positions the rotary axes (cycle_19 of the settings file), and needs F and the set-up "
+                "clearance",
             )
         move = PlaneWords("SPATIAL", {"DIST": read_value(distances[0], self.q)}, ["FMAX"] if feeds[0] == "MAX" else [])
         if feeds[0] != "MAX":

@@ -17,11 +17,20 @@ from verne_post.gcode.words import split_words
 _NUMBER: Final = re.compile(r"[ \t]*(/)?[ \t]*(\d+)?[ \t]*(/)?[ \t]*(?:DECLARE[ \t]+STRING[ \t]+(?=QS))?")
 _KEYWORD: Final = re.compile(
     "|".join(
-        re.escape(word).replace(r"\ ", r"[ \t]+") + ("" if len(word) == 1 and word != "C" else r"(?![A-Z])" if word in ("CYCL DEF", "TOOL CALL", "TOOL DEF") else r"(?![A-Z0-9])")
-        for word in sorted(STATEMENTS, key=len, reverse=True) if word not in (*"LCMQFS", "FN", "QL", "QR", "QS")
+        re.escape(word).replace(r"\ ", r"[ \t]+")
+        + (
+            ""
+            if len(word) == 1 and word != "C"
+            else r"(?![A-Z])"
+            if word in ("CYCL DEF", "TOOL CALL", "TOOL DEF")
+            else r"(?![A-Z0-9])"
+        )
+        for word in sorted(STATEMENTS, key=len, reverse=True)
+        if word not in (*"LCMQFS", "FN", "QL", "QR", "QS")
     )
-    + r"|FN(?=[ \t]*\d)|[LC](?=[ \t]|$)|[LC](?=I?[XYZABCUVW][ \t]*[+\-0-9.,Q])|Q[LRS]?(?=[ \t]*\d)|M(?=[ \t]*\d)|F(?=[ \t]*(?:[\d.,Q]|MAX|AUTO)|[UZ][ \t]*[\d.,Q])|S(?=[ \t]*[\d.,Q])"
-)  # fmt: skip
+    + r"|FN(?=[ \t]*\d)|[LC](?=[ \t]|$)|[LC](?=I?[XYZABCUVW][ \t]*[+\-0-9.,Q])|Q[LRS]?(?=[ \t]*\d)"
+    r"|M(?=[ \t]*\d)|F(?=[ \t]*(?:[\d.,Q]|MAX|AUTO)|[UZ][ \t]*[\d.,Q])|S(?=[ \t]*[\d.,Q])"
+)
 #: A line that goes on with parameters of the cycle defined above it, where the tilde is left out. A cycle line that has
 #: some itself is complete, and what follows it may be an assignment.
 _CYCLE_PARAMETER: Final = re.compile(r"[ \t]*Q\d+[ \t]*=")

@@ -72,7 +72,11 @@ class KlartextThreads:
             return
         radius, height = q[Q.FRONT_OFFSET] * self.frames.unit, self.frames.find_height(q[Q.SURFACE] + q[Q.FRONT_DEPTH])
         if radius <= ZERO_LENGTH_MM or abs(radius - thread.away) <= ZERO_LENGTH_MM:
-            raise ProgramError("VP007", f"cycle {number}: Q359={q[Q.FRONT_OFFSET]:g}: the tool's middle goes round the axis at this distance; it is greater than 0, and not that of the place where the tool goes down")  # fmt: skip
+            raise ProgramError(
+                "VP007",
+                f"cycle {number}: Q359={q[Q.FRONT_OFFSET]:g}: the tool's middle goes round the axis at this distance; "
+                "it is greater than 0, and not that of the place where the tool goes down",
+            )
         yield Stroke((thread.away, 0.0), height, "sink" if number == 265 and not q[Q.SINKS_AFTER] else "plunge")
         yield from mill_countersink(radius, thread.away, height, thread.sense)
 
@@ -94,10 +98,20 @@ class KlartextThreads:
             if q.get(name, 0.0) > 0:
                 refuse(name, "a depth is negative, below Q203")
         if number == 263 and q[Q.SINKING_DEPTH]:
-            refuse(Q.SINKING_DEPTH, "countersinking with the flank is not executed: no manual gives the radius of its circle; write Q356=0, and Q358 and Q359 for the front", "VP002")  # fmt: skip
+            refuse(
+                Q.SINKING_DEPTH,
+                "countersinking with the flank is not executed: no manual gives the radius of its circle; write "
+                "Q356=0, and Q358 and Q359 for the front",
+                "VP002",
+            )
         if number == 264:
             if q[Q.FRONT_DEPTH]:
-                refuse(Q.FRONT_DEPTH, "countersinking is not executed: the cycle has no feed rate for it; write Q358=0, and cycle 263 with Q201=0 for the front", "VP002")  # fmt: skip
+                refuse(
+                    Q.FRONT_DEPTH,
+                    "countersinking is not executed: the cycle has no feed rate for it; write Q358=0, and cycle 263 "
+                    "with Q201=0 for the front",
+                    "VP002",
+                )
             if q[Q.DEPTH] - q[Q.SINKING_DEPTH] < _PITCHES_BELOW * abs(q[Q.PITCH]) - ZERO_LENGTH_MM:
                 refuse(Q.SINKING_DEPTH, "the hole is deeper than the thread Q201 by at least a third of the pitch")
         if q.get(Q.SINKS_AFTER, 0.0) not in (0.0, 1.0):

@@ -11,7 +11,10 @@ from typing import Final
 from verne_post.model.moves import ArcFeed
 
 #: Why contours of cycles, and probing, are refused.
-SL: Final = "contours of SL cycles; write cycles 251 to 257, or the contour with RL or RR, or let the CAM system write the moves"
+SL: Final = (
+    "contours of SL cycles; write cycles 251 to 257, or the contour with RL or RR, or let the CAM system write the "
+    "moves"
+)
 PROBING: Final = (
     "touch probes: where the tool touches is only known at the machine; take them out, and give the datum with --wcs"
 )
@@ -162,7 +165,8 @@ FUNCTIONS_WITHOUT_EFFECT: Final = {
     6: "tool change: TOOL CALL has made it", 90: "smoothing of corners; cycle 32 sets the tolerance",
     102: "end of M101", 104: "back to the last preset: there is one", 105: "lag compensation", 106: "lag compensation",
     107: "no error message for replacement tools", 108: "end of M107", 113: "end of M112",
-    119: "end of M118", 120: "look-ahead under compensation", 121: "end of M120", 135: "end of M134", 145: "end of M144",
+    119: "end of M118", 120: "look-ahead under compensation", 121: "end of M120", 135: "end of M134",
+    145: "end of M144",
     149: "end of M148", 199: "end of M197",
 }  # fmt: skip
 #: M functions that are known and not executed.
@@ -170,10 +174,12 @@ REFUSED_FUNCTIONS: Final = {
     97: "machining of small steps of the contour",
     98: "complete machining of open contours", 101: "change to a replacement tool when the tool life is over",
     103: "reduced feed rate when plunging", 112: "corner rounding between lines; cycle 32 sets the tolerance",
-    114: "compensation of the machine's geometry; M128 does that", 115: "end of M114", 118: "handwheel during the program",
+    114: "compensation of the machine's geometry; M128 does that", 115: "end of M114",
+    118: "handwheel during the program",
     124: "filter of contour points", 134: "exact stop of rotary axes", 138: "choice of axes for tilting",
     141: "no touch-probe monitoring", 142: "deletes modal information", 143: "deletes the basic rotation",
-    144: "positions of the table in the tool position", 148: "retract at a stop", 150: "suppresses limit switch messages",
+    144: "positions of the table in the tool position", 148: "retract at a stop",
+    150: "suppresses limit switch messages",
     197: "rounding of outside corners", **dict.fromkeys(range(200, 205), "laser cutting"),
 }  # fmt: skip
 #: Cycles that setpoints do not know.
@@ -184,26 +190,45 @@ CYCLES_WITHOUT_EFFECT: Final = {
 #: Cycles that are known and not executed.
 REFUSED_CYCLES: Final = {
     1: "pecking of older controls; write cycle 200", 2: "tapping of older controls; write cycle 206",
-    3: "slot milling of older controls; write cycle 253", 4: "pocket milling of older controls; write cycle 251", 5: "circular pocket of older controls; write cycle 252",
-    6: SL, 12: "program call as a cycle; write CALL PGM", 14: SL, 15: SL, 16: SL, 17: "rigid tapping of older controls; write cycle 207", 18: "thread cutting: setpoints cannot wait for the spindle; write cycle 207",
-    **dict.fromkeys((20, 21, 22, 23, 24, 25, 270, 271, 272, 273, 274, 275, 276), SL), **dict.fromkeys((285, 286, 287), "gears; let the CAM system write the moves"),
-    26: "axis-specific scaling: circles would become ellipses; let the CAM system scale the contour", **dict.fromkeys((27, 28, 29, 39), "cylinder surface; let the CAM system write X Y Z A C"),
+    3: "slot milling of older controls; write cycle 253", 4: "pocket milling of older controls; write cycle 251",
+    5: "circular pocket of older controls; write cycle 252",
+    6: SL, 12: "program call as a cycle; write CALL PGM", 14: SL, 15: SL, 16: SL,
+    17: "rigid tapping of older controls; write cycle 207",
+    18: "thread cutting: setpoints cannot wait for the spindle; write cycle 207",
+    **dict.fromkeys((20, 21, 22, 23, 24, 25, 270, 271, 272, 273, 274, 275, 276), SL),
+    **dict.fromkeys((285, 286, 287), "gears; let the CAM system write the moves"),
+    26: "axis-specific scaling: circles would become ellipses; let the CAM system scale the contour",
+    **dict.fromkeys((27, 28, 29, 39), "cylinder surface; let the CAM system write X Y Z A C"),
     30: "3-D data from files; let the CAM system write the lines",
-    225: "engraving; let the CAM system write the lines of the letters", 230: "multipass milling of older controls; write cycle 233",
+    225: "engraving; let the CAM system write the lines of the letters",
+    230: "multipass milling of older controls; write cycle 233",
     231: "ruled surface; let the CAM system write the moves", 239: "weighs the workpiece; take it out",
-    **dict.fromkeys(range(400, 500), PROBING), **dict.fromkeys(range(800, 900), "turning and gear cycles; let the CAM system write the moves of a mill"),
+    **dict.fromkeys(range(400, 500), PROBING),
+    **dict.fromkeys(range(800, 900), "turning and gear cycles; let the CAM system write the moves of a mill"),
 }  # fmt: skip
 #: Words that begin statements which are not executed, and why.
 REFUSED_STATEMENTS: Final = {
-    "TCH": PROBING, "CONTOUR": SL, **dict.fromkeys(("FPOL", "FL", "FLT", "FC", "FCT"), "free contour programming; let the CAM system write lines and arcs"),
-    "SEL": "files of the control; write CALL PGM for a program, cycles 251 to 257 for a contour", **dict.fromkeys(("OPEN", "POLARKIN"), "files and kinematics of the control"), "ERROR": "the control has marked this block as one that it could not read",
-}  # fmt: skip
+    "TCH": PROBING,
+    "CONTOUR": SL,
+    **dict.fromkeys(
+        ("FPOL", "FL", "FLT", "FC", "FCT"), "free contour programming; let the CAM system write lines and arcs"
+    ),
+    "SEL": "files of the control; write CALL PGM for a program, cycles 251 to 257 for a contour",
+    **dict.fromkeys(("OPEN", "POLARKIN"), "files and kinematics of the control"),
+    "ERROR": "the control has marked this block as one that it could not read",
+}
 #: What the functions of FN that are not executed would do.
 REFUSED_FN: Final = {
-    17: "SYSWRITE changes data of the control", 19: "PLC: values of the machine", 20: "WAIT FOR: conditions of the machine",
-    26: "tables are not read", 27: "tables are not written", 28: "tables are not read", 29: "PLC: values of the machine",
-    37: "EXPORT: cycles of the user", 38: "SEND: data to other computers",
-}  # fmt: skip
+    17: "SYSWRITE changes data of the control",
+    19: "PLC: values of the machine",
+    20: "WAIT FOR: conditions of the machine",
+    26: "tables are not read",
+    27: "tables are not written",
+    28: "tables are not read",
+    29: "PLC: values of the machine",
+    37: "EXPORT: cycles of the user",
+    38: "SEND: data to other computers",
+}
 
 
 class Q:

@@ -14,11 +14,11 @@ from verne_post.gcode.program_error import ProgramError
 #: Functions that take numbers after them, by M number, and the words that belong to them.
 _M_WORDS: Final = {128: ("F",), 140: ("F", "MB"), 103: ("F",), 120: ("LA",), 112: ("T", "A")}
 _WORD: Final = re.compile(
-    rf"[ \t]*(?:(?P<comp>R0(?![.,])|RL|RR|R\+(?![\d.,Q])|R-(?![\d.,Q]))(?![A-Z0-9])|(?P<feed>F[ \t]*(?:MAX|AUTO))(?![A-Z0-9])"
-    rf"|(?P<rotation>DR[ \t]*[+-])(?![ \t]*[\d.,Q])|(?P<max>MB[ \t]*MAX)|M[ \t]*(?P<m>\d+)"
-    rf"|(?P<name>IPR|IPA|PR|PA|CCA|LEN|NX|NY|NZ|TX|TY|TZ|DL|DR2|DR|MB|LA|FU|FZ|I?[XYZABCUVW]|[FSRT])[ \t]*:?[ \t]*(?P<value>{VALUE})"
-    rf"|(?P<axis>[ABC])(?=[ \t]|$)|(?P<empty>[RFM])(?=[ \t]|$))"
-)  # fmt: skip
+    r"[ \t]*(?:(?P<comp>R0(?![.,])|RL|RR|R\+(?![\d.,Q])|R-(?![\d.,Q]))(?![A-Z0-9])|(?P<feed>F[ \t]*(?:MAX"
+    r"|AUTO))(?![A-Z0-9])|(?P<rotation>DR[ \t]*[+-])(?![ \t]*[\d.,Q])|(?P<max>MB[ \t]*MAX)|M[ \t]*(?P<m>\d+)"
+    r"|(?P<name>IPR|IPA|PR|PA|CCA|LEN|NX|NY|NZ|TX|TY|TZ|DL|DR2|DR|MB|LA|FU|FZ|I?[XYZABCUVW]|[FSRT])[ \t]*:?[ "
+    rf"\t]*(?P<value>{VALUE})|(?P<axis>[ABC])(?=[ \t]|$)|(?P<empty>[RFM])(?=[ \t]|$))"
+)
 
 #: Up to the next blank.
 _UNREAD: Final = re.compile(r"[ \t]+|[^ \t]+")
@@ -73,9 +73,11 @@ class Words(Struct):
         if not (self.compensation or self.rapid or self.automatic or self.rotation or self.functions):
             return
         unused_words = {
-            "side": self.compensation, "F": "FMAX" if self.rapid else "F AUTO" if self.automatic else None,
-            "DR": "DR" if self.rotation is not None else None, "M": f"M{self.functions[0].number}" if self.functions else None,
-        }  # fmt: skip
+            "side": self.compensation,
+            "F": "FMAX" if self.rapid else "F AUTO" if self.automatic else None,
+            "DR": "DR" if self.rotation is not None else None,
+            "M": f"M{self.functions[0].number}" if self.functions else None,
+        }
         used_words = other_words.split()
         for kind, shown_word in unused_words.items():
             if shown_word is not None and kind not in used_words:

@@ -41,7 +41,10 @@ class Auxiliary:
         is_new, state.surface_speed = state.surface_speed != surface, surface
         if surface:
             data = {"speed": speed} | name_unit_of_speed(state) | ({} if most is None else {"most_per_minute": most})
-            text = f"{code}: the spindle speed would follow the distance of the tool from X0, but setpoints have no spindle speed; the event has S and D"
+            text = (
+                f"{code}: the spindle speed would follow the distance of the tool from X0, but setpoints have no "
+                "spindle speed; the event has S and D"
+            )
             self.recorder.warn("VP045", text, at.line, None)
         self.recorder.record_event(at.line, "spindle mode", code=code, **data)
         state.spindle_speed = state.spindle_speed if speed is None else speed

@@ -135,8 +135,11 @@ class Compensation(Struct):
         du, dv = p[0] - target[0], p[1] - target[1]
         length, depth = math.hypot(du, dv), du * inwards[0] + dv * inwards[1]
         if depth <= _LEAST_BEND * length:
-            raise ProgramError("VP026", "the entry arc of the cutter compensation is too short for the radius of the tool, "
-                             f"{abs(self.radius):.4f} mm: no arc leads to its end in its direction")  # fmt: skip
+            raise ProgramError(
+                "VP026",
+                "the entry arc of the cutter compensation is too short for the radius of the tool, "
+                f"{abs(self.radius):.4f} mm: no arc leads to its end in its direction",
+            )
         radius = length * length / (2.0 * depth)
         center = target[0] + radius * inwards[0], target[1] + radius * inwards[1]
         sweep = measure_turn(p, target, center, sense) + _FULL * (turns - 1)
@@ -168,9 +171,15 @@ class Compensation(Struct):
     # --- corners ----------------------------------------------------------------------------------
 
     def _join(
-        self, recorder: Recorder, feed: float, corner: Point, t2: Point, center: Point | None, sense: int,
+        self,
+        recorder: Recorder,
+        feed: float,
+        corner: Point,
+        t2: Point,
+        center: Point | None,
+        sense: int,
         radius: float = 0.0,
-    ) -> Point:  # fmt: skip
+    ) -> Point:
         """Settle the corner between the last segment and one that leaves in direction t2; returns where that starts."""
         segment = self.segment
         assert segment is not None

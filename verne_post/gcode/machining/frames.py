@@ -129,9 +129,13 @@ class Frames:
             return
         frame, coordinates = state.frame, self.setup.coordinates
         state.first_places.note(
-            state.known_axes, state.position, end, axes, lambda program: coordinates.map_to_machine(program, frame),
+            state.known_axes,
+            state.position,
+            end,
+            axes,
+            lambda program: coordinates.map_to_machine(program, frame),
             machine=machine,
-        )  # fmt: skip
+        )
 
     def stand_at(self, places: dict[int, float]) -> None:
         """Let axes that nothing has named stand where a block with several moves (a cycle, a pattern) goes first."""

@@ -34,9 +34,12 @@ def check_tapping(core: Machining, column: int | None = None) -> None:
     """Refuse (VP048) rigid tapping that nobody has allowed, in the same words everywhere: one finding a program."""
     if core.setup.tapping != "feed" and not core.state.taps_rigidly:
         raise ProgramError(
-            "VP048", "rigid tapping: setpoints do not turn the spindle; for a control that couples it, --tapping feed makes the moves in and "
-            "out at pitch times speed", column, settled_by=TAPPING_KEY,
-        )  # fmt: skip
+            "VP048",
+            "rigid tapping: setpoints do not turn the spindle; for a control that couples it, --tapping feed makes "
+            "the moves in and out at pitch times speed",
+            column,
+            settled_by=TAPPING_KEY,
+        )
 
 
 def note_tapping(core: Machining, at: At) -> None:
@@ -44,9 +47,8 @@ def note_tapping(core: Machining, at: At) -> None:
     if core.setup.tapping == "feed":
         core.recorder.note_once(
             "VP047",
-            "tapping is moves in and out at pitch times speed, with the spindle's direction and speed as "
-            "events at their ends: the "
-            "control must couple the spindle to these moves, also while they speed up and slow down",
+            "tapping is moves in and out at pitch times speed, with the spindle's direction and speed as events at "
+            "their ends: the control must couple the spindle to these moves, also while they speed up and slow down",
             at.line,
         )
 

@@ -83,8 +83,12 @@ class Machining:
         for axis in axes:
             if not self.state.is_known(axis):
                 letter = AXES[axis]
-                raise at.error("VP013", f"{why} needs the position of {letter}, which no absolute word has named yet; "
-                    f"give {letter} an absolute value first", letter)  # fmt: skip
+                raise at.error(
+                    "VP013",
+                    f"{why} needs the position of {letter}, which no absolute word has named yet; "
+                    f"give {letter} an absolute value first",
+                    letter,
+                )
 
     def refuse_compensation(self, what: str) -> None:
         """Refuse (VP017) what cannot be while cutter compensation holds."""
@@ -214,8 +218,8 @@ class Machining:
             # Z was programmed for the tip; for the spindle's nose it would take the tool down by its length
             raise ProgramError(
                 "VP016",
-                "no tool length is in force any more while the table is tilted: the programmed Z would lower the tool by its "
-                "length; name Z in this motion, or retract in machine coordinates before",
+                "no tool length is in force any more while the table is tilted: the programmed Z would lower the tool "
+                "by its length; name Z in this motion, or retract in machine coordinates before",
             )
         begin = [p if math.isnan(h) else h for p, h in zip(state.position, values_before, strict=True)]
         unnamed_axes = [axis for axis in (_X, _Y, _Z) if axis not in (axes or ())]
@@ -223,10 +227,9 @@ class Machining:
         if at is not None and _Z in unnamed_axes and way > UNNAMED_MOTION_MM:
             self.recorder.warn(
                 "VP046",
-                "the tool length has changed while the table is tilted, and the block does not name Z: the tip "
-                "goes to the place that was "
-                f"programmed with the former length, and the spindle moves by {way:.6g} mm; name X, Y and Z in "
-                "the block, or retract in machine coordinates before it",
+                "the tool length has changed while the table is tilted, and the block does not name Z: the tip goes "
+                f"to the place that was programmed with the former length, and the spindle moves by {way:.6g} mm; "
+                "name X, Y and Z in the block, or retract in machine coordinates before it",
                 at.line,
                 None,
             )
@@ -239,9 +242,13 @@ class Machining:
         )  # NaN where Z was not programmed
         if _Z not in axes and deeper > UNNAMED_MOTION_MM:
             self.recorder.warn(
-                "VP046", "the tool length has changed, and the block does not name Z: the tip goes on at "
-                f"Z{self.state.position[_Z]:.6g}, {deeper:.6g} mm below the place that was programmed before; name Z in the block", at.line, None,
-            )  # fmt: skip
+                "VP046",
+                "the tool length has changed, and the block does not name Z: the tip goes on at "
+                f"Z{self.state.position[_Z]:.6g}, {deeper:.6g} mm below the place that was programmed before; name Z "
+                "in the block",
+                at.line,
+                None,
+            )
 
     def go_straight(self, at: At, kind: MoveKind, end: list[float], axes: list[int], *, absolute: bool = True) -> None:
         """Move straight to an end (9) in the active frame; under cutter compensation beside it.

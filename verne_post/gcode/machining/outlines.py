@@ -107,11 +107,20 @@ class Rectangle(Struct, frozen=True):
         """Outside of it the corners are round, also where the rectangle has sharp ones."""
         u, v = max(0.5 * self.length - inward, 0.0), max(0.5 * self.width - inward, 0.0)
         r = min(max(self.corner - inward, 0.0), u, v)
-        return _join((0.0, -v), [
-            Leg((u - r, -v)), Leg((u, r - v), (u - r, r - v), _QUARTER), Leg((u, v - r)), Leg((u - r, v), (u - r, v - r), _QUARTER),
-            Leg((r - u, v)), Leg((-u, v - r), (r - u, v - r), _QUARTER), Leg((-u, r - v)), Leg((r - u, -v), (r - u, r - v), _QUARTER),
-            Leg((0.0, -v)),
-        ])  # fmt: skip
+        return _join(
+            (0.0, -v),
+            [
+                Leg((u - r, -v)),
+                Leg((u, r - v), (u - r, r - v), _QUARTER),
+                Leg((u, v - r)),
+                Leg((u - r, v), (u - r, v - r), _QUARTER),
+                Leg((r - u, v)),
+                Leg((-u, v - r), (r - u, v - r), _QUARTER),
+                Leg((-u, r - v)),
+                Leg((r - u, -v), (r - u, r - v), _QUARTER),
+                Leg((0.0, -v)),
+            ],
+        )
 
     def lead_along(self, room: float) -> Path:
         """Along the longer side."""
@@ -188,11 +197,16 @@ class CurvedSlot(Struct, frozen=True):
         """From the middle of the outer side."""
         half, zero = max(0.5 * self.width - inward, 0.0), (0.0, 0.0)
         outer, inner, place = self.radius + half, self.radius - half, self._place
-        return _join(place(outer, 0.5), [
-            Leg(place(outer, 1.0), zero, 0.5 * self.sweep), Leg(place(inner, 1.0), place(self.radius, 1.0), _HALF),
-            Leg(place(inner, 0.0), zero, -self.sweep), Leg(place(outer, 0.0), place(self.radius, 0.0), _HALF),
-            Leg(place(outer, 0.5), zero, 0.5 * self.sweep),
-        ])  # fmt: skip
+        return _join(
+            place(outer, 0.5),
+            [
+                Leg(place(outer, 1.0), zero, 0.5 * self.sweep),
+                Leg(place(inner, 1.0), place(self.radius, 1.0), _HALF),
+                Leg(place(inner, 0.0), zero, -self.sweep),
+                Leg(place(outer, 0.0), place(self.radius, 0.0), _HALF),
+                Leg(place(outer, 0.5), zero, 0.5 * self.sweep),
+            ],
+        )
 
     def lead_along(self, room: float) -> Path:
         """Along the middle line."""

@@ -88,9 +88,17 @@ def move_machine_axes(
 
 
 def record_carried(
-    core: Machining, at: At, kind: MoveKind, carried_kind: MoveKind, points: Array, axes: list[int], size: float,
-    *, by_tip: bool = False, held_axis: tuple[float, float, float] | None = None,
-) -> None:  # fmt: skip
+    core: Machining,
+    at: At,
+    kind: MoveKind,
+    carried_kind: MoveKind,
+    points: Array,
+    axes: list[int],
+    size: float,
+    *,
+    by_tip: bool = False,
+    held_axis: tuple[float, float, float] | None = None,
+) -> None:
     """Record a RAPID or FEED move that turns the table; at a feed rate it takes as long as ``size`` at F.
 
     ``size`` is in mm or degrees. The move is straight if ``points`` (n, 9), at even shares of it, are within
@@ -151,7 +159,9 @@ def turn_table(core: Machining, at: At, kind: MoveKind, words: dict[int, float])
             letters, others = (" and ".join(AXES[axis] for axis in axes) for axes in (named_axes, stand))
             raise ProgramError(
                 "VP017",
-                f"{letters} beside a turn of the table, without tool-centre-point control: on the turned table, the spindle cannot reach this place while {others} of the machine stand still; name X, Y and Z, or turn the table in a block of its own",
+                f"{letters} beside a turn of the table, without tool-centre-point control: on the turned table, the "
+                f"spindle cannot reach this place while {others} of the machine stand still; name X, Y and Z, or turn "
+                "the table in a block of its own",
             )
         end[stand] += np.linalg.solve(slopes, (here - target)[stand])
         target = np.array(coordinates.map_to_machine(end, state.frame))

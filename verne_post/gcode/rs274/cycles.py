@@ -107,9 +107,8 @@ class CycleCodes:
         if (tool := self.core.find_tilted_tool(normal)) is not None:
             raise ProgramError(
                 "VP017",
-                f"{spell_g_code(motion)} drills along {AXES[normal]}, but {tool}: it would be dragged sideways; "
-                "turn the table, "
-                "or write the hole with G0 and G1",
+                f"{spell_g_code(motion)} drills along {AXES[normal]}, but {tool}: it would be dragged sideways; turn "
+                "the table, or write the hole with G0 and G1",
             )
 
     def _read_cycle_heights(self, block: Block, motion: int, normal: int, before: Cycle | None) -> Cycle:
@@ -177,9 +176,8 @@ class CycleCodes:
         if level or (before is not None and before.inch != self.modes.inch and not lengths <= set(block.words)):
             raise ProgramError(
                 "VP017",
-                f"{spell_g_code(motion)} after a change of units among the cycles: kept lengths, and the level "
-                "where they began, would be "
-                "read in the other unit; write G80 before G20 or G21",
+                f"{spell_g_code(motion)} after a change of units among the cycles: kept lengths, and the level where "
+                "they began, would be read in the other unit; write G80 before G20 or G21",
             )
 
     def _read_way_out(
@@ -349,9 +347,13 @@ class CycleCodes:
         w = PLANES[state.plane][2]
         after = state.spindle_on and not self.modes.stops_after_tapping, state.spindle_reversed
         tap(
-            self.core, block, thread, (cycle.bottom, cycle.clear),
-            lambda height: self._go(block, MoveKind.FEED, {w: height}), after,
-        )  # fmt: skip
+            self.core,
+            block,
+            thread,
+            (cycle.bottom, cycle.clear),
+            lambda height: self._go(block, MoveKind.FEED, {w: height}),
+            after,
+        )
 
     def _drill_pecks(self, block: Block, motion: int, cycle: Cycle) -> None:
         """All pecks of a hole but the last."""

@@ -74,8 +74,8 @@ from verne_post.model.moves import AXES, ArcFeed, PathControl, PathMode
 from verne_post.model.part_setup import ADDITIONAL_SYSTEMS
 
 _NO_UNIT: Final = (
-    "the program has neither G20 nor G21: lengths are read in mm; a control has the unit that was in force before, or that "
-    'its setting says; write the code, or [fanuc] units = "mm" or "inch" in verne-post.toml'
+    "the program has neither G20 nor G21: lengths are read in mm; a control has the unit that was in force before, or "
+    'that its setting says; write the code, or [fanuc] units = "mm" or "inch" in verne-post.toml'
 )
 _NO_MOTION: Final = (
     '; where a control begins with one, parameter 3402 says which: [fanuc] motion = "G0" or "G1" in verne-post.toml'
@@ -155,9 +155,11 @@ class FanucInterpreter(Rs274):
         cycle = self.modes.cycle
         if cycle is not None and above[cycle.normal] < cycle.clear - ZERO_LENGTH_MM:
             self.recorder.note_once(
-                "VP039", "R of a canned cycle is above the tool: it goes up to R first and then over the hole, and stays "
-                "at R after it, also under G98; a control may go over the hole first", block.line,
-            )  # fmt: skip
+                "VP039",
+                "R of a canned cycle is above the tool: it goes up to R first and then over the hole, and stays "
+                "at R after it, also under G98; a control may go over the hole first",
+                block.line,
+            )
 
     @classmethod
     def prepare(cls, text: str) -> str:
@@ -204,8 +206,9 @@ class FanucInterpreter(Rs274):
                 raise
             raise ProgramError(
                 error.code,
-                f"the comment that begins in column {nested_comment.start() + 1} ends at the ')' of column {nested_comment.end(1) + 1}, because comments do not "
-                f"nest; what follows is read as words, and there {error.message}",
+                f"the comment that begins in column {nested_comment.start() + 1} ends at the ')' of column "
+                f"{nested_comment.end(1) + 1}, because comments do not nest; what follows is read as words, and there "
+                f"{error.message}",
                 error.column,
             ) from None
         block.corner, block.arguments = corner, arguments
@@ -213,16 +216,21 @@ class FanucInterpreter(Rs274):
             self._in_seconds = block
         if self.parameters.passed_word:
             self.recorder.note_once(
-                "VP039", f"{self.parameters.passed_word} has a variable without a value: the word is passed over, as controls do", line
-            )  # fmt: skip
+                "VP039",
+                f"{self.parameters.passed_word} has a variable without a value: the word is passed over, as controls "
+                "do",
+                line,
+            )
         if self.keys.decimal_point == "conventional":
             codes = {round(number * 10) for letter, number, _column in block.codes if letter == "G"}
             scale_words(block, text, self.state, drills=self.words.has_cycle(block, codes))
         if "#" in text and (letter := find_unrounded(block, text, self.state)) is not None:
             self.recorder.note_once(
-                "VP039", f"{letter} has a value with more digits than the least input increment ({INCREMENT:g}): it is used as it is; "
-                "a control rounds it", line,
-            )  # fmt: skip
+                "VP039",
+                f"{letter} has a value with more digits than the least input increment ({INCREMENT:g}): it is used as "
+                "it is; a control rounds it",
+                line,
+            )
         if block.o is not None and block.o.keyword is not None:
             raise ProgramError(
                 "VP002", f"O{block.o.label} {block.o.keyword}: O words with keywords are RS274/NGC; see --dialect rs274"

@@ -84,8 +84,8 @@ _GROUPS: Final[Mapping[str, Mapping[int, str]]] = {
         CIRCLE_OF_HOLES: "Haas: L holes of the cycle in force, evenly on a circle of radius I about X Y, or about the "
         "tool. The first is at the angle J",
         ARC_OF_HOLES: "the same as G70, K degrees apart",
-        ROW_OF_HOLES: "Haas: L holes of the cycle in force in a row at the angle J, I apart, the first at X Y, or where "
-        "the tool is *(unverified: that the first hole is there)*",
+        ROW_OF_HOLES: "Haas: L holes of the cycle in force in a row at the angle J, I apart, the first at X Y, or "
+        "where the tool is *(unverified: that the first hole is there)*",
     },
     "motion": {
         **{code: RS274.g_groups["motion"][code] for code in (0, 10, 20, 30)},
@@ -175,20 +175,37 @@ def make_table() -> CodeTable:
         g_groups=groups,
         m_groups=m_groups,
         refused_g={
-            **dict.fromkeys((310, 350, 360, 370, 1360), "probing and tool measurement: where the tool touches is only known at the machine; take it out"),
-            1500: "pockets of Haas inside a contour; write G12 or G13 for a round one, or let the CAM system write the moves",
+            **dict.fromkeys(
+                (310, 350, 360, 370, 1360),
+                "probing and tool measurement: where the tool touches is only known at the machine; take it out",
+            ),
+            1500: "pockets of Haas inside a contour; write G12 or G13 for a round one, or let the CAM system write "
+            "the moves",
             470: "engraving; let the CAM system write the lines of the letters",
-            770: "back boring of Haas, from below; write the moves", **dict.fromkeys((*range(1100, 1300, 10),), "work offsets of Haas, with numbers that differ between its controls, or polar axes; write G154 P"),
-            **dict.fromkeys((1070, 71, 121), "coordinates on a cylinder or by polar axes; let the CAM system write X Y Z A C"),
-            **dict.fromkeys((1410, 1430), "offsets for a program that is made for one machine and one tool length; let the CAM system write G43.4 or G234"),
+            770: "back boring of Haas, from below; write the moves",
+            **dict.fromkeys(
+                (*range(1100, 1300, 10),),
+                "work offsets of Haas, with numbers that differ between its controls, or polar axes; write G154 P",
+            ),
+            **dict.fromkeys(
+                (1070, 71, 121), "coordinates on a cylinder or by polar axes; let the CAM system write X Y Z A C"
+            ),
+            **dict.fromkeys(
+                (1410, 1430),
+                "offsets for a program that is made for one machine and one tool length; let the CAM system write "
+                "G43.4 or G234",
+            ),
             **dict.fromkeys((681, 684), "tilted planes on planes; write one G68.2"),
-            **dict.fromkeys((2530, 2680, 2690), "tilted planes of Haas; let the CAM system write G254, or write G68.2 and G53.1"),
+            **dict.fromkeys(
+                (2530, 2680, 2690), "tilted planes of Haas; let the CAM system write G254, or write G68.2 and G53.1"
+            ),
             542: "work offsets that turn with the table; let the CAM system write G43.4, or write G68.2 and G53.1",
             **dict.fromkeys((24, 34), "arcs in space; let the CAM system write lines"),
             630: "tapping at a feed rate that nobody may change; write G84",
             **dict.fromkeys((841, 842, 1740, 1840), "tapping of other controls; write G84 or G74"),
             661: "a macro call after every block; write G66",
-            870: "on Fanuc back boring from below, so write the moves; on Haas a stop for a person in the hole, so write G88",
+            870: "on Fanuc back boring from below, so write the moves; on Haas a stop for a person in the hole, so "
+            "write G88",
             **dict.fromkeys((441, 442, 450, 440), "tool offsets by H that RS274/NGC does not have"),
             960: "constant surface speed",
             **dict.fromkeys((611, 432, 901, 591, 592, 593), "codes of RS274/NGC; see --dialect rs274"),
@@ -198,10 +215,32 @@ def make_table() -> CodeTable:
             198: "calls a program of another device; write M98, and put its file beside the program",
         },
         words_of_g={
-            **RS274.words_of_g, 20: "IJKR", 30: "IJKR", 430: "HD", ADDITIONAL: "P", PLANE: "IJK", 50: "P", 51: "PQR", 54: "Q", TO_PLANE: "P", NURBS: "PKR", 80: "P", 640: "", ABOUT_TIP: "HR", 1870: "PE", 1030: "P", **dict.fromkeys((730, 830), "RLQPIJK"), **dict.fromkeys((740, 840), "RLPQJ"), 760: "RLPQIJ", **dict.fromkeys(POCKETS, "DIKLQ"), CIRCLE_OF_HOLES: "IJL", ARC_OF_HOLES: "IJKL", ROW_OF_HOLES: "IJL",
+            **RS274.words_of_g,
+            20: "IJKR",
+            30: "IJKR",
+            430: "HD",
+            ADDITIONAL: "P",
+            PLANE: "IJK",
+            50: "P",
+            51: "PQR",
+            54: "Q",
+            TO_PLANE: "P",
+            NURBS: "PKR",
+            80: "P",
+            640: "",
+            ABOUT_TIP: "HR",
+            1870: "PE",
+            1030: "P",
+            **dict.fromkeys((730, 830), "RLQPIJK"),
+            **dict.fromkeys((740, 840), "RLPQJ"),
+            760: "RLPQIJ",
+            **dict.fromkeys(POCKETS, "DIKLQ"),
+            CIRCLE_OF_HOLES: "IJL",
+            ARC_OF_HOLES: "IJKL",
+            ROW_OF_HOLES: "IJL",
         },
         words_of_m={**RS274.words_of_m, 97: "PL", 99: "P"},
-    )  # fmt: skip
+    )
 
 
 def refuse_codes_of_blocks(remap: Iterable[str]) -> None:

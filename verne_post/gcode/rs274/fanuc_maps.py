@@ -65,7 +65,8 @@ class FanucMaps:
             letter = (given or ["P"])[0]
             raise block.error(
                 "VP007",
-                f"{letter}{words[letter]:g} without a decimal point: a parameter sets its unit; write {letter}2.0 for twice the size",
+                f"{letter}{words[letter]:g} without a decimal point: a parameter sets its unit; write {letter}2.0 for "
+                "twice the size",
                 letter,
             )
         factors = tuple(words.get(letter, words.get("P", 1.0)) for letter in "IJK")
@@ -146,7 +147,8 @@ class FanucMaps:
             if not math.isclose(size, abs(factors[v]), rel_tol=_SAME):
                 raise ProgramError(
                     "VP017",
-                    "an arc under G51 with different factors of its axes would be an ellipse; let the CAM system scale it",
+                    "an arc under G51 with different factors of its axes would be an ellipse; let the CAM system "
+                    "scale it",
                 )
             if "R" in words:
                 words["R"] *= size

@@ -147,8 +147,8 @@ class FanucPlanes:
         if abs(s) > _PARALLEL and not self.keys.projection_angles:
             raise ProgramError(
                 "VP005",
-                'G68.2 P4 with I: give [fanuc] projection_angles in the settings file, "turned" if X turns about Y, so that it '
-                'goes down where I is above 0, "rising" if it goes up there; or give Euler angles (P0)',
+                'G68.2 P4 with I: give [fanuc] projection_angles in the settings file, "turned" if X turns about Y, '
+                'so that it goes down where I is above 0, "rising" if it goes up there; or give Euler angles (P0)',
             )
         x = np.array([c, 0.0, s if self.keys.projection_angles == "rising" else -s])
         y = build_rotation(0, j)[:, 1]
@@ -171,8 +171,11 @@ class FanucPlanes:
             return about_fixed if self.keys.roll_pitch_yaw == "fixed" else about_moving
         if np.abs(about_fixed - about_moving).max() > _PARALLEL:
             raise ProgramError(
-                "VP005", 'G68.2 P1 with several angles: give [fanuc] roll_pitch_yaw in the settings file, "fixed" if each turns about the axes of the part, "moving" if about the axes as turned before; or give Euler angles (P0)',
-            )  # fmt: skip
+                "VP005",
+                'G68.2 P1 with several angles: give [fanuc] roll_pitch_yaw in the settings file, "fixed" if each '
+                'turns about the axes of the part, "moving" if about the axes as turned before; or give Euler angles '
+                "(P0)",
+            )
         return about_fixed
 
     def _find_plane_of_points(self, parts: dict[int, Block]) -> tuple[Array, Array]:
@@ -202,11 +205,14 @@ class FanucPlanes:
         if abs(float(z[2])) > math.cos(RAD_PER_DEG * UPRIGHT_DEG):
             raise ProgramError(
                 "VP017",
-                "G68.3 while the tool is vertical: how X of the plane points is a parameter of the control; write G68.2",
+                "G68.3 while the tool is vertical: how X of the plane points is a parameter of the control; write "
+                "G68.2",
             )
         self.recorder.note_once(
-            "VP039", "G68.3: X of the plane is level (parameter 12321 names Z); with another parameter it has another direction", block.line
-        )  # fmt: skip
+            "VP039",
+            "G68.3: X of the plane is level (parameter 12321 names Z); with another parameter it has another direction",
+            block.line,
+        )
         x = np.cross([0.0, 0.0, 1.0], z)
         rotation = _span(x, np.cross(z, x), "G68.3") @ build_rotation(2, block.words.get("R", 0.0))
         return self._read_point(block) if given else np.array(self.state.position[:3]), rotation
@@ -230,9 +236,14 @@ class FanucPlanes:
             )
         if missing := [axis for axis in axes if "XYZ"[axis] not in words]:
             self.core.require_known(block, missing, "G68 about the place where the tool is")
-        center = np.array([
-            self.values.read_axis_value(block, axis) if axis in axes and "XYZ"[axis] in words else state.position[axis] for axis in range(3)
-        ])  # fmt: skip
+        center = np.array(
+            [
+                self.values.read_axis_value(block, axis)
+                if axis in axes and "XYZ"[axis] in words
+                else state.position[axis]
+                for axis in range(3)
+            ]
+        )
         direction = self._read_direction(block, "G68") if in_space else np.eye(3)[normal]
         if not in_space and min(modes.maps.factors[u], modes.maps.factors[v]) < 0:
             raise ProgramError(
@@ -263,8 +274,10 @@ class FanucPlanes:
         if (absolute and len(named_axes) < len(modes.turned_axes)) or (not absolute and modes.after_turn == "G69"):
             letters = ", ".join("XYZ"[axis] for axis in sorted(modes.turned_axes))
             raise ProgramError(
-                "VP017", f"the first motion after {modes.after_turn} must name {letters} in G90: controls differ in what an unnamed axis keeps"
-            )  # fmt: skip
+                "VP017",
+                f"the first motion after {modes.after_turn} must name {letters} in G90: controls differ in what an "
+                "unnamed axis keeps",
+            )
         if absolute:
             modes.after_turn = ""
 
@@ -297,7 +310,8 @@ class FanucPlanes:
         if letter is not None and self.modes.follows_table:
             raise block.error(
                 "VP017",
-                f"{letter} under G254: the control would compute another work system; write G255 before, and G254 after it",
+                f"{letter} under G254: the control would compute another work system; write G255 before, and G254 "
+                "after it",
                 letter,
             )
 
@@ -313,8 +327,8 @@ class FanucPlanes:
         if block.words.get("P", 0.0):
             raise block.error(
                 "VP002",
-                f"{name} P{block.words['P']:g} is not executed: which of the two positions it names is not known; without P, "
-                "the one with the smaller turn of the table is taken",
+                f"{name} P{block.words['P']:g} is not executed: which of the two positions it names is not known; "
+                "without P, the one with the smaller turn of the table is taken",
                 "P",
             )
         self.core.refuse_compensation(name)

@@ -69,11 +69,15 @@ def _find_first(source: Text, pattern: "re.Pattern[bytes]", letters: bytes) -> t
 def _report_mixture(line: int, column: int, word: str, pointed_line: int) -> Finding:
     unit = "degrees" if word[0].upper() in _ANGLES else "in the unit of the program"
     return make_finding(
-        "VP038", f"{word} has no decimal point, and words of line {pointed_line} have one: it is read as {word[1:].strip()} {unit}; a "
-        f"control set otherwise counts increments of {INCREMENT:g}; write the point, or say which is meant: [fanuc] "
-        'decimal_point = "calculator" or "conventional" in verne-post.toml',
-        line=line, last_line=line, worst_line=line, column=column,
-    )  # fmt: skip
+        "VP038",
+        f"{word} has no decimal point, and words of line {pointed_line} have one: it is read as {word[1:].strip()} "
+        f"{unit}; a control set otherwise counts increments of {INCREMENT:g}; write the point, or say which is meant: "
+        '[fanuc] decimal_point = "calculator" or "conventional" in verne-post.toml',
+        line=line,
+        last_line=line,
+        worst_line=line,
+        column=column,
+    )
 
 
 def find_lines_without_point(text: bytes) -> Ints:

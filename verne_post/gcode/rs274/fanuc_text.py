@@ -27,7 +27,8 @@ _LISTING: Final = re.compile(
 _HEADER_LINES: Final = 200
 #: ``%`` and a program number, or such a number alone in its line.
 _OPENING: Final = re.compile(
-    rb"\s*%[^\n]*\n\s*[O:]\s*[0-9]++(?!\s*(?:SUB|CALL|IF|WHILE|DO|REPEAT))|\s*O[ \t]*[0-9]++[ \t\r]*(?:\([^\n]*)?(?:\n|$)",
+    rb"\s*%[^\n]*\n\s*[O:]\s*[0-9]++(?!\s*(?:SUB|CALL|IF|WHILE|DO|REPEAT))|\s*O[ \t]*[0-9]++[ \t\r]*(?:\([^\n]*)?(?:\n"
+    rb"|$)",
     re.IGNORECASE,
 )
 #: Beside a header these outweigh words of RS274/NGC.
@@ -41,9 +42,10 @@ _FANUC_ONLY: Final = re.compile(
 )
 #: What only RS274/NGC has: such a text is not Fanuc's, whatever its header.
 _OTHER_CODES: Final = re.compile(
-    rb"#<|(?<![A-Z])O\s*(?:<|[0-9]+\s*(?:SUB|CALL|IF|WHILE|DO|REPEAT))|\((?:MSG|DEBUG|PRINT|ABORT),|(?<![A-Z])G0*64[ \t]*[PQ]"
-    rb"|(?<![A-Z])G0*(?:43\.2|43\.1(?![^\n]*H)|59\.[123]|61\.1|92\.[23]|9[01]\.1|4[12]\.1|5\.[23])(?![0-9.])", re.IGNORECASE
-)  # fmt: skip
+    rb"#<|(?<![A-Z])O\s*(?:<|[0-9]+\s*(?:SUB|CALL|IF|WHILE|DO|REPEAT))|\((?:MSG|DEBUG|PRINT|ABORT),|(?<![A-Z])G0*64[ "
+    rb"\t]*[PQ]|(?<![A-Z])G0*(?:43\.2|43\.1(?![^\n]*H)|59\.[123]|61\.1|92\.[23]|9[01]\.1|4[12]\.1|5\.[23])(?![0-9.])",
+    re.IGNORECASE,
+)
 #: G10 L20, and G54.1.
 _HERE: Final = re.compile(rb"(?<![A-Z])L[ \t]*20(?![0-9.])", re.IGNORECASE)
 _ADDITIONAL_CODE: Final = re.compile(rb"(?<![A-Z])G0*54\.1", re.IGNORECASE)

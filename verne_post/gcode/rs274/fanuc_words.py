@@ -82,7 +82,10 @@ class FanucWords:
             ]
             if 300 in codes and "P" in block.words:
                 if block.words["P"] != 2.0:
-                    text = f"G30 P{block.words['P']:g}: machine files have the first and the second reference position, G28 and G30 P2"
+                    text = (
+                        f"G30 P{block.words['P']:g}: machine files have the first and the second reference position, "
+                        "G28 and G30 P2"
+                    )
                     raise block.error("VP015", text, "P")
                 del block.words["P"], block.columns["P"]
             return motion

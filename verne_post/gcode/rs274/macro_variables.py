@@ -84,9 +84,8 @@ def read_variable(parameters: Shown, key: int) -> float:
     if value is None:
         raise ProgramError(
             "VP025",
-            f"#{key} is a variable of the control itself, whose value is only known at the machine; programs "
-            "have #1 to #33, #100 to "
-            "#999, and some of the control (docs/fanuc.md)",
+            f"#{key} is a variable of the control itself, whose value is only known at the machine; programs have #1 "
+            "to #33, #100 to #999, and some of the control (docs/fanuc.md)",
         )
     return value
 

@@ -44,7 +44,11 @@ def refuse_lacking(
     if lacking == "feed rate":
         raise ProgramError("VP009", f"{name} with feed rate zero; give {feed_words}")
     if lacking == "constant spindle speed":
-        raise ProgramError("VP017", f"{name} with feed per revolution (G95) under G96: the feed rate would depend on the spindle speed, and that on the distance of the tool from X0; write G94, or G97 with S")  # fmt: skip
+        raise ProgramError(
+            "VP017",
+            f"{name} with feed per revolution (G95) under G96: the feed rate would depend on the spindle speed, and "
+            "that on the distance of the tool from X0; write G94, or G97 with S",
+        )
     if lacking == "spindle":
         raise ProgramError("VP009", f"{name} with feed per revolution (G95) needs a turning spindle; give S and M3")
     if lacking == "tool length":
@@ -131,8 +135,12 @@ class MotionCodes:
         angle = RAD_PER_DEG * state.frame.turn + (0.5 * math.pi if axis == _Y else 0.0)
         direction = np.array([math.cos(angle), math.sin(angle), 0.0])
         if np.abs(beside - place - direction).max() > RAD_PER_DEG * UPRIGHT_DEG:
-            raise block.error("VP017", f"{name}, while the table is turned or tilted: {AXES[axis]} is not a direction of the machine; name X and Y "
-                f"together, or turn the table to {'0 '.join(self.setup.rotary_letters)}0 before", AXES[axis])  # fmt: skip
+            raise block.error(
+                "VP017",
+                f"{name}, while the table is turned or tilted: {AXES[axis]} is not a direction of the machine; name X "
+                f"and Y together, or turn the table to {'0 '.join(self.setup.rotary_letters)}0 before",
+                AXES[axis],
+            )
         end = place + np.dot([home[_X] - place[0], home[_Y] - place[1]], direction[:2]) * direction
         return targets | {_X: float(end[0]), _Y: float(end[1])}
 
@@ -177,8 +185,15 @@ class MotionCodes:
         before = find_machine_place(self.core) if is_retracted or (turns and self._is_turned_alone(axes)) else None
         self.draw_line(block, kind, end, axes, absolute=self.modes.absolute)
         if before is not None:
-            warn_of_unnamed(self.core, block, before, axes, "where no Z of the tip is programmed, as after G53 and G28" if is_retracted
-                            else "while no tool length is in force")  # fmt: skip
+            warn_of_unnamed(
+                self.core,
+                block,
+                before,
+                axes,
+                "where no Z of the tip is programmed, as after G53 and G28"
+                if is_retracted
+                else "while no tool length is in force",
+            )
 
     def is_retracted(self) -> bool:
         """True where Z of the tip follows from machine coordinates (G53, G28) alone; never with tool vectors."""
@@ -221,8 +236,12 @@ class MotionCodes:
                 letter,
             )
         if not set(self.setup.rotary) <= set(rotary):
-            raise block.error("VP013", f"{letter} alone after tool vectors: no word has chosen between the two table solutions; "
-                f"name {self.setup.both_rotary} together", letter)  # fmt: skip
+            raise block.error(
+                "VP013",
+                f"{letter} alone after tool vectors: no word has chosen between the two table solutions; "
+                f"name {self.setup.both_rotary} together",
+                letter,
+            )
         if not machine:
             self.core.hold_tool_axis(None)
 

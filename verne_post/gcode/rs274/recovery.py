@@ -94,10 +94,17 @@ class Recovery:
     def _assume(self, block: Block, error: ProgramError) -> bool:
         """Let a block do without what the error names; False where it cannot."""
         assume = {
-            "VP002": self._drop_code, "VP003": self._drop_code, "VP005": self._assume_motion, "VP006": self._drop_word,
-            "VP009": self._assume_feed, "VP011": self._drop_axes, "VP012": self._assume_tool,
-            "VP015": self._assume_home, "VP016": self._go_on, "VP048": self._assume_rigid_tapping,
-        }.get(error.code)  # fmt: skip
+            "VP002": self._drop_code,
+            "VP003": self._drop_code,
+            "VP005": self._assume_motion,
+            "VP006": self._drop_word,
+            "VP009": self._assume_feed,
+            "VP011": self._drop_axes,
+            "VP012": self._assume_tool,
+            "VP015": self._assume_home,
+            "VP016": self._go_on,
+            "VP048": self._assume_rigid_tapping,
+        }.get(error.code)
         return assume is not None and assume(block, error)
 
     def _go_on(self, _block: Block, _error: ProgramError) -> bool:

@@ -136,6 +136,11 @@ class SiemensAuxiliary:
         if by_tool:
             raise word.error(
                 "VP012",
-                f"D{word.value:g}, and the tool is {tool}: D has the number of its tool ([siemens] d_numbers); D0 switches the offset off",
+                f"D{word.value:g}, and the tool is {tool}: D has the number of its tool ([siemens] d_numbers); D0 "
+                "switches the offset off",
             )
-        raise word.error("VP012", f'D{word.value:g}: the tool table has one edge a tool, D1; D0 switches the offset off; if D is the number of its tool, give [siemens] d_numbers = "tools" in the settings file')  # fmt: skip
+        raise word.error(
+            "VP012",
+            f"D{word.value:g}: the tool table has one edge a tool, D1; D0 switches the offset off; if D is the number "
+            'of its tool, give [siemens] d_numbers = "tools" in the settings file',
+        )

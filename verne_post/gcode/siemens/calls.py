@@ -213,9 +213,10 @@ def _bind_array(call: Call, given: tuple[Argument, ...], parameter: Parameter, v
     ):
         sizes = ",".join(str(size or "") for size in parameter.bounds)
         raise ProgramError(
-            "VP023", f"{call.name}: {parameter.name} is an array, {parameter.kind}[{sizes}]; {text[:20]} is none",
+            "VP023",
+            f"{call.name}: {parameter.name} is an array, {parameter.kind}[{sizes}]; {text[:20]} is none",
             given[0].column,
-        )  # fmt: skip
+        )
     return outside if parameter.by_name else Variable(outside.kind, outside.bounds, dict(outside.values))
 
 

@@ -33,7 +33,8 @@ from verne_post.model.moves import AXES, MoveKind
 PARAMETERS: Final = {
     "CYCLE62": ("KNAME", "TYPE", "LAB1", "LAB2"),
     "CYCLE72": (
-        "KNAME", "RTP", "RFP", "SDIS", "DP", "MID", "FAL", "FALD", "FFP1", "FFD", "VARI", "RL", "AS1", "LP1", "FF3", "AS2", "LP2",
+        "KNAME", "RTP", "RFP", "SDIS", "DP", "MID", "FAL", "FALD", "FFP1", "FFD", "VARI", "RL", "AS1", "LP1", "FF3",
+        "AS2", "LP2",
         "_UMODE", "FS", "ZFS", "_GMODE", "_DMODE", "_AMODE",
     ),
 }  # fmt: skip
@@ -96,7 +97,8 @@ class ContourMilling:
         if kind not in (0, 1, 2, 3):
             raise given.error(
                 "VP002",
-                f"TYPE {kind} is not executed: 0 is a subprogram, 1 the name of a contour, 2 labels, 3 labels in a subprogram",
+                f"TYPE {kind} is not executed: 0 is a subprogram, 1 the name of a contour, 2 labels, 3 labels in a "
+                "subprogram",
                 "TYPE",
             )
         if kind == 0:
@@ -118,8 +120,11 @@ class ContourMilling:
             self._is_taken = True
             if len(self._named_sections) != 1:
                 raise given.error(
-                    "VP005", f"KNAME, the name of the contour, is needed, or one CYCLE62 before; here are {len(self._named_sections)}", "KNAME"
-                )  # fmt: skip
+                    "VP005",
+                    "KNAME, the name of the contour, is needed, or one CYCLE62 before; here are "
+                    f"{len(self._named_sections)}",
+                    "KNAME",
+                )
             return self._named_sections[0]
         if ":" in name:
             first, _colon, last = name.partition(":")
@@ -137,7 +142,8 @@ class ContourMilling:
         if section is None:
             raise given.error(
                 "VP023",
-                f"the contour {name} is defined neither in the program nor in a file {name}.SPF in its folder or a --subroutine-path",
+                f"the contour {name} is defined neither in the program nor in a file {name}.SPF in its folder or a "
+                "--subroutine-path",
                 "KNAME",
             )
         return section
@@ -189,9 +195,11 @@ class _Work:
         )
         way = values.refuse_digits("VARI", kind // 10 % 10, (0, 1), "the tens are 0 between levels with G0, 1 with G1")
         self.retraction = values.refuse_digits(
-            "VARI", kind // 100, (0, 1, 2, 3),
+            "VARI",
+            kind // 100,
+            (0, 1, 2, 3),
             "the hundreds say how far the tool goes up between levels, and nothing stands before them",
-        )  # fmt: skip
+        )
         self.side = values.refuse_digits(
             "RL", given.read_whole("RL"), (40, 41, 42), "it is 40, 41 or 42: on the contour, left or right of it"
         )
@@ -221,9 +229,11 @@ class _Work:
         shape = given.read_whole(kind)
         values.refuse_digits(kind, shape // 10, (0,), "the tool goes to the contour in the plane: 1, 2 or 3")
         values.refuse_digits(
-            kind, shape, (1,) if self.side == 40 else (1, 2, 3),
+            kind,
+            shape,
+            (1,) if self.side == 40 else (1, 2, 3),
             "1 is a straight line; 2 a quarter circle, 3 a half circle, both beside a contour (RL 41 or 42)",
-        )  # fmt: skip
+        )
         return shape, values.measure(size, positive=True)
 
     # --- the contour --------------------------------------------------------------------------------------

@@ -71,7 +71,8 @@ class SiemensCorners:
             name = self._queue.corner.name
             raise ProgramError(
                 "VP017",
-                f"{name} before a block with more than a line or an arc of the contour and F; write the rest before the block of {name}",
+                f"{name} before a block with more than a line or an arc of the contour and F; write the rest before "
+                f"the block of {name}",
             )
         self.finish()
 

@@ -20,12 +20,15 @@ _TAIL: Final = ("_GMODE", "_DMODE", "_AMODE")
 PARAMETERS: Final = {
     "CYCLE81": (*_HEIGHTS, "DTB", *_TAIL),
     "CYCLE82": (*_HEIGHTS, "DTB", *_TAIL, "_VARI", "_ZA", "_FA", "_ZD", "_FD"),
-    "CYCLE83": (*_HEIGHTS, "FDEP", "FDPR", "DAM", "DTB", "DTS", "FRF", "VARI", "_AXN", "_MDEP", "_VRT", "_DTD", "_DIS1", *_TAIL),
-    "CYCLE84": (*_HEIGHTS, "DTB", "SDAC", "MPIT", "PIT", "POSS", "SST", "SST1", "_AXN", "_PITA", "_TECHNO", "_VARI", "_DAM", "_VRT", "_PITM", "_PTAB", "_PTABA", *_TAIL),
+    "CYCLE83": (*_HEIGHTS, "FDEP", "FDPR", "DAM", "DTB", "DTS", "FRF", "VARI", "_AXN", "_MDEP", "_VRT", "_DTD", "_DIS1",
+                *_TAIL),
+    "CYCLE84": (*_HEIGHTS, "DTB", "SDAC", "MPIT", "PIT", "POSS", "SST", "SST1", "_AXN", "_PITA", "_TECHNO", "_VARI",
+                "_DAM", "_VRT", "_PITM", "_PTAB", "_PTABA", *_TAIL),
     "CYCLE85": (*_HEIGHTS, "DTB", "FFR", "RFF", *_TAIL),
     "CYCLE86": (*_HEIGHTS, "DTB", "SDIR", "RPA", "RPO", "RPAP", "POSS", *_TAIL),
     "CYCLE89": (*_HEIGHTS, "DTB", *_TAIL),
-    "CYCLE840": (*_HEIGHTS, "DTB", "SDR", "SDAC", "ENC", "MPIT", "PIT", "_AXN", "_PITA", "_TECHNO", "_PITM", "_PTAB", "_PTABA", *_TAIL),
+    "CYCLE840": (*_HEIGHTS, "DTB", "SDR", "SDAC", "ENC", "MPIT", "PIT", "_AXN", "_PITA", "_TECHNO", "_PITM", "_PTAB",
+                 "_PTABA", *_TAIL),
 }  # fmt: skip
 #: CYCLE83: how far it retracts to break the chip where _VRT does not say, mm.
 _CHIP_MM: Final = 1.0
@@ -91,8 +94,11 @@ class _Hole:
             to.motion.settle_table(self.block)
         if (tool := to.core.find_tilted_tool(self.normal)) is not None:
             raise ProgramError(
-                "VP017", f"{name} drills along {AXES[self.normal]}, but {tool}: it would be dragged sideways; write CYCLE800 or turn the table", self.given.call.column,
-            )  # fmt: skip
+                "VP017",
+                f"{name} drills along {AXES[self.normal]}, but {tool}: it would be dragged sideways; write CYCLE800 "
+                "or turn the table",
+                self.given.call.column,
+            )
 
     def _read_length(self, name: str) -> float:
         return self.given.number(name) * self.unit
@@ -130,7 +136,8 @@ class _Hole:
         if not self._is_absolute("DP", "DPR", self.digits[0]):
             raise self.given.error(
                 "VP007",
-                "RTP and RFP are the same height, so a relative depth has no direction; give only DP, the absolute depth",
+                "RTP and RFP are the same height, so a relative depth has no direction; give only DP, the absolute "
+                "depth",
                 "RTP",
             )
         return 1.0 if self._read_length("DP") < self.reference else -1.0
@@ -178,11 +185,22 @@ class _Hole:
         name, given = self.given.call.name, self.given
         here = self.to.motion.find_programmed(self.normal)
         if (here - self.clear) * self.up < -ZERO_LENGTH_MM and (here - self.retract) * self.up < -ZERO_LENGTH_MM:
-            raise ProgramError("VP017", f"{name}: the tool is at {here:g} mm, below the safety clearance {self.clear:g} mm: it would move through the part; move it to the retract plane before", given.call.column)  # fmt: skip
+            raise ProgramError(
+                "VP017",
+                f"{name}: the tool is at {here:g} mm, below the safety clearance {self.clear:g} mm: it would move "
+                "through the part; move it to the retract plane before",
+                given.call.column,
+            )
         {
-            "CYCLE81": self._execute_cycle_82, "CYCLE82": self._execute_cycle_82, "CYCLE83": self._execute_cycle_83, "CYCLE85": self._execute_cycle_85, "CYCLE86": self._execute_cycle_86,
-            "CYCLE84": self._tap_rigidly, "CYCLE89": self._execute_cycle_89, "CYCLE840": self._execute_cycle_840,
-        }[name]()  # fmt: skip
+            "CYCLE81": self._execute_cycle_82,
+            "CYCLE82": self._execute_cycle_82,
+            "CYCLE83": self._execute_cycle_83,
+            "CYCLE85": self._execute_cycle_85,
+            "CYCLE86": self._execute_cycle_86,
+            "CYCLE84": self._tap_rigidly,
+            "CYCLE89": self._execute_cycle_89,
+            "CYCLE840": self._execute_cycle_840,
+        }[name]()
 
     def _execute_cycle_82(self, *, feeds_out: bool = False) -> None:
         seconds = self._read_seconds("DTB", self.digits[1])

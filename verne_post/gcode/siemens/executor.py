@@ -176,9 +176,13 @@ class Executor:
         """
         state = self.interpreter.state
         own = replace(
-            state, position=list(state.position), known_axes=[axis > 1 for axis in range(len(AXES))], named_axes=list(state.named_axes),
-            systems=dict(state.systems), first_places=None,
-        )  # fmt: skip
+            state,
+            position=list(state.position),
+            known_axes=[axis > 1 for axis in range(len(AXES))],
+            named_axes=list(state.named_axes),
+            systems=dict(state.systems),
+            first_places=None,
+        )
         fork = Executor(self.setup, own, Recorder())
         fork.restore(self.modes.copy())
         fork.interpreter.core.stand(list(state.position))

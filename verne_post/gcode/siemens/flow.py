@@ -171,8 +171,12 @@ class Flow:
         """Call a subprogram."""
         section = self.library.find(call.name, self.calls.text)
         if section is None:
-            raise ProgramError("VP023", f"{call.name} is defined neither in the program nor in a file {call.name}.SPF in its folder or a "
-                             "--subroutine-path", call.column)  # fmt: skip
+            raise ProgramError(
+                "VP023",
+                f"{call.name} is defined neither in the program nor in a file {call.name}.SPF in its folder or a "
+                "--subroutine-path",
+                call.column,
+            )
         self.calls.check_depth(call.name, call.column)
         executor = self.executor
         try:
@@ -293,9 +297,15 @@ class Flow:
 
 _Handler = Callable[[Flow, Cursor, int], None]
 HANDLERS: Final[dict[str, _Handler]] = {
-    **JUMPS, "DEF": Flow._define, "PROC": Flow._check_procedure, "RET": Flow._return, "MCALL": Flow._set_modal_call, "EXTCALL": Flow._call_external, "MSG": Flow._show_message,
+    **JUMPS,
+    "DEF": Flow._define,
+    "PROC": Flow._check_procedure,
+    "RET": Flow._return,
+    "MCALL": Flow._set_modal_call,
+    "EXTCALL": Flow._call_external,
+    "MSG": Flow._show_message,
     "SETAL": Flow._raise_alarm,
-}  # fmt: skip
+}
 
 
 def _refuse_second_call(words: Words) -> None:

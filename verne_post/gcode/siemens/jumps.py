@@ -296,6 +296,8 @@ def end_stretch(flow: Running, line: int) -> None:
 
 #: What the statements do.
 JUMPS: Final[dict[str, Callable[[Running, Cursor, int], None]]] = {
-    "IF": _execute_if, "ELSE": _execute_else, "ENDIF": _execute_endif, "GOTO": _execute_goto, "GOTOF": _execute_gotof, "GOTOB": _execute_gotob, "GOTOC": _execute_gotoc, "CASE": _execute_case, "FOR": _execute_for,
-    "ENDFOR": _execute_endfor, "WHILE": _execute_while, "ENDWHILE": _execute_loop_end, "LOOP": _begin_loop, "ENDLOOP": _execute_loop_end, "REPEAT": _repeat, "REPEATB": _repeat_block, "UNTIL": _execute_until,
+    "IF": _execute_if, "ELSE": _execute_else, "ENDIF": _execute_endif, "GOTO": _execute_goto, "GOTOF": _execute_gotof,
+    "GOTOB": _execute_gotob, "GOTOC": _execute_gotoc, "CASE": _execute_case, "FOR": _execute_for,
+    "ENDFOR": _execute_endfor, "WHILE": _execute_while, "ENDWHILE": _execute_loop_end, "LOOP": _begin_loop,
+    "ENDLOOP": _execute_loop_end, "REPEAT": _repeat, "REPEATB": _repeat_block, "UNTIL": _execute_until,
 }  # fmt: skip

@@ -19,18 +19,26 @@ _SLOTS: Final = ("STA1", "INDA", "FFD", "FFP1", "MID", "CDIR", "FAL", "VARI", "M
 _FINE: Final = ("MID", "FAL", "FALD", "FFP1", "FFD", "CDIR", "VARI")
 #: Values of each cycle, in order.
 PARAMETERS: Final = {
-    "POCKET1": (*_HEIGHTS, "DPR", "LENG", "WID", "CRAD", "PA", "PO", "STA", "FFD", "FFP1", "MID", "CDIR", "FAL", "VARI", "MIDF", "FFP2", "SSF"),
-    "POCKET2": (*_HEIGHTS, "DPR", "PRAD", "PA", "PO", "FFD", "FFP1", "MID", "CDIR", "FAL", "VARI", "MIDF", "FFP2", "SSF"),
-    "POCKET3": (*_HEIGHTS, "LENG", "WID", "CRAD", "PA", "PO", "STA", *_FINE, "MIDA", "AP1", "AP2", "AD", "RAD1", "DP1", "_UMODE", *_CHAMFER, *_TAIL),
+    "POCKET1": (*_HEIGHTS, "DPR", "LENG", "WID", "CRAD", "PA", "PO", "STA", "FFD", "FFP1", "MID", "CDIR", "FAL", "VARI",
+                "MIDF", "FFP2", "SSF"),
+    "POCKET2": (*_HEIGHTS, "DPR", "PRAD", "PA", "PO", "FFD", "FFP1", "MID", "CDIR", "FAL", "VARI", "MIDF", "FFP2",
+                "SSF"),
+    "POCKET3": (*_HEIGHTS, "LENG", "WID", "CRAD", "PA", "PO", "STA", *_FINE, "MIDA", "AP1", "AP2", "AD", "RAD1", "DP1",
+                "_UMODE", *_CHAMFER, *_TAIL),
     "POCKET4": (*_HEIGHTS, "PRAD", "PA", "PO", *_FINE, "MIDA", "AP1", "AD", "RAD1", "DP1", "_UMODE", *_CHAMFER, *_TAIL),
-    "SLOT1": (*_HEIGHTS, "DPR", "NUM", "LENG", "WID", "PA", "PO", "RAD", *_SLOTS, "FALD", "STA2", "DP1", "_UMODE", *_CHAMFER, *_TAIL),
+    "SLOT1": (*_HEIGHTS, "DPR", "NUM", "LENG", "WID", "PA", "PO", "RAD", *_SLOTS, "FALD", "STA2", "DP1", "_UMODE",
+              *_CHAMFER, *_TAIL),
     "SLOT2": (*_HEIGHTS, "DPR", "NUM", "AFSL", "WID", "PA", "PO", "RAD", *_SLOTS, "FFCP", "_UMODE", *_CHAMFER, *_TAIL),
-    "LONGHOLE": (*_HEIGHTS, "DPR", "NUM", "LENG", "PA", "PO", "RAD", "STA1", "INDA", "FFD", "FFP1", "MID", "VARI", "_UMODE", *_TAIL),
+    "LONGHOLE": (*_HEIGHTS, "DPR", "NUM", "LENG", "PA", "PO", "RAD", "STA1", "INDA", "FFD", "FFP1", "MID", "VARI",
+                 "_UMODE", *_TAIL),
     "CYCLE76": (*_HEIGHTS, "DPR", "LENG", "WID", "CRAD", "PA", "PO", "STA", *_FINE, "AP1", "AP2", *_CHAMFER, *_TAIL),
     "CYCLE77": (*_HEIGHTS, "DPR", "PRAD", "PA", "PO", *_FINE, "AP1", *_CHAMFER, *_TAIL),
-    "CYCLE70": (*_HEIGHTS, "DIATH", "H1", "FAL", "PIT", "NT", "MID", "FFR", "TYPTH", "PA", "PO", "NSP", "VARI", "_PITA", "_PITM", "_PTAB", "_PTABA", *_TAIL),
-    "CYCLE79": (*_HEIGHTS, "NUM", "SWL", "PA", "PO", "STA", "RC", "AP1", "MIDA", "MID", "FAL", "FALD", "FFP1", "CDIR", "VARI", *_CHAMFER, *_TAIL),
-    "CYCLE899": (*_HEIGHTS, "LENG", "WID", "PA", "PO", "STA", "MID", "MIDA", "FAL", "FALD", "FFP1", "CDIR", "VARI", *_TAIL, "_UMODE", *_CHAMFER),
+    "CYCLE70": (*_HEIGHTS, "DIATH", "H1", "FAL", "PIT", "NT", "MID", "FFR", "TYPTH", "PA", "PO", "NSP", "VARI", "_PITA",
+                "_PITM", "_PTAB", "_PTABA", *_TAIL),
+    "CYCLE79": (*_HEIGHTS, "NUM", "SWL", "PA", "PO", "STA", "RC", "AP1", "MIDA", "MID", "FAL", "FALD", "FFP1", "CDIR",
+                "VARI", *_CHAMFER, *_TAIL),
+    "CYCLE899": (*_HEIGHTS, "LENG", "WID", "PA", "PO", "STA", "MID", "MIDA", "FAL", "FALD", "FFP1", "CDIR", "VARI",
+                 *_TAIL, "_UMODE", *_CHAMFER),
     "CYCLE90": (*_HEIGHTS, "DPR", "DIATH", "KDIAM", "PIT", "FFR", "CDIR", "TYPTH", "PA", "PO"),
     "CYCLE61": (*_HEIGHTS, "PA", "PO", "LENG", "WID", "MID", "MIDA", "FALD", "FFP1", "VARI", "LIM", "_DMODE", "_AMODE"),
     "CYCLE71": (*_HEIGHTS, "PA", "PO", "LENG", "WID", "STA", "MID", "MIDA", "FDP", "FALD", "FFP1", "VARI", "FDP1"),
@@ -42,7 +50,8 @@ _DISPLAYS: Final = {"CYCLE72": (0, 1, 100, 101)}
 #: Tens digit of VARI: how the tool plunges. With 0 controls go down in rapid traverse, into a hole drilled before.
 _ENTRIES: Final[tuple[Entry, ...]] = ("straight", "straight", "helix", "swing")
 _TENS: Final = {
-    "POCKET1": (0,), "POCKET2": (0,), "POCKET3": (0, 1, 2, 3), "POCKET4": (0, 1, 2), "SLOT1": (0, 1, 3), "SLOT2": (0, 1), "LONGHOLE": (0, 1),
+    "POCKET1": (0,), "POCKET2": (0,), "POCKET3": (0, 1, 2, 3), "POCKET4": (0, 1, 2), "SLOT1": (0, 1, 3),
+    "SLOT2": (0, 1), "LONGHOLE": (0, 1),
     "CYCLE76": (0, 1), "CYCLE77": (0, 1), "CYCLE79": (0,),
 }  # fmt: skip
 _WORK: Final = "the last digit is 1 roughing, 2 finishing, 4 finishing of the edge"
@@ -136,14 +145,16 @@ class MillingValues:
             if self.clear > self.top:
                 raise given.error(
                     "VP002",
-                    f"SDIS {given.number('SDIS'):g} is not executed where DP is above RFP, so that the thread is milled upwards; write 0",
+                    f"SDIS {given.number('SDIS'):g} is not executed where DP is above RFP, so that the thread is "
+                    "milled upwards; write 0",
                     "SDIS",
                 )
             self.top, self.bottom, self.clear = self.bottom, self.top, self.retract
         if not self.bottom < self.top or self.retract < self.top:
             raise given.error(
                 "VP007",
-                f"the bottom {self.bottom:g} lies below the reference plane {self.top:g}, and the retract plane {self.retract:g} above it",
+                f"the bottom {self.bottom:g} lies below the reference plane {self.top:g}, and the retract plane "
+                f"{self.retract:g} above it",
                 "DP",
             )
 
@@ -202,10 +213,21 @@ class MillingValues:
         infeed = self.measure("MIDF") if "MIDF" in given.names else most
         slope, pitch, helix = self._read_entry(entry)
         return Milling(
-            self.radius, self.clear, levels, self.bottom, self.read_step(), self.read_sense(inside=inside), side,
+            self.radius,
+            self.clear,
+            levels,
+            self.bottom,
+            self.read_step(),
+            self.read_sense(inside=inside),
+            side,
             walls=spread_levels(self.top, self.bottom, infeed) if work in (2, 4) or (work == 0 and side) else (),
-            floor=work in (0, 2) and floor > 0, entry=entry, slope=slope, pitch=pitch, helix=helix or self.radius, near=self.clear - self.top,
-        )  # fmt: skip
+            floor=work in (0, 2) and floor > 0,
+            entry=entry,
+            slope=slope,
+            pitch=pitch,
+            helix=helix or self.radius,
+            near=self.clear - self.top,
+        )
 
     def _read_entry(self, entry: Entry) -> tuple[float, float, float]:
         """Slope of a swing, mm down in a mm, then the pitch and the radius of a helix, mm."""

@@ -44,7 +44,10 @@ def find_tangent_at_end(plane: int, center: Sequence[float], end: Sequence[float
 
 
 #: What gives a tool length.
-_FEED_WORDS: Final = "F: a control stops with alarm 10860. Where its SD42110 (DEFAULT_FEED) is not 0, write that F into start under [siemens] of the settings file"
+_FEED_WORDS: Final = (
+    "F: a control stops with alarm 10860. Where its SD42110 (DEFAULT_FEED) is not 0, write that F into start under "
+    "[siemens] of the settings file"
+)
 _LENGTH_WORDS: Final = "T and M6 with --tool-table, or --tool-length MM"
 
 
@@ -209,11 +212,20 @@ class SiemensMotion:
         if self.modes.tcp or not set(self.setup.rotary) & set(places):
             return end
         if self.follows_part:
-            raise block.error("VP017", f"{self.setup.both_rotary} on a plane of CYCLE800 without TRAORI: the tool would no longer be normal to the plane; write CYCLE800() first", self._name_rotary(places))  # fmt: skip
+            raise block.error(
+                "VP017",
+                f"{self.setup.both_rotary} on a plane of CYCLE800 without TRAORI: the tool would no longer be normal "
+                "to the plane; write CYCLE800() first",
+                self._name_rotary(places),
+            )
         is_turn = max(abs(end[axis] - state.position[axis]) for axis in self.setup.rotary) > _STANDS
         if is_turn and kind == MoveKind.FEED:
-            raise block.error("VP017", f"{self.setup.both_rotary} turn at a feed rate without TRAORI: on a machine with three linear axes the tip would follow a curve; "
-                              "write TRAORI, or G0", self._name_rotary(places))  # fmt: skip
+            raise block.error(
+                "VP017",
+                f"{self.setup.both_rotary} turn at a feed rate without TRAORI: on a machine with three linear axes "
+                "the tip would follow a curve; write TRAORI, or G0",
+                self._name_rotary(places),
+            )
         if is_turn:
             self.core.refuse_compensation("a turn of the table")
             base = replace(state.frame, feature=None)
@@ -252,8 +264,8 @@ class SiemensMotion:
         if state.tool_axis is not None and not set(self.setup.rotary) <= set(places):
             raise ProgramError(
                 "VP013",
-                f"{self._name_rotary(places)} alone after tool vectors: no word has chosen between the two table solutions; "
-                f"name {self.setup.both_rotary} together",
+                f"{self._name_rotary(places)} alone after tool vectors: no word has chosen between the two table "
+                f"solutions; name {self.setup.both_rotary} together",
             )
         self.core.hold_tool_axis(None)
         if not self.modes.tcp or self.has_linear_axes("words"):
@@ -348,7 +360,11 @@ class SiemensMotion:
         tilt, turn = (math.radians(machine[axis]) for axis in self.setup.rotary)
         turn_size = max(abs(math.sin(tilt)), abs(math.sin(0.5 * turn))) > _STANDS
         if self.modes.tcp and self.setup.machine and (turn_size or set(self.setup.rotary) & set(places)):
-            raise ProgramError("VP017", "G53, G153 or SUPA under TRAORI while the table is turned: the coordinates would turn with the part; write TRAFOOF first")  # fmt: skip
+            raise ProgramError(
+                "VP017",
+                "G53, G153 or SUPA under TRAORI while the table is turned: the coordinates would turn with the part; "
+                "write TRAFOOF first",
+            )
         if self.core.end_tool_axis(block, list(places)):
             self.set_chain()
         targets = dict(places)

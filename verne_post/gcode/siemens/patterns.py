@@ -13,7 +13,8 @@ from verne_post.gcode.siemens.words import Call
 PARAMETERS: Final = {
     "HOLES1": ("SPCA", "SPCO", "STA1", "FDIS", "DBH", "NUM", "_VARI", "_UMODE", "_HIDE", "_NSP", "_DMODE"),
     "HOLES2": ("CPA", "CPO", "RAD", "STA1", "INDA", "NUM", "_VARI", "_UMODE", "_HIDE", "_NSP", "_DMODE"),
-    "CYCLE801": ("_SPCA", "_SPCO", "_STA", "_DIS1", "_DIS2", "_NUM1", "_NUM2", "_VARI", "_UMODE", "_ANG1", "_ANG2", "_HIDE", "_NSP", "_DMODE"),
+    "CYCLE801": ("_SPCA", "_SPCO", "_STA", "_DIS1", "_DIS2", "_NUM1", "_NUM2", "_VARI", "_UMODE", "_ANG1", "_ANG2",
+                 "_HIDE", "_NSP", "_DMODE"),
 }  # fmt: skip
 
 

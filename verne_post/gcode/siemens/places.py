@@ -67,7 +67,11 @@ class SiemensPlaces:
             return self.motion.find_programmed(axis)
         if self.keys.offsets_in_g91 == "travelled":
             return before
-        raise word.error("VP017", f"{word.name} is incremental, and its offset has changed: SD42440 and SD42442 decide whether the axis also moves by that change; write it in G90, or give [siemens] offsets_in_g91 in the settings file")  # fmt: skip
+        raise word.error(
+            "VP017",
+            f"{word.name} is incremental, and its offset has changed: SD42440 and SD42442 decide whether the axis "
+            "also moves by that change; write it in G90, or give [siemens] offsets_in_g91 in the settings file",
+        )
 
     def _resolve_rotary_place(self, word: Word, axis: int, value: float) -> float:
         """DC: the shortest way; ACP, ACN: upwards, downwards; else within the present turn of a modulo axis."""
@@ -122,7 +126,8 @@ class SiemensPlaces:
             assert given is not None
             raise given.error(
                 "VP005",
-                "AP= and RP= are both needed, and one of them has not been given before; AP= holds until the next pole or plane",
+                "AP= and RP= are both needed, and one of them has not been given before; AP= holds until the next "
+                "pole or plane",
             )
         turn = math.radians(modes.angle)
         return {
@@ -152,8 +157,11 @@ class SiemensPlaces:
         if size < NO_AXIS:
             raise first.error("VP007", "A3= B3= C3= of length 0 are no tool axis")
         if self.motion.modes.reference == "ORIMKS" and not self.motion.modes.frames.total.is_identity:
-            raise first.error("VP017", "A3= B3= C3= with ORIMKS under a programmable frame count in directions of the machine; write ORIWKS, or "
-                              "leave the frame out")  # fmt: skip
+            raise first.error(
+                "VP017",
+                "A3= B3= C3= with ORIMKS under a programmable frame count in directions of the machine; write ORIWKS, "
+                "or leave the frame out",
+            )
         return vector / size
 
     # --- centres of arcs --------------------------------------------------------------------------------

@@ -21,7 +21,8 @@ from verne_post.gcode.words import read_whole_lines, split_words
 _HEADER: Final = re.compile(rb"^[ \t]*+%_N_([A-Za-z0-9_]+?)_(MPF|SPF)[ \t]*+\r?$", re.MULTILINE | re.IGNORECASE)
 #: Skip level, block number, label: what may stand before a block.
 _PREFIX: Final = re.compile(
-    r"[ \t]*+(?P<skip>/[ \t]*+[0-9]?)?[ \t]*+(?:(?:N|:)[ \t]*+(?P<number>[0-9]+))?[ \t]*+(?:(?P<label>[A-Za-z_][A-Za-z0-9_]*)[ \t]*+:(?!=))?",
+    r"[ \t]*+(?P<skip>/[ \t]*+[0-9]?)?[ \t]*+(?:(?:N|:)[ \t]*+(?P<number>[0-9]+))?[ "
+    r"\t]*+(?:(?P<label>[A-Za-z_][A-Za-z0-9_]*)[ \t]*+:(?!=))?",
     re.IGNORECASE,
 )
 _BEGINS: Final = (

@@ -147,8 +147,13 @@ class SiemensSplines:
                 return  # nobody knows how A and C turn the tool
             middle = first + second
             if float(np.linalg.norm(np.cross(between, middle))) > _ASIDE * float(np.linalg.norm(middle)):
-                raise ProgramError("VP031", "the tool axes of these control points are too far apart, or too near to the vertical, for A and C to "
-                                 "lead the tool along BSPLINE between them; write G1", None, line)  # fmt: skip
+                raise ProgramError(
+                    "VP031",
+                    "the tool axes of these control points are too far apart, or too near to the vertical, for A and "
+                    "C to lead the tool along BSPLINE between them; write G1",
+                    None,
+                    line,
+                )
 
 
 def _is_point(words: Words) -> bool:
@@ -183,9 +188,12 @@ def _make_knots(draft: _Draft) -> list[float]:
     inner = given[still:] if not any(given[:still]) else given[: len(given) - still]
     if sum(value == 0 for value in given) != still or 0 in inner:
         raise ProgramError(
-            "VP031", f"PL= of BSPLINE: {count - 1} blocks of degree {degree} have {count - degree} intervals greater than 0, and {still} of 0 at the "
-            "beginning or at the end", None, draft.block.line,
-        )  # fmt: skip
+            "VP031",
+            f"PL= of BSPLINE: {count - 1} blocks of degree {degree} have {count - degree} intervals greater than 0, "
+            f"and {still} of 0 at the beginning or at the end",
+            None,
+            draft.block.line,
+        )
     knots = [0.0] * (degree + 1)
     for value in inner:
         knots.append(knots[-1] + value)

@@ -61,8 +61,12 @@ class Swivel:
             self._end()
             return
         if not self.to.modes.frames.program.is_identity:
-            raise ProgramError("VP017", "CYCLE800 under a programmable frame (TRANS, ROT, SCALE, MIRROR): controls put the plane before it; write TRANS "
-                             "without axes first, and the offset as _X0 _Y0 _Z0", call.column)  # fmt: skip
+            raise ProgramError(
+                "VP017",
+                "CYCLE800 under a programmable frame (TRANS, ROT, SCALE, MIRROR): controls put the plane before it; "
+                "write TRANS without axes first, and the offset as _X0 _Y0 _Z0",
+                call.column,
+            )
         self._retract(given, block)
         self._set_plane(given)
         direction = given.read_whole("_DIR")
@@ -184,7 +188,12 @@ class Swivel:
         """Angles that the plane shows in the planes of X Z and Y Z, then a turn in the plane."""
         reading = self.to.keys.projected
         if not reading:
-            raise given.error("VP002", 'projected angles: it is not known whether the second one is that of a line of the plane or of its projected axis; give [siemens] projected = "traces" or "axes" in the settings file', "_MODE")  # fmt: skip
+            raise given.error(
+                "VP002",
+                "projected angles: it is not known whether the second one is that of a line of the plane or of its "
+                'projected axis; give [siemens] projected = "traces" or "axes" in the settings file',
+                "_MODE",
+            )
         if tuple(order[:2]) not in (_XY, _YX) or order[2] not in (2, -1):
             raise given.error(
                 "VP002", f"_MODE {mode}: projected angles turn about X and Y, or Y and X, then Z", "_MODE"
@@ -203,7 +212,8 @@ class Swivel:
         if to.setup.coordinates.head:
             raise ProgramError(
                 "VP017",
-                "CYCLE800 by rotary axes directly (_MODE 192) is not executed on a machine whose tool turns; give the plane by angles",
+                "CYCLE800 by rotary axes directly (_MODE 192) is not executed on a machine whose tool turns; give the "
+                "plane by angles",
             )
         points = np.zeros((4, 9))
         points[:, to.setup.rotary] = a, c
@@ -251,8 +261,8 @@ class Swivel:
         if ones > 4 or tens > 1 or not 0 <= kind < _BEYOND_TOLM:
             raise given.error(
                 "VP002",
-                f"_TOLM {kind} is not executed; its last digit is 0 off, 1 finishing, 2, 3 roughing or 4 precision, the one before it 0, or 1 "
-                "with a tolerance of the axis",
+                f"_TOLM {kind} is not executed; its last digit is 0 off, 1 finishing, 2, 3 roughing or 4 precision, "
+                "the one before it 0, or 1 with a tolerance of the axis",
                 "_TOLM",
             )
         tolerance, axis = given.number("_TOL") * modes.length, given.number("_OTOL")

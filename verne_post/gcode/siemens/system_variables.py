@@ -51,11 +51,17 @@ class SystemVariables:
             return tool.offset[2] if what == "length" else 0.5 * tool.diameter
         tool = (state.tools or {}).get(state.loaded_tool or 0)
         values: dict[str, float | None] = {
-            "$P_TOOLNO": float(state.loaded_tool or 0), "$P_TOOLP": float(state.selected_tool or 0), "$P_TOOL": float(to.modes.edge),
-            "$P_TOOLR": None if tool is None else 0.5 * tool.diameter * to.modes.edge, "$P_TOOLL": state.frame.tool_length if index in ((1,), (3,)) else 0.0,
-            "$P_F": state.feed, "$P_S": state.spindle_speed, "$P_UIFRNUM": float(self._find_active()), "$P_TRAFO": float(to.modes.tcp),
+            "$P_TOOLNO": float(state.loaded_tool or 0),
+            "$P_TOOLP": float(state.selected_tool or 0),
+            "$P_TOOL": float(to.modes.edge),
+            "$P_TOOLR": None if tool is None else 0.5 * tool.diameter * to.modes.edge,
+            "$P_TOOLL": state.frame.tool_length if index in ((1,), (3,)) else 0.0,
+            "$P_F": state.feed,
+            "$P_S": state.spindle_speed,
+            "$P_UIFRNUM": float(self._find_active()),
+            "$P_TRAFO": float(to.modes.tcp),
             "$P_SDIR": 5.0 if not state.spindle_on else 4.0 if state.spindle_reversed else 3.0,
-        }  # fmt: skip
+        }
         value = values.get(name)
         if value is None:
             raise cursor.error("VP025", f"{name}: this variable of the control is not known here", at)
@@ -71,7 +77,10 @@ class SystemVariables:
                 if part == "RT" and axis == 2:
                     self.to.frame_words.store_offset(replace(frame, turn=value))
                 elif value != (1.0 if part == "SC" else 0.0):
-                    text = f"{name}[..., {AXES[axis]}, {part}]: work offsets here are shifted (TR), and turned about Z (RT)"
+                    text = (
+                        f"{name}[..., {AXES[axis]}, {part}]: work offsets here are shifted (TR), and turned about Z "
+                        "(RT)"
+                    )
                     raise cursor.error("VP002", text, at)
                 return
             origin = list(frame.origin)

@@ -16,11 +16,23 @@ _EQUAL_SHARE: Final = 1e-12
 
 #: Operators by how strongly they bind; NOT, B_NOT and signs bind strongest of all.
 _RANKS: Final = {
-    symbol: rank for rank, symbols in enumerate((
-        ("==", "<>", ">=", "<=", ">", "<"), ("<<",), ("OR",), ("XOR",), ("AND",), ("B_OR",), ("B_XOR",), ("B_AND",), ("+", "-"),
-        ("*", "/", "DIV", "MOD"),
-    )) for symbol in symbols
-}  # fmt: skip
+    symbol: rank
+    for rank, symbols in enumerate(
+        (
+            ("==", "<>", ">=", "<=", ">", "<"),
+            ("<<",),
+            ("OR",),
+            ("XOR",),
+            ("AND",),
+            ("B_OR",),
+            ("B_XOR",),
+            ("B_AND",),
+            ("+", "-"),
+            ("*", "/", "DIV", "MOD"),
+        )
+    )
+    for symbol in symbols
+}
 _OPERATOR: Final = re.compile(
     r"(==|<>|>=|<=|<<|[<>]|(?:DIV|MOD|AND|OR|XOR|B_AND|B_OR|B_XOR)(?![A-Z0-9_]))", re.IGNORECASE
 )
@@ -249,14 +261,25 @@ def _truncate(value: float) -> int:
 
 
 OPERATORS: Final[Mapping[str, Callable[[float, float], float]]] = {
-    "+": lambda a, b: a + b, "-": lambda a, b: a - b, "*": lambda a, b: a * b, "/": lambda a, b: a / b,
-    "DIV": lambda a, b: float(math.trunc(a / b)), "MOD": lambda a, b: math.fmod(_truncate(a), _truncate(b)),
-    "==": are_equal, "<>": lambda a, b: not are_equal(a, b), ">": lambda a, b: a > b and not are_equal(a, b),
-    "<": lambda a, b: a < b and not are_equal(a, b), ">=": lambda a, b: a >= b or are_equal(a, b),
-    "<=": lambda a, b: a <= b or are_equal(a, b), "AND": lambda a, b: bool(a) and bool(b), "OR": lambda a, b: bool(a) or bool(b),
-    "XOR": lambda a, b: bool(a) != bool(b), "B_AND": lambda a, b: _truncate(a) & _truncate(b), "B_OR": lambda a, b: _truncate(a) | _truncate(b),
+    "+": lambda a, b: a + b,
+    "-": lambda a, b: a - b,
+    "*": lambda a, b: a * b,
+    "/": lambda a, b: a / b,
+    "DIV": lambda a, b: float(math.trunc(a / b)),
+    "MOD": lambda a, b: math.fmod(_truncate(a), _truncate(b)),
+    "==": are_equal,
+    "<>": lambda a, b: not are_equal(a, b),
+    ">": lambda a, b: a > b and not are_equal(a, b),
+    "<": lambda a, b: a < b and not are_equal(a, b),
+    ">=": lambda a, b: a >= b or are_equal(a, b),
+    "<=": lambda a, b: a <= b or are_equal(a, b),
+    "AND": lambda a, b: bool(a) and bool(b),
+    "OR": lambda a, b: bool(a) or bool(b),
+    "XOR": lambda a, b: bool(a) != bool(b),
+    "B_AND": lambda a, b: _truncate(a) & _truncate(b),
+    "B_OR": lambda a, b: _truncate(a) | _truncate(b),
     "B_XOR": lambda a, b: _truncate(a) ^ _truncate(b),
-}  # fmt: skip
+}
 
 
 def round_half_away(value: float) -> float:
@@ -265,14 +288,24 @@ def round_half_away(value: float) -> float:
 
 
 FUNCTIONS: Final[Mapping[str, tuple[tuple[int, ...], Callable[..., float]]]] = {
-    "SIN": ((1,), lambda a: math.sin(math.radians(a))), "COS": ((1,), lambda a: math.cos(math.radians(a))),
-    "TAN": ((1,), lambda a: math.tan(math.radians(a))), "ASIN": ((1,), lambda a: math.degrees(math.asin(a))),
-    "ACOS": ((1,), lambda a: math.degrees(math.acos(a))), "ATAN2": ((2,), lambda y, x: math.degrees(math.atan2(y, x))),
-    "SQRT": ((1,), math.sqrt), "POT": ((1,), lambda a: a * a), "TRUNC": ((1,), lambda a: float(math.trunc(a))),
-    "ROUND": ((1,), round_half_away), "ROUNDUP": ((1,), lambda a: float(math.ceil(a))),
-    "ABS": ((1,), abs), "LN": ((1,), math.log), "EXP": ((1,), math.exp), "MINVAL": ((2,), min), "MAXVAL": ((2,), max),
+    "SIN": ((1,), lambda a: math.sin(math.radians(a))),
+    "COS": ((1,), lambda a: math.cos(math.radians(a))),
+    "TAN": ((1,), lambda a: math.tan(math.radians(a))),
+    "ASIN": ((1,), lambda a: math.degrees(math.asin(a))),
+    "ACOS": ((1,), lambda a: math.degrees(math.acos(a))),
+    "ATAN2": ((2,), lambda y, x: math.degrees(math.atan2(y, x))),
+    "SQRT": ((1,), math.sqrt),
+    "POT": ((1,), lambda a: a * a),
+    "TRUNC": ((1,), lambda a: float(math.trunc(a))),
+    "ROUND": ((1,), round_half_away),
+    "ROUNDUP": ((1,), lambda a: float(math.ceil(a))),
+    "ABS": ((1,), abs),
+    "LN": ((1,), math.log),
+    "EXP": ((1,), math.exp),
+    "MINVAL": ((2,), min),
+    "MAXVAL": ((2,), max),
     "BOUND": ((3,), lambda low, high, value: min(max(low, value), high)),
-}  # fmt: skip
+}
 
 
 def _number_of(text: str) -> float:
@@ -299,8 +332,12 @@ def _cut_text(text: str, first: float, count: float = 1e4) -> str:
 
 
 TEXT_FUNCTIONS: Final[Mapping[str, tuple[tuple[int, ...], Callable[..., Value]]]] = {
-    "STRLEN": ((1,), lambda s: float(len(s + ""))), "TOUPPER": ((1,), lambda s: s.upper()), "TOLOWER": ((1,), lambda s: s.lower()),
-    "NUMBER": ((1,), _number_of), "ISNUMBER": ((1,), _is_number), "INDEX": ((2,), lambda s, c: float(s.find(c))),
+    "STRLEN": ((1,), lambda s: float(len(s + ""))),
+    "TOUPPER": ((1,), lambda s: s.upper()),
+    "TOLOWER": ((1,), lambda s: s.lower()),
+    "NUMBER": ((1,), _number_of),
+    "ISNUMBER": ((1,), _is_number),
+    "INDEX": ((2,), lambda s, c: float(s.find(c))),
     "RINDEX": ((2,), lambda s, c: float(s.rfind(c))),
     "SUBSTR": ((2, 3), _cut_text),
-}  # fmt: skip
+}

@@ -327,8 +327,12 @@ class WordReader:
             return cursor.error("VP001", f"{name} must be the first word of its block", at)
         if name in (*ADDRESSES, *GROUP_OF, *CYCLES):
             return cursor.error("VP001", f"{name}: expected '=' or a number after it", at)
-        return cursor.error("VP002", f"{name} is neither a word nor a subprogram that is known here; a subprogram is in a file {name}.SPF "
-                            "in the folder of the program or a --subroutine-path", at)  # fmt: skip
+        return cursor.error(
+            "VP002",
+            f"{name} is neither a word nor a subprogram that is known here; a subprogram is in a file {name}.SPF "
+            "in the folder of the program or a --subroutine-path",
+            at,
+        )
 
 
 _WHOLE: Final = 1e-4

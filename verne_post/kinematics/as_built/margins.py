@@ -24,8 +24,12 @@ def name_margins(
     holds = Margin("hold of legs II and III against turning", "VP203", None, "", *([parallel_singularity] * 2))
     axis = (Margin(name, "VP217", None, "deg", -axis_error_deg, -axis_error_deg) for name in _AXIS_ERROR)
     return (
-        *drop_margins(actuators, serial_singularity), crossing, build_determinant_margin(parallel_singularity), holds, *axis
-    )  # fmt: skip
+        *drop_margins(actuators, serial_singularity),
+        crossing,
+        build_determinant_margin(parallel_singularity),
+        holds,
+        *axis,
+    )
 
 
 def measure_margins(

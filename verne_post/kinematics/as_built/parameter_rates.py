@@ -126,9 +126,14 @@ def _carry_over(
         axis[:, :, PLACES[name]] += after @ _compute_turned_rates(unit, tangent, vector, angle)
     for column, unit, point, vector, after in (
         (COUNT + 3, geometry.tilt_axis, (tilted @ from_tilt[..., None])[..., 0], axis_on_tilt, turned),
-        (COUNT + 4, geometry.rotary_axis, (turned @ on_tilt[..., None])[..., 0],
-         (turned @ axis_on_tilt[..., None])[..., 0], np.broadcast_to(np.eye(3), (n, 3, 3))),
-    ):  # fmt: skip
+        (
+            COUNT + 4,
+            geometry.rotary_axis,
+            (turned @ on_tilt[..., None])[..., 0],
+            (turned @ axis_on_tilt[..., None])[..., 0],
+            np.broadcast_to(np.eye(3), (n, 3, 3)),
+        ),
+    ):
         tip[:, :, column] -= (after @ np.cross(unit, point)[..., None])[..., 0]
         axis[:, :, column] -= (after @ np.cross(unit, vector)[..., None])[..., 0]
     return ToolRates(tip[:, :, :COUNT], axis[:, :, :COUNT], tip[:, :, COUNT:], axis[:, :, COUNT:])

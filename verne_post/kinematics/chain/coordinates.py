@@ -101,9 +101,15 @@ class ChainCoordinates(Struct, frozen=True, eq=False):
             tilts = [rotate_y(place, lean) for place in tilts]
             angles, home = (nutation.find_turns(angles[0]), nutation.find_turns(angles[1])), nutation.home
         return TurnSegments(
-            rotate_x(tilts[0], home), rotate_x(tilts[1], home), *angles, -turns[0], straight[0],
-            turns[1] - turns[0], straight[1] - straight[0], np.full(len(start), lean),
-        )  # fmt: skip
+            rotate_x(tilts[0], home),
+            rotate_x(tilts[1], home),
+            *angles,
+            -turns[0],
+            straight[0],
+            turns[1] - turns[0],
+            straight[1] - straight[0],
+            np.full(len(start), lean),
+        )
 
     # --- program and part -------------------------------------------------------------------------------------
 

@@ -119,7 +119,8 @@ def _build_nutating_pair(turn: Array, tilt: Array, axis: Array, preferred: float
     elif abs(near - far) < NEARLY_RIGHT:
         raise ValueError(
             f"the rotary joints are at {math.degrees(near):.6g} degrees, and the farther one and the tool axis at "
-            f"{math.degrees(far):.6g}: the tool just misses the direction of the nearer joint; give them as drawn, not as measured"
+            f"{math.degrees(far):.6g}: the tool just misses the direction of the nearer joint; give them as drawn, not "
+            "as measured"
         )
     upward = np.sin(near) * z - np.cos(near) * x  # across the direction of the tilting joint, towards z
     home = math.atan2(float(axis @ y), float(axis @ upward))

@@ -54,8 +54,8 @@ def describe_sense(machine: Machine, here: Array, joint: int) -> str:
     before = machine.forward(tilted, 0.0)[1]
     after = machine.forward(_step(tilted, joint, column), 0.0)[1]
     return (
-        f"with {machine.columns[tilt].joint.upper()} {_STEP:+g}, the tool leans from {name_direction(before - axis)} towards "
-        f"{name_direction(after - before)} of the part"
+        f"with {machine.columns[tilt].joint.upper()} {_STEP:+g}, the tool leans from {name_direction(before - axis)} "
+        f"towards {name_direction(after - before)} of the part"
     )
 
 

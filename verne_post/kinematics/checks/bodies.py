@@ -78,10 +78,15 @@ class Clearance:
             ):
                 if cone is not None:
                     listed += [
-                        (Margin(f"rest of the cone of a {what} ball joint of leg {leg}", "VP214", None, "deg", 0.0, 0.0),
-                         factor * share, "module")
+                        (
+                            Margin(
+                                f"rest of the cone of a {what} ball joint of leg {leg}", "VP214", None, "deg", 0.0, 0.0
+                            ),
+                            factor * share,
+                            "module",
+                        )
                         for leg in dict.fromkeys(module.rod_legs)
-                    ]  # fmt: skip
+                    ]
         return listed
 
     def evaluate(self, pose: Pose) -> tuple[Array, dict[str, Array]]:
@@ -140,10 +145,15 @@ class Clearance:
         legs = np.array(module.rod_legs)
         spindle = self.bodies.spindle_radius or 0.0
         return [
-            np.min([measure_between_segments(start[:, i], end[:, i], nose, top) - radius[i] - spindle
-                    for i in np.flatnonzero(legs == leg)], axis=0)
+            np.min(
+                [
+                    measure_between_segments(start[:, i], end[:, i], nose, top) - radius[i] - spindle
+                    for i in np.flatnonzero(legs == leg)
+                ],
+                axis=0,
+            )
             for leg in dict.fromkeys(module.rod_legs)
-        ]  # fmt: skip
+        ]
 
     def _measure_cones(self, module: RodModule, start: Array, end: Array, platform: Platform) -> list[Array]:
         """What is left of the cones, degrees: for each leg its worst rod."""

@@ -128,10 +128,16 @@ class KeepOut:
             if _find_kind(body, one, moving) in kinds
         ]
         self.names: tuple[Margin, ...] = tuple(
-            Margin(f"distance of the {body} from {one.name}{_describe_when(body, one)}", "VP216" if one.stock else "VP215", None,
-                   "mm", one.distance, one.distance)
+            Margin(
+                f"distance of the {body} from {one.name}{_describe_when(body, one)}",
+                "VP216" if one.stock else "VP215",
+                None,
+                "mm",
+                one.distance,
+                one.distance,
+            )
             for body, one in self.pairs
-        )  # fmt: skip
+        )
         #: A tool's rim moves with its axis: two points carry it.
         self.reach: Array = np.array([2.0 if body in TOOL_PARTS else 1.0 for body, _one in self.pairs])
         #: Platform and legs tilt while the tool moves straight, so their distance is not convex.
@@ -313,8 +319,14 @@ def refuse_leaning_part(machine: Machine, name: str) -> None:
 
 
 def place_body(
-    machine: Machine, name: str, system: int | None, point: Array, moves: Moves, options: Options, frames: Mapping[int, Frame]
-) -> tuple[Array, float]:  # fmt: skip
+    machine: Machine,
+    name: str,
+    system: int | None,
+    point: Array,
+    moves: Moves,
+    options: Options,
+    frames: Mapping[int, Frame],
+) -> tuple[Array, float]:
     """Where a point (3,) of a body is in the table frame, mm, and how far the body is turned there, rad.
 
     Parameters
@@ -332,7 +344,10 @@ def place_body(
         x, y, _z = machine.coordinates.part_frame[:, 0]
         return machine.coordinates.part_frame @ point, float(np.arctan2(y, x))
     if system not in options.wcs:
-        text = f"{name} is given in {SYSTEM_NAMES[system]}, and {SYSTEM_NAMES[system]} is not: give it with --wcs or --measured-offset, or {name} on the table"
+        text = (
+            f"{name} is given in {SYSTEM_NAMES[system]}, and {SYSTEM_NAMES[system]} is not: give it with --wcs or "
+            f"--measured-offset, or {name} on the table"
+        )
         raise InputError(make_finding("VP018", text))
     given = frames[system]
     place = (given.origin, given.turn, given.part_turn)

@@ -123,8 +123,11 @@ def place_of(line: JointPath, item: Finding) -> Place | None:
         if (check.code, check.axis) == (item.code, item.axis)
         and (item.code != "VP215" or item.message.startswith(check.name))
     ]
-    by_distance = [(abs(best[1] * check.factor - item.value), best[0])
-            for check, best in zip(checks, find_worst_places(line, checks), strict=True) if best is not None]  # fmt: skip
+    by_distance = [
+        (abs(best[1] * check.factor - item.value), best[0])
+        for check, best in zip(checks, find_worst_places(line, checks), strict=True)
+        if best is not None
+    ]
     return min(by_distance, key=lambda one: one[0])[1] if by_distance else None
 
 

@@ -61,15 +61,35 @@ def list_machine_checks(machine: Machine) -> list[Check]:
         for sign, limit in ((1.0, machine.limits.lower[joint]), (-1.0, machine.limits.upper[joint])):
             if np.isfinite(limit):
                 checks.append(
-                    Check(column.code, CODES[column.code].title, column.joint, joint, sign, float(limit), float(limit),
-                          slack, column.unit, column.factor)
-                )  # fmt: skip
+                    Check(
+                        column.code,
+                        CODES[column.code].title,
+                        column.joint,
+                        joint,
+                        sign,
+                        float(limit),
+                        float(limit),
+                        slack,
+                        column.unit,
+                        column.factor,
+                    )
+                )
     n = len(machine.columns)
     for index, margin in enumerate(machine.margins):
         checks.append(
-            Check(margin.code, margin.name, margin.axis, n + index, 1.0, margin.error_below, margin.warn_below,
-                  LIMIT_SLACK_MM, margin.unit, 1.0)
-        )  # fmt: skip
+            Check(
+                margin.code,
+                margin.name,
+                margin.axis,
+                n + index,
+                1.0,
+                margin.error_below,
+                margin.warn_below,
+                LIMIT_SLACK_MM,
+                margin.unit,
+                1.0,
+            )
+        )
     return checks
 
 
@@ -106,9 +126,19 @@ def report_limit(contour: Contour, check: Check, worst: Worst, cause: Ints | Non
             )
             message += "" if cause is None else _describe_stretches(contour, group)
             findings.append(
-                _make_finding(contour, group, at, check.code, message, severity=severity, axis=check.axis, value=value,
-                         limit=bound, unit=check.unit)
-            )  # fmt: skip
+                _make_finding(
+                    contour,
+                    group,
+                    at,
+                    check.code,
+                    message,
+                    severity=severity,
+                    axis=check.axis,
+                    value=value,
+                    limit=bound,
+                    unit=check.unit,
+                )
+            )
     return findings
 
 

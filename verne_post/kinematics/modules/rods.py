@@ -65,7 +65,8 @@ class RodsModule(RodGeometry, frozen=True, dict=True, eq=False):
         if np.abs(gaps).max() > CLOSED:
             k = int(np.argmax(np.abs(gaps)))
             raise ValueError(
-                f"rod.{k}: at home it needs {self.rod[k].by} at {asked[k]:.6f}, but another rod needs it at {asked[k] - gaps[k]:.6f}"
+                f"rod.{k}: at home it needs {self.rod[k].by} at {asked[k]:.6f}, but another rod needs it at "
+                f"{asked[k] - gaps[k]:.6f}"
             )
         measure = abs(float(self._measure(home, np.zeros(()), asked[self.first_rods])))
         if not measure > SINGULAR:
@@ -83,8 +84,8 @@ class RodsModule(RodGeometry, frozen=True, dict=True, eq=False):
         open_ = ~ok & (drops > 0).all(axis=-1)
         if open_.all() or (open_ & (np.abs(shares).sum(axis=-1) < 0.15)).any():
             raise ValueError(
-                "away from home the rods do not close with a platform that tilts about x alone; other turns are not executed "
-                "over a tilting rotary table"
+                "away from home the rods do not close with a platform that tilts about x alone; other turns are not "
+                "executed over a tilting rotary table"
             )
         pose = np.concatenate([points[ok], alpha[ok, None]], axis=-1)
         way, (found, reached) = follow_from_home(self, rho[ok]), find_poses(self, rho[ok])

@@ -74,8 +74,8 @@ class SixLegs(Struct, frozen=True, dict=True, eq=False):
         measure = abs(float(self._measure(home, still)))
         if not measure > SINGULAR:
             raise ValueError(
-                f"at home the legs leave the platform free to move: their Jacobian is singular ({measure:.1g}); expected joints "
-                "or a home with which the legs hold it"
+                f"at home the legs leave the platform free to move: their Jacobian is singular ({measure:.1g}); "
+                "expected joints or a home with which the legs hold it"
             )
         self._try_around_home()
 

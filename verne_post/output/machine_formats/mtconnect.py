@@ -51,9 +51,17 @@ def write_device(machine: Machine) -> dict[str, str]:
     name = re.sub(r"[^A-Za-z0-9_.-]+", "-", machine.name) or machine.kind
     root = ET.Element("MTConnectDevices", {"xmlns": _SPACE})
     ET.SubElement(
-        root, "Header", creationTime=_TIME, deviceModelChangeTime=_TIME, sender="verne-post", instanceId="1", version=VERSION,
-        bufferSize="131072", assetBufferSize="1024", assetCount="0",
-    )  # fmt: skip
+        root,
+        "Header",
+        creationTime=_TIME,
+        deviceModelChangeTime=_TIME,
+        sender="verne-post",
+        instanceId="1",
+        version=VERSION,
+        bufferSize="131072",
+        assetBufferSize="1024",
+        assetCount="0",
+    )
     device = ET.SubElement(ET.SubElement(root, "Devices"), "Device", id="device", name=name, uuid=machine.sha256)
     assumed = ", ".join(machine.assumed) or "nothing"
     _describe(device, f"{machine.name}, kind {machine.kind}; places are nominal; assumed, not measured: {assumed}")

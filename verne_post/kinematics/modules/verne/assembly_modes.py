@@ -68,10 +68,12 @@ def find_forward_modes(geometry: VerneGeometry, rho: Array) -> ForwardModes:
     k = max(part.alpha.shape[1] for part in parts)
 
     def join(arrays: list[Array], fill: float) -> Array:
-        return np.concatenate([
-            np.concatenate([a, np.full((len(a), k - a.shape[1], *a.shape[2:]), fill, dtype=a.dtype)], axis=1)
-            for a in arrays
-        ])  # fmt: skip
+        return np.concatenate(
+            [
+                np.concatenate([a, np.full((len(a), k - a.shape[1], *a.shape[2:]), fill, dtype=a.dtype)], axis=1)
+                for a in arrays
+            ]
+        )
 
     return ForwardModes(
         join([part.position for part in parts], np.nan),
