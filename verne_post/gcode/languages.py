@@ -40,9 +40,9 @@ _LANGUAGES: Final = (
     _Language("Heidenhain DIN/ISO", rb"\A[ \t\r\n]*%[^\n]*\bG7[01][ \t]*+\*.*$"),
     _Language("Siemens", rb"^[ \t]*+;\$PATH=.*$|^%_N_.*$|^[ \t]*+(?:N\d+[ \t]*+)?(?:TRAORI|TRAFOOF|CYCLE\d{2,4}|MCALL|SUPA|MSG[ \t]*+\(|DEF[ \t]+(?:REAL|INT|AXIS|STRING|BOOL)|(?:A?(?:TRANS|ROT)[ \t]+(?=[XYZ])|ORI(?!GIN\b)[A-Z]{2,}"
               rb"|STOPRE|EXTERN|PROC|WORKPIECE|FFWON|COMPCAD|SOFT|DIAMOF)\b).*$|^[^\n;(#\[\]]*\b[XYZABC]\d?=.*$", "siemens"),
-    _Language("APT", rb"^[ \t]*+(?:\$\$(?:[ *>-].*)?|(?:PARTNO|MACHIN|GOTO|FEDRAT|LOADTL|SPINDL|CUTTER|MULTAX|PPRINT|FINI|RAPID|UNITS?|TLAXIS|CIRCLE|TOOL[ \t]+PATH|TLDATA|MSYS)"
+    _Language("APT", rb"^[ \t]*+(?:\$\$(?:[ *>-].*)?|(?:PARTNO|MACHIN|GOTO(?=[ \t]*+/)|FEDRAT|LOADTL|SPINDL|CUTTER|MULTAX|PPRINT|FINI|RAPID|UNITS?|TLAXIS|CIRCLE|TOOL[ \t]+PATH|TLDATA|MSYS)"
               rb"\b[^=\n]*)\r?$", "aptcl"),
-    _Language("a custom macro of a Fanuc control", rb"^[ \t]*+(?:N\d+[ \t]*+)?(?:IF[ \t]*+\[|WHILE[ \t]*+\[|GOTO[ \t]*+\d|G6[56]\b).*$", "fanuc"),
+    _Language("a custom macro of a Fanuc control", rb"^[ \t]*+(?:N\d+[ \t]*+)?(?:IF[ \t]*+\[|WHILE[ \t]*+\[|GOTO[ \t]*+[\d#\[]|G6[56]\b).*$", "fanuc"),
     _Language("Okuma OSP", rb"^[ \t]*+(?:N\w+[ \t]+)?(?:CALL[ \t]+O\w+|VC\d+[ \t]*+=|DEF[ \t]+WORK|G15[ \t]+H\d+|RTS|PSELECT|MODIN|MODOUT)\b.*$"),
     _Language("Fagor", rb"^[ \t]*+(?:N\d+[ \t]*+)?#(?:RTCP|TCAM|CS|ACS|HSC|TLC|ROTATE|PATH|MCS)\b.*$|\A[ \t\r\n]*%[^\n,]*,M[XT-].*$"),
     _Language("NUM", rb"^[ \t]*+(?:N\d+[ \t]*+)?(?:\$\d|E[68]\d{4}[ \t]*+=|G79[ \t]+(?:N\d|[LE]\d+)|L\d+[ \t]*+=).*$"),
