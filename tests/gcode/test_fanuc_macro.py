@@ -126,8 +126,8 @@ def test_what_is_wrong_has_its_line(view, lines, code, part, line):
 
 def test_a_computed_jump_is_no_cl_file(view):
     """It is told what is wrong with it, not that the text looks like APT, whose word is GOTO too."""
-    findings = view(program("GOTO [8+3]"), dialect="fanuc")[1]
-    assert [(item.code, item.line) for item in findings] == [("VP023", 5)]
+    lines = "#1=#4/#2", "GOTO [8+3]", "O2000", "IF [#1 EQ 1] THEN #1=5"
+    assert [(item.code, item.line) for item in view(program(*lines), dialect="fanuc")[1]] == [("VP007", 5)]
 
 
 def test_a_statement_is_found_where_it_stands(machine):
