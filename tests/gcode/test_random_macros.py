@@ -40,6 +40,8 @@ FUNCTIONS: Final = (
     "ATAN2",
     "POW",
 )
+#: Functions without rounding.
+EXACT: Final = ("ABS", "FIX", "FUP", "ROUND")
 #: Letters of arguments and their variables; I, J and K may come again.
 LETTERS: Final = dict(
     zip("ABCDEFHMQRSTUVWXYZ", (1, 2, 3, 7, 8, 9, 11, 13, 17, 18, 19, 20, 21, 22, 23, 24, 25, 26), strict=True)
@@ -152,7 +154,7 @@ def compare(name: str, a: float, b: float) -> float:
     return float({"EQ": a == b, "NE": a != b, "GT": a > b, "GE": a >= b, "LT": a < b, "LE": a <= b}[name])
 
 
-def evaluate(tree: Tree, store: Store) -> float | None:
+def evaluate(tree: Tree, store: Store, nudge: float = 0.0) -> float | None:
     """Value of a tree as the operator's manual has it; None for a vacant variable that stands alone."""
     name, *parts = tree
     if name == "number":
@@ -160,10 +162,10 @@ def evaluate(tree: Tree, store: Store) -> float | None:
     if name == "variable":
         return store.get(parts[0])
     if name == "at":
-        key = evaluate(parts[0], store)
+        key = evaluate(parts[0], store, nudge)
         require(key is not None and key == round(key) and round(key) in (0, *LOCALS, *COMMON, 105))
         return store.get(round(key or 0))
-    given = [evaluate(part, store) for part in parts]
+    given = [evaluate(part, store, nudge) for part in parts]
     if name in ("EQ", "NE") and None in given:  # vacant is equal to vacant alone
         return float((given[0] is given[1]) == (name == "EQ"))
     a, *rest = (0.0 if value is None else value for value in given)
@@ -188,7 +190,7 @@ def evaluate(tree: Tree, store: Store) -> float | None:
         return hold(a / b if name == "/" else math.copysign(abs(a) % abs(b), a))
     if name in ("+", "-", "*"):
         return hold(a + b if name == "+" else a - b if name == "-" else a * b)
-    return hold(call(name, a, b))
+    return hold(call(name, a, b) * (1.0 if name in EXACT else 1.0 + nudge))
 
 
 def call(name: str, a: float, b: float) -> float:
@@ -368,6 +370,8 @@ class Judge:
     """Executes lines; keeps where the axes are."""
 
     macro: list[Line]
+    #: Share by which values of functions differ from what they should be: what rounding decides comes out elsewhere.
+    nudge: float = 0.0
     at: dict[str, float] = field(default_factory=lambda: {"X": 0.0, "Y": 0.0})
     incremental: bool = False
     places: list[tuple[float, float]] = field(default_factory=lambda: [(0.0, 0.0)])
@@ -387,9 +391,9 @@ class Judge:
     def execute(self, line: Line, own: Store, lines: list[Line], here: int, inside: bool) -> int:
         """Execute a line; returns the next one."""
         store = {**self.common, **own}
-        if line.kind == "set" or (line.kind == "if" and evaluate(line.data[0], store)):
+        if line.kind == "set" or (line.kind == "if" and evaluate(line.data[0], store, self.nudge)):
             key, tree = line.data[-2:]
-            value = evaluate(tree, store)
+            value = evaluate(tree, store, self.nudge)
             target = own if key < 100 else self.common
             target.pop(key, None)
             if value is not None:
@@ -398,13 +402,13 @@ class Judge:
                 raise DoubtError  # a vacant common variable
         elif line.kind == "move":
             self.move(line.data[0], line.data[1], store)
-        elif line.kind == "jump" and evaluate(line.data[0], store):
+        elif line.kind == "jump" and evaluate(line.data[0], store, self.nudge):
             return next(
                 k
                 for k, one in enumerate(lines)
                 if one.kind in ("move", "label") and line.data[1] in one.data[2 * (one.kind == "move") :]
             )
-        elif line.kind == "while" and not evaluate(line.data[0], store):
+        elif line.kind == "while" and not evaluate(line.data[0], store, self.nudge):
             return (
                 next(k for k in range(here, len(lines)) if lines[k].kind == "end" and lines[k].data[0] == line.data[1])
                 + 1
@@ -425,7 +429,7 @@ class Judge:
         given: Store = {}
         set_number, last = 0, -1
         for letter, tree in words:
-            value = evaluate(tree, store)
+            value = evaluate(tree, store, self.nudge)
             if letter in "IJK":
                 order = "IJK".index(letter)
                 set_number += order <= last
@@ -442,7 +446,7 @@ class Judge:
         """Words with a vacant variable are passed over."""
         self.incremental = {"G90": False, "G91": True}.get(mode, self.incremental)
         for axis, tree in words:
-            value = evaluate(tree, store)
+            value = evaluate(tree, store, self.nudge)
             if value is not None:
                 self.at[axis] = hold(value + (self.at[axis] if self.incremental else 0.0))
         self.places.append((self.at["X"], self.at["Y"]))
@@ -453,40 +457,47 @@ def drop_stays(places: list[tuple[float, float]]) -> list[tuple[float, float]]:
     return [place for k, place in enumerate(places) if k == 0 or math.dist(place, places[k - 1]) > DOUBT]
 
 
+def is_alike(places: list[tuple[float, float]], others: list[tuple[float, float]]) -> bool:
+    """Whether two ways lead over the same places."""
+    pairs = zip(places, others, strict=False)
+    return len(places) == len(others) and all(math.dist(a, b) <= 1e-9 * max(1.0, *map(abs, b)) for a, b in pairs)
+
+
 def try_program(seed: int) -> str:
     """Hold one program against the judge."""
     main, macro = draw_program(seed)
     if any("ROUND[" in line.text or "RND[" in line.text for line in [*main, *macro] if line.kind in ("move", "call")):
         return "left out"  # in words of axes it rounds to a step
-    judge, wrong = Judge(macro), 0
     first = len(HEAD) + 1
-    try:
-        judge.run(main, {}, inside=False)
-    except DoubtError:
+    judges, wrong_lines = [Judge(macro, nudge) for nudge in (0.0, 1e-12, -1e-12)], []
+    for judge in judges:
+        try:
+            judge.run(main, {}, inside=False)
+            wrong_lines.append(0)
+        except DoubtError:
+            return "left out"
+        except AlarmError:
+            inside, here = judge.line
+            wrong_lines.append(first + here + (len(main) + 2 if inside else 0))
+    wanted, *others = (drop_stays(judge.places) for judge in judges)
+    wrong = wrong_lines[0]
+    if len(set(wrong_lines)) > 1 or not all(is_alike(other, wanted) for other in others):
         return "left out"
-    except AlarmError:
-        inside, here = judge.line
-        wrong = first + here + (len(main) + 2 if inside else 0)
     text = "\n".join([*HEAD, *(line.text for line in main), "M30", "O2000", *(line.text for line in macro), "M99", "%"])
     moves, findings = view_moves_plainly(text.encode(), Options(dialect="fanuc"))
     said = [(item.code, item.line, item.message) for item in findings]
     assert (said[0][1] if said else 0) == wrong, f"{text}\nexpected an error in line {wrong}: {said}"
     if wrong:
         return "alarms"
-    found, wanted = (drop_stays(list(places)) for places in ([tuple(end[:2]) for end in moves.end], judge.places))
-    same = len(found) == len(wanted) and all(
-        abs(a - b) <= 1e-9 * max(1.0, abs(b))
-        for one, other in zip(found, wanted, strict=True)
-        for a, b in zip(one, other, strict=True)
-    )
-    assert same, f"{text}\nfound    {found}\nexpected {wanted}"
+    found = drop_stays([tuple(end[:2]) for end in moves.end])
+    assert is_alike(found, wanted), f"{text}\nfound    {found}\nexpected {wanted}"
     return "alike"
 
 
 @pytest.mark.parametrize("first", range(0, 300, 100))
 def test_random_macros_do_what_their_statements_say(first: int) -> None:
     ended = [try_program(seed) for seed in range(first, first + 100)]
-    assert ended.count("alike") > 40
+    assert ended.count("alike") > 30
     assert "alarms" in ended
 
 
