@@ -1,8 +1,8 @@
 """Random threads of every dialect against a judge that works each one out from its values: heights, feeds, spindle.
 
 ``python -m tests.gcode.test_random_tapping 10000 [SEED]``. The judge knows pitch, depths and speeds as they were drawn,
-and reads no text. It compares feed moves with their starts, dwells and spindle events in their order; rapid traverse must
-stay at the clearance or above.
+and reads no text. It compares feed moves with their starts, dwells and spindle events in their order; rapid traverse
+must stay at the clearance or above.
 """
 
 import math
