@@ -74,6 +74,7 @@ class Thread:
             yield "spindle", "stop", self.speed
         while True:
             deep = min(cuts * self.cut - self.cut_from, self.depth) if self.cut else self.depth
+            deep = self.depth if self.depth - deep < NOISE else deep
             yield "spindle", ways[0], self.speed
             yield "feed", at, self.surface - deep, self.pitch * self.speed
             if self.dwell and deep == self.depth:
