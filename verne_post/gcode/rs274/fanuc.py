@@ -382,6 +382,13 @@ class FanucInterpreter(Rs274):
                     "VP002", "G5 is only executed with P0 to P3 and P10000: other numbers call high-speed cycles", "P"
                 )
             self.recorder.record_event(block.line, "smoothing", code=f"G{g['smoothing'] / 10:g}", **words)
+        if "fixture offset" in g and block.words.get("P") != 0.0:
+            raise block.error(
+                "VP002",
+                "G54.2 is only executed with P0: how other work offsets turn with the table is stored in the control; "
+                "let the CAM system write G43.4, or write G68.2 and G53.1",
+                "P",
+            )
         if "plane axis" in g:
             self.planes.turn_to_plane(block, g["plane axis"])
 

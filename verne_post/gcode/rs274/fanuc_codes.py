@@ -47,8 +47,10 @@ CIRCLE_OF_HOLES, ARC_OF_HOLES, ROW_OF_HOLES = 700, 710, 720
 PATTERNS: Final = (CIRCLE_OF_HOLES, ARC_OF_HOLES, ROW_OF_HOLES)
 #: I J K from the start of the arc, which Mach4 writes: they always are.
 CENTERS_FROM_START: Final = 911
+#: A work offset that turns with the table. P0 ends it, as heads of programs do; the data of others are in the control.
+FIXTURE: Final = 542
 #: Codes that change no move.
-WITHOUT_EFFECT: Final = (*SMOOTHING, *LOOK_AHEAD, *ENDS, CENTERS_FROM_START)
+WITHOUT_EFFECT: Final = (*SMOOTHING, *LOOK_AHEAD, *ENDS, CENTERS_FROM_START, FIXTURE)
 #: Codes that name axes without moving them, and those that take none.
 NAMES_AXES: Final = (51, MIRROR_OFF)
 ALONE: Final = (80, 150, 160, SCALE_OFF, *ENDS, *LOOK_AHEAD, TABLE, TABLE_OFF, PLANE_OFF, TO_PLANE, ABOUT_TIP)
@@ -153,6 +155,7 @@ _GROUPS: Final[Mapping[str, Mapping[int, str]]] = {
         660: "calls a macro after every block that moves, until G67; its variables are kept from one call to the next",
     },
     **{f"end of G{code / 10:g}": {code: _ENDS_MODE} for code in ENDS},
+    "fixture offset": {FIXTURE: "P0: no work offset turns with the table; other P are refused"},
     "centres of arcs": {CENTERS_FROM_START: "Mach4: I J K count from the start of the arc; they always do"},
 }
 
@@ -199,7 +202,6 @@ def make_table() -> CodeTable:
             **dict.fromkeys(
                 (2530, 2680, 2690), "tilted planes of Haas; let the CAM system write G254, or write G68.2 and G53.1"
             ),
-            542: "work offsets that turn with the table; let the CAM system write G43.4, or write G68.2 and G53.1",
             **dict.fromkeys((24, 34), "arcs in space; let the CAM system write lines"),
             630: "tapping at a feed rate that nobody may change; write G84",
             **dict.fromkeys((841, 842, 1740, 1840), "tapping of other controls; write G84 or G74"),
@@ -224,6 +226,7 @@ def make_table() -> CodeTable:
             50: "P",
             51: "PQR",
             54: "Q",
+            FIXTURE: "P",
             TO_PLANE: "P",
             NURBS: "PKR",
             80: "P",

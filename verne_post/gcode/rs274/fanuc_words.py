@@ -5,7 +5,7 @@ from typing import Final
 from verne_post.gcode.block import Block
 from verne_post.gcode.codes import CYCLES, TAKES_AXES, CodeTable
 from verne_post.gcode.program_error import ProgramError
-from verne_post.gcode.rs274.fanuc_codes import ABOUT_TIP, ADDITIONAL, SMOOTHING
+from verne_post.gcode.rs274.fanuc_codes import ABOUT_TIP, ADDITIONAL, FIXTURE, SMOOTHING
 from verne_post.gcode.rs274.modes import Modes
 from verne_post.gcode.rs274.values import read_whole
 from verne_post.model.control_keys import FanucKeys
@@ -39,7 +39,7 @@ class FanucWords:
 
     def has_cycle(self, block: Block, codes: set[int]) -> bool:
         """True where the words of a block are those of a cycle: no other code takes them."""
-        if codes & {*TAKES_AXES, ADDITIONAL, *SMOOTHING, 0, 10, 20, 30, 40, 800} or self._has_call(block):
+        if codes & {*TAKES_AXES, ADDITIONAL, *SMOOTHING, FIXTURE, 0, 10, 20, 30, 40, 800} or self._has_call(block):
             return bool(codes & set(CYCLES))
         return bool(codes & set(CYCLES)) or self.modes.motion in CYCLES
 
