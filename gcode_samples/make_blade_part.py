@@ -1,7 +1,8 @@
-"""Make the nominal part of blade_5axis.nc: ``python gcode_samples/make_blade_part.py FOLDER`` writes blade_part.stl and blade_shapes.toml.
+"""Make the nominal part of blade_5axis.nc: ``python gcode_samples/make_blade_part.py FOLDER`` writes blade_part.stl and
+blade_shapes.toml.
 
-The part is the strip that a ball of 4 mm touches along the programmed path, 1 mm to both sides, straight from point to point. Its normal
-is the part of the tool axis that is square to the path. An open mesh: a surface, no body.
+The part is the strip that a ball of 4 mm touches along the programmed path, 1 mm to both sides, straight from point to
+point. Its normal is the part of the tool axis that is square to the path. An open mesh: a surface, no body.
 """
 
 import re

@@ -1,7 +1,8 @@
-"""Make a part in a vise: ``python gcode_samples/make_vise_sample.py FOLDER`` writes a program, its set-up, tools, and three STL files.
+"""Make a part in a vise: ``python gcode_samples/make_vise_sample.py FOLDER`` writes a program, its set-up, tools, and
+three STL files.
 
-vise.nc faces a block, mills a step around it above the jaws of the vise, and a pocket between them. vise.stl stands on the table;
-stock.stl and part.stl, the part as it should be, are in G54.
+vise.nc faces a block, mills a step around it above the jaws of the vise, and a pocket between them. vise.stl stands on
+the table; stock.stl and part.stl, the part as it should be, are in G54.
 """
 
 import itertools
@@ -121,7 +122,9 @@ def unite_boxes(boxes: Boxes) -> np.ndarray:
 
 
 def make_part() -> np.ndarray:
-    """Facets (m, 3, 3) of the part: strips between outlines that have their points in the same directions from the middle."""
+    """Facets (m, 3, 3) of the part: strips between outlines that have their points in the same directions from the
+    middle.
+    """
     turns = np.radians(np.arange(0.0, 91.0, 7.5))
     arcs = [
         (np.array(POCKET) - CORNER) * sign
@@ -142,9 +145,15 @@ def make_part() -> np.ndarray:
 
     lower, step = np.array(corners[:4]), np.array(corners[4:])
     levels = [
-        outline(pocket, -12.0) * [0, 0, 1], outline(pocket, -12.0), outline(pocket, 0.0), outline(step, 0.0), outline(step, -6.0),
-        outline(lower, -6.0), outline(lower, -30.0), outline(lower, -30.0) * [0, 0, 1],
-    ]  # fmt: skip
+        outline(pocket, -12.0) * [0, 0, 1],
+        outline(pocket, -12.0),
+        outline(pocket, 0.0),
+        outline(step, 0.0),
+        outline(step, -6.0),
+        outline(lower, -6.0),
+        outline(lower, -30.0),
+        outline(lower, -30.0) * [0, 0, 1],
+    ]
     facets = []
     for inner, outer in itertools.pairwise(levels):
         a, b, c, d = inner, outer, np.roll(outer, -1, axis=0), np.roll(inner, -1, axis=0)

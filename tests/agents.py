@@ -1,9 +1,10 @@
 """What agents of CI servers take for commands in a log, by their own documentation: small parsers of their grammars.
 
-GitHub: "Workflow commands", ``::name key=value,...::text`` at the beginning of a line; its runner trims blanks first, and still
-reads the form before that, ``##[name key=value;...]text``, anywhere in a line. Azure: "Logging commands",
-``##vso[area.action key=value;...]text`` anywhere, and "Formatting commands", ``##[name]text``. TeamCity: "Service messages",
-``##teamcity[name ...]``. GitLab: "Custom collapsible sections", ``section_start:time:name`` before a carriage return and an escape sequence.
+GitHub: "Workflow commands", ``::name key=value,...::text`` at the beginning of a line; its runner trims blanks first,
+and still reads the form before that, ``##[name key=value;...]text``, anywhere in a line. Azure: "Logging commands",
+``##vso[area.action key=value;...]text`` anywhere, and "Formatting commands", ``##[name]text``. TeamCity: "Service
+messages", ``##teamcity[name ...]``. GitLab: "Custom collapsible sections", ``section_start:time:name`` before a
+carriage return and an escape sequence.
 """
 
 import re

@@ -1,4 +1,6 @@
-"""What tests of several folders build alike: machines, programs, tool axes, setpoints, and the rod equations of the paper."""
+"""What tests of several folders build alike: machines, programs, tool axes, setpoints, and the rod equations of the
+paper.
+"""
 
 import importlib.util
 import math
@@ -20,9 +22,17 @@ ROOT = Path(__file__).resolve().parents[1]
 SAMPLES = ROOT / "gcode_samples"
 #: Those that convert; their headers say with which options.
 LEGAL_SAMPLES = [
-    "blade_5axis.nc", "fanuc_nurbs.nc", "fanuc_tilted.nc", "inch.nc", "inverse_time.nc", "pocket_3axis.nc", "posted.nc",
-    "slider_bound.nc", "splines.nc", "wing.cls",
-]  # fmt: skip
+    "blade_5axis.nc",
+    "fanuc_nurbs.nc",
+    "fanuc_tilted.nc",
+    "inch.nc",
+    "inverse_time.nc",
+    "pocket_3axis.nc",
+    "posted.nc",
+    "slider_bound.nc",
+    "splines.nc",
+    "wing.cls",
+]
 #: Header of the CSV of the default machine.
 HEADER = "t_s,rho1_mm,rho2_mm,rho3_mm,a_deg,c_deg,line"
 MACHINE = verne_post.load_machine()
@@ -30,9 +40,16 @@ MACHINE = verne_post.load_machine()
 OPTIONS = Options(tool_length=80.0, wcs={1: WorkOffset((0.0, 0.0, 50.0))})
 #: The identified lengths (docs/theory.md), written out so that a wrong machine file is noticed too.
 LENGTHS = {
-    "leg1_x_offset": -320.0, "R1": 130.0, "r1": 80.0, "L1": 850.0, "leg23_x_offset": 240.0, "R2": 190.0, "r4": 565.0,
-    "L2": 950.0, "L3": 950.0,
-}  # fmt: skip
+    "leg1_x_offset": -320.0,
+    "R1": 130.0,
+    "r1": 80.0,
+    "L1": 850.0,
+    "leg23_x_offset": 240.0,
+    "R2": 190.0,
+    "r4": 565.0,
+    "L2": 950.0,
+    "L3": 950.0,
+}
 
 
 def load_maker(name: str) -> ModuleType:

@@ -28,9 +28,19 @@ from verne_post.cli.options import build_options
 
 #: What a shell may set and a test must not see.
 _FROM_A_SHELL = (
-    "NO_COLOR", "FORCE_COLOR", "CLICOLOR", "CLICOLOR_FORCE", "COLUMNS", "LINES", "PYTHONIOENCODING", "PYTHONWARNINGS",
-    "PYTHONSTARTUP", "PYTHONOPTIMIZE", "MPLBACKEND", "MPLCONFIGDIR",
-)  # fmt: skip
+    "NO_COLOR",
+    "FORCE_COLOR",
+    "CLICOLOR",
+    "CLICOLOR_FORCE",
+    "COLUMNS",
+    "LINES",
+    "PYTHONIOENCODING",
+    "PYTHONWARNINGS",
+    "PYTHONSTARTUP",
+    "PYTHONOPTIMIZE",
+    "MPLBACKEND",
+    "MPLCONFIGDIR",
+)
 for _name in list(os.environ):
     # the schema is meant for tests/output/test_sarif_schema.py
     if _name in _FROM_A_SHELL or (_name.startswith("VERNE_POST_") and _name != "VERNE_POST_SARIF_SCHEMA"):
@@ -109,7 +119,9 @@ def sample_words() -> Callable[[str], list[str]]:
 
 @pytest.fixture(scope="session")
 def laid_out(machine: verne_post.Machine, sample_words: Callable[[str], list[str]]) -> Callable[..., Program]:
-    """``laid_out("inch.nc", smoothing="off")``: the path and contour of a sample with the options of its set-up, and more."""
+    """``laid_out("inch.nc", smoothing="off")``: the path and contour of a sample with the options of its set-up, and
+    more.
+    """
 
     def program(name: str, **more: Any) -> Program:
         words = sample_words(name)

@@ -1,4 +1,5 @@
-"""`check`, `convert`, `explain`, `report` and the Python API agree, for every geometric finding and for the options that matter to it.
+"""`check`, `convert`, `explain`, `report` and the Python API agree, for every geometric finding and for the options
+that matter to it.
 
 For each case: whether one line is legal, and with which codes it is refused.
 """
@@ -28,7 +29,9 @@ WITHOUT_A_CASE: Final[dict[str, str]] = dict.fromkeys(
 
 
 def bodied(rods: str = "", bodies: str = "") -> tuple[tuple[str, str], ...]:
-    """The VERNE with lines of [rods] and of [clearance] in its file: only the bodies that a case is about, which is quicker."""
+    """The VERNE with lines of [rods] and of [clearance] in its file: only the bodies that a case is about, which is
+    quicker.
+    """
     return (
         ("leg23_spacing = 120.0", f"leg23_spacing = 120.0\n{rods}"),
         ("[provenance]", f"[clearance]\nminimum_mm = 1.0\n{bodies}\n[provenance]"),
@@ -231,9 +234,10 @@ def in_text(text: str, line: int) -> set[str]:
 
 def in_findings(findings: Any, line: int) -> set[str]:
     return {
-        item.code for item in findings
+        item.code
+        for item in findings
         if item.severity == "error" and item.line is not None and item.line <= line <= (item.last_line or item.line)
-    }  # fmt: skip
+    }
 
 
 def test_every_code_of_geometry_has_a_case() -> None:
@@ -271,9 +275,10 @@ def test_all_faces_agree(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPa
     answer = run("check", "part.nc", *words, "--output-format", "json")
     (report,) = json.loads(answer.out)["programs"]
     said["check"] = {
-        item["code"] for item in report["findings"]
+        item["code"]
+        for item in report["findings"]
         if item["severity"] == "error" and item["line"] is not None and item["line"] <= case.line <= item["last_line"]
-    }  # fmt: skip
+    }
     codes["check"] = answer.code
     answer = run("check", "part.nc", *words, "--limits-only")
     said["check --limits-only"], codes["check --limits-only"] = in_text(answer.out, case.line), answer.code

@@ -79,9 +79,10 @@ def part(tmp_path: Path) -> Path:
     path.write_text(SHORT.replace("\nG0", "\nT1 M6\nG43 H1\nG0"), encoding="utf-8")
     (tmp_path / "tools.tbl").write_text("T1 P1 Z66 D6\n", encoding="utf-8")
     (tmp_path / "part.nc.toml").write_text(
-        'tool_length = 80\ntolerance = 0.02\n[wcs]\nG54 = [1, 2, 60]\nG55 = [3, 4, 61]\n'
-        "[keep_out.vise]\nmin = [200, 200, 0]\nmax = [210, 210, 9]\n", encoding="utf-8",
-    )  # fmt: skip
+        "tool_length = 80\ntolerance = 0.02\n[wcs]\nG54 = [1, 2, 60]\nG55 = [3, 4, 61]\n"
+        "[keep_out.vise]\nmin = [200, 200, 0]\nmax = [210, 210, 9]\n",
+        encoding="utf-8",
+    )
     return path
 
 
@@ -308,7 +309,8 @@ import verne_post as vp
 
 machine = vp.load_machine("verne")
 offsets = vp.work_offsets(G54=(-10.0, 15.0, 60.0))
-options = vp.Options(tool_length=80.0, wcs=offsets, tools={1: vp.Tool(1, 1, (0.0, 0.0, 80.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0))})
+tool = vp.Tool(1, 1, (0.0, 0.0, 80.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0))
+options = vp.Options(tool_length=80.0, wcs=offsets, tools={1: tool})
 result: vp.Result = vp.convert(Path("part.nc"), machine, options)
 codes: list[str] = [finding.code for finding in result.findings]
 if result.ok and result.setpoints is not None:
@@ -324,12 +326,18 @@ def test_a_strict_type_checker_accepts_a_client(tmp_path: Path) -> None:
     client.write_text(CLIENT, "utf-8")
     answer = subprocess.run(
         [sys.executable, "-m", "mypy", "--strict", "--cache-dir", str(tmp_path / "cache"), str(client)],
-        capture_output=True, text=True, cwd=tmp_path, check=False,
-    )  # fmt: skip
+        capture_output=True,
+        text=True,
+        cwd=tmp_path,
+        check=False,
+    )
     assert answer.returncode == 0, answer.stdout
     client.write_text("import verne_post as vp\nvp.Options(tool_lenght=80.0)\n", "utf-8")
     wrong = subprocess.run(
         [sys.executable, "-m", "mypy", "--strict", "--cache-dir", str(tmp_path / "cache"), str(client)],
-        capture_output=True, text=True, cwd=tmp_path, check=False,
-    )  # fmt: skip
+        capture_output=True,
+        text=True,
+        cwd=tmp_path,
+        check=False,
+    )
     assert wrong.returncode == 1

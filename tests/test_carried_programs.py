@@ -76,7 +76,9 @@ HEAD = "G21 G90 G94 G17\nG0 X10 Y0 Z30 {words}\nG1 Z0 F1000\n"
 
 @pytest.mark.parametrize("place", ["300,100,0", "-300,-100,0", "100,-300,0"])
 def test_an_upright_tool_all_around_and_one_that_passes_upright(place: str, run: Runner, tmp_path: Path) -> None:
-    """Circles with an upright tool; A from 20 to -20: the wrist goes by its pole, whole turns follow the way, no joint jumps."""
+    """Circles with an upright tool; A from 20 to -20: the wrist goes by its pole, whole turns follow the way, no joint
+    jumps.
+    """
     source, axes = tmp_path / "part.nc", tmp_path / "axes.csv"
     for text in (
         HEAD.format(words="A0 C0") + "X60 Y20\nG3 X20 Y60 I-40 J0\nM2\n",
@@ -97,7 +99,9 @@ def test_an_upright_tool_all_around_and_one_that_passes_upright(place: str, run:
 
 
 def test_a_whole_circle_round_the_middle_of_the_machine(run: Runner, tmp_path: Path) -> None:
-    """c turns once round with the leg, though the word C stands; under the leg's joint the wrist is at its pole: refused (VP202)."""
+    """c turns once round with the leg, though the word C stands; under the leg's joint the wrist is at its pole:
+    refused (VP202).
+    """
     source, axes = tmp_path / "part.nc", tmp_path / "axes.csv"
     source.write_text("G21 G90 G94 G17\nG0 X100 Y0 Z0 A0 C0\nG3 X100 Y0 I-100 J0 F6000\nM2\n", encoding="utf-8")
     assert run("convert", source, *OPTIONS, "-o", axes).code == 0
@@ -136,7 +140,9 @@ def test_a_turn_of_c_alone_at_the_pole_is_refused(move: str, run: Runner, tmp_pa
     ],
 )
 def test_c_that_turns_with_an_upright_tool_is_no_false_finding(moves: str, run: Runner, tmp_path: Path) -> None:
-    """The rows do not tell C while the tool stands upright, and little beside it: progress is what the tip says (no VP901)."""
+    """The rows do not tell C while the tool stands upright, and little beside it: progress is what the tip says (no
+    VP901).
+    """
     source, axes = tmp_path / "part.nc", tmp_path / "axes.csv"
     source.write_text(HEAD.format(words="A0 C30") + moves + "\nM2\n", encoding="utf-8")
     place = ["--wcs", "G54=300,100,0"]
@@ -172,7 +178,9 @@ def test_a_wrong_row_is_found(column: str, by: float, run: Runner, tmp_path: Pat
 def test_an_approach_goes_back_to_machine_z_0(
     machine: str, start: str, place: str, height: float, run: Runner, tmp_path: Path
 ) -> None:
-    """Machine Z is that of the wrist's centre against home, whatever the third strut or slider does; the end is where the program starts."""
+    """Machine Z is that of the wrist's centre against home, whatever the third strut or slider does; the end is where
+    the program starts.
+    """
     source, axes = tmp_path / "part.nc", tmp_path / "axes.csv"
     source.write_text("G21 G90 G94\nG0 X0 Y0 Z50 A10 C0\nG1 X20 F3000\nM2\n", encoding="utf-8")
     words = ["--machine", machine, "--tool-length", "100", "--wcs", f"G54={place}"]

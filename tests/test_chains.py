@@ -20,8 +20,15 @@ from verne_post.kinematics.checks.keep_out import place_body
 
 ROOT = Path(__file__).resolve().parents[1]
 #: Where the part is on each machine.
-PLACES = {"bc_trunnion": "0,0,0", "ac_trunnion": "0,0,0", "b_head_c_table": "0,0,0", "ca_fork_head": "1000,1000,-200",
-          "ab_table": "0,0,0", "nutating_table": "0,0,0", "nutating_head": "0,0,-200"}  # fmt: skip
+PLACES = {
+    "bc_trunnion": "0,0,0",
+    "ac_trunnion": "0,0,0",
+    "b_head_c_table": "0,0,0",
+    "ca_fork_head": "1000,1000,-200",
+    "ab_table": "0,0,0",
+    "nutating_table": "0,0,0",
+    "nutating_head": "0,0,-200",
+}
 LENGTH = 100.0
 _TILT = np.radians(20.0)
 WAY = np.array([(30, 0, 40, 0.2, 0.05), (30, 20, 42, 0.2, 0.2), (-20, 10, 42, -0.25, 0.1), (10, -20, 42, 0.1, -0.2)])
@@ -48,7 +55,9 @@ def read_rows(machine: str, csv: str) -> tuple[np.ndarray, np.ndarray, np.ndarra
 
 @pytest.mark.parametrize("machine", PLACES)
 def test_one_cl_file_on_every_machine(machine: str, run: Runner, tmp_path: Path) -> None:
-    """Tip and tool axis come to every place of the CL file, within the tolerances of [accuracy], whatever the joints are."""
+    """Tip and tool axis come to every place of the CL file, within the tolerances of [accuracy], whatever the joints
+    are.
+    """
     source, axes = tmp_path / "part.cl", tmp_path / "axes.csv"
     head = ["PARTNO/TEST", "UNITS/MM", "MULTAX/ON", "LOADTL/1", "RAPID", "GOTO/0,0,80,0,0,1", "FEDRAT/2000,MMPM"]
     numbers = np.column_stack([WAY[:, :3], tool_axes(WAY)])
@@ -90,7 +99,9 @@ M2
 def test_words_of_the_machine(
     machine: str, letters: str, sense: str, leans: tuple[float, ...], run: Runner, tmp_path: Path
 ) -> None:
-    """Columns have the words of the program; the tool leans as the joints of the file say; another letter is refused."""
+    """Columns have the words of the program; the tool leans as the joints of the file say; another letter is
+    refused.
+    """
     source, axes = tmp_path / "part.nc", tmp_path / "axes.csv"
     text = PROGRAM.format(t=letters[0], u=letters[1], s=sense)
     source.write_text(text, encoding="utf-8")
@@ -148,11 +159,28 @@ def test_trunnion_is_the_serial_machine_on_its_table(run: Runner, tmp_path: Path
 
 
 PLANES = {
-    "fanuc": "G0 X0 Y0 Z60 {0}0 {1}0\nG68.2 X5 Y0 Z0 I{fanuc} J20 K0\nG53.1\nG0 X0 Y0 Z40\nG1 Z25 F500\nG0 Z60\nG69\nM2\n",
+    "fanuc": "G0 X0 Y0 Z60 {0}0 {1}0\n"
+    "G68.2 X5 Y0 Z0 I{fanuc} J20 K0\n"
+    "G53.1\n"
+    "G0 X0 Y0 Z40\n"
+    "G1 Z25 F500\n"
+    "G0 Z60\n"
+    "G69\n"
+    "M2\n",
     "siemens": 'G17 G90 G71 G94\nTRAORI\nG0 X0 Y0 Z60 {0}0 {1}0\nCYCLE800(1,"",10,57,5,0,0,{siemens},0,0,0,-1)\n'
     "G0 X0 Y0 Z40\nG1 Z25 F500\nG0 Z60\nCYCLE800()\nM30\n",
-    "heidenhain": "BEGIN PGM P MM\nTOOL CALL 1 Z S900\nM128\nL X+0 Y+0 Z+60 {0}+0 {1}+0 FMAX\nCYCL DEF 7.0\nCYCL DEF 7.1 X+5\n"
-    "PLANE SPATIAL {klartext} MOVE DIST0 FMAX\nL X+0 Y+0 Z+40 FMAX\nL Z+25 F500\nL Z+60 FMAX\nM30\nEND PGM P MM\n",
+    "heidenhain": "BEGIN PGM P MM\n"
+    "TOOL CALL 1 Z S900\n"
+    "M128\n"
+    "L X+0 Y+0 Z+60 {0}+0 {1}+0 FMAX\n"
+    "CYCL DEF 7.0\n"
+    "CYCL DEF 7.1 X+5\n"
+    "PLANE SPATIAL {klartext} MOVE DIST0 FMAX\n"
+    "L X+0 Y+0 Z+40 FMAX\n"
+    "L Z+25 F500\n"
+    "L Z+60 FMAX\n"
+    "M30\n"
+    "END PGM P MM\n",
 }
 
 
@@ -163,8 +191,11 @@ def test_tilted_planes_under_tcp(machine: str, language: str, run: Runner, tmp_p
     source, axes = tmp_path / "part.nc", tmp_path / "axes.csv"
     letters = {"bc_trunnion": "BC", "b_head_c_table": "BC", "ab_table": "AB", "nutating_table": "BC"}.get(machine, "AC")
     about_y = machine != "ac_trunnion"  # its A goes to -120
-    angles = {"fanuc": "90", "siemens": "0,20,0", "klartext": "SPA+0 SPB+20 SPC+0"} if about_y else {
-        "fanuc": "0", "siemens": "20,0,0", "klartext": "SPA+20 SPB+0 SPC+0"}  # fmt: skip
+    angles = (
+        {"fanuc": "90", "siemens": "0,20,0", "klartext": "SPA+0 SPB+20 SPC+0"}
+        if about_y
+        else {"fanuc": "0", "siemens": "20,0,0", "klartext": "SPA+20 SPB+0 SPC+0"}
+    )
     source.write_text(PLANES[language].format(*letters, **angles), encoding="utf-8")
     options = [*options_of(machine), "--dialect", language]
     answer = run("convert", source, *options, "-o", axes)
@@ -179,17 +210,40 @@ def test_tilted_planes_under_tcp(machine: str, language: str, run: Runner, tmp_p
 
 
 WITHOUT_TCP = {
-    "heidenhain": "BEGIN PGM P MM\nTOOL DEF 1 L+90\nTOOL DEF 2 L+120\nTOOL CALL 1 Z S900\nL X+0 Y+0 Z+90 R0 FMAX\nL {0}+0 {1}+0 R0 FMAX\n"
-    "L {0}{tilt} {1}+{turn} R0 FMAX\nL X+12 Y-7 Z+65 R0 F900\nL X+20\nTOOL CALL 2 Z S900\nL X+3 Y+4 Z+80 R0 FMAX\nM30\nEND PGM P MM\n",
-    "siemens": "G17 G90 G71 G94\nT1 M6\nD1\nG0 X0 Y0 Z90\nG0 {0}=0 {1}=0\nG0 {0}={tilt} {1}={turn}\nG1 X12 Y-7 Z65 F900\nX20\n"
-    "T2 M6\nD1\nG0 X3 Y4 Z80\nM30\n",
+    "heidenhain": "BEGIN PGM P MM\n"
+    "TOOL DEF 1 L+90\n"
+    "TOOL DEF 2 L+120\n"
+    "TOOL CALL 1 Z S900\n"
+    "L X+0 Y+0 Z+90 R0 FMAX\n"
+    "L {0}+0 {1}+0 R0 FMAX\n"
+    "L {0}{tilt} {1}+{turn} R0 FMAX\n"
+    "L X+12 Y-7 Z+65 R0 F900\n"
+    "L X+20\n"
+    "TOOL CALL 2 Z S900\n"
+    "L X+3 Y+4 Z+80 R0 FMAX\n"
+    "M30\n"
+    "END PGM P MM\n",
+    "siemens": "G17 G90 G71 G94\n"
+    "T1 M6\n"
+    "D1\n"
+    "G0 X0 Y0 Z90\n"
+    "G0 {0}=0 {1}=0\n"
+    "G0 {0}={tilt} {1}={turn}\n"
+    "G1 X12 Y-7 Z65 F900\n"
+    "X20\n"
+    "T2 M6\n"
+    "D1\n"
+    "G0 X3 Y4 Z80\n"
+    "M30\n",
 }
 
 
 @pytest.mark.parametrize("language", WITHOUT_TCP)
 @pytest.mark.parametrize("machine", PLACES)
 def test_linear_joints_without_tcp(machine: str, language: str, run: Runner, tmp_path: Path) -> None:
-    """Without tool-centre-point control X Y Z are the linear joints, however tables and heads stand, the length along Z."""
+    """Without tool-centre-point control X Y Z are the linear joints, however tables and heads stand, the length along
+    Z.
+    """
     letters = {"bc_trunnion": "BC", "b_head_c_table": "BC", "ab_table": "AB", "nutating_table": "BC"}.get(machine, "AC")
     (tmp_path / "tools.tbl").write_text("T1 P1 Z90 D6\nT2 P2 Z120 D6\n", encoding="utf-8")
     options = ["--machine", machine, "--tool-table", tmp_path / "tools.tbl", "--wcs", f"G54={PLACES[machine]}"]
@@ -219,10 +273,13 @@ def test_linear_joints_without_tcp(machine: str, language: str, run: Runner, tmp
     ("machine", "options", "program", "said"),
     [
         ("ca_fork_head", ["--dialect", "heidenhain"],
-         "BEGIN PGM P MM\nTOOL CALL 1 Z S900\nM128\nL X+0 Y+0 Z+60 A+0 C+0 FMAX\nPLANE AXIAL A+10 MOVE DIST0 FMAX\nM30\nEND PGM P MM\n", "PLANE AXIAL is not executed"),
+         "BEGIN PGM P MM\nTOOL CALL 1 Z S900\nM128\nL X+0 Y+0 Z+60 A+0 C+0 FMAX\nPLANE AXIAL A+10 MOVE DIST0 "
+         "FMAX\nM30\nEND PGM P MM\n", "PLANE AXIAL is not executed"),
         ("b_head_c_table", ["--dialect", "siemens"],
-         'G90 G71 G94\nTRAORI\nG0 X0 Y0 Z60 B0 C0\nCYCLE800(1,"",10,192,0,0,0,30,0,0,0,0,0,-1)\nM30\n', "CYCLE800 by rotary axes directly"),
-        ("ab_table", ["--wcs", "G54=0,0,0,30"], "G0 X0 Y0 Z60 A0 B0\nM2\n", "a part turned by 30 degrees on the table is not executed"),
+         'G90 G71 G94\nTRAORI\nG0 X0 Y0 Z60 B0 C0\nCYCLE800(1,"",10,192,0,0,0,30,0,0,0,0,0,-1)\nM30\n',
+         "CYCLE800 by rotary axes directly"),
+        ("ab_table", ["--wcs", "G54=0,0,0,30"], "G0 X0 Y0 Z60 A0 B0\nM2\n",
+         "a part turned by 30 degrees on the table is not executed"),
         ("b_head_c_table", ["--from", "home"], "G0 X0 Y0 Z60 B89 C0\nG1 X5 F500\nM2\n", "the tool is tilted too far"),
     ],
 )  # fmt: skip
@@ -238,7 +295,9 @@ def test_what_is_refused_by_name(
 
 
 def test_offsets_and_boxes_are_in_the_part_frame(run: Runner, tmp_path: Path) -> None:
-    """On a BC trunnion the frame of the nominal angles is turned against that of the part: what the user gives and reads is not."""
+    """On a BC trunnion the frame of the nominal angles is turned against that of the part: what the user gives and
+    reads is not.
+    """
     source = tmp_path / "part.nc"
     source.write_text("G0 X0 Y0 Z60 B0 C0\nG1 Z30 F900\nX250\nM2\n", encoding="utf-8")
     options = ["--machine", "bc_trunnion", "--tool-length", "100", "--wcs", "G54=100,0,0"]
@@ -297,7 +356,9 @@ def test_a_dry_run_rises_along_z_of_the_part(run: Runner, tmp_path: Path) -> Non
 
 @pytest.mark.parametrize("machine", ["verne", "serial", "bc_trunnion", "ac_trunnion", "b_head_c_table", "ca_fork_head"])
 def test_a_body_on_the_table_stands_where_one_in_a_work_system_without_offset_does(machine: str) -> None:
-    """Boxes and meshes: the table frame of the checks may be turned from the part frame, from which work offsets count."""
+    """Boxes and meshes: the table frame of the checks may be turned from the part frame, from which work
+    offsets count.
+    """
     loaded, options = vp.load_machine(machine), vp.Options(tool_length=LENGTH, wcs={"G54": (0.0, 0.0, 0.0)})
     letters = loaded.coordinates.axes[3:]
     source = f"G21 G90 G94 F600\nG0 X0 Y0 Z60 {letters[0]}0 {letters[1]}0\nG1 X1\nM2\n".encode()
@@ -326,7 +387,8 @@ def test_bodies_are_refused_where_the_part_does_not_turn_about_its_z(run: Runner
 
 
 def test_places_of_the_machine_after_a_rewind(run: Runner, tmp_path: Path) -> None:
-    """A 20 is on the other side of its pole than A -20: where the table turns there, G53 Z0 is of the side where it stands.
+    """A 20 is on the other side of its pole than A -20: where the table turns there, G53 Z0 is of the side where it
+    stands.
 
     The tilting axis lies 0.05 mm beside the turning one, so that by the words z would end 0.08 mm away.
     """
@@ -357,7 +419,9 @@ def test_a_corner_at_the_end_of_a_travel_does_not_swing_beyond_it(first: str, ru
 
 
 def test_a_turn_back_at_the_end_of_a_travel_does_not_swing_beyond_it(run: Runner, tmp_path: Path) -> None:
-    """The swing is largest in B where the path has hardly left the corner, not where the shape lies farthest outside."""
+    """The swing is largest in B where the path has hardly left the corner, not where the shape lies farthest
+    outside.
+    """
     source = tmp_path / "part.nc"
     text = "G21 G90 G94\nG0 X0 Y0 Z60 B0 C0\nG1 X5.8434 Y2.5732 Z35.6532 B-35 C279.035 F6000\n"
     source.write_text(text + "G1 X-29.7753 Y3.7820 Z37.0131 B54.065 C279.035\nM2\n", encoding="utf-8")

@@ -1,4 +1,5 @@
-"""Commands and programs that README and docs show without their output do what the page says: they are run in the order of the page.
+"""Commands and programs that README and docs show without their output do what the page says: they are run in the order
+of the page.
 
 What is shown with its output is run by test_transcripts.py.
 """
@@ -29,7 +30,8 @@ SETUP: Final = 'tool_table = "tools.tbl"\nwcs.G54 = [0, 0, 60]\n'
 #: The readings of the paper contradict the uncertainties that hold without options: the command says so, with status 1.
 CONTRADICTED: Final = "verne-post machine identify MEASURED.csv"
 DRIVES: Final = "[drives]\n" + "".join(
-    f"{joint} = {{ unit = 'counts', scale = {10_000_000 if joint.startswith('rho') else 1000}, sign = {-1 if joint == 'rho1' else 1} }}\n"
+    f"{joint} = {{ unit = 'counts', scale = {10_000_000 if joint.startswith('rho') else 1000}, sign = "
+    f"{-1 if joint == 'rho1' else 1} }}\n"
     for joint in ("rho1", "rho2", "rho3", "a", "c")
 )
 

@@ -71,9 +71,9 @@ def test_every_finding_code_has_a_page_whose_links_lead_to_codes() -> None:
     for code in CODES:
         page = pages[f"reference/{code}.md"]()
         assert set(re.findall(r"\]\((VP\d{3})\.md\)", page)) <= set(CODES) - {code}
-        assert list(dict.fromkeys(re.findall("^## (Example|Why it matters|Remedy|Related codes)\\b", page, re.MULTILINE))) == [
-            "Example", "Why it matters", "Remedy", "Related codes"
-        ]  # fmt: skip
+        assert list(
+            dict.fromkeys(re.findall("^## (Example|Why it matters|Remedy|Related codes)\\b", page, re.MULTILINE))
+        ) == ["Example", "Why it matters", "Remedy", "Related codes"]
 
 
 #: Codes that no input is known to cause; their pages say why.
@@ -155,7 +155,8 @@ def test_the_site_is_built_without_warnings(tmp_path: Path) -> None:
         page.relative_to(ROOT / "docs").with_suffix(".html").as_posix() for page in PAGES if page.name != "README.md"
     }
     assert not {name for name in names if not (tmp_path / "site" / name).exists()}
-    # links differ by more than colour, tables scroll by keyboard, contrast: docs/site.css says which rules of axe ask for it
+    # links differ by more than colour, tables scroll by keyboard, contrast: docs/site.css says which rules of axe ask
+    # for it
     assert {"site.css", "site.js"} <= set(
         re.findall(r'="(site\.\w+)"', (tmp_path / "site" / "gcode.html").read_text("utf-8"))
     )

@@ -21,7 +21,9 @@ Runner = Callable[..., Any]
 
 
 def follow_rows(name: str, csv: str) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Every tenth row of a file by the judge, each solved from the one before: numbers, lines, tip and tool axis in the part frame."""
+    """Every tenth row of a file by the judge, each solved from the one before: numbers, lines, tip and tool axis in the
+    part frame.
+    """
     data, table = read(name), np.genfromtxt(io.StringIO(csv), delimiter=",", names=True)[::10]
     columns = [f"{joint}_mm" for joint in data["carrier"]["actuators"]]
     assert list(table.dtype.names or ()) == ["t_s", *columns, "a_deg", "c_deg", "line"]
@@ -44,7 +46,9 @@ def follow_rows(name: str, csv: str) -> tuple[np.ndarray, np.ndarray, np.ndarray
 
 @pytest.mark.parametrize("name", NAMES)
 def test_tips_and_axes_of_a_program(name: str, run: Runner, tmp_path: Path) -> None:
-    """Straight, round and tilting moves, one that passes upright, G53, by a judge that shares nothing with the package; verify agrees."""
+    """Straight, round and tilting moves, one that passes upright, G53, by a judge that shares nothing with the package;
+    verify agrees.
+    """
     source, axes = tmp_path / "part.nc", tmp_path / "axes.csv"
     source.write_text(
         HEAD.format(words="A10 C0") + "X40 Y20 A-10\nX20 Y40 C70\nG3 X0 Y20 I-20 J0\nG1 X20 Y0 A8 C30\nG53 G0 Z0\nM2\n",
@@ -129,13 +133,14 @@ def test_a_turn_of_c_alone_at_the_pole_is_refused(run: Runner, tmp_path: Path) -
     assert refused.code != 0
     assert "other table solution" not in refused.out
     assert (
-        "VP202 error: the tool stands along the axis of C while C turns by 45.000 deg: the joints follow from the tool axis"
-        in refused.out
+        "VP202 error: the tool stands along the axis of C while C turns by 45.000 deg: the joints follow from the "
+        "tool axis" in refused.out
     )
 
 
 def test_an_approach_comes_from_joint_values(run: Runner, tmp_path: Path) -> None:
-    """Eight values: the last two choose the turn of C. The file begins there, and goes back along the tool to machine Z 0.
+    """Eight values: the last two choose the turn of C. The file begins there, and goes back along the tool to machine Z
+    0.
 
     Values with another turn of the platform about the tool would be left with a jump: refused, with those that fit.
     """

@@ -36,17 +36,37 @@ def finishing(count: int) -> bytes:
 
 
 def mixed() -> bytes:
-    """Everything that segments depend on their neighbours for: arcs, dwells, stops, changes of tool and feed, tool axes."""
+    """Everything that segments depend on their neighbours for: arcs, dwells, stops, changes of tool and feed, tool
+    axes.
+    """
     zigzag = [f"G1 X{i} Y{i % 2}" for i in range(1, 30)]
     arcs = ["G2 X20 Y0 I-2 J-5", "G1 X18", "G3 X12 Y0 I-3", "G1 X10.5 Y0.2", "X10 Y0"]
     fine = [
         f"G1 X{10 - 0.2 * i:.3f} Y{2 * np.sin(0.03 * i):.4f} A{0.1 * i:.3f} C{3 * np.sin(0.1 * i):.4f}"
         for i in range(90)
     ]
-    return "\n".join([
-        "G21 G90 G17 G64 P0.02 F2000", "G0 X0 Y0 Z60 A0 C0", *zigzag, "G4 P0.05", "G61", "X28 Y3", "X27", "G64", *arcs, "G4 P0.01",
-        "F500", *fine, "M3 S1000", *[f"G1 C{4 * i}" for i in range(1, 9)], "G0 Z80", "X5 Y5", "G1 Z70 A2", "M2\n",
-    ]).encode()  # fmt: skip
+    return "\n".join(
+        [
+            "G21 G90 G17 G64 P0.02 F2000",
+            "G0 X0 Y0 Z60 A0 C0",
+            *zigzag,
+            "G4 P0.05",
+            "G61",
+            "X28 Y3",
+            "X27",
+            "G64",
+            *arcs,
+            "G4 P0.01",
+            "F500",
+            *fine,
+            "M3 S1000",
+            *[f"G1 C{4 * i}" for i in range(1, 9)],
+            "G0 Z80",
+            "X5 Y5",
+            "G1 Z70 A2",
+            "M2\n",
+        ]
+    ).encode()
 
 
 def compensated() -> bytes:
@@ -98,7 +118,8 @@ def told(source: bytes, machine: Machine, options: Options) -> tuple[Any, ...]:
 
 @pytest.mark.parametrize(
     ("program", "option"),
-    # the samples are other languages and feed modes, and compensation amends moves: what comes after is that of the others
+    # the samples are other languages and feed modes, and compensation amends moves: what comes after is that of the
+    # others
     [
         (program, option)
         for program in PROGRAMS
@@ -129,7 +150,8 @@ def test_rows_do_not_depend_on_the_blocks(
 @pytest.mark.parametrize(("source", "option", "long_section", "steps"), [
     (finishing(600).replace(b"F3000", b"F300"), {}, 1, {
         "is_legal", "fair_part", "compensate_part", "round_part", "open_spans", "make_grid", "_solve_group", "evaluate",
-        "_measure_part_of_excess", "_shift_stretches", "find", "make_block", "measure_some", "_check_part", "_finish_part"}),
+        "_measure_part_of_excess", "_shift_stretches", "find", "make_block", "measure_some", "_check_part",
+        "_finish_part"}),
     (mixed(), {}, 1000, {
         "is_legal", "fair_part", "compensate_part", "round_part", "open_spans", "_plan", "make_block", "measure_some",
         "_check_part", "_finish_part"}),
@@ -139,9 +161,13 @@ def test_rows_do_not_depend_on_the_blocks(
         "is_legal", "try_branch", "fair_part", "compensate_part", "round_part", "open_spans"}),
 ], ids=["one section", "many sections", "slow start", "refused"])  # fmt: skip
 def test_rows_do_not_depend_on_the_processes(
-    source: bytes, option: dict[str, Any], long_section: int, steps: set[str], machine: Machine,
+    source: bytes,
+    option: dict[str, Any],
+    long_section: int,
+    steps: set[str],
+    machine: Machine,
     monkeypatch: pytest.MonkeyPatch,
-) -> None:  # fmt: skip
+) -> None:
     """Each step of the work is cut into many parts, which three processes share."""
     monkeypatch.setattr(cover, "CHUNK", 64)
     monkeypatch.setattr(tuning, "AT_A_TIME", 256)

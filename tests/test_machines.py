@@ -164,8 +164,12 @@ def test_explain_and_dump_speak_of_this_machines_joints(
         assert " s (" not in told.out
     dumped = run("dump", "joints", program, "--machine", name, *PLACE)
     assert dumped.code == 0
-    rods = ["vertical drop of a rod (rho1)", "vertical drop of a rod (rho2)", "vertical drop of a rod (rho3)",
-            "determinant of the parallel Jacobian"]  # fmt: skip
+    rods = [
+        "vertical drop of a rod (rho1)",
+        "vertical drop of a rod (rho2)",
+        "vertical drop of a rod (rho3)",
+        "determinant of the parallel Jacobian",
+    ]
     joints = [column.partition("_")[0] for column in (*MACHINES[name], "a_deg", "c_deg")]
     for record in map(json.loads, dumped.out.splitlines()):
         assert list(record["q"]) == [*MACHINES[name], "a_deg", "c_deg"]

@@ -1,11 +1,13 @@
 """Programs that mean the same, or nearly, in other words: what must not change over the whole pipeline, does not.
 
-Nobody needs to know the right answer for this: each test converts two programs and compares. Tolerances are reasons, not results:
+Nobody needs to know the right answer for this: each test converts two programs and compares. Tolerances are reasons,
+not results:
 
-ROUNDING: rows are written with so many decimals that rounding stays far below any limit; the inputs of both programs agree to 1e-9 mm,
-and profiles from stop to stop have closed forms, so rows differ by the last decimal at most.
-PLANNING: where corners are blended, an iteration ends at a threshold; planning then finds one of many profiles within a few parts in 1e4
-of each other. Rows at the same instant may be that far apart along the path, so durations are compared.
+ROUNDING: rows are written with so many decimals that rounding stays far below any limit; the inputs of both programs
+agree to 1e-9 mm, and profiles from stop to stop have closed forms, so rows differ by the last decimal at most.
+PLANNING: where corners are blended, an iteration ends at a threshold; planning then finds one of many profiles within a
+few parts in 1e4 of each other. Rows at the same instant may be that far apart along the path, so durations are
+compared.
 """
 
 import numpy as np
@@ -37,7 +39,9 @@ def rows(
 
 
 def assert_same_rows(one: str, other: str, **offsets: tuple[float, ...]) -> None:
-    """From stop to stop the rows are those of the other program but for rounding; with blended corners the duration is."""
+    """From stop to stop the rows are those of the other program but for rounding; with blended corners the
+    duration is.
+    """
     for mode in ("G61.1", "G64 P0.05"):
         first, first_summary = rows(one.replace("{mode}", mode), offset=offsets.get("first", (0.0, 0.0, 20.0)))
         second, second_summary = rows(other.replace("{mode}", mode), offset=offsets.get("second", (0.0, 0.0, 20.0)))
@@ -121,7 +125,9 @@ def test_numbers_comments_and_blanks_change_nothing_but_lines() -> None:
 
 @pytest.mark.parametrize("mode", ["G61.1", "G64 P0.05"])
 def test_larger_limits_are_never_slower(mode: str) -> None:
-    """Every velocity, acceleration and jerk is a quarter larger. From stop to stop a section is a whole number of cycles."""
+    """Every velocity, acceleration and jerk is a quarter larger. From stop to stop a section is a whole number of
+    cycles.
+    """
     text = list_machine_files()["verne"].read_text("utf-8")
     larger = build_machine(scaled_limits(text, 1.25).encode(), "larger.toml")
     fast = program(mode).replace("F2500", "F20000")
@@ -145,8 +151,27 @@ def scaled_limits(text: str, factor: float) -> str:
 
 
 SQUARES = {
-    "rs274": "G21 G90 G94 G17 G61.1\nT1 M6\nG43 H1\nG0 X-10 Y-10 Z30 A0 C0\nG1 X10 F2000\nG3 X10 Y10 I0 J10\nG1 X-10 Y-10\nG0 Z40\nM2\n",
-    "fanuc": "%\nO1\nG21 G90 G94 G17 G61\nT1 M6\nG43 H1\nG0 X-10. Y-10. Z30. A0. C0.\nG1 X10. F2000.\nG3 X10. Y10. I0. J10.\nG1 X-10. Y-10.\nG0 Z40.\nM30\n%\n",
+    "rs274": "G21 G90 G94 G17 G61.1\n"
+    "T1 M6\n"
+    "G43 H1\n"
+    "G0 X-10 Y-10 Z30 A0 C0\n"
+    "G1 X10 F2000\n"
+    "G3 X10 Y10 I0 J10\n"
+    "G1 X-10 Y-10\n"
+    "G0 Z40\n"
+    "M2\n",
+    "fanuc": "%\n"
+    "O1\n"
+    "G21 G90 G94 G17 G61\n"
+    "T1 M6\n"
+    "G43 H1\n"
+    "G0 X-10. Y-10. Z30. A0. C0.\n"
+    "G1 X10. F2000.\n"
+    "G3 X10. Y10. I0. J10.\n"
+    "G1 X-10. Y-10.\n"
+    "G0 Z40.\n"
+    "M30\n"
+    "%\n",
 }
 
 
@@ -170,9 +195,15 @@ def test_an_as_built_machine_without_deviations_is_the_nominal_one() -> None:
 
 
 def test_a_program_and_its_reverse_have_the_same_bound() -> None:
-    """The fastest profile without jerk limits does not know its direction. Both are found on grids, which begin at their starts."""
+    """The fastest profile without jerk limits does not know its direction. Both are found on grids, which begin at
+    their starts.
+    """
     forth = PLACES[1:]
-    bounds = [rows(moved(np.vstack([path[:1], path])).replace("{mode}", "G64 P0.05").replace("F2500", "F30000"))[1].second_order_bound_s
-              for path in (forth, forth[::-1])]  # fmt: skip
+    bounds = [
+        rows(moved(np.vstack([path[:1], path])).replace("{mode}", "G64 P0.05").replace("F2500", "F30000"))[
+            1
+        ].second_order_bound_s
+        for path in (forth, forth[::-1])
+    ]
     assert bounds[0] == pytest.approx(bounds[1], rel=1e-3)
     assert bounds[0] > 0

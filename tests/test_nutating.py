@@ -11,7 +11,9 @@ from verne_post.model.nutation import REACH_SLACK, Nutation
 
 
 def test_angles_and_joints_at_the_fold_and_the_pole() -> None:
-    """Tilts are kept to 1e-12; so rounded, the fold is the fold, and the joint beyond the reach is beyond its travel."""
+    """Tilts are kept to 1e-12; so rounded, the fold is the fold, and the joint beyond the reach is beyond its
+    travel.
+    """
     for near, far in ((0.25 * np.pi, 0.25 * np.pi), (np.radians(50.0), np.radians(50.0)), (1.1, 0.7)):
         pair = Nutation(near, far, 0.0)
         joints = np.array([[np.pi, 0.4], [-np.pi, 0.4], [1e-3, 0.1], [3.0, 0.2], [-2.0, 5.0], [3.2, 0.0]])
@@ -26,10 +28,18 @@ def test_angles_and_joints_at_the_fold_and_the_pole() -> None:
 
 @pytest.mark.parametrize(("machine", "tilt"), [("nutating_table", "B"), ("nutating_head", "A")])
 def test_words_go_linearly_in_the_joints(machine: str, tilt: str, run: Runner, tmp_path: Path) -> None:
-    """Between words the rotary joints keep their ratio while the tip is on its line, to the fold and back; a cut there stays at it."""
+    """Between words the rotary joints keep their ratio while the tip is on its line, to the fold and back; a cut there
+    stays at it.
+    """
     source, axes = tmp_path / "part.nc", tmp_path / "axes.csv"
     source.write_text(
-        f"G0 X0 Y0 Z60 {tilt}0 C0\nG1 X20 Y10 {tilt}60 C30 F900\nG1 X40 Y-10 Z80 {tilt}180 C-60\nG1 X10\nG0 Z120\nG0 {tilt}0\nM2\n"
+        f"G0 X0 Y0 Z60 {tilt}0 C0\n"
+        f"G1 X20 Y10 {tilt}60 C30 F900\n"
+        f"G1 X40 Y-10 Z80 {tilt}180 C-60\n"
+        "G1 X10\n"
+        "G0 Z120\n"
+        f"G0 {tilt}0\n"
+        "M2\n"
     )
     answer = run("convert", source, *options_of(machine), "-o", axes)
     assert answer.code == 0, answer.err
@@ -56,8 +66,21 @@ def test_a_tool_that_lies_flat_by_its_vector(machine: str, run: Runner, tmp_path
     """The rapid goes there by the joints, and the cuts keep it; a head of 50 degrees reaches beyond, without a fold."""
     source, axes = tmp_path / "part.cl", tmp_path / "axes.csv"
     source.write_text(
-        "PARTNO/T\nUNITS/MM\nMULTAX/ON\nLOADTL/1\nRAPID\nGOTO/0,0,80,0,0,1\nFEDRAT/2000,MMPM\nGOTO/0,0,40,0,0,1\nGOTO/20,0,40,0.6,0,0.8\n"
-        "RAPID\nGOTO/40,0,90,0,1,0\nFEDRAT/1000,MMPM\nGOTO/40,20,40,0,1,0\nGOTO/20,20,40,0,1,0\nFINI\n"
+        "PARTNO/T\n"
+        "UNITS/MM\n"
+        "MULTAX/ON\n"
+        "LOADTL/1\n"
+        "RAPID\n"
+        "GOTO/0,0,80,0,0,1\n"
+        "FEDRAT/2000,MMPM\n"
+        "GOTO/0,0,40,0,0,1\n"
+        "GOTO/20,0,40,0.6,0,0.8\n"
+        "RAPID\n"
+        "GOTO/40,0,90,0,1,0\n"
+        "FEDRAT/1000,MMPM\n"
+        "GOTO/40,20,40,0,1,0\n"
+        "GOTO/20,20,40,0,1,0\n"
+        "FINI\n"
     )
     answer = run("convert", source, *options_of(machine), "-o", axes)
     assert answer.code == 0, answer.err
@@ -69,16 +92,79 @@ def test_a_tool_that_lies_flat_by_its_vector(machine: str, run: Runner, tmp_path
 FLAT = "G0 X0 Y0 Z60 I0 J0 K1\nG1 X20 I0 J1 K0 F900\n"
 #: What nutating_table does not do: dialect, program, finding and what it says.
 REFUSED = [
-    ("fanuc", f"G43.5 H1\n{FLAT.replace('J1 K0', 'J0.9 K-0.4358898943540674')}M30\n", "VP110", "is at 115.8419 degrees to the axis of C, 25.8419 outside"),
+    (
+        "fanuc",
+        f"G43.5 H1\n{FLAT.replace('J1 K0', 'J0.9 K-0.4358898943540674')}M30\n",
+        "VP110",
+        "is at 115.8419 degrees to the axis of C, 25.8419 outside",
+    ),
     ("fanuc", f"G43.5 H1\n{FLAT}M30\n", "VP202", "comes within 0.0000 degrees of the fold of the tilting joint"),
-    ("siemens", "G90 G71 G94\nT1 D1\nTRAORI\nORIVECT\nG1 F900 X0 Y0 Z60 A3=0 B3=0 C3=1\nG1 X20 A3=0 B3=0.9 C3=-0.4358898943540674\nM30\n", "VP110", "25.8419"),
-    ("heidenhain", "BEGIN PGM P MM\nTOOL CALL 1 Z S900\nM128\nLN X+0 Y+0 Z+60 TX0 TY0 TZ1 FMAX\nLN X+9 Y+0 Z+60 TX0 TY+0.9 TZ-0.4358898943540674 F900\n"
-     "END PGM P MM\n", "VP110", "25.8419"),
-    ("heidenhain", "BEGIN PGM P MM\nTOOL CALL 1 Z S900\nM128\nL X+0 Y+0 Z+60 B+0 C+0 FMAX\nPLANE SPATIAL SPA+0 SPB+100 SPC+0 TURN FMAX\nEND PGM P MM\n", "VP110", "10.0000 outside"),
-    ("heidenhain", "BEGIN PGM P MM\nTOOL CALL 1 Z S900\nM128\nL X+0 Y+0 Z+60 B+0 C+0 FMAX\nPLANE SPATIAL SPA+0 SPB+30 SPC+0 TURN SEQ- FMAX\nEND PGM P MM\n", "VP102", "SEQ-"),
+    (
+        "siemens",
+        "G90 G71 G94\n"
+        "T1 D1\n"
+        "TRAORI\n"
+        "ORIVECT\n"
+        "G1 F900 X0 Y0 Z60 A3=0 B3=0 C3=1\n"
+        "G1 X20 A3=0 B3=0.9 C3=-0.4358898943540674\n"
+        "M30\n",
+        "VP110",
+        "25.8419",
+    ),
+    (
+        "heidenhain",
+        "BEGIN PGM P MM\n"
+        "TOOL CALL 1 Z S900\n"
+        "M128\n"
+        "LN X+0 Y+0 Z+60 TX0 TY0 TZ1 FMAX\n"
+        "LN X+9 Y+0 Z+60 TX0 TY+0.9 TZ-0.4358898943540674 F900\n"
+        "END PGM P MM\n",
+        "VP110",
+        "25.8419",
+    ),
+    (
+        "heidenhain",
+        "BEGIN PGM P MM\n"
+        "TOOL CALL 1 Z S900\n"
+        "M128\n"
+        "L X+0 Y+0 Z+60 B+0 C+0 FMAX\n"
+        "PLANE SPATIAL SPA+0 SPB+100 SPC+0 TURN FMAX\n"
+        "END PGM P MM\n",
+        "VP110",
+        "10.0000 outside",
+    ),
+    (
+        "heidenhain",
+        "BEGIN PGM P MM\n"
+        "TOOL CALL 1 Z S900\n"
+        "M128\n"
+        "L X+0 Y+0 Z+60 B+0 C+0 FMAX\n"
+        "PLANE SPATIAL SPA+0 SPB+30 SPC+0 TURN SEQ- FMAX\n"
+        "END PGM P MM\n",
+        "VP102",
+        "SEQ-",
+    ),
     ("fanuc", "G0 X0 Y0 Z60 B0 C0\nG1 X9 B190 F900\nM30\n", "VP102", "b 190.000000 deg is above 180 deg"),
-    ("siemens", "G90 G71 G94\nT1 D1\nTRAORI\nORIAXES\nG1 F900 X0 Y0 Z60 B0 C0\nBSPLINE X5 Y0 B5\nX10 Y5 B10\nX20 B20\nX30 B20\nX40 B25\nX50 B25\nX60 B25\nG1 X70\nM30\n", "VP031", "is not executed on a nutating pair"),
-]  # fmt: skip
+    (
+        "siemens",
+        "G90 G71 G94\n"
+        "T1 D1\n"
+        "TRAORI\n"
+        "ORIAXES\n"
+        "G1 F900 X0 Y0 Z60 B0 C0\n"
+        "BSPLINE X5 Y0 B5\n"
+        "X10 Y5 B10\n"
+        "X20 B20\n"
+        "X30 B20\n"
+        "X40 B25\n"
+        "X50 B25\n"
+        "X60 B25\n"
+        "G1 X70\n"
+        "M30\n",
+        "VP031",
+        "is not executed on a nutating pair",
+    ),
+]
 
 
 @pytest.mark.parametrize(("dialect", "text", "code", "said"), REFUSED)
@@ -100,7 +186,12 @@ def test_seq_is_refused_where_the_sign_tells_no_position(run: Runner, tmp_path: 
     }
     machine.write_text(describe("xyz", "bc", joints, axis="[0.5, 0.14644660940672624, 0.8535533905932737]"))
     source.write_text(
-        "BEGIN PGM P MM\nTOOL CALL 1 Z S900\nM128\nL X+0 Y+0 Z+60 B+0 C+0 FMAX\nPLANE SPATIAL SPA+0 SPB+30 SPC+0 TURN SEQ+ FMAX\nEND PGM P MM\n"
+        "BEGIN PGM P MM\n"
+        "TOOL CALL 1 Z S900\n"
+        "M128\n"
+        "L X+0 Y+0 Z+60 B+0 C+0 FMAX\n"
+        "PLANE SPATIAL SPA+0 SPB+30 SPC+0 TURN SEQ+ FMAX\n"
+        "END PGM P MM\n"
     )
     answer = run(
         "check", source, "--machine", machine, "--tool-length", "50", "--wcs", "G54=0,0,0", "--dialect", "heidenhain"
@@ -110,7 +201,9 @@ def test_seq_is_refused_where_the_sign_tells_no_position(run: Runner, tmp_path: 
 
 
 def test_words_keep_their_side(run: Runner, tmp_path: Path) -> None:
-    """The other side would be another path of the tool: a limit that words break is a finding, and no rewind is added."""
+    """The other side would be another path of the tool: a limit that words break is a finding, and no rewind is
+    added.
+    """
     source = tmp_path / "part.nc"
     source.write_text("G0 X0 Y0 Z60 A0 C0\nG1 X9 A30 C280 F900\nM2\n")
     answer = run("check", source, *options_of("nutating_head"), "--allow-rewind")

@@ -1,4 +1,5 @@
-"""A fuzz of Options: whatever is given is used as it is meant, or refused with a UsageError; nothing is ignored in silence.
+"""A fuzz of Options: whatever is given is used as it is meant, or refused with a UsageError; nothing is ignored in
+silence.
 
 What each value means is said here a second time, in :data:`MEANING`, without the model.
 """
@@ -229,13 +230,17 @@ def controls(value: Any) -> Any:
         },
     }
     good = all(
-        type(dialect) is str and dialect in allowed and isinstance(keys, dict)
+        type(dialect) is str
+        and dialect in allowed
+        and isinstance(keys, dict)
         and all(
-            type(key) is str and key in allowed[dialect] and any(type(one) is type(two) and one == two for two in allowed[dialect][key])
+            type(key) is str
+            and key in allowed[dialect]
+            and any(type(one) is type(two) and one == two for two in allowed[dialect][key])
             for key, one in keys.items()
         )
         for dialect, keys in value.items()
-    )  # fmt: skip
+    )
     return value if good else REFUSED
 
 
@@ -314,12 +319,87 @@ class Cases:
     def one(self) -> Any:
         """A value of any kind."""
         pick = self.pick
-        numbers = [0, 1, -1, 2, 5, 12, 13, 48, 149, 0.0, -0.0, 0.05, 0.5, 1.0, 1e-4, 1e-6, 1e-7, 9.99, 10.1, 80.0, 100.0, 1000.0,
-                   3600.0, 3601.0, 1e4, 1e5, 1.1e5, 1e300, -3, -40.0, math.nan, math.inf, -math.inf, 10**400, True, False]  # fmt: skip
-        other = [None, "", " ", "home", "park", "Home", "line", "off", "OFF", "bogus", "mm", "tool", "table", "both", "0.5", "1", "nan",
-                 b"", b"spline", (), [], {}, set(), frozenset({1, 2, 3}), range(3), object, object(), Odd(), 1j, Decimal("0.5"),
-                 Fraction(1, 2), np.float64(0.5), np.float32(0.5), np.int64(1), np.array(0.5), np.array([1.0, 2.0, 3.0]), np.bool_(True),
-                 lambda: 1, iter((1, 2, 3)), Path("home"), bytearray(b"x")]  # fmt: skip
+        numbers = [
+            0,
+            1,
+            -1,
+            2,
+            5,
+            12,
+            13,
+            48,
+            149,
+            0.0,
+            -0.0,
+            0.05,
+            0.5,
+            1.0,
+            1e-4,
+            1e-6,
+            1e-7,
+            9.99,
+            10.1,
+            80.0,
+            100.0,
+            1000.0,
+            3600.0,
+            3601.0,
+            1e4,
+            1e5,
+            1.1e5,
+            1e300,
+            -3,
+            -40.0,
+            math.nan,
+            math.inf,
+            -math.inf,
+            10**400,
+            True,
+            False,
+        ]
+        other = [
+            None,
+            "",
+            " ",
+            "home",
+            "park",
+            "Home",
+            "line",
+            "off",
+            "OFF",
+            "bogus",
+            "mm",
+            "tool",
+            "table",
+            "both",
+            "0.5",
+            "1",
+            "nan",
+            b"",
+            b"spline",
+            (),
+            [],
+            {},
+            set(),
+            frozenset({1, 2, 3}),
+            range(3),
+            object,
+            object(),
+            Odd(),
+            1j,
+            Decimal("0.5"),
+            Fraction(1, 2),
+            np.float64(0.5),
+            np.float32(0.5),
+            np.int64(1),
+            np.array(0.5),
+            np.array([1.0, 2.0, 3.0]),
+            np.bool_(True),
+            lambda: 1,
+            iter((1, 2, 3)),
+            Path("home"),
+            bytearray(b"x"),
+        ]
         return pick.choice([*numbers, *other, pick.uniform(-20, 20), pick.randint(-5, 20)])
 
     def place(self, count: int = 3) -> Any:
@@ -437,8 +517,25 @@ class Cases:
                 return pick.choice(["a.nc", self.one()])
             case _:
                 choices = find_about(name).choices
-                named = list(choices()) if choices else [
-                    "auto", "rs274", "spline", "blend", "off", "line", "joint", "vector", "angles", "home", "park", "drive", "inch"]  # fmt: skip
+                named = (
+                    list(choices())
+                    if choices
+                    else [
+                        "auto",
+                        "rs274",
+                        "spline",
+                        "blend",
+                        "off",
+                        "line",
+                        "joint",
+                        "vector",
+                        "angles",
+                        "home",
+                        "park",
+                        "drive",
+                        "inch",
+                    ]
+                )
                 return pick.choice(
                     [self.one(), self.one(), pick.choice(named), pick.uniform(0, 12), pick.randint(0, 12), True]
                 )
@@ -447,10 +544,21 @@ class Cases:
         """A name with one mistake."""
         pick = self.pick
         at = pick.randrange(len(name))
-        return pick.choice([
-            name[:at] + name[at + 1 :], name[:at] + name[at] + name[at:], name.upper(), name.replace("_", "-"), name + "s",
-            name.replace("_", ""), "_" + name, name + "_mm", name[:at] + "e" + name[at + 1 :], find_key(name) + " ", name.title(),
-        ])  # fmt: skip
+        return pick.choice(
+            [
+                name[:at] + name[at + 1 :],
+                name[:at] + name[at] + name[at:],
+                name.upper(),
+                name.replace("_", "-"),
+                name + "s",
+                name.replace("_", ""),
+                "_" + name,
+                name + "_mm",
+                name[:at] + "e" + name[at + 1 :],
+                find_key(name) + " ",
+                name.title(),
+            ]
+        )
 
     def values(self) -> dict[str, Any]:
         """One to four options."""
@@ -600,7 +708,8 @@ def test_misspelt_names_are_answered_with_the_right_one() -> None:
 @pytest.mark.parametrize(
     ("name", "value", "taken"),
     [
-        ("tool_length", np.int64(80), 80.0), ("tool_length", np.float32(80.5), 80.5), ("tool_length", np.array(80.0), 80.0),
+        ("tool_length", np.int64(80), 80.0), ("tool_length", np.float32(80.5), 80.5),
+        ("tool_length", np.array(80.0), 80.0),
         ("jobs", np.int32(2), 2), ("decimals", np.uint8(3), 3), ("quality", np.bool_(True), True),
     ],
 )  # fmt: skip

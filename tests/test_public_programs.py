@@ -1,4 +1,6 @@
-"""The list of public programs: its rows can be read, and the script judges a program as they say; and programs of ours in place of them."""
+"""The list of public programs: its rows can be read, and the script judges a program as they say; and programs of ours
+in place of them.
+"""
 
 from dataclasses import replace
 from pathlib import Path
@@ -39,20 +41,29 @@ def test_a_program_is_judged_as_the_list_has_it():
 
 def test_a_program_with_another_axis_names_its_machine():
     row = next(row for row in table_rows() if "machine" in row.setup)
-    raw = b"BEGIN PGM B MM\nTOOL CALL 1 Z S1000\nL X+0 Y+0 Z+50 R0 FMAX\nL B+30 C+0 R0 FMAX M128\nL X+9 F500\nEND PGM B MM\n"
+    raw = (
+        b"BEGIN PGM B MM\nTOOL CALL 1 Z S1000\nL X+0 Y+0 Z+50 R0 FMAX\nL B+30 C+0 R0 FMAX M128\nL X+9 F500\nEND PGM B "
+        b"MM\n"
+    )
     assert judge(row, raw).run == "yes"
     without = judge(replace(row, setup=""), raw)
     assert (without.read, without.run, without.refusal) == ("yes", "no", "VP011, line 4")
 
 
 def test_one_part_of_four_controls_has_the_same_setpoints(machine):
-    """Slot, round pocket, holes on a circle, threads, edge and five axes: written out, as macros and cycles of Fanuc, as cycles of Siemens and of Klartext.
+    """Slot, round pocket, holes on a circle, threads, edge and five axes: written out, as macros and cycles of Fanuc,
+    as cycles of Siemens and of Klartext.
 
-    Setpoints are compared to 1e-6 mm and degrees: none of these cycles differs between the controls in where the tool goes.
+    Setpoints are compared to 1e-6 mm and degrees: none of these cycles differs between the controls in where the tool
+    goes.
     """
     given = {
-        "tools": {1: make_tool(1, 80.0, 8.0)}, "wcs": {"G54": (0.0, 0.0, 40.0)}, "cycle": 0.01, "smoothing": "off", "tapping": "feed",
-    }  # fmt: skip
+        "tools": {1: make_tool(1, 80.0, 8.0)},
+        "wcs": {"G54": (0.0, 0.0, 40.0)},
+        "cycle": 0.01,
+        "smoothing": "off",
+        "tapping": "feed",
+    }
     values = []
     for name in ("rs274/plate.ngc", "fanuc/plate.nc", "siemens/plate.mpf", "heidenhain/plate.h"):
         options = Options(source_name=name, **given)
@@ -64,7 +75,9 @@ def test_one_part_of_four_controls_has_the_same_setpoints(machine):
 
 
 def find_places(machine, name, raw):
-    """Places of the axes, mm and degrees, after each move of a program at a feed rate or on an arc, and after the last."""
+    """Places of the axes, mm and degrees, after each move of a program at a feed rate or on an arc, and after
+    the last.
+    """
     given = {"tools": {1: make_tool(1, 80.0, 8.0)}, "remap": dict.fromkeys(("M10", "M11", "M12", "M13"), "event")}
     options = Options(source_name=name, wcs={"G54": (0.0, 0.0, 40.0)}, **given)
     moves = interpret_program(raw, build_interpreter_setup(machine, options))

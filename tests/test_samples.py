@@ -50,7 +50,8 @@ def options(sample: Path) -> list[str]:
     return words
 
 
-#: Compared with twins in tests/gcode/test_dialects.py: this judge knows no tilted plane, nor lines that are executed several times.
+#: Compared with twins in tests/gcode/test_dialects.py: this judge knows no tilted plane, nor lines that are executed
+#: several times.
 OTHER_DIALECTS = {"fanuc_tilted", "two_faces", "two_faces_fanuc"}
 SAMPLES = sorted(path for path in FOLDER.glob("*.nc") if path.stem not in OTHER_DIALECTS)
 REFUSED = [sample for sample in SAMPLES if "exit 1" in header(sample)]
@@ -152,7 +153,9 @@ def programmed_axis(angles: np.ndarray) -> np.ndarray:
 
 
 def on_line(tip: np.ndarray, angles: np.ndarray, start: np.ndarray, end: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Distance of points from the nearest pose of a segment, and the angles programmed there; rows are x, y, z, A, C."""
+    """Distance of points from the nearest pose of a segment, and the angles programmed there; rows are x, y, z,
+    A, C.
+    """
     delta = end - start
     scale = np.array([1.0, 1.0, 1.0, MM_PER_DEG, MM_PER_DEG])
     here = (np.hstack([tip, angles]) - start) * scale
@@ -239,7 +242,8 @@ class Judgement:
         assert self.feed <= FEED
         assert self.tip_mm <= tip_mm
         assert self.axis_deg <= axis_deg
-        # C turns the axis by sin(A) of its own angle, and no sample rounds corners below 30 degrees of tilt while C turns
+        # C turns the axis by sin(A) of its own angle, and no sample rounds corners below 30 degrees of tilt while C
+        # turns
         assert self.rotary_deg <= axis_deg * (1.0 if axis_deg == AXIS_DEG else 2.0)
         assert self.lines == self.programmed_lines
         assert self.end_gap_mm <= TIP_MM
@@ -444,7 +448,9 @@ def test_samples_cover_both_outcomes_and_a_slider_bound() -> None:
 
 @pytest.mark.parametrize("sample", CONVERTED, ids=lambda sample: sample.name)
 def test_the_least_time_without_jerk_is_that_of_toppra(sample: Path, run: Callable[..., Any], tmp_path: Path) -> None:
-    """Where planning starts: two solvers of one problem, one of them not ours. toppra's programs are solved to 1e-6 of their scale."""
+    """Where planning starts: two solvers of one problem, one of them not ours. toppra's programs are solved to 1e-6 of
+    their scale.
+    """
     pytest.importorskip("toppra")
     meta = tmp_path / "meta.json"
     done = run(sample, "--solver", "both", "-o", tmp_path / "rows.csv", "--meta", meta)

@@ -60,10 +60,14 @@ CUTS = "G1 X10 F500\nY10\nM30\n"
         ("siemens", f"G71 G90 G641 ADIS=10\nG0 X0 Y0 Z80 A0 C0\n{CUTS}", "off by 2.5 mm"),
         ("siemens", f"G71 G90 G645 CTOL=2\nG0 X0 Y0 Z80 A0 C0\n{CUTS}", "off by 2 mm"),
         ("siemens", f"G71 G90 G642 OTOL=30\nG0 X0 Y0 Z80 A0 C0\n{CUTS}", "off by 30 deg"),
-        ("heidenhain", "BEGIN PGM G MM\nCYCL DEF 32.0 TOLERANCE\nCYCL DEF 32.1 T10\nL X+0 Y+0 Z+80 A+0 C+0 R0 FMAX\n"
-         "L X+10 F500\nL Y+10\nEND PGM G MM\n", "off by 10 mm"),
+        (
+            "heidenhain",
+            "BEGIN PGM G MM\nCYCL DEF 32.0 TOLERANCE\nCYCL DEF 32.1 T10\nL X+0 Y+0 Z+80 A+0 C+0 R0 FMAX\n"
+            "L X+10 F500\nL Y+10\nEND PGM G MM\n",
+            "off by 10 mm",
+        ),
     ],
-)  # fmt: skip
+)
 def test_a_tolerance_of_the_program_that_cannot_be_meant(dialect, program, said):
     """G64 P10 passed without a word, though --tolerance 10 has a warning."""
     options = vp.Options(tool_length=80.0, wcs={"G54": (0, 0, 30)}, dialect=dialect)

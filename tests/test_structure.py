@@ -1,4 +1,4 @@
-"""The structure of the package, read from its source: classes, private names, lengths of prose, the core's state."""
+"""The structure of the package, read from its source: classes, private names, layout, the core's state."""
 
 import ast
 import io
@@ -13,8 +13,8 @@ import verne_post
 PACKAGE = Path(verne_post.__file__).parent
 #: Levels of classes of the package, and methods of one class itself.
 MAX_LEVELS, MAX_METHODS = 3, 40
-#: Columns of a line of prose, as of code.
-MAX_COLUMNS = 120
+#: A list of fewer values reads well with one on a line, as the formatter writes it.
+TABLE_VALUES = 20
 
 
 #: Every file of the package, by its path in it.
@@ -53,43 +53,57 @@ def is_private(name: str) -> bool:
     return name.startswith("_") and not name.startswith("__") and name not in _OF_PYTHON
 
 
-def find_long_prose(source: str) -> list[int]:
-    """Numbers of the lines of docstrings, and of comments that stand alone, which are longer than MAX_COLUMNS."""
-    lines = source.split("\n")
-    prose = set()
-    for node in ast.walk(ast.parse(source)):
-        documented = isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef)
-        if documented and ast.get_docstring(node) is not None:
-            prose.update(range(node.body[0].lineno, node.body[0].end_lineno + 1))
-    for token in tokenize.generate_tokens(io.StringIO(source).readline):
-        if token.type == tokenize.COMMENT and not lines[token.start[0] - 1][: token.start[1]].strip():
-            prose.add(token.start[0])
-    return [number for number in sorted(prose) if len(lines[number - 1]) > MAX_COLUMNS]
+def hold_table(node: ast.expr) -> bool:
+    """Whether it is rows of data: TABLE_VALUES literals and names or more, and nothing that is executed for each."""
+    if any(isinstance(part, ast.Lambda | ast.comprehension | ast.JoinedStr) for part in ast.walk(node)):
+        return False
+    return sum(isinstance(part, ast.Constant | ast.Name) for part in ast.walk(node)) >= TABLE_VALUES
 
 
-def test_docstrings_and_comments_keep_to_the_columns():
-    """The formatter wraps code, and ruff lets messages stay whole (E501); nothing else looks at prose."""
-    found = {
-        path.relative_to(PACKAGE).as_posix(): numbers
-        for path in sorted(PACKAGE.rglob("*.py"))
-        if (numbers := find_long_prose(path.read_text(encoding="utf-8")))
-    }
-    assert found == {}
+def find_unformatted(source: str) -> list[int]:
+    """Numbers of the lines that keep the formatter from something other than a table.
+
+    A table stands at the top of a file or class, or gives the cases of a test.
+    """
+    tree = ast.parse(source)
+    tables = set()
+    for block in [tree, *(node for node in ast.walk(tree) if isinstance(node, ast.ClassDef))]:
+        for node in block.body:
+            values = [getattr(node, "value", None)] if isinstance(node, ast.Assign | ast.AnnAssign) else []
+            values += [one for one in getattr(node, "decorator_list", ()) if "parametrize" in ast.unparse(one)]
+            tables.update(value.end_lineno for value in values if value is not None and hold_table(value))
+    return [
+        token.start[0]
+        for token in tokenize.generate_tokens(io.StringIO(source).readline)
+        if token.type == tokenize.COMMENT and "fmt:" in token.string and token.start[0] not in tables
+    ]
+
+
+def test_the_formatter_decides_but_for_tables():
+    """Everything else has one layout; ruff holds the columns (E501), in tables too."""
+    repository = Path(__file__).parents[1]
+    files = [
+        *PACKAGE.rglob("*.py"),
+        *(path for part in ("tests", "docs") for path in (repository / part).rglob("*.py")),
+    ]
+    texts = {str(path): text for path in files if "fmt:" in (text := path.read_text(encoding="utf-8"))}
+    assert {path: numbers for path, text in texts.items() if (numbers := find_unformatted(text))} == {}
 
 
 @pytest.mark.parametrize(
     ("source", "found"),
     [
-        ('"""{}"""', [1]),
-        ('def f():\n    """Short.\n\n    {}\n    """', [4]),
-        ("x = 1\n#: {}\ny = 2", [2]),
-        ('x = "{}"', []),
-        ('x = "{}"  # a remark', []),
-        ("class A:\n    # short\n    x = 1", []),
+        ("X = [{numbers}]  # fmt: skip", []),
+        ("class A:\n    X = dict(a=({numbers}))  # fmt: skip", []),
+        ("@pytest.mark.parametrize('x', [{numbers}])  # fmt: skip\ndef test(): pass", []),
+        ("X = 1  # fmt: skip", [1]),
+        ("# fmt: off\nX = 1\n# fmt: on", [1, 3]),
+        ("X = [lambda: ({numbers})]  # fmt: skip", [1]),
+        ("def f():\n    return [{numbers}]  # fmt: skip", [2]),
     ],
 )
-def test_long_prose_is_found(source, found):
-    assert find_long_prose(source.format("w " * MAX_COLUMNS)) == found
+def test_unformatted_lines_are_found(source, found):
+    assert find_unformatted(source.format(numbers="1, " * TABLE_VALUES)) == found
 
 
 def test_classes_have_few_levels():
@@ -106,7 +120,7 @@ def test_classes_have_few_methods():
 
 
 def find_foreign_names(tree: ast.Module) -> list[str]:
-    """Private names of other files that one uses: ``other._x`` of a name it does not give itself, ``from other import _x``."""
+    """Private names of other files that one uses: ``other._x`` of a name not given here, ``from other import _x``."""
     own = {node.name for node in ast.walk(tree) if isinstance(node, ast.FunctionDef | ast.ClassDef)}
     own |= {
         node.attr
@@ -116,9 +130,11 @@ def find_foreign_names(tree: ast.Module) -> list[str]:
     own |= {
         target.id
         for node in ast.walk(tree)
-        for target in (node.targets if isinstance(node, ast.Assign) else [node.target] if isinstance(node, ast.AnnAssign) else [])
+        for target in (
+            node.targets if isinstance(node, ast.Assign) else [node.target] if isinstance(node, ast.AnnAssign) else []
+        )
         if isinstance(target, ast.Name)
-    }  # fmt: skip
+    }
     imported = [
         alias.name
         for node in ast.walk(tree)

@@ -157,7 +157,9 @@ def test_a_dwell_at_the_end_takes_its_own_time_alone(shaken: Callable[..., vp.Ma
 def test_tolerances_as_small_as_those_of_exact_paths_are_shared(
     shaken: Callable[..., vp.Machine], shaper: str, tolerance: float
 ) -> None:
-    """Corner and shaper together may use the larger one of the tolerance and 0.001 mm; they took half of one and the other."""
+    """Corner and shaper together may use the larger one of the tolerance and 0.001 mm; they took half of one and the
+    other.
+    """
     program = f"G21 G90 G64 P{tolerance}\nG0 X0 Y0 Z5 A0 C0\nG1 X2 F12000\nG1 X3.9924 Y0.1743\nX6 Y0.2\nM2\n"
     result = converted(program, shaken([[38, 0.02], [61, 0.02]]), shaper=shaper)
     assert result.summary is not None

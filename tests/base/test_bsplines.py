@@ -26,7 +26,9 @@ def drawn(seed: int, degree: int, spread: float = 1.0) -> tuple[np.ndarray, np.n
 
 
 def by_scipy(points: np.ndarray, weights: np.ndarray, knots: np.ndarray, t: np.ndarray, order: int) -> list[np.ndarray]:
-    """Points (n, 5) and their derivatives by the parameter of the span from 0 to 1: scipy in homogeneous coordinates."""
+    """Points (n, 5) and their derivatives by the parameter of the span from 0 to 1: scipy in homogeneous
+    coordinates.
+    """
     degree = points.shape[1] - 1
     low, high = knots[0, degree - 1], knots[0, degree]
     origin = points[0, 0]

@@ -1,4 +1,6 @@
-"""LAPACK's functions without ``scipy.linalg``: the right solutions, and nothing that a later import of that package notices."""
+"""LAPACK's functions without ``scipy.linalg``: the right solutions, and nothing that a later import of that package
+notices.
+"""
 
 import subprocess
 import sys

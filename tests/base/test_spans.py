@@ -86,7 +86,9 @@ def test_columns_are_independent():
 
 
 def test_few_samples_enclose_what_their_last_coefficients_say():
-    """Polynomials whose higher coefficients fall: bounds from three samples, widened by the tail, hold; those alone do not."""
+    """Polynomials whose higher coefficients fall: bounds from three samples, widened by the tail, hold; those alone do
+    not.
+    """
     falling = np.random.default_rng(5).normal(size=(spans.NODES, 400)) * 0.2 ** np.arange(spans.NODES)[:, None]
     dense = np.polynomial.chebyshev.chebval(2 * U - 1, falling)
     few = np.polynomial.chebyshev.chebval(2 * spans.FEW_SAMPLES - 1, falling).T[:, :, None]

@@ -1,4 +1,5 @@
-"""The as-built machine: a second formulation on many machines, samples on perturbed machines, speed against the nominal one.
+"""The as-built machine: a second formulation on many machines, samples on perturbed machines, speed against the nominal
+one.
 
 ``python tests/benchmarks/as_built.py [check] [samples] [speed]``; without words all three. Minutes.
 """
@@ -36,8 +37,17 @@ def machine_of(table):
 def poses(n):
     """Legal poses of the nominal machine, the corners of the workspace among them."""
     rng = np.random.default_rng(0)
-    corners = np.array([(x, y, z, a, c) for x in (-220, 220) for y in (-220, 220) for z in (5, 260) for a in (-85, 0, 85)
-                        for c in (-170, 40)], float)  # fmt: skip
+    corners = np.array(
+        [
+            (x, y, z, a, c)
+            for x in (-220, 220)
+            for y in (-220, 220)
+            for z in (5, 260)
+            for a in (-85, 0, 85)
+            for c in (-170, 40)
+        ],
+        float,
+    )
     some = rng.uniform([-220, -220, 0, -85, -180], [220, 220, 260, 85, 180], (2 * n, 5))
     every = np.concatenate([corners, some])
     tip, angles = every[:, :3], np.radians(every[:, 3:])
@@ -100,10 +110,13 @@ def check():
         bend.append(np.degrees(np.abs(platform.angles[:, 1:])).max(axis=0))
     left = np.concatenate(uncorrected)
     print(
-        f"{MACHINES} machines, {len(tip)} poses: sliders within {worst[0]:.1e} mm, A within {worst[1]:.1e} rad of the ten equations"
+        f"{MACHINES} machines, {len(tip)} poses: sliders within {worst[0]:.1e} mm, A within {worst[1]:.1e} rad of the "
+        "ten equations"
     )
-    print(f"axis error with C as programmed: median {np.median(left):.3f}, max {left.max():.3f} deg; "
-          f"platform turned about y, z by up to {np.max(bend, axis=0).round(3)} deg")  # fmt: skip
+    print(
+        f"axis error with C as programmed: median {np.median(left):.3f}, max {left.max():.3f} deg; "
+        f"platform turned about y, z by up to {np.max(bend, axis=0).round(3)} deg"
+    )
 
 
 def samples():

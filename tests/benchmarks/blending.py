@@ -1,10 +1,11 @@
-"""What corner blends leave of the least time: single corners, also beside arcs, zigzags, facets, neighbouring passes, a slow program.
+"""What corner blends leave of the least time: single corners, also beside arcs, zigzags, facets, neighbouring passes, a
+slow program.
 
     python tests/benchmarks/blending.py [--write]
 
-``--write`` puts the tables into docs/performance.md. The free optimum of corners and zigzags is that of an independent linear
-program: p(t) in the plane with piecewise constant jerk, inside a tube of 0.0097 mm, no path and no parameter prescribed. It holds for
-the limits of serial.toml (4000 mm/s2, 80,000 mm/s3).
+``--write`` puts the tables into docs/performance.md. The free optimum of corners and zigzags is that of an independent
+linear program: p(t) in the plane with piecewise constant jerk, inside a tube of 0.0097 mm, no path and no parameter
+prescribed. It holds for the limits of serial.toml (4000 mm/s2, 80,000 mm/s3).
 """
 
 import argparse
@@ -62,7 +63,9 @@ def corner(angle_deg: float, feed: float, before: float, after: float, heading: 
 
 
 def corner_table() -> str:
-    """One corner of 90 degrees between lines of many lengths: time lost against the feed rate, least, most, and with a stop."""
+    """One corner of 90 degrees between lines of many lengths: time lost against the feed rate, least, most, and with a
+    stop.
+    """
     rows, slower = [], 0
     for machine in ("serial", "verne"):
         for feed in (1500, 3000, 6000):
@@ -73,8 +76,15 @@ def corner_table() -> str:
                     column.append(1e3 * (seconds(corner(90, feed, lead, 20), machine, smoothing) - straight))
             slower += sum(ours > stop for ours, stop in zip(lost["spline"], lost["off"], strict=True))
             free = f"{FREE_CORNER_MS[feed]}" if machine == "serial" else "-"
-            rows.append([f"{machine} F{feed}", f"{min(lost['spline']):.0f}", f"{max(lost['spline']):.0f}", free,
-                         f"{min(lost['off']):.0f}"])  # fmt: skip
+            rows.append(
+                [
+                    f"{machine} F{feed}",
+                    f"{min(lost['spline']):.0f}",
+                    f"{max(lost['spline']):.0f}",
+                    free,
+                    f"{min(lost['off']):.0f}",
+                ]
+            )
     rng, worse = np.random.default_rng(4), 0
     for _ in range(RANDOM_CORNERS):
         feed, machine = rng.choice([1500, 3000, 6000, 12000]), str(rng.choice(["serial", "verne", "linear_delta"]))
@@ -83,7 +93,9 @@ def corner_table() -> str:
         worse += seconds(source, machine, cycle=cycle) > seconds(source, machine, "off", cycle)
     return (
         table(["corner of 90 degrees, 0.01 mm", "least ms lost", "most ms lost", "free optimum ms", "stop ms"], rows)
-        + f"\nSlower than a stop: {slower} of {len(LEADS_MM) * 6} of these, and {worse} of {RANDOM_CORNERS} random corners (20 to 150 degrees, legs of\n"
+        + "\n"
+        f"Slower than a stop: {slower} of {len(LEADS_MM) * 6} of these, and {worse} of {RANDOM_CORNERS} "
+        "random corners (20 to 150 degrees, legs of\n"
         "0.5 to 25 mm, three machines, cycles of 0.25 to 4 ms).\n"
     )
 
@@ -132,7 +144,9 @@ def zigzag_table() -> str:
 
 
 def wave(x: Array, feed: float, *, arcs: bool = False) -> bytes:
-    """A surface with waves of 16 mm, 2 mm high, cut along x (n,) in mm, with three decimals: lines, or arcs as curved as it is."""
+    """A surface with waves of 16 mm, 2 mm high, cut along x (n,) in mm, with three decimals: lines, or arcs as curved
+    as it is.
+    """
     z = 60 + 2 * np.sin(np.pi * x / 8)
     ends = [f"X{p:.3f} Z{q:.3f}" for p, q in zip(x, z, strict=True)]
     words = [f"G1 {end}" for end in ends]
@@ -159,7 +173,9 @@ def speeds(source: bytes, feed: float, machine: str) -> tuple[Array, Array]:
 
 
 def surface_table() -> str:
-    """Time of a wave by steps, and how two passes of opposite directions, their points half a step apart, differ in speed."""
+    """Time of a wave by steps, and how two passes of opposite directions, their points half a step apart, differ in
+    speed.
+    """
     rows, places = [], np.linspace(20, 76, 4000)
     for machine in ("serial", "verne"):
         for step, arcs in ((0.1, False), (0.25, False), (0.5, False), (0.25, True), (0.5, True), (1.0, True)):
@@ -169,15 +185,21 @@ def surface_table() -> str:
                 passes = (wave(along, feed, arcs=arcs) for along in (x, x[::-1][:-1] - step / 2))
                 there, back = (speeds(source, feed, machine) for source in passes)
                 differences.append(np.abs(np.interp(places, *there) - np.interp(places, *back)).max())
-            rows.append([f"{machine}, {'arcs of ' if arcs else ''}{step:g} mm",
-                         f"{seconds(wave(x, 12000, arcs=arcs), machine):.3f}",
-                         *(f"{100 * one:.2f} %" for one in differences)])  # fmt: skip
+            rows.append(
+                [
+                    f"{machine}, {'arcs of ' if arcs else ''}{step:g} mm",
+                    f"{seconds(wave(x, 12000, arcs=arcs), machine):.3f}",
+                    *(f"{100 * one:.2f} %" for one in differences),
+                ]
+            )
     header = ["wave of 96 mm", "s at F12000", "neighbouring passes, F4000", "F12000: largest difference"]
     return table(header, rows)
 
 
 def slow_table() -> str:
-    """A program that hardly ever brakes: 4,500 moves of 5 mm at F1200 along a spiral, CPU of everything up to the rows."""
+    """A program that hardly ever brakes: 4,500 moves of 5 mm at F1200 along a spiral, CPU of everything up to
+    the rows.
+    """
     turn = np.linspace(0, 60 * np.pi, 4501)
     radius = 15 + 25 * turn / turn[-1]
     x, y, z = radius * np.cos(turn), radius * np.sin(turn), 60 + 3 * np.sin(turn / 7)
@@ -188,8 +210,10 @@ def slow_table() -> str:
     spent = time.process_time() - begin
     assert result.summary is not None
     duration = float(result.summary.cycle_time)
-    return table(["slow program, 4,500 moves, verne", "motion s", "CPU s", "us/ms"],
-                 [["spiral, F1200", f"{duration:.0f}", f"{spent:.1f}", f"{1e3 * spent / duration:.1f}"]])  # fmt: skip
+    return table(
+        ["slow program, 4,500 moves, verne", "motion s", "CPU s", "us/ms"],
+        [["spiral, F1200", f"{duration:.0f}", f"{spent:.1f}", f"{1e3 * spent / duration:.1f}"]],
+    )
 
 
 def main() -> None:

@@ -1,7 +1,7 @@
 """What a calibration of the machine as built is worth: `python tests/benchmarks/calibration.py [machines]`.
 
-Simulated machines, parts off by 0.05 mm and 0.1 mrad at random; readings of 3 um (axes 20 urad) with tools of 60 and 160 mm;
-tip errors at 1000 other poses. The tables stand in docs/as-built.md.
+Simulated machines, parts off by 0.05 mm and 0.1 mrad at random; readings of 3 um (axes 20 urad) with tools of 60 and
+160 mm; tip errors at 1000 other poses. The tables stand in docs/as-built.md.
 """
 
 import sys
@@ -41,9 +41,16 @@ def read(poses: WorkspacePoses, true: np.ndarray, rng: np.random.Generator, axes
     axis = at.axis + SIGMA_AXIS * rng.standard_normal((n, 3))
     axis /= np.linalg.norm(axis, axis=1, keepdims=True)
     return ToolReadings(
-        poses.joints, poses.length, at.tip + SIGMA * rng.standard_normal((n, 3)), axis if axes else np.full((n, 3), np.nan),
-        np.full(n, SIGMA), np.full(n, SIGMA_AXIS), np.full(n, -1), np.zeros(n, dtype=bool), np.arange(n),
-    )  # fmt: skip
+        poses.joints,
+        poses.length,
+        at.tip + SIGMA * rng.standard_normal((n, 3)),
+        axis if axes else np.full((n, 3), np.nan),
+        np.full(n, SIGMA),
+        np.full(n, SIGMA_AXIS),
+        np.full(n, -1),
+        np.zeros(n, dtype=bool),
+        np.arange(n),
+    )
 
 
 def row(name: str, tips: list[np.ndarray], axes: list[np.ndarray], determined: str = "") -> None:

@@ -49,7 +49,8 @@ ROOT = Path(__file__).resolve().parents[2]
 AFFORDABLE_S = 10.0
 #: toppra is asked about grids of at most so many points.
 TOPPRA_POINTS = 60_000
-#: Everything is measured at least so often, and over so many seconds: on shared cores a short measurement is often disturbed.
+#: Everything is measured at least so often, and over so many seconds: on shared cores a short measurement is often
+#: disturbed.
 REPEATS = 3
 REPEATS_S = 1.5
 ZIGZAG_CORNERS_DEG = (90, 30, 10, 2)
@@ -59,7 +60,9 @@ ZIGZAG_FEEDS = (3000, 12000)
 
 @dataclass(frozen=True)
 class Part:
-    """A program to measure; ``cut`` is a shorter one of the same kind where the whole is too long for the references."""
+    """A program to measure; ``cut`` is a shorter one of the same kind where the whole is too long for the
+    references.
+    """
 
     name: str
     source: bytes
@@ -138,10 +141,12 @@ def parts() -> Iterator[Part]:
         yield Part(name, blade(1000, vectors=vectors, step=1.0, feed=9000), base)
     yield Part("cone (NAS 979), 0.3 mm", cone(), base)
     yield Part("pocket_3axis.nc", sample("pocket_3axis.nc"), base.changed(wcs={"G54": (-10.0, 15.0, 60.0)}))
-    yield Part("blade_5axis.nc", sample("blade_5axis.nc"),
-               Options(tool_length=120.0, wcs={1: WorkOffset((0.0, 0.0, 10.0))}))  # fmt: skip
-    yield Part("slider_bound.nc", sample("slider_bound.nc"),
-               Options(tool_length=60.0, wcs={1: WorkOffset((0.0, 0.0, 80.0))}))  # fmt: skip
+    yield Part(
+        "blade_5axis.nc", sample("blade_5axis.nc"), Options(tool_length=120.0, wcs={1: WorkOffset((0.0, 0.0, 10.0))})
+    )
+    yield Part(
+        "slider_bound.nc", sample("slider_bound.nc"), Options(tool_length=60.0, wcs={1: WorkOffset((0.0, 0.0, 80.0))})
+    )
     for corner_deg in ZIGZAG_CORNERS_DEG:
         yield Part(f"zigzag 1 mm, {corner_deg} deg", zigzag(corner_deg), Options(tool_length=50.0))
 
@@ -264,10 +269,15 @@ def profile_cost(plan: Plan) -> float:
     bounds, _findings = check_program(program)
     spent, _profile = least(
         partial(
-            plan_contour, program.build_joint_path(), bounds.first, bounds.second, bounds.third, program.machine.limits,
+            plan_contour,
+            program.build_joint_path(),
+            bounds.first,
+            bounds.second,
+            bounds.third,
+            program.machine.limits,
             PlanningOptions(program.cycle),
         )
-    )  # fmt: skip
+    )
     return 1e3 * spent / moving_time(plan)
 
 
@@ -297,26 +307,56 @@ def contour_tables(machine: Machine) -> tuple[str, str]:
         verdict = summary.verification
         assert verdict is not None
         velocity, acceleration, jerk, feed = ratios(text, part, machine)
-        written.append([
-            part.name, f"{velocity:.4f}", f"{acceleration:.4f}", f"{jerk:.4f}", f"{feed:.4f}",
-            f"{verdict.tip_deviation_mm:.4f}", f"{verdict.axis_deviation_deg:.4f}", f"{summary.n_blended}",
-            f"{summary.n_stops}",
-        ])  # fmt: skip
+        written.append(
+            [
+                part.name,
+                f"{velocity:.4f}",
+                f"{acceleration:.4f}",
+                f"{jerk:.4f}",
+                f"{feed:.4f}",
+                f"{verdict.tip_deviation_mm:.4f}",
+                f"{verdict.axis_deviation_deg:.4f}",
+                f"{summary.n_blended}",
+                f"{summary.n_stops}",
+            ]
+        )
         plan = planned(part.source, part, machine, "spline")
         short = plan if part.cut is None else planned(part.short, part, machine, "spline")
         off, blend = (seconds(planned(part.source, part, machine, how)) for how in ("off", "blend"))
         spline = seconds(plan)
         reference = reference_gap(short) if seconds(short) <= AFFORDABLE_S else float("nan")
-        timed.append([
-            part.name, f"{spline:.3f}", f"{blend:.3f}", f"{off:.3f}", f"{off / spline:.2f}",
-            percent(moving_time(plan) / second_order(plan) - 1), percent(reference), f"{profile_cost(plan):.0f}",
-            f"{1e6 * cpu / summary.n_segments:.0f}",
-        ])  # fmt: skip
+        timed.append(
+            [
+                part.name,
+                f"{spline:.3f}",
+                f"{blend:.3f}",
+                f"{off:.3f}",
+                f"{off / spline:.2f}",
+                percent(moving_time(plan) / second_order(plan) - 1),
+                percent(reference),
+                f"{profile_cost(plan):.0f}",
+                f"{1e6 * cpu / summary.n_segments:.0f}",
+            ]
+        )
     return (
-        table(["program", "velocity", "acceleration", "jerk", "feed", "tip mm", "axis deg", "rounded", "stops"], written),
-        table(["program", "spline s", "blend s", "off s", "off / spline", "over 2nd order", "over reference",
-               "profile us/ms", "CPU us/move"], timed),
-    )  # fmt: skip
+        table(
+            ["program", "velocity", "acceleration", "jerk", "feed", "tip mm", "axis deg", "rounded", "stops"], written
+        ),
+        table(
+            [
+                "program",
+                "spline s",
+                "blend s",
+                "off s",
+                "off / spline",
+                "over 2nd order",
+                "over reference",
+                "profile us/ms",
+                "CPU us/move",
+            ],
+            timed,
+        ),
+    )
 
 
 def gain_table(machine: Machine) -> str:
@@ -326,8 +366,14 @@ def gain_table(machine: Machine) -> str:
         for corner_deg in ZIGZAG_CORNERS_DEG:
             part = Part("zigzag", zigzag(corner_deg, feed=feed), Options(tool_length=50.0))
             off, spline = (planned(part.source, part, machine, how) for how in ("off", "spline"))
-            rows.append([f"F{feed}", f"{corner_deg}", f"{second_order(off) / second_order(spline):.2f}",
-                         f"{seconds(off) / seconds(spline):.2f}"])  # fmt: skip
+            rows.append(
+                [
+                    f"F{feed}",
+                    f"{corner_deg}",
+                    f"{second_order(off) / second_order(spline):.2f}",
+                    f"{seconds(off) / seconds(spline):.2f}",
+                ]
+            )
     return table(["feed", "corner deg", "without jerk limits", "with them"], rows)
 
 
@@ -347,8 +393,16 @@ def toppra_table(machine: Machine) -> str:
             rows.append([part.name, f"{len(grid.s)}", f"{1e3 * ours:.1f}", "-", "-", str(error)])
             continue
         ours_s, theirs_s = reachability.find_duration(grid.s, x), reachability.find_duration(grid.s, other)
-        rows.append([part.name, f"{len(grid.s)}", f"{1e3 * ours:.1f}", f"{1e3 * theirs:.0f}",
-                     f"{theirs / ours:.0f}", f"{theirs_s / ours_s - 1:.1e}"])  # fmt: skip
+        rows.append(
+            [
+                part.name,
+                f"{len(grid.s)}",
+                f"{1e3 * ours:.1f}",
+                f"{1e3 * theirs:.0f}",
+                f"{theirs / ours:.0f}",
+                f"{theirs_s / ours_s - 1:.1e}",
+            ]
+        )
     header = [
         "program, longest section",
         "points",
@@ -379,12 +433,14 @@ def main() -> None:
     blocks = [
         f"One thread of: {processor()}, {datetime.now(UTC):%Y-%m-%d}, Python {platform.python_version()}, "
         f"numpy {np.__version__}.",
-        "**What is written.** Worst ratios to the limits, from differences of the numbers in the file; deviation from the\n"
+        "**What is written.** Worst ratios to the limits, from differences of the numbers in the file; deviation from "
+        "the\n"
         "programmed path as verification measured it; corners rounded, and stops that are left:",
         written,
         "**What it takes.**",
         timed,
-        "**Zigzags of 1 mm:** time with a stop at every corner over the time with rounded ones, in the least time without jerk\n"
+        "**Zigzags of 1 mm:** time with a stop at every corner over the time with rounded ones, in the least time "
+        "without jerk\n"
         "limits and in the planned time with them:",
         gain_table(machine),
         "**The reachability pass against toppra,** same grid, same constraints:",

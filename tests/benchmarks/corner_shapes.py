@@ -1,15 +1,17 @@
 """Finds the shapes of corner blends in verne_post/toolpath/corner_shapes.py, and prints their tables.
 
-Each shape is sought together with the motion profiles that pass its corners, as one nonlinear program (CasADi and IPOPT, of the
-extra ``bench``): a plane, two equal joints, limits on acceleration and jerk, a tolerance on both sides of the path. The profile
-is a jerk constant between places x of the blend, the time from place to place unknown; the shape is two polynomials of degree
-7 over half of the blend. The reach of a shape is given, ``rho tolerance / sin(angle)``, and the least time is sought:
+Each shape is sought together with the motion profiles that pass its corners, as one nonlinear program (CasADi and
+IPOPT, of the extra ``bench``): a plane, two equal joints, limits on acceleration and jerk, a tolerance on both sides of
+the path. The profile is a jerk constant between places x of the blend, the time from place to place unknown; the shape
+is two polynomials of degree 7 over half of the blend. The reach of a shape is given, ``rho tolerance / sin(angle)``,
+and the least time is sought:
 
 * wide shapes: of single corners of 30 to 120 degrees between long lines, which the tool brakes for;
-* narrow ones: of zigzags and polygons of 10 degrees whose segments are a little shorter than the reach, so that blends overlap.
+* narrow ones: of zigzags and polygons of 10 degrees whose segments are a little shorter than the reach, so that blends
+  overlap.
 
-The functions that take out jumps of the second and third derivative are one polynomial of degree 7 on each side with two numbers
-left, which are found by direct search.
+The functions that take out jumps of the second and third derivative are one polynomial of degree 7 on each side with
+two numbers left, which are found by direct search.
 
     python tests/benchmarks/corner_shapes.py
 """
@@ -96,7 +98,9 @@ def displacement(x: Array, case: Case) -> list[casadi.DM]:
 
 
 def add_case(problem: Any, shape: Any, case: Case, rho: float) -> Any:
-    """Constrain a shape and the profile of half a corner (the other half is its mirror image); returns the time lost, s."""
+    """Constrain a shape and the profile of half a corner (the other half is its mirror image); returns the time lost,
+    s.
+    """
     angle, half = np.radians(case.angle_deg), np.radians(case.angle_deg) / 2
     reach, unit = rho * TOLERANCE / np.sin(angle), (TOLERANCE / JERK) ** (1 / 3)
     beyond = 0 if case.overlap else BEYOND
@@ -208,8 +212,11 @@ def main() -> None:
     """Print the table of shapes, with the time lost at each case, and those of the functions for other jumps."""
     for rho, cases in ((13, narrow(50)), (18, narrow(50)), (26, narrow(100)), (36, WIDE), (48, WIDE), (62, WIDE)):
         numbers, lost = find_shape(cases, rho)
-        print(f"    [{', '.join(f'{number:.6g}' for number in numbers)}],  # rho {rho}; ms lost:",
-              ", ".join(f"{one:.1f}" for one in lost), flush=True)  # fmt: skip
+        print(
+            f"    [{', '.join(f'{number:.6g}' for number in numbers)}],  # rho {rho}; ms lost:",
+            ", ".join(f"{one:.1f}" for one in lost),
+            flush=True,
+        )
     for name, order, goal, guess in (
         ("odd, least third derivative", 2, lambda peak, third: third, (0.09, 1.4)),
         (

@@ -1,10 +1,10 @@
 """Every real assembly mode of the parallel module by brute force: a dense scan over the tilt alpha.
 
-Written from the rod equations (3)-(6) and nothing of the product. For a fixed alpha each rod holds P on a sphere. The two
-of leg I have one radius L1 and share their centre's x, so P lies on a circle around the line through both centres; the
-sphere of leg II meets that circle in two points; the sphere of leg III is left over, and its equation changes sign
-at an assembly mode. The circle never degenerates (R1 != r1), and the plane in which leg II cuts it never lies
-parallel to it (leg II stands elsewhere in x), so that nothing special happens at y = 0.
+Written from the rod equations (3)-(6) and nothing of the product. For a fixed alpha each rod holds P on a sphere. The
+two of leg I have one radius L1 and share their centre's x, so P lies on a circle around the line through both centres;
+the sphere of leg II meets that circle in two points; the sphere of leg III is left over, and its equation changes sign
+at an assembly mode. The circle never degenerates (R1 != r1), and the plane in which leg II cuts it never lies parallel
+to it (leg II stands elsewhere in x), so that nothing special happens at y = 0.
 """
 
 from typing import Final
@@ -25,15 +25,16 @@ DEPTH: Final = 4
 NEAR: Final = 0.5
 #: Halvings of a bracket: 6e-3 rad / 2**44 is below the spacing of doubles at 1 rad.
 HALVINGS: Final = 44
-#: A point at an end of the curve is within this of its root, mm: the curve rises there like a square root, and an angle of 6e-9
-#: makes 0.04 mm on this machine.
+#: A point at an end of the curve is within this of its root, mm: the curve rises there like a square root, and an angle
+#: of 6e-9 makes 0.04 mm on this machine.
 END_MM: Final = 1.0
 #: A root is accepted when its rods close to this: 1e-9 mm on a rod of 950 mm.
 CLOSED_MM2: Final = 2e-6
-#: Two roots nearer than this (mm, and mm at a radius of 1 m for alpha) are one. Close to a double root the solution is known
-#: only to the root of the rounding error, 1e-5 mm; two modes that near are one for every purpose here.
+#: Two roots nearer than this (mm, and mm at a radius of 1 m for alpha) are one. Close to a double root the solution is
+#: known only to the root of the rounding error, 1e-5 mm; two modes that near are one for every purpose here.
 SAME_MM: Final = 1e-4
-#: The scan and another solver agree on a mode within this: both polish on (3)-(6), the scan tells modes apart from SAME_MM on.
+#: The scan and another solver agree on a mode within this: both polish on (3)-(6), the scan tells modes apart from
+#: SAME_MM on.
 AGREE_MM: Final = 0.5 * SAME_MM
 #: Angles looked at a time: the arrays then stay in the cache.
 ROOM: Final = 16384
@@ -59,8 +60,10 @@ def assembly_modes(g: Lengths, rho: Array, grid: int = GRID) -> tuple[Array, Int
     cells = np.arange(len(rho)), np.full(len(rho), -np.pi), np.full(len(rho), np.pi)
     parts = grid
     for _ in range(DEPTH + 1):
-        looks = [_look(g, rho, *(v[k : k + ROOM // parts] for v in cells), parts)
-                 for k in range(0, len(cells[0]), ROOM // parts)]  # fmt: skip
+        looks = [
+            _look(g, rho, *(v[k : k + ROOM // parts] for v in cells), parts)
+            for k in range(0, len(cells[0]), ROOM // parts)
+        ]
         for side in (0, 1):
             row, low, high = (np.concatenate(v) for v in zip(*(look[side] for look in looks), strict=True))
             found.append((row, _bisected(g, rho[row], low, high, side), np.full(len(row), side)))

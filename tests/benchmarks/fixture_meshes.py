@@ -1,7 +1,8 @@
-"""How long a fixture of 20,000 facets takes beside a program of 45,000 lines: clear, grazed, and with a holder deep in them.
+"""How long a fixture of 20,000 facets takes beside a program of 45,000 lines: clear, grazed, and with a holder deep in
+them.
 
-``python -m tests.benchmarks.fixture_meshes [--five] [--numpy] [--lines N]`` prints CPU seconds of the check of the mesh alone,
-findings and the deepest place. The first call of the compiled code is not counted.
+``python -m tests.benchmarks.fixture_meshes [--five] [--numpy] [--lines N]`` prints CPU seconds of the check of the mesh
+alone, findings and the deepest place. The first call of the compiled code is not counted.
 """
 
 import argparse
@@ -83,7 +84,11 @@ def main() -> None:
             seconds.append(time.process_time() - began)
         deepest = min((item.value for item in found), default=float("nan"))
         facets = len(keep_out.obstacles[0].mesh.facets)
-        print(f"{name}: {len(joints.contour)} elements, {facets} facets: {seconds[0]:.2f} s, then {seconds[1]:.2f}; {len(found)} findings, deepest {deepest:.3f} mm", flush=True)  # fmt: skip
+        print(
+            f"{name}: {len(joints.contour)} elements, {facets} facets: {seconds[0]:.2f} s, then {seconds[1]:.2f}; "
+            f"{len(found)} findings, deepest {deepest:.3f} mm",
+            flush=True,
+        )
 
 
 if __name__ == "__main__":

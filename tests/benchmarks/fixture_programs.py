@@ -1,8 +1,9 @@
 """Random programs against random boxes and meshes: does ``check`` miss a collision that brute force finds?
 
-``python -m tests.benchmarks.fixture_programs [COUNT] [--seed N] [--numpy]``. Half of the programs have three axes, half five.
-Brute force takes poses at most 0.4 mm and 0.3 degrees apart and points all over the surface of the fixture, and refines the deepest pairs of
-both; and points of the axes of bodies inside the fixture. It shares nothing with the kernels but the solved poses.
+``python -m tests.benchmarks.fixture_programs [COUNT] [--seed N] [--numpy]``. Half of the programs have three axes, half
+five. Brute force takes poses at most 0.4 mm and 0.3 degrees apart and points all over the surface of the fixture, and
+refines the deepest pairs of both; and points of the axes of bodies inside the fixture. It shares nothing with the
+kernels but the solved poses.
 """
 
 import argparse
@@ -121,7 +122,9 @@ def make_fixture(rng: np.random.Generator, near: np.ndarray) -> tuple[Box | Fixt
 
 
 class Bodies:
-    """Cylinders and capsules at poses of one program, in the frame of the fixture; distances by their plainest formulas."""
+    """Cylinders and capsules at poses of one program, in the frame of the fixture; distances by their plainest
+    formulas.
+    """
 
     def __init__(
         self, machine: Any, joints: JointPath, shape: tuple[Cylinder, ...], place: np.ndarray, turn: float
@@ -194,7 +197,11 @@ def search(
             at = start[some, None] + np.linspace(0.001, 0.999, 60)[None, :, None] * (end - start)[some, None]
             depth = inside(at.reshape(-1, 3)).max()
             best[key] = min(best[key], -depth if depth > 0 else np.inf)
-        value, row, p = (np.array(one) for one in zip(*(one for one in sorted(pairs)[:30] if one[0] < 5.0), strict=True)) if pairs and min(pairs)[0] < 5.0 else ((), (), ())  # fmt: skip
+        value, row, p = (
+            (np.array(one) for one in zip(*(one for one in sorted(pairs)[:30] if one[0] < 5.0), strict=True))
+            if pairs and min(pairs)[0] < 5.0
+            else ((), (), ())
+        )
         if len(value):
             best[key] = min(
                 best[key], refine(bodies, name, facets[facet[p]], (value, element[row], w[row], share[p], parts), rng)

@@ -1,10 +1,10 @@
 """How long the blocks of random programs in G93 take: python -m tests.benchmarks.inverse_time [FIRST LAST].
 
-Three to twelve blocks of 0.05 to 20 s: jitter of the tip beside a turning table, moves of the tip, turns, and all mixtures. A block
-lasts from its first row to the first row of the next. It is late where it takes more than 1 % and two cycles longer than it
-asks for; then the largest share of any joint limit in its rows says whether a joint holds it back. Rows are means over the cycle,
-so a joint may hold back a block whose rows stay below its limits: such blocks are tried on the same machine with limits so
-large that no joint holds anything back.
+Three to twelve blocks of 0.05 to 20 s: jitter of the tip beside a turning table, moves of the tip, turns, and all
+mixtures. A block lasts from its first row to the first row of the next. It is late where it takes more than 1 % and two
+cycles longer than it asks for; then the largest share of any joint limit in its rows says whether a joint holds it
+back. Rows are means over the cycle, so a joint may hold back a block whose rows stay below its limits: such blocks are
+tried on the same machine with limits so large that no joint holds anything back.
 """
 
 import sys
@@ -23,8 +23,8 @@ from verne_post.model.part_setup import WorkOffset
 SHARES = (0.3, 0.5, 0.7, 0.9)
 #: A step at the feed rate may be shorter by this share of a cycle (``tuning.ACCEPTED_RATIOS``).
 SLACK = 1e-3
-#: Machines whose limits are so many times as large. A ramp within a jerk limit is shorter by the root of it: of 16 rows 3 are left
-#: at 30 times the jerk.
+#: Machines whose limits are so many times as large. A ramp within a jerk limit is shorter by the root of it: of 16 rows
+#: 3 are left at 30 times the jerk.
 LOOSE = (30.0, 1000.0)
 
 
@@ -79,7 +79,9 @@ def loosen(machine: Machine, factor: float) -> Machine:
 
 
 def time_blocks(text: str, machine: Machine, cycle: float, lines: list[int]) -> tuple[Array, Array] | None:
-    """Seconds that the blocks of lines (n,) take, and their largest share of a limit; None where the program is refused."""
+    """Seconds that the blocks of lines (n,) take, and their largest share of a limit; None where the program is
+    refused.
+    """
     options = Options(tool_length=60.0, wcs={1: WorkOffset((0.0, 0.0, 30.0))}, cycle=cycle)
     result = verne_post.convert(text, machine, options)
     if not result.ok or result.setpoints is None:

@@ -1,9 +1,9 @@
 """Iterative against closed form: the comparative study that the paper announces.
 
 Run: python tests/benchmarks/kinematics_study.py [--poses N] [--dense [N]]
-Prints markdown: time per pose, iterations, poor starts, and what happens near singularities, for the product's solutions, for
-Newton-Raphson on the full constraint equations (newton_raphson.py) and for scipy called pose by pose. --dense instead
-compares every assembly mode of N triples of sliders (100,000) with a dense scan (dense_scan.py).
+Prints markdown: time per pose, iterations, poor starts, and what happens near singularities, for the product's
+solutions, for Newton-Raphson on the full constraint equations (newton_raphson.py) and for scipy called pose by pose.
+--dense instead compares every assembly mode of N triples of sliders (100,000) with a dense scan (dense_scan.py).
 Compare ratios, not absolute times: machines are shared and drift. All ratios are of one run, whose jobs take turns.
 """
 
@@ -57,7 +57,8 @@ def axes(b: Array, c: Array) -> Array:
 
 
 def hung(g: nr.Lengths, side: Array | float, alpha: Array, drop: Array | float) -> tuple[Array, Array]:
-    """Pose (n, 4) and sliders (n, 3) with a given tilt and drop of leg I, all legs hanging; NaN where that is impossible.
+    """Pose (n, 4) and sliders (n, 3) with a given tilt and drop of leg I, all legs hanging; NaN where that is
+    impossible.
 
     ``side`` is the sign of x + D1 - d1.
     """
@@ -159,10 +160,12 @@ def plain_inverse(g: nr.Lengths, table: nr.Table, data: Array, start: Array) -> 
 
 def plain_forward(g: nr.Lengths, rho: Array, start: Array) -> Array:
     """The same for (3)-(6)."""
-    return np.array([
-        root(lambda u, slider=slider: nr.rods(g, u[None], slider[None])[:, 0], begin, tol=1e-10).x
-        for slider, begin in zip(rho, start, strict=True)
-    ])  # fmt: skip
+    return np.array(
+        [
+            root(lambda u, slider=slider: nr.rods(g, u[None], slider[None])[:, 0], begin, tol=1e-10).x
+            for slider, begin in zip(rho, start, strict=True)
+        ]
+    )
 
 
 def scipy_inverse(g: nr.Lengths, table: nr.Table, data: Array, start: Array) -> Array:
@@ -293,16 +296,30 @@ def speed(n: int) -> None:
 
     for loop in (scipy_inverse, plain_inverse):
         assert np.abs(loop(g, table, data, good)[:, 4:7] - expected[some, :3]).max() < SAME_MM
-    print_times("Inverse, whole machine", n, [
-        ("product: one unknown", n, lambda: machine.inverse(tip, axis, tool), ""),
-        *((f"Newton-Raphson, 8 unknowns, {how}, start: {name}", n, *newton(start, dense))
-          for dense, how in ((True, "general 8 x 8 solve"), (False, "eliminated by hand"))
-          for name, start in (("the same pose without tilt", None), ("pose before", before), ("middle", middle))),
-        ("scipy fsolve for each pose, derivatives given, start: the same pose without tilt", SAMPLE,
-         lambda: scipy_inverse(g, table, data, good), ""),
-        ("scipy root for each pose, as one writes it down, start: the same pose without tilt", SAMPLE,
-         lambda: plain_inverse(g, table, data, good), ""),
-    ])  # fmt: skip
+    print_times(
+        "Inverse, whole machine",
+        n,
+        [
+            ("product: one unknown", n, lambda: machine.inverse(tip, axis, tool), ""),
+            *(
+                (f"Newton-Raphson, 8 unknowns, {how}, start: {name}", n, *newton(start, dense))
+                for dense, how in ((True, "general 8 x 8 solve"), (False, "eliminated by hand"))
+                for name, start in (("the same pose without tilt", None), ("pose before", before), ("middle", middle))
+            ),
+            (
+                "scipy fsolve for each pose, derivatives given, start: the same pose without tilt",
+                SAMPLE,
+                lambda: scipy_inverse(g, table, data, good),
+                "",
+            ),
+            (
+                "scipy root for each pose, as one writes it down, start: the same pose without tilt",
+                SAMPLE,
+                lambda: plain_inverse(g, table, data, good),
+                "",
+            ),
+        ],
+    )
 
     rho = np.ascontiguousarray(expected[:, :3])
     centre = nr.centre(g, rho[some])
@@ -316,22 +333,37 @@ def speed(n: int) -> None:
         assert np.abs(tip_back - tip).max() < SAME_MM
         return job, f"{solved.steps.mean():.2f}"
 
-    print_times("Forward, whole machine", n, [
-        ("product: three unknowns", n, lambda: machine.forward(expected, tool), ""),
-        *((f"Newton-Raphson, 4 unknowns, {how}, start: {name}", n, *newton_forward(start, dense))
-          for dense, how in ((True, "general 4 x 4 solve"), (False, "eliminated by hand"))
-          for name, start in (("middle", None), ("pose before", before[:, :4]))),
-        ("scipy fsolve for each triple (module alone), derivatives given, start: middle", SAMPLE,
-         lambda: scipy_forward(g, rho[some], centre), ""),
-        ("scipy root for each triple (module alone), as one writes it down, start: middle", SAMPLE,
-         lambda: plain_forward(g, rho[some], centre), ""),
-    ])  # fmt: skip
+    print_times(
+        "Forward, whole machine",
+        n,
+        [
+            ("product: three unknowns", n, lambda: machine.forward(expected, tool), ""),
+            *(
+                (f"Newton-Raphson, 4 unknowns, {how}, start: {name}", n, *newton_forward(start, dense))
+                for dense, how in ((True, "general 4 x 4 solve"), (False, "eliminated by hand"))
+                for name, start in (("middle", None), ("pose before", before[:, :4]))
+            ),
+            (
+                "scipy fsolve for each triple (module alone), derivatives given, start: middle",
+                SAMPLE,
+                lambda: scipy_forward(g, rho[some], centre),
+                "",
+            ),
+            (
+                "scipy root for each triple (module alone), as one writes it down, start: middle",
+                SAMPLE,
+                lambda: plain_forward(g, rho[some], centre),
+                "",
+            ),
+        ],
+    )
     few = rho[: n // 20]
     modes, one = medians([lambda: machine.module.forward_modes(few), lambda: machine.module.forward(few)])
     print(f"\nEvery assembly mode (octic, product) takes {modes / one:.0f} times the time of the one in use.")
 
 
-# --- failures -----------------------------------------------------------------------------------------------------------
+# --- failures
+# -----------------------------------------------------------------------------------------------------------
 
 
 def percent(mask: Mask) -> str:
@@ -351,8 +383,11 @@ def poor_starts() -> None:
     u = found.values
     data, _c = nr._pose_data(table, tip[:SAMPLE], axis[:SAMPLE], tool[:SAMPLE])
     rng = np.random.default_rng(4)
-    print(f"\n**Poor starts**, {TRIALS:,} poses of the workspace ({SAMPLE} for fsolve): per cent that end in the machine's mode / "
-          "in another / nowhere\n")  # fmt: skip
+    print(
+        "\n"
+        f"**Poor starts**, {TRIALS:,} poses of the workspace ({SAMPLE} for fsolve): per cent that end in the machine's "
+        "mode / in another / nowhere\n"
+    )
     print("| start off by | Newton-Raphson inverse | steps | forward | steps | fsolve inverse | fsolve forward |")
     print("|---|---|---|---|---|---|---|")
     lengths = np.array([1, 1, 1, 0, 1, 1, 1, 0], dtype=float)
@@ -403,22 +438,30 @@ def near_singularities() -> None:
             q, ok = machine.inverse(tip, axis, tool)
             ok &= closed(g, table, q, tip, axis, tool)
             solved, _q = nr.inverse(g, table, tip, axis, tool)
-            usual, product, newton = medians([
-                lambda: machine.inverse(*anywhere),
-                lambda tip=tip, axis=axis, tool=tool: machine.inverse(tip, axis, tool),
-                lambda tip=tip, axis=axis, tool=tool: nr.inverse(g, table, tip, axis, tool),
-            ])  # fmt: skip
+            usual, product, newton = medians(
+                [
+                    lambda: machine.inverse(*anywhere),
+                    lambda tip=tip, axis=axis, tool=tool: machine.inverse(tip, axis, tool),
+                    lambda tip=tip, axis=axis, tool=tool: nr.inverse(g, table, tip, axis, tool),
+                ]
+            )
             usual *= n / TRIALS
-            print(f"| {level:g} mm | {n:,} | {percent(ok)} | {product / usual:.1f} | {percent(solved.ok)} | "
-                  f"{percent(solved.at_rest & ~solved.ok)} | {percent(~solved.at_rest)} | "
-                  f"{solved.steps.mean():.1f} ({solved.steps.max()}) | {newton / usual:.1f} |")  # fmt: skip
+            print(
+                f"| {level:g} mm | {n:,} | {percent(ok)} | {product / usual:.1f} | {percent(solved.ok)} | "
+                f"{percent(solved.at_rest & ~solved.ok)} | {percent(~solved.at_rest)} | "
+                f"{solved.steps.mean():.1f} ({solved.steps.max()}) | {newton / usual:.1f} |"
+            )
 
     g = parallel_singular_geometry()
     other = as_machine(g, table)
-    print("\n**Parallel singularity**, module alone, forward; the VERNE with legs II and III beside leg I "
-          f"(D2 - d2 = {g.x2:.1f} mm)\n")  # fmt: skip
-    print("| drop of leg I off the singular one | product: this pose / another in the working mode / none, % | "
-          "Newton-Raphson, % | steps, mean (most) | this pose among all modes of the product, % |")  # fmt: skip
+    print(
+        "\n**Parallel singularity**, module alone, forward; the VERNE with legs II and III beside leg I "
+        f"(D2 - d2 = {g.x2:.1f} mm)\n"
+    )
+    print(
+        "| drop of leg I off the singular one | product: this pose / another in the working mode / none, % | "
+        "Newton-Raphson, % | steps, mean (most) | this pose among all modes of the product, % |"
+    )
     print("|---|---|---|---|---|")
     for level in (30.0, 3.0, 0.3, 0.03, -0.03, -0.3, -3.0, -30.0):
         pose, rho = near_parallel(g, level, rng)
@@ -432,7 +475,8 @@ def near_singularities() -> None:
         near = np.abs(modes.position - pose[:1000, None, :3]).max(axis=2)
         there = np.nanmin(near, axis=1) < 0.1 * abs(level)
         print(
-            f"| {level:+g} mm | {cells[0]} | {cells[1]} | {solved.steps.mean():.1f} ({solved.steps.max()}) | {percent(there)} |"
+            f"| {level:+g} mm | {cells[0]} | {cells[1]} | {solved.steps.mean():.1f} ({solved.steps.max()}) | "
+            f"{percent(there)} |"
         )
 
 
@@ -446,7 +490,8 @@ def closed(g: nr.Lengths, table: nr.Table, q: Array, tip: Array, axis: Array, to
     return np.asarray((residual < nr.CLOSED_MM2).all(axis=0))
 
 
-# --- all modes ------------------------------------------------------------------------------------------------------------
+# --- all modes
+# ------------------------------------------------------------------------------------------------------------
 
 
 def dense(n: int) -> None:

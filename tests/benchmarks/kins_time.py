@@ -1,9 +1,10 @@
 """What forward and inverse kinematics cost in a servo thread: closed form, Newton cold, Newton warm, in the exported C.
 
-Run: python tests/benchmarks/kins_time.py [--poses 20000] [--write]     needs gcc; with --write the table goes into docs/linuxcnc.md
-Random poses whose joints are within travel and whose rods drop as the machine file asks. Warm starts from the solution of
-a pose 0.5 mm and 0.1 degrees beside, what a fast move does in 1 ms. One thread; of each pose the shortest of five measurements of
-twenty solutions in a row, so that interruptions by other programs do not count; "worst" is the slowest pose.
+Run: python tests/benchmarks/kins_time.py [--poses 20000] [--write]     needs gcc; with --write the table goes into
+docs/linuxcnc.md Random poses whose joints are within travel and whose rods drop as the machine file asks. Warm starts
+from the solution of a pose 0.5 mm and 0.1 degrees beside, what a fast move does in 1 ms. One thread; of each pose the
+shortest of five measurements of twenty solutions in a row, so that interruptions by other programs do not count;
+"worst" is the slowest pose.
 """
 
 import argparse
@@ -44,7 +45,9 @@ def perturb(folder: Path) -> verne_post.Machine:
 
 
 def draw(machine: verne_post.Machine, n: int, reached: bool) -> list[Array]:
-    """World poses, poses beside them, tool lengths, joints of both, of poses in travel, or else of those without a solution."""
+    """World poses, poses beside them, tool lengths, joints of both, of poses in travel, or else of those without a
+    solution.
+    """
     random = np.random.default_rng(0)
     tip = random.uniform(-700.0, 700.0, (n, 3))
     angles = np.radians(random.uniform([-95.0, -180.0], [95.0, 180.0], (n, 2)))
@@ -77,7 +80,8 @@ def measure(
 def study(n: int) -> str:
     """The table."""
     lines = [
-        f"{n:,} random poses a machine, {datetime.now(UTC):%Y-%m-%d}, gcc -O2, nanoseconds of the whole machine: median, then worst pose.",
+        f"{n:,} random poses a machine, {datetime.now(UTC):%Y-%m-%d}, gcc -O2, nanoseconds of the whole machine: "
+        "median, then worst pose.",
         "",
         "| machine | direction | closed form | Newton, cold | Newton, warm |",
         "| --- | --- | --- | --- | --- |",

@@ -1,11 +1,13 @@
-"""The same programs by LinuxCNC's planner and by ours: time, joint limits, path; and what makes LinuxCNC slow on five-axis paths.
+"""The same programs by LinuxCNC's planner and by ours: time, joint limits, path; and what makes LinuxCNC slow on
+five-axis paths.
 
-Run: python tests/benchmarks/linuxcnc_planner.py [--only NAME] [--write]     with --write the tables go into docs/performance.md
-Needs what linuxcnc_run.py says. From 2.10 on both planners run, without jerk limits (0) and with them (1), into a table of
-their own. LinuxCNC runs in simulation, in real time, with the exported kinematics under tool-centre-point
-control; the joints are sampled each servo period of 1 ms as commanded. Both stand at the first pose before, and time ends when
-the last joint stands. Velocity, acceleration, jerk are differences of rows over the limits of the machine file.
-Samples have six decimals: that alone shows up to 0.4 of the jerk limit of A. The path is measured against ours without rounded corners.
+Run: python tests/benchmarks/linuxcnc_planner.py [--only NAME] [--write]     with --write the tables go into
+docs/performance.md Needs what linuxcnc_run.py says. From 2.10 on both planners run, without jerk limits (0) and with
+them (1), into a table of their own. LinuxCNC runs in simulation, in real time, with the exported kinematics under
+tool-centre-point control; the joints are sampled each servo period of 1 ms as commanded. Both stand at the first pose
+before, and time ends when the last joint stands. Velocity, acceleration, jerk are differences of rows over the limits
+of the machine file. Samples have six decimals: that alone shows up to 0.4 of the jerk limit of A. The path is measured
+against ours without rounded corners.
 """
 
 import argparse
@@ -65,19 +67,25 @@ def parts() -> Iterator[tuple[str, Part]]:
     )
     swing = program(["G21 G90 G94 G64 P0.01", "G0 X150 Y100 Z60 A0 C0", "G0 A60 C170"])
     five = [
-        Part("blade_5axis.nc", sample("blade_5axis.nc"), Options(tool_length=120.0, wcs={1: WorkOffset((0.0, 0.0, 10.0))})),
+        Part(
+            "blade_5axis.nc",
+            sample("blade_5axis.nc"),
+            Options(tool_length=120.0, wcs={1: WorkOffset((0.0, 0.0, 10.0))}),
+        ),
         Part("posted.nc", cut_posted(), Options(tool_length=82.5, wcs={1: WorkOffset((0.0, 0.0, 50.0))})),
         Part("blade, 2000 moves of 0.25 mm, F3000", blade(2000, step=0.25), Options(tool_length=80.0)),
         Part("blade, 600 moves of 1 mm, F6000", blade(600, step=1.0, feed=6000), Options(tool_length=80.0)),
         Part("a far swing, rapid", swing, plain),
-    ]  # fmt: skip
+    ]
     for kind in ("serial", "verne"):
         for part in five:
             yield kind, part
 
 
 def cut_posted() -> bytes:
-    """The sample posted.nc from its first motion to its retract: G28, G53 and the tool table mean other places in LinuxCNC."""
+    """The sample posted.nc from its first motion to its retract: G28, G53 and the tool table mean other places in
+    LinuxCNC.
+    """
     lines = sample("posted.nc").decode().splitlines()
     first, last = (next(k for k, line in enumerate(lines) if line.startswith(number)) for number in ("N60", "N180"))
     return program(
@@ -103,8 +111,12 @@ def prepare(machine: Machine, part: Part, first: Array) -> str:
     x, y, z = np.array(offset) - machine.coordinates.machine_zero
     words = f"X{place[0]:.6f} Y{place[1]:.6f} Z{place[2]:.6f} A{a:.6f} C{c:.6f}"
     head = [
-        "G21 G90 G94", f"G10 L2 P1 X{x:.6f} Y{y:.6f} Z{z:.6f} A0 C0", f"G43.1 Z{length:g}", f"G53 G0 {words}", "G4 P0.6",
-    ]  # fmt: skip
+        "G21 G90 G94",
+        f"G10 L2 P1 X{x:.6f} Y{y:.6f} Z{z:.6f} A0 C0",
+        f"G43.1 Z{length:g}",
+        f"G53 G0 {words}",
+        "G4 P0.6",
+    ]
     return "\n".join([*head, part.source.decode()])
 
 
@@ -195,8 +207,8 @@ def compare(only: str | None) -> str:
 
 
 def sum_moves(source: bytes, feed: float, accelerations: Array) -> float:
-    """Time of the G1 moves, s, each by itself: the axis that needs longest goes from rest to rest with half its acceleration,
-    and the next move begins where it brakes; but none is faster than the ``feed``, mm/s.
+    """Time of the G1 moves, s, each by itself: the axis that needs longest goes from rest to rest with half its
+    acceleration, and the next move begins where it brakes; but none is faster than the ``feed``, mm/s.
     """
     place, ends = dict.fromkeys("XYZAC", 0.0), []
     for line in source.decode().splitlines():
@@ -210,7 +222,9 @@ def sum_moves(source: bytes, feed: float, accelerations: Array) -> float:
 
 
 def find_cause() -> str:
-    """Time of the blade by LinuxCNC as one thing after the other is changed, beside that of moves planned one by one."""
+    """Time of the blade by LinuxCNC as one thing after the other is changed, beside that of moves planned one
+    by one.
+    """
     machine, options = verne_post.load_machine("serial"), Options(tool_length=80.0)
     source = blade(2000, step=0.25)
     straight = b"\n".join(line.split(b" A")[0] if line.startswith(b"G1") else line for line in source.split(b"\n"))

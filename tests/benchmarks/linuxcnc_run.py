@@ -1,8 +1,8 @@
 """Runs programs and streams in LinuxCNC itself, simulated, without a screen, from an exported machine.
 
-Needs Debian's linuxcnc-uspace and linuxcnc-uspace-dev (2.9), `unshare` and `script`; nothing of the system is changed: the
-component is seen beside LinuxCNC's own in a mount of this process alone. A LinuxCNC that runs in place is taken instead
-where its scripts/rip-environment has been read.
+Needs Debian's linuxcnc-uspace and linuxcnc-uspace-dev (2.9), `unshare` and `script`; nothing of the system is changed:
+the component is seen beside LinuxCNC's own in a mount of this process alone. A LinuxCNC that runs in place is taken
+instead where its scripts/rip-environment has been read.
 """
 
 import fcntl
@@ -99,9 +99,15 @@ def run_isolated(folder: Path, command: str, seconds: float) -> str:
         environment = os.environ | {"HOME": str(folder), "RTAPI_UID": "65534", "RTAPI_FIFO_PATH": f"{shared}/fifo"}
         with subprocess.Popen(
             [*isolation(), "sh", "-c", inside],
-            cwd=folder, env=environment, text=True, errors="replace",
-            stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, start_new_session=True,
-        ) as process:  # fmt: skip
+            cwd=folder,
+            env=environment,
+            text=True,
+            errors="replace",
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            start_new_session=True,
+        ) as process:
             try:
                 return process.communicate(timeout=seconds)[0]
             except subprocess.TimeoutExpired:

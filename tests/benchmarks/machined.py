@@ -1,6 +1,7 @@
 """How long the comparison of rows with a surface takes: 100,000 rows of a five-axis raster over 40 x 40 mm.
 
-``python -m tests.benchmarks.machined [GRID_MM] [--numpy N_POINTS]``; one core, CPU seconds; the second call is timed, the first compiles.
+``python -m tests.benchmarks.machined [GRID_MM] [--numpy N_POINTS]``; one core, CPU seconds; the second call is timed,
+the first compiles.
 """
 
 import argparse
@@ -49,14 +50,16 @@ def main() -> None:
     found = find_nearest((motion,), point, 2.0)
     took = time.process_time() - start
     print(
-        f"numba: {len(point)} points {took:.2f} s, {1e6 * took / len(point):.1f} us a point, G {found.distance.min():.6f} to {found.distance.max():.6f}"
+        f"numba: {len(point)} points {took:.2f} s, {1e6 * took / len(point):.1f} us a point, G "
+        f"{found.distance.min():.6f} to {found.distance.max():.6f}"
     )
     some = point[: given.numpy]
     start = time.process_time()
     other = find_nearest((motion,), some, 2.0, accelerate=False)
     took = time.process_time() - start
     print(
-        f"numpy: {len(some)} points {took:.2f} s, {1e6 * took / len(some):.1f} us a point, {took * len(point) / len(some):.0f} s for all"
+        f"numpy: {len(some)} points {took:.2f} s, {1e6 * took / len(some):.1f} us a point, "
+        f"{took * len(point) / len(some):.0f} s for all"
     )
     print(f"difference {np.abs(other.distance - found.distance[: given.numpy]).max():.1e}")
     corner = np.array([[0.0, 0, 0], [SIZE, 0, 0], [SIZE, SIZE, 0], [0, SIZE, 0]])
@@ -68,7 +71,8 @@ def main() -> None:
         took = time.process_time() - start
         places = len(judged.cells.facet)
         print(
-            f"{'numba' if accelerate else 'numpy'}: verdict on {places} places {took:.2f} s, {1e6 * took / places:.1f} us a place, states {np.bincount(judged.state, minlength=3)}"
+            f"{'numba' if accelerate else 'numpy'}: verdict on {places} places {took:.2f} s, {1e6 * took / places:.1f} "
+            f"us a place, states {np.bincount(judged.state, minlength=3)}"
         )
 
 

@@ -1,8 +1,9 @@
 """The iterative solver that the paper sets against its closed form: Newton-Raphson on the constraint equations.
 
-The paper's conclusion says that the controller of the real machine "resorts to an iterative Newton-Raphson resolution of the
-kinematics models". This is that solver for the whole five-axis machine, written from the equations alone (docs/theory.md,
-docs/conventions.md) and sharing no code with the product, so that it can serve as a yardstick and as a second opinion.
+The paper's conclusion says that the controller of the real machine "resorts to an iterative Newton-Raphson resolution
+of the kinematics models". This is that solver for the whole five-axis machine, written from the equations alone
+(docs/theory.md, docs/conventions.md) and sharing no code with the product, so that it can serve as a yardstick and as a
+second opinion.
 
 Inverse, eight unknowns (x, y, z, alpha, rho1, rho2, rho3, A) and eight equations:
 
@@ -12,9 +13,9 @@ Inverse, eight unknowns (x, y, z, alpha, rho1, rho2, rho3, A) and eight equation
     A - alpha = b                                          the tool axis: b its tilt in the part
     (3), (4), (5), (6)
 
-C follows from the tool axis alone and is no unknown. Forward: four unknowns (x, y, z, alpha) in (3)-(6), then the table.
-Equations (3) and (4) enter as half their sum and a quarter of their difference, and (5), (6) halved: that changes no iterate.
-mm, rad, workpiece sense; the base frame's z points down.
+C follows from the tool axis alone and is no unknown. Forward: four unknowns (x, y, z, alpha) in (3)-(6), then the
+table. Equations (3) and (4) enter as half their sum and a quarter of their difference, and (5), (6) halved: that
+changes no iterate. mm, rad, workpiece sense; the base frame's z points down.
 """
 
 from collections.abc import Callable
@@ -45,7 +46,8 @@ SMALL_STEP: Final = 1e-9
 LOST: Final = 1e6
 #: Rods must close to this at a solution: 1e-9 mm on a rod of 950 mm.
 CLOSED_MM2: Final = 2e-6
-#: Converged rows are taken out of the iteration when at least this share of a chunk is done: copying costs less than a step.
+#: Converged rows are taken out of the iteration when at least this share of a chunk is done: copying costs less than a
+#: step.
 TAKE_OUT: Final = 0.25
 
 
@@ -381,7 +383,9 @@ def _inverse_dense_step(g: Lengths, table: Table) -> Step:
 
 
 def pose_without_tilt(g: Lengths, table: Table, tip: Array, axis: Array, tool: Array) -> Array:
-    """A good start of the inverse iteration, (n, 8): where a spindle that never tilts would stand, legs as in the middle."""
+    """A good start of the inverse iteration, (n, 8): where a spindle that never tilts would stand, legs as in the
+    middle.
+    """
     return _pose_without_tilt(g, table, _pose_data(table, tip, axis, tool)[0]).T
 
 
@@ -397,7 +401,9 @@ def _pose_without_tilt(g: Lengths, table: Table, data: Array) -> Array:
 
 
 def middle(g: Lengths, table: Table, n: int) -> Array:
-    """A start that knows nothing of the pose, (n, 8): P in the middle of the workspace, 600 mm over the pivot, A = 0."""
+    """A start that knows nothing of the pose, (n, 8): P in the middle of the workspace, 600 mm over the pivot,
+    A = 0.
+    """
     start = np.zeros((n, 8))
     start[:, 0], start[:, 2] = -0.5 * (g.x1 + g.x2), table.pivot[2] - 600.0
     start[:, 4:7] = start[:, 2:3] - _middle_drops(g)
@@ -462,7 +468,9 @@ def tool_of_pose(table: Table, pose: Array, tilt: Array, c: Array, tool: Array) 
 def forward_machine(
     g: Lengths, table: Table, q: Array, tool: Array, start: Array | None = None, dense: bool = False
 ) -> tuple[Solved, Array, Array]:
-    """Tip and axis (n, 3) of joints q (n, 5), through Newton-Raphson on (3)-(6); the first value is that of the module."""
+    """Tip and axis (n, 3) of joints q (n, 5), through Newton-Raphson on (3)-(6); the first value is that of the
+    module.
+    """
     solved = forward(g, q[:, :3], start, dense)
     tip, axis = tool_of_pose(table, solved.values, q[:, 3], q[:, 4], tool)
     return solved, tip, axis

@@ -1,11 +1,13 @@
-"""How far planned profiles are from the least time along the same contour: a nonlinear program (CasADi and IPOPT, extra ``bench``).
+"""How far planned profiles are from the least time along the same contour: a nonlinear program (CasADi and IPOPT, extra
+``bench``).
 
     python tests/benchmarks/optimum.py [--write]
 
-The rows s_k of a section are free, and so is the time from row to row, the same for all; their number is that of the planned
-rows. Velocities, accelerations and jerks are differences of the joints at these rows, as verification takes them, inside the
-limits at ratio 1; the speed keeps the feed cap. Joints along the contour are a B-spline through a dense table. The start is
-the profile of ``--quality``. What is found is a local optimum: the least time is no longer than this.
+The rows s_k of a section are free, and so is the time from row to row, the same for all; their number is that of the
+planned rows. Velocities, accelerations and jerks are differences of the joints at these rows, as verification takes
+them, inside the limits at ratio 1; the speed keeps the feed cap. Joints along the contour are a B-spline through a
+dense table. The start is the profile of ``--quality``. What is found is a local optimum: the least time is no longer
+than this.
 
 The second table has what copp-py finds along the same contours, where it finds a profile (``third_order_peer.py``).
 ``--write`` puts both into docs/performance.md.
@@ -45,7 +47,9 @@ LONGEST_S: Final = 240.0
 
 
 class Comparison(Struct, frozen=True):
-    """Times of the longest continuous section, s: planned, with ``--quality``, the least; planning's CPU s; and the peer."""
+    """Times of the longest continuous section, s: planned, with ``--quality``, the least; planning's CPU s; and the
+    peer.
+    """
 
     planned_s: float
     quality_s: float

@@ -1,9 +1,9 @@
 """Where the time of a conversion goes, by package, and beside it the least that any program of the kind must do.
 
 Run from the repository's root: python tests/benchmarks/profile_packages.py [--lines 100000] [--write]
-With --write the table goes into docs/performance.md. A timer of CPU time notes each millisecond which file of verne_post is executed, or
-has called what is executed (numpy, the interpreter). The floor: one scan of the text, one inverse and one forward solution of
-each row, its digits.
+With --write the table goes into docs/performance.md. A timer of CPU time notes each millisecond which file of
+verne_post is executed, or has called what is executed (numpy, the interpreter). The floor: one scan of the text, one
+inverse and one forward solution of each row, its digits.
 """
 
 import argparse
@@ -89,11 +89,13 @@ def main() -> None:
     rows.append(
         ["the floor: text scan, one inverse and one forward solution a row, digits", f"{100 * floor / taken:.0f} %"]
     )
-    text = "\n\n".join([
-        f"{given.lines:,} lines of the blade, {sum(map(len, blocks)):,} rows, {taken:.1f} s of CPU; {processor()}, Python "
-        f"{platform.python_version()}, {datetime.now(UTC):%Y-%m-%d}.",
-        table(["package", "share of the time"], rows).strip("\n"),
-    ])  # fmt: skip
+    text = "\n\n".join(
+        [
+            f"{given.lines:,} lines of the blade, {sum(map(len, blocks)):,} rows, {taken:.1f} s of CPU; "
+            f"{processor()}, Python {platform.python_version()}, {datetime.now(UTC):%Y-%m-%d}.",
+            table(["package", "share of the time"], rows).strip("\n"),
+        ]
+    )
     print(text)
     if given.write:
         write_section("packages", text)

@@ -2,9 +2,10 @@
 
     python -m tests.benchmarks.public_programs FOLDER [--rows]
 
-FOLDER has a copy of each repository as ``owner+name``; programs that are not there are left out. ``--rows`` prints the rows of
-the table as they would be now, or those of files that no row names yet, given as further arguments: FOLDER/owner+name/path.
-A set-up may name a ``machine`` of machine_configs, for programs of other axes than A and C; it gets the same endless travel.
+FOLDER has a copy of each repository as ``owner+name``; programs that are not there are left out. ``--rows`` prints the
+rows of the table as they would be now, or those of files that no row names yet, given as further arguments:
+FOLDER/owner+name/path. A set-up may name a ``machine`` of machine_configs, for programs of other axes than A and C; it
+gets the same endless travel.
 """
 
 import argparse
@@ -28,13 +29,16 @@ from verne_post.model.part_setup import Tool
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = ROOT / "docs" / "reliability.md"
 HEADER = "| dialect | repository | path | set-up | read | run | first refusal | right |"
-#: Every tool is this long and wide (mm; the set-up may have another ``diameter``), and the part stands high above the table.
+#: Every tool is this long and wide (mm; the set-up may have another ``diameter``), and the part stands high above the
+#: table.
 LENGTH, DIAMETER, OFFSET = 80.0, 6.0, dict.fromkeys(("G54", "G55", "G56", "G57", "G58", "G59"), (0.0, 0.0, 900.0))
 #: No travel ends: how large a part is, and on which side it is cut, is not what is tried.
 TRAVEL = {
-    "xyz_mm": "[[-9000.0, 9000.0], [-9000.0, 9000.0], [-9000.0, 9000.0]]", "a_deg": "[-200.0, 200.0]",
-    "travel_mm": "[-9000.0, 9000.0]", "travel_deg": "[-200.0, 200.0]",
-}  # fmt: skip
+    "xyz_mm": "[[-9000.0, 9000.0], [-9000.0, 9000.0], [-9000.0, 9000.0]]",
+    "a_deg": "[-200.0, 200.0]",
+    "travel_mm": "[-9000.0, 9000.0]",
+    "travel_deg": "[-200.0, 200.0]",
+}
 #: The machine of rows that name none.
 MACHINE = "serial"
 
@@ -132,7 +136,8 @@ def main() -> int:
         elif now != row:
             differ += 1
             print(
-                f"{row.repository}: {row.path}: was {row.read}, {row.run}, {row.refusal or 'no refusal'}; is {now.read}, {now.run}, {now.refusal or 'no refusal'}"
+                f"{row.repository}: {row.path}: was {row.read}, {row.run}, {row.refusal or 'no refusal'}; is "
+                f"{now.read}, {now.run}, {now.refusal or 'no refusal'}"
             )
     print(f"{len(rows)} programs, {differ} differ", file=sys.stderr)
     return 1 if differ else 0

@@ -2,14 +2,15 @@
 
 python -m tests.benchmarks.random_chains [--programs 500] [--machine NAME]
 
-The judge moves points by the joints of the machine file. It finds where the words of a program put the joints: at 65 places of each
-move, tip and words linear. A program is legal where all of them keep their travel, and illegal where one is beyond it by more than
-the corners may be rounded off; what lies between is not judged. Legal programs must be accepted. What is accepted must not be
-illegal, its rows must keep the travel and follow the programmed tip and tool axis, and after G53 Z0 z must stand at 0. A part of
-the programs may rewind: these may be refused, but what is written is judged alike. On the wrist the judge has the cones of the
-struts' joints, their Jacobian by differences, and the way to the pole of the wrist beside the travels; on six legs the cones, the
-Jacobian, the drops of rods along their rails, and the distances of the legs. Remedies of refused programs are not sought: the
-verdict stands before them, and they would take most of the time.
+The judge moves points by the joints of the machine file. It finds where the words of a program put the joints: at 65
+places of each move, tip and words linear. A program is legal where all of them keep their travel, and illegal where one
+is beyond it by more than the corners may be rounded off; what lies between is not judged. Legal programs must be
+accepted. What is accepted must not be illegal, its rows must keep the travel and follow the programmed tip and tool
+axis, and after G53 Z0 z must stand at 0. A part of the programs may rewind: these may be refused, but what is written
+is judged alike. On the wrist the judge has the cones of the struts' joints, their Jacobian by differences, and the way
+to the pole of the wrist beside the travels; on six legs the cones, the Jacobian, the drops of rods along their rails,
+and the distances of the legs. Remedies of refused programs are not sought: the verdict stands before them, and they
+would take most of the time.
 """
 
 import argparse
@@ -91,7 +92,9 @@ class Kind:
 
 
 class WristKind(Kind):
-    """The wrist on a carrier; what it has beside travels is counted in degrees: the pole, cones, and a hundred times the Jacobian."""
+    """The wrist on a carrier; what it has beside travels is counted in degrees: the pole, cones, and a hundred times
+    the Jacobian.
+    """
 
     def __init__(self, name: str) -> None:
         super().__init__(name)
@@ -156,10 +159,15 @@ class WristKind(Kind):
         inside = np.stack([turn.inv().apply(units[:, k]) for k in range(3)], axis=1)
         cones = [np.degrees(np.arccos(np.clip((one * first).sum(axis=2), -1, 1))).max() for one in (units, inside)]
         measure = 1.0 / np.linalg.norm(np.linalg.inv(self.differentiate_struts(place)), axis=(1, 2))
-        return np.append(super().find_excess(joints), [
-            0.5 - np.abs(joints[:, 3]).min(), cones[0] - self.carrier["base_cone_deg"], cones[1] - self.carrier["platform_cone_deg"],
-            100.0 * (self.carrier["smallest_singular_value"] - measure.min()),
-        ])  # fmt: skip
+        return np.append(
+            super().find_excess(joints),
+            [
+                0.5 - np.abs(joints[:, 3]).min(),
+                cones[0] - self.carrier["base_cone_deg"],
+                cones[1] - self.carrier["platform_cone_deg"],
+                100.0 * (self.carrier["smallest_singular_value"] - measure.min()),
+            ],
+        )
 
     def find_risk(self, joints: Table) -> Table:
         """Between two places the tool may come nearer to the pole by as much as its axis turns from one to the next."""
@@ -172,7 +180,9 @@ class WristKind(Kind):
 
 
 class SliderKind(Kind):
-    """A pair with sliders on rods: the chain by its matrices, on linear axes in place of the carrier, and each rod by its triangle."""
+    """A pair with sliders on rods: the chain by its matrices, on linear axes in place of the carrier, and each rod by
+    its triangle.
+    """
 
     def __init__(self, name: str) -> None:
         super().__init__(name)
@@ -212,7 +222,9 @@ class SliderKind(Kind):
         return tip - self.place, axis
 
     def find_rods(self, place: Table) -> tuple[Table, Table]:
-        """Places of the sliders by each rod (n, 6), and the rods (n, 6, 3), of shifts (n, 3) of the platform from home."""
+        """Places of the sliders by each rod (n, 6), and the rods (n, 6, 3), of shifts (n, 3) of the platform
+        from home.
+        """
         sliders, rods = [], []
         for one in self.rods:
             away = place + self.carrier["home"] + one["platform"] - one["slider"]
@@ -226,7 +238,9 @@ class SliderKind(Kind):
         return self.find_rods(place)[0][:, [[one["by"] for one in self.rods].index(name) for name in self.names[:3]]]
 
     def find_shift(self, tip: Table, words: Table) -> Table:
-        """The shift (n, 3) from home: the tip goes along with it, directions as z of the part against that of the base."""
+        """The shift (n, 3) from home: the tip goes along with it, directions as z of the part against that of
+        the base.
+        """
         still = {axis: np.zeros(len(tip)) for axis in "xyz"} | {self.tilt: words[:, 0], self.turn: words[:, 1]}
         base = judge(self.chain, still, LENGTH)[0] - self.place
         moved = [judge(self.chain, still | {axis: np.ones(len(tip))}, LENGTH)[0] for axis in "xyz"]
@@ -257,14 +271,20 @@ class SliderKind(Kind):
         size = np.linalg.norm(arms, axis=1).mean()
         jacobian = np.concatenate([units, np.cross(np.broadcast_to(arms, units.shape), units) / size], axis=2)
         measure = 1.0 / np.linalg.norm(np.linalg.inv(jacobian), axis=(1, 2))
-        return np.append(excess, [
-            self.carrier["smallest_drop_mm"] - drop, np.degrees(np.arccos(cosines)).max() - self.carrier["base_cone_deg"],
-            100.0 * (self.carrier["smallest_singular_value"] - measure.min()),
-        ])  # fmt: skip
+        return np.append(
+            excess,
+            [
+                self.carrier["smallest_drop_mm"] - drop,
+                np.degrees(np.arccos(cosines)).max() - self.carrier["base_cone_deg"],
+                100.0 * (self.carrier["smallest_singular_value"] - measure.min()),
+            ],
+        )
 
 
 class HexapodKind(Kind):
-    """Six legs: the platform by scipy's rotations, the shortest turn from home, each rod by its triangle, and Newton by differences."""
+    """Six legs: the platform by scipy's rotations, the shortest turn from home, each rod by its triangle, and Newton by
+    differences.
+    """
 
     lengths = 13  # actuators, drops of rods, the least distance of two legs
 
@@ -376,11 +396,18 @@ class HexapodKind(Kind):
         measure = 1.0 / np.linalg.norm(np.linalg.inv(jacobian), axis=(1, 2))
         foot = self.feet + joints[:, :6, None] * self.rails
         least = min(find_least(foot[:, i], legs[:, i], foot[:, j], legs[:, j]) for i in range(6) for j in range(i))
-        return np.concatenate([
-            Kind.find_excess(self, joints)[:6], self.carrier.get("smallest_drop_mm", 0.0) - drops.min(axis=0),
-            [self.carrier["rod_diameter_mm"] - least, cones[0] - self.carrier["base_cone_deg"], cones[1] - self.carrier["platform_cone_deg"],
-             100.0 * (self.carrier["smallest_singular_value"] - measure.min())],
-        ])  # fmt: skip
+        return np.concatenate(
+            [
+                Kind.find_excess(self, joints)[:6],
+                self.carrier.get("smallest_drop_mm", 0.0) - drops.min(axis=0),
+                [
+                    self.carrier["rod_diameter_mm"] - least,
+                    cones[0] - self.carrier["base_cone_deg"],
+                    cones[1] - self.carrier["platform_cone_deg"],
+                    100.0 * (self.carrier["smallest_singular_value"] - measure.min()),
+                ],
+            ]
+        )
 
     def find_risk(self, joints: Table) -> Table:
         """Between two places the distance of two legs may be less by as much as a leg moves."""
@@ -402,7 +429,9 @@ def find_least(foot: Table, leg: Table, other_foot: Table, other: Table) -> floa
 
 
 def write_program(kind: Kind, random: np.random.Generator) -> tuple[str, list[Table], bool]:
-    """A program, the pose (5: tip, words) at the end of each line from the second on, and whether it ends with G53 Z0."""
+    """A program, the pose (5: tip, words) at the end of each line from the second on, and whether it ends with
+    G53 Z0.
+    """
     low, high = kind.travel(kind.tilt) if not isinstance(kind, WristKind | HexapodKind) else (-50.0, 50.0)
     first, last = kind.travel(kind.turn)
     size = random.choice([40.0, 150.0, 350.0])
@@ -488,8 +517,12 @@ def try_program(kind: Kind, seed: int) -> tuple[str, str]:
 
 #: Machines with a carrier, and what judges them.
 CARRIERS: Final = {
-    "tricept": WristKind, "george_v": SliderKind, "hexapod": HexapodKind, "hexam": HexapodKind, "hexaglide": HexapodKind,
-}  # fmt: skip
+    "tricept": WristKind,
+    "george_v": SliderKind,
+    "hexapod": HexapodKind,
+    "hexam": HexapodKind,
+    "hexaglide": HexapodKind,
+}
 
 
 def main() -> None:

@@ -1,9 +1,10 @@
-"""Rates of front ends on 10^6 lines: this one, LinuxCNC's rs274, gcodeparser, pygcode; and what lines that are not plain cost.
+"""Rates of front ends on 10^6 lines: this one, LinuxCNC's rs274, gcodeparser, pygcode; and what lines that are not
+plain cost.
 
 Run: python tests/benchmarks/reading.py [--lines N] [--write]
 Every reader runs in a process of its own; CPU and peak memory are those of the process, less an empty run of the same
-reader. What is not installed is said so (`pip install gcodeparser pygcode`; LinuxCNC's package has rs274). Compare ratios, not
-absolute times. With --write the table goes into docs/performance.md.
+reader. What is not installed is said so (`pip install gcodeparser pygcode`; LinuxCNC's package has rs274). Compare
+ratios, not absolute times. With --write the table goes into docs/performance.md.
 """
 
 import argparse
@@ -33,7 +34,9 @@ PYGCODE = "import sys; from pygcode import Line; print(len([Line(l) for l in ope
 
 @dataclass(frozen=True)
 class Language:
-    """How a dialect writes the same program: its beginning and end, a plain line, and lines of other kinds by number."""
+    """How a dialect writes the same program: its beginning and end, a plain line, and lines of other kinds by
+    number.
+    """
 
     head: str
     tail: str
@@ -43,23 +46,51 @@ class Language:
 
 #: By the name of the dialect. Lines of kinds change, so that nothing is read from memory.
 LANGUAGES = {
-    "rs274": Language("G21 G90 G94 G49 F3000\nG0 X50 Y0 Z60 A20 C0\n", "M2\n", "G1 X%.4f Y%.4f Z%.4f A%.4f C%.4f\n", {
-        "a comment after the words": lambda i: f"G1 X{50 + i % 7} (pass {i})", "an expression": lambda i: f"G1 X[50+{i % 7}/4] Y#5420",
-        "an arc": lambda i: "G2 I5", "a setting of a parameter": lambda i: f"#1=[{i}*2]",
-    }),
-    "fanuc": Language("%\nO1\nG21 G90 G94 G49 F3000\nG0 X50 Y0 Z60 A20 C0\n", "M30\n%\n", "G1 X%.4f Y%.4f Z%.4f A%.4f C%.4f\n", {
-        "a comment after the words": lambda i: f"G1 X{50 + i % 7} (PASS {i})", "an expression": lambda i: f"G1 X[50.+{i % 7}/4.] Y[1.*3.]",
-        "an arc": lambda i: "G2 I5.", "a setting of a parameter": lambda i: f"#101=[{i}*2]",
-    }),
-    "siemens": Language("G17 G54 G64 G90 G94 G710\nTRAORI\nG0 X50 Y0 Z60 A20 C0\nG1 F3000\n", "M30\n", "G1 X%.4f Y%.4f Z%.4f A%.4f C%.4f\n", {
-        "a comment after the words": lambda i: f"G1 X{50 + i % 7} ; pass {i}", "an expression": lambda i: f"G1 X=50+{i % 7}/4 Y=1*3",
-        "an arc": lambda i: "G2 I5", "a setting of a parameter": lambda i: f"R1={i}*2",
-    }),
-    "heidenhain": Language("BEGIN PGM A MM\nQ1 = 5\nQ2 = 7\nM128\nL X+50 Y+0 Z+60 A+20 C+0 F3000\n", "M30\nEND PGM A MM\n", "L X%+.4f Y%+.4f Z%+.4f A%+.4f C%+.4f\n", {
-        "a comment after the words": lambda i: f"L X+{50 + i % 7} ; pass {i}", "an expression": lambda i: f"L X+Q1 Y+Q2 Z+{i % 7}",
-        "an arc": lambda i: "CR X+60 Y+0 R+200 DR+", "a setting of a parameter": lambda i: f"Q1 = {i} * 2",
-    }),
-}  # fmt: skip
+    "rs274": Language(
+        "G21 G90 G94 G49 F3000\nG0 X50 Y0 Z60 A20 C0\n",
+        "M2\n",
+        "G1 X%.4f Y%.4f Z%.4f A%.4f C%.4f\n",
+        {
+            "a comment after the words": lambda i: f"G1 X{50 + i % 7} (pass {i})",
+            "an expression": lambda i: f"G1 X[50+{i % 7}/4] Y#5420",
+            "an arc": lambda i: "G2 I5",
+            "a setting of a parameter": lambda i: f"#1=[{i}*2]",
+        },
+    ),
+    "fanuc": Language(
+        "%\nO1\nG21 G90 G94 G49 F3000\nG0 X50 Y0 Z60 A20 C0\n",
+        "M30\n%\n",
+        "G1 X%.4f Y%.4f Z%.4f A%.4f C%.4f\n",
+        {
+            "a comment after the words": lambda i: f"G1 X{50 + i % 7} (PASS {i})",
+            "an expression": lambda i: f"G1 X[50.+{i % 7}/4.] Y[1.*3.]",
+            "an arc": lambda i: "G2 I5.",
+            "a setting of a parameter": lambda i: f"#101=[{i}*2]",
+        },
+    ),
+    "siemens": Language(
+        "G17 G54 G64 G90 G94 G710\nTRAORI\nG0 X50 Y0 Z60 A20 C0\nG1 F3000\n",
+        "M30\n",
+        "G1 X%.4f Y%.4f Z%.4f A%.4f C%.4f\n",
+        {
+            "a comment after the words": lambda i: f"G1 X{50 + i % 7} ; pass {i}",
+            "an expression": lambda i: f"G1 X=50+{i % 7}/4 Y=1*3",
+            "an arc": lambda i: "G2 I5",
+            "a setting of a parameter": lambda i: f"R1={i}*2",
+        },
+    ),
+    "heidenhain": Language(
+        "BEGIN PGM A MM\nQ1 = 5\nQ2 = 7\nM128\nL X+50 Y+0 Z+60 A+20 C+0 F3000\n",
+        "M30\nEND PGM A MM\n",
+        "L X%+.4f Y%+.4f Z%+.4f A%+.4f C%+.4f\n",
+        {
+            "a comment after the words": lambda i: f"L X+{50 + i % 7} ; pass {i}",
+            "an expression": lambda i: f"L X+Q1 Y+Q2 Z+{i % 7}",
+            "an arc": lambda i: "CR X+60 Y+0 R+200 DR+",
+            "a setting of a parameter": lambda i: f"Q1 = {i} * 2",
+        },
+    ),
+}
 
 
 def write_blade(file: Path, lines: int, dialect: str = "rs274", kind: str = "", every: int = 100) -> None:
@@ -165,10 +196,18 @@ def rate_rows(lines: int, folder: Path) -> list[list[str]]:
     write_blade(whole, lines)
     write_blade(part, lines // SHARE)
     python = [sys.executable, "-c"]
-    readers = [("verne-post, to the Moves table", [*python, OURS], whole, lines, True),
-               ("rs274 -g, output thrown away", [shutil.which("rs274") or "", "-g"], whole, lines, shutil.which("rs274") is not None),
-               ("gcodeparser (words only)", [*python, GCODEPARSER], part, lines // SHARE, importable("gcodeparser")),
-               ("pygcode (words only)", [*python, PYGCODE], part, lines // SHARE, importable("pygcode"))]  # fmt: skip
+    readers = [
+        ("verne-post, to the Moves table", [*python, OURS], whole, lines, True),
+        (
+            "rs274 -g, output thrown away",
+            [shutil.which("rs274") or "", "-g"],
+            whole,
+            lines,
+            shutil.which("rs274") is not None,
+        ),
+        ("gcodeparser (words only)", [*python, GCODEPARSER], part, lines // SHARE, importable("gcodeparser")),
+        ("pygcode (words only)", [*python, PYGCODE], part, lines // SHARE, importable("pygcode")),
+    ]
     rows, ours = [], 0.0
     for name, command, file, count, there in readers:
         if not there:
@@ -235,14 +274,18 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as name:
         rates, mixed = rate_rows(given.lines, Path(name)), mixed_rows(given.lines // 2, Path(name))
         bulk = bulk_rows(given.lines, Path(name))
-    text = "\n\n".join([
-        f"{given.lines:,} short five-axis G1 lines, {datetime.now(UTC):%Y-%m-%d}, one process each; CPU seconds count:",
-        table(["reader", "lines/s", "peak memory MiB", "ours is faster by"], rates),
-        "Other lines that are read in bulk:",
-        table(["lines", "lines/s"], bulk),
-        "Files in which one line in a hundred is of another kind: microseconds for each such line, to about five microseconds:",
-        table(["dialect", "plain lines/s", *LANGUAGES["rs274"].kinds], mixed),
-    ])  # fmt: skip
+    text = "\n\n".join(
+        [
+            f"{given.lines:,} short five-axis G1 lines, {datetime.now(UTC):%Y-%m-%d}, one process each; CPU seconds "
+            "count:",
+            table(["reader", "lines/s", "peak memory MiB", "ours is faster by"], rates),
+            "Other lines that are read in bulk:",
+            table(["lines", "lines/s"], bulk),
+            "Files in which one line in a hundred is of another kind: microseconds for each such line, to about five "
+            "microseconds:",
+            table(["dialect", "plain lines/s", *LANGUAGES["rs274"].kinds], mixed),
+        ]
+    )
     print(text)
     if given.write:
         write_section("reading", text)

@@ -1,8 +1,9 @@
-"""CPU time of wrong invocations, against an empty program and one that imports numpy: python tests/benchmarks/refusals.py [--write].
+"""CPU time of wrong invocations, against an empty program and one that imports numpy: python
+tests/benchmarks/refusals.py [--write].
 
-Each is started in turn with the two others, so that a drift of the machine hits all three; the table has the median of the runs.
-``tests/cli/test_refusals.py`` sees that each is refused, and that none loads numpy. With --write the table goes into
-docs/performance.md.
+Each is started in turn with the two others, so that a drift of the machine hits all three; the table has the median of
+the runs. ``tests/cli/test_refusals.py`` sees that each is refused, and that none loads numpy. With --write the table
+goes into docs/performance.md.
 """
 
 import argparse
@@ -91,14 +92,16 @@ def main() -> None:
             cpu_seconds(command, folder)  # the first run may compile modules
             runs = [[cpu_seconds(words, folder) for words in (command, empty, numpy)] for _ in range(given.runs)]
             rows.append((wrong, *(statistics.median(column) for column in zip(*runs, strict=True))))
-    text = "\n".join([
-        f"{platform.machine()}, Python {platform.python_version()}, {datetime.now(UTC):%Y-%m-%d}, median of {given.runs}; "
-        "CPU s:",
-        "",
-        "| `verne-post` ... | it | `python -c pass` | `import numpy` |",
-        "| --- | --- | --- | --- |",
-        *(f"| `{wrong}` | {ours:.2f} | {least:.2f} | {base:.2f} |" for wrong, ours, least, base in rows),
-    ])  # fmt: skip
+    text = "\n".join(
+        [
+            f"{platform.machine()}, Python {platform.python_version()}, {datetime.now(UTC):%Y-%m-%d}, median of "
+            f"{given.runs}; CPU s:",
+            "",
+            "| `verne-post` ... | it | `python -c pass` | `import numpy` |",
+            "| --- | --- | --- | --- |",
+            *(f"| `{wrong}` | {ours:.2f} | {least:.2f} | {base:.2f} |" for wrong, ours, least, base in rows),
+        ]
+    )
     print(text)
     if given.write:
         from page import write_section

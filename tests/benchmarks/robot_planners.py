@@ -1,11 +1,12 @@
 """Time-optimal planners of robots on our programs: Tesseract's TOTG with ruckig's smoothing, and roboplan's TOPP-RA.
 
-Run: python tests/benchmarks/robot_planners.py [--only NAME] [--write]     with --write the table goes into docs/performance.md
-Needs pip install tesseract-robotics==0.5.1 roboplan==0.7.0 beside verne-post, best in an environment of their own.
-Both plan joints through waypoints, with limits of joints alone: here the ends of the programmed moves, on the serial machine, whose
-joints are nearly the part's axes, and places of longer moves each 1 mm. A radian of A and C is 50 mm, as in our corners. They know no feed rate: where X, Y and Z
-move alone it is given as a limit of each of them. Both blend a corner within a distance, 0.01 mm here. Units are metres: in
-millimetres toppra's own bound of the speed along the path, 10 units/s, would decide.
+Run: python tests/benchmarks/robot_planners.py [--only NAME] [--write]     with --write the table goes into
+docs/performance.md Needs pip install tesseract-robotics==0.5.1 roboplan==0.7.0 beside verne-post, best in an
+environment of their own. Both plan joints through waypoints, with limits of joints alone: here the ends of the
+programmed moves, on the serial machine, whose joints are nearly the part's axes, and places of longer moves each 1 mm.
+A radian of A and C is 50 mm, as in our corners. They know no feed rate: where X, Y and Z move alone it is given as a
+limit of each of them. Both blend a corner within a distance, 0.01 mm here. Units are metres: in millimetres toppra's
+own bound of the speed along the path, 10 units/s, would decide.
 """
 
 import argparse
@@ -79,7 +80,9 @@ def find_scale(machine: Machine) -> Array:
 
 
 def plan_tesseract(task: Task, smoothed: bool) -> Array:
-    """Rows (m, 5): its states at the waypoints, with a polynomial of degree 5 between two, as a controller plays them."""
+    """Rows (m, 5): its states at the waypoints, with a polynomial of degree 5 between two, as a controller
+    plays them.
+    """
     from tesseract_robotics import tesseract_command_language as language
     from tesseract_robotics import tesseract_time_parameterization as timing
 
@@ -109,7 +112,9 @@ def plan_tesseract(task: Task, smoothed: bool) -> Array:
 
 
 def play(times: Array, q: Array, v: Array, a: Array, cycle: float) -> Array:
-    """Rows each cycle of states (n, 5) at times (n,): degree 5 between two; a state at the time of the one before is left out."""
+    """Rows each cycle of states (n, 5) at times (n,): degree 5 between two; a state at the time of the one before is
+    left out.
+    """
     apart = np.concatenate([[True], np.diff(times) > SAME_TIME])
     times, q, v, a = (one[apart] for one in (times, q, v, a))
     at = np.append(np.arange(0.0, times[-1], cycle), times[-1])
@@ -133,7 +138,10 @@ def plan_roboplan(task: Task) -> Array:
     """Rows (m, 5) of straight lines with circular corners, its sample time a cycle."""
     from roboplan import core, toppra
 
-    link = '<link name="l{0}"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>'
+    link = (
+        '<link name="l{0}"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" '
+        'iyz="0"/></inertial></link>'
+    )
     joint = (
         '<joint name="{1}" type="prismatic"><parent link="l{0}"/><child link="l{2}"/><axis xyz="1 0 0"/>'
         '<limit lower="-1e5" upper="1e5" effort="1e6" velocity="{3}"/></joint>'

@@ -2,9 +2,10 @@
 
 python tests/benchmarks/rod_programs.py [--programs 500] [--seed 48] [--machine NAME]
 
-Each program turns the table, then goes straight with constant A and C. The judge reads the TOML alone: unknown are position and
-turn of the platform and the sliders, nine numbers; equations are six rods and the tip on the table. It follows the way in steps
-by Newton with differences, from home on. Programs within ``BAND`` of a limit are counted apart.
+Each program turns the table, then goes straight with constant A and C. The judge reads the TOML alone: unknown are
+position and turn of the platform and the sliders, nine numbers; equations are six rods and the tip on the table. It
+follows the way in steps by Newton with differences, from home on. Programs within ``BAND`` of a limit are counted
+apart.
 """
 
 import argparse
@@ -43,7 +44,9 @@ class Judge:
         return x[:3] + Rotation.from_rotvec(x[3:6]).apply(self.a) - self.b - x[6:][self.by, None] * self.u
 
     def misfit(self, x: np.ndarray, tip: np.ndarray, angles: np.ndarray) -> np.ndarray:
-        """Six rods, and the tip of the tool against its place on the table, whose tilt has that of the platform in it."""
+        """Six rods, and the tip of the tool against its place on the table, whose tilt has that of the platform
+        in it.
+        """
         table = Rotation.from_euler("zx", [angles[1], angles[0] + x[3]])
         place = self.pivot + table.apply(tip) * [1, -1, -1]
         nose = x[:3] + Rotation.from_rotvec(x[3:6]).apply([0, 0, LENGTH])
@@ -74,11 +77,20 @@ class Judge:
         size = np.linalg.norm(arm, axis=1).mean()
         measure = 1 / np.linalg.norm(np.linalg.inv(np.hstack([unit, np.cross(arm, unit) / size])))
         tilt = np.degrees(angles[0] + x[3])
-        return float(min((x[6:] - low_high[0]).min(), (low_high[1] - x[6:]).min(), drops.min(),
-                         95 - abs(tilt), 1000 * (measure - self.limits["parallel_singularity"])))  # fmt: skip
+        return float(
+            min(
+                (x[6:] - low_high[0]).min(),
+                (low_high[1] - x[6:]).min(),
+                drops.min(),
+                95 - abs(tilt),
+                1000 * (measure - self.limits["parallel_singularity"]),
+            )
+        )
 
     def judge_way(self, points: np.ndarray, angles: np.ndarray) -> float:
-        """The least spare along straight lines through points (n, 3), from home led there; -inf where rods do not close."""
+        """The least spare along straight lines through points (n, 3), from home led there; -inf where rods do not
+        close.
+        """
         least, x = np.inf, self.home
         start = np.array([0.0, 0.0, self.pivot[2] - self.home[2] - LENGTH])
         for share in np.linspace(0.1, 1, 10):

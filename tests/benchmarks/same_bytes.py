@@ -1,7 +1,8 @@
-"""Do two versions write the same setpoints? Every sample and 200 generated programs, in all dialects and with all options.
+"""Do two versions write the same setpoints? Every sample and 200 generated programs, in all dialects and with all
+options.
 
-    python tests/benchmarks/same_bytes.py --store before.json      with the version to compare with (PYTHONPATH says which)
-    python tests/benchmarks/same_bytes.py --against before.json    with the version in hand
+    python tests/benchmarks/same_bytes.py --store before.json      with the version to compare with (PYTHONPATH says
+    which) python tests/benchmarks/same_bytes.py --against before.json    with the version in hand
 
 Compares exit status, SHA-256 of standard output and the codes of the findings on standard error. Exit status 1 when a
 case differs. ``--verbose`` prints the command of each case that differs.

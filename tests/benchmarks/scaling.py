@@ -1,10 +1,10 @@
 """How time and memory grow with a program: 10^3 to 10^6 lines of the blade, with every corner rounded.
 
 Run from the repository's root: python tests/benchmarks/scaling.py [--most 1000000] [--write]
-With --write the tables go into docs/performance.md, and docs/pictures/scaling.py draws the first. Each size is read, and
-converted by the command line, in processes of their own: CPU seconds of one thread, and memory as the system counts it for
-that process alone (what getrusage tells begins with that of the process which has started it). The second table has the
-time that passes with one and with two processes of --jobs.
+With --write the tables go into docs/performance.md, and docs/pictures/scaling.py draws the first. Each size is read,
+and converted by the command line, in processes of their own: CPU seconds of one thread, and memory as the system counts
+it for that process alone (what getrusage tells begins with that of the process which has started it). The second table
+has the time that passes with one and with two processes of --jobs.
 """
 
 import argparse
@@ -66,13 +66,24 @@ def scaling_table(sizes: list[int]) -> str:
             read = measure(READ, str(source))
             converted = measure(CONVERT, str(source), "--tool-length", "80", "-q", "-o", str(target))
             written = target.stat().st_size / 2**20
-        rows.append([f"{moves:,}", f"{read[0]:.2f}", f"{read[1]:.0f}", f"{converted[0]:.2f}", f"{1e6 * converted[0] / moves:.0f}",
-                     f"{converted[1]:.0f}", f"{written:.1f}"])  # fmt: skip
+        rows.append(
+            [
+                f"{moves:,}",
+                f"{read[0]:.2f}",
+                f"{read[1]:.0f}",
+                f"{converted[0]:.2f}",
+                f"{1e6 * converted[0] / moves:.0f}",
+                f"{converted[1]:.0f}",
+                f"{written:.1f}",
+            ]
+        )
     return table(["lines", "read s", "read MiB", "convert s", "us/line", "convert MiB", "file MiB"], rows)
 
 
 def shared_table(sizes: list[int]) -> str:
-    """A row for each size: the seconds that pass, start-up included; the least of some runs by turns where they are short."""
+    """A row for each size: the seconds that pass, start-up included; the least of some runs by turns where they are
+    short.
+    """
     rows = []
     for moves in sizes:
         print(f"... {moves} lines by two processes", file=sys.stderr)

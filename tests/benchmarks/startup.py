@@ -1,8 +1,9 @@
 """What a conversion that rounds corners spends on starting, against the time to import numpy and scipy.linalg.
 
 Run: python tests/benchmarks/startup.py [--runs 15] [--write]   with --write the table goes into docs/performance.md
-A process converts a sample twice. Starting is what the first conversion takes more than the second, from the begin of the process on.
-CPU seconds of one thread, the least of runs that take turns. Modules must be compiled, as pip leaves them.
+A process converts a sample twice. Starting is what the first conversion takes more than the second, from the begin of
+the process on. CPU seconds of one thread, the least of runs that take turns. Modules must be compiled, as pip leaves
+them.
 """
 
 import argparse

@@ -1,7 +1,7 @@
 """How long cutting a stock takes: 100,000 rows of a five-axis raster, 60 x 60 mm, rays 0.1 mm apart.
 
-``python -m tests.benchmarks.stock [--numpy]`` prints bodies, CPU seconds, nanoseconds a ray and memory. The first call of the compiled code
-is not counted.
+``python -m tests.benchmarks.stock [--numpy]`` prints bodies, CPU seconds, nanoseconds a ray and memory. The first call
+of the compiled code is not counted.
 """
 
 import resource
@@ -51,7 +51,8 @@ def main() -> None:
         begun, cpu = time.perf_counter() - begun, time.process_time() - cpu
         memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
         print(
-            f"{name}: {len(sweeps)} bodies, {cpu:.1f} s CPU, {begun:.1f} s, {cpu / rays * 1e9:.1f} ns a ray, {volume:.1f} mm3, {memory:.0f} MB"
+            f"{name}: {len(sweeps)} bodies, {cpu:.1f} s CPU, {begun:.1f} s, {cpu / rays * 1e9:.1f} ns a ray, "
+            f"{volume:.1f} mm3, {memory:.0f} MB"
         )
 
 

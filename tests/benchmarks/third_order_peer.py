@@ -1,8 +1,8 @@
 """A peer of the planner: copp-py (extra ``bench``), third-order profiles along a path as a sequence of linear programs.
 
-It knows limits at the stations of a grid, with its jerk constraint made linear about the profile before: the first is that
-of its second-order pass, and each program starts from the one before. Differences of rows, which drives see, are not among
-its constraints; they are measured here.
+It knows limits at the stations of a grid, with its jerk constraint made linear about the profile before: the first is
+that of its second-order pass, and each program starts from the one before. Differences of rows, which drives see, are
+not among its constraints; they are measured here.
 """
 
 import time
@@ -31,7 +31,9 @@ LEAST_MOVE: Final = 1e-9
 
 
 class PeerProfile(Struct, frozen=True):
-    """Time, s; the largest joint jerk of its rows over the limit; what it took, CPU s; programs, and what the last changed."""
+    """Time, s; the largest joint jerk of its rows over the limit; what it took, CPU s; programs, and what the last
+    changed.
+    """
 
     time_s: float
     jerk_ratio: float

@@ -1,8 +1,10 @@
-"""What each constant of ``verne_post.trajectory.tuning`` trades: cycle time, CPU and failures over a range of its values.
+"""What each constant of ``verne_post.trajectory.tuning`` trades: cycle time, CPU and failures over a range of its
+values.
 
 Run from the repository's root: nice python tests/benchmarks/tuning.py [--write] [NAME ...]
-Prints the table of docs/tuning.md; ``--write`` puts it there, with the machine's name and the date. With names it measures
-those constants only. Each constant is varied alone. Only planning is repeated: it ends with rows inside ``ACCEPTED_RATIOS``.
+Prints the table of docs/tuning.md; ``--write`` puts it there, with the machine's name and the date. With names it
+measures those constants only. Each constant is varied alone. Only planning is repeated: it ends with rows inside
+``ACCEPTED_RATIOS``.
 """
 
 import argparse
@@ -121,13 +123,20 @@ OTHER_VALUES: dict[str, tuple[Any, ...]] = {
     "UNEVEN_RATIO": (1.2, 10.0),
     "STOP_TO_STOP_SHARE": (1.0 - 1e-4, 1.0),
 }
-#: Constants of other purposes, which change neither time nor CPU of these programs by what they are: what the summary counts;
-#: those that are varied piece by piece, those of the input shaper, which these programs do not have (docs/vibration.md), and
-#: how many points a grid may have, which they do not reach.
+#: Constants of other purposes, which change neither time nor CPU of these programs by what they are: what the summary
+#: counts; those that are varied piece by piece, those of the input shaper, which these programs do not have
+#: (docs/vibration.md), and how many points a grid may have, which they do not reach.
 NOT_VARIED = {
-    "FEED_REACHED", "ALL_ROWS", "QUALITY", "PLANNED_SHARES", "NORMAL", "SHAPER_SHARE", "SHAPER_ATTEMPTS",
-    "SHAPER_MARGIN", "GRID_POINTS",
-}  # fmt: skip
+    "FEED_REACHED",
+    "ALL_ROWS",
+    "QUALITY",
+    "PLANNED_SHARES",
+    "NORMAL",
+    "SHAPER_SHARE",
+    "SHAPER_ATTEMPTS",
+    "SHAPER_MARGIN",
+    "GRID_POINTS",
+}
 #: Factors of the settings of a pass.
 PASS_FACTORS: dict[str, tuple[float, ...]] = {
     "knot_units": HALF_TO_DOUBLE,
@@ -172,18 +181,29 @@ def jobs_of(machine: Machine) -> Iterator[Job]:
     for part in parts():
         program = assemble(part.source, machine, part.options)
         bounds, _findings = check_program(program)
-        yield Job(part.name, program.cycle, partial(
-            plan_contour, program.build_joint_path(), bounds.first, bounds.second, bounds.third, program.machine.limits,
-            PlanningOptions(program.cycle),
-        ))  # fmt: skip
+        yield Job(
+            part.name,
+            program.cycle,
+            partial(
+                plan_contour,
+                program.build_joint_path(),
+                bounds.first,
+                bounds.second,
+                bounds.third,
+                program.machine.limits,
+                PlanningOptions(program.cycle),
+            ),
+        )
 
 
 def parts() -> Iterator[Part]:
     """Programs that a change shows in, from smooth surfaces to sharp corners."""
-    yield Part("blade_5axis.nc", sample("blade_5axis.nc"),
-               Options(tool_length=120.0, wcs={1: WorkOffset((0.0, 0.0, 10.0))}))  # fmt: skip
-    yield Part("slider_bound.nc", sample("slider_bound.nc"),
-               Options(tool_length=60.0, wcs={1: WorkOffset((0.0, 0.0, 80.0))}))  # fmt: skip
+    yield Part(
+        "blade_5axis.nc", sample("blade_5axis.nc"), Options(tool_length=120.0, wcs={1: WorkOffset((0.0, 0.0, 10.0))})
+    )
+    yield Part(
+        "slider_bound.nc", sample("slider_bound.nc"), Options(tool_length=60.0, wcs={1: WorkOffset((0.0, 0.0, 80.0))})
+    )
     yield Part("zigzag of 30 degrees, 1 mm, F12000", zigzag(30, feed=12000), Options(tool_length=50.0))
     yield Part("wavy surface, 0.5 mm, F4000", wavy(), Options(tool_length=80.0))
     yield Part("wandering 0.5 mm moves, P0.003 F6000", wandering(), Options(tool_length=80.0, cycle=0.00025))
@@ -191,8 +211,11 @@ def parts() -> Iterator[Part]:
     yield Part("0.01 mm moves, cycle 4 ms", scribbles(), Options(tool_length=80.0, cycle=0.004))
     yield Part("small circles, cycle 0.1 s", circles(), Options(tool_length=80.0, cycle=0.1))
     yield Part("arcs from stop to stop", circles(), Options(tool_length=80.0, smoothing="off"))
-    yield Part("sharp corners, cycle 0.125 ms", wandering(12, "G64 P0.001"), Options(
-        tool_length=80.0, cycle=0.000125, smoothing="blend"))  # fmt: skip
+    yield Part(
+        "sharp corners, cycle 0.125 ms",
+        wandering(12, "G64 P0.001"),
+        Options(tool_length=80.0, cycle=0.000125, smoothing="blend"),
+    )
 
 
 def wavy(moves: int = 160) -> bytes:
@@ -269,8 +292,12 @@ def variations() -> Iterator[Variation]:
             others = {shown(new): put(replace(one, **{name: new})) for new in changed if new != value}
             yield Variation(f"{title}: {name}", shown(value), others, "NORMAL")
         rows = [some for some in ((0, 0), (1, 2), (2, 3), (3, 4)) if some != one.tightest_rows]
-        yield Variation(f"{title}: tightest_rows", shown(one.tightest_rows),
-                        {shown(some): put(replace(one, tightest_rows=some)) for some in rows}, "NORMAL")  # fmt: skip
+        yield Variation(
+            f"{title}: tightest_rows",
+            shown(one.tightest_rows),
+            {shown(some): put(replace(one, tightest_rows=some)) for some in rows},
+            "NORMAL",
+        )
     yield Variation(
         "NORMAL.near_bound",
         shown(normal.near_bound),
@@ -286,10 +313,19 @@ def variations() -> Iterator[Variation]:
     yield Variation(
         "NORMAL.repeats", shown(normal.repeats), {shown(n): replace(normal, repeats=n) for n in (1, 6)}, "NORMAL"
     )
-    yield Variation("PLANNED_SHARES", shown(tuning.PLANNED_SHARES),
-                    {shown(new): replace(normal, passes=tuple(replace(one, shares=new) for one in normal.passes),
-                                         last=replace(normal.last, shares=new))
-                     for new in ((0.998, 0.998, 0.99), (1.0, 1.0, 1.0))}, "NORMAL")  # fmt: skip
+    yield Variation(
+        "PLANNED_SHARES",
+        shown(tuning.PLANNED_SHARES),
+        {
+            shown(new): replace(
+                normal,
+                passes=tuple(replace(one, shares=new) for one in normal.passes),
+                last=replace(normal.last, shares=new),
+            )
+            for new in ((0.998, 0.998, 0.99), (1.0, 1.0, 1.0))
+        },
+        "NORMAL",
+    )
     for name, factors in FACTORS.items():
         value = getattr(tuning, name)
         changed = [scaled(value, factor) for factor in factors]
@@ -343,8 +379,14 @@ def row_of(one: Variation, jobs: list[Job], present: Measured) -> list[str]:
     span = "0" if small else f"{100 * low:+.2f} to {100 * high:+.2f} %"
     cpu = largest(cpus)
     tried = [key for key in one.others if key != one.value]
-    row = [f"`{one.name}`", one.value, "; ".join(tried), span, "-" if abs(cpu) < CPU_NOISE else f"{100 * cpu:+.0f} %",
-           str(failed) if failed else "-"]  # fmt: skip
+    row = [
+        f"`{one.name}`",
+        one.value,
+        "; ".join(tried),
+        span,
+        "-" if abs(cpu) < CPU_NOISE else f"{100 * cpu:+.0f} %",
+        str(failed) if failed else "-",
+    ]
     print(" | ".join(row), file=sys.stderr, flush=True)
     return row
 
@@ -364,13 +406,20 @@ def main() -> None:
     rows = [row_of(one, jobs, present) for one in variations() if not given.names or one.name in given.names]
     minutes = (time.process_time() - begin) / 60
     spread = abs(measure(jobs, REPEATS).cpu / present.cpu - 1)
-    text = "\n\n".join([
-        f"One thread of: {processor()}, {datetime.now(UTC):%Y-%m-%d}, Python {platform.python_version()}, numpy {np.__version__}; "
-        f"{minutes:.0f} minutes of CPU.\nThe same constants measured again: CPU {percent(spread)} apart.",
-        textwrap.fill("Programs: " + ", ".join(
-            f"{job.name} ({took:.2f} s)" for job, took in zip(jobs, present.seconds, strict=True)) + ".", 120),
-        table(["constant", "value", "range", "cycle time", "CPU", "failed"], rows).strip("\n"),
-    ])  # fmt: skip
+    text = "\n\n".join(
+        [
+            f"One thread of: {processor()}, {datetime.now(UTC):%Y-%m-%d}, Python {platform.python_version()}, numpy "
+            f"{np.__version__}; {minutes:.0f} minutes of CPU.\n"
+            f"The same constants measured again: CPU {percent(spread)} apart.",
+            textwrap.fill(
+                "Programs: "
+                + ", ".join(f"{job.name} ({took:.2f} s)" for job, took in zip(jobs, present.seconds, strict=True))
+                + ".",
+                120,
+            ),
+            table(["constant", "value", "range", "cycle time", "CPU", "failed"], rows).strip("\n"),
+        ]
+    )
     print(text)
     if given.write:
         write_section("tuning", text, "tuning.md")

@@ -1,12 +1,12 @@
 """What toppra and ruckig alone would do of this job: time, limits, stops, import cost and memory.
 
 Run: python tests/benchmarks/why_not_alone.py [--write]     with --write the tables go into docs/contouring.md
-The last table is that of serial.toml without jerk limits, for the sections with blended corners: toppra's own profile on the
-grid that both solvers are given, on a fine one, and our rows.
-toppra: its time-optimal profile along the contour that ours follows, corners blended, sampled each control cycle; no jerk limit.
-ruckig: a jerk-limited profile for each segment, from standstill to standstill, along the programmed path (--smoothing off).
-Ratios are differences of rows over the limits of the machine, the worst joint.
-The last table is that of serial.toml without jerk limits: every sample, its sections with blended corners alone.
+The last table is that of serial.toml without jerk limits, for the sections with blended corners: toppra's own profile
+on the grid that both solvers are given, on a fine one, and our rows. toppra: its time-optimal profile along the contour
+that ours follows, corners blended, sampled each control cycle; no jerk limit. ruckig: a jerk-limited profile for each
+segment, from standstill to standstill, along the programmed path (--smoothing off). Ratios are differences of rows over
+the limits of the machine, the worst joint. The last table is that of serial.toml without jerk limits: every sample, its
+sections with blended corners alone.
 """
 
 import argparse
@@ -39,7 +39,8 @@ IMPORTS: Final = {
     "numpy": "import numpy",
     "toppra": "import toppra, toppra.algorithm, toppra.constraint",
     "ruckig": "import ruckig",
-    "ours, as far as a conversion needs it": "import verne_post.app.convert, verne_post.trajectory.continuous, verne_post.app.plan",
+    "ours, as far as a conversion needs it": "import verne_post.app.convert, "
+    "verne_post.trajectory.continuous, verne_post.app.plan",
 }
 RUNS: Final = 9
 #: Spans of a fine grid are no longer, mm, and all their points are kept.
@@ -64,7 +65,9 @@ def parts() -> Iterator[tuple[str, Part]]:
 
 
 def sample_profile(grid: Grid, x: Array, cycle: float) -> Array:
-    """Path parameters at whole control cycles of a profile with constant acceleration between grid points, to its end."""
+    """Path parameters at whole control cycles of a profile with constant acceleration between grid points, to
+    its end.
+    """
     speed, step = np.sqrt(x), np.diff(grid.s)
     taken = 2 * step / (speed[:-1] + speed[1:])
     times = np.concatenate([[0.0], np.cumsum(taken)])
@@ -146,7 +149,9 @@ def weigh_imports() -> str:
     """CPU seconds and peak memory of a process that imports one thing."""
     rows = []
     report = (  # VmHWM begins with the program, which ru_maxrss does not
-        "\nimport time\nprint(time.process_time(), *[line.split()[1] for line in open('/proc/self/status') if 'VmHWM' in line])"
+        "\n"
+        "import time\n"
+        "print(time.process_time(), *[line.split()[1] for line in open('/proc/self/status') if 'VmHWM' in line])"
     )
     environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
     for name, words in IMPORTS.items():
@@ -167,7 +172,13 @@ def main() -> None:
     parser.add_argument("--write", action="store_true")
     given = parser.parse_args()
     versions = ", ".join(f"{name} {version(name)}" for name in ("toppra", "ruckig", "numpy"))
-    text = f"{versions}, Python {platform.python_version()}, {datetime.now(UTC):%Y-%m-%d}.\n\n{compare()}\n\n{weigh_imports()}"
+    text = (
+        f"{versions}, Python {platform.python_version()}, {datetime.now(UTC):%Y-%m-%d}.\n"
+        "\n"
+        f"{compare()}\n"
+        "\n"
+        f"{weigh_imports()}"
+    )
     without = compare_without_jerk()
     if given.write:
         write_section("toppra and ruckig alone", text, "contouring.md")

@@ -1,9 +1,9 @@
 """What more workers make of a program of 10^7 lines, and of 10^4 programs: computed from parts that are measured here.
 
 Run from the repository's root, with the extra `bench`: python tests/benchmarks/workers.py [--lines 1000000] [--write]
-With --write the table goes into docs/performance.md. Measured are one program with one and with two processes, and a folder of
-programs with one process and with the two workers of a Dask scheduler. What the processes of one program do not share, and
-what the scheduler and the command do for each program, no worker more makes shorter.
+With --write the table goes into docs/performance.md. Measured are one program with one and with two processes, and a
+folder of programs with one process and with the two workers of a Dask scheduler. What the processes of one program do
+not share, and what the scheduler and the command do for each program, no worker more makes shorter.
 """
 
 import argparse
@@ -110,8 +110,10 @@ def main() -> None:
     ]
     measured = (
         f"{processor()}, {datetime.now(UTC):%Y-%m-%d}, Python {platform.python_version()}. Of {given.lines:,} lines, "
-        f"{own:.1f} s are not\nshared and {shared:.1f} s are. A program of {PROGRAM_LINES:,} lines takes {each:.3f} s of a worker, "
-        f"and {1000 * dispatch:.1f} ms of\nscheduler and command."
+        f"{own:.1f} s are not\n"
+        f"shared and {shared:.1f} s are. A program of {PROGRAM_LINES:,} lines takes {each:.3f} s of a worker, and "
+        f"{1000 * dispatch:.1f} ms of\n"
+        "scheduler and command."
     )
     heads = ["workers", f"{LONG_LINES:,} lines, -j, s", f"{MANY_PROGRAMS:,} programs, --scheduler, s"]
     text = measured + "\n\n" + table(heads, rows).strip("\n")

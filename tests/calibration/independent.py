@@ -1,7 +1,7 @@
 """The as-built VERNE once more, for tests: six rods closed by scipy, one pose at a time, written from the equations.
 
-|P + R a_i - b_i - rho_j u_j| = L_i, the tool along the spindle axis from P, and the table's two axes where they are. Numbers
-are those of verne.toml, names and order of the deviations those of [as_built]; mm and rad.
+|P + R a_i - b_i - rho_j u_j| = L_i, the tool along the spindle axis from P, and the table's two axes where they are.
+Numbers are those of verne.toml, names and order of the deviations those of [as_built]; mm and rad.
 """
 
 import numpy as np

@@ -1,4 +1,6 @@
-"""Files of a calibration: machine files with [as_built], readings, lengths, covariances; and the study of tolerances."""
+"""Files of a calibration: machine files with [as_built], readings, lengths, covariances; and the study of
+tolerances.
+"""
 
 import re
 import tomllib
@@ -100,7 +102,13 @@ def mistakes(text: str, machine: verne_post.Machine) -> list[tuple[int | None, s
 
 
 def test_readings_in_units_and_senses_of_the_machine(machine):
-    text = f"# laser tracker\n{HEADER},i,j,k,sigma_mm,sigma_mrad,sphere,frame,remark\n{ROW},1,2,3,,,,,,,,\n{ROW},1,,3,0,0.6,0.8,0.01,0.5,ball,,x\n{ROW},1,2,3,,,,,,,ball,\n"
+    text = (
+        "# laser tracker\n"
+        f"{HEADER},i,j,k,sigma_mm,sigma_mrad,sphere,frame,remark\n"
+        f"{ROW},1,2,3,,,,,,,,\n"
+        f"{ROW},1,,3,0,0.6,0.8,0.01,0.5,ball,,x\n"
+        f"{ROW},1,2,3,,,,,,,ball,\n"
+    )
     found, blank = read_tool_readings(text.encode(), machine, 0.003, 0.02)
     assert blank == 0
     assert found.joints == pytest.approx(np.array([[600, 580, 590, np.radians(10), np.radians(20)]] * 3))
@@ -154,11 +162,16 @@ def test_lines_to_fill_in_are_read_back(machine, draw_poses):
 
 
 def test_measured_lengths_by_name():
-    text = b"length,value_mm,sigma_mm,remark\nrod 3,950.01,0.002,\nplatform 1-2,260.003,0.004,bores\nslider 5-6,120,0.01,\n"
+    text = (
+        b"length,value_mm,sigma_mm,remark\nrod 3,950.01,0.002,\nplatform 1-2,260.003,0.004,bores\nslider "
+        b"5-6,120,0.01,\n"
+    )
     found = read_length_readings(text)
     assert [(one.part, one.rods, one.value, one.sigma, one.line) for one in found] == [
-        ("rod", (2,), 950.01, 0.002, 2), ("platform", (0, 1), 260.003, 0.004, 3), ("slider", (4, 5), 120.0, 0.01, 4),
-    ]  # fmt: skip
+        ("rod", (2,), 950.01, 0.002, 2),
+        ("platform", (0, 1), 260.003, 0.004, 3),
+        ("slider", (4, 5), 120.0, 0.01, 4),
+    ]
     for bad, says in (("rod 7", "is not known"), ("slider 1-3", "is not known"), ("platform 2-1", "did you mean")):
         with pytest.raises(InputError, match=says):
             read_length_readings(f"length,value_mm,sigma_mm\n{bad},950,0.1\n".encode())

@@ -211,9 +211,12 @@ def test_a_tracker_may_stand_anywhere_and_any_way(model, draw_poses, read_tools,
     readings = read_tools(poses, true, 6, axes=2e-5)
     turn, place = Rotation.from_euler("xyz", [100.0, -40.0, 200.0], degrees=True), np.array([1500.0, -2000.0, 300.0])
     moved = replace(
-        readings, tip=turn.inv().apply(readings.tip - place), axis=turn.inv().apply(readings.axis),
-        station=np.zeros(80, dtype=int), turned=np.ones(80, dtype=bool),
-    )  # fmt: skip
+        readings,
+        tip=turn.inv().apply(readings.tip - place),
+        axis=turn.inv().apply(readings.axis),
+        station=np.zeros(80, dtype=int),
+        turned=np.ones(80, dtype=bool),
+    )
     measurement = Measurement(model, align_stations(model, np.zeros(58), moved))
     found, kept, _bad = fit_robustly(measurement, PRIOR)
     assert found.converged
@@ -222,8 +225,8 @@ def test_a_tracker_may_stand_anywhere_and_any_way(model, draw_poses, read_tools,
     assert 1e-3 < found.probability < 0.999
     assert hold_out(measurement, PRIOR, kept).probability > 1e-3
     assert np.abs(found.deviations / SIGMA).max() < 4.0
-    # where the table frame is follows from the axes that turned the tips, but for its height, its turn about z, and what
-    # the places of the axes leave open; so tips are known up to a rigid motion of some hundredths
+    # where the table frame is follows from the axes that turned the tips, but for its height, its turn about z, and
+    # what the places of the axes leave open; so tips are known up to a rigid motion of some hundredths
     one, other = (model.predict(vector, held.joints, held.length).tip for vector in (found.deviations, true))
     rigid = Rotation.align_vectors(other - other.mean(axis=0), one - one.mean(axis=0))[0]
     shape = rigid.apply(one - one.mean(axis=0)) - (other - other.mean(axis=0))
@@ -274,7 +277,9 @@ def test_joints_that_stand_elsewhere_than_commanded(model, draw_poses, true_mach
 
 
 def test_coordinates_that_no_reading_of_a_place_has_are_no_unknowns(model, draw_poses, read_tools, true_machine):
-    """Spheres whose heights, or all but one coordinate, were not measured take up as many equations as they have coordinates."""
+    """Spheres whose heights, or all but one coordinate, were not measured take up as many equations as they have
+    coordinates.
+    """
     readings = read_tools(draw_poses(60, 4), true_machine(4), 4)
     for measured in (2, 1):
         tip = np.array(readings.tip)

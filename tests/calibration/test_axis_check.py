@@ -117,7 +117,8 @@ def test_senses_of_the_machine_file_are_named(folder: Path, run: Callable[..., A
         in said
     )
     assert re.search(
-        r"a goes \+1 deg, back, -1 deg, and back, at [0-9.]+ deg/s at most\. The drive counts down by 10000000 \(a_counts\)\.[^[]* mm down\.",
+        r"a goes \+1 deg, back, -1 deg, and back, at [0-9.]+ deg/s at most\. The drive counts down by 10000000 "
+        r"\(a_counts\)\.[^[]* mm down\.",
         said,
     )
     first = (folder / "out" / "01_rho1_1mm.csv").read_text().splitlines()

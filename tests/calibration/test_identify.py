@@ -16,9 +16,16 @@ from verne_post.kinematics.modules.verne.module import VerneModule
 
 REFERENCE = Path(__file__).resolve().parents[1] / "reference" / "table_iii.csv"
 TRUE = {
-    "leg1_x_offset": -319.7, "R1": 130.4, "r1": 79.8, "L1": 850.3, "leg23_x_offset": 240.2, "R2": 190.3, "r4": 564.6,
-    "L2": 950.2, "L3": 949.7,
-}  # fmt: skip
+    "leg1_x_offset": -319.7,
+    "R1": 130.4,
+    "r1": 79.8,
+    "L1": 850.3,
+    "leg23_x_offset": 240.2,
+    "R2": 190.3,
+    "r4": 564.6,
+    "L2": 950.2,
+    "L3": 949.7,
+}
 NOMINAL = VerneModule(-320.0, 130.0, 80.0, 850.0, 240.0, 190.0, 565.0, 950.0, 950.0)
 MODULE = VerneModule(**TRUE)
 SIGMA = Uncertainty(0.01, 0.02, np.radians(0.01))
@@ -107,7 +114,9 @@ def test_table_iii_with_its_digits_taken_as_exact(table_iii):
 
 
 def test_table_iii_with_sliders_freed_within_their_digits(table_iii):
-    """Sliders printed to 1 mm and shared by all four modes, coordinates to 0.01 mm: uniform errors, width / sqrt(12)."""
+    """Sliders printed to 1 mm and shared by all four modes, coordinates to 0.01 mm: uniform errors, width /
+    sqrt(12).
+    """
     sigma = Uncertainty(1 / np.sqrt(12), 0.01 / np.sqrt(12), np.inf)
     for module in (NOMINAL, DETUNED):
         found = identify(module, table_iii, sigma, tied=[("L2", "L3")])
@@ -211,7 +220,8 @@ def test_held_lengths_keep_their_values():
 
 @pytest.mark.parametrize(("n", "noise"), [(8, False), (8, True), (600, True)])
 def test_poses_without_tilt_leave_sums_open(noise, n):
-    """At y = 0, alpha = 0 leg I is a plane triangle: only L1^2 - (R1 - r1)^2 counts; legs II and III with R2 - r4 alike.
+    """At y = 0, alpha = 0 leg I is a plane triangle: only L1^2 - (R1 - r1)^2 counts; legs II and III with R2 - r4
+    alike.
 
     So one of R1, r1, L1 is known where two are held, and one of R2, r4 besides each rod. The noise of
     many rows must not pass for tilts: 600 of them would give R1 = 2 mm.

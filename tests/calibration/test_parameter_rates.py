@@ -26,7 +26,9 @@ def test_tools_are_where_the_equations_say(model, draw_poses, true_machine, seed
 
 
 def test_derivatives_by_every_part_are_differences_of_the_equations(model, draw_poses, true_machine):
-    """Central differences: the third derivative leaves 1e-8 of a step of 0.01 mm or 0.01 mrad, rounding about as much."""
+    """Central differences: the third derivative leaves 1e-8 of a step of 0.01 mm or 0.01 mrad, rounding about
+    as much.
+    """
     poses, true = draw_poses(3, 5), true_machine(1)
     rates = model.differentiate(true, poses.joints, poses.length)[1]
     for k in range(58):

@@ -19,7 +19,13 @@ def mistakes(text):
 
 
 def test_columns_in_any_order_blank_tilts_comments_and_lines():
-    text = '\ufeff# by hand\nalpha_deg, z_mm,y_mm,x_mm,rho3_mm,rho2_mm,rho1_mm,remark\r\n\n90,6,5,4,3,2,1,"a, b"\n ,6,5,4,3,2,1,\n'
+    text = (
+        "\ufeff# by hand\n"
+        "alpha_deg, z_mm,y_mm,x_mm,rho3_mm,rho2_mm,rho1_mm,remark\r\n"
+        "\n"
+        '90,6,5,4,3,2,1,"a, b"\n'
+        " ,6,5,4,3,2,1,\n"
+    )
     data = read_readings(text.encode(), SLIDERS)
     assert data.rho.tolist() == [[1, 2, 3], [1, 2, 3]]
     assert data.pose[:, :3].tolist() == [[4, 5, 6], [4, 5, 6]]
@@ -54,7 +60,7 @@ def test_settings_group_rows_and_radians_are_taken():
         (f"{HEADER},setting\n{ROW},a\n1,2,3.5,4,5,6,a\n", 3, "rho3_mm = 3.5, but setting 'a' has 3 in line 2"),
         (HEADER.encode() + b"\n1,2,3,4,5,\xff\n", 2, "not UTF-8"),
     ],
-)  # fmt: skip
+)
 def test_mistakes_say_line_column_and_what_is_right(text, line, says):
     ((where, message),) = mistakes(text)
     assert where == line
@@ -67,7 +73,16 @@ def test_every_mistake_of_a_file_comes_at_once():
 
 
 def test_lengths_that_a_machine_file_would_refuse():
-    good = {"leg1_x_offset": -320.0, "R1": 130.0, "r1": 80.0, "L1": 850.0, "leg23_x_offset": 240.0, "R2": 190.0,
-            "r4": 565.0, "L2": 950.0, "L3": 950.0}  # fmt: skip
+    good = {
+        "leg1_x_offset": -320.0,
+        "R1": 130.0,
+        "r1": 80.0,
+        "L1": 850.0,
+        "leg23_x_offset": 240.0,
+        "R2": 190.0,
+        "r4": 565.0,
+        "L2": 950.0,
+        "L3": 950.0,
+    }
     assert explain_refused_lengths("verne", good) is None
     assert "r1 = 131 must be smaller" in str(explain_refused_lengths("verne", {**good, "r1": 131.0}))

@@ -88,8 +88,12 @@ def test_nothing_is_made_twice(folder: Path, run: Callable[..., Any], monkeypatc
 
 #: A program that was good, and is not any more: by its limits, its words, its bytes, or because it cannot be opened.
 SPOILT = {
-    "limits": BEYOND.encode(), "words": b"G1 X\n", "no text": b"\x89PNG\0\0", "setpoints": b"t_s,rho1_mm\n", "a dead link": None,
-}  # fmt: skip
+    "limits": BEYOND.encode(),
+    "words": b"G1 X\n",
+    "no text": b"\x89PNG\0\0",
+    "setpoints": b"t_s,rho1_mm\n",
+    "a dead link": None,
+}
 
 
 def spoil(how: str, path: Path = Path("in/p0.nc")) -> None:
@@ -420,7 +424,9 @@ def test_an_internal_error_is_an_outcome(folder: Path, monkeypatch: pytest.Monke
 
 
 def count_records(folder: str) -> int:
-    """Records of finished programs; folders that vanish during the count are passed over, which ``rglob`` does not do."""
+    """Records of finished programs; folders that vanish during the count are passed over, which ``rglob`` does
+    not do.
+    """
     return sum(name.endswith(".csv.json") for _folder, _below, names in os.walk(folder) for name in names)
 
 
@@ -451,7 +457,8 @@ import sys
 from distributed import LocalCluster
 
 if __name__ == "__main__":
-    with LocalCluster(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None, host="127.0.0.1") as cluster:
+    local = {"dashboard_address": None, "host": "127.0.0.1"}
+    with LocalCluster(n_workers=2, threads_per_worker=1, processes=True, **local) as cluster:
         print(cluster.scheduler_address, flush=True)
         sys.stdin.read()
 """
@@ -461,9 +468,13 @@ def test_a_dask_cluster_with_two_workers(folder: Path, run: Callable[..., Any], 
     pytest.importorskip("distributed")
     Path("cluster.py").write_text(CLUSTER, encoding="utf-8")
     cluster = subprocess.Popen(
-        [sys.executable, "cluster.py"], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True,
+        [sys.executable, "cluster.py"],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        text=True,
         env=environment,
-    )  # fmt: skip
+    )
     try:
         assert cluster.stdout is not None
         address = cluster.stdout.readline().strip()

@@ -1,4 +1,6 @@
-"""A program, its set-up and names of files give an agent of a CI server no command: neither in a log nor in a file that a job prints."""
+"""A program, its set-up and names of files give an agent of a CI server no command: neither in a log nor in a file that
+a job prints.
+"""
 
 import io
 import json
@@ -19,9 +21,11 @@ from verne_post.cli.streams import TextStream
 
 #: What begins a command of one agent or another, and what only nearly does.
 HOSTILE = (
-    "##vso[task.setvariable variable=PATH]x", "a ##[error]x", "##teamcity[testFailed name='x']", "::set-output name=a::b",
+    "##vso[task.setvariable variable=PATH]x", "a ##[error]x", "##teamcity[testFailed name='x']",
+    "::set-output name=a::b",
     " \t::error file=a.nc,line=1::x", "\u00a0::warning::x", "\u2003::notice::x", "###[group]x", "##VSO[task.complete]x",
-    ":\u034f:error::x", "#\ufe0f#vso[task.complete]x", "##vs\u034fo[task.complete]x", "\u034f::error::x", "x\r::error::x",
+    ":\u034f:error::x", "#\ufe0f#vso[task.complete]x", "##vs\u034fo[task.complete]x", "\u034f::error::x",
+    "x\r::error::x",
     "x\x85::error::x", "x\u2028##[command]x", "::add-mask::::x", "##[[error]x",
     "##vso-x[y]", "#1=2 ##2[3]", "::x",
 )  # fmt: skip
@@ -39,14 +43,25 @@ HARMLESS = (
 )
 WORDS = ("--tool-length", "60", "--wcs", "G54=0,0,0")
 PROGRAMS = {
-    "rs.nc": "G21 G90 G94 G49\n(MSG, ##vso[task.complete result=Succeeded;] ::error::x)\nG0 X0 Y0 Z50 A0 C0\nG1 ##[error]boo X1\n"
-             "##vso[task.setvariable variable=PATH]/tmp\n::error file=a.nc,line=1::bad\nG1 Z20 F2000\nM2\n",
+    "rs.nc": "G21 G90 G94 G49\n"
+    "(MSG, ##vso[task.complete result=Succeeded;] ::error::x)\n"
+    "G0 X0 Y0 Z50 A0 C0\n"
+    "G1 ##[error]boo X1\n"
+    "##vso[task.setvariable variable=PATH]/tmp\n"
+    "::error file=a.nc,line=1::bad\n"
+    "G1 Z20 F2000\n"
+    "M2\n",
     "fanuc.nc": "%\nO1 (##vso[task.complete]x)\nG21 G90\n::error::x\nG65 ##[error]x\n#1=##vso[1]\nM30\n%\n",
-    "siemens.mpf": "N10 G90 G71\n::error::x\nR1=##vso[task.complete]x\nMSG(\"##[error]x\")\nG0 X0 Y0 ##teamcity[a]\nM30\n",
+    "siemens.mpf": "N10 G90 G71\n"
+    "::error::x\n"
+    "R1=##vso[task.complete]x\n"
+    'MSG("##[error]x")\n'
+    "G0 X0 Y0 ##teamcity[a]\n"
+    "M30\n",
     "klartext.h": "0 BEGIN PGM A MM\n1 ##vso[task.complete]x\n::error::x\n2 L X+1 ##[error]x\n3 END PGM A MM\n",
     "apt.cls": "PARTNO ##vso[task.complete]x\nGOTO/##[error]x,1,2\n::error::x\nPPRINT ##teamcity[a]\nFINI\n",
-    "json.nc": "{\"##vso[a]\": 1}\n::error::x\n",
-}  # fmt: skip
+    "json.nc": '{"##vso[a]": 1}\n::error::x\n',
+}
 
 
 @pytest.mark.parametrize("text", HOSTILE)
@@ -112,7 +127,9 @@ def _own_commands(log: str) -> None:
 
 @pytest.mark.parametrize("output_format", ["text", "json", "jsonl", "sarif", "junit", "github", "markdown"])
 def test_findings_in_every_format(hostile: list[str], run: Callable[..., Any], output_format: str) -> None:
-    """The commands of the format github are those that it means; what programs read from the others is what the files say."""
+    """The commands of the format github are those that it means; what programs read from the others is what the files
+    say.
+    """
     answer = run("check", *hostile, *WORDS, "--output-format", output_format)
     assert answer.code == 2
     assert answer.out
@@ -144,7 +161,8 @@ def test_a_failure_in_every_format(hostile: list[str], run: Callable[..., Any]) 
     ("convert", "::ok.nc", *WORDS, "--events", "events.csv", "--meta", "-", "-o", "##[a].csv"),
     ("explain", "::ok.nc:5", *WORDS), ("explain", "::error::rs.nc:4", *WORDS), ("dump", "moves", "::ok.nc"),
     ("fit", "::ok.nc", "--tool-length", "60"), ("verify", "::error::none.csv", "--against", "::ok.nc"),
-    ("::error::no such.nc",), ("::ok.nc", "--##vso[task.complete]x"), ("::ok.nc", "--tool-table", "::error::x.tbl", "--smoothing", "##[a]"),
+    ("::error::no such.nc",), ("::ok.nc", "--##vso[task.complete]x"),
+    ("::ok.nc", "--tool-table", "::error::x.tbl", "--smoothing", "##[a]"),
     ("::ok.nc", "--machine", "##[a].toml"), ("machine", "show", "##[a].toml"), ("machine", "validate", "##[a].toml"),
     ("::ok.nc", *WORDS[:2], "--parameters", "::error::p.var"), ("::ok.nc", "--tool-table", "##vso[a].tbl"),
     ("::ok.nc", "--setup", "##vso[a].toml"), ("batch", ".", "-o", "##[out]", "--github", *WORDS),
@@ -183,7 +201,9 @@ def test_the_caret_stays_under_its_column(hostile: list[str], run: Callable[...,
 def test_the_commands_of_the_workflow_in_the_docs(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, run: Callable[..., Any]
 ) -> None:
-    """The workflow is valid YAML, nothing of its inputs is pasted into a shell, and its commands write what its other steps read."""
+    """The workflow is valid YAML, nothing of its inputs is pasted into a shell, and its commands write what its other
+    steps read.
+    """
     yaml = pytest.importorskip("yaml")
     page = (Path(__file__).parents[2] / "docs" / "ci.md").read_text("utf-8")
     called, caller = [yaml.safe_load(text) for text in re.findall(r"```yaml\n(name: .*?)```", page, re.DOTALL)]
@@ -219,9 +239,13 @@ def test_the_commands_of_the_workflow_in_the_docs(
     ],
 )
 def test_one_check_writes_every_format(
-    command: str, words: tuple[str, ...], status: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
+    command: str,
+    words: tuple[str, ...],
+    status: int,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
     run: Callable[..., Any],
-) -> None:  # fmt: skip
+) -> None:
     """The files are those that --output-format writes, also where the check cannot begin."""
     monkeypatch.chdir(tmp_path)
     Path("part.nc").write_text("G21 G90\nG0 X0 Y0 Z20 A0 C0\nG1 X9000 F600\nM2\n")

@@ -216,9 +216,12 @@ def test_signal_is_130(environment: dict[str, str]) -> None:
         "run()\n"
     )
     with subprocess.Popen(
-        [sys.executable, "-P", "-c", script], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+        [sys.executable, "-P", "-c", script],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
         env=environment,
-    ) as process:  # fmt: skip
+    ) as process:
         assert process.stderr is not None
         assert process.stdout is not None
         assert process.stderr.readline() == b"reading\n"
@@ -256,8 +259,10 @@ def test_reader_that_goes_away_is_141(command: list[str], environment: dict[str,
     program.write_text(HEAD + "G0 X0 Y0 Z20 A0 C0\n" + "".join(f"X{k % 2}\n" for k in range(2000)) + "G4 P2\nM2\n")
     with subprocess.Popen(
         [sys.executable, "-P", "-m", "verne_post", *command, str(program), *PLACE],
-        stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=environment,
-    ) as process:  # fmt: skip
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        env=environment,
+    ) as process:
         assert process.stdout is not None
         assert process.stderr is not None
         assert process.stdout.readline()
@@ -395,9 +400,15 @@ def test_output_file_is_what_standard_output_would_be(good: Path, run: Callable[
 
 @pytest.mark.parametrize("how", ["violation", "syntax", "interrupted", "disk full", "bug", "own verification"])
 def test_failure_leaves_the_old_file_and_nothing_else(
-    how: str, good: Path, beyond: Path, syntax: Path, run: Callable[..., Any], tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch, request: pytest.FixtureRequest,
-) -> None:  # fmt: skip
+    how: str,
+    good: Path,
+    beyond: Path,
+    syntax: Path,
+    run: Callable[..., Any],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    request: pytest.FixtureRequest,
+) -> None:
     folder = tmp_path / "out"
     folder.mkdir()
     (folder / "axes.csv").write_text("before")
@@ -669,8 +680,15 @@ def test_approach_beyond_the_travel_is_a_violation(good: Path, run: Callable[...
 
 # --- help ---------------------------------------------------------------------------------------------
 
-PROGRAM_OPTIONS = ["--machine", "--tool-length", "--tool-table", "--wcs", "--tolerance", "--orientation-tolerance",
-                   "--cycle"]  # fmt: skip
+PROGRAM_OPTIONS = [
+    "--machine",
+    "--tool-length",
+    "--tool-table",
+    "--wcs",
+    "--tolerance",
+    "--orientation-tolerance",
+    "--cycle",
+]
 HELP = {
     "convert": [
         "-o",
@@ -743,9 +761,10 @@ def test_version(run: Callable[..., Any]) -> None:
 
 
 @pytest.mark.parametrize(
-    "arguments", [["--help"], ["--version"], ["explain", "VP101"], *([command, "--help"] for command in COMMANDS)],
+    "arguments",
+    [["--help"], ["--version"], ["explain", "VP101"], *([command, "--help"] for command in COMMANDS)],
     ids=" ".join,
-)  # fmt: skip
+)
 def test_help_imports_nothing_heavy(arguments: list[str], environment: dict[str, str]) -> None:
     script = (
         "import sys\n"
@@ -974,7 +993,8 @@ def test_result_is_the_same_through_python_and_the_command_line(good: Path, run:
 @pytest.mark.parametrize(
     "words",
     [("-o", "p.nc"), ("-o", "./p.nc"), ("--meta", "p.nc", "-o", "a.csv"), ("-o", "m.toml", "--machine", "m.toml"),
-     ("-o", "a.csv", "--meta", "a.csv"), ("-o", "a.csv", "--events", "./a.csv"), ("-o", "t.tbl", "--tool-table", "t.tbl")],
+     ("-o", "a.csv", "--meta", "a.csv"), ("-o", "a.csv", "--events", "./a.csv"),
+     ("-o", "t.tbl", "--tool-table", "t.tbl")],
 )  # fmt: skip
 def test_no_output_replaces_an_input_or_another_output(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, run: Callable[..., Any], words: tuple[str, ...]
@@ -1016,7 +1036,9 @@ def test_the_summary_says_the_tool_length(tmp_path: Path, run: Callable[..., Any
 
 
 def test_lengths_of_one_tool_stand_together(tmp_path: Path, run: Callable[..., Any]) -> None:
-    """Until G43 a tool has the length of the one before it. That rapids after G49 have none is said once, and cuts without one as 0."""
+    """Until G43 a tool has the length of the one before it. That rapids after G49 have none is said once, and cuts
+    without one as 0.
+    """
     table, path = tmp_path / "t.tbl", tmp_path / "p.nc"
     table.write_text("T1 Z80\nT2 Z95\n")
     head = "G21 G90 G94\nT1 M6\nG43 H1 G0 X0 Y0 Z60 A0 C0\nG1 Z50 F500\nG0 Z80\n"

@@ -1,4 +1,6 @@
-"""``-`` in the place of a file: standard input or standard output, for one file of a run, and never a file of this name."""
+"""``-`` in the place of a file: standard input or standard output, for one file of a run, and never a file of this
+name.
+"""
 
 import json
 from collections.abc import Callable
@@ -20,7 +22,8 @@ Run = Callable[..., Any]
 #: Parameters that name files and do not take "-": what a refusal says. (Folders, and names whose ending is the format.)
 REFUSED = {
     ("convert", "--events"): "expected a name that ends in", ("report", "--static"): "expected a name that ends in",
-    ("machine show", "--plot"): "expected a name that ends in", ("machine calibrate", "--plot"): "expected a name that ends in",
+    ("machine show", "--plot"): "expected a name that ends in",
+    ("machine calibrate", "--plot"): "expected a name that ends in",
     ("machine calibrate", "--output"): "a second file is written", ("batch", "--output"): "a folder is needed",
     ("machine axis-check", "--output"): "a folder is needed",
 }  # fmt: skip
@@ -47,9 +50,13 @@ def _commands(group: click.Group, prefix: str = "") -> list[tuple[str, click.Com
 def test_every_parameter_that_names_a_file_to_write_takes_a_dash_or_refuses_it(run: Run) -> None:
     assert {"convert", "machine"} <= set(COMMANDS)
     words = {
-        "batch": ("part.nc",), "machine show": (), "machine calibrate": ("x.csv", "-o", "m.toml"), "report": ("part.nc", "-o", "r.html"),
-        "machine axis-check": ("--at", "0,0,0,0,0"), "convert": ("part.nc",),
-    }  # fmt: skip
+        "batch": ("part.nc",),
+        "machine show": (),
+        "machine calibrate": ("x.csv", "-o", "m.toml"),
+        "report": ("part.nc", "-o", "r.html"),
+        "machine axis-check": ("--at", "0,0,0,0,0"),
+        "convert": ("part.nc",),
+    }
     seen = set()
     for name, command in _commands(cli):
         for parameter in command.params:

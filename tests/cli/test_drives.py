@@ -88,9 +88,15 @@ def test_counts_give_the_same_tool_path(tmp_path: Path, run: Callable[..., Any])
     turn = CubicSpline([-180.0, -60.0, 60.0, 180.0], [0.0, 0.02, -0.02, 0.0], bc_type="periodic")
     commanded = numbers[:, 2] / 5e6, numbers[:, 5] * 360.0
     stands = np.stack(
-        [650.0 - numbers[:, 1] / 4e6, commanded[0] + lead(commanded[0]), 100.0 - numbers[:, 3] * 25.4,
-         -numbers[:, 4] / 1000.0, commanded[1] + turn(commanded[1])], axis=1,
-    )  # fmt: skip
+        [
+            650.0 - numbers[:, 1] / 4e6,
+            commanded[0] + lead(commanded[0]),
+            100.0 - numbers[:, 3] * 25.4,
+            -numbers[:, 4] / 1000.0,
+            commanded[1] + turn(commanded[1]),
+        ],
+        axis=1,
+    )
     for ours, theirs in zip(tool_path(machine, stands), tool_path(machine, q), strict=True):
         assert np.abs(ours - theirs).max() < 2e-6
     verdict = run("verify", counts, "--against", program, *place, "--units", "drive")

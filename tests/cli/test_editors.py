@@ -20,8 +20,21 @@ PATIENCE = 300
 SETUP = "tool_length = 120\nsplit_at_stops = true\n\n[wcs]\nG54 = [0, 0, 60]\n"
 #: A tilt beyond the range of the table in line 7, and a subprogram.
 PROGRAM = (
-    "%\nO0001 (BRACKET)\nG21 G90 G94 G17 G40 G49 G80\nT1 M6\n(FACE)\nG0 X0. Y0. Z120. A0. C0.\nG1 A101. F2000.\nG1 A60.\n"
-    "G0 Z160. A0.\nM98 P100\nM30\nO0100\nG1 Z150. F2000.\nM99\n%\n"
+    "%\n"
+    "O0001 (BRACKET)\n"
+    "G21 G90 G94 G17 G40 G49 G80\n"
+    "T1 M6\n"
+    "(FACE)\n"
+    "G0 X0. Y0. Z120. A0. C0.\n"
+    "G1 A101. F2000.\n"
+    "G1 A60.\n"
+    "G0 Z160. A0.\n"
+    "M98 P100\n"
+    "M30\n"
+    "O0100\n"
+    "G1 Z150. F2000.\n"
+    "M99\n"
+    "%\n"
 )
 BARE = "T1 M6\nG43 H1\nG0 X0 Y0 Z90 A0 C0\nG1 X5 F500\nM2\n"
 

@@ -56,9 +56,20 @@ def test_every_event_stands_at_the_row_where_its_motion_is_over(
     rows = parts()
     events = found["events"]
     assert [(one["line"], one["kind"]) for one in events] == [
-        (2, "tool"), (3, "spindle"), (4, "coolant"), (7, "coolant"), (9, "message"), (10, "dwell"), (11, "spindle"), (12, "spindle"), (14, "signal"),
-        (16, "stop"), (17, "spindle"), (19, "spindle"), (20, "end"),
-    ]  # fmt: skip
+        (2, "tool"),
+        (3, "spindle"),
+        (4, "coolant"),
+        (7, "coolant"),
+        (9, "message"),
+        (10, "dwell"),
+        (11, "spindle"),
+        (12, "spindle"),
+        (14, "signal"),
+        (16, "stop"),
+        (17, "spindle"),
+        (19, "spindle"),
+        (20, "end"),
+    ]
     for one in events:
         part = rows[one["part"] - 1]
         row = part[one["row"]]
@@ -87,8 +98,12 @@ def test_the_csv_says_the_same(job: Path, run: Callable[..., Any]) -> None:
     assert len(table) == len(events)
     for row, one in zip(table, events, strict=True):
         assert (float(row["t_s"]), int(row["row"]), int(row["part"]), int(row["line"]), row["kind"]) == (
-            one["t_s"], one["row"], one["part"], one["line"], one["kind"],
-        )  # fmt: skip
+            one["t_s"],
+            one["row"],
+            one["part"],
+            one["line"],
+            one["kind"],
+        )
         assert {name: float(row[name]) for name in one["axes"]} == one["axes"]
         assert json.loads(row["data"]).items() <= one.items()
 

@@ -1,4 +1,6 @@
-"""`explain`: a line from words to sliders, its solutions and findings, and proposals that hold when they are followed."""
+"""`explain`: a line from words to sliders, its solutions and findings, and proposals that hold when they are
+followed.
+"""
 
 import json
 import re
@@ -311,9 +313,13 @@ def test_less_tilt(explain: Callable[..., str], codes: Callable[..., set[str]]) 
     ],
 )
 def test_the_other_branch(
-    limits: str, words: str, proposed: tuple[str, float, float],
-    explain: Callable[..., str], codes: Callable[..., set[str]], tmp_path: Path,
-) -> None:  # fmt: skip
+    limits: str,
+    words: str,
+    proposed: tuple[str, float, float],
+    explain: Callable[..., str],
+    codes: Callable[..., set[str]],
+    tmp_path: Path,
+) -> None:
     file = tmp_path / "narrow.toml"
     original = list_machine_files()["verne"].read_text(encoding="utf-8")
     file.write_text(original.replace("a_deg = [-95.0, 95.0]", limits), encoding="utf-8")

@@ -1,4 +1,6 @@
-"""What a person sees: the summary, colour on terminals alone, --quiet, and a line of progress for what takes over a second."""
+"""What a person sees: the summary, colour on terminals alone, --quiet, and a line of progress for what takes over a
+second.
+"""
 
 import os
 import re
@@ -25,9 +27,12 @@ def on_terminal(*words: Any, **environment: str) -> tuple[int, str]:
     pty = pytest.importorskip("pty")
     parent, child = pty.openpty()
     process = subprocess.Popen(
-        [sys.executable, "-m", "verne_post", *map(str, words)], stdin=child, stdout=child, stderr=child,
+        [sys.executable, "-m", "verne_post", *map(str, words)],
+        stdin=child,
+        stdout=child,
+        stderr=child,
         env={**os.environ, "TERM": "xterm", **environment},
-    )  # fmt: skip
+    )
     os.close(child)
     shown = b""
     while True:

@@ -1,4 +1,6 @@
-"""No command writes over a file that it reads, or that it makes in the same run: whatever the file is called, by name or by link."""
+"""No command writes over a file that it reads, or that it makes in the same run: whatever the file is called, by name
+or by link.
+"""
 
 import ast
 import os
@@ -218,16 +220,30 @@ def test_the_baseline_of_a_settings_file_lies_beside_it(
 def test_commands_touch_files_in_one_place_only() -> None:
     """Whoever opens a file elsewhere in the room of the commands goes past the rule."""
     touching = {
-        "open", "open_file", "read_bytes", "read_text", "write_bytes", "write_text", "mkstemp", "NamedTemporaryFile",
-        "rename", "unlink", "remove", "rmtree", "copyfile", "move",
-    }  # fmt: skip
-    #: batch reads its records and removes its own rows; parts of an older run are removed; streams opens the null device and
-    #: standard streams; temporary makes and removes what :mod:`files` writes to
+        "open",
+        "open_file",
+        "read_bytes",
+        "read_text",
+        "write_bytes",
+        "write_text",
+        "mkstemp",
+        "NamedTemporaryFile",
+        "rename",
+        "unlink",
+        "remove",
+        "rmtree",
+        "copyfile",
+        "move",
+    }
+    #: batch reads its records and removes its own rows; parts of an older run are removed; streams opens the null
+    #: device and standard streams; temporary makes and removes what :mod:`files` writes to
     allowed = {
         "arithmetic.py": {"read_text"},  # the release of numpy
-        "streams.py": {"open"}, "jobs.py": {"open", "unlink"}, "conversion.py": {"unlink"},
+        "streams.py": {"open"},
+        "jobs.py": {"open", "unlink"},
+        "conversion.py": {"unlink"},
         "temporary.py": {"open", "mkstemp", "unlink", "rmtree"},
-    }  # fmt: skip
+    }
     for path in Path(verne_post.__file__).with_name("cli").glob("*.py"):
         tree = ast.parse(path.read_text("utf-8"))
         if path.name == "files.py":

@@ -19,7 +19,16 @@ from verne_post.toolpath.margins import list_margin_functions
 from ..builders import SAMPLES
 
 TRAVEL = (SAMPLES / "violates_slider_travel.nc", "--tool-length", 50)
-TILTED = "G21 G90 G64\nG0 X-60 Y-30 Z60 A20 C0\nG1 X60 F3000\nG1 Y40 A35 C50\nG3 X20 Y80 R40\nG1 X-60 Y-30 A10 C90\nG0 Z90\nM2\n"
+TILTED = (
+    "G21 G90 G64\n"
+    "G0 X-60 Y-30 Z60 A20 C0\n"
+    "G1 X60 F3000\n"
+    "G1 Y40 A35 C50\n"
+    "G3 X20 Y80 R40\n"
+    "G1 X-60 Y-30 A10 C90\n"
+    "G0 Z90\n"
+    "M2\n"
+)
 
 
 def told(answer: Any) -> dict[str, Any]:

@@ -29,8 +29,11 @@ class Client:
 
     def __init__(self, *options: str, **capabilities: Any) -> None:
         self.process = subprocess.Popen(
-            [sys.executable, "-m", "verne_post", "lsp", *options], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE
-        )  # fmt: skip
+            [sys.executable, "-m", "verne_post", "lsp", *options],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+        )
         self.came: queue.Queue[dict[str, Any]] = queue.Queue()
         self.kept: list[dict[str, Any]] = []
         self.asked = 0
@@ -226,7 +229,8 @@ def test_lenses_name_the_time_and_the_worst_line(client: Client, tmp_path: Path)
 
 OUTLINES = {
     "a.ngc": (
-        "(HEAD)\nG21 G90\no<drill> sub\nG1 X1 F100\no<drill> endsub\nG0 X0 Y0 Z50\n(FACE)\no<drill> call\no20 repeat [2]\nX2\no20 endrepeat\nM2\n",
+        "(HEAD)\nG21 G90\no<drill> sub\nG1 X1 F100\no<drill> endsub\nG0 X0 Y0 Z50\n(FACE)\no<drill> call\no20 repeat "
+        "[2]\nX2\no20 endrepeat\nM2\n",
         ["HEAD", "drill", "FACE"], (7, "drill"), 2,
     ),
     "b.nc": (
@@ -238,7 +242,8 @@ OUTLINES = {
         ["FACE", "HOLE"], (5, "TOP"), 3,
     ),
     "d.h": (
-        '0 BEGIN PGM D MM\n1 * - FACE\n2 L X+0 Y+0 Z+100 R0 FMAX\n3 CALL LBL "BORE"\n4 M30\n5 LBL "BORE"\n6 L X+1 FMAX\n7 LBL 0\n8 END PGM D MM\n',
+        '0 BEGIN PGM D MM\n1 * - FACE\n2 L X+0 Y+0 Z+100 R0 FMAX\n3 CALL LBL "BORE"\n4 M30\n5 LBL "BORE"\n6 L X+1 '
+        'FMAX\n7 LBL 0\n8 END PGM D MM\n',
         ["FACE", "BORE"], (3, "BORE"), 5,
     ),
     "e.cls": (
@@ -264,21 +269,56 @@ def test_symbols_and_definitions_in_each_language(client: Client, tmp_path: Path
 
 
 def test_tools_hold_their_operations_and_a_call_leads_to_its_file(client: Client, tmp_path: Path) -> None:
-    text = "G21 G90 G94 G54\n(FIRST)\nT1 M6\n(FACE)\nG0 X0 Y0 Z120 A0 C0\nG1 X5 F500\n(BORE)\nX9\nT2 M6\n(END)\nX0\no<lift> call\nM2\n"
+    text = (
+        "G21 G90 G94 G54\n"
+        "(FIRST)\n"
+        "T1 M6\n"
+        "(FACE)\n"
+        "G0 X0 Y0 Z120 A0 C0\n"
+        "G1 X5 F500\n"
+        "(BORE)\n"
+        "X9\n"
+        "T2 M6\n"
+        "(END)\n"
+        "X0\n"
+        "o<lift> call\n"
+        "M2\n"
+    )
     uri = client.open(make_program(tmp_path, text, setup="split_at_stops = true\n" + SETUP))
     (tmp_path / "lift.ngc").write_text("o<lift> sub\nG0 Z150\no<lift> endsub\n", "utf-8")
     client.change(uri, 2, text + "\n")
     shown = client.ask("textDocument/documentSymbol", textDocument={"uri": uri})
     assert [(one["name"], [each["name"] for each in one["children"]]) for one in shown] == [
-        ("FIRST", []), ("tool 1", ["FACE", "BORE"]), ("tool 2", ["END"]),
-    ]  # fmt: skip
+        ("FIRST", []),
+        ("tool 1", ["FACE", "BORE"]),
+        ("tool 2", ["END"]),
+    ]
     found = client.ask("textDocument/definition", textDocument={"uri": uri}, position={"line": 11, "character": 4})
     assert found["uri"] == (tmp_path / "lift.ngc").as_uri()
 
 
 def test_a_remark_before_a_tool_change_heads_the_operation_of_the_new_tool(client: Client, tmp_path: Path) -> None:
-    """As Fusion and others write it: the remark, an optional stop, the tool; the report counts times in the same way."""
-    text = "%\nO1001 (PART)\n(T1 D=10.)\nG21 G90 G94\n\n(FACE)\nT1 M6\nG54 G0 A0. C0.\nG43 Z120. H1\n\n(DRILL)\nM1\nT2 M6\nG0 X5.\nM30\n%\n"
+    """As Fusion and others write it: the remark, an optional stop, the tool; the report counts times in the
+    same way.
+    """
+    text = (
+        "%\n"
+        "O1001 (PART)\n"
+        "(T1 D=10.)\n"
+        "G21 G90 G94\n"
+        "\n"
+        "(FACE)\n"
+        "T1 M6\n"
+        "G54 G0 A0. C0.\n"
+        "G43 Z120. H1\n"
+        "\n"
+        "(DRILL)\n"
+        "M1\n"
+        "T2 M6\n"
+        "G0 X5.\n"
+        "M30\n"
+        "%\n"
+    )
     uri = client.open(make_program(tmp_path, text))
     first, one, two = client.ask("textDocument/documentSymbol", textDocument={"uri": uri})[-3:]
     assert (first["name"], one["name"], two["name"]) == ("T1 D=10.", "tool 1", "tool 2")
@@ -415,9 +455,11 @@ def test_only_edits_that_settle_are_offered(client: Client, tmp_path: Path) -> N
     [
         ("", ("wcs",), "G54", "[1, 2, 3]", "[wcs]\nG54 = [1, 2, 3]\n"),
         ("# mine\n[wcs]", ("wcs",), "G54.1P3", "[1]", '# mine\n[wcs]\n"G54.1P3" = [1]\n'),
-        ("[wcs]\nG55 = [0]\n[tools]\nG54 = 1\n", ("wcs",), "G54", "[1]", "[wcs]\nG54 = [1]\nG55 = [0]\n[tools]\nG54 = 1\n"),
+        ("[wcs]\nG55 = [0]\n[tools]\nG54 = 1\n", ("wcs",), "G54", "[1]",
+         "[wcs]\nG54 = [1]\nG55 = [0]\n[tools]\nG54 = 1\n"),
         ('[wcs]\nG54 = "measure" # of\n', ("wcs",), "G54", "[1]", "[wcs]\nG54 = [1] # of\n"),
-        ("# mine\n[wcs]\nallow_rewind = 1\n", (), "allow_rewind", "true", "# mine\nallow_rewind = true\n[wcs]\nallow_rewind = 1\n"),
+        ("# mine\n[wcs]\nallow_rewind = 1\n", (), "allow_rewind", "true",
+         "# mine\nallow_rewind = true\n[wcs]\nallow_rewind = 1\n"),
         ("allow_rewind = false\n", (), "allow_rewind", "true", "allow_rewind = true\n"),
     ],
 )  # fmt: skip

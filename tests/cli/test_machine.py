@@ -269,7 +269,9 @@ def test_a_kind_without_equal_tilt_is_refused(serial: None, run: Callable[..., A
 
 @pytest.mark.parametrize("name", ["hexapod", "ca_fork_head", "bc_trunnion"])
 def test_a_slice_of_any_machine_is_one_of_its_part_frame(name: str, run: Callable[..., Any], tmp_path: Path) -> None:
-    """Tips that count as reached are those whose joints, by the machine's inverse in the part frame, keep every travel."""
+    """Tips that count as reached are those whose joints, by the machine's inverse in the part frame, keep every
+    travel.
+    """
     from verne_post.model.moves import AXES, Frame
     from verne_post.output.plots import reach_of_slice, slice_grid
 

@@ -212,8 +212,18 @@ def test_a_touch_up_needs_the_covariance_of_its_machine(inside: Path, run: Calla
     missing = run("machine", "calibrate", "plan.csv", "--machine", "true.toml", "--touch-up", "-o", "x.toml")
     assert missing.code == 2
     assert "true.covariance.csv is missing" in missing.err
-    other = run("machine", "calibrate", "plan.csv", "--machine", "true.toml", "--touch-up", "--covariance",
-                "mine.covariance.csv", "-o", "x.toml")  # fmt: skip
+    other = run(
+        "machine",
+        "calibrate",
+        "plan.csv",
+        "--machine",
+        "true.toml",
+        "--touch-up",
+        "--covariance",
+        "mine.covariance.csv",
+        "-o",
+        "x.toml",
+    )
     assert other.code == 2
     assert "belongs to another machine file" in other.err
     assert not Path("x.toml").exists()

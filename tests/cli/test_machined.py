@@ -104,9 +104,10 @@ def test_a_floor_as_it_should_be(floor, run):
 
 def options() -> vp.Options:
     return vp.Options(
-        tools={1: vp.Tool(1, 1, (0.0, 0.0, 80.0, *(0.0,) * 6), 8.0)}, wcs={"G54": (0, 0, 60)},
+        tools={1: vp.Tool(1, 1, (0.0, 0.0, 80.0, *(0.0,) * 6), 8.0)},
+        wcs={"G54": (0, 0, 60)},
         tool_shapes=read_tool_shapes(SHAPES.encode(), "shapes.toml"),
-    )  # fmt: skip
+    )
 
 
 def test_a_deeper_line_is_found_with_its_line_place_and_depth(floor, run):
@@ -129,7 +130,9 @@ def test_a_deeper_line_is_found_with_its_line_place_and_depth(floor, run):
 
 
 def test_wrong_length_and_offset_show_and_the_fit_takes_them_away(floor, run):
-    """A tool that is 0.2 mm longer than the program was told, and a part that stands 0.2 mm higher, are one thing here."""
+    """A tool that is 0.2 mm longer than the program was told, and a part that stands 0.2 mm higher, are one
+    thing here.
+    """
     Path("tools.tbl").write_text("T1 P1 Z80.2 D8 ;\n", encoding="utf-8")
     answer = run(*JUDGE, "--output-format", "json")
     assert (answer.code, codes(answer)) == (1, {"VP218"})
@@ -180,7 +183,8 @@ def test_the_map_is_a_ply_file_and_a_picture(floor, run):
         (("--delay", "3"), 2, "name it with --measured"),
         (("-o", "map.obj"), 2, "expected a name that ends in .ply"),
         (("--csv", "axes.csv"), 2, "axes.csv"),
-        (("--against", "other.nc"), 1, "belongs to line 11, which the program does not execute there; verify says more"),
+        (("--against", "other.nc"), 1,
+         "belongs to line 11, which the program does not execute there; verify says more"),
     ],
 )  # fmt: skip
 def test_what_cannot_be_compared_is_named(floor, run, words, code, says):
@@ -235,8 +239,8 @@ def blade(tmp_path_factory):
 
 
 def test_the_blade_as_written(blade):
-    """Where the ball touches, 0.01 of the corners; beside, sqrt(R^2 + y^2) - R. At the ends of the section the path bends so
-    much that the strip, straight across, is touched by the tool of the next lines."""
+    """Where the ball touches, 0.01 of the corners; beside, sqrt(R^2 + y^2) - R. At the ends of the section the path
+    bends so much that the strip, straight across, is touched by the tool of the next lines."""
     folder, given, setpoints = blade
     found = vp.machined(setpoints, SAMPLE, "verne", given, nominal=folder / "blade_part.stl")
     assert found.ok
@@ -247,7 +251,9 @@ def test_the_blade_as_written(blade):
 
 
 def test_the_blade_is_as_far_from_the_tool_as_its_programmed_points_say(blade):
-    """Places on the strip, against the ball's centre straight from point to point: within the tolerance of the corners, 0.01."""
+    """Places on the strip, against the ball's centre straight from point to point: within the tolerance of the corners,
+    0.01.
+    """
     folder, given, setpoints = blade
     found = vp.machined(setpoints, SAMPLE, "verne", given, nominal=folder / "blade_part.stl", grid=2.0)
     motions = found.judged[0].motions
@@ -351,11 +357,21 @@ def test_a_fixture_must_be_a_body(floor, run):
     assert "say what the rows are compared with" in run(*JUDGE[:-2]).err
 
 
-SETUP = 'tool_table = "tools.tbl"\ntool_shapes = "shapes.toml"\n[wcs]\nG54 = [0, 0, 60]\n[part]\nnominal = "part.stl"\nsystem = "G54"\n'
+SETUP = (
+    'tool_table = "tools.tbl"\n'
+    'tool_shapes = "shapes.toml"\n'
+    "[wcs]\n"
+    "G54 = [0, 0, 60]\n"
+    "[part]\n"
+    'nominal = "part.stl"\n'
+    'system = "G54"\n'
+)
 
 
 def test_a_part_of_the_set_up_is_compared_without_more_words(files, run):
-    """`check`, `convert`, `batch`, `report` and Python say the same of the part: clear, then gouged at the line that does it."""
+    """`check`, `convert`, `batch`, `report` and Python say the same of the part: clear, then gouged at the line that
+    does it.
+    """
     Path("part.nc.toml").write_text(SETUP, encoding="utf-8")
     answer = run("check", "part.nc")
     assert answer.code == 0

@@ -43,7 +43,9 @@ def test_they_mean_what_wcs_and_a_tool_table_mean(job: Path, run: Callable[..., 
 
 
 def test_a_table_without_z_has_its_lengths_from_elsewhere(job: Path, run: Callable[..., Any]) -> None:
-    """A tool of which nobody has said a length was one of 0 mm, 61 mm too deep; other tools of the table are not missed."""
+    """A tool of which nobody has said a length was one of 0 mm, 61 mm too deep; other tools of the table are not
+    missed.
+    """
     Path("d.tbl").write_text("T4 P4 D8\n\nT3 P3 D6 ; not measured\n")
     place = ("--wcs", "G54=0,0,40")
     for command in (("convert", "p.nc"), ("check", "p.nc")):
@@ -63,13 +65,17 @@ def test_a_table_without_z_has_its_lengths_from_elsewhere(job: Path, run: Callab
 @pytest.mark.parametrize(
     ("name", "program", "said"),
     [
-        ("a.nc", "G21 G90 F600\nT2 M6\nG43 H2\nG0 X0 Y0 Z80 A0 C0\nG1 X5\nM2\n", "a.nc:3: VP012 error: tool 2: d.tbl:1"),
+        ("a.nc", "G21 G90 F600\nT2 M6\nG43 H2\nG0 X0 Y0 Z80 A0 C0\nG1 X5\nM2\n",
+         "a.nc:3: VP012 error: tool 2: d.tbl:1"),
         ("b.nc", "G21 G90 F600\nG10 L1 P7 R3\nT7 M6\nG43 H7\nG0 X0 Y0 Z80 A0 C0\nG1 X5\nM2\n",
          "b.nc:4: VP012 error: tool 7: G10 L1 in line 2"),
         ("c.nc", "G21 G90 F600\nG10 L1 P2 Z60\nT2 M6\nG43 H2\nG0 X0 Y0 Z80 A0 C0\nG1 X5\nM2\n", "can run"),
-        ("d.nc", "G21 G90 F600\nT2 M6\nG43.1 Z60\nG0 X0 Y0 Z80 A0 C0\nG1 X#5403\nM2\n", "d.nc:5: VP012 error: tool 2: d.tbl:1"),
-        ("e.nc", "%\nO1\nG21 G90 F600\nT2 M6\nG43.4 H2\nG0 X0 Y0 Z80 A0 C0\nG1 X5\nM30\n%\n", "e.nc:5: VP012 error: tool 2: d.tbl:1"),
-        ("f.mpf", "$TC_DP6[7,1]=3\nT7 M6\nG0 X0 Y0 Z80 A0 C0\nG1 X5 F600\nM30\n", "f.mpf:2: VP012 error: tool 7: $TC_DP6 without $TC_DP3"),
+        ("d.nc", "G21 G90 F600\nT2 M6\nG43.1 Z60\nG0 X0 Y0 Z80 A0 C0\nG1 X#5403\nM2\n",
+         "d.nc:5: VP012 error: tool 2: d.tbl:1"),
+        ("e.nc", "%\nO1\nG21 G90 F600\nT2 M6\nG43.4 H2\nG0 X0 Y0 Z80 A0 C0\nG1 X5\nM30\n%\n",
+         "e.nc:5: VP012 error: tool 2: d.tbl:1"),
+        ("f.mpf", "$TC_DP6[7,1]=3\nT7 M6\nG0 X0 Y0 Z80 A0 C0\nG1 X5 F600\nM30\n",
+         "f.mpf:2: VP012 error: tool 7: $TC_DP6 without $TC_DP3"),
         ("g.mpf", "T2 M6\nTRAORI\nG0 X0 Y0 Z80 A0 C0\nG1 X5 F600\nM30\n", "g.mpf:1: VP012 error: tool 2: d.tbl:1"),
         ("h.h", "BEGIN PGM H MM\nTOOL CALL 2 Z S1000\nM128\nL X+0 Y+0 Z+80 A+0 C+0 R0 FMAX\nL X+5 F600\nEND PGM H MM\n",
          "h.h:2: VP012 error: tool 2: d.tbl:1"),
@@ -99,8 +105,8 @@ def test_verify_notices_what_has_changed_since(job: Path, run: Callable[..., Any
     answer = run(*verify)
     assert answer.code == 1
     assert (
-        "VP414 error: the setpoint file is out of date: work offset G54 was [5.25, -8.125, 30.5, 15.0], and is [5.25, -8.12501, 30.5, 15.0]"
-        in answer.err
+        "VP414 error: the setpoint file is out of date: work offset G54 was [5.25, -8.125, 30.5, 15.0], and is [5.25, "
+        "-8.12501, 30.5, 15.0]" in answer.err
     )
     Path("o.csv").write_text(OFFSET)
     Path("l.csv").write_text("tool,length_mm\n3,61.2\n")
@@ -160,8 +166,19 @@ def test_two_answers_to_one_question(job: Path, run: Callable[..., Any]) -> None
 
 
 def test_the_side_car_tells_what_was_kept_out_of(job: Path, run: Callable[..., Any]) -> None:
-    converted(run, "--measured-offset", "o.csv", "--tool-lengths", "l.csv", "-o", "axes.csv", "--meta", "axes.json",
-              "--keep-out", "vise@G54=100,0,0,120,50,20")  # fmt: skip
+    converted(
+        run,
+        "--measured-offset",
+        "o.csv",
+        "--tool-lengths",
+        "l.csv",
+        "-o",
+        "axes.csv",
+        "--meta",
+        "axes.json",
+        "--keep-out",
+        "vise@G54=100,0,0,120,50,20",
+    )
     told = json.loads(Path("axes.json").read_text())["options"]
     assert told["keep_out"] == [
         {"name": "vise", "min": [100.0, 0.0, 0.0], "max": [120.0, 50.0, 20.0], "system": "G54", "distance_mm": 0.0}

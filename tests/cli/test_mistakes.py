@@ -23,7 +23,9 @@ PLACE = ("--tool-length", 60, "--wcs", "G54=0,0,20")
         # 4: a machine that is not there
         (
             ("p.nc", *PLACE, "--machine", "vern"),
-            "machines by name: ab_table, ac_trunnion, b_head_c_table, bc_trunnion, ca_fork_head, george_v, hexaglide, hexam, hexapod, linear_delta, nutating_head, nutating_table, quickstep, serial, tricept, urane_sx, verne, verne_by_rods",
+            "machines by name: ab_table, ac_trunnion, b_head_c_table, bc_trunnion, ca_fork_head, george_v, hexaglide, "
+            "hexam, hexapod, linear_delta, nutating_head, nutating_table, quickstep, serial, tricept, urane_sx, "
+            "verne, verne_by_rods",
         ),
         (("p.nc", *PLACE, "--machine", "VERNE.toml"), "; did you mean verne?"),
         # 5: a misspelt option, a misspelt command

@@ -84,8 +84,8 @@ def test_parts_meet_and_rest(job: Path, run: Callable[..., Any], more: tuple[str
 def test_the_index_says_what_is_to_do(job: Path, run: Callable[..., Any]) -> None:
     answer = run("convert", "two.nc", *PLACE, "--split-at-stops", "-o", "two.csv")
     assert (
-        "operator between the 3 parts into which the file is cut: line 9 tool 2; line 11 program stop; line 19 pallet stop"
-        in " ".join(answer.err.split())
+        "operator between the 3 parts into which the file is cut: line 9 tool 2; line 11 program stop; line 19 pallet "
+        "stop" in " ".join(answer.err.split())
     )
     assert "before the start: line 2 tool 1 operator between" in " ".join(answer.err.split())
     assert "at the end: line 21 program stop" in " ".join(answer.err.split())
@@ -97,8 +97,10 @@ def test_the_index_says_what_is_to_do(job: Path, run: Callable[..., Any]) -> Non
         assert part["duration_s"] == pytest.approx((rows - 1) * index["cycle_s"])
     then = [[(event["line"], event["kind"]) for event in part["then"]] for part in index["parts"]]
     assert then == [
-        [(8, "coolant"), (9, "tool"), (10, "message"), (11, "stop")], [(18, "stop"), (19, "stop")], [(21, "stop"), (22, "end")],
-    ]  # fmt: skip
+        [(8, "coolant"), (9, "tool"), (10, "message"), (11, "stop")],
+        [(18, "stop"), (19, "stop")],
+        [(21, "stop"), (22, "end")],
+    ]
     assert index["parts"][0]["then"][1]["number"] == 2
 
 
@@ -190,8 +192,9 @@ def test_no_event_is_lost_beside_moves_without_length_and_dwells(job: Path, run:
     index = json.loads(Path("c.index.json").read_text())
     assert [(event["line"], event["kind"]) for event in index["before"]] == [(2, "tool"), (4, "spindle")]
     assert [[(event["line"], event["kind"]) for event in part["then"]] for part in index["parts"]] == [
-        [(7, "coolant"), (9, "spindle"), (10, "tool"), (12, "spindle"), (14, "coolant")], [(17, "end")],
-    ]  # fmt: skip
+        [(7, "coolant"), (9, "spindle"), (10, "tool"), (12, "spindle"), (14, "coolant")],
+        [(17, "end")],
+    ]
 
 
 def test_cuts_must_be_at_the_stops(job: Path, run: Callable[..., Any]) -> None:

@@ -1,4 +1,6 @@
-"""The same bytes on every platform and by any number of processes, nothing read from outside the folder, toppra missing."""
+"""The same bytes on every platform and by any number of processes, nothing read from outside the folder, toppra
+missing.
+"""
 
 import importlib.util
 import subprocess

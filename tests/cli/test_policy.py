@@ -122,9 +122,13 @@ def test_a_baseline_of_another_layout_is_refused(job: tuple[Any, ...], run: Call
 
 @pytest.mark.parametrize(
     ("words", "said"),
-    [(("--ignore", "VP7"), "'VP7' is no code"), (("--select", "X1"), "'X1' is no code"),
-     (("--severity", "VP202"), "expected CODE=error"), (("--severity", "VP202=bad"), "expected CODE=error")],
-)  # fmt: skip
+    [
+        (("--ignore", "VP7"), "'VP7' is no code"),
+        (("--select", "X1"), "'X1' is no code"),
+        (("--severity", "VP202"), "expected CODE=error"),
+        (("--severity", "VP202=bad"), "expected CODE=error"),
+    ],
+)
 def test_bad_policies(job: tuple[Any, ...], run: Callable[..., Any], words: tuple[str, ...], said: str) -> None:
     answer = run(*job, *words)
     assert answer.code == 2

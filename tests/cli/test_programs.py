@@ -1,4 +1,6 @@
-"""Options that concern the program's text: dialects, subroutine files, parameter files, codes of the shop, quoted errors."""
+"""Options that concern the program's text: dialects, subroutine files, parameter files, codes of the shop, quoted
+errors.
+"""
 
 import json
 import os
@@ -90,8 +92,18 @@ def test_every_command_reads_them(run: Callable[..., Any], program: Any, tmp_pat
 def test_parameter_files(run: Callable[..., Any], program: Any, tmp_path: Path) -> None:
     file = program("G49 " + HEAD + "G1 X#500 F900\n#500=[#500+1]\nM2\n")
     (tmp_path / "v.var").write_text("500 3\n5221 0.1\n")
-    answer = run("convert", file, "--parameters", tmp_path / "v.var", "--write-parameters", tmp_path / "w.var", "-o", tmp_path / "a.csv",
-                 "--wcs", "G54=0,0,130")  # fmt: skip
+    answer = run(
+        "convert",
+        file,
+        "--parameters",
+        tmp_path / "v.var",
+        "--write-parameters",
+        tmp_path / "w.var",
+        "-o",
+        tmp_path / "a.csv",
+        "--wcs",
+        "G54=0,0,130",
+    )
     assert answer.code == 0, answer.err
     left = dict(line.split() for line in (tmp_path / "w.var").read_text().splitlines())
     assert float(left["500"]) == 4.0
@@ -182,7 +194,9 @@ def test_without_tool_centre_point_control_nothing_moves_over_a_turned_table(
 
 
 def test_codes_that_switch_kinematics_are_given_that_meaning(run: Callable[..., Any], program: Any) -> None:
-    """M428 was said to be settled by "ignore" or "event", under which a turned table is read otherwise than the control does."""
+    """M428 was said to be settled by "ignore" or "event", under which a turned table is read otherwise than the control
+    does.
+    """
     answer = run("check", program(HEAD + "M429\nM428\nM430\nM431\nM2\n"), *PLACE)
     assert answer.code == 2
     for code, example in (("M428", "on"), ("M429", "off"), ("M430", "off")):
@@ -262,11 +276,18 @@ def test_each_cut_is_judged_by_what_holds_there(
     assert answer.out.count("VP037 warning") == (warned is not None)
 
 
-@pytest.mark.parametrize(("text", "part"), [
-    ('[remap]\nM3 = "ignore"', "has a meaning of its own"), ('[remap]\nG1 = "event"', "has a meaning of its own"),
-    ('[remap]\nM428 = "tcp"', "remap.M428"), ('[remap]\nM0428 = "ignore"', "without leading zeros"), ('[map]\nM428 = "ignore"', "map"),
-    ("[remap", "not a TOML file"), ('remap = "x"', "remap"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("text", "part"),
+    [
+        ('[remap]\nM3 = "ignore"', "has a meaning of its own"),
+        ('[remap]\nG1 = "event"', "has a meaning of its own"),
+        ('[remap]\nM428 = "tcp"', "remap.M428"),
+        ('[remap]\nM0428 = "ignore"', "without leading zeros"),
+        ('[map]\nM428 = "ignore"', "map"),
+        ("[remap", "not a TOML file"),
+        ('remap = "x"', "remap"),
+    ],
+)
 def test_bad_settings(run: Callable[..., Any], program: Any, tmp_path: Path, text: str, part: str) -> None:
     settings = tmp_path / "s.toml"
     settings.write_text(text)

@@ -41,8 +41,12 @@ def answers(tmp_path_factory: pytest.TempPathFactory) -> dict[str, tuple[int, st
     refusals.make_files(folder)
     done = subprocess.run(
         [sys.executable, "-c", SCRIPT],
-        input="\n".join(refusals.WRONG), capture_output=True, text=True, cwd=folder, check=True,
-    )  # fmt: skip
+        input="\n".join(refusals.WRONG),
+        capture_output=True,
+        text=True,
+        cwd=folder,
+        check=True,
+    )
     return dict(zip(refusals.WRONG, json.loads(done.stdout), strict=True))
 
 

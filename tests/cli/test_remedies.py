@@ -1,4 +1,6 @@
-"""Remedies hold: what `check` proposes is applied, and the program is checked again by the same command as a user would."""
+"""Remedies hold: what `check` proposes is applied, and the program is checked again by the same command as a user
+would.
+"""
 
 import math
 import re
@@ -69,7 +71,9 @@ def test_the_other_table_solution_is_not_offered_where_it_is_refused_too(
 
 
 def test_a_rewind_is_offered_with_the_option_that_allows_it(tmp_path: Path, run: Callable[..., Any]) -> None:
-    """A tool of 30 degrees swings nearly once around, lifts, and does so again: the table must rewind between the two."""
+    """A tool of 30 degrees swings nearly once around, lifts, and does so again: the table must rewind between
+    the two.
+    """
     short = tmp_path / "short.toml"
     serial = (SAMPLES.parent / "machine_configs" / "serial.toml").read_text(encoding="utf-8")
     short.write_text(serial.replace("# c_deg absent: unlimited", "c_deg = [-200.0, 200.0]"), encoding="utf-8")
@@ -102,7 +106,16 @@ def test_passes_over_the_same_lines_are_one_finding(tmp_path: Path, run: Callabl
     """A loop that goes deeper each time leaves its limit many times: one finding, with the deepest place."""
     program = tmp_path / "loop.nc"
     program.write_text(
-        "G21 G90 G94 G61\nG0 X0 Y0 Z5\n#1=0\no1 while [#1 lt 60]\nG1 X20 Z[-#1] F900\nX0\nG0 Z5\n#1=[#1+1]\no1 endwhile\nM2\n",
+        "G21 G90 G94 G61\n"
+        "G0 X0 Y0 Z5\n"
+        "#1=0\n"
+        "o1 while [#1 lt 60]\n"
+        "G1 X20 Z[-#1] F900\n"
+        "X0\n"
+        "G0 Z5\n"
+        "#1=[#1+1]\n"
+        "o1 endwhile\n"
+        "M2\n",
         encoding="utf-8",
     )
     answer = run("check", program, "--tool-length", "80", "--wcs", "G54=0,0,20")

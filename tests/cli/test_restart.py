@@ -20,7 +20,8 @@ from verne_post.toolpath.contour_pose import find_contour_pose
 
 from ..builders import LEGAL_SAMPLES, SAMPLES
 
-#: So many lines of each sample, and samples with fewer outside cycles, subprograms and splines that go over several lines.
+#: So many lines of each sample, and samples with fewer outside cycles, subprograms and splines that go over several
+#: lines.
 COMPARED = 5
 FEWER = {"fanuc_nurbs.nc": 4}
 #: The curves of splines.nc are those of fanuc_nurbs.nc, and take three times as long.
@@ -277,9 +278,16 @@ def test_a_restart_begins_beside_a_sharp_corner_too(tmp_path: Path, run: Callabl
 def test_a_line_inside_a_cycle_of_m89_is_refused(machine: verne_post.Machine) -> None:
     """Each positioning block drills there, with depths and feeds of blocks before."""
     program = (
-        "BEGIN PGM A MM\nTOOL CALL 1 Z S900 F900\nL X+0 Y+0 Z+50 A+0 C+0 R0 FMAX M3\n"
-        "CYCL DEF 200 DRILL Q200=2 Q201=-5 Q206=150 Q202=5 Q210=0 Q203=20 Q204=2 Q211=0\nL X+10 Y+10 FMAX M89\nL X+20 FMAX\nL X+30 FMAX\n"
-        "L X+40 FMAX M99\nL Z+60 R0 FMAX\nEND PGM A MM\n"
+        "BEGIN PGM A MM\n"
+        "TOOL CALL 1 Z S900 F900\n"
+        "L X+0 Y+0 Z+50 A+0 C+0 R0 FMAX M3\n"
+        "CYCL DEF 200 DRILL Q200=2 Q201=-5 Q206=150 Q202=5 Q210=0 Q203=20 Q204=2 Q211=0\n"
+        "L X+10 Y+10 FMAX M89\n"
+        "L X+20 FMAX\n"
+        "L X+30 FMAX\n"
+        "L X+40 FMAX M99\n"
+        "L Z+60 R0 FMAX\n"
+        "END PGM A MM\n"
     )
     options = Options(tool_length=60.0, wcs={"G54": (0.0, 0.0, 40.0)}, dialect="heidenhain", approach="home")
     for line, refused in ((5, False), (6, True), (7, True), (8, True), (9, False)):

@@ -180,8 +180,10 @@ def test_what_is_known_is_written_and_not_asked_for(run: Run, tmp_path: Path) ->
     )
     assert tomllib.loads(told.out) == {
         "tools": {"1": {"length": 80, "diameter": 10}, "5": {"length": "measure", "diameter": 6}},
-        "wcs": {"G54": [1, 2, 3, 90], "G55": "measure"}, "remap": {"M11": "decide"}, "split_at_stops": True,
-    }  # fmt: skip
+        "wcs": {"G54": [1, 2, 3, 90], "G55": "measure"},
+        "remap": {"M11": "decide"},
+        "split_at_stops": True,
+    }
 
 
 def test_a_diameter_is_asked_for_where_a_contour_needs_it(run: Run, tmp_path: Path) -> None:

@@ -1,4 +1,6 @@
-"""The set-up of a program: part.nc.toml beside it, [setup.GLOB] of the settings file, and the command line above both."""
+"""The set-up of a program: part.nc.toml beside it, [setup.GLOB] of the settings file, and the command line
+above both.
+"""
 
 import json
 import os
@@ -94,7 +96,9 @@ def test_the_command_line_goes_before_the_file_and_the_file_before_the_settings(
 
 
 def test_lengths_of_tools_come_from_one_place(folder: Path, run: Callable[..., Any]) -> None:
-    """A length of the command line is not beaten by a table of the file, nor a table of the file by a length of the settings."""
+    """A length of the command line is not beaten by a table of the file, nor a table of the file by a length of the
+    settings.
+    """
     Path("part.nc").write_text(PROGRAM.replace(" G49", "").replace("G0 X0", "T1 M6\nG43 H1 G0 X0"), encoding="utf-8")
     Path("tools.tbl").write_text("T1 P1 Z66 D6\n", encoding="utf-8")
     Path("verne-post.toml").write_text('[setup."part.nc"]\ntool_length = 70\n', encoding="utf-8")
@@ -197,7 +201,9 @@ def test_a_set_up_is_not_written_over(folder: Path, run: Callable[..., Any]) -> 
 
 
 def test_the_samples_run_as_they_stand(run: Callable[..., Any]) -> None:
-    """Every sample has its set-up beside it: only those that violate on purpose are refused; docs/batch.md converts them."""
+    """Every sample has its set-up beside it: only those that violate on purpose are refused; docs/batch.md converts
+    them.
+    """
     expected = {path.name for path in SAMPLES.iterdir() if path.name.startswith("violates")} - {
         path.name for path in SAMPLES.glob("*.toml")
     }
@@ -373,9 +379,12 @@ def test_lengths_twice_in_a_set_up_are_refused_by_name(folder: Path, run: Callab
 
 #: Key of a set-up -> a file for it that nothing is wrong with.
 NAMED_FILES = {
-    "tool_table": "T1 P1 Z60\n", "tool_lengths": "tool,length_mm\n1,60\n", "measured_offset": "system,x_mm,y_mm,z_mm\nG54,0,0,0\n",
-    "tool_shapes": "[tool.1.cutter]\ndiameter = 5\nlength = 20\n", "parameters": "5221 10\n",
-}  # fmt: skip
+    "tool_table": "T1 P1 Z60\n",
+    "tool_lengths": "tool,length_mm\n1,60\n",
+    "measured_offset": "system,x_mm,y_mm,z_mm\nG54,0,0,0\n",
+    "tool_shapes": "[tool.1.cutter]\ndiameter = 5\nlength = 20\n",
+    "parameters": "5221 10\n",
+}
 SECRET = "TOKEN = 'abc123'\n"
 
 
@@ -399,15 +408,27 @@ def job(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def _places(job: Path, key: str) -> dict[str, bool]:
     """Names of a file for a key -> whether they lead to a file inside."""
     return {
-        key: True, f"below/{key}": True, f"below/../{key}": True, f"round/{key}": True, f"../job/{key}": True,
-        f"../{key}": False, str(job / key): False, str(job.parent / key): False, f"up/{key}": False, "link": False,
-        "/dev/stdin": False, "../secret": False, "below/../../secret": False,
-    }  # fmt: skip
+        key: True,
+        f"below/{key}": True,
+        f"below/../{key}": True,
+        f"round/{key}": True,
+        f"../job/{key}": True,
+        f"../{key}": False,
+        str(job / key): False,
+        str(job.parent / key): False,
+        f"up/{key}": False,
+        "link": False,
+        "/dev/stdin": False,
+        "../secret": False,
+        "below/../../secret": False,
+    }
 
 
 @pytest.mark.parametrize("key", NAMED_FILES)
 def test_files_of_a_set_up_lie_in_its_folder(job: Path, run: Callable[..., Any], key: str) -> None:
-    """Else the error names file and key, and nothing is read; a set-up that the command line names may name any file."""
+    """Else the error names file and key, and nothing is read; a set-up that the command line names may name any
+    file.
+    """
     for name, inside in _places(job, key).items():
         text = f"{key} = {json.dumps(name)}\n"
         Path("part.nc.toml").write_text(text)
@@ -504,10 +525,26 @@ def test_every_ending_of_a_language_is_looked_for_in_folders() -> None:
     assert endings - {".spf"} <= set(PROGRAMS)
 
 
-@pytest.mark.parametrize(("name", "hook"), [
-    ("a/part.nc", 0), ("PART.NC", 0), ("a/part.nc.toml", 0), ("p.h.toml", 0), ("p.gcode.toml", 0), *((f"p{ending}", 0) for ending in PROGRAMS), *((f"p{ending}.toml", 0) for ending in PROGRAMS), ("tools.tbl", 1), ("verne-post.toml", 1),
-    ("machines/ours.toml", 1), ("lengths.csv", 1), ("a.VAR", 1), ("readme.md", None), ("a.ncx", None), ("pnc", None),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("name", "hook"),
+    [
+        ("a/part.nc", 0),
+        ("PART.NC", 0),
+        ("a/part.nc.toml", 0),
+        ("p.h.toml", 0),
+        ("p.gcode.toml", 0),
+        *((f"p{ending}", 0) for ending in PROGRAMS),
+        *((f"p{ending}.toml", 0) for ending in PROGRAMS),
+        ("tools.tbl", 1),
+        ("verne-post.toml", 1),
+        ("machines/ours.toml", 1),
+        ("lengths.csv", 1),
+        ("a.VAR", 1),
+        ("readme.md", None),
+        ("a.ncx", None),
+        ("pnc", None),
+    ],
+)
 def test_hooks_before_a_commit(name: str, hook: int | None) -> None:
     """Each changed file belongs to one hook: to that of its program, or to that of all programs."""
     text = (Path(__file__).resolve().parents[2] / ".pre-commit-hooks.yaml").read_text(encoding="utf-8")

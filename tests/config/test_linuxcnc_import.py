@@ -1,4 +1,6 @@
-"""Machine files from configurations of LinuxCNC: the joints are those of its formulas; what cannot be read or meant is refused."""
+"""Machine files from configurations of LinuxCNC: the joints are those of its formulas; what cannot be read or meant is
+refused.
+"""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -62,7 +64,10 @@ def test_trunnions_are_those_of_trtfuncs(letter: str, sense: float) -> None:
     point, aside, high = np.array([3.0, -4.0, 5.0]), 11.0, -13.0
     hal = "".join(f"setp {name}.{axis}-rot-point {value}\n" for axis, value in zip("xyz", point, strict=True))
     hal += f"setp {name}.{across}-offset {aside}\nnet :dz {name}.z-offset\nsets :dz {high}\n"
-    hal += f"net :tool motion.tooloffset.z => {name}.tool-offset\nsetp {name}.conventional-directions {'TRUE' if sense < 0 else '0'}"
+    hal += (
+        f"net :tool motion.tooloffset.z => {name}.tool-offset\n"
+        f"setp {name}.conventional-directions {'TRUE' if sense < 0 else '0'}"
+    )
     machine, _made = convert(write_ini(name, hal))
     linear, tilt, turn = draw_joints()
     (st, sc), (ct, cc) = ((f(np.radians(sense * tilt)), f(np.radians(sense * turn))) for f in (np.sin, np.cos))
@@ -89,11 +94,17 @@ def test_two_tables_are_those_of_xyzab_tdr() -> None:
     tip, a, b = random.uniform(-90, 90, (500, 3)), random.uniform(-100, 100, 500), random.uniform(-170, 170, 500)
     (sa, sb), (ca, cb) = ((f(np.radians(a)), f(np.radians(b))) for f in (np.sin, np.cos))
     qx, qy, qz = (tip + [0.0, 0.0, LENGTH] - point - [dx, 0.0, dz + LENGTH]).T
-    linear = np.stack([
-        cb * qx + sa * sb * qy - ca * sb * qz + cb * dx - sb * dz,
-        ca * qy + sa * qz,
-        sb * qx - sa * cb * qy + ca * cb * qz + sb * dx + cb * dz + LENGTH,
-    ], axis=1) + point  # fmt: skip
+    linear = (
+        np.stack(
+            [
+                cb * qx + sa * sb * qy - ca * sb * qz + cb * dx - sb * dz,
+                ca * qy + sa * qz,
+                sb * qx - sa * cb * qy + ca * cb * qz + sb * dx + cb * dz + LENGTH,
+            ],
+            axis=1,
+        )
+        + point
+    )
     assert [column.joint for column in machine.columns] == ["x", "y", "z", "b", "a"]
     assert np.abs(find_tip(machine, linear, b, a) - tip).max() < 1e-9
 
@@ -125,7 +136,9 @@ def test_max_is_that_of_maxkins(con: float) -> None:
 
 
 def test_limits_follow_the_joints_and_units() -> None:
-    """Numbers of joints are the places of letters in coordinates; an inch is 25.4 mm, a degree a degree; axes bound rotary joints too."""
+    """Numbers of joints are the places of letters in coordinates; an inch is 25.4 mm, a degree a degree; axes bound
+    rotary joints too.
+    """
     text = write_ini(
         "xyzac-trt-kins coordinates=zyxcay",
         letters="zyxcay",
@@ -176,14 +189,19 @@ GOOD = write_ini("xyzac-trt-kins")
     [
         ("", "VP507", "[KINS]KINEMATICS is missing"),
         ("KINEMATICS = x\n", "VP507", "m.ini:1: 'KINEMATICS = x' is neither [SECTION] nor NAME = value"),
-        (GOOD.replace("MIN_LIMIT = -100\n", "MIN_LIMIT = low\n"), "VP507", "[JOINT_0]MIN_LIMIT = 'low': expected a number"),
-        (GOOD.replace("MIN_LIMIT = -100\n", ""), "VP507", "[JOINT_0]: MIN_LIMIT and MAX_LIMIT of x do not bound its travel"),
-        (GOOD.replace("MAX_VELOCITY = 21\n", "MAX_VELOCITY = 0\n"), "VP507", "[JOINT_1]MAX_VELOCITY of y is 0; expected a number above 0"),
+        (GOOD.replace("MIN_LIMIT = -100\n", "MIN_LIMIT = low\n"), "VP507",
+         "[JOINT_0]MIN_LIMIT = 'low': expected a number"),
+        (GOOD.replace("MIN_LIMIT = -100\n", ""), "VP507",
+         "[JOINT_0]: MIN_LIMIT and MAX_LIMIT of x do not bound its travel"),
+        (GOOD.replace("MAX_VELOCITY = 21\n", "MAX_VELOCITY = 0\n"), "VP507",
+         "[JOINT_1]MAX_VELOCITY of y is 0; expected a number above 0"),
         (GOOD.replace("= mm", "= furlong"), "VP507", "[TRAJ]LINEAR_UNITS = furlong: expected one of mm"),
-        (GOOD.replace("= mm", "= mm\nANGULAR_UNITS = rad"), "VP507", "m.ini:8: [TRAJ]ANGULAR_UNITS = rad: expected deg"),
+        (GOOD.replace("= mm", "= mm\nANGULAR_UNITS = rad"), "VP507",
+         "m.ini:8: [TRAJ]ANGULAR_UNITS = rad: expected deg"),
         (GOOD + "#INCLUDE gone.inc\n", "VP507", "#INCLUDE gone.inc: there is no such file"),
         (write_ini("xyzac-trt-kins coordinates=xyzbc"), "VP507", "xyzac-trt-kins needs a too"),
-        (write_ini("xyzac-trt-kins", "net :y xyzac-trt-kins.y-offset probe.out"), "VP507", "comes from the signal :y, which no number is set to"),
+        (write_ini("xyzac-trt-kins", "net :y xyzac-trt-kins.y-offset probe.out"), "VP507",
+         "comes from the signal :y, which no number is set to"),
         (write_ini("xyzac-trt-kins", "setp xyzac-trt-kins.y-offset [A]B"), "VP507", "[A]B: the INI has no such key"),
         (write_ini("xyzac-trt-kins", "setp xyzac-trt-kins.y-offset nan"), "VP507", "expected a number"),
         (write_ini("pentakins"), "VP508", "KINEMATICS = pentakins: five struts"),

@@ -69,8 +69,15 @@ CONTRACT = {
 }
 #: What the contract lets a file leave out, and keys whose absence the tests below treat on their own.
 OPTIONAL = {
-    "table.a_positive", "table.c_positive", "home", "accuracy", "rods", "limits.rho_jerk", "limits.a_jerk", "limits.c_jerk",
-}  # fmt: skip
+    "table.a_positive",
+    "table.c_positive",
+    "home",
+    "accuracy",
+    "rods",
+    "limits.rho_jerk",
+    "limits.a_jerk",
+    "limits.c_jerk",
+}
 WITH_ITS_TABLE = {"accuracy.tip_mm", "accuracy.axis_deg", "provenance.home", "provenance.accuracy", "provenance.rods"}
 TABLES = [name for name, value in CONTRACT.items() if isinstance(value, dict)]
 
@@ -533,8 +540,9 @@ def test_an_unknown_machine_name_is_answered_with_the_known_ones():
     assert item.code == "VP501"
     assert "'vernee'" in item.message
     assert (
-        "machines by name: ab_table, ac_trunnion, b_head_c_table, bc_trunnion, ca_fork_head, george_v, hexaglide, hexam, hexapod, linear_delta, nutating_head, nutating_table, quickstep, serial, tricept, urane_sx, verne, verne_by_rods"
-        in item.message
+        "machines by name: ab_table, ac_trunnion, b_head_c_table, bc_trunnion, ca_fork_head, george_v, hexaglide, "
+        "hexam, hexapod, linear_delta, nutating_head, nutating_table, quickstep, serial, tricept, urane_sx, verne, "
+        "verne_by_rods" in item.message
     )
 
 

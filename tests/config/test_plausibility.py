@@ -136,7 +136,9 @@ def test_warnings_are_findings_of_every_program():
 
 
 def test_moves_take_as_long_as_their_limits_say():
-    """rho: 100 mm at 833 mm/s, 5000 mm/s2, 1e5 mm/s3 never reaches its speed: two ramps of jerk and constant acceleration."""
+    """rho: 100 mm at 833 mm/s, 5000 mm/s2, 1e5 mm/s3 never reaches its speed: two ramps of jerk and constant
+    acceleration.
+    """
     lines = list(describe_moves(vp.load_machine("verne")))
     assert [line.split(":")[0] for line in lines] == ["rho1", "rho2", "rho3", "a", "c"]
     acceleration, jerk, distance = 5000.0, 1e5, 100.0

@@ -39,9 +39,9 @@ def test_the_file_sets_what_the_command_line_does_not(folder: Path, run: Callabl
         ("tolerence = 0.1", "options.tolerence: this is no option of a settings file; did you mean tolerance?"),
         ('smoothing = "bogus"', "options.smoothing = 'bogus': expected one of spline, blend, off"),
         ("from_line = 3", "options.from_line: this is no option of a settings file"),
-        ('wcs = {G54 = [0, 0, 1]}', "options.wcs: this is no option of a settings file"),
+        ("wcs = {G54 = [0, 0, 1]}", "options.wcs: this is no option of a settings file"),
     ],
-)  # fmt: skip
+)
 def test_mistakes_name_file_and_key(folder: Path, run: Callable[..., Any], text: str, sentence: str) -> None:
     (folder / "verne-post.toml").write_text(f"[options]\n{text}\n")
     answer = run("check", "a.nc", *PLACE)

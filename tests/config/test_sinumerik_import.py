@@ -1,4 +1,6 @@
-"""Machine files from machine data of a SINUMERIK: tips by the formula of the tool carrier; what is missing or not meant is refused."""
+"""Machine files from machine data of a SINUMERIK: tips by the formula of the tool carrier; what is missing or not meant
+is refused.
+"""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -15,9 +17,12 @@ from verne_post.model.findings import InputError
 LENGTH = 62.5
 #: By what turns: letters of both axes, MD24100, vectors I1 to I4, V1 and V2.
 CASES: dict[str, dict[str, Any]] = {
-    "T": {"letters": "CB", "type": 24, "I1": (0, -12, -330), "I2": (-40, 12, 130), "I3": (40, 0, 200), "V1": (0, 0, 1), "V2": (0, 1, 0)},
-    "P": {"letters": "AC", "type": 40, "I2": (310, 220, -420), "I3": (1.5, -0.3, 52), "I4": (-311.5, -219.7, 368), "V1": (-1, 0, 0), "V2": (0, 0, -1)},
-    "M": {"letters": "BC", "type": 56, "I1": (-35, 0, -220), "I2": (35, 0, 220), "I3": (410, 150, -500), "I4": (-410, -150, 500), "V1": (0, 1, 0), "V2": (0, 0, -1)},
+    "T": {"letters": "CB", "type": 24, "I1": (0, -12, -330), "I2": (-40, 12, 130), "I3": (40, 0, 200), "V1": (0, 0, 1),
+          "V2": (0, 1, 0)},
+    "P": {"letters": "AC", "type": 40, "I2": (310, 220, -420), "I3": (1.5, -0.3, 52), "I4": (-311.5, -219.7, 368),
+          "V1": (-1, 0, 0), "V2": (0, 0, -1)},
+    "M": {"letters": "BC", "type": 56, "I1": (-35, 0, -220), "I2": (35, 0, 220), "I3": (410, 150, -500),
+          "I4": (-410, -150, 500), "V1": (0, 1, 0), "V2": (0, 0, -1)},
 }  # fmt: skip
 #: Names of the vectors in TRAORI, by the commissioning manual.
 NAMES = {
@@ -153,8 +158,10 @@ def test_what_is_left_out_is_said() -> None:
         ("P", "TRAFO_TYPE_1=40", "TRAFO_TYPE_1=33", "VP508", "names its axes by letters, without their directions"),
         ("P", "TRAFO_TYPE_1=40", "TRAFO_TYPE_1=256", "VP508", "neither a transformation of five axes"),
         ("P", "TRAFO_TYPE_1=40", "TRAFO_TYPE_1=72", "VP507", "TRAFO5_TCARR_NO_1 is missing"),
-        ("P", "TRAFO_TYPE_1=40", "TRAFO_TYPE_1=forty", "VP507", "m.ini:45: $MC_TRAFO_TYPE_1 = 'forty': expected a number"),
-        ("P", "M17", "$MC_TRAFO5_ROT_AX_OFFSET_1[1]=90", "VP508", "rotary axes that are not at 0 where the vectors hold"),
+        ("P", "TRAFO_TYPE_1=40", "TRAFO_TYPE_1=forty", "VP507",
+         "m.ini:45: $MC_TRAFO_TYPE_1 = 'forty': expected a number"),
+        ("P", "M17", "$MC_TRAFO5_ROT_AX_OFFSET_1[1]=90", "VP508",
+         "rotary axes that are not at 0 where the vectors hold"),
         ("P", "M17", "$MC_TRAFO5_ROT_SIGN_IS_PLUS_1[0]=FALSE", "VP508", "reverse $MC_TRAFO5_AXIS1_1 in its place"),
         ("P", "M17", "$MC_TRAFO5_BASE_ORIENT_1[1]=1", "VP508", "does not stand along +z"),
         ("P", "M17", "$MN_SCALING_SYSTEM_IS_METRIC=0", "VP508", "data in inches are not imported"),

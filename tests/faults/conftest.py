@@ -18,7 +18,9 @@ def ground(tmp_path_factory: pytest.TempPathFactory, environment: dict[str, str]
 
 @pytest.fixture(scope="session", autouse=True)
 def heard_signals() -> Iterator[None]:
-    """What a shell runs in the background ignores interruptions, and under nohup hang-ups; so would the commands started here."""
+    """What a shell runs in the background ignores interruptions, and under nohup hang-ups; so would the commands
+    started here.
+    """
     before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGHUP)}
     signal.signal(signal.SIGINT, signal.default_int_handler)
     signal.signal(signal.SIGHUP, signal.SIG_DFL)

@@ -1,10 +1,11 @@
-"""Changed files for every reader: each must end in a result or in findings, never in another exception, soon, in little memory.
+"""Changed files for every reader: each must end in a result or in findings, never in another exception, soon, in little
+memory.
 
 Run: python -m tests.faults.fuzz [--inputs 100000] [--seed 0] [--readers machine,siemens,...] [--engine mutate|atheris]
-mutate changes bytes, words and lines of the texts of readers.py at random; the same seed makes the same inputs. atheris (pip
-install atheris, CPython up to 3.13 on Linux) is led by the coverage of the code, one reader at a time. Prints what raised or took
-longer than 5 s, with its seed, and a table; exit status 1 when there was any. What was found so far is kept in found.jsonl, which the
-suite reads again.
+mutate changes bytes, words and lines of the texts of readers.py at random; the same seed makes the same inputs. atheris
+(pip install atheris, CPython up to 3.13 on Linux) is led by the coverage of the code, one reader at a time. Prints what
+raised or took longer than 5 s, with its seed, and a table; exit status 1 when there was any. What was found so far is
+kept in found.jsonl, which the suite reads again.
 """
 
 import argparse
@@ -26,12 +27,18 @@ from tests.faults.readers import REFUSALS, Reader, corpus, readers
 LONGEST = 5.0
 #: Words and statements that hurt when they stand where they should not.
 TOKENS = [
-    "#1", "[", "]", "#<a>", "o1 while [1]", "o1 endwhile", "o1 call", "o1 sub", "o1 endsub", "o1 repeat [1e9]", "G81", "G83", "Q.00001",
-    "L9999", "R5", "G41.1 D5", "G40", "M98 P1", "M99", "**", "/", "ATAN[", "1e", "9" * 30, "#", "\x00", "é", "@5", "^30", "G5",
-    "G10 L20 P1", "G43.5", "I0 J0 K1", "(DEBUG,#1 %d", "G20", "M73", "M72", "G91", "O1", "%", "\n", "F0", "#5221=1", "G92 X1", "o2 if [0]",
-    "o2 else", "o2 endif", "G87 I1 J1 K1", "CYCLE/DEEP,DEPTH,5,CLEAR,1,STEP,.1", "GOTO/1,2,3", "$", "G68.2 I30", "G53.1", "#[", "X-",
-    "G2 I1 P9999", "nan", "inf", "-1e308", "1e-320", "true", "null", '"', "{", "}", "[[a]]", "=", ",", ",,", "'''", '"\\ud800"', "\r", "\t",
-    "-0", "1_0", "0x10", "1979-05-27", "REPEAT", "FOR R1=1 TO 9", "CYCL DEF 200", "LBL 1", "CALL LBL 1 REP 999", "R1=R1+1", "GOTOB A", "Q1 = Q1 + 1",
+    "#1", "[", "]", "#<a>", "o1 while [1]", "o1 endwhile", "o1 call", "o1 sub", "o1 endsub", "o1 repeat [1e9]", "G81",
+    "G83", "Q.00001",
+    "L9999", "R5", "G41.1 D5", "G40", "M98 P1", "M99", "**", "/", "ATAN[", "1e", "9" * 30, "#", "\x00", "é", "@5",
+    "^30", "G5",
+    "G10 L20 P1", "G43.5", "I0 J0 K1", "(DEBUG,#1 %d", "G20", "M73", "M72", "G91", "O1", "%", "\n", "F0", "#5221=1",
+    "G92 X1", "o2 if [0]",
+    "o2 else", "o2 endif", "G87 I1 J1 K1", "CYCLE/DEEP,DEPTH,5,CLEAR,1,STEP,.1", "GOTO/1,2,3", "$", "G68.2 I30",
+    "G53.1", "#[", "X-",
+    "G2 I1 P9999", "nan", "inf", "-1e308", "1e-320", "true", "null", '"', "{", "}", "[[a]]", "=", ",", ",,", "'''",
+    '"\\ud800"', "\r", "\t",
+    "-0", "1_0", "0x10", "1979-05-27", "REPEAT", "FOR R1=1 TO 9", "CYCL DEF 200", "LBL 1", "CALL LBL 1 REP 999",
+    "R1=R1+1", "GOTOB A", "Q1 = Q1 + 1",
 ]  # fmt: skip
 
 
@@ -97,7 +104,9 @@ def mutate(chosen: dict[str, Reader], texts: dict[str, list[bytes]], first: int,
 
 
 def guided(name: str, count: int, seed: int) -> None:
-    """Feed inputs that atheris makes to one reader; it ends the process, with a status other than 0 at the first fault."""
+    """Feed inputs that atheris makes to one reader; it ends the process, with a status other than 0 at the
+    first fault.
+    """
     import atheris
 
     for loaded in [module for module in sys.modules if module.startswith(("verne_post", "tests.faults.readers"))]:

@@ -1,8 +1,9 @@
-"""The fault trials of this folder for as long as one likes: random commands, moments, signals, limits, streams and places.
+"""The fault trials of this folder for as long as one likes: random commands, moments, signals, limits, streams and
+places.
 
 Run: python -m tests.faults.long [--trials 300] [--seed 0] [--kinds kill,disk,...] [--corners 30]
-Prints how many trials of each kind ran and every promise that was broken (trials.py says which there are); exit status 1
-when one was. The same seed draws the same trials; the moments at which signals arrive depend on the machine.
+Prints how many trials of each kind ran and every promise that was broken (trials.py says which there are); exit status
+1 when one was. The same seed draws the same trials; the moments at which signals arrive depend on the machine.
 """
 
 import argparse
@@ -59,11 +60,16 @@ def kinds(ground: Ground, pick: random.Random, seconds: dict[str, float]) -> dic
         return streamed(ground, pick.choice(list(COMMANDS)), places)
 
     return {
-        "kill": kill, "disk": disk, "memory": memory, "streams": streams,
+        "kill": kill,
+        "disk": disk,
+        "memory": memory,
+        "streams": streams,
         "places": lambda: placed(ground, pick.choice(list(odd_places()))),
         "together": lambda: together(ground, pick.choice(writers), pick.randint(2, 3)),
-        "endless": lambda: fed(ground, pick.choice(list(READERS)), pick.choice(("/dev/zero", "sparse", "/dev/urandom"))),
-    }  # fmt: skip
+        "endless": lambda: fed(
+            ground, pick.choice(list(READERS)), pick.choice(("/dev/zero", "sparse", "/dev/urandom"))
+        ),
+    }
 
 
 def main() -> int:

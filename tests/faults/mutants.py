@@ -1,12 +1,13 @@
 """Mutation testing by sample: one small change of the code at a time; does a test notice?
 
 Run: python -m tests.faults.mutants [--mutants 150] [--seed 0] [--areas arcs,...] [--numbers 3,17] [--coverage FOLDER]
-Works on a copy of the checkout (pip install coverage). The tests of each area run once, and coverage keeps which of them run
-each line; with --coverage that is read from a folder that an earlier run on the same code has left. A change swaps an operator or
-a comparison, negates a condition, or moves a number by one. The tests that run the changed line are asked, the quickest of each file first; where
-it runs when the module is loaded, those that run another line of the file. Each mutant is judged in a fork, which finds the
-libraries loaded and all other files compiled. The tests that failed run again on the code as it is, where they must pass.
-Prints every verdict, and a table. A survivor is a missing test, or a change that means the same: somebody has to look.
+Works on a copy of the checkout (pip install coverage). The tests of each area run once, and coverage keeps which of
+them run each line; with --coverage that is read from a folder that an earlier run on the same code has left. A change
+swaps an operator or a comparison, negates a condition, or moves a number by one. The tests that run the changed line
+are asked, the quickest of each file first; where it runs when the module is loaded, those that run another line of the
+file. Each mutant is judged in a fork, which finds the libraries loaded and all other files compiled. The tests that
+failed run again on the code as it is, where they must pass. Prints every verdict, and a table. A survivor is a missing
+test, or a change that means the same: somebody has to look.
 """
 
 import argparse
@@ -45,12 +46,14 @@ AREAS: Final = {
     "kinematics": (("kinematics/**/*.py",), ("kinematics", "calibration")),
     "verification": (("verification/*.py",), ("verification", "cli/test_following.py", "cli/test_restart.py")),
     "arcs": (
-        ("gcode/arcs.py", "gcode/plain_arcs.py", "gcode/machining/spatial_arc.py", "gcode/rs274/cycles.py", "gcode/*/*cycle*.py"),
+        ("gcode/arcs.py", "gcode/plain_arcs.py", "gcode/machining/spatial_arc.py", "gcode/rs274/cycles.py",
+         "gcode/*/*cycle*.py"),
         ("gcode",),
     ),
     "rows": (("trajectory/window_problem.py", "trajectory/row_limits.py", "trajectory/continuous.py"), ("trajectory",)),
     "machining": (("gcode/machining/*.py",), ("gcode",)),
-    "chains": (("kinematics/chain/*.py", "kinematics/modules/*.py"), ("kinematics", "test_chains.py", "test_nutating.py")),
+    "chains": (("kinematics/chain/*.py", "kinematics/modules/*.py"),
+               ("kinematics", "test_chains.py", "test_nutating.py")),
     # what numba compiles is not traced: accelerated.py and compiled_rays.py, which tests hold against the other path
     "part": (
         ("part/b*.py", "part/cl*.py", "part/compare.py", "part/cutting.py", "part/[d-z]*.py", "app/machined*.py"),
@@ -59,7 +62,8 @@ AREAS: Final = {
 }  # fmt: skip
 #: Tests of the whole pipeline, asked in every area.
 COMMON: Final = ("test_samples.py", "test_metamorphic.py", "golden")
-#: Of the tests that run the changed line those are asked, in that order, that take so long together, s; but at least so many.
+#: Of the tests that run the changed line those are asked, in that order, that take so long together, s; but at least so
+#: many.
 ASKED_S: Final = (6.0, 100.0)
 LEAST: Final = 5
 #: A change that makes tests run so many times longer than they are known to, and so long besides, s, is noticed.
@@ -67,8 +71,10 @@ LONGER: Final = 4.0
 LONGEST: Final = 20.0
 
 _SWAPS: dict[type, type] = {
-    ast.Add: ast.Sub, ast.Sub: ast.Add, ast.Mult: ast.Div, ast.Div: ast.Mult, ast.Lt: ast.LtE, ast.LtE: ast.Lt, ast.Gt: ast.GtE,
-    ast.GtE: ast.Gt, ast.Eq: ast.NotEq, ast.NotEq: ast.Eq, ast.And: ast.Or, ast.Or: ast.And, ast.BitAnd: ast.BitOr, ast.BitOr: ast.BitAnd,
+    ast.Add: ast.Sub, ast.Sub: ast.Add, ast.Mult: ast.Div, ast.Div: ast.Mult, ast.Lt: ast.LtE, ast.LtE: ast.Lt,
+    ast.Gt: ast.GtE,
+    ast.GtE: ast.Gt, ast.Eq: ast.NotEq, ast.NotEq: ast.Eq, ast.And: ast.Or, ast.Or: ast.And, ast.BitAnd: ast.BitOr,
+    ast.BitOr: ast.BitAnd,
     ast.In: ast.NotIn, ast.NotIn: ast.In, ast.Is: ast.IsNot, ast.IsNot: ast.Is,
 }  # fmt: skip
 
@@ -176,7 +182,9 @@ class Sampler:
         return every
 
     def _asked(self, name: str, line: int) -> tuple[Asked, ...]:
-        """Tests that run a line, or, where loading runs it or none does, any function of the file: to ask at first, and then."""
+        """Tests that run a line, or, where loading runs it or none does, any function of the file: to ask at first, and
+        then.
+        """
         lines = self._data.contexts_by_lineno(self._of_file[name]) if name in self._of_file else {}
         inside = _lines_in_functions(ast.parse((self._package / name).read_text("utf-8")))
         contexts = set(filter(_is_test, lines.get(line, ()) if line in inside else ()))

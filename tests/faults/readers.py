@@ -160,7 +160,9 @@ def _read_record(raw: bytes) -> object:
 
 
 def corpus() -> dict[str, list[bytes]]:
-    """Texts to change, by reader: samples, rejected programs, reference programs, and one good file of each other kind."""
+    """Texts to change, by reader: samples, rejected programs, reference programs, and one good file of each
+    other kind.
+    """
     programs = _programs()
     of_family = [file.read_bytes() for file in sorted((CORPUS / "family").rglob("*.*"))]
     header = write_csv_header(machine().columns, ())
@@ -175,12 +177,16 @@ def corpus() -> dict[str, list[bytes]]:
         **{name: [*of_family, *programs] for name in FAMILY},
         "machine": list(tables.values()),
         "settings": [
-            b'[options]\ntolerance = 0.02\nsmoothing = "blend"\n[remap]\nM428 = "tcp on"\n[keep_out.vise]\nmin = [-60.0, -40.0, 0.0]\n'
-            b'max = [-40.0, 40.0, 35.0]\n[check]\nfail_level = "warning"\nbaseline = "k.json"\nignore = ["VP203"]\n[siemens]\nrotation = "rpy"\n'
+            b'[options]\ntolerance = 0.02\nsmoothing = "blend"\n[remap]\nM428 = "tcp on"\n[keep_out.vise]\nmin = '
+            b"[-60.0, -40.0, 0.0]\n"
+            b'max = [-40.0, 40.0, 35.0]\n[check]\nfail_level = "warning"\nbaseline = "k.json"\nignore = '
+            b'["VP203"]\n[siemens]\nrotation = "rpy"\n'
         ],
         "set-up": [
-            b'tool_length = 80\nsplit_at_stops = true\n[wcs]\nG54 = [0, 0, 60]\nG55 = "measure"\n[remap]\nM11 = "decide"\n[fanuc]\ninch = false\n',
-            b'[tools]\n1 = { length = 80, diameter = 10 }\n"MILL 10" = { length = "measure", number = 7 }\n[keep_out.vise]\nfile = "vise.stl"\n'
+            b'tool_length = 80\nsplit_at_stops = true\n[wcs]\nG54 = [0, 0, 60]\nG55 = "measure"\n[remap]\nM11 = '
+            b'"decide"\n[fanuc]\ninch = false\n',
+            b'[tools]\n1 = { length = 80, diameter = 10 }\n"MILL 10" = { length = "measure", number = 7 '
+            b'}\n[keep_out.vise]\nfile = "vise.stl"\n'
             b'[part]\nnominal = "part.stl"\nsystem = "G54"\n[stock]\nmin = [0, 0, 0]\nmax = [1, 1, 1]\n',
         ],
         "mesh": _make_meshes(),
@@ -191,19 +197,29 @@ def corpus() -> dict[str, list[bytes]]:
         "tool lengths (JSON)": [b'{"tools": [{"tool": 1, "length_mm": 60.0}]}', b'[{"tool": 1, "length_mm": 60.0}]'],
         "work offsets": [b"system,x_mm,y_mm,z_mm\nG54,0,0,20\n", b"system,x_mm,y_mm,z_mm,c_deg\nG55,1,2,3,90\n"],
         "work offsets (JSON)": [b'[{"system": "G54", "x_mm": 0, "y_mm": 0, "z_mm": 20}]'],
-        "tool shapes": [b"[tool.1]\ncutter = {diameter = 6.0, length = 20.0}\nholder = {diameter = 40.0, length = 30.0}\n"],
+        "tool shapes": [
+            b"[tool.1]\ncutter = {diameter = 6.0, length = 20.0}\nholder = {diameter = 40.0, length = 30.0}\n"
+        ],
         "parameters": [b"5161\t0.0\n5220\t1\n5221\t10.5\n"],
         "baseline": [b'{"schema": 1, "known": {"0123:1": "a.nc:3: VP101 rho1"}}'],
-        "side-car": [b'{"schema": 2, "program": {"name": "a.nc", "sha256": "00"}, "machine": {"sha256": "00"}, "options": {"wcs": {}}}'],
+        "side-car": [
+            b'{"schema": 2, "program": {"name": "a.nc", "sha256": "00"}, "machine": {"sha256": "00"}, "options": '
+            b'{"wcs": {}}}'
+        ],
         "setpoints": [f"{header.strip()}\n0.000,{row},5\n0.001,{row},5\n0.002,{row},6\n".encode()],
         "log": [f"t_s,{names}\n0.0,{row}\n0.001,{row}\n".encode(), f"{row.replace(',', ' ')}\n".encode() * 3],
-        "index": [b'{"schema": 1, "program": "a.nc", "cycle_s": 0.001, "before": [], "parts": [{"file": "a.1.csv", "rows": 3}]}'],
+        "index": [
+            b'{"schema": 1, "program": "a.nc", "cycle_s": 0.001, "before": [], "parts": [{"file": "a.1.csv", "rows": '
+            b"3}]}"
+        ],
         "record of a batch": [record.encode()],
         "readings of poses": [b"rho1_mm,rho2_mm,rho3_mm,x_mm,y_mm,z_mm,alpha_deg\n654.1,600.7,600.7,0,0,100,0\n"],
-        "readings of the tool": [b"rho1_mm,rho2_mm,rho3_mm,a_deg,c_deg,tool_length_mm,x_mm,y_mm,z_mm\n654.1,600.7,600.7,0,0,60,1,2,3\n"],
+        "readings of the tool": [
+            b"rho1_mm,rho2_mm,rho3_mm,a_deg,c_deg,tool_length_mm,x_mm,y_mm,z_mm\n654.1,600.7,600.7,0,0,60,1,2,3\n"
+        ],
         "readings of lengths": [b"length,value_mm,sigma_mm\nrod 1,850.01,0.01\n"],
         "covariance": ["".join(format_covariance(*_covariance())).encode()],
-    }  # fmt: skip
+    }
 
 
 def _make_meshes() -> list[bytes]:
@@ -254,15 +270,25 @@ def _make_messages() -> list[bytes]:
     span = {"start": _PLACE, "end": {"line": 1, "character": 0}}
     messages = [
         {"method": "textDocument/didOpen", "params": text},
-        {"method": "textDocument/didChange", "params": {"textDocument": {**here["textDocument"], "version": 2}, "contentChanges": [{"range": span, "text": "G1 Y2\n"}]}},
+        {
+            "method": "textDocument/didChange",
+            "params": {
+                "textDocument": {**here["textDocument"], "version": 2},
+                "contentChanges": [{"range": span, "text": "G1 Y2\n"}],
+            },
+        },
         {"method": "textDocument/didClose", "params": here},
         {"id": "h", "method": "textDocument/hover", "params": {**here, "position": _PLACE}},
         {"id": "l", "method": "textDocument/codeLens", "params": here},
-        {"id": "a", "method": "textDocument/codeAction", "params": {**here, "range": span, "context": {"diagnostics": []}}},
+        {
+            "id": "a",
+            "method": "textDocument/codeAction",
+            "params": {**here, "range": span, "context": {"diagnostics": []}},
+        },
         {"id": "s", "method": "textDocument/documentSymbol", "params": here},
         {"id": "d", "method": "textDocument/definition", "params": {**here, "position": _PLACE}},
         {"method": "workspace/didChangeWatchedFiles", "params": {"changes": [{"uri": "file:///a.nc.toml", "type": 2}]}},
-    ]  # fmt: skip
+    ]
     return [json.dumps({"jsonrpc": "2.0", **message}).encode() for message in messages]
 
 

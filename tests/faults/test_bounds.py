@@ -15,7 +15,9 @@ LONG_LINES = ("(" * 100_000, "X=IC(" * 20_000, "R1=R1*(" * 20_000, " " * 100_000
 
 
 def bounded(ground: Ground, programs: list[bytes], *words: str) -> tuple[int, list[str]]:
-    """Check programs within MOST_SECONDS of the processor, which a busy machine does not shorten: status, and what is said of each."""
+    """Check programs within MOST_SECONDS of the processor, which a busy machine does not shorten: status, and what is
+    said of each.
+    """
     names = [f"bound{number}.nc" for number in range(len(programs))]
     for name, raw in zip(names, programs, strict=True):
         (ground.folder / name).write_bytes(raw)
@@ -40,9 +42,12 @@ def test_long_lines(ground: Ground, dialect: str) -> None:
 def test_motion_without_end(ground: Ground) -> None:
     """Paths that are far out of reach, and feed rates that take years."""
     lines = {
-        "G2 I10000 F900000": "VP110", "G2 I10000 P100 F900000": "VP110", "G2 X1 Y0 R-100000 F900000": "VP110",
-        "G1 X5 F.000000000001": "VP035", "G1 X5 F.0001\nG1 X0": "VP035",
-    }  # fmt: skip
+        "G2 I10000 F900000": "VP110",
+        "G2 I10000 P100 F900000": "VP110",
+        "G2 X1 Y0 R-100000 F900000": "VP110",
+        "G1 X5 F.000000000001": "VP035",
+        "G1 X5 F.0001\nG1 X0": "VP035",
+    }
     status, said = bounded(ground, [f"{HEAD}{line}\nG0 Z80\nM2\n".encode() for line in lines])
     assert status == 2
     for number, (code, one) in enumerate(zip(lines.values(), said, strict=True)):
@@ -88,13 +93,16 @@ def test_texts_that_are_read(ground: Ground) -> None:
 
 
 #: Settings and machine files that once ended in a traceback.
-@pytest.mark.parametrize(("option", "text", "said"), [
-    ("--settings", f"[remap]\nG{'1' * 400} = \"ignore\"\n", "expected a G or M code as it is written"),
-    ("--settings", '[check]\nbaseline = "a\\u0000b"\n', "a file name has no zero byte"),
-    ("--tool-shapes", f'[tool.{"1" * 5000}.cutter]\ndiameter = 5', "expected the number of a tool"),
-    ("--settings", "a = " + "[" * 3000, "not a TOML file"),
-    ("--machine", "leg1_x_offset = 1e308", "module.leg1_x_offset = 1e+308: expected a number: -1e+12 to 1e+12"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("option", "text", "said"),
+    [
+        ("--settings", f'[remap]\nG{"1" * 400} = "ignore"\n', "expected a G or M code as it is written"),
+        ("--settings", '[check]\nbaseline = "a\\u0000b"\n', "a file name has no zero byte"),
+        ("--tool-shapes", f"[tool.{'1' * 5000}.cutter]\ndiameter = 5", "expected the number of a tool"),
+        ("--settings", "a = " + "[" * 3000, "not a TOML file"),
+        ("--machine", "leg1_x_offset = 1e308", "module.leg1_x_offset = 1e+308: expected a number: -1e+12 to 1e+12"),
+    ],
+)
 def test_files_that_once_ended_in_a_traceback(ground: Ground, option: str, text: str, said: str) -> None:
     if option == "--machine":
         key = text.split(" ")[0]
@@ -138,13 +146,17 @@ def test_records_of_a_batch_that_are_damaged_are_made_anew(ground: Ground) -> No
     "program", [("short.nc", *PLACE), (str(ROOT / "gcode_samples" / "two_faces.nc"),)], ids=["short", "sample"]
 )
 def test_a_conversion_loads_no_more_than_it_needs(ground: Ground, program: tuple[str, ...]) -> None:
-    """The rest of scipy takes longer to load than a short program to convert; corners are blended, sections repaired here."""
+    """The rest of scipy takes longer to load than a short program to convert; corners are blended, sections repaired
+    here.
+    """
     script = (
         "import sys\n"
         "from verne_post.cli.main import main\n"
         "assert main(sys.argv[1:]) == 0\n"
         "print(*sorted({name.split('.')[1] for name in sys.modules if name.startswith('scipy.')}))\n"
-        "print(*sorted(name for name in sys.modules if name.startswith(('verne_post.gcode.siemens', 'verne_post.gcode.klartext', 'verne_post.kinematics.as_built', 'verne_post.part', 'verne_post.app.tried', 'jsonschema'))))\n"
+        "print(*sorted(name for name in sys.modules if name.startswith(('verne_post.gcode.siemens', "
+        "'verne_post.gcode.klartext', 'verne_post.kinematics.as_built', 'verne_post.part', 'verne_post.app.tried', "
+        "'jsonschema'))))\n"
     )
     run = ground.run_python(script, *program, "-o", "loaded.csv")
     assert run.status == 0, run.err
@@ -153,7 +165,8 @@ def test_a_conversion_loads_no_more_than_it_needs(ground: Ground, program: tuple
     assert others == ""
 
 
-#: A spline that has no direction at each of its points, and one that has; control points; what the process may take, kB.
+#: A spline that has no direction at each of its points, and one that has; control points; what the process may take,
+#: kB.
 SPLINES = {"stops": (12_000, 2), "runs": (12_000, 0)}
 MOST_KB = 200_000
 

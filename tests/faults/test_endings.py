@@ -31,7 +31,10 @@ with make_temporary_folder(Path.cwd()) as folder:
     RunFiles().write(Path("axes.csv"), "-o", rows())
 """
 #: What the next run does first.
-NEXT = "from pathlib import Path; from verne_post.cli.files import RunFiles; RunFiles().expect_writing(Path('other.csv'), '-o')"
+NEXT = (
+    "from pathlib import Path; from verne_post.cli.files import RunFiles; RunFiles().expect_writing(Path('other.csv'), "
+    "'-o')"
+)
 
 
 @contextmanager
@@ -94,9 +97,14 @@ def test_a_signal_that_the_shell_ignores_stays_ignored(tmp_path: Path, environme
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.parametrize(("name", "ending", "share"), [
-    ("convert", signal.SIGTERM, 0.8), ("batch", signal.SIGKILL, 0.7), ("check", signal.SIGINT, 0.6),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("name", "ending", "share"),
+    [
+        ("convert", signal.SIGTERM, 0.8),
+        ("batch", signal.SIGKILL, 0.7),
+        ("check", signal.SIGINT, 0.6),
+    ],
+)
 def test_commands_that_are_ended(ground: Ground, name: str, ending: signal.Signals, share: float) -> None:
     """At some moment of their work; tests/faults/long.py does it at all of them."""
     assert killed(ground, random.Random(0), name, ending, share, 1.5) == []
@@ -130,7 +138,9 @@ def test_memory_that_ends(ground: Ground) -> None:
 
 
 def test_a_clock_that_jumps(ground: Ground, tmp_path: Path) -> None:
-    """Clocks of every kind go forth and back by days between two calls: the rows are the same, and a batch is done once."""
+    """Clocks of every kind go forth and back by days between two calls: the rows are the same, and a batch is done
+    once.
+    """
     (tmp_path / "sitecustomize.py").write_text(
         "import itertools, time\n"
         "jump = itertools.cycle((0.0, 4e5, -3e5, -9e8))\n"

@@ -1,4 +1,6 @@
-"""Every reader of files with changed files: a result or a refusal, never anything else. fuzz.py feeds as many as one likes."""
+"""Every reader of files with changed files: a result or a refusal, never anything else. fuzz.py feeds as many as one
+likes.
+"""
 
 import json
 from pathlib import Path

@@ -13,17 +13,25 @@ from tests.faults.trials import PLACE, Ground, fed, odd_places, placed, streamed
 
 
 @pytest.mark.parametrize(("name", "places"), [
-    ("convert whole", ("-", "-", "-")), ("dump", ("/dev/null", "-", "/dev/null")), ("dump", ("/dev/null", "/dev/full", "/dev/full")),
+    ("convert whole", ("-", "-", "-")), ("dump", ("/dev/null", "-", "/dev/null")),
+    ("dump", ("/dev/null", "/dev/full", "/dev/full")),
     ("check", ("-", "/dev/null", "/dev/full")), ("dump", ("/dev/null", "|", "|")),
 ])  # fmt: skip
 def test_streams(ground: Ground, name: str, places: tuple[str, str, str]) -> None:
     assert streamed(ground, name, places) == []
 
 
-@pytest.mark.parametrize(("line", "status"), [
-    ("short.nc >&-", 2), ("short.nc > /dev/full", 2), ("- <&-", 2), ("short.nc -o out/a.csv 2> /dev/full", 0),
-    ("short.nc -o out/a.csv 2>&-", 0), ("nowhere.nc 2>&-", 2),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("line", "status"),
+    [
+        ("short.nc >&-", 2),
+        ("short.nc > /dev/full", 2),
+        ("- <&-", 2),
+        ("short.nc -o out/a.csv 2> /dev/full", 0),
+        ("short.nc -o out/a.csv 2>&-", 0),
+        ("nowhere.nc 2>&-", 2),
+    ],
+)
 def test_status_with_streams_that_are_closed_or_full(ground: Ground, line: str, status: int) -> None:
     ground.clear()
     command = " ".join(ground.command("--tool-length=60", "--wcs=G54=0,0,20"))
@@ -94,7 +102,8 @@ NAMES = ("bad\udcff.nc", "two\n::error::lines.nc", "red\x1b[31m.nc")
 
 
 @pytest.mark.parametrize("words", [
-    ("check",), ("check", "--output-format", "junit"), ("check", "--output-format", "sarif"), ("check", "--output-format", "github"),
+    ("check",), ("check", "--output-format", "junit"), ("check", "--output-format", "sarif"),
+    ("check", "--output-format", "github"),
     ("batch", "-o", "names", "-j", "1", "--junit", "names.xml", "--sarif", "names.sarif"),
 ])  # fmt: skip
 def test_names_that_are_no_text(ground: Ground, words: tuple[str, ...]) -> None:

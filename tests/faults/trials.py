@@ -1,8 +1,9 @@
-"""Trials: a real command runs while something goes wrong around it. Tests run a few of them, long.py as many as one likes.
+"""Trials: a real command runs while something goes wrong around it. Tests run a few of them, long.py as many as one
+likes.
 
 A trial returns the promises that were broken, as sentences; none is what everybody hopes for. The promises are:
-every output is as it was before or whole; nothing temporary stays, at the latest after the next run in the folder; no process outlives its
-parent; the exit status is a documented one, 70 is none of them, and no traceback is shown.
+every output is as it was before or whole; nothing temporary stays, at the latest after the next run in the folder; no
+process outlives its parent; the exit status is a documented one, 70 is none of them, and no traceback is shown.
 """
 
 import json
@@ -28,7 +29,8 @@ PLACE = ("--tool-length", "60", "--wcs", "G54=0,0,20")
 COMMANDS: dict[str, tuple[str, ...]] = {
     "convert": ("p.nc", *PLACE, "--split-at-stops", "-o", "out/p.csv", "--meta", "out/p.json", "--events", "out/e.csv"),
     "convert whole": ("short.nc", *PLACE, "-o", "out/s.csv"),
-    "check": ("check", "p.nc", "short.nc", *PLACE, "--split-at-stops", "--output-format", "sarif", "--output-file", "out/c.sarif"),
+    "check": ("check", "p.nc", "short.nc", *PLACE, "--split-at-stops", "--output-format", "sarif", "--output-file",
+              "out/c.sarif"),
     "batch": ("batch", "in", *PLACE, "-j", "2", "-o", "out", "--junit", "out/j.xml"),
     "report": ("report", "short.nc", *PLACE, "-o", "out/r.html"),
     "verify": ("verify", "short.csv", "--against", "short.nc", *PLACE),
@@ -175,7 +177,9 @@ def living(mark: str) -> list[int]:
 def killed(
     ground: Ground, pick: random.Random, name: str, ending: signal.Signals, share: float, seconds: float
 ) -> list[str]:
-    """A signal ends a command at a share of the time that it takes; then the next run tidies up and is as good as new."""
+    """A signal ends a command at a share of the time that it takes; then the next run tidies up and is as good
+    as new.
+    """
     good = ground.expect(name)
     ground.clear()
     old = pick.random() < 0.5
@@ -336,6 +340,19 @@ def odd_places() -> Iterator[Callable[[Path], str]]:
         return "out/a/b.csv"
 
     yield from (loop, dangling, gone, read_only, folder, locked)
-    for name in ("", "no/a.csv", "out/" + "n" * 300, "out/a\udcff.csv", "out/a\nb.csv", "out/\x1b[31m.csv", "/proc/a.csv", "/dev/null",
-                 "/dev/full", "out/a.csv/b", "-", "--", "out/" + "n" * 255):  # fmt: skip
+    for name in (
+        "",
+        "no/a.csv",
+        "out/" + "n" * 300,
+        "out/a\udcff.csv",
+        "out/a\nb.csv",
+        "out/\x1b[31m.csv",
+        "/proc/a.csv",
+        "/dev/null",
+        "/dev/full",
+        "out/a.csv/b",
+        "-",
+        "--",
+        "out/" + "n" * 255,
+    ):
         yield lambda _out, name=name: name  # type: ignore[misc]

@@ -20,9 +20,11 @@ def moves_as_text(moves):
     shown = []
     for i in range(len(moves)):
         kind = MoveKind(int(moves.kind[i]))
-        words = [] if kind == MoveKind.DWELL else [
-            f"{letter}{value:g}" for letter, value in zip(AXES, np.round(moves.end[i], 4), strict=True) if value
-        ]  # fmt: skip
+        words = (
+            []
+            if kind == MoveKind.DWELL
+            else [f"{letter}{value:g}" for letter, value in zip(AXES, np.round(moves.end[i], 4), strict=True) if value]
+        )
         if kind != MoveKind.RAPID:
             words.append(f"{'P' if kind == MoveKind.DWELL else 'F'}{round(float(moves.feed[i]), 4):g}")
         shown.append(" ".join([str(int(moves.line[i])), kind.name.lower(), *words]))

@@ -1,4 +1,5 @@
-"""A judge of milled pockets, studs and faces: samples of the tip's path against the shape. It shares nothing with the generator.
+"""A judge of milled pockets, studs and faces: samples of the tip's path against the shape. It shares nothing with the
+generator.
 
 Lengths in mm. A shape is a function of points (n, 2) -> signed distance to its outline, negative inside.
 """
@@ -123,7 +124,9 @@ def judge(moves, radius, shape, top, bottom, *, blank=None, allowance=0.0, floor
 
 
 def judge_open_slot(moves, radius, slot, stock, bottom, allowance):
-    """Refuse (AssertionError) an open slot that is not milled whole, whose walls are touched, or that is entered from above."""
+    """Refuse (AssertionError) an open slot that is not milled whole, whose walls are touched, or that is entered from
+    above.
+    """
     height = {}
     for is_rapid, part in sample_path(moves):
         below = part[part[:, 2] < -NOISE]

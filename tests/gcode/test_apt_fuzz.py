@@ -77,19 +77,40 @@ WORDS = [
 ]
 TEXTS = [text for text, _left in EXECUTED.values()] + [*WITH_CONDITIONS.values()]
 TEXTS += [
-    "CYCLE/TAP,DEPTH,5,CLEAR,1,MMPR,1\nGOTO/4,0,0\nCYCLE/OFF", "CYCLE/TAP,5,1\nGOTO/4,0,0\nCYCLE/OFF",
+    "CYCLE/TAP,DEPTH,5,CLEAR,1,MMPR,1\nGOTO/4,0,0\nCYCLE/OFF",
+    "CYCLE/TAP,5,1\nGOTO/4,0,0\nCYCLE/OFF",
     "CYCLE/TAP,5,60,MMPM,25.4,1\nGOTO/4,0,0\nCYCLE/OFF",
     "CYCLE/TAP,DEEP,FEDTO,-5,RAPTO,1,STEP,2,TPI,20,RATIO,2,ORIENT,9,DWELL,1,RTRCTO,3\nGOTO/4,0,0,0,.6,.8\nCYCLE/OFF",
-]  # fmt: skip
+]
 TEXTS += [f"{word}/1,2" for word in (*REMARKS, *WITHOUT_EFFECT, *REFUSED_WORDS)]
 SETUPS = [
-    build_plain_setup(tools={1: make_tool(1, 10.0), 2: make_tool(2, 25.0)}, dialect="aptcl", control=control, tapping="feed", max_repeats=300)
-    for control in ({}, {"aptcl": {"pitches": {"2": 1.0}, "cutcom": "centre", "insert": "message", "msys": "one clamping", "times": "begun", "tools": {"B": 1}}})
-]  # fmt: skip
+    build_plain_setup(
+        tools={1: make_tool(1, 10.0), 2: make_tool(2, 25.0)},
+        dialect="aptcl",
+        control=control,
+        tapping="feed",
+        max_repeats=300,
+    )
+    for control in (
+        {},
+        {
+            "aptcl": {
+                "pitches": {"2": 1.0},
+                "cutcom": "centre",
+                "insert": "message",
+                "msys": "one clamping",
+                "times": "begun",
+                "tools": {"B": 1},
+            }
+        },
+    )
+]
 
 
 def outcome(text, setup):
-    """What a program does, as comparable values; or the first code of its refusal. Anything else that is raised is a fault."""
+    """What a program does, as comparable values; or the first code of its refusal. Anything else that is raised is a
+    fault.
+    """
     begun = time.process_time()
     try:
         moves = interpret_program(text.encode("latin-1"), setup)

@@ -14,13 +14,27 @@ from verne_post.model.options import Options
 from verne_post.model.part_setup import Tool
 
 HEADS = [
-    "", "MULTAX/ON", "MULTAX/ON", "MULTAX/ON", "MULTAX/ON\nUNITS/INCHES", "MULTAX/ON\nRAPID", "MULTAX/ON\nCYCLE/DRILL,DEPTH,2,CLEAR,1",
-    "MULTAX/ON\nTRACUT/1,0,0,5,0,1,0,6,0,0,1,7", "MULTAX/ON\nCIRCLE/0,0,0,0,0,1,5", "ROTABL/0,AAXIS,90,CAXIS", "MULTAX/ON\nFEDRAT/2,MMPR", "FEDRAT/0",
-    "TLAXIS/0,0.6,0.8", "MULTAX/ON\nDEFSUB/A", "MULTAX/ON\nPPRINT a $",
-]  # fmt: skip
+    "",
+    "MULTAX/ON",
+    "MULTAX/ON",
+    "MULTAX/ON",
+    "MULTAX/ON\nUNITS/INCHES",
+    "MULTAX/ON\nRAPID",
+    "MULTAX/ON\nCYCLE/DRILL,DEPTH,2,CLEAR,1",
+    "MULTAX/ON\nTRACUT/1,0,0,5,0,1,0,6,0,0,1,7",
+    "MULTAX/ON\nCIRCLE/0,0,0,0,0,1,5",
+    "ROTABL/0,AAXIS,90,CAXIS",
+    "MULTAX/ON\nFEDRAT/2,MMPR",
+    "FEDRAT/0",
+    "TLAXIS/0,0.6,0.8",
+    "MULTAX/ON\nDEFSUB/A",
+    "MULTAX/ON\nPPRINT a $",
+]
 ODD = [
-    "GOTO/1,2", "GOTO/1,2,3,0,0,2", "GOTO/1,2,3,4", "goto/1,2,3", "GOTO/1D1,2,3", "GOTO/1,2,3,0,1,0 ", "RAPID", "COOLNT/ON", "GOTO/1e9,0,0",
-    "GOTO/1,,3", "GOTO/1,2,3 $", "FEDRAT/700", "GODLTA/0,0,1", "GOTO/1_0,2,3", "GOTO/nan,0,0", "GOTO/1 2,3,4", "", "STOP", "FINI", "ENDSUB\nCALSUB/A",
+    "GOTO/1,2", "GOTO/1,2,3,0,0,2", "GOTO/1,2,3,4", "goto/1,2,3", "GOTO/1D1,2,3", "GOTO/1,2,3,0,1,0 ", "RAPID",
+    "COOLNT/ON", "GOTO/1e9,0,0",
+    "GOTO/1,,3", "GOTO/1,2,3 $", "FEDRAT/700", "GODLTA/0,0,1", "GOTO/1_0,2,3", "GOTO/nan,0,0", "GOTO/1 2,3,4", "",
+    "STOP", "FINI", "ENDSUB\nCALSUB/A",
     "GOTO/1E300,0,0", "GOTO/0,0,0,0,0,1E-400",
 ]  # fmt: skip
 
@@ -51,8 +65,17 @@ def view(text):
 def test_stretches_are_their_lines(seed):
     pick = random.Random(seed)
     end = pick.choice(["\n", "\r\n"])
-    text = ["PARTNO/A", "LOADTL/1", "FEDRAT/500,MMPM", "GOTO/1,2,3", *pick.choice(HEADS).split("\n"), *lines(pick), *pick.choice(ODD).split("\n"),
-            *lines(pick), pick.choice(["FINI", ""])]  # fmt: skip
+    text = [
+        "PARTNO/A",
+        "LOADTL/1",
+        "FEDRAT/500,MMPM",
+        "GOTO/1,2,3",
+        *pick.choice(HEADS).split("\n"),
+        *lines(pick),
+        *pick.choice(ODD).split("\n"),
+        *lines(pick),
+        pick.choice(["FINI", ""]),
+    ]
     text = [part for line in text for part in line.split("\n")]
     fast, fast_errors = view(end.join(text))
     single = [line if not line.strip().startswith("GOTO") or "$" in line else line + " $$ alone" for line in text]

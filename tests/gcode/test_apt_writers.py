@@ -1,4 +1,6 @@
-"""Cutter location text as CAM systems write it: one part by four writers, every statement, arcs about any axis, moved systems."""
+"""Cutter location text as CAM systems write it: one part by four writers, every statement, arcs about any axis, moved
+systems.
+"""
 
 import re
 from pathlib import Path
@@ -20,9 +22,11 @@ from verne_post.model.part_setup import Tool
 CORPUS = Path(__file__).parents[1] / "corpus" / "apt"
 #: Per writer what its text does not say.
 WRITERS = {
-    "bracket.ncl": {}, "bracket.cls": {}, "bracket.aptsource": {},
+    "bracket.ncl": {},
+    "bracket.cls": {},
+    "bracket.aptsource": {},
     "bracket.apt": {"insert": "message", "cutcom": "centre"},
-}  # fmt: skip
+}
 USED = ("tool", "spindle", "coolant")
 
 
@@ -36,7 +40,9 @@ def read(view, name, **keys):
 
 @pytest.mark.parametrize("name", WRITERS)
 def test_one_part_of_four_writers_is_that_of_its_twin(view, name):
-    """Every writer's text has the moves of bracket.ngc, written by hand: to the last bit, but for an arc's computed sweep."""
+    """Every writer's text has the moves of bracket.ngc, written by hand: to the last bit, but for an arc's computed
+    sweep.
+    """
     moves, twin = read(view, name, **WRITERS[name]), read(view, "bracket.ngc")
     assert moves.kind.tolist() == twin.kind.tolist()
     np.testing.assert_allclose(moves.end, twin.end, atol=1e-12)
@@ -95,27 +101,40 @@ def test_endings_of_writers(ending):
 # --- every statement --------------------------------------------------------------------------------------------
 
 HEAD = "FEDRAT/90\nGOTO/0,0,9\n"
-#: A statement of each row of the table of docs/apt.md, and what it leaves: kinds of events, or moves (kind, x, y, z) after HEAD.
+#: A statement of each row of the table of docs/apt.md, and what it leaves: kinds of events, or moves (kind, x, y, z)
+#: after HEAD.
 EXECUTED = {
-    "GOTO": ("GOTO/1,2,3", [(1, 1, 2, 3)]), "FROM": ("FROM/1,2,3", [(0, 1, 2, 3)]), "GODLTA": ("GODLTA/1,0,0\nGODLTA/-4", [(1, 1, 0, 9), (1, 1, 0, 5)]),
-    "RAPID": ("RAPID\nGOTO/1,0,9\nGOTO/2,0,9", [(0, 1, 0, 9), (1, 2, 0, 9)]), "FEDRAT": ("FEDRAT/50,MMPM\nGOTO/1,0,9", [(1, 1, 0, 9)]),
-    "MULTAX": ("MULTAX/ON\nGOTO/1,0,9,0,.6,.8", [(1, 1, 0, 9)]), "TLAXIS": ("TLAXIS/0,.6,.8\nGODLTA/10", [(1, 0, 6, 17)]),
-    "CIRCLE": ("CIRCLE/5,0,9,0,0,1,5\nGOTO/10,0,9", [(2, 10, 0, 9)]), "INDIRV": ("INDIRV/0,1,0\nTLON,GOFWD/(CIRCLE/5,0,9,5),ON,(LINE/5,0,9,5,5,9)", [(2, 5, 5, 9)]),
+    "GOTO": ("GOTO/1,2,3", [(1, 1, 2, 3)]), "FROM": ("FROM/1,2,3", [(0, 1, 2, 3)]),
+    "GODLTA": ("GODLTA/1,0,0\nGODLTA/-4", [(1, 1, 0, 9), (1, 1, 0, 5)]),
+    "RAPID": ("RAPID\nGOTO/1,0,9\nGOTO/2,0,9", [(0, 1, 0, 9), (1, 2, 0, 9)]),
+    "FEDRAT": ("FEDRAT/50,MMPM\nGOTO/1,0,9", [(1, 1, 0, 9)]),
+    "MULTAX": ("MULTAX/ON\nGOTO/1,0,9,0,.6,.8", [(1, 1, 0, 9)]),
+    "TLAXIS": ("TLAXIS/0,.6,.8\nGODLTA/10", [(1, 0, 6, 17)]),
+    "CIRCLE": ("CIRCLE/5,0,9,0,0,1,5\nGOTO/10,0,9", [(2, 10, 0, 9)]),
+    "INDIRV": ("INDIRV/0,1,0\nTLON,GOFWD/(CIRCLE/5,0,9,5),ON,(LINE/5,0,9,5,5,9)", [(2, 5, 5, 9)]),
     "TLON": ("INDIRV/0,-1,0\nTLON,GOFWD/(CIRCLE/5,0,9,5),ON,2,INTOF,(LINE/5,0,9,5,5,9)", [(2, 5, 5, 9)]),
     "CYCLE": ("CYCLE/DRILL,DEPTH,5,CLEAR,1\nGOTO/4,0,0\nCYCLE/OFF", [(0, 4, 0, 1), (1, 4, 0, -5), (0, 4, 0, 1)]),
     "TRACUT": ("TRACUT/1,0,0,5,0,1,0,0,0,0,1,0\nGOTO/1,2,3", [(1, 6, 2, 3)]), "MSYS": ("GOTO/1,2,3", [(1, 1, 2, 3)]),
-    "ROTABL": ("ROTABL/0,AAXIS,0,CAXIS", [(0, 0, 0, 9)]), "TOOL PATH": ("TOOL PATH/A,TOOL,B", ["message"]), "END-OF-PATH": ("END-OF-PATH", []),
-    "LOADTL": ("LOADTL/1,ADJUST,1", ["tool"]), "LOAD": ("LOAD/TOOL,1,ADJUST,1", ["tool"]), "TOOLNO": ("TOOLNO/1", ["tool"]),
-    "SPINDL": ("SPINDL/RPM,900,CLW", ["spindle"]), "COOLNT": ("COOLNT/MIST", ["coolant"]), "DELAY": ("DELAY/1.5", [(3, 0, 0, 9)]),
+    "ROTABL": ("ROTABL/0,AAXIS,0,CAXIS", [(0, 0, 0, 9)]), "TOOL PATH": ("TOOL PATH/A,TOOL,B", ["message"]),
+    "END-OF-PATH": ("END-OF-PATH", []),
+    "LOADTL": ("LOADTL/1,ADJUST,1", ["tool"]), "LOAD": ("LOAD/TOOL,1,ADJUST,1", ["tool"]),
+    "TOOLNO": ("TOOLNO/1", ["tool"]),
+    "SPINDL": ("SPINDL/RPM,900,CLW", ["spindle"]), "COOLNT": ("COOLNT/MIST", ["coolant"]),
+    "DELAY": ("DELAY/1.5", [(3, 0, 0, 9)]),
     "DWELL": ("SPINDL/60,CLW\nDWELL/2,REV", [(3, 0, 0, 9)]), "STOP": ("STOP", ["stop"]), "OPSTOP": ("OPSTOP", ["stop"]),
-    "FINI": ("FINI", ["end"]), "END": ("END", ["end"]), "PPRINT": ("PPRINT a", ["message"]), "AUXFUN": ("AUXFUN/8", ["coolant"]),
-    "UNITS": ("UNITS/INCHES\nGOTO/1,0,0", [(1, 25.4, 0, 0)]), "UNIT": ("UNIT/INCH\nGOTO/1,0,0", [(1, 25.4, 0, 0)]), "CUTCOM": ("CUTCOM/OFF", []),
+    "FINI": ("FINI", ["end"]), "END": ("END", ["end"]), "PPRINT": ("PPRINT a", ["message"]),
+    "AUXFUN": ("AUXFUN/8", ["coolant"]),
+    "UNITS": ("UNITS/INCHES\nGOTO/1,0,0", [(1, 25.4, 0, 0)]), "UNIT": ("UNIT/INCH\nGOTO/1,0,0", [(1, 25.4, 0, 0)]),
+    "CUTCOM": ("CUTCOM/OFF", []),
 }  # fmt: skip
 #: Executed where they do nothing, or as the set-up says; else refused.
 WITH_CONDITIONS = {
-    "GOHOME": "GOHOME/1,2,3", "TRNTYP": "TRNTYP/LOCAL,0,0,0", "CSYS": "CSYS/1,0,0,5,0,1,0,0,0,0,1,0", "ORIGIN": "ORIGIN/1,0,0",
-    "TRANS": "TRANS/COORD,1,0,0", "SELECT": "SELECT/HEAD,1", "INSERT": "INSERT G0 X5", "MODE": "MODE/TURN", "SET": "SET/MODE,INCR",
-    "$$*CATIA0": "$$*CATIA0\n$$ A\n$$ 1 0 0 0\n$$ 0 1 0 0\n$$ 0 0 1 0\n$$ 0 0 1 0\n$$*CATIA0\n$$ B\n$$ 1 0 0 0\n$$ 0 1 0 0\n$$ 0 0 1 60.",
+    "GOHOME": "GOHOME/1,2,3", "TRNTYP": "TRNTYP/LOCAL,0,0,0", "CSYS": "CSYS/1,0,0,5,0,1,0,0,0,0,1,0",
+    "ORIGIN": "ORIGIN/1,0,0",
+    "TRANS": "TRANS/COORD,1,0,0", "SELECT": "SELECT/HEAD,1", "INSERT": "INSERT G0 X5", "MODE": "MODE/TURN",
+    "SET": "SET/MODE,INCR",
+    "$$*CATIA0": "$$*CATIA0\n$$ A\n$$ 1 0 0 0\n$$ 0 1 0 0\n$$ 0 0 1 0\n$$ 0 0 1 0\n$$*CATIA0\n$$ B\n$$ 1 0 0 0\n$$ 0 "
+                 "1 0 0\n$$ 0 0 1 60.",
     "$$-> CSYS": "$$-> CSYS / 1,0,0,0,0,1,0,0,0,0,1,0\n$$-> CSYS / 1,0,0,0,0,1,0,0,0,0,1,7",
 }  # fmt: skip
 
@@ -164,10 +183,17 @@ def test_statements_that_are_refused_by_name(view, name):
     assert found[0].message == f"{name}: {REFUSED_WORDS[name]}"
 
 
-@pytest.mark.parametrize(("text", "code"), [
-    ("GOTO/1,2,3", "VP009"), ("FEDRAT/9\nGOTO/1,2,3", "VP012"), ("FEDRAT/.1,MMPR\nGOTO/1,2,3", "VP009"), ("FEDRAT/9\nGODLTA/1,0,0", "VP013"),
-    ("FEDRAT/9\nCIRCLE/5,0,0,0,0,1,5\nGOTO/10,0,0", "VP013"), ("LOADTL/7", "VP012"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("text", "code"),
+    [
+        ("GOTO/1,2,3", "VP009"),
+        ("FEDRAT/9\nGOTO/1,2,3", "VP012"),
+        ("FEDRAT/.1,MMPR\nGOTO/1,2,3", "VP009"),
+        ("FEDRAT/9\nGODLTA/1,0,0", "VP013"),
+        ("FEDRAT/9\nCIRCLE/5,0,0,0,0,1,5\nGOTO/10,0,0", "VP013"),
+        ("LOADTL/7", "VP012"),
+    ],
+)
 def test_remedies_are_in_words_of_the_language(text, code, machine):
     """No G code, and no word of another language."""
     with pytest.raises(InputError) as caught:
@@ -240,7 +266,9 @@ def test_a_described_tool_must_be_loaded(view):
 
 
 def test_registers_of_lengths(view):
-    """Which of two numbers is the register is not known; with ADJUST it is, and the set-up may say that tools have their own."""
+    """Which of two numbers is the register is not known; with ADJUST it is, and the set-up may say that tools have
+    their own.
+    """
     assert refusals(view, "LOADTL/1,2") == [("VP002", 1)]
     for text, keys, length in (
         ("LOADTL/1,ADJUST,2", {}, 25.0),
@@ -285,7 +313,8 @@ def test_csys_does_nothing_in_one_world(view):
     assert refusals(view, "CSYS/1,0,0,0,0,1,0,0,0,0,1,0") == []
 
 
-# --- arcs --------------------------------------------------------------------------------------------------------------
+# --- arcs
+# --------------------------------------------------------------------------------------------------------------
 
 CIP = "G54 G90 G94 G71\nT1 D1 M6\nS900 M3\nG1 F90 X{} Y{} Z{}\nCIP X{} Y{} Z{} I1=AC({}) J1=AC({}) K1=AC({})\nM30"
 
@@ -297,7 +326,9 @@ def place_on(center, u, v, angle, radius=10.0):
 
 @pytest.mark.parametrize("sweep", [50.0, 180.0, 300.0])
 def test_an_arc_about_a_tilted_axis_is_that_of_cip(view, sweep):
-    """The circle through three points of a Siemens program: centre, axis and sweep are computed there from the points."""
+    """The circle through three points of a Siemens program: centre, axis and sweep are computed there from the
+    points.
+    """
     center, u, v = [3.0, -2.0, 15.0], [0.8, 0.0, -0.6], [0.0, 1.0, 0.0]  # about u x v = (0.6, 0, 0.8)
     start, middle, end = (place_on(center, u, v, 20 + share * sweep) for share in (0.0, 0.4, 1.0))
     shown = ["{:.9f},{:.9f},{:.9f}".format(*place) for place in (start, end)]
@@ -321,9 +352,29 @@ def test_setpoints_of_a_tilted_arc_are_those_of_cip(machine):
     center, u, v = [3.0, -2.0, 35.0], [0.8, 0.0, -0.6], [0.0, 1.0, 0.0]
     start, middle, end = (place_on(center, u, v, angle) for angle in (20, 100, 260))
     comma, words = "{:.9f},{:.9f},{:.9f}".format, "X{:.9f} Y{:.9f} Z{:.9f}".format
-    apt = f"PARTNO A\nLOADTL/1\nSPINDL/900,CLW\nRAPID\nGOTO/{comma(*start)},.1,0,.994987437\nFEDRAT/900\nCIRCLE/3,-2,35,.6,0,.8,10\nGOTO/{comma(*end)}\nFINI\n"
+    apt = (
+        "PARTNO A\n"
+        "LOADTL/1\n"
+        "SPINDL/900,CLW\n"
+        "RAPID\n"
+        f"GOTO/{comma(*start)},.1,0,.994987437\n"
+        "FEDRAT/900\n"
+        "CIRCLE/3,-2,35,.6,0,.8,10\n"
+        f"GOTO/{comma(*end)}\n"
+        "FINI\n"
+    )
     over = "I1=AC({:.9f}) J1=AC({:.9f}) K1=AC({:.9f})".format(*middle)
-    siemens = f"TRAORI\nG54 G90 G94 G71\nT1 D1 M6\nS900 M3\nORIVECT\nG0 {words(*start)} A3=.1 B3=0 C3=.994987437\nG1 F900\nCIP {words(*end)} {over}\nM30\n"
+    siemens = (
+        "TRAORI\n"
+        "G54 G90 G94 G71\n"
+        "T1 D1 M6\n"
+        "S900 M3\n"
+        "ORIVECT\n"
+        f"G0 {words(*start)} A3=.1 B3=0 C3=.994987437\n"
+        "G1 F900\n"
+        f"CIP {words(*end)} {over}\n"
+        "M30\n"
+    )
     options = Options(tool_length=80.0, wcs={"G54": (0.0, 0.0, 40.0)})
     values = []
     for text in (apt, siemens):
@@ -349,10 +400,15 @@ def test_a_cylinder_of_tlon_is_the_circle_about_its_axis(view):
 
 
 @pytest.mark.parametrize(("text", "code", "line"), [
-    ("CIRCLE/5,0,9,0,.6,.8,7\nGOTO/10,0,9", "VP008", 4), ("CIRCLE/5,0,9,0,.6,.8,5\nGOTO/11,0,9", "VP008", 4), ("CIRCLE/5,0,9,0,.6,.9,5\nGOTO/10,0,9", "VP008", 3),
-    ("TLON,GOFWD/(CIRCLE/5,0,9,5),ON,(LINE/5,0,9,5,5,9)", "VP005", 3), ("INDIRV/1,0,0\nTLON,GOFWD/(CIRCLE/5,0,9,5),ON,(LINE/5,0,9,5,5,9)", "VP008", 4),
-    ("INDIRV/0,1,0\nTLON,GOFWD/(CIRCLE/5,0,9,5),ON,(PLANE/1,0,0,5)", "VP005", 4), ("INDIRV/0,1,0\nTLON,GOFWD/(CIRCLE/5,0,9,5),ON,(LINE/5,0,9,5,6,9)", "VP008", 4),
-    ("INDIRV/0,1,0\nTLON,GOFWD/(CIRCLE/5,0,9,5),PAST,(LINE/5,0,9,5,5,9)", "VP005", 4), ("INDIRV/0,0,0", "VP005", 3), ("CIRCLE/5,0,9,0,0,1,5,TIMES,2\nGOTO/5,5,9", "VP002", 3), ("CIRCLE/5,0,9,0,.6,.8,5,TIMES,1.5\nGOTO/10,0,9", "VP007", 3),
+    ("CIRCLE/5,0,9,0,.6,.8,7\nGOTO/10,0,9", "VP008", 4), ("CIRCLE/5,0,9,0,.6,.8,5\nGOTO/11,0,9", "VP008", 4),
+    ("CIRCLE/5,0,9,0,.6,.9,5\nGOTO/10,0,9", "VP008", 3),
+    ("TLON,GOFWD/(CIRCLE/5,0,9,5),ON,(LINE/5,0,9,5,5,9)", "VP005", 3),
+    ("INDIRV/1,0,0\nTLON,GOFWD/(CIRCLE/5,0,9,5),ON,(LINE/5,0,9,5,5,9)", "VP008", 4),
+    ("INDIRV/0,1,0\nTLON,GOFWD/(CIRCLE/5,0,9,5),ON,(PLANE/1,0,0,5)", "VP005", 4),
+    ("INDIRV/0,1,0\nTLON,GOFWD/(CIRCLE/5,0,9,5),ON,(LINE/5,0,9,5,6,9)", "VP008", 4),
+    ("INDIRV/0,1,0\nTLON,GOFWD/(CIRCLE/5,0,9,5),PAST,(LINE/5,0,9,5,5,9)", "VP005", 4), ("INDIRV/0,0,0", "VP005", 3),
+    ("CIRCLE/5,0,9,0,0,1,5,TIMES,2\nGOTO/5,5,9", "VP002", 3),
+    ("CIRCLE/5,0,9,0,.6,.8,5,TIMES,1.5\nGOTO/10,0,9", "VP007", 3),
 ])  # fmt: skip
 def test_arcs_that_are_refused(view, text, code, line):
     assert (code, line) in refusals(view, HEAD + text)
@@ -367,7 +423,9 @@ def test_times_counts_as_the_set_up_says(view):
 
 
 def test_creo_lists_points_of_an_arc(view):
-    """All points of one GOTO after CIRCLE are on it; a point after it that is on the circle may be one more, or a straight move."""
+    """All points of one GOTO after CIRCLE are on it; a point after it that is on the circle may be one more, or a
+    straight move.
+    """
     arc = "$$-> FEATNO / 1\n" + HEAD + "CIRCLE/5,0,9,0,0,1,5\nGOTO/{}\n"
     moves, findings = view(arc.format("5,-5,9,10,0,9,$\n5,5,9") + "FINI", dialect="aptcl")
     assert findings == ()

@@ -1,4 +1,6 @@
-"""Where F holds on arcs beside the contour: CFC, CFIN, CFTCP, M109, M110, M111, Fanuc's inside arcs, and LinuxCNC's none."""
+"""Where F holds on arcs beside the contour: CFC, CFIN, CFTCP, M109, M110, M111, Fanuc's inside arcs, and LinuxCNC's
+none.
+"""
 
 import math
 
@@ -116,7 +118,19 @@ def test_feed_per_turn_and_inches(view):
     moves, errors = view(turned, dialect="siemens", tools={1: TOOL})
     assert errors == ()
     assert arc_feeds(moves) == pytest.approx([0.05, 0.3, 0.55])
-    inch = "G700\nT1 M6\nD1\nS900 M3\nG0 X-1 Y0 Z1 A0 C0\nG1 G41 X0 Y0 F20\nX1\nG3 X1 Y=12/25.4 CR=6/25.4\nG1 X0\nG40 Y4\nM30"
+    inch = (
+        "G700\n"
+        "T1 M6\n"
+        "D1\n"
+        "S900 M3\n"
+        "G0 X-1 Y0 Z1 A0 C0\n"
+        "G1 G41 X0 Y0 F20\n"
+        "X1\n"
+        "G3 X1 Y=12/25.4 CR=6/25.4\n"
+        "G1 X0\n"
+        "G40 Y4\n"
+        "M30"
+    )
     moves, errors = view(inch, dialect="siemens", tools={1: TOOL})
     assert errors == ()
     assert arc_feeds(moves)[0] == pytest.approx(20 * MM_PER_INCH / 6)
@@ -135,9 +149,13 @@ def test_one_word_of_the_group_a_block(view):
 
 
 @given(
-    st.floats(0.5, 60.0), st.floats(0.1, 8.0), st.floats(5.0, 300.0), st.floats(-20.0, 20.0), st.booleans(),
+    st.floats(0.5, 60.0),
+    st.floats(0.1, 8.0),
+    st.floats(5.0, 300.0),
+    st.floats(-20.0, 20.0),
+    st.booleans(),
     st.sampled_from([41, 42]),
-)  # fmt: skip
+)
 def test_an_arc_takes_the_time_of_its_contour(view, radius, tool, sweep, rise, left, side):
     """Between lines that touch it no corner shortens it: its length on the contour over F, helices too."""
     sense = 1 if left else -1
@@ -203,12 +221,19 @@ def test_rows_keep_the_contour_at_f_and_the_judge_agrees(machine):
     assert CODES["VP404"].severity == "error"
 
 
-@pytest.mark.parametrize(("word", "text"), [
-    ("", "F holds on the contour (CFC, assumed: neither the program nor the settings file says so): the tool's centre goes at 0.1667 "
-     "to 1.833 times F on 2 arcs"),
-    ("CFC", "F holds on the contour (CFC): the tool's centre goes at 0.1667 to 1.833 times F on 2 arcs"),
-    ("CFIN", "F holds on the contour of inside arcs (CFIN): the tool's centre goes at 0.1667 times F on 1 arc"), ("CFTCP", None),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("word", "text"),
+    [
+        (
+            "",
+            "F holds on the contour (CFC, assumed: neither the program nor the settings file says so): the tool's "
+            "centre goes at 0.1667 to 1.833 times F on 2 arcs",
+        ),
+        ("CFC", "F holds on the contour (CFC): the tool's centre goes at 0.1667 to 1.833 times F on 2 arcs"),
+        ("CFIN", "F holds on the contour of inside arcs (CFIN): the tool's centre goes at 0.1667 times F on 1 arc"),
+        ("CFTCP", None),
+    ],
+)
 def test_the_summary_says_what_holds_and_what_is_assumed(machine, word, text):
     result = check(f"{word} {SIEMENS}", machine, OPTIONS)
     assert result.ok

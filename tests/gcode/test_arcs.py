@@ -9,10 +9,18 @@ TENTHS = "#1=0\n" + "#1=[#1+0.1]\n" * 10  # 1 - 1.1e-16
 
 
 @pytest.mark.parametrize("dialect", ["rs274", "fanuc"])
-@pytest.mark.parametrize(("start", "arc"), [
-    ("G0 X1", "G3 X#1 R10"), ("G0 X1", "G2 X#1 R-10"), ("G18 G0 X1", "G2 X#1 Y3 R10"), ("G0 X1", "G3 X#1 Z1 R10"),
-    ("G0 X10 Y20", "G91 G3 X.0000004 R100000"), ("G0 X10 Y20", "G3 R5 X10"), ("G0 Y0", "G2 Y.002 R0"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("start", "arc"),
+    [
+        ("G0 X1", "G3 X#1 R10"),
+        ("G0 X1", "G2 X#1 R-10"),
+        ("G18 G0 X1", "G2 X#1 Y3 R10"),
+        ("G0 X1", "G3 X#1 Z1 R10"),
+        ("G0 X10 Y20", "G91 G3 X.0000004 R100000"),
+        ("G0 X10 Y20", "G3 R5 X10"),
+        ("G0 Y0", "G2 Y.002 R0"),
+    ],
+)
 def test_an_arc_by_radius_is_never_a_full_circle(view, dialect, start, arc):
     moves, findings = view(f"{TENTHS}F100 G0 X0 Y0 Z0\n{start}\n{arc}\nM2", dialect=dialect)
     assert not len(moves.arcs.sweep)
@@ -56,10 +64,18 @@ def test_the_sweep_of_an_arc_by_radius(view, code, sign, radius, sweep):
 
 
 @pytest.mark.parametrize("code", ["G2", "G3"])
-@pytest.mark.parametrize(("end", "sweep"), [
-    ("", 360.0), ("X10 Y0", 360.0), ("X10 Y.0000001", 360.0), ("X10 Y-.0000001", 360.0), ("X10.02", 360.0),
-    ("X10.02 Y.0000001", 360.0), ("X10.02 Y-.0000001", 360.0),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("end", "sweep"),
+    [
+        ("", 360.0),
+        ("X10 Y0", 360.0),
+        ("X10 Y.0000001", 360.0),
+        ("X10 Y-.0000001", 360.0),
+        ("X10.02", 360.0),
+        ("X10.02 Y.0000001", 360.0),
+        ("X10.02 Y-.0000001", 360.0),
+    ],
+)
 def test_an_arc_by_centre_whose_end_is_its_start_is_a_full_circle(view, code, end, sweep):
     moves, findings = view(f"F9 G0 X10\n{code} {end} I-10\nM2", dialect="rs274")
     assert findings == ()
@@ -67,7 +83,8 @@ def test_an_arc_by_centre_whose_end_is_its_start_is_a_full_circle(view, code, en
 
 
 @pytest.mark.parametrize(("code", "y", "sweep"), [
-    ("G3", "0.000001", 1e-7), ("G2", "0.000001", 2 * math.pi - 1e-7), ("G2", "-0.001", 1e-4), ("G3", "-0.001", 2 * math.pi - 1e-4),
+    ("G3", "0.000001", 1e-7), ("G2", "0.000001", 2 * math.pi - 1e-7), ("G2", "-0.001", 1e-4),
+    ("G3", "-0.001", 2 * math.pi - 1e-4),
 ])  # fmt: skip
 def test_an_arc_by_centre_that_ends_where_a_program_can_write_it_ends_there(view, code, y, sweep):
     moves, findings = view(f"F9 G0 X10\n{code} X10 Y{y} I-10\nM2", dialect="rs274")
@@ -95,11 +112,14 @@ def test_a_corner_that_is_hardly_one_is_not_rounded_by_a_full_circle(view):
     assert moves.arcs.sweep == pytest.approx([-math.degrees(1e-7)], rel=1e-4)
 
 
-@pytest.mark.parametrize("lines", [
-    # the corner at its start, and the one at its end, reach beyond the arc
-    "X0 Y-10\nG3 X0.3 Y-10.1 R20\nG1 X40 Y10",
-    "X0 Y-10\nG3 X0.001 Y-10 R20\nG1 X40 Y10",
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "lines",
+    [
+        # the corner at its start, and the one at its end, reach beyond the arc
+        "X0 Y-10\nG3 X0.3 Y-10.1 R20\nG1 X40 Y10",
+        "X0 Y-10\nG3 X0.001 Y-10 R20\nG1 X40 Y10",
+    ],
+)
 def test_an_arc_shorter_than_its_inside_corners_is_refused_and_not_turned_back(view, lines):
     moves, findings = view(f"F100 G0 Y50\nG41.1 D6\nG1 X0 Y0\n{lines}\nG40 Y50\nM2", dialect="rs274")
     assert [item.code for item in findings] == ["VP026"]
@@ -121,8 +141,9 @@ def test_arcs_beside_a_contour_turn_the_way_they_were_programmed(view):
         moves, findings = view(
             f"F100 G0 X{x:.5f} Y{y:.5f}\n{rng.choice(['G41.1', 'G42.1'])} D6\nG1 X{begin[0]:.5f} Y{begin[1]:.5f}\n"
             f"G{3 if sense > 0 else 2} X{end[0]:.5f} Y{end[1]:.5f} I{-begin[0]:.5f} J{-begin[1]:.5f}\n"
-            f"G1 X{u:.5f} Y{v:.5f}\nG40 X100 Y100\nM2", dialect="rs274",
-        )  # fmt: skip
+            f"G1 X{u:.5f} Y{v:.5f}\nG40 X100 Y100\nM2",
+            dialect="rs274",
+        )
         refused += findings != ()
         for move in [] if findings else np.flatnonzero(moves.arc >= 0):
             done += 1

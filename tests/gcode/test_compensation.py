@@ -111,7 +111,8 @@ def test_a_negative_diameter_changes_the_side_and_none_stays_on_the_contour(view
 
 
 @pytest.mark.parametrize(("code", "entry", "end", "center", "sweep"), [
-    # a quarter from (10, 40) about (20, 40) to (20, 30): the tool ends 5 mm inside, or outside of its end, in its direction
+    # a quarter from (10, 40) about (20, 40) to (20, 30): the tool ends 5 mm inside, or outside of its end, in its
+    # direction
     ("G41.1 D10", "G3 X20 Y30 I10", (20, 35), (20, 47.5), math.degrees(math.atan2(10, 7.5))),
     ("G41.1 D10", "G3 X20 Y30 R10", (20, 35), (20, 47.5), math.degrees(math.atan2(10, 7.5))),
     ("G41.1 D10", "G3 X20 Y30 I10 P2", (20, 35), (20, 47.5), 360 + math.degrees(math.atan2(10, 7.5))),
@@ -120,7 +121,9 @@ def test_a_negative_diameter_changes_the_side_and_none_stays_on_the_contour(view
     ("G42.1 D10", "G2 X20 Y50 I10", (20, 45), (20, 32.5), -math.degrees(math.atan2(10, 7.5))),
 ])  # fmt: skip
 def test_an_arc_leads_onto_the_contour(view, code, entry, end, center, sweep):
-    """As in LinuxCNC: the centre goes on an arc from where the tool is, which ends beside the programmed one in its direction."""
+    """As in LinuxCNC: the centre goes on an arc from where the tool is, which ends beside the programmed one in its
+    direction.
+    """
     way = 1 if end[1] < 40 else -1
     moves, findings = view(f"F9 G0 X10 Y40\n{code}\n{entry}\nG1 X40\nY{40 - 50 * way}\nG40\nG0 Z5\nM2", dialect="rs274")
     assert findings == ()
@@ -155,12 +158,16 @@ def test_moves_off_the_plane_follow_their_amended_corner(view):
 
 
 @pytest.mark.parametrize(("program", "code", "line"), [
-    ("G41.1 D9\nG1 X4", "VP026", 3), ("G41.1 D12\nG2 X4 Y4 I4", "VP026", 3), ("G41.1 D15\nG3 X8 Y4 J10", "VP026", 3), ("G41.1 D11\nG3 X6 Y2 J10", "VP026", 3), ("G41.1 D9\nG1 X20\nA5", "VP026", 4),
+    ("G41.1 D9\nG1 X4", "VP026", 3), ("G41.1 D12\nG2 X4 Y4 I4", "VP026", 3), ("G41.1 D15\nG3 X8 Y4 J10", "VP026", 3),
+    ("G41.1 D11\nG3 X6 Y2 J10", "VP026", 3), ("G41.1 D9\nG1 X20\nA5", "VP026", 4),
     ("G41.1 D9\nG1 X20\nX21\nY30", "VP026", 5), ("G41.1 D30\nG1 X20\nG3 X30 Y10 J10", "VP026", 4),
-    ("G41.1 D2\nG1 X20\nX30\nG40\nG2 X40 I5", "VP026", 6), ("G41.1 D2\nG41.1 D2", "VP017", 3), ("G19 G41.1 D2", "VP017", 2),
+    ("G41.1 D2\nG1 X20\nX30\nG40\nG2 X40 I5", "VP026", 6), ("G41.1 D2\nG41.1 D2", "VP017", 3),
+    ("G19 G41.1 D2", "VP017", 2),
     ("G41.1 D2\nG55", "VP017", 3), ("G41.1 D2\nG92 X5", "VP017", 3), ("G41.1 D2\nG53 G0 X5", "VP017", 3),
-    ("G41.1 D2\nG28 X5", "VP017", 3), ("G41.1 D2\nG43 H1", "VP017", 3), ("G41.1 D2\nG18", "VP017", 3), ("G41.1 D2\nM6", "VP017", 3),
-    ("G41.1 D2\nG81 Z-1 R1 X1", "VP017", 3), ("G93 G41.1 D2", "VP017", 2), ("G41.1", "VP005", 2), ("G41 D7", "VP012", 2),
+    ("G41.1 D2\nG28 X5", "VP017", 3), ("G41.1 D2\nG43 H1", "VP017", 3), ("G41.1 D2\nG18", "VP017", 3),
+    ("G41.1 D2\nM6", "VP017", 3),
+    ("G41.1 D2\nG81 Z-1 R1 X1", "VP017", 3), ("G93 G41.1 D2", "VP017", 2), ("G41.1", "VP005", 2),
+    ("G41 D7", "VP012", 2),
     ("G41", "VP012", 2),
 ])  # fmt: skip
 def test_refused(view, program, code, line):
@@ -195,7 +202,9 @@ def test_without_a_change_of_tool_the_next_move_goes_to_the_contour(view):
 @pytest.mark.parametrize("end", [-20.0, 35.0, -75.0])
 @pytest.mark.parametrize(("word", "side"), [("G41.1", 1.0), ("G42.1", -1.0)])
 def test_an_arc_as_entry_ends_beside_its_end_in_its_direction(view, word, side, end):
-    """About X6 Y8 from X0 Y0, counter-clockwise; the tool's centre comes from where it stands, on an arc about another place."""
+    """About X6 Y8 from X0 Y0, counter-clockwise; the tool's centre comes from where it stands, on an arc about another
+    place.
+    """
     centre, inwards = np.array([6.0, 8.0]), -np.array([np.cos(np.radians(end)), np.sin(np.radians(end))])
     last = centre - 10.0 * inwards
     text = f"G21 G90 G94 F600\nG0 X0 Y0 Z5 A0 C0\n{word} D3 G3 X{last[0]:.9f} Y{last[1]:.9f} I6 J8\nM2"

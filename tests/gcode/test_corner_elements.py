@@ -33,7 +33,8 @@ def measure_off(element: Element, point: list[float]) -> float:
     return abs(math.dist(center, point[:2]) - math.dist(center, element.start[:2]))
 
 
-#: How far the second chord is turned from the first, degrees, and the sweeps of both elements; where these bend at a corner.
+#: How far the second chord is turned from the first, degrees, and the sweeps of both elements; where these bend at a
+#: corner.
 CASES = [
     (turned, sweeps)
     for turned in (20.0, 75.0, 110.0, 150.0, -40.0, -90.0, -130.0)

@@ -21,20 +21,35 @@ def test_cycles_take_no_corner(view):
 
 def test_a_raised_r_is_risen_to_before_anything_goes_sideways(moves_text):
     assert moves_text("F9 G0 Z9\nG81 Z-1 R2\nX5 R6\nM2", dialect="rs274")[5:] == [
-        "3 rapid Z6", "3 rapid X5 Z6", "3 feed X5 Z-1 F9", "3 rapid X5 Z6",
-    ]  # fmt: skip
+        "3 rapid Z6",
+        "3 rapid X5 Z6",
+        "3 feed X5 Z-1 F9",
+        "3 rapid X5 Z6",
+    ]
 
 
 def test_g98_stays_at_the_initial_level_between_holes(moves_text):
     assert moves_text("F9 G0 Z9\nG99 G81 Z-1 R2\nG98 X5\nM2", dialect="rs274")[5:] == [
-        "3 rapid Z9", "3 rapid X5 Z9", "3 rapid X5 Z2", "3 feed X5 Z-1 F9", "3 rapid X5 Z9",
-    ]  # fmt: skip
+        "3 rapid Z9",
+        "3 rapid X5 Z9",
+        "3 rapid X5 Z2",
+        "3 feed X5 Z-1 F9",
+        "3 rapid X5 Z9",
+    ]
 
 
-@pytest.mark.parametrize(("program", "code"), [
-    ("G0 Z60 A20\nG81 X1 Z20 R40", "VP017"), ("G0 Z60 A0 C40\nG81 X1 Z20 R40", None), ("G0 A180 Z60\nG81 X1 Z20 R40", "VP017"),
-    ("G0 Z60 A90\nG18 G81 X1 Y-5 R9", None), ("G0 Z60 A-90\nG18 G81 X1 Y-5 R9", "VP017"), ("G0 Z60 A.05\nG81 X1 Z20 R40", None), ("G0 Z60 A.1\nG81 X1 Z20 R40", "VP017"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("program", "code"),
+    [
+        ("G0 Z60 A20\nG81 X1 Z20 R40", "VP017"),
+        ("G0 Z60 A0 C40\nG81 X1 Z20 R40", None),
+        ("G0 A180 Z60\nG81 X1 Z20 R40", "VP017"),
+        ("G0 Z60 A90\nG18 G81 X1 Y-5 R9", None),
+        ("G0 Z60 A-90\nG18 G81 X1 Y-5 R9", "VP017"),
+        ("G0 Z60 A.05\nG81 X1 Z20 R40", None),
+        ("G0 Z60 A.1\nG81 X1 Z20 R40", "VP017"),
+    ],
+)
 def test_a_drill_must_point_along_its_hole(machine, program, code):
     source = f"G49 F200 G0 X0 Y0 Z100 A0 C0\n{program}\nG80\nM2".encode()
     try:
@@ -62,8 +77,10 @@ def test_the_tool_axis_is_named_where_it_is_not_along_the_hole(machine):
 
 
 @pytest.mark.parametrize(("line", "code"), [
-    ("G81 X1 R2", "VP005"), ("G81 X1 Z-1", "VP005"), ("G81 Z-1 R-2", "VP007"), ("G82 Z-1 R2", "VP005"), ("G83 Z-1 R2", "VP005"),
-    ("G83 Z-1 R2 Q0", "VP007"), ("G83 Z-1 R2 Q.000001", "VP007"), ("G73 Z-1 R2 Q-1", "VP007"), ("G81 Z-1 R2 L0", "VP007"),
+    ("G81 X1 R2", "VP005"), ("G81 X1 Z-1", "VP005"), ("G81 Z-1 R-2", "VP007"), ("G82 Z-1 R2", "VP005"),
+    ("G83 Z-1 R2", "VP005"),
+    ("G83 Z-1 R2 Q0", "VP007"), ("G83 Z-1 R2 Q.000001", "VP007"), ("G73 Z-1 R2 Q-1", "VP007"),
+    ("G81 Z-1 R2 L0", "VP007"),
     ("G81 Z-1 R2 L99999", "VP007"), ("G81 Z-1 R2 A5", "VP017"), ("G93 G81 Z-1 R2", "VP017"), ("G84 Z-1 R2", "VP017"),
     ("S9 M4 G84 Z-1 R2", "VP017"), ("S9 M3 G74 Z-1 R2", "VP017"), ("S9 M3 G87 Z-1 R2 I1 J1", "VP005"), ("G81", "VP005"),
     ("G82 Z-1 R2 P-1", "VP007"), ("G81 Z-1 R2 Q1", "VP006"),
@@ -82,11 +99,20 @@ def test_kept_numbers_are_read_in_the_new_mode_with_a_warning(moves_text, view):
     moves, findings = view(f"{CHANGE}\nM2", dialect="rs274")
     assert findings == ()
     assert sorted({(int(line), z) for line, z in zip(moves.line, moves.end[:, 2], strict=True)}) == [
-        (1, 6.0), (2, -3.0), (2, 2.0), (2, 6.0), (4, 5.0), (4, 8.0), (6, -3.0), (6, 4.0), (6, 8.0),
-    ]  # fmt: skip
+        (1, 6.0),
+        (2, -3.0),
+        (2, 2.0),
+        (2, 6.0),
+        (4, 5.0),
+        (4, 8.0),
+        (6, -3.0),
+        (6, 4.0),
+        (6, 8.0),
+    ]
     assert [(item.code, item.severity, item.line, item.count) for item in moves.findings] == [
-        ("VP030", "warning", 4, 1), ("VP030", "warning", 6, 1),
-    ]  # fmt: skip
+        ("VP030", "warning", 4, 1),
+        ("VP030", "warning", 6, 1),
+    ]
     first, second = (item.message for item in moves.findings)
     assert "keeps R and Z of G90 in G91: the hole goes from Z 8 to 5 mm" in first
     assert "at the heights of before it would go from 2 to -3 mm" in first
@@ -102,15 +128,18 @@ def test_fanuc_controls_keep_the_heights_with_a_warning(view):
     assert "the hole goes from Z 2 to -3 mm; read in G91 it would go from 8 to 5 mm" in moves.findings[0].message
 
 
-@pytest.mark.parametrize(("lines", "warnings"), [
-    ("G81 X1 Z-3 R2\nG91 X5 Z-5 R-4", 0),  # all given again
-    ("G81 X1 Z-3 R2\nG91 G90 X5", None),  # two of one group
-    ("G81 X1 Z-3 R2\nG91\nG90\nX5", 0),  # nothing was drilled between
-    ("G81 X1 Z-3 R2\nG91\nX5\nX5\nX5", 1),  # once for each change
-    ("G81 X1 Z-3 R2\nG91\nG80\nG0 X5", 0),
-    ("G0 Z0\nG91 G81 X1 Z-1 R1\nG90 R1 X5", 1),  # from R1 to 0, or to -1
-    ("G0 Z0\nG91 G81 X1 Z-1 R0\nG90 X5", 0),  # the same hole either way
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("lines", "warnings"),
+    [
+        ("G81 X1 Z-3 R2\nG91 X5 Z-5 R-4", 0),  # all given again
+        ("G81 X1 Z-3 R2\nG91 G90 X5", None),  # two of one group
+        ("G81 X1 Z-3 R2\nG91\nG90\nX5", 0),  # nothing was drilled between
+        ("G81 X1 Z-3 R2\nG91\nX5\nX5\nX5", 1),  # once for each change
+        ("G81 X1 Z-3 R2\nG91\nG80\nG0 X5", 0),
+        ("G0 Z0\nG91 G81 X1 Z-1 R1\nG90 R1 X5", 1),  # from R1 to 0, or to -1
+        ("G0 Z0\nG91 G81 X1 Z-1 R0\nG90 X5", 0),  # the same hole either way
+    ],
+)
 def test_when_a_change_is_warned_about(view, lines, warnings):
     moves, findings = view(f"F9 G0 Z6\n{lines}\nM2", dialect="rs274")
     assert (len(moves.findings) if findings == () else None) == warnings
@@ -185,9 +214,13 @@ def test_a_row_of_polar_repeats_does_not_guess_its_way_through_zero(view):
     assert [(item.code, item.line) for item in found] == [("VP017", 2)]
 
 
-@pytest.mark.parametrize(("code", "spindle", "words"), [
-    ("G74", "M3", "left-hand thread; it needs M4"), ("G84", "M4", "right-hand thread; it needs M3"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("code", "spindle", "words"),
+    [
+        ("G74", "M3", "left-hand thread; it needs M4"),
+        ("G84", "M4", "right-hand thread; it needs M3"),
+    ],
+)
 def test_a_tap_that_turns_the_wrong_way_is_told_which_one_is_right(view, code, spindle, words):
     _moves, findings = view(f"G0 X0 Y0 Z5\nS100 {spindle} F100\n{code} Z-5 R2\nM2", dialect="rs274")
     assert [(one.code, one.line) for one in findings] == [("VP017", 3)]

@@ -1,4 +1,6 @@
-"""Controller dialects: how they are recognised, what their words mean, and that they give what their RS274 twins give."""
+"""Controller dialects: how they are recognised, what their words mean, and that they give what their RS274
+twins give.
+"""
 
 import json
 import math
@@ -44,21 +46,35 @@ class _Hello(Rs274):
         return super().read(self.prepare(text), line)
 
 
-DIALECT = Dialect(lambda source: source[:5] == b"HELLO", make_initial_state, partial(execute_blocks, language=_Hello), names_axis_in_blocks)
+DIALECT = Dialect(
+    lambda source: source[:5] == b"HELLO",
+    make_initial_state,
+    partial(execute_blocks, language=_Hello),
+    names_axis_in_blocks,
+)
 '''
 SAMPLES = Path(__file__).parents[2] / "gcode_samples"
 
 
 @pytest.mark.parametrize(("text", "name"), [
-    ("G0 X1\nM2", "rs274"), ("%\nO1000 (prog)\nG0 X1\nM30\n%", "fanuc"), ("O1000\nG0 X1", "fanuc"), ("O1000 (A)\nG0 X1\n", "fanuc"), ("O1000\n#<a>=1", "rs274"), ("o100 sub\no100 endsub", "rs274"), ("%\nO1000\nG64 P.01", "rs274"), ("%\nO1\nG43.4 H1\nG10 L20 P1 Z0", "rs274"), ("%\nO1\nG54.1 P1\nG10 L20 P1 Z0", "fanuc"), ("%\no100 sub\n", "rs274"), ("", "rs274"),
-    ("% O1000\nG0 X1\n%", "fanuc"), ("%PROG-NC\nG0", "fanuc"), ("%\n:1000\nG0 X1", "fanuc"), ("%\nN10 G40 G17\nN20 G65 P9021 T1", "fanuc"), ("G0 X1\nG05 P10000\nX2", "fanuc"), ("G0 X1\nG5.1 Q1", "fanuc"), ("G0 X1\nG5 P1 Q1 X5", "rs274"),
+    ("G0 X1\nM2", "rs274"), ("%\nO1000 (prog)\nG0 X1\nM30\n%", "fanuc"), ("O1000\nG0 X1", "fanuc"),
+    ("O1000 (A)\nG0 X1\n", "fanuc"), ("O1000\n#<a>=1", "rs274"), ("o100 sub\no100 endsub", "rs274"),
+    ("%\nO1000\nG64 P.01", "rs274"), ("%\nO1\nG43.4 H1\nG10 L20 P1 Z0", "rs274"),
+    ("%\nO1\nG54.1 P1\nG10 L20 P1 Z0", "fanuc"), ("%\no100 sub\n", "rs274"), ("", "rs274"),
+    ("% O1000\nG0 X1\n%", "fanuc"), ("%PROG-NC\nG0", "fanuc"), ("%\n:1000\nG0 X1", "fanuc"),
+    ("%\nN10 G40 G17\nN20 G65 P9021 T1", "fanuc"), ("G0 X1\nG05 P10000\nX2", "fanuc"), ("G0 X1\nG5.1 Q1", "fanuc"),
+    ("G0 X1\nG5 P1 Q1 X5", "rs274"),
     ("#<a>=1\nG65 P1", "rs274"), ("G0 X1 (G65 P1)", "rs274"), ("%\nO1000\nG68.2 X0", "fanuc"),
     ("%\nO1(A)\n(x)\nN1G54.1P2", "fanuc"), ("%\nO1\nM98 P20005", "fanuc"), ("%\nO1\n(G54.1 P2)\nG43.1 Z3", "rs274"),
-    ("LISTING\n%\nO1\nG43.1 Z3 H1", "fanuc"), ("%\nO1 G90 (A)\nG0 X1", "fanuc"), ("LISTING\nO1\n%\nO1", "rs274"), ("%\nO12 sub\nG43.4", "rs274"),
+    ("LISTING\n%\nO1\nG43.1 Z3 H1", "fanuc"), ("%\nO1 G90 (A)\nG0 X1", "fanuc"), ("LISTING\nO1\n%\nO1", "rs274"),
+    ("%\nO12 sub\nG43.4", "rs274"),
     ("%\nO1\n#<a>=1", "rs274"), ("PARTNO/ X\n", "aptcl"), ("$$ remark\n\nMULTAX/ON", "aptcl"), ("UNITS / MM", "aptcl"),
-    ("from/0,0,0", "aptcl"), ("G0 (PARTNO/)", "rs274"), ("%_N_A_MPF\nG0 X1", "siemens"), ("; x\n;$PATH=/_N_WKS_DIR\nG0", "siemens"), ("N10 TRAORI\n", "siemens"),
-    ("G0 X=R1", "siemens"), ("DEF REAL A", "siemens"), ("MSG(\"A\")", "siemens"), ("(MSG, A)\nG0", "rs274"), ("G0 (TRAORI)", "rs274"), ("G0 ; TRAORI", "rs274"), ("%\nO1 (X=1)\nG0", "fanuc"),
-    ("G0 X#1 (SUPA)\nTRAORI", "rs274"), ("N5 MCALL CYCLE81 (52,50,2,-4,)", "siemens"), ("T=\"A\"", "siemens"), ("R1 = 5", "siemens"), ("G81 X1 R2 Z-3\nG80", "rs274"),
+    ("from/0,0,0", "aptcl"), ("G0 (PARTNO/)", "rs274"), ("%_N_A_MPF\nG0 X1", "siemens"),
+    ("; x\n;$PATH=/_N_WKS_DIR\nG0", "siemens"), ("N10 TRAORI\n", "siemens"),
+    ("G0 X=R1", "siemens"), ("DEF REAL A", "siemens"), ("MSG(\"A\")", "siemens"), ("(MSG, A)\nG0", "rs274"),
+    ("G0 (TRAORI)", "rs274"), ("G0 ; TRAORI", "rs274"), ("%\nO1 (X=1)\nG0", "fanuc"),
+    ("G0 X#1 (SUPA)\nTRAORI", "rs274"), ("N5 MCALL CYCLE81 (52,50,2,-4,)", "siemens"), ("T=\"A\"", "siemens"),
+    ("R1 = 5", "siemens"), ("G81 X1 R2 Z-3\nG80", "rs274"),
 ])  # fmt: skip
 def test_recognised_by_the_header(text, name):
     assert choose_dialect("auto", text.encode(), "") is DIALECTS[name]
@@ -93,9 +109,13 @@ def test_a_new_file_is_a_new_dialect(tmp_path):
 
     def run(*arguments):
         return subprocess.run(
-            [sys.executable, "-m", "verne_post", *arguments], cwd=tmp_path, env={**os.environ, "PYTHONPATH": str(tmp_path)},
-            capture_output=True, text=True, check=False,
-        )  # fmt: skip
+            [sys.executable, "-m", "verne_post", *arguments],
+            cwd=tmp_path,
+            env={**os.environ, "PYTHONPATH": str(tmp_path)},
+            capture_output=True,
+            text=True,
+            check=False,
+        )
 
     assert "dummy" in run("check", "--dialect", "no-dialect", "program.nc").stderr
     for options in ([], ["--dialect", "dummy"]):
@@ -144,7 +164,8 @@ def test_g43_without_h_has_the_last_one_since_the_tool_change(view):
 def test_what_holds_before_any_code_of_motion(view):
     """Parameter 3402: refused with the key that says it, then rapid traverse or feed; G80 is no beginning.
 
-    Cycles are a modal group of their own: after G80 the code from before the cycle holds, as programs of CAM systems use it.
+    Cycles are a modal group of their own: after G80 the code from before the cycle holds, as programs of CAM systems
+    use it.
     """
     text = "%\nO1\nG21 G90 G80 F90\nX2 Y3{}\nM30\n%"
     found = view(text.format(""), dialect="fanuc")[1]
@@ -164,22 +185,28 @@ def test_what_holds_before_any_code_of_motion(view):
 
 
 @pytest.mark.parametrize(("fanuc", "rs274"), [
-    ("G4 P500", "G4 P.5"), ("G4 P1.5", "G4 P1.5"), ("G4 P2.", "G4 P2"), ("G4 P200 (P1.5)", "G4 P.2"), ("G4 X1.5", "G4 P1.5"), ("G4 U2", "G4 P2"),
+    ("G4 P500", "G4 P.5"), ("G4 P1.5", "G4 P1.5"), ("G4 P2.", "G4 P2"), ("G4 P200 (P1.5)", "G4 P.2"),
+    ("G4 X1.5", "G4 P1.5"), ("G4 U2", "G4 P2"),
     ("G0 Z9\nG82 X1 Z-1 R2 P300 F9\nX2", "G0 Z9\nG98 G82 X1 Z-1 R2 P.3 F9\nX2"),
     # P holds for another cycle, with a decimal point it is in seconds, and without one there is none
-    ("G0 Z9\nG82 X1 Z-1 R2 P.3 F9\nX2\nX3 P400\nG89 X4", "G0 Z9\nG98 G82 X1 Z-1 R2 P.3 F9\nX2\nX3 P.4\nG80 G0 X4\nZ2\nG1 Z-1\nG4 P.4\nG1 Z2\nG0 Z9"),
+    ("G0 Z9\nG82 X1 Z-1 R2 P.3 F9\nX2\nX3 P400\nG89 X4",
+     "G0 Z9\nG98 G82 X1 Z-1 R2 P.3 F9\nX2\nX3 P.4\nG80 G0 X4\nZ2\nG1 Z-1\nG4 P.4\nG1 Z2\nG0 Z9"),
     ("G0 Z9\nG82 X1 Z-1 R2 F9\nX2", "G0 Z9\nG98 G81 X1 Z-1 R2 F9\nX2"), ("G91 G0 X2\nG53\nX3", "G91 G0 X2\nX3"),
     ("G91 G0 Z9\nG99 G81 X1 Z-1 R-2 F9 K3", "G91 G0 Z9\nG81 X1 Z-1 R-2 F9 L3"),
     ("G0 X5\nG91 G28 Z0\nG90 X6", "G0 X5\nG91 G28 Z0\nG90 X6"), ("G1 F9 X1\nG0 G28 X3\nX4", "G1 F9 X1\nG28 X3\nG0 X4"),
     ("G0 X5\nG53 X2\nX7", "G0 X5\nG53 X2\nX7"), ("G1 F9 X5\nG53 X2\nX7", "G1 F9 X5\nG0 G53 X2\nG1 X7"),
     ("G30 P2 X5", "G30 X5"), ("M98 P30100\nM30\nO100\nG91 G0 X1\nM99", "M98 P100 L3\nM30\nO100\nG91 G0 X1\nM99"),
     ("/2 G0 X1\n:77\nX2", "G0 X1\nX2"), ("G61 G1 F9 X1", "G61.1 G1 F9 X1"), ("G0 X[1+2]", "G0 X[1+2]"),
-    ("G10 L10 P1 R33.\nG43 H1\nG0 Z0", "G10 L1 P1 Z33\nG43 H1\nG0 Z0"), ("G10 L2 P2 X5.\nG55 G0 X1", "G10 L2 P2 X5\nG55 G0 X1"),
-    ("#100=4.\n#101=#100*2+1\nG0X#101Y-#100", "G0 X9 Y-4"), ("G15 G50 G67 G40 G49 G80 G69\nG0 X1", "G40 G49 G80\nG0 X1"),
-    ("G43.1 H1\nG0 Z0", "G43 H1\nG0 Z0"), ("G234 H1\nG0 Z0\nG49", "G43.4 H1\nG0 Z0\nG49"), ("G43 H0\nG0 Z0", "G49\nG0 Z0"),
+    ("G10 L10 P1 R33.\nG43 H1\nG0 Z0", "G10 L1 P1 Z33\nG43 H1\nG0 Z0"),
+    ("G10 L2 P2 X5.\nG55 G0 X1", "G10 L2 P2 X5\nG55 G0 X1"),
+    ("#100=4.\n#101=#100*2+1\nG0X#101Y-#100", "G0 X9 Y-4"),
+    ("G15 G50 G67 G40 G49 G80 G69\nG0 X1", "G40 G49 G80\nG0 X1"),
+    ("G43.1 H1\nG0 Z0", "G43 H1\nG0 Z0"), ("G234 H1\nG0 Z0\nG49", "G43.4 H1\nG0 Z0\nG49"),
+    ("G43 H0\nG0 Z0", "G49\nG0 Z0"),
     ("T1 M6\nG43 H0\nG0 Z0", "T1 M6\nG49\nG0 Z0"), ("(TOOL (10MM)) G0 X1 (A (B)\n(C (D (E)))X2", "G0 X1\nX2"),
     ("M98 P100\nX9\nM30\nO100 G91 G0 X1 (A)\nG90 M99", "M98 P100\nX9\nM30\nO100\nG91 G0 X1\nG90 M99"),
-    ("T1 D0 M6\nG0 X-9 F9\nG41 G1 X0\nX9\nY9\nG40 X3\nG41 X4", "T1 M6\nG0 X-9 F9\nG41.1 D0 G1 X0\nX9\nY9\nG40 X3\nG41.1 D0 X4"),
+    ("T1 D0 M6\nG0 X-9 F9\nG41 G1 X0\nX9\nY9\nG40 X3\nG41 X4",
+     "T1 M6\nG0 X-9 F9\nG41.1 D0 G1 X0\nX9\nY9\nG40 X3\nG41.1 D0 X4"),
     ("T1 M6\nG0 X-9 F9\nG41 G1 X0 D0\nX9\nY9", "T1 M6\nG0 X-9 F9\nG41.1 D0 G1 X0\nX9\nY9"),
 ])  # fmt: skip
 def test_fanuc_words_have_rs274_twins(view, fanuc, rs274):
@@ -195,18 +222,25 @@ def test_fanuc_words_have_rs274_twins(view, fanuc, rs274):
 
 
 def test_fanuc_compensation_begins_beside_the_contour(view):
-    """Start-up type A: the entry ends at a right angle to the next move, and the whole contour is cut, however short it is."""
+    """Start-up type A: the entry ends at a right angle to the next move, and the whole contour is cut, however short it
+    is.
+    """
     program = "%\nO1\nT1 M6\nG0 X50 Y-2 F100\nG41 G1 Y2 D1\nX7\nG2 X2 Y7 R5\nG40 G1 X-9\nM30\n%"
     moves, errors = view(program, dialect="fanuc", tools={1: make_tool(1, 10.0, 10.0)})
     assert errors == ()
     assert moves.end[1:, :2].round(9).tolist() == [[50, -3], [7, -3], [-3, 7], [-9, 7]]
 
 
-@pytest.mark.parametrize(("text", "last"), [
-    ("LISTING OF 4711\nDATE: 1.2.\n\n%\nO1\nG0 X5\nM30\n%\nG0 X7", 5.0),  # what a listing prints before the program
-    ("\n\n%\nO1 G0 X5\nX6\nM30\n%", 6.0), ("%\nO1\nG0 X5\n%\nX7", 5.0),  # % ends it, without M30
-    ("O1\nG0 X5\n%", 5.0), ("G0 X5\nM30\n%\nO2\nG0 X8\nM30", 5.0),  # an end before the %: no listing
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("text", "last"),
+    [
+        ("LISTING OF 4711\nDATE: 1.2.\n\n%\nO1\nG0 X5\nM30\n%\nG0 X7", 5.0),  # what a listing prints before the program
+        ("\n\n%\nO1 G0 X5\nX6\nM30\n%", 6.0),
+        ("%\nO1\nG0 X5\n%\nX7", 5.0),  # % ends it, without M30
+        ("O1\nG0 X5\n%", 5.0),
+        ("G0 X5\nM30\n%\nO2\nG0 X8\nM30", 5.0),  # an end before the %: no listing
+    ],
+)
 def test_fanuc_programs_begin_and_end_at_percent(view, text, last):
     moves, errors = view(text, dialect="fanuc")
     assert errors == ()
@@ -223,11 +257,14 @@ def test_fanuc_smoothing_is_told(view):
 @pytest.mark.parametrize(("line", "code", "part"), [
     ("G84.2 Z-5 R2", "VP002", "tapping"),
     ("G53.1", "VP017", "G68.2"), ("G54.1 X0", "VP005", "needs P"), ("G54.1 P49", "VP007", "P1 to P48"),
-    ("G4 X1 P2", "VP003", "one of them"), ("G41.1 D5", "VP002", "G41.1"), ("o1 sub", "VP002", "rs274"), ("G59.1", "VP002", "rs274"),
+    ("G4 X1 P2", "VP003", "one of them"), ("G41.1 D5", "VP002", "G41.1"), ("o1 sub", "VP002", "rs274"),
+    ("G59.1", "VP002", "rs274"),
     ("G68.2 I30\nG68.2 I30", "VP017", "G69"),
     ("G68.2 I30\nG55", "VP017", "G69"), ("G68.2 I30\nG92 X0", "VP017", "G69"), ("G68.2 G0 X1", "VP003", "own"),
     ("M77", "VP002", "remap"), ("G8 P1 Q2", "VP006", "Q2"),
-    ("G41 X1", "VP005", "needs D"), ("D1\nM6 T1\nG41 X1", "VP005", "after the tool change"), ("G41 D0\nG1 X9\nD1", "VP006", "D1"), ("G43 Z1", "VP005", "needs H"), ("G5 P10001", "VP002", "P10000"), ("G5", "VP002", "P10000"),
+    ("G41 X1", "VP005", "needs D"), ("D1\nM6 T1\nG41 X1", "VP005", "after the tool change"),
+    ("G41 D0\nG1 X9\nD1", "VP006", "D1"), ("G43 Z1", "VP005", "needs H"), ("G5 P10001", "VP002", "P10000"),
+    ("G5", "VP002", "P10000"),
     ("(A (B) C) X1", "VP001", "C"),
 ])  # fmt: skip
 def test_what_fanuc_has_and_we_do_not_is_an_error(view, line, code, part):
@@ -238,7 +275,9 @@ def test_what_fanuc_has_and_we_do_not_is_an_error(view, line, code, part):
 
 
 def rotated(point, i, j, k, origin):
-    """A point of the plane of G68.2, in program coordinates, by three turns one after the other (no matrix of the package)."""
+    """A point of the plane of G68.2, in program coordinates, by three turns one after the other (no matrix of the
+    package).
+    """
 
     def about(p, axis, angle):
         c, s = math.cos(math.radians(angle)), math.sin(math.radians(angle))
@@ -268,7 +307,9 @@ def test_fanuc_names_the_parenthesis_that_ends_a_nested_comment(view, line):
 
 
 def nearest_table(x, y, z):
-    """A and C that hold a tool axis, of both sides that with the smaller C: G53.1 takes it from A0 C0, X Y Z of the machine stand."""
+    """A and C that hold a tool axis, of both sides that with the smaller C: G53.1 takes it from A0 C0, X Y Z of the
+    machine stand.
+    """
     a, c = math.degrees(math.acos(z)), math.degrees(math.atan2(x, y))
     a, c = (a, c) if abs(c) < 91 else (-a, c - math.copysign(180, c))
     return f"A{a:.12f} C{c:.12f}"
@@ -283,8 +324,10 @@ def test_a_tilted_plane_gives_the_setpoints_of_its_vector_twin(machine, angles):
     first += "G0 X-6. Y2. Z6.\nG1 Z1. F900\nX7. Y3.\nG0 Z6.\nG69\nM30\n%"
     x, y, z = rotated((0, 0, 1), i, j, k, (0, 0, 0))
     vector = f"I{x:.15f} J{y:.15f} K{z:.15f}"
-    place = [" ".join(f"{letter}{value:.12f}" for letter, value in zip("XYZ", rotated(p, i, j, k, origin), strict=True))
-             for p in [(-6, 2, 20), *path]]  # fmt: skip
+    place = [
+        " ".join(f"{letter}{value:.12f}" for letter, value in zip("XYZ", rotated(p, i, j, k, origin), strict=True))
+        for p in [(-6, 2, 20), *path]
+    ]
     second = (
         head + f"G0 {place[0]}\nG53 G0 {nearest_table(x, y, z)}\n"
         f"G43.5 G0 {place[1]} {vector}\nG1 {place[2]} F900\n{place[3]}\nG0 {place[4]}\nM30"
@@ -298,7 +341,9 @@ def test_a_tilted_plane_gives_the_setpoints_of_its_vector_twin(machine, angles):
 
 
 def twin_of_the_bracket():
-    """gcode_samples/fanuc_tilted.nc in RS274 words: passes written out, the tilted plane as points and vectors of the part."""
+    """gcode_samples/fanuc_tilted.nc in RS274 words: passes written out, the tilted plane as points and vectors of the
+    part.
+    """
     lines = ["G21 G90 G49 G54", "G0", "G0 X-20 Y-20 Z40 A0 C0", "G0 Z12"]
     for depth in (8.5, 7.0, 5.5, 4.0):
         lines += [f"G1 Z{depth} F400", "X20 F1200", "G0 Z12", "X-20"]
@@ -330,9 +375,18 @@ def twin_of_the_bracket():
 def test_the_bracket_gives_the_setpoints_of_its_twin(machine):
     samples = ((SAMPLES / "fanuc_tilted.nc").read_bytes(), 103), (twin_of_the_bracket().encode(), 1)
     results = [
-        convert(text, machine, Options(
-            tool_length=80.0, wcs={system: WorkOffset((0.0, 0.0, 40.0))}, decimals=9, accept_rounding=True, )) for text, system in samples
-    ]  # fmt: skip
+        convert(
+            text,
+            machine,
+            Options(
+                tool_length=80.0,
+                wcs={system: WorkOffset((0.0, 0.0, 40.0))},
+                decimals=9,
+                accept_rounding=True,
+            ),
+        )
+        for text, system in samples
+    ]
     assert all(result.ok for result in results), [result.findings for result in results]
     values = [result.setpoints.values for result in results]
     assert values[0].shape == values[1].shape
@@ -340,7 +394,10 @@ def test_the_bracket_gives_the_setpoints_of_its_twin(machine):
 
 
 def test_an_arc_in_a_tilted_plane_is_an_arc_of_the_part(machine):
-    text = b"%\nO1\nG49 G54 G0 X0 Y0 Z40 A0 C0\nG68.2 X0. Y0. Z5. J20.\nG53.1\nG0 X10. Y0. Z5.\nG3 I-10. F2000\nG69\nM30\n%"
+    text = (
+        b"%\nO1\nG49 G54 G0 X0 Y0 Z40 A0 C0\nG68.2 X0. Y0. Z5. J20.\nG53.1\nG0 X10. Y0. Z5.\nG3 I-10. "
+        b"F2000\nG69\nM30\n%"
+    )
     options = Options(tool_length=80.0, wcs={1: WorkOffset((0.0, 0.0, 40.0))}, smoothing="off")
     result = convert(text, machine, options)
     assert result.ok, result.findings
@@ -465,7 +522,16 @@ def test_statements(view):
     assert moves.feed[1] == pytest.approx(100.0)
     moves = apt(
         view,
-        "PPRINT hello / there\nSPINDL/800,CCLW\nCOOLNT/MIST\nSTOP\nOPSTOP\nAUXFUN/8\nTLAXIS/0,1,0\nUNITS/MM\nFEDRAT/IPM,10\nGOTO/0,0,1 $$ note",
+        "PPRINT hello / there\n"
+        "SPINDL/800,CCLW\n"
+        "COOLNT/MIST\n"
+        "STOP\n"
+        "OPSTOP\n"
+        "AUXFUN/8\n"
+        "TLAXIS/0,1,0\n"
+        "UNITS/MM\n"
+        "FEDRAT/IPM,10\n"
+        "GOTO/0,0,1 $$ note",
     )
     kinds = [(event.kind, *event.data.values()) for event in moves.events]
     assert kinds[0] == ("message", "hello / there")
@@ -483,7 +549,14 @@ def test_statements(view):
 def test_rapid_is_for_one_goto_and_feeds_hold_after_a_cycle(view):
     moves = apt(
         view,
-        "FEDRAT/500\nRAPID\nGOTO/0,0,9\nGOTO/0,0,8\nCYCLE/BORE,DEPTH,2,MMPM,100,CLEAR,1\nGOTO/5,0,0\nCYCLE/OFF\nGOTO/6,0,0",
+        "FEDRAT/500\n"
+        "RAPID\n"
+        "GOTO/0,0,9\n"
+        "GOTO/0,0,8\n"
+        "CYCLE/BORE,DEPTH,2,MMPM,100,CLEAR,1\n"
+        "GOTO/5,0,0\n"
+        "CYCLE/OFF\n"
+        "GOTO/6,0,0",
     )
     assert moves.kind.tolist() == [0, 1, 0, 1, 1, 1]
     assert moves.feed[[1, 3, 4, 5]].tolist() == [500, 100, 100, 500]
@@ -504,7 +577,15 @@ def test_compensation_begins_with_the_first_motion_in_the_plane(view):
 def test_g89_goes_to_the_initial_level_in_rapid_traverse(view):
     for dialect, out in (("fanuc", [(2.0, MoveKind.FEED), (50.0, MoveKind.RAPID)]), ("rs274", [(50.0, MoveKind.FEED)])):
         time = 500 if dialect == "fanuc" else 0.5
-        text = f"{'O1' if dialect == 'fanuc' else ''}\nG21 G90 G94 G17\nG0 X0 Y0 Z50.\nF100\nG98 G89 X10. Z-5. R2. P{time}\nG80\nM30\n"
+        text = (
+            f"{'O1' if dialect == 'fanuc' else ''}\n"
+            "G21 G90 G94 G17\n"
+            "G0 X0 Y0 Z50.\n"
+            "F100\n"
+            f"G98 G89 X10. Z-5. R2. P{time}\n"
+            "G80\n"
+            "M30\n"
+        )
         moves, errors = view(text, dialect=dialect)
         assert errors == ()
         after = moves.kind == MoveKind.DWELL
@@ -513,18 +594,29 @@ def test_g89_goes_to_the_initial_level_in_rapid_traverse(view):
 
 
 @pytest.mark.parametrize(("text", "code", "line"), [
-    ("GOTO/1,2", "VP005", 1), ("FEDRAT/9\nGOTO/1,2,x", "VP001", 2), ("GOTO/1,2,3", "VP009", 1), ("INSERT/G0", "VP002", 1), ("ROTHED/30", "VP002", 1),
-    ("MULTAX/OFF\nFEDRAT/9\nGOTO/0,0,0,0,1,0", "VP017", 3), ("MULTAX/ON\nFEDRAT/9\nGOTO/0,0,0,0,1,1", "VP007", 3), ("CYCLE/THREAD,5", "VP002", 1), ("CYCLE/TAP,5", "VP005", 1),
-    ("CYCLE/DRILL,DEPTH,5", "VP005", 1), ("CYCLE/DRILL,5,CLEAR,-1", "VP007", 1), ("CYCLE/DEEP,DEPTH,5,CLEAR,1", "VP005", 1), ("CYCLE/DEEP,DEPTH,5,CLEAR,1,STEP,1E-9", "VP007", 1),
-    ("CYCLE/DRILL,DEPTH,5,CLEAR,1,CAM", "VP005", 1), ("UNITS/FURLONG", "VP005", 1), ("LOADTL/A", "VP005", 1), ("LOADTL/1,LENGHT,5", "VP002", 1),
+    ("GOTO/1,2", "VP005", 1), ("FEDRAT/9\nGOTO/1,2,x", "VP001", 2), ("GOTO/1,2,3", "VP009", 1),
+    ("INSERT/G0", "VP002", 1), ("ROTHED/30", "VP002", 1),
+    ("MULTAX/OFF\nFEDRAT/9\nGOTO/0,0,0,0,1,0", "VP017", 3), ("MULTAX/ON\nFEDRAT/9\nGOTO/0,0,0,0,1,1", "VP007", 3),
+    ("CYCLE/THREAD,5", "VP002", 1), ("CYCLE/TAP,5", "VP005", 1),
+    ("CYCLE/DRILL,DEPTH,5", "VP005", 1), ("CYCLE/DRILL,5,CLEAR,-1", "VP007", 1),
+    ("CYCLE/DEEP,DEPTH,5,CLEAR,1", "VP005", 1), ("CYCLE/DEEP,DEPTH,5,CLEAR,1,STEP,1E-9", "VP007", 1),
+    ("CYCLE/DRILL,DEPTH,5,CLEAR,1,CAM", "VP005", 1), ("UNITS/FURLONG", "VP005", 1), ("LOADTL/A", "VP005", 1),
+    ("LOADTL/1,LENGHT,5", "VP002", 1),
     ("CUTCOM/LEFT", "VP002", 1), ("FEDRAT/9\nGOTO/0,0,0\nCIRCLE/5,0,0,0,.6,.9,5\nGOTO/10,0,0", "VP008", 3),
-    ("FEDRAT/9\nGOTO/0,0,0\nCIRCLE/5,0,0,0,0,1,9\nGOTO/10,0,0", "VP008", 4), ("GOTO/1,$\n\n,2", "VP001", 1), ("GOTO/1,,2", "VP001", 1), ("12,3", "VP001", 1),
-    ("CIRCLE/0,0,0,0,0,1,5\nCIRCLE/0,0,0,0,0,1,6", "VP017", 2), ("MULTAX/OF", "VP005", 1), ("UNITS/MM,INCHES", "VP005", 1), ("COOLNT/ON,FROG", "VP005", 1), ("GOHOME/1,2,3", "VP005", 1), ("RAPID/5", "VP005", 1),
-    ("CUTCOM/OFF,LEFT", "VP002", 1), ("CYCLE/OFF,DRILL", "VP005", 1), ("STOP/5", "VP005", 1), ("OPSTOP/X", "VP005", 1), ("CIRCLE/0,0,0,0,0,1,5,1", "VP005", 1),
-    ("SPINDL/500,CLW,CCLW", "VP005", 1), ("SPINDL/OFF,CLW", "VP005", 1), ("SPINDL/9,OFF", "VP005", 1), ("SPINDL/9,RPM,RPM", "VP005", 1), ("SPINDL", "VP005", 1),
-    ("CYCLE/DRILL,DEPTH,5,DEPTH,8,CLEAR,2", "VP004", 1), ("CYCLE/DRILL,DEPTH,5,CLEAR,2,RAPTO,2", "VP004", 1), ("CYCLE/DRILL,5,CLEAR,2,MMPM,9,IPM,9", "VP004", 1),
+    ("FEDRAT/9\nGOTO/0,0,0\nCIRCLE/5,0,0,0,0,1,9\nGOTO/10,0,0", "VP008", 4), ("GOTO/1,$\n\n,2", "VP001", 1),
+    ("GOTO/1,,2", "VP001", 1), ("12,3", "VP001", 1),
+    ("CIRCLE/0,0,0,0,0,1,5\nCIRCLE/0,0,0,0,0,1,6", "VP017", 2), ("MULTAX/OF", "VP005", 1),
+    ("UNITS/MM,INCHES", "VP005", 1), ("COOLNT/ON,FROG", "VP005", 1), ("GOHOME/1,2,3", "VP005", 1),
+    ("RAPID/5", "VP005", 1),
+    ("CUTCOM/OFF,LEFT", "VP002", 1), ("CYCLE/OFF,DRILL", "VP005", 1), ("STOP/5", "VP005", 1), ("OPSTOP/X", "VP005", 1),
+    ("CIRCLE/0,0,0,0,0,1,5,1", "VP005", 1),
+    ("SPINDL/500,CLW,CCLW", "VP005", 1), ("SPINDL/OFF,CLW", "VP005", 1), ("SPINDL/9,OFF", "VP005", 1),
+    ("SPINDL/9,RPM,RPM", "VP005", 1), ("SPINDL", "VP005", 1),
+    ("CYCLE/DRILL,DEPTH,5,DEPTH,8,CLEAR,2", "VP004", 1), ("CYCLE/DRILL,DEPTH,5,CLEAR,2,RAPTO,2", "VP004", 1),
+    ("CYCLE/DRILL,5,CLEAR,2,MMPM,9,IPM,9", "VP004", 1),
     ("CYCLE/DRILL,DEPTH,5,CLEAR,2,RETURN,1", "VP007", 1), ("CYCLE/DRILL,DEPTH,5,CLEAR,2,STEP,2", "VP002", 1),
-    ("FEDRAT/9,FPM", "VP005", 1), ("SPINDL/FAST", "VP005", 1), ("GOTO/1,2,1E99", "VP007", 1), ("AUXFUN/250", "VP002", 1), ("GOTO/0,0,0 $", "VP001", 1),
+    ("FEDRAT/9,FPM", "VP005", 1), ("SPINDL/FAST", "VP005", 1), ("GOTO/1,2,1E99", "VP007", 1),
+    ("AUXFUN/250", "VP002", 1), ("GOTO/0,0,0 $", "VP001", 1),
 ])  # fmt: skip
 def test_statements_that_are_refused(view, text, code, line):
     found = view(f"{text}\nFINI" if not text.endswith("$") else text, dialect="aptcl")[1]
@@ -534,8 +626,10 @@ def test_statements_that_are_refused(view, text, code, line):
 @pytest.mark.parametrize(
     ("text", "column"),
     [
-        (" GOTO / 1 , 2 , x3", 17), ("GOTO/1,,2", 8), ("GOTO/1,2,", 10), ("  FOO/1", 3), ("  12,3", 3), ("TLAXIS/0,0,1E99", 12),
-        ("RAPID/5", 7), ("CYCLE/THREAD,5", 7), ("CYCLE/DRILL,DEPTH,5,CAM,1", 21), ("LOADTL/1, LENGHT,5", 11), ("GOTO/1,2", None), ("GOTO/1,$\n2,x", None),
+        (" GOTO / 1 , 2 , x3", 17), ("GOTO/1,,2", 8), ("GOTO/1,2,", 10), ("  FOO/1", 3), ("  12,3", 3),
+        ("TLAXIS/0,0,1E99", 12),
+        ("RAPID/5", 7), ("CYCLE/THREAD,5", 7), ("CYCLE/DRILL,DEPTH,5,CAM,1", 21), ("LOADTL/1, LENGHT,5", 11),
+        ("GOTO/1,2", None), ("GOTO/1,$\n2,x", None),
     ],
 )  # fmt: skip
 def test_errors_of_a_word_name_its_column(view, text, column):
@@ -562,10 +656,16 @@ def test_a_text_without_fini_is_refused(view):
     assert [(item.code, item.line) for item in view("UNITS/MM\n", dialect="aptcl")[1]] == [("VP010", 1)]
 
 
-@pytest.mark.parametrize(("block", "code", "letter"), [
-    ("M98 P12 K3", "VP006", "K"), ("G4 P100 K2", "VP006", "K"), ("X5 K2 L3", "VP003", "K"), ("G10 L2 P1 X5 K3", "VP006", "K"),
-    ("X5 M98 P12 K3", "VP003", None),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("block", "code", "letter"),
+    [
+        ("M98 P12 K3", "VP006", "K"),
+        ("G4 P100 K2", "VP006", "K"),
+        ("X5 K2 L3", "VP003", "K"),
+        ("G10 L2 P1 X5 K3", "VP006", "K"),
+        ("X5 M98 P12 K3", "VP003", None),
+    ],
+)
 def test_k_is_the_repeats_of_a_cycle_only_where_the_cycle_has_the_words(view, block, code, letter):
     program = f"F9 G0 Z5\nG99 G81 X1 Z-1 R1\n{block}\nG80\nM30\nO12\nG80 G0 Y9\nM99"
     found = view(program, dialect="fanuc")[1]
@@ -581,8 +681,19 @@ def test_tracut_moves_points_axes_arcs_and_increments(view):
     """A quarter turn about X and a shift, against the same program with every coordinate turned by hand."""
     turned = apt(
         view,
-        "MULTAX/ON\nFEDRAT/9\nTRACUT/1,0,0,10,0,0,-1,20,0,1,0,30\nGOTO/1,2,3,0,0,1\nGODLTA/0,5,0\nGODLTA/4\nCIRCLE/11,7,7,0,0,1,10\n"
-        "GOTO/11,17,7\nCYCLE/DRILL,DEPTH,5,CLEAR,1\nGOTO/0,0,0\nCYCLE/OFF\nTRACUT/NOMORE\nGOTO/1,2,3",
+        "MULTAX/ON\n"
+        "FEDRAT/9\n"
+        "TRACUT/1,0,0,10,0,0,-1,20,0,1,0,30\n"
+        "GOTO/1,2,3,0,0,1\n"
+        "GODLTA/0,5,0\n"
+        "GODLTA/4\n"
+        "CIRCLE/11,7,7,0,0,1,10\n"
+        "GOTO/11,17,7\n"
+        "CYCLE/DRILL,DEPTH,5,CLEAR,1\n"
+        "GOTO/0,0,0\n"
+        "CYCLE/OFF\n"
+        "TRACUT/NOMORE\n"
+        "GOTO/1,2,3",
     )
     plain = apt(
         view,
@@ -647,11 +758,16 @@ def test_points_after_rotabl_tilt_as_they_say(machine, begin, decimals):
     assert angles[0] == [begin, 0.0]
 
 
-@pytest.mark.parametrize(("axis", "turns"), [
-    ("0,0.342020,0.939693", False),  # 20 degrees with six decimals
-    ("0,0.342021,0.939693", True),  # one more in the last: 0.00006 degrees
-    ("0,0.342,0.94", False), ("0,0.3420201433,0.9396926208", False), ("0,0.3420202,0.9396926", True),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("axis", "turns"),
+    [
+        ("0,0.342020,0.939693", False),  # 20 degrees with six decimals
+        ("0,0.342021,0.939693", True),  # one more in the last: 0.00006 degrees
+        ("0,0.342,0.94", False),
+        ("0,0.3420201433,0.9396926208", False),
+        ("0,0.3420202,0.9396926", True),
+    ],
+)
 def test_the_table_of_rotabl_stays_while_the_axis_is_that_one_as_printed(machine, axis, turns):
     angles = table_angles(machine, f"ROTABL/20,AAXIS,0,CAXIS\nGOTO/5,5,30,{axis}")[-1]
     assert (angles != [20.0, 0.0]) == turns
@@ -666,7 +782,8 @@ def test_upright_points_after_the_smallest_tilt_are_refused(machine, axis):
 
 
 @pytest.mark.parametrize(("units", "radius", "allowed", "refused"), [
-    ("MM", 100.0, 100.09, 100.11), ("MM", 5.0, 5.028, 5.029), ("INCHES", 1.0, 1.0028, 1.0029), ("MM", 100.0, 99.91, 99.89),
+    ("MM", 100.0, 100.09, 100.11), ("MM", 5.0, 5.028, 5.029), ("INCHES", 1.0, 1.0028, 1.0029),
+    ("MM", 100.0, 99.91, 99.89),
 ])  # fmt: skip
 def test_the_radius_of_circle_is_that_of_its_points(view, units, radius, allowed, refused):
     """As start and end of an arc: 0.1 %, and 0.028 mm or 0.0028 inches where that is more. The radius moves nothing."""
@@ -675,24 +792,40 @@ def test_the_radius_of_circle_is_that_of_its_points(view, units, radius, allowed
     assert [item.code for item in view(text.format(refused), dialect="aptcl")[1]] == ["VP008"]
 
 
-@pytest.mark.parametrize(("axis", "code"), [
-    ("0,0.342020,0.939693", None), ("0,0.342021,0.939692", None),  # one in the last decimal is rounding
-    ("0,0.342022,0.939692", "VP002"), ("0,0.343,0.94", "VP002"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("axis", "code"),
+    [
+        ("0,0.342020,0.939693", None),
+        ("0,0.342021,0.939692", None),  # one in the last decimal is rounding
+        ("0,0.342022,0.939692", "VP002"),
+        ("0,0.343,0.94", "VP002"),
+    ],
+)
 def test_the_point_after_circle_has_the_same_axis_as_printed(view, axis, code):
     found = view(
-        f"LOADTL/1\nMULTAX/ON\nFEDRAT/900\nGOTO/5,0,0,0,0.342020,0.939693\nCIRCLE/0,0,0,0,0,1,5\nGOTO/0,5,0,{axis}\nFINI",
+        "LOADTL/1\n"
+        "MULTAX/ON\n"
+        "FEDRAT/900\n"
+        "GOTO/5,0,0,0,0.342020,0.939693\n"
+        "CIRCLE/0,0,0,0,0,1,5\n"
+        f"GOTO/0,5,0,{axis}\n"
+        "FINI",
         dialect="aptcl",
     )[1]
     assert [item.code for item in found] == ([] if code is None else [code])
 
 
 @pytest.mark.parametrize(("text", "code", "line"), [
-    ("TRACUT/1,2,3", "VP005", 1), ("TRACUT/2,0,0,0,0,1,0,0,0,0,1,0", "VP002", 1), ("TRACUT/-1,0,0,0,0,1,0,0,0,0,1,0", "VP002", 1),
-    ("TRACUT/M1", "VP001", 1), ("CIRCLE/0,0,0,0,0,1,5\nTRACUT/NOMORE", "VP017", 2), ("CALSUB/1", "VP017", 1), ("ENDSUB", "VP017", 1),
-    ("DEFSUB/1\nENDSUB\nDEFSUB/1\nENDSUB", "VP017", 3), ("DEFSUB/1\nCALSUB/1\nENDSUB", "VP017", 2), ("DEFSUB/1\nDEFSUB/2\nENDSUB", "VP017", 2),
-    ("DEFSUB", "VP005", 1), ("ROTABL/30", "VP005", 1), ("ROTABL/30,AAXIS", "VP005", 1), ("ROTABL/30,AAXIS,5,BAXIS", "VP005", 1),
-    ("ROTABL/30,AAXIS,CLW,CAXIS", "VP001", 1), ("CYCLE/DRILL,5,CLEAR,1\nROTABL/0,AAXIS,0,CAXIS", "VP017", 2), ("UNITS/MM\nDEFSUB/7\nGOTO/1,2,3", "VP010", 2),
+    ("TRACUT/1,2,3", "VP005", 1), ("TRACUT/2,0,0,0,0,1,0,0,0,0,1,0", "VP002", 1),
+    ("TRACUT/-1,0,0,0,0,1,0,0,0,0,1,0", "VP002", 1),
+    ("TRACUT/M1", "VP001", 1), ("CIRCLE/0,0,0,0,0,1,5\nTRACUT/NOMORE", "VP017", 2), ("CALSUB/1", "VP017", 1),
+    ("ENDSUB", "VP017", 1),
+    ("DEFSUB/1\nENDSUB\nDEFSUB/1\nENDSUB", "VP017", 3), ("DEFSUB/1\nCALSUB/1\nENDSUB", "VP017", 2),
+    ("DEFSUB/1\nDEFSUB/2\nENDSUB", "VP017", 2),
+    ("DEFSUB", "VP005", 1), ("ROTABL/30", "VP005", 1), ("ROTABL/30,AAXIS", "VP005", 1),
+    ("ROTABL/30,AAXIS,5,BAXIS", "VP005", 1),
+    ("ROTABL/30,AAXIS,CLW,CAXIS", "VP001", 1), ("CYCLE/DRILL,5,CLEAR,1\nROTABL/0,AAXIS,0,CAXIS", "VP017", 2),
+    ("UNITS/MM\nDEFSUB/7\nGOTO/1,2,3", "VP010", 2),
     ("FEDRAT/9\nMULTAX/ON\nGOTO/0,0,0\nCYCLE/DRILL,DEPTH,2,CLEAR,1\nGOTO/5,0,0,0,0,0", "VP007", 5),
 ])  # fmt: skip
 def test_transformations_and_calls_that_are_refused(view, text, code, line):
@@ -786,7 +919,10 @@ def test_fanuc_has_no_such_words(line, code, machine):
 
 
 def test_apt_rapid_before_a_hole_is_refused(machine):
-    source = b"PARTNO/A\nUNITS/MM\nFEDRAT/100\nRAPID\nGOTO/0,0,50\nCYCLE/DRILL,DEPTH,10,CLEAR,2\nGOTO/10,0,0\n%sGOTO/20,0,0\nCYCLE/OFF\nFINI\n"
+    source = (
+        b"PARTNO/A\nUNITS/MM\nFEDRAT/100\nRAPID\nGOTO/0,0,50\n"
+        b"CYCLE/DRILL,DEPTH,10,CLEAR,2\nGOTO/10,0,0\n%sGOTO/20,0,0\nCYCLE/OFF\nFINI\n"
+    )
     given = Options(tool_length=50.0, wcs={"G54": (0.0, 0.0, 0.0)})
     assert len(read_draft(source % b"", machine, given).path)
     with pytest.raises(InputError) as caught:
@@ -797,12 +933,25 @@ def test_apt_rapid_before_a_hole_is_refused(machine):
 @pytest.mark.parametrize(
     ("first", "second", "refused"),
     [
-        ("100", "200", False), ("100,MMPM", "200", False), ("0.1,MMPR", "0.2,MMPR", False), ("0.1,MMPR", "200,MMPM", False),
-        ("0.1,MMPR", "0.2", True), ("10,IPM", "20", True), ("10,IPM", "20,IPM", False), ("100\nUNITS/INCHES", "4", False),
+        ("100", "200", False), ("100,MMPM", "200", False), ("0.1,MMPR", "0.2,MMPR", False),
+        ("0.1,MMPR", "200,MMPM", False),
+        ("0.1,MMPR", "0.2", True), ("10,IPM", "20", True), ("10,IPM", "20,IPM", False),
+        ("100\nUNITS/INCHES", "4", False),
     ],
 )  # fmt: skip
 def test_apt_feed_rates_without_a_unit_after_another_one(first, second, refused, machine):
-    source = f"PARTNO/A\nUNITS/MM\nSPINDL/1000,CLW\nRAPID\nGOTO/0,0,50\nFEDRAT/{first}\nGOTO/10,0,50\nFEDRAT/{second}\nGOTO/20,0,50\nFINI\n"
+    source = (
+        "PARTNO/A\n"
+        "UNITS/MM\n"
+        "SPINDL/1000,CLW\n"
+        "RAPID\n"
+        "GOTO/0,0,50\n"
+        f"FEDRAT/{first}\n"
+        "GOTO/10,0,50\n"
+        f"FEDRAT/{second}\n"
+        "GOTO/20,0,50\n"
+        "FINI\n"
+    )
     given = Options(tool_length=50.0, wcs={"G54": (0.0, 0.0, 0.0)})
     if not refused:
         assert len(read_draft(source.encode(), machine, given).path) == 2
@@ -990,9 +1139,12 @@ def test_each_word_of_the_family_is_what_the_table_says(dialect, control, word, 
 
 #: Programs as posts for these controls, and their users, write them: moves, and where the last one ends.
 FAMILY = {
-    "linuxcnc/contour.ngc": (13, (30, 31.8, -60)), "linuxcnc/holes.ngc": (27, (10, -20 * math.sqrt(0.75), -60)), "pathpilot/pocket.nc": (10, (0, 0, -60)),
-    "pathpilot/holes.nc": (63, (38.1, 12.7, -60)), "mach3/profile.txt": (10, (0, 0, 20)), "mach3/calls.tap": (18, (0, 0, 7)), "grbl/square.nc": (7, (50, 50, 12.7)),
-    "grbl/laser.gc": (8, (0, 0, 0)), "mach4/contour.tap": (11, (0, 0, -60)), "mach4/calls.tap": (12, (0, 0, 10)), "centroid/contour.cnc": (10, (33.02, -1.27, -60)),
+    "linuxcnc/contour.ngc": (13, (30, 31.8, -60)), "linuxcnc/holes.ngc": (27, (10, -20 * math.sqrt(0.75), -60)),
+    "pathpilot/pocket.nc": (10, (0, 0, -60)),
+    "pathpilot/holes.nc": (63, (38.1, 12.7, -60)), "mach3/profile.txt": (10, (0, 0, 20)),
+    "mach3/calls.tap": (18, (0, 0, 7)), "grbl/square.nc": (7, (50, 50, 12.7)),
+    "grbl/laser.gc": (8, (0, 0, 0)), "mach4/contour.tap": (11, (0, 0, -60)), "mach4/calls.tap": (12, (0, 0, 10)),
+    "centroid/contour.cnc": (10, (33.02, -1.27, -60)),
     "centroid/calls.cnc": (4, (10, 0, 10)),
 }  # fmt: skip
 
@@ -1002,8 +1154,9 @@ def test_programs_as_users_of_the_family_write_them(name):
     count, end = FAMILY[name]
     flavour = name.split("/")[0]
     dialect, control = {
-        "mach4": ("fanuc", {}), "centroid": ("fanuc", {"fanuc": {"dwell": "seconds"}}),
-    }.get(flavour, ("rs274", {"rs274": {"flavour": flavour}}))  # fmt: skip
+        "mach4": ("fanuc", {}),
+        "centroid": ("fanuc", {"fanuc": {"dwell": "seconds"}}),
+    }.get(flavour, ("rs274", {"rs274": {"flavour": flavour}}))
     raw = (Path(__file__).parents[1] / "corpus" / "family" / name).read_bytes()
     tools = {1: make_tool(1, 60.0), 2: make_tool(2, 60.0)}
     moves, findings = view_moves_plainly(raw, Options(dialect=dialect, control=control, tools=tools))
@@ -1019,9 +1172,18 @@ def test_keys_of_the_family_are_checked():
         read_keys(Rs274Keys, {"dwell": "ms"})
 
 
-@pytest.mark.parametrize(("text", "line"), [
-    ("G0 X1.", 3), ("G0 A0 C0 (G20)\nG0 X1.", 4), ("G020\nG0 X1.", None), ("G0 X1.\nG21", None), ("G0 A5.", None), ("#1=2\nG0 X1.", 4), ("G04 P210\nG0 X1.", 4),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("text", "line"),
+    [
+        ("G0 X1.", 3),
+        ("G0 A0 C0 (G20)\nG0 X1.", 4),
+        ("G020\nG0 X1.", None),
+        ("G0 X1.\nG21", None),
+        ("G0 A5.", None),
+        ("#1=2\nG0 X1.", 4),
+        ("G04 P210\nG0 X1.", 4),
+    ],
+)
 def test_a_fanuc_program_without_a_unit_is_noted(machine, text, line):
     """Shops in inches leave G20 out: one note says that lengths are mm; the key ends it, and says which they are."""
 

@@ -1,7 +1,8 @@
 """Coordinates of Fanuc: G68, G68.2, G68.3, G51, G51.1, G16, offsets; corners, cycles that keep words, fine boring.
 
-Expected places are worked out by hand from the operator's manuals of Fanuc series 30i and 0i-MF (coordinate rotation, scaling,
-programmable mirror image, polar coordinate command, tilted working plane, optional chamfering and corner R, canned cycles).
+Expected places are worked out by hand from the operator's manuals of Fanuc series 30i and 0i-MF (coordinate rotation,
+scaling, programmable mirror image, polar coordinate command, tilted working plane, optional chamfering and corner R,
+canned cycles).
 """
 
 import math
@@ -45,25 +46,34 @@ def places(moves, first=1):
 
 @pytest.mark.parametrize(("text", "ends"), [
     # rotation: x' = cx + (x - cx) cos R - (y - cy) sin R
-    ("G68 X0 Y0 R90 / G1 X10 Y0 / X10 Y5", [(0, 10, 0), (-5, 10, 0)]), ("G68 X10 Y10 R45. / G1 X10 Y20", [(10 - 10 / R2, 10 + 10 / R2, 0)]),
+    ("G68 X0 Y0 R90 / G1 X10 Y0 / X10 Y5", [(0, 10, 0), (-5, 10, 0)]),
+    ("G68 X10 Y10 R45. / G1 X10 Y20", [(10 - 10 / R2, 10 + 10 / R2, 0)]),
     # without X and Y about where the tool is; in G91 from there
-    ("G0 X5 Y5 / G68 R90 / G91 G1 X10", [(5, 5, 0), (5, 15, 0)]), ("G68 X0 Y0 R90 / G91 G1 X10 / Y5", [(0, 10, 0), (-5, 10, 0)]),
+    ("G0 X5 Y5 / G68 R90 / G91 G1 X10", [(5, 5, 0), (5, 15, 0)]),
+    ("G68 X0 Y0 R90 / G91 G1 X10 / Y5", [(0, 10, 0), (-5, 10, 0)]),
     # G69 ends it; Z alone does not move X and Y
     ("G68 X0 Y0 R90 / G1 Z5 / X10 Y0 / G69 / G0 X1 Y2", [(0, 0, 5), (0, 10, 5), (1, 2, 5)]),
     # in G18 from Z to X about Y, in G19 from Y to Z about X
     ("G18 G68 Z0 X0 R90 / G1 Z10 X0", [(10, 0, 0)]), ("G19 G68 Y0 Z0 R90 / G1 Y10 Z0", [(0, 0, 10)]),
     # about a direction of space, and once more inside
-    ("G68 X0 Y0 Z0 I1 J0 K0 R90 / G1 X1 Y2 Z3", [(1, -3, 2)]), ("G68 X0 Y0 Z5 I0 J1 K0 R90 / G1 X10 Y0 Z5", [(0, 0, -5)]),
+    ("G68 X0 Y0 Z0 I1 J0 K0 R90 / G1 X1 Y2 Z3", [(1, -3, 2)]),
+    ("G68 X0 Y0 Z5 I0 J1 K0 R90 / G1 X10 Y0 Z5", [(0, 0, -5)]),
     ("G68 X0 Y0 Z0 I1 J0 K0 R90 / G68 X0 Y0 Z0 I0 J0 K1 R90 / G1 X1 Y2 Z3", [(-2, -3, 1)]),
     # scaling: x' = c + P (x - c); each axis by its own; about where the tool is
-    ("G51 X10 Y0 Z0 P2. / G1 X15 Y5 Z1 / X20", [(20, 10, 2), (30, 10, 2)]), ("G51 X0 Y0 Z0 I2. J0.5 K1. / G1 X10 Y10 Z10", [(20, 5, 10)]),
-    ("G0 X4 Y4 Z4 / G51 P0.5 / G1 X8 Y0 Z4 / G50 / X1 Y1 Z1", [(4, 4, 4), (6, 2, 4), (1, 1, 1)]), ("G51 X0 Y0 Z0 P2. / G91 G1 X3", [(6, 0, 0)]),
+    ("G51 X10 Y0 Z0 P2. / G1 X15 Y5 Z1 / X20", [(20, 10, 2), (30, 10, 2)]),
+    ("G51 X0 Y0 Z0 I2. J0.5 K1. / G1 X10 Y10 Z10", [(20, 5, 10)]),
+    ("G0 X4 Y4 Z4 / G51 P0.5 / G1 X8 Y0 Z4 / G50 / X1 Y1 Z1", [(4, 4, 4), (6, 2, 4), (1, 1, 1)]),
+    ("G51 X0 Y0 Z0 P2. / G91 G1 X3", [(6, 0, 0)]),
     # mirror image: x' = 2 m - x, of the axes that are named; G50.1 ends them by name
-    ("G51.1 X10 / G1 X15 Y5", [(5, 5, 0)]), ("G101 X10 / G1 X15 Y5", [(5, 5, 0)]), ("G101 X0 / G101 Y0 / G1 X15 Y5 / G100 X0 / X1 Y1", [(-15, -5, 0), (1, -1, 0)]), ("G51.1 X0 Y0 / G1 X15 Y5 / G50.1 X0 / X1 Y1 / G50.1 Y0 / Y2", [(-15, -5, 0), (1, -1, 0), (1, 2, 0)]),
+    ("G51.1 X10 / G1 X15 Y5", [(5, 5, 0)]), ("G101 X10 / G1 X15 Y5", [(5, 5, 0)]),
+    ("G101 X0 / G101 Y0 / G1 X15 Y5 / G100 X0 / X1 Y1", [(-15, -5, 0), (1, -1, 0)]),
+    ("G51.1 X0 Y0 / G1 X15 Y5 / G50.1 X0 / X1 Y1 / G50.1 Y0 / Y2", [(-15, -5, 0), (1, -1, 0), (1, 2, 0)]),
     # mirror first, then scaling, then rotation, whose angle is reversed by a mirror image of one axis
-    ("G51.1 X0 / G51 X0 Y0 Z0 P2. / G68 X0 Y0 R90. / G1 X10 Y0", [(0, 20, 0)]), ("G51.1 X0 / G68 X0 Y0 R90. / G1 X10 Y0", [(0, 10, 0)]),
+    ("G51.1 X0 / G51 X0 Y0 Z0 P2. / G68 X0 Y0 R90. / G1 X10 Y0", [(0, 20, 0)]),
+    ("G51.1 X0 / G68 X0 Y0 R90. / G1 X10 Y0", [(0, 10, 0)]),
     # polar: X is the distance and Y the angle, which stay; in G91 the angle adds up
-    ("G16 / G1 X10 Y90 / Y180 / X20 / G15 / X1 Y1", [(0, 10, 0), (-10, 0, 0), (-20, 0, 0), (1, 1, 0)]), ("G16 / G1 X10 Y0 / G91 Y90 / Y90", [(10, 0, 0), (0, 10, 0), (-10, 0, 0)]),
+    ("G16 / G1 X10 Y90 / Y180 / X20 / G15 / X1 Y1", [(0, 10, 0), (-10, 0, 0), (-20, 0, 0), (1, 1, 0)]),
+    ("G16 / G1 X10 Y0 / G91 Y90 / Y90", [(10, 0, 0), (0, 10, 0), (-10, 0, 0)]),
     ("G52 X100 / G16 / G1 X10 Y90", [(100, 10, 0)]),
 ])  # fmt: skip
 def test_coordinates(run, text, ends):
@@ -74,8 +84,10 @@ def test_coordinates(run, text, ends):
 
 
 @pytest.mark.parametrize(("text", "center", "sweep"), [
-    ("G51.1 X0 / G2 X10 Y10 I10 J0", (-10, 0), 90), ("G51.1 X0 Y0 / G2 X10 Y10 I10 J0", (-10, 0), -90), ("G51 X0 Y0 Z0 P2. / G2 X10 Y10 I10 J0", (20, 0), -90),
-    ("G51.1 X0 / G2 X10 Y10 R10", (-10, 0), 90), ("G51 X0 Y0 Z0 P2. / G2 X10 Y10 R10", (20, 0), -90), ("G51 X0 Y0 Z0 I-1. J1. K1. / G3 X10 Y10 R10", (0, 10), -90),
+    ("G51.1 X0 / G2 X10 Y10 I10 J0", (-10, 0), 90), ("G51.1 X0 Y0 / G2 X10 Y10 I10 J0", (-10, 0), -90),
+    ("G51 X0 Y0 Z0 P2. / G2 X10 Y10 I10 J0", (20, 0), -90),
+    ("G51.1 X0 / G2 X10 Y10 R10", (-10, 0), 90), ("G51 X0 Y0 Z0 P2. / G2 X10 Y10 R10", (20, 0), -90),
+    ("G51 X0 Y0 Z0 I-1. J1. K1. / G3 X10 Y10 R10", (0, 10), -90),
 ])  # fmt: skip
 def test_arcs_of_a_mirror_image_turn_the_other_way(run, text, center, sweep):
     moves = run(text)
@@ -112,11 +124,15 @@ def make_rotation(axis, degrees):
 
 
 @pytest.mark.parametrize(("text", "origin", "rotation"), [
-    ("G68.2 P0 X1 Y2 Z3 I30 J20 K10", (1, 2, 3), make_rotation("z", 30) @ make_rotation("x", 20) @ make_rotation("z", 10)),
-    ("G68.2 P1 X1 Y2 Z3 J20", (1, 2, 3), make_rotation("y", 20)), ("G68.2 P1 I90 Q321", (0, 0, 0), make_rotation("x", 90)),
-    ("G68.2 P2 Q1 X10 Y0 Z0 / G68.2 P2 Q2 X10 Y5 Z0 / G68.2 P2 Q3 X10 Y0 Z8", (10, 0, 0), np.array([[0, 0, 1], [1, 0, 0], [0, 1, 0]])),
+    ("G68.2 P0 X1 Y2 Z3 I30 J20 K10", (1, 2, 3),
+     make_rotation("z", 30) @ make_rotation("x", 20) @ make_rotation("z", 10)),
+    ("G68.2 P1 X1 Y2 Z3 J20", (1, 2, 3), make_rotation("y", 20)),
+    ("G68.2 P1 I90 Q321", (0, 0, 0), make_rotation("x", 90)),
+    ("G68.2 P2 Q1 X10 Y0 Z0 / G68.2 P2 Q2 X10 Y5 Z0 / G68.2 P2 Q3 X10 Y0 Z8", (10, 0, 0),
+     np.array([[0, 0, 1], [1, 0, 0], [0, 1, 0]])),
     # Q0: from the first point in the plane, then a turn by R
-    ("G68.2 P2 Q0 X1 Y2 Z3 R90 / G68.2 P2 Q1 X10 Y0 Z0 / G68.2 P2 Q2 X10 Y5 Z0 / G68.2 P2 Q3 X10 Y1 Z8", (13, 1, 2), np.array([[0, 0, 1], [0, -1, 0], [1, 0, 0]])),
+    ("G68.2 P2 Q0 X1 Y2 Z3 R90 / G68.2 P2 Q1 X10 Y0 Z0 / G68.2 P2 Q2 X10 Y5 Z0 / G68.2 P2 Q3 X10 Y1 Z8", (13, 1, 2),
+     np.array([[0, 0, 1], [0, -1, 0], [1, 0, 0]])),
     ("G68.2 P3 Q1 X1 Y2 Z3 I0 J2. K0 / G68.2 P3 Q2 I1. J0 K0", (1, 2, 3), np.array([[0, 0, 1], [1, 0, 0], [0, 1, 0]])),
 ])  # fmt: skip
 def test_tilted_planes(run, text, origin, rotation):
@@ -131,7 +147,9 @@ def test_tilted_planes(run, text, origin, rotation):
 @pytest.mark.parametrize("choice", ["", "turned", "rising"])
 @pytest.mark.parametrize(("i", "j", "k"), [(0, 20, 0), (0, -35, 50), (20, 0, 0), (30, 20, 0), (-40, 25, 70)])
 def test_planes_of_two_projected_angles(run, view, choice, i, j, k):
-    """X has the angle I in the plane of X and Z, the trace of the plane in Y and Z the angle J; K turns in the plane."""
+    """X has the angle I in the plane of X and Z, the trace of the plane in Y and Z the angle J; K turns in the
+    plane.
+    """
     text = f"G68.2 P4 X1 Y2 Z3 I{i} J{j} K{k} / G1 X0 Y0 Z0 / X1 / Y1 / Z1 X0 Y0"
     if i and not choice:
         findings = view("%\nO1\n" + text.replace(" / ", "\n") + "\nM30\n%", dialect="fanuc")[1]
@@ -174,7 +192,8 @@ def test_two_projected_angles_that_span_no_plane(view):
 
 
 @pytest.mark.parametrize(("choice", "rotation"), [
-    ("fixed", make_rotation("z", 30) @ make_rotation("y", 20) @ make_rotation("x", 10)), ("moving", make_rotation("x", 10) @ make_rotation("y", 20) @ make_rotation("z", 30)),
+    ("fixed", make_rotation("z", 30) @ make_rotation("y", 20) @ make_rotation("x", 10)),
+    ("moving", make_rotation("x", 10) @ make_rotation("y", 20) @ make_rotation("z", 30)),
 ])  # fmt: skip
 def test_roll_pitch_and_yaw_need_to_be_told_about_which_axes(run, view, choice, rotation):
     text = "G68.2 P1 X0 Y0 Z0 I10 J20 K30 / G1 X1 Y0 Z0"
@@ -187,11 +206,15 @@ def test_roll_pitch_and_yaw_need_to_be_told_about_which_axes(run, view, choice, 
 
 @pytest.mark.parametrize(("text", "ends", "arcs"), [
     # ,C: so much of each line; ,R: an arc that touches both
-    ("G1 X10 Y0 ,C2 / Y10", [(8, 0), (10, 2), (10, 10)], []), ("G1 X10 Y0 ,R2. / Y10 ,C1 / X0", [(8, 0), (10, 2), (10, 9), (9, 10), (0, 10)], [(8, 2, 90)]),
+    ("G1 X10 Y0 ,C2 / Y10", [(8, 0), (10, 2), (10, 10)], []),
+    ("G1 X10 Y0 ,R2. / Y10 ,C1 / X0", [(8, 0), (10, 2), (10, 9), (9, 10), (0, 10)], [(8, 2, 90)]),
     # between a line and an arc: centre 2 mm beside the line y = 0 and 10 - 2 mm from the centre of the circle
-    ("G1 X10 Y0 ,R2 / G3 X0 Y10 I-10 J0", [(2 * math.sqrt(15), 0), (2.5 * math.sqrt(15), 2.5), (0, 10)], [(2 * math.sqrt(15), 2, None), (0, 0, None)]),
-    ("G1 X10 Y0 ,R2 / X20", [(10, 0), (20, 0)], []), ("G91 G1 X10 ,R[1+1] / Y10", [(8, 0), (10, 2), (10, 10)], [(8, 2, 90)]),
-    ("#1=0 / WHILE [#1 LT 2] DO1 / G91 G1 X10 ,C1 / Y10 ,C1 / #1=#1+1 / END1 / X5", [(9, 0), (10, 1), (10, 9), (11, 10), (19, 10), (20, 11), (20, 19), (21, 20), (25, 20)], []),
+    ("G1 X10 Y0 ,R2 / G3 X0 Y10 I-10 J0", [(2 * math.sqrt(15), 0), (2.5 * math.sqrt(15), 2.5), (0, 10)],
+     [(2 * math.sqrt(15), 2, None), (0, 0, None)]),
+    ("G1 X10 Y0 ,R2 / X20", [(10, 0), (20, 0)], []),
+    ("G91 G1 X10 ,R[1+1] / Y10", [(8, 0), (10, 2), (10, 10)], [(8, 2, 90)]),
+    ("#1=0 / WHILE [#1 LT 2] DO1 / G91 G1 X10 ,C1 / Y10 ,C1 / #1=#1+1 / END1 / X5",
+     [(9, 0), (10, 1), (10, 9), (11, 10), (19, 10), (20, 11), (20, 19), (21, 20), (25, 20)], []),
 ])  # fmt: skip
 def test_corners(run, text, ends, arcs):
     moves = run(text)
@@ -213,9 +236,11 @@ def test_a_corner_has_the_feed_of_the_first_and_is_beside_the_contour_under_comp
 
 @pytest.mark.parametrize(("text", "heights"), [
     # R, Z, Q and P of one cycle hold for the next, until G80
-    ("G81 X1 Z-3 R2 / G83 X2 Q2", [20, 2, -3, 20, 20, 2, 0, 2, 0.254, -2, 2, -1.746, -3, 20]), ("G82 Z-3 R2 P100 / G99 G81 X2 Z-4", [20, 2, -3, -3, 20, 20, 2, -4, 2]),
+    ("G81 X1 Z-3 R2 / G83 X2 Q2", [20, 2, -3, 20, 20, 2, 0, 2, 0.254, -2, 2, -1.746, -3, 20]),
+    ("G82 Z-3 R2 P100 / G99 G81 X2 Z-4", [20, 2, -3, -3, 20, 20, 2, -4, 2]),
     # Haas: pecks from I by J down to no less than K, the last what is left, and P at the bottom; Q ends them
-    ("G99 G83 Z-13 R2 I6 J2 K3 P.5", [20, 2, -4, 2, -3.746, -8, 2, -7.746, -11, 2, -10.746, -13, -13, 2]), ("G99 G73 Z-6 R2 I4 J0 K4 / Q8 X3", [20, 2, -2, -1.746, -6, 2, 2, -6, 2]),
+    ("G99 G83 Z-13 R2 I6 J2 K3 P.5", [20, 2, -4, 2, -3.746, -8, 2, -7.746, -11, 2, -10.746, -13, -13, 2]),
+    ("G99 G73 Z-6 R2 I4 J0 K4 / Q8 X3", [20, 2, -2, -1.746, -6, 2, 2, -6, 2]),
     # P of other cycles does not dwell in them, and holds beyond them
     ("G99 G82 Z-1 R2 P100 / G83 X2 Q9 / G82 X3", [20, 2, -1, -1, 2, 2, -1, 2, 2, -1, -1, 2]),
     # fine boring: in, dwell, off the wall, out, back
@@ -244,8 +269,10 @@ def test_g9_stops_once(run):
 
 
 @pytest.mark.parametrize(("text", "length", "radius"), [
-    ("G10 L10 P1 R20", 20, 3), ("G10 L11 P1 R0.5", 10.5, 3), ("G10 L11 P1 R0.5 / G10 L11 P1 R0.2", 10.2, 3), ("G10 L11 P1 R0.5 / G10 L10 P1 R20", 20.5, 3),
-    ("G10 L12 P1 R4", 10, 4), ("G10 L13 P1 R-0.1", 10, 2.9), ("G10 L12 P1 R4 / G10 L13 P1 R-0.1 / G10 L12 P1 R5", 10, 4.9),
+    ("G10 L10 P1 R20", 20, 3), ("G10 L11 P1 R0.5", 10.5, 3), ("G10 L11 P1 R0.5 / G10 L11 P1 R0.2", 10.2, 3),
+    ("G10 L11 P1 R0.5 / G10 L10 P1 R20", 20.5, 3),
+    ("G10 L12 P1 R4", 10, 4), ("G10 L13 P1 R-0.1", 10, 2.9),
+    ("G10 L12 P1 R4 / G10 L13 P1 R-0.1 / G10 L12 P1 R5", 10, 4.9),
 ])  # fmt: skip
 def test_offsets_of_tools_and_their_wear(run, text, length, radius):
     moves = run(f"{text} / G43 H1 / G0 X#11001 Y#13001")
@@ -254,21 +281,42 @@ def test_offsets_of_tools_and_their_wear(run, text, length, radius):
 
 
 @pytest.mark.parametrize(("text", "code", "part"), [
-    ("G68 X0 Y0 R45 / G1 X10", "VP017", "name X, Y in G90"), ("G68 X0 Y0 R45 / G1 X9 Y9 / G69 / G91 X1", "VP017", "after G69"), ("G68 X0 Y0", "VP005", "R"),
-    ("G68 X0 Y0 R45 / G68 X0 Y0 R45", "VP017", "G69"), ("G68 Z0 R45", "VP006", "plane"), ("G68 X0 Y0 R9 / G54 / G55", "VP017", "G69"), ("G68 X0 R9 I0 J0 K0", "VP005", "direction"),
-    ("G68 X0 Y0 R9 / G53.1", "VP017", "G68.2"), ("G51 X0 Y0 P2", "VP007", "decimal point"), ("G51 X0 Y0 Z0 P0.", "VP007", "lies between"), ("G51 X0", "VP005", "P"),
-    ("G51 X0 Y0 Z0 P2. / G51 P2.", "VP017", "G50"), ("G51 X0 Y0 Z0 P2. / G28 X0", "VP017", "G28"), ("G51 X0 Y0 Z0 P2. / G55", "VP017", "G50"),
-    ("G51 X0 Y0 Z0 I2. J3. / G2 X9 Y9 I9", "VP017", "ellipse"), ("G51.1", "VP005", "axes"), ("G68 X0 Y0 R9 / G51.1 X0", "VP017", "G69"), ("G51.1 Z0 / G81 Z-3 R2", "VP017", "below"),
-    ("G16 / G91 G1 X5", "VP002", "G90"), ("G16 / G2 X5 Y5 I5", "VP017", "R"), ("G18 G16 / G1 X5 Y5", "VP017", "G17"), ("G51.1 X0 / G16", "VP017", "G50"),
-    ("G68.2 P4 I1", "VP005", "projection_angles"), ("G68.2 P4 J1 Q1", "VP006", "Q"), ("G68.2 P5 I1", "VP007", "P0 to P4"), ("G68.2 P2 Q1 X0 / G1 X1", "VP005", "Q2, Q3"), ("G68.2 P2 Q4", "VP007", "Q4"), ("G68.2 P3 Q1 I1 / G68.2 P3 Q2 I1", "VP007", "right angles"),
-    ("G68.2 P2 Q1 X0 / G68.2 P2 Q2 X1 / G68.2 P2 Q3 X2", "VP007", "line"), ("G68.2 P1 Q122 I1", "VP007", "Q122"), ("G68.2 P0 Q1 I1", "VP006", "Q"), ("G68.3 R0", "VP017", "vertical"),
-    ("G68.3 X1", "VP005", "X, Y and Z"), ("G53.6 H1", "VP017", "G68.2"), ("G68.2 I0 / G53.6 H1 R5", "VP002", "R"), ("G68.4 X0", "VP002", "G68.4"),
-    ("G68 X0 Y0 R9 / #1=#5001", "VP025", "#5001"), ("G51.1 X0 / #1=#5042", "VP025", "#5042"), ("G1 X9 ,R2 / M8", "VP017", "line or an arc"), ("G1 X9 ,R2 / G0 Y9", "VP017", "line or an arc"), ("G0 X9 ,R2", "VP017", "feed move"), ("G1 X1 ,R2 / Y9", "VP008", ",R"),
-    ("G1 X9 ,C2 / G2 X5 Y5 R9", "VP008", ",C"), ("G1 X9 ,R0 / Y9", "VP007", "greater than 0"), ("G1 X9 ,R2", "VP017", "line or an arc"), ("G1 X9 Z1 ,R2 / Y9", "VP008", "plane"),
-    ("G83 Z-3 R2 I1 J1", "VP005", "together"), ("G83 Z-3 R2 I1 J1 K2", "VP007", "fall"), ("G83 Z-3 R2 I1 J0 K0", "VP007", "fall"), ("G83 Z-3 R2 I1 J0 K1 Q1", "VP007", "fall"), ("G83 Z-3 R2 I1 J.1 K.00001", "VP007", "pecks"),
-    ("G76 Z-3 R2 Q0.2", "VP005", "bore_shift"), ("G76 Z-3 R2", "VP005", "Q greater"), ("G87 Z-3 R2 Q1", "VP002", "G87"), ("G81 Z-3 R2 / G80 / G82 Z-3 P1", "VP005", "R"),
-    ("G10 L11 P9 R1", "VP012", "tool 9"), ("G10 L12 P1", "VP005", "R"), ("G10 L14 P1 R1", "VP002", "L14"), ("G91 G30 P3 Z0", "VP015", "P3"), ("G150 I5. F9", "VP002", "G12 or G13"), ("G114", "VP002", "G154 P"), ("G12 I5. F9", "VP005", "G12 needs D"),
-    ("G254 / A5", "VP017", "G255"), ("G68 X0 Y0 R9 / G254", "VP017", "G68"), ("G254 / G55", "VP017", "G255"), ("G54 G254 / G54.1 P3", "VP017", "G255"), ("G68.2 I10 / G54", "VP017", "G69"), ("G888", "VP002", "[remap]"), ("G154 P99", "VP007", "P1 to"), ("G154", "VP005", "P"), ("G101", "VP005", "axes"), ("G51 P2. / X1 / G92 X0", "VP017", "G92"),
+    ("G68 X0 Y0 R45 / G1 X10", "VP017", "name X, Y in G90"),
+    ("G68 X0 Y0 R45 / G1 X9 Y9 / G69 / G91 X1", "VP017", "after G69"), ("G68 X0 Y0", "VP005", "R"),
+    ("G68 X0 Y0 R45 / G68 X0 Y0 R45", "VP017", "G69"), ("G68 Z0 R45", "VP006", "plane"),
+    ("G68 X0 Y0 R9 / G54 / G55", "VP017", "G69"), ("G68 X0 R9 I0 J0 K0", "VP005", "direction"),
+    ("G68 X0 Y0 R9 / G53.1", "VP017", "G68.2"), ("G51 X0 Y0 P2", "VP007", "decimal point"),
+    ("G51 X0 Y0 Z0 P0.", "VP007", "lies between"), ("G51 X0", "VP005", "P"),
+    ("G51 X0 Y0 Z0 P2. / G51 P2.", "VP017", "G50"), ("G51 X0 Y0 Z0 P2. / G28 X0", "VP017", "G28"),
+    ("G51 X0 Y0 Z0 P2. / G55", "VP017", "G50"),
+    ("G51 X0 Y0 Z0 I2. J3. / G2 X9 Y9 I9", "VP017", "ellipse"), ("G51.1", "VP005", "axes"),
+    ("G68 X0 Y0 R9 / G51.1 X0", "VP017", "G69"), ("G51.1 Z0 / G81 Z-3 R2", "VP017", "below"),
+    ("G16 / G91 G1 X5", "VP002", "G90"), ("G16 / G2 X5 Y5 I5", "VP017", "R"), ("G18 G16 / G1 X5 Y5", "VP017", "G17"),
+    ("G51.1 X0 / G16", "VP017", "G50"),
+    ("G68.2 P4 I1", "VP005", "projection_angles"), ("G68.2 P4 J1 Q1", "VP006", "Q"),
+    ("G68.2 P5 I1", "VP007", "P0 to P4"), ("G68.2 P2 Q1 X0 / G1 X1", "VP005", "Q2, Q3"), ("G68.2 P2 Q4", "VP007", "Q4"),
+    ("G68.2 P3 Q1 I1 / G68.2 P3 Q2 I1", "VP007", "right angles"),
+    ("G68.2 P2 Q1 X0 / G68.2 P2 Q2 X1 / G68.2 P2 Q3 X2", "VP007", "line"), ("G68.2 P1 Q122 I1", "VP007", "Q122"),
+    ("G68.2 P0 Q1 I1", "VP006", "Q"), ("G68.3 R0", "VP017", "vertical"),
+    ("G68.3 X1", "VP005", "X, Y and Z"), ("G53.6 H1", "VP017", "G68.2"), ("G68.2 I0 / G53.6 H1 R5", "VP002", "R"),
+    ("G68.4 X0", "VP002", "G68.4"),
+    ("G68 X0 Y0 R9 / #1=#5001", "VP025", "#5001"), ("G51.1 X0 / #1=#5042", "VP025", "#5042"),
+    ("G1 X9 ,R2 / M8", "VP017", "line or an arc"), ("G1 X9 ,R2 / G0 Y9", "VP017", "line or an arc"),
+    ("G0 X9 ,R2", "VP017", "feed move"), ("G1 X1 ,R2 / Y9", "VP008", ",R"),
+    ("G1 X9 ,C2 / G2 X5 Y5 R9", "VP008", ",C"), ("G1 X9 ,R0 / Y9", "VP007", "greater than 0"),
+    ("G1 X9 ,R2", "VP017", "line or an arc"), ("G1 X9 Z1 ,R2 / Y9", "VP008", "plane"),
+    ("G83 Z-3 R2 I1 J1", "VP005", "together"), ("G83 Z-3 R2 I1 J1 K2", "VP007", "fall"),
+    ("G83 Z-3 R2 I1 J0 K0", "VP007", "fall"), ("G83 Z-3 R2 I1 J0 K1 Q1", "VP007", "fall"),
+    ("G83 Z-3 R2 I1 J.1 K.00001", "VP007", "pecks"),
+    ("G76 Z-3 R2 Q0.2", "VP005", "bore_shift"), ("G76 Z-3 R2", "VP005", "Q greater"), ("G87 Z-3 R2 Q1", "VP002", "G87"),
+    ("G81 Z-3 R2 / G80 / G82 Z-3 P1", "VP005", "R"),
+    ("G10 L11 P9 R1", "VP012", "tool 9"), ("G10 L12 P1", "VP005", "R"), ("G10 L14 P1 R1", "VP002", "L14"),
+    ("G91 G30 P3 Z0", "VP015", "P3"), ("G150 I5. F9", "VP002", "G12 or G13"), ("G114", "VP002", "G154 P"),
+    ("G12 I5. F9", "VP005", "G12 needs D"),
+    ("G254 / A5", "VP017", "G255"), ("G68 X0 Y0 R9 / G254", "VP017", "G68"), ("G254 / G55", "VP017", "G255"),
+    ("G54 G254 / G54.1 P3", "VP017", "G255"), ("G68.2 I10 / G54", "VP017", "G69"), ("G888", "VP002", "[remap]"),
+    ("G154 P99", "VP007", "P1 to"), ("G154", "VP005", "P"), ("G101", "VP005", "axes"),
+    ("G51 P2. / X1 / G92 X0", "VP017", "G92"),
 ])  # fmt: skip
 def test_refusals(view, text, code, part):
     source = "\n".join(["%", "O1", "G21 G90 G17", "G0 X0 Y0 Z0 S500 M3", "F100", *text.split(" / "), "M30", "%"])
@@ -286,7 +334,22 @@ def test_a_program_that_ends_in_a_corner_says_so(view):
 @pytest.mark.parametrize(("a", "c"), [(20.0, 30.0), (-35.0, 100.0), (0.0, 45.0), (0.0, 0.0)])
 def test_a_dynamic_work_offset_counts_along_the_machine_from_the_origin_on_the_table(machine, a, c):
     options = Options(tool_length=50.0, dialect="fanuc", wcs={"G54": (10.0, -20.0, 60.0)})
-    text = f"%\nO1\nG21 G90 G54\nG43 H1\nG0 X0 Y0 Z0 A{a} C{c}\nG254\nG0 X1 Y2 Z3\nG91 G1 X10 F500\nY10\nZ10\nG90 G255\nG0 X0 Y0 Z0\nM30\n%"
+    text = (
+        "%\n"
+        "O1\n"
+        "G21 G90 G54\n"
+        "G43 H1\n"
+        f"G0 X0 Y0 Z0 A{a} C{c}\n"
+        "G254\n"
+        "G0 X1 Y2 Z3\n"
+        "G91 G1 X10 F500\n"
+        "Y10\n"
+        "Z10\n"
+        "G90 G255\n"
+        "G0 X0 Y0 Z0\n"
+        "M30\n"
+        "%"
+    )
     moves = interpret_program(text.encode(), build_interpreter_setup(machine, options))
     at = [machine.coordinates.map_to_machine(moves.end[i], moves.frames[moves.frame[i]])[:3] for i in range(len(moves))]
     zero = at[0]  # the origin of the part, where the table has carried it

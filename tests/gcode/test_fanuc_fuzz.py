@@ -1,7 +1,8 @@
-"""Random Fanuc programs: no traceback, findings with a line of the text, the same answer with and without a machine's help.
+"""Random Fanuc programs: no traceback, findings with a line of the text, the same answer with and without a machine's
+help.
 
-``python -m tests.gcode.test_fanuc_fuzz 10000 5000`` tries 10000 programs from seed 5000 on, with ``planes`` behind it only
-such with G68.2 P4 in each.
+``python -m tests.gcode.test_fanuc_fuzz 10000 5000`` tries 10000 programs from seed 5000 on, with ``planes`` behind it
+only such with G68.2 P4 in each.
 """
 
 import random

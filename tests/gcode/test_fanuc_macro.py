@@ -1,4 +1,6 @@
-"""Custom macros of Fanuc: values, statements, calls. Expected values follow the operator's manual of series 30i (custom macro)."""
+"""Custom macros of Fanuc: values, statements, calls. Expected values follow the operator's manual of series 30i (custom
+macro).
+"""
 
 import pytest
 
@@ -23,11 +25,14 @@ def run(view):
 
 @pytest.mark.parametrize(("expression", "value"), [
     # priority: functions, then * / AND MOD, then + - OR XOR, then comparisons
-    ("1+2*3", 7), ("[1+2]*3", 9), ("2*3 GT 5", 1), ("8-3-2", 3), ("12/3/2", 2), ("5 AND 3", 1), ("5 OR 3", 7), ("6 XOR 3", 5),
+    ("1+2*3", 7), ("[1+2]*3", 9), ("2*3 GT 5", 1), ("8-3-2", 3), ("12/3/2", 2), ("5 AND 3", 1), ("5 OR 3", 7),
+    ("6 XOR 3", 5),
     ("[[1 EQ 1] AND [2 EQ 2]]", 1), ("[[1 EQ 2] OR [2 EQ 2]]", 1), ("7 MOD 3", 1), ("-7 MOD 3", -1),
     # FIX cuts, FUP rounds up in size, ROUND to the nearest; angles in degrees; ATAN 0 to 360, ASIN 270 to 90
-    ("FIX[-1.7]", -1), ("FUP[-1.2]", -2), ("ROUND[1.5]", 2), ("RND[-1.5]", -2), ("SIN[90]", 1), ("COS[180]", -1), ("TAN[45]", 1),
-    ("ATAN[1]/[1]", 45), ("ATAN[-1]/[1]", 315), ("ATAN[1,-1]", 135), ("ATAN[-1]", -45), ("ASIN[-1]", 270), ("ACOS[-1]", 180),
+    ("FIX[-1.7]", -1), ("FUP[-1.2]", -2), ("ROUND[1.5]", 2), ("RND[-1.5]", -2), ("SIN[90]", 1), ("COS[180]", -1),
+    ("TAN[45]", 1),
+    ("ATAN[1]/[1]", 45), ("ATAN[-1]/[1]", 315), ("ATAN[1,-1]", 135), ("ATAN[-1]", -45), ("ASIN[-1]", 270),
+    ("ACOS[-1]", 180),
     ("SQRT[9]", 3), ("SQ[16]", 4), ("ABS[-3]", 3), ("POW[2,3]", 8), ("LN[EXP[2]]", 2),
     # what follows the comma of a function is no corner (,C and ,R)
     ("POW[2,COS[0]]", 2), ("ATAN[1,COS[0]]", 45), ("POW[2,ROUND[2.2]]", 4),
@@ -36,10 +41,13 @@ def run(view):
     # variables by number, and computed numbers
     ("#2", 3), ("##2", 7), ("#[#2]", 7), ("#[1+1]*2", 6),
     # a vacant variable: 0 in sums, equal to another alone in EQ and NE, 0 in LT and the like
-    ("#1+5", 5), ("5*#1", 0), ("#1 EQ #0", 1), ("#1 EQ 0", 0), ("#1 NE 0", 1), ("#1 NE #0", 0), ("#1 GE 0", 1), ("#1 LT 1", 1), ("-#1+2", 2),
+    ("#1+5", 5), ("5*#1", 0), ("#1 EQ #0", 1), ("#1 EQ 0", 0), ("#1 NE 0", 1), ("#1 NE #0", 0), ("#1 GE 0", 1),
+    ("#1 LT 1", 1), ("-#1+2", 2),
     # the control's own: G code groups, F S T, positions, origins, tools
-    ("#4001", 0), ("#4002", 17), ("#4003", 90), ("#4005", 94), ("#4006", 21), ("#4007", 40), ("#4009", 80), ("#4010", 98), ("#4014", 54),
-    ("#4109", 100), ("#4119", 800), ("#4120", 2), ("#5001", 4), ("#5042", 6), ("#5022", 6), ("#5221", 0), ("#7003", 0), ("#11001", 10), ("#13002", 3),
+    ("#4001", 0), ("#4002", 17), ("#4003", 90), ("#4005", 94), ("#4006", 21), ("#4007", 40), ("#4009", 80),
+    ("#4010", 98), ("#4014", 54),
+    ("#4109", 100), ("#4119", 800), ("#4120", 2), ("#5001", 4), ("#5042", 6), ("#5022", 6), ("#5221", 0), ("#7003", 0),
+    ("#11001", 10), ("#13002", 3),
 ])  # fmt: skip
 def test_values(run, expression, value):
     assert run("#2=3", "#3=7", "S800 T2", "G0 X4 Y6", f"#33={expression}", "G0 X#33") == (
@@ -60,12 +68,16 @@ def test_a_variable_gets_no_value_from_a_vacant_one_and_its_word_is_passed_over(
 
 @pytest.mark.parametrize(("lines", "ends"), [
     (("IF [1 LT 2] GOTO 20", "G0 X1", "N20 G0 X2"), [2]), (("IF [1 GT 2] GOTO 20", "G0 X1", "N20 G0 X2"), [1, 2]),
-    (("#1=0", "N5 #1=#1+1", "G0 X#1", "IF [#1 LT 3] GOTO 5"), [1, 2, 3]), (("GOTO [10*2]", "N10 G0 X1", "N20 G0 X2"), [2]),
+    (("#1=0", "N5 #1=#1+1", "G0 X#1", "IF [#1 LT 3] GOTO 5"), [1, 2, 3]),
+    (("GOTO [10*2]", "N10 G0 X1", "N20 G0 X2"), [2]),
     # the search goes forwards first, then from the beginning
     (("#1=0", "N7 G0 X[1+#1]", "IF [#1 EQ 1] GOTO 9", "#1=1", "GOTO 7", "N9 G0 X9"), [1, 2, 9]),
-    (("#1=1", "IF [#1 EQ 1] THEN #2=8", "IF [#1 EQ 2] THEN #2=1/0", "G0 X#2"), [8]), (("IF[1EQ1]THEN GOTO20", "G0 X1", "N20 G0 X2"), [2]),
-    (("#1=0", "WHILE [#1 LT 3] DO1", "G0 X[10*#1+1]", "#1=#1+1", "END1"), [1, 11, 21]), (("WHILE [1 EQ 2] DO2", "G0 X1", "END2", "G0 X2"), [2]),
-    (("#1=0", "WHILE [#1 LT 2] DO1", "#2=0", "WHILE [#2 LT 2] DO2", "G0 X[10*#1+#2+1]", "#2=#2+1", "END2 (inner)", "#1=#1+1", "END 1"), [1, 2, 11, 12]),
+    (("#1=1", "IF [#1 EQ 1] THEN #2=8", "IF [#1 EQ 2] THEN #2=1/0", "G0 X#2"), [8]),
+    (("IF[1EQ1]THEN GOTO20", "G0 X1", "N20 G0 X2"), [2]),
+    (("#1=0", "WHILE [#1 LT 3] DO1", "G0 X[10*#1+1]", "#1=#1+1", "END1"), [1, 11, 21]),
+    (("WHILE [1 EQ 2] DO2", "G0 X1", "END2", "G0 X2"), [2]),
+    (("#1=0", "WHILE [#1 LT 2] DO1", "#2=0", "WHILE [#2 LT 2] DO2", "G0 X[10*#1+#2+1]", "#2=#2+1", "END2 (inner)",
+      "#1=#1+1", "END 1"), [1, 2, 11, 12]),
     (("#1=0", "N1 (AGAIN) DO1", "#1=#1+1", "G0 X#1", "IF [#1 GE 2] GOTO 30", "END1", "N30 G0 X9"), [1, 2, 9]),
     (("/IF [1 EQ 1] GOTO 20", "G0 X1", "N20 G0 X2"), [2]), (("(GOTO 20)", "G0 X1"), [1]),
     # the same number of a loop may be used again
@@ -76,14 +88,18 @@ def test_statements(run, lines, ends):
 
 
 @pytest.mark.parametrize(("call", "body", "ends"), [
-    ("G65 P9000 A1 B2 C3 D4", "G0 X#1 / X#2 / X#3 / X#7", [1, 2, 3, 4]), ("G65 P9000 X24. Y25 Z26. Q17", "G0 X#24 / X#25 / X#26 / X#17", [24, 25, 26, 17]),
+    ("G65 P9000 A1 B2 C3 D4", "G0 X#1 / X#2 / X#3 / X#7", [1, 2, 3, 4]),
+    ("G65 P9000 X24. Y25 Z26. Q17", "G0 X#24 / X#25 / X#26 / X#17", [24, 25, 26, 17]),
     # letters of argument specification I; M and T are arguments too
-    ("G65 P9000 E8 F9 H11 M13 R18 S19 T20 U21 V22 W23", "G0 X#8 / X#9 / X#11 / X#13 / X#18 / X#19 / X#20 / X#21 / X#22 / X#23", [8, 9, 11, 13, 18, 19, 20, 21, 22, 23]),
+    ("G65 P9000 E8 F9 H11 M13 R18 S19 T20 U21 V22 W23",
+     "G0 X#8 / X#9 / X#11 / X#13 / X#18 / X#19 / X#20 / X#21 / X#22 / X#23", [8, 9, 11, 13, 18, 19, 20, 21, 22, 23]),
     # specification II: sets of I J K, a new one where the order begins again; the last of two for one variable counts
-    ("G65 P9000 I1 J2 K3 I4 J5 K6 I7", "G0 X#4 / X#5 / X#6 / X#7 / X#8 / X#9 / X#10", [1, 2, 3, 4, 5, 6, 7]), ("G65 P9000 J2 I4", "G0 X#5 / X#7", [2, 4]),
+    ("G65 P9000 I1 J2 K3 I4 J5 K6 I7", "G0 X#4 / X#5 / X#6 / X#7 / X#8 / X#9 / X#10", [1, 2, 3, 4, 5, 6, 7]),
+    ("G65 P9000 J2 I4", "G0 X#5 / X#7", [2, 4]),
     ("G65 P9000 A1 B2 I-3 I4 D5", "G0 X#1 / X#2 / X#4 / X#7", [1, 2, -3, 5]),
     # variables of its own, those of the caller come back; L repeats with the same arguments
-    ("#1=7 / G65 P9000 A1 / G0 X#1", "G0 X#1 / #1=99", [1, 7]), ("G65 P9000 L3 A1", "G0 X#1 / #1=#1+1 / G0 X#1", [1, 2, 1, 2, 1, 2]),
+    ("#1=7 / G65 P9000 A1 / G0 X#1", "G0 X#1 / #1=99", [1, 7]),
+    ("G65 P9000 L3 A1", "G0 X#1 / #1=#1+1 / G0 X#1", [1, 2, 1, 2, 1, 2]),
     ("G65 P9000 A#0 B2", "IF [#1 EQ #0] GOTO 3 / G0 X1 / N3 G0 X#2", [2]),
     # M98 shares them
     ("#1=7 / M98 P9000 / G0 X#1", "G0 X#1 / #1=8", [7, 8]),
@@ -107,14 +123,21 @@ def test_returns_and_local_subprograms(run, lines, ends):
 
 
 @pytest.mark.parametrize(("lines", "code", "part", "line"), [
-    (("GOTO 20",), "VP023", "N20", 5), (("WHILE [1 EQ 1] DO1", "M30"), "VP023", "END1", 5), (("END1",), "VP023", "DO1", 5),
+    (("GOTO 20",), "VP023", "N20", 5), (("WHILE [1 EQ 1] DO1", "M30"), "VP023", "END1", 5),
+    (("END1",), "VP023", "DO1", 5),
     (("GOTO 30", "DO1", "N30", "END1"), "VP023", "into the loop", 5), (("IF [1 EQ 1]",), "VP001", "GOTO or THEN", 5),
-    (("IF [1/0 EQ 1] GOTO 3", "N3"), "VP007", "zero", 5), (("GOTO 1.5",), "VP007", "whole", 5), (("GOTO 20 X1", "N20"), "VP001", "follow", 5),
-    (("IF [1 EQ 1] THEN G0 X1",), "VP002", "THEN", 5), (("#1=[1 AND 2+3]",), "VP002", "brackets", 5), (("#1=-1 AND 3",), "VP007", "bit operations", 5),
-    (("#1=BIN[26]",), "VP007", "digits", 5), (("#1=POW[2]",), "VP001", "two", 5), (("#1=SIN[1,2]",), "VP001", "one", 5), (("#1=#[#2]",), "VP025", "index", 5),
-    (("G0 X#100",), "VP025", "--parameters", 5), (("#3001=0", "G0 X#3001"), "VP025", "machine", 6), (("#5001=3",), "VP025", "control", 5),
-    (("G65 A1",), "VP005", "P", 5), (("G65 P9000 A1 A2",), "VP004", "A", 5), (("G65 P9000",), "VP023", "O9000", 5), (("G65 P9000 G1",), "VP006", "G", 5),
-    (("G65 P9000 " + "I1" * 11,), "VP004", "sets", 5), (("G66 P1 A1", "G66 P1"), "VP002", "G67", 6), (("M97",), "VP005", "M97", 5), (("M97 P5",), "VP023", "N5", 5),
+    (("IF [1/0 EQ 1] GOTO 3", "N3"), "VP007", "zero", 5), (("GOTO 1.5",), "VP007", "whole", 5),
+    (("GOTO 20 X1", "N20"), "VP001", "follow", 5),
+    (("IF [1 EQ 1] THEN G0 X1",), "VP002", "THEN", 5), (("#1=[1 AND 2+3]",), "VP002", "brackets", 5),
+    (("#1=-1 AND 3",), "VP007", "bit operations", 5),
+    (("#1=BIN[26]",), "VP007", "digits", 5), (("#1=POW[2]",), "VP001", "two", 5), (("#1=SIN[1,2]",), "VP001", "one", 5),
+    (("#1=#[#2]",), "VP025", "index", 5),
+    (("G0 X#100",), "VP025", "--parameters", 5), (("#3001=0", "G0 X#3001"), "VP025", "machine", 6),
+    (("#5001=3",), "VP025", "control", 5),
+    (("G65 A1",), "VP005", "P", 5), (("G65 P9000 A1 A2",), "VP004", "A", 5), (("G65 P9000",), "VP023", "O9000", 5),
+    (("G65 P9000 G1",), "VP006", "G", 5),
+    (("G65 P9000 " + "I1" * 11,), "VP004", "sets", 5), (("G66 P1 A1", "G66 P1"), "VP002", "G67", 6),
+    (("M97",), "VP005", "M97", 5), (("M97 P5",), "VP023", "N5", 5),
     (("IF [1 EQ 1] THEN #3000=12(DRILL TOO SHORT)",), "VP027", "DRILL TOO SHORT", 5), (("G12.1",), "VP002", "G12.1", 5),
     (("N1 GOTO 1",), "VP024", "repeated", 5), (("M99",), "VP024", "M99", 5),
 ])  # fmt: skip

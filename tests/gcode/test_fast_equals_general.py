@@ -64,10 +64,13 @@ feeds = st.sampled_from(["", "", "", " F100", " F33.3", " F0", "F 1 2 . 5"])
 def plain_line():
     """A line that the fast path takes in a suitable state."""
     return st.builds(
-        "{}{}{}{}{}".format, st.sampled_from(["", "", "N10 ", "N0.5"]),
-        st.sampled_from(["", "", "", "G0 ", "G1 ", "g01", "G00"]), axis_words, feeds,
+        "{}{}{}{}{}".format,
+        st.sampled_from(["", "", "N10 ", "N0.5"]),
+        st.sampled_from(["", "", "", "G0 ", "G1 ", "g01", "G00"]),
+        axis_words,
+        feeds,
         st.sampled_from(["", "", "", "(c)", " ; c", "(a)(b)", " (MSG,m)", "(X1)", "(c)Z4"]),
-    )  # fmt: skip
+    )
 
 
 general_line = st.one_of(
@@ -87,10 +90,17 @@ general_line = st.one_of(
 @st.composite
 def programs(draw):
     """Stretches of plain lines, some long enough for the fast path, with general lines between them."""
-    lines = draw(st.sampled_from([
-        ["G0 X0 Y0 Z200 A0 C0", "G49 G1 F500"], ["G1 F500", "G43 H1"], ["G0 X0 Y0"],
-        ["G28 G91 Z0", "G90 G0", "F50"], [],
-    ]))[:]  # fmt: skip
+    lines = draw(
+        st.sampled_from(
+            [
+                ["G0 X0 Y0 Z200 A0 C0", "G49 G1 F500"],
+                ["G1 F500", "G43 H1"],
+                ["G0 X0 Y0"],
+                ["G28 G91 Z0", "G90 G0", "F50"],
+                [],
+            ]
+        )
+    )[:]
     for _ in range(draw(st.integers(1, 4))):
         lines += draw(st.lists(plain_line(), min_size=0, max_size=12))
         lines += draw(st.lists(general_line, min_size=0, max_size=2))
@@ -136,7 +146,9 @@ def arc_words(draw, here, there, plane, wrong):
 
 @st.composite
 def arc_programs(draw):
-    """Arcs and lines in one plane, in states that allow arcs and in others; in some words of arcs where they mean nothing."""
+    """Arcs and lines in one plane, in states that allow arcs and in others; in some words of arcs where they mean
+    nothing.
+    """
     plane, wrong = draw(st.integers(0, 2)), draw(st.sampled_from([0, 0, 1]))
     u, v, letter = {0: "XYI", 1: "ZXK", 2: "YZJ"}[plane]
     lines, here, straight = [f"G{17 + plane} G49 F300", "G0 X0 Y0 Z0 A0 C0"], (0, 0), True
@@ -180,7 +192,9 @@ def unit_vector(draw):
 
 @st.composite
 def vector_programs(draw):
-    """Straight moves with tool axes, lines without or with wrong ones among them, and states in which I J K mean something else."""
+    """Straight moves with tool axes, lines without or with wrong ones among them, and states in which I J K mean
+    something else.
+    """
     start = draw(
         st.sampled_from(
             [["G49"], ["G10 L2 P1 X5 R30", "G49"], ["G10 L2 P1 A3 C-20", "G49"], ["G68.2 X0 Y0 Z0 I0 J30 K0", "G53.1"]]
@@ -192,8 +206,32 @@ def vector_programs(draw):
         *start,
         draw(st.sampled_from(["G43.5", "G43.5 H1", "G43.5 H1 G20", "G43.4"])),
     ]
-    others = ["G0 X1", "G1 X2 F99", "X3 Y1", "G91 X1", "G90", "G93", "G94 F100", "M8", "G2 X5 I2", "G3 R9 X0", "G43.4", "G43.5", "A5 C5",
-              "X1 I1", "X1 I0 J0 K1.1", "X1 I0 J0 K1 R2", "C3 I0 J0 K1", "G20", "G21", "G55", "F0", "G53 G0 Z0", "G28 Z0", "Q1"]  # fmt: skip
+    others = [
+        "G0 X1",
+        "G1 X2 F99",
+        "X3 Y1",
+        "G91 X1",
+        "G90",
+        "G93",
+        "G94 F100",
+        "M8",
+        "G2 X5 I2",
+        "G3 R9 X0",
+        "G43.4",
+        "G43.5",
+        "A5 C5",
+        "X1 I1",
+        "X1 I0 J0 K1.1",
+        "X1 I0 J0 K1 R2",
+        "C3 I0 J0 K1",
+        "G20",
+        "G21",
+        "G55",
+        "F0",
+        "G53 G0 Z0",
+        "G28 Z0",
+        "Q1",
+    ]
     for _ in range(draw(st.integers(2, 30))):
         place = draw(st.sampled_from(["", "X1", "X2.5 Y-3", "Z4", "X-7 Y1 Z2"]))
         code = draw(st.sampled_from(["", "", "", "", "", "G1 ", "G0 ", "N7 ", "N8 G1 "]))
@@ -224,9 +262,16 @@ PLAIN = "X1 Y2 Z3 F100\nX2\nY3 F200\nN5 Z4\nG0 X0\nG1 X.1\nA10 C20\nF50\nX7 Y8\n
     "G1 F100\nG61", "G28", "G53 G0 Z0", "G49 G0 X0 Y0 Z0 A0 C0", "G49 G0 X0", "G49 G20 G0 X0 Y0 Z0",
     "G0 X0 Y0 Z5 A0 C0 G49",
 ])  # fmt: skip
-@pytest.mark.parametrize("tail", [
-    "M2", "X1 X2\nQ5\nM2", "X1 F-1\nX1 N5\nN-1 X2\nX3 F0\nX4\nM2", "G0 X200000\nX1\nC200000\nX2\nM2", "",
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "tail",
+    [
+        "M2",
+        "X1 X2\nQ5\nM2",
+        "X1 F-1\nX1 N5\nN-1 X2\nX3 F0\nX4\nM2",
+        "G0 X200000\nX1\nC200000\nX2\nM2",
+        "",
+    ],
+)
 def test_states(machine, head, tail):
     source = f"{head}\n{PLAIN * 3}G93\n{PLAIN}G94 G90 F10\n{PLAIN}{tail}".encode()
     for answers in (fast_and_general(as_interpreter, source), fast_and_general(as_machine, source, machine)):
@@ -242,12 +287,15 @@ def test_stretches_without_motion_leave_no_trace(word, idle):
     assert view_moves_plainly(source, Options(tools=TOOLS))[0].frame.tolist() == [0, 0]
 
 
-@pytest.mark.parametrize("source", [
-    # axes that keep their programmed values after a change of length
-    "G0 X0 Y0 Z100 A30 C0\nX1\nG43 H1\n" + "Y1\n" * 20 + "G1 F9\n" + "Y2\n" * 20,
-    # a rotary feed is never scaled, also when it was last given in a stretch
-    "G49 G20 G0 X0 Y0 Z4 A0 C0\nG1 F1 X1\n" + "X2 F3\n" * 20 + "G17 A5\n" + "A6\n" * 20,
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "source",
+    [
+        # axes that keep their programmed values after a change of length
+        "G0 X0 Y0 Z100 A30 C0\nX1\nG43 H1\n" + "Y1\n" * 20 + "G1 F9\n" + "Y2\n" * 20,
+        # a rotary feed is never scaled, also when it was last given in a stretch
+        "G49 G20 G0 X0 Y0 Z4 A0 C0\nG1 F1 X1\n" + "X2 F3\n" * 20 + "G17 A5\n" + "A6\n" * 20,
+    ],
+)
 def test_what_stretches_inherit_and_change(machine, source):
     for answers in (
         fast_and_general(as_interpreter, f"{source}M2".encode()),
@@ -275,7 +323,9 @@ def test_the_fast_path_is_really_taken(monkeypatch):
 
 
 def test_lines_that_are_refused_one_after_the_other_are_not_all_looked_at_again_and_again(monkeypatch):
-    """Each attempt at a long stretch of errors looks at a few lines; it was all that were left, quadratic in their number."""
+    """Each attempt at a long stretch of errors looks at a few lines; it was all that were left, quadratic in their
+    number.
+    """
     looked = []
     execute = plain._execute
 

@@ -34,7 +34,18 @@ o1 while [1]
   G0 X#1
 o1 endwhile"""
     assert xs(view, program) == [1, 3, 4]
-    inner = "#2=0\no1 repeat [2]\no2 repeat [5]\n#2=[#2+1]\no3 if [#2 MOD 3 EQ 0]\no2 break\no3 endif\nG0 X#2\no2 endrepeat\no1 endrepeat"
+    inner = (
+        "#2=0\n"
+        "o1 repeat [2]\n"
+        "o2 repeat [5]\n"
+        "#2=[#2+1]\n"
+        "o3 if [#2 MOD 3 EQ 0]\n"
+        "o2 break\n"
+        "o3 endif\n"
+        "G0 X#2\n"
+        "o2 endrepeat\n"
+        "o1 endrepeat"
+    )
     assert xs(view, inner) == [1, 2, 4, 5]
 
 
@@ -63,7 +74,19 @@ G0 X#<_value_returned>"""
 
 
 def test_return_leaves_from_inside_a_loop(view):
-    program = "o1 sub\no2 while [1]\n#1=[#1+1]\no3 if [#1 GT 3]\no1 return [#1]\no3 endif\nG0 X#1\no2 endwhile\no1 endsub\no1 call [1]\nG0 X#<_value>"
+    program = (
+        "o1 sub\n"
+        "o2 while [1]\n"
+        "#1=[#1+1]\n"
+        "o3 if [#1 GT 3]\n"
+        "o1 return [#1]\n"
+        "o3 endif\n"
+        "G0 X#1\n"
+        "o2 endwhile\n"
+        "o1 endsub\n"
+        "o1 call [1]\n"
+        "G0 X#<_value>"
+    )
     assert xs(view, program) == [2, 3, 4]
 
 
@@ -121,8 +144,13 @@ def test_an_error_in_a_loop_is_reported_once():
 # --- files --------------------------------------------------------------------------------------------
 
 
-SUBS = {"pocket": b"o<pocket> sub\nG0 X#1\nG1 F9 X9\nX8\nX7\nX6\nX5\nX4\nX3\nX2\nX1\nX0\no<inner> call\no<pocket> endsub\nM2\n",
-        "inner": b"o<inner> sub\nG0 Y1\no<inner> endsub\n", "o0200": b"O0200 (SIDE)\nG0 Z2\nM99\n", "300": b"G0 Z3\nM99\n"}  # fmt: skip
+SUBS = {
+    "pocket": b"o<pocket> sub\nG0 X#1\nG1 F9 X9\nX8\nX7\nX6\nX5\nX4\nX3\nX2\nX1\nX0\no<inner> call\no<pocket> "
+    b"endsub\nM2\n",
+    "inner": b"o<inner> sub\nG0 Y1\no<inner> endsub\n",
+    "o0200": b"O0200 (SIDE)\nG0 Z2\nM99\n",
+    "300": b"G0 Z3\nM99\n",
+}
 
 
 def test_files_of_subroutines(view):
@@ -158,9 +186,11 @@ def test_comments_between_arguments_lose_none(view):
 @pytest.mark.parametrize(("text", "line", "column"), [
     ("o1 sub\no1 endsub (c) [5]\no1 call", 2, 15), ("o1 sub\no1 return (c) [5]\no1 endsub\no1 call", 2, 15),
     ("o1 sub\no1 endsub [5] (c) [6]\no1 call", 2, 19), ("o1 sub\no1 endsub\no1 call [1] (c) G0 X5", 3, 17),
-    ("o1 if [1] (c) [2]\no1 endif", 1, 15), ("o1 if [1]\no1 endif (c) G0 X5", 2, 14), ("o1 if [0]\no1 else (c) [1]\no1 endif", 2, 13),
+    ("o1 if [1] (c) [2]\no1 endif", 1, 15), ("o1 if [1]\no1 endif (c) G0 X5", 2, 14),
+    ("o1 if [0]\no1 else (c) [1]\no1 endif", 2, 13),
     ("o1 if [0]\no1 elseif [1] (c) [0]\no1 endif", 2, 19), ("o1 repeat [1] (c) X7\no1 endrepeat", 1, 19),
-    ("o1 repeat [1]\no1 endrepeat (c) X7", 2, 18), ("o1 while [0] (c) X7\no1 endwhile", 1, 18), ("o1 do\no1 while [0] (c) [1]", 2, 18),
+    ("o1 repeat [1]\no1 endrepeat (c) X7", 2, 18), ("o1 while [0] (c) X7\no1 endwhile", 1, 18),
+    ("o1 do\no1 while [0] (c) [1]", 2, 18),
     ("o1 do (c) X7\no1 while [0]", 1, 11), ("o1 sub (c) [5]\no1 endsub", 1, 12), ("O1000 (c) G0 X5\nG0 X1", 1, 11),
     ("o1 while [1]\no1 break (c) X7\no1 endwhile", 2, 14),
 ])  # fmt: skip
@@ -173,8 +203,16 @@ def test_nothing_after_an_o_word_and_a_comment_is_lost(view, text, line, column)
 @pytest.mark.parametrize("comment", ["(MSG, x)", "(DEBUG, x)", "(ABORT, x)"])
 def test_comments_beside_an_o_word_say_nothing(view, comment):
     moves, findings = view(
-        f"o1 sub {comment}\nG0 X#1\no1 endsub {comment}\no1 call [1] {comment}\no2 if [0] {comment}\no2 else {comment}\n"
-        f"o2 endif {comment}\no3 repeat [2] {comment}\no3 endrepeat {comment}\nM2",
+        f"o1 sub {comment}\n"
+        "G0 X#1\n"
+        f"o1 endsub {comment}\n"
+        f"o1 call [1] {comment}\n"
+        f"o2 if [0] {comment}\n"
+        f"o2 else {comment}\n"
+        f"o2 endif {comment}\n"
+        f"o3 repeat [2] {comment}\n"
+        f"o3 endrepeat {comment}\n"
+        "M2",
         dialect="rs274",
     )
     assert findings == ()

@@ -38,10 +38,14 @@ tokens = st.one_of(
         "G52", "G53", "G54", "G55", "G59.3", "G61", "G64", "G80", "G90", "G91", "G90.1", "G92", "G92.1", "G92.3",
         "G93", "G94", "G95", "L2", "L20", "L1", "P1", "P0", "H1", "T1", "F100", "S500", "M0", "M2", "M3", "M5",
         "M6", "M8", "M30", "M60", "(c)", "(MSG,x)", "; c", "/", "%", "(", ")", "#", "[", "o1", "\t", "\r", "\x00",
-        "\u00e9", "\ufeff", "A0 C0", "X0 Y0 Z50", "A30", "R20", "I5", "#1=5", "#1=[#1+1]", "X#1", "#<a>=2", "X[#1*2]", "Y#<a>",
-        "\no1 while [#1 LT 9]\n", "\no1 endwhile\n", "\no2 if [#1]\n", "\no2 else\n", "\no2 endif\n", "\no3 repeat [3]\n",
-        "\no3 endrepeat\n", "\no4 sub\n", "\no4 endsub\n", "\no4 call [1] [2]\n", "\nO5\n", "M98 P5", "M99", "M70", "M72", "M73",
-        "G81 R5", "G83 R9 Q1", "G98", "G41.1 D2", "G42", "G40", "(DEBUG,#1)", "G43.5", "I0 J0 K1", "@5", "^30", "M66 P0 L1 Q1",
+        "\u00e9", "\ufeff", "A0 C0", "X0 Y0 Z50", "A30", "R20", "I5", "#1=5", "#1=[#1+1]", "X#1", "#<a>=2", "X[#1*2]",
+        "Y#<a>",
+        "\no1 while [#1 LT 9]\n", "\no1 endwhile\n", "\no2 if [#1]\n", "\no2 else\n", "\no2 endif\n",
+        "\no3 repeat [3]\n",
+        "\no3 endrepeat\n", "\no4 sub\n", "\no4 endsub\n", "\no4 call [1] [2]\n", "\nO5\n", "M98 P5", "M99", "M70",
+        "M72", "M73",
+        "G81 R5", "G83 R9 Q1", "G98", "G41.1 D2", "G42", "G40", "(DEBUG,#1)", "G43.5", "I0 J0 K1", "@5", "^30",
+        "M66 P0 L1 Q1",
     ]),
 )  # fmt: skip
 soups = st.lists(tokens | st.just("\n") | st.just("\n"), max_size=40).map(" ".join)
@@ -112,12 +116,31 @@ def test_token_soups(machine, source, options):
 NINES = "9" * 400  # infinite as a double
 
 
-@pytest.mark.parametrize("program", [
-    f"G{NINES}", f"M{NINES}", f"T{NINES}", f"G43 H{NINES}", f"G10 L{NINES} P1", f"G10 L2 P{NINES}", f"G0 X{NINES}",
-    f"G4 P{NINES}", f"F{NINES}\nG1 X1", f"G92 X{NINES}", f"F100 G2 I{NINES}", f"F100 G2 X1 R{NINES}",
-    f"G20 G0 X{'9' * 308}", f"S{NINES} M3", f"F100 G2 I1 P{NINES}", "F100 G2 I1 P1000000000000",
-    f"G10 L2 P1 R{NINES}", f"G64 P{NINES}", f"G43.1 Z{NINES}", f"G1 A{NINES} F1",
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "program",
+    [
+        f"G{NINES}",
+        f"M{NINES}",
+        f"T{NINES}",
+        f"G43 H{NINES}",
+        f"G10 L{NINES} P1",
+        f"G10 L2 P{NINES}",
+        f"G0 X{NINES}",
+        f"G4 P{NINES}",
+        f"F{NINES}\nG1 X1",
+        f"G92 X{NINES}",
+        f"F100 G2 I{NINES}",
+        f"F100 G2 X1 R{NINES}",
+        f"G20 G0 X{'9' * 308}",
+        f"S{NINES} M3",
+        f"F100 G2 I1 P{NINES}",
+        "F100 G2 I1 P1000000000000",
+        f"G10 L2 P1 R{NINES}",
+        f"G64 P{NINES}",
+        f"G43.1 Z{NINES}",
+        f"G1 A{NINES} F1",
+    ],
+)
 def test_numbers_beyond_all_bounds_are_findings(machine, program):
     for head in ("", "G49 G0 X0 Y0 Z200 A0 C0\n"):
         source = f"{head}{program}\nM2".encode()
@@ -126,10 +149,17 @@ def test_numbers_beyond_all_bounds_are_findings(machine, program):
         assert not check(source, machine, Options()).ok
 
 
-@pytest.mark.parametrize("word", [
-    "X1000000000000000000", "Z-9000000000000000000", "C1000000000000000000", f"Y{'9' * 300}",
-    "F9 G2 I1000000000000000", "F9 G2 X1 R-1000000000000000",
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "word",
+    [
+        "X1000000000000000000",
+        "Z-9000000000000000000",
+        "C1000000000000000000",
+        f"Y{'9' * 300}",
+        "F9 G2 I1000000000000000",
+        "F9 G2 X1 R-1000000000000000",
+    ],
+)
 def test_coordinates_out_of_this_world_are_findings(machine, word):
     result = check(f"G49 G0 X0 Y0 Z200 A0 C0\n{word}\nM2".encode(), machine)
     assert not result.ok

@@ -1,4 +1,6 @@
-"""Our interpreter against stored answers of LinuxCNC's rs274 to generated programs of every kind (tests/reference/programs.py)."""
+"""Our interpreter against stored answers of LinuxCNC's rs274 to generated programs of every kind
+(tests/reference/programs.py).
+"""
 
 import json
 from collections import Counter

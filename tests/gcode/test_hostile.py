@@ -32,7 +32,8 @@ def test_fanuc_lines_end_where_they_say(view, line, end):
 
 @pytest.mark.parametrize(("line", "code"), [
     ("G15 X2.", "VP006"), ("G67 X3.", "VP006"), ("G69 X1.", "VP006"), ("G8 P1 X4.", "VP006"), ("G50 X0", "VP006"),
-    ("G10 L2 P0 X0 Y0 Z0", "VP007"), ("G91 G10 L2 P1 Z1.", "VP017"), ("G0 X#5061", "VP025"), ("#3000=1(ALARM)", "VP027"),
+    ("G10 L2 P0 X0 Y0 Z0", "VP007"), ("G91 G10 L2 P1 Z1.", "VP017"), ("G0 X#5061", "VP025"),
+    ("#3000=1(ALARM)", "VP027"),
     ("G0 X#101", "VP025"), ("#5221=100.", "VP025"),
 ])  # fmt: skip
 def test_fanuc_lines_that_mean_something_else_there_are_refused(view, line, code):
@@ -40,7 +41,23 @@ def test_fanuc_lines_that_mean_something_else_there_are_refused(view, line, code
 
 
 def test_a_list_of_holes_is_called_by_its_number(view):
-    program = "%\nO9\nG0 Z9\nG82 G99 X0 Z-5. R2. P500 F100\nM98 P1000\nG80\nM30\n:1000 (HOLES)\nX1.\nX2.\nM99\nO1\nX77.\nM99\n%"
+    program = (
+        "%\n"
+        "O9\n"
+        "G0 Z9\n"
+        "G82 G99 X0 Z-5. R2. P500 F100\n"
+        "M98 P1000\n"
+        "G80\n"
+        "M30\n"
+        ":1000 (HOLES)\n"
+        "X1.\n"
+        "X2.\n"
+        "M99\n"
+        "O1\n"
+        "X77.\n"
+        "M99\n"
+        "%"
+    )
     moves, findings = view(program, dialect="fanuc")
     assert findings == ()
     assert sorted(set(moves.end[:, 0].tolist())) == [0.0, 1.0, 2.0]
@@ -113,7 +130,8 @@ def test_many_holes_are_bounded(view):
 
 @pytest.mark.parametrize(("program", "dialect"), [
     (" " * 60_000 + "G0 X1\no1 if [1]\no1 endif\nM2", "rs274"), ("G0" + " " * 60_000 + "X1\nM30", "fanuc"),
-    ("(" * 30_000 + "\no1 if [1]\no1 endif\nM2", "rs274"), ("N" + "1 " * 30_000 + "G0 X1\no1 if [1]\no1 endif\nM2", "rs274"),
+    ("(" * 30_000 + "\no1 if [1]\no1 endif\nM2", "rs274"),
+    ("N" + "1 " * 30_000 + "G0 X1\no1 if [1]\no1 endif\nM2", "rs274"),
 ])  # fmt: skip
 def test_long_lines_are_read_once(view, program, dialect):
     """These took half a minute when blanks were tried against each other."""
@@ -152,7 +170,8 @@ def test_nothing_moves_over_a_turned_table_without_tool_centre_point_control(mac
     ("FEDRAT/9\nGOTO/10,0,0\nCIRCLE/0,0,0,0,0,1,10\nGODLTA/1", "VP017", 4),
     ("FEDRAT/9\nGOTO/10,0,0\nCIRCLE/0,0,0,0,0,1,10\nRAPID\nGOTO/0,10,0", "VP017", 5),
     ("FEDRAT/9\nGOTO/0,0,9\nCYCLE/DRILL,DEPTH,5,CLEAR,2\nGODLTA/1,0,0", "VP017", 4), ("AUXFUN/99", "VP002", 1),
-    ("FEDRAT/9\nGOTO/0,0,9\nCYCLE/DRILL,DEPTH,5,CLEAR,2\nUNITS/INCHES", "VP017", 4), ("CIRCLE/0,0,0,0,0,1,5\nUNITS/MM", "VP017", 2),
+    ("FEDRAT/9\nGOTO/0,0,9\nCYCLE/DRILL,DEPTH,5,CLEAR,2\nUNITS/INCHES", "VP017", 4),
+    ("CIRCLE/0,0,0,0,0,1,5\nUNITS/MM", "VP017", 2),
     ("CYCLE/DRILL,DEPTH,5,CLEAR,2\nCIRCLE/10,0,0,0,0,1,10", "VP017", 2),
 ])  # fmt: skip
 def test_statements_that_would_be_half_done_are_refused(view, text, code, line):
@@ -176,12 +195,31 @@ def test_a_drill_rises_before_it_goes_sideways(view):
 
 
 def test_feeds_keep_their_unit_and_come_back(view):
-    program = "FEDRAT/500\nRAPID\nGOTO/0,0,9\nUNITS/INCHES\nCYCLE/DRILL,DEPTH,.1,CLEAR,.1,IPM,50\nGOTO/0,0,0\nCYCLE/OFF\nGOTO/1,0,0\nFINI"
+    program = (
+        "FEDRAT/500\n"
+        "RAPID\n"
+        "GOTO/0,0,9\n"
+        "UNITS/INCHES\n"
+        "CYCLE/DRILL,DEPTH,.1,CLEAR,.1,IPM,50\n"
+        "GOTO/0,0,0\n"
+        "CYCLE/OFF\n"
+        "GOTO/1,0,0\n"
+        "FINI"
+    )
     moves, findings = view(program, dialect="aptcl")
     assert findings == ()
     assert moves.feed[-1] == pytest.approx(500.0)
     assert np.nanmin(moves.feed) == pytest.approx(500.0)
-    program = "FEDRAT/500\nRAPID\nGOTO/0,0,9\nCYCLE/DRILL,DEPTH,1,CLEAR,1,MMPM,50\nGOTO/0,0,0\nCYCLE/BORE,DEPTH,1,CLEAR,1\nGOTO/1,0,0\nFINI"
+    program = (
+        "FEDRAT/500\n"
+        "RAPID\n"
+        "GOTO/0,0,9\n"
+        "CYCLE/DRILL,DEPTH,1,CLEAR,1,MMPM,50\n"
+        "GOTO/0,0,0\n"
+        "CYCLE/BORE,DEPTH,1,CLEAR,1\n"
+        "GOTO/1,0,0\n"
+        "FINI"
+    )
     assert view(program, dialect="aptcl")[0].feed[-1] == 500.0
 
 

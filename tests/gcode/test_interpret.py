@@ -305,8 +305,10 @@ def test_g96_is_an_event_and_g97_ends_it(view):
     assert findings == ()
     modes = [event.data for event in moves.events if event.kind == "spindle mode"]
     assert modes == [
-        {"code": "G96", "speed": 100.0, "unit": "m/min", "most_per_minute": 2500.0}, {"code": "G97"}, {"code": "G96", "speed": 50.0, "unit": "ft/min"},
-    ]  # fmt: skip
+        {"code": "G96", "speed": 100.0, "unit": "m/min", "most_per_minute": 2500.0},
+        {"code": "G97"},
+        {"code": "G96", "speed": 50.0, "unit": "ft/min"},
+    ]
     speeds = [
         (event.line, event.data["speed"], event.data.get("unit")) for event in moves.events if event.kind == "spindle"
     ]
@@ -551,7 +553,6 @@ VP009 1     G93 G1 X1 F0
 VP023 1:2   O1.5 if [1]
 VP007 1:4   G4 P90000
 VP007 1:6   #1=[0**[-1]]
-VP023 1:1   o1 call [1] [1] [1] [1] [1] [1] [1] [1] [1] [1] [1] [1] [1] [1] [1] [1] [1] [1] [1] [1] [1] [1] [1] [1] [1] [1] [1] [1] [1] [1] [1]
 VP023 1:1   o1 return
 VP023 1:1   o[1] if [1]
 VP023 2:1   o1 sub|o2 sub|o2 endsub|o1 endsub
@@ -577,6 +578,7 @@ def error_table():
             code, place, program = re.split(" +", row, maxsplit=2)
             line, _, column = place.partition(":")
             table.append((program.replace("|", "\n"), code, int(line), int(column) if column.isdigit() else None))
+    table.append(("o1 call" + 31 * " [1]", "VP023", 1, 1))  # a call gives 30 values at most
     return table
 
 
@@ -596,10 +598,17 @@ def test_letters_are_ascii(view, program):
     assert [item.code for item in view(f"{program}\nM2")[1]] == ["VP001"]
 
 
-@pytest.mark.parametrize(("program", "line"), [
-    ("G0 X1\nX2", 2), ("%\nG0 X1\n", 2), ("%\nG0 X1\n%%\n", 3), ("G0 X1\n%\n", 2), ("G0 X1 (M2)\n; M30\n", 2),
-    ("/M2", None),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("program", "line"),
+    [
+        ("G0 X1\nX2", 2),
+        ("%\nG0 X1\n", 2),
+        ("%\nG0 X1\n%%\n", 3),
+        ("G0 X1\n%\n", 2),
+        ("G0 X1 (M2)\n; M30\n", 2),
+        ("/M2", None),
+    ],
+)
 def test_programs_that_do_not_end(view, program, line):
     _moves, findings = view(program, block_delete=line is None)
     assert len(findings) == 1

@@ -74,8 +74,11 @@ def test_f_of_a_tool_call_holds_until_another_f(run):
 def test_lines_incremental_and_inches(run):
     moves = run("L X+10 Y-5,5", "L IX+2 IZ-3 F250", "L IX-1 FMAX", "L IX-1")
     assert moves_as_text(moves)[1:] == [
-        "4 feed X10 Y-5.5 F100", "5 feed X12 Y-5.5 Z-3 F250", "6 rapid X11 Y-5.5 Z-3", "7 feed X10 Y-5.5 Z-3 F250",
-    ]  # fmt: skip
+        "4 feed X10 Y-5.5 F100",
+        "5 feed X12 Y-5.5 Z-3 F250",
+        "6 rapid X11 Y-5.5 Z-3",
+        "7 feed X10 Y-5.5 Z-3 F250",
+    ]
     moves = run("L X+1 F40", unit="INCH")
     assert run("L X+1 F40", unit="IN").end.tolist() == moves.end.tolist()  # of older controls
     assert moves.end[-1, 0] == pytest.approx(25.4)
@@ -237,8 +240,15 @@ def test_a_mirror_image_changes_sides_and_arcs(run):
     """Mirrored in X: RL comes to lie right of the mirrored path, arcs turn the other way."""
     plain = run("L X+10 Y+0 RL", "L X+40", "RND R8", "L Y+30", "CC X+30 Y+30", "C X+30 Y+40 DR+", "L X+60 Y+60 R0")
     mirrored = run(
-        "CYCL DEF 8.1 X", "L X+10 Y+0 RL", "L X+40", "RND R8", "L Y+30", "CC X+30 Y+30", "C X+30 Y+40 DR+", "L X+60 Y+60 R0",
-    )  # fmt: skip
+        "CYCL DEF 8.1 X",
+        "L X+10 Y+0 RL",
+        "L X+40",
+        "RND R8",
+        "L Y+30",
+        "CC X+30 Y+30",
+        "C X+30 Y+40 DR+",
+        "L X+60 Y+60 R0",
+    )
     assert ends(mirrored) == pytest.approx(ends(plain) * [-1, 1, 1])
     assert mirrored.arcs.sweep == pytest.approx(-plain.arcs.sweep)
 
@@ -298,7 +308,8 @@ def test_formulas(run, formula, value):
     ("function", "value"),
     [
         ("FN 0: Q1 = -4", -4), ("FN 1: Q1 = +3 + +4", 7), ("FN 2: Q1 = +3 - +5", -2), ("FN 3: Q1 = +3 * -2", -6),
-        ("FN 4: Q1 = +9 DIV +2", 4.5), ("FN 5: Q1 = SQRT +9", 3), ("FN 6: Q1 = SIN +90", 1), ("FN 7: Q1 = COS +180", -1),
+        ("FN 4: Q1 = +9 DIV +2", 4.5), ("FN 5: Q1 = SQRT +9", 3), ("FN 6: Q1 = SIN +90", 1),
+        ("FN 7: Q1 = COS +180", -1),
         ("FN 8: Q1 = +3 LEN +4", 5), ("FN 13: Q1 = +10 ANG -10", 135),
     ],
 )  # fmt: skip
@@ -322,9 +333,20 @@ def test_declared_texts(run):
 
 def test_subprograms_and_repeats(run):
     moves = run(
-        "LBL 1", "L IX+10", "CALL LBL 1 REP 2/2", 'CALL LBL "UP"', "L IY+1", "M30", 'LBL "UP"', "L IZ+5", "CALL LBL 3",
-        "LBL 0", "LBL 3", "L IZ+1", "LBL 0",
-    )  # fmt: skip
+        "LBL 1",
+        "L IX+10",
+        "CALL LBL 1 REP 2/2",
+        'CALL LBL "UP"',
+        "L IY+1",
+        "M30",
+        'LBL "UP"',
+        "L IZ+5",
+        "CALL LBL 3",
+        "LBL 0",
+        "LBL 3",
+        "L IZ+1",
+        "LBL 0",
+    )
     assert ends(moves) == pytest.approx(
         np.array([[10, 0, 0], [20, 0, 0], [30, 0, 0], [30, 0, 5], [30, 0, 6], [30, 1, 6]])
     )
@@ -409,20 +431,35 @@ def test_plain_lines_are_what_the_general_reader_makes_of_them(run):
     for k in range(200):
         x, y, z = np.round(random.uniform(-50, 50, 3), 3)
         words = [f"X{x:+g}", f"Y{y:+g}".replace(".", ","), f"Z{z:g}"][: 1 + k % 3]
-        lines.append(
-            f"{k} L {' '.join(words)}{' R0' if k % 5 == 0 else ''}{' FMAX' if k % 7 == 0 else f' F{100 + k}' if k % 4 == 0 else ''}"
-        )
+        feed = " FMAX" if k % 7 == 0 else f" F{100 + k}" if k % 4 == 0 else ""
+        lines.append(f"{k} L {' '.join(words)}{' R0' if k % 5 == 0 else ''}{feed}")
     fast = run(*lines)
     slow = run(*(f"{line} M8" for line in lines))
     for name in ("kind", "end", "feed", "line"):
         assert np.array_equal(getattr(fast, name), getattr(slow, name), equal_nan=name == "feed"), name
 
 
-@pytest.mark.parametrize("odd", [
-    "; note", "", "L X+5 ; note", "12 ; note", "* - note", "L X+5 ; note ~\nY+7", "; note ~\nL X+5", "F200", "L X+5 ; RND R2",
-    "; note\nRND R2\nL Y+30", "; one\n\n; two\nCHF 1\nL X+20 Y+30", "L X+1 ~\n; note\nL X+5",
-    "CT X+30 Y+9", "L X+5 Y+5\nL Z+7\nCT X+30 Y+9", "L X+5 C+3\nCT X+30 Y+9", "CALL LBL 1\nFN 9: IF +1 EQU +1 GOTO LBL 2\nLBL 1\nCT X+30 Y+9\nLBL 0\nLBL 2",
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "odd",
+    [
+        "; note",
+        "",
+        "L X+5 ; note",
+        "12 ; note",
+        "* - note",
+        "L X+5 ; note ~\nY+7",
+        "; note ~\nL X+5",
+        "F200",
+        "L X+5 ; RND R2",
+        "; note\nRND R2\nL Y+30",
+        "; one\n\n; two\nCHF 1\nL X+20 Y+30",
+        "L X+1 ~\n; note\nL X+5",
+        "CT X+30 Y+9",
+        "L X+5 Y+5\nL Z+7\nCT X+30 Y+9",
+        "L X+5 C+3\nCT X+30 Y+9",
+        "CALL LBL 1\nFN 9: IF +1 EQU +1 GOTO LBL 2\nLBL 1\nCT X+30 Y+9\nLBL 0\nLBL 2",
+    ],
+)
 def test_comments_among_plain_lines_are_what_the_general_reader_makes_of_them(view, monkeypatch, odd):
     stretch = [f"L X+{k} Y+{k * k % 7}" for k in range(12)]
     text = "\n".join(
@@ -443,8 +480,22 @@ def test_comments_among_plain_lines_are_what_the_general_reader_makes_of_them(vi
 def test_stretches_of_turns_alone_have_the_feed_in_force(view, monkeypatch, before):
     turns = [f"L C+{5 * k}" for k in range(13)]
     steps = [f"L X+{k}" for k in range(13)]
-    text = "\n".join(["BEGIN PGM T MM", "TOOL CALL 1 Z S1000 F500", "L X+0 Y+0 Z+80 A+0 C+0 FMAX M3", "M128", "L X+1 F300",
-                      *steps, before, *turns, "L X+5 M8", *turns[::-1], "L C+0", "END PGM T MM"])  # fmt: skip
+    text = "\n".join(
+        [
+            "BEGIN PGM T MM",
+            "TOOL CALL 1 Z S1000 F500",
+            "L X+0 Y+0 Z+80 A+0 C+0 FMAX M3",
+            "M128",
+            "L X+1 F300",
+            *steps,
+            before,
+            *turns,
+            "L X+5 M8",
+            *turns[::-1],
+            "L C+0",
+            "END PGM T MM",
+        ]
+    )
     fast, errors = view(text, dialect="heidenhain")
     monkeypatch.setattr("verne_post.gcode.plain.MIN_LINES", 10**9)
     slow, _errors = view(text, dialect="heidenhain")
@@ -483,9 +534,12 @@ def test_the_stock_is_kept(run):
 
 
 @pytest.mark.parametrize(("statements", "code", "line"), [
-    (["BLK FORM 0.1 Z X+0 Y+0"], "VP005", 4), (["BLK FORM 0.1 Z X+0 Y+0", "BLK FORM 0.2 X+1 Y+1 Z+1"], "VP005", 4), (["BLK FORM 0.2 X+1 Y+1 Z+1"], "VP017", 4), (["BLK FORM 0.1 Z X+0 Y+0 Z+0 W+1"], "VP001", 4),
-    (["BLK FORM 0.1 Z X+0 X+0 Y+0 Z+0"], "VP004", 4), (["BLK FORM 0.1 Z X+0 Y+0 Z+0", "BLK FORM 0.2 X+1 Y+0 Z+1"], "VP007", 5),
-    (["BLK FORM CYLINDER Z R5"], "VP005", 4), (["BLK FORM CYLINDER Z R5 D10 L9"], "VP005", 4), (["BLK FORM CYLINDER X R5 L9"], "VP002", 4),
+    (["BLK FORM 0.1 Z X+0 Y+0"], "VP005", 4), (["BLK FORM 0.1 Z X+0 Y+0", "BLK FORM 0.2 X+1 Y+1 Z+1"], "VP005", 4),
+    (["BLK FORM 0.2 X+1 Y+1 Z+1"], "VP017", 4), (["BLK FORM 0.1 Z X+0 Y+0 Z+0 W+1"], "VP001", 4),
+    (["BLK FORM 0.1 Z X+0 X+0 Y+0 Z+0"], "VP004", 4),
+    (["BLK FORM 0.1 Z X+0 Y+0 Z+0", "BLK FORM 0.2 X+1 Y+0 Z+1"], "VP007", 5),
+    (["BLK FORM CYLINDER Z R5"], "VP005", 4), (["BLK FORM CYLINDER Z R5 D10 L9"], "VP005", 4),
+    (["BLK FORM CYLINDER X R5 L9"], "VP002", 4),
     (["BLK FORM CYLINDER Z R5 L9 RI5"], "VP007", 4), (["BLK FORM CYLINDER Z R5 L-9"], "VP007", 4),
 ])  # fmt: skip
 def test_a_stock_that_cannot_be(refusal, statements, code, line):
@@ -556,7 +610,13 @@ def test_feed_rates_per_turn_and_per_minute_need_a_number_of_their_own(run, view
 )
 def test_words_before_a_dwell_are_those_of_the_controls_language(view, words):
     moves, findings = view(
-        f"BEGIN PGM A MM\nQ1 = 0.5\nCYCL DEF 9.0 DWELL\nCYCL DEF 9.1 {words}\nCYCL DEF 13.1 ANGULO 90\nL X+5 FMAX\nEND PGM A MM\n",
+        "BEGIN PGM A MM\n"
+        "Q1 = 0.5\n"
+        "CYCL DEF 9.0 DWELL\n"
+        f"CYCL DEF 9.1 {words}\n"
+        "CYCL DEF 13.1 ANGULO 90\n"
+        "L X+5 FMAX\n"
+        "END PGM A MM\n",
         dialect="heidenhain",
     )
     assert findings == ()
@@ -599,10 +659,16 @@ def _turned(statements):
     return np.array([-2, 1, 3]) if "CYCL DEF 10.1 ROT+90" in statements else np.array([1, 2, 3])
 
 
-@pytest.mark.parametrize(("statements", "control", "part"), [
-    (["CYCL DEF 7.1 #5"], {}, "none"), (["CYCL DEF 7.1 #6"], DATUMS, "rows 5, 7"), (["TRANS DATUM TABLE TABLINE1"], DATUMS, "#1"),
-    (["SEL TABLE \"A.D\""], {}, "heidenhain.datums"), (["SEL TABLE \"A.D\"", "SEL TABLE \"B.D\""], DATUMS, "several"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("statements", "control", "part"),
+    [
+        (["CYCL DEF 7.1 #5"], {}, "none"),
+        (["CYCL DEF 7.1 #6"], DATUMS, "rows 5, 7"),
+        (["TRANS DATUM TABLE TABLINE1"], DATUMS, "#1"),
+        (['SEL TABLE "A.D"'], {}, "heidenhain.datums"),
+        (['SEL TABLE "A.D"', 'SEL TABLE "B.D"'], DATUMS, "several"),
+    ],
+)
 def test_rows_that_the_set_up_does_not_have_are_refused(view, statements, control, part):
     text = "\n".join(["BEGIN PGM T MM", "TOOL CALL 1 Z S1000 F300", "L X+0 Y+0 Z+0 R0 F100", *statements, "END PGM T"])
     found = view(text, dialect="heidenhain", tools=TOOLS, control=control)[1]
@@ -637,7 +703,16 @@ def test_words_that_were_not_answered_change_nothing(run):
 
 def test_tools_and_stocks_of_zero_as_cam_systems_write_them(view):
     """R0 of TOOL DEF is a radius, not the end of compensation; a stock from a corner to the same corner is none."""
-    text = "BEGIN PGM C IN\nBLK FORM 0.1 Z X0 Y0 Z0\nBLK FORM 0.2 X0 Y0 Z0\nTOOL DEF 1 L3 R0\nTOOL CALL 1 Z S100\nL X1 Y1 Z1 F MAX M3\nL X2 F40\nEND PGM C IN"
+    text = (
+        "BEGIN PGM C IN\n"
+        "BLK FORM 0.1 Z X0 Y0 Z0\n"
+        "BLK FORM 0.2 X0 Y0 Z0\n"
+        "TOOL DEF 1 L3 R0\n"
+        "TOOL CALL 1 Z S100\n"
+        "L X1 Y1 Z1 F MAX M3\n"
+        "L X2 F40\n"
+        "END PGM C IN"
+    )
     moves, findings = view(text, dialect="heidenhain")
     assert findings == ()
     assert moves.stock is None

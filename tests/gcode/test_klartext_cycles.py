@@ -39,58 +39,76 @@ def heights(moves):
     [
         (
             "200 DRILL Q200=2 Q201=-10 Q206=150 Q202=4 Q210=0.5 Q203=1 Q204=20 Q211=0.25",
-            [(3, 0), (-3, 150), (3, 0), ("dwell", 0.5), (-1, 0), (-7, 150), (3, 0), ("dwell", 0.5), (-5, 0), (-9, 150), ("dwell", 0.25), (3, 0), (21, 0)],
+            [(3, 0), (-3, 150), (3, 0), ("dwell", 0.5), (-1, 0), (-7, 150), (3, 0), ("dwell", 0.5), (-5, 0), (-9, 150),
+             ("dwell", 0.25), (3, 0), (21, 0)],
         ),
         ("200 DRILL Q200=2 Q201=-10 Q206=150 Q202=10 Q210=0 Q203=0 Q204=2 Q211=0", [(2, 0), (-10, 150), (2, 0)]),
-        ("201 REAM Q200=2 Q201=-10 Q206=150 Q211=0.5 Q208=0 Q203=0 Q204=5", [(2, 0), (-10, 150), ("dwell", 0.5), (2, 150), (5, 0)]),
+        ("201 REAM Q200=2 Q201=-10 Q206=150 Q211=0.5 Q208=0 Q203=0 Q204=5",
+         [(2, 0), (-10, 150), ("dwell", 0.5), (2, 150), (5, 0)]),
         ("201 REAM Q200=2 Q201=-10 Q206=150 Q211=0 Q208=80 Q203=0 Q204=2", [(2, 0), (-10, 150), (2, 80)]),
         (
-            "203 UNIV Q200=2 Q201=-9 Q206=150 Q202=3 Q210=0 Q203=0 Q204=2 Q212=1 Q213=1 Q205=1.5 Q211=0 Q208=MAX Q256=0.2",
-            [(2, 0), (-3, 150), (-2.8, 0), (-5, 150), (2, 0), (-3, 0), (-6.5, 150), (-6.3, 0), (-8, 150), (2, 0), (-6, 0), (-9, 150), (2, 0)],
+            "203 UNIV Q200=2 Q201=-9 Q206=150 Q202=3 Q210=0 Q203=0 Q204=2 Q212=1 Q213=1 Q205=1.5 Q211=0 Q208=MAX "
+            "Q256=0.2",
+            [(2, 0), (-3, 150), (-2.8, 0), (-5, 150), (2, 0), (-3, 0), (-6.5, 150), (-6.3, 0), (-8, 150), (2, 0),
+             (-6, 0), (-9, 150), (2, 0)],
         ),
         (
-            "205 PECK Q200=2 Q201=-10 Q206=150 Q202=4 Q203=0 Q204=2 Q212=0 Q205=0 Q258=0.5 Q259=1.5 Q257=0 Q256=0 Q211=0 Q208=MAX",
+            "205 PECK Q200=2 Q201=-10 Q206=150 Q202=4 Q203=0 Q204=2 Q212=0 Q205=0 Q258=0.5 Q259=1.5 Q257=0 Q256=0 "
+            "Q211=0 Q208=MAX",
             [(2, 0), (-4, 150), (2, 0), (-3.5, 0), (-8, 150), (2, 0), (-7, 0), (-10, 150), (2, 0)],
         ),
         (
-            "205 PECK Q200=2 Q201=-10 Q206=150 Q202=4 Q203=0 Q204=2 Q212=0 Q205=0 Q258=0.5 Q259=0.5 Q257=4 Q256=0.3 Q211=0 Q379=-3 Q253=700",
+            "205 PECK Q200=2 Q201=-10 Q206=150 Q202=4 Q203=0 Q204=2 Q212=0 Q205=0 Q258=0.5 Q259=0.5 Q257=4 Q256=0.3 "
+            "Q211=0 Q379=-3 Q253=700",
             [(2, 0), (-1, 700), (-7, 150), (2, 0), (-6.5, 0), (-10, 150), (2, 0)],
         ),
         # plunges of 10, with chips broken every 3
         (
-            "205 PECK Q200=2 Q201=-20 Q206=150 Q202=10 Q203=0 Q204=2 Q212=0 Q205=0 Q258=0.5 Q259=0.5 Q257=3 Q256=0.25 Q211=0 Q208=MAX",
+            "205 PECK Q200=2 Q201=-20 Q206=150 Q202=10 Q203=0 Q204=2 Q212=0 Q205=0 Q258=0.5 Q259=0.5 Q257=3 "
+            "Q256=0.25 Q211=0 Q208=MAX",
             [
-                (2, 0), (-3, 150), (-2.75, 0), (-6, 150), (-5.75, 0), (-9, 150), (-8.75, 0), (-10, 150), (2, 0), (-9.5, 0),
+                (2, 0), (-3, 150), (-2.75, 0), (-6, 150), (-5.75, 0), (-9, 150), (-8.75, 0), (-10, 150), (2, 0),
+                (-9.5, 0),
                 (-13, 150), (-12.75, 0), (-16, 150), (-15.75, 0), (-19, 150), (-18.75, 0), (-20, 150), (2, 0),
             ],
         ),
-        ("206 TAP Q200=2 Q201=-10 Q206=150 Q211=0.5 Q203=0 Q204=5", [(2, 0), (-10, 150), ("dwell", 0.5), (2, 150), (5, 0)]),
-        ("240 CENTRE Q200=2 Q343=0 Q201=-2 Q344=0 Q206=150 Q211=0.5 Q203=0 Q204=5", [(2, 0), (-2, 150), ("dwell", 0.5), (2, 0), (5, 0)]),
-        ("202 BORE Q200=2 Q201=-10 Q206=150 Q211=0 Q208=90 Q203=0 Q204=5 Q214=3", [(2, 0), (-10, 150), (2, 90), (5, 0)]),
+        ("206 TAP Q200=2 Q201=-10 Q206=150 Q211=0.5 Q203=0 Q204=5",
+         [(2, 0), (-10, 150), ("dwell", 0.5), (2, 150), (5, 0)]),
+        ("240 CENTRE Q200=2 Q343=0 Q201=-2 Q344=0 Q206=150 Q211=0.5 Q203=0 Q204=5",
+         [(2, 0), (-2, 150), ("dwell", 0.5), (2, 0), (5, 0)]),
+        ("202 BORE Q200=2 Q201=-10 Q206=150 Q211=0 Q208=90 Q203=0 Q204=5 Q214=3",
+         [(2, 0), (-10, 150), (2, 90), (5, 0)]),
         # the last peck is a whole one; no depth at all
-        ("200 DRILL Q200=2 Q201=-8 Q206=150 Q202=4 Q210=0 Q203=0 Q204=2 Q211=0", [(2, 0), (-4, 150), (2, 0), (-2, 0), (-8, 150), (2, 0)]),
+        ("200 DRILL Q200=2 Q201=-8 Q206=150 Q202=4 Q210=0 Q203=0 Q204=2 Q211=0",
+         [(2, 0), (-4, 150), (2, 0), (-2, 0), (-8, 150), (2, 0)]),
         ("200 DRILL Q200=2 Q201=0 Q206=150 Q202=4 Q210=0 Q203=0 Q204=5 Q211=1", [(2, 0), (5, 0)]),
         ("201 REAM Q200=2 Q201=0 Q206=150 Q211=1 Q208=80 Q203=0 Q204=5", [(2, 0), (5, 0)]),
         ("240 CENTRE Q200=2 Q343=0 Q201=0 Q344=0 Q206=150 Q211=1 Q203=0 Q204=5", [(2, 0), (5, 0)]),
         # plunges of 6, 4 and 3, which is the least; a chip is broken, then all is cleared, in turn
         (
-            "203 UNIV Q200=2 Q201=-20 Q206=150 Q202=6 Q210=0.1 Q203=0 Q204=2 Q212=2 Q213=1 Q205=3 Q211=0.4 Q208=0 Q256=0.5",
+            "203 UNIV Q200=2 Q201=-20 Q206=150 Q202=6 Q210=0.1 Q203=0 Q204=2 Q212=2 Q213=1 Q205=3 Q211=0.4 Q208=0 "
+            "Q256=0.5",
             [
                 (2, 0), (-6, 150), (-5.5, 0), (-10, 150), (2, 150), ("dwell", 0.1), (-8, 0), (-13, 150), (-12.5, 0),
-                (-16, 150), (2, 150), ("dwell", 0.1), (-14, 0), (-19, 150), (-18.5, 0), (-20, 150), ("dwell", 0.4), (2, 150),
+                (-16, 150), (2, 150), ("dwell", 0.1), (-14, 0), (-19, 150), (-18.5, 0), (-20, 150), ("dwell", 0.4),
+                (2, 150),
             ],
         ),
         # no plunge is as long as Q257: no chip is broken
         (
-            "205 PECK Q200=2 Q201=-20 Q206=150 Q202=4 Q203=0 Q204=6 Q212=0 Q205=0 Q258=0.5 Q259=0.5 Q257=5 Q256=0.3 Q211=0.2 Q208=200",
+            "205 PECK Q200=2 Q201=-20 Q206=150 Q202=4 Q203=0 Q204=6 Q212=0 Q205=0 Q258=0.5 Q259=0.5 Q257=5 Q256=0.3 "
+            "Q211=0.2 Q208=200",
             [
-                (2, 0), (-4, 150), (2, 200), (-3.5, 0), (-8, 150), (2, 200), (-7.5, 0), (-12, 150), (2, 200), (-11.5, 0),
+                (2, 0), (-4, 150), (2, 200), (-3.5, 0), (-8, 150), (2, 200), (-7.5, 0), (-12, 150), (2, 200),
+                (-11.5, 0),
                 (-16, 150), (2, 200), (-15.5, 0), (-20, 150), ("dwell", 0.2), (2, 200), (6, 0),
             ],
         ),
         (
-            "205 PECK Q200=2 Q201=-12 Q206=150 Q202=5 Q203=0 Q204=2 Q212=1.5 Q205=3 Q258=1 Q259=1 Q257=0 Q256=0.3 Q211=0 Q208=0",
-            [(2, 0), (-5, 150), (2, 150), (-4, 0), (-8.5, 150), (2, 150), (-7.5, 0), (-11.5, 150), (2, 150), (-10.5, 0), (-12, 150), (2, 150)],
+            "205 PECK Q200=2 Q201=-12 Q206=150 Q202=5 Q203=0 Q204=2 Q212=1.5 Q205=3 Q258=1 Q259=1 Q257=0 Q256=0.3 "
+            "Q211=0 Q208=0",
+            [(2, 0), (-5, 150), (2, 150), (-4, 0), (-8.5, 150), (2, 150), (-7.5, 0), (-11.5, 150), (2, 150), (-10.5, 0),
+             (-12, 150), (2, 150)],
         ),
     ],
 )  # fmt: skip
@@ -137,13 +155,18 @@ def test_a_boring_tool_leaves_the_wall_to_the_side_that_is_asked_for(run, side, 
 #: What each cycle of this module needs, as the manuals of the control list it; a value that every parameter may have.
 NEEDED = {
     200: (200, 201, 206, 202, 210, 203, 204), 201: (200, 201, 206, 211, 208, 203, 204),
-    202: (200, 201, 206, 211, 208, 203, 204, 214), 203: (200, 201, 206, 202, 210, 203, 204, 212, 213, 205, 211, 208, 256),
-    204: (200, 249, 250, 251, 252, 253, 254, 255, 203, 204, 214), 205: (200, 201, 206, 202, 203, 204, 212, 205, 258, 259, 257, 256, 211),
+    202: (200, 201, 206, 211, 208, 203, 204, 214),
+    203: (200, 201, 206, 202, 210, 203, 204, 212, 213, 205, 211, 208, 256),
+    204: (200, 249, 250, 251, 252, 253, 254, 255, 203, 204, 214),
+    205: (200, 201, 206, 202, 203, 204, 212, 205, 258, 259, 257, 256, 211),
     206: (200, 201, 206, 211, 203, 204), 262: (200, 201, 203, 204, 335, 239, 355, 253, 351, 207),
-    263: (335, 239, 201, 356, 253, 351, 200, 357, 358, 359, 203, 204, 254, 207), 264: (335, 239, 201, 356, 253, 351, 202, 258, 257, 256, 358, 359, 200, 203, 204, 206, 207),
-    265: (335, 239, 201, 253, 358, 359, 360, 200, 203, 204, 254, 207), 267: (335, 239, 201, 355, 253, 351, 200, 358, 359, 203, 204, 254, 207),
+    263: (335, 239, 201, 356, 253, 351, 200, 357, 358, 359, 203, 204, 254, 207),
+    264: (335, 239, 201, 356, 253, 351, 202, 258, 257, 256, 358, 359, 200, 203, 204, 206, 207),
+    265: (335, 239, 201, 253, 358, 359, 360, 200, 203, 204, 254, 207),
+    267: (335, 239, 201, 355, 253, 351, 200, 358, 359, 203, 204, 254, 207),
     208: (200, 201, 206, 334, 203, 204, 335), 240: (200, 343, 201, 344, 206, 211, 203, 204),
-    220: (216, 217, 244, 245, 246, 247, 241, 200, 203, 204, 301), 221: (225, 226, 237, 238, 242, 243, 224, 200, 203, 204, 301),
+    220: (216, 217, 244, 245, 246, 247, 241, 200, 203, 204, 301),
+    221: (225, 226, 237, 238, 242, 243, 224, 200, 203, 204, 301),
 }  # fmt: skip
 
 
@@ -158,10 +181,13 @@ def test_a_cycle_names_the_parameter_that_is_missing(view, cycle):
 
 
 def test_back_boring_comes_from_below(run):
-    """The part is 20 thick, the edge stands 1 above the tip, the counterbore goes 5 up; beside the hole by 3 towards -Y."""
+    """The part is 20 thick, the edge stands 1 above the tip, the counterbore goes 5 up; beside the hole by 3 towards
+    -Y.
+    """
     moves = run(
-        "CYCL DEF 204 BACK Q200=2 Q249=5 Q250=20 Q251=3 Q252=1 Q253=750 Q254=200 Q255=0.5 Q203=0 Q204=9 Q214=2 Q336=0", "CYCL CALL",
-    )  # fmt: skip
+        "CYCL DEF 204 BACK Q200=2 Q249=5 Q250=20 Q251=3 Q252=1 Q253=750 Q254=200 Q255=0.5 Q203=0 Q204=9 Q214=2 Q336=0",
+        "CYCL CALL",
+    )
     assert heights(moves) == [(2, 0), (-23, 750), (-16, 200), ("dwell", 0.5), (-23, 750), (2, 750), (9, 0)]
     places = [(round(float(y), 6), round(float(z), 6)) for y, z in moves.end[1:, 1:3]]
     assert places[1:4] == [(2, 2), (2, -23), (5, -23)]
@@ -170,7 +196,9 @@ def test_back_boring_comes_from_below(run):
 
 
 def test_bore_milling(run):
-    """A hole of 20 with a tool of 6: helices of radius 7 about (4, 5) from 2 over the surface to -4 in four turns of 1.5."""
+    """A hole of 20 with a tool of 6: helices of radius 7 about (4, 5) from 2 over the surface to -4 in four turns of
+    1.5.
+    """
     moves = run("CYCL DEF 208 BORE Q200=2 Q201=-4 Q206=150 Q334=1.6 Q203=0 Q204=2 Q335=20", "CYCL CALL")
     helices = moves.arcs.sweep[1:-2]
     assert helices == pytest.approx([360.0] * 4)
@@ -187,9 +215,11 @@ def test_bore_milling(run):
     other = run("CYCL DEF 208 BORE Q200=2 Q201=-4 Q206=150 Q334=1.6 Q203=0 Q204=2 Q335=20 Q351=-1", "CYCL CALL")
     assert other.arcs.sweep == pytest.approx(-moves.arcs.sweep)
     mirrored = run(
-        "CYCL DEF 8.0 MIRROR IMAGE", "CYCL DEF 8.1 X",
-        "CYCL DEF 208 BORE Q200=2 Q201=-4 Q206=150 Q334=1.6 Q203=0 Q204=2 Q335=20", "CYCL CALL",
-    )  # fmt: skip
+        "CYCL DEF 8.0 MIRROR IMAGE",
+        "CYCL DEF 8.1 X",
+        "CYCL DEF 208 BORE Q200=2 Q201=-4 Q206=150 Q334=1.6 Q203=0 Q204=2 Q335=20",
+        "CYCL CALL",
+    )
     assert mirrored.arcs.sweep == pytest.approx(-moves.arcs.sweep)
 
 
@@ -201,7 +231,8 @@ ON_WALL = round(300 * math.hypot(14 * math.pi, 1.5) / math.hypot(20 * math.pi, 1
 
 
 def test_a_milled_thread_worked_out_by_hand(run):
-    """M20 x 1.5 to 8 under Z1 with a tool of 6: the middle on a circle of 7 about (4, 5); 5 1/3 turns upwards, a quarter of the pitch on each half circle.
+    """M20 x 1.5 to 8 under Z1 with a tool of 6: the middle on a circle of 7 about (4, 5); 5 1/3 turns upwards, a
+    quarter of the pitch on each half circle.
 
     The teeth go at Q207 along the wall, so the middle goes slower.
     """
@@ -209,8 +240,15 @@ def test_a_milled_thread_worked_out_by_hand(run):
     angle = math.radians(120)
     end = 4 + 7 * math.cos(angle), 5 + 7 * math.sin(angle)
     assert heights(moves) == [
-        (3, 0), (-7.375, 700), (-7, 80), *((-7 + 1.5 * turn, ON_WALL) for turn in (1, 2, 3, 4, 5)), (1, ON_WALL), (1.375, ON_WALL), (3, 0), (10, 0),
-    ]  # fmt: skip
+        (3, 0),
+        (-7.375, 700),
+        (-7, 80),
+        *((-7 + 1.5 * turn, ON_WALL) for turn in (1, 2, 3, 4, 5)),
+        (1, ON_WALL),
+        (1.375, ON_WALL),
+        (3, 0),
+        (10, 0),
+    ]
     arcs = moves.kind == MoveKind.ARC
     assert moves.end[arcs, :2] == pytest.approx(np.array([*[(11, 5)] * 6, end, (4, 5)]))
     assert moves.arcs.sweep == pytest.approx([180, *[360] * 5, 120, 180])
@@ -224,8 +262,8 @@ def test_a_milled_thread_worked_out_by_hand(run):
 @pytest.mark.parametrize(("count", "bottoms"), [(0, [-7]), (1, [-7]), (2, [-7, -3])])
 @pytest.mark.parametrize("before", ["", "M4", "CYCL DEF 8.0 MIRROR IMAGE\nCYCL DEF 8.1 X"])
 def test_every_way_of_milling_cuts_the_same_thread(run, pitch, climb, count, bottoms, before):
-    """On the wall the height goes with the angle about the hole as the pitch has it, right-handed where it is positive; whatever the
-    way round, which is climb milling with M3 counter-clockwise."""
+    """On the wall the height goes with the angle about the hole as the pitch has it, right-handed where it is positive;
+    whatever the way round, which is climb milling with M3 counter-clockwise."""
     moves = run(*before.split("\n"), THREAD.format(pitch, count, "MAX", climb, ""), "CYCL CALL")
     mirrored = "MIRROR" in before
     at_wall = [row for row in range(len(moves)) if moves.arc[row] >= 0 and abs(moves.arcs.sweep[moves.arc[row]]) != 180]
@@ -250,8 +288,10 @@ def test_every_way_of_milling_cuts_the_same_thread(run, pitch, climb, count, bot
 
 
 @pytest.mark.parametrize(("words", "code", "part"), [
-    ({"Q239=+1.5": "Q239=0"}, "VP007", "Q239"), ({"Q355=1": "Q355=-1"}, "VP007", "Q355"), ({"Q355=1": "Q355=1.5"}, "VP007", "Q355"), ({"Q351=+1": "Q351=0"}, "VP007", "Q351"),
-    ({"Q335=20": "Q335=6"}, "VP007", "Q335"), ({"Q207=300": "Q207=0"}, "VP009", "Q207"), ({"Q207=300": "Q207=MAX"}, "VP009", "Q207"), ({"Q239=+1.5": "Q239=0.0001"}, "VP007", "turns"),
+    ({"Q239=+1.5": "Q239=0"}, "VP007", "Q239"), ({"Q355=1": "Q355=-1"}, "VP007", "Q355"),
+    ({"Q355=1": "Q355=1.5"}, "VP007", "Q355"), ({"Q351=+1": "Q351=0"}, "VP007", "Q351"),
+    ({"Q335=20": "Q335=6"}, "VP007", "Q335"), ({"Q207=300": "Q207=0"}, "VP009", "Q207"),
+    ({"Q207=300": "Q207=MAX"}, "VP009", "Q207"), ({"Q239=+1.5": "Q239=0.0001"}, "VP007", "turns"),
     ({"Q201=-8": "Q201=8"}, "VP007", "Q201"), ({"Q253=700": "Q253=-7"}, "VP007", "Q253"),
 ])  # fmt: skip
 def test_threads_that_cannot_be_milled(view, words, code, part):
@@ -286,7 +326,9 @@ def test_a_new_cycle_ends_the_calls_of_every_block(run):
 
 
 def test_between_places_of_a_pattern_the_tool_is_as_high_as_it_stood(run):
-    """The greater of Q203 + Q204 and the height at the call; a call at one place has its feed rate for the way there alone."""
+    """The greater of Q203 + Q204 and the height at the call; a call at one place has its feed rate for the way there
+    alone.
+    """
     places = "PATTERN DEF ROW1 (X+10 Y+0 D+10 NUM3 ROT+0 Z+0)"
     for stood, between in ((40, 40), (3, 5)):
         moves = run(CENTRE, places, f"L Z+{stood} FMAX", "CYCL CALL PAT FMAX")
@@ -316,7 +358,10 @@ def test_calls_at_places(run):
 
 
 def test_patterns_of_places(run):
-    pattern = "POS1 (X+1 Y+2 Z+0) ROW1 (X+0 Y+0 D+10 NUM3 ROT+90) PAT1 (X+0 Y+0 DX+4 DY+6 NUMX2 NUMY2) CIRC1 (X+0 Y+0 D20 START+90 NUM2)"
+    pattern = (
+        "POS1 (X+1 Y+2 Z+0) ROW1 (X+0 Y+0 D+10 NUM3 ROT+90) PAT1 (X+0 Y+0 DX+4 DY+6 NUMX2 NUMY2) CIRC1 (X+0 Y+0 D20 "
+        "START+90 NUM2)"
+    )
     moves = run(CENTRE, f"PATTERN DEF {pattern} PITCHCIRC1 (X+0 Y+0 D20 START+0 STEP+90 NUM2)", "CYCL CALL PAT FMAX")
     wanted = [(1, 2), (0, 0), (0, 10), (0, 20), (0, 0), (4, 0), (4, 6), (0, 6), (0, 10), (0, -10), (10, 0), (0, 10)]
     assert holes(moves) == pytest.approx(np.array(wanted, dtype=float))
@@ -352,15 +397,31 @@ def test_a_parameter_that_is_changed_after_the_definition(run, view):
 
 def test_a_call_at_a_place_keeps_the_feed_per_turn(run):
     """Sideways the tool moves at the feed in force, F of M136 is one per turn before and after."""
-    moves = run("CYCL DEF 200 D Q200=2 Q201=-5 Q206=150 Q202=5 Q210=0 Q203=0 Q204=20 Q211=0", "M136", "L X+5 F0.2",
-                "CYCL CALL POS X+10 Y+0 Z+0", "L X+30")  # fmt: skip
+    moves = run(
+        "CYCL DEF 200 D Q200=2 Q201=-5 Q206=150 Q202=5 Q210=0 Q203=0 Q204=20 Q211=0",
+        "M136",
+        "L X+5 F0.2",
+        "CYCL CALL POS X+10 Y+0 Z+0",
+        "L X+30",
+    )
     sideways = [row for row in range(1, len(moves)) if abs(moves.end[row, 0] - moves.end[row - 1, 0]) > 0.5]
     assert [round(float(moves.end[row, 0])) for row in sideways] == [5, 10, 30]
     assert len({(moves.feed[row], moves.feed_mode[row]) for row in sideways}) == 1
 
 
 def test_corners_under_m136_have_their_feed_per_turn_in_inches(view):
-    text = "\n".join(["BEGIN PGM C INCH", "TOOL CALL 1 Z S1000", "L X+0 Y+0 Z+1 R0 F100 M3", "M136", "L X+1 F0.01", "RND R0.1 F0.02", "L Y+1", "END PGM C"])  # fmt: skip
+    text = "\n".join(
+        [
+            "BEGIN PGM C INCH",
+            "TOOL CALL 1 Z S1000",
+            "L X+0 Y+0 Z+1 R0 F100 M3",
+            "M136",
+            "L X+1 F0.01",
+            "RND R0.1 F0.02",
+            "L Y+1",
+            "END PGM C",
+        ]
+    )
     moves, findings = view(text, dialect="heidenhain", tools={1: make_tool(1, 10.0, 6.0)})
     assert findings == ()
     assert np.allclose(moves.feed[-3:], [0.254, 0.508, 0.254])
@@ -376,7 +437,16 @@ def test_an_assignment_after_a_whole_cycle_is_none_of_its_parameters(run):
 
 
 def test_a_length_from_a_local_parameter(view):
-    text = "\n".join([*HEAD[:1], "QL1 = 80", "TOOL DEF 5 L+QL1 R+5", "TOOL CALL 5 Z S1000 F300", "L X+4 Y+5 Z+40 R0 F100 M3", "END PGM C"])  # fmt: skip
+    text = "\n".join(
+        [
+            *HEAD[:1],
+            "QL1 = 80",
+            "TOOL DEF 5 L+QL1 R+5",
+            "TOOL CALL 5 Z S1000 F300",
+            "L X+4 Y+5 Z+40 R0 F100 M3",
+            "END PGM C",
+        ]
+    )
     moves, findings = view(text, dialect="heidenhain")
     assert findings == ()
     assert moves.frames[int(moves.frame[-1])].tool[2] == 80
@@ -388,12 +458,19 @@ DRILL = "CYCL DEF 200 DRILL Q200=2 Q201=-10 Q206=150 Q202=0.001 Q210=0 Q203=0 Q2
 @pytest.mark.parametrize(
     ("block", "part"),
     [
-        (f"{DRILL}\nPATTERN DEF ROW1 (X+0 Y+0 D+1 NUM4 ROT+0 Z+0)\nCYCL CALL PAT FMAX", "more than 30000 pecks in the holes of one block"),
-        (f"{DRILL}\nCYCL DEF 220 POLAR PATTERN Q216=+0 Q217=+0 Q244=60 Q245=+0 Q246=+360 Q247=+0 Q241=4 Q200=2 Q203=+0 Q204=20 Q301=1 Q365=0",
-         "more than 30000 pecks in the holes of one block"),
+        (
+            f"{DRILL}\nPATTERN DEF ROW1 (X+0 Y+0 D+1 NUM4 ROT+0 Z+0)\nCYCL CALL PAT FMAX",
+            "more than 30000 pecks in the holes of one block",
+        ),
+        (
+            f"{DRILL}\n"
+            "CYCL DEF 220 POLAR PATTERN Q216=+0 Q217=+0 Q244=60 Q245=+0 Q246=+360 Q247=+0 Q241=4 Q200=2 Q203=+0 "
+            "Q204=20 Q301=1 Q365=0",
+            "more than 30000 pecks in the holes of one block",
+        ),
         (f"{DRILL}\nPATTERN DEF PAT1 (X+0 Y+0 DX+1 DY+1 NUMX10000 NUMY10000 ROT+0 Z+0)", "from 1 to 10000"),
     ],
-)  # fmt: skip
+)
 def test_holes_and_pecks_of_one_block_are_bounded_before_the_first(view, block, part):
     """10,000 pecks in a hole are allowed; in four of one block they are not, and none of them is drilled."""
     text = "\n".join([*HEAD, block, "END PGM C"])

@@ -37,9 +37,12 @@ LBL 0
 END PGM FUZZ MM""".splitlines()
 #: Words that stand in no statement by themselves, and bytes that stand nowhere.
 WORDS = [
-    "X+5 Y-3 Z+31 IX+2 IY+3 IZ-4 A+9 C+8 IA+2 IC+4 B+3 U+1 PR+12 PA+33 IPA+40 IPR+2 DR+ DR- R+20 R-20 R+7 RL RR R0 FMAX F333 F AUTO",
-    "FU0.2 FZ0.1 M3 M4 M5 M8 M9 M13 M91 M92 M94 M99 M89 M116 M126 M128 M129 M130 M136 M140 MB5 MB MAX M97 M120 LA5 M6 M77 S500 T5 TX+0 TY+0",
-    "TZ+1 NX+0 NY+0 NZ+1 CCA90 LEN5 DL+1 DR+1 DR2+1 SPA+5 SPB+5 SPC+5 STAY TURN MOVE SEQ+ SEQ- DIST5 TABLE ROT COORD ROT REP 2 Q1 Q200=3 ~ ; / *",
+    "X+5 Y-3 Z+31 IX+2 IY+3 IZ-4 A+9 C+8 IA+2 IC+4 B+3 U+1 PR+12 PA+33 IPA+40 IPR+2 DR+ DR- R+20 R-20 R+7 RL RR R0 "
+    "FMAX F333 F AUTO",
+    "FU0.2 FZ0.1 M3 M4 M5 M8 M9 M13 M91 M92 M94 M99 M89 M116 M126 M128 M129 M130 M136 M140 MB5 MB MAX M97 M120 LA5 M6 "
+    "M77 S500 T5 TX+0 TY+0",
+    "TZ+1 NX+0 NY+0 NZ+1 CCA90 LEN5 DL+1 DR+1 DR2+1 SPA+5 SPB+5 SPC+5 STAY TURN MOVE SEQ+ SEQ- DIST5 TABLE ROT COORD "
+    "ROT REP 2 Q1 Q200=3 ~ ; / *",
     'Q9=5 Q201=-2 #5 #6 ABST5 LBL 99 GOTO IF ROT+5 SCL2 "A" ( ) + - 5 0 . , 1e5 99999999 ÿ % ! = : X Y C L',
 ]
 WORDS = [word for line in WORDS for word in re.findall(r"F AUTO|MB MAX|TABLE ROT|COORD ROT|REP 2|LBL 99|\S+", line)]
@@ -51,9 +54,10 @@ NEUTRAL = re.compile(r"R0|[;~*]|M(?:6|77|9[0124]|120|129|130)|\+|/|LA5|-?0+")
 #: What the set-ups have of the control, and statements that need it.
 CONTROL = {"heidenhain": {"datums": {"5": [3.0, -2.0, 1.0]}, "cycle_19": "moves"}}
 OF_CONTROL = [
-    ["CYCL DEF 7.1 #5", "L X+0 Y+3 FMAX"], ['SEL TABLE "A.D"', "TRANS DATUM TABLE TABLINE5", "L X+0 Y+3 FMAX"],
+    ["CYCL DEF 7.1 #5", "L X+0 Y+3 FMAX"],
+    ['SEL TABLE "A.D"', "TRANS DATUM TABLE TABLINE5", "L X+0 Y+3 FMAX"],
     ["CYCL DEF 19.1 A+10 B+0 C+5 F2000 ABST25", "L X+5 FMAX"],
-]  # fmt: skip
+]
 
 
 def examples():
@@ -74,7 +78,9 @@ def setups(machine):
 
 
 def outcome(statements, setup):
-    """What a program does, as comparable values; or the first code of its refusal. Anything else that is raised is a fault."""
+    """What a program does, as comparable values; or the first code of its refusal. Anything else that is raised is a
+    fault.
+    """
     text = "\n".join([*BEFORE, *statements, *AFTER]).encode("latin-1")
     begun = time.process_time()
     try:

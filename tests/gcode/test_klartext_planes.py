@@ -1,4 +1,5 @@
-"""Klartext on the machine: tips and tool axes on the part against rotation matrices written down from the manuals' rules.
+"""Klartext on the machine: tips and tool axes on the part against rotation matrices written down from the manuals'
+rules.
 
 The table of the nominal machine: A about x carries C about z carries the part; p_machine = Rx(A) Rz(C) p_part. The work
 system lies 40 mm over the rotary centre, which lies on the tilt axis of verne.toml.
@@ -99,9 +100,13 @@ def test_planes(poses, plane, rotation, move):
 def test_maps_inside_and_outside_a_plane(poses):
     """Shift and rotation before the plane lie outside it, those after it inside; a mirror image inside too."""
     tips, angles = poses(
-        "CYCL DEF 7.1 X+3", "CYCL DEF 10.1 ROT+30", "PLANE SPATIAL SPA+0 SPB+20 SPC+0 MOVE FMAX",
-        "CYCL DEF 8.1 Y", "CYCL DEF 11.1 SCL0.5", TO_POINT,
-    )  # fmt: skip
+        "CYCL DEF 7.1 X+3",
+        "CYCL DEF 10.1 ROT+30",
+        "PLANE SPATIAL SPA+0 SPB+20 SPC+0 MOVE FMAX",
+        "CYCL DEF 8.1 Y",
+        "CYCL DEF 11.1 SCL0.5",
+        TO_POINT,
+    )
     assert tips[-1] == pytest.approx([3, 0, 0] + rz(30) @ ry(20) @ (POINT * [0.5, -0.5, 0.5]), abs=1e-8)
     assert axis_of(*angles[-1]) == pytest.approx(rz(30) @ ry(20) @ [0, 0, 1], abs=1e-9)
 
@@ -138,8 +143,10 @@ def test_the_choice_of_axis_positions(poses, start, sequence, wanted):
 
 def test_stay_and_the_computed_positions(poses):
     tips, angles = poses(
-        "PLANE SPATIAL SPA+0 SPB+45 SPC+0 STAY", "L A+Q120 C+Q122 FMAX", TO_POINT,
-    )  # fmt: skip
+        "PLANE SPATIAL SPA+0 SPB+45 SPC+0 STAY",
+        "L A+Q120 C+Q122 FMAX",
+        TO_POINT,
+    )
     assert angles[-1] == pytest.approx([45, 90])
     assert tips[-1] == pytest.approx(ry(45) @ POINT, abs=1e-8)
 
@@ -154,9 +161,14 @@ def test_cycle_19_that_positions_the_axes_is_plane_with_move(machine, options):
     """F and the set-up clearance in the cycle; all angles 0 bring the table back in the same way."""
     given = replace(options, control={"heidenhain": {"cycle_19": "moves"}})
     programs = [
-        ["CYCL DEF 19.0 WORKING PLANE", "CYCL DEF 19.1 A+15 B-10 C+35 F2000 ABST25", TO_POINT, "CYCL DEF 19.1 A+0 B+0 C+0 FMAX SETUP25"],
+        [
+            "CYCL DEF 19.0 WORKING PLANE",
+            "CYCL DEF 19.1 A+15 B-10 C+35 F2000 ABST25",
+            TO_POINT,
+            "CYCL DEF 19.1 A+0 B+0 C+0 FMAX SETUP25",
+        ],
         ["PLANE SPATIAL SPA+15 SPB-10 SPC+35 MOVE DIST25 F2000", TO_POINT, "PLANE RESET MOVE DIST25 FMAX"],
-    ]  # fmt: skip
+    ]
     paths = [
         read_draft("\n".join([*HEAD, *text, "M30", "END PGM P MM"]).encode(), machine, given).path for text in programs
     ]
@@ -253,10 +265,13 @@ def test_retract_along_the_tool(poses):
 @pytest.mark.parametrize(
     ("statements", "c"),
     [
-        (["L C+350 FMAX"], 350), (["M126", "L C+350 FMAX"], -10), (["M126", "L C+170 FMAX", "L C+200 FMAX"], 200),
-        (["L C+400 FMAX", "M94", "L C+50 FMAX"], 410), (["L C+400 FMAX", "L C+50 FMAX"], 50),
+        (["L C+350 FMAX"], 350),
+        (["M126", "L C+350 FMAX"], -10),
+        (["M126", "L C+170 FMAX", "L C+200 FMAX"], 200),
+        (["L C+400 FMAX", "M94", "L C+50 FMAX"], 410),
+        (["L C+400 FMAX", "L C+50 FMAX"], 50),
     ],
-)  # fmt: skip
+)
 def test_positions_of_c(poses, statements, c):
     _tips, angles = poses(*statements)
     assert angles[-1, 1] == pytest.approx(c)
@@ -269,9 +284,11 @@ def test_positions_of_c(poses, statements, c):
     ("statements", "words"),
     [
         (["PLANE SPATIAL SPA+20 SPB+0 SPC+0 STAY", "L X+5 FMAX"], "normal to"),
-        (["PLANE SPATIAL SPA+20 SPB+0 SPC+0 STAY", "CYCL DEF 240 C Q200=2 Q343=0 Q201=-1 Q344=0 Q206=9 Q211=0 Q203=0 Q204=5", "CYCL CALL"], "dragged sideways"),
+        (["PLANE SPATIAL SPA+20 SPB+0 SPC+0 STAY",
+          "CYCL DEF 240 C Q200=2 Q343=0 Q201=-1 Q344=0 Q206=9 Q211=0 Q203=0 Q204=5", "CYCL CALL"], "dragged sideways"),
         (["CYCL DEF 7.1 X+5", "PLANE SPATIAL SPA+20 SPB+0 SPC+0 MOVE FMAX", "CYCL DEF 7.1 X+9"], "PLANE RESET first"),
-        (["PLANE SPATIAL SPA+20 SPB+0 SPC+0 MOVE FMAX", "CYCL DEF 10.1 ROT+9", "PLANE SPATIAL SPA+10 SPB+0 SPC+0 MOVE FMAX"], "reset it first"),
+        (["PLANE SPATIAL SPA+20 SPB+0 SPC+0 MOVE FMAX", "CYCL DEF 10.1 ROT+9",
+          "PLANE SPATIAL SPA+10 SPB+0 SPC+0 MOVE FMAX"], "reset it first"),
         (["LN X+5 TX+0 TY+0 TZ+1 F900"], "needs M128"),
     ],
 )  # fmt: skip
@@ -282,10 +299,17 @@ def test_what_would_be_a_guess_is_refused(findings, statements, words):
     assert found.line == len(HEAD) + len(statements)
 
 
-@pytest.mark.parametrize(("statement", "code"), [
-    ("PLANE SPATIAL SPA+20 SPB+0 SPC+0 MOVE STAY FMAX", "VP006"), ("PLANE SPATIAL SPA+20 SPB+0 SPC+0 MOVE SEQ+ SEQ- FMAX", "VP006"),
-    ("PLANE RESET STAY SEQ+", "VP006"), ("PLANE RESET TABLE ROT STAY", "VP006"), ("CYCL DEF 8.1 X X", "VP004"), ("M94 C C", "VP004"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("statement", "code"),
+    [
+        ("PLANE SPATIAL SPA+20 SPB+0 SPC+0 MOVE STAY FMAX", "VP006"),
+        ("PLANE SPATIAL SPA+20 SPB+0 SPC+0 MOVE SEQ+ SEQ- FMAX", "VP006"),
+        ("PLANE RESET STAY SEQ+", "VP006"),
+        ("PLANE RESET TABLE ROT STAY", "VP006"),
+        ("CYCL DEF 8.1 X X", "VP004"),
+        ("M94 C C", "VP004"),
+    ],
+)
 def test_words_that_contradict_or_repeat_each_other_are_refused(findings, statement, code):
     assert findings(statement).code == code
 
@@ -302,14 +326,22 @@ def test_headers_of_cam_systems(machine, options):
     assert gauge == pytest.approx(machine.coordinates.machine_zero[2])
     shift = ["CYCL DEF 7.0 SHIFT", "CYCL DEF 7.1 X{}", "CYCL DEF 7.2 Y{}", "CYCL DEF 7.3 Z{}"]
     end = path(
-        *HEAD[1:], *(line.format(9) for line in shift), "PLANE SPATIAL SPA+20 SPB+0 SPC+0 TURN MB MAX FMAX", "L X+1 Y+1 Z+50 FMAX",
-        *(line.format(0) for line in shift), "PLANE RESET STAY", "L A+0 C+0 FMAX", "L X+1 Y+2 Z+70 FMAX",
-    )  # fmt: skip
+        *HEAD[1:],
+        *(line.format(9) for line in shift),
+        "PLANE SPATIAL SPA+20 SPB+0 SPC+0 TURN MB MAX FMAX",
+        "L X+1 Y+1 Z+50 FMAX",
+        *(line.format(0) for line in shift),
+        "PLANE RESET STAY",
+        "L A+0 C+0 FMAX",
+        "L X+1 Y+2 Z+70 FMAX",
+    )
     assert end.end[-1, :3] - ORIGIN == pytest.approx([1, 2, 70], abs=1e-8)
 
 
 def test_holes_of_a_post_for_turning_tables(machine, options):
-    """Head, labels, tool by name, datum from the table, plane with STAY and Q120: each hole by hand, 8 mm below a surface at -1."""
+    """Head, labels, tool by name, datum from the table, plane with STAY and Q120: each hole by hand, 8 mm below a
+    surface at -1.
+    """
     control = {"heidenhain": {"tools": {"DRILL_5": 1}, "datums": {"2": [10.0, 0.0, -5.0]}}}
     raw = (Path(__file__).parents[1] / "corpus" / "heidenhain" / "planes.h").read_bytes()
     path = read_draft(raw, machine, replace(options, control=control)).path

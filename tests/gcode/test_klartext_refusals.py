@@ -31,8 +31,12 @@ G_WORD = re.compile(r"\bG(0|1|4[0-9]|9[0-9])\b")
         ([BORE_BACK.replace("Q254=200", "Q254=0") + " Q214=1 Q336=0", "CYCL CALL"], "VP009", "Q254=0"),
         ([PECK.replace("Q212=0", "Q212=1.5"), "CYCL CALL"], "VP007", "give Q205"),
         # numbers beyond any
-        (["FN 0: Q1 = +99999999", *["FN 3: Q1 = Q1 * Q1"] * 7, "FN 2: Q2 = Q1 - Q1", "L X+Q2"], "VP007", "Q1 would be 1e+32"),
-        (["CALL LBL \"²\""], "VP023", "²"),
+        (
+            ["FN 0: Q1 = +99999999", *["FN 3: Q1 = Q1 * Q1"] * 7, "FN 2: Q2 = Q1 - Q1", "L X+Q2"],
+            "VP007",
+            "Q1 would be 1e+32",
+        ),
+        (['CALL LBL "²"'], "VP023", "²"),
         (["L X+1 M" + "1" * 5000], "VP002", "M111111111..."),
         (["TOOL CALL " + "9" * 400 + " Z S100"], "VP002", "a tool number is whole"),
         # approach and departure
@@ -123,8 +127,8 @@ G_WORD = re.compile(r"\bG(0|1|4[0-9]|9[0-9])\b")
         (["Q1"], "VP001", "expected Q1 ="),
         (["Q1 ="], "VP005", "without a value"),
         (["QS1 = 5"], "VP002", "quotes"),
-        (["QS1 = \"A\"", "L X+QS1"], "VP025|VP001", ""),
-        (["QS1 = \"A\"", "Q1 = TONUMB( SRC_QS1 )"], "VP007", "TONUMB"),
+        (['QS1 = "A"', "L X+QS1"], "VP025|VP001", ""),
+        (['QS1 = "A"', "Q1 = TONUMB( SRC_QS1 )"], "VP007", "TONUMB"),
         (["Q1 = TONUMB( QS1 )"], "VP001", "TONUMB"),
         # cycles
         (["CYCL DEF 200 DRILLING Q200=2 Q200=3"], "VP004", "Q200 appears twice"),
@@ -136,7 +140,14 @@ G_WORD = re.compile(r"\bG(0|1|4[0-9]|9[0-9])\b")
         ([DRILL.replace("Q202=5", "Q202=0"), "CYCL CALL"], "VP007", "plunging"),
         ([DRILL.replace("Q202=5", "Q202=0.00001"), "CYCL CALL"], "VP007", "pecks"),
         ([DRILL.replace("Q202=5", "Q202=0.5"), "CYCL CALL"], None, ""),
-        (["CYCL DEF 208 BORE Q200=2 Q201=-4 Q206=150 Q334=1 Q203=0 Q204=2 Q335=20 Q342=0 Q351=1 Q370=0", "CYCL CALL"], None, ""),
+        (
+            [
+                "CYCL DEF 208 BORE Q200=2 Q201=-4 Q206=150 Q334=1 Q203=0 Q204=2 Q335=20 Q342=0 Q351=1 Q370=0",
+                "CYCL CALL",
+            ],
+            None,
+            "",
+        ),
         (["CYCL DEF 208 BORE Q200=2 Q201=-4 Q206=150 Q334=1 Q203=0 Q204=2 Q335=20 Q343=0"], "VP006", "Q343"),
         ([DRILL.replace("Q204=20", "Q204=-0.5"), "CYCL CALL"], "VP007", "Q204"),
         ([DRILL.replace("Q210=0", "Q210=86400.5"), "CYCL CALL"], "VP007", "Q210"),
@@ -152,10 +163,16 @@ G_WORD = re.compile(r"\bG(0|1|4[0-9]|9[0-9])\b")
         *(([BORE + f" Q214={side}", "CYCL CALL"], "VP007", f"Q214={side}") for side in ("-1", "5", "0.5")),
         ([BORE + " Q214=1", "M5", "CYCL CALL"], "VP017", "spindle"),
         (["CYCL DEF 206 TAP Q200=2 Q201=-5 Q206=100 Q211=0 Q203=0 Q204=5", "M5", "CYCL CALL"], "VP017", "spindle"),
-        *(([MILL_BORE.replace(*change), "CYCL CALL"], "VP007", words) for change, words in (
-            (("Q351=1", "Q351=0"), "Q351"), (("Q335=20", "Q335=10"), "wider than the tool"), (("Q334=1", "Q334=0"), "infeed"),
-            (("Q370=0", "Q370=1"), "Q370"), (("Q334=1", "Q334=0.00001"), "pecks"),
-        )),
+        *(
+            ([MILL_BORE.replace(*change), "CYCL CALL"], "VP007", words)
+            for change, words in (
+                (("Q351=1", "Q351=0"), "Q351"),
+                (("Q335=20", "Q335=10"), "wider than the tool"),
+                (("Q334=1", "Q334=0"), "infeed"),
+                (("Q370=0", "Q370=1"), "Q370"),
+                (("Q334=1", "Q334=0.00001"), "pecks"),
+            )
+        ),
         ([MILL_BORE.replace("Q335=20", "Q335=10.1"), "CYCL CALL"], None, ""),
         (["CYCL DEF 240 C Q200=2 Q343=1 Q201=-2 Q344=0 Q206=9 Q211=0 Q203=0 Q204=5", "CYCL CALL"], "VP002", "Q343"),
         (["CYCL CALL POS"], "VP005|VP017", "coordinates"),
@@ -184,7 +201,7 @@ G_WORD = re.compile(r"\bG(0|1|4[0-9]|9[0-9])\b")
         (["LN X+5 Y+0 Z+0 TX0 TY0 TZ1"], "VP017", "M128"),
         (["FUNCTION TCPM F TCP AXIS SPAT PATHCTRL AXIS", "L IA+5"], "VP002", "incremental spatial"),
     ],
-)  # fmt: skip
+)
 def test_what_is_not_executed_is_refused(view, statements, code, words):
     text = "\n".join([*HEAD, *statements, "END PGM T"])
     _moves, findings = view(text, dialect="heidenhain", tools=TOOLS, max_repeats=1000)
@@ -202,10 +219,13 @@ def test_what_is_not_executed_is_refused(view, statements, code, words):
 @pytest.mark.parametrize(
     ("numbers", "words"),
     [
-        ((6, 14, 15, 16, *range(20, 26), *range(270, 277)), "SL cycle"), ((27, 28, 29, 39), "cylinder surface"), ((17,), "rigid tapping"),
-        ((1, 2, 3, 4, 5), "older controls; write cycle"), ((285, 286, 287), "gears"), ((12,), "CALL PGM"), ((18,), "thread cutting"), ((26,), "ellipses"), ((30,), "3-D data"),
+        ((6, 14, 15, 16, *range(20, 26), *range(270, 277)), "SL cycle"), ((27, 28, 29, 39), "cylinder surface"),
+        ((17,), "rigid tapping"),
+        ((1, 2, 3, 4, 5), "older controls; write cycle"), ((285, 286, 287), "gears"), ((12,), "CALL PGM"),
+        ((18,), "thread cutting"), ((26,), "ellipses"), ((30,), "3-D data"),
         ((225,), "engraving"), ((230,), "multipass"), ((231,), "ruled"), ((239,), "weighs"),
-        (range(400, 500), "touch probe"), (range(800, 900), "turning"), ((226, 259, 266, 399, 500, 799, 900), "not a cycle that is executed"),
+        (range(400, 500), "touch probe"), (range(800, 900), "turning"),
+        ((226, 259, 266, 399, 500, 799, 900), "not a cycle that is executed"),
     ],
 )  # fmt: skip
 def test_refused_cycles_say_what_they_are(view, numbers, words):
@@ -227,9 +247,17 @@ def test_an_unfinished_statement_at_the_end(view):
     assert (findings[0].code, findings[0].line) == ("VP001", 2)
 
 
-@pytest.mark.parametrize("block", [
-    "L Z+100 R0 FMAX", "L R0\nL Z+100 FMAX", "L R0 M140 MB10", "L R0\nL A+30 FMAX", "L R0\nCYCL CALL", "L R0\nL Z+1 FMAX M91",
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "block",
+    [
+        "L Z+100 R0 FMAX",
+        "L R0\nL Z+100 FMAX",
+        "L R0 M140 MB10",
+        "L R0\nL A+30 FMAX",
+        "L R0\nCYCL CALL",
+        "L R0\nL Z+1 FMAX M91",
+    ],
+)
 def test_after_r0_the_first_move_is_in_the_plane(view, block):
     """Whether the tool goes sideways onto the contour with anything else depends on the control."""
     head = (

@@ -64,9 +64,12 @@ def rows(title):
 def outcome(machine):
     """Everything that a program does, as comparable values, and its findings."""
     options = Options(
-        tools={1: make_tool(1, 80.0, 8.0), 2: make_tool(2, 60.0, 6.0)}, subroutines={"other": b"L X+44 FMAX\nEND PGM OTHER MM"},
-        control={"heidenhain": {"tools": {"MILL": 2}, "datums": {"1": [1.0, 2.0, 3.0]}}}, dialect="heidenhain", wcs={"G54": (0.0, 0.0, 40.0), "G55": (5.0, 0.0, 40.0)},
-    )  # fmt: skip
+        tools={1: make_tool(1, 80.0, 8.0), 2: make_tool(2, 60.0, 6.0)},
+        subroutines={"other": b"L X+44 FMAX\nEND PGM OTHER MM"},
+        control={"heidenhain": {"tools": {"MILL": 2}, "datums": {"1": [1.0, 2.0, 3.0]}}},
+        dialect="heidenhain",
+        wcs={"G54": (0.0, 0.0, 40.0), "G55": (5.0, 0.0, 40.0)},
+    )
 
     def run(statements):
         text = "\n".join([*BEFORE, *statements, *AFTER]).encode()
@@ -124,12 +127,15 @@ def test_refused(outcome, example):
 
 #: Words of the vocabulary, each as a statement.
 WITHOUT_EFFECT = [
-    *(f"M{number}" for number in FUNCTIONS_WITHOUT_EFFECT), *(f"CYCL DEF {number} X Q240=0" for number in CYCLES_WITHOUT_EFFECT),
-]  # fmt: skip
+    *(f"M{number}" for number in FUNCTIONS_WITHOUT_EFFECT),
+    *(f"CYCL DEF {number} X Q240=0" for number in CYCLES_WITHOUT_EFFECT),
+]
 NOT_EXECUTED = {
-    **{f"{word} X": why for word, why in REFUSED_STATEMENTS.items()}, **{f"M{number}": why for number, why in REFUSED_FUNCTIONS.items()},
-    **{f"CYCL DEF {number}.0 X": why for number, why in REFUSED_CYCLES.items()}, **{f"FN {number}: X": why for number, why in REFUSED_FN.items()},
-}  # fmt: skip
+    **{f"{word} X": why for word, why in REFUSED_STATEMENTS.items()},
+    **{f"M{number}": why for number, why in REFUSED_FUNCTIONS.items()},
+    **{f"CYCL DEF {number}.0 X": why for number, why in REFUSED_CYCLES.items()},
+    **{f"FN {number}: X": why for number, why in REFUSED_FN.items()},
+}
 
 
 @pytest.mark.parametrize("statement", WITHOUT_EFFECT)

@@ -1,4 +1,6 @@
-"""Thread milling of Klartext (262 to 265, 267): the path that is written out in RS274/NGC, and the thread on the wall."""
+"""Thread milling of Klartext (262 to 265, 267): the path that is written out in RS274/NGC, and the thread on
+the wall.
+"""
 
 import math
 
@@ -17,7 +19,8 @@ Q = "Q335=20 Q239=1.5 Q201=-6 Q253=700 Q200=2 Q203=0 Q204=20 Q207=500"
 INSIDE, OUTSIDE = (
     f"F{500 * math.hypot(2 * math.pi * radius, 1.5) / math.hypot(20 * math.pi, 1.5):.10f}" for radius in (6, 14)
 )
-#: A tool of 8 mm over X10 Y20. One turn upwards at the depth, on a circle of 10 - 4, from and to the middle: 262 with Q355=0, 263, 264.
+#: A tool of 8 mm over X10 Y20. One turn upwards at the depth, on a circle of 10 - 4, from and to the middle: 262 with
+#: Q355=0, 263, 264.
 ONE_TURN = f"G1 Z-6.375 F700\nG3 X16 Y20 I3 J0 Z-6 {INSIDE}\nG3 X16 Y20 I-6 J0 Z-4.5\nG3 X10 Y20 I-3 J0 Z-4.125\n"
 #: Four turns downwards from the surface, away from the thread at its end: 265.
 DOWN = (
@@ -40,16 +43,34 @@ STUD_FRONT = "G0 X25.5\nG1 Z-0.5 F700\nG3 X19 Y20 I-3.25 J0 F150\nG2 X19 Y20 I-9
 CYCLES = {
     "262": (f"262 T {Q} Q355=0 Q351=1", ONE_TURN),
     "263": (f"263 T {Q} Q356=0 Q351=1 Q357=0 Q358=0 Q359=0 Q254=150", ONE_TURN),
-    "263, countersink": (f"263 T {Q} Q356=0 Q351=1 Q357=0 Q358=-0.5 Q359=2 Q254=150", f"G1 Z-0.5 F700\n{FRONT}{ONE_TURN}"),
-    "263, countersink alone": (f"263 T {Q} Q356=0 Q351=1 Q357=0 Q358=-0.5 Q359=2 Q254=150".replace("Q201=-6", "Q201=0"), f"G1 Z-0.5 F700\n{FRONT}"),
-    "264": (f"264 T {Q} Q356=-10 Q351=1 Q202=4 Q258=0.5 Q257=0 Q256=0 Q358=0 Q359=0 Q206=150", f"G1 Z-4 F150\nG0 Z2\nZ-3.5\nG1 Z-8 F150\nG0 Z2\nZ-7.5\nG1 Z-10 F150\n{ONE_TURN}"),
-    "264, chip breaks": (f"264 T {Q} Q356=-7 Q351=1 Q202=9 Q258=0.5 Q257=3 Q256=0.2 Q358=0 Q359=0 Q206=150", f"G1 Z-3 F150\nG0 Z-2.8\nG1 Z-6 F150\nG0 Z-5.8\nG1 Z-7 F150\n{ONE_TURN}"),
+    "263, countersink": (
+        f"263 T {Q} Q356=0 Q351=1 Q357=0 Q358=-0.5 Q359=2 Q254=150",
+        f"G1 Z-0.5 F700\n{FRONT}{ONE_TURN}",
+    ),
+    "263, countersink alone": (
+        f"263 T {Q} Q356=0 Q351=1 Q357=0 Q358=-0.5 Q359=2 Q254=150".replace("Q201=-6", "Q201=0"),
+        f"G1 Z-0.5 F700\n{FRONT}",
+    ),
+    "264": (
+        f"264 T {Q} Q356=-10 Q351=1 Q202=4 Q258=0.5 Q257=0 Q256=0 Q358=0 Q359=0 Q206=150",
+        f"G1 Z-4 F150\nG0 Z2\nZ-3.5\nG1 Z-8 F150\nG0 Z2\nZ-7.5\nG1 Z-10 F150\n{ONE_TURN}",
+    ),
+    "264, chip breaks": (
+        f"264 T {Q} Q356=-7 Q351=1 Q202=9 Q258=0.5 Q257=3 Q256=0.2 Q358=0 Q359=0 Q206=150",
+        f"G1 Z-3 F150\nG0 Z-2.8\nG1 Z-6 F150\nG0 Z-5.8\nG1 Z-7 F150\n{ONE_TURN}",
+    ),
     "265": (f"265 T {Q} Q358=0 Q359=0 Q360=0 Q254=150", DOWN),
-    "265, countersink before": (f"265 T {Q} Q358=-0.5 Q359=2 Q360=0 Q254=150", f"G1 Z-0.5 F150\n{FRONT.replace('G3', 'G2')}{DOWN}"),
-    "265, countersink after": (f"265 T {Q} Q358=-0.5 Q359=2 Q360=1 Q254=150", f"{DOWN}G1 Z-0.5 F700\n{FRONT.replace('G3', 'G2')}"),
+    "265, countersink before": (
+        f"265 T {Q} Q358=-0.5 Q359=2 Q360=0 Q254=150",
+        f"G1 Z-0.5 F150\n{FRONT.replace('G3', 'G2')}{DOWN}",
+    ),
+    "265, countersink after": (
+        f"265 T {Q} Q358=-0.5 Q359=2 Q360=1 Q254=150",
+        f"{DOWN}G1 Z-0.5 F700\n{FRONT.replace('G3', 'G2')}",
+    ),
     "267": (f"267 T {Q} Q355=1 Q351=1 Q358=0 Q359=0 Q254=150", STUD),
     "267, countersink": (f"267 T {Q} Q355=1 Q351=1 Q358=-0.5 Q359=9 Q254=150", STUD_FRONT + STUD.split("\n", 1)[1]),
-}  # fmt: skip
+}
 
 
 def list_rows(moves):
@@ -75,7 +96,9 @@ def test_a_cycle_is_the_path_that_is_written_out(view, name):
 
 
 def test_setpoints_are_those_of_the_path_that_is_written_out(machine):
-    """The VERNE, to 1e-6 mm and degrees: 264 with its drilling, 265 and 267 with their countersinks, one after the other."""
+    """The VERNE, to 1e-6 mm and degrees: 264 with its drilling, 265 and 267 with their countersinks, one after the
+    other.
+    """
     names = ("264, chip breaks", "265, countersink after", "267, countersink")
     klartext = "".join(f"CYCL DEF {CYCLES[name][0]}\nCYCL CALL\n" for name in names)
     written = "".join(f"G0 Z2\n{CYCLES[name][1]}G0 Z2\nG0 Z20\n" for name in names)
@@ -106,7 +129,9 @@ def follow_wall(moves, axis):
 @pytest.mark.parametrize("count", [0, 1, 2])
 @pytest.mark.parametrize("before", ["", "M4\n", "CYCL DEF 8.0 MIRROR IMAGE\nCYCL DEF 8.1 X\nL X-10 FMAX\n"])
 def test_every_way_of_milling_a_stud_cuts_the_same_thread(view, pitch, climb, count, before):
-    """Height and angle about the stud go together as the pitch has it; the tool stays outside, and climb milling with M3 is clockwise."""
+    """Height and angle about the stud go together as the pitch has it; the tool stays outside, and climb milling with
+    M3 is clockwise.
+    """
     q = Q.replace("Q239=1.5", f"Q239={pitch}").replace("Q201=-6", "Q201=-6.8")
     text = (
         f"{HEAD}{before}CYCL DEF 267 T {q} Q355={count} Q351={climb} Q358=0 Q359=0 Q254=150\nCYCL CALL\nEND PGM C MM\n"
@@ -134,7 +159,11 @@ def test_every_way_of_milling_a_stud_cuts_the_same_thread(view, pitch, climb, co
 def test_a_left_hand_thread_from_the_surface(view):
     """Downwards too, so counter-clockwise, with the spindle either way."""
     for before in ("", "M4\n"):
-        text = f"{HEAD}{before}CYCL DEF 265 T {Q.replace('Q239=1.5', 'Q239=-1.5')} Q358=0 Q359=0 Q360=0 Q254=150\nCYCL CALL\nEND PGM C MM\n"
+        text = (
+            f"{HEAD}{before}CYCL DEF 265 T {Q.replace('Q239=1.5', 'Q239=-1.5')} Q358=0 Q359=0 Q360=0 Q254=150\n"
+            "CYCL CALL\n"
+            "END PGM C MM\n"
+        )
         moves, findings = view(text, dialect="heidenhain", tools=TOOLS)
         assert findings == ()
         assert moves.arcs.sweep.tolist() == [180, *[360] * 4, 180]
@@ -144,7 +173,11 @@ def test_a_left_hand_thread_from_the_surface(view):
 def test_threads_in_inches(view):
     """All lengths are inches, F is 0.1 inch/min."""
     values = "Q335=0.8 Q239=0.05 Q201=-0.2 Q253=70 Q200=0.1 Q203=0 Q204=1 Q207=50 Q355=1 Q351=1 Q358=0 Q359=0 Q254=15"
-    text = f"{HEAD.replace(' MM', ' INCH').replace('X+10 Y+20 Z+40', 'X+1 Y+2 Z+2')}CYCL DEF 267 T {values}\nCYCL CALL\nEND PGM C INCH\n"
+    text = (
+        f"{HEAD.replace(' MM', ' INCH').replace('X+10 Y+20 Z+40', 'X+1 Y+2 Z+2')}CYCL DEF 267 T {values}\n"
+        "CYCL CALL\n"
+        "END PGM C INCH\n"
+    )
     moves, findings = view(text, dialect="heidenhain", tools=TOOLS)
     assert findings == ()
     radius = 0.4 * 25.4 + 4
@@ -157,10 +190,14 @@ def test_threads_in_inches(view):
 
 
 @pytest.mark.parametrize(("number", "words", "code", "part"), [
-    (263, {"Q356=0": "Q356=-8"}, "VP002", "Q356"), (263, {"Q359=2": "Q359=0"}, "VP007", "Q359"), (263, {"Q358=-0.5": "Q358=1"}, "VP007", "Q358"), (263, {"Q254=150": "Q254=0"}, "VP009", "Q254"),
-    (263, {"Q351=1": "Q351=0"}, "VP007", "Q351"), (264, {"Q358=0": "Q358=-1"}, "VP002", "Q358"), (264, {"Q356=-10": "Q356=-6.4"}, "VP007", "Q356"), (264, {"Q356=-10": "Q356=5"}, "VP007", "Q356"),
-    (264, {"Q202=4": "Q202=0"}, "VP007", "Q202"), (264, {"Q206=150": "Q206=MAX"}, "VP009", "Q206"), (265, {"Q360=1": "Q360=2"}, "VP007", "Q360"), (265, {"Q335=20": "Q335=8"}, "VP007", "Q335"),
-    (267, {"Q355=1": "Q355=1.5"}, "VP007", "Q355"), (267, {"Q239=1.5": "Q239=0"}, "VP007", "Q239"), (267, {"Q359=9": "Q359=15.5"}, "VP007", "Q359"), (267, {"Q239=1.5": "Q239=0.0001"}, "VP007", "turns"),
+    (263, {"Q356=0": "Q356=-8"}, "VP002", "Q356"), (263, {"Q359=2": "Q359=0"}, "VP007", "Q359"),
+    (263, {"Q358=-0.5": "Q358=1"}, "VP007", "Q358"), (263, {"Q254=150": "Q254=0"}, "VP009", "Q254"),
+    (263, {"Q351=1": "Q351=0"}, "VP007", "Q351"), (264, {"Q358=0": "Q358=-1"}, "VP002", "Q358"),
+    (264, {"Q356=-10": "Q356=-6.4"}, "VP007", "Q356"), (264, {"Q356=-10": "Q356=5"}, "VP007", "Q356"),
+    (264, {"Q202=4": "Q202=0"}, "VP007", "Q202"), (264, {"Q206=150": "Q206=MAX"}, "VP009", "Q206"),
+    (265, {"Q360=1": "Q360=2"}, "VP007", "Q360"), (265, {"Q335=20": "Q335=8"}, "VP007", "Q335"),
+    (267, {"Q355=1": "Q355=1.5"}, "VP007", "Q355"), (267, {"Q239=1.5": "Q239=0"}, "VP007", "Q239"),
+    (267, {"Q359=9": "Q359=15.5"}, "VP007", "Q359"), (267, {"Q239=1.5": "Q239=0.0001"}, "VP007", "turns"),
     (267, {"Q207=500": "Q207=MAX"}, "VP009", "Q207"), (267, {"Q201=-6": "Q201=6"}, "VP007", "Q201"),
 ])  # fmt: skip
 def test_threads_that_cannot_be_milled(view, number, words, code, part):

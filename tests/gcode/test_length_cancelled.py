@@ -1,4 +1,6 @@
-"""What moves while no tool length is in force: G49 or D0 under tilt, and turns of the table under a standing spindle."""
+"""What moves while no tool length is in force: G49 or D0 under tilt, and turns of the table under a standing
+spindle.
+"""
 
 import numpy as np
 import pytest
@@ -20,9 +22,14 @@ def options(dialect, **more):
     return Options(tools=TOOLS, wcs={1: WorkOffset((0, 0, 60))}, dialect=dialect, **more)
 
 
-@pytest.mark.parametrize(("dialect", "text"), [
-    ("rs274", f"{ISO}G49\nG0 X0. Y0.\nM30\n"), ("fanuc", f"{ISO}G49\nG0 A0. C0.\nM30\n"), ("siemens", f"{SIEMENS}G0 A0 C0\nM30\n"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("dialect", "text"),
+    [
+        ("rs274", f"{ISO}G49\nG0 X0. Y0.\nM30\n"),
+        ("fanuc", f"{ISO}G49\nG0 A0. C0.\nM30\n"),
+        ("siemens", f"{SIEMENS}G0 A0 C0\nM30\n"),
+    ],
+)
 def test_a_motion_without_z_is_refused(dialect, text):
     result = vp.check(text, vp.load_machine("serial"), options(dialect))
     assert [item.code for item in result.findings if item.severity == "error"] == ["VP016"]
@@ -37,7 +44,14 @@ def test_fanuc_turns_the_table_under_a_standing_spindle(length, retract, turn):
     """On the serial machine the joints are X Y Z themselves: after G49 they stand, from end to end of the turn."""
     if "I" in length and "G91 G0" in turn:
         turn = turn.replace("A-30. C130.", "A0. C10.")
-    head = f"G21 G90 G17 G94\nT1 M6\nG54\nG0 {'A30. C40.' if 'I' not in length else ''}\n{length} G0 X10. Y0. Z50.\nG1 X20. F500.\n"
+    head = (
+        "G21 G90 G17 G94\n"
+        "T1 M6\n"
+        "G54\n"
+        f"G0 {'A30. C40.' if 'I' not in length else ''}\n"
+        f"{length} G0 X10. Y0. Z50.\n"
+        "G1 X20. F500.\n"
+    )
     text = f"{head}{retract}\nG49\n{turn}\nG53 G0 X5. Y5.\nM30\n"
     program = assemble(text.encode(), vp.load_machine("serial"), options("fanuc", smoothing="off"))
     assert [item.code for item in program.findings if item.severity == "error"] == []
@@ -90,18 +104,29 @@ def test_fanuc_refuses_a_turn_under_which_the_named_axis_does_not_come():
 
 
 def test_a_length_or_a_plane_in_force_holds_what_it_held():
-    """With G43.4 the tip stays on the part; with G43 it does so where no code of the program says tool-centre-point control."""
+    """With G43.4 the tip stays on the part; with G43 it does so where no code of the program says tool-centre-point
+    control.
+    """
     for length in ("G43.4 H1", "G43 H1"):
         text = f"G21 G90\nT1 M6\nG0 A30. C40.\n{length} X10. Y0. Z150.\nG1 Z140. F500.\nG0 A0. C0.\nM30\n"
         program = assemble(text.encode(), vp.load_machine("serial"), options("fanuc", smoothing="off"))
         assert program.path.end[-1, :3] == pytest.approx([10.0, 0.0, 200.0], abs=ROUNDING)
 
 
-@pytest.mark.parametrize(("tail", "found"), [
-    ("G53 G0 Z0\nG49\nG0 A0 C0", [9]), ("G53 G0 Z0\nG49\nG0 A0 C0\nA20\nA0", [9]), ("G53 G0 Z0\nG49\nG0 X0 Y0 A0 C0", [9]),
-    ("G53 G0 Z0\nG49\nG53 G0 A0 C0", []), ("G53 G0 Z0\nG0 A0 C0", [8]), ("G53 G0 Z0\nG49\nG0 X0 Y0 Z200 A0 C0", []),
-    ("G91 G28 Z0\nG90\nX0 Y0 A0 C0\nA9", [9]), ("G53 G0 Z0\nG53 G0 A0 C0", []), ("G53 G0 Z0\nG0 X0 Y0 Z200\nA0 C0", []),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("tail", "found"),
+    [
+        ("G53 G0 Z0\nG49\nG0 A0 C0", [9]),
+        ("G53 G0 Z0\nG49\nG0 A0 C0\nA20\nA0", [9]),
+        ("G53 G0 Z0\nG49\nG0 X0 Y0 A0 C0", [9]),
+        ("G53 G0 Z0\nG49\nG53 G0 A0 C0", []),
+        ("G53 G0 Z0\nG0 A0 C0", [8]),
+        ("G53 G0 Z0\nG49\nG0 X0 Y0 Z200 A0 C0", []),
+        ("G91 G28 Z0\nG90\nX0 Y0 A0 C0\nA9", [9]),
+        ("G53 G0 Z0\nG53 G0 A0 C0", []),
+        ("G53 G0 Z0\nG0 X0 Y0 Z200\nA0 C0", []),
+    ],
+)
 def test_rs274_names_axes_that_go_along(tail, found):
     """The tip is held there, also without a length: one warning, at the first turn, with the way of each axis."""
     result = vp.check(f"{ISO}{tail}\nM30\n", vp.load_machine("serial"), options("rs274"))
@@ -116,7 +141,8 @@ def test_rs274_names_axes_that_go_along(tail, found):
 
 
 @pytest.mark.parametrize(("block", "length", "warned"), [
-    ("G1 X30. F500.", 120, True), ("G0 X30.", 120, True), ("G1 X30. F500.", 60, False), ("G1 X30. Z50. F500.", 120, False),
+    ("G1 X30. F500.", 120, True), ("G0 X30.", 120, True), ("G1 X30. F500.", 60, False),
+    ("G1 X30. Z50. F500.", 120, False),
     ("G53 G0 Z0.", 120, False), ("G53 G0 Z0.\nG43.1 Z130.\nG1 X30. F500.", 120, False),
 ])  # fmt: skip
 def test_a_longer_tool_goes_on_below_the_programmed_place(block, length, warned):
@@ -130,14 +156,33 @@ def test_a_longer_tool_goes_on_below_the_programmed_place(block, length, warned)
 
 
 @pytest.mark.parametrize("tilt", [0, 20])
-@pytest.mark.parametrize(("dialect", "head", "second", "blocks"), [
-    ("siemens", "G71 G90 G54\nT1 M6\nD1\nG0 X0 Y0 Z40 A{tilt} C0\nG1 X10 F500\n", "T2 M6\nD1\n", ("G0 X20", "G0 X20 Z40")),
-    ("heidenhain", "BEGIN PGM B MM\nTOOL CALL 1 Z S5000\nL Z+40 R0 FMAX\nM128\nL X+0 Y+0 A+{tilt} C+0 R0 FMAX\nL X+10 R0 F500\n",
-     "TOOL CALL 2 Z S5000\n", ("L X+20 R0 FMAX", "L X+20 Z+40 R0 FMAX")),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("dialect", "head", "second", "blocks"),
+    [
+        (
+            "siemens",
+            "G71 G90 G54\nT1 M6\nD1\nG0 X0 Y0 Z40 A{tilt} C0\nG1 X10 F500\n",
+            "T2 M6\nD1\n",
+            ("G0 X20", "G0 X20 Z40"),
+        ),
+        (
+            "heidenhain",
+            "BEGIN PGM B MM\n"
+            "TOOL CALL 1 Z S5000\n"
+            "L Z+40 R0 FMAX\n"
+            "M128\n"
+            "L X+0 Y+0 A+{tilt} C+0 R0 FMAX\n"
+            "L X+10 R0 F500\n",
+            "TOOL CALL 2 Z S5000\n",
+            ("L X+20 R0 FMAX", "L X+20 Z+40 R0 FMAX"),
+        ),
+    ],
+)
 @pytest.mark.parametrize(("length", "named"), [(80.0, 0), (80.0, 1), (60.0, 0)])
 def test_a_longer_tool_of_siemens_and_klartext_is_told(dialect, head, second, blocks, tilt, length, named):
-    """As in RS274: the spindle stands until Z is named, also under a tilted table, so the tip is deeper; Z names it, a shorter tool is none."""
+    """As in RS274: the spindle stands until Z is named, also under a tilted table, so the tip is deeper; Z names it, a
+    shorter tool is none.
+    """
     tools = {1: Tool(1, 1, (0.0, 0.0, 60.0) + (0.0,) * 6, 10.0), 2: Tool(2, 2, (0.0, 0.0, length) + (0.0,) * 6, 10.0)}
     text = f"{head.format(tilt=tilt)}{second}{blocks[named]}\n{'END PGM B MM' if dialect == 'heidenhain' else 'M30'}\n"
     setup = Options(tools=tools, wcs={1: WorkOffset((0, 0, 60))}, dialect=dialect, split_at_stops=True)
@@ -158,13 +203,16 @@ def test_plain_lines_and_single_ones_stand_alike():
 
 
 STANDING = [
-    ("rs274", f"{ISO}G53 G0 Z0\nG53 G0 A-20 C200\nM30\n"), ("rs274", f"{ISO}G53 G0 Z0\nG91 G28 A0 C0\nM30\n"),
-    ("fanuc", f"{ISO}G53 G0 Z0\nG53 A-20. C200.\nM30\n"), ("fanuc", f"{ISO}G53 G0 Z0\nG49\nG28 A-5. C20.\nM30\n"), ("siemens", f"{SIEMENS}G0 SUPA Z0\nG0 SUPA A-20 C200\nM30\n"),
+    ("rs274", f"{ISO}G53 G0 Z0\nG53 G0 A-20 C200\nM30\n"),
+    ("rs274", f"{ISO}G53 G0 Z0\nG91 G28 A0 C0\nM30\n"),
+    ("fanuc", f"{ISO}G53 G0 Z0\nG53 A-20. C200.\nM30\n"),
+    ("fanuc", f"{ISO}G53 G0 Z0\nG49\nG28 A-5. C20.\nM30\n"),
+    ("siemens", f"{SIEMENS}G0 SUPA Z0\nG0 SUPA A-20 C200\nM30\n"),
     ("siemens", f"{SIEMENS}G0 SUPA Z0\nG0 A-20 C200\nM30\n"),
     ("siemens", f'{SIEMENS}G0 SUPA Z0\nCYCLE800(0,"",0,57,0,0,0,0,45,90,0,0,0,1)\nM30\n'),
     ("fanuc", f"{ISO}G49\nG53 G0 Z0\nG68.2 X0 Y0 Z0 I60. J35. K0\nG53.1\nM30\n"),
     ("fanuc", f"{ISO}G43 H1\nG53 G0 Z0\nG68.2 X0 Y0 Z0 I60. J35. K0\nG53.1\nM30\n"),
-]  # fmt: skip
+]
 
 
 @pytest.mark.parametrize(("dialect", "text"), STANDING)
@@ -192,12 +240,18 @@ TILTED_ISO = "G21 G90\nG0 A30. C40.\nG43.4 H1 X10. Y0. Z150.\nX20.\n"
 TILTED_SIEMENS = "G54 G90 G71\nG0 A30 C40\nT1 M6 D1\nTRAORI\nG0 X10 Y0 Z150\nX20\n"
 
 
-@pytest.mark.parametrize(("dialect", "text", "way"), [
-    ("rs274", f"{TILTED_ISO}G43.4 H2\nG0 X30.\nM30\n", 50.0), ("fanuc", f"{TILTED_ISO}G43.4 H2\nG0 X30. Y5.\nM30\n", 50.0),
-    ("fanuc", f"{TILTED_ISO}G43.4 H2\nG0 X30. Z150.\nM30\n", None), ("fanuc", f"{TILTED_ISO}G53 G0 Z0.\nG43.4 H2\nG0 X30.\nM30\n", None),
-    ("rs274", "G21 G90\nG0 A30. C40.\nG43.4 H1\nG0 X10. Y0.\nZ150.\nX20.\nM30\n", None), ("siemens", f"{TILTED_SIEMENS}T2 M6 D1\nG0 X30\nM30\n", 50.0),
-    ("siemens", f"{TILTED_SIEMENS}T2 M6 D1\nG0 Z150\nM30\n", None),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("dialect", "text", "way"),
+    [
+        ("rs274", f"{TILTED_ISO}G43.4 H2\nG0 X30.\nM30\n", 50.0),
+        ("fanuc", f"{TILTED_ISO}G43.4 H2\nG0 X30. Y5.\nM30\n", 50.0),
+        ("fanuc", f"{TILTED_ISO}G43.4 H2\nG0 X30. Z150.\nM30\n", None),
+        ("fanuc", f"{TILTED_ISO}G53 G0 Z0.\nG43.4 H2\nG0 X30.\nM30\n", None),
+        ("rs274", "G21 G90\nG0 A30. C40.\nG43.4 H1\nG0 X10. Y0.\nZ150.\nX20.\nM30\n", None),
+        ("siemens", f"{TILTED_SIEMENS}T2 M6 D1\nG0 X30\nM30\n", 50.0),
+        ("siemens", f"{TILTED_SIEMENS}T2 M6 D1\nG0 Z150\nM30\n", None),
+    ],
+)
 def test_a_longer_tool_under_tilt_is_named_where_the_spindle_goes_up(dialect, text, way):
     """The tip goes to the Z that was programmed: by 50 mm along the tool axis, where no retract came before."""
     setup = Options(

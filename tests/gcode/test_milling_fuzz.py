@@ -1,8 +1,8 @@
 """Milling cycles with values at random: no traceback, no hang, nothing passed over, and what runs is the pocket.
 
-``python -m tests.gcode.test_milling_fuzz N FIRST [NAME...]`` tries N programs from number FIRST on: of a language (siemens,
-heidenhain), or all of these cycles of Siemens, if any are named. With ``pockets`` behind it sound values are drawn, and
-the judge of pockets looks at what they mill.
+``python -m tests.gcode.test_milling_fuzz N FIRST [NAME...]`` tries N programs from number FIRST on: of a language
+(siemens, heidenhain), or all of these cycles of Siemens, if any are named. With ``pockets`` behind it sound values are
+drawn, and the judge of pockets looks at what they mill.
 """
 
 import itertools
@@ -65,19 +65,26 @@ NUMBERS = (
 )
 #: More likely values, by parameter.
 LIKELY = {
-    "RTP": 20, "RFP": 0, "SDIS": 2, "DP": -6, "MID": 3, "FFP1": 500, "FFD": 100, "PA": 0, "PO": 0, "LENG": 40, "WID": 24, "NUM": 2, "VARI": 11, "PRAD": 20, "AFSL": 60, "RAD": 30,
-    "_GMODE": 0, "_DMODE": 0, "_AMODE": 0, "AP1": 60, "AP2": 60, "LIM": 0, "SSF": 0, "DIATH": 30, "H1": 2, "PIT": 2, "NT": 1, "FFR": 400, "KDIAM": 26, "SWL": 40, "RC": 2,
+    "RTP": 20, "RFP": 0, "SDIS": 2, "DP": -6, "MID": 3, "FFP1": 500, "FFD": 100, "PA": 0, "PO": 0, "LENG": 40,
+    "WID": 24, "NUM": 2, "VARI": 11, "PRAD": 20, "AFSL": 60, "RAD": 30,
+    "_GMODE": 0, "_DMODE": 0, "_AMODE": 0, "AP1": 60, "AP2": 60, "LIM": 0, "SSF": 0, "DIATH": 30, "H1": 2, "PIT": 2,
+    "NT": 1, "FFR": 400, "KDIAM": 26, "SWL": 40, "RC": 2,
     "_PITA": 0, "TYPTH": 0, "MIDA": 4, "STA": 10, "CDIR": 2, "FAL": 0.2, "FALD": 0,
-    200: 2, 201: -6, 202: 3, 203: 0, 204: 50, 206: 100, 207: 500, 215: 1, 218: 40, 219: 24, 223: 40, 222: 50, 351: 1, 366: 0, 367: 0, 370: 1, 375: 60, 248: 60, 377: 2, 335: 20, 239: 1.5, 355: 1, 356: -9, 357: 0, 358: 0, 359: 2, 360: 0, 254: 90, 257: 0, 256: 0, 258: 1, 385: 400, 386: -6, 389: 0,
-    227: 0, 253: 700, 424: 60, 425: 60, 437: 0, 439: 0, 571: 20, 572: 6, 573: 1, 220: 2, 368: 0, 369: 0, 338: 0, 347: 0, 348: 0, 349: 0,
+    200: 2, 201: -6, 202: 3, 203: 0, 204: 50, 206: 100, 207: 500, 215: 1, 218: 40, 219: 24, 223: 40, 222: 50, 351: 1,
+    366: 0, 367: 0, 370: 1, 375: 60, 248: 60, 377: 2, 335: 20, 239: 1.5, 355: 1, 356: -9, 357: 0, 358: 0, 359: 2,
+    360: 0, 254: 90, 257: 0, 256: 0, 258: 1, 385: 400, 386: -6, 389: 0,
+    227: 0, 253: 700, 424: 60, 425: 60, 437: 0, 439: 0, 571: 20, 572: 6, 573: 1, 220: 2, 368: 0, 369: 0, 338: 0, 347: 0,
+    348: 0, 349: 0,
 }  # fmt: skip
 #: Values of cycles in which the likely ones mean something else.
 OF_CYCLE = {"CYCLE899": {"VARI": 1001}, "CYCLE79": {"NUM": 6, "VARI": 1}}
 TOOL = 8.0
 #: Blocks of contours: most are lines and arcs, the others are no business of one.
 BLOCKS = (
-    "X{}", "Y{}", "X{} Y{}", "X{} Y{}", "G1 X{} Y{}", "G3 X{} Y{} CR={}", "G2 X{} Y{} I{} J{}", "X{} RND={}", "Y{} CHR={}", "X=IC({})", "R1=R1+1", "Y=R1 F{}", "G91 X{}", "G90 Y{}",
-    "AP={} RP={}", "Z{}", "M8", "G0 X{}", "TRANS X{}", "G41 X{}", "LOOP", "ENDLOOP", "GOTOB BEGIN", "M30", "C{}", "G4 F1", "POCKET4(1)", "G70 X{}", "T2", "MSG(", "RNDM={}", "CFC", "COMPON",
+    "X{}", "Y{}", "X{} Y{}", "X{} Y{}", "G1 X{} Y{}", "G3 X{} Y{} CR={}", "G2 X{} Y{} I{} J{}", "X{} RND={}",
+    "Y{} CHR={}", "X=IC({})", "R1=R1+1", "Y=R1 F{}", "G91 X{}", "G90 Y{}",
+    "AP={} RP={}", "Z{}", "M8", "G0 X{}", "TRANS X{}", "G41 X{}", "LOOP", "ENDLOOP", "GOTOB BEGIN", "M30", "C{}",
+    "G4 F1", "POCKET4(1)", "G70 X{}", "T2", "MSG(", "RNDM={}", "CFC", "COMPON",
 )  # fmt: skip
 CONTOUR = {
     **dict.fromkeys(CONTOURS["CYCLE72"][17:], 0),
@@ -134,7 +141,13 @@ def make_program(seed, only=None):
     words = " ".join(f"Q{name}={value(name):.9f}" for name in names)
     return (
         "heidenhain",
-        f"BEGIN PGM C MM\nTOOL CALL 1 Z S1000 F300\nL X+10 Y+20 Z+40 R0 FMAX M3\nCYCL DEF {number} C {words}\nCYCL CALL\nL Z+99 FMAX\nEND PGM C MM\n",
+        "BEGIN PGM C MM\n"
+        "TOOL CALL 1 Z S1000 F300\n"
+        "L X+10 Y+20 Z+40 R0 FMAX M3\n"
+        f"CYCL DEF {number} C {words}\n"
+        "CYCL CALL\n"
+        "L Z+99 FMAX\n"
+        "END PGM C MM\n",
     )
 
 
@@ -173,9 +186,22 @@ def make_pocket(seed):
     x, y = rng.uniform(-30, 30), rng.uniform(-30, 30)
     side, floor = pick([0, 0.3]), pick([0, 0.2])
     q = {
-        215: 0 if side or floor else 1, 368: side, 369: floor, 207: 500, 351: pick([1, -1]), 201: -6, 202: pick([6, 2.5]), 206: 100, 338: pick([0, 2]), 200: 2, 203: 0, 204: 50,
-        370: rng.uniform(0.6, 1.99), 366: pick([0, 1, 2]), 385: 400,
-    }  # fmt: skip
+        215: 0 if side or floor else 1,
+        368: side,
+        369: floor,
+        207: 500,
+        351: pick([1, -1]),
+        201: -6,
+        202: pick([6, 2.5]),
+        206: 100,
+        338: pick([0, 2]),
+        200: 2,
+        203: 0,
+        204: 50,
+        370: rng.uniform(0.6, 1.99),
+        366: pick([0, 1, 2]),
+        385: 400,
+    }
     number, blank = pick([251, 252, 253, 254, 256, 257, 258]), None
     if number == 251:
         q |= {218: rng.uniform(14, 60), 219: rng.uniform(14, 60), 224: rng.uniform(-180, 180), 367: 0}
@@ -227,7 +253,14 @@ def try_pocket(seed):
     """Mill a pocket with sound values; the judge looks at it. Returns the number of the cycle."""
     number, q, (x, y), shape, blank = make_pocket(seed)
     words = " ".join(f"Q{name}={value:.9f}" for name, value in q.items())
-    text = f"BEGIN PGM C MM\nTOOL CALL 1 Z S1000 F300\nL X{x:.9f} Y{y:.9f} Z+40 R0 FMAX M3\nCYCL DEF {number} C {words}\nCYCL CALL\nEND PGM C MM\n"
+    text = (
+        "BEGIN PGM C MM\n"
+        "TOOL CALL 1 Z S1000 F300\n"
+        f"L X{x:.9f} Y{y:.9f} Z+40 R0 FMAX M3\n"
+        f"CYCL DEF {number} C {words}\n"
+        "CYCL CALL\n"
+        "END PGM C MM\n"
+    )
     moves, findings = view_moves_plainly(
         text.encode(), Options(dialect="heidenhain", tools={1: make_tool(1, 10.0, TOOL)})
     )

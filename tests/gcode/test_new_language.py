@@ -1,4 +1,6 @@
-"""One more language costs less than 200 lines on the machining core: a sketch of DIN/ISO gives what its Klartext twin gives."""
+"""One more language costs less than 200 lines on the machining core: a sketch of DIN/ISO gives what its Klartext twin
+gives.
+"""
 
 from pathlib import Path
 
@@ -66,8 +68,10 @@ def test_moves_of_the_sketch_are_those_of_klartext():
 
 
 @pytest.mark.parametrize(("old", "new", "code", "line", "column"), [
-    ("G01 Y+40", "G01 Y+40 ?", "VP001", 8, 14), ("G01 X+50", "G27 X+50", "VP002", 11, 6), ("Y+60", "Y+61", "VP008", 10, None),
-    ("N150 %FACE G71 *\n", "", None, None, None), (" F300", "", "VP009", 6, 5), ("N140 G00 Z+50 M30 *\nN150 %FACE G71 *\n", "", "VP010", 14, None),
+    ("G01 Y+40", "G01 Y+40 ?", "VP001", 8, 14), ("G01 X+50", "G27 X+50", "VP002", 11, 6),
+    ("Y+60", "Y+61", "VP008", 10, None),
+    ("N150 %FACE G71 *\n", "", None, None, None), (" F300", "", "VP009", 6, 5),
+    ("N140 G00 Z+50 M30 *\nN150 %FACE G71 *\n", "", "VP010", 14, None),
 ])  # fmt: skip
 def test_mistakes_have_their_line_and_column(old, new, code, line, column):
     text = ISO.replace(old, new, 1)

@@ -538,10 +538,21 @@ def test_the_sense_of_a_programmed_pose(variant, a_sense, c_sense):
 
 
 @pytest.mark.parametrize("letter", "BUVW")
-@pytest.mark.parametrize("words", [
-    "G0 {}1", "G0 X1 {}0", "G1 X1 {}1 F9", "G53 G0 {}0", "G28 {}0", "G92 {}0", "G52 {}1", "G10 L2 P1 {}5",
-    "G10 L1 P1 {}5", "G43.1 {}5",
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "words",
+    [
+        "G0 {}1",
+        "G0 X1 {}0",
+        "G1 X1 {}1 F9",
+        "G53 G0 {}0",
+        "G28 {}0",
+        "G92 {}0",
+        "G52 {}1",
+        "G10 L2 P1 {}5",
+        "G10 L1 P1 {}5",
+        "G43.1 {}5",
+    ],
+)
 def test_axes_that_the_machine_lacks(machine, letter, words):
     source = f"G49 G0 X0 Y0 Z100 A0 C0\n{words.format(letter)}\nM2"
     assert refusals(source, machine) == [("VP011", 2)]
@@ -599,10 +610,16 @@ def test_home_of_one_axis_stays_on_the_line_of_that_axis(variant, word, axis, pa
         assert moves.end[-1, 2] == pytest.approx(ZERO_HEIGHT)
 
 
-@pytest.mark.parametrize(("place", "word", "code"), [
-    ("A20 C0", "G91 G28 X0", "VP017"), ("A0 C30", "G91 G28 Y0", "VP017"), ("A0 C30", "G91 G28 X0 Y0", None),
-    ("A20 C30", "G91 G28 Z0", None), ("A20 C30", "G28", None),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("place", "word", "code"),
+    [
+        ("A20 C0", "G91 G28 X0", "VP017"),
+        ("A0 C30", "G91 G28 Y0", "VP017"),
+        ("A0 C30", "G91 G28 X0 Y0", None),
+        ("A20 C30", "G91 G28 Z0", None),
+        ("A20 C30", "G28", None),
+    ],
+)
 def test_home_of_one_axis_of_a_turned_system_needs_an_upright_table(machine, place, word, code):
     program = f"G49 G10 L2 P1 R25\nG0 X50 Y-10 Z120 {place}\n{word}\nM2".encode()
     try:

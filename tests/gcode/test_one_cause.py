@@ -102,15 +102,24 @@ def test_a_refused_first_klartext_move_makes_its_axes_known(machine, first):
     assert [item.line for item in findings] == [3]
 
 
-#: The tool n in a program of each dialect, what stands before the first and after the last one, and what the first is called.
+#: The tool n in a program of each dialect, what stands before the first and after the last one, and what the first is
+#: called.
 MANY_TOOLS = {
     "rs274": (HEAD, "T{n} M6\nG43 H{n}\nG0 Z50\nG1 X50 F100\nG0 Z100\n", "M30", "tool 1"),
     "fanuc": (f"%\nO1\n{HEAD}", "T{n} M6\nG43 H{n}\nG0 Z50\nG1 X50 F100\nG0 Z100\n", "M30\n%", "tool 1"),
-    "siemens": (HEAD.replace("G21", "G71"), 'T="MILL{n}"\nM6\nD1\nG0 Z50\nG1 X50 F100\nG0 Z100\n', "M30\n", 'tool "MILL1"'),
-    "heidenhain": (
-        "BEGIN PGM A MM\n", "TOOL CALL {n} Z S5000\nL X+0 Y+0 Z+100 R0 FMAX M3\nL X+50 F200\nL X+0\n", "END PGM A MM\n", "tool 1"
+    "siemens": (
+        HEAD.replace("G21", "G71"),
+        'T="MILL{n}"\nM6\nD1\nG0 Z50\nG1 X50 F100\nG0 Z100\n',
+        "M30\n",
+        'tool "MILL1"',
     ),
-}  # fmt: skip
+    "heidenhain": (
+        "BEGIN PGM A MM\n",
+        "TOOL CALL {n} Z S5000\nL X+0 Y+0 Z+100 R0 FMAX M3\nL X+50 F200\nL X+0\n",
+        "END PGM A MM\n",
+        "tool 1",
+    ),
+}
 
 
 @pytest.mark.parametrize("dialect", MANY_TOOLS)
@@ -191,10 +200,15 @@ def test_it_names_the_dialect_that_reads_the_text(view):
     assert "--dialect aptcl" in item.message
 
 
-@pytest.mark.parametrize("text", [
-    "Hello dear reader\nthis is a letter, of 3 pages.\nBye", "import os\n\nprint(os.stat)\n", "x,y,z\n1.0,2.0,3.0\n4.0,5.0,6.0\n",
-    "Teil 12, Werkzeug: Schaftfräser\nNullpunkt oben links\n",
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "text",
+    [
+        "Hello dear reader\nthis is a letter, of 3 pages.\nBye",
+        "import os\n\nprint(os.stat)\n",
+        "x,y,z\n1.0,2.0,3.0\n4.0,5.0,6.0\n",
+        "Teil 12, Werkzeug: Schaftfräser\nNullpunkt oben links\n",
+    ],
+)
 @pytest.mark.parametrize("dialect", ["auto", "rs274", "fanuc", "siemens", "heidenhain", "aptcl"])
 def test_a_text_of_no_language_is_one_finding(view, text, dialect):
     (item,) = view(text, dialect=dialect)[1]
@@ -202,10 +216,21 @@ def test_a_text_of_no_language_is_one_finding(view, text, dialect):
     assert text.splitlines()[0][:20] in item.message
 
 
-@pytest.mark.parametrize("program", [
-    "G0 X1 P5\n(TRAORI)\nM2", "G0 X1 P5\nM0 ; GOTO/0,0\nM2", "(#RTCP ON)\nG0 Q5\nM2", "o1 if [1]\nG0 Q1\no1 endif\nM2", "M140 P1\nM2",
-    "#1=5\nG0 X#1 Q2\nM2", "G1 X1,5 F100\nX2,5\nX3,5\nM2", "X\nM2", "G1 X 5mm\nY 5mm\nM2", "G0 X1\n\x01\nM2",
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "program",
+    [
+        "G0 X1 P5\n(TRAORI)\nM2",
+        "G0 X1 P5\nM0 ; GOTO/0,0\nM2",
+        "(#RTCP ON)\nG0 Q5\nM2",
+        "o1 if [1]\nG0 Q1\no1 endif\nM2",
+        "M140 P1\nM2",
+        "#1=5\nG0 X#1 Q2\nM2",
+        "G1 X1,5 F100\nX2,5\nX3,5\nM2",
+        "X\nM2",
+        "G1 X 5mm\nY 5mm\nM2",
+        "G0 X1\n\x01\nM2",
+    ],
+)
 def test_a_mistake_in_a_program_of_the_language_is_shown(view, program):
     (item,) = view(program, dialect="rs274")[1]
     assert item.code != "VP032"
@@ -260,11 +285,21 @@ def test_a_code_of_tool_length_is_named_where_a_motion_code_is_meant(view):
 
 
 def test_a_departure_names_the_end_point_that_lies_in_its_arc(view):
-    text = "BEGIN PGM A MM\nTOOL CALL 1 Z S900\nL X+0 Y+0 Z+50 R0 FMAX M3\nAPPR LT X+10 Y+20 Z-5 LEN15 RL F500\nL X+50\n{}\nEND PGM A MM\n"
+    text = (
+        "BEGIN PGM A MM\n"
+        "TOOL CALL 1 Z S900\n"
+        "L X+0 Y+0 Z+50 R0 FMAX M3\n"
+        "APPR LT X+10 Y+20 Z-5 LEN15 RL F500\n"
+        "L X+50\n"
+        "{}\n"
+        "END PGM A MM\n"
+    )
     ((first, second),) = [
-        [view(text.format(last), dialect="heidenhain", tools=read_tool_table("T1 Z80 D10\n", "t.tbl"))[1] for last in
-         ("DEP LCT X+51 Y+33 R8", "L X+60 Y+20\nDEP LT LEN9")]
-    ]  # fmt: skip
+        [
+            view(text.format(last), dialect="heidenhain", tools=read_tool_table("T1 Z80 D10\n", "t.tbl"))[1]
+            for last in ("DEP LCT X+51 Y+33 R8", "L X+60 Y+20\nDEP LT LEN9")
+        ]
+    ]
     assert second == ()
     assert [item.code for item in first] == ["VP008"]
     assert "the end point of the departure lies inside the arc" in first[0].message

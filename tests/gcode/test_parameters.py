@@ -105,7 +105,8 @@ def test_options_go_before_a_parameter_file(machine):
 
 @pytest.mark.parametrize(("text", "part"), [
     ("5221", "not a number and a value"), ("x 1", "not a number"), ("0 1", "1 to 5601"), ("5602 1", "1 to 5601"),
-    ("5221 1\n5221 2", "appears twice"), ("5220 12", "has a number from 1 to 9"), ("5221 1_0", "is not a number"), ("5221 inf", "is not a number"), ("5221 1,5", "is not a number"),
+    ("5221 1\n5221 2", "appears twice"), ("5220 12", "has a number from 1 to 9"), ("5221 1_0", "is not a number"),
+    ("5221 inf", "is not a number"), ("5221 1,5", "is not a number"),
 ])  # fmt: skip
 def test_bad_parameter_files(text, part):
     with pytest.raises(InputError) as error:
@@ -117,7 +118,8 @@ def test_bad_parameter_files(text, part):
 
 
 @pytest.mark.parametrize(("before", "between", "y"), [
-    ("", "G92 Y1", 0.0), ("", "G52 Y5", 0.0), ("G92 Y1", "G92.2", 1.0), ("G92 Y1", "G92.1", 0.0), ("G92 Y1", "G92 Y5", 5.0),
+    ("", "G92 Y1", 0.0), ("", "G52 Y5", 0.0), ("G92 Y1", "G92.2", 1.0), ("G92 Y1", "G92.1", 0.0),
+    ("G92 Y1", "G92 Y5", 5.0),
     ("G92 Y1\nG92.2", "G92.3", 0.0), ("G92 Y0", "G92 Y5", 5.0),
 ])  # fmt: skip
 def test_whether_g92_is_in_force_is_saved_and_brought_back(view, before, between, y):

@@ -16,8 +16,10 @@ from verne_post.model.moves import MoveKind
 HEAD = "BEGIN PGM C MM\nTOOL CALL 1 Z S1000 F300\nL X+10 Y+20 Z+40 R0 FMAX M3\n"
 #: What the cases below share, and may replace.
 COMMON = {
-    215: 1, 368: 0, 207: 500, 351: 1, 201: -6, 202: 3, 369: 0, 206: 150, 338: 0, 200: 2, 203: 0, 204: 50, 370: 1, 366: 0, 385: 400, 218: 40, 219: 24,
-    220: 6, 224: 0, 367: 0, 223: 40, 222: 50, 374: 0, 375: 60, 216: 0, 217: 0, 376: 10, 248: 70, 378: 120, 377: 3, 424: 50, 425: 30,
+    215: 1, 368: 0, 207: 500, 351: 1, 201: -6, 202: 3, 369: 0, 206: 150, 338: 0, 200: 2, 203: 0, 204: 50, 370: 1,
+    366: 0, 385: 400, 218: 40, 219: 24,
+    220: 6, 224: 0, 367: 0, 223: 40, 222: 50, 374: 0, 375: 60, 216: 0, 217: 0, 376: 10, 248: 70, 378: 120, 377: 3,
+    424: 50, 425: 30,
     389: 0, 225: 0, 226: 0, 227: 0, 386: -6, 253: 750, 357: 2,
     573: 0, 571: 20, 572: 6,
 }  # fmt: skip
@@ -48,7 +50,8 @@ POCKETS = {
     "helix, up-cut": (251, {366: 1, 351: -1}, rectangle(40, 24, 6, 0, HERE)),
     "to and fro": (251, {366: 2}, rectangle(40, 24, 6, 0, HERE)),
     "sharp corners": (251, {220: 0}, rectangle(40, 24, 4, 0, HERE)),
-    "tall, turned, from a corner": (251, {218: 20, 219: 44, 224: 30, 367: 1, 366: 2}, rectangle(20, 44, 6, 30, (10 + 10 * 3**0.5 / 2 - 11, 20 + 5 + 22 * 3**0.5 / 2))),
+    "tall, turned, from a corner": (251, {218: 20, 219: 44, 224: 30, 367: 1, 366: 2},
+                                    rectangle(20, 44, 6, 30, (10 + 10 * 3**0.5 / 2 - 11, 20 + 5 + 22 * 3**0.5 / 2))),
     "square": (251, {218: 30, 219: 30, 220: 15, 366: 2}, circle(15, HERE)),
     "with finishing": (251, {**SQUARE, 366: 1}, rectangle(40, 24, 6, 0, HERE)),
     "finishing in steps": (251, {**SQUARE, 338: 1.5}, rectangle(40, 24, 6, 0, HERE)),
@@ -81,15 +84,18 @@ def test_roughing_leaves_its_allowances(mill):
 
 STUDS = {
     "rectangle": (256, {}, rectangle(40, 24, 6, 0, HERE), rectangle(50, 30, 0, 0, HERE)),
-    "sharp, turned, up-cut": (256, {220: 0, 224: 25, 351: -1}, rectangle(40, 24, 0, 25, HERE), rectangle(50, 30, 0, 25, HERE)),
+    "sharp, turned, up-cut": (256, {220: 0, 224: 25, 351: -1}, rectangle(40, 24, 0, 25, HERE),
+                              rectangle(50, 30, 0, 25, HERE)),
     "large blank": (256, {424: 80, 425: 60}, rectangle(40, 24, 6, 0, HERE), rectangle(80, 60, 0, 0, HERE)),
     "corner": (256, {367: 3}, rectangle(40, 24, 6, 0, (-10, 8)), rectangle(50, 30, 0, 0, (-10, 8))),
     "with finishing": (256, {**SQUARE, 424: 70}, rectangle(40, 24, 6, 0, HERE), rectangle(70, 30, 0, 0, HERE)),
     "circle": (257, {}, circle(20, HERE), circle(25, HERE)),
     "circle, from an angle, with finishing": (257, {376: 45, 222: 80, **SQUARE}, circle(20, HERE), circle(40, HERE)),
     "hexagon": (258, {222: 60}, polygon(6, 10, 6, 0, HERE), circle(30, HERE)),
-    "triangle through its corners, sharp, turned, up-cut": (258, {573: 1, 571: 40, 572: 3, 220: 0, 224: 20, 351: -1}, polygon(3, 10, 0, 20, HERE), circle(25, HERE)),
-    "square, with finishing": (258, {**SQUARE, 571: 20, 572: 4, 220: 2, 224: -30}, polygon(4, 10, 2, -30, HERE), circle(25, HERE)),
+    "triangle through its corners, sharp, turned, up-cut": (258, {573: 1, 571: 40, 572: 3, 220: 0, 224: 20, 351: -1},
+                                                            polygon(3, 10, 0, 20, HERE), circle(25, HERE)),
+    "square, with finishing": (258, {**SQUARE, 571: 20, 572: 4, 220: 2, 224: -30}, polygon(4, 10, 2, -30, HERE),
+                               circle(25, HERE)),
     "corners as round as the circle inside": (258, {220: 10}, circle(10, HERE), circle(25, HERE)),
 }  # fmt: skip
 
@@ -125,30 +131,66 @@ def shown(moves, first=0):
 
 
 def test_a_slot_worked_out_by_hand(mill):
-    """40 x 10, tool 8: paths 0 and 1 mm beside the middle line; two infeeds of 3, finishing of 0.25 a side and 0.5 in depth."""
+    """40 x 10, tool 8: paths 0 and 1 mm beside the middle line; two infeeds of 3, finishing of 0.25 a side and 0.5 in
+    depth.
+    """
     moves, findings = mill(253, {219: 10, 215: 0, 368: 0.25, 369: 0.5, 367: 2, 201: -6.5, 385: 400})
     assert findings == ()
     x = [25 + value for value in (-15, 15, -15.75, 15.75)]  # ends of the middle line, of the path before the allowance
-    rough = [("L", x[1], 20, 500), ("L", x[0], 20, 500), ("L", 25, 20, 500), ("L", 25, 19.25, 500), ("L", x[1], 19.25, 500), ("A", x[1], 20.75, 500),
-             ("L", x[0], 20.75, 500), ("A", x[0], 19.25, 500), ("L", 25, 19.25, 500)]  # fmt: skip
+    rough = [
+        ("L", x[1], 20, 500),
+        ("L", x[0], 20, 500),
+        ("L", 25, 20, 500),
+        ("L", 25, 19.25, 500),
+        ("L", x[1], 19.25, 500),
+        ("A", x[1], 20.75, 500),
+        ("L", x[0], 20.75, 500),
+        ("A", x[0], 19.25, 500),
+        ("L", 25, 19.25, 500),
+    ]
     fine = [("L", x[1], 19, 400), ("A", x[1], 21, 400), ("L", x[0], 21, 400), ("A", x[0], 19, 400), ("L", 25, 19, 400)]
 
     def at(z, *strokes):
         return [(kind, a, b, z, feed) for kind, a, b, feed in strokes]
 
     assert shown(moves, 1) == [
-        ("R", 25, 20, 40, 0), ("R", 25, 20, 2, 0), ("L", 25, 20, -3, 150), *at(-3, *rough), ("R", 25, 19.25, -1, 0), ("R", 25, 20, -1, 0), ("L", 25, 20, -6, 150),
-        *at(-6, *rough), ("R", 25, 19.25, -4, 0), ("R", 25, 20, -4, 0), ("R", 25, 20, 2, 0),
+        ("R", 25, 20, 40, 0),
+        ("R", 25, 20, 2, 0),
+        ("L", 25, 20, -3, 150),
+        *at(-3, *rough),
+        ("R", 25, 19.25, -1, 0),
+        ("R", 25, 20, -1, 0),
+        ("L", 25, 20, -6, 150),
+        *at(-6, *rough),
+        ("R", 25, 19.25, -4, 0),
+        ("R", 25, 20, -4, 0),
+        ("R", 25, 20, 2, 0),
         # along the wall, from and to quarter circles of 1 mm
-        ("R", 24, 20, 2, 0), ("L", 24, 20, -6.5, 150), ("A", 25, 19, -6.5, 400), *at(-6.5, *fine), ("A", 26, 20, -6.5, 400), ("R", 26, 20, -4.5, 0), ("R", 26, 20, 2, 0),
+        ("R", 24, 20, 2, 0),
+        ("L", 24, 20, -6.5, 150),
+        ("A", 25, 19, -6.5, 400),
+        *at(-6.5, *fine),
+        ("A", 26, 20, -6.5, 400),
+        ("R", 26, 20, -4.5, 0),
+        ("R", 26, 20, 2, 0),
         # the floor
-        ("R", 25, 20, 2, 0), ("R", 25, 20, -4, 0), ("L", 25, 20, -6.5, 150), *at(-6.5, *[(kind, a, b, 400) for kind, a, b, _feed in rough[:3]]), ("L", 25, 19, -6.5, 400),
-        *at(-6.5, *fine), ("R", 25, 19, 2, 0), ("R", 25, 20, 2, 0), ("R", 25, 20, 50, 0), ("R", 10, 20, 50, 0),
-    ]  # fmt: skip
+        ("R", 25, 20, 2, 0),
+        ("R", 25, 20, -4, 0),
+        ("L", 25, 20, -6.5, 150),
+        *at(-6.5, *[(kind, a, b, 400) for kind, a, b, _feed in rough[:3]]),
+        ("L", 25, 19, -6.5, 400),
+        *at(-6.5, *fine),
+        ("R", 25, 19, 2, 0),
+        ("R", 25, 20, 2, 0),
+        ("R", 25, 20, 50, 0),
+        ("R", 10, 20, 50, 0),
+    ]
 
 
 def test_a_hexagon_is_the_path_that_is_written_out(mill, view):
-    """The values are those of docs/heidenhain.md: 20 mm across the flats, corners of 2 mm, clockwise from the side at -30 degrees."""
+    """The values are those of docs/heidenhain.md: 20 mm across the flats, corners of 2 mm, clockwise from the side at
+    -30 degrees.
+    """
     cycle, findings = mill(258, {222: 26, 202: 6, 220: 2, 224: 0})
     assert findings == ()
     turn = [(math.cos(math.radians(a)), math.sin(math.radians(a))) for a in range(-30, 331, 60)]
@@ -242,21 +284,33 @@ def test_single_lip_drilling(mill):
         for event in moves.events
     ][2:-1]
     assert events == [
-        ("spindle", "counterclockwise", 60, None), ("spindle", "clockwise", 1200, None), ("coolant", None, None, "flood"), ("coolant", None, None, "off"),
         ("spindle", "counterclockwise", 60, None),
-    ]  # fmt: skip
+        ("spindle", "clockwise", 1200, None),
+        ("coolant", None, None, "flood"),
+        ("coolant", None, None, "off"),
+        ("spindle", "counterclockwise", 60, None),
+    ]
 
 
 @pytest.mark.parametrize(("number", "q", "code", "part"), [
-    (251, {219: 7, 220: 0}, "VP007", "no room"), (251, {368: 9}, "VP007", "allowance"), (251, {220: 13}, "VP007", "corner"), (251, {215: 2}, "VP007", "Q215=2"),
-    (251, {370: 2}, "VP007", "Q370"), (251, {202: 0}, "VP007", "Q202"), (251, {202: 0.0001}, "VP007", "strokes"), (251, {207: 0}, "VP009", "Q207"),
-    (251, {207: "MAX"}, "VP009", "Q207"), (251, {206: "MAX", 366: 1}, "VP009", "arcs"), (251, {366: 3}, "VP007", "Q366"), (251, {351: 2}, "VP007", "Q351"),
-    (251, {219: 8, 220: 0, 366: 1}, "VP007", "helix"), (252, {366: 2}, "VP007", "Q366"), (252, {223: 0}, "VP007", "Q223"), (253, {219: 17}, "VP007", "two diameters"),
-    (253, {218: 9, 219: 10}, "VP007", "long"), (254, {248: 360}, "VP007", "ends of the slot"), (254, {375: 9, 219: 10}, "VP007", "on a circle"), (254, {377: 1.5}, "VP007", "Q377"),
-    (256, {424: 30}, "VP007", "blank"), (257, {222: 30}, "VP007", "blank"), (256, {220: -2}, "VP007", "Q220"), (258, {220: -2}, "VP002", "Q220"),
-    (258, {572: 2}, "VP007", "Q572"), (258, {572: 31}, "VP007", "Q572"), (258, {572: 4.5}, "VP007", "Q572"), (258, {573: 2}, "VP007", "Q573"), (258, {571: 0}, "VP007", "Q571"),
-    (258, {571: 51}, "VP007", "Q222"), (258, {220: 11}, "VP007", "circle inside"), (233, {386: 1}, "VP007", "Q386"), (233, {218: 0}, "VP007", "Q218"),
-    (251, {201: 5}, "VP007", "Q201"), (241, {426: 6}, "VP007", "Q426"), (241, {435: -9}, "VP002", "Q435"), (241, {202: 5}, "VP002", "Q202"),
+    (251, {219: 7, 220: 0}, "VP007", "no room"), (251, {368: 9}, "VP007", "allowance"),
+    (251, {220: 13}, "VP007", "corner"), (251, {215: 2}, "VP007", "Q215=2"),
+    (251, {370: 2}, "VP007", "Q370"), (251, {202: 0}, "VP007", "Q202"), (251, {202: 0.0001}, "VP007", "strokes"),
+    (251, {207: 0}, "VP009", "Q207"),
+    (251, {207: "MAX"}, "VP009", "Q207"), (251, {206: "MAX", 366: 1}, "VP009", "arcs"),
+    (251, {366: 3}, "VP007", "Q366"), (251, {351: 2}, "VP007", "Q351"),
+    (251, {219: 8, 220: 0, 366: 1}, "VP007", "helix"), (252, {366: 2}, "VP007", "Q366"),
+    (252, {223: 0}, "VP007", "Q223"), (253, {219: 17}, "VP007", "two diameters"),
+    (253, {218: 9, 219: 10}, "VP007", "long"), (254, {248: 360}, "VP007", "ends of the slot"),
+    (254, {375: 9, 219: 10}, "VP007", "on a circle"), (254, {377: 1.5}, "VP007", "Q377"),
+    (256, {424: 30}, "VP007", "blank"), (257, {222: 30}, "VP007", "blank"), (256, {220: -2}, "VP007", "Q220"),
+    (258, {220: -2}, "VP002", "Q220"),
+    (258, {572: 2}, "VP007", "Q572"), (258, {572: 31}, "VP007", "Q572"), (258, {572: 4.5}, "VP007", "Q572"),
+    (258, {573: 2}, "VP007", "Q573"), (258, {571: 0}, "VP007", "Q571"),
+    (258, {571: 51}, "VP007", "Q222"), (258, {220: 11}, "VP007", "circle inside"), (233, {386: 1}, "VP007", "Q386"),
+    (233, {218: 0}, "VP007", "Q218"),
+    (251, {201: 5}, "VP007", "Q201"), (241, {426: 6}, "VP007", "Q426"), (241, {435: -9}, "VP002", "Q435"),
+    (241, {202: 5}, "VP002", "Q202"),
 ])  # fmt: skip
 def test_mistakes_are_refused_before_the_first_move(mill, number, q, code, part):
     moves, findings = mill(number, q)
@@ -266,7 +320,12 @@ def test_mistakes_are_refused_before_the_first_move(mill, number, q, code, part)
 
 
 def test_plunge_angle(view):
-    text = f"{HEAD}CYCL DEF 252 P Q215=1 Q223=40 Q368=0 Q207=500 Q351=1 Q201=-6 Q202=3 Q369=0 Q206=150 Q338=0 Q200=2 Q203=0 Q204=9 Q370=1 Q366=1\nCYCL CALL\nEND PGM C MM"
+    text = (
+        f"{HEAD}CYCL DEF 252 P Q215=1 Q223=40 Q368=0 Q207=500 Q351=1 Q201=-6 Q202=3 Q369=0 Q206=150 Q338=0 Q200=2 "
+        "Q203=0 Q204=9 Q370=1 Q366=1\n"
+        "CYCL CALL\n"
+        "END PGM C MM"
+    )
     counts = []
     for keys in ({}, {"plunge_angle": 3.0}, {"plunge_angle": 1}):
         moves, findings = view(
@@ -280,7 +339,8 @@ def test_plunge_angle(view):
 
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "heidenhain.md"
-#: Another value of a parameter, where that is not a little more than the one above; and parameters that only act beside others.
+#: Another value of a parameter, where that is not a little more than the one above; and parameters that only act beside
+#: others.
 OTHER = {
     202: 2,
     370: 0.8,
@@ -366,7 +426,9 @@ def run_haas(view, text):
 
 @pytest.mark.parametrize("turn", ["G12", "G13"])
 def test_circles_of_haas_mill_a_pocket_whole_and_no_further(view, turn):
-    """Circles of the tool's centre at 2, 5, 8 ... 16 mm: with 8 mm of tool all of the circle of 20 mm, on two levels, back in the middle."""
+    """Circles of the tool's centre at 2, 5, 8 ... 16 mm: with 8 mm of tool all of the circle of 20 mm, on two levels,
+    back in the middle.
+    """
     moves, findings = run_haas(view, f"G91 {turn} I6. K20. Q3. D1 Z-4. L2\nG90 G0 Z50.")
     assert findings == ()
     judge(moves, 0.5 * TOOL, circle(20, HERE), 2.0, -6.0)
@@ -377,7 +439,9 @@ def test_circles_of_haas_mill_a_pocket_whole_and_no_further(view, turn):
 
 
 def test_a_circle_of_haas_worked_out_by_hand(view):
-    """I10 with a tool of 4 mm radius: down, half circle to the wall of 6 mm, round in two halves, half circle back; exactly those moves."""
+    """I10 with a tool of 4 mm radius: down, half circle to the wall of 6 mm, round in two halves, half circle back;
+    exactly those moves.
+    """
     moves, _ = run_haas(view, "G13 I10. D1 Z-1. F300")
     rows = [(*end[:3].round(9), feed) for end, feed in zip(moves.end, moves.feed, strict=True)]
     assert rows[1:] == [(10, 20, -1, 300), (10, 14, -1, 300), (10, 26, -1, 300), (10, 14, -1, 300), (10, 20, -1, 300)]
@@ -387,7 +451,9 @@ def test_a_circle_of_haas_worked_out_by_hand(view):
 
 @pytest.mark.parametrize("mode", ["G90", "G91", "G20"])
 def test_holes_on_a_circle_and_in_a_row_of_haas(view, mode):
-    """Five at 15 + 72 k degrees about X10 Y20, three 20 degrees apart, and four in a row at 30 degrees: the same as holes written out in G81."""
+    """Five at 15 + 72 k degrees about X10 Y20, three 20 degrees apart, and four in a row at 30 degrees: the same as
+    holes written out in G81.
+    """
     given = {"G90": ("X10. Y20.", "8.", ""), "G91": ("", "8.", "G91"), "G20": ("", f"{8 / 25.4:.12f}", "")}[mode]
     unit = 25.4 if mode == "G20" else 1.0
     begin = f"{mode.replace('91', '90')} G99 G81 Z{-4 / unit:.12f} R{1 / unit:.12f} L0 F90\n"
@@ -407,10 +473,14 @@ def test_holes_on_a_circle_and_in_a_row_of_haas(view, mode):
 
 
 @pytest.mark.parametrize(("text", "code", "part"), [
-    ("G13 I3. D1", "VP007", "does not fit"), ("G13 I9.", "VP005", "needs D"), ("G12 D1", "VP005", "needs I"), ("G13 I9. K12. D1", "VP005", "together"), ("G13 I9. K7. Q1. D1", "VP007", "K7"),
-    ("G13 I9. D1 L2", "VP007", "G91"), ("G13 I9. X1. D1", "VP006", "X"), ("G18 G13 I9. D1", "VP017", "G17"), ("G13 I6. K20. Q0.0001 D1", "VP007", "more than"), ("G41 D1 G1 X40.\nG13 I9. D1", "VP017", "compensation"),
-    ("G13 Z-1.", "VP005", "needs I"), ("G70 I8. L5", "VP005", "L0"), ("G81 Z-4. R1. L0\nG70 I8.", "VP005", "needs L"), ("G81 Z-4. R1. L0\nG71 I8. L3", "VP005", "needs K"), ("G81 Z-4. R1. L0\nG70 I-8. L3", "VP007", "I-8"),
-    ("G81 Z-4. R1. L0\nG70 I8. L99999", "VP007", "holes"), ("G81 Z-4. R1. L0\nG72 J30. L3", "VP005", "distance"), ("G72 I8. J30. L3", "VP005", "L0"), ("G51 X0 Y0 Z0 P2.\nG81 Z-4. R1. L0\nG70 I8. L3", "VP017", "G5"),
+    ("G13 I3. D1", "VP007", "does not fit"), ("G13 I9.", "VP005", "needs D"), ("G12 D1", "VP005", "needs I"),
+    ("G13 I9. K12. D1", "VP005", "together"), ("G13 I9. K7. Q1. D1", "VP007", "K7"),
+    ("G13 I9. D1 L2", "VP007", "G91"), ("G13 I9. X1. D1", "VP006", "X"), ("G18 G13 I9. D1", "VP017", "G17"),
+    ("G13 I6. K20. Q0.0001 D1", "VP007", "more than"), ("G41 D1 G1 X40.\nG13 I9. D1", "VP017", "compensation"),
+    ("G13 Z-1.", "VP005", "needs I"), ("G70 I8. L5", "VP005", "L0"), ("G81 Z-4. R1. L0\nG70 I8.", "VP005", "needs L"),
+    ("G81 Z-4. R1. L0\nG71 I8. L3", "VP005", "needs K"), ("G81 Z-4. R1. L0\nG70 I-8. L3", "VP007", "I-8"),
+    ("G81 Z-4. R1. L0\nG70 I8. L99999", "VP007", "holes"), ("G81 Z-4. R1. L0\nG72 J30. L3", "VP005", "distance"),
+    ("G72 I8. J30. L3", "VP005", "L0"), ("G51 X0 Y0 Z0 P2.\nG81 Z-4. R1. L0\nG70 I8. L3", "VP017", "G5"),
 ])  # fmt: skip
 def test_what_circles_of_haas_need(view, text, code, part):
     findings = run_haas(view, text)[1]

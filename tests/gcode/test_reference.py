@@ -1,4 +1,6 @@
-"""Our interpreter against the answers of LinuxCNC's rs274 (tests/reference/rs274_semantics.jsonl, rs274_found.jsonl)."""
+"""Our interpreter against the answers of LinuxCNC's rs274 (tests/reference/rs274_semantics.jsonl,
+rs274_found.jsonl).
+"""
 
 import json
 from pathlib import Path
@@ -32,13 +34,15 @@ DELIBERATE = {
     "endsub value while the definition is passed": "a subroutine that is passed over returns nothing",
     "return out of repeat, called twice": "rs274 keeps the counter of the loop over calls",
     "break of inner while ends outer do": "rs274 keeps the break for the next loop",
-    "G10 L2 R with G92 in force, one axis": "rs274 turns the shift of G92 when the system is turned, and not when it is set",
+    "G10 L2 R with G92 in force, one axis": "rs274 turns the shift of G92 when the "
+    "system is turned, and not when it is set",
     "G10 L2 R with G52 in force": "the same",
     "G10 L10 with no tool loaded": "rs274 alone gives the offset of T1 to the empty spindle",
     "#5420 under compensation": "positions are those of the program, not of the tool beside it",
     "EXISTS in its own assignment": "the name is set when the block is executed",
     "G49 in G20 behind G43 in G21": "rs274 reads the stored offset in the new unit",
-    "contour shorter than the radius in an inside corner": "refused: the tool would cut into the contour; rs274 goes on backwards",
+    "contour shorter than the radius in an inside corner": "refused: the tool would cut into "
+    "the contour; rs274 goes on backwards",
     "concave corner, arc tangent to tool": "both refuse: we at the corner's own block, rs274 at the next",
     "G41 without D and tool": "refused: a forgotten tool would leave the contour too small by its radius",
     "G93 under compensation": "refused: the time of a block belongs to a length that the next corner changes",
@@ -89,8 +93,9 @@ def differences(name):
         found += [f"move {i}: {key} {got[key]}, wanted {wanted[key]}" for key in got if got[key] != wanted[key]]
         found += [
             f"move {i}: {key} {close[key]}, wanted {wanted[key]}"
-            for key in close if not np.allclose(close[key], wanted[key], rtol=0, atol=1e-4)
-        ]  # fmt: skip
+            for key in close
+            if not np.allclose(close[key], wanted[key], rtol=0, atol=1e-4)
+        ]
         if moves.end[i, 6:].any():
             found.append(f"move {i}: U, V, W are not 0")
     return found

@@ -1,4 +1,6 @@
-"""Siemens programs: every word against its RS274 twin, or against numbers worked out by hand from the rules of the control."""
+"""Siemens programs: every word against its RS274 twin, or against numbers worked out by hand from the rules of the
+control.
+"""
 
 import re
 
@@ -29,72 +31,140 @@ def same_moves(view, siemens, rs274):
 
 @pytest.mark.parametrize(("siemens", "rs274"), [
     # text: numbers, blanks, comments, labels, block numbers
-    ("G1X10Y-2.5", "G1 X10 Y-2.5"), ("N10 G1 X=10 Y=-2.5 ; text (with) \"quotes", "G1 X10 Y-2.5"), ("g1 x1EX1 y=-25EX-1", "G1 X10 Y-2.5"),
+    ("G1X10Y-2.5", "G1 X10 Y-2.5"), ("N10 G1 X=10 Y=-2.5 ; text (with) \"quotes", "G1 X10 Y-2.5"),
+    ("g1 x1EX1 y=-25EX-1", "G1 X10 Y-2.5"),
     ("N20 LABEL: G1 X.5", "G1 X.5"), (":30 G1 X+5", "G1 X5"), ("G1 X 10 Y - 3", "G1 X10 Y-3"), ("/3 G1 X2", "G1 X2"),
     ("G1 X='H1F'", "G1 X31"), ("X5", "G0 X5"),
     # expressions
-    ("R1=2 R2=R1*3+4\nX=R2", "G0 X10"), ("R[5]=7\nX=R5", "G0 X7"), ("X=-(2+3)*2", "G0 X-10"), ("X=7 DIV 2 Y=7 MOD 4 Z=7/2", "G0 X3 Y3 Z3.5"),
-    ("X=POT(3)+SQRT(16) Y=ABS(-2) Z=TRUNC(-2.7)", "G0 X13 Y2 Z-2"), ("X=ROUND(2.5) Y=ROUND(-2.5) Z=ROUNDUP(2.1)", "G0 X3 Y-3 Z3"),
-    ("X=10*SIN(30) Y=10*COS(60) Z=ATAN2(1,1)", "G0 X5 Y5 Z45"), ("X=MINVAL(3,4) Y=MAXVAL(3,4) Z=BOUND(0,2,5)", "G0 X3 Y4 Z2"),
-    ("X=6 B_AND 3 Y=6 B_OR 3 Z=6 B_XOR 3", "G0 X2 Y7 Z5"), ("X=2+3*2==8 Y=(1<2) AND (2<1) Z=NOT 0", "G0 X1 Y0 Z1"), ("X=1==5 AND 3", "G0 X1"), ("X=STRLEN(\"ab\"<<12)", "G0 X4"),
-    ("DEF REAL A1=4, B1\nDEF INT N1=2.6\nX=A1 Y=N1 Z=B1", "G0 X4 Y3 Z0"), ("DEF REAL L1[2,2]=SET(1,2,3,4)\nX=L1[1,0]", "G0 X3"), ("DEF REAL L1[4]=SET(1,,3)\nL1[1]=SET(7,,9)\nX=L1[0] Y=L1[1] Z=L1[2]", "G0 X1 Y7 Z3"), ("DEF REAL L1[4]=REP(5,2)\nL1[2]=REP(4)\nX=L1[1] Y=L1[2] Z=L1[3]", "G0 X5 Y4 Z4"),
-    ("DEF BOOL Q=5\nDEF STRING[8] S1A=\"3.5\"\nX=Q Y=NUMBER(S1A)", "G0 X1 Y3.5"), ("X=$P_EP[Z]", "G0 X5"), ("X=$PI", "G0 X3.141592653589793"),
+    ("R1=2 R2=R1*3+4\nX=R2", "G0 X10"), ("R[5]=7\nX=R5", "G0 X7"), ("X=-(2+3)*2", "G0 X-10"),
+    ("X=7 DIV 2 Y=7 MOD 4 Z=7/2", "G0 X3 Y3 Z3.5"),
+    ("X=POT(3)+SQRT(16) Y=ABS(-2) Z=TRUNC(-2.7)", "G0 X13 Y2 Z-2"),
+    ("X=ROUND(2.5) Y=ROUND(-2.5) Z=ROUNDUP(2.1)", "G0 X3 Y-3 Z3"),
+    ("X=10*SIN(30) Y=10*COS(60) Z=ATAN2(1,1)", "G0 X5 Y5 Z45"),
+    ("X=MINVAL(3,4) Y=MAXVAL(3,4) Z=BOUND(0,2,5)", "G0 X3 Y4 Z2"),
+    ("X=6 B_AND 3 Y=6 B_OR 3 Z=6 B_XOR 3", "G0 X2 Y7 Z5"), ("X=2+3*2==8 Y=(1<2) AND (2<1) Z=NOT 0", "G0 X1 Y0 Z1"),
+    ("X=1==5 AND 3", "G0 X1"), ("X=STRLEN(\"ab\"<<12)", "G0 X4"),
+    ("DEF REAL A1=4, B1\nDEF INT N1=2.6\nX=A1 Y=N1 Z=B1", "G0 X4 Y3 Z0"),
+    ("DEF REAL L1[2,2]=SET(1,2,3,4)\nX=L1[1,0]", "G0 X3"),
+    ("DEF REAL L1[4]=SET(1,,3)\nL1[1]=SET(7,,9)\nX=L1[0] Y=L1[1] Z=L1[2]", "G0 X1 Y7 Z3"),
+    ("DEF REAL L1[4]=REP(5,2)\nL1[2]=REP(4)\nX=L1[1] Y=L1[2] Z=L1[3]", "G0 X5 Y4 Z4"),
+    ("DEF BOOL Q=5\nDEF STRING[8] S1A=\"3.5\"\nX=Q Y=NUMBER(S1A)", "G0 X1 Y3.5"), ("X=$P_EP[Z]", "G0 X5"),
+    ("X=$PI", "G0 X3.141592653589793"),
     # distances
-    ("G91 X1\nX1 Y2", "G91 G0 X1\nX1 Y2"), ("X=IC(2)\nX=IC(2)", "G0 X2\nX4"), ("G91 X=AC(7) Y3", "G0 X7 Y3"), ("C=350\nC=DC(10)", "G0 C350\nC370"),
-    ("C350\nC=ACP(10)\nC=ACN(0)", "G0 C350\nC370\nC360"), ("C=ACN(350)", "G0 C-10"), ("A=AC(5) C=AC(700)", "G0 A5 C700"),
-    ("G70 X1\nG710 Y1", "G0 X25.4\nY1"), ("G700 G1 X1 F10\nG71 X2", "G1 X25.4 F254\nX2"), ("G70 G1 X1 F10", "G1 X25.4 F10"),
+    ("G91 X1\nX1 Y2", "G91 G0 X1\nX1 Y2"), ("X=IC(2)\nX=IC(2)", "G0 X2\nX4"), ("G91 X=AC(7) Y3", "G0 X7 Y3"),
+    ("C=350\nC=DC(10)", "G0 C350\nC370"),
+    ("C350\nC=ACP(10)\nC=ACN(0)", "G0 C350\nC370\nC360"), ("C=ACN(350)", "G0 C-10"),
+    ("A=AC(5) C=AC(700)", "G0 A5 C700"),
+    ("G70 X1\nG710 Y1", "G0 X25.4\nY1"), ("G700 G1 X1 F10\nG71 X2", "G1 X25.4 F254\nX2"),
+    ("G70 G1 X1 F10", "G1 X25.4 F10"),
     # arcs
-    ("G2 X10 Y0 I5 J0", "G2 X10 Y0 I5 J0"), ("G2 X10 Y0 I=AC(5) J=AC(0)", "G2 X10 Y0 I5 J0"), ("G3 X10 Y0 CR=7", "G3 X10 Y0 R7"),
-    ("G3 X10 Y0 CR=-7", "G3 X10 Y0 R-7"), ("G2 I5 J0 TURN=2 Z-1", "G2 I5 J0 P3 Z-1"), ("G3 I5 J0 AR=90", "G3 X5 Y-5 I5 J0"),
-    ("G2 I5 J0 AR=270", "G2 X5 Y-5 I5 J0"), ("G2 X10 Y0 AR=180", "G2 X10 Y0 R5"), ("G3 X10 Y0 AR=300", "G3 X10 Y0 R-10"),
-    ("G18 G3 X10 Z5 K0 I5", "G18 G3 X10 Z5 I5 K0"), ("G19 G2 Y6 Z5 J3", "G19 G2 Y6 Z5 J3 K0"), ("G2 X10 Y0 I5\nX20 I5", "G2 X10 Y0 I5\nX20 I5"),
-    ("CIP X10 Y0 I1=5 J1=5", "G2 X10 Y0 I5 J0"), ("CIP X10 Y0 I1=IC(5) J1=IC(-5) Z5", "G3 X10 Y0 I5 J0"), ("CIP Y6 Z5 J1=3 K1=8", "G19 G2 Y6 J3 K0"),
-    ("G1 X10\nCT X10 Y10", "G1 X10\nG3 X10 Y10 J5"), ("G1 X10\nCT X20 Y-10", "G1 X10\nG2 X20 Y-10 J-10"), ("G2 X4 Y0 I2\nCT X8", "G2 X4 Y0 I2\nG3 X8 I2"),
+    ("G2 X10 Y0 I5 J0", "G2 X10 Y0 I5 J0"), ("G2 X10 Y0 I=AC(5) J=AC(0)", "G2 X10 Y0 I5 J0"),
+    ("G3 X10 Y0 CR=7", "G3 X10 Y0 R7"),
+    ("G3 X10 Y0 CR=-7", "G3 X10 Y0 R-7"), ("G2 I5 J0 TURN=2 Z-1", "G2 I5 J0 P3 Z-1"),
+    ("G3 I5 J0 AR=90", "G3 X5 Y-5 I5 J0"),
+    ("G2 I5 J0 AR=270", "G2 X5 Y-5 I5 J0"), ("G2 X10 Y0 AR=180", "G2 X10 Y0 R5"),
+    ("G3 X10 Y0 AR=300", "G3 X10 Y0 R-10"),
+    ("G18 G3 X10 Z5 K0 I5", "G18 G3 X10 Z5 I5 K0"), ("G19 G2 Y6 Z5 J3", "G19 G2 Y6 Z5 J3 K0"),
+    ("G2 X10 Y0 I5\nX20 I5", "G2 X10 Y0 I5\nX20 I5"),
+    ("CIP X10 Y0 I1=5 J1=5", "G2 X10 Y0 I5 J0"), ("CIP X10 Y0 I1=IC(5) J1=IC(-5) Z5", "G3 X10 Y0 I5 J0"),
+    ("CIP Y6 Z5 J1=3 K1=8", "G19 G2 Y6 J3 K0"),
+    ("G1 X10\nCT X10 Y10", "G1 X10\nG3 X10 Y10 J5"), ("G1 X10\nCT X20 Y-10", "G1 X10\nG2 X20 Y-10 J-10"),
+    ("G2 X4 Y0 I2\nCT X8", "G2 X4 Y0 I2\nG3 X8 I2"),
     # polar words
-    ("G111 X1 Y2\nG1 AP=90 RP=5", "G1 X1 Y7"), ("X3 Y4\nG110 X1 Y1\nG1 RP=2 AP=0\nAP=IC(90)", "G0 X3 Y4\nG1 X6 Y5\nX4 Y7"),
+    ("G111 X1 Y2\nG1 AP=90 RP=5", "G1 X1 Y7"),
+    ("X3 Y4\nG110 X1 Y1\nG1 RP=2 AP=0\nAP=IC(90)", "G0 X3 Y4\nG1 X6 Y5\nX4 Y7"),
     ("G111 RP=10 AP=0\nG112 X1 Y0\nRP=1 AP=180", "G0 X10 Y0"), ("X5\nG111\nG3 AP=90 RP=5", "G0 X5\nG3 X0 Y5 I-5"),
     # dwell, feed, spindle
-    ("G4 F2.5", "G4 P2.5"), ("S600 M3\nG4 S30", "S600 M3\nG4 P3"), ("G93 G1 X10 F2", "G93 G1 X10 F2"), ("G95 S100 M3 G1 X10 F0.1", "G95 S100 M3 F.1 G1 X10"),
+    ("G4 F2.5", "G4 P2.5"), ("S600 M3\nG4 S30", "S600 M3\nG4 P3"), ("G93 G1 X10 F2", "G93 G1 X10 F2"),
+    ("G95 S100 M3 G1 X10 F0.1", "G95 S100 M3 F.1 G1 X10"),
     ("F=50*2 G1 X1", "F100 G1 X1"), ("S1=500 M1=3", "S500 M3"), ("G94 F200 G1 X1", "F200 G1 X1"),
     # flow
-    ("R1=3\nA1: X=R1\nR1=R1-1\nIF R1>0 GOTOB A1", "G0 X3\nX2\nX1"), ("GOTOF N90\nX1\nN90 X2", "G0 X2"), ("GOTO ENDE\nX1\nENDE: X2", "G0 X2"),
-    ("GOTOC NOWHERE\nX1", "G0 X1"), ("IF 1==2\nX1\nELSE\nX2\nENDIF", "G0 X2"), ("IF 1\nIF 0\nX1\nENDIF\nX3\nELSE\nX2\nENDIF", "G0 X3"),
-    ("FOR R1=1 TO 3\nX=R1\nENDFOR", "G0 X1\nX2\nX3"), ("FOR R1=2 TO 1\nX=R1\nENDFOR\nX9", "G0 X9"), ("R1=0\nWHILE R1<2\nR1=R1+1\nX=R1\nENDWHILE", "G0 X1\nX2"),
-    ("R1=0\nLOOP\nR1=R1+1\nX=R1\nIF R1==2 GOTOF RAUS\nENDLOOP\nRAUS: X9", "G0 X1\nX2\nX9"), ("R1=0\nREPEAT\nR1=R1+1\nX=R1\nUNTIL R1==2", "G0 X1\nX2"),
-    ("A1: X=IC(1)\nREPEAT A1 P=2", "G0 X1\nX2\nX3"), ("A1: X=IC(1)\nY=IC(1)\nA2: X=IC(1)\nREPEATB A1 P=2\nX9", "G0 X1\nY1\nX2\nX3\nX4\nX9"),
-    ("A1: X=IC(1)\nA2: Y=IC(1)\nZ9\nREPEAT A1 A2", "G0 X1\nY1\nZ9\nX2\nY2"), ("A1: X=IC(1)\nENDLABEL: Y=IC(1)\nREPEAT A1", "G0 X1\nY1\nX2\nY2"),
-    ("R1=0\nA1: X=IC(10)\nIF R1==2 GOTOF A2\nY=IC(1)\nA2: R1=R1+1\nENDLABEL:\nREPEAT A1 P=3", "G0 X10\nY1\nX20\nY2\nX30\nX40\nY3"),
+    ("R1=3\nA1: X=R1\nR1=R1-1\nIF R1>0 GOTOB A1", "G0 X3\nX2\nX1"), ("GOTOF N90\nX1\nN90 X2", "G0 X2"),
+    ("GOTO ENDE\nX1\nENDE: X2", "G0 X2"),
+    ("GOTOC NOWHERE\nX1", "G0 X1"), ("IF 1==2\nX1\nELSE\nX2\nENDIF", "G0 X2"),
+    ("IF 1\nIF 0\nX1\nENDIF\nX3\nELSE\nX2\nENDIF", "G0 X3"),
+    ("FOR R1=1 TO 3\nX=R1\nENDFOR", "G0 X1\nX2\nX3"), ("FOR R1=2 TO 1\nX=R1\nENDFOR\nX9", "G0 X9"),
+    ("R1=0\nWHILE R1<2\nR1=R1+1\nX=R1\nENDWHILE", "G0 X1\nX2"),
+    ("R1=0\nLOOP\nR1=R1+1\nX=R1\nIF R1==2 GOTOF RAUS\nENDLOOP\nRAUS: X9", "G0 X1\nX2\nX9"),
+    ("R1=0\nREPEAT\nR1=R1+1\nX=R1\nUNTIL R1==2", "G0 X1\nX2"),
+    ("A1: X=IC(1)\nREPEAT A1 P=2", "G0 X1\nX2\nX3"),
+    ("A1: X=IC(1)\nY=IC(1)\nA2: X=IC(1)\nREPEATB A1 P=2\nX9", "G0 X1\nY1\nX2\nX3\nX4\nX9"),
+    ("A1: X=IC(1)\nA2: Y=IC(1)\nZ9\nREPEAT A1 A2", "G0 X1\nY1\nZ9\nX2\nY2"),
+    ("A1: X=IC(1)\nENDLABEL: Y=IC(1)\nREPEAT A1", "G0 X1\nY1\nX2\nY2"),
+    ("R1=0\nA1: X=IC(10)\nIF R1==2 GOTOF A2\nY=IC(1)\nA2: R1=R1+1\nENDLABEL:\nREPEAT A1 P=3",
+     "G0 X10\nY1\nX20\nY2\nX30\nX40\nY3"),
     ("R1=0\nA1: R1=R1+1\nX=R1\nA3: IF R1>2 GOTOF A9\nREPEAT A1 A3 P=9\nX50\nA9: X9", "G0 X1\nX2\nX3\nX9"),
     ("SUB1\nX9\nM30\n%_N_SUB1_SPF\nX1\nM17", "G0 X1\nX9"), ("L10 P2\nM30\n%_N_L10_SPF\nX=IC(1)\nRET", "G0 X1\nX2"),
     ("SUB1(2,,4)\nM30\n%_N_SUB1_SPF\nPROC SUB1(REAL A1, INT B1=7, REAL C1)\nX=A1 Y=B1 Z=C1\nM17", "G0 X2 Y7 Z4"),
     ("DEF REAL Q\nSUB1(Q)\nX=Q\nM30\n%_N_SUB1_SPF\nPROC SUB1(VAR REAL A1)\nA1=5\nM17", "G0 X5"),
     ("SUB1\nX1\nM30\n%_N_SUB1_SPF\nPROC SUB1 SAVE\nG91 X1\nRET", "G91 G0 X1\nG90 X1"),
-    ("SUB1\nG2 X10 Y0 I5 F100\nM30\n%_N_SUB1_SPF\nPROC SUB1 SAVE\nG18 G93 TRANS X5\nRET", "G2 X10 Y0 I5"), ("EXTCALL \"/dir/SUB1.SPF\"\nM30\n%_N_SUB1_SPF\nX1\nM17", "G0 X1"),
-    ("MCALL SUB1(3)\nX1\nX2\nMCALL\nX5\nM30\n%_N_SUB1_SPF\nPROC SUB1(REAL Q)\nZ=Q\nZ9\nM17", "G0 X1\nZ3\nZ9\nX2\nZ3\nZ9\nX5"),
+    ("SUB1\nG2 X10 Y0 I5 F100\nM30\n%_N_SUB1_SPF\nPROC SUB1 SAVE\nG18 G93 TRANS X5\nRET", "G2 X10 Y0 I5"),
+    ("EXTCALL \"/dir/SUB1.SPF\"\nM30\n%_N_SUB1_SPF\nX1\nM17", "G0 X1"),
+    ("MCALL SUB1(3)\nX1\nX2\nMCALL\nX5\nM30\n%_N_SUB1_SPF\nPROC SUB1(REAL Q)\nZ=Q\nZ9\nM17",
+     "G0 X1\nZ3\nZ9\nX2\nZ3\nZ9\nX5"),
     ("X3 Z9\nG75 Z0\nG75 X0 Y0 FP=1\nX5", "G0 X3 Z9\nG53 Z0\nG53 X0 Y0\nX5"),
     # words without effect beside motion
-    ("SOFT FFWON COMPCAD G601\nDYNFINISH\nG1 X1", "G1 X1"), ("STOPRE\nFGROUP(X,Y,Z,A,C)\nACC[X]=50\nWORKPIECE(,,,\"BOX\",0,1,2,3)\nX1", "G0 X1"),
+    ("SOFT FFWON COMPCAD G601\nDYNFINISH\nG1 X1", "G1 X1"),
+    ("STOPRE\nFGROUP(X,Y,Z,A,C)\nACC[X]=50\nWORKPIECE(,,,\"BOX\",0,1,2,3)\nX1", "G0 X1"),
 ])  # fmt: skip
 def test_words_have_rs274_twins(view, siemens, rs274):
     same_moves(view, siemens, rs274)
 
 
 @pytest.mark.parametrize(("line", "code", "part"), [
-    ("X1 X2", "VP004", "twice"), ("G0 G1 X1", "VP003", "group"), ("G64 G60", "VP003", "group"), ("G5 X1", "VP002", "G5"), ("BSPLINE X1", "VP031", "needs"), ("BSPLINE X1 SD=5", "VP031", "SD"), ("BSPLINE G91 X1", "VP017", "G90"), ("BSPLINE X1 Y2 PL=2\nX3\nX5\nX7\nG1", "VP031", "PL="), ("BSPLINE X1 PW=0", "VP031", "PW"), ("BSPLINE PW=2", "VP005", "PW"), ("CSPLINE X1", "VP002", "splines"),
-    ("POLY PO[X]=(1,2)", "VP002", "polynomials"), ("DIAMON", "VP002", "lathe"), ("G96 S100", "VP002", "lathe"), ("POCKET3(1,2)", "VP005", "DP"), ("CYCLE63(1)", "VP002", "contour"),
-    ("CYCLE84(1,2)", "VP005", "DP or DPR"), ("RND=2", "VP017", "G1, G2, G3"), ("G33 Z1", "VP002", "synchronised"), ("A4=1", "VP002", "surface"), ("WHEN TRUE DO X=1", "VP002", "synchronised"), ("TRACYL(40)", "VP002", "other machines"),
-    ("X=FOO", "VP025", "FOO"), ("FOO=1", "VP002", "FOO"), ("FOO(1)", "VP002", "FOO"), ("X=1/0", "VP007", "no value"), ("X=SQRT(-1)", "VP007", "no value"), ("X=1+", "VP001", "end of the line"),
-    ("X=\"A\"", "VP007", "text"), ("X=(1", "VP001", "')'"), ("X1.2.3", "VP001", "point"), ("?", "VP001", "?"), ("MSG(\"a", "VP001", "bracket"), ("Q5", "VP002", "Q"),
-    ("G1 X1 A3=0 B3=0 C3=1", "VP017", "TRAORI"), ("G2 X1", "VP005", "centre"), ("G2 X10 I5 CR=5", "VP003", "one of"), ("G2 X10 I1", "VP008", "not on the circle"), ("G2 X10 I5 K1", "VP006", "K"), ("G2 X10 CR=1", "VP008", "small"),
-    ("X=DC(5)", "VP017", "rotary"), ("CT X5 Z9", "VP008", "plane"), ("CIP X10", "VP005", "I1"), ("CIP X10 I1=5", "VP008", "line"), ("CIP X10 Y0 J1=5 K=3 I1=5", "VP006", "K"), ("TRANS X1 G1", "VP003", "motion"),
-    ("SCALE X0", "VP007", "scale"), ("SCALE X2\nG2 X10 I5", "VP017", "ellipse"), ("SCALE X2\nAROT Z30", "VP017", "skews"), ("G4 X1", "VP005", "F"), ("G4 F-1", "VP007", "negative"), ("G4 S5", "VP017", "spindle"), ("F-5", "VP007", "negative"),
-    ("GOTOF X9", "VP023", "X9"), ("GOTOB N5", "VP023", "before"), ("IF 1", "VP023", "ENDIF"), ("ENDIF", "VP023", "IF"), ("FOR R1=1", "VP001", "TO"), ("REPEAT A9", "VP023", "A9"), ("MCALL SUB1", "VP002", "SUB1"), ("G75", "VP005", "axes"), ("G75 Z0 FP=3", "VP015", "fixed points"), ("MCALL CYCLE800()", "VP002", "modal"),
-    ("D2", "VP012", "edge"), ("T=\"MILL\"", "VP012", "siemens.tools"), ("S2=500", "VP002", "spindle 2"), ("M77", "VP002", "remap"), ("M3 M4", "VP003", "group"), ("TRAORI(2)", "VP002", "one transformation"), ("L99", "VP023", "L99"), ("G558 X1", "VP007", "G505"),
-    ("SETAL(61000,\"no\")", "VP027", "no"), ("LOOP\nENDLOOP", "VP024", "repeated"), ("$P_UIFR[1,X,RT]=5", "VP002", "TR"), ("CTRANS(X,5)", "VP001", "$P_PFRAME=CTRANS"), ("$P_PFRAME=5", "VP001", "expected a frame"), ("$P_PFRAME=CTRANS(X)", "VP001", "','"), ("$P_PFRAME=CROT(A,5)", "VP001", "axis"), ("$P_PFRAME=CTRANS(X,1,X,2)", "VP004", "twice"), ("$P_PFRAME=CSCALE(X,0)", "VP007", "greater"), ("$P_UIFR[1]=CROT(X,5)", "VP002", "about Z"), ("$P_UIFR[1]=CSCALE(X,2)", "VP002", "about Z"), ("$P_IFRAME=CMIRROR(X)", "VP002", "about Z"), ("$P_UIFR[99]=CTRANS(X,1)", "VP025", "no such work offset"), ("$P_PFRAME=$P_UIFR[99]", "VP025", "no such work offset"), ("X=$AC_TIME", "VP025", "$AC_TIME"), ("X1 P3", "VP006", "P3"), ("R99999=1", "VP025", "R0"), ("DEF REAL X9X\nDEF REAL X9X", "VP004", "twice"),
-    ("DEF AXIS Q", "VP002", "AXIS"), ("X=R[1.5]", "VP007", "whole"), ("SUPA G91 X1", "VP017", "absolute"), ("SUPA X=DC(1)", "VP017", "DC"), ("SUPA C=IC(1)", "VP017", "IC"), ("SUPA G2 X1", "VP017", "G0 or G1"), ("AP=5", "VP005", "AP="), ("RP=5 AP=5 X3", "VP003", "one way"), ("CYCLE800(0,\"\",0,57,0,0,0,30,0,0,0,0,0,5)", "VP007", "_DIR"),
-    ("TRANS X1\nCYCLE800(0,\"\",0,57,0,0,0,30,0,0,0,0,0,1)", "VP017", "TRANS"), ("CYCLE832(0.1,25)", "VP002", "_TOLM"), ("CYCLE832(0.1,5)", "VP002", "last digit"), ("CYCLE832(0.1,3000001)", "VP002", "_TOLM"), ("CYCLE832(0.1,112021)", "VP002", "_TOLM"), ("CUTMOD=2", "VP002", "CUTMOD=2"), ("CUTMOD", "VP001", "CUTMOD"), ("SPOS=IC(90)", "VP002", "DC()"), ("SPOS[2]=90", "VP002", "SPOS"), ("M40=1", "VP002", "spindle 40"), ("M41", "VP002", "gears"), ("CYCLE82(10)", "VP005", "RFP"), ("CYCLE82(10,10,1,,5)", "VP007", "same height"), ("CYCLE82(10,10,1,5,0,0,0,1,1)", "VP007", "same height"), ("CYCLE82(10,10,1,10)", "VP007", "wrong side"), ("CYCLE82(10,0,1,5)", "VP007", "wrong side"),
-    ("Z-5\nCYCLE82(10,0,1,-9)", "VP017", "below"), ("CYCLE83(10,0,1,-9,,-20)", "VP007", "first depth"), ("CYCLE82(1,2,3,4,5,6,7,8,9,10,11,12,13,14,15)", "VP005", "values"), ("CYCLE85(10,0,1,-5,,0)", "VP009", "FFR"), ("PROC X1", "VP001", "first block"), ("%", "VP001", "begins a program"),
-    ("X='HG'", "VP001", "value"), ("X=1E5", "VP002", "E is"), ("FGROUP(X", "VP001", "bracket"), ("FGROUP(C)\nG1 X1 C9 F9", "VP002", "write G93"), ("FGROUP(A,C)", "VP002", "FGROUP(A,C)"), ("IF 1 GOTOF", "VP001", "value"), ("G1 X1 = 5", "VP006", "X1=5"), ("CALL \"A\"", "VP002", "CALL"), ("EXTCALL \"A\"", "VP023", "A.SPF"),
+    ("X1 X2", "VP004", "twice"), ("G0 G1 X1", "VP003", "group"), ("G64 G60", "VP003", "group"),
+    ("G5 X1", "VP002", "G5"), ("BSPLINE X1", "VP031", "needs"), ("BSPLINE X1 SD=5", "VP031", "SD"),
+    ("BSPLINE G91 X1", "VP017", "G90"), ("BSPLINE X1 Y2 PL=2\nX3\nX5\nX7\nG1", "VP031", "PL="),
+    ("BSPLINE X1 PW=0", "VP031", "PW"), ("BSPLINE PW=2", "VP005", "PW"), ("CSPLINE X1", "VP002", "splines"),
+    ("POLY PO[X]=(1,2)", "VP002", "polynomials"), ("DIAMON", "VP002", "lathe"), ("G96 S100", "VP002", "lathe"),
+    ("POCKET3(1,2)", "VP005", "DP"), ("CYCLE63(1)", "VP002", "contour"),
+    ("CYCLE84(1,2)", "VP005", "DP or DPR"), ("RND=2", "VP017", "G1, G2, G3"), ("G33 Z1", "VP002", "synchronised"),
+    ("A4=1", "VP002", "surface"), ("WHEN TRUE DO X=1", "VP002", "synchronised"),
+    ("TRACYL(40)", "VP002", "other machines"),
+    ("X=FOO", "VP025", "FOO"), ("FOO=1", "VP002", "FOO"), ("FOO(1)", "VP002", "FOO"), ("X=1/0", "VP007", "no value"),
+    ("X=SQRT(-1)", "VP007", "no value"), ("X=1+", "VP001", "end of the line"),
+    ("X=\"A\"", "VP007", "text"), ("X=(1", "VP001", "')'"), ("X1.2.3", "VP001", "point"), ("?", "VP001", "?"),
+    ("MSG(\"a", "VP001", "bracket"), ("Q5", "VP002", "Q"),
+    ("G1 X1 A3=0 B3=0 C3=1", "VP017", "TRAORI"), ("G2 X1", "VP005", "centre"), ("G2 X10 I5 CR=5", "VP003", "one of"),
+    ("G2 X10 I1", "VP008", "not on the circle"), ("G2 X10 I5 K1", "VP006", "K"), ("G2 X10 CR=1", "VP008", "small"),
+    ("X=DC(5)", "VP017", "rotary"), ("CT X5 Z9", "VP008", "plane"), ("CIP X10", "VP005", "I1"),
+    ("CIP X10 I1=5", "VP008", "line"), ("CIP X10 Y0 J1=5 K=3 I1=5", "VP006", "K"), ("TRANS X1 G1", "VP003", "motion"),
+    ("SCALE X0", "VP007", "scale"), ("SCALE X2\nG2 X10 I5", "VP017", "ellipse"),
+    ("SCALE X2\nAROT Z30", "VP017", "skews"), ("G4 X1", "VP005", "F"), ("G4 F-1", "VP007", "negative"),
+    ("G4 S5", "VP017", "spindle"), ("F-5", "VP007", "negative"),
+    ("GOTOF X9", "VP023", "X9"), ("GOTOB N5", "VP023", "before"), ("IF 1", "VP023", "ENDIF"), ("ENDIF", "VP023", "IF"),
+    ("FOR R1=1", "VP001", "TO"), ("REPEAT A9", "VP023", "A9"), ("MCALL SUB1", "VP002", "SUB1"),
+    ("G75", "VP005", "axes"), ("G75 Z0 FP=3", "VP015", "fixed points"), ("MCALL CYCLE800()", "VP002", "modal"),
+    ("D2", "VP012", "edge"), ("T=\"MILL\"", "VP012", "siemens.tools"), ("S2=500", "VP002", "spindle 2"),
+    ("M77", "VP002", "remap"), ("M3 M4", "VP003", "group"), ("TRAORI(2)", "VP002", "one transformation"),
+    ("L99", "VP023", "L99"), ("G558 X1", "VP007", "G505"),
+    ("SETAL(61000,\"no\")", "VP027", "no"), ("LOOP\nENDLOOP", "VP024", "repeated"),
+    ("$P_UIFR[1,X,RT]=5", "VP002", "TR"), ("CTRANS(X,5)", "VP001", "$P_PFRAME=CTRANS"),
+    ("$P_PFRAME=5", "VP001", "expected a frame"), ("$P_PFRAME=CTRANS(X)", "VP001", "','"),
+    ("$P_PFRAME=CROT(A,5)", "VP001", "axis"), ("$P_PFRAME=CTRANS(X,1,X,2)", "VP004", "twice"),
+    ("$P_PFRAME=CSCALE(X,0)", "VP007", "greater"), ("$P_UIFR[1]=CROT(X,5)", "VP002", "about Z"),
+    ("$P_UIFR[1]=CSCALE(X,2)", "VP002", "about Z"), ("$P_IFRAME=CMIRROR(X)", "VP002", "about Z"),
+    ("$P_UIFR[99]=CTRANS(X,1)", "VP025", "no such work offset"),
+    ("$P_PFRAME=$P_UIFR[99]", "VP025", "no such work offset"), ("X=$AC_TIME", "VP025", "$AC_TIME"),
+    ("X1 P3", "VP006", "P3"), ("R99999=1", "VP025", "R0"), ("DEF REAL X9X\nDEF REAL X9X", "VP004", "twice"),
+    ("DEF AXIS Q", "VP002", "AXIS"), ("X=R[1.5]", "VP007", "whole"), ("SUPA G91 X1", "VP017", "absolute"),
+    ("SUPA X=DC(1)", "VP017", "DC"), ("SUPA C=IC(1)", "VP017", "IC"), ("SUPA G2 X1", "VP017", "G0 or G1"),
+    ("AP=5", "VP005", "AP="), ("RP=5 AP=5 X3", "VP003", "one way"),
+    ("CYCLE800(0,\"\",0,57,0,0,0,30,0,0,0,0,0,5)", "VP007", "_DIR"),
+    ("TRANS X1\nCYCLE800(0,\"\",0,57,0,0,0,30,0,0,0,0,0,1)", "VP017", "TRANS"), ("CYCLE832(0.1,25)", "VP002", "_TOLM"),
+    ("CYCLE832(0.1,5)", "VP002", "last digit"), ("CYCLE832(0.1,3000001)", "VP002", "_TOLM"),
+    ("CYCLE832(0.1,112021)", "VP002", "_TOLM"), ("CUTMOD=2", "VP002", "CUTMOD=2"), ("CUTMOD", "VP001", "CUTMOD"),
+    ("SPOS=IC(90)", "VP002", "DC()"), ("SPOS[2]=90", "VP002", "SPOS"), ("M40=1", "VP002", "spindle 40"),
+    ("M41", "VP002", "gears"), ("CYCLE82(10)", "VP005", "RFP"), ("CYCLE82(10,10,1,,5)", "VP007", "same height"),
+    ("CYCLE82(10,10,1,5,0,0,0,1,1)", "VP007", "same height"), ("CYCLE82(10,10,1,10)", "VP007", "wrong side"),
+    ("CYCLE82(10,0,1,5)", "VP007", "wrong side"),
+    ("Z-5\nCYCLE82(10,0,1,-9)", "VP017", "below"), ("CYCLE83(10,0,1,-9,,-20)", "VP007", "first depth"),
+    ("CYCLE82(1,2,3,4,5,6,7,8,9,10,11,12,13,14,15)", "VP005", "values"), ("CYCLE85(10,0,1,-5,,0)", "VP009", "FFR"),
+    ("PROC X1", "VP001", "first block"), ("%", "VP001", "begins a program"),
+    ("X='HG'", "VP001", "value"), ("X=1E5", "VP002", "E is"), ("FGROUP(X", "VP001", "bracket"),
+    ("FGROUP(C)\nG1 X1 C9 F9", "VP002", "write G93"), ("FGROUP(A,C)", "VP002", "FGROUP(A,C)"),
+    ("IF 1 GOTOF", "VP001", "value"), ("G1 X1 = 5", "VP006", "X1=5"), ("CALL \"A\"", "VP002", "CALL"),
+    ("EXTCALL \"A\"", "VP023", "A.SPF"),
 ])  # fmt: skip
 def test_what_is_not_executed_is_an_error_at_its_line(view, line, code, part):
     found = view(f"{HEAD}{line}\nM30", dialect="siemens", max_repeats=300)[1]
@@ -104,11 +174,16 @@ def test_what_is_not_executed_is_an_error_at_its_line(view, line, code, part):
 
 
 @pytest.mark.parametrize(("siemens", "points", "weights", "knots", "degree"), [
-    ("BSPLINE X10 Y10\nX20 Y-10\nX30 Y0 Z3", [(0, 0, 5), (10, 10, 5), (20, -10, 5), (30, 0, 3)], [1, 1, 1, 1], [0, 0, 0, 0, 1, 1, 1, 1], 3),
-    ("BSPLINE X10 Y10 SD=2 PW=3\nX20 Y-10\nX30 Y0", [(0, 0, 5), (10, 10, 5), (20, -10, 5), (30, 0, 5)], [1, 3, 1, 1], [0, 0, 0, 1, 2, 2, 2], 2),
-    ("BSPLINE X10 Y10 SD=2 PL=0\nX20 Y-10 PL=0.5\nX30 Y0 PL=2", [(0, 0, 5), (10, 10, 5), (20, -10, 5), (30, 0, 5)], [1, 1, 1, 1], [0, 0, 0, 0.5, 2.5, 2.5, 2.5], 2),
-    ("BSPLINE X10 Y10 PL=1\nX20 Y-10 PL=3\nX30 Y0 PL=0\nX40 PL=0", [(0, 0, 5), (10, 10, 5), (20, -10, 5), (30, 0, 5), (40, 0, 5)], [1] * 5, [0, 0, 0, 0, 1, 4, 4, 4, 4], 3),
-    ("ROT Z90\nG0 X0 Y0\nBSPLINE X10 Y10\nX20 Y-10\nX30 Y0\nROT", [(0, 0, 5), (10, 10, 5), (20, -10, 5), (30, 0, 5)], [1, 1, 1, 1], [0, 0, 0, 0, 1, 1, 1, 1], 3),
+    ("BSPLINE X10 Y10\nX20 Y-10\nX30 Y0 Z3", [(0, 0, 5), (10, 10, 5), (20, -10, 5), (30, 0, 3)], [1, 1, 1, 1],
+     [0, 0, 0, 0, 1, 1, 1, 1], 3),
+    ("BSPLINE X10 Y10 SD=2 PW=3\nX20 Y-10\nX30 Y0", [(0, 0, 5), (10, 10, 5), (20, -10, 5), (30, 0, 5)], [1, 3, 1, 1],
+     [0, 0, 0, 1, 2, 2, 2], 2),
+    ("BSPLINE X10 Y10 SD=2 PL=0\nX20 Y-10 PL=0.5\nX30 Y0 PL=2", [(0, 0, 5), (10, 10, 5), (20, -10, 5), (30, 0, 5)],
+     [1, 1, 1, 1], [0, 0, 0, 0.5, 2.5, 2.5, 2.5], 2),
+    ("BSPLINE X10 Y10 PL=1\nX20 Y-10 PL=3\nX30 Y0 PL=0\nX40 PL=0",
+     [(0, 0, 5), (10, 10, 5), (20, -10, 5), (30, 0, 5), (40, 0, 5)], [1] * 5, [0, 0, 0, 0, 1, 4, 4, 4, 4], 3),
+    ("ROT Z90\nG0 X0 Y0\nBSPLINE X10 Y10\nX20 Y-10\nX30 Y0\nROT", [(0, 0, 5), (10, 10, 5), (20, -10, 5), (30, 0, 5)],
+     [1, 1, 1, 1], [0, 0, 0, 0, 1, 1, 1, 1], 3),
 ])  # fmt: skip
 def test_splines(view, siemens, points, weights, knots, degree):
     """The curve of the recorded pieces goes through the points that de Boor's recursion gives."""
@@ -203,7 +278,18 @@ def test_arrays_as_values(view, copy, ends):
 
 @pytest.mark.parametrize(("value", "x"), [("7", 7.0), ("R1+1", 9.0), ("3.0", 5.0), ("4", 5.0)])
 def test_case(view, value, x):
-    program = f"R1=8\nG1 F100\nCASE({value}) OF 7 GOTOF A 9 GOTOF B DEFAULT GOTOF C\nX99\nA: X7\nGOTOF E\nB: X9\nGOTOF E\nC: X5\nE: M30"
+    program = (
+        "R1=8\n"
+        "G1 F100\n"
+        f"CASE({value}) OF 7 GOTOF A 9 GOTOF B DEFAULT GOTOF C\n"
+        "X99\n"
+        "A: X7\n"
+        "GOTOF E\n"
+        "B: X9\n"
+        "GOTOF E\n"
+        "C: X5\n"
+        "E: M30"
+    )
     moves, errors = view(program, dialect="siemens")
     assert errors == ()
     assert moves.end[:, 0].tolist() == [x]
@@ -227,15 +313,46 @@ def test_a_program_with_splines_alone_is_recognised(view):
 
 
 def test_path_control(view):
-    text = ("G0 X0 Y0 Z0\nG64 X1\nG9 X2\nX3\nG641 ADIS=0.4 X4\nG642 CTOL=0.02 OTOL=0.5 X5\nG642 CTOL=-1 OTOL=-1 X6\nG60 X7\nG64\n"
-            "CYCLE832(0.05,_ORI_FINISH,1.5)\nX8\nCYCLE832(0.05,112011,1.5)\nX8.5\nCYCLE832(0.05,2112101)\nX8.7\nCYCLE832(0.05,1)\nX9\nCYCLE832()\nX10\nM30")  # fmt: skip
+    text = (
+        "G0 X0 Y0 Z0\n"
+        "G64 X1\n"
+        "G9 X2\n"
+        "X3\n"
+        "G641 ADIS=0.4 X4\n"
+        "G642 CTOL=0.02 OTOL=0.5 X5\n"
+        "G642 CTOL=-1 OTOL=-1 X6\n"
+        "G60 X7\n"
+        "G64\n"
+        "CYCLE832(0.05,_ORI_FINISH,1.5)\n"
+        "X8\n"
+        "CYCLE832(0.05,112011,1.5)\n"
+        "X8.5\n"
+        "CYCLE832(0.05,2112101)\n"
+        "X8.7\n"
+        "CYCLE832(0.05,1)\n"
+        "X9\n"
+        "CYCLE832()\n"
+        "X10\n"
+        "M30"
+    )
     moves, errors = view(text, dialect="siemens")
     assert errors == ()
     stop, blend = PathMode.EXACT_STOP, PathMode.BLEND
     assert modes(moves) == [
-        (stop, None, None), (blend, None, None), (stop, None, None), (blend, None, None), (blend, 0.1, None), (blend, 0.02, 0.5),
-        (blend, None, None), (stop, None, None), (blend, 0.05, 1.5), (blend, 0.05, 1.5), (blend, 0.05, None), (blend, 0.05, None), (blend, None, None),
-    ]  # fmt: skip
+        (stop, None, None),
+        (blend, None, None),
+        (stop, None, None),
+        (blend, None, None),
+        (blend, 0.1, None),
+        (blend, 0.02, 0.5),
+        (blend, None, None),
+        (stop, None, None),
+        (blend, 0.05, 1.5),
+        (blend, 0.05, 1.5),
+        (blend, 0.05, None),
+        (blend, 0.05, None),
+        (blend, None, None),
+    ]
 
 
 def test_events(view):
@@ -244,9 +361,18 @@ def test_events(view):
     )
     assert errors == ()
     assert [(event.line, event.kind) for event in moves.events] == [
-        (1, "tool"), (2, "spindle"), (2, "coolant"), (3, "message"), (4, "without effect"), (5, "stop"), (6, "stop"), (7, "orient"),
-        (8, "auxiliary"), (9, "message"), (10, "end"),
-    ]  # fmt: skip
+        (1, "tool"),
+        (2, "spindle"),
+        (2, "coolant"),
+        (3, "message"),
+        (4, "without effect"),
+        (5, "stop"),
+        (6, "stop"),
+        (7, "orient"),
+        (8, "auxiliary"),
+        (9, "message"),
+        (10, "end"),
+    ]
     assert moves.events[3].data["text"] == "d=1"
     assert moves.frames[0].tool_length == 25.0
 
@@ -275,7 +401,9 @@ def test_work_offsets_and_places_of_the_machine(view):
 )
 @pytest.mark.parametrize("shift", [0.0, 30.0])
 def test_ways_of_rotary_axes_in_machine_coordinates(view, word, end, shift):
-    """As posts end: SUPA A=DC(0) C=DC(0). The way counts from where the machine stands, not from the programmed angle."""
+    """As posts end: SUPA A=DC(0) C=DC(0). The way counts from where the machine stands, not from the programmed
+    angle.
+    """
     text = f"$P_UIFR[1,C,TR]={shift}\nG54 G0 X0 Y0 Z50 C{340 - shift}\nSUPA {word}\nM30"
     moves, errors = view(text, dialect="siemens", wcs={})
     assert errors == ()
@@ -349,21 +477,34 @@ def test_d0_leaves_the_radius_out(view):
         assert view(f"T2 M6\nD{edge}\nG0 X=$P_TOOLR", dialect="siemens", tools=tools)[0].end[-1, 0] == radius
 
 
-@pytest.mark.parametrize(("text", "said"), [
-    ("G41 G1 X5", "no tool is in the spindle; load one"), ("T7 M6\nG41 G1 X5", "--tool-table"),
-    ("TRAORI\nA3=0.1 C3=1\nG41 G1 X5", "A3= B3= C3="), ("TRAORI\nA3=0.1 C3=1\nBSPLINE X5 A5\nX6\nX7\nG1", "A3= B3= C3="),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("G41 G1 X5", "no tool is in the spindle; load one"),
+        ("T7 M6\nG41 G1 X5", "--tool-table"),
+        ("TRAORI\nA3=0.1 C3=1\nG41 G1 X5", "A3= B3= C3="),
+        ("TRAORI\nA3=0.1 C3=1\nBSPLINE X5 A5\nX6\nX7\nG1", "A3= B3= C3="),
+    ],
+)
 def test_messages_name_words_of_the_language(view, text, said):
     found = view(f"{HEAD}{text}\nM30", dialect="siemens", tools=None)[1]
     assert said in found[0].message
     assert not re.search(r"I J K|G41\.1|G42\.1|G43|G49|G10|G53", found[0].message)
 
 
-@pytest.mark.parametrize(("group", "noted"), [
-    ("FGROUP(X,Y,Z)", False), ("FGROUP()", False), ("FGROUP(X,Y)", False), ("FGROUP(X,Y,Z,A,C)", True),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("group", "noted"),
+    [
+        ("FGROUP(X,Y,Z)", False),
+        ("FGROUP()", False),
+        ("FGROUP(X,Y)", False),
+        ("FGROUP(X,Y,Z,A,C)", True),
+    ],
+)
 def test_f_of_a_group_with_rotary_axes_is_told(view, group, noted):
-    """On a control a turn beside a move slows it down; FGROUP(C) with 20 degrees at F600 took 0.1 s in place of 2 s, without a word."""
+    """On a control a turn beside a move slows it down; FGROUP(C) with 20 degrees at F600 took 0.1 s in place of 2 s,
+    without a word.
+    """
     moves, _findings = view(f"{group}\nG1 X1 C9 F9\n{group}\nM30\n", dialect="siemens")
     found = [(item.code, item.severity, item.line) for item in moves.findings]
     assert found == ([("VP039", "note", 1)] if noted else [])

@@ -17,7 +17,8 @@ HEAD = "N10 G17 G90 G54 G71 G94\nN20 T1 D1 M6\nN30 S3000 M3\nN40 G0 X-30 Y-30 Z6
 #: A plate of 40 x 30, clockwise from its corner: outside is to its left.
 PLATE = "EDGE: G0 X0 Y0\nG1 Y30\nX40\nY0\nEND: X0\n"
 VALUES = {
-    "KNAME": '"EDGE:END"', "RTP": 50, "RFP": 0, "SDIS": 2, "DP": -6, "MID": 3, "FAL": 0, "FALD": 0, "FFP1": 500, "FFD": 150, "VARI": 1, "RL": 41, "AS1": 1, "LP1": 5,
+    "KNAME": '"EDGE:END"', "RTP": 50, "RFP": 0, "SDIS": 2, "DP": -6, "MID": 3, "FAL": 0, "FALD": 0, "FFP1": 500,
+    "FFD": 150, "VARI": 1, "RL": 41, "AS1": 1, "LP1": 5,
     "FF3": 1000,
 }  # fmt: skip
 
@@ -62,19 +63,29 @@ def line(letter, x, y, z, feed=0.0, u=0.0, v=0.0, sweep=0.0):
 
 
 def test_a_plate_worked_out_by_hand(mill):
-    """Roughing with 0.5 and 0.25 to spare, 5.75 deep in two levels of 2.875; a quarter circle of 5 to the edge and away."""
+    """Roughing with 0.5 and 0.25 to spare, 5.75 deep in two levels of 2.875; a quarter circle of 5 to the edge and
+    away.
+    """
     moves, findings = mill(write(FAL=0.5, FALD=0.25, AS1=2))
     assert findings == ()
     off, expected = RADIUS + 0.5, []
     for number, z in enumerate((-2.875, -5.75)):
         begin = -off - 5
         expected += [
-            line("R", begin, -5, 50 if number else 60), line("R", begin, -5, -0.875 if number else 2),
-            line("L", begin, -5, z, 150), line("A", -off, 0, z, 500, begin, 0, 90),
-            line("L", -off, 30, z, 500), line("A", 0, 30 + off, z, 500, 0, 30, -90), line("L", 40, 30 + off, z, 500), line("A", 40 + off, 30, z, 500, 40, 30, -90),
-            line("L", 40 + off, 0, z, 500), line("A", 40, -off, z, 500, 40, 0, -90), line("L", 0, -off, z, 500),
-            line("A", -5, -off - 5, z, 500, 0, -off - 5, 90), line("R", -5, -off - 5, 50),
-        ]  # fmt: skip
+            line("R", begin, -5, 50 if number else 60),
+            line("R", begin, -5, -0.875 if number else 2),
+            line("L", begin, -5, z, 150),
+            line("A", -off, 0, z, 500, begin, 0, 90),
+            line("L", -off, 30, z, 500),
+            line("A", 0, 30 + off, z, 500, 0, 30, -90),
+            line("L", 40, 30 + off, z, 500),
+            line("A", 40 + off, 30, z, 500, 40, 30, -90),
+            line("L", 40 + off, 0, z, 500),
+            line("A", 40, -off, z, 500, 40, 0, -90),
+            line("L", 0, -off, z, 500),
+            line("A", -5, -off - 5, z, 500, 0, -off - 5, 90),
+            line("R", -5, -off - 5, 50),
+        ]
     assert rows_of(moves) == expected
 
 
@@ -96,7 +107,8 @@ def test_where_the_tool_comes_to_the_contour_and_leaves_it(mill, values, ends):
 
 @pytest.mark.parametrize(("kind", "way"), [
     # between the levels at -3 and -6, from where the tool leaves the contour (-5, -9) to where it comes to it (-9, -5)
-    (1, [("R", -5, -9, 50, 0), ("R", -9, -5, 50, 0), ("R", -9, -5, -1, 0)]), (101, [("R", -5, -9, 2, 0), ("R", -9, -5, 2, 0), ("R", -9, -5, -1, 0)]),
+    (1, [("R", -5, -9, 50, 0), ("R", -9, -5, 50, 0), ("R", -9, -5, -1, 0)]),
+    (101, [("R", -5, -9, 2, 0), ("R", -9, -5, 2, 0), ("R", -9, -5, -1, 0)]),
     (201, [("R", -5, -9, -1, 0), ("R", -9, -5, -1, 0)]), (301, [("R", -9, -5, -3, 0)]),
     (11, [("L", -5, -9, 50, 1000), ("L", -9, -5, 50, 1000), ("L", -9, -5, -1, 1000)]), (311, [("L", -9, -5, -3, 1000)]),
 ])  # fmt: skip
@@ -123,7 +135,9 @@ M17
 
 
 def test_the_contour_is_that_of_g41_with_its_corners_feeds_and_variables(mill, view):
-    """A subprogram in inches of the same file with RND, CHR, F, R parameters: the moves at the depth are those of G41 written out."""
+    """A subprogram in inches of the same file with RND, CHR, F, R parameters: the moves at the depth are those of G41
+    written out.
+    """
     for start, turn, side in (
         ("", "", "G42"),
         ("MIRROR X0\n", "", "G42"),
@@ -133,7 +147,16 @@ def test_the_contour_is_that_of_g41_with_its_corners_feeds_and_variables(mill, v
         begin = f"{HEAD}R1=60\n{start}{turn}"
         moves, findings = mill(f"{write(KNAME=chr(34) + 'KNOB' + chr(34), MID=0, RL=side[1:], LP1=6)}", CONTOUR, begin)
         assert findings == ()
-        written = f"G0 X50 Y{-4 if side == 'G42' else 4}\nG1 Z-6 F500\n{side} G1 X60 Y0\nX100 RND=5\nG3 Y20 CR=10\nG1 X60 CHR=6 F250\nY0\nG40 Y-9"
+        written = (
+            f"G0 X50 Y{-4 if side == 'G42' else 4}\n"
+            "G1 Z-6 F500\n"
+            f"{side} G1 X60 Y0\n"
+            "X100 RND=5\n"
+            "G3 Y20 CR=10\n"
+            "G1 X60 CHR=6 F250\n"
+            "Y0\n"
+            "G40 Y-9"
+        )
         other, findings = view(f"{begin}{written}\nM30", dialect="siemens", tools={1: make_tool(1, 10.0, TOOL)})
         assert findings == ()
         one, two = ([row for row in rows_of(table) if row[3] == -6 and row[0] != "R"] for table in (moves, other))
@@ -157,14 +180,21 @@ def test_levels_leave_the_plate_alone_and_reach_it(mill):
 EDITOR = "E_LAB_A_RIM: ;#SM Z:2\nG17 G90 DIAMOF;*GP*\nG0 X0 Y0 ;*GP*\nG1 Y30\nX40\nY0\nX0\nE_LAB_E_RIM:\n"
 
 
-@pytest.mark.parametrize(("before", "contour"), [
-    ('CYCLE62("EDGE",0,,)', "%_N_EDGE_SPF\nG0 X0 Y0\nG1 Y30\nX40\nY0\nX0\nRET\n"), ('CYCLE62("RIM",1,,)', EDITOR), ('CYCLE62("",2,"EDGE","END")', PLATE),
-    ('CYCLE62("PARTS",3,"EDGE","END")', f"%_N_PARTS_SPF\n{PLATE}M17\n"),
-    # named once for several cycles; a later one takes the place of it
-    (f'CYCLE62("",2,"EDGE","END")\n{write(KNAME=chr(34) * 2)}\nCYCLE62("",2,"EDGE","END")', PLATE),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("before", "contour"),
+    [
+        ('CYCLE62("EDGE",0,,)', "%_N_EDGE_SPF\nG0 X0 Y0\nG1 Y30\nX40\nY0\nX0\nRET\n"),
+        ('CYCLE62("RIM",1,,)', EDITOR),
+        ('CYCLE62("",2,"EDGE","END")', PLATE),
+        ('CYCLE62("PARTS",3,"EDGE","END")', f"%_N_PARTS_SPF\n{PLATE}M17\n"),
+        # named once for several cycles; a later one takes the place of it
+        (f'CYCLE62("",2,"EDGE","END")\n{write(KNAME=chr(34) * 2)}\nCYCLE62("",2,"EDGE","END")', PLATE),
+    ],
+)
 def test_contours_that_cycle62_names(mill, before, contour):
-    """The tail of newer controls: the plane, the feed mode, the contour of CYCLE62, and a depth that counts from the reference plane."""
+    """The tail of newer controls: the plane, the feed mode, the contour of CYCLE62, and a depth that counts from the
+    reference plane.
+    """
     tail = {"_UMODE": 0, "FS": 1, "ZFS": 2, "_GMODE": 101, "_DMODE": 1011, "_AMODE": 101, "DP": 6}
     moves, findings = mill(f"{before}\n{write(KNAME=chr(34) * 2, **tail)}", contour)
     assert findings == ()
@@ -186,10 +216,14 @@ def test_a_contour_of_another_file(view):
 
 
 @pytest.mark.parametrize(("values", "code", "part"), [
-    ({"VARI": 5}, "VP002", "VARI"), ({"VARI": 21}, "VP002", "VARI"), ({"VARI": 401}, "VP002", "VARI"), ({"RL": 43}, "VP002", "RL"), ({"AS1": 12}, "VP002", "AS1"),
-    ({"AS1": 4}, "VP002", "AS1"), ({"AS1": 2, "RL": 40}, "VP002", "AS1"), ({"LP1": 0}, "VP007", "LP1"), ({"AS2": 2}, "VP007", "LP2"), ({"FALD": 6}, "VP007", "FALD"),
-    ({"MID": 0.0001}, "VP007", "strokes"), ({"MID": -1}, "VP007", "MID"), ({"FF3": -1}, "VP009", "FF3"), ({"DP": 6}, "VP007", "bottom"), ({"KNAME": '"RIM"'}, "VP023", "RIM"),
-    ({"KNAME": '"EDGE:NOWHERE"'}, "VP023", "NOWHERE"), ({"KNAME": '"END:EDGE"'}, "VP023", "before it begins"), ({"KNAME": '""'}, "VP005", "KNAME"), ({"KNAME": '"/"'}, "VP005", "KNAME"), ({"_GMODE": 3}, "VP002", "_GMODE"),
+    ({"VARI": 5}, "VP002", "VARI"), ({"VARI": 21}, "VP002", "VARI"), ({"VARI": 401}, "VP002", "VARI"),
+    ({"RL": 43}, "VP002", "RL"), ({"AS1": 12}, "VP002", "AS1"),
+    ({"AS1": 4}, "VP002", "AS1"), ({"AS1": 2, "RL": 40}, "VP002", "AS1"), ({"LP1": 0}, "VP007", "LP1"),
+    ({"AS2": 2}, "VP007", "LP2"), ({"FALD": 6}, "VP007", "FALD"),
+    ({"MID": 0.0001}, "VP007", "strokes"), ({"MID": -1}, "VP007", "MID"), ({"FF3": -1}, "VP009", "FF3"),
+    ({"DP": 6}, "VP007", "bottom"), ({"KNAME": '"RIM"'}, "VP023", "RIM"),
+    ({"KNAME": '"EDGE:NOWHERE"'}, "VP023", "NOWHERE"), ({"KNAME": '"END:EDGE"'}, "VP023", "before it begins"),
+    ({"KNAME": '""'}, "VP005", "KNAME"), ({"KNAME": '"/"'}, "VP005", "KNAME"), ({"_GMODE": 3}, "VP002", "_GMODE"),
     ({"_DMODE": 2}, "VP002", "_DMODE"), ({"_AMODE": 3}, "VP002", "_AMODE"),
 ])  # fmt: skip
 def test_values_that_are_refused_before_the_first_move(mill, values, code, part):
@@ -200,9 +234,12 @@ def test_values_that_are_refused_before_the_first_move(mill, values, code, part)
 
 
 @pytest.mark.parametrize(("contour", "line", "part"), [
-    ("EDGE: G1 X0\nEND: Y30", 7, "names X and Y"), ("EDGE: G2 X0 Y0 CR=90\nEND: Y30", 7, "needs the position"), ("EDGE: G0 X0 Y0\nG0 Y30\nEND: X40", 9, "G0"), ("EDGE: G0 X0 Y0\nEND: M8", 8, "more"),
-    ("EDGE: G0 X0 Y0\nEND:", 7, "at least one"), ("EDGE: G0 X0 Y0\nG1 Y30 Z-1\nEND: X40", 8, "Z"), ("EDGE: G0 X0 Y0\nTRANS X5\nG1 Y30\nEND: X40", 10, "frames"),
-    ("EDGE: G0 X0 Y0\nG1 G41 Y30\nEND: X40", 8, "G41"), ("EDGE: G0 X0 Y0\nG1 Y30\nM30\nEND: X40", 10, "end the program"), ("EDGE: G0 X0 Y0\nG1 C30\nEND: X40", 8, "TRAORI"),
+    ("EDGE: G1 X0\nEND: Y30", 7, "names X and Y"), ("EDGE: G2 X0 Y0 CR=90\nEND: Y30", 7, "needs the position"),
+    ("EDGE: G0 X0 Y0\nG0 Y30\nEND: X40", 9, "G0"), ("EDGE: G0 X0 Y0\nEND: M8", 8, "more"),
+    ("EDGE: G0 X0 Y0\nEND:", 7, "at least one"), ("EDGE: G0 X0 Y0\nG1 Y30 Z-1\nEND: X40", 8, "Z"),
+    ("EDGE: G0 X0 Y0\nTRANS X5\nG1 Y30\nEND: X40", 10, "frames"),
+    ("EDGE: G0 X0 Y0\nG1 G41 Y30\nEND: X40", 8, "G41"),
+    ("EDGE: G0 X0 Y0\nG1 Y30\nM30\nEND: X40", 10, "end the program"), ("EDGE: G0 X0 Y0\nG1 C30\nEND: X40", 8, "TRAORI"),
     ("EDGE: G0 X0 Y0\nG1 Y30 Q3\nEND: X40", 8, "Q"),
 ])  # fmt: skip
 def test_contours_that_are_refused(mill, contour, line, part):
@@ -221,8 +258,12 @@ def test_a_corner_that_the_tool_cannot_reach_is_refused_at_its_line(mill):
 def test_what_the_cycle_needs_before(view):
     tools = {1: make_tool(1, 10.0, TOOL)}
     for head, code in (
-        (HEAD.replace("T1 D1 M6", ""), "VP012"), (f"{HEAD}G93\n", "VP017"), (f"{HEAD}SCALE X2\n", "VP017"), (f"{HEAD}G18\n", "VP017"), (f"{HEAD}G41 X0 Y0 G1 F9\n", "VP017"),
-    ):  # fmt: skip
+        (HEAD.replace("T1 D1 M6", ""), "VP012"),
+        (f"{HEAD}G93\n", "VP017"),
+        (f"{HEAD}SCALE X2\n", "VP017"),
+        (f"{HEAD}G18\n", "VP017"),
+        (f"{HEAD}G41 X0 Y0 G1 F9\n", "VP017"),
+    ):
         found = view(f"{head}{write()}\nM30\n{PLATE}", dialect="siemens", tools=tools)[1]
         assert [item.code for item in found][:1] == [code], head
     found = view(f"{HEAD}MCALL {write()}\nM30\n{PLATE}", dialect="siemens", tools=tools)[1]

@@ -9,7 +9,9 @@ HEAD = "G0 X1 Y2 Z50 F100 S600 M3\n"
 
 
 def heights(view, text, **options):
-    """What a program does after its first line: R or F and the height of Z, P and seconds of dwells, X Y where they change."""
+    """What a program does after its first line: R or F and the height of Z, P and seconds of dwells, X Y where they
+    change.
+    """
     moves, errors = view(f"{HEAD}{text}\nM30", dialect="siemens", **options)
     assert errors == (), errors
     shown, place = [], (1.0, 2.0)
@@ -28,19 +30,31 @@ def heights(view, text, **options):
 
 
 @pytest.mark.parametrize(("call", "expected"), [
-    ("CYCLE81(20,0,2,-10)", "R2 F-10 R20"), ("CYCLE81(20,0,-2,,10)", "R2 F-10 R20"), ("CYCLE81(20,5,2,,10)", "R7 F-5 R20"), ("CYCLE81(20,0,2,-3,10)", "R2 F-10 R20"),
-    ("CYCLE81(0,0,2,-10)", "R2 F-10 R0"), ("CYCLE83(0,0,2,-10,,,4,0,0,0,1,0)", "R2 F-4 F-3 F-8 F-7 F-10 R0"), ("Z-50\nCYCLE81(0,0,2,10)", "R-50 R-2 F10 R0"),
-    ("CYCLE81 (20,0,2,-10,)", "R2 F-10 R20"), ("CYCLE81(20,0,2,-10,0,0,0,1,12)", "R2 F-10 R20"), ("CYCLE81(20,0,2,10,0,0,0,1,1)", "R2 F-10 R20"),
-    ("CYCLE82(20,0,2,-10,,1.5)", "R2 F-10 P1.5 R20"), ("CYCLE82(20,0,2,-10,,-5)", "R2 F-10 P0.5 R20"), ("CYCLE82(20,0,2,-10,,5,0,1,22)", "R2 F-10 P0.5 R20"),
-    ("CYCLE89(20,0,2,-10,,1)", "R2 F-10 P1 F2 R20"), ("CYCLE85(20,0,2,-10,,1,50,200)", "R2 F-10 P1 F2 R20"), ("CYCLE840(20,0,2,-10,,0,4,3,0,0,1.25)", "R2 F-10 F2 R20"),
+    ("CYCLE81(20,0,2,-10)", "R2 F-10 R20"), ("CYCLE81(20,0,-2,,10)", "R2 F-10 R20"),
+    ("CYCLE81(20,5,2,,10)", "R7 F-5 R20"), ("CYCLE81(20,0,2,-3,10)", "R2 F-10 R20"),
+    ("CYCLE81(0,0,2,-10)", "R2 F-10 R0"), ("CYCLE83(0,0,2,-10,,,4,0,0,0,1,0)", "R2 F-4 F-3 F-8 F-7 F-10 R0"),
+    ("Z-50\nCYCLE81(0,0,2,10)", "R-50 R-2 F10 R0"),
+    ("CYCLE81 (20,0,2,-10,)", "R2 F-10 R20"), ("CYCLE81(20,0,2,-10,0,0,0,1,12)", "R2 F-10 R20"),
+    ("CYCLE81(20,0,2,10,0,0,0,1,1)", "R2 F-10 R20"),
+    ("CYCLE82(20,0,2,-10,,1.5)", "R2 F-10 P1.5 R20"), ("CYCLE82(20,0,2,-10,,-5)", "R2 F-10 P0.5 R20"),
+    ("CYCLE82(20,0,2,-10,,5,0,1,22)", "R2 F-10 P0.5 R20"),
+    ("CYCLE89(20,0,2,-10,,1)", "R2 F-10 P1 F2 R20"), ("CYCLE85(20,0,2,-10,,1,50,200)", "R2 F-10 P1 F2 R20"),
+    ("CYCLE840(20,0,2,-10,,0,4,3,0,0,1.25)", "R2 F-10 F2 R20"),
     ("CYCLE86(20,0,2,-10,,1,3,0.5,0,1,45)", "R2 F-10 P1 R(1.5,2,-9) R2 R(1,2,2) R20"),
     # deep holes, taking the chip out: 5, then 4, 3, 2 as long as that is more than the degression, halves at the end
-    ("CYCLE83(20,0,2,-20,,-5,,1,0,0,1,1)", "R2 F-5 R2 R-4.4 F-9 R2 R-8.4 F-12 R2 R-11.4 F-14 R2 R-13.4 F-15 R2 R-14.4 F-16 R2 R-15.4 F-17 R2 R-16.4 F-18 R2 R-17.4 F-19 R2 R-18.4 F-20 R20"),
-    ("CYCLE83(20,0,2,-10.5,,,4,2,0,0,1,0)", "R2 F-4 F-3 F-6 F-5 F-8 F-7 F-9.25 F-8.25 F-10.5 R20"), ("CYCLE83(20,0,2,-10,,,4,0,0,0,1,0)", "R2 F-4 F-3 F-8 F-7 F-10 R20"),
-    ("CYCLE83(20,0,2,-10,,,4,-0.5,0,0,1,0,,1)", "R2 F-4 F-3 F-6 F-5 F-7 F-6 F-8 F-7 F-9 F-8 F-10 R20"), ("CYCLE83(20,0,2,-10,,,4,-1,0.5,0.25,1,1,,,,2,1)", "R2 F-4 P0.5 R2 P0.25 R-3 F-8 P0.5 R2 P0.25 R-7 F-10 P2 R20"),
-    ("CYCLE83(20,0,2,-10,,,4,0,0,0,1,0,,,0.3)", "R2 F-4 F-3.7 F-8 F-7.7 F-10 R20"), ("CYCLE83(20,0,2,-10)", "R2 F-10 R20"), ("CYCLE83(20,0,2,-100,,,60,0,0,0,1,1)", "R2 F-60 R2 R-58 F-100 R20"),
+    ("CYCLE83(20,0,2,-20,,-5,,1,0,0,1,1)",
+     "R2 F-5 R2 R-4.4 F-9 R2 R-8.4 F-12 R2 R-11.4 F-14 R2 R-13.4 F-15 R2 R-14.4 F-16 R2 R-15.4 F-17 R2 R-16.4 F-18 "
+     "R2 R-17.4 F-19 R2 R-18.4 F-20 R20"),
+    ("CYCLE83(20,0,2,-10.5,,,4,2,0,0,1,0)", "R2 F-4 F-3 F-6 F-5 F-8 F-7 F-9.25 F-8.25 F-10.5 R20"),
+    ("CYCLE83(20,0,2,-10,,,4,0,0,0,1,0)", "R2 F-4 F-3 F-8 F-7 F-10 R20"),
+    ("CYCLE83(20,0,2,-10,,,4,-0.5,0,0,1,0,,1)", "R2 F-4 F-3 F-6 F-5 F-7 F-6 F-8 F-7 F-9 F-8 F-10 R20"),
+    ("CYCLE83(20,0,2,-10,,,4,-1,0.5,0.25,1,1,,,,2,1)", "R2 F-4 P0.5 R2 P0.25 R-3 F-8 P0.5 R2 P0.25 R-7 F-10 P2 R20"),
+    ("CYCLE83(20,0,2,-10,,,4,0,0,0,1,0,,,0.3)", "R2 F-4 F-3.7 F-8 F-7.7 F-10 R20"),
+    ("CYCLE83(20,0,2,-10)", "R2 F-10 R20"), ("CYCLE83(20,0,2,-100,,,60,0,0,0,1,1)", "R2 F-60 R2 R-58 F-100 R20"),
     # eight digits: the sixth says that DAM is a percentage, 5 then 4.5, 4.05, 3.645, of which the last is what is left
-    ("CYCLE83(20,0,2,-16,,,5,90,0,0,90,0,,,,,,0,1,11211112)", "R2 F-5 F-4 F-9.5 F-8.5 F-13.55 F-12.55 F-16 R20"), ("CYCLE83(20,0,2,-16,,,5,1,0,0,90,0,,,,,,0,1,11111112)", "R2 F-5 F-4 F-9 F-8 F-12 F-11 F-14 F-13 F-15 F-14 F-16 R20"),
+    ("CYCLE83(20,0,2,-16,,,5,90,0,0,90,0,,,,,,0,1,11211112)", "R2 F-5 F-4 F-9.5 F-8.5 F-13.55 F-12.55 F-16 R20"),
+    ("CYCLE83(20,0,2,-16,,,5,1,0,0,90,0,,,,,,0,1,11111112)",
+     "R2 F-5 F-4 F-9 F-8 F-12 F-11 F-14 F-13 F-15 F-14 F-16 R20"),
     # upside down
     ("Z-50\nCYCLE82(-20,0,2,10)", "R-50 R-2 F10 R-20"),
 ])  # fmt: skip
@@ -50,7 +64,10 @@ def test_holes(view, call, expected):
 
 def test_feeds_of_cycles(view):
     moves, errors = view(
-        f"{HEAD}CYCLE85(20,0,2,-10,,0,50,200)\nCYCLE83(20,0,2,-10,,,4,0,0,0,0.5,0)\nCYCLE840(20,0,2,-10,,0,4,3,0,0,1.25)\nG1 Z10",
+        f"{HEAD}CYCLE85(20,0,2,-10,,0,50,200)\n"
+        "CYCLE83(20,0,2,-10,,,4,0,0,0,0.5,0)\n"
+        "CYCLE840(20,0,2,-10,,0,4,3,0,0,1.25)\n"
+        "G1 Z10",
         dialect="siemens",
     )
     assert errors == ()
@@ -108,16 +125,28 @@ def test_corners_of_cycles_are_not_blended(view):
     assert modes == [PathMode.BLEND] * 2 + [PathMode.EXACT_PATH] * 3 + [PathMode.BLEND]
 
 
-@pytest.mark.parametrize(("text", "expected"), [
-    ("MCALL CYCLE82(20,0,2,-5)\nX3\nR1=1\nY4 Z30\nMCALL\nX9", "R(3,2,50) R2 F-5 R20 R(3,4,30) R2 F-5 R20 R(9,4,20)"),
-    ("R1=-5\nMCALL CYCLE82(20,0,2,R1)\nR1=-9\nX3", "R(3,2,50) R2 F-5 R20"),  # read once
-    ("MCALL CYCLE82(20,0,2,-5)\nHOLES1(0,0,0,10,20,2)", "R(10,0,50) R2 F-5 R20 R(30,0,20) R2 F-5 R20"),
-    ("X0 Y40\nMCALL CYCLE82(20,0,2,-5)\nHOLES1(0,0,90,10,20,2)", "R(0,40,50) R(0,30,50) R2 F-5 R20 R(0,10,20) R2 F-5 R20"),
-    ("HOLES2(10,0,5,90,0,4)", "R(10,5,50) R(5,0,50) R(10,-5,50) R(15,0,50)"), ("HOLES2(10,0,5,0,30,2)", "R(15,0,50) R(14.3301,2.5,50)"),
-    ("HOLES2(10,0,5,90,90,4,1000,0,,,1)", "R(10,5,50) R(5,0,50) R(10,-5,50) R(15,0,50)"), ("HOLES2(10,0,5,0,0,2,1000)", "R(15,0,50) R(5,0,50)"),
-    ("HOLES2(10,0,5,0,30,2,2000)", "R(15,0,50) R(14.3301,2.5,50)"),
-    ("CYCLE801(0,0,0,10,5,2,2)", "R(0,0,50) R(10,0,50) R(10,5,50) R(0,5,50)"), ("CYCLE801(0,0,90,10,5,2,1)", "R(0,0,50) R(0,10,50)"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        (
+            "MCALL CYCLE82(20,0,2,-5)\nX3\nR1=1\nY4 Z30\nMCALL\nX9",
+            "R(3,2,50) R2 F-5 R20 R(3,4,30) R2 F-5 R20 R(9,4,20)",
+        ),
+        ("R1=-5\nMCALL CYCLE82(20,0,2,R1)\nR1=-9\nX3", "R(3,2,50) R2 F-5 R20"),  # read once
+        ("MCALL CYCLE82(20,0,2,-5)\nHOLES1(0,0,0,10,20,2)", "R(10,0,50) R2 F-5 R20 R(30,0,20) R2 F-5 R20"),
+        (
+            "X0 Y40\nMCALL CYCLE82(20,0,2,-5)\nHOLES1(0,0,90,10,20,2)",
+            "R(0,40,50) R(0,30,50) R2 F-5 R20 R(0,10,20) R2 F-5 R20",
+        ),
+        ("HOLES2(10,0,5,90,0,4)", "R(10,5,50) R(5,0,50) R(10,-5,50) R(15,0,50)"),
+        ("HOLES2(10,0,5,0,30,2)", "R(15,0,50) R(14.3301,2.5,50)"),
+        ("HOLES2(10,0,5,90,90,4,1000,0,,,1)", "R(10,5,50) R(5,0,50) R(10,-5,50) R(15,0,50)"),
+        ("HOLES2(10,0,5,0,0,2,1000)", "R(15,0,50) R(5,0,50)"),
+        ("HOLES2(10,0,5,0,30,2,2000)", "R(15,0,50) R(14.3301,2.5,50)"),
+        ("CYCLE801(0,0,0,10,5,2,2)", "R(0,0,50) R(10,0,50) R(10,5,50) R(0,5,50)"),
+        ("CYCLE801(0,0,90,10,5,2,1)", "R(0,0,50) R(0,10,50)"),
+    ],
+)
 def test_modal_calls_and_patterns(view, text, expected):
     assert heights(view, text) == expected
 
@@ -143,13 +172,23 @@ def test_cycles_in_inches(view):
 
 
 @pytest.mark.parametrize(("call", "code", "part"), [
-    ("CYCLE82(20,0,2,-10,,1,5)", "VP002", "_GMODE"), ("CYCLE82(20,0,2,-10,,1,0,0,3)", "VP002", "_AMODE"), ("CYCLE82(20,0,2,-10,,1,0,0,0,1)", "VP002", "_VARI"), ("CYCLE82(20,0,2,-10,,\"A\")", "VP007", "DTB"),
-    ("CYCLE83(20,0,2,-10,,-3,,0,0,0,102)", "VP007", "FRF"), ("CYCLE83(20,0,2,-10,,-3,,0,0,0,1,2)", "VP002", "VARI"), ("CYCLE83(20,0,2,-10,,-3,,-2)", "VP007", "DAM"), ("CYCLE83(20,0,2,-10,,-3,,-0.001,0,0,1,0)", "VP007", "strokes"),
-    ("CYCLE83(20,0,2,-10,,-3,,0,0,0,1,0,4)", "VP007", "_AXN"), ("CYCLE86(20,0,2,-10,,1,5)", "VP007", "SDIR"), ("CYCLE840(20,0,2,-10,,0,3,3)", "VP007", "SDR"), ("M5\nCYCLE840(20,0,2,-10)", "VP017", "spindle"),
-    ("CYCLE840(20,0,2,-10,,0,4,3,5)", "VP002", "ENC"), ("HOLES1(0,0,0,10,20,0)", "VP007", "NUM"), ("HOLES2(0,0,0,0,0,3)", "VP007", "RAD"), ("HOLES2(0,0,9,0,30,3,1000)", "VP002", "INDA 0 or 120"), ("HOLES2(0,0,9,0,0,3,2000)", "VP002", "INDA"),
-    ("HOLES2(0,0,9,0,0,3,1010)", "VP002", "_VARI 1010"), ("HOLES1(0,0,0,10,20,2,5)", "VP002", "_VARI"), ("CYCLE801(0,0,0,1,1,101,101)", "VP007", "holes"),
-    ("G93\nCYCLE82(20,0,2,-10)", "VP017", "G93"), ("MCALL CYCLE82(20,0,2,-10)\nG93 X5 F5", "VP017", "G93"), ("CYCLE82(20,0,2)", "VP005", "DP"), ("CYCLE832(-1,1)", "VP007", "negative"), ("CYCLE832(0.1,1,0.5,7)", "VP005", "values"),
-    ("CYCLE800(9,\"\",0,57,0,0,0,20)", "VP002", "_FR"), ("CYCLE800(0,\"\",100,57,0,0,0,20)", "VP002", "_ST"), ("CYCLE800(0,\"\",0,300)", "VP007", "bits"), ("CYCLE800(0,\"\",0,0,0,0,0,20)", "VP007", "_MODE"), ("CYCLE800(0,\"\",0,64,0,0,0,1,2,3)", "VP006", "solid"),
+    ("CYCLE82(20,0,2,-10,,1,5)", "VP002", "_GMODE"), ("CYCLE82(20,0,2,-10,,1,0,0,3)", "VP002", "_AMODE"),
+    ("CYCLE82(20,0,2,-10,,1,0,0,0,1)", "VP002", "_VARI"), ("CYCLE82(20,0,2,-10,,\"A\")", "VP007", "DTB"),
+    ("CYCLE83(20,0,2,-10,,-3,,0,0,0,102)", "VP007", "FRF"), ("CYCLE83(20,0,2,-10,,-3,,0,0,0,1,2)", "VP002", "VARI"),
+    ("CYCLE83(20,0,2,-10,,-3,,-2)", "VP007", "DAM"), ("CYCLE83(20,0,2,-10,,-3,,-0.001,0,0,1,0)", "VP007", "strokes"),
+    ("CYCLE83(20,0,2,-10,,-3,,0,0,0,1,0,4)", "VP007", "_AXN"), ("CYCLE86(20,0,2,-10,,1,5)", "VP007", "SDIR"),
+    ("CYCLE840(20,0,2,-10,,0,3,3)", "VP007", "SDR"), ("M5\nCYCLE840(20,0,2,-10)", "VP017", "spindle"),
+    ("CYCLE840(20,0,2,-10,,0,4,3,5)", "VP002", "ENC"), ("HOLES1(0,0,0,10,20,0)", "VP007", "NUM"),
+    ("HOLES2(0,0,0,0,0,3)", "VP007", "RAD"), ("HOLES2(0,0,9,0,30,3,1000)", "VP002", "INDA 0 or 120"),
+    ("HOLES2(0,0,9,0,0,3,2000)", "VP002", "INDA"), ("HOLES2(0,0,9,0,0,3,1010)", "VP002", "_VARI 1010"),
+    ("HOLES1(0,0,0,10,20,2,5)", "VP002", "_VARI"),
+    ("CYCLE801(0,0,0,1,1,101,101)", "VP007", "holes"),
+    ("G93\nCYCLE82(20,0,2,-10)", "VP017", "G93"), ("MCALL CYCLE82(20,0,2,-10)\nG93 X5 F5", "VP017", "G93"),
+    ("CYCLE82(20,0,2)", "VP005", "DP"), ("CYCLE832(-1,1)", "VP007", "negative"),
+    ("CYCLE832(0.1,1,0.5,7)", "VP005", "values"),
+    ("CYCLE800(9,\"\",0,57,0,0,0,20)", "VP002", "_FR"), ("CYCLE800(0,\"\",100,57,0,0,0,20)", "VP002", "_ST"),
+    ("CYCLE800(0,\"\",0,300)", "VP007", "bits"), ("CYCLE800(0,\"\",0,0,0,0,0,20)", "VP007", "_MODE"),
+    ("CYCLE800(0,\"\",0,64,0,0,0,1,2,3)", "VP006", "solid"),
 ])  # fmt: skip
 def test_what_a_cycle_refuses(view, call, code, part):
     found = view(f"{HEAD}{call}\nM30", dialect="siemens")[1]
@@ -159,7 +198,16 @@ def test_what_a_cycle_refuses(view, call, code, part):
 
 def test_strokes_in_all_holes_of_a_pattern_are_bounded(view):
     """10,000 strokes in a hole are allowed; in four of one block they are not, and none of them is drilled."""
-    text = "G71 G90 G17\nT1 D1\nG0 X0 Y0 Z20\nF100 S500 M3\nMCALL CYCLE83(5,0,2,-10,,-0.001,,,,,,1,,,0.001)\n{}\nMCALL\nM30\n"
+    text = (
+        "G71 G90 G17\n"
+        "T1 D1\n"
+        "G0 X0 Y0 Z20\n"
+        "F100 S500 M3\n"
+        "MCALL CYCLE83(5,0,2,-10,,-0.001,,,,,,1,,,0.001)\n"
+        "{}\n"
+        "MCALL\n"
+        "M30\n"
+    )
     moves, findings = view(text.format("HOLES1(0,0,0,5,5,4)"), dialect="siemens")
     assert [item.code for item in findings] == ["VP007"]
     assert "more than 30000 strokes in the holes of one block" in findings[0].message

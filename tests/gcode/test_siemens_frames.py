@@ -1,4 +1,6 @@
-"""Frames, swivelled planes and places without TRAORI of Siemens programs, against rotations worked out point by point here."""
+"""Frames, swivelled planes and places without TRAORI of Siemens programs, against rotations worked out point by point
+here.
+"""
 
 import math
 from dataclasses import replace
@@ -70,18 +72,22 @@ FRAMES = [
     ("TRANS X10\nAROT Z30\nTRANS", []),
     ("TRANS X10\nROT", []),
     ("G70\nTRANS X1\nG710", [("move", (25.4, 0, 0))]),
-    ("CYCLE800(0,\"\",0,57,1,2,3,10,20,30,4,5,6,0)", [("move", (1, 2, 3)), ("X", 10), ("Y", 20), ("Z", 30), ("move", (4, 5, 6))]),
+    ("CYCLE800(0,\"\",0,57,1,2,3,10,20,30,4,5,6,0)",
+     [("move", (1, 2, 3)), ("X", 10), ("Y", 20), ("Z", 30), ("move", (4, 5, 6))]),
     ("CYCLE800(0,\"TC1\",200000,27,0,0,0,10,20,30)", [("Z", 10), ("Y", 20), ("X", 30)]),
     ("CYCLE800(0,\"\",0,39,0,0,0,10,20,30)", [("Z", 10), ("X", 20), ("Y", 30)]),
     ("CYCLE800(0,\"\",0,64,0,0,0,25,40,0)", [("Z", 25), ("Y", 40)]),
-    ("CYCLE800(0,\"\",0,57,0,0,0,10,0,0)\nCYCLE800(0,\"\",1,57,1,0,0,0,20,0)", [("X", 10), ("move", (1, 0, 0)), ("Y", 20)]),
+    ("CYCLE800(0,\"\",0,57,0,0,0,10,0,0)\nCYCLE800(0,\"\",1,57,1,0,0,0,20,0)",
+     [("X", 10), ("move", (1, 0, 0)), ("Y", 20)]),
     ("CYCLE800(0,\"\",0,57,0,0,0,10,0,0)\nCYCLE800(0,\"\",0,57,0,0,0,0,20,0)", [("Y", 20)]),
     ("CYCLE800(0,\"\",0,57,0,0,0,10,0,0)\nTRANS X3\nAROT Z20", [("X", 10), ("move", (3, 0, 0)), ("Z", 20)]),
     ("CYCLE800(0,\"\",0,57,0,0,0,10,0,0)\nROT Z20\nTRANS\nCYCLE800()", []),
     ("CYCLE800(0,\"\",0,57,0,0,0,10,0,0)\nCYCLE800(0,\"0\")", []),
     ("$P_PFRAME=CTRANS(X,1,Y,2,Z,3)", [("move", (1, 2, 3))]),
-    ("TRANS X9\n$P_PFRAME=CTRANS(X,10):CROT(Z,30,X,20):CTRANS(Y,5)", [("move", (10, 0, 0)), ("Z", 30), ("X", 20), ("move", (0, 5, 0))]),
-    ("R1=30\nTRANS X2\n$P_PFRAME=$P_PFRAME:CROT(Z,R1+5):CMIRROR(X)", [("move", (2, 0, 0)), ("Z", 35), ("scale", (-1, 1, 1))]),
+    ("TRANS X9\n$P_PFRAME=CTRANS(X,10):CROT(Z,30,X,20):CTRANS(Y,5)",
+     [("move", (10, 0, 0)), ("Z", 30), ("X", 20), ("move", (0, 5, 0))]),
+    ("R1=30\nTRANS X2\n$P_PFRAME=$P_PFRAME:CROT(Z,R1+5):CMIRROR(X)",
+     [("move", (2, 0, 0)), ("Z", 35), ("scale", (-1, 1, 1))]),
     ("$P_PFRAME=CMIRROR(Y):CSCALE(X,2,Y,2,Z,2)", [("scale", (1, -1, 1)), ("scale", (2, 2, 2))]),
     ("TRANS X4\n$P_PFRAME=CTRANS()", []),
     ("TRANS X4\nG70\n$P_PFRAME=CTRANS(X,1)\nG710", [("move", (25.4, 0, 0))]),
@@ -117,7 +123,9 @@ def test_places_of_frames(view, text, steps):
     "arc", ["G3 X-3 Y4 I-3 J4", "G3 X-3 Y4 CR=5", "CIP X-3 Y4 Z0 I1=4 J1=3 K1=0", "G3 I-3 J4 AR=180", "CT X-3 Y4"]
 )
 def test_arcs_keep_their_points(view, text, steps, arc):
-    """Half a circle of radius 5 about 0 from (3, -4) over (4, 3): its middle, and its end, wherever the frame puts them."""
+    """Half a circle of radius 5 about 0 from (3, -4) over (4, 3): its middle, and its end, wherever the frame puts
+    them.
+    """
     lead = "X-1 Y-7\nX3 Y-4\n"  # arrives in the direction of the tangent
     moves, errors = view(f"G0 X0 Y0 Z0 F100\n{text}\nG1 X0 Y0 Z0\n{lead}{arc}", dialect="siemens")
     assert errors == ()
@@ -142,9 +150,18 @@ def test_arcs_keep_their_points(view, text, steps, arc):
 def test_work_offsets_are_frames_of_a_shift_and_a_turn(machine):
     """Stored ones hold from the next G54 on, the active one at once; A and C shift with them."""
     lines = [
-        "$P_UIFR[1]=CTRANS(X,10,Y,20,C,15):CROT(Z,30)", "X1 Y2", "G54", "X1 Y2 C5", "$P_IFRAME=$P_UIFR[1]:CTRANS(X,3)", "X1 Y2", "$P_UIFR[1,Z,RT]=$P_UIFR[1,Z,RT]+60", "G54",
-        "X1 Y2", "$P_PFRAME=CTRANS(C,7)", "C0",
-    ]  # fmt: skip
+        "$P_UIFR[1]=CTRANS(X,10,Y,20,C,15):CROT(Z,30)",
+        "X1 Y2",
+        "G54",
+        "X1 Y2 C5",
+        "$P_IFRAME=$P_UIFR[1]:CTRANS(X,3)",
+        "X1 Y2",
+        "$P_UIFR[1,Z,RT]=$P_UIFR[1,Z,RT]+60",
+        "G54",
+        "X1 Y2",
+        "$P_PFRAME=CTRANS(C,7)",
+        "C0",
+    ]
     text = "\n".join(["TRAORI", "G0 X0 Y0 Z50 A0 C0", *lines])
     given = Options(tool_length=LENGTH, dialect="siemens")
     moves = gcode.interpret_program(text.encode(), build_interpreter_setup(machine, given))
@@ -156,8 +173,10 @@ def test_work_offsets_are_frames_of_a_shift_and_a_turn(machine):
     assert at[4][:2] - zero == pytest.approx((1, 2), abs=1e-9)
     # with the table level and C turned back, places of the machine are those of the part
     for line, steps, c in (
-        (6, [("move", (10, 20, 0)), ("Z", 30)], 20), (8, [("move", (10, 20, 0)), ("Z", 30), ("move", (3, 0, 0))], 20), (11, [("move", (10, 20, 0)), ("Z", 90)], 20),
-    ):  # fmt: skip
+        (6, [("move", (10, 20, 0)), ("Z", 30)], 20),
+        (8, [("move", (10, 20, 0)), ("Z", 30), ("move", (3, 0, 0))], 20),
+        (11, [("move", (10, 20, 0)), ("Z", 90)], 20),
+    ):
         place = about("Z", -c * machine.coordinates.c_sign, (*at[line][:2], 0.0))
         assert place[:2] == pytest.approx(chain(*steps)((1, 2, 0))[:2], abs=1e-9)
         assert at[line][5] == pytest.approx(c, abs=1e-9)
@@ -225,7 +244,9 @@ def poses(machine, text, **options):
 
 
 def without_traori(machine, point, a, c):
-    """Where the tip is on the table when three linear axes go to a place of the unturned part and the table stands at A, C."""
+    """Where the tip is on the table when three linear axes go to a place of the unturned part and the table stands at
+    A, C.
+    """
     table = machine.coordinates
     upright = np.array(point) + np.array(ORIGIN)
     at_pivot = upright + table.rotary_offset  # seen from the tilt axis
@@ -236,7 +257,19 @@ def without_traori(machine, point, a, c):
 @pytest.mark.parametrize(("a", "c"), [(0, 0), (25, 0), (0, 50), (-20, 130), (15, -200)])
 def test_places_without_traori(machine, a, c):
     a_sign, c_sign = machine.coordinates.a_sign, machine.coordinates.c_sign
-    text = f"G0 X10 Y20 Z60 A0 C0\nG0 A{a} C{c}\nX5 Y-3\nG1 Z50 F500\nTRANS X2 Y1\nX5\nTRANS\nTRAORI\nX1 Y2 Z3\nTRAFOOF\nX1"
+    text = (
+        "G0 X10 Y20 Z60 A0 C0\n"
+        f"G0 A{a} C{c}\n"
+        "X5 Y-3\n"
+        "G1 Z50 F500\n"
+        "TRANS X2 Y1\n"
+        "X5\n"
+        "TRANS\n"
+        "TRAORI\n"
+        "X1 Y2 Z3\n"
+        "TRAFOOF\n"
+        "X1"
+    )
     found = poses(machine, text)
     turned = a * a_sign, c * c_sign
     for (tip, angles), point in zip(found[1:5], [(10, 20, 60), (5, -3, 60), (5, -3, 50), (7, -3, 50)], strict=True):
@@ -247,7 +280,8 @@ def test_places_without_traori(machine, a, c):
 
 @pytest.mark.parametrize(("call", "steps"), [
     ("CYCLE800(0,\"\",{st},57,3,-4,5,20,0,0,0,0,0,{dir})", [("move", (3, -4, 5)), ("X", 20)]),
-    ("CYCLE800(0,\"\",{st},57,3,-4,5,15,10,30,1,2,0,{dir})", [("move", (3, -4, 5)), ("X", 15), ("Y", 10), ("Z", 30), ("move", (1, 2, 0))]),
+    ("CYCLE800(0,\"\",{st},57,3,-4,5,15,10,30,1,2,0,{dir})",
+     [("move", (3, -4, 5)), ("X", 15), ("Y", 10), ("Z", 30), ("move", (1, 2, 0))]),
     ("CYCLE800(0,\"\",{st},64,0,0,0,40,15,0,0,0,0,{dir})", [("Z", 40), ("Y", 15)]),
     ("CYCLE800(0,\"\",{st},39,12,-4,3,90,20,0,0,0,0,{dir})", [("move", (12, -4, 3)), ("Z", 90), ("X", 20)]),
 ])  # fmt: skip
@@ -259,7 +293,16 @@ def test_swivelled_planes_on_the_machine(machine, call, steps, direction, traori
     line = call.format(st=10 if traori else 0, dir=direction)
     found = poses(
         machine,
-        f"{head}G0 X10 Y20 Z60 A0 C0\n{line}\nX1 Y2 Z30\nG1 Z10 F500\nTRANS X5\nX1\nTRANS\nCYCLE800()\nG0 A0 C0\nX7 Y8 Z90",
+        f"{head}G0 X10 Y20 Z60 A0 C0\n"
+        f"{line}\n"
+        "X1 Y2 Z30\n"
+        "G1 Z10 F500\n"
+        "TRANS X5\n"
+        "X1\n"
+        "TRANS\n"
+        "CYCLE800()\n"
+        "G0 A0 C0\n"
+        "X7 Y8 Z90",
     )
     expected = chain(*steps)
     outside = np.array(expected((0, 0, 1))) - np.array(expected((0, 0, 0)))
@@ -274,7 +317,13 @@ def test_swivelled_planes_on_the_machine(machine, call, steps, direction, traori
     assert found[-1][0] == pytest.approx(np.array(ORIGIN) + (7, 8, 90), abs=1e-9)
 
 
-PLANE = 'G0 X10 Y20 Z60 A0 C0\nCYCLE800(0,"",0,57,3,-4,5,20,0,30,0,0,0,1)\nX1 Y2 Z30\nCYCLE800({},"",0,57,0,0,0,10,0,0,0,0,0,1{})'
+PLANE = (
+    "G0 X10 Y20 Z60 A0 "
+    "C0\n"
+    'CYCLE800(0,"",0,57,3,-4,5,20,0,30,0,0,0,1)\n'
+    "X1 Y2 Z30\n"
+    'CYCLE800({},"",0,57,0,0,0,10,0,0,0,0,0,1{})'
+)
 
 
 def test_retraction_of_cycle800_along_the_tool(machine):
@@ -305,9 +354,14 @@ def test_retraction_of_cycle800_to_the_home_position(machine, kind):
     assert found[-1][1][0] != pytest.approx(found[2][1][0])
 
 
-@pytest.mark.parametrize(("kind", "way", "code", "part"), [
-    (5, ",-1", "VP007", "not negative"), (3, "", "VP002", "_FR 3 is not executed"), (1, "", "VP015", "[home] g28"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("kind", "way", "code", "part"),
+    [
+        (5, ",-1", "VP007", "not negative"),
+        (3, "", "VP002", "_FR 3 is not executed"),
+        (1, "", "VP015", "[home] g28"),
+    ],
+)
 def test_retractions_that_are_refused(machine, kind, way, code, part):
     without = replace(machine, home=None) if code == "VP015" else machine
     with pytest.raises(InputError) as raised:
@@ -346,11 +400,16 @@ def test_tool_axes_and_the_words_of_orientation(machine):
     moves = rows("G1 X5 A3=0.2 B3=-0.4 C3=2 F500")
     assert moves.tool_axis[-1] == pytest.approx(vector / np.linalg.norm(vector), abs=1e-12)
     for text, keys, on_circle in (
-        ("G1 X5 A3=1 C3=5 F500", {}, True), ("G1 X5 A10 C20 F500", {}, False), ("ORIMKS\nG1 X5 A3=1 C3=5 F500", {}, False),
-        ("ORIWKS\nG1 X5 A10 C20 F500", {}, True), ("ORIAXES\nG1 X5 A3=1 C3=5 F500", {}, True),
-        ("ORIAXES\nG1 X5 A3=1 C3=5 F500", {"orientation_by_group": True}, False), ("ORIVECT\nG1 X5 A10 C20 F500", {"orientation_by_group": True}, True),
-        ("G1 X5 A3=1 C3=5 F500", {"orientation": "axes"}, False), ("G1 X5 A10 C20 F500", {"orientation": "vector"}, True),
-    ):  # fmt: skip
+        ("G1 X5 A3=1 C3=5 F500", {}, True),
+        ("G1 X5 A10 C20 F500", {}, False),
+        ("ORIMKS\nG1 X5 A3=1 C3=5 F500", {}, False),
+        ("ORIWKS\nG1 X5 A10 C20 F500", {}, True),
+        ("ORIAXES\nG1 X5 A3=1 C3=5 F500", {}, True),
+        ("ORIAXES\nG1 X5 A3=1 C3=5 F500", {"orientation_by_group": True}, False),
+        ("ORIVECT\nG1 X5 A10 C20 F500", {"orientation_by_group": True}, True),
+        ("G1 X5 A3=1 C3=5 F500", {"orientation": "axes"}, False),
+        ("G1 X5 A10 C20 F500", {"orientation": "vector"}, True),
+    ):
         moves = rows(text, **keys)
         assert np.isnan(moves.tool_axis[-1]).any() != on_circle, (text, keys)
         _tip, angles = machine.coordinates.map_to_table(moves.end[-1], moves.frames[moves.frame[-1]])
@@ -404,8 +463,10 @@ def test_an_empty_spindle_has_no_length(machine):
 
 
 @pytest.mark.parametrize(("text", "code", "part"), [
-    ("CYCLE800(0,\"\",0,57,0,0,0,20,0,0,0,0,0,1)\nA0", "VP017", "CYCLE800()"), ("TRAORI\nA5\nSUPA Z5", "VP017", "TRAFOOF"),
-    ("TRAORI\nORIMKS\nROT Z10\nA3=1 C3=5", "VP017", "ORIWKS"), ("CYCLE800(0,\"\",10,57,0,0,0,20,0,0,0,0,0,1)", "VP017", "TRAORI"),
+    ("CYCLE800(0,\"\",0,57,0,0,0,20,0,0,0,0,0,1)\nA0", "VP017", "CYCLE800()"),
+    ("TRAORI\nA5\nSUPA Z5", "VP017", "TRAFOOF"),
+    ("TRAORI\nORIMKS\nROT Z10\nA3=1 C3=5", "VP017", "ORIWKS"),
+    ("CYCLE800(0,\"\",10,57,0,0,0,20,0,0,0,0,0,1)", "VP017", "TRAORI"),
     ("TRAORI\nA20\nCYCLE82(70,0,2,-5)", "VP017", "CYCLE82"), ("G1 A5 F100", "VP017", "TRAORI"),
 ])  # fmt: skip
 def test_what_means_nothing_on_the_machine(machine, text, code, part):

@@ -1,4 +1,6 @@
-"""Milling cycles of Siemens programs: the judge of test_pockets, the same pockets as in Klartext and in G1 to G3, and the page's table."""
+"""Milling cycles of Siemens programs: the judge of test_pockets, the same pockets as in Klartext and in G1 to G3, and
+the page's table.
+"""
 
 import math
 import re
@@ -17,8 +19,10 @@ from verne_post.model.moves import MoveKind
 TOOL = 8.0
 HEAD = "T1 D1 M6\nG0 X10 Y20 Z40 S1000 M3 F300\n"
 COMMON = {
-    "RTP": 20, "RFP": 0, "SDIS": 2, "DP": -6, "LENG": 40, "WID": 24, "CRAD": 6, "PRAD": 20, "PA": 10, "PO": 20, "MID": 3, "FFP1": 500, "FFD": 150, "VARI": 11,
-    "MIDA": 4, "RAD1": 3, "DP1": 2, "AP1": 50, "AP2": 30, "NUM": 1, "RAD": 20, "AFSL": 70, "STA1": 10, "FAL": 0, "FALD": 0, "CDIR": 0, "MIDF": 0, "STA2": 3,
+    "RTP": 20, "RFP": 0, "SDIS": 2, "DP": -6, "LENG": 40, "WID": 24, "CRAD": 6, "PRAD": 20, "PA": 10, "PO": 20,
+    "MID": 3, "FFP1": 500, "FFD": 150, "VARI": 11,
+    "MIDA": 4, "RAD1": 3, "DP1": 2, "AP1": 50, "AP2": 30, "NUM": 1, "RAD": 20, "AFSL": 70, "STA1": 10, "FAL": 0,
+    "FALD": 0, "CDIR": 0, "MIDF": 0, "STA2": 3,
     "DIATH": 40, "H1": 6, "KDIAM": 30, "PIT": 1.5, "NT": 1, "FFR": 500, "TYPTH": 0, "SWL": 30, "RC": 3,
 }  # fmt: skip
 
@@ -70,14 +74,18 @@ POCKETS = {
     "POCKET3": ("POCKET3", {}, rectangle(40, 24, 6, 0, HERE)),
     "POCKET3 on a helix, turned, G3": ("POCKET3", {"VARI": 21, "STA": 30, "CDIR": 3}, rectangle(40, 24, 6, 30, HERE)),
     "POCKET3 to and fro, from a corner": ("POCKET3", {"VARI": 31, "_GMODE": 12100}, rectangle(40, 24, 6, 0, (30, 32))),
-    "POCKET3 default paths, relative depth": ("POCKET3", {"MIDA": 0, "DP": 6, "_AMODE": 1}, rectangle(40, 24, 6, 0, HERE)),
+    "POCKET3 default paths, relative depth": ("POCKET3", {"MIDA": 0, "DP": 6, "_AMODE": 1},
+                                              rectangle(40, 24, 6, 0, HERE)),
     "POCKET3 paths in percent": ("POCKET3", {"MIDA": 60, "_AMODE": 10}, rectangle(40, 24, 6, 0, HERE)),
     "POCKET4": ("POCKET4", {"VARI": 21}, circle(20, HERE)),
     "POCKET1": ("POCKET1", {"VARI": 0, "FAL": 0.3}, rectangle(40, 24, 6, 0, HERE)),
     "POCKET2": ("POCKET2", {"VARI": 0, "FAL": 0.3, "DP": "", "DPR": 6}, circle(20, HERE)),
-    "SLOT1": ("SLOT1", {"WID": 12, "VARI": 30, "FAL": 0.2, "FALD": 0.1}, rectangle(40, 12, 6, 10, (10 + 40 * math.cos(math.radians(10)), 20 + 40 * math.sin(math.radians(10))))),
+    "SLOT1": ("SLOT1", {"WID": 12, "VARI": 30, "FAL": 0.2, "FALD": 0.1},
+              rectangle(40, 12, 6, 10, (10 + 40 * math.cos(math.radians(10)), 20 + 40 * math.sin(math.radians(10))))),
     "SLOT2": ("SLOT2", {"WID": 12}, curved_slot(20, 10, 70, 12, HERE)),
-    "LONGHOLE": ("LONGHOLE", {}, rectangle(40, 8, 4, 10, (10 + 40 * math.cos(math.radians(10)), 20 + 40 * math.sin(math.radians(10))))),
+    "LONGHOLE": ("LONGHOLE", {}, rectangle(40, 8, 4, 10,
+                                           (10 + 40 * math.cos(math.radians(10)),
+                                            20 + 40 * math.sin(math.radians(10))))),
 }  # fmt: skip
 
 
@@ -114,7 +122,9 @@ def test_finishing_after_roughing_with_allowances(view):
 )
 @pytest.mark.parametrize("kind", [1001, 2])
 def test_open_slots_are_milled_whole_and_their_walls_not_touched(mill, values, kind):
-    """Roughed and finished: within LENG all of the floor, and the tool goes down outside of the stock, which ends there."""
+    """Roughed and finished: within LENG all of the floor, and the tool goes down outside of the stock, which ends
+    there.
+    """
     given = {"LENG": 40, "WID": 14, "STA": 0, **values}
     moves, findings = mill("CYCLE899", VARI=kind, **{**given, **({"FALD": 0.2} if kind == 2 else {})})
     assert findings == ()
@@ -125,7 +135,9 @@ def test_open_slots_are_milled_whole_and_their_walls_not_touched(mill, values, k
 
 
 def test_circles_of_an_open_slot_worked_out_by_hand(mill):
-    """16 x 14, tool 8: half circles of 7 - 4 = 3 from 8 + 4 + 2 + 3 = 17 before the middle in 25 / 5 steps to its end."""
+    """16 x 14, tool 8: half circles of 7 - 4 = 3 from 8 + 4 + 2 + 3 = 17 before the middle in 25 / 5 steps to
+    its end.
+    """
     moves, findings = mill("CYCLE899", LENG=16, WID=14, MID=0, MIDA=5)
     assert findings == ()
     rows = [tuple(float(value) for value in np.round(end[:3], 6) + 0.0) for end in moves.end][1:]
@@ -166,7 +178,8 @@ def test_a_polygon_worked_out_by_hand(mill):
     moves, findings = mill("CYCLE79", NUM=4, RC=0, AP1=40, MID=0, MIDA=0)
     assert findings == ()
     arcs = moves.kind == MoveKind.ARC
-    # from beside the blank on a quarter circle to 15 + 4 to the right of the middle, then round against the clock: up-cut none
+    # from beside the blank on a quarter circle to 15 + 4 to the right of the middle, then round against the clock:
+    # up-cut none
     assert moves.end[arcs][0][:2] == pytest.approx((10 + 19, 20))
     corner, findings = mill("CYCLE79", NUM=4, RC=0, AP1=40, MID=0, MIDA=0, polygon_angle="corner")
     assert findings == ()
@@ -190,9 +203,11 @@ def test_spigots_stand_and_their_blanks_are_gone(mill, name, values, shape, blan
 
 
 @pytest.mark.parametrize(("name", "values", "blank"), [
-    ("CYCLE61", {}, rectangle(40, 24, 0, 0, (30, 32))), ("CYCLE61", {"VARI": 21, "LENG": -40, "MIDA": 0}, rectangle(40, 24, 0, 0, (-10, 32))),
+    ("CYCLE61", {}, rectangle(40, 24, 0, 0, (30, 32))),
+    ("CYCLE61", {"VARI": 21, "LENG": -40, "MIDA": 0}, rectangle(40, 24, 0, 0, (-10, 32))),
     ("CYCLE61", {"VARI": 12, "WID": -24, "FALD": 0.2}, rectangle(40, 24, 0, 0, (30, 8))),
-    ("CYCLE71", {"VARI": 41, "STA": 90, "FDP1": 5}, rectangle(24, 40, 0, 0, (-2, 40))), ("CYCLE71", {"VARI": 31, "STA": 90, "LENG": -40, "MIDA": 7}, rectangle(24, 40, 0, 0, (-2, 0))),
+    ("CYCLE71", {"VARI": 41, "STA": 90, "FDP1": 5}, rectangle(24, 40, 0, 0, (-2, 40))),
+    ("CYCLE71", {"VARI": 31, "STA": 90, "LENG": -40, "MIDA": 7}, rectangle(24, 40, 0, 0, (-2, 0))),
 ])  # fmt: skip
 def test_faces_are_milled_whole_from_beside_them(mill, name, values, blank):
     moves, findings = mill(name, **values)
@@ -236,13 +251,16 @@ def test_what_mcall_does_not_execute(view):
 
 
 def test_levels_are_even_and_faces_worked_out_by_hand(mill):
-    """5 mm in infeeds of at most 2 are three of 5/3; 20 wide, paths of at most 6: four of 5; SDIS and the radius beyond the edges."""
+    """5 mm in infeeds of at most 2 are three of 5/3; 20 wide, paths of at most 6: four of 5; SDIS and the radius beyond
+    the edges.
+    """
     moves, findings = mill("CYCLE61", DP=-5, MID=2, MIDA=6, LENG=-30, WID=20, VARI=41)
     assert findings == ()
     down = [(round(z, 6)) for z in sorted({float(end[2]) for end in moves.end if end[2] < 0}, reverse=True)]
     assert down == [round(-5 / 3, 6), round(-10 / 3, 6), -5.0]
     floor = [tuple(float(v) for v in end[:2]) for end in moves.end if abs(end[2] + 5) < 1e-9]
-    # along the second axis: rows at 10 - 30 / 5 * row, their far edges at 4, -2, -8, -14, -20; the tool's middle 4 before
+    # along the second axis: rows at 10 - 30 / 5 * row, their far edges at 4, -2, -8, -14, -20; the tool's middle 4
+    # before
     rows = [10 - 6 * row + 4 for row in (1, 2, 3, 4, 5)]
     ends = 20 - 6, 40 + 6
     assert floor == [(row, y) for number, row in enumerate(rows) for y in (ends if number % 2 == 0 else ends[::-1])]
@@ -295,8 +313,9 @@ HOLES = "G0 Z2\n" + "\n".join(
     f"G0 X{20 * math.cos(a):.9f} Y{20 * math.sin(a):.9f}\nG1 Z-6 F150\nG0 Z2"
     for a in (math.radians(15 + 72 * k) for k in range(5))
 )
-#: A thread M20 x 1.5, 6 mm deep, with a tool of 8 mm. In Klartext the wall is milled at 500 mm/min, and half circles have the
-#: slope of the helix. In Siemens the tool's middle goes at 500, and half circles go along the axis by 1.5 / 4 * (8 + 10 - 4) / 20.
+#: A thread M20 x 1.5, 6 mm deep, with a tool of 8 mm. In Klartext the wall is milled at 500 mm/min, and half circles
+#: have the slope of the helix. In Siemens the tool's middle goes at 500, and half circles go along the axis by 1.5 / 4
+#: * (8 + 10 - 4) / 20.
 ON_WALL = 500 * math.hypot(12 * math.pi, 1.5) / math.hypot(20 * math.pi, 1.5)
 OVERRUN = 0.2625
 
@@ -322,25 +341,54 @@ def write_thread_in_klartext(turn, ramp):
 
 #: Each in Siemens, Klartext, RS274/NGC and Fanuc; where a control has no cycle for it, written out.
 SAME = {
-    "slot": ("SLOT1(20,0,2,-6,,1,40,10,-30,20,20,0,0,150,500,3,0,0,11)", f"CYCL DEF 253 S Q215=1 Q218=40 Q219=10 Q368=0 Q374=0 Q367=0 {Q} Q366=0\nCYCL CALL", f"{SLOT}\nG0 Z2\nG0 Z20", f"{SLOT}\nG0 Z2\nG0 Z20"),
+    "slot": (
+        "SLOT1(20,0,2,-6,,1,40,10,-30,20,20,0,0,150,500,3,0,0,11)",
+        f"CYCL DEF 253 S Q215=1 Q218=40 Q219=10 Q368=0 Q374=0 Q367=0 {Q} Q366=0\nCYCL CALL",
+        f"{SLOT}\nG0 Z2\nG0 Z20",
+        f"{SLOT}\nG0 Z2\nG0 Z20",
+    ),
     # G13 of Haas comes from the middle on half circles: written out
-    "round pocket": ("POCKET4(20,0,2,-6,15,10,20,3,0,0,500,150,0,11)", f"CYCL DEF 252 P Q215=1 Q223=30 Q368=0 {Q} Q370=1.6 Q366=0\nCYCL CALL", f"{ROUND_ONE}\nG0 Z2\nG0 Z20", f"{ROUND_ONE}\nG0 Z2\nG0 Z20"),
+    "round pocket": (
+        "POCKET4(20,0,2,-6,15,10,20,3,0,0,500,150,0,11)",
+        f"CYCL DEF 252 P Q215=1 Q223=30 Q368=0 {Q} Q370=1.6 Q366=0\nCYCL CALL",
+        f"{ROUND_ONE}\nG0 Z2\nG0 Z20",
+        f"{ROUND_ONE}\nG0 Z2\nG0 Z20",
+    ),
     # Klartext stays at the set-up clearance between holes (Q301=0), Siemens goes to RTP, Haas to R (G99): here the same
     "bolt circle": (
         "G0 Z2\nF150\nMCALL CYCLE81(2,0,2,-6)\nHOLES2(0,0,20,15,72,5)\nMCALL",
         "L Z+2 FMAX\nCYCL DEF 200 D Q200=2 Q201=-6 Q206=150 Q202=6 Q210=0 Q203=0 Q204=2 Q211=0\n"
         "CYCL DEF 220 C Q216=0 Q217=0 Q244=40 Q245=15 Q246=375 Q247=72 Q241=5 Q200=2 Q203=0 Q204=2 Q301=0",
-        HOLES, "G0 Z2\nG99 G81 Z-6 R2 L0 F150\nG70 X0 Y0 I20 J15. L5\nG80",
+        HOLES,
+        "G0 Z2\nG99 G81 Z-6 R2 L0 F150\nG70 X0 Y0 I20 J15. L5\nG80",
     ),
-    "thread of Klartext": (write_thread("G3", 0.375, ON_WALL, 700), "CYCL DEF 262 T Q335=20 Q239=1.5 Q201=-6 Q355=1 Q253=700 Q351=1 Q200=2 Q203=0 Q204=20 Q207=500\nCYCL CALL", *[write_thread("G3", 0.375, ON_WALL, 700)] * 2),
-    "thread of Klartext, downwards": (write_thread("G2", 0.375, ON_WALL, 700), "CYCL DEF 262 T Q335=20 Q239=1.5 Q201=-6 Q355=1 Q253=700 Q351=-1 Q200=2 Q203=0 Q204=20 Q207=500\nCYCL CALL", *[write_thread("G2", 0.375, ON_WALL, 700)] * 2),
-    "thread of Siemens": ("CYCLE70(20,0,2,-6,20,0.92,0,1.5,1,0,500,0,10,20,0,21)", write_thread_in_klartext("+", OVERRUN), *[write_thread("G3", OVERRUN)] * 2),
-    "thread of Siemens, downwards": ("CYCLE90(20,0,2,-6,,20,18.16,1.5,500,2,0,10,20)", write_thread_in_klartext("-", OVERRUN), *[write_thread("G2", OVERRUN)] * 2),
+    "thread of Klartext": (
+        write_thread("G3", 0.375, ON_WALL, 700),
+        "CYCL DEF 262 T Q335=20 Q239=1.5 Q201=-6 Q355=1 Q253=700 Q351=1 Q200=2 Q203=0 Q204=20 Q207=500\nCYCL CALL",
+        *[write_thread("G3", 0.375, ON_WALL, 700)] * 2,
+    ),
+    "thread of Klartext, downwards": (
+        write_thread("G2", 0.375, ON_WALL, 700),
+        "CYCL DEF 262 T Q335=20 Q239=1.5 Q201=-6 Q355=1 Q253=700 Q351=-1 Q200=2 Q203=0 Q204=20 Q207=500\nCYCL CALL",
+        *[write_thread("G2", 0.375, ON_WALL, 700)] * 2,
+    ),
+    "thread of Siemens": (
+        "CYCLE70(20,0,2,-6,20,0.92,0,1.5,1,0,500,0,10,20,0,21)",
+        write_thread_in_klartext("+", OVERRUN),
+        *[write_thread("G3", OVERRUN)] * 2,
+    ),
+    "thread of Siemens, downwards": (
+        "CYCLE90(20,0,2,-6,,20,18.16,1.5,500,2,0,10,20)",
+        write_thread_in_klartext("-", OVERRUN),
+        *[write_thread("G2", OVERRUN)] * 2,
+    ),
     "tapped thread": (
-        "G0 Z20\nCYCLE84(20,0,2,-6,,,3,,1.25,0,500,500)", "L Z+20 FMAX\nTOOL CALL S500\nCYCL DEF 207 R Q200=2 Q201=-6 Q239=1.25 Q203=0 Q204=20\nCYCL CALL",
-        "G0 Z20\nS500 M3\nG99 G84 Z-6 R2 F625\nG80\nG0 Z20", "G0 Z20\nM29 S500\nG98 G84 Z-6 R2 F625\nG80",
+        "G0 Z20\nCYCLE84(20,0,2,-6,,,3,,1.25,0,500,500)",
+        "L Z+20 FMAX\nTOOL CALL S500\nCYCL DEF 207 R Q200=2 Q201=-6 Q239=1.25 Q203=0 Q204=20\nCYCL CALL",
+        "G0 Z20\nS500 M3\nG99 G84 Z-6 R2 F625\nG80\nG0 Z20",
+        "G0 Z20\nM29 S500\nG98 G84 Z-6 R2 F625\nG80",
     ),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("name", SAME)
@@ -354,16 +402,26 @@ def test_the_same_in_four_languages(view, name):
 
 
 @pytest.mark.parametrize(("name", "values", "code", "part"), [
-    ("POCKET3", {"WID": 7, "CRAD": 0}, "VP007", "no room"), ("POCKET3", {"CRAD": 13}, "VP007", "CRAD"), ("POCKET3", {"RTP": ""}, "VP005", "RTP"), ("POCKET3", {"DP": 6}, "VP007", "bottom"),
-    ("POCKET3", {"VARI": 15}, "VP002", "VARI"), ("POCKET3", {"VARI": 41}, "VP002", "VARI"), ("POCKET3", {"VARI": 21, "RAD1": 0}, "VP007", "RAD1"), ("POCKET3", {"VARI": 31, "RAD1": 90}, "VP007", "RAD1"),
-    ("POCKET3", {"MIDA": 8}, "VP007", "MIDA"), ("POCKET3", {"CDIR": 4}, "VP007", "CDIR"), ("POCKET3", {"_GMODE": 20000}, "VP002", "_GMODE"), ("POCKET3", {"_AMODE": 3}, "VP002", "_AMODE"),
-    ("POCKET3", {"_DMODE": 2}, "VP002", "_DMODE"), ("POCKET3", {"MID": 0.0001}, "VP007", "strokes"), ("POCKET3", {"FFP1": -1}, "VP009", "FFP1"), ("POCKET4", {"PRAD": 0}, "VP007", "PRAD"),
-    ("SLOT1", {"LENG": 10, "WID": 12}, "VP007", "LENG"), ("SLOT1", {"NUM": 0}, "VP007", "NUM"), ("SLOT1", {"SSF": 2000}, "VP002", "SSF"), ("SLOT1", {"_GMODE": 1000}, "VP002", "_GMODE"),
-    ("SLOT2", {"AFSL": 350, "WID": 12}, "VP007", "AFSL"), ("CYCLE76", {"AP1": 30}, "VP007", "AP1"), ("CYCLE61", {"LIM": 1}, "VP002", "LIM"), ("CYCLE61", {"VARI": 51}, "VP002", "VARI"),
-    ("CYCLE79", {"NUM": 5}, "VP002", "NUM"), ("CYCLE79", {"NUM": 2}, "VP002", "NUM"), ("CYCLE79", {"NUM": 9998}, "VP007", "NUM"), ("CYCLE79", {"RC": 16}, "VP007", "RC"),
-    ("CYCLE79", {"AP1": 29}, "VP007", "AP1"), ("CYCLE79", {"VARI": 4}, "VP002", "VARI"), ("CYCLE79", {"_AMODE": 1000}, "VP002", "_AMODE"), ("CYCLE899", {"VARI": 1}, "VP002", "VARI"),
-    ("CYCLE899", {"VARI": 2001}, "VP002", "VARI"), ("CYCLE899", {"MIDA": 0}, "VP007", "MIDA"), ("CYCLE899", {"WID": 8}, "VP007", "no room"), ("CYCLE899", {"WID": 7, "VARI": 2}, "VP007", "narrower"),
-    ("CYCLE899", {"_GMODE": 2000}, "VP002", "_GMODE"), ("CYCLE899", {"CDIR": 4}, "VP007", "CDIR"), ("CYCLE899", {"MIDA": 0.0001}, "VP007", "strokes"),
+    ("POCKET3", {"WID": 7, "CRAD": 0}, "VP007", "no room"), ("POCKET3", {"CRAD": 13}, "VP007", "CRAD"),
+    ("POCKET3", {"RTP": ""}, "VP005", "RTP"), ("POCKET3", {"DP": 6}, "VP007", "bottom"),
+    ("POCKET3", {"VARI": 15}, "VP002", "VARI"), ("POCKET3", {"VARI": 41}, "VP002", "VARI"),
+    ("POCKET3", {"VARI": 21, "RAD1": 0}, "VP007", "RAD1"), ("POCKET3", {"VARI": 31, "RAD1": 90}, "VP007", "RAD1"),
+    ("POCKET3", {"MIDA": 8}, "VP007", "MIDA"), ("POCKET3", {"CDIR": 4}, "VP007", "CDIR"),
+    ("POCKET3", {"_GMODE": 20000}, "VP002", "_GMODE"), ("POCKET3", {"_AMODE": 3}, "VP002", "_AMODE"),
+    ("POCKET3", {"_DMODE": 2}, "VP002", "_DMODE"), ("POCKET3", {"MID": 0.0001}, "VP007", "strokes"),
+    ("POCKET3", {"FFP1": -1}, "VP009", "FFP1"), ("POCKET4", {"PRAD": 0}, "VP007", "PRAD"),
+    ("SLOT1", {"LENG": 10, "WID": 12}, "VP007", "LENG"), ("SLOT1", {"NUM": 0}, "VP007", "NUM"),
+    ("SLOT1", {"SSF": 2000}, "VP002", "SSF"), ("SLOT1", {"_GMODE": 1000}, "VP002", "_GMODE"),
+    ("SLOT2", {"AFSL": 350, "WID": 12}, "VP007", "AFSL"), ("CYCLE76", {"AP1": 30}, "VP007", "AP1"),
+    ("CYCLE61", {"LIM": 1}, "VP002", "LIM"), ("CYCLE61", {"VARI": 51}, "VP002", "VARI"),
+    ("CYCLE79", {"NUM": 5}, "VP002", "NUM"), ("CYCLE79", {"NUM": 2}, "VP002", "NUM"),
+    ("CYCLE79", {"NUM": 9998}, "VP007", "NUM"), ("CYCLE79", {"RC": 16}, "VP007", "RC"),
+    ("CYCLE79", {"AP1": 29}, "VP007", "AP1"), ("CYCLE79", {"VARI": 4}, "VP002", "VARI"),
+    ("CYCLE79", {"_AMODE": 1000}, "VP002", "_AMODE"), ("CYCLE899", {"VARI": 1}, "VP002", "VARI"),
+    ("CYCLE899", {"VARI": 2001}, "VP002", "VARI"), ("CYCLE899", {"MIDA": 0}, "VP007", "MIDA"),
+    ("CYCLE899", {"WID": 8}, "VP007", "no room"), ("CYCLE899", {"WID": 7, "VARI": 2}, "VP007", "narrower"),
+    ("CYCLE899", {"_GMODE": 2000}, "VP002", "_GMODE"), ("CYCLE899", {"CDIR": 4}, "VP007", "CDIR"),
+    ("CYCLE899", {"MIDA": 0.0001}, "VP007", "strokes"),
     ("CYCLE71", {"LENG": 0, "VARI": 31}, "VP007", "LENG"), ("POCKET1", {"SSF": 900}, "VP002", "SSF"),
 ])  # fmt: skip
 def test_mistakes_are_refused_before_the_first_move(mill, name, values, code, part):
@@ -376,8 +434,10 @@ def test_mistakes_are_refused_before_the_first_move(mill, name, values, code, pa
 def test_what_a_pocket_needs_before(view):
     tools = {1: make_tool(1, 10.0, TOOL)}
     for head, code in (
-        ("G0 X10 Y20 Z40 S1000 M3 F300\n", "VP012"), (f"{HEAD}G93\n", "VP017"), (f"{HEAD}SCALE X2\n", "VP017"),
-    ):  # fmt: skip
+        ("G0 X10 Y20 Z40 S1000 M3 F300\n", "VP012"),
+        (f"{HEAD}G93\n", "VP017"),
+        (f"{HEAD}SCALE X2\n", "VP017"),
+    ):
         found = view(f"{head}{write('POCKET4')}\nM30", dialect="siemens", tools=tools)[1]
         assert [item.code for item in found][:1] == [code], head
     found = view(f"{HEAD.replace('F300', '')}{write('POCKET4', FFP1=0, FFD=0)}\nM30", dialect="siemens", tools=tools)[1]
@@ -517,17 +577,35 @@ def test_corners_worked_out_by_hand(view):
     """Right angles: a rounding loses its radius on both lines, CHR what it says, CHF its length over the root of 2."""
     root = round(2 / math.sqrt(2), 6)
     assert place_and_feed(view, "G1 X20 RND=4\nY20 CHR=3 FRC=50\nX0 CHF=2\nY0\nG0 Z20") == [
-        ("L", 16, 0, 5, 300), ("A", 20, 4, 5, 300), ("L", 20, 17, 5, 300), ("L", 17, 20, 5, 50), ("L", root, 20, 5, 300), ("L", 0, 20 - root, 5, 300), ("L", 0, 0, 5, 300),
+        ("L", 16, 0, 5, 300),
+        ("A", 20, 4, 5, 300),
+        ("L", 20, 17, 5, 300),
+        ("L", 17, 20, 5, 50),
+        ("L", root, 20, 5, 300),
+        ("L", 0, 20 - root, 5, 300),
+        ("L", 0, 0, 5, 300),
         ("R", 0, 0, 20, 0),
-    ]  # fmt: skip
+    ]
     # RNDM holds until RNDM=0; F of the next block is that of the next line
     assert place_and_feed(view, "G1 X20 RNDM=2\nY20 F200\nRNDM=0\nX0\nY0") == [
-        ("L", 18, 0, 5, 300), ("A", 20, 2, 5, 300), ("L", 20, 18, 5, 200), ("A", 18, 20, 5, 200), ("L", 0, 20, 5, 200), ("L", 0, 0, 5, 200),
-    ]  # fmt: skip
+        ("L", 18, 0, 5, 300),
+        ("A", 20, 2, 5, 300),
+        ("L", 20, 18, 5, 200),
+        ("A", 18, 20, 5, 200),
+        ("L", 0, 20, 5, 200),
+        ("L", 0, 0, 5, 200),
+    ]
     # line and arc, tangential: nothing to round; what is not followed by a contour keeps its corner
-    assert [row[:4] for row in place_and_feed(view, "G1 X20 RND=2\nG3 Y20 CR=10\nG1 X0 RND=3\nZ9\nX5 RND=1\nG0 X9")] == [
-        ("L", 20, 0, 5), ("A", 20, 20, 5), ("L", 0, 20, 5), ("L", 0, 20, 9), ("L", 5, 20, 9), ("R", 9, 20, 9),
-    ]  # fmt: skip
+    assert [
+        row[:4] for row in place_and_feed(view, "G1 X20 RND=2\nG3 Y20 CR=10\nG1 X0 RND=3\nZ9\nX5 RND=1\nG0 X9")
+    ] == [
+        ("L", 20, 0, 5),
+        ("A", 20, 20, 5),
+        ("L", 0, 20, 5),
+        ("L", 0, 20, 9),
+        ("L", 5, 20, 9),
+        ("R", 9, 20, 9),
+    ]
 
 
 def test_corners_are_those_of_lines_and_arcs_written_out(view):
@@ -547,8 +625,10 @@ def test_corners_are_those_of_lines_and_arcs_written_out(view):
 
 
 @pytest.mark.parametrize(("text", "code", "line"), [
-    ("G1 X20 RND=3\nY20 M8", "VP017", 4), ("G1 X20 RND=3\nM8\nY20", "VP017", 4), ("G1 X20 RND=3\nG91 Y20", "VP017", 4), ("G1 X20 RND=30\nY20", "VP008", 4), ("G1 X20 CHR=3\nG2 X40 Y20 CR=20", "VP008", 4),
-    ("G1 X20 RND=-1\nY20", "VP007", 3), ("G1 X20 RND=1 CHR=1\nY20", "VP003", 3), ("G0 X20 RND=1\nY20", "VP017", 3), ("G9 G1 X20 RND=1\nY20", "VP017", 3), ("G1 X20 FRC=9\nY20", "VP006", 3),
+    ("G1 X20 RND=3\nY20 M8", "VP017", 4), ("G1 X20 RND=3\nM8\nY20", "VP017", 4), ("G1 X20 RND=3\nG91 Y20", "VP017", 4),
+    ("G1 X20 RND=30\nY20", "VP008", 4), ("G1 X20 CHR=3\nG2 X40 Y20 CR=20", "VP008", 4),
+    ("G1 X20 RND=-1\nY20", "VP007", 3), ("G1 X20 RND=1 CHR=1\nY20", "VP003", 3), ("G0 X20 RND=1\nY20", "VP017", 3),
+    ("G9 G1 X20 RND=1\nY20", "VP017", 3), ("G1 X20 FRC=9\nY20", "VP006", 3),
     ("G1 X20 RNDM=-1\nY20", "VP007", 3), ("G18 G1 X20 RND=1\nZ20", "VP002", 3),
 ])  # fmt: skip
 def test_corners_that_cannot_be(view, text, code, line):
@@ -615,13 +695,18 @@ def test_pockets_in_other_planes_have_their_axes_exchanged(view):
 
 
 def test_maps_move_pockets_of_both_languages(view):
-    """A mirror image turns the way round, as for any contour; a rotation and a datum shift move the pocket; scaling is not that of the tool."""
+    """A mirror image turns the way round, as for any contour; a rotation and a datum shift move the pocket; scaling is
+    not that of the tool.
+    """
     start = "T1 D1 M6\nG0 X0 Y0 Z40 S1000 M3\n"
     plain = table_of(view, f"{start}{write('POCKET3', **SIZES, VARI=21, CDIR=3)}\nM30")
     mirrored = table_of(view, f"{start}MIRROR X0\n{write('POCKET3', **SIZES, VARI=21, CDIR=3)}\nM30")
     assert np.abs(plain * [1, -1, 1, 1, 1, -1] - mirrored).max() < 1e-9
     head = "BEGIN PGM C {}\nTOOL CALL 1 Z S1000 F300\nL X+0 Y+0 Z{} R0 FMAX M3\n"
-    words = "Q215=0 Q218={} Q219={} Q220={} Q368={} Q224=0 Q367=0 Q207={} Q351=1 Q201={} Q202={} Q369={} Q206={} Q338=0 Q200={} Q203=0 Q204={} Q370=1 Q366=1 Q385={}"
+    words = (
+        "Q215=0 Q218={} Q219={} Q220={} Q368={} Q224=0 Q367=0 Q207={} Q351=1 Q201={} Q202={} Q369={} Q206={} Q338=0 "
+        "Q200={} Q203=0 Q204={} Q370=1 Q366=1 Q385={}"
+    )
 
     def pocket(scale, feed):
         return words.format(
@@ -643,13 +728,21 @@ def test_maps_move_pockets_of_both_languages(view):
     assert np.abs(one - inch).max() < 1e-6
     scaled = table_of(
         view,
-        f"{head.format('MM', 40)}CYCL DEF 11.0 SCALING\nCYCL DEF 11.1 SCL0.5\nCYCL DEF 251 P {pocket(0.5, 1)}\nCYCL CALL\nEND PGM C MM",
+        f"{head.format('MM', 40)}CYCL DEF 11.0 SCALING\n"
+        "CYCL DEF 11.1 SCL0.5\n"
+        f"CYCL DEF 251 P {pocket(0.5, 1)}\n"
+        "CYCL CALL\n"
+        "END PGM C MM",
         "heidenhain",
     )
     assert np.abs(one - scaled).max() < 1e-6
     flipped = table_of(
         view,
-        f"{head.format('MM', 40)}CYCL DEF 8.0 MIRROR\nCYCL DEF 8.1 X\nCYCL DEF 251 P {pocket(1, 1)}\nCYCL CALL\nEND PGM C MM",
+        f"{head.format('MM', 40)}CYCL DEF 8.0 MIRROR\n"
+        "CYCL DEF 8.1 X\n"
+        f"CYCL DEF 251 P {pocket(1, 1)}\n"
+        "CYCL CALL\n"
+        "END PGM C MM",
         "heidenhain",
     )
     assert np.abs(one * [1, -1, 1, 1, 1, -1] - flipped).max() < 1e-9

@@ -103,9 +103,20 @@ def test_stretches_are_executed_as_arrays(stretches):
 
 #: What stands before lines with tool axes; MIRROR and ROT turn the axes with the frame.
 VECTOR_HEADS = [
-    "TRAORI", "TRAORI", "TRAORI", "TRAORI\nORIAXES", "TRAORI\nORIWKS\nORIVECT", "TRAORI\nTRANS X5 Z3", "TRAORI\nROT Z20", "TRAORI\nMIRROR X0",
-    "TRAORI\nORIMKS\nROT Z10", "", "TRAORI\nG91", "TRAORI\nG93 F5", "TRAORI\nA3=0.1 C3=1",
-]  # fmt: skip
+    "TRAORI",
+    "TRAORI",
+    "TRAORI",
+    "TRAORI\nORIAXES",
+    "TRAORI\nORIWKS\nORIVECT",
+    "TRAORI\nTRANS X5 Z3",
+    "TRAORI\nROT Z20",
+    "TRAORI\nMIRROR X0",
+    "TRAORI\nORIMKS\nROT Z10",
+    "",
+    "TRAORI\nG91",
+    "TRAORI\nG93 F5",
+    "TRAORI\nA3=0.1 C3=1",
+]
 ODD = [
     "A3=0 B3=0 C3=0",
     "A3=IC(1) C3=1",
@@ -175,9 +186,25 @@ def test_lines_with_tool_axes_are_executed_as_arrays(stretches):
 # --- arcs ------------------------------------------------------------------------------------------------
 
 ARC_HEADS = [
-    "", "TRAORI", "TRAORI\nORIAXES", "G18", "G19", "TRANS X1 Y2", "ROT Z30", "MIRROR X0", "SCALE X2 Y2 Z2", "G91", "G93 F2", "G95 F0.1", "G70",
-    "G41 D1", "CT X9 Y9", "CIP X5 Y5 I1=2 J1=3", "G642 CTOL=0.1", "F0",
-]  # fmt: skip
+    "",
+    "TRAORI",
+    "TRAORI\nORIAXES",
+    "G18",
+    "G19",
+    "TRANS X1 Y2",
+    "ROT Z30",
+    "MIRROR X0",
+    "SCALE X2 Y2 Z2",
+    "G91",
+    "G93 F2",
+    "G95 F0.1",
+    "G70",
+    "G41 D1",
+    "CT X9 Y9",
+    "CIP X5 Y5 I1=2 J1=3",
+    "G642 CTOL=0.1",
+    "F0",
+]
 ODD_ARCS = [
     "R5",
     "CR5",
@@ -241,10 +268,18 @@ def arc_lines(pick, wrong):
 def test_stretches_with_arcs_are_their_lines(monkeypatch, seed):
     pick = random.Random(seed)
     wrong = pick.choice([0.0, 0.0, 0.05])
-    text = "\n".join([
-        "G71 G0 X0 Y0 Z3 A0 C0 F100 S100 M3", pick.choice(ARC_HEADS), "G1 X0 Y0", *arc_lines(pick, wrong), pick.choice(TAILS), "G1 X0 Y0",
-        *arc_lines(pick, wrong), pick.choice(TAILS),
-    ])  # fmt: skip
+    text = "\n".join(
+        [
+            "G71 G0 X0 Y0 Z3 A0 C0 F100 S100 M3",
+            pick.choice(ARC_HEADS),
+            "G1 X0 Y0",
+            *arc_lines(pick, wrong),
+            pick.choice(TAILS),
+            "G1 X0 Y0",
+            *arc_lines(pick, wrong),
+            pick.choice(TAILS),
+        ]
+    )
     fast, fast_errors = view(text)
     monkeypatch.setattr(plain, "MIN_LINES", 10**9)
     slow, slow_errors = view(text)

@@ -1,4 +1,6 @@
-"""A3= B3= C3= in blocks of BSPLINE: A and C of the control points are coordinates of the curve, as if they were written."""
+"""A3= B3= C3= in blocks of BSPLINE: A and C of the control points are coordinates of the curve, as if they were
+written.
+"""
 
 import math
 
@@ -62,10 +64,16 @@ def test_without_a_machine_the_axes_are_shown(view):
     assert moves.tool_axis[curve][-1] == pytest.approx(axis_of(*ANGLES[-1]))
 
 
-@pytest.mark.parametrize(("block", "code", "what"), [
-    ("BSPLINE A3=1", "VP005", "A3= needs the axes"), ("BSPLINE X1 C3=1 A5", "VP003", "one BSPLINE"),
-    ("BSPLINE X1\nX2 A3=1 C3=3", "VP031", "first block"), ("TRAFOOF\nBSPLINE X1 C3=1", "VP017", "TRAORI"), ("BSPLINE X1 A3=0", "VP007", "length 0"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("block", "code", "what"),
+    [
+        ("BSPLINE A3=1", "VP005", "A3= needs the axes"),
+        ("BSPLINE X1 C3=1 A5", "VP003", "one BSPLINE"),
+        ("BSPLINE X1\nX2 A3=1 C3=3", "VP031", "first block"),
+        ("TRAFOOF\nBSPLINE X1 C3=1", "VP017", "TRAORI"),
+        ("BSPLINE X1 A3=0", "VP007", "length 0"),
+    ],
+)
 def test_refusals(view, block, code, what):
     _moves, errors = view(
         f"TRAORI\nG0 X0 Y0 Z9 A0 C0\nG1 F500\n{block}\nX2 Y5\nX3\nX4 Y2\nG1 X0\nM30", dialect="siemens"

@@ -36,9 +36,21 @@ def test_inches_and_offsets(view):
     assert (stock.frame.system, stock.frame.feature) == (2, None)
 
 
-@pytest.mark.parametrize("call", [
-    "", "()", "(,,,)", '(,,,"BOX",0,1,2,3)', '(,,,"PIPE",64,0,-20,-80,40,30)', '(,,,"N_CORNER",64,0,-20,-80,6,30)', '(,,,5,64,0,-20,-80,6,30)',
-    '(,,,"BOX",64,0,-20,-80,0,0,0,50)', '(,,,"CYLINDER",1.5,0,-20,-80,50)', '(,,,"CYLINDER",-64,0,-20,-80,50)', '(,,,"BOX",64,"a",0,-20,-80,0,0,10,50)',
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "call",
+    [
+        "",
+        "()",
+        "(,,,)",
+        '(,,,"BOX",0,1,2,3)',
+        '(,,,"PIPE",64,0,-20,-80,40,30)',
+        '(,,,"N_CORNER",64,0,-20,-80,6,30)',
+        "(,,,5,64,0,-20,-80,6,30)",
+        '(,,,"BOX",64,0,-20,-80,0,0,0,50)',
+        '(,,,"CYLINDER",1.5,0,-20,-80,50)',
+        '(,,,"CYLINDER",-64,0,-20,-80,50)',
+        '(,,,"BOX",64,"a",0,-20,-80,0,0,10,50)',
+    ],
+)
 def test_what_is_not_shown_is_named(view, call):
     assert stock_of(view, f"WORKPIECE{call}") == (None, ["without effect"])

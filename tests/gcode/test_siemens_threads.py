@@ -92,7 +92,9 @@ def test_the_hand_of_a_thread_and_its_length(mill, outside, way, hand):
 
 @pytest.mark.parametrize("outside", [0, 1])
 def test_nothing_is_touched_beyond_the_thread(mill, outside):
-    """Samples of the path: the tool keeps off the wall of the finished thread, and off a bolt's blank where it is rapid."""
+    """Samples of the path: the tool keeps off the wall of the finished thread, and off a bolt's blank where it is
+    rapid.
+    """
     moves, findings = mill(f"CYCLE70(20,0,2,-7,24,1.5,0,2,1,0.5,500,{outside},10,20,33,11)")
     assert findings == ()
     for row in range(1, len(moves)):
@@ -115,7 +117,9 @@ def test_nothing_is_touched_beyond_the_thread(mill, outside):
 
 
 def test_a_thread_from_the_bottom_up(mill):
-    """DP above RFP: the same helix as CYCLE70 upwards; the tool goes through the hole, so rapid traverse ends at RTP."""
+    """DP above RFP: the same helix as CYCLE70 upwards; the tool goes through the hole, so rapid traverse ends
+    at RTP.
+    """
     up, findings = mill("CYCLE90(20,-6,0,0,,20,18.16,1.5,500,3,0,10,20)")
     assert findings == ()
     other, _ = mill("CYCLE70(20,0,20,-6,20,0.92,0,1.5,1,0,500,0,10,20,0,21)")

@@ -78,10 +78,13 @@ def test_cubic_and_quadratic_are_bezier_curves(view):
 
 
 @pytest.mark.parametrize(("points", "weights", "rest"), [
-    ([(0, 0), (0, 0), (10, 10), (20, 0)], [1, 1, 2, 1], "first"), ([(0, 0), (10, 10), (20, 0), (20, 0)], [1, 2, 1, 1], "last"),
+    ([(0, 0), (0, 0), (10, 10), (20, 0)], [1, 1, 2, 1], "first"),
+    ([(0, 0), (10, 10), (20, 0), (20, 0)], [1, 2, 1, 1], "last"),
 ])  # fmt: skip
 def test_a_control_point_that_repeats_the_first_or_the_last(view, points, weights, rest):
-    """The curve begins, or ends, at rest by its parameter: a straight part of some nm, and the curve itself to the last digit."""
+    """The curve begins, or ends, at rest by its parameter: a straight part of some nm, and the curve itself to the last
+    digit.
+    """
     lines = "\n".join(f"X{x} Y{y} P{weight}" for (x, y), weight in zip(points[1:], weights[1:], strict=True))
     moves, findings = view(f"{HEAD}G5.2 {lines.replace(chr(10), ' L4' + chr(10), 1)}\nG5.3\nM2")
     assert findings == ()
@@ -261,11 +264,17 @@ def test_refused_of_fanuc(view, what):
     assert findings[0].code == code, findings
 
 
-@pytest.mark.parametrize(("program", "line"), [
-    (f"{HEAD}G5.2 X0 Y1 P1\nX2 Y2 P1\nX3 Y0 P2\nX4 Y2 P1\nX5 Y0 P2\nG5.3\nM2", 6),
-    (f"{FANUC}{NURBS}M30\n%", 9),
-    ("; siemens\nG90 G94 G17 G54\nTRAORI\nG0 X0 Y0 Z0\nBSPLINE X10 Y10 F100\nX20 Y-10\nX30 Y0\nX40\nG1 X50\nM30", 8),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("program", "line"),
+    [
+        (f"{HEAD}G5.2 X0 Y1 P1\nX2 Y2 P1\nX3 Y0 P2\nX4 Y2 P1\nX5 Y0 P2\nG5.3\nM2", 6),
+        (f"{FANUC}{NURBS}M30\n%", 9),
+        (
+            "; siemens\nG90 G94 G17 G54\nTRAORI\nG0 X0 Y0 Z0\nBSPLINE X10 Y10 F100\nX20 Y-10\nX30 Y0\nX40\nG1 X50\nM30",
+            8,
+        ),
+    ],
+)
 def test_no_more_points_than_the_bound(view, monkeypatch, program, line):
     """In every dialect: what is read is bounded before anything is computed of it."""
     monkeypatch.setattr("verne_post.gcode.splines.MAX_POINTS", 4)

@@ -1,4 +1,6 @@
-"""Where programs start: heads as CAM systems write them, first places that are not plain moves; cuts before A and C are named (VP036)."""
+"""Where programs start: heads as CAM systems write them, first places that are not plain moves; cuts before A and C are
+named (VP036).
+"""
 
 import math
 from pathlib import Path
@@ -56,9 +58,13 @@ def test_a_table_that_stands_at_0_needs_no_words(machine, end):
 
 
 @pytest.mark.parametrize(
-    "head", ["G21 G90 G0 X0 Y0 A30 C45\nG0 Z30\nG1 Z3 F600", "G21 G90 G0 X0 Y0 Z30\nG0 A30 C45\nG1 Z3 F600",
-             "G21 G90 G0 X0 Y0 Z30\nG1 A30 C45 F600\nZ3"],
-)  # fmt: skip
+    "head",
+    [
+        "G21 G90 G0 X0 Y0 A30 C45\nG0 Z30\nG1 Z3 F600",
+        "G21 G90 G0 X0 Y0 Z30\nG0 A30 C45\nG1 Z3 F600",
+        "G21 G90 G0 X0 Y0 Z30\nG1 A30 C45 F600\nZ3",
+    ],
+)
 def test_a_cut_after_both_are_named_is_what_was_written(machine, head):
     assert warned(f"{head}\nX20\nM2", machine) == []
 
@@ -72,11 +78,15 @@ def test_a_cut_in_a_subprogram_counts(machine):
     ("dialect", "source", "line"),
     [
         ("fanuc", "O1\nG21 G90 G0 X0. Y0. Z30.\nG1 Z3. F600.\nX20.\nG0 Z60.\nG68.2 X0 Y0 Z0 I0 J20. K0\nG53.1\nM30", 3),
-        ("siemens", "G71 G90 G0 X0 Y0 Z30\nG1 Z3 F600\nX20\nG0 Z60\nCYCLE800(1,\"\",0,57,0,0,0,30,0,0,0,0,0,-1)\nM30", 2),
-        ("heidenhain", "BEGIN PGM T MM\nTOOL CALL 1 Z S1000\nL X+0 Y+0 Z+30 R0 FMAX\nL Z+3 R0 F600\nL Z+60 FMAX\n"
-         "PLANE SPATIAL SPA+20 SPB+0 SPC+0 TURN FMAX\nL X+0 Y+0 Z+60 R0 FMAX\nM30\nEND PGM T MM", 4),
+        ("siemens", 'G71 G90 G0 X0 Y0 Z30\nG1 Z3 F600\nX20\nG0 Z60\nCYCLE800(1,"",0,57,0,0,0,30,0,0,0,0,0,-1)\nM30', 2),
+        (
+            "heidenhain",
+            "BEGIN PGM T MM\nTOOL CALL 1 Z S1000\nL X+0 Y+0 Z+30 R0 FMAX\nL Z+3 R0 F600\nL Z+60 FMAX\n"
+            "PLANE SPATIAL SPA+20 SPB+0 SPC+0 TURN FMAX\nL X+0 Y+0 Z+60 R0 FMAX\nM30\nEND PGM T MM",
+            4,
+        ),
     ],
-)  # fmt: skip
+)
 def test_a_plane_that_is_tilted_later(machine, dialect, source, line):
     ((first, text),) = warned(source, machine, dialect=dialect)
     assert first == line
@@ -173,7 +183,9 @@ def test_axes_named_one_by_one_on_a_turned_table(machine, table, order):
 
 
 def test_an_axis_turned_before_z_is_named_does_not_lower_the_start(machine):
-    """Z50 is meant in the work system: at A0 the tool starts at Z50 too, not at the machine height that Z50 has at A90."""
+    """Z50 is meant in the work system: at A0 the tool starts at Z50 too, not at the machine height that Z50 has
+    at A90.
+    """
     moves, _start, _ends = poses("G21 G90\nT1 M6\nG43.4 H1\nG0 A0 C0\nX10 Y10\nA90\nZ50\nM2", machine)
     assert moves.start[2] - LENGTH == pytest.approx(50.0, abs=ROUNDING)  # numbers of before G43.4, without the length
 
@@ -192,7 +204,10 @@ KLARTEXT = "BEGIN PGM T MM\n{retract}TOOL CALL 1 Z S1000\nM3\n{first}\nL Z+90 R0
 SIEMENS = "G90 G71 G17\n{retract}T1 M6\nD1\nF300 S1000 M3\n{first}\nG0 Z90\nM30"
 FANUC = "O1\nG21 G90\n{retract}T1 M6\nS1000 M3\n{first}\nM30"
 DRILL = "CYCL DEF 200 DRILLING Q200=2 Q201=-5 Q206=300 Q202=5 Q210=0 Q203=+0 Q204=20 Q211=0\n"
-RING = "CYCL DEF 220 POLAR PATTERN Q216=+0 Q217=+0 Q244=60 Q245=+0 Q246=+360 Q247=+0 Q241=4 Q200=2 Q203=+0 Q204=20 Q301=1 Q365=0"
+RING = (
+    "CYCL DEF 220 POLAR PATTERN Q216=+0 Q217=+0 Q244=60 Q245=+0 Q246=+360 Q247=+0 Q241=4 Q200=2 Q203=+0 Q204=20 Q301=1 "
+    "Q365=0"
+)
 PLACES = [
     ("heidenhain", "CC X+0 Y+0\nLP PR+20 PA+90 R0 FMAX\nL Z+30 FMAX", (0, 20, 30)),
     ("heidenhain", DRILL + "CYCL CALL POS X+10 Y+20 Z+3 FMAX", (10, 20, 5)),
@@ -234,7 +249,7 @@ PLANES = [
     ("siemens", 'CYCLE800(0,"",0,39,0,0,0,140,30,0,0,0,0,1)\nG0 X0 Y0\nZ50'),
     ("siemens", 'TRAORI\nCYCLE800(0,"",0,39,0,0,0,140,30,0,0,0,0,1)\nG0 X0 Y0\nZ50'),
     ("fanuc", "G68.2 X0 Y0 Z0 I140. J30. K0\nG53.1\nG43 H1\nG0 X0 Y0\nZ50."),
-]  # fmt: skip
+]
 
 
 @pytest.mark.parametrize(("dialect", "first"), PLANES)
@@ -247,11 +262,13 @@ def test_a_plane_before_x_and_y_are_named(machine, dialect, first):
 @pytest.mark.parametrize(
     ("first", "words"),
     [
-        ("CC X+0 Y+0\nLP PA+90 R0 FMAX", "LP needs the position of X"), ("CC IX+5 Y+0\nLP PR+5 PA+90 R0 FMAX", "CC needs the position of X"),
-        ("APPR LCT X+10 Y+20 Z-5 R8 RL F500\nL X+50", "APPR LCT needs the position of X"), ("M140 MB50", "needs the position of Z"),
+        ("CC X+0 Y+0\nLP PA+90 R0 FMAX", "LP needs the position of X"),
+        ("CC IX+5 Y+0\nLP PR+5 PA+90 R0 FMAX", "CC needs the position of X"),
+        ("APPR LCT X+10 Y+20 Z-5 R8 RL F500\nL X+50", "APPR LCT needs the position of X"),
+        ("M140 MB50", "needs the position of Z"),
         (DRILL + "CYCL CALL POS X+10 FMAX", "CYCL CALL POS needs the position of Y"),
     ],
-)  # fmt: skip
+)
 def test_what_depends_on_where_the_tool_stands_is_refused(machine, first, words):
     with pytest.raises(InputError) as caught:
         poses(KLARTEXT.format(retract="", first=f"{first}\nL X+0 Y+0 Z+50 R0 FMAX"), machine, "heidenhain")
@@ -281,16 +298,44 @@ def test_cutter_compensation_under_tool_vectors_is_refused(machine):
 
 
 def test_first_namings_that_contradict_each_other(machine):
-    """Z of a plane that stands upright is Y of the part, which has been named: nothing says how high the tool stands."""
+    """Z of a plane that stands upright is Y of the part, which has been named: nothing says how high the tool
+    stands.
+    """
     source = "O1\nG21 G90\nT1 M6\nG0 X0 Y0\nG68.2 X0 Y0 Z0 I0 J90. K0\nG53.1\nG43 H1 Z50.\nX0 Y0\nM30"
     with pytest.raises(InputError, match="cannot be found from its first lines"):
         poses(source, machine, "fanuc")
 
 
 CHANGED = [
-    ("fanuc", "O1\nG21 G90\nT1 M6\nG43 H1\nG0 A0 C0\nX0 Y0 Z200.\nG49\nG68.2 X0 Y0 Z0 I140. J30. K0\nG53.1\nG0 X0 Y0\nZ50.\nM30"),
-    ("siemens", 'G71 G90 G17\nT1 M6\nD1\nG0 A0 C0\nX0 Y0 Z200\nD0\nCYCLE800(0,"",0,39,0,0,0,140,30,0,0,0,0,1)\nG0 X0 Y0\nZ50\nM30'),
-]  # fmt: skip
+    (
+        "fanuc",
+        "O1\n"
+        "G21 G90\n"
+        "T1 M6\n"
+        "G43 H1\n"
+        "G0 A0 C0\n"
+        "X0 Y0 Z200.\n"
+        "G49\n"
+        "G68.2 X0 Y0 Z0 I140. J30. K0\n"
+        "G53.1\n"
+        "G0 X0 Y0\n"
+        "Z50.\n"
+        "M30",
+    ),
+    (
+        "siemens",
+        "G71 G90 G17\n"
+        "T1 M6\n"
+        "D1\n"
+        "G0 A0 C0\n"
+        "X0 Y0 Z200\n"
+        "D0\n"
+        'CYCLE800(0,"",0,39,0,0,0,140,30,0,0,0,0,1)\n'
+        "G0 X0 Y0\n"
+        "Z50\n"
+        "M30",
+    ),
+]
 
 
 @pytest.mark.parametrize(("dialect", "source"), CHANGED)

@@ -1,4 +1,5 @@
-"""Of two positions of the table that hold a plane's tool axis, controls take one that the table reaches (PLANE, CYCLE800, G53.1).
+"""Of two positions of the table that hold a plane's tool axis, controls take one that the table reaches (PLANE,
+CYCLE800, G53.1).
 
 The plane is tilted by 45 degrees about Y: A45 C90 and A-45 C-90 hold it.
 """

@@ -1,6 +1,8 @@
-"""Ends of programs with tool axes: places of the machine, while only the whole program says on which side the table stands.
+"""Ends of programs with tool axes: places of the machine, while only the whole program says on which side the table
+stands.
 
-On the serial machine the joints are X, Y, Z, A and C themselves: what a block does not name must stay to the last digit.
+On the serial machine the joints are X, Y, Z, A and C themselves: what a block does not name must stay to the last
+digit.
 """
 
 import re
@@ -21,14 +23,22 @@ SIEMENS = (
 )
 FANUC = "G21 G90 G54\nG0 X30. Y10. Z50. G43.5 H0 I0.6 J0. K0.8\nG1 X-20. I0.48 J-0.36 K0.8 F500.\nG49\n"
 KLARTEXT = (
-    "BEGIN PGM A MM\nTOOL CALL 1 Z S5000\nFUNCTION TCPM F TCP AXIS POS PATHCTRL VECTOR\nL X+30 Y+10 Z+50 A+0 C+0 R0 FMAX\nLN X+10 Y+10 Z+50 TX+0.6 TY+0 TZ+0.8 F500\n"
-    "LN X-20 Y+10 Z+50 TX+0.48 TY-0.36 TZ+0.8\nFUNCTION RESET TCPM\n"
+    "BEGIN PGM A MM\n"
+    "TOOL CALL 1 Z S5000\n"
+    "FUNCTION TCPM F TCP AXIS POS PATHCTRL VECTOR\n"
+    "L X+30 Y+10 Z+50 A+0 C+0 R0 FMAX\n"
+    "LN X+10 Y+10 Z+50 TX+0.6 TY+0 TZ+0.8 F500\n"
+    "LN X-20 Y+10 Z+50 TX+0.48 TY-0.36 TZ+0.8\n"
+    "FUNCTION RESET TCPM\n"
 )
 #: Joints that each block sends to 0; the others stay.
 TAILS = {
-    "siemens": [["SUPA Z0 D0", "Z"], ["SUPA X0 Y0", "XY"], ["SUPA A0 C0", "AC"]], "both at once": [["SUPA Z0 D0", "Z"], ["SUPA A0 C0", "AC"], ["SUPA X0 Y0", "XY"]],
-    "one after the other": [["SUPA Z0 D0", "Z"], ["SUPA A0", "A"], ["SUPA C0", "C"], ["SUPA X0", "X"], ["SUPA Y0", "Y"]], "one block": [["SUPA Z0 D0", "Z"], ["G0 SUPA X0 Y0 A0 C0", "XYAC"]],
-    "G75": [["G75 Z0", "Z"], ["G75 X0 Y0", "XY"], ["G75 A0 C0", "AC"]], "without SUPA": [["G0 SUPA Z0 D0", "Z"], ["G0 A0 C0", "AC"], ["SUPA X0 Y0", "XY"]],
+    "siemens": [["SUPA Z0 D0", "Z"], ["SUPA X0 Y0", "XY"], ["SUPA A0 C0", "AC"]],
+    "both at once": [["SUPA Z0 D0", "Z"], ["SUPA A0 C0", "AC"], ["SUPA X0 Y0", "XY"]],
+    "one after the other": [["SUPA Z0 D0", "Z"], ["SUPA A0", "A"], ["SUPA C0", "C"], ["SUPA X0", "X"],
+                            ["SUPA Y0", "Y"]], "one block": [["SUPA Z0 D0", "Z"], ["G0 SUPA X0 Y0 A0 C0", "XYAC"]],
+    "G75": [["G75 Z0", "Z"], ["G75 X0 Y0", "XY"], ["G75 A0 C0", "AC"]],
+    "without SUPA": [["G0 SUPA Z0 D0", "Z"], ["G0 A0 C0", "AC"], ["SUPA X0 Y0", "XY"]],
     "A alone": [["G0 SUPA Z0 D0", "Z"], ["G0 A0", "A"], ["G0 C0", "C"]],
 }  # fmt: skip
 

@@ -21,8 +21,8 @@ TAP_CL = "CYCLE/TAP,{},CLEAR,2,RETURN,20\nGOTO/0,0,0\nCYCLE/OFF"
 TAP_207 = "CYCL DEF 207 RIGID Q200=2 Q201=-10 Q239={pitch} Q203=0 Q204=20\nCYCL CALL"
 TAP_209 = "CYCL DEF 209 RIGID Q200=2 Q201=-10 Q239=-1.5 Q203=0 Q204=20 Q257=4 Q256={back} Q336=50 Q403=2\nCYCL CALL"
 
-#: Dialect, program, moves (height and feed rate; None: rapid traverse, P: a dwell), spindle events (c clockwise, w counter-clockwise,
-#: s stop, with the speed) and the number of the move before which each stands.
+#: Dialect, program, moves (height and feed rate; None: rapid traverse, P: a dwell), spindle events (c clockwise, w
+#: counter-clockwise, s stop, with the speed) and the number of the move before which each stands.
 CASES = [
     # G84: from R to Z at F, dwell P ms, spindle reversed, back to R at F, G98 to the initial level
     ("fanuc", "M3 S500\nG84 Z-10 R5 P300 F600", "5 -10:600 P0.3 5:600 50", "c500@1 c500@2 w500@4 c500@5"),
@@ -37,7 +37,8 @@ CASES = [
     # 20 turns an inch; cuts of 4 mm from the reference plane, back by 2 mm, and out of the hole
     ("siemens", "CYCLE84(20,0,2,-10,,,3,,20,0,500,,,2,,1,4,2)", "2 -4:635 -2:635 -8:635 -6:635 -10:635 2:635 20",
      "c500@2 w500@3 c500@4 w500@5 c500@6 w500@7 c0@8"),
-    ("siemens", "CYCLE84(20,0,2,-10,,,3,,1,0,500,,,1,,2,5)", "2 -5:500 2:500 -10:500 2:500 20", "c500@2 w500@3 c500@4 w500@5 c0@6"),
+    ("siemens", "CYCLE84(20,0,2,-10,,,3,,1,0,500,,,1,,2,5)", "2 -5:500 2:500 -10:500 2:500 20",
+     "c500@2 w500@3 c500@4 w500@5 c0@6"),
     # 207: pitch Q239 at S; 209: each Q257 back by Q256 pitches or to the clearance, out Q403 times as fast
     ("heidenhain", TAP_207.format(pitch="+1.5"), "2 -10:750 2:750 20", "c500@2 w500@3 s500@4"),
     ("heidenhain", "M3\n" + TAP_207.format(pitch="-2"), "2 -10:1000 2:1000 20", "c500@1 w500@2 c500@3 c500@4"),
@@ -45,21 +46,29 @@ CASES = [
      "s500@2 w500@2 c1000@3 w500@4 c1000@5 w500@6 c1000@7 s500@8"),
     ("heidenhain", TAP_209.format(back=0).replace("Q257=4", "Q257=6"), "2 -6:750 2:1500 -10:750 2:1500 20",
      "s500@2 w500@2 c1000@3 w500@4 c1000@5 s500@6"),
-    # CYCLE/TAP: Creo and NX with the feed rate, by minute and by turn; the pitch by itself, and 20 turns an inch; NX names heights
-    ("aptcl", CL.format(400, "CLW") + TAP_CL.format("DEPTH,10,MMPM,500"), "20 2 -10:500 2:500 20", "c400@1 c400@3 w400@4 c400@5"),
+    # CYCLE/TAP: Creo and NX with the feed rate, by minute and by turn; the pitch by itself, and 20 turns an inch; NX
+    # names heights
+    ("aptcl", CL.format(400, "CLW") + TAP_CL.format("DEPTH,10,MMPM,500"), "20 2 -10:500 2:500 20",
+     "c400@1 c400@3 w400@4 c400@5"),
     ("aptcl", CL.format(400, "CCLW") + TAP_CL.format("DEPTH,10,MMPR,1.25,DWELL,.5"), "20 2 -10:500 P0.5 2:500 20",
      "w400@1 w400@3 c400@5 w400@6"),
-    ("aptcl", CL.format(500, "CLW") + TAP_CL.format("RIGID,DEPTH,10,TPI,20,RATIO,3"), "20 2 -10:635 2:1905 20", "c500@1 c500@3 w1500@4 c500@5"),
-    ("aptcl", CL.format(400, "CLW") + "CYCLE/TAP,RAPTO,2,FEDTO,-10,RTRCTO,20,MMPM,500,PITCH,1.25\nGOTO/0,0,0", "20 2 -10:500 2:500 20",
+    ("aptcl", CL.format(500, "CLW") + TAP_CL.format("RIGID,DEPTH,10,TPI,20,RATIO,3"), "20 2 -10:635 2:1905 20",
+     "c500@1 c500@3 w1500@4 c500@5"),
+    ("aptcl", CL.format(400, "CLW") + "CYCLE/TAP,RAPTO,2,FEDTO,-10,RTRCTO,20,MMPM,500,PITCH,1.25\nGOTO/0,0,0",
+     "20 2 -10:500 2:500 20",
      "c400@1 c400@3 w400@4 c400@5"),
-    # Creo, cycle_format fixed: depth, feed rate, unit, turns an inch, height; CATIA: depth and clearance, the pitch from the set-up
-    ("aptcl", CL.format(500, "CLW") + "CYCLE/TAP,10,635,MMPM,20,2\nGOTO/0,0,0", "2 -10:635 2:635", "c500@1 c500@2 w500@3 c500@4"),
+    # Creo, cycle_format fixed: depth, feed rate, unit, turns an inch, height; CATIA: depth and clearance, the pitch
+    # from the set-up
+    ("aptcl", CL.format(500, "CLW") + "CYCLE/TAP,10,635,MMPM,20,2\nGOTO/0,0,0", "2 -10:635 2:635",
+     "c500@1 c500@2 w500@3 c500@4"),
     ("aptcl", CL.format(400, "CLW") + "CYCLE/TAP,10,2\nGOTO/0,0,0\nGOTO/0,0,1", "2 -10:400 2:400 3 -9:400 3:400",
      "c400@1 c400@2 w400@3 c400@4 c400@5 w400@6 c400@7"),
     # in steps of 5 mm from the clearance, out of the hole after each
-    ("aptcl", CL.format(400, "CLW") + TAP_CL.format("DEEP,DEPTH,10,STEP,5,MMPR,1.25"), "20 2 -3:500 2:500 -8:500 2:500 -10:500 2:500 20",
+    ("aptcl", CL.format(400, "CLW") + TAP_CL.format("DEEP,DEPTH,10,STEP,5,MMPR,1.25"),
+     "20 2 -3:500 2:500 -8:500 2:500 -10:500 2:500 20",
      "c400@1 c400@3 w400@4 c400@5 w400@6 c400@7 w400@8 c400@9"),
-    ("aptcl", "UNITS/INCHES\n" + CL.format(100, "CLW").replace("UNITS/MM\n", "") + "CYCLE/TAP,DEPTH,1,IPR,.05,CLEAR,.1,ORIENT,90\nGOTO/0,0,0",
+    ("aptcl", "UNITS/INCHES\n" + CL.format(100, "CLW").replace("UNITS/MM\n", "")
+     + "CYCLE/TAP,DEPTH,1,IPR,.05,CLEAR,.1,ORIENT,90\nGOTO/0,0,0",
      "2.54 -25.4:127 2.54:127", "c100@1 c100@2 w100@3 c100@4"),
 ]  # fmt: skip
 
@@ -140,12 +149,18 @@ def test_holes_of_one_cycle_are_one_refusal_and_one_note(view, machine):
     assert (moves.feed == 600).sum() == 6
 
 
-@pytest.mark.parametrize(("dialect", "text"), [
-    ("rs274", "M3 S500 F600\nG0 X0 Y0 Z50\nG84 Z-10 R5\nM2"),
-    ("siemens", SIEMENS + "S500 M3 F600\nCYCLE840(20,0,2,-10,,0,4,3,0,0,1.25)\nM30"),
-    ("heidenhain", KLARTEXT + "M3\nCYCL DEF 206 TAP Q200=2 Q201=-10 Q206=150 Q211=0 Q203=0 Q204=5\nCYCL CALL\nEND PGM T MM"),
-    ("aptcl", CL.format(400, "CLW") + TAP_CL.format("FLOAT,DEPTH,10,MMPM,400") + "\nFINI"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("dialect", "text"),
+    [
+        ("rs274", "M3 S500 F600\nG0 X0 Y0 Z50\nG84 Z-10 R5\nM2"),
+        ("siemens", SIEMENS + "S500 M3 F600\nCYCLE840(20,0,2,-10,,0,4,3,0,0,1.25)\nM30"),
+        (
+            "heidenhain",
+            KLARTEXT + "M3\nCYCL DEF 206 TAP Q200=2 Q201=-10 Q206=150 Q211=0 Q203=0 Q204=5\nCYCL CALL\nEND PGM T MM",
+        ),
+        ("aptcl", CL.format(400, "CLW") + TAP_CL.format("FLOAT,DEPTH,10,MMPM,400") + "\nFINI"),
+    ],
+)
 def test_a_floating_holder_needs_no_option(view, dialect, text):
     with_option, without = (view(text, dialect=dialect, tapping=choice) for choice in ("feed", "refuse"))
     assert with_option[1] == without[1] == ()
@@ -154,26 +169,53 @@ def test_a_floating_holder_needs_no_option(view, dialect, text):
     assert without[0].findings == ()
 
 
-@pytest.mark.parametrize(("dialect", "text", "code", "part"), [
-    ("fanuc", "G84 Z-10 R5 F600", "VP017", "give S"), ("fanuc", "S500\nG84 Z-10 R5 Q2 F600", "VP002", "Q"),
-    ("fanuc", "S500\nG84 Z-10 R5 J10 F600", "VP007", "J10"), ("fanuc", "S500\nG84 Z-10 R5", "VP009", "feed"),
-    ("siemens", "CYCLE84(20,0,2,-10,,,5,,0,0,300)", "VP005", "pitch"), ("siemens", "CYCLE84(20,0,2,-10,,,5,,1,0,0)", "VP005", "SST"),
-    ("siemens", "CYCLE84(20,0,2,-10,,,5,,1,0,300,,,,,1)", "VP002", "_DAM"), ("siemens", "CYCLE84(20,0,2,-10,,,5,37,,0,300)", "VP007", "MPIT"),
-    ("siemens", "CYCLE84(20,0,2,-10,,,5,,1,0,300,,,4)", "VP002", "_PITA"), ("siemens", "CYCLE84(20,0,2,-10,,,6,,1,0,300)", "VP005", "SDAC"),
-    ("siemens", "CYCLE84(20,0,2,-10,,,5,,1,0,300,,,,,1,0.0001)", "VP007", "cuts"),
-    *(("aptcl", CL.format(400, "CLW") + f"CYCLE/TAP,{words}\nGOTO/0,0,0", code, part) for words, code, part in (
-        ("10,2", "VP005", "tool 1"), ("DEPTH,10,CLEAR,2", "VP005", "pitch"), ("10,500,MMPM,20,2", "VP007", "1.25 mm of its feed"),
-        ("DEPTH,10,CLEAR,2,MMPR,-1", "VP007", "-1"), ("DEPTH,10,CLEAR,-1,MMPR,1", "VP007", "CLEAR"),
-    )),
-    ("aptcl", CL.format(400, "CLW") + "SPINDL/OFF\nCYCLE/TAP,DEPTH,10,CLEAR,2,MMPR,1\nGOTO/0,0,0", "VP017", "SPINDL"),
-    *(("aptcl", CL.format(400, "CLW") + f"CYCLE/TAP,{words}", code, part) for words, code, part in (
-        ("10,2,3", "VP005", "3"), ("10,2,MMPR,1.25", "VP005", "10"), ("BRKCHP,DEPTH,9,CLEAR,2,STEP,3,MMPR,1", "VP002", "BRKCHP"),
-        ("DEEP,DEPTH,10,CLEAR,2,MMPR,1", "VP005", "STEP"), ("DEPTH,10,CLEAR,2,STEP,3,MMPR,1", "VP002", "STEP"),
-        ("DEPTH,10,CLEAR,2,TPI,0", "VP007", "TPI"), ("DEPTH,10,CLEAR,2,MMPR,1,RATIO,.5", "VP007", "RATIO"),
-        ("DEPTH,10,CLEAR,2,MMPR,1,MULTRD,2", "VP002", "MULTRD"),
-    )),
-    ("heidenhain", TAP_207.format(pitch="+0"), "VP007", "Q239"), ("heidenhain", TAP_209.format(back=-1), "VP007", "Q256"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("dialect", "text", "code", "part"),
+    [
+        ("fanuc", "G84 Z-10 R5 F600", "VP017", "give S"),
+        ("fanuc", "S500\nG84 Z-10 R5 Q2 F600", "VP002", "Q"),
+        ("fanuc", "S500\nG84 Z-10 R5 J10 F600", "VP007", "J10"),
+        ("fanuc", "S500\nG84 Z-10 R5", "VP009", "feed"),
+        ("siemens", "CYCLE84(20,0,2,-10,,,5,,0,0,300)", "VP005", "pitch"),
+        ("siemens", "CYCLE84(20,0,2,-10,,,5,,1,0,0)", "VP005", "SST"),
+        ("siemens", "CYCLE84(20,0,2,-10,,,5,,1,0,300,,,,,1)", "VP002", "_DAM"),
+        ("siemens", "CYCLE84(20,0,2,-10,,,5,37,,0,300)", "VP007", "MPIT"),
+        ("siemens", "CYCLE84(20,0,2,-10,,,5,,1,0,300,,,4)", "VP002", "_PITA"),
+        ("siemens", "CYCLE84(20,0,2,-10,,,6,,1,0,300)", "VP005", "SDAC"),
+        ("siemens", "CYCLE84(20,0,2,-10,,,5,,1,0,300,,,,,1,0.0001)", "VP007", "cuts"),
+        *(
+            ("aptcl", CL.format(400, "CLW") + f"CYCLE/TAP,{words}\nGOTO/0,0,0", code, part)
+            for words, code, part in (
+                ("10,2", "VP005", "tool 1"),
+                ("DEPTH,10,CLEAR,2", "VP005", "pitch"),
+                ("10,500,MMPM,20,2", "VP007", "1.25 mm of its feed"),
+                ("DEPTH,10,CLEAR,2,MMPR,-1", "VP007", "-1"),
+                ("DEPTH,10,CLEAR,-1,MMPR,1", "VP007", "CLEAR"),
+            )
+        ),
+        (
+            "aptcl",
+            CL.format(400, "CLW") + "SPINDL/OFF\nCYCLE/TAP,DEPTH,10,CLEAR,2,MMPR,1\nGOTO/0,0,0",
+            "VP017",
+            "SPINDL",
+        ),
+        *(
+            ("aptcl", CL.format(400, "CLW") + f"CYCLE/TAP,{words}", code, part)
+            for words, code, part in (
+                ("10,2,3", "VP005", "3"),
+                ("10,2,MMPR,1.25", "VP005", "10"),
+                ("BRKCHP,DEPTH,9,CLEAR,2,STEP,3,MMPR,1", "VP002", "BRKCHP"),
+                ("DEEP,DEPTH,10,CLEAR,2,MMPR,1", "VP005", "STEP"),
+                ("DEPTH,10,CLEAR,2,STEP,3,MMPR,1", "VP002", "STEP"),
+                ("DEPTH,10,CLEAR,2,TPI,0", "VP007", "TPI"),
+                ("DEPTH,10,CLEAR,2,MMPR,1,RATIO,.5", "VP007", "RATIO"),
+                ("DEPTH,10,CLEAR,2,MMPR,1,MULTRD,2", "VP002", "MULTRD"),
+            )
+        ),
+        ("heidenhain", TAP_207.format(pitch="+0"), "VP007", "Q239"),
+        ("heidenhain", TAP_209.format(back=-1), "VP007", "Q256"),
+    ],
+)
 def test_what_tapping_needs(view, dialect, text, code, part):
     findings = view(program(dialect, text), dialect=dialect, tapping="feed")[1]
     assert [item.code for item in findings] == [code]
@@ -181,7 +223,9 @@ def test_what_tapping_needs(view, dialect, text, code, part):
 
 
 def test_the_same_thread_is_the_same_motion_in_every_language(view):
-    """M8 coarse, 400 turns a minute, from 2 mm over the surface to 10 mm below it, then to 20 mm; RS274/NGC written out."""
+    """M8 coarse, 400 turns a minute, from 2 mm over the surface to 10 mm below it, then to 20 mm; RS274/NGC written
+    out.
+    """
     programs = {
         "rs274": "G21 G90 G0 X0 Y0 Z50\nF500\nG0 Z2\nG1 Z-10\nZ2\nG0 Z20\nM2",
         "fanuc": program("fanuc", "S400\nG0 Z20\nG84 Z-10 R2 F500"),
@@ -196,11 +240,19 @@ def test_the_same_thread_is_the_same_motion_in_every_language(view):
     assert found["siemens"] == found["heidenhain"] == found["rs274"]
 
 
-@pytest.mark.parametrize(("cl", "twin"), [
-    ("CYCLE/TAP,DEPTH,10,CLEAR,2,MMPR,1.25,DWELL,.2\nGOTO/0,0,0\nGOTO/9,0,0", "G43 H1\nG99 G84 X0 Y0 Z-10 R2 P.2 F500\nX9"),
-    ("CYCLE/TAP,DEPTH,10,CLEAR,2,MMPR,1.25\nGOTO/10,0,0,0,.6,.8",
-     "G0 X10 Y1.2 Z1.6 I0 J.6 K.8\nG61.1 G1 X10 Y-6 Z-8 F500 I0 J.6 K.8\nX10 Y1.2 Z1.6 I0 J.6 K.8"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("cl", "twin"),
+    [
+        (
+            "CYCLE/TAP,DEPTH,10,CLEAR,2,MMPR,1.25,DWELL,.2\nGOTO/0,0,0\nGOTO/9,0,0",
+            "G43 H1\nG99 G84 X0 Y0 Z-10 R2 P.2 F500\nX9",
+        ),
+        (
+            "CYCLE/TAP,DEPTH,10,CLEAR,2,MMPR,1.25\nGOTO/10,0,0,0,.6,.8",
+            "G0 X10 Y1.2 Z1.6 I0 J.6 K.8\nG61.1 G1 X10 Y-6 Z-8 F500 I0 J.6 K.8\nX10 Y1.2 Z1.6 I0 J.6 K.8",
+        ),
+    ],
+)
 def test_setpoints_of_a_thread_are_those_of_g84_and_of_moves_written_out(machine, cl, twin):
     """On the machine: upright against G84 of RS274/NGC, along a tilted axis against moves."""
     options = {

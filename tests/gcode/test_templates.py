@@ -1,4 +1,6 @@
-"""The fast readers of one line give what the exact one gives: the same words, the same numbers, columns that can be found."""
+"""The fast readers of one line give what the exact one gives: the same words, the same numbers, columns that can be
+found.
+"""
 
 import numpy as np
 import pytest
@@ -40,12 +42,17 @@ names = st.sampled_from(
     ["ABS", "SIN", "cos", "TAN", "FIX", "FUP", "ROUND", "SQRT", "EXP", "LN", "ASIN", "ACOS", "EXISTS"]
 )
 values = st.recursive(
-    numbers | st.builds("#{}".format, st.sampled_from(["1", "2", "3", "4", "5", "6", "9", "0", "99", "1.5", "[1+1]", "#2"])),
+    numbers
+    | st.builds("#{}".format, st.sampled_from(["1", "2", "3", "4", "5", "6", "9", "0", "99", "1.5", "[1+1]", "#2"])),
     lambda inner: st.one_of(
-        st.builds("[{}{}{}]".format, inner, operators, inner), st.builds("{}[{}]".format, names, inner), st.builds("-{}".format, inner),
-        st.builds("ATAN[{}]/[{}]".format, inner, inner), st.builds("[{}]".format, inner),
-    ), max_leaves=6,
-)  # fmt: skip
+        st.builds("[{}{}{}]".format, inner, operators, inner),
+        st.builds("{}[{}]".format, names, inner),
+        st.builds("-{}".format, inner),
+        st.builds("ATAN[{}]/[{}]".format, inner, inner),
+        st.builds("[{}]".format, inner),
+    ),
+    max_leaves=6,
+)
 words = st.builds("{}{}".format, st.sampled_from("GGMXYZACFSTPQRIJKLHDENO"), values)
 lines = st.lists(
     words | st.builds("#{}={}".format, st.sampled_from(["1", "31", "1.2", "[2]", "#3"]), values), max_size=5
@@ -98,15 +105,24 @@ def test_plain_words_become_the_block_of_the_exact_reader(line):
     assert [find_word_columns(line)[-place - 1] for place in places] == columns
 
 
-@pytest.mark.parametrize("line", [
-    "G1 X[1+#2] Y-#3", "N10 G1 X[#1*2+3/4-SIN[30]] F[#2]", "#1=5 #2=[#3 MOD 2]", "G1X#[1+1]Y##2", "G[1] X[1 LT 2]", "X-ATAN[1]/[2]",
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "line",
+    [
+        "G1 X[1+#2] Y-#3",
+        "N10 G1 X[#1*2+3/4-SIN[30]] F[#2]",
+        "#1=5 #2=[#3 MOD 2]",
+        "G1X#[1+1]Y##2",
+        "G[1] X[1 LT 2]",
+        "X-ATAN[1]/[2]",
+    ],
+)
 def test_ordinary_lines_have_templates(line):
     assert read_by_template(line, Values()) is not None
 
 
 @pytest.mark.parametrize("line", [
-    "X[1/0]", "X#99", "X1 X2", "#1=1+1", "X[1e3]", "X[#5*#5]", "X" + "[" * 60 + "1" + "]" * 60, "X#<a>", "(MSG,x) X1", "G1 X[2**200]", "N[1] X1",
+    "X[1/0]", "X#99", "X1 X2", "#1=1+1", "X[1e3]", "X[#5*#5]", "X" + "[" * 60 + "1" + "]" * 60, "X#<a>", "(MSG,x) X1",
+    "G1 X[2**200]", "N[1] X1",
     "X1.2.3", "O1 X1", "X[1]2", "X1000" + "0" * 30, "%", "X?", "X\u00b2",
 ])  # fmt: skip
 def test_the_rest_is_for_the_exact_reader(line):

@@ -134,7 +134,12 @@ def test_a_vector_is_the_same_axis_on_machines_of_either_sense(tmp_path, a_sense
             text = text.replace(f'{name}_positive = "workpiece"', f'{name}_positive = "tool"')
     (tmp_path / "m.toml").write_text(text, encoding="utf-8")
     machine = verne_post.load_machine(str(tmp_path / "m.toml"))
-    body = f"G43.5 G0 X0 Y0 Z60 {axis_words(30, 40)}\nG1 X20 {axis_words(45, 80)}\nG49\nG0 X30 A{a_sense * 20} C{c_sense * 50}"
+    body = (
+        f"G43.5 G0 X0 Y0 Z60 {axis_words(30, 40)}\n"
+        f"G1 X20 {axis_words(45, 80)}\n"
+        "G49\n"
+        f"G0 X30 A{a_sense * 20} C{c_sense * 50}"
+    )
     path = assemble(f"{HEAD}{body}\nM2\n".encode(), machine, Options(tool_length=50.0)).path
     expected = axis_of(*np.radians([[45.0, 20.0], [80.0, 50.0]]))
     assert axis_of(path.end[:, 3], path.end[:, 4]) == pytest.approx(expected, abs=1e-9)

@@ -136,7 +136,8 @@ def test_words_are_those_of_a_regular_expression(lines, newline, final):
 
 
 @pytest.mark.parametrize("line", [
-    "X", "X+", "X-", "X.", "X-.", "X1.2.3", "X1-2", "X--1", "X+-5", "XY1", "5", "5X1", ".X1", "-X1", "G0 X1 (c", "X(c)1", "X1(c)5",
+    "X", "X+", "X-", "X.", "X-.", "X1.2.3", "X1-2", "X--1", "X+-5", "XY1", "5", "5X1", ".X1", "-X1", "G0 X1 (c",
+    "X(c)1", "X1(c)5",
     "#1=2", "X#1", "X[1]", "/X1", "%", "X1,5", "X1\u00e9", "X1\x00", "G0 X1 Y", "@1", "X1e", "X1234567890123456",
     "X0.0000000000000001",
 ])  # fmt: skip
@@ -208,11 +209,18 @@ def test_chunk_boundaries_mean_nothing(monkeypatch, view, size):
     assert same(view(PROGRAM.replace("G2 X48 I4", "G2 X48")), view(PROGRAM.replace("G2 X48 I4", "G2 X48 (no centre)")))
 
 
-@pytest.mark.parametrize("change", [
-    lambda text: text.replace("\n", "\r\n"), lambda text: text.rstrip("\n"), lambda text: text.replace("\n", "  \t\n"),
-    lambda text: text.lower().replace("msg, half", "MSG, half"), lambda text: text + "X1 garbage ((\n",
-    lambda text: text.replace("X", " X ").replace("Y", "\tY"),
-], ids=["CRLF", "no final newline", "trailing blanks", "lower case", "text after the end", "blanks"])  # fmt: skip
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda text: text.replace("\n", "\r\n"),
+        lambda text: text.rstrip("\n"),
+        lambda text: text.replace("\n", "  \t\n"),
+        lambda text: text.lower().replace("msg, half", "MSG, half"),
+        lambda text: text + "X1 garbage ((\n",
+        lambda text: text.replace("X", " X ").replace("Y", "\tY"),
+    ],
+    ids=["CRLF", "no final newline", "trailing blanks", "lower case", "text after the end", "blanks"],
+)
 def test_line_ends_blanks_and_case_mean_nothing(view, change):
     assert same(view(change(PROGRAM)), view(PROGRAM))
 

@@ -1,9 +1,10 @@
 """Golden setpoints of the samples: what they are, and the one command that makes them anew.
 
 Run: python -m tests.golden.renew
-Converts every sample of SAMPLES, with the set-up file beside it, and writes golden.json: its duration, and every column at 24 instants and at
-its extremes. The command prints a fingerprint. It belongs into the newest entry under "Motion changes" of CHANGELOG.md, as
-"(golden 0123abcd)", with what has changed for users and why: the suite fails until it stands there.
+Converts every sample of SAMPLES, with the set-up file beside it, and writes golden.json: its duration, and every column
+at 24 instants and at its extremes. The command prints a fingerprint. It belongs into the newest entry under "Motion
+changes" of CHANGELOG.md, as "(golden 0123abcd)", with what has changed for users and why: the suite fails until it
+stands there.
 """
 
 import hashlib
@@ -18,7 +19,8 @@ import numpy as np
 
 ROOT = Path(__file__).resolve().parents[2]
 FILE = Path(__file__).with_name("golden.json")
-#: One each of corners that are blended, five axes in short segments, arcs and holes, splines, inverse time, tilted planes; seconds each.
+#: One each of corners that are blended, five axes in short segments, arcs and holes, splines, inverse time, tilted
+#: planes; seconds each.
 SAMPLES = (
     "inch.nc",
     "posted.nc",
@@ -34,7 +36,9 @@ INSTANTS = 24
 
 
 def measure(csv: str) -> dict[str, Any]:
-    """What is kept of a setpoint file: duration, s, columns (joints and line), lowest and highest values, values at the instants."""
+    """What is kept of a setpoint file: duration, s, columns (joints and line), lowest and highest values, values at the
+    instants.
+    """
     head, *lines = csv.splitlines()
     table = np.array([line.split(",") for line in lines], dtype=float)
     at = np.unique(np.linspace(0, len(table) - 1, INSTANTS).round().astype(int))
@@ -73,7 +77,8 @@ def main() -> int:
     lines = [f"{json.dumps(sample)}: {json.dumps(found)}" for sample, found in make().items()]
     FILE.write_text("{\n" + ",\n".join(lines) + "\n}\n", "utf-8")
     print(
-        f'golden {fingerprint(FILE.read_bytes())}: name it under "Motion changes" of CHANGELOG.md, with what has changed and why'
+        f'golden {fingerprint(FILE.read_bytes())}: name it under "Motion changes" of CHANGELOG.md, with what has '
+        "changed and why"
     )
     return 0
 

@@ -1,10 +1,10 @@
 """Setpoints of the samples are those that golden.json keeps, and whoever changes that file says so in CHANGELOG.md.
 
-Tolerances. Where corners are blended, planning ends iterations at thresholds, so another processor, or another release of numpy or scipy,
-finds another of many profiles: durations differ by parts in 1e4. DURATION is what a change of planning for users would be.
-A row is then off along the path by the speed times that part of the duration; across the path it is not. So a value may be off
-by DURATION of the duration at the largest speed of its column, and extremes, which the contour sets, by what blending leaves open within its
-tolerance of 0.01 mm: PATH, in mm and degrees.
+Tolerances. Where corners are blended, planning ends iterations at thresholds, so another processor, or another release
+of numpy or scipy, finds another of many profiles: durations differ by parts in 1e4. DURATION is what a change of
+planning for users would be. A row is then off along the path by the speed times that part of the duration; across the
+path it is not. So a value may be off by DURATION of the duration at the largest speed of its column, and extremes,
+which the contour sets, by what blending leaves open within its tolerance of 0.01 mm: PATH, in mm and degrees.
 """
 
 import json
@@ -43,5 +43,6 @@ def test_golden_changes_are_motion_changes() -> None:
         pytest.skip("beside an installed wheel there is no change log")
     section = (ROOT / "CHANGELOG.md").read_text("utf-8").split("### Motion changes", 1)[1].split("\n## ", 1)[0]
     assert f"(golden {fingerprint(FILE.read_bytes())})" in section, (
-        'golden.json was renewed: say what changed, and why, under "Motion changes", with its fingerprint (tests/golden/renew.py)'
+        'golden.json was renewed: say what changed, and why, under "Motion changes", with its fingerprint '
+        "(tests/golden/renew.py)"
     )

@@ -1,4 +1,6 @@
-"""Machines for the tests of this folder: the shipped file with single keys changed. Second opinions on their solutions."""
+"""Machines for the tests of this folder: the shipped file with single keys changed. Second opinions on their
+solutions.
+"""
 
 import sys
 import tomllib

@@ -1,6 +1,7 @@
 """The as-built VERNE written down a second time, from the equations alone: for tests, without a line of the product.
 
-Rotations by scipy, no elimination, derivatives by differences. mm, rad; base frame with z down, upright frame with z up.
+Rotations by scipy, no elimination, derivatives by differences. mm, rad; base frame with z down, upright frame with z
+up.
 """
 
 from __future__ import annotations
@@ -66,7 +67,8 @@ class SixRods:
     def inverse(self, tip, a, c, tool, start):
         """Joints for a programmed tip, A and C, C as programmed: ten unknowns, ten equations.
 
-        Six rods, the tip, and the axis in one plane with the programmed one and the tilt axis. ``start`` are joints near them.
+        Six rods, the tip, and the axis in one plane with the programmed one and the tilt axis. ``start`` are joints
+        near them.
         """
         wanted = np.array([math.sin(c) * math.sin(a), math.cos(c) * math.sin(a), math.cos(a)])
 
@@ -88,9 +90,17 @@ class SixRods:
 def random_table(seed, mm=0.05, mrad=0.1):
     """Deviations of all 58 entries."""
     rng = np.random.default_rng(seed)
-    shapes = {"platform_ends_mm": (6, 3), "slider_ends_mm": (6, 3), "rod_lengths_mm": (6,), "guides_mrad": (3, 2),
-              "tilt_axis_mm": (2,), "tilt_axis_mrad": (2,), "rotary_axis_mm": (2,), "rotary_axis_mrad": (2,),
-              "spindle_axis_mrad": (2,)}  # fmt: skip
+    shapes = {
+        "platform_ends_mm": (6, 3),
+        "slider_ends_mm": (6, 3),
+        "rod_lengths_mm": (6,),
+        "guides_mrad": (3, 2),
+        "tilt_axis_mm": (2,),
+        "tilt_axis_mrad": (2,),
+        "rotary_axis_mm": (2,),
+        "rotary_axis_mrad": (2,),
+        "spindle_axis_mrad": (2,),
+    }
     return {
         key: ((mrad if "mrad" in key else mm) * rng.standard_normal(shape)).tolist() for key, shape in shapes.items()
     }

@@ -111,7 +111,9 @@ def test_without_deviations_the_joints_are_the_nominal_ones(poses):
 
 @pytest.mark.parametrize("sample", ["posted.nc", "pocket_3axis.nc"])
 def test_without_deviations_setpoints_are_the_nominal_ones(sample):
-    """From stop to stop: profiles are made of derivatives, which amplify rounding of the joints (1e-12 mm) a thousandfold."""
+    """From stop to stop: profiles are made of derivatives, which amplify rounding of the joints (1e-12 mm) a
+    thousandfold.
+    """
     source = (SAMPLES / sample).read_bytes()
     options = vp.Options(tool_length=80.0, wcs={"G54": (0, 0, 20)}, smoothing="off", decimals=10)
     rows = [vp.convert(source, machine, options).setpoints for machine in (built({}), vp.load_machine("verne"))]

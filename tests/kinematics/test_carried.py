@@ -21,9 +21,11 @@ LENGTH = 80.0
 
 
 def judge(values, length):
-    """Misfits of the struts (n, 3), mm, tip and tool axis (n, 3) in the part frame, of joints of the file (n, 5) and P (n, 3).
+    """Misfits of the struts (n, 3), mm, tip and tool axis (n, 3) in the part frame, of joints of the file (n, 5) and P
+    (n, 3).
 
-    The platform is turned about the two axes of the universal joint until the slide, z of the platform, points from its middle to P.
+    The platform is turned about the two axes of the universal joint until the slide, z of the platform, points from its
+    middle to P.
     """
 
     def of_place(place):
@@ -59,7 +61,9 @@ def random_poses(n):
 
 
 def test_inverse_by_the_judge():
-    """Struts, wrist and tip of 1000 poses close by matrices from the file; forward comes back; each pose is one that home leads to."""
+    """Struts, wrist and tip of 1000 poses close by matrices from the file; forward comes back; each pose is one that
+    home leads to.
+    """
     machine = verne_post.load_machine("tricept")
     tip, axis = random_poses(1000)
     q, ok = machine.inverse(tip, axis, LENGTH)
@@ -145,7 +149,8 @@ def refuse(*changes):
         ("gauge = [0.0, 0.0, 1300.0]", "gauge = [0.0, 9.0, 1300.0]", "chain.gauge is not on the line"),
         ("axis = [0.0, 0.0, -1.0]  ", "axis = [0.0, 0.6, -0.8]  ", "chain.axis is not along"),
         ('carrier = "assumed"', "", "provenance.carrier is missing"),
-        ("travel_mm = [600.0, 1600.0]", "slides = [0, 0, 1]\ntravel_mm = [600.0, 1600.0]", "the value of a strut is its length"),
+        ("travel_mm = [600.0, 1600.0]", "slides = [0, 0, 1]\ntravel_mm = [600.0, 1600.0]",
+         "the value of a strut is its length"),
         ("[home] ", '[table]\nradius = 200.0\n[home] ', "leave [table] out"),
     ],
 )  # fmt: skip

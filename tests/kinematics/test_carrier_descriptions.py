@@ -1,4 +1,6 @@
-"""What cannot depend on how a machine with a carrier is described: directions of the base, home, and the order of rods and struts."""
+"""What cannot depend on how a machine with a carrier is described: directions of the base, home, and the order of rods
+and struts.
+"""
 
 import tomllib
 from typing import Any

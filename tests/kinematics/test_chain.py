@@ -24,7 +24,9 @@ LIMITS = "velocity = 500.0\nacceleration = 4000.0\njerk = 80000.0\n"
 def describe(
     tool: str, part: str, joints: dict[str, str], gauge: str = "[0, 0, 300]", axis: str = "[0, 0, 1]", chain: str = ""
 ) -> str:
-    """A machine file: joints in the order of letters from the base outwards, and the geometry keys of the rotary ones."""
+    """A machine file: joints in the order of letters from the base outwards, and the geometry keys of the
+    rotary ones.
+    """
     text = 'schema = 2\nname = "test"\n[chain]\n'
     text += f"tool = {list(tool)}\npart = {list(part)}\ngauge = {gauge}\naxis = {axis}\n".replace("'", '"')
     text += chain or "part_zero = [0, 0, 0]\n"
@@ -102,7 +104,8 @@ def judge(text: str, values: dict[str, np.ndarray], length: float) -> tuple[np.n
     return (both @ tip)[..., :3], (both @ away)[..., :3]
 
 
-#: Pairs at right angles on all sides, with directions that lie along nothing: letters of the tool's side, of the part's, seed.
+#: Pairs at right angles on all sides, with directions that lie along nothing: letters of the tool's side, of the
+#: part's, seed.
 RANDOM = [
     ("xyz", "bc", 1),
     ("xy", "zca", 2),
@@ -115,7 +118,9 @@ RANDOM = [
 
 
 def random_machine(tool: str, part: str, seed: int, between: float = 90.0, beside: float = 90.0) -> str:
-    """A machine file with degrees between its rotary joints and between the farther one and the tool, else at random."""
+    """A machine file with degrees between its rotary joints and between the farther one and the tool, else at
+    random.
+    """
     random = np.random.default_rng(seed)
     near, far = [letter for letter in (*reversed(part), *tool) if letter in "abc"]
     frame = np.linalg.qr(random.normal(size=(3, 3)))[0]
@@ -134,13 +139,16 @@ def random_machine(tool: str, part: str, seed: int, between: float = 90.0, besid
         for letter in "xyz"
     }
     for letter, unit in ((near, frame[0]), (far, frame[1])):
-        joints[letter] = (f"turns = {(random.uniform(0.5, 2) * unit).tolist()}\nthrough = {random.uniform(-90, 90, 3).tolist()}\n"
-                          f'positive = "{random.choice(["tool", "part"])}"\n{travel * (letter == far)}')  # fmt: skip
+        joints[letter] = (
+            f"turns = {(random.uniform(0.5, 2) * unit).tolist()}\nthrough = {random.uniform(-90, 90, 3).tolist()}\n"
+            f'positive = "{random.choice(["tool", "part"])}"\n{travel * (letter == far)}'
+        )
     chain = f"part_zero = {random.uniform(-50, 50, 3).tolist()}\nup = {random.normal(size=3).tolist()}\n"
     return describe(tool, part, joints, str(random.uniform(-300, 300, 3).tolist()), str(axis.tolist()), chain)
 
 
-#: The same with degrees between the joints, and between the farther one and the tool: with a pole, and with a hole round it.
+#: The same with degrees between the joints, and between the farther one and the tool: with a pole, and with a hole
+#: round it.
 SKEW = [
     ("yz", "xbc", 11, 45.0, 45.0),
     ("xyzca", "", 12, 50.0, 50.0),
@@ -153,7 +161,9 @@ SKEW = [
 
 @pytest.mark.parametrize("described", RANDOM + SKEW, ids=lambda described: str(described[2]))
 def test_round_trip_against_matrices(described: tuple[Any, ...]) -> None:
-    """15,000 random poses a machine, both solutions: the judge puts tip and axis where they were; beyond the reach there is none."""
+    """15,000 random poses a machine, both solutions: the judge puts tip and axis where they were; beyond the reach
+    there is none.
+    """
     seed = described[2]
     text = random_machine(*described)
     machine = build(text)
@@ -243,7 +253,8 @@ def test_bodies_stand_where_the_tool_is() -> None:
         assert np.abs(gauge - below - axis).max() < 1e-9
 
 
-# --- other people's formulas: LinuxCNC's trt, bridge mill (5axis) and max kinematics ---------------------------------------
+# --- other people's formulas: LinuxCNC's trt, bridge mill (5axis) and max kinematics
+# ---------------------------------------
 
 
 def rows(*columns: object) -> np.ndarray:
@@ -270,10 +281,17 @@ def test_linuxcnc_trunnions(letter: str, sense: float) -> None:
     direction = [1, 0, 0] if letter == "a" else [0, 1, 0]
     positive = "part" if sense > 0 else "tool"
     through = (rotary_point + tilt_point).tolist()
-    machine = build(describe("xyz", letter + "c", {
-        letter: f'turns = {direction}\nthrough = {through}\npositive = "{positive}"\n',
-        "c": f'turns = [0, 0, 1]\nthrough = {rotary_point.tolist()}\npositive = "{positive}"\n',
-    }, gauge="[0, 0, 30]"))  # fmt: skip
+    machine = build(
+        describe(
+            "xyz",
+            letter + "c",
+            {
+                letter: f'turns = {direction}\nthrough = {through}\npositive = "{positive}"\n',
+                "c": f'turns = [0, 0, 1]\nthrough = {rotary_point.tolist()}\npositive = "{positive}"\n',
+            },
+            gauge="[0, 0, 30]",
+        )
+    )
     linear, rotary = joint_values()
     x, y, z = (linear - rotary_point - tilt_point).T
     (st, ct), (sc, cc) = ((np.sin(one), np.cos(one)) for one in sense * np.radians(rotary).T)
@@ -287,9 +305,17 @@ def test_linuxcnc_trunnions(letter: str, sense: float) -> None:
 
 def test_linuxcnc_bridge_mill() -> None:
     """5axiskins: C carries B, whose positive angle is left-handed; the pivot is 250 mm over the tip at home."""
-    machine = build(describe("xyzcb", "", {
-        "b": "turns = [0, -1, 0]\nthrough = [0, 0, 250]\n", "c": "turns = [0, 0, 1]\nthrough = [0, 0, 0]\n",
-    }, gauge="[0, 0, 250]"))  # fmt: skip
+    machine = build(
+        describe(
+            "xyzcb",
+            "",
+            {
+                "b": "turns = [0, -1, 0]\nthrough = [0, 0, 250]\n",
+                "c": "turns = [0, 0, 1]\nthrough = [0, 0, 0]\n",
+            },
+            gauge="[0, 0, 250]",
+        )
+    )
     linear, rotary = joint_values()
     (sb, cb), (sc, cc) = ((np.sin(one), np.cos(one)) for one in np.radians(rotary).T)
     wanted = linear + 250.0 * rows(sb * cc, sb * sc, 1.0 - cb)
@@ -299,10 +325,17 @@ def test_linuxcnc_bridge_mill() -> None:
 @pytest.mark.parametrize("conventional", [1.0, -1.0])
 def test_linuxcnc_max(conventional: float) -> None:
     """Maxkins: B head over a C table, pivot 120 mm and tool 60 mm."""
-    machine = build(describe("xyzb", "c", {
-        "b": f"turns = [0, {conventional}, 0]\nthrough = [0, 0, 180]\n",
-        "c": 'turns = [0, 0, 1]\nthrough = [0, 0, 0]\npositive = "tool"\n',
-    }, gauge="[0, 0, 60]"))  # fmt: skip
+    machine = build(
+        describe(
+            "xyzb",
+            "c",
+            {
+                "b": f"turns = [0, {conventional}, 0]\nthrough = [0, 0, 180]\n",
+                "c": 'turns = [0, 0, 1]\nthrough = [0, 0, 0]\npositive = "tool"\n',
+            },
+            gauge="[0, 0, 60]",
+        )
+    )
     linear, rotary = joint_values()
     b, c = np.radians(rotary).T
     x, y = linear[:, 0] - conventional * 180.0 * np.sin(b), linear[:, 1]
@@ -310,7 +343,8 @@ def test_linuxcnc_max(conventional: float) -> None:
     assert np.abs(forward(machine, linear, *rotary.T, 60.0) - wanted).max() < 1e-12 * 1e3
 
 
-# --- what cannot depend on how a machine is described -----------------------------------------------------------------------
+# --- what cannot depend on how a machine is described
+# -----------------------------------------------------------------------
 
 
 def test_sides_of_linear_axes_do_not_matter() -> None:
@@ -352,9 +386,16 @@ def test_directions_of_the_base_do_not_matter() -> None:
 
 def test_senses_in_words() -> None:
     """Bridge mill: B is left-handed."""
-    machine = build(describe("xyzcb", "", {
-        "b": "turns = [0, -1, 0]\nthrough = [0, 0, 250]\n", "c": "turns = [0, 0, 1]\nthrough = [0, 0, 0]\n",
-    }))  # fmt: skip
+    machine = build(
+        describe(
+            "xyzcb",
+            "",
+            {
+                "b": "turns = [0, -1, 0]\nthrough = [0, 0, 250]\n",
+                "c": "turns = [0, 0, 1]\nthrough = [0, 0, 0]\n",
+            },
+        )
+    )
     assert list(describe_senses(machine))[3:] == [
         "B +10: the tool leans towards -x of the part",
         "C +10: with B +10, the tool leans from -x towards -y of the part",
@@ -363,7 +404,8 @@ def test_senses_in_words() -> None:
     assert b == "B +10: the tool leans towards +x of the part"
 
 
-# --- files that are refused ------------------------------------------------------------------------------------------------
+# --- files that are refused
+# ------------------------------------------------------------------------------------------------
 
 B = "turns = [0, 1, 0]\nthrough = [0, 0, 0]\n"
 C = "turns = [0, 0, 1]\nthrough = [0, 0, 0]\n"
@@ -373,11 +415,16 @@ C = "turns = [0, 0, 1]\nthrough = [0, 0, 0]\n"
     ("text", "said"),
     [
         (describe("xyz", "bc", {"b": B, "c": B}), "the two rotary joints are parallel"),
-        (describe("xyzbc", "", {"b": B, "c": C}), "the rotary joint farther from the part and the tool axis are parallel"),
-        (describe("xyz", "bc", {"b": B.replace("1, 0]", "1, 1]"), "c": C}), "b -180 and 180, its folds; expected a travel between them"),
-        (describe("xyz", "bc", {"b": B.replace("1, 0]", "1, 1]") + "travel_deg = [-10, 181]\n", "c": C}), "travel_deg = [-10.0, 181.0]: the pair"),
-        (describe("xyz", "bc", {"b": B.replace("1, 0]", "1, 1]"), "c": C}, axis="[0, 0.01, 2]"), "the tool just misses the direction of the"),
-        (describe("xyz", "bc", {"b": B.replace("[0, 1", "[0, 1, 0.001]#"), "c": C}), "give them as drawn, not as measured"),
+        (describe("xyzbc", "", {"b": B, "c": C}),
+         "the rotary joint farther from the part and the tool axis are parallel"),
+        (describe("xyz", "bc", {"b": B.replace("1, 0]", "1, 1]"), "c": C}),
+         "b -180 and 180, its folds; expected a travel between them"),
+        (describe("xyz", "bc", {"b": B.replace("1, 0]", "1, 1]") + "travel_deg = [-10, 181]\n", "c": C}),
+         "travel_deg = [-10.0, 181.0]: the pair"),
+        (describe("xyz", "bc", {"b": B.replace("1, 0]", "1, 1]"), "c": C}, axis="[0, 0.01, 2]"),
+         "the tool just misses the direction of the"),
+        (describe("xyz", "bc", {"b": B.replace("[0, 1", "[0, 1, 0.001]#"), "c": C}),
+         "give them as drawn, not as measured"),
         (describe("xyzb", "", {"b": B}), "expected x, y, z, and two of a, b, c"),
         (describe("xy", "bc", {"b": B, "c": C}), "expected every joint once"),
         (describe("xybz", "c", {"b": B, "c": C}), "b turns z: a rotary joint that carries a linear one"),
@@ -386,7 +433,8 @@ C = "turns = [0, 0, 1]\nthrough = [0, 0, 0]\n"
         (describe("xyz", "bc", {"b": B, "c": C + "slides = [1, 0, 0]\n"}), "expected one of slides and turns"),
         (describe("xyz", "bc", {"b": B.replace("1", "0"), "c": C}), "the direction [0, 0, 0] is none"),
         (describe("xyz", "bc", {"b": B, "c": C}, axis="[0, 0, 0]"), "axis = [0, 0, 0]: expected a direction"),
-        (describe("xyz", "ab", {"a": B.replace("0, 1", "1, 0"), "b": B}) + 'table = "assumed"\n[table]\nradius = 99.0\n', "no face at z = 0"),
+        (describe("xyz", "ab", {"a": B.replace("0, 1", "1, 0"),
+                                "b": B}) + 'table = "assumed"\n[table]\nradius = 99.0\n', "no face at z = 0"),
     ],
 )  # fmt: skip
 def test_refused_files(text: str, said: str) -> None:

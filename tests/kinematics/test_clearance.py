@@ -155,7 +155,8 @@ def test_clearances_of_many_poses_against_brute_force(bodied):
             [between(start[:, i], end[:, i], start[:, j], end[:, j]) for i in rods[a] for j in rods[b]], axis=0
         )
         found = margins[:, names.index(f"distance of the rods of legs {a} and {b}")] + 40.0
-        # sampling sees too much by at most the square of half a step over twice the distance, and half a step at a touch
+        # sampling sees too much by at most the square of half a step over twice the distance, and half a step at a
+        # touch
         assert (found <= brute + 1e-9).all()
         assert (brute - found).max() < 30.0
         assert np.median(brute - found) < 1.0

@@ -456,7 +456,8 @@ def test_table_and_machine_coordinates_can_be_undone(sensed, frame):
     machine, _a_sign, _c_sign = sensed
     coordinates = machine.coordinates
     program = random_program()
-    # axes that the table lacks are 0 in the inverse of map_to_table, before G92 is taken out; the frames here have none there
+    # axes that the table lacks are 0 in the inverse of map_to_table, before G92 is taken out; the frames here have none
+    # there
     by_table = coordinates.map_from_table(*coordinates.map_to_table(program, frame), frame)
     np.testing.assert_allclose(by_table, program, rtol=0, atol=ROUND_TRIP_MM)
     by_machine = coordinates.map_to_program(coordinates.map_to_machine(program, frame), frame)

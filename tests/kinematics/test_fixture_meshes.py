@@ -44,8 +44,10 @@ CASES: dict[str, tuple[str, Corners, Corners, dict[str, Any]]] = {
     "a tool without a size": (PAST, (-3.0, -2.0, 0.0), (3.0, 2.0, 33.0), {"tool_shapes": {}}),
     "a distance": (PAST, (-3.0, -2.0, 0.0), (3.0, 2.0, 29.0), {"distance": 1.5}),
     "a face that is touched": (PAST, (-3.0, -9.0, 0.0), (3.0, 9.0, 30.0), {}),
-    "a wall that is slid along": (PAST.replace("X", "Y").replace("Y0", "X0"), (6.0, -50.0, 0.0), (40.0, 50.0, 60.0), {}),
-    "turned with the part": (PAST, (-20.0, -9.0, 0.0), (-10.0, 9.0, 60.0), {"system": 1, "wcs": {"G54": (9, 2, 0, 30)}}),
+    "a wall that is slid along": (PAST.replace("X", "Y").replace("Y0", "X0"), (6.0, -50.0, 0.0), (40.0, 50.0, 60.0),
+                                  {}),
+    "turned with the part": (PAST, (-20.0, -9.0, 0.0), (-10.0, 9.0, 60.0),
+                             {"system": 1, "wcs": {"G54": (9, 2, 0, 30)}}),
 }  # fmt: skip
 
 
@@ -55,9 +57,13 @@ def test_a_mesh_is_found_where_its_box_is(name: str) -> None:
     place = {key: options[key] for key in ("system", "distance") if key in options}
     options = {key: value for key, value in options.items() if key not in place}
     boxes, meshes = (
-        check(source, keep_out=(one,), **options) for one in (Box("pin", low, high, **place), mesh_of(low, high, **place))
-    )  # fmt: skip
-    told = [[(item.code, item.line, item.last_line, item.message.split(" -")[0].split(" 0.")[0]) for item in found] for found in (boxes, meshes)]  # fmt: skip
+        check(source, keep_out=(one,), **options)
+        for one in (Box("pin", low, high, **place), mesh_of(low, high, **place))
+    )
+    told = [
+        [(item.code, item.line, item.last_line, item.message.split(" -")[0].split(" 0.")[0]) for item in found]
+        for found in (boxes, meshes)
+    ]
     assert told[0] == told[1]
     for box, mesh in zip(boxes, meshes, strict=True):
         assert mesh.value is not None
@@ -147,7 +153,8 @@ CROSSED = np.concatenate([CUBE, unite_boxes([((5.0, 4.0, 3.0), (15.0, 14.0, 13.0
     (np.concatenate([CUBE[:1, ::-1], CUBE[1:]]), "mm", "vise (vise.stl): facets are flipped"),
     (CUBE[:, ::-1], "mm", "vise (vise.stl): it is inside out"),
     (CROSSED, "mm", "vise (vise.stl): its surface crosses itself: 11 facets"),
-    (CUBE * 0.001, "mm", "vise (vise.stl): read in mm it is 0.01 mm large, a part is 0.1 to 10000 mm; is it in m or inch? (unit)"),
+    (CUBE * 0.001, "mm",
+     "vise (vise.stl): read in mm it is 0.01 mm large, a part is 0.1 to 10000 mm; is it in m or inch? (unit)"),
     (CUBE * 50.0, "m", "vise (vise.stl): read in m it is 500000 mm large"),
 ])  # fmt: skip
 def test_meshes_that_are_no_body_are_named(facets: np.ndarray, unit: str, says: str) -> None:
@@ -216,10 +223,16 @@ def converted(folder: Path, once: tuple[Path, str]) -> str:
 def test_the_sample_is_clean_and_its_record_knows_the_files(folder: Path) -> None:
     """With the vise in mm and the stock as a box, then with the vise in inch and the stock as a file."""
     results = [verne_post.check(Path("vise.nc"), verne_post.load_machine())]
-    ascii_stl = "solid vise\n" + "".join(
-        "facet normal 0 0 0\nouter loop\n" + "".join(f"vertex {x} {y} {z}\n" for x, y, z in one / 25.4) + "endloop\nendfacet\n"
-        for one in unite_boxes([SAMPLE["BASE"], *SAMPLE["JAWS"], SAMPLE["STOP"]])
-    ) + "endsolid\n"  # fmt: skip
+    ascii_stl = (
+        "solid vise\n"
+        + "".join(
+            "facet normal 0 0 0\nouter loop\n"
+            + "".join(f"vertex {x} {y} {z}\n" for x, y, z in one / 25.4)
+            + "endloop\nendfacet\n"
+            for one in unite_boxes([SAMPLE["BASE"], *SAMPLE["JAWS"], SAMPLE["STOP"]])
+        )
+        + "endsolid\n"
+    )
     (folder / "vise.stl").write_text(ascii_stl)
     replace_in("vise.nc.toml", '"vise.stl"', '"vise.stl"\nunit = "inch"')
     replace_in("vise.nc.toml", "min = [-40.0, -20.0, -30.0]\nmax = [40.0, 20.0, 1.0]", 'file = "stock.stl"')
@@ -288,7 +301,9 @@ def test_explain_says_where_a_mesh_is_touched_and_what_cures_it(folder: Path, ru
 
 
 def test_a_tenth_too_deep_is_a_tenth_by_the_shortest_way_out(folder: Path) -> None:
-    """The wall below the step is undercut over its whole thickness, along its normal: that is not how far the tool is off."""
+    """The wall below the step is undercut over its whole thickness, along its normal: that is not how far the tool is
+    off.
+    """
     replace_in("vise.nc", "\nZ-6\n", "\nZ-6.1\n")
     [found] = verne_post.check(Path("vise.nc"), verne_post.load_machine()).findings
     assert (found.code, found.line) == ("VP218", 19)
@@ -333,16 +348,22 @@ def test_a_tool_that_is_longer_by_a_fifth_of_a_millimetre_gouges(converted: str,
     assert "vise.nc:30: VP218 error: the cutter of tool 2 cuts 0.20" in answer.err
 
 
-@pytest.mark.parametrize(("table", "says"), [
-    ('file = "vise.stl"\nmin = [0, 0, 0]', "keep_out.vise: expected min and max of a box, or the file of an STL"),
-    ('system = "G54"', "keep_out.vise: expected min and max of a box, or the file of an STL"),
-    ("min = [0, 0, 0]", "keep_out.vise: max is missing"),
-    ('min = [0, 0, 0]\nmax = [1, 1, 1]\nunit = "mm"', "keep_out.vise: a unit goes with a file; boxes are in mm"),
-    ('file = "vise.stl"\nunit = "ft"', "keep_out.vise.unit = 'ft': expected"),
-    ('file = "../vise.stl"', "keep_out.vise.file = '../vise.stl': lies outside the folder of the file that names it"),
-    ('file = "none.stl"', "keep_out.vise.file"),
-    ('file = "vise.nc"', "vise (vise.nc): it is no STL file"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("table", "says"),
+    [
+        ('file = "vise.stl"\nmin = [0, 0, 0]', "keep_out.vise: expected min and max of a box, or the file of an STL"),
+        ('system = "G54"', "keep_out.vise: expected min and max of a box, or the file of an STL"),
+        ("min = [0, 0, 0]", "keep_out.vise: max is missing"),
+        ('min = [0, 0, 0]\nmax = [1, 1, 1]\nunit = "mm"', "keep_out.vise: a unit goes with a file; boxes are in mm"),
+        ('file = "vise.stl"\nunit = "ft"', "keep_out.vise.unit = 'ft': expected"),
+        (
+            'file = "../vise.stl"',
+            "keep_out.vise.file = '../vise.stl': lies outside the folder of the file that names it",
+        ),
+        ('file = "none.stl"', "keep_out.vise.file"),
+        ('file = "vise.nc"', "vise (vise.nc): it is no STL file"),
+    ],
+)
 def test_what_is_wrong_in_the_set_up_is_named(folder: Path, run: Any, table: str, says: str) -> None:
     replace_in("vise.nc.toml", 'file = "vise.stl"', table)
     answer = run("check", "vise.nc")
@@ -364,7 +385,11 @@ def test_fixtures_of_a_settings_file_may_be_meshes(folder: Path, run: Any) -> No
 
 #: A rapid through the gap of a casting, 20 mm over the table, and a cut of 2 mm into its right post.
 THROUGH = "G21 G90 G94 G54\nT1 M6\nG0 X0 Y-40 Z40 A0 C0\nZ10\nY40\nG1 X16 F1000\nY0\nG0 Z40\nM2\n"
-POSTS = [((-30.0, -20.0, 0.0), (-10.0, 20.0, 30.0)), ((10.0, -20.0, 0.0), (30.0, 20.0, 30.0)), ((-30.0, -20.0, 0.0), (30.0, 20.0, 5.0))]  # fmt: skip
+POSTS = [
+    ((-30.0, -20.0, 0.0), (-10.0, 20.0, 30.0)),
+    ((10.0, -20.0, 0.0), (30.0, 20.0, 30.0)),
+    ((-30.0, -20.0, 0.0), (30.0, 20.0, 5.0)),
+]
 CUTTER = {1: (Cylinder("cutter", 8.0, 40.0), Cylinder("holder", 30.0))}
 
 
@@ -405,7 +430,17 @@ def test_a_second_set_up_starts_from_what_the_first_has_left(folder: Path, run: 
 
 
 #: A cylinder of 40 mm under a rapid that passes beside it, but through its box.
-BLANK = "BEGIN PGM A MM\nBLK FORM CYLINDER Z R20 L20\nTOOL CALL 1 Z S900 F900\nL X-40 Y+{y} Z+30 A+0 C+0 FMAX\nL Z-5 FMAX\nL X+40 FMAX\nL Z+30 FMAX\nM30\nEND PGM A MM\n"
+BLANK = (
+    "BEGIN PGM A MM\n"
+    "BLK FORM CYLINDER Z R20 L20\n"
+    "TOOL CALL 1 Z S900 F900\n"
+    "L X-40 Y+{y} Z+30 A+0 C+0 FMAX\n"
+    "L Z-5 FMAX\n"
+    "L X+40 FMAX\n"
+    "L Z+30 FMAX\n"
+    "M30\n"
+    "END PGM A MM\n"
+)
 
 
 def test_the_stock_that_a_program_defines_is_checked_where_one_asks(tmp_path: Path, run: Any) -> None:
@@ -421,7 +456,11 @@ def test_the_stock_that_a_program_defines_is_checked_where_one_asks(tmp_path: Pa
             Path(f"{file}.toml").write_text('[stock]\nfile = "program"\n')
         answer = run("check", file, *words, *given)
         assert answer.code == 1
-        found = re.search(r"a.h:6: VP216 error: distance of the cutter from the stock of the program at that time.* (-[\d.]+) mm is below", answer.out + answer.err)  # fmt: skip
+        found = re.search(
+            r"a.h:6: VP216 error: distance of the cutter from the stock of the program at that time.* (-[\d.]+) mm is "
+            r"below",
+            answer.out + answer.err,
+        )
         assert found is not None
         assert float(found[1]) == pytest.approx(-2.5, abs=0.1)  # 5 mm deep, at the middle of what a ray has there
     file.write_text(BLANK.format(y=24.2))  # beside the cylinder; the box around it is wider at its corners

@@ -1,4 +1,6 @@
-"""Every assembly mode against a dense scan over the tilt that is derived otherwise and shares no code with the product."""
+"""Every assembly mode against a dense scan over the tilt that is derived otherwise and shares no code with the
+product.
+"""
 
 from dataclasses import astuple, replace
 
@@ -14,7 +16,9 @@ SORTS = ("travel", "wide", "level", "level and balanced", "perturbed")
 
 
 def triples(sort, rng, n):
-    """Sliders anywhere in their travel, or far beyond, or with rho2 and rho3 together, or rho1 in the middle as well."""
+    """Sliders anywhere in their travel, or far beyond, or with rho2 and rho3 together, or rho1 in the middle as
+    well.
+    """
     rho = rng.uniform(-1500.0, 1500.0, (n, 3)) if sort == "wide" else rng.uniform(50.0, 1250.0, (n, 3))
     around = lambda: 10.0 ** rng.uniform(-14.0, 2.0, n) * rng.choice([-1.0, 0.0, 1.0], n)  # noqa: E731
     if sort.startswith("level"):

@@ -1,4 +1,5 @@
-"""Six legs that hold the spindle alone: a judge of its own, the free turn, continuity from home, singularities, and refusals.
+"""Six legs that hold the spindle alone: a judge of its own, the free turn, continuity from home, singularities, and
+refusals.
 
 The reference values of ``hexapod`` stand in tests/reference/chains.jsonl and are tested with those of the chains.
 """
@@ -45,7 +46,9 @@ def list_ends(values: np.ndarray, place: np.ndarray, turn: Rotation, data: dict[
 
 
 def judge(values: np.ndarray, place: np.ndarray, turn: Rotation, data: dict[str, Any]) -> Any:
-    """Misfits of the legs (n, 6), tip and tool axis (n, 3) in the part frame, of actuators (n, 6), P (n, 3) and the platform's turn."""
+    """Misfits of the legs (n, 6), tip and tool axis (n, 3) in the part frame, of actuators (n, 6), P (n, 3) and the
+    platform's turn.
+    """
     carrier, chain = data["carrier"], data["chain"]
     ends = [np.linalg.norm(top - foot, axis=1) for foot, top in list_ends(values, place, turn, data)]
     if "struts" in carrier:
@@ -71,7 +74,9 @@ def draw_poses(name: str, n: int) -> tuple[np.ndarray, np.ndarray]:
 
 @pytest.mark.parametrize("name", NAMES)
 def test_inverse_and_forward_by_the_judge(name: str) -> None:
-    """Legs, tip and axis of 1000 poses close by scipy's rotations from the file; forward comes back; home leads to every pose."""
+    """Legs, tip and axis of 1000 poses close by scipy's rotations from the file; forward comes back; home leads to
+    every pose.
+    """
     machine, data = verne_post.load_machine(name), read(name)
     tip, axis = draw_poses(name, 1000)
     q, ok = machine.inverse(tip, axis, LENGTH)
@@ -165,7 +170,9 @@ def test_words_are_those_of_a_head(name: str) -> None:
 
 
 def test_the_spare_turn_is_about_the_tool() -> None:
-    """At 80 degrees of it the symmetric hexapod is nearly singular, at 90 it is: refused on the way there by the bound on turn."""
+    """At 80 degrees of it the symmetric hexapod is nearly singular, at 90 it is: refused on the way there by the bound
+    on turn.
+    """
     tip, axis = draw_poses("hexapod", 20)
     measures = []
     for degrees in (0.0, 20.0, 50.0, 80.0, 89.0):
@@ -189,7 +196,9 @@ def test_the_spare_turn_is_about_the_tool() -> None:
 
 
 def test_the_margin_passes_through_zero_at_the_singularity() -> None:
-    """Turned by 90 degrees about z the legs of the symmetric hexapod hold it no more; beyond, the sign is another one."""
+    """Turned by 90 degrees about z the legs of the symmetric hexapod hold it no more; beyond, the sign is
+    another one.
+    """
     legs = verne_post.load_machine("hexapod").five_axis.legs
     turns = Rotation.from_rotvec(np.radians([[0, 0, d] for d in (0.0, 80.0, 89.0, 90.0, 91.0, 100.0)])).as_matrix()
     place = np.tile(np.array(legs.home, dtype=float), (len(turns), 1))
@@ -209,19 +218,35 @@ def test_the_singular_hexaglide_is_refused_as_singular() -> None:
         ValueError, match="at home the legs leave the platform free to move: their Jacobian is singular"
     ):
         SixLegs(
-            [0.0, 0.0, 500.0], SINGULAR["platform"], SINGULAR["slider"], 60.0, [[1.0, 0.0, 0.0]] * 6, [700.0] * 6,
+            [0.0, 0.0, 500.0],
+            SINGULAR["platform"],
+            SINGULAR["slider"],
+            60.0,
+            [[1.0, 0.0, 0.0]] * 6,
+            [700.0] * 6,
             [-600.0, 600.0] * 3,
-        )  # fmt: skip
+        )
     names = [f"q{k}" for k in range(1, 7)]
     data = read("hexapod")
     data["carrier"] = {
-        "kind": "rods", "actuators": names, "home": [0.0, 0.0, 500.0], "home_actuators_mm": [-600.0, 600.0] * 3,
+        "kind": "rods",
+        "actuators": names,
+        "home": [0.0, 0.0, 500.0],
+        "home_actuators_mm": [-600.0, 600.0] * 3,
         "rods": [
-            {"platform": [float(v) for v in end], "slider": [float(v) for v in foot], "rail": [1.0, 0.0, 0.0], "rod": 700.0, "by": name}
+            {
+                "platform": [float(v) for v in end],
+                "slider": [float(v) for v in foot],
+                "rail": [1.0, 0.0, 0.0],
+                "rod": 700.0,
+                "by": name,
+            }
             for end, foot, name in zip(SINGULAR["platform"], SINGULAR["slider"], names, strict=True)
         ],
-        "rod_diameter_mm": 40.0, "smallest_singular_value": 0.05, "smallest_drop_mm": 50.0,
-    }  # fmt: skip
+        "rod_diameter_mm": 40.0,
+        "smallest_singular_value": 0.05,
+        "smallest_drop_mm": 50.0,
+    }
     data["joints"] = {name: {**data["joints"]["l1"], "travel_mm": [-1500.0, 1500.0]} for name in names}
     with pytest.raises(InputError) as refused:
         build(data)
@@ -229,7 +254,9 @@ def test_the_singular_hexaglide_is_refused_as_singular() -> None:
 
 
 def test_legs_that_meet_are_measured() -> None:
-    """Two struts that cross beside each other: the distance of the segments less the diameter, and negative where they meet."""
+    """Two struts that cross beside each other: the distance of the segments less the diameter, and negative where they
+    meet.
+    """
     data = read("hexapod")
     data["carrier"]["rod_diameter_mm"] = 130.0
     machine = build(data)
@@ -270,7 +297,9 @@ def test_numbers_that_are_none_and_poses_out_of_reach() -> None:
 
 
 def test_rods_that_do_not_reach_have_no_drop() -> None:
-    """Beside the machine no rod closes: what is left of each along its rail is 0, not less, and not the least that one may have."""
+    """Beside the machine no rod closes: what is left of each along its rail is 0, not less, and not the least that one
+    may have.
+    """
     five_axis = verne_post.load_machine("hexaglide").five_axis
     q, platform, ok = five_axis.solve(np.array([[0.0, 0.0, -1200.0]]), np.zeros((1, 2)), LENGTH)
     assert not ok.any()
@@ -298,9 +327,11 @@ TEXT = (ROOT / "machine_configs/hexapod.toml").read_text(encoding="utf-8")
         ('"l5", "l6"]', '"l5"]', "5 actuators"),
         ("home = [0.0, 0.0, 900.0] ", "home = [0.0, 0.0, 0.0] ", "their Jacobian is singular"),
         ("spare_turn_deg = 0.0 ", "central = { base = [0, 0, 0], first_axis = [1, 0, 0] }", "too many: central"),
-        ("[home] ", "[joints.c]\nturns = [0, 0, 1]\nthrough = [0, 0, 0]\nvelocity = 1.0\nacceleration = 1.0\n[home] ", "a rotary table under them is not executed yet"),
+        ("[home] ", "[joints.c]\nturns = [0, 0, 1]\nthrough = [0, 0, 0]\nvelocity = 1.0\nacceleration = 1.0\n[home] ",
+         "a rotary table under them is not executed yet"),
         ("[home] ", "[table]\nradius = 200.0\n[home] ", "leave [table] out"),
-        ("travel_mm = [650.0, 1600.0]", "slides = [0, 0, 1]\ntravel_mm = [650.0, 1600.0]", "the value of a strut is its length"),
+        ("travel_mm = [650.0, 1600.0]", "slides = [0, 0, 1]\ntravel_mm = [650.0, 1600.0]",
+         "the value of a strut is its length"),
     ],
 )  # fmt: skip
 def test_refused_on_loading(old: str, new: str, why: str) -> None:

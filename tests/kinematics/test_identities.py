@@ -1,4 +1,6 @@
-"""What must hold for any lengths: symmetries, units, batches, and one solution found again among all of the other direction."""
+"""What must hold for any lengths: symmetries, units, batches, and one solution found again among all of the other
+direction.
+"""
 
 import numpy as np
 import pytest
@@ -14,11 +16,12 @@ from verne_post.kinematics.tables.tilting import TiltingTable
 VERNE = VerneModule(
     leg1_x_offset=-320.0, R1=130.0, r1=80.0, L1=850.0, leg23_x_offset=240.0, R2=190.0, r4=565.0, L2=950.0, L3=950.0
 )
-#: Agreement of two ways to one number of some 1000 mm, and of angles. Measured 4e-12 and 2e-14 where the rods drop by 100 mm.
+#: Agreement of two ways to one number of some 1000 mm, and of angles. Measured 4e-12 and 2e-14 where the rods drop by
+#: 100 mm.
 SAME_MM = 1e-9
 SAME_ANGLE = 1e-12
-#: Smallest drop at which numbers are compared, as share of L1: digits are lost towards the serial singularity. The machine file allows
-#: 100 mm, 0.118 L1.
+#: Smallest drop at which numbers are compared, as share of L1: digits are lost towards the serial singularity. The
+#: machine file allows 100 mm, 0.118 L1.
 SMALLEST_DROP = 0.118
 
 #: A plane that reaches over the rim on all sides.
@@ -131,7 +134,8 @@ def test_the_number_of_solutions_has_no_unit(module, position, k):
         assert (there[int(np.argmin(apart))].refused is None) == (one.refused is None)
 
 
-# --- batches -------------------------------------------------------------------------------------------------------------
+# --- batches
+# -------------------------------------------------------------------------------------------------------------
 
 
 @settings(deadline=None, max_examples=20)
@@ -167,7 +171,8 @@ def test_a_batch_is_its_rows(module, seed, n):
         assert np.abs(together[1] - alone[1]).max() < 1e-13
 
 
-# --- there and back -----------------------------------------------------------------------------------------------------
+# --- there and back
+# -----------------------------------------------------------------------------------------------------
 
 
 @settings(deadline=None, max_examples=25)

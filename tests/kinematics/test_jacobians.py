@@ -158,7 +158,9 @@ def test_vp203_is_an_error_below_the_threshold_and_a_warning_up_to_twice_it(mach
 
 
 def test_every_solution_of_the_whole_machine_gives_the_pose():
-    """Own transform: the platform point tilts with alpha, the table stands at A; the axis is that of A - alpha and C."""
+    """Own transform: the platform point tilts with alpha, the table stands at A; the axis is that of A - alpha
+    and C.
+    """
     machine = load_machine("verne")
     rng = np.random.default_rng(5)
     most = 0

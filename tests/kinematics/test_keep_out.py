@@ -90,11 +90,15 @@ def test_distances_are_exact() -> None:
 
         found = [
             minimize(
-                lambda x: float(to_box(point(x), half) ** 2), [first, 0.0, 0.0], method="SLSQP",
-                bounds=[(0, 1), (-1, 1), (-1, 1)], options={"maxiter": 500, "ftol": 1e-14},
+                lambda x: float(to_box(point(x), half) ** 2),
+                [first, 0.0, 0.0],
+                method="SLSQP",
+                bounds=[(0, 1), (-1, 1), (-1, 1)],
+                options={"maxiter": 500, "ftol": 1e-14},
                 constraints={"type": "ineq", "fun": lambda x: 1.0 - x[1] ** 2 - x[2] ** 2},
-            ).x for first in (0.0, 0.5, 1.0)
-        ]  # fmt: skip
+            ).x
+            for first in (0.0, 0.5, 1.0)
+        ]
         # the solver leaves its bounds by a little
         found = [np.array([np.clip(x[0], 0, 1), *(x[1:] / max(1.0, math.hypot(*x[1:])))]) for x in found]
         nearest = min(float(to_box(point(x), half)) for x in found)
@@ -116,9 +120,12 @@ def test_known_distances() -> None:
     tilt = math.sqrt(0.5)
     # an edge of the flat end under 45 degrees: the rim's lowest point is at (20 - 5 tilt, 0, 40 - 5 tilt)
     told = one([20, 0, 40], [20 + 50 * tilt, 0, 40 + 50 * tilt], 5.0)
-    assert told == pytest.approx(math.hypot(20 - 5 * tilt - 10, 0) if 40 - 5 * tilt < 30 else
-                                 min(math.hypot(max(20 - s * tilt - 10, 0), max(40 + s * tilt - 30, 0))
-                                     for s in np.linspace(-5, 5, 20001)), abs=1e-6)  # fmt: skip
+    assert told == pytest.approx(
+        math.hypot(20 - 5 * tilt - 10, 0)
+        if 40 - 5 * tilt < 30
+        else min(math.hypot(max(20 - s * tilt - 10, 0), max(40 + s * tilt - 30, 0)) for s in np.linspace(-5, 5, 20001)),
+        abs=1e-6,
+    )
 
 
 def test_the_quick_bound_is_one() -> None:
@@ -131,10 +138,13 @@ def test_the_quick_bound_is_one() -> None:
 # --- the machine's bodies -----------------------------------------------------------------------
 
 PLATFORM = {
-    "clearance.minimum_mm": 0.0, "clearance.spindle_diameter_mm": 90.0, "clearance.spindle_top_mm": 200.0,
-    "clearance.platform_ends_mm": [[0.0, -120.0, -40.0], [0.0, 120.0, -40.0]], "clearance.platform_diameter_mm": 80.0,
+    "clearance.minimum_mm": 0.0,
+    "clearance.spindle_diameter_mm": 90.0,
+    "clearance.spindle_top_mm": 200.0,
+    "clearance.platform_ends_mm": [[0.0, -120.0, -40.0], [0.0, 120.0, -40.0]],
+    "clearance.platform_diameter_mm": 80.0,
     "provenance.clearance": "assumed",
-}  # fmt: skip
+}
 SHAPE = (Cylinder("cutter", 12.0, 25.0), Cylinder("shank", 10.0, 20.0), Cylinder("holder", 50.0))
 
 
@@ -174,7 +184,8 @@ def test_bodies_stand_where_the_machine_has_them(machine_with: Callable[..., ver
     close = (by_hand < 20) & (by_hand > -44)  # beyond 25 mm what is told is a lower bound
     assert close.sum() > 20
     assert np.abs(by_hand - margins[:, 3])[close].max() < 0.2
-    # platform: tilts with alpha about x in the base frame, whose y and z are turned; the table stands at A + alpha and C
+    # platform: tilts with alpha about x in the base frame, whose y and z are turned; the table stands at A + alpha and
+    # C
     platform_tilt = alpha[ok]
     ends = []
     for end in PLATFORM["clearance.platform_ends_mm"]:
@@ -354,7 +365,8 @@ def test_holders_and_shanks_keep_out_of_the_stock_as_it_is_then() -> None:
         assert all(item.code == "VP216" for item in items)
         return [(item.message.split("of the ")[1].split()[0], item.line) for item in items if item.severity == "error"]
 
-    # cutter 25 mm: 30 mm deep the shank is 5 mm in; it comes down in the hole of the cutter, then there is no way for it
+    # cutter 25 mm: 30 mm deep the shank is 5 mm in; it comes down in the hole of the cutter, then there is no way for
+    # it
     assert found("Z36") == []
     assert found("Z30") == [("shank", 5), ("cutter", 6)]
     thick = Cylinder("cutter", 12.0, 25.0), Cylinder("shank", 14.0, 20.0), Cylinder("holder", 50.0)
@@ -363,7 +375,19 @@ def test_holders_and_shanks_keep_out_of_the_stock_as_it_is_then() -> None:
 
 
 #: A slot, a rapid back through it (line 7), and one through uncut stock (line 11).
-SLOT = "G21 G90 G61.1\nG0 X-45 Y-20 Z80 A0 C0\n(first slot)\nG0 Z54\nG1 X45 F3000\nG0 X-45\nG0 Z80\nG0 Y20\nG0 Z54\nG0 X45\nM2\n"
+SLOT = (
+    "G21 G90 G61.1\n"
+    "G0 X-45 Y-20 Z80 A0 C0\n"
+    "(first slot)\n"
+    "G0 Z54\n"
+    "G1 X45 F3000\n"
+    "G0 X-45\n"
+    "G0 Z80\n"
+    "G0 Y20\n"
+    "G0 Z54\n"
+    "G0 X45\n"
+    "M2\n"
+)
 BLOCK = Box("the stock", (-30.0, -40.0, 0.0), (30.0, 40.0, 60.0))
 
 

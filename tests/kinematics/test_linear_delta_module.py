@@ -117,9 +117,7 @@ def test_numbering_does_not_matter():
 def test_eight_working_modes_with_reasons(module):
     for position in points(20, seed=4, size=250.0):
         found = module.inverse_all(position)
-        assert sorted(one.signs for one in found) == [
-            (i, j, k) for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)
-        ]  # fmt: skip
+        assert sorted(one.signs for one in found) == [(i, j, k) for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)]
         (used,) = [one for one in found if one.refused is None]
         assert used is found[0]
         assert used.signs == (-1, -1, -1)
@@ -194,7 +192,9 @@ def beyond():
 
 
 def test_beyond_a_parallel_singularity_nothing_is_solved():
-    """There the sliders of the working mode carry the platform to another place: it would have to pass the singularity."""
+    """There the sliders of the working mode carry the platform to another place: it would have to pass the
+    singularity.
+    """
     position, rho = beyond()
     assert len(position) > 50
     _rho, _alpha, ok = CROWDED.inverse(position)

@@ -18,7 +18,8 @@ from verne_post.model.machine import Machine
 from verne_post.model.part_setup import Box, FixtureMesh
 from verne_post.part.rigid import build_balls, build_body, build_way, find_distances, find_inside, find_lines
 
-#: A housing of 100 x 80 mm above P, in the platform frame, whose z points down: with a tool of 80 mm it begins at Z 100.
+#: A housing of 100 x 80 mm above P, in the platform frame, whose z points down: with a tool of 80 mm it begins at Z
+#: 100.
 HOUSING = ((-50.0, -40.0, -200.0), (50.0, 40.0, 0.0))
 #: Past a post at y 41, 1 mm beside the housing, while the tool is 41 mm from it.
 PAST = "G21 G90 G94\nG0 X-60 Y0 Z20 A0 C0\nG1 X60 F6000\nG0 Z60\nM2\n"
@@ -40,7 +41,9 @@ def machine(tmp_path_factory: pytest.TempPathFactory) -> Machine:
 
 
 def check(machine: Machine, body: Any) -> list[tuple[int | None, str, float | None]]:
-    """Line, body and distance of each VP215; remedies, which take longest, are looked for where one finding is whole."""
+    """Line, body and distance of each VP215; remedies, which take longest, are looked for where one finding is
+    whole.
+    """
     options = verne_post.Options(tool_length=80.0, wcs={"G54": (0, 0, 0)}, keep_out=(body,))
     found = [item for item in check_program(assemble(PAST.encode(), machine, options))[1] if item.code == "VP215"]
     return [(item.line, item.message.split()[3], item.value) for item in found]
@@ -89,10 +92,12 @@ def test_random_motions_against_dense_poses(seed: int) -> None:
     n, corners = 12, body.list_corners()
     shift = np.cumsum(pick.normal(size=(n, 3)) * 2.0, axis=0) + [-3.0, 0, 0]
     angle = np.cumsum(pick.normal(size=n) * 0.1)
-    rows = np.stack([
-        corners @ np.array([[np.cos(a), -np.sin(a), 0], [np.sin(a), np.cos(a), 0], [0, 0, 1]]).T + move
-        for a, move in zip(angle, shift, strict=True)
-    ])  # fmt: skip
+    rows = np.stack(
+        [
+            corners @ np.array([[np.cos(a), -np.sin(a), 0], [np.sin(a), np.cos(a), 0], [0, 0, 1]]).T + move
+            for a, move in zip(angle, shift, strict=True)
+        ]
+    )
     way = build_way(rows, np.arange(n), np.ones(n, dtype=bool))
     share = np.linspace(0, 1, 41)[:, None, None]
     dense = [rows[k] + share * (rows[k + 1] - rows[k]) for k in range(n - 1)]

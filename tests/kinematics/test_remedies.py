@@ -18,7 +18,9 @@ SOURCE = b"G21 G90 G94 G17 G0 X0 Y0 Z60 A0 C0\nG2 I40 F2000 A9 C70\nG1 X90 Y-20 
 
 @pytest.mark.parametrize("line", [2, 3])
 def test_the_worst_place_is_found_between_samples(line: int) -> None:
-    """To the last digits of the value: a smooth quantity is as bad beside its worst place, by the square of how far beside."""
+    """To the last digits of the value: a smooth quantity is as bad beside its worst place, by the square of how far
+    beside.
+    """
     motion = select_line(assemble(SOURCE, MACHINE, OPTIONS).build_joint_path(), line)
     n, dense = len(motion.contour), np.linspace(0.0, 1.0, 20001)
     values = measure(motion, np.repeat(np.arange(n), len(dense)), np.tile(dense, n))[0]

@@ -39,7 +39,9 @@ def measure_rods(text, rho, position, alpha):
 
 
 def test_the_verne_by_its_rods_is_the_verne():
-    """Joints, tilts, derivatives and refusals of 2000 poses, many out of reach: 1e-9 mm is the last digit that setpoints have."""
+    """Joints, tilts, derivatives and refusals of 2000 poses, many out of reach: 1e-9 mm is the last digit that
+    setpoints have.
+    """
     closed, rods = verne_post.load_machine("verne"), verne_post.load_machine("verne_by_rods")
     random = np.random.default_rng(4)
     tip, angles = random.uniform(-900, 900, (2000, 3)), random.uniform([-1.5, -3], [1.5, 3], (2000, 2))
@@ -111,7 +113,9 @@ def test_a_turned_base_has_the_same_sliders():
 
 
 def test_other_assemblies_of_the_same_sliders_are_refused():
-    """Newton from 40 random starts a pose finds other closed assemblies; none is taken for the machine's, home's always is."""
+    """Newton from 40 random starts a pose finds other closed assemblies; none is taken for the machine's, home's always
+    is.
+    """
     module = verne_post.load_machine("verne_by_rods").module
     random = np.random.default_rng(5)
     points = random.uniform([-150, -150, 850], [150, 150, 1250], (40, 3))
@@ -149,7 +153,9 @@ def test_wrong_rods_are_refused_with_a_reason():
 
 
 def test_singular_and_otherwise_turning_rods_are_refused():
-    """Both rods of each leg at one place: the platform turns freely. The VERNE's twisted about z tilts about another axis."""
+    """Both rods of each leg at one place: the platform turns freely. The VERNE's twisted about z tilts about another
+    axis.
+    """
     verne, delta = (verne_post.load_machine(name).module for name in FILES)
     double = [Rod(r.platform, r.slider, r.rail, r.length, r.by) for r in delta.rod for _ in range(2)][::2]
     twice = [double[k - k % 2] for k in range(6)]
@@ -163,7 +169,15 @@ def test_singular_and_otherwise_turning_rods_are_refused():
 
 def test_cones_and_rods_as_bodies():
     """Thick rods and narrow cones are found by the checks of every machine."""
-    bodies = "[rods]\ndiameter_mm = 30\nslider_cone_deg = 5\ncone_centre = [0, 0, 1000]\n[clearance]\nminimum_mm = 500\n[home]"
+    bodies = (
+        "[rods]\n"
+        "diameter_mm = 30\n"
+        "slider_cone_deg = 5\n"
+        "cone_centre = [0, 0, 1000]\n"
+        "[clearance]\n"
+        "minimum_mm = 500\n"
+        "[home]"
+    )
     text = TEXT["verne_by_rods"].replace("[home]", bodies, 1) + 'rods = "assumed"\nclearance = "assumed"\n'
     machine = build_machine(text.encode(), "mine.toml")
     options = verne_post.Options(tool_length=80.0, wcs={"G54": (0, 0, 50)})
@@ -202,7 +216,9 @@ def test_reference_values_of_the_verne(name):
 
 
 def test_reference_values_of_the_urane_sx():
-    """Its table turns about x and y there: here two rotations put the gauge point where the three sliders have to hold it."""
+    """Its table turns about x and y there: here two rotations put the gauge point where the three sliders have to hold
+    it.
+    """
     module = verne_post.load_machine("urane_sx").module
     rows = [row for row in REFERENCE if row["machine"] == "urane_sx"]
     assert len(rows) == 30

@@ -32,7 +32,9 @@ def test_a_million_poses_return(machine):
 
 
 def test_beyond_reach_every_pose_is_refused_with_its_reason(machine):
-    """Poses around the workspace: what the product refuses, Newton-Raphson cannot solve either; what it solves is right."""
+    """Poses around the workspace: what the product refuses, Newton-Raphson cannot solve either; what it solves is
+    right.
+    """
     rng = np.random.default_rng(21)
     n = 6000
     lengths, table = numbers_of(machine.five_axis)

@@ -46,8 +46,8 @@ def test_reference_table_both_ways(offset_machine):
 def textbook(q_part, a, c, dy, dz):
     """The inverse transformation of a table that tilts about x and turns about z (LinuxCNC's xyzac-trt).
 
-    Written out from the published chain of matrices: the part's point is ``Rz(-C) (D + Rx(-A) P)``, D = (0, dy, dz) from
-    the tilt axis to the rotary centre counted against the part, P from the tilt axis to the tip along x, y, z.
+    Written out from the published chain of matrices: the part's point is ``Rz(-C) (D + Rx(-A) P)``, D = (0, dy, dz)
+    from the tilt axis to the rotary centre counted against the part, P from the tilt axis to the tip along x, y, z.
     """
     x, y, z = np.moveaxis(q_part, -1, 0)
     sa, ca, sc, cc = np.sin(a), np.cos(a), np.sin(c), np.cos(c)

@@ -1,4 +1,6 @@
-"""Rotary pairs on and under a carrier of three sliders that never turns: reference values, a judge of its own, and refusals."""
+"""Rotary pairs on and under a carrier of three sliders that never turns: reference values, a judge of its own, and
+refusals.
+"""
 
 import json
 import tomllib
@@ -17,15 +19,33 @@ LENGTH = 80.0
 
 
 def describe_urane() -> str:
-    """The rails and rods of the shipped Urane-SX-like machine over another table, A that carries B: that of the reference values."""
+    """The rails and rods of the shipped Urane-SX-like machine over another table, A that carries B: that of the
+    reference values.
+    """
     module = tomllib.loads((ROOT / "machine_configs/urane_sx.toml").read_text(encoding="utf-8"))["module"]
     rods = ", ".join(
-        f"{{platform = {one['platform']}, slider = {one['slider']}, rail = {one['rail']}, rod = {one['length']}, by = '{one['by'].replace('rho', 'q')}'}}"
+        f"{{platform = {one['platform']}, slider = {one['slider']}, rail = {one['rail']}, rod = {one['length']}, by = "
+        f"'{one['by'].replace('rho', 'q')}'}}"
         for one in module["rod"]
     )
-    text = 'schema = 2\nname = "urane"\n[chain]\ntool = ["carrier"]\npart = ["a", "b"]\nup = [0, 0, -1]\naxis = [0, 0, -1]\n'
+    text = (
+        "schema = 2\n"
+        'name = "urane"\n'
+        "[chain]\n"
+        'tool = ["carrier"]\n'
+        "part = "
+        '["a", "b"]\n'
+        "up = [0, 0, -1]\n"
+        "axis = [0, 0, -1]\n"
+    )
     text += "gauge = [0, 0, 1050]\npart_zero = [0, 0, 1600]\n[carrier]\nkind = 'rods'\nactuators = ['q1', 'q2', 'q3']\n"
-    text += f"home = [0, 0, 900]\nhome_actuators_mm = [300, 300, 300]\nrods = [{rods}]\nsmallest_singular_value = 0.05\nsmallest_drop_mm = 100\n"
+    text += (
+        "home = [0, 0, 900]\n"
+        "home_actuators_mm = [300, 300, 300]\n"
+        f"rods = [{rods}]\n"
+        "smallest_singular_value = 0.05\n"
+        "smallest_drop_mm = 100\n"
+    )
     text += "".join(f"[joints.q{k}]\ntravel_mm = [-200, 800]\n{LIMITS}" for k in (1, 2, 3))
     text += f"[joints.a]\nturns = [1, 0, 0]\nthrough = [0, -10, 1650]\ntravel_deg = [-110, 110]\n{LIMITS}"
     text += f"[joints.b]\nturns = [0, 1, 0]\nthrough = [0, 0, 1620]\n{LIMITS}"
@@ -52,7 +72,9 @@ def test_reference_values_over_a_table() -> None:
 def judge(
     values: np.ndarray, place: np.ndarray, length: float, text: str = TEXT
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Misfits of the six rods (n, 6), tip and tool axis (n, 3) in the part frame, of joints of the file (n, 5) and P (n, 3)."""
+    """Misfits of the six rods (n, 6), tip and tool axis (n, 3) in the part frame, of joints of the file (n, 5) and P
+    (n, 3).
+    """
     data = tomllib.loads(text)
     carrier, joints, chain = data["carrier"], data["joints"], data["chain"]
     misfit = []
@@ -101,7 +123,9 @@ NUTATING = TEXT.replace("turns = [1.0, 0.0, 0.0]", "turns = [-0.766044443118978,
 
 
 def test_a_nutating_wrist_goes_by_its_joints() -> None:
-    """A at 50 degrees to C and to the tool: places of a program by the judge, half way with half of the words, and the fold as a margin."""
+    """A at 50 degrees to C and to the tool: places of a program by the judge, half way with half of the words, and the
+    fold as a margin.
+    """
     machine = build_machine(NUTATING.encode(), "mine.toml")
     text = "G21 G90 G94\nG0 X0 Y0 Z50 A0 C0\nG1 X40 Y20 A60 C50 F3000\nG1 X0 Y-30 A-80 C-20\nM2\n"
     result = verne_post.convert(text, machine, verne_post.Options(tool_length=LENGTH, wcs={"G54": (0.0, 0.0, 0.0)}))
@@ -165,13 +189,15 @@ def test_margins_are_those_of_the_rods() -> None:
     ("old", "new", "why"),
     [
         ('tool = ["carrier", "c", "a"]', 'tool = ["c", "a"]', "expected 'carrier' first in tool"),
-        ("home_actuators_mm", "central = {base = [0, 0, 0], first_axis = [1, 0, 0]}\nhome_actuators_mm", "too many: central"),
+        ("home_actuators_mm", "central = {base = [0, 0, 0], first_axis = [1, 0, 0]}\nhome_actuators_mm",
+         "too many: central"),
         ("smallest_drop_mm = 100.0", "", "missing: smallest_drop_mm"),
         ("rail = [0, -0.5, 0.866025404], rod = 750", "rail = [0, 0, 0], rod = 750", "expected a direction"),
         ("rod = 750", "rod = 760", "but another rod needs it"),
         ("slider = [-100, 700, 0]", "slider = [-90, 700, 0]", ""),
         ('by = "q3"', 'by = "q2"', ""),
-        ("travel_mm = [-200.0, 750.0]", "slides = [0, 0, 1]\ntravel_mm = [-200.0, 750.0]", "a slider is its place on the rails"),
+        ("travel_mm = [-200.0, 750.0]", "slides = [0, 0, 1]\ntravel_mm = [-200.0, 750.0]",
+         "a slider is its place on the rails"),
     ],
 )  # fmt: skip
 def test_refused_on_loading(old: str, new: str, why: str) -> None:

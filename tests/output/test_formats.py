@@ -117,8 +117,12 @@ YAML_FLOAT = re.compile(r"[-+]?[0-9][0-9_]*\.[0-9_]*([eE][-+][0-9]+)?")
 FIXED_POINT = re.compile(r"-?[0-9]+(\.[0-9]+)?")
 SIZES = st.one_of(
     st.floats(-1e290, 1e290, allow_subnormal=True),
-    st.builds(lambda m, e: m * 10.0**e, st.sampled_from([1.0, -1.0, 5.0, -5.0, 1.5, 9.999999999999999]), st.integers(-320, 289)),
-)  # fmt: skip
+    st.builds(
+        lambda m, e: m * 10.0**e,
+        st.sampled_from([1.0, -1.0, 5.0, -5.0, 1.5, 9.999999999999999]),
+        st.integers(-320, 289),
+    ),
+)
 
 
 def written_rows(table: list[tuple[float, float]], decimals: tuple[int, int], cycle: float = 0.001) -> WrittenRows:
@@ -176,15 +180,18 @@ def test_text_files_have_no_exponents(table: list[tuple[float, float]], decimals
 def test_ros2_times_do_not_drift() -> None:
     """A cycle of no whole number of nanoseconds: rounded and added up, it is 6 us off after 20000 rows."""
     n, cycle = 20_000, 0.0003333333
-    rows = WrittenRows(np.zeros((n, 1)), np.zeros(n, np.int32), (Column("x", "mm", 1.0, "VP101"),),
-                       SetpointFormat(cycle, (3,), 10))  # fmt: skip
+    rows = WrittenRows(
+        np.zeros((n, 1)), np.zeros(n, np.int32), (Column("x", "mm", 1.0, "VP101"),), SetpointFormat(cycle, (3,), 10)
+    )
     text = b"".join(FORMATS["ros2"].write(rows)).decode("ascii")
     seconds, nanoseconds = map(int, re.findall(r"sec: (\d+), nanosec: (\d+)", text)[-1])
     assert abs(seconds + 1e-9 * nanoseconds - (n - 1) * cycle) < 1e-9
 
 
 def run_pvt(raw: bytes, start: np.ndarray, cycle: float) -> tuple[np.ndarray, np.ndarray]:
-    """A controller: from rest at the first row, one cubic an element from the last velocity to the element's; sampled at cycles."""
+    """A controller: from rest at the first row, one cubic an element from the last velocity to the element's; sampled
+    at cycles.
+    """
     position, velocity, t0 = start.copy(), np.zeros(5), 0.0
     found, last = [start.copy()], np.zeros(5)
     for line in raw.decode("ascii").splitlines():
@@ -317,7 +324,9 @@ FORMAT = FileFormat(write, ".dummy")
 
 
 def test_one_file_makes_a_format(tmp_path: Path, environment: dict[str, str]) -> None:
-    """A module in the folder of the formats is a choice of the command line, and writes files; nothing else names it."""
+    """A module in the folder of the formats is a choice of the command line, and writes files; nothing else
+    names it.
+    """
     import subprocess
     import sys
 

@@ -156,7 +156,9 @@ def test_c_solves_what_python_solves(machine: Machine, compiled: Compiled, solve
 @needs_compiler
 @pytest.mark.parametrize("solver", SOLVERS)
 def test_c_refuses_what_python_cannot_reach_and_writes_nothing(machine: Machine, compiled: Compiled, solver: str):
-    """Far tips, so that most poses are out of reach; a pose that C solves and Python does not has sliders beyond travel."""
+    """Far tips, so that most poses are out of reach; a pose that C solves and Python does not has sliders beyond
+    travel.
+    """
     poses = draw_poses(machine, 20_000, 900.0)
     found, ok = compiled.solve("inverse_rows", poses.world, poses.tool, SOLVERS[solver])
     assert ok[poses.reached].all()
@@ -213,7 +215,8 @@ def test_jacobian_of_the_actuators_is_pythons(machine: Machine, compiled: Compil
     tip[:, 2] -= tool
     expected = machine.five_axis.find_jacobian(tip, world[:, 3:] / factors[3:], tool)
     expected *= factors[:, None] / np.array([1.0, 1.0, 1.0, *factors[3:]])
-    # both solve the same linear systems, whose conditions are some tens; as built both are differences, good to 1e-8 a unit
+    # both solve the same linear systems, whose conditions are some tens; as built both are differences, good to 1e-8 a
+    # unit
     slack = 2e-7 if isinstance(machine.five_axis, AsBuiltMachine) else 1e-10
     assert np.abs(compiled.jacobian(world, tool) - expected).max() < slack
 
@@ -303,7 +306,9 @@ def test_device_names_every_joint_with_its_limits(machine: Machine, device: Elem
 
 
 def test_device_moves_as_the_machine_does(machine: Machine, device: ElementTree.Element):
-    """A and C: a point fixed to the table turns about the stated axes, in the stated sense, as the coordinates of G53 say."""
+    """A and C: a point fixed to the table turns about the stated axes, in the stated sense, as the coordinates of G53
+    say.
+    """
     motions = {one.get("id"): one for one in device.findall(".//d:Motion", DEVICES)}
     table: Any = machine.coordinates
     tip, turned = np.array([40.0, -30.0, 70.0]), np.array([41.0, 7.0])  # file sense, degrees
@@ -397,9 +402,9 @@ def test_axes_of_a_device_carry_the_tool_as_the_machine_does(name: str):
     machine = verne_post.load_machine(name)
     device = ElementTree.fromstring(write_device(machine)["device.xml"])
     turns, coordinates = read_turns(device), machine.coordinates
-    linear = np.array([
-        one.find(".//d:Axis", DEVICES).text.split() for one in device.findall(".//d:Linear", DEVICES)
-    ], dtype=float)  # fmt: skip
+    linear = np.array(
+        [one.find(".//d:Axis", DEVICES).text.split() for one in device.findall(".//d:Linear", DEVICES)], dtype=float
+    )
     assert np.linalg.norm(linear, axis=1) == pytest.approx(np.ones(len(linear)))
     factors = np.array([column.factor for column in machine.columns])
     upright = coordinates.machine.axis @ coordinates.part_frame  # type: ignore[attr-defined]

@@ -125,8 +125,10 @@ def test_junit_counts_failures_and_errors(run: Callable[..., Any], files: list[s
     root = ElementTree.fromstring(reported(run, files, "junit").encode())
     (suite,) = root
     assert [(case.get("name"), [node.tag for node in case]) for case in suite] == [
-        ("good.nc", []), ("tilt.nc", ["failure"]), ("two words.nc", ["error"]),
-    ]  # fmt: skip
+        ("good.nc", []),
+        ("tilt.nc", ["failure"]),
+        ("two words.nc", ["error"]),
+    ]
     for element in (root, suite):
         assert [element.get(key) for key in ("tests", "failures", "errors")] == ["3", "1", "1"]
     error = suite[2][0]
@@ -179,7 +181,8 @@ def test_markdown_says_once_what_a_set_up_settles() -> None:
     lengths = [make_finding("VP012", f"tool {k}", line=k, settled_by=(("tools", f"{k}"),)) for k in (1, 2)]
     rows = markdown.write([Report("my part.nc", (*lengths, make_finding("VP006", "Q", line=3)))]).splitlines()[-3:]
     assert rows[0].endswith(
-        "which verne-post setup 'my part.nc' writes. Or give --tool-length or --tool-table; the program may set it too (G10 L1, \\$TC\\_DP3, TOOL DEF). |"
+        "which verne-post setup 'my part.nc' writes. Or give --tool-length or --tool-table; the program may set it too "
+        "(G10 L1, \\$TC\\_DP3, TOOL DEF). |"
     )
     assert [row.count("<br>") for row in rows] == [1, 0, 0]
 
@@ -188,4 +191,14 @@ def test_markdown_fits_into_a_comment() -> None:
     many = tuple(make_finding("VP006", "x" * 1000, line=k + 1) for k in range(100))
     shown = markdown.write([Report("a.nc", many), Report("b.nc", many[:1])])
     assert 50_000 < len(shown) < 65_536
-    assert int(re.search(r"^(\d+) further findings", shown, re.MULTILINE)[1]) + shown.count("VP006") == 101  # type: ignore[index]
+    assert (
+        int(
+            re.search(
+                r"^(\d+) further findings",
+                shown,
+                re.MULTILINE,
+            )[1]
+        )
+        + shown.count("VP006")
+        == 101
+    )  # type: ignore[index]

@@ -28,7 +28,9 @@ OPTIONS = ("--tool-length", 80, "--wcs", "G54=0,0,50")
 
 
 def enough(decimals: int, joint: str, cycle: str) -> bool:
-    """q / cycle, 2 q / cycle^2 and 4 q / cycle^3 within 0.02 %, 0.1 % and 1 % of the limits; q itself 1e-5 mm or 2e-8 rad."""
+    """q / cycle, 2 q / cycle^2 and 4 q / cycle^3 within 0.02 %, 0.1 % and 1 % of the limits; q itself 1e-5 mm or 2e-8
+    rad.
+    """
     q, dt = Fraction(1, 10**decimals), Fraction(cycle)
     shares = (("velocity", 1, Fraction(1, 5000)), ("acceleration", 2, Fraction(1, 1000)), ("jerk", 4, Fraction(1, 100)))
     place = Fraction(1, 10**5) if joint == "rho" else Fraction(math.degrees(2e-8))
@@ -182,7 +184,9 @@ def test_decimals_follow_the_cycle_into_the_file(
 
 @pytest.mark.parametrize("share", [0.1, 0.3, 10.0])
 def test_long_cycles_keep_acceleration_and_path_too(share: float) -> None:
-    """At 10 ms the jerk alone would ask for 3 or 4 decimals; 1e-3 mm is 20 mm/s2 then, and all that the path may be off."""
+    """At 10 ms the jerk alone would ask for 3 or 4 decimals; 1e-3 mm is 20 mm/s2 then, and all that the path may be
+    off.
+    """
     limits = MACHINE.limits
     scaled = replace(limits, acceleration=share * limits.acceleration, jerk=share * limits.jerk)
     turns = "".join(

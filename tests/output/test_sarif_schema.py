@@ -1,4 +1,6 @@
-"""SARIF against the official schema of OASIS, where it is at hand: .ci/run fetches it, VERNE_POST_SARIF_SCHEMA names the file."""
+"""SARIF against the official schema of OASIS, where it is at hand: .ci/run fetches it, VERNE_POST_SARIF_SCHEMA names
+the file.
+"""
 
 import json
 import os
@@ -26,7 +28,9 @@ def validator() -> Any:
 def test_findings_of_every_kind_are_valid(
     validator: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, run: Callable[..., Any]
 ) -> None:
-    """Limits, unreadable text with columns, a file that is not there, line 0, a file of many findings, no check at all, and a batch."""
+    """Limits, unreadable text with columns, a file that is not there, line 0, a file of many findings, no check at all,
+    and a batch.
+    """
     rejected = sorted((SAMPLES.parent / "tests" / "rejected").glob("*.nc"))
     programs = [*sorted(SAMPLES.glob("*.nc")), *rejected, tmp_path / "none.nc"]
     many = tmp_path / "many.nc"

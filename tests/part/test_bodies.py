@@ -11,6 +11,8 @@ from verne_post.model.part_setup import Cylinder
 from verne_post.part.bodies import build_pieces, check_tool, measure_phi
 
 LENGTH = 50.0
+#: Radius of the tapered end mill of SHAPES where its cone ends.
+TOP = 5 - 3 * (1 - np.cos(np.radians(15))) + (9 + 3 * np.sin(np.radians(15))) * np.tan(np.radians(15))
 #: Name -> shape, and radius of the tool at a height, by hand.
 SHAPES = {
     "flat": ((Cylinder("cutter", 10, 30),), {0.001: 5, 30: 5}),
@@ -22,8 +24,9 @@ SHAPES = {
     ),
     # it has an edge where the cone ends; rounded by the corner radius, 0.02 mm would be missing there
     "tapered end mill": (
-        (Cylinder("cutter", 10, 12, corner_radius=3, taper=15), Cylinder("shank", TOP := 2 * (5 - 3 * (1 - np.cos(np.radians(15))) + (9 + 3 * np.sin(np.radians(15))) * np.tan(np.radians(15))), 10)),
-        {11.9: TOP / 2 - 0.1 * np.tan(np.radians(15)), 12: TOP / 2, 12.1: TOP / 2, 20: TOP / 2},
+        (Cylinder("cutter", 10, 12, corner_radius=3, taper=15),
+         Cylinder("shank", 2 * TOP, 10)),
+        {11.9: TOP - 0.1 * np.tan(np.radians(15)), 12: TOP, 12.1: TOP, 20: TOP},
     ),
     "dovetail": ((Cylinder("cutter", 20, 8, taper=-45), Cylinder("shank", 4, 30)), {4: 6, 9: 2, 40: 2}),
     "drill": ((Cylinder("cutter", 8, 30, point_angle=90),), {1: 1, 3: 3, 5: 4}),
@@ -35,7 +38,8 @@ SHAPES = {
     ),
     "form": (
         (
-            Cylinder("cutter", 16, 30, profile=((3, 0), (5, 2), (5, 6), (2, 9), (2, 12), (8, 15), (8, 20), (4, 20), (4, 30))),
+            Cylinder("cutter", 16, 30,
+                     profile=((3, 0), (5, 2), (5, 6), (2, 9), (2, 12), (8, 15), (8, 20), (4, 20), (4, 30))),
             Cylinder("holder", 40),
         ),
         {1: 4, 4: 5, 8: 3, 10: 2, 13: 4, 17: 8, 25: 4, 35: 20},
@@ -115,16 +119,24 @@ holder = [{ diameter = 28.0, length = 30.0 }, { diameter = 50.0 }]
 def test_shapes_come_from_the_file_and_through_the_options():
     shape = read_tool_shapes(FILE.encode(), "shapes.toml")[4]
     assert shape == (
-        Cylinder("cutter", 8, 20, corner_radius=4), Cylinder("shank", 12, 25, profile=((4, 0), (4, 10), (6, 25))),
-        Cylinder("holder", 28, 30), Cylinder("holder", 50),
-    )  # fmt: skip
+        Cylinder("cutter", 8, 20, corner_radius=4),
+        Cylinder("shank", 12, 25, profile=((4, 0), (4, 10), (6, 25))),
+        Cylinder("holder", 28, 30),
+        Cylinder("holder", 50),
+    )
     assert Options(tool_shapes={4: shape}).tool_shapes == {4: shape}
     pieces = build_pieces(shape, 100)
     # between two parts a double cone joins them
     assert [(one.part, one.low, one.high) for one in pieces] == [
-        ("cutter", 0, 20), ("shank", 10, 32.5), ("shank", 20, 45), ("shank", 20, 45), ("holder", 32.5, 60), ("holder", 45, 75),
-        ("holder", 60, 87.5), ("holder", 75, 100),
-    ]  # fmt: skip
+        ("cutter", 0, 20),
+        ("shank", 10, 32.5),
+        ("shank", 20, 45),
+        ("shank", 20, 45),
+        ("holder", 32.5, 60),
+        ("holder", 45, 75),
+        ("holder", 60, 87.5),
+        ("holder", 75, 100),
+    ]
 
 
 @pytest.mark.parametrize(

@@ -90,7 +90,9 @@ def test_touching_is_no_contact(accelerate):
 
 @pytest.mark.parametrize("seed", range(6))
 def test_no_contact_is_missed_against_dense_poses(seed):
-    """Random blocks and tools: where a body is clear, poses 64 times as dense are clear at a grid of places on the block."""
+    """Random blocks and tools: where a body is clear, poses 64 times as dense are clear at a grid of places on the
+    block.
+    """
     pick = np.random.default_rng(seed)
     turn = np.linalg.qr(pick.normal(size=(3, 3)))[0]
     turn *= np.sign(np.linalg.det(turn))
@@ -118,7 +120,8 @@ def test_no_contact_is_missed_against_dense_poses(seed):
         if distance < 0.5 - TOUCH_MM:
             assert part in told
         if part in told:
-            # no place is nearer than the bound; what was found is no farther from it than what is passed over, and the bow
+            # no place is nearer than the bound; what was found is no farther from it than what is passed over, and the
+            # bow
             passed = max(0.011, -0.011 * told[part].bound) + 2 * motion.bow
             assert told[part].bound <= distance
             assert told[part].deepest.distance <= told[part].bound + passed

@@ -70,7 +70,9 @@ def test_scallops(radius, pitch, along_normal, distance, step, accelerate):
 
 @pytest.mark.parametrize("accelerate", PATHS)
 def test_a_flat_cutter_on_a_tilted_plane(accelerate):
-    """Upright, downhill, strips 4 mm apart: its edge leaves 0.072485 mm along the normal in the middle between two strips."""
+    """Upright, downhill, strips 4 mm apart: its edge leaves 0.072485 mm along the normal in the middle between two
+    strips.
+    """
     slope = np.tan(np.radians(10))
     motion = strips(flat(5), 4.0, 1.0, lambda x, _y: -slope * x + 5 * slope)
     c, s = np.cos(np.radians(10)), np.sin(np.radians(10))
@@ -164,8 +166,12 @@ def test_a_flat_gouge_on_a_coarse_grid_is_never_clear(accelerate):
 @pytest.mark.parametrize("shape", ["flat", "ball", "bull", "drill"])
 @pytest.mark.parametrize("accelerate", PATHS)
 def test_what_is_clear_is_clear_all_over_the_facet(shape, accelerate):
-    shapes = {"flat": flat(4), "ball": ball(4), "bull": (Cylinder("cutter", 10, 30, corner_radius=1.5),),
-              "drill": (Cylinder("cutter", 8, 30, point_angle=118),)}  # fmt: skip
+    shapes = {
+        "flat": flat(4),
+        "ball": ball(4),
+        "bull": (Cylinder("cutter", 10, 30, corner_radius=1.5),),
+        "drill": (Cylinder("cutter", 8, 30, point_angle=118),),
+    }
     pick = np.random.default_rng(11)
     n = 120
     tip = np.cumsum(pick.normal(size=(n, 3)) * [0.2, 0.2, 0.03], axis=0)

@@ -1,7 +1,8 @@
-"""A judge that shares nothing with the kernel: tools as drawn outlines, distances to their edges, poses by their own interpolation.
+"""A judge that shares nothing with the kernel: tools as drawn outlines, distances to their edges, poses by their own
+interpolation.
 
-An outline is a polygon of radius and height, drawn here from the drawing of the tool; whether a place is in the tool is asked of
-matplotlib. The kernel's formulas of pieces, its tree, bounds and searches are not used.
+An outline is a polygon of radius and height, drawn here from the drawing of the tool; whether a place is in the tool is
+asked of matplotlib. The kernel's formulas of pieces, its tree, bounds and searches are not used.
 """
 
 from functools import cache
@@ -30,9 +31,11 @@ def draw_arc(r: float, h: float, radius: float, first: float, last: float) -> li
 #: Right half of each tool, from the tip outwards and up; and its words for the kernel.
 TOOLS = {
     "flat": ([(0, 0), (5, 0), (5, TOP), (0, TOP)], Cylinder("cutter", 10, TOP)),
-    "bull": ([(0, 0), *draw_arc(3.5, 1.5, 1.5, -90, 0), (5, TOP), (0, TOP)], Cylinder("cutter", 10, TOP, corner_radius=1.5)),
+    "bull": ([(0, 0), *draw_arc(3.5, 1.5, 1.5, -90, 0), (5, TOP), (0, TOP)],
+             Cylinder("cutter", 10, TOP, corner_radius=1.5)),
     "ball": ([*draw_arc(0, 4, 4, -90, 0), (4, TOP), (0, TOP)], Cylinder("cutter", 8, TOP, corner_radius=4)),
-    "chamfer": ([(0, 0), (0.5, 0), (5, 4.5), (5, TOP), (0, TOP)], Cylinder("cutter", 10, TOP, point_angle=90, tip_diameter=1)),
+    "chamfer": ([(0, 0), (0.5, 0), (5, 4.5), (5, TOP), (0, TOP)],
+                Cylinder("cutter", 10, TOP, point_angle=90, tip_diameter=1)),
     "taper": ([(0, 0), (2, 0), (2 + TOP * np.tan(np.radians(6)), TOP), (0, TOP)], Cylinder("cutter", 4, TOP, taper=6)),
 }  # fmt: skip
 
@@ -125,7 +128,8 @@ def test_distances_are_those_of_the_drawing(name: str, accelerate: bool) -> None
         point, exact = judge_points(name, seed)
         found = find_nearest((motion,), point, 50.0, accelerate=accelerate).distance
         assert min((exact < 0).sum(), (exact > 0).sum()) > 3
-        # arcs are chords of 0.225 degrees, 0.00001 mm off; the way between rows is straight but for what it bows, which is told
+        # arcs are chords of 0.225 degrees, 0.00001 mm off; the way between rows is straight but for what it bows, which
+        # is told
         assert motion.bow < 0.02
         assert (found > exact - 5e-5).all(), (name, seed)
         assert (found < exact + motion.bow + 5e-5).all(), (name, seed)
@@ -135,7 +139,9 @@ def test_distances_are_those_of_the_drawing(name: str, accelerate: bool) -> None
 @pytest.mark.parametrize("accelerate", PATHS)
 @pytest.mark.parametrize("name", ["flat", "bull", "ball"])
 def test_no_facet_that_is_called_clear_is_cut_deeper(name: str, accelerate: bool) -> None:
-    """Tilted tools graze a floor: facets that are clear hold no place that the drawing cuts deeper; gouges are as deep as it says."""
+    """Tilted tools graze a floor: facets that are clear hold no place that the drawing cuts deeper; gouges are as deep
+    as it says.
+    """
     outline = np.array(TOOLS[name][0], dtype=float)
     polygon, asked, decided = Polygon([*outline, outline[0]]), 0.05, np.zeros(3, dtype=int)
     side = np.linspace(-8, 8, 9)

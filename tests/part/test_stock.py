@@ -1,4 +1,6 @@
-"""Stock that is cut: volumes by hand and by an independent program, with and without numba, and what touches on the way."""
+"""Stock that is cut: volumes by hand and by an independent program, with and without numba, and what touches on the
+way.
+"""
 
 from itertools import pairwise
 
@@ -245,7 +247,9 @@ def test_cylinders_and_meshes_are_stock() -> None:
 
 
 def test_rays_meet_triangles_where_all_of_them_are_asked() -> None:
-    """Random triangles, thin ones, and ones with an upright edge or a corner on a column of rays: no ray is left out."""
+    """Random triangles, thin ones, and ones with an upright edge or a corner on a column of rays: no ray is
+    left out.
+    """
     rng = np.random.default_rng(7)
     corner = rng.uniform(-4, 30, (400, 3, 3))
     corner[:100, 2] = corner[:100, :2].mean(axis=1) + rng.normal(size=(100, 3)) * 1e-3
@@ -375,7 +379,9 @@ def test_holders_and_thick_shanks_touch_the_stock_as_it_is_then() -> None:
 
 
 def test_a_body_that_rubs_along_many_lines_is_one_finding() -> None:
-    """A holder in lines 10 to 15, certain in most spans; then in 30; what may touch in line 16 is told, in line 12 it is not."""
+    """A holder in lines 10 to 15, certain in most spans; then in 30; what may touch in line 16 is told, in line 12 it
+    is not.
+    """
     unsure = float("nan")
     holder = [
         (0, 10, 0.1),
@@ -389,12 +395,18 @@ def test_a_body_that_rubs_along_many_lines_is_one_finding() -> None:
     ]
     holder += [(16, 16, unsure), (40, 30, 0.4)]
     cutter = [(20, 20, 0.5), (22, 21, 0.7)]  # two rapids are two mistakes
-    touches = (*(Touch(span, line, "holder", depth) for span, line, depth in holder), *(Touch(span, line, "cutter", depth) for span, line, depth in cutter))  # fmt: skip
+    touches = (
+        *(Touch(span, line, "holder", depth) for span, line, depth in holder),
+        *(Touch(span, line, "cutter", depth) for span, line, depth in cutter),
+    )
     told = [
         (item.severity, item.line, item.last_line, item.worst_line, item.message.split(" -")[0].split(" may")[0])
         for item in report_touches(Cut(np.zeros(50), touches), "the stock", 0.0, 0.1)
     ]
-    whole, cut = "distance of the holder from the stock at that time", "distance of the cutter from the stock at that time in a rapid traverse"  # fmt: skip
+    whole, cut = (
+        "distance of the holder from the stock at that time",
+        "distance of the cutter from the stock at that time in a rapid traverse",
+    )
     assert told == [
         ("error", 10, 15, 13, whole),
         ("error", 30, 30, 30, whole),

@@ -1,4 +1,6 @@
-"""The least distance of points from a moving tool: both paths agree with poses 64 times as dense, and with answers by hand."""
+"""The least distance of points from a moving tool: both paths agree with poses 64 times as dense, and with answers by
+hand.
+"""
 
 import numpy as np
 import pytest
@@ -15,7 +17,8 @@ SHAPES = {
     "bull": (Cylinder("cutter", 10, 30, corner_radius=1.5),),
     "drill and holder": (Cylinder("cutter", 8, 30, point_angle=118), Cylinder("holder", 40)),
     "tapered": (Cylinder("cutter", 6, 30, corner_radius=3, taper=5),),
-    "form": (Cylinder("cutter", 16, profile=((3, 0), (5, 2), (5, 6), (2, 9), (2, 12), (8, 15), (8, 20), (4, 20), (4, 30))),),
+    "form": (Cylinder("cutter", 16, profile=((3, 0), (5, 2), (5, 6), (2, 9), (2, 12), (8, 15), (8, 20), (4, 20),
+                                             (4, 30))),),
 }  # fmt: skip
 #: Without numba the compiled path is not there; the other one is always tested.
 PATHS = [False] if load_accelerator() is None else [False, True]

@@ -1,14 +1,15 @@
 """Compare our interpreter with a locally installed LinuxCNC interpreter (`rs274`).
 
     python tests/reference/compare_rs274.py program.ngc ...            these programs
-    python tests/reference/compare_rs274.py --random 5000 --kinds polar,calls   generated ones, with seeds from --seed on
-    python tests/reference/compare_rs274.py --survey FOLDER ...        all programs of folders, such as LinuxCNC's nc_files
-    python tests/reference/compare_rs274.py --server 300               the fast server answers as rs274 itself does
-    python tests/reference/compare_rs274.py --store 20 > tests/reference/rs274_generated.jsonl   answers for the test suite
+    python tests/reference/compare_rs274.py --random 5000 --kinds polar,calls   generated ones, with seeds from --seed
+    on python tests/reference/compare_rs274.py --survey FOLDER ...        all programs of folders, such as LinuxCNC's
+    nc_files python tests/reference/compare_rs274.py --server 300               the fast server answers as rs274 itself
+    does python tests/reference/compare_rs274.py --store 20 > tests/reference/rs274_generated.jsonl   answers for the
+    test suite
 
-Motion (kind, end point, arc centre and sense, feed), dwells, spindle, coolant, tools, signals, stops, messages, and whether
-there is an error, in their order. Needs rs274 and a C compiler. Exit status 1 when anything differs in silence, that
-is, when both accept a program and do different things.
+Motion (kind, end point, arc centre and sense, feed), dwells, spindle, coolant, tools, signals, stops, messages, and
+whether there is an error, in their order. Needs rs274 and a C compiler. Exit status 1 when anything differs in silence,
+that is, when both accept a program and do different things.
 """
 
 import argparse
@@ -38,8 +39,11 @@ from verne_post.model.part_setup import Tool
 _NUMBERS = re.compile(r"[-+]?\d[\d.]*")
 #: Programs of LinuxCNC that meet deliberate differences of docs/gcode.md.
 DELIBERATE = {
-    "mmount.ngc": "M6 beside G43", "skeleton.ngc": "M6 beside G43", "offsets.ngc": "#5403 after M61", "roparams.ngc": "#<_vmajor>",
-}  # fmt: skip
+    "mmount.ngc": "M6 beside G43",
+    "skeleton.ngc": "M6 beside G43",
+    "offsets.ngc": "#5403 after M61",
+    "roparams.ngc": "#<_vmajor>",
+}
 #: So many names of programs with one verdict.
 SHOWN = 8
 #: So many programs go to a process at once.
@@ -144,7 +148,9 @@ def _programs(folders: list[str]) -> dict[Path, bytes]:
 
 
 def _survey(folders: list[str]) -> int:
-    """Run all programs of folders through both, with a table of thin tools; count, and group what is refused by reason."""
+    """Run all programs of folders through both, with a table of thin tools; count, and group what is refused by
+    reason.
+    """
     programs = _programs(folders)
     paths = sorted({path.parent for path in programs})
     subroutines = {path.name.partition(".")[0].lower(): text for path, text in reversed(programs.items())}
@@ -214,12 +220,19 @@ def _round_answer(answer: Answer) -> dict[str, object]:
     """An answer with nine decimals."""
     return {
         "steps": [
-            [[round(x, 9) for x in item] if isinstance(item, list) else round(item, 9) if isinstance(item, float) else item for item in step]
+            [
+                [round(x, 9) for x in item]
+                if isinstance(item, list)
+                else round(item, 9)
+                if isinstance(item, float)
+                else item
+                for item in step
+            ]
             for step in answer.steps
         ],
         "messages": answer.messages,
         "error": answer.error,
-    }  # fmt: skip
+    }
 
 
 if __name__ == "__main__":

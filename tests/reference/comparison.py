@@ -1,4 +1,6 @@
-"""What our interpreter makes of a program, how it differs from an answer of rs274, and the shortest program that differs."""
+"""What our interpreter makes of a program, how it differs from an answer of rs274, and the shortest program that
+differs.
+"""
 
 import math
 import re
@@ -15,8 +17,8 @@ CLOSE = 1.0e-6
 CLOSE_CORNERS = 1.0e-4
 #: Degrees; a sweep comes from two angles about a centre that may be far away.
 CLOSE_SWEEP = 1.0e-3
-#: Shown numbers below and beyond these are not compared: rs274 shows 0.000000 and ######, and a division by a rounding error
-#: makes any great one.
+#: Shown numbers below and beyond these are not compared: rs274 shows 0.000000 and ######, and a division by a rounding
+#: error makes any great one.
 SMALL, GREAT = 1.0e-4, 1.0e12
 _SHOWN = re.compile(r"(-?\d+\.\d+|######)")
 #: Blocks that a generated program may repeat; more is a loop without end.
@@ -85,7 +87,9 @@ def _without_rest(steps: list[tuple], ignored: tuple[str, ...]) -> list[tuple]:
 
 
 def _without_rises(got: list[tuple], wanted: list[tuple]) -> list[tuple]:
-    """Leave out rapids with which our cycles rise along one axis before they go where rs274 goes at once (docs/gcode.md)."""
+    """Leave out rapids with which our cycles rise along one axis before they go where rs274 goes at once
+    (docs/gcode.md).
+    """
     kept: list[tuple] = []
     for step, after in zip(got, [*got[1:], ("end",)], strict=False):
         place = wanted[len(kept)] if len(kept) < len(wanted) else ("end",)
@@ -125,7 +129,9 @@ def _same(got: tuple, wanted: tuple, close: float = CLOSE) -> bool:
 
 
 def _same_text(got: str, wanted: str) -> bool:
-    """Equal but for the last digits of numbers, and for those that rs274 does not show: small ones, and very great ones."""
+    """Equal but for the last digits of numbers, and for those that rs274 does not show: small ones, and very great
+    ones.
+    """
     if got == wanted:
         return True
     one, other = _SHOWN.split(got), _SHOWN.split(wanted)

@@ -32,7 +32,11 @@ TILTS = [
     (Fraction(12, 13), Fraction(5, 13)),
 ]
 TURNS = [(0, 1), (Fraction(3, 5), Fraction(4, 5)), (Fraction(-20, 29), Fraction(-21, 29)), (-1, 0)]
-TIPS = [(Fraction(0), Fraction(0), Fraction(0)), (Fraction(60), Fraction(-35), Fraction(25)), (Fraction(-41), Fraction(17), Fraction(72))]  # fmt: skip
+TIPS = [
+    (Fraction(0), Fraction(0), Fraction(0)),
+    (Fraction(60), Fraction(-35), Fraction(25)),
+    (Fraction(-41), Fraction(17), Fraction(72)),
+]
 TOOLS = [Fraction(0), Fraction(120)]
 
 
@@ -123,9 +127,17 @@ def write(name, names, solve, facts):
 if __name__ == "__main__":
     common = [
         "Made by make_machine_tables.py of this folder, not by the package. mm and degrees, workpiece sense.",
-        f"pivot {[float(v) for v in PIVOT]}, rotary_offset {[float(v) for v in ROTARY_OFFSET]}, nose_offset_mm {float(NOSE)}",
+        f"pivot {[float(v) for v in PIVOT]}, rotary_offset {[float(v) for v in ROTARY_OFFSET]}, nose_offset_mm "
+        f"{float(NOSE)}",
     ]
     write("serial.csv", ["x_mm", "y_mm", "z_mm"], serial, [*common, f"zero {[float(v) for v in ZERO]}"])
-    write("linear_delta.csv", ["rho1_mm", "rho2_mm", "rho3_mm"], delta,
-          [*common, f"platform_radius {float(PLATFORM_RADIUS)}, base_radius {float(BASE_RADIUS)}, rod_length {float(ROD)}, "
-           "leg_angles_deg [0.0, 120.0, 240.0]"])  # fmt: skip
+    write(
+        "linear_delta.csv",
+        ["rho1_mm", "rho2_mm", "rho3_mm"],
+        delta,
+        [
+            *common,
+            f"platform_radius {float(PLATFORM_RADIUS)}, base_radius {float(BASE_RADIUS)}, rod_length {float(ROD)}, "
+            "leg_angles_deg [0.0, 120.0, 240.0]",
+        ],
+    )

@@ -1,4 +1,5 @@
-"""Chords by which LinuxCNC replaces splines: writes linuxcnc_splines.jsonl. Run by a Python that has LinuxCNC's `gcode` module.
+"""Chords by which LinuxCNC replaces splines: writes linuxcnc_splines.jsonl. Run by a Python that has LinuxCNC's `gcode`
+module.
 
 /usr/bin/python3 tests/reference/make_spline_chords.py > tests/reference/linuxcnc_splines.jsonl
 """

@@ -11,10 +11,23 @@ from programs_of_motion import circles, compensation, cycles, cycles_across, pol
 KINDS = {
     kind.__name__: kind
     for kind in (
-        expressions, cycles, flow, compensation, modal, polar, cycles_across, rotated, calls, radius_arcs, nesting, machine_events, saved_modes,
-        block_delete, circles,
+        expressions,
+        cycles,
+        flow,
+        compensation,
+        modal,
+        polar,
+        cycles_across,
+        rotated,
+        calls,
+        radius_arcs,
+        nesting,
+        machine_events,
+        saved_modes,
+        block_delete,
+        circles,
     )
-}  # fmt: skip
+}
 
 
 def generate_program(kind: str, seed: int) -> str:

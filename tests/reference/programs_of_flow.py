@@ -40,29 +40,114 @@ def expressions(rng: random.Random) -> list[str]:
 def flow(rng: random.Random) -> list[str]:
     """Loops, branches, calls."""
     body = [f"#1=[#1+{rng.randint(1, 3)}]", "G0 X#1", "(DEBUG,#1)"]
-    return rng.choice([
-        ["#1=0", f"o1 while [#1 LT {rng.randint(0, 9)}]", *body, "o2 if [#1 GT 4]", rng.choice(["o1 break", "o1 continue", "G0 Y#1"]),
-         f"o2 elseif [{rng.choice(['#1 EQ 3', '#1 EQ 3', '6/[#1-2] GT 1', '#<none>'])}]", "G0 Z#1", "o2 else", "G0 A#1", "o2 endif", "o1 endwhile"],
-        ["#1=0", "o1 do", *body, f"o1 while [#1 LT {rng.randint(0, 6)}]"],
-        ["#1=0", f"o7 repeat [{rng.uniform(-1, 4):.2f}]", *body, "o7 endrepeat"],
-        ["o<S> sub", "G0 X#1 Y#2 Z#30", "#1=99 #31=[#31+1] #<l>=5", f"o<s> {rng.choice(['endsub', 'endsub [#1+1]'])}", "#1=3",
-         f"o<s> call [{rng.randint(1, 9)}] [#1]", "(DEBUG,#1 #2 #31 #<_value> #<_value_returned>)"],
-        ["o9 sub", "o1 if [#1 LE 1]", "o9 return [1]", "o1 endif", "o9 call [#1-1]", "o9 endsub [#1*#<_value>]",
-         f"o9 call [{rng.randint(0, 6)}]", "(DEBUG,#<_value>)"],
-    ])  # fmt: skip
+    return rng.choice(
+        [
+            [
+                "#1=0",
+                f"o1 while [#1 LT {rng.randint(0, 9)}]",
+                *body,
+                "o2 if [#1 GT 4]",
+                rng.choice(["o1 break", "o1 continue", "G0 Y#1"]),
+                f"o2 elseif [{rng.choice(['#1 EQ 3', '#1 EQ 3', '6/[#1-2] GT 1', '#<none>'])}]",
+                "G0 Z#1",
+                "o2 else",
+                "G0 A#1",
+                "o2 endif",
+                "o1 endwhile",
+            ],
+            ["#1=0", "o1 do", *body, f"o1 while [#1 LT {rng.randint(0, 6)}]"],
+            ["#1=0", f"o7 repeat [{rng.uniform(-1, 4):.2f}]", *body, "o7 endrepeat"],
+            [
+                "o<S> sub",
+                "G0 X#1 Y#2 Z#30",
+                "#1=99 #31=[#31+1] #<l>=5",
+                f"o<s> {rng.choice(['endsub', 'endsub [#1+1]'])}",
+                "#1=3",
+                f"o<s> call [{rng.randint(1, 9)}] [#1]",
+                "(DEBUG,#1 #2 #31 #<_value> #<_value_returned>)",
+            ],
+            [
+                "o9 sub",
+                "o1 if [#1 LE 1]",
+                "o9 return [1]",
+                "o1 endif",
+                "o9 call [#1-1]",
+                "o9 endsub [#1*#<_value>]",
+                f"o9 call [{rng.randint(0, 6)}]",
+                "(DEBUG,#<_value>)",
+            ],
+        ]
+    )
 
 
 def modal(rng: random.Random) -> list[str]:
-    """Offsets, modes and moves in any order; G43.2, M6, M61, G10 L1, L10 and L11 are left out: docs/gcode.md says why."""
+    """Offsets, modes and moves in any order; G43.2, M6, M61, G10 L1, L10 and L11 are left out: docs/gcode.md
+    says why.
+    """
     pool = [
-        "G54", "G55", "G59.3", "G10 L2 P1 X5 Y-3", "G10 L2 P2 R30", "G10 L20 P1 Z7", "G10 L2 P0 X1", "G92 X5 Y1", "G92.1", "G92.2",
-        "G92.3", "G52 X3", "G43 H1", "G43 H2", "G49", "G43.1 Z3",
-        "G43", "G20", "G21", "G90", "G91", "G28", "G28 X1", "G30 Y2", "G28.1", "G30.1", "M70", "M72", "M73", "M71",
-        "G0 X1 Y2", "G0 Z-3 A4", "G1 X4 Z1", "G2 X6 Y1 R30", "G3 X0 Y0 Z2 I3 J1", "G90.1", "G91.1", "G17", "G18", "G19", "G53 G0 Z1",
-        "G4 P.5", "G93 G1 X[ABS[#5420]+1] F2", "G94 F100", "G0 @5 ^30", "G0 ^60", "F200", "#5241=2", "#5221=1", "G98", "G99", "S100 M3", "M5",
-        "(DEBUG,#5221 #5241 #5220 #5211 #5161 #5420 #5421 #5422)", "(DEBUG,#5400 #5403 #5410 #<_x> #<_abs_z> #<_coord_system>)",
-        "(DEBUG,#<_motion_mode> #<_plane> #<_absolute> #<_metric> #<_ccomp>)", "M48", "M50 P0", "M64 P1", "M7", "G80", "X7",
-    ]  # fmt: skip
+        "G54",
+        "G55",
+        "G59.3",
+        "G10 L2 P1 X5 Y-3",
+        "G10 L2 P2 R30",
+        "G10 L20 P1 Z7",
+        "G10 L2 P0 X1",
+        "G92 X5 Y1",
+        "G92.1",
+        "G92.2",
+        "G92.3",
+        "G52 X3",
+        "G43 H1",
+        "G43 H2",
+        "G49",
+        "G43.1 Z3",
+        "G43",
+        "G20",
+        "G21",
+        "G90",
+        "G91",
+        "G28",
+        "G28 X1",
+        "G30 Y2",
+        "G28.1",
+        "G30.1",
+        "M70",
+        "M72",
+        "M73",
+        "M71",
+        "G0 X1 Y2",
+        "G0 Z-3 A4",
+        "G1 X4 Z1",
+        "G2 X6 Y1 R30",
+        "G3 X0 Y0 Z2 I3 J1",
+        "G90.1",
+        "G91.1",
+        "G17",
+        "G18",
+        "G19",
+        "G53 G0 Z1",
+        "G4 P.5",
+        "G93 G1 X[ABS[#5420]+1] F2",
+        "G94 F100",
+        "G0 @5 ^30",
+        "G0 ^60",
+        "F200",
+        "#5241=2",
+        "#5221=1",
+        "G98",
+        "G99",
+        "S100 M3",
+        "M5",
+        "(DEBUG,#5221 #5241 #5220 #5211 #5161 #5420 #5421 #5422)",
+        "(DEBUG,#5400 #5403 #5410 #<_x> #<_abs_z> #<_coord_system>)",
+        "(DEBUG,#<_motion_mode> #<_plane> #<_absolute> #<_metric> #<_ccomp>)",
+        "M48",
+        "M50 P0",
+        "M64 P1",
+        "M7",
+        "G80",
+        "X7",
+    ]
     lines = rng.choices(pool, k=rng.randint(3, 14))
     if any("G43" in line for line in lines):  # which M72 does not bring back in rs274
         lines = [line for line in lines if line not in ("M72", "M73")]
@@ -85,8 +170,16 @@ def calls(rng: random.Random) -> list[str]:
         return f"[{rng.choice([str(rng.randint(0, 9)), '#1', '#2+1', '-#3'])}]"
 
     last = rng.choice(["", "; end", ";[5]"])
-    body = [f"{c()}G0 X#1 {c()} Y#2 Z#3", f"o2 if [#1 GT {rng.randint(0, 5)}]{c()}", rng.choice([f"o1 return {value()}{c()}", f"o1 return{c()}", f"G0 A{rng.randint(1, 9)}"]),
-            f"o2 elseif [#1 GT 2] {c()}", "G0 Y3", f"o2 else{c()}", "G0 Y4", f"o2 endif {c()}"]  # fmt: skip
+    body = [
+        f"{c()}G0 X#1 {c()} Y#2 Z#3",
+        f"o2 if [#1 GT {rng.randint(0, 5)}]{c()}",
+        rng.choice([f"o1 return {value()}{c()}", f"o1 return{c()}", f"G0 A{rng.randint(1, 9)}"]),
+        f"o2 elseif [#1 GT 2] {c()}",
+        "G0 Y3",
+        f"o2 else{c()}",
+        "G0 Y4",
+        f"o2 endif {c()}",
+    ]
     lines = [f"o1 sub {c()}", *body, f"o1 endsub {rng.choice(['', value()])}{c()}{last}", "#1=1 #2=2"]
     for n in range(10, 10 * rng.randint(2, 5), 10):
         arguments = "".join(f" {c()} {value()}" for _ in range(rng.randint(0, 4)))
@@ -94,11 +187,14 @@ def calls(rng: random.Random) -> list[str]:
             rng.choice([f"o1 call{arguments} {c()}{last}", f"{rng.choice(['N5 ', '/', ' '])}o1 call{arguments}{c()}"])
         )
         lines.append("(DEBUG,#1 #2 #3 #<_value> #<_value_returned>)")
-        lines += rng.choice([
-            [], [f"o{n} repeat [2]{c()}", "G91 G0 X1", "G90", f"o{n} endrepeat{c()}"],
-            ["#4=0", f"o{n} while [#4 LT 2] {c()}", "#4=[#4+1]", f"o{n} endwhile {c()}"],
-            ["#4=0", f"o{n} do {c()}", "#4=[#4+1]", f"o{n} while [#4 LT 3]{c()}"],
-        ])  # fmt: skip
+        lines += rng.choice(
+            [
+                [],
+                [f"o{n} repeat [2]{c()}", "G91 G0 X1", "G90", f"o{n} endrepeat{c()}"],
+                ["#4=0", f"o{n} while [#4 LT 2] {c()}", "#4=[#4+1]", f"o{n} endwhile {c()}"],
+                ["#4=0", f"o{n} do {c()}", "#4=[#4+1]", f"o{n} while [#4 LT 3]{c()}"],
+            ]
+        )
     return lines
 
 
@@ -172,23 +268,107 @@ def nesting(rng: random.Random) -> list[str]:
 def machine_events(rng: random.Random) -> list[str]:
     """M, S, T and signals between moves and beside them, in cycles, around M70 to M73: what happens when."""
     pool = [
-        "M3", "M4", "M5", "S200", "S300 M3", "S400 M4", "M7", "M8", "M9", "T1 M6", "T2 M6", "M61 Q1", "M0", "M1", "M60", "M19 R0", "M19 R30",
-        "M62 P1", "M63 P2", "M64 P3", "M65 P0", "M67 E0 Q2.5", "M68 E1 Q3", "M48", "M50 P0", "M50", "M53 P0", "G4 P.5",
-        "G0 X1", "G1 Y2", "G1 Z1 M8 S250", "M3 M8 G0 X5 S120", "M5 M9 G1 X2", "M6 T1 M3 S90 G0 X3", "M3 M0 G4 P1 S50", "F200 G1 X1", "X7",
-        "S100 M3 G84 Z-3 R2 P0", "G80", "S100 M3 G86 Z-1 R2 P0", "S100 M4 G74 Z-3 R2 P0", "M70", "M72", "M71", "G1 A5", "G1 A9 X1",  "G94 F100",
-        "M70 M3", "M5 M72", "M70 S60 M8 G0 X2", "G93 G1 X[ABS[#5420]+3] F3", "G95 F.2", "G61", "G64", "M62 P1 G1 X4", "M8 M3 S1 M62 P1 G0 X1 M0",
-    ]  # fmt: skip
+        "M3",
+        "M4",
+        "M5",
+        "S200",
+        "S300 M3",
+        "S400 M4",
+        "M7",
+        "M8",
+        "M9",
+        "T1 M6",
+        "T2 M6",
+        "M61 Q1",
+        "M0",
+        "M1",
+        "M60",
+        "M19 R0",
+        "M19 R30",
+        "M62 P1",
+        "M63 P2",
+        "M64 P3",
+        "M65 P0",
+        "M67 E0 Q2.5",
+        "M68 E1 Q3",
+        "M48",
+        "M50 P0",
+        "M50",
+        "M53 P0",
+        "G4 P.5",
+        "G0 X1",
+        "G1 Y2",
+        "G1 Z1 M8 S250",
+        "M3 M8 G0 X5 S120",
+        "M5 M9 G1 X2",
+        "M6 T1 M3 S90 G0 X3",
+        "M3 M0 G4 P1 S50",
+        "F200 G1 X1",
+        "X7",
+        "S100 M3 G84 Z-3 R2 P0",
+        "G80",
+        "S100 M3 G86 Z-1 R2 P0",
+        "S100 M4 G74 Z-3 R2 P0",
+        "M70",
+        "M72",
+        "M71",
+        "G1 A5",
+        "G1 A9 X1",
+        "G94 F100",
+        "M70 M3",
+        "M5 M72",
+        "M70 S60 M8 G0 X2",
+        "G93 G1 X[ABS[#5420]+3] F3",
+        "G95 F.2",
+        "G61",
+        "G64",
+        "M62 P1 G1 X4",
+        "M8 M3 S1 M62 P1 G0 X1 M0",
+    ]
     return ["M70", *rng.choices(pool, k=rng.randint(4, 14))]
 
 
 def saved_modes(rng: random.Random) -> list[str]:
     """Modes changed and brought back by M70 and M72, and by M73 around a call: what docs/gcode.md does not list."""
     pool = [
-        "G54", "G55", "G59.3", "G10 L2 P1 X5 Y-3", "G10 L2 P2 Y4", "G10 L20 P2 Z7", "G92 X5 Y1", "G92.1", "G92.2", "G92.3", "G52 X3", "G90", "G91",
-        "G20", "G21", "G90.1", "G91.1", "G17", "G18", "G19", "G98", "G99", "G0", "S100 M3", "S200 M4", "M5", "G61", "G64 P.1", "#5241=2",
-    ]  # fmt: skip
-    shown = ["G0 X1 Y2", "G91 G0 X1 Z2", "G90 G0 @5 ^30", "G53 G0 X1", "(DEBUG,#5220 #5210 #<_plane> #<_absolute> #<_metric> #<_ijk_absolute_mode>)",
-             "(DEBUG,#<_x> #<_y> #<_rpm> #<_spindle_on> #<_retract_r_plane> #<_coord_system>)"]  # fmt: skip
+        "G54",
+        "G55",
+        "G59.3",
+        "G10 L2 P1 X5 Y-3",
+        "G10 L2 P2 Y4",
+        "G10 L20 P2 Z7",
+        "G92 X5 Y1",
+        "G92.1",
+        "G92.2",
+        "G92.3",
+        "G52 X3",
+        "G90",
+        "G91",
+        "G20",
+        "G21",
+        "G90.1",
+        "G91.1",
+        "G17",
+        "G18",
+        "G19",
+        "G98",
+        "G99",
+        "G0",
+        "S100 M3",
+        "S200 M4",
+        "M5",
+        "G61",
+        "G64 P.1",
+        "#5241=2",
+    ]
+    shown = [
+        "G0 X1 Y2",
+        "G91 G0 X1 Z2",
+        "G90 G0 @5 ^30",
+        "G53 G0 X1",
+        "(DEBUG,#5220 #5210 #<_plane> #<_absolute> #<_metric> #<_ijk_absolute_mode>)",
+        "(DEBUG,#<_x> #<_y> #<_rpm> #<_spindle_on> #<_retract_r_plane> #<_coord_system>)",
+    ]
 
     def some() -> list[str]:
         return rng.choices([*pool, *shown[:2]], k=rng.randint(1, 5))
@@ -212,9 +392,33 @@ def saved_modes(rng: random.Random) -> list[str]:
 
 def block_delete(rng: random.Random) -> list[str]:
     """Lines with a slash, with the switch on or off: plain, numbered, before O words and comments."""
-    pool = ["/G0 X1", "/ N5 G0 X2", "/(MSG, one)", "/#1=5", "G0 Y#1", "/G91", "/G90 (c)", "  /G1 Z1", "/", "/G0 X3 (DEBUG,#1)", "G0 X5", "/F50", "/G81 X1 Z-1 R1", "X9", "/ ; nothing",
-            "/G4 P1", "/M3 S10", "N7 G0 Y1"]  # fmt: skip
+    pool = [
+        "/G0 X1",
+        "/ N5 G0 X2",
+        "/(MSG, one)",
+        "/#1=5",
+        "G0 Y#1",
+        "/G91",
+        "/G90 (c)",
+        "  /G1 Z1",
+        "/",
+        "/G0 X3 (DEBUG,#1)",
+        "G0 X5",
+        "/F50",
+        "/G81 X1 Z-1 R1",
+        "X9",
+        "/ ; nothing",
+        "/G4 P1",
+        "/M3 S10",
+        "N7 G0 Y1",
+    ]
     lines = [rng.choice(pool) for _ in range(rng.randint(2, 10))]
-    more = rng.choice([[], ["o1 if [#1 GT 1]", "/G0 A1", "/o1 else", "G0 A2", "o1 endif"], ["/o2 call", "o2 sub", "/G0 A3", "G0 A4", "o2 endsub", "/o2 call"],
-                       ["o3 repeat [2]", "/G0 A7", "G91 G0 A1", "G90", "o3 endrepeat"]])  # fmt: skip
+    more = rng.choice(
+        [
+            [],
+            ["o1 if [#1 GT 1]", "/G0 A1", "/o1 else", "G0 A2", "o1 endif"],
+            ["/o2 call", "o2 sub", "/G0 A3", "G0 A4", "o2 endsub", "/o2 call"],
+            ["o3 repeat [2]", "/G0 A7", "G91 G0 A1", "G90", "o3 endrepeat"],
+        ]
+    )
     return [rng.choice([BLOCK_DELETE, "(off)"]), *lines, *more]

@@ -54,10 +54,14 @@ def compensation(rng: random.Random) -> list[str]:
     heading, x, y = math.radians(rng.randint(0, 359)), 0.0, 0.0
     lines = [rng.choice(["G17", "G17", "G20"]), f"G0 X{-50 * math.cos(heading):.9f} Y{-50 * math.sin(heading):.9f}"]
     side = rng.choice(["G41", "G42"])
-    lines += rng.choice([
-        [f"{side}.1 D{rng.randint(1, 8)}"], [f"{side}.1 D{rng.randint(-8, 0)}"], [f"{side} D{rng.randint(1, 2)}"],
-        [f"T{rng.randint(1, 2)} M6", f"{side}{rng.choice(['', ' D0', ' D1', ' D2'])}"],
-    ])  # fmt: skip
+    lines += rng.choice(
+        [
+            [f"{side}.1 D{rng.randint(1, 8)}"],
+            [f"{side}.1 D{rng.randint(-8, 0)}"],
+            [f"{side} D{rng.randint(1, 2)}"],
+            [f"T{rng.randint(1, 2)} M6", f"{side}{rng.choice(['', ' D0', ' D1', ' D2'])}"],
+        ]
+    )
     lines.append("G1 X0 Y0")
     for _ in range(rng.randint(1, 7)):
         heading += math.radians(rng.choice([-120, -90, -60, -30, 30, 60, 90, 120]))
@@ -89,12 +93,32 @@ def polar(rng: random.Random) -> list[str]:
             "^": f"^{rng.choice([rng.randint(-180, 180), '[360/12]', '90', '.5'])}",
         }
         place = " ".join(words[letter] for letter in rng.choice(["@", "^", "@^", "@^", "^@"]))
-        cycle = f"{rng.choice(['G81', 'G82 P1', 'G83 Q1', 'G73 Q2', 'G85', 'G89 P0', 'G86 P0'])} {place} Z-{rng.randint(1, 4)} R2"
-        lines.append(rng.choice([
-            "G90", "G91", rng.choice(["G20", "G21"]), f"G0 {place}", f"G1 {place} Z{rng.randint(-3, 3)}", place, f"G1 {place} A{rng.randint(0, 90)}",
-            f"{rng.choice(['G2', 'G3'])} {place} R{rng.randint(20, 60)}", f"{rng.choice(['G90', 'G91'])} {cycle} L{rng.randint(1, 4)}", cycle,
-            f"{cycle} L{rng.randint(2, 5)}", f"{cycle} L2\n{place} L{rng.randint(1, 3)}", "G80", moved, f"X{rng.randint(1, 9)}", "G55",
-        ]))  # fmt: skip
+        cycle = (
+            f"{rng.choice(['G81', 'G82 P1', 'G83 Q1', 'G73 Q2', 'G85', 'G89 P0', 'G86 P0'])} {place} "
+            f"Z-{rng.randint(1, 4)} R2"
+        )
+        lines.append(
+            rng.choice(
+                [
+                    "G90",
+                    "G91",
+                    rng.choice(["G20", "G21"]),
+                    f"G0 {place}",
+                    f"G1 {place} Z{rng.randint(-3, 3)}",
+                    place,
+                    f"G1 {place} A{rng.randint(0, 90)}",
+                    f"{rng.choice(['G2', 'G3'])} {place} R{rng.randint(20, 60)}",
+                    f"{rng.choice(['G90', 'G91'])} {cycle} L{rng.randint(1, 4)}",
+                    cycle,
+                    f"{cycle} L{rng.randint(2, 5)}",
+                    f"{cycle} L2\n{place} L{rng.randint(1, 3)}",
+                    "G80",
+                    moved,
+                    f"X{rng.randint(1, 9)}",
+                    "G55",
+                ]
+            )
+        )
     return ["#1=7.5 S100 M3", rng.choice(["G98", "G99"]), *lines, "G80", "G0 X1"]
 
 
@@ -118,10 +142,17 @@ def cycles_across(rng: random.Random) -> list[str]:
                 f"L{rng.randint(1, 3)}",
             ]
         )
-        lines += rng.choice([
-            [mode, f"{across} {more}"], [f"{mode} {across} {more}"], [mode, f"{code.split()[0]} {across} {more}"], ["G80"], [f"{code} {across} {normal}-3 R2"],
-            [f"G0 {normal}{rng.randint(4, 9)}"], [mode],
-        ])  # fmt: skip
+        lines += rng.choice(
+            [
+                [mode, f"{across} {more}"],
+                [f"{mode} {across} {more}"],
+                [mode, f"{code.split()[0]} {across} {more}"],
+                ["G80"],
+                [f"{code} {across} {normal}-3 R2"],
+                [f"G0 {normal}{rng.randint(4, 9)}"],
+                [mode],
+            ]
+        )
     return ["S100 M3", *lines, "G80"]
 
 
@@ -142,19 +173,47 @@ def rotated(rng: random.Random) -> list[str]:
     ]
     for _ in range(rng.randint(3, 9)):
         system = rng.choice([0, 1, 1, 2, 9])
-        lines.append(rng.choice([
-            f"G10 L2 P{system} {axes()} {rng.choice(['', f'R{rng.randint(-90, 90)}'])}", f"G10 L20 P{system} {axes('XYZA')}",
-            f"G10 L10 P1 {axes(least='X1')}", f"G10 L11 P1 {axes(least='Y2')}", "G43", "G49", "G43 H2", f"G28 {axes('XYZA', 0.4)}", f"G30 {axes('XYZ', 0.4)}", "G28", "G30", "G28.1", "G30.1",
-            f"G0 X1 {axes('YZA')}", f"G1 Y2 {axes('XZ')}", f"G2 X{rng.randint(1, 9)} Y3 R40", "G3 I5 J1", "G54", "G55", "G59.3", f"G53 G0 X1 {axes('YZ')}",
-            rng.choice(["G90", "G91"]), "G18", "G17", "(DEBUG,#5221 #5222 #5223 #5230 #5241 #5420 #5421 #5422)", "(DEBUG,#5401 #5402 #5403 #5161 #5162)",
-        ]))  # fmt: skip
+        lines.append(
+            rng.choice(
+                [
+                    f"G10 L2 P{system} {axes()} {rng.choice(['', f'R{rng.randint(-90, 90)}'])}",
+                    f"G10 L20 P{system} {axes('XYZA')}",
+                    f"G10 L10 P1 {axes(least='X1')}",
+                    f"G10 L11 P1 {axes(least='Y2')}",
+                    "G43",
+                    "G49",
+                    "G43 H2",
+                    f"G28 {axes('XYZA', 0.4)}",
+                    f"G30 {axes('XYZ', 0.4)}",
+                    "G28",
+                    "G30",
+                    "G28.1",
+                    "G30.1",
+                    f"G0 X1 {axes('YZA')}",
+                    f"G1 Y2 {axes('XZ')}",
+                    f"G2 X{rng.randint(1, 9)} Y3 R40",
+                    "G3 I5 J1",
+                    "G54",
+                    "G55",
+                    "G59.3",
+                    f"G53 G0 X1 {axes('YZ')}",
+                    rng.choice(["G90", "G91"]),
+                    "G18",
+                    "G17",
+                    "(DEBUG,#5221 #5222 #5223 #5230 #5241 #5420 #5421 #5422)",
+                    "(DEBUG,#5401 #5402 #5403 #5161 #5162)",
+                ]
+            )
+        )
         if "G53" in lines[-1]:
             lines.insert(-1, "G90")
     return [*lines, "G90", "G0 X1 Y2 Z3"]
 
 
 def circles(rng: random.Random) -> list[str]:
-    """Arcs by their centre: full circles with and without end points, with modal codes, in every plane and both centre modes."""
+    """Arcs by their centre: full circles with and without end points, with modal codes, in every plane and both centre
+    modes.
+    """
     plane, first, second, normal = rng.choice([("G17", "X", "Y", "Z"), ("G18", "Z", "X", "Y"), ("G19", "Y", "Z", "X")])
     centre = {"X": "I", "Y": "J", "Z": "K"}
     lines = [
@@ -175,11 +234,23 @@ def circles(rng: random.Random) -> list[str]:
                 f"{one} P{rng.randint(1, 3)}",
             ]
         )
-        lines.append(rng.choice([
-            words, words, words, f"{rng.choice(['G2', 'G3', 'G2'])} {words}", f"{words} {rng.choice(['G91', 'G90', 'M8', 'G4 P1', 'F200', 'G54', 'G91.1'])}",
-            f"{rng.choice(['G90', 'G91'])} {one} {other}", f"G90.1 {one} {other}\nG91.1 {words}", f"G1 {normal}1\nG2 {words}",
-            f"G90 {first}[#542{'XYZ'.index(first)}+2] {centre[first]}1", f"G0 X1 Y1\nG3 {words}", "G91.1" if rng.random() < 0.8 else f"{centre[normal]}3",
-        ]))  # fmt: skip
+        lines.append(
+            rng.choice(
+                [
+                    words,
+                    words,
+                    words,
+                    f"{rng.choice(['G2', 'G3', 'G2'])} {words}",
+                    f"{words} {rng.choice(['G91', 'G90', 'M8', 'G4 P1', 'F200', 'G54', 'G91.1'])}",
+                    f"{rng.choice(['G90', 'G91'])} {one} {other}",
+                    f"G90.1 {one} {other}\nG91.1 {words}",
+                    f"G1 {normal}1\nG2 {words}",
+                    f"G90 {first}[#542{'XYZ'.index(first)}+2] {centre[first]}1",
+                    f"G0 X1 Y1\nG3 {words}",
+                    "G91.1" if rng.random() < 0.8 else f"{centre[normal]}3",
+                ]
+            )
+        )
     return lines
 
 

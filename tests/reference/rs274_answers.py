@@ -1,7 +1,7 @@
 """Answers of LinuxCNC's stand-alone interpreter `rs274`: moves, events, messages, and the error.
 
-One start of rs274 answers many programs (rs274_server.c, compiled when it is needed); :func:`start_rs274` starts it for one
-program, without anything of ours in it. rs274 alone works in inches: the tool table is given to it in inches.
+One start of rs274 answers many programs (rs274_server.c, compiled when it is needed); :func:`start_rs274` starts it for
+one program, without anything of ours in it. rs274 alone works in inches: the tool table is given to it in inches.
 """
 
 import math
@@ -34,7 +34,8 @@ class Answer:
 
     ``steps`` are in order: ("rapid", end), ("feed", end, feed or
     None where nothing says what it is), ("arc", end, first and second centre, turns, feed,
-    sweep), ("dwell", [seconds]), and events. mm, degrees, minutes. ``spindle`` and ``coolant`` steps say what holds from there on.
+    sweep), ("dwell", [seconds]), and events. mm, degrees, minutes. ``spindle`` and ``coolant`` steps say what holds
+    from there on.
     """
 
     steps: list[tuple] = field(default_factory=list)
@@ -43,7 +44,9 @@ class Answer:
 
 
 class Steps:
-    """Collects steps. What holds (spindle, coolant, switches) becomes a step when anything but a signal comes after a change."""
+    """Collects steps. What holds (spindle, coolant, switches) becomes a step when anything but a signal comes after a
+    change.
+    """
 
     def __init__(self) -> None:
         self.done: list[tuple] = []
@@ -133,7 +136,9 @@ def parse_answer(output: str, errors: str) -> Answer:
 
 
 def _calls(output: str) -> list[tuple[str, str]]:
-    """Names and arguments of what rs274 has called, without what M2 does at the end: stop the spindle, shut the coolant off."""
+    """Names and arguments of what rs274 has called, without what M2 does at the end: stop the spindle, shut the coolant
+    off.
+    """
     calls = [found.groups() for found in map(_LINE.match, output.splitlines()) if found]
     names = [name for name, _arguments in calls]
     if "PROGRAM_END" not in names:
@@ -143,7 +148,9 @@ def _calls(output: str) -> list[tuple[str, str]]:
 
 
 def arc_sweep(begin: tuple[float, float], end: tuple[float, float], turns: int) -> float | None:
-    """Degrees of an arc about the origin; None where the end is so near the start that a full turn may be meant, or none."""
+    """Degrees of an arc about the origin; None where the end is so near the start that a full turn may be meant, or
+    none.
+    """
     if math.dist(begin, end) < 1e-9:
         return 360.0 * turns
     sense = math.copysign(1.0, turns)
@@ -157,9 +164,15 @@ def start_rs274(program: str) -> Answer:
         Path(folder, _SERVED).write_text(program)
         command = ["rs274", "-g", *_options(program), "-t", str(_tool_table(folder, TOOLS)), _SERVED]
         run = subprocess.run(
-            command, capture_output=True, text=True, errors="replace", cwd=folder, timeout=60, check=False,
+            command,
+            capture_output=True,
+            text=True,
+            errors="replace",
+            cwd=folder,
+            timeout=60,
+            check=False,
             env={**os.environ, "HOME": folder},
-        )  # fmt: skip
+        )
     return parse_answer(run.stdout, run.stderr)
 
 
@@ -219,12 +232,20 @@ class Server:
         home = self._folder / f"home{block_delete:d}"  # where rs274 keeps its tools
         home.mkdir()
         process = subprocess.Popen(
-            [*command, _SERVED], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True,
-            cwd=self._folder, env={
-                **os.environ, "LD_PRELOAD": str(self._library), "RS274_SERVE": _SERVED, "RS274_SECONDS": str(self.seconds),
+            [*command, _SERVED],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            text=True,
+            cwd=self._folder,
+            env={
+                **os.environ,
+                "LD_PRELOAD": str(self._library),
+                "RS274_SERVE": _SERVED,
+                "RS274_SECONDS": str(self.seconds),
                 "HOME": str(home),
             },
-        )  # fmt: skip
+        )
         self._running[block_delete] = process
         return process
 

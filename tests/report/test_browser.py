@@ -65,8 +65,14 @@ VISE = runpy.run_path(str(SAMPLES / "make_vise_sample.py"))
 VISE_STL = VISE["pack_stl"](VISE["unite_boxes"]([VISE["BASE"], *VISE["JAWS"], VISE["STOP"]]))
 
 PROGRAMS: dict[str, tuple[bytes | str, str, Options]] = {
-    "pocket": sample("pocket_3axis.nc", 80.0, (-10.0, 15.0, 60.0), stock=Box("the stock", (-40.0, -20.0, 40.0), (30.0, 50.0, 60.0))),
-    "vise": (VISE["PROGRAM"].partition("T2")[0] + "M2\n", "verne", Options(tool_length=100.0, wcs={1: WorkOffset((0.0, 0.0, 70.0))}, keep_out=(FixtureMesh("vise", VISE_STL),))),
+    "pocket": sample(
+        "pocket_3axis.nc", 80.0, (-10.0, 15.0, 60.0), stock=Box("the stock", (-40.0, -20.0, 40.0), (30.0, 50.0, 60.0))
+    ),
+    "vise": (
+        VISE["PROGRAM"].partition("T2")[0] + "M2\n",
+        "verne",
+        Options(tool_length=100.0, wcs={1: WorkOffset((0.0, 0.0, 70.0))}, keep_out=(FixtureMesh("vise", VISE_STL),)),
+    ),
     "floor": (FLOOR, "verne", make_options(stock=Box("the stock", (-10.0, -5.0, -8.0), (10.0, 5.0, 0.0), 1))),
     "blade": sample("blade_5axis.nc", 120.0, (0.0, 0.0, 10.0)),
     "travel": sample("violates_slider_travel.nc", 50.0, (0.0, 0.0, 420.0)),
@@ -75,13 +81,25 @@ PROGRAMS: dict[str, tuple[bytes | str, str, Options]] = {
     "out of reach": ("G21 G90\nG0 X0 Y0 Z50 A0 C0\nG1 X3000 F9000\nM2\n", "verne", Options(tool_length=60.0)),
     "serial": ("G21 G90\nG0 X0 Y0 Z50 A0 C0\nG1 X30 A20 C40 F900\nM2\n", "serial", Options(tool_length=60.0)),
     "delta": ("G21 G90\nG0 X0 Y0 Z50 A0 C0\nG1 X30 A2 C4 F900\nM2\n", "linear_delta", Options(tool_length=60.0)),
-    "fork": ("G21 G90\nG0 X0 Y0 Z50 A0 C0\nG1 X30 A20 C40 F900\nM2\n", "ca_fork_head", Options(tool_length=100.0, wcs={1: WorkOffset((1000.0, 1000.0, -200.0))})),
-    "tricept": ("G21 G90\nG0 X0 Y0 Z50 A20 C0\nG1 X30 A30 C40 F900\nM2\n", "tricept", Options(tool_length=100.0, wcs={1: WorkOffset((300.0, 100.0, 50.0))})),
+    "fork": (
+        "G21 G90\nG0 X0 Y0 Z50 A0 C0\nG1 X30 A20 C40 F900\nM2\n",
+        "ca_fork_head",
+        Options(tool_length=100.0, wcs={1: WorkOffset((1000.0, 1000.0, -200.0))}),
+    ),
+    "tricept": (
+        "G21 G90\nG0 X0 Y0 Z50 A20 C0\nG1 X30 A30 C40 F900\nM2\n",
+        "tricept",
+        Options(tool_length=100.0, wcs={1: WorkOffset((300.0, 100.0, 50.0))}),
+    ),
     "nasty": (NASTY_PROGRAM, "verne", Options(tool_length=60.0)),
     "many": (ONE_IN_3000, "verne", Options(tool_length=60.0)),
-    "many findings": ("G21 G90\n" + "".join(f"G1 X{k} Q{k}\nG99{k}\n" for k in range(1, 8)) + "M2\n", "verne", Options()),
+    "many findings": (
+        "G21 G90\n" + "".join(f"G1 X{k} Q{k}\nG99{k}\n" for k in range(1, 8)) + "M2\n",
+        "verne",
+        Options(),
+    ),
     "unreadable": ("G21 G90\nG1 X\nM2\n", "verne", Options()),
-}  # fmt: skip
+}
 
 
 COMPARED = {"two": ("blade", "pocket"), "refused and not": ("travel", "pocket"), "neither": ("unreadable", "nasty")}
@@ -91,17 +109,27 @@ COMPARED = {"two": ("blade", "pocket"), "refused and not": ("travel", "pocket"),
 def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
     """Debian's chromium without a screen; skipped where it is not installed (.ci/run installs it).
 
-    WebGL is drawn by software. Putting pages together needs no WebGL: by the same software it would take most of the time.
+    WebGL is drawn by software. Putting pages together needs no WebGL: by the same software it would take most of the
+    time.
     """
     chromium, driver = shutil.which("chromium"), shutil.which("chromedriver")
     if chromium is None or driver is None:
         pytest.skip("needs chromium and chromedriver")
     options = webdriver.ChromeOptions()
     for argument in (
-        "--headless=new", "--no-sandbox", "--disable-quic", "--no-first-run", "--disable-background-networking",
-        "--disable-component-update", "--disable-sync", "--enable-unsafe-swiftshader", "--use-angle=swiftshader", "--disable-gpu-compositing",
-        "--hide-scrollbars", f"--user-data-dir={tmp_path_factory.mktemp('profile')}",
-    ):  # fmt: skip
+        "--headless=new",
+        "--no-sandbox",
+        "--disable-quic",
+        "--no-first-run",
+        "--disable-background-networking",
+        "--disable-component-update",
+        "--disable-sync",
+        "--enable-unsafe-swiftshader",
+        "--use-angle=swiftshader",
+        "--disable-gpu-compositing",
+        "--hide-scrollbars",
+        f"--user-data-dir={tmp_path_factory.mktemp('profile')}",
+    ):
         options.add_argument(argument)
     options.binary_location = chromium
     options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
@@ -251,16 +279,27 @@ def test_stock_is_where_it_stands() -> None:
 #: Texts whose contrast is below 4.5 (3 for large ones), as the guidelines for web content ask.
 _LOW_CONTRAST = """
 const number = text => text.match(/[\\d.]+/g).map(Number);
-const light = rgb => { const [r, g, b] = rgb.slice(0, 3).map(v => (v /= 255) <= 0.04045 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4); return 0.2126 * r + 0.7152 * g + 0.0722 * b; };
-const behind = element => { for (let at = element; at; at = at.parentElement) { const c = number(getComputedStyle(at).backgroundColor); if (c.length < 4 || c[3] > 0.9) return c; } return [255, 255, 255]; };
+const light = rgb => {
+  const [r, g, b] = rgb.slice(0, 3).map(v => (v /= 255) <= 0.04045 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4);
+  return 0.2126 * r + 0.7152 * g + 0.0722 * b;
+};
+const behind = element => {
+  for (let at = element; at; at = at.parentElement) {
+    const c = number(getComputedStyle(at).backgroundColor);
+    if (c.length < 4 || c[3] > 0.9) return c;
+  }
+  return [255, 255, 255];
+};
 const low = [];
 let seen = 0;
 for (const element of document.querySelectorAll('body *')) {
-  if (![...element.childNodes].some(node => node.nodeType === 3 && node.textContent.trim()) || !element.getClientRects().length || element.closest('.unseen') || element.tagName === 'SCRIPT') continue;
+  if (![...element.childNodes].some(node => node.nodeType === 3 && node.textContent.trim())) continue;
+  if (!element.getClientRects().length || element.closest('.unseen') || element.tagName === 'SCRIPT') continue;
   const style = getComputedStyle(element), a = light(number(style.color)), b = light(behind(element));
   const ratio = (Math.max(a, b) + 0.05) / (Math.min(a, b) + 0.05), size = parseFloat(style.fontSize);
   seen++;
-  if (ratio < (size >= 24 || size >= 18.66 && Number(style.fontWeight) >= 700 ? 3 : 4.5)) low.push([element.tagName, element.textContent.slice(0, 30), ratio]);
+  const asked = size >= 24 || size >= 18.66 && Number(style.fontWeight) >= 700 ? 3 : 4.5;
+  if (ratio < asked) low.push([element.tagName, element.textContent.slice(0, 30), ratio]);
 }
 return [seen, low];
 """
@@ -332,19 +371,23 @@ def test_paper_is_white(browser: Any, show: Callable[..., Any]) -> None:
 
 @pytest.mark.parametrize(("name", "size"), [("pocket", "desktop"), ("travel", "phone")])
 def test_paper_has_the_whole_set_up_sheet(browser: Any, show: Callable[..., Any], name: str, size: str) -> None:
-    """A4 has machine, set-up, findings and tiles, all inside its width, and nothing is stretched: first what is needed at the machine."""
+    """A4 has machine, set-up, findings and tiles, all inside its width, and nothing is stretched: first what is needed
+    at the machine.
+    """
     show(name, size)
     browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "print"})
     try:
         js(browser, "window.dispatchEvent(new Event('beforeprint'))")
         tops = js(
             browser,
-            "['#verdict', '#sheet', '#findings', '#places', '#scene', '#code', '#charts'].map(s => document.querySelector(s).getBoundingClientRect().top)",
+            "['#verdict', '#sheet', '#findings', '#places', '#scene', '#code', '#charts'].map(s => "
+            "document.querySelector(s).getBoundingClientRect().top)",
         )
         assert tops == sorted(tops)
         boxes = js(
             browser,
-            "[...document.querySelectorAll('#findings li, #places li, #sheet-parts > div, canvas, #code-lines div')].map(e => [e.getBoundingClientRect().toJSON(), e.width / e.height || 0])",
+            "[...document.querySelectorAll('#findings li, #places li, #sheet-parts > div, canvas, #code-lines "
+            "div')].map(e => [e.getBoundingClientRect().toJSON(), e.width / e.height || 0])",
         )
         assert len(boxes) > 25
         for box, aspect in boxes:
@@ -397,7 +440,13 @@ def test_many_findings_are_few_on_the_screen_until_one_asks(browser: Any, show: 
 def test_a_finding_leads_to_its_place(browser: Any, show: Callable[..., Any]) -> None:
     data = show("travel")
     entries = browser.find_elements("css selector", "#findings button")
-    assert [re.search(r"VP101 error: (rho\d)", entry.text)[1] for entry in entries] == ["rho2", "rho3"]  # type: ignore[index]
+    assert [
+        re.search(
+            r"VP101 error: (rho\d)",
+            entry.text,
+        )[1]
+        for entry in entries
+    ] == ["rho2", "rho3"]  # type: ignore[index]
     for entry, worst in zip(entries, (10, 9), strict=True):
         press(browser, "1")
         js(browser, "report.setCursor(0)")
@@ -416,8 +465,10 @@ def test_a_finding_leads_to_its_place(browser: Any, show: Callable[..., Any]) ->
 @pytest.mark.parametrize(
     ("name", "size", "scheme"),
     [
-        *(("travel", "desktop", "light"), ("travel", "desktop", "dark"), ("travel", "tablet", "light"), ("travel", "phone", "light")),
-        *(("pocket", "phone", "light"), ("pocket", "tablet", "light"), ("pocket", "desktop", "dark"), ("pocket", "desktop", "light")),
+        *(("travel", "desktop", "light"), ("travel", "desktop", "dark"), ("travel", "tablet", "light"),
+          ("travel", "phone", "light")),
+        *(("pocket", "phone", "light"), ("pocket", "tablet", "light"), ("pocket", "desktop", "dark"),
+          ("pocket", "desktop", "light")),
     ],
 )  # fmt: skip
 def test_everybody_can_read_it(browser: Any, show: Callable[..., Any], name: str, size: str, scheme: str) -> None:
@@ -430,9 +481,13 @@ def test_everybody_can_read_it(browser: Any, show: Callable[..., Any], name: str
     # curves too: 3 against the panel, as the guidelines ask of graphics
     ratios = browser.execute_script(
         _LOW_CONTRAST.split("const low")[0]
-        + "const panel = light(number(getComputedStyle(document.getElementById('machine')).backgroundColor));"
-        "return report.charts.charts.flatMap(c => c.series || []).map(s => { const x = light([1, 3, 5].map(k => parseInt(s.colour.slice(k, k + 2), 16)));"
-        "return (Math.max(x, panel) + 0.05) / (Math.min(x, panel) + 0.05); });"
+        + """
+const panel = light(number(getComputedStyle(document.getElementById('machine')).backgroundColor));
+return report.charts.charts.flatMap(c => c.series || []).map(s => {
+  const x = light([1, 3, 5].map(k => parseInt(s.colour.slice(k, k + 2), 16)));
+  return (Math.max(x, panel) + 0.05) / (Math.min(x, panel) + 0.05);
+});
+"""
     )
     assert len(ratios) > 5
     assert min(ratios) >= 3.0
@@ -456,7 +511,8 @@ def test_everybody_can_read_it(browser: Any, show: Callable[..., Any], name: str
     nameless = js(
         browser,
         "[...document.querySelectorAll('button, select, input, canvas, [role]')].filter(e => e.getClientRects().length"
-        " && !(e.getAttribute('aria-label') || (e.labels && e.labels.length && e.labels[0].textContent.trim()) || e.textContent.trim())).map(e => e.outerHTML)",
+        " && !(e.getAttribute('aria-label') || (e.labels && e.labels.length && e.labels[0].textContent.trim()) || "
+        "e.textContent.trim())).map(e => e.outerHTML)",
     )
     assert nameless == []
 
@@ -534,7 +590,8 @@ def test_play_and_keys(browser: Any, show: Callable[..., Any]) -> None:
         press(browser, "]")
         assert cursor(browser) == first
     passed = browser.execute_script(
-        "return [...Array(arguments[0])].map(() => (document.getElementById('block-on').click(), Number(document.body.dataset.cursor)))",
+        "return [...Array(arguments[0])].map(() => (document.getElementById('block-on').click(), "
+        "Number(document.body.dataset.cursor)))",
         len(changes) - 4,
     )
     assert passed == [*changes[5:].tolist(), last]
@@ -551,7 +608,18 @@ def test_play_and_keys(browser: Any, show: Callable[..., Any]) -> None:
 # --- the scene, at last of the blade -----------------------------------------------------------------
 
 
-@pytest.mark.parametrize(("name", "size"), [("pocket", "phone"), ("tilt", "tablet"), ("serial", "phone"), ("delta", "desktop"), ("fork", "desktop"), ("tricept", "desktop"), ("blade", "desktop")])  # fmt: skip
+@pytest.mark.parametrize(
+    ("name", "size"),
+    [
+        ("pocket", "phone"),
+        ("tilt", "tablet"),
+        ("serial", "phone"),
+        ("delta", "desktop"),
+        ("fork", "desktop"),
+        ("tricept", "desktop"),
+        ("blade", "desktop"),
+    ],
+)
 def test_the_whole_machine_is_in_every_view(browser: Any, show: Callable[..., Any], name: str, size: str) -> None:
     data = show(name, size)
     for frame in (0, data["frames"] // 2, data["frames"] - 1):
@@ -607,7 +675,8 @@ def test_the_path_is_coloured_and_picked(browser: Any, show: Callable[..., Any])
     for kind in ("margin", "speed", "limit", "tool"):
         js(
             browser,
-            "(s => { s.value = arguments[0]; s.dispatchEvent(new Event('change')); })(document.getElementById('colour'))",
+            "(s => { s.value = arguments[0]; s.dispatchEvent(new Event('change')); "
+            "})(document.getElementById('colour'))",
             kind,
         )
         seen.append(canvas_pixels(browser))
@@ -636,11 +705,14 @@ def test_the_path_is_coloured_and_picked(browser: Any, show: Callable[..., Any])
 
 
 def test_curves_are_drawn_with_every_peak(browser: Any, show: Callable[..., Any]) -> None:
-    """A peak of one point between two frames is as high on the canvas as its value: the jerk of the blade touches 100 per cent."""
+    """A peak of one point between two frames is as high on the canvas as its value: the jerk of the blade touches 100
+    per cent.
+    """
     show("blade")
     drawn = js(
         browser,
-        "report.charts.charts.map(c => [c.title, c.canvas.id = c.canvas.id || 'chart-' + c.title.slice(0, 4), c.bounds])",
+        "report.charts.charts.map(c => [c.title, c.canvas.id = c.canvas.id || 'chart-' + c.title.slice(0, 4), "
+        "c.bounds])",
     )
     assert any(title.startswith("Jerk") for title, _name, _bounds in drawn)
     for _title, name, _bounds in drawn:
@@ -654,9 +726,11 @@ def test_every_joint_of_a_busy_chart_is_seen(browser: Any, show: Callable[..., A
     lanes = {
         title: (name, drawn)
         for title, name, drawn in js(
-            browser, "report.charts.charts.map(c => [c.title, c.canvas.id = c.canvas.id || 'chart-' + c.title.slice(0, 4), c.lanes])"
+            browser,
+            "report.charts.charts.map(c => [c.title, c.canvas.id = c.canvas.id || 'chart-' + c.title.slice(0, 4), "
+            "c.lanes])",
         )
-    }  # fmt: skip
+    }
     assert not lanes["Velocity, % of limit"][1]
     name, drawn = lanes["Jerk, % of limit"]
     assert drawn
@@ -679,7 +753,8 @@ def test_zoom_by_wheel(browser: Any, show: Callable[..., Any]) -> None:
     browser.execute_script("arguments[0].scrollIntoView()", chart)
     before = pixels(browser, "chart-speed")
     browser.execute_script(
-        "arguments[0].dispatchEvent(new WheelEvent('wheel', { deltaY: -1500, clientX: 300, bubbles: true, cancelable: true }))",
+        "arguments[0].dispatchEvent(new WheelEvent('wheel', { deltaY: -1500, clientX: 300, bubbles: true, cancelable: "
+        "true }))",
         chart,
     )
     zoomed = pixels(browser, "chart-speed")

@@ -1,4 +1,6 @@
-"""The page of two programs: lines that belong together, and the numbers of each side against those of its own conversion."""
+"""The page of two programs: lines that belong together, and the numbers of each side against those of its own
+conversion.
+"""
 
 import re
 from collections.abc import Callable
@@ -20,9 +22,30 @@ from verne_post.report.study import study
 from ..builders import MACHINE
 
 OPTIONS = Options(tool_length=80.0, wcs={1: WorkOffset((0.0, 0.0, 40.0))})
-BEFORE = "(RIM)\nN10 G21 G90 G64 P0.01\nN20 G0 X0 Y0 Z0 A0 C0\nN30 G1 X20 F1200\nN40 Y20\n(SIDE)\nN50 X0 F600\nN60 Y0\nN70 M2\n"
+BEFORE = (
+    "(RIM)\n"
+    "N10 G21 G90 G64 P0.01\n"
+    "N20 G0 X0 Y0 Z0 A0 C0\n"
+    "N30 G1 X20 F1200\n"
+    "N40 Y20\n"
+    "(SIDE)\n"
+    "N50 X0 F600\n"
+    "N60 Y0\n"
+    "N70 M2\n"
+)
 #: Renumbered; one block is faster, one is new.
-AFTER = "(RIM)\nN5 G21 G90 G64 P0.01\nN6 G0 X0 Y0 Z0 A0 C0\nN7 G1 X20 F2400\nN8 X22\nN9 Y20\n(SIDE)\nN10 X0 F600\nN11 Y0\nN12 M2\n"
+AFTER = (
+    "(RIM)\n"
+    "N5 G21 G90 G64 P0.01\n"
+    "N6 G0 X0 Y0 Z0 A0 C0\n"
+    "N7 G1 X20 F2400\n"
+    "N8 X22\n"
+    "N9 Y20\n"
+    "(SIDE)\n"
+    "N10 X0 F600\n"
+    "N11 Y0\n"
+    "N12 M2\n"
+)
 LINES = st.lists(st.sampled_from([b"X1", b"N10 X1", b"X2", b"X3", b" X3", b"Y1", b"Y2", b"Z9", b""]), max_size=14)
 
 
@@ -83,10 +106,12 @@ def test_times_of_both_sides_are_those_of_their_rows() -> None:
     # line 4 became lines 4 and 5
     changed = [of_line[0][4], of_line[1][4:6].sum()]
     assert re.search(
-        rf"\|4\|N30 G1 X20 F1200\|{changed[0]:.3f}\|4 to 5\|N7 G1 X20 F2400\|N8 X22\|{changed[1]:.3f}\|{changed[1] - changed[0]:+.3f}\|",
+        rf"\|4\|N30 G1 X20 F1200\|{changed[0]:.3f}\|4 to 5\|N7 G1 X20 F2400\|N8 "
+        rf"X22\|{changed[1]:.3f}\|{changed[1] - changed[0]:+.3f}\|",
         page,
     )
-    # line 5 of the one is line 6 of the other: its text is the same, its time is not (22 mm to go, and no rest of F1200)
+    # line 5 of the one is line 6 of the other: its text is the same, its time is not (22 mm to go, and no rest of
+    # F1200)
     assert abs(of_line[1][6] - of_line[0][5]) > 1e-3
     assert re.search(rf"\|5\|N40 Y20\|{of_line[0][5]:.3f}\|6\|the same text\|{of_line[1][6]:.3f}\|", page)
     # operations are paired by their remarks
@@ -99,17 +124,23 @@ def test_of_many_operations_those_that_differ_most_are_shown(monkeypatch: pytest
     monkeypatch.setattr("verne_post.report.comparison.OPERATIONS", 2)
     feeds = ([600] * 6, [600, 1200, 601, 602, 2400, 603])
     before, after = (
-        "G21 G90\nG0 X0 Y0 Z0 A0 C0\n" + "".join(f"(CUT {k})\nG1 X{10 * (k % 2)} F{feed}\n" for k, feed in enumerate(each, start=1)) + "M2\n"
+        "G21 G90\nG0 X0 Y0 Z0 A0 C0\n"
+        + "".join(f"(CUT {k})\nG1 X{10 * (k % 2)} F{feed}\n" for k, feed in enumerate(each, start=1))
+        + "M2\n"
         for each in feeds
-    )  # fmt: skip
+    )
     page = (
         text_of(compare(before, after)).partition("|Time by tool and operation|")[2].partition("|Lines that differ")[0]
     )
     assert re.findall(r"CUT \d", page) == ["CUT 2", "CUT 5"]
     rest = [
-        sum(MACHINE.cycle * np.isin(rows.line[1:], [4, 8, 10, 14]).sum() for rows in [verne_post.convert(text.encode(), MACHINE, OPTIONS).setpoints] if rows)
+        sum(
+            MACHINE.cycle * np.isin(rows.line[1:], [4, 8, 10, 14]).sum()
+            for rows in [verne_post.convert(text.encode(), MACHINE, OPTIONS).setpoints]
+            if rows
+        )
         for text in (before, after)
-    ]  # fmt: skip
+    ]
     assert f"|4 operations whose times differ less|{rest[0]:.3f}|{rest[1]:.3f}|" in page
 
 

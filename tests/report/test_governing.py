@@ -1,4 +1,6 @@
-"""Which limit governs and what it costs, the spectrum, the modal state and the set-up sheet: each by a route of its own."""
+"""Which limit governs and what it costs, the spectrum, the modal state and the set-up sheet: each by a route of its
+own.
+"""
 
 import hashlib
 import re
@@ -166,7 +168,9 @@ def test_of_many_operations_the_longest_are_shown_and_the_rest_counted(monkeypat
 
 
 def test_what_is_lost_at_stops_and_at_corners_is_told_apart() -> None:
-    """Squares with exact stops lose everything there; blended ones next to nothing, but at begin and end and in the corners."""
+    """Squares with exact stops lose everything there; blended ones next to nothing, but at begin and end and in the
+    corners.
+    """
     body = "G0 X0 Y0 Z0 A0 C0\nG1 X20 F3000\nY20\nX0\nY0\nM2\n"
     exact, blended = (study_of(f"G21 G90 {mode}\n{body}").governing for mode in ("G61.1", "G64 P0.05"))
     assert exact is not None
@@ -189,8 +193,12 @@ def test_blocks_of_rows_change_nothing(monkeypatch: pytest.MonkeyPatch, block: i
         assert ours == pytest.approx(theirs, abs=1e-9), name
     for one, other in zip(whole.operations, parts.operations, strict=True):
         assert (one.tool, one.name, one.first_line, one.last_line, one.frame) == (
-            other.tool, other.name, other.first_line, other.last_line, other.frame
-        )  # fmt: skip
+            other.tool,
+            other.name,
+            other.first_line,
+            other.last_line,
+            other.frame,
+        )
         assert one.seconds == pytest.approx(other.seconds)
 
 
@@ -229,7 +237,8 @@ def test_the_reached_feed_is_a_histogram_of_all_feed_moves() -> None:
     assert governing is not None
     rows = seen.curves["feed"][0]
     assert np.isfinite(rows.values).any()
-    # the first move is at its 10 mm/s for a second; the second never comes near its 1000 mm/s, and standstills do not count
+    # the first move is at its 10 mm/s for a second; the second never comes near its 1000 mm/s, and standstills do not
+    # count
     assert governing.reached[-1] == pytest.approx(1.0, abs=0.05)
     spent = {one.name: one for one in seen.operations}[""]
     assert governing.reached.sum() == pytest.approx(spent.seconds - spent.rapid - spent.standing, abs=1e-9)
@@ -275,7 +284,23 @@ def test_too_short_for_a_spectrum() -> None:
 
 # --- words -------------------------------------------------------------------------------------------
 
-STATES = "G21 G90 G64 P0.02\nT3 M6\nG43 H3\nG54\nS900 M3\nM8\nG0 X0 Y0 Z20 A0 C0\nG1 X5 F300\nG2 X10 Y5 I5 J0\nM4\nM9\nG55\nG61\nG0 Z30\nM2\n"
+STATES = (
+    "G21 G90 G64 P0.02\n"
+    "T3 M6\n"
+    "G43 H3\n"
+    "G54\n"
+    "S900 M3\n"
+    "M8\n"
+    "G0 X0 Y0 Z20 A0 C0\n"
+    "G1 X5 F300\n"
+    "G2 X10 Y5 I5 J0\n"
+    "M4\n"
+    "M9\n"
+    "G55\n"
+    "G61\n"
+    "G0 Z30\n"
+    "M2\n"
+)
 
 
 def test_modal_states_are_those_of_the_text() -> None:
@@ -290,9 +315,15 @@ def test_modal_states_are_those_of_the_text() -> None:
     states, of = collect_modal_states(seen.program.moves, seen.move, seen.program.path.first_move)
     said = {int(line): dict(states[of[np.flatnonzero(seen.line == line)[-1]]]) for line in np.unique(seen.line) if line}
     assert said[8] == {
-        "motion": "straight feed", "feed": "300 mm/min", "spindle": "900/min clockwise", "coolant": "flood", "tool": "T3, length 70 mm",
-        "work offset": "G54", "plane": "of the part", "corners": "blended within 0.02 mm",
-    }  # fmt: skip
+        "motion": "straight feed",
+        "feed": "300 mm/min",
+        "spindle": "900/min clockwise",
+        "coolant": "flood",
+        "tool": "T3, length 70 mm",
+        "work offset": "G54",
+        "plane": "of the part",
+        "corners": "blended within 0.02 mm",
+    }
     assert said[9]["motion"] == "arc, clockwise"
     assert said[14]["motion"] == said[14]["feed"] == "rapid"
     assert said[14]["spindle"] == "900/min counterclockwise"

@@ -1,4 +1,6 @@
-"""What the report page holds: its numbers against the setpoint file, and that data stay data; test_browser.py opens it."""
+"""What the report page holds: its numbers against the setpoint file, and that data stay data; test_browser.py
+opens it.
+"""
 
 import base64
 import json
@@ -109,7 +111,9 @@ def assert_true_to_the_rows(curves: Curves, frames: np.ndarray, values: np.ndarr
 def test_a_long_program_is_shown_as_it_moves(
     tmp_path: Path, run: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Three minutes of 30,000 lines, slow but for some tenths of a second here and there: page and picture against the setpoint file."""
+    """Three minutes of 30,000 lines, slow but for some tenths of a second here and there: page and picture against the
+    setpoint file.
+    """
     pytest.importorskip("jupyter_threejs_sage")
     from verne_post.report import picture
 
@@ -172,8 +176,11 @@ def test_frames_are_rows_and_nothing_between_is_lost(monkeypatch: pytest.MonkeyP
     assert (seen.tool_length == 80.0).all()
     begins = np.searchsorted(seen.trail.frame, np.arange(len(at)))
     drawn_alpha = seen.curves["alpha"][0]
-    shown = [(begins, seen.trail.margin, margin), *((begins, seen.trail.tip[:, k], tip[:, k]) for k in range(3)),
-             (np.searchsorted(np.round(drawn_alpha.x / 0.001).astype(int), at), drawn_alpha.values, np.degrees(alpha))]  # fmt: skip
+    shown = [
+        (begins, seen.trail.margin, margin),
+        *((begins, seen.trail.tip[:, k], tip[:, k]) for k in range(3)),
+        (np.searchsorted(np.round(drawn_alpha.x / 0.001).astype(int), at), drawn_alpha.values, np.degrees(alpha)),
+    ]
     for first, drawn, exact in shown:
         for extreme in (np.minimum, np.maximum):
             assert np.abs(extreme.reduceat(drawn, first) - extreme.reduceat(exact, at)).max() < 1e-9
@@ -185,7 +192,10 @@ def test_frames_are_rows_and_nothing_between_is_lost(monkeypatch: pytest.MonkeyP
 
 
 def test_lines_that_run_with_several_tools_are_shown_with_each() -> None:
-    source = b"G21 G90\no100 sub\nG1 X10 F600\nG1 X0\no100 endsub\nG43.1 Z60\nG0 X0 Y0 Z50 A0 C0\no100 call\nG43.1 Z80\no100 call\nM2\n"
+    source = (
+        b"G21 G90\no100 sub\nG1 X10 F600\nG1 X0\no100 endsub\nG43.1 Z60\nG0 X0 Y0 Z50 A0 C0\no100 call\nG43.1 "
+        b"Z80\no100 call\nM2\n"
+    )
     seen = study(source, MACHINE, Options())
     half = len(seen.x) // 2
     # the second tool is 20 mm longer, and the machine does not move for that
@@ -234,7 +244,9 @@ def test_other_machines_have_a_page_too(tmp_path: Path, run: Callable[..., Any],
 
 @pytest.mark.parametrize("machine", ["verne", *CHAINS, "tricept", "george_v", "hexapod", "hexam", "urane_sx"])
 def test_the_drawn_tool_ends_on_the_drawn_path(machine: str) -> None:
-    """The tip, carried by the drawn table or bed, is the nose less the tool; the bed lies level, under the part, as its x says."""
+    """The tip, carried by the drawn table or bed, is the nose less the tool; the bed lies level, under the part, as its
+    x says.
+    """
     loaded = verne_post.load_machine(machine)
     tilt, turn = loaded.rotary_letters
     place, length = {**PLACES, "tricept": (300.0, 100.0, 50.0)}.get(machine, (0.0, 0.0, 50.0)), 100.0
@@ -242,8 +254,10 @@ def test_the_drawn_tool_ends_on_the_drawn_path(machine: str) -> None:
     seen = study(source, loaded, Options(tool_length=length, wcs={1: WorkOffset(place)}))
     assert seen.timed, seen.findings
     scene = describe_scene(loaded, seen)
-    table = [Rotation.from_rotvec(np.outer(turned, scene[name]))
-             for name, turned in (("tiltAxis", seen.tilt), ("turnAxis", seen.turn))]  # fmt: skip
+    table = [
+        Rotation.from_rotvec(np.outer(turned, scene[name]))
+        for name, turned in (("tiltAxis", seen.tilt), ("turnAxis", seen.turn))
+    ]
     drawn = scene["pivot"] + table[0].apply(scene["offset"] + table[1].apply(np.array(scene["part"]) + seen.tip))
     assert np.abs(seen.nose - length * seen.basis[:, 1] - drawn).max() < 1e-6
     assert np.abs(seen.tip[[0, -1]] - place - [[10, 0, 50], [30, -20, 50]]).max() < 1e-4
@@ -300,9 +314,22 @@ def test_the_slice_is_for_the_tool_axis_of_the_frame() -> None:
 
 #: What a page could take for its own: markup, comments, places of the template, ends of lines of JavaScript, quotes.
 NASTY = (
-    "</script><script>alert(1)</script>", "<!--library-->", "<!--data-->", "<!--<script>", "<!--", "-->", "]]>", "<img src=x>",
-    "&lt;&amp;&#60;", "\"'`onmouseover=alert(1) x='", "a\u2028b\u2029c", "\\u003c\\", "${data}", "\\1\\g<0>", "\x01\x7f",
-)  # fmt: skip
+    "</script><script>alert(1)</script>",
+    "<!--library-->",
+    "<!--data-->",
+    "<!--<script>",
+    "<!--",
+    "-->",
+    "]]>",
+    "<img src=x>",
+    "&lt;&amp;&#60;",
+    "\"'`onmouseover=alert(1) x='",
+    "a\u2028b\u2029c",
+    "\\u003c\\",
+    "${data}",
+    "\\1\\g<0>",
+    "\x01\x7f",
+)
 NASTY_PROGRAM = (
     "G21 G90\nG0 X0 Y0 Z50 A0 C0\n" + "".join(f"G1 X{k + 1} F900 ;{text}\n" for k, text in enumerate(NASTY)) + "M2\n"
 )
@@ -388,7 +415,9 @@ def test_a_picture_takes_any_name(tmp_path: Path, run: Callable[..., Any], suffi
 
 
 def test_the_page_has_no_address_outside_of_itself(tmp_path: Path, run: Callable[..., Any]) -> None:
-    """Of the library, which names many, the settings leave none in use; the browser test below looks at what happens."""
+    """Of the library, which names many, the settings leave none in use; the browser test below looks at what
+    happens.
+    """
     pytest.importorskip("jupyter_threejs_sage")
     assert run("report", *POCKET, "-o", tmp_path / "r.html").code == 0
     ours = outside_of_the_library((tmp_path / "r.html").read_text("utf-8"))
@@ -397,8 +426,11 @@ def test_the_page_has_no_address_outside_of_itself(tmp_path: Path, run: Callable
     allowed = dict(part.split(None, 1) for part in policy.split("; "))
     assert allowed["default-src"] == "'none'"
     assert {source for sources in allowed.values() for source in sources.split()} <= {
-        "'none'", "'unsafe-inline'", "data:", "blob:",
-    }  # fmt: skip
+        "'none'",
+        "'unsafe-inline'",
+        "data:",
+        "blob:",
+    }
 
 
 @pytest.mark.parametrize("suffix", [".png", ".svg"])

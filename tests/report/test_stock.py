@@ -34,9 +34,14 @@ def test_a_box_stands_where_the_part_stands():
         np.array([-np.sin(box["turn"]), np.cos(box["turn"])]),
     )
     corners = {
-        (*np.round(box["middle"][:2] + i * box["half"][0] * along + j * box["half"][1] * across, 6), round(box["middle"][2] + k * box["half"][2], 6))
-        for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)
-    }  # fmt: skip
+        (
+            *np.round(box["middle"][:2] + i * box["half"][0] * along + j * box["half"][1] * across, 6),
+            round(box["middle"][2] + k * box["half"][2], 6),
+        )
+        for i in (-1, 1)
+        for j in (-1, 1)
+        for k in (-1, 1)
+    }
     assert corners == {(5 - y, -7 + x, 40 + z) for x in (-40, 40) for y in (-30, 30) for z in (-10, 5)}
     assert (box["round"], box["stock"]) == (False, True)
 

@@ -84,7 +84,8 @@ def test_a_large_mesh_is_simplified_and_a_small_one_is_not() -> None:
 
 # --- the nominal part ----------------------------------------------------------------------------------
 
-#: A floor of 20 x 10 mm at Z0 with a flat cutter of 6 mm in strips 4 mm apart; line 8 dips by 0.2 mm, and the last strip is missing.
+#: A floor of 20 x 10 mm at Z0 with a flat cutter of 6 mm in strips 4 mm apart; line 8 dips by 0.2 mm, and the last
+#: strip is missing.
 FLOOR = (
     "G21 G90 G94 G61.1\nG0 X-15 Y-4 Z10 A0 C0\nG1 Z0 F6000\nX15\nY0\nX0\nG1 Z0\nX-4 Z-0.2\nX-8 Z0\nX-15\nG0 Z30\nM2\n"
 )
@@ -149,8 +150,10 @@ def test_fewer_triangles_keep_the_worst(monkeypatch: pytest.MonkeyPatch, parts: 
     assert 30 < len(coarse.facets) <= 100
     assert np.nanmin(coarse.deviation.value) == np.nanmin(fine.deviation.value)
     assert 3 < (coarse.deviation.colour[:, 1] < 40).sum() < 60
-    area = [np.linalg.norm(np.cross(c[:, 1] - c[:, 0], c[:, 2] - c[:, 0]), axis=1).sum() / 2
-            for c in (one.vertices[one.facets] for one in (fine, coarse))]  # fmt: skip
+    area = [
+        np.linalg.norm(np.cross(c[:, 1] - c[:, 0], c[:, 2] - c[:, 0]), axis=1).sum() / 2
+        for c in (one.vertices[one.facets] for one in (fine, coarse))
+    ]
     assert area == pytest.approx([200.0, 200.0], rel=1e-6 if parts == 1 else 0.06)
 
 

@@ -15,9 +15,12 @@ from ..builders import MACHINE
 def contour_of(source: str, mode: str = "spline", tip: float | None = None, axis: float | None = None) -> Contour:
     """The contour of a program; tolerances in mm and rad."""
     options = Options(
-        tool_length=80.0, wcs={1: WorkOffset((0.0, 0.0, 50.0)), 2: WorkOffset((7.0, -3.0, 60.0))},
-        smoothing=mode, tolerance=tip, orientation_tolerance_deg=None if axis is None else float(np.degrees(axis)),
-    )  # fmt: skip
+        tool_length=80.0,
+        wcs={1: WorkOffset((0.0, 0.0, 50.0)), 2: WorkOffset((7.0, -3.0, 60.0))},
+        smoothing=mode,
+        tolerance=tip,
+        orientation_tolerance_deg=None if axis is None else float(np.degrees(axis)),
+    )
     return assemble(source.encode(), MACHINE, options).contour
 
 
@@ -37,7 +40,9 @@ def flat(xy: np.ndarray) -> np.ndarray:
 
 
 def poses_at(contour: Contour, s: np.ndarray, side: str) -> np.ndarray:
-    """Poses (n, 5) at lengths s (n,) along the whole contour; at an end of an element those of the element on this side."""
+    """Poses (n, 5) at lengths s (n,) along the whole contour; at an end of an element those of the element on this
+    side.
+    """
     ends = np.cumsum(contour.length)
     element = np.clip(np.searchsorted(ends, s, side="left" if side == "before" else "right"), 0, len(contour) - 1)
     w = np.clip((s - (ends - contour.length)[element]) / contour.length[element], 0.0, 1.0)
@@ -45,7 +50,8 @@ def poses_at(contour: Contour, s: np.ndarray, side: str) -> np.ndarray:
 
 
 def shares_of_tolerance(contour: Contour, per_element: int = 9) -> np.ndarray:
-    """For poses along all elements the larger share (m,) of tip and angle tolerance, at the best pose of the own segment.
+    """For poses along all elements the larger share (m,) of tip and angle tolerance, at the best pose of the own
+    segment.
 
     The larger of two norms of linear functions of u is convex: a ternary search finds its minimum.
     """
@@ -85,7 +91,9 @@ def jumps(contour: Contour, points: np.ndarray, width: np.ndarray) -> np.ndarray
 
 
 def ends_of_blends(contour: Contour) -> tuple[np.ndarray, np.ndarray]:
-    """Where the derivatives may jump: s of corners and of the ends of corner blends, and the width to the next on each side."""
+    """Where the derivatives may jump: s of corners and of the ends of corner blends, and the width to the next on each
+    side.
+    """
     assert contour.corners is not None
     s, reach = contour.corners.s, contour.corners.reach
     wide = reach[1:-1] * (contour.corners.shape[1:-1] > 0)

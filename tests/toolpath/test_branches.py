@@ -59,7 +59,8 @@ def found(prog):
         ),
         (
             "G0 X0 Y0 Z60 A20 C-180\nG1 X1 C180\nG1 X2 C-180",
-            "line 3: C turns by 360 deg, from -180 to 180, while the tip goes 1 mm, and the tilted tool sweeps around with it; C-180, 0 deg away, holds the same tool axis (moves like this: 2)",
+            "line 3: C turns by 360 deg, from -180 to 180, while the tip goes 1 mm, and the tilted tool sweeps around "
+            "with it; C-180, 0 deg away, holds the same tool axis (moves like this: 2)",
         ),
         ("G0 X0 Y0 Z60 A20 C0\nG1 C181", "while the tip goes 0 mm"),
         ("G0 X0 Y0 Z60 A0 C0\nG1 X1 A10 C-200", "C turns by -200 deg"),
@@ -79,7 +80,9 @@ def test_a_feed_move_that_turns_the_table_by_more_than_half_a_turn(body, says):
 
 
 def test_a_great_circle_close_to_the_pole_is_the_same_finding():
-    """It turns C by nearly half a turn within a millimetre; one that goes through the pole, or farther around, does not."""
+    """It turns C by nearly half a turn within a millimetre; one that goes through the pole, or farther around, does
+    not.
+    """
     begin = f"G43.5\nG0 X0 Y0 Z60 {axis_words(5, 0)}\nG1 "
     close = program(f"{begin}X1 {axis_words(5, 179.8)}")
     assert found(close) == [("VP301", "warning", 4)]
@@ -203,9 +206,15 @@ def test_no_sequence_of_branches_is_better(a_range, c_range):
 @pytest.mark.parametrize("word", ["G0", "G1"])
 @pytest.mark.parametrize("off", [0.0, 1e-7, 5e-6])
 def test_straight_through_the_pole_c_stands_still(word, off):
-    """Exactly, and within what verification accepts: A goes through zero, C stays, the axis leaves the circle by less."""
+    """Exactly, and within what verification accepts: A goes through zero, C stays, the axis leaves the circle
+    by less.
+    """
     i = math.sqrt(0.25 - off**2)
-    body = f"G43.5 G0 X0 Y0 Z60 I-{i:.12f} J{off:.12f} K0.866025403784\n{word} X20 I{i:.12f} J{off:.12f} K0.866025403784\nX30 {axis_words(50, 90)}"
+    body = (
+        f"G43.5 G0 X0 Y0 Z60 I-{i:.12f} J{off:.12f} K0.866025403784\n"
+        f"{word} X20 I{i:.12f} J{off:.12f} K0.866025403784\n"
+        f"X30 {axis_words(50, 90)}"
+    )
     prog = program(body)
     assert found(prog) == []
     a, c = degrees(prog.path)[..., 0], degrees(prog.path)[..., 1]
@@ -334,7 +343,9 @@ def test_two_turns_go_from_end_to_end_of_the_range(machine):
 
 
 def test_three_turns_need_a_rewind():
-    """Where the tool feeds it is an error; over a rapid one that --allow-rewind resolves, with both candidates named."""
+    """Where the tool feeds it is an error; over a rapid one that --allow-rewind resolves, with both candidates
+    named.
+    """
     limited = with_ranges(SERIAL, c=(-360, 360))
     lines = [f"X{k} {axis_words(20, 30 * k)}" for k in range(1, 36)]
     fed = f"G43.5 G0 X0 Y0 Z60 {axis_words(20, 0)}\nG1 " + "\n".join(lines)
@@ -417,7 +428,13 @@ def test_a_turn_of_words_at_the_pole_is_not_made_without_leave():
 
 def test_words_and_vectors_meet_where_both_stand():
     """From words to vectors and back without a turn of the table where the axes are the same."""
-    body = f"G43.4 G0 X0 Y0 Z60 A-30 C20\nG1 X10\nG43.5 G1 X20 {axis_words(-30, 20)}\nX30 {axis_words(-40, 20)}\nG43.4 G1 X40 A-20 C20"
+    body = (
+        "G43.4 G0 X0 Y0 Z60 A-30 C20\n"
+        "G1 X10\n"
+        f"G43.5 G1 X20 {axis_words(-30, 20)}\n"
+        f"X30 {axis_words(-40, 20)}\n"
+        "G43.4 G1 X40 A-20 C20"
+    )
     prog = program(body)
     assert found(prog) == []
     a = degrees(prog.path)[:, :, 0]

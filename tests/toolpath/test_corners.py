@@ -93,8 +93,10 @@ def test_odd_and_even_functions_take_out_jumps_of_the_second_and_third_derivativ
         np.testing.assert_array_equal(jump_values(np.full(len(x), shape), -x)[which], parity * grid[which])
         assert np.abs(grid[which]).max() == pytest.approx(peak, rel=1e-5)
         assert np.abs(np.diff(grid[which], 3)).max() * 2000.0**3 == pytest.approx(third, rel=1e-2)
-        slope = (jump_values(np.full(99, shape), x[1:-1:20][:99] + 1e-5)[which]
-                 - jump_values(np.full(99, shape), x[1:-1:20][:99] - 1e-5)[which]) / 2e-5  # fmt: skip
+        slope = (
+            jump_values(np.full(99, shape), x[1:-1:20][:99] + 1e-5)[which]
+            - jump_values(np.full(99, shape), x[1:-1:20][:99] - 1e-5)[which]
+        ) / 2e-5
         np.testing.assert_allclose(jump_slopes(np.full(99, shape), x[1:-1:20][:99])[which], slope, atol=1e-8)
 
 
@@ -142,7 +144,8 @@ def test_the_narrowest_shape_that_keeps_the_feed_is_taken_else_the_widest_with_r
         assert shape[0] == shape[2] == 0
         return int(shape[1])
 
-    # the third derivative of G times v^3 / reach^2 is the jerk along the bend: by hand for shape 0, 1.4434 (4.5 mm/s)^3 / (0.0621 mm)^2 = 3.4e4 mm/s3
+    # the third derivative of G times v^3 / reach^2 is the jerk along the bend: by hand for shape 0, 1.4434 (4.5 mm/s)^3
+    # / (0.0621 mm)^2 = 3.4e4 mm/s3
     assert chosen(4.5, 100.0) == 0
     assert chosen(1e3, 100.0) == len(PEAK) - 1
     assert chosen(1e3, 0.0) == 0

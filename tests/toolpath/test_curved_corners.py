@@ -1,4 +1,6 @@
-"""Corners beside arcs, splines and great circles: smooth to the third derivative, and within tolerance of both segments."""
+"""Corners beside arcs, splines and great circles: smooth to the third derivative, and within tolerance of both
+segments.
+"""
 
 import numpy as np
 import pytest
@@ -16,7 +18,9 @@ from .test_splines import WAVES, fanuc
 
 
 def arcs(seed: int, turning: bool) -> str:
-    """Lines and arcs of 1 to 20 mm radius in any order; every second corner is tangent, or nearly; maybe with A and C."""
+    """Lines and arcs of 1 to 20 mm radius in any order; every second corner is tangent, or nearly; maybe with A
+    and C.
+    """
     rng = np.random.default_rng(seed)
     at, heading, words = np.zeros(2), 0.0, ["G64 P0.01"]
     for number in range(16):
@@ -87,7 +91,9 @@ def test_a_jump_that_is_left_in_would_be_seen(order: int) -> None:
 
 
 def find_nearest(contour: Contour, element: int, here: np.ndarray) -> list[float]:
-    """Of poses (n, 5): larger share of both tolerances at the best pose of the segment of an element, on a dense sampling."""
+    """Of poses (n, 5): larger share of both tolerances at the best pose of the segment of an element, on a dense
+    sampling.
+    """
     segment = int(contour.segment[element])
     u = np.linspace(0.0, 1.0, 20001)
     # half a step of the sampling may be added to both
@@ -102,7 +108,9 @@ def find_nearest(contour: Contour, element: int, here: np.ndarray) -> list[float
 @pytest.mark.parametrize("mode", ["blend", "spline"])
 @pytest.mark.parametrize("what", PROGRAMS)
 def test_blends_stay_within_tolerance_of_their_segments(what: str, mode: str) -> None:
-    """One pose must be near in both tip and axis; and each programmed pose is passed within root 2 of both tolerances."""
+    """One pose must be near in both tip and axis; and each programmed pose is passed within root 2 of both
+    tolerances.
+    """
     contour = contour_of(PROGRAMS[what], mode)
     path = contour.path
     for element in np.flatnonzero(contour.blended).tolist():
@@ -154,7 +162,9 @@ def test_a_line_and_a_huge_arc_are_blended_like_two_lines() -> None:
 
 
 def test_the_shape_is_the_narrowest_at_the_feed_else_the_fastest() -> None:
-    """A bend alone, J1 of length 1, jerk limit 1e5 mm/s3: reaches as of 0.01 mm, all of them possible, or little room."""
+    """A bend alone, J1 of length 1, jerk limit 1e5 mm/s3: reaches as of 0.01 mm, all of them possible, or
+    little room.
+    """
     limits = np.array([[1e5], [np.inf], [np.inf]])
     free = 0.01 / PEAK[None]
 

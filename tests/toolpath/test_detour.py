@@ -18,7 +18,8 @@ from ..builders import two_machines
 AT_THE_CENTRE = {"G54": (0.0, 0.0, 0.0)}
 HEAD = "G21 G90 G94 G17 F3000\n"
 MACHINES = two_machines(cycle=0.004)
-#: C from 0 to 270 while it feeds, up, down, and on to 510: with C limited to a turn and a half it must rewind in the air.
+#: C from 0 to 270 while it feeds, up, down, and on to 510: with C limited to a turn and a half it must rewind in the
+#: air.
 TURNS = [
     f"X{k} I{math.sin(math.radians(30 * k)) / 2:.9f} J{math.cos(math.radians(30 * k)) / 2:.9f} K0.866025404"
     for k in range(20)

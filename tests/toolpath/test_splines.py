@@ -1,4 +1,6 @@
-"""Spline segments: where the tool flows along them, curves that equal arcs and lines, and how the table turns beside them."""
+"""Spline segments: where the tool flows along them, curves that equal arcs and lines, and how the table turns beside
+them.
+"""
 
 import numpy as np
 import pytest
@@ -106,8 +108,17 @@ def test_a_circle_of_weights_is_the_circle() -> None:
 
 def test_table_angles_are_coordinates_of_the_same_spline() -> None:
     path = contour_of(fanuc("G61\n" + WAVES)).path
-    points = np.array([[0, 0, 40, 0, 0], [10, 20, 41, -3, 5], [30, 25, 42, -8, 20], [50, 0, 44, -10, 30],
-                       [70, -20, 43, -8, 30], [90, 0, 40, -5, 30]], dtype=float)  # fmt: skip
+    points = np.array(
+        [
+            [0, 0, 40, 0, 0],
+            [10, 20, 41, -3, 5],
+            [30, 25, 42, -8, 20],
+            [50, 0, 44, -10, 30],
+            [70, -20, 43, -8, 30],
+            [90, 0, 40, -5, 30],
+        ],
+        dtype=float,
+    )
     weights = np.array([1.0, 1, 1, 2, 1, 1])
     plane = BSpline(
         np.array([0, 0, 0, 0, 1, 2, 3, 3, 3, 3.0]), np.column_stack([points * weights[:, None], weights]), 3
@@ -159,8 +170,14 @@ def drawn_pieces(degree: int, m: int) -> Splines:
     rng = np.random.default_rng(degree)
     points = rng.normal(size=(m * (degree + 1), 5))
     knots = np.sort(rng.uniform(size=(m, 2 * degree)), axis=1)
-    return Splines(np.full(m, degree, np.int32), (degree + 1) * np.arange(m), 2 * degree * np.arange(m), points,
-                   np.exp(rng.normal(size=len(points))), knots.ravel())  # fmt: skip
+    return Splines(
+        np.full(m, degree, np.int32),
+        (degree + 1) * np.arange(m),
+        2 * degree * np.arange(m),
+        points,
+        np.exp(rng.normal(size=len(points))),
+        knots.ravel(),
+    )
 
 
 def angles_along(pieces: Splines) -> np.ndarray:

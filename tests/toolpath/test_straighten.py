@@ -23,7 +23,9 @@ START = "G0 X0 Y0 Z40 A0 C0"
 
 
 def chain(n: int, length: float, kink: float, seed: int, *, radius: float = 2.0, words: str = "") -> str:
-    """Arcs that wind to and fro, each at an angle of up to ``kink`` rad to the one before; ``words`` of a %-format go up."""
+    """Arcs that wind to and fro, each at an angle of up to ``kink`` rad to the one before; ``words`` of a %-format go
+    up.
+    """
     random = np.random.default_rng(seed)
     lines, at, heading = [], np.zeros(2), 0.0
     for k in range(n):
@@ -107,7 +109,8 @@ def test_what_the_chord_is_off_counts(kink: float, seed: int) -> None:
         heading += curvature * size
     contour = contour_of(program("\n".join(lines)))
     assert 0 < chords(contour).sum() < (contour.path.arc >= 0).sum()
-    # 97 % of the tolerance, and at most 0.0002 mm to the next point of the path; 0.0099 to 0.0117 with mistakes that were tried
+    # 97 % of the tolerance, and at most 0.0002 mm to the next point of the path; 0.0099 to 0.0117 with mistakes that
+    # were tried
     assert measure_from_path(contour).max() <= 0.0098
 
 

@@ -1,4 +1,5 @@
-"""Turns of the table under a standing spindle (Klartext without M128), and about a point before the tip (PLANE MOVE DIST).
+"""Turns of the table under a standing spindle (Klartext without M128), and about a point before the tip (PLANE MOVE
+DIST).
 
 Each is one segment on the exact curve. An earlier version cut such a block into chords, which stopped at each.
 """
@@ -107,7 +108,8 @@ def test_planning_and_verification_have_the_same_curve(block: str) -> None:
     derived = [np.concatenate([tip, angles], axis=1), *differentiate_pose(path, segment, u)]
     for values, rates in pairwise(derived):
         differences = (values[2:] - values[:-2]) / (2 * step)
-        # the error of central differences: third derivative times step squared, over 6; the sharpest turn has 1000 degrees in u
+        # the error of central differences: third derivative times step squared, over 6; the sharpest turn has 1000
+        # degrees in u
         np.testing.assert_allclose(rates[1:-1], differences, atol=2e-5 * max(float(np.abs(rates).max()), 1.0))
     way = np.hypot(*(np.linalg.norm(np.diff(part, axis=0), axis=1) for part in (tip, 50.0 * angles)))
     metric = measure_metric_lengths(path)

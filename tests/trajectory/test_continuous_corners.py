@@ -65,7 +65,8 @@ def test_a_corner_costs_the_same_wherever_it_is_and_less_than_a_stop(feed: int) 
 @pytest.mark.parametrize(
     ("lead", "feed", "angle_deg", "machine", "cycle"),
     [
-        (10.37, 6000, 84.1, "serial", 0.001), (26.0, 12000, 88.1, "serial", 0.004), (21.95, 1500, 83.1, "linear_delta", 0.0005),
+        (10.37, 6000, 84.1, "serial", 0.001), (26.0, 12000, 88.1, "serial", 0.004),
+        (21.95, 1500, 83.1, "linear_delta", 0.0005),
         (0.77, 3000, 71.9, "verne", 0.00025), (5.0, 3000, 150.0, "verne", 0.002),
     ],
 )  # fmt: skip

@@ -95,7 +95,9 @@ def test_pieces_that_are_solved_together_take_the_time_of_each_alone(monkeypatch
 def test_what_a_solution_starts_from_does_not_decide_the_time(
     name: str, value: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Pieces without a solution tied to the cruise beside them, and steps spoilt by rounding, once took twelve times as long."""
+    """Pieces without a solution tied to the cruise beside them, and steps spoilt by rounding, once took twelve times as
+    long.
+    """
     source = (SAMPLES / "blade_5axis.nc").read_bytes()
     options = Options(tool_length=120.0, wcs={"G54": (0.0, 0.0, 10.0)})
     seconds = []
@@ -108,7 +110,9 @@ def test_what_a_solution_starts_from_does_not_decide_the_time(
 
 
 def test_the_highest_effort_is_no_slower_where_the_feed_rate_is_kept() -> None:
-    """It plans without a margin: rows that followed the feed rate were beyond it by rounding, and the section was slowed down."""
+    """It plans without a margin: rows that followed the feed rate were beyond it by rounding, and the section was
+    slowed down.
+    """
     turn = np.linspace(0, 2 * np.pi, 127)  # the flank of a cone that leans by 10 degrees
     sine, cosine, zero = np.sin(turn), np.cos(turn), np.zeros(127)
     half, lean = np.radians([15, 10])

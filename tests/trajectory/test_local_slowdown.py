@@ -50,7 +50,10 @@ def test_places_at_the_ends_keep_the_ends() -> None:
 def test_one_sharp_corner_does_not_slow_a_whole_program_at_a_fine_cycle() -> None:
     """A fast rapid into a slow feed: rows every 125 us see more of a corner than rows every millisecond."""
     machine = verne_post.load_machine("verne")
-    source = b"G21 G90 G94\nG0 X-40 Y0 Z90 A20 C0\nX40 Z40\nG1 X41 Y6 C4 F1200\nX41.5 Y12 C9\nX60 Y14 F6000\nG0 X-30 Z80\nM2\n"
+    source = (
+        b"G21 G90 G94\nG0 X-40 Y0 Z90 A20 C0\nX40 Z40\nG1 X41 Y6 C4 F1200\nX41.5 Y12 C9\nX60 Y14 F6000\nG0 X-30 "
+        b"Z80\nM2\n"
+    )
     took = []
     for cycle in (0.001, 0.000125):
         options = Options(tool_length=80.0, wcs={1: WorkOffset((0.0, 0.0, 40.0))}, cycle=cycle)

@@ -30,8 +30,13 @@ def test_corners_take_at_most_one_percent_more(
 ) -> None:
     """Profiles that leave out what later turns out to bind take up to four times as long."""
     limits = machine.limits
-    scaled = replace(limits, **{name: share * getattr(limits, name)
-                                for name, share in zip(("velocity", "acceleration", "jerk"), shares, strict=True)})  # fmt: skip
+    scaled = replace(
+        limits,
+        **{
+            name: share * getattr(limits, name)
+            for name, share in zip(("velocity", "acceleration", "jerk"), shares, strict=True)
+        },
+    )
     ours, fine = (
         plan_program(
             assemble(

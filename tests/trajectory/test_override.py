@@ -52,7 +52,9 @@ def test_the_fewest_whole_cycles(override: float, ramp: float, begin: float, pla
 
 
 def test_the_ramp_leaves_room_for_what_it_adds() -> None:
-    """The two inequalities of the module, sampled: r'V + r^2 A <= A and r^3 J + 3 r r' A + r'' V <= J for every joint."""
+    """The two inequalities of the module, sampled: r'V + r^2 A <= A and r^3 J + 3 r r' A + r'' V <= J for every
+    joint.
+    """
     limits = MACHINE.limits
     with pytest.raises(InputError, match=r"at least 4\.32 s"):
         build_feed_override(1.0, 4.31, limits)
@@ -169,7 +171,9 @@ def test_slow_starts_hold_all_limits_and_keep_dwells(
 def test_from_row_to_row_the_tool_keeps_the_share_of_the_feed_rate(
     tmp_path: Path, run: Callable[..., Any], override: float, cycle: float
 ) -> None:
-    """Where a motion begins and ends too: at 0.05 and 10 ms its first step was 1.7 times as long, its jerk 0.2 of the limit."""
+    """Where a motion begins and ends too: at 0.05 and 10 ms its first step was 1.7 times as long, its jerk 0.2 of the
+    limit.
+    """
     program, out = tmp_path / "p.nc", tmp_path / "o.csv"
     program.write_text("G21 G90 G64 P0.01\nG0 X0 Y0 Z5 A0 C0\nG1 X1 F600\nY1\nX2\nM2\n")
     place = ("--tool-length", 80, "--wcs", "G54=0,0,60", "--override", override, "--cycle", cycle)

@@ -70,7 +70,9 @@ def test_profile_is_legal_and_somewhere_at_a_limit_at_every_step(waves: float, f
 
 @pytest.mark.parametrize("seed", range(4))
 def test_caps_are_lowered_to_what_leaves_a_next_speed(seed: int) -> None:
-    """Against a linear program in both squared speeds of a step: the largest x <= cap for which some K >= 0 is possible."""
+    """Against a linear program in both squared speeds of a step: the largest x <= cap for which some K >= 0 is
+    possible.
+    """
     rng = np.random.default_rng(seed)
     steps, count = 40, 6
     a, b = (rng.normal(size=(steps, count)) * 10.0 ** rng.uniform(-2, 2, (steps, 1)) for _ in range(2))

@@ -79,7 +79,9 @@ def test_a_step_is_too_far_for_the_slowest_feed_along_it(slow: float) -> None:
 
 @pytest.mark.parametrize("samples", [7, 30])  # the fewest of which some may be left out, and many
 def test_all_rows_that_creep_are_left_out_where_the_next_ones_may_follow_the_ends(samples: int) -> None:
-    """The first row of the profile creeps, the second may follow the start, the third is too far; the same backwards."""
+    """The first row of the profile creeps, the second may follow the start, the third is too far; the same
+    backwards.
+    """
     profile = Profile.build_from_samples(20.0 * smooth(samples), CYCLE)
     cycles = int(np.ceil(profile.duration / CYCLE - 1e-9))
     expected = profile.find_s(CYCLE * np.arange(cycles + 1.0))

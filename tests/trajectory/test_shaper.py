@@ -10,7 +10,9 @@ KINDS = ["zv", "zvd", "ei"]
 
 
 def left_by_integration(weights: np.ndarray, mode: Mode, cycle: float) -> float:
-    """Amplitude after a row of impulses over that after one impulse, both right after their last one; Runge-Kutta steps."""
+    """Amplitude after a row of impulses over that after one impulse, both right after their last one; Runge-Kutta
+    steps.
+    """
     natural = 2 * np.pi * mode.frequency
 
     def derivative(state: np.ndarray) -> np.ndarray:

@@ -204,7 +204,9 @@ def test_cutting_a_move_into_collinear_segments_costs_no_time(steps: list[float]
 
 
 def fake_ruckig(change: Callable[[Any], None], result: int = 0) -> SimpleNamespace:
-    """A module that answers every problem with the same profile, right for nothing but its form, changed by ``change``."""
+    """A module that answers every problem with the same profile, right for nothing but its form, changed by
+    ``change``.
+    """
     profile = SimpleNamespace(
         position_extrema=[SimpleNamespace(min=0.0, max=1.0)],
         duration=2.0,

@@ -1,4 +1,6 @@
-"""What the interior point method sees of windows: how they are laid end to end, differences at points, the tightest rows."""
+"""What the interior point method sees of windows: how they are laid end to end, differences at points, the tightest
+rows.
+"""
 
 import numpy as np
 import pytest
@@ -72,12 +74,19 @@ def test_windows_end_to_end_are_told_apart(gap: int) -> None:
 # --- constraints against the formulas of interior_point.py ----------------------------------------
 
 UNIT, SPEED = 2e-3, 50.0
-#: Joints c1 s + c2 s^2 + c3 s^3, one of them at rest; of such joints the second and third differences are the derivatives.
+#: Joints c1 s + c2 s^2 + c3 s^3, one of them at rest; of such joints the second and third differences are the
+#: derivatives.
 CUBICS = np.array([[1.0, 0.3, 0.02], [-0.6, 0.1, -0.05], [0.0, 0.0, 0.0], [0.2, -0.5, 0.01]])
 SETTINGS = PassSettings(
-    knot_units=4, points_per_knot=3, tightest_rows=(0, 0), largest_x=3.0, start_gap=1.0, final_gap=1.0, iterations=1,
+    knot_units=4,
+    points_per_knot=3,
+    tightest_rows=(0, 0),
+    largest_x=3.0,
+    start_gap=1.0,
+    final_gap=1.0,
+    iterations=1,
     shares=(0.9, 0.8, 0.7),
-)  # fmt: skip
+)
 
 
 class Even(Profile, frozen=True, eq=False):
@@ -96,7 +105,9 @@ def _task(cycle: float, feed: object, velocity: float) -> SectionTask:
 
 
 def _problem(task: SectionTask, settings: PassSettings):  # type: ignore[no-untyped-def]
-    """Two windows with a gap; problem, intervals in the gap, the intervals that are held, and times (k, n) of the points."""
+    """Two windows with a gap; problem, intervals in the gap, the intervals that are held, and times (k, n) of the
+    points.
+    """
     windows = [
         Window(10, 19, np.ones(12), begin_tied=True, end_tied=True),
         Window(30, 36, np.ones(9), begin_tied=True, end_tied=False),
@@ -122,7 +133,9 @@ def _derivatives(t: np.ndarray, cycle: float) -> tuple[np.ndarray, np.ndarray, n
 
 @pytest.mark.parametrize("cycle", [UNIT, 4 * UNIT, 12 * UNIT, 1.3 * UNIT])
 def test_largest_rates_are_those_of_joints_and_feed(cycle: float) -> None:
-    """The feed rate is that of the slower of the two rows, half a cycle before and after a point; here it varies within one."""
+    """The feed rate is that of the slower of the two rows, half a cycle before and after a point; here it varies within
+    one.
+    """
 
     def feed(s: np.ndarray) -> np.ndarray:
         return 40.0 + 25.0 * np.sin(2.0 * np.pi * s / (SPEED * 1.7 * cycle)) + 20.0 * np.sin(11.0 * s)
@@ -152,7 +165,9 @@ def _values(rows: tuple[np.ndarray, ...], x: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize("cycle", [UNIT, 4 * UNIT, 1.3 * UNIT])
 @pytest.mark.parametrize("tightest", [(0, 0), (2, 3), (1, 2)])
 def test_rows_are_acceleration_and_jerk_over_their_limits(cycle: float, tightest: tuple[int, int]) -> None:
-    """For any X the rows of each side are the motion of joints by the formulas: all, or those that can be tight first."""
+    """For any X the rows of each side are the motion of joints by the formulas: all, or those that can be tight
+    first.
+    """
     task = _task(cycle, np.inf, 1e4)
     problem, in_gap, _held, t = _problem(task, replace(SETTINGS, tightest_rows=tightest))
     q1, q2, q3 = _derivatives(t, cycle)

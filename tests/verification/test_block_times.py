@@ -1,4 +1,6 @@
-"""Blocks whose feed rate is a time take that time: planning, the summary and verification, each by the rows of the file."""
+"""Blocks whose feed rate is a time take that time: planning, the summary and verification, each by the rows of the
+file.
+"""
 
 import re
 from dataclasses import replace
@@ -40,7 +42,9 @@ def block_times(text: str, name: str, options: Options = OPTIONS) -> tuple[dict[
 
 @pytest.mark.parametrize("name", ["verne", "serial"])
 def test_inverse_time_is_kept_where_the_tip_hardly_moves(name: str) -> None:
-    """A blend gives the tip's motion of one block to the next: 2.2, 1.3, 21.9 and 1.8 s when feed was counted by the tip."""
+    """A blend gives the tip's motion of one block to the next: 2.2, 1.3, 21.9 and 1.8 s when feed was counted by the
+    tip.
+    """
     taken, result = block_times(HEAD + HARDLY, name)
     inner = [taken[5], taken[6]]
     assert all(2.0 - CYCLE <= seconds <= SHARE * 2.0 + CYCLES * CYCLE for seconds in inner), taken
@@ -76,7 +80,9 @@ def test_many_short_blocks_take_the_sum_of_their_times() -> None:
 
 
 def test_a_place_that_holds_the_motion_back_slows_only_its_own_rows() -> None:
-    """Between a fast block and a slow one a joint is at its limit in the corner; the rest of the slow block took 16 ms longer."""
+    """Between a fast block and a slow one a joint is at its limit in the corner; the rest of the slow block took 16 ms
+    longer.
+    """
     blocks = ["Y0.0003 Z39.9999 A20.0552 C0.0018 F512.01", "X30.0012 C1.9623 F512.01"]
     blocks += [
         "X30.0011 Y-0.0004 Z39.9943 A20.0652 C1.9729 F110.64",
@@ -160,7 +166,9 @@ def test_inverse_time_of_a_siemens_program() -> None:
 
 @pytest.mark.parametrize("seed", range(6))
 def test_random_blocks_take_their_time(seed: int) -> None:
-    """Blocks of 0.05 to 5 s, mixtures of tip and table so slow that no joint limit is near, but at rest at both ends."""
+    """Blocks of 0.05 to 5 s, mixtures of tip and table so slow that no joint limit is near, but at rest at both
+    ends.
+    """
     rng = np.random.default_rng(seed)
     pose, lines, wanted = np.array([30.0, 0.0, 40.0, 20.0, 0.0]), [], {}
     for number in range(4, 12):
@@ -181,12 +189,20 @@ def test_random_blocks_take_their_time(seed: int) -> None:
 
 
 def test_a_block_of_a_few_micrometres_between_fast_ones_is_not_stepped_over() -> None:
-    """At 4 ms its neighbours' steps are longer than its whole way: no row stood on it, and its time was lost (VP901)."""
+    """At 4 ms its neighbours' steps are longer than its whole way: no row stood on it, and its time was lost
+    (VP901).
+    """
     blocks = [
-        "G93", "G1 X30.0849 Y0.0490 Z40.0561 A18.4731 F5.2474", "X30.1894 Y-0.3120 Z39.9961 A18.4732 C-0.0155 F706.17",
-        "X30.1860 Y-0.3119 Z39.9982 F706.17", "X35.4110 Y1.2525 Z43.2296 A18.8864 C0.0692 F706.17",
-        "X35.4122 Y1.2518 Z43.2302 C-0.6301 F131.53", "X35.3682 Y0.2538 Z43.9710 A21.0273 C2.9711 F131.53", "M2", "",
-    ]  # fmt: skip
+        "G93",
+        "G1 X30.0849 Y0.0490 Z40.0561 A18.4731 F5.2474",
+        "X30.1894 Y-0.3120 Z39.9961 A18.4732 C-0.0155 F706.17",
+        "X30.1860 Y-0.3119 Z39.9982 F706.17",
+        "X35.4110 Y1.2525 Z43.2296 A18.8864 C0.0692 F706.17",
+        "X35.4122 Y1.2518 Z43.2302 C-0.6301 F131.53",
+        "X35.3682 Y0.2538 Z43.9710 A21.0273 C2.9711 F131.53",
+        "M2",
+        "",
+    ]
     result = verne_post.convert(HEAD + "\n".join(blocks), MACHINES["verne"], replace(OPTIONS, cycle=4 * CYCLE))
     assert result.ok, [item.message for item in result.findings]
     assert result.setpoints is not None

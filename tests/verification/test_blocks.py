@@ -1,4 +1,6 @@
-"""Rows come in blocks, and a verdict does not depend on where the blocks end: not of good files, and not of spoilt ones."""
+"""Rows come in blocks, and a verdict does not depend on where the blocks end: not of good files, and not of spoilt
+ones.
+"""
 
 from collections.abc import Callable, Iterable
 from itertools import pairwise
@@ -28,12 +30,15 @@ G3 I-.4 P3 C2
 G0 Z25""")
 # the same where corners are rounded and collinear moves go on
 ROUNDED = program(
-    "G0 X0 Y0 Z24 A0 C0\nG1 X2 F1500\nX4\nX5 Y2\nG2 I.5 J.3\nG2 I.5 J.3\nG1 X6\nG61.1 X7\nG64 P.02 X8 Y4\nG4 P.01\nX6", "G21 G90 G94 G17 G64 P0.02"
-)  # fmt: skip
+    "G0 X0 Y0 Z24 A0 C0\nG1 X2 F1500\nX4\nX5 Y2\nG2 I.5 J.3\nG2 I.5 J.3\nG1 X6\nG61.1 X7\nG64 P.02 X8 Y4\nG4 P.01\nX6",
+    "G21 G90 G94 G17 G64 P0.02",
+)
 
 
 def verdict(asked: Program, values: np.ndarray, line: np.ndarray, ends: Iterable[int]) -> set[tuple[str, str | None]]:
-    """Codes and axes of what is found in rows in blocks with these ends; of each, only the first place of a block is kept."""
+    """Codes and axes of what is found in rows in blocks with these ends; of each, only the first place of a block is
+    kept.
+    """
     fmt = choose_setpoint_format(MACHINE, asked.cycle, None, accept_rounding=False)
     places = [0, *ends, len(values)]
     blocks = (SetpointBlock(a, values[a:b], line[a:b], fmt) for a, b in pairwise(places) if a < b)
@@ -74,9 +79,13 @@ def late(values: np.ndarray, line: np.ndarray, first: int, last: int) -> Table:
 
 
 HOW: dict[str, Callable[..., Table]] = {
-    "deleted": deleted, "repeated": repeated, "reversed": exchanged, "stood still": stood_still,
-    "under the later line": early, "under the earlier line": late,
-}  # fmt: skip
+    "deleted": deleted,
+    "repeated": repeated,
+    "reversed": exchanged,
+    "stood still": stood_still,
+    "under the later line": early,
+    "under the earlier line": late,
+}
 SOURCES = {
     "stops": (LOOPS, OPTIONS.changed(cycle=0.002)),
     "rounded": (ROUNDED, OPTIONS.changed(cycle=0.002)),
@@ -139,7 +148,9 @@ def of_line(values: np.ndarray, line: np.ndarray, number: int, count: int) -> li
 
 @pytest.mark.parametrize("number", [0, 1, 2, 3])
 def test_one_of_several_motions_of_a_line_left_out(number: int) -> None:
-    """A circle ends where it begins: without its rows nothing jumps, no line is missing, and only one of four is gone."""
+    """A circle ends where it begins: without its rows nothing jumps, no line is missing, and only one of four
+    is gone.
+    """
     values, line = made(LOOPS)
     asked = assemble(LOOPS, MACHINE, OPTIONS)
     first, last = of_line(values, line, 4, 4)[number]
@@ -170,7 +181,8 @@ def test_motions_of_one_line_that_are_longer_than_what_is_looked_at_at_a_time() 
     assert verdict(asked, *deleted(values, line, first, last), [first])
 
 
-# X, Y, A, C of moves without a stop between them: obtuse and acute corners, there and almost back, and over the same places again
+# X, Y, A, C of moves without a stop between them: obtuse and acute corners, there and almost back, and over the same
+# places again
 MOVES = [
     "3 0 0 0",
     "5 1 0 0",
@@ -187,7 +199,9 @@ MOVES = [
 
 @pytest.mark.parametrize("word", ["G1", "G2 R5"])
 def test_moves_of_one_line_without_a_stop_between_them(word: str) -> None:
-    """The same moves by a line each give the same rows; by one line, rows left out, twice or exchanged are seen as well."""
+    """The same moves by a line each give the same rows; by one line, rows left out, twice or exchanged are seen as
+    well.
+    """
     head = "G0 X0 Y0 Z24 A0 C0\nF1500 G64 P.01\n"
     moves = [move.split() for move in MOVES]
     lines = "\n".join(f"{word} X{x} Y{y} A{a} C{c}" for x, y, a, c in moves)

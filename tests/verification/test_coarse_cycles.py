@@ -42,7 +42,9 @@ def turned(points: np.ndarray, center: tuple[float, float]) -> np.ndarray:
 @pytest.mark.parametrize("mode", ["off", "blend", "spline"])
 @pytest.mark.parametrize("cycle", CYCLES)
 def test_circles_pass_at_any_cycle(cycle: float, mode: str) -> None:
-    """A full circle, half of its feed's second long, a line along its diameter and half a circle as short as a cycle."""
+    """A full circle, half of its feed's second long, a line along its diameter and half a circle as short as a
+    cycle.
+    """
     options = OPTIONS.changed(cycle=cycle, smoothing=mode)
     values, _line = made(source("F2000\nG2 I5\nG1 X5\nG2 X7 I1"), options)
     assert np.abs(tips(values)[-1] - [7.0, 0.0, 5.0]).max() < 1e-4
@@ -91,7 +93,9 @@ def test_more_than_half_a_turn_in_a_step_is_not_accepted(places: tuple[float, ..
 
 
 def test_half_a_turn_in_one_step() -> None:
-    """The last row stands at the end of half a circle, the one before on the line that leads to it: neither sense is behind."""
+    """The last row stands at the end of half a circle, the one before on the line that leads to it: neither sense is
+    behind.
+    """
     asked = source("F2000\nG1 X5\nG2 X5.2 I.1", "G21 G90 G94 G17 G64 P.02")
     values, line = made(asked, OPTIONS)
     rows = np.append(np.flatnonzero(line <= 4)[::60], len(line) - 1)
@@ -104,7 +108,9 @@ TEETH = "F6000\n" + "\n".join(f"G1 X{6 * k} Y{10.4 * (k % 2):.1f}" for k in rang
 
 @pytest.mark.parametrize("block", [1, 2, 7, 10**6])
 def test_the_step_before_counts_beside_sharp_corners(block: int) -> None:
-    """Corners of 120 degrees, rows 12 mm apart: what two rows beside a corner leave out is farther than they are apart."""
+    """Corners of 120 degrees, rows 12 mm apart: what two rows beside a corner leave out is farther than they
+    are apart.
+    """
     for cycle in (0.1, 0.11, 0.12, 0.13):
         options = OPTIONS.changed(cycle=cycle)
         values, line = made(source(TEETH), options)
@@ -113,7 +119,9 @@ def test_the_step_before_counts_beside_sharp_corners(block: int) -> None:
 
 @pytest.mark.parametrize(("before", "after"), [("G0 X0", "G0 X.01"), ("G61.1 X5", "G61.1 X5.01")])
 def test_stops_are_exact_beside_rounded_corners(before: str, after: str) -> None:
-    """The first row, and rows at stops, lie within 0.001 mm along the path too, however wide the corners behind them are."""
+    """The first row, and rows at stops, lie within 0.001 mm along the path too, however wide the corners behind them
+    are.
+    """
     text, options = (
         "G21 G90 G94 G17 G64 P.05\nG0 X0 Y0 Z5 A0 C0\nF2000 G1 X3\nG61.1 X5\nG64 P.05 X9\nY5\nX12\nM2\n",
         OPTIONS.changed(cycle=0.01),
@@ -130,9 +138,10 @@ SHORT = {
     "steps of 1e-6 mm": "\n".join(f"G1 X{k * 1e-6:.6f}" for k in range(1, 51)),
     "a staircase of 1e-6 mm": "\n".join(f"G1 X{k * 1e-6:.6f} Y{(k // 2) * 1e-6:.6f}" for k in range(1, 51)),
     "to and fro by 1e-6 mm": "\n".join(f"G1 X{(k % 2) * 1e-6:.6f} Y{k * 1e-6:.6f}" for k in range(1, 51)),
-    "steps of 2e-5 mm behind a line": "G1 X3\n" + "\n".join(f"X{3 + k * 2e-5:.6f} Y{(k % 3) * 1e-5:.6f}" for k in range(1, 51)),
+    "steps of 2e-5 mm behind a line": "G1 X3\n"
+    + "\n".join(f"X{3 + k * 2e-5:.6f} Y{(k % 3) * 1e-5:.6f}" for k in range(1, 51)),
     "circles of 0.0015 mm": "\n".join(["G2 I.0015"] * 5 + ["G1 X1"]),
-}  # fmt: skip
+}
 
 
 @pytest.mark.filterwarnings("error")
@@ -158,13 +167,17 @@ def test_moves_below_the_shortest_add_up(step: float) -> None:
 # --- feed beside rounding ---------------------------------------------------------------------------------------
 
 SLOW = {
-    "5 axes at F4": ("F3.983\nG1 X0.0947 Y0.0641 A1.763 C4.077\nA-1.242 C5.0445\nA-1.439 C4.626\nX0.062 Y0.07 A-.569 C7.363", 0.01),
+    "5 axes at F4": (
+        "F3.983\nG1 X0.0947 Y0.0641 A1.763 C4.077\nA-1.242 C5.0445\nA-1.439 C4.626\nX0.062 Y0.07 A-.569 C7.363",
+        0.01,
+    ),
     "rotation with 0.003 mm of motion": (
-        "F500\nG64 P0.85\nG93 G1 X.003 A-.64 C5.7 F2.53\nA-.895 C3.52 F44\nG94 F500 X1", 0.005,
+        "F500\nG64 P0.85\nG93 G1 X.003 A-.64 C5.7 F2.53\nA-.895 C3.52 F44\nG94 F500 X1",
+        0.005,
     ),
     "a minute of rotation with 0.003 mm of motion": ("G64 P.5\nG93 G1 X.003 A-6 C20 F1\nX1 Y1 F5\nG94", 0.005),
     "F5 in corners": ("F5\n" + "\n".join(f"G1 X{0.05 * k:.3f} Y{0.03 * (k % 2):.3f}" for k in range(1, 12)), 0.02),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("what", SLOW)
@@ -176,11 +189,18 @@ def test_rounding_is_no_feed(what: str) -> None:
 
 #: Feed rate, cycle, and an excess over the feed rate that must be found.
 FEEDS_IN_CORNERS = {
-    "F20 at 2 ms: 7e-4 mm a row, of which rounding to 1e-5 mm and 1e-6 deg leaves 0.1 % over 256 rows": (20, 0.002, 1.004),
-    "F5 at 10 ms: 8e-4 mm a row; a tip may be off by 5e-5 mm, whose mean square takes 0.03 % off, 3 % would hide the excess": (
-        5, 0.01, 1.01,
+    "F20 at 2 ms: 7e-4 mm a row, of which rounding to 1e-5 mm and 1e-6 deg leaves 0.1 % over 256 rows": (
+        20,
+        0.002,
+        1.004,
     ),
-}  # fmt: skip
+    "F5 at 10 ms: 8e-4 mm a row; a tip may be off by 5e-5 mm, whose mean square takes 0.03 % off, 3 % would hide "
+    "the excess": (
+        5,
+        0.01,
+        1.01,
+    ),
+}
 
 
 @pytest.mark.parametrize("faster", [False, True])
@@ -199,12 +219,19 @@ def test_feed_in_corners_is_checked_at_slow_feeds(what: str, faster: bool) -> No
 # --- rounded corners among small shapes ------------------------------------------------------------------------
 
 SHAPES = {
-    "spirals by their decimals": "\n".join(f"G3 X{0.06 * k + 0.015:.4f} I.03\nG2 X{0.06 * k + 0.06:.4f} I.022" for k in range(4)),
-    "a thread narrower than the tolerance": "G64 P0.25\nG2 I.03 J.02 P2\nG1 X.02 Y.09\nG3 I.0056 P5 Z5.1\nG2 I.02 A.4 C14",
+    "spirals by their decimals": "\n".join(
+        f"G3 X{0.06 * k + 0.015:.4f} I.03\nG2 X{0.06 * k + 0.06:.4f} I.022" for k in range(4)
+    ),
+    "a thread narrower than the tolerance": "G64 P0.25\n"
+    "G2 I.03 J.02 P2\n"
+    "G1 X.02 "
+    "Y.09\n"
+    "G3 I.0056 P5 Z5.1\n"
+    "G2 I.02 A.4 C14",
     "teeth": "\n".join(f"X{k * 0.1:.1f} Y{2 * (k % 2)}" for k in range(1, 40)),
     "small circles in a fast path": "X20\nG2 I.3\nG1 X40\nG3 J.2 P3\nG1 X41\nG2 I2\nG1 Y5",
     "a slow move behind a rapid": "F52\nG0 X-8\nG1 X-12 Y-1\nG0 X-16 Y-16\nG1 X-23 Y-19 A-1.5 C-13\nA-1.55 C-14",
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("mode", ["off", "blend", "spline"])

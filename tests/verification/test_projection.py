@@ -1,4 +1,6 @@
-"""Lengths along arcs, and the nearest pose where the tip and the rotary axes disagree, as verification measures them, by hand."""
+"""Lengths along arcs, and the nearest pose where the tip and the rotary axes disagree, as verification measures them,
+by hand.
+"""
 
 import numpy as np
 import pytest
@@ -34,9 +36,12 @@ def test_lengths_of_arcs_have_all_their_parts(machine: Machine) -> None:
 
 
 def test_every_segment_takes_its_time_at_its_feed(machine: Machine) -> None:
-    """Of a line, an arc and three splines, the first of them too: seconds for a mm times the length that the path has."""
+    """Of a line, an arc and three splines, the first of them too: seconds for a mm times the length that the
+    path has.
+    """
     source = (
-        b"G21 G90 G17 G94 F1000\nG0 X0 Y0 Z60 A0 C0\nG5 X10 Y0 I3 J9 P-3 Q9\nG5 X20 Y4 I3 J-9 P-3 Q5\nG5 X30 Y0 I2 J2 P-3 Q3\n"
+        b"G21 G90 G17 G94 F1000\nG0 X0 Y0 Z60 A0 C0\nG5 X10 Y0 I3 J9 P-3 Q9\nG5 X20 Y4 I3 J-9 P-3 Q5\nG5 X30 Y0 I2 J2 "
+        b"P-3 Q3\n"
         b"G1 X40\nG2 X50 I5\nM2\n"
     )
     path = assemble(source, machine, OPTIONS).path
@@ -51,7 +56,8 @@ def test_lengths_of_splines_are_those_of_their_points(machine: Machine) -> None:
     """The first piece of the path too, which turns: sums of small steps along each, to its end and beyond."""
     source = (
         b"%\nO1 (A)\nG21 G90 G94 G17 G61\nG0 X0 Y0 Z60 A0 C0\nF1000\n"
-        b"G6.2 P3 K0 X0 Y0 Z60 A0 C0 R1\nK0 X10 Y20 Z60 A-3 C5 R1\nK0 X30 Y0 Z62 A-9 C30 R1\nK1 X40 Y9 Z60 A-5 C30 R1\nK2\nK2\nK2\n"
+        b"G6.2 P3 K0 X0 Y0 Z60 A0 C0 R1\nK0 X10 Y20 Z60 A-3 C5 R1\nK0 X30 Y0 Z62 A-9 C30 R1\nK1 X40 Y9 Z60 A-5 C30 "
+        b"R1\nK2\nK2\nK2\n"
         b"M30\n%\n"
     )
     path = assemble(source, machine, OPTIONS).path
@@ -100,7 +106,9 @@ def test_a_pose_of_the_segment_has_no_deviation(machine: Machine, count: int) ->
 
 
 def test_the_nearest_pose_in_both_tolerances_is_found(machine: Machine) -> None:
-    """Tip and rotary axes of each row are where the segment has them at different times; every row to another extent."""
+    """Tip and rotary axes of each row are where the segment has them at different times; every row to another
+    extent.
+    """
     path = assemble(LINE, machine, OPTIONS).path
     random, count = np.random.default_rng(7), 40
     segment = np.full(count, np.flatnonzero(path.line == 3)[0])

@@ -1,4 +1,6 @@
-"""The verifier on files with rounded corners: it passes what is right, and refuses what leaves more than corners out."""
+"""The verifier on files with rounded corners: it passes what is right, and refuses what leaves more than
+corners out.
+"""
 
 from collections.abc import Callable
 

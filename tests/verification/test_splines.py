@@ -72,8 +72,14 @@ def test_nothing_of_planning_is_used():
 
 
 def one(points, weights, knots, degree):
-    return Splines(np.array([degree], np.int32), np.array([0]), np.array([0]), np.array(points, float),
-                   np.array(weights, float), np.array(knots, float))  # fmt: skip
+    return Splines(
+        np.array([degree], np.int32),
+        np.array([0]),
+        np.array([0]),
+        np.array(points, float),
+        np.array(weights, float),
+        np.array(knots, float),
+    )
 
 
 def test_lengths_of_a_circle_and_a_parabola():
@@ -89,8 +95,15 @@ def test_lengths_of_a_circle_and_a_parabola():
 
 
 def test_shares_of_length_and_back():
-    measured = splines.measure_splines(one([[0, 0, 0, 0, 0], [1, 8, 0, 0.1, 0], [4, -5, 2, 0.2, 1], [9, 0, 0, 0, 1.5]],
-                                           [1, 2, 0.3, 1], [0, 0.2, 1, 1.5, 1.5, 2], 3), RADIAN_MM)  # fmt: skip
+    measured = splines.measure_splines(
+        one(
+            [[0, 0, 0, 0, 0], [1, 8, 0, 0.1, 0], [4, -5, 2, 0.2, 1], [9, 0, 0, 0, 1.5]],
+            [1, 2, 0.3, 1],
+            [0, 0.2, 1, 1.5, 1.5, 2],
+            3,
+        ),
+        RADIAN_MM,
+    )
     u = np.linspace(-0.05, 1.05, 45)
     piece = np.zeros(len(u), int)
     at = splines.find_parameters_at(measured, piece, np.clip(u, 0, 1), RADIAN_MM)
@@ -124,8 +137,10 @@ def test_lengths_do_not_depend_on_where_knots_begin_nor_on_their_scale(begin, sc
 
 def test_a_crossing_is_passed_both_times():
     """At the crossing of a loop both places are equally near: the row before decides."""
-    measured = splines.measure_splines(one([[0, 0, 0, 0, 0], [60, 40, 0, 0, 0], [-40, 40, 0, 0, 0], [20, 0, 0, 0, 0]],
-                                           [1] * 4, [0, 0, 0, 1, 1, 1], 3), RADIAN_MM)  # fmt: skip
+    measured = splines.measure_splines(
+        one([[0, 0, 0, 0, 0], [60, 40, 0, 0, 0], [-40, 40, 0, 0, 0], [20, 0, 0, 0, 0]], [1] * 4, [0, 0, 0, 1, 1, 1], 3),
+        RADIAN_MM,
+    )
     u = np.linspace(0.0, 1.0, 5001)
     piece = np.zeros(len(u), int)
     point = splines.evaluate_spline_points(
@@ -188,8 +203,12 @@ def test_a_circle_of_weights_takes_the_time_of_the_arc():
     """Exactly the same tip path and feed: the rows take the same time to a cycle or two."""
     half = np.sqrt(0.5)
     corners = [(0, 0), (10, 0), (10, 10), (10, 20), (0, 20), (-10, 20), (-10, 10), (-10, 0), (0, 0)]
-    circle = nurbs([(x, y, 40, 0, 0) for x, y in corners], 3, np.array([0, 0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 4.0]),
-                   np.array([1, half] * 4 + [1]))  # fmt: skip
+    circle = nurbs(
+        [(x, y, 40, 0, 0) for x, y in corners],
+        3,
+        np.array([0, 0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 4.0]),
+        np.array([1, half] * 4 + [1]),
+    )
     machine = MACHINES["serial"]
     spline, arc = (made(program(body), machine).setpoints for body in (circle, "G3 X0 Y0 J10\n"))
     assert len(spline.values) == pytest.approx(len(arc.values), rel=0.02)
@@ -204,8 +223,13 @@ def test_degree_one_is_straight_moves_to_the_last_digit():
 
 
 @settings(max_examples=12)
-@given(seed=st.integers(0, 1_000_000), order=st.integers(3, 4), power=st.floats(-1.0, 1.0), name=st.sampled_from(sorted(MACHINES)),
-       mode=st.sampled_from(["G61", "G64"]))  # fmt: skip
+@given(
+    seed=st.integers(0, 1_000_000),
+    order=st.integers(3, 4),
+    power=st.floats(-1.0, 1.0),
+    name=st.sampled_from(sorted(MACHINES)),
+    mode=st.sampled_from(["G61", "G64"]),
+)
 def test_random_splines_under_random_limits(seed, order, power, name, mode):
     """Control points, knots, weights and limits by chance: what is made is verified."""
     rng = np.random.default_rng(seed)
@@ -222,9 +246,16 @@ def test_random_splines_under_random_limits(seed, order, power, name, mode):
     machine = MACHINES[name]
     limits = machine.limits
     factor = 10.0**power
-    machine = replace(machine, cycle=0.004, limits=replace(
-        limits, velocity=limits.velocity * factor, acceleration=limits.acceleration * factor, jerk=limits.jerk * factor
-    ))  # fmt: skip
+    machine = replace(
+        machine,
+        cycle=0.004,
+        limits=replace(
+            limits,
+            velocity=limits.velocity * factor,
+            acceleration=limits.acceleration * factor,
+            jerk=limits.jerk * factor,
+        ),
+    )
     result = convert(program(nurbs(points, order, knots, weights), mode), machine, options())
     assert result.ok or {item.code for item in result.findings} <= {"VP101", "VP102", "VP210"}, result.findings
 
@@ -232,41 +263,26 @@ def test_random_splines_under_random_limits(seed, order, power, name, mode):
 #: Curves of order 3 of a tenth of a millimetre beside which the table turns by degrees: control points, weights, knots.
 TINY = {
     "a corner that is nearly a reversal": (
-        "0 0 40 0 0; "
-        "-0.050282 0.549007 40.0705 -1.63524 -2.31417; "
-        "-0.320808 0.354226 39.9685 -4.88031 -4.32097; "
-        "-0.098175 0.42947 40.039 -4.75634 -1.84605; "
-        "-0.323153 0.045182 39.8067 -4.06491 -3.36619; "
-        "-0.150699 0.283105 40.7569 -1.64457 -4.59363; "
-        "-0.010359 0.60195 40.525 -2.0672 3.22881; "
-        "0.117988 0.183714 40.695 -0.720534 9.47559; "
-        "0.790074 0.339563 39.7496 -0.525645 7.11166",
+        "0 0 40 0 0; -0.050282 0.549007 40.0705 -1.63524 -2.31417; -0.320808 0.354226 39.9685 -4.88031 -4.32097; "
+        "-0.098175 0.42947 40.039 -4.75634 -1.84605; -0.323153 0.045182 39.8067 -4.06491 -3.36619; -0.150699 0.283105 "
+        "40.7569 -1.64457 -4.59363; -0.010359 0.60195 40.525 -2.0672 3.22881; 0.117988 0.183714 40.695 -0.720534 "
+        "9.47559; 0.790074 0.339563 39.7496 -0.525645 7.11166",
         "0.295361 3.29684 0.033942 2.61 0.114478 0.3771 1.11555 0.329651 0.585557",
         "0 0 0 1.1781 1.1781 3.01173 3.91506 5.17035 6.75566 6.92442 6.92442 6.92442",
     ),
     "angles that change their sense": (
-        "0 0 40 0 0; "
-        "0.004819 0.022104 39.9925 -1.83264 2.40479; "
-        "-0.00995 0.001258 39.9966 -1.71898 3.81776; "
-        "0.008744 -0.008276 40.0074 -2.11185 -1.81456; "
-        "-0.001985 0.0046 40.0134 -4.05353 1.01957; "
-        "0.010107 0.01093 39.9833 -1.95693 0.388376; "
-        "-0.009917 0.016963 39.9843 -1.22302 -4.15788; "
-        "-0.006007 -0.001579 40.0041 -0.709637 1.15539; "
-        "0.00613 0.020879 39.9994 -0.091505 10.7051",
+        "0 0 40 0 0; 0.004819 0.022104 39.9925 -1.83264 2.40479; -0.00995 0.001258 39.9966 -1.71898 3.81776; 0.008744 "
+        "-0.008276 40.0074 -2.11185 -1.81456; -0.001985 0.0046 40.0134 -4.05353 1.01957; 0.010107 0.01093 39.9833 "
+        "-1.95693 0.388376; -0.009917 0.016963 39.9843 -1.22302 -4.15788; -0.006007 -0.001579 40.0041 -0.709637 "
+        "1.15539; 0.00613 0.020879 39.9994 -0.091505 10.7051",
         "0.068009 14.2317 2.22207 0.121886 0.360096 0.143628 0.448947 0.551559 0.388855",
         "0 0 0 0.654882 1.4388 1.86843 3.15648 3.57649 4.89266 5.87798 5.87798 5.87798",
     ),
     "angles far larger than the tip's way": (
-        "0 0 40 0 0; "
-        "0.012432 -0.025679 39.9899 -0.235367 -0.812021; "
-        "0.037339 -0.033742 40.032 -0.174967 -2.51026; "
-        "0.069466 -0.080174 39.9697 -0.223046 -7.17186; "
-        "0.081625 -0.07373 40.0405 -0.87495 -7.43581; "
-        "0.098163 -0.012556 39.9415 -1.03974 -6.83644; "
-        "0.134998 -0.003662 40.0131 -0.803883 -8.34562; "
-        "0.161013 0.002773 39.992 -1.07323 -7.67512; "
-        "0.161686 -0.025707 39.9879 -0.700795 -8.50935",
+        "0 0 40 0 0; 0.012432 -0.025679 39.9899 -0.235367 -0.812021; 0.037339 -0.033742 40.032 -0.174967 -2.51026; "
+        "0.069466 -0.080174 39.9697 -0.223046 -7.17186; 0.081625 -0.07373 40.0405 -0.87495 -7.43581; 0.098163 "
+        "-0.012556 39.9415 -1.03974 -6.83644; 0.134998 -0.003662 40.0131 -0.803883 -8.34562; 0.161013 0.002773 39.992 "
+        "-1.07323 -7.67512; 0.161686 -0.025707 39.9879 -0.700795 -8.50935",
         "1.15138 1.05297 0.858209 1.17991 1.25678 0.856884 0.98337 0.649719 0.919679",
         "0 0 0 1.37175 1.37175 4.63821 5.48076 6.93624 8.11878 9.47814 9.47814 9.47814",
     ),
@@ -359,23 +375,28 @@ def test_corners_beside_narrow_turns(what):
 HAIRPINS = {
     "exact, half a micrometer wide, after another curve": (
         "G61\nF12000\nG5.2 X1 Y0 P1 L4\nX0 Y0 P1\nX0 Y1 P1\nG5.3\nG1 X-0.855 Y1.25\nG5.2 X-0.854 Y1 P1 L3\n"
-        "X-0.8532 Y1.2499 P0.301\nG5.3", 0.001,
+        "X-0.8532 Y1.2499 P0.301\nG5.3",
+        0.001,
     ),
     "blended, after an arc": (
         "F1000\nG5.2 P1 L4\nX1 Y0 P1\nX0 Y1 P1\nX0 Y0 P1\nG5.3\nG3 X-0.075 Y0.24 I0.05 J0.13\n"
-        "G5.1 X-0.081 Y0.2437 I0.0652 J0", 0.001,
+        "G5.1 X-0.081 Y0.2437 I0.0652 J0",
+        0.001,
     ),
     "some nanometers wide, long cycles": (
         "G64 P0.002\nF12000\nG5.1 X0.0005 Y0 I-0.0171 J-0.0004\nG5.1 X0.0034 Y0.026 I0.0185 J-0.0185\n"
-        "G1 X-0.0023 Y0.0234 Z40.0019\nG1 X-0.0074 Y0.0268\nG5.1 X-0.0178 Y0.0373 I0 J-0.0606", 0.01,
+        "G1 X-0.0023 Y0.0234 Z40.0019\nG1 X-0.0074 Y0.0268\nG5.1 X-0.0178 Y0.0373 I0 J-0.0606",
+        0.01,
     ),
     "10 mm long, a hundred nanometers wide": ("F3000\nG5.1 X0 Y0.0001 I10 J0", 0.001),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("what", HAIRPINS)
 def test_hairpins_are_passed_and_verified(what):
-    """A bend that is narrower than rows can show does not slow the whole curve down: it took minutes, hours or all memory."""
+    """A bend that is narrower than rows can show does not slow the whole curve down: it took minutes, hours or all
+    memory.
+    """
     body, cycle = HAIRPINS[what]
     source = f"G21 G90 G94 G17 G64\nG0 X0 Y0 Z40 A0 C0\n{body}\nM2\n".encode()
     result = made(source, MACHINES["serial"], cycle=cycle)

@@ -119,7 +119,9 @@ def test_a_swing_in_place_is_in_degrees_per_minute(name):
 
 @pytest.mark.parametrize("name", MACHINES)
 def test_swings_in_place_one_after_another_keep_the_feed_of_the_axis(name):
-    """Where motion goes on from swing to swing the turn of the axis counts: made for 600 deg/min they are too fast for 595."""
+    """Where motion goes on from swing to swing the turn of the axis counts: made for 600 deg/min they are too fast for
+    595.
+    """
     body = (
         f"G64 P0.05\nG43.5 G0 X0 Y0 Z60 {axis_words(10, 90)}\nG1 {axis_words(30, 90)} F600\n"
         f"{axis_words(40, 110)}\n{axis_words(30, 150)}"
@@ -137,14 +139,24 @@ def test_words_along_the_great_circle_where_the_option_says_so():
     vectors = f"G43.5 G0 X0 Y0 Z60 {axis_words(30, 0)}\nG1 X20 {axis_words(40, 120)}"
     u = np.linspace(0, 1, 60)
     q = {
-        key: assemble(source(body), machine, options(orientation=way)).build_joint_path().find_joints(np.zeros(60, int), u)
+        key: assemble(source(body), machine, options(orientation=way))
+        .build_joint_path()
+        .find_joints(np.zeros(60, int), u)
         for key, body, way in (
-            ("vector", vectors, "auto"), ("words as vectors", words, "vector"), ("vectors", vectors, "vector"),
-            ("words", words, "auto"), ("words as angles", words, "angles"), ("vectors as angles", vectors, "angles"),
+            ("vector", vectors, "auto"),
+            ("words as vectors", words, "vector"),
+            ("vectors", vectors, "vector"),
+            ("words", words, "auto"),
+            ("words as angles", words, "angles"),
+            ("vectors as angles", vectors, "angles"),
         )
-    }  # fmt: skip
-    for one, other in (("vector", "words as vectors"), ("vector", "vectors"), ("words", "words as angles"),
-                       ("words", "vectors as angles")):  # fmt: skip
+    }
+    for one, other in (
+        ("vector", "words as vectors"),
+        ("vector", "vectors"),
+        ("words", "words as angles"),
+        ("words", "vectors as angles"),
+    ):
         assert q[one] == pytest.approx(q[other], abs=1e-9)
     assert np.abs(q["vector"] - q["words"])[:, 3].max() > 0.1
 
@@ -344,7 +356,9 @@ def contour_of(text, **wanted):
 
 @pytest.mark.parametrize("step, digits", [(0.2, 8), (1.0, 5), (3.0, 5)])
 def test_vector_steps_take_no_longer_than_their_words(step, digits):
-    """They are blended as straight segments; between great circles the same path took up to two and a half times as long."""
+    """They are blended as straight segments; between great circles the same path took up to two and a half times as
+    long.
+    """
     vectors, words = (text.replace(b"F3000", b"F9000") for text in swept(step, 200, digits=digits)[:2])
     contour = contour_of(vectors)
     assert (contour.path.circle[1:] >= 0).all()
@@ -434,7 +448,9 @@ def test_a_turn_in_place_keeps_its_great_circle():
 
 
 def test_a_swing_that_turns_back_uses_the_axis_tolerance():
-    """0.05 degrees are more, in mm of metric length, than 0.01 mm: rows are then not where the nearest pose by length is."""
+    """0.05 degrees are more, in mm of metric length, than 0.01 mm: rows are then not where the nearest pose by length
+    is.
+    """
     points = [
         "X0.0380 Y-0.1117 Z49.9943 I-0.000005 J0.017909 K0.999840",
         "X0.0760 Y-0.2233 Z50.0234 I-0.000009 J0.017431 K0.999848",
@@ -460,7 +476,9 @@ NEAR_POLE = {
 @pytest.mark.parametrize("name", MACHINES)
 @pytest.mark.parametrize("where", NEAR_POLE)
 def test_vectors_beside_the_pole_are_passed_and_verified(name, where):
-    """C turns far while the tool axis hardly moves: that is no other branch, and does not slow down what comes after it."""
+    """C turns far while the tool axis hardly moves: that is no other branch, and does not slow down what comes after
+    it.
+    """
     mode, body = NEAR_POLE[where]
     head = f"G21 G90 G94 G17 {mode}\nG43.5 H1 G0 X0 Y0 Z0 I0 J0 K1\nF3000\nG1 "
     result = convert(f"{head}{body}\nM2\n".encode(), MACHINES[name], options())

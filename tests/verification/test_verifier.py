@@ -46,9 +46,13 @@ def made(source: bytes, options: Options = OPTIONS) -> Table:
 
 
 def verify_rows(
-    source: bytes, values: np.ndarray, line: np.ndarray, options: Options = OPTIONS, block: int = WHOLE,
+    source: bytes,
+    values: np.ndarray,
+    line: np.ndarray,
+    options: Options = OPTIONS,
+    block: int = WHOLE,
     fmt: SetpointFormat | None = None,
-) -> Verification:  # fmt: skip
+) -> Verification:
     """The verdict on rows that are fed in blocks."""
     asked = assemble(source, MACHINE, options)
     fmt = fmt or choose_setpoint_format(MACHINE, asked.cycle, options.decimals, accept_rounding=True)
