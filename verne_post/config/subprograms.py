@@ -89,9 +89,10 @@ def _find_called(text: Text, known: dict[str, Path]) -> list[str]:
     for found in _NUMBERED.finditer(text):
         number = int(next(group for group in found.groups() if group is not None)) % 10_000_000
         names += [
-            f"{form}{value}"
-            for value in (number, f"{number:04d}", number % 10_000, f"{number % 10_000:04d}")
-            for form in ("", "o")
+            f"{letter}{form}"
+            for letter in ("", "o")
+            for value in (number, number % 10_000)
+            for form in (f"{value}", f"{value:04d}", f"{value:05d}")
         ]
     return names
 

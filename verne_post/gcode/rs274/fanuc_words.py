@@ -49,7 +49,7 @@ class FanucWords:
         return any(letter == "M" and number in (97, 98, 99) for letter, number, _column in block.codes)
 
     def convert_repeats(self, block: Block, codes: set[int]) -> None:
-        """K of cycles is L; M98 P with more than four digits has the repeats before the number."""
+        """K of cycles is L."""
         words, columns = block.words, block.columns
         if "K" in words and "I" not in words and self.has_cycle(block, codes):
             if "L" in words:
@@ -57,10 +57,6 @@ class FanucWords:
                     "VP003", "K and L in one block: both would be the repeats of the cycle", columns["K"]
                 )
             words["L"], columns["L"] = words.pop("K"), columns.pop("K")
-        if any(letter == "M" and number == 98 for letter, number, _column in block.codes) and "P" in words:
-            number = read_whole(block, "P")
-            if number > 9999 and "L" not in words:
-                words["P"], words["L"], columns["L"] = float(number % 10000), float(number // 10000), columns["P"]
 
     def convert_length(self, block: Block, codes: set[int]) -> None:
         """H alone is another length where G43 holds, and none before it; H0 without G43 has no effect."""

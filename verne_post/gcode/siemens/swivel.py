@@ -109,7 +109,8 @@ class Swivel:
         if kind not in (1, 2, 4):
             raise given.error(
                 "VP002",
-                f"_FR {kind} is not executed; 0, 1 (Z), 2 (Z, then X Y), 4 (along the tool) and 5 (along it by _FR_I) are",
+                f"_FR {kind} is not executed; 0, 1 (Z), 2 (Z, then X Y), 4 (along the tool) and 5 (along it by "
+                "_FR_I) are",
                 "_FR",
             )
         if kind == 4 and to.setup.coordinates.head:
