@@ -1,8 +1,8 @@
 """Exported kinematics of random machines, C against Python.
 
 ``python -m tests.output.random_components [COUNT] [SEED]``. A machine is verne, linear_delta or serial. All lengths of
-its module are up to 3 % off, pivot, zero and nose stand somewhere else, and the senses of A and C are drawn. Every second
-verne has 58 deviations as built. Each is compiled, and solves 2,000 random poses both ways, with both solvers.
+its module are up to 3 % off, pivot, zero and nose stand somewhere else, and the senses of A and C are drawn. Every
+second verne has 58 deviations as built. Each is compiled, and solves 2,000 random poses both ways, with both solvers.
 """
 
 import random
