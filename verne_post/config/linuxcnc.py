@@ -14,6 +14,7 @@ from msgspec import Struct
 from verne_post.base.printable import escape_unprinted
 from verne_post.config.toml_text import (
     ImportedMachine,
+    convert_speeds,
     list_jerkless,
     quote,
     show_list,
@@ -456,18 +457,9 @@ def _write_strut(ini: IniFile, number: int, unit: float) -> str:
 
 
 def _read_speeds(ini: IniFile, section: str, name: str, scale: float) -> dict[str, float | None]:
-    """velocity, acceleration and jerk of a joint; None for a jerk that is missing."""
-    speeds = dict[str, float | None]()
-    for key, kind in (("MAX_VELOCITY", "velocity"), ("MAX_ACCELERATION", "acceleration"), ("MAX_JERK", "jerk")):
-        value = ini.read_number(section, key)
-        if (value is None and kind != "jerk") or (value is not None and value <= 0):
-            raise _refuse(
-                ini.name,
-                f"[{section}]{key} of {name} is {'missing' if value is None else f'{value:g}'}; expected a number "
-                "above 0",
-            )
-        speeds[kind] = None if value is None else scale * value
-    return speeds
+    keys = {"velocity": "MAX_VELOCITY", "acceleration": "MAX_ACCELERATION", "jerk": "MAX_JERK"}
+    given = {kind: (f"[{section}]{key}", ini.read_number(section, key), scale) for kind, key in keys.items()}
+    return convert_speeds(ini.name, name, given)
 
 
 def _write_joint(ini: IniFile, letter: str, number: int, unit: float, rotary: str = "") -> str:

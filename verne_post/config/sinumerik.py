@@ -24,6 +24,7 @@ from verne_post.base.arrays import Array
 from verne_post.base.printable import escape_unprinted
 from verne_post.config.toml_text import (
     ImportedMachine,
+    convert_speeds,
     list_jerkless,
     quote,
     show_list,
@@ -415,19 +416,14 @@ def _write_joint(data: MachineData, axis: Axis, geometry: str, *, rotary: bool) 
             f"$MA_POS_LIMIT_MINUS and _PLUS of {letter} do not bound its travel: expected both, the smaller first",
         )
     scale = _DEG_PER_TURN if rotary else _MM_PER_M
-    speeds = dict[str, float | None]()
-    for name, key, factor in (
-        ("MAX_AX_VELO", "velocity", (_DEG_PER_TURN if rotary else 1.0) / _S_PER_MIN),  # of turns or mm per minute
-        ("MAX_AX_ACCEL", "acceleration", scale),
-        ("MAX_AX_JERK", "jerk", scale),
-    ):
-        value = find(name)
-        if (value is None and key != "jerk") or (value is not None and value <= 0):
-            raise _refuse(
-                data.name,
-                f"$MA_{name} of {letter} is {'missing' if value is None else f'{value:g}'}: expected a number above 0",
-            )
-        speeds[key] = None if value is None else factor * value
+    keys = {
+        "velocity": ("MAX_AX_VELO", (_DEG_PER_TURN if rotary else 1.0) / _S_PER_MIN),  # of turns or mm per minute
+        "acceleration": ("MAX_AX_ACCEL", scale),
+        "jerk": ("MAX_AX_JERK", scale),
+    }
+    speeds = convert_speeds(
+        data.name, letter, {kind: (f"$MA_{key}", find(key), factor) for kind, (key, factor) in keys.items()}
+    )
     travel = "" if endless else f"travel_{'deg' if rotary else 'mm'} = {show_list([low or 0.0, high or 0.0])}"
     return write_joint(axis.letter, geometry, travel, speeds)
 

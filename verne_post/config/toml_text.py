@@ -10,7 +10,7 @@ from msgspec import Struct
 from verne_post.base.numbers import format_fixed
 from verne_post.base.printable import escape_unprinted
 from verne_post.base.text_marks import UTF16, decode_text, is_utf16
-from verne_post.model.findings import Finding
+from verne_post.model.findings import Finding, InputError, make_finding
 
 
 def read_toml(raw: bytes) -> dict[str, Any]:
@@ -65,6 +65,26 @@ def write_joint(name: str, geometry: str, travel: str, speeds: Mapping[str, floa
     """[joints.NAME]: lines of its geometry, the line of its travel or "", and the speeds that there are."""
     given = [f"{key} = {show_number(value)}" for key, value in speeds.items() if value is not None]
     return "\n".join([f"[joints.{name}]", *(line for line in (geometry, travel) if line), *given, ""])
+
+
+def convert_speeds(
+    file: str, joint: str, given: Mapping[str, tuple[str, float | None, float]]
+) -> dict[str, float | None]:
+    """Speeds of a joint of a control's file, in the units of the machine file; only jerk may be missing, as None.
+
+    ``given`` has for velocity, acceleration and jerk the key of the control, its value, and a factor.
+
+    Raises
+    ------
+    InputError
+        VP507: a value is missing, or not above 0.
+    """
+    for kind, (key, value, _factor) in given.items():
+        if (value is None and kind != "jerk") or (value is not None and value <= 0):
+            found = "missing" if value is None else f"{value:g}"
+            text = f"{file}: {key} of {joint} is {found}; expected a number above 0"
+            raise InputError(make_finding("VP507", text))
+    return {kind: None if value is None else factor * value for kind, (_key, value, factor) in given.items()}
 
 
 def list_jerkless(joints: Sequence[str]) -> str:

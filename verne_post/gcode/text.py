@@ -9,7 +9,6 @@ from typing import ClassVar, Final
 
 import numpy as np
 from msgspec import Struct, field
-from numpy.typing import NDArray
 
 from verne_post.base.arrays import Ints
 from verne_post.base.long_text import Text
@@ -71,15 +70,15 @@ class Chunk(Struct, frozen=True, dict=True):
         return self.first_line + len(self.lines.plain)
 
     @cached_property
-    def _ends(self) -> NDArray[np.intp]:
+    def _ends(self) -> list[int]:
         """Where each line ends, without its line end."""
-        ends = np.flatnonzero(np.frombuffer(self.text, dtype=np.uint8) == ord("\n"))
-        return ends if self.text.endswith(b"\n") else np.append(ends, len(self.text))
+        ends = np.flatnonzero(np.frombuffer(self.text, dtype=np.uint8) == ord("\n")).tolist()
+        return ends if self.text.endswith(b"\n") else [*ends, len(self.text)]
 
     def read_raw(self, row: int) -> bytes:
         """A line itself, counted from 0."""
         ends = self._ends
-        return self.text[int(ends[row - 1]) + 1 if row else 0 : int(ends[row])]
+        return self.text[ends[row - 1] + 1 if row else 0 : ends[row]]
 
     @cached_property
     def _starts(self) -> list[int]:

@@ -195,7 +195,12 @@ class FanucInterpreter(Rs274):
         if ("O" in text or "o" in text) and (number := end_of_number(text)):
             text = " " * number + text[number:]
         self._text = text
-        if _MACRO.match(text) and (statement := read_statement(text, self.parameters)) is not None:
+        begins_with_word = text[1:2].isdigit() and text[:1] not in "Nn(/"  # as most lines do, and no statement
+        if (
+            not begins_with_word
+            and _MACRO.match(text)
+            and (statement := read_statement(text, self.parameters)) is not None
+        ):
             return Block(line, macro=statement)
         self.parameters.passed_word = ""
         corner = None
