@@ -1,8 +1,8 @@
 """Random beginnings and ends of programs against a judge, in four dialects: where each axis starts, and where it goes.
 
-``python -m tests.gcode.test_random_heads 10000 [SEED]``. A head has places of the machine, work systems, the tool and its
-length in any order; moves of the part follow, some of them incremental. The judge keeps five machine coordinates: an axis
-stands from the beginning where its own first naming puts it. Every third seed draws an end behind tool axes in place of it:
+``python -m tests.gcode.test_random_heads 10000 [SEED]``. A head has places of the machine, work systems, the tool and
+its length in any order; moves of the part follow, some of them incremental. The judge keeps machine coordinates: an axis
+stands from the beginning where its own first naming puts it. Every third seed draws an end behind tool axes in its place:
 the axes that a block names go there, all others stay to the last digit.
 """
 
