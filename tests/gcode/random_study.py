@@ -4,6 +4,7 @@ import sys
 import time
 from collections import Counter
 from collections.abc import Callable
+from contextlib import suppress
 
 
 def study(try_one: Callable[[int], str], default: int = 10_000) -> int:
@@ -16,13 +17,14 @@ def study(try_one: Callable[[int], str], default: int = 10_000) -> int:
     given = [int(word) for word in sys.argv[1:]]
     count, first = (given + [default, 0][len(given) :])[:2]
     ended, begun = Counter[str](), time.perf_counter()
-    for seed in range(first, first + count):
-        try:
-            ended[try_one(seed)] += 1
-        except AssertionError as error:
-            ended["WRONG"] += 1
-            sys.stdout.write(f"seed {seed}: {str(error)[:3000]}\n")
-            sys.stdout.flush()
+    with suppress(KeyboardInterrupt):  # what ran until then is told
+        for seed in range(first, first + count):
+            try:
+                ended[try_one(seed)] += 1
+            except AssertionError as error:
+                ended["WRONG"] += 1
+                sys.stdout.write(f"seed {seed}: {str(error)[:3000]}\n")
+                sys.stdout.flush()
     words = ", ".join(f"{number} {word}" for word, number in ended.most_common())
-    sys.stdout.write(f"{count} programs from {first} on: {words}; {time.perf_counter() - begun:.0f} s\n")
+    sys.stdout.write(f"{ended.total()} programs from {first} on: {words}; {time.perf_counter() - begun:.0f} s\n")
     return int(ended["WRONG"] > 0)
