@@ -20,9 +20,18 @@ from verne_post.cli.arithmetic import choose_kernels
 REQUEST = 1 << 16
 #: What commands load when they begin; what else one needs it loads itself.
 LOADED = (
-    "cli.main", "cli.convert", "cli.check", "cli.verify", "app.convert", "app.plan", "config.load", "kinematics.five_axis",
-    "kinematics.modules.verne.module", "trajectory.continuous", "trajectory.repair",
-)  # fmt: skip
+    "cli.main",
+    "cli.convert",
+    "cli.check",
+    "cli.verify",
+    "app.convert",
+    "app.plan",
+    "config.load",
+    "kinematics.five_axis",
+    "kinematics.modules.verne.module",
+    "trajectory.continuous",
+    "trajectory.repair",
+)
 
 
 class ForkServer:

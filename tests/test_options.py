@@ -205,7 +205,7 @@ def numbered(value: Any) -> Any:
 def remapped(value: Any) -> Any:
     if not isinstance(value, dict):
         return REFUSED
-    free = {"M428", "G68.3", "M3"}  # M3 means something already: refused where the program is read
+    free = {"M428", "G68.3", "M3", "XYZ"}  # M3 means something already: refused where the program is read
     good = all(
         code in free and type(meaning) is str and meaning in ("tcp on", "tcp off", "ignore", "event")
         for code, meaning in value.items()
@@ -690,7 +690,7 @@ def test_wrong_arguments_raise_the_documented_error(call: Callable[..., Any], ma
 
 
 def test_a_code_with_a_meaning_is_given_no_other(machine: vp.Machine) -> None:
-    with pytest.raises(vp.UsageError, match="remap: M3: this code has a meaning"):
+    with pytest.raises(vp.UsageError, match="remap: M3: it has a meaning"):
         vp.check(PROGRAM, machine, vp.Options(remap={"M3": "ignore"}))
 
 

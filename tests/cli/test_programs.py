@@ -281,6 +281,10 @@ def test_each_cut_is_judged_by_what_holds_there(
     [
         ('[remap]\nM3 = "ignore"', "has a meaning of its own"),
         ('[remap]\nG1 = "event"', "has a meaning of its own"),
+        ('[remap]\nCYCLE83 = "ignore"', "has a meaning of its own"),
+        ('[remap]\nCYCLE63 = "ignore"', "has a meaning of its own"),  # refused by name
+        ('[remap]\nTRAORI = "ignore"', "has a meaning of its own"),
+        ('[remap]\nTraoof = "ignore"', "in capitals the name of a subprogram"),
         ('[remap]\nM428 = "tcp"', "remap.M428"),
         ('[remap]\nM0428 = "ignore"', "without leading zeros"),
         ('[map]\nM428 = "ignore"', "map"),

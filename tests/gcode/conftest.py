@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from verne_post.app.assemble import view_moves_plainly
-from verne_post.gcode import plain
+from verne_post.app.assemble import build_interpreter_setup, view_moves_plainly
+from verne_post.gcode import interpret_program, plain
 from verne_post.model.moves import AXES, ZERO9, MoveKind
 from verne_post.model.options import Options
 from verne_post.model.part_setup import Tool
@@ -72,3 +72,10 @@ def moves_text(view):
         return moves_as_text(moves)
 
     return run
+
+
+def list_places_on(machine, text, dialect, **options):
+    """Where the moves of a program end on a machine, as numbers and by the frames in which these count."""
+    setup = build_interpreter_setup(machine, Options(dialect=dialect, tool_length=60.0, **options))
+    moves = interpret_program(text.encode(), setup)
+    return [(end, moves.frames[frame]) for end, frame in zip(moves.end.tolist(), moves.frame.tolist(), strict=True)]

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from tests.gcode.conftest import make_tool, moves_as_text
+from tests.gcode.conftest import list_places_on, make_tool, moves_as_text
 from verne_post.model.control_keys import HeidenhainKeys, read_keys
 from verne_post.model.moves import MoveKind
 
@@ -723,3 +723,14 @@ def test_tools_and_stocks_of_zero_as_cam_systems_write_them(view):
     assert findings == ()
     assert moves.stock is None
     assert moves.frames[moves.frame[-1]].tool_length == pytest.approx(76.2)
+
+
+def test_user_codes_switch_tool_centre_point_control_as_m129_does(machine):
+    text = (
+        "BEGIN PGM P MM\nTOOL CALL 1 Z S900 F500\nL X+10 Y+5 Z+50 FMAX\nM128\nL A+30 C+40 FMAX\n{}\nL X+3 A+10 FMAX\n"
+        "{}\nL X+7 A+20 F500\nEND PGM P MM\n"
+    )
+    own = list_places_on(machine, text.format("M129", "M128"), "heidenhain")
+    remap = {"M429": "tcp off", "M428": "tcp on"}
+    assert list_places_on(machine, text.format("M429", "M428"), "heidenhain", remap=remap) == own
+    assert list_places_on(machine, text.format("", ""), "heidenhain") != own

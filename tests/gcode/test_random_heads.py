@@ -1,9 +1,9 @@
 """Random beginnings and ends of programs against a judge, in four dialects: where each axis starts, and where it goes.
 
 ``python -m tests.gcode.test_random_heads 10000 [SEED]``. A head has places of the machine, work systems, the tool and
-its length in any order; moves of the part follow, some of them incremental. The judge keeps machine coordinates: an axis
-stands from the beginning where its own first naming puts it. Every third seed draws an end behind tool axes in its place:
-the axes that a block names go there, all others stay to the last digit.
+its length in any order; moves of the part follow, some of them incremental. The judge keeps machine coordinates: an
+axis is from the beginning where its own first naming puts it. Every third seed draws an end behind tool axes in its
+place: the axes that a block names go there, all others stay to the last digit.
 """
 
 import random
@@ -31,9 +31,11 @@ ZERO: Final = 550.0
 NOISE: Final = 1e-6
 DIALECTS: Final = ("rs274", "fanuc", "siemens", "heidenhain")
 HEADS: Final = {
-    "rs274": ["G21 G90 G17 G94"], "fanuc": ["%", "O7", "G21 G90 G17 G94"], "siemens": ["G71 G90 G17"],
+    "rs274": ["G21 G90 G17 G94"],
+    "fanuc": ["%", "O7", "G21 G90 G17 G94"],
+    "siemens": ["G71 G90 G17"],
     "heidenhain": ["BEGIN PGM T MM"],
-}  # fmt: skip
+}
 ENDS: Final = {"rs274": ["M30"], "fanuc": ["M30", "%"], "siemens": ["M30"], "heidenhain": ["M30", "END PGM T MM"]}
 
 
@@ -69,9 +71,12 @@ class Writer:
             self.lines += [f"G91 G28 {' '.join(f'{axis}0' for axis in axes)}", "G90"]
         else:
             words = " ".join(f"{axis}{value:+g}" for axis, value in values.items())
-            self.lines.append({
-                "siemens": f"G0 SUPA {words}" + (" D0" if "Z" in axes else ""), "heidenhain": f"L {words} R0 FMAX M91",
-            }.get(self.dialect, f"G53 G0 {words}"))  # fmt: skip
+            self.lines.append(
+                {
+                    "siemens": f"G0 SUPA {words}" + (" D0" if "Z" in axes else ""),
+                    "heidenhain": f"L {words} R0 FMAX M91",
+                }.get(self.dialect, f"G53 G0 {words}")
+            )
         if self.dialect == "siemens" and "Z" in axes:
             self.length = 0.0
             self.stale.add(2)
@@ -215,8 +220,9 @@ def try_tail(rng: random.Random) -> str:
     for group in groups:
         words = " ".join(f"{axis}{'+0' if dialect == 'heidenhain' else '0.'}" for axis in group)
         text = {
-            "siemens": f"G0 SUPA {words}" + (" D0" if "Z" in group else ""), "heidenhain": f"L {words} R0 FMAX M91",
-        }.get(dialect, f"G53 G0 {words}")  # fmt: skip
+            "siemens": f"G0 SUPA {words}" + (" D0" if "Z" in group else ""),
+            "heidenhain": f"L {words} R0 FMAX M91",
+        }.get(dialect, f"G53 G0 {words}")
         blocks.append([text, group])
     text = "\n".join([*lines, *(block for block, _group in blocks), *ends]) + "\n"
     a_deg = rng.choice(("[-95.0, 95.0]", "[-95.0, 1.0]", "[-1.0, 95.0]"))

@@ -7,7 +7,7 @@ import re
 import numpy as np
 import pytest
 
-from tests.gcode.conftest import make_tool
+from tests.gcode.conftest import list_places_on, make_tool
 from verne_post.model.control_keys import SiemensKeys
 from verne_post.model.moves import MoveKind, PathMode
 
@@ -161,7 +161,7 @@ def test_words_have_rs274_twins(view, siemens, rs274):
     ("Z-5\nCYCLE82(10,0,1,-9)", "VP017", "below"), ("CYCLE83(10,0,1,-9,,-20)", "VP007", "first depth"),
     ("CYCLE82(1,2,3,4,5,6,7,8,9,10,11,12,13,14,15)", "VP005", "values"), ("CYCLE85(10,0,1,-5,,0)", "VP009", "FFR"),
     ("PROC X1", "VP001", "first block"), ("%", "VP001", "begins a program"),
-    ("X='HG'", "VP001", "value"), ("X=1E5", "VP002", "E is"), ("FGROUP(X", "VP001", "bracket"),
+    ("X='HG'", "VP001", "value"), ("X=1E5", "VP002", "E: no meaning"), ("FGROUP(X", "VP001", "bracket"),
     ("FGROUP(C)\nG1 X1 C9 F9", "VP002", "write G93"), ("FGROUP(A,C)", "VP002", "FGROUP(A,C)"),
     ("IF 1 GOTOF", "VP001", "value"), ("G1 X1 = 5", "VP006", "X1=5"), ("CALL \"A\"", "VP002", "CALL"),
     ("EXTCALL \"A\"", "VP023", "A.SPF"),
@@ -508,3 +508,32 @@ def test_f_of_a_group_with_rotary_axes_is_told(view, group, noted):
     moves, _findings = view(f"{group}\nG1 X1 C9 F9\n{group}\nM30\n", dialect="siemens")
     found = [(item.code, item.severity, item.line) for item in moves.findings]
     assert found == ([("VP039", "note", 1)] if noted else [])
+
+
+def test_names_of_the_builder_mean_what_the_set_up_says(view):
+    """A subprogram that only the control has: with or without values, beside the program's own words or alone."""
+    text = "G0 X1 Z9\nM202(0.0024)\nKX_CLAMP\nTRAOOF\nG0 X2\nM30"
+    named = {"M202": "ignore", "KX_CLAMP": "event", "TRAOOF": "tcp off"}
+    moves, found = view(text, dialect="siemens", remap=named)
+    assert found == ()
+    assert moves.end[:, 0].tolist() == [1.0, 2.0]
+    events = [event for event in moves.events if event.kind == "remapped"]
+    assert [(event.line, event.data["code"], event.data["meaning"]) for event in events] == [
+        (3, "KX_CLAMP", "event"),
+        (4, "TRAOOF", "tcp off"),
+    ]
+    for name, said in (("KX_CLAMP", "no meaning"), ("TRAOOF", "did you mean TRAFOOF?")):
+        (item,) = view(f"{name}\nM30", dialect="siemens")[1]
+        assert (item.code, item.line, item.settled_by, said in item.message) == ("VP002", 1, (("remap", name),), True)
+    found = view("MCALL KX_CLAMP(1)\nX5\nM30", dialect="siemens", remap=named)[1]
+    assert [(item.code, item.line, "takes one call" in item.message) for item in found] == [("VP001", 1, True)]
+
+
+def test_user_codes_switch_tool_centre_point_control_as_trafoof_does(machine):
+    """Of a name and of an M code: what follows is the same to the last digit."""
+    text = "G0 X10 Y5 Z9\nTRAORI\nG0 A30 C40\nG1 F500 X12\n{}\nG0 X3 A10\nX5 Y2\n{}\nG1 X7 A20\nM30"
+    remap = {"TRAOOF": "tcp off", "M429": "tcp off", "M428": "tcp on", "TRAON": "tcp on"}
+    own = list_places_on(machine, text.format("TRAFOOF", "TRAORI"), "siemens")
+    for off, on in (("TRAOOF", "TRAON"), ("M429", "M428")):
+        assert list_places_on(machine, text.format(off, on), "siemens", remap=remap) == own
+    assert list_places_on(machine, text.format("", ""), "siemens") != own

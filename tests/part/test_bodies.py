@@ -184,7 +184,7 @@ def test_a_shape_is_checked_against_the_tool_table():
 
 @pytest.mark.parametrize("seed", range(12))
 def test_a_form_cutter_with_hollows_is_its_drawing(seed):
-    """Profiles with corners and hollows at random: what is inside the drawn outline is inside the tool, and nothing else."""
+    """Profiles with corners and hollows at random: inside the drawn outline is inside the tool, and nothing else."""
     pick = np.random.default_rng(seed)
     heights = np.cumsum(np.append(0.0, pick.uniform(0.5, 6.0, 7)))
     profile = [(float(r), float(h)) for r, h in zip(pick.uniform(1.0, 9.0, 8).round(3), heights.round(3), strict=True)]

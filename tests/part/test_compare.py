@@ -314,7 +314,7 @@ def test_circles_about_facets_are_the_least_ones():
 
 @pytest.mark.parametrize("angle", [30.0, 60.0, 90.0, 118.0, 140.0])
 def test_the_point_of_a_drill_is_no_deeper_than_half_its_angle_says(angle):
-    """It goes 0.05 mm into a flat face, at every lean: somewhere on the face phi is as far below 0 as the limit says."""
+    """It goes 0.05 mm into a flat face, at every lean: somewhere there phi is as far below 0 as the limit says."""
     (piece,) = build_pieces((Cylinder("cutter", 8, 30, point_angle=angle),), 30.0)
     limit, depth = find_limit(piece, 0.05), 0.05
     side = np.linspace(-0.2, 0.2, 401)

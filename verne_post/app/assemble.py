@@ -23,8 +23,8 @@ from verne_post.base.team import ALONE, Team
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.read import find_state_after, interpret_until_error
 from verne_post.gcode.restart import Restart, restart_at
-from verne_post.gcode.rs274.fanuc_codes import refuse_codes_of_blocks
 from verne_post.gcode.setup import Setup, TextOptions
+from verne_post.gcode.user_meanings import refuse_known_meanings
 from verne_post.kinematics.jerk_limit import find_jerk_limit_along
 from verne_post.kinematics.joint_path import JointPath
 from verne_post.kinematics.table_travel import MachineTravel, check_travel_of
@@ -183,7 +183,7 @@ def find_modal_state(source: Text, program: Program, line: int) -> State:
 def _select_text_options(options: Options) -> dict[str, Any]:
     """What concerns the text of a program alone, by the names of :class:`~verne_post.gcode.setup.TextOptions`."""
     try:
-        refuse_codes_of_blocks(options.remap)
+        refuse_known_meanings(options.remap)
     except ValueError as error:
         raise UsageError("remap", str(error)) from None
     return {name: getattr(options, name) for name in TextOptions.__struct_fields__}

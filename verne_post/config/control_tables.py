@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Mapping
 
-from verne_post.gcode.rs274.fanuc_codes import refuse_codes_of_blocks
+from verne_post.gcode.user_meanings import refuse_known_meanings
 from verne_post.model.control_keys import KEYS, read_keys
 from verne_post.model.option_checks import check_remap
 
@@ -11,7 +11,7 @@ def find_wrong_codes(remap: Mapping[str, str]) -> Iterator[str]:
     """Why codes of [remap] cannot be given their meanings, as sentences."""
     for code, meaning in remap.items():
         try:
-            refuse_codes_of_blocks(check_remap({code: meaning}))
+            refuse_known_meanings(check_remap({code: meaning}))
         except ValueError as error:
             yield f"remap.{error}"
 

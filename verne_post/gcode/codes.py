@@ -4,7 +4,7 @@ A code that is in no group cannot be executed. docs/make_words.py makes the tabl
 dialect has another table, derived from this one (:mod:`verne_post.gcode.dialects`).
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from functools import cached_property
 from typing import Final
 
@@ -51,7 +51,10 @@ class CodeTable(Struct, frozen=True, dict=True):
 
 
 #: Why [remap] cannot give a code a meaning.
-HAS_MEANING: Final = ": this code has a meaning of its own; only codes that are not executed can be given one"
+HAS_MEANING: Final = ": it has a meaning of its own; only what is not executed can be given one"
+
+#: What gives a code or a name of the builder a meaning.
+REMAP_GIVES: Final = '[remap] of the set-up, or of verne-post.toml, can give one: "ignore" or "event"'
 
 
 def describe_remap(code: str) -> str:
@@ -62,10 +65,7 @@ def describe_remap(code: str) -> str:
 
 def make_unknown_function(code: int, column: int | None) -> ProgramError:
     """Refuse (VP002) an M code without a meaning; all of a program are one finding, which one set-up settles."""
-    text = (
-        f"M{code}: no meaning in this language; [remap] of the "
-        'set-up, or of verne-post.toml, can give one: "ignore" or "event"'
-    )
+    text = f"M{code}: no meaning in this language; {REMAP_GIVES}"
     return ProgramError("VP002", text, column, about=f"M{code}", settled_by=("remap", f"M{code}"))
 
 
@@ -196,15 +196,3 @@ RS274: Final = CodeTable(
 def spell_g_code(code: int) -> str:
     """``434`` -> ``G43.4``."""
     return f"G{code // 10}" if code % 10 == 0 else f"G{code // 10}.{code % 10}"
-
-
-def refuse_known_codes(remap: Iterable[str], *tables: CodeTable) -> None:
-    """Refuse to give codes another meaning that all of some tables execute.
-
-    Raises
-    ------
-    ValueError
-    """
-    for code in remap:
-        if all(table.is_executed(code) for table in tables):
-            raise ValueError(f"{code}{HAS_MEANING}")

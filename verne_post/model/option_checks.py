@@ -35,9 +35,9 @@ from verne_post.model.part_setup import (
 #: The largest number of a parameter; the one that holds the active work system.
 MAX_PARAMETER: Final = 5601
 ACTIVE_SYSTEM: Final = 5220
-#: A G or M code without leading zeros.
-CODE: Final = re.compile(r"G(?:0|[1-9][0-9]{0,8})(?:\.[1-9])?|M(?:0|[1-9][0-9]{0,8})")
-#: What a user-defined code may mean.
+#: A G or M code without leading zeros, or the name of a subprogram of a Siemens control.
+CODE: Final = re.compile(r"G(?:0|[1-9][0-9]{0,8})(?:\.[1-9])?|M(?:0|[1-9][0-9]{0,8})|[A-Z_]{2}[A-Z0-9_]{0,29}")
+#: What a user-defined code or name may mean.
 Meaning = Literal["tcp on", "tcp off", "ignore", "event"]
 
 
@@ -341,7 +341,10 @@ def check_remap(value: object) -> dict[str, str]:
     found = dict(check_mapping(value, "a mapping from code to meaning"))
     for code, meaning in found.items():
         if not isinstance(code, str) or CODE.fullmatch(code) is None:
-            raise ValueError(f"{code}: expected a G or M code as it is written, without leading zeros: M428, G68.3")
+            raise ValueError(
+                f"{code}: expected a G or M code as it is written, without leading zeros (M428, G68.3), "
+                "or in capitals the name of a subprogram of a Siemens control"
+            )
         if not isinstance(meaning, str) or meaning not in meanings:
             raise ValueError(f"{code}: {meaning!r}: expected one of {', '.join(meanings)}")
     return found

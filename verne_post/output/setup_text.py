@@ -62,8 +62,8 @@ def write_setup(
         ]
         lines += [f"{quote_key(name)} = {_show_place(offset)}" for name, offset in wcs.items()]
     if codes:
-        lines += ["", '[remap]  # what codes of the builder mean: "ignore", "event", "tcp on" or "tcp off"']
-        lines += [f'{code} = "{meaning or "decide"}"' for code, meaning in codes.items()]
+        lines += ["", '[remap]  # what codes and names of the builder mean: "ignore", "event", "tcp on" or "tcp off"']
+        lines += [f'{quote_key(code)} = "{meaning or "decide"}"' for code, meaning in codes.items()]
     return "\n".join([*lines, ""])
 
 

@@ -1,6 +1,6 @@
 """Auxiliary functions: spindle, coolant, override switches, signals, stops, and codes that the user defines."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Final
 
 from verne_post.gcode.codes import spell_g_code
@@ -22,6 +22,8 @@ class Auxiliary:
 
     def __init__(self, setup: Setup, state: State, recorder: Recorder) -> None:
         self.setup, self.state, self.recorder = setup, state, recorder
+        #: What a user-defined code does that switches tool-centre-point control; languages that have it set their own.
+        self.switch_tcp: Callable[[bool], None] = self._note_tcp
 
     # --- spindle -----------------------------------------------------------------------------------
 
@@ -150,13 +152,21 @@ class Auxiliary:
         meaning = self.find_user_meaning(letter, number)
         if meaning is None:
             return False
+        self.execute_meaning(at, f"{letter}{number:g}", meaning, words)
+        return True
+
+    def execute_meaning(self, at: At, code: str, meaning: str, words: Mapping[str, float]) -> None:
+        """Execute what [remap] says of a code or of a name, beside some words."""
         if meaning in ("tcp on", "tcp off"):
-            self.state.tcp_off = meaning == "tcp off"
-            self.recorder.say_tcp(True)
+            self.switch_tcp(meaning == "tcp on")
         if meaning != "ignore":
             shown_words = {key: value for key, value in words.items() if key in REMAPPED_WORDS}
-            self.recorder.record_event(at.line, "remapped", code=f"{letter}{number:g}", meaning=meaning, **shown_words)
-        return True
+            self.recorder.record_event(at.line, "remapped", code=code, meaning=meaning, **shown_words)
+
+    def _note_tcp(self, on: bool) -> None:
+        """In languages without such codes: while it is off, only moves that do not depend on it are executed."""
+        self.state.tcp_off = not on
+        self.recorder.say_tcp(True)
 
 
 def refuse_twice(groups: Mapping[str, list[int]], column: int | None, *, several: tuple[str, ...] = ()) -> None:

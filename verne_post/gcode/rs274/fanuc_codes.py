@@ -3,10 +3,10 @@
 docs/make_words.py makes the tables of docs/fanuc.md of it, with what RS274/NGC does not have or does otherwise.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from typing import Final
 
-from verne_post.gcode.codes import RS274, CodeTable, refuse_known_codes
+from verne_post.gcode.codes import RS274, CodeTable
 
 #: Codes of the control that are not in RS274/NGC: tilted plane, its axis, its end, additional work systems.
 PLANE, TO_PLANE, PLANE_OFF, ADDITIONAL = 682, 531, 690, 541
@@ -247,14 +247,3 @@ def make_table() -> CodeTable:
         },
         words_of_m={**RS274.words_of_m, 97: "PL", 99: "P"},
     )
-
-
-def refuse_codes_of_blocks(remap: Iterable[str]) -> None:
-    """Refuse new meanings of codes that both RS274/NGC and Fanuc controls execute; for others a block decides.
-
-    Raises
-    ------
-    ValueError
-    """
-    if codes := list(remap):
-        refuse_known_codes(codes, RS274, make_table())

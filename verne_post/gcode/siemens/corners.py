@@ -55,15 +55,16 @@ class SiemensCorners:
         ProgramError
             VP017: it goes on with the contour, and does something else as well.
         """
+        calls = words.calls or words.user_names
         if (
             self._queue.corner is None
             or words.is_empty
-            or (words.words.keys() <= {"RNDM"} and not (words.groups or words.m or words.calls))
+            or (words.words.keys() <= {"RNDM"} and not (words.groups or words.m or calls))
         ):
             return
         motion = words.find_code("motion") or modes.motion
         goes_on = motion in (*_CONTOUR, "CT") and not words.words.keys().isdisjoint(_IN_PLANE)
-        more = words.m or words.calls or not words.groups.keys() <= _OF_MOTION or not words.words.keys() <= _PLACES
+        more = words.m or calls or not words.groups.keys() <= _OF_MOTION or not words.words.keys() <= _PLACES
         ends = not words.words.keys().isdisjoint(_AXES) or any(number in _ENDS for number, _column in words.m)
         if goes_on and not more and motion != "CT":
             return

@@ -51,7 +51,7 @@ class Executor:
         self.setup = setup
         self.interpreter = SiemensInterpreter(setup, state, recorder)
         self.variables = Variables(SystemVariables(self.interpreter))
-        self.words = WordReader(self.variables, lambda name: False)
+        self.words = WordReader(self.variables, lambda name: False, setup.remap)
         self.drilling = Drilling(self.interpreter, self.variables)
         self.milling = SiemensMilling(self.interpreter, self.variables)
         self.swivel = Swivel(self.interpreter, self.variables)

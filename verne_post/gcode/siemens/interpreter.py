@@ -45,6 +45,7 @@ class SiemensInterpreter:
         self.frame_words = SiemensFrameWords(motion)
         self.splines = SiemensSplines(motion, self.places)
         self.auxiliary = SiemensAuxiliary(motion)
+        self.core.auxiliary.switch_tcp = self._switch_tcp
         self.has_ended = False
 
     @property
@@ -64,6 +65,8 @@ class SiemensInterpreter:
         self.motion.has_feed = False
         for name, _column in words.no_effect:
             self.recorder.record_event(words.line, "without effect", word=name)
+        for name in words.user_names:
+            self.core.auxiliary.execute_meaning(block, name, self.setup.remap[name], {})
         if words.counts_turns:
             self.recorder.note_once("VP039", f"{words.counts_turns}: {_TIP_ALONE}", words.line)
         self.splines.end_spline(words)
@@ -166,8 +169,6 @@ class SiemensInterpreter:
             tolerance = modes.ctol
         self.core.set_path_control(PathControl(PathMode.BLEND, tolerance, tolerance, modes.otol))
 
-    # --- auxiliary functions --------------------------------------------------------------------------
-
     # --- work offsets, transformation -------------------------------------------------------------------
 
     def _select_offset(self, words: Words) -> None:
@@ -184,13 +185,16 @@ class SiemensInterpreter:
         self.motion.set_chain()
 
     def _select_transformation(self, words: Words) -> None:
-        code = words.find_code("transformation")
-        if code is None or self.modes.tcp == (code == "TRAORI"):
+        if (code := words.find_code("transformation")) is not None:
+            self._switch_tcp(code == "TRAORI")
+
+    def _switch_tcp(self, on: bool) -> None:
+        if self.modes.tcp == on:
             return
-        self.core.refuse_compensation(code)
-        if code == "TRAFOOF" and self.state.tool_axis is not None and self.modes.frames.swivel.is_identity:
+        self.core.refuse_compensation("TRAORI" if on else "TRAFOOF")
+        if not on and self.state.tool_axis is not None and self.modes.frames.swivel.is_identity:
             self.settle_vector()
-        self.modes.tcp = code == "TRAORI"
+        self.modes.tcp = on
         self.motion.set_chain()
 
     def settle_vector(self) -> None:

@@ -161,7 +161,7 @@ def _is_point(words: Words) -> bool:
         set(words.words) <= _POINT_WORDS
         and words.groups.keys() <= {"motion"}
         and words.find_code("motion") in (None, "BSPLINE")
-        and not (words.m or words.calls or words.modal_call)
+        and not (words.m or words.calls or words.user_names or words.modal_call)
     )
 
 

@@ -277,6 +277,12 @@ _MANY_CYCLES: Final = re.compile(r"CYCLE[0-9]+$|E_[A-Z_]+$|F_[A-Z_]+$")
 GROUP_OF: Final[Mapping[str, str]] = {word: group for group, words in GROUPS.items() for word in words}
 
 
+def has_meaning(name: str) -> bool:
+    """Whether a word is of the language: executed, without effect, or refused."""
+    tables = (ADDRESSES, GROUP_OF, NO_EFFECT, STATEMENTS, CYCLES, VALUE_MODES, FRAME_FUNCTIONS, CONSTANTS)
+    return any(name in table for table in tables) or explain_refusal(name) is not None
+
+
 def explain_refusal(name: str) -> str | None:
     """Why a word is not executed; None where it is, or is not known."""
     if name in REFUSED_WORDS:

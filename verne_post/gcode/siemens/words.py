@@ -1,12 +1,14 @@
 """A block of a Siemens program -> its words: addresses with values, G functions, calls; variables are set here."""
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from typing import Final
 
 from msgspec import Struct, field
 
 from verne_post.base.numbers import is_count
+from verne_post.base.suggestions import suggest
+from verne_post.gcode.codes import REMAP_GIVES
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.siemens.cursor import Cursor
 from verne_post.gcode.siemens.values import Value, read_indices, read_number, read_value
@@ -21,6 +23,7 @@ from verne_post.gcode.siemens.vocabulary import (
     VALUE_MODES,
     explain_refusal,
 )
+from verne_post.model.option_checks import CODE
 
 #: Words whose values may be meant otherwise than G90 and G91 say.
 MODAL_ADDRESSES: Final = (
@@ -49,6 +52,8 @@ _CODE: Final = re.compile(r"([GML])[ \t]*([0-9]+)(?![0-9.])", re.IGNORECASE)
 #: Names of subprograms that may stand alone: a letter and a number are a word.
 _SUBPROGRAM: Final = re.compile(r"(?![A-Z][0-9]+$)[A-Z_][A-Z0-9_]+$")
 _TEXTS: Final = ("T", "T1")
+#: Where a subprogram is looked for.
+_WHERE: Final = "in the folder of the program or a --subroutine-path"
 
 
 class Word(Struct, frozen=True):
@@ -93,6 +98,7 @@ class Words(Struct):
     m: list[tuple[int, int]] = field(default_factory=list)
     calls: list[Call] = field(default_factory=list)
     no_effect: list[tuple[str, int]] = field(default_factory=list)
+    user_names: list[str] = field(default_factory=list)  # names that [remap] gives a meaning
     counts_turns: str = ""  # FGROUP that names rotary axes beside others
     modal_call: int | None = None  # column of MCALL
     used_words: set[str] = field(default_factory=set)
@@ -117,14 +123,17 @@ class Words(Struct):
     @property
     def is_empty(self) -> bool:
         """True where nothing was programmed but variables."""
-        return not (self.words or self.groups or self.m or self.calls or self.no_effect or self.modal_call)
+        names = self.calls or self.user_names or self.no_effect
+        return not (self.words or self.groups or self.m or names or self.modal_call)
 
 
 class WordReader:
-    """Reads blocks; knows the variables, and which names are subprograms."""
+    """Reads blocks; knows the variables, which names are subprograms, and which have a meaning by [remap]."""
 
-    def __init__(self, variables: Variables, is_subprogram: Callable[[str], bool]) -> None:
-        self.variables, self.is_subprogram = variables, is_subprogram
+    def __init__(
+        self, variables: Variables, is_subprogram: Callable[[str], bool], user_names: Collection[str] = ()
+    ) -> None:
+        self.variables, self.is_subprogram, self.user_names = variables, is_subprogram, user_names
 
     def read(self, cursor: Cursor, line: int) -> Words:
         """Read the rest of a line.
@@ -255,7 +264,9 @@ class WordReader:
             raise cursor.error("VP002", f"SETMS({arguments[0].text.strip()}): there is one spindle", at)
         if name == "FGROUP":
             words.counts_turns = _read_feed_group(arguments, cursor, at)
-        if name in NO_EFFECT:
+        if name in self.user_names:
+            words.user_names.append(name)
+        elif name in NO_EFFECT:
             words.no_effect.append((name, at + 1))
         elif name in ("TRAORI", "TRAFOOF"):
             if name == "TRAFOOF" or len(arguments) > 1 or arguments[0].text.strip() not in ("", "1"):
@@ -268,7 +279,7 @@ class WordReader:
         elif name in CYCLES or self.is_subprogram(name):
             words.calls.append(Call(name, arguments, at + 1))
         else:
-            raise self._make_unknown_error(name, cursor, at)
+            raise self._make_unknown_error(name, cursor, at, is_call=True)
 
     # --- a name alone, or letters with numbers ----------------------------------------------------------
 
@@ -285,6 +296,8 @@ class WordReader:
             words.no_effect.append((name, at + 1))
         elif name in GROUP_OF:
             self._add_function(words, name, cursor, at)
+        elif name in self.user_names and _SUBPROGRAM.match(name):
+            words.user_names.append(name)
         elif _SUBPROGRAM.match(name) and self.is_subprogram(name):
             words.calls.append(Call(name, None, at + 1))
         elif _LETTER_NUMBER.match(cursor.text, at) and (len(name) == 1 or name[1].isdigit()):
@@ -293,7 +306,7 @@ class WordReader:
         elif name in CYCLES:
             words.calls.append(Call(name, None, at + 1))
         else:
-            raise self._make_unknown_error(name, cursor, at)
+            raise self._make_unknown_error(name, cursor, at, is_call=_SUBPROGRAM.match(name) is not None)
 
     def _read_letter(self, cursor: Cursor, words: Words) -> None:
         """A letter and a number; another word may follow without a blank."""
@@ -317,7 +330,8 @@ class WordReader:
         assert value is not None
         self._add(words, Word(letter, sign * value, at + 1), cursor, at)
 
-    def _make_unknown_error(self, name: str, cursor: Cursor, at: int) -> ProgramError:
+    @staticmethod
+    def _make_unknown_error(name: str, cursor: Cursor, at: int, *, is_call: bool = False) -> ProgramError:
         if name in FRAME_FUNCTIONS:
             return cursor.error("VP001", f"{name}() is the value of a frame; write $P_PFRAME={name}(...)", at)
         why = explain_refusal(name)
@@ -327,11 +341,18 @@ class WordReader:
             return cursor.error("VP001", f"{name} must be the first word of its block", at)
         if name in (*ADDRESSES, *GROUP_OF, *CYCLES):
             return cursor.error("VP001", f"{name}: expected '=' or a number after it", at)
-        return cursor.error(
+        text = f"{name}: no meaning in this language, and no file {name}.SPF {_WHERE}"
+        if not is_call or CODE.fullmatch(name) is None:
+            return cursor.error("VP002", text, at)
+        near = suggest(name, GROUP_OF, CYCLES, STATEMENTS, NO_EFFECT)
+        if not near:  # of all such names one finding is made
+            text = f"{name}: no meaning in this language, and no file of that name (.SPF) {_WHERE}"
+        return ProgramError(
             "VP002",
-            f"{name} is neither a word nor a subprogram that is known here; a subprogram is in a file {name}.SPF "
-            "in the folder of the program or a --subroutine-path",
-            at,
+            f"{text}; {REMAP_GIVES}{near}",
+            at + 1,
+            about=None if near else name,
+            settled_by=("remap", name),
         )
 
 
