@@ -22,7 +22,7 @@ from verne_post.config.toml_text import (
     write_end,
     write_joint,
 )
-from verne_post.model.findings import InputError, make_finding
+from verne_post.model.findings import InputError, make_finding, make_input_error
 
 #: Reads a file that the INI names, relative to it; None where there is none.
 Read = Callable[[str], bytes | None]
@@ -130,7 +130,7 @@ class IniFile:
 
 
 def _refuse(where: str, text: str) -> InputError:
-    return InputError(make_finding("VP507", f"{where}: {text}"))
+    return make_input_error("VP507", f"{where}: {text}")
 
 
 def _parse_number(text: str, where: str, what: str) -> float:
@@ -282,7 +282,7 @@ def _find_kinematics(ini: IniFile) -> tuple[str, str]:
     if component not in _KINEMATICS:
         known = ", ".join(_KINEMATICS)
         why = _REFUSED.get(component, "no kinematics whose meaning is known here")
-        raise InputError(make_finding("VP508", f"{found[1]}: KINEMATICS = {component}: {why}; imported are {known}"))
+        raise make_input_error("VP508", f"{found[1]}: KINEMATICS = {component}: {why}; imported are {known}")
     coordinates = _KINEMATICS[component].coordinates
     for parameter in parameters:
         key, _equals, value = parameter.partition("=")
@@ -376,12 +376,10 @@ def _place_hexapod(
     the platform's origin, and program coordinates count from spindle-offset below the origin of the base.
     """
     if lengths["screw-lead"]:
-        raise InputError(
-            make_finding(
-                "VP508",
-                f"{ini.name}: {_HEXAPOD}.screw-lead = {lengths['screw-lead'] / unit:g}: struts whose value turns "
-                "with their joints (strut length correction) are not executed; expected 0",
-            )
+        raise make_input_error(
+            "VP508",
+            f"{ini.name}: {_HEXAPOD}.screw-lead = {lengths['screw-lead'] / unit:g}: struts whose value turns "
+            "with their joints (strut length correction) are not executed; expected 0",
         )
     home = _read_home(ini, unit, notes)
     shift = lengths["spindle-offset"]

@@ -32,7 +32,7 @@ from verne_post.config.toml_text import (
     write_end,
     write_joint,
 )
-from verne_post.model.findings import InputError, make_finding
+from verne_post.model.findings import InputError, make_finding, make_input_error
 
 _LINE: Final = re.compile(
     r"\s*(?:N\d+\s+)?\$(?P<name>\w+)\s*(?:\[(?P<index>[^\]]*)\])?\s*=\s*(?P<value>\"[^\"]*\"|[^\s;']+)"
@@ -188,11 +188,11 @@ def convert_sinumerik(raw: bytes, name: str) -> ImportedMachine:
 
 
 def _refuse(where: str, text: str) -> InputError:
-    return InputError(make_finding("VP507", f"{where}: {text}"))
+    return make_input_error("VP507", f"{where}: {text}")
 
 
 def _refuse_kinematics(where: str, text: str) -> InputError:
-    return InputError(make_finding("VP508", f"{where}: {text}"))
+    return make_input_error("VP508", f"{where}: {text}")
 
 
 # --- which kinematics -----------------------------------------------------------------------------------------

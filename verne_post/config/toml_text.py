@@ -10,7 +10,7 @@ from msgspec import Struct
 from verne_post.base.numbers import format_fixed
 from verne_post.base.printable import escape_unprinted
 from verne_post.base.text_marks import UTF16, decode_text, is_utf16
-from verne_post.model.findings import Finding, InputError, make_finding
+from verne_post.model.findings import Finding, make_input_error
 
 
 def read_toml(raw: bytes) -> dict[str, Any]:
@@ -83,7 +83,7 @@ def convert_speeds(
         if (value is None and kind != "jerk") or (value is not None and value <= 0):
             found = "missing" if value is None else f"{value:g}"
             text = f"{file}: {key} of {joint} is {found}; expected a number above 0"
-            raise InputError(make_finding("VP507", text))
+            raise make_input_error("VP507", text)
     return {kind: None if value is None else factor * value for kind, (_key, value, factor) in given.items()}
 
 
