@@ -20,7 +20,7 @@ import numpy as np
 from msgspec import Struct
 
 from verne_post.base.arrays import Array, Mask
-from verne_post.base.rotations import find_axis_of_angles, solve_angles_of_axis, wrap_angle
+from verne_post.base.rotations import differentiate_axis, find_axis_of_angles, solve_angles_of_axis, wrap_angle
 from verne_post.base.tolerances import POLE_SINE
 from verne_post.base.units import DEG_PER_RAD
 from verne_post.kinematics.chain.machine import MIRROR, ChainMachine, find_platform_angles
@@ -182,11 +182,8 @@ class CarriedMachine(Struct, frozen=True, eq=False):
         """Joint rates by pose rates, (..., 5, 5): rows the joints, columns tip x, y, z (mm), nominal A and C (rad)."""
         q, position, _ok = self._solve(tip, angles, tool_length)
         angles = np.broadcast_to(np.asarray(angles, dtype=float), (*q.shape[:-1], 2))
-        (sin_a, sin_c), (cos_a, cos_c) = np.moveaxis(np.sin(angles), -1, 0), np.moveaxis(np.cos(angles), -1, 0)
-        still = np.zeros_like(sin_a)
         turns = np.zeros((*q.shape[:-1], 3, 5))  # the tool axis by the pose
-        turns[..., 3] = np.stack([cos_a * sin_c, cos_a * cos_c, -sin_a], axis=-1)
-        turns[..., 4] = np.stack([sin_a * cos_c, -sin_a * sin_c, still], axis=-1)
+        turns[..., 3:] = differentiate_axis(angles)
         moves = (np.asarray(tool_length, dtype=float) + self.nose)[..., None, None] * turns  # W by the pose
         moves[..., :3] += np.eye(3)
         away = position - np.array(self.leg.base)
@@ -200,12 +197,13 @@ class CarriedMachine(Struct, frozen=True, eq=False):
         back = np.swapaxes(self._find_turn(position), -1, -2)
         seen = back @ (turns - np.cross(spin, axis[..., None], axis=-2))
         own = self.nominal_chain.pair.find_angles(q[..., 3:])
-        (sin_a, sin_c), (cos_a, cos_c) = np.moveaxis(np.sin(own), -1, 0), np.moveaxis(np.cos(own), -1, 0)
+        sin_a, sin_c, cos_c = np.sin(own[..., 0]), np.sin(own[..., 1]), np.cos(own[..., 1])
         rates = np.empty((*q.shape[:-1], 5, 5))
         rates[..., :3, :] = self.leg.find_rates(position) @ carried
-        rates[..., 3, :] = (np.stack([cos_a * sin_c, cos_a * cos_c, -sin_a], -1)[..., None, :] @ seen)[..., 0, :]
+        rates[..., 3, :] = (differentiate_axis(own)[..., None, :, 0] @ seen)[..., 0, :]
+        level = np.stack([cos_c, -sin_c, np.zeros_like(sin_a)], -1)  # along which the axis goes while C turns
         with np.errstate(divide="ignore", invalid="ignore"):
-            rates[..., 4, :] = (np.stack([cos_c, -sin_c, still], -1)[..., None, :] @ seen)[..., 0, :] / sin_a[..., None]
+            rates[..., 4, :] = (level[..., None, :] @ seen)[..., 0, :] / sin_a[..., None]
         return rates
 
     # --- bodies and pictures: z down, the part stands still -------------------------------------------------

@@ -22,7 +22,7 @@ import numpy as np
 from msgspec import Struct
 
 from verne_post.base.arrays import Array, Mask
-from verne_post.base.rotations import find_axis_of_angles, solve_angles_of_axis
+from verne_post.base.rotations import differentiate_axis, find_axis_of_angles, solve_angles_of_axis
 from verne_post.base.units import DEG_PER_RAD
 from verne_post.kinematics.chain.carried import choose_turn, find_nominal_turn
 from verne_post.kinematics.chain.machine import MIRROR, ChainMachine, find_platform_angles
@@ -183,10 +183,8 @@ class HexapodMachine(Struct, frozen=True, dict=True, eq=False):
         """Joint rates by pose rates, (..., 8, 5): rows the joints, columns tip x, y, z (mm), nominal A and C (rad)."""
         q, position, turn, _ok = self._solve(tip, angles, tool_length)
         angles = np.broadcast_to(np.asarray(angles, dtype=float), (*q.shape[:-1], 2))
-        (sin_a, sin_c), (cos_a, cos_c) = np.moveaxis(np.sin(angles), -1, 0), np.moveaxis(np.cos(angles), -1, 0)
         turns = np.zeros((*q.shape[:-1], 3, 5))  # the tool axis by the pose
-        turns[..., 3] = np.stack([cos_a * sin_c, cos_a * cos_c, -sin_a], axis=-1)
-        turns[..., 4] = np.stack([sin_a * cos_c, -sin_a * sin_c, np.zeros_like(sin_a)], axis=-1)
+        turns[..., 3:] = differentiate_axis(angles)
         moves = np.asarray(tool_length, dtype=float)[..., None, None] * turns  # G by the pose
         moves[..., :3] += np.eye(3)
         turns, moves = self.to_polar.T @ turns, self.to_polar.T @ moves
