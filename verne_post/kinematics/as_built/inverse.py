@@ -115,6 +115,13 @@ def solve_platform(
     return _close_rods(geometry, pose, rotation, done, side)
 
 
+def make_tilts(alpha: Array) -> Array:
+    """Rotations (3, 3, n) about x by tilts (n,)."""
+    c, s = np.cos(alpha), np.sin(alpha)
+    one, zero = np.ones_like(c), np.zeros_like(c)
+    return np.array([[one, zero, zero], [zero, c, -s], [zero, s, c]])
+
+
 def turn_rotation(rotation: Array, turn: Array) -> Array:
     """Rotations (3, 3, n) followed by small turns (3, n): exactly orthogonal (Cayley), true up to third order."""
     half = 0.5 * turn

@@ -23,10 +23,10 @@ from verne_post.base.arrays import Array, Mask
 from verne_post.base.rotations import differentiate_axis, find_axis_of_angles, solve_angles_of_axis, wrap_angle
 from verne_post.base.tolerances import POLE_SINE
 from verne_post.base.units import DEG_PER_RAD
-from verne_post.kinematics.chain.machine import MIRROR, ChainMachine, find_platform_angles
+from verne_post.kinematics.chain.machine import MIRROR, ChainMachine
 from verne_post.kinematics.five_axis import check_pose_vectors, convert_axis_to_angles
 from verne_post.kinematics.modules.central_leg import CentralLeg
-from verne_post.model.poses import Platform
+from verne_post.model.poses import Platform, find_platform_angles
 from verne_post.model.protocols import Margin, WholeSolution
 
 #: The tilting joint of the wrist may come so near to its pole, degrees; the other then turns up to 115 times as fast.

@@ -25,10 +25,10 @@ from verne_post.base.arrays import Array, Mask
 from verne_post.base.rotations import differentiate_axis, find_axis_of_angles, solve_angles_of_axis
 from verne_post.base.units import DEG_PER_RAD
 from verne_post.kinematics.chain.carried import choose_turn, find_nominal_turn
-from verne_post.kinematics.chain.machine import MIRROR, ChainMachine, find_platform_angles
+from verne_post.kinematics.chain.machine import MIRROR, ChainMachine
 from verne_post.kinematics.five_axis import check_pose_vectors, convert_axis_to_angles
 from verne_post.kinematics.modules.six_legs import SixLegs, turn_by
-from verne_post.model.poses import Platform
+from verne_post.model.poses import Platform, find_platform_angles
 from verne_post.model.protocols import Margin, WholeSolution
 
 

@@ -26,7 +26,7 @@ from verne_post.base.rotations import (
 from verne_post.base.units import DEG_PER_RAD
 from verne_post.kinematics.chain.pair import PolarPair
 from verne_post.kinematics.five_axis import check_pose_vectors, convert_axis_to_angles
-from verne_post.model.poses import Platform
+from verne_post.model.poses import Platform, find_platform_angles
 from verne_post.model.protocols import Margin, WholeSolution
 
 #: The base frame of pictures and bodies has z down, as that of the parallel modules.
@@ -276,13 +276,3 @@ class ChainMachine(Struct, frozen=True, eq=False):
     def sketch(self, q: Array, platform: Platform) -> Array:
         """No rods: (n, 0, 2, 3)."""
         return np.empty((len(q), 0, 2, 3))
-
-
-def find_platform_angles(x: Array, y: Array, z: Array) -> Array:
-    """alpha, beta, gamma (..., 3) of a platform with unit vectors x, y, z (..., 3) in the base frame."""
-    angles = (
-        np.arctan2(-z[..., 1], z[..., 2]),
-        np.arcsin(np.clip(z[..., 0], -1.0, 1.0)),
-        np.arctan2(-y[..., 0], x[..., 0]),
-    )
-    return np.stack(angles, axis=-1)
