@@ -28,7 +28,7 @@ from verne_post.kinematics.as_built.forward import (
     solve_rods,
 )
 from verne_post.kinematics.as_built.geometry import LEG, MIRROR, AsBuiltGeometry, NominalTable, place_parts
-from verne_post.kinematics.five_axis import HybridMachine, check_pose_vectors, convert_axis_to_angles
+from verne_post.kinematics.five_axis import HybridMachine, check_vectors, convert_axis_to_angles
 from verne_post.kinematics.modules.verne.geometry import VerneGeometry
 from verne_post.model.deviations import Deviations, RodPlaces
 from verne_post.model.poses import Platform, find_platform_angles
@@ -187,7 +187,7 @@ class AsBuiltMachine(Struct, frozen=True, eq=False, dict=True):
 
     def inverse_all(self, tip: Array, axis: Array, tool_length: float) -> list[WholeSolution]:
         """The solutions that continue those of the nominal machine, with the true parts; C as in :meth:`solve`."""
-        tip = check_pose_vectors(tip, "tip")
+        tip = check_vectors(tip, "tip")
         solutions = []
         for one in self.nominal_machine.inverse_all(tip, axis, tool_length):
             angles = np.array(one.angles)[:, None]
@@ -250,9 +250,7 @@ class AsBuiltMachine(Struct, frozen=True, eq=False, dict=True):
 
     def forward(self, q: Array, tool_length: Array | float) -> tuple[Array, Array, Mask]:
         """Tip, tool axis and ok of joint values; see :meth:`Machine.forward`."""
-        q = np.asarray(q, dtype=float)
-        if q.ndim == 0 or q.shape[-1] != 5:
-            raise ValueError(f"q must have shape (..., 5), got {q.shape}")
+        q = check_vectors(q, "q", 5)
         tip, _angles, axis, ok = self.measure(q, tool_length)
         return tip, axis, ok
 

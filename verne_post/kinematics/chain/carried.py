@@ -24,7 +24,7 @@ from verne_post.base.rotations import differentiate_axis, find_axis_of_angles, s
 from verne_post.base.tolerances import POLE_SINE
 from verne_post.base.units import DEG_PER_RAD
 from verne_post.kinematics.chain.machine import MIRROR, ChainMachine
-from verne_post.kinematics.five_axis import check_pose_vectors, convert_axis_to_angles
+from verne_post.kinematics.five_axis import check_vectors, convert_axis_to_angles
 from verne_post.kinematics.modules.central_leg import CentralLeg
 from verne_post.model.poses import Platform, find_platform_angles
 from verne_post.model.protocols import Margin, WholeSolution
@@ -120,7 +120,7 @@ class CarriedMachine(Struct, frozen=True, eq=False):
 
     def inverse_all(self, tip: Array, axis: Array, tool_length: float) -> list[WholeSolution]:
         """Both solutions of a pose (3,), (3,) in the polar frame: the wrist on either side; first, the used one."""
-        tip, axis = check_pose_vectors(tip, "tip"), check_pose_vectors(axis, "axis")
+        tip, axis = check_vectors(tip, "tip"), check_vectors(axis, "axis")
         tilt, turn = (float(angle) for angle in solve_angles_of_axis(axis))
         q, _position, ok = self._solve(tip, np.array([tilt, turn]), tool_length)
         if not ok:
@@ -164,16 +164,14 @@ class CarriedMachine(Struct, frozen=True, eq=False):
     def inverse(self, tip: Array, axis: Array, tool_length: Array | float) -> tuple[Array, Mask]:
         """Joint values of a pose in the part frame; see :meth:`Machine.inverse`."""
         directions = self.nominal_chain.pair.directions
-        tip, axis = (check_pose_vectors(*one) @ directions.T for one in ((tip, "tip"), (axis, "axis")))
+        tip, axis = (check_vectors(*one) @ directions.T for one in ((tip, "tip"), (axis, "axis")))
         q, _position, ok = self._solve(*convert_axis_to_angles(tip, axis, tool_length), tool_length)
         return q, ok
 
     @np.errstate(all="ignore")
     def forward(self, q: Array, tool_length: Array | float) -> tuple[Array, Array, Mask]:
         """Tip and tool axis in the part frame, and ok; see :meth:`Machine.forward`."""
-        q = np.asarray(q, dtype=float)
-        if q.ndim == 0 or q.shape[-1] != 5:
-            raise ValueError(f"q must have shape (..., 5), got {q.shape}")
+        q = check_vectors(q, "q", 5)
         tip, _angles, axis, ok = self.measure(q, tool_length)
         directions = self.nominal_chain.pair.directions
         return tip @ directions, axis @ directions, ok

@@ -26,7 +26,7 @@ from verne_post.base.rotations import differentiate_axis, find_axis_of_angles, s
 from verne_post.base.units import DEG_PER_RAD
 from verne_post.kinematics.chain.carried import choose_turn, find_nominal_turn
 from verne_post.kinematics.chain.machine import MIRROR, ChainMachine
-from verne_post.kinematics.five_axis import check_pose_vectors, convert_axis_to_angles
+from verne_post.kinematics.five_axis import check_vectors, convert_axis_to_angles
 from verne_post.kinematics.modules.six_legs import SixLegs, turn_by
 from verne_post.model.poses import Platform, find_platform_angles
 from verne_post.model.protocols import Margin, WholeSolution
@@ -134,7 +134,7 @@ class HexapodMachine(Struct, frozen=True, dict=True, eq=False):
 
     def inverse_all(self, tip: Array, axis: Array, tool_length: float) -> list[WholeSolution]:
         """The used solution of a pose (3,), (3,) in the polar frame; turns about the tool axis are no solutions."""
-        tip, axis = check_pose_vectors(tip, "tip"), check_pose_vectors(axis, "axis")
+        tip, axis = check_vectors(tip, "tip"), check_vectors(axis, "axis")
         tilt, turn = (float(angle) for angle in solve_angles_of_axis(axis))
         q, _position, _turn, ok = self._solve(tip, np.array([tilt, turn]), tool_length)
         return [WholeSolution(tuple(q.tolist()), (tilt, turn), 0.0, (), False, None)] if ok else []
@@ -143,7 +143,7 @@ class HexapodMachine(Struct, frozen=True, dict=True, eq=False):
     def inverse(self, tip: Array, axis: Array, tool_length: Array | float) -> tuple[Array, Mask]:
         """Joint values of a pose in the part frame; see :meth:`Machine.inverse`."""
         directions = self.nominal_chain.pair.directions
-        tip, axis = (check_pose_vectors(*one) @ directions.T for one in ((tip, "tip"), (axis, "axis")))
+        tip, axis = (check_vectors(*one) @ directions.T for one in ((tip, "tip"), (axis, "axis")))
         q, _position, _turn, ok = self._solve(*convert_axis_to_angles(tip, axis, tool_length), tool_length)
         return q, ok
 
