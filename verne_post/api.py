@@ -28,7 +28,7 @@ from verne_post.base.text_marks import strip_mark
 from verne_post.config import load_machine
 from verne_post.config.setup_values import Setup, lay_over_setup
 from verne_post.config.subprograms import collect_subprograms
-from verne_post.model.findings import InputError, UsageError, make_finding
+from verne_post.model.findings import InputError, UsageError, make_input_error
 from verne_post.model.machine import Machine
 from verne_post.model.option_checks import check_ranges
 from verne_post.model.options import Options
@@ -259,7 +259,7 @@ def machined(
     shown_rows, blocks = _read_setpoints(setpoints, _decode_setpoints(setpoints), program)
     rows = list(blocks)
     if not rows:
-        raise InputError(make_finding("VP020", "the setpoint file has no rows"))
+        raise make_input_error("VP020", "the setpoint file has no rows")
     factor = np.array([column.factor for column in program.machine.columns])
     q, line = np.concatenate([one.values for one in rows]) / factor, np.concatenate([one.line for one in rows])
     bodies: list[Body] = []

@@ -62,7 +62,7 @@ def test_a_reading_off_by_a_millimetre_is_found(model, draw_poses, read_tools, t
         readings = read_tools(draw_poses(40, seed), true_machine(seed), seed)
         tip = np.array(readings.tip)
         tip[row, axis] += 1.0
-        measurement = Measurement(model, readings.replace_tips(tip))
+        measurement = Measurement(model, replace(readings, tip=tip))
         found, kept, bad = fit_robustly(measurement, PRIOR)
         assert np.flatnonzero(~kept).tolist() == [row] == [one.block for one in bad]
         assert bad[0].off[axis] == pytest.approx(1.0, abs=0.05)  # from what the others predict
@@ -74,7 +74,7 @@ def test_several_bad_readings_are_found_even_where_one_hides_another(model, draw
     readings = read_tools(draw_poses(60, 8), true_machine(8), 8)
     tip = np.array(readings.tip)
     tip[[5, 20, 41]] += [[1.0, 0.0, 0.0], [0.0, 0.03, -0.02], [0.0, -0.4, 0.0]]
-    kept = fit_robustly(Measurement(model, readings.replace_tips(tip)), PRIOR)[1]
+    kept = fit_robustly(Measurement(model, replace(readings, tip=tip)), PRIOR)[1]
     assert np.flatnonzero(~kept).tolist() == [5, 20, 41]
 
 
@@ -99,7 +99,7 @@ def test_a_typing_error_of_metres_is_found_before_it_misleads(model, draw_poses,
 
 def test_readings_that_are_all_in_other_units_are_told(model, draw_poses, read_tools, true_machine):
     readings = read_tools(draw_poses(40, 6), true_machine(6), 6)
-    inches = Measurement(model, readings.replace_tips(readings.tip / 25.4))
+    inches = Measurement(model, replace(readings, tip=readings.tip / 25.4))
     with pytest.raises(ArithmeticError, match="40 of 40 readings are farther off than any machine"):
         fit_robustly(inches, PRIOR)
 
@@ -168,7 +168,7 @@ def test_a_coordinate_that_was_not_measured_is_none(model, draw_poses, read_tool
     readings = read_tools(poses, true, 4)
     tip = np.array(readings.tip)
     tip[:, :2] = np.nan
-    measurement = Measurement(model, readings.replace_tips(tip))
+    measurement = Measurement(model, replace(readings, tip=tip))
     found = fit(measurement, PRIOR, everything(measurement))
     assert found.freedom == 80
     assert found.probability > 1e-3

@@ -29,7 +29,15 @@ from verne_post.kinematics.jerk_limit import find_jerk_limit_along
 from verne_post.kinematics.joint_path import JointPath
 from verne_post.kinematics.table_travel import MachineTravel, check_travel_of
 from verne_post.model.contour import Contour
-from verne_post.model.findings import Finding, InputError, Remedy, UsageError, make_finding, merge_same
+from verne_post.model.findings import (
+    Finding,
+    InputError,
+    Remedy,
+    UsageError,
+    make_finding,
+    make_input_error,
+    merge_same,
+)
 from verne_post.model.machine import Home, Machine
 from verne_post.model.moves import ZERO9, Event, Frame, Moves
 from verne_post.model.options import Options
@@ -142,7 +150,7 @@ def build_interpreter_setup(machine: Machine, options: Options) -> Setup:
                 f"a part turned by {offset.turn_deg:g} degrees on the table is not executed on this machine: no joint "
                 "that carries the part turns about its z"
             )
-            raise InputError(make_finding("VP018", f"--wcs {SYSTEM_NAMES[system]}: {text}"))
+            raise make_input_error("VP018", f"--wcs {SYSTEM_NAMES[system]}: {text}")
         origin = machine.coordinates.work_origin(offset.origin_mm if offset else (0.0, 0.0, 0.0))
         frames[system] = Frame(system, (*origin, *ZERO9[3:]), part_turn=offset.turn_deg if offset else 0.0)
     home = machine.home or Home((0.0,) * 5, (0.0,) * 5)
@@ -208,15 +216,13 @@ def find_shaper_weights(machine: Machine, options: Options, cycle: float) -> Arr
     if shaper is None:
         return UNSHAPED
     if vibration is None:
-        raise InputError(make_finding("VP018", f"--shaper {shaper} needs the modes of [vibration] in the machine file"))
+        raise make_input_error("VP018", f"--shaper {shaper} needs the modes of [vibration] in the machine file")
     for mode in vibration.modes:
         if mode.frequency * LEAST_CYCLES_OF_MODE * cycle > 1.0:
-            raise InputError(
-                make_finding(
-                    "VP018",
-                    f"--shaper {shaper}: a mode of {mode.frequency:g} Hz is too fast for rows of "
-                    f"{cycle:g} s; up to {1.0 / (LEAST_CYCLES_OF_MODE * cycle):g} Hz can be shaped",
-                )
+            raise make_input_error(
+                "VP018",
+                f"--shaper {shaper}: a mode of {mode.frequency:g} Hz is too fast for rows of "
+                f"{cycle:g} s; up to {1.0 / (LEAST_CYCLES_OF_MODE * cycle):g} Hz can be shaped",
             )
     return build_shaper_weights(shaper, vibration.modes, cycle)
 
@@ -235,9 +241,9 @@ def read_draft(source: Text, machine: Machine, options: Options, team: Team = AL
         None if options.from_line is None else restart_at(source, add_table(setup, moves), moves, options.from_line)
     )
     if not len(path):
-        raise InputError(make_finding("VP021", "the program contains no motion"))
+        raise make_input_error("VP021", "the program contains no motion")
     if restart is not None and path.moves_with_length[-1] < restart.move:
-        raise InputError(make_finding("VP021", f"the program contains no motion from line {options.from_line} on"))
+        raise make_input_error("VP021", f"the program contains no motion from line {options.from_line} on")
     turns = report_table_turns(path, moves, machine)
     findings = (*check_setup(moves, path, machine, options), *turns, *moves.findings)
     return Draft(machine, options, moves, restart, path, branches, findings=findings, team=team)
@@ -248,11 +254,9 @@ def choose_axis_correction(machine: Machine, options: Options, moves: Moves) -> 
     five_axis = machine.five_axis
     if not isinstance(five_axis, AxisCorrecting):
         if options.correct_axis:
-            raise InputError(
-                make_finding(
-                    "VP018",
-                    "--correct-axis needs [as_built] in the machine file; on a nominal machine the tool axis is exact",
-                )
+            raise make_input_error(
+                "VP018",
+                "--correct-axis needs [as_built] in the machine file; on a nominal machine the tool axis is exact",
             )
         return machine
     on = options.correct_axis or bool(np.isfinite(moves.tool_axis).any())

@@ -23,7 +23,7 @@ from verne_post.app.summary import summarise
 from verne_post.app.verify import make_verifier
 from verne_post.base.long_text import Text
 from verne_post.base.team import work_together
-from verne_post.model.findings import Finding, InputError, make_finding
+from verne_post.model.findings import Finding, InputError, make_finding, make_input_error
 from verne_post.model.machine import Machine
 from verne_post.model.moves import Event
 from verne_post.model.options import Options
@@ -272,7 +272,7 @@ def _check_limits(source: Text, program: Program, progress: Progress | None) -> 
         format_of(program.machine, program.options, program.cycle)
         if program.options.part is not None:
             text = "--limits-only plans no rows, and the nominal part is compared with rows: leave out one of the two"
-            raise InputError(make_finding("VP018", text))
+            raise make_input_error("VP018", text)
         findings = check_or_refuse(source, program, progress if program.team.leads else None)
     except InputError as error:
         return refuse_program(error)

@@ -15,7 +15,7 @@ from verne_post.app.table_places import lay_out
 from verne_post.base.arrays import find_used
 from verne_post.base.long_text import Text
 from verne_post.base.units import RAD_PER_DEG
-from verne_post.model.findings import InputError, make_finding
+from verne_post.model.findings import make_input_error
 from verne_post.model.machine import Machine
 from verne_post.model.moves import Moves
 from verne_post.model.options import Options
@@ -79,11 +79,11 @@ def propose(
     check_source_text(source, options.source_name)
     moves, path = _read(source, machine, options)
     if not len(path):
-        raise InputError(make_finding("VP021", "the program contains no motion"))
+        raise make_input_error("VP021", "the program contains no motion")
     systems = sorted({moves.frames[index].system for index in find_used(moves.frame[path.move])})
     if len(systems) != 1:
         names = ", ".join(SYSTEM_NAMES[system] for system in systems)
-        raise InputError(make_finding("VP018", f"fit moves one work system, and this program uses {names}"))
+        raise make_input_error("VP018", f"fit moves one work system, and this program uses {names}")
     system = systems[0]
     here = _place_of(options.wcs.get(system, WorkOffset((0.0, 0.0, 0.0))))
     movable = [letter != "c" or machine.coordinates.turns_with_part for letter in COORDINATES]
@@ -96,12 +96,10 @@ def propose(
         machine.coordinates.part_frame,
     )
     if not len(points.tip):
-        raise InputError(
-            make_finding(
-                "VP018",
-                f"no move of the program depends on --wcs {SYSTEM_NAMES[system]}: the program sets its own offset, or "
-                "names only machine coordinates",
-            )
+        raise make_input_error(
+            "VP018",
+            f"no move of the program depends on --wcs {SYSTEM_NAMES[system]}: the program sets its own offset, or "
+            "names only machine coordinates",
         )
     raised = options.air if options.air_along == "table" else 0.0
     find = _find_place_over_table if machine.table_radius else _find_place_in_reach
@@ -175,7 +173,7 @@ def _choose_free(machine: Machine, free: str | None, ranges: Mapping[str, tuple[
         return free or COORDINATES
     if "c" in (free or "") or "c" in ranges:
         text = "c cannot be free: no joint of this machine turns the part about its z; expected some of x, y, z"
-        raise InputError(make_finding("VP018", text))
+        raise make_input_error("VP018", text)
     return free or COORDINATES.replace("c", "")
 
 

@@ -16,7 +16,7 @@ from verne_post.base.arrays import Array, Ints
 from verne_post.base.rotations import rotate_z
 from verne_post.kinematics.checks.keep_out import find_length_by_itself, place_body
 from verne_post.kinematics.checks.moving import build_spindle
-from verne_post.model.findings import Finding, InputError, make_finding
+from verne_post.model.findings import Finding, InputError, make_finding, make_input_error
 from verne_post.model.moves import find_tool_of_moves, name_tools
 from verne_post.model.part_setup import NominalPart, Wanted, describe_tool_number
 from verne_post.model.protocols import AxisCorrecting, FiveAxis
@@ -160,7 +160,7 @@ def find_tools(program: Program, line: Ints) -> tuple[Ints, Array]:
             at = own[later]
         elif (own[-1] != at) if own else (int(line[row]) not in standing):
             text = f"row {row} belongs to line {line[row]}, which the program does not execute there; verify says more"
-            raise InputError(make_finding("VP413", text))
+            raise make_input_error("VP413", text)
         segment[k] = at
     of_row = segment[np.cumsum(begins) - 1]
     return number[of_row], path.tool_length[of_row] - program.options.lift
@@ -198,7 +198,7 @@ def place_tips(
         tip[rows], axis[rows], ok = kinematics.forward(q[rows], length[rows])
         if not ok.all():
             text = f"row {begin + int(np.argmin(ok))}: no position of the platform fits the joint values"
-            raise InputError(make_finding("VP411", text))
+            raise make_input_error("VP411", text)
     return tip, axis, length
 
 
@@ -255,7 +255,7 @@ def _build_tool(program: Program, number: int, shortest: float, longest: float) 
             f"tool {number}: its shape is not known; give it with --tool-shapes: [tool.{number}] cutter = {{ diameter, "
             f"length, corner_radius }}"
         )
-        raise InputError(make_finding("VP018", text))
+        raise make_input_error("VP018", text)
     check_tool(f"tool {number}", shape, shortest, 0.0 if table is None else table.diameter)
     return build_pieces(shape, longest)
 

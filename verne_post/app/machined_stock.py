@@ -15,7 +15,7 @@ from verne_post.app.result import Progress
 from verne_post.app.stock_check import build_tool, report_touches
 from verne_post.base.arrays import Array, Ints
 from verne_post.kinematics.checks.keep_out import place_own_stock
-from verne_post.model.findings import Finding, InputError, make_finding
+from verne_post.model.findings import Finding, make_input_error
 from verne_post.model.part_setup import Box, FixtureMesh, Wanted
 from verne_post.model.setpoints import SetpointBlock
 from verne_post.part.cutting import Spans, cut_stock
@@ -140,9 +140,7 @@ def cut_rows(program: Program, q: Array, line: Ints, stock: Dexels) -> StockRun:
     for one, long in used.tolist():
         shape = program.options.tool_shapes.get(int(one), ())
         if not shape:
-            raise InputError(
-                make_finding("VP018", f"tool {int(one)}: its shape is not known; give it with --tool-shapes")
-            )
+            raise make_input_error("VP018", f"tool {int(one)}: its shape is not known; give it with --tool-shapes")
         tools.append(build_tool(shape, long, program.machine))
     spans = Spans(
         np.stack([tip[first], tip[last]], axis=1),

@@ -24,7 +24,7 @@ from verne_post.base.tolerances import PATH_AXIS_DEG, PATH_TIP_MM
 from verne_post.base.units import RAD_PER_DEG
 from verne_post.kinematics.checks.limits import JointBounds
 from verne_post.model.contour import Contour
-from verne_post.model.findings import Finding, InputError, SolverError, make_finding
+from verne_post.model.findings import Finding, InputError, SolverError, make_finding, make_input_error
 from verne_post.model.protocols import SpeedFunction
 from verne_post.model.toolpath import SegmentKind
 from verne_post.model.verdict import find_worst
@@ -186,7 +186,7 @@ def _require_rows(program: Program, rows: float) -> None:
         f"{program.options.max_rows}; the longest line takes {seconds[slowest]:.4g} s"
     )
     line = int(lines[slowest])
-    raise InputError(make_finding("VP035", text, line=line, last_line=line, worst_line=line))
+    raise make_input_error("VP035", text, line=line, last_line=line, worst_line=line)
 
 
 class SpeedLimits(Struct, frozen=True, eq=False):

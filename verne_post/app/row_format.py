@@ -1,7 +1,7 @@
 """How the rows of a program are written: the drives and decimals that its options ask for."""
 
 from verne_post.model.drives import Drive
-from verne_post.model.findings import InputError, make_finding
+from verne_post.model.findings import make_input_error
 from verne_post.model.machine import Machine
 from verne_post.model.options import Options
 from verne_post.model.setpoints import SetpointFormat
@@ -17,7 +17,7 @@ def find_drives(machine: Machine, options: Options) -> tuple[Drive, ...]:
         VP018 where the machine file does not name the drives that are asked for.
     """
     if options.units == "drive" and not machine.drives:
-        raise InputError(make_finding("VP018", "--units drive needs [drives] in the machine file"))
+        raise make_input_error("VP018", "--units drive needs [drives] in the machine file")
     return machine.drives if options.units == "drive" else ()
 
 

@@ -6,7 +6,7 @@ from typing import Final
 from verne_post.base.long_text import Text
 from verne_post.base.text_marks import UTF16, is_utf16
 from verne_post.gcode.words import read_whole_lines
-from verne_post.model.findings import InputError, make_finding
+from verne_post.model.findings import make_input_error
 
 #: So much of a source is looked at.
 _LOOKED_AT: Final = 4096
@@ -25,13 +25,13 @@ def check_source_begin(begin: bytes, name: str) -> None:
     """
     begin = begin[:_LOOKED_AT]
     if is_utf16(begin):
-        raise InputError(make_finding("VP022", f"{name} is {UTF16}"))
+        raise make_input_error("VP022", f"{name} is {UTF16}")
     if (at := begin.find(b"\0")) >= 0:
-        raise InputError(make_finding("VP022", f"{name} is not a text file: byte {at + 1} is zero"))
+        raise make_input_error("VP022", f"{name} is not a text file: byte {at + 1} is zero")
     text = begin.decode("utf-8", errors="replace")
     if "\n" not in text and (other := next((end for end in _LINE_ENDS_OF_OTHERS if end in text.strip()), None)):
-        raise InputError(
-            make_finding("VP022", f"{name}: lines end with {other!r} alone; save it with line feeds (LF or CR LF)")
+        raise make_input_error(
+            "VP022", f"{name}: lines end with {other!r} alone; save it with line feeds (LF or CR LF)"
         )
 
 
@@ -52,5 +52,5 @@ def check_source_text(source: Text, name: str) -> None:
                 "a carriage return stands inside the line; a line ends with a line feed, alone or after a carriage "
                 "return"
             )
-            raise InputError(make_finding("VP022", f"{name}: {why}", line=line, last_line=line, worst_line=line))
+            raise make_input_error("VP022", f"{name}: {why}", line=line, last_line=line, worst_line=line)
         line += text.count(b"\n")

@@ -16,7 +16,7 @@ from verne_post.base.team import ALONE, Team
 from verne_post.base.tolerances import ZERO_ANGLE
 from verne_post.base.units import DEG_PER_RAD
 from verne_post.gcode.setup import Setup
-from verne_post.model.findings import InputError, make_finding
+from verne_post.model.findings import make_input_error
 from verne_post.model.machine import Machine
 from verne_post.model.moves import AXES, Frame, Moves, TablePlace
 from verne_post.model.options import Options
@@ -72,7 +72,7 @@ def lay_out(
         "after the tool axis of this line the program names machine coordinates, and which of the two table "
         "solutions is used depends on them; name {} and {} in one rapid traverse before them"
     ).format(*machine.rotary_letters)
-    raise InputError(make_finding("VP013", text, line=line, last_line=line, worst_line=line))
+    raise make_input_error("VP013", text, line=line, last_line=line, worst_line=line)
 
 
 def _find_place(place: TablePlace, path: ToolPath, machine: Machine) -> tuple[float, float]:

@@ -8,7 +8,7 @@ from msgspec.structs import replace
 
 from verne_post.app.assemble import Program
 from verne_post.base.arrays import Array, Mask
-from verne_post.model.findings import InputError, make_finding
+from verne_post.model.findings import make_input_error
 from verne_post.model.setpoints import SetpointBlock, SetpointFormat
 from verne_post.model.verification import Verification
 from verne_post.output.rounding import choose_trusted_format
@@ -67,5 +67,5 @@ def verify_setpoints(program: Program, blocks: Iterator[SetpointBlock]) -> Verif
             verifier = make_verifier(program, fmt)
         verifier.check_rows(block)
     if verifier is None:
-        raise InputError(make_finding("VP020", "the setpoint file has no rows"))
+        raise make_input_error("VP020", "the setpoint file has no rows")
     return verifier.finish()

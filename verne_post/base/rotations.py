@@ -89,6 +89,13 @@ def find_axis_of_angles(a: Array | float, c: Array | float) -> Array:
     return _stack_coordinates(sa * np.sin(c), sa * np.cos(c), np.cos(a))
 
 
+def differentiate_axis(angles: Array) -> Array:
+    """Derivatives (..., 3, 2) of :func:`find_axis_of_angles` by A and C, for angles (..., 2) in rad."""
+    (sin_a, sin_c), (cos_a, cos_c) = np.moveaxis(np.sin(angles), -1, 0), np.moveaxis(np.cos(angles), -1, 0)
+    by_tilt = np.stack([cos_a * sin_c, cos_a * cos_c, -sin_a], axis=-1)
+    return np.stack([by_tilt, np.stack([sin_a * cos_c, -sin_a * sin_c, np.zeros_like(sin_a)], axis=-1)], axis=-1)
+
+
 def solve_angles_of_axis(axis: Array) -> tuple[Array, Array]:
     """Nominal angles of a tool axis: the solution with b in [0, pi], C in (-pi, pi].
 

@@ -16,7 +16,7 @@ from scipy.special import chdtrc
 from verne_post.calibration.adjustment import adjust_readings, group_settings
 from verne_post.calibration.data import Direction, Identification, Readings, Uncertainty
 from verne_post.calibration.solver import End, Fit, Starts, fit_random_starts, name_directions, name_lengths, separate
-from verne_post.model.findings import InputError, make_finding
+from verne_post.model.findings import make_input_error
 from verne_post.model.protocols import Identifiable
 
 __all__ = ["Uncertainty", "identify"]
@@ -80,10 +80,8 @@ def identify(
     kept, lost = separate(whole, origin)
     for _ in range(PASSES):
         if not kept.shape[1]:
-            raise InputError(
-                make_finding(
-                    "VP502", "the readings determine none of the lengths to estimate; measure more poses of other kinds"
-                )
+            raise make_input_error(
+                "VP502", "the readings determine none of the lengths to estimate; measure more poses of other kinds"
             )
         fit, turn = whole, np.eye(len(columns))
         if lost.shape[1]:

@@ -10,7 +10,7 @@ from verne_post.calibration.data import Readings
 from verne_post.calibration.table import read_number, read_table, refuse_mistakes
 from verne_post.config.kinds import KINDS
 from verne_post.config.sentences import WrongTableError, check_table
-from verne_post.model.findings import Finding, InputError, make_finding
+from verne_post.model.findings import Finding, InputError, make_finding, make_input_error
 
 #: Columns of a pose besides those of the actuators; the tilt comes in one of two units, or not at all.
 POSITION: Final = ("x_mm", "y_mm", "z_mm")
@@ -43,7 +43,7 @@ def read_readings(raw: bytes, actuators: tuple[str, ...]) -> Readings:
     table = read_table(raw, (*sliders, *POSITION), (*TILTS, SETTING, *REMARKS), mistakes)
     if all(name in table.header for name in TILTS):
         text = f"both {' and '.join(TILTS)} are given; keep one of them"
-        raise InputError(make_finding("VP502", text, line=table.header_line))
+        raise make_input_error("VP502", text, line=table.header_line)
     values, settings, lines = [], [], []
     tilt = next((name for name in TILTS if name in table.header), None)
     for line, row in table.rows:

@@ -11,7 +11,7 @@ from msgspec import Struct
 from verne_post.base.numbers import read_number as read_plain
 from verne_post.base.text_marks import decode_text
 from verne_post.base.tolerances import LARGEST_READING_MM
-from verne_post.model.findings import Finding, InputError, make_finding
+from verne_post.model.findings import Finding, InputError, make_finding, make_input_error
 
 
 class Table(Struct, frozen=True):
@@ -36,10 +36,10 @@ def read_table(raw: bytes, needed: Sequence[str], optional: Sequence[str], mista
         text = decode_text(raw)
     except UnicodeDecodeError as error:
         line = raw.count(b"\n", 0, error.start) + 1
-        raise InputError(make_finding("VP502", "not UTF-8 text; expected a CSV file", line=line)) from None
+        raise make_input_error("VP502", "not UTF-8 text; expected a CSV file", line=line) from None
     rows = _read_rows(text)
     if not rows:
-        raise InputError(make_finding("VP502", f"no header line; expected the columns {', '.join(needed)}"))
+        raise make_input_error("VP502", f"no header line; expected the columns {', '.join(needed)}")
     head_line, cells = rows[0]
     header = tuple(name.strip() for name in cells)
     _check_header(header, head_line, needed, optional)
@@ -61,7 +61,7 @@ def _read_rows(text: str) -> list[tuple[int, list[str]]]:
             try:
                 rows.append((line, next(csv.reader(io.StringIO(content)))))
             except csv.Error as error:
-                raise InputError(make_finding("VP502", f"not a row of cells: {error}", line=line)) from None
+                raise make_input_error("VP502", f"not a row of cells: {error}", line=line) from None
     return rows
 
 

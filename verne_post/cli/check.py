@@ -170,7 +170,7 @@ def _check_one(
     """Check one program; what is wrong with its file or its set-up is a finding too."""
     from verne_post.app.convert import check_source
     from verne_post.app.result import refuse_program
-    from verne_post.model.findings import InputError, make_finding
+    from verne_post.model.findings import InputError, make_input_error
     from verne_post.output.findings import Report
     from verne_post.output.summary import list_remarks
 
@@ -184,7 +184,7 @@ def _check_one(
         except InputError as error:  # the others are checked all the same
             result = refuse_program(error)
         except (click.UsageError, Unreadable) as error:
-            result = refuse_program(InputError(make_finding("VP022", str(error))))
+            result = refuse_program(make_input_error("VP022", str(error)))
     time = result.summary.cycle_time if result.summary else None
     remarked = tuple(list_remarks(result.summary)) if result.summary else ()
     return Report(shown, result.findings, time, source, remarked)

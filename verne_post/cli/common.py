@@ -81,12 +81,12 @@ def read_program_text(
     """
     from verne_post.app.source_text import check_source_text
     from verne_post.config.subprograms import collect_subprograms
-    from verne_post.model.findings import InputError, UsageError, make_finding
+    from verne_post.model.findings import UsageError, make_input_error
 
     source = _read_text(files, name, options.max_megabytes)
     check_source_text(source, show_name(name))
     if source.startswith(b"t_s,"):
-        raise InputError(make_finding("VP022", f"{show_name(name)} is a setpoint file, not a program"))
+        raise make_input_error("VP022", f"{show_name(name)} is a setpoint file, not a program")
     if is_dash(name) and not subroutine_path:
         return source, options
     folder = Path.cwd() if is_dash(name) else Path(name).resolve().parent
@@ -140,7 +140,7 @@ def _read_text(files: RunFiles, name: str, max_megabytes: int) -> "Text":
     from verne_post.base.columns import name_storage_errors
     from verne_post.base.long_text import map_text
     from verne_post.base.text_marks import strip_mark
-    from verne_post.model.findings import InputError, make_finding
+    from verne_post.model.findings import make_input_error
 
     with files.open_input(name, PROGRAM) as file:
         with name_unreadable(name):
@@ -158,7 +158,7 @@ def _read_text(files: RunFiles, name: str, max_megabytes: int) -> "Text":
                     text = (
                         f"{show_name(name)} has more than {max_megabytes} MB; if it is meant to, raise --max-megabytes"
                     )
-                    raise InputError(make_finding("VP022", text))
+                    raise make_input_error("VP022", text)
                 with name_storage_errors():
                     copy.write(part)
                     copy.flush()

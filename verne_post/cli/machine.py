@@ -23,6 +23,15 @@ if TYPE_CHECKING:
     from verne_post.model.machine import Machine
 
 
+def _expect_folder(output: Path, first: str, kind: str) -> RunFiles:
+    """The files of a run that fills a folder, of which one is named ``first``; refuses a folder with others in it."""
+    if output.exists() and any(output.iterdir()):
+        raise click.UsageError(f"-o {output}: the folder is not empty; files of two {kind} must not be mixed")
+    files = RunFiles()
+    files.expect_writing(output / first if output.exists() else output, "-o")
+    return files
+
+
 @click.command("export")
 @click.argument("name", type=MACHINE, default=DEFAULT_MACHINE, metavar="NAME|FILE")
 @click.option(
@@ -43,10 +52,7 @@ if TYPE_CHECKING:
 )
 def export(name: str, format_name: str, output: Path) -> int:
     """Write a machine for another program: kinematics, axes and limits, from the machine file alone."""
-    if output.exists() and any(output.iterdir()):
-        raise click.UsageError(f"-o {output}: the folder is not empty; files of two machines must not be mixed")
-    files = RunFiles()
-    files.expect_writing(output / "machine" if output.exists() else output, "-o")
+    files = _expect_folder(output, "machine", "machines")
     from verne_post.model.findings import InputError
     from verne_post.output.file_format import CannotExport
 
@@ -282,10 +288,7 @@ def axis_check(
     Ten files: every actuator 1 mm or degree to both sides of where it stands, then every one 10, at 2 % of its speed,
     without a tool; and README.txt, which says what one must see each time.
     """
-    if output.exists() and any(output.iterdir()):
-        raise click.UsageError(f"-o {output}: the folder is not empty; files of two checks must not be mixed")
-    files = RunFiles()
-    files.expect_writing(output / "README.txt" if output.exists() else output, "-o")
+    files = _expect_folder(output, "README.txt", "checks")
     place = tuple(read_numbers(at, f"--at {at}"))
     from verne_post.app.row_format import format_of
     from verne_post.calibration.axis_check import plan_axis_moves, write_instructions

@@ -39,7 +39,7 @@ from verne_post.cli.numbers import read_numbers
 from verne_post.cli.opened_machine import OpenedMachine
 from verne_post.cli.progress import show_progress
 from verne_post.cli.streams import echo
-from verne_post.model.findings import InputError, make_finding
+from verne_post.model.findings import InputError, make_finding, make_input_error
 from verne_post.model.verdict import ExitStatus
 
 #: How long the program of a plan stands at each pose, s: time for an instrument to read.
@@ -65,7 +65,7 @@ def _read_measurement(
     try:
         tools = align_stations(model, opened.as_built.deviations.pack_vector(), tools)
     except ValueError as error:
-        raise InputError(make_finding("VP502", str(error))) from None
+        raise make_input_error("VP502", str(error)) from None
     return Measurement(model, tools, lengths, _make_joint_uncertainty(given)), blank
 
 
@@ -208,11 +208,8 @@ def run_plan(
         checked = check_source(text.encode(), machine, Options(source_name=program.name, split_at_stops=True), progress)
     if not checked.ok:
         print_findings(program.name, checked.findings)
-        raise InputError(
-            make_finding(
-                "VP502",
-                "the program that visits the poses breaks a limit between them; plan fewer poses, or other --at",
-            )
+        raise make_input_error(
+            "VP502", "the program that visits the poses breaks a limit between them; plan fewer poses, or other --at"
         )
     files.write(program, "the program of -o", [text])
     files.write(output, "-o", format_readings(machine, poses.joints, poses.length, tips))

@@ -46,7 +46,7 @@ def read_rows(
     """Joints (n, n_joints), mm and rad, and source lines (n,) of a setpoint file, or of all parts of an index."""
     import numpy as np
 
-    from verne_post.model.findings import InputError, make_finding
+    from verne_post.model.findings import make_input_error
     from verne_post.output.parts import list_parts, read_parts
     from verne_post.output.setpoints import read_csv
 
@@ -60,7 +60,7 @@ def read_rows(
         with files.open_input(setpoints, "AXES.CSV") as raw, io.TextIOWrapper(raw, encoding="utf-8-sig") as stream:
             blocks = list(read_csv(stream, show_name(setpoints), machine.columns, program.cycle, drives))
     if not blocks:
-        raise InputError(make_finding("VP020", "the setpoint file has no rows"))
+        raise make_input_error("VP020", "the setpoint file has no rows")
     factor = np.array([column.factor for column in machine.columns])
     return np.concatenate([one.values for one in blocks]) / factor, np.concatenate([one.line for one in blocks])
 

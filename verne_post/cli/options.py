@@ -20,7 +20,7 @@ from verne_post.cli.files import DASH, RunFiles, is_dash, show_name
 from verne_post.cli.numbers import INTEGER, NUMBER, read_numbers
 from verne_post.cli.setups import KEYS_OF_FILES, Offsets, Placed, place_options
 from verne_post.cli.streams import echo
-from verne_post.model.findings import InputError, UsageError, make_finding
+from verne_post.model.findings import UsageError, make_input_error
 from verne_post.model.option_checks import check_box, check_work_offsets, find_system
 from verne_post.model.options import OPTIONS, About, Group, Option, Options, find_about
 from verne_post.model.part_setup import OWN_STOCK, SYSTEM_NAMES, Box, OwnStock, WorkOffset
@@ -428,7 +428,7 @@ def _work_offsets(files: RunFiles, places: Sequence[Offsets]) -> dict[int, WorkO
         for system in one.written.keys() & measured.keys():
             text = f"{shown} has this work offset too; give it once"
             if one.place:
-                raise InputError(make_finding("VP503", f"{one.place}: wcs.{SYSTEM_NAMES[system]}: {text}"))
+                raise make_input_error("VP503", f"{one.place}: wcs.{SYSTEM_NAMES[system]}: {text}")
             raise click.UsageError(f"--wcs {SYSTEM_NAMES[system]}: {text}")
         found |= measured
     return found

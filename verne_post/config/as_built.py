@@ -14,7 +14,7 @@ from verne_post.kinematics.as_built.machine import AsBuiltMachine
 from verne_post.kinematics.as_built.soundness import find_fault
 from verne_post.kinematics.five_axis import HybridMachine
 from verne_post.model.deviations import ENTRIES, Deviations, RodPlaces
-from verne_post.model.findings import InputError, make_finding
+from verne_post.model.findings import InputError, make_finding, make_input_error
 from verne_post.model.machine import Limits
 
 #: Deviations beyond this are typing errors or other units: parts are made to some tenths of a millimetre.
@@ -113,4 +113,4 @@ def build_as_built(
 
 
 def _make_error(file_name: str, text: str) -> InputError:
-    return InputError(make_finding("VP501", f"{file_name}: {text}"))
+    return make_input_error("VP501", f"{file_name}: {text}")

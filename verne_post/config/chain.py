@@ -33,7 +33,7 @@ from verne_post.kinematics.chain.machine import ChainMachine, Rotary
 from verne_post.kinematics.chain.pair import PARALLEL, RIGHT_ANGLE, build_pair
 from verne_post.kinematics.chain.sliding import SlidingMachine
 from verne_post.kinematics.tables.words import RotaryWords
-from verne_post.model.findings import Finding, InputError, make_finding
+from verne_post.model.findings import Finding, InputError, make_finding, make_input_error
 from verne_post.model.machine import Accuracy, Column, Limits, Machine
 from verne_post.model.moves import AXES
 from verne_post.model.nutation import Nutation
@@ -369,13 +369,13 @@ def build_chain_machine(data: dict[str, Any], raw: bytes, file_name: str) -> Mac
     try:
         geometry = _Geometry(file)
     except ValueError as error:
-        raise InputError(make_finding("VP501", f"{file_name}: {error}")) from None
+        raise make_input_error("VP501", f"{file_name}: {error}") from None
     if file.table is not None and abs(geometry.pair.directions[2, 2]) < 1.0 - PARALLEL:
         text = (
             f"{file_name}: table.radius: {geometry.turn} does not turn about z of the part, so it has no face at z = "
             "0; leave [table] out"
         )
-        raise InputError(make_finding("VP501", text))
+        raise make_input_error("VP501", text)
     signs = dict(zip((geometry.tilt, geometry.turn), geometry.signs, strict=True))
     columns = (
         *(Column(name, "mm", 1.0, "VP101") for name in geometry.linear),

@@ -6,7 +6,7 @@ import numpy as np
 
 from verne_post.config.schema import DriveFile, HomeFile, VibrationFile
 from verne_post.model.drives import Drive
-from verne_post.model.findings import InputError, make_finding
+from verne_post.model.findings import InputError, make_finding, make_input_error
 from verne_post.model.machine import Column, Home, Limits
 from verne_post.model.vibration import Mode, Vibration
 
@@ -60,20 +60,15 @@ def _interpolate_errors(table: list[list[float]], travel: list[float], where: st
     place, error = np.array(table).T
     endless = not np.isfinite(travel).all()
     if endless and not (place[-1] - place[0] == 360.0 and error[-1] == error[0]):
-        raise InputError(
-            make_finding(
-                "VP501",
-                f"{where}: this joint has no limits; expected one turn of 360 degrees, with the same error at "
-                "both ends",
-            )
+        raise make_input_error(
+            "VP501",
+            f"{where}: this joint has no limits; expected one turn of 360 degrees, with the same error at both ends",
         )
     if not endless and not (place[0] <= travel[0] and place[-1] >= travel[1]):
-        raise InputError(
-            make_finding(
-                "VP501",
-                f"{where} reaches from {place[0]:g} to {place[-1]:g}; it must cover the travel from "
-                f"{travel[0]:g} to {travel[1]:g}",
-            )
+        raise make_input_error(
+            "VP501",
+            f"{where} reaches from {place[0]:g} to {place[-1]:g}; it must cover the travel from "
+            f"{travel[0]:g} to {travel[1]:g}",
         )
     return CubicSpline(
         place, error, bc_type="periodic" if endless else "natural", extrapolate="periodic" if endless else True

@@ -6,43 +6,36 @@ the meaning of the kinematics; findings (VP509) name what is left out.
 
 import math
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import Final
 
 from msgspec import Struct
 
 from verne_post.base.printable import escape_unprinted
+from verne_post.config.linuxcnc_files import IniFile, Pins, Read, parse_number
 from verne_post.config.toml_text import (
     ImportedMachine,
     convert_speeds,
     list_jerkless,
     quote,
+    refuse_value,
     show_list,
     write_chain,
     write_end,
     write_joint,
 )
-from verne_post.model.findings import InputError, make_finding
-
-#: Reads a file that the INI names, relative to it; None where there is none.
-Read = Callable[[str], bytes | None]
+from verne_post.model.findings import make_finding, make_input_error
 
 _MM: Final = {"mm": 1.0, "metric": 1.0, "in": 25.4, "inch": 25.4, "imperial": 25.4}
 _DEGREES: Final = ("deg", "degree")
 #: Limits beyond this are none: the default of LinuxCNC is 1e99.
 _NO_LIMIT: Final = 1e9
-#: Files include each other so deep at most.
-_DEEPEST: Final = 10
 #: The struts at home may miss [JOINT_n]HOME by this, mm: people round to a hundredth of a millimetre, or to 1e-4 inch.
 _HOME_APART_MM: Final = 0.05
 #: Of the Jacobian of a hexapod, which a configuration does not say: that of the shipped ones.
 _SMALLEST_MEASURE: Final = 0.05
 #: Nanoseconds of a second: SERVO_PERIOD is in them.
 _NANO: Final = 1e-9
-
-_ASSIGNMENT: Final = re.compile(r"\s*([A-Za-z_][\w.-]*)\s*=\s*(.*?)\s*$")
-_REFERENCE: Final = re.compile(r"\[(\w+)\]\(?(\w+)\)?$")
-_ARROWS: Final = ("<=", "=>", "<=>")
 
 
 class Kinematics(Struct, frozen=True):
@@ -84,142 +77,6 @@ _REFUSED: Final = {
 }
 
 
-# --- reading ----------------------------------------------------------------------------------------------------
-
-
-class IniFile:
-    """Sections and keys of an INI file, with the line of each value; keys may stand several times."""
-
-    def __init__(self, raw: bytes, name: str, read: Read) -> None:
-        self.name, self.values = name, dict[tuple[str, str], list[tuple[str, str]]]()
-        self._read_file = read
-        self._parse(raw, name, "", 0)
-
-    def _parse(self, raw: bytes, name: str, section: str, depth: int) -> str:
-        if depth > _DEEPEST:
-            raise _refuse(name, f"files include each other more than {_DEEPEST} deep")
-        text = raw.decode("utf-8", errors="replace").replace("\\\n", " ")
-        for number, line in enumerate(text.splitlines(), start=1):
-            where, stripped = f"{name}:{number}", line.strip()
-            if stripped.upper().startswith("#INCLUDE"):
-                wanted = stripped[len("#INCLUDE") :].strip()
-                inner = self._read_file(wanted)
-                if inner is None:
-                    raise _refuse(where, f"#INCLUDE {wanted}: there is no such file beside the INI")
-                section = self._parse(inner, wanted, section, depth + 1)
-            elif not stripped or stripped[0] in "#;":
-                continue
-            elif stripped.startswith("[") and "]" in stripped:
-                section = stripped[1 : stripped.index("]")].strip().upper()
-            elif (found := _ASSIGNMENT.match(line)) is None or not section:
-                raise _refuse(where, f"{stripped[:60]!r} is neither [SECTION] nor NAME = value")
-            else:
-                self.values.setdefault((section, found[1].upper()), []).append((found[2], where))
-        return section
-
-    def find(self, section: str, key: str) -> tuple[str, str] | None:
-        """The value, and file and line; None where it is missing."""
-        return self.values.get((section, key), [None])[0]
-
-    def read_number(self, section: str, key: str) -> float | None:
-        """A number, of which a comment may stand behind; None where the key is missing."""
-        found = self.find(section, key)
-        if found is None:
-            return None
-        return _parse_number(found[0], found[1], f"[{section}]{key}")
-
-
-def _refuse(where: str, text: str) -> InputError:
-    return InputError(make_finding("VP507", f"{where}: {text}"))
-
-
-def _parse_number(text: str, where: str, what: str) -> float:
-    first = re.split(r"[\s#;]", text, maxsplit=1)[0]
-    try:
-        value = float(first)
-    except ValueError:
-        raise _refuse(where, f"{what} = {text[:60]!r}: expected a number") from None
-    if value != value:
-        raise _refuse(where, f"{what} = {text[:60]!r}: expected a number")
-    return value
-
-
-class Pins:
-    """What HAL sets of pins: numbers, and the signals that they are connected to."""
-
-    def __init__(self, ini: IniFile) -> None:
-        self._ini = ini
-        self._pins, self._signals = dict[str, tuple[str, str]](), dict[str, tuple[str, str]]()
-        self._net, self.skipped = dict[str, str](), list[str]()
-
-    def read(self, read: Read) -> "Pins":
-        """Execute what the INI names, in its order: HAL files, commands, files of the face."""
-        ini = self._ini
-        for key in ("HALFILE", "HALCMD", "POSTGUI_HALFILE"):
-            for value, where in ini.values.get(("HAL", key), []):
-                if key == "HALCMD":
-                    self._execute(value, where)
-                    continue
-                name = value.split()[0] if value.split() else ""
-                raw = None if name.startswith("LIB:") or name.endswith(".tcl") else read(name)
-                if raw is None:
-                    self.skipped.append(name)
-                    continue
-                text = raw.decode("utf-8", errors="replace").replace("\\\n", " ")
-                for number, line in enumerate(text.splitlines(), start=1):
-                    self._execute(line, f"{name}:{number}")
-        return self
-
-    def _execute(self, line: str, where: str) -> None:
-        words = line.split("#", 1)[0].split()
-        if not words:
-            return
-        command, rest = words[0], [word for word in words[1:] if word not in _ARROWS]
-        if command == "setp" and len(rest) > 1:
-            self._pins[rest[0]] = rest[1], where
-        elif "=" in words[1:2] and len(words) > 2:  # pin = value, the short form of setp
-            self._pins[words[0]] = words[2], where
-        elif command == "sets" and len(rest) > 1:
-            self._signals[rest[0]] = rest[1], where
-        elif command in ("net", "linksp") and len(rest) > 1:
-            for pin in rest[1:]:
-                self._net[pin] = rest[0]
-        elif command == "linkps" and len(rest) > 1:
-            self._net[rest[0]] = rest[1]
-
-    def is_connected(self, pin: str) -> bool:
-        """Whether a signal without a number of its own comes in by a pin."""
-        return pin in self._net and self._net[pin] not in self._signals
-
-    def find_number(self, pin: str) -> float | None:
-        """What a pin is set to; None where nothing sets it."""
-        found = self._pins.get(pin)
-        if found is None and pin in self._net:
-            found = self._signals.get(self._net[pin])
-            if found is None:
-                raise _refuse(
-                    self._ini.name,
-                    f"{pin} comes from the signal {self._net[pin]}, which no number is set to: "
-                    "expected setp or sets with a number",
-                )
-        if found is None:
-            return None
-        text, where = found
-        if (reference := _REFERENCE.match(text)) is not None:
-            named = self._ini.find(reference[1].upper(), reference[2].upper())
-            if named is None:
-                raise _refuse(where, f"{pin} = {text}: the INI has no such key")
-            text, where = named
-        return (
-            {"true": 1.0, "false": 0.0}.get(text.lower())
-            if text.lower() in ("true", "false")
-            else _parse_number(text, where, pin)
-        )
-
-
-# --- converting -------------------------------------------------------------------------------------------------
-
-
 def convert_linuxcnc(raw: bytes, name: str, read: Read) -> ImportedMachine:
     """The machine file of a LinuxCNC configuration.
 
@@ -245,7 +102,7 @@ def convert_linuxcnc(raw: bytes, name: str, read: Read) -> ImportedMachine:
     for pin in kinematics.pins:
         value = pins.find_number(f"{component}.{pin}")
         if value is None and component == _HEXAPOD and pin not in _HEXAPOD_PINS:
-            raise _refuse(
+            raise refuse_value(
                 name,
                 f"nothing sets {component}.{pin}: the joints of the struts are needed, and the defaults of the "
                 "component are those of a demonstration",
@@ -277,12 +134,12 @@ def _find_kinematics(ini: IniFile) -> tuple[str, str]:
     """The component, and the letters of its joints."""
     found = ini.find("KINS", "KINEMATICS")
     if found is None or not found[0].split():
-        raise _refuse(ini.name, "[KINS]KINEMATICS is missing: it says which kinematics the machine has")
+        raise refuse_value(ini.name, "[KINS]KINEMATICS is missing: it says which kinematics the machine has")
     component, *parameters = found[0].split()
     if component not in _KINEMATICS:
         known = ", ".join(_KINEMATICS)
         why = _REFUSED.get(component, "no kinematics whose meaning is known here")
-        raise InputError(make_finding("VP508", f"{found[1]}: KINEMATICS = {component}: {why}; imported are {known}"))
+        raise make_input_error("VP508", f"{found[1]}: KINEMATICS = {component}: {why}; imported are {known}")
     coordinates = _KINEMATICS[component].coordinates
     for parameter in parameters:
         key, _equals, value = parameter.partition("=")
@@ -290,7 +147,7 @@ def _find_kinematics(ini: IniFile) -> tuple[str, str]:
             coordinates = value.lower()
     needed = set(_KINEMATICS[component].coordinates) - set("auvw") | ({"a"} if component.startswith("xyza") else set())
     if missing := sorted(needed - set(coordinates)):
-        raise _refuse(found[1], f"coordinates={coordinates}: {component} needs {', '.join(missing)} too")
+        raise refuse_value(found[1], f"coordinates={coordinates}: {component} needs {', '.join(missing)} too")
     return component, coordinates
 
 
@@ -324,9 +181,9 @@ def _find_unit(ini: IniFile) -> float:
     value, where = ini.find("TRAJ", "LINEAR_UNITS") or ("mm", ini.name)
     angular, there = ini.find("TRAJ", "ANGULAR_UNITS") or ("deg", ini.name)
     if angular.lower() not in _DEGREES:
-        raise _refuse(there, f"[TRAJ]ANGULAR_UNITS = {angular}: expected {' or '.join(_DEGREES)}")
+        raise refuse_value(there, f"[TRAJ]ANGULAR_UNITS = {angular}: expected {' or '.join(_DEGREES)}")
     if value.lower() not in _MM:
-        raise _refuse(where, f"[TRAJ]LINEAR_UNITS = {value}: expected one of {', '.join(_MM)}")
+        raise refuse_value(where, f"[TRAJ]LINEAR_UNITS = {value}: expected one of {', '.join(_MM)}")
     return _MM[value.lower()]
 
 
@@ -376,12 +233,10 @@ def _place_hexapod(
     the platform's origin, and program coordinates count from spindle-offset below the origin of the base.
     """
     if lengths["screw-lead"]:
-        raise InputError(
-            make_finding(
-                "VP508",
-                f"{ini.name}: {_HEXAPOD}.screw-lead = {lengths['screw-lead'] / unit:g}: struts whose value turns "
-                "with their joints (strut length correction) are not executed; expected 0",
-            )
+        raise make_input_error(
+            "VP508",
+            f"{ini.name}: {_HEXAPOD}.screw-lead = {lengths['screw-lead'] / unit:g}: struts whose value turns "
+            "with their joints (strut length correction) are not executed; expected 0",
         )
     home = _read_home(ini, unit, notes)
     shift = lengths["spindle-offset"]
@@ -433,10 +288,10 @@ def _read_home(ini: IniFile, unit: float, notes: list[str]) -> list[float]:
     value, where = ini.find("TRAJ", "HOME") or ("", ini.name)
     words = re.split(r"[#;]", value, maxsplit=1)[0].replace(",", " ").split()
     if len(words) < 3:
-        raise _refuse(
+        raise refuse_value(
             where, f"[TRAJ]HOME = {value[:60]!r}: expected X Y Z of the platform at home, which chooses the assembly"
         )
-    home = [_parse_number(word, where, "[TRAJ]HOME") for word in words]
+    home = [parse_number(word, where, "[TRAJ]HOME") for word in words]
     if any(home[3:]):
         notes.append(
             "[TRAJ]HOME has the platform turned; the file has it at the same place with the directions of the base"
@@ -448,7 +303,7 @@ def _write_strut(ini: IniFile, number: int, unit: float) -> str:
     """[joints.jointN] of a strut, whose length is never below 0."""
     low, high = (ini.read_number(f"JOINT_{number}", key) for key in ("MIN_LIMIT", "MAX_LIMIT"))
     if high is None or not 0.0 < unit * high < _NO_LIMIT or (low is not None and low >= high):
-        raise _refuse(
+        raise refuse_value(
             ini.name,
             f"[JOINT_{number}]: MIN_LIMIT and MAX_LIMIT do not bound the strut; expected both, the smaller first",
         )
@@ -477,7 +332,7 @@ def _write_joint(ini: IniFile, letter: str, number: int, unit: float, rotary: st
     wrapped = (ini.find(axis, "WRAPPED_ROTARY") or ("0", ""))[0].strip() not in ("0", "NO", "no", "FALSE", "false", "")
     endless = bool(rotary) and (wrapped or (ends[0] <= -_NO_LIMIT and ends[1] >= _NO_LIMIT))
     if not endless and not (-_NO_LIMIT < ends[0] < ends[1] < _NO_LIMIT):
-        raise _refuse(
+        raise refuse_value(
             ini.name,
             f"[{section}]: MIN_LIMIT and MAX_LIMIT of {letter} do not bound its travel; expected both, the "
             "smaller first",

@@ -33,7 +33,7 @@ from verne_post.kinematics.five_axis import HybridMachine
 from verne_post.kinematics.modules.verne.geometry import VerneGeometry
 from verne_post.kinematics.tables.tilting import TiltingTable
 from verne_post.model.deviations import ENTRIES, Deviations, RodPlaces
-from verne_post.model.findings import Finding, InputError, UsageError, make_finding
+from verne_post.model.findings import Finding, InputError, UsageError, make_finding, make_input_error
 from verne_post.model.machine import Accuracy, Bodies, Column, Limits, Machine
 from verne_post.model.moves import Frame
 from verne_post.model.part_setup import FixtureMesh
@@ -72,7 +72,7 @@ def load_machine(
         try:
             found = find_file_beside(path.parent, name, key, "put it there")
         except ValueError as error:
-            raise InputError(make_finding("VP501", f"{path.name}: {error}")) from None
+            raise make_input_error("VP501", f"{path.name}: {error}") from None
         return read(found, f"{path.name}: {key} {name!r}")
 
     return build_machine(raw, path.name, read_named)
@@ -80,7 +80,7 @@ def load_machine(
 
 def _refuse_files(name: str, key: str = "as_built.file") -> bytes:
     text = f"{key} = {name!r}: a machine that is not read from a file has no files beside it"
-    raise InputError(make_finding("VP501", text))
+    raise make_input_error("VP501", text)
 
 
 def build_machine(raw: bytes, file_name: str, read: Callable[..., bytes] = _refuse_files) -> Machine:
@@ -88,12 +88,12 @@ def build_machine(raw: bytes, file_name: str, read: Callable[..., bytes] = _refu
     try:
         data = read_toml(raw)
     except ValueError as error:
-        raise InputError(make_finding("VP501", f"{file_name}: {error}")) from None
+        raise make_input_error("VP501", f"{file_name}: {error}") from None
     if "carrier" in data:
         from verne_post.config.carrier import describe_refused_carrier  # few machines have one
 
         if why := describe_refused_carrier(data["carrier"], data.get("schema")):
-            raise InputError(make_finding("VP501", f"{file_name}: {why}"))
+            raise make_input_error("VP501", f"{file_name}: {why}")
     if data.get("schema") == 2:
         from verne_post.config.chain import build_chain_machine  # the default machine has another schema
 
@@ -107,7 +107,7 @@ def build_machine(raw: bytes, file_name: str, read: Callable[..., bytes] = _refu
     try:
         module = kind.build(**asdict(module_file))
     except ValueError as error:
-        raise InputError(make_finding("VP501", f"{file_name}: module: {error}")) from None
+        raise make_input_error("VP501", f"{file_name}: module: {error}") from None
     table = TiltingTable(
         pivot=np.array(content.table.pivot),
         rotary_offset=np.array(content.table.rotary_offset),
@@ -285,14 +285,12 @@ def _find_rod_places(kind: Kind, rods: RodsFile | None) -> RodPlaces | None:
 def _require_places(content: MachineFile, places: RodPlaces | None, file_name: str) -> None:
     """Refuse [as_built] of a machine that has no as-built model."""
     if KINDS[content.kind].rod_places is None:
-        raise InputError(make_finding("VP501", f"{file_name}: as_built: kind {content.kind!r} has no as-built model"))
+        raise make_input_error("VP501", f"{file_name}: as_built: kind {content.kind!r} has no as-built model")
     if places is None:
-        raise InputError(
-            make_finding(
-                "VP501",
-                f"{file_name}: rods is missing: as_built needs to know where the rods are along x "
-                "(leg1_slider_x, leg23_slider_x, leg23_spacing)",
-            )
+        raise make_input_error(
+            "VP501",
+            f"{file_name}: rods is missing: as_built needs to know where the rods are along x "
+            "(leg1_slider_x, leg23_slider_x, leg23_spacing)",
         )
 
 

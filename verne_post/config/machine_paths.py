@@ -8,7 +8,7 @@ from typing import Final
 
 from verne_post.base.suggestions import suggest
 from verne_post.config.files import read_file
-from verne_post.model.findings import InputError, make_finding
+from verne_post.model.findings import make_input_error
 
 #: The machine where none is named.
 DEFAULT_MACHINE: Final = "verne"
@@ -58,6 +58,6 @@ def _explain_read_errors(what: str, hint: str) -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        raise InputError(make_finding("VP501", f"{what}: {error.strerror or 'cannot be read'}{hint}")) from None
+        raise make_input_error("VP501", f"{what}: {error.strerror or 'cannot be read'}{hint}") from None
     except ValueError:
-        raise InputError(make_finding("VP501", f"{what}: a file name has no zero byte{hint}")) from None
+        raise make_input_error("VP501", f"{what}: a file name has no zero byte{hint}") from None

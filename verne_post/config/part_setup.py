@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from verne_post.base.numbers import read_number
 from verne_post.base.text_marks import decode_text
-from verne_post.model.findings import InputError, make_finding
+from verne_post.model.findings import InputError, make_input_error
 from verne_post.model.moves import ZERO9
 from verne_post.model.part_setup import MAX_PLACE, MAX_TOOL, SYSTEM_NUMBERS, Tool, WorkOffset
 
@@ -124,4 +124,4 @@ def _number(row: dict[str, str], key: str, where: str) -> float:
 
 
 def _make_error(text: str) -> InputError:
-    return InputError(make_finding("VP504", text))
+    return make_input_error("VP504", text)

@@ -13,7 +13,7 @@ from verne_post.config.option_table import find_wrong_options
 from verne_post.config.sentences import Table, WrongTableError, check_table
 from verne_post.config.toml_text import read_toml
 from verne_post.model.control_keys import KEYS, NAMING_TOOLS
-from verne_post.model.findings import InputError, make_finding
+from verne_post.model.findings import InputError, make_finding, make_input_error
 from verne_post.model.option_checks import Meaning, check_work_offsets
 from verne_post.model.options import OPTIONS, find_about
 from verne_post.model.part_setup import FIRST_NAMED_TOOL, MAX_PLACE, MAX_TOOL, Tool, WorkOffset
@@ -136,11 +136,11 @@ def read_setup(path: Path, read: Callable[[Path], bytes], name: str, *, named: b
         With one finding (VP503) a mistake.
     """
     if not named and not lies_in(path.parent, path):
-        raise InputError(make_finding("VP503", f"{name}: is a link that leads out of its folder; name it with --setup"))
+        raise make_input_error("VP503", f"{name}: is a link that leads out of its folder; name it with --setup")
     try:
         data = read_toml(read(path))
     except (ValueError, RecursionError) as error:
-        raise InputError(make_finding("VP503", f"{name}: {error}")) from None
+        raise make_input_error("VP503", f"{name}: {error}") from None
     return read_setup_table(data, name, path.parent, remedy="" if named else f"put it there, or give --setup {path}")
 
 

@@ -19,7 +19,7 @@ from verne_post.config.program_setup import ProgramSetup, read_setup_table
 from verne_post.config.sentences import Table, WrongTableError, check_table
 from verne_post.config.toml_text import read_toml
 from verne_post.model.control_keys import KEYS
-from verne_post.model.findings import InputError, make_finding
+from verne_post.model.findings import InputError, make_finding, make_input_error
 from verne_post.model.option_checks import Meaning
 from verne_post.model.options import OPTIONS
 
@@ -112,24 +112,22 @@ def load_settings(path: Path, read: Callable[[Path], bytes] = read_file, *, name
         With one finding (VP503) a mistake.
     """
     if not named and not lies_in(path.parent, path):
-        raise InputError(
-            make_finding("VP503", f"{path.name}: is a link that leads out of its folder; name it with --settings")
-        )
+        raise make_input_error("VP503", f"{path.name}: is a link that leads out of its folder; name it with --settings")
     try:
         data = read_toml(read(path))
         if path.name == PROJECT_FILE:
             tool = data.get("tool")
             table = tool.get("verne-post") if isinstance(tool, dict) else None
             if not isinstance(table, dict):
-                raise InputError(make_finding("VP503", f"{path.name}: there is no table [tool.verne-post] in it"))
+                raise make_input_error("VP503", f"{path.name}: there is no table [tool.verne-post] in it")
             data = table
         file = check_table(SettingsFile, data, "a settings file")
     except OSError as error:
-        raise InputError(make_finding("VP503", f"settings file {str(path)!r}: {error.strerror or error}")) from None
+        raise make_input_error("VP503", f"settings file {str(path)!r}: {error.strerror or error}") from None
     except WrongTableError as error:
         raise InputError(*(make_finding("VP503", f"{path.name}: {text}") for text in error.sentences)) from None
     except ValueError as error:
-        raise InputError(make_finding("VP503", f"{path.name}: {error}")) from None
+        raise make_input_error("VP503", f"{path.name}: {error}") from None
     control = {dialect: getattr(file, dialect) for dialect in KEYS}
     texts = (*find_wrong_codes(file.remap), *find_wrong_keys(control))
     wrong = [make_finding("VP503", f"{path.name}: {text}") for text in texts]

@@ -13,7 +13,7 @@ from verne_post.config.part_setup import read_lengths, read_offsets
 from verne_post.config.program_setup import TOOL_KEYS, ProgramSetup, read_setup
 from verne_post.gcode.parameter_file import read_parameter_file
 from verne_post.gcode.tools import read_tool_table
-from verne_post.model.findings import InputError, UsageError, make_finding
+from verne_post.model.findings import UsageError, make_input_error
 from verne_post.model.options import OPTIONS, Options
 from verne_post.model.part_setup import SYSTEM_NAMES, WorkOffset
 
@@ -95,7 +95,7 @@ def _convert_offsets(file: ProgramSetup, measured: tuple[bytes, str] | None) -> 
     for system in file.wcs.keys() & found.keys():
         assert measured is not None
         text = f"{measured[1]} has this work offset too; give it once"
-        raise InputError(make_finding("VP503", f"{file.name}: wcs.{SYSTEM_NAMES[system]}: {text}"))
+        raise make_input_error("VP503", f"{file.name}: wcs.{SYSTEM_NAMES[system]}: {text}")
     return {**file.wcs, **found}
 
 
@@ -103,4 +103,4 @@ def _read(path: Path, what: str) -> bytes:
     try:
         return read_file(path)
     except OSError as error:
-        raise InputError(make_finding("VP503", f"{what} {path}: {error.strerror or error}")) from None
+        raise make_input_error("VP503", f"{what} {path}: {error.strerror or error}") from None

@@ -27,12 +27,13 @@ from verne_post.config.toml_text import (
     convert_speeds,
     list_jerkless,
     quote,
+    refuse_value,
     show_list,
     write_chain,
     write_end,
     write_joint,
 )
-from verne_post.model.findings import InputError, make_finding
+from verne_post.model.findings import InputError, make_finding, make_input_error
 
 _LINE: Final = re.compile(
     r"\s*(?:N\d+\s+)?\$(?P<name>\w+)\s*(?:\[(?P<index>[^\]]*)\])?\s*=\s*(?P<value>\"[^\"]*\"|[^\s;']+)"
@@ -108,9 +109,9 @@ class MachineData:
             value = {"TRUE": 1.0, "FALSE": 0.0}.get(text.upper())
             value = float(text) if value is None else value
         except ValueError:
-            raise _refuse(where, f"${name} = {text[:60]!r}: expected a number") from None
+            raise refuse_value(where, f"${name} = {text[:60]!r}: expected a number") from None
         if not np.isfinite(value):
-            raise _refuse(where, f"${name} = {text[:60]!r}: expected a number")
+            raise refuse_value(where, f"${name} = {text[:60]!r}: expected a number")
         return value
 
     def find_vector(self, name: str) -> Array:
@@ -187,12 +188,8 @@ def convert_sinumerik(raw: bytes, name: str) -> ImportedMachine:
     return ImportedMachine(text, tuple(make_finding("VP509", f"{name}: {note}") for note in notes))
 
 
-def _refuse(where: str, text: str) -> InputError:
-    return InputError(make_finding("VP507", f"{where}: {text}"))
-
-
 def _refuse_kinematics(where: str, text: str) -> InputError:
-    return InputError(make_finding("VP508", f"{where}: {text}"))
+    return make_input_error("VP508", f"{where}: {text}")
 
 
 # --- which kinematics -----------------------------------------------------------------------------------------
@@ -212,7 +209,7 @@ def _find_pair(data: MachineData) -> Pair:
             if kind == _BY_CARRIER:
                 number = data.find_number("MC_TRAFO5_TCARR_NO_1")
                 if number is None:
-                    raise _refuse(
+                    raise refuse_value(
                         where, "$MC_TRAFO5_TCARR_NO_1 is missing: type 72 takes the vectors of that tool carrier"
                     )
                 return _read_carrier(data, int(number), slot)
@@ -275,7 +272,7 @@ def _read_carrier(data: MachineData, number: int, slot: int) -> Pair:
 
     found = data.find(f"TC_CARR{_KIND_OF_CARRIER}", number)
     if found is None:
-        raise _refuse(
+        raise refuse_value(
             data.name,
             f"$TC_CARR{_KIND_OF_CARRIER}[{number}] is missing: it says whether tool (T), part (P) or both (M) turn",
         )
@@ -299,7 +296,7 @@ def _read_carrier(data: MachineData, number: int, slot: int) -> Pair:
 
 def _require_direction(data: MachineData, name: str, vector: Array) -> Array:
     if np.abs(vector).max() < _NONE_MM:
-        raise _refuse(data.name, f"${name}: no direction; a machine file has two rotary joints")
+        raise refuse_value(data.name, f"${name}: no direction; a machine file has two rotary joints")
     return vector
 
 
@@ -350,7 +347,7 @@ def _find_axes(data: MachineData, pair: Pair) -> list[Axis]:
     if pair.slot:
         numbers = [data.find_number(f"MC_TRAFO_AXES_IN_{pair.slot}", k) for k in range(5)]
         if None in numbers or 0.0 in numbers:
-            raise _refuse(
+            raise refuse_value(
                 data.name, f"$MC_TRAFO_AXES_IN_{pair.slot}[0] to [4]: expected the numbers of five axes of the channel"
             )
         channel = [int(number or 0) - 1 for number in numbers]
@@ -360,11 +357,11 @@ def _find_axes(data: MachineData, pair: Pair) -> list[Axis]:
         for parameter in _NAMED_IN_CARRIER:
             found = data.find(f"TC_CARR{parameter}", carrier)
             if found is None or not found[0]:
-                raise _refuse(data.name, f"$TC_CARR{parameter}[{carrier}] is missing: the name of a rotary axis")
+                raise refuse_value(data.name, f"$TC_CARR{parameter}[{carrier}] is missing: the name of a rotary axis")
             names.append(found[0].upper())
         tab = {(data.find("MC_AXCONF_CHANAX_NAME_TAB", k) or ("", ""))[0].upper(): k for k in range(_SLOTS)}
         if missing := [name for name in names if name not in tab]:
-            raise _refuse(data.name, f"$MC_AXCONF_CHANAX_NAME_TAB names no axis {', '.join(missing)}")
+            raise refuse_value(data.name, f"$MC_AXCONF_CHANAX_NAME_TAB names no axis {', '.join(missing)}")
         channel = [tab[name] for name in names]
     return [_find_axis(data, k, "XYZ"[place : place + 1] or "ABC") for place, k in enumerate(channel)]
 
@@ -373,7 +370,7 @@ def _find_axis(data: MachineData, channel: int, letters: str) -> Axis:
     """The axis of the channel with a number from 0 on, whose name is one of some letters."""
     found = data.find("MC_AXCONF_CHANAX_NAME_TAB", channel)
     if found is None:
-        raise _refuse(data.name, f"$MC_AXCONF_CHANAX_NAME_TAB[{channel}] is missing: the name of an axis")
+        raise refuse_value(data.name, f"$MC_AXCONF_CHANAX_NAME_TAB[{channel}] is missing: the name of an axis")
     letter, where = found
     if len(letter) != 1 or letter.upper() not in letters:
         raise _refuse_kinematics(
@@ -383,7 +380,7 @@ def _find_axis(data: MachineData, channel: int, letters: str) -> Axis:
         )
     machine = data.find_number("MC_AXCONF_MACHAX_USED", channel)
     if not machine:
-        raise _refuse(where, f"$MC_AXCONF_MACHAX_USED[{channel}] names no machine axis for {letter}")
+        raise refuse_value(where, f"$MC_AXCONF_MACHAX_USED[{channel}] names no machine axis for {letter}")
     number = f"AX{int(machine)}"
     own = data.find("MN_AXCONF_MACHAX_NAME_TAB", int(machine) - 1)
     names = [number, *([own[0]] if own else [])]
@@ -398,20 +395,20 @@ def _write_joint(data: MachineData, axis: Axis, geometry: str, *, rotary: bool) 
 
     letter = axis.letter.upper()
     if (find("IS_ROT_AX") == 1.0) != rotary:
-        raise _refuse(
+        raise refuse_value(
             data.name, f"$MA_IS_ROT_AX of {letter} is not {'TRUE' if rotary else 'FALSE'}, as the kinematics have it"
         )
     low, high = find("POS_LIMIT_MINUS"), find("POS_LIMIT_PLUS")
     unlimited = low is None or high is None or low <= -_NO_LIMIT or high >= _NO_LIMIT
     if rotary and not find("ROT_IS_MODULO") and unlimited:
-        raise _refuse(
+        raise refuse_value(
             data.name,
             f"$MA_POS_LIMIT_MINUS and _PLUS of {letter} do not bound it, and $MA_ROT_IS_MODULO is not TRUE: "
             "expected one",
         )
     endless = rotary and (bool(find("ROT_IS_MODULO")) or unlimited)
     if not endless and (low is None or high is None or unlimited or low >= high):
-        raise _refuse(
+        raise refuse_value(
             data.name,
             f"$MA_POS_LIMIT_MINUS and _PLUS of {letter} do not bound its travel: expected both, the smaller first",
         )

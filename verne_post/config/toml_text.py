@@ -10,7 +10,7 @@ from msgspec import Struct
 from verne_post.base.numbers import format_fixed
 from verne_post.base.printable import escape_unprinted
 from verne_post.base.text_marks import UTF16, decode_text, is_utf16
-from verne_post.model.findings import Finding, InputError, make_finding
+from verne_post.model.findings import Finding, InputError, make_input_error
 
 
 def read_toml(raw: bytes) -> dict[str, Any]:
@@ -27,6 +27,11 @@ def read_toml(raw: bytes) -> dict[str, Any]:
         return tomllib.loads(decode_text(raw))
     except (ValueError, RecursionError) as error:
         raise ValueError(f"not a TOML file: {error}") from None
+
+
+def refuse_value(where: str, text: str) -> InputError:
+    """VP507: what stands at a place of the file of a control cannot be taken."""
+    return make_input_error("VP507", f"{where}: {text}")
 
 
 class ImportedMachine(Struct, frozen=True):
@@ -82,8 +87,7 @@ def convert_speeds(
     for kind, (key, value, _factor) in given.items():
         if (value is None and kind != "jerk") or (value is not None and value <= 0):
             found = "missing" if value is None else f"{value:g}"
-            text = f"{file}: {key} of {joint} is {found}; expected a number above 0"
-            raise InputError(make_finding("VP507", text))
+            raise refuse_value(file, f"{key} of {joint} is {found}; expected a number above 0")
     return {kind: None if value is None else factor * value for kind, (_key, value, factor) in given.items()}
 
 

@@ -7,7 +7,7 @@ from msgspec import Meta
 from verne_post.base.numbers import is_count
 from verne_post.config.sentences import Table, WrongTableError, check_table
 from verne_post.config.toml_text import read_toml
-from verne_post.model.findings import InputError, make_finding
+from verne_post.model.findings import InputError, make_finding, make_input_error
 from verne_post.model.part_setup import MAX_TOOL, TOOL_PARTS, Cylinder, ToolShape, describe_mistake
 
 Size = Annotated[float, Meta(gt=0, le=MAX_TOOL)]
@@ -77,13 +77,11 @@ def read_tool_shapes(raw: bytes, name: str) -> dict[int, ToolShape]:
     except WrongTableError as error:
         raise InputError(*(make_finding("VP504", f"{name}: {text}") for text in error.sentences)) from None
     except ValueError as error:
-        raise InputError(make_finding("VP504", f"{name}: {error}")) from None
+        raise make_input_error("VP504", f"{name}: {error}") from None
     shapes = {}
     for key, tool in file.tool.items():
         if not (is_count(key) and key == str(int(key))):
-            raise InputError(
-                make_finding("VP504", f"{name}: tool.{key}: expected the number of a tool, as in [tool.3]")
-            )
+            raise make_input_error("VP504", f"{name}: tool.{key}: expected the number of a tool, as in [tool.3]")
         holder = tool.holder if isinstance(tool.holder, list) else [tool.holder]
         listed = zip((*TOOL_PARTS[:2], *[TOOL_PARTS[2]] * len(holder)), (tool.cutter, tool.shank, *holder), strict=True)
         parts = [one.shape(part) for part, one in listed if one is not None]
@@ -93,6 +91,6 @@ def read_tool_shapes(raw: bytes, name: str) -> dict[int, ToolShape]:
                     f"{name}: tool.{key}.{one.part} needs a length: only the last part may reach up to the gauge line "
                     "without one"
                 )
-                raise InputError(make_finding("VP504", text))
+                raise make_input_error("VP504", text)
         shapes[int(key)] = tuple(parts)
     return shapes

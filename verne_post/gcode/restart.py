@@ -9,7 +9,7 @@ from verne_post.gcode.execution import LineTrace, StopConditions
 from verne_post.gcode.machining.state import State, describe_tool_event, name_unit_of_speed
 from verne_post.gcode.read import replay
 from verne_post.gcode.setup import Setup
-from verne_post.model.findings import InputError, make_finding
+from verne_post.model.findings import make_input_error
 from verne_post.model.moves import Event, Moves
 
 
@@ -46,10 +46,8 @@ def restart_at(source: Text, setup: Setup, moves: Moves, line: int) -> Restart:
     if why is not None:
         near = _find_nearest(spans, line)
         right = "no line of this program will do" if near is None else f"the nearest line that will do is {near}"
-        raise InputError(
-            make_finding(
-                "VP029", f"no restart at line {line}: {why}; {right}", line=line, last_line=line, worst_line=line
-            )
+        raise make_input_error(
+            "VP029", f"no restart at line {line}: {why}; {right}", line=line, last_line=line, worst_line=line
         )
     state, recorder = replay(source, setup, moves, StopConditions(before_line=line))
     ahead = [event for event in moves.events[len(recorder.events) :] if event.before <= recorder.count]

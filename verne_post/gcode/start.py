@@ -13,7 +13,7 @@ from verne_post.gcode.dialect import Dialect
 from verne_post.gcode.execution import Execution, StopConditions
 from verne_post.gcode.first_places import FirstPlaces
 from verne_post.gcode.setup import Setup
-from verne_post.model.findings import Finding, InputError, make_finding
+from verne_post.model.findings import Finding, InputError, make_input_error
 from verne_post.model.moves import AXES, MoveKind, Moves
 
 #: A system of equations for the start is solved up to this condition number; beyond it the start is not determined.
@@ -80,15 +80,13 @@ class _Opening:
             found = self._solve(position, waits=waits)
             if found is not None:
                 return found
-        raise InputError(
-            make_finding(
-                "VP013",
-                "the pose at which the program starts cannot be found from its first lines: they leave an axis open, "
-                "or contradict each other; name X, Y, Z, A and C in one rapid traverse first",
-                line=1,
-                last_line=1,
-                worst_line=1,
-            )
+        raise make_input_error(
+            "VP013",
+            "the pose at which the program starts cannot be found from its first lines: they leave an axis open, "
+            "or contradict each other; name X, Y, Z, A and C in one rapid traverse first",
+            line=1,
+            last_line=1,
+            worst_line=1,
         )
 
     def _solve(self, guess: Array, *, waits: bool) -> Array | None:

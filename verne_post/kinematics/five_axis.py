@@ -94,7 +94,7 @@ class HybridMachine(Struct, frozen=True, eq=False):
 
         The solutions of the table in use, tilt b in [0, pi], come first; within each, those that the machine can use.
         """
-        tip, axis = check_pose_vectors(tip, "tip"), check_pose_vectors(axis, "axis")
+        tip, axis = check_vectors(tip, "tip"), check_vectors(axis, "axis")
         tilt, turn = (float(angle) for angle in solve_angles_of_axis(axis))
         solutions = []
         for other, angles in ((False, (tilt, turn)), (True, (-tilt, float(wrap_angle(turn + np.pi))))):
@@ -210,9 +210,7 @@ class HybridMachine(Struct, frozen=True, eq=False):
 
     def forward(self, q: Array, tool_length: Array | float) -> tuple[Array, Array, Mask]:
         """Tip, tool axis and ok of joint values; see :meth:`Machine.forward`."""
-        q = np.asarray(q, dtype=float)
-        if q.ndim == 0 or q.shape[-1] != 5:
-            raise ValueError(f"q must have shape (..., 5), got {q.shape}")
+        q = check_vectors(q, "q", 5)
         tip, angles, ok = self.find_nominal_pose(q, tool_length)
         return tip, find_axis_of_angles(angles[..., 0], angles[..., 1]), ok
 
@@ -226,15 +224,15 @@ def _make_tilted_platform(position: Array, alpha: Array) -> Platform:
 
 def convert_axis_to_angles(tip: Array, axis: Array, tool_length: Array | float) -> tuple[Array, Array]:
     """Tips (..., 3) and nominal angles (..., 2) of poses given by their tool axis, both of the common shape."""
-    tip, axis = check_pose_vectors(tip, "tip"), check_pose_vectors(axis, "axis")
+    tip, axis = check_vectors(tip, "tip"), check_vectors(axis, "axis")
     angles = np.stack(solve_angles_of_axis(axis), axis=-1)
     shape = np.broadcast_shapes(tip.shape[:-1], axis.shape[:-1], np.shape(tool_length))
     return np.broadcast_to(tip, (*shape, 3)), np.broadcast_to(angles, (*shape, 2))
 
 
-def check_pose_vectors(value: Array, name: str) -> Array:
-    """An argument as an array (..., 3); refuses others by name."""
+def check_vectors(value: Array, name: str, size: int = 3) -> Array:
+    """An argument as an array (..., size); a ValueError names any other."""
     array = np.asarray(value, dtype=float)
-    if array.ndim == 0 or array.shape[-1] != 3:
-        raise ValueError(f"{name} must have shape (..., 3), got {array.shape}")
+    if array.ndim == 0 or array.shape[-1] != size:
+        raise ValueError(f"{name} must have shape (..., {size}), got {array.shape}")
     return array

@@ -96,6 +96,11 @@ class InputError(Exception):
         return (type(self), self.findings)
 
 
+def make_input_error(code: str, message: str, **where: object) -> InputError:
+    """The error of one finding, which :func:`make_finding` builds."""
+    return InputError(make_finding(code, message, **where))
+
+
 class SolverError(InputError):
     """A solver gave up: there is no verdict (exit status 3)."""
 

@@ -53,6 +53,16 @@ class Platform(Struct, frozen=True, eq=False):
         return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
 
 
+def find_platform_angles(x: Array, y: Array, z: Array) -> Array:
+    """alpha, beta, gamma (..., 3) of a :class:`Platform` with unit vectors x, y, z (..., 3) in the base frame, rad."""
+    angles = (
+        np.arctan2(-z[..., 1], z[..., 2]),
+        np.arcsin(np.clip(z[..., 0], -1.0, 1.0)),
+        np.arctan2(-y[..., 0], x[..., 0]),
+    )
+    return np.stack(angles, axis=-1)
+
+
 class Pose(Struct, frozen=True, eq=False):
     """Solved poses, n rows: what a clearance is computed from.
 

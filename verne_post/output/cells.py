@@ -4,7 +4,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from verne_post.model.findings import InputError, make_finding
+from verne_post.model.findings import InputError, make_input_error
 
 
 def blank_nonfinite(value: float) -> float | None:
@@ -36,12 +36,12 @@ def describe_first_wrong(
     for number, text in rows:
         cells = text.strip().split(separator)
         if len(cells) != width:
-            return InputError(make_finding("VP020", f"{name}:{number}: {len(cells)} cells, expected {width}"))
+            return make_input_error("VP020", f"{name}:{number}: {len(cells)} cells, expected {width}")
         for cell in cells:
             try:
                 good = bool(np.isfinite(float(cell)))
             except ValueError:
                 good = False
             if not good:
-                return InputError(make_finding("VP020", f"{name}:{number}: {cell.strip()!r} is not a finite number"))
+                return make_input_error("VP020", f"{name}:{number}: {cell.strip()!r} is not a finite number")
     return None

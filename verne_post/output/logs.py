@@ -7,7 +7,7 @@ import numpy as np
 
 from verne_post.base.arrays import Array
 from verne_post.base.numbers import is_count
-from verne_post.model.findings import InputError, make_finding
+from verne_post.model.findings import InputError, make_input_error
 from verne_post.model.machine import Column
 from verne_post.output.cells import describe_first_wrong
 
@@ -110,4 +110,4 @@ def _find_columns(
 
 
 def _make_error(text: str) -> InputError:
-    return InputError(make_finding("VP020", text))
+    return make_input_error("VP020", text)

@@ -12,7 +12,7 @@ from msgspec.structs import replace
 from verne_post.base.bounded import read_bounded
 from verne_post.base.printable import format_json
 from verne_post.model.drives import Drive
-from verne_post.model.findings import InputError, make_finding
+from verne_post.model.findings import InputError, make_input_error
 from verne_post.model.machine import Column
 from verne_post.model.moves import Event
 from verne_post.model.setpoints import SetpointBlock
@@ -78,7 +78,7 @@ def list_parts(index_file: Path) -> list[Path]:
             raise ValueError("a name has a zero byte")
         return [index_file.parent / Path(name).name for name in names]
     except (OSError, ValueError, KeyError, TypeError, RecursionError) as error:
-        raise InputError(make_finding("VP020", f"{index_file}: not an index of parts: {error}")) from None
+        raise make_input_error("VP020", f"{index_file}: not an index of parts: {error}") from None
 
 
 def find_index(part: Path) -> Path | None:
@@ -103,25 +103,21 @@ def read_parts(
     """
     files = list_parts(path)
     if len(files) != len(stop_lines) + 1:
-        raise InputError(
-            make_finding("VP020", f"{path}: {len(files)} parts, and the program has {len(stop_lines)} stops")
-        )
+        raise make_input_error("VP020", f"{path}: {len(files)} parts, and the program has {len(stop_lines)} stops")
     first, last = 0, None
     for number, file in enumerate(files):
         try:
             stream = file.open(encoding="utf-8-sig")
         except (OSError, ValueError) as error:
-            raise InputError(make_finding("VP020", f"{file}: {error}")) from None
+            raise make_input_error("VP020", f"{file}: {error}") from None
         begin, line = first, None
         with stream:
             for block in read_csv(stream, str(file), columns, cycle, drives):
                 if block.first == 0 and last is not None and not np.array_equal(last, block.values[0]):
-                    raise InputError(make_finding("VP020", f"{file}: does not begin where the part before it ended"))
+                    raise make_input_error("VP020", f"{file}: does not begin where the part before it ended")
                 last, first, line = block.values[-1], begin + block.first + len(block.values), int(block.line[-1])
                 yield replace(block, first=begin + block.first)
         if number < len(stop_lines) and line != stop_lines[number]:
-            raise InputError(
-                make_finding(
-                    "VP020", f"{file}: ends in line {line}, and the program stops in line {stop_lines[number]}"
-                )
+            raise make_input_error(
+                "VP020", f"{file}: ends in line {line}, and the program stops in line {stop_lines[number]}"
             )

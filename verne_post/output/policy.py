@@ -14,7 +14,7 @@ from msgspec.structs import replace
 
 from verne_post.base.printable import format_json
 from verne_post.model.codes import CODES
-from verne_post.model.findings import Finding, InputError, make_finding
+from verne_post.model.findings import Finding, make_input_error
 from verne_post.model.verdict import Severity, is_deniable
 from verne_post.output.findings import Report
 
@@ -129,4 +129,4 @@ def read_baseline(text: str, name: str) -> frozenset[str]:
             raise ValueError(f"its layout is {data['schema']!r}, this version reads {_BASELINE_SCHEMA}")
         return frozenset(map(str, data["known"]))
     except (ValueError, KeyError, TypeError, RecursionError) as error:
-        raise InputError(make_finding("VP503", f"{name}: not a baseline that check has written: {error!r}")) from None
+        raise make_input_error("VP503", f"{name}: not a baseline that check has written: {error!r}") from None

@@ -9,7 +9,7 @@ from msgspec.structs import replace
 from verne_post.base.arrays import Array
 from verne_post.base.tolerances import ROUNDING_MM, ROUNDING_RAD, ROUNDING_SHARES
 from verne_post.model.drives import Drive
-from verne_post.model.findings import InputError, make_finding
+from verne_post.model.findings import make_input_error
 from verne_post.model.machine import Column, Machine
 from verne_post.model.setpoints import SetpointFormat
 
@@ -62,7 +62,7 @@ def choose_setpoint_format(
                 f"{'its limit' if np.isfinite(machine.limits.jerk[index]) else 'what its acceleration allows,'} "
                 f"{limit:g}; {remedy}, or --accept-rounding"
             )
-            raise InputError(make_finding("VP018", text))
+            raise make_input_error("VP018", text)
     return fmt
 
 

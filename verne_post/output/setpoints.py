@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from verne_post.base.arrays import Array
 from verne_post.model.drives import Drive
-from verne_post.model.findings import InputError, make_finding
+from verne_post.model.findings import make_input_error
 from verne_post.model.machine import Column
 from verne_post.model.setpoints import SetpointBlock, SetpointFormat
 from verne_post.output.cells import describe_first_wrong
@@ -78,7 +78,7 @@ def read_csv(
         joints = [[cell.partition("_")[0] for cell in line.split(",")] for line in (header, expected)]
         if joints[0] == joints[1]:
             text += "; these joints are in other units, see --units"
-        raise InputError(make_finding("VP020", text))
+        raise make_input_error("VP020", text)
     first, fmt = 0, None
     while lines := [line for _, line in zip(range(_READ_ROWS), _split_lines(stream), strict=False)]:
         table = _parse_numbers(lines, len(columns) + 2, name, first)
@@ -89,7 +89,7 @@ def read_csv(
         bad = (line != np.round(line)) | (line < 0) | (line > np.iinfo(np.int32).max)
         if bad.any():
             row = int(np.argmax(bad))
-            raise InputError(make_finding("VP020", f"{name}:{first + row + 2}: {line[row]:g} is not a line number"))
+            raise make_input_error("VP020", f"{name}:{first + row + 2}: {line[row]:g} is not a line number")
         numbers = table[:, 1:-1]
         yield SetpointBlock(first, convert_positions(numbers, fmt), line.astype(np.int32), fmt, numbers)
         first += len(lines)
@@ -110,8 +110,8 @@ def _parse_numbers(lines: list[str], width: int, name: str, first: int) -> Array
     except ValueError:
         pass
     numbered = enumerate(lines, start=first + 2)
-    raise describe_first_wrong(name, numbered, ",", width) or InputError(
-        make_finding("VP020", f"{name}: rows {first + 2} to {first + len(lines) + 1} cannot be read")
+    raise describe_first_wrong(name, numbered, ",", width) or make_input_error(
+        "VP020", f"{name}: rows {first + 2} to {first + len(lines) + 1} cannot be read"
     )
 
 
@@ -136,10 +136,8 @@ def _check_time(t: Array, name: str, first: int, fmt: SetpointFormat) -> None:
     bad = np.flatnonzero(~(np.abs(t - expected) <= allowed))
     if len(bad):
         row = int(bad[0])
-        raise InputError(
-            make_finding(
-                "VP020",
-                f"{name}:{first + row + 2}: t_s is {t[row]:g}, expected {expected[row]:g} "
-                f"(row {first + row} at a cycle of {fmt.cycle:g} s)",
-            )
+        raise make_input_error(
+            "VP020",
+            f"{name}:{first + row + 2}: t_s is {t[row]:g}, expected {expected[row]:g} "
+            f"(row {first + row} at a cycle of {fmt.cycle:g} s)",
         )

@@ -10,7 +10,7 @@ from verne_post.base.long_text import Text, compute_sha256
 from verne_post.base.printable import format_json
 from verne_post.base.tolerances import ROUNDING_SHARES
 from verne_post.base.units import DEG_PER_RAD
-from verne_post.model.findings import Finding, InputError, make_finding
+from verne_post.model.findings import Finding, make_finding, make_input_error
 from verne_post.model.machine import Machine
 from verne_post.model.options import OPTIONS, Changes, Options, find_about, find_key
 from verne_post.model.summary import FreeTurn, Summary
@@ -137,13 +137,13 @@ def read_side_car(text: str, name: str) -> dict[str, Any]:
         data = json.loads(text)
         schema, _ = data["schema"], (data["program"]["sha256"], data["machine"]["sha256"], data["options"].items())
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
-        raise InputError(make_finding("VP020", f"{name}: not a side-car of --meta: {error!r}")) from None
+        raise make_input_error("VP020", f"{name}: not a side-car of --meta: {error!r}") from None
     if schema != SIDE_CAR_SCHEMA:
         text = (
             f"{name}: a side-car of layout {schema}; this version reads layout {SIDE_CAR_SCHEMA}: convert the program "
             "again"
         )
-        raise InputError(make_finding("VP020", text))
+        raise make_input_error("VP020", text)
     return dict(data)
 
 

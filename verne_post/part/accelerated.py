@@ -1,4 +1,4 @@
-"""What ``sweep`` does, compiled by numba and point by point. Imported only where numba is installed."""
+"""What ``sweep``, ``bound`` and ``places`` do, compiled by numba, point by point; imported only where numba is."""
 
 # mypy: allow-untyped-defs, allow-untyped-calls
 

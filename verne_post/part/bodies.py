@@ -18,7 +18,7 @@ from msgspec import Struct
 from verne_post.base.arrays import Array
 from verne_post.base.tolerances import BRACKET_STEPS, LIMIT_SLACK_MM
 from verne_post.base.units import RAD_PER_DEG
-from verne_post.model.findings import InputError, make_finding
+from verne_post.model.findings import make_input_error
 from verne_post.model.part_setup import Cylinder, ToolShape
 
 #: A cutter may be thinner or thicker than the tool table says by this, mm: wear, and sizes as measured.
@@ -183,7 +183,7 @@ def check_tool(name: str, shape: ToolShape, length: float, diameter: float) -> N
     parts = sum(one.length or 0.0 for one in shape)
     if parts > length + LIMIT_SLACK_MM:
         text = f"{name}: its parts in --tool-shapes are {parts:g} mm long, but its length is {length:g}"
-        raise InputError(make_finding("VP018", text))
+        raise make_input_error("VP018", text)
     if shape and diameter > 0:
         sizes = [shape[0].diameter, shape[0].widest]
         if min(abs(size - diameter) for size in sizes) > DIAMETER_SLACK_MM:
@@ -191,7 +191,7 @@ def check_tool(name: str, shape: ToolShape, length: float, diameter: float) -> N
                 f"{name}: its cutter in --tool-shapes is {sizes[0]:g} mm thick, but its diameter in the tool table is "
                 f"{diameter:g}"
             )
-            raise InputError(make_finding("VP018", text))
+            raise make_input_error("VP018", text)
 
 
 def _build_part(one: Cylinder, low: float, high: float) -> list[Piece]:

@@ -12,7 +12,7 @@ import numpy as np
 from msgspec import Struct
 
 from verne_post.base.arrays import Array, Ints, Mask
-from verne_post.model.findings import InputError, make_finding
+from verne_post.model.findings import make_input_error
 from verne_post.model.part_setup import Wanted
 from verne_post.part.bound import find_clear, find_limit
 from verne_post.part.motion import Motion
@@ -171,7 +171,7 @@ def divide(mesh: Mesh, grid: float) -> Cells:
                 f"{mesh.name}: a grid of {grid:g} mm has too many places; give --grid "
                 f"{max(1.2 * enough, 1.5 * grid):.2g}, or a smaller STL with only the surface that matters"
             )
-            raise InputError(make_finding("VP018", text))
+            raise make_input_error("VP018", text)
         done += [left.select(~slim & (parts == n)).cut(n) for n in np.unique(parts[~slim]).tolist()]
         left = left.select(slim).halve()
     corner, facet = (np.concatenate([getattr(one, name) for one in done]) for name in ("corner", "facet"))

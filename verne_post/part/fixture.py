@@ -6,7 +6,7 @@ from typing import Final
 import numpy as np
 
 from verne_post.base.arrays import Array, Ints
-from verne_post.model.findings import InputError, make_finding
+from verne_post.model.findings import make_input_error
 from verne_post.part.motion import FAN
 from verne_post.part.stl import Mesh, order_facets, read_stl, require_closed
 from verne_post.part.sweep import list_children
@@ -33,7 +33,7 @@ def load_fixture(raw: bytes, name: str, unit: str) -> Mesh:
             f"{name}: its surface crosses itself: {len(crossed)} facets, the first near {place}; unite its bodies into "
             "one"
         )
-        raise InputError(make_finding("VP506", text))
+        raise make_input_error("VP506", text)
     return mesh
 
 

@@ -7,7 +7,7 @@ import numpy as np
 from msgspec import Struct
 
 from verne_post.base.arrays import Array, Ints
-from verne_post.model.findings import InputError, make_finding
+from verne_post.model.findings import InputError, make_finding, make_input_error
 from verne_post.model.part_setup import UNITS
 
 #: A part is neither smaller nor larger than this, mm: the file is in another unit.
@@ -148,7 +148,7 @@ def order_facets(middle: Array) -> Ints:
 
 
 def _refuse(name: str, text: str) -> InputError:
-    return InputError(make_finding("VP506", f"{name}: {text}"))
+    return make_input_error("VP506", f"{name}: {text}")
 
 
 def _is_binary(raw: bytes) -> bool:

@@ -13,7 +13,7 @@ import numpy as np
 from verne_post.base.arrays import Array, Ints
 from verne_post.base.ragged import number_parts
 from verne_post.base.rotations import rotate_z
-from verne_post.model.findings import InputError, make_finding
+from verne_post.model.findings import make_input_error
 from verne_post.part.dexels import FORM, MOST_RAYS, NOWHERE, Dexels
 from verne_post.part.stl import Mesh, read_stl
 
@@ -92,12 +92,9 @@ def list_intervals(name: str, corner: Array, cell: Array, counts: tuple[int, int
     depth = np.cumsum(side)  # how often the ray is inside; every ray has to come out again
     first = np.flatnonzero(np.diff(ray, prepend=-1))
     if depth.min(initial=0) < 0 or (depth[np.append(first[1:], len(ray)) - 1] != 0).any():
-        raise InputError(
-            make_finding(
-                "VP506",
-                f"{name}: it crosses itself, or facets are missing: a ray along z leaves it more often than it "
-                "enters it",
-            )
+        raise make_input_error(
+            "VP506",
+            f"{name}: it crosses itself, or facets are missing: a ray along z leaves it more often than it enters it",
         )
     enters, leaves = (side > 0) & (depth == 1), depth == 0
     ray, enter, leave = ray[enters], z[enters], z[leaves]
@@ -147,7 +144,7 @@ def unpack(raw: bytes, name: str) -> Dexels:
             )
     except _DAMAGES:
         text = f"{name}: not a stock file; expected a file of --stock-left, or an STL file"
-        raise InputError(make_finding("VP506", text)) from None
+        raise make_input_error("VP506", text) from None
 
 
 def _count_rays(size: Array, cell: float) -> tuple[int, int]:

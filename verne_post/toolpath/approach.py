@@ -20,7 +20,7 @@ from verne_post.base.numbers import format_fixed
 from verne_post.base.rotations import find_axis_of_angles
 from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.model.contour import Contour
-from verne_post.model.findings import InputError, make_finding
+from verne_post.model.findings import make_input_error
 from verne_post.model.machine import Machine
 from verne_post.model.moves import Frame
 from verne_post.model.toolpath import ToolPath
@@ -51,7 +51,7 @@ def find_joints_of_place(machine: Machine, place: Place, option: str) -> Array:
     if not isinstance(place, str):
         if len(place) != len(machine.columns):
             names = ",".join(column.joint for column in machine.columns)
-            raise InputError(make_finding("VP018", f"{option} takes home, or {len(machine.columns)} values {names}"))
+            raise make_input_error("VP018", f"{option} takes home, or {len(machine.columns)} values {names}")
         q = np.array(place, dtype=float) / [column.factor for column in machine.columns]
         if not machine.columns[-1].driven:
             _require_own_turn(machine, q, option)
@@ -60,12 +60,12 @@ def find_joints_of_place(machine: Machine, place: Place, option: str) -> Array:
     home = stored.get(place)
     if home is None:
         key = "[home]" if place == "home" else "home.park"
-        raise InputError(make_finding("VP015", f"{option} {place} needs {key} in the machine file"))
+        raise make_input_error("VP015", f"{option} {place} needs {key} in the machine file")
     point = machine.place_stored(home)
     tip, angles = machine.coordinates.map_to_table(machine.coordinates.map_to_program(point, Frame()), Frame())
     q, _platform, ok = machine.five_axis.solve(tip, angles, 0.0)
     if not ok:
-        raise InputError(make_finding("VP018", f"{option} {place}: this position of the machine file is out of reach"))
+        raise make_input_error("VP018", f"{option} {place}: this position of the machine file is out of reach")
     return q
 
 
@@ -78,12 +78,10 @@ def _require_own_turn(machine: Machine, q: Array, option: str) -> None:
         values = ", ".join(
             f"{name} {format_fixed(value, 4)}" for name, value in zip(machine.actuators, own[:n].tolist(), strict=True)
         )
-        raise InputError(
-            make_finding(
-                "VP018",
-                f"{option}: there the platform is turned about the tool axis otherwise than this machine turns it; "
-                f"bring it to {values} first, with the tool in the same place",
-            )
+        raise make_input_error(
+            "VP018",
+            f"{option}: there the platform is turned about the tool axis otherwise than this machine turns it; "
+            f"bring it to {values} first, with the tool in the same place",
         )
 
 
@@ -210,7 +208,7 @@ def _connect(
 def _find_pose(machine: Machine, q: Array, tool: float, option: str) -> Array:
     tip, angles, ok = machine.five_axis.find_nominal_pose(q, tool)
     if not ok:
-        raise InputError(make_finding("VP018", f"{option}: no position of the platform fits these joint values"))
+        raise make_input_error("VP018", f"{option}: no position of the platform fits these joint values")
     return np.concatenate([tip, angles])
 
 
@@ -225,7 +223,7 @@ def _solve(machine: Machine, pose: Array, tool: float, option: str) -> Array:
     q, _platform, ok = machine.five_axis.solve(pose[:3], pose[3:], tool)
     if not ok:
         text = f"{option}: the retracted position, or the one above the goal, is out of reach"
-        raise InputError(make_finding("VP018", text))
+        raise make_input_error("VP018", text)
     return q
 
 
@@ -256,5 +254,5 @@ def _plan_detour(path: ToolPath, change: Change, machine: Machine) -> list[Step]
     if not ok.all():
         line = int(path.line[change.segment])
         text = "the table cannot rewind here: the retracted place (machine Z 0 along the tool axis) is out of reach"
-        raise InputError(make_finding("VP301", text, line=line, last_line=line, worst_line=line))
+        raise make_input_error("VP301", text, line=line, last_line=line, worst_line=line)
     return [Step(here, up), Step(up, down, q), Step(down, there)]

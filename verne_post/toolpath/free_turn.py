@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from verne_post.base.arrays import Array
 from verne_post.base.ragged import number_parts
 from verne_post.base.tolerances import MARGIN_GAIN, POLE_SINE, ZERO_ANGLE
-from verne_post.model.findings import InputError, make_finding
+from verne_post.model.findings import make_input_error
 from verne_post.model.machine import Machine
 from verne_post.model.summary import FreeTurn
 from verne_post.model.toolpath import SegmentKind, ToolPath
@@ -111,7 +111,7 @@ def _require_free(path: ToolPath, fixes: int | None) -> None:
     else:
         return
     text = f"--free-c needs a program whose tool is always vertical and that never names C; {why}"
-    raise InputError(make_finding("VP018", text, line=line, last_line=line, worst_line=line))
+    raise make_input_error("VP018", text, line=line, last_line=line, worst_line=line)
 
 
 def _sample(path: ToolPath) -> _Points:

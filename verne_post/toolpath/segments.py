@@ -12,7 +12,7 @@ from verne_post.base.rotations import find_axis_of_angles
 from verne_post.base.rows import measure_rows
 from verne_post.base.tolerances import CONTINUATION, OPPOSITE, POLE_SINE, POSE_DECIMALS_MM, ZERO_ANGLE, ZERO_LENGTH_MM
 from verne_post.base.units import DEG_PER_RAD, ROTARY_METRIC_MM, SECONDS_PER_MINUTE
-from verne_post.model.findings import InputError, make_finding
+from verne_post.model.findings import InputError, make_input_error
 from verne_post.model.moves import FeedMode, MoveKind, Moves, PathMode
 from verne_post.model.nutation import Nutation
 from verne_post.model.protocols import TableCoordinates
@@ -263,7 +263,7 @@ def _refuse_circle(moves: Moves, move: np.intp, why: str) -> InputError:
 
 def _refuse(moves: Moves, move: np.intp, code: str, text: str) -> InputError:
     line = int(moves.line[move])
-    return InputError(make_finding(code, text, severity="error", line=line, last_line=line, worst_line=line))
+    return make_input_error(code, text, severity="error", line=line, last_line=line, worst_line=line)
 
 
 def _place_arcs(placed: PlacedMoves, curved: Rows, coordinates: TableCoordinates) -> ArcSegments:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from verne_post.base.arrays import Array
 from verne_post.base.rotations import find_axis_of_angles
 from verne_post.base.tolerances import ZERO_ANGLE, ZERO_LENGTH_MM
-from verne_post.model.findings import InputError, make_finding
+from verne_post.model.findings import make_input_error
 from verne_post.model.machine import Machine
 from verne_post.model.moves import MOVE_COLUMNS, ZERO9, Frame, MoveKind, Moves
 from verne_post.model.toolpath import SegmentKind, ToolPath, find_sections
@@ -90,10 +90,8 @@ def _find_retract(height: float, further: float) -> float:
     """
     rise = further - height
     if height < 0.0 and rise < _LEAST_RISE:
-        raise InputError(
-            make_finding(
-                "VP018", "a retract along the tool axis does not reach machine Z 0: the tool is tilted too far there"
-            )
+        raise make_input_error(
+            "VP018", "a retract along the tool axis does not reach machine Z 0: the tool is tilted too far there"
         )
     return max(-height, 0.0) / max(rise, _LEAST_RISE)
 

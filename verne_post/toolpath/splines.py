@@ -28,7 +28,7 @@ from verne_post.base.ragged import number_parts
 from verne_post.base.rows import measure_rows, sum_rows
 from verne_post.base.tolerances import POSE_DECIMALS_MM, POSE_DECIMALS_RAD, ZERO_ANGLE
 from verne_post.base.units import ROTARY_METRIC_MM
-from verne_post.model.findings import InputError, make_finding
+from verne_post.model.findings import make_input_error
 from verne_post.model.moves import Moves
 from verne_post.model.protocols import TableCoordinates
 from verne_post.model.splines import GrowingSplines, Splines, build_empty_splines
@@ -160,7 +160,7 @@ def _divide_pieces(pieces: Splines, line: Ints) -> SplineSegments:
         if not parts.regular.all():
             at = int(line[where[np.argmin(parts.regular)]])
             text = "the spline stops or turns back at a point: it has no direction there"
-            raise InputError(make_finding("VP031", text, line=at, last_line=at, worst_line=at))
+            raise make_input_error("VP031", text, line=at, last_line=at, worst_line=at)
         length[where] = parts.length
         count[where] = np.diff(parts.first, append=len(parts.low))
         turn[where], bends = _measure_turn(bezier, parts)

@@ -14,7 +14,7 @@ from msgspec import Struct
 
 from verne_post.base.arrays import Array
 from verne_post.base.tolerances import WHOLE_CYCLE_SHARE
-from verne_post.model.findings import InputError, make_finding
+from verne_post.model.findings import make_input_error
 from verne_post.model.machine import Limits
 
 #: Where a slow start begins, as a share of the override.
@@ -102,5 +102,5 @@ def build_feed_override(override: float, slow_start: float, limits: Limits) -> F
             f"--slow-start {slow_start:g}: on this machine a slow start must take at least {shortest:.3g} s, or it "
             "would exceed limits itself"
         )
-        raise InputError(make_finding("VP018", text))
+        raise make_input_error("VP018", text)
     return FeedOverride(override, slow_start)

@@ -13,7 +13,7 @@ from verne_post.base.text_marks import decode_text
 from verne_post.calibration.as_built.data import Prior, build_prior_of_covariance
 from verne_post.calibration.as_built.machine_text import DECIMALS
 from verne_post.model.deviations import PARAMETERS
-from verne_post.model.findings import InputError, make_finding
+from verne_post.model.findings import make_input_error
 
 #: The deviations of the machine file and those of the covariance may differ by rounding, mm and rad.
 SAME: Final = 2.0 * 10.0**-DECIMALS
@@ -56,12 +56,12 @@ def read_covariance(raw: bytes, deviations: Array) -> Prior:
         prior = build_prior_of_covariance(deviations, values[1:])
     except (ValueError, csv.Error, np.linalg.LinAlgError):
         text = "not a covariance file of machine calibrate"
-        raise InputError(make_finding("VP502", text)) from None
+        raise make_input_error("VP502", text) from None
     far = np.abs(values[0] - deviations)
     if far.max() > SAME:
         name = PARAMETERS[int(np.argmax(far))]
         text = (
             f"the covariance belongs to another machine file: {name} differs; calibrate again, or name the right file"
         )
-        raise InputError(make_finding("VP502", text))
+        raise make_input_error("VP502", text)
     return prior

@@ -4,7 +4,6 @@ from typing import Final
 
 import numpy as np
 from msgspec import Struct
-from msgspec.structs import replace
 
 from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.model.deviations import IS_ANGLE
@@ -36,10 +35,6 @@ class ToolReadings(Struct, frozen=True, eq=False):
     def take(self, chosen: Ints | Mask) -> "ToolReadings":
         """Some of the rows."""
         return ToolReadings(*(getattr(self, name)[chosen] for name in self.__struct_fields__))
-
-    def replace_tips(self, tip: Array) -> "ToolReadings":
-        """The same rows with other tips."""
-        return replace(self, tip=tip)
 
 
 class LengthReading(Struct, frozen=True):

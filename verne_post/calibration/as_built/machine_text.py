@@ -14,7 +14,7 @@ from verne_post.base.units import MILLI
 from verne_post.config.load import build_machine
 from verne_post.kinematics.as_built.machine import AsBuiltMachine
 from verne_post.model.deviations import ENTRIES, RODS, Deviations
-from verne_post.model.findings import InputError, make_finding
+from verne_post.model.findings import make_input_error
 from verne_post.model.machine import Machine
 
 #: A header of a table or of an array of tables, alone on its line.
@@ -43,7 +43,7 @@ def write_machine_text(raw: bytes, deviations: Deviations, source: str, file_nam
     after.pop("as_built", None)
     if before != after:
         text = f"{file_name}: as_built is not a table [as_built]; write it as a table, so that it can be replaced"
-        raise InputError(make_finding("VP501", text))
+        raise make_input_error("VP501", text)
     return written
 
 

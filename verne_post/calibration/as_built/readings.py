@@ -16,7 +16,7 @@ from verne_post.base.units import MILLI
 from verne_post.calibration.as_built.data import LengthReading, ToolReadings
 from verne_post.calibration.table import read_number, read_table, refuse_mistakes
 from verne_post.model.deviations import RODS
-from verne_post.model.findings import Finding, InputError, make_finding
+from verne_post.model.findings import Finding, make_finding, make_input_error
 from verne_post.model.machine import Machine
 
 LENGTH: Final = "tool_length_mm"
@@ -53,7 +53,7 @@ def read_tool_readings(raw: bytes, machine: Machine, sigma_mm: float, sigma_mrad
     table = read_table(raw, (*joints, LENGTH, *TIP), (*AXIS, *SIGMAS, *STATIONS, *REMARKS), mistakes)
     if 0 < len(set(AXIS) & set(table.header)) < len(AXIS):
         text = "a tool axis has three columns, i, j and k; some of them are missing in the header"
-        raise InputError(make_finding("VP502", text, line=table.header_line))
+        raise make_input_error("VP502", text, line=table.header_line)
     stations: dict[tuple[str, str], int] = {}
     rows: list[tuple[list[float], Array, Array, tuple[float, float], tuple[int, bool], int]] = []
     blank = 0

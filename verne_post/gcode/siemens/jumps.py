@@ -1,6 +1,7 @@
 """Jumps, branches, loops and repeated stretches of Siemens programs: what each statement does to the next line."""
 
 from collections.abc import Callable
+from functools import partial
 from typing import Final, Protocol
 
 from verne_post.gcode.calls import CallStack
@@ -61,22 +62,6 @@ def _execute_else(flow: Running, cursor: Cursor, line: int) -> None:
 def _execute_endif(flow: Running, cursor: Cursor, line: int) -> None:
     _ = flow.calls.text.structure
     refuse_leftover(cursor)
-
-
-def _execute_goto(flow: Running, cursor: Cursor, line: int) -> None:
-    _jump(flow, cursor, line, "GOTO")
-
-
-def _execute_gotof(flow: Running, cursor: Cursor, line: int) -> None:
-    _jump(flow, cursor, line, "GOTOF")
-
-
-def _execute_gotob(flow: Running, cursor: Cursor, line: int) -> None:
-    _jump(flow, cursor, line, "GOTOB")
-
-
-def _execute_gotoc(flow: Running, cursor: Cursor, line: int) -> None:
-    _jump(flow, cursor, line, "GOTOC")
 
 
 def _execute_case(flow: Running, cursor: Cursor, line: int) -> None:
@@ -232,10 +217,6 @@ def _repeat(flow: Running, cursor: Cursor, line: int) -> None:
     _repeat_stretch(flow, cursor, line, one_block=False)
 
 
-def _repeat_block(flow: Running, cursor: Cursor, line: int) -> None:
-    _repeat_stretch(flow, cursor, line, one_block=True)
-
-
 def _repeat_stretch(flow: Running, cursor: Cursor, line: int, *, one_block: bool) -> None:
     labels: list[tuple[str, int]] = []
     times = 1
@@ -296,8 +277,10 @@ def end_stretch(flow: Running, line: int) -> None:
 
 #: What the statements do.
 JUMPS: Final[dict[str, Callable[[Running, Cursor, int], None]]] = {
-    "IF": _execute_if, "ELSE": _execute_else, "ENDIF": _execute_endif, "GOTO": _execute_goto, "GOTOF": _execute_gotof,
-    "GOTOB": _execute_gotob, "GOTOC": _execute_gotoc, "CASE": _execute_case, "FOR": _execute_for,
-    "ENDFOR": _execute_endfor, "WHILE": _execute_while, "ENDWHILE": _execute_loop_end, "LOOP": _begin_loop,
-    "ENDLOOP": _execute_loop_end, "REPEAT": _repeat, "REPEATB": _repeat_block, "UNTIL": _execute_until,
+    "IF": _execute_if, "ELSE": _execute_else, "ENDIF": _execute_endif, "CASE": _execute_case,
+    "GOTO": partial(_jump, word="GOTO"), "GOTOF": partial(_jump, word="GOTOF"),
+    "GOTOB": partial(_jump, word="GOTOB"), "GOTOC": partial(_jump, word="GOTOC"),
+    "FOR": _execute_for, "ENDFOR": _execute_endfor, "WHILE": _execute_while, "ENDWHILE": _execute_loop_end,
+    "LOOP": _begin_loop, "ENDLOOP": _execute_loop_end, "REPEAT": _repeat, "UNTIL": _execute_until,
+    "REPEATB": partial(_repeat_stretch, one_block=True),
 }  # fmt: skip

@@ -15,7 +15,7 @@ from msgspec import Struct
 from verne_post.base.arrays import Array, Mask
 from verne_post.base.tolerances import NEWTON_STEP, ROD_RESIDUAL_MM2
 from verne_post.kinematics.as_built.geometry import FIRST_ROD, LEG, MIRROR, SECOND_ROD, AsBuiltGeometry
-from verne_post.kinematics.as_built.inverse import cross, sum_products, turn_about, turn_rotation
+from verne_post.kinematics.as_built.inverse import cross, solve_three, sum_products, turn_about, turn_rotation
 
 #: Newton's steps from the nominal machine's pose; three where the machine works.
 STEPS: Final = 12
@@ -69,13 +69,6 @@ def _step(rods: Array, moments: Array, miss: Array) -> tuple[Array, Array]:
     turn = solve_three(rest, left)
     held = miss[FIRST_ROD] - np.einsum("kin,kn->in", moments[:, FIRST_ROD], turn)
     return np.einsum("kjn,jn->kn", inverse, held), turn
-
-
-def solve_three(rows: Array, right: Array) -> Array:
-    """Solutions (3, n) of three equations each, given by rows (3 components, 3 rows, n) and right sides (3, n)."""
-    first, second, third = rows[:, 0], rows[:, 1], rows[:, 2]
-    a, b, c = cross(second, third), cross(third, first), cross(first, second)
-    return np.asarray((a * right[0] + b * right[1] + c * right[2]) / sum_products(first, a))
 
 
 def map_tool_to_table(

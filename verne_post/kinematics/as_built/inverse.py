@@ -115,6 +115,13 @@ def solve_platform(
     return _close_rods(geometry, pose, rotation, done, side)
 
 
+def make_tilts(alpha: Array) -> Array:
+    """Rotations (3, 3, n) about x by tilts (n,)."""
+    c, s = np.cos(alpha), np.sin(alpha)
+    one, zero = np.ones_like(c), np.zeros_like(c)
+    return np.array([[one, zero, zero], [zero, c, -s], [zero, s, c]])
+
+
 def turn_rotation(rotation: Array, turn: Array) -> Array:
     """Rotations (3, 3, n) followed by small turns (3, n): exactly orthogonal (Cayley), true up to third order."""
     half = 0.5 * turn
@@ -156,6 +163,13 @@ def _place(geometry: AsBuiltGeometry, pose: ProgrammedPose, rotation: Array, sid
     return _Placed(spindle, cosine, sine, stretch, position, arms, drop, free - rho * guides, rho)
 
 
+def solve_three(rows: Array, right: Array) -> Array:
+    """Solutions (3, n) of three equations each, given by rows (3 components, 3 rows, n) and right sides (3, n)."""
+    first, second, third = rows[:, 0], rows[:, 1], rows[:, 2]
+    a, b, c = cross(second, third), cross(third, first), cross(first, second)
+    return np.asarray((a * right[0] + b * right[1] + c * right[2]) / sum_products(first, a))
+
+
 def _find_step(geometry: AsBuiltGeometry, pose: ProgrammedPose, rotation: Array, side: Array) -> Array:
     """Newton's step (3, n), a turn of the platform in the base frame."""
     at = _place(geometry, pose, rotation, side)
@@ -170,9 +184,7 @@ def _find_step(geometry: AsBuiltGeometry, pose: ProgrammedPose, rotation: Array,
     miss = at.rho[FIRST_ROD] - at.rho[SECOND_ROD]
     rows = by_turn[:, FIRST_ROD] - by_turn[:, SECOND_ROD]
     rows -= table[:, None] * (by_table[FIRST_ROD] - by_table[SECOND_ROD])
-    first, second, third = rows[:, 0], rows[:, 1], rows[:, 2]  # gradients (3, n) of the three misses
-    a, b, c = cross(second, third), cross(third, first), cross(first, second)
-    return np.asarray(-(a * miss[0] + b * miss[1] + c * miss[2]) / sum_products(first, a))
+    return -solve_three(rows, miss)  # rows are the gradients of the three misses
 
 
 def _close_rods(

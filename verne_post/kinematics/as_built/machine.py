@@ -28,11 +28,10 @@ from verne_post.kinematics.as_built.forward import (
     solve_rods,
 )
 from verne_post.kinematics.as_built.geometry import LEG, MIRROR, AsBuiltGeometry, NominalTable, place_parts
-from verne_post.kinematics.as_built.rotations import make_tilts, solve_angles_of_rotation
-from verne_post.kinematics.five_axis import HybridMachine, check_pose_vectors, convert_axis_to_angles
+from verne_post.kinematics.five_axis import HybridMachine, check_vectors, convert_axis_to_angles
 from verne_post.kinematics.modules.verne.geometry import VerneGeometry
 from verne_post.model.deviations import Deviations, RodPlaces
-from verne_post.model.poses import Platform
+from verne_post.model.poses import Platform, find_platform_angles
 from verne_post.model.protocols import Margin, WholeSolution
 
 #: Steps that bring C, and the nominal angles of written joints, to where they stand; each gains a digit or more.
@@ -105,7 +104,7 @@ class AsBuiltMachine(Struct, frozen=True, eq=False, dict=True):
             found, turn = self._solve_chunk(flat, part)
             q[part] = _assemble_joints(flat.angles[:, part], found, turn)
             position[part] = found.position.T
-            rotation[part] = solve_angles_of_rotation(found.rotation)
+            rotation[part] = find_platform_angles(*found.rotation.transpose(1, 2, 0))
         ok, shape = np.isfinite(q[:, 0]), flat.shape
         platform = Platform(position.reshape(*shape, 3), rotation.reshape(*shape, 3))
         return q.reshape(*shape, 5), platform, ok.reshape(shape)
@@ -137,7 +136,7 @@ class AsBuiltMachine(Struct, frozen=True, eq=False, dict=True):
         turn = angles[1]
         with np.errstate(invalid="ignore", divide="ignore"):  # what has no solution is NaN on the way
             pose = inverse.stand_on_table(self.geometry, tip, angles, turn, length)
-            found = inverse.solve_platform(self.geometry, pose, make_tilts(alpha))
+            found = inverse.solve_platform(self.geometry, pose, inverse.make_tilts(alpha))
             if self.correction is not None:
                 share = self.correction.share(angles[0])
                 moved = np.flatnonzero((share > 0) & np.isfinite(found.tilt))
@@ -188,7 +187,7 @@ class AsBuiltMachine(Struct, frozen=True, eq=False, dict=True):
 
     def inverse_all(self, tip: Array, axis: Array, tool_length: float) -> list[WholeSolution]:
         """The solutions that continue those of the nominal machine, with the true parts; C as in :meth:`solve`."""
-        tip = check_pose_vectors(tip, "tip")
+        tip = check_vectors(tip, "tip")
         solutions = []
         for one in self.nominal_machine.inverse_all(tip, axis, tool_length):
             angles = np.array(one.angles)[:, None]
@@ -197,13 +196,13 @@ class AsBuiltMachine(Struct, frozen=True, eq=False, dict=True):
             pose = inverse.stand_on_table(self.geometry, tip[:, None], angles, turn, length)
             side = np.array(one.signs, dtype=float)[LEG]
             with np.errstate(invalid="ignore", divide="ignore"):
-                found = inverse.solve_platform(self.geometry, pose, make_tilts(np.array([one.alpha])), side)
+                found = inverse.solve_platform(self.geometry, pose, inverse.make_tilts(np.array([one.alpha])), side)
                 share = np.zeros(1) if self.correction is None else self.correction.share(angles[0])
                 if share[0] > 0:
                     turn, found = self._correct(tip[:, None], angles, length, share, found.rotation, side)
             q = _assemble_joints(angles, found, turn)[0]
             if np.isfinite(q).all():
-                tilt = float(solve_angles_of_rotation(found.rotation)[0, 0])
+                tilt = float(find_platform_angles(*found.rotation.transpose(1, 2, 0))[0, 0])
                 solutions.append(replace(one, q=tuple(float(value) for value in q), alpha=tilt))
         return solutions
 
@@ -231,8 +230,8 @@ class AsBuiltMachine(Struct, frozen=True, eq=False, dict=True):
         q = np.asarray(q, dtype=float)
         shape = q.shape[:-1]
         pose = self._solve_platform(q.reshape(-1, q.shape[-1]))
-        place = (part.reshape(*shape, 3) for part in (pose.position.T, solve_angles_of_rotation(pose.rotation)))
-        return Platform(*place), pose.ok.reshape(shape)
+        angles = find_platform_angles(*pose.rotation.transpose(1, 2, 0))
+        return Platform(pose.position.T.reshape(*shape, 3), angles.reshape(*shape, 3)), pose.ok.reshape(shape)
 
     def _solve_platform(self, q: Array) -> PlatformPose:
         n = len(q)
@@ -241,7 +240,9 @@ class AsBuiltMachine(Struct, frozen=True, eq=False, dict=True):
             part = slice(first, first + inverse.CHUNK)
             near, alpha, _closed = self.nominal_machine.module.forward(q[part, :-2])
             with np.errstate(invalid="ignore", divide="ignore"):
-                pose = solve_rods(self.geometry, np.ascontiguousarray(q[part, :-2].T), near.T, make_tilts(alpha))
+                pose = solve_rods(
+                    self.geometry, np.ascontiguousarray(q[part, :-2].T), near.T, inverse.make_tilts(alpha)
+                )
             position[:, part], rotation[..., part], ok[part] = pose.position, pose.rotation, pose.ok
         position[:, ~ok] = np.nan
         rotation[..., ~ok] = np.nan
@@ -249,9 +250,7 @@ class AsBuiltMachine(Struct, frozen=True, eq=False, dict=True):
 
     def forward(self, q: Array, tool_length: Array | float) -> tuple[Array, Array, Mask]:
         """Tip, tool axis and ok of joint values; see :meth:`Machine.forward`."""
-        q = np.asarray(q, dtype=float)
-        if q.ndim == 0 or q.shape[-1] != 5:
-            raise ValueError(f"q must have shape (..., 5), got {q.shape}")
+        q = check_vectors(q, "q", 5)
         tip, _angles, axis, ok = self.measure(q, tool_length)
         return tip, axis, ok
 
@@ -374,7 +373,7 @@ class AsBuiltMachine(Struct, frozen=True, eq=False, dict=True):
         x, _drop = module.find_workspace_middle()
         position = np.array([[x, 0.0, 0.0]])
         rho, alpha, _ok = module.inverse(position)
-        vectors, arms = find_rod_vectors(self.geometry, rho.T, position.T, make_tilts(alpha))
+        vectors, arms = find_rod_vectors(self.geometry, rho.T, position.T, inverse.make_tilts(alpha))
         whole, hold = margins.compute_scaled_determinants(self.geometry, vectors, arms)
         return float(np.sign(whole[0])), float(np.sign(hold[0]))
 

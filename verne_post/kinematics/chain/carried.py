@@ -20,13 +20,13 @@ import numpy as np
 from msgspec import Struct
 
 from verne_post.base.arrays import Array, Mask
-from verne_post.base.rotations import find_axis_of_angles, solve_angles_of_axis, wrap_angle
+from verne_post.base.rotations import differentiate_axis, find_axis_of_angles, solve_angles_of_axis, wrap_angle
 from verne_post.base.tolerances import POLE_SINE
 from verne_post.base.units import DEG_PER_RAD
-from verne_post.kinematics.chain.machine import MIRROR, ChainMachine, find_platform_angles
-from verne_post.kinematics.five_axis import check_pose_vectors, convert_axis_to_angles
+from verne_post.kinematics.chain.machine import MIRROR, ChainMachine
+from verne_post.kinematics.five_axis import check_vectors, convert_axis_to_angles
 from verne_post.kinematics.modules.central_leg import CentralLeg
-from verne_post.model.poses import Platform
+from verne_post.model.poses import Platform, find_platform_angles
 from verne_post.model.protocols import Margin, WholeSolution
 
 #: The tilting joint of the wrist may come so near to its pole, degrees; the other then turns up to 115 times as fast.
@@ -120,7 +120,7 @@ class CarriedMachine(Struct, frozen=True, eq=False):
 
     def inverse_all(self, tip: Array, axis: Array, tool_length: float) -> list[WholeSolution]:
         """Both solutions of a pose (3,), (3,) in the polar frame: the wrist on either side; first, the used one."""
-        tip, axis = check_pose_vectors(tip, "tip"), check_pose_vectors(axis, "axis")
+        tip, axis = check_vectors(tip, "tip"), check_vectors(axis, "axis")
         tilt, turn = (float(angle) for angle in solve_angles_of_axis(axis))
         q, _position, ok = self._solve(tip, np.array([tilt, turn]), tool_length)
         if not ok:
@@ -164,16 +164,14 @@ class CarriedMachine(Struct, frozen=True, eq=False):
     def inverse(self, tip: Array, axis: Array, tool_length: Array | float) -> tuple[Array, Mask]:
         """Joint values of a pose in the part frame; see :meth:`Machine.inverse`."""
         directions = self.nominal_chain.pair.directions
-        tip, axis = (check_pose_vectors(*one) @ directions.T for one in ((tip, "tip"), (axis, "axis")))
+        tip, axis = (check_vectors(*one) @ directions.T for one in ((tip, "tip"), (axis, "axis")))
         q, _position, ok = self._solve(*convert_axis_to_angles(tip, axis, tool_length), tool_length)
         return q, ok
 
     @np.errstate(all="ignore")
     def forward(self, q: Array, tool_length: Array | float) -> tuple[Array, Array, Mask]:
         """Tip and tool axis in the part frame, and ok; see :meth:`Machine.forward`."""
-        q = np.asarray(q, dtype=float)
-        if q.ndim == 0 or q.shape[-1] != 5:
-            raise ValueError(f"q must have shape (..., 5), got {q.shape}")
+        q = check_vectors(q, "q", 5)
         tip, _angles, axis, ok = self.measure(q, tool_length)
         directions = self.nominal_chain.pair.directions
         return tip @ directions, axis @ directions, ok
@@ -182,11 +180,8 @@ class CarriedMachine(Struct, frozen=True, eq=False):
         """Joint rates by pose rates, (..., 5, 5): rows the joints, columns tip x, y, z (mm), nominal A and C (rad)."""
         q, position, _ok = self._solve(tip, angles, tool_length)
         angles = np.broadcast_to(np.asarray(angles, dtype=float), (*q.shape[:-1], 2))
-        (sin_a, sin_c), (cos_a, cos_c) = np.moveaxis(np.sin(angles), -1, 0), np.moveaxis(np.cos(angles), -1, 0)
-        still = np.zeros_like(sin_a)
         turns = np.zeros((*q.shape[:-1], 3, 5))  # the tool axis by the pose
-        turns[..., 3] = np.stack([cos_a * sin_c, cos_a * cos_c, -sin_a], axis=-1)
-        turns[..., 4] = np.stack([sin_a * cos_c, -sin_a * sin_c, still], axis=-1)
+        turns[..., 3:] = differentiate_axis(angles)
         moves = (np.asarray(tool_length, dtype=float) + self.nose)[..., None, None] * turns  # W by the pose
         moves[..., :3] += np.eye(3)
         away = position - np.array(self.leg.base)
@@ -200,12 +195,13 @@ class CarriedMachine(Struct, frozen=True, eq=False):
         back = np.swapaxes(self._find_turn(position), -1, -2)
         seen = back @ (turns - np.cross(spin, axis[..., None], axis=-2))
         own = self.nominal_chain.pair.find_angles(q[..., 3:])
-        (sin_a, sin_c), (cos_a, cos_c) = np.moveaxis(np.sin(own), -1, 0), np.moveaxis(np.cos(own), -1, 0)
+        sin_a, sin_c, cos_c = np.sin(own[..., 0]), np.sin(own[..., 1]), np.cos(own[..., 1])
         rates = np.empty((*q.shape[:-1], 5, 5))
         rates[..., :3, :] = self.leg.find_rates(position) @ carried
-        rates[..., 3, :] = (np.stack([cos_a * sin_c, cos_a * cos_c, -sin_a], -1)[..., None, :] @ seen)[..., 0, :]
+        rates[..., 3, :] = (differentiate_axis(own)[..., None, :, 0] @ seen)[..., 0, :]
+        level = np.stack([cos_c, -sin_c, np.zeros_like(sin_a)], -1)  # along which the axis goes while C turns
         with np.errstate(divide="ignore", invalid="ignore"):
-            rates[..., 4, :] = (np.stack([cos_c, -sin_c, still], -1)[..., None, :] @ seen)[..., 0, :] / sin_a[..., None]
+            rates[..., 4, :] = (level[..., None, :] @ seen)[..., 0, :] / sin_a[..., None]
         return rates
 
     # --- bodies and pictures: z down, the part stands still -------------------------------------------------

@@ -22,13 +22,13 @@ import numpy as np
 from msgspec import Struct
 
 from verne_post.base.arrays import Array, Mask
-from verne_post.base.rotations import find_axis_of_angles, solve_angles_of_axis
+from verne_post.base.rotations import differentiate_axis, find_axis_of_angles, solve_angles_of_axis
 from verne_post.base.units import DEG_PER_RAD
 from verne_post.kinematics.chain.carried import choose_turn, find_nominal_turn
-from verne_post.kinematics.chain.machine import MIRROR, ChainMachine, find_platform_angles
-from verne_post.kinematics.five_axis import check_pose_vectors, convert_axis_to_angles
+from verne_post.kinematics.chain.machine import MIRROR, ChainMachine
+from verne_post.kinematics.five_axis import check_vectors, convert_axis_to_angles
 from verne_post.kinematics.modules.six_legs import SixLegs, turn_by
-from verne_post.model.poses import Platform
+from verne_post.model.poses import Platform, find_platform_angles
 from verne_post.model.protocols import Margin, WholeSolution
 
 
@@ -134,7 +134,7 @@ class HexapodMachine(Struct, frozen=True, dict=True, eq=False):
 
     def inverse_all(self, tip: Array, axis: Array, tool_length: float) -> list[WholeSolution]:
         """The used solution of a pose (3,), (3,) in the polar frame; turns about the tool axis are no solutions."""
-        tip, axis = check_pose_vectors(tip, "tip"), check_pose_vectors(axis, "axis")
+        tip, axis = check_vectors(tip, "tip"), check_vectors(axis, "axis")
         tilt, turn = (float(angle) for angle in solve_angles_of_axis(axis))
         q, _position, _turn, ok = self._solve(tip, np.array([tilt, turn]), tool_length)
         return [WholeSolution(tuple(q.tolist()), (tilt, turn), 0.0, (), False, None)] if ok else []
@@ -143,7 +143,7 @@ class HexapodMachine(Struct, frozen=True, dict=True, eq=False):
     def inverse(self, tip: Array, axis: Array, tool_length: Array | float) -> tuple[Array, Mask]:
         """Joint values of a pose in the part frame; see :meth:`Machine.inverse`."""
         directions = self.nominal_chain.pair.directions
-        tip, axis = (check_pose_vectors(*one) @ directions.T for one in ((tip, "tip"), (axis, "axis")))
+        tip, axis = (check_vectors(*one) @ directions.T for one in ((tip, "tip"), (axis, "axis")))
         q, _position, _turn, ok = self._solve(*convert_axis_to_angles(tip, axis, tool_length), tool_length)
         return q, ok
 
@@ -183,10 +183,8 @@ class HexapodMachine(Struct, frozen=True, dict=True, eq=False):
         """Joint rates by pose rates, (..., 8, 5): rows the joints, columns tip x, y, z (mm), nominal A and C (rad)."""
         q, position, turn, _ok = self._solve(tip, angles, tool_length)
         angles = np.broadcast_to(np.asarray(angles, dtype=float), (*q.shape[:-1], 2))
-        (sin_a, sin_c), (cos_a, cos_c) = np.moveaxis(np.sin(angles), -1, 0), np.moveaxis(np.cos(angles), -1, 0)
         turns = np.zeros((*q.shape[:-1], 3, 5))  # the tool axis by the pose
-        turns[..., 3] = np.stack([cos_a * sin_c, cos_a * cos_c, -sin_a], axis=-1)
-        turns[..., 4] = np.stack([sin_a * cos_c, -sin_a * sin_c, np.zeros_like(sin_a)], axis=-1)
+        turns[..., 3:] = differentiate_axis(angles)
         moves = np.asarray(tool_length, dtype=float)[..., None, None] * turns  # G by the pose
         moves[..., :3] += np.eye(3)
         turns, moves = self.to_polar.T @ turns, self.to_polar.T @ moves

@@ -25,8 +25,8 @@ from verne_post.base.rotations import (
 )
 from verne_post.base.units import DEG_PER_RAD
 from verne_post.kinematics.chain.pair import PolarPair
-from verne_post.kinematics.five_axis import check_pose_vectors, convert_axis_to_angles
-from verne_post.model.poses import Platform
+from verne_post.kinematics.five_axis import check_vectors, convert_axis_to_angles
+from verne_post.model.poses import Platform, find_platform_angles
 from verne_post.model.protocols import Margin, WholeSolution
 
 #: The base frame of pictures and bodies has z down, as that of the parallel modules.
@@ -148,7 +148,7 @@ class ChainMachine(Struct, frozen=True, eq=False):
 
     def inverse(self, tip: Array, axis: Array, tool_length: Array | float) -> tuple[Array, Mask]:
         """Joint values of a pose in the part frame; see :meth:`Machine.inverse`."""
-        tip, axis = (check_pose_vectors(*one) @ self.pair.directions.T for one in ((tip, "tip"), (axis, "axis")))
+        tip, axis = (check_vectors(*one) @ self.pair.directions.T for one in ((tip, "tip"), (axis, "axis")))
         tip, angles = convert_axis_to_angles(tip, axis, tool_length)
         q = self.find_joints(tip, angles, tool_length)
         ok = np.asarray(np.isfinite(q).all(axis=-1))
@@ -159,15 +159,13 @@ class ChainMachine(Struct, frozen=True, eq=False):
 
     def forward(self, q: Array, tool_length: Array | float) -> tuple[Array, Array, Mask]:
         """Tip and tool axis in the part frame, and ok; see :meth:`Machine.forward`."""
-        q = np.asarray(q, dtype=float)
-        if q.ndim == 0 or q.shape[-1] != 5:
-            raise ValueError(f"q must have shape (..., 5), got {q.shape}")
+        q = check_vectors(q, "q", 5)
         tip, _angles, axis, ok = self.measure(q, tool_length)
         return tip @ self.pair.directions, axis @ self.pair.directions, ok
 
     def inverse_all(self, tip: Array, axis: Array, tool_length: float) -> list[WholeSolution]:
         """Solutions of a pose (3,), (3,) in the polar frame, the tilt on either side of the pole; none out of reach."""
-        tip, axis = check_pose_vectors(tip, "tip"), check_pose_vectors(axis, "axis")
+        tip, axis = check_vectors(tip, "tip"), check_vectors(axis, "axis")
         tilt, turn = (float(angle) for angle in solve_angles_of_axis(axis))
         solutions: list[WholeSolution] = []
         if self.pair.nutation is not None and self.pair.nutation.measure_miss(np.array(tilt)):
@@ -276,13 +274,3 @@ class ChainMachine(Struct, frozen=True, eq=False):
     def sketch(self, q: Array, platform: Platform) -> Array:
         """No rods: (n, 0, 2, 3)."""
         return np.empty((len(q), 0, 2, 3))
-
-
-def find_platform_angles(x: Array, y: Array, z: Array) -> Array:
-    """alpha, beta, gamma (..., 3) of a platform with unit vectors x, y, z (..., 3) in the base frame."""
-    angles = (
-        np.arctan2(-z[..., 1], z[..., 2]),
-        np.arcsin(np.clip(z[..., 0], -1.0, 1.0)),
-        np.arctan2(-y[..., 0], x[..., 0]),
-    )
-    return np.stack(angles, axis=-1)

@@ -14,6 +14,7 @@ from verne_post.base.arrays import Array, Mask
 from verne_post.base.rotations import measure_angles
 from verne_post.base.units import DEG_PER_RAD
 from verne_post.kinematics.chain.machine import MIRROR, ChainMachine
+from verne_post.kinematics.five_axis import check_vectors
 from verne_post.kinematics.modules.rods import RodsModule
 from verne_post.model.poses import Platform
 from verne_post.model.protocols import Margin, WholeSolution
@@ -102,8 +103,7 @@ class SlidingMachine(Struct, frozen=True, eq=False):
 
     def forward(self, q: Array, tool_length: Array | float) -> tuple[Array, Array, Mask]:
         """Tip and tool axis in the part frame, and ok; see :meth:`Machine.forward`."""
-        if np.ndim(q) == 0 or np.shape(q)[-1] != 5:
-            raise ValueError(f"q must have shape (..., 5), got {np.shape(q)}")
+        q = check_vectors(q, "q", 5)
         linear, ok = self._find_linear(q)
         tip, axis, finite = self.chain.forward(linear, tool_length)
         return tip, axis, ok & finite

@@ -19,7 +19,7 @@ from verne_post.base.tolerances import ZERO_ANGLE, ZERO_LENGTH_MM
 from verne_post.kinematics.checks.mesh_distances import measure_distances
 from verne_post.kinematics.checks.moving import FAR_MM, Bar, Moving
 from verne_post.kinematics.checks.separation import bound_distance, measure_cylinder_to_box
-from verne_post.model.findings import InputError, make_finding
+from verne_post.model.findings import make_input_error
 from verne_post.model.machine import Machine
 from verne_post.model.moves import Frame, Moves, Stock, find_tool_of_moves
 from verne_post.model.options import Options
@@ -260,7 +260,7 @@ def place_own_stock(machine: Machine, moves: Moves, distance: float = 0.0) -> Pl
     """
     own = moves.stock
     if own is None:
-        raise InputError(make_finding("VP018", "--stock program: the program defines no stock (BLK FORM, WORKPIECE)"))
+        raise make_input_error("VP018", "--stock program: the program defines no stock (BLK FORM, WORKPIECE)")
     refuse_leaning_part(machine, "the stock of the program")
     middle, along, half = measure_own_stock(machine, own)
     turn = float(np.arctan2(along[1], along[0]))
@@ -315,7 +315,7 @@ def refuse_leaning_part(machine: Machine, name: str) -> None:
     """Refuse (VP018) a body on a machine that turns the part about another axis than z: it would lean."""
     if not np.isclose(machine.coordinates.part_frame[2, 2], 1.0):
         text = f"{name}: bodies on the part are not executed on a machine whose joints do not turn about z of the part"
-        raise InputError(make_finding("VP018", text))
+        raise make_input_error("VP018", text)
 
 
 def place_body(
@@ -348,12 +348,12 @@ def place_body(
             f"{name} is given in {SYSTEM_NAMES[system]}, and {SYSTEM_NAMES[system]} is not: give it with --wcs or "
             f"--measured-offset, or {name} on the table"
         )
-        raise InputError(make_finding("VP018", text))
+        raise make_input_error("VP018", text)
     given = frames[system]
     place = (given.origin, given.turn, given.part_turn)
     if any(one.system == system and (one.origin, one.turn, one.part_turn) != place for one in moves.frames):
         text = f"{name} is given in {SYSTEM_NAMES[system]}, which the program moves (G10); give {name} on the table"
-        raise InputError(make_finding("VP018", text))
+        raise make_input_error("VP018", text)
     direction = machine.coordinates.turn_displacement(np.array([1.0, 0.0, 0.0]), given)
     on_table = machine.coordinates.map_to_table(np.concatenate([point, np.zeros(6)]), given)[0]
     return on_table, float(np.arctan2(direction[1], direction[0]))
