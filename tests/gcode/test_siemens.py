@@ -69,7 +69,7 @@ def same_moves(view, siemens, rs274):
     ("SUB1(2,,4)\nM30\n%_N_SUB1_SPF\nPROC SUB1(REAL A1, INT B1=7, REAL C1)\nX=A1 Y=B1 Z=C1\nM17", "G0 X2 Y7 Z4"),
     ("DEF REAL Q\nSUB1(Q)\nX=Q\nM30\n%_N_SUB1_SPF\nPROC SUB1(VAR REAL A1)\nA1=5\nM17", "G0 X5"),
     ("SUB1\nX1\nM30\n%_N_SUB1_SPF\nPROC SUB1 SAVE\nG91 X1\nRET", "G91 G0 X1\nG90 X1"),
-    ("SUB1\nG2 X10 Y0 I5 F100\nM30\n%_N_SUB1_SPF\nPROC SUB1 SAVE\nG18 G93 TRANS X5\nRET", "G2 X10 Y0 I5"), ("EXTCALL \"/dir/SUB1.SPF\"\nM30\n%_N_SUB1_SPF\nX1\nM17", "G0 X1"),
+    ("SUB1\nG2 X10 Y0 I5 F100\nM30\n%_N_SUB1_SPF\nPROC SUB1 SAVE\nG18 G93 TRANS X5\nRET", "G2 X10 Y0 I5"), ("EXTCALL \"/dir/SUB1.SPF\"\nM30\n%_N_SUB1_SPF\nX1\nM17", "G0 X1"), ("CALL \"/_N_SPF_DIR/_N_SUB1_SPF\"\nM30\n%_N_SUB1_SPF\nX1\nM17", "G0 X1"),
     ("MCALL SUB1(3)\nX1\nX2\nMCALL\nX5\nM30\n%_N_SUB1_SPF\nPROC SUB1(REAL Q)\nZ=Q\nZ9\nM17", "G0 X1\nZ3\nZ9\nX2\nZ3\nZ9\nX5"),
     ("X3 Z9\nG75 Z0\nG75 X0 Y0 FP=1\nX5", "G0 X3 Z9\nG53 Z0\nG53 X0 Y0\nX5"),
     # words without effect beside motion
@@ -94,7 +94,7 @@ def test_words_have_rs274_twins(view, siemens, rs274):
     ("DEF AXIS Q", "VP002", "AXIS"), ("X=R[1.5]", "VP007", "whole"), ("SUPA G91 X1", "VP017", "absolute"), ("SUPA X=DC(1)", "VP017", "DC"), ("SUPA C=IC(1)", "VP017", "IC"), ("SUPA G2 X1", "VP017", "G0 or G1"), ("AP=5", "VP005", "AP="), ("RP=5 AP=5 X3", "VP003", "one way"), ("CYCLE800(0,\"\",0,57,0,0,0,30,0,0,0,0,0,5)", "VP007", "_DIR"),
     ("TRANS X1\nCYCLE800(0,\"\",0,57,0,0,0,30,0,0,0,0,0,1)", "VP017", "TRANS"), ("CYCLE832(0.1,25)", "VP002", "_TOLM"), ("CYCLE832(0.1,5)", "VP002", "last digit"), ("CYCLE832(0.1,3000001)", "VP002", "_TOLM"), ("CYCLE832(0.1,112021)", "VP002", "_TOLM"), ("CUTMOD=2", "VP002", "CUTMOD=2"), ("CUTMOD", "VP001", "CUTMOD"), ("SPOS=IC(90)", "VP002", "DC()"), ("SPOS[2]=90", "VP002", "SPOS"), ("M40=1", "VP002", "spindle 40"), ("M41", "VP002", "gears"), ("CYCLE82(10)", "VP005", "RFP"), ("CYCLE82(10,10,1,,5)", "VP007", "same height"), ("CYCLE82(10,10,1,5,0,0,0,1,1)", "VP007", "same height"), ("CYCLE82(10,10,1,10)", "VP007", "wrong side"), ("CYCLE82(10,0,1,5)", "VP007", "wrong side"),
     ("Z-5\nCYCLE82(10,0,1,-9)", "VP017", "below"), ("CYCLE83(10,0,1,-9,,-20)", "VP007", "first depth"), ("CYCLE82(1,2,3,4,5,6,7,8,9,10,11,12,13,14,15)", "VP005", "values"), ("CYCLE85(10,0,1,-5,,0)", "VP009", "FFR"), ("PROC X1", "VP001", "first block"), ("%", "VP001", "begins a program"),
-    ("X='HG'", "VP001", "value"), ("X=1E5", "VP002", "E is"), ("FGROUP(X", "VP001", "bracket"), ("FGROUP(C)\nG1 X1 C9 F9", "VP002", "write G93"), ("FGROUP(A,C)", "VP002", "FGROUP(A,C)"), ("IF 1 GOTOF", "VP001", "value"), ("G1 X1 = 5", "VP006", "X1=5"), ("CALL \"A\"", "VP002", "CALL"), ("EXTCALL \"A\"", "VP023", "A.SPF"),
+    ("X='HG'", "VP001", "value"), ("X=1E5", "VP002", "E is"), ("FGROUP(X", "VP001", "bracket"), ("FGROUP(C)\nG1 X1 C9 F9", "VP002", "write G93"), ("FGROUP(A,C)", "VP002", "FGROUP(A,C)"), ("IF 1 GOTOF", "VP001", "value"), ("G1 X1 = 5", "VP006", "X1=5"), ("CALL \"A\"", "VP023", "A.SPF"), ("CALL BLOCK A TO B", "VP025", "BLOCK"), ("EXTCALL \"A\"", "VP023", "A.SPF"),
 ])  # fmt: skip
 def test_what_is_not_executed_is_an_error_at_its_line(view, line, code, part):
     found = view(f"{HEAD}{line}\nM30", dialect="siemens", max_repeats=300)[1]

@@ -128,7 +128,7 @@ STATEMENTS: Final[Mapping[str, str]] = {
     "DEF": "variables",
     "PROC": "head of a subprogram",
     **dict.fromkeys(("RET", "M17"), "end of a subprogram"),
-    "EXTCALL": "calls a subprogram; of a path only the name counts",
+    **dict.fromkeys(("CALL", "EXTCALL"), "calls a subprogram; of a path only the name counts"),
     "MCALL": "a drilling cycle, POCKET3, POCKET4, CYCLE76, CYCLE77, CYCLE79, CYCLE70, CYCLE899 or a subprogram after every block with axes; "
     "its values are read once",
     "MSG": "message",
@@ -209,7 +209,7 @@ REFUSED_WORDS: Final[Mapping[str, str]] = {
                     "axes that follow others, punching, grinding"),
     **dict.fromkeys(("FZ", "FB", "FD", "FL", "FCUB", "FLIN", "FPO", "FPRAON", "FPRAOF", "FPR", "ST", "SR", "G931", "G942", "G952", "OVR", "OVRRAP"), "a feed rate in this form; write F with G93, G94 or G95"),
     **dict.fromkeys(("SPOSA", "SVC", "GWPSON", "GWPSOF", "M70", "M41", "M42", "M43", "M44", "M45"), "gears and further spindles: there is one spindle"),
-    **dict.fromkeys(("DEFINE", "REDEF", "MODAXVAL", "GOTOS", "CALLPATH", "PCALL", "EXECTAB", "EXECSTRING", "INDICATE", "READ", "WRITE", "DELETE", "ISFILE", "FILEDATE", "ICYCON", "ICYCOF", "REPOSA", "REPOSL", "REPOSQ", "REPOSH", "REPOSHA", "ASPL", "ISOCALL", "SETDNO", "GETT", "GETSELT", "NEWT", "DELT", "SETPIECE", "DELDL", "TOOLENV", "SAVE_TOOLENV", "CONTPRON", "CONTDCON", "EXECUTE", "INTERSEC", "G291", "CALL", "PROTA", "PROTS", "NPROT", "NPROTDEF", "COLLPAIR"),
+    **dict.fromkeys(("DEFINE", "REDEF", "MODAXVAL", "GOTOS", "CALLPATH", "PCALL", "EXECTAB", "EXECSTRING", "INDICATE", "READ", "WRITE", "DELETE", "ISFILE", "FILEDATE", "ICYCON", "ICYCOF", "REPOSA", "REPOSL", "REPOSQ", "REPOSH", "REPOSHA", "ASPL", "ISOCALL", "SETDNO", "GETT", "GETSELT", "NEWT", "DELT", "SETPIECE", "DELDL", "TOOLENV", "SAVE_TOOLENV", "CONTPRON", "CONTDCON", "EXECUTE", "INTERSEC", "G291", "PROTA", "PROTS", "NPROT", "NPROTDEF", "COLLPAIR"),
                     "changes the program while it runs, or needs files of the control"),
     **dict.fromkeys(("CYCLE63", "CYCLE64", "CYCLE73", "CYCLE74", "CYCLE75"), "pockets inside a contour; write a POCKET cycle, CYCLE72 for the edge alone, or let the CAM system write the moves"),
     "CYCLE60": "engraving; let the CAM system write the lines of the letters",
