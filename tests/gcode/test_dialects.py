@@ -661,7 +661,7 @@ def test_a_text_without_fini_is_refused(view):
 
 
 def test_work_systems_of_haas_are_additional_ones(view):
-    """G110 is G154 P1, G129 P20: the manual of its mills."""
+    """G110 is G154 P1, G129 P20: the manual of its mills. G54 P1 is G54.1 P1, but for a P that another word takes."""
     offsets = "G10 L20 P1 X5.\nG10 L20 P20 X7.\nG91 G10 L20 P20 X-3. Z1."
     text = f"%\nO1\nG21 G90\n{offsets}\nG90\n{{}} G0 X1. Z2.\n{{}}\nX2. Z3.\nM30\n%"
     one, found = view(text.format("G110", "G129"), dialect="fanuc")
@@ -671,6 +671,10 @@ def test_work_systems_of_haas_are_additional_ones(view):
     assert one.end.tolist() == two.end.tolist()
     assert [one.frames[index].origin[0] for index in one.frame] == [5, 4]
     assert [one.frames[index] for index in one.frame] == [two.frames[index] for index in two.frame]
+    three, found = view(text.format("G54 P1", "G54 G17 P20"), dialect="fanuc")
+    assert (found, three.end.tolist(), three.frames) == ((), one.end.tolist(), one.frames)
+    moves, found = view("%\nO1\nG21 G90\nG55 G0 X1. Z2.\nG54 M98 P7\nM30\nO7\nX2.\nM99\n%", dialect="fanuc")
+    assert (found, [moves.frames[index].system for index in moves.frame]) == ((), [2, 1])
 
 
 def test_an_origin_that_nobody_has_given_cannot_be_moved(machine):

@@ -311,7 +311,7 @@ def test_offsets_of_tools_and_their_wear(run, text, length, radius):
     ("G76 Z-3 R2 Q0.2", "VP005", "bore_shift"), ("G76 Z-3 R2", "VP005", "Q greater"), ("G87 Z-3 R2 Q1", "VP002", "G87"),
     ("G81 Z-3 R2 / G80 / G82 Z-3 P1", "VP005", "R"),
     ("G10 L11 P9 R1", "VP012", "tool 9"), ("G10 L12 P1", "VP005", "R"), ("G10 L14 P1 R1", "VP002", "L14"),
-    ("G91 G30 P3 Z0", "VP015", "P3"), ("G150 I5. F9", "VP002", "G12 or G13"), ("G114", "VP002", "G154 P"),
+    ("G91 G30 P3 Z0", "VP015", "P3"), ("G150 I5. F9", "VP002", "G12 or G13"), ("G113", "VP002", "G154 P"),
     ("G12 I5. F9", "VP005", "G12 needs D"),
     ("G254 / A5", "VP017", "G255"), ("G68 X0 Y0 R9 / G254", "VP017", "G68"), ("G254 / G55", "VP017", "G255"),
     ("G54 G254 / G54.1 P3", "VP017", "G255"), ("G68.2 I10 / G54", "VP017", "G69"), ("G888", "VP002", "[remap]"),

@@ -153,6 +153,12 @@ def test_a_computed_jump_is_no_cl_file(view):
     assert [(item.code, item.line) for item in view(program(*lines), dialect="fanuc")[1]] == [("VP007", 5)]
 
 
+def test_an_error_of_a_modal_call_has_no_column_of_another_line(view):
+    """G66 stands in another line than the block after which the macro is called."""
+    findings = view(program("G65 P2000", "M30", "O2000", "G66 P2000 Z-1.", "X1.", "M99"), dialect="fanuc")[1]
+    assert [(item.code, item.line, item.column) for item in findings] == [("VP024", 9, None)]
+
+
 def test_a_statement_is_found_where_it_stands(machine):
     source = program("IF [#1 GT] GOTO 3", "N3 G0 X1 Y1 Z1")
     found = check(source.encode(), machine, Options(dialect="fanuc", tool_length=50.0)).findings

@@ -629,6 +629,17 @@ def test_words_before_a_dwell_are_those_of_the_controls_language(view, words):
     assert moves.feed[moves.kind == MoveKind.DWELL].tolist() == [0.5]
 
 
+def test_a_dwell_by_function(view):
+    """Seconds, and turns of the spindle: 3 turns at 90 turns a minute are 2 s. It needs a spindle that turns."""
+    text = (
+        "BEGIN PGM A MM\nTOOL CALL 1 Z S90\n{}\nFUNCTION DWELL TIME1,5\nFUNCTION DWELL REV3\nL X+5 FMAX\nEND PGM A MM\n"
+    )
+    moves, found = view(text.format("M3"), dialect="heidenhain")
+    assert (found, moves.feed[moves.kind == MoveKind.DWELL].tolist()) == ((), [1.5, 2.0])
+    found = view(text.format("M5"), dialect="heidenhain")[1]
+    assert [(item.code, item.line, "turns" in item.message) for item in found] == [("VP017", 5, True)]
+
+
 @pytest.mark.parametrize("words", ["TIME", "5 5", "T 0.5 S", "--5"])
 def test_a_dwell_needs_its_number(view, words):
     text = f"BEGIN PGM A MM\nCYCL DEF 9.0 DWELL\nCYCL DEF 9.1 {words}\nL X+5 FMAX\nEND PGM A MM\n"

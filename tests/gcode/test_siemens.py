@@ -100,6 +100,7 @@ def same_moves(view, siemens, rs274):
     ("SUB1\nX1\nM30\n%_N_SUB1_SPF\nPROC SUB1 SAVE\nG91 X1\nRET", "G91 G0 X1\nG90 X1"),
     ("SUB1\nG2 X10 Y0 I5 F100\nM30\n%_N_SUB1_SPF\nPROC SUB1 SAVE\nG18 G93 TRANS X5\nRET", "G2 X10 Y0 I5"),
     ("EXTCALL \"/dir/SUB1.SPF\"\nM30\n%_N_SUB1_SPF\nX1\nM17", "G0 X1"),
+    ("CALL \"/_N_SPF_DIR/_N_SUB1_SPF\"\nM30\n%_N_SUB1_SPF\nX1\nM17", "G0 X1"),
     ("MCALL SUB1(3)\nX1\nX2\nMCALL\nX5\nM30\n%_N_SUB1_SPF\nPROC SUB1(REAL Q)\nZ=Q\nZ9\nM17",
      "G0 X1\nZ3\nZ9\nX2\nZ3\nZ9\nX5"),
     ("X3 Z9\nG75 Z0\nG75 X0 Y0 FP=1\nX5", "G0 X3 Z9\nG53 Z0\nG53 X0 Y0\nX5"),
@@ -163,7 +164,8 @@ def test_words_have_rs274_twins(view, siemens, rs274):
     ("PROC X1", "VP001", "first block"), ("%", "VP001", "begins a program"),
     ("X='HG'", "VP001", "value"), ("X=1E5", "VP002", "E: no meaning"), ("FGROUP(X", "VP001", "bracket"),
     ("FGROUP(C)\nG1 X1 C9 F9", "VP002", "write G93"), ("FGROUP(A,C)", "VP002", "FGROUP(A,C)"),
-    ("IF 1 GOTOF", "VP001", "value"), ("G1 X1 = 5", "VP006", "X1=5"), ("CALL \"A\"", "VP002", "CALL"),
+    ("IF 1 GOTOF", "VP001", "value"), ("G1 X1 = 5", "VP006", "X1=5"), ("CALL \"A\"", "VP023", "A.SPF"),
+    ("CALL BLOCK A TO B", "VP025", "BLOCK"),
     ("EXTCALL \"A\"", "VP023", "A.SPF"),
 ])  # fmt: skip
 def test_what_is_not_executed_is_an_error_at_its_line(view, line, code, part):

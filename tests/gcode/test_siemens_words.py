@@ -111,6 +111,7 @@ EXAMPLES = {
     "RET": "RET",
     "M17": "M17",
     "PROC": "L5\nM30\n%_N_L5_SPF\nPROC L5\nX1",
+    "CALL": 'CALL "L5"\nM30\n%_N_L5_SPF\nX1',
     "EXTCALL": 'EXTCALL "L5"\nM30\n%_N_L5_SPF\nX1',
     "MCALL": "MCALL CYCLE81(20,0,2,-5)\nX1\nMCALL",
     "MSG": 'MSG("a")',

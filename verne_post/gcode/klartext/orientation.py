@@ -8,18 +8,23 @@ import numpy as np
 
 from verne_post.base.tolerances import VECTOR_LENGTH
 from verne_post.gcode.klartext.contour import KlartextContour
+from verne_post.gcode.klartext.formulas import VALUE, read_value
 from verne_post.gcode.klartext.frames import KlartextFrames
 from verne_post.gcode.klartext.functions import KlartextFunctions
 from verne_post.gcode.klartext.paths import Target
 from verne_post.gcode.klartext.statements import Statement
 from verne_post.gcode.klartext.transformations import build_spatial_plane
+from verne_post.gcode.klartext.vocabulary import ENDED_FUNCTIONS
 from verne_post.gcode.klartext.words import Words
-from verne_post.gcode.program_error import ProgramError
+from verne_post.gcode.machining.machining import check_dwell
+from verne_post.gcode.program_error import At, ProgramError
 
 _TCPM: Final = re.compile(
     r"[ \t]*TCPM(?:[ \t]+F[ \t]+(TCP|CONT))?(?:[ \t]+AXIS[ \t]+(POS|SPAT))?(?:[ \t]+PATHCTRL[ \t]+(AXIS|VECTOR))?"
     r"(?:[ \t]+REFPNT[ \t]+(TIP-TIP|TIP-CENTER|CENTER-CENTER))?(?:[ \t]+F(\d+[.,]?\d*))?[ \t]*$"
 )
+_DWELL: Final = re.compile(rf"[ \t]*DWELL[ \t]+(TIME|REV)[ \t]*({VALUE})[ \t]*$")
+_SECONDS_PER_MINUTE: Final = 60.0
 
 
 class KlartextOrientation:
@@ -39,13 +44,16 @@ class KlartextOrientation:
         self.modes = frames.modes
 
     def execute_function(self, statement: Statement) -> None:
-        """FUNCTION TCPM, RESET TCPM, MODE MILL; anything else is refused by name."""
+        """FUNCTION TCPM, RESET TCPM, DWELL, ends of others; anything else is refused by name."""
         text = " ".join(statement.rest.split())
         if text == "RESET TCPM":
             self.modes.as_spatial = self.modes.along_vectors = False
             self.functions.set_tcp(on=False)
             return
-        if text == "MODE MILL":
+        if text in ENDED_FUNCTIONS:
+            return
+        if dwell := _DWELL.match(statement.rest):
+            self._dwell(statement, dwell[1], read_value(dwell[2], self.frames.q))
             return
         match = _TCPM.match(statement.rest)
         if match is None:
@@ -59,6 +67,15 @@ class KlartextOrientation:
             raise statement.error("VP002", f"REFPNT {reference} is not executed: positions here are those of the tip")
         self.modes.as_spatial, self.modes.along_vectors = axis == "SPAT", path == "VECTOR"
         self.functions.set_tcp(on=True)
+
+    def _dwell(self, statement: Statement, unit: str, value: float) -> None:
+        """FUNCTION DWELL TIME, in seconds, or REV, in turns of the spindle."""
+        state = self.state
+        if unit == "REV":
+            if not (state.spindle_on and state.spindle_speed > 0):
+                raise statement.error("VP017", "FUNCTION DWELL REV needs a spindle that turns")
+            value *= _SECONDS_PER_MINUTE / state.spindle_speed
+        self.core.dwell(self.frames.block, check_dwell(At(statement.line, {"P": 1}), value))
 
     def take_vector(self, statement: Statement, words: Words) -> np.ndarray | None:
         """The tool axis of a block, by vectors or by spatial angles; None where it gives none."""

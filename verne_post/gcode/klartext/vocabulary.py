@@ -35,9 +35,9 @@ STATEMENTS: Final[Mapping[str, str]] = {
     "CALL SELECTED PGM": "refused: write CALL PGM",
     "SEL TABLE": "names the datum table of `datums`, by one name in a program: see Keys of the settings file",
     "PLANE": "a tilted plane: below",
-    "FUNCTION": "FUNCTION TCPM is M128, FUNCTION RESET TCPM M129, FUNCTION MODE MILL the only mode. F TCP and F CONT "
-    "have no effect: F is always that of the tip. AXIS SPAT: A B C are spatial angles. PATHCTRL VECTOR: the tool axis "
-    "goes along a great circle",
+    "FUNCTION": "FUNCTION TCPM is M128, FUNCTION RESET TCPM M129, FUNCTION MODE MILL the only mode. FUNCTION DWELL TIME "
+    "waits seconds, DWELL REV turns of the spindle. F TCP and F CONT have no effect: F is always that of the tip. "
+    "AXIS SPAT: A B C are spatial angles. PATHCTRL VECTOR: the tool axis goes along a great circle",
     "TRANS": "DATUM AXIS, MIRROR, ROTATION, SCALE are cycles 7, 8, 10 and 11; RESET ends them. DATUM TABLE is a row of "
     "`datums`: see Keys of the settings file",
     "PATTERN DEF": "places for CYCL CALL PAT: POS, ROW, PAT (turned by ROT, its sides by ROTX, ROTY), CIRC (from "
@@ -160,6 +160,16 @@ ARC_FEEDS: Final[Mapping[int, ArcFeed]] = {
     110: ArcFeed("M110", 0.0, 1.0),
     111: ArcFeed(),
 }
+#: FUNCTION with these words ends what cannot be begun here; MODE MILL is the only mode.
+ENDED_FUNCTIONS: Final = (
+    "MODE MILL",
+    "FEED RESET",
+    "S-PULSE RESET",
+    "LIFTOFF RESET",
+    "CORRDATA RESET",
+    "PARAXCOMP OFF",
+    "PARAXMODE OFF",
+)
 #: How the control reacts or smooths, or ends of modes that cannot be begun.
 FUNCTIONS_WITHOUT_EFFECT: Final = {
     6: "tool change: TOOL CALL has made it", 90: "smoothing of corners; cycle 32 sets the tolerance",

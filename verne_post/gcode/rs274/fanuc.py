@@ -320,6 +320,7 @@ class FanucInterpreter(Rs274):
         control = self.state.control
         flipped_sides = None if self.modes.maps is NO_MAPS else self.maps.convert(block, codes)
         self.words.convert_length(block, codes)
+        self.words.convert_system(block, codes)
         self.words.convert_times(block, codes, in_seconds=block is self._in_seconds)
         self.words.convert_repeats(block, codes)
         if 530 in codes and not set(AXES).intersection(block.words):  # no axis goes there
@@ -399,8 +400,9 @@ class FanucInterpreter(Rs274):
         if "fixture offset" in g and block.words.get("P") != 0.0:
             raise block.error(
                 "VP002",
-                "G54.2 is only executed with P0: how other work offsets turn with the table is stored in the control; "
-                "let the CAM system write G43.4, or write G68.2 and G53.1",
+                f"{spell_g_code(g['fixture offset'])} is only executed with P0: how other work offsets turn or lie is "
+                "stored in the control; let the CAM system write G43.4, or write G68.2 and G53.1, and give the turn of "
+                "the part in --wcs",
                 "P",
             )
         if "plane axis" in g:

@@ -49,12 +49,15 @@ CIRCLE_OF_HOLES, ARC_OF_HOLES, ROW_OF_HOLES = 700, 710, 720
 PATTERNS: Final = (CIRCLE_OF_HOLES, ARC_OF_HOLES, ROW_OF_HOLES)
 #: I J K from the start of the arc, which Mach4 writes: they always are.
 CENTERS_FROM_START: Final = 911
-#: A work offset that turns with the table. P0 ends it, as heads of programs do; the data of others are in the control.
-FIXTURE: Final = 542
+#: A work offset that turns with the table, and one that lies askew. P0 ends them, as heads of programs do; the data of
+#: others are in the control.
+FIXTURES: Final = (542, 544)
+#: Forbidden zones on and off, and a watch on the spindle: the machine file has the limits.
+WATCHING: Final = (220, 230, 250, 260)
 #: Codes that change no move.
-WITHOUT_EFFECT: Final = (*SMOOTHING, *LOOK_AHEAD, *ENDS, CENTERS_FROM_START, FIXTURE)
+WITHOUT_EFFECT: Final = (*SMOOTHING, *LOOK_AHEAD, *ENDS, CENTERS_FROM_START, *FIXTURES, *WATCHING)
 #: Codes that name axes without moving them, and those that take none.
-NAMES_AXES: Final = (51, MIRROR_OFF)
+NAMES_AXES: Final = (51, MIRROR_OFF, 220)
 ALONE: Final = (80, 150, 160, SCALE_OFF, *ENDS, *LOOK_AHEAD, TABLE, TABLE_OFF, PLANE_OFF, TO_PLANE, ABOUT_TIP)
 #: Cycles that mean what they mean in RS274/NGC.
 CYCLES: Final = (730, 740, 760, 810, 820, 830, 840, 850, 860, 880, 890)
@@ -112,7 +115,8 @@ _GROUPS: Final[Mapping[str, Mapping[int, str]]] = {
     },
     "cutter compensation": {code: RS274.g_groups["cutter compensation"][code] for code in (400, 410, 420)},
     "work offset": {
-        **{code: RS274.g_groups["work offset"][code] for code in (540, 550, 560, 570, 580, 590)},
+        **{code: RS274.g_groups["work offset"][code] for code in (550, 560, 570, 580, 590)},
+        540: "work system; G54 P1 is G54.1 P1",
         **dict.fromkeys((ADDITIONAL, 1540), 'P1 to P48: additional work systems; --wcs "G54.1P3=x,y,z"'),
         **dict.fromkeys(NUMBERED_SYSTEMS, "Haas: G110 is G154 P1, G111 P2 and so on; G112 and G113 are refused"),
     },
@@ -158,7 +162,8 @@ _GROUPS: Final[Mapping[str, Mapping[int, str]]] = {
         660: "calls a macro after every block that moves, until G67; its variables are kept from one call to the next",
     },
     **{f"end of G{code / 10:g}": {code: _ENDS_MODE} for code in ENDS},
-    "fixture offset": {FIXTURE: "P0: no work offset turns with the table; other P are refused"},
+    "fixture offset": dict.fromkeys(FIXTURES, "P0: no work offset turns or lies askew; other P are refused"),
+    "watching": dict.fromkeys(WATCHING, "zones that the control forbids, or its watch on the spindle"),
     "centres of arcs": {CENTERS_FROM_START: "Mach4: I J K count from the start of the arc; they always do"},
 }
 
@@ -206,6 +211,23 @@ def make_table() -> CodeTable:
                 (2530, 2680, 2690), "tilted planes of Haas; let the CAM system write G254, or write G68.2 and G53.1"
             ),
             **dict.fromkeys((24, 34), "arcs in space; let the CAM system write lines"),
+            **dict.fromkeys((22, 32, 23, 33), "involutes and exponential curves; let the CAM system write lines"),
+            **dict.fromkeys(
+                (412, 422, 413, 423, 414, 424, 415, 425, 416, 426),
+                "cutter compensation in space: the program has the contour; let the CAM system write where "
+                "the tool's centre goes",
+            ),
+            **dict.fromkeys((411, 421), "C follows the contour; let the CAM system write C"),
+            **dict.fromkeys(
+                (438, 439), "the program has the point that cuts; let the CAM system write the tip, for G43.4 or G43.5"
+            ),
+            433: "the tool length of a nutating head; write G43.4",
+            330: "thread cutting; write G84, or the helix",
+            **dict.fromkeys(
+                (270, 301), "reference positions that the control checks or stores; write G28, G30 P2 or G53"
+            ),
+            110: "the end of data that G10 L50 enters; take both out",
+            382: "probing of RS274/NGC; take it out",
             630: "tapping at a feed rate that nobody may change; write G84",
             **dict.fromkeys((841, 842, 1740, 1840), "tapping of other controls; write G84 or G74"),
             661: "a macro call after every block; write G66",
@@ -229,7 +251,9 @@ def make_table() -> CodeTable:
             50: "P",
             51: "PQR",
             54: "Q",
-            FIXTURE: "P",
+            **dict.fromkeys(FIXTURES, "P"),
+            220: "XYZIJK",
+            260: "PQRI",
             TO_PLANE: "P",
             NURBS: "PKR",
             80: "P",

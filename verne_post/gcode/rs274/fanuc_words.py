@@ -5,7 +5,7 @@ from typing import Final
 from verne_post.gcode.block import Block
 from verne_post.gcode.codes import CYCLES, TAKES_AXES, CodeTable
 from verne_post.gcode.program_error import ProgramError
-from verne_post.gcode.rs274.fanuc_codes import ABOUT_TIP, ADDITIONAL, FIXTURE, SMOOTHING
+from verne_post.gcode.rs274.fanuc_codes import ABOUT_TIP, ADDITIONAL, FIXTURES, SMOOTHING
 from verne_post.gcode.rs274.modes import Modes
 from verne_post.gcode.rs274.values import read_whole
 from verne_post.model.control_keys import FanucKeys
@@ -37,9 +37,20 @@ class FanucWords:
             read_whole(block, "P")
             words["P"] *= _SECONDS_PER_P
 
+    def convert_system(self, block: Block, codes: set[int]) -> None:
+        """G54 P is G54.1 P, where no other word of the block takes P."""
+        if 540 not in codes or "P" not in block.words or self._has_call(block) or self.has_cycle(block, codes):
+            return
+        if not any("P" in self.table.words_of_g.get(code, "") for code in codes):
+            block.codes = [
+                (letter, ADDITIONAL / 10 if (letter, number) == ("G", 54.0) else number, at)
+                for letter, number, at in block.codes
+            ]
+            codes.symmetric_difference_update((540, ADDITIONAL))
+
     def has_cycle(self, block: Block, codes: set[int]) -> bool:
         """True where the words of a block are those of a cycle: no other code takes them."""
-        if codes & {*TAKES_AXES, ADDITIONAL, *SMOOTHING, FIXTURE, 0, 10, 20, 30, 40, 800} or self._has_call(block):
+        if codes & {*TAKES_AXES, ADDITIONAL, *SMOOTHING, *FIXTURES, 0, 10, 20, 30, 40, 800} or self._has_call(block):
             return bool(codes & set(CYCLES))
         return bool(codes & set(CYCLES)) or self.modes.motion in CYCLES
 

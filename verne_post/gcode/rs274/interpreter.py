@@ -52,7 +52,7 @@ class Call(Struct, frozen=True):
     """M98: which subprogram, how often; label None: M99."""
 
     label: str | None
-    column: int
+    column: int | None
     repeats: int = 1
     number: int | None = None  #: The block (N) where M97 begins, or to which M99 goes back.
     #: Label and repeats, where a control may read the digits of the label so.

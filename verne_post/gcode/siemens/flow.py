@@ -224,12 +224,12 @@ class Flow:
         return fork.interpreter.recorder, fork
 
     def _call_external(self, cursor: Cursor, line: int) -> None:
-        """EXTCALL: the last part of the path names a file beside the program."""
+        """CALL, EXTCALL: the last part of the path names a file beside the program."""
         cursor.skip()
         at, bracket = cursor.at, cursor.take("(")
         path = read_value(cursor, self.executor.variables)
         if bracket:
-            cursor.expect(")", "after the path of EXTCALL")
+            cursor.expect(")", "after the path of the subprogram")
         refuse_leftover(cursor)
         name = str(path).replace("\\", "/").rpartition("/")[2].partition(".")[0].upper()
         name = name.removeprefix("_N_")
@@ -304,6 +304,7 @@ HANDLERS: Final[dict[str, _Handler]] = {
     "PROC": Flow._check_procedure,
     "RET": Flow._return,
     "MCALL": Flow._set_modal_call,
+    "CALL": Flow._call_external,
     "EXTCALL": Flow._call_external,
     "MSG": Flow._show_message,
     "SETAL": Flow._raise_alarm,

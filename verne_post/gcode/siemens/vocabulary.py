@@ -128,7 +128,7 @@ STATEMENTS: Final[Mapping[str, str]] = {
     "DEF": "variables",
     "PROC": "head of a subprogram",
     **dict.fromkeys(("RET", "M17"), "end of a subprogram"),
-    "EXTCALL": "calls a subprogram; of a path only the name counts",
+    **dict.fromkeys(("CALL", "EXTCALL"), "calls a subprogram; of a path only the name counts"),
     "MCALL": "a drilling cycle, POCKET3, POCKET4, CYCLE76, CYCLE77, CYCLE79, CYCLE70, CYCLE899 or a subprogram after "
     "every block with axes; its values are read once",
     "MSG": "message",
@@ -249,7 +249,7 @@ REFUSED_WORDS: Final[Mapping[str, str]] = {
     **dict.fromkeys(("DEFINE", "REDEF", "MODAXVAL", "GOTOS", "CALLPATH", "PCALL", "EXECTAB", "EXECSTRING", "INDICATE",
                      "READ", "WRITE", "DELETE", "ISFILE", "FILEDATE", "ICYCON", "ICYCOF", "REPOSA", "REPOSL", "REPOSQ",
                      "REPOSH", "REPOSHA", "ASPL", "ISOCALL", "SETDNO", "GETT", "GETSELT", "NEWT", "DELT", "SETPIECE",
-                     "DELDL", "TOOLENV", "SAVE_TOOLENV", "CONTPRON", "CONTDCON", "EXECUTE", "INTERSEC", "G291", "CALL",
+                     "DELDL", "TOOLENV", "SAVE_TOOLENV", "CONTPRON", "CONTDCON", "EXECUTE", "INTERSEC", "G291",
                      "PROTA", "PROTS", "NPROT", "NPROTDEF", "COLLPAIR"),
                     "changes the program while it runs, or needs files of the control"),
     **dict.fromkeys(("CYCLE63", "CYCLE64", "CYCLE73", "CYCLE74", "CYCLE75"),
