@@ -393,7 +393,7 @@ def test_worst_places_are_where_the_rows_are_worst() -> None:
 
 def test_the_head_has_every_length_of_a_tool() -> None:
     """CAM posts move X and Y after M6 under the length of the tool before: the head must not show that one alone."""
-    program = "G21 G90\nT1 M6\nG0 X0 Y0 A0 C0\nG43 Z90 H1\nG1 Z80 F600\nM0\nT2 M6\nG0 X5\nG43 Z95 H2\nG1 X10 F600\nM2\n"
+    program = "G21 G90\nT1 M6\nG0 X0 Y0 A0 C0\nG43 Z90 H1\nG1 Z80 F600\nT2 M6\nG0 X5\nG43 Z95 H2\nG1 X10 F600\nM2\n"
     tools = {n: Tool(n, n, (0.0, 0.0, length, *6 * (0.0,)), 6.0) for n, length in ((1, 80.0), (2, 95.0))}
-    study = study_of(program, tool_length=None, tools=tools)
+    study = study_of(program, tool_length=None, tools=tools, split_at_stops=True)
     assert dict(list_setup(MACHINE, study))["tool length"] == "T1: 80 mm; T2: 80 then 95 mm"
