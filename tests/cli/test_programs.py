@@ -263,7 +263,7 @@ def test_each_cut_is_judged_by_what_holds_there(
 
 
 @pytest.mark.parametrize(("text", "part"), [
-    ('[remap]\nM3 = "ignore"', "has a meaning of its own"), ('[remap]\nG1 = "event"', "has a meaning of its own"),
+    ('[remap]\nM3 = "ignore"', "already has a meaning"), ('[remap]\nG1 = "event"', "already has a meaning"),
     ('[remap]\nM428 = "tcp"', "remap.M428"), ('[remap]\nM0428 = "ignore"', "without leading zeros"), ('[map]\nM428 = "ignore"', "map"),
     ("[remap", "not a TOML file"), ('remap = "x"', "remap"),
 ])  # fmt: skip

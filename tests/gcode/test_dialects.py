@@ -225,7 +225,7 @@ def test_fanuc_smoothing_is_told(view):
     ("G53.1", "VP017", "G68.2"), ("G54.1 X0", "VP005", "needs P"), ("G54.1 P49", "VP007", "P1 to P48"),
     ("G4 X1 P2", "VP003", "one of them"), ("G41.1 D5", "VP002", "G41.1"), ("o1 sub", "VP002", "rs274"), ("G59.1", "VP002", "rs274"),
     ("G68.2 I30\nG68.2 I30", "VP017", "G69"),
-    ("G68.2 I30\nG55", "VP017", "G69"), ("G68.2 I30\nG92 X0", "VP017", "G69"), ("G68.2 G0 X1", "VP003", "own"),
+    ("G68.2 I30\nG55", "VP017", "G69"), ("G68.2 I30\nG92 X0", "VP017", "G69"), ("G68.2 G0 X1", "VP003", "another block"),
     ("M77", "VP002", "remap"), ("G8 P1 Q2", "VP006", "Q2"),
     ("G41 X1", "VP005", "needs D"), ("D1\nM6 T1\nG41 X1", "VP005", "after the tool change"), ("G41 D0\nG1 X9\nD1", "VP006", "D1"), ("G43 Z1", "VP005", "needs H"), ("G5 P10001", "VP002", "P10000"), ("G5", "VP002", "P10000"),
     ("(A (B) C) X1", "VP001", "C"),

@@ -238,7 +238,7 @@ def _read_transformation(data: MachineData, kind: str, slot: int) -> Pair:
         np.abs(upright).max() > _NONE_MM
         and np.linalg.norm(np.cross(upright, [0.0, 0.0, 1.0])) + max(-upright[2], 0.0) > _NONE_MM
     ):
-        raise _refuse_kinematics(data.name, f"$MC_TRAFO5_BASE_ORIENT_1 = {show_list(upright)}: a tool that does not stand along +z with its axes "
+        raise _refuse_kinematics(data.name, f"$MC_TRAFO5_BASE_ORIENT_1 = {show_list(upright)}: a tool that is not along +z with its axes "
                                  "at 0 is not imported")  # fmt: skip
     return Pair(kind, offsets, (axes[0], axes[1]), f"TRAORI, transformation {slot}", slot)
 

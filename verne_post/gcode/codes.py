@@ -51,7 +51,7 @@ class CodeTable(Struct, frozen=True, dict=True):
 
 
 #: Why [remap] cannot give a code a meaning.
-HAS_MEANING: Final = ": this code has a meaning of its own; only codes that are not executed can be given one"
+HAS_MEANING: Final = ": this code already has a meaning; only codes that are not executed can be given one"
 
 
 def describe_remap(code: str) -> str:

@@ -224,7 +224,7 @@ def _check(spline: BSpline) -> None:
         raise ProgramError("VP031", f"{text}{degree + 1} knots must be equal each", None, line)
     for k in range(1, n):
         if knots[k] == knots[k + degree]:
-            text = f"the knot {knots[k]:g} stands {degree + 1} times beside the first and the last, which tears the curve; at most {degree} are possible"
+            text = f"the knot {knots[k]:g}, neither the first nor the last, is given {degree + 1} times, which tears the curve; at most {degree} are possible"
             raise ProgramError("VP031", text, None, spline.lines[min(k + degree, n - 1)])
 
 

@@ -159,7 +159,7 @@ def _describe_drift(drift: Drift) -> Iterator[str]:
     still = all(abs(value) < 2.0 * sigma for value, sigma in (*known, (drift.height, drift.height_sigma)))
     yield f"  {'height of the table':<27}{drift.height:>+10.4f} ({drift.height_sigma:.4f})"
     if still:
-        yield "none of it is beyond twice its uncertainty: the machine stands as it was calibrated"
+        yield "none of it is beyond twice its uncertainty: the machine is as it was calibrated"
 
 
 def format_tolerances(machine: Machine, study: ToleranceStudy, shown: int | None) -> str:

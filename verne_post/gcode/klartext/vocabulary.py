@@ -56,7 +56,7 @@ STATEMENTS: Final[Mapping[str, str]] = {
     **dict.fromkeys(("Q", "QL", "QR"), "value or formula: + - * / ^ % and functions, degrees"),
     "QS": "text, also DECLARE STRING: quotes, TOCHAR (DAT, DECIMALS), TONUMB",
     "FN": "a function of parameters: below",
-    **dict.fromkeys(("M", "F", "S"), "in a statement of their own, as in those of paths"),
+    **dict.fromkeys(("M", "F", "S"), "in a separate statement, or in one of a path"),
     **dict.fromkeys(
         ("R0", "RL", "RR"),
         "radius compensation: the first move ends beside the start of the first element, the last move starts beside "
