@@ -122,7 +122,7 @@ def test_a_turn_of_c_alone_at_the_pole_is_refused(move: str, run: Runner, tmp_pa
     source.write_text(HEAD.format(words="A0 C0") + move + "\nG1 X20 F500\nM2\n", encoding="utf-8")
     refused = run("check", source, *OPTIONS, *place)
     assert refused.code != 0
-    assert "part.nc:4: VP202 error: the tool stands along the axis of C while C turns by 45.000 deg" in refused.out
+    assert "part.nc:4: VP202 error: the tool is along the axis of C while C turns by 45.000 deg" in refused.out
     source.write_text(HEAD.format(words="A0 C0") + move + " X20\nX30 A10\nM2\n", encoding="utf-8")
     assert run("check", source, *OPTIONS, *place).code == 0
 

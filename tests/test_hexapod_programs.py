@@ -133,7 +133,7 @@ def test_a_turn_of_c_alone_at_the_pole_is_refused(run: Runner, tmp_path: Path) -
     assert refused.code != 0
     assert "other table solution" not in refused.out
     assert (
-        "VP202 error: the tool stands along the axis of C while C turns by 45.000 deg: the joints follow from the "
+        "VP202 error: the tool is along the axis of C while C turns by 45.000 deg: the joints follow from the "
         "tool axis" in refused.out
     )
 

@@ -99,7 +99,7 @@ def test_clean_program_is_0(good: Path, run: Callable[..., Any]) -> None:
     assert answer.code == 0
     assert answer.out.startswith(HEADER + "\n0.000,")
     assert str(good) in answer.err
-    assert "the machine must stand at rho1_mm" in " ".join(answer.err.split())
+    assert "the machine must be at rho1_mm" in " ".join(answer.err.split())
 
 
 def test_convert_is_the_default_command(good: Path, run: Callable[..., Any]) -> None:

@@ -279,11 +279,11 @@ def test_each_cut_is_judged_by_what_holds_there(
 @pytest.mark.parametrize(
     ("text", "part"),
     [
-        ('[remap]\nM3 = "ignore"', "has a meaning of its own"),
-        ('[remap]\nG1 = "event"', "has a meaning of its own"),
-        ('[remap]\nCYCLE83 = "ignore"', "has a meaning of its own"),
-        ('[remap]\nCYCLE63 = "ignore"', "has a meaning of its own"),  # refused by name
-        ('[remap]\nTRAORI = "ignore"', "has a meaning of its own"),
+        ('[remap]\nM3 = "ignore"', "already has a meaning"),
+        ('[remap]\nG1 = "event"', "already has a meaning"),
+        ('[remap]\nCYCLE83 = "ignore"', "already has a meaning"),
+        ('[remap]\nCYCLE63 = "ignore"', "already has a meaning"),  # refused by name
+        ('[remap]\nTRAORI = "ignore"', "already has a meaning"),
         ('[remap]\nTraoof = "ignore"', "in capitals the name of a subprogram"),
         ('[remap]\nM428 = "tcp"', "remap.M428"),
         ('[remap]\nM0428 = "ignore"', "without leading zeros"),

@@ -163,7 +163,7 @@ def test_what_is_left_out_is_said() -> None:
         ("P", "M17", "$MC_TRAFO5_ROT_AX_OFFSET_1[1]=90", "VP508",
          "rotary axes that are not at 0 where the vectors hold"),
         ("P", "M17", "$MC_TRAFO5_ROT_SIGN_IS_PLUS_1[0]=FALSE", "VP508", "reverse $MC_TRAFO5_AXIS1_1 in its place"),
-        ("P", "M17", "$MC_TRAFO5_BASE_ORIENT_1[1]=1", "VP508", "does not stand along +z"),
+        ("P", "M17", "$MC_TRAFO5_BASE_ORIENT_1[1]=1", "VP508", "is not along +z"),
         ("P", "M17", "$MN_SCALING_SYSTEM_IS_METRIC=0", "VP508", "data in inches are not imported"),
         ("P", "TRAFO5_AXIS2_1[2]=-1", "TRAFO5_AXIS2_1[2]=0", "VP507", "$MC_TRAFO5_AXIS2_1: no direction"),
         ("P", '[4]="C"', '[4]="C2"', "VP508", "= 'C2': expected A or B or C"),

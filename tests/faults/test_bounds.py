@@ -71,7 +71,7 @@ def test_texts_of_another_kind(ground: Ground) -> None:
         b"G0 X1\rG0 X2\rM2\r": r"lines end with '\r' alone; save it with line feeds",
         b"G0 X1\x0bG0 X2\x0bM2": r"lines end with '\x0b' alone",
         "G0 X1\u2028G0 X2".encode(): r"lines end with '\u2028' alone",
-        HEAD.encode() + b"G1 X5 F900\rY6\nM2\n": ":5: VP022 error: bound3.nc: a carriage return stands inside the line",
+        HEAD.encode() + b"G1 X5 F900\rY6\nM2\n": ":5: VP022 error: bound3.nc: a carriage return is inside the line",
         b"G0 X\x001\nM2\n": "is not a text file: byte 5 is zero",
         HEAD.encode("utf-16"): "text in UTF-16; save it as UTF-8",
         HEAD.encode("utf-32-be"): "is not a text file: byte 1 is zero",

@@ -74,7 +74,7 @@ def test_what_is_written_to_an_offset_holds_from_the_next_g54_on(view):
         ("X1EX400", "VP007", "beyond any machine"),
         # calls
         ("ONE TWO\nM30\n%_N_ONE_SPF\nM17\n%_N_TWO_SPF\nM17", "VP003", "one call a block"),
-        ("ONE M30\n%_N_ONE_SPF\nM17", "VP003", "the end in a block of its own"),
+        ("ONE M30\n%_N_ONE_SPF\nM17", "VP003", "the end in a separate block"),
         ("S1000 M3\nCYCLE840(5,0,2,-5,,0,4,3,0,11)", "VP007", "no coarse thread"),
         # polar places
         ("G111 X5 Y7\nAP=90 RP=-5", "VP007", "not negative"),

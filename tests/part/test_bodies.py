@@ -159,7 +159,7 @@ def test_shapes_come_from_the_file_and_through_the_options():
         ("diameter = 8, length = 20, neck_diameter = 2", "goes with a ball"),
         ("length = 20", "expected a diameter, or a profile"),
         ("profile = [[1, 0], [2, 3], [2, 2]]", "the heights of a profile must begin at 0 and rise"),
-        ("profile = [[1, 0], [2, 3]], taper = 3", "a profile stands alone"),
+        ("profile = [[1, 0], [2, 3]], taper = 3", "a profile allows no other key"),
         ("profile = [[0, 0], [0, 3]]", "one above 0"),
     ],
 )

@@ -19,6 +19,7 @@ from verne_post.report.governing import HIGHER, OTHERS
 from verne_post.report.modal import collect_modal_states
 from verne_post.report.sheet import (
     find_worst_places,
+    list_setup,
     write_css_string,
     write_reached_html,
     write_sheet_html,
@@ -419,3 +420,11 @@ def test_worst_places_are_where_the_rows_are_worst() -> None:
         assert seen.x[place.frame] <= row * CYCLE + 1e-9
         assert row * CYCLE < seen.x[min(place.frame + 1, len(seen.x) - 1)] + CYCLE
     assert float(places["smallest margin"].value) == pytest.approx(np.nanmin(seen.curves["margin"][0].values), abs=5e-4)
+
+
+def test_the_head_has_every_length_of_a_tool() -> None:
+    """CAM posts move X and Y after M6 under the length of the tool before: the head must not show that one alone."""
+    program = "G21 G90\nT1 M6\nG0 X0 Y0 A0 C0\nG43 Z90 H1\nG1 Z80 F600\nT2 M6\nG0 X5\nG43 Z95 H2\nG1 X10 F600\nM2\n"
+    tools = {n: Tool(n, n, (0.0, 0.0, length, *6 * (0.0,)), 6.0) for n, length in ((1, 80.0), (2, 95.0))}
+    study = study_of(program, tool_length=None, tools=tools, split_at_stops=True)
+    assert dict(list_setup(MACHINE, study))["tool length"] == "T1: 80 mm; T2: 80 then 95 mm"

@@ -249,7 +249,7 @@ def test_a_corner_at_the_pole_turns_c_in_place_and_says_so(word):
     body = f"G43.5 G0 X0 Y0 Z60 {axis_words(30, 0)}\n{word} X20 {axis_words(0, 0)}\nX40 {axis_words(30, 60)}"
     prog = program(body)
     assert found(prog) == [("VP301", "warning", 4)]
-    assert "C turns under the standing" in prog.findings[0].message
+    assert "C turns under the resting" in prog.findings[0].message
     assert "C 0.000 to A 0.000, C 60.000" in prog.findings[0].message
     path = prog.path
     assert degrees(path)[:, :, 1].tolist() == pytest.approx(np.array([[0, 0], [0, 60], [60, 60]]), abs=1e-9)

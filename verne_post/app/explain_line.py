@@ -141,7 +141,7 @@ def _describe_program_step(line: Line, angles: Array) -> Iterator[str]:
     wanted = machine.coordinates.map_to_table(end, frame)[1]
     if np.abs(wanted - angles).max() > SAME:
         yield (
-            f"  table                {' and '.join(machine.rotary_letters)} stand on another branch than the words name"
+            f"  table                {' and '.join(machine.rotary_letters)} are on another branch than the words name"
         )
 
 

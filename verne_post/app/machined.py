@@ -267,8 +267,6 @@ def _find_starts_inside(mesh: Mesh, motions: tuple[Motion, ...], code: str) -> l
         start = np.flatnonzero(np.append(True, ~motion.linked[:-1]))
         inside = start[is_inside(mesh, motion.tip[start])]
         for row in inside[:1]:
-            text = (
-                f"{motion.name} stands inside {mesh.name} at {describe_place(motion.tip[row])} where its motion begins"
-            )
+            text = f"{motion.name} is inside {mesh.name} at {describe_place(motion.tip[row])} where its motion begins"
             found.append(make_finding(code, text, line=int(motion.line[row]), count=len(inside)))
     return found

@@ -130,7 +130,7 @@ def tolerances(
     "--sigma-mm", 0.003, "MM", "Standard uncertainty of each coordinate of a tip, where a row states none.", zero=False
 )
 @add_sigma_option("--sigma-mrad", 0.02, "MRAD", "The same of a measured tool axis.", zero=False)
-@add_sigma_option("--sigma-rho", 0.0, "MM", "Standard uncertainty of where a commanded slider stands.")
+@add_sigma_option("--sigma-rho", 0.0, "MM", "Standard uncertainty of the position of a commanded slider.")
 @add_sigma_option("--sigma-angle-mrad", 0.0, "MRAD", "The same of A and C.")
 @_add_tolerance_options
 @click.option(
@@ -149,7 +149,7 @@ def tolerances(
     "planned",
     type=Whole(1, 1000),
     metavar="N",
-    help="Write the N poses to measure next: FILE is the empty file of readings, the program stands beside it.",
+    help="Write the N poses to measure next: FILE is the empty file of readings, the program is written beside it.",
 )
 @click.option(
     "--tool-length",
@@ -167,7 +167,7 @@ def tolerances(
     help="With --plan: measure with the tip here only, table frame; repeatable.",
 )
 @click.option(
-    "--dwell", type=NUMBER, metavar="S", help="With --plan: how long the program stands at each pose; default 2 s."
+    "--dwell", type=NUMBER, metavar="S", help="With --plan: how long the program waits at each pose; default 2 s."
 )
 @click.option(
     "--simulate",

@@ -208,7 +208,7 @@ def _find_carrier_faults(file: ChainMachineFile, carrier: CarrierFile) -> Iterat
                 "= []"
             )
         if file.table is not None:
-            yield "table: the part under six legs stands still, so it has no face that turns; leave [table] out"
+            yield "table: the part under six legs does not turn; leave [table] out"
         return
     if carrier.rods is not None:
         if file.chain.tool[:1] != ["carrier"] or sorted([*file.chain.tool[1:], *file.chain.part]) != sorted(turns):
@@ -218,7 +218,7 @@ def _find_carrier_faults(file: ChainMachineFile, carrier: CarrierFile) -> Iterat
             )
         return
     if file.table is not None:
-        yield "table: the part of a carrier with a wrist stands still, so it has no face that turns; leave [table] out"
+        yield "table: the part of a carrier with a wrist does not turn; leave [table] out"
     if file.chain.part or file.chain.tool[:1] != ["carrier"] or sorted(file.chain.tool[1:]) != sorted(turns):
         yield (
             f"chain.tool = {file.chain.tool}, chain.part = {file.chain.part}: expected 'carrier' first in tool, then "
@@ -240,7 +240,7 @@ def _add_words(file: ChainMachineFile) -> tuple[list[str], dict[str, JointFile]]
         return chain.tool, file.joints
     up, axis = _normalise(chain.up), _normalise(chain.axis)
     if np.abs(up - axis).max() > PARALLEL:
-        raise ValueError("chain.axis is not along chain.up: with six legs the tool stands along z of the part at home")
+        raise ValueError("chain.axis is not along chain.up: with six legs the tool must be along z of the part at home")
     x, y, _z = _find_part_directions(up)
     tilt = chain.words[0].lower()
     about = {"c": up, tilt: x if tilt == "a" else y}

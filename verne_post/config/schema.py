@@ -87,7 +87,7 @@ class LinearDeltaModuleFile(Table, frozen=True, kw_only=True):
         for (i, one), (j, other) in combinations(enumerate(self.leg_angles_deg, start=1), 2):
             if abs((one - other + 180.0) % 360.0 - 180.0) < LEG_SEPARATION_DEG:
                 raise ValueError(
-                    f"leg_angles_deg: legs {i} and {j} stand at {one:g} and {other:g} degrees, "
+                    f"leg_angles_deg: legs {i} and {j} are at {one:g} and {other:g} degrees, "
                     f"they must be {LEG_SEPARATION_DEG:g} degree or more apart"
                 )
 

@@ -260,7 +260,7 @@ def _read_transformation(data: MachineData, kind: str, slot: int) -> Pair:
     ):
         raise _refuse_kinematics(
             data.name,
-            f"$MC_TRAFO5_BASE_ORIENT_1 = {show_list(upright)}: a tool that does not stand along +z with its axes "
+            f"$MC_TRAFO5_BASE_ORIENT_1 = {show_list(upright)}: a tool that is not along +z with its axes "
             "at 0 is not imported",
         )
     return Pair(kind, offsets, (axes[0], axes[1]), f"TRAORI, transformation {slot}", slot)

@@ -106,7 +106,7 @@ class OWord(Struct, frozen=True):
     def _check_end(self) -> None:
         reader = self.reader
         if self._has_more():
-            value = "; a value stands before them" if reader.characters[reader.at] == "[" else ""
+            value = "; a value comes before them" if reader.characters[reader.at] == "[" else ""
             shown_words = f"o{self.label or ''} {self.keyword or ''}".rstrip()
             raise reader.error("VP001", f"only comments may follow {shown_words}{value}", reader.at)
 
@@ -293,7 +293,7 @@ def _describe_strange(character: str, first: bool) -> str:
     if character == ")":
         return "')' without a comment that it would end"
     if character == "%":
-        return "'%' must stand alone on its line"
+        return "'%' must be alone on its line"
     return f"{character!r} does not begin a word; expected a letter and a number"
 
 

@@ -51,7 +51,7 @@ class CodeTable(Struct, frozen=True, dict=True):
 
 
 #: Why [remap] cannot give a code a meaning.
-HAS_MEANING: Final = ": it has a meaning of its own; only what is not executed can be given one"
+HAS_MEANING: Final = ": it already has a meaning; only what is not executed can be given one"
 
 #: What gives a code or a name of the builder a meaning.
 REMAP_GIVES: Final = '[remap] of the set-up, or of verne-post.toml, can give one: "ignore" or "event"'

@@ -232,7 +232,7 @@ def _check(spline: BSpline) -> None:
     for k in range(1, n):
         if knots[k] == knots[k + degree]:
             text = (
-                f"the knot {knots[k]:g} stands {degree + 1} times beside the first and the last, which tears the "
+                f"the knot {knots[k]:g}, neither the first nor the last, is given {degree + 1} times, which tears the "
                 f"curve; at most {degree} are possible"
             )
             raise ProgramError("VP031", text, None, spline.lines[min(k + degree, n - 1)])

@@ -147,7 +147,7 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP018",
         "unusable option",
         "error",
-        "An option contradicts the program.",
+        "An option and the program contradict each other.",
         "Change the option that the message names.",
     ),
     (
@@ -168,17 +168,17 @@ CODES: Final[dict[str, Code]] = _make_table(
     ("VP022", "program cannot be read", "error", "The file does not exist, or may not be read.", "Check its name."),
     (
         "VP023",
-        "O words do not match",
+        "label, loop or subprogram without its partner",
         "error",
         "A label, loop, branch or subroutine is not opened, closed, defined or called as it must be.",
-        "Close what is open, in reverse order, with the same label. Define a subroutine before the program calls it, "
+        "Close blocks in reverse order, with the same label. Define a subroutine before the program calls it, "
         "or put its file beside the program or into a folder of --subroutine-path.",
     ),
     (
         "VP024",
-        "program without end",
+        "endless loop or recursion",
         "error",
-        "Loops and calls repeat more blocks, or go deeper, than is permitted.",
+        "Loops and calls repeat more blocks, or are nested deeper, than is permitted.",
         "Correct the condition of the loop. If so many repeats are intended, raise --max-repeats.",
     ),
     (
@@ -186,7 +186,7 @@ CODES: Final[dict[str, Code]] = _make_table(
         "impossible parameter",
         "error",
         "The parameter does not exist, has no value, or is read-only.",
-        "Set it first, or use one that the message names.",
+        "Set it first, or use a parameter that the message names.",
     ),
     (
         "VP026",
@@ -199,8 +199,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP027",
         "stopped by the program",
         "error",
-        "The program itself asks to stop, for example with (ABORT, ...).",
-        "Follow its message.",
+        "The program stops itself, for example with (ABORT, ...).",
+        "Read its message and remove the cause.",
     ),
     (
         "VP028",
@@ -299,21 +299,21 @@ CODES: Final[dict[str, Code]] = _make_table(
         "warning",
         "A Fanuc program has lengths, angles or dwells with a decimal point and others without. A setting of the "
         "control "
-        "decides whether a number without a point is read as it stands, or counts least input increments (0.001 mm).",
+        "decides whether a number without a point is read as written, or counts least input increments (0.001 mm).",
         'Write the points, or give the setting of the control: [fanuc] decimal_point = "calculator" or "conventional" '
         "in the settings file.",
     ),
     (
         "VP039",
-        "executed in another way by some controls",
+        "controls differ",
         "note",
         "Controls differ in how they execute a word or a cycle of this program, or count something in addition. The "
         "message says what is done here. Each case is reported once.",
-        "No action is needed if this is what is meant.",
+        "Compare the message with your control. No action is needed if both agree.",
     ),
     (
         "VP045",
-        "spindle speed is not known",
+        "spindle speed unknown",
         "warning",
         "G96 asks for a constant surface speed, as on a lathe: the control sets the spindle speed by the distance of "
         "the tool from X0. Setpoints have no spindle speed; the events have S and D.",
@@ -321,7 +321,7 @@ CODES: Final[dict[str, Code]] = _make_table(
     ),
     (
         "VP046",
-        "unnamed axes move",
+        "axes move that the block does not name",
         "warning",
         "A block moves axes that it does not name. First case: the block turns the table. No tool length is in force "
         "(before G43, after G49), or a retract in machine coordinates came before. The spindle then moves along to "
@@ -469,15 +469,15 @@ CODES: Final[dict[str, Code]] = _make_table(
         "error",
         "On the as-built machine the tool axis is off by more than accuracy.uncorrected_axis_deg of the machine file. "
         "The table's tilt cannot correct this component, and C stays as programmed.",
-        "Let C correct its share (--correct-axis), or accept a larger error in the machine file.",
+        "Let C correct its component (--correct-axis), or accept a larger error in the machine file.",
     ),
     (
         "VP218",
         "gouge",
         "error",
         "Cutter, shank or holder cut into the nominal part, deeper than --gouge, or gouge_mm of a set-up's [part].",
-        "The message has place, depth along the normal, body and line: look at the tool, its length and "
-        "the work offset of that line first.",
+        "Check the tool, its length and the work offset of the line in the message first. The message also has place, "
+        "depth along the normal, and body.",
     ),
     (
         "VP219",
@@ -485,23 +485,23 @@ CODES: Final[dict[str, Code]] = _make_table(
         "warning",
         "More material than --excess, or excess_mm of a set-up's [part], stays on a facet of the "
         "nominal part that the cutter came near.",
-        "The message has the place and the nearest line: take a smaller stepover or a smaller cutter there.",
+        "Use a smaller stepover or a smaller cutter at the line of the message.",
     ),
     (
         "VP220",
-        "not decided",
+        "gouge not decided",
         "error",
-        "For some facets it is not certain that there is no gouge deeper than --gouge. The message has the depth that "
-        "is certainly not exceeded. It is a warning if a gouge was found elsewhere.",
+        "Some facets may have a gouge deeper than --gouge. The message has the depth that no gouge exceeds. "
+        "It is a warning if a gouge was found elsewhere.",
         "Accept a larger --gouge (gouge_mm), or look at the places that the message and --csv of machined name.",
     ),
     (
         "VP221",
         "stock left around the part",
         "warning",
-        "Stock stays beside or over the nominal part where no cutter has been. It reaches farther from the part than "
-        "--excess or excess_mm. It is a ridge between strips, or what this set-up does not machine.",
-        "The message has volume, height and place: bring the strips nearer together, or leave it to the next set-up.",
+        "Stock is left beside or over the nominal part where no cutter has been. It reaches farther from the part than "
+        "--excess or excess_mm. Causes are a ridge between strips, or a region that this set-up does not machine.",
+        "Use a smaller stepover at the place in the message, or leave the stock to the next set-up.",
     ),
     # --- VP3xx: branches ------------------------------------------------------------------------
     (
@@ -510,9 +510,10 @@ CODES: Final[dict[str, Code]] = _make_table(
         "error",
         "To keep a limit, the table must change to its other solution (-A, C + 180), rewind C, or leave "
         "the programmed A and C."
-        " It is a warning where C turns under a standing, vertical tool. So it is where C turns by more than half a "
-        "turn in a feed move with a tilted tool. With --allow-rewind a change between feed "
-        "moves is a warning too: a retract, a turn and a return are added.",
+        " Three cases are warnings: C turns under a vertical tool that does not move; C turns by more than half a "
+        "turn in "
+        "a feed move with a tilted tool; with --allow-rewind, the table changes between feed moves, with a retract, a "
+        "turn and a return.",
         "Retract the tool where the message says, give --allow-rewind, or post the program with other angles.",
     ),
     # --- VP4xx: feed and dynamics, and what verification of a written file finds -----------------
@@ -521,28 +522,28 @@ CODES: Final[dict[str, Code]] = _make_table(
         "velocity beyond its limit",
         "error",
         "First differences of the written setpoints exceed the velocity limit.",
-        "Do not run the file. Convert the program again, and verify the result.",
+        "Do not run the file. Convert the program again, and verify the new file.",
     ),
     (
         "VP402",
         "acceleration beyond its limit",
         "error",
         "Second differences of the written setpoints exceed the acceleration limit.",
-        "Do not run the file. Convert the program again, and verify the result.",
+        "Do not run the file. Convert the program again, and verify the new file.",
     ),
     (
         "VP403",
         "jerk beyond its limit",
         "error",
         "Third differences of the written setpoints exceed the jerk limit.",
-        "Do not run the file. Convert the program again, and verify the result.",
+        "Do not run the file. Convert the program again, and verify the new file.",
     ),
     (
         "VP404",
         "feed rate exceeded",
         "error",
-        "The tool moves along the segment faster than the programmed feed rate.",
-        "Do not run the file. Convert the program again, and verify the result.",
+        "The tool moves faster along the segment than the programmed feed rate.",
+        "Do not run the file. Convert the program again, and verify the new file.",
     ),
     (
         "VP410",
@@ -556,25 +557,25 @@ CODES: Final[dict[str, Code]] = _make_table(
         "off the programmed path",
         "error",
         "The pose of a row (by forward kinematics) is farther from the programmed segment than the tolerance.",
-        "Do not run the file. Convert the program again, and verify the result.",
+        "Do not run the file. Convert the program again, and verify the new file.",
     ),
     (
         "VP412",
-        "incomplete",
+        "setpoints incomplete",
         "error",
         "The file does not begin at the start pose, does not end at the last pose, or skips a segment.",
-        "Do not run the file. Convert the program again, and verify the result.",
+        "Do not run the file. Convert the program again, and verify the new file.",
     ),
     (
         "VP413",
-        "progress runs back",
+        "rows out of order",
         "error",
         "The rows do not follow the program in its order.",
-        "Do not run the file. Convert the program again, and verify the result.",
+        "Do not run the file. Convert the program again, and verify the new file.",
     ),
     (
         "VP414",
-        "out of date",
+        "setpoint file out of date",
         "error",
         "The setpoint file was made with another program, machine file, work offset, tool length or option.",
         "Convert the program again.",
@@ -597,14 +598,14 @@ CODES: Final[dict[str, Code]] = _make_table(
     # --- VP5xx: machine file ----------------------------------------------------------------
     (
         "VP501",
-        "machine file",
+        "unusable machine file",
         "error",
         "The machine file is missing, is not TOML, or a key of it is unknown, missing or out of bounds.",
         "Correct the key that the message names; `verne-post machine show` prints a valid file.",
     ),
     (
         "VP502",
-        "readings",
+        "unreadable readings",
         "error",
         "A file of readings has a missing column, a value that is no number, or too little data.",
         "Correct the line and column that the message names; docs/calibration.md and docs/as-built.md "
@@ -612,14 +613,14 @@ CODES: Final[dict[str, Code]] = _make_table(
     ),
     (
         "VP503",
-        "settings file",
+        "unusable settings file",
         "error",
         "The settings file is not TOML, or a key of it is unknown or has an invalid value.",
         "Correct the key that the message names (docs/commands.md, settings).",
     ),
     (
         "VP504",
-        "tool shapes or measured values",
+        "unusable tool shapes or measured values",
         "error",
         "The file of tool shapes, of measured work offsets or of tool lengths cannot be read, or has an "
         "impossible value.",
@@ -629,8 +630,9 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP505",
         "implausible size",
         "warning",
-        "A speed, acceleration, jerk, travel, length, cycle or tolerance is legal, but hardly intended. Most often it "
-        "is in another unit. It stands in the machine file, the command line, the set-up or the program.",
+        "A speed, acceleration, jerk, travel, length, cycle or tolerance is legal, but probably not intended. Most "
+        "often "
+        "it is in another unit. It is in the machine file, the command line, the set-up or the program.",
         "Compare the value with its unit in docs/machine-file.md, docs/commands.md or docs/setpoints.md; `verne-post "
         "machine validate` prints how long moves take.",
     ),
@@ -654,7 +656,7 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP508",
         "kinematics that are not imported",
         "error",
-        "The configuration has kinematics without a counterpart here, or that nobody has compared.",
+        "No kind of machine here has the kinematics of the configuration, or nobody has compared them.",
         "Start from the machine file that the message or the table in docs/machines.md names.",
     ),
     (
@@ -662,7 +664,7 @@ CODES: Final[dict[str, Code]] = _make_table(
         "not imported",
         "warning",
         "The imported machine file leaves out something of the configuration, or holds a default that nothing sets.",
-        "Look at each of these in the new file before the machine moves.",
+        "Check each of these in the new file before the machine moves.",
     ),
     # --- VP9xx: internal ----------------------------------------------------------------------
     (

@@ -288,7 +288,7 @@ def describe_mistake(part: Cylinder) -> str:
 
 def _describe_wrong_profile(part: Cylinder) -> str:
     if part.corner_radius or part.taper or part.point_angle or part.tip_diameter or part.neck_diameter:
-        return "a profile stands alone: it says everything about the shape"
+        return "a profile allows no other key: it says everything about the shape"
     radius, height = zip(*part.profile, strict=True)
     if min(radius) < 0 or max(radius) <= 0:
         return "the radii of a profile must be 0 or more, and one above 0"

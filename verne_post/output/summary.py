@@ -168,7 +168,7 @@ def _describe_first_row(summary: Summary) -> str:
         f"{name} {format_fixed(value, min(decimals, 4))}"
         for name, value, decimals in zip(names, summary.start, summary.format.decimals, strict=True)
     ]
-    return f"the machine must stand at {', '.join(values)}"
+    return f"the machine must be at {', '.join(values)}"
 
 
 def _restart(summary: Summary) -> Facts:

@@ -97,9 +97,10 @@ def list_setup(machine: Machine, study: Study) -> list[tuple[str, str]]:
     """Tool length and work offset in a few words."""
     if study.program is None:
         return []
-    tools = [
-        f"{tool}: {length} mm".removeprefix("not named: ") for _number, tool, length, _diameter in _list_tools(study)
-    ]
+    lengths: dict[str, list[str]] = {}  # a tool has the length of the one before until G43
+    for _number, tool, length, _diameter in _list_tools(study):
+        lengths.setdefault(tool, []).append(length)
+    tools = [f"{tool}: {' then '.join(used)} mm".removeprefix("not named: ") for tool, used in lengths.items()]
     offsets = [f"{name} at {', '.join(place)} mm" for name, *place, _turn, _source in _list_offsets(machine, study)]
     return [("tool length", _join_few(tools)), ("work offset", _join_few(offsets))]
 

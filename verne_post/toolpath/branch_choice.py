@@ -69,7 +69,7 @@ def report_branch_changes(path: ToolPath, plan: BranchPlan, machine: Machine, *,
         fine = allow_rewind and not change.feeding
         if change.upright:
             what = (
-                f"{turn} turns under the standing, vertical tool from {show(change.before)} to {show(change.after)} deg"
+                f"{turn} turns under the resting, vertical tool from {show(change.before)} to {show(change.after)} deg"
             )
             fine = fine or bool(path.free.any())  # else the path stays as it was programmed
         else:
@@ -93,7 +93,7 @@ def report_branch_changes(path: ToolPath, plan: BranchPlan, machine: Machine, *,
         line = int(path.line[segment])
         instead = show((float(plan.start[segment, 0]), float(plan.start[segment, 1])))
         what = (
-            f"the programmed {tilt} and {turn} break a limit; from this line the table would stand at ({instead}) deg "
+            f"the programmed {tilt} and {turn} break a limit; from this line the table would be at ({instead}) deg "
             "instead"
         )
         findings.append(
@@ -120,7 +120,7 @@ def find_idle_turns(path: ToolPath, machine: Machine) -> list[Finding]:
     for segment in np.flatnonzero(still & upright & (np.abs(turn[:, 1]) > ZERO_ANGLE)).tolist():
         line = int(path.line[segment])
         what = (
-            f"the tool stands along the axis of {letter} while {letter} turns by "
+            f"the tool is along the axis of {letter} while {letter} turns by "
             f"{format_fixed(machine.columns[-1].factor * float(turn[segment, 1]), 3)} deg: the joints follow from the "
             "tool axis, so none would move; tilt the tool by 0.01 deg or more there, or turn while it tilts or moves"
         )

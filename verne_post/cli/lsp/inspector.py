@@ -164,7 +164,7 @@ def _describe_time(plan: Plan | None, facts: LineFacts | None, line: int) -> str
     """``0.532 s; the feed rate is reached, fastest tip 2400 mm/min``."""
     at = None if facts is None else facts.find(line)
     if plan is None or facts is None or at is None:
-        return "no time: the program is refused" if plan is None else "no time of its own: less than a control cycle"
+        return "no time: the program is refused" if plan is None else "less than a control cycle"
     path = plan.program.path
     own = path.line == line
     feeds = own & (path.feed_time > 0)

@@ -143,5 +143,5 @@ def _find_problem(
     elif item.major == "DEFSUB" and name in subprograms:
         message = f"DEFSUB/{name} for the second time"
     elif item.major == "CALSUB" and name not in subprograms:
-        message = f"CALSUB/{name}: no DEFSUB/{name} stands before it"
+        message = f"CALSUB/{name}: no DEFSUB/{name} comes before it"
     return ProgramError(code, message, line=item.line) if message else None

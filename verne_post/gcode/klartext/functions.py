@@ -187,7 +187,7 @@ class KlartextFunctions:
             if number in _PLACES and beside != "coordinates":
                 raise ProgramError("VP006", f"M{number} needs L and coordinates in its block", word.column)
             if number in (89, 99) and beside not in ("", "coordinates"):
-                raise ProgramError("VP017", f"M{number} beside {beside}; write it in a block of its own", word.column)
+                raise ProgramError("VP017", f"M{number} beside {beside}; write it in a separate block", word.column)
             if number in REFUSED_FUNCTIONS and self.core.auxiliary.find_user_meaning("M", number) is None:
                 raise ProgramError("VP002", f"M{number} is not executed ({REFUSED_FUNCTIONS[number]})", word.column)
             is_known = number in FUNCTIONS or number in FUNCTIONS_WITHOUT_EFFECT

@@ -98,7 +98,7 @@ class Klartext:
             self.functions.begin_functions(words)
         elif words.functions:
             raise statement.error(
-                "VP017", "M functions beside the element after RND, CHF or APPR; write them in a block of their own"
+                "VP017", "M functions beside the element after RND, CHF or APPR; write them in a separate block"
             )
         vector = self.orientation.take_vector(statement, words)
         target = self.paths.read_target(statement, words)

@@ -35,8 +35,8 @@ STATEMENTS: Final[Mapping[str, str]] = {
     "CALL SELECTED PGM": "refused: write CALL PGM",
     "SEL TABLE": "names the datum table of `datums`, by one name in a program: see Keys of the settings file",
     "PLANE": "a tilted plane: below",
-    "FUNCTION": "FUNCTION TCPM is M128, FUNCTION RESET TCPM M129, FUNCTION MODE MILL the only mode. FUNCTION DWELL TIME "
-    "waits seconds, DWELL REV turns of the spindle. F TCP and F CONT have no effect: F is always that of the tip. "
+    "FUNCTION": "FUNCTION TCPM is M128, FUNCTION RESET TCPM M129, FUNCTION MODE MILL the only mode. FUNCTION DWELL "
+    "TIME waits seconds, DWELL REV turns of the spindle. F TCP and F CONT have no effect: F is always that of the tip. "
     "AXIS SPAT: A B C are spatial angles. PATHCTRL VECTOR: the tool axis goes along a great circle",
     "TRANS": "DATUM AXIS, MIRROR, ROTATION, SCALE are cycles 7, 8, 10 and 11; RESET ends them. DATUM TABLE is a row of "
     "`datums`: see Keys of the settings file",
@@ -59,7 +59,7 @@ STATEMENTS: Final[Mapping[str, str]] = {
     **dict.fromkeys(("Q", "QL", "QR"), "value or formula: + - * / ^ % and functions, degrees"),
     "QS": "text, also DECLARE STRING: quotes, TOCHAR (DAT, DECIMALS), TONUMB",
     "FN": "a function of parameters: below",
-    **dict.fromkeys(("M", "F", "S"), "in a statement of their own, as in those of paths"),
+    **dict.fromkeys(("M", "F", "S"), "in a separate statement, or in one of a path"),
     **dict.fromkeys(
         ("R0", "RL", "RR"),
         "radius compensation: the first move ends beside the start of the first element, the last move starts beside "

@@ -460,7 +460,7 @@ class FanucInterpreter(Rs274):
             name = spell_g_code(frame_codes[0])
             if len(frame_codes) > 1 or g.keys() & {"motion", "non-modal", "machine coordinates", "plane axis"}:
                 raise ProgramError(
-                    "VP003", f"{name} takes the axis words of its block; write the other code in a block of its own"
+                    "VP003", f"{name} takes the axis words of its block; write the other code in another block"
                 )
             for letter, column in block.columns.items():
                 if letter not in WORDS_OF_FRAMES[frame_codes[0]] + "FST":

@@ -134,7 +134,8 @@ class FanucMaps:
         if motion in CYCLES and factors[normal] < 0:
             raise ProgramError(
                 "VP017",
-                f"{spell_g_code(motion)} under a mirror image of its own axis: the hole would be drilled from below",
+                f"{spell_g_code(motion)} under a mirror image of the drilling axis: the hole would be drilled from "
+                "below",
             )
         for axis, letter in enumerate(_LINEAR):
             if letter in words:

@@ -70,7 +70,7 @@ class FanucPlanes:
             kind, parts = self.given
             self.given = None
             missing = ", ".join(f"Q{q}" for q in _SEVERAL[kind] if q not in parts and q)
-            raise ProgramError("VP005", f"G68.2 P{kind} is not complete: expected {missing} in blocks of their own")
+            raise ProgramError("VP005", f"G68.2 P{kind} is not complete: expected {missing} in separate blocks")
 
     def refuse_under_plane(self, what: str) -> None:
         """Refuse (VP017) what would change the system in which a plane lies."""

@@ -111,7 +111,7 @@ def scale_words(block: Block, text: str, state: State, *, drills: bool) -> None:
         if letter == "F":
             if 950 in codes or (state.feed_mode == FeedMode.PER_REVOLUTION and not codes & {930, 940}):
                 raise block.error(
-                    "VP007", "F per turn without a decimal point: controls count it in increments of their own", "F"
+                    "VP007", "F per turn without a decimal point: controls count it in different increments", "F"
                 )
             continue
         if letter == "Q" and not drills and not codes.intersection(POCKETS):

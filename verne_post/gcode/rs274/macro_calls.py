@@ -44,7 +44,10 @@ def read_macro_call(text: str, values: Values, keys: FanucKeys) -> tuple[str, Ar
     reader = ValueReader(characters, places, values)
     reader.at = match.end()
     if keys.decimal_point == "conventional" and find_lines_without_point(text[begin:].encode()).size:
-        what = "arguments of a macro count increments of their own without a decimal point; write it"
+        what = (
+            "arguments of a macro without a decimal point count increments that depend on their letters; write "
+            "the point"
+        )
         raise ProgramError("VP007", what, begin + 1)
     return text[:begin], read_arguments(reader)
 

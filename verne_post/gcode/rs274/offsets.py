@@ -67,7 +67,7 @@ class OffsetCodes:
         if self.traits.zero_is_no_offset:
             if "H" not in block.words and self.state.modes.length_number is None:
                 raise ProgramError(
-                    "VP005", "a tool length offset needs H, its number: none stands since the tool change"
+                    "VP005", "a tool length offset needs H, its number: none was given since the tool change"
                 )
             block.words.setdefault("H", self.state.modes.length_number or 0.0)
             self.state.modes.length_number = block.words["H"]

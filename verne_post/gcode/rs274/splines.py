@@ -157,7 +157,7 @@ class SplineCodes:
         if draft is None:
             raise ProgramError("VP031", "G5.3 without G5.2: no control points have been given")
         for letter in (letter for letter in block.words if letter in AXES):
-            raise block.error("VP006", f"{letter} beside G5.3, which has no end point of its own", letter)
+            raise block.error("VP006", f"{letter} beside G5.3, which has no end point", letter)
         self.motion.check_feed(block, _POINT)
         degree = draft.order - 1
         knots = build_uniform_knots(len(draft.points), degree)

@@ -155,7 +155,7 @@ class ContourMilling:
             found = text.labels.get(label.upper(), [])
             if len(found) != 1:
                 how_often = "twice" if found else "nowhere"
-                raise given.error("VP023", f"the label {label.upper()} of the contour stands {how_often}", "KNAME")
+                raise given.error("VP023", f"the label {label.upper()} of the contour occurs {how_often}", "KNAME")
             places.append(found[0])
         if places[1] < places[0]:
             raise given.error("VP023", f"the contour ends with {last.upper()} before it begins", "KNAME")
@@ -198,7 +198,7 @@ class _Work:
             "VARI",
             kind // 100,
             (0, 1, 2, 3),
-            "the hundreds say how far the tool goes up between levels, and nothing stands before them",
+            "the hundreds say how far the tool goes up between levels, and no digit comes before them",
         )
         self.side = values.refuse_digits(
             "RL", given.read_whole("RL"), (40, 41, 42), "it is 40, 41 or 42: on the contour, left or right of it"

@@ -323,6 +323,6 @@ def _refuse_second_call(words: Words) -> None:
     if words.calls and ends:
         raise ProgramError(
             "VP003",
-            f"{words.calls[0].name} and M{ends[0][0]} in one block: write the end in a block of its own",
+            f"{words.calls[0].name} and M{ends[0][0]} in one block: write the end in a separate block",
             ends[0][1],
         )

@@ -247,7 +247,7 @@ class _Work:
             )
         if "SSF" in given.names and given.number("SSF") not in (0.0, self.to.state.spindle_speed):
             raise given.error(
-                "VP002", "SSF is not executed: the speed stays; write S and a call of its own for finishing", "SSF"
+                "VP002", "SSF is not executed: the speed stays; write S and a separate call for finishing", "SSF"
             )
         count, radius, first = given.read_whole("NUM"), self.values.measure("RAD"), given.number("STA1")
         if not 1 <= count <= MAX_HOLES:

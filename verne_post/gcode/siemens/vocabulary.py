@@ -154,7 +154,7 @@ CYCLES: Final[Mapping[str, str]] = {
 #: Words that change how a control moves or watches, not the path, or that are always so here: see `dump moves`.
 NO_EFFECT: Final[Mapping[str, str]] = {
     **dict.fromkeys(("G601", "G602", "G603"),
-                    "when an exact stop is reached: the tool stands still at every exact stop"),
+                    "when an exact stop is reached: the tool stops at every exact stop"),
     **dict.fromkeys(("BRISK", "SOFT", "DRIVE", "BRISKA", "SOFTA", "DRIVEA", "JERKLIM", "JERKLIMA", "ACC", "VELOLIM",
                      "VELOLIMA", "ACCLIMA"),
                     "acceleration and jerk: the machine file gives them"),

@@ -195,7 +195,7 @@ def _find_home(machine: Machine, ideal: HybridMachine) -> Array:
         travel = _find_travel(machine)
         joints = np.where(np.isfinite(travel).all(axis=0), travel.mean(axis=0), 0.0)
         if not machine.five_axis.find_nominal_pose(joints / factors, 0.0)[2]:
-            raise CannotExport("[home] is missing, and the platform cannot stand in the middle of travel; give [home]")
+            raise CannotExport("[home] is missing, and the platform cannot be in the middle of travel; give [home]")
         return joints
     table, place = ideal.table, np.array(machine.home.g28)
     angles = RAD_PER_DEG * place[3:] * [table.a_sign, table.c_sign]

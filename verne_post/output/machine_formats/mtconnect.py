@@ -299,7 +299,7 @@ def _find_middle(machine: Machine) -> Array:
     middle = 0.5 * (machine.limits.lower[:3] + machine.limits.upper[:3])
     assert machine.module is not None
     if not machine.module.forward(middle)[2]:
-        raise CannotExport("the platform cannot stand in the middle of travel, where its parts are described")
+        raise CannotExport("the platform cannot be in the middle of travel, where its parts are described")
     return np.asarray(middle)
 
 
