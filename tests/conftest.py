@@ -23,6 +23,7 @@ from hypothesis import settings
 
 import verne_post
 from tests.fork_server import ForkServer
+from verne_post.__main__ import GARBAGE_AFTER
 from verne_post.app.assemble import Program, assemble
 from verne_post.cli.files import RunFiles
 from verne_post.cli.options import build_options
@@ -69,9 +70,10 @@ def pytest_collectstart() -> None:
 
 
 def pytest_collection_finish() -> None:
-    """From here on garbage is looked for, but not among what was built until now and stays to the end."""
+    """From here on garbage is looked for as a command does, but not among what was built until now and stays to the end."""
     gc.collect()
     gc.freeze()
+    gc.set_threshold(GARBAGE_AFTER)
     gc.enable()
 
 
