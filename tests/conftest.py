@@ -55,12 +55,27 @@ class Answer:
     err: str
 
 
+def read_smoke_set() -> tuple[str, ...]:
+    """How the names of the tests of tests/smoke.txt begin."""
+    lines = (ROOT / "tests" / "smoke.txt").read_text(encoding="utf-8").splitlines()
+    return tuple(line.strip() for line in lines if line.strip() and not line.startswith("#"))
+
+
+SMOKE = read_smoke_set()
+SMOKE_FILES = tuple(name.partition("::")[0] for name in SMOKE)
+
+
+def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
+    """``-m smoke`` imports no file without a test of it: to read all of them takes longer than the set."""
+    if config.getoption("markexpr") != "smoke" or collection_path.suffix != ".py":
+        return None
+    return True if not collection_path.relative_to(ROOT / "tests").as_posix().startswith(SMOKE_FILES) else None
+
+
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Mark the tests that tests/smoke.txt names, by the beginning of their names."""
-    lines = (ROOT / "tests" / "smoke.txt").read_text(encoding="utf-8").splitlines()
-    named = tuple(line.strip() for line in lines if line.strip() and not line.startswith("#"))
     for item in items:
-        if item.nodeid.removeprefix("tests/").startswith(named):
+        if item.nodeid.removeprefix("tests/").startswith(SMOKE):
             item.add_marker(pytest.mark.smoke)
 
 
