@@ -56,6 +56,8 @@ def is_private(name: str) -> bool:
 def find_long_prose(source: str) -> list[int]:
     """Numbers of the lines of docstrings, and of comments that stand alone, which are longer than MAX_COLUMNS."""
     lines = source.split("\n")
+    if max(map(len, lines)) <= MAX_COLUMNS:
+        return []
     prose = set()
     for node in ast.walk(ast.parse(source)):
         documented = isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef)
@@ -107,28 +109,29 @@ def test_classes_have_few_methods():
 
 def find_foreign_names(tree: ast.Module) -> list[str]:
     """Private names of other files that one uses: ``other._x`` of a name it does not give itself, ``from other import _x``."""
-    own = {node.name for node in ast.walk(tree) if isinstance(node, ast.FunctionDef | ast.ClassDef)}
+    nodes = list(ast.walk(tree))
+    own = {node.name for node in nodes if isinstance(node, ast.FunctionDef | ast.ClassDef)}
     own |= {
         node.attr
-        for node in ast.walk(tree)
+        for node in nodes
         if isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store) and is_private(node.attr)
     }
     own |= {
         target.id
-        for node in ast.walk(tree)
+        for node in nodes
         for target in (node.targets if isinstance(node, ast.Assign) else [node.target] if isinstance(node, ast.AnnAssign) else [])
         if isinstance(target, ast.Name)
     }  # fmt: skip
     imported = [
         alias.name
-        for node in ast.walk(tree)
+        for node in nodes
         if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("verne_post")
         for alias in node.names
         if is_private(alias.name)
     ]
     used = [
         node.attr
-        for node in ast.walk(tree)
+        for node in nodes
         if isinstance(node, ast.Attribute) and is_private(node.attr) and node.attr not in own
     ]
     return imported + used
