@@ -23,6 +23,7 @@ from hypothesis import settings
 
 import verne_post
 from tests.fork_server import ForkServer
+from verne_post.__main__ import GARBAGE_AFTER
 from verne_post.app.assemble import Program, assemble
 from verne_post.cli.files import RunFiles
 from verne_post.cli.options import build_options
@@ -64,12 +65,27 @@ class Answer:
     err: str
 
 
+def read_smoke_set() -> tuple[str, ...]:
+    """How the names of the tests of tests/smoke.txt begin."""
+    lines = (ROOT / "tests" / "smoke.txt").read_text(encoding="utf-8").splitlines()
+    return tuple(line.strip() for line in lines if line.strip() and not line.startswith("#"))
+
+
+SMOKE = read_smoke_set()
+SMOKE_FILES = tuple(name.partition("::")[0] for name in SMOKE)
+
+
+def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
+    """``-m smoke`` imports no file without a test of it: to read all of them takes longer than the set."""
+    if config.getoption("markexpr") != "smoke" or collection_path.suffix != ".py":
+        return None
+    return True if not collection_path.relative_to(ROOT / "tests").as_posix().startswith(SMOKE_FILES) else None
+
+
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Mark the tests that tests/smoke.txt names, by the beginning of their names."""
-    lines = (ROOT / "tests" / "smoke.txt").read_text(encoding="utf-8").splitlines()
-    named = tuple(line.strip() for line in lines if line.strip() and not line.startswith("#"))
     for item in items:
-        if item.nodeid.removeprefix("tests/").startswith(named):
+        if item.nodeid.removeprefix("tests/").startswith(SMOKE):
             item.add_marker(pytest.mark.smoke)
 
 
@@ -79,9 +95,10 @@ def pytest_collectstart() -> None:
 
 
 def pytest_collection_finish() -> None:
-    """From here on garbage is looked for, but not among what was built until now and stays to the end."""
+    """From here on garbage is looked for as a command does, but not among what was built until now and stays to the end."""
     gc.collect()
     gc.freeze()
+    gc.set_threshold(GARBAGE_AFTER)
     gc.enable()
 
 
@@ -181,18 +198,26 @@ def environment(compiled_once: None) -> dict[str, str]:
 
 
 @pytest.fixture(scope="session")
-def fork_server(environment: dict[str, str]) -> Iterator[ForkServer]:
-    """What runs commands as processes of their own without loading everything each time."""
+def fork_server(environment: dict[str, str]) -> Iterator[ForkServer | None]:
+    """What runs commands as processes of their own without loading everything each time; None where there is none."""
+    if sys.platform != "linux":  # sockets of packets, and safe forks
+        yield None
+        return
     server = ForkServer(environment)
     yield server
     server.close()
 
 
 @pytest.fixture
-def spawn(fork_server: ForkServer, environment: dict[str, str]) -> Callable[..., "subprocess.CompletedProcess[bytes]"]:
+def spawn(
+    fork_server: ForkServer | None, environment: dict[str, str]
+) -> Callable[..., "subprocess.CompletedProcess[bytes]"]:
     """Run the command line as a process of its own; streams as bytes."""
 
     def call(*arguments: object, stdin: bytes = b"", cwd: Path = ROOT) -> "subprocess.CompletedProcess[bytes]":
-        return fork_server.run(*map(str, arguments), cwd=cwd, env=environment, stdin=stdin)
+        if fork_server is not None:
+            return fork_server.run(*map(str, arguments), cwd=cwd, env=environment, stdin=stdin)
+        command = [sys.executable, "-P", "-m", "verne_post", *map(str, arguments)]
+        return subprocess.run(command, input=stdin, capture_output=True, cwd=cwd, env=environment, check=False)
 
     return call

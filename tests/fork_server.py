@@ -18,6 +18,8 @@ from verne_post.cli.arithmetic import choose_kernels
 
 #: Bytes of a request: words and environment; what a socket of packets takes at once is twice as much.
 REQUEST = 1 << 16
+#: Seconds after which a command counts as one that hangs.
+LONGEST = 300
 #: What commands load when they begin; what else one needs it loads itself.
 LOADED = (
     "cli.main",
@@ -67,7 +69,8 @@ class ForkServer:
         if feed is not None:
             _feed(feed, stdin)
         for thread in threads:
-            thread.join()
+            thread.join(LONGEST)
+        assert read.keys() == {out, err, ended}, f"{words} has not ended in {LONGEST} s"
         status = os.waitstatus_to_exitcode(int(read[ended]))
         return subprocess.CompletedProcess(words, status, read[out], read[err])
 

@@ -121,15 +121,16 @@ def test_classes_have_few_methods():
 
 def find_foreign_names(tree: ast.Module) -> list[str]:
     """Private names of other files that one uses: ``other._x`` of a name not given here, ``from other import _x``."""
-    own = {node.name for node in ast.walk(tree) if isinstance(node, ast.FunctionDef | ast.ClassDef)}
+    nodes = list(ast.walk(tree))
+    own = {node.name for node in nodes if isinstance(node, ast.FunctionDef | ast.ClassDef)}
     own |= {
         node.attr
-        for node in ast.walk(tree)
+        for node in nodes
         if isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store) and is_private(node.attr)
     }
     own |= {
         target.id
-        for node in ast.walk(tree)
+        for node in nodes
         for target in (
             node.targets if isinstance(node, ast.Assign) else [node.target] if isinstance(node, ast.AnnAssign) else []
         )
@@ -137,14 +138,14 @@ def find_foreign_names(tree: ast.Module) -> list[str]:
     }
     imported = [
         alias.name
-        for node in ast.walk(tree)
+        for node in nodes
         if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("verne_post")
         for alias in node.names
         if is_private(alias.name)
     ]
     used = [
         node.attr
-        for node in ast.walk(tree)
+        for node in nodes
         if isinstance(node, ast.Attribute) and is_private(node.attr) and node.attr not in own
     ]
     return imported + used

@@ -36,6 +36,24 @@ def told(answer: Any) -> dict[str, Any]:
     return json.loads(answer.out)
 
 
+@pytest.fixture(scope="module")
+def answers() -> dict[tuple[str, ...], Any]:
+    """What was said of the sample that violates, by the words that ask."""
+    return {}
+
+
+@pytest.fixture
+def fit_travel(run: Callable[..., Any], answers: dict[tuple[str, ...], Any]) -> Callable[..., Any]:
+    """``fit_travel("--json")``: fit the sample that violates; once for the same words, which have the same answer."""
+
+    def ask(*words: str) -> Any:
+        if words not in answers:
+            answers[words] = run("fit", *TRAVEL, "--wcs", "G54=0,0,420", *words)
+        return answers[words]
+
+    return ask
+
+
 @pytest.fixture
 def tilted(tmp_path: Path) -> Path:
     path = tmp_path / "tilted.nc"
@@ -43,9 +61,11 @@ def tilted(tmp_path: Path) -> Path:
     return path
 
 
-def test_the_sample_that_violates_converts_where_fit_says(tmp_path: Path, run: Callable[..., Any]) -> None:
+def test_the_sample_that_violates_converts_where_fit_says(
+    tmp_path: Path, run: Callable[..., Any], fit_travel: Callable[..., Any]
+) -> None:
     assert run("check", *TRAVEL, "--wcs", "G54=0,0,420").code == 1
-    answer = run("fit", *TRAVEL, "--wcs", "G54=0,0,420")
+    answer = fit_travel()
     assert answer.code == 0
     wcs = re.search(r"--wcs (\S+)", answer.out)
     assert wcs
@@ -145,10 +165,11 @@ def test_what_is_not_free_stays(tilted: Path, run: Callable[..., Any]) -> None:
 
 
 @pytest.mark.usefixtures("without_remedies")
-def test_the_smallest_move_is_legal_and_none_near_the_start_is(tmp_path: Path, run: Callable[..., Any]) -> None:
+def test_the_smallest_move_is_legal_and_none_near_the_start_is(
+    run: Callable[..., Any], fit_travel: Callable[..., Any]
+) -> None:
     """Shifts that are a tenth smaller are all refused: against checks of the whole program in twelve directions."""
-    answer = run("fit", *TRAVEL, "--wcs", "G54=0,0,420", "--json")
-    found = told(answer)
+    found = told(fit_travel("--json"))
     shift, turn = np.array(found["moved"][:3]), found["moved"][3]
     assert turn == 0.0
     assert (np.round(shift, 1) == shift).all()
@@ -163,14 +184,12 @@ def test_the_smallest_move_is_legal_and_none_near_the_start_is(tmp_path: Path, r
         assert not verne_post.check(TRAVEL[0], machine, Options(tool_length=50.0, wcs={1: WorkOffset((x, y, z))})).ok
 
 
-def test_what_it_says_of_the_largest_margin_is_what_it_finds_when_asked(run: Callable[..., Any]) -> None:
-    wcs = ("--wcs", "G54=0,0,420")
-    by_move = told(run("fit", *TRAVEL, *wcs, "--json"))
-    by_margin = told(run("fit", *TRAVEL, *wcs, "--maximise", "margin", "--json"))
+def test_what_it_says_of_the_largest_margin_is_what_it_finds_when_asked(fit_travel: Callable[..., Any]) -> None:
+    by_move, by_margin = told(fit_travel("--json")), told(fit_travel("--maximise", "margin", "--json"))
     assert by_margin["wcs"] == by_move["largest_margin"]["wcs"] != by_move["wcs"]
     assert by_margin["moved"] == by_move["largest_margin"]["moved"]
     assert min(item["after"] for item in by_margin["margins"]) == by_move["largest_margin"]["margin"] > 0.6
-    said = run("fit", *TRAVEL, *wcs).out
+    said = fit_travel().out
     assert re.search(r"fits if the part is moved by \S+, \S+, \S+ mm, the smallest move found:\n  --wcs G54=", said)
     assert (
         "The largest margin, 0.677, is with the part moved by 45.969, 42.802, -406.172 mm, turned by 45.935 deg" in said

@@ -2,6 +2,7 @@
 
 import ast
 import re
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -62,7 +63,7 @@ def rows(title):
 
 @pytest.fixture(scope="module")
 def outcome(machine):
-    """Everything that a program does, as comparable values, and its findings."""
+    """Everything that a program does, as comparable values, and its findings; once for each program."""
     options = Options(
         tools={1: make_tool(1, 80.0, 8.0), 2: make_tool(2, 60.0, 6.0)},
         subroutines={"other": b"L X+44 FMAX\nEND PGM OTHER MM"},
@@ -71,10 +72,10 @@ def outcome(machine):
         wcs={"G54": (0.0, 0.0, 40.0), "G55": (5.0, 0.0, 40.0)},
     )
 
-    def run(statements):
-        text = "\n".join([*BEFORE, *statements, *AFTER]).encode()
+    @cache
+    def interpret(text):
         try:
-            moves = interpret_program(text, build_interpreter_setup(machine, options))
+            moves = interpret_program(text.encode(), build_interpreter_setup(machine, options))
         except InputError as error:
             return None, error.findings
         shown = [
@@ -94,7 +95,7 @@ def outcome(machine):
         events = [(event.kind, event.before, event.data) for event in moves.events]
         return (shown, frames, controls, arcs, events), ()
 
-    return run
+    return lambda statements: interpret("\n".join([*BEFORE, *statements, *AFTER]))
 
 
 @pytest.mark.parametrize("example", rows("Executed"))

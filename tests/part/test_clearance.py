@@ -11,7 +11,8 @@ from verne_post.part.stl import build_mesh
 from verne_post.part.sweep import load_accelerator
 
 PATHS = [False] if load_accelerator() is None else [False, True]
-SHAPE = (Cylinder("cutter", 8, 20, corner_radius=4), Cylinder("holder", 40))
+#: Floats, as files give them: for whole numbers numba would compile all kernels once more.
+SHAPE = (Cylinder("cutter", 8.0, 20.0, corner_radius=4.0), Cylinder("holder", 40.0))
 _QUADS = [(0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5)]
 
 
@@ -26,7 +27,7 @@ def pass_by(y: float, step: float = 5.0, lean: float = 0.0):
     x = np.arange(-40, 41, step)
     tip = np.stack([x, np.full(len(x), y), np.zeros(len(x))], axis=1)
     axis = np.tile([np.sin(lean), 0, np.cos(lean)], (len(x), 1))
-    return build_motion("tool 1", build_pieces(SHAPE, 80), tip, axis, np.arange(len(x)), np.ones(len(x), bool))
+    return build_motion("tool 1", build_pieces(SHAPE, 80.0), tip, axis, np.arange(len(x)), np.ones(len(x), bool))
 
 
 @pytest.mark.parametrize("accelerate", PATHS)
@@ -74,7 +75,7 @@ def test_a_contact_on_the_first_way_is_found(leaves, place, accelerate):
     x = np.array([0.0, 20.0, 40.0] if leaves else [-20.0, 20.0])
     tip = np.stack([x, np.zeros(len(x)), np.zeros(len(x))], axis=1) + place
     axis = np.tile([0.0, 0.0, 1.0], (len(x), 1))
-    motion = build_motion("tool 1", build_pieces(SHAPE, 80), tip, axis, np.arange(len(x)), np.ones(len(x), bool))
+    motion = build_motion("tool 1", build_pieces(SHAPE, 80.0), tip, axis, np.arange(len(x)), np.ones(len(x), bool))
     post = block(np.add((-2.0, -0.5, -30.0), place), np.add((1.0, 0.5, 1.0), place))
     found = find_contacts(post, (motion,), 0.0, accelerate=accelerate).found
     assert [one.part for one in found] == ["cutter"]
@@ -102,7 +103,7 @@ def test_no_contact_is_missed_against_dense_poses(seed):
     tip = np.cumsum(pick.normal(size=(n, 3)) * [2, 2, 0.5], axis=0) + pick.normal(size=3) * 14
     axis = np.cumsum(pick.normal(size=(n, 3)) * 0.01, axis=0) + [0, 0, 1]
     axis /= np.linalg.norm(axis, axis=1)[:, None]
-    motion = build_motion("tool 1", build_pieces(SHAPE, 80), tip, axis, np.arange(n), np.ones(n, bool))
+    motion = build_motion("tool 1", build_pieces(SHAPE, 80.0), tip, axis, np.arange(n), np.ones(n, bool))
     found = find_contacts(mesh, (motion,), 0.5)
     share = np.arange(64)[:, None] / 64
     dense = [np.concatenate([one[k] + share * (one[k + 1] - one[k]) for k in range(n - 1)]) for one in (tip, axis)]

@@ -53,11 +53,11 @@ def strips(shape, pitch: float, step: float = 1.0, height=lambda x, y: 0.0, x=(-
 
 
 def ball(radius: float):
-    return (Cylinder("cutter", 2 * radius, 30, corner_radius=radius),)
+    return (Cylinder("cutter", 2.0 * radius, 30.0, corner_radius=float(radius)),)
 
 
 def flat(radius: float):
-    return (Cylinder("cutter", 2 * radius, 30),)
+    return (Cylinder("cutter", 2.0 * radius, 30.0),)
 
 
 @pytest.mark.parametrize("step", [1.0, 5.0])  # rows far apart lose nothing
@@ -180,8 +180,8 @@ def test_what_is_clear_is_clear_all_over_the_facet(shape, accelerate):
     shapes = {
         "flat": flat(4),
         "ball": ball(4),
-        "bull": (Cylinder("cutter", 10, 30, corner_radius=1.5),),
-        "drill": (Cylinder("cutter", 8, 30, point_angle=118),),
+        "bull": (Cylinder("cutter", 10.0, 30.0, corner_radius=1.5),),
+        "drill": (Cylinder("cutter", 8.0, 30.0, point_angle=118.0),),
     }
     pick = np.random.default_rng(11)
     n = 120
@@ -219,7 +219,7 @@ def test_both_paths_decide_alike():
 
 def test_how_deep_a_gouge_reaches_into_a_tool():
     (sharp,), (round_one,), (point,) = (
-        build_pieces(one, LENGTH) for one in (flat(5), ball(4), (Cylinder("cutter", 8, 30, point_angle=90),))
+        build_pieces(one, LENGTH) for one in (flat(5), ball(4), (Cylinder("cutter", 8.0, 30.0, point_angle=90.0),))
     )
     assert find_limit(sharp, 0.05) == pytest.approx(-0.05 * np.sqrt(0.5))
     assert find_limit(round_one, 0.05) == pytest.approx(-0.05)
@@ -253,7 +253,7 @@ def pick_points(mesh: Mesh) -> np.ndarray:
 
 
 def test_the_holder_counts_as_a_gouge():
-    shape = (Cylinder("cutter", 8, 10), Cylinder("holder", 40))
+    shape = (Cylinder("cutter", 8.0, 10.0), Cylinder("holder", 40.0))
     motion = build_motion(
         "tool 1",
         build_pieces(shape, LENGTH),

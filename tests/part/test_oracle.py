@@ -30,13 +30,14 @@ def draw_arc(r: float, h: float, radius: float, first: float, last: float) -> li
 
 #: Right half of each tool, from the tip outwards and up; and its words for the kernel.
 TOOLS = {
-    "flat": ([(0, 0), (5, 0), (5, TOP), (0, TOP)], Cylinder("cutter", 10, TOP)),
+    "flat": ([(0, 0), (5, 0), (5, TOP), (0, TOP)], Cylinder("cutter", 10.0, TOP)),
     "bull": ([(0, 0), *draw_arc(3.5, 1.5, 1.5, -90, 0), (5, TOP), (0, TOP)],
-             Cylinder("cutter", 10, TOP, corner_radius=1.5)),
-    "ball": ([*draw_arc(0, 4, 4, -90, 0), (4, TOP), (0, TOP)], Cylinder("cutter", 8, TOP, corner_radius=4)),
+             Cylinder("cutter", 10.0, TOP, corner_radius=1.5)),
+    "ball": ([*draw_arc(0, 4, 4, -90, 0), (4, TOP), (0, TOP)], Cylinder("cutter", 8.0, TOP, corner_radius=4.0)),
     "chamfer": ([(0, 0), (0.5, 0), (5, 4.5), (5, TOP), (0, TOP)],
-                Cylinder("cutter", 10, TOP, point_angle=90, tip_diameter=1)),
-    "taper": ([(0, 0), (2, 0), (2 + TOP * np.tan(np.radians(6)), TOP), (0, TOP)], Cylinder("cutter", 4, TOP, taper=6)),
+                Cylinder("cutter", 10.0, TOP, point_angle=90.0, tip_diameter=1.0)),
+    "taper": ([(0, 0), (2, 0), (2 + TOP * np.tan(np.radians(6)), TOP), (0, TOP)],
+              Cylinder("cutter", 4.0, TOP, taper=6.0)),
 }  # fmt: skip
 
 

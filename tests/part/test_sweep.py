@@ -12,13 +12,13 @@ from verne_post.part.sweep import find_nearest, load_accelerator, look_between
 
 LENGTH = 60.0
 SHAPES = {
-    "ball": (Cylinder("cutter", 8, 30, corner_radius=4),),
-    "flat": (Cylinder("cutter", 8, 30),),
-    "bull": (Cylinder("cutter", 10, 30, corner_radius=1.5),),
-    "drill and holder": (Cylinder("cutter", 8, 30, point_angle=118), Cylinder("holder", 40)),
-    "tapered": (Cylinder("cutter", 6, 30, corner_radius=3, taper=5),),
-    "form": (Cylinder("cutter", 16, profile=((3, 0), (5, 2), (5, 6), (2, 9), (2, 12), (8, 15), (8, 20), (4, 20),
-                                             (4, 30))),),
+    "ball": (Cylinder("cutter", 8.0, 30.0, corner_radius=4.0),),
+    "flat": (Cylinder("cutter", 8.0, 30.0),),
+    "bull": (Cylinder("cutter", 10.0, 30.0, corner_radius=1.5),),
+    "drill and holder": (Cylinder("cutter", 8.0, 30.0, point_angle=118.0), Cylinder("holder", 40.0)),
+    "tapered": (Cylinder("cutter", 6.0, 30.0, corner_radius=3.0, taper=5.0),),
+    "form": (Cylinder("cutter", 16.0, profile=((3.0, 0.0), (5.0, 2.0), (5.0, 6.0), (2.0, 9.0), (2.0, 12.0), (8.0, 15.0),
+                                               (8.0, 20.0), (4.0, 20.0), (4.0, 30.0))),),
 }  # fmt: skip
 #: Without numba the compiled path is not there; the other one is always tested.
 PATHS = [False] if load_accelerator() is None else [False, True]

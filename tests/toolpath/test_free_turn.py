@@ -31,24 +31,26 @@ def program(body, machine, **more):
     return assemble(f"{HEAD}{body}\nM2\n".encode(), machine, options(**more))
 
 
-def smallest_margin(machine, tips, c):
-    """The documented margin, for tips (n, 3) under a vertical tool at C, one pose at a time.
+def smallest_margins(machine, tips, turns):
+    """The documented margin (k,), for tips (n, 3) under a vertical tool at each C of ``turns`` (k,).
 
     Height and tilt of the serial machine, and the travel of C itself where it has none, do not depend on C.
     """
-    found = math.inf
-    for tip in tips:
-        q, platform, ok = machine.five_axis.solve(tip, np.array([0.0, c]), TOOL)
-        position, alpha = platform.position, platform.alpha
-        assert ok
-        for joint, value in enumerate(q):
-            low, high = machine.limits.lower[joint], machine.limits.upper[joint]
-            if math.isfinite(low) and (machine.kind == "verne" or joint not in (2, 3)):
-                found = min(found, min(value - low, high - value) / ((high - low) / 2))
-        for margin, value in zip(machine.margins, machine.module.find_geometry_margins(position, alpha), strict=True):
-            if margin.warn_below > margin.error_below > -math.inf:
-                found = min(found, (value - margin.error_below) / (margin.warn_below - margin.error_below))
-    return found
+    c = np.repeat(turns, len(tips))
+    q, platform, ok = machine.five_axis.solve(
+        np.tile(tips, (len(turns), 1)), np.column_stack([np.zeros(len(c)), c]), np.full(len(c), TOOL)
+    )
+    assert ok.all()
+    found = np.full(len(c), math.inf)
+    for joint, value in enumerate(q.T):
+        low, high = machine.limits.lower[joint], machine.limits.upper[joint]
+        if math.isfinite(low) and (machine.kind == "verne" or joint not in (2, 3)):
+            found = np.minimum(found, np.minimum(value - low, high - value) / ((high - low) / 2))
+    values = machine.module.find_geometry_margins(platform.position, platform.alpha)
+    for margin, value in zip(machine.margins, np.moveaxis(np.asarray(values), -1, 0), strict=True):
+        if margin.warn_below > margin.error_below > -math.inf:
+            found = np.minimum(found, (value - margin.error_below) / (margin.warn_below - margin.error_below))
+    return found.reshape(len(turns), -1).min(axis=1)
 
 
 def tips_of(prog):
@@ -72,10 +74,11 @@ def test_no_other_angle_is_better(name, first, c_range):
     assert c.tolist() == [prog.free_turn.chosen] == [prog.path.first_pose[4]]
     tips = tips_of(prog)
     scan = np.radians(np.arange(-100 if c_range else -180, 81 if c_range else 180, 5.0) + 1.7)[:-1]
-    best = max(smallest_margin(machine, tips, one) for one in scan)
-    assert smallest_margin(machine, tips, c[0]) >= best - 1e-4  # the scan's points of the arc are not the program's
-    assert prog.free_turn.margin == pytest.approx(smallest_margin(machine, tips, c[0]), abs=5e-3)
-    assert prog.free_turn.margin_before == pytest.approx(smallest_margin(machine, tips, 0.0), abs=5e-3)
+    best = smallest_margins(machine, tips, scan).max()
+    chosen, before = smallest_margins(machine, tips, np.array([c[0], 0.0]))
+    assert chosen >= best - 1e-4  # the scan's points of the arc are not the program's
+    assert prog.free_turn.margin == pytest.approx(chosen, abs=5e-3)
+    assert prog.free_turn.margin_before == pytest.approx(before, abs=5e-3)
     assert prog.free_turn.margin > prog.free_turn.margin_before
 
 

@@ -293,14 +293,18 @@ def test_odd_profile_is_exit_status_3(
 def test_no_waypoints_are_ever_given_to_ruckig() -> None:
     """With them the community build posts the path to a service on the network."""
     for file in PACKAGE.rglob("*.py"):
-        tree = ast.parse(file.read_text(encoding="utf-8"))
-        names = {node.attr for node in ast.walk(tree) if isinstance(node, ast.Attribute)}
-        names |= {node.id for node in ast.walk(tree) if isinstance(node, ast.Name)}
-        names |= {node.arg for node in ast.walk(tree) if isinstance(node, ast.keyword) and node.arg}
-        constants = [node.value for node in ast.walk(tree) if isinstance(node, ast.Constant)]
-        names |= {value for value in constants if isinstance(value, str)}
+        names: set[str] = set()
+        imported: set[str] = set()
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+            match node:
+                case ast.Attribute(attr=name) | ast.Name(id=name) | ast.keyword(arg=str(name)):
+                    names.add(name)
+                case ast.Constant(value=str(name)):
+                    names.add(name)
+                case ast.Import():
+                    imported |= {alias.name for alias in node.names}
+                case ast.ImportFrom(module=str(name)):
+                    imported.add(name)
         assert not names & {"intermediate_positions", "filter_intermediate_positions", "per_section_max_velocity"}
-        imported = {alias.name for node in ast.walk(tree) if isinstance(node, ast.Import) for alias in node.names}
-        imported |= {node.module for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) and node.module}
         if any(name.split(".")[0] == "ruckig" for name in imported):
             assert file.name == "ruckig_backend.py"
