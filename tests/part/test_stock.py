@@ -57,16 +57,17 @@ def cut(
 def test_rays_meet_a_ball_with_a_leaning_flank() -> None:
     """Its pieces together: where the flank ends the one has an edge, and the other is round."""
     pieces = build_pieces((Cylinder("cutter", 10.0, 20.0, corner_radius=5.0, taper=40.0),), 20.0)
-    rng, z = np.random.default_rng(3), np.linspace(-25, 35, 400)
+    rng = np.random.default_rng(3)
     for _ in range(8):
         axis = np.abs(rng.normal(size=3)) + [0.0, 0.0, 0.2]
         axis /= np.linalg.norm(axis)
-        x, y = rng.uniform(-12, 12, (2, 200))
+        x, y = rng.uniform(-12, 12, (2, 2000))
         ends = [meet_standing(make_table(piece), x, y, axis) for piece in pieces]
-        inside = np.any([(z > low[:, None]) & (z < high[:, None]) for low, high in ends], axis=0)
-        point = np.stack(np.broadcast_arrays(x[:, None], y[:, None], z), axis=-1)
-        phi = measure_phi(pieces, point, np.zeros(3), axis)
-        assert np.abs(phi[(phi < 0) != inside]).max(initial=0.0) < 1e-9
+        first = np.min([np.where(low < high, low, np.inf) for low, high in ends], axis=0)
+        hit = np.isfinite(first)
+        assert hit.sum() > 200
+        phi = measure_phi(pieces, np.column_stack([x, y, first])[hit], np.zeros(3), axis)
+        assert np.abs(phi).max() < 1e-9
 
 
 @pytest.mark.parametrize("shape", SHAPES.values(), ids=SHAPES)
