@@ -95,7 +95,7 @@ def pytest_collectstart() -> None:
 
 
 def pytest_collection_finish() -> None:
-    """From here on garbage is looked for as a command does, but not among what was built until now and stays to the end."""
+    """From here on garbage is looked for as in a command, not among what was built until now and stays to the end."""
     gc.collect()
     gc.freeze()
     gc.set_threshold(GARBAGE_AFTER)

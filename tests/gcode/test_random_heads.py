@@ -228,7 +228,10 @@ def try_tail(rng: random.Random) -> str:
     a_deg = rng.choice(("[-95.0, 95.0]", "[-95.0, 1.0]", "[-1.0, 95.0]"))
     options = Options(tool_length=80.0, wcs={1: WorkOffset((0.0, 0.0, 60.0))}, dialect=dialect, smoothing="off")
     program = assemble(text.encode(), machine_with(a_deg), options)
-    assert [item for item in program.findings if item.severity == "error"] == [], f"{text}\n{program.findings}"
+    errors = [item for item in program.findings if item.severity == "error"]
+    if {item.code for item in errors} == {"VP301"}:  # on a table that tilts to one side C comes to its end
+        return "tails refused"
+    assert errors == [], f"{text}\n{errors}"
     try:
         check_tail(program, first, [["", ""], *blocks])
     except AssertionError as error:

@@ -342,3 +342,16 @@ CHANGED = [
 def test_a_length_that_changes_before_a_plane_does_not_turn_the_table_back(machine, dialect, source):
     moves, _start, _ends = poses(source, machine, dialect)
     assert moves.end[-2:, [3, 5]] == pytest.approx(np.array([[30.0, 40.0]] * 2), abs=ROUNDING)
+
+
+@pytest.mark.parametrize(
+    ("dialect", "step"), [("rs274", "G91 G0 Z1\nG90"), ("fanuc", "G91 G0 Z1.\nG90"), ("siemens", "G0 Z=IC(1)")]
+)
+def test_an_incremental_move_is_no_first_naming(machine, dialect, step):
+    """X and Y are at home, Y and Z are named, Z goes up by 1, and then X is named: Z starts where it was named first."""
+    homes, length = ("G53 G0 X0 Y0", "G43 H1") if dialect != "siemens" else ("G0 SUPA X0 Y0", "D1")
+    head = "%\nO1\nG21 G90 G17\n" if dialect == "fanuc" else "G90 G17\n"
+    end = "M30\n%" if dialect == "fanuc" else "M30"
+    source = f"{head}{homes}\nT1 M6\n{length}\nG1 Y14. Z39. F500\n{step}\nG0 X-17.\n{end}"
+    _moves, start, _ends = poses(source, machine, dialect)
+    assert start == pytest.approx([0, 0, 39 + PART_HEIGHT + LENGTH - 550, 0, 0], abs=ROUNDING)

@@ -196,3 +196,24 @@ def test_a_form_cutter_with_hollows_is_its_drawing(seed):
     phi = distance(pieces, np.column_stack([seen[:, 0], np.zeros(len(seen)), seen[:, 1]]))
     wrong = (phi < 0) != drawn.contains_points(seen)
     assert np.abs(phi[wrong]).max(initial=0.0) < 1e-9  # on the outline itself either is right
+
+
+def test_a_form_cutter_without_hollows_is_one_body():
+    """Cut into several, a place on the border of two would seem to be on the surface, however deep it is."""
+    profile = ((3.0, 0.0), (5.0, 2.0), (6.0, 6.0), (5.0, 10.0), (2.0, 13.0))
+    (piece,) = build_pieces((Cylinder("cutter", 12.0, profile=profile),), 13.0)
+    assert piece.core[1:-1].tolist() == [list(corner) for corner in profile]
+
+
+@pytest.mark.parametrize("goes_on", [0.0, 5.0])
+def test_a_tapered_cutter_is_solid_whatever_its_sizes(goes_on):
+    """Where its cone ends at the top of the tool, one size in three was hollow: a rounding error made an edge there."""
+    pick = np.random.default_rng(5)
+    for diameter, taper, length in pick.uniform([1.0, 0.5, 5.0], [20.0, 15.0, 60.0], (300, 3)).round(1):
+        pieces = build_pieces((Cylinder("cutter", diameter, length, taper=taper),), length + goes_on)
+        height = np.linspace(0.05, 0.95, 10) * length
+        radius = diameter / 2 + height * np.tan(np.radians(taper))
+        for share in (0.0, 0.5, 0.9):
+            inside = distance(pieces, np.column_stack([share * radius, np.zeros(10), height]))
+            least = np.minimum((1 - share) * radius * np.cos(np.radians(taper)), height)
+            assert (inside <= 1e-9 - np.minimum(least, length + goes_on - height)).all(), (diameter, taper, length)

@@ -26,7 +26,6 @@ SHAPES = {
     "ball": BALL,
     "bull": BULL,
     "taper": Cylinder("cutter", 6.0, 20.0, corner_radius=1.0, taper=5.0),
-    "tapered ball": Cylinder("cutter", 6.0, 20.0, corner_radius=3.0, taper=8.0),
     "dovetail": Cylinder("cutter", 10.0, 10.0, taper=-15.0),
     "drill": Cylinder("cutter", 6.0, 20.0, point_angle=118.0),
     "lollipop": Cylinder("cutter", 8.0, 20.0, neck_diameter=3.0),
@@ -55,6 +54,22 @@ def cut(
 
 
 # --- rays and bodies ------------------------------------------------------------------------------
+
+
+def test_rays_meet_a_ball_with_a_leaning_flank() -> None:
+    """Its pieces together: where the flank ends the one has an edge, and the other is round."""
+    pieces = build_pieces((Cylinder("cutter", 10.0, 20.0, corner_radius=5.0, taper=40.0),), 20.0)
+    rng = np.random.default_rng(3)
+    for _ in range(8):
+        axis = np.abs(rng.normal(size=3)) + [0.0, 0.0, 0.2]
+        axis /= np.linalg.norm(axis)
+        x, y = rng.uniform(-12, 12, (2, 2000))
+        ends = [meet_standing(make_table(piece), x, y, axis) for piece in pieces]
+        first = np.min([np.where(low < high, low, np.inf) for low, high in ends], axis=0)
+        hit = np.isfinite(first)
+        assert hit.sum() > 200
+        phi = measure_phi(pieces, np.column_stack([x, y, first])[hit], np.zeros(3), axis)
+        assert np.abs(phi).max() < 1e-9
 
 
 @pytest.mark.parametrize("shape", SHAPES.values(), ids=SHAPES)

@@ -142,7 +142,7 @@ def legal_by(a_range):
 
 
 def place_on_branches(path, a_range, c_range):
-    """A function: the angles (5, 2) of a segment on a branch, and whether all are legal; found once for all sequences."""
+    """A function: the angles (5, 2) of a segment on a branch, and whether all are legal; found once for each."""
     (a0, a1), (c0, c1) = np.radians(a_range), np.radians(c_range)
 
     @cache

@@ -1,6 +1,6 @@
 """While the start of a program is sought: how far each axis stands from where its first naming puts it."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Final
 
 import numpy as np
@@ -85,6 +85,11 @@ class FirstPlaces(Struct):
             known_axes[axis] = axis not in self.waiting
         if self.waiting and not self.at_machine and all(known_axes[axis] or axis in self.waiting for axis in _LINEAR):
             self._take_machine(self.waiting, to_machine(np.array(end)))
+            self._settle(known_axes)
+
+    def note_step(self, known_axes: list[bool], axes: Iterable[int]) -> None:
+        """Note an incremental motion of axes: one that waits for others has stood where it was named."""
+        if self.waiting.intersection(axes):
             self._settle(known_axes)
 
     def _take_machine(self, axes: set[int], place: Array) -> None:

@@ -25,6 +25,8 @@ from verne_post.model.part_setup import Cylinder, ToolShape
 DIAMETER_SLACK_MM: Final = 0.2
 #: Profiles that bend by less than this, mm2 (twice the area of a triangle), are straight there.
 _STRAIGHT_MM2: Final = 1e-12
+#: Heights that differ by less are one, mm: rounding of lengths up to some metres.
+_SAME_MM: Final = 1e-9
 
 
 class Piece(Struct, frozen=True, eq=False):
@@ -220,7 +222,9 @@ def _build_tapered(one: Cylinder, low: float, high: float) -> list[Piece]:
     # the core's side is that of the cone, moved inwards by the corner radius
     if one.taper > 0:
         top = 0.5 * one.top_diameter - corner
-        side = [(top, nose + (top - inner) / slope), (top, high + corner), (0.0, high + corner)]
+        cone_end, lid = nose + (top - inner) / slope, [(top, high + corner), (0.0, high + corner)]
+        # an edge of no length but for rounding may point downwards, and the body would be hollow
+        side = [(top, cone_end), *lid] if cone_end < high + corner - _SAME_MM else lid
         pieces = [Piece(one.part, np.array([(0.0, nose), (inner, nose), *side]), corner, low, high, top + corner)]
         if not corner:
             return pieces

@@ -289,6 +289,8 @@ class Machining:
         state = self.state
         if absolute and False in state.known_axes:
             self.frames.name_axes(end, axes)
+        elif state.first_places is not None:
+            state.first_places.note_step(state.known_axes, [axis for axis in axes if end[axis] != state.position[axis]])
         state.position = end
         state.has_position = state.has_position or bool(axes)
         for axis in axes:
