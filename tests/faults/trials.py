@@ -25,7 +25,7 @@ from tests.config.test_linuxcnc_import import write_ini
 ROOT = Path(__file__).resolve().parents[2]
 #: Exit statuses of docs/findings.md, without our own fault.
 DOCUMENTED = {0, 1, 2, 3, 130, 141}
-#: A command takes no longer on a machine that is busy with other things, s; what it uses of a processor is bounded elsewhere.
+#: A command takes no longer on a machine that is busy, s; what it uses of a processor is bounded elsewhere.
 LONGEST_S = 1500.0
 ENDINGS = (signal.SIGTERM, signal.SIGHUP, signal.SIGINT, signal.SIGKILL)
 PLACE = ("--tool-length", "60", "--wcs", "G54=0,0,20")

@@ -348,7 +348,7 @@ def test_a_length_that_changes_before_a_plane_does_not_turn_the_table_back(machi
     ("dialect", "step"), [("rs274", "G91 G0 Z1\nG90"), ("fanuc", "G91 G0 Z1.\nG90"), ("siemens", "G0 Z=IC(1)")]
 )
 def test_an_incremental_move_is_no_first_naming(machine, dialect, step):
-    """X and Y are at home, Y and Z are named, Z goes up by 1, and then X is named: Z starts where it was named first."""
+    """X and Y are at home, Y and Z are named, Z goes up by 1, then X is named: Z starts where it was named first."""
     homes, length = ("G53 G0 X0 Y0", "G43 H1") if dialect != "siemens" else ("G0 SUPA X0 Y0", "D1")
     head = "%\nO1\nG21 G90 G17\n" if dialect == "fanuc" else "G90 G17\n"
     end = "M30\n%" if dialect == "fanuc" else "M30"
