@@ -22,6 +22,7 @@ import pytest
 from hypothesis import settings
 
 import verne_post
+from tests.fork_server import ForkServer
 from verne_post.app.assemble import Program, assemble
 from verne_post.cli.files import RunFiles
 from verne_post.cli.options import build_options
@@ -156,6 +157,12 @@ def run(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> 
     return call
 
 
+@pytest.fixture
+def without_remedies(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Programs are refused without a search for what would cure them: it takes many times as long as the verdict."""
+    monkeypatch.setattr("verne_post.app.tried_remedies.add_remedies", lambda _source, _program, findings: findings)
+
+
 @pytest.fixture(scope="session", autouse=True)
 def compiled_once(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
     """Modules that new interpreters import are compiled once a session, for all workers, beside no source file."""
@@ -173,12 +180,19 @@ def environment(compiled_once: None) -> dict[str, str]:
     return {**os.environ, "PYTHONPATH": str(Path(verne_post.__file__).parents[1])}
 
 
+@pytest.fixture(scope="session")
+def fork_server(environment: dict[str, str]) -> Iterator[ForkServer]:
+    """What runs commands as processes of their own without loading everything each time."""
+    server = ForkServer(environment)
+    yield server
+    server.close()
+
+
 @pytest.fixture
-def spawn(environment: dict[str, str]) -> Callable[..., "subprocess.CompletedProcess[bytes]"]:
+def spawn(fork_server: ForkServer, environment: dict[str, str]) -> Callable[..., "subprocess.CompletedProcess[bytes]"]:
     """Run the command line as a process of its own; streams as bytes."""
 
     def call(*arguments: object, stdin: bytes = b"", cwd: Path = ROOT) -> "subprocess.CompletedProcess[bytes]":
-        command = [sys.executable, "-P", "-m", "verne_post", *map(str, arguments)]
-        return subprocess.run(command, input=stdin, capture_output=True, cwd=cwd, env=environment, check=False)
+        return fork_server.run(*map(str, arguments), cwd=cwd, env=environment, stdin=stdin)
 
     return call

@@ -213,19 +213,47 @@ def test_the_commands_of_the_workflow_in_the_docs(
     monkeypatch.chdir(tmp_path)
     Path("programs").mkdir()
     Path("programs/part.nc").write_text("G21 G90\nG0 X0 Y0 Z20 A0 C0\nG12\nM2\n")
-    words = {"$PROGRAMS": given["programs"], "$MACHINE": "verne"}
-    commands = [step["run"] for step in called["jobs"]["check"]["steps"] if "run" in step]
-    assert not any("${{" in command for command in commands)
-    answers = []
-    for command in commands[1:]:
-        program, *rest = shlex.split(command.partition(" >> ")[0])
-        assert program == "verne-post"
-        answers.append(run(*(words.get(word, word) for word in rest)))
-    assert [answer.code for answer in answers] == [
-        2,
-        2,
-        2,
-    ]  # a program that cannot be read fails in spite of --exit-zero
-    assert answers[0].out.startswith("::error file=programs/part.nc,line=3")
-    assert "| programs/part.nc | refused" in answers[1].out
-    assert json.loads(Path("findings.sarif").read_text())["runs"]
+    words = {"$PROGRAMS": given["programs"], "$MACHINE": "verne", "$GITHUB_STEP_SUMMARY": "summary.md"}
+    steps = called["jobs"]["check"]["steps"]
+    install, check = [step["run"] for step in steps if "run" in step]
+    assert "${{" not in install + check
+    assert install == 'pip install "$PACKAGE"'
+    program, *rest = shlex.split(check)
+    assert program == "verne-post"
+    answer = run(*(words.get(word, word) for word in rest))
+    assert answer.code == 2
+    assert answer.out.startswith("::error file=programs/part.nc,line=3")
+    assert "| programs/part.nc | refused" in Path("summary.md").read_text()
+    assert steps[-1]["with"]["sarif_file"] == "findings.sarif"
+    assert json.loads(Path("findings.sarif").read_text())["runs"][0]["results"]
+
+
+@pytest.mark.parametrize(
+    ("command", "words", "status"),
+    [
+        ("check", ("part.nc", *WORDS), 1),
+        ("check", ("part.nc", *WORDS, "-q"), 1),
+        ("check", ("part.nc", "--machine", "nowhere.toml"), 2),
+        ("check", ("part.nc", "--cycle", "-1"), 2),
+        ("batch", ("part.nc", *WORDS, "-o", "out", "-j", "1"), 1),
+    ],
+)
+def test_one_check_writes_every_format(
+    command: str,
+    words: tuple[str, ...],
+    status: int,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    run: Callable[..., Any],
+) -> None:
+    """The files are those that --output-format writes, also where the check cannot begin."""
+    monkeypatch.chdir(tmp_path)
+    Path("part.nc").write_text("G21 G90\nG0 X0 Y0 Z20 A0 C0\nG1 X9000 F600\nM2\n")
+    formats = ("junit", "sarif", "markdown")
+    answer = run(command, *words, *(word for name in formats for word in (f"--{name}", name)))
+    assert answer.code == status
+    for name in formats:
+        if command == "check":
+            told = run("check", *(word for word in words if word != "-q"), "--output-format", name).out
+            assert Path(name).read_text() == told
+        assert ("part.nc" in Path(name).read_text()) is (status == 1)

@@ -232,6 +232,26 @@ def test_signal_is_130(environment: dict[str, str]) -> None:
         assert b"Traceback" not in process.stderr.read()
 
 
+def test_end_calls_what_is_registered_and_keeps_output_and_status(environment: dict[str, str]) -> None:
+    """The process ends without taking the interpreter apart; handlers of libraries and unflushed text come before."""
+    script = (
+        "import atexit, sys\n"
+        "sys.argv = ['verne-post', '--no-such-option']\n"
+        "from verne_post.cli import main\n"
+        "prepare = main.prepare_streams\n"
+        "def prepare_and_register():\n"
+        "    prepare()\n"
+        "    atexit.register(lambda: sys.stdout.write('handler'))\n"
+        "main.prepare_streams = prepare_and_register\n"
+        "main.run()\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-P", "-c", script], capture_output=True, text=True, env=environment, check=False
+    )
+    assert (done.returncode, done.stdout) == (2, "handler")
+    assert "--no-such-option" in done.stderr
+
+
 @pytest.mark.parametrize("command", [["convert"], ["dump", "poses"]])
 def test_reader_that_goes_away_is_141(command: list[str], environment: dict[str, str], tmp_path: Path) -> None:
     """`| head -1`: more than a pipe holds, of which one line is read."""

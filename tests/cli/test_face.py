@@ -146,6 +146,8 @@ def test_progress_stands_on_standard_error(
     assert " %, " in shown.err
     assert shown.err.endswith("\r\x1b[K")
     assert run("check", *POCKET, "--quiet").err == ""
+    # a command of a workflow must begin its line
+    assert run("check", *POCKET, "--output-format", "github").err == ""
 
 
 def test_progress_says_what_is_done_and_how_long_it_will_take() -> None:

@@ -41,10 +41,12 @@ WRITERS = {
     "convert --write-parameters": (("convert", "p.nc", *OPTIONS, "-o", "rows.csv", "--write-parameters"), ""),
     "check --output-file": (("check", "p.nc", *OPTIONS, "--output-file"), ""),
     "check --write-baseline": (("check", "p.nc", *OPTIONS, "--write-baseline"), ""),
+    **{f"check --{name}": (("check", "p.nc", *OPTIONS, f"--{name}"), "") for name in ("junit", "sarif", "markdown")},
     "report -o": (("report", "p.nc", *OPTIONS, "-o"), ""),
     "report --static": (("report", "p.nc", *OPTIONS, "--static"), ".svg"),
     "batch --junit": (("batch", "p.nc", *OPTIONS, "-j", "1", "-o", "out", "--junit"), ""),
     "batch --sarif": (("batch", "p.nc", *OPTIONS, "-j", "1", "-o", "out", "--sarif"), ""),
+    "batch --markdown": (("batch", "p.nc", *OPTIONS, "-j", "1", "-o", "out", "--markdown"), ""),
 }
 
 

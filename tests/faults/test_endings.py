@@ -103,6 +103,8 @@ def test_a_signal_that_the_shell_ignores_stays_ignored(tmp_path: Path, environme
         ("convert", signal.SIGTERM, 0.8),
         ("batch", signal.SIGKILL, 0.7),
         ("check", signal.SIGINT, 0.6),
+        ("setup", signal.SIGHUP, 0.3),
+        ("axis-check", signal.SIGKILL, 0.5),
     ],
 )
 def test_commands_that_are_ended(ground: Ground, name: str, ending: signal.Signals, share: float) -> None:
@@ -114,7 +116,9 @@ def test_two_processes_write_the_same_files(ground: Ground) -> None:
     assert together(ground, "convert whole", 2) == []
 
 
-@pytest.mark.parametrize(("name", "most"), [("convert", 300), ("report", 10_000)])
+@pytest.mark.parametrize(
+    ("name", "most"), [("convert", 300), ("report", 10_000), ("machine export", 8000), ("machine import", 100)]
+)
 def test_a_full_disk(ground: Ground, name: str, most: int) -> None:
     """Files may have no more bytes than that: status 2, the disk is named, nothing half is left."""
     assert limited(ground, name, resource.RLIMIT_FSIZE, most) == []

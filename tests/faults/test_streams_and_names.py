@@ -16,6 +16,8 @@ from tests.faults.trials import PLACE, Ground, fed, odd_places, placed, streamed
     ("convert whole", ("-", "-", "-")), ("dump", ("/dev/null", "-", "/dev/null")),
     ("dump", ("/dev/null", "/dev/full", "/dev/full")),
     ("check", ("-", "/dev/null", "/dev/full")), ("dump", ("/dev/null", "|", "|")),
+    ("lsp", ("-", "/dev/null", "/dev/null")), ("code", ("/dev/null", "|", "|")),
+    ("setup", ("-", "/dev/full", "/dev/full")),
 ])  # fmt: skip
 def test_streams(ground: Ground, name: str, places: tuple[str, str, str]) -> None:
     assert streamed(ground, name, places) == []

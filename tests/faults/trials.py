@@ -20,6 +20,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from xml.etree import ElementTree
 
+from tests.config.test_linuxcnc_import import write_ini
+
 ROOT = Path(__file__).resolve().parents[2]
 #: Exit statuses of docs/findings.md, without our own fault.
 DOCUMENTED = {0, 1, 2, 3, 130, 141}
@@ -38,7 +40,23 @@ COMMANDS: dict[str, tuple[str, ...]] = {
     "fit": ("fit", "short.nc", *PLACE),
     "dump": ("dump", "joints", "short.nc", *PLACE),
     "machine perturb": ("machine", "perturb", "--seed", "1", "-o", "out/m.toml"),
+    "setup": ("setup", "short.nc", *PLACE, "-o", "out/short.nc.toml"),
+    "report two": ("report", "short.nc", "in/p0.nc", *PLACE, "-o", "out/two.html"),
+    "check limits": ("check", "short.nc", *PLACE, "--limits-only",
+                     "--output-format", "json", "--output-file", "out/l.json"),
+    "machined": ("machined", "short.csv", "--against", "short.nc", *PLACE, "--tool-shapes", "s.toml",
+                 "--stock", "G54=-30,-30,0,30,30,50",
+                 "--stock-left", "out/left.npz@G54"),
+    "machine import": ("machine", "import", "mill.ini", "-o", "out/mill.toml"),
+    "machine export": ("machine", "export", "verne", "--format", "linuxcnc-kins", "-o", "out/kins"),
+    "axis-check": ("machine", "axis-check", "--at", "600,600,600,0,0", "-o", "out/axes"),
+    "calibrate": ("machine", "calibrate", "--plan", "12", "-o", "out/plan.csv"),
+    "show": ("machine", "show", "verne", "--plot", "out/reached.svg"),
+    "code": ("explain", "VP101"),
+    "lsp": ("lsp",),
 }  # fmt: skip
+#: Commands that fill a new folder, and refuse one that has files.
+FOLDERS = {"machine export": "kins", "axis-check": "axes"}
 #: What lists the results of a batch: other results make another one.
 LISTS = ("batch.json", "j.xml")
 
@@ -71,6 +89,8 @@ class Ground:
 
     def prepare(self) -> None:
         """Write the inputs."""
+        (self.folder / "mill.ini").write_text(write_ini("xyzac-trt-kins"))
+        (self.folder / "s.toml").write_text("[tool.1]\ncutter = { diameter = 6.0, length = 20.0 }\n")
         (self.folder / "in").mkdir()
         (self.folder / "p.nc").write_text(program_of(self.corners, stop="M0\n"))
         (self.folder / "short.nc").write_text(program_of(3))
@@ -148,6 +168,8 @@ class Ground:
                 json.loads(raw) if file.endswith("json") else ElementTree.fromstring(raw)
             elif raw not in (before.get(file), good.get(file)):
                 broken.append(f"{name}: {file} is neither the old nor the new one")
+        if name in FOLDERS and self.contents() not in (before, good):
+            broken.append(f"{name}: the folder has {sorted(self.contents())} of {sorted(good)}")
         return broken
 
 
@@ -182,7 +204,7 @@ def killed(
     """
     good = ground.expect(name)
     ground.clear()
-    old = pick.random() < 0.5
+    old = pick.random() < 0.5 and name not in FOLDERS
     if old:
         for file, raw in good.items():
             (ground.out / file).parent.mkdir(parents=True, exist_ok=True)
@@ -199,9 +221,10 @@ def killed(
     broken += [f"{name}: process {one} outlives {ending.name}" for one in living(mark)]
     if ending != signal.SIGKILL and process.returncode:
         broken += ground.judge(name, before)
+    is_done = name in FOLDERS and (ground.out / FOLDERS[name]).exists()  # whole, as is judged below: then it is refused
     again = ground.run(*COMMANDS[name])
     broken += judge_end(name, again) + ground.judge(name, good)
-    if again.status != 0:
+    if again.status != (2 if is_done else 0):
         broken.append(f"{name}: the next run ends with {again.status}: {again.err[-200:]!r}")
     return [f"{ending.name} at {share:.2f}: {one}" for one in broken]
 
@@ -275,6 +298,9 @@ READERS: dict[str, tuple[str, ...]] = {
     "baseline": ("check", "short.nc", *PLACE, "--baseline"),
     "setpoints": ("verify", "--against", "short.nc", *PLACE),
     "side-car": ("verify", "short.csv", "--against", "short.nc", *PLACE, "--meta"),
+    "set-up": ("check", "short.nc", "--setup"),
+    "configuration": ("machine", "import", "-o", "out/mill.toml"),
+    "readings": ("machine", "calibrate", "-o", "out/mine.toml"),
     "log": ("verify", "short.csv", "--against", "short.nc", *PLACE, "--measured"),
 }
 

@@ -109,7 +109,8 @@ def judge(moves, radius, shape, top, bottom, *, blank=None, allowance=0.0, floor
     points = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
     stock = np.ones(len(points), dtype=bool) if blank is None else blank(points) < 0
     wanted = points[stock if shape is None else stock & (sign * shape(points) < -allowance - 0.02)]
-    assert cKDTree(deep).query(wanted)[0].max() <= radius + 0.5 * SAMPLE**2
+    # nothing is wanted where the blank has the size of the stud
+    assert cKDTree(deep).query(wanted)[0].max(initial=0.0) <= radius + 0.5 * SAMPLE**2
     # rapid traverse meets no material
     tree, height = cKDTree(points), np.where(stock, top, -np.inf)
     for is_rapid, part in path:

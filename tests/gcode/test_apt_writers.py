@@ -478,3 +478,12 @@ def test_shifts_are_refused_as_what_they_are(view, text):
     """Not as words of another language."""
     found = view(f"$$ remark\n{text}\nFINI", dialect="aptcl")[1]
     assert [(item.code, item.line) for item in found] == [("VP002", 2)]
+
+
+@pytest.mark.parametrize("turn", ["TLAXIS/0,.6,.8", "TRACUT/1,0,0,0,0,0,1,0,0,-1,0,0"])
+def test_an_arc_keeps_the_axis_and_says_so(view, turn):
+    """It would be milled with the axis of the point before; a point with the new axis may stand before it."""
+    text = f"FEDRAT/90\nGOTO/0,0,9,0,0,1\n{turn}\n{{}}CIRCLE/5,0,9,0,0,1,5\nGOTO/10,0,9"
+    assert refusals(view, text.format("")) == [("VP002", 5)]
+    if turn.startswith("TLAXIS"):
+        assert refusals(view, text.format("GOTO/0,0,9\n")) == []

@@ -9,6 +9,7 @@ import re
 import shutil
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +19,7 @@ import verne_post
 from tests.gcode.conftest import make_tool
 from verne_post import convert
 from verne_post.app.assemble import build_interpreter_setup, read_draft, view_moves_plainly
+from verne_post.config.subprograms import collect_subprograms
 from verne_post.gcode.dialects import DIALECTS, choose_dialect
 from verne_post.gcode.read import interpret_program
 from verne_post.model.control_keys import Rs274Keys, read_keys
@@ -196,6 +198,8 @@ def test_what_holds_before_any_code_of_motion(view):
     ("G0 X5\nG91 G28 Z0\nG90 X6", "G0 X5\nG91 G28 Z0\nG90 X6"), ("G1 F9 X1\nG0 G28 X3\nX4", "G1 F9 X1\nG28 X3\nG0 X4"),
     ("G0 X5\nG53 X2\nX7", "G0 X5\nG53 X2\nX7"), ("G1 F9 X5\nG53 X2\nX7", "G1 F9 X5\nG0 G53 X2\nG1 X7"),
     ("G30 P2 X5", "G30 X5"), ("M98 P30100\nM30\nO100\nG91 G0 X1\nM99", "M98 P100 L3\nM30\nO100\nG91 G0 X1\nM99"),
+    ("M98 P30100\nM30\nO30100\nG91 G0 X1\nM99", "M98 P100\nM30\nO100\nG91 G0 X1\nM99"),
+    ("G10 L2 P2 X5. Y4.\nG91 G10 L2 P2 X2.\nG90 G55 G0 X1 Y1", "G10 L2 P2 X7 Y4\nG55 G0 X1 Y1"),
     ("/2 G0 X1\n:77\nX2", "G0 X1\nX2"), ("G61 G1 F9 X1", "G61.1 G1 F9 X1"), ("G0 X[1+2]", "G0 X[1+2]"),
     ("G10 L10 P1 R33.\nG43 H1\nG0 Z0", "G10 L1 P1 Z33\nG43 H1\nG0 Z0"),
     ("G10 L2 P2 X5.\nG55 G0 X1", "G10 L2 P2 X5\nG55 G0 X1"),
@@ -654,6 +658,60 @@ def test_free_text_never_takes_the_next_statement_along(view, remark):
 
 def test_a_text_without_fini_is_refused(view):
     assert [(item.code, item.line) for item in view("UNITS/MM\n", dialect="aptcl")[1]] == [("VP010", 1)]
+
+
+def test_work_systems_of_haas_are_additional_ones(view):
+    """G110 is G154 P1, G129 P20: the manual of its mills."""
+    offsets = "G10 L20 P1 X5.\nG10 L20 P20 X7.\nG91 G10 L20 P20 X-3. Z1."
+    text = f"%\nO1\nG21 G90\n{offsets}\nG90\n{{}} G0 X1. Z2.\n{{}}\nX2. Z3.\nM30\n%"
+    one, found = view(text.format("G110", "G129"), dialect="fanuc")
+    assert found == ()
+    two, found = view(text.format("G154 P1", "G54.1 P20"), dialect="fanuc")
+    assert found == ()
+    assert one.end.tolist() == two.end.tolist()
+    assert [one.frames[index].origin[0] for index in one.frame] == [5, 4]
+    assert [one.frames[index] for index in one.frame] == [two.frames[index] for index in two.frame]
+
+
+def test_an_origin_that_nobody_has_given_cannot_be_moved(machine):
+    text = "%\nO1\nG21 G91\nG10 L2 P2 X5.\nG90 G55 G0 X1. Y2. Z30.\nM30\n%"
+    options = Options(dialect="fanuc", tool_length=60.0)
+    with pytest.raises(InputError) as raised:
+        interpret_program(text.encode(), build_interpreter_setup(machine, options))
+    assert [(item.code, item.line, "G55" in item.message) for item in raised.value.findings] == [("VP033", 4, True)]
+    given = replace(options, wcs={"G55": (1.0, 2.0, 3.0)})
+    interpret_program(text.encode(), build_interpreter_setup(machine, given))
+
+
+PROGRAM = b"G91 G0 X1\nG90\nM99\n"
+
+
+@pytest.mark.parametrize(
+    ("call", "programs", "xs"),
+    [
+        ("P40008", "", "neither O40008"),
+        ("P40008", "o40008", [1]),
+        ("P40008", "o0008", [1, 2, 3, 4]),
+        ("P40008", "8", [1, 2, 3, 4]),
+        ("P40008", "o40008 o00008", "both O40008"),
+        ("P40008 L2", "o40008 8", [1, 2]),
+        ("P8 L2", "o00008", [1, 2]),
+        ("P30000", "o30000", [1]),
+        ("P108", "o00108", [1]),
+    ],
+)
+def test_five_digits_behind_m98(view, tmp_path, call, programs, xs):
+    """A program of Haas has up to five digits; of Fanuc four, with the repeats before them: what is there decides."""
+    for name in programs.split():
+        (tmp_path / f"{name.upper()}.nc").write_bytes(PROGRAM)
+    text = f"%\nO1\nG0 G21 G90 X0\nM98 {call}\nM30\n%"
+    files = collect_subprograms(text.encode(), tmp_path, (), lambda path, _name: path.read_bytes())
+    assert set(files) == set(programs.split())
+    moves, found = view(text, dialect="fanuc", subroutines=files)
+    if isinstance(xs, str):
+        assert [(item.code, item.line, xs in item.message) for item in found] == [("VP023", 4, True)]
+    else:
+        assert (found, moves.end[1:, 0].tolist()) == ((), xs)
 
 
 @pytest.mark.parametrize(

@@ -34,6 +34,8 @@ def run(view):
     ("ATAN[1]/[1]", 45), ("ATAN[-1]/[1]", 315), ("ATAN[1,-1]", 135), ("ATAN[-1]", -45), ("ASIN[-1]", 270),
     ("ACOS[-1]", 180),
     ("SQRT[9]", 3), ("SQ[16]", 4), ("ABS[-3]", 3), ("POW[2,3]", 8), ("LN[EXP[2]]", 2),
+    # what follows the comma of a function is no corner (,C and ,R)
+    ("POW[2,COS[0]]", 2), ("ATAN[1,COS[0]]", 45), ("POW[2,ROUND[2.2]]", 4),
     # digits in four bits each: 18 is 12 hexadecimal
     ("BIN[18]", 12), ("BCD[12]", 18),
     # variables by number, and computed numbers
@@ -143,6 +145,12 @@ def test_what_is_wrong_has_its_line(view, lines, code, part, line):
     findings = view(program(*lines), dialect="fanuc", max_repeats=500)[1]
     assert [(item.code, item.line) for item in findings] == [(code, line)]
     assert part in findings[0].message
+
+
+def test_a_computed_jump_is_no_cl_file(view):
+    """It is told what is wrong with it, not that the text looks like APT, whose word is GOTO too."""
+    lines = "#1=#4/#2", "GOTO [8+3]", "O2000", "IF [#1 EQ 1] THEN #1=5"
+    assert [(item.code, item.line) for item in view(program(*lines), dialect="fanuc")[1]] == [("VP007", 5)]
 
 
 def test_a_statement_is_found_where_it_stands(machine):

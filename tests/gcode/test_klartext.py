@@ -288,6 +288,12 @@ def test_a_preset_ends_the_maps(run):
     assert moves.frames[moves.frame[-1]].system == 2
 
 
+def test_preset_0_is_the_datum_that_holds_at_the_start(run):
+    """Set by hand at the control: G54, unless the program also calls preset 1, which is another place."""
+    moves = run("L X+1", "CYCL DEF 247 PRESET Q339=2", "L X+2", "CYCL DEF 247 PRESET Q339=+0", "L X+3")
+    assert [moves.frames[frame].system for frame in moves.frame[-3:]] == [1, 2, 1]
+
+
 # --- parameters -----------------------------------------------------------------------------------------------
 
 

@@ -193,6 +193,8 @@ G_WORD = re.compile(r"\bG(0|1|4[0-9]|9[0-9])\b")
         (["CYCL DEF 7.0 DATUM", "CYCL DEF 7.1 B+5"], "VP002|VP011", "B"),
         (["CYCL DEF 247 DATUM SETTING Q338=1"], "VP005", "Q339"),
         (["CYCL DEF 247 DATUM SETTING Q339=9999"], "VP007", ""),
+        (["CYCL DEF 247 DATUM SETTING Q339=-1"], "VP007", "0 to 48"),
+        (["CYCL DEF 247 A Q339=1", "CYCL DEF 247 A Q339=0"], "VP007", "presets 0 and 1"),
         (["CYCL DEF 32.0 TOLERANCE", "CYCL DEF 32.1 T-1"], "VP007", "not negative"),
         # tool vectors
         (["M128", "LN X+5 Y+0 Z+0 NX0 NY0"], "VP005", "all of"),

@@ -1,7 +1,8 @@
 """Milling cycles with values at random: no traceback, no hang, nothing passed over, and what runs is the pocket.
 
 ``python -m tests.gcode.test_milling_fuzz N FIRST [NAME...]`` tries N programs from number FIRST on: of a language
-(siemens, heidenhain), or all of these cycles of Siemens, if any are named.
+(siemens, heidenhain), or all of these cycles of Siemens, if any are named. With ``pockets`` behind it sound values are
+drawn, and the judge of pockets looks at what they mill.
 """
 
 import itertools
@@ -16,6 +17,7 @@ import pytest
 
 from tests.gcode.conftest import make_tool
 from tests.gcode.pocket_judge import circle, curved_slot, judge, polygon, rectangle
+from tests.gcode.random_study import study
 from verne_post.app.assemble import view_moves_plainly
 from verne_post.gcode.klartext.cycle_words import MACHINING
 from verne_post.gcode.klartext.milling import CYCLES
@@ -248,7 +250,7 @@ def make_pocket(seed):
 
 
 def try_pocket(seed):
-    """Mill a pocket with sound values; the judge looks at it."""
+    """Mill a pocket with sound values; the judge looks at it. Returns the number of the cycle."""
     number, q, (x, y), shape, blank = make_pocket(seed)
     words = " ".join(f"Q{name}={value:.9f}" for name, value in q.items())
     text = (
@@ -264,6 +266,7 @@ def try_pocket(seed):
     )
     assert findings == (), (seed, text)
     judge(moves, 0.5 * TOOL, shape, 0.0, -6.0, blank=blank)
+    return f"of cycle {number}"
 
 
 @pytest.mark.parametrize("first", range(0, 40, 10))
@@ -273,6 +276,9 @@ def test_pockets_at_random(first):
 
 
 if __name__ == "__main__":
+    if sys.argv[3:] == ["pockets"]:
+        del sys.argv[3:]
+        sys.exit(study(try_pocket))
     count, first, names = int(sys.argv[1]), int(sys.argv[2]), sys.argv[3:]
     if unknown := set(names) - {"siemens", "heidenhain", *PARAMETERS}:
         sys.exit(f"no language, and no cycle with values at random: {', '.join(sorted(unknown))}")

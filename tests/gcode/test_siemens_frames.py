@@ -11,7 +11,7 @@ import pytest
 
 from tests.gcode.conftest import make_tool
 from tests.gcode.test_on_machine import machine_coordinates
-from verne_post import convert, gcode
+from verne_post import convert, gcode, load_machine
 from verne_post.app.assemble import build_interpreter_setup
 from verne_post.gcode.read import find_state_after
 from verne_post.model.findings import InputError
@@ -335,9 +335,9 @@ def test_retraction_of_cycle800_along_the_tool(machine):
     assert then == pytest.approx(angles, abs=1e-12)
 
 
-@pytest.mark.parametrize("kind", [1, 2])
+@pytest.mark.parametrize("kind", [1, 2, 4])
 def test_retraction_of_cycle800_to_the_home_position(machine, kind):
-    """_FR 1: Z of the machine alone, _FR 2: then X and Y; the table turns only after that."""
+    """_FR 1 and 4: Z of the machine alone, _FR 2: then X and Y; the table turns only after that."""
     found = poses(machine, PLANE.format(kind, ""))
 
     def place(row):
@@ -350,7 +350,7 @@ def test_retraction_of_cycle800_to_the_home_position(machine, kind):
     if kind == 2:
         assert place(4) == pytest.approx((0.0, 0.0, 0.0), abs=1e-9)
         assert found[4][1] == pytest.approx(found[2][1], abs=1e-9)
-    assert len(found) == 4 + kind
+    assert len(found) == (6 if kind == 2 else 5)
     assert found[-1][1][0] != pytest.approx(found[2][1][0])
 
 
@@ -358,7 +358,7 @@ def test_retraction_of_cycle800_to_the_home_position(machine, kind):
     ("kind", "way", "code", "part"),
     [
         (5, ",-1", "VP007", "not negative"),
-        (4, "", "VP002", "_FR 4 is not executed"),
+        (3, "", "VP002", "_FR 3 is not executed"),
         (1, "", "VP015", "[home] g28"),
     ],
 )
@@ -367,6 +367,13 @@ def test_retractions_that_are_refused(machine, kind, way, code, part):
     with pytest.raises(InputError) as raised:
         poses(without, PLANE.format(kind, way))
     assert [(item.code, part in item.message) for item in raised.value.findings] == [(code, True)]
+
+
+def test_a_retraction_along_a_tool_that_turns_needs_a_distance():
+    """_FR 4 on a machine with a head: its Z is not the direction of the tool."""
+    with pytest.raises(InputError) as raised:
+        poses(load_machine("ca_fork_head"), 'G0 X10 Y20 Z60\nCYCLE800(4,"",0,57,0,0,0,10,0,0,0,0,0,1)')
+    assert [(item.code, "_FR_I" in item.message) for item in raised.value.findings] == [("VP002", True)]
 
 
 def test_rotary_axes_direct(machine):

@@ -12,6 +12,7 @@ import pytest
 
 from tests.gcode.conftest import make_tool
 from tests.gcode.pocket_judge import circle, curved_slot, judge, judge_open_slot, polygon, rectangle
+from verne_post.gcode.siemens.milling import MODAL_MILLING
 from verne_post.gcode.siemens.milling_values import PARAMETERS
 from verne_post.model.moves import MoveKind
 
@@ -214,27 +215,39 @@ def test_faces_are_milled_whole_from_beside_them(mill, name, values, blank):
     judge(moves, 0.5 * TOOL, None, 0.0, -6.0, blank=blank)
 
 
-def test_pockets_of_mcall_are_at_each_place(view):
-    """As single calls there; a pattern of too many strokes is refused before it runs for hours."""
-    tools = {1: make_tool(1, 10.0, TOOL)}
-    one, two = (
-        view(f"{HEAD}{text}\nM30", dialect="siemens", tools=tools)
-        for text in (
-            f"MCALL {write('POCKET4', PA=0, PO='')}\nG0 X50\nHOLES1(0,0,0,100,50,2)\nMCALL\nX0",
-            "G0 X50\n"
-            + "\n".join(f"G0 X{x} Y{y}\n{write('POCKET4', PA=x, PO=y)}" for x, y in ((50, 20), (100, 0), (150, 0)))
-            + "\nX0",
+@pytest.mark.parametrize(("name", "values"), [*((name, {}) for name in MODAL_MILLING), ("CYCLE899", {"VARI": 2})])
+def test_milling_of_mcall_is_at_each_place(view, name, values):
+    """As single calls there: a block, a row and a grid that is turned; in inches, the same within their digits."""
+    tools, control = {1: make_tool(1, 10.0, TOOL)}, {"siemens": {"polygon_angle": "side"}}
+    values = {"WID": 14 if name == "CYCLE899" else 24, **values}
+    c, s = math.cos(math.radians(20)), math.sin(math.radians(20))
+    grid = [(100 + 90 * (u * c - v * s), 90 * (u * s + v * c)) for u, v in ((0, 0), (1, 0), (1, 1), (0, 1))]
+    texts = [
+        f"MCALL {write(name, **values, PA=0, PO='')}\nG0 X50\nHOLES1(0,0,0,100,50,2)\nCYCLE801(100,0,20,90,90,2,2)\n"
+        "MCALL\nX0",
+        "".join(
+            f"G0 X{x:.12f} Y{y:.12f}\n{write(name, **values, PA=f'{x:.12f}', PO=f'{y:.12f}')}\n"
+            for x, y in ((50, 20), (100, 0), (150, 0), *grid)
         )
-    )
+        + "X0",
+    ]
+    one, two = (view(f"{HEAD}{text}\nM30", dialect="siemens", tools=tools, control=control) for text in texts)
     assert (one[1], two[1]) == ((), ())
-    moving = [table.end[1:][np.abs(np.diff(table.end, axis=0)).max(axis=1) > 0] for table in (one[0], two[0])]
-    assert np.abs(moving[0] - moving[1]).max() < 1e-9
+    assert len(one[0]) == len(two[0]) > 7 * 4
+    assert np.abs(one[0].end - two[0].end).max() < 1e-9
+
+
+def test_what_mcall_does_not_execute(view):
+    """A pattern of too many strokes is refused before it runs for hours, PA beside the place, and other cycles."""
+    tools = {1: make_tool(1, 10.0, TOOL)}
     many = f"{HEAD}MCALL {write('POCKET4', PA=0, PO=0, MID=0.01)}\nHOLES1(0,0,0,100,50,9000)\nM30"
     assert [(item.code, "strokes" in item.message) for item in view(many, dialect="siemens", tools=tools)[1]] == [
         ("VP007", True)
     ]
     found = view(f"{HEAD}MCALL {write('POCKET4', PA=5)}\nX50\nM30", dialect="siemens", tools=tools)[1]
     assert [(item.code, item.line) for item in found] == [("VP002", 4)]
+    found = view(f"{HEAD}MCALL {write('SLOT1')}\nX50\nM30", dialect="siemens", tools=tools)[1]
+    assert [(item.code, "at each place" in item.message) for item in found] == [("VP002", True)]
 
 
 def test_levels_are_even_and_faces_worked_out_by_hand(mill):
@@ -427,8 +440,6 @@ def test_what_a_pocket_needs_before(view):
     ):
         found = view(f"{head}{write('POCKET4')}\nM30", dialect="siemens", tools=tools)[1]
         assert [item.code for item in found][:1] == [code], head
-    found = view(f"{HEAD}MCALL {write('SLOT1')}\nM30", dialect="siemens", tools=tools)[1]
-    assert [item.code for item in found] == ["VP002"]
     found = view(f"{HEAD.replace('F300', '')}{write('POCKET4', FFP1=0, FFD=0)}\nM30", dialect="siemens", tools=tools)[1]
     assert [item.code for item in found] == ["VP009"]
 
@@ -515,6 +526,7 @@ DIFFERENT = {
     ("CYCLE90", "CDIR"): 3,
     ("CYCLE79", "NUM"): 8,
     ("CYCLE79", "_GMODE"): None,
+    ("CYCLE70", "NT"): None,
     ("CYCLE899", "VARI"): 2,
     ("CYCLE899", "_GMODE"): None,
 }

@@ -153,7 +153,7 @@ def test_what_is_written_to_an_offset_holds_from_the_next_g54_on(view):
         ("CYCLE81(10,0,1,-5,,0,0,9)", "VP002|VP005", ""),
         ("CYCLE82(10,0,1,-5,,-1)", "VP017", "turns of the spindle"),
         ("S100 M3\nCYCLE83(10,0,1,-5,,-0.0001,,0.0001,,,1,0)", "VP007", "strokes"),
-        ("CYCLE800(4,\"\",0,57,0,0,0,30,0,0,0,0,0,-1)", "VP002|VP007", ""),
+        ("CYCLE800(3,\"\",0,57,0,0,0,30,0,0,0,0,0,-1)", "VP002", "_FR 3"),
         ("CYCLE800(0,\"\",0,128,0,0,0,90,0,0,0,0,0,-1)", "VP007", "no axis for _A"),
     ],
 )  # fmt: skip

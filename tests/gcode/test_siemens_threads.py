@@ -69,12 +69,6 @@ def test_an_outside_thread_worked_out_by_hand(mill):
     ]
 
 
-def test_a_tool_of_two_teeth(mill):
-    moves, _ = mill("CYCLE70(20,0,2,-5,20,1.2,0,2,2,0,500,0,10,20,0,21)")
-    turns = [(begin, end) for begin, end in zip(show(moves), show(moves)[1:], strict=False) if end[-1] == 360]
-    assert [(begin[3], end[3]) for begin, end in turns] == [(-5, -3), (-1, 1)]
-
-
 @pytest.mark.parametrize("outside", [0, 1])
 @pytest.mark.parametrize(("way", "hand"), [(1, 0), (2, 0), (1, 1), (2, 1)])
 def test_the_hand_of_a_thread_and_its_length(mill, outside, way, hand):
@@ -155,7 +149,8 @@ def test_threads_of_a_pattern(mill):
         ("CYCLE70(20,0,2,-5,20,10,0,1,1,0,500,0,0,0,0,11)", "VP007", "H1"),
         ("CYCLE70(20,0,2,-5,20,0.6,0.6,1,1,0,500,0,0,0,0,11)", "VP007", "FAL"),
         ("CYCLE70(20,0,2,-5,20,0.6,0,0,1,0,500,0,0,0,0,11)", "VP007", "PIT"),
-        ("CYCLE70(20,0,2,-5,20,0.6,0,1,0,0,500,0,0,0,0,11)", "VP007", "NT"),
+        ("CYCLE70(20,0,2,-5,20,0.6,0,1,0,0,500,0,0,0,0,11)", "VP002", "NT 0"),
+        ("CYCLE70(20,0,2,-5,20,0.6,0,1,2,0,500,0,0,0,0,11)", "VP002", "write NT 1"),
         ("CYCLE70(20,0,2,-5,20,0.6,0,1,1,0,500,2,0,0,0,11)", "VP007", "TYPTH"),
         ("CYCLE70(20,0,2,-5,20,0.6,0,1,1,0,500,0,0,0,0,31)", "VP002", "VARI"),
         ("CYCLE70(20,0,2,-5,20,0.6,0,1,1,0,500,0,0,0,0,13)", "VP002", "VARI"),

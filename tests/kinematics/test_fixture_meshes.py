@@ -270,12 +270,10 @@ MUTATIONS = {
 }
 
 
+@pytest.mark.usefixtures("without_remedies")
 @pytest.mark.parametrize("name", MUTATIONS)
-def test_mutations_of_the_sample_are_found_at_their_lines(
-    folder: Path, name: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    # remedies take most of the time, and are asked for below
-    monkeypatch.setattr("verne_post.app.tried_remedies.add_remedies", lambda _source, _program, findings: findings)
+def test_mutations_of_the_sample_are_found_at_their_lines(folder: Path, name: str) -> None:
+    """Remedies are asked for below."""
     file, old, new, told = MUTATIONS[name]
     replace_in(file, old, new)
     findings = verne_post.check(Path("vise.nc"), verne_post.load_machine()).findings

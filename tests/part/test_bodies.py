@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from matplotlib.path import Path as Polygon
 from msgspec.structs import replace
 
 from verne_post.config.tool_shapes import read_tool_shapes
@@ -179,3 +180,21 @@ def test_a_shape_is_checked_against_the_tool_table():
         InputError, match="its cutter in --tool-shapes is 8 mm thick, but its diameter in the tool table is 10"
     ):
         check_tool("tool 3", shape, 50, 10)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_a_form_cutter_with_hollows_is_its_drawing(seed):
+    """Profiles with corners and hollows at random: what is inside the drawn outline is inside the tool, and nothing
+    else.
+    """
+    pick = np.random.default_rng(seed)
+    heights = np.cumsum(np.append(0.0, pick.uniform(0.5, 6.0, 7)))
+    profile = [(float(r), float(h)) for r, h in zip(pick.uniform(1.0, 9.0, 8).round(3), heights.round(3), strict=True)]
+    pieces = build_pieces(
+        (Cylinder("cutter", 2 * max(r for r, _h in profile), profile=tuple(profile)),), profile[-1][1]
+    )
+    drawn = Polygon([(0.0, 0.0), *profile, (0.0, profile[-1][1]), (0.0, 0.0)])
+    seen = pick.uniform([0.0, -1.0], [10.0, profile[-1][1] + 1.0], (4000, 2))
+    phi = distance(pieces, np.column_stack([seen[:, 0], np.zeros(len(seen)), seen[:, 1]]))
+    wrong = (phi < 0) != drawn.contains_points(seen)
+    assert np.abs(phi[wrong]).max(initial=0.0) < 1e-9  # on the outline itself either is right

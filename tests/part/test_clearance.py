@@ -125,3 +125,17 @@ def test_no_contact_is_missed_against_dense_poses(seed):
             passed = max(0.011, -0.011 * told[part].bound) + 2 * motion.bow
             assert told[part].bound <= distance
             assert told[part].deepest.distance <= told[part].bound + passed
+
+
+@pytest.mark.parametrize("accelerate", PATHS)
+@pytest.mark.parametrize("place", [(0.0, 0.0, 0.0), (-30.0, 12.0, 0.0), (200.0, -90.0, 30.0)])
+def test_a_block_is_as_large_wherever_it_stands(place, accelerate):
+    """The side of the cutter is 0.1 mm in a long block, far from its middle, which may be the origin."""
+    mesh = block(np.add((-60.0, -8.0, -5.0), place), np.add((60.0, 8.0, 5.0), place))
+    tip = np.add([[57.0, 11.9, -2.0], [59.0, 11.9, -2.0]], place)
+    motion = build_motion(
+        "tool 1", build_pieces(SHAPE, 80), tip, np.tile([0.0, 0.0, 1.0], (2, 1)), np.arange(2), np.ones(2, bool)
+    )
+    (found,) = find_contacts(mesh, (motion,), 0.0, accelerate=accelerate).found
+    assert found.part == "cutter"
+    assert found.deepest.distance == pytest.approx(-0.1, abs=0.011)

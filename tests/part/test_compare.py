@@ -2,12 +2,23 @@
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from verne_post.model.findings import InputError
 from verne_post.model.part_setup import Cylinder, Wanted
 from verne_post.part.bodies import build_pieces, measure_phi
 from verne_post.part.bound import find_clear, find_limit
-from verne_post.part.compare import CLEAR, GOUGE, UNDECIDED, Cells, compare, divide, is_inside, move_mesh
+from verne_post.part.compare import (
+    CLEAR,
+    GOUGE,
+    UNDECIDED,
+    Cells,
+    _make_rotation,
+    compare,
+    divide,
+    is_inside,
+    move_mesh,
+)
 from verne_post.part.motion import Motion, build_motion
 from verne_post.part.stl import Mesh, build_mesh
 from verne_post.part.sweep import find_nearest, load_accelerator
@@ -299,3 +310,27 @@ def test_circles_about_facets_are_the_least_ones():
         found = Cells(turned, np.arange(3)).find_circles()
         assert found[0] == pytest.approx(np.tile(middle, (3, 1)), abs=1e-12)
         assert found[1] == pytest.approx([radius] * 3, rel=1e-6)
+
+
+@pytest.mark.parametrize("angle", [30.0, 60.0, 90.0, 118.0, 140.0])
+def test_the_point_of_a_drill_is_no_deeper_than_half_its_angle_says(angle):
+    """It goes 0.05 mm into a flat face, at every lean: somewhere on the face phi is as far below 0 as the limit
+    says.
+    """
+    (piece,) = build_pieces((Cylinder("cutter", 8, 30, point_angle=angle),), 30.0)
+    limit, depth = find_limit(piece, 0.05), 0.05
+    side = np.linspace(-0.2, 0.2, 401)
+    face = np.stack([*np.meshgrid(side, side, indexing="ij"), np.zeros((401, 401))], axis=-1).reshape(-1, 3)
+    # upright, and leaning until the flank lies on the face, which it may not pass
+    for lean in np.linspace(0.0, 0.8 * np.radians(90 - angle / 2), 5):
+        axis = np.array([np.sin(lean), 0.0, np.cos(lean)])
+        least = measure_phi((piece,), face, np.array([0.0, 0.0, -depth]), axis).min()
+        assert least <= limit + 1e-3  # places stand 0.001 mm apart
+    upright = measure_phi((piece,), face, np.array([0.0, 0.0, -depth]), np.array([0.0, 0.0, 1.0])).min()
+    assert upright == pytest.approx(-depth * np.sin(np.radians(angle / 2)), abs=1e-4)
+
+
+def test_the_rotation_of_the_best_fit_is_one():
+    """To second order too: a part that was clamped 3 degrees askew is turned back, not squeezed."""
+    for vector in np.random.default_rng(4).normal(size=(20, 3)):
+        assert _make_rotation(vector) == pytest.approx(Rotation.from_rotvec(vector).as_matrix(), abs=1e-14)

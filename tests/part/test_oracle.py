@@ -159,7 +159,7 @@ def test_no_facet_that_is_called_clear_is_cut_deeper(name: str, accelerate: bool
             across /= np.linalg.norm(across)
             ring = np.cos(turn)[:, None] * across + np.sin(turn)[:, None] * np.cross(axis[k], across)
             steepest = float(ring[:, 2].min())
-            tip[k, 2] = wave[k] - min(r * steepest + h * axis[k, 2] for r, h in outline[:-2])
+            tip[k, 2] = wave[k] - (outline[:-2] @ [steepest, axis[k, 2]]).min()
         motion = make_motion(name, tip, axis)
         found = compare(mesh, (motion,), Wanted(asked, 0.2, 0.5, 1.0), accelerate=accelerate)
         ways = [place(tip[k : k + 2], axis[k : k + 2], np.linspace(0, 1, 6)) for k in range(len(tip) - 1)]
@@ -167,7 +167,9 @@ def test_no_facet_that_is_called_clear_is_cut_deeper(name: str, accelerate: bool
 
         def is_cut(points: np.ndarray, at: np.ndarray = at, to: np.ndarray = to) -> np.ndarray:
             seen = np.concatenate([see(one, at, to) for one in points])
-            return polygon.contains_points(seen).reshape(len(points), -1).any(axis=1)
+            inside = ((outline.min(0) <= seen) & (seen <= outline.max(0))).all(axis=1)  # of the box about the outline
+            inside[inside] = polygon.contains_points(seen[inside])
+            return inside.reshape(len(points), -1).any(axis=1)
 
         decided += np.bincount(found.state, minlength=3)
         clear = np.flatnonzero(found.state == CLEAR)

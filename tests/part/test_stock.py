@@ -26,6 +26,7 @@ SHAPES = {
     "ball": BALL,
     "bull": BULL,
     "taper": Cylinder("cutter", 6.0, 20.0, corner_radius=1.0, taper=5.0),
+    "tapered ball": Cylinder("cutter", 6.0, 20.0, corner_radius=3.0, taper=8.0),
     "dovetail": Cylinder("cutter", 10.0, 10.0, taper=-15.0),
     "drill": Cylinder("cutter", 6.0, 20.0, point_angle=118.0),
     "lollipop": Cylinder("cutter", 8.0, 20.0, neck_diameter=3.0),

@@ -8,7 +8,7 @@ import pytest
 from verne_post.model.part_setup import Cylinder
 from verne_post.part.bodies import build_pieces, measure_phi
 from verne_post.part.motion import Motion, build_motion
-from verne_post.part.sweep import find_nearest, load_accelerator
+from verne_post.part.sweep import find_nearest, load_accelerator, look_between
 
 LENGTH = 60.0
 SHAPES = {
@@ -116,3 +116,24 @@ def test_parts_are_looked_at_apart():
     point = motion.tip[:1] + 40 * motion.axis[:1] + [15.0, 0, 0]
     assert find_nearest((motion,), point, 50.0, ("holder",)).distance[0] < -4
     assert find_nearest((motion,), point, 50.0, ("cutter",)).distance[0] > 8
+
+
+@pytest.mark.parametrize("turn", [0.7, 0.2])
+@pytest.mark.parametrize("share", [0.0, 0.3, 1.0])
+def test_the_axis_turns_as_fast_as_its_derivative_says(turn: float, share: float) -> None:
+    """Rows up to 40 degrees apart, and rows that lean: the unit axis slows down towards both ends."""
+    axis = np.array([[np.sin(-turn / 2), 0.1, np.cos(turn / 2)], [np.sin(turn / 2), -0.2, np.cos(turn / 2)]])
+    axis /= np.linalg.norm(axis, axis=1)[:, None]
+    tip, linked = np.array([[0.0, 0.0, 0.0], [1.0, 2.0, 3.0]]), np.array([True, False])
+    motion = build_motion("tool 1", build_pieces(SHAPES["ball"], LENGTH), tip, axis, np.arange(2), linked)
+    shares, many = share + 1e-6 * np.array([-1.0, 0.0, 1.0]), np.ones((3, 1))
+    seen, speed = look_between(
+        motion,
+        motion.pieces[0],
+        many * [5.0, 5.0, 5.0],
+        np.zeros(3, dtype=int),
+        many * np.diff(tip, axis=0),
+        many * np.diff(axis, axis=0),
+        shares,
+    )
+    assert speed[1] == pytest.approx((seen.u[2] - seen.u[0]) / 2e-6, abs=1e-9)

@@ -12,6 +12,7 @@ from verne_post.app.convert import check_source
 from verne_post.app.result import Progress, Result
 from verne_post.app.source_text import check_source_text
 from verne_post.app.table_places import lay_out
+from verne_post.base.arrays import find_used
 from verne_post.base.long_text import Text
 from verne_post.base.units import RAD_PER_DEG
 from verne_post.model.findings import make_input_error
@@ -79,7 +80,7 @@ def propose(
     moves, path = _read(source, machine, options)
     if not len(path):
         raise make_input_error("VP021", "the program contains no motion")
-    systems = sorted({moves.frames[index].system for index in np.unique(moves.frame[path.move])})
+    systems = sorted({moves.frames[index].system for index in find_used(moves.frame[path.move])})
     if len(systems) != 1:
         names = ", ".join(SYSTEM_NAMES[system] for system in systems)
         raise make_input_error("VP018", f"fit moves one work system, and this program uses {names}")

@@ -9,6 +9,7 @@ from msgspec import structs
 
 from verne_post.app.assemble import Program, choose_shaper
 from verne_post.app.plan import Plan
+from verne_post.base.arrays import find_used
 from verne_post.base.columns import iterate_blocks
 from verne_post.base.long_text import Text
 from verne_post.model.contour import Contour
@@ -123,7 +124,7 @@ def summarise(
         feeds += int(feeding.sum())
         reached += int((feeding & plan.profiles.reached_segments[begin:end]).sum())
         move = path.move[begin:end]
-        used.update(np.unique(moves.frame[move[move >= 0]]).tolist())
+        used.update(find_used(moves.frame[move[move >= 0]]).tolist())
     tools, has_bare_rapids = list_tool_lengths(program)
     q_start = program.build_joint_path().find_joints(np.array([0]), np.array([0.0]))
     places, numbers = round_setpoints(q_start, program.machine, fmt)

@@ -1,6 +1,5 @@
 """Tables as aligned text and as HTML, as results print themselves at a prompt and in a notebook."""
 
-import html
 from collections.abc import Sequence
 
 
@@ -14,6 +13,8 @@ def format_table(rows: Sequence[Sequence[str]]) -> str:
 
 def format_html_table(rows: Sequence[Sequence[str]]) -> str:
     """Rows as an HTML table for notebooks, the first one the header; numbers stand to the right."""
+    import html  # its table of entities takes a millisecond, which only notebooks need
+
     head = "".join(f"<th>{html.escape(cell)}</th>" for cell in rows[0])
     body = "".join(
         "<tr>" + "".join(f'<td style="text-align: {_align(cell)}">{html.escape(cell)}</td>' for cell in row) + "</tr>"

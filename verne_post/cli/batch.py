@@ -15,7 +15,6 @@ from verne_post.cli.conversion import check_format, format_option
 from verne_post.cli.files import RunFiles, Unreadable, is_dash
 from verne_post.cli.numbers import Whole
 from verne_post.cli.options import (
-    FILE,
     FOLDER,
     INPUT,
     WRITING,
@@ -26,6 +25,7 @@ from verne_post.cli.options import (
 )
 from verne_post.cli.programs import find_programs
 from verne_post.cli.progress import show_progress
+from verne_post.cli.report_files import add_report_files, take_report_files, write_report_files
 from verne_post.cli.streams import echo, print_as_is
 from verne_post.model.verdict import ExitStatus, find_gravest
 from verne_post.output.formats import FORMATS
@@ -55,8 +55,7 @@ if TYPE_CHECKING:
     help="Address of a Dask scheduler whose workers see the same folders, as tcp://host:8786.",
 )
 @click.option("--shard", metavar="I/N", help="Only the I-th of N equal shares, for CI matrices.")
-@click.option("--junit", type=FILE, metavar="F", help="Write the findings as JUnit XML.")
-@click.option("--sarif", type=FILE, metavar="F", help="Write the findings as SARIF.")
+@add_report_files
 @click.option("--github", is_flag=True, help="Print the findings as annotations of a GitHub workflow too.")
 @quiet_option
 @format_option
@@ -68,8 +67,6 @@ def command(
     jobs: int | None,
     scheduler: str,
     shard: str | None,
-    junit: Path | None,
-    sarif: Path | None,
     github: bool,
     quiet: bool,
     file_format: str,
@@ -88,9 +85,7 @@ def command(
         files.claim_output("--github" if github else "the table of results (none with --quiet)")
     if any(map(is_dash, inputs)):
         raise click.UsageError("batch takes files and folders; convert and check read standard input (-)")
-    for path, option in ((junit, "--junit"), (sarif, "--sarif")):
-        if path is not None:
-            files.expect_writing(path, option)
+    report_files = take_report_files(files, given)
     files.claim_folder(output, "-o")
     if scheduler != "local" and jobs is not None:
         raise click.UsageError("-j is for processes of this machine; a cluster has its own workers")
@@ -114,7 +109,7 @@ def command(
     running = (
         run_here(every, jobs or _count_cores()) if scheduler == "local" else run_on_cluster(every, _address(scheduler))
     )
-    outcomes = sorted(_collect(running, len(every), quiet=quiet), key=lambda outcome: outcome.program)
+    outcomes = sorted(_collect(running, len(every), quiet=quiet or github), key=lambda outcome: outcome.program)
     if not quiet:
         echo(make_table(outcomes), nl=False)
     for one in outcomes:
@@ -126,17 +121,14 @@ def command(
                 ),
                 err=True,
             )
-    if junit is not None or sarif is not None or github:  # only they read every program once more
+    if report_files or github:  # only they read every program once more
         from verne_post.output.findings import Report
         from verne_post.output.reports import FORMATS as REPORTS
 
         reports = [
             Report(one.program, one.findings, one.cycle_time_s, _read_text(files, one.program)) for one in outcomes
         ]
-        if junit is not None:
-            files.write(junit, "--junit", [REPORTS["junit"](reports, machine)])
-        if sarif is not None:
-            files.write(sarif, "--sarif", [REPORTS["sarif"](reports, machine)])
+        write_report_files(files, report_files, reports, machine)
         if github:
             print_as_is(REPORTS["github"](reports, machine))
     files.write(output / "batch.json", _LIST, [_write_results_json(outcomes)])

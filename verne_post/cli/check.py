@@ -22,6 +22,7 @@ from verne_post.cli.options import (
 )
 from verne_post.cli.programs import find_programs
 from verne_post.cli.progress import show_progress
+from verne_post.cli.report_files import add_report_files, take_report_files, write_failure_files, write_report_files
 from verne_post.cli.streams import print_as_is
 from verne_post.model.verdict import ExitStatus, Verdict, find_exit_status, find_gravest, find_verdict
 
@@ -75,6 +76,7 @@ def add_policy_options(command: "Callable[..., Any]") -> "Callable[..., Any]":
     help="How findings are written.",
 )
 @click.option("--output-file", type=FILE, metavar="F", help="Write there in place of standard output.")
+@add_report_files
 @click.option(
     "--fail-level",
     type=click.Choice(["error", "warning"]),
@@ -117,6 +119,7 @@ def command(
     for path, option in ((output_file, "--output-file"), (write_baseline, "--write-baseline")):
         if path is not None:
             files.expect_writing(path, option)
+    report_files = take_report_files(files, given)
     asked = {key: given.pop(key) for key in ("select", "ignore", "severity", "baseline")}
     try:
         machine_name = name_machine(files, given["machine_name"], given)
@@ -126,10 +129,12 @@ def command(
         machine = load(files, machine_name)
     except InputError as error:
         verdict = find_verdict(find_exit_status(error.findings), error.findings)
+        write_failure_files(files, report_files, verdict, str(error), error.findings)
         _emit_failure(files, output_file, output_format, verdict, str(error), error.findings)
         return refuse(inputs[0], error)
     except (click.UsageError, Unreadable) as error:
         text = error.message if isinstance(error, click.UsageError) else str(error)
+        write_failure_files(files, report_files, Verdict.USAGE_ERROR, text, ())
         _emit_failure(files, output_file, output_format, Verdict.USAGE_ERROR, text, ())
         raise
 
@@ -139,13 +144,16 @@ def command(
 
     everything: list[Report] = []
     reports, statuses = [], []
+    # a log that is a terminal, as of act, would show the line of progress before a command, which then is none
+    still = quiet or output_format == "github"
     for name in programs:
-        everything.append(_check_one(files, name, machine, given, quiet=quiet, limits_only=limits_only))
+        everything.append(_check_one(files, name, machine, given, quiet=still, limits_only=limits_only))
         reports.append(apply_policy(everything[-1], policy))
         status = find_exit_status(reports[-1].findings, level)
         statuses.append(ExitStatus.CLEAN if exit_zero and status == ExitStatus.VIOLATION else status)
     if write_baseline is not None:
         files.write(write_baseline, "--write-baseline", [format_baseline(everything)])
+    write_report_files(files, report_files, reports, machine)
     if quiet and output_format == "text":
         reports = [one for one in map(_keep_errors_alone, reports) if one.findings]
     text = FORMATS[output_format](reports, machine)

@@ -16,7 +16,7 @@ from typing import IO, Any, Final
 
 from verne_post.base.bounded import read_bounded
 from verne_post.base.printable import escape_unprinted, make_printable
-from verne_post.cli.temporary import make_temporary_file
+from verne_post.cli.temporary import make_temporary_file, make_temporary_folder
 
 #: Names of the streams of this process; what they lead to may be a file, which is written through and not replaced.
 _STREAMS: Final = re.compile(r"/dev/(std(in|out|err)|fd/[0-9]+)|/proc/(self|thread-self|[0-9]+)/fd/[0-9]+")
@@ -216,10 +216,27 @@ class RunFiles:
         with make_temporary_file(target.parent) as (handle, temporary):
             with _name_file_in_errors(path), os.fdopen(handle, "wb", closefd=False) as file:
                 file.writelines(_encode(parts))
-            umask = os.umask(0)
-            os.umask(umask)
-            temporary.chmod(0o666 & ~umask)
+            temporary.chmod(0o666 & ~_find_umask())
             self.place(temporary, path, what)
+
+    def write_folder(self, folder: Path, what: str, files: Mapping[str, Iterable[str]]) -> None:
+        """Write the files of a folder that is missing, all of them or none.
+
+        Into a folder that is there, and empty, they come one right after the other, once all of them are whole.
+        """
+        target = Path(os.path.realpath(folder))
+        is_missing = not target.exists()
+        with _name_file_in_errors(folder), make_temporary_folder(target.parent if is_missing else target) as made:
+            for name, parts in files.items():
+                self.claim(folder / name, what)
+                with (made / name).open("wb") as file:
+                    file.writelines(_encode(parts))
+            if is_missing:
+                made.chmod(0o777 & ~_find_umask())
+                made.rename(target)
+            else:
+                for name in files:
+                    (made / name).rename(target / name)
 
     def place(self, made: Path, path: Path, what: str) -> None:
         """Put a file that has been written under another name, in the same file system, where it belongs."""
@@ -311,6 +328,13 @@ def _name_file_in_errors(path: Path) -> Iterator[None]:
     except OSError as error:
         error.filename = error.filename or str(path)
         raise
+
+
+def _find_umask() -> int:
+    """Permissions that new files do not get; the system tells them by setting others."""
+    umask = os.umask(0)
+    os.umask(umask)
+    return umask
 
 
 def _encode(parts: Iterable[str] | Iterable[bytes]) -> Iterator[bytes]:

@@ -64,9 +64,7 @@ def export(name: str, format_name: str, output: Path) -> int:
         return refuse(name, error)
     except CannotExport as error:
         raise click.UsageError(f"{name}: --format {format_name}: {error}") from None
-    output.mkdir(exist_ok=True)
-    for file_name, text in made.items():
-        files.write(output / file_name, "-o", [text])
+    files.write_folder(output, "-o", {file_name: [text] for file_name, text in made.items()})
     echo(
         f"{output}: {machine.name} ({machine.kind}), {len(made)} "
         f"{'file' if len(made) == 1 else 'files'}; next, there: {chosen.how(machine)}"
@@ -305,15 +303,9 @@ def axis_check(
         moves = list(plan_axis_moves(machine, place, fmt))
     except InputError as error:
         return refuse(machine_name or "axis-check", error)
-    output.mkdir(exist_ok=True)
-    for move in moves:
-        files.write(
-            output / f"{move.name}.csv",
-            "-o",
-            [write_csv_header(machine.columns, fmt.drives), write_csv_rows(move.block)],
-        )
-    text = write_instructions(machine, moves)
-    files.write(output / "README.txt", "-o", [text])
+    text, header = write_instructions(machine, moves), write_csv_header(machine.columns, fmt.drives)
+    rows = {f"{move.name}.csv": [header, write_csv_rows(move.block)] for move in moves}
+    files.write_folder(output, "-o", {**rows, "README.txt": [text]})
     echo(text, nl=False)
     return 0
 

@@ -48,11 +48,11 @@ _LANGUAGES: Final = (
               rb"|STOPRE|EXTERN|PROC|WORKPIECE|FFWON|COMPCAD|SOFT|DIAMOF)\b).*$|^[^\n;(#\[\]]*\b[XYZABC]\d?=.*$",
               "siemens"),
     _Language("APT",
-              rb"^[ \t]*+(?:\$\$(?:[ *>-].*)?|(?:PARTNO|MACHIN|GOTO|FEDRAT|LOADTL|SPINDL|CUTTER|MULTAX|PPRINT|FINI"
-              rb"|RAPID|UNITS?|TLAXIS|CIRCLE|TOOL[ \t]+PATH|TLDATA|MSYS)"
+              rb"^[ \t]*+(?:\$\$(?:[ *>-].*)?|(?:PARTNO|MACHIN|GOTO(?=[ \t]*+/)|FEDRAT|LOADTL|SPINDL|CUTTER|MULTAX"
+              rb"|PPRINT|FINI|RAPID|UNITS?|TLAXIS|CIRCLE|TOOL[ \t]+PATH|TLDATA|MSYS)"
               rb"\b[^=\n]*)\r?$", "aptcl"),
     _Language("a custom macro of a Fanuc control",
-              rb"^[ \t]*+(?:N\d+[ \t]*+)?(?:IF[ \t]*+\[|WHILE[ \t]*+\[|GOTO[ \t]*+\d|G6[56]\b).*$", "fanuc"),
+              rb"^[ \t]*+(?:N\d+[ \t]*+)?(?:IF[ \t]*+\[|WHILE[ \t]*+\[|GOTO[ \t]*+[\d#\[]|G6[56]\b).*$", "fanuc"),
     _Language("Okuma OSP",
               rb"^[ \t]*+(?:N\w+[ \t]+)?(?:CALL[ \t]+O\w+|VC\d+[ \t]*+=|DEF[ \t]+WORK|G15[ \t]+H\d+|RTS|PSELECT"
               rb"|MODIN|MODOUT)\b.*$"),

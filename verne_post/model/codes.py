@@ -245,11 +245,11 @@ CODES: Final[dict[str, Code]] = _make_table(
     ),
     (
         "VP033",
-        "no work offset",
+        "part zero not given",
         "warning",
-        "The program uses a work system that neither --wcs nor the program has placed. Its origin is then "
-        "the rotary centre on the table face. In Klartext it is a preset: 1 to 9 are G54 to G59.3 of --wcs, "
-        "10 to 48 G54.1P10 to P48.",
+        "The program uses a work offset that neither the set-up nor the program gives (in Klartext a preset). "
+        "The part zero is then at the rotary centre on the table face. "
+        "Presets 1 to 9 are G54 to G59.3 of --wcs, 10 to 48 G54.1P10 to P48.",
         "Fill in wcs.G54 in INPUT.toml, which verne-post setup INPUT writes, or give --wcs: mm from the rotary centre"
         " and the table face. If the part zero really is there, give --wcs G54=0,0,0.",
     ),

@@ -1,6 +1,5 @@
 """The machine as all packages see it: frozen values, lengths in mm, angles in rad, times in s."""
 
-import html
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -153,6 +152,8 @@ class Machine:
         return f"{self._describe()}\n{format_table(self._make_text_rows())}"
 
     def _repr_html_(self) -> str:
+        import html  # for notebooks only
+
         return f"<p>{html.escape(self._describe())}</p>{format_html_table(self._make_text_rows())}"
 
     @property

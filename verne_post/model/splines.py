@@ -13,7 +13,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from verne_post.base.arrays import Array, Ints
+from verne_post.base.arrays import Array, Ints, find_used
 from verne_post.base.columns import GrowingTable
 
 
@@ -43,7 +43,7 @@ class Splines(Struct, frozen=True, eq=False):
     def group_by_degree(self, piece: Ints) -> Iterator[tuple[int, NDArray[np.intp]]]:
         """Every degree among pieces (n,), and the places of those that have it."""
         degrees = self.degree[piece]
-        for degree in np.unique(degrees).tolist():
+        for degree in find_used(degrees):
             yield degree, np.flatnonzero(degrees == degree)
 
     def select(self, piece: Ints) -> "Splines":

@@ -149,10 +149,15 @@ def _wrap(text: str) -> str:
 
 def _describe_motion(summary: Summary) -> str:
     within = summary.stops_within
-    where = f"; {within.count} of the stops are within lines, {within.most} of them in line {within.line}"
+    if not within.count:
+        where = ""
+    elif within.count == within.most:
+        where = f", {within.count} of them within line {within.line}"
+    else:
+        where = f", {within.count} of them within lines (line {within.line} has {within.most})"
     return (
-        f"{summary.cycle_time:.3f} s, {summary.n_rows} rows at {1e3 * summary.format.cycle:g} ms; "
-        f"{summary.n_segments} segments, {summary.n_stops} stops between them{where if within.count else ''}"
+        f"{summary.cycle_time:.3f} s, {summary.n_rows} rows at {1e3 * summary.format.cycle:g} ms; {summary.n_segments} "
+        f"segments, {summary.n_stops} {'stop' if summary.n_stops == 1 else 'stops'} between them{where}"
     )
 
 

@@ -10,7 +10,7 @@ from msgspec import Struct
 
 from verne_post.app.machined import place_on_table
 from verne_post.app.summary import list_tool_lengths
-from verne_post.base.arrays import Array
+from verne_post.base.arrays import Array, find_used
 from verne_post.base.long_text import Text, compute_sha256
 from verne_post.base.numbers import format_fixed
 from verne_post.base.printable import make_printable
@@ -438,7 +438,7 @@ def _list_offsets(machine: Machine, study: Study) -> list[Row]:
     program = study.program
     assert program is not None
     move = program.path.move
-    used = np.unique(program.moves.frame[move[move >= 0]]).tolist()
+    used = find_used(program.moves.frame[move[move >= 0]]).tolist()
     rows: dict[Row, None] = {}
     for frame in sorted((program.moves.frames[index] for index in used), key=lambda frame: frame.system):
         place = machine.find_origin_on_table(frame)

@@ -8,7 +8,7 @@ from msgspec import Struct
 from msgspec.structs import asdict
 from numpy.typing import NDArray
 
-from verne_post.base.arrays import Array, Mask
+from verne_post.base.arrays import Array, Mask, find_used
 from verne_post.base.columns import GrowingTable, iterate_blocks
 from verne_post.base.rotations import find_axis_of_angles
 from verne_post.base.tolerances import (
@@ -113,7 +113,7 @@ def _place_moves(moves: Moves, coordinates: TableCoordinates, first: _ToolPose) 
         number, kind = moves.frame[begin:stop], moves.kind[begin:stop]
         length = length_of[number]
         end = np.empty((len(rows), 5))
-        for index in np.unique(number):
+        for index in find_used(number):
             in_frame = np.flatnonzero(number == index)
             end[in_frame] = _place(coordinates, moves.end[rows[in_frame]], moves.frames[index])
         splined = np.flatnonzero(kind == MoveKind.SPLINE)

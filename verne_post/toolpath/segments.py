@@ -7,7 +7,7 @@ from msgspec import Struct
 from msgspec.structs import asdict
 from numpy.typing import NDArray
 
-from verne_post.base.arrays import Array, Ints, Mask
+from verne_post.base.arrays import Array, Ints, Mask, find_used
 from verne_post.base.rotations import find_axis_of_angles
 from verne_post.base.rows import measure_rows
 from verne_post.base.tolerances import CONTINUATION, OPPOSITE, POLE_SINE, POSE_DECIMALS_MM, ZERO_ANGLE, ZERO_LENGTH_MM
@@ -270,7 +270,7 @@ def _place_arcs(placed: PlacedMoves, curved: Rows, coordinates: TableCoordinates
     """Arcs of the moves ``curved`` in the table frame, from centre, plane and sweep in program coordinates."""
     moves, row, start, end = placed.moves, placed.row[curved], placed.start[curved], placed.end[curved]
     center, normal = _place_centers(moves, row, coordinates), np.empty((len(row), 3))
-    for index in np.unique(moves.frame[row]):
+    for index in find_used(moves.frame[row]):
         in_frame = np.flatnonzero(moves.frame[row] == index)
         arc = moves.arc[row[in_frame]]
         normal[in_frame] = coordinates.turn_displacement(_NORMALS[moves.arcs.plane[arc]], moves.frames[index])
@@ -290,7 +290,7 @@ def _place_arcs(placed: PlacedMoves, curved: Rows, coordinates: TableCoordinates
 def _place_centers(moves: Moves, row: Rows, coordinates: TableCoordinates) -> Array:
     """Centres (m, 3) of the moves ``row`` in the table frame."""
     center = np.empty((len(row), 3))
-    for index in np.unique(moves.frame[row]):
+    for index in find_used(moves.frame[row]):
         in_frame = np.flatnonzero(moves.frame[row] == index)
         program = moves.end[row[in_frame]].copy()
         program[:, :3] = moves.arcs.center[moves.arc[row[in_frame]]]

@@ -11,7 +11,7 @@ import numpy as np
 from msgspec.structs import asdict, replace
 from numpy.typing import NDArray
 
-from verne_post.base.arrays import Array, Ints
+from verne_post.base.arrays import Array, Ints, find_used
 from verne_post.base.bsplines import (
     EvenParts,
     derive_by_length,
@@ -72,7 +72,7 @@ def place_pieces(moves: Moves, row: Ints, coordinates: TableCoordinates) -> Spli
     pieces = moves.splines.select(moves.spline[row])
     frame = np.repeat(moves.frame[row], pieces.degree + 1)
     placed = np.empty((len(frame), 5))
-    for index in np.unique(frame):
+    for index in find_used(frame):
         in_frame = np.flatnonzero(frame == index)
         tip, angles = coordinates.map_to_table(pieces.points[in_frame], moves.frames[index])
         placed[in_frame, :3] = np.round(tip, POSE_DECIMALS_MM)

@@ -10,7 +10,7 @@ import numpy as np
 from msgspec import Struct, field
 from numpy.typing import NDArray
 
-from verne_post.base.arrays import Array, Ints
+from verne_post.base.arrays import Array, Ints, find_used
 from verne_post.base.columns import Growing, iterate_blocks, release_memory, sum_running
 from verne_post.base.team import ALONE, Team, split_evenly
 from verne_post.base.tolerances import WHOLE_CYCLE
@@ -339,7 +339,7 @@ class _Planner:
             element, w = path.locate(0.5 * (rows[1:] + rows[:-1]))
             cap = tuning.FEED_REACHED * self.joints.find_speed_cap(element, w)
             fast = np.diff(rows) / self.planning.cycle >= cap
-            return np.unique(self.joints.contour.segment[element[fast]])
+            return find_used(self.joints.contour.segment[element[fast]])
 
         found = Growing(np.intp)
         for segments in team.map(find, split_evenly(len(s) - 1, tuning.SHARED_ROWS)):

@@ -13,7 +13,7 @@ from typing import Final
 
 import numpy as np
 
-from verne_post.base.arrays import Array, Ints, Mask
+from verne_post.base.arrays import Array, Ints, Mask, find_used
 from verne_post.base.columns import Growing, iterate_blocks, release_memory
 from verne_post.base.ragged import find_runs
 from verne_post.base.team import split_evenly
@@ -158,7 +158,7 @@ def _repair_stretches(
     lengths = high - low + more
     passed = np.cumsum(np.maximum(lengths, SCATTERED_ROWS))
     bounds = [last for _first, last in split_evenly(int(passed[-1]), tuning.SHARED_ROWS)]
-    edges = np.unique(np.searchsorted(passed, [0, *bounds], side="right")).tolist()
+    edges = find_used(np.searchsorted(passed, [0, *bounds], side="right")).tolist()
     groups = [slice(first, last) for first, last in pairwise(edges)]
     shift = partial(_shift_stretches, task, reach, z, low, high, more)
     for some, (shifted, excesses) in zip(groups, task.team.map(shift, groups), strict=True):

@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from verne_post.base.arrays import Array, Ints
+from verne_post.base.arrays import Array, Ints, find_used
 from verne_post.base.lapack import pbtrf, pbtrs
 from verne_post.base.ragged import number_parts
 from verne_post.base.rows import find_row_max, sum_rows
@@ -74,7 +74,7 @@ def join_stretches(bad: Ints, width: Ints, lowest: Ints, highest: Ints) -> tuple
 def _keep_rising(s: Array, owner: Ints) -> None:
     """Make rows s (n,) of stretches, which are in order, the largest of their stretch so far."""
     back = np.flatnonzero((s[1:] < s[:-1]) & (owner[1:] == owner[:-1]))
-    for stretch in np.unique(owner[back]):
+    for stretch in find_used(owner[back]):
         rows = slice(*np.searchsorted(owner, [stretch, stretch + 1]))
         np.maximum.accumulate(s[rows], out=s[rows])
 

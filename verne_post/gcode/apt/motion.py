@@ -202,6 +202,13 @@ def _check_listed(to: AptModes, s: Statement, point: list[float]) -> None:
 
 def _go_round(to: AptModes, s: Statement, circle: Circle, point: list[float]) -> Iterator[Block]:
     _require_place(to, "an arc")
+    held_axis = to.state.tool_axis or to.setup.coordinates.find_tool_axis(to.state.position, to.state.frame)
+    if held_axis is not None and _differ(to.tool_axis, [float(value) for value in held_axis], VECTOR_LENGTH):
+        raise ProgramError(
+            "VP002",
+            f"{s.major} on an arc, and TLAXIS or TRACUT has turned the tool axis since the point before: arcs keep the "
+            "axis; write a point with the new axis before the arc",
+        )
     start = to.place
     check_radius(circle, start, to.unit)
     along, words = circle.find_axis(), dict(zip("XYZ", point, strict=True))

@@ -20,6 +20,7 @@ class Modes(Struct):
     tcp: bool = False  #: M128 or FUNCTION TCPM: the tool centre point is controlled.
     as_spatial: bool = False  #: AXIS SPAT: A, B, C are spatial angles.
     along_vectors: bool = False  #: PATHCTRL VECTOR: the tool axis goes along the great circle.
+    called_preset: int | None = None  #: The preset that the program calls for G54: 0, the one set by hand, or 1.
 
     def show(self, feed: FeedMode, path: PathMode) -> list[str]:
         """Every statement says itself how it moves; this is what holds beside it."""

@@ -252,14 +252,22 @@ class KlartextSettings:
         if set(values) - {339} or 339 not in values:
             raise statement.error("VP005", "CYCL DEF 247 needs Q339, the number of the preset, and nothing else")
         number = round(values[339])
-        system = number if number <= _LAST_NAMED_SYSTEM else ADDITIONAL_SYSTEMS + number
-        if number != values[339] or number < 1 or system not in self.state.systems:
+        system = (number or 1) if number <= _LAST_NAMED_SYSTEM else ADDITIONAL_SYSTEMS + number
+        if number != values[339] or number < 0 or system not in self.state.systems:
             last = max(self.state.systems) - ADDITIONAL_SYSTEMS
             top = last if last > _LAST_NAMED_SYSTEM else _LAST_NAMED_SYSTEM
             raise statement.error(
                 "VP007",
-                f"Q339={values[339]:g}: presets are 1 to {top}: 1 to 9 are G54 to G59.3 of --wcs, others G54.1P10 ...",
+                f"Q339={values[339]:g}: presets are 0 to {top}: 0 is G54 of --wcs, 1 to 9 are G54 to G59.3, others "
+                "G54.1P10 ...",
             )
+        if system == 1 and self.frames.modes.called_preset not in (None, number):
+            raise statement.error(
+                "VP007",
+                "Q339: a program that calls the presets 0 and 1 needs two places, and both are G54 of --wcs here",
+            )
+        if system == 1:
+            self.frames.modes.called_preset = number
         self.core.refuse_compensation("CYCL DEF 247")
         state = self.state
         self.maps.reset()

@@ -127,8 +127,8 @@ CYCLES: Final[Mapping[int, str]] = {
     19: "working plane by spatial angles. The axes do not move, or with `cycle_19` turn at F, with the set-up "
     "clearance as DIST of MOVE: see Keys of the settings file",
     32: "T is the tolerance at corners, as G64 P",
-    247: "preset: 1 to 9 are G54 to G59.3 of --wcs, 10 to 48 G54.1P10 to P48. It ends shifts, mirror images, rotations "
-    "and scalings",
+    247: "preset: 1 to 9 are G54 to G59.3 of --wcs, 10 to 48 G54.1P10 to P48; 0, the one set by hand, is G54. It ends "
+    "shifts, mirror images, rotations and scalings",
     **dict.fromkeys((*range(200, 210), 240), "holes: see Cycles"),
     241: "single-lip deep-hole drilling: see Cycles",
     262: "a milled inside thread: see Thread milling",

@@ -28,6 +28,7 @@ from verne_post.gcode.rs274.fanuc_codes import (
     MIRROR_OFF,
     MIRRORS_OF_HAAS,
     NAMES_AXES,
+    NUMBERED_SYSTEMS,
     NURBS,
     OF_FRAMES,
     OVERRIDE,
@@ -60,7 +61,13 @@ from verne_post.gcode.rs274.fanuc_text import (
 from verne_post.gcode.rs274.fanuc_words import FanucWords
 from verne_post.gcode.rs274.haas import HaasCodes
 from verne_post.gcode.rs274.interpreter import Rs274
-from verne_post.gcode.rs274.macro_calls import find_local_call, find_macro_call, read_macro_call, set_control_variable
+from verne_post.gcode.rs274.macro_calls import (
+    divide_number,
+    find_local_call,
+    find_macro_call,
+    read_macro_call,
+    set_control_variable,
+)
 from verne_post.gcode.rs274.macro_text import read_statement
 from verne_post.gcode.rs274.modes import NO_MAPS
 from verne_post.gcode.rs274.nurbs import NurbsCodes
@@ -280,6 +287,8 @@ class FanucInterpreter(Rs274):
         self.call = find_local_call(block, m.get("subprograms", []))
         if self.call is None:
             super()._execute_call(block, m)
+        if self.call is not None and self.call.number is None and "L" not in block.words:
+            self.call = divide_number(self.call)
 
     def execute(self, block: Block) -> None:
         """Execute one block, in the words of RS274/NGC."""
@@ -387,6 +396,13 @@ class FanucInterpreter(Rs274):
                     "VP002", "G5 is only executed with P0 to P3 and P10000: other numbers call high-speed cycles", "P"
                 )
             self.recorder.record_event(block.line, "smoothing", code=f"G{g['smoothing'] / 10:g}", **words)
+        if "fixture offset" in g and block.words.get("P") != 0.0:
+            raise block.error(
+                "VP002",
+                "G54.2 is only executed with P0: how other work offsets turn with the table is stored in the control; "
+                "let the CAM system write G43.4, or write G68.2 and G53.1",
+                "P",
+            )
         if "plane axis" in g:
             self.planes.turn_to_plane(block, g["plane axis"])
 
@@ -396,7 +412,9 @@ class FanucInterpreter(Rs274):
             self.maps.set_mirror(block, code)
 
     def _find_system_number(self, block: Block, code: int) -> int:
-        if code != ADDITIONAL:
+        if code in NUMBERED_SYSTEMS:
+            system = ADDITIONAL_SYSTEMS + NUMBERED_SYSTEMS[code]
+        elif code != ADDITIONAL:
             system = super()._find_system_number(block, code)
         elif "P" not in block.words:
             raise ProgramError("VP005", "G54.1 needs P, the number of the work system")

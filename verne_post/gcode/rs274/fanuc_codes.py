@@ -35,6 +35,8 @@ HIGH_SPEED: Final = (0, 1, 2, 3, 10000)
 OVERRIDE: Final = 620
 #: Tool-centre-point control of other controls, and offsets along the tool axis: here they are what G43.4 is.
 TWINS: Final = {431: 434, 2340: 434, 1540: ADDITIONAL}
+#: Work systems of Haas: G110 is G154 P1, and so on. G112 and G113 are polar coordinates on other controls.
+NUMBERED_SYSTEMS: Final = {1100 + 10 * number: number + 1 for number in range(20) if number not in (2, 3)}
 #: Mirror images of Haas, in the words of Fanuc.
 MIRRORS_OF_HAAS: Final = {1010: MIRROR, 1000: MIRROR_OFF}
 #: Codes of Haas controls: how corners are smoothed, and how far a control reads ahead.
@@ -47,8 +49,10 @@ CIRCLE_OF_HOLES, ARC_OF_HOLES, ROW_OF_HOLES = 700, 710, 720
 PATTERNS: Final = (CIRCLE_OF_HOLES, ARC_OF_HOLES, ROW_OF_HOLES)
 #: I J K from the start of the arc, which Mach4 writes: they always are.
 CENTERS_FROM_START: Final = 911
+#: A work offset that turns with the table. P0 ends it, as heads of programs do; the data of others are in the control.
+FIXTURE: Final = 542
 #: Codes that change no move.
-WITHOUT_EFFECT: Final = (*SMOOTHING, *LOOK_AHEAD, *ENDS, CENTERS_FROM_START)
+WITHOUT_EFFECT: Final = (*SMOOTHING, *LOOK_AHEAD, *ENDS, CENTERS_FROM_START, FIXTURE)
 #: Codes that name axes without moving them, and those that take none.
 NAMES_AXES: Final = (51, MIRROR_OFF)
 ALONE: Final = (80, 150, 160, SCALE_OFF, *ENDS, *LOOK_AHEAD, TABLE, TABLE_OFF, PLANE_OFF, TO_PLANE, ABOUT_TIP)
@@ -110,6 +114,7 @@ _GROUPS: Final[Mapping[str, Mapping[int, str]]] = {
     "work offset": {
         **{code: RS274.g_groups["work offset"][code] for code in (540, 550, 560, 570, 580, 590)},
         **dict.fromkeys((ADDITIONAL, 1540), 'P1 to P48: additional work systems; --wcs "G54.1P3=x,y,z"'),
+        **dict.fromkeys(NUMBERED_SYSTEMS, "Haas: G110 is G154 P1, G111 P2 and so on; G112 and G113 are refused"),
     },
     "path control": {
         610: "a stop at the end of every move",
@@ -153,6 +158,7 @@ _GROUPS: Final[Mapping[str, Mapping[int, str]]] = {
         660: "calls a macro after every block that moves, until G67; its variables are kept from one call to the next",
     },
     **{f"end of G{code / 10:g}": {code: _ENDS_MODE} for code in ENDS},
+    "fixture offset": {FIXTURE: "P0: no work offset turns with the table; other P are refused"},
     "centres of arcs": {CENTERS_FROM_START: "Mach4: I J K count from the start of the arc; they always do"},
 }
 
@@ -163,7 +169,7 @@ def make_table() -> CodeTable:
     m_groups = {name: RS274.m_groups[name] for name in ("stopping", "coolant")} | {
         "subprograms": {
             97: "Haas: a subprogram that begins at block P of the program, L times",
-            98: "the subprogram O P, L times; P30012 is O12 three times",
+            98: "the subprogram O P, L times; P30012 is O30012 where that is there, else O12 three times",
             99: "end of a subprogram; with P it returns to a block; in the main program a jump",
         },
         "tool change": {6: RS274.m_groups["tool change"][6]},
@@ -184,8 +190,8 @@ def make_table() -> CodeTable:
             470: "engraving; let the CAM system write the lines of the letters",
             770: "back boring of Haas, from below; write the moves",
             **dict.fromkeys(
-                (*range(1100, 1300, 10),),
-                "work offsets of Haas, with numbers that differ between its controls, or polar axes; write G154 P",
+                (1120, 1130),
+                "a work offset of Haas (G154 P3, P4), or polar axes of other controls; write G154 P, or X Y Z",
             ),
             **dict.fromkeys(
                 (1070, 71, 121), "coordinates on a cylinder or by polar axes; let the CAM system write X Y Z A C"
@@ -199,7 +205,6 @@ def make_table() -> CodeTable:
             **dict.fromkeys(
                 (2530, 2680, 2690), "tilted planes of Haas; let the CAM system write G254, or write G68.2 and G53.1"
             ),
-            542: "work offsets that turn with the table; let the CAM system write G43.4, or write G68.2 and G53.1",
             **dict.fromkeys((24, 34), "arcs in space; let the CAM system write lines"),
             630: "tapping at a feed rate that nobody may change; write G84",
             **dict.fromkeys((841, 842, 1740, 1840), "tapping of other controls; write G84 or G74"),
@@ -224,6 +229,7 @@ def make_table() -> CodeTable:
             50: "P",
             51: "PQR",
             54: "Q",
+            FIXTURE: "P",
             TO_PLANE: "P",
             NURBS: "PKR",
             80: "P",

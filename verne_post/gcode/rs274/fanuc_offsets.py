@@ -9,11 +9,13 @@ from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.rs274.modes import Modes
 from verne_post.gcode.rs274.offsets import OffsetCodes
 from verne_post.gcode.rs274.values import read_whole
-from verne_post.model.part_setup import ADDITIONAL_SYSTEMS
+from verne_post.model.part_setup import ADDITIONAL_SYSTEMS, SYSTEM_NAMES
 
 #: L of G10 -> what it stores of a tool; lengths come first.
 _OF_TOOLS: Final = {10: "length", 11: "wear of the length", 12: "radius", 13: "wear of the radius"}
 _LAST_OF_LENGTH, _WEAR = 11, (11, 13)
+#: P of G10 L2: G54 to G59.
+_LAST_SYSTEM: Final = 6
 
 
 class FanucOffsets:
@@ -36,13 +38,16 @@ class FanucOffsets:
         if "L" not in words:
             raise ProgramError("VP005", "G10 needs L: L2 for G54 to G59, L20 for G54.1, L10 to L13 for a tool")
         kind = read_whole(block, "L")
-        if not self.modes.absolute:
-            raise ProgramError("VP017", "G10 in G91 adds to what is stored; write G90, and the whole value")
         if kind == 2 and words.get("P") == 0:
             raise block.error("VP007", "P0: the external work offset is not kept here; give it with --wcs", "P")
         if kind == 20 and "P" in words:
-            self.offsets.set_origin(block, ADDITIONAL_SYSTEMS + self.find_additional(block))
+            self._store_origin(block, ADDITIONAL_SYSTEMS + self.find_additional(block))
             return
+        if kind == 2 and "P" in words and "R" not in words and 0 < read_whole(block, "P") <= _LAST_SYSTEM:
+            self._store_origin(block, read_whole(block, "P"))
+            return
+        if not self.modes.absolute:
+            raise ProgramError("VP017", f"G10 L{kind} in G91 adds to what is stored; write G90, and the whole value")
         if kind in _OF_TOOLS:
             self._store_tool_offset(block, kind)
         elif kind == 2 and "R" in words:
@@ -50,6 +55,18 @@ class FanucOffsets:
         elif kind != 2:
             raise block.error("VP002", f"G10 L{kind} is not executed; expected L2, L10 to L13 or L20", "L")
         self.offsets.execute_g10(block)
+
+    def _store_origin(self, block: Block, system: int) -> None:
+        """The origin of a work system, or in G91 how far it moves from where it is."""
+        adds, setup = not self.modes.absolute, self.offsets.setup
+        if adds and setup.machine and system not in setup.given_systems | self.core.recorder.placed_systems:
+            name = SYSTEM_NAMES[system]
+            raise ProgramError(
+                "VP033",
+                f"G10 in G91 moves {name}, which nobody has placed; give --wcs {name}=X,Y,Z",
+                settled_by=("wcs", name),
+            )
+        self.offsets.set_origin(block, system, adds=adds)
 
     def _store_tool_offset(self, block: Block, kind: int) -> None:
         """L10, L11: length and its wear; L12, L13: radius and its wear. The tool has the sums, as L1 stores it."""

@@ -98,6 +98,8 @@ def read_corner(text: str, values: Values) -> tuple[str, tuple[str, float] | Non
     """A line without its corner (``,R5`` or ``,C2``), and letter and size of that; None where there is none."""
     characters, places, _comment = strip_comments(text)
     at = characters.find(",")
+    while at >= 0 and characters.count("[", 0, at) > characters.count("]", 0, at):
+        at = characters.find(",", at + 1)  # the one before was between the arguments of a function
     letter = characters[at + 1 : at + 2]
     if at < 0 or letter not in ("R", "C"):
         return text, None

@@ -5,7 +5,7 @@ from typing import Final
 from verne_post.gcode.block import Block
 from verne_post.gcode.codes import CYCLES, TAKES_AXES, CodeTable
 from verne_post.gcode.program_error import ProgramError
-from verne_post.gcode.rs274.fanuc_codes import ABOUT_TIP, ADDITIONAL, SMOOTHING
+from verne_post.gcode.rs274.fanuc_codes import ABOUT_TIP, ADDITIONAL, FIXTURE, SMOOTHING
 from verne_post.gcode.rs274.modes import Modes
 from verne_post.gcode.rs274.values import read_whole
 from verne_post.model.control_keys import FanucKeys
@@ -39,7 +39,7 @@ class FanucWords:
 
     def has_cycle(self, block: Block, codes: set[int]) -> bool:
         """True where the words of a block are those of a cycle: no other code takes them."""
-        if codes & {*TAKES_AXES, ADDITIONAL, *SMOOTHING, 0, 10, 20, 30, 40, 800} or self._has_call(block):
+        if codes & {*TAKES_AXES, ADDITIONAL, *SMOOTHING, FIXTURE, 0, 10, 20, 30, 40, 800} or self._has_call(block):
             return bool(codes & set(CYCLES))
         return bool(codes & set(CYCLES)) or self.modes.motion in CYCLES
 
@@ -49,7 +49,7 @@ class FanucWords:
         return any(letter == "M" and number in (97, 98, 99) for letter, number, _column in block.codes)
 
     def convert_repeats(self, block: Block, codes: set[int]) -> None:
-        """K of cycles is L; M98 P with more than four digits has the repeats before the number."""
+        """K of cycles is L."""
         words, columns = block.words, block.columns
         if "K" in words and "I" not in words and self.has_cycle(block, codes):
             if "L" in words:
@@ -57,10 +57,6 @@ class FanucWords:
                     "VP003", "K and L in one block: both would be the repeats of the cycle", columns["K"]
                 )
             words["L"], columns["L"] = words.pop("K"), columns.pop("K")
-        if any(letter == "M" and number == 98 for letter, number, _column in block.codes) and "P" in words:
-            number = read_whole(block, "P")
-            if number > 9999 and "L" not in words:
-                words["P"], words["L"], columns["L"] = float(number % 10000), float(number // 10000), columns["P"]
 
     def convert_length(self, block: Block, codes: set[int]) -> None:
         """H alone is another length where G43 holds, and none before it; H0 without G43 has no effect."""

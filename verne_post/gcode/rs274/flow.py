@@ -218,14 +218,14 @@ class Flow:
         if call.label is None:
             self._end_program(call, line)
         elif call.repeats > 0:
-            local = call.number is not None
+            label, repeats = self._choose_program(call)
             text, begin = (
-                (self.calls.text, self.macros.find_block(call.number or 0, line))
-                if local
-                else self.find_program(call.label)
+                self.find_program(label)
+                if call.number is None
+                else (self.calls.text, self.macros.find_block(call.number, line))
             )
-            frame = self.enter(text, begin, line, call.label)
-            frame.program, frame.remaining = True, call.repeats
+            frame = self.enter(text, begin, line, label)
+            frame.program, frame.remaining = True, repeats
             if call.arguments is not None:
                 self.macros.enter(frame, call)
 
@@ -250,6 +250,28 @@ class Flow:
         if call.number is not None:
             self.calls.line = self.macros.find_block(call.number, self.calls.line - 1)
 
+    def _choose_program(self, call: Call) -> tuple[str, int]:
+        """Which program is called, and how often: by what is there, where the digits of P can be read in two ways."""
+        label = call.label or ""
+        if call.divided_label is None:
+            return label, call.repeats
+        short, repeats = call.divided_label
+        is_whole, is_short = self._has_program(label), self._has_program(short)
+        if is_whole == is_short:
+            raise ProgramError(
+                "VP023",
+                f"M98 P{label}: {'both' if is_whole else 'neither'} O{label}, which Haas controls call, "
+                f"{'and' if is_whole else 'nor'} O{short}, which Fanuc controls call {repeats} times, "
+                f"{'are' if is_whole else 'is'} in the program or in a file beside it; "
+                + (f"write M98 P{label} L1, or M98 P{short} L{repeats}" if is_whole else "put it there"),
+            )
+        return (label, call.repeats) if is_whole else call.divided_label
+
+    def _has_program(self, label: str) -> bool:
+        return any(label in text.structure.programs for text in (self.calls.text, self.calls.main)) or any(
+            self._find_file(name) is not None for name in _spell_program(label)
+        )
+
     def find_program(self, label: str) -> tuple[ProgramText, int]:
         """The text that has a program number, and its line."""
         for text in (self.calls.text, self.calls.main):
@@ -257,7 +279,7 @@ class Flow:
                 return text, text.structure.programs[label]
             if label in text.structure.subs:
                 raise ProgramError("VP023", f"o{label} sub is called with o{label} call, not with M98")
-        for name in (label, f"o{label}", f"o{int(label):04d}", f"{int(label):04d}"):
+        for name in _spell_program(label):
             text_of_file = self._find_file(name)
             if text_of_file is not None:
                 return text_of_file, text_of_file.structure.programs.get(label, text_of_file.first_line)
@@ -266,3 +288,8 @@ class Flow:
             f"M98 P{label}: there is no O{label} in the program, and no file {label}.ngc or "
             f"O{int(label):04d}.nc beside it",
         )
+
+
+def _spell_program(label: str) -> list[str]:
+    """Names of files, without their endings, that hold a program: of four digits, or of five as Haas writes them."""
+    return [f"{letter}{int(label):0{digits}d}" for digits in (1, 4, 5) for letter in ("", "o")]

@@ -55,6 +55,8 @@ class Call(Struct, frozen=True):
     column: int
     repeats: int = 1
     number: int | None = None  #: The block (N) where M97 begins, or to which M99 goes back.
+    #: Label and repeats, where a control may read the digits of the label so.
+    divided_label: tuple[str, int] | None = None
     #: Local variables of a macro (G65, G66); ``keeps``: they are kept from one call to the next (G66).
     arguments: dict[int, float] | None = None
     keeps: bool = False

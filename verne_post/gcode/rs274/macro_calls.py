@@ -3,6 +3,8 @@
 import re
 from typing import Final
 
+from msgspec.structs import replace
+
 from verne_post.gcode.block import Block, strip_comments
 from verne_post.gcode.expressions import ValueReader, Values
 from verne_post.gcode.machining.machining import Machining
@@ -26,6 +28,8 @@ _ALARM: Final = 3000
 _ALARMS: Final = (_ALARM, 3006)
 _WITHOUT_EFFECT: Final = (3001, 3002, 3003, 3004, 3011, 3012)
 _OF_CONTROL: Final = frozenset((*_ALARMS, *_WITHOUT_EFFECT))
+#: Of a program number on most controls; more in P of M98 may be repeats before it.
+_DIGITS: Final = 4
 
 
 def read_macro_call(text: str, values: Values, keys: FanucKeys) -> tuple[str, Arguments | None]:
@@ -79,6 +83,13 @@ def find_local_call(block: Block, subprograms: list[int]) -> Call | None:
     if number is None:
         raise ProgramError("VP005", "M97 needs P, the number of the block where the subprogram begins", column)
     return Call(f"N{number}", column, read_whole(block, "L") if "L" in block.words else 1, number)
+
+
+def divide_number(call: Call) -> Call:
+    """M98 P with more than four digits: the number of a program (Haas), or the repeats before one (Fanuc)."""
+    if call.label is None or len(call.label) <= _DIGITS:
+        return call
+    return replace(call, divided_label=(str(int(call.label[-_DIGITS:])), int(call.label[:-_DIGITS])))
 
 
 def set_control_variable(core: Machining, line: int, key: int | str, value: float, column: int, text: str) -> bool:

@@ -16,6 +16,8 @@ from verne_post.model.part_setup import ADDITIONAL_SYSTEMS
 LOCAL: Final = range(1, 34)
 #: Up to 199 lost when the control is switched off, and kept; how many there are is an option of the control.
 _COMMON: Final = (range(100, 1000), range(98000, 98500), range(900000, 907400))
+#: Haas has #100 to #999 as #10100 to #10999 too.
+_OF_HAAS: Final = 10_000
 #: The end of a block in the work system: X, Y, Z. Two sets of names; the third of the second is the spindle nose's.
 _ENDS: Final = {5001: 0, 5002: 1, 5003: 2, 5041: 0, 5042: 1}
 _MACHINE: Final = range(5021, 5024)
@@ -51,7 +53,8 @@ def set_variable(store: ParameterStore, key: int, value: float) -> None:
     if key not in LOCAL and not any(key in span for span in _COMMON):
         raise ProgramError(
             "VP025",
-            f"#{key} is a variable of the control itself, which is not set here; programs have #1 to #33, #100 to #999",
+            f"#{key} is a variable of the control itself, which is not set here; programs have #1 to #33, #100 to "
+            f"#999{_describe_haas_name(key)}",
         )
     if math.isnan(value) and key in LOCAL:
         store.numbered_values.pop(key, None)
@@ -84,10 +87,15 @@ def read_variable(parameters: Shown, key: int) -> float:
     if value is None:
         raise ProgramError(
             "VP025",
-            f"#{key} is a variable of the control itself, whose value is only known at the machine; programs have #1 "
-            "to #33, #100 to #999, and some of the control (docs/fanuc.md)",
+            f"#{key} is a variable of the control itself, whose value is only known at the machine; programs "
+            f"have #1 to #33, #100 to #999, and some of the control (docs/fanuc.md){_describe_haas_name(key)}",
         )
     return value
+
+
+def _describe_haas_name(key: int) -> str:
+    """What a Haas control has under a number where others have the offset of a tool."""
+    return f"; of Haas #{key} is #{key - _OF_HAAS}, so write that" if key - _OF_HAAS in _COMMON[0] else ""
 
 
 def _read_position(parameters: Shown, key: int) -> float | None:

@@ -104,12 +104,12 @@ class OffsetCodes:
         else:
             self._set_origin_here(block, number or state.frame.system)
 
-    def set_origin(self, block: Block, system: int) -> None:
-        """G10 L2: the origin in machine coordinates, and R."""
+    def set_origin(self, block: Block, system: int, *, adds: bool = False) -> None:
+        """G10 L2: the origin in machine coordinates, and R; or how far it moves."""
         frame = self.core.frames.build_stored_frame(system)
         origin = list(frame.origin)
         for axis in self.values.list_named_axes(block):
-            origin[axis] = self.values.read_axis_value(block, axis)
+            origin[axis] = self.values.read_axis_value(block, axis) + (origin[axis] if adds else 0.0)
         self.core.frames.store_frame(replace(frame, origin=make_vector9(origin), turn=block.words.get("R", frame.turn)))
 
     def _set_origin_here(self, block: Block, system: int) -> None:

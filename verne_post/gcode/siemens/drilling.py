@@ -110,12 +110,11 @@ class _Hole:
                 raise given.error("VP005", f"{name} is needed", name)
         self.retract, self.reference = self._read_length("RTP"), self._read_length("RFP")
         modes = given.read_whole("_AMODE")
-        if not 0 <= modes <= (99_999_999 if given.call.name == "CYCLE83" else 99_999) or given.read_whole("_GMODE"):
-            raise given.error(
-                "VP002",
-                "these digits of _GMODE and _AMODE are not executed",
-                "_AMODE" if not given.read_whole("_GMODE") else "_GMODE",
-            )
+        if kind := given.read_whole("_GMODE"):
+            raise given.error("VP002", f"_GMODE {kind} is not executed: with 0, DP is the depth of the tip", "_GMODE")
+        most = 99_999_999 if given.call.name == "CYCLE83" else 99_999
+        if not 0 <= modes <= most:
+            raise given.error("VP002", f"_AMODE {modes} is not executed: {len(str(most))} digits are", "_AMODE")
         self.digits = [modes // 10**place % 10 for place in range(8)]
         if max(self.digits) > 2:
             raise given.error("VP002", f"_AMODE {modes}: digits are 0, 1 and 2", "_AMODE")

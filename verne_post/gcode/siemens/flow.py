@@ -13,6 +13,7 @@ from verne_post.gcode.siemens.contour_milling import ContourMilling, build_conto
 from verne_post.gcode.siemens.cursor import Cursor
 from verne_post.gcode.siemens.executor import Executor
 from verne_post.gcode.siemens.jumps import JUMPS, end_stretch, read_repeats
+from verne_post.gcode.siemens.milling import MODAL_MILLING
 from verne_post.gcode.siemens.program import Section, SiemensText, split_line
 from verne_post.gcode.siemens.values import read_value, spell_value
 from verne_post.gcode.siemens.variables import refuse_leftover
@@ -247,7 +248,8 @@ class Flow:
         if self.executor.is_cycle(call.name) and not self.executor.is_modal(call.name):
             raise ProgramError(
                 "VP002",
-                f"MCALL {call.name}: drilling cycles, POCKET3, POCKET4, CYCLE76, CYCLE77 and subprograms are modal",
+                f"MCALL {call.name} is not executed: modal are drilling cycles, {', '.join(MODAL_MILLING)} and "
+                f"subprograms; call {call.name} at each place",
                 call.column,
             )
         self.executor.modal = call

@@ -16,6 +16,8 @@ PARAMETERS: Final = {
     "CYCLE801": ("_SPCA", "_SPCO", "_STA", "_DIS1", "_DIS2", "_NUM1", "_NUM2", "_VARI", "_UMODE", "_ANG1", "_ANG2",
                  "_HIDE", "_NSP", "_DMODE"),
 }  # fmt: skip
+#: Angles between holes that are written with three places behind the point are no further from an even one, degrees.
+_SAME_STEP: Final = 0.001
 
 
 def list_pattern_places(
@@ -57,7 +59,18 @@ def _place_circle(given: Arguments, unit: float) -> list[tuple[float, float]]:
     number = _count(given, "NUM")
     if radius <= 0:
         raise given.error("VP007", "RAD is greater than 0", "RAD")
-    begin, step = given.number("STA1"), given.number("INDA") or 360.0 / number
+    begin, step, even = given.number("STA1"), given.number("INDA"), 360.0 / number
+    kind = given.read_whole("_VARI")
+    # the thousands say full circle (1) or part of one (2): INDA, read as without them, has to agree
+    fits = {0: True, 1000: not step or math.isclose(step, even, abs_tol=_SAME_STEP), 2000: step != 0}
+    if not fits.get(kind, False):
+        raise given.error(
+            "VP002",
+            f"_VARI {kind} with INDA {step:g} is not executed: 0, 1000 (full circle) with INDA 0 or {even:g}, and 2000 "
+            "(part of a circle) with INDA are",
+            "_VARI",
+        )
+    step = step or even
     return place_circle(x, y, radius, begin, step, number)
 
 

@@ -86,7 +86,7 @@ class Swivel:
         self.to.motion.set_chain()
 
     def _retract(self, given: Arguments, block: At) -> None:
-        """_FR: 1 lifts Z, 2 lifts Z, then moves X and Y, to the home position; 5 goes back along the tool."""
+        """_FR: 1 and 4 lift Z, 2 lifts Z, then moves X and Y, to the home position; 5 goes back along the tool."""
         kind, to = given.read_whole("_FR"), self.to
         way = given.number("_FR_I") * to.modes.length
         if kind == 0:
@@ -106,11 +106,16 @@ class Swivel:
                 },
             )
             return
-        if kind not in (1, 2):
+        if kind not in (1, 2, 4):
             raise given.error(
                 "VP002",
-                f"_FR {kind} is not executed; 0, 1 (Z), 2 (Z, then X Y) and 5 (along the tool by _FR_I) are",
+                f"_FR {kind} is not executed; 0, 1 (Z), 2 (Z, then X Y), 4 (along the tool) and 5 (along it by "
+                "_FR_I) are",
                 "_FR",
+            )
+        if kind == 4 and to.setup.coordinates.head:
+            raise given.error(
+                "VP002", "_FR 4 is not executed on a machine whose tool turns; write 5 and how far, as _FR_I", "_FR"
             )
         home = to.state.home
         if home is None:
@@ -119,7 +124,7 @@ class Swivel:
                 f"CYCLE800 with _FR {kind} retracts to a position of the machine: add [home] g28 to the machine file",
                 given.call.column,
             )
-        for axes in ([2], [0, 1])[:kind]:
+        for axes in ([2], [0, 1]) if kind == 2 else ([2],):
             if to.core.end_tool_axis(block, axes):
                 to.motion.set_chain()
             go_to_machine(to.core, block, MoveKind.RAPID, {number: home[number] for number in axes})

@@ -36,19 +36,25 @@ def list_thread_strokes(values: MillingValues) -> Iterator[Stroke]:
             values.is_upward,
             values.refuse_digits("CDIR", given.read_whole("CDIR"), _SENSES, "2 is G2, 3 G3"),
         )
-        sense, teeth, first = _SENSES[sense], 1, 0.0
+        sense, first = _SENSES[sense], 0.0
     else:
         work, rises, sense = _read_kind(values)
         core, walls = _read_cuts(values, nominal, outside=bool(outside), finishes=work == 2)
-        teeth, first = given.read_whole("NT", 1), given.number("NSP")
-        if teeth < 1:
-            raise given.error("VP007", f"NT {teeth}: a tool has at least one tooth", "NT")
+        first, teeth = given.number("NSP"), given.read_whole("NT", 1)
+        if teeth != 1:
+            # by how many pitches a control steps is in no description that was found
+            raise given.error(
+                "VP002",
+                f"NT {teeth} is not executed: how far such a tool steps is not known; write NT 1, whose one helix cuts "
+                "the same thread",
+                "NT",
+            )
     if not outside and core <= values.radius:
         raise MillingError(f"the tool of {2 * values.radius:g} mm has no room in the hole of {2 * core:g} mm")
     lead, depth = pitch if rises else -pitch, values.top - values.bottom
     if len(walls) * (depth / pitch + 1) > MAX_STROKES:
         raise MillingError(f"more than {MAX_STROKES} turns")
-    helices = list_helices(values.top, values.bottom, lead, pitch * teeth if teeth > 1 else None)
+    helices = list_helices(values.top, values.bottom, lead, None)
     away = nominal + values.radius + max(values.clear - values.top, values.radius) if outside else 0.0
     overrun = _find_overrun(pitch, values.radius, nominal, outside=bool(outside))
     for wall in walls:
