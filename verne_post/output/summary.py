@@ -156,9 +156,8 @@ def _describe_motion(summary: Summary) -> str:
     else:
         where = f", {within.count} of them within lines (line {within.line} has {within.most})"
     return (
-        f"{summary.cycle_time:.3f} s, {summary.n_rows} rows at {1e3 * summary.format.cycle:g} ms; "
-        f"{summary.n_segments} segments, {summary.n_stops} {'stop' if summary.n_stops == 1 else 'stops'} "
-        f"between them{where}"
+        f"{summary.cycle_time:.3f} s, {summary.n_rows} rows at {1e3 * summary.format.cycle:g} ms; {summary.n_segments} "
+        f"segments, {summary.n_stops} {'stop' if summary.n_stops == 1 else 'stops'} between them{where}"
     )
 
 
