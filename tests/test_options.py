@@ -690,7 +690,7 @@ def test_wrong_arguments_raise_the_documented_error(call: Callable[..., Any], ma
 
 
 def test_a_code_with_a_meaning_is_given_no_other(machine: vp.Machine) -> None:
-    with pytest.raises(vp.UsageError, match="remap: M3: it has a meaning"):
+    with pytest.raises(vp.UsageError, match="remap: M3: it already has a meaning"):
         vp.check(PROGRAM, machine, vp.Options(remap={"M3": "ignore"}))
 
 
