@@ -22,7 +22,6 @@ import pytest
 from hypothesis import settings
 
 import verne_post
-from tests.fork_server import ForkServer
 from verne_post.__main__ import GARBAGE_AFTER
 from verne_post.app.assemble import Program, assemble
 from verne_post.cli.files import RunFiles
@@ -176,7 +175,7 @@ def run(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> 
 
 @pytest.fixture
 def without_remedies(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Programs are refused without a search for what would cure them: it takes many times as long as the verdict."""
+    """Programs are refused without a search for what would cure them: it takes longer than the verdict."""
     monkeypatch.setattr("verne_post.app.tried_remedies.add_remedies", lambda _source, _program, findings: findings)
 
 
@@ -197,26 +196,11 @@ def environment(compiled_once: None) -> dict[str, str]:
     return {**os.environ, "PYTHONPATH": str(Path(verne_post.__file__).parents[1])}
 
 
-@pytest.fixture(scope="session")
-def fork_server(environment: dict[str, str]) -> Iterator[ForkServer | None]:
-    """What runs commands as processes of their own without loading everything each time; None where there is none."""
-    if sys.platform != "linux":  # sockets of packets, and safe forks
-        yield None
-        return
-    server = ForkServer(environment)
-    yield server
-    server.close()
-
-
 @pytest.fixture
-def spawn(
-    fork_server: ForkServer | None, environment: dict[str, str]
-) -> Callable[..., "subprocess.CompletedProcess[bytes]"]:
+def spawn(environment: dict[str, str]) -> Callable[..., "subprocess.CompletedProcess[bytes]"]:
     """Run the command line as a process of its own; streams as bytes."""
 
     def call(*arguments: object, stdin: bytes = b"", cwd: Path = ROOT) -> "subprocess.CompletedProcess[bytes]":
-        if fork_server is not None:
-            return fork_server.run(*map(str, arguments), cwd=cwd, env=environment, stdin=stdin)
         command = [sys.executable, "-P", "-m", "verne_post", *map(str, arguments)]
         return subprocess.run(command, input=stdin, capture_output=True, cwd=cwd, env=environment, check=False)
 
