@@ -328,6 +328,8 @@ def _measure_turns(turns: TurnSegments) -> Array:
     """Largest derivative (m,) of the tip by u, mm, at so many places that none between is larger by more than 0.1 %."""
     row = np.arange(len(turns.first))
     largest = np.zeros(len(row))
+    if not len(row):  # most programs have none, and each place costs operations on arrays
+        return largest
     for share in _PLACES_OF_TURN:
         largest = np.maximum(largest, measure_rows(turn_derivatives(turns, row, np.full(len(row), share))[0]))
     return largest
