@@ -373,7 +373,7 @@ CODES: Final[dict[str, Code]] = _make_table(
         "error",
         "The rotary axis that turns the tool about its pole leaves its travel: C, or the one nearest "
         "the part of a chain.",
-        "Rewind it in the program, or use a machine file without this limit.",
+        "Rewind the axis in the program. Remove the limit from the machine file only if the real axis has none.",
     ),
     (
         "VP110",
@@ -512,8 +512,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "the programmed A and C."
         " Three cases are warnings: C turns under a vertical tool that does not move; C turns by more than half a "
         "turn in "
-        "a feed move with a tilted tool; with --allow-rewind, the table changes between feed moves, with a retract, a "
-        "turn and a return.",
+        "a feed move with a tilted tool; with --allow-rewind, the table changes where the tool does not feed, with a "
+        "retract, a turn and a return.",
         "Retract the tool where the message says, give --allow-rewind, or post the program with other angles.",
     ),
     # --- VP4xx: feed and dynamics, and what verification of a written file finds -----------------

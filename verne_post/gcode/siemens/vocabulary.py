@@ -72,7 +72,7 @@ VALUE_MODES: Final[Mapping[str, str]] = {
 #: Words with a value that are executed.
 ADDRESSES: Final[Mapping[str, str]] = {
     **dict.fromkeys(("X", "Y", "Z", "A", "C"), "places"),
-    **dict.fromkeys(("B", "U", "V", "W"), "read, then refused: the machine has no such axes (VP011)"),
+    **dict.fromkeys(("B", "U", "V", "W"), "axes of other machines: refused where this one has no such axis (VP011)"),
     **dict.fromkeys(("I", "J", "K"), "centre of an arc, from its start or with AC()"),
     **dict.fromkeys(("I1", "J1", "K1"), "intermediate point of CIP"),
     "CR": "radius of an arc",
