@@ -219,6 +219,20 @@ def test_parts_of_an_older_run_do_not_stay(job: Path, run: Callable[..., Any]) -
     assert sorted(path.name for path in job.glob("two.*.csv")) == ["two.1.csv", "two.2.csv"]
 
 
+def test_rows_of_an_older_run_do_not_stay_beside_those_of_this_one(job: Path, run: Callable[..., Any]) -> None:
+    """Whole and cut by turns under one name: nobody shall run rows of another program."""
+    Path("two.csv").write_text("rows of another program\n")
+    answer = run("convert", "two.nc", *PLACE, "--split-at-stops", "-o", "two.csv")
+    assert answer.code == 0
+    parts = ["two.1.csv", "two.2.csv", "two.3.csv", "two.index.json"]
+    assert f"written         {', '.join(parts)}" in answer.err
+    assert sorted(path.name for path in job.glob("two.*[vn]")) == parts
+    Path("two.9.csv").write_text("not of the index\n")
+    Path("one.nc").write_text("G21 G90\nG0 X0 Y0 Z90 A0 C0\nG1 X5 F600\nM2\n")
+    assert run("convert", "one.nc", *PLACE, "--tool-length", "80", "-o", "two.csv").code == 0
+    assert sorted(path.name for path in job.glob("two.*[vn]")) == ["two.9.csv", "two.csv"]
+
+
 @pytest.mark.parametrize(
     "more", [("--meta", "two.index.json"), ("--meta", "two.2.csv"), ("--write-parameters", "two.1.csv")]
 )

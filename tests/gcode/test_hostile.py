@@ -32,7 +32,7 @@ def test_fanuc_lines_end_where_they_say(view, line, end):
 
 @pytest.mark.parametrize(("line", "code"), [
     ("G15 X2.", "VP006"), ("G67 X3.", "VP006"), ("G69 X1.", "VP006"), ("G8 P1 X4.", "VP006"), ("G50 X0", "VP006"),
-    ("G10 L2 P0 X0 Y0 Z0", "VP007"), ("G91 G10 L2 P1 Z1.", "VP017"), ("G0 X#5061", "VP025"),
+    ("G10 L2 P0 X0 Y0 Z0", "VP007"), ("G0 X#5061", "VP025"),
     ("#3000=1(ALARM)", "VP027"),
     ("G0 X#101", "VP025"), ("#5221=100.", "VP025"),
 ])  # fmt: skip

@@ -161,13 +161,14 @@ def convert_to_files(
     file_format = FORMATS[outputs.file_format]
     if options.split_at_stops:
         assert outputs.rows is not None
-        _write_parts(files, outputs.rows, rows, result.summary)
+        names = _write_parts(files, outputs.rows, rows, result.summary)
     elif outputs.rows is None:
         sys.stdout.flush()
         for part in file_format.write(rows):
             sys.stdout.buffer.write(part)
         sys.stdout.buffer.flush()
     else:
+        _remove_parts(outputs.rows)
         files.write(outputs.rows, "-o", file_format.choose_writer(outputs.rows.suffix)(rows))
     if outputs.meta is not None:
         files.write(outputs.meta, "--meta", [format_side_car(result.summary)])
@@ -175,13 +176,14 @@ def convert_to_files(
         files.write(outputs.events, "--events", [format_events(result.summary, outputs.events.suffix)])
     if outputs.parameters is not None:
         files.write(outputs.parameters, "--write-parameters", [format_parameter_file(dict(result.summary.parameters))])
+    if options.split_at_stops:
+        return result, (("written", ", ".join(path.name for path in names)),)
     return result, () if file_format.describe is None else (file_format.describe(rows),)
 
 
-def _write_parts(files: RunFiles, output: Path, rows: "WrittenRows", summary: "Summary") -> None:
-    """Write all parts beside their place, and then put them in place of older ones; the index comes last."""
-    from verne_post.model.findings import InputError
-    from verne_post.output.parts import index_path, index_text, is_derived, list_parts, name_part
+def _write_parts(files: RunFiles, output: Path, rows: "WrittenRows", summary: "Summary") -> list[Path]:
+    """Write all parts beside their place, and then put them in place of older rows; the index comes last."""
+    from verne_post.output.parts import index_path, index_text, name_part
 
     with make_temporary_folder(output.resolve().parent) as folder:
         names = [name_part(output, number) for number in range(1, len(summary.parts) + 1)]
@@ -189,16 +191,28 @@ def _write_parts(files: RunFiles, output: Path, rows: "WrittenRows", summary: "S
             files.claim(name, "-o")
             text = FORMATS[DEFAULT_FORMAT].write(rows.take_part(part.first_row, part.last_row))
             files.write(folder / name.name, "-o", text)
-        old: list[Path] = []
-        if index_path(output).exists():
-            try:
-                old = list_parts(index_path(output))
-            except InputError:
-                old = []  # not ours: it is replaced all the same
-            index_path(output).unlink()
-        for path in old:
-            if is_derived(path, output):
-                path.unlink(missing_ok=True)
+        _remove_parts(output)
+        if output.is_file():  # rows of an earlier run, which somebody might take for those of this one
+            output.unlink()
         for name in names:
             files.place(folder / name.name, name, "-o")
     files.write(index_path(output), "-o", [index_text(output, summary)])
+    return [*names, index_path(output)]
+
+
+def _remove_parts(output: Path) -> None:
+    """Remove the parts that an earlier run has written for an output, and their index."""
+    from verne_post.model.findings import InputError
+    from verne_post.output.parts import index_path, is_derived, list_parts
+
+    index = index_path(output)
+    if not index.exists():
+        return
+    try:
+        old = list_parts(index)
+    except InputError:
+        return  # not ours; a run that writes parts replaces it
+    index.unlink()
+    for path in old:
+        if is_derived(path, output):
+            path.unlink(missing_ok=True)
