@@ -138,7 +138,7 @@ def test_words_have_rs274_twins(view, siemens, rs274):
     ("G75", "VP005", "axes"), ("G75 Z0 FP=3", "VP015", "fixed points"), ("MCALL CYCLE800()", "VP002", "modal"),
     ("D2", "VP012", "edge"), ("T=\"MILL\"", "VP012", "siemens.tools"), ("S2=500", "VP002", "spindle 2"),
     ("M77", "VP002", "remap"), ("M3 M4", "VP003", "group"), ("TRAORI(2)", "VP002", "one transformation"),
-    ("L99", "VP023", "L99"), ("G558 X1", "VP007", "G505"),
+    ("L99", "VP002", "L99"), ("G558 X1", "VP007", "G505"),
     ("SETAL(61000,\"no\")", "VP027", "no"), ("LOOP\nENDLOOP", "VP024", "repeated"),
     ("$P_UIFR[1,X,RT]=5", "VP002", "TR"), ("CTRANS(X,5)", "VP001", "$P_PFRAME=CTRANS"),
     ("$P_PFRAME=5", "VP001", "expected a frame"), ("$P_PFRAME=CTRANS(X)", "VP001", "','"),
@@ -514,17 +514,17 @@ def test_f_of_a_group_with_rotary_axes_is_told(view, group, noted):
 
 def test_names_of_the_builder_mean_what_the_set_up_says(view):
     """A subprogram that only the control has: with or without values, beside the program's own words or alone."""
-    text = "G0 X1 Z9\nM202(0.0024)\nKX_CLAMP\nTRAOOF\nG0 X2\nM30"
-    named = {"M202": "ignore", "KX_CLAMP": "event", "TRAOOF": "tcp off"}
+    text = "G0 X1 Z9\nM202(0.0024)\nL6\nKX_CLAMP\nTRAOOF\nG0 X2\nM30"
+    named = {"M202": "ignore", "L6": "ignore", "KX_CLAMP": "event", "TRAOOF": "tcp off"}
     moves, found = view(text, dialect="siemens", remap=named)
     assert found == ()
     assert moves.end[:, 0].tolist() == [1.0, 2.0]
     events = [event for event in moves.events if event.kind == "remapped"]
     assert [(event.line, event.data["code"], event.data["meaning"]) for event in events] == [
-        (3, "KX_CLAMP", "event"),
-        (4, "TRAOOF", "tcp off"),
+        (4, "KX_CLAMP", "event"),
+        (5, "TRAOOF", "tcp off"),
     ]
-    for name, said in (("KX_CLAMP", "no meaning"), ("TRAOOF", "did you mean TRAFOOF?")):
+    for name, said in (("KX_CLAMP", "no meaning"), ("L6", "no meaning"), ("TRAOOF", "did you mean TRAFOOF?")):
         (item,) = view(f"{name}\nM30", dialect="siemens")[1]
         assert (item.code, item.line, item.settled_by, said in item.message) == ("VP002", 1, (("remap", name),), True)
     found = view("MCALL KX_CLAMP(1)\nX5\nM30", dialect="siemens", remap=named)[1]

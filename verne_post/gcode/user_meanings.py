@@ -17,7 +17,7 @@ def refuse_known_meanings(remap: Iterable[str]) -> None:
     """
     fanuc = None
     for code in remap:
-        if code[1:2].isdigit():
+        if code[0] in "GM" and code[1:2].isdigit():
             fanuc = fanuc or make_table()
             is_known = RS274.is_executed(code) and fanuc.is_executed(code)
         else:

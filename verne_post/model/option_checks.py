@@ -36,7 +36,9 @@ from verne_post.model.part_setup import (
 MAX_PARAMETER: Final = 5601
 ACTIVE_SYSTEM: Final = 5220
 #: A G or M code without leading zeros, or the name of a subprogram of a Siemens control.
-CODE: Final = re.compile(r"G(?:0|[1-9][0-9]{0,8})(?:\.[1-9])?|M(?:0|[1-9][0-9]{0,8})|[A-Z_]{2}[A-Z0-9_]{0,29}")
+CODE: Final = re.compile(
+    r"G(?:0|[1-9][0-9]{0,8})(?:\.[1-9])?|M(?:0|[1-9][0-9]{0,8})|L[0-9]{1,7}|[A-Z_]{2}[A-Z0-9_]{0,29}"
+)
 #: What a user-defined code or name may mean.
 Meaning = Literal["tcp on", "tcp off", "ignore", "event"]
 

@@ -216,7 +216,13 @@ class WordReader:
     def _add_code(self, words: Words, letter: str, number: int, cursor: Cursor, at: int, digits: str = "") -> None:
         name = f"{letter}{number}"
         if letter == "L":
-            words.calls.append(Call(f"L{digits or number}", None, at + 1))
+            name = f"L{digits or number}"
+            if name in self.user_names:
+                words.user_names.append(name)
+            elif self.is_subprogram(name):
+                words.calls.append(Call(name, None, at + 1))
+            else:
+                raise _make_unknown_call(name, at + 1)
         elif letter == "M":
             words.m.append((number, at + 1))
         elif (why := explain_refusal(name)) is not None:
@@ -341,19 +347,17 @@ class WordReader:
             return cursor.error("VP001", f"{name} must be the first word of its block", at)
         if name in (*ADDRESSES, *GROUP_OF, *CYCLES):
             return cursor.error("VP001", f"{name}: expected '=' or a number after it", at)
-        text = f"{name}: no meaning in this language, and no file {name}.SPF {_WHERE}"
         if not is_call or CODE.fullmatch(name) is None:
-            return cursor.error("VP002", text, at)
-        near = suggest(name, GROUP_OF, CYCLES, STATEMENTS, NO_EFFECT)
-        if not near:  # of all such names one finding is made
-            text = f"{name}: no meaning in this language, and no file of that name (.SPF) {_WHERE}"
-        return ProgramError(
-            "VP002",
-            f"{text}; {REMAP_GIVES}{near}",
-            at + 1,
-            about=None if near else name,
-            settled_by=("remap", name),
-        )
+            return cursor.error("VP002", f"{name}: no meaning in this language, and no file {name}.SPF {_WHERE}", at)
+        return _make_unknown_call(name, at + 1)
+
+
+def _make_unknown_call(name: str, column: int) -> ProgramError:
+    """Refuse (VP002) a name that is no word and no subprogram; all of a program are one finding, but misspelt ones."""
+    near = suggest(name, GROUP_OF, CYCLES, STATEMENTS, NO_EFFECT) if name.isalpha() else ""
+    file = f"{name}.SPF" if near else "of that name (.SPF)"
+    text = f"{name}: no meaning in this language, and no file {file} {_WHERE}; {REMAP_GIVES}{near}"
+    return ProgramError("VP002", text, column, about=None if near else name, settled_by=("remap", name))
 
 
 _WHOLE: Final = 1e-4
