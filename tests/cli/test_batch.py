@@ -4,6 +4,7 @@ import hashlib
 import json
 import os
 import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -324,6 +325,23 @@ def test_findings_of_the_whole_batch(folder: Path, run: Callable[..., Any]) -> N
     first = Path("s.json").read_text(), Path("j.xml").read_text()
     run("batch", "in", "-o", "out", "-j", 1, "--junit", "j.xml", "--sarif", "s.json", *PLACE)
     assert (Path("s.json").read_text(), Path("j.xml").read_text()) == first
+
+
+def test_hidden_folders_are_not_searched(folder: Path, run: Callable[..., Any]) -> None:
+    """A virtual environment has C headers, which end as Klartext does; what is named by itself is read."""
+    for name in (".all/.venv/numpy.h", ".all/sub/.cache/deep/a.nc"):
+        Path(name).parent.mkdir(parents=True)
+        Path(name).write_text("#include <numpy.h>\n")
+    for words in (("check", ".all"), ("batch", ".all", "-o", "out")):
+        answer = run(*words)
+        assert answer.code == 2
+        assert "no programs in .all; looked for .nc, " in answer.err
+        assert "but not in hidden folders" in answer.err
+    shutil.copy("in/p0.nc", ".all/sub/p0.nc")
+    assert ".all/sub/p0.nc: can run" in run("check", ".all", *PLACE).out
+    assert "1 programs: 1 converted" in run("batch", ".all", "-o", "out", "-j", 1, *PLACE).out
+    assert run("check", ".all/.venv", *PLACE).code == 2
+    assert run("check", ".all/.venv", *PLACE).out.startswith(".all/.venv/numpy.h")
 
 
 def test_shards_are_a_partition(folder: Path, run: Callable[..., Any]) -> None:

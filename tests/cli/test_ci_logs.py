@@ -208,6 +208,8 @@ def test_the_commands_of_the_workflow_in_the_docs(
     page = (Path(__file__).parents[2] / "docs" / "ci.md").read_text("utf-8")
     called, caller = [yaml.safe_load(text) for text in re.findall(r"```yaml\n(name: .*?)```", page, re.DOTALL)]
     given = caller["jobs"]["programs"]["with"]
+    # a called workflow may ask for no more than the caller gives it
+    assert called["permissions"] == caller["jobs"]["programs"]["permissions"]
     # YAML reads the key "on" as true
     assert set(given) <= set(called[True]["workflow_call"]["inputs"])
     monkeypatch.chdir(tmp_path)
@@ -224,6 +226,8 @@ def test_the_commands_of_the_workflow_in_the_docs(
     assert answer.code == 2
     assert answer.out.startswith("::error file=programs/part.nc,line=3")
     assert "| programs/part.nc | refused" in Path("summary.md").read_text()
+    assert steps[-1]["if"].startswith("${{ inputs.sarif && ")
+    assert called[True]["workflow_call"]["inputs"]["sarif"]["default"] is True
     assert steps[-1]["with"]["sarif_file"] == "findings.sarif"
     assert json.loads(Path("findings.sarif").read_text())["runs"][0]["results"]
 

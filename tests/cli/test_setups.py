@@ -5,7 +5,10 @@ above both.
 import json
 import os
 import re
+import shlex
 import shutil
+import subprocess
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -552,3 +555,40 @@ def test_hooks_before_a_commit(name: str, hook: int | None) -> None:
     assert [number for number, pattern in enumerate(patterns) if re.search(pattern, name)] == (
         [] if hook is None else [hook]
     )
+
+
+@pytest.mark.skipif(not (shutil.which("git") and shutil.which("sh")), reason="needs git and sh")
+def test_the_hook_for_all_programs_reads_what_git_tracks(tmp_path: Path) -> None:
+    """Ignored and untracked files do not refuse a commit; a tracked program does, whatever the case of its ending."""
+    yaml = pytest.importorskip("yaml")
+    hooks = yaml.safe_load((Path(__file__).resolve().parents[2] / ".pre-commit-hooks.yaml").read_text("utf-8"))
+    command = shlex.split(hooks[1]["entry"])
+    shown = command[2].partition(" -- ")[2].partition(" | ")[0]
+    assert shlex.split(shown) == [f"*{ending}" for ending in PROGRAMS]
+
+    def run_hook() -> subprocess.CompletedProcess[str]:
+        path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+        words = [*command, "--tool-length", "80", "--wcs", "G54=0,0,60", "--limits-only"]
+        return subprocess.run(
+            words, cwd=tmp_path, env={**os.environ, "PATH": path}, capture_output=True, text=True, check=False
+        )
+
+    subprocess.run(["git", "init", "-q"], cwd=tmp_path, check=True)
+    assert run_hook().returncode == 0  # no program is no mistake
+    (tmp_path / ".gitignore").write_text("build\n")
+    for name in ("build/numpy.h", "untracked.nc"):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_text("#include <numpy.h>\n")
+    (tmp_path / "sub").mkdir()
+    part = tmp_path / "sub" / "two words.NC"
+    part.write_text("G21 G90\nG0 X0 Y0 Z20 A0 C0\nG1 X5 F600\nM2\n")
+    subprocess.run(["git", "add", "."], cwd=tmp_path, check=True)
+    subprocess.run(["git", "rm", "-q", "--cached", "untracked.nc"], cwd=tmp_path, check=True)
+    done = run_hook()
+    assert done.returncode == 0, done.stderr
+    assert "sub/two words.NC: within limits: 0 errors" in done.stdout
+    assert "numpy.h" not in done.stdout + done.stderr
+    part.write_text("G21 G90\nG0 X0 Y0 Z20 A0 C0\nG1 X5000 F600\nM2\n")
+    done = run_hook()
+    assert done.returncode != 0
+    assert "sub/two words.NC:3: VP110 error" in done.stdout

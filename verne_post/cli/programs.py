@@ -36,8 +36,8 @@ def find_programs(
     Parameters
     ----------
     inputs : sequence of str
-        Files, folders, patterns with ``*``, ``?`` and ``**``; "-" is left as it is. The set-up of a program, X.nc.toml,
-        stands for the program X.nc beside it.
+        Files, folders, patterns with ``*``, ``?`` and ``**``; "-" is left as it is. Folders are searched without the
+        hidden ones in them. The set-up of a program, X.nc.toml, stands for the program X.nc beside it.
     but_in : Path, optional
         A folder in which none is looked for.
     may_lack : bool
@@ -61,7 +61,9 @@ def find_programs(
             if not is_dash(match) and path.is_dir():
                 inside = _find_programs_inside(path, but_in)
                 if not inside:
-                    raise click.UsageError(f"no programs in {match}; looked for {', '.join(PROGRAMS)}")
+                    raise click.UsageError(
+                        f"no programs in {match}; looked for {', '.join(PROGRAMS)}, but not in hidden folders"
+                    )
                 found += inside
             else:
                 program = _find_program(path)
@@ -78,11 +80,22 @@ def _find_program(path: Path) -> Path:
 
 
 def _find_programs_inside(folder: Path, but_in: Path | None) -> list[tuple[str, Path]]:
-    """The programs of a folder and those below it."""
+    """The programs of a folder and those below it, without hidden ones."""
     left_out = None if but_in is None else but_in.resolve()
-    files = sorted(one for one in folder.rglob("*") if one.suffix.lower() in PROGRAMS and one.is_file())
+    files = sorted(
+        one
+        for one in folder.rglob("*")
+        if one.suffix.lower() in PROGRAMS and not _is_hidden(one.relative_to(folder).parent) and one.is_file()
+    )
     for one in files:
         if not lies_in(folder, one):
             raise click.UsageError(f"{one}: is a link that leads out of {folder}, which is searched; name it by itself")
     own = [one for one in files if left_out is None or left_out not in one.resolve().parents]
     return [(str(one), one.relative_to(folder)) for one in own]
+
+
+def _is_hidden(folder: Path) -> bool:
+    """Whether the name of a folder or of one above it begins with a dot: those of tools, with C headers (.h) or old
+    copies.
+    """
+    return any(part.startswith(".") for part in folder.parts)
