@@ -62,6 +62,9 @@ SAMPLES = Path(__file__).parents[2] / "gcode_samples"
     ("G0 X1\nM2", "rs274"), ("%\nO1000 (prog)\nG0 X1\nM30\n%", "fanuc"), ("O1000\nG0 X1", "fanuc"),
     ("O1000 (A)\nG0 X1\n", "fanuc"), ("O1000\n#<a>=1", "rs274"), ("o100 sub\no100 endsub", "rs274"),
     ("%\nO1000\nG64 P.01", "rs274"), ("%\nO1\nG43.4 H1\nG10 L20 P1 Z0", "rs274"),
+    ("%\nO1\nG64 P0.01\nG43.4 H1", "rs274"), ("%\nO1\nG64 P0.01\nG54.1 P1", "fanuc"),
+    ("%\nO1\n(G64 P1)\nG43.4 H1\nG61.1", "fanuc"), ("%\nO1\nG61.1", "rs274"), ("O1\nIF [1 EQ 1] GOTO 5\nN5", "fanuc"),
+    ("%\nO1\nG64\nG43.4 H1", "fanuc"),
     ("%\nO1\nG54.1 P1\nG10 L20 P1 Z0", "fanuc"), ("%\no100 sub\n", "rs274"), ("", "rs274"),
     ("% O1000\nG0 X1\n%", "fanuc"), ("%PROG-NC\nG0", "fanuc"), ("%\n:1000\nG0 X1", "fanuc"),
     ("%\nN10 G40 G17\nN20 G65 P9021 T1", "fanuc"), ("G0 X1\nG05 P10000\nX2", "fanuc"), ("G0 X1\nG5.1 Q1", "fanuc"),
@@ -82,6 +85,42 @@ def test_recognised_by_the_header(text, name):
     assert choose_dialect("auto", text.encode(), "") is DIALECTS[name]
     assert choose_dialect("fanuc", text.encode(), "") is DIALECTS["fanuc"]
     assert sum(dialect.recognise(text.encode()) for dialect in DIALECTS.values()) <= 1
+
+
+_WITH_TOLERANCE = "G21 G90 G64 G17 P0.01\nG64 G17 P0.02\nG0 X1\nM30\n%"
+_READ_AS = "; the program was read as fanuc because of {}; if it is rs274, --dialect rs274 reads this word"
+
+
+@pytest.mark.parametrize(
+    ("begin", "sign"),
+    [
+        ("%\nO1001 (A)\n", "O1001"),
+        ("O7\n", "O7"),
+        ("% O1\n", ""),
+        ("%\nO1\nG999\n", "O1"),
+        ("%\nO1\nG43.4 H1\n", "O1"),
+        ("%\nO1\nG68.2 X0 Y0 Z0 I0 J0 K0\n", ""),
+        ("%\nO1\nIF [1 EQ 1] GOTO 5\nN5\n", ""),
+    ],
+)
+def test_a_word_of_the_other_dialect_says_why_the_program_was_read_as_this(machine, begin, sign):
+    """Once, and only where RS274/NGC reads whatever Fanuc reads in the program.
+
+    G68.2, GOTO and words after % it does not read.
+    """
+    text = begin + _WITH_TOLERANCE
+    for dialect in ("auto", "fanuc"):
+        options = Options(dialect=dialect, tool_length=60.0, wcs={1: WorkOffset((0.0, 0.0, 100.0))})
+        with pytest.raises(InputError) as refusal:
+            interpret_program(text.encode(), build_interpreter_setup(machine, options))
+        messages = [item.message for item in refusal.value.findings if item.code == "VP006"]
+        hint = _READ_AS.format(sign) if sign and dialect == "auto" else ""
+        assert messages == [f"nothing in the block uses P0.01{hint}", "nothing in the block uses P0.02"]
+
+
+def test_the_first_error_alone_says_it_too(view):
+    (item,) = view("O3\n" + _WITH_TOLERANCE)[1]
+    assert item.message == "nothing in the block uses P0.01" + _READ_AS.format("O3")
 
 
 def test_samples_are_recognised():

@@ -5,6 +5,9 @@ macro).
 import pytest
 
 from verne_post import check
+from verne_post.app.assemble import build_interpreter_setup
+from verne_post.gcode.read import interpret_program
+from verne_post.model.findings import InputError
 from verne_post.model.options import Options
 
 
@@ -145,6 +148,37 @@ def test_what_is_wrong_has_its_line(view, lines, code, part, line):
     findings = view(program(*lines), dialect="fanuc", max_repeats=500)[1]
     assert [(item.code, item.line) for item in findings] == [(code, line)]
     assert part in findings[0].message
+
+
+_MISSING = "{0}: there is no O9010 in the program, and no file 9010.ngc or O9010.nc beside it"
+
+
+@pytest.mark.parametrize(
+    ("lines", "found"),
+    [
+        # what is wrong with a line by itself is told; values, modes and positions may be those of the macro
+        (
+            ("G65 P9010 A1", "G0 X#100", "G91 G1 X1", "G12.1", "G17 G18", "M98 P9010", "G0 P3"),
+            [("VP023", 5), ("VP002", 8), ("VP003", 9), ("VP023", 10), ("VP006", 11)],
+        ),
+        (("G65 P9010", "IF [#100 EQ #0] THEN #3000=1(NO PROBE)", "G12.1"), [("VP023", 5), ("VP002", 7)]),
+        # a macro that G66 calls is missing once
+        (("G66 P9010", "G0 X1", "X2", "G67", "G12.1"), [("VP023", 6), ("VP002", 9)]),
+        # a loop whose end the macro would have set ends the search
+        (("G65 P9010", "WHILE [#100 LT 5] DO1", "G0 X3", "END1", "G12.1"), [("VP023", 5)]),
+        (("G65 P9010", "N1 G0 X1", *("X2",) * 60, "GOTO 1", "G12.1"), [("VP023", 5)]),
+        (("M98 P39010", "G12.1"), [("VP023", 5), ("VP002", 6)]),
+        (("M97 P5", "G12.1"), [("VP023", 5)]),
+    ],
+)
+def test_a_program_without_its_macro_is_read_on(machine, lines, found):
+    with pytest.raises(InputError) as refusal:
+        setup = build_interpreter_setup(machine, Options(dialect="fanuc", max_repeats=500))
+        interpret_program(program(*lines).encode(), setup)
+    findings = refusal.value.findings
+    assert [(item.code, item.line) for item in findings] == found
+    word = lines[0].split(" A")[0]
+    assert findings[0].message == _MISSING.format(word) or word[0] == "M"
 
 
 def test_a_computed_jump_is_no_cl_file(view):

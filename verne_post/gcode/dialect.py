@@ -12,6 +12,13 @@ from verne_post.gcode.setup import Setup
 from verne_post.gcode.words import read_whole_lines
 
 
+class Rival(Struct, frozen=True):
+    """A dialect whose texts look like those of another, and what shows that a text is of the latter."""
+
+    name: str
+    find_sign: Callable[[Text], str]  #: Empty where nothing shows it.
+
+
 class Dialect(Struct, frozen=True):
     """One controller dialect."""
 
@@ -24,6 +31,7 @@ class Dialect(Struct, frozen=True):
     names_axis: Callable[[Text, str, Setup], bool]
     #: Of files whose text is of this dialect where no dialect recognises it, in lower case.
     endings: tuple[str, ...] = ()
+    rival: Rival | None = None  #: Might read a text that this one has recognised.
 
 
 def names_axis_in_blocks(source: Text, letter: str, setup: Setup) -> bool:

@@ -20,6 +20,8 @@ from verne_post.model.moves import AXES
 _MOST_NAMES: Final = 8
 #: Errors after which a program does not go on: the next line is not known.
 FATAL: Final = ("VP023", "VP024", "VP027")
+#: Errors that a line has whatever has been executed before it; a program that is missing is one of them (VP023).
+OF_TEXT: Final = ("VP001", "VP002", "VP003", "VP004", "VP006", "VP011", "VP023")
 #: Most findings, and errors that they count: a file with more is no G-code, or has one mistake in every line.
 MAX_ERRORS, MAX_COUNTED = 50, 1_000
 
@@ -50,7 +52,8 @@ class Execution(Struct):
         column = error.column if file is None else None
         self.report_at_line(error.code, message, shown_number, column, error.about, error.settled_by)
         self._error_count += 1
-        return error.code not in FATAL and len(self.errors) < MAX_ERRORS and self._error_count < MAX_COUNTED
+        goes_on = error.goes_on or error.code not in FATAL
+        return goes_on and len(self.errors) < MAX_ERRORS and self._error_count < MAX_COUNTED
 
     def report_all(self, errors: Iterable[ProgramError], line: int, **where: Any) -> bool:
         """Report the errors of one block; False where execution cannot go on after them."""

@@ -1,5 +1,8 @@
 """A whole program -> Moves: its dialect, every error, and where it starts."""
 
+from dataclasses import replace
+from typing import Final
+
 from verne_post.base.long_text import Text
 from verne_post.gcode.dialect import Dialect
 from verne_post.gcode.dialects import DIALECTS, choose_dialect
@@ -13,6 +16,9 @@ from verne_post.gcode.setup import Setup
 from verne_post.gcode.start import find_start
 from verne_post.model.findings import Finding, InputError
 from verne_post.model.moves import Moves
+
+#: Codes of errors about words that another dialect may have.
+_ABOUT_WORDS: Final = ("VP002", "VP003", "VP006")
 
 
 def interpret_program(source: Text, setup: Setup) -> Moves:
@@ -66,21 +72,50 @@ def interpret_until_error(source: Text, setup: Setup) -> tuple[Moves, tuple[Find
     if errors:
         every = dialect.execute(source, setup, dialect.initial_state(setup), StopConditions()).errors
         other = _find_language(source, every, dialect)
-        errors = errors if other is None else [other]
+        errors = _show_rival(source, setup, errors, every, dialect) if other is None else [other]
     return execution.recorder.freeze(start, frame, Parameters(setup, state).list_persistent()), tuple(errors)
 
 
-def _find_cause(source: Text, errors: list[Finding], dialect: Dialect) -> list[Finding]:
+def _find_cause(source: Text, errors: list[Finding], dialect: Dialect, setup: Setup) -> list[Finding]:
     """Errors in the order of their lines; one alone where the program is in another language."""
     other = _find_language(source, errors, dialect)
-    return sorted(errors, key=lambda item: item.line or 0) if other is None else [other]
+    if other is not None:
+        return [other]
+    found = sorted(errors, key=lambda item: item.line or 0)
+    return _show_rival(source, setup, found, found, dialect)
+
+
+def _show_rival(
+    source: Text, setup: Setup, errors: list[Finding], every: list[Finding], dialect: Dialect
+) -> list[Finding]:
+    """Errors, of which the first about a word that the rival of a recognised dialect reads says so.
+
+    The rival must read all that this dialect reads: it has no error in a line in which ``every`` has none.
+    """
+    refused_words = [item for item in every if item.code in _ABOUT_WORDS]
+    if setup.dialect != "auto" or dialect.rival is None or not refused_words:
+        return errors
+    rival = DIALECTS[dialect.rival.name]
+    state = rival.initial_state(setup)
+    state.known_axes = [True] * 9
+    bad_lines = {item.line for item in rival.execute(source, setup, state, StopConditions()).errors}
+    at = next((at for at, item in enumerate(errors) if item in refused_words and item.line not in bad_lines), None)
+    if at is None or not bad_lines <= {item.line for item in every}:
+        return errors
+    sign = dialect.rival.find_sign(source)
+    name = next(name for name, other in DIALECTS.items() if other is dialect)
+    hint = (
+        f"; the program was read as {name} because of {sign}; if it is {dialect.rival.name}, --dialect "
+        f"{dialect.rival.name} reads this word"
+    )
+    return [replace(item, message=item.message + hint) if n == at else item for n, item in enumerate(errors)]
 
 
 def _make_refusal(
     source: Text, errors: list[Finding], dialect: Dialect, execution: Execution, setup: Setup
 ) -> InputError:
     """The errors of a program; where a tool is missing, with the work offsets that nobody gave either."""
-    found = _find_cause(source, errors, dialect)
+    found = _find_cause(source, errors, dialect, setup)
     if execution.recorder.count and any(item.code in ("VP012", "VP018") for item in found):
         moves = execution.recorder.freeze(list(execution.state.position), execution.state.frame, {})
         found += report_missing_offsets(moves, setup)

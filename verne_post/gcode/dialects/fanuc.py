@@ -6,18 +6,18 @@ They are blocks of RS274/NGC with words of their own: :mod:`verne_post.gcode.rs2
 from typing import Final
 
 from verne_post.base.long_text import Text
-from verne_post.gcode.dialect import Dialect, names_axis_in_blocks
+from verne_post.gcode.dialect import Dialect, Rival, names_axis_in_blocks
 from verne_post.gcode.execution import Execution, StopConditions
 from verne_post.gcode.initial_state import make_initial_state
 from verne_post.gcode.machining.state import State
-from verne_post.gcode.rs274.fanuc_text import find_program, is_fanuc
+from verne_post.gcode.rs274.fanuc_text import find_program, find_sign
 from verne_post.gcode.setup import Setup
 from verne_post.model.control_keys import FanucKeys, read_keys
 
 
-def _recognise(source: Text) -> bool:
+def _find_sign(source: Text) -> str:
     start = find_program(source)
-    return is_fanuc(source[start : start + (1 << 16)])
+    return find_sign(source[start : start + (1 << 16)])
 
 
 def _make_initial_state(setup: Setup) -> State:
@@ -35,4 +35,10 @@ def _execute(source: Text, setup: Setup, state: State, stop: StopConditions) -> 
     return execute_fanuc(source, setup, state, stop)
 
 
-DIALECT: Final[Dialect] = Dialect(_recognise, _make_initial_state, _execute, names_axis_in_blocks)
+DIALECT: Final[Dialect] = Dialect(
+    lambda source: bool(_find_sign(source)),
+    _make_initial_state,
+    _execute,
+    names_axis_in_blocks,
+    rival=Rival("rs274", _find_sign),
+)

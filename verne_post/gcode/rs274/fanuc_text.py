@@ -4,6 +4,7 @@ import re
 from typing import Final
 
 from verne_post.base.long_text import Text
+from verne_post.base.printable import make_printable_in_place
 from verne_post.gcode.block import strip_comments
 from verne_post.gcode.expressions import ValueReader, Values
 
@@ -27,23 +28,33 @@ _LISTING: Final = re.compile(
 _HEADER_LINES: Final = 200
 #: ``%`` and a program number, or such a number alone in its line.
 _OPENING: Final = re.compile(
-    rb"\s*%[^\n]*\n\s*[O:]\s*[0-9]++(?!\s*(?:SUB|CALL|IF|WHILE|DO|REPEAT))|\s*O[ \t]*[0-9]++[ \t\r]*(?:\([^\n]*)?(?:\n"
-    rb"|$)",
+    rb"\s*%[^\n]*\n\s*[O:]\s*[0-9]++(?![ \t]*(?:SUB|CALL|IF|WHILE|DO|REPEAT))|\s*O[ \t]*[0-9]++[ \t\r]*"
+    rb"(?:\([^\n]*)?(?:\n|$)",
     re.IGNORECASE,
 )
+#: Text after ``%``, or ``:1000`` after such a line.
+_TITLE: Final = re.compile(rb"\s*%(?!_N_)[ \t]*[^ \t\r\n][^\r\n]*|\s*(?:%[^\n]*\n\s*)?:[0-9]+")
+_PROGRAM_NUMBER: Final = re.compile(rb"[O:]\s*[0-9]+", re.IGNORECASE)
+#: Letters of such words that a message shows.
+_SHOWN_LETTERS: Final = 20
 #: Beside a header these outweigh words of RS274/NGC.
 _OWN_CODES: Final = re.compile(
-    rb"(?<![A-Z])G0*(?:43\.[45]|68\.2|53\.1|54\.1|5\.1|69|8(?=\s*P)|6\.2)(?![0-9.])|(?<![A-Z])M98\s*P[0-9]{5,}",
+    rb"(?<![A-Z])G0*(?:68\.2|53\.1|54\.1|5\.1|69|8(?=\s*P)|6\.2)(?![0-9.])|(?<![A-Z])M98\s*P[0-9]{5,}",
     re.IGNORECASE,
 )
 #: These need no header, where no word of RS274/NGC is beside them: calls of macros, and look-ahead modes.
 _FANUC_ONLY: Final = re.compile(
     rb"(?<![A-Z])G0*(?:6[56][ \t]*P[0-9]|5\.1[ \t]*Q[01]|[58][ \t]*P[0-9]+[ \t\r]*(?:[(;\n]|$))", re.IGNORECASE
 )
+#: G43.4 and G43.5, which RS274/NGC has here too, outweigh its words as those do, but not its G64 P.
+_SHARED_CODES: Final = re.compile(rb"(?<![A-Z])G0*43\.[45](?![0-9.])", re.IGNORECASE)
+#: A path tolerance: G64 of Fanuc has no words.
+_TOLERANCE: Final = re.compile(rb"(?<![A-Z])G0*64[ \t]*[PQ]", re.IGNORECASE)
 #: What only RS274/NGC has: such a text is not Fanuc's, whatever its header.
 _OTHER_CODES: Final = re.compile(
-    rb"#<|(?<![A-Z])O\s*(?:<|[0-9]+\s*(?:SUB|CALL|IF|WHILE|DO|REPEAT))|\((?:MSG|DEBUG|PRINT|ABORT),|(?<![A-Z])G0*64[ "
-    rb"\t]*[PQ]|(?<![A-Z])G0*(?:43\.2|43\.1(?![^\n]*H)|59\.[123]|61\.1|92\.[23]|9[01]\.1|4[12]\.1|5\.[23])(?![0-9.])",
+    rb"#<|(?<![A-Z])O\s*(?:<|[0-9]+[ \t]*(?:SUB|CALL|IF|WHILE|DO|REPEAT))|\((?:MSG|DEBUG|PRINT|ABORT),|"
+    + _TOLERANCE.pattern
+    + rb"|(?<![A-Z])G0*(?:43\.2|43\.1(?![^\n]*H)|59\.[123]|61\.1|92\.[23]|9[01]\.1|4[12]\.1|5\.[23])(?![0-9.])",
     re.IGNORECASE,
 )
 #: G10 L20, and G54.1.
@@ -51,21 +62,32 @@ _HERE: Final = re.compile(rb"(?<![A-Z])L[ \t]*20(?![0-9.])", re.IGNORECASE)
 _ADDITIONAL_CODE: Final = re.compile(rb"(?<![A-Z])G0*54\.1", re.IGNORECASE)
 
 
-def is_fanuc(begin: bytes) -> bool:
-    """Whether text follows ``%``, or an O number stands with it or alone, unless words are RS274/NGC's alone.
+def find_sign(begin: bytes) -> str:
+    """The words for which a text is Fanuc's; empty where none are, or where others are RS274/NGC's alone.
 
-    ``begin`` is how the program begins, behind what a listing prints before it.
+    They are text after ``%``, an O number with it or alone, or calls of macros and look-ahead modes. ``begin`` is how
+    the program begins, behind what a listing prints before it.
     """
     head = b"\n".join(begin.split(b"\n")[:_HEADER_LINES])
-    if re.match(rb"\s*%(?!_N_)[ \t]*[^ \t\r\n]", head) or re.match(rb"\s*(?:%[^\n]*\n\s*)?:[0-9]+", head):
-        return True
+    if match := _TITLE.match(head):
+        return _show(match.group())
     without_comments = re.sub(rb"\([^)\n]*(?:\)|$)", b"", head, flags=re.MULTILINE)
-    if _OPENING.match(head) is None:
-        return _FANUC_ONLY.search(without_comments) is not None and _OTHER_CODES.search(head) is None
+    opening = _OPENING.match(head)
+    if opening is None:
+        own = _FANUC_ONLY.search(without_comments)
+        return "" if own is None or _OTHER_CODES.search(head) else _show(own.group())
     if _HERE.search(without_comments) and not _ADDITIONAL_CODE.search(without_comments):
-        return False  # G10 L20 is an origin of G54.1 there, and the present place in RS274/NGC
+        return ""  # G10 L20 is an origin of G54.1 there, and the present place in RS274/NGC
     # read as Fanuc's, an RS274 text is refused or stays higher; the other way it would dwell for minutes
-    return _OWN_CODES.search(without_comments) is not None or _OTHER_CODES.search(head) is None
+    outweighs = _OWN_CODES.search(without_comments) or (
+        _SHARED_CODES.search(without_comments) and not _TOLERANCE.search(without_comments)
+    )
+    number = _PROGRAM_NUMBER.search(opening.group())
+    return _show(number.group()) if number and (outweighs or not _OTHER_CODES.search(head)) else ""
+
+
+def _show(words: bytes) -> str:
+    return make_printable_in_place(words.decode("latin-1").strip())[:_SHOWN_LETTERS]
 
 
 def prepare_line(text: str) -> str:

@@ -220,7 +220,7 @@ class Flow:
         elif call.repeats > 0:
             label, repeats = self._choose_program(call)
             text, begin = (
-                self.find_program(label)
+                self.find_program(label, call.word)
                 if call.number is None
                 else (self.calls.text, self.macros.find_block(call.number, line))
             )
@@ -264,6 +264,7 @@ class Flow:
                 f"{'and' if is_whole else 'nor'} O{short}, which Fanuc controls call {repeats} times, "
                 f"{'are' if is_whole else 'is'} in the program or in a file beside it; "
                 + (f"write M98 P{label} L1, or M98 P{short} L{repeats}" if is_whole else "put it there"),
+                goes_on=not is_whole,
             )
         return (label, call.repeats) if is_whole else call.divided_label
 
@@ -272,21 +273,22 @@ class Flow:
             self._find_file(name) is not None for name in _spell_program(label)
         )
 
-    def find_program(self, label: str) -> tuple[ProgramText, int]:
-        """The text that has a program number, and its line."""
+    def find_program(self, label: str, word: str) -> tuple[ProgramText, int]:
+        """The text that has a program number, and its line; ``word`` calls it."""
         for text in (self.calls.text, self.calls.main):
             if label in text.structure.programs:
                 return text, text.structure.programs[label]
             if label in text.structure.subs:
-                raise ProgramError("VP023", f"o{label} sub is called with o{label} call, not with M98")
+                raise ProgramError("VP023", f"o{label} sub is called with o{label} call, not with {word}")
         for name in _spell_program(label):
             text_of_file = self._find_file(name)
             if text_of_file is not None:
                 return text_of_file, text_of_file.structure.programs.get(label, text_of_file.first_line)
         raise ProgramError(
             "VP023",
-            f"M98 P{label}: there is no O{label} in the program, and no file {label}.ngc or "
+            f"{word} P{label}: there is no O{label} in the program, and no file {label}.ngc or "
             f"O{int(label):04d}.nc beside it",
+            goes_on=True,
         )
 
 

@@ -49,7 +49,7 @@ _PLAIN_MOTIONS: Final = {0.0: 0, 1.0: 10, 2.0: 20, 3.0: 30}
 
 
 class Call(Struct, frozen=True):
-    """M98: which subprogram, how often; label None: M99."""
+    """Which subprogram, how often; label None: M99. ``word`` begins the call, before P."""
 
     label: str | None
     column: int | None
@@ -60,6 +60,7 @@ class Call(Struct, frozen=True):
     #: Local variables of a macro (G65, G66); ``keeps``: they are kept from one call to the next (G66).
     arguments: dict[int, float] | None = None
     keeps: bool = False
+    word: str = "M98"
 
 
 _SYSTEMS: Final = {540: 1, 550: 2, 560: 3, 570: 4, 580: 5, 590: 6, 591: 7, 592: 8, 593: 9}

@@ -65,7 +65,9 @@ def find_macro_call(block: Block, codes: set[int], modes: Modes, axes: str) -> C
     column = next(at for letter, number, at in block.codes if letter == "G" and round(number) in (65, 66))
     words = Block(block.line, words=calls)
     repeats = read_whole(words, "L") if "L" in calls else 1
-    call = Call(str(read_whole(words, "P")), column, repeats, arguments=dict(arguments), keeps=660 in codes)
+    word = "G66" if 660 in codes else "G65"
+    label = str(read_whole(words, "P"))
+    call = Call(label, column, repeats, arguments=dict(arguments), keeps=660 in codes, word=word)
     if 650 in codes:
         return call
     if modes.macro is not None:

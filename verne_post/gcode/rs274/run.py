@@ -3,7 +3,7 @@
 from verne_post.base.long_text import Text
 from verne_post.gcode import plain
 from verne_post.gcode.block import Block
-from verne_post.gcode.execution import Execution, StopConditions, run_program
+from verne_post.gcode.execution import OF_TEXT, Execution, StopConditions, run_program
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.plain_vectors import end_of_vectors, take_vectors
 from verne_post.gcode.program_error import ProgramError
@@ -33,11 +33,14 @@ class _BlockRun:
 
     def __init__(self, flow: Flow, recovery: Recovery | None) -> None:
         self.flow, self.calls, self.recovery = flow, flow.calls, recovery
+        #: A call has been left out, whose program is missing: it may set any mode and variable, and stops loops.
+        self._misses_program = False
+        self._gives_up = False
 
     @property
     def has_ended(self) -> bool:
-        """True after M2 or M30."""
-        return self.flow.interpreter.has_ended
+        """True after M2 or M30, and where a loop does not end because a program is missing."""
+        return self._gives_up or self.flow.interpreter.has_ended
 
     def may_restart(self) -> bool:
         """True where nothing of earlier blocks is still to come."""
@@ -51,9 +54,20 @@ class _BlockRun:
     def execute(self, chunk: Chunk, stop: StopConditions) -> tuple[int, list[ProgramError]]:
         """Execute the next line, or a stretch at once."""
         line = self.calls.line
-        if self._execute_stretch(chunk, stop):
-            return self.calls.line, []
-        return line + 1, self._execute_line(chunk)
+        try:
+            if self._execute_stretch(chunk, stop):
+                return self.calls.line, []
+            errors = self._execute_line(chunk)
+        except ProgramError as error:
+            if not self._misses_program or error.code in OF_TEXT:
+                raise
+            # after any other error the next line would be the same again, or in the same loop
+            self._gives_up = self.calls.line == line or error.code == "VP024"
+            return line + 1, []
+        if self._misses_program:
+            errors = [error for error in errors if error.code in OF_TEXT]
+        self._misses_program = self._misses_program or any(error.goes_on for error in errors)
+        return line + 1, errors
 
     def _execute_stretch(self, chunk: Chunk, stop: StopConditions) -> bool:
         """Execute a stretch of plain lines at once; False where there is none."""
@@ -138,6 +152,7 @@ class _BlockRun:
                 if recovery is None:
                     raise
                 errors.append(error)
+                interpreter.modes.macro = None  # of G66: it is missing after every move
         return errors
 
     def end_text(self, execution: Execution) -> bool:
