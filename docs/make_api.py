@@ -20,10 +20,12 @@ machine = vp.load_machine("verne")
 options = vp.Options(tool_length=80, wcs={"G54": (-10, 15, 60)})
 result = vp.convert(Path("gcode_samples/pocket_3axis.nc"), machine, options)
 if result.ok:
-    frame = result.setpoints.to_pandas()       # or to_polars(), to_dict(), to_csv()
+    result.setpoints.to_csv("axes.csv")        # or to_dict()
 else:
     print(result)                              # findings as a table; in a notebook as HTML
 ```
+
+`to_pandas()` and `to_polars()` make data frames. They need the extras `pandas` and `polars` ([install](install.md)).
 
 Programs are given as bytes, as text, or as a `pathlib.Path`. A path brings the subprograms beside
 it, and the set-up `part.nc.toml`, as on the command line: its offsets, tools, fixtures and options

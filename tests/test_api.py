@@ -170,6 +170,16 @@ def test_a_name_of_a_file_is_not_taken_for_a_program(monkeypatch: pytest.MonkeyP
     monkeypatch.chdir(POCKET.parent)
     with pytest.raises(vp.UsageError, match=r"pathlib\.Path\('pocket_3axis\.nc'\)"):
         vp.convert("pocket_3axis.nc", "verne", OPTIONS)
+    for absent in ("absent.nc", "C:\\parts\\part.h", "../parts/1.ngc"):
+        with pytest.raises(vp.UsageError, match=f"{absent!r} is taken as text; pass pathlib.Path".replace("\\", r"\\")):
+            vp.check(absent, "verne", OPTIONS)
+    with pytest.raises(vp.UsageError, match=r"pathlib\.Path\('axes\.csv'\)"):
+        vp.verify("axes.csv", SHORT, "verne", OPTIONS)
+
+
+@pytest.mark.parametrize("text", ["G1X5.F100", "(part.nc)", ";part.nc", "CALL PGM part.h", "M2"])
+def test_a_program_of_one_line_is_no_name_of_a_file(text: str) -> None:
+    assert not vp.check(text, "verne", OPTIONS).ok
 
 
 @pytest.mark.parametrize(

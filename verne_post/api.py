@@ -8,6 +8,7 @@ UsageError.
 import io
 import math
 import os
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import get_args
@@ -47,6 +48,8 @@ from verne_post.toolpath.work_offset import Aim, Proposal
 
 #: A program: its bytes, its text, or where its file is.
 Source = bytes | str | os.PathLike[str]
+#: A text of one word that no language reads, and that ends as names of files do.
+_FILE_NAME = re.compile(r"\s*[^\s;()]+\.[A-Za-z]+\s*")
 #: A machine, its name, or where its file is.
 MachineLike = Machine | str | os.PathLike[str]
 
@@ -340,7 +343,7 @@ def _read(source: Source, what: str) -> Text:
         except ValueError:
             raise UsageError(what, f"{str(source)!r}: a file name has no zero byte") from None
     if isinstance(source, str):
-        if "\n" not in source and source.strip() and os.path.exists(source):
+        if "\n" not in source and source.strip() and (os.path.exists(source) or _FILE_NAME.fullmatch(source)):
             raise UsageError(what, f"{source!r} is taken as text; pass pathlib.Path({source!r}) to read the file")
         try:
             return strip_mark(source.encode())

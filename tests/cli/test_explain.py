@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from verne_post import load_machine
+from verne_post.app.explain_line import is_axis_named
 from verne_post.cli.main import main
 from verne_post.config import list_machine_files, schema
 from verne_post.model.codes import CODES
@@ -107,6 +108,43 @@ def test_a_line_from_words_to_sliders(explain: Callable[..., str]) -> None:
     assert scalar(text, r"rho3 \S+, a ") == pytest.approx(60 + np.degrees(alpha), **near)
     assert "findings: none, the whole line is legal" in text
     assert "what would" not in text
+
+
+@pytest.mark.parametrize(
+    ("text", "named"),
+    [
+        ("PLANE SPATIAL SPA+10 SPB+0 SPC+0 TURN FMAX", ""),
+        ("PLANE POINTS P1X+0 P1Y+0 P1Z+5 TURN FMAX", ""),
+        ("L X+Q5 IY-2 R0 FMAX ; Z+3", "XY"),
+        ("CP IPA+30 DR+", ""),
+        ("L A+Q120 C+Q122 FMAX", "AC"),
+        ("G1 X=R1 Y=AC(5) C=DC(R2)", "XYC"),
+        ('MSG("X 5") G1 Z=IC(-R3)', "Z"),
+        ("o1 call [5] [7]", ""),
+        ("g1x[#1+2]y#2(z 5)", "XY"),
+        ("GOTO/5,0,20", "XYZ"),
+    ],
+)
+def test_axes_that_a_computed_line_names(text: str, named: str) -> None:
+    assert "".join(letter for letter in "XYZABC" if is_axis_named(text, letter)) == named
+
+
+def test_a_plane_names_no_axis(explain: Callable[..., str]) -> None:
+    """The table turns and takes the tip along; the line has no X to be shown."""
+    program = lines(
+        "0 BEGIN PGM P MM",
+        "1 TOOL CALL 1 Z S5000",
+        "2 L X+10 Y+20 Z+80 A+0 C+0 R0 FMAX",
+        "3 Q1 = 5",
+        "4 PLANE SPATIAL SPA+10 SPB+0 SPC+0 TURN F2000",
+        "5 L X+Q1 R0 F2000",
+        "6 END PGM P MM",
+    )
+    place = ("--tool-length", "80", "--wcs", "G54=0,0,50")
+    text = explain(program, 5, *place)
+    assert re.search(r"program coordinates  X \S+ mm, Y \S+ mm, Z \S+ mm, A ", text)
+    assert "as the line says" not in text
+    assert re.search(r"X \S+ mm \(as the line says\), Y \S+ mm, ", explain(program, 6, *place))
 
 
 def test_words_in_inches_with_a_shift_on_a_turned_part(explain: Callable[..., str]) -> None:

@@ -62,7 +62,11 @@ def test_a_finding_is_the_same_in_every_format(run: Callable[..., Any], files: l
     annotations = re.findall(
         r"::\w+ file=([^,]*),line=(\d+).*title=(VP\d+) [^:]*::(.*)", reported(run, files, "github")
     )
-    assert sorted((file, code, int(line), text) for file, line, code, text in annotations) == wanted
+    told = [(file, code, int(line), *text.split("%0A", 1)) for file, line, code, text in annotations]
+    assert sorted((file, code, line, text) for file, code, line, text, _remedy in told) == wanted
+    remedies = {code: remedy for _file, code, _line, _text, remedy in told}
+    assert remedies["VP006"] == CODES["VP006"].remedy
+    assert remedies["VP102"] == "`verne-post explain tilt.nc:3` says how much is needed"
     cases = ElementTree.fromstring(reported(run, files, "junit").encode()).iter("testcase")
     text = "\n".join(node.text or "" for case in cases for node in case)
     for file, code, line, message in wanted:
@@ -149,7 +153,7 @@ def test_odd_characters_survive_every_format() -> None:
     assert json.loads(sarif.write(reports))["runs"][0]["results"][0]["message"]["text"] == odd.message
     (line,) = github.write(reports).splitlines()
     assert line.startswith("::error file=d%2Ci%3Ar/\u00e4 %25.nc,line=1,col=2,title=VP001 unreadable block::")
-    assert line.endswith("<c> \u00e4%0A50%25, x: y")
+    assert line.endswith(f"<c> \u00e4%0A50%25, x: y%0A{CODES['VP001'].remedy}")
 
 
 def test_github_shows_ten_of_each_level_and_says_how_many_more() -> None:

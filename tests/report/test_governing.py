@@ -409,6 +409,9 @@ def test_worst_places_are_where_the_rows_are_worst() -> None:
     rows = verne_post.convert(source, MACHINE, options).setpoints
     assert rows is not None
     places = {place.what.split(":")[0]: place for place in find_worst_places(MACHINE, seen)}
+    slow = [what for what in places if "lose" in what]
+    assert slow
+    assert all(re.fullmatch(r"line \d+ loses|lines \d+ to \d+ lose", what) for what in slow), slow
     values = np.pad(rows.values, ((3, 0), (0, 0)), mode="edge")
     for order, name in enumerate(("velocity", "acceleration", "jerk"), start=1):
         limit = getattr(MACHINE.limits, name) * np.abs([column.factor for column in MACHINE.columns])

@@ -1,5 +1,6 @@
 """One line of a program worked through: words, pose, every solution, findings, and what would make it legal."""
 
+import re
 from collections.abc import Iterator, Sequence
 
 import numpy as np
@@ -124,9 +125,12 @@ def _describe_program_step(line: Line, angles: Array) -> Iterator[str]:
         elif letter in named:
             scale = " in" if line.state.modes.inch and letter not in "ABC" else ""
             how = f"{word} {letter}{format_number(named[letter])}{scale}{''.join(machine_words)}"
-        else:
-            how = "kept" if block is not None else "as the line says"
-        parts.append(f"{letter} {format_number(end[AXES.index(letter)])} {unit} ({how})")
+        elif block is not None:
+            how = "kept"
+        else:  # by a rotated plane or a polar end, a line also moves axes that it does not name
+            how = "as the line says" if is_axis_named(line.text, letter) else ""
+        value = f"{letter} {format_number(end[AXES.index(letter)])} {unit}"
+        parts.append(f"{value} ({how})" if how else value)
     yield f"  program coordinates  {', '.join(parts)}"
     shift = np.asarray(frame.g92)
     if shift.any():
@@ -143,6 +147,23 @@ def _describe_program_step(line: Line, angles: Array) -> Iterator[str]:
         yield (
             f"  table                {' and '.join(machine.rotary_letters)} are on another branch than the words name"
         )
+
+
+#: Comments, texts and values of functions, in which letters name nothing.
+_NO_WORDS = re.compile(r'\([^()]*\)|;.*|"[^"]*"')
+#: A statement of CL files that gives X, Y and Z by their order.
+_BY_ORDER = re.compile(r"\s*(?:GOTO|GODLTA|FROM)\s*/", re.IGNORECASE)
+
+
+def is_axis_named(text: str, letter: str) -> bool:
+    """Whether a line has a word of the axis: the letter, also after Klartext's I, before a value that may be computed.
+
+    Letters inside other words (SPA+10, FMAX, P1X+0) are none.
+    """
+    if letter in "XYZ" and _BY_ORDER.match(text):
+        return True
+    word = rf"(?<![A-Z_])(?<!P\d)I?{letter}\s*[-+.\d\[#=Q]"
+    return re.search(word, _NO_WORDS.sub(" ", text), re.IGNORECASE) is not None
 
 
 def _describe_machine_steps(machine: Machine, tip: Array, angles: Array, tool: float) -> Iterator[str]:

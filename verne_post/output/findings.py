@@ -85,12 +85,18 @@ def quote_line(item: Finding, source: "Text", program: str) -> list[str]:
     lines = [quoted] if line.strip() else []
     if item.column is not None:
         lines.append(f"  {blank} | {' ' * (column - 1 - begin + (3 if begin else 0))}^")
+    return lines + [f"  {blank} = {text}" for text in list_remedies(item, program)]
+
+
+def list_remedies(item: Finding, program: str) -> list[str]:
+    """What helps against a finding, each in one line: remedies that were tried first. Nothing for warnings of poses."""
     if not is_about_pose(item.code) or item.code in OF_THE_PART:
-        lines.append(f"  {blank} = {CODES[item.code].title}: {describe_remedy(item, program)}")
-    else:
-        lines += [f"  {blank} = tried: {make_printable(text)}" for text in item.remedies]
-        lines.append(f"  {blank} = `verne-post explain {make_printable(program)}:{at}` says how much is needed")
-    return lines
+        return [f"{CODES[item.code].title}: {describe_remedy(item, program)}"]
+    if item.severity != "error":
+        return []
+    at = item.worst_line or item.line
+    explain = f"`verne-post explain {make_printable(program)}:{at}` says how much is needed"
+    return [f"tried: {make_printable(text)}" for text in item.remedies] + [explain] * bool(at)
 
 
 #: What helps where a code of the builder has no meaning yet.

@@ -214,8 +214,8 @@ def _find_slow_stretches(study: Study, governing: Governing) -> Iterator[Place]:
         begin, end = int(begins[k]), int(ends[k])
         frame = begin + int(lost[begin : end + 1].argmax())
         first, last = study.line[[begin, end]]
-        lines = f"line {first}" if first == last else f"lines {first} to {last}"
-        yield Place(f"{lines} lose: {governing.names[governing.of_frame[frame]]}", f"{sums[k]:.3f} s", frame)
+        lines = f"line {first} loses" if first == last else f"lines {first} to {last} lose"
+        yield Place(f"{lines}: {governing.names[governing.of_frame[frame]]}", f"{sums[k]:.3f} s", frame)
 
 
 def iterate_shares(machine: Machine, study: Study, name: str) -> Iterator[tuple[Array, Array]]:

@@ -11,7 +11,7 @@ from verne_post.model.codes import CODES
 from verne_post.model.findings import Finding
 from verne_post.model.machine import Machine
 from verne_post.model.verdict import Verdict
-from verne_post.output.findings import Report
+from verne_post.output.findings import Report, list_remedies
 
 #: Annotations of each level that GitHub shows for one step.
 MAX_ANNOTATIONS: Final = 10
@@ -48,8 +48,10 @@ def _write_annotation(program: str, item: Finding) -> str:
             where.append(f"endLine={item.last_line}")
         if item.column is not None:
             where.append(f"col={item.column}")
-    where.append(f"title={_escape_property(f'{item.code} {CODES[item.code].title}')}")
-    return f"::{_LEVELS[item.severity]} {','.join(where)}::{_escape_data(item.message)}"
+    title = CODES[item.code].title
+    where.append(f"title={_escape_property(f'{item.code} {title}')}")
+    text = "\n".join([item.message, *(text.removeprefix(f"{title}: ") for text in list_remedies(item, program)[:1])])
+    return f"::{_LEVELS[item.severity]} {','.join(where)}::{_escape_data(text)}"
 
 
 def _find_path_in_repository(program: str) -> str:
