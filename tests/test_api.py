@@ -300,7 +300,7 @@ def test_options_are_written_once() -> None:
     record = vp.Options().record()
     for name in options.OPTIONS:
         assert options.find_about(name).help.endswith("."), name
-        assert name in ("source_name", "setup_source", "jobs") or options.find_key(name) in record
+        assert name in ("source_name", "setup_source", "subroutine_files", "jobs") or options.find_key(name) in record
 
 
 @pytest.mark.parametrize("module", [api, options])

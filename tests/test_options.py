@@ -187,6 +187,13 @@ def texts(value: Any) -> Any:
     return value if good else REFUSED
 
 
+def file_names(value: Any) -> Any:
+    if not isinstance(value, dict):
+        return REFUSED
+    good = all(type(name) is str and name == name.lower() and type(file) is str for name, file in value.items())
+    return value if good else REFUSED
+
+
 def numbered(value: Any) -> Any:
     if not isinstance(value, dict):
         return REFUSED
@@ -289,6 +296,7 @@ MEANING: Final[dict[str, Callable[[Any], Any]]] = {
     "quality": flag,
     "jobs": number(1, 256, whole=True),
     "source_name": lambda value: value if type(value) is str else REFUSED,
+    "subroutine_files": file_names,
     "setup_source": lambda value: value if type(value) is str else REFUSED,
 }
 
@@ -513,6 +521,8 @@ class Cases:
                 }
             case "from_line":
                 return pick.choice([1, 3, 3.0, 0, self.one()])
+            case "subroutine_files":
+                return {pick.choice(["bore", "Bore", self.key()]): pick.choice(["Bore.SPF", b"M2", self.one()])}
             case "source_name":
                 return pick.choice(["a.nc", self.one()])
             case _:

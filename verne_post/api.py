@@ -329,8 +329,13 @@ def _read_program(source: Source, options: Options | None, setup: Setup) -> tupl
     chosen = lay_over_setup(chosen, path, setup)
     if path is None:
         return text, chosen
-    found = collect_subprograms(text, path.resolve().parent, (), lambda file, _name: file.read_bytes())
-    return text, chosen.changed(subroutines={**found, **chosen.subroutines}, source_name=str(path))
+    found, files = collect_subprograms(text, path.resolve().parent, (), lambda file, _name: file.read_bytes())
+    files = {name: file for name, file in files.items() if name not in chosen.subroutines}
+    return text, chosen.changed(
+        subroutines={**found, **chosen.subroutines},
+        subroutine_files={**files, **chosen.subroutine_files},
+        source_name=str(path),
+    )
 
 
 def _read(source: Source, what: str) -> Text:

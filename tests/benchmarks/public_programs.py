@@ -81,8 +81,11 @@ def judge(row: Row, raw: bytes, folder: Path | None = None) -> Row:
     given: dict[str, Any] = tomllib.loads(row.setup.replace("; ", "\n"))
     diameter, machine = given.pop("diameter", DIAMETER), wide_machine(given.pop("machine", MACHINE))
     tools = {number: Tool(number, number, (0.0, 0.0, LENGTH, *ZERO9[3:]), diameter) for number in range(3000)}
-    beside = {} if folder is None else collect_subprograms(raw, folder, (), lambda path, _called: path.read_bytes())
-    common = {"tools": tools, "source_name": Path(row.path).name, "subroutines": beside, **given}
+    beside, names = (
+        ({}, {}) if folder is None else collect_subprograms(raw, folder, (), lambda path, _called: path.read_bytes())
+    )
+    name = Path(row.path).name
+    common = {"tools": tools, "source_name": name, "subroutines": beside, "subroutine_files": names, **given}
     errors = [item for item in view_moves_plainly(raw, Options(**common))[1] if item.severity == "error"]
     read = not errors
     if read:

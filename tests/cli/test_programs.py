@@ -14,6 +14,7 @@ from typing import Any
 
 import pytest
 
+import verne_post
 from verne_post.config import list_machine_files
 
 PLACE = ("--tool-length", "80", "--wcs", "G54=0,0,50")
@@ -52,6 +53,32 @@ def test_subroutines_are_found_beside_the_program_and_on_the_path(run: Callable[
     refused = run("dump", "moves", file)
     assert refused.code == 2
     assert "main.ngc:2: VP023 error" in refused.err
+
+
+@pytest.mark.parametrize(
+    ("main", "text", "file", "inside"),
+    [
+        ("part.ngc", "o<side> call\nM2\n", "Side.NC", "o<side> sub\nG0 Q3\no<side> endsub\n"),
+        ("part.nc", "%\nO1\nG65 P9010\nM30\n%\n", "lib/O9010.nc", "O9010\nG0 Q3\nM99\n"),
+        ("part.mpf", "G90\nBORE\nM30\n", "Bore.MPF", "G90\nG0 NOWORD\nM17\n"),
+        (
+            "part.h",
+            "BEGIN PGM P MM\nCALL PGM bore\nEND PGM P MM\n",
+            "BORE.H",
+            "BEGIN PGM BORE MM\nL NOWORD\nEND PGM BORE MM\n",
+        ),
+    ],
+)
+def test_errors_name_the_file_that_is_there(run: Callable[..., Any], tmp_path, main, text, file, inside) -> None:
+    (tmp_path / "lib").mkdir()
+    (tmp_path / main).write_text(text)
+    (tmp_path / file).write_text(inside)
+    answer = run("dump", "moves", tmp_path / main, "--subroutine-path", "lib")
+    assert answer.code == 2
+    assert f" error: {file}, line 2: " in answer.err
+    if "/" not in file:
+        (item,) = verne_post.check(tmp_path / main, "verne").findings
+        assert item.message.startswith(f"{file}, line 2: ")
 
 
 def test_macros_of_g65_are_found_beside_the_program(run: Callable[..., Any], program: Any) -> None:

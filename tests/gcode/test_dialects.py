@@ -749,7 +749,8 @@ def test_five_digits_behind_m98(view, tmp_path, call, programs, xs):
     for name in programs.split():
         (tmp_path / f"{name.upper()}.nc").write_bytes(PROGRAM)
     text = f"%\nO1\nG0 G21 G90 X0\nM98 {call}\nM30\n%"
-    files = collect_subprograms(text.encode(), tmp_path, (), lambda path, _name: path.read_bytes())
+    files, names = collect_subprograms(text.encode(), tmp_path, (), lambda path, _name: path.read_bytes())
+    assert set(names.values()) == {f"{name.upper()}.nc" for name in programs.split()}
     assert set(files) == set(programs.split())
     moves, found = view(text, dialect="fanuc", subroutines=files)
     if isinstance(xs, str):

@@ -91,12 +91,12 @@ def read_program_text(
         return source, options
     folder = Path.cwd() if is_dash(name) else Path(name).resolve().parent
     try:
-        found = collect_subprograms(
+        found, names = collect_subprograms(
             source, folder, subroutine_path, lambda path, called: files.read(path, f"subprogram {called}")
         )
     except UsageError as error:
         raise click.UsageError(f"{error.option} {error.reason}") from None
-    return source, options.changed(subroutines=found)
+    return source, options.changed(subroutines=found, subroutine_files=names)
 
 
 def expect_machine(name: str, what: str = "") -> None:

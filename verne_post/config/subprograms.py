@@ -29,8 +29,8 @@ _COMPUTED: Final = re.compile(rb"O\s*[#\[][^\n]*CALL|P\s*[#\[][^\n]*M98|M98[^\n]
 
 def collect_subprograms(
     source: Text, folder: Path, paths: tuple[str, ...], read: Callable[[Path, str], bytes]
-) -> dict[str, bytes]:
-    """Text of every file that the program, or a file that it calls, may call.
+) -> tuple[dict[str, bytes], dict[str, str]]:
+    """Text of every file that the program, or a file that it calls, may call; and its path below the folder.
 
     Parameters
     ----------
@@ -53,7 +53,7 @@ def collect_subprograms(
     texts: dict[str, bytes] = {}
     known = _find_files(root, places)
     if not _may_call(source) and not any(path.suffix.lower() in _CALLED_BY_NAME for path in known.values()):
-        return texts
+        return texts, {}
     waiting: list[Text] = [source]
     while waiting:
         text = waiting.pop()
@@ -61,7 +61,7 @@ def collect_subprograms(
             if name in known and name not in texts:
                 texts[name] = read(known[name], name)
                 waiting.append(texts[name])
-    return texts
+    return texts, {name: known[name].relative_to(root).as_posix() for name in texts}
 
 
 def list_callable_files(folder: Path, paths: tuple[str, ...]) -> list[Path]:

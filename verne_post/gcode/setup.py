@@ -15,6 +15,8 @@ class TextOptions(Struct, frozen=True, kw_only=True):
     block_delete: bool = False  #: Skip blocks that begin with a slash.
     #: Text of the files that calls may name, by name without ending, in lower case.
     subroutines: Mapping[str, bytes] = field(default_factory=dict)
+    #: Names of those files in messages.
+    subroutine_files: Mapping[str, str] = field(default_factory=dict)
     #: Numbered parameters that the program finds (a parameter file).
     parameters: Mapping[int, float] = field(default_factory=dict)
     parameter_mm: float = 1.0  #: Unit of the lengths among them, in mm.
@@ -26,6 +28,10 @@ class TextOptions(Struct, frozen=True, kw_only=True):
     #: Keys of controls by dialect: what builders of machines choose ([siemens] of the settings file).
     control: Mapping[str, Mapping[str, object]] = field(default_factory=dict)
     tapping: str = "refuse"  #: "refuse" or "feed": what rigid tapping is.
+
+    def name_file(self, name: str, ending: str) -> str:
+        """The file of a subroutine in messages; the ending of its language is that of one that came as text."""
+        return self.subroutine_files.get(name, f"{name}.{ending}")
 
 
 class Setup(TextOptions, frozen=True, kw_only=True):

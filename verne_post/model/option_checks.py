@@ -312,6 +312,15 @@ def check_texts(value: object) -> dict[str, bytes]:
     return found
 
 
+def check_file_names(value: object) -> dict[str, str]:
+    """Refuse what is no mapping from name to file name."""
+    found = dict(check_mapping(value, "a mapping from name to file name"))
+    for name, file in found.items():
+        if not isinstance(name, str) or name != name.lower() or not isinstance(file, str):
+            raise ValueError(f"{name!r}: expected a lower-case name without ending, and the name of the file")
+    return found
+
+
 def check_parameter(index: int, value: float) -> None:
     """Refuse a numbered parameter that no program can find.
 

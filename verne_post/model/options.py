@@ -25,6 +25,7 @@ from verne_post.model.findings import UsageError
 from verne_post.model.option_checks import (
     Checked,
     accept_one,
+    check_file_names,
     check_fixtures,
     check_override,
     check_parameters,
@@ -466,6 +467,17 @@ class Options:
         About("Which files gave the set-up of the program, in messages.", Group.PROGRAM, flag="", in_settings=False),
     ] = ""
 
+    subroutine_files: Annotated[
+        dict[str, str],
+        Checked(check_file_names),
+        About(
+            "Names of the files of ``subroutines`` in messages, by name without ending, in lower case.",
+            Group.PROGRAM,
+            flag="",
+            in_settings=False,
+        ),
+    ] = field(default_factory=dict)
+
     if not TYPE_CHECKING:  # type checkers see the keywords of a dataclass
 
         def __init__(self, **given: Any) -> None:
@@ -619,7 +631,7 @@ def _make_refusal(name: str, value: object, reason: str) -> UsageError:
 
 
 #: Options that change nothing in what is made; of a name, the ending alone may (the dialect).
-_WITHOUT_EFFECT: Final = ("source_name", "setup_source", "jobs")
+_WITHOUT_EFFECT: Final = ("source_name", "setup_source", "subroutine_files", "jobs")
 
 
 def _convert_to_json(value: object) -> object:

@@ -94,11 +94,11 @@ class KlartextFlow:
         return False
 
     def _call_program(self, name: str, line: int) -> None:
-        texts = self.interpreter.setup.subroutines
-        if name not in texts:
+        setup = self.interpreter.setup
+        if name not in setup.subroutines:
             raise ProgramError("VP023", f"CALL PGM {name}: there is no file {name}.h in the folder of the program")
         if name not in self._files:
-            self._files[name] = KlartextText(texts[name], self.interpreter.setup, f"{name}.h")
+            self._files[name] = KlartextText(setup.subroutines[name], setup, setup.name_file(name, "h"))
         self._enter(self._files[name], 1, line, _Call(program=True), f"PGM {name}")
 
 

@@ -169,10 +169,11 @@ class Flow:
 
     def _find_file(self, name: str) -> ProgramText | None:
         if name not in self._files:
-            source = self.interpreter.setup.subroutines.get(name)
+            setup = self.interpreter.setup
+            source = setup.subroutines.get(name)
             if source is None:
                 return None
-            self._files[name] = ProgramText(source, self.interpreter.setup, type(self.interpreter), f"{name}.ngc")
+            self._files[name] = ProgramText(source, setup, type(self.interpreter), setup.name_file(name, "ngc"))
         return self._files[name]
 
     def enter(self, text: ProgramText, begin: int, line: int, label: str) -> Frame:

@@ -92,7 +92,7 @@ class Library:
             source = self.setup.subroutines.get(key)
             if source is not None:
                 if key not in self._files:
-                    self._files[key] = SiemensText(source, self.setup, f"{key}.spf")
+                    self._files[key] = SiemensText(source, self.setup, self.setup.name_file(key, "spf"))
                 return self._files[key].main
         return None
 
