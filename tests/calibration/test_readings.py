@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from tests.builders import LENGTHS
 from verne_post.calibration.readings import explain_refused_lengths, read_readings
 from verne_post.model.findings import InputError
 
@@ -73,16 +74,5 @@ def test_every_mistake_of_a_file_comes_at_once():
 
 
 def test_lengths_that_a_machine_file_would_refuse():
-    good = {
-        "leg1_x_offset": -320.0,
-        "R1": 130.0,
-        "r1": 80.0,
-        "L1": 850.0,
-        "leg23_x_offset": 240.0,
-        "R2": 190.0,
-        "r4": 565.0,
-        "L2": 950.0,
-        "L3": 950.0,
-    }
-    assert explain_refused_lengths("verne", good) is None
-    assert "r1 = 131 must be smaller" in str(explain_refused_lengths("verne", {**good, "r1": 131.0}))
+    assert explain_refused_lengths("verne", LENGTHS) is None
+    assert "r1 = 131 must be smaller" in str(explain_refused_lengths("verne", {**LENGTHS, "r1": 131.0}))

@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tests.builders import LENGTHS
 from verne_post import InputError, load_machine
 from verne_post.config import list_machine_files, validate_machine
 
@@ -18,17 +19,7 @@ CONTRACT = {
     "schema": 1,
     "name": "VERNE",
     "kind": "verne",
-    "module": {
-        "leg1_x_offset": -320.0,
-        "R1": 130.0,
-        "r1": 80.0,
-        "L1": 850.0,
-        "leg23_x_offset": 240.0,
-        "R2": 190.0,
-        "r4": 565.0,
-        "L2": 950.0,
-        "L3": 950.0,
-    },
+    "module": LENGTHS,
     "spindle": {"nose_offset_mm": 0.0},
     "table": {
         "pivot": [0.0, 0.0, 1600.0],

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Final
 
 from verne_post.base.long_text import Text
+from verne_post.gcode.calls import spell_program
 from verne_post.gcode.words import read_whole_lines
 from verne_post.model.findings import UsageError
 
@@ -52,8 +53,6 @@ def collect_subprograms(
     places = _list_folders(folder, root, paths)
     texts: dict[str, bytes] = {}
     known = _find_files(root, places)
-    if not _may_call(source) and not any(path.suffix.lower() in _CALLED_BY_NAME for path in known.values()):
-        return texts, {}
     waiting: list[Text] = [source]
     while waiting:
         text = waiting.pop()
@@ -78,7 +77,7 @@ def list_callable_files(folder: Path, paths: tuple[str, ...]) -> list[Path]:
 
 def _find_called(text: Text, known: dict[str, Path]) -> list[str]:
     """Names, without ending, of the files that a text may call."""
-    by_name = [name for name, path in known.items() if path.suffix.lower() in _CALLED_BY_NAME and _has_name(text, name)]
+    by_name = _find_names(text, [name for name, path in known.items() if path.suffix.lower() in _CALLED_BY_NAME])
     if not _may_call(text):
         return by_name
     if _COMPUTED.search(text):
@@ -88,12 +87,7 @@ def _find_called(text: Text, known: dict[str, Path]) -> list[str]:
     names += by_name
     for found in _NUMBERED.finditer(text):
         number = int(next(group for group in found.groups() if group is not None)) % 10_000_000
-        names += [
-            f"{letter}{form}"
-            for letter in ("", "o")
-            for value in (number, number % 10_000)
-            for form in (f"{value}", f"{value:04d}", f"{value:05d}")
-        ]
+        names += [*spell_program(number), *spell_program(number % 10_000)]
     return names
 
 
@@ -105,11 +99,16 @@ def _may_call(text: Text) -> bool:
     )
 
 
-def _has_name(text: Text, name: str) -> bool:
-    """Whether a text has the name of a file, in lower case, as a word."""
-    letters = name.encode()
-    word = re.compile(rb"(?<![a-z0-9_])" + re.escape(letters) + rb"(?![a-z0-9])")
-    return any(letters in lines and word.search(lines) for lines in map(bytes.lower, read_whole_lines(text)))
+def _find_names(text: Text, names: list[str]) -> list[str]:
+    """Those of the names of files, in lower case, that a text has as words."""
+    missing = {
+        name: (letters := name.encode(), re.compile(rb"(?<![a-z0-9_])" + re.escape(letters) + rb"(?![a-z0-9])"))
+        for name in names
+    }
+    chunks = map(bytes.lower, read_whole_lines(text))
+    while missing and (lines := next(chunks, None)) is not None:
+        missing = {name: one for name, one in missing.items() if not (one[0] in lines and one[1].search(lines))}
+    return [name for name in names if name not in missing]
 
 
 def _list_folders(folder: Path, root: Path, paths: tuple[str, ...]) -> list[Path]:

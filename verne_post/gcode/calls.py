@@ -76,3 +76,8 @@ class CallStack(Generic[_Text, _Frame]):
         """Go back to where the last subprogram was called; returns what was kept for it."""
         self.text, self.line, self.shown_line = self._callers.pop()
         return self._frames.pop()
+
+
+def spell_program(number: int) -> list[str]:
+    """Names of files, without their endings, that hold a program: of four digits, or of five as Haas writes them."""
+    return [f"{letter}{number:0{digits}d}" for digits in (1, 4, 5) for letter in ("", "o")]

@@ -5,7 +5,7 @@ from typing import Final
 
 from verne_post.base.long_text import Text
 from verne_post.gcode.dialect import Dialect
-from verne_post.gcode.dialects import DIALECTS, choose_dialect
+from verne_post.gcode.dialects import DIALECTS, choose_dialect, name_dialect
 from verne_post.gcode.execution import Execution, StopConditions
 from verne_post.gcode.languages import find_other_language
 from verne_post.gcode.machining.state import State
@@ -103,10 +103,9 @@ def _show_rival(
     if at is None or not bad_lines <= {item.line for item in every}:
         return errors
     sign = dialect.rival.find_sign(source)
-    name = next(name for name, other in DIALECTS.items() if other is dialect)
     hint = (
-        f"; the program was read as {name} because of {sign}; if it is {dialect.rival.name}, --dialect "
-        f"{dialect.rival.name} reads this word"
+        f"; the program was read as {name_dialect(dialect)} because of {sign}; if it is {dialect.rival.name}, "
+        f"--dialect {dialect.rival.name} reads this word"
     )
     return [replace(item, message=item.message + hint) if n == at else item for n, item in enumerate(errors)]
 
@@ -123,8 +122,8 @@ def _make_refusal(
 
 
 def _find_language(source: Text, errors: list[Finding], dialect: Dialect) -> Finding | None:
-    name = next(name for name, other in DIALECTS.items() if other is dialect)
-    return find_other_language(source, errors, name, DIALECTS, is_recognised=dialect.recognise(source))
+    is_recognised = dialect.recognise(source)
+    return find_other_language(source, errors, name_dialect(dialect), DIALECTS, is_recognised=is_recognised)
 
 
 def find_state_after(source: Text, setup: Setup, moves: Moves, line: int) -> State:

@@ -27,6 +27,11 @@ def _find_dialects() -> dict[str, Dialect]:
 DIALECTS: Final[Mapping[str, Dialect]] = _find_dialects()
 
 
+def name_dialect(dialect: Dialect) -> str:
+    """The name of a dialect, as ``--dialect`` takes it."""
+    return next(name for name, other in DIALECTS.items() if other is dialect)
+
+
 def choose_dialect(name: str, source: Text, source_name: str) -> Dialect:
     """The named dialect; for "auto" the one of the text, else of the file's ending, else RS274/NGC."""
     return DIALECTS[choose_dialect_name(name, source, source_name)]

@@ -7,7 +7,7 @@ conditions, counters, calls with their arguments and names.
 from typing import Final
 
 from verne_post.gcode.block import Block, OWord
-from verne_post.gcode.calls import CallStack
+from verne_post.gcode.calls import CallStack, spell_program
 from verne_post.gcode.parameters import LOCAL_INDICES
 from verne_post.gcode.program_error import ProgramError, locate_errors
 from verne_post.gcode.repeats import Repeats
@@ -271,7 +271,7 @@ class Flow:
 
     def _has_program(self, label: str) -> bool:
         return any(label in text.structure.programs for text in (self.calls.text, self.calls.main)) or any(
-            self._find_file(name) is not None for name in _spell_program(label)
+            self._find_file(name) is not None for name in spell_program(int(label))
         )
 
     def find_program(self, label: str, word: str) -> tuple[ProgramText, int]:
@@ -281,7 +281,7 @@ class Flow:
                 return text, text.structure.programs[label]
             if label in text.structure.subs:
                 raise ProgramError("VP023", f"o{label} sub is called with o{label} call, not with {word}")
-        for name in _spell_program(label):
+        for name in spell_program(int(label)):
             text_of_file = self._find_file(name)
             if text_of_file is not None:
                 return text_of_file, text_of_file.structure.programs.get(label, text_of_file.first_line)
@@ -291,8 +291,3 @@ class Flow:
             f"O{int(label):04d}.nc beside it",
             goes_on=True,
         )
-
-
-def _spell_program(label: str) -> list[str]:
-    """Names of files, without their endings, that hold a program: of four digits, or of five as Haas writes them."""
-    return [f"{letter}{int(label):0{digits}d}" for digits in (1, 4, 5) for letter in ("", "o")]

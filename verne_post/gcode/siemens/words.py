@@ -130,9 +130,7 @@ class Words(Struct):
 class WordReader:
     """Reads blocks; knows the variables, which names are subprograms, and which have a meaning by [remap]."""
 
-    def __init__(
-        self, variables: Variables, is_subprogram: Callable[[str], bool], user_names: Collection[str] = ()
-    ) -> None:
+    def __init__(self, variables: Variables, is_subprogram: Callable[[str], bool], user_names: Collection[str]) -> None:
         self.variables, self.is_subprogram, self.user_names = variables, is_subprogram, user_names
 
     def read(self, cursor: Cursor, line: int) -> Words:
