@@ -419,18 +419,30 @@ def main() -> None:
     blocks = [
         f"One thread of: {processor()}, {datetime.now(UTC):%Y-%m-%d}, Python {platform.python_version()}, "
         f"numpy {np.__version__}.",
-        "**Limits and path.** The ratios come from differences of the numbers in the written file. Verification "
-        "measured the\ndistances from the path, *tip* and *axis*. The last two columns count rounded corners, and stops that "
-        "remain.",
+        textwrap.fill(
+            "**Limits and path.** The ratios come from differences of the numbers in the written "
+            "file. Verification measured the distances from the path, *tip* and *axis*. The last two "
+            "columns count rounded corners, and stops that remain.",
+            120,
+        ),
         written,
-        "**Time.** *spline*, *blend* and *off* are machining times with each `--smoothing`; spline is the default. "
-        "*over 2nd order*\nis the excess over the least time without jerk limits along the same contour, a lower "
-        "bound. *over reference* is the\nexcess over the same sections with `--quality`, for up to 10 s of motion. Only "
-        "sections with blended corners count, and\nof the blade the first 1000 moves. *profile* is the CPU time of "
-        "planning a millisecond of motion. *CPU us/move* is the\ntime from text to verified CSV, without start-up.",
+        textwrap.fill(
+            "**Time.** *spline*, *blend* and *off* are machining times with each `--smoothing`; "
+            "spline is the default. *over 2nd order* is the excess over the least time without jerk "
+            "limits along the same contour, a lower bound. *over reference* is the excess over the "
+            "same sections with `--quality`, for up to 10 s of motion. Only sections with blended "
+            "corners count, and of the blade the first 1000 moves. *profile* is the CPU time of "
+            "planning a millisecond of motion. *CPU us/move* is the time from text to verified CSV, "
+            "without start-up.",
+            120,
+        ),
         timed,
-        "**Zigzags of 1 mm.** Time with a stop at every corner, divided by the time with rounded corners. The third "
-        "column has the\nleast times without jerk limits, the fourth the planned times with them.",
+        textwrap.fill(
+            "**Zigzags of 1 mm.** Time with a stop at every corner, divided by the time with rounded "
+            "corners. The third column has the least times without jerk limits, the fourth the "
+            "planned times with them.",
+            120,
+        ),
         gain_table(machine),
         compare_with_toppra(machine),
     ]
