@@ -62,7 +62,7 @@ _STATUS_OF_CODE: Final = {"VP420": ExitStatus.NO_VERDICT, "VP220": ExitStatus.NO
 
 
 class Verdict(StrEnum):
-    """What became of a program: tells apart what one exit status cannot."""
+    """The verdict on a program, with more cases than the exit status."""
 
     ACCEPTED = "accepted"
     VIOLATES_LIMITS = "violates limits"
