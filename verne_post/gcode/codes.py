@@ -111,7 +111,7 @@ _G: Final[Mapping[str, Mapping[int, str]]] = {
     "plane": dict.fromkeys((170, 180, 190), "plane of arcs: XY, ZX, YZ"),
     "distance": dict.fromkeys(
         (900, 910),
-        "absolute, incremental; holds from its own block on, but not for I J K, G10, G92 and G53",
+        "absolute, incremental; from its own block on, but not for I J K, G10, G92 and G53",
     ),
     "arc distance": dict.fromkeys((901, 911), "I J K absolute, or from the start (at the start of the program)"),
     "feed mode": dict.fromkeys((930, 940, 950), "see Feed modes"),
@@ -137,7 +137,7 @@ _G: Final[Mapping[str, Mapping[int, str]]] = {
         "P (1 to 9, or 0 for the active one); R turns X and Y. L20: the present position gets the given values",
         **dict.fromkeys(
             (280, 300),
-            "to the home position, by way of the given place; without [home] of the machine file refused (VP015)",
+            "to the home position, by way of the given position; without [home] of the machine file refused (VP015)",
         ),
         **dict.fromkeys((281, 301), "set the home position to the present position"),
         **dict.fromkeys((520, 920), "set the shift, at least one axis word; other axes keep theirs"),

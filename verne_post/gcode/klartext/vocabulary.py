@@ -28,7 +28,7 @@ STATEMENTS: Final[Mapping[str, str]] = {
     "gives a name its number, as in `MILL = 3`",
     "TOOL DEF": "length and radius; with the number alone it names the next tool, without effect",
     "CYCL DEF": "a cycle: below",
-    "CYCL CALL": "calls the defined cycle. POS calls it at a position; Z raises the surface; F holds for the move "
+    "CYCL CALL": "calls the defined cycle. POS calls it at a position; Z raises the surface; F applies to the move "
     "there. PAT: PATTERN DEF",
     **dict.fromkeys(("LBL", "CALL LBL"), "subprograms up to LBL 0; REP m runs the section m + 1 times"),
     "CALL PGM": "a file in the folder of the program, as with O words",
@@ -40,13 +40,13 @@ STATEMENTS: Final[Mapping[str, str]] = {
     "AXIS SPAT: A B C are spatial angles. PATHCTRL VECTOR: the tool axis goes along a great circle",
     "TRANS": "DATUM AXIS, MIRROR, ROTATION, SCALE are cycles 7, 8, 10 and 11; RESET ends them. DATUM TABLE is a row of "
     "`datums`: see Keys of the settings file",
-    "PATTERN DEF": "places for CYCL CALL PAT: POS, ROW, PAT (turned by ROT, its sides by ROTX, ROTY), CIRC (from "
+    "PATTERN DEF": "positions for CYCL CALL PAT: POS, ROW, PAT (turned by ROT, its sides by ROTX, ROTY), CIRC (from "
     "START), PITCHCIRC (by STEP); between holes at Q203 + Q204, or at the height of the tool before if that is higher",
     "STOP": "M0, with other M functions beside",
     "APPR": "LT LN CT LCT, with P polar: approach to the first point of the contour: auxiliary point in X and Y, then "
     "Z, then onto the contour",
     "DEP": "LT LN CT LCT, CT with its angle CCA: departure; compensation ends",
-    "RND": "arc between two elements; its F holds for it alone",
+    "RND": "arc between two elements; its F applies to it alone",
     "CHF": "chamfer; the number is its length on each line",
     **dict.fromkeys(("CT", "CTP"), "arc that continues the direction of the element before"),
     "CP": "arc about CC by an angle; IPA may be several turns",
@@ -71,9 +71,9 @@ WORDS: Final[Mapping[str, str]] = {
     "FMAX": "rapid traverse, for this block",
     "F AUTO": "the feed rate of TOOL CALL",
     "FU": "mm per turn of the spindle",
-    "R F M": "with nothing after them: older controls write them where nothing was answered: what holds goes on",
-    "MOVE": "with DIST (ABST, SETUP, SET-UP): the point DIST before the tip keeps its place on the part",
-    "TURN": "A and C turn, X Y Z of the machine stand still, after a retract by MB",
+    "R F M": "without a value: older controls write them where nothing was entered; the present value is kept",
+    "MOVE": "with DIST (ABST, SETUP, SET-UP): the point DIST before the tip stays on the part",
+    "TURN": "A and C turn, X Y Z of the machine do not move, after a retract by MB",
     "STAY": "nothing moves; `L A+Q120 C+Q122` follows",
     **dict.fromkeys(("SEQ", "SYM"), "sign of A; without it the shorter way within the travel"),
     **dict.fromkeys(
@@ -104,7 +104,7 @@ FUNCTIONS: Final[Mapping[int, str]] = {
     91: "machine coordinates, as G53: gauge line, nominal machine",
     92: "machine coordinates from `g30` of `[home]`",
     94: "the number of A and C is reduced to less than a turn",
-    **dict.fromkeys((109, 110, 111), "where F holds on arcs: see F on arcs"),
+    **dict.fromkeys((109, 110, 111), "where F applies on arcs: see F on arcs"),
     **dict.fromkeys((116, 117), "F of a turn is that of the tip in mm/min; M117 ends it"),
     **dict.fromkeys((126, 127), "A and C take the shorter way; M127 ends it"),
     **dict.fromkeys((128, 129), "tool-centre-point control; F of M128 has no effect. M129 ends it"),
@@ -138,7 +138,7 @@ CYCLES: Final[Mapping[int, str]] = {
     267: "a milled outside thread",
     **dict.fromkeys((220, 221), "circles and grids of holes, with the cycle defined before"),
     232: "a face: see Milling cycles",
-    233: "a face from the place of the tool",
+    233: "a face from the position of the tool",
     251: "a rectangular pocket",
     252: "a circular pocket",
     253: "a slot",

@@ -26,13 +26,13 @@ GROUPS: Final[Mapping[str, Mapping[str, str]]] = {
     },
     "plane": dict.fromkeys(("G17", "G18", "G19"), "planes XY, ZX, YZ"),
     "frame": {
-        **dict.fromkeys(("TRANS", "ROT", "SCALE", "MIRROR"), "programmable frame, in place of the one before"),
+        **dict.fromkeys(("TRANS", "ROT", "SCALE", "MIRROR"), "programmable frame, replaces the one before"),
         **dict.fromkeys(("ATRANS", "AROT", "ASCALE", "AMIRROR"), "programmable frame, added to the one in force"),
     },
     "compensation": dict.fromkeys(
         ("G40", "G41", "G42"), "cutter compensation off, left, right, with the radius of the tool table"
     ),
-    "feed on arcs": dict.fromkeys(("CFC", "CFTCP", "CFIN"), "where F holds on arcs under G41 and G42"),
+    "feed on arcs": dict.fromkeys(("CFC", "CFTCP", "CFIN"), "where F applies on arcs under G41 and G42"),
     "offset": {
         "G500": "the machine's zero",
         **dict.fromkeys(("G54", "G55", "G56", "G57"), "work offsets"),
@@ -71,7 +71,7 @@ VALUE_MODES: Final[Mapping[str, str]] = {
 }
 #: Words with a value that are executed.
 ADDRESSES: Final[Mapping[str, str]] = {
-    **dict.fromkeys(("X", "Y", "Z", "A", "C"), "places"),
+    **dict.fromkeys(("X", "Y", "Z", "A", "C"), "positions of the axes"),
     **dict.fromkeys(("B", "U", "V", "W"), "axes of other machines: refused where this one has no such axis (VP011)"),
     **dict.fromkeys(("I", "J", "K"), "centre of an arc, from its start or with AC()"),
     **dict.fromkeys(("I1", "J1", "K1"), "intermediate point of CIP"),
@@ -88,7 +88,7 @@ ADDRESSES: Final[Mapping[str, str]] = {
     "F": "feed rate",
     **dict.fromkeys(("S", "S1"), "spindle speed"),
     **dict.fromkeys(
-        ("T", "T1"), 'tool: T5, T="name". Length and radius hold from M6 on. An empty spindle has no length'
+        ("T", "T1"), 'tool: T5, T="name". Length and radius are active from M6 on. An empty spindle has no length'
     ),
     "D": "length and radius of the tool off (D0) and on (D1)",
     "CUTMOD": "0: cutting edges as in the tool table; other values are refused",
@@ -139,7 +139,7 @@ CYCLES: Final[Mapping[str, str]] = {
     **dict.fromkeys(
         ("CYCLE81", "CYCLE82", "CYCLE83", "CYCLE84", "CYCLE85", "CYCLE86", "CYCLE89", "CYCLE840"), "drilling"
     ),
-    **dict.fromkeys(("HOLES1", "HOLES2", "CYCLE801"), "rows, circles, grids of places, each with the cycle of MCALL"),
+    **dict.fromkeys(("HOLES1", "HOLES2", "CYCLE801"), "rows, circles, grids of positions, each with the cycle of MCALL"),
     "CYCLE800": "tilted planes",
     "CYCLE832": "tolerances of corners",
     "WORKPIECE": "the stock: drawn by `report`, named by the summary and --meta",
@@ -159,7 +159,7 @@ NO_EFFECT: Final[Mapping[str, str]] = {
                      "VELOLIMA", "ACCLIMA"),
                     "acceleration and jerk: the machine file gives them"),
     **dict.fromkeys(("FFWON", "FFWOF"), "feedforward of the drives"),
-    **dict.fromkeys(("COMPON", "COMPCURV", "COMPCAD", "COMPSURF", "COMPOF"), "compressor: --smoothing takes its place"),
+    **dict.fromkeys(("COMPON", "COMPCURV", "COMPCAD", "COMPSURF", "COMPOF"), "compressor: --smoothing does this"),
     **dict.fromkeys(("DYNNORM", "DYNPOS", "DYNROUGH", "DYNSEMIFIN", "DYNFINISH", "DYNPREC"),
                     "dynamics: the machine file gives the limits"),
     **dict.fromkeys(("UPATH", "SPATH", "FGROUP", "FGREF"),
@@ -172,7 +172,7 @@ NO_EFFECT: Final[Mapping[str, str]] = {
     **dict.fromkeys(("CPRECON", "CPRECOF", "STOLF", "ADISPOS"),
                     "G64, ADIS, CTOL and OTOL decide how corners are blended"),
     **dict.fromkeys(("CUT2D", "NORM", "G450", "KONTT", "G460", "SPOF", "NORM0"), "this is always so here"),
-    **dict.fromkeys(("ORISON", "ORISOF"), "smoothing of the tool axis: the blends of corners take its place"),
+    **dict.fromkeys(("ORISON", "ORISOF"), "smoothing of the tool axis: the blends of corners do this"),
     **dict.fromkeys(("TOFRAMEOF", "TOROTOF", "PAROTOF", "TCOABS", "PTPOF", "CP", "G290", "DIAMOF"),
                     "this is the state at the start"),
     **dict.fromkeys(("DISPLON", "DISPLOF", "SBLON", "SBLOF", "ACTBLOCNO"), "display and single block"),
