@@ -139,7 +139,7 @@ CYCLES: Final[Mapping[str, str]] = {
     **dict.fromkeys(
         ("CYCLE81", "CYCLE82", "CYCLE83", "CYCLE84", "CYCLE85", "CYCLE86", "CYCLE89", "CYCLE840"), "drilling"
     ),
-    **dict.fromkeys(("HOLES1", "HOLES2", "CYCLE801"), "rows, circles, grids of positions, each with the cycle of MCALL"),
+    **dict.fromkeys(("HOLES1", "HOLES2", "CYCLE801"), "rows, circles, grids of positions, each with the MCALL cycle"),
     "CYCLE800": "tilted planes",
     "CYCLE832": "tolerances of corners",
     "WORKPIECE": "the stock: drawn by `report`, named by the summary and --meta",
