@@ -188,8 +188,8 @@ def list_planners() -> dict[str, dict[str, str] | None]:
 
 
 def compare(only: str | None) -> str:
-    """Ours beside LinuxCNC's planner; of 2.10 its two planners."""
-    rows = []
+    """Ours beside LinuxCNC's planner; of 2.10 its two planners. A cell has the values of both."""
+    rows, planners = [], list(list_planners())
     for kind, part in parts():
         if only is not None and only not in f"{kind} {part.name}":
             continue
@@ -199,10 +199,11 @@ def compare(only: str | None) -> str:
         found = {} if has_s_curve() else {"ours": ours}
         for title, ini in list_planners().items():
             found[title] = run_linuxcnc(machine, part, ours[0], ini)
-        for title, joints in found.items():
-            rows.append([f"{kind}: {part.name}", title, *measure(machine, part, joints, path).cells()])
-            print(rows[-1], flush=True)
-    head = ["program", "planner", "s", "velocity", "acceleration", "jerk", "off the path: mm, deg"]
+        both = [measure(machine, part, joints, path).cells() for joints in found.values()]
+        rows.append([f"{kind}: {part.name}", *(" / ".join(pair) for pair in zip(*both, strict=True))])
+        print(rows[-1], flush=True)
+    names = " / ".join(planners if has_s_curve() else ["ours", *planners])
+    head = [f"program; each cell: {names}", "s", "velocity", "acceleration", "jerk", "off the path: mm, deg"]
     return table(head, rows).rstrip()
 
 
