@@ -44,7 +44,8 @@ _CLOSES: Final = {"ENDIF": "IF", "ENDFOR": "FOR", "ENDWHILE": "WHILE", "ENDLOOP"
 _NOT_PLAIN: Final = re.compile(rb"\(|(?<=[Gg][01])\.|(?<=[Gg]0[01])\.")
 #: A3= and so on, the letters that stand for them in the table of words, and what takes those letters away before.
 _VECTOR: Final = re.compile(rb"([ABC])3[ \t]*+=", re.IGNORECASE)
-_STANDS_FOR: Final = dict(zip(b"ABCabc", (b"I", b"J", b"K") * 2, strict=True))
+_STANDS_FOR: Final = np.zeros(256, dtype=np.uint8)
+_STANDS_FOR[list(b"ABCabc")] = list(b"IJKIJK")
 _NO_CENTERS: Final = bytes.maketrans(b"IJKijk", b"??????")
 #: The same for CR=, with what stands for it in between.
 _RADIUS: Final = re.compile(rb"CR[ \t]*+=", re.IGNORECASE)
@@ -65,7 +66,7 @@ def _make_table(characters: bytes) -> Mask:
 
 _IS_BLANK: Final = _make_table(_BLANKS)
 _IS_DIGIT: Final = _make_table(_DIGITS)
-_POINT, _ZERO, _STRANGE = b".0?"
+_POINT, _ZERO, _THREE, _EQUALS, _STRANGE = b".03=?"
 #: A capital letter differs from its small one by this bit.
 _CASE: Final = 0x20
 
@@ -106,11 +107,18 @@ def _has_vectors(text: bytes) -> bool:
 
 def _put_vectors(text: bytes) -> bytes:
     """A chunk with I, J and K for A3=, B3= and C3=; where they stood before is a character that no plain word has."""
-    text = text.translate(_NO_CENTERS)
-    for letter in b"ABC":
-        text = text.replace(b"%c3=" % letter, _STANDS_FOR[letter])
-    # as few are written with blanks or small letters, these are looked for one by one
-    return _VECTOR.sub(lambda match: _STANDS_FOR[match[1][0]], text) if b"=" in text else text
+    characters = bytearray(text.translate(_NO_CENTERS))
+    raw = np.frombuffer(characters, dtype=np.uint8)
+    equals = np.flatnonzero(raw[2:] == _EQUALS) + 2
+    stands_for = _STANDS_FOR[raw[equals - 2]]
+    is_vector = (stands_for != 0) & (raw[equals - 1] == _THREE)
+    if not is_vector.all():
+        equals, stands_for = equals[is_vector], stands_for[is_vector]
+    raw[equals - 2] = stands_for
+    raw[equals - 1] = raw[equals] = _BLANKS[0]  # a word may have blanks before its number
+    put_text = bytes(characters)
+    # as few are written with blanks, these are looked for one by one
+    return put_text if is_vector.all() else _VECTOR.sub(lambda match: bytes([_STANDS_FOR[match[1][0]]]), put_text)
 
 
 class SiemensLanguage(Language):
