@@ -7,7 +7,6 @@ from typing import ClassVar, Final
 import numpy as np
 from msgspec import Struct, field
 
-from verne_post.base.arrays import Mask
 from verne_post.base.long_text import Text
 from verne_post.gcode import plain_arcs
 from verne_post.gcode.plain import PlainLines
@@ -15,7 +14,7 @@ from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.siemens.cursor import strip_zeros
 from verne_post.gcode.text import Chunk, Language, ProgramText, decode_line, take_code
-from verne_post.gcode.words import read_whole_lines, split_words
+from verne_post.gcode.words import mark_blanks_in_numbers, read_whole_lines, split_words
 
 #: The line that begins a program in a file that holds several.
 _HEADER: Final = re.compile(rb"^[ \t]*+%_N_([A-Za-z0-9_]+?)_(MPF|SPF)[ \t]*+\r?$", re.MULTILINE | re.IGNORECASE)
@@ -54,19 +53,7 @@ _BETWEEN: Final = b"\x02"
 _IN_VECTORS: Final = (b"3=", b" =", b"\t=")
 _IN_RADII: Final = (b"CR", b"cr", b"Cr", b"cR")
 _NO_RADII: Final = bytes.maketrans(b"Rr" + _BETWEEN, b"??R")
-_BLANKS: Final = b" \t\r"
-_DIGITS: Final = b"0123456789."
-
-
-def _make_table(characters: bytes) -> Mask:
-    table = np.zeros(256, dtype=bool)
-    table[list(characters)] = True
-    return table
-
-
-_IS_BLANK: Final = _make_table(_BLANKS)
-_IS_DIGIT: Final = _make_table(_DIGITS)
-_POINT, _ZERO, _THREE, _EQUALS, _STRANGE = b".03=?"
+_POINT, _ZERO, _THREE, _EQUALS, _BLANK = b".03= "
 #: A capital letter differs from its small one by this bit.
 _CASE: Final = 0x20
 
@@ -78,19 +65,7 @@ def _mark_strange(text: bytes) -> bytes:
     point = (raw[g + 2] == _POINT) | ((raw[g + 1] == _ZERO) & (raw[g + 3] == _POINT))
     if b"(" in text or point.any():
         text = _NOT_PLAIN.sub(b"?", text)
-        raw = np.frombuffer(text, dtype=np.uint8)
-    blank = np.flatnonzero(_IS_BLANK[raw[1:-1]]) + 1
-    after = blank[_IS_DIGIT[raw[blank - 1]]]  # blanks right after a digit
-    inside = after[_IS_DIGIT[raw[after + 1]]]
-    if _IS_BLANK[raw[after + 1]].any():  # several: what comes after them counts
-        solid = np.flatnonzero(~_IS_BLANK[raw])
-        at = np.searchsorted(solid, after)
-        inside = after[_IS_DIGIT[raw[solid[np.minimum(at, len(solid) - 1)]]]]
-    if not len(inside):
-        return text
-    marked_bytes = raw[: len(text)].copy()
-    marked_bytes[inside] = _STRANGE  # blanks inside of numbers
-    return marked_bytes.tobytes()
+    return mark_blanks_in_numbers(text)
 
 
 def _put_radii(text: bytes) -> bytes:
@@ -115,7 +90,7 @@ def _put_vectors(text: bytes) -> bytes:
     if not is_vector.all():
         equals, stands_for = equals[is_vector], stands_for[is_vector]
     raw[equals - 2] = stands_for
-    raw[equals - 1] = raw[equals] = _BLANKS[0]  # a word may have blanks before its number
+    raw[equals - 1] = raw[equals] = _BLANK  # a word may have blanks before its number
     put_text = bytes(characters)
     # as few are written with blanks, these are looked for one by one
     return put_text if is_vector.all() else _VECTOR.sub(lambda match: bytes([_STANDS_FOR[match[1][0]]]), put_text)
