@@ -279,10 +279,10 @@ def main() -> None:
             f"{given.lines:,} short five-axis G1 lines, {datetime.now(UTC):%Y-%m-%d}, one process each; CPU seconds "
             "count:",
             table(["reader", "lines/s", "peak memory MiB", "ours is faster by"], rates),
-            "Other lines that are read in bulk:",
+            "Other kinds of lines, when a file consists of them:",
             table(["lines", "lines/s"], bulk),
-            "Files in which one line in a hundred is of another kind: microseconds for each such line, to about five "
-            "microseconds:",
+            "A line of another kind among plain lines costs more. Each file has one such line in a hundred. The last "
+            "four columns\ngive the CPU time of one such line in microseconds, within about 5:",
             table(["dialect", "plain lines/s", *LANGUAGES["rs274"].kinds], mixed),
         ]
     )

@@ -1,9 +1,8 @@
 """CPU time of wrong invocations, against an empty program and one that imports numpy: python
-tests/benchmarks/refusals.py [--write].
+tests/benchmarks/refusals.py.
 
 Each is started in turn with the two others, so that a drift of the machine hits all three; the table has the median of
-the runs. ``tests/cli/test_refusals.py`` sees that each is refused, and that none loads numpy. With --write the table
-goes into docs/performance.md.
+the runs. ``tests/cli/test_refusals.py`` sees that each is refused, and that none loads numpy.
 """
 
 import argparse
@@ -77,10 +76,9 @@ def cpu_seconds(words: list[str], folder: Path) -> float:
 
 
 def main() -> None:
-    """Measure and print, or write."""
+    """Measure and print."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--runs", type=int, default=7)
-    parser.add_argument("--write", action="store_true")
     given = parser.parse_args()
     empty, numpy = ([sys.executable, "-c", code] for code in ("pass", "import numpy"))
     rows = []
@@ -107,10 +105,6 @@ def main() -> None:
         ]
     )
     print(text)
-    if given.write:
-        from page import write_section
-
-        write_section("refusals", text)
 
 
 if __name__ == "__main__":

@@ -70,9 +70,9 @@ def main() -> None:
         [
             f"{platform.machine()}, Python {platform.python_version()}, {versions}, {datetime.now(UTC):%Y-%m-%d}:",
             "",
-            f"| program | CPU s | besides `import {_BASE}`, as a share of it |",
+            f"| program | CPU s | compared with `import {_BASE}` |",
             "| --- | --- | --- |",
-            *(f"| `{name}` | {taken:.3f} | {(taken - base) / base:+.2f} |" for name, taken in least.items()),
+            *(f"| `{name}` | {taken:.3f} | {100 * (taken - base) / base:+.0f} % |" for name, taken in least.items()),
         ]
     )
     print(text)

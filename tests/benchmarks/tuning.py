@@ -417,7 +417,7 @@ def main() -> None:
                 + ".",
                 120,
             ),
-            table(["constant", "value", "range", "cycle time", "CPU", "failed"], rows).strip("\n"),
+            table(["constant", "value", "values tried", "machining time", "CPU time", "failed"], rows).strip("\n"),
         ]
     )
     print(text)
