@@ -61,6 +61,15 @@ _STATUS: Final = {
 _STATUS_OF_CODE: Final = {"VP420": ExitStatus.NO_VERDICT, "VP220": ExitStatus.NO_VERDICT}
 
 
+#: What became of a program, in one or two words for people: the same in every command and report.
+RESULTS: Final = {
+    ExitStatus.VIOLATION: "refused",
+    ExitStatus.UNUSABLE: "refused",
+    ExitStatus.NO_VERDICT: "no verdict",
+    ExitStatus.INTERNAL_ERROR: "internal error",
+}
+
+
 class Verdict(StrEnum):
     """What became of a program: tells apart what one exit status cannot."""
 

@@ -5,10 +5,19 @@ from typing import TYPE_CHECKING, Any, Final
 
 from msgspec import Struct
 
+from verne_post.base.numbers import format_count
 from verne_post.base.printable import make_printable, make_printable_in_place
 from verne_post.model.codes import CODES
 from verne_post.model.findings import Finding
-from verne_post.model.verdict import NOT_PLANNED, OF_THE_PART, count_findings, is_about_pose, is_about_text
+from verne_post.model.verdict import (
+    NOT_PLANNED,
+    OF_THE_PART,
+    RESULTS,
+    count_findings,
+    find_exit_status,
+    is_about_pose,
+    is_about_text,
+)
 from verne_post.output.setup_text import quote_key
 
 if TYPE_CHECKING:
@@ -27,20 +36,17 @@ class Report(Struct, frozen=True):
 
 
 def format_outcome(program: str, findings: tuple[Finding, ...], errors_not_counted: int = 0) -> str:
-    """``FILE: can run: 0 errors, 1 warning``, refused, or within limits where nothing was planned.
+    """``FILE: can run: 0 errors, 1 warning``, within limits where nothing was planned, or a word of ``RESULTS``.
 
     Errors that a policy does not count are named.
     """
     errors, warnings = count_findings(findings)
     hidden = errors_not_counted
-    not_counted = f"not refused, {_count(hidden, 'error')} {'does' if hidden == 1 else 'do'} not count"
+    not_counted = f"not refused, {format_count(hidden, 'error')} {'does' if hidden == 1 else 'do'} not count"
     within = any(item.code == NOT_PLANNED for item in findings)
-    verdict = "refused" if errors else not_counted if hidden else "within limits" if within else "can run"
-    return f"{make_printable(program)}: {verdict}: {_count(errors, 'error')}, {_count(warnings, 'warning')}"
-
-
-def _count(number: int, what: str) -> str:
-    return f"{number} {what}{'' if number == 1 else 's'}"
+    refusal = RESULTS[find_exit_status(findings)] if errors else ""
+    verdict = refusal or (not_counted if hidden else "within limits" if within else "can run")
+    return f"{make_printable(program)}: {verdict}: {format_count(errors, 'error')}, {format_count(warnings, 'warning')}"
 
 
 def format_finding(program: str, item: Finding) -> str:

@@ -12,7 +12,7 @@ from verne_post.app.machined import place_on_table
 from verne_post.app.summary import list_tool_lengths
 from verne_post.base.arrays import Array, find_used
 from verne_post.base.long_text import Text, compute_sha256
-from verne_post.base.numbers import format_fixed
+from verne_post.base.numbers import format_count, format_fixed
 from verne_post.base.printable import make_printable
 from verne_post.base.rotations import rotate_z
 from verne_post.base.tolerances import ACCELERATION_RATIO, JERK_RATIO, VELOCITY_RATIO
@@ -113,7 +113,7 @@ def _join_few(texts: list[str], more: str = "more on the set-up sheet") -> str:
 
 def count(number: int, what: str) -> str:
     """Say how many, in words for people."""
-    return f"{number or 'no'} {what}{'' if number == 1 else 's'}"
+    return format_count(number, what) if number else f"no {what}s"
 
 
 # --- findings and worst places --------------------------------------------------------------------------
@@ -176,7 +176,7 @@ def find_worst_places(machine: Machine, study: Study) -> Iterator[Place]:
         yield from _find_slow_stretches(study, study.governing)
     if study.summary is not None and (within := study.summary.stops_within).count:
         frame = int(np.abs(study.line - within.line).argmin())
-        yield Place(f"line {within.line} stops inside", f"{within.most} time{'' if within.most == 1 else 's'}", frame)
+        yield Place(f"line {within.line} stops inside", format_count(within.most, "time"), frame)
     if np.nanmax(np.abs(study.alpha_deg), initial=0.0) > 0:
         frame = int(np.nanargmax(np.abs(study.alpha_deg)))
         yield Place("peak platform tilt", f"{format_fixed(study.alpha_deg[frame], 2)} deg", frame)

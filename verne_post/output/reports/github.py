@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
 
+from verne_post.base.numbers import format_count
 from verne_post.base.printable import make_lines_printable
 from verne_post.model.codes import CODES
 from verne_post.model.findings import Finding
@@ -30,7 +31,8 @@ def write(reports: Sequence[Report], _machine: Machine | None = None) -> str:
     left_out = len(everything) - len(lines)
     if left_out:
         lines.append(
-            f"::notice title=verne-post::{left_out} further findings; GitHub shows {MAX_ANNOTATIONS} of each level"
+            f"::notice title=verne-post::{format_count(left_out, 'further finding')}; "
+            f"GitHub shows {MAX_ANNOTATIONS} of each level"
         )
     return "".join(line + "\n" for line in lines)
 

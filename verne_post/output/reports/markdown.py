@@ -4,6 +4,7 @@ import re
 from collections.abc import Sequence
 from typing import Final
 
+from verne_post.base.numbers import format_count
 from verne_post.base.printable import make_printable
 from verne_post.model.findings import Finding
 from verne_post.model.machine import Machine
@@ -37,7 +38,7 @@ def write(reports: Sequence[Report], _machine: Machine | None = None) -> str:
         left_out += len(rows) - shown
         lines += [*head, *rows[:shown]] if shown else []
     if left_out:
-        lines += ["", f"{left_out} further findings: a comment has no room for them."]
+        lines += ["", f"{format_count(left_out, 'further finding')}: a comment has no room for them."]
     return "".join(line + "\n" for line in lines)
 
 
