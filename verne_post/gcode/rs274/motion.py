@@ -150,7 +150,7 @@ class MotionCodes:
         kind = MoveKind.RAPID if motion == 0 else MoveKind.FEED
         axes = self.values.list_named_axes(block)
         state = self.state
-        if kind == MoveKind.FEED:
+        if kind == MoveKind.FEED and not (motion == 10 and self._goes_beside_part(block, axes)):
             self.check_feed(block, motion)
         if not machine and motion in (0, 10) and self.traits.turns_table_alone and self._is_turned_alone(axes):
             self._turn_table(block, kind, axes)
@@ -194,6 +194,18 @@ class MotionCodes:
                 if is_retracted
                 else "while no tool length is in force",
             )
+
+    def _goes_beside_part(self, block: Block, axes: list[int]) -> bool:
+        """True for X and Y of a head that is retracted and has no length yet: posts write such rapids as G1.
+
+        The table is upright, so the head stays at its height in the machine, and no length alters its way.
+        """
+        lacking = self.core.find_lacking(given="F" in block.words)
+        return lacking == "tool length" and set(axes) <= {_X, _Y} and self.is_retracted() and self._is_upright()
+
+    def _is_upright(self) -> bool:
+        machine = self.setup.coordinates.map_to_machine(np.array(self.state.position), self.state.frame)
+        return abs(float(machine[self.setup.rotary[0]])) <= UPRIGHT_DEG
 
     def is_retracted(self) -> bool:
         """True where Z of the tip follows from machine coordinates (G53, G28) alone; never with tool vectors."""
