@@ -259,6 +259,12 @@ def test_the_remedies_are_named(machine):
         assemble((HERE + "G43 H7\nM2").encode(), machine, Options())
 
 
+def test_a_table_that_hinders_a_retracted_head_is_named(machine):
+    source = "G53 G0 Z0\nG1 X2 Y3 F100\nG43 H1 Z50\nG1 X5\nG0 A30 C0\nG1 X9\nM2"
+    with pytest.raises(InputError, match=r"over a table at A 30, .*turn to A0 before"):
+        assemble(source.encode(), machine, Options(tools=TOOLS))
+
+
 def test_a_retracted_head_goes_to_x_and_y_at_feed_before_any_length(machine):
     """As posts write it that replace G0: no length alters the way of a head that stays at its height."""
     source = "G53 G0 Z0\nT1 M6\n{0} X10 Y-5{1}\n{0} X40 Y35{1}\nG0 G43 Z16 H1\nG1 Z1 F300\nM2"

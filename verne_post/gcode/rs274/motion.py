@@ -198,14 +198,22 @@ class MotionCodes:
     def _goes_beside_part(self, block: Block, axes: list[int]) -> bool:
         """True for X and Y of a head that is retracted and has no length yet: posts write such rapids as G1.
 
-        The table is upright, so the head stays at its height in the machine, and no length alters its way.
+        Over an upright table the head stays at its height in the machine, and no length alters its way. Over another
+        one it is refused.
         """
         lacking = self.core.find_lacking(given="F" in block.words)
-        return lacking == "tool length" and set(axes) <= {_X, _Y} and self.is_retracted() and self._is_upright()
-
-    def _is_upright(self) -> bool:
+        if lacking != "tool length" or not set(axes) <= {_X, _Y} or not self.is_retracted():
+            return False
         machine = self.setup.coordinates.map_to_machine(np.array(self.state.position), self.state.frame)
-        return abs(float(machine[self.setup.rotary[0]])) <= UPRIGHT_DEG
+        tilt = float(machine[self.setup.rotary[0]])
+        if abs(tilt) > UPRIGHT_DEG:
+            letter = self.setup.rotary_letters[0]
+            raise ProgramError(
+                "VP012",
+                f"no tool length has been given before a feed move over a table at {letter} {tilt:g}, where the height "
+                f"of the head depends on it; use {LENGTH_WORDS}, or turn to {letter}0 before",
+            )
+        return True
 
     def is_retracted(self) -> bool:
         """True where Z of the tip follows from machine coordinates (G53, G28) alone; never with tool vectors."""
@@ -247,7 +255,7 @@ class MotionCodes:
                 f"{letter} under G43.5, where I J K give the tool axis; use G43.4 for {self.setup.both_rotary} words",
                 letter,
             )
-        if not set(self.setup.rotary) <= set(rotary):
+        if len(rotary) < 2 if not self.setup.machine else not set(self.setup.rotary) <= set(rotary):
             raise block.error(
                 "VP013",
                 f"{letter} alone after tool vectors: no word has chosen between the two table solutions; "
