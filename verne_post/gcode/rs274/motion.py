@@ -150,7 +150,7 @@ class MotionCodes:
         kind = MoveKind.RAPID if motion == 0 else MoveKind.FEED
         axes = self.values.list_named_axes(block)
         state = self.state
-        if kind == MoveKind.FEED:
+        if kind == MoveKind.FEED and not (motion == 10 and self._goes_beside_part(block, axes)):
             self.check_feed(block, motion)
         if not machine and motion in (0, 10) and self.traits.turns_table_alone and self._is_turned_alone(axes):
             self._turn_table(block, kind, axes)
@@ -195,6 +195,26 @@ class MotionCodes:
                 else "while no tool length is in force",
             )
 
+    def _goes_beside_part(self, block: Block, axes: list[int]) -> bool:
+        """True for X and Y of a head that is retracted and has no length yet: posts write such rapids as G1.
+
+        Over an upright table the head stays at its height in the machine, and no length alters its way. Over another
+        one it is refused.
+        """
+        lacking = self.core.find_lacking(given="F" in block.words)
+        if lacking != "tool length" or not set(axes) <= {_X, _Y} or not self.is_retracted():
+            return False
+        machine = self.setup.coordinates.map_to_machine(np.array(self.state.position), self.state.frame)
+        tilt = float(machine[self.setup.rotary[0]])
+        if abs(tilt) > UPRIGHT_DEG:
+            letter = self.setup.rotary_letters[0]
+            raise ProgramError(
+                "VP012",
+                f"no tool length has been given before a feed move over a table at {letter} {tilt:g}, where the height "
+                f"of the head depends on it; use {LENGTH_WORDS}, or turn to {letter}0 before",
+            )
+        return True
+
     def is_retracted(self) -> bool:
         """True where Z of the tip follows from machine coordinates (G53, G28) alone; never with tool vectors."""
         return (
@@ -235,7 +255,7 @@ class MotionCodes:
                 f"{letter} under G43.5, where I J K give the tool axis; use G43.4 for {self.setup.both_rotary} words",
                 letter,
             )
-        if not set(self.setup.rotary) <= set(rotary):
+        if len(rotary) < 2 if not self.setup.machine else not set(self.setup.rotary) <= set(rotary):
             raise block.error(
                 "VP013",
                 f"{letter} alone after tool vectors: no word has chosen between the two table solutions; "
