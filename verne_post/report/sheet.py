@@ -19,7 +19,9 @@ from verne_post.base.tolerances import ACCELERATION_RATIO, JERK_RATIO, VELOCITY_
 from verne_post.model.machine import Machine
 from verne_post.model.moves import Event, MoveKind, describe_tool, find_tool_of_moves, name_tools
 from verne_post.model.part_setup import SYSTEM_NAMES, spell_tool_word
+from verne_post.model.verdict import count_findings
 from verne_post.model.work_systems import find_placer
+from verne_post.output.causes import describe_other, find_causes, list_worst
 from verne_post.output.findings import describe
 from verne_post.output.summary import list_facts
 from verne_post.part.sweep import Nearest
@@ -62,8 +64,7 @@ def escape_text(text: str) -> str:
 
 def write_verdict_html(machine: Machine, study: Study) -> str:
     """Go or no go, how long it takes, and what is assumed."""
-    errors = sum(item.severity == "error" for item in study.findings)
-    warnings = sum(item.severity == "warning" for item in study.findings)
+    errors, warnings = count_findings(list_worst(study.findings))
     shown = []
     if study.timed:
         assert study.summary is not None
@@ -135,15 +136,20 @@ def write_title_html(program: str, machine: Machine) -> str:
 
 
 def write_findings_html(study: Study) -> str:
-    """The list of findings; each entry has the frame that a click leads to."""
+    """The list of findings, one for each cause; each entry has the frame that a click leads to."""
     if not study.findings:
         return "<li>no findings</li>"
     entries = []
-    for item, frame in zip(study.findings, study.place, strict=True):
+    for cause in find_causes(study.findings):
+        item = cause.worst
         text = escape_text(("" if item.line is None else f"line {item.line}: ") + describe(item))
-        tag, place = ("button", f' type="button" data-frame="{frame}"') if frame >= 0 else ("span", "")
         tried = "".join(f"<small>tried: {escape_text(remedy)}</small>" for remedy in item.remedies)
-        entries.append(f'<li class="{item.severity}"><{tag}{place}>{text}{tried}</{tag}></li>')
+        also = [escape_text(f"also {describe_other(other)}") for other in cause.others]
+        kinds = [item.severity] + [f"{item.severity} also"] * len(also)
+        for kind, shown, index in zip(kinds, [text + tried, *also], cause.indices, strict=True):
+            frame = study.place[index]
+            tag, place = ("button", f' type="button" data-frame="{frame}"') if frame >= 0 else ("span", "")
+            entries.append(f'<li class="{kind}"><{tag}{place}>{shown}</{tag}></li>')
     return "\n".join(entries)
 
 
