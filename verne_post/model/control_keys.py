@@ -17,6 +17,7 @@ _CHOICES: Final[Mapping[str, tuple[str, ...]]] = {
     "dwell": ("seconds", "milliseconds"),
     "cutcom": ("", "centre"), "insert": ("", "message"), "times": ("", "begun", "whole"), "lengths": ("", "tools"),
     "cycle_19": ("", "moves"), "motion": ("", "G0", "G1"),
+    "bare_arcs": ("", "lines"),
 }  # fmt: skip
 
 #: No tap has a larger pitch: a number beyond is a feed rate.
@@ -100,6 +101,9 @@ class FanucKeys(Struct, frozen=True):
     units: Literal["", "mm", "inch"] = ""
     #: What holds before any code of motion (parameter 3402): "G0" or "G1". Empty: axes before one are refused.
     motion: Literal["", "G0", "G1"] = ""
+    #: Parameter 3403, bit 5 (CIR): "lines", G2 and G3 without I, J, K and R go straight (0). Empty: they are refused
+    #: (1, an alarm).
+    bare_arcs: Literal["", "lines"] = ""
 
 
 class AptKeys(Struct, frozen=True):

@@ -62,6 +62,9 @@ class MotionCodes:
         self.core, self.values, self.traits = core, values, traits
         self.setup, self.state, self.recorder = core.setup, core.state, core.recorder
         self.modes: Modes = core.state.modes
+        #: G2 and G3 without I, J, K and R go straight; else they are refused, with ``bare_arcs_remedy``.
+        self.bare_arcs_are_lines = False
+        self.bare_arcs_remedy = ""
         #: Where lines and arcs go: to the core, or where a language has corners that need the next one.
         self.draw_line, self.draw_arc = core.go_straight, core.go_on_arc
 
@@ -150,6 +153,14 @@ class MotionCodes:
         kind = MoveKind.RAPID if motion == 0 else MoveKind.FEED
         axes = self.values.list_named_axes(block)
         state = self.state
+        if self.bare_arcs_are_lines and motion in (20, 30) and block.words.keys().isdisjoint("IJKR"):
+            self.recorder.note_once(
+                "VP039",
+                f"{spell_g_code(motion)} without I, J, K and R goes straight ([fanuc] bare_arcs): where an arc was "
+                "meant, its words are missing",
+                block.line,
+            )
+            motion = 10
         if kind == MoveKind.FEED and not (motion == 10 and self._goes_beside_part(block, axes)):
             self.check_feed(block, motion)
         if not machine and motion in (0, 10) and self.traits.turns_table_alone and self._is_turned_alone(axes):
@@ -312,7 +323,7 @@ class MotionCodes:
                 start, end, state.plane, clockwise, offsets, self.modes.absolute_centers, turns - 1, tolerance
             )
         else:
-            raise ProgramError("VP005", "an arc needs its centre (I, J, K) or its radius (R)")
+            raise ProgramError("VP005", f"an arc needs its centre (I, J, K) or its radius (R){self.bare_arcs_remedy}")
         self.draw_arc(block, start, end, arc, self.values.list_named_axes(block), absolute=self.modes.absolute)
 
     # --- cutter compensation ------------------------------------------------------------------------
