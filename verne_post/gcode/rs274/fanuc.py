@@ -149,6 +149,7 @@ class FanucInterpreter(Rs274):
         self.cycles.bore_shift = self.keys.bore_shift
         self.motion.bare_arcs_are_lines = self.keys.bare_arcs == "lines"
         self.motion.bare_arcs_remedy = _BARE_ARCS
+        self.motion.offsets_are_wear = self.keys.cutter_offsets == "wear"
         least = 0.01 * self.keys.inside_arc_percent
         self.core.set_arc_feed(ArcFeed("[fanuc] inside_arc_percent", least, 1.0, assumed=not given))
 
@@ -453,6 +454,13 @@ class FanucInterpreter(Rs274):
         if code in (100, 520, 920):
             self.planes.refuse_under_plane(spell_g_code(code))
         if code == 100:
+            if self.motion.offsets_are_wear and block.words.get("L") in (12.0, 13.0):
+                raise block.error(
+                    "VP017",
+                    f"G10 L{block.words['L']:g} gives a radius, and [fanuc] cutter_offsets says that D holds the wear "
+                    "alone, 0: take one of them away",
+                    "L",
+                )
             self.fanuc_offsets.store_offset(block)
         elif code in (520, 920):
             self.fanuc_offsets.shift_system(block, code)

@@ -65,6 +65,8 @@ class MotionCodes:
         #: G2 and G3 without I, J, K and R go straight; else they are refused, with ``bare_arcs_remedy``.
         self.bare_arcs_are_lines = False
         self.bare_arcs_remedy = ""
+        #: D is the wear of the tool, which is 0; else the tool of the table.
+        self.offsets_are_wear = False
         #: Where lines and arcs go: to the core, or where a language has corners that need the next one.
         self.draw_line, self.draw_arc = core.go_straight, core.go_on_arc
 
@@ -224,6 +226,7 @@ class MotionCodes:
                 f"no tool length has been given before a feed move over a table at {letter} {tilt:g}, where the height "
                 f"of the head depends on it; use {LENGTH_WORDS}, or turn to {letter}0 before",
             )
+        self.recorder.first_cut = self.recorder.count + 1
         return True
 
     def is_retracted(self) -> bool:
@@ -361,7 +364,7 @@ class MotionCodes:
                         "VP005", f"{spell_g_code(code)} needs D, the number of the offset, after the tool change"
                     )
                 block.words["D"] = float(self.modes.cutter_number)
-            if not block.words["D"]:
+            if not block.words["D"] or self.offsets_are_wear:
                 return 0.0
         number = (read_whole(block, "D") if "D" in block.words else 0) or state.loaded_tool or 0
         if number == 0:
