@@ -270,6 +270,8 @@ def test_a_retracted_head_goes_to_x_and_y_at_feed_before_any_length(machine):
     source = "G53 G0 Z0\nT1 M6\n{0} X10 Y-5{1}\n{0} X40 Y35{1}\nG0 G43 Z16 H1\nG1 Z1 F300\nM2"
     path, start, end = read(source.format("G1", " F5000"), machine, tools=TOOLS)
     rapid, first, last = read(source.format("G0", ""), machine, tools=TOOLS)
+    found = check(source.format("G1", " F5000"), machine, Options(tools=TOOLS, split_at_stops=True)).findings
+    assert "VP034" not in [item.code for item in found]  # it comes down with a length
     assert np.array_equal(start, first)
     assert np.array_equal(end, last)
     assert end[0, :2] == near(40, 35)

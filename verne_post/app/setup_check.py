@@ -30,7 +30,9 @@ def check_setup(moves: Moves, path: ToolPath, machine: Machine, options: Options
         used, first = np.unique(moves.frame[move[move >= 0]], return_index=True)
         for frame, at in zip(used.tolist(), move[move >= 0][first].tolist(), strict=True):
             systems.setdefault(frame, at)
-        cutting = np.flatnonzero((path.tool_length[begin:end] == 0.0) & (path.feed_time[begin:end] > 0) & (move >= 0))
+        cutting = np.flatnonzero(
+            (path.tool_length[begin:end] == 0.0) & (path.feed_time[begin:end] > 0) & (move >= moves.first_cut)
+        )
         if bare < 0 and len(cutting):
             bare = int(move[cutting[0]])
     unplaced: dict[int, int] = {}  # system -> first move that uses it

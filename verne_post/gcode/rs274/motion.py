@@ -62,6 +62,11 @@ class MotionCodes:
         self.core, self.values, self.traits = core, values, traits
         self.setup, self.state, self.recorder = core.setup, core.state, core.recorder
         self.modes: Modes = core.state.modes
+        #: G2 and G3 without I, J, K and R go straight; else they are refused, with ``bare_arcs_remedy``.
+        self.bare_arcs_are_lines = False
+        self.bare_arcs_remedy = ""
+        #: D is the wear of the tool, which is 0; else the tool of the table.
+        self.offsets_are_wear = False
         #: Where lines and arcs go: to the core, or where a language has corners that need the next one.
         self.draw_line, self.draw_arc = core.go_straight, core.go_on_arc
 
@@ -150,6 +155,14 @@ class MotionCodes:
         kind = MoveKind.RAPID if motion == 0 else MoveKind.FEED
         axes = self.values.list_named_axes(block)
         state = self.state
+        if self.bare_arcs_are_lines and motion in (20, 30) and block.words.keys().isdisjoint("IJKR"):
+            self.recorder.note_once(
+                "VP039",
+                f"{spell_g_code(motion)} without I, J, K and R goes straight ([fanuc] bare_arcs): where an arc was "
+                "meant, its words are missing",
+                block.line,
+            )
+            motion = 10
         if kind == MoveKind.FEED and not (motion == 10 and self._goes_beside_part(block, axes)):
             self.check_feed(block, motion)
         if not machine and motion in (0, 10) and self.traits.turns_table_alone and self._is_turned_alone(axes):
@@ -213,6 +226,7 @@ class MotionCodes:
                 f"no tool length has been given before a feed move over a table at {letter} {tilt:g}, where the height "
                 f"of the head depends on it; use {LENGTH_WORDS}, or turn to {letter}0 before",
             )
+        self.recorder.first_cut = self.recorder.count + 1
         return True
 
     def is_retracted(self) -> bool:
@@ -312,7 +326,7 @@ class MotionCodes:
                 start, end, state.plane, clockwise, offsets, self.modes.absolute_centers, turns - 1, tolerance
             )
         else:
-            raise ProgramError("VP005", "an arc needs its centre (I, J, K) or its radius (R)")
+            raise ProgramError("VP005", f"an arc needs its centre (I, J, K) or its radius (R){self.bare_arcs_remedy}")
         self.draw_arc(block, start, end, arc, self.values.list_named_axes(block), absolute=self.modes.absolute)
 
     # --- cutter compensation ------------------------------------------------------------------------
@@ -350,7 +364,7 @@ class MotionCodes:
                         "VP005", f"{spell_g_code(code)} needs D, the number of the offset, after the tool change"
                     )
                 block.words["D"] = float(self.modes.cutter_number)
-            if not block.words["D"]:
+            if not block.words["D"] or self.offsets_are_wear:
                 return 0.0
         number = (read_whole(block, "D") if "D" in block.words else 0) or state.loaded_tool or 0
         if number == 0:
