@@ -27,21 +27,21 @@ else:
 
 `to_pandas()` and `to_polars()` make data frames. They need the extras `pandas` and `polars` ([install](install.md)).
 
-Programs are given as bytes, as text, or as a `pathlib.Path`. A path brings the subprograms beside
-it, and the set-up `part.nc.toml`, as on the command line: its offsets, tools, fixtures and options
-hold where `options` has the default. Work offsets and fixtures are joined, each from `options`
-where both have it; a tool length or table in `options` replaces those of the set-up. `setup="none"`
-leaves the set-up out, `setup=Path("other.toml")` takes another one, for texts too. Settings files
-are read by the commands alone: pass what they say as options.
+**Programs** are `bytes`, text (`str`), or a `pathlib.Path`. With a path, subprograms in the same folder are found, and
+the set-up `part.nc.toml` is read, as on the command line.
 
-A bad *program* or set-up never raises: it makes a result whose findings say why. A bad *call*
-raises `UsageError`, which names the argument and what would be right. A machine file that cannot be
-used raises `InputError`, which carries findings. What `convert`, `verify`, `machined`, `explain`
-and `fit` return is printed as the commands print it: `print(result.summary)`.
+**Set-up and options.** An option that is not the default overrides the set-up. Work offsets and fixtures of both are
+used; where both name the same one, that of `options` counts. `setup="none"` ignores the set-up, and
+`setup=Path("other.toml")` reads another one, also for programs given as text. Settings files are read only by the
+commands: pass their content as options.
 
-A strict type checker knows every name below. `dir(verne_post)` lists the same names.
-`verne_post.gcode.read_moves` is the interpreter alone. This page is made from the docstrings by
-`docs/make_api.py`.
+**Errors.** A bad *program* or set-up never raises; the findings of the result say what is wrong. A bad *call* raises
+`UsageError`, which names the argument and what would be right. A bad machine file raises `InputError`, which has
+findings. Print what `convert`, `verify`, `machined`, `explain` and `fit` return to see what the commands print:
+`print(result.summary)`.
+
+All names below are typed for strict checkers, and `dir(verne_post)` lists them. `verne_post.gcode.read_moves` is the
+interpreter without a machine. `docs/make_api.py` makes this page from the docstrings.
 """
 FUNCTIONS = ("load_machine", "convert", "check", "explain", "verify", "machined", "fit", "work_offsets")
 CLASSES = (

@@ -71,7 +71,7 @@ def convert(
         G-code. A ``str`` is the text of a program, never the name of a file.
     machine : Machine, str or path
     options : Options, optional
-        What is not as by default goes before the set-up.
+        Options that are not the default override the set-up.
     sink : callable, optional
         Takes blocks of rows (:class:`~verne_post.model.setpoints.SetpointBlock`) as they are made; discard them unless
         the result is ok. Without a sink the rows are collected in ``Result.setpoints``.
@@ -151,7 +151,7 @@ def explain(
     InputError
         The program cannot be read.
     UsageError
-        The line has no motion; names the nearest lines that have.
+        The line has no motion; the message names the nearest lines with motion.
     """
     text, chosen = _read_program(source, options, setup)
     if isinstance(line, bool) or not isinstance(line, int):
@@ -174,7 +174,7 @@ def verify(
     setpoints : Setpoints, bytes, str or path
         What :func:`convert` returned, or the text or file of a setpoint CSV.
     source, machine, options, setup
-        As they were converted with.
+        Those of the conversion.
 
     Raises
     ------
@@ -218,25 +218,25 @@ def machined(
     setpoints : Setpoints, bytes, str or path
         What :func:`convert` returned, or the text or file of a setpoint CSV.
     source, machine, options, setup
-        As they were converted with; ``tool_shapes`` has the cutters.
+        Those of the conversion; ``tool_shapes`` has the cutters.
     nominal : bytes or path
         An STL file.
     system : str
         The work system that it is in, or "table".
     unit : {"mm", "cm", "m", "inch"}
-        Of the STL, which does not say it.
+        Unit of the STL.
     gouge, excess : float
         mm along the normal: deeper cuts are errors (VP218), more material is a warning (VP219).
     grid : float
-        mm; no place of the surface is farther from one that is looked at.
+        mm; largest distance of a point of the surface from an examined one.
     search : float
-        mm; how deep below and how high above the surface is looked.
+        mm; depth below and height above the surface that are examined.
     datum : {"table", "fit"}
-        Which comparison counts: the part where the set-up puts it, or where it fits best.
+        Which comparison counts: the part at its position in the set-up, or at the best fit.
     fixtures : sequence of (bytes or path, str)
         STL files that tool and spindle keep out of (VP215), each with its system.
     distance : float
-        mm; how near they may come.
+        mm; the smallest distance allowed.
 
     Raises
     ------

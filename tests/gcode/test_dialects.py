@@ -1258,7 +1258,9 @@ def read_family_words():
     keys = {row.id: row.values[:2] for row in read_family()}
     keys["Mach4"] = keys["Mach4, Haas, Fanuc"]
     text = (Path(__file__).parents[2] / "docs" / "gcode.md").read_text(encoding="utf-8")
-    for line in text.split("| control | words | here |\n|---|---|---|\n")[1].split("\n\n")[0].splitlines():
+    for line in (
+        text.split("| control | words | what verne-post does |\n|---|---|---|\n")[1].split("\n\n")[0].splitlines()
+    ):
         control, words, does = (cell.strip() for cell in line.strip("|").split("|"))
         for word in re.findall("`([^`]+)`", words):
             yield pytest.param(*keys[control], word, does.split(":")[0].split(",")[0], id=f"{control} {word}")

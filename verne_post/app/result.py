@@ -1,4 +1,4 @@
-"""What a check or a conversion came to."""
+"""The result of a check or a conversion."""
 
 import os
 from collections.abc import Callable, Iterator, Sequence
@@ -126,7 +126,7 @@ class Setpoints:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Result:
-    """What a check or a conversion came to.
+    """The result of a check or a conversion.
 
     Attributes
     ----------
@@ -136,7 +136,7 @@ class Result:
     setpoints : Setpoints or None
         None when a sink took the rows, for a check, and when the result is not ok.
     part : Machined or None
-        What the rows leave of the nominal part of the options.
+        The comparison with the nominal part of the options.
     """
 
     findings: tuple[Finding, ...]

@@ -79,7 +79,7 @@ _ASKED = Wanted()
     default=_ASKED.search,
     metavar="MM",
     show_default=True,
-    help="How deep below and how high above the surface is looked; less than the thinnest wall.",
+    help="Depth below and height above the surface that are examined; less than the thinnest wall.",
 )
 @click.option(
     "--datum",

@@ -53,7 +53,7 @@ def load_machine(
     Raises
     ------
     InputError
-        With one finding (VP501) a mistake: file, key, value, bound.
+        One finding (VP501) for each mistake: file, key, value, bound.
     UsageError
         Neither a name nor a path.
     """

@@ -103,7 +103,7 @@ class Bodies:
 
 @dataclass(frozen=True, repr=False)
 class Machine:
-    """One machine: kinematics, limits, control, and where every number comes from.
+    """One machine: kinematics, limits, control, and the origin of every number.
 
     The functions :meth:`inverse` and :meth:`forward` use the table frame, mm and rad, workpiece
     sense, whatever the senses of the machine file. ``drives`` are those of the joints, in their order, empty where the

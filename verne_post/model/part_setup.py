@@ -106,7 +106,7 @@ class Box:
     system : int or None
         Number of the work system (1 = G54) as ``--wcs`` gives it; None: the table frame.
     distance : float
-        How near other bodies may come, mm.
+        Smallest distance of other bodies, mm.
     """
 
     name: str
@@ -128,7 +128,7 @@ class FixtureMesh:
     system : int or None
         As of :class:`Box`.
     distance : float
-        How near other bodies may come, mm.
+        Smallest distance of other bodies, mm.
     unit : str
         One of ``UNITS``: an STL does not say its unit.
     file : str
@@ -150,16 +150,16 @@ class FixtureMesh:
 
 @dataclass(frozen=True)
 class Wanted:
-    """What a comparison with the nominal part is asked for, mm.
+    """Limits of a comparison with the nominal part, mm.
 
     Attributes
     ----------
     gouge, excess : float
         Depths along the normal that count.
     grid : float
-        No place of the surface is farther than this from one that is looked at.
+        Largest distance of a point of the surface from an examined one.
     search : float
-        How deep below and how high above the surface is looked; less than the thinnest wall.
+        Depth below and height above the surface that are examined; less than the thinnest wall.
     """
 
     gouge: float = 0.05
@@ -183,7 +183,7 @@ class OwnStock:
 
 @dataclass(frozen=True)
 class NominalPart:
-    """The part as it should be, with which rows are compared as they are made.
+    """The nominal part, with which rows are compared.
 
     Attributes
     ----------

@@ -76,7 +76,7 @@ class Summary:
     tolerance : tuple of float
         Largest tip (mm) and axis (rad) tolerance of rounded corners, 0 where there are none.
     start : tuple of float
-        The first row as written: the machine must already stand there.
+        The first row as written: the machine must already be there.
     frames : tuple of Frame
         Work systems in use.
     placed_systems : frozenset of int

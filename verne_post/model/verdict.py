@@ -71,7 +71,7 @@ RESULTS: Final = {
 
 
 class Verdict(StrEnum):
-    """What became of a program: tells apart what one exit status cannot."""
+    """The verdict on a program, with more cases than the exit status."""
 
     ACCEPTED = "accepted"
     VIOLATES_LIMITS = "violates limits"

@@ -43,7 +43,7 @@ class Verification:
         Blocks whose feed rate is a time (inverse time, degrees per minute), and those that take longer by more than 1 %
         and two control cycles.
     latest_block : BlockTime or None
-        The one of those that takes longer by most seconds.
+        The one that exceeds its time by most seconds.
     first_row : ndarray, shape (n_joints,)
         File units.
     text : str

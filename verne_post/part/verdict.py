@@ -44,7 +44,7 @@ class Spot(Struct, frozen=True, eq=False):
 
 
 class Machined(Struct, frozen=True, eq=False):
-    """What rows leave of a part.
+    """The comparison of rows with a nominal part.
 
     Attributes
     ----------
@@ -57,7 +57,7 @@ class Machined(Struct, frozen=True, eq=False):
     spots : tuple of Spot
         Where the gouges and the excess among the findings are worst.
     rests : tuple of Rest or None
-        What stays of the stock around the part, the largest first; None where no stock was compared with it.
+        Stock that remains around the part, the largest first; None where no stock was compared.
     text : str
         Findings and summary, as ``machined`` says them: what is printed.
     """
