@@ -201,7 +201,7 @@ def man_page() -> str:
                 out += [".TP", f".B {_roff(flag)}", _roff(" ".join(text.split()))]
     out += [
         ".SH EXIT STATUS",
-        "0 clean, 1 the program violates a limit, 2 unusable input, 3 no verdict, 70 a fault of verne-post.",
+        "0 can run, 1 refused: it breaks a limit, 2 refused: it cannot be used, 3 no verdict, 70 internal error.",
         ".SH ENVIRONMENT",
         "NO_COLOR: no colour on terminals. VERNE_POST_CEILING: folders above which no settings file is looked for.",
         ".SH FILES",

@@ -17,11 +17,13 @@ import math
 import os
 import platform
 import re
+import runpy
 import shlex
 import shutil
 import subprocess
 import sys
 import tempfile
+import traceback
 from collections.abc import Iterator
 from dataclasses import dataclass
 from importlib.metadata import version
@@ -39,8 +41,8 @@ RELATIVE, ABSOLUTE = 1e-4, 0.005
 _EXACT = re.compile(r"(?<=^To the last digit, the transcripts of this page are those of `)[^`]*", re.MULTILINE)
 #: What the commands may use, beside the samples themselves.
 FOLDERS = ("gcode_samples", "machine_configs", "tests/reference")
-#: A command of verne-post that needs no shell: it is run in this process, which has loaded the modules.
-_PLAIN = re.compile(r"verne-post [^$`;&|<>()*?~#\\]+")
+#: A command of verne-post or a script that needs no shell: it is run in this process, which has loaded the modules.
+_PLAIN = re.compile(r"(verne-post|python \w[\w/]*\.py\b) ?[^$`;&|<>()*?~#\\]*")
 _PARTS = re.compile(r"^<!-- run: (?P<hidden>.*?) -->$|^```console\n(?P<block>.*?)^```$", re.DOTALL | re.MULTILINE)
 _WORDS = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?|[^\W\d]+|[^\w\s]")
 
@@ -93,9 +95,12 @@ def run_step(step: Step, folder: Path, pictures: Path, exact: bool = False) -> s
         "VERNE_POST_CEILING": str(folder.parent),
         "NO_COLOR": "1",
     }
+    plain = step.command.replace("$PICTURES", shlex.quote(str(pictures)))
     with mock.patch.dict(os.environ, settings):
-        in_here = _PLAIN.fullmatch(step.command) and not exact
-        said = (_run_here if in_here else _run_in_shell)(step.command, folder)
+        if _PLAIN.fullmatch(plain) and not exact:
+            said = _run_here(shlex.split(plain), folder)
+        else:
+            said = _run_in_shell(step.command, folder)
     return said if not said or said.endswith("\n") else said + "\n"
 
 
@@ -110,12 +115,23 @@ def _run_in_shell(command: str, folder: Path) -> str:
     ).stdout
 
 
-def _run_here(command: str, folder: Path) -> str:
+def _run_here(words: list[str], folder: Path) -> str:
     raw = io.BytesIO()
     both = io.TextIOWrapper(raw, encoding="utf-8", write_through=True)
     with contextlib.chdir(folder), contextlib.redirect_stdout(both), contextlib.redirect_stderr(both):
-        run_command(shlex.split(command)[1:])
+        if words[0] == "verne-post":
+            run_command(words[1:])
+        else:
+            _run_script(words[1:])
     return raw.getvalue().decode("utf-8")
+
+
+def _run_script(words: list[str]) -> None:
+    with mock.patch.object(sys, "argv", words), mock.patch.object(sys, "path", [str(Path(words[0]).parent), *sys.path]):
+        try:
+            runpy.run_path(words[0], run_name="__main__")
+        except Exception:  # a page shows what a script prints, or the test what went wrong
+            traceback.print_exc()
 
 
 def same_words(one: str, other: str, exact: bool = False) -> bool:

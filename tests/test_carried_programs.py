@@ -203,7 +203,7 @@ def test_an_approach_goes_back_to_machine_z_0(
 def test_explain_and_machine_show(run: Runner, tmp_path: Path) -> None:
     source = tmp_path / "part.nc"
     source.write_text(HEAD.format(words="A20 C30") + "M2\n", encoding="utf-8")
-    shown = run("explain", f"{source}:3", *OPTIONS, "--wcs", "G54=300,100,0").out
+    shown = run("explain", f"{source}:3", "--all", *OPTIONS, "--wcs", "G54=300,100,0").out
     assert "every solution of the whole machine: 2, of which 1 possible, 1 refused by geometry" in shown
     assert "the wrist on the other side of its pole" in shown
     senses = run("machine", "show", "tricept").out

@@ -165,7 +165,9 @@ def test_an_approach_comes_from_joint_values(run: Runner, tmp_path: Path) -> Non
 def test_explain_and_machine_show(run: Runner, tmp_path: Path) -> None:
     source = tmp_path / "part.nc"
     source.write_text(HEAD.format(words="A10 C30") + "M2\n", encoding="utf-8")
-    shown = run("explain", f"{source}:3", "--machine", "hexapod", "--tool-length", "90", "--wcs", "G54=0,0,0").out
+    shown = run(
+        "explain", f"{source}:3", "--all", "--machine", "hexapod", "--tool-length", "90", "--wcs", "G54=0,0,0"
+    ).out
     assert "as programmed: possible" in shown
     assert "other table solution" not in shown
     assert "distance of the rods of legs l1 and l2" in shown

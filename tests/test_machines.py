@@ -152,7 +152,7 @@ def test_explain_and_dump_speak_of_this_machines_joints(
 ) -> None:
     program = tmp_path / "part.nc"
     program.write_text(PROGRAM, encoding="utf-8")
-    told = run("explain", f"{program}:5", "--machine", name, *PLACE)
+    told = run("explain", f"{program}:5", "--all", "--machine", name, *PLACE)
     assert told.code == 0
     assert told.out.count("\n  alpha ") == solutions
     assert told.out.count("in use") == 1
@@ -303,7 +303,7 @@ def test_a_new_kind_is_one_entry_and_runs_through_everything(
     assert [float(cell) for cell in first.split(",")[1:4]] == pytest.approx([0.0, 0.0, 550.0], abs=1e-9)
     facts = json.loads(meta.read_text(encoding="utf-8"))
     assert list(facts["verification"]["jerk_ratio"]) == ["u", "v", "w", "a", "c"]
-    told = run("explain", f"{program}:5", *options)
+    told = run("explain", f"{program}:5", "--all", *options)
     assert told.code == 0
     assert "wedge left (w)" in told.out
     dumped = run("dump", "joints", program, *options)

@@ -48,6 +48,21 @@ def test_a_length_of_0_in_the_tool_table_is_told_as_such(program, line, text):
     assert ("no length is in force" in str(result.summary)) == ("G49" in program)
 
 
+def test_a_tool_with_the_length_of_the_one_before() -> None:
+    """A forgotten G43 drives tool 2 too deep by 30 mm; H22, another offset of tool 2, may be meant."""
+    lengths = {1: 80.0, 2: 110.0, 22: 110.2}
+    tools = {n: vp.Tool(n, n, (0.0, 0.0, z, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)) for n, z in lengths.items()}
+    program = "G21 G90 F600\nT1 M6\nG43 H1\nG0 X0 Y0 Z80 A0 C0\nG1 X5\nG0 Z90\nT2 M6\n{}G1 X6\nX7\nM2\n"
+    options = vp.Options(tools=tools, wcs={"G54": (0, 0, 30)}, split_at_stops=True)
+    found = vp.check(program.format(""), "verne", options).findings
+    assert [(item.code, item.severity, item.line) for item in found] == [("VP034", "warning", 8)]
+    assert "tool 2 cuts with a length of 80 mm, which is that of tool 1; its own is 110 mm" in found[0].message
+    assert found[0].message.endswith("or the tip is 30 mm off")
+    for offset in (2, 22):
+        found = vp.check(program.format(f"G43 H{offset}\n"), "verne", options).findings
+        assert "VP034" not in [item.code for item in found]
+
+
 CUTS = "G1 X10 F500\nY10\nM30\n"
 
 

@@ -18,9 +18,13 @@ import pytest
 from msgspec.structs import replace
 
 import verne_post
+from verne_post.cli.batch import make_table
 from verne_post.cli.files import RunFiles
-from verne_post.cli.jobs import Job, run_here, run_job
+from verne_post.cli.jobs import Job, Outcome, run_here, run_job
+from verne_post.model.findings import make_finding
 from verne_post.model.options import Options
+from verne_post.model.verdict import find_exit_status
+from verne_post.output.findings import format_outcome
 
 GOOD = "G21 G90 G64\nG0 X0 Y0 Z{z} A0 C0\nG1 X{x} Y5 F3000\nG1 X5\nM2\n"
 BEYOND = "G21 G90\nG0 X0 Y0 Z50 A0 C0\nG1 Z680 F3000\nM2\n"
@@ -63,7 +67,7 @@ def test_results_do_not_depend_on_who_made_them(folder: Path, run: Callable[...,
     assert contents("one") == contents("three")
     names = {name for name in contents("one") if name.endswith(".csv")}
     assert names == {"p0.csv", "p3.csv", "p6.csv", *(f"sub/p{n}.csv" for n in (1, 2, 4, 5, 7, 8))}
-    assert "12 programs: 9 converted, 1 refused, 2 unusable" in one.out
+    assert "12 programs: 9 converted, 3 refused" in one.out
     assert "VP101 line 3" in one.out
     # each is what convert writes
     assert run("convert", "in/sub/p4.nc", *PLACE).out.encode() == contents("one")["sub/p4.csv"]
@@ -339,9 +343,45 @@ def test_hidden_folders_are_not_searched(folder: Path, run: Callable[..., Any]) 
         assert "but not in hidden folders" in answer.err
     shutil.copy("in/p0.nc", ".all/sub/p0.nc")
     assert ".all/sub/p0.nc: can run" in run("check", ".all", *PLACE).out
-    assert "1 programs: 1 converted" in run("batch", ".all", "-o", "out", "-j", 1, *PLACE).out
+    assert "1 program: 1 converted" in run("batch", ".all", "-o", "out", "-j", 1, *PLACE).out
     assert run("check", ".all/.venv", *PLACE).code == 2
     assert run("check", ".all/.venv", *PLACE).out.startswith(".all/.venv/numpy.h")
+
+
+@pytest.mark.parametrize("command", [("check", "--output-format", "github"), ("batch", "-o", "out", "--github")])
+def test_an_empty_folder_is_told_in_every_report(
+    folder: Path, run: Callable[..., Any], command: tuple[str, ...]
+) -> None:
+    """A workflow shows why there was nothing to check, and no report of that replaces a program that was found."""
+    Path("empty").mkdir()
+    answer = run(*command, "empty", "none*.nc", "--junit", "j.xml")
+    assert answer.code == 2
+    assert answer.out.startswith("::error title=verne-post::no programs in empty; looked for .nc, ")
+    assert answer.out.endswith("; none*.nc: no such file\n")
+    assert "no programs in empty" in ElementTree.parse("j.xml").find("testsuite/testcase/error").text
+    before = Path("in/p0.nc").read_bytes()
+    answer = run(*command, "empty", "in", "--junit", "in/p0.nc")
+    assert answer.code == 2
+    assert "choose another name" in answer.err
+    assert Path("in/p0.nc").read_bytes() == before
+
+
+@pytest.mark.parametrize(
+    ("code", "word"),
+    [
+        ("VP001", "refused"),
+        ("VP101", "refused"),
+        ("VP502", "refused"),
+        ("VP420", "no verdict"),
+        ("VP902", "internal error"),
+    ],
+)
+def test_check_and_batch_have_one_word_for_a_result(code: str, word: str) -> None:
+    found = (make_finding(code, "text", severity="error"),)
+    assert format_outcome("a.nc", found) == f"a.nc: {word}: 1 error, 0 warnings"
+    table = make_table([Outcome("a.nc", int(find_exit_status(found)), found)]).splitlines()
+    assert table[1].startswith(f"a.nc     {word} ")
+    assert table[2] == f"1 program: 1 {word}"
 
 
 def test_shards_are_a_partition(folder: Path, run: Callable[..., Any]) -> None:

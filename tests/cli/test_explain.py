@@ -31,12 +31,12 @@ PROGRAM = lines("G49 G0 X0 Y0 Z120 A0 C0", "G1 Z100 A60 F2000", "G1 A101", "M2")
 
 @pytest.fixture
 def explain(run: Callable[..., Any], tmp_path: Path) -> Callable[..., str]:
-    """Text about one line of a program."""
+    """Text about one line of a program, with every step."""
 
     def told(program: str, line: int, *options: object) -> str:
         path = tmp_path / "part.nc"
         path.write_text(program, encoding="utf-8")
-        answer = run("explain", f"{path}:{line}", *options)
+        answer = run("explain", f"{path}:{line}", "--all", *options)
         assert (answer.code, answer.err) == (0, "")
         return answer.out
 
@@ -81,6 +81,45 @@ def rod_lengths(position: np.ndarray, alpha: float, rho: np.ndarray) -> np.ndarr
         (x + 240.0, y + 190.0 * c - 565.0, z + 190.0 * s - rho[2]),
     ]
     return np.linalg.norm(ends, axis=1) - [850.0, 850.0, 950.0, 950.0]
+
+
+# --- what is asked first ---------------------------------------------------------------------------
+
+
+def test_the_first_answer_is_short(explain: Callable[..., str], run: Callable[..., Any], tmp_path: Path) -> None:
+    """Line, what is wrong by how much, its place once, what would settle it, the pose; steps and solutions are more."""
+    program = lines("G49 G0 X0 Y0 Z120 A0 C0", "G1 Z800 F900", "M2")
+    whole = explain(program, 2, "--tool-length", "60")
+    answer = run("explain", tmp_path / "part.nc:2", "--tool-length", "60")
+    shown = answer.out.splitlines()
+    assert len(shown) <= 25
+    assert shown[0] == "line 2: G1 Z800 F900"
+    assert shown[-1] == "--all shows each step, every margin and every solution"
+    assert whole.startswith("\n".join(shown[:-1]) + "\n\nfrom words to joints")
+    text = answer.out
+    for joint, excess in (("rho1", "95.875308"), ("rho2", "149.210939"), ("rho3", "149.210939")):
+        assert re.search(rf"VP101 error: {joint} -\S+ mm is below 50 mm by {excess} mm\n", text)
+    assert text.count("at 100 % of the way") == 1
+    assert "the line ended elsewhere: Z 650.787 in place of 800 mm" in text
+    assert f"Fill in wcs.G54 in {tmp_path}/part.nc.toml" in text  # VP033, with the name to paste
+    assert f"setup {tmp_path}/part.nc writes" in text
+    assert "joints               rho1 -45.875308, rho2 -99.210939, rho3 -99.210939, a 0.000000 deg" in text
+    assert "margin to its travel" not in text
+    assert vector(text, "tip on the table     ") == pytest.approx([0, 0, 800], abs=1e-6)
+
+
+def test_places_that_differ_are_told_each(explain: Callable[..., str]) -> None:
+    """Two sliders are lowest at two places of the line, and the tilt is largest at its end."""
+    text = explain(
+        lines("G49 G0 X0 Y0 Z120 A0 C0", "G1 Z690 F900", "G1 Z100 A101 F900", "M2"), 3, "--tool-length", "60"
+    )
+    assert len(re.findall(r"VP10\d error: .*\n    at \S+ % of the way", text)) == 3
+
+
+def test_all_is_for_lines(run: Callable[..., Any]) -> None:
+    answer = run("explain", "VP102", "--all")
+    assert answer.code == 2
+    assert "--all is for a line of a program" in answer.err
 
 
 # --- from words to joints ------------------------------------------------------------------------

@@ -108,7 +108,7 @@ def test_every_command_reads_them(run: Callable[..., Any], program: Any, tmp_pat
     assert run("check", file, *PLACE).code == 0
     assert run("convert", file, *PLACE, "-o", tmp_path / "a.csv", "--meta", tmp_path / "a.json").code == 0
     assert run("verify", tmp_path / "a.csv", "--against", file, *PLACE).code == 0
-    assert run("explain", f"{file}:2", *PLACE).code == 0
+    assert run("explain", f"{file}:2", "--all", *PLACE).code == 0
     options = json.loads((tmp_path / "a.json").read_text())["options"]
     assert list(options["subroutines"]) == ["side"]
 
@@ -336,12 +336,12 @@ def test_explain_works_lines_that_compute_and_other_dialects(
     run: Callable[..., Any], program: Any, tmp_path: Path
 ) -> None:
     file = program(HEAD + "#1=3\no1 repeat [2]\nG1 X[2*#1] F900\n#1=[#1+1]\no1 endrepeat\nM2\n")
-    answer = run("explain", f"{file}:4", *PLACE)
+    answer = run("explain", f"{file}:4", "--all", *PLACE)
     assert answer.code == 0, answer.err
     assert "X 8 mm (as the line says)" in answer.out or "X 6 mm (as the line says)" in answer.out
     apt = tmp_path / "a.cls"
     apt.write_text("UNITS/MM\nMULTAX/ON\nLOADTL/1\nFROM/0,0,20,0,0,1\nFEDRAT/900\nGOTO/5,0,20,0,0,1\nFINI\n")
-    answer = run("explain", f"{apt}:6", *PLACE)
+    answer = run("explain", f"{apt}:6", "--all", *PLACE)
     assert answer.code == 0, answer.err
     assert "X 5 mm (as the line says)" in answer.out
 

@@ -42,7 +42,7 @@ def test_a_dry_run_needs_less_of_a_lift(tmp_path: Path, run: Callable[..., Any])
     program.write_text("G21 G90\nG0 X0 Y0 Z60 A0 C0\nG1 X10 F500\nZ-60\nM2\n", encoding="utf-8")
     moved = {}
     for air in (0, 5):
-        said = run("explain", f"{program}:4", "--tool-length", 80, "--wcs", "G54=0,0,50", "--air", air).out
+        said = run("explain", f"{program}:4", "--all", "--tool-length", 80, "--wcs", "G54=0,0,50", "--air", air).out
         found = re.search(r"the part moved by [^)]*, ([0-9.]+) mm \(then G54 = ", said)
         assert found, said
         moved[air] = float(found[1])

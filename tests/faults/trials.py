@@ -330,8 +330,9 @@ def placed(ground: Ground, place: Callable[[Path], str]) -> list[str]:
     run = ground.run("short.nc", *PLACE, "-o", name)
     broken = judge_end("convert", run)
     path = os.path.join(ground.folder, name)
-    if run.status == 0 and not name.startswith("/dev/") and Path(path).read_bytes() != good:
-        broken.append("convert: the file is not whole")
+    if run.status == 0 and not name.startswith("/dev/"):
+        written = run.out if name == "-" else Path(path).read_bytes()
+        broken += ["convert: what was written is not whole"] * (written != good)
     if run.status and {key: raw for key, raw in ground.contents().items() if key in before} != before:
         broken.append("convert: has changed a file and refused")
     broken += [f"convert: {file} stays" for file in ground.contents() if ".verne-post-" in file]

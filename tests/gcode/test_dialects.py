@@ -222,6 +222,52 @@ def test_what_holds_before_any_code_of_motion(view):
     assert [(item.code, item.line) for item in found] == [("VP005", 6)]  # no code of motion holds there after G80
 
 
+def test_arcs_without_centre_and_radius(view):
+    """Bit 5 of parameter 3403: an alarm (1), here with the key that is 0; then a line to where the arc would end."""
+    places = [(x, x % 7) for x in range(1, 60)]
+    arcs = "".join(f"G{2 + x % 2} X{x}. Y{y}.\n" for x, y in places)
+    text = f"%\nO1\nG21 G90 G17 F90\nG0 X0 Y0 Z5.\n{arcs}X60. Y0\nG2 X70. I5.\nM30\n%"
+    found = view(text, dialect="fanuc")[1]
+    assert [(item.code, item.line, "[fanuc] bare_arcs" in item.message) for item in found[:1]] == [("VP005", 5, True)]
+    moves, errors = view(text, dialect="fanuc", control={"fanuc": {"bare_arcs": "lines"}})
+    assert errors == ()
+    assert [(item.code, item.severity, item.line) for item in moves.findings] == [
+        ("VP039", "note", 5),
+        ("VP039", "note", 6),
+    ]
+    assert moves.kind[1:].tolist() == [MoveKind.FEED] * 60 + [MoveKind.ARC]  # one with its centre stays an arc
+    assert moves.end[1:60, :2].tolist() == [list(map(float, place)) for place in places]
+    assert [item.code for item in view(text.replace("O1", ""), dialect="rs274")[1][:1]] == ["VP005"]
+
+
+def test_d_holds_the_wear_where_the_path_is_that_of_the_centre(view):
+    """No offset, as with D0: also in corners that the tool of the table could not reach into; G10 may not give one."""
+    body = "G41 D{} X10. Y0\nX10.03 Y0.02\nG3 X9. Y5. R30.\nG1 G40 X0\n"
+    text = "%\nO1\nG21 G90 G17 T2 M6\nG0 X0 Y-9. Z5.\nF90 G1 Z0\n" + body + "M30\n%"
+    tools = {2: Tool(2, 2, (0.0,) * 9, 12.0)}
+    wear, errors = view(text.format(2), dialect="fanuc", tools=tools, control={"fanuc": {"cutter_offsets": "wear"}})
+    zero, zero_errors = view(text.format(0), dialect="fanuc", tools=tools)
+    assert (errors, zero_errors) == ((), ())
+    assert np.array_equal(wear.end, zero.end)
+    assert wear.end[2, :2].tolist() == [10.0, 0.0]
+    assert [item.code for item in view(text.format(2), dialect="fanuc", tools=tools)[1]] == ["VP026"]
+    given = text.format(2).replace("G0 X0", "G10 L12 P2 R6.\nG0 X0")
+    found = view(given, dialect="fanuc", tools=tools, control={"fanuc": {"cutter_offsets": "wear"}})[1]
+    assert [(item.code, item.line) for item in found] == [("VP017", 4)]
+
+
+def test_p_and_q_of_g81_are_kept_and_have_no_effect_there(view):
+    head = "%\nO1\nG21 G90 G17 G0 X0 Y0 Z5.\nF90 "
+    moves, findings = view(head + "G81 X5. Z-2. R2. P500 Q1.\nG82 X9.\nG83 X12.\nM30\n%", dialect="fanuc")
+    assert findings == ()
+    assert [(item.code, item.line) for item in moves.findings] == [("VP039", 4)]
+    assert "P and Q of G81 are kept" in moves.findings[0].message
+    dwells = moves.kind == MoveKind.DWELL
+    assert (moves.line[dwells].tolist(), moves.feed[dwells].tolist()) == ([5], [0.5])
+    depths = moves.end[(moves.line == 6) & (moves.kind == MoveKind.FEED), 2]
+    assert depths.tolist() == [1.0, 0.0, -1.0, -2.0]  # pecks of Q1. from R2.
+
+
 # --- fanuc ---------------------------------------------------------------------------------------------
 
 

@@ -144,6 +144,16 @@ def test_tilted_planes(run, text, origin, rotation):
     assert at[3] - at[0] == pytest.approx(rotation[:, 2], abs=1e-9)
 
 
+def test_without_a_machine_any_two_rotary_axes_end_a_tool_axis(view):
+    """`dump moves` reads programs of tables with A and C, and of those with B and C."""
+    head = "%\nO1\nG0 X1. Y2. Z50.\nG68.2 X0 Y0 Z0 I0 J30. K90.\nG53.1\nG69\nG43.4 H2\n"
+    moves, findings = view(head + "G0 X5. Y3. Z20. B-30. C90.\nM30\n%", dialect="fanuc")
+    assert findings == ()
+    assert moves.end[-1, 3:6].tolist() == [0.0, -30.0, 90.0]
+    alone = view(head + "G0 X5. B-30.\nM30\n%", dialect="fanuc")[1]
+    assert [(item.code, item.line) for item in alone] == [("VP013", 8)]
+
+
 @pytest.mark.parametrize("choice", ["", "turned", "rising"])
 @pytest.mark.parametrize(("i", "j", "k"), [(0, 20, 0), (0, -35, 50), (20, 0, 0), (30, 20, 0), (-40, 25, 70)])
 def test_planes_of_two_projected_angles(run, view, choice, i, j, k):

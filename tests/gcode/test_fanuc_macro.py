@@ -150,7 +150,7 @@ def test_what_is_wrong_has_its_line(view, lines, code, part, line):
     assert part in findings[0].message
 
 
-_MISSING = "{0}: there is no O9010 in the program, and no file 9010.ngc or O9010.nc beside it"
+_MISSING = "{0} calls O9010: not in the program, and in no file beside it whose name has the number"
 
 
 @pytest.mark.parametrize(
@@ -178,7 +178,20 @@ def test_a_program_without_its_macro_is_read_on(machine, lines, found):
     findings = refusal.value.findings
     assert [(item.code, item.line) for item in findings] == found
     word = lines[0].split(" A")[0]
-    assert findings[0].message == _MISSING.format(word) or word[0] == "M"
+    assert findings[0].message.startswith(_MISSING.format(word.split(" ")[0])) or word[0] == "M"
+
+
+def test_macros_that_are_missing_are_one_finding(machine):
+    """A probing cycle is four calls; a program below O9000 is no macro of the builder."""
+    lines = "G65 P9832", "G65 P9810 Z10. F1000.", "G65 P9811 Z0.", "G65 P9833", "M98 P200"
+    with pytest.raises(InputError) as refusal:
+        interpret_program(program(*lines).encode(), build_interpreter_setup(machine, Options(dialect="fanuc")))
+    first, other = refusal.value.findings
+    assert (first.code, first.line, first.last_line, first.count) == ("VP023", 5, 8, 4)
+    assert first.message.startswith("G65 calls O9832, O9810, O9811 and O9833: not in the program")
+    assert first.message.endswith("take calls of a probe out")
+    assert other.message.startswith("M98 calls O200: not in the program")
+    assert "probe" not in other.message
 
 
 def test_a_computed_jump_is_no_cl_file(view):

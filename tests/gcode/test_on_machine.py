@@ -199,6 +199,13 @@ LENGTHS_REFUSED = {
     "arc before any length": (HERE + "G2 I5 F100\nM2", {}, ("VP012", 2)),
     "G10 L1 alone says no length": (HERE + "G10 L1 P1 Z60\nG1 X2 F100\nM2", {}, ("VP012", 3)),
     "T1 M6 alone says no length": ("T1 M6\n" + HERE + "G1 X2 F100\nM2", {"tools": TOOLS}, ("VP012", 3)),
+    "a retracted head to Z": ("G53 G0 Z0\nG1 X2 Y3 Z5 F100\nM2", {"tools": TOOLS}, ("VP012", 2)),
+    "a retracted head that turns": ("G53 G0 Z0\nG0 A0 C0\nG1 X2 C30 F100\nM2", {"tools": TOOLS}, ("VP012", 3)),
+    "a retracted head on an arc": ("G53 G0 Z0\nG0 X0 Y0\nG2 I5 F100\nM2", {"tools": TOOLS}, ("VP012", 3)),
+    "a retracted head beside a tilted table": (
+        "G53 G0 Z0\nG0 A30 C0\nG1 X2 Y3 F100\nM2", {"tools": TOOLS}, ("VP012", 3),
+    ),
+    "a head that is down again": ("G53 G0 Z0\nG0 Z200\nG1 X2 Y3 F100\nM2", {"tools": TOOLS}, ("VP012", 3)),
     "G43.1 X": (HERE + "G43.1 X1 Z60\nM2", {}, ("VP007", 2)),
     "G43.1 A": (HERE + "G43.1 A1\nM2", {}, ("VP007", 2)),
     "a tool with X": (HERE + "G10 L1 P1 X1 Z60\nG43 H1\nM2", {}, ("VP007", 3)),
@@ -250,6 +257,26 @@ def test_the_remedies_are_named(machine):
         assemble((HERE + "G1 X2 F100\nM2").encode(), machine, Options())
     with pytest.raises(InputError, match=r"--tool-table.*--tool-length.*where the program has one tool"):
         assemble((HERE + "G43 H7\nM2").encode(), machine, Options())
+
+
+def test_a_table_that_hinders_a_retracted_head_is_named(machine):
+    source = "G53 G0 Z0\nG1 X2 Y3 F100\nG43 H1 Z50\nG1 X5\nG0 A30 C0\nG1 X9\nM2"
+    with pytest.raises(InputError, match=r"over a table at A 30, .*turn to A0 before"):
+        assemble(source.encode(), machine, Options(tools=TOOLS))
+
+
+def test_a_retracted_head_goes_to_x_and_y_at_feed_before_any_length(machine):
+    """As posts write it that replace G0: no length alters the way of a head that stays at its height."""
+    source = "G53 G0 Z0\nT1 M6\n{0} X10 Y-5{1}\n{0} X40 Y35{1}\nG0 G43 Z16 H1\nG1 Z1 F300\nM2"
+    path, start, end = read(source.format("G1", " F5000"), machine, tools=TOOLS)
+    rapid, first, last = read(source.format("G0", ""), machine, tools=TOOLS)
+    found = check(source.format("G1", " F5000"), machine, Options(tools=TOOLS, split_at_stops=True)).findings
+    assert "VP034" not in [item.code for item in found]  # it comes down with a length
+    assert np.array_equal(start, first)
+    assert np.array_equal(end, last)
+    assert end[0, :2] == near(40, 35)
+    assert path.feed_time[0] == pytest.approx(50.0 / 5000.0 * 60.0)  # 30 and 40 mm: 50 mm at 5000 mm/min
+    assert rapid.feed_time[0] == 0.0
 
 
 #: program, options, tool length of each segment

@@ -12,6 +12,7 @@ from verne_post.kinematics.checks.clearance import check_constraints
 from verne_post.kinematics.checks.limits import JointBounds
 from verne_post.kinematics.joint_path import JointPath
 from verne_post.model.findings import Finding
+from verne_post.output.causes import find_excess
 
 #: What the set-up lacks is reported first: other findings may follow from it.
 SET_UP: Final = ("VP033", "VP034")
@@ -73,8 +74,3 @@ def sort_findings(findings: list[Finding]) -> list[Finding]:
             gravest = max(known, item, key=lambda one: find_excess(one))
             merged[key] = dataclasses.replace(gravest, count=known.count + item.count)
     return sorted(merged.values(), key=lambda item: (item.code not in SET_UP, item.line or 0, item.code))
-
-
-def find_excess(item: Finding) -> float:
-    """How far beyond its limit a finding is; most for what cannot be reached at all."""
-    return float("inf") if item.value is None or item.limit is None else abs(item.value - item.limit)

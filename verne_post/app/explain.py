@@ -6,7 +6,7 @@ from msgspec.structs import replace
 
 from verne_post.app.assemble import Program, assemble, find_modal_state
 from verne_post.app.constraints import check_line, guard_joints
-from verne_post.app.explain_line import explain_line, find_lines_near
+from verne_post.app.explain_line import explain_line, find_lines_near, work_through
 from verne_post.app.line_remedies import Line
 from verne_post.base.long_text import Text, take_line
 from verne_post.kinematics.checks.remedies import select_line
@@ -28,12 +28,15 @@ class Explanation:
     findings : tuple of Finding
         Of this line.
     text : str
-        Words, pose, findings with remedies, and every solution of the machine.
+        Words, findings with remedies, and the pose at the end of the line: what a person asks first.
+    working : str
+        Every step from words to joints, all margins of both table solutions, and every solution of the machine.
     """
 
     line: int
     findings: tuple[Finding, ...]
     text: str
+    working: str
 
     def __repr__(self) -> str:
         return self.text
@@ -46,7 +49,7 @@ def explain_source(source: Text, machine: Machine, options: Options, line: int) 
         options.override, options.slow_start, machine.limits
     )  # refuses too short a slow start, as check does
     shown = look_at_line(source, program, line)
-    return Explanation(line, shown.findings, "\n".join(explain_line(shown)) + "\n")
+    return Explanation(line, shown.findings, *("\n".join(part(shown)) + "\n" for part in (explain_line, work_through)))
 
 
 def look_at_line(source: Text, program: Program, line: int) -> Line:

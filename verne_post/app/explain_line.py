@@ -1,4 +1,4 @@
-"""One line of a program worked through: words, pose, every solution, findings, and what would make it legal."""
+"""One line of a program: what is wrong, what would make it legal, its pose, and that worked through step by step."""
 
 import re
 from collections.abc import Iterator, Sequence
@@ -24,6 +24,7 @@ from verne_post.model.part_setup import SYSTEM_NAMES
 from verne_post.model.protocols import AxisCorrecting
 from verne_post.model.toolpath import SegmentKind
 from verne_post.model.verdict import find_worst, is_about_pose
+from verne_post.output.findings import describe_remedy
 
 
 def find_lines_near(joints: JointPath, line: int) -> list[int]:
@@ -34,38 +35,67 @@ def find_lines_near(joints: JointPath, line: int) -> list[int]:
 
 
 def explain_line(line: Line) -> Iterator[str]:
-    """Lines of text about one line of a program and the pose at the end of its motion."""
+    """What is asked, what is wrong by how much and where, what would settle it, and the pose at the end of the line."""
     joints, machine = line.exact, line.exact.machine
-    solved = joints.solve(np.array([line.last]), np.array([1.0]))
-    tip, angles = solved.tip[0], solved.angles[0]
-    tool = float(joints.contour.find_tool_lengths(np.array([line.last]))[0])
+    tip, angles, tool = _find_end(line)
     yield from _describe_words(line, tool - joints.lift)
     yield ""
+    yield from _describe_findings(line, line.findings)
+    yield ""
+    yield "pose at the end of the motion"
+    yield f"  tip on the table     {format_mm(tip)}"
+    yield f"  words                {machine.name_angles(angles, 6)} deg"
+    q, _platform, ok = machine.five_axis.solve(tip, angles, tool)
+    if ok:
+        shown = ", ".join(format_joint(machine, k, value) for k, value in enumerate(q))
+        yield f"  joints               {shown}"
+    for name, pair in _list_table_solutions(line, angles):
+        yield f"  {next(explain_table_solution(machine, name, tip, pair, tool, joints.lift))}"
+    if machine.columns[-1].driven:
+        yield f"  {next(explain_solutions(machine, tip, angles, q, tool, joints.lift))}"
+
+
+def work_through(line: Line) -> Iterator[str]:
+    """Every step from words to joints, all margins of both table solutions, and every solution of the machine."""
+    joints, machine = line.exact, line.exact.machine
+    tip, angles, tool = _find_end(line)
     yield "from words to joints, at the end of the motion"
     yield from _describe_program_step(line, angles)
     yield from _describe_machine_steps(machine, tip, angles, tool)
     yield ""
-    yield from _describe_findings(line, line.findings)
-    yield ""
-    if not machine.columns[-1].driven:  # the legs follow from the tool axis alone, however words name it
-        yield from explain_table_solution(machine, "as programmed", tip, angles, tool, joints.lift)
-        return
-    other = np.array([-angles[0], angles[1] + np.pi])
-    for name, pair in ((_name_own_solution(line, angles), angles), ("other table solution", other)):
+    for name, pair in _list_table_solutions(line, angles):
         yield from explain_table_solution(machine, name, tip, pair, tool, joints.lift)
-    yield ""
-    yield from explain_solutions(machine, tip, angles, solved.q[0], tool, joints.lift)
+    if machine.columns[-1].driven:
+        q = machine.five_axis.solve(tip, angles, tool)[0]
+        yield ""
+        yield from explain_solutions(machine, tip, angles, q, tool, joints.lift)
+
+
+def _find_end(line: Line) -> tuple[Array, Array, float]:
+    """Tip (3,), angles (2,) and tool length at the end of a line as programmed."""
+    solved = line.exact.solve(np.array([line.last]), np.array([1.0]))
+    tool = float(line.exact.contour.find_tool_lengths(np.array([line.last]))[0])
+    return solved.tip[0], solved.angles[0], tool
+
+
+def _list_table_solutions(line: Line, angles: Array) -> list[tuple[str, Array]]:
+    """The table solution of a line and the other one; legs alone follow from the tool axis, however words name it."""
+    if not line.exact.machine.columns[-1].driven:
+        return [("as programmed", angles)]
+    return [
+        (_name_own_solution(line, angles), angles),
+        ("other table solution", np.array([-angles[0], angles[1] + np.pi])),
+    ]
 
 
 def describe_pose(line: Line) -> Iterator[str]:
     """The words of a line, and the pose at the end of its motion: joints, their margins, and the machine's margins."""
     joints, machine = line.exact, line.exact.machine
-    solved = joints.solve(np.array([line.last]), np.array([1.0]))
-    tool = float(joints.contour.find_tool_lengths(np.array([line.last]))[0])
+    tip, angles, tool = _find_end(line)
     yield from _describe_words(line, tool - joints.lift)
-    yield f"  tip on the table     {format_mm(solved.tip[0])}"
-    yield f"  words                {machine.name_angles(solved.angles[0], 6)} deg"
-    yield from explain_table_solution(machine, "pose", solved.tip[0], solved.angles[0], tool, joints.lift)
+    yield f"  tip on the table     {format_mm(tip)}"
+    yield f"  words                {machine.name_angles(angles, 6)} deg"
+    yield from explain_table_solution(machine, "pose", tip, angles, tool, joints.lift)
 
 
 # --- words -------------------------------------------------------------------------------------
@@ -242,15 +272,18 @@ def _describe_findings(line: Line, findings: Sequence[Finding]) -> Iterator[str]
         yield "findings: none, the whole line is legal"
         return
     yield "findings, worst over the whole line"
-    remedied = set()
-    for item in findings:
+    places = [remedies.place_of(line.joints, item) for item in findings]
+    shown = [
+        "" if one is None else _place(line.joints, one, first=item.value is None)
+        for one, item in zip(places, findings, strict=True)
+    ]
+    for item, where, after in zip(findings, shown, [*shown[1:], ""], strict=True):
         yield f"  {item.code} {item.severity}: {item.message}"
-        place = remedies.place_of(line.joints, item)
-        if place is not None:
-            yield f"    {_place(line.joints, place, first=item.value is None)}"
-        if not is_about_pose(item.code) and item.code not in remedied:
-            yield f"    remedy: {CODES[item.code].remedy}"
-        remedied.add(item.code)
+        if where and where != after:  # what is broken at one place has it once, below
+            yield f"    {where}"
+    remedied = [item for item in findings if not is_about_pose(item.code)]
+    for item in {item.code: item for item in remedied}.values():
+        yield f"{item.code}, remedy: {describe_remedy(item, line.options.source_name)}"
     yield from _describe_remedies(line, findings)
 
 

@@ -10,7 +10,7 @@ from verne_post.base.units import DEG_PER_RAD
 from verne_post.gcode.missing_setup import report_missing_offset
 from verne_post.model.findings import Finding, make_finding
 from verne_post.model.machine import Machine
-from verne_post.model.moves import AXES, Moves, PathMode, name_tools
+from verne_post.model.moves import AXES, Moves, PathMode, find_tool_of_moves, name_tools
 from verne_post.model.options import Options
 from verne_post.model.part_setup import SYSTEM_NAMES, Box, describe_tool_number
 from verne_post.model.plausibility import PLAUSIBLE, compare_largest
@@ -21,7 +21,7 @@ from verne_post.model.work_systems import find_placer
 def check_setup(moves: Moves, path: ToolPath, machine: Machine, options: Options) -> list[Finding]:
     """Report work systems without a place, tools without a length, directions without a meaning, and odd sizes.
 
-    The codes are VP033, VP034 (in feed motion), VP037 and VP505.
+    The codes are VP033, VP034 (in feed motion: no length, or that of another tool), VP037 and VP505.
     """
     systems: dict[int, int] = {}  # index of a frame -> first move that uses it
     bare = -1
@@ -30,7 +30,9 @@ def check_setup(moves: Moves, path: ToolPath, machine: Machine, options: Options
         used, first = np.unique(moves.frame[move[move >= 0]], return_index=True)
         for frame, at in zip(used.tolist(), move[move >= 0][first].tolist(), strict=True):
             systems.setdefault(frame, at)
-        cutting = np.flatnonzero((path.tool_length[begin:end] == 0.0) & (path.feed_time[begin:end] > 0) & (move >= 0))
+        cutting = np.flatnonzero(
+            (path.tool_length[begin:end] == 0.0) & (path.feed_time[begin:end] > 0) & (move >= moves.first_cut)
+        )
         if bare < 0 and len(cutting):
             bare = int(move[cutting[0]])
     unplaced: dict[int, int] = {}  # system -> first move that uses it
@@ -42,9 +44,11 @@ def check_setup(moves: Moves, path: ToolPath, machine: Machine, options: Options
         report_missing_offset(system, int(moves.line[at]), calls_presets=moves.calls_presets)
         for system, at in unplaced.items()
     ]
-    if bare >= 0 and options.tool_length is None:
-        text, line = _describe_bare_tool(moves, bare, options), int(moves.line[bare])
-        found.append(make_finding("VP034", text, line=line, last_line=line, worst_line=line))
+    if options.tool_length is None:
+        texts_by_move = [(bare, _describe_bare_tool(moves, bare, options))] if bare >= 0 else []
+        for at, text in [*texts_by_move, *_find_mistaken_lengths(moves, path, options)]:
+            line = int(moves.line[at])
+            found.append(make_finding("VP034", text, line=line, last_line=line, worst_line=line))
     texts = _find_implausible(options)
     found += _check_tolerances(moves, path)
     return [*(make_finding("VP505", text) for text in texts), *found, *_check_directions(moves, path, machine)]
@@ -85,6 +89,35 @@ def _describe_bare_tool(moves: Moves, move: int, options: Options) -> str:
         "the tool has no length: its tip is the gauge line of the spindle; activate its length before (G43, TOOL "
         "CALL), or give --tool-length"
     )
+
+
+def _find_mistaken_lengths(moves: Moves, path: ToolPath, options: Options) -> Iterator[tuple[int, str]]:
+    """First cuts of tools with the length of a tool that was in the spindle before, and what to do about each.
+
+    A length that no tool before has may be meant: a second offset of the same tool, or wear.
+    """
+    lengths = {number: tool.offset[2] for number, tool in (options.tools or {}).items() if not tool.unmeasured}
+    if len(lengths) < 2:
+        return
+    first: dict[tuple[int, float], int] = {}  # (tool, length in force) -> first move that cuts so
+    for begin, end in iterate_blocks(len(path)):
+        cuts = (path.feed_time[begin:end] > 0) & (path.move[begin:end] >= 0)
+        move, length = path.move[begin:end][cuts], path.tool_length[begin:end][cuts]
+        number = find_tool_of_moves(move, 0, moves)
+        pairs, at = np.unique(np.stack([number, length]), axis=1, return_index=True)
+        for (tool, value), index in zip(pairs.T.tolist(), at.tolist(), strict=True):
+            first.setdefault((int(tool), value), int(move[index]))
+    names = name_tools(moves.events)
+    for (tool, value), begin in sorted(first.items(), key=lambda item: item[1]):
+        before = [one for (one, _length), other in first.items() if other < begin and one != tool]
+        owner = next((one for one in before if lengths.get(one) == value), None)
+        if value and owner is not None and lengths.get(tool, value) != value:
+            mine, other = (describe_tool_number(one, names) for one in (tool, owner))
+            text = (
+                f"{mine} cuts with a length of {value:g} mm, which is that of {other}; its own is {lengths[tool]:g} "
+                f"mm: activate it before (G43 H, D1), or the tip is {abs(value - lengths[tool]):g} mm off"
+            )
+            yield begin, text
 
 
 def _find_implausible(options: Options) -> Iterator[str]:

@@ -11,7 +11,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from verne_post.app.assemble import Program, assemble
-from verne_post.app.constraints import check_program, find_excess, guard_joints
+from verne_post.app.constraints import check_program, guard_joints
 from verne_post.app.explain_numbers import format_list
 from verne_post.app.line_remedies import Line, propose_turns
 from verne_post.base.arrays import Array
@@ -21,6 +21,7 @@ from verne_post.kinematics.checks.remedies import ROTARY_CODES, find_smallest_sh
 from verne_post.model.findings import Finding, InputError, Remedy
 from verne_post.model.part_setup import SYSTEM_NAMES, WorkOffset
 from verne_post.model.verdict import Family, find_family, is_about_pose
+from verne_post.output.causes import find_excess
 from verne_post.toolpath.contour import make_exact_contour
 
 #: Findings of a program that are given remedies, the gravest place of each: the others mostly follow from them.

@@ -34,6 +34,11 @@ def format_fixed(value: float, decimals: int) -> str:
     return text.removeprefix("-") if not text.strip("-0.") else text
 
 
+def format_count(number: int, what: str) -> str:
+    """So many things of one name: "1 program", "2 programs"."""
+    return f"{number} {what}{'' if number == 1 else 's'}"
+
+
 def is_count(text: str) -> bool:
     """Whether a text is a whole number from 0 on, which ``int`` reads."""
     return text.isascii() and text.isdecimal() and len(text) <= _MOST_DIGITS

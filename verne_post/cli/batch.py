@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from verne_post.base.numbers import is_count
+from verne_post.base.numbers import format_count, is_count
 from verne_post.base.printable import format_json, make_printable
 from verne_post.cli.common import expect_machine, load, name_machine, quiet_option, refuse
 from verne_post.cli.conversion import check_format, format_option
@@ -25,9 +25,10 @@ from verne_post.cli.options import (
 )
 from verne_post.cli.programs import find_programs
 from verne_post.cli.progress import show_progress
-from verne_post.cli.report_files import add_report_files, take_report_files, write_report_files
+from verne_post.cli.report_files import add_report_files, take_report_files, write_failure_files, write_report_files
 from verne_post.cli.streams import echo, print_as_is
-from verne_post.model.verdict import ExitStatus, find_gravest
+from verne_post.model.verdict import RESULTS, ExitStatus, Verdict, find_exit_status, find_gravest, find_verdict
+from verne_post.output.causes import list_worst
 from verne_post.output.formats import FORMATS
 
 if TYPE_CHECKING:
@@ -91,18 +92,28 @@ def command(
         raise click.UsageError("-j is for processes of this machine; a cluster has its own workers")
     share = _share(shard)
     paths = given["subroutine_path"]
-    programs = find_programs(inputs, output, may_lack=output.exists())  # old rows of what is gone must go
     try:
+        programs = find_programs(
+            inputs,
+            lambda name: files.note_read(name, f"program {name}"),
+            output,
+            may_lack=output.exists(),  # old rows of what is gone must go
+        )
         machine_name = name_machine(files, given["machine_name"], given)
         expect_machine(machine_name)
         build_options(files, "", **given)  # a mistake of the command line is no finding of a program
         machine = load(files, machine_name)
+        check_format(file_format)
+        every = _make_jobs(files, programs, output, machine, file_format, given)
     except InputError as error:
+        verdict = find_verdict(find_exit_status(error.findings), error.findings)
+        _report_failure(files, report_files, github, verdict, str(error), error.findings)
         return refuse(inputs[0], error)
-    check_format(file_format)
+    except click.UsageError as error:
+        _report_failure(files, report_files, github, Verdict.USAGE_ERROR, error.message, ())
+        raise
     from verne_post.cli.jobs import run_here, run_on_cluster
 
-    every = _make_jobs(files, programs, output, machine, file_format, given)
     _claim(files, every, output, paths)
     every = every[share]
     output.mkdir(parents=True, exist_ok=True)
@@ -133,6 +144,22 @@ def command(
             print_as_is(REPORTS["github"](reports, machine))
     files.write(output / "batch.json", _LIST, [_write_results_json(outcomes)])
     return find_gravest([outcome.status for outcome in outcomes])
+
+
+def _report_failure(
+    files: RunFiles,
+    report_files: dict[str, Path],
+    github: bool,
+    verdict: Verdict,
+    message: str,
+    findings: "Sequence[Finding]",
+) -> None:
+    """Say in every report that was asked for why nothing was converted."""
+    from verne_post.output.reports import FAILURES
+
+    write_failure_files(files, report_files, verdict, message, findings)
+    if github:
+        print_as_is(FAILURES["github"](verdict, message, findings))
 
 
 #: What batch.json is for.
@@ -238,35 +265,28 @@ def _read_text(files: RunFiles, program: str) -> bytes:
         return b""
 
 
-_WORDS: dict[int, str] = {
-    ExitStatus.CLEAN: "converted",
-    ExitStatus.VIOLATION: "refused",
-    ExitStatus.UNUSABLE: "unusable",
-    ExitStatus.NO_VERDICT: "no verdict",
-    ExitStatus.INTERNAL_ERROR: "our fault",
-}
+_WORDS: dict[int, str] = {ExitStatus.CLEAN: "converted", **{int(status): word for status, word in RESULTS.items()}}
 #: The order in which results are counted.
-_ORDER = (_WORDS[ExitStatus.CLEAN], "as before", *list(_WORDS.values())[1:])
+_ORDER = tuple(dict.fromkeys((_WORDS[ExitStatus.CLEAN], "as before", *RESULTS.values())))
 
 
 def make_table(outcomes: "Sequence[Outcome]") -> str:
     """A line a program, and how many of each."""
     names = [make_printable(one.program) for one in outcomes]
-    width = max(map(len, ["program", *names]))
-    lines = [f"{'program':<{width}}  {'result':<10} {'time s':>10} {'rows':>10}  first finding"]
-    counts: dict[str, int] = {}
-    for name, one in zip(names, outcomes, strict=True):
-        word = "as before" if one.again and one.status == 0 else _WORDS.get(one.status, str(one.status))
-        counts[word] = counts.get(word, 0) + 1
+    words = [
+        "as before" if one.again and one.status == 0 else _WORDS.get(one.status, str(one.status)) for one in outcomes
+    ]
+    width, room = (max(map(len, column)) for column in (["program", *names], ["result", *words]))
+    lines = [f"{'program':<{width}}  {'result':<{room}} {'time s':>10} {'rows':>10}  first finding"]
+    for name, word, one in zip(names, words, outcomes, strict=True):
         time = "-" if one.cycle_time_s is None else f"{one.cycle_time_s:.3f}"
         rows = "-" if one.rows is None else str(one.rows)
-        first = next((item for item in one.findings if item.severity == "error"), None)
+        first = next((item for item in list_worst(one.findings) if item.severity == "error"), None)
         where = "" if first is None or first.line is None else f" line {first.line}"
         reason = "" if first is None else f"{first.code}{where}: {make_printable(first.message)}"
-        lines.append(f"{name:<{width}}  {word:<10} {time:>10} {rows:>10}  {reason}".rstrip())
-    lines.append(
-        f"{len(outcomes)} programs: " + ", ".join(f"{counts[word]} {word}" for word in _ORDER if word in counts)
-    )
+        lines.append(f"{name:<{width}}  {word:<{room}} {time:>10} {rows:>10}  {reason}".rstrip())
+    counted = ", ".join(f"{words.count(word)} {word}" for word in _ORDER if word in words)
+    lines.append(f"{format_count(len(outcomes), 'program')}: {counted}")
     return "\n".join(lines) + "\n"
 
 

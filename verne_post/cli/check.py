@@ -110,9 +110,12 @@ def command(
     from verne_post.model.findings import InputError
 
     files = RunFiles()
-    programs = [name for name, _place in find_programs(inputs, may_lack=output_format != "text")]
-    for name in programs:
-        files.note_read(name, PROGRAM)
+    programs, lacking = [], None
+    try:
+        found = find_programs(inputs, lambda name: files.note_read(name, PROGRAM), may_lack=output_format != "text")
+        programs = [name for name, _place in found]
+    except click.UsageError as error:  # every report that is asked for says it
+        lacking = error
     output_file = None if is_dash(output_file) else output_file
     if output_file is None:
         files.claim_output("the findings")
@@ -122,6 +125,8 @@ def command(
     report_files = take_report_files(files, given)
     asked = {key: given.pop(key) for key in ("select", "ignore", "severity", "baseline")}
     try:
+        if lacking is not None:
+            raise lacking
         machine_name = name_machine(files, given["machine_name"], given)
         expect_machine(machine_name)
         build_options(files, "", **given)  # a mistake of the command line is no finding of a program

@@ -11,7 +11,7 @@ from verne_post.cli.streams import echo
 
 _SEVERITY: Final = {"error": "red", "warning": "yellow", "note": "cyan"}
 _FINDING: Final = re.compile(r"(: VP\d{3} )(error|warning|note)(: )")
-_VERDICT: Final = re.compile(r"(: | )(can run|within limits|refused|passes|FAILS)(?=\b)")
+_VERDICT: Final = re.compile(r"(: | )(can run|within limits|refused|no verdict|internal error|passes|FAILS)(?=\b)")
 _GOOD: Final = ("can run", "within limits", "passes")
 _KEY: Final = re.compile(r"^(  )([a-z][a-z ]*?)(  +)(?=\S)", re.MULTILINE)
 _ASIDE: Final = re.compile(r"^( +(?:\d+ )?[|=] |\s+\|\s+\^$)", re.MULTILINE)

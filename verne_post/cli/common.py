@@ -169,12 +169,11 @@ def _read_text(files: RunFiles, name: str, max_megabytes: int) -> "Text":
 
 def print_findings(program: str, findings: "tuple[Finding, ...]", source: "Text" = b"", *, quiet: bool = False) -> None:
     """Findings on standard error, as ``check`` prints them; only errors where ``quiet``."""
-    from verne_post.output.findings import format_finding, quote_line
+    from verne_post.output.findings import format_causes
 
-    for item in findings:
-        if item.severity == "error" or not quiet:
-            lines = [format_finding(program, item), *quote_line(item, source, program)]
-            say("".join(line + "\n" for line in lines))
+    shown = tuple(item for item in findings if item.severity == "error" or not quiet)
+    for lines in format_causes(program, shown, source):
+        say("".join(line + "\n" for line in lines))
 
 
 def refuse(program: str, error: "InputError", source: "Text" = b"") -> int:

@@ -34,20 +34,25 @@ class ExplainCommand(GroupedCommand):
 
 @click.command("explain", cls=ExplainCommand, short_help="Work one line through, or say what a code means.")
 @click.argument("what", type=INPUT, metavar="INPUT:LINE|CODE")
+@click.option(
+    "--all", "every", is_flag=True, help="Each step from words to joints, every margin and every solution too."
+)
 @add_program_options("solver", "quality", "jobs")
-def command(what: str, **given: Any) -> int:
+def command(what: str, every: bool, **given: Any) -> int:
     """Work one line of a program through, or say what a finding code means.
 
-    INPUT:LINE works the end of the line's motion through from words to joints, prints the findings of the line and what
-    would make it legal, both table solutions with their margins, and every solution of the machine with the reasons why
-    it is refused. CODE (VP102) prints meaning, an example, why it matters, remedy, response, parameters and related
-    codes.
+    INPUT:LINE prints the findings of the line, what would make it legal, and the pose at its end. --all works that pose
+    through from words to joints, with the margins of both table solutions, and every solution of the machine with the
+    reasons why it is refused. CODE (VP102) prints meaning, an example, why it matters, remedy, response, parameters and
+    related codes.
     """
     from verne_post.model.codes import CODES
 
     if what.upper() in CODES:
         from verne_post.output.code_pages import make_text
 
+        if every:
+            raise click.UsageError(f"--all is for a line of a program; {what.upper()} is a code, and its page is whole")
         echo(make_text(what.upper()), nl=False)
         return ExitStatus.CLEAN
     name, colon, number = what.rpartition(":")
@@ -65,8 +70,9 @@ def command(what: str, **given: Any) -> int:
         from verne_post.app.explain import explain_source
 
         with show_progress("explaining"):
-            text = str(explain_source(source, machine, options, int(number)))
-        echo(text, nl=False)
+            explained = explain_source(source, machine, options, int(number))
+        more = f"\n{explained.working}" if every else "--all shows each step, every margin and every solution\n"
+        echo(explained.text + more, nl=False)
     except InputError as error:
         return refuse(show_name(name), error, source)
     except UsageError as error:

@@ -1,7 +1,7 @@
 """Programs by name, in folders and by patterns, as `batch` and `check` take them."""
 
 import glob
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Final
 
@@ -29,7 +29,7 @@ PROGRAMS: Final = (
 
 
 def find_programs(
-    inputs: Sequence[str], but_in: Path | None = None, *, may_lack: bool = False
+    inputs: Sequence[str], note: Callable[[str], None], but_in: Path | None = None, *, may_lack: bool = False
 ) -> list[tuple[str, Path]]:
     """Every program, and its place in the structure of its folder.
 
@@ -38,6 +38,8 @@ def find_programs(
     inputs : sequence of str
         Files, folders, patterns with ``*``, ``?`` and ``**``; "-" is left as it is. Folders are searched without the
         hidden ones in them. The set-up of a program, X.nc.toml, stands for the program X.nc beside it.
+    note : callable
+        Is told the name of every program, also where an error follows: no report of the error may replace one.
     but_in : Path, optional
         A folder in which none is looked for.
     may_lack : bool
@@ -51,23 +53,26 @@ def find_programs(
     found: list[tuple[str, Path]] = []
     if list(inputs).count(DASH) > 1:
         raise click.UsageError("- appears twice; standard input can be read once")
+    wrong: list[str] = []
     for name in inputs:
         has_pattern = not is_dash(name) and glob.has_magic(name) and not Path(name).exists()
         matches = sorted(glob.glob(name, recursive=True)) if has_pattern else [name]
         if not matches:
-            raise click.UsageError(f"{name}: no such file")
+            wrong.append(f"{name}: no such file")
         for match in matches:
             path = Path(match)
             if not is_dash(match) and path.is_dir():
-                inside = _find_programs_inside(path, but_in)
+                inside = _find_programs_inside(path, but_in, wrong)
                 if not inside:
-                    raise click.UsageError(
-                        f"no programs in {match}; looked for {', '.join(PROGRAMS)}, but not in hidden folders"
-                    )
+                    wrong.append(f"no programs in {match}; looked for {', '.join(PROGRAMS)}, but not in hidden folders")
                 found += inside
             else:
                 program = _find_program(path)
                 found.append((match if program is path else str(program), Path(program.name)))
+    for name, _place in found:
+        note(name)
+    if wrong:
+        raise click.UsageError("; ".join(wrong))
     if not may_lack and not any(is_dash(name) or Path(name).exists() for name, _place in found):
         raise click.UsageError(f"{', '.join(name for name, _place in found)}: no such file or folder")
     return list(dict.fromkeys(found))  # a program and its set-up may both be named
@@ -79,17 +84,19 @@ def _find_program(path: Path) -> Path:
     return program if path.suffix == ".toml" and program.suffix.lower() in PROGRAMS else path
 
 
-def _find_programs_inside(folder: Path, but_in: Path | None) -> list[tuple[str, Path]]:
-    """The programs of a folder and those below it, without hidden ones."""
+def _find_programs_inside(folder: Path, but_in: Path | None, wrong: list[str]) -> list[tuple[str, Path]]:
+    """The programs of a folder and those below it, without hidden ones; links that lead out are `wrong`."""
     left_out = None if but_in is None else but_in.resolve()
     files = sorted(
         one
         for one in folder.rglob("*")
         if one.suffix.lower() in PROGRAMS and not _is_hidden(one.relative_to(folder).parent) and one.is_file()
     )
-    for one in files:
-        if not lies_in(folder, one):
-            raise click.UsageError(f"{one}: is a link that leads out of {folder}, which is searched; name it by itself")
+    wrong += [
+        f"{one}: is a link that leads out of {folder}, which is searched; name it by itself"
+        for one in files
+        if not lies_in(folder, one)
+    ]
     own = [one for one in files if left_out is None or left_out not in one.resolve().parents]
     return [(str(one), one.relative_to(folder)) for one in own]
 

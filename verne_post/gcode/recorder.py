@@ -144,6 +144,7 @@ class Recorder(Struct):
     #: As in Moves; in RS274 codes say it.
     tcp_changes: list[int] = field(default_factory=lambda: [0])
     calls_presets: bool = False
+    first_cut: int = 0
     #: Work systems to which the program has given an origin.
     placed_systems: set[int] = field(default_factory=set)
     #: Where tool axes gave way to places of the table.
@@ -405,6 +406,7 @@ class Recorder(Struct):
             table_places=tuple(self.table_places),
             tcp_changes=tuple(self.tcp_changes),
             calls_presets=self.calls_presets,
+            first_cut=self.first_cut,
             findings=tuple(self.warnings.values()),
             **table,
         )

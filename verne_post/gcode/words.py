@@ -30,6 +30,8 @@ MAX_DIGITS: Final = 15
 
 _DIGIT, _SIGN, _POINT, _LETTER, _NEWLINE, _COMMENT, _OTHER = range(7)
 _BLANKS: Final = b" \t\r"
+#: No plain word has this character.
+_STRANGE: Final = ord("?")
 #: Stands for a comment without a message: no word may contain it.
 _MARK: Final = b"\x01"
 _SILENT: Final = re.compile(rb"\((?![ \t]*(?:MSG|DEBUG|PRINT|LOG|ABORT|PROBE))[^()\n]*\)|;[^\n]*", re.IGNORECASE)
@@ -51,6 +53,8 @@ def _make_classes() -> bytes:
 
 
 _CLASS: Final = _make_classes()
+_IS_BLANK: Final = np.isin(np.arange(256), list(_BLANKS))
+_IS_DIGIT: Final = np.isin(np.arange(256), list(b"0123456789."))
 _POWER: Final = np.array([float(10**k) for k in range(MAX_DIGITS + 1)])
 #: Eight characters are read as one number of 64 bits, the first of them in the lowest byte.
 _WINDOW: Final = 8
@@ -101,6 +105,26 @@ def find_chunk_end(source: Text, start: int) -> int:
 def count_lines(text: bytes) -> int:
     """How many lines a text has; the last one may lack its end."""
     return int(np.count_nonzero(np.frombuffer(text, dtype=np.uint8) == ord("\n"))) + (not text.endswith(b"\n"))
+
+
+def mark_blanks_in_numbers(text: bytes) -> bytes:
+    """A text in which blanks between two digits are a character that no plain word has.
+
+    :func:`split_words` passes over blanks, as RS274/NGC does; other languages end a number there.
+    """
+    raw = np.frombuffer(text, dtype=np.uint8)
+    blank = np.flatnonzero(_IS_BLANK[raw[1:-1]]) + 1
+    after = blank[_IS_DIGIT[raw[blank - 1]]]  # blanks right after a digit
+    inside = after[_IS_DIGIT[raw[after + 1]]]
+    if _IS_BLANK[raw[after + 1]].any():  # several: what comes after them counts
+        solid = np.flatnonzero(~_IS_BLANK[raw])
+        at = np.searchsorted(solid, after)
+        inside = after[_IS_DIGIT[raw[solid[np.minimum(at, len(solid) - 1)]]]]
+    if not len(inside):
+        return text
+    marked_bytes = raw.copy()
+    marked_bytes[inside] = _STRANGE
+    return marked_bytes.tobytes()
 
 
 def split_words(first_line: int, text: bytes) -> WordTable:

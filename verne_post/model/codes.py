@@ -255,9 +255,10 @@ CODES: Final[dict[str, Code]] = _make_table(
     ),
     (
         "VP034",
-        "no tool length",
+        "no tool length, or that of another tool",
         "warning",
-        "The program cuts with tool length 0: no length is in force (after G49 or D0), or the tool table gives 0.",
+        "The program cuts with tool length 0: no length is in force (after G49 or D0), or the tool table gives 0. Or a "
+        "tool cuts with the length of one that was in the spindle before.",
         "Activate a length of the tool table (G43 H; M6 and D1; TOOL CALL; LOADTL), or give "
         "--tool-length. If the gauge line is"
         " meant, give --tool-length 0.",

@@ -17,6 +17,7 @@ _CHOICES: Final[Mapping[str, tuple[str, ...]]] = {
     "dwell": ("seconds", "milliseconds"),
     "cutcom": ("", "centre"), "insert": ("", "message"), "times": ("", "begun", "whole"), "lengths": ("", "tools"),
     "cycle_19": ("", "moves"), "motion": ("", "G0", "G1"),
+    "bare_arcs": ("", "lines"), "cutter_offsets": ("radius", "wear"),
 }  # fmt: skip
 
 #: No tap has a larger pitch: a number beyond is a feed rate.
@@ -100,6 +101,12 @@ class FanucKeys(Struct, frozen=True):
     units: Literal["", "mm", "inch"] = ""
     #: What holds before any code of motion (parameter 3402): "G0" or "G1". Empty: axes before one are refused.
     motion: Literal["", "G0", "G1"] = ""
+    #: Parameter 3403, bit 5 (CIR): "lines", G2 and G3 without I, J, K and R go straight (0). Empty: they are refused
+    #: (1, an alarm).
+    bare_arcs: Literal["", "lines"] = ""
+    #: What D of G41 and G42 holds: "radius", that of the tool; "wear", how far the tool is off the one for which the
+    #: CAM system has computed the path of its centre: 0 here.
+    cutter_offsets: Literal["radius", "wear"] = "radius"
 
 
 class AptKeys(Struct, frozen=True):

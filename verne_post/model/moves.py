@@ -284,6 +284,8 @@ class Moves(Struct, frozen=True):
     #: a turned table. Languages other than RS274 say it from move 0 on.
     tcp_changes: tuple[int, ...] = (0,)
     calls_presets: bool = False  #: Whether the program knows work systems as presets, by number (Klartext).
+    #: Number of the first move that may cut: feed moves before it are those of a retracted head without a length.
+    first_cut: int = 0
 
     def __len__(self) -> int:
         return len(self.line)
@@ -312,6 +314,7 @@ class Moves(Struct, frozen=True):
             start=self.end[first - 1],
             start_frame=start_frame,
             tcp_changes=changes,
+            first_cut=max(self.first_cut - first, 0),
         )
 
 

@@ -61,6 +61,15 @@ _STATUS: Final = {
 _STATUS_OF_CODE: Final = {"VP420": ExitStatus.NO_VERDICT, "VP220": ExitStatus.NO_VERDICT}
 
 
+#: What became of a program, in one or two words for people: the same in every command and report.
+RESULTS: Final = {
+    ExitStatus.VIOLATION: "refused",
+    ExitStatus.UNUSABLE: "refused",
+    ExitStatus.NO_VERDICT: "no verdict",
+    ExitStatus.INTERNAL_ERROR: "internal error",
+}
+
+
 class Verdict(StrEnum):
     """The verdict on a program, with more cases than the exit status."""
 

@@ -1,14 +1,25 @@
 """What all formats of findings share: the report of a program, the line of text, the JSON record."""
 
 import shlex
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any, Final
 
 from msgspec import Struct
 
+from verne_post.base.numbers import format_count
 from verne_post.base.printable import make_printable, make_printable_in_place
 from verne_post.model.codes import CODES
 from verne_post.model.findings import Finding
-from verne_post.model.verdict import NOT_PLANNED, OF_THE_PART, count_findings, is_about_pose, is_about_text
+from verne_post.model.verdict import (
+    NOT_PLANNED,
+    OF_THE_PART,
+    RESULTS,
+    count_findings,
+    find_exit_status,
+    is_about_pose,
+    is_about_text,
+)
+from verne_post.output.causes import Cause, find_causes, list_worst
 from verne_post.output.setup_text import quote_key
 
 if TYPE_CHECKING:
@@ -27,20 +38,17 @@ class Report(Struct, frozen=True):
 
 
 def format_outcome(program: str, findings: tuple[Finding, ...], errors_not_counted: int = 0) -> str:
-    """``FILE: can run: 0 errors, 1 warning``, refused, or within limits where nothing was planned.
+    """``FILE: can run: 0 errors, 1 warning``, within limits where nothing was planned, or a word of ``RESULTS``.
 
     Errors that a policy does not count are named.
     """
-    errors, warnings = count_findings(findings)
+    errors, warnings = count_findings(list_worst(findings))
     hidden = errors_not_counted
-    not_counted = f"not refused, {_count(hidden, 'error')} {'does' if hidden == 1 else 'do'} not count"
+    not_counted = f"not refused, {format_count(hidden, 'error')} {'does' if hidden == 1 else 'do'} not count"
     within = any(item.code == NOT_PLANNED for item in findings)
-    verdict = "refused" if errors else not_counted if hidden else "within limits" if within else "can run"
-    return f"{make_printable(program)}: {verdict}: {_count(errors, 'error')}, {_count(warnings, 'warning')}"
-
-
-def _count(number: int, what: str) -> str:
-    return f"{number} {what}{'' if number == 1 else 's'}"
+    refusal = RESULTS[find_exit_status(findings)] if errors else ""
+    verdict = refusal or (not_counted if hidden else "within limits" if within else "can run")
+    return f"{make_printable(program)}: {verdict}: {format_count(errors, 'error')}, {format_count(warnings, 'warning')}"
 
 
 def format_finding(program: str, item: Finding) -> str:
@@ -65,17 +73,25 @@ def describe(item: Finding) -> str:
 _QUOTED: Final = 100
 
 
-def quote_line(item: Finding, source: "Text", program: str) -> list[str]:
+def format_causes(program: str, findings: Sequence[Finding], source: "Text") -> Iterator[list[str]]:
+    """Lines of text for each cause: the worst finding with its line, what goes with it, and what helps."""
+    for cause in find_causes(findings):
+        yield [format_finding(program, cause.worst), *_quote_line(cause, source, program)]
+
+
+def _quote_line(cause: Cause, source: "Text", program: str) -> list[str]:
     """Quote the line of an error: a caret under the column, the code's meaning and remedy. Nothing for others."""
+    item, others = cause.worst, cause.describe_others()
+    also = [f"also {others}"] if others else []
     in_text = is_about_text(item.code)
     at = item.line if in_text else item.worst_line or item.line
     if not at or (item.severity != "error" and not in_text):
-        return []
+        return [f"    = {text}" for text in also]
     from verne_post.base.long_text import take_line  # needs numpy: a mistake of the command line is reported without it
 
     text = take_line(source, at)
     if text is None:
-        return []
+        return [f"    = {text}" for text in also]
     line = make_printable_in_place(text.decode("utf-8", errors="replace").rstrip("\r").replace("\t", " "))
     column = item.column or 1
     begin = max(0, column - 1 - _QUOTED // 2) if len(line) > _QUOTED else 0
@@ -85,7 +101,7 @@ def quote_line(item: Finding, source: "Text", program: str) -> list[str]:
     lines = [quoted] if line.strip() else []
     if item.column is not None:
         lines.append(f"  {blank} | {' ' * (column - 1 - begin + (3 if begin else 0))}^")
-    return lines + [f"  {blank} = {text}" for text in list_remedies(item, program)]
+    return lines + [f"  {blank} = {text}" for text in [*also, *list_remedies(item, program)]]
 
 
 def list_remedies(item: Finding, program: str) -> list[str]:

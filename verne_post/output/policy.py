@@ -12,6 +12,7 @@ from urllib.parse import quote
 from msgspec import Struct, field
 from msgspec.structs import replace
 
+from verne_post.base.numbers import format_count
 from verne_post.base.printable import format_json
 from verne_post.model.codes import CODES
 from verne_post.model.findings import Finding, make_input_error
@@ -59,7 +60,7 @@ def apply_policy(report: Report, policy: Policy) -> Report:
             kept.append(dataclasses.replace(item, severity=severity))
         hidden += item.severity == "error" != severity
     not_counted = [
-        f"{count} finding{'' if count == 1 else 's'} {what}"
+        f"{format_count(count, 'finding')} {what}"
         for count, what in ((ignored, "ignored"), (known, "in the baseline"))
         if count
     ]

@@ -7,6 +7,7 @@ import numpy as np
 from verne_post.base.arrays import Array
 from verne_post.base.printable import make_printable
 from verne_post.model.machine import Machine
+from verne_post.output.findings import format_outcome
 from verne_post.output.plots import picture
 from verne_post.report.sheet import iterate_shares
 from verne_post.report.table import Study
@@ -19,7 +20,7 @@ def picture_of(program: str, machine: Machine, study: Study, suffix: str) -> byt
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=_SIZE, layout="constrained")
-    verdict = "converts" if study.timed else f"refused: {sum(one.severity == 'error' for one in study.findings)} errors"
+    verdict = "converts" if study.timed else format_outcome("", study.findings).removeprefix(": ")
     # a name is no formula, whatever dollars are in it
     figure.suptitle(f"{make_printable(program)} on {machine.name}: {verdict}", fontsize=11, parse_math=False)
     names = ["velocity", "acceleration", "jerk"] if study.timed else []

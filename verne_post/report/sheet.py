@@ -12,14 +12,16 @@ from verne_post.app.machined import place_on_table
 from verne_post.app.summary import list_tool_lengths
 from verne_post.base.arrays import Array, find_used
 from verne_post.base.long_text import Text, compute_sha256
-from verne_post.base.numbers import format_fixed
+from verne_post.base.numbers import format_count, format_fixed
 from verne_post.base.printable import make_printable
 from verne_post.base.rotations import rotate_z
 from verne_post.base.tolerances import ACCELERATION_RATIO, JERK_RATIO, VELOCITY_RATIO
 from verne_post.model.machine import Machine
 from verne_post.model.moves import Event, MoveKind, describe_tool, find_tool_of_moves, name_tools
 from verne_post.model.part_setup import SYSTEM_NAMES, spell_tool_word
+from verne_post.model.verdict import count_findings
 from verne_post.model.work_systems import find_placer
+from verne_post.output.causes import describe_other, find_causes, list_worst
 from verne_post.output.findings import describe
 from verne_post.output.summary import list_facts
 from verne_post.part.sweep import Nearest
@@ -62,8 +64,7 @@ def escape_text(text: str) -> str:
 
 def write_verdict_html(machine: Machine, study: Study) -> str:
     """Go or no go, how long it takes, and what is assumed."""
-    errors = sum(item.severity == "error" for item in study.findings)
-    warnings = sum(item.severity == "warning" for item in study.findings)
+    errors, warnings = count_findings(list_worst(study.findings))
     shown = []
     if study.timed:
         assert study.summary is not None
@@ -113,7 +114,7 @@ def _join_few(texts: list[str], more: str = "more on the set-up sheet") -> str:
 
 def count(number: int, what: str) -> str:
     """Say how many, in words for people."""
-    return f"{number or 'no'} {what}{'' if number == 1 else 's'}"
+    return format_count(number, what) if number else f"no {what}s"
 
 
 # --- findings and worst places --------------------------------------------------------------------------
@@ -135,15 +136,20 @@ def write_title_html(program: str, machine: Machine) -> str:
 
 
 def write_findings_html(study: Study) -> str:
-    """The list of findings; each entry has the frame that a click leads to."""
+    """The list of findings, one for each cause; each entry has the frame that a click leads to."""
     if not study.findings:
         return "<li>no findings</li>"
     entries = []
-    for item, frame in zip(study.findings, study.place, strict=True):
+    for cause in find_causes(study.findings):
+        item = cause.worst
         text = escape_text(("" if item.line is None else f"line {item.line}: ") + describe(item))
-        tag, place = ("button", f' type="button" data-frame="{frame}"') if frame >= 0 else ("span", "")
         tried = "".join(f"<small>tried: {escape_text(remedy)}</small>" for remedy in item.remedies)
-        entries.append(f'<li class="{item.severity}"><{tag}{place}>{text}{tried}</{tag}></li>')
+        also = [escape_text(f"also {describe_other(other)}") for other in cause.others]
+        kinds = [item.severity] + [f"{item.severity} also"] * len(also)
+        for kind, shown, index in zip(kinds, [text + tried, *also], cause.indices, strict=True):
+            frame = study.place[index]
+            tag, place = ("button", f' type="button" data-frame="{frame}"') if frame >= 0 else ("span", "")
+            entries.append(f'<li class="{kind}"><{tag}{place}>{shown}</{tag}></li>')
     return "\n".join(entries)
 
 
@@ -176,7 +182,7 @@ def find_worst_places(machine: Machine, study: Study) -> Iterator[Place]:
         yield from _find_slow_stretches(study, study.governing)
     if study.summary is not None and (within := study.summary.stops_within).count:
         frame = int(np.abs(study.line - within.line).argmin())
-        yield Place(f"line {within.line} stops inside", f"{within.most} time{'' if within.most == 1 else 's'}", frame)
+        yield Place(f"line {within.line} stops inside", format_count(within.most, "time"), frame)
     if np.nanmax(np.abs(study.alpha_deg), initial=0.0) > 0:
         frame = int(np.nanargmax(np.abs(study.alpha_deg)))
         yield Place("peak platform tilt", f"{format_fixed(study.alpha_deg[frame], 2)} deg", frame)

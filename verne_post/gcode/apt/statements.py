@@ -4,7 +4,7 @@ import math
 import re
 from collections.abc import Iterator, Sequence
 from functools import cached_property
-from itertools import accumulate
+from itertools import accumulate, pairwise
 from typing import Final
 
 import numpy as np
@@ -17,14 +17,25 @@ from verne_post.gcode.expressions import MAX_NUMBER
 from verne_post.gcode.plain import MIN_LINES
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.text import decode_line
-from verne_post.gcode.words import read_whole_lines
+from verne_post.gcode.words import mark_blanks_in_numbers, read_whole_lines, split_words
 
 _NUMBER: Final = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[EeDd][+-]?[0-9]+)?$")
-_IN_POINTS: Final = rb"[ \t]*+[+-]?(?:[0-9]++\.?[0-9]*+|\.[0-9]++)(?:[Ee][+-]?[0-9]++)?[ \t]*+"
-_POINTS: Final = re.compile(
-    rb"(?:^[ \t]*+GOTO[ \t]*+/%b(?:,%b){2}(?:(?:,%b){3})?\r?\n){%d,}+" % (*((_IN_POINTS,) * 3), MIN_LINES), re.MULTILINE
+_NUMBER_OF_POINT: Final = rb"[ \t]*+[+-]?(?:[0-9]++\.?[0-9]*+|\.[0-9]++)(?:[Ee][+-]?[0-9]++)?[ \t]*+"
+#: One line with GOTO, and three or six numbers.
+_POINT: Final = re.compile(
+    rb"[ \t]*+GOTO[ \t]*+/%b(?:,%b){2}(?:(?:,%b){3})?\r?\n" % ((_NUMBER_OF_POINT,) * 3), re.MULTILINE
 )
+#: Consecutive lines with GOTO, and characters of numbers; this is found quickly.
+_LINES_OF_POINTS: Final = re.compile(rb"(?:^[ \t]*+GOTO[ \t]*+/[-+0-9.Ee, \t]*+\r?\n){%d,}+" % MIN_LINES, re.MULTILINE)
 _NOT_OF_NUMBERS: Final = b"GOT/ \t\r"
+#: The slash and the commas as letters of words; the other letters of GOTO are deleted beside it.
+_AS_LETTERS: Final = bytes.maketrans(b"/,", b"XX")
+_OTHER_LETTERS: Final = b"GOT"
+_X: Final = ord("X")
+#: The reader of words would pass over these blanks.
+_BLANKS_AFTER_SIGNS: Final = (b"- ", b"+ ", b"-\t", b"+\t")
+#: Numbers on a line: a place, or a place and a tool axis.
+_COUNTS: Final = (3, 6)
 #: Major words of two parts are kept as the first of them, or with one blank: TLON,GOFWD/ is TLON.
 _MAJOR: Final = re.compile(
     r"\s*(?:(TLON)\s*,\s*GOFWD|(TOOL)\s+(PATH)|(END-OF-PATH)|([A-Za-z][A-Za-z0-9_]*))\s*(?:/|$)", re.IGNORECASE
@@ -68,27 +79,20 @@ class Points(Struct, frozen=True, eq=False, dict=True):
 
     line: int
     text: bytes
+    places: Array  #: (n, 3)
+    axes: Array  #: (m, 3): tool axes of the lines that have one.
+    which_axis: Ints  #: (n,): for each line the row of its tool axis; -1 before the first one.
 
     @cached_property
     def _lines(self) -> list[bytes]:
         return self.text.removesuffix(b"\n").split(b"\n")
 
     def __len__(self) -> int:
-        return len(self._lines)
+        return len(self.places)
 
     def make_statement(self, row: int) -> Statement | ProgramError:
         """One of them, from 0."""
         return _read_statement(decode_line(self._lines[row]), self.line + row)
-
-    @cached_property
-    def values(self) -> tuple[Array, Array, Ints]:
-        """Places (n, 3), tool axes (m, 3), and for each line the row of its axis (n,); -1 before the first axis."""
-        lines = self.text.translate(None, _NOT_OF_NUMBERS).removesuffix(b"\n").split(b"\n")
-        count = np.array([line.count(b",") for line in lines]) + 1
-        numbers = np.array([float(word) for word in b",".join(lines).split(b",")])
-        first, has_vector = np.cumsum(count) - count, count == 6
-        places, axes = (numbers[at[:, None] + np.arange(3)] for at in (first, first[has_vector] + 3))
-        return places, axes, np.cumsum(has_vector) - 1
 
 
 def is_number(word: str) -> bool:
@@ -196,17 +200,57 @@ def _split_text(source: Text) -> Iterator[bytes | Points]:
     number = 1
     for chunk in read_whole_lines(source):
         at = 0
-        for match in _POINTS.finditer(chunk):
+        for match in _LINES_OF_POINTS.finditer(chunk):
             if match.start() > at:
                 yield chunk[at : match.start()]
             number += chunk.count(b"\n", at, match.start())
-            points = Points(number, match.group())
-            yield points
-            number += len(points)
+            for part in _read_points(number, match.group()):
+                yield part
+                number += len(part) if isinstance(part, Points) else part.count(b"\n")
             at = match.end()
         if at < len(chunk):
             yield chunk[at:]
             number += chunk.count(b"\n", at)
+
+
+def _read_points(first_line: int, text: bytes) -> Iterator[bytes | Points]:
+    """Lines of GOTO as arrays; those that are no points stay text, and few lines between such too."""
+    numbers, count = _read_numbers_of_points(first_line, text)
+    ends = np.flatnonzero(np.frombuffer(text, dtype=np.uint8) == ord("\n")) + 1
+    begins = np.concatenate([[0], ends[:-1]])
+    for row in np.flatnonzero(count == 0).tolist():
+        line = text[begins[row] : ends[row]]
+        if _POINT.fullmatch(line):  # with an exponent, or with more digits than the reader of words takes
+            words = line.translate(None, _NOT_OF_NUMBERS).split(b",")
+            count[row] = len(words)
+            numbers[row, : len(words)] = [float(word) for word in words]
+    changes = np.flatnonzero(np.diff(count > 0)) + 1
+    for first, last in pairwise([0, *changes.tolist(), len(count)]):
+        part = text[begins[first] : ends[last - 1]]
+        if count[first] == 0 or last - first < MIN_LINES:
+            yield part
+            continue
+        has_axis = count[first:last] == _COUNTS[1]
+        table = numbers[first:last]
+        yield Points(first_line + first, part, table[:, :3], table[has_axis, 3:], np.cumsum(has_axis) - 1)
+
+
+def _read_numbers_of_points(first_line: int, text: bytes) -> tuple[Array, Ints]:
+    """Numbers (n, 6) of lines of GOTO, and how many each has; 0 where the reader of words does not take the line."""
+    marked_text = mark_blanks_in_numbers(text)
+    for blank in _BLANKS_AFTER_SIGNS:
+        marked_text = marked_text.replace(blank, b"?")
+    words = split_words(first_line, marked_text.translate(_AS_LETTERS, _OTHER_LETTERS))
+    count = np.bincount(words.row, minlength=words.n_lines)
+    begin = np.cumsum(count) - count
+    words.plain[words.row[words.letter != _X]] = False  # E of an exponent
+    numbers = np.full((words.n_lines, _COUNTS[1]), np.nan)
+    is_point = np.zeros(words.n_lines, dtype=bool)
+    for size in _COUNTS:
+        rows = np.flatnonzero(words.plain & (count == size))
+        numbers[rows, :size] = words.value[begin[rows, None] + np.arange(size)]
+        is_point[rows] = True
+    return numbers, np.where(is_point, count, 0)
 
 
 def _read_statement(text: str, line: int, *, columns: bool = True) -> Statement | ProgramError:

@@ -22,7 +22,7 @@ def execute_points(points: Points, row: int, last: int, modes: AptModes, interpr
     state = interpreter.state
     if last - row < plain.MIN_LINES or not _is_plain(modes, interpreter):
         return row
-    places, axes, which = points.values
+    places, axes, which = points.places, points.axes, points.which_axis
     vectors = np.vstack([axes, modes.axis])[which[row:last]]  # before the first axis stands that from before
     sizes = measure_length(vectors)
     bad = (np.abs(sizes - 1.0) > VECTOR_LENGTH) | ~(np.abs(places[row:last]).max(axis=1) <= MAX_NUMBER)

@@ -80,12 +80,16 @@ from verne_post.model.control_keys import FanucKeys, read_keys
 from verne_post.model.moves import AXES, ArcFeed, PathControl, PathMode
 from verne_post.model.part_setup import ADDITIONAL_SYSTEMS
 
+_DRILLING: Final = 810
 _NO_UNIT: Final = (
     "the program has neither G20 nor G21: lengths are read in mm; a control has the unit that was in force before, or "
     'that its setting says; write the code, or [fanuc] units = "mm" or "inch" in verne-post.toml'
 )
 _NO_MOTION: Final = (
     '; where a control begins with one, parameter 3402 says which: [fanuc] motion = "G0" or "G1" in verne-post.toml'
+)
+_BARE_ARCS: Final = (
+    '; a control whose parameter 3403 says so goes straight: [fanuc] bare_arcs = "lines" in verne-post.toml'
 )
 #: Lines that may be statements of custom macros.
 _MACRO: Final = re.compile(
@@ -143,6 +147,9 @@ class FanucInterpreter(Rs274):
         self.haas = HaasCodes(self.core, self.values, self.motion, self.cycles)
         self.motion.draw_line, self.motion.draw_arc = self.corners.add_line, self.corners.add_arc
         self.cycles.bore_shift = self.keys.bore_shift
+        self.motion.bare_arcs_are_lines = self.keys.bare_arcs == "lines"
+        self.motion.bare_arcs_remedy = _BARE_ARCS
+        self.motion.offsets_are_wear = self.keys.cutter_offsets == "wear"
         least = 0.01 * self.keys.inside_arc_percent
         self.core.set_arc_feed(ArcFeed("[fanuc] inside_arc_percent", least, 1.0, assumed=not given))
 
@@ -158,6 +165,14 @@ class FanucInterpreter(Rs274):
     def _execute_cycle(self, block: Block, motion: int, *, goes_on: bool) -> None:
         """As RS274/NGC; says what it does where R is above the tool."""
         above = self.state.position
+        words = [letter for letter in "PQ" if motion == _DRILLING and letter in block.words]
+        if words:
+            self.recorder.note_once(
+                "VP039",
+                f"{' and '.join(words)} of G81 {'is' if len(words) == 1 else 'are'} kept for other cycles: G81 goes "
+                "down at once and does not dwell; write G82, G73 or G83 if that was meant",
+                block.line,
+            )
         super()._execute_cycle(block, motion, goes_on=goes_on)
         cycle = self.modes.cycle
         if cycle is not None and above[cycle.normal] < cycle.clear - ZERO_LENGTH_MM:
@@ -439,6 +454,13 @@ class FanucInterpreter(Rs274):
         if code in (100, 520, 920):
             self.planes.refuse_under_plane(spell_g_code(code))
         if code == 100:
+            if self.motion.offsets_are_wear and block.words.get("L") in (12.0, 13.0):
+                raise block.error(
+                    "VP017",
+                    f"G10 L{block.words['L']:g} gives a radius, and [fanuc] cutter_offsets says that D holds the wear "
+                    "alone, 0: take one of them away",
+                    "L",
+                )
             self.fanuc_offsets.store_offset(block)
         elif code in (520, 920):
             self.fanuc_offsets.shift_system(block, code)

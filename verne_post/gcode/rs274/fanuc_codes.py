@@ -262,6 +262,7 @@ def make_table() -> CodeTable:
             1870: "PE",
             1030: "P",
             **dict.fromkeys((730, 830), "RLQPIJK"),
+            810: "RLPQ",
             **dict.fromkeys((740, 840), "RLPQJ"),
             760: "RLPQIJ",
             **dict.fromkeys(POCKETS, "DIKLQ"),

@@ -16,6 +16,8 @@ from verne_post.gcode.rs274.macro_flow import Frame, MacroFlow
 from verne_post.gcode.text import ProgramText, decode_line
 
 MAX_ARGUMENTS: Final = 30
+#: Programs from this number on are protected on Fanuc and Haas controls: macros of the builder, and of probes.
+FIRST_BUILDER_MACRO: Final = 9000
 
 
 def _holds(o: OWord, line: int) -> bool:
@@ -285,9 +287,10 @@ class Flow:
             text_of_file = self._find_file(name)
             if text_of_file is not None:
                 return text_of_file, text_of_file.structure.programs.get(label, text_of_file.first_line)
-        raise ProgramError(
-            "VP023",
-            f"{word} P{label}: there is no O{label} in the program, and no file {label}.ngc or "
-            f"O{int(label):04d}.nc beside it",
-            goes_on=True,
+        message = (
+            f"{word} calls O{label}: not in the program, and in no file beside it whose name has the number "
+            "(100.ngc or O0100.nc)"
         )
+        if int(label) >= FIRST_BUILDER_MACRO:
+            message += "; from O9000 on they are macros of the builder, or of a probe: take calls of a probe out"
+        raise ProgramError("VP023", message, goes_on=True, about=f"O{label}")

@@ -62,6 +62,11 @@ class MotionCodes:
         self.core, self.values, self.traits = core, values, traits
         self.setup, self.state, self.recorder = core.setup, core.state, core.recorder
         self.modes: Modes = core.state.modes
+        #: G2 and G3 without I, J, K and R go straight; else they are refused, with ``bare_arcs_remedy``.
+        self.bare_arcs_are_lines = False
+        self.bare_arcs_remedy = ""
+        #: D is the wear of the tool, which is 0; else the tool of the table.
+        self.offsets_are_wear = False
         #: Where lines and arcs go: to the core, or where a language has corners that need the next one.
         self.draw_line, self.draw_arc = core.go_straight, core.go_on_arc
 
@@ -150,7 +155,15 @@ class MotionCodes:
         kind = MoveKind.RAPID if motion == 0 else MoveKind.FEED
         axes = self.values.list_named_axes(block)
         state = self.state
-        if kind == MoveKind.FEED:
+        if self.bare_arcs_are_lines and motion in (20, 30) and block.words.keys().isdisjoint("IJKR"):
+            self.recorder.note_once(
+                "VP039",
+                f"{spell_g_code(motion)} without I, J, K and R goes straight ([fanuc] bare_arcs): where an arc was "
+                "meant, its words are missing",
+                block.line,
+            )
+            motion = 10
+        if kind == MoveKind.FEED and not (motion == 10 and self._goes_beside_part(block, axes)):
             self.check_feed(block, motion)
         if not machine and motion in (0, 10) and self.traits.turns_table_alone and self._is_turned_alone(axes):
             self._turn_table(block, kind, axes)
@@ -195,6 +208,27 @@ class MotionCodes:
                 else "while no tool length is in force",
             )
 
+    def _goes_beside_part(self, block: Block, axes: list[int]) -> bool:
+        """True for X and Y of a head that is retracted and has no length yet: posts write such rapids as G1.
+
+        Over an upright table the head stays at its height in the machine, and no length alters its way. Over another
+        one it is refused.
+        """
+        lacking = self.core.find_lacking(given="F" in block.words)
+        if lacking != "tool length" or not set(axes) <= {_X, _Y} or not self.is_retracted():
+            return False
+        machine = self.setup.coordinates.map_to_machine(np.array(self.state.position), self.state.frame)
+        tilt = float(machine[self.setup.rotary[0]])
+        if abs(tilt) > UPRIGHT_DEG:
+            letter = self.setup.rotary_letters[0]
+            raise ProgramError(
+                "VP012",
+                f"no tool length has been given before a feed move over a table at {letter} {tilt:g}, where the height "
+                f"of the head depends on it; use {LENGTH_WORDS}, or turn to {letter}0 before",
+            )
+        self.recorder.first_cut = self.recorder.count + 1
+        return True
+
     def is_retracted(self) -> bool:
         """True where Z of the tip follows from machine coordinates (G53, G28) alone; never with tool vectors."""
         return (
@@ -235,7 +269,7 @@ class MotionCodes:
                 f"{letter} under G43.5, where I J K give the tool axis; use G43.4 for {self.setup.both_rotary} words",
                 letter,
             )
-        if not set(self.setup.rotary) <= set(rotary):
+        if len(rotary) < 2 if not self.setup.machine else not set(self.setup.rotary) <= set(rotary):
             raise block.error(
                 "VP013",
                 f"{letter} alone after tool vectors: no word has chosen between the two table solutions; "
@@ -292,7 +326,7 @@ class MotionCodes:
                 start, end, state.plane, clockwise, offsets, self.modes.absolute_centers, turns - 1, tolerance
             )
         else:
-            raise ProgramError("VP005", "an arc needs its centre (I, J, K) or its radius (R)")
+            raise ProgramError("VP005", f"an arc needs its centre (I, J, K) or its radius (R){self.bare_arcs_remedy}")
         self.draw_arc(block, start, end, arc, self.values.list_named_axes(block), absolute=self.modes.absolute)
 
     # --- cutter compensation ------------------------------------------------------------------------
@@ -330,7 +364,7 @@ class MotionCodes:
                         "VP005", f"{spell_g_code(code)} needs D, the number of the offset, after the tool change"
                     )
                 block.words["D"] = float(self.modes.cutter_number)
-            if not block.words["D"]:
+            if not block.words["D"] or self.offsets_are_wear:
                 return 0.0
         number = (read_whole(block, "D") if "D" in block.words else 0) or state.loaded_tool or 0
         if number == 0:

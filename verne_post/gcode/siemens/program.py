@@ -7,7 +7,6 @@ from typing import ClassVar, Final
 import numpy as np
 from msgspec import Struct, field
 
-from verne_post.base.arrays import Mask
 from verne_post.base.long_text import Text
 from verne_post.gcode import plain_arcs
 from verne_post.gcode.plain import PlainLines
@@ -15,7 +14,7 @@ from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.siemens.cursor import strip_zeros
 from verne_post.gcode.text import Chunk, Language, ProgramText, decode_line, take_code
-from verne_post.gcode.words import read_whole_lines, split_words
+from verne_post.gcode.words import mark_blanks_in_numbers, read_whole_lines, split_words
 
 #: The line that begins a program in a file that holds several.
 _HEADER: Final = re.compile(rb"^[ \t]*+%_N_([A-Za-z0-9_]+?)_(MPF|SPF)[ \t]*+\r?$", re.MULTILINE | re.IGNORECASE)
@@ -44,7 +43,8 @@ _CLOSES: Final = {"ENDIF": "IF", "ENDFOR": "FOR", "ENDWHILE": "WHILE", "ENDLOOP"
 _NOT_PLAIN: Final = re.compile(rb"\(|(?<=[Gg][01])\.|(?<=[Gg]0[01])\.")
 #: A3= and so on, the letters that stand for them in the table of words, and what takes those letters away before.
 _VECTOR: Final = re.compile(rb"([ABC])3[ \t]*+=", re.IGNORECASE)
-_STANDS_FOR: Final = dict(zip(b"ABCabc", (b"I", b"J", b"K") * 2, strict=True))
+_STANDS_FOR: Final = np.zeros(256, dtype=np.uint8)
+_STANDS_FOR[list(b"ABCabc")] = list(b"IJKIJK")
 _NO_CENTERS: Final = bytes.maketrans(b"IJKijk", b"??????")
 #: The same for CR=, with what stands for it in between.
 _RADIUS: Final = re.compile(rb"CR[ \t]*+=", re.IGNORECASE)
@@ -53,19 +53,7 @@ _BETWEEN: Final = b"\x02"
 _IN_VECTORS: Final = (b"3=", b" =", b"\t=")
 _IN_RADII: Final = (b"CR", b"cr", b"Cr", b"cR")
 _NO_RADII: Final = bytes.maketrans(b"Rr" + _BETWEEN, b"??R")
-_BLANKS: Final = b" \t\r"
-_DIGITS: Final = b"0123456789."
-
-
-def _make_table(characters: bytes) -> Mask:
-    table = np.zeros(256, dtype=bool)
-    table[list(characters)] = True
-    return table
-
-
-_IS_BLANK: Final = _make_table(_BLANKS)
-_IS_DIGIT: Final = _make_table(_DIGITS)
-_POINT, _ZERO, _STRANGE = b".0?"
+_POINT, _ZERO, _THREE, _EQUALS, _BLANK = b".03= "
 #: A capital letter differs from its small one by this bit.
 _CASE: Final = 0x20
 
@@ -77,19 +65,7 @@ def _mark_strange(text: bytes) -> bytes:
     point = (raw[g + 2] == _POINT) | ((raw[g + 1] == _ZERO) & (raw[g + 3] == _POINT))
     if b"(" in text or point.any():
         text = _NOT_PLAIN.sub(b"?", text)
-        raw = np.frombuffer(text, dtype=np.uint8)
-    blank = np.flatnonzero(_IS_BLANK[raw[1:-1]]) + 1
-    after = blank[_IS_DIGIT[raw[blank - 1]]]  # blanks right after a digit
-    inside = after[_IS_DIGIT[raw[after + 1]]]
-    if _IS_BLANK[raw[after + 1]].any():  # several: what comes after them counts
-        solid = np.flatnonzero(~_IS_BLANK[raw])
-        at = np.searchsorted(solid, after)
-        inside = after[_IS_DIGIT[raw[solid[np.minimum(at, len(solid) - 1)]]]]
-    if not len(inside):
-        return text
-    marked_bytes = raw[: len(text)].copy()
-    marked_bytes[inside] = _STRANGE  # blanks inside of numbers
-    return marked_bytes.tobytes()
+    return mark_blanks_in_numbers(text)
 
 
 def _put_radii(text: bytes) -> bytes:
@@ -106,11 +82,18 @@ def _has_vectors(text: bytes) -> bool:
 
 def _put_vectors(text: bytes) -> bytes:
     """A chunk with I, J and K for A3=, B3= and C3=; where they stood before is a character that no plain word has."""
-    text = text.translate(_NO_CENTERS)
-    for letter in b"ABC":
-        text = text.replace(b"%c3=" % letter, _STANDS_FOR[letter])
-    # as few are written with blanks or small letters, these are looked for one by one
-    return _VECTOR.sub(lambda match: _STANDS_FOR[match[1][0]], text) if b"=" in text else text
+    characters = bytearray(text.translate(_NO_CENTERS))
+    raw = np.frombuffer(characters, dtype=np.uint8)
+    equals = np.flatnonzero(raw[2:] == _EQUALS) + 2
+    stands_for = _STANDS_FOR[raw[equals - 2]]
+    is_vector = (stands_for != 0) & (raw[equals - 1] == _THREE)
+    if not is_vector.all():
+        equals, stands_for = equals[is_vector], stands_for[is_vector]
+    raw[equals - 2] = stands_for
+    raw[equals - 1] = raw[equals] = _BLANK  # a word may have blanks before its number
+    put_text = bytes(characters)
+    # as few are written with blanks, these are looked for one by one
+    return put_text if is_vector.all() else _VECTOR.sub(lambda match: bytes([_STANDS_FOR[match[1][0]]]), put_text)
 
 
 class SiemensLanguage(Language):

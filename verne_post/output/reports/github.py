@@ -6,11 +6,13 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
 
+from verne_post.base.numbers import format_count
 from verne_post.base.printable import make_lines_printable
 from verne_post.model.codes import CODES
 from verne_post.model.findings import Finding
 from verne_post.model.machine import Machine
 from verne_post.model.verdict import Verdict
+from verne_post.output.causes import Cause, find_causes
 from verne_post.output.findings import Report, list_remedies
 
 #: Annotations of each level that GitHub shows for one step.
@@ -19,18 +21,19 @@ _LEVELS: Final = {"error": "error", "warning": "warning", "note": "notice"}
 
 
 def write(reports: Sequence[Report], _machine: Machine | None = None) -> str:
-    """One workflow command a finding, the gravest first, and a notice that says how many are not shown."""
-    everything = [(report, item) for report in reports for item in report.findings]
+    """One workflow command a cause, the gravest first, and a notice that says how many are not shown."""
+    everything = [(report, cause) for report in reports for cause in find_causes(report.findings)]
     lines, shown = [], Counter[str]()
     for severity in _LEVELS:
-        for report, item in everything:
-            if item.severity == severity and shown[severity] < MAX_ANNOTATIONS:
+        for report, cause in everything:
+            if cause.worst.severity == severity and shown[severity] < MAX_ANNOTATIONS:
                 shown[severity] += 1
-                lines.append(_write_annotation(report.program, item))
+                lines.append(_write_annotation(report.program, cause))
     left_out = len(everything) - len(lines)
     if left_out:
         lines.append(
-            f"::notice title=verne-post::{left_out} further findings; GitHub shows {MAX_ANNOTATIONS} of each level"
+            f"::notice title=verne-post::{format_count(left_out, 'further finding')}; "
+            f"GitHub shows {MAX_ANNOTATIONS} of each level"
         )
     return "".join(line + "\n" for line in lines)
 
@@ -40,7 +43,8 @@ def write_failure(_verdict: Verdict, message: str, _findings: Sequence[Finding])
     return f"::error title=verne-post::{_escape_data(message)}\n"
 
 
-def _write_annotation(program: str, item: Finding) -> str:
+def _write_annotation(program: str, cause: Cause) -> str:
+    item, others = cause.worst, cause.describe_others()
     where = [] if program == "<stdin>" else [f"file={_escape_property(_find_path_in_repository(program))}"]
     if item.line and where:
         where.append(f"line={item.line}")
@@ -50,7 +54,9 @@ def _write_annotation(program: str, item: Finding) -> str:
             where.append(f"col={item.column}")
     title = CODES[item.code].title
     where.append(f"title={_escape_property(f'{item.code} {title}')}")
-    text = "\n".join([item.message, *(text.removeprefix(f"{title}: ") for text in list_remedies(item, program)[:1])])
+    also = [f"also {others}"] if others else []
+    remedies = [text.removeprefix(f"{title}: ") for text in list_remedies(item, program)[:1]]
+    text = "\n".join([item.message, *also, *remedies])
     return f"::{_LEVELS[item.severity]} {','.join(where)}::{_escape_data(text)}"
 
 

@@ -7,7 +7,8 @@ from verne_post.base.printable import make_printable
 from verne_post.model.findings import Finding
 from verne_post.model.machine import Machine
 from verne_post.model.verdict import Verdict, find_worst, is_about_pose
-from verne_post.output.findings import Report, format_finding, quote_line
+from verne_post.output.causes import list_worst
+from verne_post.output.findings import Report, format_causes
 
 #: Characters that XML cannot hold, made visible.
 _UNPRINTABLE = {code: "?" for code in range(32) if chr(code) not in "\t\n\r"} | {0xFFFE: "?", 0xFFFF: "?", 0x7F: "?"}
@@ -47,11 +48,11 @@ def _make_case(report: Report) -> ElementTree.Element:
         time=f"{report.cycle_time_s or 0.0:.3f}",
     )
     lines = []
-    for item in report.findings:
-        lines += [format_finding(report.program, item), *quote_line(item, report.source, report.program)]
+    for shown in format_causes(report.program, report.findings, report.source):
+        lines += shown
     text = _clean("\n".join(lines))
     if find_worst(report.findings) == "error":
-        first = next(item for item in report.findings if item.severity == "error")
+        first = next(item for item in list_worst(report.findings) if item.severity == "error")
         kind = "failure" if is_about_pose(first.code) else "error"
         ElementTree.SubElement(case, kind, type=first.code, message=make_printable(first.message)).text = text
     elif text:

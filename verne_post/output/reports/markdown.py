@@ -4,10 +4,12 @@ import re
 from collections.abc import Sequence
 from typing import Final
 
+from verne_post.base.numbers import format_count
 from verne_post.base.printable import make_printable
 from verne_post.model.findings import Finding
 from verne_post.model.machine import Machine
 from verne_post.model.verdict import Verdict
+from verne_post.output.causes import Cause, find_causes
 from verne_post.output.findings import Report, describe, describe_remedy, format_outcome
 
 #: A comment has room for 65,536 characters.
@@ -27,9 +29,10 @@ def write(reports: Sequence[Report], _machine: Machine | None = None) -> str:
     for report in reports:
         rows, seen = [], set()
         # a comment has no terminal beside it: what a set-up settles has its remedy, once for a code
-        for item in report.findings:
+        for cause in find_causes(report.findings):
+            item = cause.worst
             settled = item.settled_by and item.code not in seen
-            rows.append(_write_row(item, describe_remedy(item, report.program) if settled else ""))
+            rows.append(_write_row(cause, describe_remedy(item, report.program) if settled else ""))
             seen.add(item.code)
         head = ["", f"**{_escape(report.program)}**", "", "| line | finding |", "|---|---|"]
         shown = _count_that_fit(rows, room - sum(map(len, head)))
@@ -37,7 +40,7 @@ def write(reports: Sequence[Report], _machine: Machine | None = None) -> str:
         left_out += len(rows) - shown
         lines += [*head, *rows[:shown]] if shown else []
     if left_out:
-        lines += ["", f"{left_out} further findings: a comment has no room for them."]
+        lines += ["", f"{format_count(left_out, 'further finding')}: a comment has no room for them."]
     return "".join(line + "\n" for line in lines)
 
 
@@ -54,8 +57,10 @@ def _count_that_fit(rows: list[str], room: int) -> int:
     return shown
 
 
-def _write_row(item: Finding, remedy: str) -> str:
-    remedies = "".join(f"<br>tried: {_escape(tried)}" for tried in item.remedies)
+def _write_row(cause: Cause, remedy: str) -> str:
+    item, others = cause.worst, cause.describe_others()
+    also = f"<br>also {_escape(others)}" if others else ""
+    remedies = also + "".join(f"<br>tried: {_escape(tried)}" for tried in item.remedies)
     remedies += f"<br>{_escape(remedy)}" if remedy else ""
     return f"| {'' if item.line is None else item.line} | {_escape(describe(item))}{remedies} |"
 

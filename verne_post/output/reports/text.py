@@ -4,15 +4,15 @@ from collections.abc import Sequence
 
 from verne_post.base.printable import make_printable
 from verne_post.model.machine import Machine
-from verne_post.output.findings import Report, format_finding, format_outcome, quote_line
+from verne_post.output.findings import Report, format_causes, format_outcome
 
 
 def write(reports: Sequence[Report], _machine: Machine | None = None) -> str:
-    """One line a finding, errors in the text with the line that they stand in; then one line a program."""
+    """One line a cause, errors in the text with the line that they stand in; then one line a program."""
     lines = []
     for report in reports:
-        for item in report.findings:
-            lines += [format_finding(report.program, item), *quote_line(item, report.source, report.program)]
+        for shown in format_causes(report.program, report.findings, report.source):
+            lines += shown
         time = "" if report.cycle_time_s is None else f", {report.cycle_time_s:.3f} s"
         lines.append(f"{format_outcome(report.program, report.findings, report.errors_not_counted)}{time}")
         lines += [f"  {make_printable(remark)}" for remark in report.remarks]

@@ -1,0 +1,132 @@
+"""Findings for people: one for each cause, and nothing that is broken goes untold."""
+
+import json
+import random
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from verne_post.model.findings import Finding, make_finding
+from verne_post.output.causes import find_causes
+from verne_post.output.findings import format_outcome
+
+
+def break_limit(joint: str, value: float, first: int, last: int, code: str = "VP101", **more: object) -> Finding:
+    """A finding of a joint below 50 mm or above 1250 mm."""
+    limit, side = (50.0, "below") if value < 50 else (1250.0, "above")
+    text = f"{joint} {value:.6f} mm is {side} {limit:g} mm by {abs(value - limit):.6f} mm"
+    where = {"line": first, "last_line": last, "worst_line": first, "axis": joint}
+    return make_finding(code, text, value=value, limit=limit, unit="mm", severity="error", **where, **more)
+
+
+def name_groups(findings: list[Finding]) -> list[list[int]]:
+    """Places of the findings of each cause, the worst first."""
+    causes = find_causes(findings)
+    assert all([findings[index] for index in cause.indices[1:]] == list(cause.others) for cause in causes)
+    return [list(cause.indices) for cause in causes]
+
+
+def test_one_limit_in_three_stretches_is_one_cause() -> None:
+    found = [break_limit("rho2", value, line, line + 2) for value, line in ((40.0, 3), (10.0, 20), (30.0, 40))]
+    [cause] = find_causes(found)
+    assert cause.worst == found[1]
+    assert cause.describe_others() == "rho2 by 10.000000 mm in lines 3 to 5; rho2 by 20.000000 mm in lines 40 to 42"
+    assert format_outcome("a.nc", tuple(found)) == "a.nc: refused: 1 error, 0 warnings"
+
+
+def test_joints_in_the_same_lines_are_one_cause_and_others_are_not() -> None:
+    found = [
+        break_limit("rho1", 40.0, 3, 9),
+        break_limit("rho2", 20.0, 9, 12),  # shares line 9 with rho1
+        break_limit("rho3", 1260.0, 30, 31),  # elsewhere
+        break_limit("rho1", 45.0, 50, 50),  # the limit of the first
+        break_limit("a", 99.0, 3, 9, code="VP102"),  # another code
+        make_finding("VP216", "tool cuts the stock 1.5 mm deep", line=4, last_line=4),
+        make_finding("VP216", "tool cuts the stock 2.5 mm deep", line=8, last_line=8),  # each contact is a mistake
+    ]
+    assert name_groups(found) == [[1, 0, 3], [2], [4], [5], [6]]
+    assert find_causes(found)[0].describe_others() == (
+        "rho1 by 10.000000 mm in lines 3 to 9; rho1 by 5.000000 mm in line 50"
+    )
+
+
+def test_below_and_above_are_two_limits() -> None:
+    assert len(find_causes([break_limit("x", 40.0, 3, 3), break_limit("x", 1260.0, 9, 9)])) == 2
+
+
+def test_warnings_stay_apart_from_errors_and_many_are_counted() -> None:
+    found = [break_limit("rho1", 40.0 - n, 3 * n, 3 * n) for n in range(1, 9)]
+    warned = make_finding("VP202", found[0].message, line=3, last_line=3, axis="rho1", severity="warning")
+    first, second = find_causes([*found, warned])
+    assert second.worst == warned
+    assert first.describe_others().endswith("; and 3 more")
+
+
+def test_a_remedy_is_told_once() -> None:
+    moved, turned = "legal if the part is moved", "line 9 alone: another turn"
+    found = [
+        break_limit("rho1", 40.0, 3, 3, remedies=(moved,)),
+        make_finding("VP210", "tip 5.0 mm below", line=9, last_line=9, remedies=(moved, turned)),
+    ]
+    assert [cause.worst.remedies for cause in find_causes(found)] == [(moved,), ("as for VP101 in line 3", turned)]
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_every_finding_is_in_one_cause(seed: int) -> None:
+    """Against a plain search for what hangs together, in findings at random."""
+    rng = random.Random(seed)
+    found = []
+    for _ in range(30):
+        line = rng.randint(1, 80)
+        found.append(break_limit(rng.choice("xyz"), rng.choice((40.5, 1260.5)), line, line + rng.randint(0, 3)))
+    left, expected = set(range(30)), []
+    while left:
+        group, waiting = set(), [min(left)]
+        while waiting:
+            one = waiting.pop()
+            group.add(one)
+            a = found[one]
+            for other in left - group:
+                b = found[other]
+                same = (a.axis, a.limit) == (b.axis, b.limit)
+                if same or (a.line <= b.last_line and b.line <= a.last_line):
+                    waiting.append(other)
+        left -= group
+        expected.append(sorted(group))
+    assert sorted(sorted(group) for group in name_groups(found)) == expected
+
+
+PROGRAM = """G21 G90 G94 G49
+G0 X0 Y0 Z50 A0 C0
+G1 X10 F2000
+G0 Z120
+X20
+G1 Z50
+Y10
+G0 Z130
+Y20
+M2
+"""
+
+
+def test_a_part_zero_that_is_too_high_is_one_error(
+    tmp_path: Path, run: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Both retracts leave the travel of two sliders: four findings for programs, one for people, with the cure."""
+    monkeypatch.chdir(tmp_path)
+    Path("part.nc").write_text(PROGRAM, encoding="utf-8")
+    words = ("part.nc", "--tool-length", "60", "--wcs", "G54=0,0,600")
+    exact = json.loads(run("check", *words, "--output-format", "json").out)["programs"][0]["findings"]
+    assert {item["code"] for item in exact} == {"VP101"}
+    assert len(exact) >= 4
+    text = run("check", *words).out
+    assert text.count("VP101 error") == 1
+    assert "= also " in text
+    assert "refused: 1 error, 0 warnings" in text
+    place = text.partition("(then ")[2].partition(")")[0].replace(" ", "")
+    assert run("check", *words[:-1], place).code == 0
+    for output_format in ("markdown", "github", "junit"):
+        assert "also " in run("check", *words, "--output-format", output_format).out
+    assert run("convert", *words).err.count("VP101 error") == 1
