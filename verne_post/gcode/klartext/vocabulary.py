@@ -21,9 +21,7 @@ PROBING: Final = (
 #: Keywords that begin a statement, and what it does.
 STATEMENTS: Final[Mapping[str, str]] = {
     **dict.fromkeys(("BEGIN PGM", "END PGM"), "first and last statement of the program: MM or INCH"),
-    "BLK FORM": "the stock: a box (0.1, 0.2), or a CYLINDER along Z (R or D, L; its bore RI or DI) with DIST as the "
-    "height of its upper end (*unverified*). `report` draws it, machined --stock-from program cuts it, the summary and "
-    "--meta name it; --stock checks. `dump moves` shows other forms",
+    "BLK FORM": "the stock, a box or a cylinder: see Stock, patterns, functions",
     "TOOL CALL": "M6, length at once with DL; without a number only S and F. `[heidenhain.tools]` of the settings file "
     "gives a name its number, as in `MILL = 3`",
     "TOOL DEF": "length and radius; with the number alone it names the next tool, without effect",
@@ -35,13 +33,10 @@ STATEMENTS: Final[Mapping[str, str]] = {
     "CALL SELECTED PGM": "refused: write CALL PGM",
     "SEL TABLE": "names the datum table of `datums`, by one name in a program: see Keys of the settings file",
     "PLANE": "a tilted plane: below",
-    "FUNCTION": "FUNCTION TCPM is M128, FUNCTION RESET TCPM M129, FUNCTION MODE MILL the only mode. FUNCTION DWELL "
-    "TIME waits seconds, DWELL REV turns of the spindle. F TCP and F CONT have no effect: F is always that of the tip. "
-    "AXIS SPAT: A B C are spatial angles. PATHCTRL VECTOR: the tool axis goes along a great circle",
+    "FUNCTION": "TCPM, RESET TCPM, DWELL, MODE MILL: see Stock, patterns, functions",
     "TRANS": "DATUM AXIS, MIRROR, ROTATION, SCALE are cycles 7, 8, 10 and 11; RESET ends them. DATUM TABLE is a row of "
     "`datums`: see Keys of the settings file",
-    "PATTERN DEF": "positions for CYCL CALL PAT: POS, ROW, PAT (turned by ROT, its sides by ROTX, ROTY), CIRC (from "
-    "START), PITCHCIRC (by STEP); between holes at Q203 + Q204, or at the height of the tool before if that is higher",
+    "PATTERN DEF": "positions for CYCL CALL PAT: see Stock, patterns, functions",
     "STOP": "M0, with other M functions beside",
     "APPR": "LT LN CT LCT, with P polar: approach to the first point of the contour: auxiliary point in X and Y, then "
     "Z, then onto the contour",

@@ -84,26 +84,20 @@ _GROUPS: Final[Mapping[str, Mapping[int, str]]] = {
         921: RS274.g_groups["non-modal"][921],
         **dict.fromkeys(
             POCKETS,
-            "Haas, in G17: a circle of radius I about the tool, clockwise or counter-clockwise. Down to Z, on a half "
-            "circle to the wall, round, and back. D is the radius of the tool. With K: circles from I to K in steps of "
-            "Q; in G91 L levels, each Z deeper. The moves between circles are ours; the wall is at K",
+            "Haas, in G17: a circle of radius I about the tool, clockwise or counter-clockwise: see Circles of Haas",
         ),
         CIRCLE_OF_HOLES: "Haas: L holes of the cycle in force, evenly on a circle of radius I about X Y, or about the "
         "tool. The first is at the angle J",
         ARC_OF_HOLES: "the same as G70, K degrees apart",
-        ROW_OF_HOLES: "Haas: L holes of the cycle in force in a row at the angle J, I apart, the first at X Y, or "
-        "where the tool is *(unverified: that the first hole is there)*",
+        ROW_OF_HOLES: "Haas: L holes of the cycle in force in a row at the angle J, I apart; *unverified*: the "
+        "first is at X Y, or at the tool",
     },
     "motion": {
         **{code: RS274.g_groups["motion"][code] for code in (0, 10, 20, 30)},
         NURBS: "NURBS interpolation: see Splines",
         **dict.fromkeys(
             CYCLES,
-            "R, Z, Q and P also hold for other cycles, until G80. P is in milliseconds, with a decimal point in "
-            "seconds; without P there is no dwell. G73 and G83 of Haas: P dwells at the bottom; I J K in place of Q: "
-            "the first peck, by how much each is smaller, and the least. *Assumed*: a Fanuc control has no P there, "
-            "and would not dwell. G88 stops for a person at the bottom. R above the tool: see Differences from "
-            "RS274/NGC",
+            "holes; R, Z, Q and P are kept for other cycles, until G80: see Cycles",
         ),
         **dict.fromkeys((740, 840), "rigid tapping: see Tapping"),
         760: "fine boring: oriented stop, then away from the wall by I and J, or by Q in the direction of `bore_shift` "
@@ -127,11 +121,7 @@ _GROUPS: Final[Mapping[str, Mapping[int, str]]] = {
     },
     "exact stop": {90: "exact stop at the end of the block"},
     "tilted plane": {
-        PLANE: "tilted work plane. P0 or without P: origin X Y Z, Euler angles I J K about Z, X, Z. P1: turns about X, "
-        "Y, Z, in the order Q (123 without it); with several angles, `roll_pitch_yaw` in `[fanuc]` of the settings "
-        'file says about which axes: those of the part (`"fixed"`), or those turned so far (`"moving"`). P2: three '
-        "points: origin, direction of X, side of Y; Q0 X Y Z R shifts and turns in the plane. P3: origin and direction "
-        "of X, direction of Z. P4: see Planes by projected angles",
+        PLANE: "tilted work plane by angles, points or directions: see Tilted planes",
         ROTATION: "turns coordinates in the plane; with I J K about a direction, and one more G68 may be nested: see "
         "Turns, scales, mirror images",
         OF_TOOL: "the plane of the tool: Z along it, X level, turned by R. A note (VP039) names parameter 12321",
