@@ -102,21 +102,6 @@ def markdown_of(docstring: str) -> str:
     return re.sub(r"(?<!`)``(?!`)", "`", text).strip()
 
 
-def option_rows() -> list[str]:
-    """A table of the options, from their model."""
-    from verne_post.cli.options import spell_flag
-    from verne_post.model.options import OPTIONS
-
-    rows = ["| option | command line | default | meaning |", "|---|---|---|---|"]
-    for name, option in OPTIONS.items():
-        shown, value = option.about, option.default()
-        flag = f"`{spell_flag(name)}`" if shown.flag != "" else "from a file"
-        default = "" if value == {} else f"`{value!r}`"
-        unit = f" ({shown.unit})" if shown.unit else ""
-        rows.append(f"| `{name}` | {flag} | {default} | {shown.help.replace('|', '/')}{unit} |")
-    return rows
-
-
 def page() -> str:
     """The whole page."""
     parts = [HEAD, "## Functions", ""]
@@ -136,8 +121,6 @@ def page() -> str:
     for name in CLASSES:
         thing = getattr(verne_post, name)
         parts += [f"### {name}", "", markdown_of(thing.__doc__ or ""), ""]
-        if name == "Options":
-            parts += [*option_rows(), ""]
     return "\n".join(parts).rstrip() + "\n"
 
 

@@ -3,6 +3,7 @@
 import doctest
 import inspect
 import math
+import pydoc
 import subprocess
 import sys
 from collections.abc import Callable
@@ -301,6 +302,25 @@ def test_options_are_written_once() -> None:
     for name in options.OPTIONS:
         assert options.find_about(name).help.endswith("."), name
         assert name in ("source_name", "setup_source", "subroutine_files", "jobs") or options.find_key(name) in record
+
+
+def test_help_shows_every_option_with_type_default_and_meaning() -> None:
+    shown = inspect.signature(vp.Options).parameters
+    assert list(shown) == list(options.OPTIONS)
+    assert all(one.kind is one.KEYWORD_ONLY for one in shown.values())
+    assert str(shown["tolerance"]) == "tolerance: float | None = None"
+    assert str(shown["smoothing"]) == "smoothing: Literal['spline', 'blend', 'off'] = 'spline'"
+    text = " ".join(pydoc.plain(pydoc.render_doc(vp.Options)).replace("|", " ").split())
+    for name, option in options.OPTIONS.items():
+        # a default as it is given makes the default: the signature tells no other value than the model
+        assert getattr(vp.Options(**{name: shown[name].default}), name) == option.default()
+        assert shown[name].annotation is not inspect.Parameter.empty
+        assert f" {name} : " in text, name
+        assert " ".join(option.about.help.replace("|", " ").split()) in text, name
+    assert "tool_length : float, default None Gauge line to tip; holds throughout the program. 0 to 10000 mm." in text
+    assert "smoothing : {'spline', 'blend', 'off'}, default 'spline'" in text
+    assert "approach : str or tuple[float, ...], default None" in text
+    assert "Command line: ``--from``." in text
 
 
 @pytest.mark.parametrize("module", [api, options])
