@@ -37,7 +37,8 @@ are read by the commands alone: pass what they say as options.
 A bad *program* or set-up never raises: it makes a result whose findings say why. A bad *call*
 raises `UsageError`, which names the argument and what would be right. A machine file that cannot be
 used raises `InputError`, which carries findings. What `convert`, `verify`, `machined`, `explain`
-and `fit` return is printed as the commands print it: `print(result.summary)`.
+and `fit` return is printed as the commands print it: `print(result.summary)`. Messages have the
+names of Python: `tool_length` in place of `--tool-length`.
 
 A strict type checker knows every name below. `dir(verne_post)` lists the same names.
 `verne_post.gcode.read_moves` is the interpreter alone. This page is made from the docstrings by

@@ -536,7 +536,7 @@ class Options:
                 "program is computed and checked",
             )
         if self.air_along != "tool" and not self.air:
-            raise UsageError("air_along", f"{self.air_along} needs the height by which to lift (--air)")
+            raise UsageError("air_along", f"{self.air_along} needs the height by which to lift (--air, in Python air)")
         if self.jobs > 1 and not can_fork():
             raise UsageError(
                 "jobs", f"{self.jobs}: several processes work on a program only on Linux; batch -j runs anywhere"
