@@ -291,7 +291,9 @@ def build_options(files: RunFiles, name: str, program: str = "", **given: Any) -
     try:
         values |= _parse_texts(values) | _read_option_files(files, given, placed.named)
         own = Offsets(_read_offsets(given.get("wcs") or ()), given.get("measured_offset"))
-        values["wcs"] = _work_offsets(files, (*placed.offsets, own))
+        values["wcs"] = wcs = _work_offsets(files, (*placed.offsets, own))
+        marked = {system: one.place for one in placed.offsets for system in one.to_measure}
+        values["unmeasured_wcs"] = {system: place for system, place in marked.items() if system not in wcs}
         values |= _merge_bodies(files, values, settings, placed)
         if placed.part is not None:
             file, path, place = placed.part

@@ -39,6 +39,7 @@ from verne_post.model.option_checks import (
     check_stock,
     check_texts,
     check_tools,
+    check_unmeasured,
     check_work_offsets,
     convert_from_numpy,
 )
@@ -502,6 +503,16 @@ class Options:
         str,
         About("Which files gave the set-up of the program, in messages.", Group.PROGRAM, flag="", in_settings=False),
     ] = ""
+    unmeasured_wcs: Annotated[
+        dict[int, str],
+        Checked(check_unmeasured),
+        About(
+            "Work systems that a set-up marks as still to be measured, and which file that is.",
+            Group.SETUP,
+            flag="",
+            in_settings=False,
+        ),
+    ] = field(default_factory=dict)
 
     subroutine_files: Annotated[
         dict[str, str],
@@ -588,7 +599,8 @@ class Options:
         Keys are the names, with the unit where the option has one: ``tolerance_mm``.
         """
         values = {name: getattr(self, name) for name in OPTIONS if name not in _WITHOUT_EFFECT}
-        values["wcs"] = {SYSTEM_NAMES[number]: offset for number, offset in self.wcs.items()}
+        for name in ("wcs", "unmeasured_wcs"):
+            values[name] = {SYSTEM_NAMES[number]: one for number, one in values[name].items()}
         return {find_key(name): _convert_to_json(value) for name, value in values.items()}
 
 
