@@ -47,19 +47,13 @@ def check_setup(moves: Moves, path: ToolPath, machine: Machine, options: Options
         )
         for system, at in unplaced.items()
     ]
-<<<<<<< HEAD
+    if find_worst(found) == "error":  # what follows would be about a part that is somewhere else
+        raise InputError(*found)
     if options.tool_length is None:
         texts_by_move = [(bare, _describe_bare_tool(moves, bare, options))] if bare >= 0 else []
         for at, text in [*texts_by_move, *_find_mistaken_lengths(moves, path, options)]:
             line = int(moves.line[at])
             found.append(make_finding("VP034", text, line=line, last_line=line, worst_line=line))
-=======
-    if find_worst(found) == "error":  # what follows would be about a part that is somewhere else
-        raise InputError(*found)
-    if bare >= 0 and options.tool_length is None:
-        text, line = _describe_bare_tool(moves, bare, options), int(moves.line[bare])
-        found.append(make_finding("VP034", text, line=line, last_line=line, worst_line=line))
->>>>>>> w-part
     texts = _find_implausible(options)
     found += _check_tolerances(moves, path)
     return [*(make_finding("VP505", text) for text in texts), *found, *_check_directions(moves, path, machine)]

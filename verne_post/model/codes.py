@@ -292,8 +292,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "If places of the part are meant, write G43.4 instead of G43, or post with G68.2. If the "
         "control has another code for "
         'this, give that code the meaning "tcp on" in [remap]. If directions of the machine are meant, '
-        "post the program again "
-        "with G43.4 or G68.2.",
+        'give [fanuc] directions = "machine" for a program of a Fanuc or Haas control, or post it again with G43.4 or '
+        "G68.2.",
     ),
     (
         "VP038",
