@@ -27,6 +27,8 @@ ROOT = Path(__file__).resolve().parents[2]
 DOCUMENTED = {0, 1, 2, 3, 130, 141}
 #: A command takes no longer on a machine that is busy, s; what it uses of a processor is bounded elsewhere.
 LONGEST_S = 1500.0
+#: No command of these trials takes more of a processor, s.
+_LONGEST_CPU_S = 60
 ENDINGS = (signal.SIGTERM, signal.SIGHUP, signal.SIGINT, signal.SIGKILL)
 PLACE = ("--tool-length", "60", "--wcs", "G54=0,0,20")
 #: Command -> its words in the prepared folder; it writes to the folder out.
@@ -241,6 +243,7 @@ def limited(ground: Ground, name: str, which: int, most: int) -> list[str]:
 
     def limit() -> None:
         resource.setrlimit(which, (most, most))
+        resource.setrlimit(resource.RLIMIT_CPU, (_LONGEST_CPU_S, _LONGEST_CPU_S))  # what never ends is killed
 
     run = ground.run(*COMMANDS[name], preexec_fn=limit)
     memory = which == resource.RLIMIT_AS

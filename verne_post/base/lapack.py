@@ -5,11 +5,25 @@ Fortran, which come with it. The one extension module that is needed takes 5 ms.
 ``scipy.linalg`` is imported instead.
 """
 
+import mmap
 from importlib.machinery import PathFinder
 from importlib.util import module_from_spec
 from types import ModuleType
+from typing import Final
 
 import scipy
+
+#: Address space that the module and its BLAS take when they are loaded: 60 MiB, and some to spare. A BLAS that gets no
+#: memory then asks for it again without end, and no signal but KILL ends the process.
+_BYTES_TO_LOAD: Final = 96 << 20
+
+
+def _expect_memory() -> None:
+    """Raise MemoryError where the system would not give as much memory as loading takes (``ulimit -v``)."""
+    try:
+        mmap.mmap(-1, _BYTES_TO_LOAD).close()
+    except OSError as error:
+        raise MemoryError from error
 
 
 def _load() -> ModuleType:
@@ -20,6 +34,7 @@ def _load() -> ModuleType:
         from scipy.linalg import lapack
 
         return lapack
+    _expect_memory()
     module = module_from_spec(spec)
     spec.loader.exec_module(module)
     return module
