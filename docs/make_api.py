@@ -36,8 +36,8 @@ used; where both name the same one, that of `options` counts. `setup="none"` ign
 commands: pass their content as options.
 
 **Errors.** A bad *program* or set-up never raises; the findings of the result say what is wrong. A bad *call* raises
-`UsageError`, which names the argument and what would be right. A bad machine file raises `InputError`, which has
-findings. Print what `convert`, `verify`, `machined`, `explain` and `fit` return to see what the commands print:
+`UsageError`, which names the argument and what would be right, with the names of Python: `tool_length` in place of
+`--tool-length`. A bad machine file raises `InputError`, which has findings. Print what `convert`, `verify`, `machined`, `explain` and `fit` return to see what the commands print:
 `print(result.summary)`.
 
 All names below are typed for strict checkers, and `dir(verne_post)` lists them. `verne_post.gcode.read_moves` is the
@@ -102,21 +102,6 @@ def markdown_of(docstring: str) -> str:
     return re.sub(r"(?<!`)``(?!`)", "`", text).strip()
 
 
-def option_rows() -> list[str]:
-    """A table of the options, from their model."""
-    from verne_post.cli.options import spell_flag
-    from verne_post.model.options import OPTIONS
-
-    rows = ["| option | command line | default | meaning |", "|---|---|---|---|"]
-    for name, option in OPTIONS.items():
-        shown, value = option.about, option.default()
-        flag = f"`{spell_flag(name)}`" if shown.flag != "" else "from a file"
-        default = "" if value == {} else f"`{value!r}`"
-        unit = f" ({shown.unit})" if shown.unit else ""
-        rows.append(f"| `{name}` | {flag} | {default} | {shown.help.replace('|', '/')}{unit} |")
-    return rows
-
-
 def page() -> str:
     """The whole page."""
     parts = [HEAD, "## Functions", ""]
@@ -136,8 +121,6 @@ def page() -> str:
     for name in CLASSES:
         thing = getattr(verne_post, name)
         parts += [f"### {name}", "", markdown_of(thing.__doc__ or ""), ""]
-        if name == "Options":
-            parts += [*option_rows(), ""]
     return "\n".join(parts).rstrip() + "\n"
 
 

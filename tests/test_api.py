@@ -1,8 +1,12 @@
 """The Python API: what it takes, what it says of misuse, and that its page and its types are true."""
 
+import ast
 import doctest
 import inspect
 import math
+import pickle
+import pydoc
+import re
 import subprocess
 import sys
 from collections.abc import Callable
@@ -14,6 +18,7 @@ import pytest
 
 import verne_post as vp
 from verne_post import api
+from verne_post.app.python_names import _ARGUMENTS, name_in_python
 from verne_post.model import options
 
 from .builders import load_maker
@@ -163,7 +168,75 @@ def test_what_is_printed_is_what_the_commands_say(
     wrong = run("verify", "axes.csv", "--against", source, "--wcs", "G54=1,2,61")
     assert wrong.code == 1
     assert f"{moved}\n" == wrong.err
-    assert f"{vp.fit(source, 'verne')}\n" == run("fit", source).out
+    assert f"{vp.fit(source, 'verne')}\n" == name_in_python(run("fit", source).out)
+
+
+TWO_TOOLS = "G21 G90 F600\nT1 M6\nG43 H1\nG0 X0 Y0 Z20\nG1 X10\nT2 M6\nG43 H2\nG1 X0\nM2\n"
+
+
+@pytest.mark.parametrize(
+    ("source", "given", "said"),
+    [
+        (TWO_TOOLS, {"tool_length": 80}, "tool_length holds for one tool"),
+        (TWO_TOOLS, {"tool_length": 80}, "use tools instead"),
+        (SHORT, {"units": "drive", "tool_length": 80}, 'units="drive" needs'),
+        (SHORT, {"stock": vp.OwnStock(), "tool_length": 80}, "stock=OwnStock(): the program defines no stock"),
+        (SHORT, {"correct_axis": True, "tool_length": 80}, "correct_axis needs"),
+        ("G21 G90\nG0 X0 Y0 Z20\nG1 X5 F600\nM2\n", {"slow_start": 0.001, "tool_length": 80}, "slow_start=0.001:"),
+        (SHORT, {}, 'give wcs={"G54": (X, Y, Z)}'),
+    ],
+)
+def test_messages_have_the_names_of_python(source: str, given: dict[str, Any], said: str) -> None:
+    result = vp.convert(source, "verne", vp.Options(**given))
+    messages = [item.message for item in result.findings]
+    assert any(said in message for message in messages), messages
+    assert said in repr(result) + str(result.summary)
+    assert not [message for message in messages if "--" in message]
+
+
+def test_errors_and_proposals_have_the_names_of_python() -> None:
+    with pytest.raises(vp.InputError, match="tool_length holds for one tool") as caught:
+        vp.explain(TWO_TOOLS, "verne", 5, vp.Options(tool_length=80))
+    assert "--" not in str(caught.value)
+    assert 'wcs={"G54": (' in str(vp.fit(SHORT, "verne", vp.Options(tool_length=80)))
+    with pytest.raises(vp.UsageError, match=r"air_along: .*Python air"):
+        vp.Options(air_along="table")
+    # the wrapper changes neither the signature nor what a result is
+    assert str(inspect.signature(vp.convert)).startswith("(source: ")
+    assert pickle.loads(pickle.dumps(vp.convert(SHORT, "verne", OPTIONS))).summary is not None
+
+
+def test_words_after_an_option_are_values_only_where_they_may_be() -> None:
+    for said, meant in (
+        ("give --wcs G54=0,0,0.", 'give wcs={"G54": (0, 0, 0)}.'),
+        ("--tool-table FILE, or --tool-length MM where", "tools, or tool_length=MM where"),
+        ("see --dialect fanuc", 'see dialect="fanuc"'),
+        ("--smoothing takes its place", "smoothing takes its place"),
+        ("use --decimals auto, or --accept-rounding", "use decimals=None, or accept_rounding"),
+        ("(--maximise margin).", '(aim="margin").'),
+        ("the --from and --to of", "the approach and departure of"),
+        ("a--wcs b; --wcs-x --meta", "a--wcs b; --wcs-x --meta"),
+    ):
+        assert name_in_python(said) == meant
+
+
+#: Options of commands that the Python API has no argument for: it does not do what they do.
+OF_COMMANDS = {"--meta", "--settings", "--columns", "--stock-left", "--stock-from", "--machine", "--events", "--csv"}
+
+
+def test_every_option_in_a_message_has_a_name_in_python() -> None:
+    """Messages of what the API runs; those of the command line, of calibration and of imports are read there alone."""
+    unknown = set()
+    for folder in ("gcode", "toolpath", "kinematics", "trajectory", "verification", "part", "app"):
+        for path in (ROOT / "verne_post" / folder).rglob("*.py"):
+            tree = ast.parse(path.read_text("utf-8"))
+            written = {id(node.value) for node in ast.walk(tree) if isinstance(node, ast.Expr)}  # docstrings
+            for node in ast.walk(tree):
+                if isinstance(node, ast.Constant) and isinstance(node.value, str) and id(node) not in written:
+                    flags = re.findall(r"(?<![\w-])--[a-z][a-z-]*", name_in_python(node.value))
+                    unknown |= {(path.name, flag) for flag in flags if flag not in OF_COMMANDS}
+    unknown -= {("python_names.py", flag) for flag in _ARGUMENTS}
+    assert not unknown
 
 
 def test_a_name_of_a_file_is_not_taken_for_a_program(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -194,10 +267,10 @@ def test_a_program_of_one_line_is_no_name_of_a_file(text: str) -> None:
         (lambda: vp.explain(SHORT, "verne", 1, vp.Options(tool_length=80)), "line"),
         (lambda: vp.fit(SHORT, "verne", free="xq"), "free"),
         (lambda: vp.fit(SHORT, "verne", free=5), "free"),  # type: ignore[arg-type]
-        (lambda: vp.fit(SHORT, "verne", ranges={"x": (math.nan, 1)}), "range"),
-        (lambda: vp.fit(SHORT, "verne", ranges={"x": (2, 1)}), "range"),
-        (lambda: vp.fit(SHORT, "verne", free="xy", ranges={"z": (1, 2)}), "range"),
-        (lambda: vp.fit(SHORT, "verne", ranges=[("x", 1, 2)]), "range"),  # type: ignore[arg-type]
+        (lambda: vp.fit(SHORT, "verne", ranges={"x": (math.nan, 1)}), "ranges"),
+        (lambda: vp.fit(SHORT, "verne", ranges={"x": (2, 1)}), "ranges"),
+        (lambda: vp.fit(SHORT, "verne", free="xy", ranges={"z": (1, 2)}), "ranges"),
+        (lambda: vp.fit(SHORT, "verne", ranges=[("x", 1, 2)]), "ranges"),  # type: ignore[arg-type]
         (lambda: vp.convert(Path("no such file"), "verne"), "source"),
         (lambda: vp.convert(Path("a\0b"), "verne"), "source"),
         (lambda: vp.convert("G1 \ud800", "verne"), "source"),
@@ -301,6 +374,25 @@ def test_options_are_written_once() -> None:
     for name in options.OPTIONS:
         assert options.find_about(name).help.endswith("."), name
         assert name in ("source_name", "setup_source", "subroutine_files", "jobs") or options.find_key(name) in record
+
+
+def test_help_shows_every_option_with_type_default_and_meaning() -> None:
+    shown = inspect.signature(vp.Options).parameters
+    assert list(shown) == list(options.OPTIONS)
+    assert all(one.kind is one.KEYWORD_ONLY for one in shown.values())
+    assert str(shown["tolerance"]) == "tolerance: float | None = None"
+    assert str(shown["smoothing"]) == "smoothing: Literal['spline', 'blend', 'off'] = 'spline'"
+    text = " ".join(pydoc.plain(pydoc.render_doc(vp.Options)).replace("|", " ").split())
+    for name, option in options.OPTIONS.items():
+        # a default as it is given makes the default: the signature tells no other value than the model
+        assert getattr(vp.Options(**{name: shown[name].default}), name) == option.default()
+        assert shown[name].annotation is not inspect.Parameter.empty
+        assert f" {name} : " in text, name
+        assert " ".join(option.about.help.replace("|", " ").split()) in text, name
+    assert "tool_length : float, default None Gauge line to tip; holds throughout the program. 0 to 10000 mm." in text
+    assert "smoothing : {'spline', 'blend', 'off'}, default 'spline'" in text
+    assert "approach : str or tuple[float, ...], default None" in text
+    assert "Command line: ``--from``." in text
 
 
 @pytest.mark.parametrize("module", [api, options])

@@ -19,7 +19,7 @@ import pytest
 
 import verne_post as vp
 from verne_post.model.options import OPTIONS, Options, find_about, find_key
-from verne_post.model.part_setup import Cylinder, NominalPart, Wanted
+from verne_post.model.part_setup import TOOL_PARTS, Cylinder, NominalPart, Wanted
 
 CASES = 10_000
 REFUSED: Final = object()
@@ -146,7 +146,7 @@ def shapes(value: Any) -> Any:
         if type(key) is not int or key < 0 or not isinstance(parts, tuple | list) or not parts:
             return REFUSED
         for at, part in enumerate(parts):
-            if type(part) is not Cylinder or part.part not in ("cutter", "shank", "holder"):
+            if type(part) is not Cylinder or type(part.part) is not str or part.part not in TOOL_PARTS:
                 return REFUSED
             sizes = [part.diameter] + ([] if part.length is None else [part.length])
             if plain_numbers(sizes, (1, 2), 1e4) is REFUSED or min(sizes) <= 0:
@@ -192,6 +192,12 @@ def file_names(value: Any) -> Any:
         return REFUSED
     good = all(type(name) is str and name == name.lower() and type(file) is str for name, file in value.items())
     return value if good else REFUSED
+
+
+def marked_systems(value: Any) -> Any:
+    if not isinstance(value, dict) or any(system(key) is REFUSED or type(one) is not str for key, one in value.items()):
+        return REFUSED
+    return {system(key): one for key, one in value.items()}
 
 
 def numbered(value: Any) -> Any:
@@ -298,6 +304,7 @@ MEANING: Final[dict[str, Callable[[Any], Any]]] = {
     "source_name": lambda value: value if type(value) is str else REFUSED,
     "subroutine_files": file_names,
     "setup_source": lambda value: value if type(value) is str else REFUSED,
+    "unmeasured_wcs": marked_systems,
 }
 
 
@@ -523,6 +530,8 @@ class Cases:
                 return pick.choice([1, 3, 3.0, 0, self.one()])
             case "subroutine_files":
                 return {pick.choice(["bore", "Bore", self.key()]): pick.choice(["Bore.SPF", b"M2", self.one()])}
+            case "unmeasured_wcs":
+                return {self.name_of_a_system(): pick.choice(["part.nc.toml", self.one()])}
             case "source_name":
                 return pick.choice(["a.nc", self.one()])
             case _:

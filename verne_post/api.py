@@ -21,6 +21,7 @@ from verne_post.app.convert import check_source, convert_source
 from verne_post.app.explain import Explanation, explain_source
 from verne_post.app.fit import propose
 from verne_post.app.machined import Body, judge_rows
+from verne_post.app.python_names import translate_messages
 from verne_post.app.result import Progress, Result, Setpoints, Sink, refuse_program
 from verne_post.app.row_format import find_drives
 from verne_post.app.verify import verify_setpoints
@@ -54,6 +55,7 @@ _FILE_NAME = re.compile(r"\s*[^\s;()]+\.[A-Za-z]+\s*")
 MachineLike = Machine | str | os.PathLike[str]
 
 
+@translate_messages
 def convert(
     source: Source,
     machine: MachineLike,
@@ -111,6 +113,7 @@ def convert(
     return convert_source(text, _load_machine(machine), chosen, sink, progress)
 
 
+@translate_messages
 def check(
     source: Source,
     machine: MachineLike,
@@ -141,6 +144,7 @@ def check(
     return check_source(text, _load_machine(machine), chosen, progress, limits_only=limits_only)
 
 
+@translate_messages
 def explain(
     source: Source, machine: MachineLike, line: int, options: Options | None = None, *, setup: Setup = "beside"
 ) -> Explanation:
@@ -159,6 +163,7 @@ def explain(
     return explain_source(text, _load_machine(machine), chosen, line)
 
 
+@translate_messages
 def verify(
     setpoints: Setpoints | Source,
     source: Source,
@@ -193,6 +198,7 @@ def verify(
     return verdict
 
 
+@translate_messages
 def machined(
     setpoints: Setpoints | Source,
     source: Source,
@@ -279,6 +285,7 @@ def machined(
     return replace(found, text="\n".join([*lines, describe_comparisons(shown_rows, found).rstrip()]))
 
 
+@translate_messages
 def fit(
     source: Source,
     machine: MachineLike,

@@ -114,6 +114,51 @@ def test_the_first_own_program_runs_once_its_setup_is_filled_in(
     assert vp.convert(program, "verne").ok  # the Python API reads the same file
 
 
+LENGTHS = '[tools]\n1 = { length = 80 }\n5 = { length = 90 }\n"MILL 10" = { length = 80 }\nMILL_10 = { length = 80 }\n'
+
+
+@pytest.mark.parametrize(
+    ("name", "source", "said"),
+    [
+        ("part.nc", FANUC.replace("N45 M11\n", ""), ["wcs.G54 is still", "wcs.G55 is still"]),
+        ("part.mpf", SIEMENS, ["wcs.G54 is still"]),
+        ("part.h", KLARTEXT, ["wcs.G55 (preset 2) is still"]),
+        ("part.nc", "G21 G90\nG59.1\nG43 H1\nG0 X0 Y0 Z50 A0 C0\nG1 X10 F600\nM2\n", ['wcs."G59.1" is still']),
+        ("part.nc", "G21 G90\nG10 L2 P1 Z-500\nG43 H1\nG0 X0 Y0 Z50 A0 C0\nG1 X10 F600\nM2\n", []),  # sets it
+    ],
+)
+def test_an_offset_still_to_be_measured_is_refused_as_a_length_is(
+    name: str, source: str, said: list[str], run: Run, tmp_path: Path
+) -> None:
+    """With the lengths filled in and the offset not, rows were written for a part at the rotary centre."""
+    program, written = tmp_path / name, tmp_path / f"{name}.toml"
+    program.write_text(source)
+    marks = '[wcs]\nG54 = "measure"\nG55 = "measure"\n"G59.1" = "measure"\n'
+    written.write_text(f"split_at_stops = true\n{LENGTHS}{marks}")
+    told = run(program, "-o", tmp_path / "axes.csv")
+    assert told.code == (2 if said else 0), told.err
+    assert told.err.count(" error: ") == len(said)
+    assert all(f"part.{name[5:]}.toml: {text}" in told.err for text in said)
+    if said:
+        assert not list(tmp_path.glob("axes*"))
+        findings = vp.check(program, "verne").findings
+        assert [(item.code, item.severity) for item in findings] == [("VP033", "error")] * len(said)
+        # what the command line gives is measured, and so is what another place gives
+        given = [word for system in ("G54", "G55", "G59.1") for word in ("--wcs", f"{system}=0,0,60")]
+        assert run("check", program, *given).code == 0
+        again = tomllib.loads(run("setup", program, "-o", "-").out)["wcs"]
+        assert list(again.values()) == ["measure"] * len(said)  # of systems that the program uses
+
+
+def test_fit_seeks_the_place_that_is_still_to_be_measured(run: Run, tmp_path: Path) -> None:
+    program = tmp_path / "part.mpf"
+    program.write_text(SIEMENS)
+    Path(f"{program}.toml").write_text(f'{LENGTHS}[wcs]\nG54 = "measure"\n')
+    told = run("fit", program)
+    assert told.code == 0
+    assert "before: could not run" not in told.out
+
+
 def test_codes_without_a_meaning_are_one_finding(run: Run, tmp_path: Path) -> None:
     """As CAM systems clamp and unclamp the table; the one finding names all codes and all keys."""
     program = tmp_path / "part.nc"

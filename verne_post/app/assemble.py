@@ -166,6 +166,7 @@ def build_interpreter_setup(machine: Machine, options: Options) -> Setup:
         frames=frames,
         rotary=machine.coordinates.rotary,
         given_systems=frozenset(options.wcs),
+        unmeasured_wcs=options.unmeasured_wcs,
         travel=MachineTravel(machine),
         **_select_text_options(options),
     )

@@ -75,6 +75,7 @@ def propose(
         The program cannot be read; VP018 where it uses several work systems, nothing of it follows the part, or c is
         free and no joint turns the part about its z.
     """
+    options = options.changed(unmeasured_wcs={})  # the place that a set-up leaves open is what is sought
     free = _choose_free(machine, free, ranges or {})
     check_source_text(source, options.source_name)
     moves, path = _read(source, machine, options)

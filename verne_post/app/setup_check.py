@@ -8,13 +8,14 @@ from verne_post.base.columns import iterate_blocks
 from verne_post.base.tolerances import ZERO_ANGLE, ZERO_LENGTH_MM
 from verne_post.base.units import DEG_PER_RAD
 from verne_post.gcode.missing_setup import report_missing_offset
-from verne_post.model.findings import Finding, make_finding
+from verne_post.model.findings import Finding, InputError, make_finding
 from verne_post.model.machine import Machine
 from verne_post.model.moves import AXES, Moves, PathMode, find_tool_of_moves, name_tools
 from verne_post.model.options import Options
 from verne_post.model.part_setup import SYSTEM_NAMES, Box, describe_tool_number
 from verne_post.model.plausibility import PLAUSIBLE, compare_largest
 from verne_post.model.toolpath import SegmentKind, ToolPath
+from verne_post.model.verdict import find_worst
 from verne_post.model.work_systems import find_placer
 
 
@@ -41,9 +42,13 @@ def check_setup(moves: Moves, path: ToolPath, machine: Machine, options: Options
         if find_placer(frame, machine, options, moves.placed_systems) == "nobody":
             unplaced.setdefault(frame.system, at)
     found = [
-        report_missing_offset(system, int(moves.line[at]), calls_presets=moves.calls_presets)
+        report_missing_offset(
+            system, int(moves.line[at]), options.unmeasured_wcs.get(system, ""), calls_presets=moves.calls_presets
+        )
         for system, at in unplaced.items()
     ]
+    if find_worst(found) == "error":  # what follows would be about a part that is somewhere else
+        raise InputError(*found)
     if options.tool_length is None:
         texts_by_move = [(bare, _describe_bare_tool(moves, bare, options))] if bare >= 0 else []
         for at, text in [*texts_by_move, *_find_mistaken_lengths(moves, path, options)]:

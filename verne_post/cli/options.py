@@ -22,7 +22,7 @@ from verne_post.cli.setups import KEYS_OF_FILES, Offsets, Placed, place_options
 from verne_post.cli.streams import echo
 from verne_post.model.findings import UsageError, make_input_error
 from verne_post.model.option_checks import check_box, check_work_offsets, find_system
-from verne_post.model.options import OPTIONS, About, Group, Option, Options, find_about
+from verne_post.model.options import OPTIONS, About, Group, Option, Options, find_about, spell_flag
 from verne_post.model.part_setup import OWN_STOCK, SYSTEM_NAMES, Box, OwnStock, WorkOffset
 
 if TYPE_CHECKING:
@@ -177,14 +177,6 @@ def _decorate(command: Callable[..., Any], options: list[Callable[..., Any]]) ->
     return command
 
 
-def spell_flag(name: str) -> str:
-    """How an option of the model is written on the command line."""
-    if name not in OPTIONS:
-        return name
-    flag = find_about(name).flag
-    return f"--{name.replace('_', '-')}" if flag is None else flag or name
-
-
 #: Options that name more than a file -> their type.
 _COMPLETED: Final[dict[str, Any]] = {"machine_name": MACHINE, "setup_file": INPUT}
 
@@ -215,7 +207,8 @@ def _make_option(name: str) -> Callable[..., Any]:
     settings: dict[str, Any] = (
         {"is_flag": True} if kind is bool else {"type": kind, "metavar": shown.metavar or _choose_metavar(kind, shown)}
     )
-    help_text = shown.help
+    repeated = name in ("wcs", "keep_out")
+    help_text = f"{shown.help[:-1]}; repeatable." if repeated else shown.help
     if kind is not bool and default not in (None, "", (), {}):
         help_text += f"  [default: {default}]"
     flags = [shown.short] if shown.short else []
@@ -226,7 +219,7 @@ def _make_option(name: str) -> Callable[..., Any]:
         cls=GroupedOption,
         group=shown.group,
         default=None,
-        multiple=name in ("wcs", "keep_out"),
+        multiple=repeated,
         help=help_text,
         **settings,
     )
@@ -298,7 +291,9 @@ def build_options(files: RunFiles, name: str, program: str = "", **given: Any) -
     try:
         values |= _parse_texts(values) | _read_option_files(files, given, placed.named)
         own = Offsets(_read_offsets(given.get("wcs") or ()), given.get("measured_offset"))
-        values["wcs"] = _work_offsets(files, (*placed.offsets, own))
+        values["wcs"] = wcs = _work_offsets(files, (*placed.offsets, own))
+        marked = {system: one.place for one in placed.offsets for system in one.to_measure}
+        values["unmeasured_wcs"] = {system: place for system, place in marked.items() if system not in wcs}
         values |= _merge_bodies(files, values, settings, placed)
         if placed.part is not None:
             file, path, place = placed.part

@@ -33,6 +33,7 @@ class Offsets(Struct, frozen=True):
     measured: Path | None  #: A file of measured ones.
     place: str = ""  #: Of the set-up, in messages; empty for the command line.
     key: str = "--measured-offset"  #: The option or key that names the file, in messages.
+    to_measure: frozenset[int] = frozenset()  #: Systems that the place names without an offset.
 
 
 class Placed(Struct, frozen=True):
@@ -106,7 +107,13 @@ def place_options(files: RunFiles, given: dict[str, Any], program: str, settings
         if setup.part is not None:
             part = setup.part, setup.files["part.nominal"], setup.place_of("part.nominal")
         offsets.append(
-            Offsets(setup.wcs, setup.files.get("measured_offset"), setup.name, setup.place_of("measured_offset"))
+            Offsets(
+                setup.wcs,
+                setup.files.get("measured_offset"),
+                setup.name,
+                setup.place_of("measured_offset"),
+                setup.to_measure,
+            )
         )
         for name, one in setup.keep_out.items():
             key = f"keep_out.{name}.file"

@@ -14,7 +14,7 @@ from verne_post.config.sentences import Table, WrongTableError, check_table
 from verne_post.config.toml_text import read_toml
 from verne_post.model.control_keys import KEYS, NAMING_TOOLS
 from verne_post.model.findings import InputError, make_finding, make_input_error
-from verne_post.model.option_checks import Meaning, check_work_offsets
+from verne_post.model.option_checks import Meaning, check_work_offsets, find_system
 from verne_post.model.options import OPTIONS, find_about
 from verne_post.model.part_setup import FIRST_NAMED_TOOL, MAX_PLACE, MAX_TOOL, Tool, WorkOffset
 
@@ -108,6 +108,7 @@ class ProgramSetup(Struct, frozen=True):
     name: str  #: Where it stands, for messages.
     options: Mapping[str, Any] = field(default_factory=dict)  #: By their names in the model.
     wcs: Mapping[int, WorkOffset] = field(default_factory=dict)  #: Number of a work system -> offset.
+    to_measure: frozenset[int] = frozenset()  #: Work systems that are named without an offset.
     #: Key of :data:`FILE_KEYS`, "part.nominal", "stock.file", or "keep_out.NAME.file" -> path.
     files: Mapping[str, Path] = field(default_factory=dict)
     keep_out: Mapping[str, FixtureFile] = field(default_factory=dict)  #: By name.
@@ -173,8 +174,10 @@ def read_setup_table(data: dict[str, Any], name: str, folder: Path, prefix: str 
         sentences = error.sentences
     place = f"{prefix}." if prefix else ""
     wcs: dict[int, WorkOffset] = {}
+    to_measure: set[int] = set()
     try:
         wcs = check_work_offsets({name: place for name, place in file.wcs.items() if place != TO_MEASURE})
+        to_measure = {find_system(name) for name, place in file.wcs.items() if place == TO_MEASURE}
     except ValueError as error:
         sentences.append(f"{place}wcs: {error}")
     sentences += [
@@ -213,7 +216,9 @@ def read_setup_table(data: dict[str, Any], name: str, folder: Path, prefix: str 
     options = {key: tuple(value) if isinstance(value, list) else value for key, value in rest.items()}
     if tools:
         options["tools"] = tools
-    return ProgramSetup(shown, options, wcs, files, file.keep_out, file.stock, file.part, remap, control)
+    return ProgramSetup(
+        shown, options, wcs, frozenset(to_measure), files, file.keep_out, file.stock, file.part, remap, control
+    )
 
 
 def list_setup_options() -> list[str]:

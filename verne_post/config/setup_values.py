@@ -74,6 +74,7 @@ def lay_over_setup(options: Options, program: Path | None, setup: Setup) -> Opti
     contents = {key: (_read(named, f"{file.place_of(key)} ="), str(named)) for key, named in files.items()}
     fixtures = {name: one.make(name, contents.get(f"keep_out.{name}.file")) for name, one in file.keep_out.items()}
     fixtures |= {one.name: one for one in options.keep_out}
+    wcs = _convert_offsets(file, contents.get("measured_offset")) | options.wcs
     return Options(
         **{
             "stock": make_stock(file.stock, contents.get("stock.file")),
@@ -81,7 +82,8 @@ def lay_over_setup(options: Options, program: Path | None, setup: Setup) -> Opti
             **below,
             **read_values_of_files(contents),
             **given,
-            "wcs": _convert_offsets(file, contents.get("measured_offset")) | options.wcs,
+            "wcs": wcs,
+            "unmeasured_wcs": dict.fromkeys(file.to_measure - wcs.keys(), file.name) | options.unmeasured_wcs,
             "keep_out": tuple(fixtures.values()),
             "remap": {**file.remap, **options.remap},
             "control": merge_keys(file.control, options.control),

@@ -1,7 +1,7 @@
 """What a program's set-up lacks (tools, tool numbers, work offsets), in the same words for every dialect."""
 
 from collections.abc import Mapping
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -76,19 +76,29 @@ def number_of_tool(name: str, call: str, dialect: str, setup: Setup, state: Stat
     return number
 
 
-def report_missing_offset(system: int, line: int, *, calls_presets: bool) -> Finding:
+def report_missing_offset(system: int, line: int, setup_name: str, *, calls_presets: bool) -> Finding:
     """VP033: a work system that a program uses from a line on, and that nobody has placed on the table.
 
-    Where the program calls work systems presets, the message does so too, and says which --wcs the preset is.
+    Where the program calls work systems presets, the message does so too, and says which --wcs the preset is. An error
+    where a set-up, ``setup_name``, says that the place is still to be measured: it is not at the rotary centre then.
     """
     name = SYSTEM_NAMES[system]
+    where: dict[str, Any] = {"line": line, "last_line": line, "worst_line": line, "settled_by": (("wcs", name),)}
+    if setup_name:
+        key = f"wcs.{name}" if name.isalnum() else f'wcs."{name}"'
+        preset = f" (preset {system % ADDITIONAL_SYSTEMS})" if calls_presets else ""
+        text = (
+            f'{setup_name}: {key}{preset} is still "measure"; write [x, y, z] of the part zero there, mm from the '
+            "rotary centre and the table face"
+        )
+        return make_finding("VP033", text, severity="error", **where)
     if calls_presets:
         preset = f"preset {system % ADDITIONAL_SYSTEMS}"
         what, meaning = f"no datum was given: {preset}", f", the name of {preset} here"
     else:
         what, meaning = f"no work offset was given: {name}", ""
     text = f"{what} is on the table face, at the rotary centre; give --wcs {name}=X,Y,Z{meaning}"
-    return make_finding("VP033", text, line=line, last_line=line, worst_line=line, settled_by=(("wcs", name),))
+    return make_finding("VP033", text, **where)
 
 
 def report_missing_offsets(moves: Moves, setup: Setup) -> list[Finding]:
@@ -102,5 +112,8 @@ def report_missing_offsets(moves: Moves, setup: Setup) -> list[Finding]:
         )
         if setup.machine and not given_systems:
             line = int(moves.line[at])
-            found.setdefault(frame.system, report_missing_offset(frame.system, line, calls_presets=moves.calls_presets))
+            setup_name = setup.unmeasured_wcs.get(frame.system, "")
+            found.setdefault(
+                frame.system, report_missing_offset(frame.system, line, setup_name, calls_presets=moves.calls_presets)
+            )
     return list(found.values())

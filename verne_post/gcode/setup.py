@@ -47,6 +47,8 @@ class Setup(TextOptions, frozen=True, kw_only=True):
     tool_length: float | None  #: Holds throughout when given.
     frames: dict[int, Frame]  #: Initial frame of each work system, by its number.
     given_systems: frozenset[int] = frozenset()  #: Work systems whose origin was given: parameters do not change them.
+    #: Work systems that a set-up marks as still to be measured -> its name.
+    unmeasured_wcs: Mapping[int, str] = field(default_factory=dict)
     #: A and C (machine coordinates, degrees) at which the table stands, for each tool axis that gives way to
     #: them, in order of execution; only those that have been found.
     table_places: tuple[tuple[float, float], ...] = ()

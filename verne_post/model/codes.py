@@ -249,6 +249,7 @@ CODES: Final[dict[str, Code]] = _make_table(
         "warning",
         "The program uses a work offset that neither the set-up nor the program gives (in Klartext a preset). "
         "The part zero is then at the rotary centre on the table face. "
+        'It is an error where the set-up says "measure", or where G10 in G91 moves it. '
         "Presets 1 to 9 are G54 to G59.3 of --wcs, 10 to 48 G54.1P10 to P48.",
         "Fill in wcs.G54 in INPUT.toml, which verne-post setup INPUT writes, or give --wcs: mm from the rotary centre"
         " and the table face. If the part zero really is there, give --wcs G54=0,0,0.",
@@ -291,8 +292,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "If places of the part are meant, write G43.4 instead of G43, or post with G68.2. If the "
         "control has another code for "
         'this, give that code the meaning "tcp on" in [remap]. If directions of the machine are meant, '
-        "post the program again "
-        "with G43.4 or G68.2.",
+        'give [fanuc] directions = "machine" for a program of a Fanuc or Haas control, or post it again with G43.4 or '
+        "G68.2.",
     ),
     (
         "VP038",
@@ -685,7 +686,7 @@ CODES: Final[dict[str, Code]] = _make_table(
 )
 
 #: Codes that are errors in some cases and warnings in others.
-_EITHER: Final = ("VP202", "VP203", "VP301")
+_EITHER: Final = ("VP033", "VP202", "VP203", "VP301")
 
 
 def describe_response(code: Code) -> str:
@@ -699,7 +700,10 @@ def describe_response(code: Code) -> str:
     if code.severity == "warning" and code.code not in _EITHER:
         return warned[0].upper() + warned[1:]
     if number < 100:
-        return "Nothing is written, exit status 2. Reading goes on to the next mistakes, 50 at most."
+        text = "Nothing is written, exit status 2."
+        if code.code in _EITHER:
+            return f"As an error: {text[0].lower()}{text[1:]} As a warning: {warned}"
+        return f"{text} Reading goes on to the next mistakes, 50 at most."
     if code.code == "VP220":
         return "There is no verdict: exit status 3, and 1 where something else is gouged; convert writes nothing."
     if number < 400:

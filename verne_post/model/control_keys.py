@@ -17,7 +17,7 @@ _CHOICES: Final[Mapping[str, tuple[str, ...]]] = {
     "dwell": ("seconds", "milliseconds"),
     "cutcom": ("", "centre"), "insert": ("", "message"), "times": ("", "begun", "whole"), "lengths": ("", "tools"),
     "cycle_19": ("", "moves"), "motion": ("", "G0", "G1"),
-    "bare_arcs": ("", "lines"), "cutter_offsets": ("radius", "wear"),
+    "bare_arcs": ("", "lines"), "directions": ("", "machine"), "cutter_offsets": ("radius", "wear"),
 }  # fmt: skip
 
 #: No tap has a larger pitch: a number beyond is a feed rate.
@@ -104,6 +104,9 @@ class FanucKeys(Struct, frozen=True):
     #: Parameter 3403, bit 5 (CIR): "lines", G2 and G3 without I, J, K and R go straight (0). Empty: they are refused
     #: (1, an alarm).
     bare_arcs: Literal["", "lines"] = ""
+    #: "machine": beside a turned table X, Y, Z are in directions of the machine, from an origin that stands, while no
+    #: G43.4, G43.5, G68.2, G68.3 or G254 holds. Empty: they are those of the part.
+    directions: Literal["", "machine"] = ""
     #: What D of G41 and G42 holds: "radius", that of the tool; "wear", how far the tool is off the one for which the
     #: CAM system has computed the path of its centre: 0 here.
     cutter_offsets: Literal["radius", "wear"] = "radius"

@@ -141,6 +141,15 @@ def check_work_offsets(value: object) -> dict[int, WorkOffset]:
     return found
 
 
+def check_unmeasured(value: object) -> dict[int, str]:
+    """Names of files by the number of a work system, which is given by name or number."""
+    what = "a mapping such as {'G54': 'part.nc.toml'}"
+    found = {find_system(key): file for key, file in check_mapping(value, what).items()}
+    if not all(isinstance(file, str) for file in found.values()):
+        raise ValueError(f"expected {what}")
+    return found
+
+
 def check_tools(value: object) -> dict[int, Tool] | None:
     if value is None:
         return None

@@ -7,11 +7,14 @@ help (``cli.options``), the defaults, the ``[options]`` table of the settings fi
 
 import hashlib
 import importlib.util
-from collections.abc import Callable, Mapping
+import re
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import MISSING, dataclass, field, fields
 from enum import StrEnum
+from functools import reduce
+from operator import or_
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, get_args
+from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, get_args, get_origin
 
 from msgspec import Meta, Struct, ValidationError, convert
 
@@ -36,6 +39,7 @@ from verne_post.model.option_checks import (
     check_stock,
     check_texts,
     check_tools,
+    check_unmeasured,
     check_work_offsets,
     convert_from_numpy,
 )
@@ -51,6 +55,9 @@ from verne_post.model.part_setup import (
     Tool,
     WorkOffset,
 )
+
+if TYPE_CHECKING:
+    from inspect import Signature
 
 
 class Group(StrEnum):
@@ -89,6 +96,7 @@ class About(Struct, frozen=True):
     short: str = ""  #: One letter for it, with its dash.
     choices: Callable[[], tuple[str, ...]] | None = None  #: Names that it may have, where its type does not say so.
     in_settings: bool = True  #: May stand in the ``[options]`` table of the settings file.
+    takes: Any = None  #: Type of what a caller may give, where that is more than the type of what is kept.
 
 
 def list_dialects() -> tuple[str, ...]:
@@ -96,6 +104,19 @@ def list_dialects() -> tuple[str, ...]:
     return ("auto", *list_module_names([str(Path(__file__).parents[1] / "gcode" / "dialects")]))
 
 
+class _Made:
+    """An attribute of a class that is made when it is read: options are always loaded, their help rarely."""
+
+    def __init__(self, make: Callable[[], Any]) -> None:
+        self.make = make
+
+    def __get__(self, _instance: object, _owner: type) -> Any:
+        """Make it."""
+        return self.make()
+
+
+#: Folders and modules before the name of a type.
+_MODULES: Final = re.compile(r"(?:[a-z_]+\.)+(?=[A-Z])")
 #: Tolerances outside these bounds (mm, degrees) are mistakes of units.
 Tolerance = Annotated[float, Meta(ge=1e-6, le=10.0)]
 #: More processes than this are a mistake.
@@ -106,8 +127,8 @@ MAX_JOBS: Final = 256
 class Options:
     """What a user may choose for one program.
 
-    Lengths in mm, times in s, angles in degrees where the name says so. Every option has the meaning of the
-    command-line option of the same name; ``approach`` is ``--from``, ``departure`` is ``--to``.
+    Options are keywords, and do not change once made: ``changed(air=5)`` makes others. Lengths in mm, times in s,
+    angles in degrees where the name says so.
 
     Raises
     ------
@@ -128,16 +149,23 @@ class Options:
     tools: Annotated[
         dict[int, Tool] | None,
         Checked(check_tools),
-        About("Tool table by number.", Group.SETUP, flag="", in_settings=False),
+        About(
+            "Tool table by number.",
+            Group.SETUP,
+            flag="",
+            in_settings=False,
+            takes=Mapping[int, Tool] | None,
+        ),
     ] = None
     wcs: Annotated[
         dict[int, WorkOffset],
         Checked(check_work_offsets),
         About(
-            "Work offset on the table in mm, and the part's turn in degrees; repeatable.",
+            "Work offset on the table in mm, and the part's turn in degrees.",
             Group.SETUP,
             metavar="G54=X,Y,Z[,C]",
             in_settings=False,
+            takes=Mapping[str | int, WorkOffset | tuple[float, ...]],
         ),
     ] = field(default_factory=dict)
     cycle: Annotated[
@@ -165,6 +193,7 @@ class Options:
             Group.PROGRAM,
             flag="",
             in_settings=False,
+            takes=Mapping[str, bytes],
         ),
     ] = field(default_factory=dict)
     parameters: Annotated[
@@ -344,11 +373,12 @@ class Options:
         tuple[Box | FixtureMesh, ...],
         Checked(check_fixtures),
         About(
-            "A fixture as a box on the table, mm; repeatable.",
+            "A fixture as a box on the table, mm.",
             Group.SAFETY,
             Changes.CHECKS,
             metavar="NAME[@G54]=X0,Y0,Z0,X1,Y1,Z1",
             in_settings=False,
+            takes=Sequence[Box | FixtureMesh],
         ),
     ] = ()
     stock: Annotated[
@@ -365,7 +395,14 @@ class Options:
     tool_shapes: Annotated[
         dict[int, Any],
         Checked(check_shapes),
-        About("Cutter, shank and holder of the tools.", Group.SAFETY, Changes.CHECKS, flag="", in_settings=False),
+        About(
+            "Cutter, shank and holder of the tools, by number.",
+            Group.SAFETY,
+            Changes.CHECKS,
+            flag="",
+            in_settings=False,
+            takes=Mapping[int, Sequence[Cylinder]],
+        ),
     ] = field(default_factory=dict)
     part: Annotated[
         NominalPart | None,
@@ -466,6 +503,16 @@ class Options:
         str,
         About("Which files gave the set-up of the program, in messages.", Group.PROGRAM, flag="", in_settings=False),
     ] = ""
+    unmeasured_wcs: Annotated[
+        dict[int, str],
+        Checked(check_unmeasured),
+        About(
+            "Work systems that a set-up marks as still to be measured, and which file that is.",
+            Group.SETUP,
+            flag="",
+            in_settings=False,
+        ),
+    ] = field(default_factory=dict)
 
     subroutine_files: Annotated[
         dict[str, str],
@@ -478,7 +525,8 @@ class Options:
         ),
     ] = field(default_factory=dict)
 
-    if not TYPE_CHECKING:  # type checkers see the keywords of a dataclass
+    if not TYPE_CHECKING:  # type checkers see the keywords of a dataclass; help() sees those of the table of options
+        __signature__ = _Made(lambda: _make_signature())
 
         def __init__(self, **given: Any) -> None:
             """Check what is given; the rest are defaults."""
@@ -499,7 +547,7 @@ class Options:
                 "program is computed and checked",
             )
         if self.air_along != "tool" and not self.air:
-            raise UsageError("air_along", f"{self.air_along} needs the height by which to lift (--air)")
+            raise UsageError("air_along", f"{self.air_along} needs the height by which to lift (--air, in Python air)")
         if self.jobs > 1 and not can_fork():
             raise UsageError(
                 "jobs", f"{self.jobs}: several processes work on a program only on Linux; batch -j runs anywhere"
@@ -551,7 +599,8 @@ class Options:
         Keys are the names, with the unit where the option has one: ``tolerance_mm``.
         """
         values = {name: getattr(self, name) for name in OPTIONS if name not in _WITHOUT_EFFECT}
-        values["wcs"] = {SYSTEM_NAMES[number]: offset for number, offset in self.wcs.items()}
+        for name in ("wcs", "unmeasured_wcs"):
+            values[name] = {SYSTEM_NAMES[number]: one for number, one in values[name].items()}
         return {find_key(name): _convert_to_json(value) for name, value in values.items()}
 
 
@@ -592,6 +641,69 @@ OPTIONS: Final = {
 def find_about(name: str) -> About:
     """How an option is shown."""
     return OPTIONS[name].about
+
+
+def spell_flag(name: str) -> str:
+    """How an option is written on the command line; by its name where it has no option of its own there."""
+    if name not in OPTIONS:
+        return name
+    flag = find_about(name).flag
+    return f"--{name.replace('_', '-')}" if flag is None else flag or name
+
+
+def find_given_type(name: str) -> Any:
+    """Type of what a caller may give for an option, without bounds."""
+    option = OPTIONS[name]
+    kinds = [strip_bounds(one)[0] for one in list_alternatives(strip_bounds(option.kind)[0])]
+    return reduce(or_, kinds) if option.about.takes is None else option.about.takes
+
+
+def _make_signature() -> "Signature":
+    """The keywords of :class:`Options` with type and default."""
+    from inspect import Parameter, Signature
+
+    return Signature(
+        [
+            Parameter(name, Parameter.KEYWORD_ONLY, default=option.default(), annotation=find_given_type(name))
+            for name, option in OPTIONS.items()
+        ]
+    )
+
+
+def _describe_option(name: str) -> list[str]:
+    """Lines of a docstring: type and default; meaning, unit, bounds and the name on the command line."""
+    from inspect import formatannotation
+    from textwrap import wrap
+
+    option, flag, margin = OPTIONS[name], spell_flag(name), " " * 8
+    shown = option.about
+    given = list_alternatives(find_given_type(name)) if shown.choices is None else (Literal[shown.choices()],)
+    words = [
+        "{" + ", ".join(map(repr, get_args(one))) + "}" if get_origin(one) is Literal else formatannotation(one)
+        for one in given
+        if one is not type(None)
+    ]
+    bounds = (describe_bounds(strip_bounds(one)[1]) for one in list_alternatives(option.kind))
+    size = f"{next(filter(None, bounds), '')} {shown.unit}".strip()
+    facts = (shown.help, size and f"{size[0].upper()}{size[1:]}.", "" if flag == name else f"Command line: ``{flag}``.")
+    return [
+        f"    {name} : {_MODULES.sub('', ' or '.join(words))}, default {option.default()!r}",
+        *wrap(
+            " ".join(filter(None, facts)), 100, initial_indent=margin, subsequent_indent=margin, break_on_hyphens=False
+        ),
+    ]
+
+
+def _make_docstring(written: str) -> str:
+    """What is written of :class:`Options`, with every option before its errors."""
+    described = [line for name in OPTIONS for line in _describe_option(name)]
+    head, raises, rest = written.partition("    Raises\n")
+    return "\n".join([f"{head}    Parameters", "    ----------", *described, "", f"{raises}{rest}"])
+
+
+#: The docstring as it stands above, for the one that is made of it.
+_WRITTEN: Final = Options.__doc__ or ""
+type.__setattr__(Options, "__doc__", _Made(lambda: _make_docstring(_WRITTEN)))
 
 
 def find_key(name: str) -> str:

@@ -36,7 +36,7 @@
   const PAPER_LINES = 50;
   function drawCode() {
     const pane = byId("code"), first = onPaper ? 0 : Math.max(Math.floor(pane.scrollTop / ROW) - 5, 0);
-    const last = Math.min(onPaper ? PAPER_LINES : first + Math.ceil(pane.clientHeight / ROW) + 10, lines.length), rows = [];
+    const last = Math.min(onPaper ? (lines.length > 2 * PAPER_LINES ? PAPER_LINES : lines.length) : first + Math.ceil(pane.clientHeight / ROW) + 10, lines.length), rows = [];
     byId("left-out").hidden = !onPaper || last === lines.length;
     byId("left-out").textContent = `lines ${numberOf(last - 1) + 1} to ${numberOf(lines.length - 1)} are not printed`;
     for (let row = first; row < last; row++) {
@@ -370,6 +370,13 @@
     theme(on ? false : wasDark);
     drawCode();
     if (scene) { scene.resize(); if (viewNow) scene.view(viewNow); scene.render(); }
+    // browsers may print what the graphics card has drawn as a blank: paper gets a copy
+    if (scene && on) {
+      const copy = byId("printed"), drawn = byId("scene");
+      copy.width = drawn.width;
+      copy.height = drawn.height;
+      copy.getContext("2d").drawImage(drawn, 0, 0);
+    }
     drawCharts();
   }
   window.addEventListener("beforeprint", () => paper(true));
@@ -377,7 +384,7 @@
   const list = byId("findings"), more = byId("all-findings");
   if (list.children.length > 8) {
     list.classList.add("few");
-    more.textContent = `show all ${list.children.length} findings`;
+    more.textContent = `show all ${list.children.length} entries`;
     more.hidden = false;
     more.addEventListener("click", () => { list.classList.remove("few"); more.hidden = true; });
   }

@@ -169,7 +169,9 @@ def find_worst_places(machine: Machine, study: Study) -> Iterator[Place]:
         at = int(np.nanargmin(curve.values))
         frame = _find_frame(study, float(curve.x[at]))
         name = study.margin_names[study.nearest[frame]] if study.nearest[frame] >= 0 else "out of reach"
-        yield Place(f"smallest margin: {name}", format_fixed(curve.values[at], 3), frame)
+        # where the program is refused for another reason, such as the table, a margin that is left would mislead
+        if study.timed or curve.values[at] < 0:
+            yield Place(f"smallest margin (0 at a limit): {name}", format_fixed(curve.values[at], 3), frame)
     for name, allowed in _ALLOWED.items() if study.timed else ():
         shares_of = list(iterate_shares(machine, study, name))
         joint = int(np.argmax([np.abs(share).max() for _x, share in shares_of]))

@@ -40,6 +40,7 @@ from verne_post.gcode.rs274.fanuc_codes import (
     WORDS_OF_FRAMES,
     make_table,
 )
+from verne_post.gcode.rs274.fanuc_directions import MachineDirections
 from verne_post.gcode.rs274.fanuc_maps import FanucMaps
 from verne_post.gcode.rs274.fanuc_offsets import FanucOffsets
 from verne_post.gcode.rs274.fanuc_planes import FanucPlanes
@@ -88,6 +89,11 @@ _NO_UNIT: Final = (
 _NO_MOTION: Final = (
     '; where a control begins with one, parameter 3402 says which: [fanuc] motion = "G0" or "G1" in verne-post.toml'
 )
+#: Groups whose codes find the frame as it is without the turn of the table.
+_OF_DIRECTIONS: Final = frozenset(
+    ("tilted plane", "dynamic work offset", "work offset", "mirror image", "scaling", "polar coordinates")
+)
+_ROTARY_LETTERS: Final = (ord("A"), ord("B"), ord("C"))
 _BARE_ARCS: Final = (
     '; a control whose parameter 3403 says so goes straight: [fanuc] bare_arcs = "lines" in verne-post.toml'
 )
@@ -149,17 +155,23 @@ class FanucInterpreter(Rs274):
         self.cycles.bore_shift = self.keys.bore_shift
         self.motion.bare_arcs_are_lines = self.keys.bare_arcs == "lines"
         self.motion.bare_arcs_remedy = _BARE_ARCS
+        self.directions: MachineDirections | None = None
+        if self.keys.directions == "machine" and setup.machine:
+            self.directions = self.motion.directions = MachineDirections(self.core, self.motion)
         self.motion.offsets_are_wear = self.keys.cutter_offsets == "wear"
         least = 0.01 * self.keys.inside_arc_percent
         self.core.set_arc_feed(ArcFeed("[fanuc] inside_arc_percent", least, 1.0, assumed=not given))
 
     @classmethod
     def leave_to_reader(cls, text: bytes, words: WordTable, setup: Setup) -> Ints:
-        """Calls of macros, scales and times; and words without a decimal point, where they count increments."""
+        """Calls of macros, scales and times; turns of the table, and words without a point, where they mean more."""
         codes = np.flatnonzero(words.letter == ord("G"))
         codes = codes[np.isin(words.value[codes], _BY_TEXT)]
         lines = words.row[np.concatenate([codes, np.flatnonzero(words.letter == ord("P"))])].astype(np.int32)
-        conventional = setup.control.get("fanuc", {}).get("decimal_point") == "conventional"
+        given = setup.control.get("fanuc", {})
+        if given.get("directions") == "machine":
+            lines = np.union1d(lines, words.row[np.isin(words.letter, _ROTARY_LETTERS)].astype(np.int32))
+        conventional = given.get("decimal_point") == "conventional"
         return np.union1d(lines, find_lines_without_point(text)) if conventional else lines
 
     def _execute_cycle(self, block: Block, motion: int, *, goes_on: bool) -> None:
@@ -347,6 +359,8 @@ class FanucInterpreter(Rs274):
         if changes:  # G43 in its block is that of the new tool
             self.modes.length_number = None
         super().execute(block)
+        if self.directions is not None:  # G28 and G53 may have turned the table
+            self.directions.follow()
         if changes:
             self.modes.cutter_number = None
         if "D" in block.words:
@@ -380,6 +394,16 @@ class FanucInterpreter(Rs274):
     # --- codes of Fanuc alone ------------------------------------------------------------------------------
 
     def _set_modes(self, block: Block, g: dict[str, int]) -> None:
+        if self.directions is None:
+            self._set_own_modes(block, g)
+            return
+        if not _OF_DIRECTIONS.isdisjoint(g) or g.get("non-modal") in (100, 520, 920):
+            self.directions.leave()
+        self._set_own_modes(block, g)
+        if g.get("non-modal") not in (100, 520, 920):
+            self.directions.follow()
+
+    def _set_own_modes(self, block: Block, g: dict[str, int]) -> None:
         if "plane" in g:
             self.core.set_plane((g["plane"] - 170) // 10)
         if "tilted plane" in g:

@@ -1,7 +1,7 @@
 """Codes that move: straight moves, arcs, tool vectors, home positions, cutter compensation."""
 
 import math
-from typing import Final
+from typing import Final, Protocol
 
 import numpy as np
 
@@ -55,6 +55,16 @@ def refuse_lacking(
         raise ProgramError("VP012", f"no tool length has been given before the first feed move; use {length_words}")
 
 
+class Directions(Protocol):
+    """What reads X, Y, Z in directions of the machine."""
+
+    def hold(self) -> bool:
+        """True while they count so."""
+
+    def turn(self, block: Block, kind: MoveKind, axes: list[int]) -> None:
+        """A move that names rotary axes."""
+
+
 class MotionCodes:
     """Codes that move the axes, and cutter compensation."""
 
@@ -67,6 +77,8 @@ class MotionCodes:
         self.bare_arcs_remedy = ""
         #: D is the wear of the tool, which is 0; else the tool of the table.
         self.offsets_are_wear = False
+        #: Where moves with A, B or C go while X, Y, Z are in directions of the machine; None where they never are.
+        self.directions: Directions | None = None
         #: Where lines and arcs go: to the core, or where a language has corners that need the next one.
         self.draw_line, self.draw_arc = core.go_straight, core.go_on_arc
 
@@ -165,6 +177,11 @@ class MotionCodes:
             motion = 10
         if kind == MoveKind.FEED and not (motion == 10 and self._goes_beside_part(block, axes)):
             self.check_feed(block, motion)
+        in_machine = self.directions is not None and self.directions.hold()
+        if in_machine and not machine and motion in (0, 10) and not _ROTARY.isdisjoint(axes):
+            assert self.directions is not None
+            self.directions.turn(block, kind, axes)
+            return
         if not machine and motion in (0, 10) and self.traits.turns_table_alone and self._is_turned_alone(axes):
             self._turn_table(block, kind, axes)
             return
@@ -181,6 +198,8 @@ class MotionCodes:
             if not self.modes.absolute:
                 self.core.require_known(block, axes, "an incremental move")
         start = self.core.start_of_motion(kind, absolute=self.modes.absolute, machine=False, axes=axes, at=block)
+        if in_machine:  # axes of the machine that are not named stand, whatever length the tool has now
+            start = list(state.position)
         end = self._find_end(block, start, axes)
         if state.tcp_off:
             self.core.check_tcp_off(start, end)

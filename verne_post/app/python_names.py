@@ -1,0 +1,123 @@
+"""What callers from Python read: messages name options and arguments as Python has them.
+
+Messages are written for the command line, which most users have. What the functions of :mod:`verne_post.api` return and
+raise is put into the names of Python here, by the one table of options.
+"""
+
+import dataclasses
+import re
+from collections.abc import Callable
+from functools import partial, wraps
+from typing import Any, Final, ParamSpec, TypeVar, get_args
+
+from msgspec import structs
+
+from verne_post.base.type_words import list_alternatives
+from verne_post.model.findings import InputError, UsageError
+from verne_post.model.options import OPTIONS, find_about, spell_flag
+from verne_post.model.part_setup import OWN_STOCK
+from verne_post.toolpath.work_offset import Aim
+
+#: Options of commands that the table does not have -> the argument that has what they say.
+_ARGUMENTS: Final = {
+    "--tool-table": "tools",
+    "--tool-lengths": "tools",
+    "--measured-offset": "wcs",
+    "--tool-shapes": "tool_shapes",
+    "--parameters": "parameters",
+    "--subroutine-path": "subroutines",
+    "--setup": "setup",
+    "--maximise": "aim",
+    "--limits-only": "limits_only",
+    "--gouge": "gouge",
+    "--excess": "excess",
+    "--grid": "grid",
+    "range": "ranges",
+}
+#: An option as it is written, and the word after it, which may be its value.
+_FLAG: Final = re.compile(r"(?<![\w-])(--[a-z][a-z-]*)(?: ([^\s;:()\"]*[^\s;:()\",.]))?")
+_PLACE: Final = re.compile(r"(G5\d[^=]*)=(.+)")
+
+_P = ParamSpec("_P")
+_T = TypeVar("_T")
+
+
+def translate_messages(function: Callable[_P, _T]) -> Callable[_P, _T]:
+    """Let a function of the Python API name options as Python has them, in what it returns and raises."""
+
+    @wraps(function)
+    def call(*arguments: _P.args, **named: _P.kwargs) -> _T:
+        try:
+            return _name_within(function(*arguments, **named))
+        except UsageError as error:
+            option = _ARGUMENTS.get(error.option, error.option)
+            raise UsageError(option, name_in_python(error.reason)) from None
+        except InputError as error:
+            raise type(error)(*map(_name_within, error.findings)) from None
+
+    return call
+
+
+def name_in_python(text: str) -> str:
+    """A message with options as callers from Python write them: ``--air 5`` is ``air=5``."""
+    return _FLAG.sub(_spell, text) if "--" in text else text
+
+
+def _spell(found: re.Match[str]) -> str:
+    flag, word = found.groups()
+    names = {spell_flag(name): name for name in OPTIONS if find_about(name).flag != ""} | _ARGUMENTS
+    name = names.get(flag)
+    if name is None:
+        return found.group()
+    value = "" if word is None else _spell_value(name, word)
+    return f"{name}={value}" if value else name if word in (None, "FILE") else f"{name} {word}"
+
+
+def _spell_value(name: str, word: str) -> str:
+    """A value of the command line as Python has it; empty for a word that is no value."""
+    if name == "wcs" and (place := _PLACE.fullmatch(word)):
+        return f'{{"{place[1]}": ({", ".join(place[2].split(","))})}}'
+    if name == "stock" and word == OWN_STOCK:
+        return "OwnStock()"
+    if name == "decimals" and word == "auto":
+        return "None"
+    if word in _list_words(name):
+        return f'"{word}"'
+    return word if word in ("MM", "N") or re.fullmatch(r"-?\d[\d.]*", word) else ""
+
+
+def _list_words(name: str) -> tuple[Any, ...]:
+    """What an option may be, where that is one of some words."""
+    if name not in OPTIONS:
+        return get_args(Aim) if name == "aim" else ()
+    choices = find_about(name).choices
+    return (
+        tuple(word for one in list_alternatives(OPTIONS[name].kind) for word in get_args(one))
+        if choices is None
+        else choices()
+    )
+
+
+def _name_within(thing: Any) -> Any:
+    """A finding or a result whose texts name options as Python has them."""
+    change = dataclasses.replace if dataclasses.is_dataclass(thing) else structs.replace
+    changed: dict[str, Any] = {}
+    for key in ("message", "text", "working"):
+        if text := getattr(thing, key, ""):
+            changed[key] = name_in_python(text)
+    for key in ("remedies", "notes"):
+        if texts := getattr(thing, key, ()):
+            changed[key] = tuple(map(name_in_python, texts))
+    for key in ("findings", "edits"):
+        if parts := getattr(thing, key, ()):
+            changed[key] = type(parts)(map(_name_within, parts))
+    for key in ("summary", "part", "verification"):
+        if (part := getattr(thing, key, None)) is not None:
+            changed[key] = _name_within(part)
+    if hasattr(thing, "describe"):
+        changed["describe"] = partial(_describe_in_python, thing.describe)
+    return change(thing, **changed) if changed else thing
+
+
+def _describe_in_python(describe: Callable[[Any], str], summary: Any) -> str:
+    return name_in_python(describe(summary))
