@@ -37,8 +37,8 @@ commands: pass their content as options.
 
 **Errors.** A bad *program* or set-up never raises; the findings of the result say what is wrong. A bad *call* raises
 `UsageError`, which names the argument and what would be right, with the names of Python: `tool_length` in place of
-`--tool-length`. A bad machine file raises `InputError`, which has findings. Print what `convert`, `verify`, `machined`, `explain` and `fit` return to see what the commands print:
-`print(result.summary)`.
+`--tool-length`. A bad machine file raises `InputError`, which has findings. Print what `convert`, `verify`, `machined`,
+`explain` and `fit` return to see what the commands print: `print(result.summary)`.
 
 All names below are typed for strict checkers, and `dir(verne_post)` lists them. `verne_post.gcode.read_moves` is the
 interpreter without a machine. `docs/make_api.py` makes this page from the docstrings.
