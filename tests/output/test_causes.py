@@ -32,7 +32,7 @@ def test_one_limit_in_three_stretches_is_one_cause() -> None:
     found = [break_limit("rho2", value, line, line + 2) for value, line in ((40.0, 3), (10.0, 20), (30.0, 40))]
     [cause] = find_causes(found)
     assert cause.worst == found[1]
-    assert cause.describe_others() == "rho2 by 10.000000 mm in lines 3 to 5; rho2 by 20.000000 mm in lines 40 to 42"
+    assert cause.describe_others() == "rho2 by 20.000000 mm in lines 40 to 42 (worst of 2 places)"
     assert format_outcome("a.nc", tuple(found)) == "a.nc: refused: 1 error, 0 warnings"
 
 
@@ -47,9 +47,7 @@ def test_joints_in_the_same_lines_are_one_cause_and_others_are_not() -> None:
         make_finding("VP216", "tool cuts the stock 2.5 mm deep", line=8, last_line=8),  # each contact is a mistake
     ]
     assert name_groups(found) == [[1, 0, 3], [2], [4], [5], [6]]
-    assert find_causes(found)[0].describe_others() == (
-        "rho1 by 10.000000 mm in lines 3 to 9; rho1 by 5.000000 mm in line 50"
-    )
+    assert find_causes(found)[0].describe_others() == ("rho1 by 10.000000 mm in lines 3 to 9 (worst of 2 places)")
 
 
 def test_below_and_above_are_two_limits() -> None:
@@ -61,7 +59,7 @@ def test_warnings_stay_apart_from_errors_and_many_are_counted() -> None:
     warned = make_finding("VP202", found[0].message, line=3, last_line=3, axis="rho1", severity="warning")
     first, second = find_causes([*found, warned])
     assert second.worst == warned
-    assert first.describe_others().endswith("; and 3 more")
+    assert first.describe_others() == "rho1 by 17.000000 mm in line 21 (worst of 7 places)"
 
 
 def test_a_remedy_is_told_once() -> None:

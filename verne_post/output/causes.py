@@ -16,8 +16,6 @@ from verne_post.model.verdict import Family, find_family
 
 #: Beside travel and reach (VP1xx): singularities, and the height over the table. Each contact with a body stays alone.
 _OF_THE_WORKSPACE: Final = ("VP201", "VP202", "VP203", "VP210")
-#: So many of the others are named.
-_NAMED: Final = 4
 
 
 class Cause(Struct, frozen=True):
@@ -28,10 +26,11 @@ class Cause(Struct, frozen=True):
     indices: tuple[int, ...]  #: Their places among the findings: of the worst one, then of the others.
 
     def describe_others(self) -> str:
-        """By how much and in which lines the others break their limits; nothing where there are none."""
-        shown = "; ".join(describe_other(item) for item in self.others[:_NAMED])
-        rest = len(self.others) - _NAMED
-        return f"{shown}; and {rest} more" if rest > 0 else shown
+        """By how much and in which lines the others break their limits, the worst place of each joint; or nothing."""
+        of_joints: dict[str | None, list[Finding]] = {}
+        for item in self.others:
+            of_joints.setdefault(item.axis, []).append(item)
+        return "; ".join(map(_describe_places, of_joints.values()))
 
 
 def find_causes(findings: Sequence[Finding]) -> list[Cause]:
@@ -99,6 +98,12 @@ def _strip_numbers(message: str) -> str:
 def _name_remedy(text: str, told: dict[str, Finding]) -> str:
     first = told.get(text)
     return text if first is None else f"as for {first.code} in line {first.line}"
+
+
+def _describe_places(findings: Sequence[Finding]) -> str:
+    """The worst of some places of one joint, and how many there are."""
+    shown = describe_other(max(findings, key=find_excess))
+    return shown if len(findings) == 1 else f"{shown} (worst of {len(findings)} places)"
 
 
 def describe_other(item: Finding) -> str:
