@@ -4,6 +4,7 @@ import errno
 import gc
 import io
 import mmap
+import re
 import tracemalloc
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
@@ -92,7 +93,11 @@ PROGRAMS = {
     "compensated": compensated(),
     "finishing": finishing(300),
     "mixed": mixed(),
-    **{name: (SAMPLES / name).read_bytes() for name in ("posted.nc", "wing.cls", "inverse_time.nc")},
+    **{name: (SAMPLES / name).read_bytes() for name in ("posted.nc", "wing.cls")},
+    # feed by time, at three times the speed: a third of the rows
+    "inverse_time.nc": re.sub(
+        rb"(?m) F([346]0)$", lambda feed: b" F%d" % (3 * int(feed[1])), (SAMPLES / "inverse_time.nc").read_bytes()
+    ),
 }
 OPTIONS: dict[str, dict[str, Any]] = {
     "spline": {},

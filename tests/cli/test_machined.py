@@ -152,7 +152,7 @@ def test_a_deep_cut_is_at_least_as_deep_as_the_search(floor, run):
 
 def test_a_bound_that_does_not_decide_has_no_verdict(floor, run, monkeypatch):
     """A flat cutter 0.04 mm deep: less than 0.05, and more than what an edge that cuts 0.05 deep must reach."""
-    monkeypatch.setattr(compare, "MAX_CELLS", 20_000)  # a million small facets decide no more, and take half a minute
+    monkeypatch.setattr(compare, "MAX_CELLS", 5_000)  # a million small facets decide no more, and take half a minute
     Path("shapes.toml").write_text("[tool.1]\ncutter = { diameter = 8.0, length = 20.0 }\n", encoding="utf-8")
     low = [word.replace("0,0,60", "0,0,60.04") for word in JUDGE]
     answer = run(*low, "--grid", "1", "--output-format", "json")
@@ -365,6 +365,7 @@ SETUP = (
     "[part]\n"
     'nominal = "part.stl"\n'
     'system = "G54"\n'
+    "grid_mm = 0.5\n"
 )
 
 

@@ -347,7 +347,7 @@ def test_a_path_is_no_name_of_a_machine(folder: Path) -> None:
         ("machine", "axis-check", "--at", "0,0,0,0,0", "-o", "check"),
         ("machine", "perturb", "--seed", "1", "-o", "built.toml"),
         ("machine", "tolerances"),
-        ("machine", "calibrate", "--plan", "20", "-o", "readings.csv"),
+        ("machine", "calibrate", "--plan", "8", "-o", "readings.csv"),
         ("machine", "identify", "measured.csv"),
     ],
 )

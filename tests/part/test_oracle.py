@@ -149,7 +149,8 @@ def test_no_facet_that_is_called_clear_is_cut_deeper(name: str, accelerate: bool
     square = np.stack(np.meshgrid(side[:-1], side[:-1], [0.0], indexing="ij"), axis=-1).reshape(-1, 1, 3)
     corner = square + 2.0 * np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
     mesh = build_mesh("floor", corner[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3, 3))
-    for seed in range(3):
+    # seed 1 has many facets that are not decided: numpy takes 5 s for what numba does alike in 1 s
+    for seed in (0, 1, 2) if accelerate == PATHS[-1] else (0, 2):
         pick = np.random.default_rng(seed)
         tip, axis = travel(40 + seed, 20)
         # the lowest place of the tool is a little over the floor, or below it

@@ -213,7 +213,7 @@ def test_an_independent_program_has_the_same_volume(corner: float, turning: floa
     taken off by finer steps.
     """
     manifold3d = pytest.importorskip("manifold3d")
-    t = np.linspace(0, 1, 41)
+    t = np.linspace(0, 1, 21)
     tips = np.column_stack([5 + 30 * t, 10 + 4 * np.sin(5 * t), 15 - 3 * np.sin(7 * t)])
     bent = turning * t
     axes = np.column_stack([0.1 + 0.2 * np.sin(4 * bent), 0.15 * np.cos(3 * bent), np.ones_like(t)])
