@@ -104,3 +104,58 @@ def test_each_system_once_and_with_its_option():
     assert len(texts) == 2
     assert "give --wcs G54=X,Y,Z" in texts[0]
     assert "give --wcs G55=X,Y,Z" in texts[1]
+
+
+def tool(number, length):
+    """A tool of the set-up; one without a length still has to be measured."""
+    return vp.Tool(number, number, (0.0, 0.0, length or 0.0, *(0.0,) * 6), 10.0, "" if length else "part.nc.toml")
+
+
+TWO, HABIT = (tool(1, 80.0), tool(5, 90.0)), "T1 M6\nG43 H51\n"
+
+
+@pytest.mark.parametrize("dialect", ["rs274", "fanuc"])
+@pytest.mark.parametrize(
+    ("body", "tools", "said"),
+    [
+        ("T1 M6\nG43 H5\n", TWO, "number 5, 90 mm, is in force, but tool 1, which has 80 mm, is in the spindle"),
+        ("T1 M6\nG43.4 H5\n", TWO, "is in force, but tool 1, which has 80 mm, is in the spindle"),
+        ("T1 M6\nT5\nG43 H5\n", TWO, "is in the spindle (T5 without M6 only selects)"),
+        ("T5\nG43 H5\n", TWO, "T5 without M6 only selects the tool, and the tool table has others"),
+        ("T1\nG43 H5\n", TWO, "but T1 was called, which has 80 mm"),
+        (HABIT, (tool(1, 80.0), tool(51, 81.0)), "but tool 1, which has 80 mm, is in the spindle"),
+        (HABIT, (tool(1, 80.0), tool(51, 80.0)), ""),  # a shop's numbers: nothing contradicts them
+        (HABIT, (tool(1, None), tool(51, 80.0)), ""),
+        ("T1 M6\nT5\nG43 H1\n", TWO, ""),  # the next tool is made ready
+        ("G43 H5\n", TWO, ""),  # what is in the spindle is not known
+        ("T5\nG43 H5\n", (tool(5, 90.0),), ""),  # no other tool is there
+    ],
+)
+def test_the_length_of_another_tool(dialect, body, tools, said):
+    """G43 H5 after T1 M6 moved the tip by the difference of two tools, without a word."""
+    cuts = f"S3000 M3\nG0 X0. Y0. Z50. A0. C0.\nG1 X10. F600.\n{body.splitlines()[-1]}\nG0 Z60.\nM30\n"
+    source = f"O1\nG21 G90 G94\n{body}{cuts}"
+    options = vp.Options(tools={one.number: one for one in tools}, wcs={"G54": (0, 0, 60)}, dialect=dialect)
+    found = vp.check(source.removeprefix("O1\n" if dialect == "rs274" else ""), "verne", options).findings
+    assert [item.message for item in found if item.code == "VP049"] == [said and found[0].message][: bool(said)]
+    assert {item.severity for item in found} <= {"warning"}
+    assert said in "".join(item.message for item in found)
+
+
+def test_a_length_in_addition_or_after_a_code_of_the_builder_is_not_one_of_another_tool():
+    for body, remap in (("T1 M6\nG43 H1\nG43.2 H5\n", {}), ("T1 M6\nT5\nM106\nG43 H5\n", {"M106": "event"})):
+        source = f"G21 G90 G94\n{body}S3000 M3\nG0 X0 Y0 Z50 A0 C0\nG1 X10 F600\nM2\n"
+        tools = {one.number: one for one in TWO}
+        options = vp.Options(tools=tools, wcs={"G54": (0, 0, 60)}, dialect="rs274", remap=remap)
+        assert vp.check(source, "verne", options).findings == ()
+
+
+@pytest.mark.parametrize(("word", "line"), [(",ADJUST,5", 3), (",OSETNO,5", 3), ("", None), (",ADJUST,1", None)])
+def test_the_register_of_a_length_in_a_cl_file(word, line):
+    source = (
+        f"PARTNO A\nUNITS/MM\nLOADTL/1{word}\nSPINDL/3000,CLW\nRAPID\nGOTO/0,0,50,0,0,1\nFEDRAT/600,MMPM\n"
+        "GOTO/10,0,50\nFINI\n"
+    )
+    options = vp.Options(tools={one.number: one for one in TWO}, wcs={"G54": (0, 0, 60)}, dialect="aptcl")
+    found = [(item.code, item.line) for item in vp.check(source, "verne", options).findings]
+    assert found == ([("VP049", line)] if line else [])
