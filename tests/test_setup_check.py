@@ -1,4 +1,4 @@
-"""VP033 and VP034: a set-up that nobody has given is a finding."""
+"""VP033, VP034, VP049, VP050, VP505: what set-up and program leave open although the program uses it."""
 
 import pytest
 
@@ -41,8 +41,8 @@ def test_what_nobody_has_given(options, length, more, expected):
 )
 def test_a_length_of_0_in_the_tool_table_is_told_as_such(program, line, text):
     """The warning asked for G43 where the program has it."""
-    tools = TOOLS | {2: vp.Tool(2, 2, (0.0,) * 9)}
-    result = vp.check(f"G21 G90 F600\n{program}M2\n", "verne", vp.Options(tools=tools, wcs={"G54": (0, 0, 30)}))
+    options = vp.Options(tools=TOOLS | {2: vp.Tool(2, 2, (0.0,) * 9)}, wcs={"G54": (0, 0, 30)})
+    result = vp.check(f"G21 G90 F600\n{program}M2\n".replace("G43", "S900 M3 G43"), "verne", options)
     assert [(item.code, item.line) for item in result.findings] == [("VP034", line)]
     assert text in result.findings[0].message
     assert ("no length is in force" in str(result.summary)) == ("G49" in program)
@@ -159,3 +159,75 @@ def test_the_register_of_a_length_in_a_cl_file(word, line):
     options = vp.Options(tools={one.number: one for one in TWO}, wcs={"G54": (0, 0, 60)}, dialect="aptcl")
     found = [(item.code, item.line) for item in vp.check(source, "verne", options).findings]
     assert found == ([("VP049", line)] if line else [])
+
+
+def find_idle_cuts(program, dialect="rs274", **more):
+    options = vp.Options(tool_length=80.0, wcs={"G54": (0, 0, 60)}, dialect=dialect, split_at_stops=True, **more)
+    found = vp.check(program, "verne", options).findings
+    assert not [item for item in found if item.severity == "error"], found
+    return [(item.line, item.last_line, item.count) for item in found if item.code == "VP050"]
+
+
+@pytest.mark.parametrize(
+    ("dialect", "program", "switch"),
+    [
+        ("rs274", "G21 G90\nT1 M6\n*\nG0 X0 Y0 Z50 A0 C0\nG1 Z40 F600\nX10\nZ50\nM2\n", "M3 S900"),
+        ("fanuc", "O1\nG21 G90\nT1 M6\n*\nG0 X0. Y0. Z50. A0. C0.\nG1 Z40. F600.\nX10.\nZ50.\nM30\n", "S900 M13"),
+        ("siemens", "G71 G90\nT1 M6 D1\n*\nG0 X0 Y0 Z50 A0 C0\nG1 Z40 F600\nX10\nZ50\nM30\n", "S900 M4"),
+        (
+            "heidenhain",
+            "BEGIN PGM P MM\nTOOL CALL 1 Z S900\n*\nL X+0 Y+0 Z+50 A+0 C+0 R0 FMAX\nL Z+40 F600\nL X+10\nL Z+50\n"
+            "END PGM P MM\n",
+            "M3",
+        ),
+        (
+            "aptcl",
+            "UNITS/MM\nLOADTL/1\n*\nRAPID\nGOTO/0,0,50,0,0,1\nFEDRAT/600,MMPM\nGOTO/0,0,40\nGOTO/10,0,40\nGOTO/10,0,50\n"
+            "FINI\n",
+            "SPINDL/900,CLW",
+        ),
+    ],
+)
+def test_a_spindle_that_is_never_started(dialect, program, switch):
+    """With M3 and S removed a program cut without a word: of its three feed moves the last one retracts."""
+    cut = next(n for n, text in enumerate(program.splitlines(), 1) if "40" in text)
+    more = {"remap": {"M13": "event"}} if "M13" in switch else {}  # the builder's code may start it
+    assert find_idle_cuts(program.replace("*\n", "\n"), dialect) == [(cut, cut + 1, 2)]
+    assert find_idle_cuts(program.replace("*", switch), dialect, **more) == []
+
+
+BEGIN = "G21 G90 G61\nS900 M3\nG0 X0 Y0 Z50 A0 C0\nG1 Z40 F600\nX10\n"
+
+
+@pytest.mark.parametrize(
+    ("program", "found"),
+    [
+        (BEGIN + "M5\nX20\nX30\nG0 Z50\nM2\n", [(7, 8, 2)]),  # it goes on as if nothing were
+        (BEGIN + "M5\nX20\nM3\nX30\nG0 Z50\nM2\n", [(7, 7, 1)]),
+        (BEGIN + "G0 Z50\nM5\nX0\nG1 Z40\nX10\nM2\n", [(9, 10, 2)]),  # and nothing starts it again
+        (BEGIN + "G0 Z50\nM5\nX0\nG1 Z45\nX10\nM3\nG1 Z40\nM2\n", []),  # a slow approach before M3, in the air
+        (BEGIN + "Z50\nM5\nX0\nM2\n", []),  # a slow way home
+        (BEGIN.replace("X10", "X10 M5") + "G0 Z50\nM2\n", []),  # controls stop it at the end of that block
+        (BEGIN + "G0 Z50\nT2 M6\nG0 X0\nG1 Z40\nM2\n", [(9, 9, 1)]),
+        (BEGIN + "G0 Z50\nT2 M6\nG0 X0\nM3\nG1 Z40\nM2\n", []),
+        ("G21 G90 G61\nG0 X0 Y0 Z50 A0 C0\nG1 Z40 F600\nM2\n", []),  # a dry run has neither tool nor spindle
+        ("G21 G90\nT1 M6\nM19 R0\nG0 X0 Y0 Z50 A0 C0\nG1 Z40 F600\nM2\n", []),  # broaching
+        ("G21 G90\nT1 M6\nT0 M6\nG0 X0 Y0 Z50 A0 C0\nG1 Z40 F600\nM2\n", []),  # no tool, no cut
+    ],
+)
+def test_a_spindle_that_was_stopped(program, found):
+    """One finding with the number of moves; what may be in the air is not told."""
+    # --tool-length is that of one tool
+    tools = {number: tool(number, 80.0) for number in (1, 2)}
+    options = vp.Options(tools=tools, wcs={"G54": (0, 0, 60)}, dialect="rs274", split_at_stops=True)
+    program = (
+        program.replace("G61\n", "G61 G43 H1\n").replace("T1 M6\n", "T1 M6 G43 H1\n").replace("T2 M6", "T2 M6 G43")
+    )
+    given = vp.check(program, "verne", options).findings
+    assert {item.severity for item in given} <= {"warning"}, given
+    assert [(item.line, item.last_line, item.count) for item in given if item.code == "VP050"] == found
+
+
+def test_a_tap_turns_the_spindle_itself():
+    program = "G21 G90 G94\nT1 M6\nG0 X0. Y0. Z50. A0. C0.\nM29 S100\nG95 G84 X0. Y0. R20. Z10. F1.\nG80\nM30\n"
+    assert find_idle_cuts(f"O1\n{program}", "fanuc", tapping="feed") == []

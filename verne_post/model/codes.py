@@ -363,6 +363,17 @@ CODES: Final[dict[str, Code]] = _make_table(
         "Write H with the number of the tool, or M6 after T. If the length belongs to the tool, as with H51 for "
         "T1, give both numbers the same length, or none to the tool's own.",
     ),
+    (
+        "VP050",
+        "spindle stands in a cut",
+        "warning",
+        "The program moves at feed rate while the spindle stands: it was not started after a change of tools, or it "
+        "was stopped and the tool goes on cutting. Moves in the air cannot always be told: retracts, and moves between "
+        "a stop and a new start that follow a retract or a rapid, are not reported. Nor are programs that call no tool "
+        "and start no spindle, and tools that are oriented (M19, SPOS).",
+        "Start the spindle before the cut (M3 and S; SPINDL in CL files). No action is needed for a probe, or for a "
+        "tool that does not turn.",
+    ),
     # --- VP1xx: position limits and reach --------------------------------------------------
     (
         "VP101",
