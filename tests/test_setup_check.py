@@ -1,4 +1,4 @@
-"""VP033 and VP034: a set-up that nobody has given is a finding."""
+"""VP033, VP034, VP049, VP050, VP505: what set-up and program leave open although the program uses it."""
 
 import pytest
 
@@ -41,8 +41,8 @@ def test_what_nobody_has_given(options, length, more, expected):
 )
 def test_a_length_of_0_in_the_tool_table_is_told_as_such(program, line, text):
     """The warning asked for G43 where the program has it."""
-    tools = TOOLS | {2: vp.Tool(2, 2, (0.0,) * 9)}
-    result = vp.check(f"G21 G90 F600\n{program}M2\n", "verne", vp.Options(tools=tools, wcs={"G54": (0, 0, 30)}))
+    options = vp.Options(tools=TOOLS | {2: vp.Tool(2, 2, (0.0,) * 9)}, wcs={"G54": (0, 0, 30)})
+    result = vp.check(f"G21 G90 F600\n{program}M2\n".replace("G43", "S900 M3 G43"), "verne", options)
     assert [(item.code, item.line) for item in result.findings] == [("VP034", line)]
     assert text in result.findings[0].message
     assert ("no length is in force" in str(result.summary)) == ("G49" in program)
@@ -119,3 +119,130 @@ def test_each_system_once_and_with_its_option():
     assert len(texts) == 2
     assert "give --wcs G54=X,Y,Z" in texts[0]
     assert "give --wcs G55=X,Y,Z" in texts[1]
+
+
+def tool(number, length):
+    """A tool of the set-up; one without a length still has to be measured."""
+    return vp.Tool(number, number, (0.0, 0.0, length or 0.0, *(0.0,) * 6), 10.0, "" if length else "part.nc.toml")
+
+
+TWO, HABIT = (tool(1, 80.0), tool(5, 90.0)), "T1 M6\nG43 H51\n"
+
+
+@pytest.mark.parametrize("dialect", ["rs274", "fanuc"])
+@pytest.mark.parametrize(
+    ("body", "tools", "said"),
+    [
+        ("T1 M6\nG43 H5\n", TWO, "number 5, 90 mm, is in force, but tool 1, which has 80 mm, is in the spindle"),
+        ("T1 M6\nG43.4 H5\n", TWO, "is in force, but tool 1, which has 80 mm, is in the spindle"),
+        ("T1 M6\nT5\nG43 H5\n", TWO, "is in the spindle (T5 without M6 only selects)"),
+        ("T5\nG43 H5\n", TWO, "T5 without M6 only selects the tool, and the tool table has others"),
+        ("T1\nG43 H5\n", TWO, "but T1 was called, which has 80 mm"),
+        (HABIT, (tool(1, 80.0), tool(51, 81.0)), "but tool 1, which has 80 mm, is in the spindle"),
+        (HABIT, (tool(1, 80.0), tool(51, 80.0)), ""),  # a shop's numbers: nothing contradicts them
+        (HABIT, (tool(1, None), tool(51, 80.0)), ""),
+        ("T1 M6\nT5\nG43 H1\n", TWO, ""),  # the next tool is made ready
+        ("G43 H5\n", TWO, ""),  # what is in the spindle is not known
+        ("T5\nG43 H5\n", (tool(5, 90.0),), ""),  # no other tool is there
+    ],
+)
+def test_the_length_of_another_tool(dialect, body, tools, said):
+    """G43 H5 after T1 M6 moved the tip by the difference of two tools, without a word."""
+    cuts = f"S3000 M3\nG0 X0. Y0. Z50. A0. C0.\nG1 X10. F600.\n{body.splitlines()[-1]}\nG0 Z60.\nM30\n"
+    source = f"O1\nG21 G90 G94\n{body}{cuts}"
+    options = vp.Options(tools={one.number: one for one in tools}, wcs={"G54": (0, 0, 60)}, dialect=dialect)
+    found = vp.check(source.removeprefix("O1\n" if dialect == "rs274" else ""), "verne", options).findings
+    assert [item.message for item in found if item.code == "VP049"] == [said and found[0].message][: bool(said)]
+    assert {item.severity for item in found} <= {"warning"}
+    assert said in "".join(item.message for item in found)
+
+
+def test_a_length_in_addition_or_after_a_code_of_the_builder_is_not_one_of_another_tool():
+    for body, remap in (("T1 M6\nG43 H1\nG43.2 H5\n", {}), ("T1 M6\nT5\nM106\nG43 H5\n", {"M106": "event"})):
+        source = f"G21 G90 G94\n{body}S3000 M3\nG0 X0 Y0 Z50 A0 C0\nG1 X10 F600\nM2\n"
+        tools = {one.number: one for one in TWO}
+        options = vp.Options(tools=tools, wcs={"G54": (0, 0, 60)}, dialect="rs274", remap=remap)
+        assert vp.check(source, "verne", options).findings == ()
+
+
+@pytest.mark.parametrize(("word", "line"), [(",ADJUST,5", 3), (",OSETNO,5", 3), ("", None), (",ADJUST,1", None)])
+def test_the_register_of_a_length_in_a_cl_file(word, line):
+    source = (
+        f"PARTNO A\nUNITS/MM\nLOADTL/1{word}\nSPINDL/3000,CLW\nRAPID\nGOTO/0,0,50,0,0,1\nFEDRAT/600,MMPM\n"
+        "GOTO/10,0,50\nFINI\n"
+    )
+    options = vp.Options(tools={one.number: one for one in TWO}, wcs={"G54": (0, 0, 60)}, dialect="aptcl")
+    found = [(item.code, item.line) for item in vp.check(source, "verne", options).findings]
+    assert found == ([("VP049", line)] if line else [])
+
+
+def find_idle_cuts(program, dialect="rs274", **more):
+    options = vp.Options(tool_length=80.0, wcs={"G54": (0, 0, 60)}, dialect=dialect, split_at_stops=True, **more)
+    found = vp.check(program, "verne", options).findings
+    assert not [item for item in found if item.severity == "error"], found
+    return [(item.line, item.last_line, item.count) for item in found if item.code == "VP050"]
+
+
+@pytest.mark.parametrize(
+    ("dialect", "program", "switch"),
+    [
+        ("rs274", "G21 G90\nT1 M6\n*\nG0 X0 Y0 Z50 A0 C0\nG1 Z40 F600\nX10\nZ50\nM2\n", "M3 S900"),
+        ("fanuc", "O1\nG21 G90\nT1 M6\n*\nG0 X0. Y0. Z50. A0. C0.\nG1 Z40. F600.\nX10.\nZ50.\nM30\n", "S900 M13"),
+        ("siemens", "G71 G90\nT1 M6 D1\n*\nG0 X0 Y0 Z50 A0 C0\nG1 Z40 F600\nX10\nZ50\nM30\n", "S900 M4"),
+        (
+            "heidenhain",
+            "BEGIN PGM P MM\nTOOL CALL 1 Z S900\n*\nL X+0 Y+0 Z+50 A+0 C+0 R0 FMAX\nL Z+40 F600\nL X+10\nL Z+50\n"
+            "END PGM P MM\n",
+            "M3",
+        ),
+        (
+            "aptcl",
+            "UNITS/MM\nLOADTL/1\n*\nRAPID\nGOTO/0,0,50,0,0,1\nFEDRAT/600,MMPM\nGOTO/0,0,40\nGOTO/10,0,40\nGOTO/10,0,50\n"
+            "FINI\n",
+            "SPINDL/900,CLW",
+        ),
+    ],
+)
+def test_a_spindle_that_is_never_started(dialect, program, switch):
+    """With M3 and S removed a program cut without a word: of its three feed moves the last one retracts."""
+    cut = next(n for n, text in enumerate(program.splitlines(), 1) if "40" in text)
+    more = {"remap": {"M13": "event"}} if "M13" in switch else {}  # the builder's code may start it
+    assert find_idle_cuts(program.replace("*\n", "\n"), dialect) == [(cut, cut + 1, 2)]
+    assert find_idle_cuts(program.replace("*", switch), dialect, **more) == []
+
+
+BEGIN = "G21 G90 G61\nS900 M3\nG0 X0 Y0 Z50 A0 C0\nG1 Z40 F600\nX10\n"
+
+
+@pytest.mark.parametrize(
+    ("program", "found"),
+    [
+        (BEGIN + "M5\nX20\nX30\nG0 Z50\nM2\n", [(7, 8, 2)]),  # it goes on as if nothing were
+        (BEGIN + "M5\nX20\nM3\nX30\nG0 Z50\nM2\n", [(7, 7, 1)]),
+        (BEGIN + "G0 Z50\nM5\nX0\nG1 Z40\nX10\nM2\n", [(9, 10, 2)]),  # and nothing starts it again
+        (BEGIN + "G0 Z50\nM5\nX0\nG1 Z45\nX10\nM3\nG1 Z40\nM2\n", []),  # a slow approach before M3, in the air
+        (BEGIN + "Z50\nM5\nX0\nM2\n", []),  # a slow way home
+        (BEGIN.replace("X10", "X10 M5") + "G0 Z50\nM2\n", []),  # controls stop it at the end of that block
+        (BEGIN + "G0 Z50\nT2 M6\nG0 X0\nG1 Z40\nM2\n", [(9, 9, 1)]),
+        (BEGIN + "G0 Z50\nT2 M6\nG0 X0\nM3\nG1 Z40\nM2\n", []),
+        ("G21 G90 G61\nG0 X0 Y0 Z50 A0 C0\nG1 Z40 F600\nM2\n", []),  # a dry run has neither tool nor spindle
+        ("G21 G90\nT1 M6\nM19 R0\nG0 X0 Y0 Z50 A0 C0\nG1 Z40 F600\nM2\n", []),  # broaching
+        ("G21 G90\nT1 M6\nT0 M6\nG0 X0 Y0 Z50 A0 C0\nG1 Z40 F600\nM2\n", []),  # no tool, no cut
+    ],
+)
+def test_a_spindle_that_was_stopped(program, found):
+    """One finding with the number of moves; what may be in the air is not told."""
+    # --tool-length is that of one tool
+    tools = {number: tool(number, 80.0) for number in (1, 2)}
+    options = vp.Options(tools=tools, wcs={"G54": (0, 0, 60)}, dialect="rs274", split_at_stops=True)
+    program = (
+        program.replace("G61\n", "G61 G43 H1\n").replace("T1 M6\n", "T1 M6 G43 H1\n").replace("T2 M6", "T2 M6 G43")
+    )
+    given = vp.check(program, "verne", options).findings
+    assert {item.severity for item in given} <= {"warning"}, given
+    assert [(item.line, item.last_line, item.count) for item in given if item.code == "VP050"] == found
+
+
+def test_a_tap_turns_the_spindle_itself():
+    program = "G21 G90 G94\nT1 M6\nG0 X0. Y0. Z50. A0. C0.\nM29 S100\nG95 G84 X0. Y0. R20. Z10. F1.\nG80\nM30\n"
+    assert find_idle_cuts(f"O1\n{program}", "fanuc", tapping="feed") == []

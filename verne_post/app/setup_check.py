@@ -4,6 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from verne_post.app.spindle_check import check_spindle
 from verne_post.base.columns import iterate_blocks
 from verne_post.base.tolerances import ZERO_ANGLE, ZERO_LENGTH_MM
 from verne_post.base.units import DEG_PER_RAD
@@ -22,7 +23,12 @@ from verne_post.model.work_systems import find_placer
 def check_setup(moves: Moves, path: ToolPath, machine: Machine, options: Options) -> list[Finding]:
     """Report work systems without a place, tools without a length, directions without a meaning, and odd sizes.
 
-    The codes are VP033, VP034 (in feed motion: no length, or that of another tool), VP037 and VP505.
+    The codes are VP033, VP034 (in feed motion: no length, or that of another tool), VP037, VP050 and VP505.
+
+    Raises
+    ------
+    InputError
+        VP033: the set-up marks the place of a work system that is used as still to be measured.
     """
     systems: dict[int, int] = {}  # index of a frame -> first move that uses it
     bare = -1
@@ -56,7 +62,8 @@ def check_setup(moves: Moves, path: ToolPath, machine: Machine, options: Options
             found.append(make_finding("VP034", text, line=line, last_line=line, worst_line=line))
     texts = _find_implausible(options)
     found += _check_tolerances(moves, path)
-    return [*(make_finding("VP505", text) for text in texts), *found, *_check_directions(moves, path, machine)]
+    found += [*_check_directions(moves, path, machine), *check_spindle(moves, path)]
+    return [*(make_finding("VP505", text) for text in texts), *found]
 
 
 def _check_tolerances(moves: Moves, path: ToolPath) -> Iterator[Finding]:

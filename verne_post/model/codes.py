@@ -353,6 +353,28 @@ CODES: Final[dict[str, Code]] = _make_table(
         "= 'feed' in the set-up. Otherwise tap with a floating holder (CYCLE840, cycle 206, G84 of RS274/NGC), or in "
         "a separate program.",
     ),
+    (
+        "VP049",
+        "length of another tool",
+        "warning",
+        "The tool length in force is not that of the tool in the spindle: H (in CL files ADJUST) has another number, "
+        "and the tool table gives the two different lengths. Or T has selected the tool, and no M6 has brought it into "
+        "the spindle. "
+        "An H of another number is not reported where its length is the same, or where the tool has none of its own.",
+        "Write H with the number of the tool, or M6 after T. If the length belongs to the tool, as with H51 for "
+        "T1, give both numbers the same length, or none to the tool's own.",
+    ),
+    (
+        "VP050",
+        "spindle stands in a cut",
+        "warning",
+        "The program moves at feed rate while the spindle stands: it was not started after a change of tools, or it "
+        "was stopped and the tool goes on cutting. Moves in the air cannot always be told: retracts, and moves between "
+        "a stop and a new start that follow a retract or a rapid, are not reported. Nor are programs that call no tool "
+        "and start no spindle, and tools that are oriented (M19, SPOS).",
+        "Start the spindle before the cut (M3 and S; SPINDL in CL files). No action is needed for a probe, or for a "
+        "tool that does not turn.",
+    ),
     # --- VP1xx: position limits and reach --------------------------------------------------
     (
         "VP101",

@@ -4,6 +4,7 @@ from collections.abc import Callable
 
 from msgspec.structs import replace
 
+from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.gcode.machining.frames import Frames, refuse_compensation
 from verne_post.gcode.machining.state import describe_tool_event
 from verne_post.gcode.missing_setup import check_measured, find_tool_key, report_missing_tool
@@ -109,6 +110,35 @@ class Tools:
                 "VP007", f"tool {number} has offsets other than a length (Z), which this machine cannot use"
             )
         return offset
+
+    def compare_length(self, at: At, number: int) -> None:
+        """Warn (VP049) where the length that H puts in force contradicts that of the tool in the spindle.
+
+        H counts in a table of the control, whose numbers need not be those of the tools (H51 for T1). So another number
+        is no mistake by itself, but another length is. A tool that T has selected and M6 has not loaded is told where
+        the tool table has another tool, of another length, that may be in the spindle in its place.
+        """
+        state, tools = self.state, self.state.tools or {}
+        tool = state.loaded_tool or state.selected_tool
+        if not self.setup.machine or self.setup.tool_length is not None or not tool or number == state.loaded_tool:
+            return
+        lengths = {key: one.offset[2] for key, one in tools.items() if not one.unmeasured}
+        rivals = list(lengths) if tool == number else [tool]
+        length = lengths[number]
+        if not any(abs(lengths.get(rival, length) - length) > ZERO_LENGTH_MM for rival in rivals):
+            return
+        if any(event.kind == "remapped" for event in self.recorder.events):
+            return  # a code of the builder may have changed the tool
+        if tool == number:
+            why = f"but T{tool} without M6 only selects the tool, and the tool table has others"
+        elif state.loaded_tool:
+            why = f"but tool {tool}, which has {lengths[tool]:g} mm, is in the spindle"
+            if state.selected_tool == number:
+                why += f" (T{number} without M6 only selects)"
+        else:
+            why = f"but T{tool} was called, which has {lengths[tool]:g} mm"
+        text = f"the length number {number}, {length:g} mm, is in force, {why}"
+        self.recorder.note_once("VP049", text, at.line)
 
     # --- the table ---------------------------------------------------------------------------------
 

@@ -42,7 +42,7 @@ class OffsetCodes:
         find = {490: lambda: ZERO9, 431: lambda: self._read_offset(block), 432: lambda: self._add_offset(block)}.get(
             code
         )
-        self.core.tools.set_length(find or (lambda: self._find_tool_offset(block)))
+        self.core.tools.set_length(find or (lambda: self._find_length_in_force(block)))
 
     def _read_offset(self, block: Block) -> Vector9:
         """G43.1: the offset itself."""
@@ -74,6 +74,13 @@ class OffsetCodes:
             if not block.words["H"]:
                 return ZERO9
         return self.core.tools.find_offset(block, read_whole(block, "H") if "H" in block.words else 0)
+
+    def _find_length_in_force(self, block: Block) -> Vector9:
+        """The offset that a code puts in force by itself: one of another tool than the spindle has is told (VP049)."""
+        offset = self._find_tool_offset(block)
+        if block.words.get("H"):
+            self.core.tools.compare_length(block, read_whole(block, "H"))
+        return offset
 
     def execute_g10(self, block: Block) -> None:
         state = self.state

@@ -1,0 +1,132 @@
+"""Cuts at feed rate while the spindle stands (VP050)."""
+
+from collections.abc import Iterable
+
+import numpy as np
+from msgspec import Struct
+
+from verne_post.base.arrays import Array, Ints, Mask
+from verne_post.base.columns import iterate_blocks
+from verne_post.base.rotations import find_axis_of_angles
+from verne_post.base.tolerances import ZERO_LENGTH_MM
+from verne_post.model.findings import Finding, make_finding
+from verne_post.model.moves import Event, Moves, describe_tool
+from verne_post.model.toolpath import SegmentKind, ToolPath
+
+#: How moves count while a stretch holds: the spindle turns; it stands, and no move counts; it was never started with
+#: this tool; it was stopped, and is started again later with this tool, or is not.
+_TURNS, _STANDS, _NEVER, _PAUSED, _STOPPED = range(5)
+#: Where the tool is after a row: in the air, where it was before, in the material.
+_AIR, _AS_BEFORE, _IN = 0, -1, 1
+
+
+class _Stretch(Struct):
+    """Moves from ``begin`` on with one state of the spindle, up to the next stretch."""
+
+    begin: int
+    mode: int
+    event: Event | None = None  #: What has begun it.
+
+
+def check_spindle(moves: Moves, path: ToolPath) -> list[Finding]:
+    """VP050: cuts while the spindle stands, as one finding.
+
+    A program may move at feed rate with a spindle at rest: in the air before M3 and after M5, or with a tool that does
+    not turn and is oriented (M19). So moves count only in two cases. With a tool that was called and never started, all
+    moves at feed rate but retracts do. After a stop of the spindle, those do that go on from a cut without a rapid or
+    a retract between, and, where the spindle is not started again with this tool, what follows a plunge at feed rate.
+    Programs that call no tool and start no spindle are not concerned.
+    """
+    stretches = _list_stretches(moves.events)
+    begins = np.array([one.begin for one in stretches])
+    modes = np.array([one.mode for one in stretches])
+    if not _may_cut(path, begins, modes):
+        return []
+    stop_lines = np.array([one.event.line if one.event is not None else 0 for one in stretches])
+    count, first, last, state = 0, -1, -1, _AIR
+    for begin, end in iterate_blocks(len(path)):
+        move = path.move[begin:end]
+        at = np.searchsorted(begins, move, side="right") - 1
+        mode, own_line = modes[at], path.line[begin:end] == stop_lines[at]  # M5 may act at the end of its block
+        cuts, marks = _judge_rows(path, begin, end, mode)
+        states = _fill_forward(marks, state)
+        state = int(states[-1])
+        counted = np.flatnonzero(cuts & ((mode == _NEVER) | ((mode >= _PAUSED) & (states == _IN) & ~own_line)))
+        if len(counted):
+            first, last = int(move[counted[0]]) if first < 0 else first, int(move[counted[-1]])
+            count += len(np.unique(move[counted]))
+    if first < 0:
+        return []
+    event = stretches[int(np.searchsorted(begins, first, side="right")) - 1].event
+    assert event is not None
+    why = (
+        f"nothing starts it after the change to {describe_tool(event)} in line {event.line}"
+        if event.kind == "tool"
+        else f"line {event.line} stops it"
+    )
+    line, last_line = int(moves.line[first]), int(moves.line[last])
+    number = "a move" if count == 1 else f"{count} moves"
+    text = f"the spindle stands in {number} at feed rate: {why}"
+    return [make_finding("VP050", text, line=line, last_line=max(line, last_line), worst_line=line, count=count)]
+
+
+def _list_stretches(events: Iterable[Event]) -> list[_Stretch]:
+    """Stretches of one state of the spindle, in the order of the moves."""
+    found = [_Stretch(0, _STANDS)]
+    tool = None
+    for event in events:
+        before = found[-1]
+        if event.kind == "tool" and event.data["number"] != tool:  # the same tool again: controls may leave it turning
+            tool = event.data["number"]
+            found.append(_Stretch(event.before, _NEVER if tool else _STANDS, event))
+        elif event.kind == "spindle" and event.data["direction"] != "stop":
+            if before.mode == _NEVER:
+                before.mode = _STANDS
+            elif before.mode == _STOPPED:
+                before.mode = _PAUSED
+            found.append(_Stretch(event.before, _TURNS, event))
+        elif event.kind == "spindle" and before.mode == _TURNS:
+            found.append(_Stretch(event.before, _STOPPED, event))
+        elif event.kind == "orient":  # it stands on purpose
+            found.append(_Stretch(event.before, _STANDS, event))
+        elif event.kind == "remapped" and before.mode != _TURNS:  # a code of the builder may start it
+            before.mode = min(before.mode, _STANDS)
+            found.append(_Stretch(event.before, _STANDS, event))
+    return found
+
+
+def _may_cut(path: ToolPath, begins: Ints, modes: Ints) -> bool:
+    """Whether there is a move at feed rate in a stretch that may count: most programs end here."""
+    if not (modes >= _NEVER).any():
+        return False
+    for begin, end in iterate_blocks(len(path)):
+        move = path.move[begin:end]
+        move = move[(path.feed_time[begin:end] > 0) & (move >= 0)]
+        if (modes[np.searchsorted(begins, move, side="right") - 1] >= _NEVER).any():
+            return True
+    return False
+
+
+def _judge_rows(path: ToolPath, begin: int, end: int, mode: Ints) -> tuple[Mask, Ints]:
+    """Which rows move at feed rate and do not retract, and where the tool is after each row."""
+    start, finish = path.start[begin:end], path.end[begin:end]
+    delta: Array = finish[:, :3] - start[:, :3]
+    axis = find_axis_of_angles(finish[:, 3], finish[:, 4])
+    up = (delta * axis).sum(axis=1)
+    aside = np.linalg.norm(delta - up[:, None] * axis, axis=1)
+    feeds = (path.feed_time[begin:end] > 0) & (path.move[begin:end] >= 0)
+    travels = (np.linalg.norm(delta, axis=1) > ZERO_LENGTH_MM) | (path.kind[begin:end] != SegmentKind.LINE)
+    retracts = (up > ZERO_LENGTH_MM) & (up >= aside)
+    cuts = feeds & travels & ~retracts
+    marks = np.full(end - begin, _AS_BEFORE)
+    marks[~feeds | retracts] = _AIR
+    marks[cuts & ((mode == _TURNS) | ((mode == _STOPPED) & (up < -ZERO_LENGTH_MM)))] = _IN
+    return cuts, marks
+
+
+def _fill_forward(marks: Ints, state: int) -> Ints:
+    """Every mark that says nothing becomes the last one that does; ``state`` before the first."""
+    every = np.concatenate([[state], marks])
+    said = np.maximum.accumulate(np.where(every == _AS_BEFORE, 0, np.arange(len(every))))
+    filled: Ints = every[said][1:]
+    return filled
