@@ -206,6 +206,37 @@ def test_errors_and_proposals_have_the_names_of_python() -> None:
     assert pickle.loads(pickle.dumps(vp.convert(SHORT, "verne", OPTIONS))).summary is not None
 
 
+def test_a_tool_is_given_by_its_length() -> None:
+    """Nine offsets are for tools that have them."""
+    zeros = (0.0,) * 6
+    meant = {1: vp.Tool(1, 1, (0.0, 0.0, 80.0, *zeros)), 5: vp.Tool(5, 5, (0.0, 0.0, 60.0, *zeros), 6.0)}
+    assert vp.Options(tools={1: 80, 5: (60, 6)}).tools == meant
+    assert vp.Options(tools={1: np.float64(80), 5: np.array([60, 6])}).tools == meant
+    # the program gets the length
+    one = SHORT.replace("G0 X0", "T1 M6\nG43 H1\nG0 X0")
+    rows = [vp.convert(one, "verne", vp.Options(tools=tools)).setpoints for tools in (meant, {1: 80}, {1: 90})]
+    first, same, other = (None if one is None else one.to_csv() for one in rows)
+    assert first == same is not None
+    assert other not in (first, None)
+
+
+@pytest.mark.parametrize(
+    ("call", "said"),
+    [
+        (lambda: vp.Tool(1, 1, 80), r"80: expected nine numbers.*tools=\{1: 80\}"),  # type: ignore[arg-type]
+        (lambda: vp.Tool(1, 1, (0.0, 0.0, 80.0)), "expected nine numbers"),  # type: ignore[arg-type]
+        (lambda: vp.Options(tools={1: -80}), "tool 1: the length -80 is negative"),
+        (lambda: vp.Options(tools={1: (80, 6, 3)}), "tool 1: expected .* a length and a diameter, got 3 numbers"),
+        (lambda: vp.Options(tools={1: (80, -6)}), "tool 1: diameter -6 is negative"),
+        (lambda: vp.Options(tools={1: "80"}), "tool 1: expected .*got '80'"),
+        (lambda: vp.Options(tools={1: True}), "tool 1: expected .*True is not a finite number"),
+    ],
+)
+def test_a_tool_that_is_none_is_refused_where_it_is_written(call: Callable[[], Any], said: str) -> None:
+    with pytest.raises(vp.UsageError, match=said):
+        call()
+
+
 def test_words_after_an_option_are_values_only_where_they_may_be() -> None:
     for said, meant in (
         ("give --wcs G54=0,0,0.", 'give wcs={"G54": (0, 0, 0)}.'),
