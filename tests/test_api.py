@@ -19,6 +19,7 @@ import pytest
 import verne_post as vp
 from verne_post import api
 from verne_post.app.python_names import _ARGUMENTS, name_in_python
+from verne_post.model import machine as machine_model
 from verne_post.model import options
 
 from .builders import load_maker
@@ -369,6 +370,10 @@ def test_a_machine_prints_its_limits_in_the_units_and_senses_of_its_rows(tmp_pat
     assert lines[2].split() == ["rho1", "mm", "50", "1250", "833", "5000", "100000"]
     assert lines[5].split() == ["a", "deg", "-30", "95", "90", "500", "10000"]
     assert lines[6].split()[2:4] == ["-inf", "inf"]
+    scaled = machine.scale_limits()  # the travel of a turns round with its sense, rates have no sign
+    assert (scaled.lower[3], scaled.upper[3]) == pytest.approx((-30, 95))
+    assert machine.limits.lower[3] == pytest.approx(math.radians(-95))
+    assert scaled.jerk == pytest.approx([1e5, 1e5, 1e5, 1e4, 2e4])
     assert '<td style="text-align: right">1250</td>' in machine._repr_html_()
     assert "<b>" not in machine._repr_html_()
 
@@ -426,7 +431,7 @@ def test_help_shows_every_option_with_type_default_and_meaning() -> None:
     assert "Command line: ``--from``." in text
 
 
-@pytest.mark.parametrize("module", [api, options])
+@pytest.mark.parametrize("module", [api, options, machine_model])
 def test_examples_of_the_docstrings(module: Any) -> None:
     assert doctest.testmod(module).failed == 0
 
