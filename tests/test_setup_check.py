@@ -1,4 +1,4 @@
-"""VP033 and VP034: a set-up that nobody has given is a finding."""
+"""VP033, VP034 and VP040: a set-up that nobody has given, or that nothing takes, is a finding."""
 
 import pytest
 
@@ -78,8 +78,8 @@ def test_a_tolerance_of_the_program_that_cannot_be_meant(dialect, program, said)
 def test_a_name_that_begins_like_another_is_a_system_of_its_own():
     result = vp.check(BODY.format(length="", more="G59.1 X0\nG59 X2\n"), "verne", vp.Options(tool_length=80.0))
     texts = " ".join(item.message for item in result.findings if item.code == "VP033")
-    assert "--wcs G59.1=" in texts
-    assert "--wcs G59=" in texts
+    assert 'wcs={"G59.1": (' in texts
+    assert 'wcs={"G59": (' in texts
 
 
 @pytest.mark.parametrize(
@@ -93,7 +93,7 @@ def test_klartext_calls_a_work_system_a_preset(number, name):
     preset = f"preset {number or 1}"
     assert [item.message for item in result.findings if item.code == "VP033"] == [
         f"no datum was given: {preset} is on the table face, at the rotary centre; "
-        f"give --wcs {name}=X,Y,Z, the name of {preset} here"
+        f'give wcs={{"{name}": (X, Y, Z)}}, the name of {preset} here'
     ]
 
 
@@ -102,5 +102,54 @@ def test_each_system_once_and_with_its_option():
     result = vp.check(source, "verne", vp.Options(tool_length=80.0))
     texts = [item.message for item in result.findings if item.code == "VP033"]
     assert len(texts) == 2
-    assert "give --wcs G54=X,Y,Z" in texts[0]
-    assert "give --wcs G55=X,Y,Z" in texts[1]
+    assert 'give wcs={"G54": (X, Y, Z)}' in texts[0]
+    assert 'give wcs={"G55": (X, Y, Z)}' in texts[1]
+
+
+ROUNDS = "G0 X0 Y0 Z80 A0 C0\nG1 X10 F500\nY10\n"
+
+
+@pytest.mark.parametrize(
+    ("program", "options", "said"),
+    [
+        (f"G64 P0.01\n{ROUNDS}M2\n", {"tolerance": 0.05}, ["tolerance=0.05 has no effect: the program gives its own"]),
+        (f"G64 P0.01\n{ROUNDS}M2\n", {}, []),
+        (f"G64 P0.01\n{ROUNDS}G64\nX20\nY20\nM2\n", {"tolerance": 0.05}, []),  # some corner takes it
+        (f"G64 P0.01\n{ROUNDS}G64 P0.03\nX20\nY20\nM2\n", {"tolerance": 0.05}, ["corners, 0.01 to 0.03 mm"]),
+        (f"{ROUNDS}M2\n", {"tolerance": 0.05, "orientation_tolerance_deg": 0.1}, []),
+        (f"G64 P0.01\n{ROUNDS}M2\n", {"orientation_tolerance_deg": 0.1}, []),  # P is of the tip
+        (f"G61\n{ROUNDS}M2\n", {"tolerance": 0.05}, ["it has no G64"]),
+        (f"G64 P0\n{ROUNDS}M2\n", {"orientation_tolerance_deg": 0.1}, ["orientation_tolerance_deg=0.1 has no effect"]),
+        (f"G64 P0.01\n{ROUNDS}G64 P0\nX20\nY20\nM2\n", {"tolerance": 0.05}, ["corners, 0.01 mm"]),
+        (f"{ROUNDS}M2\n", {"tolerance": 0.05, "smoothing": "off"}, ['with smoothing="off" the tool stops']),
+        (
+            f"G642\nCTOL=0.02\nOTOL=0.3\n{ROUNDS}M30\n",
+            {"dialect": "siemens", "tolerance": 0.05, "orientation_tolerance_deg": 0.1},
+            ["corners, 0.02 mm", "corners, 0.3 deg"],
+        ),
+    ],
+)
+def test_a_tolerance_that_no_corner_takes_is_told(program, options, said):
+    """A sweep of the tolerance over a program with G64 P gave one time five times, and nothing said why."""
+    given = {"tool_length": 80.0, "wcs": {"G54": (0, 0, 30)}}
+    head = "G71 G90\n" if "dialect" in options else "G21 G90\n"
+    result = vp.check(head + program, "verne", vp.Options(**given, **options))
+    told = [item for item in result.findings if item.code == "VP040"]
+    assert len(told) == len(said), result.findings
+    for item, words in zip(told, said, strict=True):
+        assert words in item.message
+        assert item.severity == "note"
+    # it is true: another value gives the same rows, where nothing is told other ones may come
+    if said:
+        other = {name: 3 * value for name, value in options.items() if "tolerance" in name}
+        rows = [vp.convert(head + program, "verne", vp.Options(**given, **(options | more))) for more in ({}, other)]
+        assert rows[0].setpoints.to_csv() == rows[1].setpoints.to_csv()
+
+
+def test_a_tolerance_without_effect_is_told_at_the_code_that_has_its_own():
+    result = vp.check(
+        f"G21 G90\nG61\nG0 X0 Y0 Z80 A0 C0\nG64 P0.02\n{ROUNDS}M2\n",
+        "verne",
+        vp.Options(tool_length=80.0, wcs={"G54": (0, 0, 30)}, tolerance=0.1),
+    )
+    assert [(item.code, item.line) for item in result.findings] == [("VP040", 6)]
