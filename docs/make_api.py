@@ -7,6 +7,7 @@ from pathlib import Path
 
 import verne_post
 from verne_post import api
+from verne_post.model import machine
 
 PAGE = Path(__file__).with_name("api.md")
 HEAD = """# Python API
@@ -47,7 +48,7 @@ FUNCTIONS = ("load_machine", "convert", "check", "explain", "verify", "machined"
 CLASSES = (
     "Options", "WorkOffset", "Tool", "Cylinder", "Box", "FixtureMesh", "OwnStock", "NominalPart", "Wanted", "Result",
     "Setpoints", "Finding", "Explanation", "Verification",
-    "Machined", "Summary", "Verdict", "Machine", "UsageError", "InputError",
+    "Machined", "Summary", "Verdict", "Machine", "Column", "Limits", "UsageError", "InputError",
 )  # fmt: skip
 
 
@@ -119,7 +120,7 @@ def page() -> str:
         ]
     parts += ["## Classes", ""]
     for name in CLASSES:
-        thing = getattr(verne_post, name)
+        thing = getattr(verne_post if name in verne_post.__all__ else machine, name)
         parts += [f"### {name}", "", markdown_of(thing.__doc__ or ""), ""]
     return "\n".join(parts).rstrip() + "\n"
 

@@ -19,6 +19,7 @@ import pytest
 import verne_post as vp
 from verne_post import api
 from verne_post.app.python_names import _ARGUMENTS, name_in_python
+from verne_post.model import machine as machine_model
 from verne_post.model import options
 
 from .builders import load_maker
@@ -206,6 +207,37 @@ def test_errors_and_proposals_have_the_names_of_python() -> None:
     assert pickle.loads(pickle.dumps(vp.convert(SHORT, "verne", OPTIONS))).summary is not None
 
 
+def test_a_tool_is_given_by_its_length() -> None:
+    """Nine offsets are for tools that have them."""
+    zeros = (0.0,) * 6
+    meant = {1: vp.Tool(1, 1, (0.0, 0.0, 80.0, *zeros)), 5: vp.Tool(5, 5, (0.0, 0.0, 60.0, *zeros), 6.0)}
+    assert vp.Options(tools={1: 80, 5: (60, 6)}).tools == meant
+    assert vp.Options(tools={1: np.float64(80), 5: np.array([60, 6])}).tools == meant
+    # the program gets the length
+    one = SHORT.replace("G0 X0", "T1 M6\nG43 H1\nG0 X0")
+    rows = [vp.convert(one, "verne", vp.Options(tools=tools)).setpoints for tools in (meant, {1: 80}, {1: 90})]
+    first, same, other = (None if one is None else one.to_csv() for one in rows)
+    assert first == same is not None
+    assert other not in (first, None)
+
+
+@pytest.mark.parametrize(
+    ("call", "said"),
+    [
+        (lambda: vp.Tool(1, 1, 80), r"80: expected nine numbers.*tools=\{1: 80\}"),  # type: ignore[arg-type]
+        (lambda: vp.Tool(1, 1, (0.0, 0.0, 80.0)), "expected nine numbers"),  # type: ignore[arg-type]
+        (lambda: vp.Options(tools={1: -80}), "tool 1: the length -80 is negative"),
+        (lambda: vp.Options(tools={1: (80, 6, 3)}), "tool 1: expected .* a length and a diameter, got 3 numbers"),
+        (lambda: vp.Options(tools={1: (80, -6)}), "tool 1: diameter -6 is negative"),
+        (lambda: vp.Options(tools={1: "80"}), "tool 1: expected .*got '80'"),
+        (lambda: vp.Options(tools={1: True}), "tool 1: expected .*True is not a finite number"),
+    ],
+)
+def test_a_tool_that_is_none_is_refused_where_it_is_written(call: Callable[[], Any], said: str) -> None:
+    with pytest.raises(vp.UsageError, match=said):
+        call()
+
+
 def test_words_after_an_option_are_values_only_where_they_may_be() -> None:
     for said, meant in (
         ("give --wcs G54=0,0,0.", 'give wcs={"G54": (0, 0, 0)}.'),
@@ -338,6 +370,10 @@ def test_a_machine_prints_its_limits_in_the_units_and_senses_of_its_rows(tmp_pat
     assert lines[2].split() == ["rho1", "mm", "50", "1250", "833", "5000", "100000"]
     assert lines[5].split() == ["a", "deg", "-30", "95", "90", "500", "10000"]
     assert lines[6].split()[2:4] == ["-inf", "inf"]
+    scaled = machine.scale_limits()  # the travel of a turns round with its sense, rates have no sign
+    assert (scaled.lower[3], scaled.upper[3]) == pytest.approx((-30, 95))
+    assert machine.limits.lower[3] == pytest.approx(math.radians(-95))
+    assert scaled.jerk == pytest.approx([1e5, 1e5, 1e5, 1e4, 2e4])
     assert '<td style="text-align: right">1250</td>' in machine._repr_html_()
     assert "<b>" not in machine._repr_html_()
 
@@ -395,7 +431,7 @@ def test_help_shows_every_option_with_type_default_and_meaning() -> None:
     assert "Command line: ``--from``." in text
 
 
-@pytest.mark.parametrize("module", [api, options])
+@pytest.mark.parametrize("module", [api, options, machine_model])
 def test_examples_of_the_docstrings(module: Any) -> None:
     assert doctest.testmod(module).failed == 0
 

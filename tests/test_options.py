@@ -118,11 +118,20 @@ def box(value: Any) -> Any:
     return REFUSED if number is REFUSED else replace(value, low=low, high=high, system=number)
 
 
+def tool_of_length(number: Any, value: Any) -> Any:
+    """The tool that a length means, or a length and a diameter; another value as it is."""
+    given = plain_numbers([value] if finite(value) else value, (1, 2), 1e4)
+    if given is REFUSED or given[0] < 0:
+        return value
+    return vp.Tool(number, number, (0.0, 0.0, given[0], *(0.0,) * 6), *given[1:])
+
+
 def tools(value: Any) -> Any:
     if value is None:
         return None
     if not isinstance(value, dict):
         return REFUSED
+    value = {key: tool_of_length(key, one) for key, one in value.items()}
     for key, tool in value.items():
         if (
             type(key) is not int
@@ -218,7 +227,8 @@ def numbered(value: Any) -> Any:
 def remapped(value: Any) -> Any:
     if not isinstance(value, dict):
         return REFUSED
-    free = {"M428", "G68.3", "M3", "XYZ"}  # M3 means something already: refused where the program is read
+    # M3 means something already: refused where the program is read
+    free = {"M428", "G68.3", "M3", "XYZ", "OFF"}
     good = all(
         code in free and type(meaning) is str and meaning in ("tcp on", "tcp off", "ignore", "event")
         for code, meaning in value.items()
@@ -491,6 +501,8 @@ class Cases:
                 sizes = tuple(float(k) for k in range(9))
                 sizes = sizes if pick.random() < 0.8 else self.place(9)
                 same = number if pick.random() < 0.85 else self.one()
+                if not isinstance(sizes, tuple | list) or len(sizes) != 9 or pick.random() < 0.2:
+                    return {number: pick.choice([sizes, 80, 0.0, -3, (60, 8), [60, -8], (1, 2, 3), self.one()])}
                 return {
                     number: vp.Tool(
                         same, pick.choice([1, 1, 1, self.one()]), sizes, pick.choice([0.0, 8, -1.0, self.one()])

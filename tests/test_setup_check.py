@@ -1,4 +1,4 @@
-"""VP033, VP034, VP049, VP050, VP505: what set-up and program leave open although the program uses it."""
+"""VP033, VP034, VP040, VP049, VP050, VP505: what set-up and program leave open although the program uses it."""
 
 import pytest
 
@@ -52,7 +52,7 @@ def test_a_tool_with_the_length_of_the_one_before() -> None:
     """A forgotten G43 drives tool 2 too deep by 30 mm; H22, another offset of tool 2, may be meant."""
     lengths = {1: 80.0, 2: 110.0, 22: 110.2}
     tools = {n: vp.Tool(n, n, (0.0, 0.0, z, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)) for n, z in lengths.items()}
-    program = "G21 G90 F600\nT1 M6\nG43 H1\nG0 X0 Y0 Z80 A0 C0\nG1 X5\nG0 Z90\nT2 M6\n{}G1 X6\nX7\nM2\n"
+    program = "G21 G90 F600 S900\nT1 M6\nM3 G43 H1\nG0 X0 Y0 Z80 A0 C0\nG1 X5\nG0 Z90\nT2 M6\n{}M3 G1 X6\nX7\nM2\n"
     options = vp.Options(tools=tools, wcs={"G54": (0, 0, 30)}, split_at_stops=True)
     found = vp.check(program.format(""), "verne", options).findings
     assert [(item.code, item.severity, item.line) for item in found] == [("VP034", "warning", 8)]
@@ -61,6 +61,8 @@ def test_a_tool_with_the_length_of_the_one_before() -> None:
     for offset in (2, 22):
         found = vp.check(program.format(f"G43 H{offset}\n"), "verne", options).findings
         assert "VP034" not in [item.code for item in found]
+    found = vp.check(program.format("G43 H1\n"), "verne", options).findings
+    assert [(item.code, item.line) for item in found] == [("VP049", 8)]  # one cause, one finding
 
 
 CUTS = "G1 X10 F500\nY10\nM30\n"
@@ -93,8 +95,8 @@ def test_a_tolerance_of_the_program_that_cannot_be_meant(dialect, program, said)
 def test_a_name_that_begins_like_another_is_a_system_of_its_own():
     result = vp.check(BODY.format(length="", more="G59.1 X0\nG59 X2\n"), "verne", vp.Options(tool_length=80.0))
     texts = " ".join(item.message for item in result.findings if item.code == "VP033")
-    assert "--wcs G59.1=" in texts
-    assert "--wcs G59=" in texts
+    assert 'wcs={"G59.1": (' in texts
+    assert 'wcs={"G59": (' in texts
 
 
 @pytest.mark.parametrize(
@@ -108,7 +110,7 @@ def test_klartext_calls_a_work_system_a_preset(number, name):
     preset = f"preset {number or 1}"
     assert [item.message for item in result.findings if item.code == "VP033"] == [
         f"no datum was given: {preset} is on the table face, at the rotary centre; "
-        f"give --wcs {name}=X,Y,Z, the name of {preset} here"
+        f'give wcs={{"{name}": (X, Y, Z)}}, the name of {preset} here'
     ]
 
 
@@ -117,8 +119,8 @@ def test_each_system_once_and_with_its_option():
     result = vp.check(source, "verne", vp.Options(tool_length=80.0))
     texts = [item.message for item in result.findings if item.code == "VP033"]
     assert len(texts) == 2
-    assert "give --wcs G54=X,Y,Z" in texts[0]
-    assert "give --wcs G55=X,Y,Z" in texts[1]
+    assert 'give wcs={"G54": (X, Y, Z)}' in texts[0]
+    assert 'give wcs={"G55": (X, Y, Z)}' in texts[1]
 
 
 def tool(number, length):
@@ -246,3 +248,52 @@ def test_a_spindle_that_was_stopped(program, found):
 def test_a_tap_turns_the_spindle_itself():
     program = "G21 G90 G94\nT1 M6\nG0 X0. Y0. Z50. A0. C0.\nM29 S100\nG95 G84 X0. Y0. R20. Z10. F1.\nG80\nM30\n"
     assert find_idle_cuts(f"O1\n{program}", "fanuc", tapping="feed") == []
+
+
+ROUNDS = "G0 X0 Y0 Z80 A0 C0\nG1 X10 F500\nY10\n"
+
+
+@pytest.mark.parametrize(
+    ("program", "options", "said"),
+    [
+        (f"G64 P0.01\n{ROUNDS}M2\n", {"tolerance": 0.05}, ["tolerance=0.05 has no effect: the program gives its own"]),
+        (f"G64 P0.01\n{ROUNDS}M2\n", {}, []),
+        (f"G64 P0.01\n{ROUNDS}G64\nX20\nY20\nM2\n", {"tolerance": 0.05}, []),  # some corner takes it
+        (f"G64 P0.01\n{ROUNDS}G64 P0.03\nX20\nY20\nM2\n", {"tolerance": 0.05}, ["corners, 0.01 to 0.03 mm"]),
+        (f"{ROUNDS}M2\n", {"tolerance": 0.05, "orientation_tolerance_deg": 0.1}, []),
+        (f"G64 P0.01\n{ROUNDS}M2\n", {"orientation_tolerance_deg": 0.1}, []),  # P is of the tip
+        (f"G61\n{ROUNDS}M2\n", {"tolerance": 0.05}, ["it has no G64"]),
+        (f"G64 P0\n{ROUNDS}M2\n", {"orientation_tolerance_deg": 0.1}, ["orientation_tolerance_deg=0.1 has no effect"]),
+        (f"G64 P0.01\n{ROUNDS}G64 P0\nX20\nY20\nM2\n", {"tolerance": 0.05}, ["corners, 0.01 mm"]),
+        (f"{ROUNDS}M2\n", {"tolerance": 0.05, "smoothing": "off"}, ['with smoothing="off" the tool stops']),
+        (
+            f"G642\nCTOL=0.02\nOTOL=0.3\n{ROUNDS}M30\n",
+            {"dialect": "siemens", "tolerance": 0.05, "orientation_tolerance_deg": 0.1},
+            ["corners, 0.02 mm", "corners, 0.3 deg"],
+        ),
+    ],
+)
+def test_a_tolerance_that_no_corner_takes_is_told(program, options, said):
+    """A sweep of the tolerance over a program with G64 P gave one time five times, and nothing said why."""
+    given = {"tool_length": 80.0, "wcs": {"G54": (0, 0, 30)}}
+    head = "G71 G90\n" if "dialect" in options else "G21 G90\n"
+    result = vp.check(head + program, "verne", vp.Options(**given, **options))
+    told = [item for item in result.findings if item.code == "VP040"]
+    assert len(told) == len(said), result.findings
+    for item, words in zip(told, said, strict=True):
+        assert words in item.message
+        assert item.severity == "note"
+    # it is true: another value gives the same rows, where nothing is told other ones may come
+    if said:
+        other = {name: 3 * value for name, value in options.items() if "tolerance" in name}
+        rows = [vp.convert(head + program, "verne", vp.Options(**given, **(options | more))) for more in ({}, other)]
+        assert rows[0].setpoints.to_csv() == rows[1].setpoints.to_csv()
+
+
+def test_a_tolerance_without_effect_is_told_at_the_code_that_has_its_own():
+    result = vp.check(
+        f"G21 G90\nG61\nG0 X0 Y0 Z80 A0 C0\nG64 P0.02\n{ROUNDS}M2\n",
+        "verne",
+        vp.Options(tool_length=80.0, wcs={"G54": (0, 0, 30)}, tolerance=0.1),
+    )
+    assert [(item.code, item.line) for item in result.findings] == [("VP040", 6)]

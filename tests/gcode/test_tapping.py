@@ -130,7 +130,7 @@ def test_without_the_option_a_program_has_one_refusal_that_names_it(machine, dia
     findings = check(source.encode(), machine, Options(dialect=dialect, tool_length=50.0, control=control)).findings
     codes = [item.code for item in findings]
     assert codes.count("VP048") == 1
-    assert next("--tapping feed" in item.message for item in findings if item.code == "VP048")
+    assert next('tapping="feed"' in item.message for item in findings if item.code == "VP048")
     assert [(item.code, item.line) for item in findings if item.code not in ("VP033", "VP048")] == [
         (
             {"fanuc": "VP011", "siemens": "VP025", "heidenhain": "VP001", "aptcl": "VP005"}[dialect],

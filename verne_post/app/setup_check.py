@@ -12,7 +12,7 @@ from verne_post.gcode.missing_setup import report_missing_offset
 from verne_post.model.findings import Finding, InputError, make_finding
 from verne_post.model.machine import Machine
 from verne_post.model.moves import AXES, Moves, PathMode, find_tool_of_moves, name_tools
-from verne_post.model.options import Options
+from verne_post.model.options import Options, spell_flag
 from verne_post.model.part_setup import SYSTEM_NAMES, Box, describe_tool_number
 from verne_post.model.plausibility import PLAUSIBLE, compare_largest
 from verne_post.model.toolpath import SegmentKind, ToolPath
@@ -23,7 +23,7 @@ from verne_post.model.work_systems import find_placer
 def check_setup(moves: Moves, path: ToolPath, machine: Machine, options: Options) -> list[Finding]:
     """Report work systems without a place, tools without a length, directions without a meaning, and odd sizes.
 
-    The codes are VP033, VP034 (in feed motion: no length, or that of another tool), VP037, VP050 and VP505.
+    The codes are VP033, VP034 (in feed motion: no length, or that of another tool), VP037, VP040, VP050 and VP505.
 
     Raises
     ------
@@ -61,7 +61,7 @@ def check_setup(moves: Moves, path: ToolPath, machine: Machine, options: Options
             line = int(moves.line[at])
             found.append(make_finding("VP034", text, line=line, last_line=line, worst_line=line))
     texts = _find_implausible(options)
-    found += _check_tolerances(moves, path)
+    found += [*_check_tolerances(moves, path), *_find_idle_tolerances(moves, path, options)]
     found += [*_check_directions(moves, path, machine), *check_spindle(moves, path)]
     return [*(make_finding("VP505", text) for text in texts), *found]
 
@@ -85,6 +85,49 @@ def _check_tolerances(moves: Moves, path: ToolPath) -> Iterator[Finding]:
                     )
                     yield make_finding("VP505", text, line=line, last_line=line, worst_line=line)
                     break
+
+
+def _find_idle_tolerances(moves: Moves, path: ToolPath, options: Options) -> Iterator[Finding]:
+    """VP040: tolerances of the options that no corner takes. Whoever compares several would compare equal results."""
+    given = [
+        (name, value, what)
+        for name, value, what in (
+            ("tolerance", options.tolerance, "mm"),
+            ("orientation_tolerance_deg", options.orientation_tolerance_deg, "deg"),
+        )
+        if value is not None
+    ]
+    if not given:
+        return
+    first: dict[int, int] = {}  # path control -> its first move
+    for begin, end in iterate_blocks(len(path)):
+        move = path.move[begin:end]
+        used, at = np.unique(moves.control[move[move >= 0]], return_index=True)
+        for number, place in zip(used.tolist(), at.tolist(), strict=True):
+            first.setdefault(number, int(move[move >= 0][place]))
+    # G64 P0 asks for the exact path
+    rounding = [
+        (at, control)
+        for number, at in first.items()
+        for control in [moves.controls[number]]
+        if control.mode == PathMode.BLEND and control.tolerance != 0.0
+    ]
+    for name, value, unit in given:
+        chosen = [control.tolerance if unit == "mm" else control.axis_deg for _at, control in rounding]
+        own = sorted({one for one in chosen if one is not None})
+        line: int | None = None
+        if options.smoothing == "off":
+            why = "with --smoothing off the tool stops at each corner"
+        elif not rounding:
+            why = "the program stops at each corner: it has no G64, nor what means the same in its language"
+        elif None in chosen:
+            continue
+        else:
+            line = int(moves.line[rounding[0][0]])
+            size = f"{own[0]:g}" if len(own) == 1 else f"{own[0]:g} to {own[-1]:g}"
+            why = f"the program gives its own where it rounds corners, {size} {unit}"
+        text = f"{spell_flag(name)} {value:g} has no effect: {why}"
+        yield make_finding("VP040", text, line=line, last_line=line, worst_line=line)
 
 
 def _describe_bare_tool(moves: Moves, move: int, options: Options) -> str:
@@ -120,7 +163,11 @@ def _find_mistaken_lengths(moves: Moves, path: ToolPath, options: Options) -> It
         for (tool, value), index in zip(pairs.T.tolist(), at.tolist(), strict=True):
             first.setdefault((int(tool), value), int(move[index]))
     names = name_tools(moves.events)
+    named = [item.line for item in moves.findings if item.code == "VP049" and item.line is not None]
     for (tool, value), begin in sorted(first.items(), key=lambda item: item[1]):
+        change = max((one.line for one in moves.events if one.kind == "tool" and one.before <= begin), default=0)
+        if any(change <= line <= moves.line[begin] for line in named):
+            continue  # an H of another tool since then has its own warning
         before = [one for (one, _length), other in first.items() if other < begin and one != tool]
         owner = next((one for one in before if lengths.get(one) == value), None)
         if value and owner is not None and lengths.get(tool, value) != value:

@@ -314,6 +314,15 @@ CODES: Final[dict[str, Code]] = _make_table(
         "Compare the message with your control. No action is needed if both agree.",
     ),
     (
+        "VP040",
+        "tolerance without effect",
+        "note",
+        "An option gives a tolerance of corners, and no corner takes it: the program gives its own, or stops at each "
+        "corner.",
+        "Leave out the option; or take the tolerance out of the program (P of G64, CTOL, OTOL, T of cycle 32), so that "
+        "the option holds.",
+    ),
+    (
         "VP045",
         "spindle speed unknown",
         "warning",

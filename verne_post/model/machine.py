@@ -18,10 +18,20 @@ from verne_post.model.vibration import Vibration
 
 @dataclass(frozen=True)
 class Column:
-    """How an actuated joint is written: ``file value = inside value * factor``.
+    """How an actuated joint is written: ``file value = inside value * factor``. A column of ``Machine.columns``.
 
-    The factor carries the unit (degrees) and the sense of the machine file (sign); ``code`` is the finding code of this
-    joint's travel. A column that is not ``driven`` is no joint: its number only tells where the tool points.
+    Attributes
+    ----------
+    joint : str
+        Its name: "rho1", "a".
+    unit : str
+        Of the file: "mm", "deg".
+    factor : float
+        The unit (degrees for a radian) and, by its sign, the sense of the machine file.
+    code : str
+        Finding code of this joint's travel.
+    driven : bool
+        False for a column that is no joint: its number only tells where the tool points.
     """
 
     joint: str
@@ -38,12 +48,20 @@ class Column:
 
 @dataclass(frozen=True)
 class Limits:
-    """Limits of the actuated joints, each of shape (n_joints,), in workpiece sense.
+    """Limits of the actuated joints, in mm, rad and s and in workpiece sense: those of ``Machine.limits``.
 
-    ``lower`` and ``upper`` are infinite for an unlimited joint. ``serial_singularity`` is the
-    smallest vertical drop of a rod, mm, 0 for a machine without rods; ``parallel_singularity`` the smallest scaled
-    determinant of the parallel Jacobian, minus infinity where the machine file names none. ``jerk`` is infinite where
-    the file names none.
+    ``Machine.scale_limits()`` has them in the units and senses of the rows.
+
+    Attributes
+    ----------
+    lower, upper : ndarray, shape (n_joints,)
+        Travel; infinite for an unlimited joint.
+    velocity, acceleration, jerk : ndarray, shape (n_joints,)
+        ``jerk`` is infinite where the machine file names none.
+    serial_singularity : float
+        Smallest vertical drop of a rod, mm; 0 for a machine without rods.
+    parallel_singularity : float
+        Smallest scaled determinant of the parallel Jacobian; minus infinity where the machine file names none.
     """
 
     lower: Array
@@ -105,12 +123,49 @@ class Bodies:
 class Machine:
     """One machine: kinematics, limits, control, and the origin of every number.
 
-    The functions :meth:`inverse` and :meth:`forward` use the table frame, mm and rad, workpiece
-    sense, whatever the senses of the machine file. ``drives`` are those of the joints, in their order, empty where the
-    file does not name them. ``clearance`` is computed from the sizes ``bodies``; ``rod_places`` says where the rods are
-    along x. ``tolerances`` are standard deviations of manufacture, mm and rad, of the 58 deviations of an as-built
-    machine. ``warnings`` are values that no machine tool has (VP505); ``vibration`` names modes for input shapers.
-    ``meshes`` are bodies in the platform frame, by name, that keep out of fixtures.
+    Inside, lengths are in mm, angles in rad, times in s, and the senses those of the workpiece; files have mm and
+    degrees, and the senses of the machine file. ``columns`` say how the one becomes the other. The functions
+    :meth:`inverse` and :meth:`forward` use the table frame and the inside units.
+
+    Attributes
+    ----------
+    name, kind, sha256 : str
+        Name, kind, and hash of the machine file.
+    columns : tuple of Column
+        How each joint is written, in the order of the rows.
+    limits : Limits
+        Of the joints, in that order, in mm, rad and s.
+    cycle : float
+        Control cycle, s.
+    accuracy : Accuracy
+        Tolerances of corners, mm and rad.
+    home : Home or None
+        Stored positions.
+    table_radius : float
+        mm.
+    provenance : dict
+        Group of the machine file -> where its values are from.
+    warnings : tuple of Finding
+        Values that no machine tool has (VP505).
+    vibration : Vibration or None
+        Modes for input shapers.
+    drives : tuple of Drive
+        Of the joints, in their order; empty where the file does not name them.
+    bodies, rod_places, meshes : Bodies, RodPlaces, tuple of FixtureMesh
+        Sizes of the bodies; where the rods are along x; bodies in the platform frame that keep out of fixtures.
+    tolerances : ndarray
+        Standard deviations of manufacture, mm and rad, of the 58 deviations of an as-built machine.
+    module, five_axis, coordinates, clearance
+        Kinematics, which the program uses; not meant to be called.
+
+    Examples
+    --------
+    >>> import verne_post as vp
+    >>> machine = vp.load_machine("verne")
+    >>> [f"{column.joint} {column.unit} {column.factor:.4g}" for column in machine.columns][2:4]
+    ['rho3 mm 1', 'a deg 57.3']
+    >>> f"{machine.limits.velocity[3]:.4f} rad/s, {machine.scale_limits().velocity[3]:g} deg/s"
+    '1.5708 rad/s, 90 deg/s'
     """
 
     name: str
@@ -138,11 +193,10 @@ class Machine:
     def _make_text_rows(self) -> list[list[str]]:
         """Its joints with their limits, in the units and senses of setpoint files."""
         rows = [["joint", "unit", "from", "to", "velocity, /s", "acceleration, /s2", "jerk, /s3"]]
-        limits = self.limits
-        for k, column in enumerate(self.columns):
-            ends = sorted((limits.lower[k] * column.factor, limits.upper[k] * column.factor))
-            rates = np.array([limits.velocity[k], limits.acceleration[k], limits.jerk[k]]) * abs(column.factor)
-            rows.append([column.joint, column.unit, *(f"{value:g}" for value in (*ends, *rates))])
+        limits = self.scale_limits()
+        sizes = (limits.lower, limits.upper, limits.velocity, limits.acceleration, limits.jerk)
+        for column, *values in zip(self.columns, *sizes, strict=True):
+            rows.append([column.joint, column.unit, *(f"{value:g}" for value in values)])
         return rows
 
     def _describe(self) -> str:
@@ -155,6 +209,20 @@ class Machine:
         import html  # for notebooks only
 
         return f"<p>{html.escape(self._describe())}</p>{format_html_table(self._make_text_rows())}"
+
+    def scale_limits(self) -> Limits:
+        """The limits of the joints in the units and senses of rows: mm or degrees, and s."""
+        limits, factor = self.limits, np.array([column.factor for column in self.columns])
+        ends = np.sort([limits.lower * factor, limits.upper * factor], axis=0)
+        size = np.abs(factor)
+        return replace(
+            limits,
+            lower=ends[0],
+            upper=ends[1],
+            velocity=limits.velocity * size,
+            acceleration=limits.acceleration * size,
+            jerk=limits.jerk * size,
+        )
 
     @property
     def assumed(self) -> tuple[str, ...]:

@@ -150,14 +150,30 @@ def check_unmeasured(value: object) -> dict[int, str]:
     return found
 
 
+def _make_tool(number: int, given: object) -> Tool:
+    """A tool as it is, or one of a length (mm), or of a length and a diameter."""
+    if isinstance(given, Tool):
+        return given
+    what = f"Tool({number}, ...), a length in mm, or a length and a diameter"
+    listed = hasattr(convert_from_numpy(given), "__len__")
+    length, diameter, *_none = (*check_numbers(given if listed else (given,), (1, 2), what, MAX_TOOL), 0.0)
+    if length < 0:
+        raise ValueError(f"the length {length:g} is negative; it counts from the gauge line to the tip")
+    return Tool(number, number, (0.0, 0.0, length, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), diameter)
+
+
 def check_tools(value: object) -> dict[int, Tool] | None:
     if value is None:
         return None
     found: dict[int, Tool] = {}
-    for key, tool in check_mapping(value, "a mapping from tool number to Tool").items():
+    for key, given in check_mapping(value, "a mapping from tool number to Tool, or to a length").items():
         if not _is_tool_number(key):
             raise ValueError(f"{key!r} is not the number of a tool")
-        if not isinstance(tool, Tool) or not _is_tool_number(tool.number) or tool.number != key:
+        try:
+            tool = _make_tool(key, given)
+        except ValueError as error:
+            raise ValueError(f"tool {key}: {error}") from None
+        if not _is_tool_number(tool.number) or tool.number != key:
             raise ValueError(f"tool {key}: expected Tool({key}, ...), got {tool!r}")
         if not isinstance(tool.pocket, int) or isinstance(tool.pocket, bool):
             raise ValueError(f"tool {key}: pocket {tool.pocket!r} is not a whole number")

@@ -150,11 +150,11 @@ class Options:
         dict[int, Tool] | None,
         Checked(check_tools),
         About(
-            "Tool table by number.",
+            "Tool table by number; in place of a tool its length in mm, or length and diameter.",
             Group.SETUP,
             flag="",
             in_settings=False,
-            takes=Mapping[int, Tool] | None,
+            takes=Mapping[int, Tool | float | tuple[float, float]] | None,
         ),
     ] = None
     wcs: Annotated[

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import Final
 
+from verne_post.model.findings import UsageError
+
 Vector9 = tuple[float, float, float, float, float, float, float, float, float]
 
 #: Number of the work system before G54.1 P1: those of G54 to G59.3 are 1 to 9.
@@ -60,6 +62,11 @@ class Tool:
         mm.
     unmeasured : str
         Source that names the tool without a length: file and line of a table, or line of the program; else empty.
+
+    Raises
+    ------
+    UsageError
+        ``offset`` has not nine numbers. Of a tool that has a length alone, ``Options`` takes the length.
     """
 
     number: int
@@ -67,6 +74,15 @@ class Tool:
     offset: Vector9
     diameter: float = 0.0
     unmeasured: str = ""
+
+    def __post_init__(self) -> None:
+        """Refuse a length in place of the offsets here, where it is written, and not where the tool is used."""
+        if not hasattr(self.offset, "__len__") or isinstance(self.offset, str) or len(self.offset) != 9:
+            raise UsageError(
+                "offset",
+                f"{self.offset!r}: expected nine numbers, along X Y Z A B C U V W (Z is the length); of a tool with a "
+                f"length alone Options takes the length: tools={{{self.number!r}: 80}}",
+            )
 
     @property
     def ends_at_gauge_line(self) -> bool:
