@@ -66,7 +66,7 @@ def test_a_finding_is_the_same_in_every_format(run: Callable[..., Any], files: l
     assert sorted((file, code, line, text) for file, code, line, text, _remedy in told) == wanted
     remedies = {code: remedy for _file, code, _line, _text, remedy in told}
     assert remedies["VP006"] == CODES["VP006"].remedy
-    assert remedies["VP102"] == "`verne-post explain tilt.nc:3` says how much is needed"
+    assert remedies["VP102"] == "worst in line 3%0A`verne-post explain tilt.nc:3` says how much is needed"
     cases = ElementTree.fromstring(reported(run, files, "junit").encode()).iter("testcase")
     text = "\n".join(node.text or "" for case in cases for node in case)
     for file, code, line, message in wanted:
@@ -163,6 +163,16 @@ def test_github_shows_ten_of_each_level_and_says_how_many_more() -> None:
     assert len(lines) == 1 + github.MAX_ANNOTATIONS + 1
     assert "3 further findings" in lines[-1]
     assert github.write([Report("a.nc", ())]) == ""
+
+
+def test_github_names_the_worst_line_of_a_stretch() -> None:
+    """An annotation stands beside one end of the stretch."""
+    stretch = make_finding("VP102", "too far", line=3, last_line=9, worst_line=7, count=4)
+    one = make_finding("VP102", "too far", line=3, last_line=3, worst_line=3)
+    first, second = github.write([Report("a.nc", (stretch,)), Report("b.nc", (one,))]).splitlines()
+    assert ",line=3,endLine=9," in first
+    assert "::too far%0Aworst in line 7%0A" in first
+    assert "worst in line" not in second
 
 
 def test_markdown_is_a_table_in_which_no_program_writes_markup(run: Callable[..., Any], files: list[str]) -> None:

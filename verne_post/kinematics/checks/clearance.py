@@ -127,7 +127,8 @@ class _ClearanceCheck:
         for k, worst in enumerate(self.worst):
             open_ = np.flatnonzero(solvable & (certain[:, k] < -clearance.slack))
             broken = open_[seen[open_, k] < -clearance.slack]
-            worst.note(part.element[broken], seen[broken, k], seen[broken, k] + self.limits[k])
+            at = w[margins[:, broken, k].argmin(axis=0), broken]
+            worst.note(part.element[broken], seen[broken, k], seen[broken, k] + self.limits[k], at)
             deepest = np.where(seen[open_, k] < -clearance.slack, WORST_DEPTH, MAX_DEPTH)
             gap = seen[open_, k] - certain[open_, k]
             halve[open_[(gap > clearance.slack) & (part.depth[open_] < deepest)]] = True

@@ -167,8 +167,8 @@ class _LimitCheck:
         # Spans next to an unsolvable one are checked too; the unsolvable ones are already a finding.
         kept = np.flatnonzero(solvable)
         halve = np.zeros(len(part), dtype=bool)
-        halve[kept] = self._check_quantities(part.take(kept), quantities, derivatives)
-        halve |= self._check_table(part, solved)
+        halve[kept] = self._check_quantities(part.take(kept), w[:, kept], quantities, derivatives)
+        halve |= self._check_table(part, w, solved)
         return halve & ~self.is_unreachable(part.element)
 
     def open_spans(self, chunk: Ints) -> list[Spans]:
@@ -217,8 +217,8 @@ class _LimitCheck:
             return np.zeros(len(element), dtype=bool)
         return np.isin(element, list(self.unreachable))
 
-    def _check_quantities(self, part: Spans, quantities: Array, derivatives: _Derivatives) -> Mask:
-        """Check joints and margins: samples (m, n, k) of spans; those that have to be halved (n,)."""
+    def _check_quantities(self, part: Spans, w: Array, quantities: Array, derivatives: _Derivatives) -> Mask:
+        """Check joints and margins: samples (m, n, k) of spans at w (m, n); what has to be halved (n,)."""
         n_joints = len(self.tails)
         values = quantities[: spans.NODES]
         tail = spans.bound_tail(values)
@@ -232,14 +232,16 @@ class _LimitCheck:
         for check, worst in zip(self.checks, self.worst, strict=True):
             k = check.quantity
             if check.sign > 0:
-                certain, seen = lower[:, k] - tail[:, k] - check.warn, quantities[:, :, k].min(axis=0) - check.warn
+                certain, margin = lower[:, k] - tail[:, k] - check.warn, quantities[:, :, k] - check.warn
             else:
-                certain, seen = check.warn - upper[:, k] - tail[:, k], check.warn - quantities[:, :, k].max(axis=0)
+                certain, margin = check.warn - upper[:, k] - tail[:, k], check.warn - quantities[:, :, k]
+            seen = margin.min(axis=0)
             open_ = np.flatnonzero(certain < -check.slack)
             if not len(open_):
                 continue
             broken = open_[seen[open_] < -check.slack]
-            worst.note(part.element[broken], seen[broken], check.warn + check.sign * seen[broken])
+            at = w[margin[:, broken].argmin(axis=0), broken]
+            worst.note(part.element[broken], seen[broken], check.warn + check.sign * seen[broken], at)
             deepest = np.where(seen[open_] < -check.slack, WORST_DEPTH, MAX_DEPTH)
             halve[open_[(seen[open_] - certain[open_] > check.slack) & (part.depth[open_] < deepest)]] = True
         settled = np.flatnonzero(~halve)
@@ -248,7 +250,7 @@ class _LimitCheck:
             self.axis_error_deg = max(self.axis_error_deg, float(bound.max(initial=0.0)))
         return np.asarray(halve)
 
-    def _check_table(self, part: Spans, solved: Solved) -> Mask:
+    def _check_table(self, part: Spans, w: Array, solved: Solved) -> Mask:
         """VP210, tip or nose below z = 0 of the table frame within the table's radius; what has to be halved (n,)."""
         radius = self.joints.machine.table_radius
         halve = np.zeros(len(part), dtype=bool)
@@ -270,8 +272,9 @@ class _LimitCheck:
             anywhere = under.any(axis=0)
             broken = np.flatnonzero(anywhere)
             if len(broken):
-                lowest = np.where(under[:, broken], height[:, broken, 0], np.inf).min(axis=0)
-                self.below_table.note(part.element[broken], lowest, lowest)
+                low = np.where(under[:, broken], height[:, broken, 0], np.inf)
+                lowest, at = low.min(axis=0), w[low.argmin(axis=0), broken]
+                self.below_table.note(part.element[broken], lowest, lowest, at)
             deepest = np.where(anywhere, WORST_DEPTH, MAX_DEPTH)
             gap = height[:, :, 0].min(axis=0) - low_height
             halve |= open_ & (part.depth < deepest) & ((gap > LIMIT_SLACK_MM) | ~anywhere)

@@ -44,13 +44,15 @@ class Check(Struct, frozen=True):
 class Worst(Struct, frozen=True):
     """Collects the worst margin and value of one check for each element that violates it."""
 
-    by_element: dict[int, tuple[float, float]] = field(default_factory=dict)
+    #: Margin, value, and the parameter w of the element where they are.
+    by_element: dict[int, tuple[float, float, float]] = field(default_factory=dict)
 
-    def note(self, element: Ints, margin: Array, value: Array) -> None:
-        """Keep the smallest margins, and the values that have them; all (n,)."""
-        for e, m, v in zip(element.tolist(), margin.tolist(), value.tolist(), strict=True):
+    def note(self, element: Ints, margin: Array, value: Array, w: Array | None = None) -> None:
+        """Keep the smallest margins, the values that have them, and where (the middle by default); all (n,)."""
+        at = np.full(len(element), 0.5) if w is None else w
+        for e, m, v, place in zip(element.tolist(), margin.tolist(), value.tolist(), at.tolist(), strict=True):
             if e not in self.by_element or m < self.by_element[e][0]:
-                self.by_element[e] = (m, v)
+                self.by_element[e] = (m, v, place)
 
 
 def list_machine_checks(machine: Machine) -> list[Check]:
@@ -104,7 +106,7 @@ def report_limit(contour: Contour, check: Check, worst: Worst, cause: Ints | Non
     cause : ndarray of int, shape (n_elements,), or None
         All stretches with one cause are one finding.
     """
-    value_of = {element: value for element, (_margin, value) in worst.by_element.items()}
+    value_of = {element: value for element, (_margin, value, _w) in worst.by_element.items()}
     bad = [element for element, v in value_of.items() if check.sign * (v - check.limit) < -check.slack]
     levels: list[tuple[Severity, list[int], float]] = [("error", bad, check.limit)]
     if check.warn == check.limit:
@@ -129,7 +131,7 @@ def report_limit(contour: Contour, check: Check, worst: Worst, cause: Ints | Non
                 _make_finding(
                     contour,
                     group,
-                    at,
+                    (at, worst.by_element[at][2]),
                     check.code,
                     message,
                     severity=severity,
@@ -147,26 +149,54 @@ def report_table(contour: Contour, below: Worst) -> list[Finding]:
     findings = []
     for group in _split_stretches(below.by_element):
         at = min(group, key=lambda element: below.by_element[element][0])
-        value = below.by_element[at][1]
+        _margin, value, w = below.by_element[at]
         message = f"tip or spindle nose {format_fixed(-value, 6)} mm below the table face, inside the table's radius"
-        findings.append(_make_finding(contour, group, at, "VP210", message, value=value, limit=0.0, unit="mm"))
+        findings.append(_make_finding(contour, group, (at, w), "VP210", message, value=value, limit=0.0, unit="mm"))
     return findings
 
 
 def report_unreachable(contour: Contour, unreachable: dict[int, str]) -> list[Finding]:
     """Findings of elements that cannot be solved, given with the code of the reason."""
     return [
-        _make_finding(contour, group, group[0], code, _UNREACHABLE.get(code, CODES[code].meaning), severity="error")
+        _make_finding(
+            contour, group, (group[0], 0.5), code, _UNREACHABLE.get(code, CODES[code].meaning), severity="error"
+        )
         for code in sorted(set(unreachable.values()))
         for group in _split_stretches(element for element, why in unreachable.items() if why == code)
     ]
 
 
-def _make_finding(contour: Contour, group: list[int], worst: int, code: str, message: str, **values: object) -> Finding:
-    """A finding on the lines of a group of elements; it counts their programmed segments."""
-    first, last, at = contour.find_lines(np.array([group[0], group[-1], worst])).tolist()
+def _make_finding(
+    contour: Contour, group: list[int], worst: tuple[int, float], code: str, message: str, **values: object
+) -> Finding:
+    """A finding on the lines of a group of elements, the worst at a parameter of one; it counts their segments."""
+    first, last = contour.find_lines(np.array([group[0], group[-1]])).tolist()
+    at = find_culprit(contour, *worst)
+    if worst[0] == group[0]:
+        first = at
     count = len(np.unique(contour.segment[group]))
     return make_finding(code, message, line=first, last_line=last, worst_line=at, count=count, **values)
+
+
+def find_culprit(contour: Contour, element: int, w: float) -> int:
+    """The source line that has to be changed where element ``element`` is wrong at its parameter ``w``.
+
+    A segment only begins where the one before it was programmed to end. So that one is named for what is wrong there,
+    or in the blend of the corner between them.
+    """
+    segment, path = int(contour.segment[element]), contour.path
+    own, before = int(path.line[segment]), segment - 1
+    first = int(np.searchsorted(contour.segment, segment))
+    if not first or contour.segment[first - 1] != before or path.move[before] < 0:
+        return own
+    u = float(contour.find_parameters(np.array([element]), np.array([w]))[0])
+    reach = 0.0 if contour.corners is None else float(contour.corners.reach[segment + contour.corners.shift])
+    if u > 0.5 or u * path.length[segment] > reach:
+        return own
+    # another length of the tool, or another place of the part, is what the later line brings
+    joined = np.abs(path.end[before, :3] - path.start[segment, :3]).max() <= LIMIT_SLACK_MM
+    same = path.tool_length[before] == path.tool_length[segment]
+    return int(path.line[before]) if joined and same else own
 
 
 def _split_causes(elements: Iterable[int], cause: Ints) -> Iterator[list[int]]:

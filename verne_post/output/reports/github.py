@@ -56,7 +56,10 @@ def _write_annotation(program: str, cause: Cause) -> str:
     where.append(f"title={_escape_property(f'{item.code} {title}')}")
     also = [f"also {others}"] if others else []
     remedies = [text.removeprefix(f"{title}: ") for text in list_remedies(item, program)[:1]]
-    text = "\n".join([item.message, *also, *remedies])
+    # an annotation stands beside the last line of its stretch
+    spread = bool(item.line and item.last_line and item.last_line > item.line)
+    worst = [f"worst in line {item.worst_line}"] if spread and item.worst_line else []
+    text = "\n".join([item.message, *worst, *also, *remedies])
     return f"::{_LEVELS[item.severity]} {','.join(where)}::{_escape_data(text)}"
 
 

@@ -1,0 +1,57 @@
+"""The line that a finding quotes is the one that has to be changed, in every language."""
+
+from pathlib import Path
+
+import pytest
+
+import verne_post as vp
+from verne_post.model.findings import Finding
+
+#: A word outside the machine, in the line of each program that ends there; the line after it leads back.
+PLACES = {
+    "rs274.ngc": ("G21 G17 G90 G94 G64 P0.05", "G0 A0 C0 G43 H1", "G0 X0 Y0 Z20", "G1 {} F1000", "G1 {} F1000", "M2"),
+    "fanuc.nc": ("%", "O1", "G21 G17 G90 G94", "G0 A0. C0.", "G43.4 H1", "G0 X0. Y0. Z20.", "G1 {} F1000.", "G1 {}",
+                 "M30", "%"),
+    "klartext.h": ("BEGIN PGM A MM", "TOOL CALL 1 Z S1000", "L A+0 C+0 FMAX", "M128", "L X+0 Y+0 Z+20 FMAX",
+                   "CYCL DEF 32.0 TOLERANZ", "CYCL DEF 32.1 T0.05", "L {} F1000", "L {} F1000", "M30", "END PGM A MM"),
+    "siemens.mpf": ("G710 G90 G17 G94 T1 D1 M6", "G0 A=0 C=0", "TRAORI", "G0 X0 Y0 Z20", "G645 CTOL=0.05",
+                    "G1 {} F1000", "G1 {} F1000", "M30"),
+}  # fmt: skip
+
+
+def check(path: Path, words: tuple[str, str]) -> tuple[list[Finding], int]:
+    """The errors of a program whose two last moves have these words, and the number of the first of the two lines."""
+    lines = PLACES[path.name]
+    first = next(k for k, line in enumerate(lines) if "{}" in line)
+
+    def write(word: str) -> str:
+        return (
+            f"{word[0]}{float(word[1:]):+g}"
+            if path.suffix == ".h"
+            else {".mpf": f"{word[0]}={word[1:]}", ".nc": f"{word}."}.get(path.suffix, word)
+        )
+
+    moves = [line.format(" ".join(map(write, words[k].split()))) for k, line in enumerate(lines[first : first + 2])]
+    path.write_text("\n".join([*lines[:first], *moves, *lines[first + 2 :]]) + "\n")
+    found = vp.check(path, "verne", vp.Options(tool_length=80.0, wcs={1: vp.WorkOffset((0.0, 0.0, 60.0))})).findings
+    return [item for item in found if item.severity == "error"], first + 1
+
+
+@pytest.mark.parametrize("name", PLACES)
+@pytest.mark.parametrize(
+    ("outside", "back", "code"),
+    [("A-125", "A-94 X120", "VP102"), ("X3500", "X10", "VP110"), ("Z-120", "X50 Z-119", "VP210")],
+)
+def test_the_line_that_ends_outside_is_quoted(tmp_path: Path, name: str, outside: str, back: str, code: str) -> None:
+    """Not the line that leads back: it begins outside, and half of the blended corner belongs to it."""
+    errors, line = check(tmp_path / name, (outside, back))
+    assert {item.worst_line for item in errors} == {line}
+    assert code in {item.code for item in errors}
+    assert all(item.line == line for item in errors)
+
+
+@pytest.mark.parametrize("name", PLACES)
+def test_a_line_that_goes_farther_out_is_quoted_itself(tmp_path: Path, name: str) -> None:
+    """The line before it ends outside too, but less far."""
+    errors, line = check(tmp_path / name, ("A-110", "A-125"))
+    assert [(item.line, item.worst_line) for item in errors if item.code == "VP102"] == [(line, line + 1)]
