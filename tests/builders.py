@@ -33,6 +33,9 @@ LEGAL_SAMPLES = [
     "splines.nc",
     "wing.cls",
 ]
+#: The part of two_faces.nc in other languages, to the same setpoints (tests/gcode/test_dialects.py); and curves of
+#: fanuc_nurbs.nc in another dialect.
+SAME_PATHS = {"two_faces.cls", "two_faces.h", "two_faces.mpf", "two_faces_fanuc.nc", "splines.nc"}
 #: Header of the CSV of the default machine.
 HEADER = "t_s,rho1_mm,rho2_mm,rho3_mm,a_deg,c_deg,line"
 MACHINE = verne_post.load_machine()

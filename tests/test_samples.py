@@ -18,7 +18,7 @@ import pytest
 from scipy.interpolate import BSpline
 from scipy.spatial import cKDTree
 
-from .builders import HEADER
+from .builders import HEADER, SAME_PATHS
 
 ROOT = Path(__file__).resolve().parents[1]
 FOLDER = ROOT / "gcode_samples"
@@ -56,8 +56,12 @@ OTHER_DIALECTS = {"fanuc_tilted", "two_faces", "two_faces_fanuc"}
 SAMPLES = sorted(path for path in FOLDER.glob("*.nc") if path.stem not in OTHER_DIALECTS)
 REFUSED = [sample for sample in SAMPLES if "exit 1" in header(sample)]
 GOOD = [sample for sample in SAMPLES if sample not in REFUSED]
-#: Every sample that converts, in whatever dialect: those with a set-up beside them.
-CONVERTED = sorted(path for path in {setup.with_suffix("") for setup in FOLDER.glob("*.toml")} - set(REFUSED))
+#: Every sample that converts, those with a set-up beside them: each path in one dialect.
+CONVERTED = sorted(
+    path
+    for path in {setup.with_suffix("") for setup in FOLDER.glob("*.toml")} - set(REFUSED)
+    if path.name not in SAME_PATHS
+)
 
 
 def named(samples: list[Path]) -> pytest.MarkDecorator:

@@ -16,6 +16,7 @@ from verne_post.trajectory import reachability, toppra_backend
 from verne_post.trajectory.continuous import plan_continuous
 from verne_post.trajectory.section_path import Grid, build_grid_along
 
+from ..builders import SAME_PATHS
 from .curves import ACCEPTED, Curve, limits, straight, wavy, worst
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -60,13 +61,10 @@ def test_no_answer_is_an_error() -> None:
         toppra_backend.solve(lost, top)
 
 
-#: The part of two_faces.nc in other languages, to the same setpoints (tests/gcode/test_dialects.py); and curves of
-#: fanuc_nurbs.nc in another dialect.
-SAME = {"two_faces.cls", "two_faces.h", "two_faces.mpf", "two_faces_fanuc.nc", "splines.nc"}
 SAMPLES = sorted(
     setup.stem
     for setup in (ROOT / "gcode_samples").glob("*.toml")
-    if not setup.name.startswith("violates") and setup.stem not in SAME
+    if not setup.name.startswith("violates") and setup.stem not in SAME_PATHS
 )
 
 
