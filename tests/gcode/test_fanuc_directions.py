@@ -145,6 +145,65 @@ def test_long_programs_are_read_alike(run):
     assert ends[-1, 3:] == pytest.approx((367 % 80, 367 % 50), abs=1e-6)
 
 
+def draw_program(rng):
+    """A program of rapids, feeds, turns, lengths and offsets, and where a control's axes are after each line."""
+    axes, origin, length, lines, wanted = [0.0] * 5, "G54", 80.0, [], []
+
+    def go(code, words):
+        for axis, value in words.items():
+            at = "XYZBC".index(axis)
+            axes[at] = value if at > 2 else value + ORIGINS[origin][at] + (length - NOSE_MM if at == 2 else 0.0)
+        lines.append(code + " " + " ".join(f"{axis}{value}" for axis, value in words.items()))
+        wanted.append(tuple(axes))
+
+    axes[2] = 0.0  # G28 of the head
+    go("G0 G54", {"X": 1.0, "Y": 2.0, "B": float(rng.integers(0, 60)), "C": 0.0})
+    go("G43 H1 G0", {"Z": 250.0})
+    for _ in range(int(rng.integers(5, 25))):
+        kind = int(rng.integers(0, 7))
+        some = [axis for axis in "XYZ" if rng.random() < 0.6] or ["X"]
+        places = {axis: float(rng.integers(-40, 40)) + (250.0 if axis == "Z" else 0.0) for axis in some}
+        if kind == 0:
+            turned = [axis for axis in "BC" if rng.random() < 0.7] or ["B"]
+            go("G0", {axis: float(rng.integers(0, 80)) for axis in turned} | (places if rng.random() < 0.5 else {}))
+        elif kind == 1:
+            number = int(rng.integers(1, 3))
+            length = LENGTHS[number]
+            go(
+                f"G43 H{number} G0",
+                {"X": places.get("X", 3.0), "Y": 4.0} | ({"Z": 260.0} if rng.random() < 0.5 else {}),
+            )
+        elif kind == 2:
+            origin = str(rng.choice(list(ORIGINS)))
+            go(f"{origin} G0", places)
+        elif kind == 3:
+            axes[2] = 0.0
+            lines.append("G91 G28 Z0")
+            wanted.append(tuple(axes))
+            lines.append("G90")
+            wanted.append(None)
+        elif kind == 4:
+            axes[3] = float(rng.integers(0, 80))
+            lines.append(f"G53 G0 B{axes[3]}")
+            wanted.append(tuple(axes))
+        else:
+            go("G1 F900", places)
+    return lines, wanted
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_random_programs_by_a_judge_that_keeps_axes_of_the_machine(run, seed):
+    lines, wanted = draw_program(np.random.default_rng(seed))
+    numbers, _kinds, ends = run("G91 G28 Z0\nG90\n" + "\n".join(lines))
+    judged = 0
+    for number, place in enumerate(wanted, 6):
+        if place is not None and number in numbers:
+            last = max(at for at, line in enumerate(numbers) if line == number)
+            assert ends[last] == pytest.approx(place, abs=1e-6), lines[: number - 5]
+            judged += 1
+    assert judged > 3
+
+
 @pytest.mark.parametrize(
     ("text", "words"),
     [

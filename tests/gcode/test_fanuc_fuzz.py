@@ -28,7 +28,15 @@ KEYS = (
             "projection_angles": "turned",
         }
     },
-    {"fanuc": {"motion": "G1", "units": "inch"}},
+    {
+        "fanuc": {
+            "motion": "G1",
+            "units": "inch",
+            "directions": "machine",
+            "bare_arcs": "lines",
+            "cutter_offsets": "wear",
+        }
+    },
 )
 
 
