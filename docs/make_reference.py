@@ -23,6 +23,7 @@ from verne_post.model.codes import CODES
 
 if TYPE_CHECKING:
     from mkdocs.structure.files import Files
+    from mkdocs.structure.pages import Page
 
 
 def _context(command: click.Command) -> click.Context:
@@ -158,8 +159,14 @@ def _bounds(kind: Any) -> str:
 
 
 def codes_page() -> str:
-    """Every finding code with a link to its page."""
+    """Every finding code with a link to its page.
+
+    The search of the site leaves the table out: it would be one answer to everything, and each code has its page.
+    """
     out = [
+        "---",
+        "search: {exclude: true}",
+        "---",
         "# Finding codes",
         "",
         "This page is made from the program. How findings are read is in [findings](../findings.md).",
@@ -223,6 +230,17 @@ PAGES: dict[str, Callable[[], str]] = {
     "reference/codes.md": codes_page,
     **{f"reference/{code}.md": partial(_code_page, code) for code in CODES},
 }
+
+
+#: Pages that answer what a word of a program does: a search finds them before pages that only mention it.
+WORD_PAGES = ("apt.md", "fanuc.md", "gcode.md", "heidenhain.md", "siemens.md")
+
+
+def on_page_markdown(markdown: str, page: Page, **_rest: Any) -> str:
+    """Hook of mkdocs: what the search puts first."""
+    if page.file.src_uri in WORD_PAGES:
+        page.meta["search"] = {"boost": 4}
+    return markdown
 
 
 def on_files(files: Files, config: Any) -> Files:

@@ -1,6 +1,7 @@
 """The docs are true: tests that are named as proof exist, and links lead somewhere."""
 
 import ast
+import json
 import os
 import re
 import subprocess
@@ -145,6 +146,16 @@ def test_reference_has_every_key_of_the_shipped_machine_file() -> None:
     assert not {key for key in keys if f"`{key}`" not in page}
 
 
+def test_home_says_what_goes_in_what_comes_out_with_which_command_on_which_machines() -> None:
+    """Before the table of links: a reader who scrolls no further knows what the program is."""
+    home, _table = (ROOT / "docs" / "index.md").read_text("utf-8").split("| you want to |")
+    for said in ("**In:**", "siemens.md", "G1 X6 F1500", "$ verne-post pocket_3axis.nc", "**Out:**", "t_s,rho1_mm"):
+        assert said in home
+    assert home.index("**Machines:**") < home.index("--machine NAME")
+    assert "hexapods" in home
+    assert len(home) < 1600
+
+
 def test_the_site_is_built_without_warnings(tmp_path: Path) -> None:
     pytest.importorskip("mkdocs")
     command = [sys.executable, "-m", "mkdocs", "build", "--strict", "--site-dir", str(tmp_path / "site")]
@@ -165,5 +176,10 @@ def test_the_site_is_built_without_warnings(tmp_path: Path) -> None:
     assert 'href="examples/difference.html"' in (tmp_path / "site" / "report.html").read_text("utf-8")
     searched = (tmp_path / "site" / "search" / "search_index.json").read_text(encoding="utf-8")
     assert "--tool-length" in searched
+    # one table of all codes answered every search: each code has its page, and pages of controls come first
+    boosts = {entry["location"]: entry.get("boost", 1) for entry in json.loads(searched)["docs"]}
+    assert not [place for place in boosts if place.startswith("reference/codes.html")]
+    assert "reference/VP101.html" in boosts
+    assert boosts["siemens.html"] > boosts["reference/VP101.html"]
     nav = (ROOT / "mkdocs.yml").read_text(encoding="utf-8")
     assert not {page.name for page in PAGES if page.name != "README.md" and page.name not in nav}
