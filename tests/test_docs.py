@@ -146,6 +146,18 @@ def test_reference_has_every_key_of_the_shipped_machine_file() -> None:
     assert not {key for key in keys if f"`{key}`" not in page}
 
 
+def test_the_container_file_installs_extras_that_there_are() -> None:
+    """And nothing that the install needs is kept from it."""
+    text = (ROOT / "Dockerfile").read_text("utf-8")
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
+    (extras,) = re.findall(r"/src\[(.*?)\]", text)
+    assert set(extras.split(",")) <= set(project["project"]["optional-dependencies"])
+    ignored = set((ROOT / ".dockerignore").read_text("utf-8").split("\n")[1:])
+    wheel = project["tool"]["hatch"]["build"]["targets"]["wheel"]
+    needed = {place.split("/")[0] for place in (*wheel["force-include"], "verne_post", "docs", "hatch_build.py")}
+    assert not ignored & (needed | {"README.md", "LICENSE", "pyproject.toml"})
+
+
 def test_home_says_what_goes_in_what_comes_out_with_which_command_on_which_machines() -> None:
     """Before the table of links: a reader who scrolls no further knows what the program is."""
     home, _table = (ROOT / "docs" / "index.md").read_text("utf-8").split("| you want to |")
@@ -174,6 +186,8 @@ def test_the_site_is_built_without_warnings(tmp_path: Path) -> None:
     assert "No go" in (tmp_path / "site" / "examples" / "refused.html").read_text("utf-8")
     assert "data-limit" in (tmp_path / "site" / "examples" / "blade.html").read_text("utf-8")
     assert 'href="examples/difference.html"' in (tmp_path / "site" / "report.html").read_text("utf-8")
+    # the container file stands once, in the root
+    assert "ENTRYPOINT" in (tmp_path / "site" / "ci.html").read_text("utf-8")
     searched = (tmp_path / "site" / "search" / "search_index.json").read_text(encoding="utf-8")
     assert "--tool-length" in searched
     # one table of all codes answered every search: each code has its page, and pages of controls come first
