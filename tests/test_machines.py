@@ -202,7 +202,9 @@ def test_check_names_the_joint_in_its_report(
 
 
 def test_machine_command_knows_them(run: Callable[..., Any]) -> None:
-    assert run("machine", "list").out.split() == sorted(path.stem for path in (ROOT / "machine_configs").glob("*.toml"))
+    shown = [tuple(line.split(maxsplit=1)) for line in run("machine", "list").out.splitlines()]
+    files = sorted((ROOT / "machine_configs").glob("*.toml"))
+    assert shown == [(path.stem, tomllib.loads(path.read_text("utf-8"))["name"]) for path in files]
     for name in MACHINES:
         assert run("machine", "show", name).out == (ROOT / "machine_configs" / f"{name}.toml").read_text()
         valid = run("machine", "validate", name)

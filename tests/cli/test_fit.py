@@ -75,6 +75,24 @@ def test_the_sample_that_violates_converts_where_fit_says(
     assert "could not run" in answer.out
 
 
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("part.mpf", "G710 G90 T1 D1 M6\nG0 A=0 C=0\nG0 X0 Y0 Z60\nG1 X20 F900\nM30\n"),
+        ("part.h", "BEGIN PGM A MM\nL A+0 C+0 FMAX\nL X+0 Y+0 Z+60 FMAX\nL X+20 F900\nM30\nEND PGM A MM\n"),
+        ("part.nc", "G21 G90\nG0 X0 Y0 Z60 A0 C0\nG1 X20 F900\nM2\n"),
+    ],
+)
+def test_a_block_is_proposed_where_the_language_has_it(
+    tmp_path: Path, run: Callable[..., Any], name: str, text: str
+) -> None:
+    path = tmp_path / name
+    path.write_text(text)
+    words = (path, "--tool-length", 80, "--wcs", "G54=0,0,60")
+    assert ("G10" in run("fit", *words).out) == (name == "part.nc")
+    assert (told(run("fit", *words, "--json"))["block"] is not None) == (name == "part.nc")
+
+
 @pytest.mark.parametrize("senses", ["workpiece", "tool"])
 def test_the_block_in_the_program_does_the_same(
     tilted: Path, tmp_path: Path, run: Callable[..., Any], senses: str

@@ -374,6 +374,30 @@ def test_a_fix_of_a_word_is_applied_and_the_result_is_legal(
 
 
 @pytest.mark.parametrize(
+    ("name", "remark", "away", "change"),
+    [
+        ("part.nc", "({})", "G53 G0 Z0.", "T5 M6"),
+        ("part.nc", "({})", "G91 G28 Z0.", "T5 M6"),
+        ("part.mpf", "; {}", "SUPA G0 Z0", "T5 D1 M6"),
+        ("part.h", "; {}", "L Z+0 FMAX M91", "TOOL CALL 5 Z S900"),
+    ],
+)
+def test_the_way_to_a_tool_change_does_not_part_it_from_its_remark(
+    client: Client, tmp_path: Path, name: str, remark: str, away: str, change: str
+) -> None:
+    """The machine's place belongs to the change; a place of the part is cut with the tool before."""
+    first = change.replace("5", "1", 1)
+    feed = {"part.h": "L X{} F500"}.get(name, "G1 X={} F500" if name == "part.mpf" else "G1 X{} F500.")
+    for stay, expected in ((away, [["FACE"], ["DRILL1"]]), (feed.format("+7"), [["FACE", "DRILL1"], []])):
+        lines = [remark.format("FACE"), first, feed.format("+5"), remark.format("DRILL1"), "M9", "M5", stay, "M1"]
+        path = tmp_path / f"{len(expected[1])}{name}"
+        uri = client.open(make_program(tmp_path, "\n".join([*lines, change, feed.format("+9"), "M30", ""]), path.name))
+        shown = client.ask("textDocument/documentSymbol", textDocument={"uri": uri})
+        tools = [one for one in shown if one["name"].startswith("tool ")]
+        assert [[each["name"] for each in one["children"]] for one in tools] == expected
+
+
+@pytest.mark.parametrize(
     ("name", "text", "wrong", "right", "tool"),
     [
         (

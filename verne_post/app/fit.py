@@ -15,6 +15,7 @@ from verne_post.app.table_places import lay_out
 from verne_post.base.arrays import find_used
 from verne_post.base.long_text import Text
 from verne_post.base.units import RAD_PER_DEG
+from verne_post.gcode.dialects import choose_dialect_name
 from verne_post.model.findings import make_input_error
 from verne_post.model.machine import Machine
 from verne_post.model.moves import Moves
@@ -131,7 +132,8 @@ def propose(
     seconds_before, seconds = (one.summary.cycle_time if one.summary else None for one in (before_check, result))
     before = search.evaluate(here, largest.counts)
     turns = machine.coordinates.turns_with_part
-    return Proposal(system, aim, before, after, result.findings, seconds_before, seconds, largest, turns)
+    has_g10 = choose_dialect_name(options.dialect, source, options.source_name) in ("rs274", "fanuc")
+    return Proposal(system, aim, before, after, result.findings, seconds_before, seconds, largest, turns, has_g10)
 
 
 def put_at_place(options: Options, system: int, place: Place) -> Options:

@@ -85,11 +85,13 @@ for _one in (calibrate, export, perturb, tolerances):
 
 @command.command("list")
 def list_() -> int:
-    """Machines that come with verne-post."""
-    from verne_post.config import list_machine_files
+    """Machines that come with verne-post: the word for --machine, and what the file calls the machine."""
+    from verne_post.config import list_machine_files, load_machine
 
-    for name in list_machine_files():
-        echo(name)
+    names = list_machine_files()
+    width = max(map(len, names))
+    for name in names:
+        echo(f"{name:{width}}  {load_machine(name).name}")
     return 0
 
 

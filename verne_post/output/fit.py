@@ -36,8 +36,8 @@ def _measure_shift(proposal: Proposal, place: Place) -> list[float]:
 
 
 def _write_g10_block(proposal: Proposal, machine: Machine) -> str | None:
-    """The block that sets the same offset in the program; None for a system that G10 L2 P cannot name."""
-    if not 1 <= proposal.system <= 9:
+    """The block that sets the same offset in the program; None where the language, or G10 L2 P, cannot."""
+    if not proposal.takes_g10 or not 1 <= proposal.system <= 9:
         return None
     place = proposal.after.place
     x, y, z = machine.coordinates.work_origin((place.x, place.y, place.z))

@@ -79,6 +79,9 @@ class Named(Struct, frozen=True):
 #: An axis with a number, or a statement of cutter location text that moves.
 _PLACE: Final = re.compile(r"(?<![A-Z_#])[XYZABC][ \t]*=?[ \t]*[-+]?[\d.]|\b(?:GOTO|GODLTA|CYCLE)\b", re.IGNORECASE)
 
+#: A place of the machine, where the tool before is taken for the change: G53, G28, G30, SUPA, M91, M92.
+_AWAY: Final = re.compile(r"(?<![A-Z_])G(?:53|28|30)(?![\d.])|\bSUPA\b|(?<![A-Z_])M9[12](?!\d)", re.IGNORECASE)
+
 
 def find_names(pattern: str, lines: Sequence[str]) -> Iterator[Named]:
     """What a pattern names, line by line."""
@@ -147,8 +150,9 @@ class Outline:
         return of_change.start.line if moving and moving[0] >= change else change
 
     def _has_place(self, line: int) -> bool:
-        """Whether a line names a place to go to, as far as its text tells."""
-        return _PLACE.search(remove_remarks(self.lines[line])) is not None
+        """Whether a line names a place of the part to go to, as far as its text tells."""
+        code = remove_remarks(self.lines[line])
+        return _PLACE.search(code) is not None and _AWAY.search(code) is None
 
     def _make_symbol(
         self,
