@@ -87,13 +87,13 @@ def test_where_no_side_is_legal_the_limit_is_named_by_the_check() -> None:
 
 
 @pytest.mark.parametrize("tcp", [False, True])
-def test_a_plane_that_no_place_of_the_part_makes_legal_is_one_finding_at_cycle800(tcp: bool) -> None:
+def test_a_plane_far_beyond_the_travel_is_one_finding_at_cycle800(tcp: bool) -> None:
     """CYCLE800 beyond all travel gave five findings in the lines after it, and none named it."""
     machine, source = with_ranges(MACHINE, a=(-20.0, 20.0)), siemens(1, tcp)
     (found,) = verne_post.check(source, machine, Options(tool_length=80.0, wcs=WCS)).findings
     line = next(number for number, text in enumerate(source.splitlines(), 1) if b"CYCLE800" in text)
     assert (found.code, found.severity, found.line) == ("VP102", "error", line)
-    assert "CYCLE800 needs A+45.000 or A-45.000, which is beyond the travel" in found.message
+    assert "CYCLE800 needs A+45.000 or A-45.000, which is far beyond the travel where the part stands" in found.message
 
 
 @pytest.mark.parametrize("tcp", [False, True])

@@ -44,8 +44,8 @@ _BY_AXIS, _BY_SOLID_ANGLES, _BY_PROJECTION, _BY_TABLE = range(4)
 _XY, _YX = (0, 1), (1, 0)
 #: A projected plane that stands upright has no such angles.
 _UPRIGHT: Final = 1e-9
-#: More than platforms tilt by themselves where a part may stand, degrees: as much as a move of the part could win.
-_PLATFORM_TILT_DEG: Final = 20.0
+#: Farther beyond the travel than this, degrees, less tilt is asked for; up to it the check also tries to move the part.
+_FAR_TILT_DEG: Final = 20.0
 
 
 class Swivel:
@@ -259,21 +259,22 @@ class Swivel:
         self._refuse_far_tilt(positions, state.frame)
 
     def _refuse_far_tilt(self, positions: list[TablePosition], frame: Frame) -> None:
-        """Refuse (VP102) a plane that no place of the part makes legal: what follows would be its consequences.
+        """Refuse (VP102) a plane far beyond the travel where the part stands: what follows would be its consequences.
 
-        Nearer to the limit the check of the motion decides, because the tilt of the platform depends on the place.
+        Nearer to the limit the check of the motion decides. The tilt of the platform depends on the place of the part,
+        so that the check may find one that makes the plane legal.
         """
         setup, tilt = self.to.setup, self.to.setup.rotary[0]
         if setup.travel is None:
             return
         for one in positions:
             place = np.array(setup.coordinates.map_to_machine(np.array(one.program), frame))
-            place[tilt] -= math.copysign(_PLATFORM_TILT_DEG, one.tilt)
+            place[tilt] -= math.copysign(_FAR_TILT_DEG, one.tilt)
             if setup.rotary_letters[0] not in setup.travel.find_beyond(place, frame.tool_length):
                 return
         words = " or ".join(dict.fromkeys(f"{setup.rotary_letters[0]}{one.tilt:+.3f}" for one in positions))
         raise ProgramError(
-            "VP102", f"CYCLE800 needs {words}, which is beyond the travel for every place of the part; use less tilt"
+            "VP102", f"CYCLE800 needs {words}, which is far beyond the travel where the part stands; use less tilt"
         )
 
     # --- CYCLE832 -------------------------------------------------------------------------------------------
