@@ -159,6 +159,46 @@ def test_fit_seeks_the_place_that_is_still_to_be_measured(run: Run, tmp_path: Pa
     assert "before: could not run" not in told.out
 
 
+def test_the_machine_is_no_part_of_a_set_up_and_is_named_where_it_belongs(
+    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """After ``setup --machine ac_trunnion`` the next check said "can run" of another machine."""
+    monkeypatch.chdir(tmp_path)
+    program, written, key = tmp_path / "part.mpf", tmp_path / "part.mpf.toml", 'machine = "ac_trunnion"'
+    program.write_text(SIEMENS)
+    told = run("setup", "part.mpf", "--machine", "ac_trunnion")
+    assert f"write {key} in verne-post.toml" in told.err
+    assert "--machine ac_trunnion" in written.read_text()
+    fill(written)
+    other = run("check", "part.mpf").out
+    Path("verne-post.toml").write_text(key)
+    assert run("check", "part.mpf").out == run("check", "part.mpf", "--machine", "ac_trunnion").out != other
+    written.write_text(key)
+    refused = run("check", "part.mpf")
+    assert (refused.code, f"write {key} in verne-post.toml" in refused.out) == (2, True)
+    Path("verne-post.toml").unlink()
+    written.unlink()
+    run("setup", "part.mpf")
+    assert "machine" not in written.read_text()
+
+
+@pytest.mark.parametrize(
+    ("name", "source"),
+    [
+        ("part.nc", "G21 G90\nG43 H1\nT1 M6\nG0 X0 Y0 Z50 A0 C0\nG41 D1 G1 X10 F600\nX20\nM2\n"),
+        ("part.mpf", "G71 G90\nT1 M6 D1\nG0 X0 Y0 Z50 A0 C0\nG1 F600 G41 X10\nX20\nM30\n"),
+    ],
+)
+def test_a_missing_diameter_asks_for_the_diameter(name: str, source: str, run: Run, tmp_path: Path) -> None:
+    """The remedy asked for the length, which was there."""
+    program = tmp_path / name
+    program.write_text(source)
+    Path(f"{program}.toml").write_text("[tools]\n1 = { length = 80 }\n[wcs]\nG54 = [0, 0, 60]\n")
+    out = run("check", program).out
+    assert "tool diameter unknown: Fill in the diameter in " in out
+    assert "length" not in out
+
+
 def test_codes_without_a_meaning_are_one_finding(run: Run, tmp_path: Path) -> None:
     """As CAM systems clamp and unclamp the table; the one finding names all codes and all keys."""
     program = tmp_path / "part.nc"

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import verne_post
+from verne_post.app.assemble import view_moves_plainly
 from verne_post.model.machine import Machine
 
 HEAD = "G0 X0 Y0 Z5 F100\n"
@@ -172,3 +173,25 @@ def test_how_far_the_part_is_turned_is_not_read_as_nothing(machine: Machine, tur
         dialect="siemens", tool_length=80.0, wcs={"G54": verne_post.WorkOffset((0.0, 0.0, 40.0), turn)}
     )
     assert [item.code for item in verne_post.check(text, machine, options).findings] == codes
+
+
+def test_a_forgotten_mcall_is_named_once() -> None:
+    """The cycle was reported at two lines that do not name it, and nothing named the MCALL."""
+    head = "G71 G90\nT1 M6 D1\nS900 M3\nG0 X0 Y0 Z50 A0 C0\nF600\n"
+    mcall = "MCALL CYCLE83(50,40,2,20,,35,,5,0,0,1,0)\nX5\nG0 X10\n"
+    source = f"{head}{mcall}TRAORI\nG0 A20\nX20\nX30\nM30\n"
+    tools = {1: verne_post.Tool(1, 1, (0.0, 0.0, 80.0, *(0.0,) * 6), 6.0)}
+    options = verne_post.Options(tools=tools, wcs={"G54": (0, 0, 60)}, dialect="siemens")
+    (found,) = verne_post.check(source, "verne", options).findings
+    assert (found.code, found.line) == ("VP017", 10)
+    assert found.message.endswith("(MCALL of line 6 is still active; MCALL alone ends it)")
+    assert verne_post.check(source.replace("TRAORI", "MCALL\nTRAORI"), "verne", options).ok
+
+
+def test_words_of_the_group_that_does_not_decide_are_shown() -> None:
+    """ORIAXES had no effect, and ``dump moves`` did not say so."""
+    source = "G71 G90\nTRAORI\nORIAXES\nORIWKS\nG0 X0 Y0 Z50 A0 C0\nM30\n"
+    for by_group, word in ((False, "ORIAXES"), (True, "ORIWKS")):
+        options = verne_post.Options(control={"siemens": {"orientation_by_group": by_group}}, dialect="siemens")
+        events = view_moves_plainly(source.encode(), options)[0].events
+        assert [event.data["word"] for event in events if event.kind == "without effect"] == [word]

@@ -78,12 +78,22 @@ def test_c_goes_another_way_round_where_its_travel_ends() -> None:
 
 
 def test_where_no_side_is_legal_the_limit_is_named_by_the_check() -> None:
-    machine = with_ranges(MACHINE, a=(-20.0, 20.0))
+    machine = with_ranges(MACHINE, a=(-30.0, 30.0))
     for source in (klartext(MOVES[0]), siemens(1, tcp=False)):
         result = verne_post.check(source, machine, Options(tool_length=80.0, wcs=WCS))
         codes = {item.code for item in result.findings if item.severity == "error"}
         assert codes == {"VP102"}
         assert result.findings[0].value is not None
+
+
+@pytest.mark.parametrize("tcp", [False, True])
+def test_a_plane_far_beyond_the_travel_is_one_finding_at_cycle800(tcp: bool) -> None:
+    """CYCLE800 beyond all travel gave five findings in the lines after it, and none named it."""
+    machine, source = with_ranges(MACHINE, a=(-20.0, 20.0)), siemens(1, tcp)
+    (found,) = verne_post.check(source, machine, Options(tool_length=80.0, wcs=WCS)).findings
+    line = next(number for number, text in enumerate(source.splitlines(), 1) if b"CYCLE800" in text)
+    assert (found.code, found.severity, found.line) == ("VP102", "error", line)
+    assert "CYCLE800 needs A+45.000 or A-45.000, which is far beyond the travel where the part stands" in found.message
 
 
 @pytest.mark.parametrize("tcp", [False, True])

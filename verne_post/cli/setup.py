@@ -1,10 +1,12 @@
 """`verne-post setup`: the file beside a program that says what the program leaves open."""
 
+import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
+from verne_post.base.printable import make_printable
 from verne_post.cli.colour import say
 from verne_post.cli.common import print_findings, quiet_option, read_program, refuse
 from verne_post.cli.files import RunFiles, is_dash, show_name
@@ -53,11 +55,19 @@ def command(input_name: str, output: Path | None, quiet: bool, **given: Any) -> 
     except InputError as error:
         return refuse(name, error)
     text, missing, others = make_setup(name, source, machine, options)
+    named = given["machine_name"]
+    if named is not None:  # nothing in the file would say so to the next command
+        key = f"machine = {json.dumps(named)}"
+        head, rest = text.split("\n", 1)
+        note = f"# for --machine {make_printable(named)}: each command needs it, or {key} in verne-post.toml"
+        text = f"{head}\n{note}\n{rest}"
     files.write(output, "-o", [text])
     print_findings(name, others, source)
     if not quiet:
         place = "the set-up" if is_dash(output) else show_name(str(output))
         say(f"{place}: {f'to be filled in: {missing}' if missing else 'nothing is missing'}\n")
+        if named is not None:
+            say(f"it names no machine: give --machine again, or write {make_printable(key)} in verne-post.toml\n")
     return ExitStatus.CLEAN
 
 

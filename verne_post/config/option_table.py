@@ -1,5 +1,6 @@
 """A table of options in a file: what is wrong with it."""
 
+import json
 from collections.abc import Sequence
 from typing import Any
 
@@ -22,11 +23,16 @@ def find_wrong_options(
     """
     found = []
     for name, value in given.items():
-        if name not in allowed:
+        if name == "machine" and name not in others:
+            found.append(
+                f"machine: {kind} does not choose the machine; write machine = {json.dumps(value, default=str)} in "
+                "verne-post.toml, the settings file beside the programs, or give --machine"
+            )
+        elif name not in allowed:
             found.append(f"{name}: this is no option of {kind}{suggest(name, [*allowed, *others])}")
-            continue
-        try:
-            check_value(name, value)
-        except UsageError as error:
-            found.append(f"{error.option} = {error.reason}")
+        else:
+            try:
+                check_value(name, value)
+            except UsageError as error:
+                found.append(f"{error.option} = {error.reason}")
     return found

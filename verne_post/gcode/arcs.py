@@ -16,6 +16,7 @@ from verne_post.base.tolerances import (
     ARC_RADIUS_SHARE,
 )
 from verne_post.gcode.program_error import ProgramError
+from verne_post.model.moves import AXES
 
 #: Plane -> indices of its first, second and normal axis, and the names of its offset words.
 PLANES: Final = {0: (0, 1, 2, "I", "J"), 1: (2, 0, 1, "K", "I"), 2: (1, 2, 0, "J", "K")}
@@ -77,8 +78,9 @@ def build_arc_from_center(
     if gap > allowed_difference:
         raise ProgramError(
             "VP008",
-            f"the end is not on the circle: radius {r1:.4f} mm at the start, {r2:.4f} mm at the end, "
-            f"difference {gap:.4f} mm; allowed {allowed_difference:.4f} mm",
+            f"the end is not on the circle: radius {r1:.4f} mm at the start ({AXES[first]}{start[first]:g} "
+            f"{AXES[second]}{start[second]:g}), {r2:.4f} mm at the end, difference {gap:.4f} mm; "
+            f"allowed {allowed_difference:.4f} mm",
         )
     angle = math.atan2(end[second] - c2, end[first] - c1) - math.atan2(start[second] - c2, start[first] - c1)
     sweep = (-angle if clockwise else angle) % (2 * math.pi)
@@ -109,7 +111,9 @@ def build_arc_from_radius(
     short = half - abs(radius)
     if short > ARC_R_TOO_SMALL_MM or radius == 0.0:
         raise ProgramError(
-            "VP008", f"the radius {radius:g} mm is too small to reach the end point; it takes at least {half:.4f} mm"
+            "VP008",
+            f"the radius {radius:g} mm is too small to reach the end point from {AXES[first]}{start[first]:g} "
+            f"{AXES[second]}{start[second]:g}; it takes at least {half:.4f} mm",
         )
     height = 0.0
     if half <= (1.0 - ARC_HALF_CIRCLE_SHARE) * abs(radius):

@@ -108,7 +108,8 @@ def _quote_line(cause: Cause, source: "Text", program: str) -> list[str]:
 def list_remedies(item: Finding, program: str) -> list[str]:
     """What helps against a finding, each in one line: remedies that were tried first. Nothing for warnings of poses."""
     if not is_about_pose(item.code) or item.code in OF_THE_PART:
-        return [f"{CODES[item.code].title}: {describe_remedy(item, program)}"]
+        title = _NO_DIAMETER if _is_about_diameter(item) else CODES[item.code].title
+        return [f"{title}: {describe_remedy(item, program)}"]
     if item.severity != "error":
         return []
     at = item.worst_line or item.line
@@ -122,6 +123,17 @@ _GIVE_MEANING: Final = (
 )
 
 
+#: The title of VP012 where not the length is missing, and what helps.
+_NO_DIAMETER: Final = "tool diameter unknown"
+_GIVE_DIAMETER: Final = (
+    "Fill in the diameter in INPUT.toml, which verne-post setup INPUT writes, or give a --tool-table with D."
+)
+
+
+def _is_about_diameter(item: Finding) -> bool:
+    return bool(item.settled_by) and all(key[0] == "tools" and key[-1] == "diameter" for key in item.settled_by)
+
+
 def describe_remedy(item: Finding, program: str) -> str:
     """What to do about a finding, with the name of the program in commands, to be pasted."""
     return _name_program(_choose_remedy(item), program)
@@ -132,6 +144,8 @@ def _choose_remedy(item: Finding) -> str:
     if near := find_suggestion(item.message):
         return f"Write {near}, if that is what is meant."
     remedy = CODES[item.code].remedy
+    if _is_about_diameter(item):
+        return _GIVE_DIAMETER
     match item.settled_by:
         case (("remap", _code), *_more):
             return _GIVE_MEANING

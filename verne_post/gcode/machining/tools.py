@@ -7,7 +7,7 @@ from msgspec.structs import replace
 from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.gcode.machining.frames import Frames, refuse_compensation
 from verne_post.gcode.machining.state import describe_tool_event
-from verne_post.gcode.missing_setup import check_measured, find_tool_key, report_missing_tool
+from verne_post.gcode.missing_setup import ASSUMED_TOOL, check_measured, find_tool_key, report_missing_tool
 from verne_post.gcode.program_error import At, ProgramError
 from verne_post.model.moves import ZERO9
 from verne_post.model.part_setup import Tool, Vector9, describe_tool_number, spell_tool_word
@@ -122,9 +122,12 @@ class Tools:
         tool = state.loaded_tool or state.selected_tool
         if not self.setup.machine or self.setup.tool_length is not None or not tool or number == state.loaded_tool:
             return
-        lengths = {key: one.offset[2] for key, one in tools.items() if not one.unmeasured}
-        rivals = list(lengths) if tool == number else [tool]
-        length = lengths[number]
+        stand_in = ASSUMED_TOOL.offset, ASSUMED_TOOL.diameter  # after an error, which is told already
+        real = {key: one for key, one in tools.items() if (one.offset, one.diameter) != stand_in}
+        lengths = {key: one.offset[2] for key, one in real.items() if not one.unmeasured}
+        if number not in lengths:
+            return
+        rivals, length = list(lengths) if tool == number else [tool], lengths[number]
         if not any(abs(lengths.get(rival, length) - length) > ZERO_LENGTH_MM for rival in rivals):
             return
         if any(event.kind == "remapped" for event in self.recorder.events):

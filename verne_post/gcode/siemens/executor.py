@@ -56,6 +56,7 @@ class Executor:
         self.milling = SiemensMilling(self.interpreter, self.variables)
         self.swivel = Swivel(self.interpreter, self.variables)
         self.modal: Call | None = None  #: The cycle of MCALL.
+        self.modal_line = 0  #: The line of that MCALL, as messages name it.
         #: A line that was not executed has named axes.
         self.uncertain = False
         self.interpreter.set_path_control()
@@ -123,6 +124,9 @@ class Executor:
                 self.drilling.run(call, line, holes)
         except ProgramError as error:
             error.column = None
+            if error.code == "VP017":  # the cycle does not belong here: it was to end before, and is taken as ended
+                error.message += f" (MCALL of line {self.modal_line} is still active; MCALL alone ends it)"
+                self.modal = None
             raise
 
     def _go_on(self, words: Words, code: str) -> None:

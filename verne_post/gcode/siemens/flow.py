@@ -252,7 +252,7 @@ class Flow:
                 f"subprograms; call {call.name} at each place",
                 call.column,
             )
-        self.executor.modal = call
+        self.executor.modal, self.executor.modal_line = call, self.calls.show(line)
 
     # --- definitions, messages ----------------------------------------------------------------------------------
 

@@ -135,6 +135,9 @@ class SiemensInterpreter:
         for group, name in (("orientation reference", "reference"), ("orientation path", "path")):
             if (word := words.find_code(group)) is not None:
                 setattr(modes, name, word)
+                if (name == "path") != self.motion.keys.orientation_by_group:
+                    why = "the other group decides: see orientation_by_group of [siemens]"
+                    self.recorder.record_event(words.line, "without effect", word=word, why=why)
         if (arc_feed := words.find_code("feed on arcs")) is not None:
             modes.arc_feed = ARC_FEEDS[arc_feed]
             self.core.set_arc_feed(modes.arc_feed)
