@@ -373,6 +373,40 @@ def test_a_fix_of_a_word_is_applied_and_the_result_is_legal(
     assert client.diagnostics(uri)["diagnostics"] == []
 
 
+@pytest.mark.parametrize(
+    ("name", "text", "wrong", "right", "tool"),
+    [
+        (
+            "part.h",
+            'BEGIN PGM A MM\nTOOL CALL "KUGEL_D60" Z S1000\nL A+0 C+0 FMAX\nL X+0 Y+0 Z+120 FMAX\n'
+            "L Z+110 F500\nM30\nEND PGM A MM\n",
+            "KUGEL_D60",
+            "KUGEL_D6",
+            "KUGEL_D6",
+        ),
+        (
+            "part.mpf",
+            "DEF REAL _camtolerance\n_camtolerence=0.02\nG710 G90 T1 D1 M6\nG0 A=0 C=0 X0 Y0 Z120\nG1 Z110 F500\nM30\n",
+            "_camtolerence",
+            "_CAMTOLERANCE",
+            "1",
+        ),
+    ],
+)
+def test_a_name_that_was_meant_is_offered(
+    client: Client, tmp_path: Path, name: str, text: str, wrong: str, right: str, tool: str
+) -> None:
+    """The range is the whole name, with its quotes, and the fix leaves these as they are."""
+    setup = f"[tools]\n{tool} = {{ length = 80, diameter = 6 }}\n[wcs]\nG54 = [0, 0, 60]\n"
+    uri = client.open(make_program(tmp_path, text, name, setup))
+    (told,) = client.diagnostics(uri)["diagnostics"]
+    assert f"; did you mean {right}?" in told["message"]
+    assert wrong in text_at(text, told["range"])
+    ((title, action),) = ask_fixes(client, uri, told["range"]["start"]["line"]).items()
+    assert title == f"Write {right} in place of {wrong} (legal then)"
+    assert apply_edit(action, {uri: text})[uri] == text.replace(wrong, right)
+
+
 def test_a_fix_that_turns_an_error_into_a_warning_is_offered_and_says_so(client: Client, tmp_path: Path) -> None:
     """In a Fanuc program without points the number of the fix is the first that has one (VP038)."""
     text = f"%\nO1\n{TILTED.replace('M2', 'M30')}%\n"

@@ -1,6 +1,7 @@
 """What a wrong name may have been meant for, as the end of a message."""
 
 import difflib
+import re
 from collections.abc import Iterable
 
 
@@ -8,3 +9,9 @@ def suggest(word: str, *names: Iterable[str]) -> str:
     """The nearest name of the first group that has one near, as "; did you mean NAME?"; empty where none has."""
     near = next((found for group in names if (found := difflib.get_close_matches(word, list(group), n=1))), None)
     return f"; did you mean {near[0]}?" if near else ""
+
+
+def find_suggestion(message: str) -> str:
+    """The name that :func:`suggest` has put at the end of a message; empty where there is none."""
+    found = re.search(r"; did you mean (\S+)\?$", message)
+    return found[1] if found else ""

@@ -7,7 +7,7 @@ from msgspec import Meta
 
 from verne_post.base.arrays import Array
 from verne_post.base.units import RAD_PER_DEG
-from verne_post.config.schema import Cone, Number, Point, Positive
+from verne_post.config.schema import Cone, Number, Point, Positive, expect_direction
 from verne_post.config.sentences import Checks, Table
 from verne_post.kinematics.chain.carried import CarriedMachine
 from verne_post.kinematics.chain.hexapod import HexapodMachine
@@ -113,11 +113,10 @@ class CarrierFile(Table, frozen=True, kw_only=True):
                 f"home_actuators_mm has {len(self.home_actuators_mm)} values for {len(self.actuators)} "
                 "actuators; expected one each"
             )
-        if self.central is not None and not any(self.central.first_axis):
-            raise ValueError("central.first_axis = [0, 0, 0]: expected a direction")
+        if self.central is not None:
+            expect_direction("central.first_axis", self.central.first_axis)
         for k, rod in enumerate(self.rods or ()):
-            if not any(rod.rail):
-                raise ValueError(f"rods.{k}.rail = [0, 0, 0]: expected a direction")
+            expect_direction(f"rods.{k}.rail", rod.rail)
 
 
 def describe_refused_carrier(carrier: object, schema: object) -> str | None:

@@ -25,6 +25,7 @@ from verne_post.config.schema import (
     Source,
     VibrationFile,
     check_range,
+    expect_direction,
 )
 from verne_post.config.sentences import Checks, Table, WrongTableError, check_table
 from verne_post.kinematics.chain.coordinates import ChainCoordinates
@@ -61,8 +62,7 @@ class ChainFile(Table, frozen=True, kw_only=True):
 
     def check_together(self) -> None:
         for key in ("axis", "up"):
-            if not any(getattr(self, key)):
-                raise ValueError(f"{key} = [0, 0, 0]: expected a direction")
+            expect_direction(key, getattr(self, key))
 
 
 class JointFile(Table, frozen=True, kw_only=True):
@@ -86,8 +86,9 @@ class JointFile(Table, frozen=True, kw_only=True):
     def check_together(self) -> None:
         if self.slides is not None and self.turns is not None:
             raise ValueError("expected one of slides and turns, a direction")
-        if not any(self.slides or self.turns or (1.0,)):
-            raise ValueError("the direction [0, 0, 0] is none")
+        for key in ("slides", "turns"):
+            if getattr(self, key) is not None:
+                expect_direction(key, getattr(self, key))
         if self.turns is None and (self.travel_mm is None or self.through is not None or self.travel_deg is not None):
             raise ValueError("a joint that slides has travel_mm, and neither travel_deg nor through")
         if self.turns is not None and (self.through is None or self.travel_mm is not None):

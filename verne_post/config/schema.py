@@ -1,5 +1,6 @@
 """The machine file as a schema: keys, types, bounds. docs/machine-file.md says what they mean."""
 
+import math
 from functools import cache
 from itertools import combinations, pairwise
 from typing import Annotated, Any, ClassVar, Final, Literal, cast
@@ -92,6 +93,16 @@ class LinearDeltaModuleFile(Table, frozen=True, kw_only=True):
                 )
 
 
+#: A direction is at least so long: the square of a shorter one may vanish.
+_LEAST_DIRECTION: Final = 1e-6
+
+
+def expect_direction(name: str, vector: list[float]) -> None:
+    """Raise ValueError where three numbers are no direction, because all of them are next to 0."""
+    if math.hypot(*vector) < _LEAST_DIRECTION:
+        raise ValueError(f"{name} = {vector}: expected a direction, with a length of at least {_LEAST_DIRECTION:g}")
+
+
 class RodFile(Table, frozen=True, kw_only=True):
     """One of module.rod."""
 
@@ -102,8 +113,7 @@ class RodFile(Table, frozen=True, kw_only=True):
     by: Literal["rho1", "rho2", "rho3"]
 
     def check_together(self) -> None:
-        if not any(self.rail):
-            raise ValueError("rail = [0, 0, 0] has no direction")
+        expect_direction("rail", self.rail)
 
 
 class RodsModuleFile(Table, frozen=True, kw_only=True):

@@ -5,6 +5,7 @@ from typing import Any, Final
 
 import numpy as np
 
+from verne_post.base.suggestions import suggest
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.program_error import At, ProgramError
 from verne_post.gcode.setup import Setup
@@ -68,7 +69,7 @@ def number_of_tool(name: str, call: str, dialect: str, setup: Setup, state: Stat
         number = numbers[name]
     elif setup.tools is not None:
         where = f"under [{dialect}.tools] of the settings file"
-        text = f"{call}: the tool table knows numbers; give this name one {where}"
+        text = f"{call}: the tool table knows numbers; give this name one {where}{suggest(name, numbers)}"
         raise ProgramError("VP012", text, column, settled_by=("tools", name, "length"))
     else:
         number = next((given for given, other in names.items() if other == name), FIRST_NAMED_TOOL + len(names))

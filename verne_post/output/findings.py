@@ -8,6 +8,7 @@ from msgspec import Struct
 
 from verne_post.base.numbers import format_count
 from verne_post.base.printable import make_printable, make_printable_in_place
+from verne_post.base.suggestions import find_suggestion
 from verne_post.model.codes import CODES
 from verne_post.model.findings import Finding
 from verne_post.model.verdict import (
@@ -128,6 +129,8 @@ def describe_remedy(item: Finding, program: str) -> str:
 
 def _choose_remedy(item: Finding) -> str:
     """The remedy of the code; where one key of a set-up is missing, with that key."""
+    if near := find_suggestion(item.message):
+        return f"Write {near}, if that is what is meant."
     remedy = CODES[item.code].remedy
     match item.settled_by:
         case (("remap", _code), *_more):

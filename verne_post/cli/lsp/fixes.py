@@ -8,6 +8,7 @@ from pathlib import Path
 
 from msgspec import Struct
 
+from verne_post.base.suggestions import find_suggestion
 from verne_post.base.tolerances import LIMIT_SLACK_MM
 from verne_post.cli.lsp.inspector import Inspected, Inspector
 from verne_post.cli.lsp.places import find_range, find_word, split_lines
@@ -76,6 +77,19 @@ def _propose_fixes(found: Inspected, item: Finding, setup: Path | None, texts: M
     if item.code == "VP010":
         new = f"{'' if text.endswith(chr(10)) or not text else chr(10)}M30\n"
         yield Fix("End the program with M30", found.path, text, len(text), len(text), new)
+    near = find_suggestion(item.message)
+    if near and item.column is not None:
+        lines = split_lines(text)
+        place = find_range(item, lines)
+        begin = _find_offset(text, place.start.line) + place.start.character
+        written = text[begin : begin + place.end.character - place.start.character]
+        # the name alone, without quotes and without the number of an assignment
+        name = (
+            re.search(r"[A-Za-z_][\w.-]*", written) if written.startswith('"') else re.match(r"[A-Za-z_]\w*", written)
+        )
+        if name is not None:
+            begin += name.start()
+            yield Fix(f"Write {near} in place of {name[0]}", found.path, text, begin, begin + len(name[0]), near)
     if item.code == "VP006" and item.column is not None:
         lines = split_lines(text)
         place = find_range(item, lines)

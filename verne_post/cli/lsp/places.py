@@ -15,8 +15,8 @@ _SEVERITY: Final[dict[Severity, lsp.DiagnosticSeverity]] = {
     "warning": lsp.DiagnosticSeverity.Warning,
     "note": lsp.DiagnosticSeverity.Information,
 }
-#: A word from its column on: letters and a number, a name, or one character.
-_WORD: Final = re.compile(r"[A-Za-z_]+[ \t]*=?[ \t]*[-+]?[\d.]*|[-+]?[\d.]+|.")
+#: A word from its column on: a name in quotes, letters and a number, a name, or one character.
+_WORD: Final = re.compile(r"\"[^\"]*\"|[A-Za-z_]+[ \t]*=?[ \t]*[-+]?[\d.]*|[-+]?[\d.]+|.")
 
 
 def split_lines(text: str) -> list[str]:

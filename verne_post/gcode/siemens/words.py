@@ -178,6 +178,10 @@ class WordReader:
         if name[0] in "SM" and number.isdigit() and name not in ("S1", "M1"):
             raise cursor.error("VP002", f"{name}=: spindle {number}; there is one spindle", at)
         if name not in ADDRESSES:
+            if explain_refusal(name) is None and (len(name) == 1 or not name[1:].isdigit()):
+                near = suggest(name, *({*scope} for scope in reversed(self.variables.scopes)), ADDRESSES)
+                text = f"{name}: not defined (DEF), and no address of this language{near}"
+                raise cursor.error("VP002", text, at)
             raise self._make_unknown_error(name, cursor, at)
         self._add(words, self._read_address(name, cursor, at), cursor, at)
 
