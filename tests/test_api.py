@@ -82,7 +82,7 @@ def test_the_mark_before_utf_8_means_nothing(tmp_path: Path) -> None:
 def part(tmp_path: Path) -> Path:
     """A program with its set-up beside it, and what the set-up names."""
     path = tmp_path / "part.nc"
-    path.write_text(SHORT.replace("\nG0", "\nT1 M6\nG43 H1\nG0"), encoding="utf-8")
+    path.write_text(SHORT.replace("\nG0", "\nT1 M6\nM3 S1000 G43 H1\nG0"), encoding="utf-8")
     (tmp_path / "tools.tbl").write_text("T1 P1 Z66 D6\n", encoding="utf-8")
     (tmp_path / "part.nc.toml").write_text(
         "tool_length = 80\ntolerance = 0.02\n[wcs]\nG54 = [1, 2, 60]\nG55 = [3, 4, 61]\n"
