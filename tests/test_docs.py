@@ -112,6 +112,12 @@ def test_links_between_pages_lead_somewhere(page: Path) -> None:
             assert (page.parent / target).exists(), f"{page.name}: {target}"
 
 
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+def test_columns_of_tables_have_names(page: Path) -> None:
+    """Who hears the page hears nothing else of a column (axe: empty-table-header)."""
+    assert not re.findall(r"^(\|(?:.*\|)? *\|.*)\n\|---", page.read_text(encoding="utf-8"), re.MULTILINE)
+
+
 def test_reference_and_man_page_have_every_option_that_help_shows(run: Callable[..., Any]) -> None:
     made = load_maker("make_reference")
     page, man = made.options_page(), made.man_page().replace("\\-", "-")

@@ -21,7 +21,7 @@ MAKER = runpy.run_path(str(ROOT / "gcode_samples" / "make_blade_part.py"))
 
 #: A floor of 20 x 10 mm at Z0, cut by a ball of 4 mm in strips 1 mm apart: on lines 5 to 27.
 FLOOR = (
-    "G21 G90 G94 G64 P0.001\nT1 M6\nG43 H1\nG0 X-15 Y-5 Z10 A0 C0\nG1 Z0 F6000\n"
+    "G21 G90 G94 G64 P0.001\nT1 M6\nM3 S1000 G43 H1\nG0 X-15 Y-5 Z10 A0 C0\nG1 Z0 F6000\n"
     + "".join(f"{'X15' if k % 2 == 0 else 'X-15'} Y{k - 5}\n" + (f"Y{k - 4}\n" if k < 10 else "") for k in range(11))
     + "G0 Z30\nM2\n"
 )
