@@ -167,7 +167,9 @@ def test_no_word_is_in_two_tables():
 @pytest.mark.parametrize("word", [word for word in EXECUTED if not re.fullmatch("G5[1-9].", word) or word < "G558"])
 def test_executed_words_are_executed(view, word):
     program = EXAMPLES.get(word, word)
-    control = {"siemens": {"polygon_angle": "side"}}
+    # of ORIWKS and its like, and of ORIAXES and its like, one group has an effect
+    by_group = word in ("ORIAXES", "ORIVECT", "ORIPLANE")
+    control = {"siemens": {"polygon_angle": "side", "orientation_by_group": by_group}}
     moves, errors = view(f"{HEAD}{program}\nM30", dialect="siemens", tapping="feed", control=control)
     assert errors == ()
     assert not [
