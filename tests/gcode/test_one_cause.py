@@ -270,7 +270,7 @@ def test_one_length_is_not_offered_for_several_tools(machine):
         (item,) = check(program(more).encode(), machine, Options(tools=read_tool_table("T1 Z80\n", "t.tbl"))).findings[
             :1
         ]
-        assert ("--tool-length" in item.message) == offered, item.message
+        assert ("tool_length=MM" in item.message) == offered, item.message
 
 
 def test_a_code_of_tool_length_is_named_where_a_motion_code_is_meant(view):
