@@ -402,7 +402,7 @@ def test_the_way_to_a_tool_change_does_not_part_it_from_its_remark(
     [
         (
             "part.h",
-            'BEGIN PGM A MM\nTOOL CALL "KUGEL_D60" Z S1000\nL A+0 C+0 FMAX\nL X+0 Y+0 Z+120 FMAX\n'
+            'BEGIN PGM A MM\nTOOL CALL "KUGEL_D60" Z S1000\nL A+0 C+0 FMAX\nL X+0 Y+0 Z+120 FMAX M3\n'
             "L Z+110 F500\nM30\nEND PGM A MM\n",
             "KUGEL_D60",
             "KUGEL_D6",
@@ -410,7 +410,8 @@ def test_the_way_to_a_tool_change_does_not_part_it_from_its_remark(
         ),
         (
             "part.mpf",
-            "DEF REAL _camtolerance\n_camtolerence=0.02\nG710 G90 T1 D1 M6\nG0 A=0 C=0 X0 Y0 Z120\nG1 Z110 F500\nM30\n",
+            "DEF REAL _camtolerance\n_camtolerence=0.02\nG710 G90 T1 D1 M6\nG0 A=0 C=0 X0 Y0 Z120 S900 M3\n"
+            "G1 Z110 F500\nM30\n",
             "_camtolerence",
             "_CAMTOLERANCE",
             "1",
@@ -429,6 +430,26 @@ def test_a_name_that_was_meant_is_offered(
     ((title, action),) = ask_fixes(client, uri, told["range"]["start"]["line"]).items()
     assert title == f"Write {right} in place of {wrong} (legal then)"
     assert apply_edit(action, {uri: text})[uri] == text.replace(wrong, right)
+
+
+def test_a_place_out_of_reach_and_the_letter_o_in_a_number_have_fixes(client: Client, tmp_path: Path) -> None:
+    head = "G21 G90 G94 G17 G40 G49 G80\nG0 X0 Y0 Z120 A0 C0\nG1 "
+    for number, (wrong, title, right) in enumerate(
+        (
+            ("X-700.", r"Write X(-\d+\.\d+) in place of X-700\. in line 3 \(legal then.*\)", None),
+            ("XO20.", r"Write (0) in place of the letter O \(legal then\)", "X020."),
+            ("X2o.5", r"Write (0) in place of the letter o \(legal then\)", "X20.5"),
+        )
+    ):
+        text = f"{head}{wrong} F2000\nX20\nM30\n"
+        uri = client.open(make_program(tmp_path, text, f"{number}.nc"))
+        assert client.diagnostics(uri)["diagnostics"]
+        offered = [(re.fullmatch(title, one), action) for one, action in ask_fixes(client, uri, 2).items()]
+        ((found, action),) = [one for one in offered if one[0]]
+        mended = apply_edit(action, {uri: text})[uri]
+        assert mended == text.replace(wrong, right or f"X{found[1]}")
+        client.change(uri, 2, mended)
+        assert [one for one in client.diagnostics(uri)["diagnostics"] if one["severity"] == 1] == []
 
 
 def test_a_fix_that_turns_an_error_into_a_warning_is_offered_and_says_so(client: Client, tmp_path: Path) -> None:
