@@ -289,7 +289,6 @@ def test_tools_hold_their_operations_and_a_call_leads_to_its_file(client: Client
     client.change(uri, 2, text + "\n")
     shown = client.ask("textDocument/documentSymbol", textDocument={"uri": uri})
     assert [(one["name"], [each["name"] for each in one["children"]]) for one in shown] == [
-        ("FIRST", []),
         ("tool 1", ["FACE", "BORE"]),
         ("tool 2", ["END"]),
     ]
@@ -320,8 +319,9 @@ def test_a_remark_before_a_tool_change_heads_the_operation_of_the_new_tool(clien
         "%\n"
     )
     uri = client.open(make_program(tmp_path, text))
-    first, one, two = client.ask("textDocument/documentSymbol", textDocument={"uri": uri})[-3:]
-    assert (first["name"], one["name"], two["name"]) == ("T1 D=10.", "tool 1", "tool 2")
+    shown = client.ask("textDocument/documentSymbol", textDocument={"uri": uri})
+    assert [one["name"] for one in shown] == ["1001", "tool 1", "tool 2"]
+    one, two = shown[1:]
     assert [[each["name"] for each in tool["children"]] for tool in (one, two)] == [["FACE"], ["DRILL"]]
     lines = [(tool["range"]["start"]["line"], tool["selectionRange"]["start"]["line"]) for tool in (one, two)]
     assert lines == [(5, 6), (10, 12)]
@@ -371,6 +371,30 @@ def test_a_fix_of_a_word_is_applied_and_the_result_is_legal(
     mended = apply_edit(action, {uri: text})[uri]
     client.change(uri, 2, mended)
     assert client.diagnostics(uri)["diagnostics"] == []
+
+
+HEADER = '; PART 7\nG71 G90 G94\nWORKPIECE(,"",,"BOX",112,0,-20,-80,0,0,50,50)\n; FINE\nCYCLE832(0.05,_FINISH,1)\n'
+
+
+@pytest.mark.parametrize(
+    ("name", "header", "operation"),
+    [
+        ("a.nc", "(PART 7)\nG21 G90 G94\n(OFFSET)\nG10 L2 P1 X0 Y0 Z50\n", "(FACE)\nG0 X0 Y0 Z120\nM30\n"),
+        ("b.mpf", "; PART 7\nDEF REAL _A\nG71 G90 G94\n; STOCK\nTRAORI\nTRANS X5\n", "; FACE\nG0 X0 Y0 Z120\nM30\n"),
+        ("c.mpf", HEADER, "; FACE\nPOCKETS\nM30\nPROC POCKETS\nG0 X0 Y0 Z120\nRET\n"),
+        (
+            "d.h",
+            "BEGIN PGM D MM\n; PART 7\nBLK FORM 0.1 Z X+0 Y+0 Z-20\nBLK FORM 0.2 X+100 Y+100 Z+0\n; CALLS\nM5\n",
+            '* - FACE\nCALL LBL "BORE"\nM30\nLBL "BORE"\nL X+1 FMAX\nLBL 0\nEND PGM D MM\n',
+        ),
+    ],
+)
+def test_remarks_before_all_motion_are_no_operations(
+    client: Client, tmp_path: Path, name: str, header: str, operation: str
+) -> None:
+    uri = client.open(make_program(tmp_path, header + operation, name))
+    shown = client.ask("textDocument/documentSymbol", textDocument={"uri": uri})
+    assert [one["name"] for one in shown if one["kind"] == 24] == ["FACE"]  # 24: an event, as operations are
 
 
 @pytest.mark.parametrize(
