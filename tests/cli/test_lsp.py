@@ -289,7 +289,6 @@ def test_tools_hold_their_operations_and_a_call_leads_to_its_file(client: Client
     client.change(uri, 2, text + "\n")
     shown = client.ask("textDocument/documentSymbol", textDocument={"uri": uri})
     assert [(one["name"], [each["name"] for each in one["children"]]) for one in shown] == [
-        ("FIRST", []),
         ("tool 1", ["FACE", "BORE"]),
         ("tool 2", ["END"]),
     ]
@@ -320,8 +319,9 @@ def test_a_remark_before_a_tool_change_heads_the_operation_of_the_new_tool(clien
         "%\n"
     )
     uri = client.open(make_program(tmp_path, text))
-    first, one, two = client.ask("textDocument/documentSymbol", textDocument={"uri": uri})[-3:]
-    assert (first["name"], one["name"], two["name"]) == ("T1 D=10.", "tool 1", "tool 2")
+    shown = client.ask("textDocument/documentSymbol", textDocument={"uri": uri})
+    assert [one["name"] for one in shown] == ["1001", "tool 1", "tool 2"]
+    one, two = shown[1:]
     assert [[each["name"] for each in tool["children"]] for tool in (one, two)] == [["FACE"], ["DRILL"]]
     lines = [(tool["range"]["start"]["line"], tool["selectionRange"]["start"]["line"]) for tool in (one, two)]
     assert lines == [(5, 6), (10, 12)]
@@ -373,6 +373,30 @@ def test_a_fix_of_a_word_is_applied_and_the_result_is_legal(
     assert client.diagnostics(uri)["diagnostics"] == []
 
 
+HEADER = '; PART 7\nG71 G90 G94\nWORKPIECE(,"",,"BOX",112,0,-20,-80,0,0,50,50)\n; FINE\nCYCLE832(0.05,_FINISH,1)\n'
+
+
+@pytest.mark.parametrize(
+    ("name", "header", "operation"),
+    [
+        ("a.nc", "(PART 7)\nG21 G90 G94\n(OFFSET)\nG10 L2 P1 X0 Y0 Z50\n", "(FACE)\nG0 X0 Y0 Z120\nM30\n"),
+        ("b.mpf", "; PART 7\nDEF REAL _A\nG71 G90 G94\n; STOCK\nTRAORI\nTRANS X5\n", "; FACE\nG0 X0 Y0 Z120\nM30\n"),
+        ("c.mpf", HEADER, "; FACE\nPOCKETS\nM30\nPROC POCKETS\nG0 X0 Y0 Z120\nRET\n"),
+        (
+            "d.h",
+            "BEGIN PGM D MM\n; PART 7\nBLK FORM 0.1 Z X+0 Y+0 Z-20\nBLK FORM 0.2 X+100 Y+100 Z+0\n; CALLS\nM5\n",
+            '* - FACE\nCALL LBL "BORE"\nM30\nLBL "BORE"\nL X+1 FMAX\nLBL 0\nEND PGM D MM\n',
+        ),
+    ],
+)
+def test_remarks_before_all_motion_are_no_operations(
+    client: Client, tmp_path: Path, name: str, header: str, operation: str
+) -> None:
+    uri = client.open(make_program(tmp_path, header + operation, name))
+    shown = client.ask("textDocument/documentSymbol", textDocument={"uri": uri})
+    assert [one["name"] for one in shown if one["kind"] == 24] == ["FACE"]  # 24: an event, as operations are
+
+
 @pytest.mark.parametrize(
     ("name", "remark", "away", "change"),
     [
@@ -402,7 +426,7 @@ def test_the_way_to_a_tool_change_does_not_part_it_from_its_remark(
     [
         (
             "part.h",
-            'BEGIN PGM A MM\nTOOL CALL "KUGEL_D60" Z S1000\nL A+0 C+0 FMAX\nL X+0 Y+0 Z+120 FMAX\n'
+            'BEGIN PGM A MM\nTOOL CALL "KUGEL_D60" Z S1000\nL A+0 C+0 FMAX\nL X+0 Y+0 Z+120 FMAX M3\n'
             "L Z+110 F500\nM30\nEND PGM A MM\n",
             "KUGEL_D60",
             "KUGEL_D6",
@@ -410,7 +434,8 @@ def test_the_way_to_a_tool_change_does_not_part_it_from_its_remark(
         ),
         (
             "part.mpf",
-            "DEF REAL _camtolerance\n_camtolerence=0.02\nG710 G90 T1 D1 M6\nG0 A=0 C=0 X0 Y0 Z120\nG1 Z110 F500\nM30\n",
+            "DEF REAL _camtolerance\n_camtolerence=0.02\nG710 G90 T1 D1 M6\nG0 A=0 C=0 X0 Y0 Z120 S900 M3\n"
+            "G1 Z110 F500\nM30\n",
             "_camtolerence",
             "_CAMTOLERANCE",
             "1",
@@ -429,6 +454,26 @@ def test_a_name_that_was_meant_is_offered(
     ((title, action),) = ask_fixes(client, uri, told["range"]["start"]["line"]).items()
     assert title == f"Write {right} in place of {wrong} (legal then)"
     assert apply_edit(action, {uri: text})[uri] == text.replace(wrong, right)
+
+
+def test_a_place_out_of_reach_and_the_letter_o_in_a_number_have_fixes(client: Client, tmp_path: Path) -> None:
+    head = "G21 G90 G94 G17 G40 G49 G80\nG0 X0 Y0 Z120 A0 C0\nG1 "
+    for number, (wrong, title, right) in enumerate(
+        (
+            ("X-700.", r"Write X(-\d+\.\d+) in place of X-700\. in line 3 \(legal then.*\)", None),
+            ("XO20.", r"Write (0) in place of the letter O \(legal then\)", "X020."),
+            ("X2o.5", r"Write (0) in place of the letter o \(legal then\)", "X20.5"),
+        )
+    ):
+        text = f"{head}{wrong} F2000\nX20\nM30\n"
+        uri = client.open(make_program(tmp_path, text, f"{number}.nc"))
+        assert client.diagnostics(uri)["diagnostics"]
+        offered = [(re.fullmatch(title, one), action) for one, action in ask_fixes(client, uri, 2).items()]
+        ((found, action),) = [one for one in offered if one[0]]
+        mended = apply_edit(action, {uri: text})[uri]
+        assert mended == text.replace(wrong, right or f"X{found[1]}")
+        client.change(uri, 2, mended)
+        assert [one for one in client.diagnostics(uri)["diagnostics"] if one["severity"] == 1] == []
 
 
 def test_a_fix_that_turns_an_error_into_a_warning_is_offered_and_says_so(client: Client, tmp_path: Path) -> None:

@@ -270,3 +270,40 @@ def test_after_r0_the_first_move_is_in_the_plane(view, block):
     assert [item.code for item in found[:1]] == ["VP017"]
     for fine in ("L X+50 R0", "L R0\nL X+50\nL Z+100 FMAX", "DEP LT LEN5\nL Z+100 FMAX"):
         assert view(f"{head}{fine}\nEND PGM T MM", dialect="heidenhain", tools=tools)[1] == ()
+
+
+CIRCLE = "Q216=0 Q217=0 Q244=9 Q245=0 Q246=360 Q247=0 Q241=3 Q203=0 Q204=5 Q301=0"
+_SPLIT_DRILL = DRILL.replace(" Q", " ~\n   Q").splitlines()
+
+
+@pytest.mark.parametrize(
+    ("statements", "line", "column", "words"),
+    [
+        ([*_SPLIT_DRILL, "   Q302=3", "CYCL CALL"], 10, 4, "Q302"),  # the tilde before it is left out
+        (["L X+10", "RND R50", "L Y+10"], 2, None, "RND: no arc of radius 50"),
+        ([DRILL.replace("Q201=-5", "Q201=5"), "L X+5", "CYCL CALL", "CYCL CALL"], 1, 30, "Q201=5"),
+        ([*_SPLIT_DRILL, "L X+5 M99", "L X+9 M99"], 3, 4, "Q201=5"),
+        ([*_SPLIT_DRILL, f"CYCL DEF 220 P Q200=-2 {CIRCLE}"], 10, 16, "Q200=-2"),
+    ],
+)
+def test_an_error_is_where_the_program_has_what_is_wrong(view, statements, line, column, words):
+    statements = [one.replace("Q201=-5", "Q201=5") if "Q201=5" in words else one for one in statements]
+    _moves, findings = view("\n".join([*HEAD, *statements, "END PGM T"]), dialect="heidenhain", tools=TOOLS)
+    assert [(item.line, item.column) for item in findings] == [(len(HEAD) + line, column)]
+    assert words in findings[0].message
+
+
+def test_an_error_of_a_cycle_that_a_called_program_defines_is_at_the_call(view):
+    defines = f"BEGIN PGM A MM\nL X+1\n{DRILL.replace('Q201=-5', 'Q201=5')}\nCYCL CALL\nEND PGM A MM\n"
+    text = "\n".join([*HEAD, "CALL PGM A", "END PGM T"])
+    _moves, findings = view(text, dialect="heidenhain", tools=TOOLS, subroutines={"a": defines.encode()})
+    assert [(item.line, item.column) for item in findings] == [(len(HEAD) + 1, None)]
+    assert "Q201=5" in findings[0].message
+
+
+def test_a_corner_of_a_called_program_has_the_line_of_the_call(view):
+    rounded = "BEGIN PGM A MM\nL X+20\nRND R5\nL Y+20\nEND PGM A MM\n"
+    text = "\n".join([*HEAD, "M8", "M9", "CALL PGM A", "END PGM T"])
+    moves, findings = view(text, dialect="heidenhain", tools=TOOLS, subroutines={"a": rounded.encode()})
+    assert findings == ()
+    assert set(moves.line[-3:].tolist()) == {len(HEAD) + 3}

@@ -195,3 +195,12 @@ def test_words_of_the_group_that_does_not_decide_are_shown() -> None:
         options = verne_post.Options(control={"siemens": {"orientation_by_group": by_group}}, dialect="siemens")
         events = view_moves_plainly(source.encode(), options)[0].events
         assert [event.data["word"] for event in events if event.kind == "without effect"] == [word]
+
+
+@pytest.mark.parametrize(
+    ("text", "dialect"),
+    [("G1 X10 RND=50\nY10\nM30", "siemens"), ("G1 X10. ,R50.\nY10.\nM30", "fanuc")],
+)
+def test_a_corner_that_does_not_fit_is_refused_at_its_own_line(view, text, dialect):
+    _moves, findings = view(f"G0 X0. Y0. Z5. F100.\n{text}", dialect=dialect)
+    assert [(item.code, item.line) for item in findings] == [("VP008", 2)]

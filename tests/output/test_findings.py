@@ -130,6 +130,19 @@ def test_output_file_gets_what_standard_output_would(
         assert (tmp_path / "f").read_text() == shown.out
 
 
+def test_a_remedy_says_more_than_its_message_or_is_left_out(tmp_path: Path, run: Callable[..., Any]) -> None:
+    assert [code for code, known in CODES.items() if "that the message names" in known.remedy] == []
+    program = tmp_path / "lacks.nc"
+    program.write_text("G21 G90 G94\nG0 X0 Y0 Z20 A0 C0\nG4\nG10 L2 P10 Z1\nQ7\nM2\n")
+    told = run("check", program, *ARGUMENTS).out
+    findings = told.split(f"{program}:")
+    missing, number, useless = (next(one for one in findings if code in one) for code in ("VP005", "VP007", "VP006"))
+    assert "    = " not in missing
+    assert "    = " not in number
+    assert CODES["VP006"].remedy in useless
+    assert "Remedy: The message says what would be right." in run("explain", "VP007").out
+
+
 @pytest.mark.parametrize("code", sorted(CODES))
 def test_every_code_has_a_line(code: str) -> None:
     item = make_finding(code, "one sentence", line=7, last_line=9, worst_line=8, count=3)

@@ -109,40 +109,46 @@ def _propose_shifts(line: Line, findings: Sequence[Finding]) -> Iterator[str]:
     asked = [item for item in findings if item.code not in (*remedies.ROTARY_CODES, "VP301")]
     if not asked:
         return
-    joints, frame = line.joints, line.frame
+    joints = line.joints
     coordinates = joints.machine.coordinates
     warnings = find_worst(asked) == "warning"
-    directions = coordinates.turn_displacement(np.eye(3), frame)
-
-    def shift_alone(part: JointPath, *, end_only: bool = False) -> Iterator[tuple[str, Array, remedies.Shift]]:
-        for letter, direction in zip("XYZ", directions, strict=True):
-            found = remedies.find_smallest_shift(part, direction[None], end_only=end_only, also_warnings=warnings)
-            if found is not None:
-                yield letter, direction, found
-
     least = remedies.find_smallest_shift(joints, np.eye(3), also_warnings=warnings)
     if least is not None:
         moved = format_list(np.array(least.vector) @ coordinates.part_frame, 3)
         yield f"the part moved by {moved} mm ({_describe_offset(line, least)}){_describe_remaining(least)}"
         single = [
             f"{letter} {np.array(one.vector) @ direction:+.3f} mm{_describe_remaining(one)}"
-            for letter, direction, one in shift_alone(joints)
+            for letter, direction, one in _shift_along_axes(line, joints, warnings)
         ]
         if single:
             yield f"the part moved along one axis of the program: {', '.join(single)}"
-    if remedies.is_straight(line.exact):
-        tip, angles = line.exact.pose(line.exact.contour, np.array([0]), np.array([1.0]))
-        ends = []
-        for letter, _way, one in shift_alone(line.exact, end_only=True):
-            words = coordinates.map_from_table(tip[0] + np.array(one.vector), angles[0], frame)
-            now = line.moves.end[line.move]
-            at = AXES.index(letter)
-            ends.append(
-                f"{letter} {format_number(words[at], 4)} in place of {format_number(now[at])} "
-                f"mm{_describe_remaining(one)}"
-            )
-        if ends:
-            yield f"the line ended elsewhere: {', or '.join(ends)}"
+    if ends := [remedy.text for remedy in propose_ends(line, warnings=warnings)]:
+        yield f"the line ended elsewhere: {', or '.join(ends)}"
+
+
+def propose_ends(line: Line, *, warnings: bool) -> Iterator[Remedy]:
+    """Another X, Y or Z at the end of a straight line, alone; ``warnings``: what also removes warnings."""
+    if not remedies.is_straight(line.exact):
+        return
+    tip, angles = line.exact.pose(line.exact.contour, np.array([0]), np.array([1.0]))
+    for letter, _way, one in _shift_along_axes(line, line.exact, warnings, end_only=True):
+        place = tip[0] + np.array(one.vector)
+        words = line.joints.machine.coordinates.map_from_table(place, angles[0], line.frame)
+        at = AXES.index(letter)
+        now, then = float(line.moves.end[line.move][at]), format_number(words[at], 4)
+        text = f"{letter} {then} in place of {format_number(now)} mm{_describe_remaining(one)}"
+        yield Remedy(text, then, line=line.number, word=(letter, now))
+
+
+def _shift_along_axes(
+    line: Line, part: JointPath, warnings: bool, *, end_only: bool = False
+) -> Iterator[tuple[str, Array, remedies.Shift]]:
+    """The smallest move along each axis of the program alone: its letter, direction in the table frame, the move."""
+    directions = line.joints.machine.coordinates.turn_displacement(np.eye(3), line.frame)
+    for letter, direction in zip("XYZ", directions, strict=True):
+        found = remedies.find_smallest_shift(part, direction[None], end_only=end_only, also_warnings=warnings)
+        if found is not None:
+            yield letter, direction, found
 
 
 def _describe_offset(line: Line, shift: remedies.Shift) -> str:

@@ -13,7 +13,7 @@ from msgspec.structs import replace
 from verne_post.app.assemble import Program, assemble
 from verne_post.app.constraints import check_program, guard_joints
 from verne_post.app.explain_numbers import format_list
-from verne_post.app.line_remedies import Line, propose_turns
+from verne_post.app.line_remedies import Line, propose_ends, propose_turns
 from verne_post.base.arrays import Array
 from verne_post.base.long_text import Text
 from verne_post.base.tolerances import LIMIT_SLACK_MM
@@ -60,7 +60,7 @@ def add_remedies(source: Text, program: Program, findings: Sequence[Finding]) ->
     for item in findings:
         if item in remedied:
             tried = tuple(_try_remedies(source, program, joints, item, offset))
-            edits = tuple(one for one in tried if one.value)
+            edits = (*(one for one in tried if one.value), *_list_ends(program, joints, item))
             item = dataclasses.replace(item, remedies=tuple(one.text for one in tried), edits=edits)
         made.append(item)
     return made
@@ -87,6 +87,14 @@ def _try_remedies(
             yield Remedy(
                 "no work offset near this one makes the program legal; `verne-post fit` seeks one over the whole table"
             )
+
+
+def _list_ends(program: Program, joints: Any, item: Finding) -> list[Remedy]:
+    """Other numbers for X, Y or Z of the worst line: edits for an editor; in words, `explain` of the line has them."""
+    if item.code in (*ROTARY_CODES, *_OPTIONS) or find_family(item.code) == Family.BRANCH:
+        return []
+    line = _find_worst_line(program, joints, item)
+    return [] if line is None else list(propose_ends(line, warnings=False))
 
 
 def _find_worst_line(program: Program, joints: Any, item: Finding) -> Line | None:

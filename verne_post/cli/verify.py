@@ -130,15 +130,16 @@ def command(
             f"{name} is {UTF16 if is_utf16(error.object) else f'no text in UTF-8: {error}'}"
         ) from None
     findings = (*found, *verdict.findings)
-    print_findings(show_name(against), findings, quiet=quiet)
     status = find_exit_status(findings)
-    if not quiet:
-        say(format_verdict(name, verdict, program.machine, passes=status == ExitStatus.CLEAN) + "\n")
     if status != ExitStatus.CLEAN and not is_dash(setpoints) and (index := find_index(Path(setpoints))) is not None:
         echo(
-            f"{name} is one part of several; verify all of them: verne-post verify {show_name(str(index))} ...",
+            f"{name} is one part of a split file; here it is compared with the whole program, so rows are missing. "
+            f"Verify all parts together: verne-post verify {show_name(str(index))} ...",
             err=True,
         )
+    print_findings(show_name(against), findings, quiet=quiet)
+    if not quiet:
+        say(format_verdict(name, verdict, program.machine, passes=status == ExitStatus.CLEAN) + "\n")
     if log is not None and measured is not None:
         followed, source_lines = log
         echo(

@@ -43,6 +43,8 @@ class Execution(Struct):
         ``shown_line`` stands for lines of another ``file``. Errors of the same words are one finding.
         """
         line = error.line or line
+        if error.of_program:
+            shown_line, file = None, None
         shown_number = shown_line or line
         message = error.message if file is None else f"{file}, line {line}: {error.message}"
         key = (shown_number, error.code, message)

@@ -14,7 +14,7 @@ class Code(Struct, frozen=True):
     title: str
     severity: Severity
     meaning: str
-    remedy: str
+    remedy: str  #: Empty where each message says what would be right.
 
 
 def _make_table(*rows: tuple[str, str, Severity, str, str]) -> dict[str, Code]:
@@ -51,7 +51,7 @@ CODES: Final[dict[str, Code]] = _make_table(
         "missing word",
         "error",
         "A code needs a word that is not in its block.",
-        "Add the word that the message names.",
+        "",
     ),
     (
         "VP006",
@@ -65,7 +65,7 @@ CODES: Final[dict[str, Code]] = _make_table(
         "number out of range",
         "error",
         "The number of a word is outside what the word allows.",
-        "Use a value that the message names.",
+        "",
     ),
     (
         "VP008",
@@ -141,28 +141,28 @@ CODES: Final[dict[str, Code]] = _make_table(
         "not allowed in this modal state",
         "error",
         "The code is not allowed in the present modal state.",
-        "Change the mode that the message names first.",
+        "",
     ),
     (
         "VP018",
         "unusable option",
         "error",
         "An option and the program contradict each other.",
-        "Change the option that the message names.",
+        "",
     ),
     (
         "VP019",
         "unreadable tool table",
         "error",
         "A line of the tool table is not of the form 'T1 P1 Z50 D6 ; remark'.",
-        "Correct the line that the message names.",
+        "Write a tool in each line: its number T, pocket P, length Z, diameter D (docs/gcode.md).",
     ),
     (
         "VP020",
         "unreadable setpoint file",
         "error",
         "The setpoint file does not have the columns or the numbers that the machine needs.",
-        "Write it with verne-post convert, or correct the row that the message names.",
+        "Write the file again with verne-post convert.",
     ),
     ("VP021", "nothing to do", "error", "The program contains no motion.", "Check that this is the right file."),
     ("VP022", "program cannot be read", "error", "The file does not exist, or may not be read.", "Check its name."),
@@ -186,7 +186,7 @@ CODES: Final[dict[str, Code]] = _make_table(
         "impossible parameter",
         "error",
         "The parameter does not exist, has no value, or is read-only.",
-        "Set it first, or use a parameter that the message names.",
+        "",
     ),
     (
         "VP026",
@@ -207,7 +207,7 @@ CODES: Final[dict[str, Code]] = _make_table(
         "unreadable parameter file",
         "error",
         "A line of the parameter file is not a number and a value.",
-        "Correct the line that the message names.",
+        "Write a number and a value in each line, such as 5221 12.5, as LinuxCNC does.",
     ),
     (
         "VP029",
@@ -215,7 +215,7 @@ CODES: Final[dict[str, Code]] = _make_table(
         "error",
         "The program does not execute the line of --from-line exactly once by itself. Or the line is inside cutter "
         "compensation, a canned cycle or the control points of a spline.",
-        "Use the line that the message names.",
+        "",
     ),
     (
         "VP030",
@@ -241,7 +241,7 @@ CODES: Final[dict[str, Code]] = _make_table(
         "error",
         "The text cannot be read. It has words of another control or of another kind of file, or hardly "
         "any word of a program.",
-        "Post the program for one of the controller dialects that the message names.",
+        "",
     ),
     (
         "VP033",
@@ -634,22 +634,21 @@ CODES: Final[dict[str, Code]] = _make_table(
         "unusable machine file",
         "error",
         "The machine file is missing, is not TOML, or a key of it is unknown, missing or out of bounds.",
-        "Correct the key that the message names; `verne-post machine show` prints a valid file.",
+        "`verne-post machine show` prints a valid file; docs/machine-file.md explains each key.",
     ),
     (
         "VP502",
         "unreadable readings",
         "error",
         "A file of readings has a missing column, a value that is no number, or too little data.",
-        "Correct the line and column that the message names; docs/calibration.md and docs/as-built.md "
-        "show valid files.",
+        "docs/calibration.md and docs/as-built.md show valid files.",
     ),
     (
         "VP503",
         "unusable settings file",
         "error",
         "The settings file is not TOML, or a key of it is unknown or has an invalid value.",
-        "Correct the key that the message names (docs/commands.md, settings).",
+        "docs/commands.md has all keys of a settings file.",
     ),
     (
         "VP504",
@@ -657,7 +656,7 @@ CODES: Final[dict[str, Code]] = _make_table(
         "error",
         "The file of tool shapes, of measured work offsets or of tool lengths cannot be read, or has an "
         "impossible value.",
-        "Correct the key or row that the message names (docs/setpoints.md).",
+        "docs/setpoints.md shows valid files.",
     ),
     (
         "VP505",
@@ -683,7 +682,7 @@ CODES: Final[dict[str, Code]] = _make_table(
         "error",
         "A line, a number, a unit or a limit cannot be read, or is missing. It belongs to a file given to `machine "
         "import`, or to one that this file names.",
-        "Correct the line or key that the message names; docs/machines.md says what is read.",
+        "docs/machines.md says what is read.",
     ),
     (
         "VP508",

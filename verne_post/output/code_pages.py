@@ -22,6 +22,9 @@ _EXPECTED: Final = re.compile(r"\(expect: VP\d+[^,)]*(?:, options: (?P<options>[
 _WIDTH: Final = 90
 
 
+#: The remedy of a code whose messages differ in what is right.
+_IN_MESSAGE: Final = "The message says what would be right."
+
 #: Names of the program of an example, and of the changed copy of verne.toml.
 PROGRAM: Final = "example.nc"
 CHANGED: Final = "changed.toml"
@@ -83,7 +86,7 @@ def _list_parts(code: str) -> list[tuple[str, str, bool]]:
             files.append((f"{CHANGED}, a copy of verne.toml (verne-post machine show), where these lines differ", news))
         parts += [(f"Example: {name}".removesuffix(": "), text.rstrip(), True) for name, text in files]
         parts.append(("Shown by", "\n".join(example.commands), True))
-    parts += [("Why it matters", page["why"], False), ("Remedy", known.remedy, False)]
+    parts += [("Why it matters", page["why"], False), ("Remedy", known.remedy or _IN_MESSAGE, False)]
     parts.append(("Response", describe_response(known), False))
     if "parameters" in page:
         parts.append(("Parameters", f"{page['parameters']}.", False))

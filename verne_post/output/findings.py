@@ -106,10 +106,14 @@ def _quote_line(cause: Cause, source: "Text", program: str) -> list[str]:
 
 
 def list_remedies(item: Finding, program: str) -> list[str]:
-    """What helps against a finding, each in one line: remedies that were tried first. Nothing for warnings of poses."""
+    """What helps against a finding, each in one line: remedies that were tried first.
+
+    Nothing for warnings of poses, and where the message itself says what would be right.
+    """
     if not is_about_pose(item.code) or item.code in OF_THE_PART:
         title = _NO_DIAMETER if _is_about_diameter(item) else CODES[item.code].title
-        return [f"{title}: {describe_remedy(item, program)}"]
+        remedy = describe_remedy(item, program)
+        return [f"{title}: {remedy}"] if remedy else []
     if item.severity != "error":
         return []
     at = item.worst_line or item.line
@@ -135,7 +139,10 @@ def _is_about_diameter(item: Finding) -> bool:
 
 
 def describe_remedy(item: Finding, program: str) -> str:
-    """What to do about a finding, with the name of the program in commands, to be pasted."""
+    """What to do about a finding, with the name of the program in commands, to be pasted.
+
+    Empty where the message says it.
+    """
     return _name_program(_choose_remedy(item), program)
 
 

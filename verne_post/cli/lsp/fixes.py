@@ -5,6 +5,7 @@ import re
 import threading
 from collections.abc import Iterator, Mapping
 from pathlib import Path
+from typing import Final
 
 from msgspec import Struct
 
@@ -17,6 +18,9 @@ from verne_post.cli.setups import NONE
 from verne_post.model.findings import Finding, Remedy
 from verne_post.model.verdict import count_findings
 from verne_post.output.setup_text import quote_key
+
+#: The letter in place of a zero: after the letter of an axis or in a number, and before its digits or its point.
+_LETTER_O: Final = re.compile(r"(?<=[A-Z\d.])O(?=[\d.])|(?<=[\d.])O(?![A-Z\d])", re.IGNORECASE)
 
 
 class Fix(Struct, frozen=True):
@@ -90,6 +94,10 @@ def _propose_fixes(found: Inspected, item: Finding, setup: Path | None, texts: M
         if name is not None:
             begin += name.start()
             yield Fix(f"Write {near} in place of {name[0]}", found.path, text, begin, begin + len(name[0]), near)
+    letter_o = None if item.code != "VP001" or item.column is None else item.column - 1
+    if letter_o is not None and item.line and _LETTER_O.match(line := split_lines(text)[item.line - 1], letter_o):
+        begin = _find_offset(text, item.line - 1) + letter_o
+        yield Fix(f"Write 0 in place of the letter {line[letter_o]}", found.path, text, begin, begin + 1, "0")
     if item.code == "VP006" and item.column is not None:
         lines = split_lines(text)
         place = find_range(item, lines)

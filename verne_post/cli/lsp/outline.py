@@ -14,6 +14,7 @@ from verne_post.cli.lsp.places import remove_remarks
 from verne_post.config.subprograms import list_callable_files
 from verne_post.gcode.dialects import choose_dialect_name
 from verne_post.gcode.remarks import BLOCK_NUMBER, list_heads
+from verne_post.gcode.siemens.vocabulary import CYCLES, has_meaning
 from verne_post.model.findings import UsageError
 
 
@@ -83,6 +84,11 @@ _PLACE: Final = re.compile(r"(?<![A-Z_#])[XYZABC][ \t]*=?[ \t]*[-+]?[\d.]|\b(?:G
 _AWAY: Final = re.compile(r"(?<![A-Z_])G(?:53|28|30)(?![\d.])|\bSUPA\b|(?<![A-Z_])M9[12](?!\d)", re.IGNORECASE)
 
 
+#: Cycles of Siemens, and places, that nothing moves for: of a stock, of an offset, a tolerance.
+_NO_MOTION_CYCLES: Final = ("WORKPIECE", "CYCLE832")
+_NO_MOTION: Final = re.compile(r"\bBLK[ \t]+FORM\b|(?<![A-Z_])G(?:10|52|92)(?![\d.])|\bA?TRANS\b", re.IGNORECASE)
+
+
 def find_names(pattern: str, lines: Sequence[str]) -> Iterator[Named]:
     """What a pattern names, line by line."""
     sought = re.compile(pattern, re.IGNORECASE)
@@ -136,10 +142,19 @@ class Outline:
         return sorted([*operations, *found], key=lambda one: one.range.start.line)
 
     def _list_operations(self) -> Iterator[lsp.DocumentSymbol]:
-        """What follows each remark that heads an operation."""
-        heads = list_heads(self.lines, self.dialect)
+        """What follows each remark that heads an operation; remarks before all motion are about the whole program."""
+        heads, is_header = list_heads(self.lines, self.dialect), True
         for (begin, name), (after, _name) in pairwise([*heads, (len(self.lines), "")]):
-            yield self._make_symbol(name, lsp.SymbolKind.Event, begin, after - 1)
+            is_header = is_header and not any(self._has_place(k) or self._has_call(k) for k in range(begin, after))
+            if not is_header:
+                yield self._make_symbol(name, lsp.SymbolKind.Event, begin, after - 1)
+
+    def _has_call(self, line: int) -> bool:
+        """Whether a line calls a subprogram or, in Siemens, a cycle: any name may be one, if it means nothing else."""
+        names = [one.name.upper() for one in find_names(self.words.call, [remove_remarks(self.lines[line])])]
+        if self.dialect != "siemens":
+            return bool(names)
+        return any((name in CYCLES and name not in _NO_MOTION_CYCLES) or not has_meaning(name) for name in names)
 
     def _find_head(self, change: int, operations: Sequence[lsp.DocumentSymbol]) -> int:
         """The begin of a tool's lines: the remark before its change, if all motion of that operation comes after."""
@@ -152,7 +167,7 @@ class Outline:
     def _has_place(self, line: int) -> bool:
         """Whether a line names a place of the part to go to, as far as its text tells."""
         code = remove_remarks(self.lines[line])
-        return _PLACE.search(code) is not None and _AWAY.search(code) is None
+        return _PLACE.search(code) is not None and _AWAY.search(code) is None and _NO_MOTION.search(code) is None
 
     def _make_symbol(
         self,

@@ -95,22 +95,30 @@ def read_parameters(statement: Statement, head: Head, numbers: Numbers, auto_fee
         at += len(text[at:]) - len(text[at:].lstrip())
         match = _PARAMETER.match(text, at)
         if match is None:
-            raise statement.error("VP001", f"CYCL DEF {head.number}: {text[at:][:20]!r} is not of the form Q200=2")
-        number, value, word = int(match.group(1)[:6]), match.group(2), match.group(3)
+            raise statement.error(
+                "VP001", f"CYCL DEF {head.number}: {text[at:][:20]!r} is not of the form Q200=2", head.at + at
+            )
+        place, number, value, word = head.at + at, int(match.group(1)[:6]), match.group(2), match.group(3)
         if number in values:
-            raise statement.error("VP004", f"CYCL DEF {head.number}: Q{number} appears twice")
+            raise statement.error("VP004", f"CYCL DEF {head.number}: Q{number} appears twice", place)
         if word in ("FU", "FZ"):
             raise statement.error(
-                "VP002", f"CYCL DEF {head.number}: Q{number}={word}: feed rates of cycles are in mm/min"
+                "VP002", f"CYCL DEF {head.number}: Q{number}={word}: feed rates of cycles are in mm/min", place
             )
         if word in ("AUTO", "FAUTO"):
             if not auto_feed:
-                raise statement.error("VP009", f"CYCL DEF {head.number}: Q{number}=AUTO needs an F of TOOL CALL")
+                raise statement.error("VP009", f"CYCL DEF {head.number}: Q{number}=AUTO needs an F of TOOL CALL", place)
             values[number] = auto_feed
         else:
             values[number] = FMAX_VALUE if word else read_value(value, numbers)
         at = match.end()
     return values
+
+
+def find_parameter(statement: Statement, number: int) -> int | None:
+    """Where in the rest of a definition a Q parameter begins; None where it is not given."""
+    found = re.search(rf"(?:^|[ \t])(Q0*{number})[ \t]*=", statement.rest)
+    return None if found is None else found.start(1)
 
 
 def complete(
@@ -119,7 +127,11 @@ def complete(
     """The parameters of a cycle, with defaults; refuses missing ones and those that it does not have."""
     for name in given:
         if name not in needs and name not in defaults:
-            raise statement.error("VP006", f"CYCL DEF {number}: Q{name} is not a parameter that is executed here")
+            raise statement.error(
+                "VP006",
+                f"CYCL DEF {number}: Q{name} is not a parameter that is executed here",
+                find_parameter(statement, name),
+            )
     for name in needs:
         if name not in given:
             raise statement.error("VP005", f"CYCL DEF {number} needs Q{name}")

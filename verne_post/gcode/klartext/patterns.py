@@ -11,6 +11,7 @@ from verne_post.gcode.klartext.cycle_words import (
     MACHINING,
     PATTERNS,
     complete,
+    find_parameter,
     read_head,
     read_parameters,
 )
@@ -36,6 +37,8 @@ _NEEDS: Final = {
 }  # fmt: skip
 _ALLOWED_WORDS: Final = {"POS": ("Z",), "ROW": ("ROT", "Z"), "PAT": ("ROT", "Z"), "CIRC": ("Z",), "PITCHCIRC": ("Z",)}
 _FULL_TURN: Final = 360.0
+#: How a message about the value of a parameter of a cycle begins.
+_VALUE_AT_FAULT: Final = re.compile(r"Q(\d+)=")
 #: A place: X, Y, and the height that is added to the surface.
 Place = tuple[float, float, float]
 
@@ -45,6 +48,9 @@ class DefinedCycle(Struct, frozen=True):
 
     number: int
     q: dict[int, float]
+    #: Where the program gives its parameters: that of a pattern before its own. None in called files, whose lines no
+    #: finding names.
+    definitions: tuple[Statement, ...]
 
 
 class KlartextPatterns:
@@ -104,12 +110,16 @@ class KlartextPatterns:
         for name, value in given.items():
             self.q.set(f"Q{name}", value)
         if number in MACHINING:
-            self.cycle, self.cycle_unread, self.assigned_values = DefinedCycle(number, q), False, given
+            self.cycle = DefinedCycle(number, q, self._list_definitions(statement))
+            self.cycle_unread, self.assigned_values = False, given
             self.modal = False
             return
         self.assigned_values = {name: given.get(name, value) for name, value in self.assigned_values.items()}
         self.waiting.refuse(f"CYCL DEF {number}")
         self._run_pattern(statement, number, q)
+
+    def _list_definitions(self, statement: Statement) -> tuple[Statement, ...]:
+        return (statement,) if statement.line == self.frames.block.line else ()
 
     def define_places(self, statement: Statement) -> None:
         """PATTERN DEF POS1 (X+25 Y+33 Z+0) ...: the places of CYCL CALL PAT."""
@@ -178,7 +188,22 @@ class KlartextPatterns:
                     "takes the new value; write CYCL DEF again",
                 )
         q = self.cycle.q if not z else {**self.cycle.q, Q.SURFACE: self.cycle.q[Q.SURFACE] + z}
-        self.cycles.run_cycle(self.cycle.number, q)
+        try:
+            self.cycles.run_cycle(self.cycle.number, q)
+        except ProgramError as error:
+            self._move_to_definition(self.cycle, error)
+            raise
+
+    def _move_to_definition(self, cycle: DefinedCycle, error: ProgramError) -> None:
+        """An error about the value of one parameter stands where the cycle has it; more calls would only repeat it."""
+        value = _VALUE_AT_FAULT.match(error.message)
+        if value is None:
+            return
+        for definition in cycle.definitions:
+            if (at := find_parameter(definition, int(value[1]))) is not None:
+                error.line, error.column = definition.find_place(at)
+                error.of_program = self.cycle_unread = True
+                return
 
     def call_cycles(self, *, has_moved: bool) -> None:
         """What M99 and M89 ask for at the end of a block; M89 also after every block that has moved."""
@@ -256,6 +281,7 @@ class KlartextPatterns:
         self.cycle = DefinedCycle(
             kept_cycle.number,
             {**kept_cycle.q, Q.CLEARANCE: q[Q.CLEARANCE], Q.SURFACE: q[Q.SURFACE], Q.SECOND_CLEARANCE: second},
+            (*self._list_definitions(statement), *kept_cycle.definitions),
         )
         try:
             with self.cycles.expect_holes(len(places)):
@@ -276,6 +302,7 @@ class KlartextPatterns:
                     Q.SURFACE: q[Q.SURFACE],
                     Q.SECOND_CLEARANCE: q[Q.SECOND_CLEARANCE],
                 },
+                self.cycle.definitions,
             )
 
 

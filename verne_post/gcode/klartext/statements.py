@@ -1,6 +1,7 @@
 """Lines of a Klartext program -> statements: block number, keyword and the text after it, without comments."""
 
 import re
+from bisect import bisect_right
 from functools import cached_property
 from typing import Final
 
@@ -67,10 +68,18 @@ class Statement(Struct, frozen=True):
     rest: str  #: What follows the keyword, in upper case but for what stands in quotes.
     begin: int = 0  #: Column (from 0) at which ``rest`` begins, of the first line.
     is_deleted: bool = False  #: A slash stands before it.
+    further_lines: tuple[int, ...] = ()  #: Where in ``rest`` its second and later lines begin.
 
     def error(self, code: str, message: str, at: int | None = None) -> ProgramError:
         """An error of this statement, at a place of ``rest``."""
-        return ProgramError(code, message, None if at is None else self.begin + at + 1)
+        line, column = (None, None) if at is None else self.find_place(at)
+        return ProgramError(code, message, column, line if line != self.line else None)
+
+    def find_place(self, at: int) -> tuple[int, int]:
+        """Line, and column from 1, of a place of ``rest``."""
+        number = bisect_right(self.further_lines, at)
+        begin = self.further_lines[number - 1] if number else -self.begin
+        return self.line + number, at - begin + 1
 
 
 class KlartextText(ChunkedText):
@@ -198,9 +207,12 @@ def read_statement(parts: list[str], line: int) -> Statement:
         )
         raise ProgramError("VP002", f"{shown_word[:20]} is not {why}; docs/heidenhain.md lists them", begin + 1)
     name = " ".join(keyword.group().split())
-    tail = " ".join(_capitalise(part) for part in parts[1:])
     at = keyword.end() if name not in ("Q", "QL", "QR", "QS", "M", "F", "S", "R0", "RL", "RR") else begin
-    return Statement(line, name, text[at:] + (" " + tail if tail else ""), at, is_deleted)
+    rest, further_lines = text[at:], list[int]()
+    for part in parts[1:]:
+        further_lines.append(len(rest) + 1)
+        rest += f" {_capitalise(part)}"
+    return Statement(line, name, rest.rstrip(" "), at, is_deleted, tuple(further_lines))
 
 
 def _translate_lines(text: bytes) -> bytes:

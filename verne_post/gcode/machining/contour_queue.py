@@ -9,7 +9,7 @@ from msgspec.structs import replace
 from verne_post.gcode.machining.elements import Element, chamfer_corner, round_corner
 from verne_post.gcode.machining.machining import Machining
 from verne_post.gcode.machining.plane_geometry import cross
-from verne_post.gcode.program_error import At
+from verne_post.gcode.program_error import At, ProgramError
 from verne_post.model.moves import MoveKind
 
 
@@ -46,12 +46,16 @@ class ContourQueue(Struct):
         Raises
         ------
         ProgramError
-            VP008: the corner does not fit between them.
+            VP008: the corner does not fit between them; at the line of the corner.
         """
         first, corner = self.release()
         if first is None:
             return second
-        parts = None if corner is None else _make_corner(first, second, corner)
+        try:
+            parts = None if corner is None else _make_corner(first, second, corner)
+        except ProgramError as error:
+            error.line, error.of_program = (corner.line if corner is not None else 0) or first.line, True
+            raise
         if parts is None or corner is None:
             draw(first)
             return second
