@@ -149,7 +149,7 @@ def zigzag_table() -> str:
             for how in ("spline", "off")
         )
         rows.append([f"{angle_deg} deg", f"{ours:.1f}", f"{free}", f"{ours / free:.2f}", f"{stop:.1f}"])
-    return table(["zigzag of 1 mm, F3000, serial", "ms a corner", "free optimum ms", "ratio", "stop, ms"], rows)
+    return table(["zigzag of 1 mm, F3000, serial", "ms per corner", "free optimum ms", "ratio", "stop, ms"], rows)
 
 
 def wave(x: Array, feed: float, *, arcs: bool = False) -> bytes:

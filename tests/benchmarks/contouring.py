@@ -432,7 +432,7 @@ def main() -> None:
             "limits along the same contour, a lower bound. *over reference* is the excess over the "
             "same sections with `--quality`, for up to 10 s of motion. Only sections with blended "
             "corners count, and of the blade the first 1000 moves. *profile* is the CPU time of "
-            "planning a millisecond of motion. *CPU us/move* is the time from text to verified CSV, "
+            "planning per millisecond of motion. *CPU us/move* is the time from text to verified CSV, "
             "without start-up.",
             120,
         ),

@@ -87,7 +87,7 @@ def main() -> None:
     floor = measure_floor(source, machine, 80.0, blocks)
     rows = [[f"`{name}`", f"{100 * share:.0f} %"] for name, share in shares.items() if share >= LEAST_SHARE]
     rows.append(
-        ["the floor: text scan, one inverse and one forward solution a row, digits", f"{100 * floor / taken:.0f} %"]
+        ["the floor: text scan, one inverse and one forward solution per row, digits", f"{100 * floor / taken:.0f} %"]
     )
     text = "\n\n".join(
         [

@@ -47,9 +47,11 @@ assert main(sys.argv[1:]) == 0
 
 
 def measure(script: str, *words: str) -> tuple[float, float]:
-    """CPU s and peak MiB of a script."""
+    """CPU s and peak MiB of a script. Modules must be compiled, as pip leaves them: else starting takes 0.3 s more."""
+    environment = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
+    command = [sys.executable, "-c", script, *words]
     run = subprocess.run(
-        [sys.executable, "-c", script, *words], cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, check=True
+        command, cwd=ROOT, env=environment, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, check=True
     )
     cpu, peak = map(float, run.stdout.split())
     return cpu, peak / 1024

@@ -11,7 +11,6 @@ import argparse
 import os
 import platform
 import sys
-import textwrap
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -377,6 +376,8 @@ def row_of(one: Variation, jobs: list[Job], present: Measured) -> list[str]:
     low, high = min(times, default=float("nan")), max(times, default=float("nan"))
     small = max(abs(low), abs(high)) == 0.0
     span = "0" if small else f"{100 * low:+.2f} to {100 * high:+.2f} %"
+    if failed:
+        span += f"; {failed} without a profile"
     cpu = largest(cpus)
     tried = [key for key in one.others if key != one.value]
     row = [
@@ -385,7 +386,6 @@ def row_of(one: Variation, jobs: list[Job], present: Measured) -> list[str]:
         "; ".join(tried),
         span,
         "-" if abs(cpu) < CPU_NOISE else f"{100 * cpu:+.0f} %",
-        str(failed) if failed else "-",
     ]
     print(" | ".join(row), file=sys.stderr, flush=True)
     return row
@@ -411,13 +411,9 @@ def main() -> None:
             f"One thread of: {processor()}, {datetime.now(UTC):%Y-%m-%d}, Python {platform.python_version()}, numpy "
             f"{np.__version__}; {minutes:.0f} minutes of CPU.\n"
             f"The same constants measured again: CPU {percent(spread)} apart.",
-            textwrap.fill(
-                "Programs: "
-                + ", ".join(f"{job.name} ({took:.2f} s)" for job, took in zip(jobs, present.seconds, strict=True))
-                + ".",
-                120,
-            ),
-            table(["constant", "value", "values tried", "machining time", "CPU time", "failed"], rows).strip("\n"),
+            "The programs, and their machining times, are:",
+            "\n".join(f"- {job.name} ({took:.2f} s)" for job, took in zip(jobs, present.seconds, strict=True)),
+            table(["constant", "value", "values tried", "machining time", "CPU time"], rows).strip("\n"),
         ]
     )
     print(text)
