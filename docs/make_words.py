@@ -24,6 +24,8 @@ DOCS = Path(__file__).parent
 LEAST_SPAN = 3
 #: So many names in a row are spelled out.
 LEAST_RUN = 7
+#: So begins what a word does that is read and does nothing: it stands among the words without effect.
+IDLE = "no effect: "
 _OPTION = re.compile(r"--[a-z][a-z-]*")
 _HEADING = re.compile(r"^##+ (.+)$", re.MULTILINE)
 _TABLE = re.compile(r"(?<=<!-- words: )([a-z0-9 ]+)( -->\n).*?(?=<!-- end of words -->)", re.DOTALL)
@@ -206,6 +208,12 @@ def list_siemens_words() -> list[tuple[str, str]]:
     return [pair for words in (*siemens.GROUPS.values(), *kinds) for pair in words.items()]
 
 
+def list_idle_siemens_words() -> list[tuple[str, str]]:
+    """Words that Siemens reads as those it executes, but that do nothing; and the others without effect."""
+    read = [(word, does.removeprefix(IDLE)) for word, does in list_siemens_words() if does.startswith(IDLE)]
+    return [*siemens.NO_EFFECT.items(), *read]
+
+
 TABLES: Mapping[str, Callable[[], str]] = {
     "rs274 executed": lambda: make_executed_table(RS274),
     "rs274 refused": lambda: make_codes_table(RS274),
@@ -222,8 +230,10 @@ TABLES: Mapping[str, Callable[[], str]] = {
         (klartext.REFUSED_CYCLES, "cycle"),
         (klartext.REFUSED_FN, "FN "),
     ),
-    "siemens executed": lambda: make_siemens_table(list_siemens_words(), "do"),
-    "siemens without effect": lambda: make_siemens_table(siemens.NO_EFFECT.items(), "why"),
+    "siemens executed": lambda: make_siemens_table(
+        [pair for pair in list_siemens_words() if not pair[1].startswith(IDLE)], "do"
+    ),
+    "siemens without effect": lambda: make_siemens_table(list_idle_siemens_words(), "why"),
     "siemens refused": lambda: make_siemens_table(siemens.REFUSED_WORDS.items(), "why"),
 }
 

@@ -91,8 +91,8 @@ ADDRESSES: Final[Mapping[str, str]] = {
         ("T", "T1"), 'tool: T5, T="name". Length and radius are active from M6 on. An empty spindle has no length'
     ),
     "D": "length and radius of the tool off (D0) and on (D1)",
-    "CUTMOD": "0: cutting edges as in the tool table; other values are refused",
-    "H": "an auxiliary function, which is only shown",
+    "CUTMOD": "no effect: 0 is cutting edges as in the tool table; other values are refused",
+    "H": "an auxiliary function, which `dump moves` and --events show",
     **dict.fromkeys(("M", "M1"), "M functions; M1= is that of the spindle"),
     "G": "G functions as G=...",
     "L": "L10: subprogram",
