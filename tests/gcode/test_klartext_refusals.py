@@ -307,3 +307,12 @@ def test_a_corner_of_a_called_program_has_the_line_of_the_call(view):
     moves, findings = view(text, dialect="heidenhain", tools=TOOLS, subroutines={"a": rounded.encode()})
     assert findings == ()
     assert set(moves.line[-3:].tolist()) == {len(HEAD) + 3}
+
+
+def test_a_spindle_speed_of_a_called_program_is_told_at_the_call(view):
+    called = "BEGIN PGM A MM\nL X+20\nTOOL CALL S2000\nEND PGM A MM\n"
+    text = "\n".join([*HEAD, "M8", "M9", "CALL PGM A", "L X+5", "END PGM T"])
+    moves, findings = view(text, dialect="heidenhain", tools=TOOLS, subroutines={"a": called.encode()})
+    assert findings == ()
+    speeds = [(event.line, event.data.get("speed")) for event in moves.events if event.kind == "spindle"]
+    assert speeds[-1] == (len(HEAD) + 3, 2000.0)

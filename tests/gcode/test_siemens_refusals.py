@@ -204,3 +204,10 @@ def test_words_of_the_group_that_does_not_decide_are_shown() -> None:
 def test_a_corner_that_does_not_fit_is_refused_at_its_own_line(view, text, dialect):
     _moves, findings = view(f"G0 X0. Y0. Z5. F100.\n{text}", dialect=dialect)
     assert [(item.code, item.line) for item in findings] == [("VP008", 2)]
+
+
+def test_an_orientation_word_of_the_group_without_effect_is_told_with_the_words_that_decide(view):
+    moves, _findings = view("TRAORI\nORIAXES\nORIMKS\nG0 X0 Y0 Z50 A0 C0\nM30", dialect="siemens")
+    told = [event.data for event in moves.events if event.kind == "without effect"]
+    why = "ORIMKS and ORIWKS decide: orientation_by_group = false of [siemens]"
+    assert told == [{"word": "ORIAXES", "why": why}]

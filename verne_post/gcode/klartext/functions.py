@@ -87,7 +87,7 @@ class KlartextFunctions:
         elif any(delta):
             raise statement.error("VP006", "DL and DR belong to a tool number")
         if speed is not None:
-            self.core.auxiliary.set_speed(At(statement.line, {"S": 1}), speed, is_switched=False)
+            self.core.auxiliary.set_speed(At(self.frames.block.line, {"S": 1}), speed, is_switched=False)
 
     def _read_tool(self, statement: Statement) -> tuple[int | None, int]:
         """The number of the called or defined tool, by number or name, and the end of the words; None without one."""

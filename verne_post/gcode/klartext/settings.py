@@ -232,7 +232,7 @@ class KlartextSettings:
         if self.keys.cycle_19 != "moves":
             if feeds or distances:
                 self.core.recorder.record_event(
-                    statement.line, "without effect", word="F and set-up clearance of cycle 19"
+                    self.frames.block.line, "without effect", word="F and set-up clearance of cycle 19"
                 )
             return None
         if not (feeds and distances):

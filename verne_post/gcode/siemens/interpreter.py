@@ -135,8 +135,10 @@ class SiemensInterpreter:
         for group, name in (("orientation reference", "reference"), ("orientation path", "path")):
             if (word := words.find_code(group)) is not None:
                 setattr(modes, name, word)
-                if (name == "path") != self.motion.keys.orientation_by_group:
-                    why = "the other group decides: see orientation_by_group of [siemens]"
+                by_path = self.motion.keys.orientation_by_group
+                if (name == "path") != by_path:
+                    words_in_force = "ORIAXES and ORIVECT" if by_path else "ORIMKS and ORIWKS"
+                    why = f"{words_in_force} decide: orientation_by_group = {str(by_path).lower()} of [siemens]"
                     self.recorder.record_event(words.line, "without effect", word=word, why=why)
         if (arc_feed := words.find_code("feed on arcs")) is not None:
             modes.arc_feed = ARC_FEEDS[arc_feed]
