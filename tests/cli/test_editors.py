@@ -23,7 +23,7 @@ PROGRAM = (
     "%\n"
     "O0001 (BRACKET)\n"
     "G21 G90 G94 G17 G40 G49 G80\n"
-    "T1 M6\n"
+    "T1 M6 S900 M3\n"
     "(FACE)\n"
     "G0 X0. Y0. Z120. A0. C0.\n"
     "G1 A101. F2000.\n"
@@ -36,7 +36,7 @@ PROGRAM = (
     "M99\n"
     "%\n"
 )
-BARE = "T1 M6\nG43 H1\nG0 X0 Y0 Z90 A0 C0\nG1 X5 F500\nM2\n"
+BARE = "T1 M6 S900 M3\nG43 H1\nG0 X0 Y0 Z90 A0 C0\nG1 X5 F500\nM2\n"
 
 
 def find_block(heading: str, kind: str) -> str:

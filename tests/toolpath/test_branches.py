@@ -465,3 +465,23 @@ def test_words_and_vectors_meet_where_both_stand():
 def test_opposite_axes_have_no_great_circle(body, words):
     with pytest.raises(InputError, match=words):
         program(body)
+
+
+@pytest.mark.parametrize(
+    ("word", "says"),
+    [
+        ("C=30", "begins at C 45.000, which the tool axes after it ask for, and not at C 30.000, as line 2"),
+        ("C=45", ""),
+    ],
+)
+def test_a_c_word_that_a_vertical_vector_leaves_is_told(word, says):
+    """The rows began at C 45, which the first tilted axis asks for, and nothing said that C 30 was not kept."""
+    source = (
+        f"G17 G54 G90 G94 G71\nG0 A=0 {word}\nT1 D1 M6\nS5000 M3\nTRAORI\nG0 X0 Y0 Z40 A3=0 B3=0 C3=1\n"
+        "G1 F1000 X10 A3=0.1 B3=0.1 C3=0.98\nX20\nG0 Z80\nTRAFOOF\nM30\n"
+    )
+    options = Options(tool_length=80.0, wcs={"G54": (0, 0, 60)}, dialect="siemens", split_at_stops=True)
+    result = convert(source, "verne", options)
+    assert [(item.code, item.severity, item.line) for item in result.findings] == [("VP301", "warning", 7)] * bool(says)
+    assert says in "".join(item.message for item in result.findings)
+    assert result.setpoints.values[0][-1] == pytest.approx(45.0)  # the message is true

@@ -312,7 +312,9 @@ def add_rewinds(draft: Draft) -> Draft:
         return replace(draft, findings=(*draft.findings, *idle))
     if draft.branches is None:
         return draft
-    found = report_branch_changes(draft.path, draft.branches, draft.machine, allow_rewind=draft.options.allow_rewind)
+    found = report_branch_changes(
+        draft.path, draft.branches, draft.moves, draft.machine, allow_rewind=draft.options.allow_rewind
+    )
     path = draft.path
     if draft.branches.changes and find_worst(found) != "error":
         path = add_detours(path, draft.branches.changes, draft.machine)

@@ -9,7 +9,7 @@ from verne_post.base.team import ALONE, Team
 from verne_post.base.tolerances import LIMIT_SLACK, LIMIT_SLACK_MM, POLE_SINE, ZERO_ANGLE, ZERO_LENGTH_MM
 from verne_post.model.findings import Finding, make_finding
 from verne_post.model.machine import Machine
-from verne_post.model.moves import Moves
+from verne_post.model.moves import Frame, Moves
 from verne_post.model.toolpath import SegmentKind, ToolPath
 from verne_post.toolpath.branches import BranchPlan, plan_branches
 from verne_post.toolpath.build import build_path
@@ -60,10 +60,12 @@ def choose_branches(
     return path, BranchPlan(plan.start[segment], plan.end[segment], changes, plan.departs[segment], plan.legal)
 
 
-def report_branch_changes(path: ToolPath, plan: BranchPlan, machine: Machine, *, allow_rewind: bool) -> list[Finding]:
-    """Report (VP301) where the table rewinds, changes sides, or leaves the programmed branch."""
+def report_branch_changes(
+    path: ToolPath, plan: BranchPlan, moves: Moves, machine: Machine, *, allow_rewind: bool
+) -> list[Finding]:
+    """Report (VP301) where the table rewinds, changes sides, leaves the programmed branch, or begins beside it."""
     show, (tilt, turn) = machine.name_angles, machine.rotary_letters
-    findings = []
+    findings = _report_other_start(path, plan, moves, machine)
     for change in plan.changes:
         line = int(path.line[change.segment])
         fine = allow_rewind and not change.feeding
@@ -107,6 +109,26 @@ def report_branch_changes(path: ToolPath, plan: BranchPlan, machine: Machine, *,
             )
         )
     return findings
+
+
+def _report_other_start(path: ToolPath, plan: BranchPlan, moves: Moves, machine: Machine) -> list[Finding]:
+    """Report (VP301) that a vertical tool vector begins the path at another C than a word before it has named."""
+    named, first = moves.fixes_c, int(path.line[0])
+    begin = plan.start[0]
+    if named is None or named >= first or not path.free[0] or abs(np.sin(begin[0])) > POLE_SINE:
+        return []
+    turn = machine.coordinates.rotary[1]
+    word = float(moves.end[max(int(path.move[0]) - 1, 0), turn])
+    start = float(machine.coordinates.map_from_table(np.zeros(3), begin, Frame())[turn])
+    if abs(start - word) <= np.degrees(ZERO_ANGLE):
+        return []
+    letter = machine.rotary_letters[1]
+    what = (
+        f"the path begins at {letter} {format_fixed(start, 3)}, which the tool axes after it ask for, and not at "
+        f"{letter} {format_fixed(word, 3)}, as line {named} has it: the tool is vertical there, and leaves {letter} "
+        f"open; name {letter} {format_fixed(start, 3)} instead, or turn the table there before the start"
+    )
+    return [make_finding("VP301", what, severity="warning", line=first, last_line=first, worst_line=first)]
 
 
 def find_idle_turns(path: ToolPath, machine: Machine) -> list[Finding]:
