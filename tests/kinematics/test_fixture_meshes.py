@@ -104,7 +104,7 @@ def test_distances_in_poses_are_those_from_the_same_box() -> None:
     """Of a tool beside, over and in a block: by the points of the mesh, and by the exact distances from a box."""
     corners = (-20.0, -9.0, 0.0), (-10.0, 9.0, 60.0)
     given = {"tool_length": 100.0, "wcs": {"G54": (9.0, 2.0, 0.0, 30.0)}, "tool_shapes": {1: SHAPE}}
-    source = "G21 G90 G61.1\nT1 M6\nG0 X-60 Y30 Z80 A0 C0\nG1 X60 Y-30 Z50 A20 C40 F6000\nM2\n"
+    source = "G21 G90 G61.1\nT1 M6 S900 M3\nG0 X-60 Y30 Z80 A0 C0\nG1 X60 Y-30 Z50 A20 C40 F6000\nM2\n"
     found = []
     for body in (Box("block", *corners, system=1), mesh_of(*corners, "block", system=1)):
         joints = guard_joints(assemble(source.encode(), MACHINE, Options(**given, keep_out=(body,))))
@@ -122,7 +122,7 @@ def test_distances_in_poses_are_those_from_the_same_box() -> None:
 def test_rods_keep_out_of_boxes_and_meshes(machine_with: Any) -> None:
     """A post under the platform: only the rods, as thick as the machine file says, come near it."""
     machine = machine_with({"rods.diameter_mm": 40.0})
-    program = "G21 G90 G61.1\nT1 M6\nG0 X0 Y0 Z30 A0 C0\nG1 X40 F6000\nM2\n"
+    program = "G21 G90 G61.1\nT1 M6 S900 M3\nG0 X0 Y0 Z30 A0 C0\nG1 X40 F6000\nM2\n"
     joints = assemble(
         program.encode(), machine, Options(tool_length=100.0, wcs={"G54": (0.0, 0.0, 0.0)})
     ).build_joint_path()
@@ -393,7 +393,7 @@ def test_fixtures_of_a_settings_file_may_be_meshes(folder: Path, run: Any) -> No
 # --- the stock as a file --------------------------------------------------------------------------------
 
 #: A rapid through the gap of a casting, 20 mm over the table, and a cut of 2 mm into its right post.
-THROUGH = "G21 G90 G94 G54\nT1 M6\nG0 X0 Y-40 Z40 A0 C0\nZ10\nY40\nG1 X16 F1000\nY0\nG0 Z40\nM2\n"
+THROUGH = "G21 G90 G94 G54\nT1 M6 S900 M3\nG0 X0 Y-40 Z40 A0 C0\nZ10\nY40\nG1 X16 F1000\nY0\nG0 Z40\nM2\n"
 POSTS = [
     ((-30.0, -20.0, 0.0), (-10.0, 20.0, 30.0)),
     ((10.0, -20.0, 0.0), (30.0, 20.0, 30.0)),
@@ -419,7 +419,7 @@ def test_a_casting_is_the_stock_where_it_is() -> None:
 
 @pytest.mark.usefixtures("converted")
 def test_a_second_set_up_starts_from_what_the_first_has_left(folder: Path, run: Any) -> None:
-    Path("next.nc").write_text("G21 G90 G94 G54\nT2 M6\nG43 H2\nG0 X-12 Y0 Z20\nZ-8\nX12\nZ20\nM2\n")
+    Path("next.nc").write_text("G21 G90 G94 G54\nT2 M6 S900 M3\nG43 H2\nG0 X-12 Y0 Z20\nZ-8\nX12\nZ20\nM2\n")
     box = (folder / "vise.nc.toml").read_text().partition("[part]")[0]
     (folder / "next.nc.toml").write_text(box)
     answer = run("check", "next.nc")
@@ -482,7 +482,7 @@ def test_the_stock_that_a_program_defines_is_checked_where_one_asks(tmp_path: Pa
     )
     assert run("check", file, *words).code == 1
     plain = tmp_path / "b.nc"
-    plain.write_text("G21 G90 G94\nT1 M6\nG0 X0 Y0 Z50 A0 C0\nG1 X10 F900\nM2\n")
+    plain.write_text("G21 G90 G94\nT1 M6 S900 M3\nG0 X0 Y0 Z50 A0 C0\nG1 X10 F900\nM2\n")
     answer = run("check", plain, *words, "--stock", "program")
     assert answer.code == 2
     assert "--stock program: the program defines no stock (BLK FORM, WORKPIECE)" in answer.out + answer.err

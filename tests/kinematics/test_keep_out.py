@@ -224,14 +224,14 @@ PAST = "G21 G90 G61.1\nG0 X-60 Y0 Z30 A0 C0\nG1 X60 F6000\nM2\n"
 
 def check(source: str, **options: Any) -> list[Finding]:
     given = {"tool_length": 100.0, "tool_shapes": {1: SHAPE}, "wcs": {"G54": (0.0, 0.0, 0.0)}, **options}
-    program = assemble(source.replace("G61.1\n", "G61.1\nT1 M6\n").encode(), MACHINE, Options(**given))
+    program = assemble(source.replace("G61.1\n", "G61.1\nT1 M6 S900 M3\n").encode(), MACHINE, Options(**given))
     return check_program(program)[1]
 
 
 def least(source: str, box: Box, body: str, **options: Any) -> float:
     """Smallest distance by dense sampling of all motion."""
     given = {"tool_length": 100.0, "tool_shapes": {1: SHAPE}, "keep_out": (box,), **options}
-    program = assemble(source.replace("G61.1\n", "G61.1\nT1 M6\n").encode(), MACHINE, Options(**given))
+    program = assemble(source.replace("G61.1\n", "G61.1\nT1 M6 S900 M3\n").encode(), MACHINE, Options(**given))
     frames = build_interpreter_setup(MACHINE, program.options).frames
     model = build_keep_out(MACHINE, program.path, program.moves, program.options, frames)
     assert model is not None
@@ -297,7 +297,9 @@ def test_bounds_bound_convex_are_bounds() -> None:
 
 def test_a_tool_without_a_length_in_force_is_still_there() -> None:
     """Behind G49 the same tool is in the spindle: 82.5 mm of it hang below the gauge line."""
-    source = "G21 G90 G61.1\nT1 M6\nG43 H1\nG0 X0 Y0 Z50 A0 C0\nG1 Z10 F600\nG0 Z50\nG49\nG0 X60 Z20\nG0 Z10\nM2\n"
+    source = (
+        "G21 G90 G61.1\nT1 M6 S900 M3\nG43 H1\nG0 X0 Y0 Z50 A0 C0\nG1 Z10 F600\nG0 Z50\nG49\nG0 X60 Z20\nG0 Z10\nM2\n"
+    )
     tools = {1: Tool(1, 1, (0.0, 0.0, 82.5, *(0.0,) * 6), 10.0)}
     box = Box("block", (55.0, -5.0, 90.0), (65.0, 5.0, 150.0))
     options = Options(tools=tools, wcs={1: WorkOffset((0.0, 0.0, 150.0))}, keep_out=(box,), split_at_stops=True)
@@ -348,7 +350,7 @@ THIN = {1: (Cylinder("cutter", 6.0, 60.0),), 2: (Cylinder("cutter", 6.0, 60.0),)
         ("G1 X20 Z50 F900\nG0 Z70\nG0 Z50\nG1 X30\nG0 Z80\n", None),  # back to where a slanting cut ended
         ("G0 X10 Z62\nG1 Z30 F900\nG0 Z62\nZ29.9\nG0 Z80\n", 10),  # deeper than it has drilled
         ("G0 X10 Z62\nG1 Z30 F900\nG0 Z62\nX11\nG0 Z31\nG0 Z80\n", 11),  # beside the hole
-        ("T2 M6\nG43 H2\nG0 X10 Z62\nG0 Z40\nG0 Z80\n", 10),  # another tool
+        ("T2 M6 S900 M3\nG43 H2\nG0 X10 Z62\nG0 Z40\nG0 Z80\n", 10),  # another tool
     ],
 )
 def test_a_drill_goes_back_into_its_own_hole(after: str, line: int | None) -> None:
@@ -426,7 +428,8 @@ def test_a_dry_run_in_the_air_is_checked_there() -> None:
 
 def test_each_tool_has_its_own_shape() -> None:
     source = (
-        "G21 G90 G61.1\nT1 M6\nG43 H1\nG0 X-60 Y0 Z30 A0 C0\nG1 X60 F6000\nT2 M6\nG43 H2\nG0 X60 Y0 Z30\nG1 X-60\nM2\n"
+        "G21 G90 G61.1\nT1 M6 S900 M3\nG43 H1\nG0 X-60 Y0 Z30 A0 C0\nG1 X60 F6000\n"
+        "T2 M6 S900 M3\nG43 H2\nG0 X60 Y0 Z30\nG1 X-60\nM2\n"
     )
     tools = {n: Tool(n, n, (0.0, 0.0, 100.0, *(0.0,) * 6), d) for n, d in ((1, 6.0), (2, 30.0))}
     beside = Box("rail", (-50.0, 10.0, 0.0), (50.0, 20.0, 40.0))

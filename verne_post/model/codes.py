@@ -542,12 +542,11 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP301",
         "flip, rewind or another branch",
         "error",
-        "To keep a limit, the table must change to its other solution (-A, C + 180), rewind C, or leave "
-        "the programmed A and C."
-        " Three cases are warnings: C turns under a vertical tool that does not move; C turns by more than half a "
-        "turn in "
-        "a feed move with a tilted tool; with --allow-rewind, the table changes where the tool does not feed, with a "
-        "retract, a turn and a return.",
+        "To keep a limit, the table must change to its other solution (-A, C + 180), rewind C, or leave the programmed "
+        "A and C. Four cases are warnings: the path begins with a vertical tool vector, and at another C than a word "
+        "before it names; C turns under a vertical tool that does not move; C turns by more than half a turn in a feed "
+        "move with a tilted tool; with --allow-rewind, the table changes where the tool does not feed, with a retract, "
+        "a turn and a return.",
         "Retract the tool where the message says, give --allow-rewind, or post the program with other angles.",
     ),
     # --- VP4xx: feed and dynamics, and what verification of a written file finds -----------------

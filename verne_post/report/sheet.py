@@ -89,7 +89,8 @@ def name_verdict(machine: Machine, study: Study) -> tuple[str, str]:
         return "No go", "no-go"
     warned = any(item.severity == "warning" for item in study.findings)
     # it says that the numbers of the file hold, not that the machine does
-    source = machine.provenance.get("limits", "").partition(" ")[0].strip(":,;")
+    said = machine.provenance.get("limits") or machine.provenance.get("joints") or ""  # of a chain, joints have them
+    source = said.partition(" ")[0].strip(":,;")
     on = f"on {source} limits" if source else "on limits of unknown source"
     return f"{'Go, with warnings' if warned else 'Go'}, {on}", "warned" if warned else "go"
 

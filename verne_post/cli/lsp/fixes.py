@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Final
 
 from msgspec import Struct
+from msgspec.structs import replace
 
 from verne_post.base.suggestions import find_suggestion
 from verne_post.base.tolerances import LIMIT_SLACK_MM
@@ -32,7 +33,8 @@ class Fix(Struct, frozen=True):
     begin: int
     end: int
     new: str
-    settles: bool = False  #: No error stays.
+    settles: bool = False  #: No error stays, and the tool points where the program says.
+    turns: bool = False  #: The tool axis becomes another one.
 
 
 def find_fixes(
@@ -54,7 +56,9 @@ def find_fixes(
         if (errors, warnings) < before:
             left = f"{errors} error{'s stay' if errors > 1 else ' stays'}" if errors else "legal then"
             left += f", with {warnings} warning{'s' if warnings > 1 else ''}" if warnings > before[1] else ""
-            fixes.append(Fix(f"{fix.title} ({left})", fix.path, fix.text, fix.begin, fix.end, fix.new, not errors))
+            left += ", another tool axis" if fix.turns else ""
+            settles = not errors and not fix.turns
+            fixes.append(replace(fix, title=f"{fix.title} ({left})", settles=settles))
     lacking = item.settled_by and setup is not None and not setup.exists() and setup not in texts
     if lacking and setup is not None and found.machine is not None and found.options is not None:
         new, missing, _others = make_setup(found.path.name, found.source, found.machine, found.options)
@@ -122,7 +126,8 @@ def _change_word(found: Inspected, remedy: Remedy) -> Fix | None:
     new = f"+{value}" if word[2].startswith("+") and not value.startswith("-") else value
     begin = _find_offset(found.text, remedy.line - 1) + word.start(2)
     title = f"Write {word[1]}{new} in place of {word[0]} in line {remedy.line}"
-    return Fix(title, found.path, found.text, begin, begin + len(word[2]), new)
+    turns = letter.upper() in ("A", "B", "C")
+    return Fix(title, found.path, found.text, begin, begin + len(word[2]), new, turns=turns)
 
 
 def _change_setup(setup: Path | None, remedy: Remedy, texts: Mapping[Path, str]) -> Fix | None:
