@@ -78,10 +78,12 @@ def test_a_mesh_that_is_no_body_is_named(corner, says):
         (ascii(CUBE).replace(b"vertex 10 10 10", b"vertex 10 1O 10", 1), "line 20: expected vertex and three numbers"),
         (ascii(CUBE)[:-60], "the file ends inside one"),
         (binary(np.where(CUBE > 9, np.nan, CUBE)), "facet 1 has a coordinate that is no number"),
+        (binary(CUBE).replace(struct.pack("<f", CUBE.max()), b"\1\0\x80\x7f"), "a coordinate that is no number"),
         (binary(CUBE[:, [0, 0, 1]]), "none of its facets has an area"),
         (b"", "it is no STL file"),
     ],
 )
+@pytest.mark.filterwarnings("error")
 def test_what_cannot_be_read_is_named(raw, says):
     with pytest.raises(InputError, match=says):
         read_stl(raw, "cube.stl")

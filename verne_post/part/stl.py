@@ -168,7 +168,8 @@ def _read_binary(raw: bytes, name: str) -> Array:
             f"it is no STL file: {len(raw)} bytes, of {_HEADER + _FACET.itemsize * count} that a binary one would have",
         )
     facets = np.frombuffer(raw, _FACET, count, _HEADER)
-    return np.asarray(facets["vertex"], dtype=np.float64)
+    with np.errstate(invalid="ignore"):  # numpy warns of a signalling NaN, which read_stl refuses
+        return np.asarray(facets["vertex"], dtype=np.float64)
 
 
 def _read_text(raw: bytes, name: str) -> Array:
