@@ -180,25 +180,25 @@ class KlartextContour:
             raise statement.error("VP017", f"{side} while a tool vector holds")
         self.side = side
         sign = (1.0 if side == "RL" else -1.0) * (-1.0 if self.frames.flips else 1.0)
-        if radius:
-            self.core.start_compensation(Compensation(_CODES[side], 0, sign * radius, perpendicular=True))
+        self.core.start_compensation(Compensation(_CODES[side], 0, sign * radius, perpendicular=True))
 
     def find_tool_radius(self) -> float:
-        """Radius of the tool in the spindle with DR of its call, mm.
+        """Radius of the tool in the spindle with DR of its call, mm, above 0.
 
         Raises
         ------
         ProgramError
-            VP012 where it is not known.
+            VP012 where it is not known, VP007 where DR leaves none.
         """
         state = self.state
         number = state.loaded_tool or 0
-        if number == 0 or state.tools is None or number not in state.tools:
+        tool = None if number == 0 or state.tools is None else state.tools.get(number)
+        if tool is None or tool.diameter == self.delta_radius == 0.0:
             text = f"the radius of tool {number} is not known; give --tool-table FILE, or TOOL DEF with L and R"
             key = find_tool_key(number, "diameter", state.tool_names)
             raise ProgramError("VP012", text, about=f"tool {number}", settled_by=key)
-        radius = 0.5 * state.tools[number].diameter + self.delta_radius
-        if radius < 0:
+        radius = 0.5 * tool.diameter + self.delta_radius
+        if radius <= 0:
             raise ProgramError("VP007", f"tool {number} has the radius {radius:g} mm with DR of its call")
         return radius
 

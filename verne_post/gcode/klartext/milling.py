@@ -173,8 +173,6 @@ class KlartextMilling:
         climb = -1 if q.get(Q.CLIMB) == -1.0 else 1
         sense = climb * (1 if inside else -1) * (-1 if self.state.spindle_reversed else 1)
         radius = self.contour.find_tool_radius()
-        if radius <= 0:
-            raise ProgramError("VP012", "milling cycles need the radius of the tool, and it is 0")
         return Milling(
             radius,
             clear,
