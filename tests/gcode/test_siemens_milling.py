@@ -626,7 +626,7 @@ def test_corners_are_those_of_lines_and_arcs_written_out(view):
 
 @pytest.mark.parametrize(("text", "code", "line"), [
     ("G1 X20 RND=3\nY20 M8", "VP017", 4), ("G1 X20 RND=3\nM8\nY20", "VP017", 4), ("G1 X20 RND=3\nG91 Y20", "VP017", 4),
-    ("G1 X20 RND=30\nY20", "VP008", 4), ("G1 X20 CHR=3\nG2 X40 Y20 CR=20", "VP008", 4),
+    ("G1 X20 RND=30\nY20", "VP008", 3), ("G1 X20 CHR=3\nG2 X40 Y20 CR=20", "VP008", 3),
     ("G1 X20 RND=-1\nY20", "VP007", 3), ("G1 X20 RND=1 CHR=1\nY20", "VP003", 3), ("G0 X20 RND=1\nY20", "VP017", 3),
     ("G9 G1 X20 RND=1\nY20", "VP017", 3), ("G1 X20 FRC=9\nY20", "VP006", 3),
     ("G1 X20 RNDM=-1\nY20", "VP007", 3), ("G18 G1 X20 RND=1\nZ20", "VP002", 3),
