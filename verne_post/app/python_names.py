@@ -7,7 +7,7 @@ raise is put into the names of Python here, by the one table of options.
 import dataclasses
 import re
 from collections.abc import Callable
-from functools import partial, wraps
+from functools import cache, partial, wraps
 from typing import Any, Final, ParamSpec, TypeVar, get_args
 
 from msgspec import structs
@@ -65,12 +65,17 @@ def name_in_python(text: str) -> str:
 
 def _spell(found: re.Match[str]) -> str:
     flag, word = found.groups()
-    names = {spell_flag(name): name for name in OPTIONS if find_about(name).flag != ""} | _ARGUMENTS
-    name = names.get(flag)
+    name = _list_names().get(flag)
     if name is None:
         return found.group()
     value = "" if word is None else _spell_value(name, word)
     return f"{name}={value}" if value else name if word in (None, "FILE") else f"{name} {word}"
+
+
+@cache
+def _list_names() -> dict[str, str]:
+    """What is written on the command line -> the name that Python has for it."""
+    return {spell_flag(name): name for name in OPTIONS if find_about(name).flag != ""} | _ARGUMENTS
 
 
 def _spell_value(name: str, word: str) -> str:

@@ -7,6 +7,7 @@ from typing import Final
 import numpy as np
 from msgspec import Struct
 
+from verne_post.base.numbers import format_count
 from verne_post.base.printable import format_json
 from verne_post.base.units import DEG_PER_RAD
 from verne_post.calibration.data import Identification, Readings, Uncertainty
@@ -54,7 +55,7 @@ def format_identification(report: IdentificationReport) -> str:
 def _write_lines(report: IdentificationReport) -> Iterator[str]:
     result, sigma, data = report.result, report.sigma, report.data
     settings = len(np.unique(data.setting))
-    shared = f"{settings} setting{'s' if settings != 1 else ''} of the sliders"
+    shared = f"{format_count(settings, 'setting')} of the sliders"
     yield f"{report.source}: {len(data.line)} rows, {shared}; {report.machine.name} ({report.machine.kind})"
     tilt = f"tilts {DEG_PER_RAD * sigma.tilt:g} deg"
     if math.isinf(sigma.tilt) or not np.isfinite(data.pose[:, 3]).any():

@@ -28,7 +28,7 @@ from verne_post.cli.progress import show_progress
 from verne_post.cli.report_files import add_report_files, take_report_files, write_failure_files, write_report_files
 from verne_post.cli.streams import echo, print_as_is
 from verne_post.model.verdict import RESULTS, ExitStatus, Verdict, find_exit_status, find_gravest, find_verdict
-from verne_post.output.causes import list_worst
+from verne_post.output.causes import find_first_error
 from verne_post.output.formats import FORMATS
 
 if TYPE_CHECKING:
@@ -281,7 +281,7 @@ def make_table(outcomes: "Sequence[Outcome]") -> str:
     for name, word, one in zip(names, words, outcomes, strict=True):
         time = "-" if one.cycle_time_s is None else f"{one.cycle_time_s:.3f}"
         rows = "-" if one.rows is None else str(one.rows)
-        first = next((item for item in list_worst(one.findings) if item.severity == "error"), None)
+        first = find_first_error(one.findings)
         where = "" if first is None or first.line is None else f" line {first.line}"
         reason = "" if first is None else f"{first.code}{where}: {make_printable(first.message)}"
         lines.append(f"{name:<{width}}  {word:<{room}} {time:>10} {rows:>10}  {reason}".rstrip())

@@ -58,6 +58,11 @@ def list_worst(findings: Sequence[Finding]) -> Iterator[Finding]:
     return (cause.worst for cause in find_causes(findings))
 
 
+def find_first_error(findings: Sequence[Finding]) -> Finding | None:
+    """The worst finding of the first cause that refuses a program; None where none does."""
+    return next((item for item in list_worst(findings) if item.severity == "error"), None)
+
+
 def find_excess(item: Finding) -> float:
     """How far beyond its limit a finding is; most for what cannot be reached at all."""
     return float("inf") if item.value is None or item.limit is None else abs(item.value - item.limit)

@@ -5,6 +5,7 @@ from typing import Final
 import numpy as np
 
 from verne_post.base.arrays import Array, Ints
+from verne_post.base.numbers import format_count
 from verne_post.output.plots import picture
 from verne_post.part.compare import GOUGE, UNDECIDED, measure_areas
 from verne_post.part.verdict import Judged, Machined, describe_place
@@ -41,7 +42,7 @@ def describe_comparisons(name: str, machined: Machined) -> str:
     for touched in machined.contacts:
         count = len(np.unique(np.concatenate([one.line for one in touched.found]))) if touched.found else 0
         verdict = (
-            f"nearer than {touched.allowed:g} mm in {count} line{'s' if count > 1 else ''}"
+            f"nearer than {touched.allowed:g} mm in {format_count(count, 'line')}"
             if count
             else f"never nearer than {touched.allowed:g} mm"
         )

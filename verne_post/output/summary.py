@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from verne_post.base.numbers import format_fixed
+from verne_post.base.numbers import format_count, format_fixed
 from verne_post.base.printable import make_printable
 from verne_post.base.tolerances import ACCELERATION_RATIO, FEED_RATIO, JERK_RATIO, VELOCITY_RATIO
 from verne_post.base.units import DEG_PER_RAD
@@ -389,7 +389,7 @@ def _describe_arc_feeds(summary: Summary) -> Facts:
         where = "on the contour" if rule.most > 1 else "on the contour of inside arcs"
         why = f"{rule.name}, assumed: neither the program nor the settings file says so" if rule.assumed else rule.name
         shares = " to ".join(dict.fromkeys(f"{share:.4g}" for share in (use.slowest, use.fastest)))
-        arcs = f"{use.arcs} arc{'s' if use.arcs > 1 else ''}"
+        arcs = format_count(use.arcs, "arc")
         texts.append(f"F holds {where} ({why}): the tool's centre goes at {shares} times F on {arcs}")
     return [("feed on arcs", "; ".join(texts))] if texts else []
 

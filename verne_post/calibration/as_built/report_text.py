@@ -8,6 +8,7 @@ import numpy as np
 from msgspec import Struct
 
 from verne_post.base.arrays import Array
+from verne_post.base.numbers import format_count
 from verne_post.base.printable import format_json
 from verne_post.base.units import DEG_PER_RAD, MILLI
 from verne_post.calibration.as_built.calibrate import Calibration
@@ -52,12 +53,9 @@ def _write_lines(report: CalibrationReport) -> Iterator[str]:
     texts = ", ".join(part for part in parts if not part.startswith("0 "))
     yield f"{report.source}: {texts}; {report.machine.name} ({report.machine.kind})"
     if measurement.stations:
-        yield (
-            f"measured from {measurement.stations} unknown place{'s' if measurement.stations > 1 else ''}, estimated "
-            "too"
-        )
+        yield f"measured from {format_count(measurement.stations, 'unknown place')}, estimated too"
     if report.blank:
-        yield f"{report.blank} row{'s' if report.blank > 1 else ''} without a measured value: not used"
+        yield f"{format_count(report.blank, 'row')} without a measured value: not used"
     for bad in result.bad:
         yield _describe_bad_reading(measurement, bad)
     yield from _describe_quality(report)

@@ -10,6 +10,7 @@ from typing import Final
 from msgspec import Struct
 from msgspec.structs import replace
 
+from verne_post.base.numbers import format_count
 from verne_post.base.suggestions import find_suggestion
 from verne_post.base.tolerances import LIMIT_SLACK_MM
 from verne_post.cli.lsp.inspector import Inspected, Inspector
@@ -55,7 +56,7 @@ def find_fixes(
         # an edit that turns an error into a warning helps, as a point among numbers without one (VP038)
         if (errors, warnings) < before:
             left = f"{errors} error{'s stay' if errors > 1 else ' stays'}" if errors else "legal then"
-            left += f", with {warnings} warning{'s' if warnings > 1 else ''}" if warnings > before[1] else ""
+            left += f", with {format_count(warnings, 'warning')}" if warnings > before[1] else ""
             left += ", another tool axis" if fix.turns else ""
             settles = not errors and not fix.turns
             fixes.append(replace(fix, title=f"{fix.title} ({left})", settles=settles))
@@ -87,10 +88,8 @@ def _propose_fixes(found: Inspected, item: Finding, setup: Path | None, texts: M
         yield Fix("End the program with M30", found.path, text, len(text), len(text), new)
     near = find_suggestion(item.message)
     if near and item.column is not None:
-        lines = split_lines(text)
-        place = find_range(item, lines)
-        begin = _find_offset(text, place.start.line) + place.start.character
-        written = text[begin : begin + place.end.character - place.start.character]
+        begin, end = _find_span(item, text)
+        written = text[begin:end]
         # the name alone, without quotes and without the number of an assignment
         name = (
             re.search(r"[A-Za-z_][\w.-]*", written) if written.startswith('"') else re.match(r"[A-Za-z_]\w*", written)
@@ -103,11 +102,15 @@ def _propose_fixes(found: Inspected, item: Finding, setup: Path | None, texts: M
         begin = _find_offset(text, item.line - 1) + letter_o
         yield Fix(f"Write 0 in place of the letter {line[letter_o]}", found.path, text, begin, begin + 1, "0")
     if item.code == "VP006" and item.column is not None:
-        lines = split_lines(text)
-        place = find_range(item, lines)
-        begin = _find_offset(text, place.start.line) + place.start.character
-        end = begin + place.end.character - place.start.character
+        begin, end = _find_span(item, text)
         yield Fix(f"Remove {text[begin:end].strip()}", found.path, text, begin, end, "")
+
+
+def _find_span(item: Finding, text: str) -> tuple[int, int]:
+    """Where in a text the word of a finding begins and ends."""
+    place = find_range(item, split_lines(text))
+    begin = _find_offset(text, place.start.line) + place.start.character
+    return begin, begin + place.end.character - place.start.character
 
 
 def _find_offset(text: str, line: int) -> int:

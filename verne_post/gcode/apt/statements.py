@@ -22,9 +22,7 @@ from verne_post.gcode.words import mark_blanks_in_numbers, read_whole_lines, spl
 _NUMBER: Final = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[EeDd][+-]?[0-9]+)?$")
 _NUMBER_OF_POINT: Final = rb"[ \t]*+[+-]?(?:[0-9]++\.?[0-9]*+|\.[0-9]++)(?:[Ee][+-]?[0-9]++)?[ \t]*+"
 #: One line with GOTO, and three or six numbers.
-_POINT: Final = re.compile(
-    rb"[ \t]*+GOTO[ \t]*+/%b(?:,%b){2}(?:(?:,%b){3})?\r?\n" % ((_NUMBER_OF_POINT,) * 3), re.MULTILINE
-)
+_POINT: Final = re.compile(rb"[ \t]*+GOTO[ \t]*+/%b(?:,%b){2}(?:(?:,%b){3})?\r?\n" % ((_NUMBER_OF_POINT,) * 3))
 #: Consecutive lines with GOTO, and characters of numbers; this is found quickly.
 _LINES_OF_POINTS: Final = re.compile(rb"(?:^[ \t]*+GOTO[ \t]*+/[-+0-9.Ee, \t]*+\r?\n){%d,}+" % MIN_LINES, re.MULTILINE)
 _NOT_OF_NUMBERS: Final = b"GOT/ \t\r"

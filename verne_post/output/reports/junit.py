@@ -6,8 +6,8 @@ from xml.etree import ElementTree
 from verne_post.base.printable import make_printable
 from verne_post.model.findings import Finding
 from verne_post.model.machine import Machine
-from verne_post.model.verdict import Verdict, find_worst, is_about_pose
-from verne_post.output.causes import list_worst
+from verne_post.model.verdict import Verdict, is_about_pose
+from verne_post.output.causes import find_first_error
 from verne_post.output.findings import Report, format_causes
 
 #: Characters that XML cannot hold, made visible.
@@ -51,8 +51,7 @@ def _make_case(report: Report) -> ElementTree.Element:
     for shown in format_causes(report.program, report.findings, report.source):
         lines += shown
     text = _clean("\n".join(lines))
-    if find_worst(report.findings) == "error":
-        first = next(item for item in list_worst(report.findings) if item.severity == "error")
+    if (first := find_first_error(report.findings)) is not None:
         kind = "failure" if is_about_pose(first.code) else "error"
         ElementTree.SubElement(case, kind, type=first.code, message=make_printable(first.message)).text = text
     elif text:
