@@ -233,8 +233,11 @@ class MotionCodes:
         Over an upright table the head stays at its height in the machine, and no length alters its way. Over another
         one it is refused.
         """
-        lacking = self.core.find_lacking(given="F" in block.words)
-        if lacking != "tool length" or not set(axes) <= {_X, _Y} or not self.is_retracted():
+        if self.state.has_tool_length or not self.setup.machine:  # most lines end here
+            return False
+        if not set(axes) <= {_X, _Y} or not self.is_retracted():
+            return False
+        if self.core.find_lacking(given="F" in block.words) != "tool length":
             return False
         machine = self.setup.coordinates.map_to_machine(np.array(self.state.position), self.state.frame)
         tilt = float(machine[self.setup.rotary[0]])
