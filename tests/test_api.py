@@ -329,8 +329,8 @@ def test_a_machine_that_does_not_exist_is_an_input_error() -> None:
 
 def test_bad_programs_are_results() -> None:
     for source, verdict in (
-        ("G1 X", "unusable program"),
-        ("G21 G90\nG0 X0 Y0 Z20 A0 C0\nZ700\nM2\n", "violates limits"),
+        ("G1 X", "refused: unusable program"),
+        ("G21 G90\nG0 X0 Y0 Z20 A0 C0\nZ700\nM2\n", "refused: violates limits"),
     ):
         result = vp.convert(source, "verne", vp.Options(tool_length=80))
         assert (result.ok, result.setpoints) == (False, None)
@@ -341,7 +341,7 @@ def test_bad_programs_are_results() -> None:
 
 def test_results_print_as_tables() -> None:
     result = vp.convert(POCKET, "verne", OPTIONS)
-    assert "accepted" in repr(result)
+    assert "can run" in repr(result)
     assert result.setpoints is not None
     lines = repr(result.setpoints).splitlines()
     assert lines[0].split()[0] == "t_s"

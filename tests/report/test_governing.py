@@ -367,7 +367,11 @@ def test_the_verdict_comes_first_and_says_what_is_assumed() -> None:
     )
     warned = study_of("G21 G90\nG0 X0 Y0 Z0 A0 C0\nG1 X10 F600\nM2\n", wcs={})
     measured = replace(MACHINE, provenance={**MACHINE.provenance, "limits": "measured"})
-    for seen, word, assumed in ((good, "Go", True), (warned, "Go, with warnings", True), (bad, "No go", False)):
+    for seen, word, assumed in (
+        (good, "Can run", True),
+        (warned, "Can run, with warnings", True),
+        (bad, "Refused", False),
+    ):
         text = re.sub("<[^>]*>", "|", write_verdict_html(MACHINE, seen))
         assert text.startswith(f"|{word}{', on assumed limits' * assumed}|")
         assert "spindle, table, limits" in text

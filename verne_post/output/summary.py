@@ -14,6 +14,7 @@ from verne_post.model.machine import Machine
 from verne_post.model.moves import Event, describe_tool, name_tools
 from verne_post.model.part_setup import SYSTEM_NAMES, describe_tool_number
 from verne_post.model.summary import Summary
+from verne_post.model.verdict import Verdict
 from verne_post.model.verification import Verification
 from verne_post.model.work_systems import find_placer
 from verne_post.output.rounding import estimate_rounding_noise
@@ -59,7 +60,7 @@ def format_summary(summary: Summary, added: Facts = ()) -> str:
 def name_verdict(summary: Summary) -> str:
     """What became of the program, in a few words."""
     verified = "" if summary.verification is None else ", every row verified"
-    return f"can run on {summary.machine.name}, {summary.cycle_time:.3f} s{verified}"
+    return f"{Verdict.CAN_RUN} on {summary.machine.name}, {summary.cycle_time:.3f} s{verified}"
 
 
 def list_facts(summary: Summary) -> list[tuple[str, str]]:

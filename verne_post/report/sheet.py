@@ -19,7 +19,7 @@ from verne_post.base.tolerances import ACCELERATION_RATIO, JERK_RATIO, VELOCITY_
 from verne_post.model.machine import Machine
 from verne_post.model.moves import Event, MoveKind, describe_tool, find_tool_of_moves, name_tools
 from verne_post.model.part_setup import SYSTEM_NAMES, spell_tool_word
-from verne_post.model.verdict import count_findings
+from verne_post.model.verdict import count_findings, find_exit_status, find_verdict
 from verne_post.model.work_systems import find_placer
 from verne_post.output.causes import describe_other, find_causes, list_worst
 from verne_post.output.findings import describe
@@ -63,7 +63,7 @@ def escape_text(text: str) -> str:
 
 
 def write_verdict_html(machine: Machine, study: Study) -> str:
-    """Go or no go, how long it takes, and what is assumed."""
+    """Whether the program can run, how long it takes, and what is assumed."""
     errors, warnings = count_findings(list_worst(study.findings))
     shown = []
     if study.timed:
@@ -84,15 +84,16 @@ def write_verdict_html(machine: Machine, study: Study) -> str:
 
 
 def name_verdict(machine: Machine, study: Study) -> tuple[str, str]:
-    """Go or no go in words, and its class in the style sheet."""
+    """The verdict with what it rests on, and its class in the style sheet."""
+    word = find_verdict(find_exit_status(study.findings), study.findings).word.capitalize()
     if not study.timed:
-        return "No go", "no-go"
+        return word, "refused"
     warned = any(item.severity == "warning" for item in study.findings)
     # it says that the numbers of the file hold, not that the machine does
     said = machine.provenance.get("limits") or machine.provenance.get("joints") or ""  # of a chain, joints have them
     source = said.partition(" ")[0].strip(":,;")
     on = f"on {source} limits" if source else "on limits of unknown source"
-    return f"{'Go, with warnings' if warned else 'Go'}, {on}", "warned" if warned else "go"
+    return f"{word}{', with warnings' if warned else ''}, {on}", "warned" if warned else "runs"
 
 
 def list_setup(machine: Machine, study: Study) -> list[tuple[str, str]]:
