@@ -241,6 +241,14 @@ class Machine:
         return self.five_axis.name_margins(self.limits.serial_singularity, self.limits.parallel_singularity)
 
     @property
+    def has_rods(self) -> bool:
+        """Whether rods hold a platform with the spindle; a serial machine has neither."""
+        q = np.zeros((1, len(self.columns)))
+        with np.errstate(all="ignore"):  # how many there are does not depend on the pose
+            platform, _ok = self.five_axis.find_platform(q)
+            return self.five_axis.sketch(q, platform).shape[1] > 0
+
+    @property
     def actuators(self) -> tuple[str, ...]:
         """Names of the joints but the rotary pair."""
         return tuple(column.joint for column in self.columns[:-2])

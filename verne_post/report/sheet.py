@@ -23,7 +23,7 @@ from verne_post.model.verdict import count_findings, find_exit_status, find_verd
 from verne_post.model.work_systems import find_placer
 from verne_post.output.causes import describe_other, find_causes, list_worst
 from verne_post.output.findings import describe
-from verne_post.output.summary import list_facts
+from verne_post.output.summary import describe_time, list_facts
 from verne_post.part.sweep import Nearest
 from verne_post.part.verdict import find_line, find_tip
 from verne_post.report.governing import AT_FEED, FEED_BANDS, HIGHER
@@ -68,9 +68,9 @@ def write_verdict_html(machine: Machine, study: Study) -> str:
     shown = []
     if study.timed:
         assert study.summary is not None
-        shown = [("time", f"{study.summary.cycle_time:.3f} s")]
+        shown = [("time", describe_time(study.summary))]
         if study.governing is not None and study.summary.feed_segments:
-            shown.append(("below the feed rate", f"{study.governing.lost.sum():.3f} s lost"))
+            shown.append(("lost against the feed rate", f"{study.governing.lost.sum():.3f} s"))
     elif len(study.x):
         shown = [("path", f"{study.x[-1]:.1f} mm, no time: nothing is written")]
     else:
@@ -187,7 +187,7 @@ def find_worst_places(machine: Machine, study: Study) -> Iterator[Place]:
     if study.summary is not None and (within := study.summary.stops_within).count:
         frame = int(np.abs(study.line - within.line).argmin())
         yield Place(f"line {within.line} stops inside", format_count(within.most, "time"), frame)
-    if np.nanmax(np.abs(study.alpha_deg), initial=0.0) > 0:
+    if study.tilts:
         frame = int(np.nanargmax(np.abs(study.alpha_deg)))
         yield Place("peak platform tilt", f"{format_fixed(study.alpha_deg[frame], 2)} deg", frame)
 
@@ -262,7 +262,7 @@ def write_governing_html(machine: Machine, study: Study) -> str:
         for key, row in zip(keys, rows, strict=True)
     )
     more = f"{100.0 * (HIGHER - 1.0):.0f} % more wins about, s"
-    table = write_table(("limit", "governs, s", "in rapids, s", "lost, s", "of it at stops, s", more), body)
+    table = write_table(("limit", "governs, s", "in rapids, s", "lost, s", "of it near stops, s", more), body)
     ways = "".join(f"<li>{escape_text(way)}</li>" for way in _list_ways_to_win(machine, study, governing))
     return table + (f"<ul class=ways>{ways}</ul>" if ways else "")
 
@@ -274,7 +274,7 @@ def _list_ways_to_win(machine: Machine, study: Study, governing: Governing) -> I
     kinds = {name: "turning" if name in rotary else name.partition(" ")[0] for name in between if " of " in name}
     sums = {kind: sum(between[name] for name in kinds if kinds[name] == kind) for kind in kinds.values()}
     ways = (
-        (governing.at_stops.sum(), "before and after stops: blended corners (G64 and its like) have no stop"),
+        (governing.at_stops.sum(), "near stops: blended corners (G64 and its like) have no stop"),
         (sums["turning"], "to the velocity of rotary axes: a tool axis that turns less for each mm of path"),
         (sums.get("velocity", 0.0), "to the velocity of other joints: another place of the part (fit)"),
         (
