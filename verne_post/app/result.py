@@ -1,7 +1,7 @@
 """The result of a check or a conversion."""
 
 import os
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from verne_post.base.arrays import Array
 from verne_post.base.numbers import format_count
 from verne_post.base.text_tables import format_html_table, format_table
-from verne_post.model.findings import Finding, InputError, UsageError
+from verne_post.model.findings import Finding, InputError, UsageError, make_findings_table
 from verne_post.model.setpoints import SetpointBlock, SetpointFormat
 from verne_post.model.summary import Summary
 from verne_post.model.verdict import Verdict, find_exit_status, find_verdict
@@ -191,7 +191,11 @@ class Result:
         return find_verdict(self.exit_code, self.findings)
 
     def _make_text_rows(self) -> list[list[str]]:
-        rows = [["verdict", str(self.verdict)]]
+        """Facts, of which the first finding is one where the program is refused: pytest shows 118 characters."""
+        first = next((item for item in self.findings if item.severity == "error"), None)
+        where = "" if first is None or first.line is None else f" in line {first.line}"
+        why = "" if first is None else f": {first.code}{where}: {first.message}"
+        rows = [["verdict", f"{self.verdict.word}{why}"]]
         if self.summary is not None:
             rows += [
                 ["machining time", f"{self.summary.cycle_time:.3f} s"],
@@ -216,21 +220,3 @@ class Result:
 def refuse_program(error: InputError) -> Result:
     """The result of a program that was refused."""
     return Result(error.findings)
-
-
-def make_findings_table(findings: Sequence[Finding]) -> list[list[str]]:
-    """Findings as rows of text, the first one the header; with what was tried, where something was."""
-    tried = any(one.remedies for one in findings)
-    return [
-        ["code", "severity", "line", "message", *(["tried"] if tried else [])],
-        *(
-            [
-                one.code,
-                one.severity,
-                "" if one.line is None else str(one.line),
-                one.message,
-                *(["; ".join(one.remedies)] if tried else []),
-            ]
-            for one in findings
-        ),
-    ]

@@ -134,7 +134,8 @@ class Machine:
     columns : tuple of Column
         How each joint is written, in the order of the rows.
     limits : Limits
-        Of the joints, in that order, in mm, rad and s.
+        Of the joints, in that order, in mm, rad and s; rows have degrees: :meth:`scale_limits` has the limits in the
+        units and senses of rows.
     cycle : float
         Control cycle, s.
     accuracy : Accuracy

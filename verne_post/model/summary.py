@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from msgspec import Struct
 
 from verne_post.base.long_text import Text
+from verne_post.base.text_tables import format_html_text
 from verne_post.model.machine import Machine
 from verne_post.model.moves import ArcFeedUse, Event, Frame, Stock
 from verne_post.model.options import Options
@@ -159,3 +160,6 @@ class Summary:
 
     def __repr__(self) -> str:
         return self.describe(self).rstrip("\n")
+
+    def _repr_html_(self) -> str:
+        return format_html_text(repr(self))
