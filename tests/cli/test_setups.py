@@ -214,7 +214,7 @@ def test_the_samples_run_as_they_stand(run: Callable[..., Any]) -> None:
     assert answer.code == 1
     listed = json.loads(answer.out)["programs"]
     assert len(listed) > 12
-    assert {Path(one["program"]).name for one in listed if one["verdict"] != "accepted"} == expected
+    assert {Path(one["program"]).name for one in listed if one["verdict"] != "can run"} == expected
     assert not [item for one in listed for item in one["findings"] if item["severity"] == "warning"]
 
 
@@ -224,7 +224,7 @@ def test_batch_keeps_the_mistake_of_one_set_up_alone(folder: Path, run: Callable
     Path("second.nc.toml").write_text("nonsense = 1\n", encoding="utf-8")
     answer = run("batch", ".", "-o", "out", "-j", 1)
     assert answer.code == 2
-    assert "1 converted" in answer.out
+    assert "1 can run" in answer.out
     assert "nonsense" in answer.out
     # the set-up is part of what the rows were made of
     assert "as before" in run("batch", "part.nc", "-o", "out", "-j", 1).out
@@ -586,7 +586,7 @@ def test_the_hook_for_all_programs_reads_what_git_tracks(tmp_path: Path) -> None
     subprocess.run(["git", "rm", "-q", "--cached", "untracked.nc"], cwd=tmp_path, check=True)
     done = run_hook()
     assert done.returncode == 0, done.stderr
-    assert "sub/two words.NC: within limits: 0 errors" in done.stdout
+    assert "sub/two words.NC: not refused, nothing was planned: 0 errors" in done.stdout
     assert "numpy.h" not in done.stdout + done.stderr
     part.write_text("G21 G90\nG0 X0 Y0 Z20 A0 C0\nG1 X5000 F600\nM2\n")
     done = run_hook()

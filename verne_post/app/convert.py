@@ -111,7 +111,10 @@ def convert_program(
     summary = replace(summarise(source, plan, fmt, verification, part), timed=timed)
     findings = (*plan.findings, *_find_own_faults(verification, options), *(() if part is None else part.findings))
     result = Result(findings, summary, None, part)
-    return result if sink is not None or not result.ok else replace(result, setpoints=_collect(collected, machine, fmt))
+    if sink is not None or not result.ok:
+        return result
+    cuts = tuple(part.last_row for part in summary.parts[:-1])
+    return replace(result, setpoints=_collect(collected, machine, fmt, cuts))
 
 
 def _load_part(program: Program) -> "Body | None":
@@ -225,12 +228,12 @@ def _find_own_faults(verification: Verification, options: Options) -> list[Findi
     ]
 
 
-def _collect(blocks: list[SetpointBlock], machine: Machine, fmt: SetpointFormat) -> Setpoints:
+def _collect(blocks: list[SetpointBlock], machine: Machine, fmt: SetpointFormat, cuts: tuple[int, ...]) -> Setpoints:
     """All rows as one table."""
     values = np.concatenate([block.written for block in blocks])
     line = np.concatenate([block.line for block in blocks])
     t = fmt.cycle * np.arange(len(values), dtype=np.float64)
-    return Setpoints(t, values, line, name_columns(machine.columns, fmt.drives), fmt)
+    return Setpoints(t, values, line, name_columns(machine.columns, fmt.drives), fmt, cuts)
 
 
 class Inspection(Struct):

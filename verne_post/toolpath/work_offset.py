@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from verne_post.base.arrays import Array, Mask
 from verne_post.base.ragged import number_parts
 from verne_post.base.rotations import rotate_z
+from verne_post.base.text_tables import format_html_text
 from verne_post.base.tolerances import MARGIN_CHANGE, TIED
 from verne_post.model.findings import Finding
 from verne_post.model.machine import Limits, Machine
@@ -165,6 +166,9 @@ class Proposal(Struct, frozen=True, eq=False):
 
     def __repr__(self) -> str:
         return self.text or super().__repr__()
+
+    def _repr_html_(self) -> str:
+        return format_html_text(repr(self))
 
 
 class Search:
