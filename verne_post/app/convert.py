@@ -16,7 +16,7 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from verne_post.app.assemble import Program, assemble
-from verne_post.app.plan import Plan, check_or_refuse, plan_or_refuse
+from verne_post.app.plan import Plan, check_or_refuse, plan_or_refuse, plan_program
 from verne_post.app.result import Progress, Result, Setpoints, Sink, refuse_program
 from verne_post.app.row_format import format_of
 from verne_post.app.summary import summarise
@@ -251,8 +251,11 @@ def check_source(
     progress: Progress | None = None,
     *,
     limits_only: bool = False,
+    remedies: bool = True,
 ) -> Result:
     """Check a program against every limit, and plan it; with ``limits_only`` nothing is planned, which VP421 says.
+
+    Without ``remedies`` a program is refused without a search for what would cure it, which takes longer than the plan.
 
     Returns
     -------
@@ -266,7 +269,7 @@ def check_source(
     """
     if limits_only:
         return _assemble_then(source, machine, options, lambda program: _check_limits(source, program, progress))
-    return check_and_keep(source, machine, options, progress).result
+    return check_and_keep(source, machine, options, progress, remedies=remedies).result
 
 
 def _check_limits(source: Text, program: Program, progress: Progress | None) -> Result:
@@ -284,22 +287,29 @@ def _check_limits(source: Text, program: Program, progress: Progress | None) -> 
 
 
 def check_and_keep(
-    source: Text, machine: Machine, options: Options | None = None, progress: Progress | None = None
+    source: Text,
+    machine: Machine,
+    options: Options | None = None,
+    progress: Progress | None = None,
+    *,
+    remedies: bool = True,
 ) -> Inspection:
     """As :func:`check_source`, and keep what was made."""
     made = Inspection(Result(()))
-    made.result = _assemble_then(source, machine, options, lambda program: _check(source, program, progress, made))
+    made.result = _assemble_then(
+        source, machine, options, lambda program: _check(source, program, progress, made, remedies)
+    )
     return made
 
 
-def _check(source: Text, program: Program, progress: Progress | None, made: Inspection) -> Result:
+def _check(source: Text, program: Program, progress: Progress | None, made: Inspection, remedies: bool) -> Result:
     """:func:`check_source` of a program that has been assembled from its text."""
     made.program = program
     report = progress if program.team.leads else None
     try:
         fmt = format_of(program.machine, program.options, program.cycle)
         body = _load_part(program)
-        made.plan = plan = plan_or_refuse(source, program, report)
+        made.plan = plan = plan_or_refuse(source, program, report) if remedies else plan_program(program, report)
         blocks = [] if body is None else [block for block, _move in make_setpoint_blocks(plan, fmt)]
         part = _judge_rows(program, body, blocks, report)
     except InputError as error:
