@@ -6,6 +6,7 @@ Commands and options come from click, keys of the machine file from its schema. 
 
 from __future__ import annotations
 
+import re
 import sys
 from collections.abc import Callable, Iterator
 from functools import partial
@@ -236,11 +237,18 @@ PAGES: dict[str, Callable[[], str]] = {
 WORD_PAGES = ("apt.md", "fanuc.md", "gcode.md", "heidenhain.md", "siemens.md")
 
 
+#: A row of a table, and code in it.
+_ROW, _CODE = re.compile(r"^\|.*\|$", re.MULTILINE), re.compile(r"`[^`]+`")
+
+
 def on_page_markdown(markdown: str, page: Page, **_rest: Any) -> str:
-    """Hook of mkdocs: what the search puts first."""
+    """Hook of mkdocs: what the search puts first, and bars in code of tables.
+
+    GitHub asks for a backslash before such a bar; Python-Markdown would print it.
+    """
     if page.file.src_uri in WORD_PAGES:
         page.meta["search"] = {"boost": 4}
-    return markdown
+    return _ROW.sub(lambda row: _CODE.sub(lambda code: code[0].replace("\\|", "|"), row[0]), markdown)
 
 
 def on_files(files: Files, config: Any) -> Files:
