@@ -1,10 +1,3 @@
-// Wide tables and code scroll by keyboard too (axe: scrollable-region-focusable); the theme wraps tables before this.
-const reach = () => document.querySelectorAll(".md-typeset__scrollwrap, pre > code").forEach(wrap => { if (wrap.scrollWidth > wrap.clientWidth) wrap.tabIndex = 0; });
-addEventListener("load", reach);
-addEventListener("resize", reach);
-// The bars with the button that copies are told apart (axe: landmark-unique); the theme adds them after the page is there.
-const tell = () => document.querySelectorAll(".md-code__nav:not([aria-label])").forEach((bar, k) => bar.setAttribute("aria-label", `code ${bar.parentElement.id || k}`));
-addEventListener("load", () => { tell(); new MutationObserver(tell).observe(document.body, { childList: true, subtree: true }); });
 // Tables are marked for phones (site.css). Those of two columns keep to the width. In others the cells stand below each
 // other where a cell is long, or where the table is too wide and has more texts than numbers. Roles keep those tables,
 // and a cell says its column, because the head is hidden there.
@@ -22,3 +15,15 @@ const mark = table => {
   for (const cell of cells) cell.dataset.head = heads[cell.cellIndex];
 };
 addEventListener("load", () => document.querySelectorAll(".md-typeset table:not([class])").forEach(mark));
+// Wide tables and code scroll by keyboard too (axe: scrollable-region-focusable); the theme wraps tables before this.
+const reach = () => document.querySelectorAll(".md-typeset__scrollwrap, pre > code").forEach(wrap => {
+  if (wrap.scrollWidth > wrap.clientWidth) wrap.tabIndex = 0;
+  const show = () => wrap.toggleAttribute("data-more", wrap.scrollLeft + wrap.clientWidth < wrap.scrollWidth - 1);
+  wrap.onscroll = show;
+  show();
+});
+addEventListener("load", reach);
+addEventListener("resize", reach);
+// The bars with the button that copies are told apart (axe: landmark-unique); the theme adds them after the page is there.
+const tell = () => document.querySelectorAll(".md-code__nav:not([aria-label])").forEach((bar, k) => bar.setAttribute("aria-label", `code ${bar.parentElement.id || k}`));
+addEventListener("load", () => { tell(); new MutationObserver(tell).observe(document.body, { childList: true, subtree: true }); });
