@@ -303,7 +303,7 @@ def fit(
     source, machine, options, setup
         As for :func:`convert`; ``wcs`` says where the part is now.
     free : str, optional
-        Letters of what may change: x, y, z (mm) and c (the part's turn, where a joint of the machine turns it).
+        Letters of what may change: x, y, z (mm) and c (the part's rotation, where a joint of the machine turns it).
         Without it all of them may.
     ranges : mapping, optional
         (low, high) by letter, mm and degrees.

@@ -161,7 +161,7 @@ class Options:
         dict[int, WorkOffset],
         Checked(check_work_offsets),
         About(
-            "Work offset on the table in mm, and the part's turn in degrees.",
+            "Work offset on the table in mm, and the part's rotation in degrees.",
             Group.SETUP,
             metavar="G54=X,Y,Z[,C]",
             in_settings=False,
