@@ -62,7 +62,8 @@ def propose(
     options : Options
         Those of a conversion; ``wcs`` says where the part is now.
     free : str, optional
-        Letters of what may change: x, y, z (mm, part frame) and c (the part's rotation, where a joint turns it); else all.
+        Letters of what may change, by default all: x, y, z (mm, part frame) and c (rotation of the part, where a joint
+        turns it).
     ranges : mapping, optional
         (low, high) by letter, mm and degrees; as :func:`~verne_post.model.option_checks.check_ranges` takes them.
     aim : {"move", "margin", "time"}
