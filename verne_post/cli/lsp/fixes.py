@@ -11,6 +11,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from verne_post.base.numbers import format_count
+from verne_post.base.printable import quote_key
 from verne_post.base.suggestions import find_suggestion
 from verne_post.base.tolerances import LIMIT_SLACK_MM
 from verne_post.cli.lsp.inspector import Inspected, Inspector
@@ -19,7 +20,6 @@ from verne_post.cli.setup import make_setup
 from verne_post.cli.setups import NONE
 from verne_post.model.findings import Finding, Remedy
 from verne_post.model.verdict import count_findings
-from verne_post.output.setup_text import quote_key
 
 #: The letter in place of a zero: after the letter of an axis or in a number, and before its digits or its point.
 _LETTER_O: Final = re.compile(r"(?<=[A-Z\d.])O(?=[\d.])|(?<=[\d.])O(?![A-Z\d])", re.IGNORECASE)
