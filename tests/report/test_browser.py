@@ -398,7 +398,7 @@ def test_paper_has_the_whole_set_up_sheet(browser: Any, show: Callable[..., Any]
             assert aspect == 0 or box["width"] / box["height"] == pytest.approx(aspect, rel=0.02)
         lines = len(PROGRAMS[name][0].splitlines())
         # a program of up to a hundred lines is printed whole, of a longer one the beginning
-        assert len(browser.find_elements("css selector", "#code-lines div")) == (lines + 1 if lines < 100 else 50)
+        assert len(browser.find_elements("css selector", "#code-lines div")) == (lines if lines < 100 else 50)
         # what a person needs at the machine is on the first page
         assert js(browser, "document.getElementById('places').getBoundingClientRect().bottom") < PAPER_HEIGHT
         sheet = browser.find_element("id", "sheet").text
@@ -432,6 +432,22 @@ def test_the_verdict_is_whole_on_a_phone(browser: Any, show: Callable[..., Any],
     browser.execute_script(f"{badge}.textContent = arguments[0]", word)
     assert js(browser, f"{badge}.getBoundingClientRect().right") <= js(browser, "innerWidth")
     assert js(browser, f"{badge}.scrollWidth <= {badge}.clientWidth")
+
+
+def test_paper_says_which_lines_it_leaves_out(browser: Any, show: Callable[..., Any]) -> None:
+    show("many")
+    browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "print"})
+    try:
+        js(browser, "window.dispatchEvent(new Event('beforeprint'))")
+        shown = browser.find_elements("css selector", "#code-lines div")
+        assert len(shown) == 50
+        said = browser.find_element("id", "left-out")
+        assert said.text == "Lines 51 to 3004 are not printed: of more than 100 lines only the first 50 are."
+        # one sentence under the last line, not at the end of a blank
+        assert 0 <= said.rect["y"] - max(one.rect["y"] + one.rect["height"] for one in shown) < 40
+    finally:
+        js(browser, "window.dispatchEvent(new Event('afterprint'))")
+        browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": ""})
 
 
 def test_pages_are_a4(browser: Any, show: Callable[..., Any]) -> None:
@@ -880,7 +896,7 @@ def test_a_comparison_on_paper_has_both_side_by_side(browser: Any, show: Callabl
     try:
         js(browser, "window.dispatchEvent(new Event('beforeprint'))")
         heads = browser.find_elements("css selector", "header .sides > div")
-        assert [one.text.split()[-1] for one in heads] == ["go", "limits"]
+        assert [one.text.split()[-1] for one in heads] == ["Refused", "limits"]
         assert heads[0].rect["y"] == heads[1].rect["y"]
         for one in heads:
             assert "on VERNE" in one.text
