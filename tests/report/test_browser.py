@@ -8,6 +8,7 @@ import runpy
 import shutil
 import time
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -109,8 +110,8 @@ COMPARED = {"two": ("blade", "pocket"), "refused and not": ("travel", "pocket"),
 def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
     """Debian's chromium without a screen; skipped where it is not installed (.ci/run installs it).
 
-    WebGL is drawn by software. Putting pages together needs no WebGL: by the same software it would take most of the
-    time.
+    WebGL is drawn by software, and edges need no smoothing. Putting pages together needs no WebGL: by the same software
+    it would take most of the time.
     """
     chromium, driver = shutil.which("chromium"), shutil.which("chromedriver")
     if chromium is None or driver is None:
@@ -127,6 +128,7 @@ def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
         "--enable-unsafe-swiftshader",
         "--use-angle=swiftshader",
         "--disable-gpu-compositing",
+        "--webgl-antialiasing-mode=none",
         "--hide-scrollbars",
         f"--user-data-dir={tmp_path_factory.mktemp('profile')}",
     ):
@@ -229,6 +231,14 @@ def press(browser: Any, *keys: str) -> None:
     js(browser, "document.activeElement.blur()")
     for key in keys:
         browser.find_element("tag name", "body").send_keys(key)
+
+
+@contextmanager
+def without_scene(browser: Any) -> Iterator[None]:
+    """Nothing is drawn of the machine meanwhile: by software it would take most of the time of what is asked here."""
+    js(browser, "document.getElementById('stage').style.display = 'none'")
+    yield
+    js(browser, "document.getElementById('stage').style.display = ''")
 
 
 def settle(browser: Any) -> None:
@@ -592,12 +602,10 @@ def test_one_cursor_moves_everything(browser: Any, show: Callable[..., Any]) -> 
 def test_play_and_keys(browser: Any, show: Callable[..., Any]) -> None:
     data = show("pocket")
     line, last = data["line"], data["frames"] - 1
-    browser.find_element("id", "play").click()
-    until(lambda: cursor(browser) > 20, "it does not play")
-    # drawn by software, the machine would keep a key waiting for seconds
-    js(browser, "document.getElementById('stage').style.display = 'none'")
-    press(browser, " ")
-    js(browser, "document.getElementById('stage').style.display = ''")
+    with without_scene(browser):
+        browser.find_element("id", "play").click()
+        until(lambda: cursor(browser) > 20, "it does not play")
+        press(browser, " ")
     assert browser.find_element("id", "play").text == "play"
     stopped = cursor(browser)
     settle(browser)
@@ -813,13 +821,14 @@ def test_a_pose_out_of_reach_says_so(browser: Any, show: Callable[..., Any]) -> 
 def test_a_program_of_many_lines_has_few_rows_in_the_page(browser: Any, show: Callable[..., Any]) -> None:
     data = show("many")
     assert data["line"][cursor(browser)] in (1504, 1505, 1506)  # it opens at its worst place
-    for frame in (0, 1000, data["frames"] - 1):
-        js(browser, "report.setCursor(arguments[0])", frame)
-        settle(browser)  # the listing scrolls, and has new rows then
-        rows = browser.find_elements("css selector", "#code [data-line]")
-        assert len(rows) < 80
-        current = browser.find_element("css selector", "#code [aria-current=true]")
-        assert current.get_attribute("data-line") == str(data["line"][frame])
+    with without_scene(browser):
+        for frame in (0, 1000, data["frames"] - 1):
+            js(browser, "report.setCursor(arguments[0])", frame)
+            settle(browser)  # the listing scrolls, and has new rows then
+            rows = browser.find_elements("css selector", "#code [data-line]")
+            assert len(rows) < 80
+            current = browser.find_element("css selector", "#code [aria-current=true]")
+            assert current.get_attribute("data-line") == str(data["line"][frame])
     assert len(js(browser, "report.arrays['trail.frame']")) < 30_000
 
 

@@ -236,7 +236,7 @@ def test_what_is_lost_at_stops_and_at_corners_is_told_apart() -> None:
     assert (blended.at_stops <= blended.lost + 1e-12).all()
 
 
-@pytest.mark.parametrize("block", [7, 23])
+@pytest.mark.parametrize("block", [13, 23])
 def test_blocks_of_rows_change_nothing(monkeypatch: pytest.MonkeyPatch, block: int) -> None:
     """Stretches below the feed rate go on from block to block."""
     options = {"tools": TOOLS, "tool_length": None, "split_at_stops": True}
