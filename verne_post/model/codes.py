@@ -36,7 +36,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "unknown or unsupported code",
         "error",
         "The word is not part of the language, or not supported by this version; it is never skipped.",
-        "Remove the word, or post the program without it.",
+        "If the word is misspelt, correct it. If it is a code of the machine's builder, give it a meaning in [remap]. "
+        "Take it out only if you know that nothing depends on it; else post the program without it.",
     ),
     (
         "VP003",
