@@ -1,8 +1,5 @@
 """The time that each tool, each operation and each line of a program takes."""
 
-from bisect import bisect_left
-from collections.abc import Iterator, Sequence
-
 import numpy as np
 
 from verne_post.app.assemble import Program
@@ -10,18 +7,9 @@ from verne_post.base.arrays import Array, Ints
 from verne_post.base.long_text import Text
 from verne_post.gcode.dialects import choose_dialect_name
 from verne_post.gcode.remarks import list_heads
-from verne_post.model.moves import Moves, find_tool_of_moves
+from verne_post.model.moves import find_tool_of_moves
 from verne_post.report.governing import Spent
 from verne_post.report.table import LineTimes, Operation
-
-
-def _find_tool_changes_after_motion(moves: Moves, heads: Sequence[int]) -> Iterator[int]:
-    """Lines of tool changes that end an operation; without motion since, a remark is about the new tool."""
-    moving, heads = np.unique(moves.line), [0, *heads]
-    for line in {event.line for event in moves.events if event.kind == "tool"}:
-        head = heads[bisect_left(heads, line) - 1]
-        if np.searchsorted(moving, head, side="right") < np.searchsorted(moving, line):
-            yield line
 
 
 class _MovesOfDwells:
@@ -51,11 +39,11 @@ class OperationTimes:
     def __init__(self, source: Text, program: Program) -> None:
         options = program.options
         lines = [line.decode("utf-8", errors="replace") for line in source[:].split(b"\n")]
-        remarks = list_heads(lines, choose_dialect_name(options.dialect, source, options.source_name))
-        heads = {line + 1: name for line, name in remarks}
-        heads |= dict.fromkeys(_find_tool_changes_after_motion(program.moves, sorted(heads)), "")
-        self._heads = np.array(sorted(heads), dtype=np.int64)
-        self._names = ("", *(heads[line] for line in sorted(heads)))
+        dialect, moves = choose_dialect_name(options.dialect, source, options.source_name), program.moves
+        changes = {event.line - 1 for event in moves.events if event.kind == "tool"}
+        heads = list_heads(lines, dialect, set((np.unique(moves.line) - 1).tolist()), changes)
+        self._heads = np.array([line + 1 for line, _name in heads], dtype=np.int64)
+        self._names = ("", *(name for _line, name in heads))
         self._program = program
         self._dwells = _MovesOfDwells(program)
         # by tool and head: seconds, rapid, standing, lost; first and last line, first frame
