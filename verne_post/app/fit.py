@@ -62,7 +62,7 @@ def propose(
     options : Options
         Those of a conversion; ``wcs`` says where the part is now.
     free : str, optional
-        Letters of what may change: x, y, z (mm, part frame) and c (the part's rotation, where a joint turns it); else all.
+        Letters of what may change: x, y, z (mm, part frame) and c (the part's rotation, if a joint turns it); else all.
     ranges : mapping, optional
         (low, high) by letter, mm and degrees; as :func:`~verne_post.model.option_checks.check_ranges` takes them.
     aim : {"move", "margin", "time"}
