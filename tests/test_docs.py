@@ -190,7 +190,7 @@ def test_the_site_is_built_without_warnings(tmp_path: Path) -> None:
     assert {"site.css", "site.js"} <= set(
         re.findall(r'="(site\.\w+)"', (tmp_path / "site" / "gcode.html").read_text("utf-8"))
     )
-    assert "No go" in (tmp_path / "site" / "examples" / "refused.html").read_text("utf-8")
+    assert "Refused" in (tmp_path / "site" / "examples" / "refused.html").read_text("utf-8")
     assert "data-limit" in (tmp_path / "site" / "examples" / "blade.html").read_text("utf-8")
     assert 'href="examples/difference.html"' in (tmp_path / "site" / "report.html").read_text("utf-8")
     # bars in code of tables: GitHub needs a backslash, the site shows none

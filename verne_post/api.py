@@ -370,7 +370,7 @@ def _read(source: Source, what: str) -> Text:
 
 def _decode_setpoints(setpoints: Setpoints | Source) -> str:
     """The text of a setpoint file."""
-    written = setpoints.to_csv() if isinstance(setpoints, Setpoints) else setpoints
+    written = setpoints.format_csv() if isinstance(setpoints, Setpoints) else setpoints
     try:
         return _read(written, "setpoints")[:].decode("utf-8")
     except UnicodeDecodeError as error:

@@ -225,6 +225,11 @@ def test_lenses_name_the_time_and_the_worst_line(client: Client, tmp_path: Path)
     client.change(uri, 2, TILTED)
     (refused,) = client.ask("textDocument/codeLens", textDocument={"uri": uri})
     assert refused["command"]["title"] == "refused: 1 error, 0 warnings; the first in line 4"
+    # what the settings take out is named: convert refuses it all the same
+    (tmp_path / "verne-post.toml").write_text('[check]\nignore = ["VP102"]\n', "utf-8")
+    client.change(uri, 3, TILTED + "(AGAIN)\n")
+    (ignored,) = client.ask("textDocument/codeLens", textDocument={"uri": uri})
+    assert ignored["command"]["title"] == "not refused, 1 error does not count: 0 errors, 0 warnings"
 
 
 OUTLINES = {

@@ -4,7 +4,6 @@ errors.
 
 import json
 import os
-import re
 import shlex
 import subprocess
 import sys
@@ -373,23 +372,7 @@ def test_check_quotes_the_line_of_an_error(run: Callable[..., Any], program: Any
     assert run("convert", file, *PLACE).err.splitlines() == lines, "convert says what check says"
 
 
-# --- hook and completion --------------------------------------------------------------------------------
-
-
-def test_the_hook_runs_what_exists() -> None:
-    text = (Path(__file__).parents[2] / ".pre-commit-hooks.yaml").read_text()
-    assert re.search(r"^  entry: verne-post check$", text, re.MULTILINE)
-    pattern = re.search(r"^  files: (.*)$", text, re.MULTILINE)
-    assert pattern
-    samples = Path(__file__).parents[2] / "gcode_samples"
-    assert {
-        path.suffix for path in samples.iterdir() if re.search(pattern[1], path.name) and path.suffix != ".toml"
-    } == {
-        ".nc",
-        ".cls",
-        ".mpf",
-        ".h",
-    }
+# --- completion --------------------------------------------------------------------------------
 
 
 def completed(*words: str) -> list[str]:

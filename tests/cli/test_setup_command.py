@@ -300,6 +300,67 @@ def test_errors_that_no_setup_settles_are_told(run: Run, tmp_path: Path) -> None
     assert "VP012" not in told.err
 
 
+@pytest.mark.parametrize(
+    ("name", "source", "line", "mistake"),
+    [
+        ("part.nc", FANUC, "N75 X30. A5.", "WHILE [1 EQ 1] DO1"),
+        ("part.nc", FANUC, "N75 X30. A5.", "N75 G65 P700"),
+        ("part.nc", FANUC, "N75 X30. A5.", "N75 GOTO 900"),
+        ("part.nc", FANUC, "N75 X30. A5.", "\n".join(f"G1 X{n}. Y[{n}" for n in range(60))),  # more than are reported
+        ("part.ngc", FANUC.replace("%\nO1000 (BLADE)\n", ""), "N75 X30. A5.", "o100 if [1 eq 1]"),
+        ("part.ngc", FANUC.replace("%\nO1000 (BLADE)\n", ""), "N75 X30. A5.", "o<none> call"),
+        ("part.mpf", SIEMENS, "N110 X30 A5", "N110 IF R1==1"),
+        ("part.mpf", SIEMENS, "N110 X30 A5", "N110 GOTOF NOWHERE"),
+        ("part.mpf", SIEMENS, "N110 X30 A5", "N110 SETAL(61000)"),
+        ("part.h", KLARTEXT, "L X+30 A+5", "CALL LBL 7"),
+        ("part.h", KLARTEXT, "L X+30 A+5", "CALL PGM NOWHERE"),
+    ],
+)
+def test_an_error_hides_nothing_that_the_program_needs(
+    name: str, source: str, line: str, mistake: str, run: Run, tmp_path: Path
+) -> None:
+    """Lines after an error of the program's order were not read: their tools and offsets were not asked for."""
+    second = {
+        "part.mpf": 'N200 T="DRILL 5" D1\nN210 M6\nN220 S500 M3\nN230 G57\nG0 X0 Y0 Z60\nG1 Z40 M77\nN150 M30',
+        "part.h": "TOOL CALL 5 Z S500\nCYCL DEF 247 DATUM SETTING ~\n    Q339=+4 ;DATUM NUMBER\n"
+        "L X+0 Y+0 Z+60 FMAX M3\nL Z+40 M77\nL M30",
+    }.get(name)
+    whole = source if second is None else source.replace("N150 M30", second).replace("L M30", second)
+    program = tmp_path / name
+    program.write_text(whole)
+    expected = tomllib.loads(run("setup", program, "-o", "-").out)
+    assert len(expected["tools"]) == len(expected["wcs"]) == 2
+    assert expected["remap"]
+    program.write_text(whole.replace(line, mistake))
+    told = run("setup", program, "-o", "-")
+    assert tomllib.loads(told.out) == expected
+    assert " error: " in told.err
+    assert told.err.endswith(
+        "after a correction of the program, give setup again: an error may hide what else it needs\n"
+    )
+
+
+def test_a_loop_without_end_hides_nothing_either(run: Run, tmp_path: Path) -> None:
+    program = tmp_path / "part.nc"
+    program.write_text(FANUC.replace("N75 X30. A5.", "WHILE [1 EQ 1] DO1\nG1 X[#100+1.]\nX[3\nEND1"))
+    told = run("setup", program, "-o", "-", "--max-repeats", "1000")
+    assert list(tomllib.loads(told.out)["wcs"]) == ["G54", "G55"]
+    assert list(tomllib.loads(told.out)["tools"]) == ["1", "5"]
+
+
+def test_an_error_of_a_tool_that_stands_in_is_not_told(run: Run, tmp_path: Path) -> None:
+    """POCKET3 with paths 4 mm apart was refused because the tool that nobody had given was 1 mm wide."""
+    program = tmp_path / "part.mpf"
+    pocket = "F500\nPOCKET3(20,0,2,-5,30,20,{},0,0,0,2,0.1,0.1,500,200,0,11,4)"
+    program.write_text(SIEMENS.replace("N110 X30 A5", pocket.format(3)))
+    told = run("setup", program, "-o", "-")
+    assert tomllib.loads(told.out)["tools"] == {"MILL 10": {"length": "measure", "diameter": "measure"}}
+    assert "error" not in told.err
+    # an error with every tool is told
+    program.write_text(SIEMENS.replace("N110 X30 A5", pocket.format(12)))
+    assert "VP007 error: POCKET3: " in run("setup", program, "-o", "-").err
+
+
 def test_the_command_that_a_refusal_names_can_be_pasted(
     run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -5,10 +5,8 @@ above both.
 import json
 import os
 import re
-import shlex
 import shutil
 import subprocess
-import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -214,7 +212,7 @@ def test_the_samples_run_as_they_stand(run: Callable[..., Any]) -> None:
     assert answer.code == 1
     listed = json.loads(answer.out)["programs"]
     assert len(listed) > 12
-    assert {Path(one["program"]).name for one in listed if one["verdict"] != "accepted"} == expected
+    assert {Path(one["program"]).name for one in listed if one["verdict"] != "can run"} == expected
     assert not [item for one in listed for item in one["findings"] if item["severity"] == "warning"]
 
 
@@ -224,7 +222,7 @@ def test_batch_keeps_the_mistake_of_one_set_up_alone(folder: Path, run: Callable
     Path("second.nc.toml").write_text("nonsense = 1\n", encoding="utf-8")
     answer = run("batch", ".", "-o", "out", "-j", 1)
     assert answer.code == 2
-    assert "1 converted" in answer.out
+    assert "1 can run" in answer.out
     assert "nonsense" in answer.out
     # the set-up is part of what the rows were made of
     assert "as before" in run("batch", "part.nc", "-o", "out", "-j", 1).out
@@ -528,67 +526,64 @@ def test_every_ending_of_a_language_is_looked_for_in_folders() -> None:
     assert endings - {".spf"} <= set(PROGRAMS)
 
 
-@pytest.mark.parametrize(
-    ("name", "hook"),
-    [
-        ("a/part.nc", 0),
-        ("PART.NC", 0),
-        ("a/part.nc.toml", 0),
-        ("p.h.toml", 0),
-        ("p.gcode.toml", 0),
-        *((f"p{ending}", 0) for ending in PROGRAMS),
-        *((f"p{ending}.toml", 0) for ending in PROGRAMS),
-        ("tools.tbl", 1),
-        ("verne-post.toml", 1),
-        ("machines/ours.toml", 1),
-        ("lengths.csv", 1),
-        ("a.VAR", 1),
-        ("readme.md", None),
-        ("a.ncx", None),
-        ("pnc", None),
-    ],
-)
-def test_hooks_before_a_commit(name: str, hook: int | None) -> None:
-    """Each changed file belongs to one hook: to that of its program, or to that of all programs."""
-    text = (Path(__file__).resolve().parents[2] / ".pre-commit-hooks.yaml").read_text(encoding="utf-8")
-    patterns = re.findall("^  files: (.*)$", text, re.MULTILINE)
-    assert [number for number, pattern in enumerate(patterns) if re.search(pattern, name)] == (
-        [] if hook is None else [hook]
-    )
-
-
-@pytest.mark.skipif(not (shutil.which("git") and shutil.which("sh")), reason="needs git and sh")
-def test_the_hook_for_all_programs_reads_what_git_tracks(tmp_path: Path) -> None:
-    """Ignored and untracked files do not refuse a commit; a tracked program does, whatever the case of its ending."""
+def read_hook() -> dict[str, Any]:
+    """What pre-commit reads of the hook."""
     yaml = pytest.importorskip("yaml")
-    hooks = yaml.safe_load((Path(__file__).resolve().parents[2] / ".pre-commit-hooks.yaml").read_text("utf-8"))
-    command = shlex.split(hooks[1]["entry"])
-    shown = command[2].partition(" -- ")[2].partition(" | ")[0]
-    assert shlex.split(shown) == [f"*{ending}" for ending in PROGRAMS]
+    (hook,) = yaml.safe_load((Path(__file__).resolve().parents[2] / ".pre-commit-hooks.yaml").read_text("utf-8"))
+    return dict(hook)
 
-    def run_hook() -> subprocess.CompletedProcess[str]:
-        path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
-        words = [*command, "--tool-length", "80", "--wcs", "G54=0,0,60", "--limits-only"]
-        return subprocess.run(
-            words, cwd=tmp_path, env={**os.environ, "PATH": path}, capture_output=True, text=True, check=False
-        )
 
-    subprocess.run(["git", "init", "-q"], cwd=tmp_path, check=True)
-    assert run_hook().returncode == 0  # no program is no mistake
+@pytest.mark.parametrize("name", [*(f"P{e.upper()}" for e in PROGRAMS), *(f"p{e}.toml" for e in PROGRAMS)])
+def test_the_hook_is_told_of_programs_and_set_ups(name: str) -> None:
+    assert re.search(read_hook()["files"], name)
+
+
+def test_the_hook_is_told_of_what_programs_share_alone() -> None:
+    pattern = read_hook()["files"]
+    assert all(re.search(pattern, name) for name in ("tools.tbl", "verne-post.toml", "lengths.csv", "a.VAR", "w.json"))
+    assert not any(re.search(pattern, name) for name in ("readme.md", "a.ncx", "pnc"))
+
+
+@pytest.mark.skipif(not shutil.which("git"), reason="needs git")
+def test_the_hook_reads_each_program_once(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, run: Callable[..., Any]
+) -> None:
+    """A program and its set-up are one; a file that programs share stands for what git tracks, in one process.
+
+    Ignored and untracked files do not refuse a commit; a tracked program does, whatever the case of its ending.
+    """
+    hook = read_hook()
+    assert hook["require_serial"] and hook.get("pass_filenames", True)
+    monkeypatch.chdir(tmp_path)
+
+    def run_hook(*changed: str) -> Any:
+        return run(*hook["entry"].split()[1:], "--tool-length", "80", "--wcs", "G54=0,0,60", "--limits-only", *changed)
+
+    (tmp_path / "tools.tbl").write_text("T1 P1 Z80\n")
+    done = run_hook("tools.tbl")
+    assert done.code == 2 and "--changed tools.tbl: git cannot list the programs" in done.err
+    subprocess.run(["git", "init", "-q"], check=True)
+    assert run_hook("tools.tbl").code == 0  # no program is no mistake
     (tmp_path / ".gitignore").write_text("build\n")
     for name in ("build/numpy.h", "untracked.nc"):
         (tmp_path / name).parent.mkdir(exist_ok=True)
         (tmp_path / name).write_text("#include <numpy.h>\n")
     (tmp_path / "sub").mkdir()
-    part = tmp_path / "sub" / "two words.NC"
-    part.write_text("G21 G90\nG0 X0 Y0 Z20 A0 C0\nG1 X5 F600\nM2\n")
-    subprocess.run(["git", "add", "."], cwd=tmp_path, check=True)
-    subprocess.run(["git", "rm", "-q", "--cached", "untracked.nc"], cwd=tmp_path, check=True)
-    done = run_hook()
-    assert done.returncode == 0, done.stderr
-    assert "sub/two words.NC: within limits: 0 errors" in done.stdout
-    assert "numpy.h" not in done.stdout + done.stderr
-    part.write_text("G21 G90\nG0 X0 Y0 Z20 A0 C0\nG1 X5000 F600\nM2\n")
-    done = run_hook()
-    assert done.returncode != 0
-    assert "sub/two words.NC:3: VP110 error" in done.stdout
+    part, other, setup = (tmp_path / "sub" / name for name in ("two words.NC", "b.nc", "two words.NC.toml"))
+    legal = "G21 G90\nG0 X0 Y0 Z20 A0 C0\nG1 X5 F600\nM2\n"
+    part.write_text(legal)
+    other.write_text(legal.replace("X5 ", "X5000 "))
+    setup.write_text("")
+    subprocess.run(["git", "add", "."], check=True)
+    subprocess.run(["git", "rm", "-q", "--cached", "untracked.nc"], check=True)
+    done = run_hook("sub/two words.NC", "sub/two words.NC.toml")
+    assert (done.code, done.out, done.err) == (0, "", ""), "of what passes nothing is said"
+    part.write_text(legal.replace("X5 ", "X5000 "))
+    done = run_hook("sub/two words.NC", "sub/two words.NC.toml")
+    assert done.code == 1
+    assert done.out.count("two words.NC:3: VP110 error") == 1 and "b.nc" not in done.out
+    done = run_hook("sub/two words.NC", "tools.tbl")
+    assert done.code == 1
+    assert done.out.count("two words.NC:3: VP110 error") == done.out.count("b.nc:3: VP110 error") == 1
+    other.unlink()  # from the disk, while git still has it
+    assert "b.nc" not in run_hook("tools.tbl").out

@@ -425,7 +425,7 @@ def test_paper_has_the_whole_set_up_sheet(browser: Any, show: Callable[..., Any]
         browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": ""})
 
 
-@pytest.mark.parametrize("word", ["Go, with warnings, on assumed limits", "Go, on limits of unknown source"])
+@pytest.mark.parametrize("word", ["Can run, with warnings, on assumed limits", "Can run, on limits of unknown source"])
 def test_the_verdict_is_whole_on_a_phone(browser: Any, show: Callable[..., Any], word: str) -> None:
     show("pocket", "phone")
     badge = "document.querySelector('#verdict strong')"
@@ -827,7 +827,7 @@ def test_of_a_very_long_text_there_are_the_lines_with_frames(
 
 def test_a_program_that_cannot_be_read_has_a_page(browser: Any, show: Callable[..., Any]) -> None:
     show("unreadable")
-    assert "No go" in browser.find_element("id", "verdict").text
+    assert "Refused" in browser.find_element("id", "verdict").text
     assert "VP001" in browser.find_element("id", "findings").text
     assert "G1 X" in browser.find_element("id", "code").text
     assert not browser.find_element("id", "scene").is_displayed()

@@ -13,7 +13,7 @@ import pytest
 import verne_post
 from verne_post.base.printable import make_printable
 from verne_post.model.options import Options
-from verne_post.model.part_setup import Tool, WorkOffset
+from verne_post.model.part_setup import Box, Tool, WorkOffset
 from verne_post.output.summary import format_summary
 from verne_post.report.governing import HIGHER, OTHERS
 from verne_post.report.modal import collect_modal_states
@@ -75,6 +75,45 @@ def test_dwells_stand_still_and_rapids_lose_nothing() -> None:
     assert seen.governing.lost.sum() == 0.0
     assert moving.sum() == pytest.approx(seen.governing.seconds.sum())
     assert np.isnan(seen.curves["feed"][0].values).all()
+
+
+def test_motion_dwells_and_stops_are_all_of_the_time() -> None:
+    """Two dwells, one of them not a whole number of cycles; each of two stops is a cycle; all that moves is motion."""
+    program = "G21 G90 G61\nG0 X0 Y0 Z0 A0 C0\nG4 P0.5\nG0 X60\nM0\nG1 Y5 F600\nG4 P0.0104\nG0 X0\nM0\nY0\nM2\n"
+    seen = study_of(program, split_at_stops=True)
+    summary = seen.summary
+    assert summary is not None
+    assert (summary.dwell_time, summary.stop_time) == (pytest.approx(0.511), pytest.approx(2 * CYCLE))
+    assert summary.motion_time + summary.dwell_time + summary.stop_time == pytest.approx(summary.cycle_time)
+    text = " ".join(format_summary(summary).split())
+    parts = re.search(r"time (\S+) s = (\S+) s motion \+ 0\.511 s dwells \+ 0\.002 s stops; ", text)
+    assert parts is not None
+    assert float(parts[1]) == pytest.approx(float(parts[2]) + 0.513)
+    assert f"|{parts[0][5:].rstrip('; ')}|" in re.sub("<[^>]*>", "|", write_verdict_html(MACHINE, seen))
+    # a motion alone has no parts
+    alone = study_of("G21 G90\nG0 X0 Y0 Z0 A0 C0\nG0 X60\nM2\n").summary
+    assert alone is not None
+    assert alone.motion_time == alone.cycle_time
+    assert "=" not in format_summary(alone)
+
+
+@pytest.mark.parametrize(
+    ("name", "missing", "tilts"),
+    [
+        ("ac_trunnion", "spindle: the", False),
+        ("linear_delta", "spindle, platform, rods: the", False),
+        ("hexam", "spindle, platform: the", False),
+        ("verne", "spindle, platform, rods: the", True),
+    ],
+)
+def test_bodies_are_those_of_the_machine(name: str, missing: str, tilts: bool) -> None:
+    machine = verne_post.load_machine(name)
+    box = Box("vise", (300.0, 300.0, 0.0), (310.0, 310.0, 10.0))
+    options = Options(tool_length=80.0, wcs={1: WorkOffset((0.0, 0.0, 60.0))}, keep_out=(box,))
+    seen = study(b"G21 G90\nG0 X-20 Y10 Z20 A0 C0\nG1 X20 F900\nM2\n", machine, options)
+    assert seen.summary is not None
+    assert f"NOT CHECKED {missing} machine file has no size; " in " ".join(format_summary(seen.summary).split())
+    assert any("tilt" in place.what for place in find_worst_places(machine, seen)) == seen.tilts == tilts
 
 
 def test_seconds_below_the_feed_are_those_of_the_verification() -> None:
@@ -367,7 +406,11 @@ def test_the_verdict_comes_first_and_says_what_is_assumed() -> None:
     )
     warned = study_of("G21 G90\nG0 X0 Y0 Z0 A0 C0\nG1 X10 F600\nM2\n", wcs={})
     measured = replace(MACHINE, provenance={**MACHINE.provenance, "limits": "measured"})
-    for seen, word, assumed in ((good, "Go", True), (warned, "Go, with warnings", True), (bad, "No go", False)):
+    for seen, word, assumed in (
+        (good, "Can run", True),
+        (warned, "Can run, with warnings", True),
+        (bad, "Refused", False),
+    ):
         text = re.sub("<[^>]*>", "|", write_verdict_html(MACHINE, seen))
         assert text.startswith(f"|{word}{', on assumed limits' * assumed}|")
         assert "spindle, table, limits" in text

@@ -1,15 +1,16 @@
 """What a program needs from its set-up, and what of that nobody has given."""
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any, Final
 
 from msgspec import Struct
 
-from verne_post.app.assemble import SPLIT_KEY, assemble
+from verne_post.app.assemble import SPLIT_KEY, assemble, build_interpreter_setup, find_stops
 from verne_post.base.long_text import Text
 from verne_post.config.control_tables import merge_keys
 from verne_post.gcode.machining.holes import TAPPING_KEY
+from verne_post.gcode.read import read_past_errors
 from verne_post.model.control_keys import NAMING_TOOLS
 from verne_post.model.findings import Finding, InputError
 from verne_post.model.machine import Machine
@@ -19,10 +20,10 @@ from verne_post.model.part_setup import FIRST_NAMED_TOOL, SYSTEM_NAMES, SYSTEM_N
 
 #: A finding may hide another one until it is settled: a program is read again as often as that.
 MOST_READINGS: Final = 8
-#: Length of a tool that is not known while others are looked for, mm.
-STAND_IN_MM: Final = 100.0
-#: Its diameter, mm: small enough for every contour, so that no error is that of the stand-in.
-STAND_IN_DIAMETER_MM: Final = 1.0
+#: Length and diameter of a tool that is not known while others are looked for, mm; and two others: an error that is not
+#: the same with both is one of the stand-ins.
+STAND_INS_MM: Final = (100.0, 1.0)
+OTHER_STAND_INS_MM: Final = (130.0, 40.0)
 #: What of a tool a set-up may say, and nobody has said.
 UNKNOWN: Final = (None, 0.0)
 
@@ -68,8 +69,8 @@ def draft_setup(source: Text, machine: Machine, options: Options) -> SetupDraft:
     codes: dict[str, str | None] = dict(options.remap)
     keys: dict[tuple[str, ...], None] = {}
     for _ in range(MOST_READINGS):
-        found = _find_errors(source, machine, _assume(options, keys))
-        new = [key for item in found for key in item.settled_by if key not in keys]
+        found, hidden = _find_errors(source, machine, _assume(options, keys))
+        new = [key for item in (*found, *hidden) for key in item.settled_by if key not in keys]
         if not new:
             break
         keys |= dict.fromkeys(new)
@@ -80,7 +81,11 @@ def draft_setup(source: Text, machine: Machine, options: Options) -> SetupDraft:
             tools[name] = (length, None) if what == ["diameter"] else (None, diameter)
         else:
             (wcs if kind == "wcs" else codes)[name] = None
-    others = tuple(item for item in found if item.severity == "error" and not item.settled_by)
+    others = _select_others(found)
+    if others and any(key[0] in ("tools", "wcs") for key in keys):
+        again, _ = _find_errors(source, machine, _assume(options, keys, OTHER_STAND_INS_MM))
+        same = {(item.line, item.code, item.message) for item in again}
+        others = tuple(item for item in others if (item.line, item.code, item.message) in same)
     return SetupDraft(
         {} if options.tool_length is not None else tools,
         wcs,
@@ -101,15 +106,28 @@ def _find_numbers(options: Options) -> dict[str, int]:
     return {name: number for keys in options.control.values() for name, number in keys.get("tools", {}).items()}
 
 
-def _find_errors(source: Text, machine: Machine, options: Options) -> tuple[Finding, ...]:
+def _find_errors(source: Text, machine: Machine, options: Options) -> tuple[tuple[Finding, ...], tuple[Finding, ...]]:
+    """The findings of a program, and what of a set-up is lacking in lines that an error hides."""
     try:
-        return assemble(source, machine, options).findings
+        return assemble(source, machine, options).findings, ()
     except InputError as error:
-        return error.findings
+        found = error.findings
+    if not _select_others(found):
+        return found, ()
+    moves, hidden = read_past_errors(source, build_interpreter_setup(machine, options))
+    stops = () if options.split_at_stops else find_stops(moves, optional_stop=options.optional_stop)
+    return found, (*hidden, *stops)
 
 
-def _assume(options: Options, keys: Mapping[tuple[str, ...], None]) -> Options:
-    """Options with stand-ins for what keys of a set-up would say."""
+def _select_others(found: Iterable[Finding]) -> tuple[Finding, ...]:
+    """The errors that no set-up settles."""
+    return tuple(item for item in found if item.severity == "error" and not item.settled_by)
+
+
+def _assume(
+    options: Options, keys: Mapping[tuple[str, ...], None], sizes_mm: tuple[float, float] = STAND_INS_MM
+) -> Options:
+    """Options with stand-ins for what keys of a set-up would say; ``sizes_mm`` are those of tools."""
     tools = dict(options.tools or {})
     names: dict[str, int] = {}
     known = _find_numbers(options)
@@ -117,9 +135,9 @@ def _assume(options: Options, keys: Mapping[tuple[str, ...], None]) -> Options:
         number = int(name) if name.isdecimal() else known.get(name, 0)
         number = number or names.setdefault(name, FIRST_NAMED_TOOL + len(known) + len(names))
         tool = tools.get(number, Tool(number, number, ZERO9, unmeasured="nobody"))
-        sizes: dict[str, Any] = {"diameter": STAND_IN_DIAMETER_MM}
+        sizes: dict[str, Any] = {"diameter": sizes_mm[1]}
         if what == "length":
-            sizes = {"offset": (0.0, 0.0, STAND_IN_MM, *ZERO9[3:]), "unmeasured": ""}
+            sizes = {"offset": (0.0, 0.0, sizes_mm[0], *ZERO9[3:]), "unmeasured": ""}
         tools[number] = dataclasses.replace(tool, **sizes)
     wcs = {SYSTEM_NUMBERS[key[1]]: WorkOffset((0.0, 0.0, 0.0)) for key in keys if key[0] == "wcs"}
     remap = {key[1]: "ignore" for key in keys if key[0] == "remap"}

@@ -20,7 +20,7 @@ from verne_post.cli.options import (
     build_options,
     find_settings,
 )
-from verne_post.cli.programs import find_programs
+from verne_post.cli.programs import find_programs, find_readers
 from verne_post.cli.progress import show_progress
 from verne_post.cli.report_files import add_report_files, take_report_files, write_failure_files, write_report_files
 from verne_post.cli.streams import print_as_is
@@ -85,6 +85,11 @@ def add_policy_options(command: "Callable[..., Any]") -> "Callable[..., Any]":
 )
 @add_policy_options
 @click.option("--write-baseline", type=FILE, metavar="FILE", help="Write all findings of now as a baseline.")
+@click.option(
+    "--changed",
+    is_flag=True,
+    help="The files have changed: one that programs share stands for all programs that git tracks.",
+)
 @click.option("--limits-only", is_flag=True, help="Plan nothing: no machining time (VP421), in a third of the time.")
 @click.option("--exit-zero", is_flag=True, help="Exit with 0 whatever limits are violated.")
 @quiet_option
@@ -97,6 +102,7 @@ def command(
     fail_level: "Severity | None",
     exit_zero: bool,
     write_baseline: Path | None,
+    changed: bool,
     limits_only: bool,
     quiet: bool,
     **given: Any,
@@ -109,6 +115,8 @@ def command(
     """
     from verne_post.model.findings import InputError
 
+    if changed and not (inputs := find_readers(inputs)):
+        return ExitStatus.CLEAN
     files = RunFiles()
     programs, lacking = [], None
     try:

@@ -1,6 +1,8 @@
 """Programs by name, in folders and by patterns, as `batch` and `check` take them."""
 
 import glob
+import os
+import subprocess
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Final
@@ -78,10 +80,37 @@ def find_programs(
     return list(dict.fromkeys(found))  # a program and its set-up may both be named
 
 
+def is_setup(path: Path) -> bool:
+    """Whether a file is the set-up of one program, by its name: X.nc.toml."""
+    return path.suffix == ".toml" and path.with_suffix("").suffix.lower() in PROGRAMS
+
+
 def _find_program(path: Path) -> Path:
     """The program that a file is, or that it is the set-up of."""
-    program = path.with_suffix("")
-    return program if path.suffix == ".toml" and program.suffix.lower() in PROGRAMS else path
+    return path.with_suffix("") if is_setup(path) else path
+
+
+def find_readers(changed: Sequence[str]) -> tuple[str, ...]:
+    """Programs and set-ups among files that have changed; every program that git tracks where another one is there.
+
+    Raises
+    ------
+    UsageError
+        Where git cannot be asked.
+    """
+    own = tuple(name for name in changed if is_setup(Path(name)) or Path(name).suffix.lower() in PROGRAMS)
+    if len(own) == len(changed):
+        return own
+    shared = next(name for name in changed if name not in own)
+    try:
+        listed = subprocess.run(["git", "ls-files", "-z"], capture_output=True, check=True).stdout
+    except (OSError, subprocess.CalledProcessError) as error:
+        said = (getattr(error, "stderr", None) or b"").decode("utf-8", errors="replace").strip()
+        reason = said.removeprefix("fatal: ") or str(error)
+        raise click.UsageError(f"--changed {shared}: git cannot list the programs that may read it: {reason}") from None
+    tracked = (os.fsdecode(name) for name in listed.split(b"\0"))
+    programs = (name for name in tracked if Path(name).suffix.lower() in PROGRAMS and Path(name).is_file())
+    return tuple(dict.fromkeys((*own, *programs)))
 
 
 def _find_programs_inside(folder: Path, but_in: Path | None, wrong: list[str]) -> list[tuple[str, Path]]:

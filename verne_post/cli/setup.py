@@ -66,6 +66,8 @@ def command(input_name: str, output: Path | None, quiet: bool, **given: Any) -> 
     if not quiet:
         place = "the set-up" if is_dash(output) else show_name(str(output))
         say(f"{place}: {f'to be filled in: {missing}' if missing else 'nothing is missing'}\n")
+        if others:
+            say("after a correction of the program, give setup again: an error may hide what else it needs\n")
         if named is not None:
             say(f"it names no machine: give --machine again, or write {make_printable(key)} in verne-post.toml\n")
     return ExitStatus.CLEAN

@@ -169,6 +169,7 @@ def _pack_study(pack: Pack, machine: Machine, study: Study) -> dict[str, Any]:
                 machine.columns, _replace_not_finite(ends[0]), _replace_not_finite(ends[1]), strict=True
             )
         ],
+        "tilts": study.tilts,
         "marginNames": list(study.margin_names),
         "limits": list(study.governing.names) if study.governing is not None else [],
         "modal": modal,
