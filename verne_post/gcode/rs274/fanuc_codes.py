@@ -221,7 +221,7 @@ def make_table() -> CodeTable:
             630: "tapping at a feed rate that nobody may change; write G84",
             **dict.fromkeys((841, 842, 1740, 1840), "tapping of other controls; write G84 or G74"),
             661: "a macro call after every block; write G66",
-            870: "on Fanuc back boring from below, so write the moves; on Haas a stop for a person in the hole, so "
+            870: "on Fanuc back boring from below, so write the moves; on Haas a stop for the operator in the hole, so "
             "write G88",
             **dict.fromkeys((441, 442, 450, 440), "tool offsets by H that RS274/NGC does not have"),
             960: "constant surface speed",
