@@ -191,7 +191,7 @@ def man_page() -> str:
     out = [
         f'.TH VERNE-POST 1 "" "verne-post {__version__}" "User commands"',
         ".SH NAME",
-        "verne-post \\- G-code in, verified axis setpoints of a five-axis parallel-kinematic machine out",
+        "verne-post \\- G-code in, verified axis setpoints of a five-axis machine out",
         ".SH SYNOPSIS",
         ".B verne-post",
         _roff("[COMMAND] [OPTIONS] INPUT"),

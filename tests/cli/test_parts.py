@@ -269,7 +269,7 @@ def test_python_writes_the_parts_of_the_command(job: Path, run: Callable[..., An
     rows = result.setpoints
     assert rows is not None
     for write in (rows.to_csv, lambda: rows.to_csv("all.csv")):
-        with pytest.raises(vp.UsageError, match=r"stops 2 times for a person, .* write each part of split\(\)"):
+        with pytest.raises(vp.UsageError, match=r"stops 2 times for the operator; .* write each part of split\(\)"):
             write()
     assert not (job / "all.csv").exists()
     assert repr(rows).endswith(f"{len(rows)} rows in 3 parts")

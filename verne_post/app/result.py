@@ -60,7 +60,7 @@ class Setpoints:
     format : SetpointFormat
         Control cycle, and how every column is rounded.
     cuts : tuple of int
-        Rows at which the program stops for a person (``split_at_stops``): the last row of each part but the last one.
+        Rows at which the program stops for the operator (``split_at_stops``): the last row of each part but the last.
     """
 
     t: Array
@@ -93,7 +93,7 @@ class Setpoints:
         if self.cuts:
             raise UsageError(
                 "to_csv",
-                f"the program stops {format_count(len(self.cuts), 'time')} for a person, and one file would not wait; "
+                f"the program stops {format_count(len(self.cuts), 'time')} for the operator; a file would not wait; "
                 "write each part of split()",
             )
         text = self.format_csv()
@@ -103,13 +103,13 @@ class Setpoints:
         return None
 
     def format_csv(self) -> str:
-        """All rows as the text of one file, also where the program stops for a person: for :func:`verify` alone."""
+        """All rows as the text of one file, also where the program stops for the operator: for :func:`verify` alone."""
         fmt = self.format
         rows = format_rows(list(self.to_dict().values()), [fmt.time_decimals, *fmt.decimals, 0], ",")
         return ",".join(self.columns) + "\n" + rows
 
     def split(self) -> "tuple[Setpoints, ...]":
-        """The parts between stops for a person, each from time 0, as ``--split-at-stops`` writes them."""
+        """The parts between stops for the operator, each from time 0, as ``--split-at-stops`` writes them."""
         ends = (0, *(row + 1 for row in self.cuts), len(self))
         return tuple(
             replace(self, t=self.t[: end - begin], values=self.values[begin:end], line=self.line[begin:end], cuts=())

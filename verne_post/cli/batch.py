@@ -76,8 +76,8 @@ def command(
     """Convert many programs, each with its own set-up; the failure of one never stops the others.
 
     Folders are searched for programs; patterns with * and ? are expanded. Options hold for all programs, and go before
-    those of the set-up beside each (part.nc.toml). What has been made of the same program, machine, options and version
-    before is not made again, so a batch that was killed goes on. OUTDIR/batch.json lists all results.
+    those of the set-up beside each (part.nc.toml). Unchanged programs are skipped, so an interrupted batch resumes.
+    OUTDIR/batch.json lists all results.
     """
     from verne_post.model.findings import InputError
 

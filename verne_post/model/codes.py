@@ -116,7 +116,7 @@ CODES: Final[dict[str, Code]] = _make_table(
     ),
     (
         "VP014",
-        "stop for a person",
+        "stop for the operator",
         "error",
         "M0, M6, M60, G88 or a waiting M66 after the motion has begun: a stream of setpoints cannot wait.",
         "Write one file of setpoints for each part between two stops: --split-at-stops, or "

@@ -147,7 +147,7 @@ class Machine:
     provenance : dict
         Group of the machine file -> where its values are from.
     warnings : tuple of Finding
-        Values that no machine tool has (VP505).
+        Implausible values (VP505).
     vibration : Vibration or None
         Modes for input shapers.
     drives : tuple of Drive

@@ -30,7 +30,7 @@ class FreeTurn(Struct, frozen=True):
 
 
 class Part(Struct, frozen=True):
-    """Rows between two stops for a person, both ends at rest, and the events after them."""
+    """Rows between two stops for the operator, both ends at rest, and the events after them."""
 
     first_row: int
     last_row: int
