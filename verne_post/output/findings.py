@@ -126,6 +126,8 @@ _GIVE_MEANING: Final = (
 )
 
 
+#: In VP012 where the length is known, and nothing is to be filled in.
+_NOT_ACTIVE: Final = "has no length in force"
 #: The title of VP012 where not the length is missing, and what helps.
 _NO_DIAMETER: Final = "tool diameter unknown"
 _GIVE_DIAMETER: Final = (
@@ -152,6 +154,8 @@ def _choose_remedy(item: Finding) -> str:
     remedy = CODES[item.code].remedy
     if _is_about_diameter(item):
         return _GIVE_DIAMETER
+    if item.code == "VP012" and _NOT_ACTIVE in item.message:
+        return CODES["VP034"].remedy
     match item.settled_by:
         case (("remap", _code), *_more):
             return _GIVE_MEANING
