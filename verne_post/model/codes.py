@@ -349,7 +349,7 @@ CODES: Final[dict[str, Code]] = _make_table(
     (
         "VP047",
         "tapping as feed moves",
-        "warning",
+        "note",
         "With --tapping feed a thread is a move in and a move out at pitch times speed. Between rest and full speed, "
         "and at an override, the axis is slower than that: only a spindle that follows the axis cuts the thread.",
         "Let the control couple the spindle to the axis. The coupling begins with the event at the beginning of the "

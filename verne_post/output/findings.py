@@ -63,7 +63,8 @@ def describe(item: Finding) -> str:
     if item.column is not None:
         text += f" (column {item.column})"
     if item.count > 1 and is_about_text(item.code):
-        text += f" (lines {item.line} to {item.last_line}, {item.count} times)"
+        lines = "" if item.last_line == item.line else f"lines {item.line} to {item.last_line}, "
+        text += f" ({lines}{item.count} times)"
     elif item.count > 1 and item.line is not None and item.last_line not in (None, item.line):
         text += f" (lines {item.line} to {item.last_line}, worst {item.worst_line}, {item.count} moves)"
     return text
