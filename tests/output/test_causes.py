@@ -61,7 +61,7 @@ def test_what_only_a_rotary_axis_beyond_its_travel_breaks_belongs_to_it() -> Non
     [cause] = find_causes(found)
     assert cause.worst.axis == "b"
     assert cause.worst.remedies == ("the line ended at B -34.999",)
-    assert cause.describe_others() == "z by 30.000000 mm in lines 10 to 11; line 11"
+    assert cause.describe_others() == "z by 30.000000 mm in lines 10 to 11; VP301 in line 11"
     # a limit that is broken in other lines, too, has a cause of its own
     assert name_groups([*found, break_limit("z", 10.0, 40, 41)]) == [[3, 0], [1, 2]]
     assert name_groups([found[1], break_limit("z", 10.0, 9, 11)]) == [[0], [1]]

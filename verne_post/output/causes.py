@@ -31,9 +31,9 @@ class Cause(Struct, frozen=True):
 
     def describe_others(self) -> str:
         """By how much and in which lines the others break their limits, the worst place of each joint; or nothing."""
-        of_joints: dict[str | None, list[Finding]] = {}
+        of_joints: dict[str, list[Finding]] = {}
         for item in self.others:
-            of_joints.setdefault(item.axis, []).append(item)
+            of_joints.setdefault(item.axis or item.code, []).append(item)
         return "; ".join(map(_describe_places, of_joints.values()))
 
 
@@ -160,8 +160,8 @@ def describe_other(item: Finding) -> str:
     """By how much and in which lines a finding beside the worst one breaks its limit."""
     last = item.last_line or item.line
     where = f"line {item.line}" if last == item.line else f"lines {item.line} to {last}"
+    what = f"{item.axis or item.code} "
     if item.value is None or item.limit is None:
-        return where
-    what = f"{item.axis} " if item.axis else ""
+        return f"{what}in {where}"
     unit = f" {item.unit}" if item.unit else ""
     return f"{what}by {find_excess(item):.6f}{unit} in {where}"

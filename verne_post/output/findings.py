@@ -114,8 +114,8 @@ def list_remedies(item: Finding, program: str) -> list[str]:
         title = _NO_DIAMETER if _is_about_diameter(item) else CODES[item.code].title
         remedy = describe_remedy(item, program)
         return [f"{title}: {remedy}"] if remedy else []
-    if item.severity != "error":
-        return []
+    if item.severity != "error" or (item.code in ("VP102", "VP103") and item.value is None):
+        return []  # a plane that is refused before any motion has its numbers in its message
     at = item.worst_line or item.line
     explain = f"`verne-post explain {make_printable(program)}:{at}` says how much is needed"
     return [f"tried: {make_printable(text)}" for text in item.remedies] + [explain] * bool(at)
