@@ -152,6 +152,7 @@ class ProgramError(Exception):
     ``line`` is None where it is the line being executed. ``about`` is the thing that the message names, such as a tool:
     the same message about another thing has the same cause. ``settled_by`` is the key of a set-up that would settle it.
     ``of_program``: the line is one of the program itself, also where a called file is executed.
+    ``of_value``: what is wrong stands in ``line``, and each line that uses it counts.
     ``goes_on``: a program is missing, and the one that calls it goes on after the call, though its code ends others.
     """
 
@@ -166,8 +167,9 @@ class ProgramError(Exception):
         *,
         goes_on: bool = False,
         of_program: bool = False,
+        of_value: bool = False,
     ) -> None:
         super().__init__(message)
         self.message = message if len(message) <= _LONGEST_MESSAGE else f"{message[:_LONGEST_MESSAGE]} ..."
         self.code, self.column, self.line, self.about, self.settled_by = code, column, line, about, settled_by
-        self.goes_on, self.of_program = goes_on, of_program
+        self.goes_on, self.of_program, self.of_value = goes_on, of_program, of_value

@@ -63,7 +63,8 @@ def describe(item: Finding) -> str:
     if item.column is not None:
         text += f" (column {item.column})"
     if item.count > 1 and is_about_text(item.code):
-        text += f" (lines {item.line} to {item.last_line}, {item.count} times)"
+        lines = "" if item.last_line == item.line else f"lines {item.line} to {item.last_line}, "
+        text += f" ({lines}{item.count} times)"
     elif item.count > 1 and item.line is not None and item.last_line not in (None, item.line):
         text += f" (lines {item.line} to {item.last_line}, worst {item.worst_line}, {item.count} moves)"
     return text
@@ -113,8 +114,8 @@ def list_remedies(item: Finding, program: str) -> list[str]:
         title = _NO_DIAMETER if _is_about_diameter(item) else CODES[item.code].title
         remedy = describe_remedy(item, program)
         return [f"{title}: {remedy}"] if remedy else []
-    if item.severity != "error":
-        return []
+    if item.severity != "error" or (item.code in ("VP102", "VP103") and item.value is None):
+        return []  # a plane that is refused before any motion has its numbers in its message
     at = item.worst_line or item.line
     explain = f"`verne-post explain {make_printable(program)}:{at}` says how much is needed"
     return [f"tried: {make_printable(text)}" for text in item.remedies] + [explain] * bool(at)
@@ -126,6 +127,8 @@ _GIVE_MEANING: Final = (
 )
 
 
+#: In VP012 where the length is known, and nothing is to be filled in.
+_NOT_ACTIVE: Final = "has no length in force"
 #: The title of VP012 where not the length is missing, and what helps.
 _NO_DIAMETER: Final = "tool diameter unknown"
 _GIVE_DIAMETER: Final = (
@@ -152,6 +155,8 @@ def _choose_remedy(item: Finding) -> str:
     remedy = CODES[item.code].remedy
     if _is_about_diameter(item):
         return _GIVE_DIAMETER
+    if item.code == "VP012" and _NOT_ACTIVE in item.message:
+        return CODES["VP034"].remedy
     match item.settled_by:
         case (("remap", _code), *_more):
             return _GIVE_MEANING
