@@ -42,8 +42,6 @@ DIGEST: Final = 16
 _IN_HEAD: Final = 2
 #: What verification accepts of each limit, for the differences of rounded rows.
 _ALLOWED: Final = {"velocity": VELOCITY_RATIO, "acceleration": ACCELERATION_RATIO, "jerk": JERK_RATIO}
-#: A cell of so many characters has no room in its column.
-_LONG_CELL: Final = 20
 _ACTIONS: Final = {"input": "input {input} is waited for", "stop": "{stop} stop"}
 Row = tuple[str, ...]
 
@@ -366,7 +364,7 @@ def write_sheet_html(program: str, source: Text, machine: Machine, study: Study)
         ("its SHA-256", machine.sha256[:DIGEST]),
         ("made by", f"verne-post {__version__}"),
     )
-    parts = [_write_titled_table("Program and machine", ("what", "which"), made)]
+    parts = [_write_titled_table("Program and machine", ("what", "which"), made, named=True)]
     if study.program is None:
         return parts[0] + "<p>The program was refused before it was laid out on the machine.</p>"
     parts += [
@@ -395,7 +393,7 @@ def write_sheet_html(program: str, source: Text, machine: Machine, study: Study)
     bodies = [*options.keep_out, *([options.stock] if options.stock else [])]
     parts.append(
         _write_titled_table(
-            "Fixtures and stock", ("name", "in", "x, y, z, mm"), [_describe_body(one) for one in bodies]
+            "Fixtures and stock", ("name", "in", "x, y, z, mm"), [_describe_body(one) for one in bodies], named=True
         )
     )
     if study.summary is not None:
@@ -407,14 +405,10 @@ def write_sheet_html(program: str, source: Text, machine: Machine, study: Study)
     return "".join(parts)
 
 
-def _write_titled_table(title: str, heads: Row, rows: Iterable[Row]) -> str:
-    body = "".join("<tr>" + "".join(map(_write_cell, row)) + "</tr>" for row in rows)
-    return f"<div><h3>{title}</h3>{write_table(heads, body) if body else '<p>none</p>'}</div>"
-
-
-def _write_cell(text: str) -> str:
-    """Write a cell; a long one, such as a path, breaks anywhere, but numbers never do."""
-    return f"<td{' class=long' if len(text) > _LONG_CELL else ''}>{escape_text(text)}</td>"
+def _write_titled_table(title: str, heads: Row, rows: Iterable[Row], *, named: bool = False) -> str:
+    """Write a table under its title; ``named`` ones end with names, such as paths, which break anywhere."""
+    body = "".join("<tr>" + "".join(f"<td>{escape_text(cell)}</td>" for cell in row) + "</tr>" for row in rows)
+    return f"<div{' class=named' * named}><h3>{title}</h3>{write_table(heads, body) if body else '<p>none</p>'}</div>"
 
 
 def write_table(heads: Row, body: str) -> str:
