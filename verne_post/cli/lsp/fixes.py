@@ -10,6 +10,7 @@ from typing import Final
 from msgspec import Struct
 from msgspec.structs import replace
 
+from verne_post.app.tried_remedies import list_ends
 from verne_post.base.numbers import format_count
 from verne_post.base.suggestions import find_suggestion
 from verne_post.base.tolerances import LIMIT_SLACK_MM
@@ -78,7 +79,8 @@ def _find_setup(inspector: Inspector, path: Path) -> Path | None:
 
 def _propose_fixes(found: Inspected, item: Finding, setup: Path | None, texts: Mapping[Path, str]) -> Iterator[Fix]:
     """Edits that may settle a finding."""
-    for remedy in item.edits:
+    program = found.made.program
+    for remedy in (*item.edits, *(() if program is None else list_ends(program, item))):
         fix = _change_word(found, remedy) if remedy.line else _change_setup(setup, remedy, texts)
         if fix is not None:
             yield fix
