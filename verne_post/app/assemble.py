@@ -143,6 +143,7 @@ def assemble(source: Text, machine: Machine, options: Options, team: Team = ALON
 def build_interpreter_setup(machine: Machine, options: Options) -> Setup:
     """What the interpreter is given for a real machine."""
     frames = {}
+    unset = machine.coordinates.work_origin((0.0, 0.0, 0.0))
     for system in WORK_SYSTEMS:
         offset = options.wcs.get(system)
         if offset is not None and offset.turn_deg and not machine.coordinates.turns_with_part:
@@ -151,7 +152,7 @@ def build_interpreter_setup(machine: Machine, options: Options) -> Setup:
                 "that carries the part turns about its z"
             )
             raise make_input_error("VP018", f"--wcs {SYSTEM_NAMES[system]}: {text}")
-        origin = machine.coordinates.work_origin(offset.origin_mm if offset else (0.0, 0.0, 0.0))
+        origin = machine.coordinates.work_origin(offset.origin_mm) if offset else unset
         frames[system] = Frame(system, (*origin, *ZERO9[3:]), part_turn=offset.turn_deg if offset else 0.0)
     home = machine.home or Home((0.0,) * 5, (0.0,) * 5)
     points = [tuple(machine.place_stored(place).tolist()) for place in (home.g28, home.g30)]

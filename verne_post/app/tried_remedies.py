@@ -60,7 +60,7 @@ def add_remedies(source: Text, program: Program, findings: Sequence[Finding]) ->
     for item in findings:
         if item in remedied:
             tried = tuple(_try_remedies(source, program, joints, item, offset))
-            edits = (*(one for one in tried if one.value), *_list_ends(program, joints, item))
+            edits = tuple(one for one in tried if one.value)
             item = dataclasses.replace(item, remedies=tuple(one.text for one in tried), edits=edits)
         made.append(item)
     return made
@@ -89,11 +89,15 @@ def _try_remedies(
             )
 
 
-def _list_ends(program: Program, joints: Any, item: Finding) -> list[Remedy]:
-    """Other numbers for X, Y or Z of the worst line: edits for an editor; in words, `explain` of the line has them."""
-    if item.code in (*ROTARY_CODES, *_OPTIONS) or find_family(item.code) == Family.BRANCH:
+def list_ends(program: Program, item: Finding) -> list[Remedy]:
+    """Other numbers for X, Y or Z of the worst line of an error, each an edit.
+
+    They take ten times as long as the check: an editor asks for them, and in words `explain` of the line has them.
+    """
+    others = item.code in (*ROTARY_CODES, *_OPTIONS) or find_family(item.code) == Family.BRANCH
+    if item.severity != "error" or not is_about_pose(item.code) or others:
         return []
-    line = _find_worst_line(program, joints, item)
+    line = _find_worst_line(program, guard_joints(program), item)
     return [] if line is None else list(propose_ends(line, warnings=False))
 
 

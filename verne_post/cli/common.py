@@ -110,9 +110,9 @@ def expect_machine(name: str, what: str = "") -> None:
     """
     if is_dash(name):
         return
-    from verne_post.config.machine_paths import expect_file, find_machine_path, suggest_names
+    from verne_post.config.machine_paths import expect_file, find_machine_path
 
-    expect_file(find_machine_path(name), what or f"machine file {name!r}", suggest_names(Path(name).name))
+    expect_file(find_machine_path(name), what or f"machine file {name!r}", Path(name).name)
 
 
 def load(files: RunFiles, name: str, what: str = "--machine") -> "Machine":

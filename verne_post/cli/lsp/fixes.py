@@ -9,6 +9,7 @@ from pathlib import Path
 from msgspec import Struct
 from msgspec.structs import replace
 
+from verne_post.app.tried_remedies import list_ends
 from verne_post.base.numbers import format_count
 from verne_post.base.printable import quote_key
 from verne_post.base.suggestions import find_correction, find_suggestion
@@ -81,7 +82,8 @@ def _find_setup(inspector: Inspector, path: Path) -> Path | None:
 
 def _propose_fixes(found: Inspected, item: Finding, setup: Path | None, texts: Mapping[Path, str]) -> Iterator[Fix]:
     """Edits that may settle a finding."""
-    for remedy in item.edits:
+    program = found.made.program
+    for remedy in (*item.edits, *(() if program is None else list_ends(program, item))):
         fix = _change_word(found, remedy) if remedy.line else _change_setup(setup, remedy, texts)
         if fix is not None:
             yield fix
