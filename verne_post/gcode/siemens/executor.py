@@ -41,6 +41,8 @@ from verne_post.model.moves import AXES, MoveKind
 _LACKING: Final = ("VP009", "VP012")
 #: Errors that positions lead to, and what may be given by a block that was not executed.
 _OF_POSITIONS: Final = ("VP008", "VP013")
+#: What errors say that lack the transformation.
+_WITHOUT_TCP: Final = "without TRAORI"
 _NAMED_AXIS: Final = re.compile(r"(?<![A-Z0-9_$])([XYZABCF])(?=[ \t]*[-+=.0-9])")
 
 
@@ -59,6 +61,8 @@ class Executor:
         self.modal_line = 0  #: The line of that MCALL, as messages name it.
         #: A line that was not executed has named axes.
         self.uncertain = False
+        #: The program has used a name that has no meaning here.
+        self.has_unknown_name = False
         self.interpreter.set_path_control()
         self.run(self.read(Cursor(self.interpreter.keys.start), 1))
 
@@ -153,6 +157,9 @@ class Executor:
             assume_feed(state)
         if error.code == "VP048":
             assume_rigid_tapping(state)
+        # a name without a meaning may be what switches TRAORI on at this machine
+        follows = follows or (self.has_unknown_name and error.code == "VP017" and _WITHOUT_TCP in error.message)
+        self.has_unknown_name = self.has_unknown_name or error.settled_by[:1] == ("remap",)
         return follows
 
     def finish(self) -> None:
