@@ -43,6 +43,8 @@ _LACKING: Final = ("VP009", "VP012")
 _OF_POSITIONS: Final = ("VP008", "VP013")
 #: Errors of the values of a cycle, wherever it is executed.
 _OF_VALUES: Final = ("VP002", "VP005", "VP007", "VP048")
+#: What errors say that lack the transformation.
+_WITHOUT_TCP: Final = "without TRAORI"
 _NAMED_AXIS: Final = re.compile(r"(?<![A-Z0-9_$])([XYZABCF])(?=[ \t]*[-+=.0-9])")
 
 
@@ -62,6 +64,8 @@ class Executor:
         self.modal_is_shown = True  #: That line has its columns: it is no call of a file in which MCALL stands.
         #: A line that was not executed has named axes.
         self.uncertain = False
+        #: The program has used a name that has no meaning here.
+        self.has_unknown_name = False
         self.interpreter.set_path_control()
         self.run(self.read(Cursor(self.interpreter.keys.start), 1))
 
@@ -159,6 +163,9 @@ class Executor:
             assume_feed(state)
         if error.code == "VP048":
             assume_rigid_tapping(state)
+        # a name without a meaning may be what switches TRAORI on at this machine
+        follows = follows or (self.has_unknown_name and error.code == "VP017" and _WITHOUT_TCP in error.message)
+        self.has_unknown_name = self.has_unknown_name or error.settled_by[:1] == ("remap",)
         return follows
 
     def finish(self) -> None:
