@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from verne_post.cli.common import add_sigma_option, load, name_machine, refuse
+from verne_post.cli.common import add_sigma_option, load, name_machine, print_findings, refuse
 from verne_post.cli.files import RunFiles, is_dash, show_name
 from verne_post.cli.machine_as_built import calibrate, perturb, tolerances
 from verne_post.cli.numbers import NUMBER, Whole, read_numbers
@@ -218,8 +218,7 @@ def validate(name: str) -> int:
         echo(f"  {text}")
     if machine.unlimited:
         echo(f"  not limited: {machine.unlimited}")
-    for item in machine.warnings:
-        echo(f"{name}: {item.code} {item.severity}: {item.message}", err=True)
+    print_findings(name, machine.warnings)
     return 0
 
 

@@ -406,7 +406,7 @@ def build_chain_machine(data: dict[str, Any], raw: bytes, file_name: str) -> Mac
             key: escape_unprinted(value) for key, value in asdict(file.provenance).items() if value is not None
         },
         drives=convert_drives(file.drives, columns, limits, file_name),
-        warnings=tuple(_find_implausible(file)),
+        warnings=tuple(_find_implausible(file, file_name)),
         vibration=convert_vibration(file.vibration),
     )
 
@@ -430,7 +430,7 @@ def _convert_limits(file: ChainMachineFile, named: dict[str, JointFile], columns
     return Limits(travel[:, 0], travel[:, 1], velocity, acceleration, jerk, drop, smallest)
 
 
-def _find_implausible(file: ChainMachineFile) -> Iterator[Finding]:
+def _find_implausible(file: ChainMachineFile, file_name: str) -> Iterator[Finding]:
     """Warnings (VP505) about values that are legal but that no machine tool has: most often another unit."""
     texts = list[str]()
     for name, joint in file.joints.items():
@@ -449,4 +449,4 @@ def _find_implausible(file: ChainMachineFile) -> Iterator[Finding]:
         ("control.cycle_s", file.control.cycle_s, "cycle"),
     ):
         texts += compare_largest(key, (value,), what, "")
-    yield from (make_finding("VP505", text) for text in texts)
+    yield from (make_finding("VP505", f"{file_name}: {text}") for text in texts)
