@@ -2,7 +2,7 @@
 
 import hashlib
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Annotated, Any, ClassVar, Final, Literal
 
 import numpy as np
@@ -344,6 +344,19 @@ def _compute_inverse(matrix: Array) -> Array:
     inverse = np.linalg.inv(matrix)
     near = np.round(inverse)
     return np.asarray(near) + 0.0 if np.array_equal(matrix @ near, np.eye(3)) else np.asarray(inverse)
+
+
+def describe_skew_joints(data: Mapping[str, Any]) -> Iterator[str]:
+    """One line for each joint of a file of schema 2 whose direction is along no axis: that may be meant, or not."""
+    joints = data.get("joints")
+    for name, joint in joints.items() if isinstance(joints, Mapping) else ():
+        for key, word in (("slides", "along"), ("turns", "about")):
+            if np.count_nonzero(joint.get(key, ())) > 1:
+                unit = _normalise(joint[key])
+                near = int(np.argmax(np.abs(unit)))
+                angle = np.degrees(np.arctan2(np.linalg.norm(np.delete(unit, near)), abs(unit[near])))
+                shown = ", ".join(f"{value:.6g}" for value in unit)
+                yield f"{name} {key} {word} ({shown}): along no axis, {angle:.6g} degrees from {'xyz'[near]}"
 
 
 def _normalise(vector: list[float] | Array) -> Array:
