@@ -4,7 +4,8 @@
     mkdocs build --strict
     python docs/check_access.py node_modules/axe-core/axe.min.js build/site
 
-Prints each violation and exits with 1 if there is one. Needs the extra test, chromium and chromedriver.
+Prints each violation, and each page that scrolls sideways, and exits with 1 if there is one. Needs the extra test,
+chromium and chromedriver.
 """
 
 from __future__ import annotations
@@ -52,7 +53,9 @@ def list_violations(browser: Any, axe: str, page: Path, screen: tuple[int, int, 
     browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": features})
     browser.get(page.resolve().as_uri())
     browser.execute_script(axe)
-    return [
+    widest = browser.execute_script("return Math.max(document.documentElement.scrollWidth, innerWidth)")
+    wide = [f"the page scrolls sideways: it is {widest} pixels wide"] if widest > width else []
+    return wide + [
         f"{rule} ({impact}): {' '.join(node.split())}"
         for rule, impact, nodes in browser.execute_async_script(_RUN)
         for node in nodes

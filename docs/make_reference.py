@@ -6,6 +6,7 @@ Commands and options come from click, keys of the machine file from its schema. 
 
 from __future__ import annotations
 
+import re
 import sys
 from collections.abc import Callable, Iterator
 from functools import partial
@@ -190,7 +191,7 @@ def man_page() -> str:
     out = [
         f'.TH VERNE-POST 1 "" "verne-post {__version__}" "User commands"',
         ".SH NAME",
-        "verne-post \\- G-code in, verified axis setpoints of a five-axis parallel-kinematic machine out",
+        "verne-post \\- G-code in, verified axis setpoints of a five-axis machine out",
         ".SH SYNOPSIS",
         ".B verne-post",
         _roff("[COMMAND] [OPTIONS] INPUT"),
@@ -232,15 +233,36 @@ PAGES: dict[str, Callable[[], str]] = {
 }
 
 
-#: Pages that answer what a word of a program does: a search finds them before pages that only mention it.
-WORD_PAGES = ("apt.md", "fanuc.md", "gcode.md", "heidenhain.md", "siemens.md")
+#: What a search puts first: pages of words, machine file and commands, before the pages of codes that mention them.
+BOOSTS = {
+    **dict.fromkeys(("apt.md", "fanuc.md", "gcode.md", "heidenhain.md", "siemens.md"), 4.0),
+    **dict.fromkeys(("commands.md", "conventions.md", "machine-file.md"), 3.0),
+    **dict.fromkeys((f"reference/{code}.md" for code in CODES), 0.5),
+}
+
+
+#: A row of a table, and code in it.
+_ROW, _CODE = re.compile(r"^\|.*\|$", re.MULTILINE), re.compile(r"`[^`]+`")
 
 
 def on_page_markdown(markdown: str, page: Page, **_rest: Any) -> str:
-    """Hook of mkdocs: what the search puts first."""
-    if page.file.src_uri in WORD_PAGES:
-        page.meta["search"] = {"boost": 4}
-    return markdown
+    """Hook of mkdocs: what the search puts first, the first page without a bar of links, and bars in code of tables.
+
+    GitHub asks for a backslash before such a bar; Python-Markdown would print it.
+    """
+    if page.file.src_uri in BOOSTS:
+        page.meta["search"] = {"boost": BOOSTS[page.file.src_uri]}
+    if page.is_homepage:
+        page.meta["hide"] = ["navigation"]
+    return _ROW.sub(lambda row: _CODE.sub(lambda code: code[0].replace("\\|", "|"), row[0]), markdown)
+
+
+def on_config(config: Any) -> Any:
+    """Hook of mkdocs: the pages of the codes stand below their table."""
+    reference = next(part["Reference"] for part in config.nav if "Reference" in part)
+    codes = next(part for part in reference if "Finding codes" in part)
+    codes["Finding codes"] = [{"All codes": codes["Finding codes"]}, *(f"reference/{code}.md" for code in CODES)]
+    return config
 
 
 def on_files(files: Files, config: Any) -> Files:

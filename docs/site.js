@@ -1,16 +1,29 @@
+// Tables are marked for phones (site.css). Those of two columns keep to the width. In others the cells stand below each
+// other where a cell is long, or where the table is too wide and has more texts than numbers. Roles keep those tables,
+// and a cell says its column, because the head is hidden there.
+const ROLES = { table: "table", thead: "rowgroup", tbody: "rowgroup", tr: "row", th: "columnheader", td: "cell" };
+const mark = table => {
+  const heads = [...table.tHead.rows[0].cells].map(cell => cell.innerText.trim());
+  if (heads.length < 3) { table.dataset.pairs = ""; return; }
+  const cells = [...table.tBodies[0].rows].flatMap(row => [...row.cells].slice(1));
+  const wrap = table.closest(".md-typeset__scrollwrap") || table;
+  const texts = cells.filter(cell => !/^[-+<>]?\.?\d/.test(cell.innerText)).length;
+  const crowded = wrap.scrollWidth > wrap.clientWidth && texts > cells.length / 2;
+  if (!crowded && !cells.some(cell => cell.innerText.length > 40)) return;
+  table.dataset.texts = "";
+  for (const part of [table, ...table.querySelectorAll("thead, tbody, tr, th, td")]) part.setAttribute("role", ROLES[part.localName]);
+  for (const cell of cells) cell.dataset.head = heads[cell.cellIndex];
+};
+addEventListener("load", () => document.querySelectorAll(".md-typeset table:not([class])").forEach(mark));
 // Wide tables and code scroll by keyboard too (axe: scrollable-region-focusable); the theme wraps tables before this.
-const reach = () => document.querySelectorAll(".md-typeset__scrollwrap, pre > code").forEach(wrap => { if (wrap.scrollWidth > wrap.clientWidth) wrap.tabIndex = 0; });
+const reach = () => document.querySelectorAll(".md-typeset__scrollwrap, pre > code").forEach(wrap => {
+  if (wrap.scrollWidth > wrap.clientWidth) wrap.tabIndex = 0;
+  const show = () => wrap.toggleAttribute("data-more", wrap.scrollLeft + wrap.clientWidth < wrap.scrollWidth - 1);
+  wrap.onscroll = show;
+  show();
+});
 addEventListener("load", reach);
 addEventListener("resize", reach);
 // The bars with the button that copies are told apart (axe: landmark-unique); the theme adds them after the page is there.
 const tell = () => document.querySelectorAll(".md-code__nav:not([aria-label])").forEach((bar, k) => bar.setAttribute("aria-label", `code ${bar.parentElement.id || k}`));
 addEventListener("load", () => { tell(); new MutationObserver(tell).observe(document.body, { childList: true, subtree: true }); });
-// Tables of texts with three columns or more are marked for phones; roles keep them tables where their cells are blocks.
-const ROLES = { table: "table", thead: "rowgroup", tbody: "rowgroup", tr: "row", th: "columnheader", td: "cell" };
-const mark = table => {
-  const long = [...table.rows].some(row => row.cells.length > 2 && [...row.cells].slice(1).some(cell => cell.innerText.length > 40));
-  if (!long) return;
-  table.dataset.texts = "";
-  for (const part of [table, ...table.querySelectorAll("thead, tbody, tr, th, td")]) part.setAttribute("role", ROLES[part.localName]);
-};
-addEventListener("load", () => document.querySelectorAll(".md-typeset table:not([class])").forEach(mark));

@@ -329,8 +329,8 @@ def test_a_machine_that_does_not_exist_is_an_input_error() -> None:
 
 def test_bad_programs_are_results() -> None:
     for source, verdict in (
-        ("G1 X", "unusable program"),
-        ("G21 G90\nG0 X0 Y0 Z20 A0 C0\nZ700\nM2\n", "violates limits"),
+        ("G1 X", "refused: unusable program"),
+        ("G21 G90\nG0 X0 Y0 Z20 A0 C0\nZ700\nM2\n", "refused: violates limits"),
     ):
         result = vp.convert(source, "verne", vp.Options(tool_length=80))
         assert (result.ok, result.setpoints) == (False, None)
@@ -341,7 +341,7 @@ def test_bad_programs_are_results() -> None:
 
 def test_results_print_as_tables() -> None:
     result = vp.convert(POCKET, "verne", OPTIONS)
-    assert "accepted" in repr(result)
+    assert "can run" in repr(result)
     assert result.setpoints is not None
     lines = repr(result.setpoints).splitlines()
     assert lines[0].split()[0] == "t_s"
@@ -357,6 +357,18 @@ def test_results_print_as_tables() -> None:
     assert repr(explained) == str(explained) == explained.text
     # what a program says makes no markup
     assert "<b>" not in vp.check("G1 <b>\n", "verne")._repr_html_()
+    for one in (explained, result.summary, vp.verify(result.setpoints, POCKET, "verne", OPTIONS), *refused.findings):
+        assert re.match("<(pre|table)>", one._repr_html_())  # type: ignore[union-attr]
+    for public in ("Explanation", "Finding", "Machine", "Machined", "Result", "Setpoints", "Summary", "Verification"):
+        assert hasattr(getattr(vp, public), "_repr_html_"), public
+
+
+def test_an_assertion_of_pytest_shows_the_first_finding() -> None:
+    saferepr = pytest.importorskip("_pytest._io.saferepr").saferepr  # what `assert result.ok` prints
+    for source in ("G21 G90\nG0 X0 Y0 Z20 A0 C0\nZ700\nX5\nG1 A99 F900\nM2\n", "G1 X\n"):
+        result = vp.check(source, "verne", vp.Options(tool_length=80))
+        shown, first = saferepr(result), next(one for one in result.findings if one.severity == "error")
+        assert f"refused: {first.code} in line {first.line}: {first.message}" in shown
 
 
 def test_a_machine_prints_its_limits_in_the_units_and_senses_of_its_rows(tmp_path: Path) -> None:

@@ -107,6 +107,9 @@ def test_tolerance_stops_and_dwells_are_kept(
     assert result.summary.verification.tip_deviation_mm <= 0.01
     assert "input shaper" in result.summary.verification.slow
     assert f"input shaper {shaper}" in format_summary(result.summary)
+    assert result.summary.shaped is not None
+    rests = 2 * (result.summary.n_stops + 1)
+    assert result.summary.stop_time == pytest.approx(rests * result.summary.shaped.rest)
     assert result.summary.cycle_time > converted(BEND, loaded, shaper="off").summary.cycle_time  # type: ignore[union-attr]
     setpoints = result.setpoints
     assert setpoints is not None

@@ -303,7 +303,7 @@ def fit(
     source, machine, options, setup
         As for :func:`convert`; ``wcs`` says where the part is now.
     free : str, optional
-        Letters of what may change: x, y, z (mm) and c (the part's turn, where a joint of the machine turns it).
+        Letters of what may change: x, y, z (mm) and c (the part's rotation, where a joint of the machine turns it).
         Without it all of them may.
     ranges : mapping, optional
         (low, high) by letter, mm and degrees.
@@ -370,7 +370,7 @@ def _read(source: Source, what: str) -> Text:
 
 def _decode_setpoints(setpoints: Setpoints | Source) -> str:
     """The text of a setpoint file."""
-    written = setpoints.to_csv() if isinstance(setpoints, Setpoints) else setpoints
+    written = setpoints.format_csv() if isinstance(setpoints, Setpoints) else setpoints
     try:
         return _read(written, "setpoints")[:].decode("utf-8")
     except UnicodeDecodeError as error:

@@ -65,3 +65,25 @@ def test_blocks_follow_each_other(held: int) -> None:
     assert list(iterate_blocks(25)) == [(0, 10), (10, 20), (20, 25)]
     assert list(iterate_blocks(25, 13)) == [(13, 23), (23, 25)]
     assert list(iterate_blocks(0)) == []
+
+
+@pytest.mark.parametrize("width", [(), (3,)])
+def test_rows_that_are_one_row_need_no_memory(width: tuple[int, ...], held: int) -> None:
+    """Broadcast rows stay one row until another comes; what was added is there either way."""
+    value, other = np.arange(1.0, 4.0)[: int(np.prod(width, initial=1))].reshape(width), np.full(width, -0.0)
+    same = [np.broadcast_to(value, (count, *width)) for count in (2, 700, 41)]
+    column = Growing(float, *width)
+    for part in same:
+        column.extend(part)
+    whole = column.freeze()
+    assert np.array_equal(whole, np.concatenate(same))
+    assert whole.strides[0] == 0
+    with pytest.raises(ValueError, match="read-only"):
+        whole[0] = 0.0
+    for last in (np.broadcast_to(other, (9, *width)), other[None], np.broadcast_to(value, (1, *width))):
+        column = Growing(float, *width)
+        for part in (*same, last, same[0]):
+            column.extend(part)
+        whole = column.freeze()
+        assert column.count == len(whole)
+        assert whole.tobytes() == np.concatenate((*same, last, same[0])).tobytes()

@@ -1,4 +1,4 @@
-"""Read public programs again from local copies, and compare with the table of docs/reliability.md.
+"""Read public programs again from local copies, and compare with the table of docs/public-programs.md.
 
     python -m tests.benchmarks.public_programs FOLDER [--rows]
 
@@ -27,7 +27,7 @@ from verne_post.model.options import Options
 from verne_post.model.part_setup import Tool
 
 ROOT = Path(__file__).resolve().parents[2]
-PAGE = ROOT / "docs" / "reliability.md"
+PAGE = ROOT / "docs" / "public-programs.md"
 HEADER = "| dialect | repository | path | set-up | read | run | first refusal | right |"
 #: Every tool is this long and wide (mm; the set-up may have another ``diameter``), and the part stands high above the
 #: table.

@@ -67,7 +67,7 @@ def test_results_do_not_depend_on_who_made_them(folder: Path, run: Callable[...,
     assert contents("one") == contents("three")
     names = {name for name in contents("one") if name.endswith(".csv")}
     assert names == {"p0.csv", "p3.csv", "p6.csv", *(f"sub/p{n}.csv" for n in (1, 2, 4, 5, 7, 8))}
-    assert "12 programs: 9 converted, 3 refused" in one.out
+    assert "12 programs: 9 can run, 3 refused" in one.out
     assert "VP101 line 3" in one.out
     # each is what convert writes
     assert run("convert", "in/sub/p4.nc", *PLACE).out.encode() == contents("one")["sub/p4.csv"]
@@ -88,18 +88,18 @@ def test_nothing_is_made_twice(folder: Path, run: Callable[..., Any], monkeypatc
     run("batch", "in", "-o", "out", "-j", 1, *PLACE)
     before = {path: path.stat().st_mtime_ns for path in Path("out").rglob("*.csv")}
     again = run("batch", "in", "-o", "out", "-j", 1, *PLACE)
-    assert "9 as before" in again.out
+    assert "9 can run (as before)" in again.out
     assert {path: path.stat().st_mtime_ns for path in Path("out").rglob("*.csv")} == before
     # one program, one lost file, one spoilt file: those three and no others
     Path("in/p0.nc").write_text(GOOD.format(z=70, x=3), encoding="utf-8")
     Path("out/p3.csv").unlink()
     Path("out/sub/p4.csv").write_text("spoilt", encoding="utf-8")
     third = run("batch", "in", "-o", "out", "-j", 1, *PLACE)
-    assert "6 as before" in third.out
-    assert "3 converted" in third.out
+    assert "6 can run (as before)" in third.out
+    assert "3 can run" in third.out
     assert contents("out")["sub/p4.csv"] == run("convert", "in/sub/p4.nc", *PLACE).out.encode()
     # other options: everything
-    assert "9 converted" in run("batch", "in", "-o", "out", "-j", 1, *PLACE, "--override", 0.5).out
+    assert "9 can run" in run("batch", "in", "-o", "out", "-j", 1, *PLACE, "--override", 0.5).out
 
 
 #: A program that was good, and is not any more: by its limits, its words, its bytes, or because it cannot be opened.
@@ -155,7 +155,7 @@ def test_parts_that_are_not_made_any_more_go(folder: Path, run: Callable[..., An
     assert run(*words).code == 0
     names = {"batch.json", "s.csv.meta.json", "s.index.json", "s.1.csv", "s.2.csv", "s.3.csv"}
     assert set(contents("out")) == names
-    assert "1 as before" in run(*words).out
+    assert "1 can run (as before)" in run(*words).out
     Path("in/s.nc").write_text(stops.replace("M0\n", "", 1))
     Path("out/s.2.csv").write_text("changed")  # it is made anew, the third goes
     answer = run(*words)
@@ -244,7 +244,7 @@ def test_a_malformed_record_is_none(folder: Path, run: Callable[..., Any], how: 
     record.write_bytes(raw[how] if how in raw else json.dumps(MALFORMED[how](json.loads(good))).encode())
     answer = run(*words)
     assert answer.code == 0, answer.err
-    assert "1 converted" in answer.out
+    assert "1 can run" in answer.out
     assert contents("out") == before
     assert record.read_bytes() == good
 
@@ -254,7 +254,7 @@ def test_a_malformed_record_is_none(folder: Path, run: Callable[..., Any], how: 
 def test_killed_between_the_record_and_its_files(
     folder: Path, run: Callable[..., Any], monkeypatch: pytest.MonkeyPatch, placed: int, then: str
 ) -> None:
-    """Rows without their side-car, or none: never taken as current, and never left beside a program that is refused."""
+    """Rows without their sidecar, or none: never taken as current, and never left beside a program that is refused."""
     words = ("batch", "in/p0.nc", "-o", "out", "-j", 1, *PLACE)
     assert run(*words).code == 0
     Path("in/p0.nc").write_text(GOOD.format(z=70, x=3), encoding="utf-8")
@@ -296,7 +296,7 @@ def test_nothing_is_written_outside_the_folder(folder: Path, run: Callable[..., 
     # the folder itself may be a link
     Path("linked").symlink_to("elsewhere")
     assert run("batch", "in/p0.nc", "-o", "linked", "-j", 1, *PLACE).code == 0
-    assert "1 as before" in run("batch", "in/p0.nc", "-o", "linked", "-j", 1, *PLACE).out
+    assert "1 can run (as before)" in run("batch", "in/p0.nc", "-o", "linked", "-j", 1, *PLACE).out
 
 
 def test_parts_follow_no_link_either(folder: Path, run: Callable[..., Any]) -> None:
@@ -354,7 +354,7 @@ def test_hidden_folders_are_not_searched(folder: Path, run: Callable[..., Any]) 
         assert "but not in hidden folders" in answer.err
     shutil.copy("in/p0.nc", ".all/sub/p0.nc")
     assert ".all/sub/p0.nc: can run" in run("check", ".all", *PLACE).out
-    assert "1 program: 1 converted" in run("batch", ".all", "-o", "out", "-j", 1, *PLACE).out
+    assert "1 program: 1 can run" in run("batch", ".all", "-o", "out", "-j", 1, *PLACE).out
     assert run("check", ".all/.venv", *PLACE).code == 2
     assert run("check", ".all/.venv", *PLACE).out.startswith(".all/.venv/numpy.h")
 
@@ -407,7 +407,7 @@ def test_shards_are_a_partition(folder: Path, run: Callable[..., Any]) -> None:
 def test_globs_and_files(folder: Path, run: Callable[..., Any]) -> None:
     answer = run("batch", "in/sub/*.nc", "in/p0.nc", "-o", "out", "-j", 1, *PLACE)
     assert answer.code == 0
-    assert "7 programs: 7 converted" in answer.out
+    assert "7 programs: 7 can run" in answer.out
 
 
 @pytest.mark.parametrize(
@@ -512,7 +512,7 @@ def test_a_batch_that_was_killed_goes_on(folder: Path, run: Callable[..., Any], 
     made = count_records("out/.verne-post")
     assert made >= 5
     answer = run("batch", "in", "-o", "out", "-j", 1, *PLACE)
-    counted = re.search(r"(\d+) as before", answer.out.splitlines()[-1])
+    counted = re.search(r"(\d+) can run \(as before\)", answer.out.splitlines()[-1])
     assert counted
     as_before = int(counted[1])
     assert 1 <= as_before <= made

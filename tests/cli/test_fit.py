@@ -15,6 +15,7 @@ from verne_post.app.fit import propose
 from verne_post.model.options import Options
 from verne_post.model.part_setup import WorkOffset
 from verne_post.toolpath.margins import list_margin_functions
+from verne_post.toolpath.work_offset import UNREACHABLE, PartPoints, Search
 
 from ..builders import SAMPLES
 
@@ -150,6 +151,27 @@ def test_the_margin_is_larger_than_anywhere_near(tilted: Path) -> None:
             dense = margins(at[:, :3], at[:, 3:], np.full(len(at), 70.0)).min(axis=0)
             # the chord cuts off what the arc needs: a few thousandths of the room
             assert dense[found.after.counts[:-1]].min() <= found.after.smallest + 0.02
+
+
+def test_places_below_a_floor_are_told_by_few_points() -> None:
+    """The others have the rating of all points, wherever the floor is: places out of reach among them."""
+    machine = verne_post.load_machine()
+    rng = np.random.default_rng(2)
+    n = 300
+    tip, angles = rng.uniform(-150, 150, (n, 3)), rng.uniform(-0.5, 0.5, (n, 2))
+    points = PartPoints(tip, angles, np.full(n, 70.0), np.arange(n), np.zeros(n), np.zeros(n, bool))
+    ends = np.array([200.0, 200.0, 300.0, 3.0])
+    search = Search(machine, points, np.ones(4, bool), -ends, ends)
+    places, rows = rng.uniform(-ends, ends, (400, 4)), np.arange(0, n, 2)
+    counts = np.arange(len(search.names)) != 2
+    whole = search.rate(places, counts, rows)
+    few = search.find_deciding_rows(places[::64], counts, rows)
+    assert 0 < len(few) < len(rows) / 4
+    assert (whole < UNREACHABLE).any()
+    for floor in (*np.quantile(whole, (0.02, 0.5, 0.98)), 0.0):
+        found = search.rate_promising(places, counts, rows, few, np.full(len(places), floor))
+        assert ((found >= floor) == (whole >= floor)).all()
+        assert (found[whole >= floor] == whole[whole >= floor]).all()
 
 
 def test_the_same_program_has_the_same_fit(tilted: Path, run: Callable[..., Any]) -> None:

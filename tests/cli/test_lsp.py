@@ -294,6 +294,11 @@ def test_lenses_name_the_time_and_the_worst_line(client: Client, tmp_path: Path)
     client.change(uri, 2, TILTED)
     (refused,) = client.ask("textDocument/codeLens", textDocument={"uri": uri})
     assert refused["command"]["title"] == "refused: 1 error, 0 warnings; the first in line 4"
+    # what the settings take out is named: convert refuses it all the same
+    (tmp_path / "verne-post.toml").write_text('[check]\nignore = ["VP102"]\n', "utf-8")
+    client.change(uri, 3, TILTED + "(AGAIN)\n")
+    (ignored,) = client.ask("textDocument/codeLens", textDocument={"uri": uri})
+    assert ignored["command"]["title"] == "not refused, 1 error does not count: 0 errors, 0 warnings"
 
 
 OUTLINES = {
@@ -578,13 +583,15 @@ def test_a_place_out_of_reach_and_the_letter_o_in_a_number_have_fixes(client: Cl
     for number, (wrong, title, right) in enumerate(
         (
             ("X-700.", r"Write X(-\d+\.\d+) in place of X-700\. in line 3 \(legal then.*\)", None),
-            ("XO20.", r"Write (0) in place of the letter O \(legal then\)", "X020."),
-            ("X2o.5", r"Write (0) in place of the letter o \(legal then\)", "X20.5"),
+            ("XO20.", r"Write (X020.) in place of XO20. \(legal then\)", "X020."),
+            ("X2o.5", r"Write (X20.5) in place of X2o.5 \(legal then\)", "X20.5"),
+            ("X18,5", r"Write (X18.5) in place of X18,5 \(legal then\)", "X18.5"),
         )
     ):
         text = f"{head}{wrong} F2000\nX20\nM30\n"
         uri = client.open(make_program(tmp_path, text, f"{number}.nc"))
-        assert client.diagnostics(uri)["diagnostics"]
+        told = client.diagnostics(uri)["diagnostics"]
+        assert right is None or [text_at(text, one["range"]) for one in told] == [wrong]
         offered = [(re.fullmatch(title, one), action) for one, action in ask_fixes(client, uri, 2).items()]
         ((found, action),) = [one for one in offered if one[0]]
         mended = apply_edit(action, {uri: text})[uri]
@@ -593,15 +600,33 @@ def test_a_place_out_of_reach_and_the_letter_o_in_a_number_have_fixes(client: Cl
         assert [one for one in client.diagnostics(uri)["diagnostics"] if one["severity"] == 1] == []
 
 
+def test_a_word_that_is_misspelt_in_several_places_is_mended_in_one_or_in_all(client: Client, tmp_path: Path) -> None:
+    """The places are one finding, so that mending one leaves as many findings; remarks stay as they are."""
+    text = "G17 G90 G94 G71 G54\nG0 A0 C0\nG0 X0 Y0 Z120\nSUAP G0 Z0 D0 ; SUAP\nG0 Z110\nSUAP G0 Z0 D0\nM30\n"
+    uri = client.open(make_program(tmp_path, text, "p.mpf"))
+    (told,) = [one for one in client.diagnostics(uri)["diagnostics"] if one["code"] == "VP002"]
+    assert told["message"].endswith("did you mean SUPA? (lines 4 to 6, 2 times)")
+    fixes = ask_fixes(client, uri, 3)
+    one, every = sorted(fixes, key=len)
+    assert one == "Write SUPA in place of SUAP (1 error stays)"
+    assert every == "Write SUPA in place of SUAP in all 2 places (legal then)"
+    assert apply_edit(fixes[one], {uri: text})[uri] == text.replace("SUAP", "SUPA", 1)
+    assert apply_edit(fixes[every], {uri: text})[uri] == text.replace("SUAP G0", "SUPA G0")
+
+
 def test_a_fix_that_turns_an_error_into_a_warning_is_offered_and_says_so(client: Client, tmp_path: Path) -> None:
     """In a Fanuc program without points the number of the fix is the first that has one (VP038)."""
     text = f"%\nO1\n{TILTED.replace('M2', 'M30')}%\n"
     uri = client.open(make_program(tmp_path, text))
-    (tilt,) = client.diagnostics(uri)["diagnostics"]
+    lacking, tilt = client.diagnostics(uri)["diagnostics"]
+    assert lacking["code"] == "VP037"  # and stays: no G43.4
     ((title, action),) = ask_fixes(client, uri, tilt["range"]["start"]["line"]).items()
-    assert title.endswith("in line 6 (legal then, with 1 warning, another tool axis)")
+    assert title.endswith("in line 6 (legal then, with 2 warnings, another tool axis)")
     client.change(uri, 2, apply_edit(action, {uri: text})[uri])
-    assert [(one["code"], one["severity"]) for one in client.diagnostics(uri)["diagnostics"]] == [("VP038", 2)]
+    assert [(one["code"], one["severity"]) for one in client.diagnostics(uri)["diagnostics"]] == [
+        ("VP038", 2),
+        ("VP037", 2),
+    ]
 
 
 def test_an_editor_that_can_is_told_that_lenses_have_changed(tmp_path: Path) -> None:

@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+import verne_post as vp
+
 TOOLS = "T1 P1 Z80 D10\nT2 P2 Z95 D5\n"
 PROGRAM = """G21 G90 G17 G54
 T1 M6
@@ -256,3 +258,24 @@ def test_the_shortest_dwell_is_no_stop(job: Path, run: Callable[..., Any]) -> No
     Path("d.nc").write_text("G49 G0 X0 Y0 Z120 A0 C0\nG1 X5 F900\nG4 P0.000000001\nX9\nM2\n")
     assert run("convert", "d.nc", "--wcs", "G54=0,0,40", "--split-at-stops", "-o", "d.csv").code == 0
     assert [path.name for path in job.glob("d.*.csv")] == ["d.1.csv"]
+
+
+def test_python_writes_the_parts_of_the_command(job: Path, run: Callable[..., Any]) -> None:
+    words = ("two.nc", *PLACE, "--split-at-stops")
+    assert run("convert", *words, "-o", "two.csv").code == 0
+    tools = {1: vp.Tool(1, 1, (0, 0, 80, 0, 0, 0, 0, 0, 0), 10), 2: vp.Tool(2, 2, (0, 0, 95, 0, 0, 0, 0, 0, 0), 5)}
+    options = vp.Options(tools=tools, wcs={"G54": (0, 0, 40)}, split_at_stops=True)
+    result = vp.convert(Path("two.nc"), "verne", options)
+    rows = result.setpoints
+    assert rows is not None
+    for write in (rows.to_csv, lambda: rows.to_csv("all.csv")):
+        with pytest.raises(vp.UsageError, match=r"stops 2 times for the operator; .* write each part of split\(\)"):
+            write()
+    assert not (job / "all.csv").exists()
+    assert repr(rows).endswith(f"{len(rows)} rows in 3 parts")
+    assert [part.to_csv() for part in rows.split()] == [(job / name).read_text("utf-8") for name in FILES]
+    assert vp.verify(rows, Path("two.nc"), "verne", options).ok
+    # a program that never stops is one part, the whole
+    whole = vp.convert("G21 G90\nG0 X0 Y0 Z20 A0 C0\nX5\nM2\n", "verne", vp.Options(tool_length=80)).setpoints
+    assert whole is not None
+    assert [part.to_csv() for part in whole.split()] == [whole.to_csv()]

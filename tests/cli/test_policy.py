@@ -49,6 +49,24 @@ def test_ignored_codes_do_not_count_and_are_counted(job: tuple[Any, ...], run: C
     assert run("convert", *job[1:]).code == 1
 
 
+@pytest.mark.parametrize(
+    ("words", "lacks"),
+    [(("--ignore", "VP101"), "2 errors do not count"), (("--limits-only", "--ignore", "VP4"), "nothing was planned")],
+)
+def test_what_is_not_wholly_checked_is_not_said_to_run(
+    job: tuple[Any, ...], run: Callable[..., Any], words: tuple[str, ...], lacks: str
+) -> None:
+    if "--limits-only" in words:
+        Path("p.nc").write_text(BEYOND.replace("Z680", "Z60"))
+    # the note that nothing was planned stays, whatever is ignored
+    assert f"p.nc: not refused, {lacks}: 0 errors" in run(*job, *words).out
+    told = json.loads(run(*job, *words, "--output-format", "json").out)
+    assert told["programs"][0]["verdict"] == "not refused"
+    refused = run(*job, "--ignore", "VP421")
+    assert refused.code == 2
+    assert "VP421: says that the program was not planned, always" in refused.err
+
+
 def test_ignored_warnings_are_not_called_refused(warned: tuple[Any, ...], run: Callable[..., Any]) -> None:
     answer = run(*warned, "--ignore", "VP202")
     assert "Not counted: 1 finding ignored.\n" in answer.out

@@ -109,7 +109,7 @@ def test_one_value_for_all_or_three():
 
 def test_keys_of_another_kind_are_refused_with_the_kind():
     told = mistakes("serial", ("xyz_velocity =", "rho_velocity ="))
-    assert any(message.startswith("mine.toml: limits.xyz_velocity is missing") for message in told)
+    assert not any("limits.xyz_velocity is missing" in message for message in told), "the key that is there says so"
     (unknown,) = [message for message in told if "rho_velocity" in message]
     assert "limits.rho_velocity is not a key of a machine file of kind 'serial'; did you mean xyz_velocity?" in unknown
     (only,) = mistakes("serial", ("c_jerk = 20000.0", "c_jerk = 20000.0\nserial_singularity_mm = 100.0"))

@@ -90,7 +90,7 @@ def readers() -> dict[str, Reader]:
         "tool shapes": lambda raw: read_tool_shapes(raw, "s.toml"),
         "parameters": lambda raw: read_parameter_file(_text(raw), "p.var"),
         "baseline": lambda raw: read_baseline(_text(raw), "b.json"),
-        "side-car": lambda raw: read_side_car(_text(raw), "a.meta.json"),
+        "sidecar": lambda raw: read_side_car(_text(raw), "a.meta.json"),
         "setpoints": lambda raw: list(read_csv(io.StringIO(_text(raw)), "a.csv", machine().columns, 0.001, ())),
         "log": lambda raw: read_log(_text(raw), "a.log", machine().columns, _names(), {}),
         "index": lambda raw: list_parts(_file("a.index.json", raw)),
@@ -202,7 +202,7 @@ def corpus() -> dict[str, list[bytes]]:
         ],
         "parameters": [b"5161\t0.0\n5220\t1\n5221\t10.5\n"],
         "baseline": [b'{"schema": 1, "known": {"0123:1": "a.nc:3: VP101 rho1"}}'],
-        "side-car": [
+        "sidecar": [
             b'{"schema": 2, "program": {"name": "a.nc", "sha256": "00"}, "machine": {"sha256": "00"}, "options": '
             b'{"wcs": {}}}'
         ],

@@ -136,9 +136,9 @@ def test_records_of_a_batch_that_are_damaged_are_made_anew(ground: Ground) -> No
     other.write_bytes(b"")
     third.write_bytes(re.sub(rb'"rows": \d+', b'"rows": "9"', records[third]))
     second = ground.run(*words)
-    assert b"4 programs: 3 converted, 1 as before" in second.out
+    assert b"4 programs: 3 can run, 1 can run (as before)" in second.out
     assert {path: path.read_bytes() for path in records} == records
-    shown = second.out.replace(b"as before", b"converted").splitlines()
+    shown = second.out.replace(b"can run (as before)", b"can run").splitlines()
     assert shown[:-1] == first.out.splitlines()[:-1]
 
 

@@ -164,4 +164,4 @@ def test_a_clock_that_jumps(ground: Ground, tmp_path: Path) -> None:
     results = [ground.run(*one, env=environment) for one in again]
     assert [one.status for one in results] == [0, 0]
     os.utime(ground.folder / "short.nc", (0, 2**31))
-    assert b"1 program: 1 as before" in ground.run(*again[0], env=environment).out
+    assert b"1 program: 1 can run (as before)" in ground.run(*again[0], env=environment).out

@@ -177,7 +177,7 @@ def test_no_warning_is_an_error(ground: Ground) -> None:
         [sys.executable, *words], cwd=ground.folder, env=ground.environment, capture_output=True, check=False
     )
     assert made.returncode == 0, made
-    assert b"2 programs: 2 converted" in made.stdout
+    assert b"2 programs: 2 can run" in made.stdout
 
 
 def test_the_settings_that_rule_are_named(ground: Ground) -> None:

@@ -302,7 +302,7 @@ READERS: dict[str, tuple[str, ...]] = {
     "settings": ("check", "short.nc", *PLACE, "--settings"),
     "baseline": ("check", "short.nc", *PLACE, "--baseline"),
     "setpoints": ("verify", "--against", "short.nc", *PLACE),
-    "side-car": ("verify", "short.csv", "--against", "short.nc", *PLACE, "--meta"),
+    "sidecar": ("verify", "short.csv", "--against", "short.nc", *PLACE, "--meta"),
     "set-up": ("check", "short.nc", "--setup"),
     "configuration": ("machine", "import", "-o", "out/mill.toml"),
     "readings": ("machine", "calibrate", "-o", "out/mine.toml"),

@@ -198,12 +198,12 @@ def test_every_format_says_why_a_check_could_not_begin(words, tmp_path, run, mon
 @pytest.mark.parametrize(
     ("words", "verdict"),
     [
-        (("--machine", "bad.toml"), "unusable configuration"),
-        (("--settings", "bad.toml"), "unusable configuration"),
+        (("--machine", "bad.toml"), "refused: unusable configuration"),
+        (("--settings", "bad.toml"), "refused: unusable configuration"),
         (("--tolerance", "-1"), "usage error"),
         (("--wcs", "G60=1,2,3"), "usage error"),
         (("--tool-table", "is_not_there.tbl"), "usage error"),
-        ((), "unusable program"),
+        ((), "refused: unusable program"),
     ],
 )
 def test_json_tells_bad_command_lines_from_bad_programs(words, verdict, tmp_path, run, monkeypatch):

@@ -1,4 +1,4 @@
-"""The stock of a program in the scene of the report, in the summary and in the side-car."""
+"""The stock of a program in the scene of the report, in the summary and in the sidecar."""
 
 import json
 from collections.abc import Callable

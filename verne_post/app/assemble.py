@@ -405,6 +405,13 @@ def _approach_place(machine: Machine, options: Options) -> str | tuple[float, ..
     return tuple(float(drive.find_places(np.array(number))) for drive, number in zip(drives, place, strict=True))
 
 
+def find_stops(moves: Moves, *, optional_stop: bool) -> list[Finding]:
+    """VP014 for a program that is laid out on no machine: stops after the first move that leads elsewhere."""
+    linear = moves.end[:, :3]
+    first = int(np.argmax(np.append((linear != linear[:1]).any(axis=1), True))) if len(moves) else 0
+    return [item for _before, item in _find_waits(moves, first, optional_stop=optional_stop)]
+
+
 def _find_waits(moves: Moves, first: int, *, optional_stop: bool) -> list[tuple[int, Finding]]:
     """Stops after the first motion, move number ``first``, by the move that follows: setpoints cannot wait there."""
     found = []

@@ -16,7 +16,7 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from verne_post.app.assemble import Program, assemble
-from verne_post.app.plan import Plan, check_or_refuse, plan_or_refuse
+from verne_post.app.plan import Plan, check_or_refuse, plan_or_refuse, plan_program
 from verne_post.app.result import Progress, Result, Setpoints, Sink, refuse_program
 from verne_post.app.row_format import format_of
 from verne_post.app.summary import summarise
@@ -111,7 +111,10 @@ def convert_program(
     summary = replace(summarise(source, plan, fmt, verification, part), timed=timed)
     findings = (*plan.findings, *_find_own_faults(verification, options), *(() if part is None else part.findings))
     result = Result(findings, summary, None, part)
-    return result if sink is not None or not result.ok else replace(result, setpoints=_collect(collected, machine, fmt))
+    if sink is not None or not result.ok:
+        return result
+    cuts = tuple(part.last_row for part in summary.parts[:-1])
+    return replace(result, setpoints=_collect(collected, machine, fmt, cuts))
 
 
 def _load_part(program: Program) -> "Body | None":
@@ -225,12 +228,12 @@ def _find_own_faults(verification: Verification, options: Options) -> list[Findi
     ]
 
 
-def _collect(blocks: list[SetpointBlock], machine: Machine, fmt: SetpointFormat) -> Setpoints:
+def _collect(blocks: list[SetpointBlock], machine: Machine, fmt: SetpointFormat, cuts: tuple[int, ...]) -> Setpoints:
     """All rows as one table."""
     values = np.concatenate([block.written for block in blocks])
     line = np.concatenate([block.line for block in blocks])
     t = fmt.cycle * np.arange(len(values), dtype=np.float64)
-    return Setpoints(t, values, line, name_columns(machine.columns, fmt.drives), fmt)
+    return Setpoints(t, values, line, name_columns(machine.columns, fmt.drives), fmt, cuts)
 
 
 class Inspection(Struct):
@@ -248,8 +251,11 @@ def check_source(
     progress: Progress | None = None,
     *,
     limits_only: bool = False,
+    remedies: bool = True,
 ) -> Result:
     """Check a program against every limit, and plan it; with ``limits_only`` nothing is planned, which VP421 says.
+
+    Without ``remedies`` a program is refused without a search for what would cure it, which takes longer than the plan.
 
     Returns
     -------
@@ -263,7 +269,7 @@ def check_source(
     """
     if limits_only:
         return _assemble_then(source, machine, options, lambda program: _check_limits(source, program, progress))
-    return check_and_keep(source, machine, options, progress).result
+    return check_and_keep(source, machine, options, progress, remedies=remedies).result
 
 
 def _check_limits(source: Text, program: Program, progress: Progress | None) -> Result:
@@ -281,22 +287,29 @@ def _check_limits(source: Text, program: Program, progress: Progress | None) -> 
 
 
 def check_and_keep(
-    source: Text, machine: Machine, options: Options | None = None, progress: Progress | None = None
+    source: Text,
+    machine: Machine,
+    options: Options | None = None,
+    progress: Progress | None = None,
+    *,
+    remedies: bool = True,
 ) -> Inspection:
     """As :func:`check_source`, and keep what was made."""
     made = Inspection(Result(()))
-    made.result = _assemble_then(source, machine, options, lambda program: _check(source, program, progress, made))
+    made.result = _assemble_then(
+        source, machine, options, lambda program: _check(source, program, progress, made, remedies)
+    )
     return made
 
 
-def _check(source: Text, program: Program, progress: Progress | None, made: Inspection) -> Result:
+def _check(source: Text, program: Program, progress: Progress | None, made: Inspection, remedies: bool) -> Result:
     """:func:`check_source` of a program that has been assembled from its text."""
     made.program = program
     report = progress if program.team.leads else None
     try:
         fmt = format_of(program.machine, program.options, program.cycle)
         body = _load_part(program)
-        made.plan = plan = plan_or_refuse(source, program, report)
+        made.plan = plan = plan_or_refuse(source, program, report) if remedies else plan_program(program, report)
         blocks = [] if body is None else [block for block, _move in make_setpoint_blocks(plan, fmt)]
         part = _judge_rows(program, body, blocks, report)
     except InputError as error:

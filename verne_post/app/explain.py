@@ -9,6 +9,7 @@ from verne_post.app.constraints import check_line, guard_joints
 from verne_post.app.explain_line import explain_line, find_lines_near, work_through
 from verne_post.app.line_remedies import Line
 from verne_post.base.long_text import Text, take_line
+from verne_post.base.text_tables import format_html_text
 from verne_post.kinematics.checks.remedies import select_line
 from verne_post.model.findings import Finding, UsageError
 from verne_post.model.machine import Machine
@@ -40,6 +41,9 @@ class Explanation:
 
     def __repr__(self) -> str:
         return self.text
+
+    def _repr_html_(self) -> str:
+        return format_html_text(repr(self))
 
 
 def explain_source(source: Text, machine: Machine, options: Options, line: int) -> Explanation:

@@ -62,7 +62,8 @@ def propose(
     options : Options
         Those of a conversion; ``wcs`` says where the part is now.
     free : str, optional
-        Letters of what may change: x, y, z (mm, part frame) and c (the part's turn, where a joint turns it); else all.
+        Letters of what may change, by default all: x, y, z (mm, part frame) and c (rotation of the part, where a joint
+        turns it).
     ranges : mapping, optional
         (low, high) by letter, mm and degrees; as :func:`~verne_post.model.option_checks.check_ranges` takes them.
     aim : {"move", "margin", "time"}
@@ -110,10 +111,10 @@ def propose(
     notify = None if progress is None else partial(progress, "seeking a place")
     largest = search.find_best(here, notify)
     largest = search.evaluate(_round_place(largest.place, free), largest.counts)
-    before_check = check_source(source, machine, options, progress)
+    before_check = check_source(source, machine, options, progress, remedies=False)  # the move is the cure
 
-    def check_at(place: Place) -> Result:
-        return check_source(source, machine, put_at_place(options, system, place), progress)
+    def check_at(place: Place, *, remedies: bool) -> Result:
+        return check_source(source, machine, put_at_place(options, system, place), progress, remedies=remedies)
 
     after, after_check = largest, None
     if aim == "time":
@@ -125,10 +126,10 @@ def propose(
             near = SmallestMove(search, here, largest.counts).propose() if largest.margins.min() >= 0.0 else ()
             for numbers in near:
                 place = _round_place(Place(*numbers.tolist()), free)
-                if (tried := check_at(place)).ok:
+                if (tried := check_at(place, remedies=False)).ok:
                     after, after_check = search.evaluate(place, largest.counts), tried
                     break
-    result = check_at(after.place) if after_check is None else after_check
+    result = check_at(after.place, remedies=True) if after_check is None else after_check
     seconds_before, seconds = (one.summary.cycle_time if one.summary else None for one in (before_check, result))
     before = search.evaluate(here, largest.counts)
     turns = machine.coordinates.turns_with_part

@@ -1,9 +1,10 @@
 """The result of a check or a conversion."""
 
 import os
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, overload
 
@@ -11,8 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from verne_post.base.arrays import Array
+from verne_post.base.numbers import format_count
 from verne_post.base.text_tables import format_html_table, format_table
-from verne_post.model.findings import Finding, InputError
+from verne_post.model.findings import Finding, InputError, UsageError, make_findings_table
 from verne_post.model.setpoints import SetpointBlock, SetpointFormat
 from verne_post.model.summary import Summary
 from verne_post.model.verdict import Verdict, find_exit_status, find_verdict
@@ -57,6 +59,8 @@ class Setpoints:
         Names of all columns: time, joints, line.
     format : SetpointFormat
         Control cycle, and how every column is rounded.
+    cuts : tuple of int
+        Rows at which the program stops for the operator (``split_at_stops``): the last row of each part but the last.
     """
 
     t: Array
@@ -64,6 +68,7 @@ class Setpoints:
     line: NDArray[np.int32]
     columns: tuple[str, ...]
     format: SetpointFormat
+    cuts: tuple[int, ...] = ()
 
     def __len__(self) -> int:
         return len(self.t)
@@ -79,14 +84,37 @@ class Setpoints:
         ----------
         path : str or path, optional
             A file to write, in place of the text.
+
+        Raises
+        ------
+        UsageError
+            The rows have parts: one file would run through the stops between them.
         """
-        fmt = self.format
-        rows = format_rows(list(self.to_dict().values()), [fmt.time_decimals, *fmt.decimals, 0], ",")
-        text = ",".join(self.columns) + "\n" + rows
+        if self.cuts:
+            raise UsageError(
+                "to_csv",
+                f"the program stops {format_count(len(self.cuts), 'time')} for the operator; a file would not wait; "
+                "write each part of split()",
+            )
+        text = self.format_csv()
         if path is None:
             return text
         Path(path).write_text(text, encoding="utf-8", newline="\n")
         return None
+
+    def format_csv(self) -> str:
+        """All rows as the text of one file, also where the program stops for the operator: for :func:`verify` alone."""
+        fmt = self.format
+        rows = format_rows(list(self.to_dict().values()), [fmt.time_decimals, *fmt.decimals, 0], ",")
+        return ",".join(self.columns) + "\n" + rows
+
+    def split(self) -> "tuple[Setpoints, ...]":
+        """The parts between stops for the operator, each from time 0, as ``--split-at-stops`` writes them."""
+        ends = (0, *(row + 1 for row in self.cuts), len(self))
+        return tuple(
+            replace(self, t=self.t[: end - begin], values=self.values[begin:end], line=self.line[begin:end], cuts=())
+            for begin, end in pairwise(ends)
+        )
 
     def to_dict(self) -> dict[str, NDArray[Any]]:
         """Column by column, by name."""
@@ -118,10 +146,13 @@ class Setpoints:
         return [list(self.columns), *rows]
 
     def __repr__(self) -> str:
-        return f"{format_table(self._make_text_rows())}\n{len(self)} rows"
+        return f"{format_table(self._make_text_rows())}\n{self._describe_size()}"
 
     def _repr_html_(self) -> str:
-        return f"{format_html_table(self._make_text_rows())}<p>{len(self)} rows</p>"
+        return f"{format_html_table(self._make_text_rows())}<p>{self._describe_size()}</p>"
+
+    def _describe_size(self) -> str:
+        return f"{len(self)} rows" + (f" in {len(self.cuts) + 1} parts" if self.cuts else "")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -160,7 +191,11 @@ class Result:
         return find_verdict(self.exit_code, self.findings)
 
     def _make_text_rows(self) -> list[list[str]]:
-        rows = [["verdict", str(self.verdict)]]
+        """Facts, of which the first finding is one where the program is refused: pytest shows 118 characters."""
+        first = next((item for item in self.findings if item.severity == "error"), None)
+        where = "" if first is None or first.line is None else f" in line {first.line}"
+        why = "" if first is None else f": {first.code}{where}: {first.message}"
+        rows = [["verdict", f"{self.verdict.word}{why}"]]
         if self.summary is not None:
             rows += [
                 ["machining time", f"{self.summary.cycle_time:.3f} s"],
@@ -185,21 +220,3 @@ class Result:
 def refuse_program(error: InputError) -> Result:
     """The result of a program that was refused."""
     return Result(error.findings)
-
-
-def make_findings_table(findings: Sequence[Finding]) -> list[list[str]]:
-    """Findings as rows of text, the first one the header; with what was tried, where something was."""
-    tried = any(one.remedies for one in findings)
-    return [
-        ["code", "severity", "line", "message", *(["tried"] if tried else [])],
-        *(
-            [
-                one.code,
-                one.severity,
-                "" if one.line is None else str(one.line),
-                one.message,
-                *(["; ".join(one.remedies)] if tried else []),
-            ]
-            for one in findings
-        ),
-    ]

@@ -1,28 +1,31 @@
 """What a program needs from its set-up, and what of that nobody has given."""
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any, Final
 
+import numpy as np
 from msgspec import Struct
+from msgspec.structs import replace
 
-from verne_post.app.assemble import SPLIT_KEY, assemble
+from verne_post.app.assemble import SPLIT_KEY, assemble, build_interpreter_setup, find_stops
 from verne_post.base.long_text import Text
 from verne_post.config.control_tables import merge_keys
 from verne_post.gcode.machining.holes import TAPPING_KEY
+from verne_post.gcode.read import read_past_errors
 from verne_post.model.control_keys import NAMING_TOOLS
 from verne_post.model.findings import Finding, InputError
 from verne_post.model.machine import Machine
-from verne_post.model.moves import ZERO9
+from verne_post.model.moves import ZERO9, Moves
 from verne_post.model.options import Options
 from verne_post.model.part_setup import FIRST_NAMED_TOOL, SYSTEM_NAMES, SYSTEM_NUMBERS, Tool, WorkOffset
 
 #: A finding may hide another one until it is settled: a program is read again as often as that.
 MOST_READINGS: Final = 8
-#: Length of a tool that is not known while others are looked for, mm.
-STAND_IN_MM: Final = 100.0
-#: Its diameter, mm: small enough for every contour, so that no error is that of the stand-in.
-STAND_IN_DIAMETER_MM: Final = 1.0
+#: Length and diameter of a tool that is not known while others are looked for, mm; and two others: an error that is not
+#: the same with both is one of the stand-ins.
+STAND_INS_MM: Final = (100.0, 1.0)
+OTHER_STAND_INS_MM: Final = (130.0, 40.0)
 #: What of a tool a set-up may say, and nobody has said.
 UNKNOWN: Final = (None, 0.0)
 
@@ -40,6 +43,10 @@ class SetupDraft(Struct, frozen=True):
     split: bool  #: The setpoints are cut where the machine waits for a person.
     taps: bool  #: It has rigid tapping, and nobody has said that the control couples the spindle.
     others: tuple[Finding, ...]  #: Errors of the program that no set-up settles.
+    #: Table and name of each key that the program asks for, or whose tool or work system it uses; None where nobody
+    #: knows, because of errors.
+    used: frozenset[tuple[str, str]] | None = None
+    moves: Moves | None = None  #: Of the program with stand-ins for what is missing; None where it has other errors.
 
     @property
     def missing(self) -> dict[str, list[str]]:
@@ -68,8 +75,8 @@ def draft_setup(source: Text, machine: Machine, options: Options) -> SetupDraft:
     codes: dict[str, str | None] = dict(options.remap)
     keys: dict[tuple[str, ...], None] = {}
     for _ in range(MOST_READINGS):
-        found = _find_errors(source, machine, _assume(options, keys))
-        new = [key for item in found for key in item.settled_by if key not in keys]
+        found, hidden, moves = _find_errors(source, machine, _assume(options, keys))
+        new = [key for item in (*found, *hidden) for key in item.settled_by if key not in keys]
         if not new:
             break
         keys |= dict.fromkeys(new)
@@ -80,7 +87,11 @@ def draft_setup(source: Text, machine: Machine, options: Options) -> SetupDraft:
             tools[name] = (length, None) if what == ["diameter"] else (None, diameter)
         else:
             (wcs if kind == "wcs" else codes)[name] = None
-    others = tuple(item for item in found if item.severity == "error" and not item.settled_by)
+    others = _select_others(found)
+    if others and any(key[0] in ("tools", "wcs") for key in keys):
+        again, *_ = _find_errors(source, machine, _assume(options, keys, OTHER_STAND_INS_MM))
+        same = {(item.line, item.code, item.message) for item in again}
+        others = tuple(item for item in others if (item.line, item.code, item.message) in same)
     return SetupDraft(
         {} if options.tool_length is not None else tools,
         wcs,
@@ -89,7 +100,30 @@ def draft_setup(source: Text, machine: Machine, options: Options) -> SetupDraft:
         split,
         TAPPING_KEY in keys,
         others,
+        moves=moves,
     )
+
+
+def find_used(source: Text, machine: Machine, options: Options, draft: SetupDraft) -> SetupDraft:
+    """A draft of the same arguments that knows which keys of a set-up the program uses."""
+    if draft.moves is None:
+        return draft
+    bare = options.changed(tools=None, tool_length=None, wcs={}, unmeasured_wcs={}, remap={})
+    needed = draft_setup(source, machine, bare)
+    if needed.moves is None:
+        return draft
+    keys = {("tools", name) for name in needed.tools} | {("wcs", name) for name in needed.wcs}
+    keys |= {("remap", code) for code in needed.codes}
+    names = {number: name for name, number in _find_numbers(options).items()}
+    moves = draft.moves
+    for event in moves.events:
+        if event.kind == "tool":
+            number = int(str(event.data["number"]))
+            called = str(number), names.get(number), event.data.get("name")
+            keys |= {("tools", str(name)) for name in called if name}
+    keys |= {("wcs", SYSTEM_NAMES[moves.frames[index].system]) for index in np.unique(moves.frame)}
+    keys |= {("tools", names[int(name)]) for _table, name in keys if name.isdecimal() and int(name) in names}
+    return replace(draft, used=frozenset(keys))
 
 
 def _read_sizes(tool: Tool) -> tuple[float | None, float | None]:
@@ -101,15 +135,32 @@ def _find_numbers(options: Options) -> dict[str, int]:
     return {name: number for keys in options.control.values() for name, number in keys.get("tools", {}).items()}
 
 
-def _find_errors(source: Text, machine: Machine, options: Options) -> tuple[Finding, ...]:
+def _find_errors(
+    source: Text, machine: Machine, options: Options
+) -> tuple[tuple[Finding, ...], tuple[Finding, ...], Moves | None]:
+    """The findings of a program, what of a set-up it lacks in lines that an error hides, and the moves without one."""
     try:
-        return assemble(source, machine, options).findings
+        program = assemble(source, machine, options)
     except InputError as error:
-        return error.findings
+        found = error.findings
+    else:
+        return program.findings, (), program.moves
+    if not _select_others(found):
+        return found, (), None
+    moves, hidden = read_past_errors(source, build_interpreter_setup(machine, options))
+    stops = () if options.split_at_stops else find_stops(moves, optional_stop=options.optional_stop)
+    return found, (*hidden, *stops), None
 
 
-def _assume(options: Options, keys: Mapping[tuple[str, ...], None]) -> Options:
-    """Options with stand-ins for what keys of a set-up would say."""
+def _select_others(found: Iterable[Finding]) -> tuple[Finding, ...]:
+    """The errors that no set-up settles."""
+    return tuple(item for item in found if item.severity == "error" and not item.settled_by)
+
+
+def _assume(
+    options: Options, keys: Mapping[tuple[str, ...], None], sizes_mm: tuple[float, float] = STAND_INS_MM
+) -> Options:
+    """Options with stand-ins for what keys of a set-up would say; ``sizes_mm`` are those of tools."""
     tools = dict(options.tools or {})
     names: dict[str, int] = {}
     known = _find_numbers(options)
@@ -117,9 +168,9 @@ def _assume(options: Options, keys: Mapping[tuple[str, ...], None]) -> Options:
         number = int(name) if name.isdecimal() else known.get(name, 0)
         number = number or names.setdefault(name, FIRST_NAMED_TOOL + len(known) + len(names))
         tool = tools.get(number, Tool(number, number, ZERO9, unmeasured="nobody"))
-        sizes: dict[str, Any] = {"diameter": STAND_IN_DIAMETER_MM}
+        sizes: dict[str, Any] = {"diameter": sizes_mm[1]}
         if what == "length":
-            sizes = {"offset": (0.0, 0.0, STAND_IN_MM, *ZERO9[3:]), "unmeasured": ""}
+            sizes = {"offset": (0.0, 0.0, sizes_mm[0], *ZERO9[3:]), "unmeasured": ""}
         tools[number] = dataclasses.replace(tool, **sizes)
     wcs = {SYSTEM_NUMBERS[key[1]]: WorkOffset((0.0, 0.0, 0.0)) for key in keys if key[0] == "wcs"}
     remap = {key[1]: "ignore" for key in keys if key[0] == "remap"}

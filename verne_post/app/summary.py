@@ -9,7 +9,7 @@ from msgspec import structs
 
 from verne_post.app.assemble import Program, choose_shaper
 from verne_post.app.plan import Plan
-from verne_post.base.arrays import find_used
+from verne_post.base.arrays import Ints, find_used
 from verne_post.base.columns import iterate_blocks
 from verne_post.base.long_text import Text
 from verne_post.model.contour import Contour
@@ -34,8 +34,7 @@ def _list_parts(plan: Plan) -> tuple[tuple[Event, ...], tuple[Part, ...]]:
     """
     program, times = plan.program, plan.timeline
     moves, kept = program.moves, program.path.moves_with_length
-    dwells = program.moves.dwells
-    items = np.flatnonzero(times.section < 0)[np.searchsorted(dwells, program.stops)]
+    items = _find_stop_items(plan)
     begins = [0, *times.first_row[items + 1].tolist()]
     ends = [*times.first_row[items].tolist(), times.n_rows - 1]
     gap = np.searchsorted(kept, [event.before for event in moves.events])
@@ -84,6 +83,22 @@ def _count_stops_within(contour: Contour) -> StopsWithin:
     return StopsWithin(sum(counts.values()), worst, most)
 
 
+def _measure_rests(plan: Plan) -> tuple[float, float]:
+    """Seconds of dwells, and of all other rests: stops of the program, and what a shaper rests at each motion."""
+    times = plan.timeline
+    cycles = np.diff(times.first_row)
+    at_stops = cycles[_find_stop_items(plan)].sum()
+    dwells = cycles[times.section < 0].sum() - at_stops
+    shaper = 2 * times.rest * int((times.section >= 0).sum())
+    return float(dwells) * times.cycle, float(at_stops + shaper) * times.cycle
+
+
+def _find_stop_items(plan: Plan) -> Ints:
+    """Items of the timeline (n_stops,) at which the file is cut."""
+    dwells = plan.program.moves.dwells
+    return np.flatnonzero(plan.timeline.section < 0)[np.searchsorted(dwells, plan.program.stops)]
+
+
 def list_tool_lengths(program: Program) -> tuple[tuple[tuple[int, float], ...], bool]:
     """Number and length (mm) of each tool in the order of their use, and whether some rapids have no length.
 
@@ -110,13 +125,14 @@ def list_tool_lengths(program: Program) -> tuple[tuple[tuple[int, float], ...], 
 def summarise(
     source: Text, plan: Plan, fmt: SetpointFormat, verdict: Verification | None, part: "Machined | None" = None
 ) -> Summary:
-    """The facts of a conversion, for the paragraph and the side-car file."""
+    """The facts of a conversion, for the paragraph and the sidecar file."""
     program = plan.program
     path, contour, moves = program.path, program.contour, program.moves
     if verdict is not None:
         verdict.text = format_verdict(program.options.source_name, verdict, program.machine, passes=verdict.ok)
     before, parts = _list_parts(plan)
     shaped = _summarise_shaper(plan)
+    dwelling, standing = _measure_rests(plan)
     feeds = reached = 0
     used: set[int] = set()
     for begin, end in iterate_blocks(len(path)):
@@ -141,6 +157,8 @@ def summarise(
         n_stops=contour.n_sections - 1,
         stops_within=_count_stops_within(contour),
         n_blended=contour.n_blended,
+        dwell_time=dwelling,
+        stop_time=standing,
         continuous_time=float(plan.profiles.cycles[plan.profiles.continuous_first >= 0].sum()) * plan.timeline.cycle,
         second_order_bound_s=plan.profiles.second_order_bound_s,
         toppra_bound_s=plan.profiles.toppra_bound_s,

@@ -88,10 +88,33 @@ class Growing:
         self._blocks: list[NDArray[Any]] = []
         self._held = 0
         self._file: IO[bytes] | None = None
+        #: The row (1, *width) that all rows repeat so far; None once another was added.
+        self._repeated: NDArray[Any] | None = None
 
     def extend(self, rows: NDArray[Any]) -> None:
-        """Add rows (m, *width), which are copied or must not be changed any more."""
-        block = np.ascontiguousarray(rows, dtype=self.dtype)
+        """Add rows (m, *width), which are copied or must not be changed any more.
+
+        While all rows are one that numpy has broadcast, they need no memory.
+        """
+        if len(rows) > 1 and rows.strides[0] == 0 and self._repeat(np.array(rows[:1], dtype=self.dtype), len(rows)):
+            return
+        if self._repeated is not None:
+            before, count = self._repeated, self.count
+            self._repeated, self.count = None, 0
+            for first, last in iterate_blocks(count):
+                self._add(before.repeat(last - first, axis=0))
+        self._add(np.ascontiguousarray(rows, dtype=self.dtype))
+
+    def _repeat(self, row: NDArray[Any], count: int) -> bool:
+        """Add a row (1, *width) ``count`` times if it is the only one; False where others came before."""
+        if not self.count:
+            self._repeated = row
+        elif self._repeated is None or row.tobytes() != self._repeated.tobytes():
+            return False
+        self.count += count
+        return True
+
+    def _add(self, block: NDArray[Any]) -> None:
         if not len(block):
             return
         self.count += len(block)
@@ -119,8 +142,10 @@ class Growing:
         self.extend(rows[-1:].repeat(after, axis=0))
 
     def freeze(self) -> NDArray[Any]:
-        """Return all rows (count, *width); none can be added any more."""
+        """Return all rows (count, *width), not to be changed; none can be added any more."""
         shape = (self.count, *self.width)
+        if self._repeated is not None:
+            return np.broadcast_to(self._repeated, shape)
         if self._file is None:
             if not self._blocks:
                 return np.empty(shape, self.dtype)

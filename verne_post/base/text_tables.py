@@ -23,5 +23,12 @@ def format_html_table(rows: Sequence[Sequence[str]]) -> str:
     return f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
 
 
+def format_html_text(text: str) -> str:
+    """Text for notebooks, line by line as it is."""
+    import html  # as above
+
+    return f"<pre>{html.escape(text)}</pre>"
+
+
 def _align(cell: str) -> str:
     return "right" if cell.replace(".", "").removeprefix("-").isdecimal() else "left"

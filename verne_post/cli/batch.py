@@ -4,7 +4,7 @@ import os
 from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 import click
 
@@ -27,7 +27,7 @@ from verne_post.cli.programs import find_programs
 from verne_post.cli.progress import show_progress
 from verne_post.cli.report_files import add_report_files, take_report_files, write_failure_files, write_report_files
 from verne_post.cli.streams import echo, print_as_is
-from verne_post.model.verdict import RESULTS, ExitStatus, Verdict, find_exit_status, find_gravest, find_verdict
+from verne_post.model.verdict import Verdict, find_exit_status, find_gravest, find_verdict
 from verne_post.output.causes import find_first_error
 from verne_post.output.formats import FORMATS
 
@@ -76,8 +76,8 @@ def command(
     """Convert many programs, each with its own set-up; the failure of one never stops the others.
 
     Folders are searched for programs; patterns with * and ? are expanded. Options hold for all programs, and go before
-    those of the set-up beside each (part.nc.toml). What has been made of the same program, machine, options and version
-    before is not made again, so a batch that was killed goes on. OUTDIR/batch.json lists all results.
+    those of the set-up beside each (part.nc.toml). Unchanged programs are skipped, so an interrupted batch resumes.
+    OUTDIR/batch.json lists all results.
     """
     from verne_post.model.findings import InputError
 
@@ -267,16 +267,17 @@ def _read_text(files: RunFiles, program: str) -> bytes:
         return b""
 
 
-_WORDS: dict[int, str] = {ExitStatus.CLEAN: "converted", **{int(status): word for status, word in RESULTS.items()}}
+#: What was not made again can run as well.
+_AGAIN: Final = f"{Verdict.CAN_RUN} (as before)"
 #: The order in which results are counted.
-_ORDER = tuple(dict.fromkeys((_WORDS[ExitStatus.CLEAN], "as before", *RESULTS.values())))
+_ORDER: Final = tuple(dict.fromkeys((Verdict.CAN_RUN.word, _AGAIN, *(verdict.word for verdict in Verdict))))
 
 
 def make_table(outcomes: "Sequence[Outcome]") -> str:
     """A line a program, and how many of each."""
     names = [make_printable(one.program) for one in outcomes]
     words = [
-        "as before" if one.again and one.status == 0 else _WORDS.get(one.status, str(one.status)) for one in outcomes
+        _AGAIN if one.again and one.status == 0 else find_verdict(one.status, one.findings).word for one in outcomes
     ]
     width, room = (max(map(len, column)) for column in (["program", *names], ["result", *words]))
     lines = [f"{'program':<{width}}  {'result':<{room}} {'time s':>10} {'rows':>10}  first finding"]

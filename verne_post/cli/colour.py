@@ -8,11 +8,14 @@ from typing import IO, Any, Final
 import click
 
 from verne_post.cli.streams import echo
+from verne_post.model.verdict import Verdict
 
 _SEVERITY: Final = {"error": "red", "warning": "yellow", "note": "cyan"}
 _FINDING: Final = re.compile(r"(: VP\d{3} )(error|warning|note)(: )")
-_VERDICT: Final = re.compile(r"(: | )(can run|within limits|refused|no verdict|internal error|passes|FAILS)(?=\b)")
-_GOOD: Final = ("can run", "within limits", "passes")
+#: Words of the verdicts; the first ones, and that of verify on a file, are good.
+_WORDS: Final = tuple(dict.fromkeys(verdict.word for verdict in Verdict))
+_VERDICT: Final = re.compile(rf"(: | )({'|'.join(_WORDS)}|passes|FAILS)(?=\b)")
+_GOOD: Final = (Verdict.CAN_RUN.word, Verdict.NOT_REFUSED.word, "passes")
 _KEY: Final = re.compile(r"^(  )([a-z][a-z ]*?)(  +)(?=\S)", re.MULTILINE)
 _ASIDE: Final = re.compile(r"^( +(?:\d+ )?[|=] |\s+\|\s+\^$)", re.MULTILINE)
 

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 @click.option(
     "--free",
     metavar="LETTERS",
-    help="What may change: x, y, z, and c, the part's turn; default: all, c where a joint turns the part.",
+    help="What may change: x, y, z, and c, the part's rotation; default: all, c where a joint turns the part.",
 )
 @click.option(
     "--range",

@@ -124,7 +124,7 @@ def _find_program(default: click.Context, args: list[str]) -> str | None:
 @click.group(cls=DefaultGroup, context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(__version__, prog_name="verne-post")
 def cli() -> None:
-    """Post-processor for the VERNE five-axis parallel-kinematic machine tool.
+    """Post-processor for the VERNE and other five-axis machine tools, parallel and serial.
 
     \b
     verne-post input.nc > axes.csv       the main job: G-code in, verified setpoints out

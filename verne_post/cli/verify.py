@@ -37,8 +37,7 @@ if TYPE_CHECKING:
     "--meta",
     type=FILE,
     metavar="FILE",
-    help="The side-car of the conversion: says whether program, machine, offsets, tools and options are "
-    "still the same.",
+    help="The sidecar of the conversion: says whether program, machine, offsets, tools and options are still the same.",
 )
 @click.option(
     "--measured",

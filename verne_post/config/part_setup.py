@@ -18,7 +18,7 @@ LENGTH_COLUMNS = ("tool", "length_mm"), ("diameter_mm",)
 
 
 def read_offsets(raw: bytes, name: str) -> dict[int, WorkOffset]:
-    """Work offsets by system, as ``--wcs`` would give them: table frame, mm, and the part's turn in degrees.
+    """Work offsets by system, as ``--wcs`` would give them: table frame, mm, and the part's rotation in degrees.
 
     Raises
     ------

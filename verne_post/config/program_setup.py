@@ -73,7 +73,7 @@ _OWN: Final = ("wcs", "keep_out", "stock", "part")
 TO_DECIDE: Final = "decide"
 
 
-#: A coordinate of a work offset, or the part's turn.
+#: A coordinate of a work offset, or the part's rotation.
 Place = Annotated[float, Meta(ge=-MAX_PLACE, le=MAX_PLACE)]
 #: The name of a file.
 FileName = Annotated[str, Meta(min_length=1)]

@@ -147,7 +147,7 @@ _G: Final[Mapping[str, Mapping[int, str]]] = {
 #: M codes, in the same way.
 _M: Final[Mapping[str, Mapping[int, str]]] = {
     "stopping": {
-        **dict.fromkeys((0, 60), "stop for a person"),
+        **dict.fromkeys((0, 60), "stop for the operator"),
         1: "stop, only with --optional-stop",
         **dict.fromkeys((2, 30), "end of the program"),
     },

@@ -124,6 +124,8 @@ class StopConditions(Struct, frozen=True):
     after_line: int | None = None  #: After the first execution of a line.
     before_line: int | None = None  #: When the program itself, outside of calls, comes to a line.
     trace: LineTrace | None = None  #: Gets the executed lines.
+    #: Not at an error after which the next line is not known: each line after it is executed once, in its order.
+    past_errors: bool = False
 
     def cut(self, line: int, last: int, *, in_main: bool) -> int:
         """The line before which a stretch from ``line`` to ``last`` (excluded) must end."""
@@ -162,13 +164,18 @@ class Run(Protocol):
     def end_text(self, execution: Execution) -> bool:
         """The text ends; True where the program goes on elsewhere."""
 
+    def leave_call(self) -> None:
+        """Go back to where the last subprogram was called, as far as it was executed."""
+
 
 def run_program(run: Run, execution: Execution, setup: Setup, stop: StopConditions) -> Execution:
     """Execute a program from its next line on, until it ends or a stop condition is met; its errors are collected."""
     calls, state = run.calls, execution.state
     is_watched = stop.all_known or stop.after_line is not None
+    reached_line, is_lost = 0, False  # the last line of the program itself so far; the next one is not known
     while not run.has_ended:
         text, line, shown_line = calls.text, calls.line, calls.shown_line  # a return may leave them
+        main_line = line if stop.past_errors and calls.in_main else 0
         errors: list[ProgramError] = []
         try:
             chunk = run.find_chunk()
@@ -188,7 +195,15 @@ def run_program(run: Run, execution: Execution, setup: Setup, stop: StopConditio
         if errors and (
             not execution.report_all(errors, line, shown_line=shown_line, file=text.name) or stop.first_error
         ):
-            break
+            if not stop.past_errors:
+                break
+            is_lost = True
+            while calls.in_call:
+                run.leave_call()
+        if stop.past_errors and calls.in_main:
+            reached_line = max(reached_line, main_line)
+            calls.line = max(calls.line, reached_line + 1) if is_lost else calls.line
+            reached_line = max(reached_line, calls.line - 1)
         if is_watched and stop.is_met(state, setup, line, calls.line, in_main=text is calls.main):
             break
     return execution

@@ -1,7 +1,10 @@
 """A whole program -> Moves: its dialect, every error, and where it starts."""
 
+from contextlib import suppress
 from dataclasses import replace
 from typing import Final
+
+from msgspec import structs
 
 from verne_post.base.long_text import Text
 from verne_post.gcode.dialect import Dialect
@@ -10,6 +13,7 @@ from verne_post.gcode.execution import Execution, StopConditions
 from verne_post.gcode.languages import find_other_language
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.missing_setup import report_missing_offsets
+from verne_post.gcode.mistyped import say_what_is_meant
 from verne_post.gcode.parameters import Parameters
 from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.setup import Setup
@@ -19,6 +23,8 @@ from verne_post.model.moves import Moves
 
 #: Codes of errors about words that another dialect may have.
 _ABOUT_WORDS: Final = ("VP002", "VP003", "VP006")
+#: So many blocks are repeated after an error, which may have left a loop without an end.
+_MOST_REPEATS: Final = 100_000
 
 
 def interpret_program(source: Text, setup: Setup) -> Moves:
@@ -72,8 +78,27 @@ def interpret_until_error(source: Text, setup: Setup) -> tuple[Moves, tuple[Find
     if errors:
         every = dialect.execute(source, setup, dialect.initial_state(setup), StopConditions()).errors
         other = _find_language(source, every, dialect)
+        errors = say_what_is_meant(source, errors)
         errors = _show_rival(source, setup, errors, every, dialect) if other is None else [other]
     return execution.recorder.freeze(start, frame, Parameters(setup, state).list_persistent()), tuple(errors)
+
+
+def read_past_errors(source: Text, setup: Setup) -> tuple[Moves, tuple[Finding, ...]]:
+    """The moves of a program with errors, and what of a set-up it lacks, in lines that an error hides as well.
+
+    The order of those lines is that of the text: what it needs is found, and not what it does.
+    """
+    dialect = choose_dialect(setup.dialect, source, setup.source_name)
+    setup = structs.replace(setup, max_repeats=min(setup.max_repeats, _MOST_REPEATS))
+    state = dialect.initial_state(setup)
+    with suppress(InputError):
+        state.position, _unsaid = find_start(source, setup, dialect)
+    state.known_axes = [True] * 9
+    start, frame = list(state.position), state.frame
+    execution = dialect.execute(source, setup, state, StopConditions(past_errors=True))
+    moves = execution.recorder.freeze(start, frame, {})
+    found = [item for item in execution.errors if item.settled_by]
+    return moves, (*found, *report_missing_offsets(moves, setup))
 
 
 def _find_cause(source: Text, errors: list[Finding], dialect: Dialect, setup: Setup) -> list[Finding]:
@@ -81,7 +106,7 @@ def _find_cause(source: Text, errors: list[Finding], dialect: Dialect, setup: Se
     other = _find_language(source, errors, dialect)
     if other is not None:
         return [other]
-    found = sorted(errors, key=lambda item: item.line or 0)
+    found = say_what_is_meant(source, sorted(errors, key=lambda item: item.line or 0))
     return _show_rival(source, setup, found, found, dialect)
 
 

@@ -38,6 +38,8 @@ from verne_post.model.splines import GrowingSplines, Splines
 _NO_TOOL_AXIS: Final = (np.nan, np.nan, np.nan)
 #: Types of the columns after line, kind, end and feed, which a block of moves may share.
 _SHARED_TYPES: tuple[type, ...] = tuple(dtype for dtype, *_width in list(MOVE_COLUMNS.values())[4:])
+#: The columns that moves of a run share.
+_SHARED_BY_RUNS: Final = tuple(name for name in MOVE_COLUMNS if name not in ("line", "end"))
 #: Of a block of moves: their places in the table; line, kind, end, feed; of each other column one value, or one a row.
 _Block = tuple[slice | NDArray[np.int64], NDArray[np.int32], NDArray[np.int8], Array, Array, Sequence[Any]]
 _ARC_LAYOUT: dict[str, tuple[Any, ...]] = {
@@ -109,14 +111,26 @@ class _Run(NamedTuple):
     shared_columns: tuple[Any, ...]
 
 
+def _find_repeated_values(runs: list[_Run], blocks: list[_Block]) -> dict[str, Any]:
+    """Find the columns that have one value in all moves of runs and blocks, and that value."""
+    rows = [columns for columns, _runs in groupby(run.shared_columns for run in runs)]
+    rows += [(kind, feed, *shared_columns) for _place, _line, kind, _end, feed, shared_columns in blocks]
+    found = {}
+    for name, values in zip(_SHARED_BY_RUNS, zip(*rows, strict=True), strict=False):
+        first = values[0]
+        if not any(isinstance(value, np.ndarray) for value in values) and all(v is first or v == first for v in values):
+            found[name] = first
+    return found
+
+
 def _fill_runs(part: dict[str, NDArray[Any]], runs: list[_Run], first: int) -> None:
-    """Write runs into the columns of a table from the move ``first`` on; gaps between them are not kept."""
-    others = [name for name in part if name not in ("line", "end")]
+    """Write runs into some columns of a table from the move ``first`` on; gaps between them are not kept."""
     for shared_columns, group in groupby(runs, key=lambda run: run.shared_columns):
         alike = list(group)
         rows = slice(alike[0].place - first, alike[-1].place + len(alike[-1].end.words) - first)
-        for name, value in zip(others, shared_columns, strict=True):
-            part[name][rows] = value
+        for name, value in zip(_SHARED_BY_RUNS, shared_columns, strict=True):
+            if name in part:
+                part[name][rows] = value
         for place, line, is_counted, (words, named_words, rest), _shared_columns in alike:
             rows = slice(place - first, place - first + len(words))
             part["line"][rows] = np.arange(line, line + len(words)) if is_counted else line
@@ -143,6 +157,7 @@ class Recorder(Struct):
     fixes_c: int | None = None
     #: As in Moves; in RS274 codes say it.
     tcp_changes: list[int] = field(default_factory=lambda: [0])
+    needs_tcp_code: bool = False
     calls_presets: bool = False
     first_cut: int = 0
     #: Work systems to which the program has given an origin.
@@ -361,20 +376,30 @@ class Recorder(Struct):
         """Add everything recorded so far to the table, but for so many of the last rows that are kept one by one."""
         self._flush(len(self.rows) - kept_count)
         first, end = self.settled_rows, self.places[0] if self.places else self.count
-        part = {name: np.empty((end - first, *width), dtype) for name, (dtype, *width) in MOVE_COLUMNS.items()}
-        settled_runs = [run for run in self.runs if run.place < end]
-        _fill_runs(part, settled_runs, first)
-        del self.runs[: len(settled_runs)]
-        later = []
-        for block in self.blocks:  # over what runs have left between them
-            place, *columns, shared_columns = block
-            if (place.start if isinstance(place, slice) else place[0]) >= end:
-                later.append(block)
-                continue
+        runs = [run for run in self.runs if run.place < end]
+        blocks: list[_Block] = []
+        later: list[_Block] = []
+        for block in self.blocks:
+            place = block[0]
+            begins = place.start if isinstance(place, slice) else place[0]
+            (blocks if begins < end else later).append(block)
+        repeated_values = _find_repeated_values(runs, blocks)
+        shapes = {name: (end - first, *width) for name, (_dtype, *width) in MOVE_COLUMNS.items()}
+        part = {
+            name: np.empty(shape, MOVE_COLUMNS[name][0])
+            for name, shape in shapes.items()
+            if name not in repeated_values
+        }
+        _fill_runs(part, runs, first)
+        for place, *columns, shared_columns in blocks:  # over what runs have left between them
             at = slice(place.start - first, place.stop - first) if isinstance(place, slice) else place - first
-            for name, values in zip(part, (*columns, *shared_columns), strict=True):
-                part[name][at] = values
-        self.table.extend(**part)
+            for name, values in zip(MOVE_COLUMNS, (*columns, *shared_columns), strict=True):
+                if name in part:
+                    part[name][at] = values
+        self.table.extend(
+            **part, **{name: np.broadcast_to(value, shapes[name]) for name, value in repeated_values.items()}
+        )
+        del self.runs[: len(runs)]
         self.blocks, self.settled_rows = later, end
         release_memory()  # the text so far
 
@@ -405,6 +430,7 @@ class Recorder(Struct):
             arc_feeds=tuple(self.arc_feeds.values()),
             table_places=tuple(self.table_places),
             tcp_changes=tuple(self.tcp_changes),
+            needs_tcp_code=self.needs_tcp_code,
             calls_presets=self.calls_presets,
             first_cut=self.first_cut,
             findings=tuple(self.warnings.values()),

@@ -13,7 +13,7 @@ class TextOptions(Struct, frozen=True, kw_only=True):
     """What concerns the text of a program alone."""
 
     block_delete: bool = False  #: Skip blocks that begin with a slash.
-    #: Text of the files that calls may name, by name without ending, in lower case.
+    #: Text of the files that calls may name, by name without extension, in lower case.
     subroutines: Mapping[str, bytes] = field(default_factory=dict)
     #: Names of those files in messages.
     subroutine_files: Mapping[str, str] = field(default_factory=dict)

@@ -1,9 +1,10 @@
 """Findings: what is wrong with a program, as data. Every package returns them, output prints them."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
+from verne_post.base.text_tables import format_html_table
 from verne_post.model.codes import CODES
 from verne_post.model.verdict import Severity
 
@@ -70,6 +71,27 @@ class Finding:
     settled_by: tuple[tuple[str, ...], ...] = ()
     file: str | None = None
     file_line: int | None = None
+
+    def _repr_html_(self) -> str:
+        return format_html_table(make_findings_table([self]))
+
+
+def make_findings_table(findings: Sequence[Finding]) -> list[list[str]]:
+    """Findings as rows of text, the first one the header; with what was tried, where something was."""
+    tried = any(one.remedies for one in findings)
+    return [
+        ["code", "severity", "line", "message", *(["tried"] if tried else [])],
+        *(
+            [
+                one.code,
+                one.severity,
+                "" if one.line is None else str(one.line),
+                one.message,
+                *(["; ".join(one.remedies)] if tried else []),
+            ]
+            for one in findings
+        ),
+    ]
 
 
 def make_finding(code: str, message: str, **where: object) -> Finding:

@@ -134,7 +134,8 @@ class Machine:
     columns : tuple of Column
         How each joint is written, in the order of the rows.
     limits : Limits
-        Of the joints, in that order, in mm, rad and s.
+        Of the joints, in that order, in mm, rad and s; rows have degrees: :meth:`scale_limits` has the limits in the
+        units and senses of rows.
     cycle : float
         Control cycle, s.
     accuracy : Accuracy
@@ -146,7 +147,7 @@ class Machine:
     provenance : dict
         Group of the machine file -> where its values are from.
     warnings : tuple of Finding
-        Values that no machine tool has (VP505).
+        Implausible values (VP505).
     vibration : Vibration or None
         Modes for input shapers.
     drives : tuple of Drive
@@ -239,6 +240,14 @@ class Machine:
     def margins(self) -> tuple[Margin, ...]:
         """What the module's ``find_geometry_margins`` measure, with the thresholds of this machine."""
         return self.five_axis.name_margins(self.limits.serial_singularity, self.limits.parallel_singularity)
+
+    @property
+    def has_rods(self) -> bool:
+        """Whether rods hold a platform with the spindle; a serial machine has neither."""
+        q = np.zeros((1, len(self.columns)))
+        with np.errstate(all="ignore"):  # how many there are does not depend on the pose
+            platform, _ok = self.five_axis.find_platform(q)
+            return self.five_axis.sketch(q, platform).shape[1] > 0
 
     @property
     def actuators(self) -> tuple[str, ...]:

@@ -333,7 +333,7 @@ def check_texts(value: object) -> dict[str, bytes]:
     found = dict(check_mapping(value, "a mapping from name to bytes"))
     for name, text in found.items():
         if not isinstance(name, str) or name != name.lower() or not isinstance(text, bytes | mmap):
-            raise ValueError(f"{name!r}: expected a lower-case name without ending, and the bytes of the file")
+            raise ValueError(f"{name!r}: expected a lower-case name without extension, and the bytes of the file")
     return found
 
 
@@ -342,7 +342,7 @@ def check_file_names(value: object) -> dict[str, str]:
     found = dict(check_mapping(value, "a mapping from name to file name"))
     for name, file in found.items():
         if not isinstance(name, str) or name != name.lower() or not isinstance(file, str):
-            raise ValueError(f"{name!r}: expected a lower-case name without ending, and the name of the file")
+            raise ValueError(f"{name!r}: expected a lower-case name without extension, and the name of the file")
     return found
 
 

@@ -161,7 +161,7 @@ class Options:
         dict[int, WorkOffset],
         Checked(check_work_offsets),
         About(
-            "Work offset on the table in mm, and the part's turn in degrees.",
+            "Work offset on the table in mm, and the part's rotation in degrees.",
             Group.SETUP,
             metavar="G54=X,Y,Z[,C]",
             in_settings=False,
@@ -178,7 +178,7 @@ class Options:
         str,
         accept_one(list_dialects),
         About(
-            "Controller dialect; auto: by the first lines or the ending of the file name, else rs274.",
+            "Controller dialect; auto: by the first lines or the file extension, else rs274.",
             Group.PROGRAM,
             choices=list_dialects,
         ),
@@ -189,7 +189,7 @@ class Options:
         dict[str, Any],
         Checked(check_texts),
         About(
-            "Text of the files that calls may name, by name without ending, in lower case.",
+            "Text of the files that calls may name, by name without extension, in lower case.",
             Group.PROGRAM,
             flag="",
             in_settings=False,
@@ -325,7 +325,8 @@ class Options:
     free_c: Annotated[
         bool,
         About(
-            "For a tool that is always vertical: turn the part to the C with the largest smallest margin.", Group.TABLE
+            "For a tool that is always vertical: turn the part to the C that maximises the smallest margin.",
+            Group.TABLE,
         ),
     ] = False
 
@@ -362,7 +363,7 @@ class Options:
     split_at_stops: Annotated[
         bool,
         About(
-            "Cut the setpoints where M0, M6, M60 wait for a person: one file a part, and an index.",
+            "Cut the setpoints where M0, M6, M60 wait for the operator: one file a part, and an index.",
             Group.APPROACH,
             Changes.ROWS,
         ),
@@ -518,7 +519,7 @@ class Options:
         dict[str, str],
         Checked(check_file_names),
         About(
-            "Names of the files of ``subroutines`` in messages, by name without ending, in lower case.",
+            "Names of the files of ``subroutines`` in messages, by name without extension, in lower case.",
             Group.PROGRAM,
             flag="",
             in_settings=False,

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from msgspec import Struct
 
 from verne_post.base.long_text import Text
+from verne_post.base.text_tables import format_html_text
 from verne_post.model.machine import Machine
 from verne_post.model.moves import ArcFeedUse, Event, Frame, Stock
 from verne_post.model.options import Options
@@ -29,7 +30,7 @@ class FreeTurn(Struct, frozen=True):
 
 
 class Part(Struct, frozen=True):
-    """Rows between two stops for a person, both ends at rest, and the events after them."""
+    """Rows between two stops for the operator, both ends at rest, and the events after them."""
 
     first_row: int
     last_row: int
@@ -68,6 +69,9 @@ class Summary:
         Segments with a feed rate, and those that reach it.
     n_blended : int
         Corners that are rounded.
+    dwell_time, stop_time : float
+        Time of the dwells, and of standstills without one: a cycle at each stop of the program, and what the input
+        shaper rests, s. All other time is motion.
     continuous_time, second_order_bound_s : float
         Time of the sections with rounded corners, and their second-order bound, s. No motion profile inside the limits
         on velocity and acceleration is faster than the bound.
@@ -122,6 +126,8 @@ class Summary:
     feed_segments: int
     feed_reached: int
     n_blended: int
+    dwell_time: float
+    stop_time: float
     continuous_time: float
     second_order_bound_s: float
     toppra_bound_s: float | None
@@ -147,5 +153,13 @@ class Summary:
     timed: tuple[TimedEvent, ...] = ()
     describe: Callable[["Summary"], str] = field(kw_only=True)
 
+    @property
+    def motion_time(self) -> float:
+        """All of the machining time but dwells and stops, s."""
+        return self.cycle_time - self.dwell_time - self.stop_time
+
     def __repr__(self) -> str:
         return self.describe(self).rstrip("\n")
+
+    def _repr_html_(self) -> str:
+        return format_html_text(repr(self))

@@ -61,25 +61,23 @@ _STATUS: Final = {
 _STATUS_OF_CODE: Final = {"VP420": ExitStatus.NO_VERDICT, "VP220": ExitStatus.NO_VERDICT}
 
 
-#: What became of a program, in one or two words for people: the same in every command and report.
-RESULTS: Final = {
-    ExitStatus.VIOLATION: "refused",
-    ExitStatus.UNUSABLE: "refused",
-    ExitStatus.NO_VERDICT: "no verdict",
-    ExitStatus.INTERNAL_ERROR: "internal error",
-}
-
-
 class Verdict(StrEnum):
-    """The verdict on a program, with more cases than the exit status."""
+    """The verdict on a program: a word, the same in every command and report; and why it is refused."""
 
-    ACCEPTED = "accepted"
-    VIOLATES_LIMITS = "violates limits"
-    UNUSABLE_PROGRAM = "unusable program"
-    UNUSABLE_CONFIGURATION = "unusable configuration"
+    CAN_RUN = "can run"
+    #: Nothing was found that counts, but not everything was checked, or not everything counts.
+    NOT_REFUSED = "not refused"
+    VIOLATES_LIMITS = "refused: violates limits"
+    UNUSABLE_PROGRAM = "refused: unusable program"
+    UNUSABLE_CONFIGURATION = "refused: unusable configuration"
     USAGE_ERROR = "usage error"
     NO_VERDICT = "no verdict"
     INTERNAL_ERROR = "internal error"
+
+    @property
+    def word(self) -> str:
+        """The verdict without the reason."""
+        return self.partition(":")[0]
 
 
 class CodedFinding(Protocol):
@@ -102,10 +100,13 @@ def find_family(code: str) -> Family:
 def is_deniable(code: str) -> bool:
     """Whether a code, or every code that begins so, may be ignored or weighed otherwise.
 
-    Programs that cannot be read or checked, and our own faults, are errors whatever a user wishes.
+    Programs that cannot be read or checked, and our own faults, are errors whatever a user wishes. Without the note
+    that nothing was planned a program would be said to run.
     """
     families = [family for family in Family if family.startswith(code) or code.startswith(family)]
-    return code not in _STATUS_OF_CODE and all(_STATUS[family] == ExitStatus.VIOLATION for family in families)
+    if code in _STATUS_OF_CODE or code == NOT_PLANNED:
+        return False
+    return all(_STATUS[family] == ExitStatus.VIOLATION for family in families)
 
 
 def is_about_text(code: str) -> bool:
@@ -154,14 +155,16 @@ def find_exit_status(findings: Iterable[CodedFinding], fail_level: Severity = "e
     )
 
 
-def find_verdict(status: int, findings: Iterable[CodedFinding]) -> Verdict:
-    """What became of a program with an exit status and these findings."""
+def find_verdict(status: int, findings: Iterable[CodedFinding], errors_not_counted: int = 0) -> Verdict:
+    """What became of a program with an exit status, these findings, and errors that a policy took out of them."""
+    findings = tuple(findings)
     if status == ExitStatus.UNUSABLE:
         families = {find_family(item.code) for item in findings if item.severity == "error"}
         configuration = Family.CONFIGURATION in families and Family.PROGRAM not in families
         return Verdict.UNUSABLE_CONFIGURATION if configuration else Verdict.UNUSABLE_PROGRAM
+    is_open = errors_not_counted or any(item.code == NOT_PLANNED for item in findings)
     return {
-        ExitStatus.CLEAN: Verdict.ACCEPTED,
+        ExitStatus.CLEAN: Verdict.NOT_REFUSED if is_open else Verdict.CAN_RUN,
         ExitStatus.VIOLATION: Verdict.VIOLATES_LIMITS,
         ExitStatus.NO_VERDICT: Verdict.NO_VERDICT,
     }.get(ExitStatus(status), Verdict.INTERNAL_ERROR)

@@ -7,6 +7,7 @@ import numpy as np
 from msgspec import Struct
 
 from verne_post.base.arrays import Array
+from verne_post.base.text_tables import format_html_text
 from verne_post.model.findings import Finding
 
 #: What holds the tool back where no joint is near a limit: the motion is shorter than its control cycles.
@@ -69,6 +70,9 @@ class Verification:
 
     def __repr__(self) -> str:
         return self.text or f"{self.n_rows} rows, {len(self.findings)} findings"
+
+    def _repr_html_(self) -> str:
+        return format_html_text(repr(self))
 
     @property
     def ok(self) -> bool:

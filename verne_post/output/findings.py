@@ -8,21 +8,20 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from verne_post.base.numbers import format_count
-from verne_post.base.printable import make_printable, make_printable_in_place
+from verne_post.base.printable import make_printable, make_printable_in_place, quote_key
 from verne_post.base.suggestions import find_suggestion
 from verne_post.model.codes import CODES
 from verne_post.model.findings import Finding
 from verne_post.model.verdict import (
-    NOT_PLANNED,
     OF_THE_PART,
-    RESULTS,
+    Verdict,
     count_findings,
     find_exit_status,
+    find_verdict,
     is_about_pose,
     is_about_text,
 )
 from verne_post.output.causes import Cause, find_causes, list_worst
-from verne_post.output.setup_text import quote_key
 
 if TYPE_CHECKING:
     from verne_post.base.long_text import Text
@@ -40,17 +39,17 @@ class Report(Struct, frozen=True):
 
 
 def format_outcome(program: str, findings: tuple[Finding, ...], errors_not_counted: int = 0) -> str:
-    """``FILE: can run: 0 errors, 1 warning``, within limits where nothing was planned, or a word of ``RESULTS``.
-
-    Errors that a policy does not count are named.
-    """
+    """``FILE: can run: 0 errors, 1 warning``: the word of the verdict, and what a program that is not refused lacks."""
     errors, warnings = count_findings(list_worst(findings))
     hidden = errors_not_counted
-    not_counted = f"not refused, {format_count(hidden, 'error')} {'does' if hidden == 1 else 'do'} not count"
-    within = any(item.code == NOT_PLANNED for item in findings)
-    refusal = RESULTS[find_exit_status(findings)] if errors else ""
-    verdict = refusal or (not_counted if hidden else "within limits" if within else "can run")
-    return f"{make_printable(program)}: {verdict}: {format_count(errors, 'error')}, {format_count(warnings, 'warning')}"
+    verdict = find_verdict(find_exit_status(findings), findings, hidden)
+    lacks = (
+        f"{format_count(hidden, 'error')} {'does' if hidden == 1 else 'do'} not count"
+        if hidden
+        else "nothing was planned"
+    )
+    word = f"{verdict.word}, {lacks}" if verdict == Verdict.NOT_REFUSED else verdict.word
+    return f"{make_printable(program)}: {word}: {format_count(errors, 'error')}, {format_count(warnings, 'warning')}"
 
 
 def format_finding(program: str, item: Finding) -> str:

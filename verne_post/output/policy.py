@@ -16,7 +16,7 @@ from verne_post.base.numbers import format_count
 from verne_post.base.printable import format_json
 from verne_post.model.codes import CODES
 from verne_post.model.findings import Finding, make_input_error
-from verne_post.model.verdict import Severity, is_deniable
+from verne_post.model.verdict import NOT_PLANNED, Severity, is_deniable
 from verne_post.output.findings import Report
 
 
@@ -38,7 +38,12 @@ def find_mistakes(select: tuple[str, ...], ignore: tuple[str, ...], severity: Ma
             if not any(known.startswith(code) for known in CODES) or not code.startswith("VP"):
                 sentences.append(f"{what}: {code!r} is no code, nor the beginning of one such as VP2")
             elif what != "select" and not is_deniable(code):
-                sentences.append(f"{what}: {code}: programs that cannot be read or checked are errors, always")
+                why = (
+                    "says that the program was not planned, always"
+                    if code == NOT_PLANNED
+                    else "programs that cannot be read or checked are errors, always"
+                )
+                sentences.append(f"{what}: {code}: {why}")
     return sentences
 
 

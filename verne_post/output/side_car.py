@@ -1,4 +1,4 @@
-"""The side-car file of ``--meta``: what a setpoint file was made from, its quality, and whether it is up to date."""
+"""The sidecar file of ``--meta``: what a setpoint file was made from, its quality, and whether it is up to date."""
 
 import json
 from collections.abc import Iterator
@@ -59,6 +59,9 @@ def format_side_car(summary: Summary) -> str:
         "cycle_s": summary.format.cycle,
         "rows": summary.n_rows,
         "machining_time_s": summary.cycle_time,
+        "motion_s": summary.motion_time,
+        "dwells_s": summary.dwell_time,
+        "stops_s": summary.stop_time,
         "segments": summary.n_segments,
         "stops": summary.n_stops,
         "stops_within_lines": summary.stops_within.count,
@@ -137,10 +140,10 @@ def read_side_car(text: str, name: str) -> dict[str, Any]:
         data = json.loads(text)
         schema, _ = data["schema"], (data["program"]["sha256"], data["machine"]["sha256"], data["options"].items())
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
-        raise make_input_error("VP020", f"{name}: not a side-car of --meta: {error!r}") from None
+        raise make_input_error("VP020", f"{name}: not a sidecar of --meta: {error!r}") from None
     if schema != SIDE_CAR_SCHEMA:
         text = (
-            f"{name}: a side-car of layout {schema}; this version reads layout {SIDE_CAR_SCHEMA}: convert the program "
+            f"{name}: a sidecar of layout {schema}; this version reads layout {SIDE_CAR_SCHEMA}: convert the program "
             "again"
         )
         raise make_input_error("VP020", text)
@@ -148,7 +151,7 @@ def read_side_car(text: str, name: str) -> dict[str, Any]:
 
 
 def report_changes(side_car: dict[str, Any], source: Text, machine: Machine, options: Options) -> list[Finding]:
-    """Report each difference from the time when the side-car was written as VP414.
+    """Report each difference from the time when the sidecar was written as VP414.
 
     Options that change the tool's motion are compared. The message has both values.
     """

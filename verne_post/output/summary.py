@@ -14,6 +14,7 @@ from verne_post.model.machine import Machine
 from verne_post.model.moves import Event, describe_tool, name_tools
 from verne_post.model.part_setup import SYSTEM_NAMES, describe_tool_number
 from verne_post.model.summary import Summary
+from verne_post.model.verdict import Verdict
 from verne_post.model.verification import Verification
 from verne_post.model.work_systems import find_placer
 from verne_post.output.rounding import estimate_rounding_noise
@@ -59,7 +60,7 @@ def format_summary(summary: Summary, added: Facts = ()) -> str:
 def name_verdict(summary: Summary) -> str:
     """What became of the program, in a few words."""
     verified = "" if summary.verification is None else ", every row verified"
-    return f"can run on {summary.machine.name}, {summary.cycle_time:.3f} s{verified}"
+    return f"{Verdict.CAN_RUN} on {summary.machine.name}, {summary.cycle_time:.3f} s{verified}"
 
 
 def list_facts(summary: Summary) -> list[tuple[str, str]]:
@@ -156,9 +157,17 @@ def _describe_motion(summary: Summary) -> str:
     else:
         where = f", {within.count} of them within lines (line {within.line} has {within.most})"
     return (
-        f"{summary.cycle_time:.3f} s, {summary.n_rows} rows at {1e3 * summary.format.cycle:g} ms; {summary.n_segments} "
+        f"{describe_time(summary)}; {summary.n_rows} rows at {1e3 * summary.format.cycle:g} ms; {summary.n_segments} "
         f"segments, {summary.n_stops} {'stop' if summary.n_stops == 1 else 'stops'} between them{where}"
     )
+
+
+def describe_time(summary: Summary) -> str:
+    """The machining time; where not all of it is motion, with its parts, which add up to it."""
+    rests = {"dwells": summary.dwell_time, "stops": summary.stop_time}
+    parts = [f"{seconds:.3f} s {name}" for name, seconds in rests.items() if seconds]
+    whole = f"{summary.cycle_time:.3f} s"
+    return f"{whole} = {summary.motion_time:.3f} s motion + {' + '.join(parts)}" if parts else whole
 
 
 def _describe_first_row(summary: Summary) -> str:
@@ -218,7 +227,9 @@ def _bound(summary: Summary) -> Facts:
     if bound <= 0 or not _is_as_planned(summary):
         return []
     gap = 100 * (summary.continuous_time / bound - 1)
-    text = f"{summary.continuous_time:.3f} s of it without a stop, {gap:.1f} % more than without jerk limits"
+    whole = abs(summary.continuous_time - summary.motion_time) < 0.5 * summary.format.cycle
+    part = "" if whole else f"; sections with blended corners take {summary.continuous_time:.3f} s of it"
+    text = f"{summary.motion_time:.3f} s{part}, {gap:.1f} % more than without jerk limits"
     if summary.toppra_bound_s is not None:
         text += f" ({bound:.4f} s; toppra finds the same to {summary.toppra_bound_s / bound - 1:+.1e})"
     return [("motion", text)]
@@ -304,7 +315,7 @@ def _describe_feed(summary: Summary) -> Facts:
     if slow:
         longest = sorted(slow.items(), key=lambda item: -item[1])[:_REASONS]
         reasons = ", ".join(f"{name} {seconds:.3f} s" for name, seconds in longest)
-        text += f"; {sum(slow.values()):.3f} s are below it, nearest limits there: {reasons}"
+        text += f"; slower for {sum(slow.values()):.3f} s, nearest limits there: {reasons}"
     if summary.verification is not None:
         text += _describe_block_times(summary.verification)
     return [("feed rate", text)]
@@ -408,12 +419,11 @@ def _keep_out(summary: Summary) -> Facts:
         for number in sorted(used)
         if number not in options.tool_shapes and not (number in tools and tools[number].diameter > 0)
     ]
-    unknown = [
-        body
-        for body, size in (("spindle", bodies and bodies.spindle_radius), ("platform", bodies and bodies.platform))
-        if not size
-    ]
-    missing = [f"{' and '.join(unknown)}: the machine file has no size"] if unknown else []
+    has_rods = summary.machine.has_rods
+    unknown = ["spindle"] if bodies is None or bodies.spindle_radius is None else []
+    unknown += ["platform"] if has_rods and (bodies is None or bodies.platform is None) else []
+    unknown += ["rods"] if has_rods and (bodies is None or bodies.rod_radius is None) else []
+    missing = [f"{', '.join(unknown)}: the machine file has no size"] if unknown else []
     missing += [f"the width of {', '.join(thin)}: without a diameter it is a line"] if thin else []
     return [*([("NOT CHECKED", "; ".join(missing))] if missing else []), ("kept out of", ", ".join(names))]
 

@@ -8,6 +8,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from verne_post.base.arrays import Array, Ints
+from verne_post.base.text_tables import format_html_text
 from verne_post.model.findings import Finding, make_finding
 from verne_post.model.verdict import find_exit_status
 from verne_post.part.clearance import Contacts
@@ -82,6 +83,9 @@ class Machined(Struct, frozen=True, eq=False):
 
     def __repr__(self) -> str:
         return self.text
+
+    def _repr_html_(self) -> str:
+        return format_html_text(repr(self))
 
 
 def describe_place(point: Array) -> str:

@@ -38,7 +38,7 @@
     const pane = byId("code"), first = onPaper ? 0 : Math.max(Math.floor(pane.scrollTop / ROW) - 5, 0);
     const last = Math.min(onPaper ? (lines.length > 2 * PAPER_LINES ? PAPER_LINES : lines.length) : first + Math.ceil(pane.clientHeight / ROW) + 10, lines.length), rows = [];
     byId("left-out").hidden = !onPaper || last === lines.length;
-    byId("left-out").textContent = `lines ${numberOf(last - 1) + 1} to ${numberOf(lines.length - 1)} are not printed`;
+    byId("left-out").textContent = `Lines ${numberOf(last - 1) + 1} to ${numberOf(lines.length - 1)} are not printed: of more than ${2 * PAPER_LINES} lines only the first ${PAPER_LINES} are.`;
     for (let row = first; row < last; row++) {
       const element = document.createElement("div"), number = numberOf(row);
       const mark = data.marks.find(one => number >= one[0] && number <= one[1]);
@@ -99,7 +99,8 @@
     const list = [["tip on the table", [0, 1, 2].map(k => fixed(arrays.tip[3 * i + k], 3)).join("  ")]];
     if (Number.isFinite(arrays.speed[i])) list.push(["tip speed", fixed(arrays.speed[i], 2) + " mm/s"]);
     const name = data.marginNames[arrays.nearest[i]];
-    list.push(["margin", shown(arrays.margin[i], 3, "") + (name ? ", " + name : "")], ["platform tilt", shown(arrays.alpha_deg[i], 2, "°")]);
+    list.push(["margin", shown(arrays.margin[i], 3, "") + (name ? ", " + name : "")]);
+    if (data.tilts) list.push(["platform tilt", shown(arrays.alpha_deg[i], 2, "°")]);
     if (data.limits.length) list.push(["governs", data.limits[arrays.governing[i]]]);
     pairs(list, byId("now"));
     if (arrays.state) pairs(data.modal[arrays.state[i]], byId("modal"));
@@ -218,11 +219,14 @@
     for (const [name, title] of [["velocity", "Velocity, % of limit"], ["acceleration", "Acceleration, % of limit"], ["jerk", "Jerk, % of limit"]]) {
       addChart(title, 1, curves(name), [-100, 100], true);
     }
-    const position = curves("position"), sliders = data.joints.slice(0, joints - 2);
-    if (sliders.length) addChart("Sliders, mm", 3, position.slice(0, joints - 2), [Math.min(...sliders.map(j => j.low ?? -Infinity)), Math.max(...sliders.map(j => j.high ?? Infinity))].map(v => Number.isFinite(v) ? v : null));
-    for (const k of [joints - 2, joints - 1]) addChart(`${data.joints[k].name.toUpperCase()}, ${data.joints[k].unit}`, 3, [position[k]], [data.joints[k].low, data.joints[k].high]);
+    // linear joints share a chart, each rotary one has its own
+    const position = curves("position"), linear = position.filter(one => data.joints[one.joint].unit === "mm");
+    for (const group of [linear, ...position.filter(one => !linear.includes(one)).map(one => [one])]) {
+      const own = group.map(one => data.joints[one.joint]);
+      addChart(`${own.map(joint => joint.name).join(", ")}, ${own[0]?.unit}`, 3, group, [Math.min(...own.map(j => j.low ?? -Infinity)), Math.max(...own.map(j => j.high ?? Infinity))].map(v => Number.isFinite(v) ? v : null));
+    }
     addChart("Margin, 0 at a limit", 3, single("margin", "smallest", { role: "--focus" }), [0]);
-    addChart("Platform tilt, deg", 3, single("alpha", "alpha", { role: "--focus" }), []);
+    if (data.tilts) addChart("Platform tilt, deg", 3, single("alpha", "alpha", { role: "--focus" }), []);
     if (data.bands.length) {
       bands = document.createElement("canvas");
       bands.className = "chart";

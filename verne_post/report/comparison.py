@@ -172,10 +172,12 @@ def _list_times(side: Side) -> dict[str, float]:
         return {}
     return {
         "time, s": study.summary.cycle_time,
+        "motion, s": study.summary.motion_time,
+        "dwells, s": study.summary.dwell_time,
+        "standing at stops, s": study.summary.stop_time,
         "in rapids, s": sum(one.rapid for one in study.operations),
-        "standstills, s": sum(one.standing for one in study.operations),
         "lost against the feed rate, s": float(study.governing.lost.sum()),
-        "of it at stops, s": float(study.governing.at_stops.sum()),
+        "of it near stops, s": float(study.governing.at_stops.sum()),
     }
 
 

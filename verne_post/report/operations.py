@@ -12,6 +12,27 @@ from verne_post.report.governing import Spent
 from verne_post.report.table import LineTimes, Operation
 
 
+class _MovesOfDwells:
+    """The moves of rows: those of a dwell have the segment after it, before which the tool may change."""
+
+    def __init__(self, program: Program) -> None:
+        self._moves, self._lines = program.moves.dwells, len(program.moves.line) and int(program.moves.line.max()) + 1
+        keys = self._make_keys(program.path.dwell_segment, program.path.dwell_line)
+        order = np.argsort(keys, kind="stable")
+        self._keys, self._moves = keys[order], self._moves[order]
+
+    def _make_keys(self, segment: Ints, line: Ints) -> Ints:
+        return np.asarray(segment, np.int64) * self._lines + line
+
+    def replace(self, move: Ints, segment: Ints, line: Ints) -> Ints:
+        """Moves (m,) of rows, where those of dwells are put in for their segments and lines."""
+        if not len(self._keys):
+            return move
+        keys = self._make_keys(segment, line)
+        at = np.minimum(np.searchsorted(self._keys, keys), len(self._keys) - 1)
+        return np.where(self._keys[at] == keys, self._moves[at], move)
+
+
 class OperationTimes:
     """Takes the rows of a program block by block. A remark alone on its line begins an operation."""
 
@@ -24,6 +45,7 @@ class OperationTimes:
         self._heads = np.array([line + 1 for line, _name in heads], dtype=np.int64)
         self._names = ("", *(name for _line, name in heads))
         self._program = program
+        self._dwells = _MovesOfDwells(program)
         # by tool and head: seconds, rapid, standing, lost; first and last line, first frame
         self._spent: dict[tuple[int, int], Array] = {}
         self._lines: dict[tuple[int, int], tuple[int, int, int]] = {}
@@ -40,7 +62,8 @@ class OperationTimes:
         worst = worst[np.append(line[worst][1:] != line[worst][:-1], True)]
         worst = worst[spent.lost[worst] > self._most[line[worst]]]
         self._most[line[worst]], by_line.limit[line[worst]] = spent.lost[worst], spent.limit[worst]
-        tool = find_tool_of_moves(path.move_reached[segment], path.first_move, self._program.moves)
+        move = self._dwells.replace(path.move_reached[segment], segment, line)
+        tool = find_tool_of_moves(move, path.first_move, self._program.moves)
         head = np.searchsorted(self._heads, line, side="right")
         keys, first, of = np.unique(np.stack([tool, head]), axis=1, return_index=True, return_inverse=True)
         of = of.reshape(-1)

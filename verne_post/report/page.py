@@ -169,6 +169,7 @@ def _pack_study(pack: Pack, machine: Machine, study: Study) -> dict[str, Any]:
                 machine.columns, _replace_not_finite(ends[0]), _replace_not_finite(ends[1]), strict=True
             )
         ],
+        "tilts": study.tilts,
         "marginNames": list(study.margin_names),
         "limits": list(study.governing.names) if study.governing is not None else [],
         "modal": modal,
@@ -205,7 +206,10 @@ def _pack_program(pack: Pack, study: Study) -> tuple[list[Any], list[int]]:
 
 def _pack_text(pack: Pack, source: bytes, study: Study) -> bool:
     """Pack the program's lines; returns whether each has a number, because not all are there."""
-    lines = [line.decode("utf-8", errors="replace").strip()[:_LINE_CHARACTERS] for line in source.split(b"\n")]
+    lines = [
+        line.decode("utf-8", errors="replace").strip()[:_LINE_CHARACTERS]
+        for line in source.removesuffix(b"\n").split(b"\n")
+    ]
     whole = len(source) <= WHOLE_TEXT_BYTES
     if not whole:
         kept = [line for line in np.unique(study.line).tolist() if 0 < line <= len(lines)]

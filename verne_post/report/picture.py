@@ -20,7 +20,7 @@ def picture_of(program: str, machine: Machine, study: Study, suffix: str) -> byt
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=_SIZE, layout="constrained")
-    verdict = "converts" if study.timed else format_outcome("", study.findings).removeprefix(": ")
+    verdict = format_outcome("", study.findings).removeprefix(": ")
     # a name is no formula, whatever dollars are in it
     figure.suptitle(f"{make_printable(program)} on {machine.name}: {verdict}", fontsize=11, parse_math=False)
     names = ["velocity", "acceleration", "jerk"] if study.timed else []

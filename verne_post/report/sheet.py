@@ -18,12 +18,12 @@ from verne_post.base.rotations import rotate_z
 from verne_post.base.tolerances import ACCELERATION_RATIO, JERK_RATIO, VELOCITY_RATIO
 from verne_post.model.machine import Machine
 from verne_post.model.moves import Event, MoveKind, describe_tool, find_tool_of_moves, name_tools
-from verne_post.model.part_setup import SYSTEM_NAMES, spell_tool_word
-from verne_post.model.verdict import count_findings
+from verne_post.model.part_setup import SYSTEM_NAMES, Box, FixtureMesh, OwnStock, spell_tool_word
+from verne_post.model.verdict import count_findings, find_exit_status, find_verdict
 from verne_post.model.work_systems import find_placer
 from verne_post.output.causes import describe_other, find_causes, list_worst
 from verne_post.output.findings import describe
-from verne_post.output.summary import list_facts
+from verne_post.output.summary import describe_time, list_facts
 from verne_post.part.sweep import Nearest
 from verne_post.part.verdict import find_line, find_tip
 from verne_post.report.governing import AT_FEED, FEED_BANDS, HIGHER
@@ -42,6 +42,8 @@ DIGEST: Final = 16
 _IN_HEAD: Final = 2
 #: What verification accepts of each limit, for the differences of rounded rows.
 _ALLOWED: Final = {"velocity": VELOCITY_RATIO, "acceleration": ACCELERATION_RATIO, "jerk": JERK_RATIO}
+#: A cell of so many characters has no room in its column.
+_LONG_CELL: Final = 20
 _ACTIONS: Final = {"input": "input {input} is waited for", "stop": "{stop} stop"}
 Row = tuple[str, ...]
 
@@ -63,14 +65,14 @@ def escape_text(text: str) -> str:
 
 
 def write_verdict_html(machine: Machine, study: Study) -> str:
-    """Go or no go, how long it takes, and what is assumed."""
+    """Whether the program can run, how long it takes, and what is assumed."""
     errors, warnings = count_findings(list_worst(study.findings))
     shown = []
     if study.timed:
         assert study.summary is not None
-        shown = [("time", f"{study.summary.cycle_time:.3f} s")]
+        shown = [("time", describe_time(study.summary))]
         if study.governing is not None and study.summary.feed_segments:
-            shown.append(("below the feed rate", f"{study.governing.lost.sum():.3f} s lost"))
+            shown.append(("lost against the feed rate", f"{study.governing.lost.sum():.3f} s"))
     elif len(study.x):
         shown = [("path", f"{study.x[-1]:.1f} mm, no time: nothing is written")]
     else:
@@ -84,15 +86,16 @@ def write_verdict_html(machine: Machine, study: Study) -> str:
 
 
 def name_verdict(machine: Machine, study: Study) -> tuple[str, str]:
-    """Go or no go in words, and its class in the style sheet."""
+    """The verdict with what it rests on, and its class in the style sheet."""
+    word = find_verdict(find_exit_status(study.findings), study.findings).word.capitalize()
     if not study.timed:
-        return "No go", "no-go"
+        return word, "refused"
     warned = any(item.severity == "warning" for item in study.findings)
     # it says that the numbers of the file hold, not that the machine does
     said = machine.provenance.get("limits") or machine.provenance.get("joints") or ""  # of a chain, joints have them
     source = said.partition(" ")[0].strip(":,;")
     on = f"on {source} limits" if source else "on limits of unknown source"
-    return f"{'Go, with warnings' if warned else 'Go'}, {on}", "warned" if warned else "go"
+    return f"{word}{', with warnings' if warned else ''}, {on}", "warned" if warned else "runs"
 
 
 def list_setup(machine: Machine, study: Study) -> list[tuple[str, str]]:
@@ -186,7 +189,7 @@ def find_worst_places(machine: Machine, study: Study) -> Iterator[Place]:
     if study.summary is not None and (within := study.summary.stops_within).count:
         frame = int(np.abs(study.line - within.line).argmin())
         yield Place(f"line {within.line} stops inside", format_count(within.most, "time"), frame)
-    if np.nanmax(np.abs(study.alpha_deg), initial=0.0) > 0:
+    if study.tilts:
         frame = int(np.nanargmax(np.abs(study.alpha_deg)))
         yield Place("peak platform tilt", f"{format_fixed(study.alpha_deg[frame], 2)} deg", frame)
 
@@ -261,7 +264,7 @@ def write_governing_html(machine: Machine, study: Study) -> str:
         for key, row in zip(keys, rows, strict=True)
     )
     more = f"{100.0 * (HIGHER - 1.0):.0f} % more wins about, s"
-    table = write_table(("limit", "governs, s", "in rapids, s", "lost, s", "of it at stops, s", more), body)
+    table = write_table(("limit", "governs, s", "in rapids, s", "lost, s", "of it near stops, s", more), body)
     ways = "".join(f"<li>{escape_text(way)}</li>" for way in _list_ways_to_win(machine, study, governing))
     return table + (f"<ul class=ways>{ways}</ul>" if ways else "")
 
@@ -273,7 +276,7 @@ def _list_ways_to_win(machine: Machine, study: Study, governing: Governing) -> I
     kinds = {name: "turning" if name in rotary else name.partition(" ")[0] for name in between if " of " in name}
     sums = {kind: sum(between[name] for name in kinds if kinds[name] == kind) for kind in kinds.values()}
     ways = (
-        (governing.at_stops.sum(), "before and after stops: blended corners (G64 and its like) have no stop"),
+        (governing.at_stops.sum(), "near stops: blended corners (G64 and its like) have no stop"),
         (sums["turning"], "to the velocity of rotary axes: a tool axis that turns less for each mm of path"),
         (sums.get("velocity", 0.0), "to the velocity of other joints: another place of the part (fit)"),
         (
@@ -388,9 +391,13 @@ def write_sheet_html(program: str, source: Text, machine: Machine, study: Study)
         ),
         _write_titled_table("Actions of the operator", ("line", "at", "what"), _list_actions(study)),
     ]
-    boxes = [box.name for box in study.program.options.keep_out]
-    boxes += [study.program.options.stock.name] if study.program.options.stock else []
-    parts.append(_write_titled_table("Fixtures and stock", ("name",), [(name,) for name in boxes]))
+    options = study.program.options
+    bodies = [*options.keep_out, *([options.stock] if options.stock else [])]
+    parts.append(
+        _write_titled_table(
+            "Fixtures and stock", ("name", "in", "x, y, z, mm"), [_describe_body(one) for one in bodies]
+        )
+    )
     if study.summary is not None:
         rows = "".join(
             f"<div><dt>{escape_text(key)}</dt><dd>{escape_text(text)}</dd></div>"
@@ -401,8 +408,13 @@ def write_sheet_html(program: str, source: Text, machine: Machine, study: Study)
 
 
 def _write_titled_table(title: str, heads: Row, rows: Iterable[Row]) -> str:
-    body = "".join("<tr>" + "".join(f"<td>{escape_text(cell)}</td>" for cell in row) + "</tr>" for row in rows)
+    body = "".join("<tr>" + "".join(map(_write_cell, row)) + "</tr>" for row in rows)
     return f"<div><h3>{title}</h3>{write_table(heads, body) if body else '<p>none</p>'}</div>"
+
+
+def _write_cell(text: str) -> str:
+    """Write a cell; a long one, such as a path, breaks anywhere, but numbers never do."""
+    return f"<td{' class=long' if len(text) > _LONG_CELL else ''}>{escape_text(text)}</td>"
 
 
 def write_table(heads: Row, body: str) -> str:
@@ -420,7 +432,7 @@ def _describe_use(study: Study, tool: int) -> tuple[str, str]:
     used &= np.isfinite(moves.feed) & (moves.kind != MoveKind.DWELL)
     speeds = [f"{speed:g}" for speed in np.unique(moves.spindle[used]).tolist() if speed > 0]
     seconds = sum(one.seconds for one in study.operations if one.tool == tool)
-    return _join_few(speeds, "more") if speeds else "stands", f"{seconds:.3f}" if study.timed else ""
+    return _join_few(speeds, "more") if speeds else "off", f"{seconds:.3f}" if study.timed else ""
 
 
 def _list_tools(study: Study) -> list[tuple[int, str, str, str]]:
@@ -456,6 +468,19 @@ def _list_offsets(machine: Machine, study: Study) -> list[Row]:
         source = {"set-up": "given", "program": "the program"}.get(who, "nobody: rotary centre on the table face")
         rows[SYSTEM_NAMES[frame.system], *(f"{value:g}" for value in place), f"{frame.part_turn:g}", source] = None
     return list(rows)
+
+
+def _describe_body(body: Box | FixtureMesh | OwnStock) -> Row:
+    """Name, system and place of a fixture or the stock; a mesh says by its file where it is."""
+    system = "table" if body.system is None else SYSTEM_NAMES[body.system]
+    match body:
+        case Box():
+            ends = (f"{low:g} to {high:g}" for low, high in zip(body.low, body.high, strict=True))
+            return body.name, system, "; ".join(ends)
+        case FixtureMesh():
+            return body.name, system, body.file
+        case OwnStock():
+            return body.name, "", "as the program says"
 
 
 def _list_actions(study: Study) -> list[Row]:

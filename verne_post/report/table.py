@@ -1,5 +1,7 @@
 """What a report draws: the frames of a program, its curves, the path of its tip, and the places of its findings."""
 
+from typing import Final
+
 import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
@@ -9,6 +11,9 @@ from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.model.findings import Finding
 from verne_post.model.summary import Summary
 from verne_post.part.verdict import Machined
+
+#: A platform that tilts by less is level: joints are solved, and rounded as written.
+_NO_TILT_DEG: Final = 1e-4
 
 
 class Curve(Struct, frozen=True, eq=False):
@@ -136,3 +141,8 @@ class Study(Struct, frozen=True, eq=False):
     #: there is none.
     place_tip: Array
     part: Machined | None = None  #: What the rows leave of the nominal part.
+
+    @property
+    def tilts(self) -> bool:
+        """Whether the platform tilts."""
+        return bool(np.nanmax(np.abs(self.alpha_deg), initial=0.0) > _NO_TILT_DEG)

@@ -19,6 +19,8 @@ from verne_post.toolpath.work_offset import AROUND, FOLLOWED, REFINEMENTS, ROUND
 RESERVES: Final = (1e-4, 2e-3, 0.02)
 #: A proposed shift is rounded to this, mm, away from where the part is: people do not set hundredths.
 ROUND_MM: Final = 0.1
+#: One sampled place of so many says which points decide.
+SCREENED: Final = 64
 #: The nearest sampled moves are so much of the whole range.
 NEAREST: Final = 1e-5
 
@@ -89,7 +91,9 @@ class SmallestMove:
         places = np.clip(np.concatenate([far, near, self.start[None]]), low, high)
         rows = self.search.choose_first_rows()
         for _ in range(REFINEMENTS):
-            legal = places[self.search.rate(places, self.counts, rows) >= reserve]
+            few = self.search.find_deciding_rows(places[::SCREENED], self.counts, rows)
+            floor = np.full(len(places), reserve)
+            legal = places[self.search.rate_promising(places, self.counts, rows, few, floor) >= reserve]
             if not len(legal):
                 return None
             best = legal[np.argsort(self.measure_size(legal), kind="stable")[:FOLLOWED]]
@@ -114,10 +118,16 @@ class SmallestMove:
             aside[..., 3] /= max(self.reach, 1.0)
             around = np.clip(back + aside, low, high)
             sizes = self.measure_size(around)
-            legal = self.search.rate(around.reshape(-1, 4), self.counts, rows).reshape(sizes.shape) >= reserve
-            sizes = np.where(legal, sizes, np.inf)
+            share *= SHRINK
+            nearer = sizes < size[:, None]  # no other is asked for
+            if not nearer.any():
+                continue
+            few = self.search.find_deciding_rows(best, self.counts, rows)
+            floor = np.full(np.count_nonzero(nearer), reserve)
+            legal = self.search.rate_promising(around[nearer], self.counts, rows, few, floor) >= reserve
+            sizes[~nearer] = np.inf
+            sizes[nearer] = np.where(legal, sizes[nearer], np.inf)
             top, each = sizes.argmin(axis=1), np.arange(len(best))
             better = sizes[each, top] < size
             best[better] = around[each, top][better]
-            share *= SHRINK
         return np.asarray(best[np.argsort(self.measure_size(best), kind="stable")])

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from verne_post.base.arrays import Array, Mask
 from verne_post.base.ragged import number_parts
 from verne_post.base.rotations import rotate_z
+from verne_post.base.text_tables import format_html_text
 from verne_post.base.tolerances import MARGIN_CHANGE, TIED
 from verne_post.model.findings import Finding
 from verne_post.model.machine import Limits, Machine
@@ -166,6 +167,9 @@ class Proposal(Struct, frozen=True, eq=False):
     def __repr__(self) -> str:
         return self.text or super().__repr__()
 
+    def _repr_html_(self) -> str:
+        return format_html_text(repr(self))
+
 
 class Search:
     """The places of one program on one machine.
@@ -237,6 +241,24 @@ class Search:
         every = np.arange(len(self.points.tip)) if rows is None else rows
         return _rate_places(*self._find_smallest(places, every), counts)
 
+    def find_deciding_rows(self, places: Array, counts: Mask, rows: NDArray[np.intp]) -> NDArray[np.intp]:
+        """Those of ``rows`` that have a smallest margin at one of the places (n, 4)."""
+        table = self._measure_margins(places, self.points.select(rows))
+        return rows[np.unique(table.argmin(axis=1)[:, counts])]
+
+    def rate_promising(
+        self, places: Array, counts: Mask, rows: NDArray[np.intp], few: NDArray[np.intp], floor: Array
+    ) -> Array:
+        """Rate places (n, 4) as :meth:`rate` does, but those below ``floor`` (n,) at some of ``few`` rows by these
+        alone: more rows can only make a place worse. Where all is out of reach the share of it decides, and all rows
+        are asked.
+        """
+        worth = self.rate(places, counts, few)
+        asked = (worth >= floor) | (floor <= UNREACHABLE)
+        if asked.any():
+            worth[asked] = self.rate(places[asked], counts, rows)
+        return worth
+
     def _improve(self, best: Array, rows: NDArray[np.intp], counts: Mask, random: np.random.Generator) -> Array:
         """Improve places by samples around each in ranges that shrink; returns them best first."""
         width = 0.25 * (self.high - self.low) * self.free
@@ -245,7 +267,9 @@ class Search:
             around = best[:, None] + width * random.uniform(-1, 1, (len(best), AROUND, 4))
             around = np.clip(around, self.low, self.high)
             around[..., ~self.free] = best[0, ~self.free]
-            value = self.rate(around.reshape(-1, 4), counts, rows).reshape(len(best), AROUND)
+            few = self.find_deciding_rows(best, counts, rows)
+            value = self.rate_promising(around.reshape(-1, 4), counts, rows, few, np.repeat(worth, AROUND))
+            value = value.reshape(len(best), AROUND)
             top = value.argmax(axis=1)
             each = np.arange(len(best))
             better = value[each, top] > worth

@@ -3,7 +3,7 @@
 import math
 import re
 import threading
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Final
 
@@ -11,18 +11,16 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from verne_post.base.numbers import format_count
-from verne_post.base.suggestions import find_suggestion
+from verne_post.base.printable import quote_key
+from verne_post.base.suggestions import find_correction, find_suggestion
 from verne_post.base.tolerances import LIMIT_SLACK_MM
 from verne_post.cli.lsp.inspector import Inspected, Inspector
-from verne_post.cli.lsp.places import find_range, find_word, split_lines
+from verne_post.cli.lsp.places import find_range, find_word, remove_remarks, split_lines
 from verne_post.cli.setup import make_setup
 from verne_post.cli.setups import NONE
 from verne_post.model.findings import Finding, Remedy
-from verne_post.model.verdict import count_findings
-from verne_post.output.setup_text import quote_key
+from verne_post.model.verdict import count_findings, is_about_text
 
-#: The letter in place of a zero: after the letter of an axis or in a number, and before its digits or its point.
-_LETTER_O: Final = re.compile(r"(?<=[A-Z\d.])O(?=[\d.])|(?<=[\d.])O(?![A-Z\d])", re.IGNORECASE)
 #: Of VP049: the number of the length in force, and that of the tool.
 _OF_TOOL: Final = re.compile(r"number (\d+), .*, but (?:tool |T)(\d+)\b")
 #: What stands for what nobody has said, by the table of the set-up.
@@ -51,14 +49,16 @@ def find_fixes(
     ------
     SupersededError
     """
-    fixes, before = [], count_findings(found.findings)
+    fixes, before, places = [], count_findings(found.findings), _count_places(found.findings)
     setup = _find_setup(inspector, found.path)
     for fix in _propose_fixes(found, item, setup, texts):
         whole = fix.text or ""
         changed = {**texts, fix.path: whole[: fix.begin] + fix.new + whole[fix.end :]}
-        errors, warnings = count_findings(inspector.check(found.path, changed, superseded).findings)
-        # an edit that turns an error into a warning helps, as a point among numbers without one (VP038)
-        if (errors, warnings) < before:
+        after = inspector.check(found.path, changed, superseded).findings
+        errors, warnings = count_findings(after)
+        # an edit that turns an error into a warning helps, as a point among numbers without one (VP038); and one that
+        # mends a word in one place of several, which are one finding
+        if (errors, warnings) < before or ((errors, warnings) == before and _count_places(after) < places):
             left = f"{errors} error{'s stay' if errors > 1 else ' stays'}" if errors else "legal then"
             left += f", with {format_count(warnings, 'warning')}" if warnings > before[1] else ""
             left += ", another tool axis" if fix.turns else ""
@@ -72,7 +72,9 @@ def find_fixes(
     elif item.settled_by and setup is not None and not find_suggestion(item.message):
         for fix in _mark_missing(item, setup, texts):
             changed = {**texts, setup: (fix.text or "")[: fix.begin] + fix.new + (fix.text or "")[fix.end :]}
-            if all(one.file is None for one in inspector.check(found.path, changed, superseded).findings):
+            if all(
+                one.file != str(setup.absolute()) for one in inspector.check(found.path, changed, superseded).findings
+            ):
                 fixes.append(fix)
     return fixes
 
@@ -94,6 +96,11 @@ def _read_setup(setup: Path, texts: Mapping[Path, str]) -> str:
     if setup in texts or not setup.is_file():
         return texts.get(setup, "")
     return setup.read_text("utf-8", errors="replace")
+
+
+def _count_places(findings: Sequence[Finding]) -> int:
+    """Places of a text that cannot be read."""
+    return sum(item.count for item in findings if item.severity == "error" and is_about_text(item.code))
 
 
 def _find_setup(inspector: Inspector, path: Path) -> Path | None:
@@ -118,6 +125,10 @@ def _propose_fixes(found: Inspected, item: Finding, setup: Path | None, texts: M
     if near and item.column is not None:
         begin, end = _find_span(item, text)
         written = text[begin:end]
+        if (written, near) == find_correction(item.message):
+            yield Fix(f"Write {near} in place of {written}", found.path, text, begin, end, near)
+            yield from _change_everywhere(found, written, near)
+            return
         # the name alone, without quotes and without the number of an assignment
         name = (
             re.search(r"[A-Za-z_][\w.-]*", written) if written.startswith('"') else re.match(r"[A-Za-z_]\w*", written)
@@ -125,10 +136,6 @@ def _propose_fixes(found: Inspected, item: Finding, setup: Path | None, texts: M
         if name is not None:
             begin += name.start()
             yield Fix(f"Write {near} in place of {name[0]}", found.path, text, begin, begin + len(name[0]), near)
-    letter_o = None if item.code != "VP001" or item.column is None else item.column - 1
-    if letter_o is not None and item.line and _LETTER_O.match(line := split_lines(text)[item.line - 1], letter_o):
-        begin = _find_offset(text, item.line - 1) + letter_o
-        yield Fix(f"Write 0 in place of the letter {line[letter_o]}", found.path, text, begin, begin + 1, "0")
     of_tool = _OF_TOOL.search(item.message) if item.code == "VP049" else None
     if of_tool is not None and item.line:
         fix = _change_word(found, Remedy("", of_tool[2], line=item.line, word=("H", float(of_tool[1]))))
@@ -137,6 +144,18 @@ def _propose_fixes(found: Inspected, item: Finding, setup: Path | None, texts: M
     if item.code == "VP006" and item.column is not None:
         begin, end = _find_span(item, text)
         yield Fix(f"Remove {text[begin:end].strip()}", found.path, text, begin, end, "")
+
+
+def _change_everywhere(found: Inspected, written: str, meant: str) -> Iterator[Fix]:
+    """The same correction in all places that are no remarks, where there are several."""
+    lines, word, count = found.text.split("\n"), re.compile(rf"(?<![\w.]){re.escape(written)}(?![\w.])"), 0
+    for number, line in enumerate(lines):
+        for match in reversed(list(word.finditer(remove_remarks(line)))):
+            lines[number] = lines[number][: match.start()] + meant + lines[number][match.end() :]
+            count += 1
+    if count > 1:
+        title = f"Write {meant} in place of {written} in all {count} places"
+        yield Fix(title, found.path, found.text, 0, len(found.text), "\n".join(lines))
 
 
 def _find_span(item: Finding, text: str) -> tuple[int, int]:

@@ -48,6 +48,8 @@ class Inspected(Struct):
     text : str
     findings : tuple of Finding
         Those that count.
+    errors_not_counted : int
+        Errors that the settings take out of them.
     made : Inspection
     machine, options
         None where they could not be read.
@@ -64,6 +66,7 @@ class Inspected(Struct):
     machine: Machine | None = None
     options: Options | None = None
     source: Text = b""
+    errors_not_counted: int = 0
     facts: LineFacts | None = None
     fixes: dict[Finding, Any] = field(default_factory=dict)
 
@@ -118,9 +121,8 @@ class Inspector:
             found.machine, found.source, found.options = read_program(self.files, path.name, self.given)
             report("", 0, 0)
             found.made = check_and_keep(found.source, found.machine, found.options, report)
-            found.findings = apply_policy(
-                Report(path.name, found.made.result.findings, source=found.source), policy
-            ).findings
+            counted = apply_policy(Report(path.name, found.made.result.findings, source=found.source), policy)
+            found.findings, found.errors_not_counted = counted.findings, counted.errors_not_counted
         except InputError as error:
             found.findings = error.findings
         except (click.UsageError, UsageError, FileError) as error:
@@ -140,7 +142,7 @@ class Inspector:
         """Notes over lines, from 1: the machining time, the line next to a limit, the line that takes longest."""
         facts, summary = found.measure(), found.made.result.summary
         errors = [item.worst_line or item.line for item in found.findings if item.severity == "error"]
-        outcome = format_outcome(found.path.name, found.findings).partition(": ")[2]
+        outcome = format_outcome(found.path.name, found.findings, found.errors_not_counted).partition(": ")[2]
         if facts is None or summary is None:
             first = next((f"; the first in line {line}" for line in errors if line), "")
             return [(1, f"{outcome}{first}")]

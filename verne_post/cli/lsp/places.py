@@ -9,13 +9,14 @@ from lsprotocol import types as lsp
 from pygls.uris import from_fs_path
 
 from verne_post.app.python_names import FLAG, PLACE
+from verne_post.base.printable import quote_key
+from verne_post.base.suggestions import find_correction
 from verne_post.config.program_setup import FILE_KEYS, list_setup_options
 from verne_post.model.findings import Finding
 from verne_post.model.options import spell_flag
 from verne_post.model.verdict import Severity, is_about_text
 from verne_post.output.causes import Cause, describe_other
 from verne_post.output.findings import describe
-from verne_post.output.setup_text import quote_key
 
 _SEVERITY: Final[dict[Severity, lsp.DiagnosticSeverity]] = {
     "error": lsp.DiagnosticSeverity.Error,
@@ -80,6 +81,9 @@ def find_range(item: Finding, lines: Sequence[str]) -> lsp.Range:
         begin = min(item.column - 1, len(line))
         word = _WORD.match(line, begin)
         end = word.end() if word else begin
+        correction = find_correction(item.message)
+        if correction is not None and line.startswith(correction[0], begin):
+            end = begin + len(correction[0])
     elif item.axis is not None and len(item.axis) == 1 and (word := find_word(line, item.axis)):
         begin, end = word.span()
     return lsp.Range(lsp.Position(at - 1, begin), lsp.Position(at - 1, max(begin, end)))

@@ -73,10 +73,10 @@ class _Run:
             for block in make_blocks(self.modes, item):
                 if self.recovery is None:
                     self.interpreter.execute(block)
-                elif not self.execution.report_all(self.recovery.execute(block), line):
+                elif not self.execution.report_all(self.recovery.execute(block), line) and not self.stop.past_errors:
                     return True
         except ProgramError as error:
-            if not self.execution.report(error, line) or stop.first_error:
+            if (not self.execution.report(error, line) and not stop.past_errors) or stop.first_error:
                 return True
         return self.interpreter.has_ended or (stop.all_known and knows_all(state, self.interpreter.setup))
 

@@ -52,7 +52,7 @@ class KlartextFlow:
                 self.has_ended = True
         elif jump.kind == "return":
             if self.calls.in_call and not self.calls.frame.program:
-                self._leave()
+                self.leave()
         elif jump.kind == "goto":
             self.calls.line = self._label(jump.name)
         elif jump.kind == "call":
@@ -80,7 +80,8 @@ class KlartextFlow:
         if call.program:
             self.interpreter.q.local.append({})
 
-    def _leave(self) -> None:
+    def leave(self) -> None:
+        """Go back to where the last subprogram was called."""
         if self.calls.leave().program:
             self.interpreter.q.local.pop()
 
@@ -88,7 +89,7 @@ class KlartextFlow:
         """END PGM of a called program leads back; False in the program itself."""
         while self.calls.in_call:
             was_program = self.calls.frame.program
-            self._leave()
+            self.leave()
             if was_program:
                 return True
         return False
@@ -144,6 +145,10 @@ class _KlartextRun:
         what = f"{inside if self.calls.in_call else 'the file ends'} without END PGM, M2 or M30"
         execution.report_at_line("VP010", what, self.calls.shown_line or max(text.n_lines, 1))
         return False
+
+    def leave_call(self) -> None:
+        """Go back to where the last subprogram was called, as far as it was executed."""
+        self.flow.leave()
 
     def _execute_stretch(self, chunk: Chunk, stop: StopConditions) -> bool:
         """Execute a stretch of plain lines at once; False where there is none."""

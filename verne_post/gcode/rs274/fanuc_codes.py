@@ -49,8 +49,8 @@ CIRCLE_OF_HOLES, ARC_OF_HOLES, ROW_OF_HOLES = 700, 710, 720
 PATTERNS: Final = (CIRCLE_OF_HOLES, ARC_OF_HOLES, ROW_OF_HOLES)
 #: I J K from the start of the arc, which Mach4 writes: they always are.
 CENTERS_FROM_START: Final = 911
-#: A work offset that turns with the table, and one that lies askew. P0 ends them, as heads of programs do; the data of
-#: others are in the control.
+#: Dynamic fixture offset, which turns with the table, and workpiece setting error compensation. P0 ends them, as heads
+#: of programs do; the data of others are in the control.
 FIXTURES: Final = (542, 544)
 #: Forbidden zones on and off, and a watch on the spindle: the machine file has the limits.
 WATCHING: Final = (220, 230, 250, 260)
@@ -152,7 +152,7 @@ _GROUPS: Final[Mapping[str, Mapping[int, str]]] = {
         660: "calls a macro after every block that moves, until G67; its variables are kept from one call to the next",
     },
     **{f"end of G{code / 10:g}": {code: _ENDS_MODE} for code in ENDS},
-    "fixture offset": dict.fromkeys(FIXTURES, "P0: no work offset turns or lies askew; other P are refused"),
+    "fixture offset": dict.fromkeys(FIXTURES, "P0: no fixture offset, no setting error compensation; others: refused"),
     "watching": dict.fromkeys(WATCHING, "zones that the control forbids, or its watch on the spindle"),
     "centres of arcs": {CENTERS_FROM_START: "Mach4: I J K count from the start of the arc; they always do"},
 }
@@ -221,7 +221,7 @@ def make_table() -> CodeTable:
             630: "tapping at a feed rate that nobody may change; write G84",
             **dict.fromkeys((841, 842, 1740, 1840), "tapping of other controls; write G84 or G74"),
             661: "a macro call after every block; write G66",
-            870: "on Fanuc back boring from below, so write the moves; on Haas a stop for a person in the hole, so "
+            870: "on Fanuc back boring from below, so write the moves; on Haas a stop for the operator in the hole, so "
             "write G88",
             **dict.fromkeys((441, 442, 450, 440), "tool offsets by H that RS274/NGC does not have"),
             960: "constant surface speed",

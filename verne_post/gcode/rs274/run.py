@@ -18,21 +18,23 @@ from verne_post.gcode.text import Chunk, ProgramText, decode_line
 
 def execute_blocks(source: Text, setup: Setup, state: State, stop: StopConditions, language: type[Rs274]) -> Execution:
     """Execute the blocks of a program from the first on, until it ends or a stop condition is met."""
-    execution = Execution(state, Recorder())
+    execution = Execution(state, Recorder(needs_tcp_code=language.traits.turns_table_alone))
     execution.recorder.tcp_changes.clear()  # until a code says it
     interpreter = language(setup, state, execution.recorder)
     main = ProgramText(source, setup, language)
     if main.first_line > 1:
         execution.recorder.record_event(1, "not executed", text=f"lines 1 to {main.first_line - 1}, before the %")
     recovery = None if stop.first_error else Recovery(interpreter)
-    return run_program(_BlockRun(Flow(main, interpreter), recovery), execution, setup, stop)
+    run = _BlockRun(Flow(main, interpreter), recovery, past_errors=stop.past_errors)
+    return run_program(run, execution, setup, stop)
 
 
 class _BlockRun:
     """A program of blocks in execution; with recovery all errors of a block are found."""
 
-    def __init__(self, flow: Flow, recovery: Recovery | None) -> None:
+    def __init__(self, flow: Flow, recovery: Recovery | None, *, past_errors: bool) -> None:
         self.flow, self.calls, self.recovery = flow, flow.calls, recovery
+        self._past_errors = past_errors
         #: A call has been left out, whose program is missing: it may set any mode and variable, and stops loops.
         self._misses_program = False
         self._gives_up = False
@@ -59,12 +61,12 @@ class _BlockRun:
                 return self.calls.line, []
             errors = self._execute_line(chunk)
         except ProgramError as error:
-            if not self._misses_program or error.code in OF_TEXT:
+            if self._past_errors or not self._misses_program or error.code in OF_TEXT:
                 raise
             # after any other error the next line would be the same again, or in the same loop
             self._gives_up = self.calls.line == line or error.code == "VP024"
             return line + 1, []
-        if self._misses_program:
+        if self._misses_program and not self._past_errors:
             errors = [error for error in errors if error.code in OF_TEXT]
         self._misses_program = self._misses_program or any(error.goes_on for error in errors)
         return line + 1, errors
@@ -170,6 +172,12 @@ class _BlockRun:
             what = f"the file ends without {'M2, M30 or a closing %' if percent else 'M2 or M30'}"
         execution.report_at_line("VP010", what, self.calls.shown_line or max(text.n_lines, 1))
         return False
+
+    def leave_call(self) -> None:
+        """Go back to where the last subprogram was called, as far as it was executed."""
+        frame = self.calls.frame
+        self.flow.leave()
+        self.flow.macros.leave(frame)
 
 
 def _is_executed(raw: bytes, setup: Setup) -> bool:

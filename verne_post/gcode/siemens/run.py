@@ -59,3 +59,8 @@ class _SiemensRun:
         self.flow.executor.finish()
         execution.recorder.record_event(max(self.calls.line - 1, 1), "end", code="end of file")
         return False
+
+    def leave_call(self) -> None:
+        """Go back to where the last subprogram was called, as far as it was executed."""
+        self.calls.leave()
+        self.flow.executor.variables.scopes.pop()

@@ -262,7 +262,7 @@ REFUSED_WORDS: Final[Mapping[str, str]] = {
                      "CYCLE998"), "probing: where the tool touches is only known at the machine"),
     "CONTOUR": "milling of contours by cycles; let the CAM system write the moves",
     **dict.fromkeys(("CYCLE87", "CYCLE88"),
-                    "cycles that stop for a person in the hole; write the moves with M5 and M0"),
+                    "cycles that stop for the operator in the hole; write the moves with M5 and M0"),
 }  # fmt: skip
 #: Functions whose value is a frame.
 FRAME_FUNCTIONS: Final = ("CTRANS", "CROT", "CSCALE", "CMIRROR")

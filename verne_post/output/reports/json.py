@@ -18,7 +18,7 @@ def write(reports: Sequence[Report], machine: Machine) -> str:
             {
                 "program": report.program,
                 "machine": {"name": machine.name, "sha256": machine.sha256},
-                "verdict": find_verdict(find_exit_status(report.findings), report.findings),
+                "verdict": find_verdict(find_exit_status(report.findings), report.findings, report.errors_not_counted),
                 "summary": {"errors": errors, "warnings": warnings, "cycle_time_s": report.cycle_time_s},
                 "findings": [record_of(item) for item in report.findings],
             }
