@@ -221,11 +221,12 @@ def test_hover_of_lines_without_motion_shows_what_is_in_force(client: Client, tm
     """Tilted plane and tool-centre-point control among it, on lines with motion too; of a remark there is nothing."""
     text = (
         "%\nO1\nG21 G90 G94 G17 G54\nT1 M6\n(NOTHING)\nG0 X0 Y0 Z200 A0 C0\nG68.2 X0 Y0 Z0 I0 J20 K0\nG53.1\n"
-        "G43 Z120 H1\nG69\nM11\nG43.4 H1\nG0 Z150\nM30\n%\n"
+        "G43 Z120 H1\nG69\nM11\nG43.4 H1\nG0 Z150\nM30\nO7\nG91\nM99\n%\n"
     )
     setup = '[tools.1]\nlength = 90\n[wcs]\nG54 = [0, 0, 60]\n[remap]\nM11 = "ignore"\n'
     uri = client.open(make_program(tmp_path, text, setup=setup))
     assert hover(client, uri, 0) == hover(client, uri, 4) == ""
+    assert hover(client, uri, 15) == ""  # of a subprogram that nobody calls
     plane = "tilted work plane, its Z along (0, -0.342, 0.9397)"
     assert hover(client, uri, 6) == (
         f"in force: G0, G21 (mm), G90 (absolute), G94, G64, G54, {plane}, tool length 0 mm"

@@ -11,7 +11,7 @@ import click
 import numpy as np
 from msgspec import Struct, field
 
-from verne_post.app.assemble import find_modal_state
+from verne_post.app.assemble import find_state_if_executed
 from verne_post.app.convert import Inspection, check_and_keep
 from verne_post.app.explain import look_at_line
 from verne_post.app.explain_line import describe_modes, describe_pose
@@ -164,7 +164,8 @@ class Inspector:
             shown = look_at_line(found.source, program, line)
         except UsageError:
             code = remove_remarks(split_lines(found.text)[line - 1])
-            return describe_modes(find_modal_state(found.source, program, line)) if code.strip(" \t%") else None
+            state = find_state_if_executed(found.source, program, line) if code.strip(" \t%") else None
+            return None if state is None else describe_modes(state)
         except InputError:
             return None
         pose = "\n".join(describe_pose(shown))
