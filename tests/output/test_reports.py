@@ -261,3 +261,7 @@ def test_mistakes_of_files_stand_in_these_files_at_their_keys(two_programs: Path
     Path("bad.toml").write_text(Path("bad.toml").read_text("utf-8").replace("cycle_s = 1.0", "cycle_s = -1.0"), "utf-8")
     (command,) = run(*words, "--output-format", "github").out.splitlines()
     assert command.startswith(f"::error file=bad.toml,line={line},title=VP501 ")
+    (run_of_all,) = json.loads(run(*words, "--output-format", "sarif").out)["runs"]
+    (notice,) = run_of_all["invocations"][0]["toolExecutionNotifications"]
+    place = notice["locations"][0]["physicalLocation"]
+    assert (place["artifactLocation"]["uri"], place["region"]["startLine"]) == ("bad.toml", line)
