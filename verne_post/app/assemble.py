@@ -20,8 +20,9 @@ from verne_post.app.table_places import add_table, lay_out
 from verne_post.base.arrays import Array
 from verne_post.base.long_text import Text
 from verne_post.base.team import ALONE, Team
+from verne_post.gcode.execution import LineTrace, StopConditions
 from verne_post.gcode.machining.state import State
-from verne_post.gcode.read import find_state_after, interpret_until_error
+from verne_post.gcode.read import find_state_after, interpret_until_error, replay
 from verne_post.gcode.restart import Restart, restart_at
 from verne_post.gcode.setup import Setup, TextOptions
 from verne_post.gcode.user_meanings import refuse_known_meanings
@@ -188,6 +189,14 @@ def find_modal_state(source: Text, program: Program, line: int) -> State:
     """The interpreter's modal state after a line of a program that has been read."""
     setup = add_table(build_interpreter_setup(program.machine, program.options), program.moves)
     return find_state_after(source, setup, program.moves, line)
+
+
+def find_state_if_executed(source: Text, program: Program, line: int) -> State | None:
+    """The same; None where the program itself never comes to the line, as to one of a subprogram or after its end."""
+    setup = add_table(build_interpreter_setup(program.machine, program.options), program.moves)
+    trace = LineTrace()
+    state, _recorder = replay(source, setup, program.moves, StopConditions(after_line=line, trace=trace))
+    return state if any(first <= line < last for first, last, _may_restart in trace.spans) else None
 
 
 def _select_text_options(options: Options) -> dict[str, Any]:

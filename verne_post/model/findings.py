@@ -48,6 +48,8 @@ class Finding:
         What would make the program, or the line, legal: each was tried. Empty where nothing was sought.
     edits : tuple of Remedy
         Those of the remedies that are a word of the program or of its set-up.
+    file, file_line : str and int, or None
+        The file, other than the program, in which the mistake stands, and its line there, from 1.
     settled_by : tuple of tuple of str
         Keys of a set-up that would settle it: ("tools", "5", "length"), ("wcs", "G54"), ("remap", "M11"), ...
     """
@@ -67,6 +69,8 @@ class Finding:
     remedies: tuple[str, ...] = ()
     edits: tuple[Remedy, ...] = ()
     settled_by: tuple[tuple[str, ...], ...] = ()
+    file: str | None = None
+    file_line: int | None = None
 
     def _repr_html_(self) -> str:
         return format_html_table(make_findings_table([self]))

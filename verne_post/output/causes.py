@@ -53,7 +53,10 @@ def find_causes(findings: Sequence[Finding]) -> list[Cause]:
         alike = [one for one in group if not is_rotary or findings[one].code in _ROTARY]
         shared = dict.fromkeys(text for one in alike for text in findings[one].remedies)
         remedies = tuple(dict.fromkeys(_name_remedy(text, told) for text in shared))
-        head = dataclasses.replace(findings[worst], remedies=remedies)
+        # a word of the program is one place's; a key of the set-up settles all
+        keyed = [edit for one in group for edit in findings[one].edits if edit.key]
+        edits = tuple(dict.fromkeys((*findings[worst].edits, *keyed)))
+        head = dataclasses.replace(findings[worst], remedies=remedies, edits=edits)
         told |= {text: head for text in shared if text not in told}
         others = [one for one in group if one != worst]
         causes.append(Cause(head, tuple(findings[one] for one in others), (worst, *others)))

@@ -5,6 +5,7 @@ from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any, Final
 
 from msgspec import Struct
+from msgspec.structs import replace
 
 from verne_post.base.numbers import format_count
 from verne_post.base.printable import make_printable, make_printable_in_place, quote_key
@@ -52,9 +53,26 @@ def format_outcome(program: str, findings: tuple[Finding, ...], errors_not_count
 
 
 def format_finding(program: str, item: Finding) -> str:
-    """``FILE:LINE:`` and what :func:`describe` writes."""
-    name = make_printable(program)
-    return f"{name if item.line is None else f'{name}:{item.line}'}: {describe(item)}"
+    """``FILE:LINE:`` and what :func:`describe` writes; the file is the program, or that in which the mistake stands."""
+    name, line = find_place(program, item)
+    return f"{make_printable(name if line is None else f'{name}:{line}')}: {describe(item)}"
+
+
+def find_place(program: str, item: Finding) -> tuple[str, int | None]:
+    """The file and line of a finding: the program's, or those of another file in which the mistake stands."""
+    return (program, item.line) if item.file is None else (item.file, item.file_line)
+
+
+def drop_repeated(reports: Sequence[Report]) -> list[Report]:
+    """Reports in which a warning about another file, as of a machine that all programs share, is told once."""
+    seen: set[Finding] = set()
+    kept = []
+    for report in reports:
+        shared = {item for item in report.findings if item.file is not None and item.severity != "error"}
+        findings = tuple(item for item in report.findings if item not in shared & seen)
+        kept.append(replace(report, findings=findings))
+        seen |= shared
+    return kept
 
 
 def describe(item: Finding) -> str:
@@ -187,6 +205,8 @@ _KEYS: Final = (
     "message",
     "count",
     "remedies",
+    "file",
+    "file_line",
 )
 
 
