@@ -73,6 +73,17 @@ def test_results_do_not_depend_on_who_made_them(folder: Path, run: Callable[...,
     assert run("convert", "in/sub/p4.nc", *PLACE).out.encode() == contents("one")["sub/p4.csv"]
 
 
+def test_quiet_says_the_errors_and_nothing_else(folder: Path, run: Callable[..., Any]) -> None:
+    """On standard error, as ``convert --quiet`` does; a batch that refuses nothing is silent."""
+    far = run("convert", "in/far.nc", "-o", "far.csv", "--quiet", *PLACE)
+    done = run("batch", "in/far.nc", "in/p0.nc", "-o", "out", "--quiet", *PLACE)
+    assert (done.code, done.out) == (1, "")
+    assert "in/far.nc:3: VP101 error" in done.err
+    assert far.err.startswith(done.err) and "p0" not in done.err
+    done = run("batch", "in/p0.nc", "-o", "out", "--quiet", *PLACE)
+    assert (done.code, done.out, done.err) == (0, "", "")
+
+
 def test_nothing_is_made_twice(folder: Path, run: Callable[..., Any], monkeypatch: pytest.MonkeyPatch) -> None:
     run("batch", "in", "-o", "out", "-j", 1, *PLACE)
     before = {path: path.stat().st_mtime_ns for path in Path("out").rglob("*.csv")}

@@ -236,7 +236,7 @@ OUTLINES = {
     "a.ngc": (
         "(HEAD)\nG21 G90\no<drill> sub\nG1 X1 F100\no<drill> endsub\nG0 X0 Y0 Z50\n(FACE)\no<drill> call\no20 repeat "
         "[2]\nX2\no20 endrepeat\nM2\n",
-        ["HEAD", "drill", "FACE"], (7, "drill"), 2,
+        ["drill", "FACE"], (7, "drill"), 2,
     ),
     "b.nc": (
         "%\nO0001 (MAIN)\nN10 G21 G90\nG0 X0 Y0 Z50\nM98 P20100\nIF [1 EQ 2] GOTO 10\nM30\nO0100\nX1\nM99\n%\n",
@@ -331,6 +331,52 @@ def test_a_remark_before_a_tool_change_heads_the_operation_of_the_new_tool(clien
     lines = [(tool["range"]["start"]["line"], tool["selectionRange"]["start"]["line"]) for tool in (one, two)]
     assert lines == [(5, 6), (10, 12)]
     assert one["range"]["end"]["line"] == 9
+
+
+#: A tool list at the top; a tool whose operation is remarked, and one after it that has no remark.
+POSTED = {
+    "a.mpf": (
+        '; NX 840D\n; T1 EM_D12\nG17 G90 G710 G94\n;TOOL: EM_D12\nT="EM_D12"\nM6\nG54 D1\nG0 X0 Y0\nG0 Z120\n'
+        '; OPERATION: FACE\nG1 X40 F900\nG0 SUPA Z400 D0\n;TOOL: BALL_D6\nT="BALL_D6"\nM6\nG54 D1\nG0 X5 Z120\n'
+        'G0 SUPA Z400 D0\nT="DRILL_D5"\nM6\nG54 D1\nG0 X10 Z120\nM30\n',
+        [
+            ("EM_D12", 3, 11, [("TOOL: EM_D12", 3, 8), ("OPERATION: FACE", 9, 11)]),
+            ("BALL_D6", 12, 18, [("TOOL: BALL_D6", 12, 18)]),
+            ("DRILL_D5", 19, 23, []),
+        ],
+    ),
+    "b.h": (
+        "0 BEGIN PGM H1 MM\n1 ; HSC\n2 BLK FORM 0.1 Z X+0 Y+0 Z-20\n3 BLK FORM 0.2 X+9 Y+9 Z+0\n4 * - ROUGH\n"
+        "5 TOOL CALL 1 Z S5000\n6 L X+0 Y+0 Z+120 FMAX\n7 TOOL CALL 2 Z S5000\n8 L X+9 Z+120 FMAX\n9 * - FINE\n"
+        "10 L X+5 FMAX\n11 TOOL CALL 3 Z S2000\n12 L X+1 FMAX\n13 M30\n14 END PGM H1 MM\n",
+        [("1", 4, 6, [("ROUGH", 4, 6)]), ("2", 7, 10, [("FINE", 9, 10)]), ("3", 11, 15, [])],
+    ),
+    "c.nc": (
+        "%\nO1003 (F3)\n(T1 D=12. CR=0. - FLAT END MILL)\n(T2 D=10. - DRILL)\nG90 G94 G17 G49\nT1 M6\nG54 G0 X0. Y0.\n"
+        "G43 Z120. H1\n(DRILL)\nT2 M6\nG0 X5.\nT3 M6\nG0 X9.\nM30\n%\n",
+        [("1", 5, 7, []), ("2", 8, 10, [("DRILL", 8, 10)]), ("3", 11, 15, [])],
+    ),
+}
+
+
+@pytest.mark.parametrize("name", POSTED)
+def test_operations_end_with_their_tools(name: str) -> None:
+    """A tool change without a remark ends the operation before, and what a program says at its top heads none."""
+    from verne_post.cli.lsp.outline import Outline
+
+    text, expected = POSTED[name]
+    outline = Outline(text.split("\n"), "auto", text.encode(), name)
+    shown = [
+        (
+            one.name,
+            one.range.start.line,
+            one.range.end.line,
+            [(each.name, each.range.start.line, each.range.end.line) for each in one.children or ()],
+        )
+        for one in outline.list_symbols()
+        if one.name.startswith("tool ")
+    ]
+    assert shown == [(f"tool {tool}", *rest) for tool, *rest in expected]
 
 
 def ask_fixes(client: Client, uri: str, line: int) -> dict[str, Any]:
@@ -468,13 +514,15 @@ def test_a_place_out_of_reach_and_the_letter_o_in_a_number_have_fixes(client: Cl
     for number, (wrong, title, right) in enumerate(
         (
             ("X-700.", r"Write X(-\d+\.\d+) in place of X-700\. in line 3 \(legal then.*\)", None),
-            ("XO20.", r"Write (0) in place of the letter O \(legal then\)", "X020."),
-            ("X2o.5", r"Write (0) in place of the letter o \(legal then\)", "X20.5"),
+            ("XO20.", r"Write (X020.) in place of XO20. \(legal then\)", "X020."),
+            ("X2o.5", r"Write (X20.5) in place of X2o.5 \(legal then\)", "X20.5"),
+            ("X18,5", r"Write (X18.5) in place of X18,5 \(legal then\)", "X18.5"),
         )
     ):
         text = f"{head}{wrong} F2000\nX20\nM30\n"
         uri = client.open(make_program(tmp_path, text, f"{number}.nc"))
-        assert client.diagnostics(uri)["diagnostics"]
+        told = client.diagnostics(uri)["diagnostics"]
+        assert right is None or [text_at(text, one["range"]) for one in told] == [wrong]
         offered = [(re.fullmatch(title, one), action) for one, action in ask_fixes(client, uri, 2).items()]
         ((found, action),) = [one for one in offered if one[0]]
         mended = apply_edit(action, {uri: text})[uri]
@@ -483,15 +531,33 @@ def test_a_place_out_of_reach_and_the_letter_o_in_a_number_have_fixes(client: Cl
         assert [one for one in client.diagnostics(uri)["diagnostics"] if one["severity"] == 1] == []
 
 
+def test_a_word_that_is_misspelt_in_several_places_is_mended_in_one_or_in_all(client: Client, tmp_path: Path) -> None:
+    """The places are one finding, so that mending one leaves as many findings; remarks stay as they are."""
+    text = "G17 G90 G94 G71 G54\nG0 A0 C0\nG0 X0 Y0 Z120\nSUAP G0 Z0 D0 ; SUAP\nG0 Z110\nSUAP G0 Z0 D0\nM30\n"
+    uri = client.open(make_program(tmp_path, text, "p.mpf"))
+    (told,) = [one for one in client.diagnostics(uri)["diagnostics"] if one["code"] == "VP002"]
+    assert told["message"].endswith("did you mean SUPA? (lines 4 to 6, 2 times)")
+    fixes = ask_fixes(client, uri, 3)
+    one, every = sorted(fixes, key=len)
+    assert one == "Write SUPA in place of SUAP (1 error stays)"
+    assert every == "Write SUPA in place of SUAP in all 2 places (legal then)"
+    assert apply_edit(fixes[one], {uri: text})[uri] == text.replace("SUAP", "SUPA", 1)
+    assert apply_edit(fixes[every], {uri: text})[uri] == text.replace("SUAP G0", "SUPA G0")
+
+
 def test_a_fix_that_turns_an_error_into_a_warning_is_offered_and_says_so(client: Client, tmp_path: Path) -> None:
     """In a Fanuc program without points the number of the fix is the first that has one (VP038)."""
     text = f"%\nO1\n{TILTED.replace('M2', 'M30')}%\n"
     uri = client.open(make_program(tmp_path, text))
-    (tilt,) = client.diagnostics(uri)["diagnostics"]
+    lacking, tilt = client.diagnostics(uri)["diagnostics"]
+    assert lacking["code"] == "VP037"  # and stays: no G43.4
     ((title, action),) = ask_fixes(client, uri, tilt["range"]["start"]["line"]).items()
-    assert title.endswith("in line 6 (legal then, with 1 warning, another tool axis)")
+    assert title.endswith("in line 6 (legal then, with 2 warnings, another tool axis)")
     client.change(uri, 2, apply_edit(action, {uri: text})[uri])
-    assert [(one["code"], one["severity"]) for one in client.diagnostics(uri)["diagnostics"]] == [("VP038", 2)]
+    assert [(one["code"], one["severity"]) for one in client.diagnostics(uri)["diagnostics"]] == [
+        ("VP038", 2),
+        ("VP037", 2),
+    ]
 
 
 def test_an_editor_that_can_is_told_that_lenses_have_changed(tmp_path: Path) -> None:

@@ -269,7 +269,10 @@ def test_a_plan_is_a_program_and_a_file_to_fill_in(
         ("--plan 5 -o x.csv --simulate verne", "has no [as_built]"),
     ],
 )  # fmt: skip
-def test_wrong_use_is_told(inside: Path, run: Callable[..., Any], words: str, says: str) -> None:
+def test_wrong_use_is_told(
+    inside: Path, run: Callable[..., Any], monkeypatch: pytest.MonkeyPatch, words: str, says: str
+) -> None:
+    monkeypatch.setattr(planning, "CANDIDATES", 300)
     answer = run("machine", "calibrate", *words.split())
     assert answer.code == 2
     assert says in answer.err

@@ -278,6 +278,73 @@ def test_a_positional_fanuc_program(run: Callable[..., Any], tmp_path: Path, hea
     assert ("VP037 warning" in answer.out) == warned
 
 
+SIMULTANEOUS = "%\nO1\nG21 G90 G94 F600.\nG0 X{x}. Y0. Z60. A{a}. C0.\n{head}\nG0 Z50.\n{cut}\nM30\n%\n"
+
+
+@pytest.mark.parametrize(
+    ("head", "cut", "a", "x", "turned"),
+    [
+        ("G43 H1", "G1 X10. Y2. A6. C12.", 0, 5, "A6 C12"),  # as CAM systems write it, but for .4
+        ("G43 H1", "G1 X10. C12.", 0, 5, "A0 C12"),
+        ("G43 H1", "G1 Z45. A0.", 6, 0, "A0 C0"),  # it ends upright, and has cut under a turned table
+        ("G43 H1", "G1 Z45. C12.", 0, 0, None),  # in the centre of the table both readings agree
+        ("G43 H1", "G93 G1 X10. Y2. A6. C12. F30.", 0, 5, "A6 C12"),
+        ("G43.4 H1", "G1 X10. Y2. A6. C12.", 0, 5, None),
+        ("G43.4 H1\nG43 H1", "G1 X10. Y2. Z50. A6. C12.", 0, 5, "A6 C12"),
+        ("G43.4 H1\nG49", "G1 A6. C12. F600.", 0, 5, None),  # axes of the machine: so it is on a control
+    ],
+)
+def test_a_fanuc_program_that_turns_while_it_cuts_needs_a_code(
+    run: Callable[..., Any], tmp_path: Path, head: str, cut: str, a: int, x: int, turned: str | None
+) -> None:
+    """Without G43.4 a Fanuc control cuts elsewhere; what a post has computed for the machine (G93) is named, too."""
+    path = tmp_path / "p.nc"
+    path.write_text(SIMULTANEOUS.format(head=head, cut=cut, a=a, x=x))
+    answer = run("check", path, *PLACE, "--dialect", "fanuc")
+    assert answer.code == 0, answer.out
+    assert answer.out.count("VP037 warning") == (turned is not None)
+    if turned is not None:
+        line = 7 + head.count("\n")
+        assert (
+            f"p.nc:{line}: VP037 warning: X Y Z cut while the table turns to {turned}, and no code asks" in answer.out
+        )
+    assert ("post again" in answer.out) == ("G93" in cut)
+
+
+def test_a_fanuc_block_of_machine_axes_that_tilts_while_it_cuts(run: Callable[..., Any], tmp_path: Path) -> None:
+    """The program knows G43.4, and G43 holds: a block without Z is executed as on a control, along a curve."""
+    path = tmp_path / "p.nc"
+    path.write_text(SIMULTANEOUS.format(head="G43.4 H1\nG43 H1", cut="G1 X10. Y2. A6. C12.", a=0, x=5))
+    answer = run("check", path, *PLACE, "--dialect", "fanuc")
+    assert answer.code == 0, answer.out
+    assert answer.out.count("VP037") == 1
+    assert "p.nc:8: VP037 warning: X Y Z cut while the table tilts to A6, without G43.4: the axes" in answer.out
+
+
+@pytest.mark.parametrize(
+    ("mode", "cut", "warned"),
+    [
+        ("M129", "L X+10 Y+2 A+6 C+12 F600", True),
+        ("M128", "L X+10 Y+2 A+6 C+12 F600", False),
+        ("M129", "L X+10 C+12 F600", False),  # polar milling
+        ("M129", "L A+6 C+12 F600", False),  # a turn of the table alone
+        ("M129", "L X+10 Y+2 A+6 C+12 FMAX", False),
+    ],
+)
+def test_klartext_that_tilts_while_it_cuts_without_m128(
+    run: Callable[..., Any], tmp_path: Path, mode: str, cut: str, warned: bool
+) -> None:
+    path = tmp_path / "p.h"
+    path.write_text(
+        f"BEGIN PGM P MM\nTOOL CALL 1 Z S900\nL X+0 Y+0 Z+60 A+0 C+0 R0 FMAX M3\n{mode}\n{cut}\n{cut}\n"
+        "M30\nEND PGM P MM\n"
+    )
+    answer = run("check", path, *PLACE)
+    assert answer.code == 0, answer.out
+    assert answer.out.count("p.h:5: VP037 warning: X Y Z cut while the table tilts to A6, without M128") == warned
+    assert answer.out.count("VP037") == warned
+
+
 @pytest.mark.parametrize(
     ("words", "warned"),
     [

@@ -146,8 +146,8 @@ def test_an_offset_still_to_be_measured_is_refused_as_a_length_is(
         # what the command line gives is measured, and so is what another place gives
         given = [word for system in ("G54", "G55", "G59.1") for word in ("--wcs", f"{system}=0,0,60")]
         assert run("check", program, *given).code == 0
-        again = tomllib.loads(run("setup", program, "-o", "-").out)["wcs"]
-        assert list(again.values()) == ["measure"] * len(said)  # of systems that the program uses
+        again = run("setup", program, "-o", "-").out.partition("[wcs]")[2].splitlines()
+        assert sum(line.endswith(' = "measure"') for line in again) == len(said)  # the others are not used
 
 
 def test_fit_seeks_the_place_that_is_still_to_be_measured(run: Run, tmp_path: Path) -> None:
@@ -281,15 +281,177 @@ def test_a_diameter_is_asked_for_where_a_contour_needs_it(run: Run, tmp_path: Pa
     assert found["tools"] == {"3": {"length": "measure", "diameter": "measure"}}
 
 
-def test_a_setup_that_is_there_is_never_written_over(run: Run, tmp_path: Path) -> None:
-    (tmp_path / "part.nc").write_text(FANUC)
-    (tmp_path / "part.nc.toml").write_text("wcs.G54 = [0, 0, 60]\n")
-    told = run("setup", tmp_path / "part.nc")
+THERE = """# set-up of part.nc: mm and degrees; write numbers where it says measure
+# at the second machine
+tapping = "feed"
+tolerance = 0.02  # of the drawing
+
+[tools]  # presetter, Monday
+1 = { length = 80 }  # flat
+9 = { length = 70.5, diameter = 3 }  # drill
+"TAP M6" = { length = 60 }
+
+[wcs]
+G54 = [0, 0, 60]
+G58 = [1, 2, 3]
+
+[siemens]
+feed_of_turns = "tip"
+
+[stock]
+min = [-40, -40, 0]
+max = [40, 40, 40]
+system = "G54"
+""".replace('[siemens]\nfeed_of_turns = "tip"\n\n', "")
+MERGED = """# set-up of part.nc: mm and degrees; write numbers where it says measure
+# at the second machine
+tapping = "feed"
+tolerance = 0.02  # of the drawing
+split_at_stops = true  # one file of setpoints from stop to stop; convert needs -o NAME.csv
+
+[tools]  # presetter, Monday
+1 = { length = 80 }  # flat
+9 = { length = 70.5, diameter = 3 }  # drill; not used by the program
+"TAP M6" = { length = 60 }  # not used by the program
+5 = { length = "measure" }  # D=6. CR=3. - BALL
+
+[wcs]
+G54 = [0, 0, 60]
+G58 = [1, 2, 3]  # not used by the program
+G55 = "measure"
+
+[stock]
+min = [-40, -40, 0]
+max = [40, 40, 40]
+system = "G54"
+
+[remap]  # what codes and names of the builder mean: "ignore", "event", "tcp on" or "tcp off"
+M11 = "decide"
+"""
+
+
+@pytest.mark.parametrize("newline", ["\n", "\r\n"])
+def test_a_setup_that_is_there_keeps_what_it_says(newline: str, run: Run, tmp_path: Path) -> None:
+    """What the program needs in addition is added, what it does not use is marked, and nothing else is touched."""
+    program, there = tmp_path / "part.nc", tmp_path / "part.nc.toml"
+    program.write_text(FANUC)
+    there.write_bytes(THERE.replace("\n", newline).encode())
+    told = run("setup", program)
+    assert told.code == 0, told.err
+    assert there.read_bytes() == MERGED.replace("\n", newline).encode()
+    assert (
+        "part.nc.toml: added: split_at_stops, tools.5, wcs.G55, remap.M11; not used by the program: tools.9, "
+        'tools."TAP M6", wcs.G58; to be filled in: the length of tool 5, the place of G55, the meaning of M11\n'
+    ) in told.err
+    # nothing is new the second time, and a file with nothing new is not written
+    before = there.stat().st_mtime_ns, there.stat().st_ino
+    assert "added" not in run("setup", program).err
+    assert (there.stat().st_mtime_ns, there.stat().st_ino) == before
+    # values of the command line take the place of marks; a key that is used again loses its remark
+    program.write_text(FANUC.replace("N145 G28 G91 Z0.", "N145 G28 G91 Z0.\nG90\nT9 M6\nG58"))
+    told = run("setup", program, "--wcs", "G55=7,8,9")
+    merged = tomllib.loads(there.read_text())
+    assert merged["wcs"] == {"G54": [0, 0, 60], "G55": [7, 8, 9], "G58": [1, 2, 3]}
+    assert "  # drill\n" in there.read_text()
+    assert there.read_text().count("not used by the program") == 2  # M6 of the tap, and G58 without a move
+    # what "-o -" prints is the whole file, too
+    assert run("setup", program, "-o", "-").out.replace("\r", "") == there.read_text()
+
+
+def test_what_a_program_with_errors_uses_is_not_known(run: Run, tmp_path: Path) -> None:
+    program, there = tmp_path / "part.nc", tmp_path / "part.nc.toml"
+    program.write_text(FANUC.replace("X30. A5.", "X30. B5."))
+    there.write_text(THERE)
+    run("setup", program)
+    assert "not used" not in there.read_text()
+    assert tomllib.loads(there.read_text())["tools"]["5"] == {"length": "measure"}
+
+
+@pytest.mark.parametrize(
+    ("there", "expected"),
+    [
+        ("wcs.G54 = [0, 0, 60]\n", {"wcs": {"G54": [0, 0, 60], "G55": "measure"}}),
+        ("wcs.g54 = [0, 0, 60]\n[wcs.x]\n", None),  # it cannot be read
+        ("[tools.5]\nlength = 70\n", {"tools": {"5": {"length": 70}, "1": {"length": "measure"}}}),
+        ("[tools]\n01 = { length = 70 }\n5.length = 3\n", {"tools": {"01": {"length": 70}, "5": {"length": 3}}}),
+        ("tools = { 1 = { length = 80 }, 5 = { length = 3 } }\n", {"tools": {"1": {"length": 80}, "5": {"length": 3}}}),
+        ('[remap]\nM11 = "ignore"', {"remap": {"M11": "ignore"}}),  # its last line has no end
+        ("tool_length = 80\n", {"tool_length": 80}),
+        ("split_at_stops = false\n", {"split_at_stops": False}),
+        ('wcs.G54 = [\n  0, # x\n  0,\n  60,\n]\n[tools]\n1 = { length = "measure" }\n', {"wcs": {
+            "G54": [0, 0, 60], "G55": "measure"}, "tools": {"1": {"length": "measure"}, "5": {"length": "measure"}}}),
+    ],
+)  # fmt: skip
+def test_a_setup_is_extended_in_the_way_in_which_it_is_written(
+    there: str, expected: dict[str, object] | None, run: Run, tmp_path: Path
+) -> None:
+    program, written = tmp_path / "part.nc", tmp_path / "part.nc.toml"
+    program.write_text(FANUC)
+    written.write_text(there)
+    told = run("setup", program)
+    assert told.code == (2 if expected is None else 0), told.err
+    if expected is None:
+        assert written.read_text() == there
+    else:
+        merged = tomllib.loads(written.read_text())
+        assert {key: merged[key] for key in expected} == expected
+        assert merged["wcs"].keys() == {"G54", "G55"}
+        assert {*there.splitlines()} <= {*written.read_text().splitlines()}
+
+
+def test_a_setup_in_braces_is_not_extended_but_told_what_it_lacks(run: Run, tmp_path: Path) -> None:
+    program, written = tmp_path / "part.nc", tmp_path / "part.nc.toml"
+    program.write_text(FANUC)
+    written.write_text("tools = { 1 = { length = 80 } }\n")
+    told = run("setup", program)
     assert told.code == 2
-    assert "is there already" in told.err
-    assert (tmp_path / "part.nc.toml").read_text() == "wcs.G54 = [0, 0, 60]\n"
-    known = run("setup", tmp_path / "part.nc", "-o", "-")
-    assert tomllib.loads(known.out)["wcs"] == {"G54": [0, 0, 60], "G55": "measure"}
+    assert 'write there: split_at_stops = true, tools.5 = { length = "measure" }, wcs.G54 = "measure"' in told.err
+    assert written.read_text() == "tools = { 1 = { length = 80 } }\n"
+
+
+def test_the_diameter_joins_a_tool_that_is_there(run: Run, tmp_path: Path) -> None:
+    program, written = tmp_path / "part.nc", tmp_path / "part.nc.toml"
+    head = "G21 G90 G17 G64\nT3 M6\nG54 G0 X0 Y0 A0 C0\nG43 Z50 H3\n"
+    program.write_text(f"{head}G41 D3 G1 X10 F500\nY20\nG40 Y30\nM2\n")
+    for there in (
+        "[tools]\n3 = { length = 80 }  # mill\n",
+        "[tools]\n3 = {}\n",
+        "[tools.3]\nlength = 80\n",
+        "tools.3.length = 80\n",
+    ):
+        written.write_text(there)
+        assert run("setup", program).code == 0
+        assert tomllib.loads(written.read_text())["tools"]["3"]["diameter"] == "measure"
+        written.write_text(written.read_text().replace('diameter = "measure"', "diameter = 8"))
+        assert "the diameter" not in run("setup", program).err
+
+
+def test_tools_of_a_table_are_not_written_beside_it(run: Run, tmp_path: Path) -> None:
+    """Both at once would be refused: each says how long all tools are."""
+    program, written = tmp_path / "part.nc", tmp_path / "part.nc.toml"
+    program.write_text(FANUC)
+    (tmp_path / "t.tbl").write_text("T1 P1 Z80 D10\n")
+    written.write_text('tool_table = "t.tbl"\n')
+    told = run("setup", program)
+    assert "tools" not in tomllib.loads(written.read_text())
+    assert "its tools are in t.tbl; to be filled in: the length of tool 5" in told.err
+    (tmp_path / "sub").mkdir()
+    told = run("setup", program, "-o", tmp_path / "sub" / "part.toml")
+    assert (told.code, "names files" in told.err) == (2, True)  # t.tbl would be looked for in the other folder
+
+
+def test_no_setup_is_written_over_by_another(run: Run, tmp_path: Path) -> None:
+    program, beside, other = tmp_path / "part.nc", tmp_path / "part.nc.toml", tmp_path / "other.toml"
+    program.write_text(FANUC)
+    beside.write_text("wcs.G54 = [0, 0, 60]\n")
+    other.write_text("wcs.G54 = [0, 0, 70]\n")
+    for words in (("--setup", "none"), ("--setup", other), ("-o", other), ("--setup", "none", "-o", other)):
+        told = run("setup", program, *words)
+        assert told.code == 2, words
+        assert "is there already" in told.err
+    assert (beside.read_text(), other.read_text()) == ("wcs.G54 = [0, 0, 60]\n", "wcs.G54 = [0, 0, 70]\n")
+    assert run("setup", program, "-o", beside).code == 0  # it is the one that is read
+    assert tomllib.loads(beside.read_text())["wcs"] == {"G54": [0, 0, 60], "G55": "measure"}
 
 
 def test_errors_that_no_setup_settles_are_told(run: Run, tmp_path: Path) -> None:

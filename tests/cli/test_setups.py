@@ -350,8 +350,9 @@ def test_a_path_is_no_name_of_a_machine(folder: Path) -> None:
     ],
 )
 def test_commands_of_the_machine_take_that_of_the_folder(
-    folder: Path, run: Callable[..., Any], words: tuple[str, ...]
+    folder: Path, run: Callable[..., Any], monkeypatch: pytest.MonkeyPatch, words: tuple[str, ...]
 ) -> None:
+    monkeypatch.setattr("verne_post.calibration.as_built.plan.CANDIDATES", 300)
     Path("measured.csv").write_text("rho1_mm\n", encoding="utf-8")
     Path("verne-post.toml").write_text('machine = "no such file.toml"\n', encoding="utf-8")
     answer = run(*words)

@@ -176,7 +176,8 @@ def try_program(seed, only=None):
 
 
 def test_values_at_random():
-    assert sum(try_program(seed) for seed in range(400)) > 60
+    """A share of what docs/reliability.md tells: hundreds of thousands."""
+    assert sum(try_program(seed) for seed in range(150)) > 22
 
 
 def make_pocket(seed):

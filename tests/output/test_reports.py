@@ -201,6 +201,12 @@ def test_markdown_says_once_what_a_set_up_settles() -> None:
     assert [row.count("<br>") for row in rows] == [1, 0, 0]
 
 
+def test_markdown_counts_the_programs_by_their_results() -> None:
+    refused, warned = make_finding("VP102", "too far", line=1), make_finding("VP203", "near", line=1)
+    reports = [Report("a.nc", (refused,)), Report("b.nc", (warned,)), Report("c.nc", ()), Report("d.nc", (refused,))]
+    assert "\n\n4 programs: 2 refused, 2 can run\n\n" in markdown.write(reports)
+
+
 def test_markdown_fits_into_a_comment() -> None:
     many = tuple(make_finding("VP006", "x" * 1000, line=k + 1) for k in range(100))
     shown = markdown.write([Report("a.nc", many), Report("b.nc", many[:1])])

@@ -80,9 +80,9 @@ def try_motion(seed: int) -> tuple[int, int, list[str]]:
 
 
 def test_random_tools_are_as_far_as_their_drawings() -> None:
-    inside, outside, said = zip(*(try_motion(seed) for seed in range(16)), strict=True)
+    inside, outside, said = zip(*(try_motion(seed) for seed in range(8)), strict=True)
     assert [line for lines in said for line in lines] == []
-    assert min(sum(inside), sum(outside)) > 20
+    assert min(sum(inside), sum(outside)) > 10
 
 
 def main() -> int:

@@ -73,8 +73,23 @@ def test_dwells_stand_still_and_rapids_lose_nothing() -> None:
     rest, moving = OTHERS.index("standstill") - len(OTHERS), seen.governing.rapid
     assert seen.governing.seconds[rest] == pytest.approx(0.5, abs=0.01)
     assert seen.governing.lost.sum() == 0.0
-    assert moving.sum() == pytest.approx(seen.governing.seconds.sum())
+    # who stands is in no rapid
+    assert moving.sum() == pytest.approx(seen.governing.seconds.sum() - seen.governing.seconds[rest])
+    assert moving.sum() == pytest.approx(sum(one.rapid for one in seen.operations))
     assert np.isnan(seen.curves["feed"][0].values).all()
+
+
+def test_a_dwell_is_time_of_the_tool_that_waits() -> None:
+    """The next motion is one of the next tool; two dwells before it are of two tools."""
+    program = "G21 G90\n(ONE)\nT1 M6\nG0 X0 Y0 Z0 A0 C0\nX20\nG4 P0.3\n(TWO)\nT2 M6\nG4 P0.2\nG0 X0\nG4 P0.1\nX5\nM2\n"
+    program = program.replace("M6", "M6\nG43")
+    seen = study_of(program, split_at_stops=True, tool_length=None, tools={1: 80, 2: 70})
+    spent = {(one.tool, one.name): one.standing for one in seen.operations}
+    assert list(spent) == [(1, "ONE"), (2, "TWO")]
+    assert list(spent.values()) == [pytest.approx(0.3, abs=0.005), pytest.approx(0.3, abs=0.005)]
+    text = re.sub("<[^>]*>", " ", write_sheet_html("two.nc", program.encode(), MACHINE, seen))
+    for one in seen.operations:
+        assert re.search(rf"T{one.tool} +{90 - 10 * one.tool} .* {one.seconds:.3f} ", text)
 
 
 def test_motion_dwells_and_stops_are_all_of_the_time() -> None:
@@ -221,7 +236,7 @@ def test_what_is_lost_at_stops_and_at_corners_is_told_apart() -> None:
     assert (blended.at_stops <= blended.lost + 1e-12).all()
 
 
-@pytest.mark.parametrize("block", [7, 23])
+@pytest.mark.parametrize("block", [13, 23])
 def test_blocks_of_rows_change_nothing(monkeypatch: pytest.MonkeyPatch, block: int) -> None:
     """Stretches below the feed rate go on from block to block."""
     options = {"tools": TOOLS, "tool_length": None, "split_at_stops": True}

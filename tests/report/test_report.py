@@ -391,7 +391,7 @@ def test_data_stay_data(tmp_path: Path, run: Callable[..., Any]) -> None:
     assert raw
     assert raw[1].isascii()
     assert not set(raw[1]) & set("<>&")
-    lines = NASTY_PROGRAM.split("\n")
+    lines = NASTY_PROGRAM.removesuffix("\n").split("\n")
     assert program_text(embedded(written)) == [line.strip() for line in lines]
     # a message that quotes the program
     program.write_text(NASTY_PROGRAM.replace("M2", "G1 X<!--data--></ul>"))

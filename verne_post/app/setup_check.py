@@ -11,7 +11,7 @@ from verne_post.base.units import DEG_PER_RAD
 from verne_post.gcode.missing_setup import report_missing_offset
 from verne_post.model.findings import Finding, InputError, make_finding
 from verne_post.model.machine import Machine
-from verne_post.model.moves import AXES, Moves, PathMode, find_tool_of_moves, name_tools
+from verne_post.model.moves import AXES, FeedMode, MoveKind, Moves, PathMode, find_tool_of_moves, name_tools
 from verne_post.model.options import Options, spell_flag
 from verne_post.model.part_setup import SYSTEM_NAMES, Box, describe_tool_number
 from verne_post.model.plausibility import PLAUSIBLE, compare_largest
@@ -201,11 +201,12 @@ def _find_implausible(options: Options) -> Iterator[str]:
 def _check_directions(moves: Moves, path: ToolPath, machine: Machine) -> list[Finding]:
     """VP037: cuts under a table that stands turned, where no code in force says in which directions X Y Z count.
 
-    A program that turns the table while the tip cuts so has no other reading that could be told from this one.
+    On a control of RS274/NGC the kinematics hold the tip, and no code asks for it. So a program that turns the table
+    while the tip cuts has no other reading there; for a Fanuc control it lacks G43.4.
     """
     if moves.tcp_changes == (0,):
         return []
-    first, (tilt, turn) = -1, machine.coordinates.rotary
+    first, is_turning, (tilt, turn) = -1, False, machine.coordinates.rotary
     for begin, end in iterate_blocks(len(path)):
         start, finish, move = path.start[begin:end], path.end[begin:end], path.move[begin:end]
         travel = np.linalg.norm(finish[:, :3] - start[:, :3], axis=1)
@@ -214,24 +215,28 @@ def _check_directions(moves: Moves, path: ToolPath, machine: Machine) -> list[Fi
             (path.feed_time[begin:end] > 0)
             & (move >= 0)
             & ~moves.find_said_tcp(move)
+            & (moves.kind[move] != MoveKind.TURN)  # the axes of the machine go there, as on a control
             & ((travel > ZERO_LENGTH_MM) | (path.kind[begin:end] != SegmentKind.LINE))
         )
         turns = (np.abs(finish[:, 3:] - start[:, 3:]) > ZERO_ANGLE).any(axis=1)
-        if (cuts & turns).any():
+        if (cuts & turns).any() and not moves.needs_tcp_code:
             return []
         tilted = np.abs(np.sin(finish[:, 3] - machine.coordinates.home_tilt)) > ZERO_ANGLE
         # under a vertical tool C matters where the tip is off the centre of the table
         turned = np.abs(np.remainder(moves.end[move, turn] + 180.0, 360.0) - 180.0) > ZERO_ANGLE * DEG_PER_RAD
         away = np.maximum(np.hypot(*start[:, :2].T), np.hypot(*finish[:, :2].T)) > ZERO_LENGTH_MM
-        at = np.flatnonzero(cuts & (tilted | (turned & away)))
+        tilts = np.abs(finish[:, 3] - start[:, 3]) > ZERO_ANGLE
+        at = np.flatnonzero(cuts & (tilted | tilts | ((turned | turns) & away)))
         if first < 0 and len(at):
-            first = int(move[at[0]])
+            first, is_turning = int(move[at[0]]), at[0] in np.flatnonzero(turns)
     if first < 0:
         return []
     line, (a, c) = int(moves.line[first]), moves.end[first, [tilt, turn]] + 0.0  # no -0
+    by_time = is_turning and moves.feed_mode[first] == FeedMode.INVERSE
     text = (
-        f"X Y Z cut while the table is at {AXES[tilt]}{a:.6g} {AXES[turn]}{c:.6g}, and no code asks for "
-        "tool-centre-point control: they are read as places of the part, but a control would read them in the "
-        "machine's directions; write G43.4 instead of G43 if the part is meant"
+        f"X Y Z cut while the table {'turns to' if is_turning else 'is at'} {AXES[tilt]}{a:.6g} {AXES[turn]}{c:.6g}, "
+        "and no code asks for tool-centre-point control: they are read as places of the part, but a control would "
+        "read them in the machine's directions; write G43.4 instead of G43 if the part is meant"
+        f"{'; if the post has computed them for the machine (as many do with G93), post again' if by_time else ''}"
     )
     return [make_finding("VP037", text, line=line, last_line=line, worst_line=line)]

@@ -4,7 +4,9 @@ import dataclasses
 from collections.abc import Iterable, Mapping
 from typing import Any, Final
 
+import numpy as np
 from msgspec import Struct
+from msgspec.structs import replace
 
 from verne_post.app.assemble import SPLIT_KEY, assemble, build_interpreter_setup, find_stops
 from verne_post.base.long_text import Text
@@ -14,7 +16,7 @@ from verne_post.gcode.read import read_past_errors
 from verne_post.model.control_keys import NAMING_TOOLS
 from verne_post.model.findings import Finding, InputError
 from verne_post.model.machine import Machine
-from verne_post.model.moves import ZERO9
+from verne_post.model.moves import ZERO9, Moves
 from verne_post.model.options import Options
 from verne_post.model.part_setup import FIRST_NAMED_TOOL, SYSTEM_NAMES, SYSTEM_NUMBERS, Tool, WorkOffset
 
@@ -41,6 +43,10 @@ class SetupDraft(Struct, frozen=True):
     split: bool  #: The setpoints are cut where the machine waits for a person.
     taps: bool  #: It has rigid tapping, and nobody has said that the control couples the spindle.
     others: tuple[Finding, ...]  #: Errors of the program that no set-up settles.
+    #: Table and name of each key that the program asks for, or whose tool or work system it uses; None where nobody
+    #: knows, because of errors.
+    used: frozenset[tuple[str, str]] | None = None
+    moves: Moves | None = None  #: Of the program with stand-ins for what is missing; None where it has other errors.
 
     @property
     def missing(self) -> dict[str, list[str]]:
@@ -69,7 +75,7 @@ def draft_setup(source: Text, machine: Machine, options: Options) -> SetupDraft:
     codes: dict[str, str | None] = dict(options.remap)
     keys: dict[tuple[str, ...], None] = {}
     for _ in range(MOST_READINGS):
-        found, hidden = _find_errors(source, machine, _assume(options, keys))
+        found, hidden, moves = _find_errors(source, machine, _assume(options, keys))
         new = [key for item in (*found, *hidden) for key in item.settled_by if key not in keys]
         if not new:
             break
@@ -83,7 +89,7 @@ def draft_setup(source: Text, machine: Machine, options: Options) -> SetupDraft:
             (wcs if kind == "wcs" else codes)[name] = None
     others = _select_others(found)
     if others and any(key[0] in ("tools", "wcs") for key in keys):
-        again, _ = _find_errors(source, machine, _assume(options, keys, OTHER_STAND_INS_MM))
+        again, *_ = _find_errors(source, machine, _assume(options, keys, OTHER_STAND_INS_MM))
         same = {(item.line, item.code, item.message) for item in again}
         others = tuple(item for item in others if (item.line, item.code, item.message) in same)
     return SetupDraft(
@@ -94,7 +100,30 @@ def draft_setup(source: Text, machine: Machine, options: Options) -> SetupDraft:
         split,
         TAPPING_KEY in keys,
         others,
+        moves=moves,
     )
+
+
+def find_used(source: Text, machine: Machine, options: Options, draft: SetupDraft) -> SetupDraft:
+    """A draft of the same arguments that knows which keys of a set-up the program uses."""
+    if draft.moves is None:
+        return draft
+    bare = options.changed(tools=None, tool_length=None, wcs={}, unmeasured_wcs={}, remap={})
+    needed = draft_setup(source, machine, bare)
+    if needed.moves is None:
+        return draft
+    keys = {("tools", name) for name in needed.tools} | {("wcs", name) for name in needed.wcs}
+    keys |= {("remap", code) for code in needed.codes}
+    names = {number: name for name, number in _find_numbers(options).items()}
+    moves = draft.moves
+    for event in moves.events:
+        if event.kind == "tool":
+            number = int(str(event.data["number"]))
+            called = str(number), names.get(number), event.data.get("name")
+            keys |= {("tools", str(name)) for name in called if name}
+    keys |= {("wcs", SYSTEM_NAMES[moves.frames[index].system]) for index in np.unique(moves.frame)}
+    keys |= {("tools", names[int(name)]) for _table, name in keys if name.isdecimal() and int(name) in names}
+    return replace(draft, used=frozenset(keys))
 
 
 def _read_sizes(tool: Tool) -> tuple[float | None, float | None]:
@@ -106,17 +135,21 @@ def _find_numbers(options: Options) -> dict[str, int]:
     return {name: number for keys in options.control.values() for name, number in keys.get("tools", {}).items()}
 
 
-def _find_errors(source: Text, machine: Machine, options: Options) -> tuple[tuple[Finding, ...], tuple[Finding, ...]]:
-    """The findings of a program, and what of a set-up is lacking in lines that an error hides."""
+def _find_errors(
+    source: Text, machine: Machine, options: Options
+) -> tuple[tuple[Finding, ...], tuple[Finding, ...], Moves | None]:
+    """The findings of a program, what of a set-up it lacks in lines that an error hides, and the moves without one."""
     try:
-        return assemble(source, machine, options).findings, ()
+        program = assemble(source, machine, options)
     except InputError as error:
         found = error.findings
+    else:
+        return program.findings, (), program.moves
     if not _select_others(found):
-        return found, ()
+        return found, (), None
     moves, hidden = read_past_errors(source, build_interpreter_setup(machine, options))
     stops = () if options.split_at_stops else find_stops(moves, optional_stop=options.optional_stop)
-    return found, (*hidden, *stops)
+    return found, (*hidden, *stops), None
 
 
 def _select_others(found: Iterable[Finding]) -> tuple[Finding, ...]:

@@ -1,6 +1,7 @@
 """Tables that are made from the modules of a folder: one more file is one more entry, and no list has to be kept."""
 
 from collections.abc import Iterable, Iterator, Mapping
+from functools import cache
 from importlib import import_module
 from pkgutil import iter_modules
 from typing import TypeVar
@@ -10,6 +11,12 @@ Entry = TypeVar("Entry", covariant=True)
 
 def list_module_names(path: Iterable[str]) -> tuple[str, ...]:
     """Sorted names of the public modules in some folders, without importing one."""
+    return _look_for_modules(tuple(path))
+
+
+@cache
+def _look_for_modules(path: tuple[str, ...]) -> tuple[str, ...]:
+    """Folders are read once: every check of options asks."""
     return tuple(sorted(module.name for module in iter_modules(path) if not module.name.startswith("_")))
 
 

@@ -14,6 +14,8 @@ LINE_ENDS: Final = "\n\r\v\f\x1c\x1d\x1e\x85\u2028\u2029"
 #: Other characters outside ASCII. Agents trim some of them as blanks, and ignore others (marks of no width).
 _ODD: Final = r"[^\x00-\x7f\x85\u2028\u2029]"
 _AT_BEGIN: Final = rf"(?:\A|(?<=[{LINE_ENDS}]))(?:[ \t\x1f]|{_ODD})*:{_ODD}*"
+#: A key that TOML reads without quotes.
+_BARE_KEY: Final = re.compile(r"[A-Za-z0-9_-]+")
 _ANYWHERE: Final = rf"#{_ODD}*#(?:[\w.-]|{_ODD})*"
 #: What begins a command, without its last character; and that.
 _COMMAND: Final = re.compile(rf"({_AT_BEGIN})(:)|({_ANYWHERE})(\[)")
@@ -66,3 +68,14 @@ def format_json(data: Any, indent: int | None = None, *, ensure_ascii: bool = Tr
     import json  # not needed where a command only says something
 
     return break_commands(json.dumps(data, indent=indent, ensure_ascii=ensure_ascii, allow_nan=False))
+
+
+def quote_key(name: str) -> str:
+    """A key of TOML, in quotes where it needs them."""
+    if _BARE_KEY.fullmatch(name):
+        return name
+    escaped = "".join(
+        f"\\u{ord(one):04x}" if ord(one) < 32 or ord(one) == 127 else f"\\{one}" if one in '"\\' else one
+        for one in name
+    )
+    return f'"{escaped}"'

@@ -11,6 +11,12 @@ def suggest(word: str, *names: Iterable[str]) -> str:
     return f"; did you mean {near[0]}?" if near else ""
 
 
+def find_correction(message: str) -> tuple[str, str] | None:
+    """What a message says is written, and what is meant: of "SUAP: ...; did you mean SUPA?"; None where it does not."""
+    found = re.search(r"^([^:]+): .*; did you mean (\S+)\?$", message)
+    return None if found is None else (found[1], found[2])
+
+
 def find_suggestion(message: str) -> str:
     """The name that :func:`suggest` has put at the end of a message; empty where there is none."""
     found = re.search(r"; did you mean (\S+)\?$", message)

@@ -10,7 +10,7 @@ import click
 
 from verne_post.base.numbers import format_count, is_count
 from verne_post.base.printable import format_json, make_printable
-from verne_post.cli.common import expect_machine, load, name_machine, quiet_option, refuse
+from verne_post.cli.common import expect_machine, load, name_machine, print_findings, quiet_option, refuse
 from verne_post.cli.conversion import check_format, format_option
 from verne_post.cli.files import RunFiles, Unreadable, is_dash
 from verne_post.cli.numbers import Whole
@@ -124,6 +124,8 @@ def command(
     if not quiet:
         echo(make_table(outcomes), nl=False)
     for one in outcomes:
+        if quiet:
+            print_findings(make_printable(one.program), one.findings, _read_text(files, one.program), quiet=True)
         for name in one.left:
             echo(
                 make_printable(
@@ -132,7 +134,7 @@ def command(
                 ),
                 err=True,
             )
-    if report_files or github:  # only they read every program once more
+    if report_files or github:
         from verne_post.output.findings import Report
         from verne_post.output.reports import FORMATS as REPORTS
 

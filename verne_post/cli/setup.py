@@ -1,6 +1,7 @@
 """`verne-post setup`: the file beside a program that says what the program leaves open."""
 
 import json
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,6 +12,7 @@ from verne_post.cli.colour import say
 from verne_post.cli.common import print_findings, quiet_option, read_program, refuse
 from verne_post.cli.files import RunFiles, is_dash, show_name
 from verne_post.cli.options import FILE, INPUT, GroupedCommand, add_program_options
+from verne_post.cli.setups import NONE
 from verne_post.model.verdict import ExitStatus
 
 if TYPE_CHECKING:
@@ -18,6 +20,9 @@ if TYPE_CHECKING:
     from verne_post.model.findings import Finding
     from verne_post.model.machine import Machine
     from verne_post.model.options import Options
+
+#: What the set-up of the program is read for; with the same word it may be written.
+_READ = "--setup"
 
 
 @click.command("setup", cls=GroupedCommand, short_help="Write the file of tools and offsets to fill in.")
@@ -27,7 +32,7 @@ if TYPE_CHECKING:
     "--output",
     type=FILE,
     metavar="OUT.toml",
-    help="Where to write; - is standard output.  [default: INPUT.toml, where there is none yet]",
+    help="Where to write; - is standard output.  [default: INPUT.toml]",
 )
 @quiet_option
 @add_program_options("jobs")
@@ -36,41 +41,85 @@ def command(input_name: str, output: Path | None, quiet: bool, **given: Any) -> 
     reads.
 
     What options, settings and the set-up that is there say is written; what nobody has said is marked "measure" or
-    "decide", and counts as not given until it is replaced. Errors that no set-up settles are printed.
-    Exit status: 0 the file is written, 2 unusable input.
+    "decide", and counts as not given until it is replaced. In a set-up that is there, everything stays as it is: what
+    the program needs in addition is added, and what it does not use gets a remark. Errors that no set-up settles are
+    printed.
+    Exit status: 0 the file is written, or has all that the program needs, 2 unusable input.
     """
     from verne_post.model.findings import InputError
 
     name = show_name(input_name)
     files = RunFiles()
-    if output is None:
-        if is_dash(input_name):
-            raise click.UsageError("the program comes from standard input; say where to write: -o OUT.toml")
-        output = Path(f"{input_name}.toml")
-        if output.exists():
-            raise click.UsageError(f"{output} is there already; -o OUT.toml writes another file, -o - prints it")
-    files.expect_writing(output, "-o")
+    base = _find_base(files, input_name, given["setup_file"])
+    output = _choose_output(input_name, output, base)
+    if base is None or not is_dash(output):
+        files.expect_writing(output, _READ if output == base else "-o")
     try:
         machine, source, options = read_program(files, input_name, given)
+        if base is None:
+            text, missing, others = make_setup(name, source, machine, options)
+            said = ""
+        else:
+            before = files.read(base, _READ).decode("utf-8-sig")
+            if output.parent.resolve() != base.parent.resolve() and not is_dash(output):
+                _refuse_names(before, base)
+            text, missing, others, said = _extend_setup(name, source, machine, options, before, given)
     except InputError as error:
         return refuse(name, error)
-    text, missing, others = make_setup(name, source, machine, options)
     named = given["machine_name"]
-    if named is not None:  # nothing in the file would say so to the next command
+    if named is not None and base is None:  # nothing in the file would say so to the next command
         key = f"machine = {json.dumps(named)}"
         head, rest = text.split("\n", 1)
         note = f"# for --machine {make_printable(named)}: each command needs it, or {key} in verne-post.toml"
         text = f"{head}\n{note}\n{rest}"
-    files.write(output, "-o", [text])
+    if base is None or output != base or text != before:
+        files.write(output, _READ if output == base else "-o", [text])
     print_findings(name, others, source)
     if not quiet:
         place = "the set-up" if is_dash(output) else show_name(str(output))
-        say(f"{place}: {f'to be filled in: {missing}' if missing else 'nothing is missing'}\n")
+        say(f"{place}: {said}{f'to be filled in: {missing}' if missing else 'nothing is missing'}\n")
         if others:
             say("after a correction of the program, give setup again: an error may hide what else it needs\n")
         if named is not None:
-            say(f"it names no machine: give --machine again, or write {make_printable(key)} in verne-post.toml\n")
+            say(
+                f"it names no machine: give --machine again, or write machine = {make_printable(json.dumps(named))} "
+                "in verne-post.toml\n"
+            )
     return ExitStatus.CLEAN
+
+
+def _find_base(files: RunFiles, program: str, named: str | None) -> Path | None:
+    """The set-up that the run reads: the named one, or that beside the program; None without one."""
+    if named is not None:
+        return None if named == NONE or is_dash(named) else Path(named)
+    beside = Path(f"{program}.toml")
+    return beside if not is_dash(program) and files.has(beside) else None
+
+
+def _choose_output(program: str, output: Path | None, base: Path | None) -> Path:
+    """Where to write: into the set-up that is there, into none that is not read."""
+    if output is None:
+        if is_dash(program):
+            raise click.UsageError("the program comes from standard input; say where to write: -o OUT.toml")
+        output = Path(f"{program}.toml")
+    if is_dash(output) or not output.exists():
+        return output
+    if base is None or not base.exists() or not output.samefile(base):
+        why = "--setup none leaves it out" if base is None else f"{base} is the set-up that is read"
+        raise click.UsageError(f"{output} is there already, and {why}; -o - prints what would be written")
+    return base
+
+
+def _refuse_names(text: str, base: Path) -> None:
+    """Refuse to write a set-up into another folder that names files: their names count from its folder."""
+    import tomllib
+
+    from verne_post.config.program_setup import FILE_KEYS
+
+    data = tomllib.loads(text)
+    bodies = (data.get("stock", {}), *data.get("keep_out", {}).values())
+    if data.keys() & {*FILE_KEYS, "part"} or any("file" in body for body in bodies):
+        raise click.UsageError(f"{base} names files, which are looked for in its folder; write into that folder")
 
 
 def make_setup(
@@ -78,15 +127,58 @@ def make_setup(
 ) -> "tuple[str, str, tuple[Finding, ...]]":
     """The file of a set-up, what is to be filled in, and errors that it does not settle."""
     from verne_post.app.setup_draft import draft_setup
-    from verne_post.base.long_text import take_line
+    from verne_post.config.setup_form import Asked, list_missing, write_setup
     from verne_post.gcode.dialects import choose_dialect_name
-    from verne_post.output.setup_text import HEAD_LINES, list_missing, write_setup
 
     draft = draft_setup(source, machine, options)
-    lines = (take_line(source, number) for number in range(1, HEAD_LINES + 1))
-    head = [line.decode("utf-8", errors="replace") for line in lines if line is not None]
-    dialect = choose_dialect_name(options.dialect, source, name)
-    text = write_setup(
-        name, draft.tools, draft.wcs, draft.codes, draft.tool_length, draft.split, draft.taps, head, dialect
-    )
+    tapping = "refuse" if draft.taps else options.tapping if options.tapping == "feed" else ""
+    asked = Asked(draft.tools, draft.wcs, draft.codes, draft.tool_length, draft.split, tapping)
+    text = write_setup(name, asked, _read_head(source), choose_dialect_name(options.dialect, source, name))
     return text, list_missing(draft.missing), draft.others
+
+
+def _extend_setup(
+    name: str, source: "Text", machine: "Machine", options: "Options", text: str, given: Mapping[str, Any]
+) -> "tuple[str, str, tuple[Finding, ...], str]":
+    """As :func:`make_setup`, with the text of a set-up that is there; and in words what has become of it."""
+    from verne_post.app.setup_draft import draft_setup, find_used
+    from verne_post.config.program_setup import TOOL_KEYS
+    from verne_post.config.setup_form import Asked, extend_setup, list_missing
+    from verne_post.config.setup_merge import show_key
+    from verne_post.gcode.dialects import choose_dialect_name
+
+    draft = find_used(source, machine, options, draft_setup(source, machine, options))
+    used = draft.used or frozenset()
+    tells_tools = any(given.get(key) for key in (*TOOL_KEYS, "shapes_file"))
+    tools = {
+        key: sizes for key, sizes in draft.tools.items() if None in sizes or (tells_tools and ("tools", key) in used)
+    }
+    tells_offsets = bool(given.get("wcs") or given.get("measured_offset"))
+    wcs = {key: place for key, place in draft.wcs.items() if place is None or (tells_offsets and ("wcs", key) in used)}
+    codes = {code: meaning for code, meaning in draft.codes.items() if meaning is None}
+    length = draft.tool_length if given.get("tool_length") is not None else None
+    tapping = "refuse" if draft.taps else given.get("tapping") or ""
+    split = draft.split and (not options.split_at_stops or bool(given.get("split_at_stops")))
+    asked = Asked(tools, wcs, codes, length, split, tapping)
+    dialect = choose_dialect_name(options.dialect, source, name)
+    extended = extend_setup(text, asked, draft.used, _read_head(source), dialect)
+    idle = {key for table, key in extended.unused if table == "tools"}
+    missing = {
+        what: [one for one in names if what not in ("length", "diameter") or one not in idle]
+        for what, names in draft.missing.items()
+    }
+    said = ""
+    for what, keys in (("added", extended.added), ("not used by the program", extended.unused)):
+        said += f"{what}: {', '.join(map(show_key, keys))}; " if keys else ""
+    if extended.tool_file and (missing["length"] or missing["diameter"]):
+        said += f"its tools are in {make_printable(extended.tool_file)}; "
+    return extended.text, list_missing(missing), draft.others, said
+
+
+def _read_head(source: "Text") -> list[str]:
+    """The first lines of a program, which have its remarks about tools."""
+    from verne_post.base.long_text import take_line
+    from verne_post.config.setup_form import HEAD_LINES
+
+    lines = (take_line(source, number) for number in range(1, HEAD_LINES + 1))
+    return [line.decode("utf-8", errors="replace") for line in lines if line is not None]

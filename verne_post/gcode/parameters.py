@@ -209,8 +209,9 @@ class Parameters:
         kept_values[5210] = float(state.g92_on)
         kept_values[ACTIVE_SYSTEM] = 1.0  # the end of a program selects G54
         for system in range(9):
-            for entry in range(10):
-                kept_values[_ORIGINS + 20 * system + entry] = self.read_value(_ORIGINS + 20 * system + entry)
+            frame, first = state.systems[system + 1], _ORIGINS + 20 * system
+            kept_values |= {first + axis: self._read_in_file(axis, value) for axis, value in enumerate(frame.origin)}
+            kept_values[first + 9] = frame.turn
         return dict(sorted(kept_values.items()))
 
 

@@ -13,6 +13,7 @@ from verne_post.gcode.execution import Execution, StopConditions
 from verne_post.gcode.languages import find_other_language
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.missing_setup import report_missing_offsets
+from verne_post.gcode.mistyped import say_what_is_meant
 from verne_post.gcode.parameters import Parameters
 from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.setup import Setup
@@ -77,6 +78,7 @@ def interpret_until_error(source: Text, setup: Setup) -> tuple[Moves, tuple[Find
     if errors:
         every = dialect.execute(source, setup, dialect.initial_state(setup), StopConditions()).errors
         other = _find_language(source, every, dialect)
+        errors = say_what_is_meant(source, errors)
         errors = _show_rival(source, setup, errors, every, dialect) if other is None else [other]
     return execution.recorder.freeze(start, frame, Parameters(setup, state).list_persistent()), tuple(errors)
 
@@ -104,7 +106,7 @@ def _find_cause(source: Text, errors: list[Finding], dialect: Dialect, setup: Se
     other = _find_language(source, errors, dialect)
     if other is not None:
         return [other]
-    found = sorted(errors, key=lambda item: item.line or 0)
+    found = say_what_is_meant(source, sorted(errors, key=lambda item: item.line or 0))
     return _show_rival(source, setup, found, found, dialect)
 
 

@@ -157,6 +157,7 @@ class Recorder(Struct):
     fixes_c: int | None = None
     #: As in Moves; in RS274 codes say it.
     tcp_changes: list[int] = field(default_factory=lambda: [0])
+    needs_tcp_code: bool = False
     calls_presets: bool = False
     first_cut: int = 0
     #: Work systems to which the program has given an origin.
@@ -429,6 +430,7 @@ class Recorder(Struct):
             arc_feeds=tuple(self.arc_feeds.values()),
             table_places=tuple(self.table_places),
             tcp_changes=tuple(self.tcp_changes),
+            needs_tcp_code=self.needs_tcp_code,
             calls_presets=self.calls_presets,
             first_cut=self.first_cut,
             findings=tuple(self.warnings.values()),

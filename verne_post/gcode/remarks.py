@@ -1,7 +1,7 @@
 """Remarks that stand alone on their lines, in every language: they head the operations of a program."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Sequence, Set
 from typing import Final
 
 #: What may stand before the first word of a block.
@@ -17,17 +17,45 @@ _REMARKS: Final = {
 }
 
 
-def list_heads(lines: Sequence[str], dialect: str) -> list[tuple[int, str]]:
-    """List the remarks that head an operation, the first of several in a row: its line, from 0, and its text."""
+#: What may stand before the remarks at the top of a program: its name.
+_NAME: Final = re.compile(r"\s*(?:%.*|[O:]\s*\d+.*|(?:\d+\s+)?BEGIN\s+PGM\b.*|PARTNO\b.*)?$", re.IGNORECASE)
+
+
+def list_heads(lines: Sequence[str], dialect: str, moving: Set[int], changes: Set[int]) -> list[tuple[int, str]]:
+    """List where operations begin: the line, from 0, and the remark that heads the operation, the first in a row.
+
+    The name is empty where none begins: at remarks without motion until the next one, at those at the top of a program
+    unless motion or a tool change follows at once, because they are about the whole of it, and at a tool change that
+    ends an operation. One does that has moved, or has changed the tool before.
+
+    Parameters
+    ----------
+    moving, changes : set of int
+        Lines with motion and those that change the tool, from 0.
+    """
     pattern = re.compile(_REMARKS[dialect], re.IGNORECASE)
-    heads, before = [], -2
+    heads, before = list[tuple[int, str]](), -2
+    moved = changed = is_top = False
+    at_top = True  # nothing but the name of the program so far
     for number, line in enumerate(lines):
         match = pattern.match(line)
         text = next((group for group in match.groups() if group is not None), "").strip() if match else ""
         # a line of dashes heads nothing
-        if not re.search(r"[^\W\d_]", text):
-            continue
-        if before < number - 1:
-            heads.append((number, text))
-        before = number
+        if re.search(r"[^\W\d_]", text):
+            if before < number - 1:
+                if heads and not moved:
+                    heads[-1] = heads[-1][0], ""
+                heads.append((number, text))
+                moved, changed, is_top = False, False, at_top
+            before = number
+        elif not match and line.strip():
+            if number in changes and heads and (moved or changed):
+                heads.append((number, ""))
+                moved = changed = False
+            moved, changed = moved or number in moving, changed or number in changes
+            if is_top and not (moved or changed):
+                heads[-1] = heads[-1][0], ""
+            at_top, is_top = at_top and _NAME.match(line) is not None, False
+    if heads and not moved:
+        heads[-1] = heads[-1][0], ""
     return heads

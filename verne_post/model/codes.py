@@ -36,7 +36,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "unknown or unsupported code",
         "error",
         "The word is not part of the language, or not supported by this version; it is never skipped.",
-        "Remove the word, or post the program without it.",
+        "If the word is misspelt, correct it. If it is a code of the machine's builder, give it a meaning in [remap]. "
+        "Take it out only if you know that nothing depends on it; else post the program without it.",
     ),
     (
         "VP003",
@@ -287,10 +288,10 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP037",
         "tool-centre-point control not requested",
         "warning",
-        "G-code cuts while A or C is turned, and no active code says in which directions X Y Z count. Here they are "
-        "places of the part, as under G43.4. A control without tool-centre-point control reads them in the directions "
-        "of the machine.",
-        "If places of the part are meant, write G43.4 instead of G43, or post with G68.2. If the "
+        "A program cuts while A or C is turned, or while they turn, and no active code says in which directions X Y Z "
+        "count. In G-code they are places of the part here, as under G43.4. A control without tool-centre-point "
+        "control reads them in the directions of the machine; Klartext without M128 is executed so.",
+        "If places of the part are meant, write G43.4 instead of G43 (in Klartext M128), or post with G68.2. If the "
         "control has another code for "
         'this, give that code the meaning "tcp on" in [remap]. If directions of the machine are meant, '
         'give [fanuc] directions = "machine" for a program of a Fanuc or Haas control, or post it again with G43.4 or '

@@ -283,6 +283,8 @@ class Moves(Struct, frozen=True):
     #: centre-point control, a plane). Without such a code, a control would read X Y Z in its own directions under
     #: a turned table. Languages other than RS274 say it from move 0 on.
     tcp_changes: tuple[int, ...] = (0,)
+    #: Whether controls of the language hold the tip only after such a code, also where the table turns as it cuts.
+    needs_tcp_code: bool = False
     calls_presets: bool = False  #: Whether the program knows work systems as presets, by number (Klartext).
     #: Number of the first move that may cut: feed moves before it are those of a retracted head without a length.
     first_cut: int = 0

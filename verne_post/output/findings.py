@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 from msgspec import Struct
 
 from verne_post.base.numbers import format_count
-from verne_post.base.printable import make_printable, make_printable_in_place
+from verne_post.base.printable import make_printable, make_printable_in_place, quote_key
 from verne_post.base.suggestions import find_suggestion
 from verne_post.model.codes import CODES
 from verne_post.model.findings import Finding
@@ -21,7 +21,6 @@ from verne_post.model.verdict import (
     is_about_text,
 )
 from verne_post.output.causes import Cause, find_causes, list_worst
-from verne_post.output.setup_text import quote_key
 
 if TYPE_CHECKING:
     from verne_post.base.long_text import Text

@@ -38,7 +38,7 @@
     const pane = byId("code"), first = onPaper ? 0 : Math.max(Math.floor(pane.scrollTop / ROW) - 5, 0);
     const last = Math.min(onPaper ? (lines.length > 2 * PAPER_LINES ? PAPER_LINES : lines.length) : first + Math.ceil(pane.clientHeight / ROW) + 10, lines.length), rows = [];
     byId("left-out").hidden = !onPaper || last === lines.length;
-    byId("left-out").textContent = `lines ${numberOf(last - 1) + 1} to ${numberOf(lines.length - 1)} are not printed`;
+    byId("left-out").textContent = `Lines ${numberOf(last - 1) + 1} to ${numberOf(lines.length - 1)} are not printed: of more than ${2 * PAPER_LINES} lines only the first ${PAPER_LINES} are.`;
     for (let row = first; row < last; row++) {
       const element = document.createElement("div"), number = numberOf(row);
       const mark = data.marks.find(one => number >= one[0] && number <= one[1]);

@@ -174,7 +174,7 @@ def _list_times(side: Side) -> dict[str, float]:
         "time, s": study.summary.cycle_time,
         "motion, s": study.summary.motion_time,
         "dwells, s": study.summary.dwell_time,
-        "stops, s": study.summary.stop_time,
+        "standing at stops, s": study.summary.stop_time,
         "in rapids, s": sum(one.rapid for one in study.operations),
         "lost against the feed rate, s": float(study.governing.lost.sum()),
         "of it near stops, s": float(study.governing.at_stops.sum()),

@@ -96,14 +96,15 @@ class GoverningLimits:
         np.add.at(self._seconds, (stretch, nearest), seconds)
         np.add.at(self._lost_from, stretch, lost)
         self._lost += np.bincount(nearest, lost, k)
-        self._rapid += np.bincount(nearest, ~feeding * seconds, k)
-        self._won += np.bincount(nearest, seconds * self._estimate_won(nearest, shares, share), k)
         standing = nearest == rest
+        in_rapids = seconds * (~feeding & ~standing)
+        self._rapid += np.bincount(nearest, in_rapids, k)
+        self._won += np.bincount(nearest, seconds * self._estimate_won(nearest, shares, share), k)
         band = np.where(share >= AT_FEED, FEED_BANDS, np.minimum(share * FEED_BANDS, FEED_BANDS - 1))
         moving = feeding & ~standing
         self._reached += np.bincount(band[moving].astype(np.int64), seconds[moving], FEED_BANDS + 1)
         self._add_at_stops(segment, nearest, lost, standing)
-        spent = Spent(seconds, seconds * (~feeding & ~standing), seconds * standing, lost, nearest)
+        spent = Spent(seconds, in_rapids, seconds * standing, lost, nearest)
         return np.where(feeding & (rate > 0.0), rate, np.nan), spent
 
     def _estimate_won(self, nearest: Ints, shares: Array, share: Array) -> Array:

@@ -1,8 +1,5 @@
 """The time that each tool, each operation and each line of a program takes."""
 
-from bisect import bisect_left
-from collections.abc import Iterator, Sequence
-
 import numpy as np
 
 from verne_post.app.assemble import Program
@@ -10,18 +7,30 @@ from verne_post.base.arrays import Array, Ints
 from verne_post.base.long_text import Text
 from verne_post.gcode.dialects import choose_dialect_name
 from verne_post.gcode.remarks import list_heads
-from verne_post.model.moves import Moves, find_tool_of_moves
+from verne_post.model.moves import find_tool_of_moves
 from verne_post.report.governing import Spent
 from verne_post.report.table import LineTimes, Operation
 
 
-def _find_tool_changes_after_motion(moves: Moves, heads: Sequence[int]) -> Iterator[int]:
-    """Lines of tool changes that end an operation; without motion since, a remark is about the new tool."""
-    moving, heads = np.unique(moves.line), [0, *heads]
-    for line in {event.line for event in moves.events if event.kind == "tool"}:
-        head = heads[bisect_left(heads, line) - 1]
-        if np.searchsorted(moving, head, side="right") < np.searchsorted(moving, line):
-            yield line
+class _MovesOfDwells:
+    """The moves of rows: those of a dwell have the segment after it, before which the tool may change."""
+
+    def __init__(self, program: Program) -> None:
+        self._moves, self._lines = program.moves.dwells, len(program.moves.line) and int(program.moves.line.max()) + 1
+        keys = self._make_keys(program.path.dwell_segment, program.path.dwell_line)
+        order = np.argsort(keys, kind="stable")
+        self._keys, self._moves = keys[order], self._moves[order]
+
+    def _make_keys(self, segment: Ints, line: Ints) -> Ints:
+        return np.asarray(segment, np.int64) * self._lines + line
+
+    def replace(self, move: Ints, segment: Ints, line: Ints) -> Ints:
+        """Moves (m,) of rows, where those of dwells are put in for their segments and lines."""
+        if not len(self._keys):
+            return move
+        keys = self._make_keys(segment, line)
+        at = np.minimum(np.searchsorted(self._keys, keys), len(self._keys) - 1)
+        return np.where(self._keys[at] == keys, self._moves[at], move)
 
 
 class OperationTimes:
@@ -30,12 +39,13 @@ class OperationTimes:
     def __init__(self, source: Text, program: Program) -> None:
         options = program.options
         lines = [line.decode("utf-8", errors="replace") for line in source[:].split(b"\n")]
-        remarks = list_heads(lines, choose_dialect_name(options.dialect, source, options.source_name))
-        heads = {line + 1: name for line, name in remarks}
-        heads |= dict.fromkeys(_find_tool_changes_after_motion(program.moves, sorted(heads)), "")
-        self._heads = np.array(sorted(heads), dtype=np.int64)
-        self._names = ("", *(heads[line] for line in sorted(heads)))
+        dialect, moves = choose_dialect_name(options.dialect, source, options.source_name), program.moves
+        changes = {event.line - 1 for event in moves.events if event.kind == "tool"}
+        heads = list_heads(lines, dialect, set((np.unique(moves.line) - 1).tolist()), changes)
+        self._heads = np.array([line + 1 for line, _name in heads], dtype=np.int64)
+        self._names = ("", *(name for _line, name in heads))
         self._program = program
+        self._dwells = _MovesOfDwells(program)
         # by tool and head: seconds, rapid, standing, lost; first and last line, first frame
         self._spent: dict[tuple[int, int], Array] = {}
         self._lines: dict[tuple[int, int], tuple[int, int, int]] = {}
@@ -52,7 +62,8 @@ class OperationTimes:
         worst = worst[np.append(line[worst][1:] != line[worst][:-1], True)]
         worst = worst[spent.lost[worst] > self._most[line[worst]]]
         self._most[line[worst]], by_line.limit[line[worst]] = spent.lost[worst], spent.limit[worst]
-        tool = find_tool_of_moves(path.move_reached[segment], path.first_move, self._program.moves)
+        move = self._dwells.replace(path.move_reached[segment], segment, line)
+        tool = find_tool_of_moves(move, path.first_move, self._program.moves)
         head = np.searchsorted(self._heads, line, side="right")
         keys, first, of = np.unique(np.stack([tool, head]), axis=1, return_index=True, return_inverse=True)
         of = of.reshape(-1)

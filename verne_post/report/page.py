@@ -206,7 +206,10 @@ def _pack_program(pack: Pack, study: Study) -> tuple[list[Any], list[int]]:
 
 def _pack_text(pack: Pack, source: bytes, study: Study) -> bool:
     """Pack the program's lines; returns whether each has a number, because not all are there."""
-    lines = [line.decode("utf-8", errors="replace").strip()[:_LINE_CHARACTERS] for line in source.split(b"\n")]
+    lines = [
+        line.decode("utf-8", errors="replace").strip()[:_LINE_CHARACTERS]
+        for line in source.removesuffix(b"\n").split(b"\n")
+    ]
     whole = len(source) <= WHOLE_TEXT_BYTES
     if not whole:
         kept = [line for line in np.unique(study.line).tolist() if 0 < line <= len(lines)]

@@ -18,7 +18,7 @@ from verne_post.base.rotations import rotate_z
 from verne_post.base.tolerances import ACCELERATION_RATIO, JERK_RATIO, VELOCITY_RATIO
 from verne_post.model.machine import Machine
 from verne_post.model.moves import Event, MoveKind, describe_tool, find_tool_of_moves, name_tools
-from verne_post.model.part_setup import SYSTEM_NAMES, spell_tool_word
+from verne_post.model.part_setup import SYSTEM_NAMES, Box, FixtureMesh, OwnStock, spell_tool_word
 from verne_post.model.verdict import count_findings, find_exit_status, find_verdict
 from verne_post.model.work_systems import find_placer
 from verne_post.output.causes import describe_other, find_causes, list_worst
@@ -42,6 +42,8 @@ DIGEST: Final = 16
 _IN_HEAD: Final = 2
 #: What verification accepts of each limit, for the differences of rounded rows.
 _ALLOWED: Final = {"velocity": VELOCITY_RATIO, "acceleration": ACCELERATION_RATIO, "jerk": JERK_RATIO}
+#: A cell of so many characters has no room in its column.
+_LONG_CELL: Final = 20
 _ACTIONS: Final = {"input": "input {input} is waited for", "stop": "{stop} stop"}
 Row = tuple[str, ...]
 
@@ -389,9 +391,13 @@ def write_sheet_html(program: str, source: Text, machine: Machine, study: Study)
         ),
         _write_titled_table("Actions of the operator", ("line", "at", "what"), _list_actions(study)),
     ]
-    boxes = [box.name for box in study.program.options.keep_out]
-    boxes += [study.program.options.stock.name] if study.program.options.stock else []
-    parts.append(_write_titled_table("Fixtures and stock", ("name",), [(name,) for name in boxes]))
+    options = study.program.options
+    bodies = [*options.keep_out, *([options.stock] if options.stock else [])]
+    parts.append(
+        _write_titled_table(
+            "Fixtures and stock", ("name", "in", "x, y, z, mm"), [_describe_body(one) for one in bodies]
+        )
+    )
     if study.summary is not None:
         rows = "".join(
             f"<div><dt>{escape_text(key)}</dt><dd>{escape_text(text)}</dd></div>"
@@ -402,8 +408,13 @@ def write_sheet_html(program: str, source: Text, machine: Machine, study: Study)
 
 
 def _write_titled_table(title: str, heads: Row, rows: Iterable[Row]) -> str:
-    body = "".join("<tr>" + "".join(f"<td>{escape_text(cell)}</td>" for cell in row) + "</tr>" for row in rows)
+    body = "".join("<tr>" + "".join(map(_write_cell, row)) + "</tr>" for row in rows)
     return f"<div><h3>{title}</h3>{write_table(heads, body) if body else '<p>none</p>'}</div>"
+
+
+def _write_cell(text: str) -> str:
+    """Write a cell; a long one, such as a path, breaks anywhere, but numbers never do."""
+    return f"<td{' class=long' if len(text) > _LONG_CELL else ''}>{escape_text(text)}</td>"
 
 
 def write_table(heads: Row, body: str) -> str:
@@ -421,7 +432,7 @@ def _describe_use(study: Study, tool: int) -> tuple[str, str]:
     used &= np.isfinite(moves.feed) & (moves.kind != MoveKind.DWELL)
     speeds = [f"{speed:g}" for speed in np.unique(moves.spindle[used]).tolist() if speed > 0]
     seconds = sum(one.seconds for one in study.operations if one.tool == tool)
-    return _join_few(speeds, "more") if speeds else "stands", f"{seconds:.3f}" if study.timed else ""
+    return _join_few(speeds, "more") if speeds else "off", f"{seconds:.3f}" if study.timed else ""
 
 
 def _list_tools(study: Study) -> list[tuple[int, str, str, str]]:
@@ -457,6 +468,19 @@ def _list_offsets(machine: Machine, study: Study) -> list[Row]:
         source = {"set-up": "given", "program": "the program"}.get(who, "nobody: rotary centre on the table face")
         rows[SYSTEM_NAMES[frame.system], *(f"{value:g}" for value in place), f"{frame.part_turn:g}", source] = None
     return list(rows)
+
+
+def _describe_body(body: Box | FixtureMesh | OwnStock) -> Row:
+    """Name, system and place of a fixture or the stock; a mesh says by its file where it is."""
+    system = "table" if body.system is None else SYSTEM_NAMES[body.system]
+    match body:
+        case Box():
+            ends = (f"{low:g} to {high:g}" for low, high in zip(body.low, body.high, strict=True))
+            return body.name, system, "; ".join(ends)
+        case FixtureMesh():
+            return body.name, system, body.file
+        case OwnStock():
+            return body.name, "", "as the program says"
 
 
 def _list_actions(study: Study) -> list[Row]:

@@ -3,26 +3,22 @@
 import math
 import re
 import threading
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Final
 
 from msgspec import Struct
 from msgspec.structs import replace
 
 from verne_post.base.numbers import format_count
-from verne_post.base.suggestions import find_suggestion
+from verne_post.base.printable import quote_key
+from verne_post.base.suggestions import find_correction, find_suggestion
 from verne_post.base.tolerances import LIMIT_SLACK_MM
 from verne_post.cli.lsp.inspector import Inspected, Inspector
-from verne_post.cli.lsp.places import find_range, find_word, split_lines
+from verne_post.cli.lsp.places import find_range, find_word, remove_remarks, split_lines
 from verne_post.cli.setup import make_setup
 from verne_post.cli.setups import NONE
 from verne_post.model.findings import Finding, Remedy
-from verne_post.model.verdict import count_findings
-from verne_post.output.setup_text import quote_key
-
-#: The letter in place of a zero: after the letter of an axis or in a number, and before its digits or its point.
-_LETTER_O: Final = re.compile(r"(?<=[A-Z\d.])O(?=[\d.])|(?<=[\d.])O(?![A-Z\d])", re.IGNORECASE)
+from verne_post.model.verdict import count_findings, is_about_text
 
 
 class Fix(Struct, frozen=True):
@@ -47,14 +43,16 @@ def find_fixes(
     ------
     SupersededError
     """
-    fixes, before = [], count_findings(found.findings)
+    fixes, before, places = [], count_findings(found.findings), _count_places(found.findings)
     setup = _find_setup(inspector, found.path)
     for fix in _propose_fixes(found, item, setup, texts):
         whole = fix.text or ""
         changed = {**texts, fix.path: whole[: fix.begin] + fix.new + whole[fix.end :]}
-        errors, warnings = count_findings(inspector.check(found.path, changed, superseded).findings)
-        # an edit that turns an error into a warning helps, as a point among numbers without one (VP038)
-        if (errors, warnings) < before:
+        after = inspector.check(found.path, changed, superseded).findings
+        errors, warnings = count_findings(after)
+        # an edit that turns an error into a warning helps, as a point among numbers without one (VP038); and one that
+        # mends a word in one place of several, which are one finding
+        if (errors, warnings) < before or ((errors, warnings) == before and _count_places(after) < places):
             left = f"{errors} error{'s stay' if errors > 1 else ' stays'}" if errors else "legal then"
             left += f", with {format_count(warnings, 'warning')}" if warnings > before[1] else ""
             left += ", another tool axis" if fix.turns else ""
@@ -66,6 +64,11 @@ def find_fixes(
         title = f"Write {setup.name}{f', to be filled in: {missing}' if missing else ''}"
         fixes.append(Fix(title, setup, None, 0, 0, new))
     return fixes
+
+
+def _count_places(findings: Sequence[Finding]) -> int:
+    """Places of a text that cannot be read."""
+    return sum(item.count for item in findings if item.severity == "error" and is_about_text(item.code))
 
 
 def _find_setup(inspector: Inspector, path: Path) -> Path | None:
@@ -90,6 +93,10 @@ def _propose_fixes(found: Inspected, item: Finding, setup: Path | None, texts: M
     if near and item.column is not None:
         begin, end = _find_span(item, text)
         written = text[begin:end]
+        if (written, near) == find_correction(item.message):
+            yield Fix(f"Write {near} in place of {written}", found.path, text, begin, end, near)
+            yield from _change_everywhere(found, written, near)
+            return
         # the name alone, without quotes and without the number of an assignment
         name = (
             re.search(r"[A-Za-z_][\w.-]*", written) if written.startswith('"') else re.match(r"[A-Za-z_]\w*", written)
@@ -97,13 +104,21 @@ def _propose_fixes(found: Inspected, item: Finding, setup: Path | None, texts: M
         if name is not None:
             begin += name.start()
             yield Fix(f"Write {near} in place of {name[0]}", found.path, text, begin, begin + len(name[0]), near)
-    letter_o = None if item.code != "VP001" or item.column is None else item.column - 1
-    if letter_o is not None and item.line and _LETTER_O.match(line := split_lines(text)[item.line - 1], letter_o):
-        begin = _find_offset(text, item.line - 1) + letter_o
-        yield Fix(f"Write 0 in place of the letter {line[letter_o]}", found.path, text, begin, begin + 1, "0")
     if item.code == "VP006" and item.column is not None:
         begin, end = _find_span(item, text)
         yield Fix(f"Remove {text[begin:end].strip()}", found.path, text, begin, end, "")
+
+
+def _change_everywhere(found: Inspected, written: str, meant: str) -> Iterator[Fix]:
+    """The same correction in all places that are no remarks, where there are several."""
+    lines, word, count = found.text.split("\n"), re.compile(rf"(?<![\w.]){re.escape(written)}(?![\w.])"), 0
+    for number, line in enumerate(lines):
+        for match in reversed(list(word.finditer(remove_remarks(line)))):
+            lines[number] = lines[number][: match.start()] + meant + lines[number][match.end() :]
+            count += 1
+    if count > 1:
+        title = f"Write {meant} in place of {written} in all {count} places"
+        yield Fix(title, found.path, found.text, 0, len(found.text), "\n".join(lines))
 
 
 def _find_span(item: Finding, text: str) -> tuple[int, int]:

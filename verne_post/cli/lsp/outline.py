@@ -1,7 +1,7 @@
 """Tools, operations, subprograms and labels of a program, by its text, and where a call leads."""
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Sequence, Set
 from itertools import pairwise
 from pathlib import Path
 from typing import Final
@@ -128,8 +128,12 @@ class Outline:
         """Tools with their operations, and subprograms."""
         last = len(self.lines) - 1
         tools = list(self._list_tools())
-        operations = list(self._list_operations())
-        begins = [self._find_head(change, operations) for change, _name in tools]
+        operations = list(self._list_operations({change for change, _name in tools}))
+        # a tool change ends what has moved before: one inside an operation belongs to it, with the remark
+        of_changes = {
+            k: one.range.start.line for one in operations for k in range(one.range.start.line, one.range.end.line + 1)
+        }
+        begins = [of_changes.get(change, change) for change, _name in tools]
         found = []
         for (change, name), begin, end in zip(tools, begins, [*begins[1:], last + 1], strict=False):
             inside = [one for one in operations if begin <= one.range.start.line < end]
@@ -141,12 +145,12 @@ class Outline:
             found.append(self._make_symbol(one.name, lsp.SymbolKind.Function, one.line, end))
         return sorted([*operations, *found], key=lambda one: one.range.start.line)
 
-    def _list_operations(self) -> Iterator[lsp.DocumentSymbol]:
-        """What follows each remark that heads an operation; remarks before all motion are about the whole program."""
-        heads, is_header = list_heads(self.lines, self.dialect), True
+    def _list_operations(self, changes: Set[int]) -> Iterator[lsp.DocumentSymbol]:
+        """What follows each remark that heads an operation."""
+        moving = {k for k in range(len(self.lines)) if self._has_place(k) or self._has_call(k)}
+        heads = list_heads(self.lines, self.dialect, moving, changes)
         for (begin, name), (after, _name) in pairwise([*heads, (len(self.lines), "")]):
-            is_header = is_header and not any(self._has_place(k) or self._has_call(k) for k in range(begin, after))
-            if not is_header:
+            if name:
                 yield self._make_symbol(name, lsp.SymbolKind.Event, begin, after - 1)
 
     def _has_call(self, line: int) -> bool:
@@ -155,14 +159,6 @@ class Outline:
         if self.dialect != "siemens":
             return bool(names)
         return any((name in CYCLES and name not in _NO_MOTION_CYCLES) or not has_meaning(name) for name in names)
-
-    def _find_head(self, change: int, operations: Sequence[lsp.DocumentSymbol]) -> int:
-        """The begin of a tool's lines: the remark before its change, if all motion of that operation comes after."""
-        of_change = next((one.range for one in operations if one.range.start.line < change <= one.range.end.line), None)
-        if of_change is None:
-            return change
-        moving = [k for k in range(of_change.start.line, of_change.end.line + 1) if self._has_place(k)]
-        return of_change.start.line if moving and moving[0] >= change else change
 
     def _has_place(self, line: int) -> bool:
         """Whether a line names a place of the part to go to, as far as its text tells."""

@@ -6,6 +6,7 @@ from typing import Final
 
 from lsprotocol import types as lsp
 
+from verne_post.base.suggestions import find_correction
 from verne_post.model.findings import Finding
 from verne_post.model.verdict import Severity, is_about_text
 from verne_post.output.findings import describe
@@ -46,6 +47,9 @@ def find_range(item: Finding, lines: Sequence[str]) -> lsp.Range:
         begin = min(item.column - 1, len(line))
         word = _WORD.match(line, begin)
         end = word.end() if word else begin
+        correction = find_correction(item.message)
+        if correction is not None and line.startswith(correction[0], begin):
+            end = begin + len(correction[0])
     elif item.axis is not None and len(item.axis) == 1 and (word := find_word(line, item.axis)):
         begin, end = word.span()
     return lsp.Range(lsp.Position(at - 1, begin), lsp.Position(at - 1, max(begin, end)))

@@ -8,6 +8,7 @@ from verne_post.gcode.apt.modes import AptModes
 from verne_post.gcode.apt.statements import SYSTEM_OF_CATIA, SYSTEM_OF_MODEL, Statement
 from verne_post.gcode.apt.words import REFUSED_WORDS, REMARKS, WITHOUT_EFFECT
 from verne_post.gcode.block import Block
+from verne_post.gcode.mistyped import explain_unknown
 from verne_post.gcode.program_error import ProgramError
 
 
@@ -27,8 +28,11 @@ def make_blocks(to: AptModes, statement: Statement) -> Iterator[Block]:
         return
     method = STATEMENTS.get(major)
     if method is None:
-        why = REFUSED_WORDS.get(major, "it is not a statement that is executed here; docs/apt.md lists them")
-        raise ProgramError("VP002", f"{major}: {why}", statement.find_column(major))
+        why = REFUSED_WORDS.get(major)
+        text = f"{major}: {why or 'it is not a statement that is executed here; docs/apt.md lists them'}"
+        if why is None:
+            text = explain_unknown(text, major, STATEMENTS, REMARKS, WITHOUT_EFFECT)
+        raise ProgramError("VP002", text, statement.find_column(major))
     if major != "GOTO":
         to.last_arc = None
     yield from method(to, statement)

@@ -25,6 +25,7 @@ from verne_post.gcode.klartext.settings import KlartextSettings
 from verne_post.gcode.klartext.statements import Statement
 from verne_post.gcode.klartext.words import Words, read_words
 from verne_post.gcode.machining.state import State
+from verne_post.gcode.machining.turning import warn_of_curve
 from verne_post.gcode.program_error import At
 from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.setup import Setup
@@ -153,6 +154,8 @@ class Klartext:
         point = target.end[:3] if any(axis < 3 for axis in axes) else None
         self.core.start_of_motion(kind, absolute=True, machine=False)
         targets = {axis: target.end[axis] for axis in axes if 3 <= axis < 6}
+        if kind == MoveKind.FEED and point is not None:
+            warn_of_curve(self.core, statement.line, target.end, "M128")
         if not self.setup.machine:
             self.frames.run_line(self.frames.block, kind, target.end, axes)
         else:

@@ -10,6 +10,7 @@ from msgspec import Struct
 
 from verne_post.base.numbers import is_count
 from verne_post.gcode.klartext.vocabulary import REFUSED_STATEMENTS, STATEMENTS
+from verne_post.gcode.mistyped import explain_unknown
 from verne_post.gcode.plain import PlainLines
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.text import Chunk, ChunkedText, decode_line, take_code
@@ -200,12 +201,11 @@ def read_statement(parts: list[str], line: int) -> Statement:
     if keyword is None:
         word = re.match(r"[^\s+\-=]*", text[begin:])
         shown_word = (word.group() if word else "") or text[begin : begin + 10]
-        why = (
-            f"executed ({REFUSED_STATEMENTS[shown_word]})"
-            if shown_word in REFUSED_STATEMENTS
-            else "a statement that is executed here"
-        )
-        raise ProgramError("VP002", f"{shown_word[:20]} is not {why}; docs/heidenhain.md lists them", begin + 1)
+        if shown_word in REFUSED_STATEMENTS:
+            why = f"executed ({REFUSED_STATEMENTS[shown_word]}); docs/heidenhain.md lists them"
+            raise ProgramError("VP002", f"{shown_word[:20]} is not {why}", begin + 1)
+        why = "not a statement that is executed here; docs/heidenhain.md lists them"
+        raise _refuse_unknown_statement(f"{shown_word[:20]} is {why}", shown_word, text, begin)
     name = " ".join(keyword.group().split())
     at = keyword.end() if name not in ("Q", "QL", "QR", "QS", "M", "F", "S", "R0", "RL", "RR") else begin
     rest, further_lines = text[at:], list[int]()
@@ -213,6 +213,17 @@ def read_statement(parts: list[str], line: int) -> Statement:
         further_lines.append(len(rest) + 1)
         rest += f" {_capitalise(part)}"
     return Statement(line, name, rest.rstrip(" "), at, is_deleted, tuple(further_lines))
+
+
+def _refuse_unknown_statement(message: str, first: str, text: str, begin: int) -> ProgramError:
+    """The error of a statement whose first word, or the word after a right one, is in no statement."""
+    phrases = [name.split() for name in STATEMENTS]
+    seconds = [phrase[1] for phrase in phrases if phrase[0] == first and len(phrase) > 1]
+    after = re.match(r"[ \t]+([A-Z]+)", text[begin + len(first) :])
+    if seconds and after is not None:
+        column = begin + len(first) + after.start(1) + 1
+        return ProgramError("VP002", explain_unknown(message, after[1], seconds), column)
+    return ProgramError("VP002", explain_unknown(message, first, (phrase[0] for phrase in phrases)), begin + 1)
 
 
 def _translate_lines(text: bytes) -> bytes:

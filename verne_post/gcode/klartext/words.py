@@ -9,6 +9,8 @@ from msgspec import Struct, field
 from verne_post.base.numbers import is_count
 from verne_post.gcode.klartext.formulas import VALUE, Numbers, read_value
 from verne_post.gcode.klartext.statements import Statement
+from verne_post.gcode.klartext.vocabulary import WORDS
+from verne_post.gcode.mistyped import explain_unknown
 from verne_post.gcode.program_error import ProgramError
 
 #: Functions that take numbers after them, by M number, and the words that belong to them.
@@ -98,9 +100,10 @@ def read_words(statement: Statement, numbers: Numbers) -> Words:
         match = _WORD.match(text, at)
         if match is None:
             begin = at + len(text[at:]) - len(text[at:].lstrip())
-            raise statement.error(
-                "VP001", f"{text[begin:][:15]!r} is not a word of {statement.keyword or 'a block'}", begin
-            )
+            message = f"{text[begin:][:15]!r} is not a word of {statement.keyword or 'a block'}"
+            word = text[begin:].split()[0]
+            known_words = (name for phrase in WORDS for name in phrase.split())
+            raise statement.error("VP001", explain_unknown(message, word, known_words), begin)
         begin = match.start() + len(match.group()) - len(match.group().lstrip())
         _add(statement, words, match, begin, numbers)
         at = match.end()

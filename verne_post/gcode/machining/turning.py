@@ -1,13 +1,14 @@
 """Motion of machine axes: while the table turns, the tip follows a curve on the part, and unnamed linear axes stand."""
 
 import math
+from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
 
 from verne_post.base.arrays import Array
-from verne_post.base.tolerances import ROTARY_CHORD_MM, UNNAMED_MOTION_MM, ZERO_LENGTH_MM
-from verne_post.base.units import SECONDS_PER_MINUTE
+from verne_post.base.tolerances import ROTARY_CHORD_MM, UNNAMED_MOTION_MM, ZERO_ANGLE, ZERO_LENGTH_MM
+from verne_post.base.units import DEG_PER_RAD, SECONDS_PER_MINUTE
 from verne_post.gcode.arcs import Arc
 from verne_post.gcode.machining.machining import Machining
 from verne_post.gcode.program_error import At, ProgramError
@@ -167,6 +168,8 @@ def turn_table(core: Machining, at: At, kind: MoveKind, words: dict[int, float])
         target = np.array(coordinates.map_to_machine(end, state.frame))
         core.frames.name_axes([float(value) for value in end], named_axes)
     target[stand] = here[stand]
+    if named_axes and kind == MoveKind.FEED:
+        warn_of_curve(core, at.line, [float(value) for value in end], "G43.4")
     if core.setup.rotary[1] in words:
         core.recorder.fix_c(at.line)
     move_machine_axes(
@@ -174,6 +177,20 @@ def turn_table(core: Machining, at: At, kind: MoveKind, words: dict[int, float])
     )
     core.arrive(state.position, named_axes, absolute=False)
     core.frames.forget_programmed(set(stand))
+
+
+def warn_of_curve(core: Machining, line: int, end: Sequence[float], code: str) -> None:
+    """VP037, once a program: X, Y or Z cut on the way to ``end`` (9,) while the table tilts, without tool-centre-point
+    control, which ``code`` would ask for. C alone may turn so, as for polar milling.
+    """
+    tilt = core.setup.rotary[0]
+    is_tilting = core.setup.machine and abs(end[tilt] - core.state.position[tilt]) > ZERO_ANGLE * DEG_PER_RAD
+    if is_tilting and not any(item.code == "VP037" for item in core.recorder.warnings.values()):
+        text = (
+            f"X Y Z cut while the table tilts to {AXES[tilt]}{end[tilt]:.6g}, without {code}: the axes of the machine "
+            f"go straight, and the tip follows a curve on the part; write {code} before if it is to go straight there"
+        )
+        core.recorder.warn("VP037", text, line, None)
 
 
 def warn_of_unnamed(core: Machining, at: At, before: Array, axes: list[int], when: str) -> None:

@@ -26,6 +26,7 @@ from verne_post.gcode.codes import (
 from verne_post.gcode.machining.auxiliary import REMAPPED_WORDS
 from verne_post.gcode.machining.machining import Machining
 from verne_post.gcode.machining.state import State
+from verne_post.gcode.mistyped import explain_unknown
 from verne_post.gcode.parameters import Parameters
 from verne_post.gcode.plain import PlainView
 from verne_post.gcode.program_error import ProgramError
@@ -484,8 +485,10 @@ class Rs274(Language):
         if code in self.table.refused_g:
             raise ProgramError("VP002", f"{spell_g_code(code)} is not executed ({self.table.refused_g[code]})", column)
         if code not in self.table.group_of_g:
-            text = f"{spell_g_code(code)} is not a code of this language; {describe_remap(spell_g_code(code))}"
-            raise ProgramError("VP002", text, column)
+            name = spell_g_code(code)
+            text = f"{name} is not a code of this language; {describe_remap(name)}"
+            known_codes = map(spell_g_code, self.table.group_of_g)
+            raise ProgramError("VP002", explain_unknown(text, name, known_codes), column)
         return code
 
     def _has_user_code(self, block: Block, letters: str = "GM") -> bool:

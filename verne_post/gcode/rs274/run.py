@@ -18,7 +18,7 @@ from verne_post.gcode.text import Chunk, ProgramText, decode_line
 
 def execute_blocks(source: Text, setup: Setup, state: State, stop: StopConditions, language: type[Rs274]) -> Execution:
     """Execute the blocks of a program from the first on, until it ends or a stop condition is met."""
-    execution = Execution(state, Recorder())
+    execution = Execution(state, Recorder(needs_tcp_code=language.traits.turns_table_alone))
     execution.recorder.tcp_changes.clear()  # until a code says it
     interpreter = language(setup, state, execution.recorder)
     main = ProgramText(source, setup, language)

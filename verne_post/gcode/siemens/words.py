@@ -9,6 +9,7 @@ from msgspec import Struct, field
 from verne_post.base.numbers import is_count
 from verne_post.base.suggestions import suggest
 from verne_post.gcode.codes import REMAP_GIVES
+from verne_post.gcode.mistyped import explain_unknown
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.siemens.cursor import Cursor
 from verne_post.gcode.siemens.values import Value, read_indices, read_number, read_value
@@ -356,10 +357,10 @@ class WordReader:
 
 def _make_unknown_call(name: str, column: int) -> ProgramError:
     """Refuse (VP002) a name that is no word and no subprogram; all of a program are one finding, but misspelt ones."""
-    near = suggest(name, GROUP_OF, CYCLES, STATEMENTS, NO_EFFECT) if name.isalpha() else ""
-    file = f"{name}.SPF" if near else "of that name (.SPF)"
-    text = f"{name}: no meaning in this language, and no file {file} {_WHERE}; {REMAP_GIVES}{near}"
-    return ProgramError("VP002", text, column, about=None if near else name, settled_by=("remap", name))
+    text = f"{name}: no meaning in this language, and no file of that name (.SPF) {_WHERE}; {REMAP_GIVES}"
+    message = explain_unknown(text, name, GROUP_OF, CYCLES, STATEMENTS, NO_EFFECT)
+    about = name if message == text else None
+    return ProgramError("VP002", message, column, about=about, settled_by=("remap", name))
 
 
 _WHOLE: Final = 1e-4

@@ -1,6 +1,7 @@
 """Findings in Markdown, for a comment on a pull request."""
 
 import re
+from collections import Counter
 from collections.abc import Sequence
 from typing import Final
 
@@ -19,12 +20,15 @@ _MARKS: Final = re.compile(r"[\\`*_{}\[\]<>|~&$!]")
 
 
 def write(reports: Sequence[Report], _machine: Machine | None = None) -> str:
-    """A table of the programs, then one of the findings of each, as far as a comment has room."""
-    lines = ["| program | result | time |", "|---|---|---|"]
+    """The programs, how many of each result, and the findings of each as far as a comment has room: tables."""
+    lines, words = ["| program | result | time |", "|---|---|---|"], Counter[str]()
     for report in reports:
         result = format_outcome("", report.findings, report.errors_not_counted).removeprefix(": ")
+        words[re.split("[:,]", result)[0]] += 1
         time = "" if report.cycle_time_s is None else f"{report.cycle_time_s:.3f} s"
         lines.append(f"| {_escape(report.program)} | {result} | {time} |")
+    counted = ", ".join(f"{count} {word}" for word, count in words.items())
+    lines += ["", f"{format_count(len(reports), 'program')}: {counted}"]
     room, left_out = MAX_CHARACTERS - sum(map(len, lines)), 0
     for report in reports:
         rows, seen = [], set()

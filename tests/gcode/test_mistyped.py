@@ -1,0 +1,119 @@
+"""Words and numbers that somebody has mistyped: what is meant is said, once, in every language."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from verne_post.gcode.mistyped import explain_unknown
+
+PLACE = ("--tool-length", "80", "--wcs", "G54=0,0,0")
+#: Language -> a program with a place for lines, and the number of the first of them.
+PROGRAMS = {
+    "p.ngc": ("G21 G90 G94 G17\nG0 X0 Y0 Z60 A0 C0\nG1 F600 Z50\n{}\nM2\n", 4),
+    "p.nc": ("%\nO1\nG21 G90 G94 G17\nG43.4 H1\nG0 X0. Y0. Z60. A0. C0.\nG1 F600. Z50.\n{}\nM30\n%\n", 7),
+    "p.mpf": ("G17 G90 G94 G71 G54\nG0 A0 C0\nG0 X0 Y0 Z60\nG1 F600 Z50\n{}\nM30\n", 5),
+    "p.h": ("BEGIN PGM P MM\nTOOL CALL 1 Z S900\nL X0 Y0 Z60 A0 C0 R0 FMAX M3\nL Z+50 F600\n{}\nEND PGM P MM\n", 5),
+    "p.apt": ("PARTNO P\nUNITS/MM\nLOADTL/1\nFEDRAT/600,MMPM\nGOTO/0,0,60,0,0,1\n{}\nFINI\n", 6),
+}
+
+
+def find_errors(run: Callable[..., Any], tmp_path: Path, name: str, lines: str) -> list[str]:
+    """The first lines of all findings of a program, without its name."""
+    path = tmp_path / name
+    path.write_text(PROGRAMS[name][0].format(lines))
+    answer = run("check", path, *PLACE)
+    head = f"{path}:"
+    return [line.removeprefix(head) for line in answer.out.splitlines() if line.startswith(head) and ": VP" in line]
+
+
+@pytest.mark.parametrize(
+    ("name", "line", "written", "meant", "column"),
+    [
+        ("p.nc", "G1 X10. Y1O.", "Y1O.", "Y10.", 9),
+        ("p.nc", "G1X1O.5Y2.", "X1O.5", "X10.5", 3),
+        ("p.nc", "GO X1.", "GO", "G0", 1),
+        ("p.nc", "G1 X-O.5", "X-O.5", "X-0.5", 4),
+        ("p.nc", "MO5", "MO5", "M05", 1),
+        ("p.nc", "G1 X18,794 Y2.", "X18,794", "X18.794", 4),
+        ("p.ngc", "G1 X10 Y1O", "Y1O", "Y10", 8),
+        ("p.ngc", "G1 X18,794 Y2", "X18,794", "X18.794", 4),
+        ("p.mpf", "G1 X10 Y1O", "Y1O", "Y10", 8),
+        ("p.mpf", "G1 X18,794 Y2", "X18,794", "X18.794", 4),
+        ("p.mpf", "G1 X=1O", "X=1O", "X=10", 4),
+        ("p.h", "L X+5 Y+1O", "Y+1O", "Y+10", 7),
+        ("p.apt", "GOTO/1O,0,60", "1O", "10", 6),
+    ],
+)
+def test_a_number_with_another_character(
+    run: Callable[..., Any], tmp_path: Path, name: str, line: str, written: str, meant: str, column: int
+) -> None:
+    """One finding, at the word; no other one about the same word, such as that it has no point (VP038)."""
+    what = "a decimal comma" if "," in written else "the letter O"
+    text = f"VP001 error: {written}: {what} in a number; did you mean {meant}? (column {column})"
+    assert find_errors(run, tmp_path, name, line) == [f"{PROGRAMS[name][1]}: {text}"]
+
+
+@pytest.mark.parametrize(
+    ("name", "line", "written", "meant", "code"),
+    [
+        ("p.nc", "G35.1", "G35.1", "G53.1", "VP002"),
+        ("p.mpf", "TRAOIR", "TRAOIR", "TRAORI", "VP002"),
+        ("p.mpf", "SUAP G0 Z0", "SUAP", "SUPA", "VP002"),
+        ("p.mpf", "CYCEL832(0.01,1)", "CYCEL832", "CYCLE832", "VP002"),
+        ("p.h", "L Z+80 FMXA M9", "FMXA", "FMAX", "VP001"),
+        ("p.h", "TOLO CALL 2", "TOLO", "TOOL", "VP002"),
+        ("p.h", "TOOL CLAL 2", "CLAL", "CALL", "VP002"),
+        ("p.apt", "RAPDI", "RAPDI", "RAPID", "VP002"),
+    ],
+)
+def test_a_misspelt_word(
+    run: Callable[..., Any], tmp_path: Path, name: str, line: str, written: str, meant: str, code: str
+) -> None:
+    """What is meant is all that the message proposes: no meaning for a word that nobody has meant."""
+    text = f"{code} error: {written}: no meaning in this language; did you mean {meant}?"
+    (found,) = find_errors(run, tmp_path, name, line)
+    column = line.index(written) + 1
+    assert found == f"{PROGRAMS[name][1]}: {text} (column {column})"
+
+
+def test_the_first_statement_of_klartext(run: Callable[..., Any], tmp_path: Path) -> None:
+    path = tmp_path / "p.h"
+    path.write_text(PROGRAMS["p.h"][0].replace("BEGIN", "BEGN").format("M30"))
+    answer = run("check", path, *PLACE)
+    assert "p.h:1: VP002 error: BEGN: no meaning in this language; did you mean BEGIN? (column 1)" in answer.out
+
+
+@pytest.mark.parametrize(
+    ("word", "known"),
+    [
+        ("CYCLE833", "CYCLE832"),  # another cycle
+        ("M80", "M81"),
+        ("G34", "G35"),
+        ("KX_CLAMP", "KX_RELEASE"),
+        ("ON", "NO"),  # too short to tell
+        ("SOFTB", "XOFT"),
+    ],
+)
+def test_words_that_are_not_near(word: str, known: str) -> None:
+    assert explain_unknown("as it was", word, [known]) == "as it was"
+
+
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        ("WHILE [1 EQ 1] DO", "DO"),  # the letter O of a word
+        ("G1 X1,234.5", "does not begin a word"),  # a comma of thousands: two readings
+        ("G1 X10. ,R2", ""),  # a corner
+    ],
+)
+def test_what_only_looks_like_a_mistyped_number(run: Callable[..., Any], tmp_path: Path, line: str, said: str) -> None:
+    found = find_errors(run, tmp_path, "p.nc", line)
+    assert "did you mean" not in " ".join(found)
+    assert said in " ".join(found)
+
+
+def test_a_number_without_a_point_beside_a_corner_is_still_seen(run: Callable[..., Any], tmp_path: Path) -> None:
+    found = find_errors(run, tmp_path, "p.nc", "G1 X10,R2.\nY5.")
+    assert [one for one in found if "VP038 warning: X10 has no decimal point" in one]

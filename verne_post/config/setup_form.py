@@ -1,0 +1,195 @@
+"""The file of a set-up as `verne-post setup` writes it: what is known, and marks for what is not."""
+
+import re
+import tomllib
+from collections.abc import Container, Iterable, Iterator, Mapping
+from typing import Any, Final
+
+from msgspec import Struct
+
+from verne_post.base.printable import make_printable
+from verne_post.config.program_setup import TO_DECIDE, TO_MEASURE, TOOL_KEYS
+from verne_post.config.setup_merge import Edit, UnknownLayoutError, merge_setup, show_key
+from verne_post.model.findings import make_input_error
+from verne_post.model.part_setup import WorkOffset
+
+#: Lines of a program in which remarks about its tools are looked for.
+HEAD_LINES: Final = 400
+#: A remark about a tool: ``(T5 D=6. - BALL)``, ``; T="BALL_6" D=6.``, ``;  #5 BALL_6 D=6`` of Klartext.
+_REMARK: Final = re.compile(
+    r"^\s*(?:N?\d+\s*)?[(;]\s*(?:T(?:OOL)?\s*=?\s*|#)(?:0*(?P<number>\d+)\b|\"(?P<name>[^\"]+)\")[\s:="
+    r"|,-]*(?P<text>.*?)\)?\s*$",
+    re.IGNORECASE,
+)
+
+
+class Asked(Struct, frozen=True):
+    """What the set-up of a program must say; as in :class:`~verne_post.app.setup_draft.SetupDraft`."""
+
+    tools: Mapping[str, tuple[float | None, float | None]]
+    wcs: Mapping[str, WorkOffset | None]
+    codes: Mapping[str, str | None]
+    tool_length: float | None
+    split: bool
+    tapping: str  #: What the file says of rigid tapping; empty where the program has none.
+
+
+def write_setup(program: str, asked: Asked, head: Iterable[str], dialect: str) -> str:
+    """The file of a program that has none, as TOML text.
+
+    Parameters
+    ----------
+    program : str
+        Its name.
+    asked : Asked
+    head : iterable of str
+        First lines of the program, whose remarks about tools are repeated.
+    dialect : str
+        Its language.
+    """
+    title = f"# set-up of {make_printable(program)}: mm and degrees\n"
+    return merge_setup(title, list_edits(asked, {}, head), headers=describe_tables(dialect))
+
+
+class Extended(Struct, frozen=True):
+    """A set-up that was there, with what its program needs."""
+
+    text: str
+    added: tuple[tuple[str, ...], ...]  #: Keys that are new, or have a value in place of a mark.
+    unused: tuple[tuple[str, str], ...]  #: Keys of it that the program does not use.
+    tool_file: str  #: The file that has the tools, which is not changed; empty where the set-up has them.
+
+
+def extend_setup(
+    text: str, asked: Asked, used: Container[tuple[str, str]] | None, head: Iterable[str], dialect: str
+) -> Extended:
+    """A set-up with what it lacks; what is filled in there stays, and gets a remark where the program does not use it.
+
+    Parameters
+    ----------
+    text : str
+        The file, which can be read as a set-up.
+    asked : Asked
+        What it must say.
+    used : container of tuple or None
+        Table and name of each key that the program uses; None where nobody knows.
+    head : iterable of str
+    dialect : str
+        As :func:`write_setup` has them.
+
+    Raises
+    ------
+    InputError
+        VP503: the file is written in a way that is not seen here; the message has what it lacks.
+    """
+    data = tomllib.loads(text)
+    keys = [(table, key) for table in ("tools", "wcs", "remap") for key in data.get(table, {})]
+    unused = [] if used is None else [key for key in keys if (key[0], normalise_key(*key)) not in used]
+    known = [] if used is None else [key for key in keys if key not in unused]
+    edits = list(list_edits(asked, data, head))
+    try:
+        merged = merge_setup(text, edits, unused, known, describe_tables(dialect))
+    except UnknownLayoutError:
+        lines = ", ".join(f"{show_key(edit.key)} = {edit.value}" for edit in edits)
+        raise make_input_error(
+            "VP503", f"setup cannot add to a file that is laid out like this; write there: {lines or 'nothing'}"
+        ) from None
+    tool_file = next((str(data[key]) for key in ("tool_table", "tool_lengths") if key in data), "")
+    return Extended(merged, tuple(edit.key for edit in edits), tuple(unused), tool_file)
+
+
+def describe_tables(dialect: str) -> dict[str, str]:
+    """Remarks behind the headers of a set-up, which say what each table holds."""
+    presets = "; presets 1 to 9 (cycle 247) are G54 to G59.3" if dialect == "heidenhain" else ""
+    return {
+        "tools": "length: from the gauge line of the spindle to the tip",
+        "wcs": "[x, y, z] of the part zero: x, y from the axis of C, z above the table face; a fourth number is the "
+        f"turn of the part{presets}",
+        "remap": 'what codes and names of the builder mean: "ignore", "event", "tcp on" or "tcp off"',
+    }
+
+
+def list_edits(asked: Asked, data: Mapping[str, Any], head: Iterable[str]) -> Iterator[Edit]:
+    """What is to be written into a set-up that says ``data``; what is filled in there stays."""
+    if asked.tool_length is not None and not data.keys() & set(TOOL_KEYS):
+        yield Edit(("tool_length",), f"{asked.tool_length:g}")
+    if asked.split and "split_at_stops" not in data:
+        yield Edit(("split_at_stops",), "true", "one file of setpoints from stop to stop; convert needs -o NAME.csv")
+    if asked.tapping and "tapping" not in data:
+        remark = '"feed" where the control that executes the setpoints couples the spindle'
+        yield Edit(("tapping",), f'"{asked.tapping}"', remark if asked.tapping == "refuse" else "")
+    if not data.keys() & (set(TOOL_KEYS) - {"tools"}):
+        yield from _list_tools(asked.tools, data.get("tools", {}), _find_remarks(head))
+    for table, values in (
+        ("wcs", {name: _show_place(place) for name, place in asked.wcs.items()}),
+        ("remap", {code: f'"{meaning or TO_DECIDE}"' for code, meaning in asked.codes.items()}),
+    ):
+        known = data.get(table, {})
+        spelled = {normalise_key(table, key): key for key in known}
+        for name, value in values.items():
+            key = spelled.get(name, name)
+            if key not in known or (known[key] in (TO_MEASURE, TO_DECIDE) and value != f'"{known[key]}"'):
+                yield Edit((table, key), value)
+
+
+def _list_tools(
+    tools: Mapping[str, tuple[float | None, float | None]], known: Mapping[str, Any], remarks: Mapping[str, str]
+) -> Iterator[Edit]:
+    spelled = {normalise_key("tools", key): key for key in known}
+    for name, (length, diameter) in tools.items():
+        key = spelled.get(name, name)
+        if key not in known:
+            sizes = [
+                f"length = {_show_size(length)}",
+                *([f"diameter = {_show_size(diameter)}"] if diameter != 0 else []),
+            ]
+            yield Edit(("tools", key), f"{{ {', '.join(sizes)} }}", remarks.get(name, ""))
+            continue
+        if length is not None and known[key].get("length", TO_MEASURE) == TO_MEASURE:
+            yield Edit(("tools", key, "length"), _show_size(length))
+        held = known[key].get("diameter", 0)
+        if (diameter is None and held == 0) or (diameter and held == TO_MEASURE):
+            yield Edit(("tools", key, "diameter"), _show_size(diameter))
+
+
+def normalise_key(table: str, key: str) -> str:
+    """A key of a set-up as messages and findings spell it."""
+    if table == "tools":
+        return str(int(key)) if key.isdecimal() else key
+    return key.strip().upper() if table == "wcs" else key
+
+
+def list_missing(missing: Mapping[str, list[str]]) -> str:
+    """``the length of tools 1 and 5, the place of G54``; empty where nothing is missing."""
+    texts = []
+    for what, names in missing.items():
+        tools = what in ("length", "diameter")
+        whose = f"tool{'s' if len(names) > 1 else ''} " if tools else ""
+        texts += [f"the {what} of {whose}{' and '.join(make_printable(name) for name in names)}"] if names else []
+    return ", ".join(texts)
+
+
+def _show_size(value: float | None) -> str:
+    return '"measure"' if value is None else f"{value:.9g}"
+
+
+def _show_place(offset: WorkOffset | None) -> str:
+    if offset is None:
+        return '"measure"'
+    turn = [offset.turn_deg] if offset.turn_deg else []
+    return f"[{', '.join(f'{value:.9g}' for value in (*offset.origin_mm, *turn))}]"
+
+
+def _find_remarks(head: Iterable[str]) -> dict[str, str]:
+    """Number or name of a tool -> the first remark of the program that begins with it."""
+    found: dict[str, str] = {}
+    for number, text in _read_remarks(head):
+        if text:
+            found.setdefault(number, make_printable(text))
+    return found
+
+
+def _read_remarks(head: Iterable[str]) -> Iterator[tuple[str, str]]:
+    for line in head:
+        if match := _REMARK.match(line):
+            yield match["number"] or match["name"], match["text"].strip()

@@ -1,0 +1,95 @@
+"""What a word or number that cannot be read was meant for, in every language: a slip of whoever typed it.
+
+A message that knows it begins with what is written, and ends with what is meant: "TRAOIR: no meaning in this language;
+did you mean TRAORI?". Editors change the one into the other, and a language goes on as if the latter were written.
+"""
+
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from typing import Final
+
+from verne_post.base.long_text import Text, take_line
+from verne_post.model.findings import Finding
+
+#: Shorter words are too near to each other; two letters in the wrong order are seen from one less on.
+_LEAST_LETTERS: Final = 4
+#: An address, and a number that has the letter O, or a comma with digits on both sides.
+_LETTER_O: Final = re.compile(
+    r"(?<![A-Z_])((?:[A-Z]{1,2}\d*[ \t]*=|[A-Z]{1,2}|)[ \t]*)([-+]?(?=[\d.]*O)[\dO]*\.?[\dO]*)", re.IGNORECASE
+)
+_COMMA: Final = re.compile(
+    r"(?<![A-Z\d.,])((?:[A-Z]{1,2}\d*[ \t]*=|[A-Z]{1,2}|)[ \t]*)([-+]?\d+,\d+)(?![\d.,(])", re.IGNORECASE
+)
+#: Letters after which an O alone is a zero: GO, XO. After others it is a word, such as DO and TO.
+_BEFORE_ZERO: Final = "ABCFGHIJKMRXYZ"
+_MEANT_CHARACTERS: Final = str.maketrans({"O": "0", "o": "0", ",": "."})
+#: Errors of text that cannot be read.
+_UNREADABLE: Final = ("VP001", "VP002")
+
+
+def explain_unknown(message: str, word: str, *known_words: Iterable[str]) -> str:
+    """What is wrong with a word that a language does not know: ``message``, or what is meant.
+
+    That is a word of ``known_words`` which is a slip away; of those, words that are likelier come first.
+    """
+    near = _find_near_word(word, *known_words)
+    return f"{word}: no meaning in this language; did you mean {near}?" if near else message
+
+
+def _find_near_word(word: str, *known_words: Iterable[str]) -> str:
+    """The first word that one slip turns into ``word``; empty where there is none."""
+    for words in known_words:
+        near = next((right_word for right_word in words if _is_one_slip(word, right_word)), "")
+        if near:
+            return near
+    return ""
+
+
+def _is_one_slip(word: str, right_word: str) -> bool:
+    """Two neighbours changed places, or one letter is left out, is too many, or is another one.
+
+    Digits may only change places: cycles of other numbers are other cycles.
+    """
+    shorter, longer = sorted((word, right_word), key=len)
+    if len(longer) - len(shorter) > 1 or word == right_word:
+        return False
+    begin = next(
+        (at for at, (one, other) in enumerate(zip(shorter, longer, strict=False)) if one != other), len(shorter)
+    )
+    if len(shorter) == len(longer):
+        here, there = shorter[begin:], longer[begin:]
+        if here[:2] == there[1::-1] and here[2:] == there[2:]:
+            return len(word) >= _LEAST_LETTERS - 1
+        is_slip = here[1:] == there[1:] and (here[0] + there[0]).isalpha()
+    else:
+        is_slip = shorter[begin:] == longer[begin + 1 :] and longer[begin].isalpha()
+    return is_slip and len(shorter) >= _LEAST_LETTERS - (len(shorter) < len(longer)) and word[0] == right_word[0]
+
+
+def say_what_is_meant(source: Text, errors: Sequence[Finding]) -> list[Finding]:
+    """Errors, of which those about a letter O or a comma in a number say which number is meant, at its word."""
+    return [_name_number(source, item) for item in errors]
+
+
+def _name_number(source: Text, item: Finding) -> Finding:
+    if item.code not in _UNREADABLE or item.line is None or item.column is None:
+        return item
+    raw = take_line(source, item.line)
+    line = "" if raw is None else raw.decode("utf-8", errors="replace")
+    at = item.column - 1
+    for pattern, what in ((_LETTER_O, "the letter O"), (_COMMA, "a decimal comma")):
+        for match in pattern.finditer(line):
+            if match.start() <= at <= match.end() and (pattern is _COMMA or _is_number(match, line)):
+                number = match[2].translate(_MEANT_CHARACTERS)
+                text = f"{match[0]}: {what} in a number; did you mean {''.join(match[1].split())}{number}?"
+                return replace(item, code="VP001", message=text, column=match.start() + 1)
+    return item
+
+
+def _is_number(match: re.Match[str], line: str) -> bool:
+    """Whether what has a letter O can only be a number."""
+    head, number = match[1].strip().upper(), match[2].lstrip("-+").upper()
+    if any(sign.isdigit() for sign in number):
+        return bool(head) or number[0] != "O"
+    return len(head) == 1 and head in _BEFORE_ZERO and not line[match.end() : match.end() + 1].isalpha()
