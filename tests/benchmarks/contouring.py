@@ -421,8 +421,9 @@ def main() -> None:
         f"numpy {np.__version__}.",
         textwrap.fill(
             "**Limits and path.** The ratios come from differences of the numbers in the written "
-            "file. Verification measured the distances from the path, *tip* and *axis*. The last two "
-            "columns count rounded corners, and stops that remain.",
+            "file; *feed* is the largest step of the tip from row to row, rounding included. Verification "
+            "measured the distances from the path, *tip* and *axis*. The last two columns count rounded "
+            "corners, and stops that remain.",
             120,
         ),
         written,

@@ -53,8 +53,8 @@ def command(
 ) -> int:
     """Find a work offset with which the whole program is legal: that of the smallest move of the part.
 
-    --wcs says where the part is now; what is not free stays so. The proposed offset has been checked like any program.
-    Exit status: 0 it fits, 1 no place was found, 2 unusable input.
+    --wcs says where the part is now; coordinates that are not free keep its values. The proposed offset has been
+    checked like any program. Exit status: 0 it fits, 1 no position was found, 2 unusable input.
     """
     from verne_post.model.findings import InputError, UsageError
     from verne_post.model.option_checks import check_ranges

@@ -146,12 +146,14 @@ class GroupedCommand(click.Command):
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the options, group by group."""
-        sections: dict[str, list[tuple[str, str]]] = {"Options": []}
+        sections: dict[str, list[tuple[str, str]]] = {} if self.own in tuple(Group) else {"Options": []}
         sections |= {group: [] for group in Group}
+        sections.setdefault("Options", [])
         for parameter in self.get_params(ctx):
             record = parameter.get_help_record(ctx) if isinstance(parameter, click.Option) else None
             if record is not None:  # newer releases of click have a record without text for arguments
-                sections[parameter.group if isinstance(parameter, GroupedOption) else self.own].append(record)
+                own = "Options" if parameter.is_eager else self.own  # --help belongs to no group
+                sections[parameter.group if isinstance(parameter, GroupedOption) else own].append(record)
         for heading, records in sections.items():
             if records:
                 with formatter.section(heading):
