@@ -20,6 +20,7 @@ from verne_post.config import list_machine_files
 from verne_post.model.options import Options
 from verne_post.model.part_setup import WorkOffset
 from verne_post.report.scene import describe_scene
+from verne_post.report.sheet import write_sheet_html
 from verne_post.report.study import study
 from verne_post.toolpath.margins import list_margin_functions
 
@@ -202,6 +203,24 @@ def test_lines_that_run_with_several_tools_are_shown_with_each() -> None:
     assert np.abs(seen.tip[: half - 1, 2] - 50).max() < 1e-5
     assert np.abs(seen.tip[half + 1 :, 2] - 30).max() < 1e-5
     assert seen.trail.speed.max() < 10.1  # F600; a longer tool is no motion
+
+
+def test_the_set_up_sheet_says_what_the_program_says_about_its_tools() -> None:
+    """By number or by the tool's name, in the table of tools and where a person puts one in."""
+    text = (
+        '; T="BALL_D6" D=6 R3\n; T7 - NOT USED\nG17 G54 G90 G71\nT="BALL_D6"\nM6\nS900 M3\nG0 X0 Y0 Z50 D1\n'
+        "G1 X5 F600\nT=2\nM6\nG0 Z49 D1\nM30\n"
+    )
+    names = {"siemens": {"tools": {"BALL_D6": 1}}}
+    options = Options(
+        dialect="siemens", tools={1: 60, 2: 60}, control=names, wcs={"G54": (0, 0, 0)}, split_at_stops=True
+    )
+    seen = study(text.encode(), MACHINE, options)
+    page = re.sub(r"(<[^>]+>)+", "|", write_sheet_html("p.mpf", text.encode(), MACHINE, seen))
+    assert "|1 &quot;BALL_D6&quot;|D=6 R3|60|not given|900|" in page
+    assert "|T2|60|not given|" in page
+    assert "|put in tool 1 &quot;BALL_D6&quot; (D=6 R3)|" in page
+    assert "NOT USED" not in page
 
 
 #: 3000 short lines, one of which turns A too far.

@@ -129,11 +129,12 @@ def make_setup(
     from verne_post.app.setup_draft import draft_setup
     from verne_post.config.setup_form import Asked, list_missing, write_setup
     from verne_post.gcode.dialects import choose_dialect_name
+    from verne_post.gcode.remarks import find_tool_remarks
 
     draft = draft_setup(source, machine, options)
     tapping = "refuse" if draft.taps else options.tapping if options.tapping == "feed" else ""
     asked = Asked(draft.tools, draft.wcs, draft.codes, draft.tool_length, draft.split, tapping)
-    text = write_setup(name, asked, _read_head(source), choose_dialect_name(options.dialect, source, name))
+    text = write_setup(name, asked, find_tool_remarks(source), choose_dialect_name(options.dialect, source, name))
     return text, list_missing(draft.missing), draft.others
 
 
@@ -146,6 +147,7 @@ def _extend_setup(
     from verne_post.config.setup_form import Asked, extend_setup, list_missing
     from verne_post.config.setup_merge import show_key
     from verne_post.gcode.dialects import choose_dialect_name
+    from verne_post.gcode.remarks import find_tool_remarks
 
     draft = find_used(source, machine, options, draft_setup(source, machine, options))
     used = draft.used or frozenset()
@@ -161,7 +163,7 @@ def _extend_setup(
     split = draft.split and (not options.split_at_stops or bool(given.get("split_at_stops")))
     asked = Asked(tools, wcs, codes, length, split, tapping)
     dialect = choose_dialect_name(options.dialect, source, name)
-    extended = extend_setup(text, asked, draft.used, _read_head(source), dialect)
+    extended = extend_setup(text, asked, draft.used, find_tool_remarks(source), dialect)
     idle = {key for table, key in extended.unused if table == "tools"}
     missing = {
         what: [one for one in names if what not in ("length", "diameter") or one not in idle]
@@ -173,12 +175,3 @@ def _extend_setup(
     if extended.tool_file and (missing["length"] or missing["diameter"]):
         said += f"its tools are in {make_printable(extended.tool_file)}; "
     return extended.text, list_missing(missing), draft.others, said
-
-
-def _read_head(source: "Text") -> list[str]:
-    """The first lines of a program, which have its remarks about tools."""
-    from verne_post.base.long_text import take_line
-    from verne_post.config.setup_form import HEAD_LINES
-
-    lines = (take_line(source, number) for number in range(1, HEAD_LINES + 1))
-    return [line.decode("utf-8", errors="replace") for line in lines if line is not None]

@@ -1,9 +1,8 @@
 """The file of a set-up as `verne-post setup` writes it: what is known, and marks for what is not."""
 
-import re
 import tomllib
-from collections.abc import Container, Iterable, Iterator, Mapping
-from typing import Any, Final
+from collections.abc import Container, Iterator, Mapping
+from typing import Any
 
 from msgspec import Struct
 
@@ -12,15 +11,6 @@ from verne_post.config.program_setup import TO_DECIDE, TO_MEASURE, TOOL_KEYS
 from verne_post.config.setup_merge import Edit, UnknownLayoutError, merge_setup, show_key
 from verne_post.model.findings import make_input_error
 from verne_post.model.part_setup import WorkOffset
-
-#: Lines of a program in which remarks about its tools are looked for.
-HEAD_LINES: Final = 400
-#: A remark about a tool: ``(T5 D=6. - BALL)``, ``; T="BALL_6" D=6.``, ``;  #5 BALL_6 D=6`` of Klartext.
-_REMARK: Final = re.compile(
-    r"^\s*(?:N?\d+\s*)?[(;]\s*(?:T(?:OOL)?\s*=?\s*|#)(?:0*(?P<number>\d+)\b|\"(?P<name>[^\"]+)\")[\s:="
-    r"|,-]*(?P<text>.*?)\)?\s*$",
-    re.IGNORECASE,
-)
 
 
 class Asked(Struct, frozen=True):
@@ -34,7 +24,7 @@ class Asked(Struct, frozen=True):
     tapping: str  #: What the file says of rigid tapping; empty where the program has none.
 
 
-def write_setup(program: str, asked: Asked, head: Iterable[str], dialect: str) -> str:
+def write_setup(program: str, asked: Asked, remarks: Mapping[str, str], dialect: str) -> str:
     """The file of a program that has none, as TOML text.
 
     Parameters
@@ -42,13 +32,13 @@ def write_setup(program: str, asked: Asked, head: Iterable[str], dialect: str) -
     program : str
         Its name.
     asked : Asked
-    head : iterable of str
-        First lines of the program, whose remarks about tools are repeated.
+    remarks : mapping of str to str
+        Number or name of a tool -> the remark of the program about it, which is repeated.
     dialect : str
         Its language.
     """
     title = f"# set-up of {make_printable(program)}: mm and degrees\n"
-    return merge_setup(title, list_edits(asked, {}, head), headers=describe_tables(dialect))
+    return merge_setup(title, list_edits(asked, {}, remarks), headers=describe_tables(dialect))
 
 
 class Extended(Struct, frozen=True):
@@ -61,7 +51,7 @@ class Extended(Struct, frozen=True):
 
 
 def extend_setup(
-    text: str, asked: Asked, used: Container[tuple[str, str]] | None, head: Iterable[str], dialect: str
+    text: str, asked: Asked, used: Container[tuple[str, str]] | None, remarks: Mapping[str, str], dialect: str
 ) -> Extended:
     """A set-up with what it lacks; what is filled in there stays, and gets a remark where the program does not use it.
 
@@ -86,7 +76,7 @@ def extend_setup(
     keys = [(table, key) for table in ("tools", "wcs", "remap") for key in data.get(table, {})]
     unused = [] if used is None else [key for key in keys if (key[0], normalise_key(*key)) not in used]
     known = [] if used is None else [key for key in keys if key not in unused]
-    edits = list(list_edits(asked, data, head))
+    edits = list(list_edits(asked, data, remarks))
     try:
         merged = merge_setup(text, edits, unused, known, describe_tables(dialect))
     except UnknownLayoutError:
@@ -109,7 +99,7 @@ def describe_tables(dialect: str) -> dict[str, str]:
     }
 
 
-def list_edits(asked: Asked, data: Mapping[str, Any], head: Iterable[str]) -> Iterator[Edit]:
+def list_edits(asked: Asked, data: Mapping[str, Any], remarks: Mapping[str, str]) -> Iterator[Edit]:
     """What is to be written into a set-up that says ``data``; what is filled in there stays."""
     if asked.tool_length is not None and not data.keys() & set(TOOL_KEYS):
         yield Edit(("tool_length",), f"{asked.tool_length:g}")
@@ -119,7 +109,7 @@ def list_edits(asked: Asked, data: Mapping[str, Any], head: Iterable[str]) -> It
         remark = '"feed" where the control that executes the setpoints couples the spindle'
         yield Edit(("tapping",), f'"{asked.tapping}"', remark if asked.tapping == "refuse" else "")
     if not data.keys() & (set(TOOL_KEYS) - {"tools"}):
-        yield from _list_tools(asked.tools, data.get("tools", {}), _find_remarks(head))
+        yield from _list_tools(asked.tools, data.get("tools", {}), remarks)
     for table, values in (
         ("wcs", {name: _show_place(place) for name, place in asked.wcs.items()}),
         ("remap", {code: f'"{meaning or TO_DECIDE}"' for code, meaning in asked.codes.items()}),
@@ -178,18 +168,3 @@ def _show_place(offset: WorkOffset | None) -> str:
         return '"measure"'
     turn = [offset.turn_deg] if offset.turn_deg else []
     return f"[{', '.join(f'{value:.9g}' for value in (*offset.origin_mm, *turn))}]"
-
-
-def _find_remarks(head: Iterable[str]) -> dict[str, str]:
-    """Number or name of a tool -> the first remark of the program that begins with it."""
-    found: dict[str, str] = {}
-    for number, text in _read_remarks(head):
-        if text:
-            found.setdefault(number, make_printable(text))
-    return found
-
-
-def _read_remarks(head: Iterable[str]) -> Iterator[tuple[str, str]]:
-    for line in head:
-        if match := _REMARK.match(line):
-            yield match["number"] or match["name"], match["text"].strip()

@@ -1,8 +1,11 @@
-"""Remarks that stand alone on their lines, in every language: they head the operations of a program."""
+"""Remarks that stand alone on their lines, in every language: they head the operations of a program, and name tools."""
 
 import re
 from collections.abc import Sequence, Set
 from typing import Final
+
+from verne_post.base.long_text import Text
+from verne_post.base.printable import make_printable
 
 #: What may stand before the first word of a block.
 BLOCK_NUMBER: Final = r"^\s*(?:N\d+\s*)?"
@@ -59,3 +62,28 @@ def list_heads(lines: Sequence[str], dialect: str, moving: Set[int], changes: Se
     if heads and not has_motion:
         heads[-1] = heads[-1][0], ""
     return heads
+
+
+#: Lines of a program in which remarks about its tools are looked for.
+_TOOL_LINES: Final = 400
+#: A remark about a tool: ``(T5 D=6. - BALL)``, ``; T="BALL_6" D=6.``, ``;  #5 BALL_6 D=6`` of Klartext.
+_TOOL_REMARK: Final = re.compile(
+    r"^\s*(?:N?\d+\s*)?[(;]\s*(?:T(?:OOL)?\s*=?\s*|#)(?:0*(?P<number>\d+)\b|\"(?P<name>[^\"]+)\")[\s:="
+    r"|,-]*(?P<text>.*?)\)?\s*$",
+    re.IGNORECASE,
+)
+
+
+def find_tool_remarks(source: Text) -> dict[str, str]:
+    """Number or name of a tool -> the first remark about it in the first lines of a program; without the number."""
+    found: dict[str, str] = {}
+    start = 0
+    for _ in range(_TOOL_LINES):
+        end = source.find(b"\n", start)
+        line = source[start : end if end >= 0 else len(source)].decode("utf-8", errors="replace")
+        if (match := _TOOL_REMARK.match(line)) and (text := match["text"].strip()):
+            found.setdefault(match["number"] or match["name"], make_printable(text))
+        if end < 0:
+            break
+        start = end + 1
+    return found

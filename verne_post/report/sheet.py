@@ -1,6 +1,6 @@
 """The set-up sheet: program and machine, start, tools, work offsets, actions of the operator, fixtures."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import Final
 
 import numpy as np
@@ -9,6 +9,7 @@ from verne_post.app.summary import list_tool_lengths
 from verne_post.base.arrays import find_used
 from verne_post.base.long_text import Text, compute_sha256
 from verne_post.base.numbers import format_fixed
+from verne_post.gcode.remarks import find_tool_remarks
 from verne_post.model.machine import Machine
 from verne_post.model.moves import Event, MoveKind, describe_tool, find_tool_of_moves, name_tools
 from verne_post.model.part_setup import SYSTEM_NAMES, Box, FixtureMesh, OwnStock, spell_tool_word
@@ -39,6 +40,7 @@ def write_sheet_html(program: str, source: Text, machine: Machine, study: Study)
     parts = [_write_titled_table("Program and machine", ("what", "which"), made, named=True)]
     if study.program is None:
         return parts[0] + "<p>The program was refused before it was laid out on the machine.</p>"
+    remarks = _find_remarks_by_number(source, study)
     parts += [
         _write_titled_table(
             "Start position",
@@ -50,16 +52,16 @@ def write_sheet_html(program: str, source: Text, machine: Machine, study: Study)
         ),
         _write_titled_table(
             "Tools",
-            ("tool", "length, mm", "diameter, mm", "spindle, 1/min", "time, s"),
+            ("tool", "in the program", "length, mm", "diameter, mm", "spindle, 1/min", "time, s"),
             [
-                (tool, length, diameter, *_describe_use(study, number))
+                (tool, remarks.get(number, ""), length, diameter, *_describe_use(study, number))
                 for number, tool, length, diameter in list_tools(study)
             ],
         ),
         _write_titled_table(
             "Work offsets", ("system", "x, mm", "y, mm", "z, mm", "turned, deg", "from"), list_offsets(machine, study)
         ),
-        _write_titled_table("Actions of the operator", ("line", "at", "what"), _list_actions(study)),
+        _write_titled_table("Actions of the operator", ("line", "at", "what"), _list_actions(study, remarks)),
     ]
     options = study.program.options
     bodies = [*options.keep_out, *([options.stock] if options.stock else [])]
@@ -81,6 +83,16 @@ def _write_titled_table(title: str, heads: Row, rows: Iterable[Row], *, named: b
     """Write a table under its title; ``named`` ones end with names, such as paths, which break anywhere."""
     body = "".join("<tr>" + "".join(f"<td>{escape_text(cell)}</td>" for cell in row) + "</tr>" for row in rows)
     return f"<div{' class=named' * named}><h3>{title}</h3>{write_table(heads, body) if body else '<p>none</p>'}</div>"
+
+
+def _find_remarks_by_number(source: Text, study: Study) -> dict[int, str]:
+    """Number of a tool -> what the first lines of the program say about it."""
+    assert study.program is not None
+    remarks = {tool.upper(): text for tool, text in find_tool_remarks(source).items()}
+    names = name_tools(study.program.moves.events)
+    numbers = {number: str(number) for number, *_sizes in list_tools(study)}
+    found = {number: remarks.get(names.get(number, key).upper(), "") for number, key in numbers.items()}
+    return {number: text for number, text in found.items() if text}
 
 
 def _describe_use(study: Study, tool: int) -> tuple[str, str]:
@@ -143,7 +155,7 @@ def _describe_body(body: Box | FixtureMesh | OwnStock) -> Row:
             return body.name, "", "as the program says"
 
 
-def _list_actions(study: Study) -> list[Row]:
+def _list_actions(study: Study, remarks: Mapping[int, str]) -> list[Row]:
     program = study.program
     assert program is not None
     waits = [event for event in program.moves.events if event.waits(optional_stop=program.options.optional_stop)]
@@ -154,6 +166,9 @@ def _list_actions(study: Study) -> list[Row]:
         return f"{rows[id(event)] * cycle:.3f} s" if id(event) in rows else ""
 
     def describe_action(event: Event) -> str:
-        return f"put in {describe_tool(event)}" if event.kind == "tool" else _ACTIONS[event.kind].format(**event.data)
+        if event.kind != "tool":
+            return _ACTIONS[event.kind].format(**event.data)
+        remark = remarks.get(int(str(event.data["number"])), "")
+        return f"put in {describe_tool(event)}" + f" ({remark})" * bool(remark)
 
     return [(str(event.line), describe_time(event), describe_action(event)) for event in waits]
