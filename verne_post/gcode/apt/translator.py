@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterator
 from typing import Final
 
+from verne_post.base.suggestions import suggest
 from verne_post.gcode.apt import auxiliary, motion, systems
 from verne_post.gcode.apt.modes import AptModes
 from verne_post.gcode.apt.statements import SYSTEM_OF_CATIA, SYSTEM_OF_MODEL, Statement
@@ -27,7 +28,8 @@ def make_blocks(to: AptModes, statement: Statement) -> Iterator[Block]:
         return
     method = STATEMENTS.get(major)
     if method is None:
-        why = REFUSED_WORDS.get(major, "it is not a statement that is executed here; docs/apt.md lists them")
+        unknown = f"it is not a statement that is executed here; docs/apt.md lists them{suggest(major, STATEMENTS)}"
+        why = REFUSED_WORDS.get(major, unknown)
         raise ProgramError("VP002", f"{major}: {why}", statement.find_column(major))
     if major != "GOTO":
         to.last_arc = None

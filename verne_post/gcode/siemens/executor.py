@@ -62,6 +62,7 @@ class Executor:
         self.modal_is_shown = True  #: That line has its columns: it is no call of a file in which MCALL stands.
         #: A line that was not executed has named axes.
         self.uncertain = False
+        self.misses_word = False  #: A word without a meaning may have been one that sets a mode.
         self.interpreter.set_path_control()
         self.run(self.read(Cursor(self.interpreter.keys.start), 1))
 
@@ -150,7 +151,8 @@ class Executor:
 
         Positions after it are not what the program means: errors of arcs and incremental values are reported no more.
         """
-        follows = self.uncertain and error.code in _OF_POSITIONS
+        follows = (self.uncertain and error.code in _OF_POSITIONS) or (self.misses_word and error.code == "VP017")
+        self.misses_word = self.misses_word or error.code == "VP002"
         state, named_letters = self.interpreter.state, set(_NAMED_AXIS.findall(take_code(decode_line(raw)).upper()))
         for letter in named_letters - {"F"}:
             know_axis(state, AXES.index(letter))
