@@ -1,7 +1,7 @@
 """Tables of files against their schemas: the values, or a sentence for each wrong key: key, value, what is right."""
 
 from collections.abc import Callable, Iterator, Mapping
-from typing import Any, ClassVar, TypeVar, get_args, get_origin
+from typing import Any, ClassVar, Literal, TypeVar, get_args, get_origin
 
 from msgspec import Struct, ValidationError, convert
 from msgspec.structs import fields
@@ -116,7 +116,9 @@ def _find_mistakes_of_value(
             one for key, item in items for one in _find_mistakes_of_value(inner, item, kind_of_file, (*place, key))
         ]
     if not found and _describe_complaint(lambda one: convert(one, kind), value):
-        found = [(place, f" = {value!r}: expected {describe(kind if fitting is None else fitting)}")]
+        # a text that is not one of a few words may have been meant for another type: "80" in place of 80
+        is_vague = fitting is None or get_origin(base) is Literal
+        found = [(place, f" = {value!r}: expected {describe(kind if is_vague else fitting)}")]
     yield from found
 
 
