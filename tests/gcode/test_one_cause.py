@@ -6,6 +6,7 @@ from verne_post import check
 from verne_post.gcode.languages import find_other_language
 from verne_post.gcode.tools import read_tool_table
 from verne_post.model.options import Options
+from verne_post.model.part_setup import Tool
 from verne_post.output.findings import format_finding
 
 HEAD = "G21 G90\nG0 X0 Y0 Z100 A0 C0\n"
@@ -330,3 +331,47 @@ def test_an_arc_that_begins_out_of_reach_is_the_fault_of_the_line_before(dialect
         options = Options(dialect=dialect, tool_length=80.0, wcs={"G54": (0, 0, wcs)})
         (found,) = check(source.replace("-3500", near), "verne", options).findings
         assert (found.code, found.line) == ("VP008", line)
+
+
+HEAD_S = "N10 G90 G17 G71 G94\nT1 D1\nM6\nS900 M3\nG54\n"
+
+
+@pytest.mark.parametrize(
+    ("dialect", "source", "code", "line", "says"),
+    [
+        # TRAORI was asked for in each line behind its misspelt word
+        ("siemens", HEAD_S + "TRORI\nG0 X0 Y0 Z60 A0 C0\nG1 X9 A5 F500\nG1 X0 A0\nM30\n", "VP002", 6, "TRAORI?"),
+        # F AUTO lacked the F of a TOOL CALL whose tool has no number
+        (
+            "heidenhain",
+            'BEGIN PGM A MM\nTOOL CALL "MIL" Z S600 F800\nL X0 Y0 Z60 A0 C0 FMAX M3\nL X9 F AUTO\nM30\n',
+            "VP012",
+            2,
+            "MILL?",
+        ),
+        # the move lacked the feed rate of the misspelt statement
+        (
+            "aptcl",
+            "UNITS/MM\nLOADTL/1,LENGTH,80\nSPINDL/RPM,500,CLW\nRAPID\nGOTO/0,0,60,0,0,1\nFEDRATE/MMPM,800\n"
+            "GOTO/9,0,60,0,0,1\nFINI\n",
+            "VP002",
+            6,
+            "FEDRAT?",
+        ),
+        # a letter in place of a digit was a word without a decimal point, too
+        (
+            "fanuc",
+            "%\nO1\nG21 G90 G94\nT1 M6\nS900 M3\nG54 G0 X0. Y0. A0. C0.\nG43 Z60. H1\nG1 X3O. F500.\nM30\n%\n",
+            "VP001",
+            8,
+            "write 0 if the digit is meant",
+        ),
+    ],
+)
+def test_a_slip_is_told_once_and_what_would_be_right(dialect, source, code, line, says):
+    tool = Tool(1, 1, (0.0, 0.0, 80.0, *(0.0,) * 6), 10.0)
+    control = {"heidenhain": {"tools": {"MILL": 1}}}
+    options = Options(dialect=dialect, tools={1: tool}, wcs={"G54": (0, 0, 30)}, control=control)
+    (found,) = check(source, "verne", options).findings
+    assert (found.code, found.line) == (code, line)
+    assert says in found.message

@@ -62,6 +62,10 @@ def test_what_only_a_rotary_axis_beyond_its_travel_breaks_belongs_to_it() -> Non
     assert cause.worst.axis == "b"
     assert cause.worst.remedies == ("the line ended at B -34.999",)
     assert cause.describe_others() == "z by 30.000000 mm in lines 10 to 11; VP301 in line 11"
+    # so has a place that is out of reach: what the lines break on their way there
+    lost = make_finding("VP110", "out of reach", line=9, last_line=11, severity="error")
+    assert name_groups([lost, found[0]]) == [[0, 1]]
+    assert name_groups([lost, found[0], break_limit("z", 10.0, 40, 41)]) == [[0], [2, 1]]
     # a limit that is broken in other lines, too, has a cause of its own
     assert name_groups([*found, break_limit("z", 10.0, 40, 41)]) == [[3, 0], [1, 2]]
     assert name_groups([found[1], break_limit("z", 10.0, 9, 11)]) == [[0], [1]]

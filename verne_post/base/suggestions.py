@@ -19,5 +19,5 @@ def find_correction(message: str) -> tuple[str, str] | None:
 
 def find_suggestion(message: str) -> str:
     """The name that :func:`suggest` has put at the end of a message; empty where there is none."""
-    found = re.search(r"; did you mean (\S+)\?$", message)
+    found = re.search(r"; did you mean ([^?\n]+)\?$", message)
     return found[1] if found else ""

@@ -281,7 +281,7 @@ def _describe_strange(character: str, first: bool) -> str:
     if character == "N":
         return "N must be the first word of a block"
     if character == "O":
-        return "O must be the first word of a block"
+        return "the letter O must be the first word of a block; write 0 if the digit is meant"
     if character in "#[":
         return f"'{character}' without a letter before it"
     if character == "$":

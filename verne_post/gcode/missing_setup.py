@@ -68,8 +68,10 @@ def number_of_tool(name: str, call: str, dialect: str, setup: Setup, state: Stat
     if name in numbers:
         number = numbers[name]
     elif setup.tools is not None:
-        where = f"under [{dialect}.tools] of the settings file"
-        text = f"{call}: the tool table knows numbers; give this name one {where}{suggest(name, numbers)}"
+        text = (
+            f"{call}: no tool of this name is given; write it under [tools] of the set-up, or give its number in a "
+            f"tool table under [{dialect}.tools] of the settings file{suggest(name, numbers)}"
+        )
         raise ProgramError("VP012", text, column, settled_by=("tools", name, "length"))
     else:
         number = next((given for given, other in names.items() if other == name), FIRST_NAMED_TOOL + len(names))

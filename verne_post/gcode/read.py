@@ -64,7 +64,8 @@ def interpret_program(source: Text, setup: Setup) -> Moves:
     if unsaid is not None:
         execution.recorder.warn("VP036", *unsaid, None)
     if execution.errors:
-        every = [*execution.errors, *execution.recorder.warnings.values()]
+        wrong = {item.line for item in execution.errors}  # a warning about such a line may only follow from its error
+        every = [*execution.errors, *(item for item in execution.recorder.warnings.values() if item.line not in wrong)]
         raise _make_refusal(source, every, dialect, execution, setup)
     return execution.recorder.freeze(start, start_frame, Parameters(setup, state).list_persistent())
 
@@ -144,12 +145,12 @@ def _make_refusal(
     codes = {item.code for item in found}
     if execution.recorder.count and codes & {"VP008", "VP012", "VP018"}:
         moves = execution.recorder.freeze(list(execution.state.position), execution.state.frame, {})
-        found = [_blame_start(item, moves, setup) if item.code == "VP008" else item for item in found]
+        found = [_report_at_start(item, moves, setup) if item.code == "VP008" else item for item in found]
         found += report_missing_offsets(moves, setup) if codes & {"VP012", "VP018"} else []
     return InputError(*found)
 
 
-def _blame_start(item: Finding, moves: Moves, setup: Setup) -> Finding:
+def _report_at_start(item: Finding, moves: Moves, setup: Setup) -> Finding:
     """An impossible arc (VP008), at the line before where that one leads out of the reach of the machine.
 
     Where the machine does not get to the place before, either, the part is somewhere else, and nothing is known.
@@ -158,13 +159,13 @@ def _blame_start(item: Finding, moves: Moves, setup: Setup) -> Finding:
     last = (int(later[0]) if len(later) else len(moves)) - 1
     if setup.travel is None or last < 1:
         return item
-    reached = []
+    in_reach = []
     for index in (last - 1, last):
         frame = moves.frames[moves.frame[index]]
-        reached.append(
+        in_reach.append(
             setup.travel.is_reached(setup.coordinates.map_to_machine(moves.end[index], frame), frame.tool_length)
         )
-    if reached != [True, False]:
+    if in_reach != [True, False]:
         return item
     line = int(moves.line[last])
     place = " ".join(f"{axis}{value:g}" for axis, value in zip("XYZ", moves.end[last, :3].tolist(), strict=True))

@@ -82,14 +82,14 @@ CODES: Final[dict[str, Code]] = _make_table(
         "error",
         "A feed move has no feed rate: F is zero, was never given, or is missing in a block under G93, where each "
         "block needs it.",
-        "Give F.",
+        "",
     ),
     (
         "VP010",
         "program does not end",
         "error",
         "The file ends without M2, M30 or a closing %.",
-        "End it with M2 or M30.",
+        "",
     ),
     (
         "VP011",

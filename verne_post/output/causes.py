@@ -41,7 +41,8 @@ def find_causes(findings: Sequence[Finding]) -> list[Cause]:
     """Findings by their causes, in the order in which these begin.
 
     Findings of one code and severity are one where they break the same limit, or limits of several joints in the same
-    lines. All that is broken in lines alone in which a rotary axis is beyond its travel has that as its cause. A remedy
+    lines. What is broken only in lines in which a rotary axis is beyond its travel, or which are out of reach, has that
+    as its cause. A remedy
     that several causes share is told at the first one.
     """
     groups = _group(findings)
@@ -102,22 +103,30 @@ def _group(findings: Sequence[Finding]) -> list[list[int]]:
 
 
 def _join_consequences(findings: Sequence[Finding], groups: list[list[int]]) -> list[list[int]]:
-    """The groups, where those that break something only while a rotary axis is beyond its travel belong to that."""
-    rotary: list[tuple[int, int, int]] = []  # first line, last line so far, group
+    """The groups, where what is broken only beyond the travel of a rotary axis, or out of reach, belongs to that."""
+    for codes in (_ROTARY, ("VP110",)):
+        groups = _join_to(findings, groups, codes)
+    return groups
+
+
+def _join_to(findings: Sequence[Finding], groups: list[list[int]], codes: Sequence[str]) -> list[list[int]]:
+    """The groups, where those that break something in lines of errors of some codes alone belong to these."""
+    spans: list[tuple[int, int, int]] = []  # first line, last line so far, group
     for line, last, number in sorted(
         (findings[one].line or 0, findings[one].last_line or 0, number)
         for number, group in enumerate(groups)
         for one in group
-        if findings[one].code in _ROTARY and findings[one].severity == "error"
+        if findings[one].code in codes and findings[one].severity == "error"
     ):
-        before = rotary[-1] if rotary else (0, -1, number)
-        rotary.append((line, *max((last, number), before[1:])))
-    if not rotary:
+        before = spans[-1] if spans else (0, -1, number)
+        spans.append((line, *max((last, number), before[1:])))
+    if not spans:
         return groups
     owners = list(range(len(groups)))
     for number, group in enumerate(groups):
-        if findings[group[0]].code not in _ROTARY and all(_is_of_the_machine(findings[one]) for one in group):
-            found = {_find_owner(findings[one], rotary) for one in group}
+        is_owned = all(_is_of_the_machine(findings[one]) for one in group)
+        if is_owned and not any(findings[one].code in (*codes, *_ROTARY) for one in group):
+            found = {_find_owner(findings[one], spans) for one in group}
             owners[number] = (
                 min((one for one in found if one is not None), default=number) if None not in found else number
             )
@@ -127,12 +136,12 @@ def _join_consequences(findings: Sequence[Finding], groups: list[list[int]]) -> 
     return sorted(map(sorted, united.values()))
 
 
-def _find_owner(item: Finding, rotary: list[tuple[int, int, int]]) -> int | None:
-    """The group of a rotary axis that is beyond its travel in all lines of a finding."""
+def _find_owner(item: Finding, spans: list[tuple[int, int, int]]) -> int | None:
+    """The group of errors that have all lines of a finding."""
     if item.line is None:
         return None
-    at = bisect_right(rotary, (item.line, math.inf, 0)) - 1
-    return rotary[at][2] if at >= 0 and (item.last_line or item.line) <= rotary[at][1] else None
+    at = bisect_right(spans, (item.line, math.inf, 0)) - 1
+    return spans[at][2] if at >= 0 and (item.last_line or item.line) <= spans[at][1] else None
 
 
 def _is_of_the_machine(item: Finding) -> bool:

@@ -1,5 +1,6 @@
 """What all formats of findings share: the report of a program, the line of text, the JSON record."""
 
+import re
 import shlex
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any, Final
@@ -132,8 +133,8 @@ def list_remedies(item: Finding, program: str) -> list[str]:
         title = _NO_DIAMETER if _is_about_diameter(item) else CODES[item.code].title
         remedy = describe_remedy(item, program)
         return [f"{title}: {remedy}"] if remedy else []
-    if item.severity != "error" or (item.code in ("VP102", "VP103") and item.value is None):
-        return []  # a plane that is refused before any motion has its numbers in its message
+    if item.severity != "error":
+        return []
     at = item.worst_line or item.line
     explain = f"`verne-post explain {make_printable(program)}:{at}` says how much is needed"
     return [f"tried: {make_printable(text)}" for text in item.remedies] + [explain] * bool(at)
@@ -145,6 +146,9 @@ _GIVE_MEANING: Final = (
 )
 
 
+#: VP023 where a whole program is missing, and what helps; elsewhere something is wrong with the order.
+_IN_NO_FILE: Final = re.compile(r"in no file beside it|nor in a file|there is no file")
+_GIVE_FILE: Final = "Put its file beside the program, or into a folder of --subroutine-path."
 #: In VP012 where the length is known, and nothing is to be filled in.
 _NOT_ACTIVE: Final = "has no length in force"
 #: The title of VP012 where not the length is missing, and what helps.
@@ -173,6 +177,8 @@ def _choose_remedy(item: Finding) -> str:
     remedy = CODES[item.code].remedy
     if _is_about_diameter(item):
         return _GIVE_DIAMETER
+    if item.code == "VP023":
+        return _GIVE_FILE if _IN_NO_FILE.search(item.message) else "Open and close each in its order, by the same name."
     if item.code == "VP012" and _NOT_ACTIVE in item.message:
         return CODES["VP034"].remedy
     match item.settled_by:

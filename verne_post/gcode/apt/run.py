@@ -13,6 +13,7 @@ from verne_post.gcode.apt.statements import Points, Statement, read_statements
 from verne_post.gcode.apt.stretch import execute_points
 from verne_post.gcode.apt.translator import make_blocks
 from verne_post.gcode.execution import Execution, StopConditions, knows_all, may_restart
+from verne_post.gcode.machining.assumptions import assume_feed
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.recorder import Recorder
@@ -79,6 +80,8 @@ class _Run:
                 elif not self.execution.report_all(self.recovery.execute(block), line) and not self.stop.past_errors:
                     return True
         except ProgramError as error:
+            if error.code == "VP002":  # FEDRAT may be what is misspelt
+                assume_feed(state)
             if (not self.execution.report(error, line) and not stop.past_errors) or stop.first_error:
                 return True
             correction = find_correction(error.message)

@@ -65,6 +65,8 @@ class KlartextRecovery:
             to.patterns.cycle_unread = True
         elif keyword == "TOOL CALL":
             self._assume_tool()
+            if "F" in read_usable_words(statement, to.q).values:
+                to.contour.call_feed = to.contour.call_feed or 1.0  # any feed rate will do
         return follows
 
     def _assume_tool(self) -> None:
