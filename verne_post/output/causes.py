@@ -34,16 +34,15 @@ class Cause(Struct, frozen=True):
 
 
 def find_causes(findings: Sequence[Finding]) -> list[Cause]:
-    """Findings by their causes, in the order in which these begin.
+    """Findings by their causes, in the order of the worst ones, whose lines are shown.
 
     Findings of one code and severity are one where they break the same limit, or limits of several joints in the same
     lines. A remedy that several causes share is told at the first one.
     """
-    groups = _group(findings)
+    groups = [(max(group, key=lambda one: (find_excess(findings[one]), -one)), group) for group in _group(findings)]
     told: dict[str, Finding] = {}
     causes = []
-    for group in groups:
-        worst = max(group, key=lambda one: (find_excess(findings[one]), -one))
+    for worst, group in sorted(groups):
         shared = dict.fromkeys(text for one in group for text in findings[one].remedies)
         remedies = tuple(dict.fromkeys(_name_remedy(text, told) for text in shared))
         head = dataclasses.replace(findings[worst], remedies=remedies)

@@ -153,6 +153,8 @@ def _choose_remedy(item: Finding) -> str:
     remedy = CODES[item.code].remedy
     if _is_about_diameter(item):
         return _GIVE_DIAMETER
+    if item.code == "VP012" and "--tool-" in item.message:  # the message has the options; the file is left to say
+        return f"{remedy.partition('. ')[0]}."
     match item.settled_by:
         case (("remap", _code), *_more):
             return _GIVE_MEANING
