@@ -107,8 +107,8 @@ def _describe_joint(joints: JointPath, tip: Array, tilt: float, turn: float, wor
     if abs(alpha) < ZERO_ANGLE or abs(abs(stands - word) - abs(alpha) * DEG_PER_RAD) > _SAME_DEG:
         return ""
     return (
-        f"; the joint {column.joint} is then {format_number(stands, 3)} deg, because the platform tilts by "
-        f"{stands - word:+.3f} deg and {column.joint} is {machine.rotary_letters[0]} plus that"
+        f" (the joint {column.joint} is {machine.rotary_letters[0]} plus the platform's tilt, "
+        f"{stands - word:+.3f} deg: {format_number(stands, 3)} deg)"
     )
 
 
