@@ -89,7 +89,7 @@ def cut_posted() -> bytes:
     lines = sample("posted.nc").decode().splitlines()
     first, last = (next(k for k, line in enumerate(lines) if line.startswith(number)) for number in ("N60", "N180"))
     return program(
-        ["G21 G90 G94 G17 G54 G64 P0.01", *(line.replace("G43 Z45 H1", "Z45") for line in lines[first : last + 1])]
+        ["G21 G90 G94 G17 G54 G64 P0.01", *(line.replace("G43.4 Z45 H1", "Z45") for line in lines[first : last + 1])]
     )
 
 

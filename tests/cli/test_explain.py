@@ -515,3 +515,43 @@ def test_the_response_to_a_warning_about_words(run: Callable[..., Any], tmp_path
     assert run("check", path, *wcs).code == 0
     assert run("check", path, *wcs, "--fail-level", "warning").code == 1
     assert "VP030" in run("dump", "moves", path).err
+
+
+@pytest.mark.parametrize(
+    ("word", "lines"),
+    [
+        ("G68.2", ("RS274/NGC: not executed: tilted work planes", "Fanuc: tilted plane: tilted work plane by angles")),
+        ("traori", ("Siemens: tool-centre-point control on and off",)),
+        ("CYCL DEF 208", ("Klartext: ",)),
+        ("M128", ("RS274/NGC: not executed: external programs", "Klartext: tool-centre-point control")),
+    ],
+)
+def test_a_word_of_a_language_is_explained_from_its_tables(
+    run: Callable[..., Any], word: str, lines: tuple[str, ...]
+) -> None:
+    answer = run("explain", word)
+    assert answer.code == 0
+    head, *rows = answer.out.splitlines()
+    assert head == word.upper()
+    for line in lines:
+        assert [row for row in rows if row.startswith(f"  {line}")], (line, rows)
+
+
+def test_what_is_neither_a_line_nor_a_code_nor_a_word(run: Callable[..., Any]) -> None:
+    answer = run("explain", "G1234")
+    assert answer.code == 2
+    assert "'G1234' is neither INPUT:LINE (part.nc:12) nor a finding code (VP102)" in " ".join(answer.err.split())
+
+
+def test_numbers_of_a_blended_line_say_which_is_which(run: Callable[..., Any], tmp_path: Path) -> None:
+    """A plunge whose corner is blended: the depth as it is driven, and the programmed one."""
+    path = tmp_path / "p.ngc"
+    path.write_text("G21 G90 G94\nG0 X0 Y0 Z30 A0 C0\nG1 Z-15.85 F600\nG1 X20\nG0 Z60\nM2\n")
+    options = ("--tool-length", "80", "--wcs", "G54=0,0,0")
+    text = run("explain", f"{path}:3", *options).out
+    assert "worst over the whole line, its corners as they are blended (check adds the rest of the corner" in text
+    assert "pose at the end of the motion, as programmed\n" in text
+    assert "-15.850000) mm" in text
+    text = run("explain", f"{path}:3", *options, "--smoothing", "off").out
+    assert "worst over the whole line\n" in text
+    assert "pose at the end of the motion\n" in text

@@ -129,3 +129,23 @@ def test_a_missing_offset_is_said_first_and_named_in_the_remedy(run: Callable[..
     assert answer.code == 1
     assert "VP033" in answer.err.splitlines()[0]
     assert "tried: no work offset was given; legal if the part is moved by" in answer.err
+
+
+def test_a_tilt_beyond_the_number_of_the_limit_says_where_the_joint_is(run: Callable[..., Any], tmp_path: Path) -> None:
+    """A 99 looks illegal beside a limit of 95: the joint is A plus the platform's tilt. A machine without that tilt
+    says nothing of it.
+    """
+    path = tmp_path / "p.ngc"
+    path.write_text("G21 G90 G94\nG0 X0 Y0 Z160 A60 C0\nG1 A101 F600\nM2\n")
+    answer = run("check", path, "--tool-length", "80", "--wcs", "G54=0,0,0")
+    found = re.search(
+        r"ended at A ([\d.]+) in place of A 101, tip and C as they are \(the joint a is A plus the platform's tilt, "
+        r"(-[\d.]+) deg: ([\d.]+) deg\)",
+        answer.out,
+    )
+    assert found is not None, answer.out
+    word, tilt, joint = map(float, found.groups())
+    assert abs(word + tilt - joint) < 0.002
+    assert joint <= 95.0 < word
+    answer = run("check", path, "--machine", "serial", "--tool-length", "80", "--wcs", "G54=0,0,0")
+    assert "platform's tilt" not in answer.out

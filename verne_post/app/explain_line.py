@@ -43,7 +43,7 @@ def explain_line(line: Line) -> Iterator[str]:
     yield ""
     yield from _describe_findings(line, line.findings)
     yield ""
-    yield "pose at the end of the motion"
+    yield f"pose at the end of the motion{', as programmed' if _has_blended_corner(line) else ''}"
     yield f"  tip on the table     {format_mm(tip)}"
     yield f"  words                {machine.name_angles(angles, 6)} deg"
     q, _platform, ok = machine.five_axis.solve(tip, angles, tool)
@@ -286,11 +286,21 @@ def _describe_as_built_steps(
 # --- findings and remedies -----------------------------------------------------------------------
 
 
+def _has_blended_corner(line: Line) -> bool:
+    """Whether the tool leaves the programmed path beside a corner of the line."""
+    return len(line.joints.contour) != len(line.exact.contour)
+
+
 def _describe_findings(line: Line, findings: Sequence[Finding]) -> Iterator[str]:
     if not findings:
         yield "findings: none, the whole line is legal"
         return
-    yield "findings, worst over the whole line"
+    driven = (
+        ", its corners as they are blended (check adds the rest of the corner at its end)"
+        if _has_blended_corner(line)
+        else ""
+    )
+    yield f"findings, worst over the whole line{driven}"
     places = [remedies.place_of(line.joints, item) for item in findings]
     shown = [
         "" if one is None else _place(line.joints, one, first=item.value is None)

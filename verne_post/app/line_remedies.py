@@ -4,13 +4,15 @@ Every proposal has been checked along the whole line before it is reported.
 """
 
 from collections.abc import Iterator, Sequence
+from typing import Final
 
 import numpy as np
 from msgspec import Struct
 
 from verne_post.app.explain_numbers import format_list, format_mm, format_number
 from verne_post.base.arrays import Array
-from verne_post.base.tolerances import LIMIT_SLACK_MM
+from verne_post.base.tolerances import LIMIT_SLACK_MM, ZERO_ANGLE
+from verne_post.base.units import DEG_PER_RAD
 from verne_post.gcode.machining.state import State
 from verne_post.kinematics.checks import remedies
 from verne_post.kinematics.joint_path import JointPath
@@ -19,6 +21,9 @@ from verne_post.model.moves import AXES, Frame, Moves
 from verne_post.model.options import Options
 from verne_post.model.part_setup import SYSTEM_NAMES
 from verne_post.model.verdict import find_worst
+
+#: A joint and a word differ by the platform's tilt to within rounding, degrees.
+_SAME_DEG: Final = 1e-6
 
 
 class Line(Struct, frozen=True, eq=False):
@@ -81,11 +86,30 @@ def _propose_tilts(line: Line, findings: Sequence[Finding]) -> Iterator[Remedy]:
             joints.machine.coordinates.map_from_table(tip[0], np.array([a, angles[0, 1]]), line.frame)[at]
             for a in (angles[0, 0], tilt)
         )
+        stands = _describe_joint(joints, tip[0], tilt, angles[0, 1], then)
         text = (
             f"the line ended at {letter} {format_number(then, 3)} in place of {letter} {format_number(now, 6)}, tip "
-            f"and {joints.machine.rotary_letters[1]} as they are"
+            f"and {joints.machine.rotary_letters[1]} as they are{stands}"
         )
         yield Remedy(text, format_number(then, 3), line=line.number, word=(letter, float(now)))
+
+
+def _describe_joint(joints: JointPath, tip: Array, tilt: float, turn: float, word: float) -> str:
+    """Where the joint stands that a word for the tilt (degrees) leads to, if the platform tilts too; else nothing.
+
+    ``tip`` (3,), mm, and the nominal angles, rad, are those of the end. The word may be beyond the limit of the joint.
+    """
+    machine = joints.machine
+    length = float(joints.contour.find_tool_lengths(np.array([0]))[0])
+    q, _platform, _ok = machine.five_axis.solve(tip, np.array([tilt, turn]), length)
+    column, alpha = machine.columns[-2], float(q[-2]) - tilt
+    stands = float(q[-2]) * column.factor
+    if abs(alpha) < ZERO_ANGLE or abs(abs(stands - word) - abs(alpha) * DEG_PER_RAD) > _SAME_DEG:
+        return ""
+    return (
+        f" (the joint {column.joint} is {machine.rotary_letters[0]} plus the platform's tilt, "
+        f"{stands - word:+.3f} deg: {format_number(stands, 3)} deg)"
+    )
 
 
 def _propose_branches(line: Line, error: bool) -> Iterator[Remedy]:

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 from msgspec import Struct
 
-from verne_post.app.spindle_check import check_spindle
+from verne_post.app.spindle_check import check_speed, check_spindle, check_tool_change
 from verne_post.base.columns import iterate_blocks
 from verne_post.base.tolerances import LIMIT_SLACK_MM, ZERO_ANGLE, ZERO_LENGTH_MM
 from verne_post.base.units import DEG_PER_RAD
@@ -24,7 +24,8 @@ from verne_post.model.work_systems import find_placer
 def check_setup(moves: Moves, path: ToolPath, machine: Machine, options: Options) -> list[Finding]:
     """Report work systems without a place, tools without a length, directions without a meaning, and odd sizes.
 
-    The codes are VP033, VP034 (in feed motion: no length, or that of another tool), VP037, VP040, VP050 and VP505.
+    The codes are VP033, VP034 (in feed motion: no length, or that of another tool), VP037, VP040, VP041, VP050 and
+    VP505.
 
     Raises
     ------
@@ -65,6 +66,7 @@ def check_setup(moves: Moves, path: ToolPath, machine: Machine, options: Options
     texts = _find_implausible(options)
     found += [*_check_tolerances(moves, path), *_find_idle_tolerances(moves, path, options)]
     found += [*_check_directions(moves, path, machine), *check_spindle(moves, path)]
+    found += [*check_speed(moves, path), *check_tool_change(moves, path)]
     return [*(make_finding("VP505", text) for text in texts), *found]
 
 

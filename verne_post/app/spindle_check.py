@@ -1,4 +1,4 @@
-"""Cuts at feed rate while the spindle stands (VP050)."""
+"""Cuts at feed rate while the spindle stands, or turns at no speed (VP050), or while its tool is not loaded (VP041)."""
 
 from collections.abc import Iterable
 
@@ -68,6 +68,45 @@ def check_spindle(moves: Moves, path: ToolPath) -> list[Finding]:
     number = "a move" if count == 1 else f"{count} moves"
     text = f"the spindle stands in {number} at feed rate: {why}"
     return [make_finding("VP050", text, line=line, last_line=max(line, last_line), worst_line=line, count=count)]
+
+
+def check_speed(moves: Moves, path: ToolPath) -> list[Finding]:
+    """VP050: a program cuts with a spindle that it starts, and gives no speed for; the first such start is named."""
+    starts = [event for event in moves.events if event.kind == "spindle" and event.data["direction"] != "stop"]
+    if not starts or any(event.data["speed"] for event in starts) or _find_first_cut(path, starts[0].before) < 0:
+        return []
+    line = starts[0].line
+    text = (
+        "the spindle is started here, and no block gives its speed: on a control it turns as fast as before the "
+        "program, or stands; write S"
+    )
+    return [make_finding("VP050", text, line=line, last_line=line, worst_line=line)]
+
+
+def check_tool_change(moves: Moves, path: ToolPath) -> list[Finding]:
+    """VP041: T selects a tool, the program cuts, and nothing ever loads a tool; where VP049 has not said so."""
+    first = _find_first_cut(path, 0)
+    loads = any(event.kind in ("tool", "tool number", "remapped") for event in moves.events)
+    is_told = any(item.code == "VP049" for item in moves.findings)
+    if moves.first_selection is None or loads or is_told or first < 0:
+        return []
+    line, number = moves.first_selection
+    cut = int(moves.line[first])
+    text = (
+        f"T{number} only selects the tool, and no M6 loads it: line {cut} cuts with the tool that was in the spindle "
+        "before; write M6"
+    )
+    return [make_finding("VP041", text, line=line, last_line=max(line, cut), worst_line=line)]
+
+
+def _find_first_cut(path: ToolPath, first: int) -> int:
+    """The first move at feed rate from a move on; -1 where there is none."""
+    for begin, end in iterate_blocks(len(path)):
+        move = path.move[begin:end]
+        cuts = np.flatnonzero((path.feed_time[begin:end] > 0) & (move >= first))
+        if len(cuts):
+            return int(move[cuts[0]])
+    return -1
 
 
 def _list_stretches(events: Iterable[Event]) -> list[_Stretch]:

@@ -32,19 +32,19 @@ class ExplainCommand(GroupedCommand):
         return super().parse_args(ctx, args)
 
 
-@click.command("explain", cls=ExplainCommand, short_help="Work one line through, or say what a code means.")
-@click.argument("what", type=INPUT, metavar="INPUT:LINE|CODE")
+@click.command("explain", cls=ExplainCommand, short_help="Work one line through, or explain a code or word.")
+@click.argument("what", type=INPUT, metavar="INPUT:LINE|CODE|WORD")
 @click.option(
     "--all", "every", is_flag=True, help="Each step from words to joints, every margin and every solution too."
 )
 @add_program_options("solver", "quality", "jobs")
 def command(what: str, every: bool, **given: Any) -> int:
-    """Work one line of a program through, or say what a finding code means.
+    """Work one line of a program through, or say what a finding code or a word of a program means.
 
     INPUT:LINE prints the findings of the line, what would make it legal, and the pose at its end. --all works that pose
     through from words to joints, with the margins of both table solutions, and every solution of the machine with the
     reasons why it is refused. CODE (VP102) prints meaning, an example, why it matters, remedy, response, parameters and
-    related codes.
+    related codes. WORD (G68.2, TRAORI, "CYCL DEF 208") prints what each language does with it.
     """
     from verne_post.model.codes import CODES
 
@@ -59,8 +59,14 @@ def command(what: str, every: bool, **given: Any) -> int:
     if os.path.exists(what):
         raise click.UsageError(f"{what}: :LINE is missing; say which one: verne-post explain {what}:12")
     if not colon or not is_count(number):
+        from verne_post.gcode.known_words import describe_word
+
+        if known := describe_word(what):
+            echo("\n".join([what.upper(), *(f"  {line}" for line in known), ""]), nl=False)
+            return ExitStatus.CLEAN
         raise click.UsageError(
-            f"{what!r} is neither INPUT:LINE (part.nc:12) nor a finding code (VP102); docs/findings.md lists all codes"
+            f"{what!r} is neither INPUT:LINE (part.nc:12) nor a finding code (VP102), listed in docs/findings.md, nor "
+            "a word of a language (G68.2)"
         )
     from verne_post.model.findings import InputError
 

@@ -158,6 +158,7 @@ class Recorder(Struct):
     #: As in Moves; in RS274 codes say it.
     tcp_changes: list[int] = field(default_factory=lambda: [0])
     needs_tcp_code: bool = False
+    first_selection: tuple[int, int] | None = None
     calls_presets: bool = False
     first_cut: int = 0
     #: Work systems to which the program has given an origin.
@@ -431,6 +432,7 @@ class Recorder(Struct):
             table_places=tuple(self.table_places),
             tcp_changes=tuple(self.tcp_changes),
             needs_tcp_code=self.needs_tcp_code,
+            first_selection=self.first_selection,
             calls_presets=self.calls_presets,
             first_cut=self.first_cut,
             findings=tuple(self.warnings.values()),

@@ -327,6 +327,15 @@ CODES: Final[dict[str, Code]] = _make_table(
         "the option holds.",
     ),
     (
+        "VP041",
+        "tool selected, not loaded",
+        "warning",
+        "The program names a tool with T and cuts, but no M6 loads the tool. T alone only makes it ready: the tool "
+        "that was in the spindle before cuts, with the length of another one.",
+        "Write M6 beside T. If the control loads the tool by another code of its builder, give that code a meaning in "
+        "[remap].",
+    ),
+    (
         "VP045",
         "spindle speed unknown",
         "warning",
@@ -382,7 +391,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "spindle stands in a cut",
         "warning",
         "The program moves at feed rate while the spindle stands: it was not started after a change of tools, or it "
-        "was stopped and the tool goes on cutting. Moves in the air cannot always be told: retracts, and moves between "
+        "was stopped and the tool goes on cutting. Or it is started, and no block of the program gives S. "
+        "Moves in the air cannot always be told: retracts, and moves between "
         "a stop and a new start that follow a retract or a rapid, are not reported. Nor are programs that call no tool "
         "and start no spindle, and tools that are oriented (M19, SPOS).",
         "Start the spindle before the cut (M3 and S; SPINDL in CL files). No action is needed for a probe, or for a "
@@ -400,8 +410,9 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP102",
         "tilt range",
         "error",
-        "The rotary axis that tilts the tool leaves its travel: A of a tilting table (programmed tilt plus platform "
-        "tilt alpha), or the one of a chain.",
+        "The rotary axis that tilts the tool leaves its travel: A of a tilting table, or the one of a chain. Where the "
+        "platform tilts too, the joint a is the word A plus the tilt of the platform: A may be beyond the limit of a, "
+        "and a within it.",
         "Use less tilt. check and explain name a tilt, or another table solution, that was tried and is legal.",
     ),
     (
@@ -432,10 +443,12 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP202",
         "near a serial singularity",
         "warning",
-        "The vertical drop of a rod (the root of a radicand of equations 11 to 13) comes close to zero. Error below "
-        "the machine file's limits.serial_singularity_mm, warning up to twice that. Or a great circle comes near the "
-        "fold of a nutating rotary pair, where its two solutions meet. Or the tool comes near the leg of a carrier, "
-        "where its wrist has a pole.",
+        "The vertical drop of a rod, from its end at the slider to its end at the platform, comes close to zero. The "
+        "rod lies flat then, and its slider no longer moves the platform along it. (The drop is the square root of "
+        "what stands under the root in equations 11 to 13 of the paper.) Error below the machine file's "
+        "limits.serial_singularity_mm, warning up to twice that. Or a great circle comes near the fold of a nutating "
+        "rotary pair, where its two solutions meet. Or the tool comes near the leg of a carrier, where its wrist has a "
+        "pole.",
         "Move the part towards the middle of the workspace (--wcs).",
     ),
     (
@@ -720,6 +733,11 @@ CODES: Final[dict[str, Code]] = _make_table(
 
 #: Codes that are errors in some cases and warnings in others.
 _EITHER: Final = ("VP033", "VP202", "VP203", "VP301")
+
+
+def describe_severity(code: Code) -> str:
+    """The severity, or both where a code has either."""
+    return "warning or error" if code.code in _EITHER else code.severity
 
 
 def describe_response(code: Code) -> str:

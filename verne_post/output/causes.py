@@ -38,18 +38,19 @@ class Cause(Struct, frozen=True):
 
 
 def find_causes(findings: Sequence[Finding]) -> list[Cause]:
-    """Findings by their causes, in the order in which these begin.
+    """Findings by their causes, in the order of the worst ones, whose lines are shown.
 
     Findings of one code and severity are one where they break the same limit, or limits of several joints in the same
     lines. What is broken only in lines in which a rotary axis is beyond its travel, or which are out of reach, has that
-    as its cause. A remedy
-    that several causes share is told at the first one.
+    as its cause. A remedy that several causes share is told at the first one.
     """
-    groups = _group(findings)
+    groups = [
+        (max(group, key=lambda one: (findings[one].code in _ROTARY, find_excess(findings[one]), -one)), group)
+        for group in _group(findings)
+    ]
     told: dict[str, Finding] = {}
     causes = []
-    for group in groups:
-        worst = max(group, key=lambda one: (findings[one].code in _ROTARY, find_excess(findings[one]), -one))
+    for worst, group in sorted(groups):
         is_rotary = findings[worst].code in _ROTARY  # what would settle the others would not settle that
         alike = [one for one in group if not is_rotary or findings[one].code in _ROTARY]
         shared = dict.fromkeys(text for one in alike for text in findings[one].remedies)

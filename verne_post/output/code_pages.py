@@ -14,7 +14,7 @@ from typing import Any, Final
 
 from msgspec import Struct
 
-from verne_post.model.codes import CODES, describe_response
+from verne_post.model.codes import CODES, describe_response, describe_severity
 
 #: Where examples stand that name no work offset, and so that nothing else is found in them.
 _AT_ZERO: Final = "--wcs G54=0,0,0"
@@ -96,7 +96,7 @@ def _list_parts(code: str) -> list[tuple[str, str, bool]]:
 def make_text(code: str) -> str:
     """The page as `explain CODE` prints it."""
     known = CODES[code]
-    lines = [f"{code} {known.severity}: {known.title}", ""]
+    lines = [f"{code} {describe_severity(known)}: {known.title}", ""]
     for heading, text, is_code in _list_parts(code):
         if is_code:
             lines += ["", f"{heading}:", textwrap.indent(text, "    ")]

@@ -181,6 +181,8 @@ def _choose_remedy(item: Finding) -> str:
         return _GIVE_FILE if _IN_NO_FILE.search(item.message) else "Open and close each in its order, by the same name."
     if item.code == "VP012" and _NOT_ACTIVE in item.message:
         return CODES["VP034"].remedy
+    if item.code == "VP012" and "--tool-" in item.message:  # the message has the options; the file is left to say
+        return f"{remedy.partition('. ')[0]}."
     match item.settled_by:
         case (("remap", _code), *_more):
             return _GIVE_MEANING

@@ -30,6 +30,8 @@ class Tools:
         """The tool comes with the next tool change."""
         self.check_tool(at, number, "T")
         self.state.selected_tool = number
+        if number and self.recorder.first_selection is None:
+            self.recorder.first_selection = at.line, number
 
     def change(self, at: At) -> None:
         """The selected tool comes into the spindle, which stops for it."""
