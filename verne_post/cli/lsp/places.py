@@ -44,11 +44,16 @@ def find_word(line: str, letter: str) -> re.Match[str] | None:
     return found[0] if len(found) == 1 else None
 
 
+_OR_OPTION: Final = re.compile(r",? or give --[a-z-]+(?: [A-Z][^\s;]*)?")
+
+
 def name_in_setup(text: str) -> str:
     """A message with keys of the set-up in place of options: who reads it in an editor has no command line.
 
     ``--tool-length 0`` is ``tool_length = 0``. Options that no set-up has stay.
     """
+    if "into the set-up" in text:  # the option would say the same again
+        text = _OR_OPTION.sub("", text)
     return FLAG.sub(_spell_key, text) if "--" in text else text
 
 
