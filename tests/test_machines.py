@@ -340,3 +340,21 @@ def test_a_machine_can_be_sent_to_another_process(name: str) -> None:
     assert here.ok
     assert there.ok
     np.testing.assert_array_equal(here.setpoints.values, there.setpoints.values)
+
+
+def test_a_direction_along_no_axis_is_named(run: Callable[..., Any], tmp_path: Path) -> None:
+    """[1, 1, 0] may be meant, as on a nutating table, or be two axes in one line; upright ones are not named."""
+    text = (ROOT / "machine_configs" / "ac_trunnion.toml").read_text("utf-8")
+    file = tmp_path / "mine.toml"
+    file.write_text(re.sub(r"(?m)^turns = \[.*?\]", "turns = [1, 1, 0]", text, count=1), "utf-8")
+    answer = run("machine", "validate", file)
+    assert "a turns about (0.707107, 0.707107, 0): along no axis, 45 degrees from x" in answer.out + answer.err
+    assert "along no axis" not in run("machine", "validate", "ac_trunnion").out
+
+
+def test_a_misspelt_key_is_one_mistake(run: Callable[..., Any], tmp_path: Path) -> None:
+    text = (ROOT / "machine_configs" / "ac_trunnion.toml").read_text("utf-8")
+    file = tmp_path / "mine.toml"
+    file.write_text(text.replace("\nvelocity = ", "\nvelocty = ", 1), "utf-8")
+    (line,) = run("machine", "validate", file).err.splitlines()
+    assert "velocty is not a key of a machine file of schema 2; did you mean velocity?" in line

@@ -20,7 +20,6 @@ def warnings(length="", more="", **options):
         ({"tool_length": 80.0}, "", "", [("VP033", 4)]),
         ({"tool_length": 80.0, "wcs": {"G54": (0, 0, 0)}}, "", "", []),  # meant so
         ({"tool_length": 80.0, "wcs": {"G54": (0, 0, 30)}}, "", "", []),
-        ({"tool_length": 80.0, "wcs": {"G54": (0, 0, 30)}}, "", "G55 X0\n", [("VP033", 5)]),
         ({"tool_length": 80.0}, "G10 L2 P1 X0 Y0 Z-400", "", []),  # the program places it
         ({"tool_length": 80.0}, "G10 L2 P1 X0 Y0 Z-550", "", []),  # at the rotary centre, where it is without words
         ({"tools": TOOLS, "wcs": {"G54": (0, 0, 30)}}, "G43 H1", "", []),
@@ -36,7 +35,7 @@ def test_what_nobody_has_given(options, length, more, expected):
     ("program", "line", "text"),
     [
         ("T2 M6\nG43 H2\nG0 X0 Y0 Z80 A0 C0\nG1 X5\n", 5, "tool 2 has the length 0 in the tool table"),
-        ("T1 M6\nG43 H1\nG0 X0 Y0 Z80 A0 C0\nG1 X5\nG49\nG0 Z90\nG1 X6\n", 8, "the tool has no length"),
+        ("T1 M6\nG43 H1\nG0 X0 Y0 Z80 A0 C0\nG1 X5\nG49\nG0 Z90\nG1 X6\n", 8, "the set-up gives it 80 mm"),
     ],
 )
 def test_a_length_of_0_in_the_tool_table_is_told_as_such(program, line, text):
@@ -45,7 +44,7 @@ def test_a_length_of_0_in_the_tool_table_is_told_as_such(program, line, text):
     result = vp.check(f"G21 G90 F600\n{program}M2\n".replace("G43", "S900 M3 G43"), "verne", options)
     assert [(item.code, item.line) for item in result.findings] == [("VP034", line)]
     assert text in result.findings[0].message
-    assert ("no length is in force" in str(result.summary)) == ("G49" in program)
+    assert result.findings[0].severity == ("error" if "G49" in program else "warning")
 
 
 def test_a_tool_with_the_length_of_the_one_before() -> None:
@@ -63,6 +62,78 @@ def test_a_tool_with_the_length_of_the_one_before() -> None:
         assert "VP034" not in [item.code for item in found]
     found = vp.check(program.format("G43 H1\n"), "verne", options).findings
     assert [(item.code, item.line) for item in found] == [("VP049", 8)]  # one cause, one finding
+
+
+@pytest.mark.parametrize(
+    ("more", "wcs", "expected"),
+    [
+        ("G55 X0\n", {"G54": (0, 0, 30)}, ("error", 5, "G55 has no place on the table, and G54 has one")),
+        ("G55 X0\n", {"G54": (0, 0, 30), "G56": (0, 0, 40)}, ("error", 5, "G54 and G56 have one: write wcs.G55 = ")),
+        ("G55 X0\n", {}, ("warning", 2, "is on the table face, at the rotary centre")),  # of both: nothing is given
+        ("G59.1 X0\n", {"G54": (0, 0, 30)}, ("error", 5, 'write wcs."G59.1" = ')),
+        ("", {"G55": (0, 0, 30)}, ("error", 4, "G54 has no place")),  # it cuts in it
+        ("G10 L2 P2 X0 Y0 Z-400\nG55 X0\n", {"G54": (0, 0, 30)}, None),  # the program places it
+    ],
+)
+def test_a_work_offset_that_is_missing_beside_others_refuses(more, wcs, expected):
+    """Cuts were made at the rotary centre because a line of the set-up was forgotten, and a warning went by."""
+    found = vp.check(BODY.format(length="", more=more), "verne", vp.Options(tool_length=80.0, wcs=wcs)).findings
+    items = [item for item in found if item.code == "VP033"]
+    assert bool(items) == (expected is not None)
+    if expected is not None:
+        severity, _line, text = expected
+        assert items[0].severity == severity
+        assert text in items[0].message
+        all_given = vp.Options(tool_length=80.0, wcs=dict.fromkeys(("G54", "G55", "G59.1"), (0, 0, 30)))
+        assert vp.check(BODY.format(length="", more=more), "verne", all_given).ok
+
+
+def test_rapids_before_the_first_work_system_do_not_use_the_one_before():
+    program = "G21 G90 F600\nG0 Z90\nG55 X0 Y0 Z80 A0 C0\nG1 X5\nM2\n"
+    found = vp.check(program, "verne", vp.Options(tool_length=80.0, wcs={"G55": (0, 0, 30)})).findings
+    assert {item.severity for item in found} <= {"warning"}
+
+
+@pytest.mark.parametrize(
+    ("program", "severity", "text"),
+    [
+        (
+            "T1 M6\nG49 G0 X0 Y0 Z80 A0 C0\nG1 Z70\n",
+            "error",
+            "tool 1 cuts with length 0, and the set-up gives it 80 mm",
+        ),
+        ("T1 M6\nG49 G0 X0 Y0 Z80 A0 C0\nG1 X5\nG0 Z70\nG1 X9\n", "error", "it comes 80 mm too deep"),
+        # posts without fast rapids move the retracted head at feed rate before G43
+        ("T1 M6\nG49 G0 X0 Y0 Z80 A0 C0\nG1 X5\nG43 H1\nG1 Z70\n", "warning", "tool 1 cuts with length 0"),
+        ("G49 G0 X0 Y0 Z80 A0 C0\nG1 Z70\n", "warning", "the tool has no length"),  # nor said which tool it is
+    ],
+)
+def test_a_tool_that_comes_down_without_its_length_refuses(program, severity, text):
+    options = vp.Options(tools=TOOLS, wcs={"G54": (0, 0, 30)}, split_at_stops=True)
+    (found,) = vp.check(f"G21 G90 F600 S900\n{program}M2\n".replace("M6\n", "M6 M3\n"), "verne", options).findings
+    assert (found.code, found.severity) == ("VP034", severity)
+    assert text in found.message
+
+
+def test_a_length_that_is_given_and_not_active_is_not_asked_for(run, tmp_path) -> None:
+    """The remedy asked to fill in the length, which was there; what is missing is G43."""
+    program = tmp_path / "part.nc"
+    program.write_text("G21 G90\nT1 M6\nS900 M3\nG54 G0 X0 Y0 Z80 A0 C0\nG1 X5 F600\nM2\n")
+    (tmp_path / "part.nc.toml").write_text("tools.1.length = 80\nwcs.G54 = [0, 0, 30]\n")
+    out = run("check", program).out
+    assert "part.nc:5: VP012 error: tool 1 has no length in force before the first feed move; " in out
+    assert "gives it 80 mm: use G43 H" in out
+    assert "Fill in" not in out
+
+
+def test_a_tool_that_comes_down_with_the_length_of_another_refuses() -> None:
+    tools = {n: vp.Tool(n, n, (0.0, 0.0, z, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)) for n, z in {1: 80.0, 2: 110.0}.items()}
+    program = "G21 G90 F600 S900\nT1 M6\nM3 G43 H1\nG0 X0 Y0 Z80 A0 C0\nG1 X5\nG0 Z90\nT2 M6\nM3 G1 X6\n{}Z70\nM2\n"
+    options = vp.Options(tools=tools, wcs={"G54": (0, 0, 30)}, split_at_stops=True)
+    (found,) = vp.check(program.format(""), "verne", options).findings
+    assert (found.code, found.severity, found.line) == ("VP034", "error", 9)
+    (found,) = vp.check(program.format("G43 H2\n"), "verne", options).findings
+    assert (found.code, found.severity, found.line) == ("VP034", "warning", 8)
 
 
 CUTS = "G1 X10 F500\nY10\nM30\n"

@@ -130,7 +130,8 @@ class Client:
 def server() -> Iterator[Client]:
     """One server for all tests; none of them makes it write more than lines of a log."""
     workspace = {"workspaceEdit": {"documentChanges": True, "resourceOperations": ["create"]}}
-    client = Client(workspace=workspace, textDocument={"publishDiagnostics": {"codeDescriptionSupport": True}})
+    shown = {"codeDescriptionSupport": True, "relatedInformation": True}
+    client = Client(workspace=workspace, textDocument={"publishDiagnostics": shown})
     yield client
     assert "Traceback" not in client.end()
 
@@ -208,8 +209,77 @@ def test_hover_shows_time_feed_and_pose_of_a_line(client: Client, tmp_path: Path
     assert "the feed rate is reached" in text
     assert "line 4: G1 A80" in text
     assert "rho1_mm" in text and "margin to its travel" in text
-    nothing = client.ask("textDocument/hover", textDocument={"uri": uri}, position={"line": 0, "character": 0})
-    assert nothing is None
+
+
+def hover(client: Client, uri: str, line: int) -> str:
+    """What is shown of a line, counted from 0."""
+    shown = client.ask("textDocument/hover", textDocument={"uri": uri}, position={"line": line, "character": 0})
+    return "" if shown is None else shown["contents"]["value"]
+
+
+def test_hover_of_lines_without_motion_shows_what_is_in_force(client: Client, tmp_path: Path) -> None:
+    """Tilted plane and tool-centre-point control among it, on lines with motion too; of a remark there is nothing."""
+    text = (
+        "%\nO1\nG21 G90 G94 G17 G54\nT1 M6\n(NOTHING)\nG0 X0 Y0 Z200 A0 C0\nG68.2 X0 Y0 Z0 I0 J20 K0\nG53.1\n"
+        "G43 Z120 H1\nG69\nM11\nG43.4 H1\nG0 Z150\nM30\nO7\nG91\nM99\n%\n"
+    )
+    setup = '[tools.1]\nlength = 90\n[wcs]\nG54 = [0, 0, 60]\n[remap]\nM11 = "ignore"\n'
+    uri = client.open(make_program(tmp_path, text, setup=setup))
+    assert hover(client, uri, 0) == hover(client, uri, 4) == ""
+    assert hover(client, uri, 15) == ""  # of a subprogram that nobody calls
+    plane = "tilted work plane, its Z along (0, -0.342, 0.9397)"
+    assert hover(client, uri, 6) == (
+        f"in force: G0, G21 (mm), G90 (absolute), G94, G64, G54, {plane}, tool length 0 mm"
+    )
+    assert plane in hover(client, uri, 7) and "rho1_mm" in hover(client, uri, 7)
+    assert plane not in hover(client, uri, 10) and "tool length 90 mm" in hover(client, uri, 10)
+    assert "G43.4" not in hover(client, uri, 10)
+    assert "G43.4" in hover(client, uri, 11) and "G43.4" in hover(client, uri, 12)
+
+
+def test_a_tool_length_that_becomes_active_is_no_motion(client: Client, tmp_path: Path) -> None:
+    """The tip is another point of the tool then; in a row of 1 ms it would be faster than any machine."""
+    text = "G21 G90 G94 G17 G54 G49\nT1 M6\nG0 X0 Y0 Z200 A0 C0\nG43 Z108 H1\nG1 Z100 F500\nM2\n"
+    setup = "[tools.1]\nlength = 90\n[wcs]\nG54 = [0, 0, 60]\n"
+    uri = client.open(make_program(tmp_path, text, setup=setup))
+    found = re.search(r"fastest tip (\d+) mm/min", hover(client, uri, 3))
+    assert found
+    # from 110 to 108 mm at the acceleration of the sliders; the jump of 90 mm would be 5,400,000
+    assert 100 < float(found[1]) < 20_000
+
+
+def test_what_has_one_cause_is_one_diagnostic(client: Client, tmp_path: Path, run: Callable[..., Any]) -> None:
+    """As in the text of `check`: a program in inches breaks each limit in many places, which lead to their lines."""
+    text = "G20 G90 G94 G17 G54\nG0 X0 Y0 Z8 A0 C0\nG1 Z7 F50\nX40\nY40\nX-40\nY-40\nX0\nM30\n"
+    path = make_program(tmp_path, text)
+    uri = client.open(path)
+    shown = client.diagnostics(uri)["diagnostics"]
+    told = re.findall(r"part\.nc:\d+: (VP\d+) ", run("check", path).out)
+    assert sorted(one["code"] for one in shown) == sorted(told)
+    (program,) = json.loads(run("check", path, "--output-format", "json").out)["programs"]
+    others = [each for one in shown for each in one.get("relatedInformation", ())]
+    assert len(shown) + len(others) == len(program["findings"]) >= 2 * len(shown)
+    assert {each["location"]["uri"] for each in others} == {uri}
+    assert all(re.search(r"\blines? \d", each["message"]) for each in others)
+
+
+def test_mistakes_of_a_set_up_stand_in_the_set_up(client: Client, tmp_path: Path) -> None:
+    """At its key, whether it is shown or not, until it is right; the program says that it is refused."""
+    path = make_program(tmp_path, LEGAL, setup=SETUP.replace("[wcs]", "[wsc]"))
+    uri = client.open(path)
+    setup = path.with_name("part.nc.toml")
+    (refused,) = client.diagnostics(uri)["diagnostics"]
+    assert (refused["code"], refused["relatedInformation"][0]["location"]["uri"]) == ("VP503", setup.as_uri())
+    (wrong,) = client.diagnostics(setup.as_uri())["diagnostics"]
+    assert (wrong["code"], wrong["range"]["start"]["line"]) == ("VP503", 2)
+    assert "did you mean wcs?" in wrong["message"]
+    client.open(setup, "tool_length = 120\n[wcs]\nG54 = [0, 0]\n")
+    (wrong,) = client.diagnostics(setup.as_uri())["diagnostics"]
+    assert wrong["range"]["start"]["line"] == 2
+    client.diagnostics(uri)
+    client.change(setup.as_uri(), 2, SETUP)
+    assert client.diagnostics(uri)["diagnostics"] == []
+    assert client.diagnostics(setup.as_uri())["diagnostics"] == []
 
 
 def test_lenses_name_the_time_and_the_worst_line(client: Client, tmp_path: Path) -> None:
@@ -758,3 +828,22 @@ def test_the_command_says_what_it_needs(run: Callable[..., Any], monkeypatch: py
 def test_standard_input_belongs_to_the_editor(run: Callable[..., Any]) -> None:
     answer = run("lsp", "--tool-table", "-")
     assert (answer.code, "--tool-table -: standard input belongs to the editor" in answer.err) == (2, True)
+
+
+def test_what_a_set_up_lacks_is_added_to_it(client: Client, tmp_path: Path) -> None:
+    """With a mark, as `setup` writes it; messages speak of keys, for there is no command line in an editor."""
+    text = "G21 G90 G94 G17 G55\nT7 M6\nG0 X0 Y0 Z200 A0 C0\nG43 Z120 H3\nG1 Z100 F500\nM2\n"
+    setup = "split_at_stops = true\n[tools]\n3 = { length = 80 }\n7 = { length = 90 }\n[wcs]\nG54 = [0, 0, 60]\n"
+    path = make_program(tmp_path, text, setup=setup)
+    uri = client.open(path)
+    shown = {one["code"]: one for one in client.diagnostics(uri)["diagnostics"]}
+    assert "give wcs.G55 = [X, Y, Z]" in shown["VP033"]["message"]
+    assert not any("--" in one["message"] for one in shown.values())
+    fixes = ask_fixes(client, uri, shown["VP033"]["range"]["start"]["line"])
+    action = fixes['Add wcs.G55 = "measure" to part.nc.toml, to be filled in']
+    there = path.with_name("part.nc.toml").as_uri()
+    assert apply_edit(action, {there: setup})[there] == setup.replace("[wcs]\n", '[wcs]\nG55 = "measure"\n')
+    fixes = ask_fixes(client, uri, shown["VP049"]["range"]["start"]["line"])
+    (title,) = (one for one in fixes if one.startswith("Write H7 in place of H3"))
+    client.change(uri, 2, apply_edit(fixes[title], {uri: text})[uri])
+    assert "VP049" not in [one["code"] for one in client.diagnostics(uri)["diagnostics"]]

@@ -118,6 +118,14 @@ def test_lengths_of_tools_come_from_one_place(folder: Path, run: Callable[..., A
         ("[wcs]\nG54 = [1, 2]", "part.nc.toml: wcs.G54"),
         ("[wcs]\nG44 = [1, 2, 3]", "'G44' is not a work system"),
         ("[wcs]\nG54 = [1, 2, 1e6]", "part.nc.toml: wcs.G54.2 = 1000000.0"),
+        (
+            '[tools]\n3 = { length = "90" }',
+            """part.nc.toml: tools.3.length = '90': expected a number: 0 to 10000, without quotes; or "measure\"""",
+        ),
+        (
+            '[wcs]\nG54 = "0,0,20"',
+            'expected a list of 3 to 4 numbers: -100000 to 100000, without quotes; or "measure"',
+        ),
         ("tool_length = ", "part.nc.toml: not a TOML file"),
         ('tool_table = ""', "part.nc.toml: tool_table = ''"),
         (

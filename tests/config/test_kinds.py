@@ -109,7 +109,7 @@ def test_one_value_for_all_or_three():
 
 def test_keys_of_another_kind_are_refused_with_the_kind():
     told = mistakes("serial", ("xyz_velocity =", "rho_velocity ="))
-    assert any(message.startswith("mine.toml: limits.xyz_velocity is missing") for message in told)
+    assert not any("limits.xyz_velocity is missing" in message for message in told), "the key that is there says so"
     (unknown,) = [message for message in told if "rho_velocity" in message]
     assert "limits.rho_velocity is not a key of a machine file of kind 'serial'; did you mean xyz_velocity?" in unknown
     (only,) = mistakes("serial", ("c_jerk = 20000.0", "c_jerk = 20000.0\nserial_singularity_mm = 100.0"))
@@ -164,8 +164,9 @@ def test_wrong_values_of_a_linear_delta(old, new, says):
 
 def test_mistakes_of_every_group_are_reported_at_once():
     told = mistakes("linear_delta", ("rod_length = 900.0", ""), ("rho_acceleration", "rho_acc"), ("radius = 250.0", ""))
-    for place in ("module.rod_length", "limits.rho_acceleration", "table.radius"):
-        assert sum(f"{place} is missing" in message for message in told) == 1, told
+    assert len(told) == 3
+    for text in ("module.rod_length is missing", "; did you mean rho_acceleration?", "table.radius is missing"):
+        assert sum(text in message for message in told) == 1, told
     told = mistakes("serial", ('kind = "serial"', 'kind = "tripod"'), ("radius = 250.0", ""))
     assert any("kind = 'tripod': unknown; expected one of verne, serial, linear_delta" in message for message in told)
     assert any("table.radius is missing" in message for message in told)

@@ -58,13 +58,13 @@ def test_a_number_with_another_character(
 @pytest.mark.parametrize(
     ("name", "line", "written", "meant", "code"),
     [
-        ("p.nc", "G35.1", "G35.1", "G53.1", "VP002"),
+        ("p.nc", "G68.2 X0. Y0. Z0. I0. J0. K0.\nG35.1\nG69", "G35.1", "G53.1", "VP002"),
         ("p.mpf", "TRAOIR", "TRAOIR", "TRAORI", "VP002"),
         ("p.mpf", "SUAP G0 Z0", "SUAP", "SUPA", "VP002"),
         ("p.mpf", "CYCEL832(0.01,1)", "CYCEL832", "CYCLE832", "VP002"),
         ("p.h", "L Z+80 FMXA M9", "FMXA", "FMAX", "VP001"),
-        ("p.h", "TOLO CALL 2", "TOLO", "TOOL", "VP002"),
-        ("p.h", "TOOL CLAL 2", "CLAL", "CALL", "VP002"),
+        ("p.h", "TOLO CALL 1", "TOLO", "TOOL", "VP002"),
+        ("p.h", "TOOL CLAL 1", "CLAL", "CALL", "VP002"),
         ("p.apt", "RAPDI", "RAPDI", "RAPID", "VP002"),
     ],
 )
@@ -74,8 +74,8 @@ def test_a_misspelt_word(
     """What is meant is all that the message proposes: no meaning for a word that nobody has meant."""
     text = f"{code} error: {written}: no meaning in this language; did you mean {meant}?"
     (found,) = find_errors(run, tmp_path, name, line)
-    column = line.index(written) + 1
-    assert found == f"{PROGRAMS[name][1]}: {text} (column {column})"
+    before, at = line[: line.index(written)], PROGRAMS[name][1]
+    assert found == f"{at + before.count(chr(10))}: {text} (column {len(before) - before.rfind(chr(10))})"
 
 
 def test_the_first_statement_of_klartext(run: Callable[..., Any], tmp_path: Path) -> None:
@@ -91,6 +91,7 @@ def test_the_first_statement_of_klartext(run: Callable[..., Any], tmp_path: Path
         ("CYCLE833", "CYCLE832"),  # another cycle
         ("M80", "M81"),
         ("G34", "G35"),
+        ("G12", "G21"),
         ("KX_CLAMP", "KX_RELEASE"),
         ("ON", "NO"),  # too short to tell
         ("SOFTB", "XOFT"),
@@ -117,3 +118,40 @@ def test_what_only_looks_like_a_mistyped_number(run: Callable[..., Any], tmp_pat
 def test_a_number_without_a_point_beside_a_corner_is_still_seen(run: Callable[..., Any], tmp_path: Path) -> None:
     found = find_errors(run, tmp_path, "p.nc", "G1 X10,R2.\nY5.")
     assert [one for one in found if "VP038 warning: X10 has no decimal point" in one]
+
+
+@pytest.mark.parametrize(
+    ("name", "lines", "written"),
+    [
+        ("p.mpf", "TRAOIR\nG1 X5 Y0 Z50 A3=0 B3=0.1 C3=1", "TRAOIR"),
+        ("p.mpf", "TRAOIR\nG1 X5 A5 C10", "TRAOIR"),
+        ("p.h", "L X+10 R0 FMXA M128\nLN X+10 Y+0 Z+50 TX+0 TY+0.6 TZ+0.8 F500", "FMXA"),
+        ("p.h", "PLNAE SPATIAL SPA+10 SPB+0 SPC+0 TURN FMAX\nL X+0 Y+0 F500", "PLNAE"),
+        ("p.nc", "G4.34 H1\nG1 X5. A5. C10.", "G4.34"),
+        ("p.apt", "FEDRTA/600,MMPM\nGOTO/10,0,60,0,0,1", "FEDRTA"),
+    ],
+)
+def test_a_misspelt_word_is_one_finding(
+    run: Callable[..., Any], tmp_path: Path, name: str, lines: str, written: str
+) -> None:
+    """What follows is read as if the word were right."""
+    (found,) = find_errors(run, tmp_path, name, lines)
+    assert f"error: {written}: no meaning in this language; did you mean " in found
+
+
+def test_errors_beside_a_misspelt_word_are_found_too(run: Callable[..., Any], tmp_path: Path) -> None:
+    """The line is executed again with the word that is meant: two words, and a mistake that is none of spelling."""
+    found = find_errors(run, tmp_path, "p.mpf", "SUAP G0 Z0 D0 CYCEL800()\nG1 X5 X6")
+    assert [one.split(":")[2].strip() for one in found] == [
+        "SUAP",
+        "CYCEL800",
+        "X appears twice in the block (column 7)",
+    ]
+
+
+def test_what_an_unknown_name_may_have_switched_on_is_not_reported(run: Callable[..., Any], tmp_path: Path) -> None:
+    """A name of the machine's builder may stand for TRAORI; once it has a meaning, the rest is said."""
+    (found,) = find_errors(run, tmp_path, "p.mpf", "MY_FIVE_AXES(1)\nG1 X5 Y0 Z50 A3=0 B3=0.1 C3=1")
+    assert "VP002 error: MY_FIVE_AXES: no meaning in this language" in found
+    (found,) = find_errors(run, tmp_path, "p.mpf", "G1 X5 Y0 Z50 A3=0 B3=0.1 C3=1")
+    assert "VP017 error: A3= B3= C3= without TRAORI" in found

@@ -540,7 +540,7 @@ def test_senses(machine, variant, a_sense, c_sense):
     sign = {"A": a_sense, "C": c_sense}
     program = re.sub(r"([AC])\{(-?\d+)\}", lambda m: f"{m[1]}{sign[m[1]] * int(m[2])}", SENSED)
     reference = re.sub(r"[{}]", "", SENSED)
-    wcs = {2: WorkOffset(ORIGIN, TURN)}
+    wcs = {1: WorkOffset((0.0, 0.0, 0.0)), 2: WorkOffset(ORIGIN, TURN)}
     one, *_ = read(reference, plain, tool_length=60.0, wcs=wcs)
     two, *_ = read(program, other, tool_length=60.0, wcs=wcs)
     assert two.line.tolist() == one.line.tolist()

@@ -303,3 +303,30 @@ def test_a_departure_names_the_end_point_that_lies_in_its_arc(view):
     assert second == ()
     assert [item.code for item in first] == ["VP008"]
     assert "the end point of the departure lies inside the arc" in first[0].message
+
+
+@pytest.mark.parametrize(
+    ("dialect", "head", "wrong", "arc"),
+    [
+        ("rs274", "G17 G21 G90 G94\nG0 X-40 Y0 Z60 A0 C0", "G1 X-3500 F500", "G3 X-30 Y0 I5 J0"),
+        ("rs274", "G17 G21 G90 G94\nG0 X-40 Y0 Z60 A0 C0", "G1 X-3500 F500", "G3 X-30 Y10 R12"),
+        ("siemens", "G17 G71 G90 G94\nG0 X-40 Y0 Z60 A0 C0", "G1 X-3500 F500", "G3 X-20 Y10 I=AC(-30) J=AC(10)"),
+        ("heidenhain", "BEGIN PGM A MM\nL X-40 Y0 Z60 A0 C0 FMAX", "L X-3500 F500", "CC X-30 Y10\nC X-20 Y10 DR+"),
+    ],
+)
+def test_an_arc_that_begins_out_of_reach_is_the_fault_of_the_line_before(dialect, head, wrong, arc):
+    """A slip of the point in X-35.00 was reported at the arc behind it, which was right."""
+    end = "L M30\nEND PGM A MM\n" if dialect == "heidenhain" else "M30\n"
+    source = f"{head}\n{wrong}\n{arc}\n{end}"
+    options = Options(dialect=dialect, tool_length=80.0, wcs={"G54": (0, 0, 60)})
+    (found,) = check(source, "verne", options).findings
+    assert (found.code, found.line) == ("VP008", 3)
+    line = 3 + len(arc.splitlines())
+    assert found.message.startswith(
+        f"X-3500 Y0 Z60 is out of the reach of the machine, and the arc of line {line} begins"
+    )
+    # an arc that begins within reach is wrong itself; so is one of a part that stands out of reach as a whole
+    for near, wcs in (("-80", 60), ("-3500", 6000)):
+        options = Options(dialect=dialect, tool_length=80.0, wcs={"G54": (0, 0, wcs)})
+        (found,) = check(source.replace("-3500", near), "verne", options).findings
+        assert (found.code, found.line) == ("VP008", line)

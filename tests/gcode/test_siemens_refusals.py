@@ -175,6 +175,30 @@ def test_how_far_the_part_is_turned_is_not_read_as_nothing(machine: Machine, tur
     assert [item.code for item in verne_post.check(text, machine, options).findings] == codes
 
 
+@pytest.mark.parametrize(
+    ("call", "code", "column", "count"),
+    [
+        ("CYCLE83(50,40,2,20,,35,,5,0,0,-1,0)", "VP007", 37, 3),
+        ("CYCLE83(50,40,2)", "VP005", 7, 3),
+        ("CYCLE84(50,40,2,20,,0,3,6,,0,100,100)", "VP048", 7, 1),
+        ("POCKET3(60,40,2,20,30,20,12,0,0,0,2,0,0,500,200,0,11,4)", "VP007", 32, 3),
+    ],
+)
+def test_a_wrong_value_of_mcall_stands_in_its_line(call: str, code: str, column: int, count: int) -> None:
+    """It was reported at the holes, which are right, with no column."""
+    source = f"G71 G90\nT1 M6 D1\nS900 M3\nG0 X0 Y0 Z60 A0 C0\nF600\nMCALL {call}\nX5\nX10\nX15\nMCALL\nM30\n"
+    tools = {1: verne_post.Tool(1, 1, (0.0, 0.0, 80.0, *(0.0,) * 6), 6.0)}
+    options = verne_post.Options(tools=tools, wcs={"G54": (0, 0, 60)}, dialect="siemens")
+    (found,) = verne_post.check(source, "verne", options).findings
+    assert (found.code, found.line, found.last_line, found.column, found.count) == (code, 6, 6, column, count)
+    # of a subprogram in a file the line that calls it is shown, and no column of another line
+    sub = f"PROC HOLES\nMCALL {call}\nX5\nX10\nX15\nMCALL\nM17\n"
+    source = source[: source.index("MCALL")] + "HOLES\nM30\n"
+    options = options.changed(subroutines={"holes": sub.encode()})
+    (found,) = verne_post.check(source, "verne", options).findings
+    assert (found.code, found.line, found.column, found.count) == (code, 6, None, count)
+
+
 def test_a_forgotten_mcall_is_named_once() -> None:
     """The cycle was reported at two lines that do not name it, and nothing named the MCALL."""
     head = "G71 G90\nT1 M6 D1\nS900 M3\nG0 X0 Y0 Z50 A0 C0\nF600\n"

@@ -50,6 +50,26 @@ def test_joints_in_the_same_lines_are_one_cause_and_others_are_not() -> None:
     assert find_causes(found)[0].describe_others() == ("rho1 by 10.000000 mm in lines 3 to 9 (worst of 2 places)")
 
 
+def test_what_only_a_rotary_axis_beyond_its_travel_breaks_belongs_to_it() -> None:
+    """B-120 where B ends at -35 was three errors, the slider first, with a move of the part as its remedy."""
+    move = "legal if the part is moved by 30 mm"
+    found = [
+        break_limit("z", 20.0, 10, 11, remedies=(move,)),
+        break_limit("b", -120.0, 10, 11, code="VP102", remedies=("the line ended at B -34.999",)),
+        make_finding("VP301", "the table changes to its other position", line=11, last_line=11, severity="error"),
+    ]
+    [cause] = find_causes(found)
+    assert cause.worst.axis == "b"
+    assert cause.worst.remedies == ("the line ended at B -34.999",)
+    assert cause.describe_others() == "z by 30.000000 mm in lines 10 to 11; VP301 in line 11"
+    # a limit that is broken in other lines, too, has a cause of its own
+    assert name_groups([*found, break_limit("z", 10.0, 40, 41)]) == [[3, 0], [1, 2]]
+    assert name_groups([found[1], break_limit("z", 10.0, 9, 11)]) == [[0], [1]]
+    # of two stretches beyond the travel the right one
+    two = [found[1], break_limit("c", -400.0, 30, 60, code="VP103"), break_limit("z", 10.0, 31, 32)]
+    assert name_groups(two) == [[0], [1, 2]]
+
+
 def test_below_and_above_are_two_limits() -> None:
     assert len(find_causes([break_limit("x", 40.0, 3, 3), break_limit("x", 1260.0, 9, 9)])) == 2
 

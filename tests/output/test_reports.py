@@ -222,3 +222,46 @@ def test_markdown_fits_into_a_comment() -> None:
         + shown.count("VP006")
         == 101
     )  # type: ignore[index]
+
+
+@pytest.fixture
+def two_programs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Programs with set-ups, of which one has a misspelt table, and a machine file with a cycle of a second."""
+    monkeypatch.chdir(tmp_path)
+    verne = (Path(__file__).resolve().parents[2] / "machine_configs" / "verne.toml").read_text("utf-8")
+    Path("bad.toml").write_text(re.sub(r"(?m)^cycle_s = .*$", "cycle_s = 1.0", verne), "utf-8")
+    for name, table in (("a", "wcs"), ("b", "wsc"), ("c", "wcs")):
+        Path(f"{name}.nc").write_text("G21 G90 G94 G54\nG0 X0 Y0 Z120 A0 C0\nG1 X10 F500\nM2\n", "utf-8")
+        Path(f"{name}.nc.toml").write_text(f"tool_length = 120\n# place\n[{table}]\nG54 = [0, 0, 60]\n", "utf-8")
+    return tmp_path
+
+
+def test_mistakes_of_files_stand_in_these_files_at_their_keys(two_programs: Path, run: Callable[..., Any]) -> None:
+    """A set-up's table at its line; a suspect value of the machine once, though every program has it."""
+    line = Path("bad.toml").read_text("utf-8").split("\n").index("cycle_s = 1.0") + 1
+    words = ("check", ".", "--machine", "bad.toml", "--limits-only")
+    shown = run(*words).out.splitlines()
+    assert [text for text in shown if "VP505" in text] == [
+        text for text in shown if text.startswith(f"bad.toml:{line}: VP505 warning: bad.toml: control.cycle_s: 1 s is")
+    ]
+    assert sum("VP505" in text for text in shown) == 1
+    assert any(text.startswith("b.nc.toml:3: VP503 error: b.nc.toml: wsc: ") for text in shown)
+    commands = run(*words, "--output-format", "github").out.splitlines()
+    assert [text.partition(",title")[0] for text in commands] == [
+        "::error file=b.nc.toml,line=3",
+        f"::warning file=bad.toml,line={line}",
+        *["::notice file=a.nc", "::notice file=c.nc"],  # nothing was planned
+    ]
+    results = json.loads(run(*words, "--output-format", "sarif").out)["runs"][0]["results"]
+    places = [one["locations"][0]["physicalLocation"] for one in results if one["level"] != "note"]
+    assert [(place["artifactLocation"]["uri"], place["region"]["startLine"]) for place in places] == [
+        ("b.nc.toml", 3),
+        ("bad.toml", line),
+    ]
+    Path("bad.toml").write_text(Path("bad.toml").read_text("utf-8").replace("cycle_s = 1.0", "cycle_s = -1.0"), "utf-8")
+    (command,) = run(*words, "--output-format", "github").out.splitlines()
+    assert command.startswith(f"::error file=bad.toml,line={line},title=VP501 ")
+    (run_of_all,) = json.loads(run(*words, "--output-format", "sarif").out)["runs"]
+    (notice,) = run_of_all["invocations"][0]["toolExecutionNotifications"]
+    place = notice["locations"][0]["physicalLocation"]
+    assert (place["artifactLocation"]["uri"], place["region"]["startLine"]) == ("bad.toml", line)

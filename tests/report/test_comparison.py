@@ -23,8 +23,8 @@ from ..builders import MACHINE
 
 OPTIONS = Options(tool_length=80.0, wcs={1: WorkOffset((0.0, 0.0, 40.0))})
 BEFORE = (
-    "(RIM)\n"
     "N10 G21 G90 G64 P0.01\n"
+    "(RIM)\n"
     "N20 G0 X0 Y0 Z0 A0 C0\n"
     "N30 G1 X20 F1200\n"
     "N40 Y20\n"
@@ -35,8 +35,8 @@ BEFORE = (
 )
 #: Renumbered; one block is faster, one is new.
 AFTER = (
-    "(RIM)\n"
     "N5 G21 G90 G64 P0.01\n"
+    "(RIM)\n"
     "N6 G0 X0 Y0 Z0 A0 C0\n"
     "N7 G1 X20 F2400\n"
     "N8 X22\n"

@@ -16,19 +16,15 @@ from verne_post.model.options import Options
 from verne_post.model.part_setup import Box, Tool, WorkOffset
 from verne_post.output.summary import format_summary
 from verne_post.report.governing import HIGHER, OTHERS
+from verne_post.report.head import list_setup, write_verdict_html
+from verne_post.report.markup import write_css_string
 from verne_post.report.modal import collect_modal_states
-from verne_post.report.sheet import (
-    find_worst_places,
-    list_setup,
-    write_css_string,
-    write_reached_html,
-    write_sheet_html,
-    write_times_html,
-    write_verdict_html,
-)
+from verne_post.report.sheet import write_sheet_html
 from verne_post.report.spectrum import measure_spectrum
 from verne_post.report.study import study
 from verne_post.report.table import Study
+from verne_post.report.times import write_reached_html, write_times_html
+from verne_post.report.worst import find_worst_places
 
 from ..builders import MACHINE, SAMPLES
 
@@ -212,7 +208,7 @@ def test_time_by_tool_and_operation_is_that_of_the_rows() -> None:
 
 
 def test_of_many_operations_the_longest_are_shown_and_the_rest_counted(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("verne_post.report.sheet.OPERATIONS", 2)
+    monkeypatch.setattr("verne_post.report.times.OPERATIONS", 2)
     seen = study_of(
         "G21 G90 F900\nG0 X0 Y0 Z0 A0 C0\n" + "".join(f"(CUT {k})\nG1 X{k * k}\n" for k in range(1, 6)) + "M2\n"
     )

@@ -17,10 +17,10 @@ from verne_post.part.stl import Mesh, build_mesh
 from verne_post.part.stock_forms import make_box
 from verne_post.report.left import draw_skin, make_left
 from verne_post.report.page import make_page
-from verne_post.report.sheet import find_worst_places
 from verne_post.report.study import study
 from verne_post.report.surfaces import FIXTURE_VERTICES, make_part, thin_surface
 from verne_post.report.table import Study
+from verne_post.report.worst import find_worst_places
 
 from ..builders import MACHINE
 from .test_report import embedded

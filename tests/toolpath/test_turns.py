@@ -20,7 +20,7 @@ from verne_post.model.part_setup import WorkOffset
 from verne_post.model.toolpath import SegmentKind, ToolPath
 from verne_post.output.rounding import choose_setpoint_format
 from verne_post.toolpath.evaluate import differentiate_pose, evaluate_pose
-from verne_post.verification.projection import find_programmed_pose, measure_lengths_to, measure_metric_lengths
+from verne_post.verification.programmed import find_programmed_pose, measure_lengths_to, measure_metric_lengths
 
 from ..builders import MACHINE, two_machines, with_ranges
 

@@ -7,17 +7,15 @@ import pytest
 
 from verne_post.app.assemble import assemble
 from verne_post.model.machine import Machine
-from verne_post.verification.projection import (
+from verne_post.verification.programmed import (
     RADIAN_MM,
-    Measured,
     find_programmed_pose,
     find_tip_paces,
-    measure_deviation_nearby,
     measure_lengths_to,
     measure_metric_lengths,
-    measure_off_segment,
     measure_progress_lengths,
 )
+from verne_post.verification.projection import Measured, measure_deviation_nearby, measure_off_segment
 
 from ..builders import OPTIONS
 

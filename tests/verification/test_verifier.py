@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import verne_post
-from verne_post.app.assemble import assemble
+from verne_post.app.assemble import Program, assemble
 from verne_post.app.verify import verify_setpoints
 from verne_post.model.options import Options
 from verne_post.model.part_setup import WorkOffset
@@ -45,6 +45,19 @@ def made(source: bytes, options: Options = OPTIONS) -> Table:
     return MADE[key]
 
 
+ASKED: dict[tuple[bytes, str], Program] = {}
+
+
+def ask(source: bytes, options: Options) -> Program:
+    """What a program asks for; kept, because most are asked for in several ways one after the other."""
+    key = (source, repr(options))
+    if key not in ASKED:
+        if len(ASKED) == 8:
+            ASKED.clear()
+        ASKED[key] = assemble(source, MACHINE, options)
+    return ASKED[key]
+
+
 def verify_rows(
     source: bytes,
     values: np.ndarray,
@@ -54,7 +67,7 @@ def verify_rows(
     fmt: SetpointFormat | None = None,
 ) -> Verification:
     """The verdict on rows that are fed in blocks."""
-    asked = assemble(source, MACHINE, options)
+    asked = ask(source, options)
     fmt = fmt or choose_setpoint_format(MACHINE, asked.cycle, options.decimals, accept_rounding=True)
     blocks = (
         SetpointBlock(first, values[first : first + block], line[first : first + block], fmt)
@@ -499,7 +512,7 @@ STILL = program("G0 X0 Y0 Z40 A0 C0\nG1 Z38 F1000\nX3\nY1 C2\nG4 P.02\nG0 Z40")
 
 
 def verify_text(source: bytes, text: str, options: Options = OPTIONS) -> Verification:
-    asked = assemble(source, MACHINE, options)
+    asked = ask(source, options)
     return verify_setpoints(asked, read_csv(io.StringIO(text), "axes.csv", MACHINE.columns, asked.cycle, ()))
 
 

@@ -20,8 +20,9 @@ from verne_post.app.table_places import add_table, lay_out
 from verne_post.base.arrays import Array
 from verne_post.base.long_text import Text
 from verne_post.base.team import ALONE, Team
+from verne_post.gcode.execution import LineTrace, StopConditions
 from verne_post.gcode.machining.state import State
-from verne_post.gcode.read import find_state_after, interpret_until_error
+from verne_post.gcode.read import find_state_after, interpret_until_error, replay
 from verne_post.gcode.restart import Restart, restart_at
 from verne_post.gcode.setup import Setup, TextOptions
 from verne_post.gcode.user_meanings import refuse_known_meanings
@@ -143,6 +144,7 @@ def assemble(source: Text, machine: Machine, options: Options, team: Team = ALON
 def build_interpreter_setup(machine: Machine, options: Options) -> Setup:
     """What the interpreter is given for a real machine."""
     frames = {}
+    unset = machine.coordinates.work_origin((0.0, 0.0, 0.0))
     for system in WORK_SYSTEMS:
         offset = options.wcs.get(system)
         if offset is not None and offset.turn_deg and not machine.coordinates.turns_with_part:
@@ -151,7 +153,7 @@ def build_interpreter_setup(machine: Machine, options: Options) -> Setup:
                 "that carries the part turns about its z"
             )
             raise make_input_error("VP018", f"--wcs {SYSTEM_NAMES[system]}: {text}")
-        origin = machine.coordinates.work_origin(offset.origin_mm if offset else (0.0, 0.0, 0.0))
+        origin = machine.coordinates.work_origin(offset.origin_mm) if offset else unset
         frames[system] = Frame(system, (*origin, *ZERO9[3:]), part_turn=offset.turn_deg if offset else 0.0)
     home = machine.home or Home((0.0,) * 5, (0.0,) * 5)
     points = [tuple(machine.place_stored(place).tolist()) for place in (home.g28, home.g30)]
@@ -187,6 +189,14 @@ def find_modal_state(source: Text, program: Program, line: int) -> State:
     """The interpreter's modal state after a line of a program that has been read."""
     setup = add_table(build_interpreter_setup(program.machine, program.options), program.moves)
     return find_state_after(source, setup, program.moves, line)
+
+
+def find_state_if_executed(source: Text, program: Program, line: int) -> State | None:
+    """The same; None where the program itself never comes to the line, as to one of a subprogram or after its end."""
+    setup = add_table(build_interpreter_setup(program.machine, program.options), program.moves)
+    trace = LineTrace()
+    state, _recorder = replay(source, setup, program.moves, StopConditions(after_line=line, trace=trace))
+    return state if any(first <= line < last for first, last, _may_restart in trace.spans) else None
 
 
 def _select_text_options(options: Options) -> dict[str, Any]:

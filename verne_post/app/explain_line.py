@@ -13,13 +13,14 @@ from verne_post.base.numbers import format_fixed
 from verne_post.base.rotations import find_axis_of_angles
 from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.gcode.block import read_block
+from verne_post.gcode.machining.state import State
 from verne_post.gcode.program_error import ProgramError
 from verne_post.kinematics.checks import remedies
 from verne_post.kinematics.joint_path import JointPath
 from verne_post.model.codes import CODES
 from verne_post.model.findings import Finding
 from verne_post.model.machine import Machine
-from verne_post.model.moves import AXES, FeedMode, MoveKind
+from verne_post.model.moves import AXES, FeedMode, Frame, MoveKind, PathMode
 from verne_post.model.part_setup import SYSTEM_NAMES
 from verne_post.model.protocols import AxisCorrecting
 from verne_post.model.toolpath import SegmentKind
@@ -108,16 +109,34 @@ def _describe_words(line: Line, tool: float) -> Iterator[str]:
     yield f"line {line.number}: {line.text.strip()}"
     state, moves = line.state, line.moves
     feed_mode, path_mode = FeedMode(moves.feed_mode[line.move]), moves.controls[moves.control[line.move]].mode
-    modal = [
-        *state.modes.show(feed_mode, path_mode),
-        SYSTEM_NAMES[line.frame.system],
-        f"tool length {tool:g} mm",
-    ]
+    modal = list_modes(state, line.frame, feed_mode, path_mode, tool)
     feed = float(moves.feed[line.move])
     if np.isfinite(feed):
         share = "" if line.options.override == 1.0 else f" at an override of {100 * line.options.override:g} %"
         modal.append(f"feed {feed:g} {_name_feed_unit(line)}{share}")
     yield f"  in force             {', '.join(modal)}"
+
+
+def list_modes(state: State, frame: Frame, feed_mode: FeedMode, path_mode: PathMode, tool: float) -> list[str]:
+    """What holds, in words of the program: codes, work system, tilted work plane, tool length (mm)."""
+    plane = frame.feature
+    tilted = [] if plane is None else [f"tilted work plane, its Z along {_show_direction(plane.rotation[2::3])}"]
+    return [
+        *state.modes.show(feed_mode, path_mode),
+        SYSTEM_NAMES[frame.system],
+        *tilted,
+        f"tool length {tool:g} mm",
+    ]
+
+
+def describe_modes(state: State) -> str:
+    """What holds after a line without motion."""
+    modal = list_modes(state, state.frame, state.feed_mode, state.control.mode, state.frame.tool_length)
+    return f"in force: {', '.join(modal)}"
+
+
+def _show_direction(axis: Sequence[float]) -> str:
+    return f"({', '.join(f'{value + 0.0:.4g}' for value in axis)})"
 
 
 def _name_feed_unit(line: Line) -> str:

@@ -34,22 +34,29 @@ def measure_lines(plan: Plan) -> LineFacts:
     lines = np.unique(np.append(program.contour.find_lines(), plan.timeline.line))
     count, speed = np.zeros(len(lines)), np.zeros(len(lines))
     margin, nearest = np.full(len(lines), np.inf), np.zeros(len(lines), dtype=np.int64)
-    before: Array | None = None
+    last: tuple[Array, Array, Array] | None = None  # tip, joints and tool length of the row before
     for rows in map(sampler.make_rows, sampler.list_blocks()):
         of = np.searchsorted(lines, rows.line)
         poses = joints.find_joint_poses(rows.shown, rows.shown_w)
         steps = of if rows.first else of[1:]  # the first row is the start, not a step
         count += np.bincount(steps, minlength=len(lines))
-        last = poses.tip[:1] if before is None else before
-        np.maximum.at(speed, of, np.linalg.norm(np.diff(poses.tip, axis=0, prepend=last), axis=1) / cycle)
-        before = poses.tip[-1:]
-        table = margins(poses.tip, poses.angles, path.tool_length[program.contour.segment[rows.shown]])
+        length = path.tool_length[program.contour.segment[rows.shown]]
+        here = poses.tip, poses.q, length
+        tip, q, of_tool = (np.concatenate(pair) for pair in zip(last or [one[:1] for one in here], here, strict=True))
+        step = np.diff(tip, axis=0)
+        # a change of the tool's length is no motion: both ends of a step in time are solved with the later tool
+        changed = np.flatnonzero(np.diff(of_tool))
+        solve = program.machine.five_axis.find_nominal_pose
+        step[changed] = solve(poses.q[changed], length[changed])[0] - solve(q[changed], length[changed])[0]
+        np.maximum.at(speed, of, np.linalg.norm(step, axis=1) / cycle)
+        last = poses.tip[-1:], poses.q[-1:], length[-1:]
+        table = margins(poses.tip, poses.angles, length)
         least = table.min(axis=1)
         worst_first = np.lexsort((least, of))
-        here, first = np.unique(of[worst_first], return_index=True)
+        lines_here, first = np.unique(of[worst_first], return_index=True)
         rows_of = worst_first[first]
-        lower = least[rows_of] < margin[here]
-        margin[here[lower]] = least[rows_of][lower]
-        nearest[here[lower]] = table[rows_of].argmin(axis=1)[lower]
+        lower = least[rows_of] < margin[lines_here]
+        margin[lines_here[lower]] = least[rows_of][lower]
+        nearest[lines_here[lower]] = table[rows_of].argmin(axis=1)[lower]
     kept = count > 0
     return LineFacts(lines[kept], cycle * count[kept], speed[kept], margin[kept], nearest[kept], names)

@@ -35,8 +35,8 @@ _ARGUMENTS: Final = {
     "range": "ranges",
 }
 #: An option as it is written, and the word after it, which may be its value.
-_FLAG: Final = re.compile(r"(?<![\w-])(--[a-z][a-z-]*)(?: ([^\s;:()\"]*[^\s;:()\",.]))?")
-_PLACE: Final = re.compile(r"(G5\d[^=]*)=(.+)")
+FLAG: Final = re.compile(r"(?<![\w-])(--[a-z][a-z-]*)(?: ([^\s;:()\"]*[^\s;:()\",.]))?")
+PLACE: Final = re.compile(r"(G5\d[^=]*)=(.+)")
 
 _P = ParamSpec("_P")
 _T = TypeVar("_T")
@@ -60,7 +60,7 @@ def translate_messages(function: Callable[_P, _T]) -> Callable[_P, _T]:
 
 def name_in_python(text: str) -> str:
     """A message with options as callers from Python write them: ``--air 5`` is ``air=5``."""
-    return _FLAG.sub(_spell, text) if "--" in text else text
+    return FLAG.sub(_spell, text) if "--" in text else text
 
 
 def _spell(found: re.Match[str]) -> str:
@@ -80,7 +80,7 @@ def _list_names() -> dict[str, str]:
 
 def _spell_value(name: str, word: str) -> str:
     """A value of the command line as Python has it; empty for a word that is no value."""
-    if name == "wcs" and (place := _PLACE.fullmatch(word)):
+    if name == "wcs" and (place := PLACE.fullmatch(word)):
         return f'{{"{place[1]}": ({", ".join(place[2].split(","))})}}'
     if name == "stock" and word == OWN_STOCK:
         return "OwnStock()"

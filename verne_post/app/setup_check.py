@@ -1,12 +1,13 @@
 """What set-up and program leave open although the program uses it: warnings before anything else is looked at."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 import numpy as np
+from msgspec import Struct
 
 from verne_post.app.spindle_check import check_spindle
 from verne_post.base.columns import iterate_blocks
-from verne_post.base.tolerances import ZERO_ANGLE, ZERO_LENGTH_MM
+from verne_post.base.tolerances import LIMIT_SLACK_MM, ZERO_ANGLE, ZERO_LENGTH_MM
 from verne_post.base.units import DEG_PER_RAD
 from verne_post.gcode.missing_setup import report_missing_offset
 from verne_post.model.findings import Finding, InputError, make_finding
@@ -28,38 +29,39 @@ def check_setup(moves: Moves, path: ToolPath, machine: Machine, options: Options
     Raises
     ------
     InputError
-        VP033: the set-up marks the place of a work system that is used as still to be measured.
+        VP033: the set-up marks the place of a work system that is used as still to be measured, or gives others and not
+        this one. VP034: a tool comes down with a length that is not the one that the set-up gives it.
     """
     systems: dict[int, int] = {}  # index of a frame -> first move that uses it
-    bare = -1
+    cut_frames: set[int] = set()
     for begin, end in iterate_blocks(len(path)):
         move = path.move[begin:end]
         used, first = np.unique(moves.frame[move[move >= 0]], return_index=True)
         for frame, at in zip(used.tolist(), move[move >= 0][first].tolist(), strict=True):
             systems.setdefault(frame, at)
-        cutting = np.flatnonzero(
-            (path.tool_length[begin:end] == 0.0) & (path.feed_time[begin:end] > 0) & (move >= moves.first_cut)
-        )
-        if bare < 0 and len(cutting):
-            bare = int(move[cutting[0]])
+        cut_frames.update(np.unique(moves.frame[move[(move >= 0) & (path.feed_time[begin:end] > 0)]]).tolist())
     unplaced: dict[int, int] = {}  # system -> first move that uses it
+    cut_systems: set[int] = set()
     for index, at in sorted(systems.items(), key=lambda item: item[1]):
         frame = moves.frames[index]
         if find_placer(frame, machine, options, moves.placed_systems) == "nobody":
             unplaced.setdefault(frame.system, at)
+            cut_systems |= {frame.system} if index in cut_frames else set()
     found = [
         report_missing_offset(
-            system, int(moves.line[at]), options.unmeasured_wcs.get(system, ""), calls_presets=moves.calls_presets
+            system,
+            int(moves.line[at]),
+            options.unmeasured_wcs.get(system, ""),
+            calls_presets=moves.calls_presets,
+            # a program that moves in rapids until it calls its first work system does not mean the one before
+            others=options.wcs if system in cut_systems or system != moves.start_frame.system else (),
         )
         for system, at in unplaced.items()
     ]
-    if find_worst(found) == "error":  # what follows would be about a part that is somewhere else
-        raise InputError(*found)
     if options.tool_length is None:
-        texts_by_move = [(bare, _describe_bare_tool(moves, bare, options))] if bare >= 0 else []
-        for at, text in [*texts_by_move, *_find_mistaken_lengths(moves, path, options)]:
-            line = int(moves.line[at])
-            found.append(make_finding("VP034", text, line=line, last_line=line, worst_line=line))
+        found += _check_lengths(moves, path, options)
+    if find_worst(found) == "error":  # what follows would be about a part or a tip that is somewhere else
+        raise InputError(*(item for item in found if item.severity == "error"))
     texts = _find_implausible(options)
     found += [*_check_tolerances(moves, path), *_find_idle_tolerances(moves, path, options)]
     found += [*_check_directions(moves, path, machine), *check_spindle(moves, path)]
@@ -130,12 +132,106 @@ def _find_idle_tolerances(moves: Moves, path: ToolPath, options: Options) -> Ite
         yield make_finding("VP040", text, line=line, last_line=line, worst_line=line)
 
 
-def _describe_bare_tool(moves: Moves, move: int, options: Options) -> str:
+class _Stretch(Struct, frozen=True):
+    """Segments from ``begin`` to ``end`` (excluded) in which one tool has one length."""
+
+    begin: int
+    end: int
+    tool: int  #: Its number; 0 where none is named.
+    length: float  #: In force, mm.
+
+
+def _list_stretches(moves: Moves, path: ToolPath) -> list[_Stretch]:
+    """The stretches of a path, of which one ends at every change of the tool or of its length."""
+    ends: list[tuple[int, int, float]] = []  # begin, tool, length
+    for begin, end in iterate_blocks(len(path)):
+        tool, length = find_tool_of_moves(path.move[begin:end], 0, moves), path.tool_length[begin:end]
+        at = np.flatnonzero(np.append(True, (np.diff(tool) != 0) | (np.diff(length) != 0)))
+        for first in at.tolist():
+            pair = int(tool[first]), float(length[first])
+            if not ends or ends[-1][1:] != pair:
+                ends.append((begin + first, *pair))
+    closing = [*(one[0] for one in ends[1:]), len(path)]
+    return [_Stretch(begin, end, tool, length) for (begin, tool, length), end in zip(ends, closing, strict=True)]
+
+
+def _find_cuts(moves: Moves, path: ToolPath, stretch: _Stretch) -> tuple[int, int]:
+    """The first move of a stretch that cuts, and the first that does so lower than the stretch began; -1 without one.
+
+    Before a tool goes down, its length is no matter: posts move a retracted head at feed rate where a control of theirs
+    has no fast rapids, and call the length after that.
+    """
+    first, floor = -1, path.start[stretch.begin, 2] - LIMIT_SLACK_MM
+    for block, stop in iterate_blocks(stretch.end - stretch.begin):
+        begin, end = stretch.begin + block, stretch.begin + stop
+        move = path.move[begin:end]
+        cuts = np.flatnonzero((path.feed_time[begin:end] > 0) & (move >= (0 if stretch.length else moves.first_cut)))
+        if not len(cuts):
+            continue
+        first = int(move[cuts[0]]) if first < 0 else first
+        low = cuts[np.minimum(path.start[begin:end][cuts, 2], path.end[begin:end][cuts, 2]) < floor]
+        if len(low):
+            return first, int(move[low[0]])
+    return first, -1
+
+
+def _check_lengths(moves: Moves, path: ToolPath, options: Options) -> Iterator[Finding]:
+    """VP034: tools that cut without a length, or with that of another tool, each once.
+
+    An error where the set-up gives the tool a length, and it comes down with another one: nothing else can be meant. A
+    length that no tool before has may be a second offset of the same tool, or wear.
+    """
+    lengths = {number: tool.offset[2] for number, tool in (options.tools or {}).items() if not tool.unmeasured}
+    names = name_tools(moves.events)
+    named = [item.line for item in moves.findings if item.code == "VP049" and item.line is not None]
+    wrong: dict[tuple[int, float], tuple[int, int, str]] = {}  # tool and length -> first cut, first low one, message
+    before: list[int] = []  # tools so far
+    for stretch in _list_stretches(moves, path):
+        tool, length = stretch.tool, stretch.length
+        before += [] if tool in before else [tool]
+        own = lengths.get(tool, 0.0)
+        owner = next((one for one in before if one != tool and lengths.get(one) == length), None)
+        if length and (owner is None or own == length or tool not in lengths):
+            continue
+        first, low = _find_cuts(moves, path, stretch)
+        if first < 0:
+            continue
+        change = max((one.line for one in moves.events if one.kind == "tool" and one.before <= first), default=0)
+        if length and any(change <= line <= moves.line[first] for line in named):
+            continue  # an H of another tool since then has its own warning
+        # no length is told once, whatever the tools
+        known = wrong.setdefault((tool if length else 0, length), (first, -1, ""))
+        if known[2] and (known[1] >= 0 or low < 0 or not own):
+            continue
+        text = (
+            _describe_other_length(tool, length, own, owner, names)
+            if owner is not None and length
+            else _describe_bare_tool(tool, own, lengths, names)
+        )
+        wrong[tool if length else 0, length] = known[0], low if own else -1, text
+    for first, low, text in wrong.values():
+        line = int(moves.line[first if low < 0 else low])
+        severity = "warning" if low < 0 else "error"
+        yield make_finding("VP034", text, severity=severity, line=line, last_line=line, worst_line=line)
+
+
+def _describe_other_length(tool: int, length: float, own: float, owner: int, names: Mapping[int, str]) -> str:
+    mine, other = (describe_tool_number(one, names) for one in (tool, owner))
+    return (
+        f"{mine} cuts with a length of {length:g} mm, which is that of {other}; its own is {own:g} mm: activate it "
+        f"before (G43 H, D1), or the tip is {abs(own - length):g} mm off"
+    )
+
+
+def _describe_bare_tool(tool: int, own: float, lengths: Mapping[int, float], names: Mapping[int, str]) -> str:
     """Why a move cuts with a tool of length 0, and what to do if that is not meant."""
-    loaded = [event for event in moves.events if event.kind == "tool" and event.before <= move]
-    number = int(str(loaded[-1].data["number"])) if loaded else 0
-    if number in (options.tools or {}) and (options.tools or {})[number].ends_at_gauge_line:
-        name = describe_tool_number(number, name_tools(loaded))
+    name = describe_tool_number(tool, names)
+    if own:
+        return (
+            f"{name} cuts with length 0, and the set-up gives it {own:g} mm: it comes {own:g} mm too deep; activate "
+            "its length before (G43 H, D1), or give it the length 0 where the work offset contains its length"
+        )
+    if tool in lengths:
         return (
             f"{name} has the length 0 in the tool table: its tip is the gauge line of the spindle; if that is not "
             "meant, write its length there"
@@ -144,39 +240,6 @@ def _describe_bare_tool(moves: Moves, move: int, options: Options) -> str:
         "the tool has no length: its tip is the gauge line of the spindle; activate its length before (G43, TOOL "
         "CALL), or give --tool-length"
     )
-
-
-def _find_mistaken_lengths(moves: Moves, path: ToolPath, options: Options) -> Iterator[tuple[int, str]]:
-    """First cuts of tools with the length of a tool that was in the spindle before, and what to do about each.
-
-    A length that no tool before has may be meant: a second offset of the same tool, or wear.
-    """
-    lengths = {number: tool.offset[2] for number, tool in (options.tools or {}).items() if not tool.unmeasured}
-    if len(lengths) < 2:
-        return
-    first: dict[tuple[int, float], int] = {}  # (tool, length in force) -> first move that cuts so
-    for begin, end in iterate_blocks(len(path)):
-        cuts = (path.feed_time[begin:end] > 0) & (path.move[begin:end] >= 0)
-        move, length = path.move[begin:end][cuts], path.tool_length[begin:end][cuts]
-        number = find_tool_of_moves(move, 0, moves)
-        pairs, at = np.unique(np.stack([number, length]), axis=1, return_index=True)
-        for (tool, value), index in zip(pairs.T.tolist(), at.tolist(), strict=True):
-            first.setdefault((int(tool), value), int(move[index]))
-    names = name_tools(moves.events)
-    named = [item.line for item in moves.findings if item.code == "VP049" and item.line is not None]
-    for (tool, value), begin in sorted(first.items(), key=lambda item: item[1]):
-        change = max((one.line for one in moves.events if one.kind == "tool" and one.before <= begin), default=0)
-        if any(change <= line <= moves.line[begin] for line in named):
-            continue  # an H of another tool since then has its own warning
-        before = [one for (one, _length), other in first.items() if other < begin and one != tool]
-        owner = next((one for one in before if lengths.get(one) == value), None)
-        if value and owner is not None and lengths.get(tool, value) != value:
-            mine, other = (describe_tool_number(one, names) for one in (tool, owner))
-            text = (
-                f"{mine} cuts with a length of {value:g} mm, which is that of {other}; its own is {lengths[tool]:g} "
-                f"mm: activate it before (G43 H, D1), or the tip is {abs(value - lengths[tool]):g} mm off"
-            )
-            yield begin, text
 
 
 def _find_implausible(options: Options) -> Iterator[str]:

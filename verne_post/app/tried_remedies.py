@@ -10,15 +10,16 @@ from typing import Any, Final
 import numpy as np
 from msgspec.structs import replace
 
-from verne_post.app.assemble import Program, assemble
+from verne_post.app.assemble import Program, assemble, build_interpreter_setup
 from verne_post.app.constraints import check_program, guard_joints
 from verne_post.app.explain_numbers import format_list
 from verne_post.app.line_remedies import Line, propose_ends, propose_turns
 from verne_post.base.arrays import Array
 from verne_post.base.long_text import Text
 from verne_post.base.tolerances import LIMIT_SLACK_MM
+from verne_post.gcode.inch_words import read_as_mm
 from verne_post.kinematics.checks.remedies import ROTARY_CODES, find_smallest_shift, is_movable, select_line
-from verne_post.model.findings import Finding, InputError, Remedy
+from verne_post.model.findings import Finding, InputError, Remedy, make_finding
 from verne_post.model.part_setup import SYSTEM_NAMES, WorkOffset
 from verne_post.model.verdict import Family, find_family, is_about_pose
 from verne_post.output.causes import find_excess
@@ -30,6 +31,8 @@ REMEDIED: Final = 3
 TRIED_ELEMENTS: Final = 20_000
 #: Offsets that are tried, each moved so that the worst line of the one before becomes legal.
 OFFSETS: Final = 4
+#: A part that would have to stand farther off than this, mm, is not clamped in a wrong place: the unit is looked at.
+FAR_MM: Final = 300.0
 #: A proposed offset is rounded to this, mm, away from where it was: people do not set hundredths.
 ROUND_MM: Final = 0.1
 #: Options that cure findings of a code -> their fields.
@@ -50,20 +53,52 @@ def add_remedies(source: Text, program: Program, findings: Sequence[Finding]) ->
     errors = [item for item in findings if item.severity == "error" and is_about_pose(item.code) and item.line]
     if not errors:
         return list(findings)
+    found = _find_offset(source, program, errors) if len(program.contour) <= TRIED_ELEMENTS else None
+    offset, distance = found or (None, np.inf)
+    in_inches = _find_mistaken_unit(source, program, errors) if distance > FAR_MM else None
+    if in_inches is not None:
+        remedy = (f"see {in_inches.code} in line {in_inches.line}",)
+        return [
+            in_inches,
+            *(dataclasses.replace(one, remedies=remedy) if one is errors[0] else one for one in findings),
+        ]
     chosen: dict[object, Finding] = {}
     for item in errors:
         chosen.setdefault((item.code, item.axis), item)
     remedied = list(chosen.values())[:REMEDIED]
     joints = guard_joints(program)
-    offset = _find_offset(source, program, errors) if len(program.contour) <= TRIED_ELEMENTS else None
     made: list[Finding] = []
     for item in findings:
         if item in remedied:
             tried = tuple(_try_remedies(source, program, joints, item, offset))
-            edits = (*(one for one in tried if one.value), *_list_ends(program, joints, item))
+            edits = tuple(one for one in tried if one.value)
             item = dataclasses.replace(item, remedies=tuple(one.text for one in tried), edits=edits)
         made.append(item)
     return made
+
+
+def _find_mistaken_unit(source: Text, program: Program, errors: Sequence[Finding]) -> Finding | None:
+    """VP505: the program asks for inches and leaves the machine, and in mm no pose of it is refused; else None.
+
+    The reverse, inches that are read as mm, leaves no trace: a small part is legal.
+    """
+    if len(program.contour) > TRIED_ELEMENTS or not any(find_family(item.code) == Family.POSITION for item in errors):
+        return None
+    found = read_as_mm(source, build_interpreter_setup(program.machine, program.options))
+    if found is None:
+        return None
+    place, text = found
+    left = _find_errors_with(text, program)
+    if left is None or any(is_about_pose(code) for code in left):
+        return None
+    tips = np.concatenate([program.path.start[:, :3], program.path.end[:, :3]])
+    span = float(np.ptp(tips, axis=0).max())
+    message = (
+        f"{place.word}: read in inches, the program spans {span:.0f} mm and leaves the machine; read in mm, no pose of "
+        f"it is refused; did you mean {place.word_for_mm}?"
+    )
+    where = {"line": place.line, "last_line": place.line, "worst_line": place.line, "column": place.column}
+    return make_finding("VP505", message, **where)
 
 
 def _try_remedies(
@@ -89,11 +124,15 @@ def _try_remedies(
             )
 
 
-def _list_ends(program: Program, joints: Any, item: Finding) -> list[Remedy]:
-    """Other numbers for X, Y or Z of the worst line: edits for an editor; in words, `explain` of the line has them."""
-    if item.code in (*ROTARY_CODES, *_OPTIONS) or find_family(item.code) == Family.BRANCH:
+def list_ends(program: Program, item: Finding) -> list[Remedy]:
+    """Other numbers for X, Y or Z of the worst line of an error, each an edit.
+
+    They take ten times as long as the check: an editor asks for them, and in words `explain` of the line has them.
+    """
+    others = item.code in (*ROTARY_CODES, *_OPTIONS) or find_family(item.code) == Family.BRANCH
+    if item.severity != "error" or not is_about_pose(item.code) or others:
         return []
-    line = _find_worst_line(program, joints, item)
+    line = _find_worst_line(program, guard_joints(program), item)
     return [] if line is None else list(propose_ends(line, warnings=False))
 
 
@@ -120,8 +159,8 @@ def _find_errors_with(source: Text, program: Program, **change: Any) -> tuple[st
 # --- a work offset for the whole program -----------------------------------------------------------------
 
 
-def _find_offset(source: Text, program: Program, errors: Sequence[Finding]) -> Remedy | None:
-    """A work offset, as an option, with which the whole program was checked; None where none was found."""
+def _find_offset(source: Text, program: Program, errors: Sequence[Finding]) -> tuple[Remedy, float] | None:
+    """A work offset, as an option, with which the whole program was checked, and how far it moves the part, mm."""
     concerned = _select_movable_errors(errors)
     if not concerned:
         return None
@@ -141,7 +180,8 @@ def _find_offset(source: Text, program: Program, errors: Sequence[Finding]) -> R
             moved = f"if the part is moved by {format_list(place - origin)} mm (then {name} = {then})"
             none_given = "no work offset was given; " if given is None else ""
             what = f"only {', '.join(left)} stay" if left else "legal"
-            return Remedy(f"{none_given}{what} {moved}", f"[{then}]", key=("wcs", name))
+            remedy = Remedy(f"{none_given}{what} {moved}", f"[{then}]", key=("wcs", name))
+            return remedy, float(np.linalg.norm(place - origin))
     return None
 
 

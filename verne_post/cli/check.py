@@ -151,7 +151,7 @@ def command(
         _emit_failure(files, output_file, output_format, Verdict.USAGE_ERROR, text, ())
         raise
 
-    from verne_post.output.findings import Report
+    from verne_post.output.findings import Report, drop_repeated
     from verne_post.output.policy import apply_policy, format_baseline
     from verne_post.output.reports import FORMATS
 
@@ -166,6 +166,7 @@ def command(
         statuses.append(ExitStatus.CLEAN if exit_zero and status == ExitStatus.VIOLATION else status)
     if write_baseline is not None:
         files.write(write_baseline, "--write-baseline", [format_baseline(everything)])
+    reports = drop_repeated(reports)
     write_report_files(files, report_files, reports, machine)
     if quiet and output_format == "text":
         reports = [one for one in map(_keep_errors_alone, reports) if one.findings]
@@ -183,7 +184,7 @@ def _check_one(
     """Check one program; what is wrong with its file or its set-up is a finding too."""
     from verne_post.app.convert import check_source
     from verne_post.app.result import refuse_program
-    from verne_post.model.findings import InputError, make_input_error
+    from verne_post.model.findings import InputError, make_finding
     from verne_post.output.findings import Report
     from verne_post.output.summary import list_remarks
 
@@ -197,7 +198,7 @@ def _check_one(
         except InputError as error:  # the others are checked all the same
             result = refuse_program(error)
         except (click.UsageError, Unreadable) as error:
-            result = refuse_program(make_input_error("VP022", str(error)))
+            result = refuse_program(InputError(*files.find_lines([make_finding("VP022", str(error))])))
     time = result.summary.cycle_time if result.summary else None
     remarked = tuple(list_remarks(result.summary)) if result.summary else ()
     return Report(shown, result.findings, time, source, remarked)

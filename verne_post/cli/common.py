@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from verne_post.cli.colour import say
-from verne_post.cli.files import RunFiles, is_dash, name_unreadable, show_name
+from verne_post.cli.files import RunFiles, is_dash, locate_errors, name_unreadable, show_name
 from verne_post.cli.numbers import NUMBER
 from verne_post.model.verdict import find_exit_status
 
@@ -110,12 +110,13 @@ def expect_machine(name: str, what: str = "") -> None:
     """
     if is_dash(name):
         return
-    from verne_post.config.machine_paths import expect_file, find_machine_path, suggest_names
+    from verne_post.config.machine_paths import expect_file, find_machine_path
 
-    expect_file(find_machine_path(name), what or f"machine file {name!r}", suggest_names(Path(name).name))
+    expect_file(find_machine_path(name), what or f"machine file {name!r}", Path(name).name)
 
 
-def load(files: RunFiles, name: str, what: str = "--machine") -> "Machine":
+@locate_errors
+def load(files: RunFiles, /, name: str, what: str = "--machine") -> "Machine":
     """Load a machine, from standard input for "-"; its findings end the command."""
     expect_machine(name)
     if is_dash(name):
@@ -123,9 +124,12 @@ def load(files: RunFiles, name: str, what: str = "--machine") -> "Machine":
         from verne_post.config.load import build_machine
 
         return build_machine(raw, show_name(name))
+    from dataclasses import replace
+
     from verne_post.config import load_machine
 
-    return load_machine(name, lambda path: files.note_read(path, what))
+    machine = load_machine(name, lambda path: files.note_read(path, what))
+    return replace(machine, warnings=files.find_lines(machine.warnings)) if machine.warnings else machine
 
 
 def _read_text(files: RunFiles, name: str, max_megabytes: int) -> "Text":

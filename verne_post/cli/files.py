@@ -8,20 +8,26 @@ import os
 import re
 import stat
 import sys
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
+from functools import wraps
 from io import BytesIO
 from pathlib import Path
-from typing import IO, Any, Final
+from typing import IO, TYPE_CHECKING, Any, Concatenate, Final, ParamSpec, TypeVar
 
 from verne_post.base.bounded import read_bounded
 from verne_post.base.printable import escape_unprinted, make_printable
 from verne_post.cli.temporary import make_temporary_file, make_temporary_folder
 
+if TYPE_CHECKING:
+    from verne_post.model.findings import Finding
+
 #: Names of the streams of this process; what they lead to may be a file, which is written through and not replaced.
 _STREAMS: Final = re.compile(r"/dev/(std(in|out|err)|fd/[0-9]+)|/proc/(self|thread-self|[0-9]+)/fd/[0-9]+")
 
 _Name = str | Path
+_P = ParamSpec("_P")
+_T = TypeVar("_T")
 #: Between a file and its key that names another file, as a purpose: "part.nc.toml: tool_table".
 KEY_OF_FILE: Final = ": "
 #: In place of a file: standard input or standard output.
@@ -93,7 +99,7 @@ class RunFiles:
             other, where = self._written.get(key, (what, name))
             if other != what:
                 raise _make_conflict_error(other, where, what)
-            self._read.setdefault(key, (what, name))
+            self._read[key] = self._read.pop(key, (what, name))[0], name
         self._refuse_part_name(name, what)
 
     def expect(self, name: _Name, what: str) -> None:
@@ -138,6 +144,33 @@ class RunFiles:
         first = str(name) not in self._asked
         self._asked.add(str(name))
         return first
+
+    def find_lines(self, findings: "Iterable[Finding]") -> "tuple[Finding, ...]":
+        """Findings with the file and line that their messages begin with, where the run has read such a file."""
+        return tuple(map(self._find_line, findings))
+
+    def _find_line(self, item: "Finding") -> "Finding":
+        from dataclasses import replace
+
+        from verne_post.base.text_marks import decode_text
+        from verne_post.config.toml_text import find_key_line
+
+        if item.file is not None or item.line is not None:
+            return item
+        # of files with one name that which was read last
+        for _what, name in reversed(self._read.values()):
+            shown = show_name(name)
+            place = re.match(rf"(?:{re.escape(shown)}|{re.escape(Path(shown).name)}):(?:(\d+):)? ", item.message)
+            if is_dash(name) or place is None:
+                continue
+            line = None if place[1] is None else int(place[1])
+            if line is None and shown.endswith(".toml"):
+                with suppress(OSError, UnicodeError):
+                    raw = self.texts.get(os.path.realpath(name)) or Path(name).read_bytes()
+                    line = find_key_line(decode_text(raw), item.message[place.end() :])
+            near = os.path.relpath(shown) if Path(shown).is_relative_to(Path.cwd()) else shown
+            return replace(item, file=near, file_line=line)
+        return item
 
     # --- writing -----------------------------------------------------------------------------------
 
@@ -265,6 +298,21 @@ class RunFiles:
                 raise FileError(
                     f"{_show(what, name)}: a part of {_show(other, output)} may have this name; choose another one"
                 )
+
+
+def locate_errors(function: Callable[Concatenate[RunFiles, _P], _T]) -> Callable[Concatenate[RunFiles, _P], _T]:
+    """Let the errors of a function that reads files of a run say in which line of which file they stand."""
+
+    @wraps(function)
+    def call(files: RunFiles, /, *arguments: _P.args, **named: _P.kwargs) -> _T:
+        from verne_post.model.findings import InputError
+
+        try:
+            return function(files, *arguments, **named)
+        except InputError as error:
+            raise type(error)(*files.find_lines(error.findings)) from None
+
+    return call
 
 
 @contextmanager

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from verne_post.cli.common import add_sigma_option, load, name_machine, refuse
+from verne_post.cli.common import add_sigma_option, load, name_machine, print_findings, refuse
 from verne_post.cli.files import RunFiles, is_dash, show_name
 from verne_post.cli.machine_as_built import calibrate, perturb, tolerances
 from verne_post.cli.numbers import NUMBER, Whole, read_numbers
@@ -201,9 +201,13 @@ def validate(name: str) -> int:
     from verne_post.model.findings import InputError
 
     try:
-        machine = load(RunFiles(), name)
+        files = RunFiles()
+        machine = load(files, name)
         from verne_post.app.capability import describe_moves
         from verne_post.config import validate_machine
+        from verne_post.config.chain import describe_skew_joints
+        from verne_post.config.machine_paths import find_machine_path
+        from verne_post.config.toml_text import read_toml
 
         found = validate_machine(machine)
         if found:
@@ -214,12 +218,12 @@ def validate(name: str) -> int:
     echo(f"{show_name(name)}: {machine.name} ({machine.kind}) is sound; sha256 {machine.sha256}")
     for group, source in machine.provenance.items():
         echo(f"  {group}: {source}")
-    for text in describe_moves(machine):
+    data = read_toml(files.read(name if is_dash(name) else find_machine_path(name), "--machine"))
+    for text in (*describe_skew_joints(data), *describe_moves(machine)):
         echo(f"  {text}")
     if machine.unlimited:
         echo(f"  not limited: {machine.unlimited}")
-    for item in machine.warnings:
-        echo(f"{name}: {item.code} {item.severity}: {item.message}", err=True)
+    print_findings(name, machine.warnings)
     return 0
 
 

@@ -16,7 +16,7 @@ from msgspec import Struct
 from verne_post.base.numbers import is_count
 from verne_post.base.printable import make_printable
 from verne_post.base.type_words import list_alternatives, strip_bounds
-from verne_post.cli.files import DASH, RunFiles, is_dash, show_name
+from verne_post.cli.files import DASH, RunFiles, is_dash, locate_errors, show_name
 from verne_post.cli.numbers import INTEGER, NUMBER, read_numbers
 from verne_post.cli.setups import KEYS_OF_FILES, Offsets, Placed, place_options
 from verne_post.cli.streams import echo
@@ -258,7 +258,8 @@ def claim_input(files: RunFiles, given: dict[str, Any]) -> None:
             files.note_read(DASH, one.flag)
 
 
-def build_options(files: RunFiles, name: str, program: str = "", **given: Any) -> Options:
+@locate_errors
+def build_options(files: RunFiles, /, name: str, program: str = "", **given: Any) -> Options:
     """Options of the command line; they go before the program's set-up, and that before the settings file.
 
     Parameters
@@ -431,7 +432,8 @@ def _work_offsets(files: RunFiles, places: Sequence[Offsets]) -> dict[int, WorkO
     return found
 
 
-def find_settings(files: RunFiles, path: Path | None, *, tell: bool = False) -> "Settings | None":
+@locate_errors
+def find_settings(files: RunFiles, /, path: Path | None, *, tell: bool = False) -> "Settings | None":
     """The settings file in force; ``tell`` says on standard error which one that is, and what it hides."""
     found = _find_nearest_settings(Path.cwd()) if path is None else path
     if found is None:

@@ -2,7 +2,7 @@
 
 import hashlib
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Annotated, Any, ClassVar, Final, Literal
 
 import numpy as np
@@ -346,6 +346,19 @@ def _compute_inverse(matrix: Array) -> Array:
     return np.asarray(near) + 0.0 if np.array_equal(matrix @ near, np.eye(3)) else np.asarray(inverse)
 
 
+def describe_skew_joints(data: Mapping[str, Any]) -> Iterator[str]:
+    """One line for each joint of a file of schema 2 whose direction is along no axis: that may be meant, or not."""
+    joints = data.get("joints")
+    for name, joint in joints.items() if isinstance(joints, Mapping) else ():
+        for key, word in (("slides", "along"), ("turns", "about")):
+            if np.count_nonzero(joint.get(key, ())) > 1:
+                unit = _normalise(joint[key])
+                near = int(np.argmax(np.abs(unit)))
+                angle = np.degrees(np.arctan2(np.linalg.norm(np.delete(unit, near)), abs(unit[near])))
+                shown = ", ".join(f"{value:.6g}" for value in unit)
+                yield f"{name} {key} {word} ({shown}): along no axis, {angle:.6g} degrees from {'xyz'[near]}"
+
+
 def _normalise(vector: list[float] | Array) -> Array:
     """A direction; one along an axis is exact."""
     array = np.asarray(vector, dtype=float)
@@ -406,7 +419,7 @@ def build_chain_machine(data: dict[str, Any], raw: bytes, file_name: str) -> Mac
             key: escape_unprinted(value) for key, value in asdict(file.provenance).items() if value is not None
         },
         drives=convert_drives(file.drives, columns, limits, file_name),
-        warnings=tuple(_find_implausible(file)),
+        warnings=tuple(_find_implausible(file, file_name)),
         vibration=convert_vibration(file.vibration),
     )
 
@@ -430,7 +443,7 @@ def _convert_limits(file: ChainMachineFile, named: dict[str, JointFile], columns
     return Limits(travel[:, 0], travel[:, 1], velocity, acceleration, jerk, drop, smallest)
 
 
-def _find_implausible(file: ChainMachineFile) -> Iterator[Finding]:
+def _find_implausible(file: ChainMachineFile, file_name: str) -> Iterator[Finding]:
     """Warnings (VP505) about values that are legal but that no machine tool has: most often another unit."""
     texts = list[str]()
     for name, joint in file.joints.items():
@@ -449,4 +462,4 @@ def _find_implausible(file: ChainMachineFile) -> Iterator[Finding]:
         ("control.cycle_s", file.control.cycle_s, "cycle"),
     ):
         texts += compare_largest(key, (value,), what, "")
-    yield from (make_finding("VP505", text) for text in texts)
+    yield from (make_finding("VP505", f"{file_name}: {text}") for text in texts)

@@ -16,7 +16,7 @@ from verne_post.base.units import MILLI, RAD_PER_DEG
 from verne_post.config.beside import find_file_beside
 from verne_post.config.common import convert_drives, convert_home, convert_vibration
 from verne_post.config.kinds import KINDS, Kind
-from verne_post.config.machine_paths import DEFAULT_MACHINE, find_machine_path, read_machine_file, suggest_names
+from verne_post.config.machine_paths import DEFAULT_MACHINE, find_machine_path, read_machine_file
 from verne_post.config.plausibility import find_implausible
 from verne_post.config.schema import (
     AccuracyFile,
@@ -61,12 +61,12 @@ def load_machine(
         raise UsageError("machine", f"expected a name or a path, got {type(name_or_path).__name__}")
     path = find_machine_path(name_or_path)
 
-    def read(path: Path, what: str, hint: str = "") -> bytes:
+    def read(path: Path, what: str, named: str | None = None) -> bytes:
         if reads is not None:
             reads(path)
-        return read_machine_file(path, what, hint)
+        return read_machine_file(path, what, named)
 
-    raw = read(path, f"machine file {str(name_or_path)!r}", suggest_names(path.name))
+    raw = read(path, f"machine file {str(name_or_path)!r}", path.name)
 
     def read_named(name: str, key: str = "as_built.file") -> bytes:
         try:
@@ -156,7 +156,7 @@ def build_machine(raw: bytes, file_name: str, read: Callable[..., bytes] = _refu
         drives=convert_drives(content.drives, columns, joint_limits, file_name),
         bodies=clearance.bodies if clearance else None,
         rod_places=places,
-        warnings=tuple(find_implausible(data, kind.group)),
+        warnings=tuple(find_implausible(data, kind.group, file_name)),
         tolerances=_convert_tolerances(content.tolerances or TolerancesFile()),
         vibration=convert_vibration(content.vibration),
         meshes=meshes,

@@ -3,6 +3,7 @@
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import cache
 from pathlib import Path
 from typing import Final
 
@@ -16,6 +17,12 @@ DEFAULT_MACHINE: Final = "verne"
 
 def list_machine_files() -> dict[str, Path]:
     """The machine files that come with the package, by name; in a wheel and in an editable install."""
+    return dict(_look_for_machine_files())
+
+
+@cache
+def _look_for_machine_files() -> dict[str, Path]:
+    """They are looked for once: a command asks six times."""
     here = Path(__file__).resolve().parents[1]
     for folder in (here / "machine_configs", here.parent / "machine_configs"):
         if folder.is_dir():
@@ -29,35 +36,34 @@ def find_machine_path(name_or_path: str | os.PathLike[str]) -> Path:
     return known[name_or_path] if isinstance(name_or_path, str) and name_or_path in known else Path(name_or_path)
 
 
-def suggest_names(named: str) -> str:
+def _suggest_names(named: str) -> str:
     """What an error adds: the names that there are, and the one that was meant by a file of another name."""
     known = list_machine_files()
     return f"; machines by name: {', '.join(known)}{suggest(named.removesuffix('.toml').lower(), known)}"
 
 
-def read_machine_file(path: Path, what: str, hint: str) -> bytes:
+def read_machine_file(path: Path, what: str, named: str | None = None) -> bytes:
     """The bytes of a machine file, or of one that it names.
 
     Raises
     ------
     InputError
-        VP501 with what it is, and a hint.
+        VP501 with what it is; the names that there are, where a machine was ``named``.
     """
-    with _explain_read_errors(what, hint):
+    with _explain_read_errors(what, named):
         return read_file(path)
 
 
-def expect_file(path: Path, what: str, hint: str) -> None:
+def expect_file(path: Path, what: str, named: str) -> None:
     """See whether a file can be read; raises as :func:`read_machine_file`."""
-    with _explain_read_errors(what, hint), path.open("rb"):
+    with _explain_read_errors(what, named), path.open("rb"):
         pass
 
 
 @contextmanager
-def _explain_read_errors(what: str, hint: str) -> Iterator[None]:
+def _explain_read_errors(what: str, named: str | None) -> Iterator[None]:
     try:
         yield
-    except OSError as error:
-        raise make_input_error("VP501", f"{what}: {error.strerror or 'cannot be read'}{hint}") from None
-    except ValueError:
-        raise make_input_error("VP501", f"{what}: a file name has no zero byte{hint}") from None
+    except (OSError, ValueError) as error:
+        why = (error.strerror or "cannot be read") if isinstance(error, OSError) else "a file name has no zero byte"
+        raise make_input_error("VP501", f"{what}: {why}{'' if named is None else _suggest_names(named)}") from None

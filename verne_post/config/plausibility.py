@@ -27,7 +27,7 @@ _OF_THE_REST: Final = {
 }
 
 
-def find_implausible(data: dict[str, Any], group: str) -> list[Finding]:
+def find_implausible(data: dict[str, Any], group: str, file_name: str) -> list[Finding]:
     """Warnings about values that are legal but that no machine tool has.
 
     Parameters
@@ -36,6 +36,8 @@ def find_implausible(data: dict[str, Any], group: str) -> list[Finding]:
         The machine file, as it is written; it has been checked against its schema.
     group : str
         What the keys of the actuators begin with.
+    file_name : str
+        For messages.
     """
     limits, texts = data["limits"], list[str]()
     for axis, kind in ((group, "linear"), ("a", "rotary"), ("c", "rotary")):
@@ -52,7 +54,7 @@ def find_implausible(data: dict[str, Any], group: str) -> list[Finding]:
         table, _dot, entry = key.partition(".")
         numbers = _list_numbers(data.get(table, {}).get(entry))
         texts += compare_largest(key, numbers, name, "up to " if len(numbers) > 1 else "")
-    return [make_finding("VP505", text) for text in dict.fromkeys(texts)]
+    return [make_finding("VP505", f"{file_name}: {text}") for text in dict.fromkeys(texts)]
 
 
 def _list_numbers(value: object) -> list[float]:

@@ -1,12 +1,13 @@
 """Tables of files against their schemas: the values, or a sentence for each wrong key: key, value, what is right."""
 
+import json
 from collections.abc import Callable, Iterator, Mapping
-from typing import Any, ClassVar, TypeVar, get_args, get_origin
+from typing import Any, ClassVar, Literal, TypeVar, get_args, get_origin
 
 from msgspec import Struct, ValidationError, convert
 from msgspec.structs import fields
 
-from verne_post.base.suggestions import suggest
+from verne_post.base.suggestions import find_suggestion, suggest
 from verne_post.base.type_words import describe, has_shape, list_alternatives, strip_bounds
 
 #: Keys from the top of the table on, and what follows them in a sentence.
@@ -83,18 +84,25 @@ def _find_mistakes_of_table(
 ) -> Iterator[_Mistake]:
     known = {field.encode_name: field for field in fields(schema)}
     found: list[_Mistake] = []
+    meant: set[str] = set()
     for key, value in data.items():
         here = (*place, key)
         if key not in known:
             # a key that the table lacks goes before one that it has
             nearest = suggest(key, [one for one in known if one not in data], known)
             found.append((here, f" is not a key of {kind_of_file}{nearest}"))
+            meant.add(find_suggestion(nearest))
             continue
         wrong = list(_find_mistakes_of_value(known[key].type, value, kind_of_file, here))
         if not wrong and key in schema.checks:
             wrong = [(here, f" = {value!r}: {why}")] if (why := _describe_complaint(schema.checks[key], value)) else []
         found += wrong
-    found += [((*place, key), " is missing") for key, field in known.items() if field.required and key not in data]
+    # what a misspelt key stands for is told there
+    found += [
+        ((*place, key), " is missing")
+        for key, field in known.items()
+        if field.required and key not in data and key not in meant
+    ]
     if not found and (why := _describe_complaint(lambda one: convert(one, schema), data)):
         found = [(place, f": {why}")]
     yield from found
@@ -116,8 +124,18 @@ def _find_mistakes_of_value(
             one for key, item in items for one in _find_mistakes_of_value(inner, item, kind_of_file, (*place, key))
         ]
     if not found and _describe_complaint(lambda one: convert(one, kind), value):
-        found = [(place, f" = {value!r}: expected {describe(kind if fitting is None else fitting)}")]
+        found = [(place, f" = {value!r}: expected {_describe_expected(kind, fitting, value)}")]
     yield from found
+
+
+def _describe_expected(kind: Any, fitting: Any, value: object) -> str:
+    """What a value must be: for a text in place of numbers, these, without quotes, beside the word that it may be."""
+    kinds = [one for one in list_alternatives(kind) if one is not type(None)]
+    words = [one for one in kinds if get_origin(one) is Literal]
+    if not isinstance(value, str) or not 0 < len(words) < len(kinds):
+        return describe(kind if fitting is None else fitting)
+    numbers = " or ".join(describe(one) for one in kinds if one not in words)
+    return f"{numbers}, without quotes; or {' or '.join(json.dumps(word) for one in words for word in get_args(one))}"
 
 
 def _describe_complaint(check: Callable[[Any], object], value: object) -> str:

@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Callable
+from typing import Final
 
 from msgspec import Struct
 
@@ -10,6 +11,9 @@ from verne_post.gcode.execution import Execution, StopConditions
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.words import read_whole_lines
+
+#: Inches and mm of RS274 blocks.
+INCH_OF_BLOCKS: Final = (r"(?<![A-Z])(G0*20)(?![\d.])", "G21")
 
 
 class Rival(Struct, frozen=True):
@@ -32,6 +36,8 @@ class Dialect(Struct, frozen=True):
     #: Of files whose text is of this dialect where no dialect recognises it, in lower case.
     endings: tuple[str, ...] = ()
     rival: Rival | None = None  #: Might read a text that this one has recognised.
+    #: Pattern of the word that asks for inches, as its only group, and the word for mm; None where it has none.
+    inch: tuple[str, str] | None = None
 
 
 def names_axis_in_blocks(source: Text, letter: str, setup: Setup) -> bool:

@@ -48,7 +48,9 @@ class Execution(Struct):
         shown_number = shown_line or line
         message = error.message if file is None else f"{file}, line {line}: {error.message}"
         key = (shown_number, error.code, message)
-        if key in self._reported_errors:  # the error is in a loop, whose end may depend on what was not executed
+        if (
+            key in self._reported_errors and not error.of_value
+        ):  # the error is in a loop, whose end may depend on what was not executed
             return False
         self._reported_errors.add(key)
         column = error.column if file is None else None

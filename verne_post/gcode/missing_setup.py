@@ -1,6 +1,6 @@
 """What a program's set-up lacks (tools, tool numbers, work offsets), in the same words for every dialect."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Any, Final
 
 import numpy as np
@@ -77,11 +77,14 @@ def number_of_tool(name: str, call: str, dialect: str, setup: Setup, state: Stat
     return number
 
 
-def report_missing_offset(system: int, line: int, setup_name: str, *, calls_presets: bool) -> Finding:
+def report_missing_offset(
+    system: int, line: int, setup_name: str, *, calls_presets: bool, others: Collection[int] = ()
+) -> Finding:
     """VP033: a work system that a program uses from a line on, and that nobody has placed on the table.
 
     Where the program calls work systems presets, the message does so too, and says which --wcs the preset is. An error
-    where a set-up, ``setup_name``, says that the place is still to be measured: it is not at the rotary centre then.
+    where a set-up, ``setup_name``, says that the place is still to be measured, or where ``others`` have a place: it is
+    not at the rotary centre then.
     """
     name = SYSTEM_NAMES[system]
     where: dict[str, Any] = {"line": line, "last_line": line, "worst_line": line, "settled_by": (("wcs", name),)}
@@ -93,8 +96,18 @@ def report_missing_offset(system: int, line: int, setup_name: str, *, calls_pres
             "rotary centre and the table face"
         )
         return make_finding("VP033", text, severity="error", **where)
+    preset = f"preset {system % ADDITIONAL_SYSTEMS}"
+    if others:
+        given = " and ".join(SYSTEM_NAMES[one] for one in sorted(others))
+        what = f"{preset}, which is {name} here," if calls_presets else name
+        key = name if name.isalnum() else f'"{name}"'
+        text = (
+            f"{what} has no place on the table, and {given} {'has' if len(others) == 1 else 'have'} one: write "
+            f"wcs.{key} = [x, y, z] into the set-up, mm from the rotary centre and the table face, or give --wcs "
+            f"{name}=X,Y,Z"
+        )
+        return make_finding("VP033", text, severity="error", **where)
     if calls_presets:
-        preset = f"preset {system % ADDITIONAL_SYSTEMS}"
         what, meaning = f"no datum was given: {preset}", f", the name of {preset} here"
     else:
         what, meaning = f"no work offset was given: {name}", ""
@@ -114,7 +127,9 @@ def report_missing_offsets(moves: Moves, setup: Setup) -> list[Finding]:
         if setup.machine and not given_systems:
             line = int(moves.line[at])
             setup_name = setup.unmeasured_wcs.get(frame.system, "")
-            found.setdefault(
-                frame.system, report_missing_offset(frame.system, line, setup_name, calls_presets=moves.calls_presets)
+            others = setup.given_systems if frame.system != moves.start_frame.system else ()
+            item = report_missing_offset(
+                frame.system, line, setup_name, calls_presets=moves.calls_presets, others=others
             )
+            found.setdefault(frame.system, item)
     return list(found.values())

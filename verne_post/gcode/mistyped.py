@@ -10,6 +10,8 @@ from dataclasses import replace
 from typing import Final
 
 from verne_post.base.long_text import Text, take_line
+from verne_post.base.suggestions import find_correction
+from verne_post.gcode.program_error import ProgramError
 from verne_post.model.findings import Finding
 
 #: Shorter words are too near to each other; two letters in the wrong order are seen from one less on.
@@ -21,6 +23,8 @@ _LETTER_O: Final = re.compile(
 _COMMA: Final = re.compile(
     r"(?<![A-Z\d.,])((?:[A-Z]{1,2}\d*[ \t]*=|[A-Z]{1,2}|)[ \t]*)([-+]?\d+,\d+)(?![\d.,(])", re.IGNORECASE
 )
+#: Characters of such a word, so that long lines of digits take no time.
+_LONGEST: Final = 40
 #: Letters after which an O alone is a zero: GO, XO. After others it is a word, such as DO and TO.
 _BEFORE_ZERO: Final = "ABCFGHIJKMRXYZ"
 _MEANT_CHARACTERS: Final = str.maketrans({"O": "0", "o": "0", ",": "."})
@@ -60,11 +64,24 @@ def _is_one_slip(word: str, right_word: str) -> bool:
     if len(shorter) == len(longer):
         here, there = shorter[begin:], longer[begin:]
         if here[:2] == there[1::-1] and here[2:] == there[2:]:
-            return len(word) >= _LEAST_LETTERS - 1
+            return len(word) >= _LEAST_LETTERS - word.isalpha()
         is_slip = here[1:] == there[1:] and (here[0] + there[0]).isalpha()
     else:
         is_slip = shorter[begin:] == longer[begin + 1 :] and longer[begin].isalpha()
     return is_slip and len(shorter) >= _LEAST_LETTERS - (len(shorter) < len(longer)) and word[0] == right_word[0]
+
+
+def correct_line(text: str, error: ProgramError) -> str | None:
+    """A line with the word that is meant in place of the misspelt one; None for other errors.
+
+    A language executes it, so that nothing is reported that only follows from the misspelling.
+    """
+    correction = find_correction(error.message)
+    if correction is None or error.column is None or error.line is not None:
+        return None
+    begin = error.column - 1
+    end = begin + len(correction[0])
+    return text[:begin] + correction[1] + text[end:] if text[begin:end].upper() == correction[0].upper() else None
 
 
 def say_what_is_meant(source: Text, errors: Sequence[Finding]) -> list[Finding]:
@@ -79,7 +96,7 @@ def _name_number(source: Text, item: Finding) -> Finding:
     line = "" if raw is None else raw.decode("utf-8", errors="replace")
     at = item.column - 1
     for pattern, what in ((_LETTER_O, "the letter O"), (_COMMA, "a decimal comma")):
-        for match in pattern.finditer(line):
+        for match in pattern.finditer(line, max(at - _LONGEST, 0), at + _LONGEST):
             if match.start() <= at <= match.end() and (pattern is _COMMA or _is_number(match, line)):
                 number = match[2].translate(_MEANT_CHARACTERS)
                 text = f"{match[0]}: {what} in a number; did you mean {''.join(match[1].split())}{number}?"

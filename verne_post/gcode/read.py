@@ -4,6 +4,7 @@ from contextlib import suppress
 from dataclasses import replace
 from typing import Final
 
+import numpy as np
 from msgspec import structs
 
 from verne_post.base.long_text import Text
@@ -140,10 +141,37 @@ def _make_refusal(
 ) -> InputError:
     """The errors of a program; where a tool is missing, with the work offsets that nobody gave either."""
     found = _find_cause(source, errors, dialect, setup)
-    if execution.recorder.count and any(item.code in ("VP012", "VP018") for item in found):
+    codes = {item.code for item in found}
+    if execution.recorder.count and codes & {"VP008", "VP012", "VP018"}:
         moves = execution.recorder.freeze(list(execution.state.position), execution.state.frame, {})
-        found += report_missing_offsets(moves, setup)
+        found = [_blame_start(item, moves, setup) if item.code == "VP008" else item for item in found]
+        found += report_missing_offsets(moves, setup) if codes & {"VP012", "VP018"} else []
     return InputError(*found)
+
+
+def _blame_start(item: Finding, moves: Moves, setup: Setup) -> Finding:
+    """An impossible arc (VP008), at the line before where that one leads out of the reach of the machine.
+
+    Where the machine does not get to the place before, either, the part is somewhere else, and nothing is known.
+    """
+    later = np.flatnonzero(moves.line >= (item.line or 0))
+    last = (int(later[0]) if len(later) else len(moves)) - 1
+    if setup.travel is None or last < 1:
+        return item
+    reached = []
+    for index in (last - 1, last):
+        frame = moves.frames[moves.frame[index]]
+        reached.append(
+            setup.travel.is_reached(setup.coordinates.map_to_machine(moves.end[index], frame), frame.tool_length)
+        )
+    if reached != [True, False]:
+        return item
+    line = int(moves.line[last])
+    place = " ".join(f"{axis}{value:g}" for axis, value in zip("XYZ", moves.end[last, :3].tolist(), strict=True))
+    message = (
+        f"{place} is out of the reach of the machine, and the arc of line {item.line} begins there: {item.message}"
+    )
+    return replace(item, message=message, line=line, last_line=line, worst_line=line, column=None)
 
 
 def _find_language(source: Text, errors: list[Finding], dialect: Dialect) -> Finding | None:

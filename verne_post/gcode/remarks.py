@@ -35,7 +35,7 @@ def list_heads(lines: Sequence[str], dialect: str, moving: Set[int], changes: Se
     """
     pattern = re.compile(_REMARKS[dialect], re.IGNORECASE)
     heads, before = list[tuple[int, str]](), -2
-    moved = changed = is_top = False
+    has_motion = has_change = is_top = False
     at_top = True  # nothing but the name of the program so far
     for number, line in enumerate(lines):
         match = pattern.match(line)
@@ -43,19 +43,19 @@ def list_heads(lines: Sequence[str], dialect: str, moving: Set[int], changes: Se
         # a line of dashes heads nothing
         if re.search(r"[^\W\d_]", text):
             if before < number - 1:
-                if heads and not moved:
+                if heads and not has_motion:
                     heads[-1] = heads[-1][0], ""
                 heads.append((number, text))
-                moved, changed, is_top = False, False, at_top
+                has_motion, has_change, is_top = False, False, at_top
             before = number
         elif not match and line.strip():
-            if number in changes and heads and (moved or changed):
+            if number in changes and heads and (has_motion or has_change):
                 heads.append((number, ""))
-                moved = changed = False
-            moved, changed = moved or number in moving, changed or number in changes
-            if is_top and not (moved or changed):
+                has_motion = has_change = False
+            has_motion, has_change = has_motion or number in moving, has_change or number in changes
+            if is_top and not (has_motion or has_change):
                 heads[-1] = heads[-1][0], ""
             at_top, is_top = at_top and _NAME.match(line) is not None, False
-    if heads and not moved:
+    if heads and not has_motion:
         heads[-1] = heads[-1][0], ""
     return heads

@@ -70,16 +70,18 @@ class _Opening:
         give its slopes, and these the start.
         """
         position = np.zeros(len(AXES))
-        _misses, execution = self._replay(position, tolerant=True)
+        misses, execution = self._replay(position, tolerant=True)
         late = [axis for axis in range(len(AXES)) if not execution.state.is_known(axis)]
         if late:  # their letters stand in blocks like G10 alone
             self.unnamed_axes += tuple(late)
-            _misses, execution = self._replay(position, tolerant=True)
+            misses, execution = self._replay(position, tolerant=True)
         self.discovered_run = execution
-        for waits in (False, True):
-            found = self._solve(position, waits=waits)
-            if found is not None:
-                return found
+        found = self._solve(position, misses, waits=False)
+        if found is None:
+            misses = self._replay(position, tolerant=True, waits=True)[0]
+            found = self._solve(position, misses, waits=True)
+        if found is not None:
+            return found
         raise make_input_error(
             "VP013",
             "the pose at which the program starts cannot be found from its first lines: they leave an axis open, "
@@ -89,10 +91,11 @@ class _Opening:
             worst_line=1,
         )
 
-    def _solve(self, guess: Array, *, waits: bool) -> Array | None:
-        """The position at which nothing is missing, from a guess on; None where there is none."""
+    def _solve(self, guess: Array, misses: Array, *, waits: bool) -> Array | None:
+        """The position at which nothing is missing, from a guess at which ``misses`` (9) are; None where there is
+        none.
+        """
         position = guess.copy()
-        misses = self._replay(position, tolerant=True, waits=waits)[0]
         for _ in range(_PLAIN_STEPS):
             position += misses
             misses = self._replay(position, waits=waits)[0]

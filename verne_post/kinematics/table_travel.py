@@ -10,6 +10,7 @@ from msgspec import Struct
 
 from verne_post.base.arrays import Array, Mask
 from verne_post.base.tolerances import LIMIT_SLACK, LIMIT_SLACK_MM
+from verne_post.base.units import DEG_PER_RAD
 from verne_post.model.machine import Machine
 from verne_post.model.moves import ZERO9, Frame
 
@@ -24,13 +25,31 @@ class MachineTravel(Struct, frozen=True, eq=False):
 
         Where no sliders reach the place, the nominal angles are compared.
         """
-        machine, frame = self.machine, Frame(tool=(0.0, 0.0, tool_length, *ZERO9[3:]))
-        tip, angles = machine.coordinates.map_to_table(machine.coordinates.map_to_program(place[None], frame), frame)
-        q, _platform, ok = machine.five_axis.solve(tip, angles, tool_length)
-        table = q[0, -2:] if ok[0] else angles[0]
+        machine = self.machine
+        q, angles, ok = self._solve(place, tool_length)
+        table = q[-2:] if ok else angles
         limits = machine.limits
         out = (table < limits.lower[-2:] - LIMIT_SLACK) | (table > limits.upper[-2:] + LIMIT_SLACK)
         return "".join(letter for letter, beyond in zip(machine.rotary_letters, out, strict=True) if beyond)
+
+    def describe_tilt(self) -> str:
+        """The travel of the axis that tilts the tool, in degrees, in words."""
+        low, high = (float(limit[-2]) * DEG_PER_RAD for limit in (self.machine.limits.lower, self.machine.limits.upper))
+        return f"{self.machine.rotary_letters[0]} goes from {low:g} to {high:g}"
+
+    def is_reached(self, place: Array, tool_length: float) -> bool:
+        """Whether every joint is within its travel at a place of the nominal machine (9,), mm and degrees."""
+        q, _angles, ok = self._solve(place, tool_length)
+        limits = self.machine.limits
+        slack = np.append(np.full(len(q) - 2, LIMIT_SLACK_MM), [LIMIT_SLACK, LIMIT_SLACK])
+        return bool(ok and ((q >= limits.lower - slack) & (q <= limits.upper + slack)).all())
+
+    def _solve(self, place: Array, tool_length: float) -> tuple[Array, Array, bool]:
+        """Joints and nominal angles at a place, and whether it is reached."""
+        machine, frame = self.machine, Frame(tool=(0.0, 0.0, tool_length, *ZERO9[3:]))
+        tip, angles = machine.coordinates.map_to_table(machine.coordinates.map_to_program(place[None], frame), frame)
+        q, _platform, ok = machine.five_axis.solve(tip, angles, tool_length)
+        return q[0], angles[0], bool(ok[0])
 
 
 def check_travel_of(machine: Machine) -> Callable[[Array, Array], Mask]:

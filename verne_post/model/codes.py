@@ -251,7 +251,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "warning",
         "The program uses a work offset that neither the set-up nor the program gives (in Klartext a preset). "
         "The part zero is then at the rotary centre on the table face. "
-        'It is an error where the set-up says "measure", or where G10 in G91 moves it. '
+        'It is an error where the set-up says "measure", where it gives other work offsets and not this one, or where '
+        "G10 in G91 moves it. "
         "Presets 1 to 9 are G54 to G59.3 of --wcs, 10 to 48 G54.1P10 to P48.",
         "Fill in wcs.G54 in INPUT.toml, which verne-post setup INPUT writes, or give --wcs: mm from the rotary centre"
         " and the table face. If the part zero really is there, give --wcs G54=0,0,0.",
@@ -261,7 +262,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "no tool length, or that of another tool",
         "warning",
         "The program cuts with tool length 0: no length is in force (after G49 or D0), or the tool table gives 0. Or a "
-        "tool cuts with the length of one that was in the spindle before.",
+        "tool cuts with the length of one that was in the spindle before. It is an error where the set-up gives the "
+        "tool another length, and the tool has come down since it was called.",
         "Activate a length of the tool table (G43 H; M6 and D1; TOOL CALL; LOADTL), or give "
         "--tool-length. If the gauge line is"
         " meant, give --tool-length 0.",
@@ -348,7 +350,7 @@ CODES: Final[dict[str, Code]] = _make_table(
     (
         "VP047",
         "tapping as feed moves",
-        "warning",
+        "note",
         "With --tapping feed a thread is a move in and a move out at pitch times speed. Between rest and full speed, "
         "and at an override, the axis is slower than that: only a spindle that follows the axis cuts the thread.",
         "Let the control couple the spindle to the axis. The coupling begins with the event at the beginning of the "

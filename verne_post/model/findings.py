@@ -48,6 +48,8 @@ class Finding:
         What would make the program, or the line, legal: each was tried. Empty where nothing was sought.
     edits : tuple of Remedy
         Those of the remedies that are a word of the program or of its set-up.
+    file, file_line : str and int, or None
+        The file, other than the program, in which the mistake stands, and its line there, from 1.
     settled_by : tuple of tuple of str
         Keys of a set-up that would settle it: ("tools", "5", "length"), ("wcs", "G54"), ("remap", "M11"), ...
     """
@@ -67,6 +69,8 @@ class Finding:
     remedies: tuple[str, ...] = ()
     edits: tuple[Remedy, ...] = ()
     settled_by: tuple[tuple[str, ...], ...] = ()
+    file: str | None = None
+    file_line: int | None = None
 
     def _repr_html_(self) -> str:
         return format_html_table(make_findings_table([self]))
@@ -152,6 +156,7 @@ class ProgramError(Exception):
     ``line`` is None where it is the line being executed. ``about`` is the thing that the message names, such as a tool:
     the same message about another thing has the same cause. ``settled_by`` is the key of a set-up that would settle it.
     ``of_program``: the line is one of the program itself, also where a called file is executed.
+    ``of_value``: what is wrong stands in ``line``, and each line that uses it counts.
     ``goes_on``: a program is missing, and the one that calls it goes on after the call, though its code ends others.
     """
 
@@ -166,8 +171,9 @@ class ProgramError(Exception):
         *,
         goes_on: bool = False,
         of_program: bool = False,
+        of_value: bool = False,
     ) -> None:
         super().__init__(message)
         self.message = message if len(message) <= _LONGEST_MESSAGE else f"{message[:_LONGEST_MESSAGE]} ..."
         self.code, self.column, self.line, self.about, self.settled_by = code, column, line, about, settled_by
-        self.goes_on, self.of_program = goes_on, of_program
+        self.goes_on, self.of_program, self.of_value = goes_on, of_program, of_value

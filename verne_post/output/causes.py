@@ -5,7 +5,9 @@ many stretches, and limits of several joints in the same moves. For people that 
 """
 
 import dataclasses
+import math
 import re
+from bisect import bisect_right
 from collections.abc import Iterator, Sequence
 from typing import Final
 
@@ -14,6 +16,8 @@ from msgspec import Struct
 from verne_post.model.findings import Finding
 from verne_post.model.verdict import Family, find_family
 
+#: A rotary axis beyond its travel: until it is inside, what else the same lines break follows from it.
+_ROTARY: Final = ("VP102", "VP103")
 #: Beside travel and reach (VP1xx): singularities, and the height over the table. Each contact with a body stays alone.
 _OF_THE_WORKSPACE: Final = ("VP201", "VP202", "VP203", "VP210")
 
@@ -27,9 +31,9 @@ class Cause(Struct, frozen=True):
 
     def describe_others(self) -> str:
         """By how much and in which lines the others break their limits, the worst place of each joint; or nothing."""
-        of_joints: dict[str | None, list[Finding]] = {}
+        of_joints: dict[str, list[Finding]] = {}
         for item in self.others:
-            of_joints.setdefault(item.axis, []).append(item)
+            of_joints.setdefault(item.axis or item.code, []).append(item)
         return "; ".join(map(_describe_places, of_joints.values()))
 
 
@@ -37,16 +41,22 @@ def find_causes(findings: Sequence[Finding]) -> list[Cause]:
     """Findings by their causes, in the order in which these begin.
 
     Findings of one code and severity are one where they break the same limit, or limits of several joints in the same
-    lines. A remedy that several causes share is told at the first one.
+    lines. All that is broken in lines alone in which a rotary axis is beyond its travel has that as its cause. A remedy
+    that several causes share is told at the first one.
     """
     groups = _group(findings)
     told: dict[str, Finding] = {}
     causes = []
     for group in groups:
-        worst = max(group, key=lambda one: (find_excess(findings[one]), -one))
-        shared = dict.fromkeys(text for one in group for text in findings[one].remedies)
+        worst = max(group, key=lambda one: (findings[one].code in _ROTARY, find_excess(findings[one]), -one))
+        is_rotary = findings[worst].code in _ROTARY  # what would settle the others would not settle that
+        alike = [one for one in group if not is_rotary or findings[one].code in _ROTARY]
+        shared = dict.fromkeys(text for one in alike for text in findings[one].remedies)
         remedies = tuple(dict.fromkeys(_name_remedy(text, told) for text in shared))
-        head = dataclasses.replace(findings[worst], remedies=remedies)
+        # a word of the program is one place's; a key of the set-up settles all
+        keyed = [edit for one in group for edit in findings[one].edits if edit.key]
+        edits = tuple(dict.fromkeys((*findings[worst].edits, *keyed)))
+        head = dataclasses.replace(findings[worst], remedies=remedies, edits=edits)
         told |= {text: head for text in shared if text not in told}
         others = [one for one in group if one != worst]
         causes.append(Cause(head, tuple(findings[one] for one in others), (worst, *others)))
@@ -88,7 +98,45 @@ def _group(findings: Sequence[Finding]) -> list[list[int]]:
                 group_of[one] = united
         if (item.last_line or item.line) > end:
             furthest[item.code, item.severity] = (item.last_line or item.line, index)
-    return list({id(group): group for group in group_of}.values())
+    return _join_consequences(findings, list({id(group): group for group in group_of}.values()))
+
+
+def _join_consequences(findings: Sequence[Finding], groups: list[list[int]]) -> list[list[int]]:
+    """The groups, where those that break something only while a rotary axis is beyond its travel belong to that."""
+    rotary: list[tuple[int, int, int]] = []  # first line, last line so far, group
+    for line, last, number in sorted(
+        (findings[one].line or 0, findings[one].last_line or 0, number)
+        for number, group in enumerate(groups)
+        for one in group
+        if findings[one].code in _ROTARY and findings[one].severity == "error"
+    ):
+        before = rotary[-1] if rotary else (0, -1, number)
+        rotary.append((line, *max((last, number), before[1:])))
+    if not rotary:
+        return groups
+    owners = list(range(len(groups)))
+    for number, group in enumerate(groups):
+        if findings[group[0]].code not in _ROTARY and all(_is_of_the_machine(findings[one]) for one in group):
+            found = {_find_owner(findings[one], rotary) for one in group}
+            owners[number] = (
+                min((one for one in found if one is not None), default=number) if None not in found else number
+            )
+    united: dict[int, list[int]] = {}
+    for number, group in enumerate(groups):
+        united.setdefault(owners[number], []).extend(group)
+    return sorted(map(sorted, united.values()))
+
+
+def _find_owner(item: Finding, rotary: list[tuple[int, int, int]]) -> int | None:
+    """The group of a rotary axis that is beyond its travel in all lines of a finding."""
+    if item.line is None:
+        return None
+    at = bisect_right(rotary, (item.line, math.inf, 0)) - 1
+    return rotary[at][2] if at >= 0 and (item.last_line or item.line) <= rotary[at][1] else None
+
+
+def _is_of_the_machine(item: Finding) -> bool:
+    return _is_of_the_workspace(item) or find_family(item.code) == Family.BRANCH
 
 
 def _is_of_the_workspace(item: Finding) -> bool:
@@ -115,8 +163,8 @@ def describe_other(item: Finding) -> str:
     """By how much and in which lines a finding beside the worst one breaks its limit."""
     last = item.last_line or item.line
     where = f"line {item.line}" if last == item.line else f"lines {item.line} to {last}"
+    what = f"{item.axis or item.code} "
     if item.value is None or item.limit is None:
-        return where
-    what = f"{item.axis} " if item.axis else ""
+        return f"{what}in {where}"
     unit = f" {item.unit}" if item.unit else ""
     return f"{what}by {find_excess(item):.6f}{unit} in {where}"

@@ -5,6 +5,7 @@ from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any, Final
 
 from msgspec import Struct
+from msgspec.structs import replace
 
 from verne_post.base.numbers import format_count
 from verne_post.base.printable import make_printable, make_printable_in_place, quote_key
@@ -52,9 +53,26 @@ def format_outcome(program: str, findings: tuple[Finding, ...], errors_not_count
 
 
 def format_finding(program: str, item: Finding) -> str:
-    """``FILE:LINE:`` and what :func:`describe` writes."""
-    name = make_printable(program)
-    return f"{name if item.line is None else f'{name}:{item.line}'}: {describe(item)}"
+    """``FILE:LINE:`` and what :func:`describe` writes; the file is the program, or that in which the mistake stands."""
+    name, line = find_place(program, item)
+    return f"{make_printable(name if line is None else f'{name}:{line}')}: {describe(item)}"
+
+
+def find_place(program: str, item: Finding) -> tuple[str, int | None]:
+    """The file and line of a finding: the program's, or those of another file in which the mistake stands."""
+    return (program, item.line) if item.file is None else (item.file, item.file_line)
+
+
+def drop_repeated(reports: Sequence[Report]) -> list[Report]:
+    """Reports in which a warning about another file, as of a machine that all programs share, is told once."""
+    seen: set[Finding] = set()
+    kept = []
+    for report in reports:
+        shared = {item for item in report.findings if item.file is not None and item.severity != "error"}
+        findings = tuple(item for item in report.findings if item not in shared & seen)
+        kept.append(replace(report, findings=findings))
+        seen |= shared
+    return kept
 
 
 def describe(item: Finding) -> str:
@@ -63,7 +81,8 @@ def describe(item: Finding) -> str:
     if item.column is not None:
         text += f" (column {item.column})"
     if item.count > 1 and is_about_text(item.code):
-        text += f" (lines {item.line} to {item.last_line}, {item.count} times)"
+        lines = "" if item.last_line == item.line else f"lines {item.line} to {item.last_line}, "
+        text += f" ({lines}{item.count} times)"
     elif item.count > 1 and item.line is not None and item.last_line not in (None, item.line):
         text += f" (lines {item.line} to {item.last_line}, worst {item.worst_line}, {item.count} moves)"
     return text
@@ -113,8 +132,8 @@ def list_remedies(item: Finding, program: str) -> list[str]:
         title = _NO_DIAMETER if _is_about_diameter(item) else CODES[item.code].title
         remedy = describe_remedy(item, program)
         return [f"{title}: {remedy}"] if remedy else []
-    if item.severity != "error":
-        return []
+    if item.severity != "error" or (item.code in ("VP102", "VP103") and item.value is None):
+        return []  # a plane that is refused before any motion has its numbers in its message
     at = item.worst_line or item.line
     explain = f"`verne-post explain {make_printable(program)}:{at}` says how much is needed"
     return [f"tried: {make_printable(text)}" for text in item.remedies] + [explain] * bool(at)
@@ -126,6 +145,8 @@ _GIVE_MEANING: Final = (
 )
 
 
+#: In VP012 where the length is known, and nothing is to be filled in.
+_NOT_ACTIVE: Final = "has no length in force"
 #: The title of VP012 where not the length is missing, and what helps.
 _NO_DIAMETER: Final = "tool diameter unknown"
 _GIVE_DIAMETER: Final = (
@@ -152,6 +173,8 @@ def _choose_remedy(item: Finding) -> str:
     remedy = CODES[item.code].remedy
     if _is_about_diameter(item):
         return _GIVE_DIAMETER
+    if item.code == "VP012" and _NOT_ACTIVE in item.message:
+        return CODES["VP034"].remedy
     match item.settled_by:
         case (("remap", _code), *_more):
             return _GIVE_MEANING
@@ -182,6 +205,8 @@ _KEYS: Final = (
     "message",
     "count",
     "remedies",
+    "file",
+    "file_line",
 )
 
 

@@ -90,7 +90,7 @@ def make_fingerprint(report: Report, item: Finding, seen: Counter[str]) -> str:
     line = take_line(report.source, item.line) if item.line else None
     text = b"".join((line or b"").split())
     # the program as it was named: its address in results depends on the folder where the command is started
-    name = quote(os.fsencode(PurePath(report.program).as_posix()))
+    name = quote(os.fsencode(PurePath(item.file or report.program).as_posix()))
     parts = (name, item.code, item.axis or "", text.decode("utf-8", errors="replace").upper())
     key = hashlib.sha256("\0".join(parts).encode()).hexdigest()[:32]
     seen[key] += 1

@@ -81,6 +81,17 @@ def _find_slope(dx, dy, dz, r, h, by_r, by_h, ux, uy, uz, mx, my, mz, tx, ty, tz
 
 
 @_compile
+def _find_slopes(tip, axis, i, dx, dy, dz, r, h, by_r, by_h, ex, ey, ez, r1, h1, by_r1, by_h1):
+    """Derivatives of phi at both ends of the span from row i to the next, of a point seen from each."""
+    j = i + 1
+    mx, my, mz = tip[j, 0] - tip[i, 0], tip[j, 1] - tip[i, 1], tip[j, 2] - tip[i, 2]
+    tx, ty, tz = axis[j, 0] - axis[i, 0], axis[j, 1] - axis[i, 1], axis[j, 2] - axis[i, 2]
+    g0 = _find_slope(dx, dy, dz, r, h, by_r, by_h, axis[i, 0], axis[i, 1], axis[i, 2], mx, my, mz, tx, ty, tz)
+    g1 = _find_slope(ex, ey, ez, r1, h1, by_r1, by_h1, axis[j, 0], axis[j, 1], axis[j, 2], mx, my, mz, tx, ty, tz)
+    return g0, g1
+
+
+@_compile
 def _search(body, edges, bow, x, y, z, tip, axis, i, f0, g0, f1, g1, best, enough):
     """The least distance between rows i and i + 1, where both tangents fall inwards; ``best`` where it is no better.
 
@@ -134,27 +145,7 @@ def _look_at_leaf(body, edges, bow, slack, x, y, z, tip, axis, linked, first, la
             away = math.sqrt(mx * mx + my * my + mz * mz)
             away += math.sqrt((tx * tx + ty * ty + tz * tz) * (dx * dx + dy * dy + dz * dz))
             if 0.5 * (f0 + f1 - away) < best - slack:
-                g0 = _find_slope(
-                    dx, dy, dz, r, h, by_r, by_h, axis[i, 0], axis[i, 1], axis[i, 2], mx, my, mz, tx, ty, tz
-                )
-                g1 = _find_slope(
-                    ex,
-                    ey,
-                    ez,
-                    r1,
-                    h1,
-                    by_r1,
-                    by_h1,
-                    axis[i + 1, 0],
-                    axis[i + 1, 1],
-                    axis[i + 1, 2],
-                    mx,
-                    my,
-                    mz,
-                    tx,
-                    ty,
-                    tz,
-                )
+                g0, g1 = _find_slopes(tip, axis, i, dx, dy, dz, r, h, by_r, by_h, ex, ey, ez, r1, h1, by_r1, by_h1)
                 if g0 < 0 and g1 > 0:
                     found = _search(body, edges, bow, x, y, z, tip, axis, i, f0, g0, f1, g1, best, -math.inf)
                     if found < best:
@@ -564,26 +555,8 @@ def _touch(
                         continue
                     found = min(f0, f1)
                     if found > limit:
-                        g0 = _find_slope(
-                            dx, dy, dz, r, h, by_r, by_h, axis[i, 0], axis[i, 1], axis[i, 2], mx, my, mz, tx, ty, tz
-                        )
-                        g1 = _find_slope(
-                            ex,
-                            ey,
-                            ez,
-                            r1,
-                            h1,
-                            by_r1,
-                            by_h1,
-                            axis[i + 1, 0],
-                            axis[i + 1, 1],
-                            axis[i + 1, 2],
-                            mx,
-                            my,
-                            mz,
-                            tx,
-                            ty,
-                            tz,
+                        g0, g1 = _find_slopes(
+                            tip, axis, i, dx, dy, dz, r, h, by_r, by_h, ex, ey, ez, r1, h1, by_r1, by_h1
                         )
                         if g0 < 0 and g1 > 0:
                             found = _search(

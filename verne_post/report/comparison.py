@@ -17,21 +17,14 @@ from verne_post.model.moves import name_tools
 from verne_post.model.part_setup import spell_tool_word
 from verne_post.output.findings import describe
 from verne_post.report.alignment import Stretch, align_lines
+from verne_post.report.head import list_setup, name_verdict, write_title_html
+from verne_post.report.markup import count, escape_text, write_css_string, write_table
 from verne_post.report.pack import Pack
 from verne_post.report.page import fill_page, write_json_in_html
-from verne_post.report.sheet import (
-    DIGEST,
-    OPERATIONS,
-    count,
-    escape_text,
-    find_worst_places,
-    list_setup,
-    name_verdict,
-    write_css_string,
-    write_table,
-    write_title_html,
-)
+from verne_post.report.sheet import DIGEST
 from verne_post.report.table import Operation, Study
+from verne_post.report.times import OPERATIONS
+from verne_post.report.worst import find_worst_places
 
 #: So many stretches of lines are shown, those whose times differ most; and so many lines of the text of each.
 _STRETCHES: Final = 40

@@ -20,23 +20,16 @@ from verne_post.base.numbers import format_fixed
 from verne_post.kinematics.workspace import classify
 from verne_post.model.machine import Machine
 from verne_post.model.moves import find_tool_of_moves
+from verne_post.report.head import write_title_html, write_verdict_html
+from verne_post.report.markup import escape_text, write_css_string
 from verne_post.report.modal import collect_modal_states
 from verne_post.report.pack import Pack
 from verne_post.report.scene import describe_scene, list_surfaces
-from verne_post.report.sheet import (
-    escape_text,
-    write_css_string,
-    write_findings_html,
-    write_governing_html,
-    write_places_html,
-    write_reached_html,
-    write_sheet_html,
-    write_times_html,
-    write_title_html,
-    write_verdict_html,
-)
+from verne_post.report.sheet import write_sheet_html
 from verne_post.report.surfaces import pack_surfaces
 from verne_post.report.table import Study
+from verne_post.report.times import write_governing_html, write_reached_html, write_times_html
+from verne_post.report.worst import write_findings_html, write_places_html
 
 #: Points along each side of the slice of the workspace.
 _SLICE_POINTS: Final = 61

@@ -9,8 +9,8 @@ from verne_post.base.printable import make_printable
 from verne_post.model.machine import Machine
 from verne_post.output.findings import format_outcome
 from verne_post.output.plots import picture
-from verne_post.report.sheet import iterate_shares
 from verne_post.report.table import Study
+from verne_post.report.worst import iterate_shares
 
 _SIZE: Final = (11.0, 8.0)
 

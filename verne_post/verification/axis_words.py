@@ -4,7 +4,7 @@ import numpy as np
 
 from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.model.toolpath import ToolPath
-from verne_post.verification.projection import RADIAN_MM
+from verne_post.verification.programmed import RADIAN_MM
 
 #: A tool axis this near to the pole (sine of its tilt) says nothing about C.
 _UPRIGHT = 1e-12

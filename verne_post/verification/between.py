@@ -12,7 +12,7 @@ from verne_post.base.tolerances import PATH_AXIS_DEG, PATH_TIP_MM
 from verne_post.base.units import RAD_PER_DEG
 from verne_post.verification.collector import FindingCollector
 from verne_post.verification.linear_joints import find_lines, find_rows
-from verne_post.verification.projection import RADIAN_MM, find_programmed_pose, find_tool_axis, measure_lengths_to
+from verne_post.verification.programmed import RADIAN_MM, find_programmed_pose, find_tool_axis, measure_lengths_to
 from verne_post.verification.reference import Reference
 from verne_post.verification.rows import MeasuredRows
 

@@ -6,7 +6,7 @@ from verne_post.base.arrays import Array
 from verne_post.base.tolerances import PATH_TIP_MM
 from verne_post.base.units import RAD_PER_DEG
 from verne_post.verification.collector import FindingCollector
-from verne_post.verification.projection import RADIAN_MM
+from verne_post.verification.programmed import RADIAN_MM
 from verne_post.verification.reference import Reference
 from verne_post.verification.rows import LastRow, MeasuredRows
 

@@ -4,7 +4,8 @@ import numpy as np
 from msgspec import Struct
 
 from verne_post.base.arrays import Array, Ints, Mask
-from verne_post.verification.projection import RADIAN_MM, Measured, measure_deviation_nearby, measure_off_segment
+from verne_post.verification.programmed import RADIAN_MM
+from verne_post.verification.projection import Measured, measure_deviation_nearby, measure_off_segment
 from verne_post.verification.reference import Reference
 
 

@@ -14,7 +14,7 @@ from verne_post.base.rows import measure_rows
 from verne_post.base.tolerances import WHOLE_CYCLE, ZERO_LENGTH_MM
 from verne_post.model.contour import Contour
 from verne_post.model.toolpath import ToolPath
-from verne_post.verification.projection import (
+from verne_post.verification.programmed import (
     RADIAN_MM,
     find_tip_paces,
     measure_metric_lengths,
@@ -30,12 +30,12 @@ class SegmentMeasures(Struct, frozen=True, eq=False):
     """What each segment (n,) is measured by."""
 
     has_tolerance: Mask  #: The motion may leave the segment, near rounded corners.
-    metric_length: Array  #: See :func:`~verne_post.verification.projection.measure_metric_lengths`, mm.
+    metric_length: Array  #: See :func:`~verne_post.verification.programmed.measure_metric_lengths`, mm.
     #: Length of which the progress along the segment is a share, mm: the metric length; on splines that of the
     #: tip; that of the path where the metric one is 0. Never below ZERO_LENGTH_MM.
     motion_length: Array
     blend_u: Array  #: What a corner within its tolerance may add to a projection, as a share of the segment.
-    tip_pace: Array  #: See :func:`~verne_post.verification.projection.find_tip_paces`.
+    tip_pace: Array  #: See :func:`~verne_post.verification.programmed.find_tip_paces`.
 
 
 def measure_segments(contour: Contour, *, by_axis: bool = False) -> SegmentMeasures:

@@ -11,13 +11,8 @@ from verne_post.base.rows import measure_rows
 from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.model.toolpath import SegmentKind
 from verne_post.verification.matching import match_places
-from verne_post.verification.projection import (
-    RADIAN_MM,
-    Measured,
-    measure_off_segment,
-    project_onto_straight,
-    project_unwrapped,
-)
+from verne_post.verification.programmed import RADIAN_MM
+from verne_post.verification.projection import Measured, measure_off_segment, project_onto_straight, project_unwrapped
 from verne_post.verification.reference import Reference
 
 #: Joints (n, n_joints) and tool lengths (n,) -> tip (n, 3), nominal angles (n, 2), true tool axis (n, 3), ok (n,).

@@ -7,7 +7,7 @@ from verne_post.base.rows import measure_rows
 from verne_post.base.units import RAD_PER_DEG
 from verne_post.verification.collector import FindingCollector
 from verne_post.verification.deviation import measure_deviation
-from verne_post.verification.projection import find_tool_axis
+from verne_post.verification.programmed import find_tool_axis
 from verne_post.verification.reference import Reference
 from verne_post.verification.rows import MeasuredRows
 

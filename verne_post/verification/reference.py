@@ -13,7 +13,7 @@ from verne_post.model.machine import Column, Limits
 from verne_post.model.setpoints import SetpointFormat
 from verne_post.model.toolpath import ToolPath
 from verne_post.verification.items import Items, SegmentMeasures, list_items, measure_segments
-from verne_post.verification.projection import RADIAN_MM
+from verne_post.verification.programmed import RADIAN_MM
 
 #: Rounded joints move the tip by at most this many units of a linear actuator's last decimal, and this many mm per
 #: radian of a table angle's. Half a unit in each actuator moves the tip by at most 1.5 units on the VERNE, 1.6 on the

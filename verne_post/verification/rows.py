@@ -21,13 +21,8 @@ from verne_post.model.toolpath import SegmentKind
 from verne_post.verification.axis_words import name_angles
 from verne_post.verification.deviation import measure_deviation
 from verne_post.verification.one_line import place_rows
-from verne_post.verification.projection import (
-    RADIAN_MM,
-    Measured,
-    project_onto_straight,
-    project_tips,
-    project_unwrapped,
-)
+from verne_post.verification.programmed import RADIAN_MM
+from verne_post.verification.projection import Measured, project_onto_straight, project_tips, project_unwrapped
 from verne_post.verification.reference import Reference
 
 #: Joints (n, n_joints) and tool lengths (n,) -> tip (n, 3), nominal angles (n, 2), true tool axis (n, 3), ok (n,).

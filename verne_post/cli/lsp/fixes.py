@@ -5,10 +5,12 @@ import re
 import threading
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
+from typing import Final
 
 from msgspec import Struct
 from msgspec.structs import replace
 
+from verne_post.app.tried_remedies import list_ends
 from verne_post.base.numbers import format_count
 from verne_post.base.printable import quote_key
 from verne_post.base.suggestions import find_correction, find_suggestion
@@ -19,6 +21,11 @@ from verne_post.cli.setup import make_setup
 from verne_post.cli.setups import NONE
 from verne_post.model.findings import Finding, Remedy
 from verne_post.model.verdict import count_findings, is_about_text
+
+#: Of VP049: the number of the length in force, and that of the tool.
+_OF_TOOL: Final = re.compile(r"number (\d+), .*, but (?:tool |T)(\d+)\b")
+#: What stands for what nobody has said, by the table of the set-up.
+_MARKS: Final = {"wcs": '"measure"', "tools": '{ length = "measure" }', "remap": '"decide"'}
 
 
 class Fix(Struct, frozen=True):
@@ -63,7 +70,33 @@ def find_fixes(
         new, missing, _others = make_setup(found.path.name, found.source, found.machine, found.options)
         title = f"Write {setup.name}{f', to be filled in: {missing}' if missing else ''}"
         fixes.append(Fix(title, setup, None, 0, 0, new))
+    elif item.settled_by and setup is not None and not find_suggestion(item.message):
+        for fix in _mark_missing(item, setup, texts):
+            changed = {**texts, setup: (fix.text or "")[: fix.begin] + fix.new + (fix.text or "")[fix.end :]}
+            if all(
+                one.file != str(setup.absolute()) for one in inspector.check(found.path, changed, superseded).findings
+            ):
+                fixes.append(fix)
     return fixes
+
+
+def _mark_missing(item: Finding, setup: Path, texts: Mapping[Path, str]) -> Iterator[Fix]:
+    """Entries of a set-up that is there, to be filled in: until then the program is refused, or says what it lacks."""
+    text = _read_setup(setup, texts)
+    for table, name, *_what in item.settled_by:
+        if (mark := _MARKS.get(table)) is None:
+            continue
+        begin, end, new = set_key(text, (table,), name, mark)
+        if begin == end:  # what stands there is not replaced
+            title = f"Add {table}.{quote_key(name)} = {mark} to {setup.name}, to be filled in"
+            yield Fix(title, setup, text, begin, end, new)
+
+
+def _read_setup(setup: Path, texts: Mapping[Path, str]) -> str:
+    """The text of a set-up as the editor or the disk has it; empty where there is none."""
+    if setup in texts or not setup.is_file():
+        return texts.get(setup, "")
+    return setup.read_text("utf-8", errors="replace")
 
 
 def _count_places(findings: Sequence[Finding]) -> int:
@@ -81,7 +114,8 @@ def _find_setup(inspector: Inspector, path: Path) -> Path | None:
 
 def _propose_fixes(found: Inspected, item: Finding, setup: Path | None, texts: Mapping[Path, str]) -> Iterator[Fix]:
     """Edits that may settle a finding."""
-    for remedy in item.edits:
+    program = found.made.program
+    for remedy in (*item.edits, *(() if program is None else list_ends(program, item))):
         fix = _change_word(found, remedy) if remedy.line else _change_setup(setup, remedy, texts)
         if fix is not None:
             yield fix
@@ -104,6 +138,11 @@ def _propose_fixes(found: Inspected, item: Finding, setup: Path | None, texts: M
         if name is not None:
             begin += name.start()
             yield Fix(f"Write {near} in place of {name[0]}", found.path, text, begin, begin + len(name[0]), near)
+    of_tool = _OF_TOOL.search(item.message) if item.code == "VP049" else None
+    if of_tool is not None and item.line:
+        fix = _change_word(found, Remedy("", of_tool[2], line=item.line, word=("H", float(of_tool[1]))))
+        if fix is not None:
+            yield fix
     if item.code == "VP006" and item.column is not None:
         begin, end = _find_span(item, text)
         yield Fix(f"Remove {text[begin:end].strip()}", found.path, text, begin, end, "")
@@ -152,9 +191,7 @@ def _change_setup(setup: Path | None, remedy: Remedy, texts: Mapping[Path, str])
     """A key of the set-up."""
     if setup is None:
         return None
-    text = texts.get(setup)
-    if text is None and setup.is_file():
-        text = setup.read_text("utf-8", errors="replace")
+    text = _read_setup(setup, texts) if setup in texts or setup.is_file() else None
     begin, end, new = set_key(text or "", remedy.key[:-1], remedy.key[-1], remedy.value)
     what = "Clamp the part at" if remedy.key[0] == "wcs" else "Set"
     return Fix(f"{what} {'.'.join(remedy.key)} = {remedy.value} in {setup.name}", setup, text, begin, end, new)

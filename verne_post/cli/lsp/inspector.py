@@ -3,6 +3,7 @@
 import os
 import threading
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -10,9 +11,10 @@ import click
 import numpy as np
 from msgspec import Struct, field
 
+from verne_post.app.assemble import find_state_if_executed
 from verne_post.app.convert import Inspection, check_and_keep
 from verne_post.app.explain import look_at_line
-from verne_post.app.explain_line import describe_pose
+from verne_post.app.explain_line import describe_modes, describe_pose
 from verne_post.app.line_facts import LineFacts, measure_lines
 from verne_post.app.plan import Plan
 from verne_post.app.result import refuse_program
@@ -21,7 +23,7 @@ from verne_post.cli.check import make_policy
 from verne_post.cli.common import read_program
 from verne_post.cli.files import FileError, RunFiles
 from verne_post.cli.lsp.outline import Outline
-from verne_post.cli.lsp.places import split_lines
+from verne_post.cli.lsp.places import remove_remarks, split_lines
 from verne_post.cli.options import find_settings
 from verne_post.model.findings import Finding, InputError, UsageError, make_finding
 from verne_post.model.machine import Machine
@@ -125,7 +127,10 @@ class Inspector:
             found.findings = error.findings
         except (click.UsageError, UsageError, FileError) as error:
             text = error.message if isinstance(error, click.UsageError) else str(error)
-            found.findings = (make_finding("VP022", text),)
+            found.findings = self.files.find_lines([make_finding("VP022", text)])
+        found.findings = tuple(
+            item if item.file is None else replace(item, file=os.path.abspath(item.file)) for item in found.findings
+        )
         return found
 
     def make_outline(self, found: Inspected) -> Outline:
@@ -151,12 +156,17 @@ class Inspector:
         ]
 
     def describe_line(self, found: Inspected, line: int) -> str | None:
-        """Time, feed, and pose of a 1-based line; None for one without motion."""
-        if found.made.program is None:
+        """Time, feed, and pose of a 1-based line; of one without motion what is in force after it."""
+        program = found.made.program
+        if program is None:
             return None
         try:
-            shown = look_at_line(found.source, found.made.program, line)
-        except (UsageError, InputError):
+            shown = look_at_line(found.source, program, line)
+        except UsageError:
+            code = remove_remarks(split_lines(found.text)[line - 1])
+            state = find_state_if_executed(found.source, program, line) if code.strip(" \t%") else None
+            return None if state is None else describe_modes(state)
+        except InputError:
             return None
         pose = "\n".join(describe_pose(shown))
         return f"{_describe_time(found.made.plan, found.measure(), line)}\n\n```text\n{pose}\n```"

@@ -1,14 +1,21 @@
 """Where in a text findings stand, and what editors show of them."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import cache
 from typing import Final
 
 from lsprotocol import types as lsp
+from pygls.uris import from_fs_path
 
+from verne_post.app.python_names import FLAG, PLACE
+from verne_post.base.printable import quote_key
 from verne_post.base.suggestions import find_correction
+from verne_post.config.program_setup import FILE_KEYS, list_setup_options
 from verne_post.model.findings import Finding
+from verne_post.model.options import spell_flag
 from verne_post.model.verdict import Severity, is_about_text
+from verne_post.output.causes import Cause, describe_other
 from verne_post.output.findings import describe
 
 _SEVERITY: Final[dict[Severity, lsp.DiagnosticSeverity]] = {
@@ -37,6 +44,33 @@ def find_word(line: str, letter: str) -> re.Match[str] | None:
     return found[0] if len(found) == 1 else None
 
 
+def name_in_setup(text: str) -> str:
+    """A message with keys of the set-up in place of options: who reads it in an editor has no command line.
+
+    ``--tool-length 0`` is ``tool_length = 0``. Options that no set-up has stay.
+    """
+    return FLAG.sub(_spell_key, text) if "--" in text else text
+
+
+def _spell_key(found: re.Match[str]) -> str:
+    flag, word = found.groups()
+    name = _list_keys().get(flag)
+    if name is None:
+        return found.group()
+    if word is None or word == "FILE":
+        return name
+    if name == "wcs" and (place := PLACE.fullmatch(word)):
+        return f"wcs.{quote_key(place[1])} = [{', '.join(place[2].split(','))}]"
+    return f"{name} = {word}" if re.fullmatch(r"-?\d[\d.]*", word) else f"{name} {word}"
+
+
+@cache
+def _list_keys() -> dict[str, str]:
+    """What is written on the command line -> the key that a set-up has for it."""
+    own = {f"--{key.replace('_', '-')}": key for key in (*FILE_KEYS, "wcs")}
+    return own | {spell_flag(name): name for name in list_setup_options()}
+
+
 def find_range(item: Finding, lines: Sequence[str]) -> lsp.Range:
     """The word of a finding, else its line; the first line where it has none."""
     at = (item.line if is_about_text(item.code) else item.worst_line or item.line) or 1
@@ -55,13 +89,37 @@ def find_range(item: Finding, lines: Sequence[str]) -> lsp.Range:
     return lsp.Range(lsp.Position(at - 1, begin), lsp.Position(at - 1, max(begin, end)))
 
 
-def make_diagnostic(item: Finding, lines: Sequence[str], page: str | None) -> lsp.Diagnostic:
-    """A finding as editors show it; ``page`` is the address of its code's page."""
+def make_diagnostic(
+    cause: Cause, lines: Sequence[str], page: str | None, uri: str | None, convert: Callable[[lsp.Range], lsp.Range]
+) -> lsp.Diagnostic:
+    """What has one cause, as editors show it: at the worst place, with the others as related information.
+
+    Parameters
+    ----------
+    page : str or None
+        The address of its code's page.
+    uri : str or None
+        Of the program, to which the others lead; None for an editor that shows no related information.
+    convert : callable
+        Puts a range into the units of the editor.
+    """
+    item, others = cause.worst, cause.describe_others()
     text = describe(item).removeprefix(f"{item.code} {item.severity}: ").replace(f" (column {item.column})", "")
+    also = f"\nalso {others}" if others and uri is None else ""
     tried = "".join(f"\ntried: {remedy}" for remedy in item.remedies)
+    related = [
+        lsp.DiagnosticRelatedInformation(lsp.Location(uri, convert(find_range(other, lines))), describe_other(other))
+        for other in (cause.others if uri is not None else ())
+    ]
+    if item.file is not None and uri is not None:
+        there = lsp.Position((item.file_line or 1) - 1, 0)
+        address = from_fs_path(item.file) or ""
+        place = lsp.Location(address, lsp.Range(there, there))
+        related.append(lsp.DiagnosticRelatedInformation(place, "it stands here"))
     return lsp.Diagnostic(
-        range=find_range(item, lines),
-        message=text + tried,
+        range=convert(find_range(item, lines)),
+        message=name_in_setup(text + also + tried),
+        related_information=related or None,
         severity=_SEVERITY[item.severity],
         code=item.code,
         source="verne-post",

@@ -8,9 +8,10 @@ import logging
 import sys
 import tempfile
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any, Final, TypeVar
@@ -27,6 +28,8 @@ from verne_post.cli.lsp.places import find_range, make_diagnostic, split_lines
 from verne_post.cli.programs import PROGRAMS
 from verne_post.cli.temporary import make_temporary_folder
 from verne_post.model.codes import CODES
+from verne_post.model.findings import Finding
+from verne_post.output.causes import find_causes
 from verne_post.output.code_pages import make_markdown
 
 _Answer = TypeVar("_Answer")
@@ -60,6 +63,8 @@ class Session:
         self.server, self.inspector, self.pages = server, Inspector(given), pages
         self.worker = ThreadPoolExecutor(1)
         self.checks: dict[str, tuple[asyncio.Task[Inspected | None], threading.Event]] = {}
+        #: What the newest check of each program has found in other files.
+        self.mistakes: dict[str, tuple[Finding, ...]] = {}
 
     # --- checks ------------------------------------------------------------------------------------
 
@@ -98,13 +103,41 @@ class Session:
             return None
         if superseded.is_set():
             return None
-        lines = split_lines(found.text)
-        shown = [make_diagnostic(item, lines, self._address_page(item.code)) for item in found.findings]
-        for one in shown:
-            one.range = self.server.workspace.position_codec.range_to_client_units(lines, one.range)
-        self._send_diagnostics(uri, shown, version)
+        # an error of a file refuses the program: an editor that shows the program alone says so, too
+        own = [item for item in found.findings if item.file is None or item.severity == "error"]
+        self._send_diagnostics(uri, self._make_diagnostics(uri, own, found.text), version)
+        self._show_mistakes_of_files(uri, [item for item in found.findings if item.file is not None])
         self._refresh_lenses()
         return found
+
+    def _make_diagnostics(self, uri: str, findings: Sequence[Finding], text: str) -> list[lsp.Diagnostic]:
+        """One for each cause, in the units of the editor."""
+        lines, capabilities = split_lines(text), self.server.client_capabilities.text_document
+        published = capabilities.publish_diagnostics if capabilities else None
+        related = uri if published and published.related_information else None
+        convert = partial(self.server.workspace.position_codec.range_to_client_units, lines)
+        return [
+            make_diagnostic(cause, lines, self._address_page(cause.worst.code), related, convert)
+            for cause in find_causes(findings)
+        ]
+
+    def _show_mistakes_of_files(self, uri: str, findings: Sequence[Finding]) -> None:
+        """Show what is wrong in set-ups and other files of a program in these files, and clear what was wrong before.
+
+        A file that several programs read has the mistakes that the checks of all of them have found.
+        """
+        before = self.mistakes.pop(uri, ())
+        if findings:
+            self.mistakes[uri] = tuple(findings)
+        for file in sorted({item.file or "" for item in (*before, *findings)}):
+            told = dict.fromkeys(item for each in self.mistakes.values() for item in each if item.file == file)
+            text = self.read_texts().get(Path(file))
+            if text is None:
+                with suppress(OSError):
+                    text = Path(file).read_text("utf-8", errors="replace")
+            there = [replace(item, line=item.file_line, file=None) for item in told]
+            address = from_fs_path(file) or ""
+            self._send_diagnostics(address, self._make_diagnostics(address, there, text or ""))
 
     def _send_diagnostics(self, uri: str, shown: list[lsp.Diagnostic], version: int | None = None) -> None:
         self.server.text_document_publish_diagnostics(lsp.PublishDiagnosticsParams(uri, shown, version))
@@ -164,8 +197,13 @@ class Session:
 
     async def close_text(self, told: lsp.DidCloseTextDocumentParams) -> None:
         """A text is no longer shown, and what has been said of it neither."""
-        self.end_check(told.text_document.uri)
-        self._send_diagnostics(told.text_document.uri, [])
+        uri = told.text_document.uri
+        if _find_path(uri).suffix.lower() in _READ_BY_PROGRAMS:
+            self.begin_checks(_find_path(uri))  # the file counts again, and its mistakes stay
+            return
+        self.end_check(uri)
+        self._show_mistakes_of_files(uri, ())
+        self._send_diagnostics(uri, [])
 
     async def watch_files(self, _told: lsp.InitializedParams) -> None:
         """Ask an editor that can to tell when set-ups, settings and tool tables change."""
@@ -209,7 +247,8 @@ class Session:
             return []
         lines = split_lines(found.text)
         actions: dict[str, lsp.CodeAction] = {}
-        for item in found.findings:
+        for cause in find_causes([item for item in found.findings if item.file is None]):
+            item = cause.worst
             if not asked.range.start.line <= find_range(item, lines).start.line <= asked.range.end.line:
                 continue
             if item not in found.fixes:  # editors ask again with every move of the cursor

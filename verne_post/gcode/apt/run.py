@@ -3,7 +3,10 @@
 from collections.abc import Iterator
 from typing import Final
 
+from msgspec.structs import replace
+
 from verne_post.base.long_text import Text
+from verne_post.base.suggestions import find_correction
 from verne_post.gcode.apt.interpreter import AptInterpreter
 from verne_post.gcode.apt.modes import AptModes
 from verne_post.gcode.apt.statements import Points, Statement, read_statements
@@ -78,6 +81,9 @@ class _Run:
         except ProgramError as error:
             if (not self.execution.report(error, line) and not stop.past_errors) or stop.first_error:
                 return True
+            correction = find_correction(error.message)
+            if correction is not None and isinstance(item, Statement) and item.major == correction[0]:
+                return self.execute(replace(item, major=correction[1]), is_called=is_called)
         return self.interpreter.has_ended or (stop.all_known and knows_all(state, self.interpreter.setup))
 
     def execute_points(self, points: Points, *, is_called: bool) -> bool:

@@ -22,6 +22,9 @@ _HEADER: Final = re.compile(
 )
 
 
+_INCH: Final = (r"^[ \t]*UNITS?[ \t]*/[ \t]*(INCH(?:ES)?)\b", "MM")
+
+
 def _recognise(source: Text) -> bool:
     """A statement with which only CLDATA begins."""
     return _HEADER.match(source[: 1 << 16]) is not None
@@ -49,5 +52,10 @@ def _names_axis(_source: Text, letter: str, _setup: Setup) -> bool:
 
 
 DIALECT: Final[Dialect] = Dialect(
-    _recognise, _make_initial_state, _execute, _names_axis, (".cls", ".clsf", ".apt", ".aptsource", ".ncl", ".cl")
+    _recognise,
+    _make_initial_state,
+    _execute,
+    _names_axis,
+    (".cls", ".clsf", ".apt", ".aptsource", ".ncl", ".cl"),
+    inch=_INCH,
 )

@@ -6,7 +6,7 @@ They are blocks of RS274/NGC with words of their own: :mod:`verne_post.gcode.rs2
 from typing import Final
 
 from verne_post.base.long_text import Text
-from verne_post.gcode.dialect import Dialect, Rival, names_axis_in_blocks
+from verne_post.gcode.dialect import INCH_OF_BLOCKS, Dialect, Rival, names_axis_in_blocks
 from verne_post.gcode.execution import Execution, StopConditions
 from verne_post.gcode.initial_state import make_initial_state
 from verne_post.gcode.machining.state import State
@@ -41,4 +41,5 @@ DIALECT: Final[Dialect] = Dialect(
     _execute,
     names_axis_in_blocks,
     rival=Rival("rs274", _find_sign),
+    inch=INCH_OF_BLOCKS,
 )

@@ -24,6 +24,9 @@ _TURNS: Final = re.compile(rb"PLANE|CYCL[ \t]+DEF[ \t]+19|(?<![A-Z])LN[ \t]")
 _PLACES: Final = re.compile(rb"(?<![A-Z])I?P[RA][ \t]*[+-]?[0-9Q.,]|CYCL[ \t]+DEF[ \t]+22[01]")
 
 
+_INCH: Final = (r"^[ \t]*\d*[ \t]*(?:BEGIN|END)[ \t]+PGM[ \t][^;\n]*?[ \t](INCH)(?![^ \t\r\n])", "MM")
+
+
 def _recognise(source: Text) -> bool:
     """BEGIN PGM is the first statement."""
     return _HEADER.match(source[: 1 << 16]) is not None
@@ -48,4 +51,4 @@ def _execute(source: Text, setup: Setup, state: State, stop: StopConditions) -> 
     return execute_klartext(source, setup, state, stop)
 
 
-DIALECT: Final[Dialect] = Dialect(_recognise, make_initial_state, _execute, _names_axis, (".h",))
+DIALECT: Final[Dialect] = Dialect(_recognise, make_initial_state, _execute, _names_axis, (".h",), inch=_INCH)

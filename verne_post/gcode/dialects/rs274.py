@@ -11,7 +11,7 @@ from msgspec.structs import replace
 from verne_post.base.long_text import Text
 from verne_post.gcode.block import Block
 from verne_post.gcode.codes import RS274, CodeTable, spell_g_code
-from verne_post.gcode.dialect import Dialect, names_axis_in_blocks
+from verne_post.gcode.dialect import INCH_OF_BLOCKS, Dialect, names_axis_in_blocks
 from verne_post.gcode.execution import Execution, StopConditions
 from verne_post.gcode.initial_state import make_initial_state
 from verne_post.gcode.machining.state import State
@@ -120,4 +120,6 @@ def _execute(source: Text, setup: Setup, state: State, stop: StopConditions) -> 
 
 
 #: No header shows this dialect: it is the default.
-DIALECT: Final[Dialect] = Dialect(lambda _source: False, _make_initial_state, _execute, names_axis_in_blocks)
+DIALECT: Final[Dialect] = Dialect(
+    lambda _source: False, _make_initial_state, _execute, names_axis_in_blocks, inch=INCH_OF_BLOCKS
+)

@@ -34,6 +34,10 @@ _OTHERS: Final = re.compile(
 _COMMENT: Final = re.compile(rb";(?![ \t]*\$PATH=)[^\n]*|(?<![A-Za-z_])\([^()\n]*\)")
 
 
+#: G70, which leaves F in mm/min; G700, for F too, is rare.
+_INCH: Final = (r"(?<![A-Z0-9_])(G0*70)(?!\d)", "G71")
+
+
 def _recognise(source: Text) -> bool:
     """Words near the top that only these controls have, and none of others'."""
     head = b"\n".join(source[: 1 << 16].split(b"\n")[:_HEADER_LINES])
@@ -63,4 +67,4 @@ def _names_axis(source: Text, letter: str, setup: Setup) -> bool:
     return any(pattern.search(re.sub(rb";[^\n]*", b"", text)) for text in texts)
 
 
-DIALECT: Final[Dialect] = Dialect(_recognise, make_initial_state, _execute, _names_axis, (".mpf", ".spf"))
+DIALECT: Final[Dialect] = Dialect(_recognise, make_initial_state, _execute, _names_axis, (".mpf", ".spf"), inch=_INCH)

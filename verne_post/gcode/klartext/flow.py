@@ -14,6 +14,7 @@ from verne_post.gcode.klartext.recovery import KlartextRecovery
 from verne_post.gcode.klartext.statements import KlartextText, read_statement
 from verne_post.gcode.machining.plane_geometry import Point
 from verne_post.gcode.machining.state import State
+from verne_post.gcode.mistyped import correct_line
 from verne_post.gcode.plain import PlainLines
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.recorder import Recorder
@@ -132,11 +133,11 @@ class _KlartextRun:
 
     def execute(self, chunk: Chunk, stop: StopConditions) -> tuple[int, list[ProgramError]]:
         """Execute the next statement, which may take several lines, or a stretch at once."""
-        line = self.calls.line
+        line, errors = self.calls.line, list[ProgramError]()
         if not self._execute_stretch(chunk, stop):
-            self._execute_statement()
+            errors = self._execute_statement(stop)
         goes_on = self.calls.in_main and self.calls.line > line
-        return self.calls.line if goes_on else line + 1, []
+        return self.calls.line if goes_on else line + 1, errors
 
     def end_text(self, execution: Execution) -> bool:
         """The text ends without END PGM: an error."""
@@ -195,13 +196,32 @@ class _KlartextRun:
             flow.repeats.count(self.calls.text, first, self.calls.line - 1, 0)
         return stretch > row
 
-    def _execute_statement(self) -> None:
+    def _execute_statement(self, stop: StopConditions) -> list[ProgramError]:
+        """Execute the next statement; its errors, after a misspelt word also those with the word that is meant."""
         flow = self.flow
         text, line, interpreter = self.calls.text, self.calls.line, flow.interpreter
         moves = interpreter.recorder.count
         self.calls.line += 1
         parts = text.read_parts(line)
         self.calls.line = line + len(parts)
+        errors: list[ProgramError] = []
+        while True:
+            try:
+                self._execute_parts(parts, line)
+                break
+            except ProgramError as error:
+                errors.append(error)
+                corrected_line = None if stop.first_error else correct_line(parts[0], error)
+                if corrected_line is None:
+                    break
+                parts[0] = corrected_line
+        if not errors:
+            flow.repeats.count(text, line, line, interpreter.recorder.count - moves)
+        return errors
+
+    def _execute_parts(self, parts: list[str], line: int) -> None:
+        """Execute the statement of some lines."""
+        flow, text, interpreter = self.flow, self.calls.text, self.flow.interpreter
         statement = read_statement(parts, line)
         shown_line = self.calls.show(line)
         if not (statement.is_deleted and interpreter.setup.block_delete):
@@ -209,9 +229,10 @@ class _KlartextRun:
             try:
                 interpreter.execute_statement(statement, shown_line, corner_next=lambda: text.is_corner_next(following))
             except ProgramError as error:
-                if not flow.recovery.pass_failed(statement, error):
-                    raise
-                return
+                # a misspelt word is corrected, and the statement executed again
+                if correct_line(parts[0], error) is None and flow.recovery.pass_failed(statement, error):
+                    return
+                raise
             interpreter.has_failed = interpreter.has_failed and statement.keyword in ("RND", "CHF", "DEP", "")
             if interpreter.jump is not None and not interpreter.functions.has_ended:
                 if interpreter.jump.kind == "end":
@@ -219,7 +240,6 @@ class _KlartextRun:
                     if not self.calls.in_call:
                         interpreter.recorder.record_event(shown_line, "end", code="END PGM")
                 flow.follow(interpreter.jump, line)
-        flow.repeats.count(text, line, line, interpreter.recorder.count - moves)
 
 
 def _find_last_direction(

@@ -11,9 +11,8 @@ from verne_post.gcode.block import Block
 from verne_post.gcode.machining.machining import Machining
 from verne_post.gcode.machining.turning import move_machine_axes
 from verne_post.gcode.program_error import ProgramError
-from verne_post.gcode.rs274.modes import NO_MAPS, Modes
+from verne_post.gcode.rs274.modes import NO_MAPS, TCP_CODES, Modes
 from verne_post.gcode.rs274.motion import MotionCodes
-from verne_post.gcode.rs274.offsets import TCP_CODES
 from verne_post.model.moves import AXES, Feature, MoveKind
 
 #: A turn of the table by less is rounding, degrees.

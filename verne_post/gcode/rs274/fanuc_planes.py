@@ -17,8 +17,8 @@ from verne_post.gcode.machining.machining import Machining
 from verne_post.gcode.machining.turning import turn_table
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.rs274.fanuc_codes import MIRROR_OFF, OF_FRAMES, OF_TOOL, PLANE_OFF, ROTATION
-from verne_post.gcode.rs274.modes import NO_MAPS, Modes
-from verne_post.gcode.rs274.offsets import TCP_CODES, say_directions
+from verne_post.gcode.rs274.modes import NO_MAPS, TCP_CODES, Modes
+from verne_post.gcode.rs274.offsets import say_directions
 from verne_post.gcode.rs274.values import WordValues, read_whole
 from verne_post.gcode.table_positions import choose_position, find_positions
 from verne_post.model.control_keys import FanucKeys

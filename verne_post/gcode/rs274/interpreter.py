@@ -480,13 +480,14 @@ class Rs274(Language):
 
     def _read_g_code(self, number: float, column: int) -> int:
         code = round(number * 10)
-        if abs(number * 10 - code) > 10 * WHOLE_NUMBER or number < 0:
-            raise ProgramError("VP002", f"G{number:g} is not a code", column)
-        if code in self.table.refused_g:
+        is_code = abs(number * 10 - code) <= 10 * WHOLE_NUMBER and number >= 0
+        if is_code and code in self.table.refused_g:
             raise ProgramError("VP002", f"{spell_g_code(code)} is not executed ({self.table.refused_g[code]})", column)
-        if code not in self.table.group_of_g:
-            name = spell_g_code(code)
-            text = f"{name} is not a code of this language; {describe_remap(name)}"
+        if not is_code or code not in self.table.group_of_g:
+            name = spell_g_code(code) if is_code else f"G{number:g}"
+            text = f"{name} is not a code"
+            if is_code:
+                text += f" of this language; {describe_remap(name)}"
             known_codes = map(spell_g_code, self.table.group_of_g)
             raise ProgramError("VP002", explain_unknown(text, name, known_codes), column)
         return code

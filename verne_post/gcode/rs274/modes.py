@@ -13,6 +13,9 @@ from verne_post.model.part_setup import Vector9
 _FEED_CODES: Final = {FeedMode.PER_MINUTE: "G94", FeedMode.INVERSE: "G93", FeedMode.PER_REVOLUTION: "G95"}
 _PATH_CODES: Final = {PathMode.EXACT_PATH: "G61", PathMode.EXACT_STOP: "G61.1", PathMode.BLEND: "G64"}
 
+#: G43.4 and G43.5, times ten: tool-centre-point control.
+TCP_CODES: Final = (434, 435)
+
 
 class Saved(Struct, frozen=True):
     """What M72, or the return from a call after M73 (``automatic``), brings back."""
@@ -130,4 +133,5 @@ class Modes(Struct):
             "G90 (absolute)" if self.absolute else "G91 (incremental)",
             _FEED_CODES[feed],
             _PATH_CODES[path],
+            *(spell_g_code(code) for code in TCP_CODES if code == self.length_code),
         ]

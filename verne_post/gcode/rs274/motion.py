@@ -19,6 +19,7 @@ from verne_post.gcode.rs274.modes import Modes
 from verne_post.gcode.rs274.traits import Traits
 from verne_post.gcode.rs274.values import MAX_LENGTH_MM, WordValues, read_whole
 from verne_post.model.moves import AXES, MoveKind
+from verne_post.model.part_setup import describe_tool_number
 
 _X, _Y, _Z = 0, 1, 2
 _LINEAR: Final = frozenset((_X, _Y, _Z))
@@ -52,7 +53,16 @@ def refuse_lacking(
     if lacking == "spindle":
         raise ProgramError("VP009", f"{name} with feed per revolution (G95) needs a turning spindle; give S and M3")
     if lacking == "tool length":
-        raise ProgramError("VP012", f"no tool length has been given before the first feed move; use {length_words}")
+        state = core.state
+        tool = (state.tools or {}).get(state.loaded_tool or 0)
+        if tool is None or tool.unmeasured or not tool.offset[2]:
+            raise ProgramError("VP012", f"no tool length has been given before the first feed move; use {length_words}")
+        mine = describe_tool_number(tool.number, state.tool_names)
+        raise ProgramError(
+            "VP012",
+            f"{mine} has no length in force before the first feed move; the set-up, or the tool table, gives it "
+            f"{tool.offset[2]:g} mm: use {length_words}",
+        )
 
 
 class Directions(Protocol):

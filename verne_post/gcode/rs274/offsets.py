@@ -11,14 +11,13 @@ from verne_post.gcode.codes import spell_g_code
 from verne_post.gcode.machining.machining import Machining
 from verne_post.gcode.offsets import make_vector9
 from verne_post.gcode.program_error import ProgramError
+from verne_post.gcode.rs274.modes import TCP_CODES
 from verne_post.gcode.rs274.traits import Traits
 from verne_post.gcode.rs274.values import WordValues, read_whole
 from verne_post.model.moves import AXES, ZERO9
 from verne_post.model.part_setup import Tool, Vector9
 
 _Z: Final = 2
-#: G43.4 and G43.5, times ten: tool-centre-point control.
-TCP_CODES: Final = (434, 435)
 
 
 def say_directions(core: Machining) -> None:

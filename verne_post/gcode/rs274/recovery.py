@@ -10,6 +10,7 @@ from contextlib import suppress
 from functools import partial
 from typing import Final
 
+from verne_post.base.suggestions import find_correction
 from verne_post.base.units import MM_PER_INCH
 from verne_post.gcode.block import Block
 from verne_post.gcode.codes import CYCLES, TAKES_AXES
@@ -116,6 +117,14 @@ class Recovery:
 
     def _drop_code(self, block: Block, error: ProgramError) -> bool:
         other_codes = [code for code in block.codes if code[2] != error.column]
+        correction = find_correction(error.message)
+        if correction is not None and correction[1].startswith("G"):
+            right = ("G", float(correction[1][1:]), error.column or 0)
+            others = [code for code in block.codes if code[2] != error.column]
+            # words beside it may have added the code already
+            is_there = any(code[:2] == right[:2] for code in others)
+            block.codes = others if is_there else [*others, right]
+            return True
         dropped_letters = [letter for letter, _number, column in block.codes if column == error.column]
         if not dropped_letters or (
             error.code == "VP002" and dropped_letters != ["M"]

@@ -41,6 +41,10 @@ from verne_post.model.moves import AXES, MoveKind
 _LACKING: Final = ("VP009", "VP012")
 #: Errors that positions lead to, and what may be given by a block that was not executed.
 _OF_POSITIONS: Final = ("VP008", "VP013")
+#: Errors of the values of a cycle, wherever it is executed.
+_OF_VALUES: Final = ("VP002", "VP005", "VP007", "VP048")
+#: What errors say that lack the transformation.
+_WITHOUT_TCP: Final = "without TRAORI"
 _NAMED_AXIS: Final = re.compile(r"(?<![A-Z0-9_$])([XYZABCF])(?=[ \t]*[-+=.0-9])")
 
 
@@ -57,8 +61,11 @@ class Executor:
         self.swivel = Swivel(self.interpreter, self.variables)
         self.modal: Call | None = None  #: The cycle of MCALL.
         self.modal_line = 0  #: The line of that MCALL, as messages name it.
+        self.modal_is_shown = True  #: That line has its columns: it is no call of a file in which MCALL stands.
         #: A line that was not executed has named axes.
         self.uncertain = False
+        #: The program has used a name that has no meaning here.
+        self.has_unknown_name = False
         self.interpreter.set_path_control()
         self.run(self.read(Cursor(self.interpreter.keys.start), 1))
 
@@ -116,14 +123,17 @@ class Executor:
         return False
 
     def _run_modal(self, call: Call, line: int, holes: int = 1) -> None:
-        """Execute the cycle of MCALL; its columns are those of another line."""
+        """Execute the cycle of MCALL; what is wrong with its values stands in the line of MCALL."""
         try:
             if call.name in MODAL_MILLING:
                 self.milling.run(call, line, is_modal=True)
             else:
                 self.drilling.run(call, line, holes)
         except ProgramError as error:
-            error.column = None
+            if error.code in _OF_VALUES:
+                error.line, error.of_program, error.of_value = self.modal_line, True, True
+            if not (error.of_value and self.modal_is_shown):
+                error.column = None
             if error.code == "VP017":  # the cycle does not belong here: it was to end before, and is taken as ended
                 error.message += f" (MCALL of line {self.modal_line} is still active; MCALL alone ends it)"
                 self.modal = None
@@ -153,6 +163,9 @@ class Executor:
             assume_feed(state)
         if error.code == "VP048":
             assume_rigid_tapping(state)
+        # a name without a meaning may be what switches TRAORI on at this machine
+        follows = follows or (self.has_unknown_name and error.code == "VP017" and _WITHOUT_TCP in error.message)
+        self.has_unknown_name = self.has_unknown_name or error.settled_by[:1] == ("remap",)
         return follows
 
     def finish(self) -> None:

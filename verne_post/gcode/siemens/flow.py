@@ -253,6 +253,7 @@ class Flow:
                 call.column,
             )
         self.executor.modal, self.executor.modal_line = call, self.calls.show(line)
+        self.executor.modal_is_shown = self.calls.shown_line is None
 
     # --- definitions, messages ----------------------------------------------------------------------------------
 

@@ -3,6 +3,7 @@
 from verne_post.base.long_text import Text
 from verne_post.gcode.execution import Execution, StopConditions, run_program
 from verne_post.gcode.machining.state import State
+from verne_post.gcode.mistyped import correct_line
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.setup import Setup
@@ -10,7 +11,7 @@ from verne_post.gcode.siemens.executor import Executor
 from verne_post.gcode.siemens.flow import Flow
 from verne_post.gcode.siemens.program import SiemensText
 from verne_post.gcode.siemens.stretch import execute_stretch
-from verne_post.gcode.text import Chunk
+from verne_post.gcode.text import Chunk, decode_line
 
 
 def execute_siemens(source: Text, setup: Setup, state: State, stop: StopConditions) -> Execution:
@@ -42,15 +43,32 @@ class _SiemensRun:
 
     def execute(self, chunk: Chunk, stop: StopConditions) -> tuple[int, list[ProgramError]]:
         """Execute the next line, or a stretch at once; a line that only follows from an error before it is passed."""
-        flow, line = self.flow, self.calls.line
+        line = self.calls.line
         raw = chunk.read_raw(line - chunk.first_line)
+        text = self.calls.text
         try:
-            last = execute_stretch(flow, chunk, stop, in_main=self.calls.in_main)
+            last = execute_stretch(self.flow, chunk, stop, in_main=self.calls.in_main)
             if last is None:
-                flow.step(raw)
+                self.flow.step(raw)
         except ProgramError as error:
-            return line + 1, [] if flow.executor.pass_failed(raw, error) else [error]
+            corrected_line = correct_line(decode_line(raw), error)
+            if corrected_line is None or stop.first_error or self.calls.text is not text:
+                return line + 1, [] if self.flow.executor.pass_failed(raw, error) else [error]
+            self.calls.line = line
+            return line + 1, [error, *self._step(corrected_line.encode())]
         return last or line + 1, []
+
+    def _step(self, raw: bytes) -> list[ProgramError]:
+        """Execute a line whose misspelt word is corrected; its other errors."""
+        line = self.calls.line
+        try:
+            self.flow.step(raw)
+        except ProgramError as error:
+            if (corrected_line := correct_line(decode_line(raw), error)) is not None:
+                self.calls.line = line
+                return [error, *self._step(corrected_line.encode())]
+            return [] if self.flow.executor.pass_failed(raw, error) else [error]
+        return []
 
     def end_text(self, execution: Execution) -> bool:
         """The section ends: return from it, or end the program."""

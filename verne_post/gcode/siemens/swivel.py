@@ -274,7 +274,9 @@ class Swivel:
                 return
         words = " or ".join(dict.fromkeys(f"{setup.rotary_letters[0]}{one.tilt:+.3f}" for one in positions))
         raise ProgramError(
-            "VP102", f"CYCLE800 needs {words}, which is far beyond the travel where the part stands; use less tilt"
+            "VP102",
+            f"CYCLE800 needs {words}, and {setup.travel.describe_tilt()}: that is far beyond the travel where the part "
+            "stands; use less tilt",
         )
 
     # --- CYCLE832 -------------------------------------------------------------------------------------------

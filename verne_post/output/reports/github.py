@@ -13,7 +13,7 @@ from verne_post.model.findings import Finding
 from verne_post.model.machine import Machine
 from verne_post.model.verdict import Verdict
 from verne_post.output.causes import Cause, find_causes
-from verne_post.output.findings import Report, list_remedies
+from verne_post.output.findings import Report, find_place, list_remedies
 
 #: Annotations of each level that GitHub shows for one step.
 MAX_ANNOTATIONS: Final = 10
@@ -22,7 +22,13 @@ _LEVELS: Final = {"error": "error", "warning": "warning", "note": "notice"}
 
 def write(reports: Sequence[Report], _machine: Machine | None = None) -> str:
     """One workflow command a cause, the gravest first, and a notice that says how many are not shown."""
-    everything = [(report, cause) for report in reports for cause in find_causes(report.findings)]
+    shared: dict[Finding, Report] = {}  # a mistake in a file that several programs read is one
+    everything = [
+        (report, cause)
+        for report in reports
+        for cause in find_causes(report.findings)
+        if cause.worst.file is None or shared.setdefault(cause.worst, report) is report
+    ]
     lines, shown = [], Counter[str]()
     for severity in _LEVELS:
         for report, cause in everything:
@@ -38,17 +44,20 @@ def write(reports: Sequence[Report], _machine: Machine | None = None) -> str:
     return "".join(line + "\n" for line in lines)
 
 
-def write_failure(_verdict: Verdict, message: str, _findings: Sequence[Finding]) -> str:
-    """One annotation of the step."""
+def write_failure(_verdict: Verdict, message: str, findings: Sequence[Finding]) -> str:
+    """Annotations of the files that are wrong; else one of the step."""
+    if findings and all(item.file is not None for item in findings):
+        return "".join(_write_annotation("", cause) + "\n" for cause in find_causes(findings)[:MAX_ANNOTATIONS])
     return f"::error title=verne-post::{_escape_data(message)}\n"
 
 
 def _write_annotation(program: str, cause: Cause) -> str:
     item, others = cause.worst, cause.describe_others()
-    where = [] if program == "<stdin>" else [f"file={_escape_property(_find_path_in_repository(program))}"]
-    if item.line and where:
-        where.append(f"line={item.line}")
-        if item.last_line is not None and item.last_line > item.line:
+    file, line = find_place(program, item)
+    where = [] if file == "<stdin>" else [f"file={_escape_property(_find_path_in_repository(file))}"]
+    if line and where:
+        where.append(f"line={line}")
+        if item.last_line is not None and item.last_line > line:
             where.append(f"endLine={item.last_line}")
         if item.column is not None:
             where.append(f"col={item.column}")

@@ -66,7 +66,8 @@ def _write_row(cause: Cause, remedy: str) -> str:
     also = f"<br>also {_escape(others)}" if others else ""
     remedies = also + "".join(f"<br>tried: {_escape(tried)}" for tried in item.remedies)
     remedies += f"<br>{_escape(remedy)}" if remedy else ""
-    return f"| {'' if item.line is None else item.line} | {_escape(describe(item))}{remedies} |"
+    line = item.line if item.file is None else item.file_line
+    return f"| {'' if line is None else line} | {_escape(describe(item))}{remedies} |"
 
 
 def _escape(text: str) -> str:

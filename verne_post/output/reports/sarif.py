@@ -10,7 +10,7 @@ from verne_post.model.findings import Finding
 from verne_post.model.machine import Machine
 from verne_post.model.verdict import SEVERITIES, Verdict
 from verne_post.output.code_pages import make_markdown, make_text
-from verne_post.output.findings import Report
+from verne_post.output.findings import Report, find_place
 from verne_post.output.policy import make_fingerprint, make_uri
 
 #: Code hosts read no more results of a run.
@@ -26,7 +26,13 @@ def write(reports: Sequence[Report], _machine: Machine | None = None) -> str:
     """One run: a rule for each code that occurs, a result for each finding."""
     from verne_post import __version__
 
-    everything = [(report, item) for report in reports for item in report.findings]
+    shared: dict[Finding, Report] = {}  # a mistake in a file that several programs read is one
+    everything = [
+        (report, item)
+        for report in reports
+        for item in report.findings
+        if item.file is None or shared.setdefault(item, report) is report
+    ]
     everything.sort(key=lambda pair: SEVERITIES.index(pair[1].severity))
     shown = everything[:MAX_RESULTS]
     rules = sorted({item.code for _report, item in shown})
@@ -45,12 +51,18 @@ def write(reports: Sequence[Report], _machine: Machine | None = None) -> str:
     return _write_document(run)
 
 
-def write_failure(_verdict: Verdict, message: str, _findings: Sequence[Finding]) -> str:
-    """One run that was not successful, and why."""
+def write_failure(_verdict: Verdict, message: str, findings: Sequence[Finding]) -> str:
+    """One run that was not successful, and why, at the places of the files that are wrong."""
     from verne_post import __version__
 
     driver = {"name": "verne-post", "version": __version__, "rules": []}
-    invocations = [_make_invocation("error", message, successful=False)]
+    invocation = _make_invocation("error", message, successful=False)
+    if findings and all(item.file is not None for item in findings):
+        invocation["toolExecutionNotifications"] = [
+            {"level": "error", "message": {"text": item.message}, "locations": [_make_location("", item)]}
+            for item in findings
+        ]
+    invocations = [invocation]
     return _write_document({"tool": {"driver": driver}, "invocations": invocations, "results": []})
 
 
@@ -75,14 +87,6 @@ def _make_rule(code: str) -> dict[str, Any]:
 
 
 def _make_result(report: Report, item: Finding, rules: list[str], seen: Counter[str]) -> dict[str, Any]:
-    location: dict[str, Any] = {"artifactLocation": {"uri": make_uri(report.program)}}
-    # the approach of --from (line 0) and files that cannot be read have no line: code hosts want one all the same
-    region: dict[str, Any] = {"startLine": item.line or 1}
-    if item.line and item.column is not None:
-        region["startColumn"] = item.column
-    if item.line and item.last_line is not None and item.last_line > item.line:
-        region["endLine"] = item.last_line
-    location["region"] = region
     fingerprint = make_fingerprint(report, item, seen)
     properties = ("axis", "value", "limit", "unit", "count", "worst_line")
     return {
@@ -90,7 +94,18 @@ def _make_result(report: Report, item: Finding, rules: list[str], seen: Counter[
         "ruleIndex": rules.index(item.code),
         "level": item.severity,
         "message": {"text": item.message},
-        "locations": [{"physicalLocation": location}],
+        "locations": [_make_location(report.program, item)],
         "partialFingerprints": {_FINGERPRINT: fingerprint, _LINE_HASH: fingerprint},
         "properties": {name: getattr(item, name) for name in properties if getattr(item, name) is not None},
     }
+
+
+def _make_location(program: str, item: Finding) -> dict[str, Any]:
+    file, line = find_place(program, item)
+    # the approach of --from (line 0) and files that cannot be read have no line: code hosts want one all the same
+    region: dict[str, Any] = {"startLine": line or 1}
+    if item.line and item.column is not None:
+        region["startColumn"] = item.column
+    if item.line and item.last_line is not None and item.last_line > item.line:
+        region["endLine"] = item.last_line
+    return {"physicalLocation": {"artifactLocation": {"uri": make_uri(file)}, "region": region}}

@@ -1,0 +1,64 @@
+"""A program that is in inches by mistake: the cause is said first, because the same program in mm was tried."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+PLACE = ("--tool-length", "80", "--wcs", "G54=0,0,0")
+#: Name -> text with places for the unit and for X; the words for inch and mm; where the former stands.
+PROGRAMS = {
+    "p.ngc": ("(G20)\nG90 G94 {}\nG0 X0 Y0 Z60 A0 C0\nG1 X{} Z50 F600\nG0 Z80\nM2\n", "G20", "G21", 2, 9),
+    "p.nc": (
+        "%\nO1\nG90 G94 {}\nG43.4 H1\nG0 X0. Y0. Z60. A0. C0.\nG1 X{}. Z50. F600.\nM30\n%\n",
+        *("G20", "G21", 3, 9),
+    ),
+    "p.mpf": ("G90 G94 {} ; G71\nG0 X0 Y0 Z60 A0 C0\nG1 X{} Z50 F600\nM30\n", "G70", "G71", 1, 9),
+    "p.h": (
+        "BEGIN PGM INCH {}\nTOOL CALL 1 Z S900\nL X0 Y0 Z60 A0 C0 R0 FMAX M3\nL X{} Z50 F600\nEND PGM INCH {}\n",
+        *("INCH", "MM", 1, 16),
+    ),
+    "p.apt": (
+        "PARTNO INCHES\nUNITS/{}\nLOADTL/1\nSPINDL/900,CLW\nFEDRAT/600,MMPM\nGOTO/0,0,60,0,0,1\nGOTO/{},0,50\nFINI\n",
+        *("INCHES", "MM", 2, 7),
+    ),
+}
+
+
+def check(run: Callable[..., Any], tmp_path: Path, name: str, unit: str, end: int) -> tuple[list[str], str]:
+    """The lines of the findings of a program in a unit that goes to X ``end``, without its name; and the whole text."""
+    path = tmp_path / name
+    words = (unit, end, unit) if name == "p.h" else (unit, end)
+    path.write_text(PROGRAMS[name][0].format(*words))
+    answer = run("check", path, *PLACE)
+    head = f"{path}:"
+    lines = [line.removeprefix(head) for line in answer.out.splitlines() if line.startswith(head)]
+    return [line for line in lines if ": VP" in line], answer.out
+
+
+@pytest.mark.parametrize("name", PROGRAMS)
+def test_inches_in_place_of_mm_are_named_first(run: Callable[..., Any], tmp_path: Path, name: str) -> None:
+    _text, inch, mm, line, column = PROGRAMS[name]
+    found, _out = check(run, tmp_path, name, mm, 30)
+    assert not [one for one in found if "error" in one or "VP505" in one]
+    found, text = check(run, tmp_path, name, inch, 30)
+    said = f"{inch}: read in inches, the program spans 762 mm and leaves the machine; read in mm, no pose of it is"
+    assert found[0] == f"{line}: VP505 warning: {said} refused; did you mean {mm}? (column {column})"
+    assert f"tried: see VP505 in line {line}" in text
+    assert text.count("tried: ") == 1  # no other remedy of what follows from the unit
+
+
+def test_a_program_in_inches_that_only_stands_in_a_wrong_place(run: Callable[..., Any], tmp_path: Path) -> None:
+    """In mm it would fit too; but it fits as it is, a little higher, and that is what is proposed."""
+    path = tmp_path / "p.ngc"
+    path.write_text("G20 G90 G94\nG0 X0 Y0 Z3 A0 C0\nG1 X1 Z-5 F60\nM2\n")
+    answer = run("check", path, *PLACE)
+    assert "VP505" not in answer.out
+    assert "legal if the part is moved by 0, 0, 127.1 mm" in answer.out
+
+
+def test_a_program_that_fits_in_neither_unit(run: Callable[..., Any], tmp_path: Path) -> None:
+    found, text = check(run, tmp_path, "p.ngc", "G20", 3000)
+    assert not [one for one in found if "VP505" in one]
+    assert "no work offset near this one" in text

@@ -1,0 +1,64 @@
+"""The head of the page: the program, the verdict, and what the verdict rests on."""
+
+from verne_post.model.machine import Machine
+from verne_post.model.verdict import count_findings, find_exit_status, find_verdict
+from verne_post.output.causes import list_worst
+from verne_post.output.summary import describe_time
+from verne_post.report.markup import count, escape_text, join_few
+from verne_post.report.sheet import list_offsets, list_tools
+from verne_post.report.table import Study
+
+
+def write_title_html(program: str, machine: Machine) -> str:
+    """The program and its machine; the folder is quiet."""
+    folder, slash, name = program.rpartition("/")
+    return (
+        f"<small>{escape_text(folder + slash)}</small><wbr>{escape_text(name)} <small>on "
+        f"{escape_text(machine.name)}</small>"
+    )
+
+
+def write_verdict_html(machine: Machine, study: Study) -> str:
+    """Whether the program can run, how long it takes, and what is assumed."""
+    errors, warnings = count_findings(list_worst(study.findings))
+    shown = []
+    if study.timed:
+        assert study.summary is not None
+        shown = [("time", describe_time(study.summary))]
+        if study.governing is not None and study.summary.feed_segments:
+            shown.append(("lost against the feed rate", f"{study.governing.lost.sum():.3f} s"))
+    elif len(study.x):
+        shown = [("path", f"{study.x[-1]:.1f} mm, no time: nothing is written")]
+    else:
+        shown = [("program", "refused, nothing is laid out")]
+    shown += list_setup(machine, study)
+    shown.append(("findings", count(errors, "error") + ", " + count(warnings, "warning")))
+    shown.append(("assumed, not measured", ", ".join(machine.assumed) or "nothing"))
+    word, kind = name_verdict(machine, study)
+    cells = "".join(f"<div><dt>{escape_text(name)}</dt><dd>{escape_text(value)}</dd></div>" for name, value in shown)
+    return f'<strong class="{kind}">{word}</strong><dl>{cells}</dl>'
+
+
+def name_verdict(machine: Machine, study: Study) -> tuple[str, str]:
+    """The verdict with what it rests on, and its class in the style sheet."""
+    word = find_verdict(find_exit_status(study.findings), study.findings).word.capitalize()
+    if not study.timed:
+        return word, "refused"
+    warned = any(item.severity == "warning" for item in study.findings)
+    # it says that the numbers of the file hold, not that the machine does
+    said = machine.provenance.get("limits") or machine.provenance.get("joints") or ""  # of a chain, joints have them
+    source = said.partition(" ")[0].strip(":,;")
+    on = f"on {source} limits" if source else "on limits of unknown source"
+    return f"{word}{', with warnings' if warned else ''}, {on}", "warned" if warned else "runs"
+
+
+def list_setup(machine: Machine, study: Study) -> list[tuple[str, str]]:
+    """Tool length and work offset in a few words."""
+    if study.program is None:
+        return []
+    lengths: dict[str, list[str]] = {}  # a tool has the length of the one before until G43
+    for _number, tool, length, _diameter in list_tools(study):
+        lengths.setdefault(tool, []).append(length)
+    tools = [f"{tool}: {' then '.join(used)} mm".removeprefix("not named: ") for tool, used in lengths.items()]
+    offsets = [f"{name} at {', '.join(place)} mm" for name, *place, _turn, _source in list_offsets(machine, study)]
+    return [("tool length", join_few(tools)), ("work offset", join_few(offsets))]

@@ -1,0 +1,39 @@
+"""Text as HTML: escaped, in tables, in strings of style sheets, and a few of many."""
+
+import html
+from typing import Final
+
+from verne_post.base.numbers import format_count
+from verne_post.base.printable import make_printable
+
+#: So many tools and work offsets are in the head.
+_SHOWN: Final = 2
+Row = tuple[str, ...]
+
+
+def escape_text(text: str) -> str:
+    """Escape text for HTML."""
+    return html.escape(make_printable(text))
+
+
+def write_css_string(text: str) -> str:
+    """Write text as a string of a style sheet; all but plain letters and digits are escaped, so nothing ends it."""
+    text = "".join(one if one.isascii() and one.isalnum() else f"\\{ord(one):x} " for one in make_printable(text))
+    return f'"{text}"'
+
+
+def write_table(heads: Row, body: str) -> str:
+    """Write a table: heads and rows that are HTML already."""
+    columns = "".join(f"<th scope=col>{head}</th>" for head in heads)
+    return f"<table><thead><tr>{columns}</tr></thead><tbody>{body}</tbody></table>"
+
+
+def count(number: int, what: str) -> str:
+    """Say how many, in words for people."""
+    return format_count(number, what) if number else f"no {what}s"
+
+
+def join_few(texts: list[str], more: str = "more on the set-up sheet") -> str:
+    """Join as many texts as the head has room for; the set-up sheet has all."""
+    rest = len(texts) - _SHOWN
+    return "; ".join([*texts[:_SHOWN], *([f"{rest} {more}"] if rest > 0 else [])]) or "none"
