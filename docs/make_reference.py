@@ -233,11 +233,12 @@ PAGES: dict[str, Callable[[], str]] = {
 }
 
 
-#: What a search puts first: pages of words, machine file and commands, before the pages of codes that mention them.
+#: What a search puts first: what words and quantities mean, before pages of codes and of evidence that mention them.
 BOOSTS = {
+    **dict.fromkeys(("conventions.md", "machine-file.md"), 5.0),
     **dict.fromkeys(("apt.md", "fanuc.md", "gcode.md", "heidenhain.md", "siemens.md"), 4.0),
-    **dict.fromkeys(("commands.md", "conventions.md", "machine-file.md"), 3.0),
-    **dict.fromkeys((f"reference/{code}.md" for code in CODES), 0.5),
+    **dict.fromkeys(("architecture.md", "performance.md", "public-programs.md", "reliability.md", "tuning.md"), 0.4),
+    **dict.fromkeys((f"reference/{code}.md" for code in CODES), 0.15),
 }
 
 

@@ -201,7 +201,7 @@ def test_the_site_is_built_without_warnings(tmp_path: Path) -> None:
     boosts = {entry["location"]: entry.get("boost", 1) for entry in json.loads(searched)["docs"]}
     assert not [place for place in boosts if place.startswith("reference/codes.html")]
     assert "reference/VP101.html" in boosts
-    assert boosts["siemens.html"] > boosts["machine-file.html"] > 1 > boosts["reference/VP101.html"]
+    assert boosts["machine-file.html"] > boosts["siemens.html"] > 1 > boosts["reference/VP101.html"]
     # the page of a code shows where it belongs
     codes = (tmp_path / "site" / "reference" / "VP101.html").read_text("utf-8")
     assert 'href="codes.html"' in codes.split('data-md-component="content"')[0]
