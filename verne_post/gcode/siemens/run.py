@@ -1,6 +1,7 @@
 """Execution of a Siemens program: stretches of plain lines, single lines, and the ends of its sections."""
 
 from verne_post.base.long_text import Text
+from verne_post.base.suggestions import find_correction
 from verne_post.gcode.execution import Execution, StopConditions, run_program
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.mistyped import correct_line
@@ -11,6 +12,7 @@ from verne_post.gcode.siemens.executor import Executor
 from verne_post.gcode.siemens.flow import Flow
 from verne_post.gcode.siemens.program import SiemensText
 from verne_post.gcode.siemens.stretch import execute_stretch
+from verne_post.gcode.siemens.vocabulary import STATEMENTS
 from verne_post.gcode.text import Chunk, decode_line
 
 
@@ -51,7 +53,7 @@ class _SiemensRun:
             if last is None:
                 self.flow.step(raw)
         except ProgramError as error:
-            corrected_line = correct_line(decode_line(raw), error)
+            corrected_line = _correct(raw, error)
             if corrected_line is None or stop.first_error or self.calls.text is not text:
                 return line + 1, [] if self.flow.executor.pass_failed(raw, error) else [error]
             self.calls.line = line
@@ -64,7 +66,7 @@ class _SiemensRun:
         try:
             self.flow.step(raw)
         except ProgramError as error:
-            if (corrected_line := correct_line(decode_line(raw), error)) is not None:
+            if (corrected_line := _correct(raw, error)) is not None:
                 self.calls.line = line
                 return [error, *self._step(corrected_line.encode())]
             return [] if self.flow.executor.pass_failed(raw, error) else [error]
@@ -82,3 +84,10 @@ class _SiemensRun:
         """Go back to where the last subprogram was called, as far as it was executed."""
         self.calls.leave()
         self.flow.executor.variables.scopes.pop()
+
+
+def _correct(raw: bytes, error: ProgramError) -> str | None:
+    """The line with the word that is meant; None for words of branches and loops, whose partners the text has."""
+    correction = find_correction(error.message)
+    is_control = correction is not None and correction[1] in STATEMENTS
+    return None if is_control else correct_line(decode_line(raw), error)
