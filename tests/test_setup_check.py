@@ -61,7 +61,26 @@ def test_a_tool_with_the_length_of_the_one_before() -> None:
         found = vp.check(program.format(f"G43 H{offset}\n"), "verne", options).findings
         assert "VP034" not in [item.code for item in found]
     found = vp.check(program.format("G43 H1\n"), "verne", options).findings
-    assert [(item.code, item.line) for item in found] == [("VP049", 8)]  # one cause, one finding
+    assert [(item.code, item.severity, item.line) for item in found] == [
+        ("VP049", "error", 8)
+    ]  # one cause, one finding
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "severity"),
+    [("H1", "H2", ""), ("H2", "H2", "error"), ("H1", "H1", "error"), ("H1", "H9", "warning"), ("H9", "H2", "warning")],
+)
+def test_the_length_of_a_tool_that_the_program_calls_is_no_offset_of_another(first, second, severity) -> None:
+    """H9 of a tool that is never called may be a second offset; H2 under T1 drives it 30 mm too high."""
+    lengths = {1: 80.0, 2: 110.0, 9: 95.0}
+    tools = {n: vp.Tool(n, n, (0.0, 0.0, z, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)) for n, z in lengths.items()}
+    cut = "M6\nM3 S900\nG0 X0 Y0\nG43 Z40 {}\nG1 Z20 F600\nX5\nG0 Z40\nM5\n"
+    program = f"G21 G90 G94\nG0 A0 C0\nT1 {cut.format(first)}T2 {cut.format(second)}M2\n"
+    options = vp.Options(tools=tools, wcs={"G54": (0, 0, 30)}, split_at_stops=True)
+    result = vp.check(program, "verne", options)
+    told = [(item.severity, item.line) for item in result.findings if item.code == "VP049"]
+    assert told == ([(severity, 6 if first != "H1" else 14)] if severity else [])
+    assert result.ok == (severity != "error")
 
 
 @pytest.mark.parametrize(

@@ -1,5 +1,6 @@
 """What set-up and program leave open although the program uses it: warnings before anything else is looked at."""
 
+import dataclasses
 from collections.abc import Iterator, Mapping
 
 import numpy as np
@@ -178,28 +179,34 @@ def _find_cuts(moves: Moves, path: ToolPath, stretch: _Stretch) -> tuple[int, in
 
 
 def _check_lengths(moves: Moves, path: ToolPath, options: Options) -> Iterator[Finding]:
-    """VP034: tools that cut without a length, or with that of another tool, each once.
+    """VP034: tools that cut without a length, or with that of another tool, each once; VP049 where it is an error.
 
     An error where the set-up gives the tool a length, and it comes down with another one: nothing else can be meant. A
-    length that no tool before has may be a second offset of the same tool, or wear.
+    length that no tool before has may be a second offset of the same tool, or wear; one that H names, if no tool of the
+    program has it.
     """
     lengths = {number: tool.offset[2] for number, tool in (options.tools or {}).items() if not tool.unmeasured}
     names = name_tools(moves.events)
-    named = [item.line for item in moves.findings if item.code == "VP049" and item.line is not None]
+    named = [item for item in moves.findings if item.code == "VP049"]
+    called = dict.fromkeys(int(str(one.data["number"])) for one in moves.events if one.kind in ("tool", "tool number"))
     wrong: dict[tuple[int, float], tuple[int, int, str]] = {}  # tool and length -> first cut, first low one, message
     before: list[int] = []  # tools so far
     for stretch in _list_stretches(moves, path):
         tool, length = stretch.tool, stretch.length
         before += [] if tool in before else [tool]
         own = lengths.get(tool, 0.0)
-        owner = next((one for one in before if one != tool and lengths.get(one) == length), None)
-        if length and (owner is None or own == length or tool not in lengths):
+        owners = [one for one in called if one != tool and lengths.get(one) == length]
+        owner = next((one for one in before if one in owners), None)
+        if length and (not owners or own == length or tool not in lengths):
             continue
         first, low = _find_cuts(moves, path, stretch)
         if first < 0:
             continue
         change = max((one.line for one in moves.events if one.kind == "tool" and one.before <= first), default=0)
-        if length and any(change <= line <= moves.line[first] for line in named):
+        told = [item for item in named if item.line is not None and change <= item.line <= moves.line[first]]
+        if length and told and low >= 0 and own:
+            yield dataclasses.replace(told[-1], severity="error")
+        if length and (told or owner is None):
             continue  # an H of another tool since then has its own warning
         # no length is told once, whatever the tools
         known = wrong.setdefault((tool if length else 0, length), (first, -1, ""))
