@@ -44,6 +44,7 @@ def find_errors(run: Callable[..., Any], tmp_path: Path, name: str, lines: str) 
         ("p.mpf", "G1 X=1O", "X=1O", "X=10", 4),
         ("p.h", "L X+5 Y+1O", "Y+1O", "Y+10", 7),
         ("p.apt", "GOTO/1O,0,60", "1O", "10", 6),
+        ("p.nc", "G1 X 1O. Y2.", "X 1O.", "X10.", 4),
     ],
 )
 def test_a_number_with_another_character(

@@ -18,10 +18,10 @@ from verne_post.model.findings import Finding
 _LEAST_LETTERS: Final = 4
 #: An address, and a number that has the letter O, or a comma with digits on both sides.
 _LETTER_O: Final = re.compile(
-    r"(?<![A-Z_])((?:[A-Z]{1,2}\d*[ \t]*=|[A-Z]{1,2}|)[ \t]*)([-+]?(?=[\d.]*O)[\dO]*\.?[\dO]*)", re.IGNORECASE
+    r"(?<![A-Z_])((?:[A-Z]{1,2}\d*[ \t]*=|[A-Z]{1,2})[ \t]*|)([-+]?(?=[\d.]*O)[\dO]*\.?[\dO]*)", re.IGNORECASE
 )
 _COMMA: Final = re.compile(
-    r"(?<![A-Z\d.,])((?:[A-Z]{1,2}\d*[ \t]*=|[A-Z]{1,2}|)[ \t]*)([-+]?\d+,\d+)(?![\d.,(])", re.IGNORECASE
+    r"(?<![A-Z\d.,])((?:[A-Z]{1,2}\d*[ \t]*=|[A-Z]{1,2})[ \t]*|)([-+]?\d+,\d+)(?![\d.,(])", re.IGNORECASE
 )
 #: Characters of such a word, so that long lines of digits take no time.
 _LONGEST: Final = 40
