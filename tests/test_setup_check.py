@@ -61,9 +61,7 @@ def test_a_tool_with_the_length_of_the_one_before() -> None:
         found = vp.check(program.format(f"G43 H{offset}\n"), "verne", options).findings
         assert "VP034" not in [item.code for item in found]
     found = vp.check(program.format("G43 H1\n"), "verne", options).findings
-    assert [(item.code, item.severity, item.line) for item in found] == [
-        ("VP049", "error", 8)
-    ]  # one cause, one finding
+    assert [(item.code, item.severity, item.line) for item in found] == [("VP049", "warning", 8)]  # one cause
 
 
 @pytest.mark.parametrize(

@@ -97,11 +97,12 @@ def test_percentages_of_deep_holes(view):
         assert part in found[0].message
 
 
-def test_mistakes_of_modal_cycles_have_no_column_of_another_line(view):
+def test_mistakes_of_modal_cycles_are_at_the_value_in_the_line_of_mcall(view):
+    """FDEP 5 lies above the reference plane: the 5 of line 2, wherever the hole is."""
     head = "G0 X0 Y0 Z60 F300 S1000 M3\nMCALL CYCLE83(50,0,2,-20,,5,,2,0.5,0.5,1,1)\n"
     for block in ("X10", "HOLES1(0,0,0,10,20,2)"):
         found = view(f"{head}{block}\nMCALL\nM30", dialect="siemens")[1]
-        assert [(item.code, item.line, item.column) for item in found] == [("VP007", 3, None)]
+        assert [(item.code, item.line, item.column) for item in found] == [("VP007", 2, 27)]
 
 
 def test_mistakes_of_a_proc_line_name_it(view):
