@@ -23,7 +23,7 @@ from msgspec.structs import replace
 
 import verne_post
 from verne_post.cli.main import COMMANDS
-from verne_post.model.codes import CODES
+from verne_post.model.codes import CODES, describe_severity
 from verne_post.model.options import Options
 from verne_post.model.part_setup import WorkOffset
 from verne_post.model.verdict import find_gravest
@@ -786,7 +786,7 @@ def test_help_imports_nothing_heavy(arguments: list[str], environment: dict[str,
 def test_every_code_is_explained(code: str, run: Callable[..., Any]) -> None:
     answer = run("explain", code)
     assert (answer.code, answer.err) == (0, "")
-    assert answer.out.startswith(f"{code} {CODES[code].severity}: ")
+    assert answer.out.startswith(f"{code} {describe_severity(CODES[code])}: ")
     assert "Remedy: " in answer.out
     assert CODES[code].meaning in " ".join(answer.out.split())
     assert run("explain", code.lower()).out == answer.out

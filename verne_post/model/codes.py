@@ -733,7 +733,7 @@ CODES: Final[dict[str, Code]] = _make_table(
 )
 
 #: Codes that are errors in some cases and warnings in others.
-_EITHER: Final = ("VP033", "VP202", "VP203", "VP301")
+_EITHER: Final = ("VP033", "VP034", "VP049", "VP202", "VP203", "VP301")
 
 
 def describe_severity(code: Code) -> str:

@@ -113,7 +113,7 @@ def make_text(code: str) -> str:
 def make_markdown(code: str, link: str = "{0}") -> str:
     """The page in Markdown; ``link`` is how a related code is written."""
     known = CODES[code]
-    lines = [f"# {code}: {known.title}", "", f"Severity: {known.severity}."]
+    lines = [f"# {code}: {known.title}", "", f"Severity: {describe_severity(known)}."]
     for heading, text, is_code in _list_parts(code):
         lines += ["", *([f"## {heading}", ""] if heading else []), f"```text\n{text}\n```" if is_code else text]
     related = [f"- {link.format(one)}: {CODES[one].title}" for one in _read_pages()[code]["related"]]
