@@ -64,8 +64,9 @@ def interpret_program(source: Text, setup: Setup) -> Moves:
     if unsaid is not None:
         execution.recorder.warn("VP036", *unsaid, None)
     if execution.errors:
-        wrong = {item.line for item in execution.errors}  # a warning about such a line may only follow from its error
-        every = [*execution.errors, *(item for item in execution.recorder.warnings.values() if item.line not in wrong)]
+        wrong = {item.line for item in execution.errors}  # there a letter in a number looks like a point that is missing
+        warnings = [one for one in execution.recorder.warnings.values() if one.code != "VP038" or one.line not in wrong]
+        every = [*execution.errors, *warnings]
         raise _make_refusal(source, every, dialect, execution, setup)
     return execution.recorder.freeze(start, start_frame, Parameters(setup, state).list_persistent())
 
