@@ -364,7 +364,7 @@ HEAD_S = "N10 G90 G17 G71 G94\nT1 D1\nM6\nS900 M3\nG54\n"
             "%\nO1\nG21 G90 G94\nT1 M6\nS900 M3\nG54 G0 X0. Y0. A0. C0.\nG43 Z60. H1\nG1 X3O. F500.\nM30\n%\n",
             "VP001",
             8,
-            "write 0 if the digit is meant",
+            "did you mean X30.?",
         ),
     ],
 )

@@ -67,7 +67,7 @@ def test_what_only_a_rotary_axis_beyond_its_travel_breaks_belongs_to_it() -> Non
     assert name_groups([lost, found[0]]) == [[0, 1]]
     assert name_groups([lost, found[0], break_limit("z", 10.0, 40, 41)]) == [[0], [2, 1]]
     # a limit that is broken in other lines, too, has a cause of its own
-    assert name_groups([*found, break_limit("z", 10.0, 40, 41)]) == [[3, 0], [1, 2]]
+    assert name_groups([*found, break_limit("z", 10.0, 40, 41)]) == [[1, 2], [3, 0]]
     assert name_groups([found[1], break_limit("z", 10.0, 9, 11)]) == [[0], [1]]
     # of two stretches beyond the travel the right one
     two = [found[1], break_limit("c", -400.0, 30, 60, code="VP103"), break_limit("z", 10.0, 31, 32)]

@@ -64,7 +64,8 @@ def interpret_program(source: Text, setup: Setup) -> Moves:
     if unsaid is not None:
         execution.recorder.warn("VP036", *unsaid, None)
     if execution.errors:
-        wrong = {item.line for item in execution.errors}  # there a letter in a number looks like a point that is missing
+        # where a letter stands in a number, the point is not what is missing
+        wrong = {item.line for item in execution.errors}
         warnings = [one for one in execution.recorder.warnings.values() if one.code != "VP038" or one.line not in wrong]
         every = [*execution.errors, *warnings]
         raise _make_refusal(source, every, dialect, execution, setup)
