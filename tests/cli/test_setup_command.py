@@ -557,8 +557,14 @@ def test_json_says_which_keys_settle_a_finding(run: Run, tmp_path: Path) -> None
         ('tool_table = "t.tbl"\n[tools]\n1 = { length = 80 }\n', "tools and tool_table exclude each other"),
         ("[tools]\n1 = { length = -80 }\n", "tools.1.length = -80"),
         ("[tools]\n1 = { lenght = 80 }\n", "tools.1.lenght"),
-        ('[tools]\n1 = { length = "80" }\n', "tools.1.length = '80': expected a number: 0 to 10000, or measure"),
-        ('[wcs]\nG54 = "mesure"\n', "expected a list of 3 to 4 numbers: -100000 to 100000, or measure"),
+        (
+            '[tools]\n1 = { length = "80" }\n',
+            "tools.1.length = '80': expected a number: 0 to 10000, without quotes; or \"measure\"",
+        ),
+        (
+            '[wcs]\nG54 = "mesure"\n',
+            'expected a list of 3 to 4 numbers: -100000 to 100000, without quotes; or "measure"',
+        ),
         ("[tools]\n1 = { length = 80, number = 2 }\n", "the key is its number"),
         ('[tools]\n1 = { length = 80 }\n"A" = { length = 80, number = 1 }\n', "there is a tool 1 already"),
         ('[remap]\nM3 = "ignore"\n', "remap.M3"),
