@@ -341,6 +341,8 @@ HEAD_S = "N10 G90 G17 G71 G94\nT1 D1\nM6\nS900 M3\nG54\n"
     [
         # TRAORI was asked for in each line behind its misspelt word
         ("siemens", HEAD_S + "TRORI\nG0 X0 Y0 Z60 A0 C0\nG1 X9 A5 F500\nG1 X0 A0\nM30\n", "VP002", 6, "TRAORI?"),
+        # the word T was replaced by the name of the tool alone
+        ("siemens", HEAD_S.replace("T1", 'T="MIL"') + "G0 X0 Y0 Z60\nM30\n", "VP012", 2, 'did you mean T="MILL"?'),
         # F AUTO lacked the F of a TOOL CALL whose tool has no number
         (
             "heidenhain",
@@ -370,7 +372,7 @@ HEAD_S = "N10 G90 G17 G71 G94\nT1 D1\nM6\nS900 M3\nG54\n"
 )
 def test_a_slip_is_told_once_and_what_would_be_right(dialect, source, code, line, says):
     tool = Tool(1, 1, (0.0, 0.0, 80.0, *(0.0,) * 6), 10.0)
-    control = {"heidenhain": {"tools": {"MILL": 1}}}
+    control = {"heidenhain": {"tools": {"MILL": 1}}, "siemens": {"tools": {"MILL": 1}}}
     options = Options(dialect=dialect, tools={1: tool}, wcs={"G54": (0, 0, 30)}, control=control)
     (found,) = check(source, "verne", options).findings
     assert (found.code, found.line) == (code, line)

@@ -145,8 +145,8 @@ def test_seconds_below_the_feed_are_those_of_the_verification() -> None:
     assert np.abs(shown - seen.governing.seconds).max() < 0.2
 
 
-TWO_TOOLS = """(PLATE)
-G21 G90 G64 P0.01
+TWO_TOOLS = """G21 G90 G64 P0.01
+(PLATE)
 T1 M6
 G43 H1 G54
 G0 X-30 Y-20 Z50 A0 C0

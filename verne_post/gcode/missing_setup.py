@@ -5,7 +5,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from verne_post.base.suggestions import suggest
+from verne_post.base.suggestions import find_suggestion, suggest
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.program_error import At, ProgramError
 from verne_post.gcode.setup import Setup
@@ -68,9 +68,12 @@ def number_of_tool(name: str, call: str, dialect: str, setup: Setup, state: Stat
     if name in numbers:
         number = numbers[name]
     elif setup.tools is not None:
+        near = suggest(name, numbers)
+        if (meant := find_suggestion(near)) and " " not in call:  # the name stands in a word
+            near = near.replace(meant, call.replace(name, meant))
         text = (
             f"{call}: no tool of this name is given; write it under [tools] of the set-up, or give its number in a "
-            f"tool table under [{dialect}.tools] of the settings file{suggest(name, numbers)}"
+            f"tool table under [{dialect}.tools] of the settings file{near}"
         )
         raise ProgramError("VP012", text, column, settled_by=("tools", name, "length"))
     else:

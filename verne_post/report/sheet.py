@@ -57,6 +57,7 @@ def write_sheet_html(program: str, source: Text, machine: Machine, study: Study)
                 (tool, remarks.get(number, ""), length, diameter, *_describe_use(study, number))
                 for number, tool, length, diameter in list_tools(study)
             ],
+            wide=True,
         ),
         _write_titled_table(
             "Work offsets", ("system", "x, mm", "y, mm", "z, mm", "turned, deg", "from"), list_offsets(machine, study)
@@ -79,10 +80,14 @@ def write_sheet_html(program: str, source: Text, machine: Machine, study: Study)
     return "".join(parts)
 
 
-def _write_titled_table(title: str, heads: Row, rows: Iterable[Row], *, named: bool = False) -> str:
-    """Write a table under its title; ``named`` ones end with names, such as paths, which break anywhere."""
+def _write_titled_table(title: str, heads: Row, rows: Iterable[Row], *, named: bool = False, wide: bool = False) -> str:
+    """Write a table under its title; ``named`` ones end with names, such as paths, which break anywhere.
+
+    ``wide`` ones take two columns of the sheet where it has them.
+    """
     body = "".join("<tr>" + "".join(f"<td>{escape_text(cell)}</td>" for cell in row) + "</tr>" for row in rows)
-    return f"<div{' class=named' * named}><h3>{title}</h3>{write_table(heads, body) if body else '<p>none</p>'}</div>"
+    table = write_table(heads, body) if body else "<p>none</p>"
+    return f"<div{' class=named' * named}{' class=wide' * wide}><h3>{title}</h3>{table}</div>"
 
 
 def _find_remarks_by_number(source: Text, study: Study) -> dict[int, str]:
