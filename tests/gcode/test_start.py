@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import verne_post
 from tests.gcode.heads import DIALECTS, HEADS, LENGTH, MOVES, PART_HEIGHT, program
 from verne_post import gcode
 from verne_post.app.assemble import assemble, build_interpreter_setup
@@ -50,6 +51,28 @@ def test_the_first_cut_before_a_or_c_is_named(machine, end, words):
     ((line, text),) = warned(RS274.format(end=end), machine)
     assert line == 3
     assert words in text
+
+
+@pytest.mark.parametrize(
+    ("end", "a", "c", "stands"),
+    [
+        ("G0 Z60\nG0 A15 C0", 0, 0, "A0"),
+        ("G0 Z60\nG0 A15 C30", 0, 0, "A0 C0"),
+        ("G0 Z60\nG0 A15 C30", 15, 0, "C0"),
+        ("G0 Z60\nG0 A15 C30", 15, -330, ""),
+        ("G0 Z60\nG0 A15 C0", 15, 90, ""),  # of C, named before or at 0, nothing was assumed
+    ],
+)
+def test_the_approach_does_not_turn_the_table_for_cuts_that_do_not_name_it(machine, end, a, c, stands):
+    """--from home turned the table to the angle of a later plane, and a level contour was milled tilted."""
+    options = Options(
+        tool_length=60.0, wcs={"G54": (0.0, 0.0, 60.0)}, approach=(264.0, 210.0, 210.0, float(a), float(c))
+    )
+    found = [
+        item for item in verne_post.check(RS274.format(end=end), machine, options).findings if item.code == "VP036"
+    ]
+    assert [(item.severity, item.line) for item in found] == [("error" if stands else "warning", 3)]
+    assert (f"; approach has the table at {stands}, and it" in found[0].message) == bool(stands)
 
 
 @pytest.mark.parametrize("end", ["G0 Z60", "G0 Z60\nG0 A0 C0", "G0 Z60\nG0 A0 C0\nG0 A30 C45"])

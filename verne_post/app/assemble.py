@@ -20,6 +20,7 @@ from verne_post.app.table_places import add_table, lay_out
 from verne_post.base.arrays import Array
 from verne_post.base.long_text import Text
 from verne_post.base.team import ALONE, Team
+from verne_post.base.units import DEG_PER_RAD
 from verne_post.gcode.execution import LineTrace, StopConditions
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.read import find_state_after, interpret_until_error, replay
@@ -40,7 +41,7 @@ from verne_post.model.findings import (
     merge_same,
 )
 from verne_post.model.machine import Home, Machine
-from verne_post.model.moves import ZERO9, Event, Frame, Moves
+from verne_post.model.moves import AXES, ZERO9, Event, Frame, Moves
 from verne_post.model.options import Options
 from verne_post.model.part_setup import SYSTEM_NAMES, WORK_SYSTEMS
 from verne_post.model.protocols import AxisCorrecting
@@ -69,6 +70,8 @@ _WAITS: Final = {"tool": "M6", "input": "M66"}
 #: Key of a set-up that settles a stop on the way, and the edit that writes it.
 SPLIT_KEY: Final = ("split_at_stops",)
 _SPLIT: Final = Remedy("cut the setpoints there: split_at_stops = true in the set-up", "true", SPLIT_KEY)
+#: A table that stands within so much of an angle stands there: places of --from are typed with few decimals.
+_SAME_TURN_DEG: Final = 0.01
 _STOP_CODES: Final = {"program": "M0", "optional": "M1", "pallet": "M60"}
 
 
@@ -375,7 +378,26 @@ def add_approach(draft: Draft) -> Draft:
             int(np.searchsorted(draft.path.move_reached, restart.move)),
             int((draft.moves.dwells < restart.move).sum()),
         )
-    return replace(draft, contour=add_approach_and_departure(draft.contour, machine, start, goal, start_at))
+    contour = add_approach_and_departure(draft.contour, machine, start, goal, start_at)
+    if start is not None and restart is None:
+        _refuse_turn_before_cuts(draft, contour.path.start[0])
+    return replace(draft, contour=contour)
+
+
+def _refuse_turn_before_cuts(draft: Draft, here: Array) -> None:
+    """Refuse (VP036) cuts before A or C is named, if the machine, in pose (5), does not have the angle assumed."""
+    assert draft.contour is not None
+    item = next((one for one in draft.findings if one.code == "VP036"), None)
+    if item is None:
+        return
+    turn = np.abs(np.remainder(draft.contour.path.start[0] - here + np.pi, 2 * np.pi) - np.pi)[3:] * DEG_PER_RAD
+    letters = [AXES[axis] for axis in build_interpreter_setup(draft.machine, draft.options).rotary]
+    unnamed = item.message.partition(" names ")[2].partition(":")[0]
+    turned = [number for number in range(2) if letters[number] in unnamed and turn[number] > _SAME_TURN_DEG]
+    if turned:
+        stands = " ".join(f"{letters[number]}{here[3 + number] * DEG_PER_RAD:.6g}" for number in turned)
+        text = f"{item.message}; --from has the table at {stands}, and it would be turned for these cuts"
+        raise InputError(dataclasses.replace(item, severity="error", message=text))
 
 
 def drop_skipped_moves(draft: Draft) -> Draft:

@@ -282,7 +282,7 @@ CODES: Final[dict[str, Code]] = _make_table(
         "warning",
         "The program cuts before it names A or C, and names them later with another angle than 0. The "
         "table is assumed to be at"
-        " that angle from the start.",
+        " that angle from the start. It is an error if --from has the table at another angle.",
         "Name A and C in a G0 before the first cut: G0 A0 C0 if the table is to be level. If the table really is at "
         "the angle of the message, name that angle.",
     ),
@@ -733,7 +733,7 @@ CODES: Final[dict[str, Code]] = _make_table(
 )
 
 #: Codes that are errors in some cases and warnings in others.
-_EITHER: Final = ("VP033", "VP034", "VP049", "VP202", "VP203", "VP301")
+_EITHER: Final = ("VP033", "VP034", "VP036", "VP049", "VP202", "VP203", "VP301")
 
 
 def describe_severity(code: Code) -> str:
