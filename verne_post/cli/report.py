@@ -73,6 +73,6 @@ def command(inputs: tuple[str, ...], output: Path | None, static: Path | None, q
         files.write(static, "--static", [picture.picture_of(name, machine, studied, suffix)])
     if not quiet:
         written = " and ".join(show_name(str(path)) for path in (output, static) if path is not None)
-        outcomes = "; ".join(format_outcome(name, studied.findings) for name, _source, _machine, studied in found)
+        outcomes = "; ".join(format_outcome(name, seen.findings, 0, machine) for name, _source, machine, seen in found)
         say(f"{outcomes}; {written} shows {'it' if len(found) == 1 else 'both'}\n")
     return find_gravest(find_exit_status(studied.findings) for *_program, studied in found)

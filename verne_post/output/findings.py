@@ -13,6 +13,7 @@ from verne_post.base.printable import make_printable, make_printable_in_place, q
 from verne_post.base.suggestions import find_suggestion
 from verne_post.model.codes import CODES
 from verne_post.model.findings import Finding
+from verne_post.model.machine import Machine
 from verne_post.model.verdict import (
     OF_THE_PART,
     Verdict,
@@ -39,8 +40,13 @@ class Report(Struct, frozen=True):
     errors_not_counted: int = 0  #: Errors that a policy took out of the findings, or weighed as less.
 
 
-def format_outcome(program: str, findings: tuple[Finding, ...], errors_not_counted: int = 0) -> str:
-    """``FILE: can run: 0 errors, 1 warning``: the word of the verdict, and what a program that is not refused lacks."""
+def format_outcome(
+    program: str, findings: tuple[Finding, ...], errors_not_counted: int = 0, machine: Machine | None = None
+) -> str:
+    """``FILE: can run on VERNE: 0 errors, 1 warning``: the word of the verdict, and what one that is not refused lacks.
+
+    The machine is named where it is given, except beside a refusal.
+    """
     errors, warnings = count_findings(list_worst(findings))
     hidden = errors_not_counted
     verdict = find_verdict(find_exit_status(findings), findings, hidden)
@@ -49,7 +55,8 @@ def format_outcome(program: str, findings: tuple[Finding, ...], errors_not_count
         if hidden
         else "nothing was planned"
     )
-    word = f"{verdict.word}, {lacks}" if verdict == Verdict.NOT_REFUSED else verdict.word
+    on = f" on {make_printable(machine.name)}" if machine is not None and not errors else ""
+    word = f"{verdict.word}{on}, {lacks}" if verdict == Verdict.NOT_REFUSED else f"{verdict.word}{on}"
     return f"{make_printable(program)}: {word}: {format_count(errors, 'error')}, {format_count(warnings, 'warning')}"
 
 

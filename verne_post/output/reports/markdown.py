@@ -19,9 +19,10 @@ MAX_CHARACTERS: Final = 60_000
 _MARKS: Final = re.compile(r"[\\`*_{}\[\]<>|~&$!]")
 
 
-def write(reports: Sequence[Report], _machine: Machine | None = None) -> str:
+def write(reports: Sequence[Report], machine: Machine | None = None) -> str:
     """The programs, how many of each result, and the findings of each as far as a comment has room: tables."""
-    lines, words = ["| program | result | time |", "|---|---|---|"], Counter[str]()
+    on = "" if machine is None else f" on {_escape(machine.name)}"
+    lines, words = [f"| program | result{on} | time |", "|---|---|---|"], Counter[str]()
     for report in reports:
         result = format_outcome("", report.findings, report.errors_not_counted).removeprefix(": ")
         words[re.split("[:,]", result)[0]] += 1

@@ -7,13 +7,13 @@ from verne_post.model.machine import Machine
 from verne_post.output.findings import Report, format_causes, format_outcome
 
 
-def write(reports: Sequence[Report], _machine: Machine | None = None) -> str:
+def write(reports: Sequence[Report], machine: Machine | None = None) -> str:
     """One line a cause, errors in the text with the line that they stand in; then one line a program."""
     lines = []
     for report in reports:
         for shown in format_causes(report.program, report.findings, report.source):
             lines += shown
         time = "" if report.cycle_time_s is None else f", {report.cycle_time_s:.3f} s"
-        lines.append(f"{format_outcome(report.program, report.findings, report.errors_not_counted)}{time}")
+        lines.append(f"{format_outcome(report.program, report.findings, report.errors_not_counted, machine)}{time}")
         lines += [f"  {make_printable(remark)}" for remark in report.remarks]
     return "".join(line + "\n" for line in lines)
