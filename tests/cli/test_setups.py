@@ -59,7 +59,20 @@ def test_the_file_beside_the_program_gives_what_the_command_line_would(folder: P
     assert options_of(run) == given
     assert Path("axes.csv").read_bytes() == rows
     said = run("check", "part.nc").out
-    assert "set-up: from part.nc.toml" in said
+    assert "set-up: from part.nc.toml\n" in said
+
+
+def test_the_summary_names_options_that_override_the_set_up(folder: Path, run: Callable[..., Any]) -> None:
+    Path("part.nc.toml").write_text("tool_length = 80\n[wcs]\nG54 = [1, 2, 40]\n", encoding="utf-8")
+    measured = Path("offsets.json")
+    measured.write_text('[{"system": "G54", "x_mm": 1, "y_mm": 2, "z_mm": 41}]', encoding="utf-8")
+    for words, told in (
+        (["--wcs", "G55=0,0,40", "--tolerance", "0.02"], ""),  # the set-up has neither
+        (["--wcs", "G54=1,2,41", "--tool-length", "81"], ", overridden by --tool-length, --wcs"),
+        (["--measured-offset", str(measured)], ", overridden by --measured-offset"),
+    ):
+        answer = run("check", "part.nc", *words)
+        assert f"set-up: from part.nc.toml{told}\n" in answer.out, answer.out + answer.err
 
 
 def test_every_command_reads_it(folder: Path, run: Callable[..., Any]) -> None:

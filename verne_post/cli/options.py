@@ -301,9 +301,19 @@ def build_options(files: RunFiles, /, name: str, program: str = "", **given: Any
         if placed.part is not None:
             file, path, place = placed.part
             values["part"] = file.make_part(files.read(path, place), show_name(path))
-        return Options(**{**values, "source_name": name, "setup_source": placed.source})
+        return Options(**{**values, "source_name": name, "setup_source": _describe_source(placed, own, wcs)})
     except UsageError as error:
         raise click.UsageError(f"{spell_flag(error.option)} {error.reason}") from None
+
+
+def _describe_source(placed: Placed, own: Offsets, wcs: dict[int, WorkOffset]) -> str:
+    """Which set-ups there are, and which options of the command line replace values of theirs."""
+    flags = [_FLAGS.get(name) or spell_flag(name) for name in placed.replaced]
+    below = {system: offset for one in placed.offsets for system, offset in one.written.items()}
+    replaced = {system for system, offset in below.items() if wcs[system] is not offset}
+    flags += ["--wcs"] if replaced & own.written.keys() else []
+    flags += ["--measured-offset"] if own.measured is not None and replaced - own.written.keys() else []
+    return f"{placed.source}, overridden by {', '.join(flags)}" if flags else placed.source
 
 
 def _parse_texts(values: dict[str, Any]) -> dict[str, Any]:

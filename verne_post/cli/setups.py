@@ -56,6 +56,8 @@ class Placed(Struct, frozen=True):
         Tables of the set-ups, as the options have them.
     named : dict
         Parameter of the command that names a file -> the key of a set-up that gave it, for messages.
+    replaced : tuple of str
+        Parameters of the command whose values replace those of the set-ups; without work offsets.
     """
 
     given: dict[str, Any]
@@ -67,6 +69,7 @@ class Placed(Struct, frozen=True):
     named: dict[str, str] = field(default_factory=dict)
     remap: dict[str, str] = field(default_factory=dict)
     control: "tuple[Mapping[str, Mapping[str, Any]], ...]" = ()
+    replaced: tuple[str, ...] = ()
 
 
 def place_options(files: RunFiles, given: dict[str, Any], program: str, settings: "Settings | None") -> Placed:
@@ -90,6 +93,7 @@ def place_options(files: RunFiles, given: dict[str, Any], program: str, settings
     from verne_post.config.program_setup import TOOL_KEYS
 
     below: dict[str, Any] = {}
+    own: set[str] = set()  # parameters that a set-up gives, also where another one replaces them
     named: dict[str, str] = {}
     offsets: list[Offsets] = []
     keep_out: dict[str, tuple[FixtureFile, Path | None, str]] = {}
@@ -100,7 +104,9 @@ def place_options(files: RunFiles, given: dict[str, Any], program: str, settings
             **setup.options,
             **{KEYS_OF_FILES[key]: path for key, path in setup.files.items() if key in KEYS_OF_FILES},
         }
+        own |= values.keys()
         if any(key in values for key in TOOL_KEYS):
+            own.update(TOOL_KEYS)
             below = {key: value for key, value in below.items() if key not in TOOL_KEYS}
         below |= values
         named |= {KEYS_OF_FILES[key]: setup.place_of(key) for key in setup.files if key in KEYS_OF_FILES}
@@ -127,7 +133,9 @@ def place_options(files: RunFiles, given: dict[str, Any], program: str, settings
     named = {key: place for key, place in named.items() if key not in above}
     remap = {code: meaning for setup in setups for code, meaning in setup.remap.items()}
     control = tuple(setup.control for setup in setups)
-    return Placed({**given, **below, **above}, tuple(offsets), keep_out, stock, part, source, named, remap, control)
+    replaced = tuple(key for key in above if key in own)
+    merged = {**given, **below, **above}
+    return Placed(merged, tuple(offsets), keep_out, stock, part, source, named, remap, control, replaced)
 
 
 def _find_setups(

@@ -63,11 +63,11 @@ def command(
     quiet: bool,
     **given: Any,
 ) -> int:
-    """Verify a setpoint file as written, believing nothing but the file.
+    """Verify a setpoint file as written against the program it was made from.
 
-    Give the options (--from, --wcs, --tool-table, ...) with which it was made. With --override the feed rate is checked
-    against that share of the programmed one; with --keep-out or --stock the program is checked against these bodies
-    too.
+    The numbers of the file are checked. Program, machine file and options are taken as right: give the options
+    (--from, --wcs, --tool-table, ...) with which the file was made. With --override the feed rate is checked against
+    that share of the programmed one; with --keep-out or --stock the program is checked against these bodies too.
     """
     from verne_post.model.findings import InputError
 

@@ -292,7 +292,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "warning",
         "A program cuts while A or C is turned, or while they turn, and no active code says in which directions X Y Z "
         "count. In G-code they are places of the part here, as under G43.4. A control without tool-centre-point "
-        "control reads them in the directions of the machine; Klartext without M128 is executed so.",
+        "control reads them in the directions of the machine; Klartext without M128 is executed so. An RS274/NGC "
+        "program that turns A or C during a cut gets no warning: LinuxCNC has no code for tool-centre-point control.",
         "If places of the part are meant, write G43.4 instead of G43 (in Klartext M128), or post with G68.2. If the "
         "control has another code for "
         'this, give that code the meaning "tcp on" in [remap]. If directions of the machine are meant, '

@@ -262,7 +262,7 @@ def _describe_limits(summary: Summary) -> Facts:
     text = f"largest share of each: {_describe_worst_ratios(verdict, summary.machine)}, feed {verdict.feed_ratio:.4f}"
     beyond = [f"{most:g} of {what}" for what, ratio, most in allowed if ratio > 1.0]
     if beyond:
-        text += f"; up to {', '.join(beyond)} is allowed, because these are differences of rounded numbers"
+        text += f"; up to {', '.join(beyond)} is allowed, for blended corners and rounding"
     return [("limits", text)]
 
 
@@ -310,7 +310,7 @@ def _describe_feed(summary: Summary) -> Facts:
     """How often the programmed feed rate is reached, and which limits are near where it is not."""
     if not summary.feed_segments or not _is_as_planned(summary):
         return []
-    text = f"reached on {summary.feed_reached} of {summary.feed_segments} feed moves"
+    text = f"reached at least once in {summary.feed_reached} of {summary.feed_segments} feed moves"
     slow = summary.verification.slow if summary.verification is not None else {}
     if slow:
         longest = sorted(slow.items(), key=lambda item: -item[1])[:_REASONS]
