@@ -1211,7 +1211,7 @@ def test_what_controls_do_otherwise_is_said_once():
 def read_family():
     """Rows of the table of docs/gcode.md: name, dialect, keys, and the cells."""
     text = (Path(__file__).parents[2] / "docs" / "gcode.md").read_text(encoding="utf-8")
-    for line in text.split("## Controls of the family\n")[1].split("\n## ")[0].splitlines():
+    for line in text.split("## Controls similar to LinuxCNC\n")[1].split("\n## ")[0].splitlines():
         cells = [cell.strip() for cell in line.strip("|").split("|")]
         if len(cells) == 7 and cells[0] not in ("control", "---"):
             keys = dict(re.findall(r'`(\w+) = "(\w+)"`', cells[1]))
