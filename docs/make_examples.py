@@ -26,6 +26,8 @@ EXAMPLES: Final = {
     "examples/refused.html": (("violates_slider_travel.nc",), ExitStatus.VIOLATION),
     "examples/difference.html": (("blade_5axis.nc", "faster/blade_5axis.nc"), ExitStatus.CLEAN),
 }
+#: Only on the site: a report of a user has no pages beside it.
+WAY_BACK: Final = '<a href="../report.html" style="color: inherit">about this page</a>'
 
 
 @cache
@@ -43,7 +45,7 @@ def make_example(place: str) -> str:
         status = main(["report", *programs, "-o", "page.html", "--quiet"])
         if status != expected:
             raise RuntimeError(f"verne-post report {' '.join(programs)}: exit status {status}")
-        return Path("page.html").read_text("utf-8")
+        return Path("page.html").read_text("utf-8").replace("</h1>", f"</h1>{WAY_BACK}", 1)
 
 
 def on_files(files: Files, config: Any) -> Files:

@@ -21,7 +21,7 @@ from datetime import UTC, datetime
 from functools import partial
 from itertools import pairwise
 from pathlib import Path
-from typing import TypeVar
+from typing import Final, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,6 +57,18 @@ REPEATS_S = 1.5
 ZIGZAG_CORNERS_DEG = (90, 30, 10, 2)
 #: mm/min: one that stopping at every corner nearly reaches, and one far above.
 ZIGZAG_FEEDS = (3000, 12000)
+#: What the columns of the table of times are.
+TIME_COLUMNS: Final = (
+    "*spline*, *blend* and *off*: machining times with each `--smoothing`; spline is the default.",
+    "*over 2nd order*: the excess of all motion over the time-optimal profile without jerk limits, on a grid "
+    "along the same contour. The line *motion* of the summary differs from it: it counts only motion without a "
+    "stop (`slider_bound.nc`: 14.2 %), and compares with a lower bound of that profile (`blade_5axis.nc`: 1.6 "
+    "%).",
+    "*over reference*: the excess over the same sections with `--quality`, for up to 10 s of motion. It counts "
+    "only sections with blended corners, and of the blade the first 1000 moves.",
+    "*profile*: the CPU time of planning per millisecond of motion.",
+    "*CPU us/move*: the time from text to verified CSV, without start-up.",
+)
 
 
 @dataclass(frozen=True)
@@ -427,16 +439,9 @@ def main() -> None:
             120,
         ),
         written,
-        textwrap.fill(
-            "**Time.** *spline*, *blend* and *off* are machining times with each `--smoothing`; "
-            "spline is the default. *over 2nd order* is the excess of all motion over the time-optimal "
-            "profile without jerk limits, on a grid along the same contour. The line *motion* of the summary "
-            "differs from it: it counts only motion without a stop (`slider_bound.nc`: 14.2 %), and compares "
-            "with a lower bound of that profile (`blade_5axis.nc`: 1.6 %). *over reference* is the excess over "
-            "the same sections with `--quality`, for up to 10 s of motion. It counts only sections with blended "
-            "corners, and of the blade the first 1000 moves. *profile* is the CPU time of planning per "
-            "millisecond of motion. *CPU us/move* is the time from text to verified CSV, without start-up.",
-            120,
+        "**Time.** The columns are:",
+        "\n".join(
+            textwrap.fill(f"- {text}", 120, subsequent_indent="  ", break_on_hyphens=False) for text in TIME_COLUMNS
         ),
         timed,
         textwrap.fill(

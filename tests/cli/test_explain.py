@@ -374,8 +374,8 @@ def _with(program: str, letter: str, value: float) -> str:
 def test_less_tilt(explain: Callable[..., str], codes: Callable[..., set[str]]) -> None:
     text = explain(PROGRAM, 3, *OPTIONS)
     assert re.search(r"VP102 error: a 96\.742\d+ deg is above 95 deg by 1\.742\d+ deg\n    at 100 % of the way", text)
-    tilt = scalar(text, "the line ended at A ")
-    assert "in place of A 101," in text
+    tilt = scalar(text, "legal if the line ends at A ")
+    assert "instead of A 101," in text
     assert codes(PROGRAM.replace("A101", f"A{tilt:.3f}"), *OPTIONS) == set()
     assert codes(PROGRAM.replace("A101", f"A{tilt + 0.005:.3f}"), *OPTIONS) == {"VP102"}
     # no move of the part is proposed for a tilt

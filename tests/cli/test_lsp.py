@@ -165,7 +165,7 @@ def test_findings_stand_at_their_words_and_their_codes_have_pages(client: Client
     (tilt,) = told["diagnostics"]
     assert (tilt["code"], tilt["severity"], tilt["source"], told["version"]) == ("VP102", 1, "verne-post", 1)
     assert text_at(TILTED, tilt["range"]) == "A101"
-    assert "tried: line 4 alone: the line ended at A" in tilt["message"]
+    assert "tried: line 4 alone: legal if the line ends at A" in tilt["message"]
     page = Path(unquote(urlsplit(tilt["codeDescription"]["href"]).path))
     assert page.read_text("utf-8").startswith("# VP102: tilt range")
     client.change(uri, 2, LEGAL)

@@ -60,7 +60,7 @@ def test_the_other_table_solution_is_not_offered_where_it_is_refused_too(
         assert answer.code == 1
         assert "other table solution" not in said
         assert "| G1 A101" in said
-        tilt = re.search(r"line 10 alone: the line ended at A ([\d.]+) in place of A 101", said)
+        tilt = re.search(r"line 10 alone: legal if the line ends at A ([\d.]+) instead of A 101", said)
         assert tilt is not None
     text = (SAMPLES / "violates_tilt.nc").read_text(encoding="utf-8")
     mended = tmp_path / "mended.nc"
@@ -139,7 +139,7 @@ def test_a_tilt_beyond_the_number_of_the_limit_says_where_the_joint_is(run: Call
     path.write_text("G21 G90 G94\nG0 X0 Y0 Z160 A60 C0\nG1 A101 F600\nM2\n")
     answer = run("check", path, "--tool-length", "80", "--wcs", "G54=0,0,0")
     found = re.search(
-        r"ended at A ([\d.]+) in place of A 101, tip and C as they are \(the joint a is A plus the platform's tilt, "
+        r"ends at A ([\d.]+) instead of A 101, tip and C as they are \(the joint a is A plus the platform's tilt, "
         r"(-[\d.]+) deg: ([\d.]+) deg\)",
         answer.out,
     )

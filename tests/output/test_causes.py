@@ -55,12 +55,12 @@ def test_what_only_a_rotary_axis_beyond_its_travel_breaks_belongs_to_it() -> Non
     move = "legal if the part is moved by 30 mm"
     found = [
         break_limit("z", 20.0, 10, 11, remedies=(move,)),
-        break_limit("b", -120.0, 10, 11, code="VP102", remedies=("the line ended at B -34.999",)),
+        break_limit("b", -120.0, 10, 11, code="VP102", remedies=("legal if the line ends at B -34.999",)),
         make_finding("VP301", "the table changes to its other position", line=11, last_line=11, severity="error"),
     ]
     [cause] = find_causes(found)
     assert cause.worst.axis == "b"
-    assert cause.worst.remedies == ("the line ended at B -34.999",)
+    assert cause.worst.remedies == ("legal if the line ends at B -34.999",)
     assert cause.describe_others() == "z by 30.000000 mm in lines 10 to 11; VP301 in line 11"
     # so has a place that is out of reach: what the lines break on their way there
     lost = make_finding("VP110", "out of reach", line=9, last_line=11, severity="error")

@@ -140,7 +140,7 @@ def test_a_remedy_says_more_than_its_message_or_is_left_out(tmp_path: Path, run:
     assert "    = " not in missing
     assert "    = " not in number
     assert CODES["VP006"].remedy in useless
-    assert "Remedy: The message says what would be right." in run("explain", "VP007").out
+    assert "Remedy: Write a number in the range that the message gives." in run("explain", "VP007").out
 
 
 @pytest.mark.parametrize("code", sorted(CODES))

@@ -84,11 +84,11 @@ def add_policy_options(command: "Callable[..., Any]") -> "Callable[..., Any]":
     help="Severity from which findings make exit status 1; default: error.",
 )
 @add_policy_options
-@click.option("--write-baseline", type=FILE, metavar="FILE", help="Write all findings of now as a baseline.")
+@click.option("--write-baseline", type=FILE, metavar="FILE", help="Write the current findings as a baseline.")
 @click.option(
     "--changed",
     is_flag=True,
-    help="The files have changed: one that programs share stands for all programs that git tracks.",
+    help="INPUT lists changed files. If programs share one of them, check every program that git tracks.",
 )
 @click.option("--limits-only", is_flag=True, help="Plan nothing: no machining time (VP421), in a third of the time.")
 @click.option("--exit-zero", is_flag=True, help="Exit with 0 whatever limits are violated.")
@@ -107,8 +107,9 @@ def command(
     quiet: bool,
     **given: Any,
 ) -> int:
-    """Check programs against every limit, without writing setpoints; folders are searched for programs, patterns are
-    expanded.
+    """Check programs against every limit, without writing setpoints.
+
+    Folders are searched for programs, and patterns are expanded: verne-post check part.nc programs "more/op*.nc"
 
     What counts may also stand in [check] of verne-post.toml, or [tool.verne-post.check] of pyproject.toml; an option
     goes before an environment variable, and that before the file.

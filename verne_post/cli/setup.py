@@ -40,10 +40,9 @@ def command(input_name: str, output: Path | None, quiet: bool, **given: Any) -> 
     """Write the set-up of a program: its tools, work offsets and user-defined codes, in the file that every command
     reads.
 
-    What options, settings and the set-up that is there say is written; what nobody has said is marked "measure" or
-    "decide", and counts as not given until it is replaced. In a set-up that is there, everything stays as it is: what
-    the program needs in addition is added, and what it does not use gets a remark. Errors that no set-up settles are
-    printed.
+    Writes all values that options, settings and the present set-up give. Marks the others "measure" or "decide"; a
+    marked value counts as not given. A present set-up keeps its values: what the program needs in addition is added,
+    and what it does not use gets a remark. Errors that no set-up settles are printed.
     Exit status: 0 the file is written, or has all that the program needs, 2 unusable input.
     """
     from verne_post.model.findings import InputError

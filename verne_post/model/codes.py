@@ -446,8 +446,7 @@ CODES: Final[dict[str, Code]] = _make_table(
         "near a serial singularity",
         "warning",
         "The vertical drop of a rod, from its end at the slider to its end at the platform, comes close to zero. The "
-        "rod lies flat then, and its slider no longer moves the platform along it. (The drop is the square root of "
-        "what stands under the root in equations 11 to 13 of the paper.) Error below the machine file's "
+        "rod lies flat then, and its slider no longer moves the platform along it. Error below the machine file's "
         "limits.serial_singularity_mm, warning up to twice that. Or a great circle comes near the fold of a nutating "
         "rotary pair, where its two solutions meet. Or the tool comes near the leg of a carrier, where its wrist has a "
         "pole.",
@@ -558,13 +557,13 @@ CODES: Final[dict[str, Code]] = _make_table(
     # --- VP3xx: branches ------------------------------------------------------------------------
     (
         "VP301",
-        "flip, rewind or another branch",
+        "rotary axes must flip or rewind",
         "error",
         "To keep a limit, the table must change to its other solution (-A, C + 180), rewind C, or leave the programmed "
-        "A and C. Four cases are warnings: the path begins with a vertical tool vector, and at another C than a word "
-        "before it names; C turns under a vertical tool that does not move; C turns by more than half a turn in a feed "
-        "move with a tilted tool; with --allow-rewind, the table changes where the tool does not feed, with a retract, "
-        "a turn and a return.",
+        "A and C. Four cases are warnings. (1) The path begins with a vertical tool vector, at another C than a word "
+        "before it names. (2) C turns under a vertical tool that does not move. (3) C turns by more than half a turn "
+        "in a feed move with a tilted tool. (4) With --allow-rewind, the table changes where the tool does not feed, "
+        "by a retract, a turn and a return.",
         "Retract the tool where the message says, give --allow-rewind, or post the program with other angles.",
     ),
     # --- VP4xx: feed and dynamics, and what verification of a written file finds -----------------

@@ -22,9 +22,6 @@ _EXPECTED: Final = re.compile(r"\(expect: VP\d+[^,)]*(?:, options: (?P<options>[
 _WIDTH: Final = 90
 
 
-#: The remedy of a code whose messages differ in what is right.
-_IN_MESSAGE: Final = "The message says what would be right."
-
 #: Names of the program of an example, and of the changed copy of verne.toml.
 PROGRAM: Final = "example.nc"
 CHANGED: Final = "changed.toml"
@@ -86,7 +83,7 @@ def _list_parts(code: str) -> list[tuple[str, str, bool]]:
             files.append((f"{CHANGED}, a copy of verne.toml (verne-post machine show), where these lines differ", news))
         parts += [(f"Example: {name}".removesuffix(": "), text.rstrip(), True) for name, text in files]
         parts.append(("Shown by", "\n".join(example.commands), True))
-    parts += [("Why it matters", page["why"], False), ("Remedy", known.remedy or _IN_MESSAGE, False)]
+    parts += [("Why it matters", page["why"], False), ("Remedy", known.remedy or page["remedy"], False)]
     parts.append(("Response", describe_response(known), False))
     if "parameters" in page:
         parts.append(("Parameters", f"{page['parameters']}.", False))
@@ -96,16 +93,17 @@ def _list_parts(code: str) -> list[tuple[str, str, bool]]:
 def make_text(code: str) -> str:
     """The page as `explain CODE` prints it."""
     known = CODES[code]
-    lines = [f"{code} {describe_severity(known)}: {known.title}", ""]
+    lines = [f"{code} {describe_severity(known)}: {known.title}"]
+    was_apart = True  # from what follows, by an empty line
     for heading, text, is_code in _list_parts(code):
+        is_apart = is_code or heading in ("", "Example")
+        lines += [""] if is_apart or was_apart else []
+        was_apart = is_apart
         if is_code:
-            lines += ["", f"{heading}:", textwrap.indent(text, "    ")]
+            lines += [f"{heading}:", textwrap.indent(text, "    ")]
         else:
             begin = f"{heading}: " if heading else ""
-            lines += [
-                *([""] if lines[-1].startswith("    ") else []),
-                textwrap.fill(begin + text, _WIDTH, break_on_hyphens=False),
-            ]
+            lines.append(textwrap.fill(begin + text, _WIDTH, break_on_hyphens=False))
     related = ", ".join(f"{one} ({CODES[one].title})" for one in _read_pages()[code]["related"])
     return "\n".join([*lines, textwrap.fill(f"Related: {related}.", _WIDTH), ""])
 

@@ -38,7 +38,7 @@ def write_governing_html(machine: Machine, study: Study) -> str:
         + "</tr>"
         for key, row in zip(keys, rows, strict=True)
     )
-    more = f"{100.0 * (HIGHER - 1.0):.0f} % more wins about, s"
+    more = f"time saved by a {100.0 * (HIGHER - 1.0):.0f} % higher limit, s"
     table = write_table(("limit", "governs, s", "in rapids, s", "lost, s", "of it near stops, s", more), body)
     ways = "".join(f"<li>{escape_text(way)}</li>" for way in _list_ways_to_win(machine, study, governing))
     return table + (f"<ul class=ways>{ways}</ul>" if ways else "")
