@@ -59,7 +59,7 @@ def test_what_is_not_wholly_checked_is_not_said_to_run(
     if "--limits-only" in words:
         Path("p.nc").write_text(BEYOND.replace("Z680", "Z60"))
     # the note that nothing was planned stays, whatever is ignored
-    assert f"p.nc: not refused, {lacks}: 0 errors" in run(*job, *words).out
+    assert f"p.nc: not refused on VERNE, {lacks}: 0 errors" in run(*job, *words).out
     told = json.loads(run(*job, *words, "--output-format", "json").out)
     assert told["programs"][0]["verdict"] == "not refused"
     refused = run(*job, "--ignore", "VP421")

@@ -192,7 +192,7 @@ def test_the_settings_that_rule_are_named(ground: Ground) -> None:
     rules = Path(os.path.realpath(deep.parent)) / "verne-post.toml"
     assert f"verne-post: settings of {rules}; check ignores VP1; check weighs VP202 as note".encode() in made.err
     assert b"can run" not in made.out
-    assert re.search(rb"p.nc: not refused, [1-9] errors do not count", made.out)
+    assert re.search(rb"p.nc: not refused on VERNE, [1-9] errors do not count", made.out)
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="limits of descriptors as Linux has them")

@@ -59,8 +59,8 @@ COMMANDS: dict[str, tuple[str, ...]] = {
     "code": ("explain", "VP101"),
     "lsp": ("lsp",),
 }  # fmt: skip
-#: Commands that fill a new folder, and refuse one that has files.
-FOLDERS = {"machine export": "kins", "axis-check": "axes"}
+#: Commands that refuse what is there: a folder that has files, a set-up that is not read.
+FOLDERS = {"machine export": "kins", "axis-check": "axes", "setup": "short.nc.toml"}
 #: What lists the results of a batch: other results make another one.
 LISTS = ("batch.json", "j.xml")
 

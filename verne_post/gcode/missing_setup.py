@@ -69,8 +69,8 @@ def number_of_tool(name: str, call: str, dialect: str, setup: Setup, state: Stat
         number = numbers[name]
     elif setup.tools is not None:
         near = suggest(name, numbers)
-        if (meant := find_suggestion(near)) and " " not in call:  # the name stands in a word
-            near = near.replace(meant, call.replace(name, meant))
+        if (other := find_suggestion(near)) and " " not in call:  # the name stands in a word
+            near = near.replace(other, call.replace(name, other))
         text = (
             f"{call}: no tool of this name is given; write it under [tools] of the set-up, or give its number in a "
             f"tool table under [{dialect}.tools] of the settings file{near}"

@@ -13,7 +13,6 @@ from verne_post.base.printable import make_printable, make_printable_in_place, q
 from verne_post.base.suggestions import find_suggestion
 from verne_post.model.codes import CODES
 from verne_post.model.findings import Finding
-from verne_post.model.machine import Machine
 from verne_post.model.verdict import (
     OF_THE_PART,
     Verdict,
@@ -27,6 +26,7 @@ from verne_post.output.causes import Cause, find_causes, list_worst
 
 if TYPE_CHECKING:
     from verne_post.base.long_text import Text
+    from verne_post.model.machine import Machine
 
 
 class Report(Struct, frozen=True):
@@ -41,7 +41,7 @@ class Report(Struct, frozen=True):
 
 
 def format_outcome(
-    program: str, findings: tuple[Finding, ...], errors_not_counted: int = 0, machine: Machine | None = None
+    program: str, findings: tuple[Finding, ...], errors_not_counted: int = 0, machine: "Machine | None" = None
 ) -> str:
     """``FILE: can run on VERNE: 0 errors, 1 warning``: the word of the verdict, and what one that is not refused lacks.
 
