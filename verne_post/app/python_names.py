@@ -6,7 +6,7 @@ raise is put into the names of Python here, by the one table of options.
 
 import dataclasses
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import cache, partial, wraps
 from typing import Any, Final, ParamSpec, TypeVar, get_args
 
@@ -35,7 +35,7 @@ _ARGUMENTS: Final = {
     "range": "ranges",
 }
 #: An option as it is written, and the word after it, which may be its value.
-FLAG: Final = re.compile(r"(?<![\w-])(--[a-z][a-z-]*)(?: ([^\s;:()\"]*[^\s;:()\",.]))?")
+_FLAG: Final = re.compile(r"(?<![\w-])(--[a-z][a-z-]*)(?: ([^\s;:()\"]*[^\s;:()\",.]))?")
 PLACE: Final = re.compile(r"(G5\d[^=]*)=(.+)")
 
 _P = ParamSpec("_P")
@@ -60,16 +60,35 @@ def translate_messages(function: Callable[_P, _T]) -> Callable[_P, _T]:
 
 def name_in_python(text: str) -> str:
     """A message with options as callers from Python write them: ``--air 5`` is ``air=5``."""
-    return FLAG.sub(_spell, text) if "--" in text else text
+    return replace_options(text, _list_names, _assign)
 
 
-def _spell(found: re.Match[str]) -> str:
-    flag, word = found.groups()
-    name = _list_names().get(flag)
-    if name is None:
-        return found.group()
-    value = "" if word is None else _spell_value(name, word)
-    return f"{name}={value}" if value else name if word in (None, "FILE") else f"{name} {word}"
+def replace_options(text: str, list_names: Callable[[], Mapping[str, str]], assign: Callable[[str, str], str]) -> str:
+    """A message with other names in place of options.
+
+    Parameters
+    ----------
+    list_names : callable
+        Gives the names by what is written on the command line; other options stay.
+    assign : callable
+        Writes a name and the word after it as an assignment; empty for a word that is no value.
+    """
+
+    def replace(found: re.Match[str]) -> str:
+        flag, word = found.groups()
+        name = list_names().get(flag)
+        if name is None:
+            return found.group()
+        if word is None:
+            return name
+        return assign(name, word) or (name if word == "FILE" else f"{name} {word}")
+
+    return _FLAG.sub(replace, text) if "--" in text else text
+
+
+def _assign(name: str, word: str) -> str:
+    value = _spell_value(name, word)
+    return f"{name}={value}" if value else ""
 
 
 @cache

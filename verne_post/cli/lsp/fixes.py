@@ -53,9 +53,7 @@ def find_fixes(
     fixes, before, places = [], count_findings(found.findings), _count_places(found.findings)
     setup = _find_setup(inspector, found.path)
     for fix in _propose_fixes(found, item, setup, texts):
-        whole = fix.text or ""
-        changed = {**texts, fix.path: whole[: fix.begin] + fix.new + whole[fix.end :]}
-        after = inspector.check(found.path, changed, superseded).findings
+        after = inspector.check(found.path, _change_texts(fix, texts), superseded).findings
         errors, warnings = count_findings(after)
         # an edit that turns an error into a warning helps, as a point among numbers without one (VP038); and one that
         # mends a word in one place of several, which are one finding
@@ -72,12 +70,16 @@ def find_fixes(
         fixes.append(Fix(title, setup, None, 0, 0, new))
     elif item.settled_by and setup is not None and not find_suggestion(item.message):
         for fix in _mark_missing(item, setup, texts):
-            changed = {**texts, setup: (fix.text or "")[: fix.begin] + fix.new + (fix.text or "")[fix.end :]}
-            if all(
-                one.file != str(setup.absolute()) for one in inspector.check(found.path, changed, superseded).findings
-            ):
+            after = inspector.check(found.path, _change_texts(fix, texts), superseded).findings
+            if all(one.file != str(setup.absolute()) for one in after):
                 fixes.append(fix)
     return fixes
+
+
+def _change_texts(fix: Fix, texts: Mapping[Path, str]) -> dict[Path, str]:
+    """The texts of an editor after a fix."""
+    whole = fix.text or ""
+    return {**texts, fix.path: whole[: fix.begin] + fix.new + whole[fix.end :]}
 
 
 def _mark_missing(item: Finding, setup: Path, texts: Mapping[Path, str]) -> Iterator[Fix]:

@@ -8,7 +8,7 @@ from typing import Final
 from lsprotocol import types as lsp
 from pygls.uris import from_fs_path
 
-from verne_post.app.python_names import FLAG, PLACE
+from verne_post.app.python_names import PLACE, replace_options
 from verne_post.base.printable import quote_key
 from verne_post.base.suggestions import find_correction
 from verne_post.config.program_setup import FILE_KEYS, list_setup_options
@@ -54,19 +54,14 @@ def name_in_setup(text: str) -> str:
     """
     if "into the set-up" in text:  # the option would say the same again
         text = _OR_OPTION.sub("", text)
-    return FLAG.sub(_spell_key, text) if "--" in text else text
+    return replace_options(text, _list_keys, _assign)
 
 
-def _spell_key(found: re.Match[str]) -> str:
-    flag, word = found.groups()
-    name = _list_keys().get(flag)
-    if name is None:
-        return found.group()
-    if word is None or word == "FILE":
-        return name
+def _assign(name: str, word: str) -> str:
+    """A key of the set-up with its value; empty for a word that is none."""
     if name == "wcs" and (place := PLACE.fullmatch(word)):
         return f"wcs.{quote_key(place[1])} = [{', '.join(place[2].split(','))}]"
-    return f"{name} = {word}" if re.fullmatch(r"-?\d[\d.]*", word) else f"{name} {word}"
+    return f"{name} = {word}" if re.fullmatch(r"-?\d[\d.]*", word) else ""
 
 
 @cache
