@@ -71,12 +71,16 @@ def find_place(program: str, item: Finding) -> tuple[str, int | None]:
     return (program, item.line) if item.file is None else (item.file, item.file_line)
 
 
-def drop_repeated(reports: Sequence[Report]) -> list[Report]:
-    """Reports in which a warning about another file, as of a machine that all programs share, is told once."""
+def drop_repeated(reports: Sequence[Report], *, also_errors: bool = False) -> list[Report]:
+    """Reports in which a warning about another file, as of a machine that all programs share, is told once.
+
+    ``also_errors``: so are errors, in formats that show the file and not each program.
+    """
     seen: set[Finding] = set()
     kept = []
     for report in reports:
-        shared = {item for item in report.findings if item.file is not None and item.severity != "error"}
+        of_files = (item for item in report.findings if item.file is not None)
+        shared = {item for item in of_files if also_errors or item.severity != "error"}
         findings = tuple(item for item in report.findings if item not in shared & seen)
         kept.append(replace(report, findings=findings))
         seen |= shared

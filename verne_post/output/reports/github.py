@@ -13,7 +13,7 @@ from verne_post.model.findings import Finding
 from verne_post.model.machine import Machine
 from verne_post.model.verdict import Verdict
 from verne_post.output.causes import Cause, find_causes
-from verne_post.output.findings import Report, find_place, list_remedies
+from verne_post.output.findings import Report, drop_repeated, find_place, list_remedies
 
 #: Annotations of each level that GitHub shows for one step.
 MAX_ANNOTATIONS: Final = 10
@@ -22,13 +22,8 @@ _LEVELS: Final = {"error": "error", "warning": "warning", "note": "notice"}
 
 def write(reports: Sequence[Report], _machine: Machine | None = None) -> str:
     """One workflow command a cause, the gravest first, and a notice that says how many are not shown."""
-    shared: dict[Finding, Report] = {}  # a mistake in a file that several programs read is one
-    everything = [
-        (report, cause)
-        for report in reports
-        for cause in find_causes(report.findings)
-        if cause.worst.file is None or shared.setdefault(cause.worst, report) is report
-    ]
+    told_once = drop_repeated(reports, also_errors=True)
+    everything = [(report, cause) for report in told_once for cause in find_causes(report.findings)]
     lines, shown = [], Counter[str]()
     for severity in _LEVELS:
         for report, cause in everything:

@@ -10,7 +10,7 @@ from verne_post.model.findings import Finding
 from verne_post.model.machine import Machine
 from verne_post.model.verdict import SEVERITIES, Verdict
 from verne_post.output.code_pages import make_markdown, make_text
-from verne_post.output.findings import Report, find_place
+from verne_post.output.findings import Report, drop_repeated, find_place
 from verne_post.output.policy import make_fingerprint, make_uri
 
 #: Code hosts read no more results of a run.
@@ -26,13 +26,8 @@ def write(reports: Sequence[Report], _machine: Machine | None = None) -> str:
     """One run: a rule for each code that occurs, a result for each finding."""
     from verne_post import __version__
 
-    shared: dict[Finding, Report] = {}  # a mistake in a file that several programs read is one
-    everything = [
-        (report, item)
-        for report in reports
-        for item in report.findings
-        if item.file is None or shared.setdefault(item, report) is report
-    ]
+    told_once = drop_repeated(reports, also_errors=True)
+    everything = [(report, item) for report in told_once for item in report.findings]
     everything.sort(key=lambda pair: SEVERITIES.index(pair[1].severity))
     shown = everything[:MAX_RESULTS]
     rules = sorted({item.code for _report, item in shown})
