@@ -99,7 +99,7 @@ PROGRAMS: dict[str, tuple[bytes | str, str, Options]] = {
         "verne",
         Options(),
     ),
-    "unreadable": ("G21 G90\nG1 X\nM2\n", "verne", Options()),
+    "unreadable": ("G21 G90 F600\n" + "G1 X1\n" * 250 + "G1 X\nG1 X2O\nM2\n", "verne", Options(tool_length=60.0)),
 }
 
 
@@ -372,6 +372,18 @@ def test_the_part_shows_where_it_is_cut_and_a_click_leads_there(browser: Any, sh
     assert data["line"][cursor(browser)] in (8, 9)
 
 
+@contextmanager
+def on_paper(browser: Any) -> Iterator[None]:
+    """The page as it is printed."""
+    browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "print"})
+    try:
+        js(browser, "window.dispatchEvent(new Event('beforeprint'))")
+        yield
+    finally:
+        js(browser, "window.dispatchEvent(new Event('afterprint'))")
+        browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": ""})
+
+
 def test_paper_is_white(browser: Any, show: Callable[..., Any]) -> None:
     show("travel", scheme="dark")
     for event, scheme in (("beforeprint", "light"), ("afterprint", "dark")):
@@ -385,9 +397,7 @@ def test_paper_has_the_whole_set_up_sheet(browser: Any, show: Callable[..., Any]
     at the machine.
     """
     show(name, size)
-    browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "print"})
-    try:
-        js(browser, "window.dispatchEvent(new Event('beforeprint'))")
+    with on_paper(browser):
         tops = js(
             browser,
             "['#verdict', '#sheet', '#findings', '#places', '#scene', '#code', '#charts'].map(s => "
@@ -430,9 +440,6 @@ def test_paper_has_the_whole_set_up_sheet(browser: Any, show: Callable[..., Any]
         assert copied[0] == "block"
         assert copied[1] > 300
         assert copied[2] > 100
-    finally:
-        js(browser, "window.dispatchEvent(new Event('afterprint'))")
-        browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": ""})
 
 
 @pytest.mark.parametrize("word", ["Can run, with warnings, on assumed limits", "Can run, on limits of unknown source"])
@@ -446,18 +453,13 @@ def test_the_verdict_is_whole_on_a_phone(browser: Any, show: Callable[..., Any],
 
 def test_paper_says_which_lines_it_leaves_out(browser: Any, show: Callable[..., Any]) -> None:
     show("many")
-    browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "print"})
-    try:
-        js(browser, "window.dispatchEvent(new Event('beforeprint'))")
+    with on_paper(browser):
         shown = browser.find_elements("css selector", "#code-lines div")
         assert len(shown) == 50
         said = browser.find_element("id", "left-out")
-        assert said.text == "Lines 51 to 3004 are not printed: of more than 100 lines only the first 50 are."
+        assert said.text == "These are the lines 1 to 50 of 3004; the others are not printed."
         # one sentence under the last line, not at the end of a blank
         assert 0 <= said.rect["y"] - max(one.rect["y"] + one.rect["height"] for one in shown) < 40
-    finally:
-        js(browser, "window.dispatchEvent(new Event('afterprint'))")
-        browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": ""})
 
 
 def test_pages_are_a4(browser: Any, show: Callable[..., Any]) -> None:
@@ -853,9 +855,30 @@ def test_of_a_very_long_text_there_are_the_lines_with_frames(
 def test_a_program_that_cannot_be_read_has_a_page(browser: Any, show: Callable[..., Any]) -> None:
     show("unreadable")
     assert "Refused" in browser.find_element("id", "verdict").text
-    assert "VP001" in browser.find_element("id", "findings").text
-    assert "G1 X" in browser.find_element("id", "code").text
+    first, second, *_rest = browser.find_elements("css selector", "#findings button")
+    assert re.match(r"line 252: VP\d+ error: .*\n252 \| G1 X\n", first.text)
+    assert "\n253 | G1 X2O\nunreadable block: Write X20, if that is what is meant." in second.text
+    assert second.find_element("tag name", "mark").text == "X2O"
+    current = browser.find_element("css selector", "#code [aria-current=true]")
+    assert (current.text, current.is_displayed()) == ("252 G1 X", True)
+    second.click()
+    assert browser.find_element("css selector", "#code [aria-current=true]").text == "253 G1 X2O"
     assert not browser.find_element("id", "scene").is_displayed()
+    # what stays has something in it
+    for part in browser.find_elements("css selector", "h2, h3, section, footer"):
+        text = part.text
+        assert not part.is_displayed() or text.strip()
+    shown_heads = [one.text for one in browser.find_elements("css selector", "h2, h3") if one.is_displayed()]
+    assert shown_heads == ["Program and machine"]
+
+
+def test_paper_has_the_lines_about_the_first_error(browser: Any, show: Callable[..., Any]) -> None:
+    show("unreadable")
+    with on_paper(browser):
+        lines = browser.find_elements("css selector", "#code-lines div")
+        assert [lines[0].text, lines[-1].text] == ["205 G1 X1", "254 M2"]
+        said = "These are the lines 205 to 254 of 254; the others are not printed."
+        assert browser.find_element("id", "left-out").text == said
 
 
 def test_nasty_texts_stay_texts(browser: Any, show: Callable[..., Any]) -> None:
@@ -901,18 +924,13 @@ def test_a_comparison_draws_both_on_one_scale(browser: Any, show: Callable[..., 
 
 def test_a_comparison_on_paper_has_both_side_by_side(browser: Any, show: Callable[..., Any]) -> None:
     show("refused and not", "phone")
-    browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "print"})
-    try:
-        js(browser, "window.dispatchEvent(new Event('beforeprint'))")
+    with on_paper(browser):
         heads = browser.find_elements("css selector", "header .sides > div")
         assert [one.text.split()[-1] for one in heads] == ["Refused", "limits"]
         assert heads[0].rect["y"] == heads[1].rect["y"]
         for one in heads:
             assert "on VERNE" in one.text
         assert js(browser, "getComputedStyle(document.querySelector('header strong')).printColorAdjust") == "exact"
-    finally:
-        js(browser, "window.dispatchEvent(new Event('afterprint'))")
-        browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": ""})
 
 
 @pytest.mark.parametrize(

@@ -35,10 +35,13 @@
   // so many lines of the program are on the sheet
   const PAPER_LINES = 50;
   function drawCode() {
-    const pane = byId("code"), first = onPaper ? 0 : Math.max(Math.floor(pane.scrollTop / ROW) - 5, 0);
-    const last = Math.min(onPaper ? (lines.length > 2 * PAPER_LINES ? PAPER_LINES : lines.length) : first + Math.ceil(pane.clientHeight / ROW) + 10, lines.length), rows = [];
-    byId("left-out").hidden = !onPaper || last === lines.length;
-    byId("left-out").textContent = `Lines ${numberOf(last - 1) + 1} to ${numberOf(lines.length - 1)} are not printed: of more than ${2 * PAPER_LINES} lines only the first ${PAPER_LINES} are.`;
+    const pane = byId("code"), isCut = onPaper && lines.length > 2 * PAPER_LINES;
+    // of a program that cannot be read the lines about its first error
+    const from = isCut && !n ? Math.min(Math.max(rowOf(data.firstLine) - PAPER_LINES / 2, 0), lines.length - PAPER_LINES) : 0;
+    const first = onPaper ? from : Math.max(Math.floor(pane.scrollTop / ROW) - 5, 0);
+    const last = Math.min(first + (isCut ? PAPER_LINES : onPaper ? lines.length : Math.ceil(pane.clientHeight / ROW) + 10), lines.length), rows = [];
+    byId("left-out").hidden = !isCut;
+    byId("left-out").textContent = `These are the lines ${numberOf(first)} to ${numberOf(last - 1)} of ${data.programLines}; the others are not printed.`;
     for (let row = first; row < last; row++) {
       const element = document.createElement("div"), number = numberOf(row);
       const mark = data.marks.find(one => number >= one[0] && number <= one[1]);
@@ -385,6 +388,11 @@
   }
   window.addEventListener("beforeprint", () => paper(true));
   window.addEventListener("afterprint", () => paper(false));
+  for (const button of document.querySelectorAll("button[data-line]")) button.addEventListener("click", () => {
+    play(false);
+    showLine(Number(button.dataset.line));
+    byId("code").scrollIntoView({ block: "nearest" });
+  });
   const list = byId("findings"), more = byId("all-findings");
   if (list.children.length > 8) {
     list.classList.add("few");
@@ -403,6 +411,7 @@
   theme(window.matchMedia("(prefers-color-scheme: dark)").matches);
   if (scene) scene.resize();
   setCursor(Math.max(data.first, 0));
+  if (!n && data.firstLine) showLine(data.firstLine);
   view("fit");
   drawCode();
   window.report = { scene, data, arrays, setCursor, charts, view };

@@ -15,7 +15,6 @@ from verne_post.model.findings import Finding
 from verne_post.model.machine import Machine
 from verne_post.model.moves import name_tools
 from verne_post.model.part_setup import spell_tool_word
-from verne_post.output.findings import describe
 from verne_post.report.alignment import Stretch, align_lines
 from verne_post.report.head import list_setup, name_verdict, write_title_html
 from verne_post.report.markup import count, escape_text, write_css_string, write_table
@@ -24,7 +23,7 @@ from verne_post.report.page import fill_page, write_json_in_html
 from verne_post.report.sheet import DIGEST
 from verne_post.report.table import Operation, Study
 from verne_post.report.times import OPERATIONS
-from verne_post.report.worst import find_worst_places
+from verne_post.report.worst import describe_place, find_worst_places
 
 #: So many stretches of lines are shown, those whose times differ most; and so many lines of the text of each.
 _STRETCHES: Final = 40
@@ -213,8 +212,8 @@ def _write_findings_html(sides: tuple[Side, Side], stretches: Sequence[Stretch])
         for key, item in found:
             into, where = (both, "in both") if left[key] > 0 else (alone, f"only in {name}")
             left[key] -= left[key] > 0
-            text = ("" if item.line is None else f"line {item.line}: ") + describe(item)
-            into.append(f'<li class="{item.severity}"><span>{escape_text(text)}<small>{where}</small></span></li>')
+            text = escape_text(describe_place(item))
+            into.append(f'<li class="{item.severity}"><span>{text}<small>{where}</small></span></li>')
         entries = "".join(alone + both)
         texts.append(f"<div><h3>{name}</h3><ul class=findings>{entries or '<li>no findings</li>'}</ul></div>")
     return "".join(texts)

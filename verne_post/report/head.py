@@ -28,9 +28,9 @@ def write_verdict_html(machine: Machine, study: Study) -> str:
         if study.governing is not None and study.summary.feed_segments:
             shown.append(("lost against the feed rate", f"{study.governing.lost.sum():.3f} s"))
     elif len(study.x):
-        shown = [("path", f"{study.x[-1]:.1f} mm, no time: nothing is written")]
+        shown = [("path", f"{study.x[-1]:.1f} mm"), ("setpoints", "none")]
     else:
-        shown = [("program", "refused, nothing is laid out")]
+        shown = [("limits and time", "not checked: settle the errors first")]
     shown += list_setup(machine, study)
     shown.append(("findings", count(errors, "error") + ", " + count(warnings, "warning")))
     shown.append(("assumed, not measured", ", ".join(machine.assumed) or "nothing"))

@@ -20,6 +20,7 @@ from verne_post.base.numbers import format_fixed
 from verne_post.kinematics.workspace import classify
 from verne_post.model.machine import Machine
 from verne_post.model.moves import find_tool_of_moves
+from verne_post.output.causes import list_worst
 from verne_post.report.head import write_title_html, write_verdict_html
 from verne_post.report.markup import escape_text, write_css_string
 from verne_post.report.modal import collect_modal_states
@@ -29,14 +30,16 @@ from verne_post.report.sheet import write_sheet_html
 from verne_post.report.surfaces import pack_surfaces
 from verne_post.report.table import Study
 from verne_post.report.times import write_governing_html, write_reached_html, write_times_html
-from verne_post.report.worst import write_findings_html, write_places_html
+from verne_post.report.worst import find_own_line, write_findings_html, write_places_html
 
 #: Points along each side of the slice of the workspace.
 _SLICE_POINTS: Final = 61
 #: The slice is a square as large as the table that goes at least so far beyond the path, mm.
 _SLICE_BORDER: Final = 120.0
-#: A program of more bytes is not on the page as a whole, but the lines that frames are on.
+#: A program of more bytes is not on the page as a whole, but the lines that frames are on, and those around findings.
 WHOLE_TEXT_BYTES: Final = 4_000_000
+#: So many lines before and after each finding are shown of a program that is not shown as a whole.
+_AROUND: Final = 5
 #: Characters of a line that are shown.
 _LINE_CHARACTERS: Final = 160
 #: Places along a path without time are whole multiples of its length over this.
@@ -63,10 +66,12 @@ def make_page(program: str, source: Text, machine: Machine, study: Study) -> str
     """
     pack = Pack()
     data = _pack_study(pack, machine, study)
-    data["numbered"] = _pack_text(pack, source[:], study)
+    data["programLines"], data["numbered"] = _pack_text(pack, source[:], study)
+    errors = [item for item in list_worst(study.findings) if item.severity == "error"]
+    data["firstLine"] = next((line for line in map(find_own_line, errors) if line), 0)
     data["arrays"] = pack.contents
     data["marks"] = [
-        [item.line, item.last_line or item.line, item.severity] for item in study.findings if item.line is not None
+        [line, item.last_line or line, item.severity] for item in study.findings if (line := find_own_line(item))
     ]
     bad = [
         int(frame)
@@ -79,7 +84,7 @@ def make_page(program: str, source: Text, machine: Machine, study: Study) -> str
         "foot": write_css_string(f"{program} on {machine.name}, page "),
         "verdict": write_verdict_html(machine, study),
         "heading": write_title_html(program, machine),
-        "findings": write_findings_html(study),
+        "findings": write_findings_html(program, source, study),
         "places": write_places_html(machine, study),
         "governing": write_governing_html(machine, study),
         "times": write_times_html(study),
@@ -197,19 +202,21 @@ def _pack_program(pack: Pack, study: Study) -> tuple[list[Any], list[int]]:
     return [list(state) for state in states], numbers.tolist()
 
 
-def _pack_text(pack: Pack, source: bytes, study: Study) -> bool:
-    """Pack the program's lines; returns whether each has a number, because not all are there."""
+def _pack_text(pack: Pack, source: bytes, study: Study) -> tuple[int, bool]:
+    """Pack the program's lines; returns how many it has, and whether each has a number, because not all are there."""
     lines = [
         line.decode("utf-8", errors="replace").strip()[:_LINE_CHARACTERS]
         for line in source.removesuffix(b"\n").split(b"\n")
     ]
-    whole = len(source) <= WHOLE_TEXT_BYTES
+    total, whole = len(lines), len(source) <= WHOLE_TEXT_BYTES
     if not whole:
-        kept = [line for line in np.unique(study.line).tolist() if 0 < line <= len(lines)]
+        marked = [line for line in map(find_own_line, study.findings) if line]
+        near = np.add.outer(np.array([1, *marked]), np.arange(-_AROUND, _AROUND + 1)).ravel()
+        kept = [line for line in np.unique(np.append(study.line, near)).tolist() if 0 < line <= len(lines)]
         pack.add("numbers", np.array(kept), "<i4")
         lines = [lines[line - 1] for line in kept]
     pack.add("text", np.frombuffer("\n".join(lines).encode("utf-8"), dtype=np.uint8), "|u1")
-    return not whole
+    return total, not whole
 
 
 def _pack_slice(pack: Pack, machine: Machine, study: Study) -> dict[str, Any] | None:

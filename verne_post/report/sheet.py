@@ -39,7 +39,7 @@ def write_sheet_html(program: str, source: Text, machine: Machine, study: Study)
     )
     parts = [_write_titled_table("Program and machine", ("what", "which"), made, named=True)]
     if study.program is None:
-        return parts[0] + "<p>The program was refused before it was laid out on the machine.</p>"
+        return parts[0]
     remarks = _find_remarks_by_number(source, study)
     parts += [
         _write_titled_table(

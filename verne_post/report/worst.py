@@ -1,5 +1,6 @@
 """Findings and worst places of a program, each with the frame that shows it."""
 
+import re
 from collections.abc import Iterator
 from typing import Final
 
@@ -8,12 +9,15 @@ from msgspec import Struct
 
 from verne_post.app.machined import place_on_table
 from verne_post.base.arrays import Array
+from verne_post.base.long_text import Text, take_line
 from verne_post.base.numbers import format_count, format_fixed
 from verne_post.base.rotations import rotate_z
 from verne_post.base.tolerances import ACCELERATION_RATIO, JERK_RATIO, VELOCITY_RATIO
+from verne_post.model.findings import Finding
 from verne_post.model.machine import Machine
+from verne_post.model.verdict import is_about_text
 from verne_post.output.causes import describe_other, find_causes
-from verne_post.output.findings import describe
+from verne_post.output.findings import describe, list_remedies
 from verne_post.part.sweep import Nearest
 from verne_post.part.verdict import find_line, find_tip
 from verne_post.report.markup import escape_text
@@ -22,6 +26,8 @@ from verne_post.report.table import Governing, Study
 
 #: Stretches that lose time against the programmed feed, shown among the worst places.
 _SLOW_STRETCHES: Final = 2
+#: Characters of a line before and after the column of a mistake that are quoted.
+_QUOTED: Final = 60
 #: What verification accepts of each limit, for the differences of rounded rows.
 _ALLOWED: Final = {"velocity": VELOCITY_RATIO, "acceleration": ACCELERATION_RATIO, "jerk": JERK_RATIO}
 
@@ -34,22 +40,53 @@ class Place(Struct, frozen=True):
     frame: int
 
 
-def write_findings_html(study: Study) -> str:
-    """The list of findings, one for each cause; each entry has the frame that a click leads to."""
+def write_findings_html(program: str, source: Text, study: Study) -> str:
+    """The list of findings, one for each cause, with what helps.
+
+    Each entry has the frame that a click leads to, or the line where the program does not move.
+    """
     if not study.findings:
         return "<li>no findings</li>"
     entries = []
     for cause in find_causes(study.findings):
         item = cause.worst
-        text = escape_text(("" if item.line is None else f"line {item.line}: ") + describe(item))
-        tried = "".join(f"<small>tried: {escape_text(remedy)}</small>" for remedy in item.remedies)
+        helps = "".join(f"<small>{escape_text(remedy)}</small>" for remedy in list_remedies(item, program))
+        text = escape_text(describe_place(item)) + _quote_line(item, source) + helps
         also = [escape_text(f"also {describe_other(other)}") for other in cause.others]
         kinds = [item.severity] + [f"{item.severity} also"] * len(also)
-        for kind, shown, index in zip(kinds, [text + tried, *also], cause.indices, strict=True):
-            frame = study.place[index]
-            tag, place = ("button", f' type="button" data-frame="{frame}"') if frame >= 0 else ("span", "")
+        for kind, shown, index in zip(kinds, [text, *also], cause.indices, strict=True):
+            frame, line = study.place[index], find_own_line(study.findings[index])
+            leads = f'data-frame="{frame}"' if frame >= 0 else f'data-line="{line}"' if line else ""
+            tag, place = ("button", f' type="button" {leads}') if leads else ("span", "")
             entries.append(f'<li class="{kind}"><{tag}{place}>{shown}</{tag}></li>')
     return "\n".join(entries)
+
+
+def describe_place(item: Finding) -> str:
+    """``line 6: CODE severity: message``; the file is named where it is another one than the program."""
+    name = "" if item.file is None else item.file if item.file_line is None else f"{item.file}:{item.file_line}"
+    line = find_own_line(item)
+    return (f"line {line}: " if line else f"{name}: " if name else "") + describe(item)
+
+
+def find_own_line(item: Finding) -> int | None:
+    """The line of the program that a finding is about; None where it is about none, or about another file."""
+    return item.line if item.file is None else None
+
+
+def _quote_line(item: Finding, source: Text) -> str:
+    """The line of a mistake in the text, with the word at its column marked; nothing for other findings."""
+    number = find_own_line(item)
+    found = take_line(source, number) if number and is_about_text(item.code) else None
+    if number is None or found is None or not found.strip():
+        return ""
+    line, at = found.decode("utf-8", errors="replace").rstrip().replace("\t", " "), (item.column or 1) - 1
+    begin = max(at - _QUOTED, 0)
+    before, after = ("..." if begin else "") + line[begin:at].lstrip(), line[at : at + _QUOTED]
+    word = re.match(r"\S*", after) if item.column else None
+    wrong = word[0] if word else ""
+    mark = f"<mark>{escape_text(wrong)}</mark>" if wrong else ""
+    return f"<code>{number} | {escape_text(before)}{mark}{escape_text(after[len(wrong) :])}</code>"
 
 
 def write_places_html(machine: Machine, study: Study) -> str:
