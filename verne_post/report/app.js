@@ -99,15 +99,15 @@
       row.classList.toggle("beyond", beyond);
       if (mark) mark.style.left = 100 * Math.min(Math.max((q - joint.low) / (joint.high - joint.low), 0), 1) + "%";
     });
-    const list = [["tip on the table", [0, 1, 2].map(k => fixed(arrays.tip[3 * i + k], 3)).join("  ")]];
+    const list = [["tip on the table", [0, 1, 2].map(k => fixed(arrays.tip[3 * i + k], 3)).join("  ") + " mm"]];
     if (Number.isFinite(arrays.speed[i])) list.push(["tip speed", fixed(arrays.speed[i], 2) + " mm/s"]);
     const name = data.marginNames[arrays.nearest[i]];
     list.push(["margin", shown(arrays.margin[i], 3, "") + (name ? ", " + name : "")]);
     if (data.tilts) list.push(["platform tilt", shown(arrays.alpha_deg[i], 2, "°")]);
-    if (data.limits.length) list.push(["governs", data.limits[arrays.governing[i]]]);
+    if (data.limits.length) list.push(["governing limit", data.limits[arrays.governing[i]]]);
     pairs(list, byId("now"));
     if (arrays.state) pairs(data.modal[arrays.state[i]], byId("modal"));
-    byId("clock").textContent = arrays.x[i].toFixed(data.unit === "s" ? 3 : 2) + " " + data.unit + "  line " + arrays.line[i];
+    byId("clock").textContent = arrays.x[i].toFixed(data.unit === "s" ? 3 : 2) + " " + data.unit + ", line " + arrays.line[i];
   }
 
   // --- scene --------------------------------------------------------------------------------------------
@@ -149,7 +149,7 @@
   function showBody(name) {
     scene.showBody(name);
     for (const id of ["part-legend", "probe"]) byId(id).hidden = name !== "part";
-    byId("probe").textContent = "a click on the part says what it has there";
+    byId("probe").textContent = "click the part to see its deviation there";
   }
   if (scene && scene.bodies.length) {
     const select = byId("body"), { gouge, excess, search } = data.wanted || {};
@@ -157,7 +157,7 @@
     byId("body-choice").hidden = select.options.length < 2;
     select.addEventListener("change", () => showBody(select.value));
     if (data.wanted) byId("part-legend").replaceChildren(text("span", "part:"), ...[
-      ["#c81414", `cut deeper than ${gouge} mm`], ["#1e3cd2", `more than ${excess} mm stay`], ["#bebebe", "within both"],
+      ["#c81414", `cut deeper than ${gouge} mm`], ["#1e3cd2", `more than ${excess} mm left on`], ["#bebebe", "within both bounds"],
       ["#786e64", `no cutter within ${search} mm`], ["#e6c828", "not decided"]].map(([colour, name]) => entry(colour, name)));
     showBody(select.value);
   }
@@ -165,8 +165,8 @@
   function probe(x, y, isClose) {
     const found = scene.probe(x, y, isClose);
     if (!found) return false;
-    const { value, frame } = found, size = fixed(Math.abs(value), 3) + " mm ";
-    byId("probe").textContent = "there: " + (Number.isFinite(value) ? size + (value < 0 ? "cut into" : "stay") + ", line " + arrays.line[frame] : "no cutter comes near");
+    const { value, frame } = found, size = fixed(Math.abs(value), 3) + " mm";
+    byId("probe").textContent = "there: " + (Number.isFinite(value) ? (value < 0 ? "cut into by " : "left on: ") + size + ", line " + arrays.line[frame] : "no cutter comes near");
     if (frame >= 0) setCursor(frame);
     return true;
   }
@@ -215,7 +215,7 @@
       charts.add(byId("chart-governing"), strip);
       const speeds = [...single("feed", "programmed", { dash: [6, 4], wide: 1.5, role: "--quiet" }), ...single("speed", "actual", { role: "--focus", wide: 1.5 })];
       const [most, fastest] = speeds.map(one => one.y.reduce((a, b) => b > a ? b : a, 0)), beyond = most > 0 && fastest > 2 * most;
-      if (beyond) byId("governing-note").textContent = "rapids are faster than the curve shows";
+      if (beyond) byId("governing-note").textContent = "the curve ends below the speed of rapids";
       // rapids would flatten the feed moves, which are compared here
       charts.add(byId("chart-speed"), { title: "Tip, mm/s", digits: 2, series: speeds, bounds: beyond ? [0, 1.4 * most] : null });
     } else for (const id of ["chart-governing", "times"]) byId(id).closest("section").remove();

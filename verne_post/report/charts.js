@@ -283,12 +283,13 @@ const Charts = (() => {
     const { context, width, height } = fit(canvas);
     if (!width) return;
     const room = Math.min(width - LEFT - 150, height - BOTTOM - 8), x0 = LEFT, y0 = 4;
-    let most = 1;
+    let most = 0;
     for (const value of reach) if (value > most) most = value;
+    const isReached = reach.some(Number.isFinite);
     const cell = room / side;
     for (let row = 0; row < side; row++) for (let column = 0; column < side; column++) {
       const value = reach[row * side + column];
-      context.fillStyle = Number.isFinite(value) ? `hsl(205 60% ${88 - 48 * Math.max(value, 0) / most}%)` : style("--fixed");
+      context.fillStyle = Number.isFinite(value) ? `hsl(205 60% ${88 - 48 * Math.max(value, 0) / (most || 1)}%)` : style("--fixed");
       context.fillRect(x0 + column * cell, y0 + room - (row + 1) * cell, cell + 0.6, cell + 0.6);
     }
     const x = value => x0 + (value - map.x[0]) / (map.x[1] - map.x[0]) * room, y = value => y0 + room - (value - map.y[0]) / (map.y[1] - map.y[0]) * room;
@@ -304,8 +305,8 @@ const Charts = (() => {
     for (const value of ticks(...map.x, 5).list) { context.textAlign = "center"; context.fillText(String(+value.toFixed(3)), x(value), y0 + room + 10); }
     for (const value of ticks(...map.y, 5).list) { context.textAlign = "right"; context.fillText(String(+value.toFixed(3)), x0 - 5, y(value)); }
     context.textAlign = "left";
-    const key = [[`${most.toFixed(0)} mm to a limit`, "hsl(205 60% 40%)"], ["at a limit", "hsl(205 60% 88%)"], ["out of reach", style("--fixed")]];
-    key.forEach(([text, colour], k) => {
+    const inside = isReached ? [[`${most.toFixed(0)} mm to a limit`, "hsl(205 60% 40%)"], ["at a limit", "hsl(205 60% 88%)"]] : [];
+    [...inside, ["out of reach", style("--fixed")]].forEach(([text, colour], k) => {
       context.fillStyle = colour; context.fillRect(x0 + room + 10, 10 + 20 * k, 10, 10);
       context.fillStyle = style("--text"); context.fillText(text, x0 + room + 24, 16 + 20 * k);
     });

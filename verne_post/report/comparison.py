@@ -23,7 +23,7 @@ from verne_post.report.page import fill_page, write_json_in_html
 from verne_post.report.sheet import DIGEST
 from verne_post.report.table import Operation, Study
 from verne_post.report.times import OPERATIONS
-from verne_post.report.worst import describe_place, find_worst_places
+from verne_post.report.worst import TIME_LOST, describe_place, find_worst_places
 
 #: So many stretches of lines are shown, those whose times differ most; and so many lines of the text of each.
 _STRETCHES: Final = 40
@@ -167,9 +167,9 @@ def _list_times(side: Side) -> dict[str, float]:
         "motion, s": study.summary.motion_time,
         "dwells, s": study.summary.dwell_time,
         "standing at stops, s": study.summary.stop_time,
-        "in rapids, s": sum(one.rapid for one in study.operations),
+        "rapids, s": sum(one.rapid for one in study.operations),
         "lost against the feed rate, s": float(study.governing.lost.sum()),
-        "of it near stops, s": float(study.governing.at_stops.sum()),
+        "lost near stops, s": float(study.governing.at_stops.sum()),
     }
 
 
@@ -179,9 +179,9 @@ def _list_facts(side: Side) -> dict[str, str]:
     facts = {
         "findings": f"{count(counts['error'], 'error')}, {count(counts['warning'], 'warning')}",
         **{
-            place.what.partition(":")[0]: f"{place.value} {place.what.partition(': ')[2]}".strip()
+            place.what: f"{place.value} ({place.about})" if place.about else place.value
             for place in find_worst_places(side.machine, study)
-            if not place.what.startswith("line")
+            if place.what != TIME_LOST  # the table of lines compares these
         },
         **dict(list_setup(side.machine, study)),
     }

@@ -54,7 +54,7 @@ def _describe(moves: Moves, number: int, tool: int, spindle: dict[str, object], 
         ("coolant", str(coolant.get("state", "off"))),
         ("tool", f"{name}length {frame.tool_length:g} mm"),
         ("work offset", SYSTEM_NAMES[frame.system] + (", shifted (G92)" if any(frame.g92) else "")),
-        ("plane", "tilted" if frame.feature is not None else "of the part"),
+        ("work plane", "tilted" if frame.feature is not None else "not tilted"),
         ("corners", _describe_corners(moves.controls[moves.control[number]])),
     )
 

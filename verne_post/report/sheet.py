@@ -1,5 +1,7 @@
 """The set-up sheet: program and machine, start, tools, work offsets, actions of the operator, fixtures."""
 
+import math
+import re
 from collections.abc import Iterable, Mapping
 from typing import Final
 
@@ -20,6 +22,10 @@ from verne_post.report.table import Study
 
 #: So many digits tell one file from another for people.
 DIGEST: Final = 16
+#: Decimals of lengths and angles on the page; the start position is written with more in the setpoints.
+_DECIMALS: Final = {"mm": 3, "deg": 4}
+#: Facts of the summary that stand elsewhere on the page: in tables of the sheet, and in the head.
+_TOLD: Final = ("start position", "set-up", "assumed")
 _ACTIONS: Final = {"input": "input {input} is waited for", "stop": "{stop} stop"}
 
 
@@ -46,13 +52,13 @@ def write_sheet_html(program: str, source: Text, machine: Machine, study: Study)
             "Start position",
             ("joint", "value"),
             [
-                (column.joint, f"{format_fixed(value, 4)} {column.unit}")
+                (column.joint, f"{format_fixed(value, _DECIMALS[column.unit])} {column.unit}")
                 for column, value in zip(machine.columns, study.q[0], strict=True)
             ],
         ),
         _write_titled_table(
             "Tools",
-            ("tool", "in the program", "length, mm", "diameter, mm", "spindle, 1/min", "time, s"),
+            ("tool", "in the program", "length, mm", "diameter, mm", "spindle, 1/min", *["time, s"] * study.timed),
             [
                 (tool, remarks.get(number, ""), length, diameter, *_describe_use(study, number))
                 for number, tool, length, diameter in list_tools(study)
@@ -73,8 +79,9 @@ def write_sheet_html(program: str, source: Text, machine: Machine, study: Study)
     )
     if study.summary is not None:
         rows = "".join(
-            f"<div><dt>{escape_text(key)}</dt><dd>{escape_text(text)}</dd></div>"
+            f"<div><dt>{escape_text(key)}</dt><dd>{escape_text(_round_up(text))}</dd></div>"
             for key, text in list_facts(study.summary)
+            if key not in _TOLD
         )
         parts.append(f"<div class=whole><h3>Summary of the conversion</h3><dl>{rows}</dl></div>")
     return "".join(parts)
@@ -100,8 +107,23 @@ def _find_remarks_by_number(source: Text, study: Study) -> dict[int, str]:
     return {number: text for number, text in found.items() if text}
 
 
-def _describe_use(study: Study, tool: int) -> tuple[str, str]:
-    """At which spindle speeds a tool cuts, and how long it is in the spindle."""
+def _round_up(text: str) -> str:
+    """A text whose lengths and angles have no more decimals than people read.
+
+    They are deviations that are not exceeded, so they are rounded up.
+    """
+
+    def round_number(found: re.Match[str]) -> str:
+        decimals = _DECIMALS[found[3]]
+        if len(found[2]) <= decimals:
+            return found[0]
+        return f"{math.ceil(float(f'{found[1]}.{found[2]}') * 10**decimals) / 10**decimals:.{decimals}f} {found[3]}"
+
+    return re.sub(r"\b(\d+)\.(\d+) (mm|deg)\b", round_number, text)
+
+
+def _describe_use(study: Study, tool: int) -> tuple[str, ...]:
+    """At which spindle speeds a tool cuts, and how long it is in the spindle where the program has times."""
     program = study.program
     assert program is not None
     moves = program.moves
@@ -109,7 +131,7 @@ def _describe_use(study: Study, tool: int) -> tuple[str, str]:
     used &= np.isfinite(moves.feed) & (moves.kind != MoveKind.DWELL)
     speeds = [f"{speed:g}" for speed in np.unique(moves.spindle[used]).tolist() if speed > 0]
     seconds = sum(one.seconds for one in study.operations if one.tool == tool)
-    return join_few(speeds, "more") if speeds else "off", f"{seconds:.3f}" if study.timed else ""
+    return join_few(speeds, "more") if speeds else "off", *([f"{seconds:.3f}"] if study.timed else [])
 
 
 def list_tools(study: Study) -> list[tuple[int, str, str, str]]:
@@ -142,7 +164,7 @@ def list_offsets(machine: Machine, study: Study) -> list[Row]:
     for frame in sorted((program.moves.frames[index] for index in used), key=lambda frame: frame.system):
         place = machine.find_origin_on_table(frame)
         who = find_placer(frame, machine, program.options, program.moves.placed_systems)
-        source = {"set-up": "given", "program": "the program"}.get(who, "nobody: rotary centre on the table face")
+        source = {"set-up": "given", "program": "the program"}.get(who, "not given: rotary centre on the table face")
         rows[SYSTEM_NAMES[frame.system], *(f"{value:g}" for value in place), f"{frame.part_turn:g}", source] = None
     return list(rows)
 

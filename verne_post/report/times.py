@@ -39,7 +39,7 @@ def write_governing_html(machine: Machine, study: Study) -> str:
         for key, row in zip(keys, rows, strict=True)
     )
     more = f"time saved by a {100.0 * (HIGHER - 1.0):.0f} % higher limit, s"
-    table = write_table(("limit", "governs, s", "in rapids, s", "lost, s", "of it near stops, s", more), body)
+    table = write_table(("limit", "governs, s", "in rapids, s", "lost, s", "lost near stops, s", more), body)
     ways = "".join(f"<li>{escape_text(way)}</li>" for way in _list_ways_to_win(machine, study, governing))
     return table + (f"<ul class=ways>{ways}</ul>" if ways else "")
 
@@ -51,17 +51,21 @@ def _list_ways_to_win(machine: Machine, study: Study, governing: Governing) -> I
     kinds = {name: "turning" if name in rotary else name.partition(" ")[0] for name in between if " of " in name}
     sums = {kind: sum(between[name] for name in kinds if kinds[name] == kind) for kind in kinds.values()}
     ways = (
-        (governing.at_stops.sum(), "near stops: blended corners (G64 and its like) have no stop"),
-        (sums["turning"], "to the velocity of rotary axes: a tool axis that turns less for each mm of path"),
-        (sums.get("velocity", 0.0), "to the velocity of other joints: another place of the part (fit)"),
+        (governing.at_stops.sum(), "near stops. Blended corners (G64) have no stop."),
+        (sums["turning"], "to the velocity of rotary axes. Let the tool axis turn less for each mm of path."),
+        (
+            sums.get("velocity", 0.0),
+            "to the velocity of other joints. Another place of the part may help: verne-post fit searches for it.",
+        ),
         (
             sums["acceleration"] + sums["jerk"],
-            "to acceleration and jerk between stops: a larger corner tolerance, fewer and rounder corners",
+            "to acceleration and jerk between stops. Allow a larger corner tolerance, or program fewer and rounder "
+            "corners.",
         ),
     )
     for lost, words in sorted(ways, reverse=True):
         if lost >= _WORTH_A_WORD * study.x[-1]:
-            yield f"{lost:.3f} s are lost {words}."
+            yield f"{lost:.3f} s are lost {words}"
 
 
 def write_times_html(study: Study) -> str:
@@ -87,7 +91,7 @@ def write_times_html(study: Study) -> str:
         if rest:
             body.append(f"<tr><th scope=row>{len(rest)} shorter operations</th><td></td>{_write_spent(rest)}</tr>")
     body.append(f"<tr class=tool><th scope=row>all</th><td></td>{_write_spent(study.operations)}</tr>")
-    heads = ("tool and operation", "lines", "time, s", "feed, s", "rapids, s", "stands, s", "lost, s")
+    heads = ("tool and operation", "lines", "time, s", "feed, s", "rapids, s", "standing, s", "lost, s")
     return write_table(heads, "".join(body))
 
 
@@ -112,10 +116,10 @@ def write_reached_html(study: Study) -> str:
         return ""
     whole, most = governing.reached.sum(), governing.reached.max()
     ends = [*(100.0 * k / FEED_BANDS for k in range(FEED_BANDS)), 100.0 * AT_FEED]
-    names = [f"{low:.0f} to {high:.0f} %" for low, high in itertools.pairwise(ends)] + ["reached"]
+    names = [f"{low:.0f} to {high:.0f} %" for low, high in itertools.pairwise(ends)] + [f"{ends[-1]:.0f} % or more"]
     rows = "".join(
         f"<tr><th scope=row>{name}</th><td><i style='width:{100.0 * seconds / most:.1f}%'></i></td>"
         f"<td>{seconds:.3f}</td><td>{100.0 * seconds / whole:.1f}</td></tr>"
         for name, seconds in zip(reversed(names), reversed(governing.reached.tolist()), strict=True)
     )
-    return write_table(("of the feed rate", "<span class=unseen>bar</span>", "s", "%"), rows)
+    return write_table(("share of it", "<span class=unseen>bar</span>", "s", "%"), rows)

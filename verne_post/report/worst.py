@@ -26,6 +26,8 @@ from verne_post.report.table import Governing, Study
 
 #: Stretches that lose time against the programmed feed, shown among the worst places.
 _SLOW_STRETCHES: Final = 2
+#: What these places are called.
+TIME_LOST: Final = "time lost against the feed rate"
 #: Characters of a line before and after the column of a mistake that are quoted.
 _QUOTED: Final = 60
 #: What verification accepts of each limit, for the differences of rounded rows.
@@ -33,9 +35,10 @@ _ALLOWED: Final = {"velocity": VELOCITY_RATIO, "acceleration": ACCELERATION_RATI
 
 
 class Place(Struct, frozen=True):
-    """A place worth a look: what, how much, and the frame that shows it."""
+    """A place worth a look: what it is, of which joint or line and the like, how much, and the frame that shows it."""
 
     what: str
+    about: str
     value: str
     frame: int
 
@@ -92,7 +95,8 @@ def _quote_line(item: Finding, source: Text) -> str:
 def write_places_html(machine: Machine, study: Study) -> str:
     """Worst places of the motion, each a button that leads to it."""
     return "".join(
-        f'<li><button type="button" data-frame="{place.frame}"><span>{escape_text(place.what)}</span>'
+        f'<li><button type="button" data-frame="{place.frame}">'
+        f"<span>{escape_text(place.what)}{': ' * bool(place.about)}{escape_text(place.about)}</span>"
         f"<b>{escape_text(place.value)}</b></button></li>"
         for place in find_worst_places(machine, study)
     )
@@ -107,23 +111,23 @@ def find_worst_places(machine: Machine, study: Study) -> Iterator[Place]:
         name = study.margin_names[study.nearest[frame]] if study.nearest[frame] >= 0 else "out of reach"
         # where the program is refused for another reason, such as the table, a margin that is left would mislead
         if study.timed or curve.values[at] < 0:
-            yield Place(f"smallest margin (0 at a limit): {name}", format_fixed(curve.values[at], 3), frame)
+            yield Place("smallest margin", f"{name}, 0 at a limit", format_fixed(curve.values[at], 3), frame)
     for name, allowed in _ALLOWED.items() if study.timed else ():
         shares_of = list(iterate_shares(machine, study, name))
         joint = int(np.argmax([np.abs(share).max() for _x, share in shares_of]))
         x, share = shares_of[joint]
         at = int(np.abs(share).argmax())
-        what = f"peak {name}: {machine.columns[joint].joint}, allowed {100.0 * allowed:g} %"
-        yield Place(what, f"{abs(share[at]):.1f} %", _find_frame(study, float(x[at])))
+        about = f"{machine.columns[joint].joint}, allowed {100.0 * allowed:g} %"
+        yield Place(f"peak {name}", about, f"{abs(share[at]):.1f} % of limit", _find_frame(study, float(x[at])))
     yield from _find_part_places(study)
     if study.governing is not None:
         yield from _find_slow_stretches(study, study.governing)
     if study.summary is not None and (within := study.summary.stops_within).count:
         frame = int(np.abs(study.line - within.line).argmin())
-        yield Place(f"line {within.line} stops inside", format_count(within.most, "time"), frame)
+        yield Place("most stops within a line", f"line {within.line}", format_count(within.most, "stop"), frame)
     if study.tilts:
         frame = int(np.nanargmax(np.abs(study.alpha_deg)))
-        yield Place("peak platform tilt", f"{format_fixed(study.alpha_deg[frame], 2)} deg", frame)
+        yield Place("peak platform tilt", "", f"{format_fixed(study.alpha_deg[frame], 2)} deg", frame)
 
 
 def _find_part_places(study: Study) -> Iterator[Place]:
@@ -138,7 +142,7 @@ def _find_part_places(study: Study) -> Iterator[Place]:
     def make(what: str, value: float, nearest: Nearest, k: int) -> Place:
         tip, line = rotate_z(find_tip(judged, nearest, k)[None], turn) + origin, find_line(judged, nearest, k)
         frame = find_frames(study.tip, study.line, tip @ frame_of_part, np.array([line]))[0]
-        return Place(f"{what} {asked.name}: line {line}", f"{value:.3f} mm", int(frame))
+        return Place(f"{what} {asked.name}", f"line {line}", f"{value:.3f} mm", int(frame))
 
     if len(found.gouges.depth):
         k = int(found.gouges.depth.argmax())
@@ -158,8 +162,9 @@ def _find_slow_stretches(study: Study, governing: Governing) -> Iterator[Place]:
         begin, end = int(begins[k]), int(ends[k])
         frame = begin + int(lost[begin : end + 1].argmax())
         first, last = study.line[[begin, end]]
-        lines = f"line {first} loses" if first == last else f"lines {first} to {last} lose"
-        yield Place(f"{lines}: {governing.names[governing.of_frame[frame]]}", f"{sums[k]:.3f} s", frame)
+        lines = f"line {first}" if first == last else f"lines {first} to {last}"
+        about = f"{lines}, {governing.names[governing.of_frame[frame]]}"
+        yield Place(TIME_LOST, about, f"{sums[k]:.3f} s", frame)
 
 
 def iterate_shares(machine: Machine, study: Study, name: str) -> Iterator[tuple[Array, Array]]:
