@@ -16,12 +16,15 @@
   const most = Math.max(...sides.map(side => highest(curve(side, "feed")))), fastest = Math.max(...sides.map(side => highest(curve(side, "speed"))));
   const top = most > 0 && fastest > 2 * most ? 1.4 * most : 1.05 * fastest || 1;
   for (const side of sides) {
+    const both = document.createElement("div");
+    both.className = "side";
+    byId("curves").append(both);
     side.charts = Charts.make(range, side.tick, "s", x => { at = Math.min(Math.max(x, 0), end); redraw(); }, redraw);
     const canvas = more => {
       const element = document.createElement("canvas");
       element.className = "chart" + more;
       element.setAttribute("role", "img");
-      byId("curves").append(element);
+      both.append(element);
       return element;
     };
     const name = side.name.toUpperCase();
