@@ -106,14 +106,20 @@ def test_times_of_both_sides_are_those_of_their_rows() -> None:
     # line 4 became lines 4 and 5
     changed = [of_line[0][4], of_line[1][4:6].sum()]
     assert re.search(
-        rf"\|4\|N30 G1 X20 F1200\|{changed[0]:.3f}\|4 to 5\|N7 G1 X20 F2400\|N8 "
-        rf"X22\|{changed[1]:.3f}\|{changed[1] - changed[0]:+.3f}\|",
+        r"\|A, line 4\|N30 G1 X20 F1200\|B, lines 4 to 5\|N7 G1 X20 F2400\|N8 X22"
+        rf"\|{changed[0]:.3f}\|{changed[1]:.3f}\|{changed[1] - changed[0]:+.3f}\|",
         page,
     )
+    # the answer is on top
+    share = f"{100.0 * (whole[1] / whole[0] - 1.0):+.1f} %"
+    difference = whole[1] - whole[0]
+    words = f"{abs(difference):.3f} s {'longer' if difference > 0 else 'less'} than A"
+    assert page.index(f"|B takes {words}: {whole[1]:.3f} s against {whole[0]:.3f} s ({share})|") < page.index("|What")
     # line 5 of the one is line 6 of the other: its text is the same, its time is not (22 mm to go, and no rest of
     # F1200)
     assert abs(of_line[1][6] - of_line[0][5]) > 1e-3
-    assert re.search(rf"\|5\|N40 Y20\|{of_line[0][5]:.3f}\|6\|the same text\|{of_line[1][6]:.3f}\|", page)
+    two = rf"{of_line[0][5]:.3f}\|{of_line[1][6]:.3f}"
+    assert re.search(rf"\|A, line 5\|N40 Y20\|B, line 6\|the same text\|{two}\|", page)
     # operations are paired by their remarks
     rim = [of_line[0][1:6].sum(), of_line[1][1:7].sum()]
     assert re.search(rf"\|no tool named: RIM\|{rim[0]:.3f}\|{rim[1]:.3f}\|{rim[1] - rim[0]:+.3f}\|", page)
@@ -147,6 +153,9 @@ def test_of_many_operations_those_that_differ_most_are_shown(monkeypatch: pytest
 def test_the_same_program_differs_in_nothing() -> None:
     page = text_of(compare(BEFORE, BEFORE))
     assert "The same text, and the same times." in page
+    assert "|A and B take the same time, " in page
+    differing = page.partition("|What differs|")[2].partition("|Findings|")[0]
+    assert differing.startswith("None of these numbers.|The same in both: time ")
     assert not re.search(r"[+-]\d+\.\d{3}\|", page.partition("|What differs|")[2])
 
 
@@ -166,7 +175,8 @@ def test_findings_are_in_one_or_in_both() -> None:
     after = after.partition("|Time by limit|")[0]
     assert re.search(r"\|line 4: VP\d+ error: a [^|]*\|in both\|", after)
     assert re.search(r"line 6: VP\d+ error: [^|]*\|only in B\|", after)
-    assert "no times: nothing is written" in page
+    assert "|A: refused; B: refused|" in page
+    assert "|There is nothing to compare: A and B cannot run, so no times are known.|" in page
 
 
 def test_the_command_takes_two_programs_with_a_set_up_each(

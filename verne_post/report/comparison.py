@@ -67,7 +67,8 @@ def write_comparison(sides: tuple[Side, Side]) -> str:
             "title": escape_text(title),
             "foot": write_css_string(f"{title}, page "),
             "heads": "".join(_write_head_html(name, side) for name, side in zip("AB", sides, strict=True)),
-            "facts": write_table(("what", "A", "B", "B - A"), "".join(_write_facts(sides))),
+            "outcome": escape_text(_describe_outcome(sides)),
+            "facts": _write_facts_html(sides),
             "findings": _write_findings_html(sides, stretches),
             "limits": _write_limits_html(sides),
             "operations": _write_operations_html(sides),
@@ -106,6 +107,25 @@ def _write_head_html(name: str, side: Side) -> str:
     )
 
 
+def _describe_outcome(sides: tuple[Side, Side]) -> str:
+    """Which one is faster, and by how much; the verdicts where one has no time."""
+    one, other = (side.study.summary for side in sides)
+    if one is None or other is None:
+        words = (
+            name_verdict(side.machine, side.study)[0].lower()
+            + (f", {side.study.summary.cycle_time:.3f} s" if side.study.summary is not None else "")
+            for side in sides
+        )
+        return "; ".join(f"{name}: {word}" for name, word in zip("AB", words, strict=True))
+    times = one.cycle_time, other.cycle_time
+    difference = times[1] - times[0]
+    if abs(difference) < _SAME_S:
+        return f"A and B take the same time, {times[0]:.3f} s"
+    more = "longer" if difference > 0 else "less"
+    share = f" ({100.0 * difference / times[0]:+.1f} %)" if times[0] else ""
+    return f"B takes {abs(difference):.3f} s {more} than A: {times[1]:.3f} s against {times[0]:.3f} s{share}"
+
+
 def _write_row(head: str, cells: Sequence[str], *, marked: bool = False) -> str:
     """Write a row whose cells are HTML already."""
     body = "".join(f"<td>{cell}</td>" for cell in cells)
@@ -140,15 +160,27 @@ def _write_difference(one: float | None, other: float | None, *, judged: bool = 
 # --- facts -------------------------------------------------------------------------------------------------
 
 
-def _write_facts(sides: tuple[Side, Side]) -> Iterator[str]:
-    """Time and its parts, then what is text."""
+def _write_facts_html(sides: tuple[Side, Side]) -> str:
+    """A table of what differs, times first; below it in one sentence what is the same."""
+    rows, same = [], []
     for what, (one, other) in _match_numbers([_list_times(side) for side in sides]):
-        yield _write_times(escape_text(what), [(one, other)])
+        if one is None or other is None:
+            continue  # the outcome says why, and which time the other one has
+        if abs(other - one) >= _SAME_S:
+            rows.append(_write_times(f"{what}, s", [(one, other)]))
+        else:
+            same.append(f"{what} {one:.3f} s")
     facts = [_list_facts(side) for side in sides]
     for what in dict.fromkeys(key for each in facts for key in each):
+        if not all(what in each for each in facts) and None in (sides[0].study.summary, sides[1].study.summary):
+            continue  # nobody could check it on the other side
         texts = [each.get(what, _NONE) for each in facts]
-        differs = texts[0] != texts[1]
-        yield _write_row(escape_text(what), [*map(escape_text, texts), "" if differs else "same"], marked=differs)
+        if texts[0] == texts[1]:
+            same.append(f"{what} {texts[0]}")
+        else:
+            rows.append(_write_row(escape_text(what), [*map(escape_text, texts), ""]))
+    table = write_table(("what", "A", "B", "B - A"), "".join(rows)) if rows else "<p>None of these numbers.</p>"
+    return table + (f"<p>The same in both: {escape_text('; '.join(same))}.</p>" if same else "")
 
 
 def _match_numbers(numbers: Sequence[dict[str, float]]) -> Iterator[tuple[str, tuple[float | None, float | None]]]:
@@ -163,13 +195,13 @@ def _list_times(side: Side) -> dict[str, float]:
     if study.summary is None or study.governing is None:
         return {}
     return {
-        "time, s": study.summary.cycle_time,
-        "motion, s": study.summary.motion_time,
-        "dwells, s": study.summary.dwell_time,
-        "standing at stops, s": study.summary.stop_time,
-        "rapids, s": sum(one.rapid for one in study.operations),
-        "lost against the feed rate, s": float(study.governing.lost.sum()),
-        "lost near stops, s": float(study.governing.at_stops.sum()),
+        "time": study.summary.cycle_time,
+        "motion": study.summary.motion_time,
+        "dwells": study.summary.dwell_time,
+        "standing at stops": study.summary.stop_time,
+        "rapids": sum(one.rapid for one in study.operations),
+        "lost against the feed rate": float(study.governing.lost.sum()),
+        "lost near stops": float(study.governing.at_stops.sum()),
     }
 
 
@@ -188,7 +220,8 @@ def _list_facts(side: Side) -> dict[str, str]:
     if study.summary is not None:
         facts["stops"] = str(study.summary.n_stops)
         facts["blended corners"] = str(study.summary.n_blended)
-        facts["set-up"] = study.summary.options.setup_source or "none"
+    if study.program is not None:
+        facts["set-up"] = study.program.options.setup_source or "none"
     facts["machine"] = side.machine.name
     facts["machine, SHA-256"] = side.machine.sha256[:DIGEST]
     facts["program, SHA-256"] = compute_sha256(side.source)[:DIGEST]
@@ -239,6 +272,8 @@ def _make_key(item: Finding, stretches: Sequence[Stretch], *, first: bool) -> tu
 
 def _write_limits_html(sides: tuple[Side, Side]) -> str:
     """Seconds that each limit governs and costs."""
+    if without := _name_without_times(sides):
+        return without
     both = [side.study.governing for side in sides]
     columns = [
         [{} if one is None else dict(zip(one.names, getattr(one, name).tolist(), strict=True)) for one in both]
@@ -249,11 +284,19 @@ def _write_limits_html(sides: tuple[Side, Side]) -> str:
     names.sort(key=lambda name: -max(value or 0.0 for value in governs[name]))
     rows = "".join(_write_times(escape_text(name), [governs[name], lost[name]], judged=[1]) for name in names)
     heads = ("limit", "A governs, s", "B governs, s", "B - A", "A lost, s", "B lost, s", "B - A")
-    return write_table(heads, rows) if rows else "<p>no times: nothing is written</p>"
+    return write_table(heads, rows)
+
+
+def _name_without_times(sides: tuple[Side, Side]) -> str:
+    """Which side has no times to be compared; nothing where both have."""
+    names = [name for name, side in zip("AB", sides, strict=True) if not side.study.timed]
+    return f"<p>There is nothing to compare: {' and '.join(names)} cannot run, so no times are known.</p>" * bool(names)
 
 
 def _write_operations_html(sides: tuple[Side, Side]) -> str:
     """Time of each operation, paired by tool and remark; repeated pairs are matched in their order."""
+    if without := _name_without_times(sides):
+        return without
     times, losses = (
         dict(
             _match_numbers(
@@ -282,7 +325,7 @@ def _write_operations_html(sides: tuple[Side, Side]) -> str:
             f"{len(times) - len(shown)} operations whose times differ less", [(one, other) for one, other in rest]
         )
     heads = ("tool and operation", "A, s", "B, s", "B - A", "A lost, s", "B lost, s", "B - A")
-    return write_table(heads, rows) if rows else "<p>no times: nothing is written</p>"
+    return write_table(heads, rows)
 
 
 def _number_operations(side: Side) -> dict[str, Operation]:
@@ -312,7 +355,7 @@ def _write_lines_html(sides: tuple[Side, Side], stretches: Sequence[Stretch]) ->
     rows = [_write_stretch(sides, worth[k][1], spent) for k in shown]
     left = len(worth) - len(shown)
     note = f"<p>Not shown: {count(left, 'place')} whose times differ less.</p>" if left else ""
-    heads = ("lines A", "text A", "A, s", "lines B", "text B", "B, s", "B - A", "where most is lost")
+    heads = ("A", "B", "A, s", "B, s", "B - A", "limit")
     if not rows:
         return f"<p>The same text{', and the same times' if timed else ''}.</p>"
     return write_table(heads, "".join(rows)) + note
@@ -334,32 +377,27 @@ def _cut_by_times(one: Stretch, spent_a: Array, spent_b: Array) -> Iterator[Stre
 
 
 def _write_stretch(sides: tuple[Side, Side], one: Stretch, spent: Sequence[Array]) -> str:
-    cells, limits, times = "", [], list[float | None]()
+    texts, limits, times = list[str](), [], list[float | None]()
     for side, sums, (first, last) in zip(
         sides, spent, ((one.first_a, one.last_a), (one.first_b, one.last_b)), strict=True
     ):
         times.append(float(sums[last] - sums[first]) if side.study.timed else None)
-        text = "<small>the same text</small>" if one.same and cells else _write_text(side, first, last)
-        lines = (
-            f"<td class=text>{_write_span(first, last)}</td>"
-            if cells
-            else f"<th scope=row>{_write_span(first, last)}</th>"
-        )
-        cells += (
-            f"{lines}<td class=text>{text}</td><td>{_NONE if times[-1] is None else format_fixed(times[-1], 3)}</td>"
-        )
+        text = "<small>the same text</small>" if one.same and texts else _write_text(side, first, last)
+        texts.append(f"<b>{'AB'[len(texts)]}, {_write_span(first, last)}</b><br>{text}")
         limits.append(_name_limit(side, first, last))
     governs = limits[0] if limits[0] == limits[1] else " / ".join(limits)
+    seconds = "".join(f"<td>{_NONE if each is None else format_fixed(each, 3)}</td>" for each in times)
+    kind = "equal" if one.same else "differs"
     return (
-        f"<tr class={'equal' if one.same else 'differs'}>{cells}<td>{_write_difference(*times)}</td>"
-        f"<td class=text>{escape_text(governs)}</td></tr>"
+        f"<tr class={kind}><th scope=row class=text>{texts[0]}</th><td class=text>{texts[1]}</td>{seconds}"
+        f"<td>{_write_difference(*times)}</td><td class=limit>{escape_text(governs)}</td></tr>"
     )
 
 
 def _write_span(first: int, last: int) -> str:
     if first == last:
-        return _NONE
-    return str(last) if last - first == 1 else f"{first + 1} to {last}"
+        return "no line"
+    return f"line {last}" if last - first == 1 else f"lines {first + 1} to {last}"
 
 
 def _write_text(side: Side, first: int, last: int) -> str:
