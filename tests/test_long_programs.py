@@ -268,6 +268,9 @@ def test_a_text_in_a_file_reads_like_bytes(tmp_path: Path) -> None:
     assert long_text.take_line(text, 400_003) is None
     assert long_text.take_line(b"a\n", 2) == b""
     assert long_text.take_line(b"", 1) == b""
+    assert list(long_text.iterate_lines(text)) == raw.split(b"\n")
+    for short in (b"", b"a", b"a\n", b"\n\nb"):
+        assert list(long_text.iterate_lines(short)) == short.split(b"\n")
 
 
 @pytest.mark.parametrize("name", ["posted.nc", "wing.cls", "fanuc_tilted.nc", "violates_tilt.nc"])

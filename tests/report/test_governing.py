@@ -315,6 +315,21 @@ def test_a_sine_is_in_its_band() -> None:
     assert not seen.rms[1].any()
 
 
+def test_a_long_program_has_the_spectrum_of_its_pieces(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Bands of noise, which has no lines that would fall on the other side of an edge, are those of the whole."""
+    rng = np.random.default_rng(11)
+    values = np.cumsum(np.cumsum(rng.normal(size=(60_001, 2)), axis=0), axis=0) * 1e-6
+    whole = measure_spectrum(values, 0.001)
+    monkeypatch.setattr("verne_post.report.spectrum._PIECE", 20_000)
+    pieces = measure_spectrum(values, 0.001)
+    assert whole is not None
+    assert pieces is not None
+    wide = whole.edges[:-1] > 5.0  # bands of many frequencies even in a piece
+    assert pieces.rms[:, wide] == pytest.approx(whole.rms[:, wide], rel=0.05)
+    # nothing is lost between pieces: white noise of the second differences has its mean square
+    assert (pieces.rms**2).sum(axis=1) == pytest.approx((whole.rms**2).sum(axis=1), rel=1e-3)
+
+
 @pytest.mark.parametrize("n", [4000, 4001])
 def test_bands_add_up_to_the_whole(n: int) -> None:
     rng = np.random.default_rng(7)

@@ -46,6 +46,20 @@ def iterate_parts(text: Text, start: int = 0, end: int | None = None) -> Iterato
         release_memory()
 
 
+def iterate_lines(text: Text) -> Iterator[bytes]:
+    """Lines of a text without their ends, as splitting it gives them, but one by one."""
+    begun: list[bytes] = []
+    for part in iterate_parts(text):
+        head, end, rest = part.partition(b"\n")
+        begun.append(head)
+        if end:
+            yield b"".join(begun)
+            *lines, last = rest.split(b"\n")
+            yield from lines
+            begun = [last]
+    yield b"".join(begun)
+
+
 def compute_sha256(text: Text) -> str:
     """SHA-256 of a text, in hexadecimal."""
     digest = hashlib.sha256()

@@ -1,7 +1,7 @@
 """Remarks that stand alone on their lines, in every language: they head the operations of a program, and name tools."""
 
 import re
-from collections.abc import Sequence, Set
+from collections.abc import Iterable, Set
 from typing import Final
 
 from verne_post.base.long_text import Text
@@ -24,7 +24,7 @@ _REMARKS: Final = {
 _NAME: Final = re.compile(r"\s*(?:%.*|[O:]\s*\d+.*|(?:\d+\s+)?BEGIN\s+PGM\b.*|PARTNO\b.*)?$", re.IGNORECASE)
 
 
-def list_heads(lines: Sequence[str], dialect: str, moving: Set[int], changes: Set[int]) -> list[tuple[int, str]]:
+def list_heads(lines: Iterable[str], dialect: str, moving: Set[int], changes: Set[int]) -> list[tuple[int, str]]:
     """List where operations begin: the line, from 0, and the remark that heads the operation, the first in a row.
 
     The name is empty where none begins: at remarks without motion until the next one, at those at the top of a program

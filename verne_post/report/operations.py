@@ -4,7 +4,7 @@ import numpy as np
 
 from verne_post.app.assemble import Program
 from verne_post.base.arrays import Array, Ints
-from verne_post.base.long_text import Text
+from verne_post.base.long_text import Text, iterate_lines
 from verne_post.gcode.dialects import choose_dialect_name
 from verne_post.gcode.remarks import list_heads
 from verne_post.model.moves import find_tool_of_moves
@@ -38,7 +38,7 @@ class OperationTimes:
 
     def __init__(self, source: Text, program: Program) -> None:
         options = program.options
-        lines = [line.decode("utf-8", errors="replace") for line in source[:].split(b"\n")]
+        lines = (line.decode("utf-8", errors="replace") for line in iterate_lines(source))
         dialect, moves = choose_dialect_name(options.dialect, source, options.source_name), program.moves
         changes = {event.line - 1 for event in moves.events if event.kind == "tool"}
         heads = list_heads(lines, dialect, set((np.unique(moves.line) - 1).tolist()), changes)
@@ -49,7 +49,7 @@ class OperationTimes:
         # by tool and head: seconds, rapid, standing, lost; first and last line, first frame
         self._spent: dict[tuple[int, int], Array] = {}
         self._lines: dict[tuple[int, int], tuple[int, int, int]] = {}
-        self._by_line = LineTimes(np.zeros(n := len(lines) + 1), np.zeros(n), np.full(n, -1))
+        self._by_line = LineTimes(np.zeros(n := source.count(b"\n") + 2), np.zeros(n), np.full(n, -1))
         self._most = np.zeros(n)
 
     def add(self, line: Ints, segment: Ints, stretch: Ints, spent: Spent) -> None:

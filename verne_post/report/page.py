@@ -8,14 +8,14 @@ page of two programs.
 import importlib.resources
 import json
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 
 from verne_post.base.arrays import Array
-from verne_post.base.long_text import Text
+from verne_post.base.long_text import Text, iterate_lines
 from verne_post.base.numbers import format_fixed
 from verne_post.kinematics.workspace import classify
 from verne_post.model.machine import Machine
@@ -66,7 +66,7 @@ def make_page(program: str, source: Text, machine: Machine, study: Study) -> str
     """
     pack = Pack()
     data = _pack_study(pack, machine, study)
-    data["programLines"], data["numbered"] = _pack_text(pack, source[:], study)
+    data["programLines"], data["numbered"] = _pack_text(pack, source, study)
     errors = [item for item in list_worst(study.findings) if item.severity == "error"]
     data["firstLine"] = next((line for line in map(find_own_line, errors) if line), 0)
     data["arrays"] = pack.contents
@@ -202,19 +202,21 @@ def _pack_program(pack: Pack, study: Study) -> tuple[list[Any], list[int]]:
     return [list(state) for state in states], numbers.tolist()
 
 
-def _pack_text(pack: Pack, source: bytes, study: Study) -> tuple[int, bool]:
+def _pack_text(pack: Pack, source: Text, study: Study) -> tuple[int, bool]:
     """Pack the program's lines; returns how many it has, and whether each has a number, because not all are there."""
-    lines = [
-        line.decode("utf-8", errors="replace").strip()[:_LINE_CHARACTERS]
-        for line in source.removesuffix(b"\n").split(b"\n")
-    ]
-    total, whole = len(lines), len(source) <= WHOLE_TEXT_BYTES
+    total, whole = source.count(b"\n") + (not source.endswith(b"\n")), len(source) <= WHOLE_TEXT_BYTES
+    kept: Collection[int] = range(1, total + 1)
     if not whole:
         marked = [line for line in map(find_own_line, study.findings) if line]
         near = np.add.outer(np.array([1, *marked]), np.arange(-_AROUND, _AROUND + 1)).ravel()
-        kept = [line for line in np.unique(np.append(study.line, near)).tolist() if 0 < line <= len(lines)]
-        pack.add("numbers", np.array(kept), "<i4")
-        lines = [lines[line - 1] for line in kept]
+        # a dictionary has an order, and finds a line at once
+        kept = dict.fromkeys(line for line in np.unique(np.append(study.line, near)).tolist() if 0 < line <= total)
+        pack.add("numbers", np.array(list(kept)), "<i4")
+    lines = (
+        line.decode("utf-8", errors="replace").strip()[:_LINE_CHARACTERS]
+        for number, line in enumerate(iterate_lines(source), start=1)
+        if number in kept
+    )
     pack.add("text", np.frombuffer("\n".join(lines).encode("utf-8"), dtype=np.uint8), "|u1")
     return total, not whole
 
