@@ -14,18 +14,20 @@ from verne_post.cli.progress import show_progress
 from verne_post.model.verdict import find_exit_status, find_gravest
 
 
-@click.command("report", cls=GroupedCommand, short_help="Write one page: machine, path, limits, findings.")
+@click.command("report", cls=GroupedCommand, short_help="Write one page: verdict, machine, path, time, set-up sheet.")
 @click.argument("inputs", type=INPUT, nargs=-1, required=True, metavar="INPUT [INPUT]")
-@click.option("-o", "--output", type=FILE, metavar="OUT.html", help="The page.")
-@click.option("--static", type=FILE, metavar="OUT.png|OUT.svg", help="A picture of the path and the axes, for CI.")
+@click.option("-o", "--output", type=FILE, metavar="OUT.html", help="The page to write.")
+@click.option("--static", type=FILE, metavar="OUT.png|OUT.svg", help="A picture of path and axes to write, for CI.")
 @quiet_option
 @add_program_options()
 def command(inputs: tuple[str, ...], output: Path | None, static: Path | None, quiet: bool, **given: Any) -> int:
-    """Write one self-contained page, no network: findings, tool path, axes against time, workspace, and the mechanism
-    at the cursor.
+    """Write one HTML page about a program: whether it can run, how long it takes, and what limits it.
 
-    A program that is refused is drawn by its path, with the violations marked; the exit status is that of `check`. Of
-    two programs, or two versions of one, the page says what differs: time, findings, limits, operations and lines.
+    Below the findings, the page shows the machine in motion beside the program, time by limit and operation, the axes,
+    and the set-up sheet. Printed to A4, it is the sheet at the machine. It loads nothing from a network. Of two
+    programs, or two versions of one, the page says what differs.
+
+    The exit status is that of `check`. A program that is refused is drawn by its path, with the violations marked.
     """
     from verne_post.model.findings import InputError
 
