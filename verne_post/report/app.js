@@ -104,7 +104,7 @@
     const name = data.marginNames[arrays.nearest[i]];
     list.push(["margin", shown(arrays.margin[i], 3, "") + (name ? ", " + name : "")]);
     if (data.tilts) list.push(["platform tilt", shown(arrays.alpha_deg[i], 2, "°")]);
-    if (data.limits.length) list.push(["governing limit", data.limits[arrays.governing[i]]]);
+    if (data.limits.length) list.push(["limit", data.limits[arrays.governing[i]]]);
     pairs(list, byId("now"));
     if (arrays.state) pairs(data.modal[arrays.state[i]], byId("modal"));
     byId("clock").textContent = arrays.x[i].toFixed(data.unit === "s" ? 3 : 2) + " " + data.unit + ", line " + arrays.line[i];

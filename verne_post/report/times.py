@@ -122,4 +122,4 @@ def write_reached_html(study: Study) -> str:
         f"<td>{seconds:.3f}</td><td>{100.0 * seconds / whole:.1f}</td></tr>"
         for name, seconds in zip(reversed(names), reversed(governing.reached.tolist()), strict=True)
     )
-    return write_table(("share of it", "<span class=unseen>bar</span>", "s", "%"), rows)
+    return write_table(("share", "<span class=unseen>bar</span>", "s", "%"), rows)
