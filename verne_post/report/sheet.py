@@ -68,7 +68,7 @@ def write_sheet_html(program: str, source: Text, machine: Machine, study: Study)
         _write_titled_table(
             "Work offsets", ("system", "x, mm", "y, mm", "z, mm", "turned, deg", "from"), list_offsets(machine, study)
         ),
-        _write_titled_table("Actions of the operator", ("line", "at", "what"), _list_actions(study, remarks)),
+        _write_titled_table("Actions of the operator", ("line", "time", "what"), _list_actions(study, remarks)),
     ]
     options = study.program.options
     bodies = [*options.keep_out, *([options.stock] if options.stock else [])]
