@@ -415,7 +415,8 @@ def test_data_stay_data(tmp_path: Path, run: Callable[..., Any]) -> None:
     # a message that quotes the program
     program.write_text(NASTY_PROGRAM.replace("M2", "G1 X<!--data--></ul>"))
     assert run("report", program, "--tool-length", 60, "-o", page).code == 2
-    refused = Outline(outside_of_the_library(page.read_text("utf-8")))
+    assert page.stat().st_size < 200_000  # nothing is drawn
+    refused = Outline(page.read_text("utf-8"))
     assert refused.comments == []
     quoted = {"code", "mark"}
     assert {tag for tag, _names in refused.tags} <= {tag for tag, _names in expected.tags} | quoted

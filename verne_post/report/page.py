@@ -92,7 +92,7 @@ def make_page(program: str, source: Text, machine: Machine, study: Study) -> str
         "sheet": write_sheet_html(program, source, machine, study),
         "data": write_json_in_html(data),
         "bytes": pack.encode(),
-        "library": read_library(),
+        "library": read_library() if len(study.x) else "",  # what cannot be read is not drawn
     }
     return fill_page("page.html", _PARTS, parts)
 
