@@ -237,7 +237,9 @@ PAGES: dict[str, Callable[[], str]] = {
 BOOSTS = {
     **dict.fromkeys(("conventions.md", "machine-file.md"), 5.0),
     **dict.fromkeys(("apt.md", "fanuc.md", "gcode.md", "heidenhain.md", "siemens.md"), 4.0),
-    **dict.fromkeys(("architecture.md", "performance.md", "public-programs.md", "reliability.md", "tuning.md"), 0.4),
+    **dict.fromkeys(
+        ("architecture.md", "performance.md", "public-programs.md", "reliability.md", "trials.md", "tuning.md"), 0.4
+    ),
     **dict.fromkeys((f"reference/{code}.md" for code in CODES), 0.15),
 }
 
