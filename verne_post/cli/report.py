@@ -16,18 +16,16 @@ from verne_post.model.verdict import find_exit_status, find_gravest
 
 @click.command("report", cls=GroupedCommand, short_help="Write one page: machine, path, limits, findings.")
 @click.argument("inputs", type=INPUT, nargs=-1, required=True, metavar="INPUT [INPUT]")
-@click.option("-o", "--output", type=FILE, metavar="OUT.html", help="File for the page.")
-@click.option(
-    "--static", type=FILE, metavar="OUT.png|OUT.svg", help="File for a picture of the path and the joints, for CI."
-)
+@click.option("-o", "--output", type=FILE, metavar="OUT.html", help="The page.")
+@click.option("--static", type=FILE, metavar="OUT.png|OUT.svg", help="A picture of the path and the axes, for CI.")
 @quiet_option
 @add_program_options()
 def command(inputs: tuple[str, ...], output: Path | None, static: Path | None, quiet: bool, **given: Any) -> int:
-    """Write one page that shows a program: findings, tool path, joints against time, workspace and mechanism.
+    """Write one self-contained page, no network: findings, tool path, axes against time, workspace, and the mechanism
+    at the cursor.
 
-    The page needs no network and no other file. If a program is refused, the page shows its path and marks the
-    violations. The exit status is the same as for `check`. Two programs, or two versions of one, are compared: time,
-    findings, limits, operations and lines.
+    A program that is refused is drawn by its path, with the violations marked; the exit status is that of `check`. Of
+    two programs, or two versions of one, the page says what differs: time, findings, limits, operations and lines.
     """
     from verne_post.model.findings import InputError
 
