@@ -274,7 +274,7 @@ PAGES: dict[str, Callable[[], str]] = {
 
 #: What a search puts first: what words and quantities mean, before pages of codes and of evidence that mention them.
 BOOSTS = {
-    **dict.fromkeys(("conventions.md", "machine-file.md"), 5.0),
+    **dict.fromkeys(("conventions.md", "machine-file.md"), 8.0),
     **dict.fromkeys(("apt.md", "fanuc.md", "gcode.md", "heidenhain.md", "siemens.md"), 4.0),
     **dict.fromkeys(("contouring.md", "linuxcnc.md", "verification.md"), 3.0),
     **dict.fromkeys(("api.md", "architecture.md", "performance.md", "reliability.md", "tuning.md"), 0.4),
