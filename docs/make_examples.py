@@ -27,7 +27,7 @@ EXAMPLES: Final = {
     "examples/difference.html": (("blade_5axis.nc", "faster/blade_5axis.nc"), ExitStatus.CLEAN),
 }
 #: Only on the site: a report of a user has no pages beside it.
-WAY_BACK: Final = '<a href="../report.html" style="color: inherit">about this page</a>'
+WAY_BACK: Final = '<a href="../report.html" style="color: inherit">to the documentation</a>'
 
 
 @cache

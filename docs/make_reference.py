@@ -8,8 +8,11 @@ from __future__ import annotations
 
 import re
 import sys
+import tempfile
 from collections.abc import Callable, Iterator
-from functools import partial
+from functools import cache, partial
+from importlib.util import module_from_spec, spec_from_file_location
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, get_args, get_origin
 
 import click
@@ -71,8 +74,8 @@ def options_page() -> str:
     out = [
         "# Options of the commands",
         "",
-        "This page is made from the program. What the commands are for, and what goes before",
-        "what, is in [commands](../commands.md).",
+        "Every command is listed with its options, as `--help` prints them. [Commands](../commands.md)",
+        "says which command does which task, and which of two values counts.",
     ]
     for name, command in commands():
         out += ["", f"## {name}", "", "```text", usage(name, command), "```", "", _text(command)]
@@ -96,9 +99,9 @@ def keys_page() -> str:
     out = [
         "# Keys of the machine file",
         "",
-        "This page is made from the schema: the bounds that a value is checked against. What the",
-        "keys mean is in [machine file](../machine-file.md); `[module]`, `[limits]` and `[as_built]`",
-        "belong to the kind of machine and stand there too.",
+        "Every key is listed with its type, and with the bounds that a value is checked against. The page",
+        "[machine file](../machine-file.md) gives the meaning of each key. It also has `[module]`, `[limits]`",
+        "and `[as_built]`, whose keys depend on the kind of machine.",
     ]
     from verne_post.config import schema  # needs numpy, which the man page does not
 
@@ -170,8 +173,8 @@ def codes_page() -> str:
         "---",
         "# Finding codes",
         "",
-        "This page is made from the program. How findings are read is in [findings](../findings.md).",
-        "`verne-post explain CODE` prints the page of a code.",
+        "Every finding has a code, and every code has a page. The page [findings](../findings.md) says how to",
+        "read a finding. `verne-post explain CODE` prints the page of a code.",
         "",
         "| code | severity | title | meaning |",
         "|---|---|---|---|",
@@ -180,10 +183,46 @@ def codes_page() -> str:
     return "\n".join(out) + "\n"
 
 
+@cache
+def _load_transcripts() -> Any:
+    """The script beside this one that runs commands; mkdocs looks for no modules here."""
+    spec = spec_from_file_location("make_transcripts", Path(__file__).with_name("make_transcripts.py"))
+    assert spec is not None
+    assert spec.loader is not None
+    maker = sys.modules[spec.name] = module_from_spec(spec)
+    spec.loader.exec_module(maker)
+    return maker
+
+
+@cache
+def run_example(code: str) -> tuple[str, ...]:
+    """Run the example of a code in a folder of its own; the text that each of its commands prints."""
+    from verne_post.output.code_pages import CHANGED, find_example
+
+    example = find_example(code)
+    if example is None:
+        return ()
+    maker = _load_transcripts()
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        for file, text in example.files.items():
+            (folder / file).write_text(text, encoding="utf-8")
+        if example.change:
+            text = (maker.ROOT / "machine_configs" / "verne.toml").read_text(encoding="utf-8")
+            for old, new in example.change:
+                if old not in text:
+                    raise RuntimeError(f"the example of {code} changes {old!r}, which verne.toml does not have")
+                text = text.replace(old, new, 1)
+            (folder / CHANGED).write_text(text, encoding="utf-8")
+        return tuple(maker.run_step(maker.Step(command, 0, 0, ""), folder, folder) for command in example.commands)
+
+
 def _code_page(code: str) -> str:
+    """The page of a code with the output of its example, and a way back to the other codes."""
     from verne_post.output.code_pages import make_markdown
 
-    return make_markdown(code, "[{0}]({0}.md)")
+    title, rest = make_markdown(code, "[{0}]({0}.md)", run_example(code)).split("\n", 1)
+    return f"{title}\n\n[All finding codes](codes.md)\n{rest}"
 
 
 def man_page() -> str:
@@ -235,9 +274,11 @@ PAGES: dict[str, Callable[[], str]] = {
 
 #: What a search puts first: what words and quantities mean, before pages of codes and of evidence that mention them.
 BOOSTS = {
-    **dict.fromkeys(("conventions.md", "machine-file.md"), 5.0),
+    **dict.fromkeys(("conventions.md", "machine-file.md"), 8.0),
     **dict.fromkeys(("apt.md", "fanuc.md", "gcode.md", "heidenhain.md", "siemens.md"), 4.0),
-    **dict.fromkeys(("architecture.md", "performance.md", "public-programs.md", "reliability.md", "tuning.md"), 0.4),
+    **dict.fromkeys(("contouring.md", "linuxcnc.md", "verification.md"), 3.0),
+    **dict.fromkeys(("api.md", "architecture.md", "performance.md", "reliability.md", "tuning.md"), 0.4),
+    "trials.md": 0.1,
     **dict.fromkeys((f"reference/{code}.md" for code in CODES), 0.15),
 }
 
@@ -251,7 +292,9 @@ def on_page_markdown(markdown: str, page: Page, **_rest: Any) -> str:
 
     GitHub asks for a backslash before such a bar; Python-Markdown would print it.
     """
-    if page.file.src_uri in BOOSTS:
+    if page.file.src_uri == "public-programs.md":  # 299 rows of set-ups would be an answer to every key
+        page.meta["search"] = {"exclude": True}
+    elif page.file.src_uri in BOOSTS:
         page.meta["search"] = {"boost": BOOSTS[page.file.src_uri]}
     if page.is_homepage:
         page.meta["hide"] = ["navigation"]

@@ -437,7 +437,10 @@ def test_help_shows_every_option_with_type_default_and_meaning() -> None:
         assert shown[name].annotation is not inspect.Parameter.empty
         assert f" {name} : " in text, name
         assert " ".join(option.about.help.replace("|", " ").split()) in text, name
-    assert "tool_length : float, default None Gauge line to tip; holds throughout the program. 0 to 10000 mm." in text
+    assert (
+        "tool_length : float, default None Length from the gauge line to the tip, for the whole program. 0 to 10000 mm."
+        in text
+    )
     assert "smoothing : {'spline', 'blend', 'off'}, default 'spline'" in text
     assert "approach : str or tuple[float, ...], default None" in text
     assert "Command line: ``--from``." in text

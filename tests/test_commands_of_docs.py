@@ -23,7 +23,7 @@ from .config.test_sinumerik_import import write_data
 
 MAKER = load_maker("make_transcripts")
 TEXTS: Final = {str(page.relative_to(ROOT)): page.read_text(encoding="utf-8") for page in MAKER.PAGES}
-BLOCK: Final = re.compile(r"^```(?P<kind>sh|python|)\n(?P<text>.*?)^```$", re.DOTALL | re.MULTILINE)
+BLOCK: Final = re.compile(r"^```(?P<kind>\w*)\n(?P<text>.*?)^```$", re.DOTALL | re.MULTILINE)
 #: The signature of a command: its optional words stand in brackets.
 SYNOPSIS: Final = re.compile(r" \[[^\]]*\]")
 SETUP: Final = 'tool_table = "tools.tbl"\nwcs.G54 = [0, 0, 60]\n'
@@ -42,6 +42,8 @@ def list_commands(text: str) -> Iterator[tuple[str, str]]:
         if block["kind"] == "python":
             if re.match(r"(from|import) ", block["text"]):
                 yield "python", block["text"]
+            continue
+        if block["kind"] not in ("sh", ""):
             continue
         for line in re.sub(r"\\?\n {2,}", " ", block["text"]).splitlines():
             if line.startswith("verne-post "):

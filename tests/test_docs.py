@@ -14,13 +14,15 @@ from typing import Any
 import pytest
 
 from verne_post.model.codes import CODES
-from verne_post.output.code_pages import CHANGED, find_example, make_markdown
+from verne_post.output.code_pages import find_example, make_markdown
 from verne_post.trajectory import tuning
 
 from .builders import load_maker
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGES = sorted([*(ROOT / "docs").rglob("*.md"), ROOT / "README.md"])
+#: Loaded once: it keeps the output of the examples.
+REFERENCE = load_maker("make_reference")
 
 
 def test_the_first_page_is_short_and_names_every_page_of_a_control() -> None:
@@ -66,7 +68,7 @@ def test_the_smoke_set_names_tests_that_exist() -> None:
 
 
 def test_every_finding_code_has_a_page_whose_links_lead_to_codes() -> None:
-    pages = load_maker("make_reference").PAGES
+    pages = REFERENCE.PAGES
     table = pages["reference/codes.md"]()
     assert set(re.findall(r"\]\((VP\d{3})\.md\)", table)) == set(CODES)
     for code in CODES:
@@ -87,22 +89,14 @@ def test_every_code_that_an_input_can_cause_has_an_example() -> None:
 
 
 @pytest.mark.parametrize("code", [code for code in CODES if code not in WITHOUT_EXAMPLE])
-def test_the_example_of_a_code_produces_it(code: str, tmp_path: Path) -> None:
-    """Its last command reports the code; those before it report no error."""
-    example = find_example(code)
-    assert example is not None
-    for name, text in example.files.items():
-        (tmp_path / name).write_text(text, encoding="utf-8")
-    if example.change:
-        text = (ROOT / "machine_configs" / "verne.toml").read_text(encoding="utf-8")
-        for old, new in example.change:
-            assert old in text
-            text = text.replace(old, new, 1)
-        (tmp_path / CHANGED).write_text(text, encoding="utf-8")
-    maker = load_maker("make_transcripts")
-    said = [maker.run_step(maker.Step(command, 0, 0, ""), tmp_path, tmp_path) for command in example.commands]
+def test_the_example_of_a_code_produces_it(code: str) -> None:
+    """Its last command reports the code; those before it report no error. The page shows the report."""
+    said = REFERENCE.run_example(code)
     assert re.search(rf"\b{code} (error|warning|note): ", said[-1]), said[-1]
     assert not re.search(r"\bVP\d{3} error: ", "".join(said[:-1])), said
+    page = REFERENCE.PAGES[f"reference/{code}.md"]()
+    assert said[-1].rstrip() in page
+    assert "[All finding codes](codes.md)" in page
 
 
 @pytest.mark.parametrize("page", PAGES, ids=[str(page.relative_to(ROOT)) for page in PAGES])
@@ -119,7 +113,7 @@ def test_columns_of_tables_have_names(page: Path) -> None:
 
 
 def test_reference_and_man_page_have_every_option_that_help_shows(run: Callable[..., Any]) -> None:
-    made = load_maker("make_reference")
+    made = REFERENCE
     page, man = made.options_page(), made.man_page().replace("\\-", "-")
     shown = set(
         re.findall(
@@ -146,7 +140,7 @@ def test_every_constant_of_planning_is_varied_on_its_page() -> None:
 
 
 def test_reference_has_every_key_of_the_shipped_machine_file() -> None:
-    page = load_maker("make_reference").keys_page()
+    page = REFERENCE.keys_page()
     machine = tomllib.loads((ROOT / "machine_configs" / "verne.toml").read_text(encoding="utf-8"))
     keys = {*machine, *(key for group in ("spindle", "table", "home", "accuracy", "control") for key in machine[group])}
     assert not {key for key in keys if f"`{key}`" not in page}
@@ -191,7 +185,9 @@ def test_the_site_is_built_without_warnings(tmp_path: Path) -> None:
         re.findall(r'="(site\.\w+)"', (tmp_path / "site" / "gcode.html").read_text("utf-8"))
     )
     assert "Refused" in (tmp_path / "site" / "examples" / "refused.html").read_text("utf-8")
-    assert "data-limit" in (tmp_path / "site" / "examples" / "blade.html").read_text("utf-8")
+    live = (tmp_path / "site" / "examples" / "blade.html").read_text("utf-8")
+    assert "data-limit" in live
+    assert 'href="../report.html"' in live
     assert 'href="examples/difference.html"' in (tmp_path / "site" / "report.html").read_text("utf-8")
     # bars in code of tables: GitHub needs a backslash, the site shows none
     assert "[csv|linuxcnc|" in (tmp_path / "site" / "reference" / "options.html").read_text("utf-8")
@@ -199,11 +195,13 @@ def test_the_site_is_built_without_warnings(tmp_path: Path) -> None:
     assert "--tool-length" in searched
     # one table of all codes answered every search: each code has its page, and pages of controls come first
     boosts = {entry["location"]: entry.get("boost", 1) for entry in json.loads(searched)["docs"]}
-    assert not [place for place in boosts if place.startswith("reference/codes.html")]
+    assert not [place for place in boosts if place.startswith(("reference/codes.html", "public-programs.html"))]
     assert "reference/VP101.html" in boosts
     assert boosts["machine-file.html"] > boosts["siemens.html"] > 1 > boosts["reference/VP101.html"]
     # the page of a code shows where it belongs
     codes = (tmp_path / "site" / "reference" / "VP101.html").read_text("utf-8")
-    assert 'href="codes.html"' in codes.split('data-md-component="content"')[0]
+    navigation, content = codes.split('data-md-component="content"')
+    assert 'href="codes.html"' in navigation
+    assert "refused: 1 error" in content
     nav = (ROOT / "mkdocs.yml").read_text(encoding="utf-8")
     assert not {page.name for page in PAGES if page.name != "README.md" and page.name not in nav}

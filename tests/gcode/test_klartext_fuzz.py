@@ -180,4 +180,4 @@ def test_damaged_programs(both):
 
 
 def test_no_word_is_passed_over(both):
-    assert find_silent(2, 60, both) == []  # of 6,500 (docs/reliability.md)
+    assert find_silent(2, 60, both) == []  # of 6,500 (docs/trials.md)

@@ -176,7 +176,7 @@ def try_program(seed, only=None):
 
 
 def test_values_at_random():
-    """A share of what docs/reliability.md tells: hundreds of thousands."""
+    """A share of what docs/trials.md tells: hundreds of thousands."""
     assert sum(try_program(seed) for seed in range(150)) > 22
 
 

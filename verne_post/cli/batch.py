@@ -47,7 +47,7 @@ if TYPE_CHECKING:
     metavar="OUTDIR",
     help="Folder for the setpoint files, in the structure of the input.",
 )
-@click.option("-j", "--jobs", type=Whole(min=1), metavar="N", help="Processes; default: one a core.")
+@click.option("-j", "--jobs", type=Whole(min=1), metavar="N", help="Number of processes; default: one for each core.")
 @click.option(
     "--scheduler",
     default="local",
@@ -55,7 +55,7 @@ if TYPE_CHECKING:
     metavar="local|ADDRESS",
     help="Address of a Dask scheduler whose workers see the same folders, as tcp://host:8786.",
 )
-@click.option("--shard", metavar="I/N", help="Only the I-th of N equal shares, for CI matrices.")
+@click.option("--shard", metavar="I/N", help="Convert only the I-th of N equal shares, for CI matrices.")
 @add_report_files
 @click.option("--github", is_flag=True, help="Print the findings as annotations of a GitHub workflow too.")
 @quiet_option
@@ -73,11 +73,11 @@ def command(
     file_format: str,
     **given: Any,
 ) -> int:
-    """Convert many programs, each with its own set-up; the failure of one never stops the others.
+    """Convert many programs, each with its own set-up.
 
-    Folders are searched for programs; patterns with * and ? are expanded. Options hold for all programs, and go before
-    those of the set-up beside each (part.nc.toml). Unchanged programs are skipped, so an interrupted batch resumes.
-    OUTDIR/batch.json lists all results.
+    An argument may be a file, a folder of programs, or a pattern with * and ?. A program that fails does not stop the
+    others. Options apply to all programs, and override the set-up beside each program (part.nc.toml). A second run
+    skips unchanged programs, so it resumes an interrupted batch. OUTDIR/batch.json lists all results.
     """
     from verne_post.model.findings import InputError
 

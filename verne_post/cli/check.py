@@ -44,18 +44,23 @@ _POLICY: Final = (
         "--select",
         envvar="VERNE_POST_SELECT",
         metavar="VP1,VP202,...",
-        help="Only these codes count, by their beginnings.",
+        help="Only findings whose codes begin so count.",
     ),
-    click.option("--ignore", envvar="VERNE_POST_IGNORE", metavar="VP203,...", help="These codes do not count."),
     click.option(
-        "--severity", multiple=True, metavar="VP202=error", help="Weigh a code as error, warning or note; repeatable."
+        "--ignore", envvar="VERNE_POST_IGNORE", metavar="VP203,...", help="Findings whose codes begin so do not count."
+    ),
+    click.option(
+        "--severity",
+        multiple=True,
+        metavar="VP202=error",
+        help="Change the severity of a code to error, warning or note; repeatable.",
     ),
     click.option(
         "--baseline",
         type=FILE,
         envvar="VERNE_POST_BASELINE",
         metavar="FILE",
-        help="Findings that are known and do not count.",
+        help="File of known findings, which do not count.",
     ),
 )
 
@@ -73,15 +78,15 @@ def add_policy_options(command: "Callable[..., Any]") -> "Callable[..., Any]":
     "--output-format",
     type=click.Choice(["text", "json", "jsonl", "sarif", "junit", "github", "markdown"]),
     default="text",
-    help="How findings are written.",
+    help="Format of the findings.",
 )
-@click.option("--output-file", type=FILE, metavar="F", help="Write there in place of standard output.")
+@click.option("--output-file", type=FILE, metavar="F", help="File for the findings, in place of standard output.")
 @add_report_files
 @click.option(
     "--fail-level",
     type=click.Choice(["error", "warning"]),
     envvar="VERNE_POST_FAIL_LEVEL",
-    help="Severity from which findings make exit status 1; default: error.",
+    help="Lowest severity that makes exit status 1; default: error.",
 )
 @add_policy_options
 @click.option("--write-baseline", type=FILE, metavar="FILE", help="Write the current findings as a baseline.")
@@ -90,8 +95,12 @@ def add_policy_options(command: "Callable[..., Any]") -> "Callable[..., Any]":
     is_flag=True,
     help="INPUT lists changed files. If programs share one of them, check every program that git tracks.",
 )
-@click.option("--limits-only", is_flag=True, help="Plan nothing: no machining time (VP421), in a third of the time.")
-@click.option("--exit-zero", is_flag=True, help="Exit with 0 whatever limits are violated.")
+@click.option(
+    "--limits-only",
+    is_flag=True,
+    help="Check the limits without planning: a third of the time, and no machining time (VP421).",
+)
+@click.option("--exit-zero", is_flag=True, help="Exit with 0 even if limits are violated.")
 @quiet_option
 @add_options(*WRITING)
 @add_program_options()
@@ -109,10 +118,10 @@ def command(
 ) -> int:
     """Check programs against every limit, without writing setpoints.
 
-    Folders are searched for programs, and patterns are expanded: verne-post check part.nc programs "more/op*.nc"
+    INPUT may be a file, a folder of programs, or a pattern: verne-post check part.nc programs "more/op*.nc"
 
-    What counts may also stand in [check] of verne-post.toml, or [tool.verne-post.check] of pyproject.toml; an option
-    goes before an environment variable, and that before the file.
+    The table [check] of verne-post.toml, or [tool.verne-post.check] of pyproject.toml, may also say which findings
+    count. An option overrides an environment variable, and a variable overrides the file.
     """
     from verne_post.model.findings import InputError
 

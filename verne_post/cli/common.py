@@ -186,9 +186,7 @@ def refuse(program: str, error: "InputError", source: "Text" = b"") -> int:
     return find_exit_status(error.findings)
 
 
-quiet_option = click.option(
-    "-q", "--quiet", is_flag=True, help="Say nothing but errors: no summary, warnings or progress."
-)
+quiet_option = click.option("-q", "--quiet", is_flag=True, help="Print only errors: no summary, warnings or progress.")
 
 
 def require_positive(option: str, value: float, *, zero: bool = False, infinite: bool = False) -> None:

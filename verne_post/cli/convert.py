@@ -17,15 +17,15 @@ from verne_post.model.options import Group
 @click.command("convert", cls=GroupedCommand, own=Group.OUTPUT)
 @click.argument("input_name", type=INPUT, metavar="INPUT")
 @click.option("-o", "--output", type=FILE, metavar="OUT", help="File to write, in place of standard output.")
-@click.option("--meta", type=FILE, metavar="FILE", help="Write facts of the conversion as JSON beside it.")
+@click.option("--meta", type=FILE, metavar="FILE", help="Write a description of the setpoint file as JSON.")
 @click.option(
     "--events",
     type=FILE,
     metavar="FILE",
-    help="Write auxiliary functions and dwells, with time, line and axes, as FILE.csv or FILE.json.",
+    help="Write auxiliary functions and dwells, with time, line and joints, as FILE.csv or FILE.json.",
 )
 @click.option(
-    "--write-parameters", type=FILE, metavar="FILE", help="Write the parameter file as the program leaves it."
+    "--write-parameters", type=FILE, metavar="FILE", help="Write the parameters after the end of the program."
 )
 @format_option
 @add_options(*WRITING)
@@ -43,7 +43,7 @@ def command(
 ) -> int:
     """Convert G-code to verified setpoints.
 
-    INPUT is a file, or - for standard input. Nothing is written unless the whole program passes every check.
+    INPUT is a file, or - for standard input. verne-post writes nothing unless the whole program passes every check.
     """
     from verne_post.model.findings import InputError
 

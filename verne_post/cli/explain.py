@@ -32,19 +32,20 @@ class ExplainCommand(GroupedCommand):
         return super().parse_args(ctx, args)
 
 
-@click.command("explain", cls=ExplainCommand, short_help="Work one line through, or explain a code or word.")
+@click.command("explain", cls=ExplainCommand, short_help="Explain a line of a program, a code or a word.")
 @click.argument("what", type=INPUT, metavar="INPUT:LINE|CODE|WORD")
 @click.option(
-    "--all", "every", is_flag=True, help="Each step from words to joints, every margin and every solution too."
+    "--all", "every", is_flag=True, help="Print each step from words to joints, every margin and every solution too."
 )
 @add_program_options("solver", "quality", "jobs")
 def command(what: str, every: bool, **given: Any) -> int:
-    """Work one line of a program through, or say what a finding code or a word of a program means.
+    """Explain one line of a program, a finding code, or a word of a program.
 
-    INPUT:LINE prints the findings of the line, what would make it legal, and the pose at its end. --all works that pose
-    through from words to joints, with the margins of both table solutions, and every solution of the machine with the
-    reasons why it is refused. CODE (VP102) prints meaning, an example, why it matters, remedy, response, parameters and
-    related codes. WORD (G68.2, TRAORI, "CYCL DEF 208") prints what each language does with it.
+    INPUT:LINE prints the findings of the line, changes that would make the line legal, and the pose at its end. With
+    --all, the command computes this pose step by step from words to joints. It then prints the margins of both table
+    solutions, and the reason why each other solution of the machine is refused. CODE (VP102) prints meaning, example,
+    importance, remedy, response, parameters and related codes. WORD (G68.2, TRAORI, "CYCL DEF 208") prints how each
+    language uses the word.
     """
     from verne_post.model.codes import CODES
 

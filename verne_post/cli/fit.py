@@ -21,15 +21,16 @@ if TYPE_CHECKING:
 @click.option(
     "--free",
     metavar="LETTERS",
-    help="What may change: x, y, z, and c, the part's rotation; default: all, c where a joint turns the part.",
+    help="Coordinates that may change: x, y, z, and c, the part's rotation; default: all, c only if a joint "
+    "turns the part.",
 )
 @click.option(
     "--range",
     "ranges",
     multiple=True,
     metavar="X=LOW,HIGH",
-    help="Where the zero may be, mm of the part frame or degrees for c; default: over the table, "
-    "nothing below its face; without a table, in reach.",
+    help="Range of the zero, in mm of the part frame, or in degrees for c; default: over the table, with "
+    "nothing below its face, or without a table everything in reach.",
 )
 @click.option(
     "--minimise",
@@ -51,10 +52,10 @@ def command(
     as_json: bool,
     **given: Any,
 ) -> int:
-    """Find a work offset with which the whole program is legal: that of the smallest move of the part.
+    """Find a work offset that makes the whole program legal, with the smallest move of the part.
 
-    --wcs says where the part is now; coordinates that are not free keep its values. The proposed offset has been
-    checked like any program. Exit status: 0 it fits, 1 no position was found, 2 unusable input.
+    --wcs gives the present place of the part. Coordinates that are not free keep these values. The proposed offset has
+    been checked like any program. Exit status: 0 it fits, 1 no position was found, 2 unusable input.
     """
     from verne_post.model.findings import InputError, UsageError
     from verne_post.model.option_checks import check_ranges

@@ -100,23 +100,31 @@ def list_() -> int:
 @click.option(
     "--plot", type=FILE, metavar="OUT.png|OUT.svg", help="Draw a slice of the workspace in place of printing the file."
 )
-@click.option("--tool-length", type=NUMBER, metavar="MM", help="Of the slice: gauge line to tip; default 0.")
 @click.option(
-    "--tilt", type=NUMBER, metavar="DEG", help="Of the slice: the word that tilts the tool, A or B; default 0."
+    "--tool-length",
+    type=NUMBER,
+    metavar="MM",
+    help="Tool length of the slice, from the gauge line to the tip; default 0.",
+)
+@click.option(
+    "--tilt",
+    type=NUMBER,
+    metavar="DEG",
+    help="Value of the word that tilts the tool, A or B, for the slice; default 0.",
 )
 @click.option(
     "--rotary",
     type=NUMBER,
     metavar="DEG",
-    help="Of the slice: the word that turns it about its pole, mostly C; default 0.",
+    help="Value of the word that turns the tool about its pole, mostly C, for the slice; default 0.",
 )
 @click.option(
     "--plane", type=click.Choice(["xy", "xz", "yz"]), help="Plane of the slice in the part frame; default xy."
 )
-@click.option("--at", type=NUMBER, metavar="MM", help="Where the slice cuts the third axis; default 0.")
+@click.option("--at", type=NUMBER, metavar="MM", help="Position of the slice on the third axis; default 0.")
 @click.option("--iso-alpha", is_flag=True, help="Draw curves of equal tilt of the platform in place of a slice.")
 def show(name: str, plot: Path | None, iso_alpha: bool, **of_slice: float | str | None) -> int:
-    """Print a machine file, with where its values come from; or draw what the machine reaches."""
+    """Print a machine file with the provenance of its values, or draw the workspace of the machine."""
     from verne_post.model.findings import InputError
 
     given = [f"--{key.replace('_', '-')}" for key, value in of_slice.items() if value is not None]
@@ -195,9 +203,7 @@ def _draw(
 @command.command("validate")
 @click.argument("name", type=MACHINE, metavar="NAME|FILE")
 def validate(name: str) -> int:
-    """Check a machine file: every key and bound, and that both home positions can be reached; say what the machine can
-    do.
-    """
+    """Check a machine file: its keys, their bounds, and both home positions. Then print how fast the machine moves."""
     from verne_post.model.findings import InputError
 
     try:
@@ -291,8 +297,8 @@ def axis_check(
 ) -> int:
     """Make setpoint files that move one actuator at a time, for the first motion of a machine.
 
-    Ten files: every actuator 1 mm or degree to both sides of where it stands, then every one 10, at 2 % of its speed,
-    without a tool; and README.txt, which says what one must see each time.
+    The command writes ten files. Five move one actuator each by 1 mm or degree to both sides of its position, and five
+    by 10, as at an override of 2 %, without a tool. README.txt says what you must see each time.
     """
     files = _expect_folder(output, "README.txt", "checks")
     place = tuple(read_numbers(at, f"--at {at}"))

@@ -23,7 +23,7 @@ _ASKED = Wanted()
 @click.command("machined", cls=GroupedCommand, short_help="Compare the rows with the nominal part.")
 @click.argument("setpoints", type=INPUT, metavar="AXES.CSV")
 @click.option("--against", required=True, metavar="INPUT", help="The program that the file was made from.")
-@click.option("--nominal", metavar="PART.STL@G54", help="The part as it should be, in a work system or @table.")
+@click.option("--nominal", metavar="PART.STL@G54", help="The nominal part, in a work system or @table.")
 @click.option(
     "--fixture",
     "fixtures",
@@ -32,7 +32,12 @@ _ASKED = Wanted()
     help="A fixture that tool and spindle keep out of (VP215); repeatable.",
 )
 @click.option(
-    "--distance", type=NUMBER, default=0.0, metavar="MM", show_default=True, help="How near they may come to fixtures."
+    "--distance",
+    type=NUMBER,
+    default=0.0,
+    metavar="MM",
+    show_default=True,
+    help="Smallest distance of tool and spindle from fixtures.",
 )
 @click.option(
     "--stock-from",
@@ -40,14 +45,14 @@ _ASKED = Wanted()
     help="Cut a stock: an STL file, what --stock-left wrote (.npz), or as the program says; --stock is a box.",
 )
 @click.option(
-    "--stock-left", metavar="FILE@G54", help="Write what is left of the stock, as .stl or, without loss, .npz."
+    "--stock-left", metavar="FILE@G54", help="File for the material that is left, as .stl or, without loss, .npz."
 )
 @click.option(
     "--unit",
     type=click.Choice(list(UNITS)),
     default="mm",
     show_default=True,
-    help="Unit of the STL, which does not say it.",
+    help="Unit of the STL, whose file names none.",
 )
 @click.option(
     "--gouge",
@@ -71,7 +76,7 @@ _ASKED = Wanted()
     default=_ASKED.grid,
     metavar="MM",
     show_default=True,
-    help="No place of the surface is farther from one that is looked at.",
+    help="Largest distance of any point of the surface from an examined point.",
 )
 @click.option(
     "--search",
@@ -86,17 +91,17 @@ _ASKED = Wanted()
     type=click.Choice(["table", "fit"]),
     default="table",
     show_default=True,
-    help="Which counts: the part where the set-up puts it, or where it fits best.",
+    help="Position of the part that decides: as the set-up says, or the best fit.",
 )
 @click.option("--measured", type=FILE, metavar="LOG", help="Measured axes of a run of this file, in place of its rows.")
 @add_log_options
-@click.option("--csv", "table", type=FILE, metavar="FILE", help="Write the worst places as a table.")
+@click.option("--csv", "table", type=FILE, metavar="FILE", help="File for a table of the worst places.")
 @click.option(
     "-o",
     "--output",
     type=FILE,
     metavar="MAP.ply|.png|.svg",
-    help="The part with its deviations: triangles with colours, or a picture.",
+    help="File for the part with its deviations: triangles with colours, or a picture.",
 )
 @click.option(
     "--output-format",
@@ -133,9 +138,9 @@ def command(
     """Compare rows as written, or as measured, with the nominal part and with fixtures: gouges, excess, contacts, and
     what is certain.
 
-    Give the options (--wcs, --tool-table, --tool-shapes, ...) with which the file was made. On a machine with
-    [as_built] the rows are taken through the machine as built, which counts, and through the nominal one. With a stock
-    (--stock, --stock-from): what is cut, what touches, what is left.
+    Give the options with which the file was made (--wcs, --tool-table, --tool-shapes, ...). On a machine with
+    [as_built] the command compares the rows on the machine as built, which decides, and on the nominal machine. With a
+    stock (--stock, --stock-from) it also reports the material that is cut, the contacts, and the material that is left.
     """
     from verne_post.model.findings import InputError
 

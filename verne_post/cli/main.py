@@ -127,11 +127,11 @@ def cli() -> None:
     """Post-processor for the VERNE and other five-axis machine tools, parallel and serial.
 
     \b
-    verne-post input.nc > axes.csv       the main job: G-code in, verified setpoints out
-    verne-post setup input.nc            write input.nc.toml: tools and offsets, to be filled in
+    verne-post input.nc > axes.csv       convert a program to verified setpoints
+    verne-post setup input.nc            write input.nc.toml, a form for tools and offsets
     verne-post check input.nc            check a program against every limit
-    verne-post explain input.nc:12       one line worked through
-    verne-post report input.nc -o r.html one page to look at
+    verne-post explain input.nc:12       say why line 12 is refused, and what would make it legal
+    verne-post report input.nc -o r.html write a page that shows the motion and its limits
     verne-post verify axes.csv --against input.nc
     """
 

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 def add_log_options(command: Callable[..., Any]) -> Callable[..., Any]:
     """The options that say how a log is read."""
     delay = click.option(
-        "--delay", default="auto", metavar="auto|ROWS", help="Rows by which the log lags; auto: as fits best."
+        "--delay", default="auto", metavar="auto|ROWS", help="Rows by which the log lags; auto: the best fit."
     )
     columns = click.option(
         "--columns",

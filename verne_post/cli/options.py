@@ -62,24 +62,25 @@ class FileOption(Struct, frozen=True):
 
 FILES: Final = (
     FileOption("--machine", "machine_name", "NAME|FILE",
-               "Machine by name, or its TOML file; default: that of the settings file, else verne.", Group.SETUP),
+               "Name of a machine, or its TOML file; default: the machine of the settings file, else "
+               "verne.", Group.SETUP),
     FileOption("--tool-table", "tool_table", "FILE", "LinuxCNC tool table (.tbl).", Group.SETUP),
     FileOption("--tool-lengths", "tool_lengths", "FILE",
-               "Measured tool lengths (CSV or JSON), in place of those of the table.", Group.SETUP),
+               "Measured tool lengths (CSV or JSON), in place of the lengths of the table.", Group.SETUP),
     FileOption("--measured-offset", "measured_offset", "FILE",
                "Measured work offsets (CSV or JSON), with the meaning of --wcs.", Group.SETUP),
     FileOption("--tool-shapes", "shapes_file", "FILE",
-               "Cutter, shank and holder of the tools (TOML); without it a cylinder of the tool table's "
-               "diameter.", Group.SAFETY),
+               "Cutter, shank and holder of the tools (TOML); default: cylinders with the diameters "
+               "of the tool table.", Group.SAFETY),
     FileOption("--subroutine-path", "subroutine_path", "DIR",
-               "Where files of subroutines are looked for beside the program's own folder; must "
-               "lie inside it; repeatable.", Group.PROGRAM, multiple=True),
+               "Folder of subprograms, inside the folder of the program, which is searched too; "
+               "repeatable.", Group.PROGRAM, multiple=True),
     FileOption("--parameters", "parameter_file", "FILE",
-               "LinuxCNC parameter file (.var): numbered parameters, home positions and work offsets that "
-               "the program finds.", Group.PROGRAM),
+               "LinuxCNC parameter file (.var): numbered parameters, home positions and work offsets "
+               "before the program.", Group.PROGRAM),
     FileOption("--setup", "setup_file", "FILE.toml|none",
-               "Set-up of the program: offsets, tools, fixtures, options; default: INPUT.toml beside it, "
-               "where there is one.", Group.SETUP),
+               "Set-up of the program: offsets, tools, fixtures, options; default: INPUT.toml beside "
+               "it, if that exists.", Group.SETUP),
     FileOption("--settings", "settings", "FILE",
                "Settings file; default: the nearest verne-post.toml, from the current folder upwards.",
                Group.ADVANCED),

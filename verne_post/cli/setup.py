@@ -32,18 +32,17 @@ _READ = "--setup"
     "--output",
     type=FILE,
     metavar="OUT.toml",
-    help="Where to write; - is standard output.  [default: INPUT.toml]",
+    help="File for the set-up; - is standard output.  [default: INPUT.toml]",
 )
 @quiet_option
 @add_program_options("jobs")
 def command(input_name: str, output: Path | None, quiet: bool, **given: Any) -> int:
-    """Write the set-up of a program: its tools, work offsets and user-defined codes, in the file that every command
-    reads.
+    """Write the set-up file of a program, which every command reads: tools, work offsets and user-defined codes.
 
-    Writes all values that options, settings and the present set-up give. Marks the others "measure" or "decide"; a
-    marked value counts as not given. A present set-up keeps its values: what the program needs in addition is added,
-    and what it does not use gets a remark. Errors that no set-up settles are printed.
-    Exit status: 0 the file is written, or has all that the program needs, 2 unusable input.
+    The file has all values that options, settings and an existing set-up give. The command marks every other value
+    "measure" or "decide", and a marked value counts as not given. It keeps the values of an existing set-up, adds
+    missing ones, and remarks on values that the program does not use. It prints errors that no set-up can correct. Exit
+    status: 0 the file is written, or has all that the program needs, 2 unusable input.
     """
     from verne_post.model.findings import InputError
 

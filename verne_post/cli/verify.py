@@ -32,22 +32,26 @@ if TYPE_CHECKING:
 
 @click.command("verify", cls=GroupedCommand, short_help="Check a setpoint file as it is written.")
 @click.argument("setpoints", type=INPUT, metavar="AXES.CSV")
-@click.option("--against", required=True, metavar="INPUT", help="The program that the file was made from.")
+@click.option("--against", required=True, metavar="INPUT", help="Program from which the file was made.")
 @click.option(
     "--meta",
     type=FILE,
     metavar="FILE",
-    help="The sidecar of the conversion: says whether program, machine, offsets, tools and options are still the same.",
+    help="Sidecar of the conversion. The command compares program, machine, offsets, tools and options with it.",
 )
 @click.option(
     "--measured",
     type=FILE,
     metavar="LOG",
-    help="Measured axes of a run of this file (halsampler text or CSV, one row a cycle): where the tool really was.",
+    help="Log of the measured joints of a run of this file (halsampler text or CSV, one row a cycle). The command "
+    "compares both.",
 )
 @add_log_options
 @click.option(
-    "--following", type=NUMBER, metavar="MM", help="Fail where the tip was farther than this from the commanded path."
+    "--following",
+    type=NUMBER,
+    metavar="MM",
+    help="Largest distance of the measured tip from the commanded path; a larger one is an error.",
 )
 @quiet_option
 @add_options("accept_rounding")
@@ -63,11 +67,12 @@ def command(
     quiet: bool,
     **given: Any,
 ) -> int:
-    """Verify a setpoint file as written against the program it was made from.
+    """Verify a setpoint file against its program and its machine.
 
-    The numbers of the file are checked. Program, machine file and options are taken as right: give the options
-    (--from, --wcs, --tool-table, ...) with which the file was made. With --override the feed rate is checked against
-    that share of the programmed one; with --keep-out or --stock the program is checked against these bodies too.
+    The command reads the numbers of the file, and compares them with the program and with the limits of the machine. It
+    trusts the program, the machine file and the options, so give the options with which the file was made (--from,
+    --wcs, --tool-table, ...). --override names the share of the feed rate that the rows must keep. --keep-out and
+    --stock name bodies that the program must keep out of.
     """
     from verne_post.model.findings import InputError
 

@@ -144,7 +144,7 @@ class Options:
     # --- set-up ---
     tool_length: Annotated[
         Annotated[float, Meta(ge=0, le=MAX_TOOL)] | None,
-        About("Gauge line to tip; holds throughout the program.", Group.SETUP, unit="mm"),
+        About("Length from the gauge line to the tip, for the whole program.", Group.SETUP, unit="mm"),
     ] = None
     tools: Annotated[
         dict[int, Tool] | None,
@@ -178,13 +178,13 @@ class Options:
         str,
         accept_one(list_dialects),
         About(
-            "Controller dialect; auto: by the first lines or the file extension, else rs274.",
+            "Controller dialect; auto: the first lines or the file extension decide, else rs274.",
             Group.PROGRAM,
             choices=list_dialects,
         ),
     ] = "auto"
     block_delete: Annotated[bool, About("Skip blocks that begin with a slash.", Group.PROGRAM)] = False
-    optional_stop: Annotated[bool, About("M1 stops.", Group.PROGRAM)] = False
+    optional_stop: Annotated[bool, About("Stop at M1.", Group.PROGRAM)] = False
     subroutines: Annotated[
         dict[str, Any],
         Checked(check_texts),
@@ -199,7 +199,7 @@ class Options:
     parameters: Annotated[
         dict[int, float],
         Checked(check_parameters),
-        About("Numbered parameters that the program finds.", Group.PROGRAM, flag="", in_settings=False),
+        About("Numbered parameters before the program.", Group.PROGRAM, flag="", in_settings=False),
     ] = field(default_factory=dict)
     parameter_units: Annotated[
         Literal["mm", "inch"], About("Unit of the lengths in the parameter file.", Group.PROGRAM)
@@ -225,8 +225,9 @@ class Options:
     tapping: Annotated[
         Literal["refuse", "feed"],
         About(
-            "Rigid tapping. feed: in and out at pitch times speed, for a control that couples the spindle; refuse: "
-            "setpoints do not turn it.",
+            "Rigid tapping. feed: the tool goes in and out at pitch times speed, and the control must"
+            " couple the spindle; refuse: a tap is an error, because setpoints do not turn the "
+            "spindle.",
             Group.PROGRAM,
         ),
     ] = "refuse"
@@ -242,13 +243,14 @@ class Options:
     max_megabytes: Annotated[
         int,
         Meta(ge=1),
-        About("Size of a program beyond which it is refused.", Group.PROGRAM, Changes.CHECKS, metavar="MB"),
+        About("Size beyond which a program is refused.", Group.PROGRAM, Changes.CHECKS, metavar="MB"),
     ] = 4096
     max_rows: Annotated[
         int,
         Meta(ge=2),
         About(
-            "Rows beyond which a program is refused: at a cycle of 1 ms the default is 28 hours, and 6 GB as CSV.",
+            "Number of rows beyond which a program is refused. At a cycle of 1 ms the default is 28 "
+            "hours, and 6 GB as CSV.",
             Group.PROGRAM,
             Changes.CHECKS,
             metavar="N",
@@ -259,8 +261,8 @@ class Options:
     smoothing: Annotated[
         Literal["spline", "blend", "off"],
         About(
-            "Corners under G64. spline: blended, several short moves together; blend: blended one by one; off: the "
-            "tool stops at each, and the path is exact.",
+            "Corners under G64. spline: corners of several short moves are blended together; blend: "
+            "each corner is blended alone; off: the tool stops at each corner, and the path is exact.",
             Group.CONTOURING,
         ),
     ] = "spline"
@@ -292,15 +294,16 @@ class Options:
     rapids: Annotated[
         Literal["line", "joint"],
         About(
-            "G0 is a straight line of the tip, or linear in the joints: faster, but on another path of the tool.",
+            "Path of G0. line: the tip goes straight; joint: the joints move linearly, which is "
+            "faster, but the tool takes another path.",
             Group.CONTOURING,
         ),
     ] = "line"
     orientation: Annotated[
         Literal["auto", "vector", "angles"],
         About(
-            "Between two poses of a feed move the tool axis follows a great circle (vector), or A and C are linear "
-            "(angles); auto: as the poses were programmed, I J K or A C.",
+            "Motion of the tool axis in a feed move. vector: along a great circle; angles: A and C "
+            "are linear; auto: vector after I J K, angles after A C.",
             Group.CONTOURING,
         ),
     ] = "auto"
@@ -309,23 +312,24 @@ class Options:
     correct_axis: Annotated[
         bool,
         About(
-            "On an as-built machine, C corrects the part of the tool axis error that A cannot: from 2 degrees of tilt "
-            "on, fully from 6. Programs with tool vectors (I J K) always do this.",
+            "On an as-built machine, C corrects the part of the tool axis error that A cannot "
+            "correct: from 2 degrees of tilt on, fully from 6. This is always so in programs with "
+            "tool vectors (I J K).",
             Group.TABLE,
         ),
     ] = False
     allow_rewind: Annotated[
         bool,
         About(
-            "The table may rewind C or change to the other solution where a limit needs it, with a retract, between "
-            "feed moves.",
+            "Allow the table to rewind C, or to change to the other solution, if a limit requires it."
+            " The tool retracts before, between feed moves.",
             Group.TABLE,
         ),
     ] = False
     free_c: Annotated[
         bool,
         About(
-            "For a tool that is always vertical: turn the part to the C that maximises the smallest margin.",
+            "Choose the C that maximises the smallest margin; only for programs whose tool is always vertical.",
             Group.TABLE,
         ),
     ] = False
@@ -335,8 +339,8 @@ class Options:
         str | tuple[float, ...] | None,
         Checked(check_place),
         About(
-            "Where the machine is before the program: home, or joint values in the file's units. Adds a checked "
-            "approach.",
+            "Position of the machine before the program: home, or joint values in the units of the "
+            "setpoint file. A checked approach is added.",
             Group.APPROACH,
             flag="--from",
             metavar="home|Q1,Q2,...",
@@ -346,7 +350,7 @@ class Options:
     departure: Annotated[
         Literal["home", "park"] | None,
         About(
-            "Where the machine goes after the program: [home] g28 or park of the machine file.",
+            "Position after the program: g28 (home) or park, of [home] in the machine file.",
             Group.APPROACH,
             flag="--to",
         ),
@@ -354,7 +358,7 @@ class Options:
     from_line: Annotated[
         Annotated[int, Meta(ge=1)] | None,
         About(
-            "Block search: start the program at this line; needs --from.",
+            "Start the program at this line (block search); needs --from.",
             Group.APPROACH,
             metavar="N",
             in_settings=False,
@@ -363,7 +367,7 @@ class Options:
     split_at_stops: Annotated[
         bool,
         About(
-            "Cut the setpoints where M0, M6, M60 wait for the operator: one file a part, and an index.",
+            "Write one file for each part between two waits for the operator (M0, M6, M60), and an index.",
             Group.APPROACH,
             Changes.ROWS,
         ),
@@ -386,7 +390,7 @@ class Options:
         Box | FixtureMesh | OwnStock | None,
         Checked(check_stock),
         About(
-            "The stock as a box, or as the program defines it: rapids and holders keep out of it.",
+            "The stock as a box, or as the program defines it; rapids and holders must keep out of it.",
             Group.SAFETY,
             Changes.CHECKS,
             metavar="[G54=]X0,Y0,Z0,X1,Y1,Z1|program",
@@ -423,14 +427,18 @@ class Options:
     ] = 0.0
     air_along: Annotated[
         Literal["tool", "table"],
-        About("Lift it along the tool axis, or along the table's normal.", Group.SAFETY, in_settings=False),
+        About(
+            "Direction of the lift of --air: the tool axis, or the normal of the table.",
+            Group.SAFETY,
+            in_settings=False,
+        ),
     ] = "tool"
     override: Annotated[
         float,
         Checked(check_override),
         About(
-            "Feed override: execute the planned motion at this share of its speed, 0.05 to 1; dwells keep their "
-            "length.",
+            "Feed override: share of the planned speed at which the motion is executed, 0.05 to 1. "
+            "Dwells keep their length.",
             Group.SAFETY,
             Changes.TIMING,
             metavar="SHARE",
@@ -451,7 +459,7 @@ class Options:
     units: Annotated[
         Literal["joint", "drive"],
         About(
-            "Numbers of the rows: mm and degrees, or counts of the drives ([drives] of the machine file).", Group.OUTPUT
+            "Unit of the rows: mm and degrees, or counts of the drives ([drives] of the machine file).", Group.OUTPUT
         ),
     ] = "joint"
     decimals: Annotated[

@@ -7,7 +7,7 @@ Title, severity, meaning and remedy are those of :data:`verne_post.model.codes.C
 import re
 import textwrap
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any, Final
@@ -69,7 +69,14 @@ def find_example(code: str) -> Example | None:
     return None
 
 
-def _list_parts(code: str) -> list[tuple[str, str, bool]]:
+def _show_commands(commands: Sequence[str], printed: Sequence[str]) -> str:
+    """The commands alone, or each as on a terminal with the text that it printed."""
+    if not printed:
+        return "\n".join(commands)
+    return "\n".join(f"$ {command}\n{said}".rstrip() for command, said in zip(commands, printed, strict=True))
+
+
+def _list_parts(code: str, printed: Sequence[str] = ()) -> list[tuple[str, str, bool]]:
     """Heading and text of each part of a page; whether the text is code."""
     known, page = CODES[code], _read_pages()[code]
     parts = [("", known.meaning, False)]
@@ -82,7 +89,7 @@ def _list_parts(code: str) -> list[tuple[str, str, bool]]:
             news = "\n".join(new for _old, new in example.change)
             files.append((f"{CHANGED}, a copy of verne.toml (verne-post machine show), where these lines differ", news))
         parts += [(f"Example: {name}".removesuffix(": "), text.rstrip(), True) for name, text in files]
-        parts.append(("Shown by", "\n".join(example.commands), True))
+        parts.append(("Shown by", _show_commands(example.commands, printed), True))
     parts += [("Why it matters", page["why"], False), ("Remedy", known.remedy or page["remedy"], False)]
     parts.append(("Response", describe_response(known), False))
     if "parameters" in page:
@@ -108,11 +115,14 @@ def make_text(code: str) -> str:
     return "\n".join([*lines, textwrap.fill(f"Related: {related}.", _WIDTH), ""])
 
 
-def make_markdown(code: str, link: str = "{0}") -> str:
-    """The page in Markdown; ``link`` is how a related code is written."""
+def make_markdown(code: str, link: str = "{0}", printed: Sequence[str] = ()) -> str:
+    """The page in Markdown; ``link`` is how a related code is written, ``printed`` the output of the example's
+    commands.
+    """
     known = CODES[code]
     lines = [f"# {code}: {known.title}", "", f"Severity: {describe_severity(known)}."]
-    for heading, text, is_code in _list_parts(code):
-        lines += ["", *([f"## {heading}", ""] if heading else []), f"```text\n{text}\n```" if is_code else text]
+    for heading, text, is_code in _list_parts(code, printed):
+        kind = "console" if printed and heading == "Shown by" else "text"
+        lines += ["", *([f"## {heading}", ""] if heading else []), f"```{kind}\n{text}\n```" if is_code else text]
     related = [f"- {link.format(one)}: {CODES[one].title}" for one in _read_pages()[code]["related"]]
     return "\n".join([*lines, "", "## Related codes", "", *related, ""])
