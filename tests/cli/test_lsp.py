@@ -697,28 +697,6 @@ def test_only_edits_that_settle_are_offered(client: Client, tmp_path: Path) -> N
     assert ask_fixes(client, uri, 3) == {}
 
 
-@pytest.mark.parametrize(
-    ("text", "table", "key", "value", "made"),
-    [
-        ("", ("wcs",), "G54", "[1, 2, 3]", "[wcs]\nG54 = [1, 2, 3]\n"),
-        ("# mine\n[wcs]", ("wcs",), "G54.1P3", "[1]", '# mine\n[wcs]\n"G54.1P3" = [1]\n'),
-        ("[wcs]\nG55 = [0]\n[tools]\nG54 = 1\n", ("wcs",), "G54", "[1]",
-         "[wcs]\nG54 = [1]\nG55 = [0]\n[tools]\nG54 = 1\n"),
-        ('[wcs]\nG54 = "measure" # of\n', ("wcs",), "G54", "[1]", "[wcs]\nG54 = [1] # of\n"),
-        ("# mine\n[wcs]\nallow_rewind = 1\n", (), "allow_rewind", "true",
-         "# mine\nallow_rewind = true\n[wcs]\nallow_rewind = 1\n"),
-        ("allow_rewind = false\n", (), "allow_rewind", "true", "allow_rewind = true\n"),
-    ],
-)  # fmt: skip
-def test_a_key_is_set_in_the_text_of_a_set_up(
-    text: str, table: tuple[str, ...], key: str, value: str, made: str
-) -> None:
-    from verne_post.cli.lsp.fixes import set_key
-
-    begin, end, new = set_key(text, table, key, value)
-    assert text[:begin] + new + text[end:] == made
-
-
 def test_newer_text_supersedes_the_check_of_an_older_one(client: Client, tmp_path: Path) -> None:
     cuts = "".join(f"X{k % 7} Y{k % 5} A{60 + k % 11}\n" for k in range(4000))
     long = LEGAL.replace("G1 A60\n", f"G1 A60\nG64 P0.1\n{cuts}")
@@ -843,7 +821,7 @@ def test_what_a_set_up_lacks_is_added_to_it(client: Client, tmp_path: Path) -> N
     fixes = ask_fixes(client, uri, shown["VP033"]["range"]["start"]["line"])
     action = fixes['Add wcs.G55 = "measure" to part.nc.toml, to be filled in']
     there = path.with_name("part.nc.toml").as_uri()
-    assert apply_edit(action, {there: setup})[there] == setup.replace("[wcs]\n", '[wcs]\nG55 = "measure"\n')
+    assert apply_edit(action, {there: setup})[there] == setup + 'G55 = "measure"\n'
     text = text.replace("G55", "G54")
     client.change(uri, 2, text)
     shown = {one["code"]: one for one in client.diagnostics(uri)["diagnostics"]}

@@ -153,7 +153,7 @@ class RunFiles:
         from dataclasses import replace
 
         from verne_post.base.text_marks import decode_text
-        from verne_post.config.toml_text import find_key_line
+        from verne_post.config.toml_entries import find_place
 
         if item.file is not None or item.line is not None:
             return item
@@ -167,7 +167,8 @@ class RunFiles:
             if line is None and shown.endswith(".toml"):
                 with suppress(OSError, UnicodeError):
                     raw = self.texts.get(os.path.realpath(name)) or Path(name).read_bytes()
-                    line = find_key_line(decode_text(raw), item.message[place.end() :])
+                    found = find_place(decode_text(raw), item.message[place.end() :])
+                    line = None if found is None else found[0]
             near = os.path.relpath(shown) if Path(shown).is_relative_to(Path.cwd()) else shown
             return replace(item, file=near, file_line=line)
         return item

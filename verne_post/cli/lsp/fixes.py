@@ -19,6 +19,7 @@ from verne_post.cli.lsp.inspector import Inspected, Inspector
 from verne_post.cli.lsp.places import find_range, find_word, remove_remarks, split_lines
 from verne_post.cli.setup import make_setup
 from verne_post.cli.setups import NONE
+from verne_post.config.toml_entries import Change, Edit, UnknownLayoutError, plan_edit
 from verne_post.model.findings import Finding, Remedy
 from verne_post.model.verdict import count_findings, is_about_text
 
@@ -88,10 +89,10 @@ def _mark_missing(item: Finding, setup: Path, texts: Mapping[Path, str]) -> Iter
     for table, name, *_what in item.settled_by:
         if (mark := _MARKS.get(table)) is None:
             continue
-        begin, end, new = set_key(text, (table,), name, mark)
-        if begin == end:  # what stands there is not replaced
+        change = _plan_change(text, (table, name), mark)
+        if change is not None and change.begin == change.end:  # what stands there is not replaced
             title = f"Add {table}.{quote_key(name)} = {mark} to {setup.name}, to be filled in"
-            yield Fix(title, setup, text, begin, end, new)
+            yield Fix(title, setup, text, change.begin, change.end, change.new)
 
 
 def _read_setup(setup: Path, texts: Mapping[Path, str]) -> str:
@@ -194,34 +195,17 @@ def _change_setup(setup: Path | None, remedy: Remedy, texts: Mapping[Path, str])
     if setup is None:
         return None
     text = _read_setup(setup, texts) if setup in texts or setup.is_file() else None
-    begin, end, new = set_key(text or "", remedy.key[:-1], remedy.key[-1], remedy.value)
+    change = _plan_change(text or "", remedy.key, remedy.value)
+    if change is None:
+        return None
     what = "Clamp the part at" if remedy.key[0] == "wcs" else "Set"
-    return Fix(f"{what} {'.'.join(remedy.key)} = {remedy.value} in {setup.name}", setup, text, begin, end, new)
+    title = f"{what} {'.'.join(remedy.key)} = {remedy.value} in {setup.name}"
+    return Fix(title, setup, text, change.begin, change.end, change.new)
 
 
-def set_key(text: str, table: tuple[str, ...], key: str, value: str) -> tuple[int, int, str]:
-    """Begin, end and text of what gives a key of a table a value; a table that is not there is added.
-
-    Parameters
-    ----------
-    text : str
-        TOML. What is written in a way that is not seen here is refused when the result is read.
-    table : tuple of str
-        Its name; empty for keys before the first table.
-    """
-    heads = list(re.finditer(r"^[ \t]*\[+([^\[\]\n]+)\]+[^\n]*(?:\n|\Z)", text, re.MULTILINE))
-    entry = f"{quote_key(key)} = {value}\n"
-    begin = re.match(r"(?:[ \t]*#[^\n]*\n)*", text).end()  # type: ignore[union-attr]  # it matches nothing, too
-    if table:
-        own = next((head for head in heads if head[1].strip() == table[0]), None)
-        if own is None:
-            gap = "" if not text else "\n" if text.endswith("\n") else "\n\n"
-            return len(text), len(text), f"{gap}[{table[0]}]\n{entry}"
-        begin = own.end()
-    end = next((head.start() for head in heads if head.start() >= begin), len(text))
-    known = re.compile(rf'^[ \t]*"?{re.escape(key)}"?[ \t]*=[ \t]*(\[[^\]]*\]|"[^"\n]*"|[^\s#]+)', re.MULTILINE).search(
-        text, begin, end
-    )
-    if known:
-        return known.start(1), known.end(1), value
-    return begin, begin, entry if begin == 0 or text[begin - 1] == "\n" else f"\n{entry}"
+def _plan_change(text: str, key: tuple[str, ...], value: str) -> Change | None:
+    """The change of a set-up; None where it is written in a way that is not seen."""
+    try:
+        return plan_edit(text, Edit(key, value))
+    except UnknownLayoutError:
+        return None
