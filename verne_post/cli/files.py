@@ -18,6 +18,7 @@ from typing import IO, TYPE_CHECKING, Any, Concatenate, Final, ParamSpec, TypeVa
 from verne_post.base.bounded import read_bounded
 from verne_post.base.printable import escape_unprinted, make_printable
 from verne_post.cli.temporary import make_temporary_file, make_temporary_folder
+from verne_post.config.files import read_file
 
 if TYPE_CHECKING:
     from verne_post.model.findings import Finding
@@ -138,6 +139,17 @@ class RunFiles:
         if is_dash(name):
             self._input_bytes = raw
         return raw
+
+    def read_or_raise(self, path: Path, what: str) -> bytes:
+        """The bytes of a file, for a reader that says itself what is wrong with it.
+
+        Raises
+        ------
+        OSError
+        """
+        self.note_read(path, what)
+        text = self.texts.get(os.path.realpath(path))
+        return read_file(path) if text is None else text
 
     def is_first(self, name: _Name) -> bool:
         """Whether a file is asked about for the first time in the run: what is said of it is said once."""

@@ -200,7 +200,7 @@ def find_place(text: str, sentence: str) -> tuple[int, int, int] | None:
         key = entry.key[len(_OF_TOOLS) :] if entry.key[: len(_OF_TOOLS)] == _OF_TOOLS else entry.key
         name = ".".join(key).replace('"', "").replace("'", "")
         # "wcs: G540 is no work system" is about wcs.G540, if there is one
-        if len(name) > len(best) and any(_begins_with(one, name) for one in (said, said.replace(": ", ".", 1))):
+        if len(name) > len(best) and any(_is_named(one, name) for one in (said, said.replace(": ", ".", 1))):
             best, found = name, entry
     if found is None:
         return None
@@ -209,7 +209,7 @@ def find_place(text: str, sentence: str) -> tuple[int, int, int] | None:
     return text.count("\n", 0, begin) + 1, found.begin - begin, end - begin
 
 
-def _begins_with(sentence: str, name: str) -> bool:
+def _is_named(sentence: str, name: str) -> bool:
     after = sentence[len(name) : len(name) + 1]
     return sentence.startswith(name) and not (after.isalnum() or after in ("_", "-"))
 
