@@ -917,3 +917,38 @@ def test_cuts_before_a_and_c_get_them(client: Client, tmp_path: Path) -> None:
     assert [title.partition(" (")[0] for title in titles] == ["Write A30 C45 in line 1", "Write A0 C0 in line 1"]
     client.change(uri, 2, apply_edit(fixes[titles[1]], {uri: text})[uri])
     assert all(one["code"] != "VP036" for one in client.diagnostics(uri)["diagnostics"])
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "word", "meaning"),
+    [
+        ("a.nc", "G21 G90\n(G8\n) G8^", "G81", "holes"),
+        ("a.nc", "G21\nG0 X0 (G8^", "", ""),
+        ("a.mpf", "; head\nG71 G90 G54\nG0 X=1 TRAO^", "TRAORI", "tool"),
+        ("a.h", "0 BEGIN PGM A MM\n1 CYCL DEF 20^", "CYCL DEF 208", "holes"),
+        ("a.nc.toml", "tool_length = 3\n[wcs]\nG54 = [1]\n[tools.5]\nlen^", "length", "number"),
+        ("a.nc.toml", "tole^\n[wcs]", "tolerance", "corners"),
+        ("verne-post.toml", '[options]\ntole^', "tolerance", "corners"),
+        ("verne-post.toml", '[setup."a.nc"]\ntool_l^', "tool_length", "gauge line"),
+        ("verne-post.toml", "[check]\nign^", "ignore", "list"),
+        ("m.toml", 'schema = 1\nkind = "verne"\n[module]\nleg1^', "leg1_x_offset", "number"),
+        ("m.toml", 'schema = 1\nkind = "verne"\n[limits]\na_d^', "a_deg", "number"),
+        ("m.toml", "schema = 2\n[joints.x]\nvel^", "velocity", "number"),
+    ],
+)  # fmt: skip
+def test_words_and_keys_are_completed(
+    client: Client, tmp_path: Path, name: str, text: str, word: str, meaning: str
+) -> None:
+    """Of the language of the program, and of the table; the text that is not whole need not be right."""
+    before, _cursor, _after = text.partition("^")
+    uri = client.open(tmp_path / name, text.replace("^", ""))
+    place = {"line": before.count("\n"), "character": len(before.rpartition("\n")[2])}
+    found = client.ask("textDocument/completion", textDocument={"uri": uri}, position=place)
+    items = {one["label"]: one for one in found}
+    if not word:
+        assert items == {}
+        return
+    assert meaning in items[word]["detail"].lower()
+    lines = text.replace("^", "").split("\n")
+    begin = items[word]["textEdit"]["range"]["start"]["character"]
+    assert word.startswith(lines[place["line"]][begin : place["character"]])

@@ -6,6 +6,7 @@ tomllib says what a file means, and not where.
 import re
 import tomllib
 from collections.abc import Mapping
+from contextlib import suppress
 from typing import Final
 
 from msgspec import Struct
@@ -24,7 +25,7 @@ _PLAIN: Final = re.compile(
     re.DOTALL,
 )
 #: Where the settings stand in a file of several tools.
-_OF_TOOLS: Final = ("tool", "verne-post")
+OF_TOOLS: Final = ("tool", "verne-post")
 
 
 class UnknownLayoutError(ValueError):
@@ -178,6 +179,23 @@ def list_entries(text: str) -> list[Entry]:
     return scanner.entries
 
 
+def scan_table(text: str) -> Key:
+    """The table that is open at the end of a text, as far as it can be read."""
+    scanner = _Scanner(text)
+    with suppress(UnknownLayoutError, tomllib.TOMLDecodeError, RecursionError):
+        scanner.read()
+    return scanner.table
+
+
+def find_value(text: str, key: Key) -> str:
+    """What is written as the value of a key, as far as the text can be read; of a table its header; else empty."""
+    scanner = _Scanner(text)
+    with suppress(UnknownLayoutError, tomllib.TOMLDecodeError, RecursionError):
+        scanner.read()
+    found = next((one for one in scanner.entries if one.key == key), None)
+    return "" if found is None else text[found.value if found.name else found.begin : found.end]
+
+
 def find_place(text: str, sentence: str) -> tuple[int, int, int] | None:
     """Where that stands of which a sentence about a TOML file begins: a key, its table where it is missing.
 
@@ -197,7 +215,7 @@ def find_place(text: str, sentence: str) -> tuple[int, int, int] | None:
     except UnknownLayoutError:
         return None
     for entry in entries:
-        key = entry.key[len(_OF_TOOLS) :] if entry.key[: len(_OF_TOOLS)] == _OF_TOOLS else entry.key
+        key = entry.key[len(OF_TOOLS) :] if entry.key[: len(OF_TOOLS)] == OF_TOOLS else entry.key
         name = ".".join(key).replace('"', "").replace("'", "")
         # "wcs: G540 is no work system" is about wcs.G540, if there is one
         if len(name) > len(best) and any(_is_named(one, name) for one in (said, said.replace(": ", ".", 1))):

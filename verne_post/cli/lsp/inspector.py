@@ -29,6 +29,7 @@ from verne_post.cli.options import build_options, find_settings
 from verne_post.cli.programs import is_setup
 from verne_post.config import load_machine, validate_machine
 from verne_post.config.settings import FILE_NAME, PROJECT_FILE, load_settings
+from verne_post.gcode.dialects import choose_dialect_name
 from verne_post.model.findings import Finding, InputError, UsageError, make_finding
 from verne_post.model.machine import Machine
 from verne_post.model.options import Options
@@ -180,6 +181,10 @@ class Inspector:
             return self.files.find_lines(error.findings)
         text = error.message if isinstance(error, click.UsageError) else str(error)
         return self.files.find_lines([make_finding("VP022", text)])
+
+    def find_dialect(self, path: Path, text: str) -> str:
+        """The language of a text that need not be right yet, by its words and the ending of its file."""
+        return choose_dialect_name(self.given.get("dialect") or "auto", text.encode(), path.name)
 
     def make_outline(self, found: Inspected) -> Outline:
         """What stands where in a program."""

@@ -22,6 +22,7 @@ from pygls.lsp.server import LanguageServer
 from pygls.uris import from_fs_path, to_fs_path
 
 from verne_post import __version__
+from verne_post.cli.lsp.completion import complete_key, complete_word, make_item
 from verne_post.cli.lsp.fixes import Fix, find_file_fixes, find_fixes
 from verne_post.cli.lsp.inspector import Inspected, Inspector, SupersededError
 from verne_post.cli.lsp.places import find_range, make_diagnostic, split_lines
@@ -369,6 +370,25 @@ class Session:
             edit = lsp.WorkspaceEdit(document_changes=[*made, lsp.TextDocumentEdit(document, [change])])
         return lsp.CodeAction(fix.title, lsp.CodeActionKind.QuickFix, diagnostics, fix.settles, edit=edit)
 
+    async def complete(self, asked: lsp.CompletionParams) -> list[lsp.CompletionItem]:
+        """What may be written at a place; the text before it is what counts, and no check is waited for."""
+        uri = asked.text_document.uri
+        path, text = _find_path(uri), self.server.workspace.get_text_document(uri).source
+        lines, codec = split_lines(text), self.server.workspace.position_codec
+        place = codec.position_from_client_units(lines, asked.position)
+        if path.suffix == ".toml":
+            found = complete_key(path, text, place.line, place.character)
+        else:
+            dialect = self.inspector.find_dialect(path, text)
+            found = complete_word(lines[place.line], place.character, dialect)
+        return [
+            make_item(
+                one,
+                codec.range_to_client_units(lines, lsp.Range(lsp.Position(place.line, one.begin), place)),
+            )
+            for one in found
+        ]
+
     async def list_symbols(self, asked: lsp.DocumentSymbolParams) -> list[lsp.DocumentSymbol]:
         """Tools, operations and subprograms."""
         found = await self.find_newest(asked.text_document.uri)
@@ -448,6 +468,7 @@ def serve(given: dict[str, Any], output: Any) -> None:
             (lsp.TEXT_DOCUMENT_CODE_LENS, session.show_notes),
             (lsp.TEXT_DOCUMENT_DOCUMENT_SYMBOL, session.list_symbols),
             (lsp.TEXT_DOCUMENT_DEFINITION, session.find_definition),
+            (lsp.TEXT_DOCUMENT_COMPLETION, session.complete),
         ):
             server.feature(name)(partial(function))  # the protocol notes its name on what it is given
         with suppress(SystemExit):
