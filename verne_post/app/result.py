@@ -186,7 +186,8 @@ class Setpoints:
         for place in axes[-1]:
             place.set_xlabel("time, s")
         if limits is not None:
-            axes[0, 1].legend(title="share of the limit")
+            axes[0, 1].set_title("share of the limit", loc="left")
+            figure.legend(*axes[0, 1].get_legend_handles_labels(), loc="outside upper right", ncols=3)
         return figure
 
     def _make_text_rows(self) -> list[list[str]]:
