@@ -33,8 +33,10 @@ the set-up `part.nc.toml` is read, as on the command line.
 
 **Set-up and options.** An option that is not the default overrides the set-up. Work offsets and fixtures of both are
 used; where both name the same one, that of `options` counts. `setup="none"` ignores the set-up, and
-`setup=Path("other.toml")` reads another one, also for programs given as text. Settings files are read only by the
-commands: pass their content as options.
+`setup=Path("other.toml")` reads another one, also for programs given as text.
+
+**Settings.** No settings file is looked for. `settings = vp.read_settings("verne-post.toml")` reads one; give it to a
+function as `settings=settings`, with `settings.machine` as its machine. Its options hold below those of the set-up.
 
 **Errors.** A bad *program* or set-up never raises; the findings of the result say what is wrong. A bad *call* raises
 `UsageError`, which names the argument and what would be right, with the names of Python: `tool_length` in place of
@@ -44,11 +46,24 @@ commands: pass their content as options.
 All names below are typed for strict checkers, and `dir(verne_post)` lists them. `verne_post.gcode.read_moves` is the
 interpreter without a machine. `docs/make_api.py` makes this page from the docstrings.
 """
-FUNCTIONS = ("load_machine", "convert", "check", "explain", "verify", "machined", "fit", "work_offsets")
+FUNCTIONS = (
+    "load_machine",
+    "convert",
+    "check",
+    "explain",
+    "verify",
+    "machined",
+    "fit",
+    "batch",
+    "make_report",
+    "work_offsets",
+    "read_settings",
+)
 CLASSES = (
     "Options", "WorkOffset", "Tool", "Cylinder", "Box", "FixtureMesh", "OwnStock", "NominalPart", "Wanted", "Result",
     "Setpoints", "Finding", "Explanation", "Verification",
-    "Machined", "Summary", "Verdict", "Machine", "Column", "Limits", "UsageError", "InputError",
+    "Machined", "Proposal", "Batch", "BatchRow", "Page", "Settings", "Summary", "Verdict", "Machine", "Column",
+    "Limits", "UsageError", "InputError",
 )  # fmt: skip
 
 
@@ -56,6 +71,7 @@ CLASSES = (
 ALIASES = {
     "bytes | str | PathLike[str]": "Source",
     "Machine | str | PathLike[str]": "MachineLike",
+    "Settings | PathLike[str] | None": "SettingsLike",
     "Callable[[SetpointBlock], None]": "Sink",
     "Callable[[str, int, int], None]": "Progress",
 }
@@ -120,7 +136,8 @@ def page() -> str:
         ]
     parts += ["## Classes", ""]
     for name in CLASSES:
-        thing = getattr(verne_post if name in verne_post.__all__ else machine, name)
+        home = verne_post if name in verne_post.__all__ else api if hasattr(api, name) else machine
+        thing = getattr(home, name)
         parts += [f"### {name}", "", markdown_of(thing.__doc__ or ""), ""]
     return "\n".join(parts).rstrip() + "\n"
 

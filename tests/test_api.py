@@ -416,6 +416,133 @@ def test_a_library_of_data_frames_that_is_not_installed_is_named(library: str, m
         getattr(rows, f"to_{library}")()
 
 
+SETTINGS = """machine = "verne"
+[options]
+tool_length = 70
+tolerance = 0.05
+[remap]
+M150 = "event"
+[keep_out.clamp]
+min = [300, 300, 0]
+max = [310, 310, 9]
+[setup."part*".wcs]
+G55 = [9, 9, 61]
+G56 = [7, 7, 60]
+"""
+
+
+def test_settings_hold_below_the_set_up_as_on_the_command_line(part: Path, run: Callable[..., Any]) -> None:
+    file = part.with_name("own.toml")
+    file.write_text(SETTINGS, "utf-8")
+    answer = run(part, "-o", part.with_suffix(".csv"), "--settings", file, "--tolerance", "0.03")
+    assert answer.code == 0, answer.err
+    settings = vp.read_settings(file)
+    for given in (settings, file):
+        result = vp.convert(part, settings.machine, vp.Options(tolerance=0.03), settings=given)
+        assert result.setpoints is not None, result
+        assert result.setpoints.to_csv() == part.with_suffix(".csv").read_text(encoding="utf-8")
+    assert result.summary is not None
+    taken = result.summary.options
+    assert (taken.tool_length, taken.tolerance, dict(taken.remap)) == (80, 0.03, {"M150": "event"})
+    assert [box.name for box in taken.keep_out] == ["clamp", "vise"]
+    assert {system: offset.origin_mm[0] for system, offset in taken.wcs.items()} == {1: 1, 2: 3, 3: 7}
+    assert taken.setup_source == "own.toml, setup.'part*', part.nc.toml, overridden by tolerance"
+    assert taken.setup_source.replace("tolerance", "--tolerance") in answer.err
+    assert vp.check(part, "verne", setup="none", settings=settings).summary.options.tool_length == 70  # type: ignore[union-attr]
+    assert "clamp" in repr(settings)
+
+
+@pytest.mark.parametrize(
+    ("call", "said"),
+    [
+        (lambda: vp.read_settings(3), "path: expected the name of a file, got int"),  # type: ignore[arg-type]
+        (lambda: vp.check(SHORT, "verne", settings="x.toml"), "settings: expected Settings or a pathlib.Path, got str"),
+        (lambda: vp.batch("a.nc", "verne"), "programs: expected several paths"),  # type: ignore[arg-type]
+        (lambda: vp.batch(["a.nc"], "verne"), "programs: expected paths, got str"),  # type: ignore[list-item]
+    ],
+)
+def test_settings_and_batches_that_are_none(call: Callable[[], Any], said: str) -> None:
+    with pytest.raises(vp.UsageError, match=re.escape(said)):
+        call()
+
+
+def test_wrong_settings_are_told_one_by_one(tmp_path: Path) -> None:
+    (tmp_path / "verne-post.toml").write_text("[options]\ntolerence = 1\n[remap]\nM3 = 'event'\n", "utf-8")
+    with pytest.raises(vp.InputError) as caught:
+        vp.read_settings(tmp_path / "verne-post.toml")
+    assert [one.code for one in caught.value.findings] == ["VP503", "VP503"]
+
+
+def test_a_batch_writes_what_can_run_and_tells_of_the_others(part: Path) -> None:
+    low, stops = part.with_name("low.nc"), part.with_name("stops.nc")
+    low.write_text(SHORT.replace("Z20", "Z900"), "utf-8")
+    stops.write_text(SHORT.replace("G1 X10", "G1 X10\nM0\nX0"), "utf-8")
+    out = part.with_name("out")
+    options = vp.Options(tool_length=80, wcs={"G54": (0, 0, 60)}, split_at_stops=True)
+    done = vp.batch([part, low, stops, part.with_name("none.nc")], "verne", options, out)
+    assert [one.status for one in done.programs] == [0, 1, 0, 2]
+    assert not done.ok
+    assert sorted(path.name for path in out.iterdir()) == ["part.csv", "stops.1.csv", "stops.2.csv"]
+    for one in (done.programs[0].files[0], done.programs[2].files):
+        path = one if isinstance(one, Path) else one[0]
+        assert path.read_text("utf-8").startswith("t_s,rho1_mm")
+    alone = vp.convert(part, "verne", options).setpoints
+    assert alone is not None
+    assert (out / "part.csv").read_text("utf-8") == alone.to_csv()
+    assert "4 programs: 2 can run, 2 refused" in repr(done)
+    with pytest.raises(vp.UsageError, match="is there already"):
+        vp.batch([part], "verne", options, out)
+    with pytest.raises(vp.UsageError, match="two programs have this name"):
+        vp.batch([part, part.with_suffix(".ngc")], "verne", options, part.with_name("new"))
+
+
+def test_a_report_is_the_page_of_the_command(part: Path, run: Callable[..., Any]) -> None:
+    pytest.importorskip("jupyter_threejs_sage")
+    answer = run("report", part, "-o", part.with_suffix(".html"))
+    assert answer.code == 0, answer.err
+    page = vp.make_report(part, "verne")
+    page.write(part.with_name("own.html"))
+    assert part.with_name("own.html").read_bytes() == part.with_suffix(".html").read_bytes()
+    assert repr(page) in answer.err
+    both = vp.make_report(part, "verne", versus=SHORT)
+    assert len(both.html) < len(page.html)  # a comparison draws no machine
+    assert "<iframe" in both._repr_html_()
+
+
+def test_rows_are_drawn_with_the_limits_of_their_machine() -> None:
+    matplotlib = pytest.importorskip("matplotlib")
+    matplotlib.use("Agg")
+    rows = vp.convert(POCKET, "verne", OPTIONS).setpoints
+    assert rows is not None
+    assert len(rows.plot().axes) == 5
+    machine = vp.load_machine("verne")
+    axes = rows.plot(machine).axes
+    assert len(axes) == 10
+    shares = [line.get_ydata().max() for line in axes[1].lines[:3]]
+    limits = machine.scale_limits()
+    speed = np.abs(np.diff(rows.values[:, 0])).max() / 0.004
+    assert shares[0] == pytest.approx(speed / limits.velocity[0])
+    assert max(shares) < 1.01  # rows are rounded, which differences of third order show
+    with pytest.raises(vp.UsageError, match="has the joints"):
+        rows.plot(vp.load_machine("serial"))
+
+
+def test_help_begins_with_what_a_user_needs() -> None:
+    text = pydoc.plain(pydoc.render_doc(vp))
+    for name in (
+        "convert",
+        "check",
+        "explain",
+        "verify",
+        "batch",
+        "make_report",
+        "load_machine",
+        "Options",
+        "read_settings",
+    ):
+        assert re.search(rf"^    +{name} {{2,}}", text[: text.index("PACKAGE CONTENTS")], re.MULTILINE), name
+
+
 def test_options_are_written_once() -> None:
     """Each option has help, and its record a key; the settings file takes what it may."""
     record = vp.Options().record()
@@ -446,7 +573,7 @@ def test_help_shows_every_option_with_type_default_and_meaning() -> None:
     assert "Command line: ``--from``." in text
 
 
-@pytest.mark.parametrize("module", [api, options, machine_model])
+@pytest.mark.parametrize("module", [vp, api, options, machine_model])
 def test_examples_of_the_docstrings(module: Any) -> None:
     assert doctest.testmod(module).failed == 0
 

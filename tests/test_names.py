@@ -23,7 +23,7 @@ flush follow follows forget fork format freeze gather get give go goes group gua
 identify ignore improve index initialise insert interpolate interpret intersect invert invoke is iterate join judge
 jump keep keeps know knows label lay lead leave lies lift limit linearise list load locate lock look lose lower make
 map mark match may measure meet meets merge mill minimise mirror move multiply name names narrow need needs nest
-normalise normalize note number open order orient pack pad paint parse pass peek perturb picture place plan polish
+normalise normalize note number open order orient pack pad paint parse pass peek perturb picture place plan plot polish
 predict prepare preset print probe project propagate propose put quote raise rank rate reach reaches read ream rebuild
 recognise record reduce refine reflect refresh refuse release reload remove renumber repair repeat replace replay
 report require resample reset resolve restart restore retime retract return rotate round run sample save say scale
@@ -36,8 +36,8 @@ widen work wrap write
 VERBS = frozenset(WORDS.split())
 #: No functions by nature: an attribute that is computed, and a command that bears the name that its user types.
 NAMED_OTHERWISE = {"property", "cached_property", "setter", "command", "group"}
-#: Hooks that a library calls by these names, and a function that bears the name of its command.
-HOOKS = {"_repr_html_", "shell_complete", "startswith", "endswith", "main", "machined"}
+#: Hooks that a library calls by these names, and functions that bear the names of their commands.
+HOOKS = {"_repr_html_", "shell_complete", "startswith", "endswith", "main", "machined", "batch"}
 #: Names that programs outside rely on, and what builds an exception as a class would: ``raise at.error(...)``.
 FIXED = {
     "inverse",

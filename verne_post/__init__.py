@@ -1,6 +1,23 @@
 """Post-processor for the VERNE, a five-axis hybrid machine tool: G-code in, slider setpoints out.
 
-Public names are imported on first use, so that ``import verne_post`` stays cheap. docs/api.md describes them.
+    convert         a program to verified setpoints           Result, with .setpoints
+    check           a program against every limit             Result
+    explain         one line: pose, limits, what would help   Explanation
+    verify          setpoints as written, against a program   Verification
+    machined        setpoints against the nominal part        Machined
+    fit             where the part may be clamped             Proposal
+    batch           many programs, each with its set-up       Batch
+    make_report     one page that shows a program             Page
+    load_machine    a machine by name or file                 Machine
+    Options         tools, work offsets, tolerances, ...
+    read_settings   the file verne-post.toml                  Settings
+
+>>> import verne_post as vp
+>>> setup = vp.Options(tool_length=80, wcs={"G54": (0, 0, 60)})
+>>> vp.convert("G21 G90 F600\\nG0 X0 Y0 Z20\\nG1 X10\\nM2\\n", "verne", setup).ok
+True
+
+Only the names of ``dir(verne_post)`` are public; docs/api.md describes them.
 """
 
 import importlib as _importlib
@@ -8,10 +25,12 @@ import typing as _typing
 
 if _typing.TYPE_CHECKING:
     from verne_post import gcode
-    from verne_post.api import check, convert, explain, fit, machined, verify
+    from verne_post.api import Batch, Page, batch, check, convert, explain, fit, machined, make_report, verify
     from verne_post.app.explain import Explanation
     from verne_post.app.result import Result, Setpoints
     from verne_post.config import load_machine
+    from verne_post.config.settings import Settings
+    from verne_post.config.setup_values import read_settings
     from verne_post.model.findings import Finding, InputError, UsageError
     from verne_post.model.machine import Machine
     from verne_post.model.option_checks import work_offsets
@@ -21,11 +40,13 @@ if _typing.TYPE_CHECKING:
     from verne_post.model.verdict import Verdict
     from verne_post.model.verification import Verification
     from verne_post.part.verdict import Machined
+    from verne_post.toolpath.work_offset import Proposal
 
 __version__ = "0.1.0"
 
 #: Public name -> module that defines it.
 _HOME = {
+    "Batch": "verne_post.api",
     "Box": "verne_post.model.part_setup",
     "Cylinder": "verne_post.model.part_setup",
     "Explanation": "verne_post.app.explain",
@@ -37,8 +58,11 @@ _HOME = {
     "Machined": "verne_post.part.verdict",
     "NominalPart": "verne_post.model.part_setup",
     "Options": "verne_post.model.options",
+    "Page": "verne_post.api",
+    "Proposal": "verne_post.toolpath.work_offset",
     "Result": "verne_post.app.result",
     "Setpoints": "verne_post.app.result",
+    "Settings": "verne_post.config.settings",
     "Summary": "verne_post.model.summary",
     "Tool": "verne_post.model.part_setup",
     "UsageError": "verne_post.model.findings",
@@ -46,17 +70,21 @@ _HOME = {
     "Verification": "verne_post.model.verification",
     "Wanted": "verne_post.model.part_setup",
     "WorkOffset": "verne_post.model.part_setup",
+    "batch": "verne_post.api",
     "check": "verne_post.api",
     "convert": "verne_post.api",
     "explain": "verne_post.api",
     "fit": "verne_post.api",
     "load_machine": "verne_post.config",
     "machined": "verne_post.api",
+    "read_settings": "verne_post.config.setup_values",
+    "make_report": "verne_post.api",
     "verify": "verne_post.api",
     "work_offsets": "verne_post.model.option_checks",
 }
 
 __all__ = [
+    "Batch",
     "Box",
     "Cylinder",
     "Explanation",
@@ -68,8 +96,11 @@ __all__ = [
     "NominalPart",
     "Options",
     "OwnStock",
+    "Page",
+    "Proposal",
     "Result",
     "Setpoints",
+    "Settings",
     "Summary",
     "Tool",
     "UsageError",
@@ -78,6 +109,7 @@ __all__ = [
     "Wanted",
     "WorkOffset",
     "__version__",
+    "batch",
     "check",
     "convert",
     "explain",
@@ -85,6 +117,8 @@ __all__ = [
     "gcode",
     "load_machine",
     "machined",
+    "make_report",
+    "read_settings",
     "verify",
     "work_offsets",
 ]

@@ -5,15 +5,19 @@ command line. Bad input becomes findings of the result, as on the command line; 
 UsageError.
 """
 
+import dataclasses
+import html
+import importlib
 import io
 import math
 import os
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import get_args
 
 import numpy as np
+from msgspec import Struct
 from msgspec.structs import replace
 
 from verne_post.app.assemble import Program, assemble
@@ -22,15 +26,17 @@ from verne_post.app.explain import Explanation, explain_source
 from verne_post.app.fit import propose
 from verne_post.app.machined import Body, judge_rows
 from verne_post.app.python_names import translate_messages
-from verne_post.app.result import Progress, Result, Setpoints, Sink, refuse_program
+from verne_post.app.result import Progress, Result, Setpoints, Sink, name_missing, refuse_program
 from verne_post.app.row_format import find_drives
 from verne_post.app.verify import verify_setpoints
 from verne_post.base.long_text import LongText, Text
 from verne_post.base.text_marks import strip_mark
+from verne_post.base.text_tables import format_html_text
 from verne_post.config import load_machine
-from verne_post.config.setup_values import Setup, lay_over_setup
+from verne_post.config.settings import Settings
+from verne_post.config.setup_values import Setup, lay_over_setup, read_settings
 from verne_post.config.subprograms import collect_subprograms
-from verne_post.model.findings import InputError, UsageError, make_input_error
+from verne_post.model.findings import Finding, InputError, UsageError, make_input_error
 from verne_post.model.machine import Machine
 from verne_post.model.option_checks import check_ranges
 from verne_post.model.options import Options
@@ -38,9 +44,11 @@ from verne_post.model.part_setup import SYSTEM_NUMBERS, UNITS, Wanted
 from verne_post.model.setpoints import SetpointBlock
 from verne_post.model.verdict import ExitStatus, find_exit_status
 from verne_post.model.verification import Verification
-from verne_post.output.findings import format_finding
+from verne_post.output.batch_table import format_batch
+from verne_post.output.findings import format_finding, format_outcome
 from verne_post.output.fit import make_text as fit_text
 from verne_post.output.machined import describe_comparisons
+from verne_post.output.parts import name_part
 from verne_post.output.setpoints import read_csv
 from verne_post.output.summary import format_verdict
 from verne_post.part.stl import read_stl
@@ -53,6 +61,8 @@ Source = bytes | str | os.PathLike[str]
 _FILE_NAME = re.compile(r"\s*[^\s;()]+\.[A-Za-z]+\s*")
 #: A machine, its name, or where its file is.
 MachineLike = Machine | str | os.PathLike[str]
+#: Settings, or where their file is.
+SettingsLike = Settings | os.PathLike[str] | None
 
 
 @translate_messages
@@ -64,6 +74,7 @@ def convert(
     progress: Progress | None = None,
     *,
     setup: Setup = "beside",
+    settings: SettingsLike = None,
 ) -> Result:
     """Convert a program to verified setpoints.
 
@@ -81,7 +92,10 @@ def convert(
         Called with (stage, done, total).
     setup : {"beside", "none"} or path
         The set-up of the program: ``part.nc.toml`` beside a path ``part.nc``, where there is one, as the commands read
-        it; none; or another file. Only commands read settings files.
+        it; none; or another file.
+    settings : Settings or path, optional
+        What :func:`read_settings` returns, or the file. Its options hold below the set-up. None is looked for; the
+        machine is the argument.
 
     Returns
     -------
@@ -107,7 +121,7 @@ def convert(
     _check_callable(sink, "sink")
     _check_callable(progress, "progress")
     try:
-        text, chosen = _read_program(source, options, setup)
+        text, chosen = _read_program(source, options, setup, settings)
     except InputError as error:
         return refuse_program(error)
     return convert_source(text, _load_machine(machine), chosen, sink, progress)
@@ -121,6 +135,7 @@ def check(
     progress: Progress | None = None,
     *,
     setup: Setup = "beside",
+    settings: SettingsLike = None,
     limits_only: bool = False,
 ) -> Result:
     """Check a program against every limit, without making setpoints; arguments and result as of :func:`convert`.
@@ -138,7 +153,7 @@ def check(
     """
     _check_callable(progress, "progress")
     try:
-        text, chosen = _read_program(source, options, setup)
+        text, chosen = _read_program(source, options, setup, settings)
     except InputError as error:
         return refuse_program(error)
     return check_source(text, _load_machine(machine), chosen, progress, limits_only=limits_only)
@@ -146,7 +161,13 @@ def check(
 
 @translate_messages
 def explain(
-    source: Source, machine: MachineLike, line: int, options: Options | None = None, *, setup: Setup = "beside"
+    source: Source,
+    machine: MachineLike,
+    line: int,
+    options: Options | None = None,
+    *,
+    setup: Setup = "beside",
+    settings: SettingsLike = None,
 ) -> Explanation:
     """Explain one source line: words, pose, findings with remedies of the line, every solution of the machine.
 
@@ -157,7 +178,7 @@ def explain(
     UsageError
         The line has no motion; the message names the nearest lines with motion.
     """
-    text, chosen = _read_program(source, options, setup)
+    text, chosen = _read_program(source, options, setup, settings)
     if isinstance(line, bool) or not isinstance(line, int):
         raise UsageError("line", f"{line!r}: expected the number of a source line")
     return explain_source(text, _load_machine(machine), chosen, line)
@@ -171,6 +192,7 @@ def verify(
     options: Options | None = None,
     *,
     setup: Setup = "beside",
+    settings: SettingsLike = None,
 ) -> Verification:
     """Verify setpoints as written (CSV) against the program that they were made from.
 
@@ -178,7 +200,7 @@ def verify(
     ----------
     setpoints : Setpoints, bytes, str or path
         What :func:`convert` returned, or the text or file of a setpoint CSV.
-    source, machine, options, setup
+    source, machine, options, setup, settings
         Those of the conversion.
 
     Raises
@@ -187,7 +209,7 @@ def verify(
         The file or the program cannot be read.
     """
     rows = _decode_setpoints(setpoints)
-    text, chosen = _read_program(source, options, setup)
+    text, chosen = _read_program(source, options, setup, settings)
     loaded = _load_machine(machine)
     program = assemble(text, loaded, chosen)
     name, blocks = _read_setpoints(setpoints, rows, program)
@@ -216,6 +238,7 @@ def machined(
     fixtures: Sequence[tuple[bytes | os.PathLike[str], str]] = (),
     distance: float = 0.0,
     setup: Setup = "beside",
+    settings: SettingsLike = None,
 ) -> Machined:
     """Compare setpoints as written (CSV) with the nominal part and fixtures: gouges, excess, contacts, certainty.
 
@@ -223,7 +246,7 @@ def machined(
     ----------
     setpoints : Setpoints, bytes, str or path
         What :func:`convert` returned, or the text or file of a setpoint CSV.
-    source, machine, options, setup
+    source, machine, options, setup, settings
         Those of the conversion; ``tool_shapes`` has the cutters.
     nominal : bytes or path
         An STL file.
@@ -263,7 +286,7 @@ def machined(
     ):
         if word not in allowed:
             raise UsageError(key, f"{word!r}: expected one of {', '.join(allowed)}")
-    text, chosen = _read_program(source, options, setup)
+    text, chosen = _read_program(source, options, setup, settings)
     program = assemble(text, _load_machine(machine), chosen)
     shown_rows, blocks = _read_setpoints(setpoints, _decode_setpoints(setpoints), program)
     rows = list(blocks)
@@ -295,12 +318,13 @@ def fit(
     *,
     aim: Aim = "move",
     setup: Setup = "beside",
+    settings: SettingsLike = None,
 ) -> Proposal:
     """Find a work offset with which the whole program is legal.
 
     Parameters
     ----------
-    source, machine, options, setup
+    source, machine, options, setup, settings
         As for :func:`convert`; ``wcs`` says where the part is now.
     free : str, optional
         Letters of what may change: x, y, z (mm) and c (the part's rotation, where a joint of the machine turns it).
@@ -314,7 +338,7 @@ def fit(
     ------
     InputError
     """
-    text, chosen = _read_program(source, options, setup)
+    text, chosen = _read_program(source, options, setup, settings)
     allowed = check_ranges(free, {} if ranges is None else ranges)
     if aim not in get_args(Aim):
         raise UsageError("aim", f"{aim!r}: expected one of {', '.join(get_args(Aim))}")
@@ -323,17 +347,232 @@ def fit(
     return replace(found, text=fit_text(chosen.source_name, loaded, found).rstrip("\n"))
 
 
+class BatchRow(Struct, frozen=True):
+    """What became of one program of a batch."""
+
+    program: str  #: Its path.
+    result: Result  #: Without its rows, where they were written.
+    files: tuple[Path, ...] = ()  #: What was written; one for each part between stops.
+
+    @property
+    def status(self) -> int:
+        """The exit status that the command line would return for it."""
+        return self.result.exit_code
+
+    @property
+    def findings(self) -> tuple[Finding, ...]:
+        """Those of the result."""
+        return self.result.findings
+
+    @property
+    def cycle_time_s(self) -> float | None:
+        """Machining time, s; None where it cannot run."""
+        return self.result.summary.cycle_time if self.result.summary is not None else None
+
+    @property
+    def rows(self) -> int | None:
+        """How many rows it has; None where it cannot run."""
+        return self.result.summary.n_rows if self.result.summary is not None else None
+
+    @property
+    def again(self) -> bool:
+        """Every program is converted, whatever an earlier run has done."""
+        return False
+
+
+class Batch(Struct, frozen=True):
+    """What became of many programs.
+
+    Attributes
+    ----------
+    programs : tuple of BatchRow
+        ``program``, ``result`` and ``files`` of each, in the given order.
+    """
+
+    programs: tuple[BatchRow, ...]
+
+    @property
+    def ok(self) -> bool:
+        """Whether all of them can run."""
+        return all(one.result.ok for one in self.programs)
+
+    def __repr__(self) -> str:
+        return format_batch(self.programs).rstrip("\n")
+
+    def _repr_html_(self) -> str:
+        return format_html_text(repr(self))
+
+
+@translate_messages
+def batch(
+    programs: Iterable[os.PathLike[str]],
+    machine: MachineLike,
+    options: Options | None = None,
+    folder: os.PathLike[str] | None = None,
+    progress: Progress | None = None,
+    *,
+    setup: Setup = "beside",
+    settings: SettingsLike = None,
+) -> Batch:
+    """Convert many programs one after another, each with its own set-up; the failure of one does not stop the others.
+
+    The command ``batch`` does the same with several processes, and skips programs that have not changed.
+
+    Parameters
+    ----------
+    programs : iterable of path
+        As ``Path("programs").glob("*.nc")``.
+    machine, options, setup, settings
+        As for :func:`convert`, for all of them.
+    folder : path, optional
+        Where rows are written, ``part.csv`` of ``part.nc``; without it each result keeps its own.
+    progress : callable, optional
+        Called with ("programs", done, total).
+
+    Raises
+    ------
+    InputError
+        The machine file or the settings cannot be used.
+    UsageError
+        Two programs would be written to one file, or a file is there already: rows of another run must not be taken
+        for those of this one.
+    """
+    _check_callable(progress, "progress")
+    if isinstance(programs, str | bytes | os.PathLike):
+        raise UsageError("programs", f"expected several paths, as [Path({str(programs)!r})]")
+    paths = [Path(_require_path(one)) for one in programs]
+    loaded = _load_machine(machine)
+    read = read_settings(settings) if isinstance(settings, os.PathLike) else settings
+    targets = [None if folder is None else Path(folder, path.with_suffix(".csv").name) for path in paths]
+    _refuse_files(targets)
+    rows = []
+    for path, target in zip(paths, targets, strict=True):
+        try:
+            result = convert(path, loaded, options, setup=setup, settings=read)
+        except UsageError as error:
+            if error.option != "source":
+                raise
+            result = refuse_program(make_input_error("VP022", error.reason))
+        rows.append(_write_rows(str(path), result, target))
+        if progress is not None:
+            progress("programs", len(rows), len(paths))
+    return Batch(tuple(rows))
+
+
+def _require_path(given: object) -> str:
+    if not isinstance(given, os.PathLike):
+        raise UsageError("programs", f"expected paths, got {type(given).__name__}")
+    return os.fspath(given)
+
+
+def _refuse_files(targets: Sequence[Path | None]) -> None:
+    known: set[Path] = set()
+    for target in targets:
+        if target is None:
+            continue
+        if target in known or target.exists():
+            why = "two programs have this name" if target in known else "is there already; give an empty folder"
+            raise UsageError("folder", f"{target}: {why}")
+        known.add(target)
+
+
+def _write_rows(program: str, result: Result, target: Path | None) -> BatchRow:
+    """A program of a batch with its rows in files, one for each part between stops."""
+    if target is None or result.setpoints is None:
+        return BatchRow(program, result)
+    parts = result.setpoints.split() if result.setpoints.cuts else (result.setpoints,)
+    files = [target] if len(parts) == 1 else [name_part(target, number) for number in range(1, len(parts) + 1)]
+    target.parent.mkdir(parents=True, exist_ok=True)
+    for file, part in zip(files, parts, strict=True):
+        part.to_csv(file)
+    return BatchRow(program, dataclasses.replace(result, setpoints=None), tuple(files))
+
+
+class Page(Struct, frozen=True):
+    """A report as a page of its own.
+
+    Attributes
+    ----------
+    html : str
+    findings : tuple of Finding
+        Of the program; of two programs of both.
+    """
+
+    html: str
+    findings: tuple[Finding, ...]
+    text: str = ""
+
+    def write(self, path: str | os.PathLike[str]) -> None:
+        """Write it to a file."""
+        Path(path).write_text(self.html, encoding="utf-8", newline="\n")
+
+    def __repr__(self) -> str:
+        return self.text
+
+    def _repr_html_(self) -> str:
+        return f'<iframe srcdoc="{html.escape(self.html)}" width="100%" height="720"></iframe>'
+
+
+@translate_messages
+def make_report(
+    source: Source,
+    machine: MachineLike,
+    options: Options | None = None,
+    *,
+    versus: Source | None = None,
+    setup: Setup = "beside",
+    settings: SettingsLike = None,
+) -> Page:
+    """Make one page that shows a program: findings, path, axes, limits, times; as the command ``report`` does.
+
+    Parameters
+    ----------
+    source, machine, options, setup, settings
+        As for :func:`convert`.
+    versus : bytes, str or path, optional
+        Another program, or a version of this one: the page says what differs.
+
+    Returns
+    -------
+    Page
+        Also of a program that is refused. ``write(path)`` writes it; notebooks show it.
+
+    Raises
+    ------
+    InputError
+        The set-up, the settings or the machine file cannot be used.
+    ModuleNotFoundError
+        The extra ``report`` is not installed.
+    """
+    from verne_post.report.comparison import make_side, write_comparison
+    from verne_post.report.page import make_page
+    from verne_post.report.study import study
+
+    with name_missing("jupyter_threejs_sage", "report"):
+        importlib.import_module("jupyter_threejs_sage")
+    loaded = _load_machine(machine)
+    seen = []
+    for one in (source, *([] if versus is None else [versus])):
+        text, chosen = _read_program(one, options, setup, settings)
+        seen.append((chosen.source_name, text, loaded, study(text, loaded, chosen)))
+    page = make_page(*seen[0]) if versus is None else write_comparison((make_side(*seen[0]), make_side(*seen[1])))
+    outcomes = "; ".join(format_outcome(name, each.findings, 0, loaded) for name, _text, _machine, each in seen)
+    return Page(page, tuple(item for *_program, each in seen for item in each.findings), outcomes)
+
+
 # --- arguments -----------------------------------------------------------------------------------------
 
 
-def _read_program(source: Source, options: Options | None, setup: Setup) -> tuple[Text, Options]:
+def _read_program(
+    source: Source, options: Options | None, setup: Setup, settings: SettingsLike
+) -> tuple[Text, Options]:
     """The text of a program, and its options; a path brings its subprograms and its set-up."""
     if options is not None and not isinstance(options, Options):
         raise UsageError("options", f"expected Options, got {type(options).__name__}")
     chosen = options or Options()
     text = _read(source, "source")
     path = Path(source) if isinstance(source, os.PathLike) else None
-    chosen = lay_over_setup(chosen, path, setup)
+    chosen = lay_over_setup(chosen, path, setup, settings)
     if path is None:
         return text, chosen
     found, files = collect_subprograms(text, path.resolve().parent, (), lambda file, _name: file.read_bytes())

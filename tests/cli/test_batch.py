@@ -18,12 +18,12 @@ import pytest
 from msgspec.structs import replace
 
 import verne_post
-from verne_post.cli.batch import make_table
 from verne_post.cli.files import RunFiles
 from verne_post.cli.jobs import Job, Outcome, run_here, run_job
 from verne_post.model.findings import make_finding
 from verne_post.model.options import Options
 from verne_post.model.verdict import find_exit_status
+from verne_post.output.batch_table import format_batch
 from verne_post.output.findings import format_outcome
 
 GOOD = "G21 G90 G64\nG0 X0 Y0 Z{z} A0 C0\nG1 X{x} Y5 F3000\nG1 X5\nM2\n"
@@ -390,7 +390,7 @@ def test_an_empty_folder_is_told_in_every_report(
 def test_check_and_batch_have_one_word_for_a_result(code: str, word: str) -> None:
     found = (make_finding(code, "text", severity="error"),)
     assert format_outcome("a.nc", found) == f"a.nc: {word}: 1 error, 0 warnings"
-    table = make_table([Outcome("a.nc", int(find_exit_status(found)), found)]).splitlines()
+    table = format_batch([Outcome("a.nc", int(find_exit_status(found)), found)]).splitlines()
     assert table[1].startswith(f"a.nc     {word} ")
     assert table[2] == f"1 program: 1 {word}"
 

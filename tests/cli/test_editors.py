@@ -6,6 +6,7 @@ import re
 import shutil
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -116,3 +117,36 @@ def test_emacs_shows_findings_poses_and_symbols_and_applies_a_fix(tmp_path: Path
     assert {"0001", "tool 1", "FACE", "0100"} <= set(seen["symbols"])
     assert re.search(r"^G1 A99\.\d+ F2000\.$", seen["mended"], re.MULTILINE)
     assert seen["definition"] == 12
+
+
+STUBS = """
+exports.workspace = { getConfiguration: () => ({ get: () => ["--machine", "serial"] }) };
+exports.LanguageClient = class {
+  constructor(name, server, client) { console.log(JSON.stringify([server, client.documentSelector])); }
+  start() {}
+};
+"""
+
+
+def test_the_extension_for_vs_code_starts_the_server_that_wrote_it(tmp_path: Path, run: Callable[..., Any]) -> None:
+    """In node, where stubs stand for VS Code and for the client that npm installs."""
+    folder = tmp_path / "new" / "extension"
+    assert run("lsp", "--write-vscode", folder).code == 0
+    package = json.loads((folder / "package.json").read_text("utf-8"))
+    assert {*package["dependencies"]} == {"vscode-languageclient"}
+    assert {".nc", ".mpf", ".h", ".cls"} <= {*package["contributes"]["languages"][0]["extensions"]}
+    node = shutil.which("node")
+    if node is None:
+        pytest.skip("node is not installed")
+    for name in ("vscode.js", "vscode-languageclient/node.js"):
+        file = folder / "node_modules" / name
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(STUBS, "utf-8")
+    script = f"require({json.dumps(str(folder / package['main']))}).activate()"
+    told = subprocess.run([node, "-e", script], capture_output=True, text=True, check=True).stdout
+    server, selector = json.loads(told)
+    assert selector == [{"language": "gcode"}, {"pattern": "**/*.toml"}]
+    command = [server["command"], *server["args"]]
+    assert command == [sys.executable, "-m", "verne_post", "lsp", "--machine", "serial"]
+    ended = subprocess.run(command, input=b"", capture_output=True, timeout=PATIENCE, check=False)
+    assert (ended.returncode, ended.stdout) == (0, b""), ended.stderr

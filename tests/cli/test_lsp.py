@@ -697,28 +697,6 @@ def test_only_edits_that_settle_are_offered(client: Client, tmp_path: Path) -> N
     assert ask_fixes(client, uri, 3) == {}
 
 
-@pytest.mark.parametrize(
-    ("text", "table", "key", "value", "made"),
-    [
-        ("", ("wcs",), "G54", "[1, 2, 3]", "[wcs]\nG54 = [1, 2, 3]\n"),
-        ("# mine\n[wcs]", ("wcs",), "G54.1P3", "[1]", '# mine\n[wcs]\n"G54.1P3" = [1]\n'),
-        ("[wcs]\nG55 = [0]\n[tools]\nG54 = 1\n", ("wcs",), "G54", "[1]",
-         "[wcs]\nG54 = [1]\nG55 = [0]\n[tools]\nG54 = 1\n"),
-        ('[wcs]\nG54 = "measure" # of\n', ("wcs",), "G54", "[1]", "[wcs]\nG54 = [1] # of\n"),
-        ("# mine\n[wcs]\nallow_rewind = 1\n", (), "allow_rewind", "true",
-         "# mine\nallow_rewind = true\n[wcs]\nallow_rewind = 1\n"),
-        ("allow_rewind = false\n", (), "allow_rewind", "true", "allow_rewind = true\n"),
-    ],
-)  # fmt: skip
-def test_a_key_is_set_in_the_text_of_a_set_up(
-    text: str, table: tuple[str, ...], key: str, value: str, made: str
-) -> None:
-    from verne_post.cli.lsp.fixes import set_key
-
-    begin, end, new = set_key(text, table, key, value)
-    assert text[:begin] + new + text[end:] == made
-
-
 def test_newer_text_supersedes_the_check_of_an_older_one(client: Client, tmp_path: Path) -> None:
     cuts = "".join(f"X{k % 7} Y{k % 5} A{60 + k % 11}\n" for k in range(4000))
     long = LEGAL.replace("G1 A60\n", f"G1 A60\nG64 P0.1\n{cuts}")
@@ -843,7 +821,7 @@ def test_what_a_set_up_lacks_is_added_to_it(client: Client, tmp_path: Path) -> N
     fixes = ask_fixes(client, uri, shown["VP033"]["range"]["start"]["line"])
     action = fixes['Add wcs.G55 = "measure" to part.nc.toml, to be filled in']
     there = path.with_name("part.nc.toml").as_uri()
-    assert apply_edit(action, {there: setup})[there] == setup.replace("[wcs]\n", '[wcs]\nG55 = "measure"\n')
+    assert apply_edit(action, {there: setup})[there] == setup + 'G55 = "measure"\n'
     text = text.replace("G55", "G54")
     client.change(uri, 2, text)
     shown = {one["code"]: one for one in client.diagnostics(uri)["diagnostics"]}
@@ -851,3 +829,126 @@ def test_what_a_set_up_lacks_is_added_to_it(client: Client, tmp_path: Path) -> N
     (title,) = (one for one in fixes if one.startswith("Write H7 in place of H3"))
     client.change(uri, 3, apply_edit(fixes[title], {uri: text})[uri])
     assert "VP049" not in [one["code"] for one in client.diagnostics(uri)["diagnostics"]]
+
+
+def show_file(client: Client, path: Path, text: str) -> dict[str, Any]:
+    """The one diagnostic of a file that is opened alone."""
+    client.kept = []
+    uri = client.open(path, text)
+    (wrong,) = client.diagnostics(uri)["diagnostics"]
+    return {**wrong, "word": text_at(text, wrong["range"])}
+
+
+MACHINE = (Path(__file__).parents[2] / "machine_configs" / "verne.toml").read_text("utf-8")
+
+
+@pytest.mark.parametrize(
+    ("name", "right", "wrong", "word", "title"),
+    [
+        ("part.nc.toml", SETUP, SETUP.replace("[wcs]", "[wsc]"), "[wsc]", "Write wcs in place of wsc"),
+        ("part.nc.toml", "tools.3 = { length = 9 }\n", "tools.3 = { lenght = 9 }\n", "lenght",
+         "Write length in place of lenght"),
+        ("verne-post.toml", "[options]\ntolerance = 0.1\n", "[options]\ntolerence = 0.1\n",
+         "tolerence", "Write tolerance in place of tolerence"),
+        ("my_machine.toml", MACHINE, MACHINE.replace("[spindle]", "[spindel]"), "[spindel]",
+         "Write spindle in place of spindel"),
+        ("my_machine.toml", MACHINE, MACHINE.replace('kind = "verne" ', 'kind = "vrne" '), "kind",
+         'Write "verne" in place of "vrne"'),
+    ],
+)  # fmt: skip
+def test_a_file_that_is_opened_alone_is_checked_and_mended(
+    client: Client, tmp_path: Path, name: str, right: str, wrong: str, word: str, title: str
+) -> None:
+    """As commands read it: at the key, with a fix, and nothing is said when it is right."""
+    path = tmp_path / name
+    shown = show_file(client, path, wrong)
+    assert shown["word"] == word
+    action = ask_fixes(client, path.as_uri(), shown["range"]["start"]["line"])[title]
+    mended = apply_edit(action, {path.as_uri(): wrong})[path.as_uri()]
+    assert mended == right
+    client.change(path.as_uri(), 2, mended)
+    assert client.diagnostics(path.as_uri())["diagnostics"] == []
+
+
+def test_what_a_machine_file_lacks_gets_its_line(client: Client, tmp_path: Path) -> None:
+    """With a value that no key takes, so that the next message says what would be right."""
+    path = tmp_path / "my_machine.toml"
+    text = re.sub(r"\na_deg = .*", "", MACHINE)
+    shown = show_file(client, path, text)
+    assert "limits.a_deg is missing" in shown["message"]
+    action = ask_fixes(client, path.as_uri(), shown["range"]["start"]["line"])
+    added = apply_edit(action['Add limits.a_deg = "measure", to be filled in'], {path.as_uri(): text})[path.as_uri()]
+    client.change(path.as_uri(), 2, added)
+    (left,) = client.diagnostics(path.as_uri())["diagnostics"]
+    assert text_at(added, left["range"]) == "a_deg"
+    assert "expected" in left["message"]
+
+
+def test_other_toml_files_are_nobodys_business(client: Client, tmp_path: Path) -> None:
+    uri = client.open(tmp_path / "Cargo.toml", '[package]\nname = "x"\nkind = 3\n')
+    assert client.diagnostics(uri)["diagnostics"] == []
+
+
+def test_a_set_up_shows_what_its_program_lacks_at_its_table(client: Client, tmp_path: Path) -> None:
+    """Whether the program is open or not; with the line that would say it."""
+    text = "G21 G90 G94 G17 G54\nT7 M6\nG0 X0 Y0 Z200 A0 C0\nG43 Z120 H7\nG1 Z100 F500\nM2\n"
+    setup = "[wcs]\nG54 = [0, 0, 60]\n[tools]\n3 = { length = 80 }\n"
+    path = make_program(tmp_path, text, setup=setup)
+    there = path.with_name("part.nc.toml")
+    shown = show_file(client, there, setup)
+    assert (shown["word"], "part.nc" in shown["message"]) == ("[tools]", True)
+    added = 'Add tools.7 = { length = "measure" } to part.nc.toml, to be filled in'
+    action = ask_fixes(client, there.as_uri(), 2)[added]
+    marked = apply_edit(action, {there.as_uri(): setup})[there.as_uri()]
+    assert marked == setup + '7 = { length = "measure" }\n'
+    client.open(path)
+    client.change(there.as_uri(), 2, marked.replace('"measure"', "90"))
+    while client.diagnostics(there.as_uri())["diagnostics"]:
+        pass
+
+
+def test_cuts_before_a_and_c_get_them(client: Client, tmp_path: Path) -> None:
+    text = "G21 G90 G0 X0 Y0\nG43 H1 Z130\nG1 Z103 F600\nX20\nG0 Z160\nG0 A30 C45\nM2\n"
+    path = make_program(tmp_path, text)
+    uri = client.open(path)
+    (said,) = (one for one in client.diagnostics(uri)["diagnostics"] if one["code"] == "VP036")
+    fixes = ask_fixes(client, uri, said["range"]["start"]["line"])
+    titles = [title for title in fixes if title.startswith("Write A")]
+    assert [title.partition(" (")[0] for title in titles] == ["Write A30 C45 in line 1", "Write A0 C0 in line 1"]
+    client.change(uri, 2, apply_edit(fixes[titles[1]], {uri: text})[uri])
+    assert all(one["code"] != "VP036" for one in client.diagnostics(uri)["diagnostics"])
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "word", "meaning"),
+    [
+        ("a.nc", "G21 G90\n(G8\n) G8^", "G81", "holes"),
+        ("a.nc", "G21\nG0 X0 (G8^", "", ""),
+        ("a.mpf", "; head\nG71 G90 G54\nG0 X=1 TRAO^", "TRAORI", "tool"),
+        ("a.h", "0 BEGIN PGM A MM\n1 CYCL DEF 20^", "CYCL DEF 208", "holes"),
+        ("a.nc.toml", "tool_length = 3\n[wcs]\nG54 = [1]\n[tools.5]\nlen^", "length", "number"),
+        ("a.nc.toml", "tole^\n[wcs]", "tolerance", "corners"),
+        ("verne-post.toml", '[options]\ntole^', "tolerance", "corners"),
+        ("verne-post.toml", '[setup."a.nc"]\ntool_l^', "tool_length", "gauge line"),
+        ("verne-post.toml", "[check]\nign^", "ignore", "list"),
+        ("m.toml", 'schema = 1\nkind = "verne"\n[module]\nleg1^', "leg1_x_offset", "number"),
+        ("m.toml", 'schema = 1\nkind = "verne"\n[limits]\na_d^', "a_deg", "number"),
+        ("m.toml", "schema = 2\n[joints.x]\nvel^", "velocity", "number"),
+    ],
+)  # fmt: skip
+def test_words_and_keys_are_completed(
+    client: Client, tmp_path: Path, name: str, text: str, word: str, meaning: str
+) -> None:
+    """Of the language of the program, and of the table; the text that is not whole need not be right."""
+    before, _cursor, _after = text.partition("^")
+    uri = client.open(tmp_path / name, text.replace("^", ""))
+    place = {"line": before.count("\n"), "character": len(before.rpartition("\n")[2])}
+    found = client.ask("textDocument/completion", textDocument={"uri": uri}, position=place)
+    items = {one["label"]: one for one in found}
+    if not word:
+        assert items == {}
+        return
+    assert meaning in items[word]["detail"].lower()
+    lines = text.replace("^", "").split("\n")
+    begin = items[word]["textEdit"]["range"]["start"]["character"]
+    assert word.startswith(lines[place["line"]][begin : place["character"]])

@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 
 import verne_post as vp
+from verne_post.config.toml_entries import Change
 
 FANUC = """%
 O1000 (BLADE)
@@ -399,10 +400,23 @@ def test_a_setup_is_extended_in_the_way_in_which_it_is_written(
         assert {*there.splitlines()} <= {*written.read_text().splitlines()}
 
 
-def test_a_setup_in_braces_is_not_extended_but_told_what_it_lacks(run: Run, tmp_path: Path) -> None:
+def test_a_setup_in_braces_is_extended_in_them(run: Run, tmp_path: Path) -> None:
     program, written = tmp_path / "part.nc", tmp_path / "part.nc.toml"
     program.write_text(FANUC)
     written.write_text("tools = { 1 = { length = 80 } }\n")
+    assert run("setup", program).code == 0
+    merged = tomllib.loads(written.read_text())
+    assert merged["tools"] == {"1": {"length": 80}, "5": {"length": "measure"}}
+    assert merged["wcs"] == {"G54": "measure", "G55": "measure"}
+
+
+def test_a_setup_that_would_mean_something_else_is_left_as_it_is(
+    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    program, written = tmp_path / "part.nc", tmp_path / "part.nc.toml"
+    program.write_text(FANUC)
+    written.write_text("tools = { 1 = { length = 80 } }\n")
+    monkeypatch.setattr("verne_post.config.setup_merge.plan_edit", lambda *_given: Change(0, 0, "# nothing\n"))
     told = run("setup", program)
     assert told.code == 2
     assert 'write there: split_at_stops = true, tools.5 = { length = "measure" }, wcs.G54 = "measure"' in told.err

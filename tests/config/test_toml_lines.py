@@ -1,8 +1,8 @@
-"""In which line of a TOML file a key stands that a message begins with."""
+"""Where in a TOML file a key stands that a message begins with, and where a new one goes."""
 
 import pytest
 
-from verne_post.config.toml_text import find_key_line
+from verne_post.config.toml_entries import Edit, UnknownLayoutError, find_place, plan_edit
 
 TEXT = '''# one
 tool_length = 90
@@ -32,9 +32,9 @@ options.air = 3
     [
         ("tool_length = -1: expected a number", 2),
         ("tool_length and tool_lengths exclude each other", 2),
-        ("keys.1 = 2: expected", 3),
+        ("keys.1 = 2: expected", 4),
         ("wcs: no system", 9),
-        ("wcs.G54.2 = ']': expected", 10),
+        ("wcs.G54.2 = ']': expected", 11),
         ("wcs: G54: is given twice", 10),
         ("wcs.G54.1P2 = 7: expected", 12),
         ("wcs.G59 is missing", 9),
@@ -48,5 +48,40 @@ options.air = 3
     ],
 )
 def test_a_key_has_a_line(sentence: str, line: int | None) -> None:
-    """Of what is missing it is the line of its table; text and lists of several lines have no keys."""
-    assert find_key_line(TEXT, sentence) == line
+    """Of what is missing it is the line of its table; text of several lines has no keys."""
+    place = find_place(TEXT, sentence)
+    assert (None if place is None else place[0]) == line
+
+
+def test_keys_in_braces_have_their_columns() -> None:
+    text = "x = 1\r\n[tools] # of\r\n5 = { length = 80, lenght = 3 }\r\n"
+    line, begin, end = find_place(text, "tools.5.lenght: unknown key") or (0, 0, 0)
+    assert (line, text.splitlines()[line - 1][begin:end]) == (3, "lenght")
+
+
+@pytest.mark.parametrize(
+    ("text", "key", "value", "made"),
+    [
+        ("", ("wcs", "G54"), "[1, 2, 3]", "[wcs]\nG54 = [1, 2, 3]\n"),
+        ("# mine\n[wcs]", ("wcs", "G54.1P3"), "[1]", '# mine\n[wcs]\n"G54.1P3" = [1]\n'),
+        ("[wcs]\nG55 = [0]\n\n[tools]\nG54 = 1\n", ("wcs", "G54"), "[1]",
+         "[wcs]\nG55 = [0]\nG54 = [1]\n\n[tools]\nG54 = 1\n"),
+        ('[wcs]\nG54 = "measure" # of\n', ("wcs", "G54"), "[1]", "[wcs]\nG54 = [1] # of\n"),
+        ("wcs.G54 = [0,\n 1] # of\n", ("wcs", "G54"), "[1]", "wcs.G54 = [1] # of\n"),
+        ("wcs.G54 = [0,\n 1] # of\n", ("wcs", "G55"), "[1]", "wcs.G54 = [0,\n 1] # of\nwcs.G55 = [1]\n"),
+        ("wcs = {G54 = [0]}\n", ("wcs", "G55"), "[1]", "wcs = { G54 = [0], G55 = [1] }\n"),
+        ("[tools]\n5.length = 80\n", ("tools", "5", "diameter"), "6", "[tools]\n5.length = 80\n5.diameter = 6\n"),
+        ("# mine\n[wcs]\nallow_rewind = 1\n", ("allow_rewind",), "true",
+         "# mine\nallow_rewind = true\n[wcs]\nallow_rewind = 1\n"),
+        ("allow_rewind = false\n", ("allow_rewind",), "true", "allow_rewind = true\n"),
+        ("x = 'a'\r\n", ("wcs", "G54"), "[1]", "x = 'a'\r\n\r\n[wcs]\r\nG54 = [1]\r\n"),
+    ],
+)  # fmt: skip
+def test_a_key_is_set_in_a_text(text: str, key: tuple[str, ...], value: str, made: str) -> None:
+    assert plan_edit(text, Edit(key, value)).apply(text) == made
+
+
+@pytest.mark.parametrize("text", ["wcs", "wcs = [", "wcs = 1 2 # ]", "[wcs", "wcs = { G54 = 1", "wcs = 3\n"])
+def test_a_text_that_cannot_hold_the_key_is_not_changed(text: str) -> None:
+    with pytest.raises(UnknownLayoutError):
+        plan_edit(text, Edit(("wcs", "G54"), "[1]"))

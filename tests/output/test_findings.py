@@ -192,7 +192,8 @@ def test_every_format_says_why_a_check_could_not_begin(words, tmp_path, run, mon
     assert invocation["toolExecutionNotifications"][0]["message"]["text"] == message
     assert ElementTree.fromstring(said["junit"]).find("testsuite/testcase/error").text == message
     assert said["github"].startswith("::error ")
-    assert said["markdown"].startswith("**verne-post could not check the programs:** ")
+    assert said["markdown"].startswith("**verne-post could not check the programs**")
+    assert ("| bad.toml:1 | " in said["markdown"]) == (words[0] == "--settings")
 
 
 @pytest.mark.parametrize(

@@ -9,6 +9,7 @@ from xml.etree import ElementTree
 
 import pytest
 
+import verne_post
 from verne_post.model.codes import CODES
 from verne_post.model.findings import make_finding
 from verne_post.output.code_pages import make_markdown, make_text
@@ -128,14 +129,21 @@ def test_sarif_is_cut_where_hosts_stop_reading() -> None:
 def test_junit_counts_failures_and_errors(run: Callable[..., Any], files: list[str]) -> None:
     root = ElementTree.fromstring(reported(run, files, "junit").encode())
     (suite,) = root
-    assert [(case.get("name"), [node.tag for node in case]) for case in suite] == [
-        ("good.nc", []),
+    cases = suite.findall("testcase")
+    assert [(case.get("name"), [node.tag for node in case]) for case in cases] == [
+        ("good.nc", ["properties"]),
         ("tilt.nc", ["failure"]),
         ("two words.nc", ["error"]),
     ]
+    of_suite, of_case = (
+        {one.get("name"): one.get("value") for one in element.findall("properties/property")}
+        for element in (suite, cases[0])
+    )
+    assert (of_suite["machine"], of_suite["version"]) == ("VERNE", verne_post.__version__)
+    assert of_case == {"machining_time_s": cases[0].get("time")}
     for element in (root, suite):
         assert [element.get(key) for key in ("tests", "failures", "errors")] == ["3", "1", "1"]
-    error = suite[2][0]
+    error = cases[2][0]
     assert error.get("type") == "VP006"
     assert "  2 | G1 X3 Q5 F3000\n    |       ^" in (error.text or "")
 

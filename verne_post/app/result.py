@@ -15,6 +15,7 @@ from verne_post.base.arrays import Array
 from verne_post.base.numbers import format_count
 from verne_post.base.text_tables import format_html_table, format_table
 from verne_post.model.findings import Finding, InputError, UsageError, make_findings_table
+from verne_post.model.machine import Machine
 from verne_post.model.setpoints import SetpointBlock, SetpointFormat
 from verne_post.model.summary import Summary
 from verne_post.model.verdict import Verdict, find_exit_status, find_verdict
@@ -23,6 +24,7 @@ from verne_post.output.fixed_point import format_rows
 if TYPE_CHECKING:
     import pandas as pd
     import polars as pl
+    from matplotlib.figure import Figure
 
     from verne_post.part.verdict import Machined
 
@@ -34,12 +36,12 @@ _SHOWN_ROWS = 3
 
 
 @contextmanager
-def _name_missing(library: str) -> Iterator[None]:
-    """Say how to get a library that is not installed: the extra of its name brings it."""
+def name_missing(library: str, extra: str) -> Iterator[None]:
+    """Say how to get a library that is not installed: which extra brings it."""
     try:
         yield
     except ModuleNotFoundError:
-        text = f"{library} is not installed; the extra {library} brings it: pip install 'verne-post[{library}]'"
+        text = f"{library} is not installed; the extra {extra} brings it: pip install 'verne-post[{extra}]'"
         raise ModuleNotFoundError(text, name=library) from None
 
 
@@ -122,17 +124,71 @@ class Setpoints:
 
     def to_pandas(self) -> "pd.DataFrame":
         """As a pandas data frame; needs pandas."""
-        with _name_missing("pandas"):
+        with name_missing("pandas", "pandas"):
             import pandas as pd
 
         return pd.DataFrame(self.to_dict())
 
     def to_polars(self) -> "pl.DataFrame":
         """As a polars data frame; needs polars."""
-        with _name_missing("polars"):
+        with name_missing("polars", "polars"):
             import polars as pl
 
         return pl.DataFrame({name: np.ascontiguousarray(column) for name, column in self.to_dict().items()})
+
+    def plot(self, machine: Machine | None = None) -> "Figure":
+        """Draw the joints against time with matplotlib (extra ``plot``).
+
+        Parameters
+        ----------
+        machine : Machine, optional
+            With it, the ends of the travels are dashed lines, and beside each joint stand its velocity, acceleration
+            and jerk as shares of their limits, by differences of the rows: 1 is the limit.
+
+        Raises
+        ------
+        UsageError
+            The rows are counts of drives, or have other joints than the machine.
+        ModuleNotFoundError
+            matplotlib is not installed.
+        """
+        with name_missing("matplotlib", "plot"):
+            import matplotlib.pyplot as plt
+        joints = self.columns[1:-1]
+        if machine is not None and self.format.drives:
+            raise UsageError("machine", 'the rows are counts of drives; convert with units="joint" to see limits')
+        if machine is not None and joints != tuple(one.header for one in machine.columns):
+            headers = ", ".join(one.header for one in machine.columns)
+            raise UsageError("machine", f"{machine.name} has the joints {headers}, the rows have {', '.join(joints)}")
+        figure, axes = plt.subplots(
+            len(joints),
+            1 if machine is None else 2,
+            sharex=True,
+            squeeze=False,
+            layout="constrained",
+            figsize=(8 if machine is None else 12, 1.6 * len(joints)),
+        )
+        limits = None if machine is None else machine.scale_limits()
+        for joint, name in enumerate(joints):
+            place = axes[joint, 0]
+            place.plot(self.t, self.values[:, joint])
+            place.set_ylabel(name)
+            if limits is None:
+                continue
+            for end in (limits.lower[joint], limits.upper[joint]):
+                if np.isfinite(end):
+                    place.axhline(end, color="red", linestyle="--")
+            for order, kind in enumerate(("velocity", "acceleration", "jerk"), start=1):
+                rate = np.abs(np.diff(self.values[:, joint], order)) / self.format.cycle**order
+                axes[joint, 1].plot(self.t[order:], rate / getattr(limits, kind)[joint], label=kind, linewidth=0.8)
+            axes[joint, 1].axhline(1, color="red", linestyle="--")
+            axes[joint, 1].set_ylim(bottom=0)
+        for place in axes[-1]:
+            place.set_xlabel("time, s")
+        if limits is not None:
+            axes[0, 1].set_title("share of the limit", loc="left")
+            figure.legend(*axes[0, 1].get_legend_handles_labels(), loc="outside upper right", ncols=3)
+        return figure
 
     def _make_text_rows(self) -> list[list[str]]:
         n = len(self)

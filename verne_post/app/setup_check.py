@@ -13,7 +13,16 @@ from verne_post.base.units import DEG_PER_RAD
 from verne_post.gcode.missing_setup import report_missing_offset
 from verne_post.model.findings import Finding, InputError, make_finding
 from verne_post.model.machine import Machine
-from verne_post.model.moves import AXES, FeedMode, MoveKind, Moves, PathMode, find_tool_of_moves, name_tools
+from verne_post.model.moves import (
+    AXES,
+    FeedMode,
+    MoveKind,
+    Moves,
+    PathMode,
+    find_tool_of_moves,
+    list_tool_changes,
+    name_tools,
+)
 from verne_post.model.options import Options, spell_flag
 from verne_post.model.part_setup import SYSTEM_NAMES, Box, describe_tool_number
 from verne_post.model.plausibility import PLAUSIBLE, compare_largest
@@ -188,7 +197,7 @@ def _check_lengths(moves: Moves, path: ToolPath, options: Options) -> Iterator[F
     lengths = {number: tool.offset[2] for number, tool in (options.tools or {}).items() if not tool.unmeasured}
     names = name_tools(moves.events)
     named = [item for item in moves.findings if item.code == "VP049"]
-    called = dict.fromkeys(int(str(one.data["number"])) for one in moves.events if one.kind in ("tool", "tool number"))
+    called = dict.fromkeys(number for _change, number in list_tool_changes(moves.events))
     wrong: dict[tuple[int, float], tuple[int, int, str]] = {}  # tool and length -> first cut, first low one, message
     before: list[int] = []  # tools so far
     for stretch in _list_stretches(moves, path):

@@ -16,7 +16,7 @@ from verne_post.gcode.read import read_past_errors
 from verne_post.model.control_keys import NAMING_TOOLS
 from verne_post.model.findings import Finding, InputError
 from verne_post.model.machine import Machine
-from verne_post.model.moves import ZERO9, Moves
+from verne_post.model.moves import ZERO9, Moves, list_tool_changes
 from verne_post.model.options import Options
 from verne_post.model.part_setup import FIRST_NAMED_TOOL, SYSTEM_NAMES, SYSTEM_NUMBERS, Tool, WorkOffset
 
@@ -116,11 +116,9 @@ def find_used(source: Text, machine: Machine, options: Options, draft: SetupDraf
     keys |= {("remap", code) for code in needed.codes}
     names = {number: name for name, number in _find_numbers(options).items()}
     moves = draft.moves
-    for event in moves.events:
-        if event.kind == "tool":
-            number = int(str(event.data["number"]))
-            called = str(number), names.get(number), event.data.get("name")
-            keys |= {("tools", str(name)) for name in called if name}
+    for change, number in list_tool_changes(moves.events):
+        called = str(number), names.get(number), change.data.get("name")
+        keys |= {("tools", str(name)) for name in called if name}
     keys |= {("wcs", SYSTEM_NAMES[moves.frames[index].system]) for index in np.unique(moves.frame)}
     keys |= {("tools", names[int(name)]) for _table, name in keys if name.isdecimal() and int(name) in names}
     return replace(draft, used=frozenset(keys))

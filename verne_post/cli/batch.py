@@ -4,11 +4,11 @@ import os
 from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from verne_post.base.numbers import format_count, is_count
+from verne_post.base.numbers import is_count
 from verne_post.base.printable import format_json, make_printable
 from verne_post.cli.common import expect_machine, load, name_machine, print_findings, quiet_option, refuse
 from verne_post.cli.conversion import check_format, format_option
@@ -28,7 +28,7 @@ from verne_post.cli.progress import show_progress
 from verne_post.cli.report_files import add_report_files, take_report_files, write_failure_files, write_report_files
 from verne_post.cli.streams import echo, print_as_is
 from verne_post.model.verdict import Verdict, find_exit_status, find_gravest, find_verdict
-from verne_post.output.causes import find_first_error
+from verne_post.output.batch_table import format_batch
 from verne_post.output.formats import FORMATS
 
 if TYPE_CHECKING:
@@ -122,7 +122,7 @@ def command(
     )
     outcomes = sorted(_collect(running, len(every), quiet=quiet or github), key=lambda outcome: outcome.program)
     if not quiet:
-        echo(make_table(outcomes), nl=False)
+        echo(format_batch(outcomes), nl=False)
     for one in outcomes:
         if quiet:
             print_findings(make_printable(one.program), one.findings, _read_text(files, one.program), quiet=True)
@@ -265,32 +265,6 @@ def _read_text(files: RunFiles, program: str) -> bytes:
         return files.read(program, f"program {program}")
     except Unreadable:
         return b""
-
-
-#: What was not made again can run as well.
-_AGAIN: Final = f"{Verdict.CAN_RUN} (as before)"
-#: The order in which results are counted.
-_ORDER: Final = tuple(dict.fromkeys((Verdict.CAN_RUN.word, _AGAIN, *(verdict.word for verdict in Verdict))))
-
-
-def make_table(outcomes: "Sequence[Outcome]") -> str:
-    """A line a program, and how many of each."""
-    names = [make_printable(one.program) for one in outcomes]
-    words = [
-        _AGAIN if one.again and one.status == 0 else find_verdict(one.status, one.findings).word for one in outcomes
-    ]
-    width, room = (max(map(len, column)) for column in (["program", *names], ["result", *words]))
-    lines = [f"{'program':<{width}}  {'result':<{room}} {'time s':>10} {'rows':>10}  first finding"]
-    for name, word, one in zip(names, words, outcomes, strict=True):
-        time = "-" if one.cycle_time_s is None else f"{one.cycle_time_s:.3f}"
-        rows = "-" if one.rows is None else str(one.rows)
-        first = find_first_error(one.findings)
-        where = "" if first is None or first.line is None else f" line {first.line}"
-        reason = "" if first is None else f"{first.code}{where}: {make_printable(first.message)}"
-        lines.append(f"{name:<{width}}  {word:<{room}} {time:>10} {rows:>10}  {reason}".rstrip())
-    counted = ", ".join(f"{words.count(word)} {word}" for word in _ORDER if word in words)
-    lines.append(f"{format_count(len(outcomes), 'program')}: {counted}")
-    return "\n".join(lines) + "\n"
 
 
 def _write_results_json(outcomes: "Sequence[Outcome]") -> str:

@@ -128,7 +128,7 @@ def load(files: RunFiles, /, name: str, what: str = "--machine") -> "Machine":
 
     from verne_post.config import load_machine
 
-    machine = load_machine(name, lambda path: files.note_read(path, what))
+    machine = load_machine(name, lambda path: files.read_or_raise(path, what))
     return replace(machine, warnings=files.find_lines(machine.warnings)) if machine.warnings else machine
 
 

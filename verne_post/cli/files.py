@@ -18,6 +18,7 @@ from typing import IO, TYPE_CHECKING, Any, Concatenate, Final, ParamSpec, TypeVa
 from verne_post.base.bounded import read_bounded
 from verne_post.base.printable import escape_unprinted, make_printable
 from verne_post.cli.temporary import make_temporary_file, make_temporary_folder
+from verne_post.config.files import read_file
 
 if TYPE_CHECKING:
     from verne_post.model.findings import Finding
@@ -139,6 +140,17 @@ class RunFiles:
             self._input_bytes = raw
         return raw
 
+    def read_or_raise(self, path: Path, what: str) -> bytes:
+        """The bytes of a file, for a reader that says itself what is wrong with it.
+
+        Raises
+        ------
+        OSError
+        """
+        self.note_read(path, what)
+        text = self.texts.get(os.path.realpath(path))
+        return read_file(path) if text is None else text
+
     def is_first(self, name: _Name) -> bool:
         """Whether a file is asked about for the first time in the run: what is said of it is said once."""
         first = str(name) not in self._asked
@@ -153,7 +165,7 @@ class RunFiles:
         from dataclasses import replace
 
         from verne_post.base.text_marks import decode_text
-        from verne_post.config.toml_text import find_key_line
+        from verne_post.config.toml_entries import find_place
 
         if item.file is not None or item.line is not None:
             return item
@@ -167,7 +179,8 @@ class RunFiles:
             if line is None and shown.endswith(".toml"):
                 with suppress(OSError, UnicodeError):
                     raw = self.texts.get(os.path.realpath(name)) or Path(name).read_bytes()
-                    line = find_key_line(decode_text(raw), item.message[place.end() :])
+                    found = find_place(decode_text(raw), item.message[place.end() :])
+                    line = None if found is None else found[0]
             near = os.path.relpath(shown) if Path(shown).is_relative_to(Path.cwd()) else shown
             return replace(item, file=near, file_line=line)
         return item

@@ -309,12 +309,16 @@ def build_options(files: RunFiles, /, name: str, program: str = "", **given: Any
 
 def _describe_source(placed: Placed, own: Offsets, wcs: dict[int, WorkOffset]) -> str:
     """Which set-ups there are, and which options of the command line replace values of theirs."""
+    if not placed.source:
+        return ""
     flags = [_FLAGS.get(name) or spell_flag(name) for name in placed.replaced]
     below = {system: offset for one in placed.offsets for system, offset in one.written.items()}
     replaced = {system for system, offset in below.items() if wcs[system] is not offset}
     flags += ["--wcs"] if replaced & own.written.keys() else []
     flags += ["--measured-offset"] if own.measured is not None and replaced - own.written.keys() else []
-    return f"{placed.source}, overridden by {', '.join(flags)}" if flags else placed.source
+    from verne_post.config.setup_values import describe_source
+
+    return describe_source([placed.source], flags)
 
 
 def _parse_texts(values: dict[str, Any]) -> dict[str, Any]:

@@ -15,6 +15,7 @@ from verne_post.base.suggestions import suggest
 from verne_post.base.units import MILLI, RAD_PER_DEG
 from verne_post.config.beside import find_file_beside
 from verne_post.config.common import convert_drives, convert_home, convert_vibration
+from verne_post.config.files import read_file
 from verne_post.config.kinds import KINDS, Kind
 from verne_post.config.machine_paths import DEFAULT_MACHINE, find_machine_path, read_machine_file
 from verne_post.config.plausibility import find_implausible
@@ -46,9 +47,9 @@ _Schema = TypeVar("_Schema", bound=Table)
 
 
 def load_machine(
-    name_or_path: str | os.PathLike[str] = DEFAULT_MACHINE, reads: Callable[[Path], None] | None = None
+    name_or_path: str | os.PathLike[str] = DEFAULT_MACHINE, read: Callable[[Path], bytes] | None = None
 ) -> Machine:
-    """Load a machine by name, or from a file; ``reads`` is called with every file before it is read.
+    """Load a machine by name, or from a file; ``read`` gives the bytes of its files, where it is not the disk.
 
     Raises
     ------
@@ -61,19 +62,14 @@ def load_machine(
         raise UsageError("machine", f"expected a name or a path, got {type(name_or_path).__name__}")
     path = find_machine_path(name_or_path)
 
-    def read(path: Path, what: str, named: str | None = None) -> bytes:
-        if reads is not None:
-            reads(path)
-        return read_machine_file(path, what, named)
-
-    raw = read(path, f"machine file {str(name_or_path)!r}", path.name)
+    raw = read_machine_file(path, f"machine file {str(name_or_path)!r}", path.name, read or read_file)
 
     def read_named(name: str, key: str = "as_built.file") -> bytes:
         try:
             found = find_file_beside(path.parent, name, key, "put it there")
         except ValueError as error:
             raise make_input_error("VP501", f"{path.name}: {error}") from None
-        return read(found, f"{path.name}: {key} {name!r}")
+        return read_machine_file(found, f"{path.name}: {key} {name!r}", read=read or read_file)
 
     return build_machine(raw, path.name, read_named)
 

@@ -1,7 +1,7 @@
 """Where machine files are: by name or by path; whether one can be read is known here, before anything reads it."""
 
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
@@ -42,8 +42,10 @@ def _suggest_names(named: str) -> str:
     return f"; machines by name: {', '.join(known)}{suggest(named.removesuffix('.toml').lower(), known)}"
 
 
-def read_machine_file(path: Path, what: str, named: str | None = None) -> bytes:
-    """The bytes of a machine file, or of one that it names.
+def read_machine_file(
+    path: Path, what: str, named: str | None = None, read: Callable[[Path], bytes] = read_file
+) -> bytes:
+    """The bytes of a machine file, or of one that it names, as ``read`` gives them.
 
     Raises
     ------
@@ -51,7 +53,7 @@ def read_machine_file(path: Path, what: str, named: str | None = None) -> bytes:
         VP501 with what it is; the names that there are, where a machine was ``named``.
     """
     with _explain_read_errors(what, named):
-        return read_file(path)
+        return read(path)
 
 
 def expect_file(path: Path, what: str, named: str) -> None:

@@ -9,6 +9,7 @@ from typing import Any, Final, Literal
 from msgspec import Struct, field
 from msgspec.structs import replace
 
+from verne_post.base.text_tables import format_html_text, format_table
 from verne_post.config.beside import find_file_beside, lies_in
 from verne_post.config.box_file import FixtureFile, name_fixture_files
 from verne_post.config.control_tables import find_wrong_codes, find_wrong_keys
@@ -56,7 +57,7 @@ class SettingsFile(Table, frozen=True, kw_only=True):
 
 
 class Settings(Struct, frozen=True):
-    """What a settings file gives."""
+    """What a settings file gives: for the argument ``settings`` of the functions, and ``machine`` for theirs."""
 
     file: SettingsFile
     folder: Path  #: Of the file: paths of programs in patterns count from it.
@@ -64,6 +65,17 @@ class Settings(Struct, frozen=True):
     control: dict[str, dict[str, Any]]  #: Keys by controller dialect, as the option ``control`` has them.
     setups: dict[str, ProgramSetup]  #: [setup.GLOB]: set-ups of programs, by patterns of their paths.
     machine: str  #: Its name, or its file as the process finds it.
+
+    def __repr__(self) -> str:
+        tables = {"options": self.file.options, "remap": self.file.remap, **self.control}
+        given = [("machine", self.machine), *((name, str(table)) for name, table in tables.items() if table)]
+        given += [("keep_out", ", ".join(self.file.keep_out))] if self.file.keep_out else []
+        given += [("stock", "given")] if self.file.stock is not None else []
+        given += [("setup", ", ".join(self.setups))] if self.setups else []
+        return format_table([list(row) for row in given])
+
+    def _repr_html_(self) -> str:
+        return format_html_text(repr(self))
 
     def find_setups(self, program: Path) -> list[ProgramSetup]:
         """The set-ups whose pattern fits a program, in the order of the file."""

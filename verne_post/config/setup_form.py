@@ -8,7 +8,8 @@ from msgspec import Struct
 
 from verne_post.base.printable import make_printable
 from verne_post.config.program_setup import TO_DECIDE, TO_MEASURE, TOOL_KEYS
-from verne_post.config.setup_merge import Edit, UnknownLayoutError, merge_setup, show_key
+from verne_post.config.setup_merge import merge_setup, show_key
+from verne_post.config.toml_entries import Edit, UnknownLayoutError
 from verne_post.model.findings import make_input_error
 from verne_post.model.part_setup import WorkOffset
 

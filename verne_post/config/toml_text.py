@@ -1,10 +1,9 @@
 """TOML files as people save them, and values as they stand in files that are made."""
 
 import json
-import re
 import tomllib
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import Any, Final
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
 
 from msgspec import Struct
 
@@ -28,59 +27,6 @@ def read_toml(raw: bytes) -> dict[str, Any]:
         return tomllib.loads(decode_text(raw))
     except (ValueError, RecursionError) as error:
         raise ValueError(f"not a TOML file: {error}") from None
-
-
-#: A key, which may be quoted and have dots, and what follows it.
-_KEY: Final = re.compile(r"\s*((?:\"[^\"]*\"|'[^']*'|[\w-]+)(?:\s*\.\s*(?:\"[^\"]*\"|'[^']*'|[\w-]+))*)\s*=(.*)")
-_HEAD: Final = re.compile(r"\s*(\[\[?)([^\]]+)\]")
-#: Text in one line whose brackets count for nothing.
-_NO_BRACKETS: Final = re.compile(r"\"(?:[^\"\\]|\\.)*\"|'[^']*'|#.*")
-#: Where the settings stand in a file of several tools.
-_OF_TOOLS: Final = "tool.verne-post."
-
-
-def find_key_line(text: str, sentence: str) -> int | None:
-    """The line, from 1, of what a sentence about a TOML file begins with: a key, its table where it is missing.
-
-    Of a mistake of the syntax it is the line that the sentence names. None where no line is meant.
-    """
-    if place := re.search(r"\(at line (\d+), column \d+\)$", sentence):
-        return int(place[1])
-    said = re.sub("['\"]", "", sentence).lstrip("[")
-    best, line = "", None
-    for name, number in _list_keys(text):
-        # "wcs: G540 is no work system" is about wcs.G540, if there is one
-        if len(name) > len(best) and any(
-            re.match(re.escape(name) + r"(?![\w-])", one) for one in (said, said.replace(": ", ".", 1))
-        ):
-            best, line = name, number
-    return line
-
-
-def _list_keys(text: str) -> Iterator[tuple[str, int]]:
-    """Keys and tables with their names from the top on, without quotes, and their lines; not those of inline tables."""
-    table, depth, until = "", 0, ""
-    numbers: dict[str, int] = {}
-    for number, line in enumerate(text.split("\n"), 1):
-        value = line
-        if until:
-            if until in line:
-                until = ""
-            continue
-        if not depth and (head := _HEAD.match(line)):
-            table = re.sub("['\"\\s]", "", head[2])
-            if head[1] == "[[":
-                numbers[table] = numbers.get(table, -1) + 1
-                table += f".{numbers[table]}"
-            yield table.removeprefix(_OF_TOOLS), number
-            continue
-        if not depth and (key := _KEY.match(line)):
-            name = f"{table}." if table else ""
-            yield (name + re.sub("['\"\\s]", "", key[1])).removeprefix(_OF_TOOLS), number
-            value = key[2]
-        until = next((mark for mark in ('"""', "'''") if value.count(mark) % 2), "")
-        value = "" if until else _NO_BRACKETS.sub("", value)
-        depth += sum(value.count(one) for one in "[{") - sum(value.count(one) for one in "]}")
 
 
 def refuse_value(where: str, text: str) -> InputError:

@@ -23,12 +23,12 @@ def describe_word(word: str) -> list[str]:
     name = " ".join(word.upper().split())
     return [
         f"{language}: {'' if is_executed else 'not executed: '}{text}"
-        for language, known_word, text, is_executed in _list_words()
+        for language, known_word, text, is_executed in list_words()
         if known_word == name
     ]
 
 
-def _list_words() -> Iterator[tuple[str, str, str, bool]]:
+def list_words() -> Iterator[tuple[str, str, str, bool]]:
     """Language, word, what it does or why it is refused, and whether it is executed."""
     for language, table in (("RS274/NGC", RS274), ("Fanuc", make_table())):
         for name, text, is_executed in _list_codes(table):

@@ -169,6 +169,11 @@ def name_tools(events: Iterable[Event]) -> dict[int, str]:
     return {int(str(event.data["number"])): str(event.data["name"]) for event in events if "name" in event.data}
 
 
+def list_tool_changes(events: Iterable[Event]) -> list[tuple[Event, int]]:
+    """What puts another tool into the spindle, or gives the one that is there a number; with that number."""
+    return [(event, int(str(event.data["number"]))) for event in events if event.kind in ("tool", "tool number")]
+
+
 def describe_tool(event: Event) -> str:
     """The tool of a tool change, as a person knows it."""
     return describe_tool_number(int(str(event.data["number"])), name_tools([event]))
@@ -332,7 +337,7 @@ MOVE_COLUMNS: Final[Mapping[str, tuple[Any, ...]]] = {
 
 def find_tool_of_moves(move: Ints, first: int, moves: Moves) -> Ints:
     """Number of the tool in the spindle at moves (n,), 0 if none is named; before ``first``, the tool of that move."""
-    changes = [event for event in moves.events if event.kind in ("tool", "tool number")]
-    before = np.array([event.before for event in changes], dtype=np.int64)
-    numbers = np.array([0, *(event.data["number"] for event in changes)], dtype=np.int64)
+    changes = list_tool_changes(moves.events)
+    before = np.array([event.before for event, _number in changes], dtype=np.int64)
+    numbers = np.array([0, *(number for _event, number in changes)], dtype=np.int64)
     return np.asarray(numbers[np.searchsorted(before, np.maximum(move, first), side="right")])

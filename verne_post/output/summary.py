@@ -11,7 +11,7 @@ from verne_post.base.printable import make_printable
 from verne_post.base.tolerances import ACCELERATION_RATIO, FEED_RATIO, JERK_RATIO, VELOCITY_RATIO
 from verne_post.base.units import DEG_PER_RAD
 from verne_post.model.machine import Machine
-from verne_post.model.moves import Event, describe_tool, name_tools
+from verne_post.model.moves import Event, describe_tool, list_tool_changes, name_tools
 from verne_post.model.part_setup import SYSTEM_NAMES, describe_tool_number
 from verne_post.model.summary import Summary
 from verne_post.model.verdict import Verdict
@@ -411,7 +411,7 @@ def _keep_out(summary: Summary) -> Facts:
     names = [box.name for box in options.keep_out] + ([options.stock.name] if options.stock else [])
     if not names:
         return []
-    used = {int(str(event.data["number"])) for event in summary.events if event.kind in ("tool", "tool number")} or {0}
+    used = {number for _change, number in list_tool_changes(summary.events)} or {0}
     tools = options.tools or {}
     named = name_tools(summary.events)
     thin = [

@@ -8,23 +8,42 @@ from typing import Any
 import click
 
 from verne_post.cli.check import add_policy_options
-from verne_post.cli.files import is_dash
-from verne_post.cli.options import FILES, GroupedCommand, add_options, add_program_options
+from verne_post.cli.colour import say
+from verne_post.cli.files import RunFiles, is_dash
+from verne_post.cli.lsp.vscode import make_extension
+from verne_post.cli.options import FILES, FOLDER, GroupedCommand, add_options, add_program_options
 from verne_post.cli.pictures import require_package
 from verne_post.model.verdict import ExitStatus
 
 
 @click.command("lsp", cls=GroupedCommand, short_help="Serve an editor: findings while one types.")
+@click.option(
+    "--write-vscode",
+    "extension",
+    type=FOLDER,
+    metavar="FOLDER",
+    help="Write an extension for VS Code that starts this server, and end; npm install there completes it.",
+)
 @add_policy_options
 @add_options("decimals", "accept_rounding")
 @add_program_options("jobs")
-def command(**given: Any) -> int:
+def command(extension: Path | None, **given: Any) -> int:
     """Serve an editor: findings while one types, poses and times of lines, edits that settle a finding.
 
     Speaks the Language Server Protocol over standard input and output; an editor starts it (docs/editors.md). Each
     program is read as by `check` in its folder, with set-up and settings; options hold for all of them.
     """
     require_package("pygls", "lsp", "lsp")
+    if extension is not None:
+        files, made = RunFiles(), make_extension()
+        files.claim_folder(extension, "--write-vscode")
+        extension.mkdir(parents=True, exist_ok=True)
+        for name in made:
+            files.expect_writing(extension / name, "--write-vscode")
+        for name, text in made.items():
+            files.write(extension / name, "--write-vscode", [text])
+        say(f"{extension}: package.json and extension.js are written; now: npm install --prefix {extension}\n")
+        return ExitStatus.CLEAN
     for one in FILES:
         if is_dash(given.get(one.name)):
             raise click.UsageError(f"{one.flag} -: standard input belongs to the editor; name a file")

@@ -16,14 +16,19 @@ from verne_post.base.printable import quote_key
 from verne_post.base.suggestions import find_correction, find_suggestion
 from verne_post.base.tolerances import LIMIT_SLACK_MM
 from verne_post.cli.lsp.inspector import Inspected, Inspector
-from verne_post.cli.lsp.places import find_range, find_word, remove_remarks, split_lines
+from verne_post.cli.lsp.places import cut_file, find_range, find_word, remove_remarks, split_lines
 from verne_post.cli.setup import make_setup
 from verne_post.cli.setups import NONE
+from verne_post.config.toml_entries import Change, Edit, UnknownLayoutError, find_place, list_entries, plan_edit
 from verne_post.model.findings import Finding, Remedy
 from verne_post.model.verdict import count_findings, is_about_text
 
 #: Of VP049: the number of the length in force, and that of the tool.
 _OF_TOOL: Final = re.compile(r"number (\d+), .*, but (?:tool |T)(\d+)\b")
+#: A word for a place of the tip.
+_PLACE: Final = re.compile(r"(?<![A-Za-z_#])[XYZ][ \t]*=?[ \t]*[-+]?[\d.]+", re.IGNORECASE)
+#: What stands in a new line of a file until it is filled in: a wrong value, whose message says what is right.
+_TO_FILL_IN: Final = '"measure"'
 #: What stands for what nobody has said, by the table of the set-up.
 _MARKS: Final = {"wcs": '"measure"', "tools": '{ length = "measure" }', "remap": '"decide"'}
 
@@ -68,12 +73,55 @@ def find_fixes(
         new, missing, _others = make_setup(found.path.name, found.source, found.machine, found.options)
         title = f"Write {setup.name}{f', to be filled in: {missing}' if missing else ''}"
         fixes.append(Fix(title, setup, None, 0, 0, new))
-    elif item.settled_by and setup is not None and not find_suggestion(item.message):
+    elif item.settled_by and setup is not None:
         for fix in _mark_missing(item, setup, texts):
             after = inspector.check(found.path, _change_texts(fix, texts), superseded).findings
             if all(one.file != str(setup.absolute()) for one in after):
                 fixes.append(fix)
     return fixes
+
+
+def find_file_fixes(
+    inspector: Inspector, path: Path, item: Finding, texts: Mapping[Path, str], superseded: threading.Event
+) -> list[Fix]:
+    """Edits of a set-up, settings or a machine file after which it does not say the same any more.
+
+    Raises
+    ------
+    SupersededError
+    """
+    fixes = []
+    for fix in _propose_file_fixes(path, item, texts[path]):
+        after, _program = inspector.check_file(path, _change_texts(fix, texts), superseded)
+        if all(cut_file(one.message) != cut_file(item.message) for one in after):
+            fixes.append(fix)
+    return fixes
+
+
+def _propose_file_fixes(path: Path, item: Finding, text: str) -> Iterator[Fix]:
+    """What a message means by a name, and lines for what it says is missing."""
+    yield from _mark_missing(item, path, {path: text})
+    sentence = cut_file(item.message)
+    near, place = find_suggestion(sentence), find_place(text, sentence)
+    if near and place is not None:
+        begin = _find_offset(text, place[0] - 1) + place[1]
+        end = begin + place[2] - place[1]
+        if re.match(r"\S+ = ", sentence):  # of its value
+            wrong = next((one for one in list_entries(text) if one.begin == begin), None)
+            if wrong is not None:
+                new = f'"{near}"'
+                yield Fix(
+                    f"Write {new} in place of {text[wrong.value : wrong.end]}", path, text, wrong.value, wrong.end, new
+                )
+        else:  # of the last part of its key
+            written = re.search(r"(?:\"[^\"]*\"|'[^']*'|[\w-]+)(?=\W*$)", text[begin:end])
+            if written is not None:
+                begin, end = begin + written.start(), begin + written.end()
+                yield Fix(f"Write {near} in place of {written[0]}", path, text, begin, end, quote_key(near))
+    missing = re.match(r"([\w.-]+) is missing\b", sentence)
+    if missing is not None and (change := _plan_change(text, tuple(missing[1].split(".")), _TO_FILL_IN)):
+        title = f"Add {missing[1]} = {_TO_FILL_IN}, to be filled in"
+        yield Fix(title, path, text, change.begin, change.end, change.new)
 
 
 def _change_texts(fix: Fix, texts: Mapping[Path, str]) -> dict[Path, str]:
@@ -84,14 +132,16 @@ def _change_texts(fix: Fix, texts: Mapping[Path, str]) -> dict[Path, str]:
 
 def _mark_missing(item: Finding, setup: Path, texts: Mapping[Path, str]) -> Iterator[Fix]:
     """Entries of a set-up that is there, to be filled in: until then the program is refused, or says what it lacks."""
+    if find_suggestion(item.message):  # it is to be written in another way
+        return
     text = _read_setup(setup, texts)
     for table, name, *_what in item.settled_by:
         if (mark := _MARKS.get(table)) is None:
             continue
-        begin, end, new = set_key(text, (table,), name, mark)
-        if begin == end:  # what stands there is not replaced
+        change = _plan_change(text, (table, name), mark)
+        if change is not None and change.begin == change.end:  # what stands there is not replaced
             title = f"Add {table}.{quote_key(name)} = {mark} to {setup.name}, to be filled in"
-            yield Fix(title, setup, text, begin, end, new)
+            yield Fix(title, setup, text, change.begin, change.end, change.new)
 
 
 def _read_setup(setup: Path, texts: Mapping[Path, str]) -> str:
@@ -145,9 +195,24 @@ def _propose_fixes(found: Inspected, item: Finding, setup: Path | None, texts: M
         fix = _change_word(found, Remedy("", of_tool[2], line=item.line, word=("H", float(of_tool[1]))))
         if fix is not None:
             yield fix
+    if item.code == "VP036" and item.line:
+        yield from _name_angles(found, item)
     if item.code == "VP006" and item.column is not None:
         begin, end = _find_span(item, text)
         yield Fix(f"Remove {text[begin:end].strip()}", found.path, text, begin, end, "")
+
+
+def _name_angles(found: Inspected, item: Finding) -> Iterator[Fix]:
+    """A and C in the first line with a place: as the table is taken to stand, and upright."""
+    taken = re.search(r"is taken to start at ((?:[ABC]-?[\d.]+ ?)+)", item.message)
+    lines = split_lines(found.text)
+    places = ((number, list(_PLACE.finditer(remove_remarks(line)))) for number, line in enumerate(lines[: item.line]))
+    number, words = next(((number, words) for number, words in places if words), (0, []))
+    if taken is None or not words:
+        return
+    at = _find_offset(found.text, number) + words[-1].end()
+    for angles in dict.fromkeys((taken[1].strip(), re.sub(r"-?[\d.]+", "0", taken[1].strip()))):
+        yield Fix(f"Write {angles} in line {number + 1}", found.path, found.text, at, at, f" {angles}")
 
 
 def _change_everywhere(found: Inspected, written: str, meant: str) -> Iterator[Fix]:
@@ -194,34 +259,17 @@ def _change_setup(setup: Path | None, remedy: Remedy, texts: Mapping[Path, str])
     if setup is None:
         return None
     text = _read_setup(setup, texts) if setup in texts or setup.is_file() else None
-    begin, end, new = set_key(text or "", remedy.key[:-1], remedy.key[-1], remedy.value)
+    change = _plan_change(text or "", remedy.key, remedy.value)
+    if change is None:
+        return None
     what = "Clamp the part at" if remedy.key[0] == "wcs" else "Set"
-    return Fix(f"{what} {'.'.join(remedy.key)} = {remedy.value} in {setup.name}", setup, text, begin, end, new)
+    title = f"{what} {'.'.join(remedy.key)} = {remedy.value} in {setup.name}"
+    return Fix(title, setup, text, change.begin, change.end, change.new)
 
 
-def set_key(text: str, table: tuple[str, ...], key: str, value: str) -> tuple[int, int, str]:
-    """Begin, end and text of what gives a key of a table a value; a table that is not there is added.
-
-    Parameters
-    ----------
-    text : str
-        TOML. What is written in a way that is not seen here is refused when the result is read.
-    table : tuple of str
-        Its name; empty for keys before the first table.
-    """
-    heads = list(re.finditer(r"^[ \t]*\[+([^\[\]\n]+)\]+[^\n]*(?:\n|\Z)", text, re.MULTILINE))
-    entry = f"{quote_key(key)} = {value}\n"
-    begin = re.match(r"(?:[ \t]*#[^\n]*\n)*", text).end()  # type: ignore[union-attr]  # it matches nothing, too
-    if table:
-        own = next((head for head in heads if head[1].strip() == table[0]), None)
-        if own is None:
-            gap = "" if not text else "\n" if text.endswith("\n") else "\n\n"
-            return len(text), len(text), f"{gap}[{table[0]}]\n{entry}"
-        begin = own.end()
-    end = next((head.start() for head in heads if head.start() >= begin), len(text))
-    known = re.compile(rf'^[ \t]*"?{re.escape(key)}"?[ \t]*=[ \t]*(\[[^\]]*\]|"[^"\n]*"|[^\s#]+)', re.MULTILINE).search(
-        text, begin, end
-    )
-    if known:
-        return known.start(1), known.end(1), value
-    return begin, begin, entry if begin == 0 or text[begin - 1] == "\n" else f"\n{entry}"
+def _plan_change(text: str, key: tuple[str, ...], value: str) -> Change | None:
+    """The change of a set-up; None where it is written in a way that is not seen."""
+    try:
+        return plan_edit(text, Edit(key, value))
+    except UnknownLayoutError:
+        return None

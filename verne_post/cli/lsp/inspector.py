@@ -1,11 +1,12 @@
 """What a program of an editor comes to: read and checked as `check` does, with texts in place of files."""
 
 import os
+import re
 import threading
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import click
 import numpy as np
@@ -24,13 +25,23 @@ from verne_post.cli.common import read_program
 from verne_post.cli.files import FileError, RunFiles
 from verne_post.cli.lsp.outline import Outline
 from verne_post.cli.lsp.places import remove_remarks, split_lines
-from verne_post.cli.options import find_settings
+from verne_post.cli.options import build_options, find_settings
+from verne_post.cli.programs import is_setup
+from verne_post.config import load_machine, validate_machine
+from verne_post.config.settings import FILE_NAME, PROJECT_FILE, load_settings
+from verne_post.gcode.dialects import choose_dialect_name
 from verne_post.model.findings import Finding, InputError, UsageError, make_finding
 from verne_post.model.machine import Machine
 from verne_post.model.options import Options
 from verne_post.output.findings import Report, format_outcome
 from verne_post.output.policy import apply_policy
 
+#: What ends a check: something is wrong in a file, or with what the server was started with.
+_MISTAKES: Final = (InputError, click.UsageError, UsageError, FileError)
+#: Keys and tables at the top of machine files, and how many of them make one of a TOML file of any name.
+_OF_A_MACHINE: Final = re.compile(r"^\[?(schema|kind|module|chain|joints|limits|provenance|control)\b", re.MULTILINE)
+_ENOUGH: Final = 3
+_SETTINGS_TABLE: Final = "[tool.verne-post"
 #: Options that say which findings count.
 POLICY = ("select", "ignore", "severity", "baseline")
 
@@ -112,8 +123,7 @@ class Inspector:
                 raise SupersededError
 
         report("", 0, 0)
-        os.chdir(path.parent if path.parent.is_dir() else self.start)
-        self.files.texts = {os.path.realpath(name): text.encode() for name, text in texts.items()}
+        self._take_texts(path, texts)
         found = Inspected(path, texts[path], (), Inspection(refuse_program(InputError())))
         try:
             settings = find_settings(self.files, self.given.get("settings"))
@@ -123,15 +133,58 @@ class Inspector:
             found.made = check_and_keep(found.source, found.machine, found.options, report)
             counted = apply_policy(Report(path.name, found.made.result.findings, source=found.source), policy)
             found.findings, found.errors_not_counted = counted.findings, counted.errors_not_counted
-        except InputError as error:
-            found.findings = error.findings
-        except (click.UsageError, UsageError, FileError) as error:
-            text = error.message if isinstance(error, click.UsageError) else str(error)
-            found.findings = self.files.find_lines([make_finding("VP022", text)])
-        found.findings = tuple(
-            item if item.file is None else replace(item, file=os.path.abspath(item.file)) for item in found.findings
-        )
+        except _MISTAKES as error:
+            found.findings = self._find_mistakes(error)
+        found.findings = _name_files(found.findings)
         return found
+
+    def check_file(
+        self, path: Path, texts: Mapping[Path, str], superseded: threading.Event
+    ) -> tuple[tuple[Finding, ...], Path | None]:
+        """What is wrong in a file that programs read, and the program whose check has said so.
+
+        A set-up is checked with its program, where there is one; settings and a machine file by themselves, and a
+        machine as `machine validate` does. Of another file nothing is said.
+
+        Raises
+        ------
+        SupersededError
+        """
+        program = path.with_suffix("")
+        if is_setup(path) and program.is_file():
+            text = program.read_bytes().decode("utf-8", errors="replace")
+            return self.check(program, {program: text, **texts}, superseded).findings, program
+        self._take_texts(path, texts)
+        found: tuple[Finding, ...] = ()
+        try:
+            if is_setup(path):
+                build_options(self.files, program.name, program.name, **self.given)
+            elif path.name == FILE_NAME or (path.name == PROJECT_FILE and _SETTINGS_TABLE in texts[path]):
+                is_named = self.given.get("settings") == path
+                load_settings(path, lambda name: self.files.read(name, "--settings"), named=is_named)
+            elif len(set(_OF_A_MACHINE.findall(texts[path]))) >= _ENOUGH:
+                machine = load_machine(path, lambda name: self.files.read_or_raise(name, "--machine"))
+                wrong = (replace(one, message=f"{path.name}: {one.message}") for one in validate_machine(machine))
+                found = self.files.find_lines((*machine.warnings, *wrong))
+        except _MISTAKES as error:
+            found = self._find_mistakes(error)
+        return _name_files(found), None
+
+    def _take_texts(self, path: Path, texts: Mapping[Path, str]) -> None:
+        """Work in the folder of a file, with what the editor shows in place of files."""
+        os.chdir(path.parent if path.parent.is_dir() else self.start)
+        self.files.texts = {os.path.realpath(name): text.encode() for name, text in texts.items()}
+
+    def _find_mistakes(self, error: Exception) -> tuple[Finding, ...]:
+        """An error as findings, in the files and lines that it names."""
+        if isinstance(error, InputError):
+            return self.files.find_lines(error.findings)
+        text = error.message if isinstance(error, click.UsageError) else str(error)
+        return self.files.find_lines([make_finding("VP022", text)])
+
+    def find_dialect(self, path: Path, text: str) -> str:
+        """The language of a text that need not be right yet, by its words and the ending of its file."""
+        return choose_dialect_name(self.given.get("dialect") or "auto", text.encode(), path.name)
 
     def make_outline(self, found: Inspected) -> Outline:
         """What stands where in a program."""
@@ -170,6 +223,11 @@ class Inspector:
             return None
         pose = "\n".join(describe_pose(shown))
         return f"{_describe_time(found.made.plan, found.measure(), line)}\n\n```text\n{pose}\n```"
+
+
+def _name_files(findings: Iterable[Finding]) -> tuple[Finding, ...]:
+    """Findings with whole paths of their files."""
+    return tuple(item if item.file is None else replace(item, file=os.path.abspath(item.file)) for item in findings)
 
 
 def _describe_time(plan: Plan | None, facts: LineFacts | None, line: int) -> str:

@@ -12,6 +12,7 @@ from verne_post.app.python_names import PLACE, replace_options
 from verne_post.base.printable import quote_key
 from verne_post.base.suggestions import find_correction
 from verne_post.config.program_setup import FILE_KEYS, list_setup_options
+from verne_post.config.toml_entries import find_place
 from verne_post.model.findings import Finding
 from verne_post.model.options import spell_flag
 from verne_post.model.verdict import Severity, is_about_text
@@ -23,6 +24,8 @@ _SEVERITY: Final[dict[Severity, lsp.DiagnosticSeverity]] = {
     "warning": lsp.DiagnosticSeverity.Warning,
     "note": lsp.DiagnosticSeverity.Information,
 }
+#: Findings whose message begins with a file and its key.
+_ABOUT_FILES: Final = ("VP022", "VP501", "VP503", "VP504")
 #: A word from its column on: a name in quotes, letters and a number, a name, or one character.
 _WORD: Final = re.compile(r"\"[^\"]*\"|[A-Za-z_]+[ \t]*=?[ \t]*[-+]?[\d.]*|[-+]?[\d.]+|.")
 
@@ -71,6 +74,11 @@ def _list_keys() -> dict[str, str]:
     return own | {spell_flag(name): name for name in list_setup_options()}
 
 
+def cut_file(message: str) -> str:
+    """What a message says of a file, without the file's name before it."""
+    return re.sub(r"^\S+\.toml: ", "", message)
+
+
 def find_range(item: Finding, lines: Sequence[str]) -> lsp.Range:
     """The word of a finding, else its line; the first line where it has none."""
     at = (item.line if is_about_text(item.code) else item.worst_line or item.line) or 1
@@ -86,6 +94,9 @@ def find_range(item: Finding, lines: Sequence[str]) -> lsp.Range:
             end = begin + len(correction[0])
     elif item.axis is not None and len(item.axis) == 1 and (word := find_word(line, item.axis)):
         begin, end = word.span()
+    elif item.code in _ABOUT_FILES:
+        place = find_place("\n".join(lines), cut_file(item.message))
+        begin, end = place[1:] if place is not None and place[0] == at else (begin, end)
     return lsp.Range(lsp.Position(at - 1, begin), lsp.Position(at - 1, max(begin, end)))
 
 

@@ -22,11 +22,13 @@ from pygls.lsp.server import LanguageServer
 from pygls.uris import from_fs_path, to_fs_path
 
 from verne_post import __version__
-from verne_post.cli.lsp.fixes import Fix, find_fixes
+from verne_post.cli.lsp.completion import complete_key, complete_word, make_item
+from verne_post.cli.lsp.fixes import Fix, find_file_fixes, find_fixes
 from verne_post.cli.lsp.inspector import Inspected, Inspector, SupersededError
 from verne_post.cli.lsp.places import find_range, make_diagnostic, split_lines
-from verne_post.cli.programs import PROGRAMS
+from verne_post.cli.programs import is_setup
 from verne_post.cli.temporary import make_temporary_folder
+from verne_post.config.toml_entries import find_place
 from verne_post.model.codes import CODES
 from verne_post.model.findings import Finding
 from verne_post.output.causes import find_causes
@@ -62,8 +64,12 @@ class Session:
     def __init__(self, server: LanguageServer, given: dict[str, Any], pages: Path) -> None:
         self.server, self.inspector, self.pages = server, Inspector(given), pages
         self.worker = ThreadPoolExecutor(1)
+        self.tasks: set[asyncio.Task[None]] = set()  # the loop alone would let them go
         self.checks: dict[str, tuple[asyncio.Task[Inspected | None], threading.Event]] = {}
-        #: What the newest check of each program has found in other files.
+        self.shown: dict[str, list[lsp.Diagnostic]] = {}  #: In files that are no programs.
+        #: Files that programs read, and that are open, with what ends the check of each.
+        self.open_files: dict[str, threading.Event] = {}
+        #: What the newest check of each program, or of an open file, has found in other files.
         self.mistakes: dict[str, tuple[Finding, ...]] = {}
 
     # --- checks ------------------------------------------------------------------------------------
@@ -81,11 +87,43 @@ class Session:
 
     def begin_checks(self, changed: Path) -> None:
         """Check programs again that may read a file: the set-up of a program is read for that one alone."""
-        program = changed.with_suffix("")
-        is_setup = changed.suffix == ".toml" and program.suffix.lower() in PROGRAMS
         for uri in list(self.checks):
-            if not is_setup or _find_path(uri) == program:
+            if not is_setup(changed) or _find_path(uri) == changed.with_suffix(""):
                 self.begin_check(uri)
+        for uri in list(self.open_files):  # each may name the file that has changed
+            self._begin_file_check(uri)
+
+    def _begin_file_check(self, uri: str) -> None:
+        """Check the newest text of a file that programs read."""
+        if uri in self.open_files:
+            self.open_files[uri].set()
+        self.open_files[uri] = threading.Event()
+        self.mistakes.pop(uri, None)  # of an older text
+        self.tasks.add(task := asyncio.ensure_future(self.run_file_check(uri, self.open_files[uri])))
+        task.add_done_callback(self.tasks.discard)
+
+    async def run_file_check(self, uri: str, superseded: threading.Event) -> None:
+        """Check a file, and tell the editor; a set-up whose program is open is checked with that text."""
+        path, texts = _find_path(uri), self.read_texts()
+        program = path.with_suffix("")
+        shown = next((one for one in self.checks if is_setup(path) and _find_path(one) == program), None)
+        try:
+            if shown is not None:
+                newest = await self.find_newest(shown)
+                found = () if newest is None else newest.findings
+            else:
+                found, checked = await self.work(self.inspector.check_file, path, texts, superseded)
+                program = checked or program
+        except SupersededError:
+            return
+        except Exception as error:
+            logging.getLogger("pygls").warning("%s: internal error: %s: %s", path, type(error).__name__, error)
+            return
+        if not superseded.is_set() and uri in self.open_files:
+            told = [item for item in found if item.file == str(path)]
+            if is_setup(path):
+                told += [_place_in_setup(item, path, program.name, texts[path]) for item in found if item.settled_by]
+            self._show_mistakes_of_files(uri, told)
 
     async def run_check(self, uri: str, superseded: threading.Event) -> Inspected | None:
         """Check, and tell the editor what is found; None where newer text has come."""
@@ -107,6 +145,9 @@ class Session:
         own = [item for item in found.findings if item.file is None or item.severity == "error"]
         self._send_diagnostics(uri, self._make_diagnostics(uri, own, found.text), version)
         self._show_mistakes_of_files(uri, [item for item in found.findings if item.file is not None])
+        for one in list(self.open_files):  # what the program lacks is shown in its set-up, too
+            if Path(f"{_find_path(uri)}.toml") == _find_path(one):
+                self._begin_file_check(one)
         self._refresh_lenses()
         return found
 
@@ -129,15 +170,22 @@ class Session:
         before = self.mistakes.pop(uri, ())
         if findings:
             self.mistakes[uri] = tuple(findings)
-        for file in sorted({item.file or "" for item in (*before, *findings)}):
-            told = dict.fromkeys(item for each in self.mistakes.values() for item in each if item.file == file)
+        own = {str(_find_path(uri))} if uri in self.open_files else set()
+        for file in sorted({item.file or "" for item in (*before, *findings)} | own):
             text = self.read_texts().get(Path(file))
             if text is None:
                 with suppress(OSError):
                     text = Path(file).read_text("utf-8", errors="replace")
-            there = [replace(item, line=item.file_line, file=None) for item in told]
             address = from_fs_path(file) or ""
-            self._send_diagnostics(address, self._make_diagnostics(address, there, text or ""))
+            shown = self._make_diagnostics(address, self._list_mistakes(file), text or "")
+            if shown != self.shown.get(address):  # several checks say the same of a file
+                self.shown[address] = shown
+                self._send_diagnostics(address, shown)
+
+    def _list_mistakes(self, file: str) -> list[Finding]:
+        """What is shown in a file that is no program, with lines of that file."""
+        told = dict.fromkeys(item for each in self.mistakes.values() for item in each if item.file == file)
+        return [replace(item, line=item.file_line, file=None) for item in told]
 
     def _send_diagnostics(self, uri: str, shown: list[lsp.Diagnostic], version: int | None = None) -> None:
         self.server.text_document_publish_diagnostics(lsp.PublishDiagnosticsParams(uri, shown, version))
@@ -199,6 +247,9 @@ class Session:
         """A text is no longer shown, and what has been said of it neither."""
         uri = told.text_document.uri
         if _find_path(uri).suffix.lower() in _READ_BY_PROGRAMS:
+            if uri in self.open_files:
+                self.open_files.pop(uri).set()
+            self._show_mistakes_of_files(uri, ())
             self.begin_checks(_find_path(uri))  # the file counts again, and its mistakes stay
             return
         self.end_check(uri)
@@ -218,10 +269,13 @@ class Session:
         await self.server.client_register_capability_async(lsp.RegistrationParams([asked]))
 
     def _read_again(self, uri: str) -> None:
-        if _find_path(uri).suffix.lower() in _READ_BY_PROGRAMS:
-            self.begin_checks(_find_path(uri))
-        else:
+        path = _find_path(uri)
+        if path.suffix.lower() not in _READ_BY_PROGRAMS:
             self.begin_check(uri)
+            return
+        if path.suffix == ".toml":
+            self.open_files.setdefault(uri, threading.Event())
+        self.begin_checks(path)
 
     # --- what an editor asks -------------------------------------------------------------------------
 
@@ -242,14 +296,17 @@ class Session:
     async def list_fixes(self, asked: lsp.CodeActionParams) -> list[lsp.CodeAction]:
         """Edits that settle the findings of a place."""
         uri = asked.text_document.uri
-        found = await self.find_newest(uri)
-        if found is None or (asked.context.only and lsp.CodeActionKind.QuickFix not in asked.context.only):
+        if asked.context.only and lsp.CodeActionKind.QuickFix not in asked.context.only:
             return []
-        lines = split_lines(found.text)
+        if uri in self.open_files:
+            return await self.list_file_fixes(uri, asked)
+        found = await self.find_newest(uri)
+        if found is None:
+            return []
         actions: dict[str, lsp.CodeAction] = {}
         for cause in find_causes([item for item in found.findings if item.file is None]):
             item = cause.worst
-            if not asked.range.start.line <= find_range(item, lines).start.line <= asked.range.end.line:
+            if not _is_asked(item, split_lines(found.text), asked):
                 continue
             if item not in found.fixes:  # editors ask again with every move of the cursor
                 try:
@@ -259,21 +316,41 @@ class Session:
                 except (SupersededError, KeyError):
                     return []
                 found.fixes[item] = made
-            shown = [one for one in asked.context.diagnostics if one.code == item.code]
-            workspace = self.server.client_capabilities.workspace
-            edits = workspace.workspace_edit if workspace else None
-            creates = edits is not None and lsp.ResourceOperationKind.Create in (edits.resource_operations or ())
-            actions |= {
-                fix.title: self._make_action(
-                    uri if fix.path == found.path else from_fs_path(str(fix.path)) or "",
-                    fix,
-                    shown,
-                    whole=bool(edits and edits.document_changes),
-                )
-                for fix in found.fixes[item]
-                if fix.text is not None or creates
-            }
+            actions |= self._make_actions(uri, found.path, item, found.fixes[item], asked)
         return list(actions.values())
+
+    async def list_file_fixes(self, uri: str, asked: lsp.CodeActionParams) -> list[lsp.CodeAction]:
+        """Edits of a set-up, settings or a machine file that settle what is shown at a place of it."""
+        path, texts = _find_path(uri), self.read_texts()
+        actions: dict[str, lsp.CodeAction] = {}
+        for item in self._list_mistakes(str(path)):
+            if not _is_asked(item, split_lines(texts[path]), asked):
+                continue
+            try:
+                made = await self.work(find_file_fixes, self.inspector, path, item, texts, self.open_files[uri])
+            except (SupersededError, KeyError):
+                return []
+            actions |= self._make_actions(uri, path, item, made, asked)
+        return list(actions.values())
+
+    def _make_actions(
+        self, uri: str, path: Path, item: Finding, fixes: Sequence[Fix], asked: lsp.CodeActionParams
+    ) -> dict[str, lsp.CodeAction]:
+        """Edits as the editor takes them, by their titles."""
+        shown = [one for one in asked.context.diagnostics if one.code == item.code]
+        workspace = self.server.client_capabilities.workspace
+        edits = workspace.workspace_edit if workspace else None
+        creates = edits is not None and lsp.ResourceOperationKind.Create in (edits.resource_operations or ())
+        return {
+            fix.title: self._make_action(
+                uri if fix.path == path else from_fs_path(str(fix.path)) or "",
+                fix,
+                shown,
+                whole=bool(edits and edits.document_changes),
+            )
+            for fix in fixes
+            if fix.text is not None or creates
+        }
 
     def _make_action(self, uri: str, fix: Fix, diagnostics: list[lsp.Diagnostic], *, whole: bool) -> lsp.CodeAction:
         """An edit as editors apply it; ``whole`` for one that takes documents with their creation."""
@@ -292,6 +369,25 @@ class Session:
             made: list[Any] = [] if fix.text is not None else [lsp.CreateFile(uri)]
             edit = lsp.WorkspaceEdit(document_changes=[*made, lsp.TextDocumentEdit(document, [change])])
         return lsp.CodeAction(fix.title, lsp.CodeActionKind.QuickFix, diagnostics, fix.settles, edit=edit)
+
+    async def complete(self, asked: lsp.CompletionParams) -> list[lsp.CompletionItem]:
+        """What may be written at a place; the text before it is what counts, and no check is waited for."""
+        uri = asked.text_document.uri
+        path, text = _find_path(uri), self.server.workspace.get_text_document(uri).source
+        lines, codec = split_lines(text), self.server.workspace.position_codec
+        place = codec.position_from_client_units(lines, asked.position)
+        if path.suffix == ".toml":
+            found = complete_key(path, text, place.line, place.character)
+        else:
+            dialect = self.inspector.find_dialect(path, text)
+            found = complete_word(lines[place.line], place.character, dialect)
+        return [
+            make_item(
+                one,
+                codec.range_to_client_units(lines, lsp.Range(lsp.Position(place.line, one.begin), place)),
+            )
+            for one in found
+        ]
 
     async def list_symbols(self, asked: lsp.DocumentSymbolParams) -> list[lsp.DocumentSymbol]:
         """Tools, operations and subprograms."""
@@ -312,6 +408,27 @@ class Session:
         if there is None or isinstance(there, Path):
             return None if there is None else lsp.Location(from_fs_path(str(there)) or "", _make_line_range(1))
         return lsp.Location(uri, self.server.workspace.position_codec.range_to_client_units(lines, there.place))
+
+
+def _is_asked(item: Finding, lines: Sequence[str], asked: lsp.CodeActionParams) -> bool:
+    """Whether a finding begins in the lines of which an editor asks."""
+    return asked.range.start.line <= find_range(item, lines).start.line <= asked.range.end.line
+
+
+def _place_in_setup(item: Finding, setup: Path, program: str, text: str) -> Finding:
+    """What a program lacks, where its set-up would say it: at the key, at its table, or in the first line."""
+    place = find_place(text, f"{'.'.join(item.settled_by[0])} is missing")
+    where = "" if item.line is None else f"line {item.line} of {program}: "
+    line = 1 if place is None else place[0]
+    return replace(
+        item,
+        message=where + item.message,
+        file=str(setup),
+        file_line=line,
+        column=None,
+        last_line=None,
+        worst_line=None,
+    )
 
 
 def _make_line_range(line: int) -> lsp.Range:
@@ -351,6 +468,7 @@ def serve(given: dict[str, Any], output: Any) -> None:
             (lsp.TEXT_DOCUMENT_CODE_LENS, session.show_notes),
             (lsp.TEXT_DOCUMENT_DOCUMENT_SYMBOL, session.list_symbols),
             (lsp.TEXT_DOCUMENT_DEFINITION, session.find_definition),
+            (lsp.TEXT_DOCUMENT_COMPLETION, session.complete),
         ):
             server.feature(name)(partial(function))  # the protocol notes its name on what it is given
         with suppress(SystemExit):

@@ -1,6 +1,6 @@
 """Findings as JUnit XML: one test case a program, as CI servers show them."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from xml.etree import ElementTree
 
 from verne_post.base.printable import make_printable
@@ -14,9 +14,12 @@ from verne_post.output.findings import Report, format_causes
 _UNPRINTABLE = {code: "?" for code in range(32) if chr(code) not in "\t\n\r"} | {0xFFFE: "?", 0xFFFF: "?", 0x7F: "?"}
 
 
-def write(reports: Sequence[Report], _machine: Machine | None = None) -> str:
-    """A program that breaks limits has failed; one that cannot be read or checked is an error; warnings are output."""
-    return _write_document([_make_case(report) for report in reports])
+def write(reports: Sequence[Report], machine: Machine | None = None) -> str:
+    """A program that breaks limits has failed; one that cannot be read or checked is an error; warnings are output.
+
+    The properties of the suite are the machine and the version; that of a test case is the machining time in s.
+    """
+    return _write_document([_make_case(report) for report in reports], machine)
 
 
 def write_failure(verdict: Verdict, message: str, _findings: Sequence[Finding]) -> str:
@@ -26,15 +29,21 @@ def write_failure(verdict: Verdict, message: str, _findings: Sequence[Finding]) 
     return _write_document([case])
 
 
-def _write_document(cases: list[ElementTree.Element]) -> str:
+def _write_document(cases: list[ElementTree.Element], machine: Machine | None = None) -> str:
     counts: dict[str, str] = {
         "tests": str(len(cases)),
         "failures": str(sum(case.find("failure") is not None for case in cases)),
         "errors": str(sum(case.find("error") is not None for case in cases)),
     }
     counts["time"] = f"{sum(float(case.get('time', '0')) for case in cases):.3f}"
+    from verne_post import __version__
+
     root = ElementTree.Element("testsuites", {"name": "verne-post", **counts})
     suite = ElementTree.SubElement(root, "testsuite", {"name": "verne-post check", "skipped": "0", **counts})
+    properties = {"version": __version__}
+    if machine is not None:
+        properties |= {"machine": make_printable(machine.name), "machine_sha256": machine.sha256}
+    _add_properties(suite, properties)
     suite.extend(cases)
     ElementTree.indent(root)
     return '<?xml version="1.0" encoding="utf-8"?>\n' + ElementTree.tostring(root, encoding="unicode") + "\n"
@@ -47,6 +56,8 @@ def _make_case(report: Report) -> ElementTree.Element:
         name=make_printable(report.program),
         time=f"{report.cycle_time_s or 0.0:.3f}",
     )
+    if report.cycle_time_s is not None:
+        _add_properties(case, {"machining_time_s": f"{report.cycle_time_s:.3f}"})
     lines = []
     for shown in format_causes(report.program, report.findings, report.source):
         lines += shown
@@ -57,6 +68,12 @@ def _make_case(report: Report) -> ElementTree.Element:
     elif text:
         ElementTree.SubElement(case, "system-out").text = text
     return case
+
+
+def _add_properties(element: ElementTree.Element, values: Mapping[str, str]) -> None:
+    properties = ElementTree.SubElement(element, "properties")
+    for name, value in values.items():
+        ElementTree.SubElement(properties, "property", name=name, value=value)
 
 
 def _clean(text: str) -> str:

@@ -22,7 +22,7 @@ _MARKS: Final = re.compile(r"[\\`*_{}\[\]<>|~&$!]")
 def write(reports: Sequence[Report], machine: Machine | None = None) -> str:
     """The programs, how many of each result, and the findings of each as far as a comment has room: tables."""
     on = "" if machine is None else f" on {_escape(machine.name)}"
-    lines, words = [f"| program | result{on} | time |", "|---|---|---|"], Counter[str]()
+    lines, words = [f"| program | result{on} | machining time |", "|---|---|---|"], Counter[str]()
     for report in reports:
         result = format_outcome("", report.findings, report.errors_not_counted).removeprefix(": ")
         words[re.split("[:,]", result)[0]] += 1
@@ -49,9 +49,13 @@ def write(reports: Sequence[Report], machine: Machine | None = None) -> str:
     return "".join(line + "\n" for line in lines)
 
 
-def write_failure(_verdict: Verdict, message: str, _findings: Sequence[Finding]) -> str:
-    """One sentence."""
-    return f"**verne-post could not check the programs:** {_escape(message)}\n"
+def write_failure(_verdict: Verdict, message: str, findings: Sequence[Finding]) -> str:
+    """One sentence, or a table of what is wrong in files."""
+    head = "**verne-post could not check the programs**"
+    if not findings:
+        return f"{head}: {_escape(message)}\n"
+    rows = [_write_row(cause, "") for cause in find_causes(findings)]
+    return "".join(f"{line}\n" for line in (head, "", "| line | finding |", "|---|---|", *rows))
 
 
 def _count_that_fit(rows: list[str], room: int) -> int:
@@ -67,8 +71,10 @@ def _write_row(cause: Cause, remedy: str) -> str:
     also = f"<br>also {_escape(others)}" if others else ""
     remedies = also + "".join(f"<br>tried: {_escape(tried)}" for tried in item.remedies)
     remedies += f"<br>{_escape(remedy)}" if remedy else ""
-    line = item.line if item.file is None else item.file_line
-    return f"| {'' if line is None else line} | {_escape(describe(item))}{remedies} |"
+    line = "" if item.line is None else str(item.line)
+    if item.file is not None:  # another one than the heading names
+        line = _escape(item.file if item.file_line is None else f"{item.file}:{item.file_line}")
+    return f"| {line} | {_escape(describe(item))}{remedies} |"
 
 
 def _escape(text: str) -> str:
