@@ -66,7 +66,7 @@ def test_a_section_that_cannot_be_repaired_is_planned_finely(monkeypatch: pytest
 
 
 @pytest.mark.parametrize(
-    ("pitch", "corners", "cycle", "fewer"), [(1.0, 5, 0.02, 3), (2.0, 3, 0.01, 1), (2.0, 5, 0.01, 1)]
+    ("pitch", "corners", "cycle", "fewer"), [(1.0, 5, 0.02, 3), (1.5, 6, 0.01, 5), (2.0, 4, 0.01, 2)]
 )
 def test_a_short_section_loses_the_rows_that_repair_added(
     pitch: float, corners: int, cycle: float, fewer: int, monkeypatch: pytest.MonkeyPatch

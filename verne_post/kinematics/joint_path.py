@@ -86,7 +86,7 @@ class JointPath(Struct, frozen=True, eq=False, dict=True):
     def _lay_joints(self, element: Ints, w: Array, tip: Array, length: Array, q: Array) -> None:
         """Take q (n, n_joints) of a nutating pair from its joints where these go linearly: A is unsure near a fold."""
         path, five_axis = self.contour.shape, self.machine.five_axis
-        if not isinstance(five_axis, Nutating) or not len(path.circles.joints):
+        if not len(path.circles.joints) or not isinstance(five_axis, Nutating):
             return
         row = path.circle[self.contour.segment[element]]
         on = np.flatnonzero((row >= 0) & np.isfinite(path.circles.joints[row, 0]) & ~self.contour.blended[element])
@@ -98,9 +98,14 @@ class JointPath(Struct, frozen=True, eq=False, dict=True):
 
     def _follow_turns(self, element: Ints, w: Array, q: Array) -> None:
         """Put the turning joint of a wrist on a carrier, in q (n, n_joints), on the turn to which its way leads."""
-        if isinstance(self.machine.five_axis, Carrying):
+        if self._is_carrying:
             place, turn = self._turns
             q[:, -1] += 2 * np.pi * np.round((np.interp(element + w, place, turn) - q[:, -1]) / (2 * np.pi))
+
+    @cached_property
+    def _is_carrying(self) -> bool:
+        """Whether the machine's wrist is on a carrier; asking takes as long as solving a hundred poses."""
+        return isinstance(self.machine.five_axis, Carrying)
 
     @cached_property
     def _turns(self) -> tuple[Array, Array]:

@@ -29,9 +29,9 @@ class JointRows(Struct, frozen=True, eq=False):
     def build(cls, task: SectionTask, s: Array) -> "JointRows":
         """Build from rows s (n,). A step's cap is the lowest at its ends and middle, less where it hides the path."""
         section, cycle = task.section, task.cycle
-        ends = np.asarray(section.find_speed(s), dtype=float)
-        middle = np.asarray(section.find_speed(0.5 * (s[1:] + s[:-1])), dtype=float)
-        cap = task.feed_share * np.minimum(np.minimum(ends[1:], ends[:-1]), middle)
+        n = len(s)
+        speed = np.asarray(section.find_speed(np.append(s, 0.5 * (s[1:] + s[:-1]))), dtype=float)
+        cap = task.feed_share * np.minimum(np.minimum(speed[1:n], speed[: n - 1]), speed[n:])
         q, hidden = section.find_joints_and_hidden(s)
         check_joints(q, s)
         too_long = np.flatnonzero(hidden > 1.0)
