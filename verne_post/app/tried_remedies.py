@@ -113,7 +113,7 @@ def _try_remedies(
     elif offset is not None and item.code not in ROTARY_CODES:
         yield offset
     elif find_family(item.code) != Family.BRANCH:
-        line = _find_worst_line(program, joints, item)
+        line = _find_line(program, joints, item.line)
         if line is not None:
             for one in propose_turns(line, [item]):
                 yield dataclasses.replace(one, text=f"line {line.number} alone: {one.text}")
@@ -125,25 +125,25 @@ def _try_remedies(
 
 
 def list_ends(program: Program, item: Finding) -> list[Remedy]:
-    """Other numbers for X, Y or Z of the worst line of an error, each an edit.
+    """Other numbers for X, Y or Z of the first line of an error, each an edit.
 
     They take ten times as long as the check: an editor asks for them, and in words `explain` of the line has them.
     """
     others = item.code in (*ROTARY_CODES, *_OPTIONS) or find_family(item.code) == Family.BRANCH
     if item.severity != "error" or not is_about_pose(item.code) or others:
         return []
-    line = _find_worst_line(program, guard_joints(program), item)
+    line = _find_line(program, guard_joints(program), item.line)
     return [] if line is None else list(propose_ends(line, warnings=False))
 
 
-def _find_worst_line(program: Program, joints: Any, item: Finding) -> Line | None:
-    """The worst line of a finding; None where it is no motion of the part alone."""
-    number = item.worst_line or item.line or 0
+def _find_line(program: Program, joints: Any, number: int | None) -> Line | None:
+    """A line of errors; None where it is no motion of the part alone."""
+    number = number or 0
     own = select_line(joints, number)
     if not number or not len(own.contour) or not is_movable(own):
         return None
     exact = select_line(replace(joints, contour=make_exact_contour(program.path)), number)
-    return Line(number, "", own, program.moves, None, program.options, (item,), exact)
+    return Line(number, "", own, program.moves, None, program.options, (), exact)
 
 
 def _find_errors_with(source: Text, program: Program, **change: Any) -> tuple[str, ...] | None:
@@ -164,7 +164,7 @@ def _find_offset(source: Text, program: Program, errors: Sequence[Finding]) -> t
     concerned = _select_movable_errors(errors)
     if not concerned:
         return None
-    first = _find_worst_line(program, guard_joints(program), concerned[0])
+    first = _find_line(program, guard_joints(program), concerned[0].line)
     if first is None:
         return None
     system, turn = first.frame.system, first.frame.part_turn
@@ -191,7 +191,8 @@ def _find_legal_origin(
     """An origin (3,) with no errors left but tilt and rotary travel, and their codes; None if none is found."""
     there, place, concerned = program, origin, list(errors)
     for _ in range(OFFSETS):
-        line = _find_worst_line(there, guard_joints(there), max(concerned, key=find_excess))
+        worst = max(concerned, key=find_excess)
+        line = _find_line(there, guard_joints(there), worst.worst_line or worst.line)
         shift = None if line is None else find_smallest_shift(line.joints, basis)
         if shift is None:
             return None

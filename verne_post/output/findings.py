@@ -22,7 +22,7 @@ from verne_post.model.verdict import (
     is_about_pose,
     is_about_text,
 )
-from verne_post.output.causes import Cause, find_causes, list_worst
+from verne_post.output.causes import Cause, find_causes, list_first
 
 if TYPE_CHECKING:
     from verne_post.base.long_text import Text
@@ -47,7 +47,7 @@ def format_outcome(
 
     The machine is named where it is given, except beside a refusal.
     """
-    errors, warnings = count_findings(list_worst(findings))
+    errors, warnings = count_findings(list_first(findings))
     hidden = errors_not_counted
     verdict = find_verdict(find_exit_status(findings), findings, hidden)
     lacks = (
@@ -107,16 +107,15 @@ _QUOTED: Final = 100
 def format_causes(program: str, findings: Sequence[Finding], source: "Text") -> Iterator[list[str]]:
     """Lines of text for each cause: the worst finding with its line, what goes with it, and what helps."""
     for cause in find_causes(findings):
-        yield [format_finding(program, cause.worst), *_quote_line(cause, source, program)]
+        yield [format_finding(program, cause.first), *_quote_line(cause, source, program)]
 
 
 def _quote_line(cause: Cause, source: "Text", program: str) -> list[str]:
     """Quote the line of an error: a caret under the column, the code's meaning and remedy. Nothing for others."""
-    item, others = cause.worst, cause.describe_others()
+    item, others = cause.first, cause.describe_others()
     also = [f"also {others}"] if others else []
-    in_text = is_about_text(item.code)
-    at = item.line if in_text else item.worst_line or item.line
-    if not at or (item.severity != "error" and not in_text):
+    at = item.line
+    if not at or (item.severity != "error" and not is_about_text(item.code)):
         return [f"    = {text}" for text in also]
     from verne_post.base.long_text import take_line  # needs numpy: a mistake of the command line is reported without it
 
@@ -146,9 +145,8 @@ def list_remedies(item: Finding, program: str) -> list[str]:
         return [f"{title}: {remedy}"] if remedy else []
     if item.severity != "error":
         return []
-    at = item.worst_line or item.line
-    explain = f"`verne-post explain {make_printable(program)}:{at}` says how much is needed"
-    return [f"tried: {make_printable(text)}" for text in item.remedies] + [explain] * bool(at)
+    explain = f"`verne-post explain {make_printable(program)}:{item.line}` says how much is needed"
+    return [f"tried: {make_printable(text)}" for text in item.remedies] + [explain] * bool(item.line)
 
 
 #: What helps where a code of the builder has no meaning yet.

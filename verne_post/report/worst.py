@@ -40,7 +40,7 @@ def write_findings_html(study: Study) -> str:
         return "<li>no findings</li>"
     entries = []
     for cause in find_causes(study.findings):
-        item = cause.worst
+        item = cause.first
         text = escape_text(("" if item.line is None else f"line {item.line}: ") + describe(item))
         tried = "".join(f"<small>tried: {escape_text(remedy)}</small>" for remedy in item.remedies)
         also = [escape_text(f"also {describe_other(other)}") for other in cause.others]

@@ -35,7 +35,7 @@ def write(reports: Sequence[Report], machine: Machine | None = None) -> str:
         rows, seen = [], set()
         # a comment has no terminal beside it: what a set-up settles has its remedy, once for a code
         for cause in find_causes(report.findings):
-            item = cause.worst
+            item = cause.first
             settled = item.settled_by and item.code not in seen
             rows.append(_write_row(cause, describe_remedy(item, report.program) if settled else ""))
             seen.add(item.code)
@@ -63,7 +63,7 @@ def _count_that_fit(rows: list[str], room: int) -> int:
 
 
 def _write_row(cause: Cause, remedy: str) -> str:
-    item, others = cause.worst, cause.describe_others()
+    item, others = cause.first, cause.describe_others()
     also = f"<br>also {_escape(others)}" if others else ""
     remedies = also + "".join(f"<br>tried: {_escape(tried)}" for tried in item.remedies)
     remedies += f"<br>{_escape(remedy)}" if remedy else ""
