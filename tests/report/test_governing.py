@@ -442,7 +442,7 @@ def test_stops_inside_lines_are_named() -> None:
     within = drilled.summary.stops_within
     assert within.line == 3
     assert within.count == within.most > 5
-    place = next(place for place in find_worst_places(MACHINE, drilled) if place.what == "line 3 stops inside")
+    place = next(place for place in find_worst_places(MACHINE, drilled) if place.what == "stops within line 3")
     assert place.value == f"{within.most} times"
     assert drilled.line[place.frame] == 3
     text = " ".join(format_summary(drilled.summary).split())
@@ -453,7 +453,7 @@ def test_stops_inside_lines_are_named() -> None:
         assert plain.summary.n_stops > 0
         assert plain.summary.stops_within.count == 0
         assert "of them within" not in format_summary(plain.summary)
-        assert not any("stops inside" in place.what for place in find_worst_places(MACHINE, plain))
+        assert not any("stops within" in place.what for place in find_worst_places(MACHINE, plain))
 
 
 def test_worst_places_are_where_the_rows_are_worst() -> None:

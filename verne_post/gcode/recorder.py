@@ -161,6 +161,7 @@ class Recorder(Struct):
     first_selection: tuple[int, int] | None = None
     calls_presets: bool = False
     first_cut: int = 0
+    assumed_axes: tuple[int, ...] = ()
     #: Work systems to which the program has given an origin.
     placed_systems: set[int] = field(default_factory=set)
     #: Where tool axes gave way to places of the table.
@@ -435,6 +436,7 @@ class Recorder(Struct):
             first_selection=self.first_selection,
             calls_presets=self.calls_presets,
             first_cut=self.first_cut,
+            assumed_axes=self.assumed_axes,
             findings=tuple(self.warnings.values()),
             **table,
         )

@@ -289,6 +289,9 @@ class Moves(Struct, frozen=True):
     calls_presets: bool = False  #: Whether the program knows work systems as presets, by number (Klartext).
     #: Number of the first move that may cut: feed moves before it are those of a retracted head without a length.
     first_cut: int = 0
+    assumed_axes: tuple[
+        int, ...
+    ] = ()  #: Rotary axes whose angle in cuts is assumed, because it is named later (VP036).
 
     def __len__(self) -> int:
         return len(self.line)

@@ -83,7 +83,7 @@ def find_worst_places(machine: Machine, study: Study) -> Iterator[Place]:
         yield from _find_slow_stretches(study, study.governing)
     if study.summary is not None and (within := study.summary.stops_within).count:
         frame = int(np.abs(study.line - within.line).argmin())
-        yield Place(f"line {within.line} stops inside", format_count(within.most, "time"), frame)
+        yield Place(f"stops within line {within.line}", format_count(within.most, "time"), frame)
     if study.tilts:
         frame = int(np.nanargmax(np.abs(study.alpha_deg)))
         yield Place("peak platform tilt", f"{format_fixed(study.alpha_deg[frame], 2)} deg", frame)
