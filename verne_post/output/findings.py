@@ -167,6 +167,25 @@ _GIVE_DIAMETER: Final = (
 )
 
 
+#: Codes of several causes: a remedy that fits all of them adds nothing where the message says what would be right.
+_OF_MANY_CAUSES: Final = (
+    *("VP001", "VP002", "VP003", "VP004", "VP006", "VP008", "VP011", "VP013", "VP015"),
+    *("VP016", "VP024", "VP026", "VP031"),
+)
+#: How messages say what would be right: an imperative after a sign, or what is expected or needed.
+_SAYS_WHAT_IS_RIGHT: Final = re.compile(
+    r"(?:[;:,]|\band|\bor|[;,] so) (?:add|call|change|drop|end|give|go|keep|leave|let|move|name|position|post|reset|"
+    r"retract|save|scale|set|take|turn|unload|use|write)\b|\b(?:expected|must|needs?|needed|takes?|see|belongs?)\b|"
+    r"\bis given\b|\b(?:are|is) (?:not negative|positive)\b"
+)
+#: VP002 where a word is known and not executed, and what helps.
+_NOT_EXECUTED: Final = re.compile(r"\bnot (?:executed|read|kept)\b")
+_POST_WITHOUT: Final = "Post the program without it. Take it out only if you know that nothing depends on it."
+#: VP008 where the numbers of an arc do not fit, and what helps elsewhere.
+_ARC_DOES_NOT_FIT: Final = re.compile(r"not on the circle|too small to reach|and the radius is")
+_CHECK_BLOCKS: Final = "Check the numbers of the block, and of the block before: its end is where this one begins."
+
+
 def _is_about_diameter(item: Finding) -> bool:
     return bool(item.settled_by) and all(key[0] == "tools" and key[-1] == "diameter" for key in item.settled_by)
 
@@ -186,6 +205,12 @@ def _choose_remedy(item: Finding) -> str:
     remedy = CODES[item.code].remedy
     if _is_about_diameter(item):
         return _GIVE_DIAMETER
+    if not item.settled_by and item.code in _OF_MANY_CAUSES and _SAYS_WHAT_IS_RIGHT.search(item.message):
+        return ""
+    if item.code == "VP002" and not item.settled_by and _NOT_EXECUTED.search(item.message):
+        return _POST_WITHOUT
+    if item.code == "VP008" and not _ARC_DOES_NOT_FIT.search(item.message):
+        return _CHECK_BLOCKS
     if item.code == "VP023":
         return _GIVE_FILE if _IN_NO_FILE.search(item.message) else "Open and close each in its order, by the same name."
     if item.code == "VP012" and _NOT_ACTIVE in item.message:
