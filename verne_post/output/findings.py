@@ -38,6 +38,7 @@ class Report(Struct, frozen=True):
     source: "Text" = b""  #: Its text, of which lines are quoted.
     remarks: tuple[str, ...] = ()  #: What a person must compare with the machine.
     errors_not_counted: int = 0  #: Errors that a policy took out of the findings, or weighed as less.
+    machine: "Machine | None" = None  #: Where it is another one than that of the whole report.
 
 
 def format_outcome(

@@ -116,7 +116,7 @@ class Inspector:
         self.files.texts = {os.path.realpath(name): text.encode() for name, text in texts.items()}
         found = Inspected(path, texts[path], (), Inspection(refuse_program(InputError())))
         try:
-            settings = find_settings(self.files, self.given.get("settings"))
+            settings = find_settings(self.files, self.given.get("settings"), path.name)
             policy, _level = make_policy(self.files, settings, None, **self.asked)
             found.machine, found.source, found.options = read_program(self.files, path.name, self.given)
             report("", 0, 0)

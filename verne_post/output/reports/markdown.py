@@ -21,11 +21,14 @@ _MARKS: Final = re.compile(r"[\\`*_{}\[\]<>|~&$!]")
 
 def write(reports: Sequence[Report], machine: Machine | None = None) -> str:
     """The programs, how many of each result, and the findings of each as far as a comment has room: tables."""
-    on = "" if machine is None else f" on {_escape(machine.name)}"
+    several = any(report.machine is not None for report in reports)
+    on = "" if machine is None or several else f" on {_escape(machine.name)}"
     lines, words = [f"| program | result{on} | time |", "|---|---|---|"], Counter[str]()
     for report in reports:
         result = format_outcome("", report.findings, report.errors_not_counted).removeprefix(": ")
         words[re.split("[:,]", result)[0]] += 1
+        own = report.machine or machine
+        result += f" ({_escape(own.name)})" if several and own is not None else ""
         time = "" if report.cycle_time_s is None else f"{report.cycle_time_s:.3f} s"
         lines.append(f"| {_escape(report.program)} | {result} | {time} |")
     counted = ", ".join(f"{count} {word}" for word, count in words.items())
