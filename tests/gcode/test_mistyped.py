@@ -56,6 +56,24 @@ def test_a_number_with_another_character(
     assert find_errors(run, tmp_path, name, line) == [f"{PROGRAMS[name][1]}: {text}"]
 
 
+@pytest.mark.parametrize("name", ["p.ngc", "p.nc"])
+def test_a_letter_that_is_there_twice(run: Callable[..., Any], tmp_path: Path, name: str) -> None:
+    (found,) = find_errors(run, tmp_path, name, "G1 GG95. X1.")
+    text = "VP001 error: GG95.: the letter is there twice; did you mean G95.? (column 4)"
+    assert found == f"{PROGRAMS[name][1]}: {text}"
+
+
+@pytest.mark.parametrize("line", ["R1=_F_ENGAG", "_F_ENGAG=3"])
+def test_a_misspelt_variable(run: Callable[..., Any], tmp_path: Path, line: str) -> None:
+    (found,) = find_errors(run, tmp_path, "p.mpf", f"DEF REAL _F_ENGAGE=2\n{line}")
+    assert "; did you mean _F_ENGAGE?" in found
+
+
+def test_cycles_of_two_digits_are_not_taken_for_each_other(run: Callable[..., Any], tmp_path: Path) -> None:
+    (found,) = find_errors(run, tmp_path, "p.mpf", "CYCLE97(1)")
+    assert "did you mean" not in found
+
+
 @pytest.mark.parametrize(
     ("name", "line", "written", "meant", "code"),
     [
@@ -63,6 +81,8 @@ def test_a_number_with_another_character(
         ("p.mpf", "TRAOIR", "TRAOIR", "TRAORI", "VP002"),
         ("p.mpf", "SUAP G0 Z0", "SUAP", "SUPA", "VP002"),
         ("p.mpf", "CYCEL832(0.01,1)", "CYCEL832", "CYCLE832", "VP002"),
+        ("p.mpf", "CYCLE823(0.01,1)", "CYCLE823", "CYCLE832", "VP002"),
+        ("p.h", "PLANE SPACIAL SPA+0 SPB+0 SPC+0 STAY", "SPACIAL", "SPATIAL", "VP002"),
         ("p.h", "L Z+80 FMXA M9", "FMXA", "FMAX", "VP001"),
         ("p.h", "TOLO CALL 1", "TOLO", "TOOL", "VP002"),
         ("p.h", "TOOL CLAL 1", "CLAL", "CALL", "VP002"),
