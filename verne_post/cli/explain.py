@@ -41,7 +41,8 @@ class ExplainCommand(GroupedCommand):
 def command(what: str, every: bool, **given: Any) -> int:
     """Work one line of a program through, or say what a finding code or a word of a program means.
 
-    INPUT:LINE prints the findings of the line, what would make it legal, and the pose at its end. --all works that pose
+    INPUT:LINE prints the findings of the line, what would make it legal, and the pose at its end; for a line without
+    motion what its words do, and what holds after it. --all works that pose
     through from words to joints, with the margins of both table solutions, and every solution of the machine with the
     reasons why it is refused. CODE (VP102) prints meaning, an example, why it matters, remedy, response, parameters and
     related codes. WORD (G68.2, TRAORI, "CYCL DEF 208") prints what each language does with it.
@@ -78,6 +79,7 @@ def command(what: str, every: bool, **given: Any) -> int:
         with show_progress("explaining"):
             explained = explain_source(source, machine, options, int(number))
         more = f"\n{explained.working}" if every else "--all shows each step, every margin and every solution\n"
+        more = more if explained.working else ""
         echo(explained.text + more, nl=False)
     except InputError as error:
         return refuse(show_name(name), error, source)
