@@ -56,6 +56,18 @@ def test_a_number_with_another_character(
     assert find_errors(run, tmp_path, name, line) == [f"{PROGRAMS[name][1]}: {text}"]
 
 
+@pytest.mark.parametrize(
+    ("name", "line", "columns"),
+    [("p.mpf", "TRAOR SUPAA X1 Q7=3", [1, 7, 16]), ("p.h", "L Z+80 FMA MM9 X+1 FMXA", [8, 12])],
+)
+def test_columns_are_those_of_the_line_as_it_stands(
+    run: Callable[..., Any], tmp_path: Path, name: str, line: str, columns: list[int]
+) -> None:
+    """Words before it are corrected before a further error is found."""
+    found = find_errors(run, tmp_path, name, line)
+    assert [int(one.rpartition("(column ")[2].rstrip(")")) for one in found] == columns
+
+
 @pytest.mark.parametrize("name", ["p.ngc", "p.nc"])
 def test_a_letter_that_is_there_twice(run: Callable[..., Any], tmp_path: Path, name: str) -> None:
     (found,) = find_errors(run, tmp_path, name, "G1 GG95. X1.")

@@ -54,6 +54,16 @@ def correct_line(text: str, error: ProgramError) -> str | None:
     return text[:begin] + correction[1] + text[end:] if text[begin:end].upper() == correction[0].upper() else None
 
 
+def shift_back(corrected_error: ProgramError, later_errors: Iterable[ProgramError]) -> None:
+    """Put columns of a corrected line where they are in the line as it stands."""
+    correction = find_correction(corrected_error.message)
+    if correction is None or corrected_error.column is None:
+        return
+    for error in later_errors:
+        if error.line is None and error.column is not None and error.column > corrected_error.column:
+            error.column -= len(correction[1]) - len(correction[0])
+
+
 def say_what_is_meant(source: Text, errors: Sequence[Finding]) -> list[Finding]:
     """Errors, of which those about a letter O or a comma in a number, or a letter twice, say what is meant."""
     return [_name_number(source, item) for item in errors]
