@@ -155,6 +155,9 @@ def test_a_remedy_says_more_than_its_message_or_is_left_out(tmp_path: Path, run:
         ("VP008", "CT straight back: no arc leads there", "Check the numbers of the block, and of the block before: "),
         ("VP013", "CT goes on in the direction of the motion before; write one first", ""),
         ("VP001", "expected '['", ""),
+        ("VP023", "LBL 7 is not in the program", "Write the label"),
+        ("VP023", "END without the DO that it would end", "Open and close each"),
+        ("VP023", "LBL 7 appears twice, first in line 3", ""),
     ],
 )
 def test_a_remedy_fits_the_cause(code: str, message: str, remedy: str) -> None:

@@ -159,6 +159,17 @@ _GIVE_MEANING: Final = (
 #: VP023 where a whole program is missing, and what helps; elsewhere something is wrong with the order.
 _IN_NO_FILE: Final = re.compile(r"in no file beside it|nor in a file|there is no file")
 _GIVE_FILE: Final = "Put its file beside the program, or into a folder of --subroutine-path."
+_PARTNERS: Final = (
+    (_IN_NO_FILE, _GIVE_FILE),
+    (
+        re.compile(r"is not in the program|there is no (?:such|block)"),
+        "Write the label, or the number of the block, where the program is to go on, or correct its name.",
+    ),
+    (
+        re.compile(r"without|never closed|is open|but its|in no loop"),
+        "Open and close each in its order, by the same name.",
+    ),
+)
 #: In VP012 where the length is known, and nothing is to be filled in.
 _NOT_ACTIVE: Final = "has no length in force"
 #: The title of VP012 where not the length is missing, and what helps.
@@ -213,7 +224,7 @@ def _choose_remedy(item: Finding) -> str:
     if item.code == "VP008" and not _ARC_DOES_NOT_FIT.search(item.message):
         return _CHECK_BLOCKS
     if item.code == "VP023":
-        return _GIVE_FILE if _IN_NO_FILE.search(item.message) else "Open and close each in its order, by the same name."
+        return next((text for sign, text in _PARTNERS if sign.search(item.message)), "")
     if item.code == "VP012" and _NOT_ACTIVE in item.message:
         return CODES["VP034"].remedy
     if item.code == "VP012" and "--tool-" in item.message:  # the message has the options; the file is left to say
