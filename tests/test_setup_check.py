@@ -1,5 +1,7 @@
 """VP033, VP034, VP040, VP049, VP050, VP505: what set-up and program leave open although the program uses it."""
 
+from pathlib import Path
+
 import pytest
 
 import verne_post as vp
@@ -385,3 +387,19 @@ def test_a_tolerance_without_effect_is_told_at_the_code_that_has_its_own():
         vp.Options(tool_length=80.0, wcs={"G54": (0, 0, 30)}, tolerance=0.1),
     )
     assert [(item.code, item.line) for item in result.findings] == [("VP040", 6)]
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "line"),
+    [
+        ("a.nc", "G21 G90 G49\nG0 X0 Y0 Z50 A0 C0\nG55\nS900 M3\nG0 X5\nG1 Z40 F500\nM2\n", 3),
+        ("a.mpf", "G710 G90 G17\nG0 X0 Y0 Z50 A0 C0\nG55\nS900 M3\nG0 X5\nG1 Z40 F500\nM30\n", 3),
+        ("a.h", "BEGIN PGM A MM\nL X0 Y0 Z50 A0 C0 FMAX\nCYCL DEF 247 Q339=+2\nM3\nL X+5 FMAX\nEND PGM A MM\n", 3),
+    ],
+)
+def test_a_missing_place_is_told_at_the_word_that_calls_it(tmp_path: Path, name: str, text: str, line: int) -> None:
+    """It was told at the first move after it."""
+    (tmp_path / name).write_text(text)
+    options = vp.Options(tool_length=80.0, wcs={1: vp.WorkOffset((0.0, 0.0, 60.0))})
+    found = vp.check(tmp_path / name, "verne", options).findings
+    assert [item.line for item in found if item.code == "VP033"] == [line]

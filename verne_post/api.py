@@ -176,7 +176,7 @@ def explain(
     InputError
         The program cannot be read.
     UsageError
-        The line has no motion; the message names the nearest lines with motion.
+        The program has no such line.
     """
     text, chosen = _read_program(source, options, setup, settings)
     if isinstance(line, bool) or not isinstance(line, int):

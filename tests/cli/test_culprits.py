@@ -1,6 +1,8 @@
 """The line that a finding quotes is the one that has to be changed, in every language."""
 
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -55,3 +57,36 @@ def test_a_line_that_goes_farther_out_is_quoted_itself(tmp_path: Path, name: str
     """The line before it ends outside too, but less far."""
     errors, line = check(tmp_path / name, ("A-110", "A-125"))
     assert [(item.line, item.worst_line) for item in errors if item.code == "VP102"] == [(line, line + 1)]
+
+
+def test_a_plunge_is_shown_where_it_begins(tmp_path: Path, run: Callable[..., Any]) -> None:
+    """A later line is 0.01 mm deeper: it is named as the worst, and what has to be corrected is the plunge."""
+    path = tmp_path / "part.ngc"
+    path.write_text("G21 G90 G49\nG0 A0 C0\nG0 X0 Y0 Z20\nG1 Z-2 F500\nX10 Z-2.01\nG0 Z20\nX20\nG1 Z-3\nG0 Z20\nM2\n")
+    text = run("check", path, "--tool-length", 80, "--wcs", "G54=0,0,0").out
+    head, quoted, also = text.splitlines()[:3]
+    assert head.startswith(f"{path}:4: VP210 error: tip or spindle nose 2.01")
+    assert "(lines 4 to 6, worst 5, 3 moves)" in head
+    assert quoted == "  4 | G1 Z-2 F500"
+    assert also == "    = also VP210 by 3.000000 mm in lines 8 to 9"
+    assert f"explain {path}:4" in text
+
+
+@pytest.mark.parametrize(
+    ("line", "then"), [("X10 Z-120", "Z -79.9 instead of -120"), ("Z700 X10", "Z 533.7 instead of 700")]
+)
+def test_one_wrong_word_is_named(tmp_path: Path, run: Callable[..., Any], line: str, then: str) -> None:
+    """The part was to be moved, or nothing helped, and the word of one line was wrong."""
+    path = tmp_path / "part.ngc"
+    text = f"G21 G90 G49\nG0 A0 C0\nG0 X0 Y0 Z20\nG1 F500 {line}\nX20\nG0 Z20\nX30\nM2\n"
+    path.write_text(text)
+    words = ("--tool-length", 100, "--wcs", "G54=0,0,80")
+    said = run("check", path, *words).out
+    assert f"tried: legal if line 4 ends at {then}" in said
+    assert "no work offset" not in said
+    letter, value, _instead, _of, before = then.split()
+    path.write_text(text.replace(letter + before, letter + value))
+    assert run("check", path, *words).code == 0
+    # another line is wrong by itself: no word alone helps
+    path.write_text(text.replace("X30", "Z20\nG0 X30\nZ720\nZ20"))
+    assert "ends at" not in run("check", path, *words).out

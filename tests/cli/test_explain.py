@@ -212,15 +212,28 @@ def test_the_approach_is_explained_without_words(explain: Callable[..., str]) ->
     assert vector(text, "tip on the table     ") == pytest.approx([0, 0, 180], abs=1e-6)
 
 
-def test_a_line_without_motion_names_its_neighbours(tmp_path: Path, run: Callable[..., Any]) -> None:
+def test_a_line_without_motion_says_what_its_words_do(tmp_path: Path, run: Callable[..., Any]) -> None:
     path = tmp_path / "a.nc"
     path.write_text(
-        lines("(head)", "G49 G0 X0 Y0 Z120 A0 C0", "Z100", "(here)", "", "G1 X3 F900", "M2"), encoding="utf-8"
+        lines("(head)", "G49 G0 X0 Y0 Z120 A0 C0", "Z100", "(here)", "G091S3 M03 G61", "G1 G90 X3 F900", "M2"),
+        encoding="utf-8",
     )
-    for line, near in ((4, "3 and 6"), (1, "3"), (99, "6")):
+    for line, near in ((4, "3 and 6"), (1, "3"), (5, "3 and 6")):
         answer = run("explain", f"{path}:{line}", *OPTIONS)
-        assert (answer.code, answer.out) == (2, "")
-        assert f"line {line} has no motion; the nearest lines that have: {near}\n" in answer.err
+        assert answer.code == 0
+        assert f"no motion; the nearest lines that have: {near}\n" in answer.out
+    words = [line.split()[0] for line in answer.out.splitlines()[2:-1]]
+    assert words == ["G91", "M3", "G61"]
+    assert "spindle: clockwise" in answer.out
+    assert answer.out.splitlines()[-1].startswith("  in force: G0, G21 (mm), G91 (incremental), G94, G61")
+    assert "a remark" in run("explain", f"{path}:4", *OPTIONS).out
+    beyond = run("explain", f"{path}:99", *OPTIONS)
+    assert (beyond.code, "line 99 is after the end of the program" in beyond.err) == (2, True)
+
+
+def test_words_of_cl_files_are_explained(run: Callable[..., Any]) -> None:
+    assert "APT: a number and its unit" in run("explain", "FEDRAT").out
+    assert "APT: not executed: " in run("explain", "nurbs").out
 
 
 # --- every solution --------------------------------------------------------------------------------

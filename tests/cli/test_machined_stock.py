@@ -34,7 +34,7 @@ def test_rows_cut_the_stock_line_by_line_and_leave_the_rest_for_the_next_run(slo
     done = slot(*BOX, "--stock-left", "left.npz@G54")
     assert done.code == 1
     assert (
-        "slot.nc:11: VP216 error: distance of the cutter from the stock at that time in a rapid traverse -3.0"
+        "slot.nc:11: VP216 error: distance of the cutter from the stock at that time in a rapid traverse -5.9"
         in done.err
     )
     assert "slot.nc:7:" not in done.err

@@ -57,12 +57,49 @@ def test_a_number_with_another_character(
 
 
 @pytest.mark.parametrize(
+    ("name", "line", "columns"),
+    [("p.mpf", "TRAOR SUPAA X1 Q7=3", [1, 7, 16]), ("p.h", "L Z+80 FMA MM9 X+1 FMXA", [8, 12])],
+)
+def test_columns_are_those_of_the_line_as_it_stands(
+    run: Callable[..., Any], tmp_path: Path, name: str, line: str, columns: list[int]
+) -> None:
+    """Words before it are corrected before a further error is found."""
+    found = find_errors(run, tmp_path, name, line)
+    assert [int(one.rpartition("(column ")[2].rstrip(")")) for one in found] == columns
+
+
+@pytest.mark.parametrize("name", ["p.ngc", "p.nc"])
+def test_a_letter_that_is_there_twice(run: Callable[..., Any], tmp_path: Path, name: str) -> None:
+    (found,) = find_errors(run, tmp_path, name, "G1 GG95. X1.")
+    text = "VP001 error: GG95.: the letter is there twice; did you mean G95.? (column 4)"
+    assert found == f"{PROGRAMS[name][1]}: {text}"
+
+
+@pytest.mark.parametrize("line", ["R1=_F_ENGAG", "_F_ENGAG=3"])
+def test_a_misspelt_variable(run: Callable[..., Any], tmp_path: Path, line: str) -> None:
+    (found,) = find_errors(run, tmp_path, "p.mpf", f"DEF REAL _F_ENGAGE=2\n{line}")
+    assert "; did you mean _F_ENGAGE?" in found
+
+
+def test_a_misspelt_named_parameter(run: Callable[..., Any], tmp_path: Path) -> None:
+    found = find_errors(run, tmp_path, "p.ngc", "#<depth>=5\nG1 X#<dept>")
+    assert found == ["5: VP025 error: #<dept> has no value; did you mean #<depth>? (column 5)"]
+
+
+def test_cycles_of_two_digits_are_not_taken_for_each_other(run: Callable[..., Any], tmp_path: Path) -> None:
+    (found,) = find_errors(run, tmp_path, "p.mpf", "CYCLE97(1)")
+    assert "did you mean" not in found
+
+
+@pytest.mark.parametrize(
     ("name", "line", "written", "meant", "code"),
     [
         ("p.nc", "G68.2 X0. Y0. Z0. I0. J0. K0.\nG35.1\nG69", "G35.1", "G53.1", "VP002"),
         ("p.mpf", "TRAOIR", "TRAOIR", "TRAORI", "VP002"),
         ("p.mpf", "SUAP G0 Z0", "SUAP", "SUPA", "VP002"),
         ("p.mpf", "CYCEL832(0.01,1)", "CYCEL832", "CYCLE832", "VP002"),
+        ("p.mpf", "CYCLE823(0.01,1)", "CYCLE823", "CYCLE832", "VP002"),
+        ("p.h", "PLANE SPACIAL SPA+0 SPB+0 SPC+0 STAY", "SPACIAL", "SPATIAL", "VP002"),
         ("p.h", "L Z+80 FMXA M9", "FMXA", "FMAX", "VP001"),
         ("p.h", "TOLO CALL 1", "TOLO", "TOOL", "VP002"),
         ("p.h", "TOOL CLAL 1", "CLAL", "CALL", "VP002"),

@@ -396,7 +396,9 @@ BLOCK = Box("the stock", (-30.0, -40.0, 0.0), (30.0, 40.0, 60.0))
 def test_the_stock_counts_as_it_is_cut() -> None:
     (found,) = check(SLOT, stock=BLOCK)
     assert (found.code, found.severity, found.line, found.worst_line) == ("VP216", "error", 11, 11)
-    assert found.value == pytest.approx(-3.0, abs=0.05)  # the middle of 6 mm
+    assert found.value == pytest.approx(-6.0, abs=0.15)
+    # X-30 is 15 mm on, the radius 6; rays are 0.1 mm apart
+    assert found.message.endswith("; the contact begins 9.1 mm along line 11, 80.9 mm before its end")
     # beside the slot: by less than bodies may touch, by less than rays can tell, by more
     for aside, expected in ((0.001, []), (0.02, ["warning"]), (0.2, ["error"])):
         beside = SLOT.replace("G0 X-45\nG0 Z80", f"G0 Y{aside - 20.0}\nG0 X-45\nG0 Z80").replace("G0 Z54\nG0 X45\n", "")

@@ -22,7 +22,7 @@ def break_limit(joint: str, value: float, first: int, last: int, code: str = "VP
 
 
 def name_groups(findings: list[Finding]) -> list[list[int]]:
-    """Places of the findings of each cause, the worst first."""
+    """Places of the findings of each cause, the one that is shown first."""
     causes = find_causes(findings)
     assert all([findings[index] for index in cause.indices[1:]] == list(cause.others) for cause in causes)
     return [list(cause.indices) for cause in causes]
@@ -31,8 +31,8 @@ def name_groups(findings: list[Finding]) -> list[list[int]]:
 def test_one_limit_in_three_stretches_is_one_cause() -> None:
     found = [break_limit("rho2", value, line, line + 2) for value, line in ((40.0, 3), (10.0, 20), (30.0, 40))]
     [cause] = find_causes(found)
-    assert cause.worst == found[1]
-    assert cause.describe_others() == "rho2 by 20.000000 mm in lines 40 to 42 (worst of 2 places)"
+    assert cause.first == found[0]
+    assert cause.describe_others() == "rho2 by 40.000000 mm in lines 20 to 22 (worst of 2 places)"
     assert format_outcome("a.nc", tuple(found)) == "a.nc: refused: 1 error, 0 warnings"
 
 
@@ -46,8 +46,9 @@ def test_joints_in_the_same_lines_are_one_cause_and_others_are_not() -> None:
         make_finding("VP216", "tool cuts the stock 1.5 mm deep", line=4, last_line=4),
         make_finding("VP216", "tool cuts the stock 2.5 mm deep", line=8, last_line=8),  # each contact is a mistake
     ]
-    assert name_groups(found) == [[1, 0, 3], [2], [4], [5], [6]]
-    assert find_causes(found)[0].describe_others() == ("rho1 by 10.000000 mm in lines 3 to 9 (worst of 2 places)")
+    assert name_groups(found) == [[0, 1, 3], [2], [4], [5], [6]]
+    others = "rho2 by 30.000000 mm in lines 9 to 12; rho1 by 5.000000 mm in line 50"
+    assert find_causes(found)[0].describe_others() == others
 
 
 def test_what_only_a_rotary_axis_beyond_its_travel_breaks_belongs_to_it() -> None:
@@ -59,15 +60,15 @@ def test_what_only_a_rotary_axis_beyond_its_travel_breaks_belongs_to_it() -> Non
         make_finding("VP301", "the table changes to its other position", line=11, last_line=11, severity="error"),
     ]
     [cause] = find_causes(found)
-    assert cause.worst.axis == "b"
-    assert cause.worst.remedies == ("legal if the line ends at B -34.999",)
+    assert cause.first.axis == "b"
+    assert cause.first.remedies == ("legal if the line ends at B -34.999",)
     assert cause.describe_others() == "z by 30.000000 mm in lines 10 to 11; VP301 in line 11"
     # so has a place that is out of reach: what the lines break on their way there
     lost = make_finding("VP110", "out of reach", line=9, last_line=11, severity="error")
     assert name_groups([lost, found[0]]) == [[0, 1]]
-    assert name_groups([lost, found[0], break_limit("z", 10.0, 40, 41)]) == [[0], [2, 1]]
+    assert name_groups([lost, found[0], break_limit("z", 10.0, 40, 41)]) == [[0], [1, 2]]
     # a limit that is broken in other lines, too, has a cause of its own
-    assert name_groups([*found, break_limit("z", 10.0, 40, 41)]) == [[1, 2], [3, 0]]
+    assert name_groups([*found, break_limit("z", 10.0, 40, 41)]) == [[0, 3], [1, 2]]
     assert name_groups([found[1], break_limit("z", 10.0, 9, 11)]) == [[0], [1]]
     # of two stretches beyond the travel the right one
     two = [found[1], break_limit("c", -400.0, 30, 60, code="VP103"), break_limit("z", 10.0, 31, 32)]
@@ -82,8 +83,8 @@ def test_warnings_stay_apart_from_errors_and_many_are_counted() -> None:
     found = [break_limit("rho1", 40.0 - n, 3 * n, 3 * n) for n in range(1, 9)]
     warned = make_finding("VP202", found[0].message, line=3, last_line=3, axis="rho1", severity="warning")
     first, second = find_causes([*found, warned])
-    assert second.worst == warned
-    assert first.describe_others() == "rho1 by 17.000000 mm in line 21 (worst of 7 places)"
+    assert second.first == warned
+    assert first.describe_others() == "rho1 by 18.000000 mm in line 24 (worst of 7 places)"
 
 
 def test_a_remedy_is_told_once() -> None:
@@ -92,7 +93,7 @@ def test_a_remedy_is_told_once() -> None:
         break_limit("rho1", 40.0, 3, 3, remedies=(moved,)),
         make_finding("VP210", "tip 5.0 mm below", line=9, last_line=9, remedies=(moved, turned)),
     ]
-    assert [cause.worst.remedies for cause in find_causes(found)] == [(moved,), ("as for VP101 in line 3", turned)]
+    assert [cause.first.remedies for cause in find_causes(found)] == [(moved,), ("as for VP101 in line 3", turned)]
 
 
 @pytest.mark.parametrize("seed", range(20))

@@ -13,7 +13,7 @@ import pytest
 from verne_post.model.codes import CODES
 from verne_post.model.findings import make_finding
 from verne_post.model.verdict import is_about_text
-from verne_post.output.findings import Report, format_finding
+from verne_post.output.findings import Report, describe_remedy, format_finding
 from verne_post.output.reports import json as json_report
 from verne_post.output.reports import text as text_report
 
@@ -141,6 +141,31 @@ def test_a_remedy_says_more_than_its_message_or_is_left_out(tmp_path: Path, run:
     assert "    = " not in number
     assert CODES["VP006"].remedy in useless
     assert "Remedy: Write a number in the range that the message gives." in run("explain", "VP007").out
+
+
+@pytest.mark.parametrize(
+    ("code", "message", "remedy"),
+    [
+        ("VP026", "compensation along the normal is not executed; take DL and DR out", ""),
+        ("VP026", "the tool (radius 5 mm) cannot reach into this inside corner", "Use a smaller tool, "),
+        ("VP002", "G54.2 is only executed with P0: the control stores it; let the CAM system write G43.4", ""),
+        ("VP002", "G33 is not executed (spindle-synchronised motion)", "Post the program without it."),
+        ("VP002", "G777 is not a code of this language", "If the word is misspelt, correct it."),
+        ("VP008", "the end is not on the circle: radius 5 mm at the start, 6 mm at the end", "Check the numbers"),
+        ("VP008", "CT straight back: no arc leads there", "Check the numbers of the block, and of the block before: "),
+        ("VP013", "CT goes on in the direction of the motion before; write one first", ""),
+        ("VP001", "expected '['", ""),
+        ("VP023", "LBL 7 is not in the program", "Write the label"),
+        ("VP023", "END without the DO that it would end", "Open and close each"),
+        ("VP023", "LBL 7 appears twice, first in line 3", ""),
+    ],
+)
+def test_a_remedy_fits_the_cause(code: str, message: str, remedy: str) -> None:
+    """A code has several causes: arcs of DL were to be posted with a smaller tool."""
+    said = describe_remedy(make_finding(code, message), "a.nc")
+    assert said.startswith(remedy)
+    assert bool(said) == bool(remedy)
+    assert ("more decimals" in said) == ("on the circle" in message)
 
 
 @pytest.mark.parametrize("code", sorted(CODES))

@@ -391,11 +391,11 @@ def _refuse_turn_before_cuts(draft: Draft, here: Array) -> None:
     if item is None:
         return
     turn = np.abs(np.remainder(draft.contour.path.start[0] - here + np.pi, 2 * np.pi) - np.pi)[3:] * DEG_PER_RAD
-    letters = [AXES[axis] for axis in build_interpreter_setup(draft.machine, draft.options).rotary]
-    unnamed = item.message.partition(" names ")[2].partition(":")[0]
-    turned = [number for number in range(2) if letters[number] in unnamed and turn[number] > _SAME_TURN_DEG]
+    axes = build_interpreter_setup(draft.machine, draft.options).rotary
+    assumed = draft.moves.assumed_axes
+    turned = [number for number in range(2) if axes[number] in assumed and turn[number] > _SAME_TURN_DEG]
     if turned:
-        stands = " ".join(f"{letters[number]}{here[3 + number] * DEG_PER_RAD:.6g}" for number in turned)
+        stands = " ".join(f"{AXES[axes[number]]}{here[3 + number] * DEG_PER_RAD:.6g}" for number in turned)
         text = f"{item.message}; --from has the table at {stands}, and it would be turned for these cuts"
         raise InputError(dataclasses.replace(item, severity="error", message=text))
 

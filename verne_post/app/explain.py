@@ -4,12 +4,14 @@ from dataclasses import dataclass
 
 from msgspec.structs import replace
 
-from verne_post.app.assemble import Program, assemble, find_modal_state
+from verne_post.app.assemble import Program, assemble, find_modal_state, find_state_if_executed
 from verne_post.app.constraints import check_line, guard_joints
-from verne_post.app.explain_line import explain_line, find_lines_near, work_through
+from verne_post.app.explain_line import describe_modes, explain_line, find_lines_near, work_through
 from verne_post.app.line_remedies import Line
 from verne_post.base.long_text import Text, take_line
 from verne_post.base.text_tables import format_html_text
+from verne_post.gcode.dialects import choose_dialect_name
+from verne_post.gcode.known_words import describe_words_of, remove_remarks
 from verne_post.kinematics.checks.remedies import select_line
 from verne_post.model.findings import Finding, UsageError
 from verne_post.model.machine import Machine
@@ -31,7 +33,8 @@ class Explanation:
     text : str
         Words, findings with remedies, and the pose at the end of the line: what a person asks first.
     working : str
-        Every step from words to joints, all margins of both table solutions, and every solution of the machine.
+        Every step from words to joints, all margins of both table solutions, and every solution of the machine. Empty
+        for a line without motion.
     """
 
     line: int
@@ -52,8 +55,32 @@ def explain_source(source: Text, machine: Machine, options: Options, line: int) 
     build_feed_override(
         options.override, options.slow_start, machine.limits
     )  # refuses too short a slow start, as check does
+    text = take_line(source, line) if line else None
+    if line and text is None:
+        raise UsageError("line", f"line {line} is after the end of the program")
+    if text is not None and not len(select_line(guard_joints(program), line).contour):
+        return _explain_words(source, program, line, text.decode("utf-8", errors="replace").strip())
     shown = look_at_line(source, program, line)
     return Explanation(line, shown.findings, *("\n".join(part(shown)) + "\n" for part in (explain_line, work_through)))
+
+
+def _explain_words(source: Text, program: Program, line: int, text: str) -> Explanation:
+    """A line without motion: its words, what is found in its text, and what holds after it."""
+    options = program.options
+    dialect = choose_dialect_name(options.dialect, source, options.source_name)
+    findings = tuple(item for item in program.findings if item.line == line)
+    near = " and ".join(str(one) for one in find_lines_near(guard_joints(program), line))
+    said = [f"line {line}: {text}", f"  no motion; the nearest lines that have: {near}"]
+    said += [f"  {name:<20} {what}" for name, what in describe_words_of(text, dialect)]
+    said += [f"  {item.code} {item.severity}: {item.message}" for item in findings]
+    state = find_state_if_executed(source, program, line)
+    if not remove_remarks(text, dialect):
+        said.append("  nothing to execute: a remark, or an empty line")
+    else:
+        said.append(
+            "  the program itself does not come to this line" if state is None else f"  {describe_modes(state)}"
+        )
+    return Explanation(line, findings, "\n".join(said) + "\n", "")
 
 
 def look_at_line(source: Text, program: Program, line: int) -> Line:

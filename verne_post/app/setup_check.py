@@ -61,7 +61,7 @@ def check_setup(moves: Moves, path: ToolPath, machine: Machine, options: Options
     found = [
         report_missing_offset(
             system,
-            int(moves.line[at]),
+            moves.find_selecting_line(system, at),
             options.unmeasured_wcs.get(system, ""),
             calls_presets=moves.calls_presets,
             # a program that moves in rapids until it calls its first work system does not mean the one before

@@ -139,9 +139,11 @@ def _make_finding(touches: list[Touch], name: str, keep_off: float, cell: float)
     }
     when = " in a rapid traverse" if worst.body == "cutter" else ""
     if worst.depth == worst.depth:
+        before, after = touches[0].begin
         text = (
             f"distance of the {worst.body} from {name} at that time{when} {-worst.depth:.6f} mm is below {keep_off:g} "
-            f"mm by {worst.depth + keep_off:.6f} mm"
+            f"mm by {worst.depth + keep_off:.6f} mm; the contact begins {before:.1f} mm along line {touches[0].line}, "
+            f"{after:.1f} mm before its end"
         )
         return make_finding("VP216", text, **lines, value=-worst.depth, limit=keep_off, unit="mm")
     text = (

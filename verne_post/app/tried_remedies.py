@@ -12,8 +12,8 @@ from msgspec.structs import replace
 
 from verne_post.app.assemble import Program, assemble, build_interpreter_setup
 from verne_post.app.constraints import check_program, guard_joints
-from verne_post.app.explain_numbers import format_list
-from verne_post.app.line_remedies import Line, propose_ends, propose_turns
+from verne_post.app.explain_numbers import format_list, format_number
+from verne_post.app.line_remedies import Line, find_number, propose_ends, propose_turns
 from verne_post.base.arrays import Array
 from verne_post.base.long_text import Text
 from verne_post.base.tolerances import LIMIT_SLACK_MM
@@ -40,6 +40,10 @@ _OPTIONS: Final[dict[str, tuple[str, dict[str, Any]]]] = {
     "VP301": ("--allow-rewind", {"allow_rewind": True}),
     "VP217": ("--correct-axis", {"correct_axis": True}),
 }
+#: What is said where no move of the part was found.
+_NO_OFFSET: Final = Remedy(
+    "no work offset near this one makes the program legal; `verne-post fit` seeks one over the whole table"
+)
 
 
 def add_remedies(source: Text, program: Program, findings: Sequence[Finding]) -> list[Finding]:
@@ -55,6 +59,7 @@ def add_remedies(source: Text, program: Program, findings: Sequence[Finding]) ->
         return list(findings)
     found = _find_offset(source, program, errors) if len(program.contour) <= TRIED_ELEMENTS else None
     offset, distance = found or (None, np.inf)
+    word = _find_word(source, program, errors) if len(program.contour) <= TRIED_ELEMENTS else None
     in_inches = _find_mistaken_unit(source, program, errors) if distance > FAR_MM else None
     if in_inches is not None:
         remedy = (f"see {in_inches.code} in line {in_inches.line}",)
@@ -71,6 +76,8 @@ def add_remedies(source: Text, program: Program, findings: Sequence[Finding]) ->
     for item in findings:
         if item in remedied:
             tried = tuple(_try_remedies(source, program, joints, item, offset))
+            if word is not None:
+                tried = (word, *(one for one in tried if one != _NO_OFFSET))
             edits = tuple(one for one in tried if one.value)
             item = dataclasses.replace(item, remedies=tuple(one.text for one in tried), edits=edits)
         made.append(item)
@@ -113,37 +120,35 @@ def _try_remedies(
     elif offset is not None and item.code not in ROTARY_CODES:
         yield offset
     elif find_family(item.code) != Family.BRANCH:
-        line = _find_worst_line(program, joints, item)
+        line = _find_line(program, joints, item.line)
         if line is not None:
             for one in propose_turns(line, [item]):
                 yield dataclasses.replace(one, text=f"line {line.number} alone: {one.text}")
         tried = item.code not in ROTARY_CODES and len(program.contour) <= TRIED_ELEMENTS
         if tried:
-            yield Remedy(
-                "no work offset near this one makes the program legal; `verne-post fit` seeks one over the whole table"
-            )
+            yield _NO_OFFSET
 
 
 def list_ends(program: Program, item: Finding) -> list[Remedy]:
-    """Other numbers for X, Y or Z of the worst line of an error, each an edit.
+    """Other numbers for X, Y or Z of the first line of an error, each an edit.
 
     They take ten times as long as the check: an editor asks for them, and in words `explain` of the line has them.
     """
     others = item.code in (*ROTARY_CODES, *_OPTIONS) or find_family(item.code) == Family.BRANCH
     if item.severity != "error" or not is_about_pose(item.code) or others:
         return []
-    line = _find_worst_line(program, guard_joints(program), item)
+    line = _find_line(program, guard_joints(program), item.line)
     return [] if line is None else list(propose_ends(line, warnings=False))
 
 
-def _find_worst_line(program: Program, joints: Any, item: Finding) -> Line | None:
-    """The worst line of a finding; None where it is no motion of the part alone."""
-    number = item.worst_line or item.line or 0
+def _find_line(program: Program, joints: Any, number: int | None) -> Line | None:
+    """A line of errors; None where it is no motion of the part alone."""
+    number = number or 0
     own = select_line(joints, number)
     if not number or not len(own.contour) or not is_movable(own):
         return None
     exact = select_line(replace(joints, contour=make_exact_contour(program.path)), number)
-    return Line(number, "", own, program.moves, None, program.options, (item,), exact)
+    return Line(number, "", own, program.moves, None, program.options, (), exact)
 
 
 def _find_errors_with(source: Text, program: Program, **change: Any) -> tuple[str, ...] | None:
@@ -156,6 +161,41 @@ def _find_errors_with(source: Text, program: Program, **change: Any) -> tuple[st
     return tuple(dict.fromkeys(item.code for item in found if item.severity == "error"))
 
 
+# --- one word of the program ---------------------------------------------------------------------------------
+
+
+def _find_word(source: Text, program: Program, errors: Sequence[Finding]) -> Remedy | None:
+    """The word that alone is at fault: X, Y or Z of the first line of errors, where all of them are in one stretch.
+
+    Of several words the one that changes least. The program was checked with it.
+    """
+    first = min(errors, key=lambda item: item.line or 0)
+    start, end = first.line or 0, first.last_line or 0
+    if any(item.code in (*ROTARY_CODES, *_OPTIONS) or not start <= (item.line or 0) <= end for item in errors):
+        return None
+    line = _find_line(program, guard_joints(program), start)
+    lines = bytes(source).split(b"\n")
+    if line is None:
+        return None
+    ends = sorted(propose_ends(line, warnings=False), key=lambda one: abs(float(one.value) - one.word[1]))
+    text = lines[start - 1].decode("utf-8", errors="replace")
+    for one in ends:
+        letter, now = one.word
+        place = find_number(text, letter, now)
+        if place is None:
+            continue
+        begin, length = place
+        # the line alone was checked as programmed: a blended corner may take the tool a little farther
+        steps = np.ceil(np.round(abs(float(one.value) - now) / ROUND_MM, 6)) + np.arange(2)
+        for then in now + np.sign(float(one.value) - now) * steps * ROUND_MM:
+            value = format_number(then)
+            changed = f"{text[:begin]}{value}{text[begin + length :]}".encode()
+            if _find_errors_with(b"\n".join([*lines[: start - 1], changed, *lines[start:]]), program) == ():
+                before = text[begin : begin + length]
+                return Remedy(f"legal if line {start} ends at {letter} {value} instead of {before}")
+    return None
+
+
 # --- a work offset for the whole program -----------------------------------------------------------------
 
 
@@ -164,7 +204,7 @@ def _find_offset(source: Text, program: Program, errors: Sequence[Finding]) -> t
     concerned = _select_movable_errors(errors)
     if not concerned:
         return None
-    first = _find_worst_line(program, guard_joints(program), concerned[0])
+    first = _find_line(program, guard_joints(program), concerned[0].line)
     if first is None:
         return None
     system, turn = first.frame.system, first.frame.part_turn
@@ -191,7 +231,8 @@ def _find_legal_origin(
     """An origin (3,) with no errors left but tilt and rotary travel, and their codes; None if none is found."""
     there, place, concerned = program, origin, list(errors)
     for _ in range(OFFSETS):
-        line = _find_worst_line(there, guard_joints(there), max(concerned, key=find_excess))
+        worst = max(concerned, key=find_excess)
+        line = _find_line(there, guard_joints(there), worst.worst_line or worst.line)
         shift = None if line is None else find_smallest_shift(line.joints, basis)
         if shift is None:
             return None

@@ -3,12 +3,52 @@
 import difflib
 import re
 from collections.abc import Iterable
+from typing import Final
+
+#: Shorter words are too near to each other; two letters in the wrong order are seen from one less on.
+_LEAST_LETTERS: Final = 4
 
 
 def suggest(word: str, *names: Iterable[str]) -> str:
-    """The nearest name of the first group that has one near, as "; did you mean NAME?"; empty where none has."""
-    near = next((found for group in names if (found := difflib.get_close_matches(word, list(group), n=1))), None)
-    return f"; did you mean {near[0]}?" if near else ""
+    """What is meant, as "; did you mean NAME?"; empty where no name is near."""
+    near = find_meant(word, *names)
+    return f"; did you mean {near}?" if near else ""
+
+
+def find_meant(word: str, *names: Iterable[str], slip_alone: bool = False) -> str:
+    """The name that is meant, of the first group that has one near; empty where none has.
+
+    That is the first name that one slip turns into ``word``; else, unless ``slip_alone``, the most similar one.
+    """
+    for group in names:
+        known = list(group)
+        near = [next((name for name in known if _is_one_slip(word, name)), "")]
+        if not near[0] and not slip_alone:
+            near = difflib.get_close_matches(word, known, n=1)
+        if near and near[0]:
+            return near[0]
+    return ""
+
+
+def _is_one_slip(word: str, right_word: str) -> bool:
+    """Two neighbours changed places, or one letter is left out, is too many, or is another one.
+
+    Digits may only change places: cycles of other numbers are other cycles.
+    """
+    shorter, longer = sorted((word, right_word), key=len)
+    if len(longer) - len(shorter) > 1 or word == right_word:
+        return False
+    begin = next(
+        (at for at, (one, other) in enumerate(zip(shorter, longer, strict=False)) if one != other), len(shorter)
+    )
+    if len(shorter) == len(longer):
+        here, there = shorter[begin:], longer[begin:]
+        if here[:2] == there[1::-1] and here[2:] == there[2:]:
+            return len(word) >= _LEAST_LETTERS - word.isalpha()
+        is_slip = here[1:] == there[1:] and (here[0] + there[0]).isalpha()
+    else:
+        is_slip = shorter[begin:] == longer[begin + 1 :] and longer[begin].isalpha()
+    return is_slip and len(shorter) >= _LEAST_LETTERS - (len(shorter) < len(longer)) and word[0] == right_word[0]
 
 
 def find_correction(message: str) -> tuple[str, str] | None:

@@ -10,7 +10,7 @@ import click
 
 from verne_post.base.numbers import is_count
 from verne_post.base.printable import format_json, make_printable
-from verne_post.cli.common import expect_machine, load, name_machine, print_findings, quiet_option, refuse
+from verne_post.cli.common import expect_machine, load_machines, name_machine, print_findings, quiet_option, refuse
 from verne_post.cli.conversion import check_format, format_option
 from verne_post.cli.files import RunFiles, Unreadable, is_dash
 from verne_post.cli.numbers import Whole
@@ -99,12 +99,15 @@ def command(
             output,
             may_lack=output.exists(),  # old rows of what is gone must go
         )
-        machine_name = name_machine(files, given["machine_name"], given)
-        expect_machine(machine_name)
-        build_options(files, "", **given)  # a mistake of the command line is no finding of a program
-        machine = load(files, machine_name)
+        names = [name for name, _place in programs] or [""]
+        # what is wrong with the command line or with settings is no finding of a program
+        for name in {Path(name).parent: name for name in names}.values():
+            expect_machine(name_machine(files, given["machine_name"], given, name))
+            build_options(files, "", beside=name, **given)
+        machines = load_machines(files, names, given)
+        machine = machines[names[0]]
         check_format(file_format)
-        every = _make_jobs(files, programs, output, machine, file_format, given)
+        every = _make_jobs(files, programs, output, machines, file_format, given)
     except InputError as error:
         verdict = find_verdict(find_exit_status(error.findings), error.findings)
         _report_failure(files, report_files, github, verdict, str(error), error.findings)
@@ -139,7 +142,14 @@ def command(
         from verne_post.output.reports import FORMATS as REPORTS
 
         reports = [
-            Report(one.program, one.findings, one.cycle_time_s, _read_text(files, one.program)) for one in outcomes
+            Report(
+                one.program,
+                one.findings,
+                one.cycle_time_s,
+                _read_text(files, one.program),
+                machine=None if machines[one.program] is machine else machines[one.program],
+            )
+            for one in outcomes
         ]
         write_report_files(files, report_files, reports, machine)
         if github:
@@ -203,7 +213,7 @@ def _make_jobs(
     files: RunFiles,
     programs: Sequence[tuple[str, Path]],
     output: Path,
-    machine: "Machine",
+    machines: "dict[str, Machine]",
     file_format: str,
     given: dict[str, Any],
 ) -> "list[Job]":
@@ -227,7 +237,7 @@ def _make_jobs(
                 f"{program} and {other} would both be written to {output / target}; convert them into two folders"
             )
     for bare in sorted(bare for bare, sharers in sharing.items() if len(sharers) > 1):
-        forget(Job("", output, bare, machine, Options(), file_format, ()))
+        forget(Job("", output, bare, next(iter(machines.values())), Options(), file_format, ()))
     jobs = []
     for target, program in sorted(found.items(), key=lambda item: item[1]):
         wrong: tuple[Finding, ...] = ()
@@ -235,7 +245,9 @@ def _make_jobs(
             options = build_options(files, program, program, **given)
         except InputError as error:  # in its set-up: the others are converted all the same
             options, wrong = Options(source_name=program), error.findings
-        jobs.append(Job(program, output, target, machine, options, file_format, given["subroutine_path"], wrong))
+        jobs.append(
+            Job(program, output, target, machines[program], options, file_format, given["subroutine_path"], wrong)
+        )
     return jobs
 
 

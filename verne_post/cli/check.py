@@ -8,7 +8,15 @@ from msgspec.structs import replace
 
 from verne_post.base.text_marks import decode_text
 from verne_post.cli.colour import say
-from verne_post.cli.common import PROGRAM, expect_machine, load, name_machine, quiet_option, read_program_text, refuse
+from verne_post.cli.common import (
+    PROGRAM,
+    expect_machine,
+    load_machines,
+    name_machine,
+    quiet_option,
+    read_program_text,
+    refuse,
+)
 from verne_post.cli.files import RunFiles, Unreadable, is_dash, show_name
 from verne_post.cli.options import (
     FILE,
@@ -145,11 +153,16 @@ def command(
     try:
         if lacking is not None:
             raise lacking
-        machine_name = name_machine(files, given["machine_name"], given)
-        expect_machine(machine_name)
-        build_options(files, "", **given)  # a mistake of the command line is no finding of a program
-        policy, level = make_policy(files, find_settings(files, given.get("settings")), fail_level, **asked)
-        machine = load(files, machine_name)
+        # what is wrong with the command line or with settings is no finding of a program
+        for name in {Path(name).parent: name for name in programs}.values():
+            expect_machine(name_machine(files, given["machine_name"], given, name))
+            build_options(files, "", beside=name, **given)
+        policies = {
+            name: make_policy(files, find_settings(files, given.get("settings"), name), fail_level, **asked)
+            for name in programs
+        }
+        machines = load_machines(files, programs, given)
+        machine = machines[programs[0]]
     except InputError as error:
         verdict = find_verdict(find_exit_status(error.findings), error.findings)
         write_failure_files(files, report_files, verdict, str(error), error.findings)
@@ -170,7 +183,9 @@ def command(
     # a log that is a terminal, as of act, would show the line of progress before a command, which then is none
     still = quiet or output_format == "github"
     for name in programs:
-        everything.append(_check_one(files, name, machine, given, quiet=still, limits_only=limits_only))
+        policy, level = policies[name]
+        report = _check_one(files, name, machines[name], given, quiet=still, limits_only=limits_only)
+        everything.append(report if machines[name] is machine else replace(report, machine=machines[name]))
         reports.append(apply_policy(everything[-1], policy))
         status = find_exit_status(reports[-1].findings, level)
         statuses.append(ExitStatus.CLEAN if exit_zero and status == ExitStatus.VIOLATION else status)

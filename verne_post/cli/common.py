@@ -13,7 +13,7 @@ from verne_post.cli.numbers import NUMBER
 from verne_post.model.verdict import find_exit_status
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterable
 
     from verne_post.base.long_text import Text
     from verne_post.model.findings import Finding, InputError
@@ -38,14 +38,14 @@ def read_program(files: RunFiles, name: str, given: dict[str, Any]) -> "tuple[Ma
     from verne_post.cli.options import build_options
 
     files.expect(name, PROGRAM)
-    machine_name = name_machine(files, given["machine_name"], given)
+    machine_name = name_machine(files, given["machine_name"], given, name)
     expect_machine(machine_name)
     options = build_options(files, show_name(name), name, **given)
     machine = load(files, machine_name)
     return machine, *read_program_text(files, name, options, given["subroutine_path"])
 
 
-def name_machine(files: RunFiles, named: str | None, given: dict[str, Any] | None = None) -> str:
+def name_machine(files: RunFiles, named: str | None, given: dict[str, Any] | None = None, program: str = "") -> str:
     """What --machine names, else the settings file, else the machine where none is named; a name or a path.
 
     Parameters
@@ -53,6 +53,8 @@ def name_machine(files: RunFiles, named: str | None, given: dict[str, Any] | Non
     named : str or None
     given : dict, optional
         Other values of the command line, where it has options that name files.
+    program : str
+        From whose folder upwards settings are looked for; empty: from the current folder.
 
     Raises
     ------
@@ -65,11 +67,29 @@ def name_machine(files: RunFiles, named: str | None, given: dict[str, Any] | Non
     if named is not None:
         return named
     claim_input(files, given or {})
-    settings = find_settings(files, (given or {}).get("settings"))
+    settings = find_settings(files, (given or {}).get("settings"), program)
     if settings is None:
         return DEFAULT_MACHINE
     expect_machine(settings.machine, f"settings: machine = {settings.file.machine!r}")
     return settings.machine
+
+
+def load_machines(files: RunFiles, programs: "Iterable[str]", given: dict[str, Any]) -> "dict[str, Machine]":
+    """The machine of each program: that of --machine, else of the settings above its folder. Each is loaded once.
+
+    Raises
+    ------
+    InputError
+    """
+    loaded: dict[str, Machine] = {}
+    found = {}
+    for program in programs:
+        name = name_machine(files, given["machine_name"], given, program)
+        expect_machine(name)
+        if name not in loaded:
+            loaded[name] = load(files, name)
+        found[program] = loaded[name]
+    return found
 
 
 def read_program_text(

@@ -82,7 +82,7 @@ FILES: Final = (
                "Set-up of the program: offsets, tools, fixtures, options; default: INPUT.toml beside "
                "it, if that exists.", Group.SETUP),
     FileOption("--settings", "settings", "FILE",
-               "Settings file; default: the nearest verne-post.toml, from the current folder upwards.",
+               "Settings file; default: the nearest verne-post.toml, from the program's folder upwards.",
                Group.ADVANCED),
 )  # fmt: skip
 
@@ -260,7 +260,7 @@ def claim_input(files: RunFiles, given: dict[str, Any]) -> None:
 
 
 @locate_errors
-def build_options(files: RunFiles, /, name: str, program: str = "", **given: Any) -> Options:
+def build_options(files: RunFiles, /, name: str, program: str = "", *, beside: str = "", **given: Any) -> Options:
     """Options of the command line; they go before the program's set-up, and that before the settings file.
 
     Parameters
@@ -269,6 +269,8 @@ def build_options(files: RunFiles, /, name: str, program: str = "", **given: Any
         How the program is called in messages.
     program : str
         Its path, beside which its set-up is looked for; "-" or empty: nowhere.
+    beside : str
+        The program beside which settings are looked for, where ``program`` is empty.
 
     Raises
     ------
@@ -278,7 +280,7 @@ def build_options(files: RunFiles, /, name: str, program: str = "", **given: Any
         For what stands in a file.
     """
     claim_input(files, given)
-    settings = find_settings(files, given.get("settings"), tell=True)
+    settings = find_settings(files, given.get("settings"), program or beside, tell=True)
     values: dict[str, Any] = {}
     if settings is not None:
         values = {**settings.file.options, "remap": dict(settings.file.remap), "control": settings.control}
@@ -302,15 +304,13 @@ def build_options(files: RunFiles, /, name: str, program: str = "", **given: Any
         if placed.part is not None:
             file, path, place = placed.part
             values["part"] = file.make_part(files.read(path, place), show_name(path))
-        return Options(**{**values, "source_name": name, "setup_source": _describe_source(placed, own, wcs)})
+        return Options(**{**values, "source_name": name, "setup_source": _describe_source(placed, own, wcs, settings)})
     except UsageError as error:
         raise click.UsageError(f"{spell_flag(error.option)} {error.reason}") from None
 
 
-def _describe_source(placed: Placed, own: Offsets, wcs: dict[int, WorkOffset]) -> str:
-    """Which set-ups there are, and which options of the command line replace values of theirs."""
-    if not placed.source:
-        return ""
+def _describe_source(placed: Placed, own: Offsets, wcs: dict[int, WorkOffset], settings: "Settings | None") -> str:
+    """The settings file and the set-ups, and which options of the command line replace values of the set-ups."""
     flags = [_FLAGS.get(name) or spell_flag(name) for name in placed.replaced]
     below = {system: offset for one in placed.offsets for system, offset in one.written.items()}
     replaced = {system for system, offset in below.items() if wcs[system] is not offset}
@@ -318,7 +318,7 @@ def _describe_source(placed: Placed, own: Offsets, wcs: dict[int, WorkOffset]) -
     flags += ["--measured-offset"] if own.measured is not None and replaced - own.written.keys() else []
     from verne_post.config.setup_values import describe_source
 
-    return describe_source([placed.source], flags)
+    return describe_source(settings, [placed.source], flags)
 
 
 def _parse_texts(values: dict[str, Any]) -> dict[str, Any]:
@@ -448,9 +448,14 @@ def _work_offsets(files: RunFiles, places: Sequence[Offsets]) -> dict[int, WorkO
 
 
 @locate_errors
-def find_settings(files: RunFiles, /, path: Path | None, *, tell: bool = False) -> "Settings | None":
-    """The settings file in force; ``tell`` says on standard error which one that is, and what it hides."""
-    found = _find_nearest_settings(Path.cwd()) if path is None else path
+def find_settings(files: RunFiles, /, path: Path | None, program: str = "", *, tell: bool = False) -> "Settings | None":
+    """The settings file in force: ``path``, or the nearest one from the folder of a program upwards.
+
+    That is the current folder for "-" (standard input) and for a command without a program. ``tell`` says on standard
+    error which file it is, and what it hides.
+    """
+    folder = Path.cwd() if not program or is_dash(program) else Path(program).parent.resolve()
+    found = _find_nearest_settings(folder) if path is None else path
     if found is None:
         return None
     files.expect(found, "--settings")

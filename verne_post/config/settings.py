@@ -24,7 +24,7 @@ from verne_post.model.findings import InputError, make_finding, make_input_error
 from verne_post.model.option_checks import Meaning
 from verne_post.model.options import OPTIONS
 
-#: Looked for in the current folder and those above it.
+#: Looked for in the folder of a program and those above it.
 FILE_NAME: Final = "verne-post.toml"
 PROJECT_FILE: Final = "pyproject.toml"
 
@@ -65,6 +65,7 @@ class Settings(Struct, frozen=True):
     control: dict[str, dict[str, Any]]  #: Keys by controller dialect, as the option ``control`` has them.
     setups: dict[str, ProgramSetup]  #: [setup.GLOB]: set-ups of programs, by patterns of their paths.
     machine: str  #: Its name, or its file as the process finds it.
+    shown: str  #: How the file is called in messages: its path from the folder of the process.
 
     def __repr__(self) -> str:
         tables = {"options": self.file.options, "remap": self.file.remap, **self.control}
@@ -170,4 +171,12 @@ def load_settings(path: Path, read: Callable[[Path], bytes] = read_file, *, name
     if check.baseline is not None:
         check = replace(check, baseline=str(path.parent / check.baseline))
     machine = file.machine if machine is None else str(path.parent / machine)
-    return Settings(file, path.resolve().parent, check, control, setups, machine)
+    return Settings(file, path.resolve().parent, check, control, setups, machine, _shorten(path))
+
+
+def _shorten(path: Path) -> str:
+    """A path as it leads from the current folder, where it lies in that folder or beside one above it."""
+    try:
+        return os.path.relpath(path)
+    except ValueError:  # another drive
+        return str(path)

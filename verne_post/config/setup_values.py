@@ -143,7 +143,7 @@ def lay_over_setup(
             "keep_out": tuple(fixtures.values()),
             "remap": {code: meaning for one in remaps for code, meaning in one.items()},
             "control": merge_keys(*controls),
-            "setup_source": describe_source([file.name for file in setups], replaced),
+            "setup_source": describe_source(settings, [file.name for file in setups], replaced),
         }
     )
 
@@ -172,9 +172,9 @@ def read_settings(path: str | os.PathLike[str]) -> Settings:
     return load_settings(Path(path), named=True)
 
 
-def describe_source(setups: Sequence[str], replaced: Sequence[str]) -> str:
-    """Which set-ups there are, and what replaces values of theirs; empty without any."""
-    source = ", ".join(setups)
+def describe_source(settings: Settings | None, setups: Sequence[str], replaced: Sequence[str]) -> str:
+    """The settings file and the set-ups, and what replaces values of theirs; empty without any."""
+    source = ", ".join([*([] if settings is None else [settings.shown]), *filter(None, setups)])
     return f"{source}, overridden by {', '.join(replaced)}" if source and replaced else source
 
 

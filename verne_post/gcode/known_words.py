@@ -1,7 +1,12 @@
 """What a word does in every language that knows it: for `explain G68.2`, out of the tables by which it is executed."""
 
+import re
 from collections.abc import Iterator, Mapping
+from typing import Final
 
+from verne_post.gcode.apt import words as apt
+from verne_post.gcode.apt.run import OF_SUBPROGRAMS
+from verne_post.gcode.apt.translator import STATEMENTS as APT_STATEMENTS
 from verne_post.gcode.codes import RS274, CodeTable, spell_g_code
 from verne_post.gcode.klartext import vocabulary as klartext
 from verne_post.gcode.rs274.fanuc_codes import make_table
@@ -16,6 +21,52 @@ _TABLES_OF_NUMBERS: tuple[tuple[str, Mapping[int, str], bool], ...] = (
     ("CYCL DEF ", klartext.CYCLES_WITHOUT_EFFECT, True),
     ("CYCL DEF ", klartext.REFUSED_CYCLES, False),
 )
+#: Languages by the names of their dialects.
+_LANGUAGES: Final = {
+    "rs274": "RS274/NGC",
+    "fanuc": "Fanuc",
+    "siemens": "Siemens",
+    "heidenhain": "Klartext",
+    "aptcl": "APT",
+}
+#: Remarks in these languages; elsewhere a remark also stands in parentheses.
+_REMARKS: Final = {"siemens": r";.*", "heidenhain": r";.*", "aptcl": r"\$\$.*"}
+_CODE: Final = re.compile(r"([GM])(\d+(?:\.\d+)?)")
+
+
+def describe_words_of(line: str, dialect: str) -> list[tuple[str, str]]:
+    """The words of a line that a dialect knows, in their order: each as it stands in the tables, and what it does."""
+    language = _LANGUAGES[dialect]
+    texts: dict[str, str] = {}
+    for owner, name, text, is_executed in list_words():
+        if owner == language:
+            texts.setdefault(name, text if is_executed else f"not executed: {text}")
+    code = remove_remarks(line, dialect).upper()
+    found: dict[int, tuple[int, str]] = {}  # begin -> end, name: the longest word at each place
+    for name in texts:
+        for match in re.finditer(_make_pattern(name), code):
+            begin, end = match.span()
+            found[begin] = max(found.get(begin, (0, "")), (end, name))
+    words, last_end = [], 0
+    for begin, (end, name) in sorted(found.items()):
+        if begin >= last_end:
+            words.append((name, texts[name]))
+            last_end = end
+    return words
+
+
+def remove_remarks(line: str, dialect: str) -> str:
+    """What of a line is executed."""
+    return re.sub(_REMARKS.get(dialect, r"\([^)]*\)?|;.*"), "", line).strip()
+
+
+def _make_pattern(name: str) -> str:
+    """Where a word stands in a line: a code may have zeros before its number, and touch the next word."""
+    if (code := _CODE.fullmatch(name)) is not None:
+        return rf"(?<![A-Z_$]){code[1]}[ \t]*0*{re.escape(code[2])}(?![\d.])"
+    text = r"[ \t]+".join(map(re.escape, name.split()))
+    after = r"(?=[ \t]*[=+\-.\d])" if len(name) == 1 else r"(?![A-Z\d_])"
+    return rf"(?<![A-Z\d_$]){text}{after}"
 
 
 def describe_word(word: str) -> list[str]:
@@ -44,6 +95,12 @@ def list_words() -> Iterator[tuple[str, str, str, bool]]:
         yield from (("Klartext", name, text, True) for name, text in phrases.items())
     yield from (("Klartext", f"PLANE {name}", text, True) for name, text in klartext.PLANES.items())
     yield from (("Klartext", name, text, False) for name, text in klartext.REFUSED_STATEMENTS.items())
+    for name, method in APT_STATEMENTS.items():
+        yield "APT", name, re.sub(r"^[A-Z/, -]+: |\.$", "", (method.__doc__ or "executed").split("\n")[0]), True
+    yield from (("APT", name, "a subprogram, executed where CALSUB calls it", True) for name in OF_SUBPROGRAMS)
+    yield from (("APT", name, "no effect: a remark of the CAM system", True) for name in apt.REMARKS)
+    yield from (("APT", name, "no effect", True) for name in apt.WITHOUT_EFFECT)
+    yield from (("APT", name, text, False) for name, text in apt.REFUSED_WORDS.items())
     for head, functions, is_executed in _TABLES_OF_NUMBERS:
         yield from (("Klartext", f"{head}{number}", text, is_executed) for number, text in functions.items())
 

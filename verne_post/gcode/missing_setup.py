@@ -85,7 +85,7 @@ def number_of_tool(name: str, call: str, dialect: str, setup: Setup, state: Stat
 def report_missing_offset(
     system: int, line: int, setup_name: str, *, calls_presets: bool, others: Collection[int] = ()
 ) -> Finding:
-    """VP033: a work system that a program uses from a line on, and that nobody has placed on the table.
+    """VP033: a work system that a program selects in a line, or uses from it on, and that nobody has placed.
 
     Where the program calls work systems presets, the message does so too, and says which --wcs the preset is. An error
     where a set-up, ``setup_name``, says that the place is still to be measured, or where ``others`` have a place: it is
@@ -130,7 +130,7 @@ def report_missing_offsets(moves: Moves, setup: Setup) -> list[Finding]:
             frame.system in setup.given_systems | moves.placed_systems or given is None or frame.origin != given.origin
         )
         if setup.machine and not given_systems:
-            line = int(moves.line[at])
+            line = moves.find_selecting_line(frame.system, int(at))
             setup_name = setup.unmeasured_wcs.get(frame.system, "")
             others = setup.given_systems if frame.system != moves.start_frame.system else ()
             item = report_missing_offset(

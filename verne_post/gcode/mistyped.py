@@ -10,12 +10,10 @@ from dataclasses import replace
 from typing import Final
 
 from verne_post.base.long_text import Text, take_line
-from verne_post.base.suggestions import find_correction
+from verne_post.base.suggestions import find_correction, find_meant
 from verne_post.gcode.program_error import ProgramError
 from verne_post.model.findings import Finding
 
-#: Shorter words are too near to each other; two letters in the wrong order are seen from one less on.
-_LEAST_LETTERS: Final = 4
 #: An address, and a number that has the letter O, or a comma with digits on both sides.
 _LETTER_O: Final = re.compile(
     r"(?<![A-Z_])((?:[A-Z]{1,2}\d*[ \t]*=|[A-Z]{1,2})[ \t]*|)([-+]?(?=[\d.]*O)[\dO]*\.?[\dO]*)", re.IGNORECASE
@@ -23,6 +21,8 @@ _LETTER_O: Final = re.compile(
 _COMMA: Final = re.compile(
     r"(?<![A-Z\d.,])((?:[A-Z]{1,2}\d*[ \t]*=|[A-Z]{1,2})[ \t]*|)([-+]?\d+,\d+)(?![\d.,(])", re.IGNORECASE
 )
+#: A letter twice before a number.
+_TWICE: Final = re.compile(r"(?<![A-Z\d_])([A-Z])\1([-+]?(?:\d+\.?\d*|\.\d+))(?![\w.])", re.IGNORECASE)
 #: Characters of such a word, so that long lines of digits take no time.
 _LONGEST: Final = 40
 #: Letters after which an O alone is a zero: GO, XO. After others it is a word, such as DO and TO.
@@ -37,38 +37,8 @@ def explain_unknown(message: str, word: str, *known_words: Iterable[str]) -> str
 
     That is a word of ``known_words`` which is a slip away; of those, words that are likelier come first.
     """
-    near = _find_near_word(word, *known_words)
+    near = find_meant(word, *known_words, slip_alone=True)
     return f"{word}: no meaning in this language; did you mean {near}?" if near else message
-
-
-def _find_near_word(word: str, *known_words: Iterable[str]) -> str:
-    """The first word that one slip turns into ``word``; empty where there is none."""
-    for words in known_words:
-        near = next((right_word for right_word in words if _is_one_slip(word, right_word)), "")
-        if near:
-            return near
-    return ""
-
-
-def _is_one_slip(word: str, right_word: str) -> bool:
-    """Two neighbours changed places, or one letter is left out, is too many, or is another one.
-
-    Digits may only change places: cycles of other numbers are other cycles.
-    """
-    shorter, longer = sorted((word, right_word), key=len)
-    if len(longer) - len(shorter) > 1 or word == right_word:
-        return False
-    begin = next(
-        (at for at, (one, other) in enumerate(zip(shorter, longer, strict=False)) if one != other), len(shorter)
-    )
-    if len(shorter) == len(longer):
-        here, there = shorter[begin:], longer[begin:]
-        if here[:2] == there[1::-1] and here[2:] == there[2:]:
-            return len(word) >= _LEAST_LETTERS - word.isalpha()
-        is_slip = here[1:] == there[1:] and (here[0] + there[0]).isalpha()
-    else:
-        is_slip = shorter[begin:] == longer[begin + 1 :] and longer[begin].isalpha()
-    return is_slip and len(shorter) >= _LEAST_LETTERS - (len(shorter) < len(longer)) and word[0] == right_word[0]
 
 
 def correct_line(text: str, error: ProgramError) -> str | None:
@@ -84,8 +54,18 @@ def correct_line(text: str, error: ProgramError) -> str | None:
     return text[:begin] + correction[1] + text[end:] if text[begin:end].upper() == correction[0].upper() else None
 
 
+def shift_back(corrected_error: ProgramError, later_errors: Iterable[ProgramError]) -> None:
+    """Put columns of a corrected line where they are in the line as it stands."""
+    correction = find_correction(corrected_error.message)
+    if correction is None or corrected_error.column is None:
+        return
+    for error in later_errors:
+        if error.line is None and error.column is not None and error.column > corrected_error.column:
+            error.column -= len(correction[1]) - len(correction[0])
+
+
 def say_what_is_meant(source: Text, errors: Sequence[Finding]) -> list[Finding]:
-    """Errors, of which those about a letter O or a comma in a number say which number is meant, at its word."""
+    """Errors, of which those about a letter O or a comma in a number, or a letter twice, say what is meant."""
     return [_name_number(source, item) for item in errors]
 
 
@@ -101,6 +81,10 @@ def _name_number(source: Text, item: Finding) -> Finding:
                 number = match[2].translate(_MEANT_CHARACTERS)
                 text = f"{match[0]}: {what} in a number; did you mean {''.join(match[1].split())}{number}?"
                 return replace(item, code="VP001", message=text, column=match.start() + 1)
+    for match in _TWICE.finditer(line, max(at - 1, 0), at + _LONGEST):
+        if match.start() <= at <= match.start() + 1:
+            text = f"{match[0]}: the letter is there twice; did you mean {match[1]}{match[2]}?"
+            return replace(item, code="VP001", message=text, column=match.start() + 1)
     return item
 
 

@@ -11,6 +11,7 @@ from typing import Final
 import numpy as np
 from msgspec.structs import replace
 
+from verne_post.base.suggestions import find_meant
 from verne_post.base.units import MM_PER_INCH
 from verne_post.gcode.expressions import Key, show_key
 from verne_post.gcode.machining.frames import set_home, set_stored_shift, set_stored_system
@@ -98,7 +99,9 @@ class Parameters:
             return float(read_state(self))
         if name.startswith(("_ini[", "_hal[")):
             raise ProgramError("VP025", f"#<{name}>: values of a running machine are not known when a program is read")
-        raise ProgramError("VP025", f"#<{name}> has no value; set it first with #<{name}>=...")
+        near = find_meant(name, place)
+        right = f"did you mean #<{near}>?" if near else f"set it first with #<{name}>=..."
+        raise ProgramError("VP025", f"#<{name}> has no value; {right}")
 
     def _read_numbered_state(self, key: int) -> float:
         if _POSITION <= key <= 5428:

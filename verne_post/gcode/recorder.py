@@ -161,8 +161,11 @@ class Recorder(Struct):
     first_selection: tuple[int, int] | None = None
     calls_presets: bool = False
     first_cut: int = 0
+    assumed_axes: tuple[int, ...] = ()
     #: Work systems to which the program has given an origin.
     placed_systems: set[int] = field(default_factory=set)
+    #: Work system -> the first line that selects it.
+    system_lines: dict[int, int] = field(default_factory=dict)
     #: Where tool axes gave way to places of the table.
     table_places: list[TablePlace] = field(default_factory=list)
     stock: Stock | None = None
@@ -428,6 +431,7 @@ class Recorder(Struct):
             parameters=parameters,
             stock=self.stock,
             placed_systems=frozenset(self.placed_systems),
+            system_lines=dict(self.system_lines),
             arc_feeds=tuple(self.arc_feeds.values()),
             table_places=tuple(self.table_places),
             tcp_changes=tuple(self.tcp_changes),
@@ -435,6 +439,7 @@ class Recorder(Struct):
             first_selection=self.first_selection,
             calls_presets=self.calls_presets,
             first_cut=self.first_cut,
+            assumed_axes=self.assumed_axes,
             findings=tuple(self.warnings.values()),
             **table,
         )

@@ -195,7 +195,7 @@ CODES: Final[dict[str, Code]] = _make_table(
         "impossible cutter compensation",
         "error",
         "The tool radius does not fit the contour, or compensation is not possible for this kind of move.",
-        "Use a smaller tool, a longer straight entry move, or a contour without such corners.",
+        "Use a smaller tool, a longer entry move, or a contour without such corners.",
     ),
     (
         "VP027",

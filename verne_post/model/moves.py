@@ -274,6 +274,7 @@ class Moves(Struct, frozen=True):
     #: part that is; None where the program leaves C open.
     fixes_c: int | None = None
     placed_systems: frozenset[int] = frozenset()  #: Work systems to which the program gives an origin.
+    system_lines: Mapping[int, int] = field(default_factory=dict)  #: Work system -> the first line that selects it.
     #: What a parameter file would keep after the program.
     parameters: Mapping[int, float] = field(default_factory=dict)
     findings: tuple[Finding, ...] = ()  #: Warnings about the text.
@@ -294,6 +295,9 @@ class Moves(Struct, frozen=True):
     calls_presets: bool = False  #: Whether the program knows work systems as presets, by number (Klartext).
     #: Number of the first move that may cut: feed moves before it are those of a retracted head without a length.
     first_cut: int = 0
+    assumed_axes: tuple[
+        int, ...
+    ] = ()  #: Rotary axes whose angle in cuts is assumed, because it is named later (VP036).
 
     def __len__(self) -> int:
         return len(self.line)
@@ -301,6 +305,10 @@ class Moves(Struct, frozen=True):
     def find_said_tcp(self, move: Ints) -> Mask:
         """Whether codes say, at each of some moves, in which directions X Y Z count."""
         return np.searchsorted(self.tcp_changes, move, side="right") % 2 == 1
+
+    def find_selecting_line(self, system: int, move: int) -> int:
+        """The line whose word puts a work system in force for a move; that of the move if it holds from the start."""
+        return min(self.system_lines.get(system, int(self.line[move])), int(self.line[move]))
 
     @property
     def dwells(self) -> NDArray[np.intp]:

@@ -1,4 +1,4 @@
-"""Findings for people, one for each cause: the worst place of a limit, and beside it the others that go with it.
+"""Findings for people, one for each cause: the first place of a limit, and beside it the others that go with it.
 
 Findings as such are exact: one for each joint and stretch of moves. A part zero that is wrong breaks the same limit in
 many stretches, and limits of several joints in the same moves. For people that is one thing to settle.
@@ -25,9 +25,9 @@ _OF_THE_WORKSPACE: Final = ("VP201", "VP202", "VP203", "VP210")
 class Cause(Struct, frozen=True):
     """Findings that one thing settles."""
 
-    worst: Finding  #: With the remedies of all of them.
+    first: Finding  #: Where the program has to be corrected first; with the remedies of all of them.
     others: tuple[Finding, ...]  #: By line.
-    indices: tuple[int, ...]  #: Their places among the findings: of the worst one, then of the others.
+    indices: tuple[int, ...]  #: Their places among the findings: of the first one, then of the others.
 
     def describe_others(self) -> str:
         """By how much and in which lines the others break their limits, the worst place of each joint; or nothing."""
@@ -38,41 +38,43 @@ class Cause(Struct, frozen=True):
 
 
 def find_causes(findings: Sequence[Finding]) -> list[Cause]:
-    """Findings by their causes, in the order of the worst ones, whose lines are shown.
+    """Findings by their causes, in the order of the first ones, whose lines are shown.
 
     Findings of one code and severity are one where they break the same limit, or limits of several joints in the same
     lines. What is broken only in lines in which a rotary axis is beyond its travel, or which are out of reach, has that
     as its cause. A remedy that several causes share is told at the first one.
     """
-    groups = [
-        (max(group, key=lambda one: (findings[one].code in _ROTARY, find_excess(findings[one]), -one)), group)
-        for group in _group(findings)
-    ]
+    groups = [(min(group, key=lambda one: _rank(findings[one])), group) for group in _group(findings)]
     told: dict[str, Finding] = {}
     causes = []
-    for worst, group in sorted(groups):
-        is_rotary = findings[worst].code in _ROTARY  # what would settle the others would not settle that
+    for first, group in sorted(groups):
+        is_rotary = findings[first].code in _ROTARY  # what would settle the others would not settle that
         alike = [one for one in group if not is_rotary or findings[one].code in _ROTARY]
         shared = dict.fromkeys(text for one in alike for text in findings[one].remedies)
         remedies = tuple(dict.fromkeys(_name_remedy(text, told) for text in shared))
         # a word of the program is one place's; a key of the set-up settles all
         keyed = [edit for one in group for edit in findings[one].edits if edit.key]
-        edits = tuple(dict.fromkeys((*findings[worst].edits, *keyed)))
-        head = dataclasses.replace(findings[worst], remedies=remedies, edits=edits)
+        edits = tuple(dict.fromkeys((*findings[first].edits, *keyed)))
+        head = dataclasses.replace(findings[first], remedies=remedies, edits=edits)
         told |= {text: head for text in shared if text not in told}
-        others = [one for one in group if one != worst]
-        causes.append(Cause(head, tuple(findings[one] for one in others), (worst, *others)))
+        others = [one for one in group if one != first]
+        causes.append(Cause(head, tuple(findings[one] for one in others), (first, *others)))
     return causes
 
 
-def list_worst(findings: Sequence[Finding]) -> Iterator[Finding]:
-    """The worst finding of each cause."""
-    return (cause.worst for cause in find_causes(findings))
+def _rank(item: Finding) -> tuple[bool, bool, int, float]:
+    """What a cause shows first: a rotary axis beyond its travel, what is out of reach, then the earliest line."""
+    return item.code not in _ROTARY, find_excess(item) < float("inf"), item.line or 0, -find_excess(item)
+
+
+def list_first(findings: Sequence[Finding]) -> Iterator[Finding]:
+    """The first finding of each cause."""
+    return (cause.first for cause in find_causes(findings))
 
 
 def find_first_error(findings: Sequence[Finding]) -> Finding | None:
-    """The worst finding of the first cause that refuses a program; None where none does."""
-    return next((item for item in list_worst(findings) if item.severity == "error"), None)
+    """The first finding of the first cause that refuses a program; None where none does."""
+    return next((item for item in list_first(findings) if item.severity == "error"), None)
 
 
 def find_excess(item: Finding) -> float:

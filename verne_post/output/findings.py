@@ -22,7 +22,7 @@ from verne_post.model.verdict import (
     is_about_pose,
     is_about_text,
 )
-from verne_post.output.causes import Cause, find_causes, list_worst
+from verne_post.output.causes import Cause, find_causes, list_first
 
 if TYPE_CHECKING:
     from verne_post.base.long_text import Text
@@ -38,6 +38,7 @@ class Report(Struct, frozen=True):
     source: "Text" = b""  #: Its text, of which lines are quoted.
     remarks: tuple[str, ...] = ()  #: What a person must compare with the machine.
     errors_not_counted: int = 0  #: Errors that a policy took out of the findings, or weighed as less.
+    machine: "Machine | None" = None  #: Where it is another one than that of the whole report.
 
 
 def format_outcome(
@@ -47,7 +48,7 @@ def format_outcome(
 
     The machine is named where it is given, except beside a refusal.
     """
-    errors, warnings = count_findings(list_worst(findings))
+    errors, warnings = count_findings(list_first(findings))
     hidden = errors_not_counted
     verdict = find_verdict(find_exit_status(findings), findings, hidden)
     lacks = (
@@ -107,16 +108,15 @@ _QUOTED: Final = 100
 def format_causes(program: str, findings: Sequence[Finding], source: "Text") -> Iterator[list[str]]:
     """Lines of text for each cause: the worst finding with its line, what goes with it, and what helps."""
     for cause in find_causes(findings):
-        yield [format_finding(program, cause.worst), *_quote_line(cause, source, program)]
+        yield [format_finding(program, cause.first), *_quote_line(cause, source, program)]
 
 
 def _quote_line(cause: Cause, source: "Text", program: str) -> list[str]:
     """Quote the line of an error: a caret under the column, the code's meaning and remedy. Nothing for others."""
-    item, others = cause.worst, cause.describe_others()
+    item, others = cause.first, cause.describe_others()
     also = [f"also {others}"] if others else []
-    in_text = is_about_text(item.code)
-    at = item.line if in_text else item.worst_line or item.line
-    if not at or (item.severity != "error" and not in_text):
+    at = item.line
+    if not at or (item.severity != "error" and not is_about_text(item.code)):
         return [f"    = {text}" for text in also]
     from verne_post.base.long_text import take_line  # needs numpy: a mistake of the command line is reported without it
 
@@ -146,9 +146,8 @@ def list_remedies(item: Finding, program: str) -> list[str]:
         return [f"{title}: {remedy}"] if remedy else []
     if item.severity != "error":
         return []
-    at = item.worst_line or item.line
-    explain = f"`verne-post explain {make_printable(program)}:{at}` says how much is needed"
-    return [f"tried: {make_printable(text)}" for text in item.remedies] + [explain] * bool(at)
+    explain = f"`verne-post explain {make_printable(program)}:{item.line}` says how much is needed"
+    return [f"tried: {make_printable(text)}" for text in item.remedies] + [explain] * bool(item.line)
 
 
 #: What helps where a code of the builder has no meaning yet.
@@ -160,6 +159,17 @@ _GIVE_MEANING: Final = (
 #: VP023 where a whole program is missing, and what helps; elsewhere something is wrong with the order.
 _IN_NO_FILE: Final = re.compile(r"in no file beside it|nor in a file|there is no file")
 _GIVE_FILE: Final = "Put its file beside the program, or into a folder of --subroutine-path."
+_PARTNERS: Final = (
+    (_IN_NO_FILE, _GIVE_FILE),
+    (
+        re.compile(r"is not in the program|there is no (?:such|block)"),
+        "Write the label, or the number of the block, where the program is to go on, or correct its name.",
+    ),
+    (
+        re.compile(r"without|never closed|is open|but its|in no loop"),
+        "Open and close each in its order, by the same name.",
+    ),
+)
 #: In VP012 where the length is known, and nothing is to be filled in.
 _NOT_ACTIVE: Final = "has no length in force"
 #: The title of VP012 where not the length is missing, and what helps.
@@ -167,6 +177,25 @@ _NO_DIAMETER: Final = "tool diameter unknown"
 _GIVE_DIAMETER: Final = (
     "Fill in the diameter in INPUT.toml, which verne-post setup INPUT writes, or give a --tool-table with D."
 )
+
+
+#: Codes of several causes: a remedy that fits all of them adds nothing where the message says what would be right.
+_OF_MANY_CAUSES: Final = (
+    *("VP001", "VP002", "VP003", "VP004", "VP006", "VP008", "VP011", "VP013", "VP015"),
+    *("VP016", "VP024", "VP026", "VP031"),
+)
+#: How messages say what would be right: an imperative after a sign, or what is expected or needed.
+_SAYS_WHAT_IS_RIGHT: Final = re.compile(
+    r"(?:[;:,]|\band|\bor|[;,] so) (?:add|call|change|drop|end|give|go|keep|leave|let|move|name|position|post|reset|"
+    r"retract|save|scale|set|take|turn|unload|use|write)\b|\b(?:expected|must|needs?|needed|takes?|see|belongs?)\b|"
+    r"\bis given\b|\b(?:are|is) (?:not negative|positive)\b"
+)
+#: VP002 where a word is known and not executed, and what helps.
+_NOT_EXECUTED: Final = re.compile(r"\bnot (?:executed|read|kept)\b")
+_POST_WITHOUT: Final = "Post the program without it. Take it out only if you know that nothing depends on it."
+#: VP008 where the numbers of an arc do not fit, and what helps elsewhere.
+_ARC_DOES_NOT_FIT: Final = re.compile(r"not on the circle|too small to reach|and the radius is")
+_CHECK_BLOCKS: Final = "Check the numbers of the block, and of the block before: its end is where this one begins."
 
 
 def _is_about_diameter(item: Finding) -> bool:
@@ -188,8 +217,14 @@ def _choose_remedy(item: Finding) -> str:
     remedy = CODES[item.code].remedy
     if _is_about_diameter(item):
         return _GIVE_DIAMETER
+    if not item.settled_by and item.code in _OF_MANY_CAUSES and _SAYS_WHAT_IS_RIGHT.search(item.message):
+        return ""
+    if item.code == "VP002" and not item.settled_by and _NOT_EXECUTED.search(item.message):
+        return _POST_WITHOUT
+    if item.code == "VP008" and not _ARC_DOES_NOT_FIT.search(item.message):
+        return _CHECK_BLOCKS
     if item.code == "VP023":
-        return _GIVE_FILE if _IN_NO_FILE.search(item.message) else "Open and close each in its order, by the same name."
+        return next((text for sign, text in _PARTNERS if sign.search(item.message)), "")
     if item.code == "VP012" and _NOT_ACTIVE in item.message:
         return CODES["VP034"].remedy
     if item.code == "VP012" and "--tool-" in item.message:  # the message has the options; the file is left to say

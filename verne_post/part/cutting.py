@@ -32,8 +32,9 @@ RESOLVED: Final = np.inf
 SHARE_SLACK: Final = 1e-9
 #: Compiling takes as long as this many bodies without.
 WORTH_COMPILING: Final = 3000
-#: Places along a stretch at which the depth of a touch is measured.
+#: Places along a stretch at which the distance of points is measured: at least, and where the depth of a long one is.
 PLACES: Final = 17
+MOST_PLACES: Final = 401
 #: Rays with the longest overlaps at which it is measured, and as many evenly among the others.
 MEASURED_RAYS: Final = 300
 
@@ -83,12 +84,14 @@ class Spans(Struct, frozen=True, eq=False):
 
 
 class Touch(Struct, frozen=True):
-    """A body in the stock, on one span; ``depth`` mm, NaN where it is not decided whether it touches."""
+    """A body in the stock, on one span."""
 
     span: int
     line: int
     body: str
-    depth: float
+    depth: float  #: mm; NaN where it is not decided whether it touches.
+    #: Where the contact begins: how far the tip has come along its line, and how far it goes, mm. 0 where undecided.
+    begin: tuple[float, float] = (0.0, 0.0)
 
 
 class Cut(Struct, frozen=True, eq=False):
@@ -117,7 +120,11 @@ def cut_stock(stock: Dexels, spans: Spans, tools: Sequence[Tool], keep_off: floa
     for rows in np.split(np.arange(len(spans.line)), np.flatnonzero(change) + 1):
         if len(rows):
             run.pass_rows(rows, tip[rows], axis[rows])
-    touches = (Touch(row, int(spans.line[row]), body, depth) for (row, body), depth in run.depth.items())
+    begin = run.measure_begins()
+    touches = (
+        Touch(row, int(spans.line[row]), body, depth, begin.get((row, body), (0.0, 0.0)))
+        for (row, body), depth in run.depth.items()
+    )
     return Cut(run.volume, tuple(touches))
 
 
@@ -135,6 +142,8 @@ class _Run:
         self.volume = np.zeros(len(spans.line))
         #: Depth by span and body; NaN while nothing is decided.
         self.depth: dict[tuple[int, str], float] = {}
+        #: Tip by span and body where a certain contact begins, in the frame of the stock.
+        self.begin: dict[tuple[int, str], Array] = {}
         self.compiled = len(spans.line) > WORTH_COMPILING and load_compiled() is not None
         #: Straight cuts by tool (tip and axis, each (2, 3)), which a rapid may follow.
         self.cuts: dict[int, list[tuple[Array, Array]]] = {}
@@ -197,10 +206,39 @@ class _Run:
         for name, body in tool.list_bodies(with_cutter=with_cutter):
             touching = self._is_touching(tip, axis, body, -TOUCH_MM - self.left)
             if touching:
+                if (row, name) not in self.begin:
+                    self.begin[row, name] = self._find_begin(tip, axis, body)
                 self.depth[row, name] = max(self._measure_depth(tip, axis, body), self.depth.get((row, name), 0.0))
                 self.broken.add((int(self.spans.tool[row]), name))
             elif not (name == "shank" and tool.has_thin_shank) and not self._is_clear(row, tip, axis, name, body):
                 self.depth.setdefault((row, name), np.nan)
+
+    def _find_begin(self, tip: Array, axis: Array, body: tuple[Piece, ...]) -> Array:
+        """The tip (3,) where a body that certainly touches on a span does so first, within ``FINE_MM``."""
+        clear, touching = 0.0, 1.0
+        long = float(np.linalg.norm(tip[1] - tip[0]))
+        while (touching - clear) * long > FINE_MM:
+            share = 0.5 * (clear + touching)
+            ends = (np.stack([one[0], one[0] + share * (one[1] - one[0])]) for one in (tip, axis))
+            tips, axes = ends
+            axes /= np.linalg.norm(axes, axis=1)[:, None]
+            if self._is_touching(tips, axes, body, -TOUCH_MM - self.left):
+                touching = share
+            else:
+                clear = share
+        return np.asarray(tip[0] + clear * (tip[1] - tip[0]))
+
+    def measure_begins(self) -> dict[tuple[int, str], tuple[float, float]]:
+        """``begin`` of the certain touches, by span and body."""
+        tip, _axis = self.stock.place_inside(self.spans.tip, self.spans.axis)
+        way = np.concatenate([[0.0], np.cumsum(np.linalg.norm(tip[:, 1] - tip[:, 0], axis=1))])
+        ends = np.concatenate([[0], np.flatnonzero(np.diff(self.spans.line)) + 1, [len(tip)]])
+        begins = {}
+        for (row, name), at in self.begin.items():
+            last = int(np.searchsorted(ends, row, "right"))
+            there = way[row] + np.linalg.norm(at - tip[row, 0])
+            begins[row, name] = float(there - way[ends[last - 1]]), float(way[ends[last]] - there)
+        return begins
 
     def _is_touching(self, tip: Array, axis: Array, body: tuple[Piece, ...], by: float) -> bool:
         """Whether a ray has material in a body larger by ``by``, or by the space between rays (``RESOLVED``)."""
@@ -251,21 +289,30 @@ class _Run:
         return bool((phi.min(axis=0) >= phi[0] - TOUCH_MM).all())
 
     def _measure_depth(self, tip: Array, axis: Array, body: tuple[Piece, ...]) -> float:
-        """How deep a body is in the material at the middles of the overlaps, mm."""
+        """How deep a body is in the material at most, mm."""
         point = self._list_points(tip, axis, body, 0.0)
-        return -float(_measure_along(tip, axis, body, point).min(initial=0.0))
+        places = int(np.clip(np.linalg.norm(tip[1] - tip[0]) / STEP_MM, PLACES, MOST_PLACES))
+        return -float(_measure_along(tip, axis, body, point, places).min(initial=0.0))
 
     def _list_points(
         self, tip: Array, axis: Array, body: tuple[Piece, ...], by: float, *, every: bool = False
     ) -> Array:
-        """Middles (m, 3) of material on rays that meet an enlarged body, of ``every`` ray or some; ``by`` as before."""
+        """Material (m, 3) on rays that meet an enlarged body; ``by`` as before.
+
+        That is the middle on ``every`` ray, or both ends and the middle on some.
+        """
         found = []
         for hit, sweeps, table in self._find_hits(tip, axis, body, by):
             for one in hit.tolist():
                 middle, overlap = self.stock.list_overlaps(sweeps, table, one)
                 order = np.argsort(-overlap)
                 spread = order[MEASURED_RAYS :: 1 if every else len(order) // MEASURED_RAYS + 1]
-                found.append(middle[np.append(order[:MEASURED_RAYS], spread)])
+                kept = np.append(order[:MEASURED_RAYS], spread)
+                if every:
+                    found.append(middle[kept])
+                    continue
+                up = 0.5 * overlap[kept, None] * (0.0, 0.0, 1.0)
+                found += [middle[kept] - up, middle[kept], middle[kept] + up]
         return np.concatenate(found) if found else np.empty((0, 3))
 
 
@@ -280,9 +327,9 @@ def _split_span(tip: Array, axis: Array, long: float) -> Iterator[tuple[Array, A
         yield tips[k : k + 2], axes[k : k + 2]
 
 
-def _measure_along(tip: Array, axis: Array, body: tuple[Piece, ...], point: Array) -> Array:
+def _measure_along(tip: Array, axis: Array, body: tuple[Piece, ...], point: Array, places: int = PLACES) -> Array:
     """Signed distance (places, m) of points from a body at places of a span."""
-    share = np.linspace(0.0, 1.0, PLACES)[:, None, None]
+    share = np.linspace(0.0, 1.0, places)[:, None, None]
     tips, axes = tip[0] + share * (tip[1] - tip[0]), axis[0] + share * (axis[1] - axis[0])
     return measure_phi(body, point[None], tips, axes / np.linalg.norm(axes, axis=-1, keepdims=True))
 

@@ -20,7 +20,7 @@ from verne_post.base.numbers import format_fixed
 from verne_post.kinematics.workspace import classify
 from verne_post.model.machine import Machine
 from verne_post.model.moves import find_tool_of_moves
-from verne_post.output.causes import list_worst
+from verne_post.output.causes import list_first
 from verne_post.report.head import write_title_html, write_verdict_html
 from verne_post.report.markup import escape_text, write_css_string
 from verne_post.report.modal import collect_modal_states
@@ -67,7 +67,7 @@ def make_page(program: str, source: Text, machine: Machine, study: Study) -> str
     pack = Pack()
     data = _pack_study(pack, machine, study)
     data["programLines"], data["numbered"] = _pack_text(pack, source, study)
-    errors = [item for item in list_worst(study.findings) if item.severity == "error"]
+    errors = [item for item in list_first(study.findings) if item.severity == "error"]
     data["firstLine"] = next((line for line in map(find_own_line, errors) if line), 0)
     data["arrays"] = pack.contents
     data["marks"] = [

@@ -52,7 +52,7 @@ def write_findings_html(program: str, source: Text, study: Study) -> str:
         return "<li>no findings</li>"
     entries = []
     for cause in find_causes(study.findings):
-        item = cause.worst
+        item = cause.first
         helps = "".join(f"<small>{escape_text(remedy)}</small>" for remedy in list_remedies(item, program))
         text = escape_text(describe_place(item)) + _quote_line(item, source) + helps
         also = [escape_text(f"also {describe_other(other)}") for other in cause.others]

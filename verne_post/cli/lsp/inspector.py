@@ -126,7 +126,7 @@ class Inspector:
         self._take_texts(path, texts)
         found = Inspected(path, texts[path], (), Inspection(refuse_program(InputError())))
         try:
-            settings = find_settings(self.files, self.given.get("settings"))
+            settings = find_settings(self.files, self.given.get("settings"), path.name)
             policy, _level = make_policy(self.files, settings, None, **self.asked)
             found.machine, found.source, found.options = read_program(self.files, path.name, self.given)
             report("", 0, 0)
@@ -194,7 +194,7 @@ class Inspector:
     def find_notes(self, found: Inspected) -> list[tuple[int, str]]:
         """Notes over lines, from 1: the machining time, the line next to a limit, the line that takes longest."""
         facts, summary = found.measure(), found.made.result.summary
-        errors = [item.worst_line or item.line for item in found.findings if item.severity == "error"]
+        errors = [item.line for item in found.findings if item.severity == "error"]
         outcome = format_outcome(found.path.name, found.findings, found.errors_not_counted).partition(": ")[2]
         if facts is None or summary is None:
             first = next((f"; the first in line {line}" for line in errors if line), "")

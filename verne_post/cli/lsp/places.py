@@ -15,7 +15,7 @@ from verne_post.config.program_setup import FILE_KEYS, list_setup_options
 from verne_post.config.toml_entries import find_place
 from verne_post.model.findings import Finding
 from verne_post.model.options import spell_flag
-from verne_post.model.verdict import Severity, is_about_text
+from verne_post.model.verdict import Severity
 from verne_post.output.causes import Cause, describe_other
 from verne_post.output.findings import describe
 
@@ -81,8 +81,7 @@ def cut_file(message: str) -> str:
 
 def find_range(item: Finding, lines: Sequence[str]) -> lsp.Range:
     """The word of a finding, else its line; the first line where it has none."""
-    at = (item.line if is_about_text(item.code) else item.worst_line or item.line) or 1
-    at = min(at, len(lines))
+    at = min(item.line or 1, len(lines))
     line = lines[at - 1]
     begin, end = len(line) - len(line.lstrip()), len(line.rstrip())
     if item.column is not None:
@@ -103,7 +102,7 @@ def find_range(item: Finding, lines: Sequence[str]) -> lsp.Range:
 def make_diagnostic(
     cause: Cause, lines: Sequence[str], page: str | None, uri: str | None, convert: Callable[[lsp.Range], lsp.Range]
 ) -> lsp.Diagnostic:
-    """What has one cause, as editors show it: at the worst place, with the others as related information.
+    """What has one cause, as editors show it: at the first place, with the others as related information.
 
     Parameters
     ----------
@@ -114,7 +113,7 @@ def make_diagnostic(
     convert : callable
         Puts a range into the units of the editor.
     """
-    item, others = cause.worst, cause.describe_others()
+    item, others = cause.first, cause.describe_others()
     text = describe(item).removeprefix(f"{item.code} {item.severity}: ").replace(f" (column {item.column})", "")
     also = f"\nalso {others}" if others and uri is None else ""
     tried = "".join(f"\ntried: {remedy}" for remedy in item.remedies)

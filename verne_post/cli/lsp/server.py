@@ -158,7 +158,7 @@ class Session:
         related = uri if published and published.related_information else None
         convert = partial(self.server.workspace.position_codec.range_to_client_units, lines)
         return [
-            make_diagnostic(cause, lines, self._address_page(cause.worst.code), related, convert)
+            make_diagnostic(cause, lines, self._address_page(cause.first.code), related, convert)
             for cause in find_causes(findings)
         ]
 
@@ -305,7 +305,7 @@ class Session:
             return []
         actions: dict[str, lsp.CodeAction] = {}
         for cause in find_causes([item for item in found.findings if item.file is None]):
-            item = cause.worst
+            item = cause.first
             if not _is_asked(item, split_lines(found.text), asked):
                 continue
             if item not in found.fixes:  # editors ask again with every move of the cursor

@@ -67,7 +67,7 @@ def give_feed(to: AptModes, s: Statement, value: float, mode: int, inch: bool | 
 
 
 def set_units(to: AptModes, s: Statement) -> Iterator[Block]:
-    """UNITS, UNIT."""
+    """UNITS, UNIT: points in mm or inches from here on."""
     if to.cycle is not None or to.circle is not None or not to.map.is_identity:
         raise ProgramError(
             "VP017", f"{s.major} under CYCLE, TRACUT or MSYS, or after CIRCLE, whose numbers are in the old unit"
@@ -170,7 +170,7 @@ def set_spindle(to: AptModes, s: Statement) -> Iterator[Block]:
 
 
 def set_coolant(to: AptModes, s: Statement) -> Iterator[Block]:
-    """COOLNT."""
+    """COOLNT: M7, M8 or M9."""
     words = [word.upper() for word in s.words]
     known_words = [word for word in words if word not in _OTHER_COOLANTS]
     if words != known_words:
@@ -197,13 +197,13 @@ def wait(to: AptModes, s: Statement) -> Iterator[Block]:
 
 
 def stop(_to: AptModes, s: Statement) -> Iterator[Block]:
-    """STOP, OPSTOP, FINI, END."""
+    """STOP, OPSTOP, FINI, END: M0, M1, and twice the end of the program, M30."""
     read_word(s, ())
     yield make_block(s, ("M", {"STOP": 0.0, "OPSTOP": 1.0, "FINI": 30.0, "END": 30.0}[s.major]))
 
 
 def show_message(_to: AptModes, s: Statement) -> Iterator[Block]:
-    """PPRINT."""
+    """PPRINT: a message."""
     block = Block(s.line)
     block.comment = "MSG," + s.text
     yield block

@@ -25,7 +25,7 @@ from verne_post.model.control_keys import AptKeys, read_keys
 _SYSTEM_REMARK: Final = b"$$->"
 _HEAD: Final = 1 << 16
 _Item = Statement | Points | ProgramError
-_OF_SUBPROGRAMS: Final = ("DEFSUB", "ENDSUB", "CALSUB")
+OF_SUBPROGRAMS: Final = ("DEFSUB", "ENDSUB", "CALSUB")
 
 
 def execute_text(source: Text, setup: Setup, state: State, stop: StopConditions) -> Execution:
@@ -118,7 +118,7 @@ def _expand_calls(items: Iterator[_Item]) -> Iterator[tuple[_Item, bool]]:
     subprograms: dict[str, list[_Item]] = {}
     open_name, open_line = "", 0
     for item in items:
-        if not isinstance(item, Statement) or item.major not in _OF_SUBPROGRAMS:
+        if not isinstance(item, Statement) or item.major not in OF_SUBPROGRAMS:
             if open_name:
                 subprograms[open_name].append(item)
             else:

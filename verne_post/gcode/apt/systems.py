@@ -36,7 +36,7 @@ def begin_path(to: AptModes, s: Statement) -> Iterator[Block]:
 
 
 def end_path(to: AptModes, s: Statement) -> Iterator[Block]:
-    """END-OF-PATH."""
+    """END-OF-PATH: the end of an operation."""
     if to.circle is not None or to.cycle is not None:
         raise ProgramError("VP017", f"{s.major} under CYCLE or after CIRCLE, whose GOTO or OFF is missing")
     to.rapid = to.in_path = False

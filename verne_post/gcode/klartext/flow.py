@@ -14,7 +14,7 @@ from verne_post.gcode.klartext.recovery import KlartextRecovery
 from verne_post.gcode.klartext.statements import KlartextText, read_statement
 from verne_post.gcode.machining.plane_geometry import Point
 from verne_post.gcode.machining.state import State
-from verne_post.gcode.mistyped import correct_line
+from verne_post.gcode.mistyped import correct_line, shift_back
 from verne_post.gcode.plain import PlainLines
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.recorder import Recorder
@@ -215,6 +215,8 @@ class _KlartextRun:
                 if corrected_line is None:
                     break
                 parts[0] = corrected_line
+        for number in reversed(range(len(errors) - 1)):
+            shift_back(errors[number], errors[number + 1 :])
         if not errors:
             flow.repeats.count(text, line, line, interpreter.recorder.count - moves)
         return errors

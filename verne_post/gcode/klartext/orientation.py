@@ -131,7 +131,9 @@ class KlartextOrientation:
                 raise statement.error("VP005", f"LN needs all of {names}, or none of them")
         if normal[0] is not None and (self.contour.delta_radius or self.functions.delta_length):
             raise statement.error(
-                "VP026", "LN with NX NY NZ and a tool with DL or DR: compensation along the normal is not executed"
+                "VP026",
+                "LN with NX NY NZ and a tool with DL or DR: compensation along the normal is not executed; take DL and "
+                "DR out, or post the points for this tool",
             )
         chosen_vector = tool if tool[0] is not None else normal
         if chosen_vector[0] is None:

@@ -19,6 +19,7 @@ from verne_post.gcode.klartext.functions import KlartextFunctions
 from verne_post.gcode.klartext.statements import Statement
 from verne_post.gcode.klartext.vocabulary import PLANES
 from verne_post.gcode.machining.turning import count_places, record_carried
+from verne_post.gcode.mistyped import explain_unknown
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.table_positions import TablePosition, choose_position, find_positions
 from verne_post.model.moves import AXES, MoveKind
@@ -31,6 +32,8 @@ _WORD: Final = re.compile(
     rf"|I?[ABC]|F)[ \t]*(?P<value>{VALUE}))"
 )
 _KIND: Final = re.compile(rf"[ \t]*({'|'.join(PLANES)}|RELATIVE|PROJECTED)(?![A-Z])")
+#: What stands in place of it.
+_FIRST: Final = re.compile(r"[ \t]*([^\s+\-=]+)")
 
 
 class PlaneWords(Struct):
@@ -114,11 +117,11 @@ class KlartextPlanes:
         text = statement.rest.rstrip()
         kind = _KIND.match(text)
         if kind is None:
-            raise statement.error(
-                "VP002",
-                f"PLANE{text[:15]} is not executed; expected SPATIAL, EULER, VECTOR, POINTS, RELATIV, AXIAL or RESET",
-                0,
-            )
+            word = _FIRST.match(text)
+            shown_word = "" if word is None else word[1]
+            message = f"PLANE {shown_word} is not executed; expected {', '.join(PLANES)}"
+            at = 0 if word is None else word.start(1)
+            raise statement.error("VP002", explain_unknown(message, shown_word, PLANES), at)
         if kind.group(1) == "PROJECTED":
             raise statement.error(
                 "VP002", "PLANE PROJECTED is not executed; write PLANE SPATIAL or VECTOR", kind.start(1)

@@ -271,6 +271,7 @@ class KlartextSettings:
         self.core.refuse_compensation("CYCL DEF 247")
         state = self.state
         self.maps.reset()
+        self.core.recorder.system_lines.setdefault(system, statement.line)
         self.core.frames.set_frame(
             replace(state.systems[system], g92=state.frame.g92, tool=state.frame.tool, feature=None)
         )

@@ -335,7 +335,9 @@ class Rs274(Language):
         modes.motion = code
 
     def _select_system(self, block: Block, code: int) -> None:
-        self.core.frames.select_system(self._find_system_number(block, code))
+        system = self._find_system_number(block, code)
+        self.core.recorder.system_lines.setdefault(system, block.line)
+        self.core.frames.select_system(system)
 
     def _find_system_number(self, block: Block, code: int) -> int:
         return _SYSTEMS[code]

@@ -186,6 +186,7 @@ class SiemensInterpreter:
             raise ProgramError(
                 "VP007", f"{code}: work offsets here are G54 to G57 and G505 to G557", words.find_column("offset")
             )
+        self.recorder.system_lines.setdefault(system, words.line)
         self.modes.system, self.modes.offset = system, self.state.systems[system]
         self.motion.set_chain()
 

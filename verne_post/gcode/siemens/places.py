@@ -245,7 +245,7 @@ class SiemensPlaces:
         """CT: the centre from the start (programmed, in the plane) of the tangent arc; whether it is clockwise."""
         first, second, normal, *_ = PLANES[self.state.plane]
         if self.motion.heading is None:
-            raise ProgramError("VP013", "CT goes on in the direction of the motion before, and there is none")
+            raise ProgramError("VP013", "CT goes on in the direction of the motion before; write one first")
         scale = self.motion.scale(first), self.motion.scale(second)
         du, dv = self.motion.heading[first] / scale[0], self.motion.heading[second] / scale[1]
         size = math.hypot(du, dv)

@@ -4,7 +4,7 @@ from verne_post.base.long_text import Text
 from verne_post.base.suggestions import find_correction
 from verne_post.gcode.execution import Execution, StopConditions, run_program
 from verne_post.gcode.machining.state import State
-from verne_post.gcode.mistyped import correct_line
+from verne_post.gcode.mistyped import correct_line, shift_back
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.setup import Setup
@@ -57,7 +57,7 @@ class _SiemensRun:
             if corrected_line is None or stop.first_error or self.calls.text is not text:
                 return line + 1, [] if self.flow.executor.pass_failed(raw, error) else [error]
             self.calls.line = line
-            return line + 1, [error, *self._step(corrected_line.encode())]
+            return line + 1, self._go_on(error, corrected_line)
         return last or line + 1, []
 
     def _step(self, raw: bytes) -> list[ProgramError]:
@@ -68,9 +68,15 @@ class _SiemensRun:
         except ProgramError as error:
             if (corrected_line := _correct(raw, error)) is not None:
                 self.calls.line = line
-                return [error, *self._step(corrected_line.encode())]
+                return self._go_on(error, corrected_line)
             return [] if self.flow.executor.pass_failed(raw, error) else [error]
         return []
+
+    def _go_on(self, error: ProgramError, corrected_line: str) -> list[ProgramError]:
+        """The error of a misspelt word, and those of its line with the word that is meant."""
+        later_errors = self._step(corrected_line.encode())
+        shift_back(error, later_errors)
+        return [error, *later_errors]
 
     def end_text(self, execution: Execution) -> bool:
         """The section ends: return from it, or end the program."""

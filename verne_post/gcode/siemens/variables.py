@@ -4,6 +4,7 @@ from typing import Final, Protocol
 
 from msgspec import Struct, field
 
+from verne_post.base.suggestions import suggest
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.siemens.cursor import Cursor
 from verne_post.gcode.siemens.values import Index, Names, Value, read_indices, read_value, round_half_away
@@ -88,9 +89,9 @@ class Variables(Struct):
         if variable is None and name in CONSTANTS and not index:
             return CONSTANTS[name]
         if variable is None:
-            raise cursor.error(
-                "VP025", f"{name} is neither defined (DEF) nor a function or variable that is known here", at
-            )
+            near = suggest(name, *({*scope} for scope in reversed(self.scopes)))
+            text = f"{name} is neither defined (DEF) nor a function or variable that is known here{near}"
+            raise cursor.error("VP025", text, at)
         return variable.values.get(self._check_index(variable, name, index, cursor, at), variable.find_default())
 
     # --- setting ------------------------------------------------------------------------------------

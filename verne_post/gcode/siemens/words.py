@@ -20,6 +20,7 @@ from verne_post.gcode.siemens.vocabulary import (
     FRAME_FUNCTIONS,
     GROUP_OF,
     NO_EFFECT,
+    REFUSED_WORDS,
     STATEMENTS,
     VALUE_MODES,
     explain_refusal,
@@ -80,6 +81,10 @@ class Argument(Struct, frozen=True):
     def make_cursor(self) -> Cursor:
         """A cursor whose columns are those of the line."""
         return Cursor(" " * (self.column - 1) + self.text, self.column - 1)
+
+
+#: Cycles of two digits are too near to each other: CYCLE97 cuts threads on lathes, CYCLE79 mills a polygon.
+_LONG_NUMBER: Final = re.compile(r"CYCLE\d{3,}")
 
 
 class Call(Struct, frozen=True):
@@ -284,7 +289,10 @@ class WordReader:
                 )
             self._add_function(words, name, cursor, at)
         elif (why := explain_refusal(name)) is not None:
-            raise cursor.error("VP002", f"{name} is not executed ({why})", at)
+            text = f"{name} is not executed ({why})"
+            if _LONG_NUMBER.fullmatch(name) and name not in REFUSED_WORDS:
+                text = explain_unknown(text, name, CYCLES, NO_EFFECT)
+            raise cursor.error("VP002", text, at)
         elif name in CYCLES or self.is_subprogram(name):
             words.calls.append(Call(name, arguments, at + 1))
         else:

@@ -1,6 +1,6 @@
 """What is checked, the worst violation of it on each element, and the findings that report it."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Final
 
 import numpy as np
@@ -107,6 +107,7 @@ def report_limit(contour: Contour, check: Check, worst: Worst, cause: Ints | Non
         All stretches with one cause are one finding.
     """
     value_of = {element: value for element, (_margin, value, _w) in worst.by_element.items()}
+    place_of = {element: w for element, (_margin, _value, w) in worst.by_element.items()}
     bad = [element for element, v in value_of.items() if check.sign * (v - check.limit) < -check.slack]
     levels: list[tuple[Severity, list[int], float]] = [("error", bad, check.limit)]
     if check.warn == check.limit:
@@ -131,7 +132,7 @@ def report_limit(contour: Contour, check: Check, worst: Worst, cause: Ints | Non
                 _make_finding(
                     contour,
                     group,
-                    (at, worst.by_element[at][2]),
+                    (at, place_of),
                     check.code,
                     message,
                     severity=severity,
@@ -149,9 +150,11 @@ def report_table(contour: Contour, below: Worst) -> list[Finding]:
     findings = []
     for group in _split_stretches(below.by_element):
         at = min(group, key=lambda element: below.by_element[element][0])
-        _margin, value, w = below.by_element[at]
+        value, place_of = below.by_element[at][1], {one: below.by_element[one][2] for one in group}
         message = f"tip or spindle nose {format_fixed(-value, 6)} mm below the table face, inside the table's radius"
-        findings.append(_make_finding(contour, group, (at, w), "VP210", message, value=value, limit=0.0, unit="mm"))
+        findings.append(
+            _make_finding(contour, group, (at, place_of), "VP210", message, value=value, limit=0.0, unit="mm")
+        )
     return findings
 
 
@@ -159,7 +162,12 @@ def report_unreachable(contour: Contour, unreachable: dict[int, str]) -> list[Fi
     """Findings of elements that cannot be solved, given with the code of the reason."""
     return [
         _make_finding(
-            contour, group, (group[0], 0.5), code, _UNREACHABLE.get(code, CODES[code].meaning), severity="error"
+            contour,
+            group,
+            (group[0], {group[0]: 0.5}),
+            code,
+            _UNREACHABLE.get(code, CODES[code].meaning),
+            severity="error",
         )
         for code in sorted(set(unreachable.values()))
         for group in _split_stretches(element for element, why in unreachable.items() if why == code)
@@ -167,13 +175,25 @@ def report_unreachable(contour: Contour, unreachable: dict[int, str]) -> list[Fi
 
 
 def _make_finding(
-    contour: Contour, group: list[int], worst: tuple[int, float], code: str, message: str, **values: object
+    contour: Contour,
+    group: list[int],
+    worst: tuple[int, Mapping[int, float]],
+    code: str,
+    message: str,
+    **values: object,
 ) -> Finding:
-    """A finding on the lines of a group of elements, the worst at a parameter of one; it counts their segments."""
-    first, last = contour.find_lines(np.array([group[0], group[-1]])).tolist()
-    at = find_culprit(contour, *worst)
-    if worst[0] == group[0]:
-        first = at
+    """A finding on the lines of a group of elements; it counts their segments.
+
+    Its line is the one that has to be changed for the first element: there a person begins to correct.
+
+    Parameters
+    ----------
+    worst : int, mapping
+        The worst element, and for it and the first one the parameter where each is worst.
+    """
+    element, place_of = worst
+    first, at = (find_culprit(contour, one, place_of[one]) for one in (group[0], element))
+    last = int(contour.find_lines(np.array(group[-1:]))[0])
     count = len(np.unique(contour.segment[group]))
     return make_finding(code, message, line=first, last_line=last, worst_line=at, count=count, **values)
 

@@ -27,7 +27,7 @@ def write(reports: Sequence[Report], _machine: Machine | None = None) -> str:
     lines, shown = [], Counter[str]()
     for severity in _LEVELS:
         for report, cause in everything:
-            if cause.worst.severity == severity and shown[severity] < MAX_ANNOTATIONS:
+            if cause.first.severity == severity and shown[severity] < MAX_ANNOTATIONS:
                 shown[severity] += 1
                 lines.append(_write_annotation(report.program, cause))
     left_out = len(everything) - len(lines)
@@ -47,7 +47,7 @@ def write_failure(_verdict: Verdict, message: str, findings: Sequence[Finding]) 
 
 
 def _write_annotation(program: str, cause: Cause) -> str:
-    item, others = cause.worst, cause.describe_others()
+    item, others = cause.first, cause.describe_others()
     file, line = find_place(program, item)
     where = [] if file == "<stdin>" else [f"file={_escape_property(_find_path_in_repository(file))}"]
     if line and where:

@@ -13,11 +13,12 @@ def write(reports: Sequence[Report], machine: Machine) -> str:
     """One document: each program with its verdict and its findings."""
     programs = []
     for report in reports:
+        own = report.machine or machine
         errors, warnings = count_findings(report.findings)
         programs.append(
             {
                 "program": report.program,
-                "machine": {"name": machine.name, "sha256": machine.sha256},
+                "machine": {"name": own.name, "sha256": own.sha256},
                 "verdict": find_verdict(find_exit_status(report.findings), report.findings, report.errors_not_counted),
                 "summary": {"errors": errors, "warnings": warnings, "cycle_time_s": report.cycle_time_s},
                 "findings": [record_of(item) for item in report.findings],

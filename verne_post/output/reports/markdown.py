@@ -21,11 +21,14 @@ _MARKS: Final = re.compile(r"[\\`*_{}\[\]<>|~&$!]")
 
 def write(reports: Sequence[Report], machine: Machine | None = None) -> str:
     """The programs, how many of each result, and the findings of each as far as a comment has room: tables."""
-    on = "" if machine is None else f" on {_escape(machine.name)}"
+    several = any(report.machine is not None for report in reports)
+    on = "" if machine is None or several else f" on {_escape(machine.name)}"
     lines, words = [f"| program | result{on} | machining time |", "|---|---|---|"], Counter[str]()
     for report in reports:
         result = format_outcome("", report.findings, report.errors_not_counted).removeprefix(": ")
         words[re.split("[:,]", result)[0]] += 1
+        own = report.machine or machine
+        result += f" ({_escape(own.name)})" if several and own is not None else ""
         time = "" if report.cycle_time_s is None else f"{report.cycle_time_s:.3f} s"
         lines.append(f"| {_escape(report.program)} | {result} | {time} |")
     counted = ", ".join(f"{count} {word}" for word, count in words.items())
@@ -35,7 +38,7 @@ def write(reports: Sequence[Report], machine: Machine | None = None) -> str:
         rows, seen = [], set()
         # a comment has no terminal beside it: what a set-up settles has its remedy, once for a code
         for cause in find_causes(report.findings):
-            item = cause.worst
+            item = cause.first
             settled = item.settled_by and item.code not in seen
             rows.append(_write_row(cause, describe_remedy(item, report.program) if settled else ""))
             seen.add(item.code)
@@ -67,7 +70,7 @@ def _count_that_fit(rows: list[str], room: int) -> int:
 
 
 def _write_row(cause: Cause, remedy: str) -> str:
-    item, others = cause.worst, cause.describe_others()
+    item, others = cause.first, cause.describe_others()
     also = f"<br>also {_escape(others)}" if others else ""
     remedies = also + "".join(f"<br>tried: {_escape(tried)}" for tried in item.remedies)
     remedies += f"<br>{_escape(remedy)}" if remedy else ""

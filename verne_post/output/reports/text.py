@@ -14,6 +14,7 @@ def write(reports: Sequence[Report], machine: Machine | None = None) -> str:
         for shown in format_causes(report.program, report.findings, report.source):
             lines += shown
         time = "" if report.cycle_time_s is None else f", {report.cycle_time_s:.3f} s"
-        lines.append(f"{format_outcome(report.program, report.findings, report.errors_not_counted, machine)}{time}")
+        own = report.machine or machine
+        lines.append(f"{format_outcome(report.program, report.findings, report.errors_not_counted, own)}{time}")
         lines += [f"  {make_printable(remark)}" for remark in report.remarks]
     return "".join(line + "\n" for line in lines)
