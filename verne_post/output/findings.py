@@ -147,7 +147,9 @@ def list_remedies(item: Finding, program: str) -> list[str]:
     if item.severity != "error":
         return []
     explain = f"`verne-post explain {make_printable(program)}:{item.line}` says how much is needed"
-    return [f"tried: {make_printable(text)}" for text in item.remedies] + [explain] * bool(item.line)
+    # where a plane needs a tilt far beyond the travel, the line cannot be executed, and there is no pose to explain
+    has_pose = item.line and (item.value is not None or item.code not in ("VP102", "VP103"))
+    return [f"tried: {make_printable(text)}" for text in item.remedies] + [explain] * bool(has_pose)
 
 
 #: What helps where a code of the builder has no meaning yet.
