@@ -446,8 +446,9 @@ def test_settings_hold_below_the_set_up_as_on_the_command_line(part: Path, run: 
     assert (taken.tool_length, taken.tolerance, dict(taken.remap)) == (80, 0.03, {"M150": "event"})
     assert [box.name for box in taken.keep_out] == ["clamp", "vise"]
     assert {system: offset.origin_mm[0] for system, offset in taken.wcs.items()} == {1: 1, 2: 3, 3: 7}
-    assert taken.setup_source == "own.toml, setup.'part*', part.nc.toml, overridden by tolerance"
-    assert taken.setup_source.replace("tolerance", "--tolerance") in answer.err
+    assert taken.setup_source == f"{settings.shown}, setup.'part*', part.nc.toml, overridden by tolerance"
+    shown = taken.setup_source.replace("tolerance", "--tolerance")
+    assert "".join(shown.split()) in "".join(answer.err.split())  # the summary breaks lines
     assert vp.check(part, "verne", setup="none", settings=settings).summary.options.tool_length == 70  # type: ignore[union-attr]
     assert "clamp" in repr(settings)
 

@@ -95,6 +95,7 @@ FACTORS: dict[str, tuple[float, ...]] = {
     "SHIFT_STEPS": (0.5, 2.0),
     "ACTIVE_SET_STEPS": (0.25, 2.0),
     "SHIFT_DAMPING": (0.01, 100.0),
+    "LARGEST_DAMPING": (0.1, 10.0),
     "FAR_RATIO": (0.95, 1.5),
     "GENTLE_LENGTH": (0.1, 10.0),
     "SMALLEST_STRAIN": (0.01, 100.0),

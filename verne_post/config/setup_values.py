@@ -174,7 +174,11 @@ def read_settings(path: str | os.PathLike[str]) -> Settings:
 
 def describe_source(settings: Settings | None, setups: Sequence[str], replaced: Sequence[str]) -> str:
     """The settings file and the set-ups, and what replaces values of theirs; empty without any."""
-    source = ", ".join([*([] if settings is None else [settings.shown]), *filter(None, setups)])
+    names = list(filter(None, setups))
+    if settings is not None:  # whose own set-ups begin with its name
+        own = f"{Path(settings.shown).name}, "
+        names = [settings.shown, *(name.removeprefix(own) for name in names)]
+    source = ", ".join(names)
     return f"{source}, overridden by {', '.join(replaced)}" if source and replaced else source
 
 
