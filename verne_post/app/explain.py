@@ -9,9 +9,10 @@ from verne_post.app.constraints import check_line, guard_joints
 from verne_post.app.explain_line import describe_modes, explain_line, find_lines_near, work_through
 from verne_post.app.line_remedies import Line
 from verne_post.base.long_text import Text, take_line
+from verne_post.base.program_lines import remove_remarks
 from verne_post.base.text_tables import format_html_text
 from verne_post.gcode.dialects import choose_dialect_name
-from verne_post.gcode.known_words import describe_words_of, remove_remarks
+from verne_post.gcode.known_words import describe_words_of
 from verne_post.kinematics.checks.remedies import select_line
 from verne_post.model.findings import Finding, UsageError
 from verne_post.model.machine import Machine
@@ -74,7 +75,7 @@ def _explain_words(source: Text, program: Program, line: int, text: str) -> Expl
     said += [f"  {name:<20} {what}" for name, what in describe_words_of(text, dialect)]
     said += [f"  {item.code} {item.severity}: {item.message}" for item in findings]
     state = find_state_if_executed(source, program, line)
-    if not remove_remarks(text, dialect):
+    if not remove_remarks(text, dialect).strip():
         said.append("  nothing to execute: a remark, or an empty line")
     else:
         said.append(

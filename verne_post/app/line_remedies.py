@@ -3,8 +3,6 @@
 Every proposal has been checked along the whole line before it is reported.
 """
 
-import math
-import re
 from collections.abc import Iterator, Sequence
 from typing import Final
 
@@ -164,19 +162,6 @@ def propose_ends(line: Line, *, warnings: bool) -> Iterator[Remedy]:
         now, then = float(line.moves.end[line.move][at]), format_number(words[at], 4)
         text = f"{letter} {then} in place of {format_number(now)} mm{_describe_remaining(one)}"
         yield Remedy(text, then, line=line.number, word=(letter, now))
-
-
-def find_number(text: str, letter: str, value: float) -> tuple[int, int] | None:
-    """Where the number of a word stands in a line, and its length; None unless the line has it once, with this value.
-
-    In a loop, an incremental block or in inches the number has another meaning.
-    """
-    code = re.sub(r"\([^)]*\)?|;.*", lambda remark: " " * len(remark[0]), text)
-    found = re.findall(rf"(?<![A-Za-z_]){letter}[ \t]*=?[ \t]*[-+]?[\d.]+", code, re.IGNORECASE)
-    if len(found) != 1 or (number := re.search(r"[-+]?(?:\d+\.?\d*|\.\d+)$", found[0])) is None:
-        return None
-    begin = code.index(found[0]) + number.start()
-    return (begin, len(number[0])) if math.isclose(float(number[0]), value, abs_tol=LIMIT_SLACK_MM) else None
 
 
 def _shift_along_axes(

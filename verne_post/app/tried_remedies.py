@@ -13,9 +13,10 @@ from msgspec.structs import replace
 from verne_post.app.assemble import Program, assemble, build_interpreter_setup
 from verne_post.app.constraints import check_program, guard_joints
 from verne_post.app.explain_numbers import format_list, format_number
-from verne_post.app.line_remedies import Line, find_number, propose_ends, propose_turns
+from verne_post.app.line_remedies import Line, propose_ends, propose_turns
 from verne_post.base.arrays import Array
 from verne_post.base.long_text import Text
+from verne_post.base.program_lines import find_word_of
 from verne_post.base.tolerances import LIMIT_SLACK_MM
 from verne_post.gcode.inch_words import read_as_mm
 from verne_post.kinematics.checks.remedies import ROTARY_CODES, find_smallest_shift, is_movable, select_line
@@ -181,18 +182,16 @@ def _find_word(source: Text, program: Program, errors: Sequence[Finding]) -> Rem
     text = lines[start - 1].decode("utf-8", errors="replace")
     for one in ends:
         letter, now = one.word
-        place = find_number(text, letter, now)
-        if place is None:
+        word = find_word_of(text, letter, now)
+        if word is None:
             continue
-        begin, length = place
         # the line alone was checked as programmed: a blended corner may take the tool a little farther
         steps = np.ceil(np.round(abs(float(one.value) - now) / ROUND_MM, 6)) + np.arange(2)
         for then in now + np.sign(float(one.value) - now) * steps * ROUND_MM:
             value = format_number(then)
-            changed = f"{text[:begin]}{value}{text[begin + length :]}".encode()
+            changed = f"{text[: word.start(2)]}{value}{text[word.end(2) :]}".encode()
             if _find_errors_with(b"\n".join([*lines[: start - 1], changed, *lines[start:]]), program) == ():
-                before = text[begin : begin + length]
-                return Remedy(f"legal if line {start} ends at {letter} {value} instead of {before}")
+                return Remedy(f"legal if line {start} ends at {letter} {value} instead of {word[2]}")
     return None
 
 

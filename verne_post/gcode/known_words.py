@@ -4,6 +4,7 @@ import re
 from collections.abc import Iterator, Mapping
 from typing import Final
 
+from verne_post.base.program_lines import remove_remarks
 from verne_post.gcode.apt import words as apt
 from verne_post.gcode.apt.run import OF_SUBPROGRAMS
 from verne_post.gcode.apt.translator import STATEMENTS as APT_STATEMENTS
@@ -29,8 +30,6 @@ _LANGUAGES: Final = {
     "heidenhain": "Klartext",
     "aptcl": "APT",
 }
-#: Remarks in these languages; elsewhere a remark also stands in parentheses.
-_REMARKS: Final = {"siemens": r";.*", "heidenhain": r";.*", "aptcl": r"\$\$.*"}
 _CODE: Final = re.compile(r"([GM])(\d+(?:\.\d+)?)")
 
 
@@ -53,11 +52,6 @@ def describe_words_of(line: str, dialect: str) -> list[tuple[str, str]]:
             words.append((name, texts[name]))
             last_end = end
     return words
-
-
-def remove_remarks(line: str, dialect: str) -> str:
-    """What of a line is executed."""
-    return re.sub(_REMARKS.get(dialect, r"\([^)]*\)?|;.*"), "", line).strip()
 
 
 def _make_pattern(name: str) -> str:

@@ -8,8 +8,8 @@ from lsprotocol import types as lsp
 from msgspec import Struct
 from msgspec.structs import fields
 
+from verne_post.base.program_lines import remove_remarks
 from verne_post.base.type_words import describe, list_alternatives, strip_bounds
-from verne_post.cli.lsp.places import remove_remarks
 from verne_post.cli.programs import is_setup
 from verne_post.config.chain import ChainMachineFile
 from verne_post.config.kinds import KINDS

@@ -1,6 +1,5 @@
 """Edits that settle a finding: each was made in a copy, and the copy checked, before it is offered."""
 
-import math
 import re
 import threading
 from collections.abc import Iterator, Mapping, Sequence
@@ -13,10 +12,10 @@ from msgspec.structs import replace
 from verne_post.app.tried_remedies import list_ends
 from verne_post.base.numbers import format_count
 from verne_post.base.printable import quote_key
+from verne_post.base.program_lines import find_word_of, remove_remarks
 from verne_post.base.suggestions import find_correction, find_suggestion
-from verne_post.base.tolerances import LIMIT_SLACK_MM
 from verne_post.cli.lsp.inspector import Inspected, Inspector
-from verne_post.cli.lsp.places import cut_file, find_range, find_word, remove_remarks, split_lines
+from verne_post.cli.lsp.places import cut_file, find_range, split_lines
 from verne_post.cli.setup import make_setup
 from verne_post.cli.setups import NONE
 from verne_post.config.toml_entries import Change, Edit, UnknownLayoutError, find_place, list_entries, plan_edit
@@ -243,8 +242,8 @@ def _change_word(found: Inspected, remedy: Remedy) -> Fix | None:
     """The number of a word; None where the line does not have it, as in a loop or an incremental block."""
     letter, now = remedy.word
     line = split_lines(found.text)[remedy.line - 1]
-    word = find_word(line, letter)
-    if word is None or not math.isclose(float(word[2]), now, abs_tol=LIMIT_SLACK_MM):
+    word = find_word_of(line, letter, now)
+    if word is None:
         return None
     value = remedy.value if "." in remedy.value or "." not in word[2] else f"{remedy.value}."
     new = f"+{value}" if word[2].startswith("+") and not value.startswith("-") else value

@@ -20,11 +20,12 @@ from verne_post.app.line_facts import LineFacts, measure_lines
 from verne_post.app.plan import Plan
 from verne_post.app.result import refuse_program
 from verne_post.base.long_text import Text
+from verne_post.base.program_lines import remove_remarks
 from verne_post.cli.check import make_policy
 from verne_post.cli.common import read_program
 from verne_post.cli.files import FileError, RunFiles
 from verne_post.cli.lsp.outline import Outline
-from verne_post.cli.lsp.places import remove_remarks, split_lines
+from verne_post.cli.lsp.places import split_lines
 from verne_post.cli.options import build_options, find_settings
 from verne_post.cli.programs import is_setup
 from verne_post.config import load_machine, validate_machine

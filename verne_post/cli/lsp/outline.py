@@ -10,7 +10,7 @@ from lsprotocol import types as lsp
 from msgspec import Struct
 
 from verne_post.base.long_text import Text
-from verne_post.cli.lsp.places import remove_remarks
+from verne_post.base.program_lines import remove_remarks
 from verne_post.config.subprograms import list_callable_files
 from verne_post.gcode.dialects import choose_dialect_name
 from verne_post.gcode.remarks import BLOCK_NUMBER, list_heads

@@ -10,6 +10,7 @@ from pygls.uris import from_fs_path
 
 from verne_post.app.python_names import PLACE, replace_options
 from verne_post.base.printable import quote_key
+from verne_post.base.program_lines import find_word
 from verne_post.base.suggestions import find_correction
 from verne_post.config.program_setup import FILE_KEYS, list_setup_options
 from verne_post.config.toml_entries import find_place
@@ -33,18 +34,6 @@ _WORD: Final = re.compile(r"\"[^\"]*\"|[A-Za-z_]+[ \t]*=?[ \t]*[-+]?[\d.]*|[-+]?
 def split_lines(text: str) -> list[str]:
     """Lines without their ends, as the readers of programs count them."""
     return [line.removesuffix("\r") for line in text.split("\n")]
-
-
-def remove_remarks(line: str) -> str:
-    """A line with blanks for remarks in parentheses and after a semicolon."""
-    return re.sub(r"\([^)]*\)?|;.*", lambda remark: " " * len(remark[0]), line)
-
-
-def find_word(line: str, letter: str) -> re.Match[str] | None:
-    """A letter with its number, outside remarks in parentheses and after a semicolon; None where it stands not once."""
-    code = remove_remarks(line)
-    found = list(re.finditer(rf"(?<![A-Za-z_])({letter}[ \t]*=?[ \t]*)([-+]?[\d.]+)", code, re.IGNORECASE))
-    return found[0] if len(found) == 1 else None
 
 
 _OR_OPTION: Final = re.compile(r",? or give --[a-z-]+(?: [A-Z][^\s;]*)?")
