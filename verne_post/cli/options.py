@@ -316,7 +316,7 @@ def _describe_source(placed: Placed, own: Offsets, wcs: dict[int, WorkOffset], s
     replaced = {system for system, offset in below.items() if wcs[system] is not offset}
     flags += ["--wcs"] if replaced & own.written.keys() else []
     flags += ["--measured-offset"] if own.measured is not None and replaced - own.written.keys() else []
-    from verne_post.config.setup_values import describe_source
+    from verne_post.config.settings import describe_source
 
     return describe_source(settings, [placed.source], flags)
 

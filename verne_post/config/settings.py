@@ -1,7 +1,7 @@
 """The settings file, verne-post.toml: options, user-defined codes, fixtures, stock, policy of findings."""
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from fnmatch import fnmatch
 from pathlib import Path
 from typing import Any, Final, Literal
@@ -87,6 +87,16 @@ class Settings(Struct, frozen=True):
             for glob, setup in self.setups.items()
             if fnmatch(path.name, glob) or (inside is not None and fnmatch(inside.as_posix(), glob))
         ]
+
+
+def describe_source(settings: Settings | None, setups: Sequence[str], replaced: Sequence[str]) -> str:
+    """The settings file and the set-ups, and what replaces values of theirs; empty without any."""
+    names = list(filter(None, setups))
+    if settings is not None:  # whose own set-ups begin with its name
+        own = f"{Path(settings.shown).name}, "
+        names = [settings.shown, *(name.removeprefix(own) for name in names)]
+    source = ", ".join(names)
+    return f"{source}, overridden by {', '.join(replaced)}" if source and replaced else source
 
 
 def find_settings(folder: Path) -> Path | None:

@@ -1,7 +1,7 @@
 """What the files of a set-up give as options: for the commands, and for the Python API."""
 
 import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, Final, Literal, TypeVar
 
@@ -11,7 +11,7 @@ from verne_post.config.control_tables import merge_keys
 from verne_post.config.files import read_file
 from verne_post.config.part_setup import read_lengths, read_offsets
 from verne_post.config.program_setup import FILE_KEYS, TOOL_KEYS, ProgramSetup, read_setup
-from verne_post.config.settings import Settings, load_settings
+from verne_post.config.settings import Settings, describe_source, load_settings
 from verne_post.gcode.parameter_file import read_parameter_file
 from verne_post.gcode.tools import read_tool_table
 from verne_post.model.findings import UsageError, make_input_error
@@ -170,16 +170,6 @@ def read_settings(path: str | os.PathLike[str]) -> Settings:
     if not isinstance(path, str | os.PathLike):
         raise UsageError("path", f"expected the name of a file, got {type(path).__name__}")
     return load_settings(Path(path), named=True)
-
-
-def describe_source(settings: Settings | None, setups: Sequence[str], replaced: Sequence[str]) -> str:
-    """The settings file and the set-ups, and what replaces values of theirs; empty without any."""
-    names = list(filter(None, setups))
-    if settings is not None:  # whose own set-ups begin with its name
-        own = f"{Path(settings.shown).name}, "
-        names = [settings.shown, *(name.removeprefix(own) for name in names)]
-    source = ", ".join(names)
-    return f"{source}, overridden by {', '.join(replaced)}" if source and replaced else source
 
 
 def _find_setups(program: Path | None, setup: Setup, settings: Settings | None) -> Iterator[ProgramSetup]:

@@ -69,7 +69,7 @@ def describe_place(item: Finding) -> str:
     """``line 6: CODE severity: message``; the file is named where it is another one than the program."""
     name = "" if item.file is None else item.file if item.file_line is None else f"{item.file}:{item.file_line}"
     line = find_own_line(item)
-    return (f"line {line}: " if line else f"{name}: " if name else "") + describe(item)
+    return (f"line {line}: " if line is not None else f"{name}: " if name else "") + describe(item)
 
 
 def find_own_line(item: Finding) -> int | None:
