@@ -64,8 +64,9 @@ TIME_COLUMNS: Final = (
     "along the same contour. The line *motion* of the summary differs from it: it counts only motion without a "
     "stop (`slider_bound.nc`: 14.2 %), and compares with a lower bound of that profile (`blade_5axis.nc`: 1.6 "
     "%).",
-    "*over reference*: the excess over the same sections with `--quality`, for up to 10 s of motion. It counts "
-    "only sections with blended corners, and of the blade the first 1000 moves.",
+    "*over reference*: the excess over the same sections with `--quality`, in sections with blended corners. Of the "
+    "blade of 10^4 moves it counts the first 1000 moves. A program with more than 10 s of motion was not measured "
+    "(-).",
     "*profile*: the CPU time of planning per millisecond of motion.",
     "*CPU us/move*: the time from text to verified CSV, without start-up.",
 )
@@ -407,7 +408,7 @@ def compare_with_toppra(machine: Machine) -> str:
     return textwrap.fill(
         f"**The first profile, without jerk limits, against toppra** on the same {len(ours)} grids: ours takes "
         f"{min(ours):.1f} to {max(ours):.1f} ms, toppra {min(theirs):.0f} to {max(theirs):.0f} ms. The times of the "
-        f"profiles differ by at most {max(apart):.1e} of themselves.",
+        f"profiles differ by at most {max(apart):.0e}, relative.",
         120,
     )
 

@@ -411,7 +411,7 @@ def main() -> None:
         [
             f"One thread of: {processor()}, {datetime.now(UTC):%Y-%m-%d}, Python {platform.python_version()}, numpy "
             f"{np.__version__}; {minutes:.0f} minutes of CPU.\n"
-            f"The same constants measured again: CPU {percent(spread)} apart.",
+            f"A repeated measurement differed by {percent(spread)} in CPU time.",
             "The programs, and their machining times, are:",
             "\n".join(f"- {job.name} ({took:.2f} s)" for job, took in zip(jobs, present.seconds, strict=True)),
             table(["constant", "value", "values tried", "machining time", "CPU time"], rows).strip("\n"),

@@ -569,6 +569,25 @@ def test_verify_believes_nothing_but_the_file(good: Path, run: Callable[..., Any
     assert "VP412 error: " in answer.err
 
 
+def test_verify_gives_no_deviation_of_rows_that_it_could_not_compare(
+    good: Path, run: Callable[..., Any], tmp_path: Path
+) -> None:
+    """A deviation of zero would read as a perfect match."""
+    axes = tmp_path / "axes.csv"
+    assert run(good, *PLACE, "-o", axes).code == 0
+    head, *rows = axes.read_text().splitlines()
+    for kept, said in (
+        (0, "; the rows do not match the program: path and feed rate were not compared."),
+        (50, " mm and axis 0.000000 deg from the programmed path; from row 50 on the rows do not match it, "),
+    ):
+        other = [f"{row.rpartition(',')[0]},999" for row in rows[kept:]]
+        axes.write_text("\n".join([head, *rows[:kept], *other, ""]), newline="")
+        answer = run("verify", axes, "--against", good, *PLACE)
+        assert (answer.code, answer.out) == (1, "")
+        assert said in answer.err
+        assert ("tip 0." in answer.err) == (kept > 0)
+
+
 def test_verify_takes_the_options_of_the_conversion(good: Path, run: Callable[..., Any], tmp_path: Path) -> None:
     axes = tmp_path / "axes.csv"
     assert run(good, *PLACE, "--from", "home", "-o", axes).code == 0

@@ -459,7 +459,7 @@ def test_the_stock_that_a_program_defines_is_checked_where_one_asks(tmp_path: Pa
     file.write_text(BLANK.format(y=0))
     answer = run("check", file, *words)
     assert answer.code == 0
-    assert "it is not checked, --stock program does that" in answer.out + answer.err
+    assert "not checked (--stock program checks it)" in answer.out + answer.err
     for given in (("--stock", "program"), ()):
         if not given:
             Path(f"{file}.toml").write_text('[stock]\nfile = "program"\n')

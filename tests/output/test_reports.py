@@ -203,8 +203,8 @@ def test_markdown_says_once_what_a_set_up_settles() -> None:
     lengths = [make_finding("VP012", f"tool {k}", line=k, settled_by=(("tools", f"{k}"),)) for k in (1, 2)]
     rows = markdown.write([Report("my part.nc", (*lengths, make_finding("VP006", "Q", line=3)))]).splitlines()[-3:]
     assert rows[0].endswith(
-        "which verne-post setup 'my part.nc' writes. Or give --tool-length or --tool-table; the program may set it too "
-        "(G10 L1, \\$TC\\_DP3, TOOL DEF). |"
+        "which verne-post setup 'my part.nc' writes. Or give --tool-table FILE, or --tool-length MM where the program "
+        "has one tool; the program may set it too (G10 L1, \\$TC\\_DP3, TOOL DEF). |"
     )
     assert [row.count("<br>") for row in rows] == [1, 0, 0]
 

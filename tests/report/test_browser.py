@@ -432,7 +432,7 @@ def test_paper_has_the_whole_set_up_sheet(browser: Any, show: Callable[..., Any]
             style = js(browser, f"getComputedStyle(document.querySelector('{part}')).printColorAdjust")
             assert style == "exact", part
         if name == "pocket":
-            assert "stops between them" in browser.find_element("css selector", "#sheet .whole").text
+            assert " path segments; " in browser.find_element("css selector", "#sheet .whole").text
         assert canvas_pixels(browser)[..., :3].std() > 0.02  # the machine is drawn before the paper is taken
         # and copied: a browser may print the picture of the graphics card as a blank
         copied = browser.execute_script(

@@ -464,13 +464,13 @@ def test_stops_inside_lines_are_named() -> None:
     assert (place.about, place.value) == ("line 3", f"{within.most} stops")
     assert drilled.line[place.frame] == 3
     text = " ".join(format_summary(drilled.summary).split())
-    assert f" stops between them, {within.count} of them within line" in text
+    assert f" stops, of which {within.count} are inside line 3" in text
     for body in ("G1 X10 F300\nG4 P0.1\nG1 X20\nG0 X0\n", "G61\nG1 X10 F300\nX10 Y10\nX0\n"):
         plain = study_of(head + "G49\n" + body + "M2\n")
         assert plain.summary is not None
         assert plain.summary.n_stops > 0
         assert plain.summary.stops_within.count == 0
-        assert "of them within" not in format_summary(plain.summary)
+        assert "of which" not in format_summary(plain.summary)
         assert not any("stops" in place.what for place in find_worst_places(MACHINE, plain))
 
 

@@ -52,7 +52,7 @@ _POLICY: Final = (
         "--select",
         envvar="VERNE_POST_SELECT",
         metavar="VP1,VP202,...",
-        help="Only findings whose codes begin so count.",
+        help="Count only findings whose code begins with one of these prefixes.",
     ),
     click.option(
         "--ignore", envvar="VERNE_POST_IGNORE", metavar="VP203,...", help="Findings whose codes begin so do not count."

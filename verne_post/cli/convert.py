@@ -41,7 +41,7 @@ def command(
     quiet: bool,
     **given: Any,
 ) -> int:
-    """Convert G-code to verified setpoints.
+    """Convert a program (G-code, Klartext or CL file) to verified setpoints.
 
     INPUT is a file, or - for standard input. verne-post writes nothing unless the whole program passes every check.
     """

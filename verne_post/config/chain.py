@@ -99,7 +99,7 @@ class JointFile(Table, frozen=True, kw_only=True):
 
 
 class PartTableFile(Table, frozen=True, kw_only=True):
-    """[table]: the face on which the part lies, about the part's zero."""
+    """[table]: the face on which the part lies, about the part zero."""
 
     radius: Positive
 

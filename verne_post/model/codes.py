@@ -104,8 +104,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "tool length unknown",
         "error",
         "The program needs a tool length that was not given.",
-        "Fill in the length in INPUT.toml, which verne-post setup INPUT writes. Or give --tool-length or "
-        "--tool-table; the program may set it too (G10 L1, $TC_DP3, TOOL DEF).",
+        "Fill in the length in INPUT.toml, which verne-post setup INPUT writes. Or give --tool-table FILE, or "
+        "--tool-length MM where the program has one tool; the program may set it too (G10 L1, $TC_DP3, TOOL DEF).",
     ),
     (
         "VP013",
@@ -142,7 +142,7 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP017",
         "not allowed in this modal state",
         "error",
-        "The code is not allowed in the present modal state.",
+        "A G code, cycle or axis word conflicts with a mode that is on (plane, compensation, tilt).",
         "",
     ),
     (
@@ -252,8 +252,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "The program uses a work offset that neither the set-up nor the program gives (in Klartext a preset). "
         "The part zero is then at the rotary centre on the table face. "
         'It is an error where the set-up says "measure", where it gives other work offsets and not this one, or where '
-        "G10 in G91 moves it. "
-        "Presets 1 to 9 are G54 to G59.3 of --wcs, 10 to 48 G54.1P10 to P48.",
+        "the program moves it by G10 in G91. "
+        "In Klartext, presets 1 to 9 are G54 to G59.3 of --wcs, and presets 10 to 48 are G54.1P10 to G54.1P48.",
         "Fill in wcs.G54 in INPUT.toml, which verne-post setup INPUT writes, or give --wcs: mm from the rotary centre"
         " and the table face. If the part zero really is there, give --wcs G54=0,0,0.",
     ),

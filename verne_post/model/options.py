@@ -250,7 +250,7 @@ class Options:
         Meta(ge=2),
         About(
             "Number of rows beyond which a program is refused. At a cycle of 1 ms the default is 28 "
-            "hours, and 6 GB as CSV.",
+            "hours, and 6.8 GB as CSV.",
             Group.PROGRAM,
             Changes.CHECKS,
             metavar="N",

@@ -104,7 +104,7 @@ def spell_tool_word(number: int, names: Mapping[int, str]) -> str:
 
 @dataclass(frozen=True)
 class WorkOffset:
-    """Where the part's zero is on the table (mm, table frame) and how far the part is turned about C (deg)."""
+    """Where the part zero is on the table (mm, table frame) and how far the part is turned about C (deg)."""
 
     origin_mm: tuple[float, float, float]
     turn_deg: float = 0.0

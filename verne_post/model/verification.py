@@ -30,6 +30,9 @@ class Verification:
 
     Attributes
     ----------
+    n_rows, n_followed : int
+        Rows of the file, and those before the first one that does not match the program. Path and feed rate are
+        compared for these alone.
     velocity_ratio, acceleration_ratio, jerk_ratio : ndarray, shape (n_joints,)
         Worst value of each column over its limit.
     feed_ratio, feed_line : float and int
@@ -52,6 +55,7 @@ class Verification:
     """
 
     n_rows: int = 0
+    n_followed: int = 0
     velocity_ratio: Array = field(default_factory=lambda: np.zeros(0))
     acceleration_ratio: Array = field(default_factory=lambda: np.zeros(0))
     jerk_ratio: Array = field(default_factory=lambda: np.zeros(0))

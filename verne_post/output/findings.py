@@ -174,6 +174,8 @@ _PARTNERS: Final = (
 )
 #: In VP012 where the length is known, and nothing is to be filled in.
 _NOT_ACTIVE: Final = "has no length in force"
+#: In VP012 where the message has every place of a length, the set-up too.
+_SET_UP_NAMED: Final = "write it into the set-up"
 #: The title of VP012 where not the length is missing, and what helps.
 _NO_DIAMETER: Final = "tool diameter unknown"
 _GIVE_DIAMETER: Final = (
@@ -229,6 +231,8 @@ def _choose_remedy(item: Finding) -> str:
         return next((text for sign, text in _PARTNERS if sign.search(item.message)), "")
     if item.code == "VP012" and _NOT_ACTIVE in item.message:
         return CODES["VP034"].remedy
+    if item.code == "VP012" and _SET_UP_NAMED in item.message:
+        return ""
     if item.code == "VP012" and "--tool-" in item.message:  # the message has the options; the file is left to say
         return f"{remedy.partition('. ')[0]}."
     match item.settled_by:

@@ -88,10 +88,15 @@ def list_facts(summary: Summary) -> list[tuple[str, str]]:
 def format_verdict(name: str, verdict: Verification, machine: Machine, *, passes: bool) -> str:
     """Say in one sentence what ``verify`` found in a file, which passes or not: the program is checked too."""
     word = "passes" if passes else "FAILS"
+    said = f"{name} {word}: {verdict.n_rows} rows; worst of the limits: {_describe_worst_ratios(verdict, machine)}"
+    if not verdict.n_followed:
+        return f"{said}; the rows do not match the program: path and feed rate were not compared."
+    whole = verdict.n_followed == verdict.n_rows
+    rest = "" if whole else f"; from row {verdict.n_followed} on the rows do not match it, and were not compared"
     return (
-        f"{name} {word}: {verdict.n_rows} rows; worst of the limits: {_describe_worst_ratios(verdict, machine)}, feed "
-        f"{verdict.feed_ratio:.4f}; tip {verdict.tip_deviation_mm:.6f} mm and axis {verdict.axis_deviation_deg:.6f} "
-        f"deg from the programmed path{_describe_true_axis(verdict)}{_describe_block_times(verdict)}."
+        f"{said}, feed {verdict.feed_ratio:.4f}; tip {verdict.tip_deviation_mm:.6f} mm and axis "
+        f"{verdict.axis_deviation_deg:.6f} deg from the programmed path{rest}"
+        f"{_describe_true_axis(verdict)}{_describe_block_times(verdict)}."
     )
 
 
@@ -153,12 +158,12 @@ def _describe_motion(summary: Summary) -> str:
     if not within.count:
         where = ""
     elif within.count == within.most:
-        where = f", {within.count} of them within line {within.line}"
+        where = f", of which {within.count} {'is' if within.count == 1 else 'are'} inside line {within.line}"
     else:
-        where = f", {within.count} of them within lines (line {within.line} has {within.most})"
+        where = f", of which {within.count} are inside a line ({within.most} in line {within.line})"
     return (
         f"{describe_time(summary)}; {summary.n_rows} rows at {1e3 * summary.format.cycle:g} ms; {summary.n_segments} "
-        f"segments, {summary.n_stops} {'stop' if summary.n_stops == 1 else 'stops'} between them{where}"
+        f"path segments; {summary.n_stops} {'stop' if summary.n_stops == 1 else 'stops'}{where}"
     )
 
 
@@ -436,7 +441,7 @@ def _describe_stock(summary: Summary) -> Facts:
     x, y, z = stock.size
     shape = f"a cylinder of {x:g} by {z:g}" if stock.round else f"{x:g} x {y:g} x {z:g}"
     low = ", ".join(f"{value:g}" for value in stock.low)
-    checked = "" if summary.options.stock else "; it is not checked, --stock program does that"
+    checked = "" if summary.options.stock else "; not checked (--stock program checks it)"
     return [("stock", f"of the program: {shape} mm from ({low}) in {SYSTEM_NAMES[stock.frame.system]}{checked}")]
 
 
@@ -479,4 +484,4 @@ def _describe_rounding(summary: Summary) -> Facts:
 
 def _describe_provisional(summary: Summary) -> Facts:
     assumed = summary.machine.assumed
-    return [("assumed", f"of the machine file, not measured: {', '.join(assumed)}")] if assumed else []
+    return [("assumed", f"not measured (machine file): {', '.join(assumed)}")] if assumed else []

@@ -58,7 +58,7 @@ BATCH: Final = 200_000
 
 
 class Place(Struct, frozen=True):
-    """Where the part's zero stands on the table, mm, and how far the part is turned, rad."""
+    """Where the part zero stands on the table, mm, and how far the part is turned, rad."""
 
     x: float
     y: float

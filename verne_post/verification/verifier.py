@@ -154,6 +154,7 @@ class _MotionPart:
         self._result.n_rows += len(block.values)
         nearest = self._dynamics.check(block)
         for rows in measured.parts:
+            self._result.n_followed += len(rows.item)
             first = rows.first - block.first
             self._completeness.check(rows)
             self._between.check(rows)

@@ -274,7 +274,7 @@ class KlartextPatterns:
         if q.get(Q.ALONG_CIRCLE):
             raise statement.error("VP002", "Q365=1 is not executed: between holes the tool goes straight; write Q365=0")
         if q[Q.GO_HIGH] not in (0.0, 1.0):
-            raise statement.error("VP007", f"Q301={q[Q.GO_HIGH]:g}: 0 or 1")
+            raise statement.error("VP007", f"Q301 is {q[Q.GO_HIGH]:g}; allowed are 0 and 1")
         places = _place_circle(statement, q) if number == 220 else _place_grid(statement, q)
         kept_cycle = self.cycle
         second = q[Q.SECOND_CLEARANCE] if q[Q.GO_HIGH] else 0.0

@@ -239,7 +239,7 @@ class _Hole:
         seconds = self._read_seconds("DTB", self.digits[1])
         direction = given.read_whole("SDIR", 3)
         if direction not in _DIRECTIONS:
-            raise given.error("VP007", f"SDIR {direction}: the spindle turns with 3 or 4", "SDIR")
+            raise given.error("VP007", f"SDIR is {direction}; allowed are 3 and 4, in which the spindle turns", "SDIR")
         lift = [self._read_length(name) for name in ("RPA", "RPO", "RPAP")]
         angle = given.number("POSS")
         given.refuse_rest()

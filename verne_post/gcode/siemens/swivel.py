@@ -73,7 +73,7 @@ class Swivel:
         self._set_plane(given)
         direction = given.read_whole("_DIR")
         if direction not in (-1, 0, 1):
-            raise given.error("VP007", f"_DIR {direction}: -1, 0 or 1", "_DIR")
+            raise given.error("VP007", f"_DIR is {direction}; allowed are -1, 0 and 1", "_DIR")
         given.is_given("_TC")
         given.refuse_rest(("_DMODE",))
         if direction:

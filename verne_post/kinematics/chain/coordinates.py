@@ -82,7 +82,7 @@ class ChainCoordinates(Struct, frozen=True, eq=False):
 
     @property
     def part_offset(self) -> Array:
-        """From the axis of the turning joint to the part's zero (3,)."""
+        """From the axis of the turning joint to the part zero (3,)."""
         return -self.machine.turn.through
 
     def carry_tips(self, start: Array, end: Array, tool_length: Array) -> TurnSegments:

@@ -1,7 +1,7 @@
 """A five-axis machine of one chain: three linear joints and two rotary ones, each on the tool's or part's side.
 
 All vectors are in the *polar frame* of the rotary pair (:mod:`~verne_post.kinematics.chain.pair`), in place of the
-table frame: its origin is the part's zero, with all joints at 0. There the nominal angles A and C are polar angles of
+table frame: its origin is the part zero, with all joints at 0. There the nominal angles A and C are polar angles of
 the tool axis. Between the base and the rotary joints of each side lie the linear ones, so the tip equation is linear:
 ``M x = Part(tip) - Tool(gauge - l axis)``, with M constant. mm and rad.
 """

@@ -19,7 +19,7 @@ from verne_post.model.verdict import Severity
 NAMED_STRETCHES: Final = 4
 #: Why a pose has no solution, by finding code; other codes say what they mean in general.
 _UNREACHABLE: Final = {
-    "VP110": "out of reach: no position of the sliders closes the rods",
+    "VP110": "out of reach: no slider position satisfies the rod lengths",
     "VP201": "the rods of leg I would cross: R1 cos(alpha) <= r1 in every solution",
     "VP203": "out of reach: beyond a parallel singularity in every solution",
 }

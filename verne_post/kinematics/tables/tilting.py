@@ -61,7 +61,7 @@ class TiltingTable(Struct, frozen=True, eq=False):
 
     @property
     def part_offset(self) -> Array:
-        """From the rotary axis to the part's zero (3,): none."""
+        """From the rotary axis to the part zero (3,): none."""
         return np.zeros(3)
 
     @property
