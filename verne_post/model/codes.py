@@ -166,7 +166,13 @@ CODES: Final[dict[str, Code]] = _make_table(
         "The setpoint file does not have the columns or the numbers that the machine needs.",
         "Write the file again with verne-post convert.",
     ),
-    ("VP021", "nothing to do", "error", "The program contains no motion.", "Check that this is the right file."),
+    (
+        "VP021",
+        "nothing to do",
+        "error",
+        "The program contains no motion; dwells do not count.",
+        "Check that this is the right file.",
+    ),
     ("VP022", "program cannot be read", "error", "The file does not exist, or may not be read.", "Check its name."),
     (
         "VP023",
