@@ -83,6 +83,19 @@ def test_the_length_of_a_tool_that_the_program_calls_is_no_offset_of_another(fir
     assert result.ok == (severity != "error")
 
 
+def test_a_tool_change_that_is_forgotten_refuses() -> None:
+    """T2 without M6, and then H2: tool 1 went down 30 mm off, with a warning."""
+    tools = {n: vp.Tool(n, n, (0.0, 0.0, z, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)) for n, z in {1: 80.0, 2: 110.0}.items()}
+    cut = "M3 S900\nG0 X0 Y0\nG43 Z40 H{}\n{}\nG1 Z20 F600\nX5\nG0 Z90\nM5\n"
+    options = vp.Options(tools=tools, wcs={"G54": (0, 0, 30)}, split_at_stops=True)
+    for change, severity in (("T2", ["error"]), ("T2 M6", [])):
+        program = f"G21 G90 G94\nG0 A0 C0\nT1 M6\n{cut.format(1, 'T2')}{change}\n{cut.format(2, 'T1')}M2\n"
+        found = vp.check(program, "verne", options).findings
+        assert [item.severity for item in found if item.code == "VP049"] == severity
+        assert all("in the spindle (T2 without M6 only selects)" in item.message for item in found)
+        assert not any(item.edits for item in found)  # H1 would be no remedy
+
+
 @pytest.mark.parametrize(
     ("more", "wcs", "expected"),
     [

@@ -197,7 +197,8 @@ def _check_lengths(moves: Moves, path: ToolPath, options: Options) -> Iterator[F
     lengths = {number: tool.offset[2] for number, tool in (options.tools or {}).items() if not tool.unmeasured}
     names = name_tools(moves.events)
     named = [item for item in moves.findings if item.code == "VP049"]
-    called = dict.fromkeys(number for _change, number in list_tool_changes(moves.events))
+    # a tool that T names without M6 is one that the program means to cut with, as much as one that it loads
+    called = dict.fromkeys([*(number for _change, number in list_tool_changes(moves.events)), *moves.selections])
     wrong: dict[tuple[int, float], tuple[int, int, str]] = {}  # tool and length -> first cut, first low one, message
     before: list[int] = []  # tools so far
     for stretch in _list_stretches(moves, path):

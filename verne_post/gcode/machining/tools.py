@@ -9,6 +9,7 @@ from verne_post.gcode.machining.frames import Frames, refuse_compensation
 from verne_post.gcode.machining.state import describe_tool_event
 from verne_post.gcode.missing_setup import ASSUMED_TOOL, check_measured, find_tool_key, report_missing_tool
 from verne_post.gcode.program_error import At, ProgramError
+from verne_post.model.findings import Remedy
 from verne_post.model.moves import ZERO9
 from verne_post.model.part_setup import Tool, Vector9, describe_tool_number, spell_tool_word
 
@@ -30,8 +31,8 @@ class Tools:
         """The tool comes with the next tool change."""
         self.check_tool(at, number, "T")
         self.state.selected_tool = number
-        if number and self.recorder.first_selection is None:
-            self.recorder.first_selection = at.line, number
+        if number:
+            self.recorder.selections.setdefault(number, at.line)
 
     def change(self, at: At) -> None:
         """The selected tool comes into the spindle, which stops for it."""
@@ -143,7 +144,9 @@ class Tools:
         else:
             why = f"but T{tool} was called, which has {lengths[tool]:g} mm"
         text = f"the length number {number}, {length:g} mm, is in force, {why}"
-        self.recorder.note_once("VP049", text, at.line)
+        own = Remedy("", str(tool), line=at.line, word=("H", number))
+        # where T has selected the tool of H, M6 is what is missing: H of the tool in the spindle would hide it
+        self.recorder.note_once("VP049", text, at.line, () if state.selected_tool == number else (own,))
 
     # --- the table ---------------------------------------------------------------------------------
 
