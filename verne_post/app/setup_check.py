@@ -1,7 +1,9 @@
 """What set-up and program leave open although the program uses it: warnings before anything else is looked at."""
 
 import dataclasses
+import re
 from collections.abc import Iterator, Mapping
+from typing import Final
 
 import numpy as np
 from msgspec import Struct
@@ -30,6 +32,9 @@ from verne_post.model.toolpath import SegmentKind, ToolPath
 from verne_post.model.verdict import find_worst
 from verne_post.model.work_systems import find_placer
 
+#: Of VP049: the number of D.
+_CUTTER: Final = re.compile(r"the diameter number (\d+),")
+
 
 def check_setup(moves: Moves, path: ToolPath, machine: Machine, options: Options) -> list[Finding]:
     """Report work systems without a place, tools without a length, directions without a meaning, and odd sizes.
@@ -41,7 +46,8 @@ def check_setup(moves: Moves, path: ToolPath, machine: Machine, options: Options
     ------
     InputError
         VP033: the set-up marks the place of a work system that is used as still to be measured, or gives others and not
-        this one. VP034: a tool comes down with a length that is not the one that the set-up gives it.
+        this one. VP034: a tool comes down with a length that is not the one that the set-up gives it. VP049: so
+        does one with the length, or the diameter, of another tool of the program.
     """
     systems: dict[int, int] = {}  # index of a frame -> first move that uses it
     cut_frames: set[int] = set()
@@ -71,6 +77,8 @@ def check_setup(moves: Moves, path: ToolPath, machine: Machine, options: Options
     ]
     if options.tool_length is None:
         found += _check_lengths(moves, path, options)
+    called = _list_called_tools(moves)  # as a diameter of wear nobody takes that of a tool which cuts too
+    found += [dataclasses.replace(item, severity="error") for item in moves.findings if _find_cutter(item) in called]
     if find_worst(found) == "error":  # what follows would be about a part or a tip that is somewhere else
         raise InputError(*(item for item in found if item.severity == "error"))
     texts = _find_implausible(options)
@@ -196,9 +204,8 @@ def _check_lengths(moves: Moves, path: ToolPath, options: Options) -> Iterator[F
     """
     lengths = {number: tool.offset[2] for number, tool in (options.tools or {}).items() if not tool.unmeasured}
     names = name_tools(moves.events)
-    named = [item for item in moves.findings if item.code == "VP049"]
-    # a tool that T names without M6 is one that the program means to cut with, as much as one that it loads
-    called = dict.fromkeys([*(number for _change, number in list_tool_changes(moves.events)), *moves.selections])
+    named = [item for item in moves.findings if item.code == "VP049" and not _find_cutter(item)]
+    called = _list_called_tools(moves)
     wrong: dict[tuple[int, float], tuple[int, int, str]] = {}  # tool and length -> first cut, first low one, message
     before: list[int] = []  # tools so far
     for stretch in _list_stretches(moves, path):
@@ -232,6 +239,17 @@ def _check_lengths(moves: Moves, path: ToolPath, options: Options) -> Iterator[F
         line = int(moves.line[first if low < 0 else low])
         severity = "warning" if low < 0 else "error"
         yield make_finding("VP034", text, severity=severity, line=line, last_line=line, worst_line=line)
+
+
+def _list_called_tools(moves: Moves) -> dict[int, None]:
+    """Numbers of tools, each once: one that T names without M6 is meant to cut as much as one that M6 loads."""
+    return dict.fromkeys([*(number for _change, number in list_tool_changes(moves.events)), *moves.selections])
+
+
+def _find_cutter(item: Finding) -> int:
+    """The tool whose diameter D puts in force, of a finding VP049 about that; 0 of others."""
+    found = _CUTTER.match(item.message) if item.code == "VP049" else None
+    return int(found[1]) if found else 0
 
 
 def _describe_other_length(tool: int, length: float, own: float, owner: int, names: Mapping[int, str]) -> str:

@@ -378,15 +378,18 @@ CODES: Final[dict[str, Code]] = _make_table(
     ),
     (
         "VP049",
-        "length of another tool",
+        "length or diameter of another tool",
         "warning",
         "The tool length in force is not that of the tool in the spindle: H (in CL files ADJUST) has another number, "
         "and the tool table gives the two different lengths. Or T has selected the tool, and no M6 has brought it into "
         "the spindle. It is an error where the program calls the tool to which the length belongs, also by T alone, "
         "and the tool in the spindle comes down with it. "
-        "An H of another number is not reported where its length is the same, or where the tool has none of its own.",
-        "Write H with the number of the tool, or M6 after T. If the length belongs to the tool, as with H51 for "
-        "T1, give both numbers the same length, or none to the tool's own.",
+        "An H of another number is not reported where its length is the same, or where the tool has none of its own. "
+        "The same holds for D of G41 and its diameter: it is an error where the program calls the tool of this number, "
+        "and a number that has a diameter alone, as D25 for T5, is not reported.",
+        "Write H and D with the number of the tool, or M6 after T. If the length belongs to the tool, as with H51 for "
+        "T1, give both numbers the same length, or none to the tool's own. A number of D that is no tool has no "
+        "length.",
     ),
     (
         "VP050",
