@@ -461,3 +461,34 @@ def test_a_missing_place_is_told_at_the_word_that_calls_it(tmp_path: Path, name:
     options = vp.Options(tool_length=80.0, wcs={1: vp.WorkOffset((0.0, 0.0, 60.0))})
     found = vp.check(tmp_path / name, "verne", options).findings
     assert [item.line for item in found if item.code == "VP033"] == [line]
+
+
+@pytest.mark.parametrize(
+    ("turn", "length", "line"),
+    [
+        ("", "G43 H1", 8),
+        ("G53.1", "G43 H1", None),
+        ("G0 A20. C0.", "G43.4 H1", None),  # the words of the axes align the tool
+        ("", "G43.4 H1", 8),
+        ("G69", "G43 H1", None),
+    ],
+)
+def test_a_plane_to_which_nothing_turns_the_table(turn, length, line) -> None:
+    """A forgotten G53.1 cut the plane with an upright tool, without a word."""
+    program = f"""O1
+G21 G90 G94 G0 A0. C0.
+T1 M6
+S5000 M3
+G68.2 X0. Y0. Z0. I0. J20. K0.
+{turn}
+{length} G0 X0. Y0. Z40.
+G1 Z20. F500.
+G0 Z40.
+G69
+M30
+"""
+    options = vp.Options(tools=TOOLS, wcs={"G54": (0, 0, 100)}, dialect="fanuc", split_at_stops=True)
+    found = vp.check(program, "verne", options).findings
+    assert all(item.code in ("VP042", "VP016") for item in found), found
+    assert [(item.severity, item.line) for item in found if item.code == "VP042"] == [("warning", line)][: bool(line)]
+    assert all("tilted by 20 deg" in item.message for item in found if item.code == "VP042")

@@ -337,6 +337,16 @@ CODES: Final[dict[str, Code]] = _make_table(
         "[remap].",
     ),
     (
+        "VP042",
+        "plane without a turn of the table",
+        "warning",
+        "G68.2 says where X Y Z of a tilted plane are, and G53.1 turns the table to it. Without G53.1, or words of the "
+        "rotary axes, the tool stays upright and cuts the plane at a slant. A plane in which the tool is tilted "
+        "anywhere is not reported. A canned cycle there is an error (VP017).",
+        "Write G53.1 after G68.2, or the angles of the rotary axes. No action is needed for a ball end mill that is "
+        "to cut a slanted face with an upright tool.",
+    ),
+    (
         "VP045",
         "spindle speed unknown",
         "warning",
