@@ -694,7 +694,9 @@ CODES: Final[dict[str, Code]] = _make_table(
         "warning",
         "A speed, acceleration, jerk, travel, length, cycle or tolerance is legal, but probably not intended. Most "
         "often "
-        "it is in another unit. It is in the machine file, the command line, the set-up or the program.",
+        "it is in another unit. It is in the machine file, the command line, the set-up or the program. It is an error "
+        "where a program in inches leaves the machine, and would not in mm. The limits that it breaks are not listed "
+        "then; `verne-post explain` names those of a line.",
         "Compare the value with its unit in docs/machine-file.md, docs/commands.md or docs/setpoints.md; `verne-post "
         "machine validate` prints how long moves take.",
     ),
@@ -746,7 +748,7 @@ CODES: Final[dict[str, Code]] = _make_table(
 )
 
 #: Codes that are errors in some cases and warnings in others.
-_EITHER: Final = ("VP033", "VP034", "VP036", "VP049", "VP202", "VP203", "VP301")
+_EITHER: Final = ("VP033", "VP034", "VP036", "VP049", "VP202", "VP203", "VP301", "VP505")
 
 
 def describe_severity(code: Code) -> str:
@@ -771,7 +773,7 @@ def describe_response(code: Code) -> str:
         return f"{text} Reading goes on to the next mistakes, 50 at most."
     if code.code == "VP220":
         return "There is no verdict: exit status 3, and 1 where something else is gouged; convert writes nothing."
-    if number < 400:
+    if number < 400 or code.code == "VP505":
         text = "convert writes nothing; check and convert end with status 1 (check --exit-zero: 0)."
         if code.code in _EITHER:
             text = f"As an error: {text} As a warning: {warned}"
