@@ -83,6 +83,19 @@ def test_the_length_of_a_tool_that_the_program_calls_is_no_offset_of_another(fir
     assert result.ok == (severity != "error")
 
 
+def test_a_tool_change_that_is_forgotten_refuses() -> None:
+    """T2 without M6, and then H2: tool 1 went down 30 mm off, with a warning."""
+    tools = {n: vp.Tool(n, n, (0.0, 0.0, z, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)) for n, z in {1: 80.0, 2: 110.0}.items()}
+    cut = "M3 S900\nG0 X0 Y0\nG43 Z40 H{}\n{}\nG1 Z20 F600\nX5\nG0 Z90\nM5\n"
+    options = vp.Options(tools=tools, wcs={"G54": (0, 0, 30)}, split_at_stops=True)
+    for change, severity in (("T2", ["error"]), ("T2 M6", [])):
+        program = f"G21 G90 G94\nG0 A0 C0\nT1 M6\n{cut.format(1, 'T2')}{change}\n{cut.format(2, 'T1')}M2\n"
+        found = vp.check(program, "verne", options).findings
+        assert [item.severity for item in found if item.code == "VP049"] == severity
+        assert all("in the spindle (T2 without M6 only selects)" in item.message for item in found)
+        assert not any(item.edits for item in found)  # H1 would be no remedy
+
+
 @pytest.mark.parametrize(
     ("more", "wcs", "expected"),
     [
@@ -249,6 +262,51 @@ def test_the_length_of_another_tool(dialect, body, tools, said):
     assert said in "".join(item.message for item in found)
 
 
+CUTTERS = {4: tool(4, 80.0), 5: vp.Tool(5, 5, tool(5, 80.0).offset, 12.0), 25: vp.Tool(25, 25, (0.0,) * 9, 11.8, "s")}
+MILL = "O1\nG21 G90 G94\nG0 A0. C0.\n{}T5 M6\nS3000 M3\nG0 X-35. Y-25.\nG43 Z25. H{}\n"
+MILL += "G1 Z20. F400.\nG41 X-25. Y-20. D{}\nY20.\nX-10.\nG40 X-35. Y-25.\nG0 Z90.\nM5\nM30\n"
+
+
+@pytest.mark.parametrize(
+    ("before", "number", "severity"),
+    [
+        ("", 5, []),
+        ("", 4, ["warning"]),
+        ("T4 M6\n", 4, ["error"]),
+        ("T4\n", 4, ["error"]),  # it is meant to cut, though no M6 loads it
+        ("", 25, []),  # of wear: a diameter and no length
+    ],
+)
+def test_the_diameter_of_another_tool(before, number, severity) -> None:
+    """D4 under T5 was 1 mm off the contour, without a word."""
+    options = vp.Options(tools=CUTTERS, wcs={"G54": (0, 0, 30)}, dialect="fanuc", split_at_stops=True)
+    result = vp.check(MILL.format(before, 5, number), "verne", options)
+    told = [item for item in result.findings if item.code == "VP049"]
+    assert [item.severity for item in told] == severity
+    assert result.ok == (severity != ["error"])
+    for item in told:
+        assert "number 4, 10 mm, is in force, but tool 5, which has 12 mm, is in the spindle" in item.message
+        assert [(edit.value, edit.word) for edit in item.edits] == [("5", ("D", 4))]
+
+
+@pytest.mark.parametrize(
+    ("length", "diameter", "written", "meant", "key"),
+    [(14, 5, "H14", "H5", "length"), (5, 6, "D6", "D5", "diameter"), (5, 7, "D7", "D5", "diameter")],
+)
+def test_a_number_that_no_tool_has_is_that_of_the_tool_in_the_spindle(length, diameter, written, meant, key) -> None:
+    """The remedy was to add a tool 14 to the set-up."""
+    tools = CUTTERS | {7: vp.Tool(7, 7, tool(7, 80.0).offset, 0.0)}
+    options = vp.Options(tools=tools, wcs={"G54": (0, 0, 30)}, dialect="fanuc", split_at_stops=True)
+    (item,) = vp.check(MILL.format("", length, diameter), "verne", options).findings
+    assert (item.code, item.settled_by) == ("VP012", (("tools", written[1:], key),))
+    assert item.message.startswith(
+        f"{written}: tool 5 is in the spindle, and tool {written[1:]} has no "
+        if key[0] == "d"
+        else f"{written}: tool 5 is in the spindle, and the set-up, or the tool table, has no"
+    )
+    assert item.message.endswith(f"; did you mean {meant}?")
+
+
 def test_a_length_in_addition_or_after_a_code_of_the_builder_is_not_one_of_another_tool():
     for body, remap in (("T1 M6\nG43 H1\nG43.2 H5\n", {}), ("T1 M6\nT5\nM106\nG43 H5\n", {"M106": "event"})):
         source = f"G21 G90 G94\n{body}S3000 M3\nG0 X0 Y0 Z50 A0 C0\nG1 X10 F600\nM2\n"
@@ -403,3 +461,34 @@ def test_a_missing_place_is_told_at_the_word_that_calls_it(tmp_path: Path, name:
     options = vp.Options(tool_length=80.0, wcs={1: vp.WorkOffset((0.0, 0.0, 60.0))})
     found = vp.check(tmp_path / name, "verne", options).findings
     assert [item.line for item in found if item.code == "VP033"] == [line]
+
+
+@pytest.mark.parametrize(
+    ("turn", "length", "line"),
+    [
+        ("", "G43 H1", 8),
+        ("G53.1", "G43 H1", None),
+        ("G0 A20. C0.", "G43.4 H1", None),  # the words of the axes align the tool
+        ("", "G43.4 H1", 8),
+        ("G69", "G43 H1", None),
+    ],
+)
+def test_a_plane_to_which_nothing_turns_the_table(turn, length, line) -> None:
+    """A forgotten G53.1 cut the plane with an upright tool, without a word."""
+    program = f"""O1
+G21 G90 G94 G0 A0. C0.
+T1 M6
+S5000 M3
+G68.2 X0. Y0. Z0. I0. J20. K0.
+{turn}
+{length} G0 X0. Y0. Z40.
+G1 Z20. F500.
+G0 Z40.
+G69
+M30
+"""
+    options = vp.Options(tools=TOOLS, wcs={"G54": (0, 0, 100)}, dialect="fanuc", split_at_stops=True)
+    found = vp.check(program, "verne", options).findings
+    assert all(item.code in ("VP042", "VP016") for item in found), found
+    assert [(item.severity, item.line) for item in found if item.code == "VP042"] == [("warning", line)][: bool(line)]
+    assert all("tilted by 20 deg" in item.message for item in found if item.code == "VP042")

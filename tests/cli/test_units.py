@@ -43,10 +43,12 @@ def test_inches_in_place_of_mm_are_named_first(run: Callable[..., Any], tmp_path
     found, _out = check(run, tmp_path, name, mm, 30)
     assert not [one for one in found if "error" in one or "VP505" in one]
     found, text = check(run, tmp_path, name, inch, 30)
-    said = f"{inch}: read in inches, the program spans 762 mm and leaves the machine; read in mm, no pose of it is"
-    assert found[0] == f"{line}: VP505 warning: {said} refused; did you mean {mm}? (column {column})"
-    assert f"tried: see VP505 in line {line}" in text
-    assert text.count("tried: ") == 1  # no other remedy of what follows from the unit
+    rows = PROGRAMS[name][0].splitlines()
+    first = next(number for number, row in enumerate(rows, 1) if "50" in row and "{}" in row)  # where it leaves
+    said = f"{inch}: read in inches, the program spans 762 mm and leaves the machine, first in line {first}; read in "
+    assert found[0] == f"{line}: VP505 error: {said}mm, no pose of it is refused; did you mean {mm}? (column {column})"
+    assert not [one for one in found if ": VP1" in one or ": VP2" in one]  # they follow from the unit
+    assert "refused: 1 error" in text
 
 
 def test_a_program_in_inches_that_only_stands_in_a_wrong_place(run: Callable[..., Any], tmp_path: Path) -> None:

@@ -56,6 +56,14 @@ def test_a_number_with_another_character(
     assert find_errors(run, tmp_path, name, line) == [f"{PROGRAMS[name][1]}: {text}"]
 
 
+def test_nothing_is_told_that_only_follows_from_a_mistyped_number(run: Callable[..., Any], tmp_path: Path) -> None:
+    """After G8O the cycle was taken to go on, and the retract had a second error (VP007)."""
+    cycle = "G98 G81 X0. Y0. Z40. R50. F200.\nX5.\nG8O\nZ60.\nX1O."
+    text = "VP001 error: {}: the letter O in a number; did you mean {}? (column 1)"
+    expected = [f"9: {text.format('G8O', 'G80')}", f"11: {text.format('X1O.', 'X10.')}"]
+    assert find_errors(run, tmp_path, "p.nc", cycle) == expected
+
+
 @pytest.mark.parametrize(
     ("name", "line", "columns"),
     [("p.mpf", "TRAOR SUPAA X1 Q7=3", [1, 7, 16]), ("p.h", "L Z+80 FMA MM9 X+1 FMXA", [8, 12])],
@@ -70,8 +78,8 @@ def test_columns_are_those_of_the_line_as_it_stands(
 
 @pytest.mark.parametrize("name", ["p.ngc", "p.nc"])
 def test_a_letter_that_is_there_twice(run: Callable[..., Any], tmp_path: Path, name: str) -> None:
-    (found,) = find_errors(run, tmp_path, name, "G1 GG95. X1.")
-    text = "VP001 error: GG95.: the letter is there twice; did you mean G95.? (column 4)"
+    (found,) = find_errors(run, tmp_path, name, "G1 GG94. X1.")
+    text = "VP001 error: GG94.: the letter is there twice; did you mean G94.? (column 4)"
     assert found == f"{PROGRAMS[name][1]}: {text}"
 
 

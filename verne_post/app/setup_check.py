@@ -1,14 +1,18 @@
 """What set-up and program leave open although the program uses it: warnings before anything else is looked at."""
 
 import dataclasses
+import math
+import re
 from collections.abc import Iterator, Mapping
+from typing import Final
 
 import numpy as np
 from msgspec import Struct
 
 from verne_post.app.spindle_check import check_speed, check_spindle, check_tool_change
 from verne_post.base.columns import iterate_blocks
-from verne_post.base.tolerances import LIMIT_SLACK_MM, ZERO_ANGLE, ZERO_LENGTH_MM
+from verne_post.base.rotations import find_axis_of_angles
+from verne_post.base.tolerances import DRILL_TILT, LIMIT_SLACK_MM, ZERO_ANGLE, ZERO_LENGTH_MM
 from verne_post.base.units import DEG_PER_RAD
 from verne_post.gcode.missing_setup import report_missing_offset
 from verne_post.model.findings import Finding, InputError, make_finding
@@ -30,18 +34,22 @@ from verne_post.model.toolpath import SegmentKind, ToolPath
 from verne_post.model.verdict import find_worst
 from verne_post.model.work_systems import find_placer
 
+#: Of VP049: the number of D.
+_CUTTER: Final = re.compile(r"the diameter number (\d+),")
+
 
 def check_setup(moves: Moves, path: ToolPath, machine: Machine, options: Options) -> list[Finding]:
     """Report work systems without a place, tools without a length, directions without a meaning, and odd sizes.
 
-    The codes are VP033, VP034 (in feed motion: no length, or that of another tool), VP037, VP040, VP041, VP050 and
-    VP505.
+    The codes are VP033, VP034 (in feed motion: no length, or that of another tool), VP037, VP040, VP041, VP042,
+    VP050 and VP505.
 
     Raises
     ------
     InputError
         VP033: the set-up marks the place of a work system that is used as still to be measured, or gives others and not
-        this one. VP034: a tool comes down with a length that is not the one that the set-up gives it.
+        this one. VP034: a tool comes down with a length that is not the one that the set-up gives it. VP049: so
+        does one with the length, or the diameter, of another tool of the program.
     """
     systems: dict[int, int] = {}  # index of a frame -> first move that uses it
     cut_frames: set[int] = set()
@@ -71,11 +79,13 @@ def check_setup(moves: Moves, path: ToolPath, machine: Machine, options: Options
     ]
     if options.tool_length is None:
         found += _check_lengths(moves, path, options)
+    called = _list_called_tools(moves)  # as a diameter of wear nobody takes that of a tool which cuts too
+    found += [dataclasses.replace(item, severity="error") for item in moves.findings if _find_cutter(item) in called]
     if find_worst(found) == "error":  # what follows would be about a part or a tip that is somewhere else
         raise InputError(*(item for item in found if item.severity == "error"))
     texts = _find_implausible(options)
     found += [*_check_tolerances(moves, path), *_find_idle_tolerances(moves, path, options)]
-    found += [*_check_directions(moves, path, machine), *check_spindle(moves, path)]
+    found += [*_check_directions(moves, path, machine), *_check_planes(moves, path), *check_spindle(moves, path)]
     found += [*check_speed(moves, path), *check_tool_change(moves, path)]
     return [*(make_finding("VP505", text) for text in texts), *found]
 
@@ -196,8 +206,8 @@ def _check_lengths(moves: Moves, path: ToolPath, options: Options) -> Iterator[F
     """
     lengths = {number: tool.offset[2] for number, tool in (options.tools or {}).items() if not tool.unmeasured}
     names = name_tools(moves.events)
-    named = [item for item in moves.findings if item.code == "VP049"]
-    called = dict.fromkeys(number for _change, number in list_tool_changes(moves.events))
+    named = [item for item in moves.findings if item.code == "VP049" and not _find_cutter(item)]
+    called = _list_called_tools(moves)
     wrong: dict[tuple[int, float], tuple[int, int, str]] = {}  # tool and length -> first cut, first low one, message
     before: list[int] = []  # tools so far
     for stretch in _list_stretches(moves, path):
@@ -231,6 +241,17 @@ def _check_lengths(moves: Moves, path: ToolPath, options: Options) -> Iterator[F
         line = int(moves.line[first if low < 0 else low])
         severity = "warning" if low < 0 else "error"
         yield make_finding("VP034", text, severity=severity, line=line, last_line=line, worst_line=line)
+
+
+def _list_called_tools(moves: Moves) -> dict[int, None]:
+    """Numbers of tools, each once: one that T names without M6 is meant to cut as much as one that M6 loads."""
+    return dict.fromkeys([*(number for _change, number in list_tool_changes(moves.events)), *moves.selections])
+
+
+def _find_cutter(item: Finding) -> int:
+    """The tool whose diameter D puts in force, of a finding VP049 about that; 0 of others."""
+    found = _CUTTER.match(item.message) if item.code == "VP049" else None
+    return int(found[1]) if found else 0
 
 
 def _describe_other_length(tool: int, length: float, own: float, owner: int, names: Mapping[int, str]) -> str:
@@ -321,3 +342,46 @@ def _check_directions(moves: Moves, path: ToolPath, machine: Machine) -> list[Fi
         f"{'; if the post has computed them for the machine (as many do with G93), post again' if by_time else ''}"
     )
     return [make_finding("VP037", text, line=line, last_line=line, worst_line=line)]
+
+
+def _check_planes(moves: Moves, path: ToolPath) -> Iterator[Finding]:
+    """VP042: cuts in a tilted plane of a Fanuc program to which nothing has turned the table, each plane once.
+
+    Under a plane in which the tool is tilted anywhere, the program knows what it does: G53.1, A and C words, G43.4.
+    Posts may move a retracted head at feed rate before the table turns, so that holds for the whole plane.
+    """
+    normals = np.array([1.0 if frame.feature is None else frame.feature.rotation[8] for frame in moves.frames])
+    if not moves.needs_tcp_code or (normals >= 1.0 - DRILL_TILT).all():
+        return
+    runs: list[_Plane] = []
+    for begin, end in iterate_blocks(len(path)):
+        rows = begin + np.flatnonzero(path.move[begin:end] >= 0)
+        move = path.move[rows]
+        tools = [find_axis_of_angles(place[rows, 3], place[rows, 4])[:, 2] for place in (path.start, path.end)]
+        is_upright = np.minimum(*tools) >= 1.0 - DRILL_TILT
+        cuts = path.feed_time[rows] > 0
+        normal = normals[moves.frame[move]]
+        firsts = np.flatnonzero(np.append(True, np.diff(normal) != 0)) if len(rows) else np.empty(0, int)
+        for first, last in zip(firsts.tolist(), [*firsts.tolist()[1:], len(rows)], strict=True):
+            if not runs or runs[-1].normal != normal[first]:
+                runs.append(_Plane(float(normal[first])))
+            run, cut = runs[-1], np.flatnonzero(cuts[first:last])
+            run.is_upright &= bool(is_upright[first:last].all())
+            if len(cut) and run.cut < 0:
+                run.cut = int(move[first + cut[0]])
+    for run in runs:
+        if run.cut >= 0 and run.is_upright and run.normal < 1.0 - DRILL_TILT:
+            line, angle = int(moves.line[run.cut]), math.degrees(math.acos(run.normal))
+            text = (
+                f"the tool cuts upright in a plane that is tilted by {angle:.6g} deg: nothing turns the table to it; "
+                "write G53.1 after G68.2, or A and C"
+            )
+            yield make_finding("VP042", text, line=line, last_line=line, worst_line=line)
+
+
+class _Plane(Struct):
+    """Moves in a row whose X Y Z are those of one plane."""
+
+    normal: float  #: Its Z along the Z of the table.
+    cut: int = -1  #: The first move at feed rate.
+    is_upright: bool = True  #: The tool, in all of them.

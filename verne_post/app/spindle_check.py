@@ -88,9 +88,9 @@ def check_tool_change(moves: Moves, path: ToolPath) -> list[Finding]:
     first = _find_first_cut(path, 0)
     loads = any(event.kind in ("tool", "tool number", "remapped") for event in moves.events)
     is_told = any(item.code == "VP049" for item in moves.findings)
-    if moves.first_selection is None or loads or is_told or first < 0:
+    if not moves.selections or loads or is_told or first < 0:
         return []
-    line, number = moves.first_selection
+    number, line = next(iter(moves.selections.items()))
     cut = int(moves.line[first])
     text = (
         f"T{number} only selects the tool, and no M6 loads it: line {cut} cuts with the tool that was in the spindle "

@@ -50,6 +50,8 @@ _NO_OFFSET: Final = Remedy(
 def add_remedies(source: Text, program: Program, findings: Sequence[Finding]) -> list[Finding]:
     """The findings of a refused program, the first errors with the remedies that were tried and hold.
 
+    Where the unit is what is wrong, all findings about poses are that one.
+
     Parameters
     ----------
     findings : sequence of Finding
@@ -63,11 +65,7 @@ def add_remedies(source: Text, program: Program, findings: Sequence[Finding]) ->
     word = _find_word(source, program, errors) if len(program.contour) <= TRIED_ELEMENTS else None
     in_inches = _find_mistaken_unit(source, program, errors) if distance > FAR_MM else None
     if in_inches is not None:
-        remedy = (f"see {in_inches.code} in line {in_inches.line}",)
-        return [
-            in_inches,
-            *(dataclasses.replace(one, remedies=remedy) if one is errors[0] else one for one in findings),
-        ]
+        return [in_inches, *(one for one in findings if not is_about_pose(one.code))]
     chosen: dict[object, Finding] = {}
     for item in errors:
         chosen.setdefault((item.code, item.axis), item)
@@ -86,7 +84,7 @@ def add_remedies(source: Text, program: Program, findings: Sequence[Finding]) ->
 
 
 def _find_mistaken_unit(source: Text, program: Program, errors: Sequence[Finding]) -> Finding | None:
-    """VP505: the program asks for inches and leaves the machine, and in mm no pose of it is refused; else None.
+    """VP505, an error: a program in inches leaves the machine, and in mm no pose of it is refused; else None.
 
     The reverse, inches that are read as mm, leaves no trace: a small part is legal.
     """
@@ -102,11 +100,12 @@ def _find_mistaken_unit(source: Text, program: Program, errors: Sequence[Finding
     tips = np.concatenate([program.path.start[:, :3], program.path.end[:, :3]])
     span = float(np.ptp(tips, axis=0).max())
     message = (
-        f"{place.word}: read in inches, the program spans {span:.0f} mm and leaves the machine; read in mm, no pose of "
-        f"it is refused; did you mean {place.word_for_mm}?"
+        f"{place.word}: read in inches, the program spans {span:.0f} mm and leaves the machine, first in line "
+        f"{min(item.line or 0 for item in errors)}; read in mm, no pose of it is refused; did you mean "
+        f"{place.word_for_mm}?"
     )
     where = {"line": place.line, "last_line": place.line, "worst_line": place.line, "column": place.column}
-    return make_finding("VP505", message, **where)
+    return make_finding("VP505", message, severity="error", **where)
 
 
 def _try_remedies(

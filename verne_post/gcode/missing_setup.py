@@ -29,7 +29,13 @@ def find_tool_key(number: int, what: str, names: Mapping[int, str]) -> tuple[str
 
 def report_missing_tool(number: int, letter: str, at: At, setup: Setup, state: State) -> ProgramError:
     """VP012: the length of a tool is needed, or the tool itself, and it is in no table."""
-    name = describe_tool_number(number, state.tool_names)
+    name, own = describe_tool_number(number, state.tool_names), state.loaded_tool
+    # CL files have no H: what stands for theirs has the first column
+    if letter == "H" and at.columns.get("H", 1) != 1 and own in (state.tools or {}):
+        why = f"tool {own} is in the spindle, and the set-up, or the tool table, has no {name} "
+        why += f"(add it there if H{number} is meant); did you mean H{own}?"
+        key = find_tool_key(number, "length", state.tool_names)
+        return at.error("VP012", f"H{number}: {why}", "H", name, key)
     if setup.tools is None:
         why = f"the length is in no set-up and in no tool table; {_IN_SET_UP}, or give --tool-table FILE{ONE_TOOL}"
     else:

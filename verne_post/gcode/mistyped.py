@@ -73,19 +73,39 @@ def _name_number(source: Text, item: Finding) -> Finding:
     if item.code not in _UNREADABLE or item.line is None or item.column is None:
         return item
     raw = take_line(source, item.line)
-    line = "" if raw is None else raw.decode("utf-8", errors="replace")
-    at = item.column - 1
+    found = _find_number("" if raw is None else raw.decode("utf-8", errors="replace"), item.column)
+    if found is None:
+        return item
+    message, begin, _wrong, _right = found
+    return replace(item, code="VP001", message=message, column=begin + 1)
+
+
+def correct_number(text: str, error: ProgramError) -> str | None:
+    """A line that cannot be read, with the number that is meant, which the error says; None where there is none."""
+    found = None if error.column is None or error.code not in _UNREADABLE else _find_number(text, error.column)
+    if found is None:
+        return None
+    error.message, begin, wrong_word, right_word = found
+    error.code, error.column = "VP001", begin + 1
+    return text[:begin] + right_word + text[begin + len(wrong_word) :]
+
+
+def _find_number(line: str, column: int) -> tuple[str, int, str, str] | None:
+    """The message about a number at a column, where its word begins, the word, and what is meant."""
+    at = column - 1
     for pattern, what in ((_LETTER_O, "the letter O"), (_COMMA, "a decimal comma")):
         for match in pattern.finditer(line, max(at - _LONGEST, 0), at + _LONGEST):
             if match.start() <= at <= match.end() and (pattern is _COMMA or _is_number(match, line)):
                 number = match[2].translate(_MEANT_CHARACTERS)
-                text = f"{match[0]}: {what} in a number; did you mean {''.join(match[1].split())}{number}?"
-                return replace(item, code="VP001", message=text, column=match.start() + 1)
+                return _report(match, f"{what} in a number", "".join(match[1].split()) + number)
     for match in _TWICE.finditer(line, max(at - 1, 0), at + _LONGEST):
         if match.start() <= at <= match.start() + 1:
-            text = f"{match[0]}: the letter is there twice; did you mean {match[1]}{match[2]}?"
-            return replace(item, code="VP001", message=text, column=match.start() + 1)
-    return item
+            return _report(match, "the letter is there twice", match[1] + match[2])
+    return None
+
+
+def _report(match: re.Match[str], what: str, right_word: str) -> tuple[str, int, str, str]:
+    return f"{match[0]}: {what}; did you mean {right_word}?", match.start(), match[0], right_word
 
 
 def _is_number(match: re.Match[str], line: str) -> bool:

@@ -16,7 +16,7 @@ from verne_post.base.arrays import Array, Mask
 from verne_post.base.columns import BLOCK_ROWS, GrowingTable, release_memory
 from verne_post.base.units import SECONDS_PER_MINUTE
 from verne_post.gcode.arcs import Arc
-from verne_post.model.findings import Finding, make_finding
+from verne_post.model.findings import Finding, Remedy, make_finding
 from verne_post.model.moves import (
     AXES,
     MOVE_COLUMNS,
@@ -158,7 +158,7 @@ class Recorder(Struct):
     #: As in Moves; in RS274 codes say it.
     tcp_changes: list[int] = field(default_factory=lambda: [0])
     needs_tcp_code: bool = False
-    first_selection: tuple[int, int] | None = None
+    selections: dict[int, int] = field(default_factory=dict)
     calls_presets: bool = False
     first_cut: int = 0
     assumed_axes: tuple[int, ...] = ()
@@ -341,10 +341,11 @@ class Recorder(Struct):
             else dataclasses.replace(before, count=before.count + 1)
         )
 
-    def note_once(self, code: str, message: str, line: int) -> None:
+    def note_once(self, code: str, message: str, line: int, edits: tuple[Remedy, ...] = ()) -> None:
         """Record a warning at the first place alone."""
         if not any(item.code == code and item.message == message for item in self.warnings.values()):
             self.warn(code, message, line, None)
+            self.warnings[line, code] = dataclasses.replace(self.warnings[line, code], edits=edits)
 
     def _flush(self, count: int) -> None:
         """Turn the first rows of those that are kept one by one into a block, and settle their arcs."""
@@ -436,7 +437,7 @@ class Recorder(Struct):
             table_places=tuple(self.table_places),
             tcp_changes=tuple(self.tcp_changes),
             needs_tcp_code=self.needs_tcp_code,
-            first_selection=self.first_selection,
+            selections=self.selections,
             calls_presets=self.calls_presets,
             first_cut=self.first_cut,
             assumed_axes=self.assumed_axes,

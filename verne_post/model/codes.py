@@ -343,6 +343,16 @@ CODES: Final[dict[str, Code]] = _make_table(
         "[remap].",
     ),
     (
+        "VP042",
+        "plane without a turn of the table",
+        "warning",
+        "G68.2 says where X Y Z of a tilted plane are, and G53.1 turns the table to it. Without G53.1, or words of the "
+        "rotary axes, the tool stays upright and cuts the plane at a slant. A plane in which the tool is tilted "
+        "anywhere is not reported. A canned cycle there is an error (VP017).",
+        "Write G53.1 after G68.2, or the angles of the rotary axes. No action is needed for a ball end mill that is "
+        "to cut a slanted face with an upright tool.",
+    ),
+    (
         "VP045",
         "spindle speed unknown",
         "warning",
@@ -384,15 +394,18 @@ CODES: Final[dict[str, Code]] = _make_table(
     ),
     (
         "VP049",
-        "length of another tool",
+        "length or diameter of another tool",
         "warning",
         "The tool length in force is not that of the tool in the spindle: H (in CL files ADJUST) has another number, "
         "and the tool table gives the two different lengths. Or T has selected the tool, and no M6 has brought it into "
-        "the spindle. It is an error where the program calls the tool to which the length belongs, and the tool in the "
-        "spindle comes down with it. "
-        "An H of another number is not reported where its length is the same, or where the tool has none of its own.",
-        "Write H with the number of the tool, or M6 after T. If the length belongs to the tool, as with H51 for "
-        "T1, give both numbers the same length, or none to the tool's own.",
+        "the spindle. It is an error where the program calls the tool to which the length belongs, also by T alone, "
+        "and the tool in the spindle comes down with it. "
+        "An H of another number is not reported where its length is the same, or where the tool has none of its own. "
+        "The same holds for D of G41 and its diameter: it is an error where the program calls the tool of this number, "
+        "and a number that has a diameter alone, as D25 for T5, is not reported.",
+        "Write H and D with the number of the tool, or M6 after T. If the length belongs to the tool, as with H51 for "
+        "T1, give both numbers the same length, or none to the tool's own. A number of D that is no tool has no "
+        "length.",
     ),
     (
         "VP050",
@@ -687,7 +700,9 @@ CODES: Final[dict[str, Code]] = _make_table(
         "warning",
         "A speed, acceleration, jerk, travel, length, cycle or tolerance is legal, but probably not intended. Most "
         "often "
-        "it is in another unit. It is in the machine file, the command line, the set-up or the program.",
+        "it is in another unit. It is in the machine file, the command line, the set-up or the program. It is an error "
+        "where a program in inches leaves the machine, and would not in mm. The limits that it breaks are not listed "
+        "then; `verne-post explain` names those of a line.",
         "Compare the value with its unit in docs/machine-file.md, docs/commands.md or docs/setpoints.md; `verne-post "
         "machine validate` prints how long moves take.",
     ),
@@ -739,7 +754,7 @@ CODES: Final[dict[str, Code]] = _make_table(
 )
 
 #: Codes that are errors in some cases and warnings in others.
-_EITHER: Final = ("VP033", "VP034", "VP036", "VP049", "VP202", "VP203", "VP301")
+_EITHER: Final = ("VP033", "VP034", "VP036", "VP049", "VP202", "VP203", "VP301", "VP505")
 
 
 def describe_severity(code: Code) -> str:
@@ -764,7 +779,7 @@ def describe_response(code: Code) -> str:
         return f"{text} Reading goes on to the next mistakes, 50 at most."
     if code.code == "VP220":
         return "There is no verdict: exit status 3, and 1 where something else is gouged; convert writes nothing."
-    if number < 400:
+    if number < 400 or code.code == "VP505":
         text = "convert writes nothing; check and convert end with status 1 (check --exit-zero: 0)."
         if code.code in _EITHER:
             text = f"As an error: {text} As a warning: {warned}"

@@ -57,8 +57,13 @@ _STATUS: Final = {
     Family.CONFIGURATION: ExitStatus.UNUSABLE,
     Family.INTERNAL: ExitStatus.INTERNAL_ERROR,
 }
-#: Codes with an exit status other than that of their family: no feasible motion profile; undecided facets.
-_STATUS_OF_CODE: Final = {"VP420": ExitStatus.NO_VERDICT, "VP220": ExitStatus.NO_VERDICT}
+#: Codes with an exit status other than that of their family: no feasible motion profile; undecided facets; a program
+#: that leaves the machine because of its unit.
+_STATUS_OF_CODE: Final = {
+    "VP420": ExitStatus.NO_VERDICT,
+    "VP220": ExitStatus.NO_VERDICT,
+    "VP505": ExitStatus.VIOLATION,
+}
 
 
 class Verdict(StrEnum):

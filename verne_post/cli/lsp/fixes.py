@@ -22,8 +22,6 @@ from verne_post.config.toml_entries import Change, Edit, UnknownLayoutError, fin
 from verne_post.model.findings import Finding, Remedy
 from verne_post.model.verdict import count_findings, is_about_text
 
-#: Of VP049: the number of the length in force, and that of the tool.
-_OF_TOOL: Final = re.compile(r"number (\d+), .*, but (?:tool |T)(\d+)\b")
 #: A word for a place of the tip.
 _PLACE: Final = re.compile(r"(?<![A-Za-z_#])[XYZ][ \t]*=?[ \t]*[-+]?[\d.]+", re.IGNORECASE)
 #: What stands in a new line of a file until it is filled in: a wrong value, whose message says what is right.
@@ -189,11 +187,6 @@ def _propose_fixes(found: Inspected, item: Finding, setup: Path | None, texts: M
         if name is not None:
             begin += name.start()
             yield Fix(f"Write {near} in place of {name[0]}", found.path, text, begin, begin + len(name[0]), near)
-    of_tool = _OF_TOOL.search(item.message) if item.code == "VP049" else None
-    if of_tool is not None and item.line:
-        fix = _change_word(found, Remedy("", of_tool[2], line=item.line, word=("H", float(of_tool[1]))))
-        if fix is not None:
-            yield fix
     if item.code == "VP036" and item.line:
         yield from _name_angles(found, item)
     if item.code == "VP006" and item.column is not None:

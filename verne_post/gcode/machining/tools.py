@@ -1,6 +1,7 @@
 """Tools: which one is in the spindle, whose length holds, and how wide it is."""
 
 from collections.abc import Callable
+from typing import Final
 
 from msgspec.structs import replace
 
@@ -9,8 +10,12 @@ from verne_post.gcode.machining.frames import Frames, refuse_compensation
 from verne_post.gcode.machining.state import describe_tool_event
 from verne_post.gcode.missing_setup import ASSUMED_TOOL, check_measured, find_tool_key, report_missing_tool
 from verne_post.gcode.program_error import At, ProgramError
+from verne_post.model.findings import Remedy
 from verne_post.model.moves import ZERO9
 from verne_post.model.part_setup import Tool, Vector9, describe_tool_number, spell_tool_word
+
+#: Length and diameter of a tool after an error about it, which is told already.
+_STAND_IN: Final = (ASSUMED_TOOL.offset, ASSUMED_TOOL.diameter)
 
 
 class Tools:
@@ -30,8 +35,8 @@ class Tools:
         """The tool comes with the next tool change."""
         self.check_tool(at, number, "T")
         self.state.selected_tool = number
-        if number and self.recorder.first_selection is None:
-            self.recorder.first_selection = at.line, number
+        if number:
+            self.recorder.selections.setdefault(number, at.line)
 
     def change(self, at: At) -> None:
         """The selected tool comes into the spindle, which stops for it."""
@@ -124,16 +129,15 @@ class Tools:
         tool = state.loaded_tool or state.selected_tool
         if not self.setup.machine or self.setup.tool_length is not None or not tool or number == state.loaded_tool:
             return
-        stand_in = ASSUMED_TOOL.offset, ASSUMED_TOOL.diameter  # after an error, which is told already
-        real = {key: one for key, one in tools.items() if (one.offset, one.diameter) != stand_in}
+        real = {key: one for key, one in tools.items() if (one.offset, one.diameter) != _STAND_IN}
         lengths = {key: one.offset[2] for key, one in real.items() if not one.unmeasured}
         if number not in lengths:
             return
         rivals, length = list(lengths) if tool == number else [tool], lengths[number]
         if not any(abs(lengths.get(rival, length) - length) > ZERO_LENGTH_MM for rival in rivals):
             return
-        if any(event.kind == "remapped" for event in self.recorder.events):
-            return  # a code of the builder may have changed the tool
+        if self._may_hold_another():
+            return
         if tool == number:
             why = f"but T{tool} without M6 only selects the tool, and the tool table has others"
         elif state.loaded_tool:
@@ -143,7 +147,37 @@ class Tools:
         else:
             why = f"but T{tool} was called, which has {lengths[tool]:g} mm"
         text = f"the length number {number}, {length:g} mm, is in force, {why}"
-        self.recorder.note_once("VP049", text, at.line)
+        own = Remedy("", str(tool), line=at.line, word=("H", number))
+        # where T has selected the tool of H, M6 is what is missing: H of the tool in the spindle would hide it
+        self.recorder.note_once("VP049", text, at.line, () if state.selected_tool == number else (own,))
+
+    def compare_diameter(self, at: At, number: int) -> None:
+        """Warn (VP049) where D puts the diameter of another tool in force than the one in the spindle has.
+
+        D counts in a table of the control as H does. A tool that the set-up gives a diameter and no length is no tool
+        but a number for wear, as D25 for T5.
+        """
+        tool, tools = self.state.loaded_tool, self.state.tools or {}
+        if not self.setup.machine or not tool or number not in tools or tool not in tools:
+            return
+        diameters = [tools[one].diameter for one in (number, tool)]
+        is_tool = number in self.recorder.selections or not tools[number].unmeasured
+        if min(diameters) <= 0 or abs(diameters[0] - diameters[1]) <= ZERO_LENGTH_MM or not is_tool:
+            return
+        stands_in = any((tools[one].offset, tools[one].diameter) == _STAND_IN for one in (number, tool))
+        if stands_in or self._may_hold_another():
+            return
+        text = (
+            f"the diameter number {number}, {diameters[0]:g} mm, is in force, but tool {tool}, which has "
+            f"{diameters[1]:g} mm, is in the spindle"
+        )
+        is_staged, own = self.state.selected_tool == number, Remedy("", str(tool), line=at.line, word=("D", number))
+        if not (is_staged and any(item.code == "VP049" for item in self.recorder.warnings.values())):
+            self.recorder.note_once("VP049", text, at.line, () if is_staged else (own,))
+
+    def _may_hold_another(self) -> bool:
+        """Whether a code of the builder may have changed the tool."""
+        return any(event.kind == "remapped" for event in self.recorder.events)
 
     # --- the table ---------------------------------------------------------------------------------
 
@@ -157,6 +191,13 @@ class Tools:
         """
         state = self.state
         name = describe_tool_number(number, state.tool_names)
+        own, diameters = state.loaded_tool, {key: one.diameter for key, one in (state.tools or {}).items()}
+        if diameters.get(number, 0.0) <= 0 < diameters.get(own or 0, 0.0) and "D" in at.columns:
+            text = (
+                f"D{number}: tool {own} is in the spindle, and {name} has no diameter in the set-up, or the tool table "
+                f"(add it there if D{number} is meant); did you mean D{own}?"
+            )
+            raise at.error("VP012", text, "D", name, find_tool_key(number, "diameter", state.tool_names))
         if state.tools is None or number not in state.tools:
             text = f"the diameter of {name} is not known; give --tool-table FILE{instead}"
             raise at.error("VP012", text, "D", name, find_tool_key(number, "diameter", state.tool_names))

@@ -409,4 +409,6 @@ class MotionCodes:
                 "VP012", f"{spell_g_code(code)} without D, and no tool is in the spindle; load one{other}"
             )
         instead = f", or use {spell_g_code(code + 1)} D" if self.traits.diameter_codes else ""
-        return self.core.tools.find_diameter(block, number, instead)
+        diameter = self.core.tools.find_diameter(block, number, instead)
+        self.core.tools.compare_diameter(block, number)
+        return diameter

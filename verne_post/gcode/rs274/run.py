@@ -5,6 +5,7 @@ from verne_post.gcode import plain
 from verne_post.gcode.block import Block
 from verne_post.gcode.execution import OF_TEXT, Execution, StopConditions, run_program
 from verne_post.gcode.machining.state import State
+from verne_post.gcode.mistyped import correct_number
 from verne_post.gcode.plain_vectors import end_of_vectors, take_vectors
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.recorder import Recorder
@@ -129,6 +130,9 @@ class _BlockRun:
         except ProgramError as error:
             if self.recovery is None:
                 raise
+            corrected_text = correct_number(text, error)
+            if corrected_text is not None:  # what follows from the mistyped number is no error of its own
+                return [error, *self._read_and_execute(corrected_text, line)]
             self.recovery.pass_unread(text, line)
             return [error]
         return self._execute_block(block, line)
