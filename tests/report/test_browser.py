@@ -32,6 +32,8 @@ WHOLE_MACHINE = ("fit", "top", "front", "tool")
 #: A4 without the margins of 12 mm, in pixels of the page.
 PAPER_WIDTH = 703
 PAPER_HEIGHT = 1032
+#: In how many columns the program is printed.
+COLUMNS = "getComputedStyle(document.getElementById('code-lines')).columnCount"
 SIZES = {"desktop": (1400, 900), "tablet": (1024, 768), "phone": (390, 844)}
 
 
@@ -473,6 +475,38 @@ def test_pages_are_a4(browser: Any, show: Callable[..., Any]) -> None:
     for width, height in boxes:
         assert float(width) / 72 * 25.4 == pytest.approx(210.0, abs=0.5)
         assert float(height) / 72 * 25.4 == pytest.approx(297.0, abs=0.5)
+
+
+def test_small_parts_share_the_width_of_paper_and_go_back(browser: Any, show: Callable[..., Any]) -> None:
+    """The map of the workspace stands beside the shares of the feed rate, and lines that are short in three columns."""
+    show("pocket")
+    parents = "document.getElementById('workspace').parentElement.id"
+    with on_paper(browser):
+        assert js(browser, parents) == "side-by-side"
+        left, right = js(
+            browser,
+            "['reached', 'workspace'].map(id => document.getElementById(id).getBoundingClientRect().toJSON())",
+        )
+        assert left["right"] < right["left"]
+        assert right["top"] < left["bottom"]
+        assert js(browser, COLUMNS) == "2"  # it has long remarks
+    assert js(browser, parents) == "main"
+    show("travel")  # it has no times
+    with on_paper(browser):
+        assert js(browser, parents) == "main"
+    show("serial")
+    with on_paper(browser):
+        assert js(browser, COLUMNS) == "3"
+
+
+def test_the_last_rows_of_a_table_stay_together(browser: Any, show: Callable[..., Any]) -> None:
+    """A sum alone at the head of a page says nothing: wherever the page ends, two rows or more stand above it."""
+    show("pocket")
+    rule = "[...document.querySelectorAll('#governing tbody tr')].map(e => getComputedStyle(e).breakBefore)"
+    with on_paper(browser):
+        breaks = js(browser, rule)
+        assert breaks[-3:] == ["avoid"] * 3
+        assert len(breaks) < 6 or "auto" in breaks
 
 
 def test_many_findings_are_few_on_the_screen_until_one_asks(browser: Any, show: Callable[..., Any]) -> None:

@@ -25,7 +25,7 @@ DIGEST: Final = 16
 #: Decimals of lengths and angles on the page; the start position is written with more in the setpoints.
 _DECIMALS: Final = {"mm": 3, "deg": 4}
 #: Facts of the summary that stand elsewhere on the page: in tables of the sheet, and in the head.
-_TOLD: Final = ("start position", "set-up", "assumed")
+_TOLD: Final = ("start position", "set-up", "assumed", "work offset", "operator")
 _ACTIONS: Final = {"input": "input {input} is waited for", "stop": "{stop} stop"}
 
 
@@ -47,6 +47,7 @@ def write_sheet_html(program: str, source: Text, machine: Machine, study: Study)
     if study.program is None:
         return parts[0]
     remarks = _find_remarks_by_number(source, study)
+    parts_of_file = 0 if study.summary is None else len(study.summary.parts)
     parts += [
         _write_titled_table(
             "Start position",
@@ -69,7 +70,12 @@ def write_sheet_html(program: str, source: Text, machine: Machine, study: Study)
         _write_titled_table(
             "Work offsets", ("system", "x, mm", "y, mm", "z, mm", "turned, deg", "from"), list_offsets(machine, study)
         ),
-        _write_titled_table("Actions of the operator", ("line", "time", "what"), _list_actions(study, remarks)),
+        _write_titled_table(
+            "Actions of the operator",
+            ("line", "time", "what"),
+            _list_actions(study, remarks),
+            note=f"The file is cut into {parts_of_file} parts." if parts_of_file > 1 else "",
+        ),
     ]
     options = study.program.options
     bodies = [*options.keep_out, *([options.stock] if options.stock else [])]
