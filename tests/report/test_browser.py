@@ -94,6 +94,11 @@ PROGRAMS: dict[str, tuple[bytes | str, str, Options]] = {
         "tricept",
         Options(tool_length=100.0, wcs={1: WorkOffset((300.0, 100.0, 50.0))}),
     ),
+    "inches": (
+        "G20 G90\nG0 X-15 Y-15 Z25 A0 C0\nG1 Z-5 F400\nX15 Y15\nX-15\nZ25\nM2\n",
+        "verne",
+        Options(tool_length=80.0, wcs={1: WorkOffset((0.0, 0.0, 100.0))}),
+    ),
     "nasty": (NASTY_PROGRAM, "verne", Options(tool_length=60.0)),
     "many": (ONE_IN_3000, "verne", Options(tool_length=60.0)),
     "many findings": (
@@ -891,6 +896,17 @@ def test_of_a_very_long_text_there_are_the_lines_with_frames(
         line = int(data["line"][frame])
         shown = js(browser, "document.querySelector('#code [aria-current=true]').textContent")
         assert shown == f"{line} {lines[line - 1]}"
+
+
+def test_a_refused_program_opens_on_the_cause(browser: Any, show: Callable[..., Any]) -> None:
+    """Errors of limits follow from a wrong unit: its line is shown first. Else the first error is."""
+    current = "document.querySelector('#code [aria-current=true]').textContent"
+    show("inches")
+    assert browser.find_element("css selector", "#findings li").text.startswith("line 1: VP505")
+    assert js(browser, current) == "1 G20 G90"
+    data = show("travel")
+    assert cursor(browser) == data["first"] > 0
+    assert js(browser, current).startswith("10 ")
 
 
 def test_a_program_that_cannot_be_read_has_a_page(browser: Any, show: Callable[..., Any]) -> None:

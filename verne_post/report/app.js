@@ -416,7 +416,7 @@
   theme(window.matchMedia("(prefers-color-scheme: dark)").matches);
   if (scene) scene.resize();
   setCursor(Math.max(data.first, 0));
-  if (!n && data.firstLine) showLine(data.firstLine);
+  if (data.firstLine) showLine(data.firstLine);
   view("fit");
   drawCode();
   window.report = { scene, data, arrays, setCursor, charts, view };
