@@ -357,10 +357,36 @@ def test_results_print_as_tables() -> None:
     assert repr(explained) == str(explained) == explained.text
     # what a program says makes no markup
     assert "<b>" not in vp.check("G1 <b>\n", "verne")._repr_html_()
-    for one in (explained, result.summary, vp.verify(result.setpoints, POCKET, "verne", OPTIONS), *refused.findings):
+    shown = explained._repr_html_()
+    assert shown.startswith("<p><strong>line 8: ")
+    assert '<td style="text-align: left">in force</td><td style="text-align: left">G' in shown
+    assert "<pre>" not in shown
+    for one in (result.summary, vp.verify(result.setpoints, POCKET, "verne", OPTIONS), *refused.findings):
         assert re.match("<(pre|table)>", one._repr_html_())  # type: ignore[union-attr]
     for public in ("Explanation", "Finding", "Machine", "Machined", "Result", "Setpoints", "Summary", "Verification"):
         assert hasattr(getattr(vp, public), "_repr_html_"), public
+
+
+def test_a_result_names_program_and_machine_and_says_why_it_has_no_setpoints(part: Path) -> None:
+    options = vp.Options(tool_length=80, wcs={"G54": (0, 0, 60)})
+    made = vp.convert(part, "verne", options)
+    assert (made.program, made.machine) == (str(part), "VERNE")
+    assert "none" not in repr(made)
+    assert vp.convert(SHORT, "verne", options).program == ""
+    bad = vp.convert(part, "verne", vp.Options(tool_length=80, wcs={"G54": (0, 0, 2000)}))
+    taken = vp.convert(part, "verne", options, lambda _block: None)
+    for result, why in (
+        (bad, "the program is refused, see the findings"),
+        (vp.check(part, "verne", options), "a check makes none, convert does"),
+        (vp.check(part, "verne", options, limits_only=True), "a check makes none, convert does"),
+        (taken, "a sink or files took the rows"),
+        (vp.batch([part], "verne", options, part.with_name("out")).programs[0].result, "a sink or files took the rows"),
+    ):
+        assert result.setpoints is None
+        for text in (repr(result), result._repr_html_()):
+            assert f"none: {why}" in text
+            assert str(part) in text
+            assert "VERNE" in text
 
 
 def test_an_assertion_of_pytest_shows_the_first_finding() -> None:
@@ -490,7 +516,9 @@ def test_a_batch_writes_what_can_run_and_tells_of_the_others(part: Path) -> None
     alone = vp.convert(part, "verne", options).setpoints
     assert alone is not None
     assert (out / "part.csv").read_text("utf-8") == alone.to_csv()
-    assert "4 programs: 2 can run, 2 refused" in repr(done)
+    for text in (repr(done), done._repr_html_()):
+        assert "4 programs: 2 can run, 2 refused" in text
+    assert f'<tr><td style="text-align: left">{low}</td>' in done._repr_html_()
     with pytest.raises(vp.UsageError, match="is there already"):
         vp.batch([part], "verne", options, out)
     with pytest.raises(vp.UsageError, match="two programs have this name"):
@@ -518,8 +546,8 @@ def test_rows_are_drawn_with_the_limits_of_their_machine() -> None:
     assert len(rows.plot().axes) == 5
     machine = vp.load_machine("verne")
     axes = rows.plot(machine).axes
-    assert len(axes) == 10
-    shares = [line.get_ydata().max() for line in axes[1].lines[:3]]
+    assert len(axes) == 20
+    shares = [place.lines[0].get_ydata().max() for place in axes[1:4]]
     limits = machine.scale_limits()
     speed = np.abs(np.diff(rows.values[:, 0])).max() / 0.004
     assert shares[0] == pytest.approx(speed / limits.velocity[0])

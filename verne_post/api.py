@@ -31,7 +31,7 @@ from verne_post.app.row_format import find_drives
 from verne_post.app.verify import verify_setpoints
 from verne_post.base.long_text import LongText, Text
 from verne_post.base.text_marks import strip_mark
-from verne_post.base.text_tables import format_html_text
+from verne_post.base.text_tables import format_html_table
 from verne_post.config import load_machine
 from verne_post.config.settings import Settings
 from verne_post.config.setup_values import Setup, lay_over_setup, read_settings
@@ -44,7 +44,7 @@ from verne_post.model.part_setup import SYSTEM_NUMBERS, UNITS, Wanted
 from verne_post.model.setpoints import SetpointBlock
 from verne_post.model.verdict import ExitStatus, find_exit_status
 from verne_post.model.verification import Verification
-from verne_post.output.batch_table import format_batch
+from verne_post.output.batch_table import count_results, format_batch, make_batch_rows
 from verne_post.output.findings import format_finding, format_outcome
 from verne_post.output.fit import make_text as fit_text
 from verne_post.output.machined import describe_comparisons
@@ -123,8 +123,9 @@ def convert(
     try:
         text, chosen = _read_program(source, options, setup, settings)
     except InputError as error:
-        return refuse_program(error)
-    return convert_source(text, _load_machine(machine), chosen, sink, progress)
+        return _name_result(refuse_program(error), source, options)
+    loaded = _load_machine(machine)
+    return _name_result(convert_source(text, loaded, chosen, sink, progress), source, options, loaded)
 
 
 @translate_messages
@@ -155,8 +156,10 @@ def check(
     try:
         text, chosen = _read_program(source, options, setup, settings)
     except InputError as error:
-        return refuse_program(error)
-    return check_source(text, _load_machine(machine), chosen, progress, limits_only=limits_only)
+        return _name_result(refuse_program(error), source, options)
+    loaded = _load_machine(machine)
+    result = check_source(text, loaded, chosen, progress, limits_only=limits_only)
+    return _name_result(result, source, options, loaded)
 
 
 @translate_messages
@@ -400,7 +403,7 @@ class Batch(Struct, frozen=True):
         return format_batch(self.programs).rstrip("\n")
 
     def _repr_html_(self) -> str:
-        return format_html_text(repr(self))
+        return f"{format_html_table(make_batch_rows(self.programs))}<p>{html.escape(count_results(self.programs))}</p>"
 
 
 @translate_messages
@@ -452,7 +455,7 @@ def batch(
         except UsageError as error:
             if error.option != "source":
                 raise
-            result = refuse_program(make_input_error("VP022", error.reason))
+            result = _name_result(refuse_program(make_input_error("VP022", error.reason)), path, options, loaded)
         rows.append(_write_rows(str(path), result, target))
         if progress is not None:
             progress("programs", len(rows), len(paths))
@@ -582,6 +585,14 @@ def _read_program(
         subroutine_files={**files, **chosen.subroutine_files},
         source_name=str(path),
     )
+
+
+def _name_result(result: Result, source: Source, options: Options | None, machine: Machine | None = None) -> Result:
+    """A result with the names of its program and machine; a text has a name where the options give it one."""
+    given = Options() if options is None else options
+    own = "" if given.source_name == Options().source_name else given.source_name
+    program = os.fspath(source) if isinstance(source, os.PathLike) else own
+    return dataclasses.replace(result, program=program, machine="" if machine is None else machine.name)
 
 
 def _read(source: Source, what: str) -> Text:

@@ -395,6 +395,17 @@ def test_check_and_batch_have_one_word_for_a_result(code: str, word: str) -> Non
     assert table[2] == f"1 program: 1 {word}"
 
 
+def test_a_table_has_the_first_error_else_the_first_warning() -> None:
+    note, warning = make_finding("VP039", "over"), make_finding("VP050", "T5", line=7)
+    for found, shown in (
+        ((note,), ""),
+        ((note, warning), "VP050 line 7: T5"),
+        ((warning, make_finding("VP101", "rho1", line=9)), "VP101 line 9: rho1"),
+    ):
+        row = format_batch([Outcome("a.nc", int(find_exit_status(found)), found)]).splitlines()[1]
+        assert row.endswith(f"         -          -  {shown}".rstrip())
+
+
 def test_shards_are_a_partition(folder: Path, run: Callable[..., Any]) -> None:
     listed = []
     for share in ("1/3", "2/3", "3/3"):

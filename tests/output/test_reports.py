@@ -13,7 +13,7 @@ import verne_post
 from verne_post.model.codes import CODES
 from verne_post.model.findings import make_finding
 from verne_post.output.code_pages import make_markdown, make_text
-from verne_post.output.findings import Report
+from verne_post.output.findings import Report, describe_remedy
 from verne_post.output.reports import github, junit, markdown, sarif
 
 PLACE = ("--tool-length", "80", "--wcs", "G54=0,0,50")
@@ -206,7 +206,18 @@ def test_markdown_says_once_what_a_set_up_settles() -> None:
         "which verne-post setup 'my part.nc' writes. Or give --tool-table FILE, or --tool-length MM where the program "
         "has one tool; the program may set it too (G10 L1, \\$TC\\_DP3, TOOL DEF). |"
     )
-    assert [row.count("<br>") for row in rows] == [1, 0, 0]
+    assert [row.count("<br>") for row in rows] == [1, 0, 1]
+
+
+@pytest.mark.parametrize("code", ["VP049", "VP050"])
+def test_markdown_has_the_remedy_of_an_annotation(code: str) -> None:
+    report = Report("part.nc", (make_finding(code, "T4", line=3), make_finding(code, "T5", line=9)))
+    told, again = markdown.write([report]).splitlines()[-2:]
+    remedy = describe_remedy(report.findings[0], "part.nc")
+    assert remedy
+    assert remedy in github.write([report])
+    assert told == f"| 3 | {code} warning: T4<br>{remedy} |"
+    assert again == f"| 9 | {code} warning: T5 |"
 
 
 def test_markdown_counts_the_programs_by_their_results() -> None:

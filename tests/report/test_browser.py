@@ -32,6 +32,8 @@ WHOLE_MACHINE = ("fit", "top", "front", "tool")
 #: A4 without the margins of 12 mm, in pixels of the page.
 PAPER_WIDTH = 703
 PAPER_HEIGHT = 1032
+#: In how many columns the program is printed.
+COLUMNS = "getComputedStyle(document.getElementById('code-lines')).columnCount"
 SIZES = {"desktop": (1400, 900), "tablet": (1024, 768), "phone": (390, 844)}
 
 
@@ -91,6 +93,11 @@ PROGRAMS: dict[str, tuple[bytes | str, str, Options]] = {
         "G21 G90\nG0 X0 Y0 Z50 A20 C0\nG1 X30 A30 C40 F900\nM2\n",
         "tricept",
         Options(tool_length=100.0, wcs={1: WorkOffset((300.0, 100.0, 50.0))}),
+    ),
+    "inches": (
+        "G20 G90\nG0 X-15 Y-15 Z25 A0 C0\nG1 Z-5 F400\nX15 Y15\nX-15\nZ25\nM2\n",
+        "verne",
+        Options(tool_length=80.0, wcs={1: WorkOffset((0.0, 0.0, 100.0))}),
     ),
     "nasty": (NASTY_PROGRAM, "verne", Options(tool_length=60.0)),
     "many": (ONE_IN_3000, "verne", Options(tool_length=60.0)),
@@ -475,6 +482,38 @@ def test_pages_are_a4(browser: Any, show: Callable[..., Any]) -> None:
         assert float(height) / 72 * 25.4 == pytest.approx(297.0, abs=0.5)
 
 
+def test_small_parts_share_the_width_of_paper_and_go_back(browser: Any, show: Callable[..., Any]) -> None:
+    """The map of the workspace stands beside the shares of the feed rate, and lines that are short in three columns."""
+    show("pocket")
+    parents = "document.getElementById('workspace').parentElement.id"
+    with on_paper(browser):
+        assert js(browser, parents) == "side-by-side"
+        left, right = js(
+            browser,
+            "['reached', 'workspace'].map(id => document.getElementById(id).getBoundingClientRect().toJSON())",
+        )
+        assert left["right"] < right["left"]
+        assert right["top"] < left["bottom"]
+        assert js(browser, COLUMNS) == "2"  # it has long remarks
+    assert js(browser, parents) == "main"
+    show("travel")  # it has no times
+    with on_paper(browser):
+        assert js(browser, parents) == "main"
+    show("serial")
+    with on_paper(browser):
+        assert js(browser, COLUMNS) == "3"
+
+
+def test_the_last_rows_of_a_table_stay_together(browser: Any, show: Callable[..., Any]) -> None:
+    """A sum alone at the head of a page says nothing: wherever the page ends, two rows or more stand above it."""
+    show("pocket")
+    rule = "[...document.querySelectorAll('#governing tbody tr')].map(e => getComputedStyle(e).breakBefore)"
+    with on_paper(browser):
+        breaks = js(browser, rule)
+        assert breaks[-3:] == ["avoid"] * 3
+        assert len(breaks) < 6 or "auto" in breaks
+
+
 def test_many_findings_are_few_on_the_screen_until_one_asks(browser: Any, show: Callable[..., Any]) -> None:
     show("many findings")
     shown_now = "[...document.querySelectorAll('#findings li')].filter(e => e.getClientRects().length).length"
@@ -857,6 +896,17 @@ def test_of_a_very_long_text_there_are_the_lines_with_frames(
         line = int(data["line"][frame])
         shown = js(browser, "document.querySelector('#code [aria-current=true]').textContent")
         assert shown == f"{line} {lines[line - 1]}"
+
+
+def test_a_refused_program_opens_on_the_cause(browser: Any, show: Callable[..., Any]) -> None:
+    """Errors of limits follow from a wrong unit: its line is shown first. Else the first error is."""
+    current = "document.querySelector('#code [aria-current=true]').textContent"
+    show("inches")
+    assert browser.find_element("css selector", "#findings li").text.startswith("line 1: VP505")
+    assert js(browser, current) == "1 G20 G90"
+    data = show("travel")
+    assert cursor(browser) == data["first"] > 0
+    assert js(browser, current).startswith("10 ")
 
 
 def test_a_program_that_cannot_be_read_has_a_page(browser: Any, show: Callable[..., Any]) -> None:

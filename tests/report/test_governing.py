@@ -19,7 +19,7 @@ from verne_post.report.governing import HIGHER, OTHERS
 from verne_post.report.head import list_setup, write_verdict_html
 from verne_post.report.markup import write_css_string
 from verne_post.report.modal import collect_modal_states
-from verne_post.report.sheet import write_sheet_html
+from verne_post.report.sheet import list_tools, write_sheet_html
 from verne_post.report.spectrum import measure_spectrum
 from verne_post.report.study import study
 from verne_post.report.table import Study
@@ -499,9 +499,16 @@ def test_worst_places_are_where_the_rows_are_worst() -> None:
     assert float(places["smallest margin"].value) == pytest.approx(least, abs=5e-4)
 
 
-def test_the_head_has_every_length_of_a_tool() -> None:
-    """CAM posts move X and Y after M6 under the length of the tool before: the head must not show that one alone."""
+def test_a_tool_has_one_row_with_the_length_it_works_with() -> None:
+    """CAM posts move X and Y after M6 under the length of the tool before: that one is a note below the tools."""
     program = "G21 G90\nT1 M6\nG0 X0 Y0 A0 C0\nG43 Z90 H1\nG1 Z80 F600\nT2 M6\nG0 X5\nG43 Z95 H2\nG1 X10 F600\nM2\n"
     tools = {n: Tool(n, n, (0.0, 0.0, length, *6 * (0.0,)), 6.0) for n, length in ((1, 80.0), (2, 95.0))}
     study = study_of(program, tool_length=None, tools=tools, split_at_stops=True)
-    assert dict(list_setup(MACHINE, study))["tool length"] == "T1: 80 mm; T2: 80 then 95 mm"
+    assert dict(list_setup(MACHINE, study))["tool length"] == "T1: 80 mm; T2: 95 mm"
+    assert [row[1:3] for row in list_tools(study)] == [("T1", "80"), ("T2", "95")]
+    sheet = write_sheet_html("p.nc", program.encode(), MACHINE, study)
+    assert "before the tool&#x27;s own length is active have that of the tool before. T2: 80 mm</p>" in sheet
+    fed = study_of(program.replace("G0 X5", "G1 X5"), tool_length=None, tools=tools, split_at_stops=True)
+    assert dict(list_setup(MACHINE, fed))["tool length"] == "T1: 80 mm; T2: 80 then 95 mm"
+    assert len(list_tools(fed)) == 2
+    assert "tool before" not in write_sheet_html("p.nc", program.encode(), MACHINE, fed)

@@ -10,7 +10,7 @@ from verne_post.app.explain_line import describe_modes, explain_line, find_lines
 from verne_post.app.line_remedies import Line
 from verne_post.base.long_text import Text, take_line
 from verne_post.base.program_lines import remove_remarks
-from verne_post.base.text_tables import format_html_text
+from verne_post.base.text_tables import format_html_sections
 from verne_post.gcode.dialects import choose_dialect_name
 from verne_post.gcode.known_words import describe_words_of
 from verne_post.kinematics.checks.remedies import select_line
@@ -47,7 +47,7 @@ class Explanation:
         return self.text
 
     def _repr_html_(self) -> str:
-        return format_html_text(repr(self))
+        return format_html_sections(self.text)
 
 
 def explain_source(source: Text, machine: Machine, options: Options, line: int) -> Explanation:

@@ -33,6 +33,8 @@ Sink = Callable[[SetpointBlock], None]
 Progress = Callable[[str, int, int], None]
 #: Rows that a printed table of setpoints shows at each end.
 _SHOWN_ROWS = 3
+#: Limits of a joint on its derivatives, from the first on.
+_RATES = ("velocity", "acceleration", "jerk")
 
 
 @contextmanager
@@ -143,7 +145,7 @@ class Setpoints:
         ----------
         machine : Machine, optional
             With it, the ends of the travels are dashed lines, and beside each joint stand its velocity, acceleration
-            and jerk as shares of their limits, by differences of the rows: 1 is the limit.
+            and jerk as shares of their limits, by differences of the rows, each in its own column: 1 is the limit.
 
         Raises
         ------
@@ -162,11 +164,11 @@ class Setpoints:
             raise UsageError("machine", f"{machine.name} has the joints {headers}, the rows have {', '.join(joints)}")
         figure, axes = plt.subplots(
             len(joints),
-            1 if machine is None else 2,
+            1 if machine is None else 1 + len(_RATES),
             sharex=True,
             squeeze=False,
             layout="constrained",
-            figsize=(8 if machine is None else 12, 1.6 * len(joints)),
+            figsize=(8 if machine is None else 16, 1.6 * len(joints)),
         )
         limits = None if machine is None else machine.scale_limits()
         for joint, name in enumerate(joints):
@@ -178,16 +180,17 @@ class Setpoints:
             for end in (limits.lower[joint], limits.upper[joint]):
                 if np.isfinite(end):
                     place.axhline(end, color="red", linestyle="--")
-            for order, kind in enumerate(("velocity", "acceleration", "jerk"), start=1):
+            for order, kind in enumerate(_RATES, start=1):
                 rate = np.abs(np.diff(self.values[:, joint], order)) / self.format.cycle**order
-                axes[joint, 1].plot(self.t[order:], rate / getattr(limits, kind)[joint], label=kind, linewidth=0.8)
-            axes[joint, 1].axhline(1, color="red", linestyle="--")
-            axes[joint, 1].set_ylim(bottom=0)
+                beside = axes[joint, order]
+                beside.plot(self.t[order:], rate / getattr(limits, kind)[joint], linewidth=0.8)
+                beside.axhline(1, color="red", linestyle="--")
+                beside.set_ylim(bottom=0)
         for place in axes[-1]:
             place.set_xlabel("time, s")
         if limits is not None:
-            axes[0, 1].set_title("share of the limit", loc="left")
-            figure.legend(*axes[0, 1].get_legend_handles_labels(), loc="outside upper right", ncols=3)
+            for place, kind in zip(axes[0, 1:], _RATES, strict=True):
+                place.set_title(f"{kind}, share of its limit", loc="left")
         return figure
 
     def _make_text_rows(self) -> list[list[str]]:
@@ -221,15 +224,20 @@ class Result:
     summary : Summary or None
         Facts of the conversion; None where the program was refused.
     setpoints : Setpoints or None
-        None when a sink took the rows, for a check, and when the result is not ok.
+        None when the result is not ok, for a check, and when a sink or files took the rows; the printed result says
+        which. Test ``ok`` before you use them.
     part : Machined or None
         The comparison with the nominal part of the options.
+    program, machine : str
+        Their names; empty where the one was text, or the other not loaded.
     """
 
     findings: tuple[Finding, ...]
     summary: Summary | None = None
     setpoints: Setpoints | None = field(default=None)
     part: "Machined | None" = field(default=None)
+    program: str = ""
+    machine: str = ""
 
     @property
     def exit_code(self) -> int:
@@ -252,6 +260,7 @@ class Result:
         where = "" if first is None or first.line is None else f" in line {first.line}"
         why = "" if first is None else f": {first.code}{where}: {first.message}"
         rows = [["verdict", f"{self.verdict.word}{why}"]]
+        rows += [[key, name] for key, name in (("program", self.program), ("machine", self.machine)) if name]
         if self.summary is not None:
             rows += [
                 ["machining time", f"{self.summary.cycle_time:.3f} s"],
@@ -259,7 +268,17 @@ class Result:
                 ["corners blended", str(self.summary.n_blended)],
                 ["stops", str(self.summary.n_stops)],
             ]
+        if self.setpoints is None:
+            rows.append(["setpoints", f"none: {self._say_why_none()}"])
         return rows
+
+    def _say_why_none(self) -> str:
+        """Why there are no setpoints."""
+        if not self.ok:
+            return "the program is refused, see the findings"
+        if self.summary is None or self.summary.verification is None:
+            return "a check makes none, convert does"
+        return "a sink or files took the rows"
 
     def __repr__(self) -> str:
         parts = [format_table(self._make_text_rows())]

@@ -5,7 +5,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from msgspec import structs
+from msgspec import Struct, structs
 
 from verne_post.app.assemble import Program, choose_shaper
 from verne_post.app.plan import Plan
@@ -99,14 +99,24 @@ def _find_stop_items(plan: Plan) -> Ints:
     return np.flatnonzero(plan.timeline.section < 0)[np.searchsorted(dwells, plan.program.stops)]
 
 
-def list_tool_lengths(program: Program) -> tuple[tuple[tuple[int, float], ...], bool]:
-    """Number and length (mm) of each tool in the order of their use, and whether some rapids have no length.
+class ToolLengths(Struct, frozen=True):
+    """Numbers of tools and lengths, mm, in the order of their use."""
 
-    Programs go to a tool change without a length, and come from it before the next G43. The summary reports that once;
-    it is no length of the tool. A length 0 is one where the tool feeds with it or has no other.
+    own: tuple[tuple[int, float], ...]  #: With which each tool works.
+    carried: tuple[tuple[int, float], ...]  #: Of the tool before, which rapids have until the tool's own is active.
+    has_bare_rapids: bool  #: Whether some rapids have no length, although their tool has one in other moves.
+
+
+def list_tool_lengths(program: Program) -> ToolLengths:
+    """Which lengths each tool has.
+
+    Programs go to a tool change and come from it without a length, or with that of the tool before, until the next G43.
+    Where a tool does not feed with that and has another length, it is none of its own. So 0 is a length where the tool
+    feeds with it or has no other.
     """
     path, moves = program.path, program.moves
     feeds: dict[tuple[int, float], bool] = {}
+    before, taken_over = (0, 0.0), set()
     for begin, end in iterate_blocks(len(path)):
         number = find_tool_of_moves(path.move_reached[begin:end], path.first_move, moves)
         length = np.round(path.tool_length[begin:end] - program.options.lift, 6)
@@ -115,11 +125,18 @@ def list_tool_lengths(program: Program) -> tuple[tuple[tuple[int, float], ...], 
         for one, mm, has_feed in rows[np.append(True, np.any(rows[1:] != rows[:-1], axis=1))].tolist():
             key = int(one), mm
             feeds[key] = feeds.get(key, False) or bool(has_feed)
+            if key[0] != before[0] and key[1] == before[1]:
+                taken_over.add(key)
+            before = key
     measured = {number for number, length in feeds if length != 0}
-    bare = {
-        (number, length) for (number, length), fed in feeds.items() if length == 0 and not fed and number in measured
-    }
-    return tuple(key for key in feeds if key not in bare), bool(bare)
+    bare = {key for key, fed in feeds.items() if key[1] == 0 and not fed and key[0] in measured}
+    others = {number for number, length in feeds if length != 0 and (number, length) not in taken_over}
+    carried = {key for key in taken_over - bare if not feeds[key] and key[0] in others}
+    return ToolLengths(
+        tuple(key for key in feeds if key not in bare | carried),
+        tuple(key for key in feeds if key in carried),
+        bool(bare),
+    )
 
 
 def summarise(
@@ -141,7 +158,7 @@ def summarise(
         reached += int((feeding & plan.profiles.reached_segments[begin:end]).sum())
         move = path.move[begin:end]
         used.update(find_used(moves.frame[move[move >= 0]]).tolist())
-    tools, has_bare_rapids = list_tool_lengths(program)
+    lengths = list_tool_lengths(program)
     q_start = program.build_joint_path().find_joints(np.array([0]), np.array([0.0]))
     places, numbers = round_setpoints(q_start, program.machine, fmt)
     start = (places if numbers is None else numbers)[0]
@@ -177,8 +194,9 @@ def summarise(
         before=before,
         parts=parts,
         switched=program.restored,
-        tools=tools,
-        has_bare_rapids=has_bare_rapids,
+        tools=lengths.own,
+        carried=lengths.carried,
+        has_bare_rapids=lengths.has_bare_rapids,
         stock=moves.stock,
         compared=() if part is None else _describe_part(part),
         shaped=shaped,

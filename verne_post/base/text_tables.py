@@ -1,6 +1,7 @@
 """Tables as aligned text and as HTML, as results print themselves at a prompt and in a notebook."""
 
 from collections.abc import Sequence
+from itertools import groupby
 
 
 def format_table(rows: Sequence[Sequence[str]]) -> str:
@@ -28,6 +29,24 @@ def format_html_text(text: str) -> str:
     import html  # as above
 
     return f"<pre>{html.escape(text)}</pre>"
+
+
+def format_html_sections(text: str) -> str:
+    """Text of heads and indented lines for notebooks: each line is a row, what it names in a column of its own."""
+    import html  # as above
+
+    def make_row(line: str) -> str:
+        gap = next((gap for gap in ("  ", ": ") if gap in line), "")
+        cells = [line] if not gap else [cell.strip() for cell in line.split(gap, 1)]
+        width = "" if gap else " colspan=2"
+        return "".join(f'<td{width} style="text-align: left">{html.escape(cell)}</td>' for cell in cells)
+
+    return "".join(
+        f"<table>{''.join(f'<tr>{make_row(line.strip())}</tr>' for line in lines)}</table>"
+        if is_indented
+        else "".join(f"<p><strong>{html.escape(line)}</strong></p>" for line in lines)
+        for is_indented, lines in groupby(filter(None, text.splitlines()), lambda line: line.startswith(" "))
+    )
 
 
 def _align(cell: str) -> str:

@@ -99,6 +99,8 @@ class Summary:
         Auxiliary functions that the blocks before a restart have switched on.
     tools : tuple of (int, float)
         Tools in use and their lengths, mm, in order; number 0 where the program names none.
+    carried : tuple of (int, float)
+        Tools with the length of the tool before, mm, which rapids have until the tool's own length is active.
     has_bare_rapids : bool
         Some rapids have no tool length, although their tool has one in other moves.
     axis_error_deg : float or None
@@ -143,6 +145,7 @@ class Summary:
     parts: tuple[Part, ...] = ()
     switched: tuple[Event, ...] = ()
     tools: tuple[tuple[int, float], ...] = ()
+    carried: tuple[tuple[int, float], ...] = ()
     has_bare_rapids: bool = False
     axis_error_deg: float | None = None
     stock: Stock | None = None

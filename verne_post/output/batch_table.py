@@ -7,7 +7,7 @@ from verne_post.base.numbers import format_count
 from verne_post.base.printable import make_printable
 from verne_post.model.findings import Finding
 from verne_post.model.verdict import Verdict, find_verdict
-from verne_post.output.causes import find_first_error
+from verne_post.output.causes import find_first_error, list_first
 
 
 class Converted(Protocol):
@@ -35,19 +35,40 @@ _ORDER: Final = tuple(dict.fromkeys((Verdict.CAN_RUN.word, _AGAIN, *(verdict.wor
 
 def format_batch(outcomes: Sequence[Converted]) -> str:
     """A line a program, and how many of each."""
-    names = [make_printable(one.program) for one in outcomes]
-    words = [
-        _AGAIN if one.again and one.status == 0 else find_verdict(one.status, one.findings).word for one in outcomes
+    rows = make_batch_rows(outcomes)
+    width, room = (max(len(row[k]) for row in rows) for k in (0, 1))
+    lines = [
+        f"{name:<{width}}  {word:<{room}} {time:>10} {count:>10}  {reason}".rstrip()
+        for name, word, time, count, reason in rows
     ]
-    width, room = (max(map(len, column)) for column in (["program", *names], ["result", *words]))
-    lines = [f"{'program':<{width}}  {'result':<{room}} {'time s':>10} {'rows':>10}  first finding"]
-    for name, word, one in zip(names, words, outcomes, strict=True):
+    return "\n".join([*lines, count_results(outcomes)]) + "\n"
+
+
+def make_batch_rows(outcomes: Sequence[Converted]) -> list[list[str]]:
+    """Programs as rows of text, the first one the header."""
+    rows = [["program", "result", "time s", "rows", "first finding"]]
+    for one in outcomes:
         time = "-" if one.cycle_time_s is None else f"{one.cycle_time_s:.3f}"
-        rows = "-" if one.rows is None else str(one.rows)
-        first = find_first_error(one.findings)
+        count = "-" if one.rows is None else str(one.rows)
+        first = _find_first(one.findings)
         where = "" if first is None or first.line is None else f" line {first.line}"
         reason = "" if first is None else f"{first.code}{where}: {make_printable(first.message)}"
-        lines.append(f"{name:<{width}}  {word:<{room}} {time:>10} {rows:>10}  {reason}".rstrip())
+        rows.append([make_printable(one.program), _name_result(one), time, count, reason])
+    return rows
+
+
+def count_results(outcomes: Sequence[Converted]) -> str:
+    """How many programs had each result."""
+    words = list(map(_name_result, outcomes))
     counted = ", ".join(f"{words.count(word)} {word}" for word in _ORDER if word in words)
-    lines.append(f"{format_count(len(outcomes), 'program')}: {counted}")
-    return "\n".join(lines) + "\n"
+    return f"{format_count(len(outcomes), 'program')}: {counted}"
+
+
+def _name_result(one: Converted) -> str:
+    return _AGAIN if one.again and one.status == 0 else find_verdict(one.status, one.findings).word
+
+
+def _find_first(findings: Sequence[Finding]) -> Finding | None:
+    """The first error; of a program without one the first warning."""
+    warnings = (item for item in list_first(findings) if item.severity == "warning")
+    return find_first_error(findings) or next(warnings, None)

@@ -366,10 +366,10 @@ def _describe_setup(summary: Summary) -> Facts:
 def _describe_tools(summary: Summary) -> str:
     """Lengths of each tool in the order of their use, and where they are from when nobody may have given one."""
     names = name_tools(summary.events)
-    lengths: dict[str, list[str]] = {}  # a tool has the length of the one before until G43
-    for number, length in summary.tools:
-        lengths.setdefault(f"{describe_tool_number(number, names)} " if number else "", []).append(f"{length:g}")
-    tools = ", ".join(f"{tool}{' then '.join(used)} mm" for tool, used in lengths.items())
+    tools = ", ".join(
+        f"{describe_tool_number(number, names)} {used} mm" if number else f"{used} mm"
+        for number, used in join_lengths(summary.tools).items()
+    )
     source = " (one length for the program)" if summary.options.tool_length is not None else ""
     meant = {number for number, tool in (summary.options.tools or {}).items() if tool.ends_at_gauge_line}
     if summary.options.tool_length != 0 and any(not length and number not in meant for number, length in summary.tools):
@@ -377,7 +377,17 @@ def _describe_tools(summary: Summary) -> str:
         source = f" ({zero}no length is in force, or none was given)"
     if summary.has_bare_rapids:
         source += "; some rapids have none"
+    if summary.carried:
+        source += "; some rapids still have the length of the tool before"
     return f"{tools}{source}"
+
+
+def join_lengths(tools: Sequence[tuple[int, float]]) -> dict[int, str]:
+    """Number of each tool -> its lengths in mm, ``80`` or ``80 then 95``."""
+    lengths: dict[int, list[str]] = {}
+    for number, length in tools:
+        lengths.setdefault(number, []).append(f"{length:g}")
+    return {number: " then ".join(used) for number, used in lengths.items()}
 
 
 def _describe_offsets(summary: Summary) -> str:

@@ -51,6 +51,9 @@
       element.dataset.line = number;
       rows.push(element);
     }
+    // three columns of paper have room for so many characters each; a few lines may be broken
+    const long = lines.slice(first, last).filter(line => line.length > 30).length;
+    byId("code-lines").classList.toggle("narrow", long <= 0.1 * (last - first));
     byId("code-lines").style.top = first * ROW + "px";
     byId("code-lines").replaceChildren(...rows);
   }
@@ -376,6 +379,8 @@
     root.classList.toggle("paper", on);
     theme(on ? false : wasDark);
     drawCode();
+    // two small ones share the width of the paper; a refused program has one
+    if (byId("reached")?.childElementCount) byId(on ? "side-by-side" : "main").append(byId("workspace"));
     if (scene) { scene.resize(); if (viewNow) scene.view(viewNow); scene.render(); }
     // browsers may print what the graphics card has drawn as a blank: paper gets a copy
     if (scene && on) {
@@ -411,7 +416,7 @@
   theme(window.matchMedia("(prefers-color-scheme: dark)").matches);
   if (scene) scene.resize();
   setCursor(Math.max(data.first, 0));
-  if (!n && data.firstLine) showLine(data.firstLine);
+  if (data.firstLine) showLine(data.firstLine);
   view("fit");
   drawCode();
   window.report = { scene, data, arrays, setCursor, charts, view };

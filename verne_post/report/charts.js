@@ -302,8 +302,9 @@ const Charts = (() => {
     context.beginPath(); context.arc(x(tip[0]), y(tip[1]), 4, 0, 7); context.fill();
     context.fillStyle = style("--quiet");
     context.textBaseline = "middle";
-    for (const value of ticks(...map.x, 5).list) { context.textAlign = "center"; context.fillText(String(+value.toFixed(3)), x(value), y0 + room + 10); }
-    for (const value of ticks(...map.y, 5).list) { context.textAlign = "right"; context.fillText(String(+value.toFixed(3)), x0 - 5, y(value)); }
+    const few = Math.min(5, room / 32); // numbers stay apart on a narrow map
+    for (const value of ticks(...map.x, few).list) { context.textAlign = "center"; context.fillText(String(+value.toFixed(3)), x(value), y0 + room + 10); }
+    for (const value of ticks(...map.y, few).list) { context.textAlign = "right"; context.fillText(String(+value.toFixed(3)), x0 - 5, y(value)); }
     context.textAlign = "left";
     const inside = isReached ? [[`${most.toFixed(0)} mm to a limit`, "hsl(205 60% 40%)"], ["at a limit", "hsl(205 60% 88%)"]] : [];
     [...inside, ["out of reach", style("--fixed")]].forEach(([text, colour], k) => {

@@ -56,9 +56,6 @@ def list_setup(machine: Machine, study: Study) -> list[tuple[str, str]]:
     """Tool length and work offset in a few words."""
     if study.program is None:
         return []
-    lengths: dict[str, list[str]] = {}  # a tool has the length of the one before until G43
-    for _number, tool, length, _diameter in list_tools(study):
-        lengths.setdefault(tool, []).append(length)
-    tools = [f"{tool}: {' then '.join(used)} mm".removeprefix("not named: ") for tool, used in lengths.items()]
+    tools = [f"{tool}: {used} mm".removeprefix("not named: ") for _number, tool, used, _diameter in list_tools(study)]
     offsets = [f"{name} at {', '.join(place)} mm" for name, *place, _turn, _source in list_offsets(machine, study)]
     return [("tool length", join_few(tools)), ("work offset", join_few(offsets))]

@@ -20,7 +20,7 @@ from verne_post.base.numbers import format_fixed
 from verne_post.kinematics.workspace import classify
 from verne_post.model.machine import Machine
 from verne_post.model.moves import find_tool_of_moves
-from verne_post.output.causes import list_first
+from verne_post.output.causes import find_causes
 from verne_post.report.head import write_title_html, write_verdict_html
 from verne_post.report.markup import escape_text, write_css_string
 from verne_post.report.modal import collect_modal_states
@@ -51,6 +51,8 @@ _FRAMES: Final = (
     ("tilt", "<f4"),
     ("turn", "<f4"), ("tool_length", "<f4"),
 )  # fmt: skip
+#: The code of sizes that nobody means, such as inches in place of mm.
+_IMPLAUSIBLE: Final = "VP505"
 _PARTS: Final = ("style.css", "shared.js", "solids.js", "scene.js", "charts.js", "app.js")
 
 
@@ -67,18 +69,11 @@ def make_page(program: str, source: Text, machine: Machine, study: Study) -> str
     pack = Pack()
     data = _pack_study(pack, machine, study)
     data["programLines"], data["numbered"] = _pack_text(pack, source, study)
-    errors = [item for item in list_first(study.findings) if item.severity == "error"]
-    data["firstLine"] = next((line for line in map(find_own_line, errors) if line), 0)
+    data["first"], data["firstLine"] = _find_opening(study)
     data["arrays"] = pack.contents
     data["marks"] = [
         [line, item.last_line or line, item.severity] for item in study.findings if (line := find_own_line(item))
     ]
-    bad = [
-        int(frame)
-        for item, frame in zip(study.findings, study.place, strict=True)
-        if item.severity == "error" and frame >= 0
-    ]
-    data["first"] = bad[0] if bad else 0
     parts = {
         "title": escape_text(f"{program} on {machine.name}"),
         "foot": write_css_string(f"{program} on {machine.name}, page "),
@@ -95,6 +90,21 @@ def make_page(program: str, source: Text, machine: Machine, study: Study) -> str
         "library": read_library() if len(study.x) else "",  # what cannot be read is not drawn
     }
     return fill_page("page.html", _PARTS, parts)
+
+
+def _find_opening(study: Study) -> tuple[int, int]:
+    """The frame on which a page opens, and the line to show where that is not the frame's, else 0.
+
+    A refused program opens on the first error, or on the wrong unit that may be its cause.
+    """
+    causes = find_causes(study.findings)
+    refusing = [cause for cause in causes if cause.first.severity == "error"]
+    if not refusing:
+        return 0, 0
+    leading = [one for one in causes if find_own_line(one.first) and one.first.code == _IMPLAUSIBLE] + refusing
+    frames = [int(study.place[index]) for cause in leading for index in cause.indices]
+    line = next((line for line in (find_own_line(one.first) for one in leading) if line), 0)
+    return next((frame for frame in frames if frame >= 0), 0), line if frames[0] < 0 else 0
 
 
 def fill_page(name: str, files: Sequence[str], parts: Mapping[str, str]) -> str:

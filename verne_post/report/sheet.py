@@ -16,7 +16,7 @@ from verne_post.model.machine import Machine
 from verne_post.model.moves import Event, MoveKind, describe_tool, find_tool_of_moves, name_tools
 from verne_post.model.part_setup import SYSTEM_NAMES, Box, FixtureMesh, OwnStock, spell_tool_word
 from verne_post.model.work_systems import find_placer
-from verne_post.output.summary import list_facts
+from verne_post.output.summary import join_lengths, list_facts
 from verne_post.report.markup import Row, count, escape_text, join_few, write_table
 from verne_post.report.table import Study
 
@@ -25,7 +25,7 @@ DIGEST: Final = 16
 #: Decimals of lengths and angles on the page; the start position is written with more in the setpoints.
 _DECIMALS: Final = {"mm": 3, "deg": 4}
 #: Facts of the summary that stand elsewhere on the page: in tables of the sheet, and in the head.
-_TOLD: Final = ("start position", "set-up", "assumed")
+_TOLD: Final = ("start position", "set-up", "assumed", "work offset", "operator")
 _ACTIONS: Final = {"input": "input {input} is waited for", "stop": "{stop} stop"}
 
 
@@ -47,6 +47,7 @@ def write_sheet_html(program: str, source: Text, machine: Machine, study: Study)
     if study.program is None:
         return parts[0]
     remarks = _find_remarks_by_number(source, study)
+    parts_of_file = 0 if study.summary is None else len(study.summary.parts)
     parts += [
         _write_titled_table(
             "Start position",
@@ -64,11 +65,17 @@ def write_sheet_html(program: str, source: Text, machine: Machine, study: Study)
                 for number, tool, length, diameter in list_tools(study)
             ],
             wide=True,
+            note=_describe_carried(study),
         ),
         _write_titled_table(
             "Work offsets", ("system", "x, mm", "y, mm", "z, mm", "turned, deg", "from"), list_offsets(machine, study)
         ),
-        _write_titled_table("Actions of the operator", ("line", "time", "what"), _list_actions(study, remarks)),
+        _write_titled_table(
+            "Actions of the operator",
+            ("line", "time", "what"),
+            _list_actions(study, remarks),
+            note=f"The file is cut into {parts_of_file} parts." if parts_of_file > 1 else "",
+        ),
     ]
     options = study.program.options
     bodies = [*options.keep_out, *([options.stock] if options.stock else [])]
@@ -87,13 +94,16 @@ def write_sheet_html(program: str, source: Text, machine: Machine, study: Study)
     return "".join(parts)
 
 
-def _write_titled_table(title: str, heads: Row, rows: Iterable[Row], *, named: bool = False, wide: bool = False) -> str:
+def _write_titled_table(
+    title: str, heads: Row, rows: Iterable[Row], *, named: bool = False, wide: bool = False, note: str = ""
+) -> str:
     """Write a table under its title; ``named`` ones end with names, such as paths, which break anywhere.
 
-    ``wide`` ones take two columns of the sheet where it has them.
+    ``wide`` ones take two columns of the sheet where it has them. A ``note`` stands below the table.
     """
     body = "".join("<tr>" + "".join(f"<td>{escape_text(cell)}</td>" for cell in row) + "</tr>" for row in rows)
     table = write_table(heads, body) if body else "<p>none</p>"
+    table += f"<p>{escape_text(note)}</p>" if note else ""
     return f"<div{' class=named' * named}{' class=wide' * wide}><h3>{title}</h3>{table}</div>"
 
 
@@ -135,24 +145,37 @@ def _describe_use(study: Study, tool: int) -> tuple[str, ...]:
 
 
 def list_tools(study: Study) -> list[tuple[int, str, str, str]]:
-    """Number, name, length and diameter of each tool in use; once for each length."""
+    """Number, name, lengths and diameter of each tool in use."""
     program = study.program
     assert program is not None
     listed = program.options.tools or {}
     names = name_tools(program.moves.events)
     rows = []
-    for number, length in list_tool_lengths(program)[0]:
+    for number, used in join_lengths(list_tool_lengths(program).own).items():
         tool = listed.get(number)
         known = tool is not None and tool.diameter > 0
         rows.append(
             (
                 number,
                 spell_tool_word(number, names) if number else "not named",
-                f"{length:g}",
+                used,
                 f"{tool.diameter:g}" if tool and known else "not given",
             )
         )
     return rows
+
+
+def _describe_carried(study: Study) -> str:
+    """Which rapids have the length of another tool; empty where none have."""
+    program = study.program
+    assert program is not None
+    names = name_tools(program.moves.events)
+    carried = [
+        f"{spell_tool_word(number, names)}: {used} mm"
+        for number, used in join_lengths(list_tool_lengths(program).carried).items()
+    ]
+    said = "Rapids before the tool's own length is active have that of the tool before"
+    return f"{said}. {join_few(carried)}" if carried else ""
 
 
 def list_offsets(machine: Machine, study: Study) -> list[Row]:

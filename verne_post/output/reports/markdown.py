@@ -9,7 +9,7 @@ from verne_post.base.numbers import format_count
 from verne_post.base.printable import make_printable
 from verne_post.model.findings import Finding
 from verne_post.model.machine import Machine
-from verne_post.model.verdict import Verdict
+from verne_post.model.verdict import OF_THE_PART, Verdict, is_about_pose
 from verne_post.output.causes import Cause, find_causes
 from verne_post.output.findings import Report, describe, describe_remedy, format_outcome
 
@@ -36,12 +36,12 @@ def write(reports: Sequence[Report], machine: Machine | None = None) -> str:
     room, left_out = MAX_CHARACTERS - sum(map(len, lines)), 0
     for report in reports:
         rows, seen = [], set()
-        # a comment has no terminal beside it: what a set-up settles has its remedy, once for a code
+        # a comment has no terminal beside it: remedies stand in it, each once; those of poses were tried
         for cause in find_causes(report.findings):
-            item = cause.first
-            settled = item.settled_by and item.code not in seen
-            rows.append(_write_row(cause, describe_remedy(item, report.program) if settled else ""))
-            seen.add(item.code)
+            was_tried = is_about_pose(cause.first.code) and cause.first.code not in OF_THE_PART
+            remedy = "" if was_tried else describe_remedy(cause.first, report.program)
+            rows.append(_write_row(cause, "" if remedy in seen else remedy))
+            seen.add(remedy)
         head = ["", f"**{_escape(report.program)}**", "", "| line | finding |", "|---|---|"]
         shown = _count_that_fit(rows, room - sum(map(len, head)))
         room -= sum(map(len, (head + rows[:shown]) if shown else []))
