@@ -237,6 +237,39 @@ def test_hover_of_lines_without_motion_shows_what_is_in_force(client: Client, tm
     assert "G43.4" in hover(client, uri, 11) and "G43.4" in hover(client, uri, 12)
 
 
+@pytest.mark.parametrize(
+    ("name", "text", "shown"),
+    [
+        (
+            "a.h",
+            "0 BEGIN PGM A MM\n1 PLANE RESET STAY\n2 L A-15 R0 FMAX\n3 CYCL DEF 7.0 DATUM SHIFT\n"
+            "4 CYCL DEF 7.1 X+5\n5 L X+0 Y+0 Z+200 R0 FMAX\n6 PLANE SPATIAL SPA+15 SPB+0 SPC+0 STAY\n"
+            "7 PLANE RESET STAY\n8 L A+0 R0 FMAX\n9 END PGM A MM\n",
+            {1: "beside", 3: "beside", 6: "tilted", 7: "beside", 8: "zero shifted by (5, 0, 0) mm"},
+        ),
+        (
+            "a.mpf",
+            "N10 G90 G17 G71 G94 G54\nN20 TRAFOOF\nN30 G0 A-15 C0\nN40 X0 Y0 Z200\n"
+            'N50 CYCLE800(0,"TC1",200000,57,0,0,0,15,0,0,0,0,0,-1,100,1)\nN60 CYCLE800(0)\nN70 G1 Z190 F500\nM30\n',
+            {1: "beside", 3: "beside", 4: "tilted", 5: "beside"},
+        ),
+    ],
+)
+def test_a_turned_table_alone_is_no_tilted_plane(
+    client: Client, tmp_path: Path, name: str, text: str, shown: dict[int, str]
+) -> None:
+    """Without control of the tool centre point X, Y, Z keep the machine's directions; a shift tilts nothing either."""
+    words = {
+        "beside": "no tilted plane: X, Y, Z along the axes of the machine, at A-15 C0",
+        "tilted": "tilted work plane, its Z along (0, -0.2588, 0.9659)",
+    }
+    uri = client.open(make_program(tmp_path, text, name))
+    for line, what in shown.items():
+        said = hover(client, uri, line)
+        assert words.get(what, what) in said, (line, said)
+        assert ("tilted work plane" in said) == (what == "tilted"), (line, said)
+
+
 def test_a_tool_length_that_becomes_active_is_no_motion(client: Client, tmp_path: Path) -> None:
     """The tip is another point of the tool then; in a row of 1 ms it would be faster than any machine."""
     text = "G21 G90 G94 G17 G54 G49\nT1 M6\nG0 X0 Y0 Z200 A0 C0\nG43 Z108 H1\nG1 Z100 F500\nM2\n"

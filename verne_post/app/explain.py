@@ -77,10 +77,10 @@ def _explain_words(source: Text, program: Program, line: int, text: str) -> Expl
     state = find_state_if_executed(source, program, line)
     if not remove_remarks(text, dialect).strip():
         said.append("  nothing to execute: a remark, or an empty line")
+    elif state is None:
+        said.append("  the program itself does not come to this line")
     else:
-        said.append(
-            "  the program itself does not come to this line" if state is None else f"  {describe_modes(state)}"
-        )
+        said.append(f"  {describe_modes(state, program.machine)}")
     return Explanation(line, findings, "\n".join(said) + "\n", "")
 
 

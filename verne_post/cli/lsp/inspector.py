@@ -219,7 +219,7 @@ class Inspector:
         except UsageError:
             code = remove_remarks(split_lines(found.text)[line - 1])
             state = find_state_if_executed(found.source, program, line) if code.strip(" \t%") else None
-            return None if state is None else describe_modes(state)
+            return None if state is None else describe_modes(state, program.machine)
         except InputError:
             return None
         pose = "\n".join(describe_pose(shown))
