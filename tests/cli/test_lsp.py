@@ -201,8 +201,7 @@ def test_the_language_of_a_text_is_that_which_check_finds(
 
 def test_hover_shows_time_feed_and_pose_of_a_line(client: Client, tmp_path: Path) -> None:
     uri = client.open(make_program(tmp_path, LEGAL))
-    shown = client.ask("textDocument/hover", textDocument={"uri": uri}, position={"line": 3, "character": 0})
-    text = shown["contents"]["value"]
+    text = hover(client, uri, 3)
     # 20 degrees at 2000 degrees a minute take 0.6 s, and ramps at both ends
     seconds = float(text.removeprefix("**").partition(" s")[0])
     assert 0.6 < seconds < 1.2
@@ -211,10 +210,12 @@ def test_hover_shows_time_feed_and_pose_of_a_line(client: Client, tmp_path: Path
     assert "rho1_mm" in text and "margin to its travel" in text
 
 
-def hover(client: Client, uri: str, line: int) -> str:
-    """What is shown of a line, counted from 0."""
-    shown = client.ask("textDocument/hover", textDocument={"uri": uri}, position={"line": line, "character": 0})
-    return "" if shown is None else shown["contents"]["value"]
+def hover(client: Client, uri: str, line: int, column: int | None = None) -> str:
+    """What is shown of a place, counted from 0; without a column of the line, and not of its first word."""
+    place = {"line": line, "character": column or 0}
+    shown = client.ask("textDocument/hover", textDocument={"uri": uri}, position=place)
+    text: str = "" if shown is None else shown["contents"]["value"]
+    return re.sub(r"^\*\*[^*]+\*\*: .*(\n\n)?", "", text) if column is None else text
 
 
 def test_hover_of_lines_without_motion_shows_what_is_in_force(client: Client, tmp_path: Path) -> None:
@@ -235,6 +236,23 @@ def test_hover_of_lines_without_motion_shows_what_is_in_force(client: Client, tm
     assert plane not in hover(client, uri, 10) and "tool length 90 mm" in hover(client, uri, 10)
     assert "G43.4" not in hover(client, uri, 10)
     assert "G43.4" in hover(client, uri, 11) and "G43.4" in hover(client, uri, 12)
+
+
+def test_hover_says_what_the_word_under_the_cursor_does(client: Client, tmp_path: Path) -> None:
+    """Before what is said of its line; with an error elsewhere, and in the line itself, at least what is in force."""
+    text = "O1\nG21 G90 G94 G17 G54\nG0 X0 Y0 Z200 A0 C0\nG68.2 X0 Y0 Z0 I0 J20 K0\nG1 Z190 F500\nX10 Y\nM30\n"
+    path = make_program(tmp_path, text.replace("X10 Y\n", "G69 G53 Y0\n"))
+    uri = client.open(path)
+    word = "**G68.2**: tilted plane: tilted work plane by angles"
+    assert hover(client, uri, 3, 1).startswith(word)
+    assert "\n\nin force: G0, " in hover(client, uri, 3, 1)
+    assert "**" not in hover(client, uri, 3, 8)
+    assert re.match(r"\*\*G1\*\*: motion: .*\n\n\*\*\d\.\d+ s\*\*; ", hover(client, uri, 4, 0))
+    client.change(uri, 2, text)
+    assert hover(client, uri, 3, 1).startswith(word)
+    assert hover(client, uri, 4, 0).startswith("**G1**: motion: ") and "s**;" not in hover(client, uri, 4, 0)
+    for line in (4, 5):
+        assert "in force: G1, " in hover(client, uri, line) and "(0, -0.342, 0.9397)" in hover(client, uri, line)
 
 
 @pytest.mark.parametrize(
