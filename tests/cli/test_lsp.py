@@ -548,6 +548,33 @@ def test_a_fix_of_a_word_is_applied_and_the_result_is_legal(
     assert client.diagnostics(uri)["diagnostics"] == []
 
 
+DRILLED = "O1\nG21 G90 G94 G17 G54\nT1 M6\nS900 M3\nG0 X0 Y0 Z60 A0 C0\nG43 H1\nG98 G81 X9 Z-9 R5 F90\nX5\nG80\nM30\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "title", "mended"),
+    [
+        (DRILLED.replace("Z-9", "Z-70"), 7, "Write Z-59.9 in place of Z-70 in line 7", ("Z-70", "Z-59.9")),
+        (DRILLED.replace(" M3", ""), 7, "Write M3 after S900 in line 4", ("S900", "S900 M3")),
+        (DRILLED.replace("S900 M3\n", "").replace("T1", "S900\nT1"), 7, "Write M3 before line 7", ("G98", "M3\nG98")),
+        (DRILLED.replace("S900 M3\n", ""), 6, "", ("", "")),
+    ],
+)
+def test_a_word_that_check_names_and_a_start_of_the_spindle_are_offered(
+    client: Client, tmp_path: Path, text: str, line: int, title: str, mended: tuple[str, str]
+) -> None:
+    """The depth of a cycle that drills several holes; M3 only where a speed is given, or holds."""
+    setup = "[tools.1]\nlength = 90\n[wcs]\nG54 = [0, 0, 60]\n"
+    uri = client.open(make_program(tmp_path, text, setup=setup))
+    (said,) = (one for one in client.diagnostics(uri)["diagnostics"] if one["severity"] < 3)
+    assert said["range"]["start"]["line"] == line - 1
+    fixes = {one.partition(" (")[0]: fix for one, fix in ask_fixes(client, uri, line - 1).items()}
+    if not title:
+        assert fixes == {}
+        return
+    assert apply_edit(fixes[title], {uri: text})[uri] == text.replace(*mended)
+
+
 HEADER = '; PART 7\nG71 G90 G94\nWORKPIECE(,"",,"BOX",112,0,-20,-80,0,0,50,50)\n; FINE\nCYCLE832(0.05,_FINISH,1)\n'
 
 
@@ -635,7 +662,7 @@ def test_a_place_out_of_reach_and_the_letter_o_in_a_number_have_fixes(client: Cl
     head = "G21 G90 G94 G17 G40 G49 G80\nG0 X0 Y0 Z120 A0 C0\nG1 "
     for number, (wrong, title, right) in enumerate(
         (
-            ("X-700.", r"Write X(-\d+\.\d+) in place of X-700\. in line 3 \(legal then.*\)", None),
+            ("X-700.", r"Write X(-\d+\.\d*) in place of X-700\. in line 3 \(legal then.*\)", None),
             ("XO20.", r"Write (X020.) in place of XO20. \(legal then\)", "X020."),
             ("X2o.5", r"Write (X20.5) in place of X2o.5 \(legal then\)", "X20.5"),
             ("X18,5", r"Write (X18.5) in place of X18,5 \(legal then\)", "X18.5"),
