@@ -201,8 +201,7 @@ def test_the_language_of_a_text_is_that_which_check_finds(
 
 def test_hover_shows_time_feed_and_pose_of_a_line(client: Client, tmp_path: Path) -> None:
     uri = client.open(make_program(tmp_path, LEGAL))
-    shown = client.ask("textDocument/hover", textDocument={"uri": uri}, position={"line": 3, "character": 0})
-    text = shown["contents"]["value"]
+    text = hover(client, uri, 3)
     # 20 degrees at 2000 degrees a minute take 0.6 s, and ramps at both ends
     seconds = float(text.removeprefix("**").partition(" s")[0])
     assert 0.6 < seconds < 1.2
@@ -211,10 +210,12 @@ def test_hover_shows_time_feed_and_pose_of_a_line(client: Client, tmp_path: Path
     assert "rho1_mm" in text and "margin to its travel" in text
 
 
-def hover(client: Client, uri: str, line: int) -> str:
-    """What is shown of a line, counted from 0."""
-    shown = client.ask("textDocument/hover", textDocument={"uri": uri}, position={"line": line, "character": 0})
-    return "" if shown is None else shown["contents"]["value"]
+def hover(client: Client, uri: str, line: int, column: int | None = None) -> str:
+    """What is shown of a place, counted from 0; without a column of the line, and not of its first word."""
+    place = {"line": line, "character": column or 0}
+    shown = client.ask("textDocument/hover", textDocument={"uri": uri}, position=place)
+    text: str = "" if shown is None else shown["contents"]["value"]
+    return re.sub(r"^\*\*[^*]+\*\*: .*(\n\n)?", "", text) if column is None else text
 
 
 def test_hover_of_lines_without_motion_shows_what_is_in_force(client: Client, tmp_path: Path) -> None:
@@ -235,6 +236,56 @@ def test_hover_of_lines_without_motion_shows_what_is_in_force(client: Client, tm
     assert plane not in hover(client, uri, 10) and "tool length 90 mm" in hover(client, uri, 10)
     assert "G43.4" not in hover(client, uri, 10)
     assert "G43.4" in hover(client, uri, 11) and "G43.4" in hover(client, uri, 12)
+
+
+def test_hover_says_what_the_word_under_the_cursor_does(client: Client, tmp_path: Path) -> None:
+    """Before what is said of its line; with an error elsewhere, and in the line itself, at least what is in force."""
+    text = "O1\nG21 G90 G94 G17 G54\nG0 X0 Y0 Z200 A0 C0\nG68.2 X0 Y0 Z0 I0 J20 K0\nG1 Z190 F500\nX10 Y\nM30\n"
+    path = make_program(tmp_path, text.replace("X10 Y\n", "G69 G53 Y0\n"))
+    uri = client.open(path)
+    word = "**G68.2**: tilted plane: tilted work plane by angles"
+    assert hover(client, uri, 3, 1).startswith(word)
+    assert "\n\nin force: G0, " in hover(client, uri, 3, 1)
+    assert "**" not in hover(client, uri, 3, 8)
+    assert re.match(r"\*\*G1\*\*: motion: .*\n\n\*\*\d\.\d+ s\*\*; ", hover(client, uri, 4, 0))
+    client.change(uri, 2, text)
+    assert hover(client, uri, 3, 1).startswith(word)
+    assert hover(client, uri, 4, 0).startswith("**G1**: motion: ") and "s**;" not in hover(client, uri, 4, 0)
+    for line in (4, 5):
+        assert "in force: G1, " in hover(client, uri, line) and "(0, -0.342, 0.9397)" in hover(client, uri, line)
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "shown"),
+    [
+        (
+            "a.h",
+            "0 BEGIN PGM A MM\n1 PLANE RESET STAY\n2 L A-15 R0 FMAX\n3 CYCL DEF 7.0 DATUM SHIFT\n"
+            "4 CYCL DEF 7.1 X+5\n5 L X+0 Y+0 Z+200 R0 FMAX\n6 PLANE SPATIAL SPA+15 SPB+0 SPC+0 STAY\n"
+            "7 PLANE RESET STAY\n8 L A+0 R0 FMAX\n9 END PGM A MM\n",
+            {1: "beside", 3: "beside", 6: "tilted", 7: "beside", 8: "zero shifted by (5, 0, 0) mm"},
+        ),
+        (
+            "a.mpf",
+            "N10 G90 G17 G71 G94 G54\nN20 TRAFOOF\nN30 G0 A-15 C0\nN40 X0 Y0 Z200\n"
+            'N50 CYCLE800(0,"TC1",200000,57,0,0,0,15,0,0,0,0,0,-1,100,1)\nN60 CYCLE800(0)\nN70 G1 Z190 F500\nM30\n',
+            {1: "beside", 3: "beside", 4: "tilted", 5: "beside"},
+        ),
+    ],
+)
+def test_a_turned_table_alone_is_no_tilted_plane(
+    client: Client, tmp_path: Path, name: str, text: str, shown: dict[int, str]
+) -> None:
+    """Without control of the tool centre point X, Y, Z keep the machine's directions; a shift tilts nothing either."""
+    words = {
+        "beside": "no tilted plane: X, Y, Z along the axes of the machine, at A-15 C0",
+        "tilted": "tilted work plane, its Z along (0, -0.2588, 0.9659)",
+    }
+    uri = client.open(make_program(tmp_path, text, name))
+    for line, what in shown.items():
+        said = hover(client, uri, line)
+        assert words.get(what, what) in said, (line, said)
+        assert ("tilted work plane" in said) == (what == "tilted"), (line, said)
 
 
 def test_a_tool_length_that_becomes_active_is_no_motion(client: Client, tmp_path: Path) -> None:
@@ -497,6 +548,33 @@ def test_a_fix_of_a_word_is_applied_and_the_result_is_legal(
     assert client.diagnostics(uri)["diagnostics"] == []
 
 
+DRILLED = "O1\nG21 G90 G94 G17 G54\nT1 M6\nS900 M3\nG0 X0 Y0 Z60 A0 C0\nG43 H1\nG98 G81 X9 Z-9 R5 F90\nX5\nG80\nM30\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "title", "mended"),
+    [
+        (DRILLED.replace("Z-9", "Z-70"), 7, "Write Z-59.9 in place of Z-70 in line 7", ("Z-70", "Z-59.9")),
+        (DRILLED.replace(" M3", ""), 7, "Write M3 after S900 in line 4", ("S900", "S900 M3")),
+        (DRILLED.replace("S900 M3\n", "").replace("T1", "S900\nT1"), 7, "Write M3 before line 7", ("G98", "M3\nG98")),
+        (DRILLED.replace("S900 M3\n", ""), 6, "", ("", "")),
+    ],
+)
+def test_a_word_that_check_names_and_a_start_of_the_spindle_are_offered(
+    client: Client, tmp_path: Path, text: str, line: int, title: str, mended: tuple[str, str]
+) -> None:
+    """The depth of a cycle that drills several holes; M3 only where a speed is given, or holds."""
+    setup = "[tools.1]\nlength = 90\n[wcs]\nG54 = [0, 0, 60]\n"
+    uri = client.open(make_program(tmp_path, text, setup=setup))
+    (said,) = (one for one in client.diagnostics(uri)["diagnostics"] if one["severity"] < 3)
+    assert said["range"]["start"]["line"] == line - 1
+    fixes = {one.partition(" (")[0]: fix for one, fix in ask_fixes(client, uri, line - 1).items()}
+    if not title:
+        assert fixes == {}
+        return
+    assert apply_edit(fixes[title], {uri: text})[uri] == text.replace(*mended)
+
+
 HEADER = '; PART 7\nG71 G90 G94\nWORKPIECE(,"",,"BOX",112,0,-20,-80,0,0,50,50)\n; FINE\nCYCLE832(0.05,_FINISH,1)\n'
 
 
@@ -584,7 +662,7 @@ def test_a_place_out_of_reach_and_the_letter_o_in_a_number_have_fixes(client: Cl
     head = "G21 G90 G94 G17 G40 G49 G80\nG0 X0 Y0 Z120 A0 C0\nG1 "
     for number, (wrong, title, right) in enumerate(
         (
-            ("X-700.", r"Write X(-\d+\.\d+) in place of X-700\. in line 3 \(legal then.*\)", None),
+            ("X-700.", r"Write X(-\d+\.\d*) in place of X-700\. in line 3 \(legal then.*\)", None),
             ("XO20.", r"Write (X020.) in place of XO20. \(legal then\)", "X020."),
             ("X2o.5", r"Write (X20.5) in place of X2o.5 \(legal then\)", "X20.5"),
             ("X18,5", r"Write (X18.5) in place of X18,5 \(legal then\)", "X18.5"),

@@ -600,6 +600,12 @@ def test_the_hook_reads_each_program_once(
     subprocess.run(["git", "rm", "-q", "--cached", "untracked.nc"], check=True)
     done = run_hook("sub/two words.NC", "sub/two words.NC.toml")
     assert (done.code, done.out, done.err) == (0, "", ""), "of what passes nothing is said"
+    part.write_text(legal.replace("G0", "T1 M6\nG0"))  # and no M3
+    assert hook["verbose"], "pre-commit shows what a hook prints that passes"
+    for changed in ("sub/two words.NC", "sub/two words.NC.toml"):
+        done = run_hook(changed)
+        assert (done.code, done.out.count("two words.NC:4: VP050 warning")) == (0, 1)
+    assert "VP050" not in run_hook("tools.tbl").out
     part.write_text(legal.replace("X5 ", "X5000 "))
     done = run_hook("sub/two words.NC", "sub/two words.NC.toml")
     assert done.code == 1

@@ -12,7 +12,7 @@ from verne_post.base.long_text import Text, take_line
 from verne_post.base.program_lines import remove_remarks
 from verne_post.base.text_tables import format_html_sections
 from verne_post.gcode.dialects import choose_dialect_name
-from verne_post.gcode.known_words import describe_words_of
+from verne_post.gcode.known_words import find_words_of
 from verne_post.kinematics.checks.remedies import select_line
 from verne_post.model.findings import Finding, UsageError
 from verne_post.model.machine import Machine
@@ -72,15 +72,15 @@ def _explain_words(source: Text, program: Program, line: int, text: str) -> Expl
     findings = tuple(item for item in program.findings if item.line == line)
     near = " and ".join(str(one) for one in find_lines_near(guard_joints(program), line))
     said = [f"line {line}: {text}", f"  no motion; the nearest lines that have: {near}"]
-    said += [f"  {name:<20} {what}" for name, what in describe_words_of(text, dialect)]
+    said += [f"  {word.name:<20} {word.text}" for word in find_words_of(text, dialect)]
     said += [f"  {item.code} {item.severity}: {item.message}" for item in findings]
     state = find_state_if_executed(source, program, line)
     if not remove_remarks(text, dialect).strip():
         said.append("  nothing to execute: a remark, or an empty line")
+    elif state is None:
+        said.append("  the program itself does not come to this line")
     else:
-        said.append(
-            "  the program itself does not come to this line" if state is None else f"  {describe_modes(state)}"
-        )
+        said.append(f"  {describe_modes(state, program.machine)}")
     return Explanation(line, findings, "\n".join(said) + "\n", "")
 
 

@@ -1,5 +1,6 @@
 """One line of a program: what is wrong, what would make it legal, its pose, and that worked through step by step."""
 
+import math
 import re
 from collections.abc import Iterator, Sequence
 
@@ -11,7 +12,7 @@ from verne_post.app.line_remedies import Line, propose
 from verne_post.base.arrays import Array
 from verne_post.base.numbers import format_fixed
 from verne_post.base.rotations import find_axis_of_angles
-from verne_post.base.tolerances import ZERO_LENGTH_MM
+from verne_post.base.tolerances import UPRIGHT_DEG, ZERO_LENGTH_MM
 from verne_post.gcode.block import read_block
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.program_error import ProgramError
@@ -20,7 +21,7 @@ from verne_post.kinematics.joint_path import JointPath
 from verne_post.model.codes import CODES
 from verne_post.model.findings import Finding
 from verne_post.model.machine import Machine
-from verne_post.model.moves import AXES, FeedMode, Frame, MoveKind, PathMode
+from verne_post.model.moves import AXES, FeedMode, MoveKind, PathMode
 from verne_post.model.part_setup import SYSTEM_NAMES
 from verne_post.model.protocols import AxisCorrecting
 from verne_post.model.toolpath import SegmentKind
@@ -107,9 +108,9 @@ def _describe_words(line: Line, tool: float) -> Iterator[str]:
         yield f"line {line.number}: the approach of --from, in no words of the program; tool length {tool:g} mm"
         return
     yield f"line {line.number}: {line.text.strip()}"
-    state, moves = line.state, line.moves
+    state, moves, machine = line.state, line.moves, line.exact.machine
     feed_mode, path_mode = FeedMode(moves.feed_mode[line.move]), moves.controls[moves.control[line.move]].mode
-    modal = list_modes(state, line.frame, feed_mode, path_mode, tool)
+    modal = list_modes(state, machine, feed_mode, path_mode, tool)
     feed = float(moves.feed[line.move])
     if np.isfinite(feed):
         share = "" if line.options.override == 1.0 else f" at an override of {100 * line.options.override:g} %"
@@ -117,22 +118,40 @@ def _describe_words(line: Line, tool: float) -> Iterator[str]:
     yield f"  in force             {', '.join(modal)}"
 
 
-def list_modes(state: State, frame: Frame, feed_mode: FeedMode, path_mode: PathMode, tool: float) -> list[str]:
+def list_modes(state: State, machine: Machine, feed_mode: FeedMode, path_mode: PathMode, tool: float) -> list[str]:
     """What holds, in words of the program: codes, work system, tilted work plane, tool length (mm)."""
-    plane = frame.feature
-    tilted = [] if plane is None else [f"tilted work plane, its Z along {_show_direction(plane.rotation[2::3])}"]
     return [
         *state.modes.show(feed_mode, path_mode),
-        SYSTEM_NAMES[frame.system],
-        *tilted,
+        SYSTEM_NAMES[state.frame.system],
+        *_describe_plane(state, machine),
         f"tool length {tool:g} mm",
     ]
 
 
-def describe_modes(state: State) -> str:
+def describe_modes(state: State, machine: Machine) -> str:
     """What holds after a line without motion."""
-    modal = list_modes(state, state.frame, state.feed_mode, state.control.mode, state.frame.tool_length)
+    modal = list_modes(state, machine, state.feed_mode, state.control.mode, state.frame.tool_length)
     return f"in force: {', '.join(modal)}"
+
+
+def _describe_plane(state: State, machine: Machine) -> Iterator[str]:
+    """The tilted plane in force; else how X, Y, Z are turned and shifted against the work system, where they are."""
+    plane = state.frame.feature
+    if plane is None:
+        return
+    if not plane.is_programmed:
+        axes = list(zip(machine.rotary_letters, machine.coordinates.rotary, strict=True))
+        angles = " ".join(f"{letter}{format_number(state.position[axis], 4)}" for letter, axis in axes)
+        assumed = "" if any(state.named_axes[axis] for _letter, axis in axes) else " (assumed)"
+        yield f"no tilted plane: X, Y, Z along the axes of the machine, at {angles}{assumed}"
+    elif not plane.is_level:
+        yield f"tilted work plane, its Z along {_show_direction(plane.rotation[2::3])}"
+    else:
+        turn = math.degrees(math.atan2(plane.rotation[3], plane.rotation[0]))
+        if any(plane.origin):
+            yield f"zero shifted by {_show_direction(plane.origin)} mm"
+        if abs(turn) > UPRIGHT_DEG:
+            yield f"turned by {format_number(turn, 4)} deg about Z"
 
 
 def _show_direction(axis: Sequence[float]) -> str:

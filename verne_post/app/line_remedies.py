@@ -164,6 +164,17 @@ def propose_ends(line: Line, *, warnings: bool) -> Iterator[Remedy]:
         yield Remedy(text, then, line=line.number, word=(letter, now))
 
 
+def propose_depth(line: Line, depth: float) -> Iterator[Remedy]:
+    """Another Z for a line whose deepest place is its Z, ``depth`` (mm), as that of a hole is."""
+    own = line.moves.end[line.moves.line == line.number, 2]
+    if not len(own) or abs(float(own.min()) - depth) > LIMIT_SLACK_MM:
+        return
+    for letter, direction, one in _shift_along_axes(line, line.joints, warnings=False):
+        if letter == "Z":
+            then = format_number(depth + float(np.array(one.vector) @ direction), 4)
+            yield Remedy("", then, line=line.number, word=(letter, depth))
+
+
 def _shift_along_axes(
     line: Line, part: JointPath, warnings: bool, *, end_only: bool = False
 ) -> Iterator[tuple[str, Array, remedies.Shift]]:

@@ -13,13 +13,19 @@ from msgspec.structs import replace
 from verne_post.app.assemble import Program, assemble, build_interpreter_setup
 from verne_post.app.constraints import check_program, guard_joints
 from verne_post.app.explain_numbers import format_list, format_number
-from verne_post.app.line_remedies import Line, propose_ends, propose_turns
+from verne_post.app.line_remedies import Line, propose_depth, propose_ends, propose_turns
 from verne_post.base.arrays import Array
 from verne_post.base.long_text import Text
-from verne_post.base.program_lines import find_word_of
+from verne_post.base.program_lines import find_word, find_word_of
 from verne_post.base.tolerances import LIMIT_SLACK_MM
 from verne_post.gcode.inch_words import read_as_mm
-from verne_post.kinematics.checks.remedies import ROTARY_CODES, find_smallest_shift, is_movable, select_line
+from verne_post.kinematics.checks.remedies import (
+    ROTARY_CODES,
+    find_smallest_shift,
+    is_movable,
+    is_straight,
+    select_line,
+)
 from verne_post.model.findings import Finding, InputError, Remedy, make_finding
 from verne_post.model.part_setup import SYSTEM_NAMES, WorkOffset
 from verne_post.model.verdict import Family, find_family, is_about_pose
@@ -167,18 +173,22 @@ def _find_errors_with(source: Text, program: Program, **change: Any) -> tuple[st
 def _find_word(source: Text, program: Program, errors: Sequence[Finding]) -> Remedy | None:
     """The word that alone is at fault: X, Y or Z of the first line of errors, where all of them are in one stretch.
 
-    Of several words the one that changes least. The program was checked with it.
+    Of several words the one that changes least; of a line that drills, Z. The program was checked with it.
     """
     first = min(errors, key=lambda item: item.line or 0)
     start, end = first.line or 0, first.last_line or 0
-    if any(item.code in (*ROTARY_CODES, *_OPTIONS) or not start <= (item.line or 0) <= end for item in errors):
-        return None
     line = _find_line(program, guard_joints(program), start)
     lines = bytes(source).split(b"\n")
-    if line is None:
+    if line is None or any(item.code in (*ROTARY_CODES, *_OPTIONS) for item in errors):
         return None
-    ends = sorted(propose_ends(line, warnings=False), key=lambda one: abs(float(one.value) - one.word[1]))
+    is_hole = not is_straight(line.exact)  # a cycle drills the next ones too, as deep
+    if not is_hole and any(not start <= (item.line or 0) <= end for item in errors):
+        return None
     text = lines[start - 1].decode("utf-8", errors="replace")
+    ends = sorted(propose_ends(line, warnings=False), key=lambda one: abs(float(one.value) - one.word[1]))
+    depth = find_word(text, "Z")
+    if depth is not None and is_hole:
+        ends = list(propose_depth(line, float(depth[2])))
     for one in ends:
         letter, now = one.word
         word = find_word_of(text, letter, now)
@@ -190,7 +200,8 @@ def _find_word(source: Text, program: Program, errors: Sequence[Finding]) -> Rem
             value = format_number(then)
             changed = f"{text[: word.start(2)]}{value}{text[word.end(2) :]}".encode()
             if _find_errors_with(b"\n".join([*lines[: start - 1], changed, *lines[start:]]), program) == ():
-                return Remedy(f"legal if line {start} ends at {letter} {value} instead of {word[2]}")
+                said = f"legal if line {start} {'has' if is_hole else 'ends at'} {letter} {value} instead of {word[2]}"
+                return Remedy(said, value, line=start, word=one.word)
     return None
 
 

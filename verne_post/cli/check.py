@@ -101,7 +101,8 @@ def add_policy_options(command: "Callable[..., Any]") -> "Callable[..., Any]":
 @click.option(
     "--changed",
     is_flag=True,
-    help="INPUT lists changed files. If programs share one of them, check every program that git tracks.",
+    help="INPUT lists changed files. If programs share one of them, check every program that git tracks. With "
+    "--quiet, warnings of programs that have changed are printed, too.",
 )
 @click.option(
     "--limits-only",
@@ -133,6 +134,7 @@ def command(
     """
     from verne_post.model.findings import InputError
 
+    own = {name.removesuffix(".toml") for name in inputs} if changed else set()
     if changed and not (inputs := find_readers(inputs)):
         return ExitStatus.CLEAN
     files = RunFiles()
@@ -194,7 +196,8 @@ def command(
     reports = drop_repeated(reports)
     write_report_files(files, report_files, reports, machine)
     if quiet and output_format == "text":
-        reports = [one for one in map(_keep_errors_alone, reports) if one.findings]
+        reports = [_keep_gravest(one, warnings=one.program in own) for one in reports]
+        reports = [one for one in reports if one.findings]
     text = FORMATS[output_format](reports, machine)
     if output_format == "text" and output_file is None:
         say(text, err=False)
@@ -229,9 +232,10 @@ def _check_one(
     return Report(shown, result.findings, time, source, remarked)
 
 
-def _keep_errors_alone(report: "Report") -> "Report":
-    """A report without warnings, notes and remarks."""
-    return replace(report, findings=tuple(one for one in report.findings if one.severity == "error"), remarks=())
+def _keep_gravest(report: "Report", *, warnings: bool) -> "Report":
+    """A report without notes and remarks; without warnings too, unless they are asked for."""
+    kept = ("error", "warning") if warnings else ("error",)
+    return replace(report, findings=tuple(one for one in report.findings if one.severity in kept), remarks=())
 
 
 def _emit(files: RunFiles, output_file: Path | None, text: str) -> None:

@@ -57,6 +57,16 @@ class Affine(Struct, frozen=True):
         """The map that first does another one, then this."""
         return make_affine(self.linear @ inner.linear, self.map_point(inner.shift))
 
+    def lay(self, inner: "Affine") -> Feature | None:
+        """The plane of places that do not turn with a table, whose map this is; a map of the program stands inside.
+
+        The plane is programmed where that map tilts it, or where the table stands at 0.
+        """
+        feature, own = self.put_inside(inner).feature, inner.feature
+        if feature is None or self.is_identity or (own is not None and not own.is_level):
+            return feature
+        return replace(feature, is_programmed=False)
+
     def invert(self) -> "Affine":
         """The map back, of a rotation with a shift."""
         back = self.linear.T

@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Iterator, Mapping
-from typing import Final
+from typing import Final, NamedTuple
 
 from verne_post.base.program_lines import remove_remarks
 from verne_post.gcode.apt import words as apt
@@ -33,8 +33,17 @@ _LANGUAGES: Final = {
 _CODE: Final = re.compile(r"([GM])(\d+(?:\.\d+)?)")
 
 
-def describe_words_of(line: str, dialect: str) -> list[tuple[str, str]]:
-    """The words of a line that a dialect knows, in their order: each as it stands in the tables, and what it does."""
+class KnownWord(NamedTuple):
+    """A word of a line: where it begins and ends, as it stands in the tables, and what it does."""
+
+    begin: int
+    end: int
+    name: str
+    text: str
+
+
+def find_words_of(line: str, dialect: str) -> list[KnownWord]:
+    """The words of a line that a dialect knows, in their order."""
     language = _LANGUAGES[dialect]
     texts: dict[str, str] = {}
     for owner, name, text, is_executed in list_words():
@@ -46,11 +55,10 @@ def describe_words_of(line: str, dialect: str) -> list[tuple[str, str]]:
         for match in re.finditer(_make_pattern(name), code):
             begin, end = match.span()
             found[begin] = max(found.get(begin, (0, "")), (end, name))
-    words, last_end = [], 0
+    words: list[KnownWord] = []
     for begin, (end, name) in sorted(found.items()):
-        if begin >= last_end:
-            words.append((name, texts[name]))
-            last_end = end
+        if not words or begin >= words[-1].end:
+            words.append(KnownWord(begin, end, name, texts[name]))
     return words
 
 

@@ -10,7 +10,7 @@ from msgspec import structs
 from verne_post.base.long_text import Text
 from verne_post.gcode.dialect import Dialect
 from verne_post.gcode.dialects import DIALECTS, choose_dialect, name_dialect
-from verne_post.gcode.execution import Execution, StopConditions
+from verne_post.gcode.execution import Execution, LineTrace, StopConditions
 from verne_post.gcode.languages import find_other_language
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.missing_setup import report_missing_offsets
@@ -20,7 +20,7 @@ from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.start import find_start
 from verne_post.model.findings import Finding, InputError
-from verne_post.model.moves import Moves
+from verne_post.model.moves import Frame, Moves
 
 #: Codes of errors about words that another dialect may have.
 _ABOUT_WORDS: Final = ("VP002", "VP003", "VP006")
@@ -93,6 +93,25 @@ def read_past_errors(source: Text, setup: Setup) -> tuple[Moves, tuple[Finding, 
 
     The order of those lines is that of the text: what it needs is found, and not what it does.
     """
+    start, frame, execution = _execute_past_errors(source, setup, StopConditions(past_errors=True))
+    moves = execution.recorder.freeze(start, frame, {})
+    found = [item for item in execution.errors if item.settled_by]
+    return moves, (*found, *report_missing_offsets(moves, setup))
+
+
+def find_state_past_errors(source: Text, setup: Setup, line: int) -> State | None:
+    """The modal state after a line of a program with errors; None where the program itself does not come to the line.
+
+    Of a line with an error, what could be read of it holds.
+    """
+    stop = StopConditions(past_errors=True, after_line=line, trace=(trace := LineTrace()))
+    execution = _execute_past_errors(source, setup, stop)[2]
+    is_reached = any(first <= line < last for first, last, _may_restart in trace.spans)
+    return execution.state if is_reached or any(item.line == line for item in execution.errors) else None
+
+
+def _execute_past_errors(source: Text, setup: Setup, stop: StopConditions) -> tuple[list[float], Frame, Execution]:
+    """Where a program with errors starts, the frame there, and the execution of all its lines."""
     dialect = choose_dialect(setup.dialect, source, setup.source_name)
     setup = structs.replace(setup, max_repeats=min(setup.max_repeats, _MOST_REPEATS))
     state = dialect.initial_state(setup)
@@ -100,10 +119,7 @@ def read_past_errors(source: Text, setup: Setup) -> tuple[Moves, tuple[Finding, 
         state.position, _unsaid = find_start(source, setup, dialect)
     state.known_axes = [True] * 9
     start, frame = list(state.position), state.frame
-    execution = dialect.execute(source, setup, state, StopConditions(past_errors=True))
-    moves = execution.recorder.freeze(start, frame, {})
-    found = [item for item in execution.errors if item.settled_by]
-    return moves, (*found, *report_missing_offsets(moves, setup))
+    return start, frame, dialect.execute(source, setup, state, stop)
 
 
 def _find_cause(source: Text, errors: list[Finding], dialect: Dialect, setup: Setup) -> list[Finding]:

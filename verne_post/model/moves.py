@@ -5,6 +5,7 @@ with tool offset and G92 taken out, mm and degrees whatever the program's units,
 X Y Z A B C U V W. Every row knows its source line.
 """
 
+import math
 from collections.abc import Iterable, Mapping
 from enum import IntEnum
 from typing import Any, Final
@@ -15,6 +16,8 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from verne_post.base.arrays import Array, Ints, Mask
+from verne_post.base.tolerances import UPRIGHT_DEG
+from verne_post.base.units import RAD_PER_DEG
 from verne_post.model.findings import Finding
 from verne_post.model.part_setup import SYSTEM_NAMES, Vector9, describe_tool_number
 from verne_post.model.splines import Splines, build_empty_splines
@@ -75,6 +78,13 @@ class Feature(Struct, frozen=True):
 
     origin: tuple[float, float, float]
     rotation: tuple[float, ...]
+    #: False where no word of the program asks for it: it follows from where the table stands, or is that of an arc.
+    is_programmed: bool = True
+
+    @property
+    def is_level(self) -> bool:
+        """True where Z points as without the plane: it shifts the zero, or turns X and Y."""
+        return self.rotation[8] >= math.cos(RAD_PER_DEG * UPRIGHT_DEG)
 
     def map_outside(self, point: Array) -> Array:
         """Points (..., 3) of the plane in program coordinates without it."""

@@ -44,7 +44,7 @@ def _describe(moves: Moves, number: int, tool: int, spindle: dict[str, object], 
     if number < 0:
         return (("motion", "approach or departure"),)
     frame = moves.frames[moves.frame[number]]
-    speed = float(moves.spindle[number])
+    plane, speed = frame.feature, float(moves.spindle[number])
     turning = f"{speed:g}/min {spindle.get('direction', '')}".strip() if speed else "off"
     name = f"{spell_tool_word(tool, name_tools(moves.events))}, " if tool else ""
     return (
@@ -54,7 +54,7 @@ def _describe(moves: Moves, number: int, tool: int, spindle: dict[str, object], 
         ("coolant", str(coolant.get("state", "off"))),
         ("tool", f"{name}length {frame.tool_length:g} mm"),
         ("work offset", SYSTEM_NAMES[frame.system] + (", shifted (G92)" if any(frame.g92) else "")),
-        ("work plane", "tilted" if frame.feature is not None else "not tilted"),
+        ("work plane", "tilted" if plane is not None and plane.is_programmed and not plane.is_level else "not tilted"),
         ("corners", _describe_corners(moves.controls[moves.control[number]])),
     )
 

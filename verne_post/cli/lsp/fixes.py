@@ -12,7 +12,7 @@ from msgspec.structs import replace
 from verne_post.app.tried_remedies import list_ends
 from verne_post.base.numbers import format_count
 from verne_post.base.printable import quote_key
-from verne_post.base.program_lines import find_word_of, remove_remarks
+from verne_post.base.program_lines import find_word, find_word_of, remove_remarks
 from verne_post.base.suggestions import find_correction, find_suggestion
 from verne_post.cli.lsp.inspector import Inspected, Inspector
 from verne_post.cli.lsp.places import cut_file, find_range, split_lines
@@ -22,6 +22,8 @@ from verne_post.config.toml_entries import Change, Edit, UnknownLayoutError, fin
 from verne_post.model.findings import Finding, Remedy
 from verne_post.model.verdict import count_findings, is_about_text
 
+#: Of VP050: the line of the tool change after which nothing starts the spindle.
+_OF_CHANGE: Final = re.compile(r"nothing starts it after the change to .* in line (\d+)$")
 #: A word for a place of the tip.
 _PLACE: Final = re.compile(r"(?<![A-Za-z_#])[XYZ][ \t]*=?[ \t]*[-+]?[\d.]+", re.IGNORECASE)
 #: What stands in a new line of a file until it is filled in: a wrong value, whose message says what is right.
@@ -164,7 +166,9 @@ def _find_setup(inspector: Inspector, path: Path) -> Path | None:
 def _propose_fixes(found: Inspected, item: Finding, setup: Path | None, texts: Mapping[Path, str]) -> Iterator[Fix]:
     """Edits that may settle a finding."""
     program = found.made.program
-    for remedy in (*item.edits, *(() if program is None else list_ends(program, item))):
+    told = {(one.line, one.word) for one in item.edits}
+    ends = () if program is None else (one for one in list_ends(program, item) if (one.line, one.word) not in told)
+    for remedy in (*item.edits, *ends):
         fix = _change_word(found, remedy) if remedy.line else _change_setup(setup, remedy, texts)
         if fix is not None:
             yield fix
@@ -187,11 +191,28 @@ def _propose_fixes(found: Inspected, item: Finding, setup: Path | None, texts: M
         if name is not None:
             begin += name.start()
             yield Fix(f"Write {near} in place of {name[0]}", found.path, text, begin, begin + len(name[0]), near)
+    if item.code == "VP050" and item.line:
+        yield from _start_spindle(found, item.line, item.message)
     if item.code == "VP036" and item.line:
         yield from _name_angles(found, item)
     if item.code == "VP006" and item.column is not None:
         begin, end = _find_span(item, text)
         yield Fix(f"Remove {text[begin:end].strip()}", found.path, text, begin, end, "")
+
+
+def _start_spindle(found: Inspected, cut: int, message: str) -> Iterator[Fix]:
+    """M3 after the S of the tool that was changed; before the cut where S of an earlier tool holds."""
+    lines, change = split_lines(found.text), _OF_CHANGE.search(message)
+    speeds = [(number, word) for number, line in enumerate(lines[:cut]) if (word := find_word(line, "S"))]
+    if change is None or not speeds:
+        return
+    number, word = speeds[-1]
+    if number + 1 >= int(change[1]):
+        at, new = _find_offset(found.text, number) + word.end(), " M3"
+        yield Fix(f"Write M3 after {word[0]} in line {number + 1}", found.path, found.text, at, at, new)
+    else:
+        at = _find_offset(found.text, cut - 1)
+        yield Fix(f"Write M3 before line {cut}", found.path, found.text, at, at, "M3\n")
 
 
 def _name_angles(found: Inspected, item: Finding) -> Iterator[Fix]:

@@ -12,7 +12,7 @@ import click
 import numpy as np
 from msgspec import Struct, field
 
-from verne_post.app.assemble import find_state_if_executed
+from verne_post.app.assemble import build_interpreter_setup, find_state_if_executed
 from verne_post.app.convert import Inspection, check_and_keep
 from verne_post.app.explain import look_at_line
 from verne_post.app.explain_line import describe_modes, describe_pose
@@ -31,6 +31,8 @@ from verne_post.cli.programs import is_setup
 from verne_post.config import load_machine, validate_machine
 from verne_post.config.settings import FILE_NAME, PROJECT_FILE, load_settings
 from verne_post.gcode.dialects import choose_dialect_name
+from verne_post.gcode.known_words import find_words_of
+from verne_post.gcode.read import find_state_past_errors
 from verne_post.model.findings import Finding, InputError, UsageError, make_finding
 from verne_post.model.machine import Machine
 from verne_post.model.options import Options
@@ -209,21 +211,43 @@ class Inspector:
             (int(facts.line[long]), f"takes longest: {facts.seconds[long]:.3f} s"),
         ]
 
-    def describe_line(self, found: Inspected, line: int) -> str | None:
-        """Time, feed, and pose of a 1-based line; of one without motion what is in force after it."""
-        program = found.made.program
-        if program is None:
+    def describe_line(self, found: Inspected, line: int, column: int) -> str | None:
+        """What the word at a 1-based line and 0-based column does, then what there is to say of the line.
+
+        That is time, feed and pose; of a line without motion, or of a refused program, what is in force after it.
+        """
+        text = split_lines(found.text)[line - 1]
+        dialect = self.find_dialect(found.path, found.text) if found.options is None else found.options.dialect
+        words = find_words_of(text, choose_dialect_name(dialect, found.text.encode(), found.path.name))
+        said = [f"**{word.name}**: {word.text}" for word in words if word.begin <= column < word.end]
+        said += [_describe_pose(found, line) or self._describe_state(found, line, text) or ""]
+        return "\n\n".join(filter(None, said)) or None
+
+    def _describe_state(self, found: Inspected, line: int, text: str) -> str | None:
+        """What is in force after a line; None for one without words, and where nothing leads to it."""
+        machine, options, program = found.machine, found.options, found.made.program
+        if not remove_remarks(text).strip(" \t%") or machine is None or options is None:
             return None
         try:
-            shown = look_at_line(found.source, program, line)
-        except UsageError:
-            code = remove_remarks(split_lines(found.text)[line - 1])
-            state = find_state_if_executed(found.source, program, line) if code.strip(" \t%") else None
-            return None if state is None else describe_modes(state)
+            if program is None:
+                state = find_state_past_errors(found.source, build_interpreter_setup(machine, options), line)
+            else:
+                state = find_state_if_executed(found.source, program, line)
         except InputError:
             return None
-        pose = "\n".join(describe_pose(shown))
-        return f"{_describe_time(found.made.plan, found.measure(), line)}\n\n```text\n{pose}\n```"
+        return None if state is None else describe_modes(state, machine)
+
+
+def _describe_pose(found: Inspected, line: int) -> str | None:
+    """Time, feed and pose of a 1-based line; None without motion, and of a program that cannot be read."""
+    if found.made.program is None:
+        return None
+    try:
+        shown = look_at_line(found.source, found.made.program, line)
+    except (UsageError, InputError):
+        return None
+    pose = "\n".join(describe_pose(shown))
+    return f"{_describe_time(found.made.plan, found.measure(), line)}\n\n```text\n{pose}\n```"
 
 
 def _name_files(findings: Iterable[Finding]) -> tuple[Finding, ...]:

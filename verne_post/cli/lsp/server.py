@@ -280,11 +280,13 @@ class Session:
     # --- what an editor asks -------------------------------------------------------------------------
 
     async def show_line(self, asked: lsp.HoverParams) -> lsp.Hover | None:
-        """Time, feed and pose of a line."""
+        """The word under the cursor; time, feed and pose of its line."""
         found = await self.find_newest(asked.text_document.uri)
-        if found is None:
+        lines = [] if found is None else split_lines(found.text)
+        if asked.position.line >= len(lines):
             return None
-        text = await self.work(self.inspector.describe_line, found, asked.position.line + 1)
+        place = self.server.workspace.position_codec.position_from_client_units(lines, asked.position)
+        text = await self.work(self.inspector.describe_line, found, place.line + 1, place.character)
         return None if text is None else lsp.Hover(lsp.MarkupContent(lsp.MarkupKind.Markdown, text))
 
     async def show_notes(self, asked: lsp.CodeLensParams) -> list[lsp.CodeLens]:

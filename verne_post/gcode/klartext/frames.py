@@ -94,11 +94,10 @@ class KlartextFrames:
 
     def refresh_frame(self) -> None:
         """Put the maps that are in force into the frame; the machine stands still."""
-        whole = self.maps.map()
-        if not self.modes.tcp and self.maps.tilt is None:
-            whole = self.map_with_table(self.state.position).put_inside(whole)
-        parts = split(whole)
-        self.core.frames.set_frame(replace(self.state.frame, feature=parts.rigid.feature))
+        parts = split(self.maps.map())
+        is_beside = not self.modes.tcp and self.maps.tilt is None
+        table = self.map_with_table(self.state.position) if is_beside else Affine()
+        self.core.frames.set_frame(replace(self.state.frame, feature=table.lay(parts.rigid)))
         self.factors = parts.scale
 
     def map_with_table(self, program: list[float]) -> Affine:

@@ -57,4 +57,5 @@ def build_plane_of_arc(arc: SpatialArc, feature: Feature | None) -> Feature:
     if feature is not None:
         origin, rotation = feature.map_outside(origin), feature.turn_outside(rotation.T).T
     x, y, z = (float(value) for value in origin)
-    return Feature((x, y, z), tuple(float(value) for value in rotation.ravel()))
+    asked_for = feature is not None and feature.is_programmed
+    return Feature((x, y, z), tuple(float(value) for value in rotation.ravel()), asked_for)

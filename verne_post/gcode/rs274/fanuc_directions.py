@@ -6,7 +6,7 @@ from typing import Final
 import numpy as np
 from msgspec.structs import replace
 
-from verne_post.gcode.affine import find_table_map
+from verne_post.gcode.affine import Affine, find_table_map
 from verne_post.gcode.block import Block
 from verne_post.gcode.machining.machining import Machining
 from verne_post.gcode.machining.turning import move_machine_axes
@@ -71,7 +71,7 @@ class MachineDirections:
 
     def _find_feature(self, place: Sequence[float]) -> Feature | None:
         bare = self.state.frame if self.modes.turns else replace(self.state.frame, feature=None)
-        return find_table_map(self.setup.coordinates, bare, place).feature
+        return find_table_map(self.setup.coordinates, bare, place).lay(Affine())
 
     def turn(self, block: Block, kind: MoveKind, axes: list[int]) -> None:
         """A move that names rotary axes: the axes of the machine go there; those that it does not name stand.

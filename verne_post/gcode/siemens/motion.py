@@ -117,7 +117,7 @@ class SiemensMotion:
         plane = self._split.rigid
         if self.follows_part:
             return plane.feature
-        return find_table_map(self.setup.coordinates, base, position).put_inside(plane).feature
+        return find_table_map(self.setup.coordinates, base, position).lay(plane)
 
     @property
     def follows_part(self) -> bool:
