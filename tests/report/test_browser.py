@@ -413,8 +413,8 @@ def test_paper_has_the_whole_set_up_sheet(browser: Any, show: Callable[..., Any]
         assert tops == sorted(tops)
         boxes = js(
             browser,
-            "[...document.querySelectorAll('#findings li, #places li, #sheet-parts > div, canvas, #code-lines "
-            "div')].map(e => [e.getBoundingClientRect().toJSON(), e.width / e.height || 0])",
+            "[...document.querySelectorAll('#findings li:not(.also), #places li, #sheet-parts > div, canvas, "
+            "#code-lines div')].map(e => [e.getBoundingClientRect().toJSON(), e.width / e.height || 0])",
         )
         assert len(boxes) > 25
         # charts of many lanes have the paper's width, and others stand side by side: no row is half empty
@@ -902,6 +902,15 @@ def test_a_refused_program_opens_on_the_cause(browser: Any, show: Callable[..., 
     """Errors of limits follow from a wrong unit: its line is shown first. Else the first error is."""
     current = "document.querySelector('#code [aria-current=true]').textContent"
     show("inches")
+    causes = js(browser, "document.querySelectorAll('#findings li:not(.also)').length")
+    others = (
+        "[...document.querySelectorAll('#findings .printed')].filter(e => e.checkVisibility()).map(e => e.innerText)"
+    )
+    assert js(browser, others) == []
+    with on_paper(browser):  # all causes are printed, and where else in one sentence
+        shown = js(browser, "[...document.querySelectorAll('#findings li')].filter(e => e.checkVisibility()).length")
+        assert shown == causes > 1
+        assert any(re.match(r"also .*lines? \d+", text) for text in js(browser, others))
     assert browser.find_element("css selector", "#findings li").text.startswith("line 1: VP505")
     assert js(browser, current) == "1 G20 G90"
     data = show("travel")

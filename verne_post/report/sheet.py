@@ -72,7 +72,7 @@ def write_sheet_html(program: str, source: Text, machine: Machine, study: Study)
         ),
         _write_titled_table(
             "Actions of the operator",
-            ("line", "time", "what"),
+            ("line", "time, s", "what"),
             _list_actions(study, remarks),
             note=f"The file is cut into {parts_of_file} parts." if parts_of_file > 1 else "",
         ),
@@ -213,7 +213,7 @@ def _list_actions(study: Study, remarks: Mapping[int, str]) -> list[Row]:
     cycle = program.cycle
 
     def describe_time(event: Event) -> str:
-        return f"{rows[id(event)] * cycle:.3f} s" if id(event) in rows else ""
+        return f"{rows[id(event)] * cycle:.3f}" if id(event) in rows else ""
 
     def describe_action(event: Event) -> str:
         if event.kind != "tool":

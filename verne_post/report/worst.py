@@ -46,7 +46,8 @@ class Place(Struct, frozen=True):
 def write_findings_html(program: str, source: Text, study: Study) -> str:
     """The list of findings, one for each cause, with what helps.
 
-    Each entry has the frame that a click leads to, or the line where the program does not move.
+    Each entry has the frame that a click leads to, or the line where the program does not move. The other places of a
+    cause are entries of their own; paper has no clicks, and one sentence for them.
     """
     if not study.findings:
         return "<li>no findings</li>"
@@ -54,7 +55,8 @@ def write_findings_html(program: str, source: Text, study: Study) -> str:
     for cause in find_causes(study.findings):
         item = cause.first
         helps = "".join(f"<small>{escape_text(remedy)}</small>" for remedy in list_remedies(item, program))
-        text = escape_text(describe_place(item)) + _quote_line(item, source) + helps
+        others = f"<small class=printed>also {escape_text(cause.describe_others())}</small>" if cause.others else ""
+        text = escape_text(describe_place(item)) + _quote_line(item, source) + others + helps
         also = [escape_text(f"also {describe_other(other)}") for other in cause.others]
         kinds = [item.severity] + [f"{item.severity} also"] * len(also)
         for kind, shown, index in zip(kinds, [text, *also], cause.indices, strict=True):
