@@ -322,8 +322,8 @@ def test_a_tool_length_that_becomes_active_is_no_motion(client: Client, tmp_path
 
 
 def test_what_has_one_cause_is_one_diagnostic(client: Client, tmp_path: Path, run: Callable[..., Any]) -> None:
-    """As in the text of `check`: a program in inches breaks each limit in many places, which lead to their lines."""
-    text = "G20 G90 G94 G17 G54\nG0 X0 Y0 Z8 A0 C0\nG1 Z7 F50\nX40\nY40\nX-40\nY-40\nX0\nM30\n"
+    """As in the text of `check`: too large a part breaks each limit in many places, which lead to their lines."""
+    text = "G21 G90 G94 G17 G54\nG0 X0 Y0 Z203 A0 C0\nG1 Z178 F1270\nX1016\nY1016\nX-1016\nY-1016\nX0\nM30\n"
     path = make_program(tmp_path, text)
     uri = client.open(path)
     shown = client.diagnostics(uri)["diagnostics"]
