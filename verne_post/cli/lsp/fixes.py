@@ -22,10 +22,10 @@ from verne_post.config.toml_entries import Change, Edit, UnknownLayoutError, fin
 from verne_post.model.findings import Finding, Remedy
 from verne_post.model.verdict import count_findings, is_about_text
 
-#: Of VP050: the line of the tool change after which nothing starts the spindle.
-_OF_CHANGE: Final = re.compile(r"nothing starts it after the change to .* in line (\d+)$")
 #: A word for a place of the tip.
 _PLACE: Final = re.compile(r"(?<![A-Za-z_#])[XYZ][ \t]*=?[ \t]*[-+]?[\d.]+", re.IGNORECASE)
+#: Of VP050: the line of the tool change after which nothing starts the spindle.
+_OF_CHANGE: Final = re.compile(r"nothing starts it after the change to .* in line (\d+)$")
 #: What stands in a new line of a file until it is filled in: a wrong value, whose message says what is right.
 _TO_FILL_IN: Final = '"measure"'
 #: What stands for what nobody has said, by the table of the set-up.
@@ -191,13 +191,13 @@ def _propose_fixes(found: Inspected, item: Finding, setup: Path | None, texts: M
         if name is not None:
             begin += name.start()
             yield Fix(f"Write {near} in place of {name[0]}", found.path, text, begin, begin + len(name[0]), near)
-    if item.code == "VP050" and item.line:
-        yield from _start_spindle(found, item.line, item.message)
     if item.code == "VP036" and item.line:
         yield from _name_angles(found, item)
     if item.code == "VP006" and item.column is not None:
         begin, end = _find_span(item, text)
         yield Fix(f"Remove {text[begin:end].strip()}", found.path, text, begin, end, "")
+    if item.code == "VP050" and item.line:
+        yield from _start_spindle(found, item.line, item.message)
 
 
 def _start_spindle(found: Inspected, cut: int, message: str) -> Iterator[Fix]:

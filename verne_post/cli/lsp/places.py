@@ -89,14 +89,12 @@ def find_range(item: Finding, lines: Sequence[str]) -> lsp.Range:
 
 
 def make_diagnostic(
-    cause: Cause, lines: Sequence[str], page: str | None, uri: str | None, convert: Callable[[lsp.Range], lsp.Range]
+    cause: Cause, lines: Sequence[str], uri: str | None, convert: Callable[[lsp.Range], lsp.Range]
 ) -> lsp.Diagnostic:
     """What has one cause, as editors show it: at the first place, with the others as related information.
 
     Parameters
     ----------
-    page : str or None
-        The address of its code's page.
     uri : str or None
         Of the program, to which the others lead; None for an editor that shows no related information.
     convert : callable
@@ -122,5 +120,4 @@ def make_diagnostic(
         severity=_SEVERITY[item.severity],
         code=item.code,
         source="verne-post",
-        code_description=lsp.CodeDescription(page) if page else None,
     )

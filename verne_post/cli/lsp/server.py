@@ -5,8 +5,8 @@ Newer text of a program supersedes the check of an older one, which ends at its 
 
 import asyncio
 import logging
+import re
 import sys
-import tempfile
 import threading
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -20,6 +20,7 @@ from lsprotocol import types as lsp
 from pygls.exceptions import FeatureRequestError
 from pygls.lsp.server import LanguageServer
 from pygls.uris import from_fs_path, to_fs_path
+from pygls.workspace import TextDocument
 
 from verne_post import __version__
 from verne_post.cli.lsp.completion import complete_key, complete_word, make_item
@@ -27,18 +28,17 @@ from verne_post.cli.lsp.fixes import Fix, find_file_fixes, find_fixes
 from verne_post.cli.lsp.inspector import Inspected, Inspector, SupersededError
 from verne_post.cli.lsp.places import find_range, make_diagnostic, split_lines
 from verne_post.cli.programs import is_setup
-from verne_post.cli.temporary import make_temporary_folder
 from verne_post.config.toml_entries import find_place
-from verne_post.model.codes import CODES
 from verne_post.model.findings import Finding
 from verne_post.output.causes import find_causes
-from verne_post.output.code_pages import make_markdown
 
 _Answer = TypeVar("_Answer")
 #: Endings of texts that programs read, and that are no programs.
 _READ_BY_PROGRAMS: Final = (".toml", ".tbl", ".csv", ".json", ".var")
 #: The folder where the server was started: the current one is that of the program that is checked.
 _START: Final = Path.cwd()
+#: A line with its end, as the protocol has it.
+_LINE: Final = re.compile(r"[^\r\n]*(?:\r\n|\r|\n)|[^\r\n]+")
 
 
 class _Log(logging.Handler):
@@ -58,11 +58,20 @@ class _Server(LanguageServer):
             logging.getLogger("pygls").warning("%s", error)
 
 
+class _Document(TextDocument):
+    """A text that is changed in parts: lines end as editors count them, and none ends at a form feed."""
+
+    @property
+    def lines(self) -> Sequence[str]:
+        """Lines with their ends."""
+        return _LINE.findall(self.source)
+
+
 class Session:
     """The programs that are open in an editor, and the newest check of each."""
 
-    def __init__(self, server: LanguageServer, given: dict[str, Any], pages: Path) -> None:
-        self.server, self.inspector, self.pages = server, Inspector(given), pages
+    def __init__(self, server: LanguageServer, given: dict[str, Any]) -> None:
+        self.server, self.inspector = server, Inspector(given)
         self.worker = ThreadPoolExecutor(1)
         self.tasks: set[asyncio.Task[None]] = set()  # the loop alone would let them go
         self.checks: dict[str, tuple[asyncio.Task[Inspected | None], threading.Event]] = {}
@@ -157,10 +166,7 @@ class Session:
         published = capabilities.publish_diagnostics if capabilities else None
         related = uri if published and published.related_information else None
         convert = partial(self.server.workspace.position_codec.range_to_client_units, lines)
-        return [
-            make_diagnostic(cause, lines, self._address_page(cause.first.code), related, convert)
-            for cause in find_causes(findings)
-        ]
+        return [make_diagnostic(cause, lines, related, convert) for cause in find_causes(findings)]
 
     def _show_mistakes_of_files(self, uri: str, findings: Sequence[Finding]) -> None:
         """Show what is wrong in set-ups and other files of a program in these files, and clear what was wrong before.
@@ -213,22 +219,15 @@ class Session:
                 return found
         return None
 
-    def _address_page(self, code: str) -> str | None:
-        """The address of the page of a code, for editors that show it."""
-        capabilities = self.server.client_capabilities.text_document
-        diagnostics = capabilities.publish_diagnostics if capabilities else None
-        if not diagnostics or not diagnostics.code_description_support:
-            return None
-        if not any(self.pages.iterdir()):
-            for known in CODES:
-                (self.pages / f"{known}.md").write_text(make_markdown(known, "[{0}]({0}.md)"), "utf-8", newline="\n")
-        return from_fs_path(str(self.pages / f"{code}.md"))
-
     # --- what an editor tells ------------------------------------------------------------------------
 
-    async def open_text(self, told: lsp.DidOpenTextDocumentParams) -> None:
-        """A text is shown: programs are checked."""
-        self._read_again(told.text_document.uri)
+    def open_text(self, told: lsp.DidOpenTextDocumentParams) -> None:
+        """A text is shown: programs are checked. It is no coroutine: a change may follow at once."""
+        texts, uri = self.server.workspace.text_documents, told.text_document.uri
+        for key in (key for key, text in texts.items() if text.uri == uri):
+            codec = self.server.workspace.position_codec
+            texts[key] = _Document(uri, texts[key].source, texts[key].version, position_codec=codec)
+        self._read_again(uri)
 
     async def change_text(self, told: lsp.DidChangeTextDocumentParams) -> None:
         """A text is typed."""
@@ -454,27 +453,25 @@ def serve(given: dict[str, Any], output: Any) -> None:
     log = logging.getLogger("pygls")
     log.addHandler(_Log(logging.WARNING))
     log.propagate = False
-    # whole texts: changes of parts count lines as editors do, which end none at a form feed
-    server = _Server("verne-post", __version__, lsp.TextDocumentSyncKind.Full)
-    with make_temporary_folder(Path(tempfile.gettempdir())) as pages:
-        session = Session(server, given, pages)
-        for name, function in (
-            (lsp.INITIALIZED, session.watch_files),
-            (lsp.TEXT_DOCUMENT_DID_OPEN, session.open_text),
-            (lsp.TEXT_DOCUMENT_DID_CHANGE, session.change_text),
-            (lsp.TEXT_DOCUMENT_DID_SAVE, session.save_text),
-            (lsp.TEXT_DOCUMENT_DID_CLOSE, session.close_text),
-            (lsp.WORKSPACE_DID_CHANGE_WATCHED_FILES, session.change_files),
-            (lsp.TEXT_DOCUMENT_HOVER, session.show_line),
-            (lsp.TEXT_DOCUMENT_CODE_ACTION, session.list_fixes),
-            (lsp.TEXT_DOCUMENT_CODE_LENS, session.show_notes),
-            (lsp.TEXT_DOCUMENT_DOCUMENT_SYMBOL, session.list_symbols),
-            (lsp.TEXT_DOCUMENT_DEFINITION, session.find_definition),
-            (lsp.TEXT_DOCUMENT_COMPLETION, session.complete),
-        ):
-            server.feature(name)(partial(function))  # the protocol notes its name on what it is given
-        with suppress(SystemExit):
-            server.start_io(stdout=output)
-        for uri in list(session.checks):
-            session.end_check(uri)
-        session.worker.shutdown(cancel_futures=True)
+    server = _Server("verne-post", __version__)
+    session = Session(server, given)
+    for name, function in (
+        (lsp.INITIALIZED, session.watch_files),
+        (lsp.TEXT_DOCUMENT_DID_OPEN, session.open_text),
+        (lsp.TEXT_DOCUMENT_DID_CHANGE, session.change_text),
+        (lsp.TEXT_DOCUMENT_DID_SAVE, session.save_text),
+        (lsp.TEXT_DOCUMENT_DID_CLOSE, session.close_text),
+        (lsp.WORKSPACE_DID_CHANGE_WATCHED_FILES, session.change_files),
+        (lsp.TEXT_DOCUMENT_HOVER, session.show_line),
+        (lsp.TEXT_DOCUMENT_CODE_ACTION, session.list_fixes),
+        (lsp.TEXT_DOCUMENT_CODE_LENS, session.show_notes),
+        (lsp.TEXT_DOCUMENT_DOCUMENT_SYMBOL, session.list_symbols),
+        (lsp.TEXT_DOCUMENT_DEFINITION, session.find_definition),
+        (lsp.TEXT_DOCUMENT_COMPLETION, session.complete),
+    ):
+        server.feature(name)(partial(function))  # the protocol notes its name on what it is given
+    with suppress(SystemExit):
+        server.start_io(stdout=output)
+    for uri in list(session.checks):
+        session.end_check(uri)
+    session.worker.shutdown(cancel_futures=True)
