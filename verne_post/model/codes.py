@@ -97,7 +97,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "error",
         "The program names an axis that this machine does not have.",
         "Post the program for the rotary axes of the machine, A and C on a tilting table. Or post it with tool "
-        "axes (G43.5, APT), which name no rotary axis.",
+        "axes (G43.5, APT), which name no rotary axis. Or give --machine a machine that has the axes of the program, "
+        "such as ac_trunnion, bc_trunnion or ab_table.",
     ),
     (
         "VP012",
