@@ -492,3 +492,18 @@ M30
     assert all(item.code in ("VP042", "VP016") for item in found), found
     assert [(item.severity, item.line) for item in found if item.code == "VP042"] == [("warning", line)][: bool(line)]
     assert all("tilted by 20 deg" in item.message for item in found if item.code == "VP042")
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "line"),
+    [
+        ("a.nc", "G21 G90 G49\nG53 G0 Z500\nG0 A0 C0\nG54 X0 Y0 Z50\nS900 M3\nG1 Z40 F500\nM2\n", 4),
+        ("a.nc", "G21 G90 G49\nG0 X0 Y0 Z50 A0 C0\nS900 M3\nG1 Z40 F500\nG54 X5\nM2\n", 4),  # it cuts before
+        ("a.mpf", "; A\nG710 G90 G17\nSUPA G0 Z500 D0\nG54\nG0 X0 Y0 Z50 A0 C0\nS900 M3\nG1 Z40 F500\nM30\n", 4),
+    ],
+)
+def test_a_retract_before_g54_does_not_take_its_place(tmp_path: Path, name: str, text: str, line: int) -> None:
+    """G54 without a place was told at the retract before it, or in line 1."""
+    (tmp_path / name).write_text(text)
+    found = vp.check(tmp_path / name, "verne", vp.Options(tool_length=80.0)).findings
+    assert [item.line for item in found if item.code == "VP033"] == [line]
