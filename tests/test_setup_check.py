@@ -507,3 +507,13 @@ def test_a_retract_before_g54_does_not_take_its_place(tmp_path: Path, name: str,
     (tmp_path / name).write_text(text)
     found = vp.check(tmp_path / name, "verne", vp.Options(tool_length=80.0)).findings
     assert [item.line for item in found if item.code == "VP033"] == [line]
+
+
+def test_an_angle_that_a_later_line_gives_is_one_cause() -> None:
+    """Cuts before A was named had two warnings: VP036, and VP037 about the angle that VP036 is about."""
+    plane = "G68.2 X0. Y0. Z0. I0. J20. K0.\nG53.1\nG0 X0. Y0.\nG1 Z20. F500.\nG0 Z40.\nG69\n{}M30\n"
+    program = "O1\nG21 G90 G94\nT1 M6\nS5000 M3\nG0 X0. Y0.\nG43 H1 Z90.\nG1 Z85. F500.\nX10.\nG0 Z95.\n" + plane
+    options = vp.Options(tools=TOOLS, wcs={"G54": (0, 0, 100)}, dialect="fanuc", split_at_stops=True)
+    for more, expected in (("", [("VP036", 7)]), ("G0 Z90.\nG1 X9.\n", [("VP036", 7), ("VP037", 17)])):
+        found = vp.check(program.format(more), "verne", options).findings
+        assert [(item.code, item.line) for item in found if item.code in ("VP036", "VP037")] == expected
