@@ -29,7 +29,7 @@ CODES: Final[dict[str, Code]] = _make_table(
         "error",
         "The block does not consist of words of its language. A word of G-code is a letter and a number.",
         "Correct the characters at the column of the message. In G-code, write a letter and a number; write comments "
-        "in ( ) on one line, or after a ;.",
+        "in ( ) on one line, or after a ;. In Klartext, write comments after a ;.",
     ),
     (
         "VP002",
