@@ -492,3 +492,28 @@ M30
     assert all(item.code in ("VP042", "VP016") for item in found), found
     assert [(item.severity, item.line) for item in found if item.code == "VP042"] == [("warning", line)][: bool(line)]
     assert all("tilted by 20 deg" in item.message for item in found if item.code == "VP042")
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "line"),
+    [
+        ("a.nc", "G21 G90 G49\nG53 G0 Z500\nG0 A0 C0\nG54 X0 Y0 Z50\nS900 M3\nG1 Z40 F500\nM2\n", 4),
+        ("a.nc", "G21 G90 G49\nG0 X0 Y0 Z50 A0 C0\nS900 M3\nG1 Z40 F500\nG54 X5\nM2\n", 4),  # it cuts before
+        ("a.mpf", "; A\nG710 G90 G17\nSUPA G0 Z500 D0\nG54\nG0 X0 Y0 Z50 A0 C0\nS900 M3\nG1 Z40 F500\nM30\n", 4),
+    ],
+)
+def test_a_retract_before_g54_does_not_take_its_place(tmp_path: Path, name: str, text: str, line: int) -> None:
+    """G54 without a place was told at the retract before it, or in line 1."""
+    (tmp_path / name).write_text(text)
+    found = vp.check(tmp_path / name, "verne", vp.Options(tool_length=80.0)).findings
+    assert [item.line for item in found if item.code == "VP033"] == [line]
+
+
+def test_an_angle_that_a_later_line_gives_is_one_cause() -> None:
+    """Cuts before A was named had two warnings: VP036, and VP037 about the angle that VP036 is about."""
+    plane = "G68.2 X0. Y0. Z0. I0. J20. K0.\nG53.1\nG0 X0. Y0.\nG1 Z20. F500.\nG0 Z40.\nG69\n{}M30\n"
+    program = "O1\nG21 G90 G94\nT1 M6\nS5000 M3\nG0 X0. Y0.\nG43 H1 Z90.\nG1 Z85. F500.\nX10.\nG0 Z95.\n" + plane
+    options = vp.Options(tools=TOOLS, wcs={"G54": (0, 0, 100)}, dialect="fanuc", split_at_stops=True)
+    for more, expected in (("", [("VP036", 7)]), ("G0 Z90.\nG1 X9.\n", [("VP036", 7), ("VP037", 17)])):
+        found = vp.check(program.format(more), "verne", options).findings
+        assert [(item.code, item.line) for item in found if item.code in ("VP036", "VP037")] == expected

@@ -91,7 +91,7 @@ def test_a_module_in_metres_is_named_before_what_follows_from_it(
         ),
         (
             {"tool_length": 0.08},
-            "tool_length: 0.08 mm is below 2 mm, which no tool has; if m were meant, write it as 80 mm",
+            "tool_length: 0.08 mm is below 5 mm, which no tool has; if m were meant, write it as 80 mm",
         ),
         (
             {"wcs": {"G54": (0.0, 0.0, 0.06)}},

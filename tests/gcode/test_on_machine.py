@@ -252,6 +252,34 @@ def test_a_tilt_of_the_start_is_explained_by_the_line_that_names_a_first(machine
     assert "named first" not in str(caught.value)
 
 
+def test_a_tilt_of_the_start_is_explained_in_a_subprogram_too(machine):
+    """The holes of a label behind the end of the program said nothing of the line that tilts the start."""
+    program = (
+        "BEGIN PGM T MM\nTOOL CALL 1 Z S900 F300\nL X+9 Y+9 Z+200 R0 FMAX M3\n"
+        "CYCL DEF 200 D Q200=2 Q201=-5 Q206=100 Q202=5 Q210=0 Q203=0 Q204=20 Q211=0\nCALL LBL 1\n{}\nSTOP M30\n"
+        "LBL 1\nL X+5 FMAX M99\nLBL 0\nEND PGM T MM\n"
+    )
+    options = Options(dialect="heidenhain", tools=TOOLS, split_at_stops=True)
+    with pytest.raises(
+        InputError, match="A is named first in line 6, so the program starts with A 30: name A and C bef"
+    ):
+        assemble(program.format("L A+30 C+0 R0 FMAX").encode(), machine, options)
+    assemble(program.format("L A+0 C+0 R0 FMAX").encode(), machine, options)
+
+
+def test_what_follows_from_an_unknown_radius_is_no_error_of_its_own(machine):
+    """After APPR without a radius DEP was told to lack RL; the tool, called by its name, had a number."""
+    program = (
+        'BEGIN PGM T MM\nTOOL CALL "D10" Z S900 F300\nL X+60 Y-20 Z+200 A+0 C+0 R0 FMAX M3\n'
+        "APPR LCT X+30 Y-20 R3 RL F500\nL X+30 Y+20\nL X-30 Y+20\nDEP LCT X-60 Y+30 R3\nM30\nEND PGM T MM\n"
+    )
+    with pytest.raises(InputError) as caught:
+        assemble(program.encode(), machine, Options(dialect="heidenhain", tool_length=80.0))
+    (item,) = (one for one in caught.value.findings if one.severity == "error")
+    assert (item.code, item.line) == ("VP012", 4)
+    assert item.message.startswith('the radius of tool "D10" is not known')
+
+
 def test_the_remedies_are_named(machine):
     with pytest.raises(InputError, match=r"--tool-table.*--tool-length.*G49"):
         assemble((HERE + "G1 X2 F100\nM2").encode(), machine, Options())

@@ -3,6 +3,7 @@
 import json
 import random
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -49,6 +50,16 @@ def test_joints_in_the_same_lines_are_one_cause_and_others_are_not() -> None:
     assert name_groups(found) == [[0, 1, 3], [2], [4], [5], [6]]
     others = "rho2 by 30.000000 mm in lines 9 to 12; rho1 by 5.000000 mm in line 50"
     assert find_causes(found)[0].describe_others() == others
+
+
+def test_the_drop_of_a_rod_is_not_the_travel_of_its_slider() -> None:
+    """Both were told as "rho1", with other numbers."""
+    head = make_finding("VP110", "out of reach", line=3, last_line=9, severity="error")
+    drop = break_limit("rho1", 30.0, 4, 4, code="VP202")
+    drop = replace(drop, message=drop.message.replace("rho1", "vertical drop of a rod (rho1)"))
+    [cause] = find_causes([head, break_limit("rho1", 40.0, 5, 5), drop])
+    others = ("vertical drop of a rod (rho1) by 20.000000 mm in line 4", "rho1 by 10.000000 mm in line 5")
+    assert sorted(cause.describe_others().split("; ")) == sorted(others)
 
 
 def test_what_only_a_rotary_axis_beyond_its_travel_breaks_belongs_to_it() -> None:

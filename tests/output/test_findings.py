@@ -10,6 +10,7 @@ from xml.etree import ElementTree
 
 import pytest
 
+import verne_post as vp
 from verne_post.model.codes import CODES
 from verne_post.model.findings import make_finding
 from verne_post.model.verdict import is_about_text
@@ -243,3 +244,11 @@ def test_json_tells_bad_command_lines_from_bad_programs(words, verdict, tmp_path
     place = data["failure"] if words else data["programs"][0]
     assert place["verdict"] == verdict
     assert bool(data["programs"]) != bool(words)
+
+
+@pytest.mark.parametrize("letters", ["AC", "BC", "AB"])
+def test_the_remedy_of_a_missing_axis_names_machines_that_have_it(letters: str) -> None:
+    """It was to post the program again, though a machine with B was shipped."""
+    named = [f"{a}{b}_{kind}".lower() for a, b in [letters] for kind in ("trunnion", "table")]
+    (name,) = [one for one in named if one in CODES["VP011"].remedy]
+    assert set(letters) <= set(vp.load_machine(name).coordinates.axes)

@@ -34,6 +34,8 @@ from verne_post.model.toolpath import SegmentKind, ToolPath
 from verne_post.model.verdict import find_worst
 from verne_post.model.work_systems import find_placer
 
+#: Of VP036: the line that names an angle.
+_NAMING: Final = re.compile(r"where line (\d+) puts it")
 #: Of VP049: the number of D.
 _CUTTER: Final = re.compile(r"the diameter number (\d+),")
 
@@ -309,6 +311,7 @@ def _check_directions(moves: Moves, path: ToolPath, machine: Machine) -> list[Fi
     if moves.tcp_changes == (0,):
         return []
     first, is_turning, (tilt, turn) = -1, False, machine.coordinates.rotary
+    named_move = _find_naming_move(moves)
     for begin, end in iterate_blocks(len(path)):
         start, finish, move = path.start[begin:end], path.end[begin:end], path.move[begin:end]
         travel = np.linalg.norm(finish[:, :3] - start[:, :3], axis=1)
@@ -317,6 +320,7 @@ def _check_directions(moves: Moves, path: ToolPath, machine: Machine) -> list[Fi
             (path.feed_time[begin:end] > 0)
             & (move >= 0)
             & ~moves.find_said_tcp(move)
+            & (move >= named_move)
             & (moves.kind[move] != MoveKind.TURN)  # the axes of the machine go there, as on a control
             & ((travel > ZERO_LENGTH_MM) | (path.kind[begin:end] != SegmentKind.LINE))
         )
@@ -377,6 +381,13 @@ def _check_planes(moves: Moves, path: ToolPath) -> Iterator[Finding]:
                 "write G53.1 after G68.2, or A and C"
             )
             yield make_finding("VP042", text, line=line, last_line=line, worst_line=line)
+
+
+def _find_naming_move(moves: Moves) -> int:
+    """The move that names A or C first where cuts before it have that angle, as VP036 says; else 0."""
+    found = next((_NAMING.search(item.message) for item in moves.findings if item.code == "VP036"), None)
+    at = np.flatnonzero(moves.line == int(found[1])) if found else np.empty(0, int)
+    return int(at[0]) if len(at) else 0
 
 
 class _Plane(Struct):

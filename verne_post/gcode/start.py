@@ -176,11 +176,12 @@ class _Opening:
         ):
             return item
         opening = int(opening_run.recorder.freeze(start, opening_run.state.frame, {}).line[-1])
-        if item.line >= opening:
+        is_called = item.line >= opening  # a subprogram behind, which the opening lines call
+        if is_called and "the tool points along" not in item.message:
             return item
         letter = AXES[tilt]
         why = (
             f"; {letter} is named first in line {opening}, so the program starts with {letter} {start[tilt]:g}: name "
-            f"{self.setup.both_rotary} before line {item.line}"
+            f"{self.setup.both_rotary} before {'the call of ' * is_called}line {item.line}"
         )
         return replace(item, message=item.message + why)

@@ -29,7 +29,7 @@ CODES: Final[dict[str, Code]] = _make_table(
         "error",
         "The block does not consist of words of its language. A word of G-code is a letter and a number.",
         "Correct the characters at the column of the message. In G-code, write a letter and a number; write comments "
-        "in ( ) on one line, or after a ;.",
+        "in ( ) on one line, or after a ;. In Klartext, write comments after a ;.",
     ),
     (
         "VP002",
@@ -97,7 +97,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "error",
         "The program names an axis that this machine does not have.",
         "Post the program for the rotary axes of the machine, A and C on a tilting table. Or post it with tool "
-        "axes (G43.5, APT), which name no rotary axis.",
+        "axes (G43.5, APT), which name no rotary axis. Or give --machine a machine that has the axes of the program, "
+        "such as ac_trunnion, bc_trunnion or ab_table.",
     ),
     (
         "VP012",

@@ -318,8 +318,15 @@ class Moves(Struct, frozen=True):
         return np.searchsorted(self.tcp_changes, move, side="right") % 2 == 1
 
     def find_selecting_line(self, system: int, move: int) -> int:
-        """The line whose word puts a work system in force for a move; that of the move if it holds from the start."""
-        return min(self.system_lines.get(system, int(self.line[move])), int(self.line[move]))
+        """The line whose word puts a work system in force for a move; that of the move if it holds from the start.
+
+        Rapids before the word count as its own: of a program that retracts first, and then names G54.
+        """
+        line, named_line = int(self.line[move]), self.system_lines.get(system)
+        if named_line is None or named_line <= line:
+            return line if named_line is None else named_line
+        later = np.flatnonzero(self.kind[move:] != MoveKind.RAPID)[:1] + move
+        return line if len(later) and self.line[later[0]] < named_line else named_line
 
     @property
     def dwells(self) -> NDArray[np.intp]:

@@ -45,7 +45,8 @@ PLAUSIBLE: Final = {
     "tip tolerance": Plausible(1e-5, 1.0, "mm", "um", 1e-3),
     "axis tolerance": Plausible(1e-4, 5.0, "deg", "arcsec", 1.0 / 3600.0),
     # the set-up of a part
-    "tool length": Plausible(2.0, 2e3, "mm", "m", 1e3, "tool"),
+    # from the gauge line: no holder is shorter
+    "tool length": Plausible(5.0, 2e3, "mm", "m", 1e3, "tool"),
     "work offset": Plausible(1.0, 2e4, "mm", "m", 1e3, "set-up"),
     "box": Plausible(1.0, 2e4, "mm", "m", 1e3, "set-up"),
 }

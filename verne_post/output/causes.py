@@ -33,7 +33,7 @@ class Cause(Struct, frozen=True):
         """By how much and in which lines the others break their limits, the worst place of each joint; or nothing."""
         of_joints: dict[str, list[Finding]] = {}
         for item in self.others:
-            of_joints.setdefault(item.axis or item.code, []).append(item)
+            of_joints.setdefault(_name_quantity(item), []).append(item)
         return "; ".join(map(_describe_places, of_joints.values()))
 
 
@@ -171,11 +171,17 @@ def _describe_places(findings: Sequence[Finding]) -> str:
     return shown if len(findings) == 1 else f"{shown} (worst of {len(findings)} places)"
 
 
+def _name_quantity(item: Finding) -> str:
+    """What is beyond its limit: a joint, or what a message says of it, as the drop of its rod; else the code."""
+    found = re.match(r"(.+ \(\w+\)) [-+]?\d", item.message)
+    return found[1] if found and item.axis else item.axis or item.code
+
+
 def describe_other(item: Finding) -> str:
     """By how much and in which lines a finding beside the worst one breaks its limit."""
     last = item.last_line or item.line
     where = f"line {item.line}" if last == item.line else f"lines {item.line} to {last}"
-    what = f"{item.axis or item.code} "
+    what = f"{_name_quantity(item)} "
     if item.value is None or item.limit is None:
         return f"{what}in {where}"
     unit = f" {item.unit}" if item.unit else ""

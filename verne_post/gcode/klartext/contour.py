@@ -12,6 +12,7 @@ from verne_post.gcode.machining.elements import Element
 from verne_post.gcode.missing_setup import find_tool_key
 from verne_post.gcode.program_error import At, ProgramError
 from verne_post.model.moves import FeedMode, MoveKind
+from verne_post.model.part_setup import describe_tool_number
 
 _ROTARY: Final = (3, 4, 5)
 _CODES: Final = {"RL": 410, "RR": 420}
@@ -194,9 +195,10 @@ class KlartextContour:
         number = state.loaded_tool or 0
         tool = None if number == 0 or state.tools is None else state.tools.get(number)
         if tool is None or tool.diameter == self.delta_radius == 0.0:
-            text = f"the radius of tool {number} is not known; give --tool-table FILE, or TOOL DEF with L and R"
+            name = describe_tool_number(number, state.tool_names)
+            text = f"the radius of {name} is not known; give --tool-table FILE, or TOOL DEF with L and R"
             key = find_tool_key(number, "diameter", state.tool_names)
-            raise ProgramError("VP012", text, about=f"tool {number}", settled_by=key)
+            raise ProgramError("VP012", text, about=name, settled_by=key)
         radius = 0.5 * tool.diameter + self.delta_radius
         if radius <= 0:
             raise ProgramError("VP007", f"tool {number} has the radius {radius:g} mm with DR of its call")

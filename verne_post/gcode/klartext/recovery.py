@@ -38,16 +38,19 @@ _OF_POSITIONS: Final = ("VP008", "VP013")
 class KlartextRecovery:
     """Goes on after refused statements of one program.
 
-    ``uncertain``: a refused statement has left the tool at a place that is not known.
+    ``uncertain``: a refused statement has left the tool at a place that is not known. ``has_no_side``: RL or RR of one
+    does not hold.
     """
 
     def __init__(self, interpreter: Klartext) -> None:
-        self.to, self.uncertain = interpreter, False
+        self.to, self.uncertain, self.has_no_side = interpreter, False, False
 
     def pass_failed(self, statement: Statement, error: ProgramError) -> bool:
         """Take what a refused statement would have set; True where its error only follows from one before."""
         to, keyword = self.to, statement.keyword
         follows = self.uncertain and error.code in _OF_POSITIONS
+        follows = follows or (self.has_no_side and keyword == "DEP" and error.code == "VP017")
+        self.has_no_side = keyword == "APPR" or (self.has_no_side and keyword != "DEP")
         to.has_failed = True
         if error.code == "VP048":
             assume_rigid_tapping(to.state)

@@ -68,6 +68,7 @@ class Executor:
         self.has_unknown_name = False
         self.interpreter.set_path_control()
         self.run(self.read(Cursor(self.interpreter.keys.start), 1))
+        recorder.system_lines.clear()  # the words with which the control begins are in no line of the program
 
     @property
     def has_ended(self) -> bool:
