@@ -249,8 +249,8 @@ def test_a_tool_length_that_becomes_active_is_no_motion(client: Client, tmp_path
 
 
 def test_what_has_one_cause_is_one_diagnostic(client: Client, tmp_path: Path, run: Callable[..., Any]) -> None:
-    """As in the text of `check`: a program in inches breaks each limit in many places, which lead to their lines."""
-    text = "G20 G90 G94 G17 G54\nG0 X0 Y0 Z8 A0 C0\nG1 Z7 F50\nX40\nY40\nX-40\nY-40\nX0\nM30\n"
+    """As in the text of `check`: a large program breaks each limit in many places, which lead to their lines."""
+    text = "G21 G90 G94 G17 G54\nG0 X0 Y0 Z203 A0 C0\nG1 Z178 F1270\nX1016\nY1016\nX-1016\nY-1016\nX0\nM30\n"
     path = make_program(tmp_path, text)
     uri = client.open(path)
     shown = client.diagnostics(uri)["diagnostics"]
@@ -914,8 +914,9 @@ def test_cuts_before_a_and_c_get_them(client: Client, tmp_path: Path) -> None:
     (said,) = (one for one in client.diagnostics(uri)["diagnostics"] if one["code"] == "VP036")
     fixes = ask_fixes(client, uri, said["range"]["start"]["line"])
     titles = [title for title in fixes if title.startswith("Write A")]
-    assert [title.partition(" (")[0] for title in titles] == ["Write A30 C45 in line 1", "Write A0 C0 in line 1"]
-    client.change(uri, 2, apply_edit(fixes[titles[1]], {uri: text})[uri])
+    # with A30 C45 it would cut under a turned table without tool-centre-point control (VP037)
+    assert [title.partition(" (")[0] for title in titles] == ["Write A0 C0 in line 1"]
+    client.change(uri, 2, apply_edit(fixes[titles[0]], {uri: text})[uri])
     assert all(one["code"] != "VP036" for one in client.diagnostics(uri)["diagnostics"])
 
 
