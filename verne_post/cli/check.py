@@ -107,7 +107,7 @@ def add_policy_options(command: "Callable[..., Any]") -> "Callable[..., Any]":
 @click.option(
     "--limits-only",
     is_flag=True,
-    help="Check the limits without planning: a third of the time, and no machining time (VP421).",
+    help="Check the limits without planning: 40 % of the CPU time, and no machining time (VP421).",
 )
 @click.option("--exit-zero", is_flag=True, help="Exit with 0 even if limits are violated.")
 @quiet_option
