@@ -54,9 +54,7 @@ _POLICY: Final = (
         metavar="VP1,VP202,...",
         help="Count only findings whose code begins with one of these prefixes.",
     ),
-    click.option(
-        "--ignore", envvar="VERNE_POST_IGNORE", metavar="VP203,...", help="Findings whose codes begin so do not count."
-    ),
+    click.option("--ignore", envvar="VERNE_POST_IGNORE", metavar="VP203,...", help="Ignore codes with these prefixes."),
     click.option(
         "--severity",
         multiple=True,
