@@ -469,8 +469,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "limits.serial_singularity_mm or carrier.smallest_drop_mm, warning up to twice that. Or a great circle comes "
         "near the fold of a nutating rotary pair, where its two solutions meet. Or the tool comes near the leg of a "
         "carrier, where its wrist has a pole.",
-        "Rod: move the part towards the middle of the workspace (--wcs). Fold or pole: post the program with other "
-        "tool angles.",
+        "At a flat rod, move the part towards the middle of the workspace (--wcs). At a fold or pole, post the program "
+        "with other tool angles.",
     ),
     (
         "VP203",
