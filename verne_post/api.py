@@ -142,7 +142,7 @@ def check(
     """Check a program against every limit, without making setpoints; arguments and result as of :func:`convert`.
 
     With ``limits_only`` the limits of joints and the obstacles are checked, and nothing is planned. The result has no
-    summary and no machining time, but a note VP421. It takes about a third of the time of a conversion.
+    summary and no machining time, but a note VP421. It takes 40 % of the CPU time of a conversion.
 
     Examples
     --------

@@ -774,6 +774,13 @@ def test_help_names_every_command_one_line_each(run: Callable[..., Any]) -> None
     assert "\\b" not in answer.out
 
 
+@pytest.mark.parametrize("group", [(), ("machine",)], ids=["root", "machine"])
+def test_no_description_of_a_command_is_cut(group: tuple[str, ...], run: Callable[..., Any]) -> None:
+    _before, found, commands = run(*group, "--help").out.partition("Commands:")
+    assert found
+    assert "..." not in commands
+
+
 def test_version(run: Callable[..., Any]) -> None:
     answer = run("--version")
     assert answer.code == 0

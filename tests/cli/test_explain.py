@@ -15,6 +15,7 @@ from verne_post import load_machine
 from verne_post.app.explain_line import is_axis_named
 from verne_post.cli.main import main
 from verne_post.config import list_machine_files, schema
+from verne_post.config.carrier import CarrierFile
 from verne_post.model.codes import CODES
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -484,6 +485,7 @@ def test_parameters_name_keys_and_options_that_exist(run: Callable[..., Any]) ->
         "rods": schema.RodsFile.__struct_fields__,
         "clearance": schema.ClearanceFile.__struct_fields__,
         "control": schema.ControlFile.__struct_fields__,
+        "carrier": CarrierFile.__struct_fields__,
         "accuracy": schema.AccuracyFile.__struct_fields__,
         "joints": {"NAME"},  # of a chain
     }

@@ -80,7 +80,10 @@ def test_shares_above_one_are_told_with_what_is_allowed_and_why(tmp_path: Path, 
     names = ("velocity", "acceleration", "jerk", "feed")
     beyond = [f"{most:g} of {name}" for name, share, most in zip(names, shares, allowed, strict=True) if share > 1]
     assert beyond
-    assert f"up to {', '.join(beyond)} is allowed, for blended corners and rounding" in limits
+    assert (
+        f"up to {', '.join(beyond)} {'is' if len(beyond) == 1 else 'are'} allowed, for blended corners and rounding"
+        in limits
+    )
 
 
 def test_colour_adds_nothing_but_colour() -> None:

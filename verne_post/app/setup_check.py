@@ -82,7 +82,8 @@ def check_setup(moves: Moves, path: ToolPath, machine: Machine, options: Options
     if options.tool_length is None:
         found += _check_lengths(moves, path, options)
     called = _list_called_tools(moves)  # as a diameter of wear nobody takes that of a tool which cuts too
-    found += [dataclasses.replace(item, severity="error") for item in moves.findings if _find_cutter(item) in called]
+    cutters = ((item, _find_cutter(item)) for item in moves.findings)
+    found += [dataclasses.replace(item, severity="error") for item, tool in cutters if tool and tool in called]
     if find_worst(found) == "error":  # what follows would be about a part or a tip that is somewhere else
         raise InputError(*(item for item in found if item.severity == "error"))
     texts = _find_implausible(options)

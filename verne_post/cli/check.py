@@ -54,9 +54,7 @@ _POLICY: Final = (
         metavar="VP1,VP202,...",
         help="Count only findings whose code begins with one of these prefixes.",
     ),
-    click.option(
-        "--ignore", envvar="VERNE_POST_IGNORE", metavar="VP203,...", help="Findings whose codes begin so do not count."
-    ),
+    click.option("--ignore", envvar="VERNE_POST_IGNORE", metavar="VP203,...", help="Ignore codes with these prefixes."),
     click.option(
         "--severity",
         multiple=True,
@@ -107,7 +105,7 @@ def add_policy_options(command: "Callable[..., Any]") -> "Callable[..., Any]":
 @click.option(
     "--limits-only",
     is_flag=True,
-    help="Check the limits without planning: a third of the time, and no machining time (VP421).",
+    help="Check the limits without planning: 40 % of the CPU time, and no machining time (VP421).",
 )
 @click.option("--exit-zero", is_flag=True, help="Exit with 0 even if limits are violated.")
 @quiet_option

@@ -14,7 +14,7 @@ from verne_post.cli.progress import show_progress
 from verne_post.model.options import Group
 
 
-@click.command("convert", cls=GroupedCommand, own=Group.OUTPUT)
+@click.command("convert", cls=GroupedCommand, own=Group.OUTPUT, short_help="Convert a program to verified setpoints.")
 @click.argument("input_name", type=INPUT, metavar="INPUT")
 @click.option("-o", "--output", type=FILE, metavar="OUT", help="File to write, in place of standard output.")
 @click.option("--meta", type=FILE, metavar="FILE", help="Write a description of the setpoint file as JSON.")

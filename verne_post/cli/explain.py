@@ -66,8 +66,8 @@ def command(what: str, every: bool, **given: Any) -> int:
             echo("\n".join([what.upper(), *(f"  {line}" for line in known), ""]), nl=False)
             return ExitStatus.CLEAN
         raise click.UsageError(
-            f"{what!r} is neither INPUT:LINE (part.nc:12) nor a finding code (VP102), listed in docs/findings.md, nor "
-            "a word of a language (G68.2)"
+            f"{what!r} is neither INPUT:LINE (part.nc:12) nor a finding code (VP102) nor a word of a language "
+            "(G68.2). verne_post/model/codes.py, and the page reference/codes of the site, list all finding codes"
         )
     from verne_post.model.findings import InputError
 

@@ -32,7 +32,7 @@ def _expect_folder(output: Path, first: str, kind: str) -> RunFiles:
     return files
 
 
-@click.command("export")
+@click.command("export", short_help="Write a machine for another program.")
 @click.argument("name", type=MACHINE, default=DEFAULT_MACHINE, metavar="NAME|FILE")
 @click.option(
     "--format",
@@ -83,7 +83,7 @@ for _one in (calibrate, export, perturb, tolerances):
     command.add_command(_one)
 
 
-@command.command("list")
+@command.command("list", short_help="List the machines that come with verne-post.")
 def list_() -> int:
     """Machines that come with verne-post: the word for --machine, and what the file calls the machine."""
     from verne_post.config import list_machine_files, load_machine
@@ -95,7 +95,7 @@ def list_() -> int:
     return 0
 
 
-@command.command("show")
+@command.command("show", short_help="Print a machine file, or draw the workspace.")
 @click.argument("name", type=MACHINE, default=DEFAULT_MACHINE, metavar="NAME|FILE")
 @click.option(
     "--plot", type=FILE, metavar="OUT.png|OUT.svg", help="Draw a slice of the workspace in place of printing the file."
@@ -200,7 +200,7 @@ def _draw(
     echo(f"{plot}: {plots.describe_slice(plane, *drawn)}")
 
 
-@command.command("validate")
+@command.command("validate", short_help="Check a machine file.")
 @click.argument("name", type=MACHINE, metavar="NAME|FILE")
 def validate(name: str) -> int:
     """Check a machine file: its keys, their bounds, and both home positions. Then print how fast the machine moves."""
@@ -233,7 +233,7 @@ def validate(name: str) -> int:
     return 0
 
 
-@command.command("import")
+@command.command("import", short_help="Make a machine file from another control's configuration.")
 @click.argument("configuration", type=FILE, metavar="FILE")
 @click.option(
     "-o",
@@ -279,7 +279,7 @@ def import_(configuration: Path, output: Path) -> int:
     return 0
 
 
-@command.command("axis-check")
+@command.command("axis-check", short_help="Make setpoint files that move one actuator at a time.")
 @machine_option
 @click.option("--at", required=True, metavar="RHO1,RHO2,RHO3,A,C", help="Position read from the drives, in --units.")
 @click.option(
@@ -322,7 +322,7 @@ def axis_check(
     return 0
 
 
-@command.command("identify")
+@command.command("identify", short_help="Estimate the lengths of the module from measurements.")
 @click.argument("measured", metavar="MEASURED.csv")
 @machine_option
 @click.option("--free", metavar="R1,r1,...", help="Lengths to estimate; without it all but those of --fix.")

@@ -42,7 +42,7 @@ def _add_tolerance_options(function: "Callable[..., Any]") -> "Callable[..., Any
 # --- perturb ---------------------------------------------------------------------------------------
 
 
-@click.command("perturb")
+@click.command("perturb", short_help="Write the file of a simulated machine with deviations.")
 @machine_option
 @click.option("--seed", type=Whole(min=0), required=True, metavar="N", help="The same seed gives the same machine.")
 @add_sigma_option("--sigma-mm", 0.05, "MM", "Of places and lengths.")
@@ -76,7 +76,7 @@ def perturb(machine_name: str | None, seed: int, sigma_mm: float, sigma_mrad: fl
 # --- tolerances --------------------------------------------------------------------------------------
 
 
-@click.command("tolerances")
+@click.command("tolerances", short_help="Show what the tolerance of each part does to the tool.")
 @machine_option
 @_add_tolerance_options
 @click.option(
@@ -119,7 +119,7 @@ def tolerances(
 # --- calibrate ---------------------------------------------------------------------------------------
 
 
-@click.command("calibrate")
+@click.command("calibrate", short_help="Find the deviations of the parts from readings.")
 @click.argument("readings", required=False, metavar="[READINGS.csv]")
 @machine_option
 @_OUTPUT

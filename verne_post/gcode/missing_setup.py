@@ -27,11 +27,16 @@ def find_tool_key(number: int, what: str, names: Mapping[int, str]) -> tuple[str
     return "tools", names.get(number, str(number)) if number >= FIRST_NAMED_TOOL else str(number), what
 
 
+def stands_in(tool: Tool) -> bool:
+    """Whether a tool is the :data:`ASSUMED_TOOL` of one that has been reported."""
+    return (tool.offset, tool.diameter) == (ASSUMED_TOOL.offset, ASSUMED_TOOL.diameter)
+
+
 def report_missing_tool(number: int, letter: str, at: At, setup: Setup, state: State) -> ProgramError:
     """VP012: the length of a tool is needed, or the tool itself, and it is in no table."""
     name, own = describe_tool_number(number, state.tool_names), state.loaded_tool
     # CL files have no H: what stands for theirs has the first column
-    if letter == "H" and at.columns.get("H", 1) != 1 and own in (state.tools or {}):
+    if letter == "H" and at.columns.get("H", 1) != 1 and not stands_in((state.tools or {}).get(own or 0, ASSUMED_TOOL)):
         why = f"tool {own} is in the spindle, and the set-up, or the tool table, has no {name} "
         why += f"(add it there if H{number} is meant); did you mean H{own}?"
         key = find_tool_key(number, "length", state.tool_names)

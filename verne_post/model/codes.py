@@ -467,10 +467,11 @@ CODES: Final[dict[str, Code]] = _make_table(
         "warning",
         "The vertical drop of a rod, from its end at the slider to its end at the platform, comes close to zero. The "
         "rod lies flat then, and its slider no longer moves the platform along it. Error below the machine file's "
-        "limits.serial_singularity_mm, warning up to twice that. Or a great circle comes near the fold of a nutating "
-        "rotary pair, where its two solutions meet. Or the tool comes near the leg of a carrier, where its wrist has a "
-        "pole.",
-        "Move the part towards the middle of the workspace (--wcs).",
+        "limits.serial_singularity_mm or carrier.smallest_drop_mm, warning up to twice that. Or a great circle comes "
+        "near the fold of a nutating rotary pair, where its two solutions meet. Or the tool comes near the leg of a "
+        "carrier, where its wrist has a pole.",
+        "At a flat rod, move the part towards the middle of the workspace (--wcs). At a fold or pole, post the program "
+        "with other tool angles.",
     ),
     (
         "VP203",
@@ -577,7 +578,7 @@ CODES: Final[dict[str, Code]] = _make_table(
     # --- VP3xx: branches ------------------------------------------------------------------------
     (
         "VP301",
-        "rotary axes must flip or rewind",
+        "flip, rewind or large turn of the rotary axes",
         "error",
         "To keep a limit, the table must change to its other solution (-A, C + 180), rewind C, or leave the programmed "
         "A and C. Four cases are warnings. (1) The path begins with a vertical tool vector, at another C than a word "

@@ -322,7 +322,7 @@ class Options:
         bool,
         About(
             "Allow the table to rewind C, or to change to the other solution, if a limit requires it."
-            " The tool retracts before, between feed moves.",
+            " The tool first retracts along its axis.",
             Group.TABLE,
         ),
     ] = False

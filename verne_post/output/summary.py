@@ -106,9 +106,12 @@ def _describe_block_times(verdict: Verification) -> str:
         return ""
     latest = verdict.latest_block
     if latest is None:
+        if verdict.timed_blocks == 1:
+            return "; the one block with a programmed time takes it"
         return f"; all {verdict.timed_blocks} blocks with a programmed time take it"
+    take = "takes" if verdict.late_blocks == 1 else "take"
     return (
-        f"; {verdict.late_blocks} of {verdict.timed_blocks} blocks with a programmed time take longer; "
+        f"; {verdict.late_blocks} of {verdict.timed_blocks} blocks with a programmed time {take} longer; "
         f"line {latest.line} is the worst: "
         f"{latest.spent_s:.3f} s for {latest.asked_s:.3f} s (nearest limit: {latest.reason})"
     )
@@ -267,7 +270,8 @@ def _describe_limits(summary: Summary) -> Facts:
     text = f"largest share of each: {_describe_worst_ratios(verdict, summary.machine)}, feed {verdict.feed_ratio:.4f}"
     beyond = [f"{most:g} of {what}" for what, ratio, most in allowed if ratio > 1.0]
     if beyond:
-        text += f"; up to {', '.join(beyond)} is allowed, for blended corners and rounding"
+        are = "is" if len(beyond) == 1 else "are"
+        text += f"; up to {', '.join(beyond)} {are} allowed, for blended corners and rounding"
     return [("limits", text)]
 
 

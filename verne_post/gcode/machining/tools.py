@@ -1,21 +1,17 @@
 """Tools: which one is in the spindle, whose length holds, and how wide it is."""
 
 from collections.abc import Callable
-from typing import Final
 
 from msgspec.structs import replace
 
 from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.gcode.machining.frames import Frames, refuse_compensation
 from verne_post.gcode.machining.state import describe_tool_event
-from verne_post.gcode.missing_setup import ASSUMED_TOOL, check_measured, find_tool_key, report_missing_tool
+from verne_post.gcode.missing_setup import check_measured, find_tool_key, report_missing_tool, stands_in
 from verne_post.gcode.program_error import At, ProgramError
 from verne_post.model.findings import Remedy
 from verne_post.model.moves import ZERO9
 from verne_post.model.part_setup import Tool, Vector9, describe_tool_number, spell_tool_word
-
-#: Length and diameter of a tool after an error about it, which is told already.
-_STAND_IN: Final = (ASSUMED_TOOL.offset, ASSUMED_TOOL.diameter)
 
 
 class Tools:
@@ -129,7 +125,7 @@ class Tools:
         tool = state.loaded_tool or state.selected_tool
         if not self.setup.machine or self.setup.tool_length is not None or not tool or number == state.loaded_tool:
             return
-        real = {key: one for key, one in tools.items() if (one.offset, one.diameter) != _STAND_IN}
+        real = {key: one for key, one in tools.items() if not stands_in(one)}
         lengths = {key: one.offset[2] for key, one in real.items() if not one.unmeasured}
         if number not in lengths:
             return
@@ -164,8 +160,7 @@ class Tools:
         is_tool = number in self.recorder.selections or not tools[number].unmeasured
         if min(diameters) <= 0 or abs(diameters[0] - diameters[1]) <= ZERO_LENGTH_MM or not is_tool:
             return
-        stands_in = any((tools[one].offset, tools[one].diameter) == _STAND_IN for one in (number, tool))
-        if stands_in or self._may_hold_another():
+        if stands_in(tools[number]) or stands_in(tools[tool]) or self._may_hold_another():
             return
         text = (
             f"the diameter number {number}, {diameters[0]:g} mm, is in force, but tool {tool}, which has "
