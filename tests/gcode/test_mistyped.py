@@ -107,6 +107,8 @@ def test_cycles_of_two_digits_are_not_taken_for_each_other(run: Callable[..., An
         ("p.mpf", "SUAP G0 Z0", "SUAP", "SUPA", "VP002"),
         ("p.mpf", "CYCEL832(0.01,1)", "CYCEL832", "CYCLE832", "VP002"),
         ("p.mpf", "CYCLE823(0.01,1)", "CYCLE823", "CYCLE832", "VP002"),
+        ("p.mpf", "CYCLE80O()", "CYCLE80O", "CYCLE800", "VP002"),
+        ("p.mpf", "TRAF0OF", "TRAF0OF", "TRAFOOF", "VP002"),
         ("p.h", "PLANE SPACIAL SPA+0 SPB+0 SPC+0 STAY", "SPACIAL", "SPATIAL", "VP002"),
         ("p.h", "L Z+80 FMXA M9", "FMXA", "FMAX", "VP001"),
         ("p.h", "TOLO CALL 1", "TOLO", "TOOL", "VP002"),

@@ -7,6 +7,8 @@ from typing import Final
 
 #: Shorter words are too near to each other; two letters in the wrong order are seen from one less on.
 _LEAST_LETTERS: Final = 4
+#: Letters that are typed for the digits they look like, and digits for letters.
+_ALIKE: Final = frozenset({"O0", "0O", "I1", "1I", "L1", "1L"})
 
 
 def suggest(word: str, *names: Iterable[str]) -> str:
@@ -33,7 +35,7 @@ def find_meant(word: str, *names: Iterable[str], slip_alone: bool = False) -> st
 def _is_one_slip(word: str, right_word: str) -> bool:
     """Two neighbours changed places, or one letter is left out, is too many, or is another one.
 
-    Digits may only change places: cycles of other numbers are other cycles.
+    Digits may only change places, or stand for the letter that they look like: cycles of other numbers are others.
     """
     shorter, longer = sorted((word, right_word), key=len)
     if len(longer) - len(shorter) > 1 or word == right_word:
@@ -45,7 +47,8 @@ def _is_one_slip(word: str, right_word: str) -> bool:
         here, there = shorter[begin:], longer[begin:]
         if here[:2] == there[1::-1] and here[2:] == there[2:]:
             return len(word) >= _LEAST_LETTERS - word.isalpha()
-        is_slip = here[1:] == there[1:] and (here[0] + there[0]).isalpha()
+        pair = (here[0] + there[0]).upper()
+        is_slip = here[1:] == there[1:] and (pair.isalpha() or pair in _ALIKE)
     else:
         is_slip = shorter[begin:] == longer[begin + 1 :] and longer[begin].isalpha()
     return is_slip and len(shorter) >= _LEAST_LETTERS - (len(shorter) < len(longer)) and word[0] == right_word[0]

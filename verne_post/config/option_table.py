@@ -25,8 +25,8 @@ def find_wrong_options(
     for name, value in given.items():
         if name == "machine" and name not in others:
             found.append(
-                f"machine: {kind} does not choose the machine; write machine = {json.dumps(value, default=str)} in "
-                "verne-post.toml, the settings file beside the programs, or give --machine"
+                f"machine: {kind} does not choose the machine; write machine = {json.dumps(value, default=str)} in the "
+                "settings file verne-post.toml, above its tables, or give --machine"
             )
         elif name not in allowed:
             found.append(f"{name}: this is no option of {kind}{suggest(name, [*allowed, *others])}")
