@@ -51,8 +51,6 @@ _FRAMES: Final = (
     ("tilt", "<f4"),
     ("turn", "<f4"), ("tool_length", "<f4"),
 )  # fmt: skip
-#: The code of sizes that nobody means, such as inches in place of mm.
-_IMPLAUSIBLE: Final = "VP505"
 _PARTS: Final = ("style.css", "shared.js", "solids.js", "scene.js", "charts.js", "app.js")
 
 
@@ -95,15 +93,13 @@ def make_page(program: str, source: Text, machine: Machine, study: Study) -> str
 def _find_opening(study: Study) -> tuple[int, int]:
     """The frame on which a page opens, and the line to show where that is not the frame's, else 0.
 
-    A refused program opens on the first error, or on the wrong unit that may be its cause.
+    A refused program opens on the first error.
     """
-    causes = find_causes(study.findings)
-    refusing = [cause for cause in causes if cause.first.severity == "error"]
+    refusing = [cause for cause in find_causes(study.findings) if cause.first.severity == "error"]
     if not refusing:
         return 0, 0
-    leading = [one for one in causes if find_own_line(one.first) and one.first.code == _IMPLAUSIBLE] + refusing
-    frames = [int(study.place[index]) for cause in leading for index in cause.indices]
-    line = next((line for line in (find_own_line(one.first) for one in leading) if line), 0)
+    frames = [int(study.place[index]) for cause in refusing for index in cause.indices]
+    line = next((line for line in (find_own_line(one.first) for one in refusing) if line), 0)
     return next((frame for frame in frames if frame >= 0), 0), line if frames[0] < 0 else 0
 
 

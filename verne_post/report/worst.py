@@ -15,7 +15,6 @@ from verne_post.base.rotations import rotate_z
 from verne_post.base.tolerances import ACCELERATION_RATIO, JERK_RATIO, VELOCITY_RATIO
 from verne_post.model.findings import Finding
 from verne_post.model.machine import Machine
-from verne_post.model.verdict import is_about_text
 from verne_post.output.causes import describe_other, find_causes
 from verne_post.output.findings import describe, list_remedies
 from verne_post.part.sweep import Nearest
@@ -80,9 +79,9 @@ def find_own_line(item: Finding) -> int | None:
 
 
 def _quote_line(item: Finding, source: Text) -> str:
-    """The line of a mistake in the text, with the word at its column marked; nothing for other findings."""
+    """The line of an error or a warning, with the word at its column marked."""
     number = find_own_line(item)
-    found = take_line(source, number) if number and is_about_text(item.code) else None
+    found = take_line(source, number) if number and item.severity != "note" else None
     if number is None or found is None or not found.strip():
         return ""
     line, at = found.decode("utf-8", errors="replace").rstrip().replace("\t", " "), (item.column or 1) - 1
