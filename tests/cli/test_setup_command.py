@@ -176,7 +176,7 @@ def test_the_machine_is_no_part_of_a_set_up_and_is_named_where_it_belongs(
     assert run("check", "part.mpf").out == run("check", "part.mpf", "--machine", "ac_trunnion").out != other
     written.write_text(key)
     refused = run("check", "part.mpf")
-    assert (refused.code, f"write {key} in verne-post.toml" in refused.out) == (2, True)
+    assert (refused.code, f"write {key} in the settings file verne-post.toml" in refused.out) == (2, True)
     Path("verne-post.toml").unlink()
     written.unlink()
     run("setup", "part.mpf")
