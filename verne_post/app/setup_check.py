@@ -34,8 +34,6 @@ from verne_post.model.toolpath import SegmentKind, ToolPath
 from verne_post.model.verdict import find_worst
 from verne_post.model.work_systems import find_placer
 
-#: Of VP036: the line that names an angle.
-_NAMING: Final = re.compile(r"where line (\d+) puts it")
 #: Of VP049: the number of D.
 _CUTTER: Final = re.compile(r"the diameter number (\d+),")
 
@@ -385,9 +383,10 @@ def _check_planes(moves: Moves, path: ToolPath) -> Iterator[Finding]:
 
 
 def _find_naming_move(moves: Moves) -> int:
-    """The move that names A or C first where cuts before it have that angle, as VP036 says; else 0."""
-    found = next((_NAMING.search(item.message) for item in moves.findings if item.code == "VP036"), None)
-    at = np.flatnonzero(moves.line == int(found[1])) if found else np.empty(0, int)
+    """The first move that names A or C where cuts before it have that angle, as VP036 says; else 0."""
+    if not moves.assumed_axes:
+        return 0
+    at = np.flatnonzero(moves.line == min(moves.assumed_axes.values()))
     return int(at[0]) if len(at) else 0
 
 

@@ -10,7 +10,7 @@ import click
 
 from verne_post.base.numbers import is_count
 from verne_post.base.printable import format_json, make_printable
-from verne_post.cli.common import expect_machine, load_machines, name_machine, print_findings, quiet_option, refuse
+from verne_post.cli.common import expect_options, load_machines, print_findings, quiet_option, refuse
 from verne_post.cli.conversion import check_format, format_option
 from verne_post.cli.files import RunFiles, Unreadable, is_dash
 from verne_post.cli.numbers import Whole
@@ -100,10 +100,7 @@ def command(
             may_lack=output.exists(),  # old rows of what is gone must go
         )
         names = [name for name, _place in programs] or [""]
-        # what is wrong with the command line or with settings is no finding of a program
-        for name in {Path(name).parent: name for name in names}.values():
-            expect_machine(name_machine(files, given["machine_name"], given, name))
-            build_options(files, "", beside=name, **given)
+        expect_options(files, names, given)
         machines = load_machines(files, names, given)
         machine = machines[names[0]]
         check_format(file_format)

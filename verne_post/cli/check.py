@@ -10,9 +10,8 @@ from verne_post.base.text_marks import decode_text
 from verne_post.cli.colour import say
 from verne_post.cli.common import (
     PROGRAM,
-    expect_machine,
+    expect_options,
     load_machines,
-    name_machine,
     quiet_option,
     read_program_text,
     refuse,
@@ -153,10 +152,7 @@ def command(
     try:
         if lacking is not None:
             raise lacking
-        # what is wrong with the command line or with settings is no finding of a program
-        for name in {Path(name).parent: name for name in programs}.values():
-            expect_machine(name_machine(files, given["machine_name"], given, name))
-            build_options(files, "", beside=name, **given)
+        expect_options(files, programs, given)
         policies = {
             name: make_policy(files, find_settings(files, given.get("settings"), name), fail_level, **asked)
             for name in programs

@@ -74,6 +74,20 @@ def name_machine(files: RunFiles, named: str | None, given: dict[str, Any] | Non
     return settings.machine
 
 
+def expect_options(files: RunFiles, programs: "Iterable[str]", given: dict[str, Any]) -> None:
+    """Refuse what is wrong with the command line or with settings, which is no finding of a program: once a folder.
+
+    Raises
+    ------
+    InputError
+    """
+    from verne_post.cli.options import build_options
+
+    for name in {Path(name).parent: name for name in programs}.values():
+        expect_machine(name_machine(files, given["machine_name"], given, name))
+        build_options(files, "", beside=name, **given)
+
+
 def load_machines(files: RunFiles, programs: "Iterable[str]", given: dict[str, Any]) -> "dict[str, Machine]":
     """The machine of each program: that of --machine, else of the settings above its folder. Each is loaded once.
 

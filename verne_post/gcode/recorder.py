@@ -161,7 +161,7 @@ class Recorder(Struct):
     selections: dict[int, int] = field(default_factory=dict)
     calls_presets: bool = False
     first_cut: int = 0
-    assumed_axes: tuple[int, ...] = ()
+    assumed_axes: dict[int, int] = field(default_factory=dict)
     #: Work systems to which the program has given an origin.
     placed_systems: set[int] = field(default_factory=set)
     #: Work system -> the first line that selects it.

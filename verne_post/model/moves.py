@@ -306,9 +306,8 @@ class Moves(Struct, frozen=True):
     calls_presets: bool = False  #: Whether the program knows work systems as presets, by number (Klartext).
     #: Number of the first move that may cut: feed moves before it are those of a retracted head without a length.
     first_cut: int = 0
-    assumed_axes: tuple[
-        int, ...
-    ] = ()  #: Rotary axes whose angle in cuts is assumed, because it is named later (VP036).
+    #: Rotary axes whose angle in cuts is assumed (VP036), each with the line that names it later.
+    assumed_axes: Mapping[int, int] = field(default_factory=dict)
 
     def __len__(self) -> int:
         return len(self.line)
