@@ -91,9 +91,78 @@ def test_a_tool_change_that_is_forgotten_refuses() -> None:
     for change, severity in (("T2", ["error"]), ("T2 M6", [])):
         program = f"G21 G90 G94\nG0 A0 C0\nT1 M6\n{cut.format(1, 'T2')}{change}\n{cut.format(2, 'T1')}M2\n"
         found = vp.check(program, "verne", options).findings
-        assert [item.severity for item in found if item.code == "VP049"] == severity
-        assert all("in the spindle (T2 without M6 only selects)" in item.message for item in found)
+        assert [(item.code, item.line) for item in found] == [("VP041", 12)][: len(severity)]
+        assert [item.severity for item in found] == severity
+        assert all("T2 only selects the tool, and no M6 loads it: H2 in line 15 puts" in one.message for one in found)
         assert not any(item.edits for item in found)  # H1 would be no remedy
+
+
+#: Two tools as CAM writes them, in each dialect: the lines that bring each tool, and cuts with it; and lengths.
+TWO_TOOLS = {
+    "fanuc": (
+        ("T1 M06\nS8000 M03\nG43 H1", "T2 M06\nS9000 M03\nG43 H2"),
+        "%\nO1\nG00 G17 G21 G40 G49 G69 G80 G90 G94\nG28 G91 Z0.\nG90 G54\n{}{}M30\n%\n",
+        "{}\nG00 A0. C0.\nX-30. Y-20.\nZ40. M08\nG01 Z2. F400.\nX30. F1200.\nG00 Z40.\nM09\nM05\nG28 G91 Z0.\nG90\n",
+    ),
+    "rs274": (
+        ("T1 M6\nS8000 M3\nG43 H1", "T2 M6\nS9000 M3\nG43 H2"),
+        "G17 G21 G40 G49 G80 G90 G94 G54\n{}{}M2\n",
+        "{}\nG0 A0 C0\nX-30 Y-20\nZ40 M8\nG1 Z2 F400\nX30 F1200\nG0 Z40\nM9\nM5\nG53 G0 Z-1\nG0 Z80\n",
+    ),
+    "siemens": (
+        ('T="EM6" D1\nM6\nS8000 M3', 'T="EM10" D1\nM6\nS9000 M3'),
+        "G17 G54 G64 G90 G94 G710\n{}{}M30\n",
+        "{}\nG0 A0 C0\nX-30 Y-20\nG0 Z40 M8\nG1 Z2 F400\nX30 F1200\nG0 Z40\nM9\nM5\nG0 Z100\n",
+    ),
+    "heidenhain": (
+        ("TOOL CALL 1 Z S8000", "TOOL CALL 2 Z S9000"),
+        "BEGIN PGM PART MM\n{}{}M30\nEND PGM PART MM\n",
+        "{}\nL A+0 C+0 R0 FMAX M3\nL X-30 Y-20 FMAX M8\nL Z+40 FMAX\nL Z+2 F400\nL X+30 F1200\nL Z+40 FMAX M9\nM5\n",
+    ),
+}
+
+
+def check_two_tools(dialect: str, first: tuple[str, str], second: tuple[str, str]) -> list[tuple[str, str, str, str]]:
+    """Findings of the program with these replacements in the lines of each tool: code, severity, line, message."""
+    calls, program, cuts = TWO_TOOLS[dialect]
+    bodies = [cuts.format(call.replace(*change)) for call, change in zip(calls, (first, second), strict=True)]
+    text = program.format(*bodies)
+    tools = {n: vp.Tool(n, n, (0.0, 0.0, z, *(0.0,) * 6), 6.0) for n, z in {1: 80.0, 2: 110.0}.items()}
+    control = {"siemens": {"tools": {"EM6": 1, "EM10": 2}}}
+    options = vp.Options(tools=tools, wcs={"G54": (0, 0, 40)}, dialect=dialect, split_at_stops=True, control=control)
+    lines = text.splitlines()
+    return [
+        (item.code, item.severity, lines[(item.line or 0) - 1], item.message)
+        for item in vp.check(text, "verne", options).findings
+        if item.code not in ("VP046", "VP421")
+    ]
+
+
+NOTHING = ("", "")
+
+
+@pytest.mark.parametrize(
+    ("dialect", "first", "second", "expected", "said"),
+    [
+        ("fanuc", NOTHING, ("T2 M06", "M06"), ("VP041", "error", "M06"), "H2 in line 21 puts"),
+        ("rs274", NOTHING, ("T2 M6", "M6"), ("VP041", "error", "M6"), "write T2 before M6"),
+        ("siemens", NOTHING, ('T="EM10" D1\n', ""), ("VP041", "warning", "M6"), "no block after line 3 selects a tool"),
+        ("fanuc", ("T1 M06", "M06"), NOTHING, ("VP041", "warning", "M06"), "no block before it selects a tool"),
+        ("siemens", ('T="EM6" D1\n', ""), NOTHING, ("VP041", "warning", "M6"), "no block before it selects a tool"),
+        ("fanuc", NOTHING, ("T2 M06", "T2"), ("VP041", "error", "T2"), "write M6 after T2"),
+        ("siemens", NOTHING, ("M6\n", ""), ("VP041", "warning", 'T="EM10" D1'), 'write M6 after T="EM10"'),
+        ("siemens", ("M6\n", ""), NOTHING, ("VP012", "error", 'T="EM6" D1'), 'write M6 after T="EM6"'),
+        ("fanuc", ("T1", "T1"), NOTHING, None, ""),
+        ("fanuc", ("G43 H1", "G43 H1\nT2"), ("T2 M06", "M06"), None, ""),  # made ready before
+        ("siemens", ("M6\n", 'M6\nT="EM10"\n'), ('T="EM10" D1\n', ""), None, ""),
+        ("heidenhain", NOTHING, NOTHING, None, ""),
+    ],
+)
+def test_a_change_of_tools_lacks_t_or_m6(dialect, first, second, expected, said):
+    """The line that has to be changed is told, and nothing that follows from it."""
+    found = check_two_tools(dialect, first, second)
+    assert [item[:3] for item in found] == ([] if expected is None else [expected])
+    assert said in "".join(item[3] for item in found)
 
 
 @pytest.mark.parametrize(
@@ -240,8 +309,8 @@ TWO, HABIT = (tool(1, 80.0), tool(5, 90.0)), "T1 M6\nG43 H51\n"
     [
         ("T1 M6\nG43 H5\n", TWO, "number 5, 90 mm, is in force, but tool 1, which has 80 mm, is in the spindle"),
         ("T1 M6\nG43.4 H5\n", TWO, "is in force, but tool 1, which has 80 mm, is in the spindle"),
-        ("T1 M6\nT5\nG43 H5\n", TWO, "is in the spindle (T5 without M6 only selects)"),
-        ("T5\nG43 H5\n", TWO, "T5 without M6 only selects the tool, and the tool table has others"),
+        ("T1 M6\nT5\nG43 H5\n", TWO, "T5 only selects the tool, and no M6 loads it: H5 in line"),
+        ("T5\nG43 H5\n", TWO, "puts its length, 90 mm, in force, and the tool table has others; write M6 after T5"),
         ("T1\nG43 H5\n", TWO, "but T1 was called, which has 80 mm"),
         (HABIT, (tool(1, 80.0), tool(51, 81.0)), "but tool 1, which has 80 mm, is in the spindle"),
         (HABIT, (tool(1, 80.0), tool(51, 80.0)), ""),  # a shop's numbers: nothing contradicts them
@@ -257,7 +326,8 @@ def test_the_length_of_another_tool(dialect, body, tools, said):
     source = f"O1\nG21 G90 G94\n{body}{cuts}"
     options = vp.Options(tools={one.number: one for one in tools}, wcs={"G54": (0, 0, 60)}, dialect=dialect)
     found = vp.check(source.removeprefix("O1\n" if dialect == "rs274" else ""), "verne", options).findings
-    assert [item.message for item in found if item.code == "VP049"] == [said and found[0].message][: bool(said)]
+    found = [item for item in found if said or item.code == "VP049"]
+    assert [item.code for item in found] == ["VP041" if "M6" in said else "VP049"][: bool(said)]
     assert {item.severity for item in found} <= {"warning"}
     assert said in "".join(item.message for item in found)
 

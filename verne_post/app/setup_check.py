@@ -2,9 +2,7 @@
 
 import dataclasses
 import math
-import re
-from collections.abc import Iterator, Mapping
-from typing import Final
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 from msgspec import Struct
@@ -33,9 +31,6 @@ from verne_post.model.plausibility import PLAUSIBLE, compare_largest
 from verne_post.model.toolpath import SegmentKind, ToolPath
 from verne_post.model.verdict import find_worst
 from verne_post.model.work_systems import find_placer
-
-#: Of VP049: the number of D.
-_CUTTER: Final = re.compile(r"the diameter number (\d+),")
 
 
 def check_setup(moves: Moves, path: ToolPath, machine: Machine, options: Options) -> list[Finding]:
@@ -77,17 +72,18 @@ def check_setup(moves: Moves, path: ToolPath, machine: Machine, options: Options
         )
         for system, at in unplaced.items()
     ]
+    changes = check_tool_change(moves, path)
     if options.tool_length is None:
-        found += _check_lengths(moves, path, options)
+        found += _check_lengths(moves, path, options, changes)
     called = _list_called_tools(moves)  # as a diameter of wear nobody takes that of a tool which cuts too
-    cutters = ((item, _find_cutter(item)) for item in moves.findings)
-    found += [dataclasses.replace(item, severity="error") for item, tool in cutters if tool and tool in called]
+    cutters = [item for item in moves.findings if item.quantity == "diameter" and item.tool in called]
+    found += [dataclasses.replace(item, severity="error") for item in cutters]
     if find_worst(found) == "error":  # what follows would be about a part or a tip that is somewhere else
         raise InputError(*(item for item in found if item.severity == "error"))
     texts = _find_implausible(options)
     found += [*_check_tolerances(moves, path), *_find_idle_tolerances(moves, path, options)]
     found += [*_check_directions(moves, path, machine), *_check_planes(moves, path), *check_spindle(moves, path)]
-    found += [*check_speed(moves, path), *check_tool_change(moves, path)]
+    found += [*check_speed(moves, path), *changes]
     return [*(make_finding("VP505", text) for text in texts), *found]
 
 
@@ -198,8 +194,10 @@ def _find_cuts(moves: Moves, path: ToolPath, stretch: _Stretch) -> tuple[int, in
     return first, -1
 
 
-def _check_lengths(moves: Moves, path: ToolPath, options: Options) -> Iterator[Finding]:
+def _check_lengths(moves: Moves, path: ToolPath, options: Options, changes: Sequence[Finding]) -> Iterator[Finding]:
     """VP034: tools that cut without a length, or with that of another tool, each once; VP049 where it is an error.
+
+    Where a change of tools is missing (VP041), the length follows from that: this finding is the error in its place.
 
     An error where the set-up gives the tool a length, and it comes down with another one: nothing else can be meant. A
     length that no tool before has may be a second offset of the same tool, or wear; one that H names, if no tool of the
@@ -207,8 +205,9 @@ def _check_lengths(moves: Moves, path: ToolPath, options: Options) -> Iterator[F
     """
     lengths = {number: tool.offset[2] for number, tool in (options.tools or {}).items() if not tool.unmeasured}
     names = name_tools(moves.events)
-    named = [item for item in moves.findings if item.code == "VP049" and not _find_cutter(item)]
-    called = _list_called_tools(moves)
+    named = [item for item in moves.findings if item.quantity == "length"]
+    unloaded = [*(item for item in moves.findings if item.code == "VP041"), *changes]
+    called = _list_called_tools(moves) | {item.tool: None for item in unloaded if item.tool is not None}
     wrong: dict[tuple[int, float], tuple[int, int, str]] = {}  # tool and length -> first cut, first low one, message
     before: list[int] = []  # tools so far
     for stretch in _list_stretches(moves, path):
@@ -223,10 +222,11 @@ def _check_lengths(moves: Moves, path: ToolPath, options: Options) -> Iterator[F
         if first < 0:
             continue
         change = max((one.line for one in moves.events if one.kind == "tool" and one.before <= first), default=0)
-        told = [item for item in named if item.line is not None and change <= item.line <= moves.line[first]]
-        if length and told and low >= 0 and own:
+        suspects = [*(named if length else ()), *unloaded]
+        told = [item for item in suspects if item.line is not None and change <= item.line <= moves.line[first]]
+        if told and low >= 0 and own and told[-1].tool:
             yield dataclasses.replace(told[-1], severity="error")
-        if length and (told or owner is None):
+        if told or (length and owner is None):
             continue  # an H of another tool since then has its own warning
         # no length is told once, whatever the tools
         known = wrong.setdefault((tool if length else 0, length), (first, -1, ""))
@@ -246,13 +246,12 @@ def _check_lengths(moves: Moves, path: ToolPath, options: Options) -> Iterator[F
 
 def _list_called_tools(moves: Moves) -> dict[int, None]:
     """Numbers of tools, each once: one that T names without M6 is meant to cut as much as one that M6 loads."""
-    return dict.fromkeys([*(number for _change, number in list_tool_changes(moves.events)), *moves.selections])
-
-
-def _find_cutter(item: Finding) -> int:
-    """The tool whose diameter D puts in force, of a finding VP049 about that; 0 of others."""
-    found = _CUTTER.match(item.message) if item.code == "VP049" else None
-    return int(found[1]) if found else 0
+    return dict.fromkeys(
+        [
+            *(number for _change, number in list_tool_changes(moves.events)),
+            *(one.number for one in moves.selections if one.number),
+        ]
+    )
 
 
 def _describe_other_length(tool: int, length: float, own: float, owner: int, names: Mapping[int, str]) -> str:

@@ -1,5 +1,6 @@
 """Cuts at feed rate while the spindle stands, or turns at no speed (VP050), or while its tool is not loaded (VP041)."""
 
+import math
 from collections.abc import Iterable
 
 import numpy as np
@@ -10,7 +11,7 @@ from verne_post.base.columns import iterate_blocks
 from verne_post.base.rotations import find_axis_of_angles
 from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.model.findings import Finding, make_finding
-from verne_post.model.moves import Event, Moves, describe_tool
+from verne_post.model.moves import Event, Moves, describe_tool, list_tool_changes
 from verne_post.model.toolpath import SegmentKind, ToolPath
 
 #: How moves count while a stretch holds: the spindle turns; it stands, and no move counts; it was never started with
@@ -84,19 +85,39 @@ def check_speed(moves: Moves, path: ToolPath) -> list[Finding]:
 
 
 def check_tool_change(moves: Moves, path: ToolPath) -> list[Finding]:
-    """VP041: T selects a tool, the program cuts, and nothing ever loads a tool; where VP049 has not said so."""
-    first = _find_first_cut(path, 0)
-    loads = any(event.kind in ("tool", "tool number", "remapped") for event in moves.events)
-    is_told = any(item.code == "VP049" for item in moves.findings)
-    if not moves.selections or loads or is_told or first < 0:
+    """VP041: T selects a tool, and the program cuts on without M6, each tool once; not what the moves have told.
+
+    Programs make the next tool ready while another one cuts: that T stands beside M6, or before the first cut after it.
+    So a T counts where it comes after a cut of the tool before, or before any tool is loaded. A code of the builder may
+    load tools.
+    """
+    if any(event.kind == "remapped" for event in moves.events):
         return []
-    number, line = next(iter(moves.selections.items()))
-    cut = int(moves.line[first])
-    text = (
-        f"T{number} only selects the tool, and no M6 loads it: line {cut} cuts with the tool that was in the spindle "
-        "before; write M6"
-    )
-    return [make_finding("VP041", text, line=line, last_line=max(line, cut), worst_line=line)]
+    found = dict[int, Finding]()
+    told = {item.line for item in moves.findings if item.code == "VP041"}
+    lengths = [item.line or 0 for item in moves.findings if item.quantity == "length"]
+    loads = [(event.before, number) for event, number in list_tool_changes(moves.events)]
+    for index, one in enumerate(moves.selections):
+        then = moves.selections[index + 1] if index + 1 < len(moves.selections) else None
+        if one.is_loaded or not one.number or one.number in found or one.line in told:
+            continue
+        end = math.inf if then is None else then.line
+        if any(one.line <= line < end for line in lengths) or (then is not None and then.number == one.number):
+            continue
+        loaded, number = next((load for load in reversed(loads) if load[0] <= one.before), (-1, 0))
+        is_staged = loaded >= 0 and not 0 <= _find_first_cut(path, loaded) < one.before
+        first = -1 if is_staged or number == one.number else _find_first_cut(path, one.before)
+        if first < 0 or (then is not None and first >= then.before):
+            continue
+        cut, word = int(moves.line[first]), one.spell()
+        text = (
+            f"{word} only selects the tool, and no M6 loads it: line {cut} cuts with the tool that was in the spindle "
+            f"before; write M6 after {word}"
+        )
+        found[one.number] = make_finding(
+            "VP041", text, line=one.line, last_line=max(one.line, cut), worst_line=one.line, tool=one.number
+        )
+    return list(found.values())
 
 
 def _find_first_cut(path: ToolPath, first: int) -> int:

@@ -29,6 +29,7 @@ from verne_post.model.moves import (
     MoveKind,
     Moves,
     PathControl,
+    Selection,
     Stock,
     TablePlace,
 )
@@ -158,7 +159,7 @@ class Recorder(Struct):
     #: As in Moves; in RS274 codes say it.
     tcp_changes: list[int] = field(default_factory=lambda: [0])
     needs_tcp_code: bool = False
-    selections: dict[int, int] = field(default_factory=dict)
+    selections: list[Selection] = field(default_factory=list)
     calls_presets: bool = False
     first_cut: int = 0
     assumed_axes: dict[int, int] = field(default_factory=dict)
@@ -341,11 +342,20 @@ class Recorder(Struct):
             else dataclasses.replace(before, count=before.count + 1)
         )
 
-    def note_once(self, code: str, message: str, line: int, edits: tuple[Remedy, ...] = ()) -> None:
-        """Record a warning at the first place alone."""
+    def note_once(
+        self,
+        code: str,
+        message: str,
+        line: int,
+        edits: tuple[Remedy, ...] = (),
+        tool: int | None = None,
+        quantity: str = "",
+    ) -> None:
+        """Record a warning at the first place alone, with the data that a finding may have."""
         if not any(item.code == code and item.message == message for item in self.warnings.values()):
             self.warn(code, message, line, None)
-            self.warnings[line, code] = dataclasses.replace(self.warnings[line, code], edits=edits)
+            item = self.warnings[line, code]
+            self.warnings[line, code] = dataclasses.replace(item, edits=edits, tool=tool, quantity=quantity)
 
     def _flush(self, count: int) -> None:
         """Turn the first rows of those that are kept one by one into a block, and settle their arcs."""
@@ -437,7 +447,7 @@ class Recorder(Struct):
             table_places=tuple(self.table_places),
             tcp_changes=tuple(self.tcp_changes),
             needs_tcp_code=self.needs_tcp_code,
-            selections=self.selections,
+            selections=tuple(self.selections),
             calls_presets=self.calls_presets,
             first_cut=self.first_cut,
             assumed_axes=self.assumed_axes,

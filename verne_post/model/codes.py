@@ -336,12 +336,14 @@ CODES: Final[dict[str, Code]] = _make_table(
     ),
     (
         "VP041",
-        "tool selected, not loaded",
+        "change of tools without T or without M6",
         "warning",
-        "The program names a tool with T and cuts, but no M6 loads the tool. T alone only makes it ready: the tool "
-        "that was in the spindle before cuts, with the length of another one.",
-        "Write M6 beside T. If the control loads the tool by another code of its builder, give that code a meaning in "
-        "[remap].",
+        "T alone only makes a tool ready: without M6 the tool that was in the spindle before cuts. M6 alone loads the "
+        "tool that T has named last: without a new T the same tool comes again. It is an error where the tool in the "
+        "spindle comes down with the length of another one. T beside M6, or before the first cut after it, makes the "
+        "next tool ready and is not reported.",
+        "Write both T and M6. If the control loads the tool by another code of its builder, give that code a meaning "
+        "in [remap].",
     ),
     (
         "VP042",
@@ -398,13 +400,12 @@ CODES: Final[dict[str, Code]] = _make_table(
         "length or diameter of another tool",
         "warning",
         "The tool length in force is not that of the tool in the spindle: H (in CL files ADJUST) has another number, "
-        "and the tool table gives the two different lengths. Or T has selected the tool, and no M6 has brought it into "
-        "the spindle. It is an error where the program calls the tool to which the length belongs, also by T alone, "
-        "and the tool in the spindle comes down with it. "
+        "and the tool table gives the two different lengths. It is an error where the program calls the tool to which "
+        "the length belongs, also by T alone, and the tool in the spindle comes down with it. "
         "An H of another number is not reported where its length is the same, or where the tool has none of its own. "
         "The same holds for D of G41 and its diameter: it is an error where the program calls the tool of this number, "
         "and a number that has a diameter alone, as D25 for T5, is not reported.",
-        "Write H and D with the number of the tool, or M6 after T. If the length belongs to the tool, as with H51 for "
+        "Write H and D with the number of the tool. If the length belongs to the tool, as with H51 for "
         "T1, give both numbers the same length, or none to the tool's own. A number of D that is no tool has no "
         "length.",
     ),
@@ -756,7 +757,7 @@ CODES: Final[dict[str, Code]] = _make_table(
 )
 
 #: Codes that are errors in some cases and warnings in others.
-_EITHER: Final = ("VP033", "VP034", "VP036", "VP049", "VP202", "VP203", "VP301", "VP505")
+_EITHER: Final = ("VP033", "VP034", "VP036", "VP041", "VP049", "VP202", "VP203", "VP301", "VP505")
 
 
 def describe_severity(code: Code) -> str:

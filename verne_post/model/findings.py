@@ -52,6 +52,11 @@ class Finding:
         The file, other than the program, in which the mistake stands, and its line there, from 1.
     settled_by : tuple of tuple of str
         Keys of a set-up that would settle it: ("tools", "5", "length"), ("wcs", "G54"), ("remap", "M11"), ...
+    tool : int or None
+        The tool whose length or diameter the program puts in force where another one is in the spindle.
+    quantity : str
+        What ``value`` is, or which value of a tool is meant: "length", "diameter", "vertical drop of a rod (rho1)".
+        Empty where it is the position of ``axis``, or nothing is measured.
     """
 
     code: str
@@ -71,6 +76,8 @@ class Finding:
     settled_by: tuple[tuple[str, ...], ...] = ()
     file: str | None = None
     file_line: int | None = None
+    tool: int | None = None
+    quantity: str = ""
 
     def _repr_html_(self) -> str:
         return format_html_table(make_findings_table([self]))

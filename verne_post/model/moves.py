@@ -174,6 +174,20 @@ class Event(Struct, frozen=True):
         return self.kind == "tool" or (self.kind == "input" and self.data["wait"] != 0)
 
 
+class Selection(Struct, frozen=True):
+    """A tool that T selects for the next change of tools."""
+
+    number: int  #: 0 for an empty spindle.
+    line: int
+    before: int  #: As in :class:`Event`.
+    name: str = ""  #: Where the program calls it by its name.
+    is_loaded: bool = False  #: A change of tools loads it before T selects again.
+
+    def spell(self) -> str:
+        """The word of the program."""
+        return f'T="{self.name}"' if self.name else f"T{self.number}"
+
+
 def name_tools(events: Iterable[Event]) -> dict[int, str]:
     """Number -> name of the tools that a program names."""
     return {int(str(event.data["number"])): str(event.data["name"]) for event in events if "name" in event.data}
@@ -301,8 +315,7 @@ class Moves(Struct, frozen=True):
     tcp_changes: tuple[int, ...] = (0,)
     #: Whether controls of the language hold the tip only after such a code, also where the table turns as it cuts.
     needs_tcp_code: bool = False
-    #: The tools that T selects, in the order of the program, each with the first line that does.
-    selections: Mapping[int, int] = field(default_factory=dict)
+    selections: tuple[Selection, ...] = ()  #: The tools that T selects, in the order of execution, T0 too.
     calls_presets: bool = False  #: Whether the program knows work systems as presets, by number (Klartext).
     #: Number of the first move that may cut: feed moves before it are those of a retracted head without a length.
     first_cut: int = 0

@@ -1,5 +1,6 @@
 """Tools: which one is in the spindle, whose length holds, and how wide it is."""
 
+import dataclasses
 from collections.abc import Callable
 
 from msgspec.structs import replace
@@ -10,7 +11,7 @@ from verne_post.gcode.machining.state import describe_tool_event
 from verne_post.gcode.missing_setup import check_measured, find_tool_key, report_missing_tool, stands_in
 from verne_post.gcode.program_error import At, ProgramError
 from verne_post.model.findings import Remedy
-from verne_post.model.moves import ZERO9
+from verne_post.model.moves import ZERO9, Selection
 from verne_post.model.part_setup import Tool, Vector9, describe_tool_number, spell_tool_word
 
 
@@ -29,17 +30,36 @@ class Tools:
 
     def select(self, at: At, number: int) -> None:
         """The tool comes with the next tool change."""
+        name = self.state.tool_names.get(number, "")
+        self.recorder.selections.append(Selection(number, at.line, self.recorder.count, name))
         self.check_tool(at, number, "T")
         self.state.selected_tool = number
-        if number:
-            self.recorder.selections.setdefault(number, at.line)
 
     def change(self, at: At) -> None:
-        """The selected tool comes into the spindle, which stops for it."""
+        """The selected tool comes into the spindle, which stops for it; VP041 where no T has selected one for it."""
+        selections = self.recorder.selections
+        if not selections or selections[-1].is_loaded:
+            self._report_repeated_change(at)
+        else:
+            selections[-1] = replace(selections[-1], is_loaded=True)
         self._load(self.state.selected_tool or 0)
         refuse_compensation(self.state, "M6")
         self.state.spindle_on = False
         self.recorder.record_event(at.line, "tool", **describe_tool_event(self.state, self.state.loaded_tool or 0))
+
+    def _report_repeated_change(self, at: At) -> None:
+        """VP041: M6, and no T since the change of tools before it."""
+        number = self.state.loaded_tool
+        before = next((one.line for one in reversed(self.recorder.events) if one.kind == "tool"), 0)
+        if not self.setup.machine or before == at.line:  # a block that is executed again says it once
+            return
+        text = (
+            f"M6 without T: no block after line {before} selects a tool, so "
+            f"{describe_tool_number(number, self.state.tool_names)} comes into the spindle again; write T before M6"
+            if number
+            else "M6 without T: no block before it selects a tool; write T and its number before M6"
+        )
+        self.recorder.warn("VP041", text, at.line, at.columns.get("M"))
 
     def set_number(self, at: At, number: int) -> None:
         """No tool is changed: only its number is set (M61)."""
@@ -134,18 +154,35 @@ class Tools:
             return
         if self._may_hold_another():
             return
-        if tool == number:
-            why = f"but T{tool} without M6 only selects the tool, and the tool table has others"
-        elif state.loaded_tool:
-            why = f"but tool {tool}, which has {lengths[tool]:g} mm, is in the spindle"
-            if state.selected_tool == number:
-                why += f" (T{number} without M6 only selects)"
+        if state.loaded_tool:
+            holds = f"tool {tool}, which has {lengths[tool]:g} mm, is in the spindle"
         else:
-            why = f"but T{tool} was called, which has {lengths[tool]:g} mm"
-        text = f"the length number {number}, {length:g} mm, is in force, {why}"
+            holds = (
+                "the tool table has others" if tool == number else f"T{tool} was called, which has {lengths[tool]:g} mm"
+            )
+        if self._explain_by_change(at, number, length, holds):
+            return
+        text = f"the length number {number}, {length:g} mm, is in force, but {holds}"
         own = Remedy("", str(tool), line=at.line, word=("H", number))
-        # where T has selected the tool of H, M6 is what is missing: H of the tool in the spindle would hide it
-        self.recorder.note_once("VP049", text, at.line, () if state.selected_tool == number else (own,))
+        self.recorder.note_once("VP049", text, at.line, (own,), number, "length")
+
+    def _explain_by_change(self, at: At, number: int, length: float, holds: str) -> bool:
+        """Whether the tool of H is not in the spindle because M6, or T, is missing before: VP041 there says so."""
+        selections, warnings = self.recorder.selections, self.recorder.warnings
+        last = selections[-1] if selections else None
+        puts = f"H{number} in line {at.line} puts its length, {length:g} mm, in force, and {holds}"
+        if last is not None and not last.is_loaded and last.number == number:
+            text = f"T{number} only selects the tool, and no M6 loads it: {puts}; write M6 after T{number}"
+            self.recorder.note_once("VP041", text, last.line, (), number, "length")
+            return True
+        change = next((one.line for one in reversed(self.recorder.events) if one.kind == "tool"), 0)
+        warning = warnings.get((change, "VP041"))
+        if warning is None or (last is not None and not last.is_loaded):
+            return False
+        if warning.tool is None:
+            text = f"M6 without T loads no other tool: {puts}; write T{number} before M6"
+            warnings[change, "VP041"] = dataclasses.replace(warning, message=text, tool=number, quantity="length")
+        return True
 
     def compare_diameter(self, at: At, number: int) -> None:
         """Warn (VP049) where D puts the diameter of another tool in force than the one in the spindle has.
@@ -157,7 +194,7 @@ class Tools:
         if not self.setup.machine or not tool or number not in tools or tool not in tools:
             return
         diameters = [tools[one].diameter for one in (number, tool)]
-        is_tool = number in self.recorder.selections or not tools[number].unmeasured
+        is_tool = any(number == one.number for one in self.recorder.selections) or not tools[number].unmeasured
         if min(diameters) <= 0 or abs(diameters[0] - diameters[1]) <= ZERO_LENGTH_MM or not is_tool:
             return
         if stands_in(tools[number]) or stands_in(tools[tool]) or self._may_hold_another():
@@ -167,8 +204,8 @@ class Tools:
             f"{diameters[1]:g} mm, is in the spindle"
         )
         is_staged, own = self.state.selected_tool == number, Remedy("", str(tool), line=at.line, word=("D", number))
-        if not (is_staged and any(item.code == "VP049" for item in self.recorder.warnings.values())):
-            self.recorder.note_once("VP049", text, at.line, () if is_staged else (own,))
+        if not any(item.code == "VP041" and item.tool == number for item in self.recorder.warnings.values()):
+            self.recorder.note_once("VP049", text, at.line, () if is_staged else (own,), number, "diameter")
 
     def _may_hold_another(self) -> bool:
         """Whether a code of the builder may have changed the tool."""

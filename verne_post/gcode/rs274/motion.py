@@ -33,11 +33,19 @@ LENGTH_WORDS: Final = "G43 H with --tool-table, --tool-length MM, or G49 for len
 
 
 def refuse_lacking(
-    core: Machining, name: str, *, given: bool, length_words: str, turns_itself: bool = False, feed_words: str = "F"
+    core: Machining,
+    name: str,
+    *,
+    given: bool,
+    length_words: str,
+    turns_itself: bool = False,
+    feed_words: str = "F",
+    loads_lengths: bool = False,
 ) -> None:
     """Refuse a feed move, ``name``, that lacks a feed rate (VP009) or a tool length (VP012).
 
-    ``given``: its block has its own F, which inverse-time feed needs; ``turns_itself``: it switches the spindle on.
+    ``given``: its block has its own F, which inverse-time feed needs; ``turns_itself``: it switches the spindle on;
+    ``loads_lengths``: M6 brings the length of its tool.
     """
     lacking = core.find_lacking(given=given, turns_itself=turns_itself)
     if lacking == "F in the block":
@@ -54,7 +62,11 @@ def refuse_lacking(
         raise ProgramError("VP009", f"{name} with feed per revolution (G95) needs a turning spindle; give S and M3")
     if lacking == "tool length":
         state = core.state
-        tool = (state.tools or {}).get(state.loaded_tool or 0)
+        tool, selections = (state.tools or {}).get(state.loaded_tool or 0), core.recorder.selections
+        if loads_lengths and not state.loaded_tool and selections and not selections[-1].is_loaded:
+            word = selections[-1].spell()
+            text = f"{word} only selects the tool, and no M6 loads it before the first feed move; write M6 after {word}"
+            raise ProgramError("VP012", text, line=selections[-1].line)
         if tool is None or tool.unmeasured or not tool.offset[2]:
             raise ProgramError("VP012", f"no tool length has been given before the first feed move; use {length_words}")
         mine = describe_tool_number(tool.number, state.tool_names)

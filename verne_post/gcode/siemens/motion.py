@@ -148,7 +148,14 @@ class SiemensMotion:
 
     def check_feed(self, name: str) -> None:
         """Refuse a feed move, ``name``, that lacks F or a tool length."""
-        refuse_lacking(self.core, name, given=self.has_feed, length_words=_LENGTH_WORDS, feed_words=_FEED_WORDS)
+        refuse_lacking(
+            self.core,
+            name,
+            given=self.has_feed,
+            length_words=_LENGTH_WORDS,
+            feed_words=_FEED_WORDS,
+            loads_lengths=True,
+        )
 
     # --- straight moves ---------------------------------------------------------------------------------
 
