@@ -53,7 +53,7 @@ def test_a_tool_with_the_length_of_the_one_before() -> None:
     """A forgotten G43 drives tool 2 too deep by 30 mm; H22, another offset of tool 2, may be meant."""
     lengths = {1: 80.0, 2: 110.0, 22: 110.2}
     tools = {n: vp.Tool(n, n, (0.0, 0.0, z, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)) for n, z in lengths.items()}
-    program = "G21 G90 F600 S900\nT1 M6\nM3 G43 H1\nG0 X0 Y0 Z80 A0 C0\nG1 X5\nG0 Z90\nT2 M6\n{}M3 G1 X6\nX7\nM2\n"
+    program = "G21 G90 F600 S900\nT1 M6\nM3 G43 H1\nG0 X0 Y0 Z80 A0 C0\nG1 X5\nG0 Z90\nT2 M6\n{}S900 M3 G1 X6\nX7\nM2\n"
     options = vp.Options(tools=tools, wcs={"G54": (0, 0, 30)}, split_at_stops=True)
     found = vp.check(program.format(""), "verne", options).findings
     assert [(item.code, item.severity, item.line) for item in found] == [("VP034", "warning", 8)]
@@ -122,20 +122,23 @@ TWO_TOOLS = {
 }
 
 
-def check_two_tools(dialect: str, first: tuple[str, str], second: tuple[str, str]) -> list[tuple[str, str, str, str]]:
-    """Findings of the program with these replacements in the lines of each tool: code, severity, line, message."""
-    calls, program, cuts = TWO_TOOLS[dialect]
-    bodies = [cuts.format(call.replace(*change)) for call, change in zip(calls, (first, second), strict=True)]
-    text = program.format(*bodies)
+def check_text(dialect: str, text: str) -> list[tuple[str, str, str, str]]:
+    """Findings of a program with tools of 80 and 110 mm: code, severity, line, message."""
     tools = {n: vp.Tool(n, n, (0.0, 0.0, z, *(0.0,) * 6), 6.0) for n, z in {1: 80.0, 2: 110.0}.items()}
     control = {"siemens": {"tools": {"EM6": 1, "EM10": 2}}}
     options = vp.Options(tools=tools, wcs={"G54": (0, 0, 40)}, dialect=dialect, split_at_stops=True, control=control)
-    lines = text.splitlines()
     return [
-        (item.code, item.severity, lines[(item.line or 0) - 1], item.message)
+        (item.code, item.severity, text.splitlines()[(item.line or 0) - 1], item.message)
         for item in vp.check(text, "verne", options).findings
         if item.code not in ("VP046", "VP421")
     ]
+
+
+def check_two_tools(dialect: str, first: tuple[str, str], second: tuple[str, str]) -> list[tuple[str, str, str, str]]:
+    """The same of the program with these replacements in the lines that bring each tool."""
+    calls, program, cuts = TWO_TOOLS[dialect]
+    bodies = [cuts.format(call.replace(*change)) for call, change in zip(calls, (first, second), strict=True)]
+    return check_text(dialect, program.format(*bodies))
 
 
 NOTHING = ("", "")
@@ -161,6 +164,65 @@ NOTHING = ("", "")
 def test_a_change_of_tools_lacks_t_or_m6(dialect, first, second, expected, said):
     """The line that has to be changed is told, and nothing that follows from it."""
     found = check_two_tools(dialect, first, second)
+    assert [item[:3] for item in found] == ([] if expected is None else [expected])
+    assert said in "".join(item[3] for item in found)
+
+
+@pytest.mark.parametrize(
+    ("dialect", "old", "new", "line"),
+    [
+        ("fanuc", "S9000 M03", "M03", "M03"),
+        ("rs274", "S9000 M3", "M3", "M3"),
+        ("siemens", "S9000 M3", "M3", "M3"),
+        ("heidenhain", " S9000", "", "L A+0 C+0 R0 FMAX M3"),
+        ("fanuc", "S9000 M03", "M03\nS8000", None),
+        ("heidenhain", "S9000", "S8000", None),
+        ("fanuc", "T2 M06\nS9000 M03", "T2 M06 S8000\nM03", None),
+        ("fanuc", "T2 M06\nS9000 M03\nG43 H2", "T1 M06\nM03\nG43 H1", None),  # the same tool again
+    ],
+)
+def test_the_speed_of_the_tool_before(dialect, old, new, line):
+    """A drill turned as fast as the mill before it, without a word."""
+    found = check_two_tools(dialect, NOTHING, (old, new))
+    assert [item[:3] for item in found] == ([("VP050", "warning", line)] if line else [])
+    assert all(
+        "starts with S8000 of the tool before: no block gives S after the change to tool 2" in one[3] for one in found
+    )
+
+
+PLANE = "G68.2 X0. Y10. Z5. I0. J25. K0.\nG53.1"
+DRILL = "G81 Z1. R3. F200.\nG80\n"
+SWIVEL = 'CYCLE800(0,"",0,57,0,10,5,25,0,0,0,0,0,-1)'
+SPATIAL = "PLANE SPATIAL SPA+25 SPB+0 SPC+0 TURN FMAX SEQ-"
+
+
+@pytest.mark.parametrize(
+    ("dialect", "plane", "last", "end", "expected", "said"),
+    [
+        ("fanuc", PLANE, "", "", ("VP043", "warning", "T2 M06"), "the plane of G68.2 in line 10 is still in force"),
+        ("fanuc", PLANE, "", "G69\n", None, ""),
+        ("siemens", SWIVEL, "", "", ("VP017", "error", "G0 A0 C0"), "write CYCLE800() first"),
+        ("siemens", SWIVEL, "", "CYCLE800()\n", None, ""),
+        ("heidenhain", SPATIAL, "", "", ("VP017", "error", "L X-30 Y-20 FMAX M8"), "PLANE RESET ends it"),
+        ("heidenhain", SPATIAL, "", "PLANE RESET STAY\n", None, ""),
+        # the table is not turned to the plane
+        ("fanuc", PLANE[:-6], "", "G69\n", ("VP042", "warning", "G01 Z-2. F400."), "write G53.1 after G68.2"),
+        ("fanuc", PLANE[:-6], DRILL, "G69\n", ("VP017", "error", "G81 Z1. R3. F200."), "write G53.1"),
+        ("fanuc", PLANE, DRILL, "G69\n", None, ""),
+        ("siemens", SWIVEL[:-3] + "0)", "", "CYCLE800()\n", ("VP042", "warning", "G1 Z-2 F400"), "give CYCLE800"),
+        ("heidenhain", SPATIAL.replace("TURN FMAX", "STAY"), "", "PLANE RESET STAY\n",
+         ("VP017", "error", "L X-30 Y-20 FMAX M8"), "write MOVE or TURN in place of STAY"),
+    ],
+)  # fmt: skip
+def test_a_plane_that_is_not_ended_or_to_which_nothing_turns(dialect, plane, last, end, expected, said):
+    """The plane is programmed before the first tool cuts, and ended after it."""
+    calls, program, cuts = TWO_TOOLS[dialect]
+    lines = cuts.replace("Z2", "Z-2").replace("Z+2", "Z-2").splitlines(keepends=True)
+    at = next(number for number, text in enumerate(lines) if "X-30" in text)
+    retract = next(number for number, text in enumerate(lines) if "M09" in text or "M9" in text)
+    first = [*lines[:at], "L Z+100 FMAX\n" * (dialect == "heidenhain"), f"{plane}\n", *lines[at:retract]]
+    first += [last, lines[retract], end, *lines[retract + 1 :]]
+    found = check_text(dialect, program.format("".join(first).format(calls[0]), cuts.format(calls[1])))
     assert [item[:3] for item in found] == ([] if expected is None else [expected])
     assert said in "".join(item[3] for item in found)
 
@@ -229,7 +291,9 @@ def test_a_length_that_is_given_and_not_active_is_not_asked_for(run, tmp_path) -
 
 def test_a_tool_that_comes_down_with_the_length_of_another_refuses() -> None:
     tools = {n: vp.Tool(n, n, (0.0, 0.0, z, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)) for n, z in {1: 80.0, 2: 110.0}.items()}
-    program = "G21 G90 F600 S900\nT1 M6\nM3 G43 H1\nG0 X0 Y0 Z80 A0 C0\nG1 X5\nG0 Z90\nT2 M6\nM3 G1 X6\n{}Z70\nM2\n"
+    program = (
+        "G21 G90 F600 S900\nT1 M6\nM3 G43 H1\nG0 X0 Y0 Z80 A0 C0\nG1 X5\nG0 Z90\nT2 M6\nS900 M3 G1 X6\n{}Z70\nM2\n"
+    )
     options = vp.Options(tools=tools, wcs={"G54": (0, 0, 30)}, split_at_stops=True)
     (found,) = vp.check(program.format(""), "verne", options).findings
     assert (found.code, found.severity, found.line) == ("VP034", "error", 9)

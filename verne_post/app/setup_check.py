@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 from msgspec import Struct
 
-from verne_post.app.spindle_check import check_speed, check_spindle, check_tool_change
+from verne_post.app.spindle_check import check_kept_speed, check_speed, check_spindle, check_tool_change, find_first_cut
 from verne_post.base.columns import iterate_blocks
 from verne_post.base.rotations import find_axis_of_angles
 from verne_post.base.tolerances import DRILL_TILT, LIMIT_SLACK_MM, ZERO_ANGLE, ZERO_LENGTH_MM
@@ -18,6 +18,7 @@ from verne_post.model.machine import Machine
 from verne_post.model.moves import (
     AXES,
     FeedMode,
+    Frame,
     MoveKind,
     Moves,
     PathMode,
@@ -83,7 +84,7 @@ def check_setup(moves: Moves, path: ToolPath, machine: Machine, options: Options
     texts = _find_implausible(options)
     found += [*_check_tolerances(moves, path), *_find_idle_tolerances(moves, path, options)]
     found += [*_check_directions(moves, path, machine), *_check_planes(moves, path), *check_spindle(moves, path)]
-    found += [*check_speed(moves, path), *changes]
+    found += [*check_speed(moves, path), *check_kept_speed(moves, path), *changes, *_check_kept_planes(moves, path)]
     return [*(make_finding("VP505", text) for text in texts), *found]
 
 
@@ -347,13 +348,13 @@ def _check_directions(moves: Moves, path: ToolPath, machine: Machine) -> list[Fi
 
 
 def _check_planes(moves: Moves, path: ToolPath) -> Iterator[Finding]:
-    """VP042: cuts in a tilted plane of a Fanuc program to which nothing has turned the table, each plane once.
+    """VP042: cuts in a tilted plane to which nothing has turned the table, each plane once.
 
     Under a plane in which the tool is tilted anywhere, the program knows what it does: G53.1, A and C words, G43.4.
     Posts may move a retracted head at feed rate before the table turns, so that holds for the whole plane.
     """
-    normals = np.array([1.0 if frame.feature is None else frame.feature.rotation[8] for frame in moves.frames])
-    if not moves.needs_tcp_code or (normals >= 1.0 - DRILL_TILT).all():
+    normals = np.array([_find_tilt(frame) for frame in moves.frames])
+    if not (moves.needs_tcp_code or moves.planes) or (normals >= 1.0 - DRILL_TILT).all():
         return
     runs: list[_Plane] = []
     for begin, end in iterate_blocks(len(path)):
@@ -374,11 +375,36 @@ def _check_planes(moves: Moves, path: ToolPath) -> Iterator[Finding]:
     for run in runs:
         if run.cut >= 0 and run.is_upright and run.normal < 1.0 - DRILL_TILT:
             line, angle = int(moves.line[run.cut]), math.degrees(math.acos(run.normal))
+            call = next((one for one in reversed(moves.planes) if one.before <= run.cut), None)
+            turn = call.turn if call is not None and call.turn else "turn A and C to it"
             text = (
                 f"the tool cuts upright in a plane that is tilted by {angle:.6g} deg: nothing turns the table to it; "
-                "write G53.1 after G68.2, or A and C"
+                f"{turn}"
             )
             yield make_finding("VP042", text, line=line, last_line=line, worst_line=line)
+
+
+def _check_kept_planes(moves: Moves, path: ToolPath) -> Iterator[Finding]:
+    """VP043: a tool cuts in the tilted plane that the tool before it has left in force."""
+    for event, number in list_tool_changes(moves.events) if moves.planes else ():
+        calls = [one for one in moves.planes if one.before < event.before]
+        if not calls or not calls[-1].word or not number:
+            continue
+        ends = [one.before for one in moves.planes if one.before >= event.before]
+        ends += [one.before for one, _number in list_tool_changes(moves.events) if one.before > event.before]
+        cut = find_first_cut(path, event.before)
+        if 0 <= cut < min(ends, default=math.inf) and _find_tilt(moves.frames[moves.frame[cut]]) < 1.0 - DRILL_TILT:
+            text = (
+                f"the plane of {calls[-1].word} in line {calls[-1].line} is still in force after this change of tools, "
+                f"and line {int(moves.line[cut])} cuts in it; write {calls[-1].end} before if it is not meant"
+            )
+            line = event.line
+            yield make_finding("VP043", text, line=line, last_line=max(line, int(moves.line[cut])), worst_line=line)
+
+
+def _find_tilt(frame: Frame) -> float:
+    """Cosine between Z of the table and Z of the plane that the program asks for."""
+    return 1.0 if frame.feature is None or not frame.feature.is_programmed else frame.feature.rotation[8]
 
 
 def _find_naming_move(moves: Moves) -> int:

@@ -1,7 +1,8 @@
-"""Cuts at feed rate while the spindle stands, or turns at no speed (VP050), or while its tool is not loaded (VP041)."""
+"""Cuts while the spindle stands, turns at no speed or at another tool's (VP050), or the tool is not loaded (VP041)."""
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from itertools import pairwise
 
 import numpy as np
 from msgspec import Struct
@@ -74,7 +75,7 @@ def check_spindle(moves: Moves, path: ToolPath) -> list[Finding]:
 def check_speed(moves: Moves, path: ToolPath) -> list[Finding]:
     """VP050: a program cuts with a spindle that it starts, and gives no speed for; the first such start is named."""
     starts = [event for event in moves.events if event.kind == "spindle" and event.data["direction"] != "stop"]
-    if not starts or any(event.data["speed"] for event in starts) or _find_first_cut(path, starts[0].before) < 0:
+    if not starts or any(event.data["speed"] for event in starts) or find_first_cut(path, starts[0].before) < 0:
         return []
     line = starts[0].line
     text = (
@@ -82,6 +83,29 @@ def check_speed(moves: Moves, path: ToolPath) -> list[Finding]:
         "program, or stands; write S"
     )
     return [make_finding("VP050", text, line=line, last_line=line, worst_line=line)]
+
+
+def check_kept_speed(moves: Moves, path: ToolPath) -> Iterator[Finding]:
+    """VP050: a tool cuts with the speed of the tool before, because no block has given S since it was loaded."""
+    changes = [(at, event) for at, event in enumerate(moves.events) if event.kind == "tool"]
+    ends = [*((at, event.before) for at, event in changes[1:]), (len(moves.events), math.inf)]
+    numbers = [0, *(int(str(event.data["number"])) for _at, event in changes)]
+    for (at, event), (last, end), (before, number) in zip(
+        changes, ends[: len(changes)], pairwise(numbers), strict=True
+    ):
+        if not before or number in (0, before):
+            continue
+        starts = [one for one in moves.events[at:last] if one.kind == "spindle" and one.data["direction"] != "stop"]
+        is_given = any(line == event.line or event.before <= move < end for line, move in moves.speeds)
+        if not starts or is_given or not starts[0].data["speed"]:
+            continue
+        if 0 <= find_first_cut(path, starts[0].before) < end:
+            line = starts[0].line
+            text = (
+                f"the spindle starts with S{starts[0].data['speed']:g} of the tool before: no block gives S after the "
+                f"change to {describe_tool(event)} in line {event.line}; write S"
+            )
+            yield make_finding("VP050", text, line=line, last_line=line, worst_line=line)
 
 
 def check_tool_change(moves: Moves, path: ToolPath) -> list[Finding]:
@@ -105,8 +129,8 @@ def check_tool_change(moves: Moves, path: ToolPath) -> list[Finding]:
         if any(one.line <= line < end for line in lengths) or (then is not None and then.number == one.number):
             continue
         loaded, number = next((load for load in reversed(loads) if load[0] <= one.before), (-1, 0))
-        is_staged = loaded >= 0 and not 0 <= _find_first_cut(path, loaded) < one.before
-        first = -1 if is_staged or number == one.number else _find_first_cut(path, one.before)
+        is_staged = loaded >= 0 and not 0 <= find_first_cut(path, loaded) < one.before
+        first = -1 if is_staged or number == one.number else find_first_cut(path, one.before)
         if first < 0 or (then is not None and first >= then.before):
             continue
         cut, word = int(moves.line[first]), one.spell()
@@ -120,7 +144,7 @@ def check_tool_change(moves: Moves, path: ToolPath) -> list[Finding]:
     return list(found.values())
 
 
-def _find_first_cut(path: ToolPath, first: int) -> int:
+def find_first_cut(path: ToolPath, first: int) -> int:
     """The first move at feed rate from a move on; -1 where there is none."""
     for begin, end in iterate_blocks(len(path)):
         move = path.move[begin:end]

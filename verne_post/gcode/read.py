@@ -65,9 +65,15 @@ def interpret_program(source: Text, setup: Setup) -> Moves:
         text, line, execution.recorder.assumed_axes = unsaid
         execution.recorder.warn("VP036", text, line, None)
     if execution.errors:
-        # where a letter stands in a number, the point is not what is missing
+        # where a letter stands in a number, the point is not what is missing; a length that is missing is no other one
         wrong = {item.line for item in execution.errors}
-        warnings = [one for one in execution.recorder.warnings.values() if one.code != "VP038" or one.line not in wrong]
+        lacks_length = any(item.code == "VP012" for item in execution.errors)
+        warnings = [
+            one
+            for one in execution.recorder.warnings.values()
+            if not (one.line in wrong and one.code in ("VP038", "VP041", "VP046"))
+            and not (lacks_length and one.code == "VP046")
+        ]
         every = [*execution.errors, *warnings]
         raise _make_refusal(source, every, dialect, execution, setup)
     return execution.recorder.freeze(start, start_frame, Parameters(setup, state).list_persistent())

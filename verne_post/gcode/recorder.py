@@ -29,6 +29,7 @@ from verne_post.model.moves import (
     MoveKind,
     Moves,
     PathControl,
+    PlaneCall,
     Selection,
     Stock,
     TablePlace,
@@ -160,6 +161,8 @@ class Recorder(Struct):
     tcp_changes: list[int] = field(default_factory=lambda: [0])
     needs_tcp_code: bool = False
     selections: list[Selection] = field(default_factory=list)
+    planes: list[PlaneCall] = field(default_factory=list)
+    speeds: list[tuple[int, int]] = field(default_factory=list)
     calls_presets: bool = False
     first_cut: int = 0
     assumed_axes: dict[int, int] = field(default_factory=dict)
@@ -186,6 +189,17 @@ class Recorder(Struct):
         """From the next move on, codes say in which directions X Y Z count, or no longer do."""
         if is_said != len(self.tcp_changes) % 2:
             self.tcp_changes.append(self.count)
+
+    def call_plane(self, line: int, word: str = "", end: str = "", turn: str = "") -> None:
+        """A tilted plane is in force from here on; or, without ``word``, none."""
+        self.planes.append(PlaneCall(line, self.count, word, end, turn))
+
+    def explain_plane(self, otherwise: str) -> str:
+        """What to do where the tool is not upright on the plane in force; ``otherwise`` where the program has none."""
+        plane = self.planes[-1] if self.planes else None
+        if plane is None or not plane.word:
+            return otherwise
+        return f"the plane of {plane.word} in line {plane.line} is in force: {plane.turn} ({plane.end} ends it)"
 
     def index_frame(self, frame: Frame) -> int:
         """Row of a frame in the table of frames."""
@@ -448,6 +462,8 @@ class Recorder(Struct):
             tcp_changes=tuple(self.tcp_changes),
             needs_tcp_code=self.needs_tcp_code,
             selections=tuple(self.selections),
+            planes=tuple(self.planes),
+            speeds=tuple(self.speeds),
             calls_presets=self.calls_presets,
             first_cut=self.first_cut,
             assumed_axes=self.assumed_axes,

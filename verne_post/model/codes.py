@@ -350,10 +350,20 @@ CODES: Final[dict[str, Code]] = _make_table(
         "plane without a turn of the table",
         "warning",
         "G68.2 says where X Y Z of a tilted plane are, and G53.1 turns the table to it. Without G53.1, or words of the "
-        "rotary axes, the tool stays upright and cuts the plane at a slant. A plane in which the tool is tilted "
+        "rotary axes, the tool stays upright and cuts the plane at a slant. The same holds for PLANE with STAY and for "
+        "CYCLE800 with _DIR 0. A plane in which the tool is tilted "
         "anywhere is not reported. A canned cycle there is an error (VP017).",
         "Write G53.1 after G68.2, or the angles of the rotary axes. No action is needed for a ball end mill that is "
         "to cut a slanted face with an upright tool.",
+    ),
+    (
+        "VP043",
+        "plane in force after a change of tools",
+        "warning",
+        "A tilted plane (G68.2, CYCLE800, PLANE, cycle 19) was not ended before the tool was changed, and the next "
+        "tool cuts in it.",
+        "End the plane before the change: G69, CYCLE800(), PLANE RESET. No action is needed if both tools are to cut "
+        "in the same plane.",
     ),
     (
         "VP045",
@@ -414,7 +424,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "spindle stands in a cut",
         "warning",
         "The program moves at feed rate while the spindle stands: it was not started after a change of tools, or it "
-        "was stopped and the tool goes on cutting. Or it is started, and no block of the program gives S. "
+        "was stopped and the tool goes on cutting. Or it is started, and no block of the program gives S, or none "
+        "since the change of tools: it turns as for the tool before. "
         "Moves in the air cannot always be told: retracts, and moves between "
         "a stop and a new start that follow a retract or a rapid, are not reported. Nor are programs that call no tool "
         "and start no spindle, and tools that are oriented (M19, SPOS).",

@@ -188,6 +188,16 @@ class Selection(Struct, frozen=True):
         return f'T="{self.name}"' if self.name else f"T{self.number}"
 
 
+class PlaneCall(Struct, frozen=True):
+    """Where the program puts a tilted plane in force, or ends it."""
+
+    line: int
+    before: int  #: As in :class:`Event`.
+    word: str = ""  #: What says so, as G68.2; empty where the plane ends.
+    end: str = ""  #: What would end it, as G69.
+    turn: str = ""  #: What would turn the table to it.
+
+
 def name_tools(events: Iterable[Event]) -> dict[int, str]:
     """Number -> name of the tools that a program names."""
     return {int(str(event.data["number"])): str(event.data["name"]) for event in events if "name" in event.data}
@@ -316,6 +326,9 @@ class Moves(Struct, frozen=True):
     #: Whether controls of the language hold the tip only after such a code, also where the table turns as it cuts.
     needs_tcp_code: bool = False
     selections: tuple[Selection, ...] = ()  #: The tools that T selects, in the order of execution, T0 too.
+    planes: tuple[PlaneCall, ...] = ()  #: Tilted planes, in the order of execution.
+    #: Line and number of the next move, of each word that gives the spindle a speed.
+    speeds: tuple[tuple[int, int], ...] = ()
     calls_presets: bool = False  #: Whether the program knows work systems as presets, by number (Klartext).
     #: Number of the first move that may cut: feed moves before it are those of a retracted head without a length.
     first_cut: int = 0

@@ -79,10 +79,9 @@ class KlartextCycles:
 
     def _check_hole(self, number: int, q: _Q) -> None:
         if (tool := self.core.find_tilted_tool()) is not None:
+            remedy = self.core.recorder.explain_plane("position the rotary axes first (PLANE ... MOVE or TURN)")
             raise ProgramError(
-                "VP017",
-                f"cycle {number} drills along Z, but {tool}: it would be dragged sideways; position the rotary axes "
-                "first (PLANE ... MOVE or TURN)",
+                "VP017", f"cycle {number} drills along Z, but {tool}: it would be dragged sideways; {remedy}"
             )
         for name in (Q.CLEARANCE, Q.SECOND_CLEARANCE, Q.UPPER_STOP, Q.LOWER_STOP):
             if q.get(name, 0.0) < 0:

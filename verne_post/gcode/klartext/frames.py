@@ -109,11 +109,8 @@ class KlartextFrames:
         if self.modes.tcp or self.maps.tilt is None or not self.setup.machine:
             return
         if self.core.find_tilted_tool() is not None:
-            raise ProgramError(
-                "VP017",
-                f"{what} in a tilted plane that the tool is not normal to; position the rotary axes first "
-                "(PLANE ... MOVE or TURN, or L A+Q120 C+Q122)",
-            )
+            remedy = self.core.recorder.explain_plane("position the rotary axes first")
+            raise ProgramError("VP017", f"{what} in a tilted plane that the tool is not normal to; {remedy}")
 
     # --- motion of machine axes ----------------------------------------------------------------------------
 

@@ -296,7 +296,7 @@ class KlartextPlanes:
         self, statement: Statement, words: PlaneWords, move: str, angles: tuple[float, float], tilt: Array | None
     ) -> None:
         """STAY, TURN or MOVE, and the new plane."""
-        values = words.values
+        values, word = words.values, f"PLANE {words.kind}" if words.kind in PLANES else "cycle 19"
         distance = values.pop("DIST", None)
         back = words.read_flag("MB MAX")
         retract = values.pop("MB", None)
@@ -306,7 +306,7 @@ class KlartextPlanes:
         if move == "STAY":
             if rapid or feed is not None or back or retract is not None:
                 raise statement.error("VP006", "STAY moves nothing: it takes no F and no MB")
-            self._set_tilt(tilt)
+            self._set_tilt(tilt, word, stays=True)
             return
         kind = MoveKind.RAPID if feed is None else MoveKind.FEED
         with self.core.keep_feed():
@@ -321,10 +321,10 @@ class KlartextPlanes:
                     self.frames.turn_axes(kind, targets, None, sorted(targets))
             else:
                 self._move_about_tip(kind, targets, self.frames.convert_length(distance or 0.0))
-        self._set_tilt(tilt)
+        self._set_tilt(tilt, word)
 
-    def _set_tilt(self, tilt: Array | None) -> None:
-        """Another plane; what was set inside the old one without end goes on outside."""
+    def _set_tilt(self, tilt: Array | None, word: str, *, stays: bool = False) -> None:
+        """Another plane, of PLANE or cycle 19; what was set inside the old one without end goes on outside."""
         maps = self.maps
         if tilt is None and maps.tilt is not None and maps.inner.order:
             if maps.outer.order:
@@ -336,6 +336,13 @@ class KlartextPlanes:
             maps.outer, maps.inner = maps.inner, maps.outer
         maps.tilt = tilt
         self.frames.refresh_frame()
+        line = self.frames.block.line
+        if tilt is None:
+            self.recorder.call_plane(line)
+            return
+        turn = "turn A and C to its Q120 and Q122"
+        end = "PLANE RESET" if word != "cycle 19" else "cycle 19 with angles of 0"
+        self.recorder.call_plane(line, word, end, f"write MOVE or TURN in place of STAY, or {turn}" if stays else turn)
 
     def _move_about_tip(self, kind: MoveKind, targets: dict[int, float], distance: float) -> None:
         """MOVE: the tool turns about the point ``distance`` before its tip, which keeps its place on the workpiece."""
@@ -388,7 +395,7 @@ class KlartextPlanes:
         normal = self._find_normal(tilt) if tilt is not None else np.array([0.0, 0.0, 1.0])
         chosen_angles = self._choose_angles(normal, None, None, tip_stays=move is not None)
         if statement is None or move is None:
-            self._set_tilt(tilt)
+            self._set_tilt(tilt, "cycle 19")
         else:
             self._move_to_plane(statement, move, "MOVE", chosen_angles, tilt)
         self._show_angles(chosen_angles)

@@ -32,6 +32,7 @@ class Auxiliary:
         state = self.state
         if speed < 0:
             raise at.error("VP007", f"S{speed:g}: a spindle speed is not negative", "S")
+        self.recorder.speeds.append((at.line, self.recorder.count))
         is_new = state.spindle_speed != speed
         state.spindle_speed = speed
         if is_new and state.spindle_on and not is_switched:
@@ -49,7 +50,9 @@ class Auxiliary:
             )
             self.recorder.warn("VP045", text, at.line, None)
         self.recorder.record_event(at.line, "spindle mode", code=code, **data)
-        state.spindle_speed = state.spindle_speed if speed is None else speed
+        if speed is not None:
+            state.spindle_speed = speed
+            self.recorder.speeds.append((at.line, self.recorder.count))
         if is_new and state.spindle_on:  # also where the number is the same, it means something else
             self.switch_spindle(at, on=True, backwards=state.spindle_reversed)
 

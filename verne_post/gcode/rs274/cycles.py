@@ -105,11 +105,9 @@ class CycleCodes:
             )
         self.core.require_known(block, [0, 1, 2], f"{spell_g_code(motion)}")
         if (tool := self.core.find_tilted_tool(normal)) is not None:
-            raise ProgramError(
-                "VP017",
-                f"{spell_g_code(motion)} drills along {AXES[normal]}, but {tool}: it would be dragged sideways; turn "
-                "the table, or write the hole with G0 and G1",
-            )
+            remedy = self.core.recorder.explain_plane("turn the table, or write the hole with G0 and G1")
+            what = f"{spell_g_code(motion)} drills along {AXES[normal]}, but {tool}"
+            raise ProgramError("VP017", f"{what}: it would be dragged sideways; {remedy}")
 
     def _read_cycle_heights(self, block: Block, motion: int, normal: int, before: Cycle | None) -> Cycle:
         state = self.state

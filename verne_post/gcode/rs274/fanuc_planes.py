@@ -47,7 +47,7 @@ class FanucPlanes:
     def set_plane(self, block: Block, code: int) -> None:
         """G68.2: a tilted plane; G68.3: the plane of the tool; G68: rotated coordinates; G69 ends them."""
         if code == PLANE_OFF:
-            self._end()
+            self._end(block.line)
             return
         name = spell_g_code(code)
         if code == ROTATION:
@@ -63,6 +63,8 @@ class FanucPlanes:
                 return
             origin, rotation = self._read_plane(block, kind)
         self._set_feature(origin, rotation)
+        turn = f"write G53.1 after {name}, or A and C"
+        self.recorder.call_plane(block.line, name, "G69", turn)
 
     def check_complete(self) -> None:
         """Refuse (VP005) anything else among the blocks that together say one plane."""
@@ -79,10 +81,11 @@ class FanucPlanes:
             code, end = ("G254", "G255") if modes.follows_table else ("G68" if modes.turns else "G68.2", "G69")
             raise ProgramError("VP017", f"{what} under {code}; write {end} first")
 
-    def _end(self) -> None:
+    def _end(self, line: int) -> None:
         if self.modes.follows_table:  # which G255 ends
             return
         self.core.frames.set_frame(replace(self.state.frame, feature=None))
+        self.recorder.call_plane(line)
         if self.modes.turns:
             self.modes.turns, self.modes.after_turn = 0, "G69"
         say_directions(self.core)

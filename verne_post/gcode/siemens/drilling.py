@@ -93,10 +93,10 @@ class _Hole:
         if to.state.tool_axis is not None and not to.motion.follows_part:
             to.motion.settle_table(self.block)
         if (tool := to.core.find_tilted_tool(self.normal)) is not None:
+            remedy = to.recorder.explain_plane("write CYCLE800 or turn the table")
             raise ProgramError(
                 "VP017",
-                f"{name} drills along {AXES[self.normal]}, but {tool}: it would be dragged sideways; write CYCLE800 "
-                "or turn the table",
+                f"{name} drills along {AXES[self.normal]}, but {tool}: it would be dragged sideways; {remedy}",
                 self.given.call.column,
             )
 

@@ -99,10 +99,8 @@ class MillingValues:
         if to.state.tool_axis is not None and not to.motion.follows_part:
             to.motion.settle_table(self.at)
         if (tool := to.core.find_tilted_tool(self.plane[2])) is not None:
-            letter = AXES[self.plane[2]]
-            raise ProgramError(
-                "VP017", f"{name} works along {letter}, but {tool}; write CYCLE800 or turn the table", column
-            )
+            remedy = to.recorder.explain_plane("write CYCLE800 or turn the table")
+            raise ProgramError("VP017", f"{name} works along {AXES[self.plane[2]]}, but {tool}; {remedy}", column)
 
     def measure(self, name: str, *, positive: bool = False) -> float:
         """A length, mm; greater than 0 where it must be."""

@@ -61,6 +61,7 @@ class Swivel:
         self.to.core.refuse_compensation("CYCLE800")
         if not given.values or given.read_text("_TC") == "0":
             self._end()
+            self.to.recorder.call_plane(line)
             return
         if not self.to.modes.frames.program.is_identity:
             raise ProgramError(
@@ -74,6 +75,8 @@ class Swivel:
         direction = given.read_whole("_DIR")
         if direction not in (-1, 0, 1):
             raise given.error("VP007", f"_DIR is {direction}; allowed are -1, 0 and 1", "_DIR")
+        turn = "give CYCLE800 _DIR -1 or 1 in place of 0, or turn A and C"
+        self.to.recorder.call_plane(line, "CYCLE800", "CYCLE800()", turn)
         given.is_given("_TC")
         given.refuse_rest(("_DMODE",))
         if direction:
