@@ -66,7 +66,7 @@ def test_nothing_is_told_that_only_follows_from_a_mistyped_number(run: Callable[
 
 @pytest.mark.parametrize(
     ("name", "line", "columns"),
-    [("p.mpf", "TRAOR SUPAA X1 Q7=3", [1, 7, 16]), ("p.h", "L Z+80 FMA MM9 X+1 FMXA", [8, 12])],
+    [("p.mpf", "TRAOR SUPAA X1 Q7=3", [1, 7, 16]), ("p.h", "L Z+80 FMA MM9 X+1 Y+1O", [8, 12, 20])],
 )
 def test_columns_are_those_of_the_line_as_it_stands(
     run: Callable[..., Any], tmp_path: Path, name: str, line: str, columns: list[int]
@@ -74,6 +74,29 @@ def test_columns_are_those_of_the_line_as_it_stands(
     """Words before it are corrected before a further error is found."""
     found = find_errors(run, tmp_path, name, line)
     assert [int(one.rpartition("(column ")[2].rstrip(")")) for one in found] == columns
+
+
+QUOTED, EDGE = "the name of a tool stands in quotation marks", "the only cutting edge that the set-up gives"
+
+
+@pytest.mark.parametrize(
+    ("name", "lines", "text"),
+    [
+        # the arc begins where the mistyped line ends
+        ("p.mpf", "G1 X50 Y1O\nG3 X60 Y20 CR=10", "VP001 error: Y1O: the letter O in a number; did you mean Y10?"),
+        ("p.mpf", "G1 X50,5 Y0\nG3 X50.5 Y20 CR=10", "VP001 error: X50,5: a decimal comma in a number"),
+        ("p.h", "L X+50 Y+1O\nCR X+60 Y+20 R+10 DR+", "VP001 error: Y+1O: the letter O in a number"),
+        ("p.mpf", "T=EM10 M6\nD1", f'VP001 error: T=EM10: {QUOTED}; did you mean T="EM10"?'),
+        ("p.mpf", "T = EM10\nM6 D1", f'VP001 error: T = EM10: {QUOTED}; did you mean T="EM10"?'),
+        ("p.mpf", "T1 M6\nD3\nG1 X5", f"VP012 error: D3: {EDGE} tool 1 is D1; did you mean D1?"),
+    ],
+)
+def test_what_follows_from_a_mistake_is_not_told(
+    run: Callable[..., Any], tmp_path: Path, name: str, lines: str, text: str
+) -> None:
+    """The line is executed with what is meant in its place."""
+    (found,) = find_errors(run, tmp_path, name, lines)
+    assert found.partition(": ")[2].startswith(text)
 
 
 @pytest.mark.parametrize("name", ["p.ngc", "p.nc"])

@@ -235,3 +235,23 @@ def test_an_orientation_word_of_the_group_without_effect_is_told_with_the_words_
     told = [event.data for event in moves.events if event.kind == "without effect"]
     why = "ORIMKS and ORIWKS decide: orientation_by_group = false of [siemens]"
     assert told == [{"word": "ORIAXES", "why": why}]
+
+
+@pytest.mark.parametrize(
+    ("vector", "missing"),
+    [
+        ("A3=0.1 B3=0.2", "C3"),
+        ("C3=0.9 A3=0.1", "B3"),
+        ("A3=1", "B3 and C3"),
+        ("A3=0.6 C3=0.8", ""),  # a vector of length 1
+        ("C3=1", ""),
+        ("A3=0.1 B3=0.2 C3=5", ""),
+    ],
+)
+def test_a_tool_axis_that_lacks_a_component(machine, vector, missing):
+    program = f"G17 G90 G94 G710 G54\nTRAORI\nS900 M3\nG0 X0 Y0 Z60 A3=0 B3=0 C3=1\nG1 X1 {vector} F500\nM30\n"
+    options = verne_post.Options(dialect="siemens", tool_length=80.0, wcs={"G54": (0, 0, 60)})
+    findings = verne_post.check(program, machine, options).findings
+    found = [(item.line, item.message) for item in findings if item.code == "VP044"]
+    assert [line for line, _text in found] == [5] * bool(missing)
+    assert all(text.startswith(f"{missing} missing beside") for _line, text in found)

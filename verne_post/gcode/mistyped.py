@@ -42,13 +42,15 @@ def explain_unknown(message: str, word: str, *known_words: Iterable[str]) -> str
 
 
 def correct_line(text: str, error: ProgramError) -> str | None:
-    """A line with the word that is meant in place of the misspelt one; None for other errors.
+    """A line with the word or number that is meant in place of the mistyped one; None for other errors.
 
-    A language executes it, so that nothing is reported that only follows from the misspelling.
+    A language executes it, so that nothing is reported that only follows from the mistake.
     """
     correction = find_correction(error.message)
-    if correction is None or error.column is None or error.line is not None:
+    if error.column is None or error.line is not None:
         return None
+    if correction is None:
+        return correct_number(text, error)
     begin = error.column - 1
     end = begin + len(correction[0])
     return text[:begin] + correction[1] + text[end:] if text[begin:end].upper() == correction[0].upper() else None

@@ -65,15 +65,10 @@ def interpret_program(source: Text, setup: Setup) -> Moves:
         text, line, execution.recorder.assumed_axes = unsaid
         execution.recorder.warn("VP036", text, line, None)
     if execution.errors:
-        # where a letter stands in a number, the point is not what is missing; a length that is missing is no other one
-        wrong = {item.line for item in execution.errors}
-        lacks_length = any(item.code == "VP012" for item in execution.errors)
-        warnings = [
-            one
-            for one in execution.recorder.warnings.values()
-            if not (one.line in wrong and one.code in ("VP038", "VP041", "VP046"))
-            and not (lacks_length and one.code == "VP046")
-        ]
+        # an error of the same line explains them: where a letter stands in a number, the point is not what is missing
+        wrong, codes = {item.line for item in execution.errors}, ("VP038", "VP041", "VP046")
+        recorded_warnings = execution.recorder.warnings.values()
+        warnings = [one for one in recorded_warnings if one.line not in wrong or one.code not in codes]
         every = [*execution.errors, *warnings]
         raise _make_refusal(source, every, dialect, execution, setup)
     return execution.recorder.freeze(start, start_frame, Parameters(setup, state).list_persistent())

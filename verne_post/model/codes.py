@@ -366,6 +366,15 @@ CODES: Final[dict[str, Code]] = _make_table(
         "in the same plane.",
     ),
     (
+        "VP044",
+        "tool axis without all of its components",
+        "warning",
+        "A3=, B3= and C3= are the components of a tool axis. A Siemens control takes a missing one as 0. It is "
+        "reported where C3 is missing, which most often is the largest, and where the others make no vector of length "
+        "1.",
+        "Write all three components.",
+    ),
+    (
         "VP045",
         "spindle speed unknown",
         "warning",

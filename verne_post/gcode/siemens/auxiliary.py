@@ -13,6 +13,7 @@ from verne_post.gcode.siemens.motion import SiemensMotion
 from verne_post.gcode.siemens.vocabulary import M_FUNCTIONS, REFUSED_WORDS
 from verne_post.gcode.siemens.words import Word, Words
 from verne_post.model.moves import ZERO9, FeedMode
+from verne_post.model.part_setup import describe_tool_number
 
 _FEED_MODES: Final = {code: mode for mode, code in FEED_CODES.items()}
 #: M functions; those of the builder are given a meaning by [remap].
@@ -139,8 +140,13 @@ class SiemensAuxiliary:
                 f"D{word.value:g}, and the tool is {tool}: D has the number of its tool ([siemens] d_numbers); D0 "
                 "switches the offset off",
             )
+        if number == tool:
+            raise word.error(
+                "VP012",
+                f"D{word.value:g}: the tool table has one edge a tool, D1; D0 switches the offset off; if D is the "
+                'number of its tool, give [siemens] d_numbers = "tools" in the settings file',
+            )
+        name = describe_tool_number(tool, self.state.tool_names) if tool else "a tool"
         raise word.error(
-            "VP012",
-            f"D{word.value:g}: the tool table has one edge a tool, D1; D0 switches the offset off; if D is the number "
-            'of its tool, give [siemens] d_numbers = "tools" in the settings file',
+            "VP012", f"D{word.value:g}: the only cutting edge that the set-up gives {name} is D1; did you mean D1?"
         )

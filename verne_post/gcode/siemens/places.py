@@ -6,7 +6,7 @@ from typing import Final
 import numpy as np
 
 from verne_post.base.arrays import Array
-from verne_post.base.tolerances import WHOLE_NUMBER, ZERO_LENGTH_MM
+from verne_post.base.tolerances import VECTOR_LENGTH, WHOLE_NUMBER, ZERO_LENGTH_MM
 from verne_post.gcode.arcs import PLANES
 from verne_post.gcode.lengths import measure_length
 from verne_post.gcode.machining.plane_geometry import find_center_of_sweep
@@ -162,6 +162,13 @@ class SiemensPlaces:
                 "A3= B3= C3= with ORIMKS under a programmable frame count in directions of the machine; write ORIWKS, "
                 "or leave the frame out",
             )
+        missing = [name for name, word in zip(("A3", "B3", "C3"), given, strict=True) if word is None]
+        if "C3" in missing or (missing and abs(size - 1.0) > VECTOR_LENGTH):
+            text = (
+                f"{' and '.join(missing)} missing beside {first.name}=: a missing component of a tool axis counts as "
+                "0; write all three"
+            )
+            self.motion.recorder.warn("VP044", text, words.line, first.column)
         return vector / size
 
     # --- centres of arcs --------------------------------------------------------------------------------

@@ -92,20 +92,20 @@ def _is_plain(to: SiemensInterpreter) -> bool:
 
 
 def _end_of_vectors(to: SiemensInterpreter, lines: plain.PlainLines, first: int, last: int) -> int:
-    """Where lines end that all have a tool axis; the first line itself where they cannot be executed at once."""
+    """Where lines end that all have a whole tool axis; the first line itself where they cannot be executed at once."""
     modes = to.modes
     of_machine = modes.reference == "ORIMKS" and not modes.frames.total.is_identity
     if not modes.tcp or of_machine or False in to.state.known_axes:
         return first
     assert lines.offsets is not None
-    other = ~lines.has_offsets[first:last] | (measure_length(np.nan_to_num(lines.offsets[first:last])) < NO_AXIS)
+    other = ~(measure_length(lines.offsets[first:last]) >= NO_AXIS)  # a component that is missing is NaN
     return first + int(np.argmax(other)) if other.any() else last
 
 
 def _aim_tool(to: SiemensInterpreter, lines: plain.PlainLines, first: int, end: Array) -> Array | None:
     """Turn A and C of ends (n, 9) to the tool axes of lines; returns these (n, 3), or None for linear A and C."""
     assert lines.offsets is not None
-    vectors = np.nan_to_num(lines.offsets[first : first + len(end)])
+    vectors = lines.offsets[first : first + len(end)]
     axes = to.motion.turn_vectors(vectors / measure_length(vectors)[:, None])
     plain.turn_to_axes(to.core, end, axes)
     linear = to.motion.has_linear_axes("vector") and to.setup.machine

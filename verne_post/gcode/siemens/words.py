@@ -202,7 +202,17 @@ class WordReader:
                 cursor.expect(")", f"after the value of {mode}")
                 return Word(name, value, at + 1, mode)
             cursor.at = begin
-        value_or_text = read_value(cursor, self.variables)
+        tool = cursor.peek_name() if name in _TEXTS else None
+        begin = cursor.at
+        try:
+            value_or_text = read_value(cursor, self.variables)
+        except ProgramError as error:
+            if tool is None or error.code != "VP025" or error.column != begin + 1:
+                raise
+            end = begin + len(tool)
+            right_word = f'{name}="{cursor.text[begin:end]}"'
+            text = f"{cursor.text[at:end]}: the name of a tool stands in quotation marks; did you mean {right_word}?"
+            raise cursor.error("VP001", text, at) from None
         if isinstance(value_or_text, str):
             if name not in _TEXTS:
                 raise cursor.error("VP007", f"{name}= needs a number, not a text", at)
