@@ -1035,6 +1035,28 @@ def test_cuts_before_a_and_c_get_them(client: Client, tmp_path: Path) -> None:
         ("m.toml", 'schema = 1\nkind = "verne"\n[module]\nleg1^', "leg1_x_offset", "number"),
         ("m.toml", 'schema = 1\nkind = "verne"\n[limits]\na_d^', "a_deg", "number"),
         ("m.toml", "schema = 2\n[joints.x]\nvel^", "velocity", "number"),
+        ("m.toml", 'schema = 1\nkind = "^"', '"verne"', "text"),
+        ("a.nc.toml", "[tools]\n1 = { length = 80, ^ }\n", "diameter", "number"),
+        ("a.nc.toml", "[tools]\n1 = { length = 80, dia^ }\n", "diameter", "number"),
+        ("a.nc.toml", "[tools]\n1 = { length = m^ }\n", '"measure"', "number"),
+        ("a.nc.toml", "[^", "wcs", "mapping"),
+        ("a.nc.toml", "wrong line\n[sto^\n", "stock", "table of keys"),
+        ("a.nc.toml", "tapping = ^\n[wcs]\n", '"feed"', "one of refuse, feed"),
+        ("a.nc.toml", 'tapping = "f^"\n[wcs]\n', '"feed"', "one of refuse, feed"),
+        ("a.nc.toml", "allow_rewind = t^", "true", "true or false"),
+        ("a.nc.toml", "dialect = 'k^", "", ""),
+        ("a.nc.toml", "dialect = s^", '"siemens"', "siemens"),
+        ("a.nc.toml", "[wcs]\nG54 = [0, 0, 1]\nG^", "G55", "list of 3 to 4 numbers"),
+        ("a.nc.toml", "[wcs]\n\"G5^", '"G59.1"', "list of 3 to 4 numbers"),
+        ("a.nc.toml", "wcs.G^", "G54", "list of 3 to 4 numbers"),
+        ("a.nc.toml", "[siemens]\nd_^", "d_numbers", "edges"),
+        ("a.nc.toml", "[remap]\nM11 = ^", '"event"', "tcp on"),
+        ("a.nc.toml", "[keep_out.vice]\nsystem = ^", '"table"', "text"),
+        ("a.nc.toml", "[wcs]\n# G^", "", ""),
+        ("a.nc.toml", "tool_length = 3 ^", "", ""),
+        ("verne-post.toml", "machine = ^", '"b_head_c_table"', "text"),
+        ("verne-post.toml", "[check.severity]\nVP102 = w^", '"warning"', "one of"),
+        ("pyproject.toml", "[tool.verne-post.options]\nsmoothing = ^", '"blend"', "one of"),
     ],
 )  # fmt: skip
 def test_words_and_keys_are_completed(
@@ -1052,4 +1074,4 @@ def test_words_and_keys_are_completed(
     assert meaning in items[word]["detail"].lower()
     lines = text.replace("^", "").split("\n")
     begin = items[word]["textEdit"]["range"]["start"]["character"]
-    assert word.startswith(lines[place["line"]][begin : place["character"]])
+    assert items[word]["filterText"].startswith(lines[place["line"]][begin : place["character"]])
