@@ -716,6 +716,47 @@ def test_a_word_that_is_misspelt_in_several_places_is_mended_in_one_or_in_all(cl
     assert apply_edit(fixes[every], {uri: text})[uri] == text.replace("SUAP G0", "SUPA G0")
 
 
+FANUC = "%\nO0001 (BRACKET)\nG21 G90 G94 G17 G40 G49 G80\n"
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "code", "title", "old", "new"),
+    [
+        ("a.nc", FANUC + "G54\nT1 M6\nS8000 M3\nG0 X0. Y0. A20. C0.\nG43 H1 Z130.\nG1 Z110. F500.\nX10.\nG0 Z160.\n"
+         "M30\n%\n", "VP037", "Write G43.4 in place of G43 in line 8 (legal then)", "G43 ", "G43.4 "),
+        ("a.nc", FANUC + "G54\nT1\nS8000 M3\nG0 X0. Y0. A0. C0.\nG43 H1 Z130.\nG1 Z110. F500.\nX10.\nG0 Z160.\n"
+         "M30\n%\n", "VP041", "Write M6 behind T1 in line 5 (legal then)", "T1", "T1 M6"),
+        ("a.nc", FANUC + "G54\nT1 M6\nS8000 M3\nG0 X0. Y0. A0. C0.\nG43 H1 Z160.\nG68.2 X0 Y0 Z0 I0 J20. K0\n"
+         "G0 X0 Y0 Z150.\nG1 Z110. F500.\nX10.\nG0 Z150.\nG69\nM30\n%\n",
+         "VP042", "Write G53.1 below G68.2, line 9 (legal then, another tool axis)", "K0\n", "K0\nG53.1\n"),
+        ("a.nc", FANUC + "G54\nT1 M6\nS8000 M3\nG0 X0. Y0. A0. C0.\nG43 H1 Z130.\nG66.1 P2\nG1 Z110. F500.\n"
+         "M30\nO2\nM99\n%\n", "VP002", "Write G66 in place of G66.1 (legal then)", "G66.1", "G66"),
+        ("a.ngc", "G21 G90 G94 G17 G54\nT1 M6\nS8000 M3\nG43 H1\nG0 X0 Y0 Z130 A0 C0\nG41.1 D6\nG1 X20 F500\n"
+         "G81 X30 Z110 R120\nG80\nG0 Z160\nM2\n", "VP017", "Write G40 before line 8 (legal then)", "G81", "G40\nG81"),
+        ("a.h", "0 BEGIN PGM A MM\n1 TOOL CALL 1 Z S8000\n2 L X+0 Y+0 Z+150 A+0 C+0 R0 FMAX M3\n3 CYCL DEF 200 ~\n"
+         "Q200=2 Q201=-5 Q206=300 Q202=5 Q210=0 Q203=+110 Q204=20 Q211=0\n4 CYCL DEF 241 SINGLE-FLUTED ~\n"
+         "Q200=2 Q201=-5 Q206=300 Q211=0 Q203=+110 Q204=20 Q379=0 Q253=750 Q208=3000 Q426=3 Q427=500 Q428=800 ~\n"
+         "Q429=8 Q430=9 Q435=1\n5 L X+10 Y+0 FMAX M99\n6 L Z+160 FMAX\n7 M30\n8 END PGM A MM\n",
+         "VP002", "Write Q435=0 in place of Q435=1 (legal then)", "Q435=1", "Q435=0"),
+    ],
+)  # fmt: skip
+def test_the_word_that_a_message_tells_to_write_is_written(
+    client: Client, tmp_path: Path, name: str, text: str, code: str, title: str, old: str, new: str
+) -> None:
+    """In place of another one, behind it, or on a line of its own; the finding is gone then."""
+    setup = "[wcs]\nG54 = [0, 0, 60]\n[tools]\n1 = { length = 90, diameter = 6 }\n"
+    uri = client.open(make_program(tmp_path, text, name, setup))
+    told = client.diagnostics(uri)["diagnostics"]
+    (said,) = [one for one in told if one["code"] == code]
+    fixes = ask_fixes(client, uri, said["range"]["start"]["line"])
+    assert title in fixes, (fixes.keys(), told)
+    mended = apply_edit(fixes[title], {uri: text})[uri]
+    assert mended == text.replace(old, new)
+    client.change(uri, 2, mended)
+    left = client.diagnostics(uri)["diagnostics"]
+    assert [one for one in left if one["severity"] == 1 or one["code"] == code] == []
+
+
 def test_a_fix_that_turns_an_error_into_a_warning_is_offered_and_says_so(client: Client, tmp_path: Path) -> None:
     """In a Fanuc program without points the number of the fix is the first that has one (VP038)."""
     text = f"%\nO1\n{TILTED.replace('M2', 'M30')}%\n"

@@ -9,7 +9,7 @@ from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.columns import iterate_blocks
 from verne_post.base.rotations import find_axis_of_angles
 from verne_post.base.tolerances import ZERO_LENGTH_MM
-from verne_post.model.findings import Finding, make_finding
+from verne_post.model.findings import Finding, Remedy, make_finding
 from verne_post.model.moves import Event, Moves, describe_tool
 from verne_post.model.toolpath import SegmentKind, ToolPath
 
@@ -64,10 +64,12 @@ def check_spindle(moves: Moves, path: ToolPath) -> list[Finding]:
         if event.kind == "tool"
         else f"line {event.line} stops it"
     )
+    edits = (Remedy("start the spindle", "M3", line=event.line),) if event.kind == "tool" else ()
     line, last_line = int(moves.line[first]), int(moves.line[last])
     number = "a move" if count == 1 else f"{count} moves"
     text = f"the spindle stands in {number} at feed rate: {why}"
-    return [make_finding("VP050", text, line=line, last_line=max(line, last_line), worst_line=line, count=count)]
+    where = {"line": line, "last_line": max(line, last_line), "worst_line": line}
+    return [make_finding("VP050", text, **where, count=count, edits=edits)]
 
 
 def check_speed(moves: Moves, path: ToolPath) -> list[Finding]:
@@ -96,7 +98,8 @@ def check_tool_change(moves: Moves, path: ToolPath) -> list[Finding]:
         f"T{number} only selects the tool, and no M6 loads it: line {cut} cuts with the tool that was in the spindle "
         "before; write M6"
     )
-    return [make_finding("VP041", text, line=line, last_line=max(line, cut), worst_line=line)]
+    edits = (Remedy("write M6", "M6", line=line, word=("T", number), way="behind"),)
+    return [make_finding("VP041", text, line=line, last_line=max(line, cut), worst_line=line, edits=edits)]
 
 
 def _find_first_cut(path: ToolPath, first: int) -> int:
