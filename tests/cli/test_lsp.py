@@ -240,6 +240,56 @@ def hover(client: Client, uri: str, line: int, column: int | None = None) -> str
     return re.sub(r"^\*\*[^*]+\*\*: .*(\n\n)?", "", text) if column is None else text
 
 
+@pytest.mark.parametrize(
+    ("name", "text", "shown"),
+    [
+        ("a.nc", "%\nO0001\nG21 G90 G94 G17 G40 G49 G54\nT1 M6\nS8000 M3\nG0 X10. Y0. A0. C0.\nG43 H1 Z130.\n"
+         "G1 Z110. F500.\nG91 X5.\nG90 G0 Z160.\nM30\n%\n", {
+            "T1": "selects a tool; M6 loads it; tool 1: length 90 mm, diameter 6 mm",
+            "S8000": "spindle speed; 8000 1/min, right",
+            "H1": "tool whose length holds; tool 1: length 90 mm, diameter 6 mm",
+            "F500.": "feed rate; 500 mm/min; the feed rate is reached",
+            "X5.": "where an axis goes; in G91 by how much; X 15 mm in G54; machine X 15 mm",
+            # 110, 60 of the offset, and 90 of the tool, below the machine zero, which is 550 above the table
+            "Z110.": "where an axis goes; in G91 by how much; Z 110 mm in G54; machine Z -290 mm",
+         }),
+        ("a.mpf", 'G17 G90 G94 G71 G54\nT="EM10" M6\nD1\nS8000 M3\nG0 X0 Y0 Z130 A0 C0\nG1 Z=110 F500\n'
+         "G0 Z160\nM30\n", {
+            'T="EM10"': 'tool "EM10": length 80 mm, diameter 10 mm',
+            "EM10": 'tool "EM10": length 80 mm, diameter 10 mm',
+            "D1": 'length and radius of the tool off (D0) and on (D1); tool "EM10": length 80 mm, diameter 10 mm',
+            "Z=110": "positions of the axes; Z 110 mm in G54; machine Z -300 mm",
+            "F500": "feed rate; 500 mm/min; the feed rate is reached",
+         }),
+        ("a.h", '0 BEGIN PGM A MM\n1 TOOL CALL "EM10" Z S8000\n2 L X+0 Y+0 Z+130 A+0 C+0 R0 FMAX M3\n'
+         "3 CYCL DEF 200 DRILLING ~\nQ200=2 Q201=-5 Q206=300 Q202=5 Q210=0 Q203=+110 Q204=20 Q211=0\n"
+         "4 L IX+10 F500 M99\n5 L Z+160 FMAX\n6 M30\n7 END PGM A MM\n", {
+            '"EM10"': 'loads a tool; its length holds at once; tool "EM10": length 80 mm, diameter 10 mm',
+            "Q203=+110": "surface",
+            "IX+10": "by how much an axis goes; X 10 mm in G54; machine X 10 mm",
+            "C+0": "where an axis goes; C 0 deg in G54; machine C 0 deg",
+            "L IX": "straight line; I before a letter counts from the last programmed position",
+            "FMAX": "rapid traverse, for this block",
+         }),
+    ],
+)  # fmt: skip
+def test_hover_of_a_word_says_what_it_comes_to(
+    client: Client, tmp_path: Path, name: str, text: str, shown: dict[str, str]
+) -> None:
+    """Also over its digits: tools by number and name, places in program and machine, the feed rate reached."""
+    setup = (
+        "[wcs]\nG54 = [0, 0, 60]\n[tools]\n1 = { length = 90, diameter = 6 }\nEM10 = { length = 80, diameter = 10 }\n"
+    )
+    uri = client.open(make_program(tmp_path, text, name, setup))
+    assert [one for one in client.diagnostics(uri)["diagnostics"] if one["severity"] == 1] == []
+    for word, said in shown.items():
+        before = text.partition(word)[0]
+        column = len(before.rpartition("\n")[2])
+        for at in (column, column if word == "L IX" else column + len(word) - 1):
+            first = hover(client, uri, before.count("\n"), at).partition("\n")[0]
+            assert first.partition("**: ")[2].endswith(said), (word, first)
+
+
 def test_hover_of_lines_without_motion_shows_what_is_in_force(client: Client, tmp_path: Path) -> None:
     """Tilted plane and tool-centre-point control among it, on lines with motion too; of a remark there is nothing."""
     text = (
