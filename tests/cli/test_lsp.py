@@ -164,7 +164,7 @@ def test_findings_stand_at_their_words(client: Client, tmp_path: Path) -> None:
     (tilt,) = told["diagnostics"]
     assert (tilt["code"], tilt["severity"], tilt["source"], told["version"]) == ("VP102", 1, "verne-post", 1)
     assert text_at(TILTED, tilt["range"]) == "A101"
-    assert "tried: line 4 alone: legal if the line ends at A" in tilt["message"]
+    assert "tried: line 4 alone: within limits if the line ends at A" in tilt["message"]
     assert "codeDescription" not in tilt, "no address is known that lasts"
     client.change(uri, 2, LEGAL)
     assert client.diagnostics(uri) == {"uri": uri, "version": 2, "diagnostics": []}
@@ -612,7 +612,7 @@ def test_a_fix_of_a_word_is_applied_and_the_result_is_legal(
     assert client.diagnostics(uri)["diagnostics"]
     ((title, action),) = ask_fixes(client, uri, line).items()
     assert re.fullmatch(
-        rf"Write A=?99\.\d+ in place of A=?101 in line {line + 1} \(legal then, another tool axis\)", title
+        rf"Write A=?99\.\d+ in place of A=?101 in line {line + 1} \(no errors then, another tool axis\)", title
     )
     assert not action.get("isPreferred")  # a key that applies the preferred edit must not tilt the tool
     mended = apply_edit(action, {uri: text})[uri]
@@ -726,7 +726,7 @@ def test_a_name_that_was_meant_is_offered(
     assert f"; did you mean {right}?" in told["message"]
     assert wrong in text_at(text, told["range"])
     ((title, action),) = ask_fixes(client, uri, told["range"]["start"]["line"]).items()
-    assert title == f"Write {right} in place of {wrong} (legal then)"
+    assert title == f"Write {right} in place of {wrong} (no errors then)"
     assert apply_edit(action, {uri: text})[uri] == text.replace(wrong, right)
 
 
@@ -734,10 +734,10 @@ def test_a_place_out_of_reach_and_the_letter_o_in_a_number_have_fixes(client: Cl
     head = "G21 G90 G94 G17 G40 G49 G80\nG0 X0 Y0 Z120 A0 C0\nG1 "
     for number, (wrong, title, right) in enumerate(
         (
-            ("X-700.", r"Write X(-\d+\.\d*) in place of X-700\. in line 3 \(legal then.*\)", None),
-            ("XO20.", r"Write (X020.) in place of XO20. \(legal then\)", "X020."),
-            ("X2o.5", r"Write (X20.5) in place of X2o.5 \(legal then\)", "X20.5"),
-            ("X18,5", r"Write (X18.5) in place of X18,5 \(legal then\)", "X18.5"),
+            ("X-700.", r"Write X(-\d+\.\d*) in place of X-700\. in line 3 \(no errors then.*\)", None),
+            ("XO20.", r"Write (X020.) in place of XO20. \(no errors then\)", "X020."),
+            ("X2o.5", r"Write (X20.5) in place of X2o.5 \(no errors then\)", "X20.5"),
+            ("X18,5", r"Write (X18.5) in place of X18,5 \(no errors then\)", "X18.5"),
         )
     ):
         text = f"{head}{wrong} F2000\nX20\nM30\n"
@@ -761,7 +761,7 @@ def test_a_word_that_is_misspelt_in_several_places_is_mended_in_one_or_in_all(cl
     fixes = ask_fixes(client, uri, 3)
     one, every = sorted(fixes, key=len)
     assert one == "Write SUPA in place of SUAP (1 error stays)"
-    assert every == "Write SUPA in place of SUAP in all 2 places (legal then)"
+    assert every == "Write SUPA in place of SUAP in all 2 places (no errors then)"
     assert apply_edit(fixes[one], {uri: text})[uri] == text.replace("SUAP", "SUPA", 1)
     assert apply_edit(fixes[every], {uri: text})[uri] == text.replace("SUAP G0", "SUPA G0")
 
@@ -773,21 +773,21 @@ FANUC = "%\nO0001 (BRACKET)\nG21 G90 G94 G17 G40 G49 G80\n"
     ("name", "text", "code", "title", "old", "new"),
     [
         ("a.nc", FANUC + "G54\nT1 M6\nS8000 M3\nG0 X0. Y0. A20. C0.\nG43 H1 Z130.\nG1 Z110. F500.\nX10.\nG0 Z160.\n"
-         "M30\n%\n", "VP037", "Write G43.4 in place of G43 in line 8 (legal then)", "G43 ", "G43.4 "),
+         "M30\n%\n", "VP037", "Write G43.4 in place of G43 in line 8 (no errors then)", "G43 ", "G43.4 "),
         ("a.nc", FANUC + "G54\nT1\nS8000 M3\nG0 X0. Y0. A0. C0.\nG43 H1 Z130.\nG1 Z110. F500.\nX10.\nG0 Z160.\n"
-         "M30\n%\n", "VP041", "Write M6 behind T1 in line 5 (legal then)", "T1", "T1 M6"),
+         "M30\n%\n", "VP041", "Write M6 behind T1 in line 5 (no errors then)", "T1", "T1 M6"),
         ("a.nc", FANUC + "G54\nT1 M6\nS8000 M3\nG0 X0. Y0. A0. C0.\nG43 H1 Z160.\nG68.2 X0 Y0 Z0 I0 J20. K0\n"
          "G0 X0 Y0 Z150.\nG1 Z110. F500.\nX10.\nG0 Z150.\nG69\nM30\n%\n",
-         "VP042", "Write G53.1 below G68.2, line 9 (legal then, another tool axis)", "K0\n", "K0\nG53.1\n"),
+         "VP042", "Write G53.1 below G68.2, line 9 (no errors then, another tool axis)", "K0\n", "K0\nG53.1\n"),
         ("a.nc", FANUC + "G54\nT1 M6\nS8000 M3\nG0 X0. Y0. A0. C0.\nG43 H1 Z130.\nG66.1 P2\nG1 Z110. F500.\n"
-         "M30\nO2\nM99\n%\n", "VP002", "Write G66 in place of G66.1 (legal then)", "G66.1", "G66"),
-        ("a.ngc", "G21 G90 G94 G17 G54\nT1 M6\nS8000 M3\nG43 H1\nG0 X0 Y0 Z130 A0 C0\nG41.1 D6\nG1 X20 F500\n"
-         "G81 X30 Z110 R120\nG80\nG0 Z160\nM2\n", "VP017", "Write G40 before line 8 (legal then)", "G81", "G40\nG81"),
+         "M30\nO2\nM99\n%\n", "VP002", "Write G66 in place of G66.1 (no errors then)", "G66.1", "G66"),
+        ("a.ngc", "G21 G90 G94 G17 G54\nT1 M6\nS8000 M3\nG43 H1\nG0 X0 Y0 Z130 A0 C0\nG41.1 D6\nG1 X20 F500\nG81 X30 "
+         "Z110 R120\nG80\nG0 Z160\nM2\n", "VP017", "Write G40 before line 8 (no errors then)", "G81", "G40\nG81"),
         ("a.h", "0 BEGIN PGM A MM\n1 TOOL CALL 1 Z S8000\n2 L X+0 Y+0 Z+150 A+0 C+0 R0 FMAX M3\n3 CYCL DEF 200 ~\n"
          "Q200=2 Q201=-5 Q206=300 Q202=5 Q210=0 Q203=+110 Q204=20 Q211=0\n4 CYCL DEF 241 SINGLE-FLUTED ~\n"
          "Q200=2 Q201=-5 Q206=300 Q211=0 Q203=+110 Q204=20 Q379=0 Q253=750 Q208=3000 Q426=3 Q427=500 Q428=800 ~\n"
          "Q429=8 Q430=9 Q435=1\n5 L X+10 Y+0 FMAX M99\n6 L Z+160 FMAX\n7 M30\n8 END PGM A MM\n",
-         "VP002", "Write Q435=0 in place of Q435=1 (legal then)", "Q435=1", "Q435=0"),
+         "VP002", "Write Q435=0 in place of Q435=1 (no errors then)", "Q435=1", "Q435=0"),
     ],
 )  # fmt: skip
 def test_the_word_that_a_message_tells_to_write_is_written(
@@ -814,7 +814,7 @@ def test_a_fix_that_turns_an_error_into_a_warning_is_offered_and_says_so(client:
     lacking, tilt = client.diagnostics(uri)["diagnostics"]
     assert lacking["code"] == "VP037"  # and stays: no G43.4
     ((title, action),) = ask_fixes(client, uri, tilt["range"]["start"]["line"]).items()
-    assert title.endswith("in line 6 (legal then, with 2 warnings, another tool axis)")
+    assert title.endswith("in line 6 (no errors then, with 2 warnings, another tool axis)")
     client.change(uri, 2, apply_edit(action, {uri: text})[uri])
     assert [(one["code"], one["severity"]) for one in client.diagnostics(uri)["diagnostics"]] == [
         ("VP038", 2),
@@ -840,7 +840,7 @@ def test_a_fix_of_the_set_up_is_applied_and_the_result_is_legal(client: Client, 
     (first, *_) = client.diagnostics(uri)["diagnostics"]
     fixes = ask_fixes(client, uri, first["range"]["start"]["line"])
     (title,) = (
-        one for one in fixes if one.startswith("Clamp the part at wcs.G54 = [") and one.endswith("(legal then)")
+        one for one in fixes if one.startswith("Clamp the part at wcs.G54 = [") and one.endswith("(no errors then)")
     )
     setup = tmp_path / "part.nc.toml"
     mended = apply_edit(fixes[title], {setup.as_uri(): setup.read_text("utf-8")})[setup.as_uri()]
@@ -875,8 +875,8 @@ def test_only_edits_that_settle_are_offered(client: Client, tmp_path: Path) -> N
     uri = client.open(make_program(tmp_path, text))
     (unended,) = client.diagnostics(uri)["diagnostics"]
     fixes = ask_fixes(client, uri, unended["range"]["start"]["line"])
-    assert list(fixes) == ["End the program with M30 (legal then)"]
-    assert apply_edit(fixes["End the program with M30 (legal then)"], {uri: text})[uri] == text + "\nM30\n"
+    assert list(fixes) == ["End the program with M30 (no errors then)"]
+    assert apply_edit(fixes["End the program with M30 (no errors then)"], {uri: text})[uri] == text + "\nM30\n"
     client.change(uri, 4, text.removesuffix("\nG1 X5 F500"))
     assert [one["code"] for one in client.diagnostics(uri)["diagnostics"]] == ["VP010"]
     assert ask_fixes(client, uri, 1) == {}  # with an end it is a program without motion

@@ -60,7 +60,7 @@ def find_fixes(
         # an edit that turns an error into a warning helps, as a point among numbers without one (VP038); and one that
         # mends a word in one place of several, which are one finding
         if (errors, warnings) < before or ((errors, warnings) == before and _count_places(after) < places):
-            left = f"{errors} error{'s stay' if errors > 1 else ' stays'}" if errors else "legal then"
+            left = f"{errors} error{'s stay' if errors > 1 else ' stays'}" if errors else "no errors then"
             left += f", with {format_count(warnings, 'warning')}" if warnings > before[1] else ""
             left += ", another tool axis" if fix.turns else ""
             settles = not errors and not fix.turns
