@@ -290,7 +290,7 @@ def test_all_faces_agree(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPa
     # a settings file is named where one is used, and nothing else is said there
     assert (answer.code, re.sub(r"\Averne-post: settings of .*verne-post\.toml\n\Z", "", answer.err)) == (0, "")
     said["explain"] = set(_OF_THE_LINE.findall(answer.out.split("findings", 1)[1]))
-    assert not (expected and "the whole line is legal" in answer.out)
+    assert not (expected and "the whole line is within limits" in answer.out)
     if importlib.util.find_spec("jupyter_threejs_sage"):
         answer = run("report", "part.nc", *words, "-o", "part.html")
         codes["report"] = answer.code

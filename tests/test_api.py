@@ -351,7 +351,7 @@ def test_results_print_as_tables() -> None:
     assert f'<td style="text-align: right">{result.setpoints.values[0, 0]:.6g}</td>' in html
     refused = vp.check(ROOT / "gcode_samples" / "violates_slider_travel.nc", "verne")
     for text in (repr(refused), refused._repr_html_()):
-        assert "legal if the part is moved by 0, 0, -22.9 mm" in text
+        assert "within limits if the part is moved by 0, 0, -22.9 mm" in text
     assert '<td style="text-align: right">8</td>' in refused._repr_html_()
     explained = vp.explain(ROOT / "gcode_samples" / "violates_slider_travel.nc", "verne", 8)
     assert repr(explained) == str(explained) == explained.text

@@ -144,7 +144,12 @@ REFUSED = [
         "VP102",
         "SEQ-",
     ),
-    ("fanuc", "G0 X0 Y0 Z60 B0 C0\nG1 X9 B190 F900\nM30\n", "VP102", "b 190.000000 deg is above 180 deg"),
+    (
+        "fanuc",
+        "G0 X0 Y0 Z60 B0 C0\nG1 X9 B190 F900\nM30\n",
+        "VP102",
+        "joint b reaches 190.000 deg, 10.000 deg too much; travel 0 to 180 deg",
+    ),
     (
         "siemens",
         "G90 G71 G94\n"
@@ -208,4 +213,4 @@ def test_words_keep_their_side(run: Runner, tmp_path: Path) -> None:
     source.write_text("G0 X0 Y0 Z60 A0 C0\nG1 X9 A30 C280 F900\nM2\n")
     answer = run("check", source, *options_of("nutating_head"), "--allow-rewind")
     assert answer.code == 1
-    assert "c 280.000000 deg is above 270 deg" in answer.out
+    assert "joint c reaches 280.000 deg, 10.000 deg too much" in answer.out

@@ -82,7 +82,7 @@ def test_one_wrong_word_is_named(tmp_path: Path, run: Callable[..., Any], line: 
     path.write_text(text)
     words = ("--tool-length", 100, "--wcs", "G54=0,0,80")
     said = run("check", path, *words).out
-    assert f"tried: legal if line 4 ends at {then}" in said
+    assert f"tried: within limits if line 4 ends at {then}" in said
     assert "no work offset" not in said
     letter, value, _instead, _of, before = then.split()
     path.write_text(text.replace(letter + before, letter + value))

@@ -164,7 +164,7 @@ def test_findings_stand_at_their_words(client: Client, tmp_path: Path) -> None:
     (tilt,) = told["diagnostics"]
     assert (tilt["code"], tilt["severity"], tilt["source"], told["version"]) == ("VP102", 1, "verne-post", 1)
     assert text_at(TILTED, tilt["range"]) == "A101"
-    assert "tried: line 4 alone: legal if the line ends at A" in tilt["message"]
+    assert "tried: line 4 alone: within limits if the line ends at A" in tilt["message"]
     assert "codeDescription" not in tilt, "no address is known that lasts"
     client.change(uri, 2, LEGAL)
     assert client.diagnostics(uri) == {"uri": uri, "version": 2, "diagnostics": []}
@@ -238,6 +238,56 @@ def hover(client: Client, uri: str, line: int, column: int | None = None) -> str
     shown = client.ask("textDocument/hover", textDocument={"uri": uri}, position=place)
     text: str = "" if shown is None else shown["contents"]["value"]
     return re.sub(r"^\*\*[^*]+\*\*: .*(\n\n)?", "", text) if column is None else text
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "shown"),
+    [
+        ("a.nc", "%\nO0001\nG21 G90 G94 G17 G40 G49 G54\nT1 M6\nS8000 M3\nG0 X10. Y0. A0. C0.\nG43 H1 Z130.\n"
+         "G1 Z110. F500.\nG91 X5.\nG90 G0 Z160.\nM30\n%\n", {
+            "T1": "selects a tool; M6 loads it; tool 1: length 90 mm, diameter 6 mm",
+            "S8000": "spindle speed; 8000 1/min, right",
+            "H1": "tool whose length holds; tool 1: length 90 mm, diameter 6 mm",
+            "F500.": "feed rate; 500 mm/min; the feed rate is reached",
+            "X5.": "where an axis goes; in G91 by how much; X 15 mm in G54; machine X 15 mm",
+            # 110, 60 of the offset, and 90 of the tool, below the machine zero, which is 550 above the table
+            "Z110.": "where an axis goes; in G91 by how much; Z 110 mm in G54; machine Z -290 mm",
+         }),
+        ("a.mpf", 'G17 G90 G94 G71 G54\nT="EM10" M6\nD1\nS8000 M3\nG0 X0 Y0 Z130 A0 C0\nG1 Z=110 F500\n'
+         "G0 Z160\nM30\n", {
+            'T="EM10"': 'tool "EM10": length 80 mm, diameter 10 mm',
+            "EM10": 'tool "EM10": length 80 mm, diameter 10 mm',
+            "D1": 'length and radius of the tool off (D0) and on (D1); tool "EM10": length 80 mm, diameter 10 mm',
+            "Z=110": "positions of the axes; Z 110 mm in G54; machine Z -300 mm",
+            "F500": "feed rate; 500 mm/min; the feed rate is reached",
+         }),
+        ("a.h", '0 BEGIN PGM A MM\n1 TOOL CALL "EM10" Z S8000\n2 L X+0 Y+0 Z+130 A+0 C+0 R0 FMAX M3\n'
+         "3 CYCL DEF 200 DRILLING ~\nQ200=2 Q201=-5 Q206=300 Q202=5 Q210=0 Q203=+110 Q204=20 Q211=0\n"
+         "4 L IX+10 F500 M99\n5 L Z+160 FMAX\n6 M30\n7 END PGM A MM\n", {
+            '"EM10"': 'loads a tool; its length holds at once; tool "EM10": length 80 mm, diameter 10 mm',
+            "Q203=+110": "surface",
+            "IX+10": "by how much an axis goes; X 10 mm in G54; machine X 10 mm",
+            "C+0": "where an axis goes; C 0 deg in G54; machine C 0 deg",
+            "L IX": "straight line; I before a letter counts from the last programmed position",
+            "FMAX": "rapid traverse, for this block",
+         }),
+    ],
+)  # fmt: skip
+def test_hover_of_a_word_says_what_it_comes_to(
+    client: Client, tmp_path: Path, name: str, text: str, shown: dict[str, str]
+) -> None:
+    """Also over its digits: tools by number and name, places in program and machine, the feed rate reached."""
+    setup = (
+        "[wcs]\nG54 = [0, 0, 60]\n[tools]\n1 = { length = 90, diameter = 6 }\nEM10 = { length = 80, diameter = 10 }\n"
+    )
+    uri = client.open(make_program(tmp_path, text, name, setup))
+    assert [one for one in client.diagnostics(uri)["diagnostics"] if one["severity"] == 1] == []
+    for word, said in shown.items():
+        before = text.partition(word)[0]
+        column = len(before.rpartition("\n")[2])
+        for at in (column, column if word == "L IX" else column + len(word) - 1):
+            first = hover(client, uri, before.count("\n"), at).partition("\n")[0]
+            assert first.partition("**: ")[2].endswith(said), (word, first)
 
 
 def test_hover_of_lines_without_motion_shows_what_is_in_force(client: Client, tmp_path: Path) -> None:
@@ -562,7 +612,7 @@ def test_a_fix_of_a_word_is_applied_and_the_result_is_legal(
     assert client.diagnostics(uri)["diagnostics"]
     ((title, action),) = ask_fixes(client, uri, line).items()
     assert re.fullmatch(
-        rf"Write A=?99\.\d+ in place of A=?101 in line {line + 1} \(legal then, another tool axis\)", title
+        rf"Write A=?99\.\d+ in place of A=?101 in line {line + 1} \(no errors then, another tool axis\)", title
     )
     assert not action.get("isPreferred")  # a key that applies the preferred edit must not tilt the tool
     mended = apply_edit(action, {uri: text})[uri]
@@ -676,7 +726,7 @@ def test_a_name_that_was_meant_is_offered(
     assert f"; did you mean {right}?" in told["message"]
     assert wrong in text_at(text, told["range"])
     ((title, action),) = ask_fixes(client, uri, told["range"]["start"]["line"]).items()
-    assert title == f"Write {right} in place of {wrong} (legal then)"
+    assert title == f"Write {right} in place of {wrong} (no errors then)"
     assert apply_edit(action, {uri: text})[uri] == text.replace(wrong, right)
 
 
@@ -684,10 +734,10 @@ def test_a_place_out_of_reach_and_the_letter_o_in_a_number_have_fixes(client: Cl
     head = "G21 G90 G94 G17 G40 G49 G80\nG0 X0 Y0 Z120 A0 C0\nG1 "
     for number, (wrong, title, right) in enumerate(
         (
-            ("X-700.", r"Write X(-\d+\.\d*) in place of X-700\. in line 3 \(legal then.*\)", None),
-            ("XO20.", r"Write (X020.) in place of XO20. \(legal then\)", "X020."),
-            ("X2o.5", r"Write (X20.5) in place of X2o.5 \(legal then\)", "X20.5"),
-            ("X18,5", r"Write (X18.5) in place of X18,5 \(legal then\)", "X18.5"),
+            ("X-700.", r"Write X(-\d+\.\d*) in place of X-700\. in line 3 \(no errors then.*\)", None),
+            ("XO20.", r"Write (X020.) in place of XO20. \(no errors then\)", "X020."),
+            ("X2o.5", r"Write (X20.5) in place of X2o.5 \(no errors then\)", "X20.5"),
+            ("X18,5", r"Write (X18.5) in place of X18,5 \(no errors then\)", "X18.5"),
         )
     ):
         text = f"{head}{wrong} F2000\nX20\nM30\n"
@@ -711,9 +761,50 @@ def test_a_word_that_is_misspelt_in_several_places_is_mended_in_one_or_in_all(cl
     fixes = ask_fixes(client, uri, 3)
     one, every = sorted(fixes, key=len)
     assert one == "Write SUPA in place of SUAP (1 error stays)"
-    assert every == "Write SUPA in place of SUAP in all 2 places (legal then)"
+    assert every == "Write SUPA in place of SUAP in all 2 places (no errors then)"
     assert apply_edit(fixes[one], {uri: text})[uri] == text.replace("SUAP", "SUPA", 1)
     assert apply_edit(fixes[every], {uri: text})[uri] == text.replace("SUAP G0", "SUPA G0")
+
+
+FANUC = "%\nO0001 (BRACKET)\nG21 G90 G94 G17 G40 G49 G80\n"
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "code", "title", "old", "new"),
+    [
+        ("a.nc", FANUC + "G54\nT1 M6\nS8000 M3\nG0 X0. Y0. A20. C0.\nG43 H1 Z130.\nG1 Z110. F500.\nX10.\nG0 Z160.\n"
+         "M30\n%\n", "VP037", "Write G43.4 in place of G43 in line 8 (no errors then)", "G43 ", "G43.4 "),
+        ("a.nc", FANUC + "G54\nT1\nS8000 M3\nG0 X0. Y0. A0. C0.\nG43 H1 Z130.\nG1 Z110. F500.\nX10.\nG0 Z160.\n"
+         "M30\n%\n", "VP041", "Write M6 behind T1 in line 5 (no errors then)", "T1", "T1 M6"),
+        ("a.nc", FANUC + "G54\nT1 M6\nS8000 M3\nG0 X0. Y0. A0. C0.\nG43 H1 Z160.\nG68.2 X0 Y0 Z0 I0 J20. K0\n"
+         "G0 X0 Y0 Z150.\nG1 Z110. F500.\nX10.\nG0 Z150.\nG69\nM30\n%\n",
+         "VP042", "Write G53.1 below G68.2, line 9 (no errors then, another tool axis)", "K0\n", "K0\nG53.1\n"),
+        ("a.nc", FANUC + "G54\nT1 M6\nS8000 M3\nG0 X0. Y0. A0. C0.\nG43 H1 Z130.\nG66.1 P2\nG1 Z110. F500.\n"
+         "M30\nO2\nM99\n%\n", "VP002", "Write G66 in place of G66.1 (no errors then)", "G66.1", "G66"),
+        ("a.ngc", "G21 G90 G94 G17 G54\nT1 M6\nS8000 M3\nG43 H1\nG0 X0 Y0 Z130 A0 C0\nG41.1 D6\nG1 X20 F500\nG81 X30 "
+         "Z110 R120\nG80\nG0 Z160\nM2\n", "VP017", "Write G40 before line 8 (no errors then)", "G81", "G40\nG81"),
+        ("a.h", "0 BEGIN PGM A MM\n1 TOOL CALL 1 Z S8000\n2 L X+0 Y+0 Z+150 A+0 C+0 R0 FMAX M3\n3 CYCL DEF 200 ~\n"
+         "Q200=2 Q201=-5 Q206=300 Q202=5 Q210=0 Q203=+110 Q204=20 Q211=0\n4 CYCL DEF 241 SINGLE-FLUTED ~\n"
+         "Q200=2 Q201=-5 Q206=300 Q211=0 Q203=+110 Q204=20 Q379=0 Q253=750 Q208=3000 Q426=3 Q427=500 Q428=800 ~\n"
+         "Q429=8 Q430=9 Q435=1\n5 L X+10 Y+0 FMAX M99\n6 L Z+160 FMAX\n7 M30\n8 END PGM A MM\n",
+         "VP002", "Write Q435=0 in place of Q435=1 (no errors then)", "Q435=1", "Q435=0"),
+    ],
+)  # fmt: skip
+def test_the_word_that_a_message_tells_to_write_is_written(
+    client: Client, tmp_path: Path, name: str, text: str, code: str, title: str, old: str, new: str
+) -> None:
+    """In place of another one, behind it, or on a line of its own; the finding is gone then."""
+    setup = "[wcs]\nG54 = [0, 0, 60]\n[tools]\n1 = { length = 90, diameter = 6 }\n"
+    uri = client.open(make_program(tmp_path, text, name, setup))
+    told = client.diagnostics(uri)["diagnostics"]
+    (said,) = [one for one in told if one["code"] == code]
+    fixes = ask_fixes(client, uri, said["range"]["start"]["line"])
+    assert title in fixes, (fixes.keys(), told)
+    mended = apply_edit(fixes[title], {uri: text})[uri]
+    assert mended == text.replace(old, new)
+    client.change(uri, 2, mended)
+    left = client.diagnostics(uri)["diagnostics"]
+    assert [one for one in left if one["severity"] == 1 or one["code"] == code] == []
 
 
 def test_a_fix_that_turns_an_error_into_a_warning_is_offered_and_says_so(client: Client, tmp_path: Path) -> None:
@@ -723,7 +814,7 @@ def test_a_fix_that_turns_an_error_into_a_warning_is_offered_and_says_so(client:
     lacking, tilt = client.diagnostics(uri)["diagnostics"]
     assert lacking["code"] == "VP037"  # and stays: no G43.4
     ((title, action),) = ask_fixes(client, uri, tilt["range"]["start"]["line"]).items()
-    assert title.endswith("in line 6 (legal then, with 2 warnings, another tool axis)")
+    assert title.endswith("in line 6 (no errors then, with 2 warnings, another tool axis)")
     client.change(uri, 2, apply_edit(action, {uri: text})[uri])
     assert [(one["code"], one["severity"]) for one in client.diagnostics(uri)["diagnostics"]] == [
         ("VP038", 2),
@@ -749,7 +840,7 @@ def test_a_fix_of_the_set_up_is_applied_and_the_result_is_legal(client: Client, 
     (first, *_) = client.diagnostics(uri)["diagnostics"]
     fixes = ask_fixes(client, uri, first["range"]["start"]["line"])
     (title,) = (
-        one for one in fixes if one.startswith("Clamp the part at wcs.G54 = [") and one.endswith("(legal then)")
+        one for one in fixes if one.startswith("Clamp the part at wcs.G54 = [") and one.endswith("(no errors then)")
     )
     setup = tmp_path / "part.nc.toml"
     mended = apply_edit(fixes[title], {setup.as_uri(): setup.read_text("utf-8")})[setup.as_uri()]
@@ -784,8 +875,8 @@ def test_only_edits_that_settle_are_offered(client: Client, tmp_path: Path) -> N
     uri = client.open(make_program(tmp_path, text))
     (unended,) = client.diagnostics(uri)["diagnostics"]
     fixes = ask_fixes(client, uri, unended["range"]["start"]["line"])
-    assert list(fixes) == ["End the program with M30 (legal then)"]
-    assert apply_edit(fixes["End the program with M30 (legal then)"], {uri: text})[uri] == text + "\nM30\n"
+    assert list(fixes) == ["End the program with M30 (no errors then)"]
+    assert apply_edit(fixes["End the program with M30 (no errors then)"], {uri: text})[uri] == text + "\nM30\n"
     client.change(uri, 4, text.removesuffix("\nG1 X5 F500"))
     assert [one["code"] for one in client.diagnostics(uri)["diagnostics"]] == ["VP010"]
     assert ask_fixes(client, uri, 1) == {}  # with an end it is a program without motion
@@ -1035,6 +1126,28 @@ def test_cuts_before_a_and_c_get_them(client: Client, tmp_path: Path) -> None:
         ("m.toml", 'schema = 1\nkind = "verne"\n[module]\nleg1^', "leg1_x_offset", "number"),
         ("m.toml", 'schema = 1\nkind = "verne"\n[limits]\na_d^', "a_deg", "number"),
         ("m.toml", "schema = 2\n[joints.x]\nvel^", "velocity", "number"),
+        ("m.toml", 'schema = 1\nkind = "^"', '"verne"', "text"),
+        ("a.nc.toml", "[tools]\n1 = { length = 80, ^ }\n", "diameter", "number"),
+        ("a.nc.toml", "[tools]\n1 = { length = 80, dia^ }\n", "diameter", "number"),
+        ("a.nc.toml", "[tools]\n1 = { length = m^ }\n", '"measure"', "number"),
+        ("a.nc.toml", "[^", "wcs", "mapping"),
+        ("a.nc.toml", "wrong line\n[sto^\n", "stock", "table of keys"),
+        ("a.nc.toml", "tapping = ^\n[wcs]\n", '"feed"', "one of refuse, feed"),
+        ("a.nc.toml", 'tapping = "f^"\n[wcs]\n', '"feed"', "one of refuse, feed"),
+        ("a.nc.toml", "allow_rewind = t^", "true", "true or false"),
+        ("a.nc.toml", "dialect = 'k^", "", ""),
+        ("a.nc.toml", "dialect = s^", '"siemens"', "siemens"),
+        ("a.nc.toml", "[wcs]\nG54 = [0, 0, 1]\nG^", "G55", "list of 3 to 4 numbers"),
+        ("a.nc.toml", "[wcs]\n\"G5^", '"G59.1"', "list of 3 to 4 numbers"),
+        ("a.nc.toml", "wcs.G^", "G54", "list of 3 to 4 numbers"),
+        ("a.nc.toml", "[siemens]\nd_^", "d_numbers", "edges"),
+        ("a.nc.toml", "[remap]\nM11 = ^", '"event"', "tcp on"),
+        ("a.nc.toml", "[keep_out.vice]\nsystem = ^", '"table"', "text"),
+        ("a.nc.toml", "[wcs]\n# G^", "", ""),
+        ("a.nc.toml", "tool_length = 3 ^", "", ""),
+        ("verne-post.toml", "machine = ^", '"b_head_c_table"', "text"),
+        ("verne-post.toml", "[check.severity]\nVP102 = w^", '"warning"', "one of"),
+        ("pyproject.toml", "[tool.verne-post.options]\nsmoothing = ^", '"blend"', "one of"),
     ],
 )  # fmt: skip
 def test_words_and_keys_are_completed(
@@ -1052,4 +1165,4 @@ def test_words_and_keys_are_completed(
     assert meaning in items[word]["detail"].lower()
     lines = text.replace("^", "").split("\n")
     begin = items[word]["textEdit"]["range"]["start"]["character"]
-    assert word.startswith(lines[place["line"]][begin : place["character"]])
+    assert items[word]["filterText"].startswith(lines[place["line"]][begin : place["character"]])

@@ -156,7 +156,7 @@ def test_bad_policies(job: tuple[Any, ...], run: Callable[..., Any], words: tupl
 def test_an_error_shows_its_line_and_what_helps(job: tuple[Any, ...], run: Callable[..., Any]) -> None:
     out = run(*job).out
     assert "  3 | G1 Z680 F3000" in out
-    assert "= tried: legal if the part is moved by 0, 0, " in out
+    assert "= tried: within limits if the part is moved by 0, 0, " in out
     assert "`verne-post explain p.nc:3` says how much is needed" in out
 
 

@@ -51,7 +51,7 @@ def test_subroutines_are_found_beside_the_program_and_on_the_path(run: Callable[
     assert [row["line"] for row in found] == [1, 2, 3]
     refused = run("dump", "moves", file)
     assert refused.code == 2
-    assert "main.ngc:2: VP023 error" in refused.err
+    assert "main.ngc:2:1: VP023 error" in refused.err
 
 
 @pytest.mark.parametrize(
@@ -428,7 +428,7 @@ def test_setpoints_cannot_wait_for_an_input(run: Callable[..., Any], program: An
 def test_check_quotes_the_line_of_an_error(run: Callable[..., Any], program: Any) -> None:
     file = program(HEAD + "\tG1 X3 Q5 F3000\n(" + "a" * 200 + ") G1 X2 Q7\nG12\nM2\n")
     lines = run("check", file, *PLACE).out.splitlines()
-    assert lines[0].endswith("main.ngc:2: VP006 error: nothing in the block uses Q5 (column 8)")
+    assert lines[0].endswith("main.ngc:2:8: VP006 error: nothing in the block uses Q5")
     assert lines[1] == "  2 |  G1 X3 Q5 F3000"
     assert lines[2] == "    |        ^"
     assert lines[1][lines[2].index("^") :].startswith("Q5")

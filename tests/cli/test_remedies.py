@@ -25,7 +25,9 @@ SAMPLES = Path(__file__).resolve().parents[2] / "gcode_samples"
 def test_the_proposed_offset_makes_the_program_legal(sample: str, given: list[str], run: Callable[..., Any]) -> None:
     before = run("check", SAMPLES / sample, "--setup", "none", *given)
     assert before.code == 1
-    proposed = set(re.findall(r"= tried: .*?legal if the part is moved by (.*) mm \(then (G54 = .*)\)", before.out))
+    proposed = set(
+        re.findall(r"= tried: .*?within limits if the part is moved by (.*) mm \(then (G54 = .*)\)", before.out)
+    )
     assert len(proposed) == 1, before.out
     moved, then = proposed.pop()
     now = [float(word) for word in given[-1].partition("=")[2].split(",")] if "--wcs" in given else [0.0, 0.0, 0.0]
@@ -60,7 +62,7 @@ def test_the_other_table_solution_is_not_offered_where_it_is_refused_too(
         assert answer.code == 1
         assert "other table solution" not in said
         assert "| G1 A101" in said
-        tilt = re.search(r"line 10 alone: legal if the line ends at A ([\d.]+) instead of A 101", said)
+        tilt = re.search(r"line 10 alone: within limits if the line ends at A ([\d.]+) instead of A 101", said)
         assert tilt is not None
     text = (SAMPLES / "violates_tilt.nc").read_text(encoding="utf-8")
     mended = tmp_path / "mended.nc"
@@ -90,7 +92,7 @@ def test_a_rewind_is_offered_with_the_option_that_allows_it(tmp_path: Path, run:
     given = ["--machine", short, "--tool-length", "80", "--wcs", "G54=0,0,60"]
     answer = run("check", program, *given)
     assert answer.code == 1
-    assert "tried: --allow-rewind makes the program legal" in answer.out
+    assert "tried: --allow-rewind brings the program within limits" in answer.out
     assert run("check", program, *given, "--allow-rewind").code == 0
 
 
@@ -128,7 +130,7 @@ def test_a_missing_offset_is_said_first_and_named_in_the_remedy(run: Callable[..
     answer = run("convert", SAMPLES / "two_faces.nc", "--setup", "none", "--tool-length", "80")
     assert answer.code == 1
     assert "VP033" in answer.err.splitlines()[0]
-    assert "tried: no work offset was given; legal if the part is moved by" in answer.err
+    assert "tried: no work offset was given; within limits if the part is moved by" in answer.err
 
 
 def test_a_tilt_beyond_the_number_of_the_limit_says_where_the_joint_is(run: Callable[..., Any], tmp_path: Path) -> None:

@@ -152,7 +152,8 @@ def test_findings_say_where_else_and_what_settles_them(machine):
     (item,) = check(f"{HEAD}G49\nM200\nM200\nM30".encode(), machine, Options(dialect="rs274")).findings
     assert item.message.startswith("M200: no meaning in this language")
     assert item.settled_by == (("remap", "M200"),)
-    assert format_finding("a.nc", item).endswith("(column 1) (lines 4 to 5, 2 times)")
+    shown = format_finding("a.nc", item)
+    assert shown.startswith("a.nc:4:1: VP002 error: M200: ") and shown.endswith(" (lines 4 to 5, 2 times)")
 
 
 def test_apt_statements_go_on_too(machine):

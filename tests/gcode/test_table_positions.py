@@ -63,7 +63,7 @@ def test_seq_is_an_error_where_its_side_is_out() -> None:
     result = verne_post.check(source, LOW, Options(tool_length=80.0, wcs=WCS))
     assert [(item.code, item.line) for item in result.findings] == [("VP102", 5)]
     assert (
-        "SEQ+ needs A+45.000 C+90.000, where A is beyond the travel; A-45.000 C-90.000 is legal"
+        "SEQ+ needs A+45.000 C+90.000, where A is beyond the travel; A-45.000 C-90.000 is within the travel"
         in result.findings[0].message
     )
     assert result.exit_code == 1

@@ -79,7 +79,7 @@ def test_a_finding_has_its_remedy(machine: Machine) -> None:
     assert not result.ok
     [found] = [item for item in result.findings if item.code == "VP215"]
     assert (found.line, found.value) == (3, 0.0)
-    assert found.remedies[0].startswith("no work offset near this one makes the program legal")
+    assert found.remedies[0].startswith("no work offset near this one brings the program within limits")
 
 
 @pytest.mark.parametrize("seed", range(6))

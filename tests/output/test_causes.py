@@ -33,7 +33,7 @@ def test_one_limit_in_three_stretches_is_one_cause() -> None:
     found = [break_limit("rho2", value, line, line + 2) for value, line in ((40.0, 3), (10.0, 20), (30.0, 40))]
     [cause] = find_causes(found)
     assert cause.first == found[0]
-    assert cause.describe_others() == "rho2 by 40.000000 mm in lines 20 to 22 (worst of 2 places)"
+    assert cause.describe_others() == "rho2 by 40.000 mm in lines 20 to 22 (worst of 2 places)"
     assert format_outcome("a.nc", tuple(found)) == "a.nc: refused: 1 error, 0 warnings"
 
 
@@ -48,7 +48,7 @@ def test_joints_in_the_same_lines_are_one_cause_and_others_are_not() -> None:
         make_finding("VP216", "tool cuts the stock 2.5 mm deep", line=8, last_line=8),  # each contact is a mistake
     ]
     assert name_groups(found) == [[0, 1, 3], [2], [4], [5], [6]]
-    others = "rho2 by 30.000000 mm in lines 9 to 12; rho1 by 5.000000 mm in line 50"
+    others = "rho2 by 30.000 mm in lines 9 to 12; rho1 by 5.000 mm in line 50"
     assert find_causes(found)[0].describe_others() == others
 
 
@@ -58,22 +58,22 @@ def test_the_drop_of_a_rod_is_not_the_travel_of_its_slider() -> None:
     drop = break_limit("rho1", 30.0, 4, 4, code="VP202")
     drop = replace(drop, message=drop.message.replace("rho1", "vertical drop of a rod (rho1)"))
     [cause] = find_causes([head, break_limit("rho1", 40.0, 5, 5), drop])
-    others = ("vertical drop of a rod (rho1) by 20.000000 mm in line 4", "rho1 by 10.000000 mm in line 5")
+    others = ("vertical drop of a rod (rho1) by 20.000000 mm in line 4", "rho1 by 10.000 mm in line 5")
     assert sorted(cause.describe_others().split("; ")) == sorted(others)
 
 
 def test_what_only_a_rotary_axis_beyond_its_travel_breaks_belongs_to_it() -> None:
     """B-120 where B ends at -35 was three errors, the slider first, with a move of the part as its remedy."""
-    move = "legal if the part is moved by 30 mm"
+    move = "within limits if the part is moved by 30 mm"
     found = [
         break_limit("z", 20.0, 10, 11, remedies=(move,)),
-        break_limit("b", -120.0, 10, 11, code="VP102", remedies=("legal if the line ends at B -34.999",)),
+        break_limit("b", -120.0, 10, 11, code="VP102", remedies=("within limits if the line ends at B -34.999",)),
         make_finding("VP301", "the table changes to its other position", line=11, last_line=11, severity="error"),
     ]
     [cause] = find_causes(found)
     assert cause.first.axis == "b"
-    assert cause.first.remedies == ("legal if the line ends at B -34.999",)
-    assert cause.describe_others() == "z by 30.000000 mm in lines 10 to 11; VP301 in line 11"
+    assert cause.first.remedies == ("within limits if the line ends at B -34.999",)
+    assert cause.describe_others() == "z by 30.000 mm in lines 10 to 11; VP301 in line 11"
     # so has a place that is out of reach: what the lines break on their way there
     lost = make_finding("VP110", "out of reach", line=9, last_line=11, severity="error")
     assert name_groups([lost, found[0]]) == [[0, 1]]
@@ -95,11 +95,11 @@ def test_warnings_stay_apart_from_errors_and_many_are_counted() -> None:
     warned = make_finding("VP202", found[0].message, line=3, last_line=3, axis="rho1", severity="warning")
     first, second = find_causes([*found, warned])
     assert second.first == warned
-    assert first.describe_others() == "rho1 by 18.000000 mm in line 24 (worst of 7 places)"
+    assert first.describe_others() == "rho1 by 18.000 mm in line 24 (worst of 7 places)"
 
 
 def test_a_remedy_is_told_once() -> None:
-    moved, turned = "legal if the part is moved", "line 9 alone: another turn"
+    moved, turned = "within limits if the part is moved", "line 9 alone: another turn"
     found = [
         break_limit("rho1", 40.0, 3, 3, remedies=(moved,)),
         make_finding("VP210", "tip 5.0 mm below", line=9, last_line=9, remedies=(moved, turned)),

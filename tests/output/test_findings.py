@@ -23,7 +23,10 @@ from ..builders import MACHINE
 ARGUMENTS = ("--tool-length", "80", "--wcs", "G54=0,0,50")
 KEYS = {"code", "severity", "line", "last_line", "worst_line", "axis", "value", "limit", "unit", "message", "count"}
 # FILE:LINE: CODE severity: message
-LINE = re.compile(r"(?P<file>.+?):(?P<line>\d+): (?P<code>VP\d{3}) (?P<severity>error|warning|note): (?P<message>.+)")
+LINE = re.compile(
+    r"(?P<file>.+?):(?P<line>\d+)(:(?P<column>\d+))?: (?P<code>VP\d{3}) (?P<severity>error|warning|note): "
+    r"(?P<message>.+)"
+)
 
 PROGRAMS: dict[str, str] = {
     "good": "G0 X0 Y0 Z20 A0 C0\nG1 X3 F3000",
@@ -98,7 +101,8 @@ def test_text_is_one_line_a_finding(files: dict[str, Path], run: Callable[..., A
     for item in data["programs"]:
         for found in item["findings"]:
             shown = lines.pop(0)
-            where = item["program"] if found["line"] is None else f"{item['program']}:{found['line']}"
+            place = (item["program"], found["line"], found["column"])
+            where = ":".join(str(one) for one in place if one is not None)
             assert shown.startswith(f"{where}: {found['code']} {found['severity']}: {found['message']}")
         assert lines.pop(0).startswith(f"{item['program']}: ")  # the verdict
     assert lines == []
@@ -106,7 +110,7 @@ def test_text_is_one_line_a_finding(files: dict[str, Path], run: Callable[..., A
 
 @pytest.mark.parametrize("name", ["beyond the tilt", "two words wrong", "no end"])
 def test_standard_error_has_the_documented_form(name: str, files: dict[str, Path], run: Callable[..., Any]) -> None:
-    """FILE:LINE: CODE severity: message, so that other programs can find the line."""
+    """FILE:LINE:COLUMN: CODE severity: message, so that other programs can find the place; not all have a column."""
     answer = run(files[name], *ARGUMENTS)
     assert answer.out == ""
     *findings, outcome = [line for line in answer.err.splitlines() if not line.startswith("  ")]

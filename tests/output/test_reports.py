@@ -67,11 +67,11 @@ def test_a_finding_is_the_same_in_every_format(run: Callable[..., Any], files: l
     assert sorted((file, code, line, text) for file, code, line, text, _remedy in told) == wanted
     remedies = {code: remedy for _file, code, _line, _text, remedy in told}
     assert remedies["VP006"] == CODES["VP006"].remedy
-    assert remedies["VP102"].startswith("worst in line 3%0Atried: line 2 alone: legal if the line ends at A ")
+    assert remedies["VP102"].startswith("worst in line 3%0Atried: line 2 alone: within limits if the line ends at A ")
     cases = ElementTree.fromstring(reported(run, files, "junit").encode()).iter("testcase")
     text = "\n".join(node.text or "" for case in cases for node in case)
     for file, code, line, message in wanted:
-        assert f"{file}:{line}: {code} error: {message}" in text
+        assert re.search(rf"{re.escape(file)}:{line}(:\d+)?: {code} error: {re.escape(message)}", text)
 
 
 def test_sarif_has_what_its_standard_requires(run: Callable[..., Any], files: list[str]) -> None:

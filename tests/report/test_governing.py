@@ -123,7 +123,8 @@ def test_bodies_are_those_of_the_machine(name: str, missing: str, tilts: bool) -
     options = Options(tool_length=80.0, wcs={1: WorkOffset((0.0, 0.0, 60.0))}, keep_out=(box,))
     seen = study(b"G21 G90\nG0 X-20 Y10 Z20 A0 C0\nG1 X20 F900\nM2\n", machine, options)
     assert seen.summary is not None
-    assert f"NOT CHECKED {missing} machine file has no size; " in " ".join(format_summary(seen.summary).split())
+    shown = " ".join(format_summary(seen.summary).split())
+    assert f"NOT CHECKED contact with stock: the set-up gives none; {missing} machine file has no size; " in shown
     assert any("tilt" in place.what for place in find_worst_places(machine, seen)) == seen.tilts == tilts
 
 

@@ -163,6 +163,7 @@ def build_interpreter_setup(machine: Machine, options: Options) -> Setup:
     return Setup(
         coordinates=machine.coordinates,
         axes=machine.coordinates.axes,
+        machine_name=machine.name,
         machine=True,
         home=points[0] if machine.home else None,
         home2=points[1] if machine.home else None,

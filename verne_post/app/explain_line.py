@@ -312,7 +312,7 @@ def _has_blended_corner(line: Line) -> bool:
 
 def _describe_findings(line: Line, findings: Sequence[Finding]) -> Iterator[str]:
     if not findings:
-        yield "findings: none, the whole line is legal"
+        yield "findings: none, the whole line is within limits"
         return
     driven = (
         ", its corners as they are blended (check adds the rest of the corner at its end)"
@@ -357,7 +357,7 @@ def _describe_remedies(line: Line, findings: Sequence[Finding]) -> Iterator[str]
         yield "the line is no motion of the part alone: nothing is proposed"
         return
     found = list(propose(line, findings))
-    what = "what would make the line legal" if gravest == "error" else "what would remove the warnings"
+    what = "what would bring the line within limits" if gravest == "error" else "what would remove the warnings"
     if not found:
         yield f"{what}: no other table solution and no move within {remedies.FARTHEST_MM:g} mm was found"
         return

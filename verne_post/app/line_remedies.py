@@ -88,7 +88,7 @@ def _propose_tilts(line: Line, findings: Sequence[Finding]) -> Iterator[Remedy]:
         )
         stands = _describe_joint(joints, tip[0], tilt, angles[0, 1], then)
         text = (
-            f"legal if the line ends at {letter} {format_number(then, 3)} instead of {letter} "
+            f"within limits if the line ends at {letter} {format_number(then, 3)} instead of {letter} "
             f"{format_number(now, 6)}, tip and {joints.machine.rotary_letters[1]} as they are{stands}"
         )
         yield Remedy(text, format_number(then, 3), line=line.number, word=(letter, float(now)))

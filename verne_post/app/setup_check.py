@@ -13,7 +13,7 @@ from verne_post.base.rotations import find_axis_of_angles
 from verne_post.base.tolerances import DRILL_TILT, LIMIT_SLACK_MM, ZERO_ANGLE, ZERO_LENGTH_MM
 from verne_post.base.units import DEG_PER_RAD
 from verne_post.gcode.missing_setup import report_missing_offset
-from verne_post.model.findings import Finding, InputError, make_finding
+from verne_post.model.findings import Finding, InputError, Remedy, make_finding
 from verne_post.model.machine import Machine
 from verne_post.model.moves import (
     AXES,
@@ -344,7 +344,8 @@ def _check_directions(moves: Moves, path: ToolPath, machine: Machine) -> list[Fi
         "read them in the machine's directions; write G43.4 instead of G43 if the part is meant"
         f"{'; if the post has computed them for the machine (as many do with G93), post again' if by_time else ''}"
     )
-    return [make_finding("VP037", text, line=line, last_line=line, worst_line=line)]
+    edits = (Remedy("write G43.4 instead of G43", "43.4", line=line, word=("G", 43.0), is_above=True),)
+    return [make_finding("VP037", text, line=line, last_line=line, worst_line=line, edits=edits)]
 
 
 def _check_planes(moves: Moves, path: ToolPath) -> Iterator[Finding]:
@@ -381,7 +382,8 @@ def _check_planes(moves: Moves, path: ToolPath) -> Iterator[Finding]:
                 f"the tool cuts upright in a plane that is tilted by {angle:.6g} deg: nothing turns the table to it; "
                 f"{turn}"
             )
-            yield make_finding("VP042", text, line=line, last_line=line, worst_line=line)
+            edits = (Remedy("write G53.1", "G53.1", line=line, word=("G", 68.2), way="below", is_above=True),)
+            yield make_finding("VP042", text, line=line, last_line=line, worst_line=line, edits=edits)
 
 
 def _check_kept_planes(moves: Moves, path: ToolPath) -> Iterator[Finding]:

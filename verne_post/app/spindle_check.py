@@ -11,7 +11,7 @@ from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.columns import iterate_blocks
 from verne_post.base.rotations import find_axis_of_angles
 from verne_post.base.tolerances import ZERO_LENGTH_MM
-from verne_post.model.findings import Finding, make_finding
+from verne_post.model.findings import Finding, Remedy, make_finding
 from verne_post.model.moves import Event, Moves, describe_tool, list_tool_changes
 from verne_post.model.toolpath import SegmentKind, ToolPath
 
@@ -66,10 +66,12 @@ def check_spindle(moves: Moves, path: ToolPath) -> list[Finding]:
         if event.kind == "tool"
         else f"line {event.line} stops it"
     )
+    edits = (Remedy("start the spindle", "M3", line=event.line),) if event.kind == "tool" else ()
     line, last_line = int(moves.line[first]), int(moves.line[last])
     number = "a move" if count == 1 else f"{count} moves"
     text = f"the spindle stands in {number} at feed rate: {why}"
-    return [make_finding("VP050", text, line=line, last_line=max(line, last_line), worst_line=line, count=count)]
+    where = {"line": line, "last_line": max(line, last_line), "worst_line": line}
+    return [make_finding("VP050", text, **where, count=count, edits=edits)]
 
 
 def check_speed(moves: Moves, path: ToolPath) -> list[Finding]:
@@ -138,8 +140,9 @@ def check_tool_change(moves: Moves, path: ToolPath) -> list[Finding]:
             f"{word} only selects the tool, and no M6 loads it: line {cut} cuts with the tool that was in the spindle "
             f"before; write M6 after {word}"
         )
+        edits = (Remedy("write M6", "M6", line=one.line, word=("T", one.number), way="behind"),)
         found[one.number] = make_finding(
-            "VP041", text, line=one.line, last_line=max(one.line, cut), worst_line=one.line, tool=one.number
+            "VP041", text, line=one.line, last_line=max(one.line, cut), worst_line=one.line, tool=one.number, edits=edits
         )
     return list(found.values())
 

@@ -49,7 +49,7 @@ _OPTIONS: Final[dict[str, tuple[str, dict[str, Any]]]] = {
 }
 #: What is said where no move of the part was found.
 _NO_OFFSET: Final = Remedy(
-    "no work offset near this one makes the program legal; `verne-post fit` seeks one over the whole table"
+    "no work offset near this one brings the program within limits; `verne-post fit` seeks one over the whole table"
 )
 
 
@@ -121,7 +121,7 @@ def _try_remedies(
         flag, change = _OPTIONS[item.code]
         left = _find_errors_with(source, program, **change) if len(program.contour) <= TRIED_ELEMENTS else None
         if left is not None and item.code not in left:
-            what = "makes the program legal" if not left else f"removes this ({', '.join(left)} stay)"
+            what = "brings the program within limits" if not left else f"removes this ({', '.join(left)} stay)"
             yield Remedy(f"{flag} {what}", "true", key=tuple(change))
     elif offset is not None and item.code not in ROTARY_CODES:
         yield offset
@@ -200,7 +200,8 @@ def _find_word(source: Text, program: Program, errors: Sequence[Finding]) -> Rem
             value = format_number(then)
             changed = f"{text[: word.start(2)]}{value}{text[word.end(2) :]}".encode()
             if _find_errors_with(b"\n".join([*lines[: start - 1], changed, *lines[start:]]), program) == ():
-                said = f"legal if line {start} {'has' if is_hole else 'ends at'} {letter} {value} instead of {word[2]}"
+                there = "has" if is_hole else "ends at"
+                said = f"within limits if line {start} {there} {letter} {value} instead of {word[2]}"
                 return Remedy(said, value, line=start, word=one.word)
     return None
 
@@ -228,7 +229,7 @@ def _find_offset(source: Text, program: Program, errors: Sequence[Finding]) -> t
             name, then = SYSTEM_NAMES[system], format_list((*place, *([turn] if turn else [])))
             moved = f"if the part is moved by {format_list(place - origin)} mm (then {name} = {then})"
             none_given = "no work offset was given; " if given is None else ""
-            what = f"only {', '.join(left)} stay" if left else "legal"
+            what = f"only {', '.join(left)} stay" if left else "within limits"
             remedy = Remedy(f"{none_given}{what} {moved}", f"[{then}]", key=("wcs", name))
             return remedy, float(np.linalg.norm(place - origin))
     return None

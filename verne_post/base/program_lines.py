@@ -17,12 +17,19 @@ def remove_remarks(line: str, dialect: str = "") -> str:
 
 def find_word(line: str, letter: str) -> re.Match[str] | None:
     """A letter (1) with its number (2), outside remarks; None where the line does not have it once."""
-    pattern = rf"(?<![A-Za-z_])({letter}[ \t]*=?[ \t]*)([-+]?(?:\d+\.?\d*|\.\d+))"
-    found = list(re.finditer(pattern, remove_remarks(line), re.IGNORECASE))
+    found = _list_words(line, letter)
     return found[0] if len(found) == 1 else None
 
 
+def _list_words(line: str, letter: str) -> list[re.Match[str]]:
+    pattern = rf"(?<![A-Za-z_])({letter}[ \t]*=?[ \t]*)([-+]?(?:\d+\.?\d*|\.\d+))"
+    return list(re.finditer(pattern, remove_remarks(line), re.IGNORECASE))
+
+
 def find_word_of(line: str, letter: str, value: float) -> re.Match[str] | None:
-    """As :func:`find_word`, of this value: in a loop, an incremental block or inches the number has another meaning."""
-    word = find_word(line, letter)
-    return word if word is not None and math.isclose(float(word[2]), value, abs_tol=LIMIT_SLACK_MM) else None
+    """A letter with this number; None where the line does not have it once.
+
+    In a loop, an incremental block or inches the number has another meaning.
+    """
+    found = [one for one in _list_words(line, letter) if math.isclose(float(one[2]), value, abs_tol=LIMIT_SLACK_MM)]
+    return found[0] if len(found) == 1 else None

@@ -126,6 +126,9 @@ def command(
 
     INPUT may be a file, a folder of programs, or a pattern: verne-post check part.nc programs "more/op*.nc"
 
+    No rows are written. --decimals, --units and --accept-rounding say how `convert` would round them: check refuses a
+    program where rounding alone exceeds a limit (VP018).
+
     The table [check] of verne-post.toml, or [tool.verne-post.check] of pyproject.toml, may also say which findings
     count. An option overrides an environment variable, and a variable overrides the file.
     """

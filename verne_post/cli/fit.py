@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from verne_post.base.long_text import Text
 
 
-@click.command("fit", cls=GroupedCommand, short_help="Find a work offset that makes the program legal.")
+@click.command("fit", cls=GroupedCommand, short_help="Find a work offset with which the program is within limits.")
 @click.argument("input_name", type=INPUT, metavar="INPUT")
 @click.option(
     "--free",
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 @click.option(
     "--minimise",
     type=click.Choice(["move", "time"]),
-    help="Seek the smallest move of the part that makes the program legal (the default), or the least "
+    help="Seek the smallest move of the part that brings the program within limits (the default), or the least "
     "time, with a small margin to every limit.",
 )
 @click.option(
@@ -52,7 +52,7 @@ def command(
     as_json: bool,
     **given: Any,
 ) -> int:
-    """Find a work offset that makes the whole program legal, with the smallest move of the part.
+    """Find a work offset that brings the whole program within limits, with the smallest move of the part.
 
     --wcs gives the present place of the part. Coordinates that are not free keep these values. The proposed offset has
     been checked like any program. Exit status: 0 it fits, 1 no position was found, 2 unusable input.

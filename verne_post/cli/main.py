@@ -130,7 +130,7 @@ def cli() -> None:
     verne-post input.nc > axes.csv       convert a program to verified setpoints
     verne-post setup input.nc            write input.nc.toml, a form for tools and offsets
     verne-post check input.nc            check a program against every limit
-    verne-post explain input.nc:12       say why line 12 is refused, and what would make it legal
+    verne-post explain input.nc:12       say why line 12 is refused, and what would bring it within limits
     verne-post report input.nc -o r.html write a page that shows the motion and its limits
     verne-post verify axes.csv --against input.nc
     """

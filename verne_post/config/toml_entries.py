@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from contextlib import suppress
 from typing import Final
 
-from msgspec import Struct
+from msgspec import Struct, structs
 
 from verne_post.base.printable import quote_key
 
@@ -24,6 +24,12 @@ _PLAIN: Final = re.compile(
     r"|[^\s,#\[\]{}]+(?:[ \t]+[^\s,#\[\]{}]+)*",
     re.DOTALL,
 )
+#: The header of a table on a line of its own.
+_HEADER: Final = re.compile(r"^[ \t]*\[\[?[ \t]*[\w\"'-][^\n=,{}]*\]\n", re.MULTILINE)
+_REMARK_LINE: Final = re.compile(r"[ \t]*#")
+#: A key that may go on: bare, or in a quote that is open; a value likewise, with the points and signs of numbers.
+_UNFINISHED_KEY: Final = re.compile(r"[\w-]*|\"[^\"\n]*|'[^'\n]*")
+_UNFINISHED_VALUE: Final = re.compile(r"[\w.+-]*|\"[^\"\n]*|'[^'\n]*")
 #: Where the settings stand in a file of several tools.
 OF_TOOLS: Final = ("tool", "verne-post")
 
@@ -69,17 +75,32 @@ class Change(Struct, frozen=True):
         return text[: self.begin] + self.new + text[self.end :]
 
 
+class Cursor(Struct, frozen=True):
+    """What is being written at the end of a text: a key, the name of a table, or a value."""
+
+    table: Key  #: In which the key, or the table, is to stand.
+    begin: int  #: Offset of what is written of it.
+    key: Key = ()  #: Whose value it is; empty for a key.
+    is_header: bool = False  #: Behind a bracket at the beginning of a line.
+
+
 class _Scanner:
-    """Reads a text from its beginning; ``entries`` are those before ``at``."""
+    """Reads a text from its beginning; ``entries`` are those before ``at``, and ``cursor`` is what was read last."""
 
     def __init__(self, text: str) -> None:
         self.text, self.at = text, 0
         self.entries: list[Entry] = []
         self.table: Key = ()
         self.numbers: dict[Key, int] = {}
+        self.cursor = Cursor((), 0)
 
     def read(self) -> None:
-        while self.skip(_BLANK_LINES) < len(self.text):
+        while True:
+            before = self.at
+            if "\n" in self.text[before : self.skip(_BLANK_LINES)]:
+                self.cursor = Cursor(self.table, self.at)
+            if self.at >= len(self.text):
+                return
             if self.text[self.at] == "[":
                 self.read_header()
             else:
@@ -106,7 +127,7 @@ class _Scanner:
         begin = self.at
         is_array = self.text.startswith("[[", begin)
         self.take("[[" if is_array else "[")
-        name, _end = self.read_key()
+        name, _end = self.read_key((), is_header=True)
         self.take("]]" if is_array else "]")
         self.table = ()
         for part in name:  # a table inside one of an array is inside the last one
@@ -119,11 +140,11 @@ class _Scanner:
     def _number(self, table: Key) -> Key:
         return (*table, str(self.numbers[table])) if table in self.numbers else table
 
-    def read_key(self) -> tuple[Key, int]:
-        """The parts of a key with dots, and where the last one ends."""
+    def read_key(self, above: Key, *, is_header: bool = False) -> tuple[Key, int]:
+        """The parts of a key with dots, and where the last one ends; ``above`` is the table that has it."""
         parts: list[str] = []
         while True:
-            self.skip(_BLANK)
+            self.cursor = Cursor((*above, *parts), self.skip(_BLANK), is_header=is_header)
             written = self.match(_PART)
             part = written[0]
             parts.append(tomllib.loads(f"x = {part}")["x"] if part[0] in "\"'" else part)
@@ -134,13 +155,14 @@ class _Scanner:
 
     def read_pair(self, above: Key, depth: int) -> None:
         begin = self.at
-        name, key_end = self.read_key()
+        name, key_end = self.read_key((*self.table, *above))
         self.take("=")
         self.skip(_BLANK)
         self.read_value((*above, *name), begin, key_end, depth)
 
     def read_value(self, name: Key, begin: int, key_end: int, depth: int) -> None:
         value, place = self.at, len(self.entries)
+        self.cursor = Cursor(self.table, value, (*self.table, *name))
         if self.text.startswith("{", value):
             self.read_list("}", name, depth + 1)
         elif self.text.startswith("[", value):
@@ -155,6 +177,7 @@ class _Scanner:
         count = 0
         while not self.text.startswith(closing, self.skip(_BLANK_LINES)):
             if closing == "}":
+                self.cursor = Cursor((*self.table, *name), self.at)
                 self.read_pair(name, depth)
             else:
                 self.read_value((*name, str(count)), self.at, self.at, depth)
@@ -179,12 +202,27 @@ def list_entries(text: str) -> list[Entry]:
     return scanner.entries
 
 
-def scan_table(text: str) -> Key:
-    """The table that is open at the end of a text, as far as it can be read."""
+def find_cursor(text: str) -> Cursor | None:
+    """What is being written at the end of a text that may be wrong above; None in a remark or behind a whole value."""
+    last = text.rfind("\n") + 1
+    cursor = _scan_cursor(text)
+    if cursor.begin < last:  # a line above cannot be read: its table is enough
+        heads = list(_HEADER.finditer(text, 0, last))
+        head = heads[-1][0] if heads else ""
+        shift = last - len(head)
+        cursor = _scan_cursor(head + text[last:])
+        cursor = structs.replace(cursor, begin=cursor.begin + shift)
+    written = _UNFINISHED_VALUE if cursor.key else _UNFINISHED_KEY
+    if cursor.begin < last or _REMARK_LINE.match(text, last) or written.fullmatch(text, cursor.begin) is None:
+        return None
+    return cursor
+
+
+def _scan_cursor(text: str) -> Cursor:
     scanner = _Scanner(text)
     with suppress(UnknownLayoutError, tomllib.TOMLDecodeError, RecursionError):
         scanner.read()
-    return scanner.table
+    return scanner.cursor
 
 
 def find_value(text: str, key: Key) -> str:

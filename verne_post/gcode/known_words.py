@@ -52,7 +52,7 @@ def find_words_of(line: str, dialect: str) -> list[KnownWord]:
     code = remove_remarks(line, dialect).upper()
     found: dict[int, tuple[int, str]] = {}  # begin -> end, name: the longest word at each place
     for name in texts:
-        for match in re.finditer(_make_pattern(name), code):
+        for match in re.finditer(_make_pattern(name, language), code):
             begin, end = match.span()
             found[begin] = max(found.get(begin, (0, "")), (end, name))
     words: list[KnownWord] = []
@@ -62,12 +62,14 @@ def find_words_of(line: str, dialect: str) -> list[KnownWord]:
     return words
 
 
-def _make_pattern(name: str) -> str:
+def _make_pattern(name: str, language: str) -> str:
     """Where a word stands in a line: a code may have zeros before its number, and touch the next word."""
     if (code := _CODE.fullmatch(name)) is not None:
         return rf"(?<![A-Z_$]){code[1]}[ \t]*0*{re.escape(code[2])}(?![\d.])"
     text = r"[ \t]+".join(map(re.escape, name.split()))
     after = r"(?=[ \t]*[=+\-.\d])" if len(name) == 1 else r"(?![A-Z\d_])"
+    if language == "Klartext" and name in ("L", "C"):  # C+90 is an axis
+        after = r"(?=[ \t]+[A-Z]|[ \t]*$)"
     return rf"(?<![A-Z\d_$]){text}{after}"
 
 

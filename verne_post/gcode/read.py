@@ -62,8 +62,8 @@ def interpret_program(source: Text, setup: Setup) -> Moves:
     start, start_frame = list(state.position), state.frame
     execution = dialect.execute(source, setup, state, StopConditions())
     if unsaid is not None:
-        text, line, execution.recorder.assumed_axes = unsaid
-        execution.recorder.warn("VP036", text, line, None)
+        finding, execution.recorder.assumed_axes = unsaid
+        execution.recorder.warnings[finding.line or 0, finding.code] = finding
     if execution.errors:
         # an error of the same line explains them: where a letter stands in a number, the point is not what is missing
         wrong, codes = {item.line for item in execution.errors}, ("VP038", "VP041", "VP046")

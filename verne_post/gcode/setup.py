@@ -39,6 +39,7 @@ class Setup(TextOptions, frozen=True, kw_only=True):
 
     coordinates: Coordinates  #: What standing still means when frames change, and where machine coordinates are.
     axes: str  #: Letters of the axes that may be named.
+    machine_name: str = "the machine"  #: In messages.
     machine: bool  #: True for `convert` and `check`: positions must be known, tool lengths given.
     #: home, home2: Machine positions of G28 and G30 (nine-vectors), None where there are none.
     home: tuple[float, ...] | None
@@ -56,6 +57,10 @@ class Setup(TextOptions, frozen=True, kw_only=True):
     travel: TableTravel | None = None
     #: The rotary axes among ``AXES``: one tilts the tool, one turns about its pole; A and C on a tilting table.
     rotary: tuple[int, int] = (AXES.index("A"), AXES.index("C"))
+
+    def describe_missing_axis(self, letter: str) -> str:
+        """What VP011 says of an axis."""
+        return f"{letter}: {self.machine_name} has no such axis; it has {', '.join(self.axes)}"
 
     @property
     def rotary_letters(self) -> tuple[str, str]:

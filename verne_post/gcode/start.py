@@ -13,7 +13,7 @@ from verne_post.gcode.dialect import Dialect
 from verne_post.gcode.execution import Execution, StopConditions
 from verne_post.gcode.first_places import FirstPlaces
 from verne_post.gcode.setup import Setup
-from verne_post.model.findings import Finding, InputError, make_input_error
+from verne_post.model.findings import Finding, InputError, Remedy, make_finding, make_input_error
 from verne_post.model.moves import AXES, MoveKind, Moves
 
 #: A system of equations for the start is solved up to this condition number; beyond it the start is not determined.
@@ -27,12 +27,12 @@ _TURN_DEG: Final = 1.0
 class Start(NamedTuple):
     """Program position (9) at the start, mm and degrees.
 
-    ``unsaid`` is a message, the line of a cut before the program has said how the table stands, where the table is
-    not taken to stand at 0, and the axes of which that is true, each with the line that names it. None elsewhere.
+    ``unsaid`` is VP036, and the axes of which it is true, each with the line that names it: the program cuts before it
+    has said how the table stands, and the table is not taken to stand at 0. None elsewhere.
     """
 
     position: list[float]
-    unsaid: tuple[str, int, dict[int, int]] | None
+    unsaid: tuple[Finding, dict[int, int]] | None
 
 
 def find_start(source: Text, setup: Setup, dialect: Dialect) -> Start:
@@ -110,7 +110,7 @@ class _Opening:
         misses = self._replay(position, waits=waits)[0]
         return position if np.abs(misses).max() < START_POSE_MM else None
 
-    def find_unsaid_table(self, position: Array) -> tuple[str, int, dict[int, int]] | None:
+    def find_unsaid_table(self, position: Array) -> tuple[Finding, dict[int, int]] | None:
         """What to say of cuts before A and C are named, of a program that starts at a program position (9).
 
         Their angles are those at which the table is taken to start: they change when that does.
@@ -143,7 +143,9 @@ class _Opening:
             f"the program cuts before it names {letters}: the table is taken to start at {stands}, where line "
             f"{named_line} puts it; name {letters} before"
         )
-        return text, first, dict.fromkeys(axes, named_line)
+        edits = (Remedy(f"name {letters}", stands, line=first),)
+        where = {"line": first, "last_line": first, "worst_line": first}
+        return make_finding("VP036", text, **where, edits=edits), dict.fromkeys(axes, named_line)
 
     def _list_moves(self, position: Array) -> Moves:
         """Moves of the opening lines of a program that starts at a position."""

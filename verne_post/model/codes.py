@@ -456,7 +456,7 @@ CODES: Final[dict[str, Code]] = _make_table(
         "The rotary axis that tilts the tool leaves its travel: A of a tilting table, or the one of a chain. Where the "
         "platform tilts too, the joint a is the word A plus the tilt of the platform: A may be beyond the limit of a, "
         "and a within it.",
-        "Use less tilt. check and explain name a tilt, or another table solution, that was tried and is legal.",
+        "Use less tilt. check and explain name a tilt, or another table solution, that was tried and is within limits.",
     ),
     (
         "VP103",
@@ -721,7 +721,7 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP505",
         "implausible size",
         "warning",
-        "A speed, acceleration, jerk, travel, length, cycle or tolerance is legal, but probably not intended. Most "
+        "A speed, acceleration, jerk, travel, length, cycle or tolerance is possible, but probably not intended. Most "
         "often "
         "it is in another unit. It is in the machine file, the command line, the set-up or the program. It is an error "
         "where a program in inches leaves the machine, and would not in mm. The limits that it breaks are not listed "

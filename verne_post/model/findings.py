@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import Final
+from typing import Final, Literal
 
 from verne_post.base.text_tables import format_html_table
 from verne_post.model.codes import CODES
@@ -14,13 +14,19 @@ _LONGEST_MESSAGE: Final = 1000
 
 @dataclass(frozen=True)
 class Remedy:
-    """What would make a program, or a line, legal: it was tried."""
+    """What would make a program, or a line, legal.
+
+    What stands in ``remedies`` of a finding was tried; an editor tries the others before it offers them.
+    """
 
     text: str  #: In a sentence.
     value: str = ""  #: What is to be written; empty where it stands in no file.
     key: tuple[str, ...] = ()  #: Of the set-up, where it is written there: ("wcs", "G54"), ("allow_rewind",).
-    line: int = 0  #: Of the program, where it is written there, in place of the number of ``word``.
-    word: tuple[str, float] = ("", 0.0)  #: The letter, and the number that stands there.
+    line: int = 0  #: Of the program, where it is written there.
+    #: The letter, and the number that stands there; no letter where the text of the program tells the place.
+    word: tuple[str, float] = ("", 0.0)
+    way: Literal["number", "behind", "below"] = "number"  #: In place of the number, behind the word, below its line.
+    is_above: bool = False  #: ``word`` stands in the last line up to ``line`` that has it.
 
 
 @dataclass(frozen=True)
@@ -47,7 +53,7 @@ class Finding:
     remedies : tuple of str
         What would make the program, or the line, legal: each was tried. Empty where nothing was sought.
     edits : tuple of Remedy
-        Those of the remedies that are a word of the program or of its set-up.
+        What is to be written into the program or its set-up.
     file, file_line : str and int, or None
         The file, other than the program, in which the mistake stands, and its line there, from 1.
     settled_by : tuple of tuple of str

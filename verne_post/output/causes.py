@@ -22,6 +22,10 @@ _ROTARY: Final = ("VP102", "VP103")
 _OF_THE_WORKSPACE: Final = ("VP201", "VP202", "VP203", "VP210")
 
 
+#: The least excess of a joint that three decimals show.
+_SHOWN: Final = 0.0005
+
+
 class Cause(Struct, frozen=True):
     """Findings that one thing settles."""
 
@@ -185,4 +189,6 @@ def describe_other(item: Finding) -> str:
     if item.value is None or item.limit is None:
         return f"{what}in {where}"
     unit = f" {item.unit}" if item.unit else ""
-    return f"{what}by {find_excess(item):.6f}{unit} in {where}"
+    excess = find_excess(item)
+    decimals = 3 if find_family(item.code) == Family.POSITION and excess >= _SHOWN else 6
+    return f"{what}by {excess:.{decimals}f}{unit} in {where}"

@@ -62,9 +62,15 @@ def format_outcome(
 
 
 def format_finding(program: str, item: Finding) -> str:
-    """``FILE:LINE:`` and what :func:`describe` writes; the file is the program, or that in which the mistake stands."""
+    """``FILE:LINE:`` and what :func:`describe` writes, ``FILE:LINE:COLUMN:`` where a character of the program is meant.
+
+    The file is the program, or that in which the mistake stands.
+    """
     name, line = find_place(program, item)
-    return f"{make_printable(name if line is None else f'{name}:{line}')}: {describe(item)}"
+    at = (
+        "" if line is None else f":{line}" if item.column is None or item.file is not None else f":{line}:{item.column}"
+    )
+    return f"{make_printable(f'{name}{at}')}: {describe(item)}"
 
 
 def find_place(program: str, item: Finding) -> tuple[str, int | None]:
@@ -91,8 +97,6 @@ def drop_repeated(reports: Sequence[Report], *, also_errors: bool = False) -> li
 def describe(item: Finding) -> str:
     """``CODE severity: message``, with the stretch when it is longer than one line."""
     text = f"{item.code} {item.severity}: {make_printable(item.message)}"
-    if item.column is not None:
-        text += f" (column {item.column})"
     if item.count > 1 and is_about_text(item.code):
         lines = "" if item.last_line == item.line else f"lines {item.line} to {item.last_line}, "
         text += f" ({lines}{item.count} times)"
@@ -235,12 +239,22 @@ def _choose_remedy(item: Finding) -> str:
         return ""
     if item.code == "VP012" and "--tool-" in item.message:  # the message has the options; the file is left to say
         return f"{remedy.partition('. ')[0]}."
+    if item.code == "VP033" and re.search(r"write (wcs\.\S+ = )?\[x, y, z\]", item.message):
+        return ""
+    if item.code == "VP033":
+        remedy = remedy.replace(", or give --wcs:", ":")
+    if item.code in _TOLD_FIRST:
+        return remedy.partition(". ")[2]
     match item.settled_by:
         case (("remap", _code), *_more):
             return _GIVE_MEANING
         case (("wcs", system),):
             return remedy.replace("wcs.G54", f"wcs.{quote_key(system)}").replace("--wcs G54", f"--wcs {system}")
     return remedy
+
+
+#: Codes whose message is the first sentence of their remedy.
+_TOLD_FIRST: Final = ("VP034", "VP041")
 
 
 def _name_program(remedy: str, program: str) -> str:

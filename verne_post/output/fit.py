@@ -81,9 +81,10 @@ def _write_lines(program: str, machine: Machine, proposal: Proposal) -> Iterator
             f"--wcs {_write_wcs_option(proposal, largest.place)} (--maximise margin)."
         )
     where = f"{after.names[after.nearest]}, line {after.lines[after.nearest]}"
+    yield (f"Smallest margin {_format_margin(after.smallest)} ({where}), before {_format_margin(before.smallest)}.")
     yield (
-        f"Smallest margin {_format_margin(after.smallest)} ({where}), before {_format_margin(before.smallest)}; 0 at a "
-        "limit, 1 plenty."
+        "A margin is 0 at its limit and negative beyond it. It is 1 in the middle of a travel, and where warnings of "
+        "other limits begin."
     )
     if proposal.seconds is not None:
         now = "could not run" if proposal.seconds_before is None else f"{proposal.seconds_before:.3f} s"

@@ -32,7 +32,7 @@ Facts = Sequence[tuple[str, str]]
 
 def list_remarks(summary: Summary) -> list[str]:
     """What a person must compare with the machine: tools, offsets, bodies."""
-    return [f"{key}: {text}" for key, text in _describe_setup(summary)]
+    return [f"{key}: {text}" for key, text in (*_list_unchecked(summary), *_describe_setup(summary))]
 
 
 def format_summary(summary: Summary, added: Facts = ()) -> str:
@@ -66,6 +66,7 @@ def name_verdict(summary: Summary) -> str:
 def list_facts(summary: Summary) -> list[tuple[str, str]]:
     """Facts of a conversion by key: start position, time, tolerance, limits, assumed values, and what to do."""
     return [
+        *_list_unchecked(summary),
         ("start position", _describe_first_row(summary)),
         *_restart(summary),
         *_describe_dry_run(summary),
@@ -267,7 +268,8 @@ def _describe_limits(summary: Summary) -> Facts:
         ("jerk", verdict.jerk_ratio.max(), JERK_RATIO),
         ("feed", verdict.feed_ratio, FEED_RATIO),
     )
-    text = f"largest share of each: {_describe_worst_ratios(verdict, summary.machine)}, feed {verdict.feed_ratio:.4f}"
+    shares = f"{_describe_worst_ratios(verdict, summary.machine)}, feed {verdict.feed_ratio:.4f}"
+    text = f"the highest values, where 1 is the limit: {shares}"
     beyond = [f"{most:g} of {what}" for what, ratio, most in allowed if ratio > 1.0]
     if beyond:
         are = "is" if len(beyond) == 1 else "are"
@@ -425,11 +427,23 @@ def _describe_arc_feeds(summary: Summary) -> Facts:
 
 
 def _keep_out(summary: Summary) -> Facts:
-    """What is kept out of; before it the bodies whose size is not known."""
+    """What is kept out of."""
+    names = _list_bodies(summary)
+    return [("kept out of", ", ".join(names))] if names else []
+
+
+def _list_bodies(summary: Summary) -> list[str]:
+    options = summary.options
+    return [box.name for box in options.keep_out] + ([options.stock.name] if options.stock else [])
+
+
+def _list_unchecked(summary: Summary) -> Facts:
+    """Bodies that nothing is known of: fixtures and stock, and those of machine and tools whose size is not known."""
     options, bodies = summary.options, summary.machine.bodies
-    names = [box.name for box in options.keep_out] + ([options.stock.name] if options.stock else [])
-    if not names:
-        return []
+    absent = [*([] if options.keep_out else ["fixtures"]), *([] if options.stock else ["stock"])]
+    none = [f"contact with {' and '.join(absent)}: the set-up gives none"] if absent else []
+    if not _list_bodies(summary):
+        return [("NOT CHECKED", none[0])]
     used = {number for _change, number in list_tool_changes(summary.events)} or {0}
     tools = options.tools or {}
     named = name_tools(summary.events)
@@ -444,7 +458,7 @@ def _keep_out(summary: Summary) -> Facts:
     unknown += ["rods"] if has_rods and (bodies is None or bodies.rod_radius is None) else []
     missing = [f"{', '.join(unknown)}: the machine file has no size"] if unknown else []
     missing += [f"the width of {', '.join(thin)}: without a diameter it is a line"] if thin else []
-    return [*([("NOT CHECKED", "; ".join(missing))] if missing else []), ("kept out of", ", ".join(names))]
+    return [("NOT CHECKED", "; ".join([*none, *missing]))] if none or missing else []
 
 
 def _describe_stock(summary: Summary) -> Facts:

@@ -44,7 +44,7 @@ def find_middle(machine: Machine, lengths: Sequence[float]) -> Array:
         ok = solve_legal(machine, np.tile(tip, (len(length), 1)), np.zeros((len(length), 2)), length)[1]
         if ok.all():
             return tip
-    raise ValueError("no upright pose over the middle of the table is legal with every tool")
+    raise ValueError("no upright pose over the middle of the table is within limits with every tool")
 
 
 def reach_from(machine: Machine, middle: Array, poses: WorkspacePoses) -> Mask:

@@ -1,25 +1,37 @@
 """What may be written at a place: words of a program's language, keys of a set-up, of settings and of machine files."""
 
-from collections.abc import Iterator, Mapping
+from collections import abc
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
-from typing import Any, Final, get_args, get_origin
+from typing import Any, Final, Literal, get_args, get_origin
 
 from lsprotocol import types as lsp
 from msgspec import Struct
 from msgspec.structs import fields
 
+from verne_post.base.printable import quote_key
 from verne_post.base.program_lines import remove_remarks
 from verne_post.base.type_words import describe, list_alternatives, strip_bounds
 from verne_post.cli.programs import is_setup
 from verne_post.config.chain import ChainMachineFile
 from verne_post.config.kinds import KINDS
+from verne_post.config.machine_paths import list_machine_files
 from verne_post.config.program_setup import SetupFile, list_setup_options
 from verne_post.config.schema import MachineFile, describe_limits_table
-from verne_post.config.sentences import Table
 from verne_post.config.settings import FILE_NAME, PROJECT_FILE, SettingsFile
-from verne_post.config.toml_entries import OF_TOOLS, Key, find_value, scan_table
+from verne_post.config.toml_entries import (
+    OF_TOOLS,
+    Entry,
+    Key,
+    UnknownLayoutError,
+    find_cursor,
+    find_value,
+    list_entries,
+)
 from verne_post.gcode.known_words import list_words
+from verne_post.model.control_keys import KEYS
 from verne_post.model.options import OPTIONS, find_about
+from verne_post.model.part_setup import SYSTEM_NUMBERS
 
 #: Dialect -> how the tables of words call its language.
 _LANGUAGES: Final = {"rs274": "RS274/NGC", "fanuc": "Fanuc", "siemens": "Siemens", "heidenhain": "Klartext"}
@@ -31,6 +43,7 @@ class Choice(Struct, frozen=True):
     begin: int
     word: str
     meaning: str
+    sought: str  #: What an editor compares with what is written.
 
 
 def complete_word(line: str, column: int, dialect: str) -> list[Choice]:
@@ -50,67 +63,161 @@ def complete_word(line: str, column: int, dialect: str) -> list[Choice]:
         if not before[begin].isalpha() or (begin and (before[begin - 1].isalpha() or before[begin - 1] == "_")):
             continue
         if found := [word for word in known if word.startswith(written)]:
-            return [Choice(begin, word, "; ".join(known[word])) for word in found]
+            return [Choice(begin, word, "; ".join(known[word]), word) for word in found]
     return []
 
 
 def complete_key(path: Path, text: str, line: int, column: int) -> list[Choice]:
-    """Keys of the table in which a line (from 0) stands, with the types of their values, or what options are for."""
+    """Keys, names of tables and values that may stand at a place of a set-up, of settings or of a machine file.
+
+    Each has the type of its value, or what the option is for. Keys that the table has already are not among them.
+    """
     lines = text.split("\n")
-    written = lines[line][:column].lstrip()
-    if not all(one.isalnum() or one in "_-" for one in written):
+    above = sum(len(one) + 1 for one in lines[:line])
+    cursor = find_cursor(text[: above + column])
+    if cursor is None:
         return []
-    table = scan_table("\n".join([*lines[:line], ""]))
-    table = table[len(OF_TOOLS) :] if table[: len(OF_TOOLS)] == OF_TOOLS else table
-    begin = column - len(written)
-    return [Choice(begin, key, meaning) for key, meaning in _list_keys(path, text, table) if key.startswith(written)]
-
-
-def _list_keys(path: Path, text: str, table: Key) -> Iterator[tuple[str, str]]:
-    """The keys that a table may have."""
-    schema: type[Table] = SetupFile
-    names: list[str] = [] if table else list_setup_options()
-    if path.name in (FILE_NAME, PROJECT_FILE):
-        if table == ("options",):
-            names, schema = [name for name in OPTIONS if find_about(name).in_settings], Table
-        elif len(table) > 1 and table[0] == "setup":
-            table = table[2:]
-            names = [] if table else list_setup_options()
+    begin, written = cursor.begin - above, text[cursor.begin : above + column]
+    top = _list_top(path, text)
+    if cursor.key:
+        kind = find_type(top, _cut_tools(cursor.key))
+        key = cursor.key[-1]
+        named = [f'"{name}"' for name in _NAMES[key]()] if key in _NAMES and kind is str else _list_values(kind)
+        found = dict.fromkeys(named, describe(kind))
+    else:
+        keys = _list_keys(find_type(top, _cut_tools(cursor.table))) or {}
+        if cursor.is_header:
+            found = {quote_key(name): about for name, (kind, about) in keys.items() if _list_keys(kind) is not None}
         else:
-            names, schema = [], SettingsFile
-    elif not is_setup(path):
-        names, schema = [], ChainMachineFile if find_value(text, ("schema",)) == "2" else MachineFile
-        kind = KINDS.get(find_value(text, ("kind",)).strip("\"'"))
-        own: Mapping[str, Any] = (
-            {}
-            if kind is None
-            else {"module": kind.schema, "limits": describe_limits_table(kind.group, kind.rods), "rods": kind.bodies}
-        )
-        if table and own.get(table[0]) is not None:
-            schema, table = own[table[0]], table[1:]
-    yield from ((name, find_about(name).help) for name in names if name != "tools")
-    if table and schema is Table:
-        return
-    found = _find_schema(schema, table)
-    if found is not None:
-        yield from ((one.encode_name, describe(one.type)) for one in fields(found) if one.encode_name not in names)
+            others = "\n".join([*lines[:line], "", *lines[line + 1 :]])
+            known = {one.key for one in _list_entries(others)} | {one.key for one in _list_entries(lines[line])}
+            found = {
+                quote_key(name): about for name, (_kind, about) in keys.items() if (*cursor.table, name) not in known
+            }
+    quote = written[:1] if written[:1] in ('"', "'") else ""
+    choices = (
+        Choice(begin, word, about, quote + word.lstrip('"') if word.startswith('"') else word)
+        for word, about in found.items()
+    )
+    return [one for one in choices if one.sought.startswith(written)]
 
 
-def _find_schema(schema: type[Table], table: Key) -> type[Table] | None:
-    """The schema of a table inside one that has a schema; None where it has none."""
-    kind: Any = schema
-    for part in table:
-        options = [strip_bounds(one)[0] for one in list_alternatives(strip_bounds(kind)[0])]
-        inner = next((one for one in options if isinstance(one, type) and issubclass(one, Table)), None)
-        of_names = next((one for one in options if get_origin(one) in (dict, list)), None)
-        if inner is not None:
-            kind = next((one.type for one in fields(inner) if one.encode_name == part), None)
+def _cut_tools(key: Key) -> Key:
+    """A key of the settings in a file of several tools as one of their own file."""
+    return key[len(OF_TOOLS) :] if key[: len(OF_TOOLS)] == OF_TOOLS else key
+
+
+def _list_entries(text: str) -> list[Entry]:
+    """The entries of a text; none where it cannot be read."""
+    try:
+        return list_entries(text)
+    except UnknownLayoutError:
+        return []
+
+
+#: Keys of a table that is no class: the type of each, and what is said of it; ``_ANY`` stands for every other key.
+_Keys = dict[str, tuple[Any, str]]
+_ANY: Final = ""
+
+
+def _list_top(path: Path, text: str) -> _Keys:
+    """The keys at the top of a file."""
+    if path.name in (FILE_NAME, PROJECT_FILE):
+        return {
+            **_list_fields(SettingsFile),
+            **_make_control_tables(),
+            "options": (_list_options([name for name in OPTIONS if find_about(name).in_settings]), "options"),
+            "setup": ({_ANY: (_list_setup_keys(), "")}, "set-ups of programs, by their names"),
+        }
+    if is_setup(path):
+        return _list_setup_keys()
+    top = _list_fields(ChainMachineFile if find_value(text, ("schema",)) == "2" else MachineFile)
+    kind = KINDS.get(find_value(text, ("kind",)).strip("\"'"))
+    if kind is not None:
+        limits = describe_limits_table(kind.group, kind.rods)
+        own = {"module": kind.schema, "limits": limits, "rods": kind.bodies}
+        top |= {name: (schema, describe(schema)) for name, schema in own.items() if schema is not None}
+    return top
+
+
+def _list_setup_keys() -> _Keys:
+    """Options and tables of a set-up; work offsets by the names of their systems."""
+    own = {**_list_options(list_setup_options()), **_list_fields(SetupFile), **_make_control_tables()}
+    of_system = find_type(own, ("wcs", _ANY))
+    return {**own, "wcs": (dict.fromkeys(SYSTEM_NUMBERS, (of_system, describe(of_system))), own["wcs"][1])}
+
+
+def _list_options(names: Iterable[str]) -> _Keys:
+    """Options with what they are for."""
+    return {name: (_find_option_type(name), find_about(name).help) for name in names}
+
+
+def _find_option_type(name: str) -> Any:
+    """Type of an option; its names, where it has any."""
+    choices = find_about(name).choices
+    return OPTIONS[name].kind if choices is None else Literal[choices()]
+
+
+def _make_control_tables() -> _Keys:
+    """The tables of the controls, by dialects."""
+    return {name: (schema, f"keys of {name}") for name, schema in KEYS.items()}
+
+
+def _list_fields(schema: type[Struct]) -> _Keys:
+    return {one.encode_name: (one.type, describe(one.type)) for one in fields(schema)}
+
+
+def _list_keys(kind: Any) -> _Keys | None:
+    """The keys of a table; none for one with names of the user's own; None where it is no table."""
+    if isinstance(kind, dict):
+        return {name: found for name, found in kind.items() if name != _ANY}
+    for one in _list_plain(kind):
+        if isinstance(one, type) and issubclass(one, Struct):
+            return _list_fields(one)
+        if get_origin(one) is dict and get_origin(get_args(one)[0]) is Literal:
+            return dict.fromkeys(get_args(get_args(one)[0]), (get_args(one)[1], describe(get_args(one)[1])))
+        if get_origin(one) in (dict, abc.Mapping) or (get_origin(one) is list and _list_keys(get_args(one)[0])):
+            return {}
+    return None
+
+
+def find_type(kind: Any, key: Key) -> Any:
+    """The type of a key below a table; None where there is none."""
+    none = (None, "")
+    for part in key:
+        if isinstance(kind, dict):
+            kind = (kind.get(part) or kind.get(_ANY, none))[0]
+            continue
+        options = _list_plain(kind)
+        schema = next((one for one in options if isinstance(one, type) and issubclass(one, Struct)), None)
+        of_names = next((one for one in options if get_origin(one) in (dict, abc.Mapping, list, tuple)), None)
+        if schema is not None:
+            kind = _list_fields(schema).get(part, (None, ""))[0]
         else:
             kind = get_args(of_names)[-1] if of_names is not None else None
-        if kind is None:
-            return None
-    options = [strip_bounds(one)[0] for one in list_alternatives(strip_bounds(kind)[0])]
-    return next((one for one in options if isinstance(one, type) and issubclass(one, Table)), None)
+    return kind
+
+
+def _list_plain(kind: Any) -> list[Any]:
+    """The types of a union, without their bounds."""
+    return [strip_bounds(one)[0] for one in list_alternatives(strip_bounds(kind)[0])]
+
+
+#: Key -> the names that its text may be.
+_NAMES: Final[Mapping[str, Callable[[], Iterable[str]]]] = {
+    "machine": list_machine_files,
+    "kind": lambda: KINDS,
+    "system": lambda: ("table", *SYSTEM_NUMBERS),
+}
+
+
+def _list_values(kind: Any) -> Iterator[str]:
+    """The values of a type that has few of them, as TOML."""
+    for one in _list_plain(kind):
+        if get_origin(one) is Literal:
+            yield from (f'"{name}"' if isinstance(name, str) else str(name) for name in get_args(one))
+        elif one is bool:
+            yield from ("true", "false")
 
 
 def make_item(choice: Choice, place: lsp.Range) -> lsp.CompletionItem:
@@ -119,6 +226,6 @@ def make_item(choice: Choice, place: lsp.Range) -> lsp.CompletionItem:
         choice.word,
         kind=lsp.CompletionItemKind.Keyword,
         detail=choice.meaning,
-        filter_text=choice.word,
+        filter_text=choice.sought,
         text_edit=lsp.TextEdit(place, choice.word),
     )

@@ -13,7 +13,7 @@ from verne_post.app.tried_remedies import list_ends
 from verne_post.base.numbers import format_count
 from verne_post.base.printable import quote_key
 from verne_post.base.program_lines import find_word, find_word_of, remove_remarks
-from verne_post.base.suggestions import find_correction, find_suggestion
+from verne_post.base.suggestions import find_correction, find_replacement, find_suggestion
 from verne_post.cli.lsp.inspector import Inspected, Inspector
 from verne_post.cli.lsp.places import cut_file, find_range, split_lines
 from verne_post.cli.setup import make_setup
@@ -24,8 +24,6 @@ from verne_post.model.verdict import count_findings, is_about_text
 
 #: A word for a place of the tip.
 _PLACE: Final = re.compile(r"(?<![A-Za-z_#])[XYZ][ \t]*=?[ \t]*[-+]?[\d.]+", re.IGNORECASE)
-#: Of VP050: the line of the tool change after which nothing starts the spindle.
-_OF_CHANGE: Final = re.compile(r"nothing starts it after the change to .* in line (\d+)$")
 #: What stands in a new line of a file until it is filled in: a wrong value, whose message says what is right.
 _TO_FILL_IN: Final = '"measure"'
 #: What stands for what nobody has said, by the table of the set-up.
@@ -62,7 +60,7 @@ def find_fixes(
         # an edit that turns an error into a warning helps, as a point among numbers without one (VP038); and one that
         # mends a word in one place of several, which are one finding
         if (errors, warnings) < before or ((errors, warnings) == before and _count_places(after) < places):
-            left = f"{errors} error{'s stay' if errors > 1 else ' stays'}" if errors else "legal then"
+            left = f"{errors} error{'s stay' if errors > 1 else ' stays'}" if errors else "no errors then"
             left += f", with {format_count(warnings, 'warning')}" if warnings > before[1] else ""
             left += ", another tool axis" if fix.turns else ""
             settles = not errors and not fix.turns
@@ -169,6 +167,9 @@ def _propose_fixes(found: Inspected, item: Finding, setup: Path | None, texts: M
     told = {(one.line, one.word) for one in item.edits}
     ends = () if program is None else (one for one in list_ends(program, item) if (one.line, one.word) not in told)
     for remedy in (*item.edits, *ends):
+        if remedy.line and not remedy.word[0]:
+            yield from _PLACED[item.code](found, item, remedy)
+            continue
         fix = _change_word(found, remedy) if remedy.line else _change_setup(setup, remedy, texts)
         if fix is not None:
             yield fix
@@ -191,23 +192,41 @@ def _propose_fixes(found: Inspected, item: Finding, setup: Path | None, texts: M
         if name is not None:
             begin += name.start()
             yield Fix(f"Write {near} in place of {name[0]}", found.path, text, begin, begin + len(name[0]), near)
-    if item.code == "VP036" and item.line:
-        yield from _name_angles(found, item)
+    yield from _write_told(found, item)
     if item.code == "VP006" and item.column is not None:
         begin, end = _find_span(item, text)
         yield Fix(f"Remove {text[begin:end].strip()}", found.path, text, begin, end, "")
-    if item.code == "VP050" and item.line:
-        yield from _start_spindle(found, item.line, item.message)
 
 
-def _start_spindle(found: Inspected, cut: int, message: str) -> Iterator[Fix]:
+def _write_told(found: Inspected, item: Finding) -> Iterator[Fix]:
+    """What the message tells to write: in place of the word at its column, or before the line."""
+    told, where = find_replacement(item.message)
+    if not told or not item.line:
+        return
+    if where == "before":
+        at = _find_offset(found.text, item.line - 1)
+        yield Fix(f"Write {told} before line {item.line}", found.path, found.text, at, at, f"{told}\n")
+        return
+    begin, end = 0, 0
+    if "=" in told:  # of a cycle, which a line below may call
+        own = re.compile(rf"(?<!\w){re.escape(told.partition('=')[0])}[ \t]*=[ \t]*[-+\d.]+")
+        above = [one.span() for one in own.finditer(found.text, 0, _find_offset(found.text, item.line))]
+        begin, end = above[-1] if above else (0, 0)
+    elif item.column is not None:
+        begin, end = _find_span(item, found.text)
+    if begin < end:
+        written = found.text[begin:end].rstrip()
+        yield Fix(f"Write {told} in place of {written}", found.path, found.text, begin, begin + len(written), told)
+
+
+def _start_spindle(found: Inspected, item: Finding, remedy: Remedy) -> Iterator[Fix]:
     """M3 after the S of the tool that was changed; before the cut where S of an earlier tool holds."""
-    lines, change = split_lines(found.text), _OF_CHANGE.search(message)
+    lines, cut = split_lines(found.text), item.line or 1
     speeds = [(number, word) for number, line in enumerate(lines[:cut]) if (word := find_word(line, "S"))]
-    if change is None or not speeds:
+    if not speeds:
         return
     number, word = speeds[-1]
-    if number + 1 >= int(change[1]):
+    if number + 1 >= remedy.line:
         at, new = _find_offset(found.text, number) + word.end(), " M3"
         yield Fix(f"Write M3 after {word[0]} in line {number + 1}", found.path, found.text, at, at, new)
     else:
@@ -215,17 +234,20 @@ def _start_spindle(found: Inspected, cut: int, message: str) -> Iterator[Fix]:
         yield Fix(f"Write M3 before line {cut}", found.path, found.text, at, at, "M3\n")
 
 
-def _name_angles(found: Inspected, item: Finding) -> Iterator[Fix]:
+def _name_angles(found: Inspected, item: Finding, remedy: Remedy) -> Iterator[Fix]:
     """A and C in the first line with a place: as the table is taken to stand, and upright."""
-    taken = re.search(r"is taken to start at ((?:[ABC]-?[\d.]+ ?)+)", item.message)
     lines = split_lines(found.text)
     places = ((number, list(_PLACE.finditer(remove_remarks(line)))) for number, line in enumerate(lines[: item.line]))
     number, words = next(((number, words) for number, words in places if words), (0, []))
-    if taken is None or not words:
+    if not words:
         return
     at = _find_offset(found.text, number) + words[-1].end()
-    for angles in dict.fromkeys((taken[1].strip(), re.sub(r"-?[\d.]+", "0", taken[1].strip()))):
+    for angles in dict.fromkeys((remedy.value, re.sub(r"-?[\d.]+", "0", remedy.value))):
         yield Fix(f"Write {angles} in line {number + 1}", found.path, found.text, at, at, f" {angles}")
+
+
+#: Code of a finding -> what finds the places of its edits in the text.
+_PLACED: Final = {"VP036": _name_angles, "VP050": _start_spindle}
 
 
 def _change_everywhere(found: Inspected, written: str, meant: str) -> Iterator[Fix]:
@@ -253,16 +275,26 @@ def _find_offset(text: str, line: int) -> int:
 
 
 def _change_word(found: Inspected, remedy: Remedy) -> Fix | None:
-    """The number of a word; None where the line does not have it, as in a loop or an incremental block."""
+    """The number of a word, or what comes behind it; None where no line has it, as in a loop or in G91."""
     letter, now = remedy.word
-    line = split_lines(found.text)[remedy.line - 1]
-    word = find_word_of(line, letter, now)
+    lines = split_lines(found.text)
+    last = 1 if remedy.is_above else remedy.line
+    tried = ((number, find_word_of(lines[number - 1], letter, now)) for number in range(remedy.line, last - 1, -1))
+    number, word = next(((number, word) for number, word in tried if word is not None), (0, None))
     if word is None:
         return None
+    if remedy.way == "below":
+        at = _find_offset(found.text, number)
+        title = f"Write {remedy.value} below {word[0]}, line {number}"
+        return Fix(title, found.path, found.text, at, at, f"{remedy.value}\n", turns=True)  # the table, to a plane
+    if remedy.way == "behind":
+        at = _find_offset(found.text, number - 1) + word.end()
+        title = f"Write {remedy.value} behind {word[0]} in line {number}"
+        return Fix(title, found.path, found.text, at, at, f" {remedy.value}")
     value = remedy.value if "." in remedy.value or "." not in word[2] else f"{remedy.value}."
     new = f"+{value}" if word[2].startswith("+") and not value.startswith("-") else value
-    begin = _find_offset(found.text, remedy.line - 1) + word.start(2)
-    title = f"Write {word[1]}{new} in place of {word[0]} in line {remedy.line}"
+    begin = _find_offset(found.text, number - 1) + word.start(2)
+    title = f"Write {word[1]}{new} in place of {word[0]} in line {number}"
     turns = letter.upper() in ("A", "B", "C")
     return Fix(title, found.path, found.text, begin, begin + len(word[2]), new, turns=turns)
 

@@ -17,13 +17,13 @@ from verne_post.app.convert import Inspection, check_and_keep
 from verne_post.app.explain import look_at_line
 from verne_post.app.explain_line import describe_modes, describe_pose
 from verne_post.app.line_facts import LineFacts, measure_lines
-from verne_post.app.plan import Plan
 from verne_post.app.result import refuse_program
 from verne_post.base.long_text import Text
 from verne_post.base.program_lines import remove_remarks
 from verne_post.cli.check import make_policy
 from verne_post.cli.common import read_program
 from verne_post.cli.files import FileError, RunFiles
+from verne_post.cli.lsp.addresses import describe_address, find_address
 from verne_post.cli.lsp.outline import Outline
 from verne_post.cli.lsp.places import split_lines
 from verne_post.cli.options import build_options, find_settings
@@ -32,6 +32,7 @@ from verne_post.config import load_machine, validate_machine
 from verne_post.config.settings import FILE_NAME, PROJECT_FILE, load_settings
 from verne_post.gcode.dialects import choose_dialect_name
 from verne_post.gcode.known_words import find_words_of
+from verne_post.gcode.machining.state import State
 from verne_post.gcode.read import find_state_past_errors
 from verne_post.model.findings import Finding, InputError, UsageError, make_finding
 from verne_post.model.machine import Machine
@@ -218,24 +219,32 @@ class Inspector:
         """
         text = split_lines(found.text)[line - 1]
         dialect = self.find_dialect(found.path, found.text) if found.options is None else found.options.dialect
-        words = find_words_of(text, choose_dialect_name(dialect, found.text.encode(), found.path.name))
-        said = [f"**{word.name}**: {word.text}" for word in words if word.begin <= column < word.end]
-        said += [_describe_pose(found, line) or self._describe_state(found, line, text) or ""]
+        dialect = choose_dialect_name(dialect, found.text.encode(), found.path.name)
+        pose, address = _describe_pose(found, line), find_address(text, column, dialect)
+        state = None if pose and address is None else self._find_state(found, line, text)
+        about = "" if address is None else describe_address(address, dialect, state, found.machine, found.options)
+        if address is not None and about:
+            if address.name == "F" and (reached := _describe_feed(found, line)):
+                about += f"; {reached}"
+            said = [f"**{text[address.begin : address.end]}**: {about}"]
+        else:
+            words = find_words_of(text, dialect)
+            said = [f"**{word.name}**: {word.text}" for word in words if word.begin <= column < word.end]
+        in_force = "" if state is None or found.machine is None else describe_modes(state, found.machine)
+        said.append(pose or in_force)
         return "\n\n".join(filter(None, said)) or None
 
-    def _describe_state(self, found: Inspected, line: int, text: str) -> str | None:
-        """What is in force after a line; None for one without words, and where nothing leads to it."""
+    def _find_state(self, found: Inspected, line: int, text: str) -> State | None:
+        """What holds after a line; None for one without words, and where nothing leads to it."""
         machine, options, program = found.machine, found.options, found.made.program
         if not remove_remarks(text).strip(" \t%") or machine is None or options is None:
             return None
         try:
             if program is None:
-                state = find_state_past_errors(found.source, build_interpreter_setup(machine, options), line)
-            else:
-                state = find_state_if_executed(found.source, program, line)
+                return find_state_past_errors(found.source, build_interpreter_setup(machine, options), line)
+            return find_state_if_executed(found.source, program, line)
         except InputError:
             return None
-        return None if state is None else describe_modes(state, machine)
 
 
 def _describe_pose(found: Inspected, line: int) -> str | None:
@@ -247,7 +256,7 @@ def _describe_pose(found: Inspected, line: int) -> str | None:
     except (UsageError, InputError):
         return None
     pose = "\n".join(describe_pose(shown))
-    return f"{_describe_time(found.made.plan, found.measure(), line)}\n\n```text\n{pose}\n```"
+    return f"{_describe_time(found, line)}\n\n```text\n{pose}\n```"
 
 
 def _name_files(findings: Iterable[Finding]) -> tuple[Finding, ...]:
@@ -255,16 +264,25 @@ def _name_files(findings: Iterable[Finding]) -> tuple[Finding, ...]:
     return tuple(item if item.file is None else replace(item, file=os.path.abspath(item.file)) for item in findings)
 
 
-def _describe_time(plan: Plan | None, facts: LineFacts | None, line: int) -> str:
-    """``0.532 s; the feed rate is reached, fastest tip 2400 mm/min``."""
-    at = None if facts is None else facts.find(line)
-    if plan is None or facts is None or at is None:
-        return "no time: the program is refused" if plan is None else "less than a control cycle"
+def _describe_feed(found: Inspected, line: int) -> str:
+    """Whether the feed rate of a line is reached; empty without a plan, and where nothing moves at a feed rate."""
+    plan = found.made.plan
+    if plan is None:
+        return ""
     path = plan.program.path
-    own = path.line == line
-    feeds = own & (path.feed_time > 0)
-    reached = ""
-    if feeds.any():
-        reached = f"the feed rate is {'reached' if plan.profiles.reached_segments[feeds].all() else 'not reached'}, "
+    feeds = (path.line == line) & (path.feed_time > 0)
+    if not feeds.any():
+        return ""
+    return f"the feed rate is {'reached' if plan.profiles.reached_segments[feeds].all() else 'not reached'}"
+
+
+def _describe_time(found: Inspected, line: int) -> str:
+    """``0.532 s; the feed rate is reached, fastest tip 2400 mm/min``."""
+    facts = found.measure()
+    at = None if facts is None else facts.find(line)
+    if facts is None or at is None:
+        return "no time: the program is refused" if found.made.plan is None else "less than a control cycle"
+    reached = _describe_feed(found, line)
     nearest = f"nearest limit: {facts.names[facts.nearest[at]]}, {100 * facts.margin[at]:.0f} % left"
-    return f"**{facts.seconds[at]:.3f} s**; {reached}fastest tip {60 * facts.speed[at]:.0f} mm/min; {nearest}"
+    tip = f"fastest tip {60 * facts.speed[at]:.0f} mm/min"
+    return f"**{facts.seconds[at]:.3f} s**; {f'{reached}, ' if reached else ''}{tip}; {nearest}"

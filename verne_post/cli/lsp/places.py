@@ -101,7 +101,7 @@ def make_diagnostic(
         Puts a range into the units of the editor.
     """
     item, others = cause.first, cause.describe_others()
-    text = describe(item).removeprefix(f"{item.code} {item.severity}: ").replace(f" (column {item.column})", "")
+    text = describe(item).removeprefix(f"{item.code} {item.severity}: ")
     also = f"\nalso {others}" if others and uri is None else ""
     tried = "".join(f"\ntried: {remedy}" for remedy in item.remedies)
     related = [

@@ -377,6 +377,7 @@ class Session:
         path, text = _find_path(uri), self.server.workspace.get_text_document(uri).source
         lines, codec = split_lines(text), self.server.workspace.position_codec
         place = codec.position_from_client_units(lines, asked.position)
+        after = lines[place.line][place.character : place.character + 1]
         if path.suffix == ".toml":
             found = complete_key(path, text, place.line, place.character)
         else:
@@ -385,7 +386,14 @@ class Session:
         return [
             make_item(
                 one,
-                codec.range_to_client_units(lines, lsp.Range(lsp.Position(place.line, one.begin), place)),
+                # editors write the quote that ends a text with the one that begins it
+                codec.range_to_client_units(
+                    lines,
+                    lsp.Range(
+                        lsp.Position(place.line, one.begin),
+                        lsp.Position(place.line, place.character + (after == '"' and one.word.endswith('"'))),
+                    ),
+                ),
             )
             for one in found
         ]
@@ -467,9 +475,11 @@ def serve(given: dict[str, Any], output: Any) -> None:
         (lsp.TEXT_DOCUMENT_CODE_LENS, session.show_notes),
         (lsp.TEXT_DOCUMENT_DOCUMENT_SYMBOL, session.list_symbols),
         (lsp.TEXT_DOCUMENT_DEFINITION, session.find_definition),
-        (lsp.TEXT_DOCUMENT_COMPLETION, session.complete),
     ):
         server.feature(name)(partial(function))  # the protocol notes its name on what it is given
+    # what begins a table, a value, a text or the rest of a key or code; letters are asked for anyway
+    begins = lsp.CompletionOptions(trigger_characters=["[", "{", "=", '"', "."])
+    server.feature(lsp.TEXT_DOCUMENT_COMPLETION, begins)(partial(session.complete))
     with suppress(SystemExit):
         server.start_io(stdout=output)
     for uri in list(session.checks):

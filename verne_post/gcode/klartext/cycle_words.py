@@ -7,6 +7,7 @@ from msgspec import Struct
 
 from verne_post.gcode.klartext.formulas import VALUE, Numbers, read_value
 from verne_post.gcode.klartext.statements import Statement
+from verne_post.gcode.klartext.vocabulary import name_parameter
 
 #: FMAX as the value of a feed rate; a retract at 0 or MAX is rapid traverse.
 FMAX_VALUE: Final = 99_999.0
@@ -134,5 +135,5 @@ def complete(
             )
     for name in needs:
         if name not in given:
-            raise statement.error("VP005", f"CYCL DEF {number} needs Q{name}")
+            raise statement.error("VP005", f"CYCL DEF {number} needs Q{name}, the {name_parameter(name)}")
     return {**defaults, **given}

@@ -74,8 +74,7 @@ class KlartextPaths:
                 continue
             if letter not in self.setup.axes:
                 at = words.columns[letter if letter in words.values else "I" + letter]
-                axis_names = ", ".join(self.setup.axes)
-                raise statement.error("VP011", f"{letter}: the machine has no such axis; it has {axis_names}", at)
+                raise statement.error("VP011", self.setup.describe_missing_axis(letter), at)
             if axis in _ROTARY:
                 wrap = self.frames.wraps.get(axis, 0.0)
                 value = words.read_coordinate(letter, start[axis] - wrap)

@@ -204,9 +204,7 @@ class KlartextPlanes:
                 if name not in words.values:
                     continue
                 if axis not in rotary or letter not in self.setup.axes:
-                    raise statement.error(
-                        "VP011", f"{letter}: the machine has no such axis; it has {', '.join(self.setup.axes)}"
-                    )
+                    raise statement.error("VP011", self.setup.describe_missing_axis(letter))
                 value = words.values.pop(name)
                 program[axis] = program[axis] + value if name[0] == "I" else value + self.frames.wraps[axis]
                 given = True
@@ -261,7 +259,7 @@ class KlartextPlanes:
                 self._take_angles(chosen_position.program)
             )  # what follows is not refused for want of them
             other = choose_position([one for one in positions if one not in mine], rank)
-            way = "" if other.beyond else f"; {self._name_angles(other)} is legal: leave out {sense}"
+            way = "" if other.beyond else f"; {self._name_angles(other)} is within the travel: leave out {sense}"
             raise ProgramError(
                 "VP102" if AXES[tilt] in chosen_position.beyond else "VP103",
                 f"{sense} needs {self._name_angles(chosen_position)}, where {' and '.join(chosen_position.beyond)} is "

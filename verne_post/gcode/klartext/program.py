@@ -208,9 +208,7 @@ class Klartext:
             if letter not in words.values and "I" + letter not in words.values:
                 continue
             if letter not in self.setup.axes:
-                raise statement.error(
-                    "VP011", f"{letter}: the machine has no such axis; it has {', '.join(self.setup.axes)}"
-                )
+                raise statement.error("VP011", self.setup.describe_missing_axis(letter))
             if "I" + letter in words.values:
                 raise statement.error("VP017", f"I{letter} beside M{number}: machine coordinates are absolute")
             value = words.take(letter) or 0.0

@@ -255,3 +255,8 @@ class Q:
     COOLANT_OUT, DWELL_DEPTH, APPROACH, FEED_REFERENCE, TURNS, APPROACH_FEED = 430, 435, 437, 439, 355, 512
     SINKING_DEPTH, FRONT_DEPTH, FRONT_OFFSET, SINKS_AFTER = 356, 358, 359, 360
     REFERENCE_DIAMETER, CORNERS, REFERENCE = 571, 572, 573
+
+
+def name_parameter(number: int) -> str:
+    """What a Q parameter of cycles is, in words, as "surface" for 203; empty for one that no cycle has."""
+    return next((name.lower().replace("_", " ") for name, value in vars(Q).items() if value == number), "")

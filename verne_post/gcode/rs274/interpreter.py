@@ -229,8 +229,7 @@ class Rs274(Language):
         axes = [letter for letter in block.words if letter in AXES]
         for letter in axes:
             if letter not in self.setup.axes:
-                axis_names = ", ".join(self.setup.axes)
-                raise block.error("VP011", f"{letter}: the machine has no such axis; it has {axis_names}", letter)
+                raise block.error("VP011", self.setup.describe_missing_axis(letter), letter)
         motion = self._choose_motion(block, g, axes)
         if motion in CYCLES and (98 in m.get("subprograms", []) or 40 in g.values()):
             raise ProgramError(

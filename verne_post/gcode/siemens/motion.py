@@ -197,8 +197,7 @@ class SiemensMotion:
         for axis, value in places.items():
             letter = AXES[axis]
             if letter not in self.setup.axes:
-                axis_names = ", ".join(self.setup.axes)
-                raise block.error("VP011", f"{letter}: the machine has no such axis; it has {axis_names}", letter)
+                raise block.error("VP011", self.setup.describe_missing_axis(letter), letter)
             if self.setup.machine and abs(value) > (MAX_ANGLE_DEG if 3 <= axis < 6 else MAX_LENGTH_MM):
                 raise block.error("VP007", f"{letter}{value:g} is beyond any machine", letter)
 

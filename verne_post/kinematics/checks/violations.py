@@ -1,5 +1,6 @@
 """What is checked, the worst violation of it on each element, and the findings that report it."""
 
+import re
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Final
 
@@ -39,6 +40,7 @@ class Check(Struct, frozen=True):
     slack: float  #: A value may be beyond the bound by this.
     unit: str
     factor: float  #: From the inside unit to the one that is shown.
+    travel: tuple[float, float] | None = None  #: Of a joint, both ends; None of other quantities.
 
 
 class Worst(Struct, frozen=True):
@@ -74,6 +76,7 @@ def list_machine_checks(machine: Machine) -> list[Check]:
                         slack,
                         column.unit,
                         column.factor,
+                        (float(machine.limits.lower[joint]), float(machine.limits.upper[joint])),
                     )
                 )
     n = len(machine.columns)
@@ -126,6 +129,8 @@ def report_limit(contour: Contour, check: Check, worst: Worst, cause: Ints | Non
             side = "below" if value <= bound else "above"
             message = (
                 f"{what} {format_fixed(value, 6)}{unit} is {side} {bound:g}{unit} by {abs(value - bound):.6f}{unit}"
+                if check.travel is None
+                else _describe_travel(check, value, bound)
             )
             message += "" if cause is None else _describe_stretches(contour, group)
             findings.append(
@@ -143,6 +148,31 @@ def report_limit(contour: Contour, check: Check, worst: Worst, cause: Ints | Non
                 )
             )
     return findings
+
+
+#: A joint beyond its travel by less than three decimals show has so many.
+_DECIMALS: Final = (3, 6)
+#: What people call the joints of that name.
+_SLIDER: Final = re.compile(r"rho(\d+)")
+
+
+def _describe_travel(check: Check, value: float, bound: float) -> str:
+    """``slider 1 (rho1) reaches 1262.413 mm, 12.413 mm too far; travel 50 to 1250 mm``."""
+    excess = abs(value - bound)
+    decimals = next((n for n in _DECIMALS if excess >= 0.5 * 10.0**-n), _DECIMALS[-1])
+    low, high = sorted(end * check.factor for end in check.travel or ())
+    travel = (
+        f"{low:g} to {high:g}"
+        if np.isfinite([low, high]).all()
+        else f"{'from' if np.isfinite(low) else 'to'} {bound:g}"
+    )
+    slider = _SLIDER.fullmatch(check.axis or "")
+    name = f"slider {slider[1]} ({check.axis})" if slider else f"joint {check.axis}"
+    side = "little" if value <= bound else "much"
+    return (
+        f"{name} reaches {format_fixed(value, decimals)} {check.unit}, {excess:.{decimals}f} {check.unit} too {side}; "
+        f"travel {travel} {check.unit}"
+    )
 
 
 def report_table(contour: Contour, below: Worst) -> list[Finding]:

@@ -1,0 +1,167 @@
+"""What a letter of a line with its value means, as X10, H1 or T="EM10", and what it comes to in this program."""
+
+import re
+from collections.abc import Iterator, Mapping
+from typing import Final
+
+import numpy as np
+from msgspec import Struct
+
+from verne_post.app.explain_numbers import format_number
+from verne_post.base.program_lines import remove_remarks
+from verne_post.gcode.klartext.vocabulary import name_parameter
+from verne_post.gcode.machining.state import State, name_unit_of_speed
+from verne_post.gcode.siemens.vocabulary import ADDRESSES
+from verne_post.model.machine import Machine
+from verne_post.model.moves import AXES, FeedMode
+from verne_post.model.options import Options
+from verne_post.model.part_setup import FIRST_NAMED_TOOL, SYSTEM_NAMES, Tool, describe_tool_number
+
+_AXES: Final = dict.fromkeys("XYZABCUVW", "where an axis goes; in G91 by how much")
+#: Letters of RS274/NGC and Fanuc.
+_LETTERS: Final[Mapping[str, str]] = {
+    **_AXES,
+    **dict.fromkeys("IJK", "centre of an arc, from its start; tool axis under G43.5; angles of G68.2"),
+    "R": "radius of an arc; height to which a cycle goes back",
+    "F": "feed rate",
+    "S": "spindle speed",
+    "T": "selects a tool; M6 loads it",
+    "H": "tool whose length holds",
+    "D": "tool whose radius holds under G41 and G42",
+    "N": "block number",
+    "O": "number of a program or subprogram",
+    "P": "number that the code of the block takes: a dwell, a subprogram, a kind",
+    "Q": "number that the code of the block takes: a step in depth, a count",
+    "L": "how often, or which kind of G10",
+}
+_KLARTEXT: Final[Mapping[str, str]] = {
+    **dict.fromkeys("XYZABCUVW", "where an axis goes"),
+    **{f"I{letter}": "by how much an axis goes" for letter in "XYZABCUVW"},
+    "F": "feed rate",
+    "S": "spindle speed",
+    "R": "radius",
+    "TOOL CALL": "loads a tool; its length holds at once",
+    "TOOL DEF": "names the next tool, or gives its length and radius",
+    "DL": "added to the length of the tool",
+    "DR": "added to the radius of the tool; the sense of an arc, with a sign alone",
+    "PR": "radius about the pole",
+    "PA": "angle about the pole",
+    "IPA": "by what angle, about the pole",
+    "LBL": "label: a subprogram ends at LBL 0",
+    "REP": "how often a section runs again",
+    "MB": "how far M140 or a turn of the table retracts",
+}
+_VALUE: Final = r"(?P<value>\"[^\"]*\"|[-+]?(?:\d+\.?\d*|\.\d+))"
+#: How a language writes a letter, or a name, with its value; letters may touch the value before.
+_PATTERNS: Final = {
+    "siemens": re.compile(
+        rf"(?<![A-Z_$])(?:(?P<long>[A-Z]+\d*)[ \t]*=[ \t]*{_VALUE}|(?P<name>[A-Z])[ \t]*(?P<number>[-+]?[\d.]+))"
+    ),
+    "heidenhain": re.compile(
+        rf"(?<![A-Z_])(?P<name>TOOL[ \t]+(?:CALL|DEF)|I?[XYZABCUVW]|I?P[RA]|D[LR]|LBL|REP|MB|Q\d+(?=[ \t]*=)|[A-Z])"
+        rf"[ \t]*=?[ \t]*{_VALUE}"
+    ),
+}
+_LETTER_AND_VALUE: Final = re.compile(rf"(?<![A-Z_#<])(?P<name>[A-Z])[ \t]*{_VALUE}")
+
+
+class Address(Struct, frozen=True):
+    """A letter or name with its value, from column ``begin`` to ``end`` of its line."""
+
+    name: str
+    value: str
+    begin: int
+    end: int
+
+
+def find_address(line: str, column: int, dialect: str) -> Address | None:
+    """The address at a column, from 0; None where none is there, as in a remark or at G and M codes."""
+    code = remove_remarks(line, dialect).upper()
+    for found in _PATTERNS.get(dialect, _LETTER_AND_VALUE).finditer(code):
+        if not found.start() <= column < found.end():
+            continue
+        groups = {key: text for key, text in found.groupdict().items() if text is not None}
+        name = " ".join((groups.get("long") or groups["name"]).split())
+        begin, end = found.span("number" if "number" in groups else "value")
+        return None if name in "GM" else Address(name, line[begin:end].strip('"'), found.start(), found.end())
+    return None
+
+
+def describe_address(
+    address: Address, dialect: str, state: State | None, machine: Machine | None, options: Options | None
+) -> str:
+    """What an address means, and what it comes to; empty for one that the language does not have.
+
+    Parameters
+    ----------
+    state : State or None
+        After its line; None where the program does not come to it.
+    """
+    meaning = _find_meaning(address.name, dialect)
+    if not meaning or state is None or machine is None or options is None:
+        return meaning
+    return "; ".join([meaning, *_find_values(address, dialect, state, machine, options)])
+
+
+def _find_meaning(name: str, dialect: str) -> str:
+    if dialect == "siemens":
+        return ADDRESSES.get(name, "")
+    if dialect == "heidenhain":
+        return name_parameter(int(name[1:])) if re.fullmatch(r"Q\d+", name) else _KLARTEXT.get(name, "")
+    return _LETTERS.get(name, "")
+
+
+def _find_values(address: Address, dialect: str, state: State, machine: Machine, options: Options) -> Iterator[str]:
+    """What holds of it after its line."""
+    axis = address.name.removeprefix("I") if dialect == "heidenhain" else address.name
+    if axis in AXES and axis in machine.coordinates.axes:
+        yield from _describe_axis(AXES.index(axis), state, machine)
+    elif address.name == "F" and state.feed > 0.0:
+        inverse = f"the move takes 1/{state.feed:g} min"
+        units = {FeedMode.PER_MINUTE: "mm/min", FeedMode.PER_REVOLUTION: "mm per turn of the spindle"}
+        yield f"{state.feed:g} {units[state.feed_mode]}" if state.feed_mode in units else inverse
+    elif address.name in ("S", "S1"):
+        direction = f", {'left' if state.spindle_reversed else 'right'}" if state.spindle_on else ", the spindle stands"
+        yield f"{state.spindle_speed:g} {name_unit_of_speed(state).get('unit', '1/min')}{direction}"
+    elif (number := _find_tool(address, dialect, state, options)) is not None:
+        yield _describe_tool(number, address, state, options)
+
+
+def _describe_axis(axis: int, state: State, machine: Machine) -> Iterator[str]:
+    """Program and machine coordinate at the end of the line."""
+    if not state.is_known(axis):
+        return
+    unit, letter = ("deg" if AXES[axis] in "ABC" else "mm"), AXES[axis]
+    there = machine.coordinates.map_to_machine(np.array(state.position), state.frame)
+    yield f"{letter} {format_number(state.position[axis])} {unit} in {SYSTEM_NAMES[state.frame.system]}"
+    yield f"machine {letter} {format_number(there[axis])} {unit}"
+
+
+def _find_tool(address: Address, dialect: str, state: State, options: Options) -> int | None:
+    """Number of the tool that an address names; None for one that names none."""
+    by_name = {"siemens": ("T", "T1"), "heidenhain": ("TOOL CALL", "TOOL DEF")}.get(dialect, ("T", "H", "D"))
+    if dialect == "siemens" and address.name == "D":
+        return state.loaded_tool if address.value != "0" else None
+    if address.name not in by_name:
+        return None
+    if address.value.isdecimal():
+        return int(address.value) or None
+    names: Mapping[str, int] = options.control.get(dialect, {}).get("tools", {})
+    known = {name.upper(): number for name, number in [*names.items(), *((b, a) for a, b in state.tool_names.items())]}
+    return known.get(address.value.upper())
+
+
+def _describe_tool(number: int, address: Address, state: State, options: Options) -> str:
+    """Length and diameter of a tool, and where they are from."""
+    names = dict(state.tool_names)
+    if not address.value.isdecimal():
+        names.setdefault(number, address.value)
+    shown = describe_tool_number(number, names) if number in names or number < FIRST_NAMED_TOOL else "tool"
+    tool: Tool | None = (state.tools or {}).get(number)
+    if tool is None or tool.unmeasured:
+        if options.tool_length is not None and tool is None:
+            return f"{shown}: length {options.tool_length:g} mm (tool_length)"
+        return f"{shown}: {'no length is given yet' if tool is not None else 'the set-up gives no such tool'}"
+    return f"{shown}: length {tool.offset[2]:g} mm, " + (
+        f"diameter {tool.diameter:g} mm" if tool.diameter else "no diameter given"
+    )
