@@ -407,7 +407,7 @@ def test_paper_has_the_whole_set_up_sheet(browser: Any, show: Callable[..., Any]
     with on_paper(browser):
         tops = js(
             browser,
-            "['#verdict', '#sheet', '#findings', '#places', '#scene', '#charts', '#code'].map(s => "
+            "['#verdict', '#sheet', '#findings', '#places', '#scene', '#charts', '#code', '#record'].map(s => "
             "document.querySelector(s).getBoundingClientRect().top)",
         )
         assert tops == sorted(tops)
@@ -433,13 +433,15 @@ def test_paper_has_the_whole_set_up_sheet(browser: Any, show: Callable[..., Any]
         assert js(browser, "document.getElementById('places').getBoundingClientRect().bottom") < PAPER_HEIGHT
         sheet = browser.find_element("id", "sheet").text
         assert f"program {name}, {lines} lines" in sheet
-        assert "SHA-256" in sheet
+        assert "SHA-256" not in sheet
+        record = browser.find_element("id", "record").text
+        assert "program, SHA-256" in record
         # the badge is white on its colour: it must not depend on whether backgrounds are printed
         for part in ("#verdict strong", "#findings li", *(["#reached i"] if name == "pocket" else [])):
             style = js(browser, f"getComputedStyle(document.querySelector('{part}')).printColorAdjust")
             assert style == "exact", part
         if name == "pocket":
-            assert " path segments; " in browser.find_element("css selector", "#sheet .whole").text
+            assert " path segments; " in record
         assert canvas_pixels(browser)[..., :3].std() > 0.02  # the machine is drawn before the paper is taken
         # and copied: a browser may print the picture of the graphics card as a blank
         copied = browser.execute_script(
@@ -935,7 +937,12 @@ def test_a_program_that_cannot_be_read_has_a_page(browser: Any, show: Callable[.
         text = part.text
         assert not part.is_displayed() or text.strip()
     shown_heads = [one.text for one in browser.find_elements("css selector", "h2, h3") if one.is_displayed()]
-    assert shown_heads == ["Program and machine"]
+    assert shown_heads == [
+        *("Set-up sheet", "Program and machine", "Tools", "Work offsets", "Fixtures and stock"),
+        "Record of the conversion",
+    ]
+    sheet = browser.find_element("id", "sheet").text
+    assert "not named 60 not given\nFrom the set-up: the program was not read to its end." in sheet
 
 
 def test_paper_has_the_lines_about_the_first_error(browser: Any, show: Callable[..., Any]) -> None:

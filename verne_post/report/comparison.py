@@ -220,8 +220,7 @@ def _list_facts(side: Side) -> dict[str, str]:
     if study.summary is not None:
         facts["stops"] = str(study.summary.n_stops)
         facts["blended corners"] = str(study.summary.n_blended)
-    if study.program is not None:
-        facts["set-up"] = study.program.options.setup_source or "none"
+    facts["set-up"] = study.options.setup_source or "none"
     facts["machine"] = side.machine.name
     facts["machine, SHA-256"] = side.machine.sha256[:DIGEST]
     facts["program, SHA-256"] = compute_sha256(side.source)[:DIGEST]
