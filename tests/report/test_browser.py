@@ -995,6 +995,53 @@ def test_a_comparison_draws_both_on_one_scale(browser: Any, show: Callable[..., 
         )
 
 
+#: Lightness of a colour, as the contrast of texts is measured (WCAG 2).
+_LIGHTNESS = """
+const part = value => value <= 0.04045 ? value / 12.92 : ((value + 0.055) / 1.055) ** 2.4;
+return Shared.channels(Paths.colourOf(arguments[0])).map(value => part(value / 255))
+  .reduce((sum, value, k) => sum + [0.2126, 0.7152, 0.0722][k] * value, 0);
+"""
+
+
+def test_a_comparison_shows_both_paths_with_both_tips_at_one_time(browser: Any, show: Callable[..., Any]) -> None:
+    data = show("two", "tablet")
+    end = max(side["end"] for side in data["sides"])
+    at = 0.4 * end
+    slider = "document.getElementById('time')"
+    js(browser, f"[{slider}.value = 400, {slider}.dispatchEvent(new Event('input'))]")
+    browser.execute_async_script("requestAnimationFrame(() => requestAnimationFrame(arguments[0]))")
+    lines = [data[f"{name}.line"][np.searchsorted(data[f"{name}.x"], at, side="right") - 1] for name in "ab"]
+    assert browser.find_element("id", "clock").text == f"{at:.3f} s: A line {lines[0]}, B line {lines[1]}"
+    pictures = {}
+    for scheme in ("light", "dark"):
+        lightness = [browser.execute_script(_LIGHTNESS, name) for name in "ab"]
+        # in shades of grey the two differ too
+        assert (max(lightness) + 0.05) / (min(lightness) + 0.05) > 2
+        pictures[scheme] = picture = pixels(browser, "both")
+        for name in "ab":
+            colour = np.array(browser.execute_script("return Shared.channels(Paths.colourOf(arguments[0]))", name))
+            assert (np.abs(picture - colour / 255).max(axis=-1) < 0.02).sum() > 300, (scheme, name)
+        press(browser, "d")
+    # another view is another picture, and the end of the shorter program is named
+    browser.find_element("css selector", "[data-view=top]").click()
+    js(browser, f"[{slider}.value = 1000, {slider}.dispatchEvent(new Event('input'))]")
+    browser.execute_async_script("requestAnimationFrame(() => requestAnimationFrame(arguments[0]))")
+    assert np.abs(pixels(browser, "both") - pictures["light"]).max() > 0.3
+    shorter = "AB"[int(np.argmin([side["end"] for side in data["sides"]]))]
+    assert f"{shorter} ended" in browser.find_element("id", "clock").text
+
+
+def test_a_refused_program_has_its_path_beside_the_other(browser: Any, show: Callable[..., Any]) -> None:
+    """It has no times: the tip of the other one alone moves."""
+    show("refused and not")
+    assert js(browser, "[...document.querySelectorAll('#path-legend span')].map(e => e.textContent)") == [
+        *("A, wide", "B, narrow")
+    ]
+    assert browser.find_element("id", "clock").text.startswith("0.000 s: B line ")
+    show("neither")  # the one cannot be read, the other one has a path
+    assert len(browser.find_elements("css selector", "#path-legend span")) == 1
+
+
 def test_a_comparison_on_paper_has_both_side_by_side(browser: Any, show: Callable[..., Any]) -> None:
     show("refused and not", "phone")
     with on_paper(browser):
@@ -1003,6 +1050,14 @@ def test_a_comparison_on_paper_has_both_side_by_side(browser: Any, show: Callabl
         assert heads[0].rect["y"] == heads[1].rect["y"]
         for one in heads:
             assert "on VERNE" in one.text
+        # findings are on the first page, above the picture
+        tops = js(
+            browser,
+            "['[aria-label=\"what differs\"]', '[aria-label=findings]', '#paths', '#curves'].map(s => "
+            "document.querySelector(s).getBoundingClientRect().top)",
+        )
+        assert tops == sorted(tops)
+        assert tops[2] < PAPER_HEIGHT
         assert js(browser, "getComputedStyle(document.querySelector('header strong')).printColorAdjust") == "exact"
 
 
