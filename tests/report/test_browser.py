@@ -1057,7 +1057,9 @@ def test_a_comparison_on_paper_has_both_side_by_side(browser: Any, show: Callabl
             "document.querySelector(s).getBoundingClientRect().top)",
         )
         assert tops == sorted(tops)
-        assert tops[2] < PAPER_HEIGHT
+        both = js(browser, "document.getElementById('both').getBoundingClientRect().toJSON()")
+        assert both["height"] == 240
+        assert both["bottom"] < PAPER_HEIGHT
         assert js(browser, "getComputedStyle(document.querySelector('header strong')).printColorAdjust") == "exact"
 
 
