@@ -20,6 +20,7 @@ from msgspec import NODEFAULT, Struct
 from msgspec.structs import FieldInfo, fields
 
 from verne_post import __version__
+from verne_post.base.numbers import format_count
 from verne_post.base.type_words import list_alternatives, strip_bounds
 from verne_post.cli.main import cli
 from verne_post.cli.options import GroupedCommand, GroupedOption
@@ -79,9 +80,14 @@ def options_page() -> str:
     ]
     for name, command in commands():
         out += ["", f"## {name}", "", "```text", usage(name, command), "```", "", _text(command)]
-        for heading, records in sections(command).items():
+        found = sections(command)
+        number = format_count(sum(map(len, found.values())), "option")
+        # site.js closes them on a phone
+        out += ["", "<details markdown class=options open>", f"<summary>{number} of <code>{name}</code></summary>"]
+        for heading, records in found.items():
             out += ["", f"**{heading}**", "", "| option | meaning |", "|---|---|"]
             out += [cells(f"`{flag}`", text) for flag, text in records]
+        out += ["", "</details>"]
     return "\n".join(out) + "\n"
 
 
@@ -283,6 +289,18 @@ BOOSTS = {
 }
 
 
+#: A picture of the folder.
+_PICTURE = re.compile(r"!\[([^]]*)\]\(((?:\.\./)*pictures/(\w+))\.png\)")
+
+
+def _show_dark_version(found: re.Match[str]) -> str:
+    """Show the dark version of a picture in the dark scheme, where make_pictures.py makes one."""
+    text, place, name = found.groups()
+    if not Path(__file__).with_name("pictures").joinpath(f"{name}_dark.png").exists():
+        return found[0]
+    return f"![{text}]({place}.png#only-light)![{text}]({place}_dark.png#only-dark)"
+
+
 #: A row of a table, and code in it.
 _ROW, _CODE = re.compile(r"^\|.*\|$", re.MULTILINE), re.compile(r"`[^`]+`")
 
@@ -298,6 +316,7 @@ def on_page_markdown(markdown: str, page: Page, **_rest: Any) -> str:
         page.meta["search"] = {"boost": BOOSTS[page.file.src_uri]}
     if page.is_homepage:
         page.meta["hide"] = ["navigation"]
+    markdown = _PICTURE.sub(_show_dark_version, markdown)
     return _ROW.sub(lambda row: _CODE.sub(lambda code: code[0].replace("\\|", "|"), row[0]), markdown)
 
 

@@ -27,3 +27,10 @@ addEventListener("resize", reach);
 // The bars with the button that copies are told apart (axe: landmark-unique); the theme adds them after the page is there.
 const tell = () => document.querySelectorAll(".md-code__nav:not([aria-label])").forEach((bar, k) => bar.setAttribute("aria-label", `code ${bar.parentElement.id || k}`));
 addEventListener("load", () => { tell(); new MutationObserver(tell).observe(document.body, { childList: true, subtree: true }); });
+// The options of all commands are many screens of a phone: there each command opens its own.
+if (matchMedia("(max-width: 44.9375em)").matches) document.querySelectorAll("details.options").forEach(list => list.removeAttribute("open"));
+// A table in a closed part has no width until somebody opens it.
+addEventListener("toggle", event => {
+  event.target.querySelectorAll("table:not([class])").forEach(mark);
+  reach();
+}, true);

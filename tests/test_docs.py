@@ -189,6 +189,14 @@ def test_the_site_is_built_without_warnings(tmp_path: Path) -> None:
     assert "data-limit" in live
     assert 'href="../report.html"' in live
     assert 'href="examples/difference.html"' in (tmp_path / "site" / "report.html").read_text("utf-8")
+    # a server sends it for any path: it has its style in itself
+    lost = (tmp_path / "site" / "404.html").read_text("utf-8")
+    assert re.findall(r"<link|src=", lost) == []
+    assert "<style>" in lost
+    # pictures of the report in the dark scheme, and options that a phone can close
+    assert "report_dark.png#only-dark" in (tmp_path / "site" / "report.html").read_text("utf-8")
+    options = (tmp_path / "site" / "reference" / "options.html").read_text("utf-8")
+    assert options.count('<details class="options"') == options.count("<h2")
     # bars in code of tables: GitHub needs a backslash, the site shows none
     assert "[csv|linuxcnc|" in (tmp_path / "site" / "reference" / "options.html").read_text("utf-8")
     searched = (tmp_path / "site" / "search" / "search_index.json").read_text(encoding="utf-8")

@@ -47,8 +47,16 @@ def report_page(words: str, size: tuple[int, int], cwd: Path | None = None) -> I
 
 
 def take(browser: Any, picture: str, script: str, *words: object, part: str | None = None) -> None:
-    """Run a script in the page, and save what is seen, or one part of it, as docs/pictures/PICTURE."""
+    """Run a script in the page; save what is seen, or one part of it, as docs/pictures/PICTURE, and in dark colours."""
     browser.execute_script(script, *words)
+    Path("docs/pictures", picture).write_bytes(_capture(browser, part))
+    browser.find_element("id", "theme").click()
+    Path("docs/pictures", picture.replace(".png", "_dark.png")).write_bytes(_capture(browser, part))
+    browser.find_element("id", "theme").click()
+
+
+def _capture(browser: Any, part: str | None) -> bytes:
+    """The page as it is drawn now, or one part of it, as a PNG file."""
     browser.execute_async_script(
         "requestAnimationFrame(() => requestAnimationFrame(() => setTimeout(arguments[0], 300)))"
     )
@@ -60,5 +68,4 @@ def take(browser: Any, picture: str, script: str, *words: object, part: str | No
             part,
         )
         clip = {"clip": dict(zip(("x", "y", "width", "height"), map(round, box), strict=True)) | {"scale": 1}}
-    shot = browser.execute_cdp_cmd("Page.captureScreenshot", {"format": "png", **clip})["data"]
-    Path("docs/pictures", picture).write_bytes(base64.b64decode(shot))
+    return base64.b64decode(browser.execute_cdp_cmd("Page.captureScreenshot", {"format": "png", **clip})["data"])

@@ -261,12 +261,12 @@ def wandering(moves: int = 40, control: str = "G64 P0.003") -> bytes:
 
 
 def shown(value: Any) -> str:
-    """A constant's value as text."""
+    """A constant's value as text; large whole numbers have all their digits."""
     if isinstance(value, np.ndarray):
         return f"{len(value)} values"
     if isinstance(value, (tuple, list)):
         return ", ".join(shown(one) for one in value) if len(str(value)) < 40 else f"{len(value)} values"
-    return f"{value:.4g}"
+    return f"{value:,.0f}" if 10_000 <= abs(value) < 1e9 and value == round(value) else f"{value:.4g}"
 
 
 def scaled(value: float, factor: float) -> float:

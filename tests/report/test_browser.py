@@ -407,7 +407,7 @@ def test_paper_has_the_whole_set_up_sheet(browser: Any, show: Callable[..., Any]
     with on_paper(browser):
         tops = js(
             browser,
-            "['#verdict', '#sheet', '#findings', '#places', '#scene', '#charts', '#code'].map(s => "
+            "['#verdict', '#sheet', '#findings', '#places', '#scene', '#charts', '#code', '#record'].map(s => "
             "document.querySelector(s).getBoundingClientRect().top)",
         )
         assert tops == sorted(tops)
@@ -433,13 +433,15 @@ def test_paper_has_the_whole_set_up_sheet(browser: Any, show: Callable[..., Any]
         assert js(browser, "document.getElementById('places').getBoundingClientRect().bottom") < PAPER_HEIGHT
         sheet = browser.find_element("id", "sheet").text
         assert f"program {name}, {lines} lines" in sheet
-        assert "SHA-256" in sheet
+        assert "SHA-256" not in sheet
+        record = browser.find_element("id", "record").text
+        assert "program, SHA-256" in record
         # the badge is white on its colour: it must not depend on whether backgrounds are printed
         for part in ("#verdict strong", "#findings li", *(["#reached i"] if name == "pocket" else [])):
             style = js(browser, f"getComputedStyle(document.querySelector('{part}')).printColorAdjust")
             assert style == "exact", part
         if name == "pocket":
-            assert " path segments; " in browser.find_element("css selector", "#sheet .whole").text
+            assert " path segments; " in record
         assert canvas_pixels(browser)[..., :3].std() > 0.02  # the machine is drawn before the paper is taken
         # and copied: a browser may print the picture of the graphics card as a blank
         copied = browser.execute_script(
@@ -935,7 +937,12 @@ def test_a_program_that_cannot_be_read_has_a_page(browser: Any, show: Callable[.
         text = part.text
         assert not part.is_displayed() or text.strip()
     shown_heads = [one.text for one in browser.find_elements("css selector", "h2, h3") if one.is_displayed()]
-    assert shown_heads == ["Program and machine"]
+    assert shown_heads == [
+        *("Set-up sheet", "Program and machine", "Tools", "Work offsets", "Fixtures and stock"),
+        "Record of the conversion",
+    ]
+    sheet = browser.find_element("id", "sheet").text
+    assert "not named 60 not given\nFrom the set-up: the program was not read to its end." in sheet
 
 
 def test_paper_has_the_lines_about_the_first_error(browser: Any, show: Callable[..., Any]) -> None:
@@ -988,6 +995,53 @@ def test_a_comparison_draws_both_on_one_scale(browser: Any, show: Callable[..., 
         )
 
 
+#: Lightness of a colour, as the contrast of texts is measured (WCAG 2).
+_LIGHTNESS = """
+const part = value => value <= 0.04045 ? value / 12.92 : ((value + 0.055) / 1.055) ** 2.4;
+return Shared.channels(Paths.colourOf(arguments[0])).map(value => part(value / 255))
+  .reduce((sum, value, k) => sum + [0.2126, 0.7152, 0.0722][k] * value, 0);
+"""
+
+
+def test_a_comparison_shows_both_paths_with_both_tips_at_one_time(browser: Any, show: Callable[..., Any]) -> None:
+    data = show("two", "tablet")
+    end = max(side["end"] for side in data["sides"])
+    at = 0.4 * end
+    slider = "document.getElementById('time')"
+    js(browser, f"[{slider}.value = 400, {slider}.dispatchEvent(new Event('input'))]")
+    browser.execute_async_script("requestAnimationFrame(() => requestAnimationFrame(arguments[0]))")
+    lines = [data[f"{name}.line"][np.searchsorted(data[f"{name}.x"], at, side="right") - 1] for name in "ab"]
+    assert browser.find_element("id", "clock").text == f"{at:.3f} s: A line {lines[0]}, B line {lines[1]}"
+    pictures = {}
+    for scheme in ("light", "dark"):
+        lightness = [browser.execute_script(_LIGHTNESS, name) for name in "ab"]
+        # in shades of grey the two differ too
+        assert (max(lightness) + 0.05) / (min(lightness) + 0.05) > 2
+        pictures[scheme] = picture = pixels(browser, "both")
+        for name in "ab":
+            colour = np.array(browser.execute_script("return Shared.channels(Paths.colourOf(arguments[0]))", name))
+            assert (np.abs(picture - colour / 255).max(axis=-1) < 0.02).sum() > 300, (scheme, name)
+        press(browser, "d")
+    # another view is another picture, and the end of the shorter program is named
+    browser.find_element("css selector", "[data-view=top]").click()
+    js(browser, f"[{slider}.value = 1000, {slider}.dispatchEvent(new Event('input'))]")
+    browser.execute_async_script("requestAnimationFrame(() => requestAnimationFrame(arguments[0]))")
+    assert np.abs(pixels(browser, "both") - pictures["light"]).max() > 0.3
+    shorter = "AB"[int(np.argmin([side["end"] for side in data["sides"]]))]
+    assert f"{shorter} ended" in browser.find_element("id", "clock").text
+
+
+def test_a_refused_program_has_its_path_beside_the_other(browser: Any, show: Callable[..., Any]) -> None:
+    """It has no times: the tip of the other one alone moves."""
+    show("refused and not")
+    assert js(browser, "[...document.querySelectorAll('#path-legend span')].map(e => e.textContent)") == [
+        *("A, wide", "B, narrow")
+    ]
+    assert browser.find_element("id", "clock").text.startswith("0.000 s: B line ")
+    show("neither")  # the one cannot be read, the other one has a path
+    assert len(browser.find_elements("css selector", "#path-legend span")) == 1
+
+
 def test_a_comparison_on_paper_has_both_side_by_side(browser: Any, show: Callable[..., Any]) -> None:
     show("refused and not", "phone")
     with on_paper(browser):
@@ -996,6 +1050,16 @@ def test_a_comparison_on_paper_has_both_side_by_side(browser: Any, show: Callabl
         assert heads[0].rect["y"] == heads[1].rect["y"]
         for one in heads:
             assert "on VERNE" in one.text
+        # findings are on the first page, above the picture
+        tops = js(
+            browser,
+            "['[aria-label=\"what differs\"]', '[aria-label=findings]', '#paths', '#curves'].map(s => "
+            "document.querySelector(s).getBoundingClientRect().top)",
+        )
+        assert tops == sorted(tops)
+        both = js(browser, "document.getElementById('both').getBoundingClientRect().toJSON()")
+        assert both["height"] == 240
+        assert both["bottom"] < PAPER_HEIGHT
         assert js(browser, "getComputedStyle(document.querySelector('header strong')).printColorAdjust") == "exact"
 
 

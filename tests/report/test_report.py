@@ -18,9 +18,9 @@ from scipy.spatial.transform import Rotation
 import verne_post
 from verne_post.config import list_machine_files
 from verne_post.model.options import Options
-from verne_post.model.part_setup import WorkOffset
+from verne_post.model.part_setup import Tool, WorkOffset
 from verne_post.report.scene import describe_scene
-from verne_post.report.sheet import write_sheet_html
+from verne_post.report.sheet import is_sheet_long, write_sheet_html
 from verne_post.report.study import study
 from verne_post.toolpath.margins import list_margin_functions
 
@@ -221,6 +221,28 @@ def test_the_set_up_sheet_says_what_the_program_says_about_its_tools() -> None:
     assert "|T2|60|not given|" in page
     assert "|put in tool 1 &quot;BALL_D6&quot; (D=6 R3)|" in page
     assert "NOT USED" not in page
+
+
+def test_the_sheet_of_a_program_that_cannot_be_read_has_the_set_up() -> None:
+    tools = {2: Tool(2, 2, (0, 0, 0, 0, 0, 0, 0, 0, 0), unmeasured="line 2"), 1: 120.0}
+    options = Options(tools=tools, wcs={"G55": (1, 2, 45.5)}, unmeasured_wcs={1: "p.nc.toml"})
+    text = b"(T1 face mill)\nG1 X2O\n"
+    seen = study(text, MACHINE, options)
+    assert seen.program is None
+    page = re.sub(r"(<[^>]+>)+", "|", write_sheet_html("p.nc", text, MACHINE, seen))
+    assert "|T1|face mill|120|not given|T2|to be measured|not given|From the set-up: the program was not read" in page
+    assert "|G54|to be measured|G55|1|2|45.5|0|given|" in page
+    assert "Start position" not in page
+    assert is_sheet_long(MACHINE, seen) is False
+
+
+def test_findings_are_printed_before_a_long_table_of_tools() -> None:
+    """Of 25 tools a page of paper has no room for a finding below them."""
+    body = "".join(f"T{k} M6\nG43 H{k}\nG0 Z50\n" for k in range(1, 26))
+    options = Options(tools=dict.fromkeys(range(1, 26), 80.0), wcs={"G54": (0, 0, 60)}, split_at_stops=True)
+    seen = study(f"G21 G90\nG0 X0 Y0 Z60 A0 C0\n{body}G1 X10 F600\nM2\n".encode(), MACHINE, options)
+    assert seen.timed
+    assert is_sheet_long(MACHINE, seen) is True
 
 
 #: 3000 short lines, one of which turns A too far.

@@ -140,10 +140,9 @@ def check_tool_change(moves: Moves, path: ToolPath) -> list[Finding]:
             f"{word} only selects the tool, and no M6 loads it: line {cut} cuts with the tool that was in the spindle "
             f"before; write M6 after {word}"
         )
+        where = {"line": one.line, "last_line": max(one.line, cut), "worst_line": one.line}
         edits = (Remedy("write M6", "M6", line=one.line, word=("T", one.number), way="behind"),)
-        found[one.number] = make_finding(
-            "VP041", text, line=one.line, last_line=max(one.line, cut), worst_line=one.line, tool=one.number, edits=edits
-        )
+        found[one.number] = make_finding("VP041", text, **where, tool=one.number, edits=edits)
     return list(found.values())
 
 

@@ -312,5 +312,5 @@ const Charts = (() => {
       context.fillStyle = style("--text"); context.fillText(text, x0 + room + 24, 16 + 20 * k);
     });
   }
-  return { make, spectrum, slice };
+  return { make, spectrum, slice, fit };
 })();

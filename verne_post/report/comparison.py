@@ -32,7 +32,7 @@ _LINES: Final = 6
 _LINE_CHARACTERS: Final = 90
 #: Times that differ by less are the same: rows are a cycle apart.
 _SAME_S: Final = 5e-4
-_PARTS: Final = ("style.css", "shared.js", "charts.js", "comparison.js")
+_PARTS: Final = ("style.css", "shared.js", "charts.js", "paths.js", "comparison.js")
 #: Shown where a side has nothing.
 _NONE: Final = "–"
 
@@ -80,13 +80,16 @@ def write_comparison(sides: tuple[Side, Side]) -> str:
 
 
 def _pack_side(pack: Pack, name: str, side: Side) -> dict[str, Any]:
-    """Pack the speed of the tip and what governs, for the curves."""
+    """Pack the path of the tip, its speed and what governs, for the picture and the curves."""
     study = side.study
     tick = study.summary.format.cycle if study.summary is not None else 1.0
     for curve in ("feed", "speed") if study.timed else ():
         pack.add_curves(f"{name}.{curve}", study.curves[curve], tick, np.ones(1))
+    pack.add(f"{name}.trail", study.trail.tip)
     if study.governing is not None:
         pack.add(f"{name}.x", study.x, "<f8")
+        pack.add(f"{name}.tip", study.tip)
+        pack.add(f"{name}.line", study.line, "<i4")
         pack.add(f"{name}.governing", study.governing.of_frame, "|u1")
     return {
         "name": name,
@@ -220,8 +223,7 @@ def _list_facts(side: Side) -> dict[str, str]:
     if study.summary is not None:
         facts["stops"] = str(study.summary.n_stops)
         facts["blended corners"] = str(study.summary.n_blended)
-    if study.program is not None:
-        facts["set-up"] = study.program.options.setup_source or "none"
+    facts["set-up"] = study.options.setup_source or "none"
     facts["machine"] = side.machine.name
     facts["machine, SHA-256"] = side.machine.sha256[:DIGEST]
     facts["program, SHA-256"] = compute_sha256(side.source)[:DIGEST]

@@ -3,7 +3,7 @@
 from verne_post.model.machine import Machine
 from verne_post.model.verdict import count_findings, find_exit_status, find_verdict
 from verne_post.output.causes import list_first
-from verne_post.output.summary import describe_time
+from verne_post.output.summary import describe_time, list_facts
 from verne_post.report.markup import count, escape_text, join_few
 from verne_post.report.sheet import list_offsets, list_tools
 from verne_post.report.table import Study
@@ -34,6 +34,9 @@ def write_verdict_html(machine: Machine, study: Study) -> str:
     shown += list_setup(machine, study)
     shown.append(("findings", count(errors, "error") + ", " + count(warnings, "warning")))
     shown.append(("assumed, not measured", ", ".join(machine.assumed) or "nothing"))
+    if study.summary is not None:
+        facts = dict(list_facts(study.summary))
+        shown += [(name.lower(), facts[name]) for name in ("NOT CHECKED", "kept out of") if name in facts]
     word, kind = name_verdict(machine, study)
     cells = "".join(f"<div><dt>{escape_text(name)}</dt><dd>{escape_text(value)}</dd></div>" for name, value in shown)
     return f'<strong class="{kind}">{word}</strong><dl>{cells}</dl>'
@@ -54,8 +57,6 @@ def name_verdict(machine: Machine, study: Study) -> tuple[str, str]:
 
 def list_setup(machine: Machine, study: Study) -> list[tuple[str, str]]:
     """Tool length and work offset in a few words."""
-    if study.program is None:
-        return []
     tools = [f"{tool}: {used} mm".removeprefix("not named: ") for _number, tool, used, _diameter in list_tools(study)]
     offsets = [f"{name} at {', '.join(place)} mm" for name, *place, _turn, _source in list_offsets(machine, study)]
     return [("tool length", join_few(tools)), ("work offset", join_few(offsets))]

@@ -26,7 +26,7 @@ from verne_post.report.markup import escape_text, write_css_string
 from verne_post.report.modal import collect_modal_states
 from verne_post.report.pack import Pack
 from verne_post.report.scene import describe_scene, list_surfaces
-from verne_post.report.sheet import write_sheet_html
+from verne_post.report.sheet import is_sheet_long, write_record_html, write_sheet_html
 from verne_post.report.surfaces import pack_surfaces
 from verne_post.report.table import Study
 from verne_post.report.times import write_governing_html, write_reached_html, write_times_html
@@ -83,6 +83,8 @@ def make_page(program: str, source: Text, machine: Machine, study: Study) -> str
         "times": write_times_html(study),
         "reached": write_reached_html(study),
         "sheet": write_sheet_html(program, source, machine, study),
+        "record": write_record_html(source, machine, study),
+        "order": "findings-first" if is_sheet_long(machine, study) else "",
         "data": write_json_in_html(data),
         "bytes": pack.encode(),
         "library": read_library() if len(study.x) else "",  # what cannot be read is not drawn

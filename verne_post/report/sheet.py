@@ -14,7 +14,7 @@ from verne_post.base.numbers import format_fixed
 from verne_post.gcode.remarks import find_tool_remarks
 from verne_post.model.machine import Machine
 from verne_post.model.moves import Event, MoveKind, describe_tool, find_tool_of_moves, name_tools
-from verne_post.model.part_setup import SYSTEM_NAMES, Box, FixtureMesh, OwnStock, spell_tool_word
+from verne_post.model.part_setup import SYSTEM_NAMES, Box, FixtureMesh, OwnStock, Tool, spell_tool_word
 from verne_post.model.work_systems import find_placer
 from verne_post.output.summary import join_lengths, list_facts
 from verne_post.report.markup import Row, count, escape_text, join_few, write_table
@@ -25,73 +25,93 @@ DIGEST: Final = 16
 #: Decimals of lengths and angles on the page; the start position is written with more in the setpoints.
 _DECIMALS: Final = {"mm": 3, "deg": 4}
 #: Facts of the summary that stand elsewhere on the page: in tables of the sheet, and in the head.
-_TOLD: Final = ("start position", "set-up", "assumed", "work offset", "operator")
+_TOLD: Final = (
+    *("start position", "set-up", "assumed", "tool length", "work offset", "operator"),
+    *("NOT CHECKED", "kept out of"),
+)
+#: So many rows of tools, offsets, fixtures and actions leave room for findings on one page of paper.
+_SHEET_ROWS: Final = 20
 _ACTIONS: Final = {"input": "input {input} is waited for", "stop": "{stop} stop"}
 
 
 def write_sheet_html(program: str, source: Text, machine: Machine, study: Study) -> str:
-    """Which program and machine; tools, work offsets, fixtures and stock, start position, and what a person does."""
-    from verne_post import __version__
+    """What a person needs at the machine: set-up, tools, work offsets, start position, fixtures and actions.
 
+    Of a program that cannot be read, tools and offsets are those of the set-up.
+    """
     lines = source.count(b"\n") + (not source.endswith(b"\n"))
-    setup = study.program.options.setup_source if study.program is not None else ""
+    setup = study.options.setup_source
     made = (
         ("program", f"{program}, {count(lines, 'line')}"),
-        ("its SHA-256", compute_sha256(source)[:DIGEST]),
-        *([("set-up", setup)] if setup else []),
         ("machine", machine.name),
-        ("its SHA-256", machine.sha256[:DIGEST]),
-        ("made by", f"verne-post {__version__}"),
+        *([("set-up", setup)] if setup else []),
     )
-    parts = [_write_titled_table("Program and machine", ("what", "which"), made, named=True)]
-    if study.program is None:
-        return parts[0]
     remarks = _find_remarks_by_number(source, study)
-    parts_of_file = 0 if study.summary is None else len(study.summary.parts)
-    parts += [
-        _write_titled_table(
-            "Start position",
-            ("joint", "value"),
-            [
-                (column.joint, f"{format_fixed(value, _DECIMALS[column.unit])} {column.unit}")
-                for column, value in zip(machine.columns, study.q[0], strict=True)
-            ],
-        ),
+    read = study.program is not None
+    bodies = [*study.options.keep_out, *([study.options.stock] if study.options.stock else [])]
+    parts = [
+        _write_titled_table("Program and machine", ("what", "which"), made, named=True),
         _write_titled_table(
             "Tools",
-            ("tool", "in the program", "length, mm", "diameter, mm", "spindle, 1/min", *["time, s"] * study.timed),
+            (
+                *("tool", "in the program", "length, mm", "diameter, mm"),
+                *["spindle, 1/min"] * read,
+                *["time, s"] * study.timed,
+            ),
             [
-                (tool, remarks.get(number, ""), length, diameter, *_describe_use(study, number))
+                (tool, remarks.get(number, ""), length, diameter, *(_describe_use(study, number) if read else ()))
                 for number, tool, length, diameter in list_tools(study)
             ],
             wide=True,
-            note=_describe_carried(study),
+            note=_describe_carried(study) if read else "From the set-up: the program was not read to its end.",
         ),
         _write_titled_table(
             "Work offsets", ("system", "x, mm", "y, mm", "z, mm", "turned, deg", "from"), list_offsets(machine, study)
         ),
         _write_titled_table(
+            "Fixtures and stock", ("name", "in", "x, y, z, mm"), [_describe_body(one) for one in bodies], named=True
+        ),
+    ]
+    if not read:
+        return "".join(parts)
+    start = [
+        (column.joint, f"{format_fixed(value, _DECIMALS[column.unit])} {column.unit}")
+        for column, value in zip(machine.columns, study.q[0], strict=True)
+    ]
+    parts.insert(1, _write_titled_table("Start position", ("joint", "value"), start))
+    parts_of_file = 0 if study.summary is None else len(study.summary.parts)
+    parts.append(
+        _write_titled_table(
             "Actions of the operator",
             ("line", "time, s", "what"),
             _list_actions(study, remarks),
             note=f"The file is cut into {parts_of_file} parts." if parts_of_file > 1 else "",
-        ),
-    ]
-    options = study.program.options
-    bodies = [*options.keep_out, *([options.stock] if options.stock else [])]
-    parts.append(
-        _write_titled_table(
-            "Fixtures and stock", ("name", "in", "x, y, z, mm"), [_describe_body(one) for one in bodies], named=True
         )
     )
-    if study.summary is not None:
-        rows = "".join(
-            f"<div><dt>{escape_text(key)}</dt><dd>{escape_text(_round_up(text))}</dd></div>"
-            for key, text in list_facts(study.summary)
-            if key not in _TOLD
-        )
-        parts.append(f"<div class=whole><h3>Summary of the conversion</h3><dl>{rows}</dl></div>")
     return "".join(parts)
+
+
+def is_sheet_long(machine: Machine, study: Study) -> bool:
+    """Whether tools, offsets and actions leave no room for a finding on the first page of paper."""
+    rows = [*list_tools(study), *list_offsets(machine, study), *study.options.keep_out]
+    return len(rows) + (0 if study.program is None else len(_list_actions(study, {}))) > _SHEET_ROWS
+
+
+def write_record_html(source: Text, machine: Machine, study: Study) -> str:
+    """What tells one conversion from another: its summary, and the checksums of program and machine."""
+    from verne_post import __version__
+
+    sums = (
+        ("program, SHA-256", compute_sha256(source)[:DIGEST]),
+        ("machine, SHA-256", machine.sha256[:DIGEST]),
+        ("made by", f"verne-post {__version__}"),
+    )
+    facts = [] if study.summary is None else list_facts(study.summary)
+    rows = "".join(
+        f"<div><dt>{escape_text(key)}</dt><dd>{escape_text(_round_up(text))}</dd></div>"
+        for key, text in (*(fact for fact in facts if fact[0] not in _TOLD), *sums)
+    )
+    return f"<dl>{rows}</dl>"
 
 
 def _write_titled_table(
@@ -109,9 +129,8 @@ def _write_titled_table(
 
 def _find_remarks_by_number(source: Text, study: Study) -> dict[int, str]:
     """Number of a tool -> what the first lines of the program say about it."""
-    assert study.program is not None
     remarks = {tool.upper(): text for tool, text in find_tool_remarks(source).items()}
-    names = name_tools(study.program.moves.events)
+    names = {} if study.program is None else name_tools(study.program.moves.events)
     numbers = {number: str(number) for number, *_sizes in list_tools(study)}
     found = {number: remarks.get(names.get(number, key).upper(), "") for number, key in numbers.items()}
     return {number: text for number, text in found.items() if text}
@@ -145,24 +164,27 @@ def _describe_use(study: Study, tool: int) -> tuple[str, ...]:
 
 
 def list_tools(study: Study) -> list[tuple[int, str, str, str]]:
-    """Number, name, lengths and diameter of each tool in use."""
-    program = study.program
-    assert program is not None
-    listed = program.options.tools or {}
-    names = name_tools(program.moves.events)
+    """Number, name, lengths and diameter of each tool in use; of a program that cannot be read, of the set-up."""
+    listed, program = study.options.tools or {}, study.program
+    if program is None:
+        names: Mapping[int, str] = {}
+        lengths = {number: _format_length(tool) for number, tool in sorted(listed.items())}
+        if study.options.tool_length is not None:
+            lengths = {0: f"{study.options.tool_length:g}"} | lengths
+    else:
+        names = name_tools(program.moves.events)
+        lengths = join_lengths(list_tool_lengths(program).own)
     rows = []
-    for number, used in join_lengths(list_tool_lengths(program).own).items():
+    for number, used in lengths.items():
         tool = listed.get(number)
-        known = tool is not None and tool.diameter > 0
-        rows.append(
-            (
-                number,
-                spell_tool_word(number, names) if number else "not named",
-                used,
-                f"{tool.diameter:g}" if tool and known else "not given",
-            )
-        )
+        diameter = f"{tool.diameter:g}" if tool is not None and tool.diameter > 0 else "not given"
+        rows.append((number, spell_tool_word(number, names) if number else "not named", used, diameter))
     return rows
+
+
+def _format_length(tool: Tool) -> str:
+    """The length of a tool of the set-up, mm, or that it is not known."""
+    return "to be measured" if tool.unmeasured else f"{tool.offset[2]:g}"
 
 
 def _describe_carried(study: Study) -> str:
@@ -179,8 +201,14 @@ def _describe_carried(study: Study) -> str:
 
 
 def list_offsets(machine: Machine, study: Study) -> list[Row]:
-    program = study.program
-    assert program is not None
+    """System, place, turn and source of each work offset in use; of a program that cannot be read, of the set-up."""
+    program, options = study.program, study.options
+    if program is None:
+        given = {
+            system: (*(f"{value:g}" for value in offset.origin_mm), f"{offset.turn_deg:g}", "given")
+            for system, offset in options.wcs.items()
+        } | dict.fromkeys(options.unmeasured_wcs, ("", "", "", "", "to be measured"))
+        return [(SYSTEM_NAMES[system], *cells) for system, cells in sorted(given.items())]
     move = program.path.move
     used = find_used(program.moves.frame[move[move >= 0]]).tolist()
     rows: dict[Row, None] = {}

@@ -58,12 +58,12 @@ def study(source: Text, machine: Machine, options: Options, progress: Progress |
         try:
             program = assemble(source, machine, options, team)
         except InputError as error:
-            return _study_findings(machine, refuse_program(error).findings)
+            return _study_findings(machine, options, refuse_program(error).findings)
         result = convert_program(source, program, take, progress)
     if result.ok:
         return _study_rows(source, program, result, **table.freeze())
     if not len(program.contour):
-        return _study_findings(machine, result.findings)
+        return _study_findings(machine, options, result.findings)
     return _study_path(program, result)
 
 
@@ -252,6 +252,7 @@ class _Collector:
         trail = Trail(stretch, on_line, at @ part, how_fast, how_far, _find_bad(self.findings, on_line, how_far))
         return Study(
             self.findings,
+            self.program.options,
             result.summary if timed else None,
             self.program,
             governing,
@@ -344,13 +345,14 @@ def _find_extremes(values: Array, begins: Ints) -> Ints:
     return np.unique(np.concatenate(chosen))
 
 
-def _study_findings(machine: Machine, findings: tuple[Finding, ...]) -> Study:
-    """Study a program that cannot be read: it has nothing but findings."""
+def _study_findings(machine: Machine, options: Options, findings: tuple[Finding, ...]) -> Study:
+    """Study a program that cannot be read: it has findings and a set-up, and no motion."""
     none, three, whole = np.empty(0), np.empty((0, 3)), np.empty(0, dtype=np.int64)
     joints = np.empty((0, len(machine.columns)))
     curves = {"position": (Curve(none, none),) * len(machine.columns)}
     return Study(
         findings,
+        options,
         None,
         None,
         None,

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from verne_post.app.assemble import Program
 from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.model.findings import Finding
+from verne_post.model.options import Options
 from verne_post.model.summary import Summary
 from verne_post.part.verdict import Machined
 
@@ -100,6 +101,7 @@ class Study(Struct, frozen=True, eq=False):
     """
 
     findings: tuple[Finding, ...]
+    options: Options
     summary: Summary | None
     program: Program | None  #: None where it cannot be read.
     governing: Governing | None
