@@ -29,7 +29,7 @@ _TOLD: Final = (
     *("start position", "set-up", "assumed", "tool length", "work offset", "operator"),
     *("NOT CHECKED", "kept out of"),
 )
-#: So many rows of tools, offsets, fixtures and actions leave room for a finding on one page of paper, some in two lines.
+#: So many rows of tools, offsets, fixtures and actions leave room for a finding on one page, some rows in two lines.
 _SHEET_ROWS: Final = 16
 _ACTIONS: Final = {"input": "input {input} is waited for", "stop": "{stop} stop"}
 
