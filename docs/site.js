@@ -3,13 +3,14 @@
 // and a cell says its column, because the head is hidden there.
 const ROLES = { table: "table", thead: "rowgroup", tbody: "rowgroup", tr: "row", th: "columnheader", td: "cell" };
 const mark = table => {
-  const heads = [...table.tHead.rows[0].cells].map(cell => cell.innerText.trim());
+  if (!table.checkVisibility()) return;
+  const heads = [...table.tHead.rows[0].cells].map(cell => cell.textContent.trim());
   if (heads.length < 3) { table.dataset.pairs = ""; return; }
   const cells = [...table.tBodies[0].rows].flatMap(row => [...row.cells].slice(1));
   const wrap = table.closest(".md-typeset__scrollwrap") || table;
-  const texts = cells.filter(cell => !/^[-+<>]?\.?\d/.test(cell.innerText)).length;
+  const texts = cells.filter(cell => !/^[-+<>]?\.?\d/.test(cell.textContent.trim())).length;
   const crowded = wrap.scrollWidth > wrap.clientWidth && texts > cells.length / 2;
-  if (!crowded && !cells.some(cell => cell.innerText.length > 40)) return;
+  if (!crowded && !cells.some(cell => cell.textContent.length > 40)) return;
   table.dataset.texts = "";
   for (const part of [table, ...table.querySelectorAll("thead, tbody, tr, th, td")]) part.setAttribute("role", ROLES[part.localName]);
   for (const cell of cells) cell.dataset.head = heads[cell.cellIndex];

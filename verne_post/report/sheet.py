@@ -29,8 +29,8 @@ _TOLD: Final = (
     *("start position", "set-up", "assumed", "tool length", "work offset", "operator"),
     *("NOT CHECKED", "kept out of"),
 )
-#: So many rows of tools, offsets, fixtures and actions leave room for findings on one page of paper.
-_SHEET_ROWS: Final = 20
+#: So many rows of tools, offsets, fixtures and actions leave room for a finding on one page, some rows in two lines.
+_SHEET_ROWS: Final = 16
 _ACTIONS: Final = {"input": "input {input} is waited for", "stop": "{stop} stop"}
 
 
