@@ -92,10 +92,10 @@ def check_tool_change(moves: Moves, path: ToolPath) -> list[Finding]:
     is_told = any(item.code == "VP049" for item in moves.findings)
     if not moves.selections or loads or is_told or first < 0:
         return []
-    number, line = next(iter(moves.selections.items()))
+    number, (line, tool) = next(iter(moves.selections.items()))
     cut = int(moves.line[first])
     text = (
-        f"T{number} only selects the tool, and no M6 loads it: line {cut} cuts with the tool that was in the spindle "
+        f"T only selects {tool}, and no M6 loads it: line {cut} cuts with the tool that was in the spindle "
         "before; write M6"
     )
     edits = (Remedy("write M6", "M6", line=line, word=("T", number), way="behind"),)

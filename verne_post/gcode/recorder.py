@@ -158,7 +158,7 @@ class Recorder(Struct):
     #: As in Moves; in RS274 codes say it.
     tcp_changes: list[int] = field(default_factory=lambda: [0])
     needs_tcp_code: bool = False
-    selections: dict[int, int] = field(default_factory=dict)
+    selections: dict[int, tuple[int, str]] = field(default_factory=dict)
     calls_presets: bool = False
     first_cut: int = 0
     assumed_axes: dict[int, int] = field(default_factory=dict)

@@ -301,8 +301,8 @@ class Moves(Struct, frozen=True):
     tcp_changes: tuple[int, ...] = (0,)
     #: Whether controls of the language hold the tip only after such a code, also where the table turns as it cuts.
     needs_tcp_code: bool = False
-    #: The tools that T selects, in the order of the program, each with the first line that does.
-    selections: Mapping[int, int] = field(default_factory=dict)
+    #: The tools that T selects, in the order of the program, each with the first line that does, and as it is known.
+    selections: Mapping[int, tuple[int, str]] = field(default_factory=dict)
     calls_presets: bool = False  #: Whether the program knows work systems as presets, by number (Klartext).
     #: Number of the first move that may cut: feed moves before it are those of a retracted head without a length.
     first_cut: int = 0

@@ -32,7 +32,7 @@ class Tools:
         self.check_tool(at, number, "T")
         self.state.selected_tool = number
         if number:
-            self.recorder.selections.setdefault(number, at.line)
+            self.recorder.selections.setdefault(number, (at.line, describe_tool_number(number, self.state.tool_names)))
 
     def change(self, at: At) -> None:
         """The selected tool comes into the spindle, which stops for it."""
