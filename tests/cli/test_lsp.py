@@ -6,6 +6,7 @@ import re
 import subprocess
 import sys
 import threading
+import tomllib
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -1224,3 +1225,22 @@ def test_words_and_keys_are_completed(
     lines = text.replace("^", "").split("\n")
     begin = items[word]["textEdit"]["range"]["start"]["character"]
     assert items[word]["filterText"].startswith(lines[place["line"]][begin : place["character"]])
+
+
+def test_what_is_completed_as_a_value_is_accepted(client: Client, tmp_path: Path) -> None:
+    """Every value that is offered for an option of a set-up, as the reader of set-ups takes it."""
+    from verne_post.config.option_table import find_wrong_options
+    from verne_post.config.program_setup import list_setup_options
+
+    uri, counted = client.open(tmp_path / "a.nc.toml", ""), 0
+    for version, name in enumerate(list_setup_options(), 2):
+        if name == "tools":
+            continue
+        client.change(uri, version, f"{name} = ")
+        place = {"line": 0, "character": len(name) + 3}
+        found = client.ask("textDocument/completion", textDocument={"uri": uri}, position=place)
+        for one in found:
+            given = tomllib.loads(f"{name} = {one['label']}")
+            assert find_wrong_options(given, list_setup_options()) == [], (name, one["label"])
+        counted += len(found)
+    assert counted > 30
