@@ -1227,6 +1227,35 @@ def test_words_and_keys_are_completed(
     assert items[word]["filterText"].startswith(lines[place["line"]][begin : place["character"]])
 
 
+@pytest.mark.parametrize(
+    ("name", "head", "line", "expected"),
+    [
+        ("a.nc", "%\nO1\n", "N20 T", ["1", "12"]),
+        ("a.nc", "%\nO1\n", "N20 T12", ["12"]),
+        ("a.nc", "%\nO1\n", "(T", []),
+        ("a.mpf", "G17 G54\n", 'N20 T="', ['"EM10"']),
+        ("a.mpf", "G17 G54\n", "N20 T=", ['"EM10"', "1", "12"]),
+        ("a.h", "0 BEGIN PGM A MM\n", 'TOOL CALL "E', ['"EM10"']),
+        ("a.cls", "PARTNO A\n", "LOADTL/1", ["1", "12"]),
+    ],
+)
+def test_tools_of_the_set_up_are_completed(
+    client: Client, tmp_path: Path, name: str, head: str, line: str, expected: list[str]
+) -> None:
+    setup = "[tools]\n1 = { length = 90 }\n12 = { length = 80, diameter = 6 }\n"
+    setup += "" if name in ("a.nc", "a.cls") else "EM10 = { length = 70 }\n"
+    uri = client.open(make_program(tmp_path, head + line, name, setup))
+    client.diagnostics(uri)
+    place = {"line": head.count("\n"), "character": len(line)}
+    found = client.ask("textDocument/completion", textDocument={"uri": uri}, position=place)
+    assert [one["label"] for one in found if "length" in one["detail"]] == expected
+    for one in found[: len(expected)]:
+        assert one["textEdit"]["range"]["end"]["character"] == len(line)
+        assert one["filterText"].startswith(line[one["textEdit"]["range"]["start"]["character"] :])
+    if "12" in expected:
+        assert next(one["detail"] for one in found if one["label"] == "12") == "length 80 mm, diameter 6 mm"
+
+
 def test_what_is_completed_as_a_value_is_accepted(client: Client, tmp_path: Path) -> None:
     """Every value that is offered for an option of a set-up, as the reader of set-ups takes it."""
     from verne_post.config.option_table import find_wrong_options

@@ -158,10 +158,23 @@ def _describe_tool(number: int, address: Address, state: State, options: Options
         names.setdefault(number, address.value)
     shown = describe_tool_number(number, names) if number in names or number < FIRST_NAMED_TOOL else "tool"
     tool: Tool | None = (state.tools or {}).get(number)
-    if tool is None or tool.unmeasured:
-        if options.tool_length is not None and tool is None:
-            return f"{shown}: length {options.tool_length:g} mm (tool_length)"
-        return f"{shown}: {'no length is given yet' if tool is not None else 'the set-up gives no such tool'}"
-    return f"{shown}: length {tool.offset[2]:g} mm, " + (
-        f"diameter {tool.diameter:g} mm" if tool.diameter else "no diameter given"
-    )
+    if tool is None:
+        length = options.tool_length
+        return f"{shown}: " + (
+            "the set-up gives no such tool" if length is None else f"length {length:g} mm (tool_length)"
+        )
+    return f"{shown}: {_describe_sizes(tool)}"
+
+
+def _describe_sizes(tool: Tool) -> str:
+    length = "no length given yet" if tool.unmeasured else f"length {tool.offset[2]:g} mm"
+    return f"{length}, diameter {tool.diameter:g} mm" if tool.diameter else f"{length}, no diameter given"
+
+
+def list_tools(options: Options, dialect: str) -> dict[str, str]:
+    """How a program of a language may call the tools of a set-up, by name in quotes or by number, and their sizes."""
+    tools = options.tools or {}
+    names: Mapping[str, int] = options.control.get(dialect, {}).get("tools", {})
+    named = {f'"{name}"': number for name, number in names.items() if number in tools}
+    numbers = {str(number): number for number in sorted(tools) if number < FIRST_NAMED_TOOL}
+    return {word: _describe_sizes(tools[number]) for word, number in (named | numbers).items()}
