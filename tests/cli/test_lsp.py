@@ -272,6 +272,12 @@ def hover(client: Client, uri: str, line: int, column: int | None = None) -> str
             "L IX": "straight line; I before a letter counts from the last programmed position",
             "FMAX": "rapid traverse, for this block",
          }),
+        # after a call of a subprogram that stands below: the place is that of the line, not of the subprogram
+        ("b.nc", "%\nO0001\nG21 G90 G94 G17 G40 G49 G54\nT1 M6\nS8000 M3\nG0 X10. Y0. A0. C0.\nG43 H1 Z130.\nM98 P2\n"
+         "G1 X7. F500.\nG0 Z160.\nM30\nO2\nG1 X-30. F900.\nM99\n%\n", {
+            "X7.": "where an axis goes; in G91 by how much; X 7 mm in G54; machine X 7 mm",
+            "X-30.": "where an axis goes; in G91 by how much; X -30 mm in G54; machine X -30 mm",
+         }),
     ],
 )  # fmt: skip
 def test_hover_of_a_word_says_what_it_comes_to(
