@@ -477,7 +477,7 @@ def test_limits_in_the_sense_of_the_file(machine_with):
         assert findings[0].limit == pytest.approx(sign * (top_a - 1.0), abs=1e-9)
         assert findings[1].limit == pytest.approx(sign * 100.0, abs=1e-9)
         seen.append([sign * item.value for item in findings])
-        side = "above" if sign > 0 else "below"
+        side = "deg too much; travel" if sign > 0 else "deg too little; travel"
         assert all(side in item.message for item in findings)
     assert seen[0] == pytest.approx(seen[1], abs=1e-9)
 
