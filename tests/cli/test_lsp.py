@@ -840,6 +840,16 @@ TYPED = {
         ("CYCLE800(0,", "CYCEL800(0,", "VP002", "CYCEL800", "Write CYCLE800 in place of CYCEL800"),
         ("N30 M6\n", "", "VP041", 'N20 T="END_MILL_6" D1', 'Write M6 behind T="END_MILL_6" in line 8'),
     ],
+    "two_faces.nc": [
+        ("o<place> sub", "o<place> sbu", "VP023", "sbu", "Write sub in place of sbu"),
+        ("o<place> call", "o<place> clal", "VP023", "clal", "Write call in place of clal"),
+        (" F250", " FF250", "VP001", "FF250", "Write F250 in place of FF250"),
+    ],
+    "two_faces.cls": [
+        ("LOADTL/1", "LOADT/1", "VP002", "LOADT", "Write LOADTL in place of LOADT"),
+        ("FEDRAT/", "FEDRTA/", "VP002", "FEDRTA", "Write FEDRAT in place of FEDRTA"),
+        ("FINI\n", "", "VP010", "COOLNT/OFF", "End the program with FINI"),
+    ],
     "two_faces.h": [
         ("TOOL CALL", "TOLO CALL", "VP002", "TOLO", "Write TOOL in place of TOLO"),
         ("R0 FMAX M3", "R0 FMAX", "VP050", "15 L Z+Q1 F400", "Write M3 in line 8"),

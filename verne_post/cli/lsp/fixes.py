@@ -29,6 +29,8 @@ _NAMED_TOOL: Final = re.compile(r"(?<![A-Z_])(T\d?[ \t]*=[ \t]*)(\"[^\"]+\")", r
 #: The end of a structure that a message misses.
 _NEVER_CLOSED: Final = re.compile(r"is never closed; expected ([A-Z]+)$")
 _TOOL_CALL: Final = re.compile(r"\bTOOL[ \t]+CALL\b", re.IGNORECASE)
+#: A list of words of which one is expected.
+_EXPECTED: Final = re.compile(r"\bexpected (\w+(?:, \w+)+,? or \w+)")
 #: A line of Klartext that goes to a place.
 _PATH_OF_KLARTEXT: Final = re.compile(r"\s*(?:\d+\s+)?L\b[^;]*")
 #: What stands in a new line of a file until it is filled in: a wrong value, whose message says what is right.
@@ -182,9 +184,10 @@ def _propose_fixes(found: Inspected, item: Finding, setup: Path | None, texts: M
             yield fix
     text = found.text
     if item.code == "VP010":
-        new = f"{'' if text.endswith(chr(10)) or not text else chr(10)}M30\n"
-        yield Fix("End the program with M30", found.path, text, len(text), len(text), new)
-    near = find_suggestion(item.message)
+        last = "FINI" if item.message.endswith(" FINI") else "M30"
+        new = f"{'' if text.endswith(chr(10)) or not text else chr(10)}{last}\n"
+        yield Fix(f"End the program with {last}", found.path, text, len(text), len(text), new)
+    near = find_suggestion(item.message) or _find_expected(item, text)
     if near and item.column is not None:
         begin, end = _find_span(item, text)
         written = text[begin:end]
@@ -207,6 +210,15 @@ def _propose_fixes(found: Inspected, item: Finding, setup: Path | None, texts: M
     if item.code == "VP006" and item.column is not None:
         begin, end = _find_span(item, text)
         yield Fix(f"Remove {text[begin:end].strip()}", found.path, text, begin, end, "")
+
+
+def _find_expected(item: Finding, text: str) -> str:
+    """The one of the words that a message expects which is nearly what is written; empty where none is."""
+    listed = _EXPECTED.search(item.message)
+    if listed is None or item.column is None:
+        return ""
+    begin, end = _find_span(item, text)
+    return find_meant(text[begin:end].strip(), re.findall(r"[\w]+", listed[1]), slip_alone=True)
 
 
 def _correct_end(found: Inspected, begin: int, end: str) -> Iterator[Fix]:
