@@ -323,7 +323,7 @@ def fit(
     setup: Setup = "beside",
     settings: SettingsLike = None,
 ) -> Proposal:
-    """Find a work offset with which the whole program is legal.
+    """Find a work offset that brings the whole program within limits.
 
     Parameters
     ----------
@@ -335,7 +335,8 @@ def fit(
     ranges : mapping, optional
         (low, high) by letter, mm and degrees.
     aim : {"move", "margin", "time"}
-        The smallest move of the part that makes the program legal, none where it is; the largest margin; or least time.
+        The smallest move of the part that brings the program within limits, none where it is; the largest margin; or
+        least time.
 
     Raises
     ------

@@ -6,6 +6,7 @@ import re
 import subprocess
 import sys
 import threading
+import tomllib
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -271,6 +272,12 @@ def hover(client: Client, uri: str, line: int, column: int | None = None) -> str
             "L IX": "straight line; I before a letter counts from the last programmed position",
             "FMAX": "rapid traverse, for this block",
          }),
+        # after a call of a subprogram that stands below: the place is that of the line, not of the subprogram
+        ("b.nc", "%\nO0001\nG21 G90 G94 G17 G40 G49 G54\nT1 M6\nS8000 M3\nG0 X10. Y0. A0. C0.\nG43 H1 Z130.\nM98 P2\n"
+         "G1 X7. F500.\nG0 Z160.\nM30\nO2\nG1 X-30. F900.\nM99\n%\n", {
+            "X7.": "where an axis goes; in G91 by how much; X 7 mm in G54; machine X 7 mm",
+            "X-30.": "where an axis goes; in G91 by how much; X -30 mm in G54; machine X -30 mm",
+         }),
     ],
 )  # fmt: skip
 def test_hover_of_a_word_says_what_it_comes_to(
@@ -512,14 +519,14 @@ def test_a_remark_before_a_tool_change_heads_the_operation_of_the_new_tool(clien
         "\n"
         "(DRILL)\n"
         "M1\n"
-        "T2 M6\n"
+        "T2 M6 (DRILL D5)\n"
         "G0 X5.\n"
         "M30\n"
         "%\n"
     )
     uri = client.open(make_program(tmp_path, text))
     shown = client.ask("textDocument/documentSymbol", textDocument={"uri": uri})
-    assert [one["name"] for one in shown] == ["1001", "tool 1", "tool 2"]
+    assert [one["name"] for one in shown] == ["1001", "tool 1 (D=10.)", "tool 2 (DRILL D5)"]
     one, two = shown[1:]
     assert [[each["name"] for each in tool["children"]] for tool in (one, two)] == [["FACE"], ["DRILL"]]
     lines = [(tool["range"]["start"]["line"], tool["selectionRange"]["start"]["line"]) for tool in (one, two)]
@@ -548,7 +555,11 @@ POSTED = {
     "c.nc": (
         "%\nO1003 (F3)\n(T1 D=12. CR=0. - FLAT END MILL)\n(T2 D=10. - DRILL)\nG90 G94 G17 G49\nT1 M6\nG54 G0 X0. Y0.\n"
         "G43 Z120. H1\n(DRILL)\nT2 M6\nG0 X5.\nT3 M6\nG0 X9.\nM30\n%\n",
-        [("1", 5, 7, []), ("2", 8, 10, [("DRILL", 8, 10)]), ("3", 11, 15, [])],
+        [
+            ("1 (D=12. CR=0. - FLAT END MILL)", 5, 7, []),
+            ("2 (D=10. - DRILL)", 8, 10, [("DRILL", 8, 10)]),
+            ("3", 11, 15, []),
+        ],
     ),
 }
 
@@ -805,6 +816,70 @@ def test_the_word_that_a_message_tells_to_write_is_written(
     client.change(uri, 2, mended)
     left = client.diagnostics(uri)["diagnostics"]
     assert [one for one in left if one["severity"] == 1 or one["code"] == code] == []
+
+
+SAMPLES = Path(__file__).parents[2] / "gcode_samples"
+
+#: Program of CAM systems -> what is typed in place of what; the code, the word that is marked, and the fix.
+TYPED = {
+    "two_faces_fanuc.nc": [
+        ("G43.4 H1", "G43 H1", "VP037", "N230 G01 Z6. F600.", "Write G43.4 in place of G43 in line 8"),
+        ("N20 T1 M06", "N20 T1", "VP041", "T1", "Write M6 behind T1 in line 6"),
+        ("S8000 M03", "S8000", "VP050", "N20 G01 Z#101 F400.", "Write M3 after S8000 in line 7"),
+        ("X-30. Y", "X-3O. Y", "VP001", "X-3O.", "Write X-30. in place of X-3O."),
+        ("Z12.", "Z12,0", "VP001", "Z12,0", "Write Z12.0 in place of Z12,0"),
+        ("G68.2 X0.", "G86.2 X0.", "VP002", "G86.2", "Write G68.2 in place of G86.2"),
+        ("N150 G69", "N150 G69 K7", "VP006", "K7", "Remove K7"),
+        ("N310 M30\n", "", "VP024", "M99", "End the program with M30 before line 39"),
+    ],
+    "two_faces.mpf": [
+        ("N50 TRAORI", "N50 TRAOIR", "VP002", "TRAOIR", "Write TRAORI in place of TRAOIR"),
+        ("S8000 M3", "S8000", "VP050", "G1 Z=DEPTH F400", "Write M3 after S8000 in line 10"),
+        ("ENDFOR", "ENDFRO", "VP023", "FOR", "Write ENDFOR in place of ENDFRO in line 24"),
+        ("DEPTH - 1.5", "DEPHT - 1.5", "VP025", "DEPHT", "Write DEPTH in place of DEPHT"),
+        ("CYCLE800(0,", "CYCEL800(0,", "VP002", "CYCEL800", "Write CYCLE800 in place of CYCEL800"),
+        ("N30 M6\n", "", "VP041", 'N20 T="END_MILL_6" D1', 'Write M6 behind T="END_MILL_6" in line 8'),
+    ],
+    "two_faces.nc": [
+        ("o<place> sub", "o<place> sbu", "VP023", "sbu", "Write sub in place of sbu"),
+        ("o<place> call", "o<place> clal", "VP023", "clal", "Write call in place of clal"),
+        (" F250", " FF250", "VP001", "FF250", "Write F250 in place of FF250"),
+    ],
+    "two_faces.cls": [
+        ("LOADTL/1", "LOADT/1", "VP002", "LOADT", "Write LOADTL in place of LOADT"),
+        ("FEDRAT/", "FEDRTA/", "VP002", "FEDRTA", "Write FEDRAT in place of FEDRTA"),
+        ("FINI\n", "", "VP010", "COOLNT/OFF", "End the program with FINI"),
+    ],
+    "two_faces.h": [
+        ("TOOL CALL", "TOLO CALL", "VP002", "TOLO", "Write TOOL in place of TOLO"),
+        ("R0 FMAX M3", "R0 FMAX", "VP050", "15 L Z+Q1 F400", "Write M3 in line 8"),
+        ("R0 FMAX M3", "R0 FMXA M3", "VP001", "FMXA", "Write FMAX in place of FMXA"),
+        ("PLANE SPATIAL", "PLANE SPACIAL", "VP002", "SPACIAL", "Write SPATIAL in place of SPACIAL"),
+        ("L Z+12 FMAX", "L Z+1O FMAX", "VP001", "Z+1O", "Write Z+10 in place of Z+1O"),
+    ],
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", TYPED)
+def test_errors_in_whole_programs_are_marked_at_their_word_and_mended(
+    client: Client, tmp_path: Path, name: str
+) -> None:
+    """Typed into a program as CAM systems write it: one cause is one finding, and nothing is wrong after its fix."""
+    right = (SAMPLES / name).read_text("utf-8")
+    setup = (SAMPLES / f"{name}.toml").read_text("utf-8")
+    uri = client.open(make_program(tmp_path, right, name, setup))
+    assert client.diagnostics(uri)["diagnostics"] == []
+    for number, (old, new, code, word, title) in enumerate(TYPED[name]):
+        assert old in right
+        wrong = right.replace(old, new, 1)
+        client.change(uri, 2 * number + 2, wrong)
+        (told,) = client.diagnostics(uri)["diagnostics"]
+        assert (told["code"], text_at(wrong, told["range"])) == (code, word)
+        fixes = ask_fixes(client, uri, told["range"]["start"]["line"])
+        assert f"{title} (no errors then)" in fixes
+        mended = apply_edit(fixes[f"{title} (no errors then)"], {uri: wrong})[uri]
+        client.change(uri, 2 * number + 3, mended)
+        assert client.diagnostics(uri)["diagnostics"] == [], (old, new)
 
 
 def test_a_fix_that_turns_an_error_into_a_warning_is_offered_and_says_so(client: Client, tmp_path: Path) -> None:
@@ -1166,3 +1241,51 @@ def test_words_and_keys_are_completed(
     lines = text.replace("^", "").split("\n")
     begin = items[word]["textEdit"]["range"]["start"]["character"]
     assert items[word]["filterText"].startswith(lines[place["line"]][begin : place["character"]])
+
+
+@pytest.mark.parametrize(
+    ("name", "head", "line", "expected"),
+    [
+        ("a.nc", "%\nO1\n", "N20 T", ["1", "12"]),
+        ("a.nc", "%\nO1\n", "N20 T12", ["12"]),
+        ("a.nc", "%\nO1\n", "(T", []),
+        ("a.mpf", "G17 G54\n", 'N20 T="', ['"EM10"']),
+        ("a.mpf", "G17 G54\n", "N20 T=", ['"EM10"', "1", "12"]),
+        ("a.h", "0 BEGIN PGM A MM\n", 'TOOL CALL "E', ['"EM10"']),
+        ("a.cls", "PARTNO A\n", "LOADTL/1", ["1", "12"]),
+    ],
+)
+def test_tools_of_the_set_up_are_completed(
+    client: Client, tmp_path: Path, name: str, head: str, line: str, expected: list[str]
+) -> None:
+    setup = "[tools]\n1 = { length = 90 }\n12 = { length = 80, diameter = 6 }\n"
+    setup += "" if name in ("a.nc", "a.cls") else "EM10 = { length = 70 }\n"
+    uri = client.open(make_program(tmp_path, head + line, name, setup))
+    client.diagnostics(uri)
+    place = {"line": head.count("\n"), "character": len(line)}
+    found = client.ask("textDocument/completion", textDocument={"uri": uri}, position=place)
+    assert [one["label"] for one in found if "length" in one["detail"]] == expected
+    for one in found[: len(expected)]:
+        assert one["textEdit"]["range"]["end"]["character"] == len(line)
+        assert one["filterText"].startswith(line[one["textEdit"]["range"]["start"]["character"] :])
+    if "12" in expected:
+        assert next(one["detail"] for one in found if one["label"] == "12") == "length 80 mm, diameter 6 mm"
+
+
+def test_what_is_completed_as_a_value_is_accepted(client: Client, tmp_path: Path) -> None:
+    """Every value that is offered for an option of a set-up, as the reader of set-ups takes it."""
+    from verne_post.config.option_table import find_wrong_options
+    from verne_post.config.program_setup import list_setup_options
+
+    uri, counted = client.open(tmp_path / "a.nc.toml", ""), 0
+    for version, name in enumerate(list_setup_options(), 2):
+        if name == "tools":
+            continue
+        client.change(uri, version, f"{name} = ")
+        place = {"line": 0, "character": len(name) + 3}
+        found = client.ask("textDocument/completion", textDocument={"uri": uri}, position=place)
+        for one in found:
+            given = tomllib.loads(f"{name} = {one['label']}")
+            assert find_wrong_options(given, list_setup_options()) == [], (name, one["label"])
+        counted += len(found)
+    assert counted > 30

@@ -51,7 +51,7 @@ def test_a_table_without_z_has_its_lengths_from_elsewhere(job: Path, run: Callab
     for command in (("convert", "p.nc"), ("check", "p.nc")):
         answer = run(*command, *place, "--tool-table", "d.tbl")
         assert answer.code == 2
-        assert "p.nc:3: VP012 error: tool 3: d.tbl:3 gives no length" in answer.out + answer.err
+        assert "p.nc:3:5: VP012 error: tool 3: d.tbl:3 gives no length" in answer.out + answer.err
     measured = converted(run, *place, "--tool-table", "d.tbl", "--tool-lengths", "l.csv")
     assert measured == converted(run, *place, "--tool-table", "d.tbl", "--tool-length", "61.125")
     Path("z.tbl").write_text("T3 P3 Z61.125\nT4 P4 D8\n")
@@ -66,21 +66,21 @@ def test_a_table_without_z_has_its_lengths_from_elsewhere(job: Path, run: Callab
     ("name", "program", "said"),
     [
         ("a.nc", "G21 G90 F600\nT2 M6\nG43 H2\nG0 X0 Y0 Z80 A0 C0\nG1 X5\nM2\n",
-         "a.nc:3: VP012 error: tool 2: d.tbl:1"),
+         "a.nc:3:5: VP012 error: tool 2: d.tbl:1"),
         ("b.nc", "G21 G90 F600\nG10 L1 P7 R3\nT7 M6\nG43 H7\nG0 X0 Y0 Z80 A0 C0\nG1 X5\nM2\n",
-         "b.nc:4: VP012 error: tool 7: G10 L1 in line 2"),
+         "b.nc:4:5: VP012 error: tool 7: G10 L1 in line 2"),
         ("c.nc", "G21 G90 F600\nG10 L1 P2 Z60\nT2 M6\nG43 H2\nG0 X0 Y0 Z80 A0 C0\nG1 X5\nM2\n", "can run"),
         ("d.nc", "G21 G90 F600\nT2 M6\nG43.1 Z60\nG0 X0 Y0 Z80 A0 C0\nG1 X#5403\nM2\n",
-         "d.nc:5: VP012 error: tool 2: d.tbl:1"),
+         "d.nc:5:5: VP012 error: tool 2: d.tbl:1"),
         ("e.nc", "%\nO1\nG21 G90 F600\nT2 M6\nG43.4 H2\nG0 X0 Y0 Z80 A0 C0\nG1 X5\nM30\n%\n",
-         "e.nc:5: VP012 error: tool 2: d.tbl:1"),
+         "e.nc:5:7: VP012 error: tool 2: d.tbl:1"),
         ("f.mpf", "$TC_DP6[7,1]=3\nT7 M6\nG0 X0 Y0 Z80 A0 C0\nG1 X5 F600\nM30\n",
          "f.mpf:2: VP012 error: tool 7: $TC_DP6 without $TC_DP3"),
         ("g.mpf", "T2 M6\nTRAORI\nG0 X0 Y0 Z80 A0 C0\nG1 X5 F600\nM30\n", "g.mpf:1: VP012 error: tool 2: d.tbl:1"),
         ("h.h", "BEGIN PGM H MM\nTOOL CALL 2 Z S1000\nM128\nL X+0 Y+0 Z+80 A+0 C+0 R0 FMAX\nL X+5 F600\nEND PGM H MM\n",
-         "h.h:2: VP012 error: tool 2: d.tbl:1"),
+         "h.h:2:11: VP012 error: tool 2: d.tbl:1"),
         ("i.cls", "PARTNO E\nUNITS/MM\nLOADTL/2\nRAPID\nGOTO/0,0,80,0,0,1\nFEDRAT/600,MMPM\nGOTO/5,0,80,0,0,1\nFINI\n",
-         "i.cls:3: VP012 error: tool 2: d.tbl:1"),
+         "i.cls:3:1: VP012 error: tool 2: d.tbl:1"),
     ],
 )  # fmt: skip
 def test_a_tool_without_a_length_in_every_dialect(

@@ -2,7 +2,7 @@
 
 import pytest
 
-from verne_post.config.toml_entries import Edit, UnknownLayoutError, find_place, plan_edit
+from verne_post.config.toml_entries import Cursor, Edit, UnknownLayoutError, find_cursor, find_place, plan_edit
 
 TEXT = '''# one
 tool_length = 90
@@ -85,3 +85,36 @@ def test_a_key_is_set_in_a_text(text: str, key: tuple[str, ...], value: str, mad
 def test_a_text_that_cannot_hold_the_key_is_not_changed(text: str) -> None:
     with pytest.raises(UnknownLayoutError):
         plan_edit(text, Edit(("wcs", "G54"), "[1]"))
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("", Cursor((), 0)),
+        ("a = 1\n", Cursor((), 6)),
+        ("a = ", Cursor((), 4, ("a",))),
+        ("a = 1 ", None),
+        ("a = 1 # b", None),
+        ("# a", None),
+        ('a = "x y', Cursor((), 4, ("a",))),
+        ('a = "x y"', None),
+        ("[", Cursor((), 1, is_header=True)),
+        ("[a]", None),
+        ("[a.", Cursor(("a",), 3, is_header=True)),
+        ("[a]\nb.c.d", Cursor(("a", "b", "c"), 8)),
+        ("[a]\nb = { c = 1, ", Cursor(("a", "b"), 17)),
+        ("[a]\nb = { c = 1, d = t", Cursor(("a",), 21, ("a", "b", "d"))),
+        ("[a]\nb = [1, ", Cursor(("a",), 12, ("a", "b", "1"))),
+        ("[a]\nb = [\n 1,\n ", Cursor(("a",), 15, ("a", "b", "1"))),
+        ("[[a]]\nb = 1\n[[a]]\nc", Cursor(("a", "1"), 18)),
+        ("wrong line\n[a]\nalso wrong\nb", Cursor(("a",), 26)),
+    ],
+)
+def test_what_is_being_written_at_the_end_of_a_text(text: str, expected: Cursor | None) -> None:
+    assert find_cursor(text) == expected
+
+
+def test_every_beginning_of_a_text_has_a_cursor_in_its_last_line() -> None:
+    for end in range(len(TEXT) + 1):
+        found = find_cursor(TEXT[:end])
+        assert found is None or TEXT[:end].rfind("\n") < found.begin <= end

@@ -454,6 +454,18 @@ def test_long_stretches_are_one_finding_too(machine_with):
     assert len(told) > 1
 
 
+@pytest.mark.parametrize(("excess", "decimals"), [(1.5, 3), (0.0006, 3), (0.0002, 6)])
+def test_a_message_names_the_joint_the_travel_and_the_excess(machine_with, excess, decimals):
+    """To three decimals; to six where three would show no excess at all."""
+    motion = Line((80, 60, 150, 0, 0), (80, 60, 200, 0, 0))
+    top, _u = extreme(motion, machine_with(), NAMES.index("rho1"), 1)
+    (item,) = check(program_of(motion), machine_with({"limits.rho_mm": [-3000.0, top - excess]}))[1][:1]
+    assert item.message == (
+        f"slider 1 (rho1) reaches {top:.{decimals}f} mm, {excess:.{decimals}f} mm too much; "
+        f"travel -3000 to {top - excess:g} mm"
+    )
+
+
 # --- the file's sense -----------------------------------------------------------------------------
 
 
@@ -477,7 +489,7 @@ def test_limits_in_the_sense_of_the_file(machine_with):
         assert findings[0].limit == pytest.approx(sign * (top_a - 1.0), abs=1e-9)
         assert findings[1].limit == pytest.approx(sign * 100.0, abs=1e-9)
         seen.append([sign * item.value for item in findings])
-        side = "above" if sign > 0 else "below"
+        side = "deg too much; travel" if sign > 0 else "deg too little; travel"
         assert all(side in item.message for item in findings)
     assert seen[0] == pytest.approx(seen[1], abs=1e-9)
 

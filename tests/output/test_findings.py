@@ -256,3 +256,36 @@ def test_the_remedy_of_a_missing_axis_names_machines_that_have_it(letters: str) 
     named = [f"{a}{b}_{kind}".lower() for a, b in [letters] for kind in ("trunnion", "table")]
     (name,) = [one for one in named if one in CODES["VP011"].remedy]
     assert set(letters) <= set(vp.load_machine(name).coordinates.axes)
+
+
+def test_no_remedy_is_told_twice(tmp_path: Path, run: Callable[..., Any]) -> None:
+    """What the message has is not in the line of remedies below it."""
+    program = tmp_path / "bare.nc"
+    program.write_text("%\nO1\nG21 G90 G94 G17 G49 G55\nT1\nS900 M3\nG0 X0 Y0 Z300 A0 C0\nG1 Z290 F500\nM30\n%\n")
+    (tmp_path / "bare.nc.toml").write_text("[tools]\n1 = { length = 90 }\n")
+    found = re.findall(r": (VP\d+) \w+: (.*)\n.*\n += [^:]+: (.*)\n", run("check", program).out)
+    told = {code: (message, remedy) for code, message, remedy in found}
+    assert set(told) == {"VP033", "VP034", "VP041"}
+    for code, remedy in (("VP033", "give --wcs G55=X,Y,Z"), ("VP034", "activate its length"), ("VP041", "write M6")):
+        message, below = told[code]
+        assert remedy in message and remedy.lower().partition("=")[0] not in below.lower().partition("really")[0]
+        assert below[0].isupper() and below.endswith(".")
+
+
+@pytest.mark.parametrize(("machine", "name"), [("verne", "VERNE"), ("b_head_c_table", "B head, C table")])
+def test_an_axis_that_the_machine_lacks_names_the_machine(
+    tmp_path: Path, run: Callable[..., Any], machine: str, name: str
+) -> None:
+    program = tmp_path / "axes.nc"
+    program.write_text("G21 G90 G94 G17 G54\nG0 X0 Y0 Z300 U3\nM2\n")
+    shown = run("check", program, "--machine", machine, "--tool-length", "80", "--wcs", "G54=0,0,50").out
+    assert f"axes.nc:2:15: VP011 error: U: {name} has no such axis; it has X, Y, Z, " in shown
+
+
+def test_the_summary_begins_with_what_was_not_checked(files: dict[str, Path], run: Callable[..., Any]) -> None:
+    said = "contact with fixtures and stock: the set-up gives none"
+    assert run("check", files["good"], *ARGUMENTS).out.split("\n")[1] == f"  NOT CHECKED: {said}"
+    assert re.fullmatch(rf"  NOT CHECKED +{said}", run(files["good"], *ARGUMENTS).err.split("\n")[1])
+    box = ("--keep-out", "vise=200,200,0,220,220,20", "--stock", "G54=-50,-50,-90,50,50,-80")
+    shown = run("check", files["good"], *ARGUMENTS, *box).out
+    assert "contact with" not in shown and "NOT CHECKED: spindle, platform, rods: " in shown

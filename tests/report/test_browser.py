@@ -531,7 +531,7 @@ def test_many_findings_are_few_on_the_screen_until_one_asks(browser: Any, show: 
 def test_a_finding_leads_to_its_place(browser: Any, show: Callable[..., Any]) -> None:
     data = show("travel")
     entries = browser.find_elements("css selector", "#findings button")
-    told = [re.search(r"(?:VP101 error:|also) (rho\d)", entry.text) for entry in entries]
+    told = [re.search(r"(?:VP101 error: slider \d \(|also )(rho\d)", entry.text) for entry in entries]
     assert [one and one[1] for one in told] == ["rho2", "rho3"]  # one cause, two places
     for entry, worst in zip(entries, (10, 8), strict=True):
         press(browser, "1")

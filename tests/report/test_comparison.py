@@ -170,10 +170,10 @@ def test_findings_are_in_one_or_in_both() -> None:
     head = "G21 G90\nG0 X0 Y0 Z0 A0 C0\n"
     page = text_of(compare(f"{head}G1 A99 F600\nA0\nC20\nM2\n", f"{head}X1\nG1 A99 F600\nA0\nG1 X5000\nM2\n"))
     before, after = page.partition("|Findings|")[2].partition("|B|")[::2]
-    assert re.search(r"\|line 3: VP\d+ error: a [^|]*\|in both$", before.rstrip("|"))
+    assert re.search(r"\|line 3: VP\d+ error: joint a [^|]*\|in both$", before.rstrip("|"))
     assert "only in A" not in before
     after = after.partition("|Time by limit|")[0]
-    assert re.search(r"\|line 4: VP\d+ error: a [^|]*\|in both\|", after)
+    assert re.search(r"\|line 4: VP\d+ error: joint a [^|]*\|in both\|", after)
     assert re.search(r"line 6: VP\d+ error: [^|]*\|only in B\|", after)
     assert "|A: refused; B: refused|" in page
     assert "|There is nothing to compare: A and B cannot run, so no times are known.|" in page

@@ -8,15 +8,19 @@ import numpy as np
 from msgspec import Struct
 
 from verne_post.app.explain_numbers import format_number
+from verne_post.app.line_remedies import Line
+from verne_post.base.arrays import Array
 from verne_post.base.program_lines import remove_remarks
 from verne_post.gcode.klartext.vocabulary import name_parameter
 from verne_post.gcode.machining.state import State, name_unit_of_speed
 from verne_post.gcode.siemens.vocabulary import ADDRESSES
 from verne_post.model.machine import Machine
-from verne_post.model.moves import AXES, FeedMode
+from verne_post.model.moves import AXES, FeedMode, Frame, MoveKind
 from verne_post.model.options import Options
 from verne_post.model.part_setup import FIRST_NAMED_TOOL, SYSTEM_NAMES, Tool, describe_tool_number
 
+#: Decimals of coordinates, mm and degrees.
+_DECIMALS: Final = 4
 _AXES: Final = dict.fromkeys("XYZABCUVW", "where an axis goes; in G91 by how much")
 #: Letters of RS274/NGC and Fanuc.
 _LETTERS: Final[Mapping[str, str]] = {
@@ -47,6 +51,8 @@ _KLARTEXT: Final[Mapping[str, str]] = {
     "PR": "radius about the pole",
     "PA": "angle about the pole",
     "IPA": "by what angle, about the pole",
+    **{f"SP{letter}": f"angle of the plane about {axis}, degrees" for letter, axis in zip("ABC", "XYZ", strict=True)},
+    "DIST": "how far before the tip the point is that stays on the part, mm",
     "LBL": "label: a subprogram ends at LBL 0",
     "REP": "how often a section runs again",
     "MB": "how far M140 or a turn of the table retracts",
@@ -58,7 +64,8 @@ _PATTERNS: Final = {
         rf"(?<![A-Z_$])(?:(?P<long>[A-Z]+\d*)[ \t]*=[ \t]*{_VALUE}|(?P<name>[A-Z])[ \t]*(?P<number>[-+]?[\d.]+))"
     ),
     "heidenhain": re.compile(
-        rf"(?<![A-Z_])(?P<name>TOOL[ \t]+(?:CALL|DEF)|I?[XYZABCUVW]|I?P[RA]|D[LR]|LBL|REP|MB|Q\d+(?=[ \t]*=)|[A-Z])"
+        rf"(?<![A-Z_])(?P<name>TOOL[ \t]+(?:CALL|DEF)|I?[XYZABCUVW]|I?P[RA]|D[LR]|SP[ABC]|DIST|LBL|REP|MB|"
+        rf"Q\d+(?=[ \t]*=)|[A-Z])"
         rf"[ \t]*=?[ \t]*{_VALUE}"
     ),
 }
@@ -72,6 +79,23 @@ class Address(Struct, frozen=True):
     value: str
     begin: int
     end: int
+
+
+class Place(Struct, frozen=True, eq=False):
+    """Where the motion of a line ends."""
+
+    position: Array  #: (9,), program coordinates, mm and degrees.
+    frame: Frame
+    is_by_words: bool  #: A and C words say how the table stands, and the position is no control point of a spline.
+
+    @classmethod
+    def find(cls, line: Line) -> "Place | None":
+        """That of a line; None for the approach."""
+        moves, move = line.moves, line.move
+        if move < 0:
+            return None
+        by_vector = bool(np.isfinite(moves.tool_axis[move]).all())
+        return cls(moves.end[move], line.frame, not by_vector and moves.kind[move] != MoveKind.SPLINE)
 
 
 def find_address(line: str, column: int, dialect: str) -> Address | None:
@@ -88,19 +112,33 @@ def find_address(line: str, column: int, dialect: str) -> Address | None:
 
 
 def describe_address(
-    address: Address, dialect: str, state: State | None, machine: Machine | None, options: Options | None
+    address: Address,
+    dialect: str,
+    state: State | None,
+    place: Place | None,
+    machine: Machine | None,
+    options: Options | None,
 ) -> str:
     """What an address means, and what it comes to; empty for one that the language does not have.
 
     Parameters
     ----------
     state : State or None
-        After its line; None where the program does not come to it.
+        After its line; None where the program itself does not come to it.
+    place : Place or None
+        At the end of its motion; None without motion, where the state has the place.
     """
     meaning = _find_meaning(address.name, dialect)
-    if not meaning or state is None or machine is None or options is None:
+    if not meaning or machine is None or options is None:
         return meaning
-    return "; ".join([meaning, *_find_values(address, dialect, state, machine, options)])
+    axis = address.name.removeprefix("I") if dialect == "heidenhain" else address.name
+    if axis in AXES and axis in machine.coordinates.axes:
+        if place is None and state is not None and state.is_known(AXES.index(axis)):
+            place = Place(np.array(state.position), state.frame, state.tool_axis is None)
+        values = [] if place is None else list(_describe_axis(AXES.index(axis), place, machine))
+    else:
+        values = [] if state is None else list(_find_values(address, dialect, state, options))
+    return "; ".join([meaning, *values])
 
 
 def _find_meaning(name: str, dialect: str) -> str:
@@ -111,12 +149,9 @@ def _find_meaning(name: str, dialect: str) -> str:
     return _LETTERS.get(name, "")
 
 
-def _find_values(address: Address, dialect: str, state: State, machine: Machine, options: Options) -> Iterator[str]:
+def _find_values(address: Address, dialect: str, state: State, options: Options) -> Iterator[str]:
     """What holds of it after its line."""
-    axis = address.name.removeprefix("I") if dialect == "heidenhain" else address.name
-    if axis in AXES and axis in machine.coordinates.axes:
-        yield from _describe_axis(AXES.index(axis), state, machine)
-    elif address.name == "F" and state.feed > 0.0:
+    if address.name == "F" and state.feed > 0.0:
         inverse = f"the move takes 1/{state.feed:g} min"
         units = {FeedMode.PER_MINUTE: "mm/min", FeedMode.PER_REVOLUTION: "mm per turn of the spindle"}
         yield f"{state.feed:g} {units[state.feed_mode]}" if state.feed_mode in units else inverse
@@ -127,14 +162,15 @@ def _find_values(address: Address, dialect: str, state: State, machine: Machine,
         yield _describe_tool(number, address, state, options)
 
 
-def _describe_axis(axis: int, state: State, machine: Machine) -> Iterator[str]:
-    """Program and machine coordinate at the end of the line."""
-    if not state.is_known(axis):
-        return
-    unit, letter = ("deg" if AXES[axis] in "ABC" else "mm"), AXES[axis]
-    there = machine.coordinates.map_to_machine(np.array(state.position), state.frame)
-    yield f"{letter} {format_number(state.position[axis])} {unit} in {SYSTEM_NAMES[state.frame.system]}"
-    yield f"machine {letter} {format_number(there[axis])} {unit}"
+def _describe_axis(axis: int, place: Place, machine: Machine) -> Iterator[str]:
+    """Program and machine coordinate of an axis."""
+    unit, letter, plane = ("deg" if AXES[axis] in "ABC" else "mm"), AXES[axis], place.frame.feature
+    tilted = ", in the tilted plane" if plane is not None and plane.is_programmed and not plane.is_level else ""
+    shown = format_number(place.position[axis], _DECIMALS)
+    yield f"{letter} {shown} {unit} in {SYSTEM_NAMES[place.frame.system]}{tilted}"
+    if place.is_by_words:
+        there = machine.coordinates.map_to_machine(place.position, place.frame)
+        yield f"machine {letter} {format_number(there[axis], _DECIMALS)} {unit}"
 
 
 def _find_tool(address: Address, dialect: str, state: State, options: Options) -> int | None:
@@ -158,10 +194,23 @@ def _describe_tool(number: int, address: Address, state: State, options: Options
         names.setdefault(number, address.value)
     shown = describe_tool_number(number, names) if number in names or number < FIRST_NAMED_TOOL else "tool"
     tool: Tool | None = (state.tools or {}).get(number)
-    if tool is None or tool.unmeasured:
-        if options.tool_length is not None and tool is None:
-            return f"{shown}: length {options.tool_length:g} mm (tool_length)"
-        return f"{shown}: {'no length is given yet' if tool is not None else 'the set-up gives no such tool'}"
-    return f"{shown}: length {tool.offset[2]:g} mm, " + (
-        f"diameter {tool.diameter:g} mm" if tool.diameter else "no diameter given"
-    )
+    if tool is None:
+        length = options.tool_length
+        return f"{shown}: " + (
+            "the set-up gives no such tool" if length is None else f"length {length:g} mm (tool_length)"
+        )
+    return f"{shown}: {_describe_sizes(tool)}"
+
+
+def _describe_sizes(tool: Tool) -> str:
+    length = "no length given yet" if tool.unmeasured else f"length {tool.offset[2]:g} mm"
+    return f"{length}, diameter {tool.diameter:g} mm" if tool.diameter else f"{length}, no diameter given"
+
+
+def list_tools(options: Options, dialect: str) -> dict[str, str]:
+    """How a program of a language may call the tools of a set-up, by name in quotes or by number, and their sizes."""
+    tools = options.tools or {}
+    names: Mapping[str, int] = options.control.get(dialect, {}).get("tools", {})
+    named = {f'"{name}"': number for name, number in names.items() if number in tools}
+    numbers = {str(number): number for number in sorted(tools) if number < FIRST_NAMED_TOOL}
+    return {word: _describe_sizes(tools[number]) for word, number in (named | numbers).items()}

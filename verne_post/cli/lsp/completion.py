@@ -1,5 +1,6 @@
 """What may be written at a place: words of a program's language, keys of a set-up, of settings and of machine files."""
 
+import re
 from collections import abc
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
@@ -46,12 +47,24 @@ class Choice(Struct, frozen=True):
     sought: str  #: What an editor compares with what is written.
 
 
-def complete_word(line: str, column: int, dialect: str) -> list[Choice]:
+#: Where a program names a tool: after T, T=, TOOL CALL or LOADTL.
+_TOOL: Final = re.compile(
+    r"(?:(?<![A-Z_])T(?:\d?[ \t]*=)?|TOOL[ \t]+(?:CALL|DEF)|LOADTL[ \t]*/)[ \t]*(\"?[\w.-]*)$", re.IGNORECASE
+)
+
+
+def complete_word(line: str, column: int, dialect: str, tools: Mapping[str, str]) -> list[Choice]:
     """Words that are executed, and begin as the text before the cursor; what `explain WORD` says of each.
 
-    A code may have several rows: it is offered once, with all that it does.
+    A code may have several rows: it is offered once, with all that it does. Where a tool is named, ``tools`` are
+    offered, with their sizes.
     """
     before = line[:column]
+    if tools and remove_remarks(before, dialect) == before and (tool := _TOOL.search(before)):
+        begin, quote = tool.start(1), tool[1][:1] == '"'
+        named = (Choice(begin, word, sizes, word if quote else word.strip('"')) for word, sizes in tools.items())
+        if found_tools := [one for one in named if one.sought.startswith(tool[1])]:
+            return found_tools
     known: dict[str, list[str]] = {}
     for language, word, meaning, is_executed in list_words():
         if language == _LANGUAGES.get(dialect) and is_executed:

@@ -13,7 +13,7 @@ from verne_post.app.tried_remedies import list_ends
 from verne_post.base.numbers import format_count
 from verne_post.base.printable import quote_key
 from verne_post.base.program_lines import find_word, find_word_of, remove_remarks
-from verne_post.base.suggestions import find_correction, find_replacement, find_suggestion
+from verne_post.base.suggestions import find_correction, find_meant, find_replacement, find_suggestion
 from verne_post.cli.lsp.inspector import Inspected, Inspector
 from verne_post.cli.lsp.places import cut_file, find_range, split_lines
 from verne_post.cli.setup import make_setup
@@ -24,6 +24,15 @@ from verne_post.model.verdict import count_findings, is_about_text
 
 #: A word for a place of the tip.
 _PLACE: Final = re.compile(r"(?<![A-Za-z_#])[XYZ][ \t]*=?[ \t]*[-+]?[\d.]+", re.IGNORECASE)
+#: T with a name.
+_NAMED_TOOL: Final = re.compile(r"(?<![A-Z_])(T\d?[ \t]*=[ \t]*)(\"[^\"]+\")", re.IGNORECASE)
+#: The end of a structure that a message misses.
+_NEVER_CLOSED: Final = re.compile(r"is never closed; expected ([A-Z]+)$")
+_TOOL_CALL: Final = re.compile(r"\bTOOL[ \t]+CALL\b", re.IGNORECASE)
+#: A list of words of which one is expected.
+_EXPECTED: Final = re.compile(r"\bexpected (\w+(?:, \w+)+,? or \w+)")
+#: A line of Klartext that goes to a place.
+_PATH_OF_KLARTEXT: Final = re.compile(r"\s*(?:\d+\s+)?L\b[^;]*")
 #: What stands in a new line of a file until it is filled in: a wrong value, whose message says what is right.
 _TO_FILL_IN: Final = '"measure"'
 #: What stands for what nobody has said, by the table of the set-up.
@@ -175,9 +184,10 @@ def _propose_fixes(found: Inspected, item: Finding, setup: Path | None, texts: M
             yield fix
     text = found.text
     if item.code == "VP010":
-        new = f"{'' if text.endswith(chr(10)) or not text else chr(10)}M30\n"
-        yield Fix("End the program with M30", found.path, text, len(text), len(text), new)
-    near = find_suggestion(item.message)
+        last = "FINI" if item.message.endswith(" FINI") else "M30"
+        new = f"{'' if text.endswith(chr(10)) or not text else chr(10)}{last}\n"
+        yield Fix(f"End the program with {last}", found.path, text, len(text), len(text), new)
+    near = find_suggestion(item.message) or _find_expected(item, text)
     if near and item.column is not None:
         begin, end = _find_span(item, text)
         written = text[begin:end]
@@ -193,9 +203,42 @@ def _propose_fixes(found: Inspected, item: Finding, setup: Path | None, texts: M
             begin += name.start()
             yield Fix(f"Write {near} in place of {name[0]}", found.path, text, begin, begin + len(name[0]), near)
     yield from _write_told(found, item)
+    if (missing := _NEVER_CLOSED.search(item.message)) and item.line:
+        yield from _correct_end(found, item.line, missing[1])
+    if item.code == "VP024" and item.line:
+        yield from _end_before_subprogram(found, item.line)
     if item.code == "VP006" and item.column is not None:
         begin, end = _find_span(item, text)
         yield Fix(f"Remove {text[begin:end].strip()}", found.path, text, begin, end, "")
+
+
+def _find_expected(item: Finding, text: str) -> str:
+    """The one of the words that a message expects which is nearly what is written; empty where none is."""
+    listed = _EXPECTED.search(item.message)
+    if listed is None or item.column is None:
+        return ""
+    begin, end = _find_span(item, text)
+    return find_meant(text[begin:end].strip(), re.findall(r"[\w]+", listed[1]), slip_alone=True)
+
+
+def _correct_end(found: Inspected, begin: int, end: str) -> Iterator[Fix]:
+    """A misspelt word below that is to close what a line begins."""
+    for number, line in enumerate(split_lines(found.text)[begin:], begin):
+        word = re.match(r"\s*(?:N\d+\s*)?([A-Z]+)\b", line, re.IGNORECASE)
+        if word is not None and word[1].upper() != end and find_meant(word[1].upper(), [end]):
+            at = _find_offset(found.text, number) + word.start(1)
+            title = f"Write {end} in place of {word[1]} in line {number + 1}"
+            yield Fix(title, found.path, found.text, at, at + len(word[1]), end)
+            return
+
+
+def _end_before_subprogram(found: Inspected, line: int) -> Iterator[Fix]:
+    """M30 above the subprogram into which the program runs on."""
+    above = [number for number, text in enumerate(split_lines(found.text)[:line], 1) if re.match(r"\s*[O:]\d", text)]
+    if len(above) > 1:  # the first is the program itself
+        at = _find_offset(found.text, above[-1] - 1)
+        title = f"End the program with M30 before line {above[-1]}"
+        yield Fix(title, found.path, found.text, at, at, "M30\n")
 
 
 def _write_told(found: Inspected, item: Finding) -> Iterator[Fix]:
@@ -226,7 +269,13 @@ def _start_spindle(found: Inspected, item: Finding, remedy: Remedy) -> Iterator[
     if not speeds:
         return
     number, word = speeds[-1]
-    if number + 1 >= remedy.line:
+    if _TOOL_CALL.search(lines[number]):  # which takes S and no M
+        paths = ((k, _PATH_OF_KLARTEXT.match(line)) for k, line in enumerate(lines) if k >= remedy.line)
+        at, path = next(((k, path) for k, path in paths if path is not None), (0, None))
+        if path is not None:
+            end = _find_offset(found.text, at) + len(path[0].rstrip())
+            yield Fix(f"Write M3 in line {at + 1}", found.path, found.text, end, end, " M3")
+    elif number + 1 >= remedy.line:
         at, new = _find_offset(found.text, number) + word.end(), " M3"
         yield Fix(f"Write M3 after {word[0]} in line {number + 1}", found.path, found.text, at, at, new)
     else:
@@ -279,7 +328,7 @@ def _change_word(found: Inspected, remedy: Remedy) -> Fix | None:
     letter, now = remedy.word
     lines = split_lines(found.text)
     last = 1 if remedy.is_above else remedy.line
-    tried = ((number, find_word_of(lines[number - 1], letter, now)) for number in range(remedy.line, last - 1, -1))
+    tried = ((number, _find_word(lines[number - 1], letter, now)) for number in range(remedy.line, last - 1, -1))
     number, word = next(((number, word) for number, word in tried if word is not None), (0, None))
     if word is None:
         return None
@@ -297,6 +346,11 @@ def _change_word(found: Inspected, remedy: Remedy) -> Fix | None:
     title = f"Write {word[1]}{new} in place of {word[0]} in line {number}"
     turns = letter.upper() in ("A", "B", "C")
     return Fix(title, found.path, found.text, begin, begin + len(word[2]), new, turns=turns)
+
+
+def _find_word(line: str, letter: str, value: float) -> re.Match[str] | None:
+    """A letter with this number; T with a name, which has a number only here."""
+    return find_word_of(line, letter, value) or (_NAMED_TOOL.search(line) if letter == "T" else None)
 
 
 def _change_setup(setup: Path | None, remedy: Remedy, texts: Mapping[Path, str]) -> Fix | None:

@@ -17,13 +17,14 @@ from verne_post.app.convert import Inspection, check_and_keep
 from verne_post.app.explain import look_at_line
 from verne_post.app.explain_line import describe_modes, describe_pose
 from verne_post.app.line_facts import LineFacts, measure_lines
+from verne_post.app.line_remedies import Line
 from verne_post.app.result import refuse_program
 from verne_post.base.long_text import Text
 from verne_post.base.program_lines import remove_remarks
 from verne_post.cli.check import make_policy
 from verne_post.cli.common import read_program
 from verne_post.cli.files import FileError, RunFiles
-from verne_post.cli.lsp.addresses import describe_address, find_address
+from verne_post.cli.lsp.addresses import Place, describe_address, find_address
 from verne_post.cli.lsp.outline import Outline
 from verne_post.cli.lsp.places import split_lines
 from verne_post.cli.options import build_options, find_settings
@@ -220,9 +221,11 @@ class Inspector:
         text = split_lines(found.text)[line - 1]
         dialect = self.find_dialect(found.path, found.text) if found.options is None else found.options.dialect
         dialect = choose_dialect_name(dialect, found.text.encode(), found.path.name)
-        pose, address = _describe_pose(found, line), find_address(text, column, dialect)
-        state = None if pose and address is None else self._find_state(found, line, text)
-        about = "" if address is None else describe_address(address, dialect, state, found.machine, found.options)
+        shown, address = _look_at(found, line), find_address(text, column, dialect)
+        state = None if shown is not None and address is None else self._find_state(found, line, text)
+        place = None if shown is None else Place.find(shown)
+        context = (dialect, state, place, found.machine, found.options)
+        about = "" if address is None else describe_address(address, *context)
         if address is not None and about:
             if address.name == "F" and (reached := _describe_feed(found, line)):
                 about += f"; {reached}"
@@ -231,7 +234,7 @@ class Inspector:
             words = find_words_of(text, dialect)
             said = [f"**{word.name}**: {word.text}" for word in words if word.begin <= column < word.end]
         in_force = "" if state is None or found.machine is None else describe_modes(state, found.machine)
-        said.append(pose or in_force)
+        said.append(in_force if shown is None else _describe_pose(found, shown))
         return "\n\n".join(filter(None, said)) or None
 
     def _find_state(self, found: Inspected, line: int, text: str) -> State | None:
@@ -247,16 +250,20 @@ class Inspector:
             return None
 
 
-def _describe_pose(found: Inspected, line: int) -> str | None:
-    """Time, feed and pose of a 1-based line; None without motion, and of a program that cannot be read."""
+def _look_at(found: Inspected, line: int) -> Line | None:
+    """A 1-based line with motion; None without any, and of a program that cannot be read."""
     if found.made.program is None:
         return None
     try:
-        shown = look_at_line(found.source, found.made.program, line)
+        return look_at_line(found.source, found.made.program, line)
     except (UsageError, InputError):
         return None
+
+
+def _describe_pose(found: Inspected, shown: Line) -> str:
+    """Time, feed and pose of a line."""
     pose = "\n".join(describe_pose(shown))
-    return f"{_describe_time(found, line)}\n\n```text\n{pose}\n```"
+    return f"{_describe_time(found, shown.number)}\n\n```text\n{pose}\n```"
 
 
 def _name_files(findings: Iterable[Finding]) -> tuple[Finding, ...]:

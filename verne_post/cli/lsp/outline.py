@@ -13,7 +13,7 @@ from verne_post.base.long_text import Text
 from verne_post.base.program_lines import remove_remarks
 from verne_post.config.subprograms import list_callable_files
 from verne_post.gcode.dialects import choose_dialect_name
-from verne_post.gcode.remarks import BLOCK_NUMBER, list_heads
+from verne_post.gcode.remarks import BLOCK_NUMBER, find_tool_remarks, list_heads
 from verne_post.gcode.siemens.vocabulary import CYCLES, has_meaning
 from verne_post.model.findings import UsageError
 
@@ -111,6 +111,7 @@ class Outline:
         self.lines = lines
         self.dialect = choose_dialect_name(dialect, source, name)
         self.words = _WORDS[self.dialect]
+        self.remarks = find_tool_remarks(source)
 
     def _list_subprograms(self) -> list[Named]:
         """Where subprograms begin; label 0 of Klartext ends one."""
@@ -138,12 +139,20 @@ class Outline:
         for (change, name), begin, end in zip(tools, begins, [*begins[1:], last + 1], strict=False):
             inside = [one for one in operations if begin <= one.range.start.line < end]
             operations = [one for one in operations if not begin <= one.range.start.line < end]
-            found.append(self._make_symbol(f"tool {name}", lsp.SymbolKind.Class, begin, end - 1, inside, change))
+            about = self._find_remark(change) or self.remarks.get(name.lstrip("0"), "")
+            shown = f"tool {name} ({about})" if about else f"tool {name}"
+            found.append(self._make_symbol(shown, lsp.SymbolKind.Class, begin, end - 1, inside, change))
         stops = [one.line for one in find_names(self.words.end, self.lines)]
         for one in self._list_subprograms():
             end = next((line for line in stops if line > one.line), last)
             found.append(self._make_symbol(one.name, lsp.SymbolKind.Function, one.line, end))
         return sorted([*operations, *found], key=lambda one: one.range.start.line)
+
+    def _find_remark(self, line: int) -> str:
+        """The remark behind the words of a line."""
+        written = self.lines[line]
+        code = remove_remarks(written, self.dialect if self.dialect in ("siemens", "heidenhain", "aptcl") else "")
+        return written[len(code.rstrip()) :].strip(" \t();$")
 
     def _list_operations(self, changes: Set[int]) -> Iterator[lsp.DocumentSymbol]:
         """What follows each remark that heads an operation."""

@@ -10,7 +10,7 @@ from pygls.uris import from_fs_path
 
 from verne_post.app.python_names import PLACE, replace_options
 from verne_post.base.printable import quote_key
-from verne_post.base.program_lines import find_word
+from verne_post.base.program_lines import find_word, find_word_of
 from verne_post.base.suggestions import find_correction
 from verne_post.config.program_setup import FILE_KEYS, list_setup_options
 from verne_post.config.toml_entries import find_place
@@ -28,7 +28,7 @@ _SEVERITY: Final[dict[Severity, lsp.DiagnosticSeverity]] = {
 #: Findings whose message begins with a file and its key.
 _ABOUT_FILES: Final = ("VP022", "VP501", "VP503", "VP504")
 #: A word from its column on: a name in quotes, letters and a number, a name, or one character.
-_WORD: Final = re.compile(r"\"[^\"]*\"|[A-Za-z_]+[ \t]*=?[ \t]*[-+]?[\d.]*|[-+]?[\d.]+|.")
+_WORD: Final = re.compile(r"\"[^\"]*\"|[A-Za-z_]+(?:[ \t]*=?[ \t]*[-+]?[\d.]+)?|[-+]?[\d.]+|.")
 
 
 def split_lines(text: str) -> list[str]:
@@ -80,12 +80,19 @@ def find_range(item: Finding, lines: Sequence[str]) -> lsp.Range:
         correction = find_correction(item.message)
         if correction is not None and line.startswith(correction[0], begin):
             end = begin + len(correction[0])
-    elif item.axis is not None and len(item.axis) == 1 and (word := find_word(line, item.axis)):
+    elif word := _find_own_word(item, line, at):
         begin, end = word.span()
     elif item.code in _ABOUT_FILES:
         place = find_place("\n".join(lines), cut_file(item.message))
         begin, end = place[1:] if place is not None and place[0] == at else (begin, end)
     return lsp.Range(lsp.Position(at - 1, begin), lsp.Position(at - 1, max(begin, end)))
+
+
+def _find_own_word(item: Finding, line: str, at: int) -> re.Match[str] | None:
+    """The word of a finding without a column in its line ``at``: of its axis, or the one that an edit is about."""
+    word = find_word(line, item.axis) if item.axis is not None and len(item.axis) == 1 else None
+    own = (find_word_of(line, *one.word) for one in item.edits if one.line == at and one.word[0])
+    return word or next((one for one in own if one is not None), None)
 
 
 def make_diagnostic(

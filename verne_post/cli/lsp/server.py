@@ -23,6 +23,7 @@ from pygls.uris import from_fs_path, to_fs_path
 from pygls.workspace import TextDocument
 
 from verne_post import __version__
+from verne_post.cli.lsp.addresses import list_tools
 from verne_post.cli.lsp.completion import complete_key, complete_word, make_item
 from verne_post.cli.lsp.fixes import Fix, find_file_fixes, find_fixes
 from verne_post.cli.lsp.inspector import Inspected, Inspector, SupersededError
@@ -30,6 +31,7 @@ from verne_post.cli.lsp.places import find_range, make_diagnostic, split_lines
 from verne_post.cli.programs import is_setup
 from verne_post.config.toml_entries import find_place
 from verne_post.model.findings import Finding
+from verne_post.model.options import Options
 from verne_post.output.causes import find_causes
 
 _Answer = TypeVar("_Answer")
@@ -78,6 +80,7 @@ class Session:
         self.shown: dict[str, list[lsp.Diagnostic]] = {}  #: In files that are no programs.
         #: Files that programs read, and that are open, with what ends the check of each.
         self.open_files: dict[str, threading.Event] = {}
+        self.options: dict[str, Options] = {}  #: Those of the last check of each program that could read its set-up.
         #: What the newest check of each program, or of an open file, has found in other files.
         self.mistakes: dict[str, tuple[Finding, ...]] = {}
 
@@ -150,6 +153,8 @@ class Session:
             return None
         if superseded.is_set():
             return None
+        if found.options is not None:
+            self.options[uri] = found.options
         # an error of a file refuses the program: an editor that shows the program alone says so, too
         own = [item for item in found.findings if item.file is None or item.severity == "error"]
         self._send_diagnostics(uri, self._make_diagnostics(uri, own, found.text), version)
@@ -382,7 +387,8 @@ class Session:
             found = complete_key(path, text, place.line, place.character)
         else:
             dialect = self.inspector.find_dialect(path, text)
-            found = complete_word(lines[place.line], place.character, dialect)
+            tools = list_tools(self.options[uri], dialect) if uri in self.options else {}
+            found = complete_word(lines[place.line], place.character, dialect, tools)
         return [
             make_item(
                 one,
