@@ -210,10 +210,16 @@ SPATIAL = "PLANE SPATIAL SPA+25 SPB+0 SPC+0 TURN FMAX SEQ-"
         ("fanuc", PLANE[:-6], DRILL, "G69\n", ("VP017", "error", "G81 Z1. R3. F200."), "write G53.1"),
         ("fanuc", PLANE, DRILL, "G69\n", None, ""),
         ("siemens", SWIVEL[:-3] + "0)", "", "CYCLE800()\n", ("VP042", "warning", "G1 Z-2 F400"), "give CYCLE800"),
-        ("heidenhain", SPATIAL.replace("TURN FMAX", "STAY"), "", "PLANE RESET STAY\n",
-         ("VP017", "error", "L X-30 Y-20 FMAX M8"), "write MOVE or TURN in place of STAY"),
+        (
+            "heidenhain",
+            SPATIAL.replace("TURN FMAX", "STAY"),
+            "",
+            "PLANE RESET STAY\n",
+            ("VP017", "error", "L X-30 Y-20 FMAX M8"),
+            "write MOVE or TURN in place of STAY",
+        ),
     ],
-)  # fmt: skip
+)
 def test_a_plane_that_is_not_ended_or_to_which_nothing_turns(dialect, plane, last, end, expected, said):
     """The plane is programmed before the first tool cuts, and ended after it."""
     calls, program, cuts = TWO_TOOLS[dialect]

@@ -90,3 +90,59 @@ def test_one_wrong_word_is_named(tmp_path: Path, run: Callable[..., Any], line: 
     # another line is wrong by itself: no word alone helps
     path.write_text(text.replace("X30", "Z20\nG0 X30\nZ720\nZ20"))
     assert "ends at" not in run("check", path, *words).out
+
+
+#: X, and Z in another line, put the tool where the program starts; the line after these moves first.
+STARTS = {
+    "start.ngc": ("G21 G17 G90 G94", "G0 A0 C0", "G0 X{} Y0", "G43 H1 Z{}", "G1 Z10 F600", "X{}", "G0 Z60", "M2"),
+    "start.nc": (
+        "%",
+        "O1",
+        "G21 G17 G90 G94",
+        "G0 A0. C0.",
+        "G0 X{}. Y0.",
+        "G43 H1 Z{}.",
+        "G1 Z10. F600.",
+        "X{}.",
+        "G0 Z60.",
+        "M30",
+        "%",
+    ),
+    "start.mpf": (
+        "G710 G90 G17 G94 T1 D1 M6",
+        "G0 A0 C0",
+        "G0 X{} Y0",
+        "G0 Z{}",
+        "G1 Z10 F600",
+        "X{}",
+        "G0 Z60",
+        "M30",
+    ),
+    "start.h": (
+        "BEGIN PGM A MM",
+        "TOOL CALL 1 Z S1000",
+        "L A+0 C+0 FMAX",
+        "L X{:+d} Y+0 FMAX",
+        "L Z{:+d} FMAX",
+        "L Z+10 F600",
+        "L X{:+d}",
+        "L Z+60 FMAX",
+        "M30",
+        "END PGM A MM",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", STARTS)
+@pytest.mark.parametrize(("x", "z", "letter"), [(-750, 50, "X"), (0, 1500, "Z"), (0, 50, "")])
+def test_a_place_outside_at_which_the_program_starts(tmp_path: Path, name: str, x: int, z: int, letter: str) -> None:
+    """The first motion was blamed: the line with the wrong word moves nothing."""
+    values = iter((x, z, x + 50))
+    lines = [line.format(next(values)) if "{" in line else line for line in STARTS[name]]
+    path = tmp_path / name
+    path.write_text("\n".join(lines) + "\n")
+    options = vp.Options(tool_length=80.0, wcs={1: vp.WorkOffset((0.0, 0.0, 60.0))})
+    errors = [item for item in vp.check(path, "verne", options).findings if item.severity == "error"]
+    number = next((at for at, line in enumerate(lines, 1) if letter and f"{letter}{{" in STARTS[name][at - 1]), None)
+    assert bool(errors) == bool(letter)
+    assert min((item.line or 0 for item in errors), default=None) == number

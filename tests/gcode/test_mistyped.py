@@ -137,6 +137,8 @@ def test_cycles_of_two_digits_are_not_taken_for_each_other(run: Callable[..., An
         ("p.h", "TOLO CALL 1", "TOLO", "TOOL", "VP002"),
         ("p.h", "TOOL CLAL 1", "CLAL", "CALL", "VP002"),
         ("p.apt", "RAPDI", "RAPDI", "RAPID", "VP002"),
+        ("p.mpf", "G3 X10 Y10 CR10", "CR10", "CR=10", "VP002"),
+        ("p.mpf", "_ORI_FINSH\nM30\n%_N__ORI_FINISH_SPF\nRET", "_ORI_FINSH", "_ORI_FINISH", "VP002"),
     ],
 )
 def test_a_misspelt_word(
@@ -147,6 +149,45 @@ def test_a_misspelt_word(
     (found,) = find_errors(run, tmp_path, name, line)
     before, at = line[: line.index(written)], PROGRAMS[name][1]
     assert found == f"{at + before.count(chr(10))}:{len(before) - before.rfind(chr(10))}: {text}"
+
+
+DRILLING = "CYCL DEF 200 DRILLING ~\nQ20=2 ~\nQ201=-10 ~\nQ206=250 ~\nQ202=5 ~\nQ210=0 ~\nQ203=0 ~\nQ204=50 ~\nQ211=0"
+
+
+@pytest.mark.parametrize(
+    ("name", "lines", "text"),
+    [
+        ("p.h", "L X+5 M218", '"ignore" or "event"; did you mean M128? (column 7)'),
+        ("p.h", DRILLING, "6: VP006 error: Q20: CYCL DEF 200 has no such parameter; did you mean Q200? (column 1)"),
+        ("p.h", "PLANE SPATIAL SPA+0 SPB+0 SPD+0 STAY", "SPD: no word of PLANE SPATIAL; did you mean SPC? (column 27)"),
+        (
+            "p.nc",
+            "G8l Z40. R50. F200.\nG80",
+            "7: VP001 error: G8l: the letter l in a number; did you mean G81? (column 1)",
+        ),
+        ("p.ngc", "G98 G8l Z40 R50 F200\nG80", "G8l: the letter l in a number; did you mean G81? (column 5)"),
+        ("p.ngc", "G1 Xl0", "Xl0: the letter l in a number; did you mean X10? (column 4)"),
+        # no meaning that hides a motion is offered
+        (
+            "p.mpf",
+            "FANCY X10",
+            "FANCY: no meaning in this language beside other words of a block; post the program without",
+        ),
+        ("p.mpf", "FANCY", "; if it moves no axis, [remap] of the set-up"),
+        (
+            "p.nc",
+            "G53.2 X1.",
+            "G53.2 is not a code of this language, and its block names axes; post the program without",
+        ),
+        ("p.nc", "G53.2", 'can give it a meaning: "G53.2" = "ignore"'),
+    ],
+)
+def test_what_is_proposed_for_an_unknown_word(
+    run: Callable[..., Any], tmp_path: Path, name: str, lines: str, text: str
+) -> None:
+    """One finding, which never offers to ignore what may move the axes."""
+    (found,) = find_errors(run, tmp_path, name, lines)
+    assert text in found
 
 
 def test_the_first_statement_of_klartext(run: Callable[..., Any], tmp_path: Path) -> None:

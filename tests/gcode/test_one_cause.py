@@ -61,6 +61,23 @@ def test_a_siemens_block_that_lacks_a_tool_or_f_is_one_finding(machine, program,
     assert all("G43" not in item.message for item in findings)
 
 
+@pytest.mark.parametrize("call", ["", ","])
+def test_what_follows_from_a_comma_too_many_is_not_told(machine, call):
+    """_DIR is then taken for _FR_I; the table, which CYCLE800 was to turn, turns later with axes that nobody names."""
+    cycle = f'CYCLE800(0,"",0,57,0,10,5,25,0,0{call},0,0,0,-1)'
+    tool = "T{} D1 M6\nS900 M3\nG0 A0 C0\nX0 Y0\n"
+    program = (
+        f"G17 G90 G94 G710 G54\n{tool.format(1)}Z80\n{cycle}\nG1 X5 F100\nCYCLE800()\n{tool.format(2)}G1 X5\nM30\n"
+    )
+    tools = read_tool_table("T1 P1 Z50 D6\nT2 P2 Z90 D6\n", "t.tbl")
+    options = Options(dialect="siemens", tools=tools, wcs={"G54": (0, 0, 0)}, split_at_stops=True)
+    found = [(item.code, item.line) for item in check(program.encode(), machine, options).findings]
+    if call:
+        assert found == [("VP007", 7)]
+    else:
+        assert ("VP046", 12) in found
+
+
 def test_tools_that_the_table_lacks_are_one_finding_with_their_numbers(machine):
     table = read_tool_table("T1 P1 Z50 D6\n", "t.tbl")
     program = "T7 M6\nG43\nG41\nG40\nG43 H8\nG43 H8"

@@ -527,6 +527,8 @@ def test_names_of_the_builder_mean_what_the_set_up_says(view):
     for name, said in (("KX_CLAMP", "no meaning"), ("L6", "no meaning"), ("TRAOOF", "did you mean TRAFOOF?")):
         (item,) = view(f"{name}\nM30", dialect="siemens")[1]
         assert (item.code, item.line, item.settled_by, said in item.message) == ("VP002", 1, (("remap", name),), True)
+    (item,) = view("CYCEL832(0.01)\nM30", dialect="siemens")[1]  # a cycle is not ignored
+    assert (item.settled_by, "did you mean CYCLE832?" in item.message) == ((), True)
     found = view("MCALL KX_CLAMP(1)\nX5\nM30", dialect="siemens", remap=named)[1]
     assert [(item.code, item.line, "takes one call" in item.message) for item in found] == [("VP001", 1, True)]
 

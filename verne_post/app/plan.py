@@ -77,9 +77,10 @@ def _try_remedies(source: Text, program: Program) -> Iterator[None]:
     try:
         yield
     except InputError as error:
-        from verne_post.app.tried_remedies import add_remedies  # for refused programs alone
+        from verne_post.app.start_lines import quote_start  # for refused programs alone
+        from verne_post.app.tried_remedies import add_remedies
 
-        raise InputError(*add_remedies(source, program, error.findings)) from None
+        raise InputError(*quote_start(source, program, add_remedies(source, program, error.findings))) from None
 
 
 def check_limits(program: Program, progress: Progress | None = None) -> tuple[JointBounds, list[Finding]]:

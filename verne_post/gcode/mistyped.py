@@ -21,6 +21,10 @@ _LETTER_O: Final = re.compile(
 _COMMA: Final = re.compile(
     r"(?<![A-Z\d.,])((?:[A-Z]{1,2}\d*[ \t]*=|[A-Z]{1,2})[ \t]*|)([-+]?\d+,\d+)(?![\d.,(])", re.IGNORECASE
 )
+#: A small L for 1: at the end of a number, where as an address it would have none, or at its beginning.
+_LETTER_L: Final = re.compile(
+    r"(?<![A-Za-z_])([A-Z][ \t]*)((?:[-+]?\d+l(?![ \t]*[-+.\d#\[=])|[-+]?l[.\d]+)(?![A-Za-z_]))"
+)
 #: A letter twice before a number.
 _TWICE: Final = re.compile(r"(?<![A-Z\d_])([A-Z])\1([-+]?(?:\d+\.?\d*|\.\d+))(?![\w.])", re.IGNORECASE)
 #: Characters of such a word, so that long lines of digits take no time.
@@ -100,6 +104,9 @@ def _find_number(line: str, column: int) -> tuple[str, int, str, str] | None:
             if match.start() <= at <= match.end() and (pattern is _COMMA or _is_number(match, line)):
                 number = match[2].translate(_MEANT_CHARACTERS)
                 return _report(match, f"{what} in a number", "".join(match[1].split()) + number)
+    for match in _LETTER_L.finditer(line, max(at - _LONGEST, 0), at + _LONGEST):
+        if match.start() <= at <= match.end() + len(line[match.end() :]) - len(line[match.end() :].lstrip()):
+            return _report(match, "the letter l in a number", "".join(match[1].split()) + match[2].replace("l", "1"))
     for match in _TWICE.finditer(line, max(at - 1, 0), at + _LONGEST):
         if match.start() <= at <= match.start() + 1:
             return _report(match, "the letter is there twice", match[1] + match[2])

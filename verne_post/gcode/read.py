@@ -1,5 +1,6 @@
 """A whole program -> Moves: its dialect, every error, and where it starts."""
 
+import math
 from contextlib import suppress
 from dataclasses import replace
 from typing import Final
@@ -66,9 +67,15 @@ def interpret_program(source: Text, setup: Setup) -> Moves:
         execution.recorder.warnings[finding.line or 0, finding.code] = finding
     if execution.errors:
         # an error of the same line explains them: where a letter stands in a number, the point is not what is missing
-        wrong, codes = {item.line for item in execution.errors}, ("VP038", "VP041", "VP046")
-        recorded_warnings = execution.recorder.warnings.values()
-        warnings = [one for one in recorded_warnings if one.line not in wrong or one.code not in codes]
+        wrong, codes = {item.line for item in execution.errors}, ("VP038", "VP041")
+        first = min(
+            (line for line in wrong if line), default=math.inf
+        )  # after it the axes are not where the program has them
+        warnings = [
+            one
+            for one in execution.recorder.warnings.values()
+            if not (one.line in wrong and one.code in codes) and not (one.code == "VP046" and (one.line or 0) >= first)
+        ]
         every = [*execution.errors, *warnings]
         raise _make_refusal(source, every, dialect, execution, setup)
     return execution.recorder.freeze(start, start_frame, Parameters(setup, state).list_persistent())

@@ -176,9 +176,8 @@ def _describe_places(findings: Sequence[Finding]) -> str:
 
 
 def _name_quantity(item: Finding) -> str:
-    """What is beyond its limit: a joint, or what a message says of it, as the drop of its rod; else the code."""
-    found = re.match(r"(.+ \(\w+\)) [-+]?\d", item.message)
-    return found[1] if found and item.axis else item.axis or item.code
+    """What is beyond its limit: a quantity of a joint, as the drop of its rod, or the joint itself; else the code."""
+    return item.quantity or item.axis or item.code
 
 
 def describe_other(item: Finding) -> str:

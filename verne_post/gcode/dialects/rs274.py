@@ -66,8 +66,8 @@ class Mach3(Rs274):
     ends_with_text: ClassVar[bool] = True
     end_alone: ClassVar[bool] = True
 
-    def _read_g_code(self, number: float, column: int) -> int:
-        code = super()._read_g_code(number, column)
+    def _read_g_code(self, number: float, column: int, *, moves: bool) -> int:
+        code = super()._read_g_code(number, column, moves=moves)
         return _UNITS.get(code, code)
 
 

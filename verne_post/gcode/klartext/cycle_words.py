@@ -1,6 +1,7 @@
 """Definitions of cycles: CYCL DEF lines -> numbers, and which Q parameters each machining cycle needs."""
 
 import re
+from collections.abc import Iterable
 from typing import Final
 
 from msgspec import Struct
@@ -122,15 +123,32 @@ def find_parameter(statement: Statement, number: int) -> int | None:
     return None if found is None else found.start(1)
 
 
+def find_with_digit(number: int, missing: Iterable[int]) -> int | None:
+    """The one parameter that is missing and has one digit more or less, or two in another order; None without one."""
+    digits = str(number)
+
+    def is_near(name: str) -> bool:
+        shorter, longer = sorted((digits, name), key=len)
+        if len(longer) == len(shorter):
+            return sorted(shorter) == sorted(longer)
+        return any(longer[:at] + longer[at + 1 :] == shorter for at in range(len(longer)))
+
+    found = [one for one in missing if is_near(str(one))]
+    return found[0] if len(found) == 1 else None
+
+
 def complete(
     statement: Statement, number: int, given: dict[int, float], needs: tuple[int, ...], defaults: dict[int, float]
 ) -> dict[int, float]:
     """The parameters of a cycle, with defaults; refuses missing ones and those that it does not have."""
     for name in given:
         if name not in needs and name not in defaults:
+            near = find_with_digit(name, (one for one in needs if one not in given))
             raise statement.error(
                 "VP006",
-                f"CYCL DEF {number}: Q{name} is not a parameter that is executed here",
+                f"Q{name}: CYCL DEF {number} has no such parameter; did you mean Q{near}?"
+                if near
+                else f"CYCL DEF {number}: Q{name} is not a parameter that is executed here",
                 find_parameter(statement, name),
             )
     for name in needs:

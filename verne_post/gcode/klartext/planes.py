@@ -32,6 +32,9 @@ _WORD: Final = re.compile(
     rf"|I?[ABC]|F)[ \t]*(?P<value>{VALUE}))"
 )
 _KIND: Final = re.compile(rf"[ \t]*({'|'.join(PLANES)}|RELATIVE|PROJECTED)(?![A-Z])")
+#: The angles of a plane that must all be given.
+_NEEDS: Final = {"SPATIAL": ("SPA", "SPB", "SPC"), "EULER": ("EULPR", "EULNU", "EULROT")}
+_LETTERS: Final = re.compile(r"[ \t]*([A-Z]+)")
 #: What stands in place of it.
 _FIRST: Final = re.compile(r"[ \t]*([^\s+\-=]+)")
 
@@ -130,9 +133,12 @@ class KlartextPlanes:
         while at < len(text):
             match = _WORD.match(text, at)
             if match is None:
-                raise statement.error(
-                    "VP001", f"{text[at:].strip()[:15]!r} is not a word of PLANE {words.kind}", at + 1
-                )
+                word = _LETTERS.match(text, at)
+                message = f"{text[at:].split()[0][:15]!r} is not a word of PLANE {words.kind}"
+                missing = [name for name in _NEEDS.get(words.kind, ()) if name not in words.values]
+                if word is not None and len(missing) == 1 and word[1][:-1] == missing[0][:-1]:
+                    message = f"{word[1]}: no word of PLANE {words.kind}; did you mean {missing[0]}?"
+                raise statement.error("VP001", message, len(text[:at]) + len(text[at:]) - len(text[at:].lstrip()))
             if match.group("flag"):
                 flag = " ".join(match.group("flag").split())
                 words.flags.append(
@@ -159,9 +165,9 @@ class KlartextPlanes:
         if kind == "RESET":
             return None, None
         if kind == "SPATIAL":
-            tilt = transformations.build_spatial_plane(*words.read_triple(statement, "SPA", "SPB", "SPC"))
+            tilt = transformations.build_spatial_plane(*words.read_triple(statement, *_NEEDS[kind]))
         elif kind == "EULER":
-            tilt = transformations.build_euler_plane(*words.read_triple(statement, "EULPR", "EULNU", "EULROT"))
+            tilt = transformations.build_euler_plane(*words.read_triple(statement, *_NEEDS[kind]))
         elif kind == "VECTOR":
             tilt = transformations.turn_to_vectors(
                 words.read_triple(statement, "BX", "BY", "BZ"), words.read_triple(statement, "NX", "NY", "NZ")

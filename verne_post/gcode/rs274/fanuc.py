@@ -372,9 +372,9 @@ class FanucInterpreter(Rs274):
         if self.modes.macro is not None or codes & {650, 660}:
             self.call = find_macro_call(block, codes, self.modes, self.setup.axes) or self.call
 
-    def _read_g_code(self, number: float, column: int) -> int:
+    def _read_g_code(self, number: float, column: int, *, moves: bool) -> int:
         """The code of a G word; twins of one code are that code."""
-        code = super()._read_g_code(number, column)
+        code = super()._read_g_code(number, column, moves=moves)
         return TWINS.get(code, code)
 
     def _choose_motion(self, block: Block, g: dict[str, int], axes: list[str]) -> int | None:

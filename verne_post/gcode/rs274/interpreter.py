@@ -460,7 +460,7 @@ class Rs274(Language):
                     raise ProgramError("VP002", f"{name}{HAS_MEANING}; take it out of [remap]", column)
                 continue
             if letter == "G":
-                code = self._read_g_code(number, column)
+                code = self._read_g_code(number, column, moves=any(axis in block.words for axis in AXES))
                 group = self.table.group_of_g[code]
                 if group in g:
                     raise ProgramError(
@@ -479,7 +479,8 @@ class Rs274(Language):
             raise ProgramError("VP003", f"more than {_MAX_M_CODES} M codes in one block")
         return g, m
 
-    def _read_g_code(self, number: float, column: int) -> int:
+    def _read_g_code(self, number: float, column: int, *, moves: bool) -> int:
+        """The G code of a number, times ten; ``moves``: its block names axes, which nobody may ignore."""
         code = round(number * 10)
         is_code = abs(number * 10 - code) <= 10 * WHOLE_NUMBER and number >= 0
         if is_code and code in self.table.refused_g:
@@ -488,7 +489,10 @@ class Rs274(Language):
             name = spell_g_code(code) if is_code else f"G{number:g}"
             text = f"{name} is not a code"
             if is_code:
-                text += f" of this language; {describe_remap(name)}"
+                text += " of this language"
+                text += (
+                    ", and its block names axes; post the program without it" if moves else f"; {describe_remap(name)}"
+                )
             known_codes = map(spell_g_code, self.table.group_of_g)
             raise ProgramError("VP002", explain_unknown(text, name, known_codes), column)
         return code

@@ -81,6 +81,11 @@ class Library:
         self.setup, self.main = setup, main
         self._files: dict[str, SiemensText] = {}
 
+    def list_names(self) -> list[str]:
+        """The names of the subprograms in the program and in files."""
+        files = (key.rpartition(".")[0].upper() for key in self.setup.subroutines)
+        return [*(section.name for section in self.main.sections), *files]
+
     def find(self, name: str, text: SiemensText) -> Section | None:
         """The subprogram of a name; None where there is none."""
         for place in (text, self.main):

@@ -40,6 +40,7 @@ class Flow:
         self.executor, self.is_contour = executor, is_contour
         self.library = Library(executor.setup, main)
         executor.words.is_subprogram = self.is_subprogram
+        executor.words.list_subprograms = self.library.list_names
         self.calls = CallStack(main, main.main.first, Frame(main.main))
         self.has_ended = False
         self.repeats = Repeats(executor.setup.max_repeats)

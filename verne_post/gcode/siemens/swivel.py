@@ -94,11 +94,12 @@ class Swivel:
         """_FR: 1 and 4 lift Z, 2 lifts Z, then moves X and Y, to the home position; 5 goes back along the tool."""
         kind, to = given.read_whole("_FR"), self.to
         way = given.number("_FR_I") * to.modes.length
+        if way < 0:
+            text = f"_FR_I {way:g}: a retract is not negative; if that is _DIR, a comma before it is too many"
+            raise given.error("VP007", text, "_FR_I")
         if kind == 0:
             return
         if kind == 5:
-            if way < 0:
-                raise given.error("VP007", f"_FR_I {way:g}: a retract is not negative", "_FR_I")
             to.core.require_known(block, [0, 1, 2], "CYCLE800 with _FR 5")
             axis = to.setup.coordinates.find_tool_axis(to.state.position, to.state.frame)
             tool = np.array([0.0, 0.0, 1.0]) if axis is None else np.asarray(axis)

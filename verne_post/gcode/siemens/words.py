@@ -1,7 +1,7 @@
 """A block of a Siemens program -> its words: addresses with values, G functions, calls; variables are set here."""
 
 import re
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Iterable
 from typing import Final
 
 from msgspec import Struct, field
@@ -138,6 +138,7 @@ class WordReader:
 
     def __init__(self, variables: Variables, is_subprogram: Callable[[str], bool], user_names: Collection[str]) -> None:
         self.variables, self.is_subprogram, self.user_names = variables, is_subprogram, user_names
+        self.list_subprograms: Callable[[], Iterable[str]] = tuple  #: Their names; the flow of a program sets it.
 
     def read(self, cursor: Cursor, line: int) -> Words:
         """Read the rest of a line.
@@ -240,7 +241,7 @@ class WordReader:
             elif self.is_subprogram(name):
                 words.calls.append(Call(name, None, at + 1))
             else:
-                raise _make_unknown_call(name, at + 1)
+                raise self._make_unknown_call(name, cursor, words, at)
         elif letter == "M":
             words.m.append((number, at + 1))
         elif (why := explain_refusal(name)) is not None:
@@ -306,7 +307,7 @@ class WordReader:
         elif name in CYCLES or self.is_subprogram(name):
             words.calls.append(Call(name, arguments, at + 1))
         else:
-            raise self._make_unknown_error(name, cursor, at, is_call=True)
+            raise self._make_unknown_error(name, cursor, at, words)
 
     # --- a name alone, or letters with numbers ----------------------------------------------------------
 
@@ -333,7 +334,7 @@ class WordReader:
         elif name in CYCLES:
             words.calls.append(Call(name, None, at + 1))
         else:
-            raise self._make_unknown_error(name, cursor, at, is_call=_SUBPROGRAM.match(name) is not None)
+            raise self._make_unknown_error(name, cursor, at, words if _SUBPROGRAM.match(name) else None)
 
     def _read_letter(self, cursor: Cursor, words: Words) -> None:
         """A letter and a number; another word may follow without a blank."""
@@ -357,8 +358,13 @@ class WordReader:
         assert value is not None
         self._add(words, Word(letter, sign * value, at + 1), cursor, at)
 
-    @staticmethod
-    def _make_unknown_error(name: str, cursor: Cursor, at: int, *, is_call: bool = False) -> ProgramError:
+    def _make_unknown_call(self, name: str, cursor: Cursor, words: Words, at: int) -> ProgramError:
+        own_names = [*self.list_subprograms(), *self.user_names]
+        is_alone = not (words.words or words.groups or words.m or _WORD_AFTER.match(cursor.text, cursor.at))
+        return _make_unknown_call(name, at + 1, own_names, is_alone=is_alone)
+
+    def _make_unknown_error(self, name: str, cursor: Cursor, at: int, calls: Words | None = None) -> ProgramError:
+        """Why a name is not executed; ``calls``: the words before it, of a name that would be a subprogram."""
         if name in FRAME_FUNCTIONS:
             return cursor.error("VP001", f"{name}() is the value of a frame; write $P_PFRAME={name}(...)", at)
         why = explain_refusal(name)
@@ -368,19 +374,38 @@ class WordReader:
             return cursor.error("VP001", f"{name} must be the first word of its block", at)
         if name in (*ADDRESSES, *GROUP_OF, *CYCLES):
             return cursor.error("VP001", f"{name}: expected '=' or a number after it", at)
-        if not is_call or CODE.fullmatch(name) is None:
+        if calls is None or CODE.fullmatch(name) is None:
             return cursor.error("VP002", f"{name}: no meaning in this language, and no file {name}.SPF {_WHERE}", at)
-        return _make_unknown_call(name, at + 1)
+        return self._make_unknown_call(name, cursor, calls, at)
 
 
-def _make_unknown_call(name: str, column: int) -> ProgramError:
-    """Refuse (VP002) a name that is no word and no subprogram; all of a program are one finding, but misspelt ones."""
-    text = f"{name}: no meaning in this language, and no file of that name (.SPF) {_WHERE}; {REMAP_GIVES}"
-    message = explain_unknown(text, name, GROUP_OF, CYCLES, STATEMENTS, NO_EFFECT)
+def _make_unknown_call(name: str, column: int, own_names: Iterable[str], *, is_alone: bool) -> ProgramError:
+    """Refuse (VP002) a name that is no word and no subprogram; all of a program are one finding, but misspelt ones.
+
+    ``own_names`` are those of the program. Beside other words, ``not is_alone``, a name calls nothing: what it means
+    for their motion nobody can ignore.
+    """
+    address = _ADDRESS.fullmatch(name)
+    if address is not None and address[1] in ADDRESSES:
+        return ProgramError(
+            "VP002", f"{name}: no meaning in this language; did you mean {address[1]}={address[2]}?", column
+        )
+    if not is_alone:
+        text = f"{name}: no meaning in this language beside other words of a block; post the program without it"
+        message = explain_unknown(text, name, own_names, GROUP_OF, NO_EFFECT)
+        return ProgramError("VP002", message, column)
+    text = f"{name}: no meaning in this language, and no file of that name (.SPF) {_WHERE}; if it moves no axis, "
+    text += REMAP_GIVES
+    message = explain_unknown(text, name, own_names, GROUP_OF, CYCLES, STATEMENTS, NO_EFFECT)
     about = name if message == text else None
-    return ProgramError("VP002", message, column, about=about, settled_by=("remap", name))
+    is_cycle = about is None and explain_unknown("", name, CYCLES) != ""  # which moves axes, as nobody may ignore
+    return ProgramError("VP002", message, column, about=about, settled_by=() if is_cycle else ("remap", name))
 
 
+#: A word of letters and a number, or with =, after a name.
+_WORD_AFTER: Final = re.compile(r"[ \t]*(?!P[ \t]*=?[ \t]*\d)[A-Z][A-Z0-9]*[ \t]*[-+=.0-9]", re.IGNORECASE)
+#: A name of several letters and a number, as CR10 in place of CR=10.
+_ADDRESS: Final = re.compile(r"([A-Z]{2,})(\d+)")
 _WHOLE: Final = 1e-4
 
 

@@ -145,6 +145,7 @@ def report_limit(contour: Contour, check: Check, worst: Worst, cause: Ints | Non
                     value=value,
                     limit=bound,
                     unit=check.unit,
+                    quantity=what if check.axis and what.endswith(f"({check.axis})") else "",
                 )
             )
     return findings

@@ -1,0 +1,57 @@
+"""Errors of the pose at which a program starts, at the line that names it: no motion leads there."""
+
+import dataclasses
+from collections.abc import Sequence
+from typing import Final
+
+import numpy as np
+
+from verne_post.app.assemble import Program
+from verne_post.base.arrays import Array
+from verne_post.base.long_text import Text, take_line
+from verne_post.base.program_lines import find_word
+from verne_post.base.tolerances import LIMIT_SLACK, LIMIT_SLACK_MM
+from verne_post.model.findings import Finding
+from verne_post.model.verdict import Family, find_family
+
+#: Another height, mm, may make the start legal: then Z is what is wrong with it, else X or Y.
+_HEIGHTS: Final = tuple(float(step) for step in range(-2000, 2001, 25))
+#: So many lines before the first motion are looked at.
+_OPENING: Final = 200
+
+
+def quote_start(source: Text, program: Program, findings: Sequence[Finding]) -> list[Finding]:
+    """The findings, of which those that begin where the program starts have the line that names this place.
+
+    The first naming of an axis says where it stands from the beginning, so its line moves nothing, and the first motion
+    would be blamed. A program that is restarted elsewhere keeps its lines.
+    """
+    path, moves = program.path, program.moves
+    first = int(path.moves_with_length[0])
+    line = int(moves.line[first])
+    if program.options.from_line is not None or not any(_is_at(item, line) for item in findings):
+        return list(findings)
+    begin = int(np.flatnonzero(path.move[: path.move.searchsorted(first) + 1] == first)[0])
+    tip, angles, length = path.start[begin, :3], path.start[begin, 3:], float(path.tool_length[begin])
+    if _are_legal(program, tip[None], angles, length).any():
+        return list(findings)
+    heights = tip + np.outer(_HEIGHTS, (0.0, 0.0, 1.0))
+    letters = "Z" if _are_legal(program, heights, angles, length).any() else "XY"
+    for number in dict.fromkeys(moves.line[: min(first, _OPENING)].tolist()):
+        text = (take_line(source, number) or b"").decode("utf-8", errors="replace")
+        if number < line and any(find_word(text, letter) is not None for letter in letters):
+            return [dataclasses.replace(item, line=number) if _is_at(item, line) else item for item in findings]
+    return list(findings)
+
+
+def _is_at(item: Finding, line: int) -> bool:
+    return item.line == line and item.severity == "error" and find_family(item.code) == Family.POSITION
+
+
+def _are_legal(program: Program, tip: Array, angles: Array, length: float) -> Array:
+    """Which poses (n,) are within reach and travel."""
+    machine = program.machine
+    q, _platform, ok = machine.five_axis.solve(tip, np.broadcast_to(angles, (len(tip), 2)), length)
+    slack = np.array([LIMIT_SLACK_MM if column.unit == "mm" else LIMIT_SLACK for column in machine.columns])
+    within = (q >= machine.limits.lower - slack) & (q <= machine.limits.upper + slack)
+    return np.asarray(ok & within.all(axis=-1))
