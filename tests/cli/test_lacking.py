@@ -33,7 +33,7 @@ def test_a_tool_that_is_only_selected(
     assert answer.code == 0, answer.out
     assert answer.out.count("VP041") == (line is not None)
     if line is not None:
-        assert f"p.ngc:{line}: VP041 warning: T only selects tool 2, and no M6 loads it: line 5 cuts" in answer.out
+        assert f"p.ngc:{line}: VP041 warning: T2 only selects the tool, and no M6 loads it: line 5 cuts" in answer.out
 
 
 @pytest.mark.parametrize(
