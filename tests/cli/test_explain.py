@@ -575,3 +575,16 @@ def test_numbers_of_a_blended_line_say_which_is_which(run: Callable[..., Any], t
     text = run("explain", f"{path}:3", *options, "--smoothing", "off").out
     assert "worst over the whole line\n" in text
     assert "pose at the end of the motion\n" in text
+
+
+def test_what_is_in_force_behind_a_call_is_that_of_the_line(tmp_path: Path, run: Callable[..., Any]) -> None:
+    """Not that of the call, after which the program goes on in a subprogram below the line."""
+    program = tmp_path / "part.nc"
+    program.write_text(
+        "%\nO1\nG21 G90 G94 G17 G49 G54\nG0 X0. Y0. Z130. A0. C0.\nM98 P2\nG1 X7. F500.\nG0 Z160.\nM30\n"
+        "O2\nG0 X-30.\nM99\n%\n"
+    )
+    place = ("--tool-length", "80", "--wcs", "G54=0,0,60")
+    shown = run("explain", f"{program}:6", *place).out
+    assert re.search(r"in force +G1, .*feed 500 mm/min", shown), shown
+    assert re.search(r"in force +G0, ", run("explain", f"{program}:10", *place).out)

@@ -137,9 +137,9 @@ class StopConditions(Struct, frozen=True):
             last = min(last, self.before_line)
         return last
 
-    def is_met(self, state: State, setup: Setup, line: int, then: int, *, in_main: bool) -> bool:
-        """Whether a line that has been executed was the last one; ``then`` is the one that would follow."""
-        is_passed = self.after_line is not None and in_main and line <= self.after_line < then
+    def is_met(self, state: State, setup: Setup, line: int, last: int, *, in_main: bool) -> bool:
+        """Whether lines that have been executed, up to ``last`` (excluded), have the one after which it ends."""
+        is_passed = self.after_line is not None and in_main and line <= self.after_line < last
         return is_passed or (self.all_known and knows_all(state, setup))
 
 
@@ -179,6 +179,7 @@ def run_program(run: Run, execution: Execution, setup: Setup, stop: StopConditio
         text, line, shown_line = calls.text, calls.line, calls.shown_line  # a return may leave them
         main_line = line if stop.past_errors and calls.in_main else 0
         errors: list[ProgramError] = []
+        last = line + 1
         try:
             chunk = run.find_chunk()
             if chunk is None:
@@ -206,7 +207,7 @@ def run_program(run: Run, execution: Execution, setup: Setup, stop: StopConditio
             reached_line = max(reached_line, main_line)
             calls.line = max(calls.line, reached_line + 1) if is_lost else calls.line
             reached_line = max(reached_line, calls.line - 1)
-        if is_watched and stop.is_met(state, setup, line, calls.line, in_main=text is calls.main):
+        if is_watched and stop.is_met(state, setup, line, last, in_main=text is calls.main):
             break
     return execution
 
