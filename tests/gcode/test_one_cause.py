@@ -1,5 +1,7 @@
 """One cause, one finding: what only follows from an error is not reported, and other languages are named."""
 
+from pathlib import Path
+
 import pytest
 
 from verne_post import check
@@ -76,6 +78,15 @@ def test_what_follows_from_a_comma_too_many_is_not_told(machine, call):
         assert found == [("VP007", 7)]
     else:
         assert ("VP046", 12) in found
+
+
+def test_a_change_to_a_tool_without_a_number_lacks_no_t(machine):
+    """The T whose name has no number was told, and the M6 after it as one without T."""
+    program = (Path(__file__).parents[1] / "corpus/siemens/blade.mpf").read_bytes()
+    options = Options(dialect="siemens", tools=read_tool_table("T1 P1 Z50 D6\n", "t.tbl"), wcs={"G54": (0, 0, 0)})
+    findings = check(program, machine, options).findings
+    assert [one.line for one in findings if one.code == "VP012" and "BALL_MILL_8" in one.message] == [16]
+    assert "VP041" not in [one.code for one in findings]
 
 
 def test_tools_that_the_table_lacks_are_one_finding_with_their_numbers(machine):

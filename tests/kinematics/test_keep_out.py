@@ -410,6 +410,29 @@ def test_the_stock_counts_as_it_is_cut() -> None:
     assert [item.line for item in check(source, stock=turned, wcs=offset)] == [11]
 
 
+@pytest.mark.parametrize(
+    ("corner", "way", "expected"),
+    [
+        ("G64 P0.02", "G0 Z20", []),  # the rounded corner leaves 0.017 mm, through which the rapid begins
+        ("G64 P0.1", "G0 Z20", []),
+        ("G61.1", "G0 Z20", []),
+        ("G64 P0.02", "G0 Y5 Z30", [10]),
+        ("G64 P0.02", "G0 X10", [10]),
+    ],
+)
+def test_a_rapid_out_of_a_rounded_corner(corner: str, way: str, expected: list[int]) -> None:
+    """It was refused for what the corner of the cut before it had left.
+
+    The last rapid goes down into the groove, so that the stock is cut.
+    """
+    source = f"G21 G17 G90 G94 {corner}\nT1 M6\nS900 M3\nG43 H1\nG0 A0 C0\nG0 X-50 Y0\nG0 Z20\nG1 Z-2 F600\nG1 X0\n"
+    tool = Tool(1, 1, (0.0, 0.0, 80.0, *(0.0,) * 6), 10.0)
+    stock = Box("the stock", (-40.0, -30.0, -20.0), (40.0, 30.0, 0.0), system=1)
+    options = Options(tools={1: tool}, wcs={"G54": (0.0, 0.0, 100.0)}, stock=stock)
+    found = check_program(assemble(f"{source}{way}\nG0 Z40\nX-20 Y0\nZ-1\nZ40\nM2\n".encode(), MACHINE, options))[1]
+    assert [item.line for item in found] == expected
+
+
 def test_a_cutter_that_is_wider_below_does_not_come_back_up() -> None:
     """A lollipop in the slot that it has cut: a flat cutter comes out of it, this one does not."""
     up = SLOT.replace("G1 X45", "G1 X0").replace("G0 X-45\nG0 Z80", "G0 Z80", 1).split("G0 Y20")[0] + "M2\n"

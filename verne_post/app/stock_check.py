@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from typing import Final
 
 import numpy as np
+from msgspec.structs import replace
 
 from verne_post.app.assemble import Program
 from verne_post.base.arrays import Array
@@ -12,6 +13,7 @@ from verne_post.kinematics.checks.clearance import find_straight
 from verne_post.kinematics.checks.keep_out import KeepOut
 from verne_post.kinematics.checks.moving import Moving, build_spindle
 from verne_post.kinematics.joint_path import JointPath
+from verne_post.model.contour import Contour
 from verne_post.model.findings import Finding, make_finding
 from verne_post.model.machine import Machine
 from verne_post.model.part_setup import TOOL_PARTS, Cylinder, ToolShape
@@ -49,6 +51,10 @@ def settle_stock(program: Program, joints: JointPath, found: list[Finding]) -> l
     stock = make_box(-box.half, box.half, box.middle, box.turn) if box.form is None else box.form.copy()
     spans, tools = list_spans(program, joints, keep_out.moving, _find_last(joints, open_))
     cut = cut_stock(stock, spans, tools, box.distance)
+    assert spans.rounding is not None
+    room = np.where(spans.rounding > 0, spans.rounding - box.distance, -np.inf)
+    touches = [one for one in cut.touches if one.body != "cutter" or not np.nan_to_num(one.depth) <= room[one.span]]
+    cut = replace(cut, touches=tuple(touches))
     settled = list(report_touches(cut, box.name, box.distance, float(stock.cell.max())))
     return [*(item for item in found if item not in open_), *settled]
 
@@ -86,7 +92,19 @@ def list_spans(
     )
     tools = [build_tool(moving.shapes[int(k)], long, joints.machine) for k, long in used.tolist()]
     tips, axes = (np.stack([one[first], one[first + 1]], axis=1) for one in (tip, axis))
-    return Spans(tips, axes, contour.find_lines(owner[first]), tool.reshape(-1), path.feed_time[segment] == 0), tools
+    lines, rounding = contour.find_lines(owner[first]), find_rounding(contour)[owner[first]]
+    return Spans(tips, axes, lines, tool.reshape(-1), path.feed_time[segment] == 0, rounding), tools
+
+
+def find_rounding(contour: Contour) -> Array:
+    """How far the cutter of a rapid may be in the material that the cut before it leaves in its last corner, mm.
+
+    It is the tolerance of that corner, on elements (n,) that belong to it; 0 on others. The rounded corner leaves what
+    the programmed one would have cut, and the half of the corner that belongs to the rapid goes through it.
+    """
+    is_rapid = contour.path.feed_time[contour.segment] == 0
+    leaves_cut = is_rapid & contour.blended & np.append(False, ~is_rapid[:-1] & contour.blended[:-1])
+    return np.where(leaves_cut, contour.tip_tolerance[contour.segment], 0.0)
 
 
 def count_chords(joints: JointPath) -> Array:

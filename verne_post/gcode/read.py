@@ -66,15 +66,15 @@ def interpret_program(source: Text, setup: Setup) -> Moves:
         finding, execution.recorder.assumed_axes = unsaid
         execution.recorder.warnings[finding.line or 0, finding.code] = finding
     if execution.errors:
-        # an error of the same line explains them: where a letter stands in a number, the point is not what is missing
-        wrong, codes = {item.line for item in execution.errors}, ("VP038", "VP041")
-        first = min(
-            (line for line in wrong if line), default=math.inf
-        )  # after it the axes are not where the program has them
+        # where a letter stands in a number, the point is not what is missing; and after an error neither the axes nor
+        # the tools need be what the program means
+        wrong = {item.line for item in execution.errors}
+        first = min((line for line in wrong if line), default=math.inf)
         warnings = [
             one
             for one in execution.recorder.warnings.values()
-            if not (one.line in wrong and one.code in codes) and not (one.code == "VP046" and (one.line or 0) >= first)
+            if not (one.code == "VP038" and one.line in wrong)
+            and not (one.code in ("VP041", "VP046") and (one.line or 0) >= first)
         ]
         every = [*execution.errors, *warnings]
         raise _make_refusal(source, every, dialect, execution, setup)

@@ -81,6 +81,7 @@ class Spans(Struct, frozen=True, eq=False):
     line: Ints
     tool: Ints
     rapid: Mask  #: (n,): Rapid traverse.
+    rounding: Array | None = None  #: (n,): What a rounded corner before it leaves of a cut, mm; None where not known.
 
 
 class Touch(Struct, frozen=True):
