@@ -146,3 +146,7 @@ def test_a_place_outside_at_which_the_program_starts(tmp_path: Path, name: str, 
     number = next((at for at, line in enumerate(lines, 1) if letter and f"{letter}{{" in STARTS[name][at - 1]), None)
     assert bool(errors) == bool(letter)
     assert min((item.line or 0 for item in errors), default=None) == number
+    if number is not None:  # check advises to have this line explained, which moves nothing by itself
+        shown = vp.explain(path, "verne", number, options)
+        assert {item.code for item in shown.findings} >= {min(errors, key=lambda item: item.line or 0).code}
+        assert "at 0 % of the way" in shown.text and shown.working

@@ -8,6 +8,7 @@ from verne_post.app.assemble import Program, assemble, find_modal_state, find_st
 from verne_post.app.constraints import check_line, guard_joints
 from verne_post.app.explain_line import describe_modes, explain_line, find_lines_near, work_through
 from verne_post.app.line_remedies import Line
+from verne_post.app.start_lines import quote_start
 from verne_post.base.long_text import Text, take_line
 from verne_post.base.program_lines import remove_remarks
 from verne_post.base.text_tables import format_html_sections
@@ -70,7 +71,8 @@ def _explain_words(source: Text, program: Program, line: int, text: str) -> Expl
     options = program.options
     dialect = choose_dialect_name(options.dialect, source, options.source_name)
     findings = tuple(item for item in program.findings if item.line == line)
-    near = " and ".join(str(one) for one in find_lines_near(guard_joints(program), line))
+    nearest = find_lines_near(guard_joints(program), line)
+    near = " and ".join(map(str, nearest))
     said = [f"line {line}: {text}", f"  no motion; the nearest lines that have: {near}"]
     said += [f"  {word.name:<20} {word.text}" for word in find_words_of(text, dialect)]
     said += [f"  {item.code} {item.severity}: {item.message}" for item in findings]
@@ -81,7 +83,17 @@ def _explain_words(source: Text, program: Program, line: int, text: str) -> Expl
         said.append("  the program itself does not come to this line")
     else:
         said.append(f"  {describe_modes(state, program.machine)}")
-    return Explanation(line, findings, "\n".join(said) + "\n", "")
+    working = ""
+    first = look_at_line(source, program, nearest[-1]) if nearest and nearest[-1] > line else None
+    start = quote_start(source, program, first.findings) if first is not None else []
+    if first is not None and (start := [item for item in start if item.line == line]):  # check has named this line
+        said += [
+            "  the program starts at the place that this line names, and moves from there:",
+            "",
+            *explain_line(first),
+        ]
+        findings, working = (*findings, *start), "\n".join(work_through(first)) + "\n"
+    return Explanation(line, findings, "\n".join(said) + "\n", working)
 
 
 def look_at_line(source: Text, program: Program, line: int) -> Line:
