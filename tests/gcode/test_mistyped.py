@@ -157,16 +157,16 @@ DRILLING = "CYCL DEF 200 DRILLING ~\nQ20=2 ~\nQ201=-10 ~\nQ206=250 ~\nQ202=5 ~\n
 @pytest.mark.parametrize(
     ("name", "lines", "text"),
     [
-        ("p.h", "L X+5 M218", '"ignore" or "event"; did you mean M128? (column 7)'),
-        ("p.h", DRILLING, "6: VP006 error: Q20: CYCL DEF 200 has no such parameter; did you mean Q200? (column 1)"),
-        ("p.h", "PLANE SPATIAL SPA+0 SPB+0 SPD+0 STAY", "SPD: no word of PLANE SPATIAL; did you mean SPC? (column 27)"),
+        ("p.h", "L X+5 M218", '"ignore" or "event"; did you mean M128?'),
+        ("p.h", DRILLING, "6:1: VP006 error: Q20: CYCL DEF 200 has no such parameter; did you mean Q200?"),
+        ("p.h", "PLANE SPATIAL SPA+0 SPB+0 SPD+0 STAY", "SPD: no word of PLANE SPATIAL; did you mean SPC?"),
         (
             "p.nc",
             "G8l Z40. R50. F200.\nG80",
-            "7: VP001 error: G8l: the letter l in a number; did you mean G81? (column 1)",
+            "7:1: VP001 error: G8l: the letter l in a number; did you mean G81?",
         ),
-        ("p.ngc", "G98 G8l Z40 R50 F200\nG80", "G8l: the letter l in a number; did you mean G81? (column 5)"),
-        ("p.ngc", "G1 Xl0", "Xl0: the letter l in a number; did you mean X10? (column 4)"),
+        ("p.ngc", "G98 G8l Z40 R50 F200\nG80", "G8l: the letter l in a number; did you mean G81?"),
+        ("p.ngc", "G1 Xl0", "Xl0: the letter l in a number; did you mean X10?"),
         # no meaning that hides a motion is offered
         (
             "p.mpf",
