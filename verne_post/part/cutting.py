@@ -35,6 +35,8 @@ WORTH_COMPILING: Final = 3000
 #: Places along a stretch at which the distance of points is measured: at least, and where the depth of a long one is.
 PLACES: Final = 17
 MOST_PLACES: Final = 401
+#: So many distances are measured together: on a long rapid that turns the tool, many points stay near many places.
+AT_A_TIME: Final = 1 << 15
 #: Rays with the longest overlaps at which it is measured, and as many evenly among the others.
 MEASURED_RAYS: Final = 300
 
@@ -286,14 +288,24 @@ class _Run:
     def _is_leaving(self, tip: Array, axis: Array, body: tuple[Piece, ...]) -> bool:
         """Whether a body comes nowhere nearer to material than it stands at the beginning of a span."""
         point = self._list_points(tip, axis, body, RESOLVED, every=True)
-        phi = _measure_along(tip, axis, body, point)
-        return bool((phi.min(axis=0) >= phi[0] - TOUCH_MM).all())
+        tips, axes = _place_along(tip, axis, PLACES)
+        begin = measure_phi(body, point, tips[0], axes[0])
+        return bool((_measure_nearest(tips, axes, body, point) >= begin - TOUCH_MM).all())
 
     def _measure_depth(self, tip: Array, axis: Array, body: tuple[Piece, ...]) -> float:
         """How deep a body is in the material at most, mm."""
         point = self._list_points(tip, axis, body, 0.0)
-        places = int(np.clip(np.linalg.norm(tip[1] - tip[0]) / STEP_MM, PLACES, MOST_PLACES))
-        return -float(_measure_along(tip, axis, body, point, places).min(initial=0.0))
+        if not len(point):
+            return 0.0
+        most = int(np.clip(np.linalg.norm(tip[1] - tip[0]) / STEP_MM, PLACES, MOST_PLACES))
+        reach = np.linalg.norm(point - tip[0], axis=1).max() + np.linalg.norm(tip[1] - tip[0])
+        places = PLACES
+        while places < most:  # a distance changes by no more than the body moves from one place to the next
+            tips, axes = _place_along(tip, axis, places)
+            way, turn = (np.linalg.norm(np.diff(one, axis=0), axis=1) for one in (tips, axes))
+            nearest = _measure_nearest(tips, axes, body, point)
+            point, places = point[nearest <= nearest.min() + (way + reach * turn).max()], 2 * places
+        return -float(_measure_nearest(*_place_along(tip, axis, most), body, point).min(initial=0.0))
 
     def _list_points(
         self, tip: Array, axis: Array, body: tuple[Piece, ...], by: float, *, every: bool = False
@@ -328,11 +340,19 @@ def _split_span(tip: Array, axis: Array, long: float) -> Iterator[tuple[Array, A
         yield tips[k : k + 2], axes[k : k + 2]
 
 
-def _measure_along(tip: Array, axis: Array, body: tuple[Piece, ...], point: Array, places: int = PLACES) -> Array:
-    """Signed distance (places, m) of points from a body at places of a span."""
-    share = np.linspace(0.0, 1.0, places)[:, None, None]
+def _place_along(tip: Array, axis: Array, places: int) -> tuple[Array, Array]:
+    """Tips (places, 3) and axes (places, 3) at even places of a span."""
+    share = np.linspace(0.0, 1.0, places)[:, None]
     tips, axes = tip[0] + share * (tip[1] - tip[0]), axis[0] + share * (axis[1] - axis[0])
-    return measure_phi(body, point[None], tips, axes / np.linalg.norm(axes, axis=-1, keepdims=True))
+    return tips, axes / np.linalg.norm(axes, axis=-1, keepdims=True)
+
+
+def _measure_nearest(tips: Array, axes: Array, body: tuple[Piece, ...], point: Array) -> Array:
+    """Least signed distance (m,) of points (m, 3) from a body at places (n, 3)."""
+    some = max(AT_A_TIME // len(tips), 1)
+    parts = [point[first : first + some] for first in range(0, len(point), some)]
+    nearest = [measure_phi(body, part, tips[:, None], axes[:, None]).min(axis=0) for part in parts]
+    return np.concatenate(nearest) if nearest else np.empty(0)
 
 
 def _follows(part: tuple[Array, Array], past: list[tuple[Array, Array]], reach: float, lifts: bool) -> bool:
