@@ -413,7 +413,9 @@ def test_the_stock_counts_as_it_is_cut() -> None:
 @pytest.mark.parametrize(
     ("corner", "way", "expected"),
     [
-        ("G64 P0.02", "G0 Z20", []),  # the rounded corner leaves 0.017 mm, through which the rapid begins
+        ("", "G0 Z20", []),  # the rounded corner leaves 0.016 mm at a tolerance of 0.01, through which the rapid begins
+        ("G64 P0.005", "G0 Z20", []),
+        ("G64 P0.02", "G0 Z20", []),
         ("G64 P0.1", "G0 Z20", []),
         ("G61.1", "G0 Z20", []),
         ("G64 P0.02", "G0 Y5 Z30", [10]),
@@ -425,7 +427,7 @@ def test_a_rapid_out_of_a_rounded_corner(corner: str, way: str, expected: list[i
 
     The last rapid goes down into the groove, so that the stock is cut.
     """
-    source = f"G21 G17 G90 G94 {corner}\nT1 M6\nS900 M3\nG43 H1\nG0 A0 C0\nG0 X-50 Y0\nG0 Z20\nG1 Z-2 F600\nG1 X0\n"
+    source = f"G21 G17 G90 G94 {corner}\nT1 M6\nS900 M3\nG43 H1\nG0 A0 C0\nG0 X-50 Y0\nG0 Z20\nG1 Z-2 F1500\nG1 X0\n"
     tool = Tool(1, 1, (0.0, 0.0, 80.0, *(0.0,) * 6), 10.0)
     stock = Box("the stock", (-40.0, -30.0, -20.0), (40.0, 30.0, 0.0), system=1)
     options = Options(tools={1: tool}, wcs={"G54": (0.0, 0.0, 100.0)}, stock=stock)

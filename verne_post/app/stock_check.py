@@ -99,12 +99,13 @@ def list_spans(
 def find_rounding(contour: Contour) -> Array:
     """How far the cutter of a rapid may be in the material that the cut before it leaves in its last corner, mm.
 
-    It is the tolerance of that corner, on elements (n,) that belong to it; 0 on others. The rounded corner leaves what
-    the programmed one would have cut, and the half of the corner that belongs to the rapid goes through it.
+    It is twice the tolerance of that corner, on elements (n,) that belong to it; 0 on others. The rounded corner leaves
+    what the programmed one would have cut, and the half of the corner that belongs to the rapid goes through it: each
+    half leaves the programmed path by the tolerance, to either side.
     """
     is_rapid = contour.path.feed_time[contour.segment] == 0
     leaves_cut = is_rapid & contour.blended & np.append(False, ~is_rapid[:-1] & contour.blended[:-1])
-    return np.where(leaves_cut, contour.tip_tolerance[contour.segment], 0.0)
+    return np.where(leaves_cut, 2.0 * contour.tip_tolerance[contour.segment], 0.0)
 
 
 def count_chords(joints: JointPath) -> Array:
