@@ -141,7 +141,7 @@ def keys_page() -> str:
 
 def _default(field: FieldInfo) -> str:
     if field.required:
-        return "needed"
+        return "required"
     value = field.default if field.default_factory is NODEFAULT else field.default_factory()
     return "none" if value is None else f"`{value}`"
 
