@@ -141,7 +141,7 @@ def keys_page() -> str:
 
 def _default(field: FieldInfo) -> str:
     if field.required:
-        return "needed"
+        return "required"
     value = field.default if field.default_factory is NODEFAULT else field.default_factory()
     return "none" if value is None else f"`{value}`"
 
@@ -278,6 +278,18 @@ PAGES: dict[str, Callable[[], str]] = {
 }
 
 
+#: How codes begin -> heading of their pages in the side bar.
+HUNDREDS = {
+    "VP0": "VP0: program and set-up",
+    "VP1": "VP1: travel and reach",
+    "VP2": "VP2: singularities and distances",
+    "VP3": "VP3: turns of the table",
+    "VP4": "VP4: motion and setpoint files",
+    "VP5": "VP5: machine and settings files",
+    "VP9": "VP9: internal errors",
+}
+
+
 #: What a search puts first: what words and quantities mean, before pages of codes and of evidence that mention them.
 BOOSTS = {
     **dict.fromkeys(("conventions.md", "machine-file.md"), 8.0),
@@ -315,16 +327,20 @@ def on_page_markdown(markdown: str, page: Page, **_rest: Any) -> str:
     elif page.file.src_uri in BOOSTS:
         page.meta["search"] = {"boost": BOOSTS[page.file.src_uri]}
     if page.is_homepage:
-        page.meta["hide"] = ["navigation"]
+        page.meta["hide"] = ["navigation", "toc"]
     markdown = _PICTURE.sub(_show_dark_version, markdown)
     return _ROW.sub(lambda row: _CODE.sub(lambda code: code[0].replace("\\|", "|"), row[0]), markdown)
 
 
 def on_config(config: Any) -> Any:
-    """Hook of mkdocs: the pages of the codes stand below their table."""
+    """Hook of mkdocs: the pages of the codes stand below their table, a hundred under each heading."""
     reference = next(part["Reference"] for part in config.nav if "Reference" in part)
     codes = next(part for part in reference if "Finding codes" in part)
-    codes["Finding codes"] = [{"All codes": codes["Finding codes"]}, *(f"reference/{code}.md" for code in CODES)]
+    groups = [
+        {title: [f"reference/{code}.md" for code in CODES if code.startswith(begin)]}
+        for begin, title in HUNDREDS.items()
+    ]
+    codes["Finding codes"] = [{"All codes": codes["Finding codes"]}, *groups]
     return config
 
 

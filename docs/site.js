@@ -28,6 +28,18 @@ addEventListener("resize", reach);
 // The bars with the button that copies are told apart (axe: landmark-unique); the theme adds them after the page is there.
 const tell = () => document.querySelectorAll(".md-code__nav:not([aria-label])").forEach((bar, k) => bar.setAttribute("aria-label", `code ${bar.parentElement.id || k}`));
 addEventListener("load", () => { tell(); new MutationObserver(tell).observe(document.body, { childList: true, subtree: true }); });
+// A line of a console goes on at a blank (site.css), never behind the hyphen of an option or of a negative number.
+document.querySelectorAll(".language-console code").forEach(code => {
+  const walker = document.createTreeWalker(code, NodeFilter.SHOW_TEXT), texts = [];
+  while (walker.nextNode()) if (/\S-|-\S/.test(walker.currentNode.data)) texts.push(walker.currentNode);
+  for (const text of texts) text.replaceWith(...text.data.split(/(\S*-\S*)/).map((part, k) => {
+    if (k % 2 === 0) return part;
+    const whole = document.createElement("span");
+    whole.className = "whole";
+    whole.textContent = part;
+    return whole;
+  }));
+});
 // The options of all commands are many screens of a phone: there each command opens its own.
 if (matchMedia("(max-width: 44.9375em)").matches) document.querySelectorAll("details.options").forEach(list => list.removeAttribute("open"));
 // A table in a closed part has no width until somebody opens it.

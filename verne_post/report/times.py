@@ -38,8 +38,8 @@ def write_governing_html(machine: Machine, study: Study) -> str:
         + "</tr>"
         for key, row in zip(keys, rows, strict=True)
     )
-    more = f"time saved by a {100.0 * (HIGHER - 1.0):.0f} % higher limit, s"
-    table = write_table(("limit", "governs, s", "in rapids, s", "lost, s", "lost near stops, s", more), body)
+    more = f"saved by {100.0 * (HIGHER - 1.0):.0f} % more"
+    table = write_table(("limit", "governs", "in rapids", "lost", "lost near stops", more), body)
     ways = "".join(f"<li>{escape_text(way)}</li>" for way in _list_ways_to_win(machine, study, governing))
     return table + (f"<ul class=ways>{ways}</ul>" if ways else "")
 
