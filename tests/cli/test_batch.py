@@ -254,7 +254,7 @@ def test_a_malformed_record_is_none(folder: Path, run: Callable[..., Any], how: 
 def test_killed_between_the_record_and_its_files(
     folder: Path, run: Callable[..., Any], monkeypatch: pytest.MonkeyPatch, placed: int, then: str
 ) -> None:
-    """Rows without their sidecar, or none: never taken as current, and never left beside a program that is refused."""
+    """Rows without their metadata file, or none: never taken as current, nor left beside a refused program."""
     words = ("batch", "in/p0.nc", "-o", "out", "-j", 1, *PLACE)
     assert run(*words).code == 0
     Path("in/p0.nc").write_text(GOOD.format(z=70, x=3), encoding="utf-8")

@@ -128,7 +128,7 @@ def test_a_side_car_that_is_none(job: Path, run: Callable[..., Any]) -> None:
         Path("axes.json").write_text(text)
         answer = run("verify", "axes.csv", "--against", "p.nc", "--tool-length", 60, "--meta", "axes.json")
         assert answer.code == 2
-        assert "axes.json: not a sidecar of --meta" in answer.err
+        assert "axes.json: not a metadata file of --meta" in answer.err
 
 
 @pytest.mark.parametrize(

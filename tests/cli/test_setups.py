@@ -31,7 +31,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def options_of(run: Callable[..., Any], *words: object) -> dict[str, Any]:
-    """The options that a conversion took, from its sidecar."""
+    """The options that a conversion took, from its metadata file."""
     answer = run("part.nc", "-o", "axes.csv", "--meta", "meta.json", *words)
     assert answer.code == 0, answer.err
     record: dict[str, Any] = json.loads(Path("meta.json").read_text(encoding="utf-8"))["options"]

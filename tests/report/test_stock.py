@@ -1,4 +1,4 @@
-"""The stock of a program in the scene of the report, in the summary and in the sidecar."""
+"""The stock of a program in the scene of the report, in the summary and in the metadata file."""
 
 import json
 from collections.abc import Callable

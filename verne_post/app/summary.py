@@ -142,7 +142,7 @@ def list_tool_lengths(program: Program) -> ToolLengths:
 def summarise(
     source: Text, plan: Plan, fmt: SetpointFormat, verdict: Verification | None, part: "Machined | None" = None
 ) -> Summary:
-    """The facts of a conversion, for the paragraph and the sidecar file."""
+    """The facts of a conversion, for the paragraph and the metadata file."""
     program = plan.program
     path, contour, moves = program.path, program.contour, program.moves
     if verdict is not None:

@@ -98,7 +98,7 @@ class Job(Struct, frozen=True):
 
     def describe_file(self, path: Path) -> str:
         """What a file of this job is for, in messages."""
-        kind = {self.side_car: "sidecar", self.record: "record"}.get(path, "rows")
+        kind = {self.side_car: "metadata file", self.record: "record"}.get(path, "rows")
         return f"the {kind} of {self.program}"
 
 

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     "--meta",
     type=FILE,
     metavar="FILE",
-    help="Sidecar of the conversion. The command compares program, machine, offsets, tools and options with it.",
+    help="Metadata file of the conversion. The command compares program, machine, offsets, tools and options with it.",
 )
 @click.option(
     "--measured",

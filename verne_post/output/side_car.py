@@ -1,4 +1,4 @@
-"""The sidecar file of ``--meta``: what a setpoint file was made from, its quality, and whether it is up to date."""
+"""The metadata file of ``--meta``: what a setpoint file was made from, its quality, and whether it is up to date."""
 
 import json
 from collections.abc import Iterator
@@ -140,18 +140,18 @@ def read_side_car(text: str, name: str) -> dict[str, Any]:
         data = json.loads(text)
         schema, _ = data["schema"], (data["program"]["sha256"], data["machine"]["sha256"], data["options"].items())
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
-        raise make_input_error("VP020", f"{name}: not a sidecar of --meta: {error!r}") from None
+        raise make_input_error("VP020", f"{name}: not a metadata file of --meta: {error!r}") from None
     if schema != SIDE_CAR_SCHEMA:
         text = (
-            f"{name}: a sidecar of layout {schema}; this version reads layout {SIDE_CAR_SCHEMA}: convert the program "
-            "again"
+            f"{name}: a metadata file of layout {schema}; this version reads layout {SIDE_CAR_SCHEMA}: convert the "
+            "program again"
         )
         raise make_input_error("VP020", text)
     return dict(data)
 
 
 def report_changes(side_car: dict[str, Any], source: Text, machine: Machine, options: Options) -> list[Finding]:
-    """Report each difference from the time when the sidecar was written as VP414.
+    """Report each difference from the time when the metadata file was written as VP414.
 
     Options that change the tool's motion are compared. The message has both values.
     """
