@@ -466,12 +466,11 @@ def test_the_stock_that_a_program_defines_is_checked_where_one_asks(tmp_path: Pa
         answer = run("check", file, *words, *given)
         assert answer.code == 1
         found = re.search(
-            r"a.h:6: VP216 error: distance of the cutter from the stock of the program at that time.* (-[\d.]+) mm is "
-            r"below",
+            r"a.h:6: VP216 error: the cutter runs into the stock of the program in a .* up to ([\d.]+) mm inside it",
             answer.out + answer.err,
         )
         assert found is not None
-        assert float(found[1]) == pytest.approx(-4.0, abs=0.1)  # 5 mm deep, and 4 mm from its side
+        assert float(found[1]) == pytest.approx(4.0, abs=0.1)  # 5 mm deep, and 4 mm from its side
     file.write_text(BLANK.format(y=24.2))  # beside the cylinder; the box around it is wider at its corners
     assert run("check", file, *words).code == 0
     file.write_text(BLANK.format(y=20).replace("X-40", "X-21").replace("L X+40 FMAX", "L X-18 FMAX"))

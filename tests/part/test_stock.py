@@ -416,12 +416,12 @@ def test_a_body_that_rubs_along_many_lines_is_one_finding() -> None:
         *(Touch(span, line, "cutter", depth) for span, line, depth in cutter),
     )
     told = [
-        (item.severity, item.line, item.last_line, item.worst_line, item.message.split(" -")[0].split(" may")[0])
+        (item.severity, item.line, item.last_line, item.worst_line, item.message.split(":")[0].split(" may")[0])
         for item in report_touches(Cut(np.zeros(50), touches), "the stock", 0.0, 0.1)
     ]
     whole, cut = (
-        "distance of the holder from the stock at that time",
-        "distance of the cutter from the stock at that time in a rapid traverse",
+        "the holder runs into the stock",
+        "the cutter runs into the stock in a rapid traverse",
     )
     assert told == [
         ("error", 10, 15, 13, whole),

@@ -159,11 +159,12 @@ def _make_finding(touches: list[Touch], name: str, keep_off: float, cell: float)
     when = " in a rapid traverse" if worst.body == "cutter" else ""
     if worst.depth == worst.depth:
         before, after = touches[0].begin
-        text = (
-            f"distance of the {worst.body} from {name} at that time{when} {-worst.depth:.6f} mm is below {keep_off:g} "
-            f"mm by {worst.depth + keep_off:.6f} mm; the contact begins {before:.1f} mm along line {touches[0].line}, "
-            f"{after:.1f} mm before its end"
-        )
+        begins = f"begins {before:.1f} mm along line {touches[0].line}, {after:.1f} mm before its end"
+        if worst.depth > 0:
+            what = f"runs into {name}{when}: the contact {begins}; material lies up to {worst.depth:.3f} mm inside it"
+        else:
+            what = f"passes {name}{when} at {-worst.depth:.3f} mm, nearer than {keep_off:g} mm: this {begins}"
+        text = f"the {worst.body} {what}"
         return make_finding("VP216", text, **lines, value=-worst.depth, limit=keep_off, unit="mm")
     text = (
         f"the {worst.body}{when} may touch {name} at that time: it passes nearer than the resolution of {cell:.3g} mm "
