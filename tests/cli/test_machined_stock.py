@@ -34,9 +34,7 @@ def slot(tmp_path, monkeypatch, run):
 def test_rows_cut_the_stock_line_by_line_and_leave_the_rest_for_the_next_run(slot, run):
     done = slot(*BOX, "--stock-left", "left.npz@G54")
     assert done.code == 1
-    assert (
-        "slot.nc:11: VP216 error: the cutter runs into the stock in a rapid traverse: the contact begins" in done.err
-    )
+    assert "slot.nc:11: VP216 error: the cutter runs into the stock in a rapid traverse: the contact begins" in done.err
     assert re.search(r"material lies up to 5\.9\d\d mm inside it", done.err)
     assert "slot.nc:7:" not in done.err
     # 12 mm wide, 6 mm deep, 60 mm long
