@@ -49,7 +49,7 @@ PLACE = ("--tool-length", 60, "--wcs", "G54=0,0,20")
         (("stops.nc", *PLACE), "use --split-at-stops"),
         # 10: the part too low, too far: the limit and its excess, and where to go on
         (("check", "low.nc", "--tool-length", 60), "below the table face"),
-        (("check", "far.nc", *PLACE), "`verne-post explain far.nc:5` says how much is needed"),
+        (("check", "far.nc", *PLACE), "`verne-post explain far.nc:5` explains this line and what would"),
     ],
 )
 def test_likely_mistakes(

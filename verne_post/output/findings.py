@@ -150,7 +150,8 @@ def list_remedies(item: Finding, program: str) -> list[str]:
         return [f"{title}: {remedy}"] if remedy else []
     if item.severity != "error":
         return []
-    explain = f"`verne-post explain {make_printable(program)}:{item.line}` says how much is needed"
+    command = f"`verne-post explain {make_printable(program)}:{item.line}`"
+    explain = f"{command} explains this line and what would bring it within limits"
     # where a plane needs a tilt far beyond the travel, the line cannot be executed, and there is no pose to explain
     has_pose = item.line and (item.value is not None or item.code not in ("VP102", "VP103"))
     return [f"tried: {make_printable(text)}" for text in item.remedies] + [explain] * bool(has_pose)
