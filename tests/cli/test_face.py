@@ -81,7 +81,7 @@ def test_shares_above_one_are_told_with_what_is_allowed_and_why(tmp_path: Path, 
     beyond = [(name, f"{most:g}") for name, share, most in zip(names, shares, allowed, strict=True) if share > 1]
     assert beyond
     assert re.findall(r"(\w+): [^:]*, allowed up to ([\d.]+)", limits) == beyond
-    assert "blended corners and rounding may exceed it a little" in limits
+    assert "blended corners and rounding may exceed a little" in limits
 
 
 def test_colour_adds_nothing_but_colour() -> None:

@@ -281,8 +281,8 @@ def _describe_limits(summary: Summary) -> Facts:
         for name, share, joint in shares
     ]
     beyond = any(share > 1.0 for _name, share, _joint in shares)
-    why = "; blended corners and rounding may exceed it a little" if beyond else ""
-    return [("limits", LINE_OF_FACT.join((f"highest values, 1 is the limit{why}", *rows)))]
+    why = ", which blended corners and rounding may exceed a little" if beyond else ""
+    return [("limits", LINE_OF_FACT.join((f"highest values; 1 is the limit{why}", *rows)))]
 
 
 def _describe_tolerance(summary: Summary) -> Facts:
