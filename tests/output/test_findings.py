@@ -273,7 +273,7 @@ def test_no_remedy_is_told_twice(tmp_path: Path, run: Callable[..., Any]) -> Non
         told |= {code: (message, remedy) for code, message, remedy in found}
     for code, remedy in (("VP033", "give --wcs G55=X,Y,Z"), ("VP034", "activate its length"), ("VP041", "write M6")):
         message, below = told[code]
-        assert remedy in message and remedy.lower().partition("=")[0] not in below.lower().partition("really")[0]
+        assert remedy in message and remedy.lower().partition("=")[0] not in below.lower()
         assert below[0].isupper() and below.endswith(".")
 
 
