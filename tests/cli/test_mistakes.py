@@ -16,7 +16,7 @@ PLACE = ("--tool-length", 60, "--wcs", "G54=0,0,20")
         # 1: a wrong name
         (("pp.nc", *PLACE), "pp.nc: No such file or directory"),
         # 2: no tool length for a program that asks for one
-        (("p.nc",), "give --tool-table FILE, or --tool-length MM"),
+        (("p.nc",), "give --tool-table FILE, or give --tool-length MM"),
         # 3: the offset in another spelling
         (("p.nc", "--tool-length", 60, "--wcs", "0,0,20"), "expected G54=X,Y,Z or G54=X,Y,Z,C"),
         (("p.nc", "--tool-length", 60, "--wcs", "G54=0,0"), "expected x,y,z or x,y,z,c, got 2 numbers"),
