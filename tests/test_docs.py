@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 
 from verne_post.model.codes import CODES
-from verne_post.output.code_pages import find_example, make_markdown
+from verne_post.output.code_pages import find_example, make_markdown, make_text
 from verne_post.trajectory import tuning
 
 from .builders import load_maker
@@ -77,6 +77,13 @@ def test_every_finding_code_has_a_page_whose_links_lead_to_codes() -> None:
         assert list(
             dict.fromkeys(re.findall("^## (Example|Why it matters|Remedy|Related codes)\\b", page, re.MULTILINE))
         ) == ["Example", "Why it matters", "Remedy", "Related codes"]
+
+
+@pytest.mark.parametrize(("code", "cases"), [("VP033", 3), ("VP046", 2), ("VP301", 4)])
+def test_cases_of_a_code_are_a_list(code: str, cases: int) -> None:
+    page = make_markdown(code)
+    assert re.findall(r"^(\d)\. [A-Z]", page, re.MULTILINE) == [str(number + 1) for number in range(cases)]
+    assert len(re.findall(r"^  \(\d\) [A-Z]", make_text(code), re.MULTILINE)) == cases
 
 
 #: Codes that no input is known to cause; their pages say why.
