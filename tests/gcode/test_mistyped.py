@@ -56,6 +56,23 @@ def test_a_number_with_another_character(
     assert find_errors(run, tmp_path, name, line) == [f"{PROGRAMS[name][1]}:{column}: {text}"]
 
 
+@pytest.mark.parametrize(
+    ("name", "line", "written", "meant", "column"),
+    [
+        ("p.nc", "G1 XlO. Y2.", "XlO", "X10", 4),
+        ("p.ngc", "G1 X-lO Y2", "X-lO", "X-10", 4),
+        ("p.mpf", "G1 XlO", "XlO", "X10", 4),
+        ("p.mpf", "G1 XlOO", "XlOO", "X100", 4),
+        ("p.h", "L X+lO Y+2", "X+lO", "X+10", 3),
+    ],
+)
+def test_a_number_of_letters_alone(
+    run: Callable[..., Any], tmp_path: Path, name: str, line: str, written: str, meant: str, column: int
+) -> None:
+    text = f"VP001 error: {written}: the letters l and O in a number; did you mean {meant}?"
+    assert find_errors(run, tmp_path, name, line) == [f"{PROGRAMS[name][1]}:{column}: {text}"]
+
+
 def test_nothing_is_told_that_only_follows_from_a_mistyped_number(run: Callable[..., Any], tmp_path: Path) -> None:
     """After G8O the cycle was taken to go on, and the retract had a second error (VP007)."""
     cycle = "G98 G81 X0. Y0. Z40. R50. F200.\nX5.\nG8O\nZ60.\nX1O."
