@@ -84,7 +84,8 @@ def _list_parts(code: str, printed: Sequence[str] = ()) -> list[tuple[str, str, 
     parts = [("", known.meaning, False)]
     example = find_example(code)
     if example is None:
-        parts.append(("Example", page.get("shown", "The package was installed without its examples."), False))
+        shown = page.get("shown", "The package was installed without its examples.")
+        parts += [("Example", shown, False)] if shown else []
     else:
         files = [(name if name != PROGRAM else "", text) for name, text in example.files.items()]
         if example.change:
