@@ -148,7 +148,7 @@ REFUSED = [
         "fanuc",
         "G0 X0 Y0 Z60 B0 C0\nG1 X9 B190 F900\nM30\n",
         "VP102",
-        "joint b reaches 190.000 deg, 10.000 deg too much; travel 0 to 180 deg",
+        "joint b reaches 190.000 deg, 10.000 deg above its travel of 0 to 180 deg",
     ),
     (
         "siemens",
@@ -213,4 +213,4 @@ def test_words_keep_their_side(run: Runner, tmp_path: Path) -> None:
     source.write_text("G0 X0 Y0 Z60 A0 C0\nG1 X9 A30 C280 F900\nM2\n")
     answer = run("check", source, *options_of("nutating_head"), "--allow-rewind")
     assert answer.code == 1
-    assert "joint c reaches 280.000 deg, 10.000 deg too much" in answer.out
+    assert "joint c reaches 280.000 deg, 10.000 deg above its travel" in answer.out

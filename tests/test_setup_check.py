@@ -151,7 +151,13 @@ NOTHING = ("", "")
         ("rs274", NOTHING, ("T2 M6", "M6"), ("VP041", "error", "M6"), "write T2 before M6"),
         ("siemens", NOTHING, ('T="EM10" D1\n', ""), ("VP041", "warning", "M6"), "no block after line 3 selects a tool"),
         ("fanuc", ("T1 M06", "M06"), NOTHING, ("VP041", "warning", "M06"), "no block before it selects a tool"),
-        ("siemens", ('T="EM6" D1\n', ""), NOTHING, ("VP041", "warning", "M6"), "no block before it selects a tool"),
+        (
+            "siemens",
+            ('T="EM6" D1\n', ""),
+            NOTHING,
+            ("VP041", "error", "M6"),
+            "no block before it selects a tool; the",
+        ),
         ("fanuc", NOTHING, ("T2 M06", "T2"), ("VP041", "error", "T2"), "write M6 after T2"),
         ("siemens", NOTHING, ("M6\n", ""), ("VP041", "warning", 'T="EM10" D1'), 'write M6 after T="EM10"'),
         ("siemens", ("M6\n", ""), NOTHING, ("VP012", "error", 'T="EM6" D1'), 'write M6 after T="EM6"'),
@@ -166,6 +172,26 @@ def test_a_change_of_tools_lacks_t_or_m6(dialect, first, second, expected, said)
     found = check_two_tools(dialect, first, second)
     assert [item[:3] for item in found] == ([] if expected is None else [expected])
     assert said in "".join(item[3] for item in found)
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (
+            "T1",
+            "cuts with the tool that was in the spindle before; the cut has length 0, and the set-up gives tool 1",
+        ),
+        ("M6", "no block before it selects a tool; the cut has length 0, and the set-up has lengths of tools; write T"),
+    ],
+)
+def test_no_tool_is_loaded_and_none_has_its_length(change, said):
+    """It cut with length 0, and a warning said so, where T1 M6 was refused."""
+    text = f"%\nO1\nG21 G90 G49 G94 G17\n{change}\nG54 S600 M3\nG0 X0. Y0. Z60. A0. C0.\nG1 Z{{}} F800.\nX9.\nM30\n%\n"
+    ((code, severity, line, message),) = check_text("fanuc", text.format("2."))
+    assert (code, severity, line) == ("VP041", "error", change)
+    assert said in message
+    # a head that moves at feed rate, and has not come down, needs no length yet
+    assert [item[:2] for item in check_text("fanuc", text.format("60."))] == [("VP041", "warning")]
 
 
 @pytest.mark.parametrize(

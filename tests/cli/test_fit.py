@@ -290,7 +290,7 @@ def test_an_impossible_program_is_refused_with_the_axis(tmp_path: Path, run: Cal
     assert answer.code == 1
     assert "no work offset was found with which it fits" in answer.out
     assert re.search(
-        r"p\.nc:3: VP102 error: joint a reaches 1\d\d\.\d+ deg, \S+ deg too much; travel -95 to 95 deg", answer.out
+        r"p\.nc:3: VP102 error: joint a reaches 1\d\d\.\d+ deg, \S+ deg above its travel of -95 to 95 deg", answer.out
     )
     blocked = json.loads(run("fit", program, "--tool-length", 100, "--json").out)
     assert not blocked["fits"]

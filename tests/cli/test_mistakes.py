@@ -16,7 +16,7 @@ PLACE = ("--tool-length", 60, "--wcs", "G54=0,0,20")
         # 1: a wrong name
         (("pp.nc", *PLACE), "pp.nc: No such file or directory"),
         # 2: no tool length for a program that asks for one
-        (("p.nc",), "give --tool-table FILE, or --tool-length MM"),
+        (("p.nc",), "give --tool-table FILE, or give --tool-length MM"),
         # 3: the offset in another spelling
         (("p.nc", "--tool-length", 60, "--wcs", "0,0,20"), "expected G54=X,Y,Z or G54=X,Y,Z,C"),
         (("p.nc", "--tool-length", 60, "--wcs", "G54=0,0"), "expected x,y,z or x,y,z,c, got 2 numbers"),
@@ -49,7 +49,7 @@ PLACE = ("--tool-length", 60, "--wcs", "G54=0,0,20")
         (("stops.nc", *PLACE), "use --split-at-stops"),
         # 10: the part too low, too far: the limit and its excess, and where to go on
         (("check", "low.nc", "--tool-length", 60), "below the table face"),
-        (("check", "far.nc", *PLACE), "`verne-post explain far.nc:5` says how much is needed"),
+        (("check", "far.nc", *PLACE), "`verne-post explain far.nc:5` explains this line and what would"),
     ],
 )
 def test_likely_mistakes(

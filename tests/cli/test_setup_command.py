@@ -549,7 +549,7 @@ def test_the_command_that_a_refusal_names_can_be_pasted(
     assert set(named) == {"setup 'part 1 ü.nc'"}
     assert "Fill in its meaning in part 1 ü.nc.toml" in refused
     assert "Fill in wcs.G55 in part 1 ü.nc.toml" in refused
-    assert "give --wcs G55=0,0,0" in refused
+    assert "give --wcs G55=X,Y,Z" in refused
     assert run(*shlex.split(named[0])).code == 0
     assert (tmp_path / "part 1 ü.nc.toml").exists()
     assert "INPUT.toml" in run("check", "-", stdin=program.read_bytes()).out  # standard input has no name

@@ -51,6 +51,26 @@ def test_inches_in_place_of_mm_are_named_first(run: Callable[..., Any], tmp_path
     assert "refused: 1 error" in text
 
 
+def test_g700_is_named_as_g70_is(run: Callable[..., Any], tmp_path: Path) -> None:
+    """F counts in inches too; a vector of the tool axis and the name of a tool stand in the program."""
+    text = (
+        'N10 G40 G17 {} G90 G94\nN20 T="EM10"\nN30 M6\nN40 D1\nN50 S6000 M3\nN60 G54\nN80 TRAORI\n'
+        "N90 G0 X0 Y0 Z60 A3=0 B3=0 C3=1\nN100 G0 Z10\nN110 G1 Z2 F800\nN120 X10 Y2\nN130 X20 Y4\n"
+        "N140 G0 Z60\nN150 TRAFOOF\nN160 M30\n"
+    )
+    path = tmp_path / "p.mpf"
+    path.with_suffix(".mpf.toml").write_text("[tools.EM10]\nlength = 120\n[wcs]\nG54 = [0, 0, 40]\n")
+    path.write_text(text.format("G710"))
+    assert run("check", path).code == 0
+    path.write_text(text.format("G700"))
+    answer = run("check", path)
+    assert ":1:13: VP505 error: G700: read in inches, the program spans 1473 mm" in answer.out
+    assert "did you mean G710?" in answer.out
+    assert "refused: 1 error, 0 warnings" in answer.out
+    assert ": VP101" not in answer.out
+    assert ": VP210" not in answer.out
+
+
 def test_a_program_in_inches_that_only_stands_in_a_wrong_place(run: Callable[..., Any], tmp_path: Path) -> None:
     """In mm it would fit too; but it fits as it is, a little higher, and that is what is proposed."""
     path = tmp_path / "p.ngc"

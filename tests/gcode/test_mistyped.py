@@ -1,5 +1,6 @@
 """Words and numbers that somebody has mistyped: what is meant is said, once, in every language."""
 
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -54,6 +55,31 @@ def test_a_number_with_another_character(
     what = "a decimal comma" if "," in written else "the letter O"
     text = f"VP001 error: {written}: {what} in a number; did you mean {meant}?"
     assert find_errors(run, tmp_path, name, line) == [f"{PROGRAMS[name][1]}:{column}: {text}"]
+
+
+@pytest.mark.parametrize(
+    ("name", "line", "written", "meant", "column"),
+    [
+        ("p.nc", "G1 XlO. Y2.", "XlO", "X10", 4),
+        ("p.ngc", "G1 X-lO Y2", "X-lO", "X-10", 4),
+        ("p.mpf", "G1 XlO", "XlO", "X10", 4),
+        ("p.mpf", "G1 XlOO", "XlOO", "X100", 4),
+        ("p.h", "L X+lO Y+2", "X+lO", "X+10", 3),
+    ],
+)
+def test_a_number_of_letters_alone(
+    run: Callable[..., Any], tmp_path: Path, name: str, line: str, written: str, meant: str, column: int
+) -> None:
+    text = f"VP001 error: {written}: the letters l and O in a number; did you mean {meant}?"
+    assert find_errors(run, tmp_path, name, line) == [f"{PROGRAMS[name][1]}:{column}: {text}"]
+
+
+@pytest.mark.parametrize(("written", "meant"), [("CYCLE80", "CYCLE800"), ("CYCLE38", "CYCLE83"), ("CYCLE97", "")])
+def test_a_mistyped_cycle(run: Callable[..., Any], tmp_path: Path, written: str, meant: str) -> None:
+    """CYCLE97 is a cycle of lathes, and no slip of CYCLE79."""
+    (found,) = find_errors(run, tmp_path, "p.mpf", f"{written}(1,2,3)")
+    assert f"VP002 error: {written} is not executed" in found
+    assert re.findall(r"did you mean (\w+)\?", found) == [meant] * bool(meant)
 
 
 def test_nothing_is_told_that_only_follows_from_a_mistyped_number(run: Callable[..., Any], tmp_path: Path) -> None:

@@ -461,8 +461,8 @@ def test_a_message_names_the_joint_the_travel_and_the_excess(machine_with, exces
     top, _u = extreme(motion, machine_with(), NAMES.index("rho1"), 1)
     (item,) = check(program_of(motion), machine_with({"limits.rho_mm": [-3000.0, top - excess]}))[1][:1]
     assert item.message == (
-        f"slider 1 (rho1) reaches {top:.{decimals}f} mm, {excess:.{decimals}f} mm too much; "
-        f"travel -3000 to {top - excess:g} mm"
+        f"slider 1 (rho1) reaches {top:.{decimals}f} mm, {excess:.{decimals}f} mm above its "
+        f"travel of -3000 to {top - excess:g} mm"
     )
 
 
@@ -489,7 +489,7 @@ def test_limits_in_the_sense_of_the_file(machine_with):
         assert findings[0].limit == pytest.approx(sign * (top_a - 1.0), abs=1e-9)
         assert findings[1].limit == pytest.approx(sign * 100.0, abs=1e-9)
         seen.append([sign * item.value for item in findings])
-        side = "deg too much; travel" if sign > 0 else "deg too little; travel"
+        side = "deg above its travel of" if sign > 0 else "deg below its travel of"
         assert all(side in item.message for item in findings)
     assert seen[0] == pytest.approx(seen[1], abs=1e-9)
 

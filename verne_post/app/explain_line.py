@@ -361,7 +361,7 @@ def _describe_remedies(line: Line, findings: Sequence[Finding]) -> Iterator[str]
     if not found:
         yield f"{what}: no other table solution and no move within {remedies.FARTHEST_MM:g} mm was found"
         return
-    yield f"{what} (found by first-order steps; then the whole line was checked again)"
+    yield f"{what}; each was checked along the whole line"
     yield from (f"  {text}" for text in found)
 
 

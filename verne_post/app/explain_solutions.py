@@ -18,6 +18,8 @@ from verne_post.model.protocols import Margin, WholeSolution
 
 #: Two pairs of angles, or two sets of joints, that differ by less (rad, mm) are the same in what is printed.
 SAME: Final = 1e-6
+#: Begins the reason of a solution whose joints leave their travel.
+_TRAVEL: Final = "travel of "
 
 
 def explain_table_solution(
@@ -97,15 +99,16 @@ def explain_solutions(machine: Machine, tip: Array, angles: Array, q: Array, too
         in_use = _is(solution, q)
         beyond = _list_violations(machine, q if in_use else _turn_into_travel(machine, np.array(solution.q)))
         if beyond:
-            reasons.append("travel of " + ", ".join(beyond))
+            reasons.append(_TRAVEL + ", ".join(beyond))
         if not solution.refused:
             reasons += _list_errors(_measure_margins(machine, tip, np.array(solution.angles), tool, lift))
         rows.append((solution, in_use, reasons))
     usable = sum(not reasons for _solution, _own, reasons in rows)
     by_geometry = sum(solution.refused is not None for solution, _own, _reasons in rows)
+    others = [reasons for solution, _own, reasons in rows if reasons and not solution.refused]
     yield (
         f"every solution of the whole machine: {len(rows)}, of which {usable} possible, {by_geometry} refused by "
-        f"geometry, {len(rows) - usable - by_geometry} by other limits"
+        f"geometry{_describe_limits(machine, others)}"
     )
     for other in (_has_negative_tilt(angles), not _has_negative_tilt(angles)):
         listed = [row for row in rows if row[0].other_table == other]
@@ -120,6 +123,18 @@ def explain_solutions(machine: Machine, tip: Array, angles: Array, q: Array, too
             verdict = ("in use" if in_use else "possible") if not reasons else "refused: " + "; ".join(reasons)
             alpha = f"alpha {DEG_PER_RAD * solution.alpha:9.4f} deg{mode}  " if machine.module is not None else ""
             yield f"  {alpha}{joints}  {verdict}"
+
+
+def _describe_limits(machine: Machine, refusals: Sequence[Sequence[str]]) -> str:
+    """``, 2 by the travel of a``: how many solutions limits refuse, and which limits; nothing for none."""
+    if not refusals:
+        return ""
+    named = list(dict.fromkeys(reason for reasons in refusals for reason in reasons))
+    beyond = {joint for one in named if one.startswith(_TRAVEL) for joint in one.removeprefix(_TRAVEL).split(", ")}
+    joints = [column.joint for column in machine.columns if column.joint in beyond]
+    limits = [f"the travel of {', '.join(joints)}"] if joints else []
+    limits += [one for one in named if not one.startswith(_TRAVEL)]
+    return f", {len(refusals)} by {' and '.join(limits)}"
 
 
 def _has_negative_tilt(angles: Array) -> bool:

@@ -227,6 +227,8 @@ def _check_lengths(moves: Moves, path: ToolPath, options: Options, changes: Sequ
         told = [item for item in suspects if item.line is not None and change <= item.line <= moves.line[first]]
         if told and low >= 0 and own and told[-1].tool:
             yield dataclasses.replace(told[-1], severity="error")
+        elif told and low >= 0 and not (tool or length) and (said := _describe_unknown_tool(told[-1], lengths, names)):
+            yield dataclasses.replace(told[-1], severity="error", message=said)
         if told or (length and owner is None):
             continue  # an H of another tool since then has its own warning
         # no length is told once, whatever the tools
@@ -253,6 +255,20 @@ def _list_called_tools(moves: Moves) -> dict[int, None]:
             *(one.number for one in moves.selections if one.number),
         ]
     )
+
+
+def _describe_unknown_tool(missing: Finding, lengths: Mapping[int, float], names: Mapping[int, str]) -> str:
+    """A VP041 of a program that has loaded no tool so far, with the length that it lacks; empty where none is given."""
+    what, separator, remedy = missing.message.rpartition("; ")
+    own = max(lengths.values(), default=0.0) if missing.tool is None else lengths.get(missing.tool, 0.0)
+    if not own:
+        return ""
+    given = (
+        "the set-up has lengths of tools"
+        if missing.tool is None
+        else f"the set-up gives {describe_tool_number(missing.tool, names)} {own:g} mm"
+    )
+    return f"{what}; the cut has length 0, and {given}{separator}{remedy}"
 
 
 def _describe_other_length(tool: int, length: float, own: float, owner: int, names: Mapping[int, str]) -> str:

@@ -77,7 +77,7 @@ def add_policy_options(command: "Callable[..., Any]") -> "Callable[..., Any]":
     return command
 
 
-@click.command("check", cls=GroupedCommand, short_help="Check programs against every limit, without rows.")
+@click.command("check", cls=GroupedCommand, short_help="Check programs against every limit; write no file.")
 @click.argument("inputs", type=INPUT, nargs=-1, required=True, metavar="INPUT|DIR...")
 @click.option(
     "--output-format",

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 @click.argument("input_name", type=INPUT, metavar="INPUT")
 @add_program_options("solver", "quality", "jobs", "override", "slow_start")
 def command(stage: str, input_name: str, **given: Any) -> int:
-    """Print one stage of a program as JSON lines.
+    """Print the moves, path or poses of a program as JSON lines.
 
     \b
     moves   what an interpreter reports: program coordinates, no machine

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from verne_post.verification.following import Following
 
 
-@click.command("verify", cls=GroupedCommand, short_help="Check a setpoint file as it is written.")
+@click.command("verify", cls=GroupedCommand, short_help="Check a setpoint file against limits and program.")
 @click.argument("setpoints", type=INPUT, metavar="AXES.CSV")
 @click.option("--against", required=True, metavar="INPUT", help="Program from which the file was made.")
 @click.option(

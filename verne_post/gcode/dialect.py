@@ -36,7 +36,8 @@ class Dialect(Struct, frozen=True):
     #: Of files whose text is of this dialect where no dialect recognises it, in lower case.
     endings: tuple[str, ...] = ()
     rival: Rival | None = None  #: Might read a text that this one has recognised.
-    #: Pattern of the word that asks for inches, as its only group, and the word for mm; None where it has none.
+    #: Pattern of the word that asks for inches, as its first group, and the word for mm, which
+    #: may name further groups; None where it has none.
     inch: tuple[str, str] | None = None
 
 

@@ -35,6 +35,6 @@ def read_as_mm(source: Text, setup: Setup) -> tuple[InchWord, bytes] | None:
         if match[1] is None:
             return match[0]
         at = match.start(1) - match.start()
-        return match[0][:at] + word_for_mm.encode() + match[0][at + len(match[1]) :]
+        return match[0][:at] + match.expand(word_for_mm.encode()) + match[0][at + len(match[1]) :]
 
-    return InchWord(*place, found[1].decode(), word_for_mm), code.sub(write_mm, whole)
+    return InchWord(*place, found[1].decode(), found.expand(word_for_mm.encode()).decode()), code.sub(write_mm, whole)

@@ -15,9 +15,7 @@ from verne_post.model.moves import ZERO9, Moves
 from verne_post.model.part_setup import ADDITIONAL_SYSTEMS, FIRST_NAMED_TOOL, SYSTEM_NAMES, Tool, describe_tool_number
 
 #: What else may be done about the length of a tool; nothing where the program uses several.
-ONE_TOOL: Final = ", or --tool-length MM where the program has one tool"
-#: Where a set-up, the file beside the program, has what the program lacks.
-_IN_SET_UP: Final = "write it into the set-up, which verne-post setup makes"
+ONE_TOOL: Final = ", or give --tool-length MM where the program has one tool"
 #: Stands for a tool that is in no table, once that has been reported: its width only has to be greater than 0.
 ASSUMED_TOOL: Final = Tool(0, 0, ZERO9, 1.0)
 
@@ -42,9 +40,9 @@ def report_missing_tool(number: int, letter: str, at: At, setup: Setup, state: S
         key = find_tool_key(number, "length", state.tool_names)
         return at.error("VP012", f"H{number}: {why}", "H", name, key)
     if setup.tools is None:
-        why = f"the length is in no set-up and in no tool table; {_IN_SET_UP}, or give --tool-table FILE{ONE_TOOL}"
+        why = f"the length is in no set-up and in no tool table; give --tool-table FILE{ONE_TOOL}"
     else:
-        why = f"neither the set-up nor the tool table has it; {_IN_SET_UP}, or add it to the table{ONE_TOOL}"
+        why = f"neither the set-up nor the tool table has it; add it to one of them{ONE_TOOL}"
     return at.error("VP012", f"{name}: {why}", letter, name, find_tool_key(number, "length", state.tool_names))
 
 

@@ -25,6 +25,8 @@ _COMMA: Final = re.compile(
 _LETTER_L: Final = re.compile(
     r"(?<![A-Za-z_])([A-Z][ \t]*)((?:[-+]?\d+l(?![ \t]*[-+.\d#\[=])|[-+]?l[.\d]+)(?![A-Za-z_]))"
 )
+#: An address, and a small L and O that stand for 1 and 0, with no digit before them.
+_LETTERS: Final = re.compile(r"(?<![A-Za-z_])([XYZABCFIJKR][ \t]*)([-+]?(?:lO[lO\d]*|ll[lO]*O))(?![\w])")
 #: A letter twice before a number.
 _TWICE: Final = re.compile(r"(?<![A-Z\d_])([A-Z])\1([-+]?(?:\d+\.?\d*|\.\d+))(?![\w.])", re.IGNORECASE)
 #: Characters of such a word, so that long lines of digits take no time.
@@ -104,6 +106,10 @@ def _find_number(line: str, column: int) -> tuple[str, int, str, str] | None:
             if match.start() <= at <= match.end() and (pattern is _COMMA or _is_number(match, line)):
                 number = match[2].translate(_MEANT_CHARACTERS)
                 return _report(match, f"{what} in a number", "".join(match[1].split()) + number)
+    for match in _LETTERS.finditer(line, max(at - _LONGEST, 0), at + _LONGEST):
+        if match.start() <= at <= match.end():
+            number = match[2].translate(_MEANT_CHARACTERS).replace("l", "1")
+            return _report(match, "the letters l and O in a number", "".join(match[1].split()) + number)
     for match in _LETTER_L.finditer(line, max(at - _LONGEST, 0), at + _LONGEST):
         if match.start() <= at <= match.end() + len(line[match.end() :]) - len(line[match.end() :].lstrip()):
             return _report(match, "the letter l in a number", "".join(match[1].split()) + match[2].replace("l", "1"))

@@ -258,9 +258,9 @@ CODES: Final[dict[str, Code]] = _make_table(
         "warning",
         "The program uses a work offset that neither the set-up nor the program gives (in Klartext a preset). "
         "The part zero is then at the rotary centre on the table face. "
-        'It is an error where the set-up says "measure", where it gives other work offsets and not this one, or where '
-        "the program moves it by G10 in G91. "
-        "In Klartext, presets 1 to 9 are G54 to G59.3 of --wcs, and presets 10 to 48 are G54.1P10 to G54.1P48.",
+        "In Klartext, presets 1 to 9 are G54 to G59.3 of --wcs, and presets 10 to 48 are G54.1P10 to G54.1P48. "
+        'It is an error in three cases: (1) The set-up says "measure". (2) The set-up gives other work offsets and not '
+        "this one. (3) The program moves it by G10 in G91.",
         "Fill in wcs.G54 in INPUT.toml, which verne-post setup INPUT writes, or give --wcs: mm from the rotary centre"
         " and the table face. If the part zero really is there, give --wcs G54=0,0,0.",
     ),
@@ -340,8 +340,9 @@ CODES: Final[dict[str, Code]] = _make_table(
         "warning",
         "T alone only makes a tool ready: without M6 the tool that was in the spindle before cuts. M6 alone loads the "
         "tool that T has named last: without a new T the same tool comes again. It is an error where the tool in the "
-        "spindle comes down with the length of another one. T beside M6, or before the first cut after it, makes the "
-        "next tool ready and is not reported.",
+        "spindle comes down with the length of another one. So it is where no tool has been loaded, and a cut goes "
+        "down with length 0 although the set-up gives lengths. T beside M6, or before the first cut after it, makes "
+        "the next tool ready and is not reported.",
         "Write both T and M6. If the control loads the tool by another code of its builder, give that code a meaning "
         "in [remap].",
     ),
@@ -386,10 +387,11 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP046",
         "axes move that the block does not name",
         "warning",
-        "A block moves axes that it does not name. First case: the block turns the table. No tool length is in force "
+        "A block moves axes that it does not name, in one of two cases: "
+        "(1) The block turns the table. No tool length is in force "
         "(before G43, after G49), or a retract in machine coordinates came before. The spindle then moves along to "
         "keep the tip at its place of the part; a control without tool-centre-point control keeps these axes still. "
-        "Second case: the tool length has changed, and the next block does not name Z. Under a tilted table the tip "
+        "(2) The tool length has changed, and the next block does not name Z. Under a tilted table the tip "
         "goes to the place that was programmed before. Under a level table it continues where it is, which is below "
         "that place with a longer tool.",
         "Name X, Y and Z in the block, turn the table in machine coordinates (G53, SUPA, M91), or retract before. In "
@@ -724,7 +726,7 @@ CODES: Final[dict[str, Code]] = _make_table(
         "A speed, acceleration, jerk, travel, length, cycle or tolerance is possible, but probably not intended. Most "
         "often "
         "it is in another unit. It is in the machine file, the command line, the set-up or the program. It is an error "
-        "where a program in inches leaves the machine, and would not in mm. The limits that it breaks are not listed "
+        "where a program exceeds the travel in inches but not in mm. The limits that it breaks are not listed "
         "then; `verne-post explain` names those of a line.",
         "Compare the value with its unit in docs/machine-file.md, docs/commands.md or docs/setpoints.md; `verne-post "
         "machine validate` prints how long moves take.",

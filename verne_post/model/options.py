@@ -312,9 +312,9 @@ class Options:
     correct_axis: Annotated[
         bool,
         About(
-            "On an as-built machine, C corrects the part of the tool axis error that A cannot "
-            "correct: from 2 degrees of tilt on, fully from 6. This is always so in programs with "
-            "tool vectors (I J K).",
+            "On an as-built machine, C corrects the part of the tool axis error that A cannot correct: "
+            "nothing up to 2 degrees of tilt, a growing share of it from there, and all of it from 6 degrees on. "
+            "This is always so in programs with tool vectors (I J K).",
             Group.TABLE,
         ),
     ] = False

@@ -19,6 +19,8 @@ from verne_post.model.codes import CODES, describe_response, describe_severity
 #: Where examples stand that name no work offset, and so that nothing else is found in them.
 _AT_ZERO: Final = "--wcs G54=0,0,0"
 _EXPECTED: Final = re.compile(r"\(expect: VP\d+[^,)]*(?:, options: (?P<options>[^)]*))?\)")
+#: Before each of the cases that a text numbers.
+_CASE: Final = re.compile(r" (?=\(\d\) )")
 _WIDTH: Final = 90
 
 
@@ -82,7 +84,8 @@ def _list_parts(code: str, printed: Sequence[str] = ()) -> list[tuple[str, str, 
     parts = [("", known.meaning, False)]
     example = find_example(code)
     if example is None:
-        parts.append(("Example", page.get("shown", "The package was installed without its examples."), False))
+        shown = page.get("shown", "The package was installed without its examples.")
+        parts += [("Example", shown, False)] if shown else []
     else:
         files = [(name if name != PROGRAM else "", text) for name, text in example.files.items()]
         if example.change:
@@ -110,9 +113,21 @@ def make_text(code: str) -> str:
             lines += [f"{heading}:", textwrap.indent(text, "    ")]
         else:
             begin = f"{heading}: " if heading else ""
-            lines.append(textwrap.fill(begin + text, _WIDTH, break_on_hyphens=False))
+            first, *cases = _CASE.split(begin + text)
+            lines.append(textwrap.fill(first, _WIDTH, break_on_hyphens=False))
+            lines += [
+                textwrap.fill(case, _WIDTH, break_on_hyphens=False, initial_indent="  ", subsequent_indent=" " * 6)
+                for case in cases
+            ]
     related = ", ".join(f"{one} ({CODES[one].title})" for one in _read_pages()[code]["related"])
     return "\n".join([*lines, textwrap.fill(f"Related: {related}.", _WIDTH), ""])
+
+
+def _write_cases(text: str) -> str:
+    """Cases that a text numbers, ``(1) ...``, as a list of Markdown; other texts as they are."""
+    first, *cases = _CASE.split(text)
+    listed = "\n".join(re.sub(r"^\((\d)\)", r"\1.", case) for case in cases)
+    return f"{first}\n\n{listed}" if cases else text
 
 
 def make_markdown(code: str, link: str = "{0}", printed: Sequence[str] = ()) -> str:
@@ -123,6 +138,10 @@ def make_markdown(code: str, link: str = "{0}", printed: Sequence[str] = ()) -> 
     lines = [f"# {code}: {known.title}", "", f"Severity: {describe_severity(known)}."]
     for heading, text, is_code in _list_parts(code, printed):
         kind = "console" if printed and heading == "Shown by" else "text"
-        lines += ["", *([f"## {heading}", ""] if heading else []), f"```{kind}\n{text}\n```" if is_code else text]
+        lines += [
+            "",
+            *([f"## {heading}", ""] if heading else []),
+            f"```{kind}\n{text}\n```" if is_code else _write_cases(text),
+        ]
     related = [f"- {link.format(one)}: {CODES[one].title}" for one in _read_pages()[code]["related"]]
     return "\n".join([*lines, "", "## Related codes", "", *related, ""])

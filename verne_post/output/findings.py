@@ -150,7 +150,8 @@ def list_remedies(item: Finding, program: str) -> list[str]:
         return [f"{title}: {remedy}"] if remedy else []
     if item.severity != "error":
         return []
-    explain = f"`verne-post explain {make_printable(program)}:{item.line}` says how much is needed"
+    command = f"`verne-post explain {make_printable(program)}:{item.line}`"
+    explain = f"{command} explains this line and what would bring it within limits"
     # where a plane needs a tilt far beyond the travel, the line cannot be executed, and there is no pose to explain
     has_pose = item.line and (item.value is not None or item.code not in ("VP102", "VP103"))
     return [f"tried: {make_printable(text)}" for text in item.remedies] + [explain] * bool(has_pose)
@@ -176,10 +177,15 @@ _PARTNERS: Final = (
         "Open and close each in its order, by the same name.",
     ),
 )
+#: What else helps where a work offset is missing.
+_FILL_IN_PLACE: Final = (
+    "Fill in wcs.G54 in INPUT.toml, which verne-post setup INPUT writes, in mm from the rotary centre and the table "
+    "face; 0, 0, 0 if it really is there."
+)
 #: In VP012 where the length is known, and nothing is to be filled in.
 _NOT_ACTIVE: Final = "has no length in force"
-#: In VP012 where the message has every place of a length, the set-up too.
-_SET_UP_NAMED: Final = "write it into the set-up"
+#: In VP012 where the message has every other place of a length: the file is left to say.
+_PLACES_NAMED: Final = re.compile("--tool-|add it to one of them")
 #: The title of VP012 where not the length is missing, and what helps.
 _NO_DIAMETER: Final = "tool diameter unknown"
 _GIVE_DIAMETER: Final = (
@@ -235,21 +241,19 @@ def _choose_remedy(item: Finding) -> str:
         return next((text for sign, text in _PARTNERS if sign.search(item.message)), "")
     if item.code == "VP012" and _NOT_ACTIVE in item.message:
         return CODES["VP034"].remedy
-    if item.code == "VP012" and _SET_UP_NAMED in item.message:
-        return ""
-    if item.code == "VP012" and "--tool-" in item.message:  # the message has the options; the file is left to say
+    if item.code == "VP012" and _PLACES_NAMED.search(item.message):
         return f"{remedy.partition('. ')[0]}."
     if item.code == "VP033" and re.search(r"write (wcs\.\S+ = )?\[x, y, z\]", item.message):
         return ""
-    if item.code == "VP033":
-        remedy = remedy.replace(", or give --wcs:", ":")
+    if item.code == "VP033":  # the message has the option; the file is left to say, and the unit
+        remedy = _FILL_IN_PLACE
     if item.code in _TOLD_FIRST:
         return remedy.partition(". ")[2]
     match item.settled_by:
         case (("remap", _code), *_more):
             return _GIVE_MEANING
         case (("wcs", system),):
-            return remedy.replace("wcs.G54", f"wcs.{quote_key(system)}").replace("--wcs G54", f"--wcs {system}")
+            return remedy.replace("wcs.G54", f"wcs.{quote_key(system)}")
     return remedy
 
 

@@ -1,7 +1,8 @@
 """What commands say: the summary of a conversion as keys and values, the verdict on a file, the evaluation of a log."""
 
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +27,8 @@ _NO_AXIS_ERROR_DEG = 1e-5
 #: Limits that are named as reasons for a speed below the feed rate.
 _REASONS = 3
 
+#: Between the lines of a value that has several, such as one for each kind of limit.
+LINE_OF_FACT: Final = "\n"
 #: Keys and values.
 Facts = Sequence[tuple[str, str]]
 
@@ -47,13 +50,16 @@ def format_summary(summary: Summary, added: Facts = ()) -> str:
     width = 2 + max(len(key) for key, _text in pairs)
     lines = [f"{summary.options.source_name}: {name_verdict(summary)}"]
     for key, text in pairs:
-        lines += textwrap.wrap(
-            make_printable(text),
-            width=100,
-            break_on_hyphens=False,
-            initial_indent=f"  {key:<{width}}",
-            subsequent_indent=" " * (width + 2),
-        )
+        head, blank = f"  {key:<{width}}", " " * (width + 2)
+        for each in text.split(LINE_OF_FACT):
+            lines += textwrap.wrap(
+                make_printable(each),
+                width=100,
+                break_on_hyphens=False,
+                initial_indent=head,
+                subsequent_indent=blank,
+            )
+            head = blank
     return "".join(line + "\n" for line in lines)
 
 
@@ -246,15 +252,18 @@ def _bound(summary: Summary) -> Facts:
 
 def _describe_worst_ratios(verdict: Verification, machine: Machine) -> str:
     """The largest ratio to a limit of each kind, with its joint."""
-    return ", ".join(
-        f"{name} {ratio.max():.4f} ({machine.columns[int(np.argmax(ratio))].joint})"
-        for name, ratio in (
-            ("velocity", verdict.velocity_ratio),
-            ("acceleration", verdict.acceleration_ratio),
-            ("jerk", verdict.jerk_ratio),
-        )
-        if name != "jerk" or np.isfinite(machine.limits.jerk).any()
-    )
+    return ", ".join(f"{name} {share:.4f} ({joint})" for name, share, joint in _list_worst_ratios(verdict, machine))
+
+
+def _list_worst_ratios(verdict: Verification, machine: Machine) -> Iterator[tuple[str, float, str]]:
+    """Kind, largest ratio to a limit of this kind, and the joint that has it."""
+    for name, ratio in (
+        ("velocity", verdict.velocity_ratio),
+        ("acceleration", verdict.acceleration_ratio),
+        ("jerk", verdict.jerk_ratio),
+    ):
+        if name != "jerk" or np.isfinite(machine.limits.jerk).any():
+            yield name, float(ratio.max()), machine.columns[int(np.argmax(ratio))].joint
 
 
 def _describe_limits(summary: Summary) -> Facts:
@@ -262,19 +271,18 @@ def _describe_limits(summary: Summary) -> Facts:
     verdict = summary.verification
     if verdict is None:
         return []
-    allowed = (
-        ("velocity", verdict.velocity_ratio.max(), VELOCITY_RATIO),
-        ("acceleration", verdict.acceleration_ratio.max(), ACCELERATION_RATIO),
-        ("jerk", verdict.jerk_ratio.max(), JERK_RATIO),
-        ("feed", verdict.feed_ratio, FEED_RATIO),
-    )
-    shares = f"{_describe_worst_ratios(verdict, summary.machine)}, feed {verdict.feed_ratio:.4f}"
-    text = f"the highest values, where 1 is the limit: {shares}"
-    beyond = [f"{most:g} of {what}" for what, ratio, most in allowed if ratio > 1.0]
-    if beyond:
-        are = "is" if len(beyond) == 1 else "are"
-        text += f"; up to {', '.join(beyond)} {are} allowed, for blended corners and rounding"
-    return [("limits", text)]
+    allowed = {"velocity": VELOCITY_RATIO, "acceleration": ACCELERATION_RATIO, "jerk": JERK_RATIO, "feed": FEED_RATIO}
+    shares = [*_list_worst_ratios(verdict, summary.machine), ("feed", verdict.feed_ratio, "")]
+    width = max(len(name) for name, _share, _joint in shares)
+    rows = [
+        f"{name + ':':<{width + 1}} {share:.4f}"
+        + (f" ({joint})" if joint else "")
+        + (f", allowed up to {allowed[name]:g}" if share > 1.0 else "")
+        for name, share, joint in shares
+    ]
+    beyond = any(share > 1.0 for _name, share, _joint in shares)
+    why = ", which blended corners and rounding may exceed a little" if beyond else ""
+    return [("limits", LINE_OF_FACT.join((f"highest values; 1 is the limit{why}", *rows)))]
 
 
 def _describe_tolerance(summary: Summary) -> Facts:
@@ -321,12 +329,13 @@ def _describe_feed(summary: Summary) -> Facts:
     """How often the programmed feed rate is reached, and which limits are near where it is not."""
     if not summary.feed_segments or not _is_as_planned(summary):
         return []
-    text = f"reached at least once in {summary.feed_reached} of {summary.feed_segments} feed moves"
+    reach = "reaches" if summary.feed_reached == 1 else "reach"
+    text = f"{summary.feed_reached} of {summary.feed_segments} feed moves {reach} the programmed feed rate"
     slow = summary.verification.slow if summary.verification is not None else {}
     if slow:
         longest = sorted(slow.items(), key=lambda item: -item[1])[:_REASONS]
         reasons = ", ".join(f"{name} {seconds:.3f} s" for name, seconds in longest)
-        text += f"; slower for {sum(slow.values()):.3f} s, nearest limits there: {reasons}"
+        text += f"{LINE_OF_FACT}slower for {sum(slow.values()):.3f} s, nearest limits there: {reasons}"
     if summary.verification is not None:
         text += _describe_block_times(summary.verification)
     return [("feed rate", text)]

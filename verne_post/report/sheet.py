@@ -16,7 +16,7 @@ from verne_post.model.machine import Machine
 from verne_post.model.moves import Event, MoveKind, describe_tool, find_tool_of_moves, name_tools
 from verne_post.model.part_setup import SYSTEM_NAMES, Box, FixtureMesh, OwnStock, Tool, spell_tool_word
 from verne_post.model.work_systems import find_placer
-from verne_post.output.summary import join_lengths, list_facts
+from verne_post.output.summary import LINE_OF_FACT, join_lengths, list_facts
 from verne_post.report.markup import Row, count, escape_text, join_few, write_table
 from verne_post.report.table import Study
 
@@ -108,10 +108,15 @@ def write_record_html(source: Text, machine: Machine, study: Study) -> str:
     )
     facts = [] if study.summary is None else list_facts(study.summary)
     rows = "".join(
-        f"<div><dt>{escape_text(key)}</dt><dd>{escape_text(_round_up(text))}</dd></div>"
+        f"<div><dt>{escape_text(key)}</dt><dd>{escape_text(_round_up(_join_lines(text)))}</dd></div>"
         for key, text in (*(fact for fact in facts if fact[0] not in _TOLD), *sums)
     )
     return f"<dl>{rows}</dl>"
+
+
+def _join_lines(text: str) -> str:
+    """The lines of a fact as one, with its columns closed up."""
+    return " ".join("; ".join(text.split(LINE_OF_FACT)).split())
 
 
 def _write_titled_table(

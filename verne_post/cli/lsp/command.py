@@ -16,7 +16,7 @@ from verne_post.cli.pictures import require_package
 from verne_post.model.verdict import ExitStatus
 
 
-@click.command("lsp", cls=GroupedCommand, short_help="Serve an editor: findings while one types.")
+@click.command("lsp", cls=GroupedCommand, short_help="Language server: show findings in an editor.")
 @click.option(
     "--write-vscode",
     "extension",

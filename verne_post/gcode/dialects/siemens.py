@@ -34,8 +34,8 @@ _OTHERS: Final = re.compile(
 _COMMENT: Final = re.compile(rb";(?![ \t]*\$PATH=)[^\n]*|(?<![A-Za-z_])\([^()\n]*\)")
 
 
-#: G70, which leaves F in mm/min; G700, for F too, is rare.
-_INCH: Final = (r"(?<![A-Z0-9_])(G0*70)(?!\d)", "G71")
+#: G70, which leaves F in mm/min, and G700, for F too.
+_INCH: Final = (r"(?<![A-Z0-9_])(G0*70(0?))(?!\d)", r"G71\2")
 
 
 def _recognise(source: Text) -> bool:

@@ -7,7 +7,7 @@ from typing import Final
 from msgspec import Struct, field
 
 from verne_post.base.numbers import is_count
-from verne_post.base.suggestions import suggest
+from verne_post.base.suggestions import find_meant, suggest
 from verne_post.gcode.codes import REMAP_GIVES
 from verne_post.gcode.mistyped import explain_unknown
 from verne_post.gcode.program_error import ProgramError
@@ -85,6 +85,8 @@ class Argument(Struct, frozen=True):
 
 #: Cycles of two digits are too near to each other: CYCLE97 cuts threads on lathes, CYCLE79 mills a polygon.
 _LONG_NUMBER: Final = re.compile(r"CYCLE\d{3,}")
+#: But machining has no cycles of these: the digits of one changed places, or CYCLE800 lacks its last 0.
+_SLIP_OF_CYCLE: Final = re.compile(r"CYCLE(?:[1-5]\d|80)")
 
 
 class Call(Struct, frozen=True):
@@ -303,6 +305,9 @@ class WordReader:
             text = f"{name} is not executed ({why})"
             if _LONG_NUMBER.fullmatch(name) and name not in REFUSED_WORDS:
                 text = explain_unknown(text, name, CYCLES, NO_EFFECT)
+            elif _SLIP_OF_CYCLE.fullmatch(name) and name not in REFUSED_WORDS:
+                near = f"{name}0" if f"{name}0" in CYCLES else find_meant(name, CYCLES, slip_alone=True)
+                text += f"; did you mean {near}?" if near else ""
             raise cursor.error("VP002", text, at)
         elif name in CYCLES or self.is_subprogram(name):
             words.calls.append(Call(name, arguments, at + 1))

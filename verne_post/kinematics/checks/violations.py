@@ -158,21 +158,21 @@ _SLIDER: Final = re.compile(r"rho(\d+)")
 
 
 def _describe_travel(check: Check, value: float, bound: float) -> str:
-    """``slider 1 (rho1) reaches 1262.413 mm, 12.413 mm too far; travel 50 to 1250 mm``."""
+    """``slider 1 (rho1) reaches 1262.413 mm, 12.413 mm above its travel of 50 to 1250 mm``."""
     excess = abs(value - bound)
     decimals = next((n for n in _DECIMALS if excess >= 0.5 * 10.0**-n), _DECIMALS[-1])
     low, high = sorted(end * check.factor for end in check.travel or ())
     travel = (
-        f"{low:g} to {high:g}"
+        f"travel of {low:g} to {high:g}"
         if np.isfinite([low, high]).all()
-        else f"{'from' if np.isfinite(low) else 'to'} {bound:g}"
+        else f"{'least' if np.isfinite(low) else 'greatest'} value, {bound:g}"
     )
     slider = _SLIDER.fullmatch(check.axis or "")
     name = f"slider {slider[1]} ({check.axis})" if slider else f"joint {check.axis}"
-    side = "little" if value <= bound else "much"
+    side = "below" if value <= bound else "above"
     return (
-        f"{name} reaches {format_fixed(value, decimals)} {check.unit}, {excess:.{decimals}f} {check.unit} too {side}; "
-        f"travel {travel} {check.unit}"
+        f"{name} reaches {format_fixed(value, decimals)} {check.unit}, {excess:.{decimals}f} {check.unit} {side} its "
+        f"{travel} {check.unit}"
     )
 
 
