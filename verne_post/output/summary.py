@@ -391,7 +391,7 @@ def _describe_tools(summary: Summary) -> str:
         zero = "" if len(summary.tools) == 1 else "0 mm: "
         source = f" ({zero}no length is in force, or none was given)"
     if summary.has_bare_rapids:
-        source += "; some rapids have none"
+        source += "; 0 mm in rapids before a length is active"
     if summary.carried:
         source += "; some rapids still have the length of the tool before"
     return f"{tools}{source}"
