@@ -501,7 +501,7 @@ def test_parameters_name_keys_and_options_that_exist(run: Callable[..., Any]) ->
         "accuracy": schema.AccuracyFile.__struct_fields__,
         "joints": {"NAME"},  # of a chain
     }
-    options = run("convert", "--help").out + run("machined", "--help").out
+    options = run("convert", "--help-all").out + run("machined", "--help-all").out
     told = 0
     for code in CODES:
         shown = " ".join(run("explain", code).out.split())

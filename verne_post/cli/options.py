@@ -139,26 +139,69 @@ class GroupedOption(click.Option):
 
 
 class GroupedCommand(click.Command):
-    """A command whose help shows options by groups; its own come first, unless ``own`` names one of the groups."""
+    """A command whose help shows options by groups; its own come first, unless ``own`` names one of the groups.
+
+    ``--help`` shows its own options and those of the set-up, ``--help-all`` all of them.
+    """
 
     def __init__(self, *arguments: Any, own: str = "Options", **settings: Any) -> None:
         super().__init__(*arguments, **settings)
         self.own = own
+
+    def get_params(self, ctx: click.Context) -> list[click.Parameter]:
+        """With the option that prints all of them, where there is more than --help shows."""
+        known = super().get_params(ctx)
+        if not self._list_further_groups(known):
+            return known
+        everything = click.Option(
+            ["--help-all"],
+            is_flag=True,
+            is_eager=True,
+            expose_value=False,
+            callback=_print_help_of_all,
+            help="Show all options, and exit.",
+        )
+        return [*known, everything]
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the options, group by group."""
         sections: dict[str, list[tuple[str, str]]] = {} if self.own in tuple(Group) else {"Options": []}
         sections |= {group: [] for group in Group}
         sections.setdefault("Options", [])
-        for parameter in self.get_params(ctx):
+        known = self.get_params(ctx)
+        further = () if ctx.meta.get(_ALL) else self._list_further_groups(known)
+        for parameter in known:
             record = parameter.get_help_record(ctx) if isinstance(parameter, click.Option) else None
             if record is not None:  # newer releases of click have a record without text for arguments
-                own = "Options" if parameter.is_eager else self.own  # --help belongs to no group
-                sections[parameter.group if isinstance(parameter, GroupedOption) else own].append(record)
+                sections[self._find_group(parameter)].append(record)
         for heading, records in sections.items():
-            if records:
+            if records and heading not in further:
                 with formatter.section(heading):
                     formatter.write_dl(records)
+        if further:
+            formatter.write_paragraph()
+            formatter.write_text(f"--help-all shows more options: {'; '.join(further)}.")
+
+    def _find_group(self, parameter: click.Parameter) -> str:
+        """The heading of an option."""
+        own = "Options" if parameter.is_eager else self.own  # --help belongs to no group
+        return parameter.group if isinstance(parameter, GroupedOption) else own
+
+    def _list_further_groups(self, known: Sequence[click.Parameter]) -> list[str]:
+        """The groups that the short help leaves out."""
+        used = {self._find_group(one) for one in known}
+        return [group.value for group in Group if group in used - {self.own, Group.SETUP}]
+
+
+#: Key of a context: its help is to show all options.
+_ALL: Final = "verne_post.help_all"
+
+
+def _print_help_of_all(ctx: click.Context, _parameter: click.Parameter, value: bool) -> None:
+    if value:
+        ctx.meta[_ALL] = True
+        echo(ctx.get_help())
+        ctx.exit()
 
 
 def add_program_options(*without: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
