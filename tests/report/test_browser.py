@@ -67,6 +67,21 @@ def sample(name: str, tool: float, place: tuple[float, float, float], **more: An
 VISE = runpy.run_path(str(SAMPLES / "make_vise_sample.py"))
 VISE_STL = VISE["pack_stl"](VISE["unite_boxes"]([VISE["BASE"], *VISE["JAWS"], VISE["STOP"]]))
 
+#: A face of 84 by 24 mm, with retracts to the reference point as posts write them.
+RETRACTED = """G21 G90 G54
+G28 G91 Z0.
+(MULTIAXISSWARFING1)
+G90 G0 X-42. Y-12.
+Z5.
+G1 Z-1. F800.
+X42.
+Y12.
+X-42.
+Y-12.
+G28 G91 Z0.
+M30
+"""
+
 PROGRAMS: dict[str, tuple[bytes | str, str, Options]] = {
     "pocket": sample(
         "pocket_3axis.nc", 80.0, (-10.0, 15.0, 60.0), stock=Box("the stock", (-40.0, -20.0, 40.0), (30.0, 50.0, 60.0))
@@ -81,6 +96,7 @@ PROGRAMS: dict[str, tuple[bytes | str, str, Options]] = {
     "travel": sample("violates_slider_travel.nc", 50.0, (0.0, 0.0, 420.0)),
     "tilt": sample("violates_tilt.nc", 120.0, (0.0, 0.0, 60.0)),
     "klartext": sample("two_faces.h", 80.0, (0.0, 0.0, 40.0)),
+    "retracted": (RETRACTED, "ac_trunnion", Options(tool_length=110.0, wcs={1: WorkOffset((0.0, 0.0, 60.0))})),
     "out of reach": ("G21 G90\nG0 X0 Y0 Z50 A0 C0\nG1 X3000 F9000\nM2\n", "verne", Options(tool_length=60.0)),
     "serial": ("G21 G90\nG0 X0 Y0 Z50 A0 C0\nG1 X30 A20 C40 F900\nM2\n", "serial", Options(tool_length=60.0)),
     "delta": ("G21 G90\nG0 X0 Y0 Z50 A0 C0\nG1 X30 A2 C4 F900\nM2\n", "linear_delta", Options(tool_length=60.0)),
@@ -1035,7 +1051,7 @@ def test_a_refused_program_has_its_path_beside_the_other(browser: Any, show: Cal
     """It has no times: the tip of the other one alone moves."""
     show("refused and not")
     assert js(browser, "[...document.querySelectorAll('#path-legend span')].map(e => e.textContent)") == [
-        *("A, wide", "B, narrow")
+        *("A, wide", "B, narrow", "rapids, dashed")
     ]
     assert browser.find_element("id", "clock").text.startswith("0.000 s: B line ")
     show("neither")  # the one cannot be read, the other one has a path
@@ -1082,3 +1098,42 @@ def test_a_comparison_is_whole_and_readable(
         if size == "phone":  # numbers stand below their names
             assert js(browser, "arguments[0].scrollWidth - arguments[0].clientWidth", one) <= 0
     assert js(browser, "document.querySelectorAll('img, a, form, iframe, [onmouseover]').length") == 0
+
+
+def test_retracts_are_pale_and_out_of_the_frame(browser: Any, show: Callable[..., Any]) -> None:
+    """The part fills the view of the path and the close-up, on screen and on paper, wherever the tool is."""
+    data = show("retracted")
+    tip, rapid = data["trail.tip"], data["trail.rapid"].astype(bool)
+    # the retract is many times as high as what is cut
+    assert np.ptp(tip[:, 2]) > 100.0
+    assert np.ptp(tip[~rapid], axis=0) == pytest.approx([84.0, 24.0, 6.0], abs=0.1)
+    box = np.array([[x, y, z] for x in (-42, 42) for y in (-12, 12) for z in (59, 65)])  # G54 is at z 60
+    for frame in (0, data["frames"] // 2, data["frames"] - 1):
+        js(browser, "(report.setCursor(arguments[0]), report.view('part'))", frame)
+        path = np.array(js(browser, "report.scene.pathOnScreen()"))[:, :2]
+        assert 0.6 < np.abs(path).max() < 1.0
+        near = np.array(js(browser, "report.scene.inCloseUp(arguments[0])", box.tolist()))[:, :2]
+        # the close-up shows a part of them, larger
+        assert np.ptp(near, axis=0).max() > 1.5 * np.ptp(path, axis=0).max()
+    # the row of worst places stays whole on paper
+    with on_paper(browser):
+        assert js(browser, "getComputedStyle(document.getElementById('places')).breakInside") == "avoid"
+    tool = np.array(js(browser, "report.scene.tipInCloseUp()"))[:2]
+    assert np.abs(tool).max() > 1.0  # the tool is away, the part stays
+    assert "rapid, thin and pale" in js(browser, "document.getElementById('legend').textContent")
+    js(browser, "report.view('part')")
+    with_rapids = canvas_pixels(browser)
+    press(browser, "r")
+    assert not js(browser, "document.getElementById('rapids').checked || report.scene.showsRapids()")
+    assert (canvas_pixels(browser) != with_rapids).any()
+    js(browser, "document.getElementById('rapids').click()")
+    assert (canvas_pixels(browser) == with_rapids).all()
+    with on_paper(browser):
+        near = np.array(js(browser, "report.scene.inCloseUp(arguments[0])", box.tolist()))[:, :2]
+        assert 0.6 < np.abs(near).max() < 1.0
+
+
+def test_times_of_operations_have_room_on_a_phone(browser: Any, show: Callable[..., Any]) -> None:
+    """A long word in a name is broken before the last column is cut off."""
+    show("retracted", "phone")
+    assert js(browser, "(e => e.scrollWidth - e.clientWidth)(document.getElementById('operations'))") == 0

@@ -1,7 +1,9 @@
 """The stock of a program in the scene of the report, in the summary and in the metadata file."""
 
 import json
+import re
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -9,8 +11,9 @@ import numpy as np
 import pytest
 
 from verne_post.model.options import Options
-from verne_post.model.part_setup import WorkOffset
+from verne_post.model.part_setup import Box, OwnStock, WorkOffset
 from verne_post.report.scene import describe_scene
+from verne_post.report.sheet import write_sheet_html
 from verne_post.report.study import study
 
 from ..builders import MACHINE, SAMPLES
@@ -56,6 +59,22 @@ def test_a_cylinder_has_its_bore():
 
 def test_no_stock_no_box():
     assert boxes_of("") == []
+
+
+@pytest.mark.parametrize(
+    ("stock", "said"),
+    [
+        (None, "80 x 60 x 15 mm from (-40, -30, -10); not checked (--stock program checks it)"),
+        (OwnStock(), "80 x 60 x 15 mm from (-40, -30, -10)"),
+        (Box("the stock", (-1.0, -2.0, -3.0), (1.0, 2.0, 3.0)), "-1 to 1; -2 to 2; -3 to 3"),
+    ],
+)
+def test_the_sheet_has_the_stock_and_whether_it_is_checked(stock: Box | OwnStock | None, said: str) -> None:
+    source = (SAMPLES / "two_faces.h").read_bytes()
+    sheet = write_sheet_html("p.h", source, MACHINE, study(source, MACHINE, replace(OPTIONS, stock=stock)))
+    cells = re.findall("<td>([^<]*)</td>", sheet.partition("<h3>Fixtures and stock</h3>")[2].partition("</table>")[0])
+    system = "table" if isinstance(stock, Box) else "G54"
+    assert cells == ["the stock" if isinstance(stock, Box) else "the stock of the program", system, said]
 
 
 def test_page_summary_and_side_car_name_it(run: Callable[..., Any], tmp_path: Path):

@@ -12,7 +12,7 @@ from verne_post.base.printable import make_printable
 from verne_post.base.tolerances import ACCELERATION_RATIO, FEED_RATIO, JERK_RATIO, VELOCITY_RATIO
 from verne_post.base.units import DEG_PER_RAD
 from verne_post.model.machine import Machine
-from verne_post.model.moves import Event, describe_tool, list_tool_changes, name_tools
+from verne_post.model.moves import Event, Stock, describe_tool, list_tool_changes, name_tools
 from verne_post.model.part_setup import SYSTEM_NAMES, describe_tool_number
 from verne_post.model.summary import Summary
 from verne_post.model.verdict import Verdict
@@ -29,6 +29,9 @@ _REASONS = 3
 
 #: Between the lines of a value that has several, such as one for each kind of limit.
 LINE_OF_FACT: Final = "\n"
+#: Said of a stock that the program defines while nothing asks for its check.
+NOT_CHECKED_STOCK = "not checked (--stock program checks it)"
+
 #: Keys and values.
 Facts = Sequence[tuple[str, str]]
 
@@ -475,11 +478,15 @@ def _describe_stock(summary: Summary) -> Facts:
     stock = summary.stock
     if stock is None:
         return []
+    place = f"{describe_own_stock(stock)} in {SYSTEM_NAMES[stock.frame.system]}"
+    return [("stock", f"of the program: {place}" + ("" if summary.options.stock else f"; {NOT_CHECKED_STOCK}"))]
+
+
+def describe_own_stock(stock: Stock) -> str:
+    """Size and lower corner of the stock that a program defines, mm, in its work system."""
     x, y, z = stock.size
     shape = f"a cylinder of {x:g} by {z:g}" if stock.round else f"{x:g} x {y:g} x {z:g}"
-    low = ", ".join(f"{value:g}" for value in stock.low)
-    checked = "" if summary.options.stock else "; not checked (--stock program checks it)"
-    return [("stock", f"of the program: {shape} mm from ({low}) in {SYSTEM_NAMES[stock.frame.system]}{checked}")]
+    return f"{shape} mm from ({', '.join(f'{value:g}' for value in stock.low)})"
 
 
 def _describe_manual_stops(summary: Summary) -> Facts:

@@ -146,6 +146,11 @@
       legend.replaceChildren(text("span", kind === "margin" ? "margin to any limit:" : "speed of the tip:"), text("span", ends[0]), scale, text("span", ends[1]));
     } else legend.replaceChildren(...[...used].sort((a, b) => a - b).map(k => kind === "limit" ? entry(limitColour(k) || "#9aa7b4", data.limits[k]) : entry(tools[k % tools.length], data.toolNumbers[k] ? "tool " + data.toolNumbers[k] : "the tool")));
     if (arrays["trail.bad"].some(value => value)) legend.append(entry("#d32f2f", "violation"));
+    if (arrays["trail.rapid"].some(value => value)) {
+      const row = entry("", "rapid, thin and pale");
+      row.firstChild.className = "rapid";
+      legend.append(row);
+    }
   }
   // --- the part and the stock on the table ----------------------------------------------------------------
   const BODIES = { part: "part, deviation", left: "stock that is left", stock: "stock" };
@@ -178,6 +183,7 @@
   if (!data.limits.length) { options[1].remove(); options[1].remove(); }
   byId("colour").addEventListener("change", paint);
   byId("tool-axes").addEventListener("change", event => scene && scene.showAxes(event.target.checked));
+  byId("rapids").addEventListener("change", event => scene && scene.showRapids(event.target.checked));
   byId("solids").addEventListener("change", event => scene && scene.show(event.target.checked));
   let viewNow = "fit";
   function view(name) {
@@ -352,7 +358,7 @@
   const zoom = factor => n && charts.zoomAt(arrays.x[cursor], factor);
   const keys = {
     " ": () => play(!playing), ArrowLeft: () => setCursor(cursor - 1), ArrowRight: () => setCursor(cursor + 1), "[": () => step(false), "]": () => step(true),
-    PageUp: () => step(false), PageDown: () => step(true), Home: () => setCursor(0), End: () => setCursor(n - 1), d: () => theme(!dark()), D: () => theme(!dark()),
+    PageUp: () => step(false), PageDown: () => step(true), Home: () => setCursor(0), End: () => setCursor(n - 1), d: () => theme(!dark()), D: () => theme(!dark()), r: () => byId("rapids").click(), R: () => byId("rapids").click(),
     1: () => view("fit"), 2: () => view("part"), 3: () => view("top"), 4: () => view("front"), 5: () => view("tool"),
     "+": () => zoom(0.5), "-": () => zoom(2), 0: () => charts.showAll(),
   };

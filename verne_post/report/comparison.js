@@ -108,14 +108,21 @@
       entry.append(line, `${side.name.toUpperCase()}, ${side.name === "a" ? "wide" : "narrow"}`);
       return entry;
     }));
+    if (drawn.some(side => arrays[side.name + ".rapid"].some(value => value))) {
+      const entry = document.createElement("span"), line = document.createElement("i");
+      line.className = "rapid";
+      entry.append(line, "rapids, dashed");
+      byId("path-legend")?.append(entry);
+    }
     draw();
   }
+  byId("rapids")?.addEventListener("change", event => paths.showRapids(event.target.checked));
   byId("theme").addEventListener("click", () => theme(!Shared.dark()));
   document.addEventListener("keydown", event => {
-    if (event.ctrlKey || event.altKey || event.metaKey || !sides.length && event.key.toLowerCase() !== "d") return;
+    if (event.ctrlKey || event.altKey || event.metaKey || !sides.length && !"dr".includes(event.key.toLowerCase())) return;
     const charts = sides[0]?.charts, keys = {
       d: () => theme(!Shared.dark()), D: () => theme(!Shared.dark()), "+": () => charts.zoomAt(at, 0.5), "-": () => charts.zoomAt(at, 2), 0: () => charts.showAll(),
-      ArrowLeft: () => step(-1), ArrowRight: () => step(1), " ": () => play(!playing),
+      r: () => byId("rapids")?.click(), R: () => byId("rapids")?.click(), ArrowLeft: () => step(-1), ArrowRight: () => step(1), " ": () => play(!playing),
     };
     if (!keys[event.key] || event.key.startsWith("Arrow") && event.target.closest(".table")) return;  // tables scroll by arrows
     if (event.key === " " && (event.target.tagName === "BUTTON" || !byId("play"))) return;

@@ -86,6 +86,7 @@ def _pack_side(pack: Pack, name: str, side: Side) -> dict[str, Any]:
     for curve in ("feed", "speed") if study.timed else ():
         pack.add_curves(f"{name}.{curve}", study.curves[curve], tick, np.ones(1))
     pack.add(f"{name}.trail", study.trail.tip)
+    pack.add(f"{name}.rapid", study.trail.rapid, "|u1")
     if study.governing is not None:
         pack.add(f"{name}.x", study.x, "<f8")
         pack.add(f"{name}.tip", study.tip)

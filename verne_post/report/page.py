@@ -146,6 +146,7 @@ def _pack_study(pack: Pack, machine: Machine, study: Study) -> dict[str, Any]:
         ("speed", trail.speed, "<f4"),
         ("margin", trail.margin, "<f4"),
         ("bad", trail.bad, "|u1"),
+        ("rapid", trail.rapid, "|u1"),
     ):
         pack.add(f"trail.{name}", values, kind)
     pack.add("worst", study.place_tip[[item.severity == "error" for item in study.findings]])

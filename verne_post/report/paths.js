@@ -13,8 +13,11 @@ const Paths = (() => {
   function make(canvas, arrays, names, onView) {
     let [turn, lift] = VIEWS.all, scale = null, middle = [0, 0, 0];
     const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
+    // retracts go far away from the part: cuts are framed, rapids only where there is nothing else
+    const hasCuts = names.some(name => arrays[name + ".rapid"].some((rapid, k) => !rapid && Number.isFinite(arrays[name + ".trail"][3 * k])));
+    let showsRapids = true;
     for (const name of names) arrays[name + ".trail"].forEach((value, k) => {
-      if (!Number.isFinite(value)) return;
+      if (!Number.isFinite(value) || arrays[name + ".rapid"][Math.floor(k / 3)] && hasCuts) return;
       low[k % 3] = Math.min(low[k % 3], value);
       high[k % 3] = Math.max(high[k % 3], value);
     });
@@ -37,21 +40,31 @@ const Paths = (() => {
       if (scale === null) fit(width, height);
       const [x0, y0] = project(...middle);
       const place = (x, y, z) => { const [u, v] = project(x, y, z); return [0.5 * width + scale * (u - x0), 0.5 * height - scale * (v - y0)]; };
-      context.lineJoin = context.lineCap = "round";
-      for (const name of names) {
-        const trail = arrays[name + ".trail"];
+      const drawPieces = (name, kind) => {
+        const trail = arrays[name + ".trail"], rapid = arrays[name + ".rapid"];
         context.strokeStyle = colourOf(name);
-        context.lineWidth = WIDTH[name];
+        context.lineWidth = kind ? 1 : WIDTH[name];
+        context.globalAlpha = kind ? 0.55 : 1;
+        context.setLineDash(kind ? [5, 4] : []);
         context.beginPath();
-        let open = false;
-        for (let k = 0; k < trail.length; k += 3) {
-          const [x, y] = place(trail[k], trail[k + 1], trail[k + 2]);
-          if (!Number.isFinite(x)) open = false;
-          else if (open) context.lineTo(x, y);
-          else { context.moveTo(x, y); open = true; }
+        let before = null, drawn = false;
+        for (let k = 0; k < rapid.length; k++) {
+          const here = place(trail[3 * k], trail[3 * k + 1], trail[3 * k + 2]);
+          const joins = before && Number.isFinite(here[0]) && rapid[k] === kind;
+          if (joins && !drawn) context.moveTo(...before);
+          if (joins) context.lineTo(...here);
+          drawn = joins;
+          before = Number.isFinite(here[0]) ? here : null;
         }
         context.stroke();
+      };
+      context.lineJoin = context.lineCap = "round";
+      for (const name of names) {
+        if (showsRapids) drawPieces(name, 1);
+        drawPieces(name, 0);
       }
+      context.globalAlpha = 1;
+      context.setLineDash([]);
       context.font = "600 12px system-ui, sans-serif";
       context.textBaseline = "middle";
       context.textAlign = "center";
@@ -119,7 +132,7 @@ const Paths = (() => {
     canvas.addEventListener("wheel", event => { event.preventDefault(); scale *= Math.exp(-event.deltaY / 500); onView(); }, { passive: false });
     const show = name => { [turn, lift] = VIEWS[name]; scale = null; onView(); };
     canvas.addEventListener("dblclick", () => { scale = null; onView(); });
-    return { draw, show, refit: () => { scale = null; } };
+    return { draw, show, showRapids: on => { showsRapids = on; onView(); }, refit: () => { scale = null; } };
   }
   return { make, hasPath, colourOf };
 })();

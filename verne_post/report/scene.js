@@ -40,24 +40,33 @@ const Scene = (() => {
     scene.add(carrier, marks);
 
     const lines = [];
+    // points of a line, or the ends of its pieces one after the other
     function wideLine(positions, colours, width, more) {
-      const geometry = new THREE.LineGeometry();
+      const geometry = colours ? new THREE.LineSegmentsGeometry() : new THREE.LineGeometry();
       geometry.setPositions(positions);
       if (colours) geometry.setColors(colours);
-      const line = new THREE.Line2(geometry, new THREE.LineMaterial({ linewidth: width, vertexColors: !!colours, ...more }));
+      const line = new (colours ? THREE.LineSegments2 : THREE.Line2)(geometry, new THREE.LineMaterial({ linewidth: width, vertexColors: !!colours, ...more }));
       line.frustumCulled = false;
       onTable.add(line);
       lines.push(line);
       return line;
     }
     const trail = arrays["trail.tip"], count = trail.length / 3;
-    const pathBox = new THREE.Box3().setFromArray(trail), size = pathBox.getSize(new THREE.Vector3()).length() || 50;
+    // a retract goes far away from the part: cuts and violations are framed, rapids only where there is nothing else
+    const bad = arrays["trail.bad"], rapid = arrays["trail.rapid"], pathBox = new THREE.Box3(), cutting = new Uint8Array(data.frames);
+    for (let k = 0; k < count; k++) {
+      if (!rapid[k]) cutting[arrays["trail.frame"][k]] = 1;
+      if ((!rapid[k] || bad[k]) && Number.isFinite(trail[3 * k])) pathBox.expandByPoint(new THREE.Vector3().fromArray(trail, 3 * k));
+    }
+    if (pathBox.isEmpty()) pathBox.setFromArray(trail);
+    const size = pathBox.getSize(new THREE.Vector3()).length() || 50;
     // the path in levels of detail: without points nearer to the last one than this, mm; from afar a coarse one looks the same
     const levels = [0, size / 3000, size / 1500, size / 800, size / 400, size / 120].map(gap => ({ gap, kept: thin(gap), line: null }));
     function thin(gap) {
       const kept = [];
       for (let k = 0, last = -1; k < count; k++) {
-        const far = last < 0 || k === count - 1 || Math.hypot(trail[3 * k] - trail[3 * last], trail[3 * k + 1] - trail[3 * last + 1], trail[3 * k + 2] - trail[3 * last + 2]) >= gap;
+        // both ends of a rapid stay
+        const far = last < 0 || k === count - 1 || rapid[k] !== rapid[k + 1] || Math.hypot(trail[3 * k] - trail[3 * last], trail[3 * k + 1] - trail[3 * last + 1], trail[3 * k + 2] - trail[3 * last + 2]) >= gap;
         if (far) { kept.push(k); last = k; }
       }
       return kept;
@@ -65,11 +74,21 @@ const Scene = (() => {
     function paint(colours) {
       for (const level of levels) {
         if (level.line) { onTable.remove(level.line); level.line.geometry.dispose(); lines.splice(lines.indexOf(level.line), 1); }
-        const pick = from => Float32Array.from(level.kept.flatMap(k => [from[3 * k], from[3 * k + 1], from[3 * k + 2]]));
-        level.line = level.kept.length > 1 ? wideLine(pick(trail), pick(colours), 2.6) : null;
+        const ends = listPieces(level.kept, false);
+        level.line = ends.length ? wideLine(gather(trail, ends), gather(colours, ends), 2.6) : null;
       }
     }
-    const bad = arrays["trail.bad"];
+    const gather = (from, points) => Float32Array.from(points.flatMap(k => [from[3 * k], from[3 * k + 1], from[3 * k + 2]]));
+    // both points of each piece of the path that is a rapid, or none
+    function listPieces(kept, areRapid) {
+      const ends = [];
+      for (let i = 1; i < kept.length; i++) if (!!rapid[kept[i]] === areRapid) ends.push(kept[i - 1], kept[i]);
+      return ends;
+    }
+    const rapids = new THREE.LineSegments(new THREE.BufferGeometry().setAttribute("position", new THREE.BufferAttribute(gather(trail, listPieces(thin(size / 3000), true)), 3)),
+      new THREE.LineBasicMaterial({ color: 0x8a949e, transparent: true, opacity: 0.8 }));
+    rapids.frustumCulled = false;
+    onTable.add(rapids);
     for (let k = 0; k < count; k++) {
       if (!bad[k]) continue;
       const begin = k;
@@ -95,7 +114,7 @@ const Scene = (() => {
     const sticks = [], step = Math.max(Math.floor(data.frames / 160), 1), length = Math.min(Math.max(0.14 * size, 6), 40);
     for (let i = 0; i < data.frames; i += step) {
       const from = arrays.tip.slice(3 * i, 3 * i + 3), axis = arrays.axis.slice(3 * i, 3 * i + 3);
-      if ([...from, ...axis].every(Number.isFinite)) sticks.push(...from, ...from.map((value, k) => value + length * axis[k]));
+      if (cutting[i] && [...from, ...axis].every(Number.isFinite)) sticks.push(...from, ...from.map((value, k) => value + length * axis[k]));
     }
     const axes = new THREE.LineSegments(new THREE.BufferGeometry().setAttribute("position", new THREE.Float32BufferAttribute(sticks, 3)),
       new THREE.LineBasicMaterial({ color: 0x6b7580, transparent: true, opacity: 0.75 }));
@@ -216,7 +235,7 @@ const Scene = (() => {
       controls.update();
       draw();
     }
-    const pathPoints = () => corners(pathBox.clone().expandByScalar(Math.max(0.08 * size, 12))).map(p => p.applyMatrix4(carrier.matrix));
+    const pathPoints = () => corners(around.clone().expandByScalar(Math.max(0.04 * size, 5))).map(p => p.applyMatrix4(carrier.matrix));
     // near the path, what carries the tool is glass: it hangs over the part
     const carriers = [platform, plate, ...rods.flatMap(rod => [rod.bar, ...rod.ends])];
     function glass(on) {
@@ -240,20 +259,21 @@ const Scene = (() => {
       camera.up.set(0, 0, 1);
       stand(tipInScene(), new THREE.Vector3(0.75, -1.2, 0.45).normalize(), Math.max(5 * Math.min(size, 160), 500));
     }
-    // the end of the tool, the whole path and the stock are seen, however near somebody has come
+    // cuts, part and stock
     const around = Object.values(bodies).reduce((all, one) => {
       one.mesh.updateMatrix();
       one.mesh.geometry.computeBoundingBox();
       return all.union(one.mesh.geometry.boundingBox.clone().applyMatrix4(one.mesh.matrix));
     }, pathBox.clone());
+    // the close-up shows a part of them about the tip; while the tool is away, the place that is nearest to it; on paper all of them
+    const reach = Math.max(size / 9, 6), near = pathBox.clone().expandByScalar(reach);
     let needed = 1;
     function follow() {
-      const end = tipInScene(), shank = end.clone();
-      if (reached) shank.addScaledVector(blend("basis", frameNow, frameNow, 0, 3, 6).normalize(), Math.max(0.2 * size, 30));
-      const points = [end, shank, ...corners(around).map(p => p.applyMatrix4(carrier.matrix))];
-      const centre = new THREE.Box3().setFromPoints(points).getCenter(new THREE.Vector3());
+      const onPaper = document.documentElement.classList.contains("paper"), middle = near.clampPoint(tip.position, new THREE.Vector3());
+      const seen = onPaper ? around : new THREE.Box3().setFromCenterAndSize(middle, new THREE.Vector3(2, 2, 2).multiplyScalar(reach));
+      const centre = seen.getCenter(new THREE.Vector3()).applyMatrix4(carrier.matrix);
       const forward = follower.position.clone().sub(following.target), nearness = forward.length() / needed;
-      needed = Math.max(distanceToSee(points, centre, forward.normalize(), follower), 240);
+      needed = distanceToSee(corners(seen).map(p => p.applyMatrix4(carrier.matrix)), centre, forward.normalize(), follower);
       following.target.copy(centre);
       follower.position.copy(centre).addScaledVector(forward, nearness * needed);
     }
@@ -321,6 +341,7 @@ const Scene = (() => {
       const near = 14, point = new THREE.Vector3();
       let best = -1, least = near * near;
       for (let k = 0; k < count; k++) {
+        if (rapid[k] && !rapids.visible) continue;
         point.set(trail[3 * k], trail[3 * k + 1], trail[3 * k + 2]).applyMatrix4(carrier.matrix).project(eye);
         const dx = (point.x + 1) / 2 * element.clientWidth - x, dy = (1 - point.y) / 2 * element.clientHeight - y, d = dx * dx + dy * dy;
         if (d < least) { least = d; best = k; }
@@ -346,9 +367,11 @@ const Scene = (() => {
     return {
       pose, draw, render, paint, resize, pick, probe, showBody, bodies: Object.keys(bodies), look, camera, tipInScene, reached: () => reached,
       view: name => VIEWS[name](), show: on => { solids.visible = on; draw(); }, showAxes: on => { axes.visible = on; draw(); },
+      showRapids: on => { rapids.visible = on; draw(); },
       dark: on => { for (const [light, strength] of lights) light.intensity = (on ? 0.75 : 1) * strength; tip.material.color.setHex(on ? 0xffffff : 0x111111); axes.material.color.setHex(on ? 0x9aa7b4 : 0x5a636c); draw(); },
-      machineOnScreen: () => onScreen(corners(machineBox())), tipOnScreen: () => onScreen([tipInScene()])[0], tipInCloseUp: () => { follow(); follower.updateMatrixWorld(); return tipInScene().project(follower).toArray(); },
-      pathOnScreen: () => onScreen(corners(pathBox).map(p => p.applyMatrix4(carrier.matrix))),
+      machineOnScreen: () => onScreen(corners(machineBox())), tipOnScreen: () => onScreen([tipInScene()])[0], inCloseUp: points => { follow(); follower.updateMatrixWorld(); return points.map(p => new THREE.Vector3(...p).applyMatrix4(carrier.matrix).project(follower).toArray()); },
+      tipInCloseUp: () => { follow(); follower.updateMatrixWorld(); return tipInScene().project(follower).toArray(); },
+      pathOnScreen: () => onScreen(corners(pathBox).map(p => p.applyMatrix4(carrier.matrix))), showsRapids: () => rapids.visible,
       toolEnds: () => [tool.getWorldPosition(new THREE.Vector3()).toArray(), tipInScene().toArray()],
     };
   }

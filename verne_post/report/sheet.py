@@ -13,10 +13,16 @@ from verne_post.base.long_text import Text, compute_sha256
 from verne_post.base.numbers import format_fixed
 from verne_post.gcode.remarks import find_tool_remarks
 from verne_post.model.machine import Machine
-from verne_post.model.moves import Event, MoveKind, describe_tool, find_tool_of_moves, name_tools
+from verne_post.model.moves import Event, MoveKind, Stock, describe_tool, find_tool_of_moves, name_tools
 from verne_post.model.part_setup import SYSTEM_NAMES, Box, FixtureMesh, OwnStock, Tool, spell_tool_word
 from verne_post.model.work_systems import find_placer
-from verne_post.output.summary import LINE_OF_FACT, join_lengths, list_facts
+from verne_post.output.summary import (
+    LINE_OF_FACT,
+    NOT_CHECKED_STOCK,
+    describe_own_stock,
+    join_lengths,
+    list_facts,
+)
 from verne_post.report.markup import Row, count, escape_text, join_few, write_table
 from verne_post.report.table import Study
 
@@ -48,7 +54,6 @@ def write_sheet_html(program: str, source: Text, machine: Machine, study: Study)
     )
     remarks = _find_remarks_by_number(source, study)
     read = study.program is not None
-    bodies = [*study.options.keep_out, *([study.options.stock] if study.options.stock else [])]
     parts = [
         _write_titled_table("Program and machine", ("what", "which"), made, named=True),
         _write_titled_table(
@@ -68,9 +73,7 @@ def write_sheet_html(program: str, source: Text, machine: Machine, study: Study)
         _write_titled_table(
             "Work offsets", ("system", "x, mm", "y, mm", "z, mm", "turned, deg", "from"), list_offsets(machine, study)
         ),
-        _write_titled_table(
-            "Fixtures and stock", ("name", "in", "x, y, z, mm"), [_describe_body(one) for one in bodies], named=True
-        ),
+        _write_titled_table("Fixtures and stock", ("name", "in", "x, y, z, mm"), _list_bodies(study), named=True),
     ]
     if not read:
         return "".join(parts)
@@ -93,7 +96,7 @@ def write_sheet_html(program: str, source: Text, machine: Machine, study: Study)
 
 def is_sheet_long(machine: Machine, study: Study) -> bool:
     """Whether tools, offsets and actions leave no room for a finding on the first page of paper."""
-    rows = [*list_tools(study), *list_offsets(machine, study), *study.options.keep_out]
+    rows = [*list_tools(study), *list_offsets(machine, study), *_list_bodies(study)]
     return len(rows) + (0 if study.program is None else len(_list_actions(study, {}))) > _SHEET_ROWS
 
 
@@ -225,7 +228,17 @@ def list_offsets(machine: Machine, study: Study) -> list[Row]:
     return list(rows)
 
 
-def _describe_body(body: Box | FixtureMesh | OwnStock) -> Row:
+def _list_bodies(study: Study) -> list[Row]:
+    """Name, system and place of each fixture, and of the stock: that of the options, else that of the program."""
+    options, own = study.options, None if study.program is None else study.program.moves.stock
+    rows = [_describe_body(one, own) for one in (*options.keep_out, *([options.stock] if options.stock else []))]
+    if own is not None and options.stock is None:
+        name, system, place = _describe_body(OwnStock(), own)
+        rows.append((name, system, f"{place}; {NOT_CHECKED_STOCK}"))
+    return rows
+
+
+def _describe_body(body: Box | FixtureMesh | OwnStock, own: Stock | None) -> Row:
     """Name, system and place of a fixture or the stock; a mesh says by its file where it is."""
     system = "table" if body.system is None else SYSTEM_NAMES[body.system]
     match body:
@@ -234,8 +247,10 @@ def _describe_body(body: Box | FixtureMesh | OwnStock) -> Row:
             return body.name, system, "; ".join(ends)
         case FixtureMesh():
             return body.name, system, body.file
-        case OwnStock():
+        case OwnStock() if own is None:
             return body.name, "", "as the program says"
+        case OwnStock():
+            return body.name, SYSTEM_NAMES[own.frame.system], describe_own_stock(own)
 
 
 def _list_actions(study: Study, remarks: Mapping[int, str]) -> list[Row]:

@@ -173,6 +173,8 @@ class _Collector:
         self.program, self.machine, self.findings = program, program.machine, findings
         self._margins, self._margin_names = list_margin_functions(program.machine)
         self._move = program.path.move_reached
+        rate = program.contour.feeds.rate
+        self._rapid = ~(np.isfinite(rate) & (rate > 0.0))
         self._frames: list[tuple[NDArray[Any], ...]] = []
         self._trail: list[tuple[NDArray[Any], ...]] = []
         self._curves: dict[str, list[list[tuple[Array, Array]]]] = {}
@@ -211,7 +213,13 @@ class _Collector:
                 part.append((samples.x[at], column[at]))
         at = np.unique(np.concatenate([_find_extremes(column, begins) for column in (*samples.tip.T, margin)]))
         self._trail.append(
-            tuple(column[at] for column in (samples.stretch, samples.line, samples.tip, samples.speed, margin))
+            tuple(
+                column[at]
+                for column in (
+                    *(samples.stretch, samples.line, samples.tip, samples.speed, margin),
+                    self._rapid[samples.segment],
+                )
+            )
         )
         self._note_worst(samples, np.nan_to_num(margin, nan=-np.inf))
 
@@ -248,8 +256,8 @@ class _Collector:
         rods = sketch_rods(machine, q, platform) @ up
         curves = {name: tuple(Curve(*_join(part)) for part in parts) for name, parts in self._curves.items()}
         place, place_tip = self._find_places(x, line.astype(np.int64), tip, result.part)
-        stretch, on_line, at, how_fast, how_far = _join(self._trail)
-        trail = Trail(stretch, on_line, at @ part, how_fast, how_far, _find_bad(self.findings, on_line, how_far))
+        stretch, on_line, at, how_fast, how_far, rapid = _join(self._trail)
+        trail = Trail(stretch, on_line, at @ part, how_fast, how_far, _find_bad(self.findings, on_line, how_far), rapid)
         return Study(
             self.findings,
             self.program.options,
@@ -364,7 +372,7 @@ def _study_findings(machine: Machine, options: Options, findings: tuple[Finding,
         whole,
         joints,
         curves,
-        Trail(whole, whole, three, none, none, whole > 0),
+        Trail(whole, whole, three, none, none, whole > 0, whole > 0),
         three,
         three,
         none,

@@ -36,6 +36,7 @@ class Trail(Struct, frozen=True, eq=False):
     #: (m,): In violation: on a line with an error, and beyond a limit there; the whole line where no margin says
     #: which part.
     bad: Mask
+    rapid: Mask  #: (m,): No feed move leads there: a rapid or the approach does, or the tip stands.
 
 
 class Governing(Struct, frozen=True, eq=False):
