@@ -38,6 +38,7 @@ class Dialect(Struct, frozen=True):
     rival: Rival | None = None  #: Might read a text that this one has recognised.
     #: Pattern of the word that asks for inches, as its only group, and the word for mm; None where it has none.
     inch: tuple[str, str] | None = None
+    has_long_codes: bool = False  #: G codes of three digits.
 
 
 def names_axis_in_blocks(source: Text, letter: str, setup: Setup) -> bool:
