@@ -190,6 +190,21 @@ def test_the_speed_of_the_tool_before(dialect, old, new, line):
     )
 
 
+@pytest.mark.parametrize(
+    ("dialect", "old", "new", "line"),
+    [
+        ("fanuc", "S8000 M03", "M03", "M03"),
+        ("siemens", "S8000 M3", "M3", "M3"),
+        ("heidenhain", " S8000", "", "L A+0 C+0 R0 FMAX M3"),
+    ],
+)
+def test_the_first_tool_has_no_speed(dialect, old, new, line):
+    """S of the second tool hid that the first one has none."""
+    found = check_two_tools(dialect, (old, new), NOTHING)
+    assert [item[:3] for item in found] == [("VP050", "warning", line)]
+    assert "no block before the cut gives its speed" in found[0][3]
+
+
 PLANE = "G68.2 X0. Y10. Z5. I0. J25. K0.\nG53.1"
 DRILL = "G81 Z1. R3. F200.\nG80\n"
 SWIVEL = 'CYCLE800(0,"",0,57,0,10,5,25,0,0,0,0,0,-1)'
