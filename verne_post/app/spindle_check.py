@@ -117,6 +117,26 @@ def check_kept_speed(moves: Moves, path: ToolPath) -> Iterator[Finding]:
             yield make_finding("VP050", text, line=line, last_line=line, worst_line=line)
 
 
+def check_kept_feed(moves: Moves, path: ToolPath) -> Iterator[Finding]:
+    """VP009, a warning: a tool cuts at the feed rate of the tool before, because none was given since the change."""
+    changes = [event for event in moves.events if event.kind == "tool"]
+    ends = [*(event.before for event in changes), math.inf][1:]
+    number = 0
+    for event, end in zip(changes, ends, strict=True):
+        before, number = number, int(str(event.data["number"]))
+        cut = find_first_cut(path, event.before)
+        if not before or number in (0, before) or not event.before <= cut < end:
+            continue
+        if any(event.before <= move <= cut for move in moves.feeds):
+            continue
+        line = int(moves.line[cut])
+        text = (
+            f"the tool cuts at the feed rate of the tool before: no block gives F after the change to "
+            f"{describe_tool(event)} in line {event.line}; write F"
+        )
+        yield make_finding("VP009", text, severity="warning", line=line, last_line=line, worst_line=line)
+
+
 def check_tool_change(moves: Moves, path: ToolPath) -> list[Finding]:
     """VP041: T selects a tool, and the program cuts on without M6, each tool once; not what the moves have told.
 
