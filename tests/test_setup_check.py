@@ -701,3 +701,16 @@ def test_an_angle_that_a_later_line_gives_is_one_cause() -> None:
     for more, expected in (("", [("VP036", 7)]), ("G0 Z90.\nG1 X9.\n", [("VP036", 7), ("VP037", 17)])):
         found = vp.check(program.format(more), "verne", options).findings
         assert [(item.code, item.line) for item in found if item.code in ("VP036", "VP037")] == expected
+
+
+def test_an_odd_length_is_told_with_the_name_of_its_tool(tmp_path) -> None:
+    """A tool with a name has a number that nobody has seen."""
+    path = tmp_path / "p.mpf"
+    path.write_text('G710 G90\nT="EM10" M6\nD1\nG0 X0 Y0 Z100 A0 C0\nG1 Z90 F500\nM30\n')
+    options = vp.Options(
+        tools={100001: vp.Tool(100001, 1, (0.0, 0.0, 0.08, *(0.0,) * 6), 6.0)},
+        dialect="siemens",
+        control={"siemens": {"tools": {"EM10": 100001}}},
+    )
+    told = [item.message for item in vp.check(path, "verne", options).findings if item.code == "VP505"]
+    assert any('tool "EM10"' in one for one in told) and not any("100001" in one for one in told)

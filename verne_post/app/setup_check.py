@@ -305,8 +305,12 @@ def _find_implausible(options: Options) -> Iterator[str]:
     ):
         yield from compare_largest(key, () if value is None else (value,), name, "")
     if options.tool_length is None:
+        tables = [table.get("tools", {}) for table in options.control.values()]
+        names = {number: name for table in tables for name, number in table.items()}
         for number, tool in (options.tools or {}).items():
-            yield from compare_largest(f"tool {number}", tool.offset[2:3], "tool length", "a length of ")
+            yield from compare_largest(
+                describe_tool_number(number, names), tool.offset[2:3], "tool length", "a length of "
+            )
     for system, offset in options.wcs.items():
         yield from compare_largest(f"wcs {SYSTEM_NAMES[system]}", offset.origin_mm, "work offset")
     for box in (*options.keep_out, options.stock):
