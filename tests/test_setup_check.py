@@ -53,7 +53,9 @@ def test_a_tool_with_the_length_of_the_one_before() -> None:
     """A forgotten G43 drives tool 2 too deep by 30 mm; H22, another offset of tool 2, may be meant."""
     lengths = {1: 80.0, 2: 110.0, 22: 110.2}
     tools = {n: vp.Tool(n, n, (0.0, 0.0, z, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)) for n, z in lengths.items()}
-    program = "G21 G90 F600 S900\nT1 M6\nM3 G43 H1\nG0 X0 Y0 Z80 A0 C0\nG1 X5\nG0 Z90\nT2 M6\n{}S900 M3 G1 X6\nX7\nM2\n"
+    program = (
+        "G21 G90 F600 S900\nT1 M6\nM3 G43 H1\nG0 X0 Y0 Z80 A0 C0\nG1 X5\nG0 Z90\nT2 M6\n{}S900 M3 G1 X6 F600\nX7\nM2\n"
+    )
     options = vp.Options(tools=tools, wcs={"G54": (0, 0, 30)}, split_at_stops=True)
     found = vp.check(program.format(""), "verne", options).findings
     assert [(item.code, item.severity, item.line) for item in found] == [("VP034", "warning", 8)]
@@ -216,6 +218,48 @@ def test_the_speed_of_the_tool_before(dialect, old, new, line):
     )
 
 
+@pytest.mark.parametrize(
+    ("dialect", "old", "new", "line"),
+    [
+        ("fanuc", "S8000 M03", "M03", "M03"),
+        ("siemens", "S8000 M3", "M3", "M3"),
+        ("heidenhain", " S8000", "", "L A+0 C+0 R0 FMAX M3"),
+    ],
+)
+def test_the_first_tool_has_no_speed(dialect, old, new, line):
+    """S of the second tool hid that the first one has none."""
+    found = check_two_tools(dialect, (old, new), NOTHING)
+    assert [item[:3] for item in found] == [("VP050", "warning", line)]
+    assert "no block before the cut gives its speed" in found[0][3]
+
+
+@pytest.mark.parametrize("dialect", ["fanuc", "rs274", "siemens", "heidenhain"])
+def test_the_feed_rate_of_the_tool_before(dialect):
+    """A drill went down at the feed rate of the mill; F in the block of the change, or before the cut, is its own."""
+    calls, program, cuts = TWO_TOOLS[dialect]
+    first, second = (cuts.format(call) for call in calls)
+    (cut,) = [line for line in second.splitlines() if "F400" in line]
+    bare = cut.replace(" F400.", "").replace(" F400", "")
+    found = check_text(dialect, program.format(first, second.replace(cut, bare)))
+    assert [item[:3] for item in found] == [("VP009", "warning", bare)]
+    assert "no block gives F after the change to tool 2" in found[0][3]
+    for own in (" F400",) if dialect == "heidenhain" else ("\nF400", " F400"):
+        change, more = calls[1].split("\n", 1) if dialect in ("fanuc", "rs274") else (calls[1], "")
+        given = second.replace(calls[1], f"{change}{own}\n{more}".rstrip()).replace(cut, bare)
+        assert check_text(dialect, program.format(first, given)) == []
+    same = second.replace(calls[1], calls[0]).replace(cut, bare)
+    assert check_text(dialect, program.format(first, same)) == []
+
+
+@pytest.mark.parametrize(("cut", "line"), [("G81 Z1. R3.", 18), ("G81 Z1. R3. F200.", None)])
+def test_a_cycle_has_the_feed_rate_of_the_tool_before(cut, line):
+    calls, program, cuts = TWO_TOOLS["fanuc"]
+    bodies = [cuts.format(call) for call in calls]
+    bodies[1] = bodies[1].replace("G01 Z2. F400.\nX30. F1200.\n", f"{cut}\nG80\n")
+    found = check_text("fanuc", program.format(*bodies))
+    assert [item[:3] for item in found if item[0] == "VP009"] == ([("VP009", "warning", cut)] if line else [])
+
+
 PLANE = "G68.2 X0. Y10. Z5. I0. J25. K0.\nG53.1"
 DRILL = "G81 Z1. R3. F200.\nG80\n"
 SWIVEL = 'CYCLE800(0,"",0,57,0,10,5,25,0,0,0,0,0,-1)'
@@ -324,7 +368,7 @@ def test_a_length_that_is_given_and_not_active_is_not_asked_for(run, tmp_path) -
 def test_a_tool_that_comes_down_with_the_length_of_another_refuses() -> None:
     tools = {n: vp.Tool(n, n, (0.0, 0.0, z, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)) for n, z in {1: 80.0, 2: 110.0}.items()}
     program = (
-        "G21 G90 F600 S900\nT1 M6\nM3 G43 H1\nG0 X0 Y0 Z80 A0 C0\nG1 X5\nG0 Z90\nT2 M6\nS900 M3 G1 X6\n{}Z70\nM2\n"
+        "G21 G90 F600 S900\nT1 M6\nM3 G43 H1\nG0 X0 Y0 Z80 A0 C0\nG1 X5\nG0 Z90\nT2 M6\nS900 M3 G1 X6 F600\n{}Z70\nM2\n"
     )
     options = vp.Options(tools=tools, wcs={"G54": (0, 0, 30)}, split_at_stops=True)
     (found,) = vp.check(program.format(""), "verne", options).findings
@@ -683,3 +727,16 @@ def test_an_angle_that_a_later_line_gives_is_one_cause() -> None:
     for more, expected in (("", [("VP036", 7)]), ("G0 Z90.\nG1 X9.\n", [("VP036", 7), ("VP037", 17)])):
         found = vp.check(program.format(more), "verne", options).findings
         assert [(item.code, item.line) for item in found if item.code in ("VP036", "VP037")] == expected
+
+
+def test_an_odd_length_is_told_with_the_name_of_its_tool(tmp_path) -> None:
+    """A tool with a name has a number that nobody has seen."""
+    path = tmp_path / "p.mpf"
+    path.write_text('G710 G90\nT="EM10" M6\nD1\nG0 X0 Y0 Z100 A0 C0\nG1 Z90 F500\nM30\n')
+    options = vp.Options(
+        tools={100001: vp.Tool(100001, 1, (0.0, 0.0, 0.08, *(0.0,) * 6), 6.0)},
+        dialect="siemens",
+        control={"siemens": {"tools": {"EM10": 100001}}},
+    )
+    told = [item.message for item in vp.check(path, "verne", options).findings if item.code == "VP505"]
+    assert any('tool "EM10"' in one for one in told) and not any("100001" in one for one in told)

@@ -9,13 +9,17 @@ import threading
 import tomllib
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
 from verne_post.cli.files import RunFiles
+from verne_post.model.findings import make_finding
 
 pytest.importorskip("pygls", reason="needs the extra lsp")
+
+from verne_post.cli.lsp.fixes import find_fixes
 
 #: Long enough on a loaded machine; nothing waits for it when the server answers, s.
 PATIENCE = 120
@@ -761,6 +765,35 @@ def test_a_place_out_of_reach_and_the_letter_o_in_a_number_have_fixes(client: Cl
         assert mended == text.replace(wrong, right or f"X{found[1]}")
         client.change(uri, 2, mended)
         assert [one for one in client.diagnostics(uri)["diagnostics"] if one["severity"] == 1] == []
+
+
+@pytest.mark.parametrize(("wrong", "right"), [("GO", "G0"), ("G83O", "G83")])
+def test_a_mistyped_code_beside_words_of_another_one_has_its_fix(
+    client: Client, tmp_path: Path, wrong: str, right: str
+) -> None:
+    """The corrected line has an error of its own: the check of it ended in an IndexError, and no fix was offered."""
+    text = (
+        "%\nG21 G90 G17\nT1 M6\nS900 M3\nG54\nG0 X0 Y0 A0 C0\nG43 Z120 H1\nG1 Z110 F500\nX20\n"
+        f"{wrong} X20 Y12 I0 J6\nG0 Z150\nM30\n%\n"
+    )
+    uri = client.open(make_program(tmp_path, text))
+    (told,) = [one for one in client.diagnostics(uri)["diagnostics"] if one["severity"] == 1]
+    assert text_at(text, told["range"]) == wrong
+    ((title, action),) = ask_fixes(client, uri, 9).items()
+    assert title == f"Write {right} in place of {wrong} (1 error stays)"
+    assert apply_edit(action, {uri: text})[uri] == text.replace(wrong, right)
+
+
+def test_an_edit_that_cannot_be_tried_is_not_offered(tmp_path: Path) -> None:
+    """A failure in the check of an edited program is logged; the editor is not told of it."""
+
+    def fail(*_given: object) -> None:
+        raise IndexError
+
+    inspector = SimpleNamespace(check=fail, given={"setup_file": "none"})
+    item = make_finding("VP010", "the file ends without M2 or M30", line=1)
+    found = SimpleNamespace(findings=(item,), path=tmp_path / "p.nc", made=SimpleNamespace(program=None), text="G21\n")
+    assert find_fixes(inspector, found, item, {}, threading.Event()) == []  # type: ignore[arg-type]
 
 
 def test_a_word_that_is_misspelt_in_several_places_is_mended_in_one_or_in_all(client: Client, tmp_path: Path) -> None:

@@ -37,6 +37,9 @@ def find_errors(run: Callable[..., Any], tmp_path: Path, name: str, lines: str) 
         ("p.nc", "GO X1.", "GO", "G0", 1),
         ("p.nc", "G1 X-O.5", "X-O.5", "X-0.5", 4),
         ("p.nc", "MO5", "MO5", "M05", 1),
+        ("p.nc", "GO X42. Y0. I0. J6.", "GO", "G0", 1),  # it may be an arc: nothing is told about I and J
+        ("p.ngc", "GO X20 Y12 I0 J6", "GO", "G0", 1),
+        ("p.mpf", "G1O X3", "G1O", "G10", 1),
         ("p.nc", "G1 X18,794 Y2.", "X18,794", "X18.794", 4),
         ("p.ngc", "G1 X10 Y1O", "Y1O", "Y10", 8),
         ("p.ngc", "G1 X18,794 Y2", "X18,794", "X18.794", 4),
@@ -296,3 +299,18 @@ def test_a_misspelt_word_of_a_loop_is_not_executed(run: Callable[..., Any], tmp_
     found = find_errors(run, tmp_path, "p.mpf", "ENDFRO")
     assert len(found) == 1
     assert "VP002 error: ENDFRO: no meaning in this language; did you mean ENDFOR?" in found[0]
+
+
+@pytest.mark.parametrize("name", ["p.nc", "p.ngc"])
+def test_a_letter_behind_a_code_is_too_many(run: Callable[..., Any], tmp_path: Path, name: str) -> None:
+    """G830 is no code: it was told twice, and its fix led to a further error."""
+    cycle = "{} X5. Y0. Z45. R50. Q1. F100.\nG80"
+    text = "VP001 error: G83O: the letter O behind the code; did you mean G83?"
+    assert find_errors(run, tmp_path, name, cycle.format("G98 G83O")) == [f"{PROGRAMS[name][1]}:5: {text}"]
+    assert find_errors(run, tmp_path, name, cycle.format("G98 G83")) == []
+
+
+def test_a_line_with_a_letter_twice_has_the_columns_as_it_stands(run: Callable[..., Any], tmp_path: Path) -> None:
+    """The second error is found in the corrected line, which is shorter by one."""
+    found = find_errors(run, tmp_path, "p.ngc", "G1 XX20 B5")
+    assert [one.split(" error")[0] for one in found] == ["4:4: VP001", "4:9: VP011"]

@@ -7,7 +7,14 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 from msgspec import Struct
 
-from verne_post.app.spindle_check import check_kept_speed, check_speed, check_spindle, check_tool_change, find_first_cut
+from verne_post.app.spindle_check import (
+    check_kept_feed,
+    check_kept_speed,
+    check_speed,
+    check_spindle,
+    check_tool_change,
+    find_first_cut,
+)
 from verne_post.base.columns import iterate_blocks
 from verne_post.base.rotations import find_axis_of_angles
 from verne_post.base.tolerances import DRILL_TILT, LIMIT_SLACK_MM, ZERO_ANGLE, ZERO_LENGTH_MM
@@ -37,7 +44,7 @@ from verne_post.model.work_systems import find_placer
 def check_setup(moves: Moves, path: ToolPath, machine: Machine, options: Options) -> list[Finding]:
     """Report work systems without a place, tools without a length, directions without a meaning, and odd sizes.
 
-    The codes are VP033, VP034 (in feed motion: no length, or that of another tool), VP037, VP040, VP041, VP042,
+    The codes are VP009, VP033, VP034 (in feed motion: no length, or that of another tool), VP037, VP040 to VP042,
     VP050 and VP505.
 
     Raises
@@ -84,7 +91,13 @@ def check_setup(moves: Moves, path: ToolPath, machine: Machine, options: Options
     texts = _find_implausible(options)
     found += [*_check_tolerances(moves, path), *_find_idle_tolerances(moves, path, options)]
     found += [*_check_directions(moves, path, machine), *_check_planes(moves, path), *check_spindle(moves, path)]
-    found += [*check_speed(moves, path), *check_kept_speed(moves, path), *changes, *_check_kept_planes(moves, path)]
+    found += [
+        *check_speed(moves, path),
+        *check_kept_speed(moves, path),
+        *check_kept_feed(moves, path),
+        *changes,
+        *_check_kept_planes(moves, path),
+    ]
     return [*(make_finding("VP505", text) for text in texts), *found]
 
 
@@ -308,8 +321,12 @@ def _find_implausible(options: Options) -> Iterator[str]:
     ):
         yield from compare_largest(key, () if value is None else (value,), name, "")
     if options.tool_length is None:
+        tables = [table.get("tools", {}) for table in options.control.values()]
+        names = {number: name for table in tables for name, number in table.items()}
         for number, tool in (options.tools or {}).items():
-            yield from compare_largest(f"tool {number}", tool.offset[2:3], "tool length", "a length of ")
+            yield from compare_largest(
+                describe_tool_number(number, names), tool.offset[2:3], "tool length", "a length of "
+            )
     for system, offset in options.wcs.items():
         yield from compare_largest(f"wcs {SYSTEM_NAMES[system]}", offset.origin_mm, "work offset")
     for box in (*options.keep_out, options.stock):

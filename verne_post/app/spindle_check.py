@@ -75,16 +75,23 @@ def check_spindle(moves: Moves, path: ToolPath) -> list[Finding]:
 
 
 def check_speed(moves: Moves, path: ToolPath) -> list[Finding]:
-    """VP050: a program cuts with a spindle that it starts, and gives no speed for; the first such start is named."""
-    starts = [event for event in moves.events if event.kind == "spindle" and event.data["direction"] != "stop"]
-    if not starts or any(event.data["speed"] for event in starts) or find_first_cut(path, starts[0].before) < 0:
-        return []
-    line = starts[0].line
-    text = (
-        "the spindle is started here, and no block gives its speed: on a control it turns as fast as before the "
-        "program, or stands; write S"
-    )
-    return [make_finding("VP050", text, line=line, last_line=line, worst_line=line)]
+    """VP050: a spindle is started, and cuts before a block has given its speed; the first such start is named."""
+    switches = [event for event in moves.events if event.kind == "spindle"]
+    ends = [*(event.before for event in switches), math.inf][1:]
+    for event, end in zip(switches, ends, strict=True):
+        if event.data["direction"] == "stop":
+            continue
+        if event.data["speed"]:
+            return []
+        if 0 <= find_first_cut(path, event.before) < end:
+            when = "before the cut " if any(one.data["speed"] for one in switches) else ""
+            text = (
+                f"the spindle is started here, and no block {when}gives its speed: on a control it turns as fast as "
+                "before the program, or stands; write S"
+            )
+            line = event.line
+            return [make_finding("VP050", text, line=line, last_line=line, worst_line=line)]
+    return []
 
 
 def check_kept_speed(moves: Moves, path: ToolPath) -> Iterator[Finding]:
@@ -108,6 +115,26 @@ def check_kept_speed(moves: Moves, path: ToolPath) -> Iterator[Finding]:
                 f"change to {describe_tool(event)} in line {event.line}; write S"
             )
             yield make_finding("VP050", text, line=line, last_line=line, worst_line=line)
+
+
+def check_kept_feed(moves: Moves, path: ToolPath) -> Iterator[Finding]:
+    """VP009, a warning: a tool cuts at the feed rate of the tool before, because none was given since the change."""
+    changes = [event for event in moves.events if event.kind == "tool"]
+    ends = [*(event.before for event in changes), math.inf][1:]
+    number = 0
+    for event, end in zip(changes, ends, strict=True):
+        before, number = number, int(str(event.data["number"]))
+        cut = find_first_cut(path, event.before)
+        if not before or number in (0, before) or not event.before <= cut < end:
+            continue
+        if any(event.before <= move <= cut for move in moves.feeds):
+            continue
+        line = int(moves.line[cut])
+        text = (
+            f"the tool cuts at the feed rate of the tool before: no block gives F after the change to "
+            f"{describe_tool(event)} in line {event.line}; write F"
+        )
+        yield make_finding("VP009", text, severity="warning", line=line, last_line=line, worst_line=line)
 
 
 def check_tool_change(moves: Moves, path: ToolPath) -> list[Finding]:

@@ -27,6 +27,8 @@ _LETTER_L: Final = re.compile(
 )
 #: An address, and a small L and O that stand for 1 and 0, with no digit before them.
 _LETTERS: Final = re.compile(r"(?<![A-Za-z_])([XYZABCFIJKR][ \t]*)([-+]?(?:lO[lO\d]*|ll[lO]*O))(?![\w])")
+#: G83O for G83: G codes of three digits are those of Siemens.
+_LETTER_TOO_MANY: Final = re.compile(r"G[1-9]\d(?:\.\d)?O", re.IGNORECASE)
 #: A letter twice before a number.
 _TWICE: Final = re.compile(r"(?<![A-Z\d_])([A-Z])\1([-+]?(?:\d+\.?\d*|\.\d+))(?![\w.])", re.IGNORECASE)
 #: Characters of such a word, so that long lines of digits take no time.
@@ -56,7 +58,7 @@ def correct_line(text: str, error: ProgramError) -> str | None:
     if error.column is None or error.line is not None:
         return None
     if correction is None:
-        return correct_number(text, error)
+        return correct_number(text, error, has_long_codes=True)
     begin = error.column - 1
     end = begin + len(correction[0])
     return text[:begin] + correction[1] + text[end:] if text[begin:end].upper() == correction[0].upper() else None
@@ -72,25 +74,31 @@ def shift_back(corrected_error: ProgramError, later_errors: Iterable[ProgramErro
             error.column -= len(correction[1]) - len(correction[0])
 
 
-def say_what_is_meant(source: Text, errors: Sequence[Finding]) -> list[Finding]:
-    """Errors, of which those about a letter O or a comma in a number, or a letter twice, say what is meant."""
-    return [_name_number(source, item) for item in errors]
+def say_what_is_meant(source: Text, errors: Sequence[Finding], *, has_long_codes: bool) -> list[Finding]:
+    """Errors, of which those about a letter O or a comma in a number, or a letter twice, say what is meant, once."""
+    return list(dict.fromkeys(_name_number(source, item, has_long_codes) for item in errors))
 
 
-def _name_number(source: Text, item: Finding) -> Finding:
+def _name_number(source: Text, item: Finding, has_long_codes: bool) -> Finding:
     if item.code not in _UNREADABLE or item.line is None or item.column is None:
         return item
     raw = take_line(source, item.line)
-    found = _find_number("" if raw is None else raw.decode("utf-8", errors="replace"), item.column)
+    text = "" if raw is None else raw.decode("utf-8", errors="replace")
+    found = _find_number(text, item.column, has_long_codes=has_long_codes)
     if found is None:
         return item
     message, begin, _wrong, _right = found
     return replace(item, code="VP001", message=message, column=begin + 1)
 
 
-def correct_number(text: str, error: ProgramError) -> str | None:
-    """A line that cannot be read, with the number that is meant, which the error says; None where there is none."""
-    found = None if error.column is None or error.code not in _UNREADABLE else _find_number(text, error.column)
+def correct_number(text: str, error: ProgramError, *, has_long_codes: bool = False) -> str | None:
+    """A line that cannot be read, with the number that is meant, which the error says; None where there is none.
+
+    ``has_long_codes`` for a language with G codes of three digits.
+    """
+    if error.column is None or error.code not in _UNREADABLE:
+        return None
+    found = _find_number(text, error.column, has_long_codes=has_long_codes)
     if found is None:
         return None
     error.message, begin, wrong_word, right_word = found
@@ -98,13 +106,16 @@ def correct_number(text: str, error: ProgramError) -> str | None:
     return text[:begin] + right_word + text[begin + len(wrong_word) :]
 
 
-def _find_number(line: str, column: int) -> tuple[str, int, str, str] | None:
+def _find_number(line: str, column: int, *, has_long_codes: bool) -> tuple[str, int, str, str] | None:
     """The message about a number at a column, where its word begins, the word, and what is meant."""
     at = column - 1
     for pattern, what in ((_LETTER_O, "the letter O"), (_COMMA, "a decimal comma")):
         for match in pattern.finditer(line, max(at - _LONGEST, 0), at + _LONGEST):
             if match.start() <= at <= match.end() and (pattern is _COMMA or _is_number(match, line)):
                 number = match[2].translate(_MEANT_CHARACTERS)
+                word = "".join(match[0].split())
+                if not has_long_codes and _LETTER_TOO_MANY.fullmatch(word):
+                    return _report(match, "the letter O behind the code", word[:-1])
                 return _report(match, f"{what} in a number", "".join(match[1].split()) + number)
     for match in _LETTERS.finditer(line, max(at - _LONGEST, 0), at + _LONGEST):
         if match.start() <= at <= match.end():

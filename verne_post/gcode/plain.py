@@ -323,6 +323,8 @@ def _execute(
         moved_ends = end
     if number is None:
         number = np.full(len(kind), shown_line)
+    if recorder.lacks_feed and given[-1, _F]:
+        recorder.note_feed(recorder.count + int(np.count_nonzero(moves[: int(np.argmax(given[:, _F]))])))
     recorder.add_many(state, number, kind, moved_ends, shown_feed, curves, tool_axes, seconds)
     turn = core.setup.rotary[1]
     if recorder.fixes_c is None and given[-1, turn]:
@@ -385,6 +387,8 @@ def _execute_alike(
         state.has_position = state.named_axes[axis] = True
     kind, shown_feed = (MoveKind.RAPID, math.nan) if motion == 0 else (MoveKind.FEED, feed)
     line = lines.first_line + first if shown_line is None else shown_line
+    if has_feed:
+        core.recorder.note_feed()
     core.recorder.add_run(state, line, kind, end, shown_feed, is_counted=shown_line is None)
     if core.setup.rotary[1] in axes:
         core.recorder.fix_c(line)

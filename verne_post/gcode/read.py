@@ -91,7 +91,7 @@ def interpret_until_error(source: Text, setup: Setup) -> tuple[Moves, tuple[Find
     if errors:
         every = dialect.execute(source, setup, dialect.initial_state(setup), StopConditions()).errors
         other = _find_language(source, every, dialect)
-        errors = say_what_is_meant(source, errors)
+        errors = say_what_is_meant(source, errors, has_long_codes=dialect.has_long_codes)
         errors = _show_rival(source, setup, errors, every, dialect) if other is None else [other]
     return execution.recorder.freeze(start, frame, Parameters(setup, state).list_persistent()), tuple(errors)
 
@@ -135,7 +135,8 @@ def _find_cause(source: Text, errors: list[Finding], dialect: Dialect, setup: Se
     other = _find_language(source, errors, dialect)
     if other is not None:
         return [other]
-    found = say_what_is_meant(source, sorted(errors, key=lambda item: item.line or 0))
+    in_order = sorted(errors, key=lambda item: item.line or 0)
+    found = say_what_is_meant(source, in_order, has_long_codes=dialect.has_long_codes)
     return _show_rival(source, setup, found, found, dialect)
 
 

@@ -163,6 +163,9 @@ class Recorder(Struct):
     selections: list[Selection] = field(default_factory=list)
     planes: list[PlaneCall] = field(default_factory=list)
     speeds: list[tuple[int, int]] = field(default_factory=list)
+    #: Number of the next move at the first feed rate that is given after each change of tools.
+    feeds: list[int] = field(default_factory=list)
+    lacks_feed: bool = False  #: True from a change of tools to that.
     calls_presets: bool = False
     first_cut: int = 0
     assumed_axes: dict[int, int] = field(default_factory=dict)
@@ -346,6 +349,13 @@ class Recorder(Struct):
     def record_event(self, line: int, kind: str, **data: object) -> None:
         """Record an auxiliary function, a message, a stop or a call."""
         self.events.append(Event(line, kind, self.count, data))
+        self.lacks_feed |= kind == "tool"
+
+    def note_feed(self, count: int | None = None) -> None:
+        """A feed rate is given, before the move of a number or the next one."""
+        if self.lacks_feed:
+            self.feeds.append(self.count if count is None else count)
+            self.lacks_feed = False
 
     def warn(self, code: str, message: str, line: int, column: int | None) -> None:
         """Record a warning."""
@@ -464,6 +474,7 @@ class Recorder(Struct):
             selections=tuple(self.selections),
             planes=tuple(self.planes),
             speeds=tuple(self.speeds),
+            feeds=tuple(self.feeds),
             calls_presets=self.calls_presets,
             first_cut=self.first_cut,
             assumed_axes=self.assumed_axes,

@@ -81,7 +81,7 @@ CODES: Final[dict[str, Code]] = _make_table(
         "feed rate missing",
         "error",
         "A feed move has no feed rate: F is zero, was never given, or is missing in a block under G93, where each "
-        "block needs it.",
+        "block needs it. As a warning: a tool cuts at the feed rate of the tool before it.",
         "",
     ),
     (

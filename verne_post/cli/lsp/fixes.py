@@ -1,5 +1,6 @@
 """Edits that settle a finding: each was made in a copy, and the copy checked, before it is offered."""
 
+import logging
 import re
 import threading
 from collections.abc import Iterator, Mapping, Sequence
@@ -14,7 +15,7 @@ from verne_post.base.numbers import format_count
 from verne_post.base.printable import quote_key
 from verne_post.base.program_lines import find_word, find_word_of, remove_remarks
 from verne_post.base.suggestions import find_correction, find_meant, find_replacement, find_suggestion
-from verne_post.cli.lsp.inspector import Inspected, Inspector
+from verne_post.cli.lsp.inspector import Inspected, Inspector, SupersededError
 from verne_post.cli.lsp.places import cut_file, find_range, split_lines
 from verne_post.cli.setup import make_setup
 from verne_post.cli.setups import NONE
@@ -63,12 +64,16 @@ def find_fixes(
     """
     fixes, before, places = [], count_findings(found.findings), _count_places(found.findings)
     setup = _find_setup(inspector, found.path)
-    for fix in _propose_fixes(found, item, setup, texts):
-        after = inspector.check(found.path, _change_texts(fix, texts), superseded).findings
+    for fix in _list_worked_out(_propose_fixes(found, item, setup, texts)):
+        after = _try_fix(inspector, found.path, _change_texts(fix, texts), superseded)
+        if after is None:
+            continue
         errors, warnings = count_findings(after)
         # an edit that turns an error into a warning helps, as a point among numbers without one (VP038); and one that
-        # mends a word in one place of several, which are one finding
-        if (errors, warnings) < before or ((errors, warnings) == before and _count_places(after) < places):
+        # mends a word in one place of several, which are one finding; and a word that can be read now, though what it
+        # needs is missing, which could not be told before
+        is_mended = errors <= before[0] and _has_corrected_word(fix, item, after)
+        if (errors, warnings) < before or ((errors, warnings) == before and _count_places(after) < places) or is_mended:
             left = f"{errors} error{'s stay' if errors > 1 else ' stays'}" if errors else "no errors then"
             left += f", with {format_count(warnings, 'warning')}" if warnings > before[1] else ""
             left += ", another tool axis" if fix.turns else ""
@@ -81,10 +86,43 @@ def find_fixes(
         fixes.append(Fix(title, setup, None, 0, 0, new))
     elif item.settled_by and setup is not None:
         for fix in _mark_missing(item, setup, texts):
-            after = inspector.check(found.path, _change_texts(fix, texts), superseded).findings
-            if all(one.file != str(setup.absolute()) for one in after):
+            after = _try_fix(inspector, found.path, _change_texts(fix, texts), superseded)
+            if after is not None and all(one.file != str(setup.absolute()) for one in after):
                 fixes.append(fix)
     return fixes
+
+
+def _list_worked_out(proposed: Iterator[Fix]) -> Iterator[Fix]:
+    """Edits up to one that cannot be worked out: editors ask at every move of the cursor, and show each failure."""
+    try:
+        yield from proposed
+    except Exception as error:
+        _report_failure(error)
+
+
+def _try_fix(
+    inspector: Inspector, path: Path, texts: Mapping[Path, str], superseded: threading.Event
+) -> Sequence[Finding] | None:
+    """The findings of a program in which an edit was made; None where the check fails."""
+    try:
+        return inspector.check(path, texts, superseded).findings
+    except SupersededError:
+        raise
+    except Exception as error:
+        _report_failure(error)
+        return None
+
+
+def _report_failure(error: Exception) -> None:
+    logging.getLogger("pygls").warning("an edit is not offered: %s: %s", type(error).__name__, error)
+
+
+def _has_corrected_word(fix: Fix, item: Finding, after: Sequence[Finding]) -> bool:
+    """Whether an edit writes the word that the message says is meant, and its line has no such error then."""
+    correction = find_correction(item.message)
+    if correction is None or fix.new != correction[1]:
+        return False
+    return all((one.code, one.line) != (item.code, item.line) for one in after)
 
 
 def find_file_fixes(
@@ -97,7 +135,7 @@ def find_file_fixes(
     SupersededError
     """
     fixes = []
-    for fix in _propose_file_fixes(path, item, texts[path]):
+    for fix in _list_worked_out(_propose_file_fixes(path, item, texts[path])):
         after, _program = inspector.check_file(path, _change_texts(fix, texts), superseded)
         if all(cut_file(one.message) != cut_file(item.message) for one in after):
             fixes.append(fix)

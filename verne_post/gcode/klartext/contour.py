@@ -50,7 +50,7 @@ class KlartextContour:
         """Record one element."""
         with self.core.keep_feed():
             if element.kind == MoveKind.FEED:
-                self.core.set_feed(element.feed)
+                self.core.set_feed(element.feed, is_given=False)
                 self.core.set_arc_feed(element.arc_feed)
                 self.check_feed()
             self._record_element(element)
@@ -126,6 +126,8 @@ class KlartextContour:
             words.automatic = False
             words.take_no_other_feed(statement)
         per_turn, per_tooth, value = words.take("FU"), words.take("FZ"), words.take("F")
+        if per_turn is not None or value is not None:  # an element that waits comes before
+            self.core.recorder.note_feed(self.core.recorder.count + (self.queue.first is not None))
         if per_tooth is not None:
             raise statement.error(
                 "VP002", "FZ is not executed: the number of teeth is not known; write FU or F", words.columns["FZ"]

@@ -84,6 +84,8 @@ class KlartextFunctions:
         if number is not None:
             self.core.refuse_compensation("TOOL CALL")
             self._change(number, *delta, column=statement.begin + at - len(text[:at].lstrip()) + 1)
+            if feed is not None:
+                self.core.recorder.note_feed()
         elif any(delta):
             raise statement.error("VP006", "DL and DR belong to a tool number")
         if speed is not None:

@@ -81,7 +81,7 @@ def draw_element(core: Machining, element: Element) -> None:
     at, axes = At(element.line), list(element.axes)
     with core.keep_feed():
         if element.kind == MoveKind.FEED and element.feed != core.state.feed:
-            core.set_feed(element.feed)
+            core.set_feed(element.feed, is_given=False)
         if element.arc is None:
             core.go_straight(at, element.kind, list(element.end), axes, absolute=element.absolute)
         else:

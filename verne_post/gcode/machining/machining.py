@@ -135,8 +135,13 @@ class Machining:
                 self.set_feed(0.0)
         state.feed_mode = mode
 
-    def set_feed(self, feed: float, angular: float | None = None) -> None:
-        """Set a feed rate in its feed mode, lengths in mm; ``angular`` is for rotary axes alone, else the same."""
+    def set_feed(self, feed: float, angular: float | None = None, *, is_given: bool = True) -> None:
+        """Set a feed rate in its feed mode, lengths in mm; ``angular`` is for rotary axes alone, else the same.
+
+        Not ``is_given`` where it is that of an element which has waited.
+        """
+        if is_given:
+            self.recorder.note_feed()
         self.state.feed = feed
         self.state.feed_angular = feed if angular is None else angular
 

@@ -81,6 +81,8 @@ class FunctionCodes:
         """M6; M61, which only sets the number."""
         if code != 61:
             self.core.tools.change(block)
+            if "F" in block.words:  # it is that of the new tool
+                self.core.recorder.note_feed()
             return
         if "Q" not in block.words:
             raise ProgramError("VP005", "M61 needs Q, the number of the tool")
