@@ -456,7 +456,7 @@ def test_a_dry_run_in_the_air_is_checked_there() -> None:
 def test_each_tool_has_its_own_shape() -> None:
     source = (
         "G21 G90 G61.1\nT1 M6 S900 M3\nG43 H1\nG0 X-60 Y0 Z30 A0 C0\nG1 X60 F6000\n"
-        "T2 M6 S900 M3\nG43 H2\nG0 X60 Y0 Z30\nG1 X-60\nM2\n"
+        "T2 M6 S900 M3\nG43 H2\nG0 X60 Y0 Z30\nG1 X-60 F6000\nM2\n"
     )
     tools = {n: Tool(n, n, (0.0, 0.0, 100.0, *(0.0,) * 6), d) for n, d in ((1, 6.0), (2, 30.0))}
     beside = Box("rail", (-50.0, 10.0, 0.0), (50.0, 20.0, 40.0))

@@ -180,7 +180,8 @@ class GroupedCommand(click.Command):
                     formatter.write_dl(records)
         if further:
             formatter.write_paragraph()
-            formatter.write_text(f"--help-all shows more options: {'; '.join(further)}.")
+            more = f"--help-all shows more options: {'; '.join(further)}."
+            formatter.write(f"{click.wrap_text(more, formatter.width)}\n")
 
     def _find_group(self, parameter: click.Parameter) -> str:
         """The heading of an option."""
