@@ -21,7 +21,7 @@ def refuse_compensation(state: State, what: str) -> None:
         raise ProgramError(
             "VP017",
             f"{what} under cutter compensation: {compensation.describe()} still holds; write {compensation.end_word} "
-            "before",
+            "first",
         )
 
 

@@ -568,5 +568,5 @@ class Machining:
             raise ProgramError(
                 "VP026",
                 f"{AXES[turning]} turns under {compensation.describe()}: the contour is plane; write "
-                f"{compensation.end_word} before",
+                f"{compensation.end_word} first",
             )
