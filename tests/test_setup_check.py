@@ -304,6 +304,22 @@ def test_a_plane_that_is_not_ended_or_to_which_nothing_turns(dialect, plane, las
 
 
 @pytest.mark.parametrize(
+    ("machine", "axes", "parameters"),
+    [("bc_trunnion", "B and C", "Q121 and Q122"), ("verne", "A and C", "Q120 and Q122")],
+)
+def test_what_turns_the_table_has_the_axes_of_the_machine(machine, axes, parameters):
+    """Of a machine with B and C the remedy named A, and Q120."""
+    placed = {"tool_length": 60.0, "wcs": {"G54": (0, 0, 200)}}
+    plane = "PLANE SPATIAL SPA+20 SPB+0 SPC+0 STAY\nL X+0 Y+0 R0 FMAX\nL Z-2 F300\nM30\nEND PGM T MM\n"
+    klartext = f"BEGIN PGM T MM\nTOOL CALL 1 Z S5000 F500\nM3\nL Z+100 FMAX\n{plane}"
+    [item] = vp.check(klartext, machine, vp.Options(dialect="heidenhain", **placed)).findings
+    assert f"or turn {axes} to its {parameters} (" in item.message
+    swivel = 'T1 D1 M6\nS1 M3\nG0 Z100\nCYCLE800(0,"",0,57,0,0,0,0,20,0,0,0,0,0)\nG0 X0 Y0\nG1 Z-2 F300\nM30\n'
+    [item] = vp.check(swivel, machine, vp.Options(dialect="siemens", **placed)).findings
+    assert item.message.endswith(f"or turn {axes}")
+
+
+@pytest.mark.parametrize(
     ("more", "wcs", "expected"),
     [
         ("G55 X0\n", {"G54": (0, 0, 30)}, ("error", 5, "G55 has no place on the table, and G54 has one")),

@@ -63,6 +63,30 @@ def test_a_siemens_block_that_lacks_a_tool_or_f_is_one_finding(machine, program,
     assert all("G43" not in item.message for item in findings)
 
 
+@pytest.mark.parametrize(
+    ("after", "code", "place"),
+    [
+        ("G0 Z60\nG0 X40 Y40\nX42\nG2 X46 Y40 CR=2\nG1 X40", "VP026", "rapid of line 10"),
+        ("G0 Z60", "VP017", "M6 under"),
+    ],
+)
+def test_a_siemens_contour_that_nothing_ends_is_one_finding(machine, after, code, place):
+    """G40 was forgotten: each change of tool, plane, offset or side after it was an error of its own."""
+    contour = "G1 Z41 F500\nG41 X-10 Y-10\nY10\nX10\nY-10\nX-10\n"
+    rest = (
+        "\nT2 D1 M6\nS1 M3\nG0 Z60\nCYCLE81(50,40,2,37)\nTRANS X10\nTRANS\nG18\nG17\nG0 A20\nA0\nX0 Y0\n"
+        "G42 X20 Y20\nX30\nG40 X40\nM30"
+    )
+    tools = read_tool_table("T1 P1 Z50 D10\nT2 P2 Z90 D10\n", "t.tbl")
+    options = Options(dialect="siemens", tools=tools, wcs={"G54": (0, 0, 0)})
+    program = f"T1 D1 M6\nS1 M3\nG0 X-20 Y-20 Z50 A0 C0\n{contour}{after}{rest}"
+    [finding] = [one for one in check(program.encode(), machine, options).findings if one.severity == "error"]
+    assert finding.code == code
+    assert place in finding.message
+    assert "G41 of line 5 still holds" in finding.message
+    assert "write G40" in finding.message
+
+
 @pytest.mark.parametrize("call", ["", ","])
 def test_what_follows_from_a_comma_too_many_is_not_told(machine, call):
     """_DIR is then taken for _FR_I; the table, which CYCLE800 was to turn, turns later with axes that nobody names."""

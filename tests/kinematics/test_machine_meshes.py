@@ -1,5 +1,6 @@
 """Spindle and platform as meshes of the machine file: known distances from boxes and meshes, certain between rows."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -80,6 +81,25 @@ def test_a_finding_has_its_remedy(machine: Machine) -> None:
     [found] = [item for item in result.findings if item.code == "VP215"]
     assert (found.line, found.value) == (3, 0.0)
     assert found.remedies[0].startswith("no work offset near this one brings the program within limits")
+
+
+@pytest.mark.parametrize(("system", "is_told"), [(None, True), (2, True), (1, False)])
+def test_no_other_offset_is_sought_for_a_body_that_moves_along(
+    machine: Machine, system: int | None, is_told: bool
+) -> None:
+    """A clamp or stock of G54 has the same place in a program of G54 wherever G54 is; `fit` cannot help."""
+    cuts = "G1 Z-15 F300\nG0 X0 Y5\nG0 Z50\nG1 Z-14\nG0 X0\nG0 Z50\n"
+    program = f"G21 G90 G94 G54 T1 M6 S500 M3\nG0 X0 Y0 Z50 A0 C0\n{cuts}M30\n"
+    floor = -60.0 if system == 1 else 0.0  # in all systems the same body on the table
+    body = Box("clamp", (-50.0, -50.0, floor), (50.0, 50.0, floor + 60.0), system=system)
+    places = {"tool_length": 60.0, "wcs": {"G54": (0, 0, 60), "G55": (0, 0, 0)}}
+    for given in ({"keep_out": (body,)}, {"stock": replace(body, name="the stock")}):
+        found = verne_post.check(program, machine, verne_post.Options(**places, **given)).findings
+        contacts = [one for one in found if one.code in ("VP215", "VP216")]
+        assert contacts
+        remedies = [text for one in contacts for text in one.remedies]
+        told = [text for text in remedies if "the part is moved" in text or "`verne-post fit" in text]
+        assert bool(told) == is_told, told
 
 
 @pytest.mark.parametrize("seed", range(6))

@@ -52,6 +52,33 @@ def test_joints_in_the_same_lines_are_one_cause_and_others_are_not() -> None:
     assert find_causes(found)[0].describe_others() == others
 
 
+def test_one_z_too_low_is_one_cause() -> None:
+    """`G1 Z-220` was the travel of z and the height over the table, as two errors; elsewhere they are two."""
+    low = make_finding("VP210", "tip 160.0 mm below the table face", line=7, last_line=8, value=-160.0, limit=0.0)
+    found = [break_limit("z", -100.0, 7, 8), low, break_limit("z", 1260.0, 30, 30)]
+    assert name_groups(found) == [[1, 0], [2]]
+    assert find_causes(found)[0].describe_others() == "z by 150.000 mm in lines 7 to 8"
+    apart = replace(low, line=20, last_line=20)
+    assert name_groups([break_limit("z", -100.0, 7, 8), apart]) == [[0], [1]]
+
+
+def test_holes_with_one_r_too_low_are_one_cause() -> None:
+    """R-2 of G83 was an error in each line of holes; a contact farther on, or of another depth, has its own."""
+    found = [
+        make_finding(
+            "VP216",
+            f"the cutter runs into the stock: this begins {60.0 + line:.1f} mm along line {line}; {depth:.3f} mm",
+            line=line,
+            last_line=line,
+            value=-depth,
+            limit=0.0,
+        )
+        for line, depth in ((7, 2.0), (8, 2.0), (9, 2.0), (10, 3.0), (14, 2.0))
+    ]
+    assert name_groups(found) == [[0, 1, 2], [3], [4]]
+    assert find_causes(found)[0].describe_others() == "VP216 by 2.000000 in line 8 (worst of 2 places)"
+
+
 def test_the_drop_of_a_rod_is_not_the_travel_of_its_slider() -> None:
     """Both were told as "rho1", with other numbers."""
     head = make_finding("VP110", "out of reach", line=3, last_line=9, severity="error")

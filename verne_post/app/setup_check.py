@@ -90,7 +90,11 @@ def check_setup(moves: Moves, path: ToolPath, machine: Machine, options: Options
         raise InputError(*(item for item in found if item.severity == "error"))
     texts = _find_implausible(options)
     found += [*_check_tolerances(moves, path), *_find_idle_tolerances(moves, path, options)]
-    found += [*_check_directions(moves, path, machine), *_check_planes(moves, path), *check_spindle(moves, path)]
+    found += [
+        *_check_directions(moves, path, machine),
+        *_check_planes(moves, path, machine),
+        *check_spindle(moves, path),
+    ]
     found += [
         *check_speed(moves, path),
         *check_kept_speed(moves, path),
@@ -381,7 +385,7 @@ def _check_directions(moves: Moves, path: ToolPath, machine: Machine) -> list[Fi
     return [make_finding("VP037", text, line=line, last_line=line, worst_line=line, edits=edits)]
 
 
-def _check_planes(moves: Moves, path: ToolPath) -> Iterator[Finding]:
+def _check_planes(moves: Moves, path: ToolPath, machine: Machine) -> Iterator[Finding]:
     """VP042: cuts in a tilted plane to which nothing has turned the table, each plane once.
 
     Under a plane in which the tool is tilted anywhere, the program knows what it does: G53.1, A and C words, G43.4.
@@ -409,8 +413,9 @@ def _check_planes(moves: Moves, path: ToolPath) -> Iterator[Finding]:
     for run in runs:
         if run.cut >= 0 and run.is_upright and run.normal < 1.0 - DRILL_TILT:
             line, angle = int(moves.line[run.cut]), math.degrees(math.acos(run.normal))
+            axes = " and ".join(AXES[axis] for axis in machine.coordinates.rotary)
             call = next((one for one in reversed(moves.planes) if one.before <= run.cut), None)
-            turn = call.turn if call is not None and call.turn else "turn A and C to it"
+            turn = call.turn if call is not None and call.turn else f"turn {axes} to it"
             text = (
                 f"the tool cuts upright in a plane that is tilted by {angle:.6g} deg: nothing turns the table to it; "
                 f"{turn}"

@@ -45,8 +45,9 @@ def find_causes(findings: Sequence[Finding]) -> list[Cause]:
     """Findings by their causes, in the order of the first ones, whose lines are shown.
 
     Findings of one code and severity are one where they break the same limit, or limits of several joints in the same
-    lines. What is broken only in lines in which a rotary axis is beyond its travel, or which are out of reach, has that
-    as its cause. A remedy that several causes share is told at the first one.
+    lines; the height over the table counts as one of them. Equal contacts in lines that follow each other are one. What
+    is broken only in lines in which a rotary axis is beyond its travel, or which are out of reach, has that as its
+    cause. A remedy that several causes share is told at the first one.
     """
     groups = [(min(group, key=lambda one: _rank(findings[one])), group) for group in _group(findings)]
     told: dict[str, Finding] = {}
@@ -97,16 +98,38 @@ def _group(findings: Sequence[Finding]) -> list[list[int]]:
     furthest: dict[object, tuple[int, int]] = {}  # code, severity -> last line of joints so far, and which finding's
     for index in sorted(range(len(findings)), key=lambda one: findings[one].line or 0):
         item = findings[index]
-        if item.axis is None or item.line is None or not _is_of_the_workspace(item):
+        code = "VP101" if item.code == "VP210" else item.code  # one Z too low breaks both
+        if (item.axis is None and code == item.code) or item.line is None or not _is_of_the_workspace(item):
             continue
-        end, other = furthest.get((item.code, item.severity), (-1, index))
+        end, other = furthest.get((code, item.severity), (-1, index))
         if item.line <= end and group_of[other] is not group_of[index]:
             united = sorted(group_of[other] + group_of[index])
             for one in united:
                 group_of[one] = united
         if (item.last_line or item.line) > end:
-            furthest[item.code, item.severity] = (item.last_line or item.line, index)
+            furthest[code, item.severity] = (item.last_line or item.line, index)
+    _join_holes(findings, group_of)
     return _join_consequences(findings, list({id(group): group for group in group_of}.values()))
+
+
+def _join_holes(findings: Sequence[Finding], group_of: list[list[int]]) -> None:
+    """Contacts with a body, as deep in each of lines that follow each other, are one: of a cycle, R is too low."""
+    before: int | None = None
+    for index, item in enumerate(findings):
+        if item.code != "VP216" or item.line is None or item.value is None:
+            continue
+        if before is not None and _goes_on(findings[before], item):
+            group_of[before].append(index)
+            group_of[index] = group_of[before]
+        before = index
+
+
+def _goes_on(before: Finding, item: Finding) -> bool:
+    """Whether a contact is that of a line before with other numbers of lines and places, and the same depth."""
+    words = [(one.severity, re.sub(r"line \d+", "", _strip_numbers(one.message))) for one in (before, item)]
+    is_next = before.line is not None and item.line == (before.last_line or before.line) + 1
+    is_as_deep = abs(find_excess(before) - find_excess(item)) < _SHOWN
+    return is_next and is_as_deep and words[0] == words[1]
 
 
 def _join_consequences(findings: Sequence[Finding], groups: list[list[int]]) -> list[list[int]]:

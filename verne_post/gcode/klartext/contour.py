@@ -183,7 +183,9 @@ class KlartextContour:
             raise statement.error("VP017", f"{side} while a tool vector holds")
         self.side = side
         sign = (1.0 if side == "RL" else -1.0) * (-1.0 if self.frames.flips else 1.0)
-        self.core.start_compensation(Compensation(_CODES[side], 0, sign * radius, perpendicular=True))
+        self.core.start_compensation(
+            Compensation(_CODES[side], 0, sign * radius, self.frames.block.line, side, "R0", perpendicular=True)
+        )
 
     def find_tool_radius(self) -> float:
         """Radius of the tool in the spindle with DR of its call, mm, above 0.

@@ -344,7 +344,8 @@ class KlartextPlanes:
         if tilt is None:
             self.recorder.call_plane(line)
             return
-        turn = "turn A and C to its Q120 and Q122"
+        parameters = " and ".join(f"Q{117 + axis}" for axis in self.setup.rotary)  # Q120 is that of A, axis 3
+        turn = f"turn {self.setup.both_rotary} to its {parameters}"
         end = "PLANE RESET" if word != "cycle 19" else "cycle 19 with angles of 0"
         self.recorder.call_plane(line, word, end, f"write MOVE or TURN in place of STAY, or {turn}" if stays else turn)
 

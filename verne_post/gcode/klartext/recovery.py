@@ -18,6 +18,7 @@ from verne_post.gcode.machining.assumptions import (
     assume_length,
     assume_loaded_tool,
     assume_rigid_tapping,
+    drop_compensation,
     name_axis,
     place,
 )
@@ -54,6 +55,9 @@ class KlartextRecovery:
         to.has_failed = True
         if error.code == "VP048":
             assume_rigid_tapping(to.state)
+        if to.contour.side is not None and error.code in ("VP017", "VP026"):  # R0 may be missing before it
+            drop_compensation(to.state)
+            to.contour.side = None
         if keyword in _CONTOUR:
             place(to.state, list(to.paths.find_position()))
             to.waiting.forget()

@@ -12,6 +12,7 @@ from msgspec import Struct, field
 
 from verne_post.base.tolerances import CORNER_ANGLE, CORNER_REACH_MM
 from verne_post.gcode.arcs import PLANES, Arc
+from verne_post.gcode.codes import spell_g_code
 from verne_post.gcode.lengths import measure_helix
 from verne_post.gcode.machining.plane_geometry import (
     Point,
@@ -51,6 +52,9 @@ class Compensation(Struct):
     code: int  #: 410, 411, 420 or 421.
     plane: int
     radius: float  #: mm, positive to the left of the contour; 0: on it.
+    start_line: int  #: Source line that has put it in force.
+    word: str = ""  #: What that line says, as RL; empty where the code says it.
+    end_word: str = "G40"  #: What would end it.
     segment: Offset | None = None  #: The path segment whose end may still be amended; None before the entry move.
     rows: list[int] = field(default_factory=list)  #: Rows of the recorder that end where it ends.
     corner: list[float] = field(default_factory=list)  #: End of the segment as programmed, nine axes.
@@ -61,6 +65,8 @@ class Compensation(Struct):
     #: Such a compensation begins with its first block, even without motion in the plane; else with its first
     #: motion.
     at_once: bool = True
+    has_cut: bool = False  #: A move at feed rate has followed the contour.
+    rapid_line: int = 0  #: Source line of the first rapid in the plane after that: the contour may have ended there.
 
     # --- the three things that may come ---------------------------------------------------------
 
@@ -163,8 +169,12 @@ class Compensation(Struct):
         point[u], point[v] = corner
         self.settle(row, line, point)
 
-    def settle(self, row: int, line: int, corner: list[float]) -> None:
+    def settle(self, row: int, line: int, corner: list[float], *, is_rapid: bool = False) -> None:
         """Note the row in which the last move was recorded."""
+        if not is_rapid:
+            self.has_cut = True
+        elif self.has_cut and not self.rapid_line:
+            self.rapid_line = line
         self.rows.append(row)
         self.corner, self.line = corner, line
 
@@ -255,12 +265,21 @@ class Compensation(Struct):
         for row in self.rows:
             recorder.amend(row, u, v, end, sweep if row == self.rows[0] else None)
 
+    def describe(self) -> str:
+        """What holds, and since where: G41 of line 6."""
+        return f"{self.word or spell_g_code(self.code)} of line {self.start_line}"
+
     def _report_gouge(self) -> ProgramError:
-        return ProgramError(
-            "VP026",
+        text = (
             f"the tool (radius {abs(self.radius):.4f} mm) cannot reach into this inside corner without "
-            "cutting into the contour",
+            "cutting into the contour"
         )
+        if self.rapid_line:
+            text += (
+                f"; {self.describe()} still holds after the rapid of line {self.rapid_line}: if its contour ends "
+                f"before that, write {self.end_word} there"
+            )
+        return ProgramError("VP026", text)
 
     # --- small geometry -----------------------------------------------------------------------------
 

@@ -16,8 +16,13 @@ from verne_post.model.moves import ZERO9, Frame
 
 def refuse_compensation(state: State, what: str) -> None:
     """Refuse (VP017) what cannot be while cutter compensation holds."""
-    if state.compensation is not None:
-        raise ProgramError("VP017", f"{what} under cutter compensation; end it first")
+    compensation = state.compensation
+    if compensation is not None:
+        raise ProgramError(
+            "VP017",
+            f"{what} under cutter compensation: {compensation.describe()} still holds; write {compensation.end_word} "
+            "first",
+        )
 
 
 def set_home(state: State, point: tuple[float, ...], *, second: bool) -> None:

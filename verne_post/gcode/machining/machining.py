@@ -284,7 +284,7 @@ class Machining:
             feed = self.find_feed(measure_lengths(np.array(target) - np.array(begin)))
         self.recorder.add(state, at.line, kind, target, feed)
         if state.compensation is not None:
-            state.compensation.settle(self.recorder.count - 1, at.line, end)
+            state.compensation.settle(self.recorder.count - 1, at.line, end, is_rapid=kind == MoveKind.RAPID)
             state.centre = target
         state.arc_may_follow = True
         self.arrive(end, axes, absolute=absolute)
@@ -508,8 +508,7 @@ class Machining:
     def check_compensation(self, name: str) -> None:
         """Refuse (VP017) the beginning of cutter compensation where it cannot begin."""
         state = self.state
-        if state.compensation is not None:
-            raise ProgramError("VP017", f"{name} while cutter compensation is on; end it first")
+        self.refuse_compensation(name)
         if state.plane == 2:
             raise ProgramError("VP017", f"{name} in the YZ plane (G19); cutter compensation works in G17 and G18")
         if state.feed_mode == FeedMode.INVERSE:
@@ -563,8 +562,11 @@ class Machining:
         state.arc_may_follow = True
 
     def _check_compensated(self, start: list[float], end: list[float]) -> None:
+        compensation = self.state.compensation
         turning = next((axis for axis in _ROTARY if start[axis] != end[axis]), None)
-        if turning is not None:
+        if compensation is not None and turning is not None:
             raise ProgramError(
-                "VP026", f"{AXES[turning]} turns under cutter compensation: the contour is plane; end it first"
+                "VP026",
+                f"{AXES[turning]} turns under {compensation.describe()}: the contour is plane; write "
+                f"{compensation.end_word} first",
             )

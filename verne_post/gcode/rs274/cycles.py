@@ -93,8 +93,7 @@ class CycleCodes:
                 raise block.error("VP017", f"{letter} cannot be in a canned cycle; write a G0 before it", letter)
         if state.feed_mode == FeedMode.INVERSE:
             raise ProgramError("VP017", f"{spell_g_code(motion)} with inverse-time feed (G93); use G94")
-        if state.compensation is not None:
-            raise ProgramError("VP017", f"{spell_g_code(motion)} under cutter compensation; write G40 first")
+        self.core.refuse_compensation(spell_g_code(motion))
         if state.tcp_off:
             self.core.check_tcp_off(state.position, state.position)
         self.motion.check_feed(block, motion, turns_itself=motion in _TAPS and self.traits.taps_rigidly)

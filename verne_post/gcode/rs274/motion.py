@@ -390,6 +390,7 @@ class MotionCodes:
                 code,
                 self.state.plane,
                 radius if code < 420 else -radius,
+                block.line,
                 perpendicular=self.traits.perpendicular_entry,
                 at_once=self.traits.begins_at_once,
             )

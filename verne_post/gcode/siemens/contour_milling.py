@@ -339,7 +339,9 @@ class _Work:
             corner[u], corner[v] = (
                 motion.convert_to_core(axis, value) for axis, value in zip((u, v), self.start, strict=True)
             )
-            to.core.enter_beside(self.at, Compensation(code, to.state.plane, radius, perpendicular=True), corner)
+            to.core.enter_beside(
+                self.at, Compensation(code, to.state.plane, radius, self.at.line, perpendicular=True), corner
+            )
         for piece in self.pieces:
             to.core.set_feed(piece.feed)
             places, at = {u: piece.leg.end[0], v: piece.leg.end[1]}, At(piece.line)

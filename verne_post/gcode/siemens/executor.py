@@ -13,6 +13,7 @@ from verne_post.gcode.machining.assumptions import (
     assume_rigid_tapping,
     assume_tool_call,
     assume_turning_spindle,
+    drop_compensation,
     know_axis,
 )
 from verne_post.gcode.machining.state import State
@@ -164,6 +165,8 @@ class Executor:
             assume_feed(state)
         if error.code == "VP048":
             assume_rigid_tapping(state)
+        if error.code in ("VP017", "VP026"):  # G40 may be missing before it: what follows would only say so again
+            drop_compensation(state)
         # a name without a meaning may be what switches TRAORI on at this machine
         follows = follows or (self.has_unknown_name and error.code == "VP017" and _WITHOUT_TCP in error.message)
         self.has_unknown_name = self.has_unknown_name or error.settled_by[:1] == ("remap",)

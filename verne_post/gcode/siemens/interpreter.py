@@ -353,7 +353,9 @@ class SiemensInterpreter:
             self.core.check_compensation(spell_g_code(number))
             radius = 0.5 * self._find_diameter(block, spell_g_code(number))
             sign = 1 if number == 410 else -1
-            self.core.start_compensation(Compensation(number, state.plane, sign * radius, perpendicular=True))  # NORM
+            self.core.start_compensation(
+                Compensation(number, state.plane, sign * radius, block.line, perpendicular=True)
+            )  # NORM
 
     def _find_diameter(self, at: At, name: str) -> float:
         """Of the tool in the spindle; with D0 the path is on the contour."""
