@@ -556,6 +556,11 @@ POSTED = {
         "10 L X+5 FMAX\n11 TOOL CALL 3 Z S2000\n12 L X+1 FMAX\n13 M30\n14 END PGM H1 MM\n",
         [("1", 4, 6, [("ROUGH", 4, 6)]), ("2", 7, 10, [("FINE", 9, 10)]), ("3", 11, 15, [])],
     ),
+    "d.h": (  # a remark about the whole program, and at once the line of structure of its first operation
+        "0 BEGIN PGM H1 MM\n1 ; CAM\n2 * - DRILLING\n3 ; T1 DRILL\n4 TOOL CALL 1 Z S5000\n5 L X+0 Y+0 Z+120 FMAX\n"
+        "6 L X+9 FMAX\n7 M30\n8 END PGM H1 MM\n",
+        [("1 (DRILL)", 2, 9, [("DRILLING", 2, 9)])],
+    ),
     "c.nc": (
         "%\nO1003 (F3)\n(T1 D=12. CR=0. - FLAT END MILL)\n(T2 D=10. - DRILL)\nG90 G94 G17 G49\nT1 M6\nG54 G0 X0. Y0.\n"
         "G43 Z120. H1\n(DRILL)\nT2 M6\nG0 X5.\nT3 M6\nG0 X9.\nM30\n%\n",

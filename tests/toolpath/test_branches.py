@@ -472,6 +472,8 @@ def test_opposite_axes_have_no_great_circle(body, words):
     [
         ("C=30", "begins at C 45.000, which the tool axes after it ask for, and not at C 30.000, as line 2"),
         ("C=45", ""),
+        ("C=45.0004", ""),  # the message names three decimals: who writes those was told the same again
+        ("C=45.001", "begins at C 45.000"),
     ],
 )
 def test_a_c_word_that_a_vertical_vector_leaves_is_told(word, says):

@@ -20,12 +20,15 @@ _REMARKS: Final = {
 }
 
 
+#: Klartext's line of structure: it heads what follows, whatever remarks stand before it.
+_STRUCTURE: Final = re.compile(r"\s*(?:\d+\s+)?\*\s*-")
 #: What may stand before the remarks at the top of a program: its name.
 _NAME: Final = re.compile(r"\s*(?:%.*|[O:]\s*\d+.*|(?:\d+\s+)?BEGIN\s+PGM\b.*|PARTNO\b.*)?$", re.IGNORECASE)
 
 
 def list_heads(lines: Iterable[str], dialect: str, moving: Set[int], changes: Set[int]) -> list[tuple[int, str]]:
-    """List where operations begin: the line, from 0, and the remark that heads the operation, the first in a row.
+    """List where operations begin: the line, from 0, and the remark that heads the operation, the first in a row, or
+    a line of structure (``* -``) among them.
 
     The name is empty where none begins: at remarks without motion until the next one, at those at the top of a program
     unless motion or a tool change follows at once, because they are about the whole of it, and at a tool change that
@@ -50,6 +53,8 @@ def list_heads(lines: Iterable[str], dialect: str, moving: Set[int], changes: Se
                     heads[-1] = heads[-1][0], ""
                 heads.append((number, text))
                 has_motion, has_change, is_top = False, False, at_top
+            elif dialect == "heidenhain" and _STRUCTURE.match(line):
+                heads[-1], is_top = (number, text), False
             before = number
         elif not match and line.strip():
             if number in changes and heads and (has_motion or has_change):

@@ -1,5 +1,7 @@
 """The branches of the table for a program, chosen over the whole path; deviations from the program are reported."""
 
+from typing import Final
+
 import numpy as np
 from msgspec.structs import replace
 
@@ -14,6 +16,9 @@ from verne_post.model.toolpath import SegmentKind, ToolPath
 from verne_post.toolpath.branches import BranchPlan, plan_branches
 from verne_post.toolpath.build import build_path
 from verne_post.toolpath.evaluate import evaluate_pose
+
+#: A word with the three decimals that a message names is the angle that is meant, deg.
+_NAMED_DEG: Final = 0.5e-3
 
 
 def choose_branches(
@@ -120,7 +125,7 @@ def _report_other_start(path: ToolPath, plan: BranchPlan, moves: Moves, machine:
     turn = machine.coordinates.rotary[1]
     word = float(moves.end[max(int(path.move[0]) - 1, 0), turn])
     start = float(machine.coordinates.map_from_table(np.zeros(3), begin, Frame())[turn])
-    if abs(start - word) <= np.degrees(ZERO_ANGLE):
+    if abs(start - word) <= _NAMED_DEG:
         return []
     letter = machine.rotary_letters[1]
     what = (
