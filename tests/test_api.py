@@ -271,6 +271,13 @@ def test_every_option_in_a_message_has_a_name_in_python() -> None:
     assert not unknown
 
 
+def test_an_option_that_is_given_as_an_argument_is_told() -> None:
+    with pytest.raises(vp.UsageError, match=r"^tool_length: .*pass options=Options\(tool_length=\.\.\.\)$"):
+        vp.check(POCKET, "verne", tool_length=80.0)  # type: ignore[call-arg]
+    with pytest.raises(TypeError, match="unexpected keyword"):
+        vp.check(POCKET, "verne", length=80.0)  # type: ignore[call-arg]
+
+
 def test_a_name_of_a_file_is_not_taken_for_a_program(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(POCKET.parent)
     with pytest.raises(vp.UsageError, match=r"pathlib\.Path\('pocket_3axis\.nc'\)"):

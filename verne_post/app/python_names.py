@@ -5,6 +5,7 @@ raise is put into the names of Python here, by the one table of options.
 """
 
 import dataclasses
+import inspect
 import re
 from collections.abc import Callable, Mapping
 from functools import cache, partial, wraps
@@ -45,8 +46,13 @@ _T = TypeVar("_T")
 def translate_messages(function: Callable[_P, _T]) -> Callable[_P, _T]:
     """Let a function of the Python API name options as Python has them, in what it returns and raises."""
 
+    takes = inspect.signature(function).parameters
+
     @wraps(function)
     def call(*arguments: _P.args, **named: _P.kwargs) -> _T:
+        for name in named:
+            if name in OPTIONS and name not in takes:
+                raise UsageError(name, f"an option of the program: pass options=Options({name}=...)")
         try:
             return _name_within(function(*arguments, **named))
         except UsageError as error:
