@@ -45,7 +45,6 @@ _T = TypeVar("_T")
 
 def translate_messages(function: Callable[_P, _T]) -> Callable[_P, _T]:
     """Let a function of the Python API name options as Python has them, in what it returns and raises."""
-
     takes = inspect.signature(function).parameters
 
     @wraps(function)
