@@ -76,7 +76,9 @@ class Interpreter:
             self.absolute = code == 90
         elif code in (41, 42):
             radius = 0.5 * self.core.tools.find_diameter(at, self.core.state.loaded_tool or 0, "")
-            self.core.start_compensation(Compensation(10 * code, 0, _RADIUS[code] * radius, perpendicular=True))
+            self.core.start_compensation(
+                Compensation(10 * code, 0, _RADIUS[code] * radius, perpendicular=True, start_line=at.line)
+            )
         elif code == 40:
             self.core.end_compensation()
         elif code not in (17, 30, 31):
