@@ -83,17 +83,15 @@ def _explain_words(source: Text, program: Program, line: int, text: str) -> Expl
         said.append("  the program itself does not come to this line")
     else:
         said.append(f"  {describe_modes(state, program.machine)}")
-    working = ""
-    first = look_at_line(source, program, nearest[-1]) if nearest and nearest[-1] > line else None
-    start = quote_start(source, program, first.findings) if first is not None else []
-    if first is not None and (start := [item for item in start if item.line == line]):  # check has named this line
-        said += [
-            "  the program starts at the place that this line names, and moves from there:",
-            "",
-            *explain_line(first),
-        ]
-        findings, working = (*findings, *start), "\n".join(work_through(first)) + "\n"
-    return Explanation(line, findings, "\n".join(said) + "\n", working)
+    if nearest and nearest[-1] > line:
+        first = look_at_line(source, program, nearest[-1])
+        start = [item for item in quote_start(source, program, first.findings) if item.line == line]
+        if start:  # check has named this line
+            said += ["  the program starts at the place that this line names, and moves from there:", ""]
+            said += explain_line(first)
+            working = "\n".join(work_through(first)) + "\n"
+            return Explanation(line, (*findings, *start), "\n".join(said) + "\n", working)
+    return Explanation(line, findings, "\n".join(said) + "\n", "")
 
 
 def look_at_line(source: Text, program: Program, line: int) -> Line:
