@@ -182,9 +182,20 @@ def _find_tool(address: Address, dialect: str, state: State, options: Options) -
         return None
     if address.value.isdecimal():
         return int(address.value) or None
-    names: Mapping[str, int] = options.control.get(dialect, {}).get("tools", {})
-    known = {name.upper(): number for name, number in [*names.items(), *((b, a) for a, b in state.tool_names.items())]}
+    known = {
+        name.upper(): number
+        for name, number in [
+            *_get_named_tools(options, dialect).items(),
+            *((b, a) for a, b in state.tool_names.items()),
+        ]
+    }
     return known.get(address.value.upper())
+
+
+def _get_named_tools(options: Options, dialect: str) -> Mapping[str, int]:
+    """Name -> number of the tools that a set-up gives a language by name."""
+    names: Mapping[str, int] = options.control.get(dialect, {}).get("tools", {})
+    return names
 
 
 def _describe_tool(number: int, address: Address, state: State, options: Options) -> str:
@@ -210,7 +221,6 @@ def _describe_sizes(tool: Tool) -> str:
 def list_tools(options: Options, dialect: str) -> dict[str, str]:
     """How a program of a language may call the tools of a set-up, by name in quotes or by number, and their sizes."""
     tools = options.tools or {}
-    names: Mapping[str, int] = options.control.get(dialect, {}).get("tools", {})
-    named = {f'"{name}"': number for name, number in names.items() if number in tools}
+    named = {f'"{name}"': number for name, number in _get_named_tools(options, dialect).items() if number in tools}
     numbers = {str(number): number for number in sorted(tools) if number < FIRST_NAMED_TOOL}
     return {word: _describe_sizes(tools[number]) for word, number in (named | numbers).items()}
