@@ -44,6 +44,10 @@ class PointOfTilt(NamedTuple):
         """Some of the rows."""
         return PointOfTilt(*(field[which] for field in self))
 
+    def as_columns(self) -> "PointOfTilt":
+        """Every field as a column (n, 1), or (1, 1), for several tilts of each point."""
+        return PointOfTilt(*(np.reshape(field, (-1, 1)) for field in self))
+
 
 def place_fixed_point(position: Array) -> PointOfTilt:
     """Positions (n, 3) that do not depend on the tilt."""
@@ -174,11 +178,8 @@ def _bracket_tilt(geometry: VerneGeometry, point: PointOfTilt) -> Array:
     _value, radicand = _evaluate_loop(geometry, alpha, point)
     lost = ~(radicand > 0)
     alpha[lost] = np.nan
-    # the roots are found one by one: not for the thousands of points of a path that is far out of reach
-    for row in np.flatnonzero(lost & _is_within_leg_1(geometry, point)).tolist():
-        inside = _find_working_tilts(geometry, point.select(row))
-        if len(inside):
-            alpha[row] = inside[np.argmin(np.abs(inside))]
+    rows = np.flatnonzero(lost & _is_within_leg_1(geometry, point))  # few where a path is far out of reach
+    alpha[rows] = _choose_least(_find_working_tilts(geometry, point.select(rows)))
     return alpha
 
 
@@ -201,20 +202,31 @@ def _choose_closed_legs(geometry: VerneGeometry, alpha: Array, radicands: Array,
     Close to leg I's serial singularity (14) has two working roots: where leg II or III is too short for the one, the
     other is taken if that suits them.
     """
-    better: Array | None = None
     # leg I has a second tilt only where its drop is small
     near = radicands[0] < (SECOND_TILT * geometry.L1) ** 2
-    open_ = np.isfinite(alpha) & ~(radicands > 0).all(axis=0) & near
-    for row in np.flatnonzero(open_).tolist():
-        one = point.select(row)
-        others = _find_working_tilts(geometry, one)
-        c = np.cos(others)
-        y = one.find_y(c, np.sin(others))
-        closed = (geometry.find_radicands(np.full_like(others, one.x), y, c) > 0).all(axis=0)
-        if closed.any():
-            better = alpha.copy() if better is None else better
-            better[row] = others[closed][np.argmin(np.abs(others[closed]))]
+    rows = np.flatnonzero(np.isfinite(alpha) & ~(radicands > 0).all(axis=0) & near)
+    if not len(rows):
+        return None
+    points = point.select(rows)
+    others = _find_working_tilts(geometry, points)
+    least = _choose_least(np.where(_find_closed(geometry, points, others), others, np.nan))
+    better = alpha.copy()
+    better[rows] = np.where(np.isnan(least), alpha[rows], least)
     return better
+
+
+def _choose_least(tilts: Array) -> Array:
+    """The smallest tilt (n,) of each row (n, k), by its size; NaN where a row has none."""
+    size = np.where(np.isnan(tilts), np.inf, np.abs(tilts))
+    return np.take_along_axis(tilts, size.argmin(axis=1)[:, None], axis=1)[:, 0]
+
+
+def _find_closed(geometry: VerneGeometry, points: PointOfTilt, tilts: Array) -> Mask:
+    """Whether all legs close at tilts (n, k) of points (n,)."""
+    columns = points.as_columns()
+    c = np.cos(tilts)
+    x = np.broadcast_to(columns.x, c.shape)
+    return np.asarray((geometry.find_radicands(x, columns.find_y(c, np.sin(tilts)), c) > 0).all(axis=0))
 
 
 def _find_unclosed(geometry: VerneGeometry, radicand1: Array, alpha: Array, y: Array) -> Ints:
@@ -238,33 +250,44 @@ def _evaluate_loop(geometry: VerneGeometry, alpha: Array, point: PointOfTilt) ->
 # --- roots of the squared equation -------------------------------------------------------------
 
 
-def find_tilts(geometry: VerneGeometry, point: PointOfTilt, near_circle: float = REAL_ROOT_IMAG) -> Array:
-    """All real alpha of (7) for one point: a trigonometric cubic, at most six roots, rad, ascending.
+@np.errstate(over="ignore", invalid="ignore", divide="ignore")  # points without bound have no tilt
+def find_tilts(geometry: VerneGeometry, points: PointOfTilt, near_circle: float = REAL_ROOT_IMAG) -> Array:
+    """All real alpha of (7) for points (n,) or one: a trigonometric cubic, at most six roots, rad.
+
+    They are the rows of the result (n, 6), ascending; then NaN.
 
     Seven samples give its seven Fourier coefficients exactly. In w = exp(i alpha) it is a polynomial of degree six,
-    whose roots on the unit circle, up to ``near_circle``, are the real angles.
+    whose roots on the unit circle, up to ``near_circle``, are the real angles. The roots are the eigenvalues of the
+    companion matrix, as in ``numpy.roots``.
     """
-    x_leg1 = point.x + geometry.leg1_x_offset
-    if not np.isfinite([x_leg1, point.y0, point.yc, point.ys]).all():
-        return np.empty(0)
     a = 2 * np.pi * np.arange(7) / 7
     c, s = np.cos(a), np.sin(a)
-    y = point.find_y(c, s)
+    columns = points.as_columns()
+    x_leg1 = columns.x + geometry.leg1_x_offset
+    y = columns.find_y(c, s)
     arm = geometry.R1**2 + geometry.r1**2 - 2 * geometry.R1 * geometry.r1 * c
     value = arm * y**2 - (geometry.R1 * s) ** 2 * (geometry.L1**2 - arm - x_leg1**2)
-    coefficients = np.fft.fft(value) / 7  # orders 0, 1, 2, 3, -3, -2, -1
-    roots = np.roots(coefficients[[3, 2, 1, 0, 6, 5, 4]])
-    on_circle = np.abs(np.abs(roots) - 1) < near_circle
-    return np.sort(np.angle(roots[on_circle]))
+    orders = np.fft.fft(value, axis=1)[:, [3, 2, 1, 0, 6, 5, 4]]  # fft gives orders 0, 1, 2, 3, -3, -2, -1
+    companion = np.zeros((len(value), 6, 6), dtype=complex)
+    companion[:, range(1, 6), range(5)] = 1.0
+    companion[:, 0] = -orders[:, 1:] / orders[:, :1]
+    whole = np.isfinite(companion[:, 0]).all(axis=1)
+    roots = np.full((len(value), 6), np.nan, dtype=complex)
+    roots[whole] = np.linalg.eigvals(companion[whole])
+    for row in np.flatnonzero(orders[:, 0] == 0.0).tolist():  # of lower degree
+        found = np.roots(orders[row])
+        roots[row, : len(found)] = found
+    return np.sort(np.where(np.abs(np.abs(roots) - 1) < near_circle, np.angle(roots), np.nan), axis=1)
 
 
-def _find_working_tilts(geometry: VerneGeometry, point: PointOfTilt) -> Array:
-    """The roots of :func:`find_tilts` that are in the working mode of leg I."""
-    a = find_tilts(geometry, point)
-    value, radicand = _evaluate_loop(geometry, a, point)
+@np.errstate(invalid="ignore")
+def _find_working_tilts(geometry: VerneGeometry, points: PointOfTilt) -> Array:
+    """The roots of :func:`find_tilts` that are in the working mode of leg I: (n, 6), the others NaN."""
+    a = find_tilts(geometry, points)
+    value, radicand = _evaluate_loop(geometry, a, points.as_columns())
     # the value is a length squared; the wrong sign of the root doubles a term of that size
     same_sign = np.abs(value) <= REAL_ROOT_IMAG * geometry.R1 * geometry.L1
-    return a[(np.abs(a) < geometry.crossing_angle) & (radicand > 0) & same_sign]
+    return np.where((np.abs(a) < geometry.crossing_angle) & (radicand > 0) & same_sign, a, np.nan)
 
 
 def explain_unreachable(geometry: VerneGeometry, pivot: Array, gauge: Array) -> list[str]:
@@ -276,12 +299,7 @@ def explain_unreachable(geometry: VerneGeometry, pivot: Array, gauge: Array) -> 
     gauge : ndarray, shape (m, 3)
         As in :func:`solve_inverse_coupled`.
     """
-    codes = []
     points = place_coupled_point(pivot, np.asarray(gauge, dtype=float))
-    for row in range(len(points.x)):
-        point = points.select(row)
-        a = find_tilts(geometry, point)
-        c = np.cos(a)
-        real = (geometry.find_radicands(np.full_like(a, point.x), point.find_y(c, np.sin(a)), c) > 0).all(axis=0)
-        codes.append("VP201" if bool(np.any(real & (geometry.R1 * c <= geometry.r1))) else "VP110")
-    return codes
+    tilts = find_tilts(geometry, points)
+    crossed = _find_closed(geometry, points, tilts) & (geometry.R1 * np.cos(tilts) <= geometry.r1)
+    return np.where(crossed.any(axis=1), "VP201", "VP110").tolist()

@@ -104,7 +104,8 @@ def _find_tilts_and_sides(geometry: VerneGeometry, point: PointOfTilt) -> list[t
         if abs(cosine) < 1:
             tilts += [(sign * float(np.arccos(cosine)), -1) for sign in (-1.0, 1.0)]
         return tilts
-    for rough in find_tilts(geometry, point, NEAR_CIRCLE):
+    (found,) = find_tilts(geometry, point, NEAR_CIRCLE)
+    for rough in found[np.isfinite(found)]:
         for s1 in (-1, 1):
             alpha = _polish_tilt(geometry, point, float(rough), s1)
             if alpha is not None and all(abs(alpha - other) > SAME_TILT or s1 != t for other, t in tilts):
