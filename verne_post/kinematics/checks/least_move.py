@@ -78,8 +78,7 @@ def find_least_move(problem: MoveProblem, start: Array, reserve: float) -> Array
         inside = inside - reserve
         if (inside > -KEPT_RESERVE * reserve).all() and (best is None or np.linalg.norm(at) < np.linalg.norm(best)):
             best = at
-        rows = slope @ problem.basis.T
-        share = _find_least_norm(rows, rows @ np.linalg.pinv(problem.basis.T) @ at - inside, 10 * problem.farthest)
+        share = _find_least_norm(slope, slope @ problem.basis @ at - inside, 10 * problem.farthest)
         if share is None:
             return best
         goal = np.round(share @ problem.basis, SHIFT_DECIMALS)
@@ -100,7 +99,7 @@ def find_least_move(problem: MoveProblem, start: Array, reserve: float) -> Array
 
 
 def _linearise(problem: MoveProblem, at: Array, values: Array, element: Ints, w: Array) -> tuple[Array, Array]:
-    """By check: how far it is inside its bound at its worst sample (c,), and its derivative by the move (c, 3)."""
+    """By check: how far it is inside its bound at its worst sample (c,), and its derivative by the basis (c, k)."""
     line, checks = problem.line, problem.checks
     row = np.array([int(np.argmin(check.sign * values[:, check.quantity])) for check in checks])
     inside = np.array(
@@ -111,18 +110,18 @@ def _linearise(problem: MoveProblem, at: Array, values: Array, element: Ints, w:
     )
     tip, angles = problem.move_part(at).pose(line.contour, element[row], w[row])
     rates = line.machine.five_axis.find_jacobian(tip, angles, line.contour.find_tool_lengths(element[row]))[..., :3]
-    slope = np.empty((len(checks), 3))
+    slope = np.empty((len(checks), len(problem.basis)))
     column = np.array([check.quantity for check in checks])
     each = np.arange(len(checks))
-    for axis in range(3):
-        step = DIFFERENCE_MM * np.eye(3)[axis]
+    for axis, direction in enumerate(problem.basis):
+        step = DIFFERENCE_MM * direction
         plus = measure(problem.move_part(at + step), element[row], w[row])[0]
         minus = measure(problem.move_part(at - step), element[row], w[row])[0]
         with np.errstate(invalid="ignore"):  # infinite beside the table
             slope[:, axis] = (plus[each, column] - minus[each, column]) / (2 * DIFFERENCE_MM)
     for k, check in enumerate(checks):
         if check.quantity < len(line.machine.actuators):
-            slope[k] = rates[k, check.quantity] * (w[row[k]] if problem.end_only else 1.0)
+            slope[k] = problem.basis @ rates[k, check.quantity] * (w[row[k]] if problem.end_only else 1.0)
         slope[k] *= check.sign
     # a bound that the module does not have (minus infinity), or that has no value here, sets no condition
     usable = np.isfinite(inside) & np.isfinite(slope).all(axis=1)
