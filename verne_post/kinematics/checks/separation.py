@@ -15,6 +15,7 @@ from typing import Final
 import numpy as np
 
 from verne_post.base.arrays import Array
+from verne_post.base.rows import measure_rows, sum_rows
 
 #: Points are sought until their distance is at most this above the gap, mm, and in no more than so many steps.
 SURE_MM: Final = 1e-7
@@ -54,14 +55,14 @@ def measure_cylinder_to_box(start: Array, end: Array, radius: Array, half: Array
         m, k, h, r = middle[rest], axis[rest], long[rest], radius[rest]
         new = np.clip(_project_onto_cylinder(ahead, m, k, h, r), -half, half)
         moved = new - point
-        back = ((ahead - new) * moved).sum(1) > 0
+        back = sum_rows((ahead - new) * moved) > 0
         grown = np.where(back, 1.0, 0.5 * (1.0 + np.sqrt(1.0 + 4.0 * momentum**2)))
         ahead = new + np.where(back, 0.0, (momentum - 1.0) / grown)[:, None] * moved
         point, momentum = new, grown
         if step % LOOK and step + 1 < STEPS:
             continue
         apart = _project_onto_cylinder(point, m, k, h, r) - point
-        distance = np.linalg.norm(apart, axis=1)
+        distance = measure_rows(apart)
         clear = distance > 0
         gap = _evaluate_gap(apart / np.where(clear, distance, 1.0)[:, None], m, k, h, r, half)
         distance_bound[rest[clear]] = np.maximum(distance_bound[rest[clear]], gap[clear])
@@ -76,24 +77,24 @@ def measure_cylinder_to_box(start: Array, end: Array, radius: Array, half: Array
 def bound_distance(start: Array, end: Array, radius: Array, half: Array) -> Array:
     """A quick lower bound (n,) of the same distance: a capsule against the sphere around the box, mm."""
     along = end - start
-    square = (along * along).sum(1)
-    share = np.clip(-(start * along).sum(1) / np.where(square > 0, square, 1.0), 0.0, 1.0)
-    return np.asarray(np.linalg.norm(start + share[:, None] * along, axis=1) - radius - np.linalg.norm(half))
+    square = sum_rows(along * along)
+    share = np.clip(-sum_rows(start * along) / np.where(square > 0, square, 1.0), 0.0, 1.0)
+    return np.asarray(measure_rows(start + share[:, None] * along) - radius - np.linalg.norm(half))
 
 
 def _split_axes(start: Array, end: Array) -> tuple[Array, Array, Array]:
     """Middle, unit axis and half length of cylinders; the axis of one without length points anywhere."""
     along = end - start
-    length = np.linalg.norm(along, axis=1)
+    length = measure_rows(along)
     axis = np.where(length[:, None] > 0, along / np.where(length > 0, length, 1.0)[:, None], [0.0, 0.0, 1.0])
     return 0.5 * (start + end), axis, 0.5 * length
 
 
 def _evaluate_gap(n: Array, middle: Array, axis: Array, long: Array, radius: Array, half: Array) -> Array:
     """G of unit directions (n, 3) from the box to the cylinder."""
-    along = (n * axis).sum(1)
+    along = sum_rows(n * axis)
     across = np.sqrt(np.maximum(1.0 - along**2, 0.0))
-    return np.asarray((n * middle).sum(1) - long * np.abs(along) - radius * across - (np.abs(n) * half).sum(1))
+    return np.asarray(sum_rows(n * middle) - long * np.abs(along) - radius * across - sum_rows(np.abs(n) * half))
 
 
 #: Directions whose cross product, or difference, is shorter than this are parallel: another one replaces them.
@@ -117,8 +118,8 @@ def _list_directions(axis: Array) -> list[Array]:
 def _project_onto_cylinder(point: Array, middle: Array, axis: Array, long: Array, radius: Array) -> Array:
     """The nearest points (n, 3) of cylinders."""
     from_middle = point - middle
-    height = (from_middle * axis).sum(1)
+    height = sum_rows(from_middle * axis)
     across = from_middle - height[:, None] * axis
-    size = np.linalg.norm(across, axis=1)
+    size = measure_rows(across)
     share = np.minimum(radius / np.where(size > 0, size, 1.0), 1.0)
     return middle + np.clip(height, -long, long)[:, None] * axis + share[:, None] * across
