@@ -44,7 +44,7 @@ class PointOfTilt(NamedTuple):
         """Some of the rows."""
         return PointOfTilt(*(field[which] for field in self))
 
-    def as_columns(self) -> "PointOfTilt":
+    def make_columns(self) -> "PointOfTilt":
         """Every field as a column (n, 1), or (1, 1), for several tilts of each point."""
         return PointOfTilt(*(np.reshape(field, (-1, 1)) for field in self))
 
@@ -223,7 +223,7 @@ def _choose_least(tilts: Array) -> Array:
 
 def _find_closed(geometry: VerneGeometry, points: PointOfTilt, tilts: Array) -> Mask:
     """Whether all legs close at tilts (n, k) of points (n,)."""
-    columns = points.as_columns()
+    columns = points.make_columns()
     c = np.cos(tilts)
     x = np.broadcast_to(columns.x, c.shape)
     return np.asarray((geometry.find_radicands(x, columns.find_y(c, np.sin(tilts)), c) > 0).all(axis=0))
@@ -262,7 +262,7 @@ def find_tilts(geometry: VerneGeometry, points: PointOfTilt, near_circle: float 
     """
     a = 2 * np.pi * np.arange(7) / 7
     c, s = np.cos(a), np.sin(a)
-    columns = points.as_columns()
+    columns = points.make_columns()
     x_leg1 = columns.x + geometry.leg1_x_offset
     y = columns.find_y(c, s)
     arm = geometry.R1**2 + geometry.r1**2 - 2 * geometry.R1 * geometry.r1 * c
@@ -284,7 +284,7 @@ def find_tilts(geometry: VerneGeometry, points: PointOfTilt, near_circle: float 
 def _find_working_tilts(geometry: VerneGeometry, points: PointOfTilt) -> Array:
     """The roots of :func:`find_tilts` that are in the working mode of leg I: (n, 6), the others NaN."""
     a = find_tilts(geometry, points)
-    value, radicand = _evaluate_loop(geometry, a, points.as_columns())
+    value, radicand = _evaluate_loop(geometry, a, points.make_columns())
     # the value is a length squared; the wrong sign of the root doubles a term of that size
     same_sign = np.abs(value) <= REAL_ROOT_IMAG * geometry.R1 * geometry.L1
     return np.where((np.abs(a) < geometry.crossing_angle) & (radicand > 0) & same_sign, a, np.nan)
