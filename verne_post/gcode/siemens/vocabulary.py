@@ -180,7 +180,7 @@ NO_EFFECT: Final[Mapping[str, str]] = {
     **dict.fromkeys(("SPCON", "SPCOF", "GETD", "GET", "RELEASE", "NEWCONF"),
                     "position control of spindles, axes and channels of the control"),
     **dict.fromkeys(("TOWSTD", "TOWMCS", "TOWWCS", "TOWBCS", "TOWTCS", "TOWKCS"),
-                    "directions of tool wear: there is no tool wear here"),
+                    "directions of tool wear: verne-post knows no tool wear"),
     "WRTPR": "a line in a log of the control",
     "SETMS": "the first spindle is the master spindle; SETMS with another number is refused",
     **dict.fromkeys(("EXTERN", "ENDPROC"), "declarations"),
