@@ -8,6 +8,8 @@ const mark = table => {
   if (heads.length < 3) { table.dataset.pairs = ""; return; }
   const cells = [...table.tBodies[0].rows].flatMap(row => [...row.cells].slice(1));
   const wrap = table.closest(".md-typeset__scrollwrap") || table;
+  table.toggleAttribute("data-wide", wrap.scrollWidth > wrap.clientWidth);
+  for (const code of table.querySelectorAll("code")) code.classList.toggle("long", code.textContent.length > 24);
   const texts = cells.filter(cell => !/^[-+<>]?\.?\d/.test(cell.textContent.trim())).length;
   const crowded = wrap.scrollWidth > wrap.clientWidth && texts > cells.length / 2;
   if (!crowded && !cells.some(cell => cell.textContent.length > 40)) return;
