@@ -41,6 +41,8 @@ def open_browser() -> webdriver.Chrome:
     options.binary_location = chromium
     browser = webdriver.Chrome(options=options, service=webdriver.ChromeService(driver))
     browser.set_script_timeout(120)
+    # the theme stores the first scheme that it shows, and keeps it on all later screens
+    browser.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": "localStorage.clear()"})
     return browser
 
 
@@ -55,11 +57,11 @@ def list_violations(browser: Any, axe: str, page: Path, screen: tuple[int, int, 
     browser.execute_script(axe)
     widest = browser.execute_script("return Math.max(document.documentElement.scrollWidth, innerWidth)")
     wide = [f"the page scrolls sideways: it is {widest} pixels wide"] if widest > width else []
-    return wide + [
-        f"{rule} ({impact}): {' '.join(node.split())}"
-        for rule, impact, nodes in browser.execute_async_script(_RUN)
-        for node in nodes
-    ]
+    found = browser.execute_async_script(_RUN)
+    shown = browser.execute_script("return document.body.dataset.mdColorScheme")
+    if shown not in (None, {"light": "default", "dark": "slate"}[scheme]):  # a page without the theme names none
+        raise SystemExit(f"{page.name} shows the scheme {shown}, not {scheme}")
+    return wide + [f"{rule} ({impact}): {' '.join(node.split())}" for rule, impact, nodes in found for node in nodes]
 
 
 def main(axe: str, site: str) -> int:

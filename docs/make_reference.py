@@ -92,10 +92,12 @@ def options_page() -> str:
 
 
 def _text(command: click.Command) -> str:
-    """The help of a command; paragraphs that click must not wrap stay as they are."""
+    """The help of a command, options as code; paragraphs that click must not wrap stay as they are."""
     parts = (command.help or "").split("\n\n")
     return "\n\n".join(
-        "```text\n" + part.removeprefix("\b\n") + "\n```" if part.startswith("\b") else " ".join(part.split())
+        "```text\n" + part.removeprefix("\b\n") + "\n```"
+        if part.startswith("\b")
+        else re.sub(r"(?<![\w`-])--[a-z][a-z-]+", r"`\g<0>`", " ".join(part.split()))
         for part in parts
     )
 

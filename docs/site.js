@@ -8,6 +8,8 @@ const mark = table => {
   if (heads.length < 3) { table.dataset.pairs = ""; return; }
   const cells = [...table.tBodies[0].rows].flatMap(row => [...row.cells].slice(1));
   const wrap = table.closest(".md-typeset__scrollwrap") || table;
+  table.toggleAttribute("data-wide", wrap.scrollWidth > wrap.clientWidth);
+  for (const code of table.querySelectorAll("code")) code.classList.toggle("long", code.textContent.length > 24);
   const texts = cells.filter(cell => !/^[-+<>]?\.?\d/.test(cell.textContent.trim())).length;
   const crowded = wrap.scrollWidth > wrap.clientWidth && texts > cells.length / 2;
   if (!crowded && !cells.some(cell => cell.textContent.length > 40)) return;
@@ -28,8 +30,9 @@ addEventListener("resize", reach);
 // The bars with the button that copies are told apart (axe: landmark-unique); the theme adds them after the page is there.
 const tell = () => document.querySelectorAll(".md-code__nav:not([aria-label])").forEach((bar, k) => bar.setAttribute("aria-label", `code ${bar.parentElement.id || k}`));
 addEventListener("load", () => { tell(); new MutationObserver(tell).observe(document.body, { childList: true, subtree: true }); });
-// A line of a console goes on at a blank (site.css), never behind the hyphen of an option or of a negative number.
-document.querySelectorAll(".language-console code").forEach(code => {
+// A line of a console or an option in a text goes on at a blank (site.css), never after the hyphen of an option or of a
+// negative number. In tables of a phone it may break anywhere.
+document.querySelectorAll(".language-console code, .md-typeset :not(pre, td) > code").forEach(code => {
   const walker = document.createTreeWalker(code, NodeFilter.SHOW_TEXT), texts = [];
   while (walker.nextNode()) if (/\S-|-\S/.test(walker.currentNode.data)) texts.push(walker.currentNode);
   for (const text of texts) text.replaceWith(...text.data.split(/(\S*-\S*)/).map((part, k) => {

@@ -120,6 +120,17 @@ def test_columns_of_tables_have_names(page: Path) -> None:
     assert not re.findall(r"^(\|(?:.*\|)? *\|.*)\n\|---", page.read_text(encoding="utf-8"), re.MULTILINE)
 
 
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+def test_lists_are_lists_on_the_site(page: Path) -> None:
+    """Python-Markdown takes a list after a line of text as text, and one within a list by four blanks."""
+    text = re.sub(r"^ *```.*?^ *```", "", page.read_text(encoding="utf-8"), flags=re.MULTILINE | re.DOTALL)
+    item = re.compile(r" *(?:-|\d+\.) ")
+    for part in text.strip().split("\n\n"):
+        lines = part.strip("\n").split("\n")
+        assert item.match(lines[0]) or not any(map(item.match, lines)), part
+        assert not [line for line in lines if item.match(line) and (len(line) - len(line.lstrip())) % 4], part
+
+
 def test_reference_and_man_page_have_every_option_that_help_shows(run: Callable[..., Any]) -> None:
     made = REFERENCE
     page, man = made.options_page(), made.man_page().replace("\\-", "-")

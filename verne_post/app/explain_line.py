@@ -1,4 +1,4 @@
-"""One line of a program: what is wrong, what would make it legal, its pose, and that worked through step by step."""
+"""One line of a program: what is wrong, what would bring it within limits, its pose, and the steps to that."""
 
 import math
 import re
@@ -348,7 +348,7 @@ def _place(joints: JointPath, place: remedies.Place, first: bool) -> str:
 
 
 def _describe_remedies(line: Line, findings: Sequence[Finding]) -> Iterator[str]:
-    """What would make the line legal, in numbers; every proposal has been checked along the whole line."""
+    """What would bring the line within limits, in numbers; every proposal has been checked along the whole line."""
     findings = [item for item in findings if item.code >= "VP1"]  # those about the text have no numbers
     if not findings:
         return

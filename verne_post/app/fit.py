@@ -55,7 +55,7 @@ def propose(
     aim: Aim = "move",
     progress: Progress | None = None,
 ) -> Proposal:
-    """Find the work offset of the smallest move that makes a program legal, of the largest margin or least time.
+    """Find the work offset of the smallest move to within limits, of the largest margin or of the least time.
 
     Parameters
     ----------
@@ -67,8 +67,8 @@ def propose(
     ranges : mapping, optional
         (low, high) by letter, mm and degrees; as :func:`~verne_post.model.option_checks.check_ranges` takes them.
     aim : {"move", "margin", "time"}
-        The smallest move of the part, none where the program is legal; the largest margin to every limit; or the least
-        time, with a small margin. Where no move is found, the place of the largest margin is judged.
+        The smallest move of the part, none where the program is within limits; the largest margin to every limit; or
+        the least time, with a small margin. Where no move is found, the place of the largest margin is judged.
     progress : callable, optional
 
     Raises

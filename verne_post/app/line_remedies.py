@@ -1,4 +1,4 @@
-"""What would make one line legal, in words of its program: less tilt, another branch, a move of the part, another end.
+"""What would bring a line within limits, as words of its program: less tilt, another branch or end, a moved part.
 
 Every proposal has been checked along the whole line before it is reported.
 """
@@ -57,14 +57,14 @@ class Line(Struct, frozen=True, eq=False):
 
 
 def propose(line: Line, findings: Sequence[Finding]) -> Iterator[str]:
-    """What would make the line legal, or would remove its warnings where it has no errors, in numbers."""
+    """What would bring the line within limits, or would remove its warnings where it has no errors, in numbers."""
     yield from (remedy.text for remedy in propose_turns(line, findings))
     gravest = find_worst(findings)
     yield from _propose_shifts(line, [item for item in findings if item.severity == gravest])
 
 
 def propose_turns(line: Line, findings: Sequence[Finding]) -> Iterator[Remedy]:
-    """Other angles of the table that make the line legal, the part where it is: less tilt, another branch."""
+    """Other angles of the table that bring the line within limits, the part where it is: less tilt, another branch."""
     gravest = find_worst(findings)
     yield from _propose_tilts(line, [item for item in findings if item.severity == gravest])
     yield from _propose_branches(line, gravest == "error")

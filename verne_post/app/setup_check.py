@@ -316,7 +316,7 @@ def _describe_bare_tool(tool: int, own: float, lengths: Mapping[int, float], nam
 
 
 def _find_implausible(options: Options) -> Iterator[str]:
-    """Sizes of the set-up that are legal but cannot be meant; keys as the set-up and the Python API have them."""
+    """Sizes of the set-up that are accepted but cannot be meant; keys as the set-up and the Python API have them."""
     for key, value, name in (
         ("cycle", options.cycle, "cycle"),
         ("tolerance", options.tolerance, "tip tolerance"),

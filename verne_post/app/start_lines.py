@@ -14,7 +14,7 @@ from verne_post.base.tolerances import LIMIT_SLACK, LIMIT_SLACK_MM
 from verne_post.model.findings import Finding
 from verne_post.model.verdict import Family, find_family
 
-#: Another height, mm, may make the start legal: then Z is what is wrong with it, else X or Y.
+#: Another height, mm, may bring the start within limits: then Z is what is wrong with it, else X or Y.
 _HEIGHTS: Final = tuple(float(step) for step in range(-2000, 2001, 25))
 #: So many lines before the first motion are looked at.
 _OPENING: Final = 200

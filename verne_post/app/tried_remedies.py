@@ -1,4 +1,4 @@
-"""What would make a refused program legal: every remedy is tried on the program before it is reported.
+"""What would bring a refused program within limits: every remedy is tried on the program before it is reported.
 
 A work offset and an option are tried on the whole program; a tilt, another branch and another end on their line.
 """
@@ -38,7 +38,7 @@ from verne_post.toolpath.contour import make_exact_contour
 REMEDIED: Final = 3
 #: A longer contour is not checked anew for remedies: the refusal should not take many times as long as the check.
 TRIED_ELEMENTS: Final = 20_000
-#: Offsets that are tried, each moved so that the worst line of the one before becomes legal.
+#: Offsets that are tried, each moved so that the worst line of the one before is within limits.
 OFFSETS: Final = 4
 #: A part that would have to stand farther off than this, mm, is not clamped in a wrong place: the unit is looked at.
 FAR_MM: Final = 300.0
@@ -94,7 +94,7 @@ def add_remedies(source: Text, program: Program, findings: Sequence[Finding]) ->
 def _find_mistaken_unit(source: Text, program: Program, errors: Sequence[Finding]) -> Finding | None:
     """VP505, an error: a program in inches leaves the machine, and in mm no pose of it is refused; else None.
 
-    The reverse, inches that are read as mm, leaves no trace: a small part is legal.
+    The reverse, inches that are read as mm, leaves no trace: a small part is within limits too.
     """
     if len(program.contour) > TRIED_ELEMENTS or not any(find_family(item.code) == Family.POSITION for item in errors):
         return None

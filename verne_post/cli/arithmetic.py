@@ -2,7 +2,7 @@
 
 numpy and its BLAS choose their kernels by the processor they find, the BLAS its share of the work by the number of
 cores. Kernels differ in the last digit, and planning makes other rows of a last digit: an iteration that ends at a
-threshold takes one step more or less. All rows are legal, but files that differ for no reason cannot be compared.
+threshold takes one step more or less. All rows keep the limits, but files that differ for no reason cannot be compared.
 """
 
 import os

@@ -444,7 +444,7 @@ def _convert_limits(file: ChainMachineFile, named: dict[str, JointFile], columns
 
 
 def _find_implausible(file: ChainMachineFile, file_name: str) -> Iterator[Finding]:
-    """Warnings (VP505) about values that are legal but that no machine tool has: most often another unit."""
+    """Warnings (VP505) about values that are accepted but that no machine tool has: most often another unit."""
     texts = list[str]()
     for name, joint in file.joints.items():
         kind, travel = ("linear", joint.travel_mm) if joint.turns is None else ("rotary", joint.travel_deg)

@@ -28,7 +28,7 @@ _OF_THE_REST: Final = {
 
 
 def find_implausible(data: dict[str, Any], group: str, file_name: str) -> list[Finding]:
-    """Warnings about values that are legal but that no machine tool has.
+    """Warnings about values that are accepted but that no machine tool has.
 
     Parameters
     ----------

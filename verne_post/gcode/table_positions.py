@@ -28,7 +28,7 @@ class TablePosition(Struct, frozen=True, eq=False):
 def find_positions(
     setup: Setup, start: list[float], vector: Array, frame: Frame, *, tip_stays: bool
 ) -> list[TablePosition]:
-    """Positions that hold a tool axis (3,), program directions: the nearest C of each side, and legal turns beside.
+    """Positions that hold a tool axis (3,), program directions: the nearest C of each side, and other turns.
 
     One position where the tool comes to stand upright on the table.
 

@@ -14,7 +14,7 @@ _LONGEST_MESSAGE: Final = 1000
 
 @dataclass(frozen=True)
 class Remedy:
-    """What would make a program, or a line, legal.
+    """What would bring a program, or a line, within limits.
 
     What stands in ``remedies`` of a finding was tried; an editor tries the others before it offers them.
     """
@@ -51,7 +51,7 @@ class Finding:
     count : int
         Number of moves (or rows) that the finding stands for.
     remedies : tuple of str
-        What would make the program, or the line, legal: each was tried. Empty where nothing was sought.
+        What would bring the program, or the line, within limits: each was tried. Empty where nothing was sought.
     edits : tuple of Remedy
         What is to be written into the program or its set-up.
     file, file_line : str and int, or None

@@ -1,4 +1,4 @@
-"""Plausible sizes of machines, tools and set-ups: a value beyond is legal, but mostly in another unit (VP505)."""
+"""Plausible sizes of machines, tools and set-ups: a value beyond is accepted, but is mostly in another unit (VP505)."""
 
 from collections.abc import Iterator, Sequence
 from typing import Final

@@ -5,9 +5,10 @@ of these solutions; a segment keeps its branch. Programs with tool axes (I J K) 
 words name it, and another one is taken only where the named one breaks a limit.
 
 Segments that must share a branch unless the table rewinds form a *span*. Spans end where the tool is vertical (C is
-free there) and where it crosses the pole; when no branch is legal on a whole span, also where the legality changes. The
-branches of the spans are those with the least cost, in this order: segments beyond a hard limit, rewinds while the tool
-feeds, other rewinds, segments off the programmed branch, turns in place under a vertical tool, rotary travel.
+free there) and where it crosses the pole; when no branch keeps the limits on a whole span, also where it begins or
+ceases to keep them. The branches of the spans are those with the least cost, in this order: segments beyond a hard
+limit, rewinds while the tool feeds, other rewinds, segments off the programmed branch, turns in place under a vertical
+tool, rotary travel.
 """
 
 from collections.abc import Callable, Iterable
@@ -72,7 +73,7 @@ class BranchPlan(Struct, frozen=True, eq=False):
 def plan_branches(
     path: ToolPath, legal: Legal, c_range: tuple[float, float], team: Team = ALONE, nutation: Nutation | None = None
 ) -> BranchPlan | None:
-    """Choose the branch of every segment; None where the programmed one is legal throughout, or nothing is better.
+    """Choose the branch of every segment; None where the programmed one keeps the limits, or nothing is better.
 
     Parameters
     ----------

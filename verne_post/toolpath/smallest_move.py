@@ -1,4 +1,4 @@
-"""The smallest move of the part with which a program is legal: people do not like to set up a part again.
+"""The smallest move of the part with which a program is within limits: people do not like to set up a part again.
 
 The size of a move is a bound of how far any point of the part is moved: the shift of its zero, and the turn times the
 largest distance of the program from the zero. A part is turned only where no shift alone will do.
@@ -48,7 +48,7 @@ class SmallestMove:
         return np.asarray(np.linalg.norm(moved[..., :3], axis=-1) + self.reach * np.abs(moved[..., 3]))
 
     def propose(self) -> Iterator[Array]:
-        """Places (4,) that are legal by the points of the program, the smallest move first, in round numbers first."""
+        """Places (4,) within limits by the points of the program, the smallest move first, in round numbers first."""
         shifts, every = self.search.free & [True, True, True, False], self.search.free
         for reserve in RESERVES:
             found = next(
@@ -108,7 +108,7 @@ class SmallestMove:
     def _improve(
         self, best: Array, rows: NDArray[np.intp], low: Array, high: Array, reserve: float, random: np.random.Generator
     ) -> Array:
-        """Nearer places around legal ones (n, 4), in ranges that shrink with the move; returns them nearest first."""
+        """Nearer places around good ones (n, 4), in ranges that shrink with the move; returns them nearest first."""
         share = 0.5
         for _ in range(ROUNDS):
             size = self.measure_size(best)

@@ -68,7 +68,7 @@ def _list_stretches(task: SectionTask, z: Array, timed: Mask) -> list[tuple[int,
 
 
 def _shorten(task: SectionTask, z: Array, stretches: list[tuple[int, int]], split: int) -> Array:
-    """Rows z (n,) with as few rows as are legal in each stretch, or in halves from ``split`` rows on."""
+    """Rows z (n,) with as few rows as the limits allow in each stretch, or in halves from ``split`` rows on."""
     parts, done = list[Array](), 0
     stretches = stretches[::-1]
     while stretches:

@@ -62,7 +62,7 @@ def solve(problem: Problem, start: Array, *, start_gap: float, final_gap: float,
     ----------
     problem : Problem
     start : ndarray, shape (n + 3,)
-        Coefficients to start from, positive; they need not be legal.
+        Coefficients to start from, positive; they need not keep the limits.
     start_gap : float
         Sum of slack times multiplier to start from, over the time.
     final_gap : float
@@ -73,7 +73,7 @@ def solve(problem: Problem, start: Array, *, start_gap: float, final_gap: float,
     Returns
     -------
     Solution
-        Always with positive coefficients; not legal where the iteration was cut short.
+        Always with positive coefficients; beyond limits where the iteration was cut short.
     """
     return _Iteration(problem).iterate(start, start_gap, final_gap, iterations)
 

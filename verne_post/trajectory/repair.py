@@ -1,4 +1,4 @@
-"""Rows that are legal, from rows that nearly are: small shifts along the path around those beyond a limit.
+"""Rows within limits, from rows that nearly are: small shifts along the path around those beyond a limit.
 
 Limits are those on the differences of the rows themselves, so what counts here is what verification will check. Around
 each row that is beyond a limit the rows of a stretch are shifted along the path: least squares on the excess, damped

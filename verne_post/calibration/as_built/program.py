@@ -1,7 +1,7 @@
 """A program that visits poses to be measured, and the order of the poses in it.
 
-Between two poses the tool goes straight where every point on the way is legal; else it goes back to a middle pose over
-the table, upright, from which each planned pose is reached.
+Between two poses the tool goes straight where every point on the way is within limits; else it goes back to a middle
+pose over the table, upright, from which each planned pose is reached.
 """
 
 from collections.abc import Iterator, Sequence
@@ -23,7 +23,7 @@ MIDDLES: Final = (1.0, 0.6, 1.4, 0.3, 1.8)
 
 
 def round_poses(machine: Machine, poses: WorkspacePoses) -> tuple[WorkspacePoses, Mask]:
-    """The poses as the program will say them, and which of them are still legal (n,)."""
+    """The poses as the program will say them, and which of them are still within limits (n,)."""
     tip = np.round(poses.tip, DECIMALS)
     angles = np.round(poses.angles * DEG_PER_RAD, DECIMALS) / DEG_PER_RAD
     joints, ok = solve_legal(machine, tip, angles, poses.length)
@@ -31,7 +31,7 @@ def round_poses(machine: Machine, poses: WorkspacePoses) -> tuple[WorkspacePoses
 
 
 def find_middle(machine: Machine, lengths: Sequence[float]) -> Array:
-    """Tip (3,) of the middle pose, legal with every tool.
+    """Tip (3,) of the middle pose, within limits with every tool.
 
     Raises
     ------
@@ -48,14 +48,14 @@ def find_middle(machine: Machine, lengths: Sequence[float]) -> Array:
 
 
 def reach_from(machine: Machine, middle: Array, poses: WorkspacePoses) -> Mask:
-    """Poses (n,) to which the straight way from the middle pose, with their own C, is legal."""
+    """Poses (n,) to which the straight way from the middle pose, with their own C, is within limits."""
     n = len(poses.length)
     upright = np.stack([np.zeros(n), poses.angles[:, 1]], axis=1)
     return _is_way_legal(machine, np.broadcast_to(middle, (n, 3)), upright, poses.tip, poses.angles, poses.length)
 
 
 def _is_way_legal(machine: Machine, tip0: Array, angles0: Array, tip1: Array, angles1: Array, length: Array) -> Mask:
-    """Ways (n,) whose tried points are all legal."""
+    """Ways (n,) whose tried points are all within limits."""
     share = np.linspace(0.0, 1.0, POINTS)[:, None, None]
     tip = tip0 + share * (tip1 - tip0)
     angles = angles0 + share * (angles1 - angles0)

@@ -14,11 +14,11 @@ from verne_post.model.poses import Platform, Pose
 
 #: Parts that are cut are up to this many times the table's radius high.
 HEIGHT: Final = 1.0
-#: Poses tried at a time; about a quarter of them is legal on the VERNE.
+#: Poses tried at a time; about a quarter of them is within limits on the VERNE.
 BATCH: Final = 2048
-#: So many batches without any legal pose, and nothing is within reach at all.
+#: So many batches without any pose within limits, and nothing is within reach at all.
 EMPTY_BATCHES: Final = 3
-#: So many batches without enough legal poses mean that the machine reaches next to nothing.
+#: So many batches without enough poses within limits mean that the machine reaches next to nothing.
 MOST_BATCHES: Final = 100
 
 
@@ -64,7 +64,7 @@ def sample_workspace(
     height: float = HEIGHT,
     lowest: float = 0.0,
 ) -> WorkspacePoses:
-    """Draw legal poses: tips over the table's face, every A within its travel, every C.
+    """Draw poses within limits: tips over the table's face, every A within its travel, every C.
 
     Parameters
     ----------

@@ -266,7 +266,7 @@ class Swivel:
         """Refuse (VP102) a plane far beyond the travel where the part stands: what follows would be its consequences.
 
         Nearer to the limit the check of the motion decides. The tilt of the platform depends on the place of the part,
-        so that the check may find one that makes the plane legal.
+        so that the check may find one with which the plane is within reach.
         """
         setup, tilt = self.to.setup, self.to.setup.rotary[0]
         if setup.travel is None:

@@ -154,7 +154,7 @@ CYCLES: Final[Mapping[str, str]] = {
 #: Words that change how a control moves or watches, not the path, or that are always so here: see `dump moves`.
 NO_EFFECT: Final[Mapping[str, str]] = {
     **dict.fromkeys(("G601", "G602", "G603"),
-                    "when an exact stop is reached: the tool stops at every exact stop"),
+                    "how exact a stop is: verne-post stops exactly at the corner"),
     **dict.fromkeys(("BRISK", "SOFT", "DRIVE", "BRISKA", "SOFTA", "DRIVEA", "JERKLIM", "JERKLIMA", "ACC", "VELOLIM",
                      "VELOLIMA", "ACCLIMA"),
                     "acceleration and jerk: the machine file gives them"),
@@ -163,27 +163,28 @@ NO_EFFECT: Final[Mapping[str, str]] = {
     **dict.fromkeys(("DYNNORM", "DYNPOS", "DYNROUGH", "DYNSEMIFIN", "DYNFINISH", "DYNPREC"),
                     "dynamics: the machine file gives the limits"),
     **dict.fromkeys(("UPATH", "SPATH", "FGROUP", "FGREF"),
-                    "F is always the speed of the tip, or deg/min where only A and C turn; a note (VP039) names an "
-                    "FGROUP with rotary axes, and one of these alone is refused"),
+                    "F is always the speed of the tip, or deg/min where only A and C turn. FGROUP with rotary and "
+                    "linear axes gives a note (VP039); FGROUP with rotary axes alone is refused"),
     **dict.fromkeys(("FNORM", "RTLION", "RTLIOF", "G62", "G621", "FENDNORM"),
                     "the machine file limits rapid traverse and feed"),
-    **dict.fromkeys(("STOPRE", "STARTFIFO", "STOPFIFO", "FIFOCTRL"), "nothing is read ahead"),
+    **dict.fromkeys(("STOPRE", "STARTFIFO", "STOPFIFO", "FIFOCTRL"),
+                    "how far a control reads ahead: verne-post plans the whole program at once"),
     **dict.fromkeys(("WALIMON", "WALIMOF"), "working area: the machine file gives the limits"),
     **dict.fromkeys(("CPRECON", "CPRECOF", "STOLF", "ADISPOS"),
                     "G64, ADIS, CTOL and OTOL decide how corners are blended"),
     **dict.fromkeys(("CUT2D", "NORM", "G450", "KONTT", "G460", "SPOF", "NORM0"), "verne-post always works this way"),
     **dict.fromkeys(("ORISON", "ORISOF"), "smoothing of the tool axis: the blends of corners do this"),
     **dict.fromkeys(("TOFRAMEOF", "TOROTOF", "PAROTOF", "TCOABS", "PTPOF", "CP", "G290", "DIAMOF"),
-                    "restates the initial state"),
+                    "the state at the start of a program"),
     **dict.fromkeys(("DISPLON", "DISPLOF", "SBLON", "SBLOF", "ACTBLOCNO"), "display and single block"),
     **dict.fromkeys(("SPCON", "SPCOF", "GETD", "GET", "RELEASE", "NEWCONF"),
                     "position control of spindles, axes and channels of the control"),
     **dict.fromkeys(("TOWSTD", "TOWMCS", "TOWWCS", "TOWBCS", "TOWTCS", "TOWKCS"),
-                    "directions of tool wear: there is no tool wear here"),
+                    "directions of tool wear: verne-post knows no tool wear"),
     "WRTPR": "a line in a log of the control",
     "SETMS": "the first spindle is the master spindle; SETMS with another number is refused",
     **dict.fromkeys(("EXTERN", "ENDPROC"), "declarations"),
-    **dict.fromkeys(("GROUP_BEGIN", "GROUP_END", "GROUP_ADDEND"), "marks of the editor"),
+    **dict.fromkeys(("GROUP_BEGIN", "GROUP_END", "GROUP_ADDEND"), "folding in the editor"),
 }  # fmt: skip
 #: Words that are known and not executed.
 REFUSED_WORDS: Final[Mapping[str, str]] = {

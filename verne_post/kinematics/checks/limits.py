@@ -172,7 +172,7 @@ class _LimitCheck:
         return halve & ~self.is_unreachable(part.element)
 
     def open_spans(self, chunk: Ints) -> list[Spans]:
-        """First spans of elements (n,), without those that few samples show to be legal and that nobody needs."""
+        """First spans of elements (n,), without those that few samples show to be inside and that nobody needs."""
         contour = self.joints.contour
         return [
             part.take(self.needs_derivatives(part.element) | ~self.are_surely_legal(part))
@@ -184,7 +184,7 @@ class _LimitCheck:
         return np.asarray(~self._continuous[self.joints.contour.section[element]])
 
     def are_surely_legal(self, part: Spans) -> Mask:
-        """Spans (n,) that few samples show to be legal, as :meth:`check` would.
+        """Spans (n,) that few samples show to be within limits, as :meth:`check` would.
 
         They are short and farther from limits than they move. None are where the axis error is measured, which takes
         the bounds of all spans.
@@ -200,7 +200,7 @@ class _LimitCheck:
         solved = self.joints.solve(element.ravel(), w.ravel())
         values = np.concatenate([solved.q, self.joints.find_margins(solved)], axis=1).reshape(*w.shape, -1)
         lower, upper = _bound(values)
-        # not a number where a sample cannot be solved: not legal
+        # not a number where a sample cannot be solved: not within limits
         enough = [
             lower[:, one.quantity] >= one.warn if one.sign > 0 else upper[:, one.quantity] <= one.warn
             for one in self.checks

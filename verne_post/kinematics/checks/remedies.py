@@ -1,4 +1,4 @@
-"""What would make one line of a program legal: a move of the part, another branch of the table, less tilt.
+"""What would bring one line of a program within limits: a move of the part, another branch of the table, less tilt.
 
 Every proposal is checked along the whole line, as `check` would: none rests on a formula alone.
 """
@@ -198,7 +198,7 @@ def find_legal_tilt(line: JointPath, place: Place) -> float | None:
 
 
 def find_legal_end_tilt(line: JointPath, place: Place) -> float | None:
-    """Nominal A (rad) for the end of a straight line that keeps the whole line legal; None where none was found.
+    """Nominal A (rad) for the end of a straight line that keeps the whole line within limits; None where none is found.
 
     ``place`` is where the table's tilt is worst.
     """
