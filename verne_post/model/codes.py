@@ -329,8 +329,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP040",
         "tolerance without effect",
         "note",
-        "An option gives a tolerance of corners, and no corner takes it: the program gives its own, or stops at each "
-        "corner.",
+        "An option gives a tolerance of corners, and the corners of cuts do not take it, or not all: the program gives "
+        "its own, or stops at each corner.",
         "Leave out the option; or take the tolerance out of the program (P of G64, CTOL, OTOL, T of cycle 32), so that "
         "the option holds.",
     ),
