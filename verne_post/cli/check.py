@@ -1,5 +1,6 @@
 """`verne-post check`: check programs, in any of the report formats."""
 
+import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -213,7 +214,7 @@ def _check_one(
     from verne_post.output.findings import Report
     from verne_post.output.summary import list_remarks
 
-    shown = show_name(name)
+    shown, begin = show_name(name), time.perf_counter()
     source: Text = b""
     with show_progress(f"reading {shown}", quiet=quiet) as progress:
         try:
@@ -224,9 +225,9 @@ def _check_one(
             result = refuse_program(error)
         except (click.UsageError, Unreadable) as error:
             result = refuse_program(InputError(*files.find_lines([make_finding("VP022", str(error))])))
-    time = result.summary.cycle_time if result.summary else None
+    seconds = result.summary.cycle_time if result.summary else None
     remarked = tuple(list_remarks(result.summary)) if result.summary else ()
-    return Report(shown, result.findings, time, source, remarked)
+    return Report(shown, result.findings, seconds, source, remarked, elapsed_s=time.perf_counter() - begin)
 
 
 def _keep_gravest(report: "Report", *, warnings: bool) -> "Report":

@@ -11,7 +11,7 @@ from verne_post.app.summary import list_tool_lengths
 from verne_post.base.arrays import find_used
 from verne_post.base.long_text import Text, compute_sha256
 from verne_post.base.numbers import format_fixed
-from verne_post.gcode.remarks import find_tool_remarks
+from verne_post.gcode.remarks import find_tool_diameters, find_tool_remarks
 from verne_post.model.machine import Machine
 from verne_post.model.moves import Event, MoveKind, Stock, describe_tool, find_tool_of_moves, name_tools
 from verne_post.model.part_setup import SYSTEM_NAMES, Box, FixtureMesh, OwnStock, Tool, spell_tool_word
@@ -37,6 +37,8 @@ _TOLD: Final = (
 )
 #: So many rows of tools, offsets, fixtures and actions leave room for a finding on one page, some rows in two lines.
 _SHEET_ROWS: Final = 16
+#: Of a diameter.
+_NOT_GIVEN: Final = "not given"
 _ACTIONS: Final = {"input": "input {input} is waited for", "stop": "{stop} stop"}
 
 
@@ -53,6 +55,7 @@ def write_sheet_html(program: str, source: Text, machine: Machine, study: Study)
         *([("set-up", setup)] if setup else []),
     )
     remarks = _find_remarks_by_number(source, study)
+    named = find_tool_diameters(source, {str(number): text for number, text in remarks.items()})
     read = study.program is not None
     parts = [
         _write_titled_table("Program and machine", ("what", "which"), made, named=True),
@@ -64,7 +67,13 @@ def write_sheet_html(program: str, source: Text, machine: Machine, study: Study)
                 *["time, s"] * study.timed,
             ),
             [
-                (tool, remarks.get(number, ""), length, diameter, *(_describe_use(study, number) if read else ()))
+                (
+                    tool,
+                    remarks.get(number, ""),
+                    length,
+                    _add_named(diameter, named.get(str(number))),
+                    *(_describe_use(study, number) if read else ()),
+                )
                 for number, tool, length, diameter in list_tools(study)
             ],
             wide=True,
@@ -92,6 +101,11 @@ def write_sheet_html(program: str, source: Text, machine: Machine, study: Study)
         )
     )
     return "".join(parts)
+
+
+def _add_named(diameter: str, named: float | None) -> str:
+    """A diameter; where it is not given and a remark names one, with that one, which nothing was checked with."""
+    return diameter if diameter != _NOT_GIVEN or named is None else f"{_NOT_GIVEN} in the set-up; remark: {named:g}"
 
 
 def is_sheet_long(machine: Machine, study: Study) -> bool:
@@ -185,7 +199,7 @@ def list_tools(study: Study) -> list[tuple[int, str, str, str]]:
     rows = []
     for number, used in lengths.items():
         tool = listed.get(number)
-        diameter = f"{tool.diameter:g}" if tool is not None and tool.diameter > 0 else "not given"
+        diameter = f"{tool.diameter:g}" if tool is not None and tool.diameter > 0 else _NOT_GIVEN
         rows.append((number, spell_tool_word(number, names) if number else "not named", used, diameter))
     return rows
 
