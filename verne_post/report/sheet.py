@@ -1,7 +1,5 @@
 """The set-up sheet: program and machine, start, tools, work offsets, actions of the operator, fixtures."""
 
-import math
-import re
 from collections.abc import Iterable, Mapping
 from typing import Final
 
@@ -28,7 +26,7 @@ from verne_post.report.table import Study
 
 #: So many digits tell one file from another for people.
 DIGEST: Final = 16
-#: Decimals of lengths and angles on the page; the start position is written with more in the setpoints.
+#: Decimals of the start position; it is written with more in the setpoints.
 _DECIMALS: Final = {"mm": 3, "deg": 4}
 #: Facts of the summary that stand elsewhere on the page: in tables of the sheet, and in the head.
 _TOLD: Final = (
@@ -125,7 +123,7 @@ def write_record_html(source: Text, machine: Machine, study: Study) -> str:
     )
     facts = [] if study.summary is None else list_facts(study.summary)
     rows = "".join(
-        f"<div><dt>{escape_text(key)}</dt><dd>{escape_text(_round_up(_join_lines(text)))}</dd></div>"
+        f"<div><dt>{escape_text(key)}</dt><dd>{escape_text(_join_lines(text))}</dd></div>"
         for key, text in (*(fact for fact in facts if fact[0] not in _TOLD), *sums)
     )
     return f"<dl>{rows}</dl>"
@@ -156,21 +154,6 @@ def _find_remarks_by_number(source: Text, study: Study) -> dict[int, str]:
     numbers = {number: str(number) for number, *_sizes in list_tools(study)}
     found = {number: remarks.get(names.get(number, key).upper(), "") for number, key in numbers.items()}
     return {number: text for number, text in found.items() if text}
-
-
-def _round_up(text: str) -> str:
-    """A text whose lengths and angles have no more decimals than people read.
-
-    They are deviations that are not exceeded, so they are rounded up.
-    """
-
-    def round_number(found: re.Match[str]) -> str:
-        decimals = _DECIMALS[found[3]]
-        if len(found[2]) <= decimals:
-            return found[0]
-        return f"{math.ceil(float(f'{found[1]}.{found[2]}') * 10**decimals) / 10**decimals:.{decimals}f} {found[3]}"
-
-    return re.sub(r"\b(\d+)\.(\d+) (mm|deg)\b", round_number, text)
 
 
 def _describe_use(study: Study, tool: int) -> tuple[str, ...]:
