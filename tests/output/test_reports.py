@@ -140,6 +140,11 @@ def test_a_note_about_the_control_is_told_in_one_line_once_a_run() -> None:
     ]
 
 
+def test_a_check_of_several_programs_ends_with_their_number(run: Callable[..., Any], files: list[str]) -> None:
+    assert reported(run, files, "text").splitlines()[-1] == "3 programs: 1 can run, 2 refused"
+    assert " programs: " not in run("check", files[0], *PLACE).out
+
+
 def test_junit_has_the_time_of_the_check() -> None:
     """A server that shows slow tests would call a long program slow to check."""
     root = ElementTree.fromstring(junit.write([Report("a.nc", (), 3600.0, elapsed_s=0.25)]).encode())

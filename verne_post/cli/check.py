@@ -174,6 +174,7 @@ def command(
         _emit_failure(files, output_file, output_format, Verdict.USAGE_ERROR, text, ())
         raise
 
+    from verne_post.output.batch_table import count_words
     from verne_post.output.findings import Report, drop_repeated
     from verne_post.output.policy import apply_policy, format_baseline
     from verne_post.output.reports import FORMATS
@@ -197,6 +198,9 @@ def command(
         reports = [_keep_gravest(one, warnings=one.program in own) for one in reports]
         reports = [one for one in reports if one.findings]
     text = FORMATS[output_format](reports, machine)
+    if output_format == "text" and not quiet and len(reports) > 1:
+        words = (find_verdict(find_exit_status(one.findings), one.findings, one.errors_not_counted) for one in reports)
+        text += count_words([verdict.word for verdict in words]) + "\n"
     if output_format == "text" and output_file is None:
         say(text, err=False)
     else:
