@@ -108,5 +108,5 @@ def find_tool_diameters(source: Text, remarks: Mapping[str, str]) -> dict[str, f
     """Number or name of a tool -> the diameter, mm, that its remark names; none where it may be another length."""
     if _INCHES.search(source[:]):
         return {}
-    named = {key: {float(number) for number in _DIAMETER.findall(text)} for key, text in remarks.items()}
-    return {key: sizes.pop() for key, sizes in named.items() if len(sizes) == 1 and min(sizes) > 0}
+    sizes_of = {key: {float(number) for number in _DIAMETER.findall(text)} for key, text in remarks.items()}
+    return {key: sizes.pop() for key, sizes in sizes_of.items() if len(sizes) == 1 and min(sizes) > 0}
