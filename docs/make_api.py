@@ -18,13 +18,16 @@ from pathlib import Path
 import verne_post as vp
 
 machine = vp.load_machine("verne")
-options = vp.Options(tool_length=80, wcs={"G54": (-10, 15, 60)})
+options = vp.Options(tool_length=80, wcs={"G54": (-10, 15, 60)}, split_at_stops=True)
 result = vp.convert(Path("gcode_samples/pocket_3axis.nc"), machine, options)
+print(result)                                  # verdict, time, first findings; repr(result) has all, as tables
 if result.ok:
-    result.setpoints.to_csv("axes.csv")        # or to_dict()
-else:
-    print(result)                              # findings as a table; in a notebook as HTML
+    for number, part in enumerate(result.setpoints.split(), start=1):
+        part.to_csv(f"axes-{number}.csv")      # or to_dict()
 ```
+
+A program that stops for the operator (M0, a tool change by hand) has one part for each stretch between its stops, and
+needs `split_at_stops=True`. Every other program has one part.
 
 `to_pandas()` and `to_polars()` make data frames. They need the extras `pandas` and `polars` ([install](install.md)).
 

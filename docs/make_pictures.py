@@ -25,7 +25,7 @@ CELL = 16
 OTHER = 16.0
 #: Largest share of such cells by script: a curve of other numbers changes more. A browser takes the fonts of its
 #: machine.
-SHARES = {"report": 0.1, "tutorial": 0.1}
+SHARES = {"comparison": 0.1, "report": 0.1, "tutorial": 0.1}
 SHARE = 0.01
 
 

@@ -374,6 +374,32 @@ def test_results_print_as_tables() -> None:
         assert hasattr(getattr(vp, public), "_repr_html_"), public
 
 
+def test_a_printed_result_is_a_few_lines(part: Path) -> None:
+    good = vp.convert(part, "verne", vp.Options(tool_length=80, wcs={"G54": (0, 0, 60)}))
+    assert good.summary is not None
+    assert good.summary.time_s == good.summary.cycle_time > 0
+    first, *rest = str(good).splitlines()
+    assert first == f"{part}: can run on VERNE, {good.summary.time_s:.3f} s"
+    assert len(rest) == len(good.findings) < 3
+    source = "G21 G90\nG0 X0 Y0 Z20 A0 C0\nG1 X\nX1O\nG999\nG2 X5\nM2\n"
+    bad = vp.check(source, "verne", vp.Options(tool_length=80))
+    assert len(bad.findings) > 3
+    first, *shown, last = str(bad).splitlines()
+    assert first == "refused: unusable program on VERNE"
+    error = bad.findings[0]
+    assert shown[0] == f"line {error.line}: {error.code} error: {error.message}"
+    assert len(shown) == 3
+    assert last == f"and {len(bad.findings) - 3} more findings, in result.findings"
+
+
+def test_options_print_what_is_not_the_default() -> None:
+    assert repr(vp.Options()) == "Options()"
+    options = vp.Options(tool_length=80, wcs={"G54": (0, 0, 60)}, tolerance=0.02)
+    assert repr(options).startswith("Options(tool_length=80.0, wcs={1: WorkOffset(origin_mm=(0.0, 0.0, 60.0)")
+    assert repr(options).endswith("tolerance=0.02)")
+    assert eval(repr(options), {"Options": vp.Options, "WorkOffset": vp.WorkOffset}) == options
+
+
 def test_a_result_names_program_and_machine_and_says_why_it_has_no_setpoints(part: Path) -> None:
     options = vp.Options(tool_length=80, wcs={"G54": (0, 0, 60)})
     made = vp.convert(part, "verne", options)

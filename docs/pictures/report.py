@@ -8,4 +8,4 @@ from _browser import report_page, take
 
 with report_page("gcode_samples/blade_5axis.nc", (1400, 1180)) as browser:
     # in the middle of the blade, where C is at its velocity
-    take(browser, "report.png", "report.setCursor(report.data.frames >> 1)")
+    take(browser, "report.png", "(report.setCursor(report.data.frames >> 1), report.view('fit'))")

@@ -25,6 +25,6 @@ with tempfile.TemporaryDirectory() as name:
         take(browser, "tutorial_part.png", AT, 10, part="#near")
         take(browser, "tutorial_report.png", AT, 11)
         # the end of the move that leans the tool most
-        take(browser, "tutorial_machine.png", AT, 12, part="#stage")
+        take(browser, "tutorial_machine.png", f"{AT} report.view('fit')", 12, part="#stage")
     with report_page("lean.nc --wcs G54=0,0,620", SIZE, folder) as browser:
         take(browser, "tutorial_refused.png", AT, 13, part="#stage")

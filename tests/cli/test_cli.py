@@ -578,7 +578,7 @@ def test_verify_gives_no_deviation_of_rows_that_it_could_not_compare(
     head, *rows = axes.read_text().splitlines()
     for kept, said in (
         (0, "; the rows do not match the program: path and feed rate were not compared."),
-        (50, " mm and axis 0.000000 deg from the programmed path; from row 50 on the rows do not match it, "),
+        (50, " mm and axis 0.0000 deg from the programmed path; from row 50 on the rows do not match it, "),
     ):
         other = [f"{row.rpartition(',')[0]},999" for row in rows[kept:]]
         axes.write_text("\n".join([head, *rows[:kept], *other, ""]), newline="")
@@ -777,7 +777,7 @@ def test_help_names_every_command_one_line_each(run: Callable[..., Any]) -> None
         assert re.search(rf"^  {command}  +\S", answer.out, re.MULTILINE)
     # the examples stand on lines of their own
     assert re.search(r"^ *verne-post input\.nc > axes\.csv\b", answer.out, re.MULTILINE)
-    assert re.search(r"^ *verne-post verify axes\.csv --against input\.nc$", answer.out, re.MULTILINE)
+    assert re.search(r"^ *verne-post verify axes\.csv --against input\.nc  +\S", answer.out, re.MULTILINE)
     assert "\\b" not in answer.out
 
 

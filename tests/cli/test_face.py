@@ -63,9 +63,14 @@ def test_the_summary_is_keys_and_values_in_the_documented_order(tmp_path: Path, 
     first = answer.err.splitlines()[0]
     assert re.search(r"pocket_3axis.nc: can run on VERNE, 21\.\d{3} s, every row verified$", first)
     said = facts(answer.err)
-    keys = ["start position", "time", "tolerance", "limits", "assumed", "operator"]
+    keys = ["start position", "rows", "tolerance", "limits", "assumed", "operator"]
     assert [key for key in said if key in keys] == keys
     assert all(len(line) <= 100 for line in answer.err.splitlines()[1:])
+    # the time of a program that only moves stands once, and no line ends between a number and its unit
+    assert answer.err.count(re.findall(r"21\.\d{3} s", first)[0]) == 1
+    assert not [line for line in answer.err.splitlines() if re.match(r" *(?:s|ms|mm|deg|%)\b", line)]
+    assert re.fullmatch(r"at most 0\.\d{4} mm and 0\.\d{4} deg from the programmed one", said["path"])
+    assert said["operator"] == "before the start: load tool 1 (line 6)"
     row = (tmp_path / "axes.csv").read_text().splitlines()[1].split(",")
     start = re.findall(r"-?\d+\.\d+", said["start position"])
     assert [float(number) for number in start] == pytest.approx([float(number) for number in row[1:6]], abs=6e-5)

@@ -88,11 +88,11 @@ def test_parts_meet_and_rest(job: Path, run: Callable[..., Any], more: tuple[str
 def test_the_index_says_what_is_to_do(job: Path, run: Callable[..., Any]) -> None:
     answer = run("convert", "two.nc", *PLACE, "--split-at-stops", "-o", "two.csv")
     assert (
-        "operator between the 3 parts into which the file is cut: line 9 tool 2; line 11 program stop; line 19 pallet "
-        "stop" in " ".join(answer.err.split())
+        "operator between the 3 parts into which the file is cut: load tool 2 (line 9); program stop (line 11); pallet "
+        "stop (line 19)" in " ".join(answer.err.split())
     )
-    assert "before the start: line 2 tool 1 operator between" in " ".join(answer.err.split())
-    assert "at the end: line 21 program stop" in " ".join(answer.err.split())
+    assert "before the start: load tool 1 (line 2) operator between" in " ".join(answer.err.split())
+    assert "at the end: program stop (line 21)" in " ".join(answer.err.split())
     index = json.loads((job / "two.index.json").read_text())
     assert [part["file"] for part in index["parts"]] == FILES
     for part in index["parts"]:

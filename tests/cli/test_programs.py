@@ -419,7 +419,7 @@ def test_setpoints_cannot_wait_for_an_input(run: Callable[..., Any], program: An
     assert "VP014 error: M66" in answer.out
     answer = run("convert", program("M66 P2 L3 Q5\n" + HEAD + "G1 X1 F900\nM2\n"), *PLACE)
     assert answer.code == 0
-    assert "line 1 wait for input 2" in " ".join(answer.err.split())
+    assert "before the start: wait for input 2 (line 1)" in " ".join(answer.err.split())
 
 
 # --- errors ----------------------------------------------------------------------------------------------

@@ -87,7 +87,7 @@ def fill(path: Path) -> None:
     ("name", "source", "expected"),
     [
         ("part.nc", FANUC, {
-            "tools": {"1": {"length": "measure"}, "5": {"length": "measure"}},
+            "tools": {"1": {"length": "measure", "diameter": 10}, "5": {"length": "measure", "diameter": 6}},
             "wcs": {"G54": "measure", "G55": "measure"}, "remap": {"M11": "decide"}, "split_at_stops": True,
         }),
         ("part.mpf", SIEMENS, {"tools": {"MILL 10": {"length": "measure"}}, "wcs": {"G54": "measure"}}),
@@ -235,11 +235,12 @@ def test_rigid_tapping_is_a_choice_of_the_set_up(run: Run, tmp_path: Path) -> No
     [
         (
             SIEMENS.replace("; PART", '; T="MILL 10" D=10. CR=0. - flat'),
-            '"MILL 10" = { length = "measure" }  # D=10. CR=0. - flat',
+            '"MILL 10" = { length = "measure", diameter = 10 }  # D=10. CR=0. - flat'
+            " - diameter from this remark, check it",
         ),
         (
             KLARTEXT.replace("MM\n", "MM\n1 ;  #7 BALL D=6\n", 1).replace('"MILL_10"', "7"),
-            '7 = { length = "measure" }  # BALL D=6',
+            '7 = { length = "measure", diameter = 6 }  # BALL D=6 - diameter from this remark, check it',
         ),
     ],
 )
@@ -248,14 +249,52 @@ def test_remarks_of_other_posts_stand_there_too(source: str, line: str, run: Run
     program.write_text(source)
     told = run("setup", program, "-o", "-")
     assert line in told.out.splitlines()
-    assert told.err.startswith("the set-up: to be filled in")
+    assert told.err.startswith("the set-up: taken from remarks, check it: the diameter of tool ")
 
 
 def test_remarks_of_the_program_stand_beside_its_tools(run: Run, tmp_path: Path) -> None:
     (tmp_path / "part.nc").write_text(FANUC)
     told = run("setup", tmp_path / "part.nc", "-o", "-")
-    assert '5 = { length = "measure" }  # D=6. CR=3. - BALL\n' in told.out
+    assert (
+        '5 = { length = "measure", diameter = 6 }  # D=6. CR=3. - BALL - diameter from this remark, check it\n'
+        in told.out
+    )
     assert "the length of tools 1 and 5, the place of G54 and G55, the meaning of M11" in told.err
+
+
+@pytest.mark.parametrize(
+    ("remark", "diameter"),
+    [
+        ("(T1 D=16. CR=0. - FLAT END MILL)", 16.0),
+        ("(T1 DIA 5.5 DRILL)", 5.5),
+        ("(T1 - \u00d8 8 BALL)", 8.0),
+        ("(T1 DIAM: 10 MM)", 10.0),
+        ("(T1 H1 D3 BALL)", None),  # an entry of the tool table
+        ("(T1 END MILL 12)", None),
+        ("(T1 D=0.5 INCH)", None),
+        ('(T1 D=0.5")', None),
+        ("(T1 D=3/8)", None),
+        ("(T1 D=10 SHANK D=12)", None),
+        ("(T1 GRID=16)", None),
+        ("(T1 D=16)\nG20", None),  # a program in inches
+    ],
+)
+def test_a_diameter_of_a_remark_is_taken_and_marked(
+    remark: str, diameter: float | None, run: Run, tmp_path: Path
+) -> None:
+    path = tmp_path / "a.nc"
+    path.write_text(f"{remark}\nG90 G94\nT1 M6\nG43 H1\nS900 M3\nG0 X0 Y0 Z20 A0 C0\nG1 X1 F600\nM2\n", "utf-8")
+    answer = run("setup", path)
+    text = Path(f"{path}.toml").read_text("utf-8")
+    tool = {"length": "measure"} | ({} if diameter is None else {"diameter": diameter})
+    assert tomllib.loads(text)["tools"] == {"1": tool}
+    marked = "diameter from this remark, check it" in text
+    told = "taken from remarks, check it: the diameter of tool 1; to be filled in: the length of tool 1" in answer.err
+    assert (marked, told) == (diameter is not None, diameter is not None)
+    # what is there stays: the one who measured it knows better
+    Path(f"{path}.toml").write_text("split_at_stops = true\n[tools]\n1 = { length = 80 }\n[wcs]\nG54 = [0, 0, 60]\n")
+    assert "taken" not in run("setup", path).err
+    assert "diameter" not in Path(f"{path}.toml").read_text("utf-8")
 
 
 def test_what_is_known_is_written_and_not_asked_for(run: Run, tmp_path: Path) -> None:
@@ -314,7 +353,7 @@ split_at_stops = true  # one file of setpoints from stop to stop; convert needs 
 1 = { length = 80 }  # flat
 9 = { length = 70.5, diameter = 3 }  # drill; not used by the program
 "TAP M6" = { length = 60 }  # not used by the program
-5 = { length = "measure" }  # D=6. CR=3. - BALL
+5 = { length = "measure", diameter = 6 }  # D=6. CR=3. - BALL - diameter from this remark, check it
 
 [wcs]
 G54 = [0, 0, 60]
@@ -342,7 +381,8 @@ def test_a_setup_that_is_there_keeps_what_it_says(newline: str, run: Run, tmp_pa
     assert there.read_bytes() == MERGED.replace("\n", newline).encode()
     assert (
         "part.nc.toml: added: split_at_stops, tools.5, wcs.G55, remap.M11; not used by the program: tools.9, "
-        'tools."TAP M6", wcs.G58; to be filled in: the length of tool 5, the place of G55, the meaning of M11\n'
+        'tools."TAP M6", wcs.G58; taken from remarks, check it: the diameter of tool 5; to be filled in: the length of '
+        "tool 5, the place of G55, the meaning of M11\n"
     ) in told.err
     # nothing is new the second time, and a file with nothing new is not written
     before = there.stat().st_mtime_ns, there.stat().st_ino
@@ -365,7 +405,7 @@ def test_what_a_program_with_errors_uses_is_not_known(run: Run, tmp_path: Path) 
     there.write_text(THERE)
     run("setup", program)
     assert "not used" not in there.read_text()
-    assert tomllib.loads(there.read_text())["tools"]["5"] == {"length": "measure"}
+    assert tomllib.loads(there.read_text())["tools"]["5"] == {"length": "measure", "diameter": 6}
 
 
 @pytest.mark.parametrize(
@@ -373,14 +413,15 @@ def test_what_a_program_with_errors_uses_is_not_known(run: Run, tmp_path: Path) 
     [
         ("wcs.G54 = [0, 0, 60]\n", {"wcs": {"G54": [0, 0, 60], "G55": "measure"}}),
         ("wcs.g54 = [0, 0, 60]\n[wcs.x]\n", None),  # it cannot be read
-        ("[tools.5]\nlength = 70\n", {"tools": {"5": {"length": 70}, "1": {"length": "measure"}}}),
+        ("[tools.5]\nlength = 70\n", {"tools": {"5": {"length": 70}, "1": {"length": "measure", "diameter": 10}}}),
         ("[tools]\n01 = { length = 70 }\n5.length = 3\n", {"tools": {"01": {"length": 70}, "5": {"length": 3}}}),
         ("tools = { 1 = { length = 80 }, 5 = { length = 3 } }\n", {"tools": {"1": {"length": 80}, "5": {"length": 3}}}),
         ('[remap]\nM11 = "ignore"', {"remap": {"M11": "ignore"}}),  # its last line has no end
         ("tool_length = 80\n", {"tool_length": 80}),
         ("split_at_stops = false\n", {"split_at_stops": False}),
         ('wcs.G54 = [\n  0, # x\n  0,\n  60,\n]\n[tools]\n1 = { length = "measure" }\n', {"wcs": {
-            "G54": [0, 0, 60], "G55": "measure"}, "tools": {"1": {"length": "measure"}, "5": {"length": "measure"}}}),
+            "G54": [0, 0, 60], "G55": "measure"}, "tools": {
+                "1": {"length": "measure"}, "5": {"length": "measure", "diameter": 6}}}),
     ],
 )  # fmt: skip
 def test_a_setup_is_extended_in_the_way_in_which_it_is_written(
@@ -406,7 +447,7 @@ def test_a_setup_in_braces_is_extended_in_them(run: Run, tmp_path: Path) -> None
     written.write_text("tools = { 1 = { length = 80 } }\n")
     assert run("setup", program).code == 0
     merged = tomllib.loads(written.read_text())
-    assert merged["tools"] == {"1": {"length": 80}, "5": {"length": "measure"}}
+    assert merged["tools"] == {"1": {"length": 80}, "5": {"length": "measure", "diameter": 6}}
     assert merged["wcs"] == {"G54": "measure", "G55": "measure"}
 
 
@@ -419,7 +460,10 @@ def test_a_setup_that_would_mean_something_else_is_left_as_it_is(
     monkeypatch.setattr("verne_post.config.setup_merge.plan_edit", lambda *_given: Change(0, 0, "# nothing\n"))
     told = run("setup", program)
     assert told.code == 2
-    assert 'write there: split_at_stops = true, tools.5 = { length = "measure" }, wcs.G54 = "measure"' in told.err
+    assert (
+        'write there: split_at_stops = true, tools.5 = { length = "measure", diameter = 6 }, wcs.G54 = "measure"'
+        in told.err
+    )
     assert written.read_text() == "tools = { 1 = { length = 80 } }\n"
 
 

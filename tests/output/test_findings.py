@@ -105,7 +105,7 @@ def test_text_is_one_line_a_finding(files: dict[str, Path], run: Callable[..., A
             where = ":".join(str(one) for one in place if one is not None)
             assert shown.startswith(f"{where}: {found['code']} {found['severity']}: {found['message']}")
         assert lines.pop(0).startswith(f"{item['program']}: ")  # the verdict
-    assert lines == []
+    assert lines == ["5 programs: 1 can run, 4 refused"]
 
 
 @pytest.mark.parametrize("name", ["beyond the tilt", "two words wrong", "no end"])

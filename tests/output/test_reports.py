@@ -14,7 +14,7 @@ from verne_post.model.codes import CODES
 from verne_post.model.findings import make_finding
 from verne_post.output.code_pages import make_markdown, make_text
 from verne_post.output.findings import Report, describe_remedy
-from verne_post.output.reports import github, junit, markdown, sarif
+from verne_post.output.reports import FORMATS, github, junit, markdown, sarif
 
 PLACE = ("--tool-length", "80", "--wcs", "G54=0,0,50")
 TEXTS = {
@@ -56,10 +56,13 @@ def test_a_finding_is_the_same_in_every_format(run: Callable[..., Any], files: l
                 place["artifactLocation"]["uri"].replace("%20", " "),
                 item["ruleId"],
                 place["region"]["startLine"],
-                item["message"]["text"],
+                item["message"]["text"].partition("\n")[0],
             )
         )
     assert sorted(found) == wanted
+    said = {item["ruleId"]: item["message"]["text"].partition("\n")[2] for item in results}
+    assert said["VP006"] == f"{CODES['VP006'].title}: {CODES['VP006'].remedy}"
+    assert said["VP102"].startswith("tried: line 2 alone: within limits if the line ends at A ")
     annotations = re.findall(
         r"::\w+ file=([^,]*),line=(\d+).*title=(VP\d+) [^:]*::(.*)", reported(run, files, "github")
     )
@@ -122,8 +125,32 @@ def test_sarif_is_cut_where_hosts_stop_reading() -> None:
     )
     (one,) = json.loads(sarif.write([Report("a.nc", many)]))["runs"]
     assert len(one["results"]) == sarif.MAX_RESULTS
-    assert one["results"][0]["message"]["text"] == "gravest"
+    assert one["results"][0]["message"]["text"].startswith("gravest\n")
     assert "1 further findings" in one["invocations"][0]["toolExecutionNotifications"][0]["message"]["text"]
+
+
+def test_a_note_about_the_control_is_told_in_one_line_once_a_run() -> None:
+    """Programs with taps printed three lines each."""
+    tapped = make_finding("VP047", "the control must couple the spindle", line=1)
+    text = FORMATS["text"]([Report(name, (tapped,), source=b"G84 Z-5\n") for name in ("a.nc", "b.nc")], None)
+    assert text.splitlines() == [
+        "a.nc:1: VP047 note: the control must couple the spindle",
+        "a.nc: can run: 0 errors, 0 warnings",
+        "b.nc: can run: 0 errors, 0 warnings",
+    ]
+
+
+def test_a_check_of_several_programs_ends_with_their_number(run: Callable[..., Any], files: list[str]) -> None:
+    assert reported(run, files, "text").splitlines()[-1] == "3 programs: 1 can run, 2 refused"
+    assert " programs: " not in run("check", files[0], *PLACE).out
+
+
+def test_junit_has_the_time_of_the_check() -> None:
+    """A server that shows slow tests would call a long program slow to check."""
+    root = ElementTree.fromstring(junit.write([Report("a.nc", (), 3600.0, elapsed_s=0.25)]).encode())
+    (case,) = root.iter("testcase")
+    assert [one.get("time") for one in (root, case)] == ["0.250", "0.250"]
+    assert [one.get("value") for one in case.iter("property")] == ["3600.000"]
 
 
 def test_junit_counts_failures_and_errors(run: Callable[..., Any], files: list[str]) -> None:
@@ -140,7 +167,8 @@ def test_junit_counts_failures_and_errors(run: Callable[..., Any], files: list[s
         for element in (suite, cases[0])
     )
     assert (of_suite["machine"], of_suite["version"]) == ("VERNE", verne_post.__version__)
-    assert of_case == {"machining_time_s": cases[0].get("time")}
+    wanted = json.loads(reported(run, files, "json"))["programs"][0]["summary"]["cycle_time_s"]
+    assert of_case == {"machining_time_s": f"{wanted:.3f}"}
     for element in (root, suite):
         assert [element.get(key) for key in ("tests", "failures", "errors")] == ["3", "1", "1"]
     error = cases[2][0]
@@ -158,7 +186,7 @@ def test_odd_characters_survive_every_format() -> None:
     odd = make_finding("VP001", "a\x00b & <c> \u00e4\n50%, x: y", line=1, column=2)
     reports = [Report("d,i:r/\u00e4 %.nc", (odd,), None, b"\x00\xff<&\n")]
     assert ElementTree.fromstring(junit.write(reports).encode()) is not None
-    assert json.loads(sarif.write(reports))["runs"][0]["results"][0]["message"]["text"] == odd.message
+    assert json.loads(sarif.write(reports))["runs"][0]["results"][0]["message"]["text"].startswith(f"{odd.message}\n")
     (line,) = github.write(reports).splitlines()
     assert line.startswith("::error file=d%2Ci%3Ar/\u00e4 %25.nc,line=1,col=2,title=VP001 unreadable block::")
     assert line.endswith(f"<c> \u00e4%0A50%25, x: y%0A{CODES['VP001'].remedy}")

@@ -1133,6 +1133,27 @@ def test_retracts_are_pale_and_out_of_the_frame(browser: Any, show: Callable[...
         assert 0.6 < np.abs(near).max() < 1.0
 
 
+@pytest.mark.parametrize(("name", "view"), [("pocket", "part"), ("travel", "fit")])
+def test_a_page_opens_with_the_path(browser: Any, show: Callable[..., Any], name: str, view: str) -> None:
+    """A refused program opens with the machine, where the slider beyond its travel is red; paper always has it."""
+    show(name)
+    assert browser.find_element("css selector", "#views [aria-pressed=true]").get_attribute("data-view") == view
+    if view == "part":  # with the stock about it
+        path = np.array(js(browser, "report.scene.pathOnScreen()"))[:, :2]
+        assert 0.5 < np.abs(path).max() < 1.0
+    with on_paper(browser):
+        assert np.abs(np.array(js(browser, "report.scene.machineOnScreen()"))[:, :2]).max() < 1.0
+
+
+@pytest.mark.parametrize(("size", "share"), [("desktop", 0.12), ("tablet", 0.17)])
+def test_the_head_leaves_the_screen_to_the_machine(
+    browser: Any, show: Callable[..., Any], size: str, share: float
+) -> None:
+    show("blade", size)
+    height = js(browser, "document.querySelector('header').getBoundingClientRect().height")
+    assert height < share * SIZES[size][1]
+
+
 def test_times_of_operations_have_room_on_a_phone(browser: Any, show: Callable[..., Any]) -> None:
     """A long word in a name is broken before the last column is cut off."""
     show("retracted", "phone")

@@ -163,7 +163,21 @@ def test_the_same_program_under_two_set_ups_differs_in_time_alone() -> None:
     slower = Options(tool_length=80.0, wcs={1: WorkOffset((0.0, 0.0, 40.0))}, override=0.5)
     page = text_of(compare(BEFORE, BEFORE, other=slower))
     assert "|the same text|" in page
+    assert "|Other text|" not in page
     assert "|N30 G1 X20 F1200|" in page
+
+
+def test_lines_of_the_same_text_are_not_among_those_that_differ() -> None:
+    """Corner and feed of the next line changed, so the time of a line may differ although its text does not."""
+    other, _, same = text_of(compare(BEFORE, AFTER)).partition("|Lines that differ")[2].partition("|Same text, other")
+    assert "|N7 G1 X20 F2400|" in other
+    assert "|the same text|" not in other
+    assert same.count("|the same text|") >= 1
+    assert "F2400" not in same
+    # a refused program has no times to differ
+    refused = text_of(compare(BEFORE, BEFORE.replace("N40 Y20", "N40 Y5000"))).partition("|Lines that differ")[2]
+    assert "|N40 Y5000|" in refused
+    assert "the same text" not in refused
 
 
 def test_findings_are_in_one_or_in_both() -> None:

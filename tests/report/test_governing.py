@@ -97,10 +97,10 @@ def test_motion_dwells_and_stops_are_all_of_the_time() -> None:
     assert (summary.dwell_time, summary.stop_time) == (pytest.approx(0.511), pytest.approx(2 * CYCLE))
     assert summary.motion_time + summary.dwell_time + summary.stop_time == pytest.approx(summary.cycle_time)
     text = " ".join(format_summary(summary).split())
-    parts = re.search(r"time (\S+) s = (\S+) s motion \+ 0\.511 s dwells \+ 0\.002 s stops; ", text)
+    parts = re.search(r"time (\S+) s = (\S+) s motion \+ 0\.511 s dwells \+ 0\.002 s stops(?= rows )", text)
     assert parts is not None
     assert float(parts[1]) == pytest.approx(float(parts[2]) + 0.513)
-    assert f"|{parts[0][5:].rstrip('; ')}|" in re.sub("<[^>]*>", "|", write_verdict_html(MACHINE, seen))
+    assert f"|{parts[0][5:]}|" in re.sub("<[^>]*>", "|", write_verdict_html(MACHINE, seen))
     # a motion alone has no parts
     alone = study_of("G21 G90\nG0 X0 Y0 Z0 A0 C0\nG0 X60\nM2\n").summary
     assert alone is not None
@@ -418,7 +418,7 @@ def test_modal_states_are_those_of_the_text() -> None:
     assert re.search(rf"program, SHA-256\s+{hashlib.sha256(STATES.encode()).hexdigest()[:16]}\s", record)
     assert re.search(rf"machine, SHA-256\s+{MACHINE.sha256[:16]}\s", record)
     # what is at most so much is rounded up, to what people read
-    assert re.search(r"at most 0\.\d{3} mm and 0\.\d{4} deg from the programmed one", record)
+    assert re.search(r"at most 0\.\d{4} mm and 0\.\d{4} deg from the programmed one", record)
 
 
 @pytest.mark.parametrize(

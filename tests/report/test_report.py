@@ -22,6 +22,7 @@ from verne_post.model.part_setup import Tool, WorkOffset
 from verne_post.report.scene import describe_scene
 from verne_post.report.sheet import is_sheet_long, write_sheet_html
 from verne_post.report.study import study
+from verne_post.report.worst import write_places_html
 from verne_post.toolpath.margins import list_margin_functions
 
 from ..benchmarks.random_chains import PLACES
@@ -217,7 +218,7 @@ def test_the_set_up_sheet_says_what_the_program_says_about_its_tools() -> None:
     )
     seen = study(text.encode(), MACHINE, options)
     page = re.sub(r"(<[^>]+>)+", "|", write_sheet_html("p.mpf", text.encode(), MACHINE, seen))
-    assert "|1 &quot;BALL_D6&quot;|D=6 R3|60|not given|900|" in page
+    assert "|1 &quot;BALL_D6&quot;|D=6 R3|60|not given in the set-up; remark: 6|900|" in page
     assert "|T2|60|not given|" in page
     assert "|put in tool 1 &quot;BALL_D6&quot; (D=6 R3)|" in page
     assert "NOT USED" not in page
@@ -474,6 +475,30 @@ def test_the_page_has_no_address_outside_of_itself(tmp_path: Path, run: Callable
         "data:",
         "blob:",
     }
+
+
+#: A cut of 60 by 0 mm, and a rapid that leads far away.
+FAR_RAPID = b"G21 G90\nG0 X0 Y0 Z20 A0 C0\nG1 Z0 F900\nX60\nG0 Z20\nG0 Y130\nM2\n"
+
+
+def test_pictures_frame_what_is_cut() -> None:
+    """A rapid to a place away from the part is drawn, and leaves the part as large as before."""
+    pytest.importorskip("jupyter_threejs_sage")
+    from verne_post.report.page import make_page
+
+    seen = study(FAR_RAPID, MACHINE, Options(tool_length=80.0, wcs={1: WorkOffset((0.0, 0.0, 60.0))}))
+    assert seen.trail.tip[:, 1].max() == pytest.approx(130.0, abs=0.01)
+    assert np.ptp(seen.trail.framed, axis=0) == pytest.approx([60.0, 0.0, 20.0], abs=0.01)
+    place = embedded(make_page("part.nc", FAR_RAPID, MACHINE, seen))["slice"]
+    middles = [sum(place[axis]) / 2 for axis in "xy"]
+    assert middles == pytest.approx([30.0, 0.0], abs=0.05)
+
+
+def test_no_line_ends_between_a_number_and_its_unit() -> None:
+    seen = study(FAR_RAPID, MACHINE, Options(tool_length=80.0, wcs={1: WorkOffset((0.0, 0.0, 60.0))}))
+    shown = write_places_html(MACHINE, seen)
+    assert "allowed 102\N{NO-BREAK SPACE}%" in shown
+    assert not re.search(r"\d (?:%|mm|s|deg)\b", shown)
 
 
 @pytest.mark.parametrize("suffix", [".png", ".svg"])

@@ -18,7 +18,8 @@ from verne_post.model.findings import Finding, InputError, UsageError, make_find
 from verne_post.model.machine import Machine
 from verne_post.model.setpoints import SetpointBlock, SetpointFormat
 from verne_post.model.summary import Summary
-from verne_post.model.verdict import Verdict, find_exit_status, find_verdict
+from verne_post.model.verdict import SEVERITIES, Verdict, find_exit_status, find_verdict
+from verne_post.output.findings import describe
 from verne_post.output.fixed_point import format_rows
 
 if TYPE_CHECKING:
@@ -33,6 +34,8 @@ Sink = Callable[[SetpointBlock], None]
 Progress = Callable[[str, int, int], None]
 #: Rows that a printed table of setpoints shows at each end.
 _SHOWN_ROWS = 3
+#: Findings of a result that is printed in a few lines.
+_SHOWN_FINDINGS = 3
 #: Limits of a joint on its derivatives, from the first on.
 _RATES = ("velocity", "acceleration", "jerk")
 
@@ -279,6 +282,19 @@ class Result:
         if self.summary is None or self.summary.verification is None:
             return "a check makes none, convert does"
         return "a sink or files took the rows"
+
+    def __str__(self) -> str:
+        """Verdict, time and the first findings in a few lines; ``repr`` has all facts and findings as tables."""
+        where = [f"on {self.machine}"] if self.machine else []
+        seconds = f", {self.summary.cycle_time:.3f} s" if self.summary is not None else ""
+        lines = [" ".join([f"{self.program}:"] * bool(self.program) + [self.verdict, *where]) + seconds]
+        worst = sorted(self.findings, key=lambda item: SEVERITIES.index(item.severity))
+        lines += [
+            f"{'' if item.line is None else f'line {item.line}: '}{describe(item)}" for item in worst[:_SHOWN_FINDINGS]
+        ]
+        if len(worst) > _SHOWN_FINDINGS:
+            lines.append(f"and {format_count(len(worst) - _SHOWN_FINDINGS, 'more finding')}, in result.findings")
+        return "\n".join(lines)
 
     def __repr__(self) -> str:
         parts = [format_table(self._make_text_rows())]

@@ -127,7 +127,10 @@ def _check_tolerances(moves: Moves, path: ToolPath) -> Iterator[Finding]:
 
 
 def _find_idle_tolerances(moves: Moves, path: ToolPath, options: Options) -> Iterator[Finding]:
-    """VP040: tolerances of the options that no corner takes. Whoever compares several would compare equal results."""
+    """VP040: tolerances of the options that no corner takes, or only a part of the cuts.
+
+    Whoever compares several would compare equal results.
+    """
     given = [
         (name, value, what)
         for name, value, what in (
@@ -139,33 +142,48 @@ def _find_idle_tolerances(moves: Moves, path: ToolPath, options: Options) -> Ite
     if not given:
         return
     first: dict[int, int] = {}  # path control -> its first move
+    first_cut: dict[int, int] = {}
     for begin, end in iterate_blocks(len(path)):
         move = path.move[begin:end]
-        used, at = np.unique(moves.control[move[move >= 0]], return_index=True)
-        for number, place in zip(used.tolist(), at.tolist(), strict=True):
-            first.setdefault(number, int(move[move >= 0][place]))
+        move = move[move >= 0]
+        for into, among in ((first, move), (first_cut, move[np.isfinite(moves.feed[move])])):
+            used, at = np.unique(moves.control[among], return_index=True)
+            for number, place in zip(used.tolist(), at.tolist(), strict=True):
+                into.setdefault(number, int(among[place]))
     # G64 P0 asks for the exact path
-    rounding = [
-        (at, control)
-        for number, at in first.items()
-        for control in [moves.controls[number]]
-        if control.mode == PathMode.BLEND and control.tolerance != 0.0
-    ]
+    rounding, cuts = (
+        [
+            (at, control)
+            for number, at in found.items()
+            for control in [moves.controls[number]]
+            if control.mode == PathMode.BLEND and control.tolerance != 0.0
+        ]
+        for found in (first, first_cut)
+    )
     for name, value, unit in given:
-        chosen = [control.tolerance if unit == "mm" else control.axis_deg for _at, control in rounding]
-        own = sorted({one for one in chosen if one is not None})
+        # programs set theirs after the first rapids, which take that of the option
+        chosen, chosen_by_cuts = (
+            [(at, control.tolerance if unit == "mm" else control.axis_deg) for at, control in found]
+            for found in (rounding, cuts)
+        )
+        own = sorted({one for _at, one in chosen if one is not None})
         line: int | None = None
+        effect = "has no effect"
         if options.smoothing == "off":
             why = "with --smoothing off the tool stops at each corner"
         elif not rounding:
             why = "the program stops at each corner: it has no G64, nor what means the same in its language"
-        elif None in chosen:
+        elif not own:
             continue
         else:
-            line = int(moves.line[rounding[0][0]])
+            line = int(moves.line[min(at for at, one in chosen if one is not None)])
             size = f"{own[0]:g}" if len(own) == 1 else f"{own[0]:g} to {own[-1]:g}"
             why = f"the program gives its own where it rounds corners, {size} {unit}"
-        text = f"{spell_flag(name)} {value:g} has no effect: {why}"
+            if any(one is None for _at, one in chosen_by_cuts):
+                effect = "has an effect on some cuts, and none on others"
+            elif any(one is None for _at, one in chosen):
+                effect = "has an effect on rapids, and none on cuts"
+        text = f"{spell_flag(name)} {value:g} {effect}: {why}"
         yield make_finding("VP040", text, line=line, last_line=line, worst_line=line)
 
 

@@ -144,6 +144,7 @@ def command(
                 one.findings,
                 one.cycle_time_s,
                 _read_text(files, one.program),
+                elapsed_s=one.elapsed_s,
                 machine=None if machines[one.program] is machine else machines[one.program],
             )
             for one in outcomes

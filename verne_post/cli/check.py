@@ -1,5 +1,6 @@
 """`verne-post check`: check programs, in any of the report formats."""
 
+import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -173,6 +174,7 @@ def command(
         _emit_failure(files, output_file, output_format, Verdict.USAGE_ERROR, text, ())
         raise
 
+    from verne_post.output.batch_table import count_words
     from verne_post.output.findings import Report, drop_repeated
     from verne_post.output.policy import apply_policy, format_baseline
     from verne_post.output.reports import FORMATS
@@ -196,6 +198,9 @@ def command(
         reports = [_keep_gravest(one, warnings=one.program in own) for one in reports]
         reports = [one for one in reports if one.findings]
     text = FORMATS[output_format](reports, machine)
+    if output_format == "text" and not quiet and len(reports) > 1:
+        words = (find_verdict(find_exit_status(one.findings), one.findings, one.errors_not_counted) for one in reports)
+        text += count_words([verdict.word for verdict in words]) + "\n"
     if output_format == "text" and output_file is None:
         say(text, err=False)
     else:
@@ -213,7 +218,7 @@ def _check_one(
     from verne_post.output.findings import Report
     from verne_post.output.summary import list_remarks
 
-    shown = show_name(name)
+    shown, begin = show_name(name), time.perf_counter()
     source: Text = b""
     with show_progress(f"reading {shown}", quiet=quiet) as progress:
         try:
@@ -224,9 +229,9 @@ def _check_one(
             result = refuse_program(error)
         except (click.UsageError, Unreadable) as error:
             result = refuse_program(InputError(*files.find_lines([make_finding("VP022", str(error))])))
-    time = result.summary.cycle_time if result.summary else None
+    seconds = result.summary.cycle_time if result.summary else None
     remarked = tuple(list_remarks(result.summary)) if result.summary else ()
-    return Report(shown, result.findings, time, source, remarked)
+    return Report(shown, result.findings, seconds, source, remarked, elapsed_s=time.perf_counter() - begin)
 
 
 def _keep_gravest(report: "Report", *, warnings: bool) -> "Report":

@@ -6,6 +6,7 @@ import os
 import signal
 import sys
 import threading
+import time
 from collections.abc import Collection, Iterator, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
@@ -115,6 +116,7 @@ class Outcome(Struct, frozen=True):
     rows: int | None = None
     again: bool = False
     left: tuple[str, ...] = ()
+    elapsed_s: float = 0.0  #: How long this run took for it; not recorded.
 
 
 class Record(Struct, frozen=True):
@@ -132,6 +134,11 @@ class Record(Struct, frozen=True):
 
 def run_job(job: Job) -> Outcome:
     """Convert one program, unless that has been done: whatever happens to it is an outcome."""
+    begin = time.perf_counter()
+    return replace(_run(job), elapsed_s=time.perf_counter() - begin)
+
+
+def _run(job: Job) -> Outcome:
     try:
         return _make_outcome(job)
     except KeyboardInterrupt:

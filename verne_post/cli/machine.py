@@ -72,7 +72,7 @@ def export(name: str, format_name: str, output: Path) -> int:
     return 0
 
 
-@click.group("machine", short_help="List, show, check and calibrate machine files.")
+@click.group("machine", short_help="List, show, validate and calibrate machine files.")
 def command() -> None:
     """List, show, draw, validate and import machine files, check axes, identify lengths, calibrate the machine as
     built, export.

@@ -132,7 +132,7 @@ def cli() -> None:
     verne-post check input.nc            check a program against every limit
     verne-post explain input.nc:12       say why line 12 is refused, and what would bring it within limits
     verne-post report input.nc -o r.html write a page that shows the motion and its limits
-    verne-post verify axes.csv --against input.nc
+    verne-post verify axes.csv --against input.nc    compare a setpoint file with its program and the limits
     """
 
 

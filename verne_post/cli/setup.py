@@ -1,11 +1,12 @@
 """`verne-post setup`: the file beside a program that says what the program leaves open."""
 
 import json
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
+from msgspec.structs import replace
 
 from verne_post.base.printable import make_printable
 from verne_post.cli.colour import say
@@ -16,6 +17,7 @@ from verne_post.cli.setups import NONE
 from verne_post.model.verdict import ExitStatus
 
 if TYPE_CHECKING:
+    from verne_post.app.setup_draft import SetupDraft
     from verne_post.base.long_text import Text
     from verne_post.model.findings import Finding
     from verne_post.model.machine import Machine
@@ -40,9 +42,10 @@ def command(input_name: str, output: Path | None, quiet: bool, **given: Any) -> 
     """Write the set-up file of a program, which every command reads: tools, work offsets and user-defined codes.
 
     The file has all values that options, settings and an existing set-up give. The command marks every other value
-    "measure" or "decide", and a marked value counts as not given. It keeps the values of an existing set-up, adds
-    missing ones, and remarks on values that the program does not use. It prints errors that no set-up can correct. Exit
-    status: 0 the file is written, or has all that the program needs, 2 unusable input.
+    "measure" or "decide", and a marked value counts as not given. A diameter that a remark of the program names, such
+    as (T1 D=16), is taken, to be checked. The command keeps the values of an existing set-up, adds missing ones, and
+    remarks on values that the program does not use. It prints errors that no set-up can correct. Exit status: 0 the
+    file is written, or has all that the program needs, 2 unusable input.
     """
     from verne_post.model.findings import InputError
 
@@ -55,8 +58,7 @@ def command(input_name: str, output: Path | None, quiet: bool, **given: Any) -> 
     try:
         machine, source, options = read_program(files, input_name, given)
         if base is None:
-            text, missing, others = make_setup(name, source, machine, options)
-            said = ""
+            text, missing, others, said = make_setup(name, source, machine, options)
         else:
             before = files.read(base, _READ).decode("utf-8-sig")
             if output.parent.resolve() != base.parent.resolve() and not is_dash(output):
@@ -122,32 +124,53 @@ def _refuse_names(text: str, base: Path) -> None:
 
 def make_setup(
     name: str, source: "Text", machine: "Machine", options: "Options"
-) -> "tuple[str, str, tuple[Finding, ...]]":
-    """The file of a set-up, what is to be filled in, and errors that it does not settle."""
+) -> "tuple[str, str, tuple[Finding, ...], str]":
+    """The file of a set-up, what is to be filled in, errors that it does not settle, and what is to be checked."""
     from verne_post.app.setup_draft import draft_setup
     from verne_post.config.setup_form import Asked, list_missing, write_setup
     from verne_post.gcode.dialects import choose_dialect_name
-    from verne_post.gcode.remarks import find_tool_remarks
 
-    draft = draft_setup(source, machine, options)
+    draft, remarks, said = _take_diameters(source, draft_setup(source, machine, options), ())
     tapping = "refuse" if draft.taps else options.tapping if options.tapping == "feed" else ""
     asked = Asked(draft.tools, draft.wcs, draft.codes, draft.tool_length, draft.split, tapping)
-    text = write_setup(name, asked, find_tool_remarks(source), choose_dialect_name(options.dialect, source, name))
-    return text, list_missing(draft.missing), draft.others
+    text = write_setup(name, asked, remarks, choose_dialect_name(options.dialect, source, name))
+    return text, list_missing(draft.missing), draft.others, said
+
+
+def _take_diameters(
+    source: "Text", draft: "SetupDraft", known: "Collection[str]"
+) -> "tuple[SetupDraft, dict[str, str], str]":
+    """A draft with the diameters that remarks of the program name, these remarks, which say so, and which to check.
+
+    Tools of a set-up that is there (``known``) stay as they are.
+    """
+    from verne_post.config.setup_form import list_missing
+    from verne_post.gcode.remarks import find_tool_diameters, find_tool_remarks
+
+    remarks = find_tool_remarks(source)
+    named = find_tool_diameters(source, remarks)
+    taken = {key: named[key] for key, (_, given) in draft.tools.items() if not given and key in named.keys() - known}
+    tools = {key: (length, taken.get(key, diameter)) for key, (length, diameter) in draft.tools.items()}
+    marked = {key: f"{remarks[key]} - diameter from this remark, check it" for key in taken}
+    said = f"taken from remarks, check it: {list_missing({'diameter': list(taken)})}; " if taken else ""
+    return replace(draft, tools=tools), remarks | marked, said
 
 
 def _extend_setup(
     name: str, source: "Text", machine: "Machine", options: "Options", text: str, given: Mapping[str, Any]
 ) -> "tuple[str, str, tuple[Finding, ...], str]":
     """As :func:`make_setup`, with the text of a set-up that is there; and in words what has become of it."""
+    import tomllib
+
     from verne_post.app.setup_draft import draft_setup, find_used
     from verne_post.config.program_setup import TOOL_KEYS
-    from verne_post.config.setup_form import Asked, extend_setup, list_missing
+    from verne_post.config.setup_form import Asked, extend_setup, list_missing, normalise_key
     from verne_post.config.setup_merge import show_key
     from verne_post.gcode.dialects import choose_dialect_name
-    from verne_post.gcode.remarks import find_tool_remarks
 
     draft = find_used(source, machine, options, draft_setup(source, machine, options))
+    known = [normalise_key("tools", key) for key in tomllib.loads(text).get("tools", {})]
+    draft, remarks, said = _take_diameters(source, draft, known)
     used = draft.used or frozenset()
     tells_tools = any(given.get(key) for key in (*TOOL_KEYS, "shapes_file"))
     tools = {
@@ -161,15 +184,14 @@ def _extend_setup(
     split = draft.split and (not options.split_at_stops or bool(given.get("split_at_stops")))
     asked = Asked(tools, wcs, codes, length, split, tapping)
     dialect = choose_dialect_name(options.dialect, source, name)
-    extended = extend_setup(text, asked, draft.used, find_tool_remarks(source), dialect)
+    extended = extend_setup(text, asked, draft.used, remarks, dialect)
     idle = {key for table, key in extended.unused if table == "tools"}
     missing = {
         what: [one for one in names if what not in ("length", "diameter") or one not in idle]
         for what, names in draft.missing.items()
     }
-    said = ""
-    for what, keys in (("added", extended.added), ("not used by the program", extended.unused)):
-        said += f"{what}: {', '.join(map(show_key, keys))}; " if keys else ""
+    changes = (("added", extended.added), ("not used by the program", extended.unused))
+    said = "".join(f"{what}: {', '.join(map(show_key, keys))}; " for what, keys in changes if keys) + said
     if extended.tool_file and (missing["length"] or missing["diameter"]):
         said += f"its tools are in {make_printable(extended.tool_file)}; "
     return extended.text, list_missing(missing), draft.others, said

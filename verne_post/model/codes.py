@@ -329,8 +329,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP040",
         "tolerance without effect",
         "note",
-        "An option gives a tolerance of corners, and no corner takes it: the program gives its own, or stops at each "
-        "corner.",
+        "An option gives a tolerance of corners, and the corners of cuts do not take it, or not all: the program gives "
+        "its own, or stops at each corner.",
         "Leave out the option; or take the tolerance out of the program (P of G64, CTOL, OTOL, T of cycle 32), so that "
         "the option holds.",
     ),
@@ -455,33 +455,37 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP102",
         "tilt range",
         "error",
-        "The rotary axis that tilts the tool leaves its travel: A of a tilting table, or the one of a chain. Where the "
-        "platform tilts too, the joint a is the word A plus the tilt of the platform: A may be beyond the limit of a, "
-        "and a within it.",
-        "Use less tilt. check and explain name a tilt, or another table solution, that was tried and is within limits.",
+        "The axis that tilts the tool would go beyond the end of its travel. The program asks for more tilt than the "
+        "machine has: A of a tilting table, or the tilting axis of a chain. If the platform tilts too, the joint a is "
+        "the word A plus the tilt of the platform: A may be beyond the limit of a, and a within it.",
+        "Program less tilt. check and explain name a tilt, or another table solution, that was tried and is within "
+        "limits.",
     ),
     (
         "VP103",
         "rotary range",
         "error",
-        "The rotary axis that turns the tool about its pole leaves its travel: C, or the one nearest "
-        "the part of a chain.",
-        "Rewind the axis in the program. Remove the limit from the machine file only if the real axis has none.",
+        "The axis that turns the part or the head would go beyond the end of its travel. The program has turned it too "
+        "far in one direction: C, or the axis nearest the part of a chain.",
+        "Retract the tool and turn the axis back in the program (rewind). Remove the limit from the machine file only "
+        "if the real axis has none.",
     ),
     (
         "VP110",
         "out of reach",
         "error",
-        "The inverse kinematics has no real solution. The rods are too short for this pose, or the joints of a "
-        "nutating pair do not point the tool there.",
-        "Move the part towards the middle of the workspace (--wcs), or use a shorter tool.",
+        "The machine cannot bring the tool to this position with this tool axis. The rods are too short, or the joints "
+        "of a nutating pair do not point the tool there: the inverse kinematics has no real solution.",
+        "Compare the work offset and the tool length with the machine. If both are right, move the part towards the "
+        "middle of the workspace (--wcs), or use a shorter tool.",
     ),
     # --- VP2xx: singularity, rod crossing, clearance ----------------------------------------
     (
         "VP201",
         "rod crossing",
         "error",
-        "Every real solution has R1 cos(alpha) <= r1: the rods of leg I would cross.",
+        "The rods of leg I would cross in this position. The platform would have to tilt so far that one rod passes "
+        "the other: every real solution has R1 cos(alpha) <= r1.",
         "Move the part towards the middle of the workspace (--wcs).",
     ),
     (
@@ -603,11 +607,11 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP301",
         "flip, rewind or large turn of the rotary axes",
         "error",
-        "To keep a limit, the table must change to its other solution (-A, C + 180), rewind C, or leave the programmed "
-        "A and C. Four cases are warnings. (1) The path begins with a vertical tool vector, at another C than a word "
-        "before it names. (2) C turns under a vertical tool that does not move. (3) C turns by more than half a turn "
-        "in a feed move with a tilted tool. (4) With --allow-rewind, the table changes where the tool does not feed, "
-        "by a retract, a turn and a return.",
+        "The rotary axes would have to turn far in one line. To keep a limit, the table must change to its other "
+        "solution (-A, C + 180), rewind C, or leave the programmed A and C. Four cases are warnings. (1) The path "
+        "begins with a vertical tool vector, at another C than a word before it names. (2) C turns under a vertical "
+        "tool that does not move. (3) C turns by more than half a turn in a feed move with a tilted tool. (4) With "
+        "--allow-rewind, the table changes where the tool does not feed, by a retract, a turn and a return.",
         "Retract the tool where the message says, give --allow-rewind, or post the program with other angles.",
     ),
     # --- VP4xx: feed and dynamics, and what verification of a written file finds -----------------

@@ -576,6 +576,11 @@ class Options:
         """Refuse, as with another value."""
         self.__setattr__(name, None)
 
+    def __repr__(self) -> str:
+        """The options that are not the default, in one line that makes them again."""
+        given = ((name, getattr(self, name), option.default()) for name, option in OPTIONS.items())
+        return f"Options({', '.join(f'{name}={value!r}' for name, value, default in given if value != default)})"
+
     def changed(self, **values: Any) -> "Options":
         """These options with other values for some; validated like new ones.
 

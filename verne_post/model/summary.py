@@ -60,7 +60,7 @@ class Summary:
     Attributes
     ----------
     cycle_time : float
-        Duration of the file, s.
+        Duration of the file, s; ``time_s`` is the same.
     n_stops : int
         Standstills between the first and the last motion.
     stops_within : StopsWithin
@@ -155,6 +155,11 @@ class Summary:
     arc_feeds: tuple[ArcFeedUse, ...] = ()
     timed: tuple[TimedEvent, ...] = ()
     describe: Callable[["Summary"], str] = field(kw_only=True)
+
+    @property
+    def time_s(self) -> float:
+        """Duration of the file, s: ``cycle_time``, by the name that rows and reports have for times."""
+        return self.cycle_time
 
     @property
     def motion_time(self) -> float:

@@ -59,9 +59,13 @@ def make_batch_rows(outcomes: Sequence[Converted]) -> list[list[str]]:
 
 def count_results(outcomes: Sequence[Converted]) -> str:
     """How many programs had each result."""
-    words = list(map(_name_result, outcomes))
+    return count_words(list(map(_name_result, outcomes)))
+
+
+def count_words(words: Sequence[str]) -> str:
+    """How many programs have each word of a result."""
     counted = ", ".join(f"{words.count(word)} {word}" for word in _ORDER if word in words)
-    return f"{format_count(len(outcomes), 'program')}: {counted}"
+    return f"{format_count(len(words), 'program')}: {counted}"
 
 
 def _name_result(one: Converted) -> str:

@@ -39,6 +39,7 @@ class Report(Struct, frozen=True):
     remarks: tuple[str, ...] = ()  #: What a person must compare with the machine.
     errors_not_counted: int = 0  #: Errors that a policy took out of the findings, or weighed as less.
     machine: "Machine | None" = None  #: Where it is another one than that of the whole report.
+    elapsed_s: float = 0.0  #: How long the check took.
 
 
 def format_outcome(
@@ -133,10 +134,12 @@ def _quote_line(cause: Cause, source: "Text", program: str) -> list[str]:
     number = str(at)
     blank = " " * len(number)
     quoted = f"  {number} | {'...' if begin else ''}{line[begin : begin + _QUOTED]}"
-    lines = [quoted] if line.strip() else []
+    helps = [*also, *list_remedies(item, program)]
+    # of a note that says all there is the number of the line is enough
+    lines = [quoted] if line.strip() and (item.severity != "note" or helps or item.column is not None) else []
     if item.column is not None:
         lines.append(f"  {blank} | {' ' * (column - 1 - begin + (3 if begin else 0))}^")
-    return lines + [f"  {blank} = {text}" for text in [*also, *list_remedies(item, program)]]
+    return lines + [f"  {blank} = {text}" for text in helps]
 
 
 def list_remedies(item: Finding, program: str) -> list[str]:
@@ -196,7 +199,7 @@ _GIVE_DIAMETER: Final = (
 #: Codes of several causes: a remedy that fits all of them adds nothing where the message says what would be right.
 _OF_MANY_CAUSES: Final = (
     *("VP001", "VP002", "VP003", "VP004", "VP006", "VP008", "VP011", "VP013", "VP015"),
-    *("VP016", "VP024", "VP026", "VP031"),
+    *("VP016", "VP024", "VP026", "VP031", "VP047"),
 )
 #: How messages say what would be right: an imperative after a sign, or what is expected or needed.
 _SAYS_WHAT_IS_RIGHT: Final = re.compile(

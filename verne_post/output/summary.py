@@ -1,5 +1,7 @@
 """What commands say: the summary of a conversion as keys and values, the verdict on a file, the evaluation of a log."""
 
+import math
+import re
 import textwrap
 from collections.abc import Iterator, Sequence
 from typing import Final
@@ -26,6 +28,10 @@ from verne_post.verification.following import Following
 _NO_AXIS_ERROR_DEG = 1e-5
 #: Limits that are named as reasons for a speed below the feed rate.
 _REASONS = 3
+
+#: The blank between a number and its unit, where no line ends; and what stands there while lines are made.
+_UNIT: Final = re.compile(r"(?<=\d) (?=(?:%|s|ms|mm|deg)\b|%)")
+_JOINED: Final = "\N{NO-BREAK SPACE}"
 
 #: Between the lines of a value that has several, such as one for each kind of limit.
 LINE_OF_FACT: Final = "\n"
@@ -56,14 +62,14 @@ def format_summary(summary: Summary, added: Facts = ()) -> str:
         head, blank = f"  {key:<{width}}", " " * (width + 2)
         for each in text.split(LINE_OF_FACT):
             lines += textwrap.wrap(
-                make_printable(each),
+                _UNIT.sub(_JOINED, make_printable(each)),
                 width=100,
                 break_on_hyphens=False,
                 initial_indent=head,
                 subsequent_indent=blank,
             )
             head = blank
-    return "".join(line + "\n" for line in lines)
+    return "".join(line.replace(_JOINED, " ") + "\n" for line in lines)
 
 
 def name_verdict(summary: Summary) -> str:
@@ -79,7 +85,8 @@ def list_facts(summary: Summary) -> list[tuple[str, str]]:
         ("start position", _describe_first_row(summary)),
         *_restart(summary),
         *_describe_dry_run(summary),
-        ("time", _describe_motion(summary)),
+        *([("time", describe_time(summary))] if summary.motion_time < summary.cycle_time else []),
+        ("rows", _describe_rows(summary)),
         *_bound(summary),
         *_describe_feed(summary),
         *_describe_free_turn(summary),
@@ -98,16 +105,25 @@ def list_facts(summary: Summary) -> list[tuple[str, str]]:
 def format_verdict(name: str, verdict: Verification, machine: Machine, *, passes: bool) -> str:
     """Say in one sentence what ``verify`` found in a file, which passes or not: the program is checked too."""
     word = "passes" if passes else "FAILS"
-    said = f"{name} {word}: {verdict.n_rows} rows; worst of the limits: {_describe_worst_ratios(verdict, machine)}"
+    worst = _describe_worst_ratios(verdict, machine)
+    said = f"{name} {word}: {verdict.n_rows} rows; highest values (1 is the limit): {worst}"
     if not verdict.n_followed:
         return f"{said}; the rows do not match the program: path and feed rate were not compared."
     whole = verdict.n_followed == verdict.n_rows
     rest = "" if whole else f"; from row {verdict.n_followed} on the rows do not match it, and were not compared"
     return (
-        f"{said}, feed {verdict.feed_ratio:.4f}; tip {verdict.tip_deviation_mm:.6f} mm and axis "
-        f"{verdict.axis_deviation_deg:.6f} deg from the programmed path{rest}"
+        f"{said}, feed {verdict.feed_ratio:.4f}; tip {_round_up(verdict.tip_deviation_mm)} mm and axis "
+        f"{_round_up(verdict.axis_deviation_deg)} deg from the programmed path{rest}"
         f"{_describe_true_axis(verdict)}{_describe_block_times(verdict)}."
     )
+
+
+def _round_up(deviation: float) -> str:
+    """A deviation that is not exceeded, mm or degrees, with as many decimals as people read.
+
+    A hundredth of the last one is rounding of the rows.
+    """
+    return f"{max(math.ceil(deviation * 1e4 - 1e-2), 0) / 1e4:.4f}"
 
 
 def _describe_block_times(verdict: Verification) -> str:
@@ -166,7 +182,7 @@ def _wrap(text: str) -> str:
 # --- the motion ----------------------------------------------------------------------
 
 
-def _describe_motion(summary: Summary) -> str:
+def _describe_rows(summary: Summary) -> str:
     within = summary.stops_within
     if not within.count:
         where = ""
@@ -175,8 +191,8 @@ def _describe_motion(summary: Summary) -> str:
     else:
         where = f", of which {within.count} are inside a line ({within.most} in line {within.line})"
     return (
-        f"{describe_time(summary)}; {summary.n_rows} rows at {1e3 * summary.format.cycle:g} ms; {summary.n_segments} "
-        f"path segments; {summary.n_stops} {'stop' if summary.n_stops == 1 else 'stops'}{where}"
+        f"{summary.n_rows} at {1e3 * summary.format.cycle:g} ms; {format_count(summary.n_segments, 'path segment')}; "
+        f"{format_count(summary.n_stops, 'stop')}{where}"
     )
 
 
@@ -246,8 +262,8 @@ def _bound(summary: Summary) -> Facts:
         return []
     gap = 100 * (summary.continuous_time / bound - 1)
     whole = abs(summary.continuous_time - summary.motion_time) < 0.5 * summary.format.cycle
-    part = "" if whole else f"; sections with blended corners take {summary.continuous_time:.3f} s of it"
-    text = f"{summary.motion_time:.3f} s{part}, {gap:.1f} % more than without jerk limits"
+    part = "" if whole else f"sections with blended corners take {summary.continuous_time:.3f} s, "
+    text = f"{part}{gap:.1f} % more than without jerk limits"
     if summary.toppra_bound_s is not None:
         text += f" ({bound:.4f} s; toppra finds the same to {summary.toppra_bound_s / bound - 1:+.1e})"
     return [("motion", text)]
@@ -299,8 +315,8 @@ def _describe_tolerance(summary: Summary) -> Facts:
         texts.append(
             (
                 "path",
-                f"at most {verdict.tip_deviation_mm:.6f} mm and {verdict.axis_deviation_deg:.6f} deg from the "
-                "programmed one",
+                f"at most {_round_up(verdict.tip_deviation_mm)} mm and {_round_up(verdict.axis_deviation_deg)} deg "
+                "from the programmed one",
             )
         )
     return texts
@@ -508,8 +524,8 @@ def _describe_manual_stops(summary: Summary) -> Facts:
     heads = list(groups)
     for event in stops:
         head = heads[1 if id(event) in between else 2 if id(event) in last else 0]
-        what = describe_tool(event) if event.kind == "tool" else forms[event.kind].format(**event.data)
-        groups[head].append(f"line {event.line} {what}")
+        tool = f"load {describe_tool(event)}" if event.kind == "tool" else ""
+        groups[head].append(f"{tool or forms[event.kind].format(**event.data)} (line {event.line})")
     return [("operator", head + "; ".join(texts)) for head, texts in groups.items() if texts]
 
 

@@ -387,7 +387,8 @@
     drawCode();
     // two small ones share the width of the paper; a refused program has one
     if (byId("reached")?.childElementCount) byId(on ? "side-by-side" : "main").append(byId("workspace"));
-    if (scene) { scene.resize(); if (viewNow) scene.view(viewNow); scene.render(); }
+    // the close-up shows all cuts there: the view of the path would be the same picture twice
+    if (scene) { scene.resize(); if (viewNow) scene.view(on && viewNow === "part" ? "fit" : viewNow); scene.render(); }
     // browsers may print what the graphics card has drawn as a blank: paper gets a copy
     if (scene && on) {
       const copy = byId("printed"), drawn = byId("scene");
@@ -423,7 +424,8 @@
   if (scene) scene.resize();
   setCursor(Math.max(data.first, 0));
   if (data.firstLine) showLine(data.firstLine);
-  view("fit");
+  // of a refused program the machine shows which joint is beyond its travel
+  view(data.limits.length ? "part" : "fit");
   drawCode();
   window.report = { scene, data, arrays, setCursor, charts, view };
   document.body.dataset.ready = "yes";

@@ -293,6 +293,11 @@ const Charts = (() => {
       context.fillRect(x0 + column * cell, y0 + room - (row + 1) * cell, cell + 0.6, cell + 0.6);
     }
     const x = value => x0 + (value - map.x[0]) / (map.x[1] - map.x[0]) * room, y = value => y0 + room - (value - map.y[0]) / (map.y[1] - map.y[0]) * room;
+    // rapids lead out of the map
+    context.save();
+    context.beginPath();
+    context.rect(x0, y0, room, room);
+    context.clip();
     context.strokeStyle = "#10202e";
     context.lineWidth = 1;
     context.beginPath();
@@ -300,6 +305,7 @@ const Charts = (() => {
     context.stroke();
     context.fillStyle = "#d32f2f";
     context.beginPath(); context.arc(x(tip[0]), y(tip[1]), 4, 0, 7); context.fill();
+    context.restore();
     context.fillStyle = style("--quiet");
     context.textBaseline = "middle";
     const few = Math.min(5, room / 32); // numbers stay apart on a narrow map

@@ -351,17 +351,23 @@ def _write_lines_html(sides: tuple[Side, Side], stretches: Sequence[Stretch]) ->
     spent = [_sum_times(side) for side in sides]
     worth: list[tuple[float, Stretch]] = []
     for one in stretches:
+        if one.same and not timed:
+            continue  # the side that is refused has no times
         for part in _cut_by_times(one, *spent) if one.same else [one]:
             times = spent[0][part.last_a] - spent[0][part.first_a], spent[1][part.last_b] - spent[1][part.first_b]
             worth.append((abs(times[1] - times[0]), part))
     shown = sorted(sorted(range(len(worth)), key=lambda k: -worth[k][0])[:_STRETCHES])
-    rows = [_write_stretch(sides, worth[k][1], spent) for k in shown]
     left = len(worth) - len(shown)
     note = f"<p>Not shown: {count(left, 'place')} whose times differ less.</p>" if left else ""
     heads = ("A", "B", "A, s", "B, s", "B - A", "limit")
-    if not rows:
+    if not shown:
         return f"<p>The same text{', and the same times' if timed else ''}.</p>"
-    return write_table(heads, "".join(rows)) + note
+    # equal texts among lines that differ look like a mistake of the comparison
+    tables = []
+    for title, same in (("Other text", False), ("Same text, other time", True)):
+        if rows := "".join(_write_stretch(sides, worth[k][1], spent) for k in shown if worth[k][1].same is same):
+            tables.append(f"<h3>{title}</h3>{write_table(heads, rows)}")
+    return "".join(tables) + note
 
 
 def _sum_times(side: Side) -> Array:

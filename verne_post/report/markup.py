@@ -1,6 +1,7 @@
 """Text as HTML: escaped, in tables, in strings of style sheets, and a few of many."""
 
 import html
+import re
 from typing import Final
 
 from verne_post.base.numbers import format_count
@@ -14,6 +15,11 @@ Row = tuple[str, ...]
 def escape_text(text: str) -> str:
     """Escape text for HTML."""
     return html.escape(make_printable(text))
+
+
+def escape_values(text: str) -> str:
+    """Escape text for HTML in which no line ends between a number and its unit."""
+    return re.sub(r"(?<=\d) (?=(?:%|mm|s|deg)(?![\w]))", "\N{NO-BREAK SPACE}", escape_text(text))
 
 
 def write_css_string(text: str) -> str:

@@ -240,7 +240,7 @@ def _pack_slice(pack: Pack, machine: Machine, study: Study) -> dict[str, Any] | 
     _tip, angles, _ok = machine.five_axis.find_nominal_pose(q, float(study.tool_length[at]))
     angles = np.where(np.isfinite(angles), angles, 0.0)
     height = float(study.tip[at, 2])
-    path = study.trail.tip[:, :2]
+    path = study.trail.framed[:, :2]
     low, high = path.min(axis=0), path.max(axis=0)
     side = max(0.5 * float((high - low).max()) + _SLICE_BORDER, machine.table_radius)
     x, y = (np.linspace(middle - side, middle + side, _SLICE_POINTS) for middle in (0.5 * (low + high)).tolist())

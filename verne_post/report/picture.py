@@ -32,6 +32,10 @@ def picture_of(program: str, machine: Machine, study: Study, suffix: str) -> byt
         dots = plan.scatter(x, y, c=margin, s=2, cmap="RdYlGn", vmin=0.0, vmax=1.0)
         figure.colorbar(dots, ax=plan, label="margin: 0 at a limit, 1 plenty", shrink=0.6)
         plan.plot(*find_violations(study)[:, :2].T, "x", color="#c0392b", ms=3)
+        framed = np.concatenate([study.trail.framed, find_violations(study)])[:, :2]
+        low, high = np.nanmin(framed, axis=0), np.nanmax(framed, axis=0)
+        border = max(0.05 * float((high - low).max()), 1.0)
+        plan.set(xlim=(low[0] - border, high[0] + border), ylim=(low[1] - border, high[1] + border))
     plan.set_aspect("equal")
     plan.set_xlabel("x mm on the table")
     plan.set_ylabel("y mm")

@@ -1,7 +1,5 @@
 """The set-up sheet: program and machine, start, tools, work offsets, actions of the operator, fixtures."""
 
-import math
-import re
 from collections.abc import Iterable, Mapping
 from typing import Final
 
@@ -11,7 +9,7 @@ from verne_post.app.summary import list_tool_lengths
 from verne_post.base.arrays import find_used
 from verne_post.base.long_text import Text, compute_sha256
 from verne_post.base.numbers import format_fixed
-from verne_post.gcode.remarks import find_tool_remarks
+from verne_post.gcode.remarks import find_tool_diameters, find_tool_remarks
 from verne_post.model.machine import Machine
 from verne_post.model.moves import Event, MoveKind, Stock, describe_tool, find_tool_of_moves, name_tools
 from verne_post.model.part_setup import SYSTEM_NAMES, Box, FixtureMesh, OwnStock, Tool, spell_tool_word
@@ -28,7 +26,7 @@ from verne_post.report.table import Study
 
 #: So many digits tell one file from another for people.
 DIGEST: Final = 16
-#: Decimals of lengths and angles on the page; the start position is written with more in the setpoints.
+#: Decimals of the start position; it is written with more in the setpoints.
 _DECIMALS: Final = {"mm": 3, "deg": 4}
 #: Facts of the summary that stand elsewhere on the page: in tables of the sheet, and in the head.
 _TOLD: Final = (
@@ -37,6 +35,8 @@ _TOLD: Final = (
 )
 #: So many rows of tools, offsets, fixtures and actions leave room for a finding on one page, some rows in two lines.
 _SHEET_ROWS: Final = 16
+#: Of a diameter.
+_NOT_GIVEN: Final = "not given"
 _ACTIONS: Final = {"input": "input {input} is waited for", "stop": "{stop} stop"}
 
 
@@ -53,6 +53,7 @@ def write_sheet_html(program: str, source: Text, machine: Machine, study: Study)
         *([("set-up", setup)] if setup else []),
     )
     remarks = _find_remarks_by_number(source, study)
+    named = find_tool_diameters(source, {str(number): text for number, text in remarks.items()})
     read = study.program is not None
     parts = [
         _write_titled_table("Program and machine", ("what", "which"), made, named=True),
@@ -64,7 +65,13 @@ def write_sheet_html(program: str, source: Text, machine: Machine, study: Study)
                 *["time, s"] * study.timed,
             ),
             [
-                (tool, remarks.get(number, ""), length, diameter, *(_describe_use(study, number) if read else ()))
+                (
+                    tool,
+                    remarks.get(number, ""),
+                    length,
+                    _add_named(diameter, named.get(str(number))),
+                    *(_describe_use(study, number) if read else ()),
+                )
                 for number, tool, length, diameter in list_tools(study)
             ],
             wide=True,
@@ -94,6 +101,11 @@ def write_sheet_html(program: str, source: Text, machine: Machine, study: Study)
     return "".join(parts)
 
 
+def _add_named(diameter: str, named: float | None) -> str:
+    """A diameter; where it is not given and a remark names one, with that one, which nothing was checked with."""
+    return diameter if diameter != _NOT_GIVEN or named is None else f"{_NOT_GIVEN} in the set-up; remark: {named:g}"
+
+
 def is_sheet_long(machine: Machine, study: Study) -> bool:
     """Whether tools, offsets and actions leave no room for a finding on the first page of paper."""
     rows = [*list_tools(study), *list_offsets(machine, study), *_list_bodies(study)]
@@ -111,7 +123,7 @@ def write_record_html(source: Text, machine: Machine, study: Study) -> str:
     )
     facts = [] if study.summary is None else list_facts(study.summary)
     rows = "".join(
-        f"<div><dt>{escape_text(key)}</dt><dd>{escape_text(_round_up(_join_lines(text)))}</dd></div>"
+        f"<div><dt>{escape_text(key)}</dt><dd>{escape_text(_join_lines(text))}</dd></div>"
         for key, text in (*(fact for fact in facts if fact[0] not in _TOLD), *sums)
     )
     return f"<dl>{rows}</dl>"
@@ -144,21 +156,6 @@ def _find_remarks_by_number(source: Text, study: Study) -> dict[int, str]:
     return {number: text for number, text in found.items() if text}
 
 
-def _round_up(text: str) -> str:
-    """A text whose lengths and angles have no more decimals than people read.
-
-    They are deviations that are not exceeded, so they are rounded up.
-    """
-
-    def round_number(found: re.Match[str]) -> str:
-        decimals = _DECIMALS[found[3]]
-        if len(found[2]) <= decimals:
-            return found[0]
-        return f"{math.ceil(float(f'{found[1]}.{found[2]}') * 10**decimals) / 10**decimals:.{decimals}f} {found[3]}"
-
-    return re.sub(r"\b(\d+)\.(\d+) (mm|deg)\b", round_number, text)
-
-
 def _describe_use(study: Study, tool: int) -> tuple[str, ...]:
     """At which spindle speeds a tool cuts, and how long it is in the spindle where the program has times."""
     program = study.program
@@ -185,7 +182,7 @@ def list_tools(study: Study) -> list[tuple[int, str, str, str]]:
     rows = []
     for number, used in lengths.items():
         tool = listed.get(number)
-        diameter = f"{tool.diameter:g}" if tool is not None and tool.diameter > 0 else "not given"
+        diameter = f"{tool.diameter:g}" if tool is not None and tool.diameter > 0 else _NOT_GIVEN
         rows.append((number, spell_tool_word(number, names) if number else "not named", used, diameter))
     return rows
 

@@ -38,6 +38,15 @@ class Trail(Struct, frozen=True, eq=False):
     bad: Mask
     rapid: Mask  #: (m,): No feed move leads there: a rapid or the approach does, or the tip stands.
 
+    @property
+    def framed(self) -> Array:
+        """Tips (n, 3) that a picture shows as large as it can: cuts and violations; all where there are none.
+
+        Retracts go far away from the part, and would make it tiny.
+        """
+        shown = ~self.rapid | self.bad
+        return self.tip[shown] if shown.any() else self.tip
+
 
 class Governing(Struct, frozen=True, eq=False):
     """Which limit is nearest at each moment, and what it costs against the programmed feed rate."""

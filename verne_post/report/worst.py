@@ -19,7 +19,7 @@ from verne_post.output.causes import describe_other, find_causes
 from verne_post.output.findings import describe, list_remedies
 from verne_post.part.sweep import Nearest
 from verne_post.part.verdict import find_line, find_tip
-from verne_post.report.markup import escape_text
+from verne_post.report.markup import escape_text, escape_values
 from verne_post.report.surfaces import find_frames
 from verne_post.report.table import Governing, Study
 
@@ -97,8 +97,8 @@ def write_places_html(machine: Machine, study: Study) -> str:
     """Worst places of the motion, each a button that leads to it."""
     return "".join(
         f'<li><button type="button" data-frame="{place.frame}">'
-        f"<span>{escape_text(place.what)}{': ' * bool(place.about)}{escape_text(place.about)}</span>"
-        f"<b>{escape_text(place.value)}</b></button></li>"
+        f"<span>{escape_text(place.what)}{': ' * bool(place.about)}{escape_values(place.about)}</span>"
+        f"<b>{escape_values(place.value)}</b></button></li>"
         for place in find_worst_places(machine, study)
     )
 

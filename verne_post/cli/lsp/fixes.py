@@ -81,8 +81,9 @@ def find_fixes(
             fixes.append(replace(fix, title=f"{fix.title} ({left})", settles=settles))
     lacking = item.settled_by and setup is not None and not setup.exists() and setup not in texts
     if lacking and setup is not None and found.machine is not None and found.options is not None:
-        new, missing, _others = make_setup(found.path.name, found.source, found.machine, found.options)
-        title = f"Write {setup.name}{f', to be filled in: {missing}' if missing else ''}"
+        new, missing, _others, said = make_setup(found.path.name, found.source, found.machine, found.options)
+        told = f"{said}to be filled in: {missing}" if missing else said.removesuffix("; ")
+        title = f"Write {setup.name}{f', {told}' if told else ''}"
         fixes.append(Fix(title, setup, None, 0, 0, new))
     elif item.settled_by and setup is not None:
         for fix in _mark_missing(item, setup, texts):

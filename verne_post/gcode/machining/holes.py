@@ -47,8 +47,8 @@ def note_tapping(core: Machining, at: At) -> None:
     if core.setup.tapping == "feed":
         core.recorder.note_once(
             "VP047",
-            "tapping is moves in and out at pitch times speed, with the spindle's direction and speed as events at "
-            "their ends: the control must couple the spindle to these moves, also while they speed up and slow down",
+            "the control must couple the spindle to the moves of each tap: events at their ends have its direction "
+            "and speed",
             at.line,
         )
 

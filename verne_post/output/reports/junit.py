@@ -17,7 +17,8 @@ _UNPRINTABLE = {code: "?" for code in range(32) if chr(code) not in "\t\n\r"} | 
 def write(reports: Sequence[Report], machine: Machine | None = None) -> str:
     """A program that breaks limits has failed; one that cannot be read or checked is an error; warnings are output.
 
-    The properties of the suite are the machine and the version; that of a test case is the machining time in s.
+    The time of a test case is that of its check. The properties of the suite are the machine and the version; that of a
+    test case is the machining time in s.
     """
     return _write_document([_make_case(report) for report in reports], machine)
 
@@ -54,7 +55,7 @@ def _make_case(report: Report) -> ElementTree.Element:
         "testcase",
         classname="verne-post",
         name=make_printable(report.program),
-        time=f"{report.cycle_time_s or 0.0:.3f}",
+        time=f"{report.elapsed_s:.3f}",
     )
     if report.cycle_time_s is not None:
         _add_properties(case, {"machining_time_s": f"{report.cycle_time_s:.3f}"})

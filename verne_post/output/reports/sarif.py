@@ -10,7 +10,7 @@ from verne_post.model.findings import Finding
 from verne_post.model.machine import Machine
 from verne_post.model.verdict import SEVERITIES, Verdict
 from verne_post.output.code_pages import make_markdown, make_text
-from verne_post.output.findings import Report, drop_repeated, find_place
+from verne_post.output.findings import Report, drop_repeated, find_place, list_remedies
 from verne_post.output.policy import make_fingerprint, make_uri
 
 #: Code hosts read no more results of a run.
@@ -88,7 +88,8 @@ def _make_result(report: Report, item: Finding, rules: list[str], seen: Counter[
         "ruleId": item.code,
         "ruleIndex": rules.index(item.code),
         "level": item.severity,
-        "message": {"text": item.message},
+        # hosts show the message beside the line, and the help of the rule a click away
+        "message": {"text": "\n".join([item.message, *list_remedies(item, report.program)])},
         "locations": [_make_location(report.program, item)],
         "partialFingerprints": {_FINGERPRINT: fingerprint, _LINE_HASH: fingerprint},
         "properties": {name: getattr(item, name) for name in properties if getattr(item, name) is not None},

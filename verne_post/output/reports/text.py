@@ -1,18 +1,26 @@
 """Findings for people."""
 
 from collections.abc import Sequence
+from typing import Final
 
 from verne_post.base.printable import make_printable
 from verne_post.model.machine import Machine
 from verne_post.output.findings import Report, format_causes, format_outcome
 
+#: Notes about the control: whoever has read one of a run has settled it for all programs.
+_OF_THE_CONTROL: Final = ("VP047",)
+
 
 def write(reports: Sequence[Report], machine: Machine | None = None) -> str:
     """One line a cause, errors in the text with the line that they stand in; then one line a program."""
     lines = []
+    told = set[str]()
     for report in reports:
-        for shown in format_causes(report.program, report.findings, report.source):
+        for shown in format_causes(
+            report.program, [item for item in report.findings if item.code not in told], report.source
+        ):
             lines += shown
+        told |= {item.code for item in report.findings if item.code in _OF_THE_CONTROL}
         time = "" if report.cycle_time_s is None else f", {report.cycle_time_s:.3f} s"
         own = report.machine or machine
         lines.append(f"{format_outcome(report.program, report.findings, report.errors_not_counted, own)}{time}")
