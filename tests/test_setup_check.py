@@ -735,6 +735,67 @@ def test_a_retract_before_g54_does_not_take_its_place(tmp_path: Path, name: str,
     assert [item.line for item in found if item.code == "VP033"] == [line]
 
 
+@pytest.mark.parametrize(
+    ("tilt", "end", "level", "left"),
+    [
+        ("TRAORI\nG0 A-20 C0", "TRAFOOF", "", "TRAFOOF in line 8"),
+        ("TRAORI\nG0 A-20 C0", "TRAFOOF", "G0 A0 C0", ""),
+        ("TRAORI\nG0 A-20 C0", "TRAFOOF", "SUPA G0 A0 C0 D0\nD1", ""),
+        ("TRAORI\nG0 A-20 C0\nG0 A0", "TRAFOOF", "", ""),
+        (SWIVEL, "CYCLE800()", "", "CYCLE800() in line 7"),
+        (SWIVEL, "CYCLE800()", "G0 A0 C0", ""),
+        (SWIVEL, "CYCLE800()", SWIVEL, ""),
+        ("G0 A-20 C0", "", "", ""),  # the program itself puts the table there
+    ],
+)
+def test_a_table_that_stays_tilted_after_what_tilted_it(tmp_path: Path, tilt, end, level, left) -> None:
+    """Siemens: three-axis work after TRAFOOF, on a table still tilted, had no warning."""
+    head = "G17 G54 G64 G90 G94 G710\nT1 D1\nM6\nS900 M3\n"
+    text = f"{head}{tilt}\nG0 X0 Y0 Z60\n{end}\nG0 Z70\n{level}\nG0 X0 Y0 Z60\nG1 Z55 F500\nX5\nG0 Z90\nM30\n"
+    (tmp_path / "p.mpf").write_text(text)
+    options = vp.Options(tools=TOOLS, wcs={"G54": (0, 0, 40)})
+    result = vp.check(tmp_path / "p.mpf", "verne", options)
+    found = [item for item in result.findings if item.severity == "error" or item.code == "VP037"]
+    assert [item.code for item in found] == ["VP037"] * bool(left)
+    if left:
+        assert text.splitlines()[found[0].line - 1] == "G1 Z55 F500"
+        assert f"as {left} has left it; name A and C before the cut: A0 C0 if" in found[0].message
+
+
+@pytest.mark.parametrize(
+    ("between", "line"),
+    [
+        ("G49\nG43.4 H1 G0 A0. C0.", 12),
+        ("G69\nG49\nG43.4 H1 G0 A0. C0.", None),
+        ("G49\nG43.4 H1 G0 A-20. C0.", None),  # the same plane goes on
+        ("G49\nG43.4 H1 G0 A0. C0.\nG69", None),
+    ],
+)
+def test_a_plane_that_is_in_force_after_g49(between: str, line: int | None) -> None:
+    """Without G69 before G43.4, a level pocket was cut with the coordinates of the plane, without a word."""
+    program = f"""O1
+G21 G90 G94 G49 G69
+T1 M6
+S5000 M3
+G43.4 H1 G0 A0. C0.
+G0 X0. Y0. Z90.
+G0 A-20.
+G68.2 X0. Y0. Z0. I0. J20. K0.
+G0 X0. Y0. Z30.
+G1 Z20. F500.
+G0 Z40.
+{between}
+G0 X0. Y0. Z30.
+G1 Z20. F500.
+G0 Z60.
+M30
+"""
+    options = vp.Options(tools=TOOLS, wcs={"G54": (0, 0, 60)}, dialect="fanuc")
+    found = [item for item in vp.check(program, "verne", options).findings if item.code == "VP043"]
+    assert [item.line for item in found] == [line][: bool(line)]
+    assert all("still in force after G49, and line 15 cuts in it; write G69 before" in item.message for item in found)
+
+
 def test_an_angle_that_a_later_line_gives_is_one_cause() -> None:
     """Cuts before A was named had two warnings: VP036, and VP037 about the angle that VP036 is about."""
     plane = "G68.2 X0. Y0. Z0. I0. J20. K0.\nG53.1\nG0 X0. Y0.\nG1 Z20. F500.\nG0 Z40.\nG69\n{}M30\n"

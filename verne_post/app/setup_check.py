@@ -342,7 +342,8 @@ def _check_directions(moves: Moves, path: ToolPath, machine: Machine) -> list[Fi
     """VP037: cuts under a table that stands turned, where no code in force says in which directions X Y Z count.
 
     On a control of RS274/NGC the kinematics hold the tip, and no code asks for it. So a program that turns the table
-    while the tip cuts has no other reading there; for a Fanuc control it lacks G43.4.
+    while the tip cuts has no other reading there; for a Fanuc control it lacks G43.4. A Siemens control has another
+    reading: its own directions, while the table stands as TRAORI or CYCLE800 has left it.
     """
     if moves.tcp_changes == (0,):
         return []
@@ -374,6 +375,17 @@ def _check_directions(moves: Moves, path: ToolPath, machine: Machine) -> list[Fi
     if first < 0:
         return []
     line, (a, c) = int(moves.line[first]), moves.end[first, [tilt, turn]] + 0.0  # no -0
+    where = {"line": line, "last_line": line, "worst_line": line}
+    left = next((one for one in reversed(moves.tcp_ends) if one.before <= first), None)
+    if left is not None and left.word != "G49":  # after which nothing says how they count
+        letters = " and ".join(AXES[axis] for axis in (tilt, turn))
+        text = (
+            f"X Y Z cut in the machine's directions while the table stands at {AXES[tilt]}{a:.6g} {AXES[turn]}{c:.6g}, "
+            f"as {left.word} in line {left.line} has left it; name {letters} before the cut: "
+            f"{AXES[tilt]}0 {AXES[turn]}0 if the table is to be level"
+        )
+        edits = (Remedy(f"name {letters}", f"{AXES[tilt]}0 {AXES[turn]}0", line=line),)
+        return [make_finding("VP037", text, **where, edits=edits)]
     by_time = is_turning and moves.feed_mode[first] == FeedMode.INVERSE
     text = (
         f"X Y Z cut while the table {'turns to' if is_turning else 'is at'} {AXES[tilt]}{a:.6g} {AXES[turn]}{c:.6g}, "
@@ -382,7 +394,7 @@ def _check_directions(moves: Moves, path: ToolPath, machine: Machine) -> list[Fi
         f"{'; if the post has computed them for the machine (as many do with G93), post again' if by_time else ''}"
     )
     edits = (Remedy("write G43.4 instead of G43", "43.4", line=line, word=("G", 43.0), is_above=True),)
-    return [make_finding("VP037", text, line=line, last_line=line, worst_line=line, edits=edits)]
+    return [make_finding("VP037", text, **where, edits=edits)]
 
 
 def _check_planes(moves: Moves, path: ToolPath, machine: Machine) -> Iterator[Finding]:
@@ -425,20 +437,27 @@ def _check_planes(moves: Moves, path: ToolPath, machine: Machine) -> Iterator[Fi
 
 
 def _check_kept_planes(moves: Moves, path: ToolPath) -> Iterator[Finding]:
-    """VP043: a tool cuts in the tilted plane that the tool before it has left in force."""
-    for event, number in list_tool_changes(moves.events) if moves.planes else ():
-        calls = [one for one in moves.planes if one.before < event.before]
-        if not calls or not calls[-1].word or not number:
+    """VP043: a tool cuts in the tilted plane that the tool before it has left in force; an upright one, after G49."""
+    changes = list_tool_changes(moves.events)
+    steps = [(event.before, event.line, "this change of tools") for event, number in changes if number]
+    steps += [(one.before, one.line, one.word) for one in moves.tcp_ends if one.word == "G49"]
+    for before, line, what in steps if moves.planes else ():
+        calls = [one for one in moves.planes if one.before < before]
+        if not calls or not calls[-1].word:
             continue
-        ends = [one.before for one in moves.planes if one.before >= event.before]
-        ends += [one.before for one, _number in list_tool_changes(moves.events) if one.before > event.before]
-        cut = find_first_cut(path, event.before)
+        ends = [one.before for one in moves.planes if one.before >= before]
+        ends += [
+            one.before for one, _number in changes if one.before > before or (one.before == before and one.line > line)
+        ]
+        cut = find_first_cut(path, before)
         if 0 <= cut < min(ends, default=math.inf) and _find_tilt(moves.frames[moves.frame[cut]]) < 1.0 - DRILL_TILT:
+            at = int(np.searchsorted(path.move_reached, cut))
+            if what == "G49" and find_axis_of_angles(path.end[[at], 3], path.end[[at], 4])[0, 2] < 1.0 - DRILL_TILT:
+                continue
             text = (
-                f"the plane of {calls[-1].word} in line {calls[-1].line} is still in force after this change of tools, "
+                f"the plane of {calls[-1].word} in line {calls[-1].line} is still in force after {what}, "
                 f"and line {int(moves.line[cut])} cuts in it; write {calls[-1].end} before if it is not meant"
             )
-            line = event.line
             yield make_finding("VP043", text, line=line, last_line=max(line, int(moves.line[cut])), worst_line=line)
 
 

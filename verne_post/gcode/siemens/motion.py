@@ -176,7 +176,10 @@ class SiemensMotion:
         if self.setup.rotary[1] in places:
             self.recorder.fix_c(block.line)
         rotary = self.setup.rotary
-        beside = not self.follows_part and bool(set(rotary) & set(places))  # the axes of the machine go there
+        names_rotary = bool(set(rotary) & set(places))
+        if names_rotary:
+            self.recorder.say_tcp(True)  # whatever was left, the table now stands where the program says
+        beside = not self.follows_part and names_rotary  # the axes of the machine go there
         if beside and self.setup.machine and any(end[axis] != state.position[axis] for axis in rotary):
             self.corners.pass_turn()
             target = self.setup.coordinates.map_to_machine(np.array(end), state.frame)
@@ -383,6 +386,7 @@ class SiemensMotion:
             targets[2] += state.frame.tool_length
         go_to_machine(self.core, block, kind, targets)
         if set(self.setup.rotary) & set(places):
+            self.recorder.say_tcp(True)
             self.set_chain()
         self.heading = None
 

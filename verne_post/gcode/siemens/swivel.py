@@ -60,7 +60,7 @@ class Swivel:
         block = At(line)
         self.to.core.refuse_compensation("CYCLE800")
         if not given.values or given.read_text("_TC") == "0":
-            self._end()
+            self._end(line)
             self.to.recorder.call_plane(line)
             return
         if not self.to.modes.frames.program.is_identity:
@@ -72,6 +72,7 @@ class Swivel:
             )
         self._retract(given, block)
         self._set_plane(given)
+        self.to.recorder.say_tcp(True)
         direction = given.read_whole("_DIR")
         if direction not in (-1, 0, 1):
             raise given.error("VP007", f"_DIR is {direction}; allowed are -1, 0 and 1", "_DIR")
@@ -82,9 +83,11 @@ class Swivel:
         if direction:
             self._turn_table(block, direction)
 
-    def _end(self) -> None:
+    def _end(self, line: int) -> None:
         """Without values: the plane ends; nothing moves."""
         modes = self.to.modes
+        if not (modes.tcp or modes.frames.swivel.is_identity):
+            self.to.recorder.end_tcp(line, "CYCLE800()")
         modes.frames = replace(modes.frames, swivel=Affine())
         if self.to.state.tool_axis is not None and not modes.tcp:
             self.to.settle_vector()
