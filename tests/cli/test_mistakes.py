@@ -11,6 +11,34 @@ PLACE = ("--tool-length", 60, "--wcs", "G54=0,0,20")
 
 
 @pytest.mark.parametrize(
+    ("length", "program", "expected"),
+    [
+        ("250.0", GOOD, ["m.toml:31: VP501"]),
+        ("850.0", GOOD, []),
+        ("850.0", GOOD.replace("X9", "X3500"), ["p.nc:5: VP110"]),  # the home is within reach
+    ],
+)
+def test_a_wrong_rod_is_a_mistake_of_the_machine_file(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    run: Callable[..., Any],
+    length: str,
+    program: str,
+    expected: list[str],
+) -> None:
+    """A rod 600 mm too short was told as a line of the program that is out of reach."""
+    shipped = (Path(__file__).parents[2] / "machine_configs" / "verne.toml").read_text()
+    (tmp_path / "m.toml").write_text(shipped.replace("L1 = 850.0", f"L1 = {length}"))
+    (tmp_path / "p.nc").write_text(program)
+    monkeypatch.chdir(tmp_path)
+    done = run("check", "p.nc", *PLACE, "--machine", "m.toml")
+    errors = [line for line in (done.out + done.err).splitlines() if " error: " in line]
+    assert [line.split(" error: ")[0] for line in errors] == expected
+    if "VP501" in str(expected):
+        assert "home.g28 = [0.0, 0.0, 0.0, 0.0, 0.0] is out of reach, and so is the program" in errors[0]
+
+
+@pytest.mark.parametrize(
     ("words", "said"),
     [
         # 1: a wrong name
