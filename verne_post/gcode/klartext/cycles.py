@@ -78,6 +78,7 @@ class KlartextCycles:
         self.contour.last_rapid = True
 
     def _check_hole(self, number: int, q: _Q) -> None:
+        self.frames.check_upright(f"cycle {number}")
         if (tool := self.core.find_tilted_tool()) is not None:
             remedy = self.core.recorder.explain_plane("position the rotary axes first (PLANE ... MOVE or TURN)")
             raise ProgramError(
