@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 
 import verne_post as vp
+from verne_post.output.findings import describe_remedy
 
 BODY = "G21 G90 F600\n{length}\nG0 X0 Y0 Z80 A0 C0\nG1 X5\n{more}M2\n"
 TOOLS = {1: vp.Tool(1, 1, (0.0, 0.0, 80.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0))}
@@ -60,7 +61,8 @@ def test_a_tool_with_the_length_of_the_one_before() -> None:
     found = vp.check(program.format(""), "verne", options).findings
     assert [(item.code, item.severity, item.line) for item in found] == [("VP034", "warning", 8)]
     assert "tool 2 cuts with a length of 80 mm, which is that of tool 1; its own is 110 mm" in found[0].message
-    assert found[0].message.endswith("or the tip is 30 mm off")
+    assert found[0].message.endswith("(G43 H2; in Siemens D1) after line 7, or the tip is 30 mm off")
+    assert describe_remedy(found[0], "p.nc") == ""  # --tool-length 0 is not what is meant
     for offset in (2, 22):
         found = vp.check(program.format(f"G43 H{offset}\n"), "verne", options).findings
         assert "VP034" not in [item.code for item in found]

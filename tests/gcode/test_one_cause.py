@@ -492,3 +492,23 @@ def test_a_slip_that_later_lines_follow_from_is_one_finding(tmp_path, machine, n
         assert findings[0].message.startswith("a motion and cycle 200 in a tilted plane that the tool is not normal to")
     if name in ("of.cls", "kind.cls"):
         assert f"did you mean {'OFF' if name[0] == 'o' else 'DRILL'}?" in findings[0].message
+
+
+@pytest.mark.parametrize(
+    ("name", "cut", "said"),
+    [
+        ("p.mpf", "R77=0\nG1 X5 F=R77", "G1 with feed rate zero; the last F has the value 0"),
+        ("p.mpf", "G1 X5", "G1 with feed rate zero; give F"),
+        ("p.mpf", "G1 X5 F9\nG95 X6", "G1 with feed rate zero; give F"),
+        ("p.nc", "#7=0\nG1 X5 F#7", "G1 with feed rate zero; the last F has the value 0"),
+        ("p.nc", "G1 X5", "G1 with feed rate zero; give F"),
+        ("p.mpf", "TRAORI\nTRAFOOF\nG1 A9 F9", "without TRAORI, which TRAFOOF in line 3 has ended"),
+        ("p.mpf", "G1 A9 F9", "without TRAORI: on a machine"),
+    ],
+)
+def test_why_the_feed_rate_or_the_transformation_is_not_there(tmp_path, machine, name, cut, said):
+    """F=R77 with R77 = 0 was told to give F."""
+    (tmp_path / name).write_text(f"G17 G54 G90 G94 G0 X0 Y0 Z60 A0 C0 S9 M3\n{cut}\nM30\n")
+    options = Options(tool_length=60.0, wcs={"G54": (0, 0, 60)}, dialect="auto" if name == "p.mpf" else "rs274")
+    findings = check(tmp_path / name, machine, options).findings
+    assert [said in item.message for item in findings if item.severity == "error"] == [True]

@@ -253,9 +253,9 @@ def _check_lengths(moves: Moves, path: ToolPath, options: Options, changes: Sequ
         if known[2] and (known[1] >= 0 or low < 0 or not own):
             continue
         text = (
-            _describe_other_length(tool, length, own, owner, names)
+            _describe_other_length(tool, length, own, owner, names, change)
             if owner is not None and length
-            else _describe_bare_tool(tool, own, lengths, names)
+            else _describe_bare_tool(tool, own, lengths, names, change)
         )
         wrong[tool if length else 0, length] = known[0], low if own else -1, text
     for first, low, text in wrong.values():
@@ -288,21 +288,30 @@ def _describe_unknown_tool(missing: Finding, lengths: Mapping[int, float], names
     return f"{what}; the cut has length 0, and {given}{separator}{remedy}"
 
 
-def _describe_other_length(tool: int, length: float, own: float, owner: int, names: Mapping[int, str]) -> str:
+def _activate(tool: int, change: int) -> str:
+    """How to put the length of a tool in force that a line has changed to; 0 for no line."""
+    return f"activate its length (G43 H{tool}; in Siemens D1) {f'after line {change}' if change else 'before'}"
+
+
+def _describe_other_length(
+    tool: int, length: float, own: float, owner: int, names: Mapping[int, str], change: int
+) -> str:
     mine, other = (describe_tool_number(one, names) for one in (tool, owner))
     return (
-        f"{mine} cuts with a length of {length:g} mm, which is that of {other}; its own is {own:g} mm: activate it "
-        f"before (G43 H, D1), or the tip is {abs(own - length):g} mm off"
+        f"{mine} cuts with a length of {length:g} mm, which is that of {other}; its own is {own:g} mm: "
+        f"{_activate(tool, change)}, or the tip is {abs(own - length):g} mm off"
     )
 
 
-def _describe_bare_tool(tool: int, own: float, lengths: Mapping[int, float], names: Mapping[int, str]) -> str:
+def _describe_bare_tool(
+    tool: int, own: float, lengths: Mapping[int, float], names: Mapping[int, str], change: int
+) -> str:
     """Why a move cuts with a tool of length 0, and what to do if that is not meant."""
     name = describe_tool_number(tool, names)
     if own:
         return (
-            f"{name} cuts with length 0, and the set-up gives it {own:g} mm: it comes {own:g} mm too deep; activate "
-            "its length before (G43 H, D1), or give it the length 0 where the work offset contains its length"
+            f"{name} cuts with length 0, and the set-up gives it {own:g} mm: it comes {own:g} mm too deep; "
+            f"{_activate(tool, change)}, or give it the length 0 where the work offset contains its length"
         )
     if tool in lengths:
         return (

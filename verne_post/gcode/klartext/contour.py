@@ -60,7 +60,9 @@ class KlartextContour:
         """Refuse a feed move that lacks F or a tool."""
         lacking = self.core.find_lacking()
         if lacking == "feed rate":
-            raise ProgramError("VP009", "a line or an arc with feed rate zero; give F, or FMAX")
+            raise ProgramError(
+                "VP009", f"a line or an arc with feed rate zero; {self.core.explain_no_feed('F, or FMAX')}"
+            )
         if lacking == "spindle":
             raise ProgramError("VP009", "a feed rate per turn (FU, M136) needs a turning spindle; give S and M3")
         if lacking == "tool length":

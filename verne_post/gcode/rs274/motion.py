@@ -51,7 +51,7 @@ def refuse_lacking(
     if lacking == "F in the block":
         raise ProgramError("VP009", f"{name} with inverse-time feed (G93) needs F in the same block")
     if lacking == "feed rate":
-        raise ProgramError("VP009", f"{name} with feed rate zero; give {feed_words}")
+        raise ProgramError("VP009", f"{name} with feed rate zero; {core.explain_no_feed(feed_words)}")
     if lacking == "constant spindle speed":
         raise ProgramError(
             "VP017",

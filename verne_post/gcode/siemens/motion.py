@@ -119,6 +119,11 @@ class SiemensMotion:
             return plane.feature
         return find_table_map(self.setup.coordinates, base, position).lay(plane)
 
+    def explain_no_tcp(self) -> str:
+        """That TRAORI is not active, and the line that has ended it, where one has."""
+        ended = [one.line for one in self.recorder.tcp_ends if one.word == "TRAFOOF"]
+        return f"without TRAORI, which TRAFOOF in line {ended[-1]} has ended" if ended else "without TRAORI"
+
     @property
     def follows_part(self) -> bool:
         """True where places are those of the part, however the table stands: with TRAORI, or on a plane of CYCLE800."""
@@ -231,8 +236,8 @@ class SiemensMotion:
         if is_turn and kind == MoveKind.FEED:
             raise block.error(
                 "VP017",
-                f"{self.setup.both_rotary} turn at a feed rate without TRAORI: on a machine with three linear axes "
-                "the tip would follow a curve; write TRAORI, or G0",
+                f"{self.setup.both_rotary} turn at a feed rate {self.explain_no_tcp()}: on a machine with three linear "
+                "axes the tip would follow a curve; write TRAORI in a block before this one, or G0 in place of G1",
                 self._name_rotary(places),
             )
         if is_turn:

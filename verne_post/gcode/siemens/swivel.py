@@ -151,7 +151,8 @@ class Swivel:
         if state // 10 % 10 and not modes.tcp:
             raise given.error(
                 "VP017",
-                f"_ST {state}: the tip keeps its place while the table turns, which needs TRAORI",
+                f"_ST {state}: the tip keeps its place while the table turns, which needs TRAORI in a block before "
+                f"this one; or write _ST {state - 10}",
                 "_ST",
             )
         if state % 10 not in (0, 1) or state // 10 % 10 > 1 or not 0 <= state < 100:
