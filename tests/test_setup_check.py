@@ -566,7 +566,7 @@ def find_idle_cuts(program, dialect="rs274", **more):
     [
         ("rs274", "G21 G90\nT1 M6\n*\nG0 X0 Y0 Z50 A0 C0\nG1 Z40 F600\nX10\nZ50\nM2\n", "M3 S900"),
         ("fanuc", "O1\nG21 G90\nT1 M6\n*\nG0 X0. Y0. Z50. A0. C0.\nG1 Z40. F600.\nX10.\nZ50.\nM30\n", "S900 M13"),
-        ("siemens", "G71 G90\nT1 M6 D1\n*\nG0 X0 Y0 Z50 A0 C0\nG1 Z40 F600\nX10\nZ50\nM30\n", "S900 M4"),
+        ("siemens", "G71 G90\nT1 M6 D1\n*\nG0 X0 Y0 Z50 A0 C0\nG1 Z40 F600\nX10\nZ50\nM30\n", "S900 M3"),
         (
             "heidenhain",
             "BEGIN PGM P MM\nTOOL CALL 1 Z S900\n*\nL X+0 Y+0 Z+50 A+0 C+0 R0 FMAX\nL Z+40 F600\nL X+10\nL Z+50\n"
@@ -819,3 +819,56 @@ def test_an_odd_length_is_told_with_the_name_of_its_tool(tmp_path) -> None:
     )
     told = [item.message for item in vp.check(path, "verne", options).findings if item.code == "VP505"]
     assert any('tool "EM10"' in one for one in told) and not any("100001" in one for one in told)
+
+
+BACKWARDS = "G21 G90 G94\nT1 M6\nS900 {}\nG43 H1\nG0 X0 Y0 Z80 A0 C0\n{}\nG0 Z80\nM2\n"
+
+
+@pytest.mark.parametrize(
+    ("switch", "cut", "is_told"),
+    [
+        ("M4", "G1 Z60 F500", True),
+        ("M4", "G81 X5 Y0 Z60 R70 F100\nG80", True),
+        ("M3", "G1 Z60 F500", False),
+        ("M4", "G0 Z60", False),  # it cuts nowhere
+        ("M4", "G74 X5 Y0 Z60 R70 F900\nG80", False),  # a tap turns both ways
+        ("M4\nM3", "G1 Z60 F500", False),
+    ],
+)
+def test_a_tool_that_turns_backwards_in_its_cuts(switch: str, cut: str, is_told: bool) -> None:
+    """A drill under M4 had no warning."""
+    options = vp.Options(tools=TOOLS, wcs={"G54": (0, 0, 60)}, tapping="feed", dialect="rs274")
+    found = vp.check(BACKWARDS.format(switch, cut), "verne", options).findings
+    told = [item for item in found if item.severity != "note"]
+    assert [(item.code, item.line) for item in told] == [("VP050", 3)] * is_told
+    assert all("turns counter-clockwise (M4) where it cuts, from line" in item.message for item in told)
+
+
+KLARTEXT = """BEGIN PGM T MM
+{}
+L X+0 Y+0 Z+60 A+0 C+0 R0 FMAX M3
+L Z+40 F500
+L Z+60 FMAX
+M30
+END PGM T MM
+"""
+
+
+@pytest.mark.parametrize(
+    ("call", "length", "expected", "said"),
+    [
+        ("TOOL CALL 1 Z S900", None, [], ""),
+        ("TOOL CALL 1 Z S900 DL+0.2", None, [], ""),
+        ("TOOL CALL 1 Z S900 DL+200", None, [("VP505", 2)], "DL+200 makes tool 1 200 mm longer than the 80 mm"),
+        ("TOOL DEF 2\nTOOL CALL 1 Z S900\nTOOL DEF 3", None, [], ""),
+        ("TOOL DEF 1", None, [("VP012", 4)], "TOOL DEF 1 in line 2 only names the tool; write TOOL CALL 1 Z S"),
+        ("TOOL DEF 1", 80.0, [("VP041", 2)], "TOOL DEF 1 only selects the tool, and no TOOL CALL loads it: line 4"),
+    ],
+)
+def test_slips_in_the_call_of_a_tool_in_klartext(call, length, expected, said) -> None:
+    """DL+200 for DL+0.200, and TOOL DEF for TOOL CALL, had no warning of their own."""
+    tools = {"tools": TOOLS} if length is None else {"tool_length": length}
+    options = vp.Options(wcs={"G54": (0, 0, 60)}, dialect="heidenhain", **tools)
+    found = vp.check(KLARTEXT.format(call), "verne", options).findings
+    assert [(item.code, item.line) for item in found] == expected
+    assert all(said in item.message for item in found)

@@ -8,6 +8,7 @@ import numpy as np
 from msgspec import Struct
 
 from verne_post.app.spindle_check import (
+    check_direction,
     check_kept_feed,
     check_kept_speed,
     check_speed,
@@ -97,6 +98,7 @@ def check_setup(moves: Moves, path: ToolPath, machine: Machine, options: Options
     ]
     found += [
         *check_speed(moves, path),
+        *check_direction(moves, path),
         *check_kept_speed(moves, path),
         *check_kept_feed(moves, path),
         *changes,

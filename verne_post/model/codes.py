@@ -433,16 +433,17 @@ CODES: Final[dict[str, Code]] = _make_table(
     ),
     (
         "VP050",
-        "spindle stands in a cut",
+        "spindle stands or turns backwards in a cut",
         "warning",
         "The program moves at feed rate while the spindle stands: it was not started after a change of tools, or it "
         "was stopped and the tool goes on cutting. Or it is started, and no block of the program gives S, or none "
-        "since the change of tools: it turns as for the tool before. "
+        "since the change of tools: it turns as for the tool before. Or it turns counter-clockwise (M4) in all cuts of "
+        "a tool. "
         "Moves in the air cannot always be told: retracts, and moves between "
         "a stop and a new start that follow a retract or a rapid, are not reported. Nor are programs that call no tool "
         "and start no spindle, and tools that are oriented (M19, SPOS).",
-        "Start the spindle before the cut (M3 and S; SPINDL in CL files). No action is needed for a probe, or for a "
-        "tool that does not turn.",
+        "Start the spindle before the cut (M3 and S; SPINDL in CL files). No action is needed for a probe, for a "
+        "tool that does not turn, or for a left-hand tool under M4.",
     ),
     # --- VP1xx: position limits and reach --------------------------------------------------
     (

@@ -175,16 +175,19 @@ class Event(Struct, frozen=True):
 
 
 class Selection(Struct, frozen=True):
-    """A tool that T selects for the next change of tools."""
+    """A tool that T selects for the next change of tools, or TOOL DEF before any TOOL CALL."""
 
     number: int  #: 0 for an empty spindle.
     line: int
     before: int  #: As in :class:`Event`.
     name: str = ""  #: Where the program calls it by its name.
     is_loaded: bool = False  #: A change of tools loads it before T selects again.
+    is_defined: bool = False  #: TOOL DEF names it.
 
     def spell(self) -> str:
         """The word of the program."""
+        if self.is_defined:
+            return f"TOOL DEF {self.number}"
         return f'T="{self.name}"' if self.name else f"T{self.number}"
 
 

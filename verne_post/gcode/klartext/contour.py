@@ -66,10 +66,14 @@ class KlartextContour:
         if lacking == "spindle":
             raise ProgramError("VP009", "a feed rate per turn (FU, M136) needs a turning spindle; give S and M3")
         if lacking == "tool length":
+            defined = next((one for one in self.core.recorder.selections if one.is_defined), None)
             raise ProgramError(
                 "VP012",
                 "no tool before the first feed move; write TOOL CALL with --tool-table or TOOL DEF, or use "
-                "--tool-length MM",
+                "--tool-length MM"
+                if defined is None
+                else f"no TOOL CALL before the first feed move: {defined.spell()} in line {defined.line} only names "
+                f"the tool; write TOOL CALL {defined.number} Z S with its speed after it",
             )
 
     def _record_element(self, element: Element) -> None:
