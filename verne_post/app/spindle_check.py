@@ -111,11 +111,13 @@ def check_direction(moves: Moves, path: ToolPath) -> Iterator[Finding]:
         ]
         if not starts or any(one.data["direction"] == "clockwise" for one in starts):
             continue
-        if 0 <= (cut := find_first_cut(path, starts[0].before)) < end:
+        first_cut = find_first_cut(path, starts[0].before)
+        if 0 <= first_cut < end:
             line = starts[0].line
             text = (
-                f"{describe_tool(event)} turns counter-clockwise (M4) where it cuts, from line {int(moves.line[cut])} "
-                "on: a right-hand drill or mill does not cut then; write M3 unless it is a left-hand tool"
+                f"{describe_tool(event)} turns counter-clockwise (M4) where it cuts, from line "
+                f"{int(moves.line[first_cut])} on: a right-hand drill or mill does not cut then; write M3 unless it is "
+                "a left-hand tool"
             )
             yield make_finding("VP050", text, line=line, last_line=line, worst_line=line)
 
@@ -189,10 +191,10 @@ def check_tool_change(moves: Moves, path: ToolPath) -> list[Finding]:
         if first < 0 or (then is not None and first >= then.before):
             continue
         cut, word = int(moves.line[first]), one.spell()
-        load, told = ("TOOL CALL", f"TOOL CALL {one.number} Z S") if one.is_defined else ("M6", "M6")
+        load, call = ("TOOL CALL", f"TOOL CALL {one.number} Z S") if one.is_defined else ("M6", "M6")
         text = (
             f"{word} only selects the tool, and no {load} loads it: line {cut} cuts with the tool that was in the "
-            f"spindle before; write {told} {'with its speed ' * one.is_defined}after {word}"
+            f"spindle before; write {call} {'with its speed ' * one.is_defined}after {word}"
         )
         where = {"line": one.line, "last_line": max(one.line, cut), "worst_line": one.line}
         edits = (

@@ -226,7 +226,7 @@ def _check_one(
             result = refuse_program(InputError(*files.find_lines([make_finding("VP022", str(error))])))
     time = result.summary.cycle_time if result.summary else None
     remarked = tuple(list_remarks(result.summary)) if result.summary else ()
-    return Report(shown, result.findings, time, source, remarked)
+    return Report(shown, files.find_lines(result.findings), time, source, remarked)
 
 
 def _keep_gravest(report: "Report", *, warnings: bool) -> "Report":

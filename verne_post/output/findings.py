@@ -115,12 +115,16 @@ def format_causes(program: str, findings: Sequence[Finding], source: "Text") -> 
         yield [format_finding(program, cause.first), *_quote_line(cause, source, program)]
 
 
+#: Codes whose warnings are about one line, which is quoted as that of an error.
+_SHOWN_IN_LINES: Final = ("VP301", "VP505")
+
+
 def _quote_line(cause: Cause, source: "Text", program: str) -> list[str]:
     """Quote the line of an error: a caret under the column, the code's meaning and remedy. Nothing for others."""
     item, others = cause.first, cause.describe_others()
     also = [f"also {others}"] if others else []
     at = item.line
-    if not at or (item.severity != "error" and not is_about_text(item.code)):
+    if not at or (item.severity != "error" and not is_about_text(item.code) and item.code not in _SHOWN_IN_LINES):
         return [f"    = {text}" for text in also]
     from verne_post.base.long_text import take_line  # needs numpy: a mistake of the command line is reported without it
 

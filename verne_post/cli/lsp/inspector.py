@@ -136,7 +136,8 @@ class Inspector:
             found.machine, found.source, found.options = read_program(self.files, path.name, self.given)
             report("", 0, 0)
             found.made = check_and_keep(found.source, found.machine, found.options, report)
-            counted = apply_policy(Report(path.name, found.made.result.findings, source=found.source), policy)
+            placed = self.files.find_lines(found.made.result.findings)
+            counted = apply_policy(Report(path.name, placed, source=found.source), policy)
             found.findings, found.errors_not_counted = counted.findings, counted.errors_not_counted
         except _MISTAKES as error:
             found.findings = self._find_mistakes(error)
