@@ -228,7 +228,8 @@ def _check_lengths(moves: Moves, path: ToolPath, options: Options, changes: Sequ
     named = [item for item in moves.findings if item.quantity == "length"]
     unloaded = [*(item for item in moves.findings if item.code == "VP041"), *changes]
     called = _list_called_tools(moves) | {item.tool: None for item in unloaded if item.tool is not None}
-    wrong: dict[tuple[int, float], tuple[int, int, str]] = {}  # tool and length -> first cut, first low one, message
+    # tool and length -> first cut, first low one, message, and the line after which a length is missing
+    wrong: dict[tuple[int, float], tuple[int, int, str, int]] = {}
     before: list[int] = []  # tools so far
     for stretch in _list_stretches(moves, path):
         tool, length = stretch.tool, stretch.length
@@ -251,7 +252,7 @@ def _check_lengths(moves: Moves, path: ToolPath, options: Options, changes: Sequ
         if told or (length and owner is None):
             continue  # an H of another tool since then has its own warning
         # no length is told once, whatever the tools
-        known = wrong.setdefault((tool if length else 0, length), (first, -1, ""))
+        known = wrong.setdefault((tool if length else 0, length), (first, -1, "", 0))
         if known[2] and (known[1] >= 0 or low < 0 or not own):
             continue
         text = (
@@ -259,11 +260,12 @@ def _check_lengths(moves: Moves, path: ToolPath, options: Options, changes: Sequ
             if owner is not None and length
             else _describe_bare_tool(tool, own, lengths, names, change)
         )
-        wrong[tool if length else 0, length] = known[0], low if own else -1, text
-    for first, low, text in wrong.values():
+        wrong[tool if length else 0, length] = known[0], low if own else -1, text, change if own else 0
+    for first, low, text, change in wrong.values():
         line = int(moves.line[first if low < 0 else low])
         severity = "warning" if low < 0 else "error"
-        yield make_finding("VP034", text, severity=severity, line=line, last_line=line, worst_line=line)
+        edits = (Remedy("activate the length", line=change),) if change else ()
+        yield make_finding("VP034", text, severity=severity, line=line, last_line=line, worst_line=line, edits=edits)
 
 
 def _list_called_tools(moves: Moves) -> dict[int, None]:
@@ -395,7 +397,7 @@ def _check_directions(moves: Moves, path: ToolPath, machine: Machine) -> list[Fi
             f"as {left.word} in line {left.line} has left it; name {letters} before the cut: "
             f"{AXES[tilt]}0 {AXES[turn]}0 if the table is to be level"
         )
-        edits = (Remedy(f"name {letters}", f"{AXES[tilt]}0 {AXES[turn]}0", line=line),)
+        edits = (Remedy(f"name {letters}", f"G0 {AXES[tilt]}0 {AXES[turn]}0", line=left.line),)
         return [make_finding("VP037", text, **where, edits=edits)]
     by_time = is_turning and moves.feed_mode[first] == FeedMode.INVERSE
     text = (

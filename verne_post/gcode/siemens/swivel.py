@@ -36,6 +36,8 @@ _SWIVEL: Final = (
     "_DMODE",
 )
 _TOLERANCE: Final = ("_TOL", "_TOLM", "_OTOL")
+#: Values of each cycle, in order.
+PARAMETERS: Final = {"CYCLE800": _SWIVEL, "CYCLE832": _TOLERANCE}
 #: _TOLM has seven digits. Those before the last two choose functions of the control, or serve older ones.
 _BEYOND_TOLM: Final = 3_000_000
 #: Values of _MODE in its two highest bits.
