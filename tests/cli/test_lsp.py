@@ -867,29 +867,82 @@ OF_KLARTEXT = "BEGIN PGM A MM\nTOOL CALL 1 Z S8000\nL X+0 Y+0 Z+150 A+0 C+0 R0 F
 @pytest.mark.parametrize(
     ("name", "text", "code", "title", "old", "new"),
     [
-        ("a.nc", f"G21 G90 G49\nT1 M6\nS9 M3\n{CUTS}M2\n", "VP034", "Write G43 H1 below line 2 (no errors then)",
-         "M6\n", "M6\nG43 H1\n"),
-        ("a.nc", IN_PLANE, "VP017", "Write G53.1 below G68.2, line 11 (no errors then, another tool axis)",
-         "K0\n", "K0\nG53.1\n"),
-        ("a.nc", f"G21 G90\nT1 M6\nG43 H1\nS9 M3\n{CUTS[:-8]}G41 D1 X20 Y20\nY40\nG0 Z160\nT2 M6\nG43 H2\nM2\n",
-         "VP017", "Write G40 before line 11 (1 error stays)", "T2", "G40\nT2"),  # --split-at-stops is missing
-        ("a.nc", f"G21 G90\nT1 M6\nG43 H1\nS9 M3\n{CUTS.replace('X5', 'X-2,')}M2\n", "VP001",
-         "Write X-2 in place of X-2, (no errors then)", "X-2,", "X-2"),
-        ("a.mpf", f"G710 G90\nT1 D1\nM6\nS9 M3\n{CUTS.replace('X5', 'X-10..')}M30\n", "VP001",
-         "Write X-10. in place of X-10.. (no errors then)", "X-10..", "X-10."),
-        ("a.mpf", f"G710 G90\nT1 D1\nM6\nS9 M3\n{CUTS.replace('X5', 'X--3')}M30\n", "VP001",
-         "Write X-3 in place of X--3 (no errors then)", "X--3", "X-3"),
-        ("a.mpf", "G710 G90\nT1 D1\nM6\nS9 M3\nTRAORI\nG0 X0 Y0 Z150 A-20 C0\nTRAFOOF\nG0 X0 Y0 Z150\n"
-         "G1 Z110 F9\nM30\n", "VP037",
-         "Write G0 A0 C0 below line 7 (no errors then, another tool axis)", "OF\n", "OF\nG0 A0 C0\n"),
-        ("a.h", OF_KLARTEXT + "CYCL DEF 200 D Q200=2 Q201=+12 Q206=9 Q202=5 Q210=0 Q203=+110 Q204=20\nL X+5 FMAX M99\n"
-         "M30\nEND PGM A MM\n", "VP007", "Write Q201=-12 in place of Q201=+12 (no errors then)", "=+12", "=-12"),
-        ("a.h", OF_KLARTEXT + "PLANE SPATIAL SPA+20 SPB+0 SPC+0 TURN FMAX\nL X+0 Y+0 FMAX\nL A+0 C+0 FMAX\n"
-         "L X+10 FMAX\nL Z+140 FMAX\nM30\nEND PGM A MM\n", "VP017",
-         "Write PLANE RESET STAY before line 7 (no errors then, another tool axis)",
-         "L X+10", "PLANE RESET STAY\nL X+10"),
+        (
+            "a.nc",
+            f"G21 G90 G49\nT1 M6\nS9 M3\n{CUTS}M2\n",
+            "VP034",
+            "Write G43 H1 below line 2 (no errors then)",
+            "M6\n",
+            "M6\nG43 H1\n",
+        ),
+        (
+            "a.nc",
+            IN_PLANE,
+            "VP017",
+            "Write G53.1 below G68.2, line 11 (no errors then, another tool axis)",
+            "K0\n",
+            "K0\nG53.1\n",
+        ),
+        (
+            "a.nc",
+            f"G21 G90\nT1 M6\nG43 H1\nS9 M3\n{CUTS[:-8]}G41 D1 X20 Y20\nY40\nG0 Z160\nT2 M6\nG43 H2\nM2\n",
+            "VP017",
+            "Write G40 before line 11 (1 error stays)",
+            "T2",
+            "G40\nT2",
+        ),  # --split-at-stops is missing
+        (
+            "a.nc",
+            f"G21 G90\nT1 M6\nG43 H1\nS9 M3\n{CUTS.replace('X5', 'X-2,')}M2\n",
+            "VP001",
+            "Write X-2 in place of X-2, (no errors then)",
+            "X-2,",
+            "X-2",
+        ),
+        (
+            "a.mpf",
+            f"G710 G90\nT1 D1\nM6\nS9 M3\n{CUTS.replace('X5', 'X-10..')}M30\n",
+            "VP001",
+            "Write X-10. in place of X-10.. (no errors then)",
+            "X-10..",
+            "X-10.",
+        ),
+        (
+            "a.mpf",
+            f"G710 G90\nT1 D1\nM6\nS9 M3\n{CUTS.replace('X5', 'X--3')}M30\n",
+            "VP001",
+            "Write X-3 in place of X--3 (no errors then)",
+            "X--3",
+            "X-3",
+        ),
+        (
+            "a.mpf",
+            "G710 G90\nT1 D1\nM6\nS9 M3\nTRAORI\nG0 X0 Y0 Z150 A-20 C0\nTRAFOOF\nG0 X0 Y0 Z150\nG1 Z110 F9\nM30\n",
+            "VP037",
+            "Write G0 A0 C0 below line 7 (no errors then, another tool axis)",
+            "OF\n",
+            "OF\nG0 A0 C0\n",
+        ),
+        (
+            "a.h",
+            OF_KLARTEXT + "CYCL DEF 200 D Q200=2 Q201=+12 Q206=9 Q202=5 Q210=0 Q203=+110 Q204=20\nL X+5 FMAX M99\n"
+            "M30\nEND PGM A MM\n",
+            "VP007",
+            "Write Q201=-12 in place of Q201=+12 (no errors then)",
+            "=+12",
+            "=-12",
+        ),
+        (
+            "a.h",
+            OF_KLARTEXT + "PLANE SPATIAL SPA+20 SPB+0 SPC+0 TURN FMAX\nL X+0 Y+0 FMAX\nL A+0 C+0 FMAX\n"
+            "L X+10 FMAX\nL Z+140 FMAX\nM30\nEND PGM A MM\n",
+            "VP017",
+            "Write PLANE RESET STAY before line 7 (no errors then, another tool axis)",
+            "L X+10",
+            "PLANE RESET STAY\nL X+10",
+        ),
     ],
-)  # fmt: skip
+)
 def test_slips_have_an_edit(
     client: Client, tmp_path: Path, name: str, text: str, code: str, title: str, old: str, new: str
 ) -> None:

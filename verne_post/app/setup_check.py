@@ -292,7 +292,7 @@ def _describe_unknown_tool(missing: Finding, lengths: Mapping[int, float], names
     return f"{what}; the cut has length 0, and {given}{separator}{remedy}"
 
 
-def _activate(tool: int, change: int) -> str:
+def _describe_activation(tool: int, change: int) -> str:
     """How to put the length of a tool in force that a line has changed to; 0 for no line."""
     return f"activate its length (G43 H{tool}; in Siemens D1) {f'after line {change}' if change else 'before'}"
 
@@ -303,7 +303,7 @@ def _describe_other_length(
     mine, other = (describe_tool_number(one, names) for one in (tool, owner))
     return (
         f"{mine} cuts with a length of {length:g} mm, which is that of {other}; its own is {own:g} mm: "
-        f"{_activate(tool, change)}, or the tip is {abs(own - length):g} mm off"
+        f"{_describe_activation(tool, change)}, or the tip is {abs(own - length):g} mm off"
     )
 
 
@@ -315,7 +315,7 @@ def _describe_bare_tool(
     if own:
         return (
             f"{name} cuts with length 0, and the set-up gives it {own:g} mm: it comes {own:g} mm too deep; "
-            f"{_activate(tool, change)}, or give it the length 0 where the work offset contains its length"
+            f"{_describe_activation(tool, change)}, or give it the length 0 where the work offset contains its length"
         )
     if tool in lengths:
         return (

@@ -60,10 +60,10 @@ def interpret_program(source: Text, setup: Setup) -> Moves:
             execution = dialect.execute(source, setup, state, StopConditions())
             seen_errors = {(item.line, item.code) for item in execution.errors}
             every = [*execution.errors, *(item for item in error.findings if (item.line, item.code) not in seen_errors)]
-            lost = min(
+            lost_line = min(
                 (item.line or 0 for item in error.findings if item.code == "VP013" and item.column), default=math.inf
             )
-            every = [item for item in every if item.code not in _OF_POSITIONS or (item.line or 0) <= lost]
+            every = [item for item in every if item.code not in _OF_POSITIONS or (item.line or 0) <= lost_line]
             raise _make_refusal(source, every, dialect, execution, setup) from None
         state.known_axes = [True] * 9
     start, start_frame = list(state.position), state.frame

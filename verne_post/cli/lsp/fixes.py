@@ -249,7 +249,7 @@ def _propose_fixes(found: Inspected, item: Finding, setup: Path | None, texts: M
             begin += name.start()
             yield Fix(f"Write {near} in place of {name[0]}", found.path, text, begin, begin + len(name[0]), near)
     yield from _write_told(found, item)
-    yield from _mend_plane(found, item)
+    yield from _correct_plane(found, item)
     if (missing := _NEVER_CLOSED.search(item.message)) and item.line:
         yield from _correct_end(found, item.line, missing[1])
     if item.code == "VP024" and item.line:
@@ -309,7 +309,7 @@ def _write_told(found: Inspected, item: Finding) -> Iterator[Fix]:
         yield Fix(f"Write {told} in place of {written}", found.path, found.text, begin, begin + len(written), told)
 
 
-def _mend_plane(found: Inspected, item: Finding) -> Iterator[Fix]:
+def _correct_plane(found: Inspected, item: Finding) -> Iterator[Fix]:
     """What turns the table to a plane that the message names, and what ends the plane before the line."""
     if not item.line:
         return
@@ -358,7 +358,7 @@ def _name_angles(found: Inspected, item: Finding, remedy: Remedy) -> Iterator[Fi
         yield Fix(f"Write {angles} in line {number + 1}", found.path, found.text, at, at, f" {angles}")
 
 
-def _activate_length(found: Inspected, item: Finding, remedy: Remedy) -> Iterator[Fix]:
+def _add_length(found: Inspected, item: Finding, remedy: Remedy) -> Iterator[Fix]:
     """The length of the tool of a line, in a line below it; in Klartext TOOL CALL has it."""
     tool = next((word[1] for word in [re.search(r"G43 H(\d+)", item.message)] if word is not None), "")
     language = choose_dialect_name(
@@ -381,7 +381,7 @@ def _write_below(found: Inspected, line: int, words: str) -> Fix:
 
 #: Code of a finding -> what finds the places of its edits in the text.
 _PLACED: Final = {
-    "VP034": _activate_length,
+    "VP034": _add_length,
     "VP036": _name_angles,
     "VP037": _name_level,
     "VP050": _start_spindle,

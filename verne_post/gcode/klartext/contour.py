@@ -9,6 +9,7 @@ from verne_post.gcode.klartext.words import Words
 from verne_post.gcode.machining.compensation import Compensation
 from verne_post.gcode.machining.contour_queue import Corner
 from verne_post.gcode.machining.elements import Element
+from verne_post.gcode.machining.machining import explain_no_feed
 from verne_post.gcode.missing_setup import find_tool_key
 from verne_post.gcode.program_error import At, ProgramError
 from verne_post.model.moves import FeedMode, MoveKind
@@ -61,19 +62,19 @@ class KlartextContour:
         lacking = self.core.find_lacking()
         if lacking == "feed rate":
             raise ProgramError(
-                "VP009", f"a line or an arc with feed rate zero; {self.core.explain_no_feed('F, or FMAX')}"
+                "VP009", f"a line or an arc with feed rate zero; {explain_no_feed(self.core, 'F, or FMAX')}"
             )
         if lacking == "spindle":
             raise ProgramError("VP009", "a feed rate per turn (FU, M136) needs a turning spindle; give S and M3")
         if lacking == "tool length":
-            defined = next((one for one in self.core.recorder.selections if one.is_defined), None)
+            named_tool = next((one for one in self.core.recorder.selections if one.is_defined), None)
             raise ProgramError(
                 "VP012",
                 "no tool before the first feed move; write TOOL CALL with --tool-table or TOOL DEF, or use "
                 "--tool-length MM"
-                if defined is None
-                else f"no TOOL CALL before the first feed move: {defined.spell()} in line {defined.line} only names "
-                f"the tool; write TOOL CALL {defined.number} Z S with its speed after it",
+                if named_tool is None
+                else f"no TOOL CALL before the first feed move: {named_tool.spell()} in line {named_tool.line} only "
+                f"names the tool; write TOOL CALL {named_tool.number} Z S with its speed after it",
             )
 
     def _record_element(self, element: Element) -> None:

@@ -162,9 +162,11 @@ def complete(
             )
     for name in needs:
         if name not in given:
-            written = next((one for one in _LETTERS.finditer(statement.rest) if _read_letters(one[1]) == name), None)
-            if written is not None:
-                text = f"{written[1]}: a letter in the number; did you mean Q{name}?"
-                raise statement.error("VP001", text, written.start(1))
+            written_word = next(
+                (one for one in _LETTERS.finditer(statement.rest) if _read_letters(one[1]) == name), None
+            )
+            if written_word is not None:
+                text = f"{written_word[1]}: a letter in the number; did you mean Q{name}?"
+                raise statement.error("VP001", text, written_word.start(1))
             raise statement.error("VP005", f"CYCL DEF {number} needs Q{name}, the {name_parameter(name)}")
     return {**defaults, **given}

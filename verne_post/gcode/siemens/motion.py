@@ -121,8 +121,8 @@ class SiemensMotion:
 
     def explain_no_tcp(self) -> str:
         """That TRAORI is not active, and the line that has ended it, where one has."""
-        ended = [one.line for one in self.recorder.tcp_ends if one.word == "TRAFOOF"]
-        return f"without TRAORI, which TRAFOOF in line {ended[-1]} has ended" if ended else "without TRAORI"
+        ended_lines = [one.line for one in self.recorder.tcp_ends if one.word == "TRAFOOF"]
+        return f"without TRAORI, which TRAFOOF in line {ended_lines[-1]} has ended" if ended_lines else "without TRAORI"
 
     @property
     def follows_part(self) -> bool:
