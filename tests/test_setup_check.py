@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 
 import verne_post as vp
+from verne_post.output.findings import describe_remedy
 
 BODY = "G21 G90 F600\n{length}\nG0 X0 Y0 Z80 A0 C0\nG1 X5\n{more}M2\n"
 TOOLS = {1: vp.Tool(1, 1, (0.0, 0.0, 80.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0))}
@@ -60,7 +61,8 @@ def test_a_tool_with_the_length_of_the_one_before() -> None:
     found = vp.check(program.format(""), "verne", options).findings
     assert [(item.code, item.severity, item.line) for item in found] == [("VP034", "warning", 8)]
     assert "tool 2 cuts with a length of 80 mm, which is that of tool 1; its own is 110 mm" in found[0].message
-    assert found[0].message.endswith("or the tip is 30 mm off")
+    assert found[0].message.endswith("(G43 H2; in Siemens D1) after line 7, or the tip is 30 mm off")
+    assert describe_remedy(found[0], "p.nc") == ""  # --tool-length 0 is not what is meant
     for offset in (2, 22):
         found = vp.check(program.format(f"G43 H{offset}\n"), "verne", options).findings
         assert "VP034" not in [item.code for item in found]
@@ -564,7 +566,7 @@ def find_idle_cuts(program, dialect="rs274", **more):
     [
         ("rs274", "G21 G90\nT1 M6\n*\nG0 X0 Y0 Z50 A0 C0\nG1 Z40 F600\nX10\nZ50\nM2\n", "M3 S900"),
         ("fanuc", "O1\nG21 G90\nT1 M6\n*\nG0 X0. Y0. Z50. A0. C0.\nG1 Z40. F600.\nX10.\nZ50.\nM30\n", "S900 M13"),
-        ("siemens", "G71 G90\nT1 M6 D1\n*\nG0 X0 Y0 Z50 A0 C0\nG1 Z40 F600\nX10\nZ50\nM30\n", "S900 M4"),
+        ("siemens", "G71 G90\nT1 M6 D1\n*\nG0 X0 Y0 Z50 A0 C0\nG1 Z40 F600\nX10\nZ50\nM30\n", "S900 M3"),
         (
             "heidenhain",
             "BEGIN PGM P MM\nTOOL CALL 1 Z S900\n*\nL X+0 Y+0 Z+50 A+0 C+0 R0 FMAX\nL Z+40 F600\nL X+10\nL Z+50\n"
@@ -754,6 +756,67 @@ def test_a_retract_before_g54_does_not_take_its_place(tmp_path: Path, name: str,
     assert [item.line for item in found if item.code == "VP033"] == [line]
 
 
+@pytest.mark.parametrize(
+    ("tilt", "end", "level", "left"),
+    [
+        ("TRAORI\nG0 A-20 C0", "TRAFOOF", "", "TRAFOOF in line 8"),
+        ("TRAORI\nG0 A-20 C0", "TRAFOOF", "G0 A0 C0", ""),
+        ("TRAORI\nG0 A-20 C0", "TRAFOOF", "SUPA G0 A0 C0 D0\nD1", ""),
+        ("TRAORI\nG0 A-20 C0\nG0 A0", "TRAFOOF", "", ""),
+        (SWIVEL, "CYCLE800()", "", "CYCLE800() in line 7"),
+        (SWIVEL, "CYCLE800()", "G0 A0 C0", ""),
+        (SWIVEL, "CYCLE800()", SWIVEL, ""),
+        ("G0 A-20 C0", "", "", ""),  # the program itself puts the table there
+    ],
+)
+def test_a_table_that_stays_tilted_after_what_tilted_it(tmp_path: Path, tilt, end, level, left) -> None:
+    """Siemens: three-axis work after TRAFOOF, on a table still tilted, had no warning."""
+    head = "G17 G54 G64 G90 G94 G710\nT1 D1\nM6\nS900 M3\n"
+    text = f"{head}{tilt}\nG0 X0 Y0 Z60\n{end}\nG0 Z70\n{level}\nG0 X0 Y0 Z60\nG1 Z55 F500\nX5\nG0 Z90\nM30\n"
+    (tmp_path / "p.mpf").write_text(text)
+    options = vp.Options(tools=TOOLS, wcs={"G54": (0, 0, 40)})
+    result = vp.check(tmp_path / "p.mpf", "verne", options)
+    found = [item for item in result.findings if item.severity == "error" or item.code == "VP037"]
+    assert [item.code for item in found] == ["VP037"] * bool(left)
+    if left:
+        assert text.splitlines()[found[0].line - 1] == "G1 Z55 F500"
+        assert f"as {left} has left it; name A and C before the cut: A0 C0 if" in found[0].message
+
+
+@pytest.mark.parametrize(
+    ("between", "line"),
+    [
+        ("G49\nG43.4 H1 G0 A0. C0.", 12),
+        ("G69\nG49\nG43.4 H1 G0 A0. C0.", None),
+        ("G49\nG43.4 H1 G0 A-20. C0.", None),  # the same plane goes on
+        ("G49\nG43.4 H1 G0 A0. C0.\nG69", None),
+    ],
+)
+def test_a_plane_that_is_in_force_after_g49(between: str, line: int | None) -> None:
+    """Without G69 before G43.4, a level pocket was cut with the coordinates of the plane, without a word."""
+    program = f"""O1
+G21 G90 G94 G49 G69
+T1 M6
+S5000 M3
+G43.4 H1 G0 A0. C0.
+G0 X0. Y0. Z90.
+G0 A-20.
+G68.2 X0. Y0. Z0. I0. J20. K0.
+G0 X0. Y0. Z30.
+G1 Z20. F500.
+G0 Z40.
+{between}
+G0 X0. Y0. Z30.
+G1 Z20. F500.
+G0 Z60.
+M30
+"""
+    options = vp.Options(tools=TOOLS, wcs={"G54": (0, 0, 60)}, dialect="fanuc")
+    found = [item for item in vp.check(program, "verne", options).findings if item.code == "VP043"]
+    assert [item.line for item in found] == [line][: bool(line)]
+    assert all("still in force after G49, and line 15 cuts in it; write G69 before" in item.message for item in found)
+
+
 def test_an_angle_that_a_later_line_gives_is_one_cause() -> None:
     """Cuts before A was named had two warnings: VP036, and VP037 about the angle that VP036 is about."""
     plane = "G68.2 X0. Y0. Z0. I0. J20. K0.\nG53.1\nG0 X0. Y0.\nG1 Z20. F500.\nG0 Z40.\nG69\n{}M30\n"
@@ -775,3 +838,56 @@ def test_an_odd_length_is_told_with_the_name_of_its_tool(tmp_path) -> None:
     )
     told = [item.message for item in vp.check(path, "verne", options).findings if item.code == "VP505"]
     assert any('tool "EM10"' in one for one in told) and not any("100001" in one for one in told)
+
+
+BACKWARDS = "G21 G90 G94\nT1 M6\nS900 {}\nG43 H1\nG0 X0 Y0 Z80 A0 C0\n{}\nG0 Z80\nM2\n"
+
+
+@pytest.mark.parametrize(
+    ("switch", "cut", "is_told"),
+    [
+        ("M4", "G1 Z60 F500", True),
+        ("M4", "G81 X5 Y0 Z60 R70 F100\nG80", True),
+        ("M3", "G1 Z60 F500", False),
+        ("M4", "G0 Z60", False),  # it cuts nowhere
+        ("M4", "G74 X5 Y0 Z60 R70 F900\nG80", False),  # a tap turns both ways
+        ("M4\nM3", "G1 Z60 F500", False),
+    ],
+)
+def test_a_tool_that_turns_backwards_in_its_cuts(switch: str, cut: str, is_told: bool) -> None:
+    """A drill under M4 had no warning."""
+    options = vp.Options(tools=TOOLS, wcs={"G54": (0, 0, 60)}, tapping="feed", dialect="rs274")
+    found = vp.check(BACKWARDS.format(switch, cut), "verne", options).findings
+    told = [item for item in found if item.severity != "note"]
+    assert [(item.code, item.line) for item in told] == [("VP050", 3)] * is_told
+    assert all("turns counter-clockwise (M4) where it cuts, from line" in item.message for item in told)
+
+
+KLARTEXT = """BEGIN PGM T MM
+{}
+L X+0 Y+0 Z+60 A+0 C+0 R0 FMAX M3
+L Z+40 F500
+L Z+60 FMAX
+M30
+END PGM T MM
+"""
+
+
+@pytest.mark.parametrize(
+    ("call", "length", "expected", "said"),
+    [
+        ("TOOL CALL 1 Z S900", None, [], ""),
+        ("TOOL CALL 1 Z S900 DL+0.2", None, [], ""),
+        ("TOOL CALL 1 Z S900 DL+200", None, [("VP505", 2)], "DL+200 makes tool 1 200 mm longer than the 80 mm"),
+        ("TOOL DEF 2\nTOOL CALL 1 Z S900\nTOOL DEF 3", None, [], ""),
+        ("TOOL DEF 1", None, [("VP012", 4)], "TOOL DEF 1 in line 2 only names the tool; write TOOL CALL 1 Z S"),
+        ("TOOL DEF 1", 80.0, [("VP041", 2)], "TOOL DEF 1 only selects the tool, and no TOOL CALL loads it: line 4"),
+    ],
+)
+def test_slips_in_the_call_of_a_tool_in_klartext(call, length, expected, said) -> None:
+    """DL+200 for DL+0.200, and TOOL DEF for TOOL CALL, had no warning of their own."""
+    tools = {"tools": TOOLS} if length is None else {"tool_length": length}
+    options = vp.Options(wcs={"G54": (0, 0, 60)}, dialect="heidenhain", **tools)
+    found = vp.check(KLARTEXT.format(call), "verne", options).findings
+    assert [(item.code, item.line) for item in found] == expected
+    assert all(said in item.message for item in found)

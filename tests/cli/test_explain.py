@@ -548,7 +548,7 @@ def test_the_response_to_a_warning_about_words(run: Callable[..., Any], tmp_path
     ("word", "lines"),
     [
         ("G68.2", ("RS274/NGC: not executed: tilted work planes", "Fanuc: tilted plane: tilted work plane by angles")),
-        ("traori", ("Siemens: tool-centre-point control on and off",)),
+        ("traori", ("Siemens: tool-centre-point control on",)),
         ("CYCL DEF 208", ("Klartext: ",)),
         ("M128", ("RS274/NGC: not executed: external programs", "Klartext: tool-centre-point control")),
     ],

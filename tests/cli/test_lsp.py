@@ -856,6 +856,150 @@ def test_the_word_that_a_message_tells_to_write_is_written(
     assert [one for one in left if one["severity"] == 1 or one["code"] == code] == []
 
 
+CUTS = "G0 X0 Y0 Z150 A0 C0\nG1 Z110 F500\nX5\nG0 Z160\n"
+IN_PLANE = (
+    FANUC + "G54\nT1 M6\nS8000 M3\nG0 X0. Y0. A0. C0.\nG43 H1 Z160.\nG0 A-20.\nA0.\nG68.2 X0 Y0 Z0 I0 J20. K0\n"
+    "G0 X0 Y0 Z150.\nG81 X0. Y0. Z110. R120. F100.\nG80\nG0 Z150.\nG69\nM30\n%\n"
+)
+OF_KLARTEXT = "BEGIN PGM A MM\nTOOL CALL 1 Z S8000\nL X+0 Y+0 Z+150 A+0 C+0 R0 FMAX M3\n"
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "code", "title", "old", "new"),
+    [
+        (
+            "a.nc",
+            f"G21 G90 G49\nT1 M6\nS9 M3\n{CUTS}M2\n",
+            "VP034",
+            "Write G43 H1 below line 2 (no errors then)",
+            "M6\n",
+            "M6\nG43 H1\n",
+        ),
+        (
+            "a.nc",
+            IN_PLANE,
+            "VP017",
+            "Write G53.1 below G68.2, line 11 (no errors then, another tool axis)",
+            "K0\n",
+            "K0\nG53.1\n",
+        ),
+        (
+            "a.nc",
+            f"G21 G90\nT1 M6\nG43 H1\nS9 M3\n{CUTS[:-8]}G41 D1 X20 Y20\nY40\nG0 Z160\nT2 M6\nG43 H2\nM2\n",
+            "VP017",
+            "Write G40 before line 11 (1 error stays)",
+            "T2",
+            "G40\nT2",
+        ),  # --split-at-stops is missing
+        (
+            "a.nc",
+            f"G21 G90\nT1 M6\nG43 H1\nS9 M3\n{CUTS.replace('X5', 'X-2,')}M2\n",
+            "VP001",
+            "Write X-2 in place of X-2, (no errors then)",
+            "X-2,",
+            "X-2",
+        ),
+        (
+            "a.mpf",
+            f"G710 G90\nT1 D1\nM6\nS9 M3\n{CUTS.replace('X5', 'X-10..')}M30\n",
+            "VP001",
+            "Write X-10. in place of X-10.. (no errors then)",
+            "X-10..",
+            "X-10.",
+        ),
+        (
+            "a.mpf",
+            f"G710 G90\nT1 D1\nM6\nS9 M3\n{CUTS.replace('X5', 'X--3')}M30\n",
+            "VP001",
+            "Write X-3 in place of X--3 (no errors then)",
+            "X--3",
+            "X-3",
+        ),
+        (
+            "a.mpf",
+            "G710 G90\nT1 D1\nM6\nS9 M3\nTRAORI\nG0 X0 Y0 Z150 A-20 C0\nTRAFOOF\nG0 X0 Y0 Z150\nG1 Z110 F9\nM30\n",
+            "VP037",
+            "Write G0 A0 C0 below line 7 (no errors then, another tool axis)",
+            "OF\n",
+            "OF\nG0 A0 C0\n",
+        ),
+        (
+            "a.h",
+            OF_KLARTEXT + "CYCL DEF 200 D Q200=2 Q201=+12 Q206=9 Q202=5 Q210=0 Q203=+110 Q204=20\nL X+5 FMAX M99\n"
+            "M30\nEND PGM A MM\n",
+            "VP007",
+            "Write Q201=-12 in place of Q201=+12 (no errors then)",
+            "=+12",
+            "=-12",
+        ),
+        (
+            "a.h",
+            OF_KLARTEXT + "PLANE SPATIAL SPA+20 SPB+0 SPC+0 TURN FMAX\nL X+0 Y+0 FMAX\nL A+0 C+0 FMAX\n"
+            "L X+10 FMAX\nL Z+140 FMAX\nM30\nEND PGM A MM\n",
+            "VP017",
+            "Write PLANE RESET STAY before line 7 (no errors then, another tool axis)",
+            "L X+10",
+            "PLANE RESET STAY\nL X+10",
+        ),
+    ],
+)
+def test_slips_have_an_edit(
+    client: Client, tmp_path: Path, name: str, text: str, code: str, title: str, old: str, new: str
+) -> None:
+    """Each of these had no quick fix."""
+    setup = "[wcs]\nG54 = [0, 0, 60]\n[tools]\n1 = { length = 90, diameter = 6 }\n2 = { length = 95, diameter = 8 }\n"
+    uri = client.open(make_program(tmp_path, text, name, setup))
+    told = client.diagnostics(uri)["diagnostics"]
+    (said,) = [one for one in told if one["code"] == code]
+    fixes = ask_fixes(client, uri, said["range"]["start"]["line"])
+    assert title in fixes, (fixes.keys(), told)
+    assert apply_edit(fixes[title], {uri: text})[uri] == text.replace(old, new)
+
+
+def test_a_depth_with_a_digit_too_many_does_not_move_the_part(client: Client, tmp_path: Path) -> None:
+    """The only fix of Q201=-220 was to clamp the part 200 mm higher."""
+    cycle = "CYCL DEF 200 D Q200=2 Q201=-220 Q206=9 Q202=5 Q210=0 Q203=+20 Q204=20\nL X+5 FMAX M99\n"
+    text = f"{OF_KLARTEXT}{cycle}M30\nEND PGM A MM\n"
+    uri = client.open(make_program(tmp_path, text, "a.h", "[wcs]\nG54 = [0, 0, 60]\n[tools]\n1 = { length = 90 }\n"))
+    (said,) = (one for one in client.diagnostics(uri)["diagnostics"] if one["code"] == "VP210")
+    assert ask_fixes(client, uri, said["range"]["start"]["line"]) == {}
+
+
+def test_the_hover_says_first_what_the_word_itself_does(client: Client, tmp_path: Path) -> None:
+    """It said what the group does: "coolant: mist, flood, off" of M8; and nothing of the values of cycles."""
+    lines = FANUC + "G54\nT1 M6\nS9 M3\nG43 H1 G0 X0. Y0. Z150. A0. C0.\nM8\nG83 Z110. R120. Q2. F100.\nG80\nM30\n%\n"
+    uri = client.open(make_program(tmp_path, lines))
+    assert hover(client, uri, 7, 0).startswith("**M8**: flood coolant on; coolant: mist, flood, off")
+    assert hover(client, uri, 8, 0).startswith("**G83**: deep-hole drilling, out of the hole after each peck; motion: ")
+    text = (
+        "G710 G90\nT1 D1\nM6\nS9 M3\nTRAORI\nG0 X0 Y0 Z150 A0 C0\nTRAFOOF\n"
+        'CYCLE800(0,"",0,57,0,0,0,15*(1+0),0,0,0,0,0,-1)\nG0 X0 Y0\nCYCLE83(160,140,2,130,,135,,2,,,1,0)\nM30\n'
+    )
+    uri = client.open(make_program(tmp_path, text, "a.mpf"))
+    assert hover(client, uri, 4, 0).startswith("**TRAORI**: tool-centre-point control on\n")
+    call, hole = text.splitlines()[7], text.splitlines()[9]
+    for line, word, said in (
+        (7, "57", "**57**: _MODE of CYCLE800: kind and order of the angles"),
+        (7, "15*(1", "**15*(1+0)**: _A of CYCLE800: first angle"),
+        (7, "-1", "**-1**: _DIR of CYCLE800: which of the two positions"),
+        (9, "135", "**135**: FDEP of CYCLE83: first depth, absolute"),
+        (9, "CYCLE83", "**CYCLE83**: deep-hole drilling in steps"),
+    ):
+        assert hover(client, uri, line, (call if line == 7 else hole).index(word)).startswith(said)
+
+
+@pytest.mark.parametrize(
+    ("machine", "is_shown"), [("verne", True), ("hexapod", True), ("ac_trunnion", False), ("serial", False)]
+)
+def test_conditioning_is_shown_of_parallel_machines_alone(
+    tmp_path: Path, run: Callable[..., Any], machine: str, is_shown: bool
+) -> None:
+    program = make_program(tmp_path, "G21 G90 G0 X0 Y0 Z60 A0 C0\nG1 X5 F900\nM2\n")
+    told = run("explain", "--all", f"{program}:2", "--machine", machine, "--tool-length", 60, "--wcs", "G54=0,0,60")
+    assert "margin to its travel" in told.out
+    assert ("conditioning (1 even, 0 singular)" in told.out) is is_shown
+
+
 SAMPLES = Path(__file__).parents[2] / "gcode_samples"
 
 #: Program of CAM systems -> what is typed in place of what; the code, the word that is marked, and the fix.

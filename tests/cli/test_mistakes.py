@@ -11,6 +11,83 @@ PLACE = ("--tool-length", 60, "--wcs", "G54=0,0,20")
 
 
 @pytest.mark.parametrize(
+    ("length", "program", "expected"),
+    [
+        ("250.0", GOOD, ["m.toml:31: VP501"]),
+        ("850.0", GOOD, []),
+        ("850.0", GOOD.replace("X9", "X3500"), ["p.nc:5: VP110"]),  # the home is within reach
+    ],
+)
+def test_a_wrong_rod_is_a_mistake_of_the_machine_file(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    run: Callable[..., Any],
+    length: str,
+    program: str,
+    expected: list[str],
+) -> None:
+    """A rod 600 mm too short was told as a line of the program that is out of reach."""
+    shipped = (Path(__file__).parents[2] / "machine_configs" / "verne.toml").read_text()
+    (tmp_path / "m.toml").write_text(shipped.replace("L1 = 850.0", f"L1 = {length}"))
+    (tmp_path / "p.nc").write_text(program)
+    monkeypatch.chdir(tmp_path)
+    done = run("check", "p.nc", *PLACE, "--machine", "m.toml")
+    errors = [line for line in (done.out + done.err).splitlines() if " error: " in line]
+    assert [line.split(" error: ")[0] for line in errors] == expected
+    if "VP501" in str(expected):
+        assert "home.g28 = [0.0, 0.0, 0.0, 0.0, 0.0] is out of reach, and so is the program" in errors[0]
+
+
+SET_UP = """[wcs]
+G54 = [0, 0, 20]
+
+[tools]
+1 = {{ length = {length}, diameter = 10 }}
+
+[stock]
+min = [-30, -30, 0]
+max = [{high}, 30, 20]
+
+[keep_out.vise]
+min = [-330, -30, 0]
+max = [-320, 30, 20]
+{system}
+"""
+
+
+@pytest.mark.parametrize(
+    ("values", "place"),
+    [
+        ({}, None),
+        ({"length": 2400}, "p.nc.toml:5: VP505 warning: tool 1: a length of 2400 mm"),
+        ({"high": 30_000}, "p.nc.toml:7: VP505 warning: the stock: a size of 30030 mm"),
+        ({"system": 'system = "G55"'}, "p.nc.toml:11: VP018 error: vise is given in G55, and G55 is not"),
+    ],
+)
+def test_what_is_wrong_in_a_set_up_has_its_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, run: Callable[..., Any], values: dict[str, Any], place: str | None
+) -> None:
+    """It was told of the program, without a line."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "p.nc").write_text(GOOD.replace("G43", "M3 S900 G43"))
+    (tmp_path / "p.nc.toml").write_text(SET_UP.format(**{"length": 60, "high": 30, "system": ""} | values))
+    for arguments in (("check", "p.nc"), ("p.nc", "-o", "rows.csv")):
+        done = run(*arguments)
+        told = [line for line in (done.out + done.err).splitlines() if "VP505" in line or "VP018" in line]
+        assert len(told) == (place is not None)
+        assert all(line.startswith(place) for line in told)
+
+
+def test_the_letter_o_in_the_number_of_a_parameter(tmp_path: Path, run: Callable[..., Any]) -> None:
+    """Q2OO for Q200 was told as a cycle without Q200."""
+    cycle = "CYCL DEF 200 D Q2OO=2 Q201=-5 Q206=9 Q202=2 Q210=0 Q203=0 Q204=9"
+    (tmp_path / "p.h").write_text(f"BEGIN PGM T MM\nTOOL CALL 1 Z S9\nL X+0 Y+0 Z+9 FMAX\n{cycle}\nEND PGM T MM\n")
+    lines = run("check", tmp_path / "p.h", *PLACE).out.splitlines()
+    assert lines[0].endswith("p.h:4:16: VP001 error: Q2OO: the letter O in a number; did you mean Q200?")
+    assert [" error: " in line for line in lines[:-1]].count(True) == 1
+
+
+@pytest.mark.parametrize(
     ("words", "said"),
     [
         # 1: a wrong name

@@ -430,3 +430,85 @@ def test_a_slip_is_told_once_and_what_would_be_right(dialect, source, code, line
     (found,) = check(source, "verne", options).findings
     assert (found.code, found.line) == (code, line)
     assert says in found.message
+
+
+_STAY = """BEGIN PGM T MM
+TOOL CALL 1 Z S1000
+L X+0 Y+0 Z+60 A+0 C+0 R0 FMAX M3
+PLANE SPATIAL SPA+20 SPB+0 SPC+0 STAY
+L X+1 FMAX
+CYCL DEF 200 D Q200=2 Q201=-5 Q206=9 Q202=2 Q210=0 Q203=0 Q204=9 Q211=0
+CYCL CALL
+L X+5 FMAX M99
+PLANE RESET STAY
+M30
+END PGM T MM
+"""
+_HOLES = """TOOL PATH/A,TOOL,T1
+LOAD/TOOL,1
+SPINDL/RPM,2000,CLW
+RAPID
+GOTO/0,0,50
+CYCLE/DRILL,DEPTH,5,IPM,100,CLEAR,2
+GOTO/5,0,0
+CYCLE/OFF
+RAPID
+GOTO/10,0,50
+FEDRAT/500,MMPM
+GOTO/10,0,40
+FINI
+"""
+_INCREMENTAL = """G21 G90 G17 G40 G49 G94
+T1 M6
+S8000 M3
+G43 H1
+G0 X30 Y20 A0 C0
+Z12
+G1 Z5 F400
+G3 X20 Y30 I-10 J0
+G53 G0 Z0
+M2
+"""
+
+
+@pytest.mark.parametrize(
+    ("name", "program", "wanted"),
+    [
+        ("stay.h", _STAY, [("VP017", 5)]),
+        ("holes.cls", _HOLES, []),
+        ("of.cls", _HOLES.replace("OFF", "OF"), [("VP002", 8)]),
+        ("kind.cls", _HOLES.replace("DRILL", "DRLL"), [("VP002", 6)]),
+        ("other.cls", _HOLES.replace("CYCLE/OFF", "CYCLE/FOO,1"), [("VP002", 8)]),
+        ("g90.nc", _INCREMENTAL, []),
+        ("g91.nc", _INCREMENTAL.replace("G90", "G91"), [("VP013", 5)]),
+    ],
+)
+def test_a_slip_that_later_lines_follow_from_is_one_finding(tmp_path, machine, name, program, wanted):
+    """PLANE ... STAY, CYCLE/OF and G91 for G90 were up to three errors each."""
+    (tmp_path / name).write_text(program)
+    findings = check(tmp_path / name, machine, Options(tool_length=60.0, wcs={"G54": (0, 0, 60)})).findings
+    assert [(item.code, item.line) for item in findings if item.severity == "error"] == wanted
+    if name == "stay.h":
+        assert findings[0].message.startswith("a motion and cycle 200 in a tilted plane that the tool is not normal to")
+    if name in ("of.cls", "kind.cls"):
+        assert f"did you mean {'OFF' if name[0] == 'o' else 'DRILL'}?" in findings[0].message
+
+
+@pytest.mark.parametrize(
+    ("name", "cut", "said"),
+    [
+        ("p.mpf", "R77=0\nG1 X5 F=R77", "G1 with feed rate zero; the last F has the value 0"),
+        ("p.mpf", "G1 X5", "G1 with feed rate zero; give F"),
+        ("p.mpf", "G1 X5 F9\nG95 X6", "G1 with feed rate zero; give F"),
+        ("p.nc", "#7=0\nG1 X5 F#7", "G1 with feed rate zero; the last F has the value 0"),
+        ("p.nc", "G1 X5", "G1 with feed rate zero; give F"),
+        ("p.mpf", "TRAORI\nTRAFOOF\nG1 A9 F9", "without TRAORI, which TRAFOOF in line 3 has ended"),
+        ("p.mpf", "G1 A9 F9", "without TRAORI: on a machine"),
+    ],
+)
+def test_why_the_feed_rate_or_the_transformation_is_not_there(tmp_path, machine, name, cut, said):
+    """F=R77 with R77 = 0 was told to give F."""
+    (tmp_path / name).write_text(f"G17 G54 G90 G94 G0 X0 Y0 Z60 A0 C0 S9 M3\n{cut}\nM30\n")
+    options = Options(tool_length=60.0, wcs={"G54": (0, 0, 60)}, dialect="auto" if name == "p.mpf" else "rs274")
+    findings = check(tmp_path / name, machine, options).findings
+    assert [said in item.message for item in findings if item.severity == "error"] == [True]

@@ -13,7 +13,7 @@ from tests.gcode.heads import DIALECTS, HEADS, LENGTH, MOVES, PART_HEIGHT, progr
 from verne_post import gcode
 from verne_post.app.assemble import assemble, build_interpreter_setup
 from verne_post.model.findings import InputError
-from verne_post.model.moves import ZERO9
+from verne_post.model.moves import ZERO9, MoveKind
 from verne_post.model.options import Options
 from verne_post.model.part_setup import Tool
 
@@ -114,6 +114,34 @@ def test_a_plane_that_is_tilted_later(machine, dialect, source, line):
     ((first, text),) = warned(source, machine, dialect=dialect)
     assert first == line
     assert "names A" in text
+
+
+LEVEL_FIRST = {
+    "fanuc": "O1\nG21 G90{reset} G0 X0. Y0. Z30.\nG1 Z3. F600.\nX20.\nG0 Z60.\nG68.2 X0 Y0 Z0 I0 J20. K0\n{turn}\nM30",
+    "siemens": "G71 G90\n{reset}\nG0 X0 Y0 Z30\nG1 Z3 F600\nX20\nG0 Z60\n{turn}\nM30",
+    "heidenhain": "BEGIN PGM T MM\nTOOL CALL 1 Z S1000\n{reset}\nL X+0 Y+0 Z+30 R0 FMAX\nL Z+3 R0 F600\nL Z+60 FMAX\n"
+    "{turn}\nL X+0 Y+0 Z+60 R0 FMAX\nM30\nEND PGM T MM",
+}
+
+
+@pytest.mark.parametrize(
+    ("dialect", "reset", "turn", "is_plane"),
+    [
+        ("fanuc", " G69", "G53.1", True),
+        ("siemens", "CYCLE800()", 'CYCLE800(1,"",0,57,0,0,0,30,0,0,0,0,0,-1)', True),
+        ("siemens", "CYCLE800()", "G0 A-30 C0", False),
+        ("heidenhain", "PLANE RESET STAY", "PLANE SPATIAL SPA+20 SPB+0 SPC+0 TURN FMAX", True),
+    ],
+)
+def test_a_cut_after_the_end_of_all_planes_is_on_a_level_table(machine, dialect, reset, turn, is_plane):
+    """A level pocket after CYCLE800() was cut with the table tilted as a plane behind it asks for."""
+    for first, is_level in ((reset, is_plane), ("", False)):
+        source = LEVEL_FIRST[dialect].format(reset=first, turn=turn)
+        assert bool(warned(source, machine, dialect=dialect)) is not is_level
+        options = Options(tool_length=60.0, wcs={"G54": (0.0, 0.0, 60.0)}, dialect=dialect)
+        moves = assemble(source.encode(), machine, options).moves
+        cut = int(np.argmax(moves.kind == MoveKind.FEED))
+        assert bool(abs(moves.end[cut, 3]) < 1e-9) is is_level
 
 
 # --- heads, first moves, dialects ----------------------------------------------------------------------

@@ -51,6 +51,8 @@ def explain_table_solution(
         unit = f" {measure.unit}" if measure.unit else ""
         bound = f", must be above {measure.error_below:g}" if np.isfinite(measure.error_below) else ""
         yield f"  {what:<36} {format_fixed(value, 6)}{unit}{bound} ({measure.code})"
+    if not any(margin.code == "VP203" for margin in machine.margins):  # axes in a row have no parallel singularity
+        return
     parallel, serial = machine.five_axis.measure_conditioning(q, platform)
     yield (
         f"  conditioning (1 even, 0 singular)    parallel {format_fixed(float(parallel), 4)}, serial "

@@ -8,6 +8,7 @@ import numpy as np
 from msgspec import Struct
 
 from verne_post.app.spindle_check import (
+    check_direction,
     check_kept_feed,
     check_kept_speed,
     check_speed,
@@ -97,6 +98,7 @@ def check_setup(moves: Moves, path: ToolPath, machine: Machine, options: Options
     ]
     found += [
         *check_speed(moves, path),
+        *check_direction(moves, path),
         *check_kept_speed(moves, path),
         *check_kept_feed(moves, path),
         *changes,
@@ -244,7 +246,8 @@ def _check_lengths(moves: Moves, path: ToolPath, options: Options, changes: Sequ
     named = [item for item in moves.findings if item.quantity == "length"]
     unloaded = [*(item for item in moves.findings if item.code == "VP041"), *changes]
     called = _list_called_tools(moves) | {item.tool: None for item in unloaded if item.tool is not None}
-    wrong: dict[tuple[int, float], tuple[int, int, str]] = {}  # tool and length -> first cut, first low one, message
+    # tool and length -> first cut, first low one, message, and the line after which a length is missing
+    wrong: dict[tuple[int, float], tuple[int, int, str, int]] = {}
     before: list[int] = []  # tools so far
     for stretch in _list_stretches(moves, path):
         tool, length = stretch.tool, stretch.length
@@ -267,19 +270,20 @@ def _check_lengths(moves: Moves, path: ToolPath, options: Options, changes: Sequ
         if told or (length and owner is None):
             continue  # an H of another tool since then has its own warning
         # no length is told once, whatever the tools
-        known = wrong.setdefault((tool if length else 0, length), (first, -1, ""))
+        known = wrong.setdefault((tool if length else 0, length), (first, -1, "", 0))
         if known[2] and (known[1] >= 0 or low < 0 or not own):
             continue
         text = (
-            _describe_other_length(tool, length, own, owner, names)
+            _describe_other_length(tool, length, own, owner, names, change)
             if owner is not None and length
-            else _describe_bare_tool(tool, own, lengths, names)
+            else _describe_bare_tool(tool, own, lengths, names, change)
         )
-        wrong[tool if length else 0, length] = known[0], low if own else -1, text
-    for first, low, text in wrong.values():
+        wrong[tool if length else 0, length] = known[0], low if own else -1, text, change if own else 0
+    for first, low, text, change in wrong.values():
         line = int(moves.line[first if low < 0 else low])
         severity = "warning" if low < 0 else "error"
-        yield make_finding("VP034", text, severity=severity, line=line, last_line=line, worst_line=line)
+        edits = (Remedy("activate the length", line=change),) if change else ()
+        yield make_finding("VP034", text, severity=severity, line=line, last_line=line, worst_line=line, edits=edits)
 
 
 def _list_called_tools(moves: Moves) -> dict[int, None]:
@@ -306,21 +310,30 @@ def _describe_unknown_tool(missing: Finding, lengths: Mapping[int, float], names
     return f"{what}; the cut has length 0, and {given}{separator}{remedy}"
 
 
-def _describe_other_length(tool: int, length: float, own: float, owner: int, names: Mapping[int, str]) -> str:
+def _describe_activation(tool: int, change: int) -> str:
+    """How to put the length of a tool in force that a line has changed to; 0 for no line."""
+    return f"activate its length (G43 H{tool}; in Siemens D1) {f'after line {change}' if change else 'before'}"
+
+
+def _describe_other_length(
+    tool: int, length: float, own: float, owner: int, names: Mapping[int, str], change: int
+) -> str:
     mine, other = (describe_tool_number(one, names) for one in (tool, owner))
     return (
-        f"{mine} cuts with a length of {length:g} mm, which is that of {other}; its own is {own:g} mm: activate it "
-        f"before (G43 H, D1), or the tip is {abs(own - length):g} mm off"
+        f"{mine} cuts with a length of {length:g} mm, which is that of {other}; its own is {own:g} mm: "
+        f"{_describe_activation(tool, change)}, or the tip is {abs(own - length):g} mm off"
     )
 
 
-def _describe_bare_tool(tool: int, own: float, lengths: Mapping[int, float], names: Mapping[int, str]) -> str:
+def _describe_bare_tool(
+    tool: int, own: float, lengths: Mapping[int, float], names: Mapping[int, str], change: int
+) -> str:
     """Why a move cuts with a tool of length 0, and what to do if that is not meant."""
     name = describe_tool_number(tool, names)
     if own:
         return (
-            f"{name} cuts with length 0, and the set-up gives it {own:g} mm: it comes {own:g} mm too deep; activate "
-            "its length before (G43 H, D1), or give it the length 0 where the work offset contains its length"
+            f"{name} cuts with length 0, and the set-up gives it {own:g} mm: it comes {own:g} mm too deep; "
+            f"{_describe_activation(tool, change)}, or give it the length 0 where the work offset contains its length"
         )
     if tool in lengths:
         return (
@@ -360,7 +373,8 @@ def _check_directions(moves: Moves, path: ToolPath, machine: Machine) -> list[Fi
     """VP037: cuts under a table that stands turned, where no code in force says in which directions X Y Z count.
 
     On a control of RS274/NGC the kinematics hold the tip, and no code asks for it. So a program that turns the table
-    while the tip cuts has no other reading there; for a Fanuc control it lacks G43.4.
+    while the tip cuts has no other reading there; for a Fanuc control it lacks G43.4. A Siemens control has another
+    reading: its own directions, while the table stands as TRAORI or CYCLE800 has left it.
     """
     if moves.tcp_changes == (0,):
         return []
@@ -392,6 +406,17 @@ def _check_directions(moves: Moves, path: ToolPath, machine: Machine) -> list[Fi
     if first < 0:
         return []
     line, (a, c) = int(moves.line[first]), moves.end[first, [tilt, turn]] + 0.0  # no -0
+    where = {"line": line, "last_line": line, "worst_line": line}
+    left = next((one for one in reversed(moves.tcp_ends) if one.before <= first), None)
+    if left is not None and left.word != "G49":  # after which nothing says how they count
+        letters = " and ".join(AXES[axis] for axis in (tilt, turn))
+        text = (
+            f"X Y Z cut in the machine's directions while the table stands at {AXES[tilt]}{a:.6g} {AXES[turn]}{c:.6g}, "
+            f"as {left.word} in line {left.line} has left it; name {letters} before the cut: "
+            f"{AXES[tilt]}0 {AXES[turn]}0 if the table is to be level"
+        )
+        edits = (Remedy(f"name {letters}", f"G0 {AXES[tilt]}0 {AXES[turn]}0", line=left.line),)
+        return [make_finding("VP037", text, **where, edits=edits)]
     by_time = is_turning and moves.feed_mode[first] == FeedMode.INVERSE
     text = (
         f"X Y Z cut while the table {'turns to' if is_turning else 'is at'} {AXES[tilt]}{a:.6g} {AXES[turn]}{c:.6g}, "
@@ -400,7 +425,7 @@ def _check_directions(moves: Moves, path: ToolPath, machine: Machine) -> list[Fi
         f"{'; if the post has computed them for the machine (as many do with G93), post again' if by_time else ''}"
     )
     edits = (Remedy("write G43.4 instead of G43", "43.4", line=line, word=("G", 43.0), is_above=True),)
-    return [make_finding("VP037", text, line=line, last_line=line, worst_line=line, edits=edits)]
+    return [make_finding("VP037", text, **where, edits=edits)]
 
 
 def _check_planes(moves: Moves, path: ToolPath, machine: Machine) -> Iterator[Finding]:
@@ -443,20 +468,27 @@ def _check_planes(moves: Moves, path: ToolPath, machine: Machine) -> Iterator[Fi
 
 
 def _check_kept_planes(moves: Moves, path: ToolPath) -> Iterator[Finding]:
-    """VP043: a tool cuts in the tilted plane that the tool before it has left in force."""
-    for event, number in list_tool_changes(moves.events) if moves.planes else ():
-        calls = [one for one in moves.planes if one.before < event.before]
-        if not calls or not calls[-1].word or not number:
+    """VP043: a tool cuts in the tilted plane that the tool before it has left in force; an upright one, after G49."""
+    changes = list_tool_changes(moves.events)
+    steps = [(event.before, event.line, "this change of tools") for event, number in changes if number]
+    steps += [(one.before, one.line, one.word) for one in moves.tcp_ends if one.word == "G49"]
+    for before, line, what in steps if moves.planes else ():
+        calls = [one for one in moves.planes if one.before < before]
+        if not calls or not calls[-1].word:
             continue
-        ends = [one.before for one in moves.planes if one.before >= event.before]
-        ends += [one.before for one, _number in list_tool_changes(moves.events) if one.before > event.before]
-        cut = find_first_cut(path, event.before)
+        ends = [one.before for one in moves.planes if one.before >= before]
+        ends += [
+            one.before for one, _number in changes if one.before > before or (one.before == before and one.line > line)
+        ]
+        cut = find_first_cut(path, before)
         if 0 <= cut < min(ends, default=math.inf) and _find_tilt(moves.frames[moves.frame[cut]]) < 1.0 - DRILL_TILT:
+            at = int(np.searchsorted(path.move_reached, cut))
+            if what == "G49" and find_axis_of_angles(path.end[[at], 3], path.end[[at], 4])[0, 2] < 1.0 - DRILL_TILT:
+                continue
             text = (
-                f"the plane of {calls[-1].word} in line {calls[-1].line} is still in force after this change of tools, "
+                f"the plane of {calls[-1].word} in line {calls[-1].line} is still in force after {what}, "
                 f"and line {int(moves.line[cut])} cuts in it; write {calls[-1].end} before if it is not meant"
             )
-            line = event.line
             yield make_finding("VP043", text, line=line, last_line=max(line, int(moves.line[cut])), worst_line=line)
 
 

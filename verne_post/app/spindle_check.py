@@ -76,6 +76,8 @@ def check_spindle(moves: Moves, path: ToolPath) -> list[Finding]:
 
 def check_speed(moves: Moves, path: ToolPath) -> list[Finding]:
     """VP050: a spindle is started, and cuts before a block has given its speed; the first such start is named."""
+    if any(one.is_defined and not one.is_loaded for one in moves.selections[-1:]):
+        return []  # TOOL CALL, which gives it, is what is missing (VP041)
     switches = [event for event in moves.events if event.kind == "spindle"]
     ends = [*(event.before for event in switches), math.inf][1:]
     for event, end in zip(switches, ends, strict=True):
@@ -92,6 +94,32 @@ def check_speed(moves: Moves, path: ToolPath) -> list[Finding]:
             line = event.line
             return [make_finding("VP050", text, line=line, last_line=line, worst_line=line)]
     return []
+
+
+def check_direction(moves: Moves, path: ToolPath) -> Iterator[Finding]:
+    """VP050: a tool cuts, and each start of the spindle since its change turns it counter-clockwise (M4).
+
+    A thread is tapped both ways. A program that calls no tool may use M4 for something else, as for a laser.
+    """
+    changes = [event for event in moves.events if event.kind == "tool"]
+    ends = [*(event.before for event in changes), math.inf][1:]
+    for event, end in zip(changes, ends, strict=True):
+        starts = [
+            one
+            for one in moves.events
+            if one.kind == "spindle" and event.before <= one.before < end and one.data["direction"] != "stop"
+        ]
+        if not starts or any(one.data["direction"] == "clockwise" for one in starts):
+            continue
+        first_cut = find_first_cut(path, starts[0].before)
+        if 0 <= first_cut < end:
+            line = starts[0].line
+            text = (
+                f"{describe_tool(event)} turns counter-clockwise (M4) where it cuts, from line "
+                f"{int(moves.line[first_cut])} on: a right-hand drill or mill does not cut then; write M3 unless it is "
+                "a left-hand tool"
+            )
+            yield make_finding("VP050", text, line=line, last_line=line, worst_line=line)
 
 
 def check_kept_speed(moves: Moves, path: ToolPath) -> Iterator[Finding]:
@@ -163,12 +191,15 @@ def check_tool_change(moves: Moves, path: ToolPath) -> list[Finding]:
         if first < 0 or (then is not None and first >= then.before):
             continue
         cut, word = int(moves.line[first]), one.spell()
+        load, call = ("TOOL CALL", f"TOOL CALL {one.number} Z S") if one.is_defined else ("M6", "M6")
         text = (
-            f"{word} only selects the tool, and no M6 loads it: line {cut} cuts with the tool that was in the spindle "
-            f"before; write M6 after {word}"
+            f"{word} only selects the tool, and no {load} loads it: line {cut} cuts with the tool that was in the "
+            f"spindle before; write {call} {'with its speed ' * one.is_defined}after {word}"
         )
         where = {"line": one.line, "last_line": max(one.line, cut), "worst_line": one.line}
-        edits = (Remedy("write M6", "M6", line=one.line, word=("T", one.number), way="behind"),)
+        edits = (
+            () if one.is_defined else (Remedy("write M6", "M6", line=one.line, word=("T", one.number), way="behind"),)
+        )
         found[one.number] = make_finding("VP041", text, **where, tool=one.number, edits=edits)
     return list(found.values())
 

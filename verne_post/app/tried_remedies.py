@@ -30,7 +30,7 @@ from verne_post.kinematics.checks.remedies import (
 from verne_post.model.findings import Finding, InputError, Remedy, make_finding
 from verne_post.model.options import Options
 from verne_post.model.part_setup import SYSTEM_NAMES, TOOL_PARTS, OwnStock, WorkOffset
-from verne_post.model.verdict import Family, find_family, is_about_pose
+from verne_post.model.verdict import NO_POSE, Family, find_family, is_about_pose
 from verne_post.output.causes import find_excess
 from verne_post.toolpath.contour import make_exact_contour
 
@@ -58,7 +58,7 @@ _NO_OFFSET: Final = Remedy(
 def add_remedies(source: Text, program: Program, findings: Sequence[Finding]) -> list[Finding]:
     """The findings of a refused program, the first errors with the remedies that were tried and hold.
 
-    Where the unit is what is wrong, all findings about poses are that one.
+    Where the unit, or the machine file, is what is wrong, all findings about poses are that one.
 
     Parameters
     ----------
@@ -68,6 +68,8 @@ def add_remedies(source: Text, program: Program, findings: Sequence[Finding]) ->
     errors = [item for item in findings if item.severity == "error" and is_about_pose(item.code) and item.line]
     if not errors:
         return list(findings)
+    if program.machine.unreachable and any(item.code in NO_POSE for item in errors):
+        return [program.machine.unreachable[0], *(one for one in findings if not is_about_pose(one.code))]
     found = _find_offset(source, program, errors) if len(program.contour) <= TRIED_ELEMENTS else None
     offset, distance = found or (None, np.inf)
     word = _find_word(source, program, errors) if len(program.contour) <= TRIED_ELEMENTS else None

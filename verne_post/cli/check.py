@@ -231,7 +231,8 @@ def _check_one(
             result = refuse_program(InputError(*files.find_lines([make_finding("VP022", str(error))])))
     seconds = result.summary.cycle_time if result.summary else None
     remarked = tuple(list_remarks(result.summary)) if result.summary else ()
-    return Report(shown, result.findings, seconds, source, remarked, elapsed_s=time.perf_counter() - begin)
+    elapsed = time.perf_counter() - begin
+    return Report(shown, files.find_lines(result.findings), seconds, source, remarked, elapsed_s=elapsed)
 
 
 def _keep_gravest(report: "Report", *, warnings: bool) -> "Report":

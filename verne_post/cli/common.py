@@ -163,7 +163,11 @@ def load(files: RunFiles, /, name: str, what: str = "--machine") -> "Machine":
     from verne_post.config import load_machine
 
     machine = load_machine(name, lambda path: files.read_or_raise(path, what))
-    return replace(machine, warnings=files.find_lines(machine.warnings)) if machine.warnings else machine
+    if not (machine.warnings or machine.unreachable):
+        return machine
+    return replace(
+        machine, warnings=files.find_lines(machine.warnings), unreachable=files.find_lines(machine.unreachable)
+    )
 
 
 def _read_text(files: RunFiles, name: str, max_megabytes: int) -> "Text":

@@ -1,5 +1,6 @@
 """One conversion with its files: what `convert` and `batch` do for each program, whole or not at all."""
 
+import dataclasses
 import importlib
 import sys
 from pathlib import Path
@@ -154,6 +155,7 @@ def convert_to_files(
 
     spool = Spool(machine.columns)
     result = convert_source(source, machine, options, spool.take, progress)
+    result = dataclasses.replace(result, findings=files.find_lines(result.findings))
     if not result.ok:
         return result, ()
     assert result.summary is not None

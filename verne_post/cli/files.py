@@ -56,6 +56,15 @@ class Unreadable(FileError):
     """A file cannot be read."""
 
 
+#: Codes of findings about what a set-up says of tools and bodies, where no line of the program is meant.
+_OF_SIZES: Final = ("VP018", "VP505")
+
+
+def _show_near(name: str) -> str:
+    """A file from the current folder, where it is below it."""
+    return os.path.relpath(name) if Path(name).is_relative_to(Path.cwd()) else name
+
+
 class RunFiles:
     """Everything that one run reads and writes.
 
@@ -181,8 +190,25 @@ class RunFiles:
                     raw = self.texts.get(os.path.realpath(name)) or Path(name).read_bytes()
                     found = find_place(decode_text(raw), item.message[place.end() :])
                     line = None if found is None else found[0]
-            near = os.path.relpath(shown) if Path(shown).is_relative_to(Path.cwd()) else shown
-            return replace(item, file=near, file_line=line)
+            return replace(item, file=_show_near(shown), file_line=line)
+        return self._find_size(item) if item.code in _OF_SIZES else item
+
+    def _find_size(self, item: "Finding") -> "Finding":
+        """A finding about a tool, a work system, a fixture or the stock, at its key in the set-up or settings file."""
+        from dataclasses import replace
+
+        from verne_post.base.text_marks import decode_text
+        from verne_post.config.toml_entries import find_place
+
+        said = re.sub(r"^tool (\S+):", r"tools.\1:", re.sub(r"^wcs ", "wcs.", item.message)).removeprefix("the ")
+        for _what, name in reversed(self._read.values()):
+            if is_dash(name) or not show_name(name).endswith(".toml"):
+                continue
+            with suppress(OSError, UnicodeError):
+                text = decode_text(self.texts.get(os.path.realpath(name)) or Path(name).read_bytes())
+                found = find_place(text, said) or find_place(text, f"keep_out.{said}")
+                if found is not None:
+                    return replace(item, file=_show_near(show_name(name)), file_line=found[0])
         return item
 
     # --- writing -----------------------------------------------------------------------------------

@@ -3,13 +3,15 @@
 import hashlib
 import math
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 from msgspec.structs import asdict
 
+from verne_post.base.arrays import Array
 from verne_post.base.printable import escape_unprinted
 from verne_post.base.suggestions import suggest
 from verne_post.base.units import MILLI, RAD_PER_DEG
@@ -81,6 +83,20 @@ def _refuse_files(name: str, key: str = "as_built.file") -> bytes:
 
 def build_machine(raw: bytes, file_name: str, read: Callable[..., bytes] = _refuse_files) -> Machine:
     """Build a machine from the bytes of its file; ``read`` gives the bytes of a file that a key names."""
+    machine = _build_machine(raw, file_name, read)
+    unreachable = tuple(
+        make_finding(
+            "VP501",
+            f"{file_name}: home.{name} = {list(home)} is out of reach, and so is the program: correct the lengths of "
+            f"{'the joints' if machine.module is None else '[module]'}, or [table], or this position",
+        )
+        for name, home, ok, _q in _solve_stored(machine)
+        if not ok
+    )
+    return replace(machine, unreachable=unreachable) if unreachable else machine
+
+
+def _build_machine(raw: bytes, file_name: str, read: Callable[..., bytes]) -> Machine:
     try:
         data = read_toml(raw)
     except ValueError as error:
@@ -344,6 +360,19 @@ def _stack_ends(points: list[list[float]]) -> tuple[np.ndarray, np.ndarray]:
 # --- does the machine make sense -----------------------------------------------------------------
 
 
+def _solve_stored(machine: Machine) -> Iterator[tuple[str, tuple[float, ...], bool, Array]]:
+    """Each stored position: its name, its numbers, whether there is a pose, and the joints."""
+    stored = () if machine.home is None else ("g28", "g30", "park")
+    for name in stored:
+        home = getattr(machine.home, name)
+        if home is None:
+            continue
+        point, frame = machine.place_stored(home), Frame()
+        tip, angles = machine.coordinates.map_to_table(machine.coordinates.map_to_program(point, frame), frame)
+        q, _platform, ok = machine.five_axis.solve(tip, angles, 0.0)
+        yield name, home, bool(ok), q
+
+
 def validate_machine(machine: Machine) -> list[Finding]:
     """What `machine validate` checks beyond the schema: every stored position can be reached.
 
@@ -353,15 +382,7 @@ def validate_machine(machine: Machine) -> list[Finding]:
         Empty when the machine is sound.
     """
     findings: list[Finding] = []
-    if machine.home is None:
-        return findings
-    for name, home in (("g28", machine.home.g28), ("g30", machine.home.g30), ("park", machine.home.park)):
-        if home is None:
-            continue
-        point = machine.place_stored(home)
-        frame = Frame()
-        tip, angles = machine.coordinates.map_to_table(machine.coordinates.map_to_program(point, frame), frame)
-        q, _platform, ok = machine.five_axis.solve(tip, angles, 0.0)
+    for name, home, ok, q in _solve_stored(machine):
         if not ok:
             findings.append(make_finding("VP501", f"home.{name} = {list(home)} is out of reach"))
             continue

@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Iterator, Mapping
+from functools import cache
 from typing import Final, NamedTuple
 
 from verne_post.base.program_lines import remove_remarks
@@ -10,6 +11,7 @@ from verne_post.gcode.apt.run import OF_SUBPROGRAMS
 from verne_post.gcode.apt.translator import STATEMENTS as APT_STATEMENTS
 from verne_post.gcode.codes import RS274, CodeTable, spell_g_code
 from verne_post.gcode.klartext import vocabulary as klartext
+from verne_post.gcode.own_meanings import OF_VALUES, OWN_MEANINGS
 from verne_post.gcode.rs274.fanuc_codes import make_table
 from verne_post.gcode.siemens import vocabulary as siemens
 
@@ -30,6 +32,9 @@ _LANGUAGES: Final = {
     "heidenhain": "Klartext",
     "aptcl": "APT",
 }
+_CYCLE_CALL: Final = re.compile(r"(?<!\w)([A-Z]+\d+)[ \t]*\(", re.IGNORECASE)
+#: A value of a call, with what ends it.
+_VALUE: Final = re.compile(r"[ \t]*((?:\"[^\"]*\"|\([^()]*\)|[^,()\"])*)([,)]|$)")
 _CODE: Final = re.compile(r"([GM])(\d+(?:\.\d+)?)")
 
 
@@ -48,7 +53,7 @@ def find_words_of(line: str, dialect: str) -> list[KnownWord]:
     texts: dict[str, str] = {}
     for owner, name, text, is_executed in list_words():
         if owner == language:
-            texts.setdefault(name, text if is_executed else f"not executed: {text}")
+            texts.setdefault(name, _describe(name, text, is_executed=is_executed))
     code = remove_remarks(line, dialect).upper()
     found: dict[int, tuple[int, str]] = {}  # begin -> end, name: the longest word at each place
     for name in texts:
@@ -77,10 +82,49 @@ def describe_word(word: str) -> list[str]:
     """One line for each language that knows a word such as G68.2, TRAORI or CYCL DEF 208; empty where none does."""
     name = " ".join(word.upper().split())
     return [
-        f"{language}: {'' if is_executed else 'not executed: '}{text}"
+        f"{language}: {_describe(name, text, is_executed=is_executed)}"
         for language, known_word, text, is_executed in list_words()
         if known_word == name
     ]
+
+
+def _describe(name: str, text: str, *, is_executed: bool) -> str:
+    """What a word does itself, then what its table says of its group; why it is refused."""
+    if not is_executed:
+        return f"not executed: {text}"
+    own = OWN_MEANINGS.get(name, "")
+    if not own:
+        return text
+    return f"{own}; {text}" if ":" in text else own  # else the group only lists what its words do
+
+
+def find_cycle_value(line: str, column: int) -> KnownWord | None:
+    """The value of a cycle of Siemens at a column, from 0, by the name of its parameter; None where there is none."""
+    code = remove_remarks(line, "siemens")
+    for cycle in _CYCLE_CALL.finditer(code):
+        names = _list_parameters().get(cycle[1].upper(), ())
+        for name, value in zip(names, _VALUE.finditer(code, cycle.end()), strict=False):
+            if value.start(1) <= column < value.end(1):
+                meaning = OF_VALUES.get(name, "")
+                text = f"{name} of {cycle[1].upper()}{': ' * bool(meaning)}{meaning}"
+                return KnownWord(value.start(1), value.end(1), value[1].strip(), text)
+            if value[2] != ",":
+                break
+    return None
+
+
+@cache
+def _list_parameters() -> dict[str, tuple[str, ...]]:
+    """Siemens cycle -> the names of its values, in order."""
+    from verne_post.gcode.siemens import contour_milling, drilling, milling_values, patterns, swivel
+
+    return {
+        **drilling.PARAMETERS,
+        **milling_values.PARAMETERS,
+        **patterns.PARAMETERS,
+        **contour_milling.PARAMETERS,
+        **swivel.PARAMETERS,
+    }
 
 
 def list_words() -> Iterator[tuple[str, str, str, bool]]:

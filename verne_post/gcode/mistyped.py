@@ -21,6 +21,13 @@ _LETTER_O: Final = re.compile(
 _COMMA: Final = re.compile(
     r"(?<![A-Z\d.,])((?:[A-Z]{1,2}\d*[ \t]*=|[A-Z]{1,2})[ \t]*|)([-+]?\d+,\d+)(?![\d.,(])", re.IGNORECASE
 )
+_ADDRESS: Final = r"(?<![A-Z_])((?:[A-Z]{1,2}\d*[ \t]*=|[A-Z]{1,2})[ \t]*)"
+#: An address with a number in which a character is too many: what it is, and the parts that stay.
+_TOO_MANY: Final = (
+    (re.compile(rf"{_ADDRESS}([-+]?\d+(?:\.\d*)?)(),(?![\d,])", re.IGNORECASE), "a comma behind a number"),
+    (re.compile(rf"{_ADDRESS}([-+]?\d*\.)\.+(\d*)(?![\d.])", re.IGNORECASE), "two points in a number"),
+    (re.compile(rf"{_ADDRESS}[-+]([-+]\d+\.?)(\d*)(?![\d.])", re.IGNORECASE), "two signs before a number"),
+)
 #: A small L for 1: at the end of a number, where as an address it would have none, or at its beginning.
 _LETTER_L: Final = re.compile(
     r"(?<![A-Za-z_])([A-Z][ \t]*)((?:[-+]?\d+l(?![ \t]*[-+.\d#\[=])|[-+]?l[.\d]+)(?![A-Za-z_]))"
@@ -124,6 +131,10 @@ def _find_number(line: str, column: int, *, has_long_codes: bool) -> tuple[str, 
     for match in _LETTER_L.finditer(line, max(at - _LONGEST, 0), at + _LONGEST):
         if match.start() <= at <= match.end() + len(line[match.end() :]) - len(line[match.end() :].lstrip()):
             return _report(match, "the letter l in a number", "".join(match[1].split()) + match[2].replace("l", "1"))
+    for pattern, what in _TOO_MANY:
+        for match in pattern.finditer(line, max(at - _LONGEST, 0), at + _LONGEST):
+            if match.start() <= at <= match.end():
+                return _report(match, what, "".join(match[1].split()) + match[2] + match[3])
     for match in _TWICE.finditer(line, max(at - 1, 0), at + _LONGEST):
         if match.start() <= at <= match.start() + 1:
             return _report(match, "the letter is there twice", match[1] + match[2])

@@ -25,6 +25,8 @@ from verne_post.model.moves import Frame, Moves
 
 #: Codes of errors about words that another dialect may have.
 _ABOUT_WORDS: Final = ("VP002", "VP003", "VP006")
+#: Errors that follow where an incremental word (G91 in place of G90) leaves it open where the axes stand.
+_OF_POSITIONS: Final = ("VP008", "VP013", "VP017", "VP025")
 #: So many blocks are repeated after an error, which may have left a loop without an end.
 _MOST_REPEATS: Final = 100_000
 
@@ -58,6 +60,10 @@ def interpret_program(source: Text, setup: Setup) -> Moves:
             execution = dialect.execute(source, setup, state, StopConditions())
             seen_errors = {(item.line, item.code) for item in execution.errors}
             every = [*execution.errors, *(item for item in error.findings if (item.line, item.code) not in seen_errors)]
+            lost_line = min(
+                (item.line or 0 for item in error.findings if item.code == "VP013" and item.column), default=math.inf
+            )
+            every = [item for item in every if item.code not in _OF_POSITIONS or (item.line or 0) <= lost_line]
             raise _make_refusal(source, every, dialect, execution, setup) from None
         state.known_axes = [True] * 9
     start, start_frame = list(state.position), state.frame

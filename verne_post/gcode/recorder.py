@@ -159,6 +159,7 @@ class Recorder(Struct):
     fixes_c: int | None = None
     #: As in Moves; in RS274 codes say it.
     tcp_changes: list[int] = field(default_factory=lambda: [0])
+    tcp_ends: list[PlaneCall] = field(default_factory=list)
     needs_tcp_code: bool = False
     selections: list[Selection] = field(default_factory=list)
     planes: list[PlaneCall] = field(default_factory=list)
@@ -192,6 +193,11 @@ class Recorder(Struct):
         """From the next move on, codes say in which directions X Y Z count, or no longer do."""
         if is_said != len(self.tcp_changes) % 2:
             self.tcp_changes.append(self.count)
+
+    def end_tcp(self, line: int, word: str) -> None:
+        """A word ends tool-centre-point control, or a plane, and X Y Z count in the directions of the machine."""
+        self.say_tcp(False)
+        self.tcp_ends.append(PlaneCall(line, self.count, word))
 
     def call_plane(self, line: int, word: str = "", end: str = "", turn: str = "") -> None:
         """A tilted plane is in force from here on; or, without ``word``, none."""
@@ -470,6 +476,7 @@ class Recorder(Struct):
             arc_feeds=tuple(self.arc_feeds.values()),
             table_places=tuple(self.table_places),
             tcp_changes=tuple(self.tcp_changes),
+            tcp_ends=tuple(self.tcp_ends),
             needs_tcp_code=self.needs_tcp_code,
             selections=tuple(self.selections),
             planes=tuple(self.planes),

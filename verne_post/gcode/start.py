@@ -39,7 +39,8 @@ def find_start(source: Text, setup: Setup, dialect: Dialect) -> Start:
     """Find where a program starts.
 
     Every axis stands, from the beginning, where its own first naming in absolute terms puts it
-    (:class:`~verne_post.gcode.first_places.FirstPlaces`); axes never named are 0 in the first active work system.
+    (:class:`~verne_post.gcode.first_places.FirstPlaces`); axes never named are 0 in the first active work system. So
+    are A and C where the program ends all planes, cuts, and names them first for a plane.
 
     Raises
     ------
@@ -48,7 +49,12 @@ def find_start(source: Text, setup: Setup, dialect: Dialect) -> Start:
     """
     opening = _Opening(source, setup, dialect)
     position = opening.find_start()
-    return Start(position.tolist(), opening.find_unsaid_table(position))
+    unsaid = opening.find_unsaid_table(position)
+    if unsaid is not None and opening.is_level_first:
+        opening.unnamed_axes += tuple(unsaid[1])
+        position = opening.find_start()
+        unsaid = opening.find_unsaid_table(position)
+    return Start(position.tolist(), unsaid)
 
 
 class _Opening:
@@ -61,6 +67,9 @@ class _Opening:
             AXES.index(letter) for letter in setup.axes if not dialect.names_axis(source, letter, setup)
         )
         self.discovered_run: Execution | None = None  # the replay that settled A and C
+        #: Whether the program ends all planes, cuts, and then names A and C for a plane: the cuts are those of a level
+        #: table, not of one that stands as the plane wants it.
+        self.is_level_first = False
 
     def find_start(self) -> Array:
         """Program position (9) at the start.
@@ -136,6 +145,10 @@ class _Opening:
         if not len(at):
             return None
         first, named_line = int(here.line[at[0]]), int(here.line[-1])
+        planes = here.planes
+        self.is_level_first = bool(
+            planes and planes[-1].word and any(not one.word and one.before <= at[0] for one in planes)
+        )
         axes = [axis for axis, is_open in zip(turned_rows, unsaid[at[0]], strict=True) if is_open]
         letters = " and ".join(AXES[axis] for axis in axes)
         stands = " ".join(f"{AXES[axis]}{position[axis]:.6g}" for axis in axes)

@@ -299,13 +299,14 @@ CODES: Final[dict[str, Code]] = _make_table(
         "warning",
         "A program cuts while A or C is turned, or while they turn, and no active code says in which directions X Y Z "
         "count. In G-code they are places of the part here, as under G43.4. A control without tool-centre-point "
-        "control reads them in the directions of the machine; Klartext without M128 is executed so. An RS274/NGC "
+        "control reads them in the directions of the machine; Klartext without M128 is executed so, and so are Siemens "
+        "programs in which TRAFOOF or CYCLE800() has left the table turned. An RS274/NGC "
         "program that turns A or C during a cut gets no warning: LinuxCNC has no code for tool-centre-point control.",
-        "If places of the part are meant, write G43.4 instead of G43 (in Klartext M128), or post with G68.2. If the "
-        "control has another code for "
-        'this, give that code the meaning "tcp on" in [remap]. If directions of the machine are meant, '
-        'give [fanuc] directions = "machine" for a program of a Fanuc or Haas control, or post it again with G43.4 or '
-        "G68.2.",
+        "Siemens: name A and C before the cut, or write TRAORI if places of the part are meant. Klartext: write M128 "
+        "if places of the part are meant. G-code: if places of the part are meant, write G43.4 instead of G43, or post "
+        'with G68.2. If directions of the machine are meant, give [fanuc] directions = "machine" for a program of a '
+        "Fanuc or Haas control, or post it again with G43.4 or G68.2. If the control has another code for this, give "
+        'that code the meaning "tcp on" in [remap].',
     ),
     (
         "VP038",
@@ -359,11 +360,11 @@ CODES: Final[dict[str, Code]] = _make_table(
     ),
     (
         "VP043",
-        "plane in force after a change of tools",
+        "plane not ended",
         "warning",
         "A tilted plane (G68.2, CYCLE800, PLANE, cycle 19) was not ended before the tool was changed, and the next "
-        "tool cuts in it.",
-        "End the plane before the change: G69, CYCLE800(), PLANE RESET. No action is needed if both tools are to cut "
+        "tool cuts in it. Or it was not ended before G49, and an upright tool cuts in it after that.",
+        "End the plane before that: G69, CYCLE800(), PLANE RESET. No action is needed if both tools are to cut "
         "in the same plane.",
     ),
     (
@@ -432,16 +433,17 @@ CODES: Final[dict[str, Code]] = _make_table(
     ),
     (
         "VP050",
-        "spindle stands in a cut",
+        "spindle stands or turns backwards in a cut",
         "warning",
         "The program moves at feed rate while the spindle stands: it was not started after a change of tools, or it "
         "was stopped and the tool goes on cutting. Or it is started, and no block of the program gives S, or none "
-        "since the change of tools: it turns as for the tool before. "
+        "since the change of tools: it turns as for the tool before. Or it turns counter-clockwise (M4) in all cuts of "
+        "a tool. "
         "Moves in the air cannot always be told: retracts, and moves between "
         "a stop and a new start that follow a retract or a rapid, are not reported. Nor are programs that call no tool "
         "and start no spindle, and tools that are oriented (M19, SPOS).",
-        "Start the spindle before the cut (M3 and S; SPINDL in CL files). No action is needed for a probe, or for a "
-        "tool that does not turn.",
+        "Start the spindle before the cut (M3 and S; SPINDL in CL files). No action is needed for a probe, for a "
+        "tool that does not turn, or for a left-hand tool under M4.",
     ),
     # --- VP1xx: position limits and reach --------------------------------------------------
     (

@@ -148,6 +148,8 @@ class Machine:
         Group of the machine file -> where its values are from.
     warnings : tuple of Finding
         Implausible values (VP505).
+    unreachable : tuple of Finding
+        Its stored positions that no pose reaches (VP501). A program that no pose reaches either is not the cause.
     vibration : Vibration or None
         Modes for input shapers.
     drives : tuple of Drive
@@ -188,6 +190,7 @@ class Machine:
     rod_places: RodPlaces | None = None
     tolerances: Array = field(default_factory=lambda: np.empty(0))
     warnings: tuple[Finding, ...] = ()
+    unreachable: tuple[Finding, ...] = ()
     vibration: Vibration | None = None
     meshes: tuple[FixtureMesh, ...] = ()
 

@@ -175,16 +175,19 @@ class Event(Struct, frozen=True):
 
 
 class Selection(Struct, frozen=True):
-    """A tool that T selects for the next change of tools."""
+    """A tool that T selects for the next change of tools, or TOOL DEF before any TOOL CALL."""
 
     number: int  #: 0 for an empty spindle.
     line: int
     before: int  #: As in :class:`Event`.
     name: str = ""  #: Where the program calls it by its name.
     is_loaded: bool = False  #: A change of tools loads it before T selects again.
+    is_defined: bool = False  #: TOOL DEF names it.
 
     def spell(self) -> str:
         """The word of the program."""
+        if self.is_defined:
+            return f"TOOL DEF {self.number}"
         return f'T="{self.name}"' if self.name else f"T{self.number}"
 
 
@@ -321,8 +324,10 @@ class Moves(Struct, frozen=True):
     table_places: tuple[TablePlace, ...] = ()  #: Where a tool axis gave way to a place of the table.
     #: Numbers of the moves at which codes begin and cease, in turn, to say in which directions X Y Z count (tool-
     #: centre-point control, a plane). Without such a code, a control would read X Y Z in its own directions under
-    #: a turned table. Languages other than RS274 say it from move 0 on.
+    #: a turned table. Languages other than RS274 say it from move 0 on; Siemens programs no longer do where
+    #: TRAFOOF or CYCLE800() leave the table turned, until they name A or C.
     tcp_changes: tuple[int, ...] = (0,)
+    tcp_ends: tuple[PlaneCall, ...] = ()  #: Those words, and G49, which leave the table as it stands.
     #: Whether controls of the language hold the tip only after such a code, also where the table turns as it cuts.
     needs_tcp_code: bool = False
     selections: tuple[Selection, ...] = ()  #: The tools that T selects, in the order of execution, T0 too.
@@ -374,6 +379,7 @@ class Moves(Struct, frozen=True):
             start=self.end[first - 1],
             start_frame=start_frame,
             tcp_changes=changes,
+            tcp_ends=tuple(replace(one, before=max(one.before - first, 0)) for one in self.tcp_ends),
             first_cut=max(self.first_cut - first, 0),
         )
 

@@ -125,6 +125,10 @@ OF_THE_PART: Final = ("VP218", "VP219", "VP220", "VP221")
 NOT_PLANNED: Final = "VP421"
 
 
+#: Poses without a solution of the inverse kinematics.
+NO_POSE: Final = ("VP110", "VP201", "VP203")
+
+
 def is_about_pose(code: str) -> bool:
     """Whether a code is about poses of the machine: ``explain`` works them out."""
     return find_family(code) in (Family.POSITION, Family.GEOMETRY, Family.BRANCH)

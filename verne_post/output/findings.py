@@ -116,12 +116,16 @@ def format_causes(program: str, findings: Sequence[Finding], source: "Text") -> 
         yield [format_finding(program, cause.first), *_quote_line(cause, source, program)]
 
 
+#: Codes whose warnings are about one line, which is quoted as that of an error.
+_SHOWN_IN_LINES: Final = ("VP301", "VP505")
+
+
 def _quote_line(cause: Cause, source: "Text", program: str) -> list[str]:
     """Quote the line of an error: a caret under the column, the code's meaning and remedy. Nothing for others."""
     item, others = cause.first, cause.describe_others()
     also = [f"also {others}"] if others else []
     at = item.line
-    if not at or (item.severity != "error" and not is_about_text(item.code)):
+    if not at or (item.severity != "error" and not is_about_text(item.code) and item.code not in _SHOWN_IN_LINES):
         return [f"    = {text}" for text in also]
     from verne_post.base.long_text import take_line  # needs numpy: a mistake of the command line is reported without it
 
@@ -215,6 +219,10 @@ _ARC_DOES_NOT_FIT: Final = re.compile(r"not on the circle|too small to reach|and
 _CHECK_BLOCKS: Final = "Check the numbers of the block, and of the block before: its end is where this one begins."
 
 
+#: VP034 where the tool has a length of its own.
+_OWN_LENGTH: Final = re.compile(r"its own is|the set-up gives it")
+
+
 def _is_about_diameter(item: Finding) -> bool:
     return bool(item.settled_by) and all(key[0] == "tools" and key[-1] == "diameter" for key in item.settled_by)
 
@@ -250,6 +258,10 @@ def _choose_remedy(item: Finding) -> str:
         return ""
     if item.code == "VP033":  # the message has the option; the file is left to say, and the unit
         remedy = _FILL_IN_PLACE
+    if item.code == "VP037" and "no code asks for" not in item.message:
+        return ""  # the message has the word of the language
+    if item.code == "VP034" and _OWN_LENGTH.search(item.message):  # length 0 is not what is meant
+        return ""
     if item.code in _TOLD_FIRST:
         return remedy.partition(". ")[2]
     match item.settled_by:

@@ -20,6 +20,7 @@ from verne_post.cli.lsp.places import cut_file, find_range, split_lines
 from verne_post.cli.setup import make_setup
 from verne_post.cli.setups import NONE
 from verne_post.config.toml_entries import Change, Edit, UnknownLayoutError, find_place, list_entries, plan_edit
+from verne_post.gcode.dialects import choose_dialect_name
 from verne_post.model.findings import Finding, Remedy
 from verne_post.model.verdict import count_findings, is_about_text
 
@@ -36,6 +37,8 @@ _EXPECTED: Final = re.compile(r"\bexpected (\w+(?:, \w+)+,? or \w+)")
 _PATH_OF_KLARTEXT: Final = re.compile(r"\s*(?:\d+\s+)?L\b[^;]*")
 #: What stands in a new line of a file until it is filled in: a wrong value, whose message says what is right.
 _TO_FILL_IN: Final = '"measure"'
+#: Findings that are mistakes of a program much more often than of the place of its part: a depth with a digit too many.
+_OF_PROGRAMS: Final = ("VP210",)
 #: What stands for what nobody has said, by the table of the set-up.
 _MARKS: Final = {"wcs": '"measure"', "tools": '{ length = "measure" }', "remap": '"decide"'}
 
@@ -63,17 +66,20 @@ def find_fixes(
     SupersededError
     """
     fixes, before, places = [], count_findings(found.findings), _count_places(found.findings)
-    setup = _find_setup(inspector, found.path)
+    setup, codes = _find_setup(inspector, found.path), {one.code for one in found.findings}
     for fix in _list_worked_out(_propose_fixes(found, item, setup, texts)):
         after = _try_fix(inspector, found.path, _change_texts(fix, texts), superseded)
         if after is None:
             continue
         errors, warnings = count_findings(after)
+        # what a set-up settles could not be told while the program had errors: it does not speak against the edit
+        shown = [one for one in after if one.severity == "error" and one.settled_by and one.code not in codes]
         # an edit that turns an error into a warning helps, as a point among numbers without one (VP038); and one that
         # mends a word in one place of several, which are one finding; and a word that can be read now, though what it
         # needs is missing, which could not be told before
         is_mended = errors <= before[0] and _has_corrected_word(fix, item, after)
-        if (errors, warnings) < before or ((errors, warnings) == before and _count_places(after) < places) or is_mended:
+        is_better = (errors - len(shown), warnings) < before
+        if is_better or ((errors, warnings) == before and _count_places(after) < places) or is_mended:
             left = f"{errors} error{'s stay' if errors > 1 else ' stays'}" if errors else "no errors then"
             left += f", with {format_count(warnings, 'warning')}" if warnings > before[1] else ""
             left += ", another tool axis" if fix.turns else ""
@@ -215,6 +221,8 @@ def _propose_fixes(found: Inspected, item: Finding, setup: Path | None, texts: M
     told = {(one.line, one.word) for one in item.edits}
     ends = () if program is None else (one for one in list_ends(program, item) if (one.line, one.word) not in told)
     for remedy in (*item.edits, *ends):
+        if item.code in _OF_PROGRAMS and remedy.key[:1] == ("wcs",):
+            continue
         if remedy.line and not remedy.word[0]:
             yield from _PLACED[item.code](found, item, remedy)
             continue
@@ -242,6 +250,7 @@ def _propose_fixes(found: Inspected, item: Finding, setup: Path | None, texts: M
             begin += name.start()
             yield Fix(f"Write {near} in place of {name[0]}", found.path, text, begin, begin + len(name[0]), near)
     yield from _write_told(found, item)
+    yield from _correct_plane(found, item)
     if (missing := _NEVER_CLOSED.search(item.message)) and item.line:
         yield from _correct_end(found, item.line, missing[1])
     if item.code == "VP024" and item.line:
@@ -301,6 +310,22 @@ def _write_told(found: Inspected, item: Finding) -> Iterator[Fix]:
         yield Fix(f"Write {told} in place of {written}", found.path, found.text, begin, begin + len(written), told)
 
 
+def _correct_plane(found: Inspected, item: Finding) -> Iterator[Fix]:
+    """What turns the table to a plane that the message names, and what ends the plane before the line."""
+    if not item.line:
+        return
+    if "write G53.1 after G68.2" in item.message and not item.edits:
+        turn = Remedy("write G53.1", "G53.1", line=item.line, word=("G", 68.2), way="below", is_above=True)
+        fix = _change_word(found, turn)
+        if fix is not None:
+            yield fix
+    ends = re.search(r"\((G69|CYCLE800\(\)|PLANE RESET) ends it\)", item.message)
+    if ends is not None:
+        told = "PLANE RESET STAY" if ends[1] == "PLANE RESET" else ends[1]
+        at = _find_offset(found.text, item.line - 1)
+        yield Fix(f"Write {told} before line {item.line}", found.path, found.text, at, at, f"{told}\n", turns=True)
+
+
 def _start_spindle(found: Inspected, item: Finding, remedy: Remedy) -> Iterator[Fix]:
     """M3 after the S of the tool that was changed; before the cut where S of an earlier tool holds."""
     lines, cut = split_lines(found.text), item.line or 1
@@ -334,8 +359,34 @@ def _name_angles(found: Inspected, item: Finding, remedy: Remedy) -> Iterator[Fi
         yield Fix(f"Write {angles} in line {number + 1}", found.path, found.text, at, at, f" {angles}")
 
 
+def _add_length(found: Inspected, item: Finding, remedy: Remedy) -> Iterator[Fix]:
+    """The length of the tool of a line, in a line below it; in Klartext TOOL CALL has it."""
+    tool = next((word[1] for word in [re.search(r"G43 H(\d+)", item.message)] if word is not None), "")
+    language = choose_dialect_name(
+        "auto" if found.options is None else found.options.dialect, found.source, found.path.name
+    )
+    words = {"siemens": "D1", "rs274": f"G43 H{tool}", "fanuc": f"G43 H{tool}"}
+    if tool and language in words:
+        yield _write_below(found, remedy.line, words[language])
+
+
+def _name_level(found: Inspected, _item: Finding, remedy: Remedy) -> Iterator[Fix]:
+    """A and C in a line below the word that has left the table turned."""
+    yield replace(_write_below(found, remedy.line, remedy.value), turns=True)
+
+
+def _write_below(found: Inspected, line: int, words: str) -> Fix:
+    at = _find_offset(found.text, line)
+    return Fix(f"Write {words} below line {line}", found.path, found.text, at, at, f"{words}\n")
+
+
 #: Code of a finding -> what finds the places of its edits in the text.
-_PLACED: Final = {"VP036": _name_angles, "VP050": _start_spindle}
+_PLACED: Final = {
+    "VP034": _add_length,
+    "VP036": _name_angles,
+    "VP037": _name_level,
+    "VP050": _start_spindle,
+}
 
 
 def _change_everywhere(found: Inspected, written: str, meant: str) -> Iterator[Fix]:

@@ -32,7 +32,7 @@ from verne_post.cli.programs import is_setup
 from verne_post.config import load_machine, validate_machine
 from verne_post.config.settings import FILE_NAME, PROJECT_FILE, load_settings
 from verne_post.gcode.dialects import choose_dialect_name
-from verne_post.gcode.known_words import find_words_of
+from verne_post.gcode.known_words import find_cycle_value, find_words_of
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.read import find_state_past_errors
 from verne_post.model.findings import Finding, InputError, UsageError, make_finding
@@ -136,7 +136,8 @@ class Inspector:
             found.machine, found.source, found.options = read_program(self.files, path.name, self.given)
             report("", 0, 0)
             found.made = check_and_keep(found.source, found.machine, found.options, report)
-            counted = apply_policy(Report(path.name, found.made.result.findings, source=found.source), policy)
+            placed = self.files.find_lines(found.made.result.findings)
+            counted = apply_policy(Report(path.name, placed, source=found.source), policy)
             found.findings, found.errors_not_counted = counted.findings, counted.errors_not_counted
         except _MISTAKES as error:
             found.findings = self._find_mistakes(error)
@@ -231,7 +232,8 @@ class Inspector:
                 about += f"; {reached}"
             said = [f"**{text[address.begin : address.end]}**: {about}"]
         else:
-            words = find_words_of(text, dialect)
+            value = find_cycle_value(text, column) if dialect == "siemens" else None
+            words = find_words_of(text, dialect) if value is None else [value]
             said = [f"**{word.name}**: {word.text}" for word in words if word.begin <= column < word.end]
         in_force = "" if state is None or found.machine is None else describe_modes(state, found.machine)
         said.append(in_force if shown is None else _describe_pose(found, shown))

@@ -322,7 +322,10 @@ class Session:
                 except (SupersededError, KeyError):
                     return []
                 found.fixes[item] = made
-            actions |= self._make_actions(uri, found.path, item, found.fixes[item], asked)
+            for title, action in self._make_actions(uri, found.path, item, found.fixes[item], asked).items():
+                told = actions.setdefault(title, action)
+                if told is not action:  # one edit settles both
+                    told.diagnostics = [*(told.diagnostics or ()), *(action.diagnostics or ())]
         return list(actions.values())
 
     async def list_file_fixes(self, uri: str, asked: lsp.CodeActionParams) -> list[lsp.CodeAction]:

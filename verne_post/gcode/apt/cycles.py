@@ -6,6 +6,7 @@ from msgspec import Struct
 
 from verne_post.gcode.apt.statements import Statement, is_number, read_numbers, read_word
 from verne_post.gcode.machining.holes import MAX_PECKS
+from verne_post.gcode.mistyped import explain_unknown
 from verne_post.gcode.program_error import ProgramError
 
 #: Unit of a feed rate -> feed mode (G94, G95), and whether it is in inches (None: as UNITS).
@@ -145,9 +146,10 @@ def _read_kind(s: Statement) -> tuple[str, str, list[str]]:
     if kind == "DRILL" and words and words[0].upper() in _KINDS:  # CYCLE/DRILL,DEEP
         kind = words.pop(0).upper()
     if kind not in _KINDS:
-        raise ProgramError(
-            "VP002", f"CYCLE/{kind} is not executed; expected {', '.join(_KINDS)} or OFF", s.find_column(kind)
-        )
+        text = f"CYCLE/{kind} is not executed; expected {', '.join(_KINDS)} or OFF"
+        if kind == "OF":  # too short a word for what looks for slips
+            text = "OF: no meaning in this language; did you mean OFF?"
+        raise ProgramError("VP002", explain_unknown(text, kind, _KINDS), s.find_column(kind))
     way = words.pop(0).upper() if kind == "TAP" and words and words[0].upper() in _TAPS else ""
     if way == "BRKCHP":
         raise ProgramError(

@@ -82,11 +82,17 @@ class _Run:
         except ProgramError as error:
             if error.code == "VP002":  # FEDRAT may be what is misspelt
                 assume_feed(state)
+            if isinstance(item, Statement) and item.major == "CYCLE":  # the cycle before holds no longer
+                self.modes.cycle = None
             if (not self.execution.report(error, line) and not stop.past_errors) or stop.first_error:
                 return True
             correction = find_correction(error.message)
-            if correction is not None and isinstance(item, Statement) and item.major == correction[0]:
-                return self.execute(replace(item, major=correction[1]), is_called=is_called)
+            if correction is not None and isinstance(item, Statement):
+                if item.major == correction[0]:
+                    return self.execute(replace(item, major=correction[1]), is_called=is_called)
+                if item.words and item.words[0].upper() == correction[0]:
+                    words = (correction[1], *item.words[1:])
+                    return self.execute(replace(item, words=words), is_called=is_called)
         return self.interpreter.has_ended or (stop.all_known and knows_all(state, self.interpreter.setup))
 
     def execute_points(self, points: Points, *, is_called: bool) -> bool:

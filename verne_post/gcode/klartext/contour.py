@@ -9,6 +9,7 @@ from verne_post.gcode.klartext.words import Words
 from verne_post.gcode.machining.compensation import Compensation
 from verne_post.gcode.machining.contour_queue import Corner
 from verne_post.gcode.machining.elements import Element
+from verne_post.gcode.machining.machining import explain_no_feed
 from verne_post.gcode.missing_setup import find_tool_key
 from verne_post.gcode.program_error import At, ProgramError
 from verne_post.model.moves import FeedMode, MoveKind
@@ -60,14 +61,20 @@ class KlartextContour:
         """Refuse a feed move that lacks F or a tool."""
         lacking = self.core.find_lacking()
         if lacking == "feed rate":
-            raise ProgramError("VP009", "a line or an arc with feed rate zero; give F, or FMAX")
+            raise ProgramError(
+                "VP009", f"a line or an arc with feed rate zero; {explain_no_feed(self.core, 'F, or FMAX')}"
+            )
         if lacking == "spindle":
             raise ProgramError("VP009", "a feed rate per turn (FU, M136) needs a turning spindle; give S and M3")
         if lacking == "tool length":
+            named_tool = next((one for one in self.core.recorder.selections if one.is_defined), None)
             raise ProgramError(
                 "VP012",
                 "no tool before the first feed move; write TOOL CALL with --tool-table or TOOL DEF, or use "
-                "--tool-length MM",
+                "--tool-length MM"
+                if named_tool is None
+                else f"no TOOL CALL before the first feed move: {named_tool.spell()} in line {named_tool.line} only "
+                f"names the tool; write TOOL CALL {named_tool.number} Z S with its speed after it",
             )
 
     def _record_element(self, element: Element) -> None:

@@ -13,6 +13,9 @@ from verne_post.gcode.klartext.vocabulary import name_parameter
 #: FMAX as the value of a feed rate; a retract at 0 or MAX is rapid traverse.
 FMAX_VALUE: Final = 99_999.0
 _PARAMETER: Final = re.compile(rf"Q(\d+)[ \t]*=[ \t]*(?:({VALUE})|(FMAX|MAX|FAUTO|AUTO|FU|FZ))(?![A-Z0-9])")
+#: A parameter in whose number letters stand for digits.
+_LETTERS: Final = re.compile(r"(?<!\w)(Q[0-9OIL]+)(?=[ \t]*=)", re.IGNORECASE)
+_MEANT_DIGITS: Final = str.maketrans("OoIiLl", "001111")
 _HEAD: Final = re.compile(r"[ \t]*(\d+)(?:[ \t]*\.(\d+))?(?![\d.])")
 
 _HOLE: Final = (200, 201, 203, 204)
@@ -137,6 +140,12 @@ def find_with_digit(number: int, missing: Iterable[int]) -> int | None:
     return found[0] if len(found) == 1 else None
 
 
+def _read_letters(word: str) -> int | None:
+    """The number of a parameter in which letters stand for digits, as Q2OO; None where it has none."""
+    digits = word[1:].translate(_MEANT_DIGITS)
+    return int(digits) if digits != word[1:] and digits.isdecimal() else None
+
+
 def complete(
     statement: Statement, number: int, given: dict[int, float], needs: tuple[int, ...], defaults: dict[int, float]
 ) -> dict[int, float]:
@@ -153,5 +162,11 @@ def complete(
             )
     for name in needs:
         if name not in given:
+            written_word = next(
+                (one for one in _LETTERS.finditer(statement.rest) if _read_letters(one[1]) == name), None
+            )
+            if written_word is not None:
+                text = f"{written_word[1]}: a letter in the number; did you mean Q{name}?"
+                raise statement.error("VP001", text, written_word.start(1))
             raise statement.error("VP005", f"CYCL DEF {number} needs Q{name}, the {name_parameter(name)}")
     return {**defaults, **given}

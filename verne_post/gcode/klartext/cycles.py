@@ -78,6 +78,7 @@ class KlartextCycles:
         self.contour.last_rapid = True
 
     def _check_hole(self, number: int, q: _Q) -> None:
+        self.frames.check_upright(f"cycle {number}")
         if (tool := self.core.find_tilted_tool()) is not None:
             remedy = self.core.recorder.explain_plane("position the rotary axes first (PLANE ... MOVE or TURN)")
             raise ProgramError(
@@ -100,7 +101,8 @@ class KlartextCycles:
         if q.get(Q.DEPTH_OF_SHANK):
             raise ProgramError("VP002", "Q395=1 is not executed: the angle of the tool's point is not known")
         if q.get(Q.DEPTH, -1.0) > 0:
-            raise ProgramError("VP007", f"Q201={q[Q.DEPTH]:g}: a depth is negative, below Q203")
+            depth = q[Q.DEPTH]
+            raise ProgramError("VP007", f"Q201={depth:g}: a depth is negative, below Q203; write Q201={-depth:g}")
 
     # --- moves in heights of the input system --------------------------------------------------------------
 

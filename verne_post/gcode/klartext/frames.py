@@ -110,7 +110,8 @@ class KlartextFrames:
             return
         if self.core.find_tilted_tool() is not None:
             remedy = self.core.recorder.explain_plane("position the rotary axes first")
-            raise ProgramError("VP017", f"{what} in a tilted plane that the tool is not normal to; {remedy}")
+            text = f"{what} in a tilted plane that the tool is not normal to; {remedy}"
+            raise ProgramError("VP017", text, about=what)
 
     # --- motion of machine axes ----------------------------------------------------------------------------
 

@@ -23,7 +23,7 @@ from verne_post.gcode.klartext.words import MWord, Words, read_words
 from verne_post.gcode.missing_setup import number_of_tool
 from verne_post.gcode.offsets import make_vector9
 from verne_post.gcode.program_error import At, ProgramError
-from verne_post.model.moves import ZERO9, FeedMode, MoveKind
+from verne_post.model.moves import ZERO9, FeedMode, MoveKind, Selection
 from verne_post.model.part_setup import Tool
 
 _TOOL_NAME: Final = re.compile(r"[ \t]*(?:\"([^\"]+)\"|(QS\d+))(?=[ \t]|$)")
@@ -118,6 +118,13 @@ class KlartextFunctions:
         tools.change(at)
         tools.set_length(lambda: tools.find_offset(at, number) if number else ZERO9)
         if delta_length:
+            if delta_length > state.frame.tool_length > 0:
+                text = (
+                    f"DL{delta_length:+g} makes tool {number} {delta_length:g} mm longer than the "
+                    f"{state.frame.tool_length:g} mm that it has: DL is a deviation, mostly below 1 mm; write the "
+                    "length of the tool into the tool table"
+                )
+                self.core.recorder.warn("VP505", text, line, None)
             length = state.frame.tool_length + delta_length
             if self.setup.machine and length < 0:
                 raise ProgramError(
@@ -146,6 +153,9 @@ class KlartextFunctions:
         if number is None:
             raise statement.error("VP005", "TOOL DEF needs the number of the tool, or its name")
         rest = replace(statement, rest=statement.rest[at:], begin=statement.begin + at)
+        if self.state.loaded_tool is None:  # nothing has called a tool, for which it may prepare the next one
+            recorder, line = self.core.recorder, self.frames.block.line
+            recorder.selections.append(Selection(number, line, recorder.count, is_defined=True))
         sizes = {letter: self.frames.convert_length(value) for letter, value in _read_sizes(rest, self.q).items()}
         if not sizes:
             return

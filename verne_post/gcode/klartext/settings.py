@@ -129,7 +129,7 @@ class KlartextSettings:
             raise statement.error(
                 "VP002",
                 f'#{number:g} is a row of a datum table, and the set-up has {known_rows}; give it as "{number:g}" = '
-                "[X, Y, Z] in mm under [heidenhain.datums] of the settings file, or write the shift",
+                "[X, Y, Z] in mm under [heidenhain.datums] of the set-up, or write the shift",
             )
         return {axis: (False, float(value)) for axis, value in enumerate(row)}
 
@@ -140,8 +140,7 @@ class KlartextSettings:
             raise statement.error(
                 "VP002",
                 "SEL TABLE selects a datum table by its name in quotes; the set-up may have one table, under "
-                "[heidenhain.datums] of the settings file, and a program that selects several is refused: write the "
-                "shifts",
+                "[heidenhain.datums], and a program that selects several is refused: write the shifts",
                 0,
             )
         self.table = match.group(1)

@@ -51,6 +51,11 @@ def check_dwell(at: At, seconds: float) -> float:
     return seconds
 
 
+def explain_no_feed(core: "Machining", words: str) -> str:
+    """What to do about a feed rate of zero; ``words`` where the program gives none."""
+    return "the last F has the value 0; write one greater than 0" if core.has_zero_feed else f"give {words}"
+
+
 class Machining:
     """The operations of one program on one machine.
 
@@ -75,6 +80,7 @@ class Machining:
         self.frames = Frames(setup, state, recorder)
         self.tools = Tools(self.frames)
         self.auxiliary = Auxiliary(setup, state, recorder)
+        self.has_zero_feed = False  # the last F
 
     # --- what must be known, and what must not be -----------------------------------------------------
 
@@ -133,6 +139,7 @@ class Machining:
             self.refuse_compensation("a change of feed mode")
             if not keep_feed:
                 self.set_feed(0.0)
+                self.has_zero_feed = False
         state.feed_mode = mode
 
     def set_feed(self, feed: float, angular: float | None = None, *, is_given: bool = True) -> None:
@@ -142,6 +149,7 @@ class Machining:
         """
         if is_given:
             self.recorder.note_feed()
+            self.has_zero_feed = feed == 0.0
         self.state.feed = feed
         self.state.feed_angular = feed if angular is None else angular
 

@@ -12,7 +12,7 @@ from verne_post.gcode.block import Block
 from verne_post.gcode.codes import spell_g_code
 from verne_post.gcode.lengths import measure_length
 from verne_post.gcode.machining.compensation import Compensation
-from verne_post.gcode.machining.machining import Machining
+from verne_post.gcode.machining.machining import Machining, explain_no_feed
 from verne_post.gcode.machining.turning import find_machine_place, go_to_machine, turn_table, warn_of_unnamed
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.rs274.modes import Modes
@@ -51,7 +51,7 @@ def refuse_lacking(
     if lacking == "F in the block":
         raise ProgramError("VP009", f"{name} with inverse-time feed (G93) needs F in the same block")
     if lacking == "feed rate":
-        raise ProgramError("VP009", f"{name} with feed rate zero; give {feed_words}")
+        raise ProgramError("VP009", f"{name} with feed rate zero; {explain_no_feed(core, feed_words)}")
     if lacking == "constant spindle speed":
         raise ProgramError(
             "VP017",

@@ -14,7 +14,7 @@ from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.rs274.modes import TCP_CODES
 from verne_post.gcode.rs274.traits import Traits
 from verne_post.gcode.rs274.values import WordValues, read_whole
-from verne_post.model.moves import AXES, ZERO9
+from verne_post.model.moves import AXES, ZERO9, PlaneCall
 from verne_post.model.part_setup import Tool, Vector9
 
 _Z: Final = 2
@@ -38,6 +38,8 @@ class OffsetCodes:
         if code != 490 or self.state.modes.length_code is not None:
             self.state.modes.length_code = code
         say_directions(self.core)
+        if code == 490:
+            self.core.recorder.tcp_ends.append(PlaneCall(block.line, self.core.recorder.count, "G49"))
         find = {490: lambda: ZERO9, 431: lambda: self._read_offset(block), 432: lambda: self._add_offset(block)}.get(
             code
         )

@@ -192,7 +192,10 @@ class SiemensInterpreter:
 
     def _select_transformation(self, words: Words) -> None:
         if (code := words.find_code("transformation")) is not None:
+            was_on = self.modes.tcp
             self._switch_tcp(code == "TRAORI")
+            if was_on and not self.motion.follows_part:
+                self.recorder.end_tcp(words.line, code)
 
     def _switch_tcp(self, on: bool) -> None:
         if self.modes.tcp == on:
@@ -201,6 +204,7 @@ class SiemensInterpreter:
         if not on and self.state.tool_axis is not None and self.modes.frames.swivel.is_identity:
             self.settle_vector()
         self.modes.tcp = on
+        self.recorder.say_tcp(True)
         self.motion.set_chain()
 
     def settle_vector(self) -> None:

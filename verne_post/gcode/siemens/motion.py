@@ -119,6 +119,11 @@ class SiemensMotion:
             return plane.feature
         return find_table_map(self.setup.coordinates, base, position).lay(plane)
 
+    def explain_no_tcp(self) -> str:
+        """That TRAORI is not active, and the line that has ended it, where one has."""
+        ended_lines = [one.line for one in self.recorder.tcp_ends if one.word == "TRAFOOF"]
+        return f"without TRAORI, which TRAFOOF in line {ended_lines[-1]} has ended" if ended_lines else "without TRAORI"
+
     @property
     def follows_part(self) -> bool:
         """True where places are those of the part, however the table stands: with TRAORI, or on a plane of CYCLE800."""
@@ -176,7 +181,10 @@ class SiemensMotion:
         if self.setup.rotary[1] in places:
             self.recorder.fix_c(block.line)
         rotary = self.setup.rotary
-        beside = not self.follows_part and bool(set(rotary) & set(places))  # the axes of the machine go there
+        names_rotary = bool(set(rotary) & set(places))
+        if names_rotary:
+            self.recorder.say_tcp(True)  # whatever was left, the table now stands where the program says
+        beside = not self.follows_part and names_rotary  # the axes of the machine go there
         if beside and self.setup.machine and any(end[axis] != state.position[axis] for axis in rotary):
             self.corners.pass_turn()
             target = self.setup.coordinates.map_to_machine(np.array(end), state.frame)
@@ -228,8 +236,8 @@ class SiemensMotion:
         if is_turn and kind == MoveKind.FEED:
             raise block.error(
                 "VP017",
-                f"{self.setup.both_rotary} turn at a feed rate without TRAORI: on a machine with three linear axes "
-                "the tip would follow a curve; write TRAORI, or G0",
+                f"{self.setup.both_rotary} turn at a feed rate {self.explain_no_tcp()}: on a machine with three linear "
+                "axes the tip would follow a curve; write TRAORI in a block before this one, or G0 in place of G1",
                 self._name_rotary(places),
             )
         if is_turn:
@@ -383,6 +391,7 @@ class SiemensMotion:
             targets[2] += state.frame.tool_length
         go_to_machine(self.core, block, kind, targets)
         if set(self.setup.rotary) & set(places):
+            self.recorder.say_tcp(True)
             self.set_chain()
         self.heading = None
 

@@ -151,7 +151,7 @@ class SiemensPlaces:
         if first is None:
             return None
         if not self.motion.modes.tcp:
-            raise first.error("VP017", "A3= B3= C3= without TRAORI")
+            raise first.error("VP017", f"A3= B3= C3= {self.motion.explain_no_tcp()}")
         vector = np.array([0.0 if word is None else word.value for word in given])
         size = float(measure_length(vector))
         if size < NO_AXIS:

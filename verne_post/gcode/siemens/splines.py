@@ -105,7 +105,9 @@ class SiemensSplines:
         self.motion.check_feed("G1")
         self.motion.check_places(block, places)
         if not self.motion.modes.tcp and set(self.motion.setup.rotary) & set(places):
-            raise ProgramError("VP017", "A and C in BSPLINE without TRAORI: the tip would follow another curve")
+            raise ProgramError(
+                "VP017", f"A and C in BSPLINE {self.motion.explain_no_tcp()}: the tip would follow another curve"
+            )
         point = list(draft.points[-1])
         for axis, value in places.items():
             point[axis] = self.motion.convert_to_core(axis, value)

@@ -36,6 +36,8 @@ _SWIVEL: Final = (
     "_DMODE",
 )
 _TOLERANCE: Final = ("_TOL", "_TOLM", "_OTOL")
+#: Values of each cycle, in order.
+PARAMETERS: Final = {"CYCLE800": _SWIVEL, "CYCLE832": _TOLERANCE}
 #: _TOLM has seven digits. Those before the last two choose functions of the control, or serve older ones.
 _BEYOND_TOLM: Final = 3_000_000
 #: Values of _MODE in its two highest bits.
@@ -60,7 +62,7 @@ class Swivel:
         block = At(line)
         self.to.core.refuse_compensation("CYCLE800")
         if not given.values or given.read_text("_TC") == "0":
-            self._end()
+            self._end(line)
             self.to.recorder.call_plane(line)
             return
         if not self.to.modes.frames.program.is_identity:
@@ -72,6 +74,7 @@ class Swivel:
             )
         self._retract(given, block)
         self._set_plane(given)
+        self.to.recorder.say_tcp(True)
         direction = given.read_whole("_DIR")
         if direction not in (-1, 0, 1):
             raise given.error("VP007", f"_DIR is {direction}; allowed are -1, 0 and 1", "_DIR")
@@ -82,9 +85,11 @@ class Swivel:
         if direction:
             self._turn_table(block, direction)
 
-    def _end(self) -> None:
+    def _end(self, line: int) -> None:
         """Without values: the plane ends; nothing moves."""
         modes = self.to.modes
+        if not (modes.tcp or modes.frames.swivel.is_identity):
+            self.to.recorder.end_tcp(line, "CYCLE800()")
         modes.frames = replace(modes.frames, swivel=Affine())
         if self.to.state.tool_axis is not None and not modes.tcp:
             self.to.settle_vector()
@@ -148,7 +153,8 @@ class Swivel:
         if state // 10 % 10 and not modes.tcp:
             raise given.error(
                 "VP017",
-                f"_ST {state}: the tip keeps its place while the table turns, which needs TRAORI",
+                f"_ST {state}: the tip keeps its place while the table turns, which needs TRAORI in a block before "
+                f"this one; or write _ST {state - 10}",
                 "_ST",
             )
         if state % 10 not in (0, 1) or state // 10 % 10 > 1 or not 0 <= state < 100:

@@ -28,6 +28,7 @@ from verne_post.kinematics.joint_path import JointPath
 from verne_post.model.branch import Branch
 from verne_post.model.findings import Finding
 from verne_post.model.toolpath import SegmentKind
+from verne_post.model.verdict import NO_POSE
 
 #: Each of these refinements around the worst sample narrows the place by 32.
 ZOOMS: Final = 5
@@ -116,7 +117,7 @@ def find_worst_places(line: JointPath, checks: list[Check]) -> list[tuple[Place,
 def place_of(line: JointPath, item: Finding) -> Place | None:
     """Where the value of a finding of this line stands; None where the finding has no value, or no such place."""
     if item.value is None:
-        return _find_first_unsolved(line) if item.code in ("VP110", "VP201", "VP203") else None
+        return _find_first_unsolved(line) if item.code in NO_POSE else None
     checks = [
         check
         for check in list_checks(line)
