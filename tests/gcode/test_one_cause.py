@@ -55,6 +55,8 @@ def test_one_cause_is_one_finding(machine, program, wanted):
     ("G1 X0 Y0 Z0\nX=IC(10)\nG2 X5 CR=30", [("VP009", 1, 1), ("VP012", 2, 2)]),
     ("G0 X0 Y0 Z=FOO(1) A0 C0 D1\nG1 X5 F100\nX=IC(3)\nG2 X5 Y3 CR=30", [("VP002", 1, 1), ("VP012", 2, 2)]),
     ("G1 F=QUX X0 Y0 Z0 A0 C0\nX5\nX=IC(3)", [("VP025", 1, 1), ("VP012", 2, 2)]),
+    ("G0 X0 Y0 Z60 A0 C0\nTRAORI\nG1 A10 F9\nTRAFOOF,\nSUPA Z0", [("VP012", 3, 3), ("VP001", 4, 4)]),
+    ("G0 X0 Y0 Z0 A0 C0\nG1 9 F9 D1\nG2 X5 Y9 CR=1", [("VP001", 2, 2), ("VP012", 3, 3)]),
     ("G0 X0 Y0 Z0 A0 C0 WAITM\nG1 X=IC(4) F100\nCIP X1 I1=4", [("VP002", 1, 1), ("VP012", 2, 2)]),
 ])  # fmt: skip
 def test_a_siemens_block_that_lacks_a_tool_or_f_is_one_finding(machine, program, wanted):
@@ -138,6 +140,9 @@ def test_tools_that_the_table_lacks_are_one_finding_with_their_numbers(machine):
     ("CC X+20 Y+0 Q\nC X+40 Y+0 DR+\nLP PR+5 PA+0", [("VP001", 4, 4)]),
     ("PLANE SPATIAL SPA+10 SPB+0 TURN FMAX\nL A+Q120 C+Q122 FMAX", [("VP005", 4, 4)]),
     ("PLANE SPATIAL SPA+0 SPB+200 SPC+0 STAY SEQ+\nL A+Q120 C+Q122 FMAX", [("VP102", 4, 4)]),
+    # a word that is misspelt so far that the line says nothing
+    ("X+50 Y+0\nCR X+70 Y+10 R+5 DR+", [("VP002", 4, 4)]),
+    ("CYCL 200 DRILLING\nCYCL CALL", [("VP002", 4, 4)]),
     # a second mistake is not hidden by the first
     ("L X+50 Y+0 FOO\nCR X+60 Y+10 R+1 DR+\nL X+60 BAR", [("VP001", 4, 4), ("VP008", 5, 5), ("VP001", 6, 6)]),
 ])  # fmt: skip

@@ -22,6 +22,10 @@ _MOST_NAMES: Final = 8
 FATAL: Final = ("VP023", "VP024", "VP027")
 #: Errors that a line has whatever has been executed before it; a program that is missing is one of them (VP023).
 OF_TEXT: Final = ("VP001", "VP002", "VP003", "VP004", "VP006", "VP011", "VP023")
+#: Those after which what the line would have done is not known, unless a file of the user can give its word a meaning.
+_OF_READING: Final = ("VP001", "VP002", "VP003", "VP004")
+#: Errors that may only follow from what such a line would have done: they are reported when it can be read.
+_OF_STATE: Final = ("VP016", "VP017", "VP026", "VP041")
 #: Most findings, and errors that they count: a file with more is no G-code, or has one mistake in every line.
 MAX_ERRORS, MAX_COUNTED = 50, 1_000
 
@@ -36,6 +40,7 @@ class Execution(Struct):
     #: Where the finding of each cause stands among the errors, and what it is about.
     _causes: dict[tuple[str, str], tuple[int, list[str]]] = field(default_factory=dict)
     _error_count: int = 0
+    _has_unread_line: bool = False
 
     def report(self, error: ProgramError, line: int, *, shown_line: int | None = None, file: str | None = None) -> bool:
         """Report an error; False where execution cannot go on after it.
@@ -53,10 +58,13 @@ class Execution(Struct):
         ):  # the error is in a loop, whose end may depend on what was not executed
             return False
         self._reported_errors.add(key)
+        goes_on = error.goes_on or error.code not in FATAL
+        if self._has_unread_line and error.code in _OF_STATE:
+            return goes_on
+        self._has_unread_line |= error.code in _OF_READING and not error.settled_by
         column = error.column if file is None else None
         self.report_at_line(error.code, message, shown_number, column, error.about, error.settled_by)
         self._error_count += 1
-        goes_on = error.goes_on or error.code not in FATAL
         return goes_on and len(self.errors) < MAX_ERRORS and self._error_count < MAX_COUNTED
 
     def report_all(self, errors: Iterable[ProgramError], line: int, **where: Any) -> bool:

@@ -224,7 +224,11 @@ class _KlartextRun:
     def _execute_parts(self, parts: list[str], line: int) -> None:
         """Execute the statement of some lines."""
         flow, text, interpreter = self.flow, self.calls.text, self.flow.interpreter
-        statement = read_statement(parts, line)
+        try:
+            statement = read_statement(parts, line)
+        except ProgramError as error:  # a misspelt L may be what names the axes
+            flow.recovery.uncertain |= correct_line(parts[0], error) is None
+            raise
         shown_line = self.calls.show(line)
         if not (statement.is_deleted and interpreter.setup.block_delete):
             following = self.calls.line

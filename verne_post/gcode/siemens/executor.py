@@ -160,7 +160,7 @@ class Executor:
         state, named_letters = self.interpreter.state, set(_NAMED_AXIS.findall(take_code(decode_line(raw)).upper()))
         for letter in named_letters - {"F"}:
             know_axis(state, AXES.index(letter))
-            self.uncertain = True
+        self.uncertain |= bool(named_letters - {"F"}) or error.code == "VP001"  # a letter may be what is missing
         if "F" in named_letters:
             assume_feed(state)
         if error.code == "VP048":
