@@ -13,6 +13,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from verne_post import gcode
+from verne_post.app.program_end import find_unexecuted_moves
 from verne_post.app.row_format import find_drives
 from verne_post.app.setup_check import check_setup
 from verne_post.app.source_text import check_source_text
@@ -260,8 +261,8 @@ def read_draft(source: Text, machine: Machine, options: Options, team: Team = AL
     if restart is not None and path.moves_with_length[-1] < restart.move:
         raise make_input_error("VP021", f"the program contains no motion from line {options.from_line} on")
     turns = report_table_turns(path, moves, machine)
-    findings = (*check_setup(moves, path, machine, options), *turns, *moves.findings)
-    return Draft(machine, options, moves, restart, path, branches, findings=findings, team=team)
+    checked = (*check_setup(moves, path, machine, options), *turns, *find_unexecuted_moves(source, moves))
+    return Draft(machine, options, moves, restart, path, branches, findings=(*checked, *moves.findings), team=team)
 
 
 def choose_axis_correction(machine: Machine, options: Options, moves: Moves) -> Machine:

@@ -445,6 +445,22 @@ CODES: Final[dict[str, Code]] = _make_table(
         "Start the spindle before the cut (M3 and S; SPINDL in CL files). No action is needed for a probe, for a "
         "tool that does not turn, or for a left-hand tool under M4.",
     ),
+    (
+        "VP051",
+        "moves after the end of the program",
+        "warning",
+        "M2, M30 or END PGM ends the program, and lines after it move axes. A control does not execute them. "
+        "Subprograms and other programs of the file that begin after the end (O, LBL, PROC, %) are not meant.",
+        "If the program goes on there, delete the code that ends it. If not, delete the lines.",
+    ),
+    (
+        "VP052",
+        "the way home goes down first",
+        "warning",
+        "In G28 and G30, axis words are a place by way of which the axes go home. In absolute coordinates (G90) "
+        "it is a place on the part: G90 G28 Z0 takes the tool down to the part zero in rapid traverse, and then home.",
+        "Write G91 G28 Z0, and G90 in the next block.",
+    ),
     # --- VP1xx: position limits and reach --------------------------------------------------
     (
         "VP101",

@@ -5,7 +5,7 @@ from typing import Final, Protocol
 
 import numpy as np
 
-from verne_post.base.tolerances import ARC_RADIUS_INCH_MM, ARC_RADIUS_MM, UPRIGHT_DEG, VECTOR_LENGTH
+from verne_post.base.tolerances import ARC_RADIUS_INCH_MM, ARC_RADIUS_MM, UPRIGHT_DEG, VECTOR_LENGTH, ZERO_LENGTH_MM
 from verne_post.base.units import RAD_PER_DEG
 from verne_post.gcode.arcs import build_arc_from_center, build_arc_from_radius
 from verne_post.gcode.block import Block
@@ -143,9 +143,19 @@ class MotionCodes:
             MoveKind.RAPID, absolute=self.modes.absolute, machine=not moving, axes=moving, at=block
         )
         via = self._find_end(block, start, moving)
+        self._warn_of_way_down(block, start, via, moving)
         if state.tcp_off and moving:
             self.core.check_tcp_off(state.position, via)
         self._move_straight(block, MoveKind.RAPID, via, moving)
+
+    def _warn_of_way_down(self, block: Block, start: list[float], via: list[float], moving: list[int]) -> None:
+        """VP052: the way home goes by a Z of the part that is below the tool, or that the program names first here."""
+        is_known = self.state.named_axes[_Z]
+        if not self.modes.absolute or _Z not in moving or (is_known and via[_Z] > start[_Z] - ZERO_LENGTH_MM):
+            return
+        how = f"{start[_Z] - via[_Z]:.6g} mm down to" if is_known else "by"
+        text = f"the way home goes {how} Z{via[_Z]:.6g} of the part first, because G90 is active"
+        self.recorder.warn("VP052", f"{text}: write G91 G28 Z0, then G90", block.line, None)
 
     def _find_end(self, block: Block, start: list[float], axes: list[int]) -> list[float]:
         """Where a move from ``start`` (9) ends by the words of a block."""
