@@ -53,7 +53,6 @@ _LANGUAGES: Final = (
               rb"\b[^=\n]*)\r?$", "aptcl"),
     _Language("a custom macro of a Fanuc control",
               rb"^[ \t]*+(?:N\d+[ \t]*+)?(?:IF[ \t]*+\[|WHILE[ \t]*+\[|GOTO[ \t]*+[\d#\[]|G6[56]\b).*$", "fanuc"),
-    _Language("a program for a Fanuc control", rb"^[ \t]*+(?:N\d+[ \t]*+)?G(?:68\.[2-4]|53\.1)(?!\d).*$", "fanuc"),
     _Language("Okuma OSP",
               rb"^[ \t]*+(?:N\w+[ \t]+)?(?:CALL[ \t]+O\w+|VC\d+[ \t]*+=|DEF[ \t]+WORK|G15[ \t]+H\d+|RTS|PSELECT"
               rb"|MODIN|MODOUT)\b.*$"),

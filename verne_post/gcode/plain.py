@@ -323,6 +323,8 @@ def _execute(
         moved_ends = end
     if number is None:
         number = np.full(len(kind), shown_line)
+    if given[-1, _F]:
+        core.has_zero_feed = bool(feed[-1] == 0.0)
     if recorder.lacks_feed and given[-1, _F]:
         recorder.note_feed(recorder.count + int(np.count_nonzero(moves[: int(np.argmax(given[:, _F]))])))
     recorder.add_many(state, number, kind, moved_ends, shown_feed, curves, tool_axes, seconds)
@@ -388,6 +390,7 @@ def _execute_alike(
     kind, shown_feed = (MoveKind.RAPID, math.nan) if motion == 0 else (MoveKind.FEED, feed)
     line = lines.first_line + first if shown_line is None else shown_line
     if has_feed:
+        core.has_zero_feed = feed == 0.0
         core.recorder.note_feed()
     core.recorder.add_run(state, line, kind, end, shown_feed, is_counted=shown_line is None)
     if core.setup.rotary[1] in axes:

@@ -484,7 +484,8 @@ class Rs274(Language):
         code = round(number * 10)
         is_code = abs(number * 10 - code) <= 10 * WHOLE_NUMBER and number >= 0
         if is_code and code in self.table.refused_g:
-            raise ProgramError("VP002", f"{spell_g_code(code)} is not executed ({self.table.refused_g[code]})", column)
+            name = spell_g_code(code)
+            raise ProgramError("VP002", f"not executed: {name} ({self.table.refused_g[code]})", column, about=name)
         if not is_code or code not in self.table.group_of_g:
             name = spell_g_code(code) if is_code else f"G{number:g}"
             text = f"{name} is not a code"

@@ -143,9 +143,9 @@ class MotionCodes:
             MoveKind.RAPID, absolute=self.modes.absolute, machine=not moving, axes=moving, at=block
         )
         via = self._find_end(block, start, moving)
-        self._warn_of_way_down(block, start, via, moving)
         if state.tcp_off and moving:
             self.core.check_tcp_off(state.position, via)
+        self._warn_of_way_down(block, start, via, moving)
         self._move_straight(block, MoveKind.RAPID, via, moving)
 
     def _warn_of_way_down(self, block: Block, start: list[float], via: list[float], moving: list[int]) -> None:
