@@ -56,6 +56,7 @@ def test_one_cause_is_one_finding(machine, program, wanted):
     ("G0 X0 Y0 Z=FOO(1) A0 C0 D1\nG1 X5 F100\nX=IC(3)\nG2 X5 Y3 CR=30", [("VP002", 1, 1), ("VP012", 2, 2)]),
     ("G1 F=QUX X0 Y0 Z0 A0 C0\nX5\nX=IC(3)", [("VP025", 1, 1), ("VP012", 2, 2)]),
     ("G0 X0 Y0 Z60 A0 C0\nTRAORI\nG1 A10 F9\nTRAFOOF,\nSUPA Z0", [("VP012", 3, 3), ("VP001", 4, 4)]),
+    ("G0 X0 Y0 Z0 A0 C0 D1\nGG1 G1 X9 F9", [("VP001", 2, 2)]),
     ("G0 X0 Y0 Z0 A0 C0\nG1 9 F9 D1\nG2 X5 Y9 CR=1", [("VP001", 2, 2), ("VP012", 3, 3)]),
     ("G0 X0 Y0 Z0 A0 C0 WAITM\nG1 X=IC(4) F100\nCIP X1 I1=4", [("VP002", 1, 1), ("VP012", 2, 2)]),
 ])  # fmt: skip
@@ -151,6 +152,17 @@ def test_a_refused_klartext_move_still_sets_its_end_point(machine, program, want
     options = Options(wcs={"G54": (0, 0, 0)}, tool_length=80.0)
     result = check(f"{head}{program}\nEND PGM A MM".encode(), machine, options)
     assert [(item.code, item.line, item.last_line) for item in result.findings] == wanted
+
+
+def test_r0_without_a_move_in_the_plane_is_one_finding(machine):
+    """The block after it, and the retract in machine coordinates, had one each."""
+    tools = {1: Tool(1, 1, (0.0, 0.0, 80.0, *(0.0,) * 6), 10.0)}
+    text = (
+        "BEGIN PGM A MM\nTOOL CALL 1 Z S5000 F500\nL X+0 Y+0 Z+100 A+0 C+0 R0 FMAX M3\n"
+        "L X+20 RL F100\nL X+40\nL Z+150 R0 FMAX\nL Z-1 R0 FMAX M91\nEND PGM A MM\n"
+    )
+    findings = check(text.encode(), machine, Options(wcs={"G54": (0, 0, 0)}, tools=tools)).findings
+    assert [(item.code, item.line) for item in findings] == [("VP017", 6)]
 
 
 @pytest.mark.parametrize("first", ["L X+0 Y+0 Z+50 F100 FOO", "L X+0 Y+0 Z+50 FZ0.1"])

@@ -24,6 +24,7 @@ FATAL: Final = ("VP023", "VP024", "VP027")
 OF_TEXT: Final = ("VP001", "VP002", "VP003", "VP004", "VP006", "VP011", "VP023")
 #: Those after which what the line would have done is not known, unless a file of the user can give its word a meaning.
 _OF_READING: Final = ("VP001", "VP002", "VP003", "VP004")
+_TWICE: Final = ("VP003", "VP004")
 #: Errors that may only follow from what such a line would have done: they are reported when it can be read.
 _OF_STATE: Final = ("VP016", "VP017", "VP026", "VP041")
 #: Most findings, and errors that they count: a file with more is no G-code, or has one mistake in every line.
@@ -69,7 +70,11 @@ class Execution(Struct):
 
     def report_all(self, errors: Iterable[ProgramError], line: int, **where: Any) -> bool:
         """Report the errors of one block; False where execution cannot go on after them."""
-        return all(self.report(error, line, **where) for error in errors)
+        all_errors = list(errors)
+        # beside its correction, a misspelt word that was one too many is there twice
+        is_misspelt = len(all_errors) > 1 and all_errors[0].code in ("VP001", "VP002")
+        kept = (error for error in all_errors if not (is_misspelt and error.code in _TWICE))
+        return all(self.report(error, line, **where) for error in kept)
 
     def report_at_line(
         self,

@@ -55,7 +55,7 @@ class KlartextRecovery:
         to.has_failed = True
         if error.code == "VP048":
             assume_rigid_tapping(to.state)
-        if to.contour.side is not None and error.code in ("VP017", "VP026"):  # R0 may be missing before it
+        if error.code in ("VP017", "VP026"):  # R0, or a move after it, may be missing before it
             drop_compensation(to.state)
             to.contour.side = None
         if keyword in _CONTOUR:

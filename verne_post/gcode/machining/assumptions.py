@@ -65,7 +65,7 @@ def assume_rigid_tapping(state: State) -> None:
 
 def drop_compensation(state: State) -> None:
     """What the contour would have been is not known."""
-    if state.compensation is not None:
+    if state.compensation is not None or state.centre is not None:
         state.compensation = state.centre = None
         state.arc_may_follow = True
 
