@@ -580,6 +580,11 @@ def test_bad_options(program: Path, run: Callable[..., Any], words: tuple[str, .
         ("[keep_out.a]\nmin = [0.0, 2.0, 0.0]\nmax = [1.0, 1.0, 1.0]\n", "y of min, 2, must be below that of max, 1"),
         ("[stock]\nmin = [0.0, 0.0, 0.0]\nmax = [1.0, 1.0, 1.0]\nsystem = 'G5'\n", "a work system such as G54"),
         ("[stock]\nmin = [0.0, 0.0, 0.0]\n", "stock: max is missing"),
+        (
+            "[stock]\nsize = [8, 8, 8]\n",
+            "stock.size is not a key of a settings file; its table has min, max, file",
+        ),
+        ("stock = [0, 0, 0, 8, 8, 8]\n", "expected a table of keys; its table has min, max, file, unit, system"),
     ],
 )
 def test_bad_settings(program: Path, run: Callable[..., Any], text: str, said: str) -> None:

@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Callable, Iterator, Mapping
-from typing import Any, ClassVar, Literal, TypeVar, get_args, get_origin
+from typing import Any, ClassVar, Final, Literal, TypeVar, get_args, get_origin
 
 from msgspec import Struct, ValidationError, convert
 from msgspec.structs import fields
@@ -11,6 +11,8 @@ from verne_post.base.suggestions import find_suggestion, suggest
 from verne_post.base.type_words import describe, has_shape, list_alternatives, strip_bounds
 
 #: Keys from the top of the table on, and what follows them in a sentence.
+#: So many keys of a table are named where another one was written.
+_MOST_KEYS: Final = 12
 _Mistake = tuple[tuple[int | str, ...], str]
 
 
@@ -90,7 +92,8 @@ def _find_mistakes_of_table(
         if key not in known:
             # a key that the table lacks goes before one that it has
             nearest = suggest(key, [one for one in known if one not in data], known)
-            found.append((here, f" is not a key of {kind_of_file}{nearest}"))
+            keys = f"; {_list_keys(schema)}" if place and not nearest else ""
+            found.append((here, f" is not a key of {kind_of_file}{nearest}{keys}"))
             meant.add(find_suggestion(nearest))
             continue
         wrong = list(_find_mistakes_of_value(known[key].type, value, kind_of_file, here))
@@ -132,10 +135,17 @@ def _describe_expected(kind: Any, fitting: Any, value: object) -> str:
     """What a value must be: for a text in place of numbers, these, without quotes, beside the word that it may be."""
     kinds = [one for one in list_alternatives(kind) if one is not type(None)]
     words = [one for one in kinds if get_origin(one) is Literal]
+    if len(kinds) == 1 and isinstance(kinds[0], type) and issubclass(kinds[0], Table):
+        return f"{describe(kinds[0])}; {_list_keys(kinds[0])}"
     if not isinstance(value, str) or not 0 < len(words) < len(kinds):
         return describe(kind if fitting is None else fitting)
     numbers = " or ".join(describe(one) for one in kinds if one not in words)
     return f"{numbers}, without quotes; or {' or '.join(json.dumps(word) for one in words for word in get_args(one))}"
+
+
+def _list_keys(schema: type[Table]) -> str:
+    names = [field.encode_name for field in fields(schema)]
+    return f"its table has {', '.join(names[:_MOST_KEYS])}{' and others' if len(names) > _MOST_KEYS else ''}"
 
 
 def _describe_complaint(check: Callable[[Any], object], value: object) -> str:
