@@ -40,7 +40,7 @@ def test_an_arc_by_radius_that_cannot_be_says_how_far_apart_its_ends_are(view):
     """Ends of a 3-4-5 triangle: 2.5e-7 mm apart; and 50 mm, which takes a radius of 25."""
     for body, words in (
         ("X.00000015 Y.0000002 R9", "they are 2.5e-07 mm apart"),
-        ("X30 Y40 R24", "at least 25.0000 mm"),
+        ("X30 Y40 R24", "at least 25 mm"),
     ):
         _moves, findings = view(f"F9 G91 G2 {body}\nM2", dialect="rs274")
         assert words in findings[0].message

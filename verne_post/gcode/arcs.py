@@ -78,9 +78,9 @@ def build_arc_from_center(
     if gap > allowed_difference:
         raise ProgramError(
             "VP008",
-            f"the end is not on the circle: radius {r1:.4f} mm at the start ({AXES[first]}{start[first]:g} "
-            f"{AXES[second]}{start[second]:g}), {r2:.4f} mm at the end, difference {gap:.4f} mm; "
-            f"allowed {allowed_difference:.4f} mm",
+            f"the end is not on the circle: radius {r1:.6g} mm at the start ({AXES[first]}{start[first]:g} "
+            f"{AXES[second]}{start[second]:g}), {r2:.6g} mm at the end, difference {gap:.6g} mm; "
+            f"allowed {allowed_difference:.6g} mm",
         )
     angle = math.atan2(end[second] - c2, end[first] - c1) - math.atan2(start[second] - c2, start[first] - c1)
     sweep = (-angle if clockwise else angle) % (2 * math.pi)
@@ -113,7 +113,7 @@ def build_arc_from_radius(
         raise ProgramError(
             "VP008",
             f"the radius {radius:g} mm is too small to reach the end point from {AXES[first]}{start[first]:g} "
-            f"{AXES[second]}{start[second]:g}; it takes at least {half:.4f} mm",
+            f"{AXES[second]}{start[second]:g}; it takes at least {half:.6g} mm",
         )
     height = 0.0
     if half <= (1.0 - ARC_HALF_CIRCLE_SHARE) * abs(radius):

@@ -185,8 +185,8 @@ def check_radius(circle: Circle, start: Array, unit: float) -> None:
     if abs(distance - radius) > allowed_difference:
         raise ProgramError(
             "VP008",
-            f"CIRCLE: the tool is {distance:.4f} mm from the centre, and the radius is {radius:.4f} mm; allowed are "
-            f"{allowed_difference:.4f} mm between them",
+            f"CIRCLE: the tool is {distance:.6g} mm from the centre, and the radius is {radius:.6g} mm; allowed are "
+            f"{allowed_difference:.6g} mm between them",
         )
 
 
@@ -207,8 +207,8 @@ def lay_arc(circle: Circle, start: Array, end: Array, unit: float) -> SpatialArc
     if min(radius, other) < ARC_CHORD_MM or abs(radius - other) > allowed_difference:
         raise ProgramError(
             "VP008",
-            f"CIRCLE: the end is not on the circle: radius {radius:.4f} mm at the start, {other:.4f} mm at the end; "
-            f"allowed are {allowed_difference:.4f} mm between them",
+            f"CIRCLE: the end is not on the circle: radius {radius:.6g} mm at the start, {other:.6g} mm at the end; "
+            f"allowed are {allowed_difference:.6g} mm between them",
         )
     sweep = math.atan2(float(np.cross(first, last) @ normal), float(first @ last)) % (2.0 * math.pi)
     if sweep * radius < ARC_CHORD_MM:  # the end is the start, whichever side of it rounding has left it on

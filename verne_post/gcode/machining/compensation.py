@@ -104,8 +104,8 @@ class Compensation(Struct):
         if radius <= 0:
             raise ProgramError(
                 "VP026",
-                f"the radius of the tool, {abs(self.radius):.4f} mm, is not less than that of the arc, "
-                f"{math.dist(p, c):.4f} mm",
+                f"the radius of the tool, {abs(self.radius):.6g} mm, is not less than that of the arc, "
+                f"{math.dist(p, c):.6g} mm",
             )
         if self.segment is None:
             entry = self._enter_on_arc(p, q, c, sense, abs(arc.turns))
@@ -144,7 +144,7 @@ class Compensation(Struct):
             raise ProgramError(
                 "VP026",
                 "the entry arc of the cutter compensation is too short for the radius of the tool, "
-                f"{abs(self.radius):.4f} mm: no arc leads to its end in its direction",
+                f"{abs(self.radius):.6g} mm: no arc leads to its end in its direction",
             )
         radius = length * length / (2.0 * depth)
         center = target[0] + radius * inwards[0], target[1] + radius * inwards[1]
@@ -155,8 +155,8 @@ class Compensation(Struct):
         if length <= abs(self.radius) and not self.perpendicular:
             raise ProgramError(
                 "VP026",
-                f"the entry move of the cutter compensation is {length:.4f} mm long; it must be longer than the "
-                f"radius, {abs(self.radius):.4f} mm",
+                f"the entry move of the cutter compensation is {length:.6g} mm long; it must be longer than the "
+                f"radius, {abs(self.radius):.6g} mm",
             )
 
     def enter_beside(self, corner: Point, row: int, centre: list[float], line: int) -> None:
@@ -271,7 +271,7 @@ class Compensation(Struct):
 
     def _report_gouge(self) -> ProgramError:
         text = (
-            f"the tool (radius {abs(self.radius):.4f} mm) cannot reach into this inside corner without "
+            f"the tool (radius {abs(self.radius):.6g} mm) cannot reach into this inside corner without "
             "cutting into the contour"
         )
         if self.rapid_line:
