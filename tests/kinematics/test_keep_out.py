@@ -610,3 +610,45 @@ def test_bad_tool_shapes(program: Path, run: Callable[..., Any], text: str, said
     assert answer.code == 2
     assert "VP504" in answer.err
     assert said in answer.err
+
+
+STOCK_FIRST = (
+    'WORKPIECE(,"",,"BOX",112,0,-20,-80,-30,-30,30,30)\n{}G90 G71 G94\nG0 A0 C0\n{}G0 X-20 Y0\nZ30\nG0 Z-5\n'
+    "G1 X50 F500\nG0 Z50\nM30\n"
+)
+
+
+@pytest.mark.parametrize(
+    ("text", "line"),
+    [
+        (STOCK_FIRST.format("G55\n", ""), 7),
+        (STOCK_FIRST.format("", "G55\n"), 7),
+        ("G55\n" + STOCK_FIRST.format("", ""), 7),
+    ],
+)
+def test_a_stock_before_the_first_work_system_stands_in_that_of_the_cuts(run, tmp_path, text, line):
+    """It stood in G54, beside the part: the program ran, and the cutter went through it in a rapid."""
+    path = tmp_path / "part.mpf"
+    path.write_text(text, encoding="utf-8")
+    answer = run("check", path, "--tool-length", 80, "--wcs", "G55=0,0,40", "--stock", "program")
+    assert answer.code == 1 and f"part.mpf:{line}" in answer.out and "VP216" in answer.out
+
+
+def test_a_stock_in_a_work_system_without_a_place_is_refused(run, tmp_path):
+    """The program names its system before it: then it is meant."""
+    path = tmp_path / "part.mpf"
+    path.write_text("G54\n" + STOCK_FIRST.format("", "G55\n"), encoding="utf-8")
+    answer = run("check", path, "--tool-length", 80, "--wcs", "G55=0,0,40", "--stock", "program")
+    assert answer.code == 2 and "line 2 defines the stock in G54, and G54 is not given" in answer.out
+
+
+def test_a_stock_of_klartext_stands_in_the_preset_of_the_cuts(run, tmp_path):
+    path = tmp_path / "part.h"
+    path.write_text(
+        "BEGIN PGM A MM\nBLK FORM 0.1 Z X-30 Y-30 Z-20\nBLK FORM 0.2 X+30 Y+30 Z+0\nCYCL DEF 247 DATUM SETTING Q339=2\n"
+        "TOOL CALL 1 Z S1000\nL X-20 Y+0 A+0 C+0 R0 FMAX M3\nL Z+30 FMAX\nL Z-5 FMAX\nL X+50 F500\nL Z+50 FMAX\n"
+        "END PGM A MM\n",
+        encoding="utf-8",
+    )
+    answer = run("check", path, "--tool-length", 80, "--wcs", "G55=0,0,40", "--stock", "program")
+    assert "part.h:8" in answer.out and "VP216" in answer.out

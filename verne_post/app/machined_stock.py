@@ -102,7 +102,7 @@ def make_stock(program: Program, most: int = MOST_RAYS) -> Dexels:
     if isinstance(box, Box):
         low, high = np.array(box.low), np.array(box.high)
         return make_box(low, high, *place_on_table(program, box.name, box.system), _choose_cell(low, high, most))
-    own = place_own_stock(program.machine, program.moves)
+    own = place_own_stock(program.machine, program.moves, program.options)
     half, stock = own.half, program.moves.stock
     cell = _choose_cell(-half, half, most)
     if stock is not None and stock.round:

@@ -20,6 +20,7 @@ from verne_post.model.findings import Finding, Remedy, make_finding
 from verne_post.model.moves import (
     AXES,
     MOVE_COLUMNS,
+    ZERO9,
     ArcFeed,
     ArcFeedUse,
     Arcs,
@@ -448,6 +449,20 @@ class Recorder(Struct):
         self.blocks, self.settled_rows = later, end
         release_memory()  # the text so far
 
+    def _place_stock(self, kind: NDArray[np.int8], frame: NDArray[np.int32]) -> Stock | None:
+        """The stock, in the work system of the first cut where the program has named none before the stock.
+
+        Heads of programs define the stock before they name the system; a control only draws it, in the one that it has.
+        """
+        stock = self.stock
+        if stock is None or min(self.system_lines.values(), default=math.inf) <= stock.line:
+            return stock
+        cuts = np.flatnonzero((kind != MoveKind.RAPID) & (kind != MoveKind.DWELL))
+        first = tuple(self.frames)[int(frame[cuts[0]])] if len(cuts) else stock.frame
+        if first.system == stock.frame.system:
+            return stock
+        return replace(stock, frame=replace(first, g92=ZERO9, tool=ZERO9, feature=None))
+
     def freeze(self, start: list[float], first_frame: Frame, parameters: Mapping[int, float]) -> Moves:
         """Build the table.
 
@@ -470,7 +485,7 @@ class Recorder(Struct):
             start_frame=first_frame,
             fixes_c=self.fixes_c,
             parameters=parameters,
-            stock=self.stock,
+            stock=self._place_stock(table["kind"], table["frame"]),
             placed_systems=frozenset(self.placed_systems),
             system_lines=dict(self.system_lines),
             arc_feeds=tuple(self.arc_feeds.values()),

@@ -27,6 +27,7 @@ from verne_post.model.part_setup import SYSTEM_NAMES, TOOL_PARTS, Box, Cylinder,
 from verne_post.model.poses import Pose
 from verne_post.model.protocols import Margin
 from verne_post.model.toolpath import SegmentKind, ToolPath
+from verne_post.model.work_systems import find_placer
 from verne_post.part.bodies import check_tool
 from verne_post.part.clearance import TOUCH_MM
 from verne_post.part.dexels import Dexels
@@ -229,7 +230,7 @@ def build_keep_out(
     standing: list[Placed] = []
     for body in bodies:
         if isinstance(body, OwnStock):
-            standing.append(place_own_stock(machine, moves, body.distance))
+            standing.append(place_own_stock(machine, moves, options, body.distance))
             continue
         zero = np.zeros(3) if isinstance(body, FixtureMesh) else 0.5 * (np.array(body.low) + np.array(body.high))
         middle, turn = place_body(machine, body.name, body.system, zero, moves, options, frames)
@@ -250,17 +251,24 @@ def build_keep_out(
     return KeepOut(standing, moving, entering)
 
 
-def place_own_stock(machine: Machine, moves: Moves, distance: float = 0.0) -> Placed:
+def place_own_stock(machine: Machine, moves: Moves, options: Options, distance: float = 0.0) -> Placed:
     """The stock that a program defines, where its part stands: a box, or a cylinder and the box around it.
 
     Raises
     ------
     InputError
-        VP018 where the program defines none, or it leans in the table frame.
+        VP018 where the program defines none, in a work system without a place beside others that have one, or it leans
+        in the table frame.
     """
     own = moves.stock
     if own is None:
         raise make_input_error("VP018", "--stock program: the program defines no stock (BLK FORM, WORKPIECE)")
+    if options.wcs and find_placer(own.frame, machine, options, moves.placed_systems) == "nobody":
+        name = SYSTEM_NAMES[own.frame.system]
+        text = (
+            f"--stock program: line {own.line} defines the stock in {name}, and {name} is not given: give it with --wcs"
+        )
+        raise make_input_error("VP018", text)
     refuse_leaning_part(machine, "the stock of the program")
     middle, along, half = measure_own_stock(machine, own)
     turn = float(np.arctan2(along[1], along[0]))
