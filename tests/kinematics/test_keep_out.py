@@ -652,3 +652,20 @@ def test_a_stock_of_klartext_stands_in_the_preset_of_the_cuts(run, tmp_path):
     )
     answer = run("check", path, "--tool-length", 80, "--wcs", "G55=0,0,40", "--stock", "program")
     assert "part.h:8" in answer.out and "VP216" in answer.out
+
+
+def test_a_tool_that_is_in_the_stock_when_a_retract_begins(run, tmp_path):
+    """Another angle of the table was proposed, which moves nothing relative to the part; explain found nothing."""
+    path = tmp_path / "lean.nc"
+    path.write_text(
+        "G21 G90 G94\nT1 M6\nS9 M3\nG54\nG0 X0 Y0 Z60 A0 C0\nG43 H1\nG0 Z5\nG1 Z0 F900\nX30 Y5 A15 C30\nG0 Z60\nM30\n"
+    )
+    (tmp_path / "lean.nc.toml").write_text(
+        "tools = {1 = {length = 80, diameter = 10}}\nwcs = {G54 = [0, 0, 60]}\n"
+        'stock = {system = "G54", min = [-10, -15, -30], max = [50, 25, 0]}\n'
+    )
+    refused = run("check", path)
+    assert "VP216" in refused.out and "table solution" not in refused.out
+    told = run("explain", f"{path}:7")
+    assert "VP216 error" in told.out and "a line before it brings the tool there" in told.out
+    assert "table solution: the line ends" not in told.out

@@ -42,11 +42,10 @@ def check_line(program: Program, joints: JointPath, line: int) -> list[Finding]:
     """The same for a part of :func:`guard_joints` that belongs to one source line."""
     own = [item for item in program.findings if item.line == line]
     found = check_constraints(joints)[1]
-    if any(item.code == "VP216" for item in found):
-        from verne_post.app.stock_check import settle_stock
-
-        whole = settle_stock(program, guard_joints(program), found)
-        found = [item for item in whole if (item.line or 0) <= line <= (item.last_line or 0)]
+    if program.options.stock is not None:  # what is left of it at that time follows from the lines before
+        whole = check_program(program)[1]
+        found = [item for item in found if item.code != "VP216"]
+        found += [item for item in whole if item.code == "VP216" and (item.line or 0) <= line <= (item.last_line or 0)]
     return sort_findings([*own, *found])
 
 

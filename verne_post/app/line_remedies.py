@@ -3,8 +3,9 @@
 Every proposal has been checked along the whole line before it is reported.
 """
 
+import re
 from collections.abc import Iterator, Sequence
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from msgspec import Struct
@@ -19,7 +20,7 @@ from verne_post.kinematics.joint_path import JointPath
 from verne_post.model.findings import Finding, Remedy
 from verne_post.model.moves import AXES, Frame, Moves
 from verne_post.model.options import Options
-from verne_post.model.part_setup import SYSTEM_NAMES
+from verne_post.model.part_setup import SYSTEM_NAMES, TOOL_PARTS, OwnStock
 from verne_post.model.verdict import find_worst
 
 #: A joint and a word differ by the platform's tilt to within rounding, degrees.
@@ -67,7 +68,23 @@ def propose_turns(line: Line, findings: Sequence[Finding]) -> Iterator[Remedy]:
     """Other angles of the table that bring the line within limits, the part where it is: less tilt, another branch."""
     gravest = find_worst(findings)
     yield from _propose_tilts(line, [item for item in findings if item.severity == gravest])
-    yield from _propose_branches(line, gravest == "error")
+    errors = [item for item in findings if item.severity == gravest == "error"]
+    if not all(is_carried_along(line.options, item, line.frame.system) for item in errors):
+        yield from _propose_branches(line)
+
+
+def is_carried_along(options: Options, item: Finding, system: int) -> bool:
+    """Whether a contact is that of the tool or spindle with bodies which neither a work offset nor the table moves
+    relative to the program.
+
+    These bodies are in the work system of the line. Platform and rods stand elsewhere when the part does.
+    """
+    if not re.search(rf"\b({'|'.join((*TOOL_PARTS, 'spindle'))})\b", item.message):
+        return False
+    touched: list[Any] = [options.stock] if item.code == "VP216" and options.stock is not None else []
+    if item.code == "VP215":
+        touched = [one for one in options.keep_out if re.search(rf"\b{re.escape(one.name)} ", item.message)]
+    return bool(touched) and all(isinstance(one, OwnStock) or one.system == system for one in touched)
 
 
 def _propose_tilts(line: Line, findings: Sequence[Finding]) -> Iterator[Remedy]:
@@ -112,9 +129,7 @@ def _describe_joint(joints: JointPath, tip: Array, tilt: float, turn: float, wor
     )
 
 
-def _propose_branches(line: Line, error: bool) -> Iterator[Remedy]:
-    if not error:
-        return
+def _propose_branches(line: Line) -> Iterator[Remedy]:
     joints = line.joints
     for branch in remedies.find_legal_branches(joints):
         tip, angles = line.exact.pose(line.exact.contour, np.array([line.last]), np.array([1.0]))
@@ -137,6 +152,9 @@ def _propose_shifts(line: Line, findings: Sequence[Finding]) -> Iterator[str]:
     coordinates = joints.machine.coordinates
     warnings = find_worst(asked) == "warning"
     least = remedies.find_smallest_shift(joints, np.eye(3), also_warnings=warnings)
+    if least is not None and not any(least.vector):
+        yield "none here: this line alone is within limits; a line before it brings the tool there"
+        return
     if least is not None:
         moved = format_list(np.array(least.vector) @ coordinates.part_frame, 3)
         yield f"the part moved by {moved} mm ({_describe_offset(line, least)}){_describe_remaining(least)}"

@@ -4,7 +4,6 @@ A work offset and an option are tried on the whole program; a tilt, another bran
 """
 
 import dataclasses
-import re
 from collections.abc import Iterator, Sequence
 from typing import Any, Final
 
@@ -14,7 +13,7 @@ from msgspec.structs import replace
 from verne_post.app.assemble import Program, assemble, build_interpreter_setup
 from verne_post.app.constraints import check_program, guard_joints
 from verne_post.app.explain_numbers import format_list, format_number
-from verne_post.app.line_remedies import Line, propose_depth, propose_ends, propose_turns
+from verne_post.app.line_remedies import Line, is_carried_along, propose_depth, propose_ends, propose_turns
 from verne_post.base.arrays import Array
 from verne_post.base.long_text import Text
 from verne_post.base.program_lines import find_word, find_word_of
@@ -28,8 +27,7 @@ from verne_post.kinematics.checks.remedies import (
     select_line,
 )
 from verne_post.model.findings import Finding, InputError, Remedy, make_finding
-from verne_post.model.options import Options
-from verne_post.model.part_setup import SYSTEM_NAMES, TOOL_PARTS, OwnStock, WorkOffset
+from verne_post.model.part_setup import SYSTEM_NAMES, WorkOffset
 from verne_post.model.verdict import NO_POSE, Family, find_family, is_about_pose
 from verne_post.output.causes import find_excess
 from verne_post.toolpath.contour import make_exact_contour
@@ -135,21 +133,8 @@ def _try_remedies(
             for one in propose_turns(line, [item]):
                 yield dataclasses.replace(one, text=f"line {line.number} alone: {one.text}")
         tried = item.code not in ROTARY_CODES and len(program.contour) <= TRIED_ELEMENTS
-        if tried and not (line is not None and _is_carried_along(program.options, item, line.frame.system)):
+        if tried and not (line is not None and is_carried_along(program.options, item, line.frame.system)):
             yield _NO_OFFSET
-
-
-def _is_carried_along(options: Options, item: Finding, system: int) -> bool:
-    """Whether a contact is that of the tool or spindle with bodies which no work offset moves relative to the program.
-
-    These bodies are in the work system of the line. Platform and rods stand elsewhere when the part does.
-    """
-    if not re.search(rf"\b({'|'.join((*TOOL_PARTS, 'spindle'))})\b", item.message):
-        return False
-    touched: list[Any] = [options.stock] if item.code == "VP216" and options.stock is not None else []
-    if item.code == "VP215":
-        touched = [one for one in options.keep_out if re.search(rf"\b{re.escape(one.name)} ", item.message)]
-    return bool(touched) and all(isinstance(one, OwnStock) or one.system == system for one in touched)
 
 
 def list_ends(program: Program, item: Finding) -> list[Remedy]:
