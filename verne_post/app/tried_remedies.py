@@ -68,9 +68,12 @@ def add_remedies(source: Text, program: Program, findings: Sequence[Finding]) ->
         return list(findings)
     if program.machine.unreachable and any(item.code in NO_POSE for item in errors):
         return [program.machine.unreachable[0], *(one for one in findings if not is_about_pose(one.code))]
-    found = _find_offset(source, program, errors) if len(program.contour) <= TRIED_ELEMENTS else None
+    joints = guard_joints(program)
+    is_short = len(program.contour) <= TRIED_ELEMENTS
+    is_movable_part = is_short and not all(_is_carried_along(program, joints, item) for item in errors)
+    found = _find_offset(source, program, errors) if is_movable_part else None
     offset, distance = found or (None, np.inf)
-    word = _find_word(source, program, errors) if len(program.contour) <= TRIED_ELEMENTS else None
+    word = _find_word(source, program, errors) if is_short else None
     in_inches = _find_mistaken_unit(source, program, errors) if distance > FAR_MM else None
     if in_inches is not None:
         return [in_inches, *(one for one in findings if not is_about_pose(one.code))]
@@ -78,7 +81,6 @@ def add_remedies(source: Text, program: Program, findings: Sequence[Finding]) ->
     for item in errors:
         chosen.setdefault((item.code, item.axis), item)
     remedied = list(chosen.values())[:REMEDIED]
-    joints = guard_joints(program)
     made: list[Finding] = []
     for item in findings:
         if item in remedied:
@@ -133,8 +135,14 @@ def _try_remedies(
             for one in propose_turns(line, [item]):
                 yield dataclasses.replace(one, text=f"line {line.number} alone: {one.text}")
         tried = item.code not in ROTARY_CODES and len(program.contour) <= TRIED_ELEMENTS
-        if tried and not (line is not None and is_carried_along(program.options, item, line.frame.system)):
+        if tried and not _is_carried_along(program, joints, item):
             yield _NO_OFFSET
+
+
+def _is_carried_along(program: Program, joints: Any, item: Finding) -> bool:
+    """Whether no work offset can cure a contact: see :func:`~verne_post.app.line_remedies.is_carried_along`."""
+    line = _find_line(program, joints, item.line)
+    return line is not None and is_carried_along(program.options, item, line.frame.system)
 
 
 def list_ends(program: Program, item: Finding) -> list[Remedy]:
