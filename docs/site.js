@@ -8,6 +8,7 @@ const mark = table => {
   if (heads.length < 3) { table.dataset.pairs = ""; return; }
   const cells = [...table.tBodies[0].rows].flatMap(row => [...row.cells].slice(1));
   const wrap = table.closest(".md-typeset__scrollwrap") || table;
+  table.toggleAttribute("data-examples", heads.length === 3 && heads[1] === "example");
   table.toggleAttribute("data-wide", wrap.scrollWidth > wrap.clientWidth);
   for (const code of table.querySelectorAll("code")) code.classList.toggle("long", code.textContent.length > 24);
   const texts = cells.filter(cell => !/^[-+<>]?\.?\d/.test(cell.textContent.trim())).length;
@@ -50,3 +51,11 @@ addEventListener("toggle", event => {
   event.target.querySelectorAll("table:not([class])").forEach(mark);
   reach();
 }, true);
+// What the button of a console copies: the file that `cat` shows first, else the commands, without prompt and output.
+document.querySelectorAll(".language-console").forEach(box => {
+  const lines = box.querySelector("code").textContent.trimEnd().split("\n");
+  const starts = [...lines.keys()].filter(at => lines[at].startsWith("$ "));
+  const shown = starts.length && lines[starts[0]].startsWith("$ cat ") ? lines.slice(starts[0] + 1, starts[1])
+    : starts.length ? starts.map(at => lines[at].slice(2)) : lines;
+  box.dataset.copy = shown.join("\n");
+});

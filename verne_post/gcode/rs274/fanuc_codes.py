@@ -105,7 +105,7 @@ _GROUPS: Final[Mapping[str, Mapping[int, str]]] = {
     },
     "tool length": {
         **{code: RS274.g_groups["tool length"][code] for code in (430, 434, 435, 490)},
-        **dict.fromkeys((431, 2340), "G43.4: this machine always controls the tool centre point"),
+        **dict.fromkeys((431, 2340), "the same as G43.4"),
     },
     "cutter compensation": {code: RS274.g_groups["cutter compensation"][code] for code in (400, 410, 420)},
     "work offset": {
