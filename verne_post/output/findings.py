@@ -209,7 +209,7 @@ _OF_MANY_CAUSES: Final = (
 _SAYS_WHAT_IS_RIGHT: Final = re.compile(
     r"(?:[;:,]|\band|\bor|[;,] so) (?:add|call|change|drop|end|give|go|keep|leave|let|move|name|position|post|reset|"
     r"retract|save|scale|set|take|turn|unload|use|write)\b|\b(?:expected|must|needs?|needed|takes?|see|belongs?)\b|"
-    r"\bis given\b|\b(?:are|is) (?:not negative|positive)\b"
+    r"\bis given\b|\b(?:are|is) (?:not negative|positive)\b|\bmeant(?: in line \d+)?\?$"
 )
 #: VP002 where a word is known and not executed, and what helps.
 _NOT_EXECUTED: Final = re.compile(r"\bnot (?:executed|read|kept)\b")

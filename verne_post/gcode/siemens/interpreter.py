@@ -358,7 +358,7 @@ class SiemensInterpreter:
             radius = 0.5 * self._find_diameter(block, spell_g_code(number))
             sign = 1 if number == 410 else -1
             self.core.start_compensation(
-                Compensation(number, state.plane, sign * radius, block.line, perpendicular=True)
+                Compensation(number, state.plane, sign * radius, block.line, code, perpendicular=True)
             )  # NORM
 
     def _find_diameter(self, at: At, name: str) -> float:
