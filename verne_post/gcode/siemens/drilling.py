@@ -8,7 +8,7 @@ from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.gcode.arcs import PLANES
 from verne_post.gcode.machining.holes import MAX_PECKS, Thread, check_tapping, note_tapping, tap
 from verne_post.gcode.program_error import At, ProgramError
-from verne_post.gcode.siemens.arguments import OF_EDITOR, Arguments, read_cycle, read_pitch
+from verne_post.gcode.siemens.arguments import OF_EDITOR, Arguments, check_depths, read_cycle, read_pitch
 from verne_post.gcode.siemens.interpreter import SiemensInterpreter
 from verne_post.gcode.siemens.variables import Variables
 from verne_post.gcode.siemens.words import Call
@@ -159,7 +159,10 @@ class _Hole:
             return self._read_length(absolute)
         if not given.is_given(relative):
             raise given.error("VP005", f"{absolute} or {relative} is needed", absolute)
-        return self.reference - self.up * abs(self._read_length(relative))
+        bottom = self.reference - self.up * self._read_length(relative)
+        if (error := check_depths(given, absolute, relative, bottom / self.unit)) is not None:
+            self.to.recorder.warn(error.code, error.message, self.block.line, error.column)
+        return bottom
 
     def _read_seconds(self, name: str, digit: int = 0) -> float:
         """A dwell: seconds, or turns of the spindle where it is negative or its digit says so."""
