@@ -9,7 +9,7 @@ from verne_post.gcode.languages import find_other_language
 from verne_post.gcode.tools import read_tool_table
 from verne_post.model.options import Options
 from verne_post.model.part_setup import Tool
-from verne_post.output.findings import format_finding
+from verne_post.output.findings import describe_remedy, format_finding
 
 HEAD = "G21 G90\nG0 X0 Y0 Z100 A0 C0\n"
 
@@ -529,3 +529,29 @@ def test_why_the_feed_rate_or_the_transformation_is_not_there(tmp_path, machine,
     options = Options(tool_length=60.0, wcs={"G54": (0, 0, 60)}, dialect="auto" if name == "p.mpf" else "rs274")
     findings = check(tmp_path / name, machine, options).findings
     assert [said in item.message for item in findings if item.severity == "error"] == [True]
+
+
+KLARTEXT = "BEGIN PGM A MM\n{}L X-20 Y-20 Z+40 A+0 C+0 R0 FMAX\nL X+0 Y-10 RL F500\nL Y+26\nL R0 X-30\nEND PGM A MM"
+SIEMENS = "T1 D1\nS8000 M3\nG0 X-30 Y-20 Z80 A0 C0\nG41 G1 X-20 F500\nY20\nG40 X-30\nM30"
+
+
+@pytest.mark.parametrize(("dialect", "program", "wanted"), [
+    ("siemens", SIEMENS, ("VP012", 4, "G41: tool 1 of line 1 is only selected by T, and no M6 loads it; write M6 after "
+                          "that T")),
+    ("rs274", SIEMENS.replace("T1 D1", "T1 G49"),
+     ("VP012", 4, "G41 without D, and tool 1 of line 1 is only selected by T, and no M6 loads it; write M6 after that "
+      "T, or write G41.1 with the diameter (D0 for a path on the contour)")),
+    ("heidenhain", KLARTEXT.format(""), ("VP012", 3, "no TOOL CALL before line 3, which needs the radius of the tool; "
+                                         "write TOOL CALL with the number of the tool, Z and S")),
+    ("heidenhain", KLARTEXT.format("TOOL DEF 1\n"), ("VP012", 4, "no TOOL CALL before line 4, which needs the radius "
+     "of the tool: TOOL DEF 1 in line 2 only names the tool; write TOOL CALL 1 Z S with its speed after it")),
+    ("heidenhain", KLARTEXT.format("TOOL CALL 1 X S9\n"), ("VP017", 2, "tool axis X: the spindle of this machine "
+                                                           "points along Z")),
+])  # fmt: skip
+def test_a_tool_that_is_not_in_the_spindle_is_one_finding_with_its_cause(machine, dialect, program, wanted):
+    """The length of the tool is known, and nothing about it is to be filled in."""
+    tools = {1: Tool(1, 1, (0.0, 0.0, 80.0, *(0.0,) * 6), 6.0)}
+    options = Options(dialect=dialect, wcs={"G54": (0, 0, 0)}, tools=tools)
+    errors = [item for item in check(program.encode(), machine, options).findings if item.severity == "error"]
+    assert [(item.code, item.line, item.message) for item in errors] == [wanted]
+    assert describe_remedy(errors[0], "a.nc") == ""

@@ -60,7 +60,7 @@ class KlartextFunctions:
         """TOOL CALL 5 Z S2500 F500 DL+0.1 DR+0.05; without a number only S and F."""
         self.waiting.refuse("TOOL CALL")
         text = statement.rest
-        number, at = self._read_tool(statement)
+        number, at = self.read_tool(statement)
         axis = _TOOL_AXIS.match(text if at else " " + text, at)
         if axis is not None:
             at = axis.end() - (0 if at else 1)
@@ -91,7 +91,7 @@ class KlartextFunctions:
         if speed is not None:
             self.core.auxiliary.set_speed(At(self.frames.block.line, {"S": 1}), speed, is_switched=False)
 
-    def _read_tool(self, statement: Statement) -> tuple[int | None, int]:
+    def read_tool(self, statement: Statement) -> tuple[int | None, int]:
         """The number of the called or defined tool, by number or name, and the end of the words; None without one."""
         text = statement.rest
         if (name_match := _TOOL_NAME.match(text)) is not None:
@@ -149,7 +149,7 @@ class KlartextFunctions:
 
     def define_tool(self, statement: Statement) -> None:
         """TOOL DEF 5 L+80 R+5; with the number alone the tool that comes next."""
-        number, at = self._read_tool(statement)
+        number, at = self.read_tool(statement)
         if number is None:
             raise statement.error("VP005", "TOOL DEF needs the number of the tool, or its name")
         rest = replace(statement, rest=statement.rest[at:], begin=statement.begin + at)
