@@ -555,3 +555,26 @@ def test_a_tool_that_is_not_in_the_spindle_is_one_finding_with_its_cause(machine
     errors = [item for item in check(program.encode(), machine, options).findings if item.severity == "error"]
     assert [(item.code, item.line, item.message) for item in errors] == [wanted]
     assert describe_remedy(errors[0], "a.nc") == ""
+
+
+@pytest.mark.parametrize(("on", "off", "wanted"), [
+    ("M128", "", [("TOOL CALL", 8), ("M91", 6)]),
+    ("FUNCTION TCPM F TCP AXIS POS PATHCTRL AXIS", "", [("TOOL CALL", 8), ("M91", 6)]),
+    ("M128", "M129\n", []),
+    ("M128", "FUNCTION RESET TCPM\n", []),
+])  # fmt: skip
+def test_m128_before_m91_and_tool_call_is_told(machine, on, off, wanted):
+    """Once for each: the second M91 has the same cause."""
+    tools = {number: Tool(number, number, (0.0, 0.0, 80.0, *(0.0,) * 6), 6.0) for number in (1, 2)}
+    program = (
+        f"BEGIN PGM A MM\nTOOL CALL 1 Z S900\nL X+0 Y+0 Z+60 A+0 C+0 R0 FMAX M3\n{on}\nL X+20 F500\n{off}"
+        "L Z-100 R0 FMAX M91\nL X+0 R0 FMAX M91\nTOOL CALL 2 Z S900\nL X+0 Y+0 Z+60 FMAX M3\nEND PGM A MM"
+    )
+    options = Options(dialect="heidenhain", wcs={"G54": (0, 0, 0)}, tools=tools, split_at_stops=True)
+    found = [item for item in check(program.encode(), machine, options).findings if item.code == "VP043"]
+    said = (
+        "while tool-centre-point control of line 4 (M128) holds: controls ask for its end before that; write M129 first"
+    )
+    assert sorted((item.message, item.severity, item.line) for item in found) == sorted(
+        (f"{what} {said}", "warning", line) for what, line in wanted
+    )

@@ -83,6 +83,7 @@ class KlartextFunctions:
             self.contour.change_feed_mode(FeedMode.PER_MINUTE)
         if number is not None:
             self.core.refuse_compensation("TOOL CALL")
+            self.warn_of_tcp("TOOL CALL")
             self._change(number, *delta, column=statement.begin + at - len(text[:at].lstrip()) + 1)
             if feed is not None:
                 self.core.recorder.note_feed()
@@ -268,8 +269,19 @@ class KlartextFunctions:
             self.core.settle_table(self.frames.block)
         self.waiting.refuse("M128" if on else "M129")
         self.core.refuse_compensation("M128" if on else "M129")
+        if on and not self.modes.tcp:
+            self.modes.tcp_line = self.frames.block.line
         self.modes.tcp = on
         self.frames.refresh_frame()
+
+    def warn_of_tcp(self, what: str) -> None:
+        """VP043 where tool-centre-point control holds at what the manuals of TNC controls place after M129."""
+        if self.modes.tcp:
+            text = (
+                f"{what} while tool-centre-point control of line {self.modes.tcp_line} (M128) holds: controls ask for "
+                "its end before that; write M129 first"
+            )
+            self.core.recorder.note_once("VP043", text, self.frames.block.line)
 
     def _reduce_angles(self, letters: str) -> None:
         """M94: positions of A and C as numbers from 0 to less than a turn."""

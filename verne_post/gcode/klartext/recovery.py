@@ -73,10 +73,10 @@ class KlartextRecovery:
         elif keyword == "CYCL DEF":
             to.patterns.cycle_unread = True
         elif keyword == "TOOL CALL":
-            number: int | None = to.state.selected_tool
-            with suppress(ProgramError):  # it may be right where the tool axis is not
-                number = to.functions.read_tool(statement)[0] or number
-            self._assume_tool(number)
+            tool: int | None = to.state.selected_tool
+            with suppress(ProgramError):  # its number may be right where the tool axis is not
+                tool = to.functions.read_tool(statement)[0] or tool
+            self._assume_tool(tool)
             if "F" in read_usable_words(statement, to.q).values:
                 to.contour.call_feed = to.contour.call_feed or 1.0  # any feed rate will do
         return follows
