@@ -578,3 +578,43 @@ def test_m128_before_m91_and_tool_call_is_told(machine, on, off, wanted):
     assert sorted((item.message, item.severity, item.line) for item in found) == sorted(
         (f"{what} {said}", "warning", line) for what, line in wanted
     )
+
+
+HEADS = {
+    "fanuc": "O1\nG21 G90 G94\nT1 M6\nG43 H1\nS800 M3\nG0 X0. Y0. Z60. A0. C0. F100.\n{}\nM30",
+    "siemens": "G17 G90 G94 G710\nT1 D1 M6\nS800 M3\nG0 X0 Y0 Z60 A0 C0\nF100\n\n{}\nM30",
+    "heidenhain": "BEGIN PGM A MM\nTOOL CALL 1 Z S800\nL X+0 Y+0 Z+60 A+0 C+0 R0 FMAX M3\n\n\n\n{}\nEND PGM A MM",
+}
+
+
+@pytest.mark.parametrize(("dialect", "line", "wanted"), [
+    ("fanuc", "G99 G93 X5. Z50. R55. Q2. F90.\nX9. Y9.\nG80\nG1 X7. F100.",
+     ("VP006", 5, "G93 takes no R, Q; did you mean G83?")),
+    ("fanuc", "G93 X5. Z50. R55. F90.", ("VP006", 1, "G93 takes no R; did you mean G83?")),
+    ("fanuc", "G94 X5. Z50. R55. F90.", ("VP006", 14, "nothing in the block uses R55")),
+    ("fanuc", "M98 P2000", ("VP023", 1, "M98 calls O2000: not in the program, and in no file beside it whose name has "
+                            "the number (2000.ngc or O2000.nc)")),
+    ("fanuc", "M98 P20", ("VP023", 1, "M98 calls O20: not in the program, and in no file beside it whose name has the "
+                          "number (20.ngc or O0020.nc)")),
+    ("fanuc", "G2 X5. Y5. I5. J5.", ("VP008", None, "the radius of the arc is 7.07107 mm at the start, 0 mm at the "
+                                     "end: its centre is the end")),
+    ("fanuc", "G2 X5. Y5. I0 J0", ("VP008", None, "the radius of the arc is 0 mm at the start, 7.07107 mm at the end: "
+                                   "its centre is the start")),
+    ("siemens", "CYCLE83(-20,0,3,-12,,-5,,2,0,0,1,1)",
+     ("VP007", 9, "CYCLE83: the retract plane -20 mm lies below the reference plane 0 mm, as the bottom -12 mm does; "
+      "expected RTP above RFP")),
+    ("siemens", "CYCLE82(50,0,3,12)", ("VP007", 16, "CYCLE82: the bottom 12 mm lies on the wrong side of the reference "
+                                       "plane 0 mm")),
+    ("siemens", 'MSG("DRILL D6)', ("VP001", 5, "the quote is not closed on its line; expected '\"'")),
+    ("siemens", 'MSG("DRILL D6"', ("VP001", 4, "the bracket is not closed on its line; expected ')'")),
+    ("heidenhain", "CYCL DEF 230", ("VP002", 10, "CYCL DEF 230 is not executed (multipass milling of older controls; "
+                                    "write cycle 233)")),
+])  # fmt: skip
+def test_a_mistake_is_told_by_its_cause_at_its_place(machine, dialect, line, wanted):
+    tools = {1: Tool(1, 1, (0.0, 0.0, 80.0, *(0.0,) * 6), 6.0)}
+    options = Options(dialect=dialect, wcs={"G54": (0, 0, 0)}, tools=tools)
+    findings = check(HEADS[dialect].format(line).encode(), machine, options).findings
+    errors = [item for item in findings if item.severity == "error"]
+    assert [(item.code, item.line, item.column, item.message) for item in errors] == [
+        (wanted[0], 7, wanted[1], wanted[2])
+    ]

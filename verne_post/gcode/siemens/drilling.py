@@ -121,6 +121,13 @@ class _Hole:
         self.up = self._find_up()
         self.clear = self.reference + self.up * abs(self._read_length("SDIS"))
         self.bottom = self._read_depth("DP", "DPR", self.digits[0])
+        if self.up < 0 and max(self.retract, self.bottom) < self.reference:
+            raise given.error(
+                "VP007",
+                f"the retract plane {self.retract:g} mm lies below the reference plane {self.reference:g} mm, as the "
+                f"bottom {self.bottom:g} mm does; expected RTP above RFP",
+                "RTP",
+            )
         if (self.reference - self.bottom) * self.up <= 0:
             raise given.error(
                 "VP007",
