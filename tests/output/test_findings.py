@@ -154,6 +154,13 @@ def test_a_remedy_says_more_than_its_message_or_is_left_out(tmp_path: Path, run:
         ("VP026", "compensation along the normal is not executed; take DL and DR out", ""),
         ("VP026", "the tool (radius 5 mm) cannot reach into this inside corner", "Use a smaller tool, "),
         ("VP026", "tool 1 (diameter 10 mm) is too wide for this arc, whose radius is 4 mm: is G2 meant?", ""),
+        (
+            "VP037",
+            "X Y Z cut, and no code asks for tool-centre-point control; write G43.4",
+            "If directions of the machine",
+        ),
+        ("VP037", "X Y Z cut in the machine's directions; name A and C before the cut", ""),
+        ("VP043", "the plane of G68.2 in line 5 is still in force; write G69 before if it is not meant", ""),
         ("VP002", "G54.2 is only executed with P0: the control stores it; let the CAM system write G43.4", ""),
         ("VP002", "G33 is not executed (spindle-synchronised motion)", "Post the program without it."),
         ("VP002", "G777 is not a code of this language", "If the word is misspelt, correct it."),

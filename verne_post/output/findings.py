@@ -205,7 +205,7 @@ _GIVE_DIAMETER: Final = (
 #: Codes of several causes: a remedy that fits all of them adds nothing where the message says what would be right.
 _OF_MANY_CAUSES: Final = (
     *("VP001", "VP002", "VP003", "VP004", "VP006", "VP008", "VP011", "VP013", "VP015"),
-    *("VP016", "VP024", "VP026", "VP031", "VP047", "VP505"),
+    *("VP016", "VP024", "VP026", "VP031", "VP043", "VP047", "VP505"),
 )
 #: How messages say what would be right: an imperative after a sign, or what is expected or needed.
 _SAYS_WHAT_IS_RIGHT: Final = re.compile(
@@ -262,8 +262,8 @@ def _choose_remedy(item: Finding) -> str:
         return ""
     if item.code == "VP033":  # the message has the option; the file is left to say, and the unit
         remedy = _FILL_IN_PLACE
-    if item.code == "VP037" and "no code asks for" not in item.message:
-        return ""  # the message has the word of the language
+    if item.code == "VP037":  # the message has the word of the language; in G-code there is another reading
+        return remedy[remedy.index("If directions") :] if "no code asks for" in item.message else ""
     if item.code == "VP034" and _OWN_LENGTH.search(item.message):  # length 0 is not what is meant
         return ""
     if item.code in _TOLD_FIRST:
