@@ -61,7 +61,7 @@ def test_a_tool_with_the_length_of_the_one_before() -> None:
     found = vp.check(program.format(""), "verne", options).findings
     assert [(item.code, item.severity, item.line) for item in found] == [("VP034", "warning", 8)]
     assert "tool 2 cuts with a length of 80 mm, which is that of tool 1; its own is 110 mm" in found[0].message
-    assert found[0].message.endswith("(G43 H2; in Siemens D1) after line 7, or the tip is 30 mm off")
+    assert found[0].message.endswith("(G43 H2) after line 7, or the tip is 30 mm off")
     assert describe_remedy(found[0], "p.nc") == ""  # --tool-length 0 is not what is meant
     for offset in (2, 22):
         found = vp.check(program.format(f"G43 H{offset}\n"), "verne", options).findings
@@ -891,3 +891,21 @@ def test_slips_in_the_call_of_a_tool_in_klartext(call, length, expected, said) -
     found = vp.check(KLARTEXT.format(call), "verne", options).findings
     assert [(item.code, item.line) for item in found] == expected
     assert all(said in item.message for item in found)
+
+
+@pytest.mark.parametrize(
+    ("offset", "code", "said"),
+    [
+        ("G505", "VP033", "G505, which is G58 here, has no place on the table, and G54 has one: write wcs.G58 ="),
+        ("G540", "VP033", "G540, which is G54.1P31 here, has no place on the table"),
+        ("G55", "VP033", "G55 has no place on the table"),
+        ("D0", "VP034", "activate its length (D1) after line 1, or give it the length 0"),
+    ],
+)
+def test_a_siemens_program_is_told_in_its_own_words(offset, code, said):
+    program = f"T1 M6\nD1 S900 M3\nG0 X0 Y0 Z60 A0 C0\n{offset}\nG1 X5 Y0 Z60 A0 C0 F100\nM30"
+    tools = {1: vp.Tool(1, 1, (0.0, 0.0, 80.0, *(0.0,) * 6))}
+    options = vp.Options(dialect="siemens", tools=tools, wcs={"G54": (0, 0, 30)})
+    (found,) = [item for item in vp.check(program, "verne", options).findings if item.code == code]
+    assert said in found.message
+    assert "G43" not in found.message

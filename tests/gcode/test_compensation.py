@@ -218,3 +218,42 @@ def test_an_arc_as_entry_ends_beside_its_end_in_its_direction(view, word, side, 
     assert np.linalg.norm(middle) == pytest.approx(np.linalg.norm(middle - target), abs=1e-6)
     assert float((middle - target) @ [-inwards[1], inwards[0]]) == pytest.approx(0.0, abs=1e-6)
     assert float((middle - target) @ inwards) > 0.0
+
+
+#: Two lines and a rounded corner, whose centre is to the right: the tool (T1, 6 mm) belongs to their left.
+ROUNDED = {
+    "fanuc": "T1 M6\nG0 X-20. Y-20. F500.\n{side} D1 G1 X0 Y-10.\nY28.\n{sense} X2. Y30. {at}\nG1 X26.\nG40 Y50.\nM30",
+    "siemens": "{mirror}\nT1 D1 M6\nG0 X-20 Y-20 F500\n{side} G1 X0 Y-10\nY28\n{sense} X2 Y30 {at}\nG1 X26\n"
+    "G40 Y50\nM30",
+    "heidenhain": "BEGIN PGM A MM\nTOOL CALL 1 Z S9\nL X-20 Y-20 Z+0 R0 FMAX\nL X+0 Y-10 {side} F500\nL Y+28\n{at}\n"
+    "L X+26\nL Y+50 R0\nEND PGM A MM",
+}
+
+
+@pytest.mark.parametrize(("dialect", "words", "question"), [
+    ("fanuc", {"side": "G41", "sense": "G2", "at": "R2."}, ""),
+    ("fanuc", {"side": "G42", "sense": "G2", "at": "R2."}, "with G41 it would fit: is the side right?"),
+    ("fanuc", {"side": "G41", "sense": "G3", "at": "R2."}, "is G2 meant?"),
+    ("fanuc", {"side": "G41", "sense": "G3", "at": "I2. J0"}, "is G2 meant?"),
+    ("siemens", {"side": "G42", "sense": "G2", "at": "CR=2", "mirror": ""},
+     "with G41 it would fit: is the side right?"),
+    ("siemens", {"side": "G42", "sense": "G2", "at": "CR=2", "mirror": "MIRROR X0"},
+     "with G41 it would fit: is the side right?"),
+    ("siemens", {"side": "G41", "sense": "G3", "at": "CR=2", "mirror": "MIRROR X0"}, "is G2 meant?"),
+    ("heidenhain", {"side": "RR", "at": "CR X+2 Y+30 R+2 DR-"}, "with RL it would fit: is the side right?"),
+    ("heidenhain", {"side": "RL", "at": "CR X+2 Y+30 R+2 DR+"}, "is DR- meant?"),
+])  # fmt: skip
+def test_a_swapped_side_and_a_swapped_sense_are_told_apart(view, dialect, words, question):
+    """The other sense is asked for where only that is tangent to the line before, else the other side."""
+    said = [item.message for item in view(ROUNDED[dialect].format(**words), dialect=dialect)[1] if item.code == "VP026"]
+    text = f"tool 1 (diameter 6 mm) is too wide for this arc, whose radius is 2 mm: {question}"
+    assert said == ([text] if question else [])
+
+
+def test_a_swapped_sense_is_told_at_the_line_after_the_arc(view):
+    """A corner of 8 mm in a pocket, turned the wrong way: the next line is where the tool does not fit."""
+    pocket = "T1 M6\nF500\nG0 X15 Y15\nG41 D1 G1 Y0\nX22\n{} X30 Y8 R8\nG1 Y9\nX20\nG40 Y15\nM2"
+    (found,) = view(pocket.format("G2"), dialect="rs274")[1]
+    assert (found.code, found.line) == ("VP026", 7)
+    assert found.message.endswith("cutting into the contour: is G3 meant in line 6?")
+    assert all("meant" not in item.message for item in view(pocket.format("G3"), dialect="rs274")[1])

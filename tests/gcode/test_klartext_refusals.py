@@ -61,7 +61,7 @@ G_WORD = re.compile(r"\bG(0|1|4[0-9]|9[0-9])\b")
         (["L X+10", "CHF"], "VP005", "length"),
         (["L X+10 FU0"], "VP007", "FU"),
         (["TOOL CALL 1 Z DR-9", "L X+10 RL"], "VP007", "DR"),
-        (["TOOL CALL 0 Z", "L X+10 RL"], "VP012", "radius of tool 0"),
+        (["TOOL CALL 0 Z", "L X+10 RL"], "VP012", "TOOL CALL 0 leaves no tool before line 5, which needs the radius"),
         (["L X+10", "CHF 2", "CR X+20 Y+0 R+8 DR+"], "VP008", "it needs two lines"),
         (["L X+10", "RND R2", "L Z-5"], "VP008", "X and Y"),
         (["L X+10 Z+5", "RND R2", "L X+10 Y+9 Z+1"], "VP008", "out of the plane"),

@@ -9,7 +9,7 @@ from verne_post.gcode.languages import find_other_language
 from verne_post.gcode.tools import read_tool_table
 from verne_post.model.options import Options
 from verne_post.model.part_setup import Tool
-from verne_post.output.findings import format_finding
+from verne_post.output.findings import describe_remedy, format_finding
 
 HEAD = "G21 G90\nG0 X0 Y0 Z100 A0 C0\n"
 
@@ -529,3 +529,92 @@ def test_why_the_feed_rate_or_the_transformation_is_not_there(tmp_path, machine,
     options = Options(tool_length=60.0, wcs={"G54": (0, 0, 60)}, dialect="auto" if name == "p.mpf" else "rs274")
     findings = check(tmp_path / name, machine, options).findings
     assert [said in item.message for item in findings if item.severity == "error"] == [True]
+
+
+KLARTEXT = "BEGIN PGM A MM\n{}L X-20 Y-20 Z+40 A+0 C+0 R0 FMAX\nL X+0 Y-10 RL F500\nL Y+26\nL R0 X-30\nEND PGM A MM"
+SIEMENS = "T1 D1\nS8000 M3\nG0 X-30 Y-20 Z80 A0 C0\nG41 G1 X-20 F500\nY20\nG40 X-30\nM30"
+
+
+@pytest.mark.parametrize(("dialect", "program", "wanted"), [
+    ("siemens", SIEMENS, ("VP012", 4, "G41: tool 1 of line 1 is only selected by T, and no M6 loads it; write M6 after "
+                          "that T")),
+    ("rs274", SIEMENS.replace("T1 D1", "T1 G49"),
+     ("VP012", 4, "G41 without D, and tool 1 of line 1 is only selected by T, and no M6 loads it; write M6 after that "
+      "T, or write G41.1 with the diameter (D0 for a path on the contour)")),
+    ("heidenhain", KLARTEXT.format(""), ("VP012", 3, "no TOOL CALL before line 3, which needs the radius of the tool; "
+                                         "write TOOL CALL with the number of the tool, Z and S")),
+    ("heidenhain", KLARTEXT.format("TOOL DEF 1\n"), ("VP012", 4, "no TOOL CALL before line 4, which needs the radius "
+     "of the tool: TOOL DEF 1 in line 2 only names the tool; write TOOL CALL 1 Z S with its speed after it")),
+    ("heidenhain", KLARTEXT.format("TOOL CALL 1 X S9\n"), ("VP017", 2, "tool axis X: the spindle of this machine "
+                                                           "points along Z")),
+])  # fmt: skip
+def test_a_tool_that_is_not_in_the_spindle_is_one_finding_with_its_cause(machine, dialect, program, wanted):
+    """The length of the tool is known, and nothing about it is to be filled in."""
+    tools = {1: Tool(1, 1, (0.0, 0.0, 80.0, *(0.0,) * 6), 6.0)}
+    options = Options(dialect=dialect, wcs={"G54": (0, 0, 0)}, tools=tools)
+    errors = [item for item in check(program.encode(), machine, options).findings if item.severity == "error"]
+    assert [(item.code, item.line, item.message) for item in errors] == [wanted]
+    assert describe_remedy(errors[0], "a.nc") == ""
+
+
+@pytest.mark.parametrize(("on", "off", "wanted"), [
+    ("M128", "", [("TOOL CALL", 8), ("M91", 6)]),
+    ("FUNCTION TCPM F TCP AXIS POS PATHCTRL AXIS", "", [("TOOL CALL", 8), ("M91", 6)]),
+    ("M128", "M129\n", []),
+    ("M128", "FUNCTION RESET TCPM\n", []),
+])  # fmt: skip
+def test_m128_before_m91_and_tool_call_is_told(machine, on, off, wanted):
+    """Once for each: the second M91 has the same cause."""
+    tools = {number: Tool(number, number, (0.0, 0.0, 80.0, *(0.0,) * 6), 6.0) for number in (1, 2)}
+    program = (
+        f"BEGIN PGM A MM\nTOOL CALL 1 Z S900\nL X+0 Y+0 Z+60 A+0 C+0 R0 FMAX M3\n{on}\nL X+20 F500\n{off}"
+        "L Z-100 R0 FMAX M91\nL X+0 R0 FMAX M91\nTOOL CALL 2 Z S900\nL X+0 Y+0 Z+60 FMAX M3\nEND PGM A MM"
+    )
+    options = Options(dialect="heidenhain", wcs={"G54": (0, 0, 0)}, tools=tools, split_at_stops=True)
+    found = [item for item in check(program.encode(), machine, options).findings if item.code == "VP043"]
+    said = (
+        "while tool-centre-point control of line 4 (M128) holds: controls ask for its end before that; write M129 first"
+    )
+    assert sorted((item.message, item.severity, item.line) for item in found) == sorted(
+        (f"{what} {said}", "warning", line) for what, line in wanted
+    )
+
+
+HEADS = {
+    "fanuc": "O1\nG21 G90 G94\nT1 M6\nG43 H1\nS800 M3\nG0 X0. Y0. Z60. A0. C0. F100.\n{}\nM30",
+    "siemens": "G17 G90 G94 G710\nT1 D1 M6\nS800 M3\nG0 X0 Y0 Z60 A0 C0\nF100\n\n{}\nM30",
+    "heidenhain": "BEGIN PGM A MM\nTOOL CALL 1 Z S800\nL X+0 Y+0 Z+60 A+0 C+0 R0 FMAX M3\n\n\n\n{}\nEND PGM A MM",
+}
+
+
+@pytest.mark.parametrize(("dialect", "line", "wanted"), [
+    ("fanuc", "G99 G93 X5. Z50. R55. Q2. F90.\nX9. Y9.\nG80\nG1 X7. F100.",
+     ("VP006", 5, "G93 takes no R, Q; did you mean G83?")),
+    ("fanuc", "G93 X5. Z50. R55. F90.", ("VP006", 1, "G93 takes no R; did you mean G83?")),
+    ("fanuc", "G94 X5. Z50. R55. F90.", ("VP006", 14, "nothing in the block uses R55")),
+    ("fanuc", "M98 P2000", ("VP023", 1, "M98 calls O2000: not in the program, and in no file beside it whose name has "
+                            "the number (2000.ngc or O2000.nc)")),
+    ("fanuc", "M98 P20", ("VP023", 1, "M98 calls O20: not in the program, and in no file beside it whose name has the "
+                          "number (20.ngc or O0020.nc)")),
+    ("fanuc", "G2 X5. Y5. I5. J5.", ("VP008", None, "the radius of the arc is 7.07107 mm at the start, 0 mm at the "
+                                     "end: its centre is the end")),
+    ("fanuc", "G2 X5. Y5. I0 J0", ("VP008", None, "the radius of the arc is 0 mm at the start, 7.07107 mm at the end: "
+                                   "its centre is the start")),
+    ("siemens", "CYCLE83(-20,0,3,-12,,-5,,2,0,0,1,1)",
+     ("VP007", 9, "CYCLE83: the retract plane -20 mm lies below the reference plane 0 mm, as the bottom -12 mm does; "
+      "expected RTP above RFP")),
+    ("siemens", "CYCLE82(50,0,3,12)", ("VP007", 16, "CYCLE82: the bottom 12 mm lies on the wrong side of the reference "
+                                       "plane 0 mm")),
+    ("siemens", 'MSG("DRILL D6)', ("VP001", 5, "the quote is not closed on its line; expected '\"'")),
+    ("siemens", 'MSG("DRILL D6"', ("VP001", 4, "the bracket is not closed on its line; expected ')'")),
+    ("heidenhain", "CYCL DEF 230", ("VP002", 10, "CYCL DEF 230 is not executed (multipass milling of older controls; "
+                                    "write cycle 233)")),
+])  # fmt: skip
+def test_a_mistake_is_told_by_its_cause_at_its_place(machine, dialect, line, wanted):
+    tools = {1: Tool(1, 1, (0.0, 0.0, 80.0, *(0.0,) * 6), 6.0)}
+    options = Options(dialect=dialect, wcs={"G54": (0, 0, 0)}, tools=tools)
+    findings = check(HEADS[dialect].format(line).encode(), machine, options).findings
+    errors = [item for item in findings if item.severity == "error"]
+    assert [(item.code, item.line, item.column, item.message) for item in errors] == [
+        (wanted[0], 7, wanted[1], wanted[2])
+    ]

@@ -125,7 +125,7 @@ def test_words_have_rs274_twins(view, siemens, rs274):
     ("X=FOO", "VP025", "FOO"), ("FOO=1", "VP002", "FOO"), ("FOO(1)", "VP002", "FOO"), ("X=1/0", "VP007", "no value"),
     ("X=SQRT(-1)", "VP007", "no value"), ("X=1+", "VP001", "end of the line"),
     ("X=\"A\"", "VP007", "text"), ("X=(1", "VP001", "')'"), ("X1.2.3", "VP001", "point"), ("?", "VP001", "?"),
-    ("MSG(\"a", "VP001", "bracket"), ("Q5", "VP002", "Q"),
+    ("MSG(\"a", "VP001", "quote"), ("Q5", "VP002", "Q"),
     ("G1 X1 A3=0 B3=0 C3=1", "VP017", "TRAORI"), ("G2 X1", "VP005", "centre"), ("G2 X10 I5 CR=5", "VP003", "one of"),
     ("G2 X10 I1", "VP008", "not on the circle"), ("G2 X10 I5 K1", "VP006", "K"), ("G2 X10 CR=1", "VP008", "small"),
     ("X=DC(5)", "VP017", "rotary"), ("CT X5 Z9", "VP008", "plane"), ("CIP X10", "VP005", "I1"),

@@ -3,7 +3,10 @@
 import numpy as np
 import pytest
 
-from verne_post.model.moves import MoveKind, PathMode
+from verne_post import check
+from verne_post.model.moves import ZERO9, MoveKind, PathMode
+from verne_post.model.options import Options
+from verne_post.model.part_setup import Tool
 
 HEAD = "G0 X1 Y2 Z50 F100 S600 M3\n"
 
@@ -31,7 +34,8 @@ def heights(view, text, **options):
 
 @pytest.mark.parametrize(("call", "expected"), [
     ("CYCLE81(20,0,2,-10)", "R2 F-10 R20"), ("CYCLE81(20,0,-2,,10)", "R2 F-10 R20"),
-    ("CYCLE81(20,5,2,,10)", "R7 F-5 R20"), ("CYCLE81(20,0,2,-3,10)", "R2 F-10 R20"),
+    ("CYCLE81(20,5,2,,10)", "R7 F-5 R20"), ("CYCLE81(20,0,2,0,10)", "R2 F-10 R20"),
+    ("CYCLE81(20,0.0004,2,-10,10)", "R2.0004 F-9.9996 R20"),
     ("CYCLE81(0,0,2,-10)", "R2 F-10 R0"), ("CYCLE83(0,0,2,-10,,,4,0,0,0,1,0)", "R2 F-4 F-3 F-8 F-7 F-10 R0"),
     ("Z-50\nCYCLE81(0,0,2,10)", "R-50 R-2 F10 R0"),
     ("CYCLE81 (20,0,2,-10,)", "R2 F-10 R20"), ("CYCLE81(20,0,2,-10,0,0,0,1,12)", "R2 F-10 R20"),
@@ -225,3 +229,24 @@ def test_texts_of_the_editor_of_threads_have_no_effect(view, call):
     )
     assert (one[1], two[1]) == ((), ())
     assert one[0].end.tolist() == two[0].end.tolist()
+
+
+@pytest.mark.parametrize(("call", "code", "said", "column"), [
+    ("CYCLE83(60,41,3,29,-5,,2,0,0,1,1)", "VP007", "DPR -5: a depth below RFP is not negative; write 5, or leave DPR "
+     "empty, with a comma for it, if DP 29 is meant", 20),
+    ("CYCLE85(60,41,2,,-5,0,50,50)", "VP007", "DPR -5: a depth below RFP is not negative; write 5", 18),
+    ("CYCLE83(60,41,2,29,,,-4,0,0,0,1,1)", "VP007", "FDPR -4: a depth below RFP is not negative; write 4", 22),
+    ("CYCLE82(60,41,2,38,10)", "VP505", "DP is 38, but DPR 10 below RFP ends at 31, and DPR counts; leave one of "
+     "them empty", 20),
+    ("POCKET1(60,41,2,37,5,40,30,5,0,0,0,50,500,5,2,0,0)", "VP505", "DP is 37, but DPR 5 below RFP ends at 36, and DPR "
+     "counts; leave one of them empty", 20),
+    ("LONGHOLE(60,41,2,37,-5,1,40,0,0,9,0,0,99,500,5)", "VP007", "DPR -5: a depth below RFP is not negative; write 5, "
+     "or leave DPR empty, with a comma for it, if DP 37 is meant", 21),
+])  # fmt: skip
+def test_depths_that_contradict_each_other_are_told(machine, call, code, said, column):
+    """A comma that was lost makes the first depth the depth below the reference plane."""
+    tools = {1: Tool(1, 1, (0.0, 0.0, 80.0, *ZERO9[3:]), 6.0)}
+    text = f"T1 D1 M6\nS1000 M3\nG0 X0 Y0 Z60 A0 C0 F300\n{call}\nG0 Z60\nM30"
+    findings = check(text.encode(), machine, Options(dialect="siemens", wcs={"G54": (0, 0, 0)}, tools=tools)).findings
+    found = [item for item in findings if item.code == code]
+    assert [(item.message.partition(": ")[2], item.line, item.column) for item in found] == [(said, 4, column)]

@@ -584,6 +584,7 @@ def test_bad_options(program: Path, run: Callable[..., Any], words: tuple[str, .
             "[stock]\nsize = [8, 8, 8]\n",
             "stock.size is not a key of a settings file; its table has min, max, file",
         ),
+        ('stock = "program"\n', 'expected a table of keys, [stock] file = "program"; its table has min'),
         ("stock = [0, 0, 0, 8, 8, 8]\n", "expected a table of keys; its table has min, max, file, unit, system"),
     ],
 )

@@ -153,6 +153,14 @@ def test_a_remedy_says_more_than_its_message_or_is_left_out(tmp_path: Path, run:
     [
         ("VP026", "compensation along the normal is not executed; take DL and DR out", ""),
         ("VP026", "the tool (radius 5 mm) cannot reach into this inside corner", "Use a smaller tool, "),
+        ("VP026", "tool 1 (diameter 10 mm) is too wide for this arc, whose radius is 4 mm: is G2 meant?", ""),
+        (
+            "VP037",
+            "X Y Z cut, and no code asks for tool-centre-point control; write G43.4",
+            "If directions of the machine",
+        ),
+        ("VP037", "X Y Z cut in the machine's directions; name A and C before the cut", ""),
+        ("VP043", "the plane of G68.2 in line 5 is still in force; write G69 before if it is not meant", ""),
         ("VP002", "G54.2 is only executed with P0: the control stores it; let the CAM system write G43.4", ""),
         ("VP002", "G33 is not executed (spindle-synchronised motion)", "Post the program without it."),
         ("VP002", "G777 is not a code of this language", "If the word is misspelt, correct it."),
@@ -271,7 +279,7 @@ def test_no_remedy_is_told_twice(tmp_path: Path, run: Callable[..., Any]) -> Non
         shown = run("check", program).out
         found = re.findall(r": (VP\d+) \w+: (.*)\n.*\n += [^:]+: (.*)\n", shown)
         assert {code for code, *_texts in found} == ({"VP033", "VP041"} if change == "T1" else set())
-        assert ("VP034 error: " in shown and "activate its length (G43 H1; " in shown) is (change != "T1")
+        assert ("VP034 error: " in shown and "activate its length (G43 H1) " in shown) is (change != "T1")
         told |= {code: (message, remedy) for code, message, remedy in found}
     for code, remedy in (("VP033", "give --wcs G55=X,Y,Z"), ("VP041", "write M6")):
         message, below = told[code]

@@ -3,6 +3,7 @@
 import dataclasses
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from typing import Final
 
 import numpy as np
 from msgspec import Struct
@@ -75,7 +76,7 @@ def check_setup(moves: Moves, path: ToolPath, machine: Machine, options: Options
             system,
             moves.find_selecting_line(system, at),
             options.unmeasured_wcs.get(system, ""),
-            calls_presets=moves.calls_presets,
+            language=moves.language,
             # a program that moves in rapids until it calls its first work system does not mean the one before
             others=options.wcs if system in cut_systems or system != moves.start_frame.system else (),
         )
@@ -274,9 +275,9 @@ def _check_lengths(moves: Moves, path: ToolPath, options: Options, changes: Sequ
         if known[2] and (known[1] >= 0 or low < 0 or not own):
             continue
         text = (
-            _describe_other_length(tool, length, own, owner, names, change)
+            _describe_other_length(tool, length, own, owner, names, change, moves.language)
             if owner is not None and length
-            else _describe_bare_tool(tool, own, lengths, names, change)
+            else _describe_bare_tool(tool, own, lengths, names, change, moves.language)
         )
         wrong[tool if length else 0, length] = known[0], low if own else -1, text, change if own else 0
     for first, low, text, change in wrong.values():
@@ -310,30 +311,36 @@ def _describe_unknown_tool(missing: Finding, lengths: Mapping[int, float], names
     return f"{what}; the cut has length 0, and {given}{separator}{remedy}"
 
 
-def _describe_activation(tool: int, change: int) -> str:
-    """How to put the length of a tool in force that a line has changed to; 0 for no line."""
-    return f"activate its length (G43 H{tool}; in Siemens D1) {f'after line {change}' if change else 'before'}"
+#: What puts the length of a tool in force, by languages; in the others it is G43.
+_ACTIVATIONS: Final = {"siemens": "D1", "heidenhain": "TOOL CALL", "aptcl": "LOADTL"}
+
+
+def _describe_activation(tool: int, change: int, language: str) -> str:
+    """How to put the length of a tool in force that a line has changed to; 0 for no tool, and for no line."""
+    word = _ACTIVATIONS.get(language) or (f"G43 H{tool}" if tool else "G43")
+    return f"activate its length ({word}) {f'after line {change}' if change else 'before'}"
 
 
 def _describe_other_length(
-    tool: int, length: float, own: float, owner: int, names: Mapping[int, str], change: int
+    tool: int, length: float, own: float, owner: int, names: Mapping[int, str], change: int, language: str
 ) -> str:
     mine, other = (describe_tool_number(one, names) for one in (tool, owner))
     return (
         f"{mine} cuts with a length of {length:g} mm, which is that of {other}; its own is {own:g} mm: "
-        f"{_describe_activation(tool, change)}, or the tip is {abs(own - length):g} mm off"
+        f"{_describe_activation(tool, change, language)}, or the tip is {abs(own - length):g} mm off"
     )
 
 
 def _describe_bare_tool(
-    tool: int, own: float, lengths: Mapping[int, float], names: Mapping[int, str], change: int
+    tool: int, own: float, lengths: Mapping[int, float], names: Mapping[int, str], change: int, language: str
 ) -> str:
     """Why a move cuts with a tool of length 0, and what to do if that is not meant."""
     name = describe_tool_number(tool, names)
     if own:
         return (
             f"{name} cuts with length 0, and the set-up gives it {own:g} mm: it comes {own:g} mm too deep; "
-            f"{_describe_activation(tool, change)}, or give it the length 0 where the work offset contains its length"
+            f"{_describe_activation(tool, change, language)}, or give it the length 0 where the work offset contains "
+            "its length"
         )
     if tool in lengths:
         return (
@@ -341,8 +348,8 @@ def _describe_bare_tool(
             "meant, write its length there"
         )
     return (
-        "the tool has no length: its tip is the gauge line of the spindle; activate its length before (G43, TOOL "
-        "CALL), or give --tool-length"
+        f"the tool has no length: its tip is the gauge line of the spindle; {_describe_activation(0, 0, language)}, or "
+        "give --tool-length"
     )
 
 

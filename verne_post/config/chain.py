@@ -11,6 +11,7 @@ from msgspec.structs import asdict
 
 from verne_post.base.arrays import Array
 from verne_post.base.printable import escape_unprinted
+from verne_post.base.suggestions import suggest
 from verne_post.base.units import DEG_PER_RAD, RAD_PER_DEG
 from verne_post.config.carrier import CarrierFile, build_carrier_machine, build_leg_clearance
 from verne_post.config.common import convert_drives, convert_home, convert_vibration
@@ -155,6 +156,10 @@ class ChainMachineFile(Table, frozen=True, kw_only=True):
 def _find_faults(chain: ChainFile, joints: dict[str, JointFile]) -> Iterator[str]:
     """What is wrong with a chain, but for the directions of its joints."""
     named = [*chain.tool, *chain.part]
+    for name in joints:
+        if name not in named:
+            near = suggest(name, [one for one in named if one not in joints])
+            yield f"joints.{name}: neither chain.tool nor chain.part names it{near}"
     if sorted(named) != sorted(joints):
         yield (
             f"chain.tool and chain.part name {', '.join(named) or 'no joint'}, and the joints are {', '.join(joints)}; "

@@ -127,16 +127,18 @@ def _find_mistakes_of_value(
             one for key, item in items for one in _find_mistakes_of_value(inner, item, kind_of_file, (*place, key))
         ]
     if not found and _describe_complaint(lambda one: convert(one, kind), value):
-        found = [(place, f" = {value!r}: expected {_describe_expected(kind, fitting, value)}")]
+        found = [(place, f" = {value!r}: expected {_describe_expected(kind, fitting, value, place)}")]
     yield from found
 
 
-def _describe_expected(kind: Any, fitting: Any, value: object) -> str:
+def _describe_expected(kind: Any, fitting: Any, value: object, place: tuple[int | str, ...]) -> str:
     """What a value must be: for a text in place of numbers, these, without quotes, beside the word that it may be."""
     kinds = [one for one in list_alternatives(kind) if one is not type(None)]
     words = [one for one in kinds if get_origin(one) is Literal]
     if len(kinds) == 1 and isinstance(kinds[0], type) and issubclass(kinds[0], Table):
-        return f"{describe(kinds[0])}; {_list_keys(kinds[0])}"
+        has_file = isinstance(value, str) and any(field.encode_name == "file" for field in fields(kinds[0]))
+        example = f", [{'.'.join(map(str, place))}] file = {json.dumps(value)}" if has_file else ""
+        return f"{describe(kinds[0])}{example}; {_list_keys(kinds[0])}"
     if not isinstance(value, str) or not 0 < len(words) < len(kinds):
         return describe(kind if fitting is None else fitting)
     numbers = " or ".join(describe(one) for one in kinds if one not in words)

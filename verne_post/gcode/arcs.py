@@ -72,7 +72,13 @@ def build_arc_from_center(
     r1 = math.hypot(start[first] - c1, start[second] - c2)
     r2 = math.hypot(end[first] - c1, end[second] - c2)
     if r1 < ARC_R_TOO_SMALL_MM or r2 < ARC_R_TOO_SMALL_MM:
-        raise ProgramError("VP008", "the radius of the arc is zero")
+        raise ProgramError(
+            "VP008",
+            "the radius of the arc is zero"
+            if r1 == r2
+            else f"the radius of the arc is {r1:.6g} mm at the start, {r2:.6g} mm at the end: its centre is the "
+            f"{'end' if r2 < r1 else 'start'}",
+        )
     gap = abs(r1 - r2)
     allowed_difference = allow_mismatch(max(r1, r2), tolerance)
     if gap > allowed_difference:

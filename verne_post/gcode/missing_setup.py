@@ -16,6 +16,8 @@ from verne_post.model.part_setup import ADDITIONAL_SYSTEMS, FIRST_NAMED_TOOL, SY
 
 #: What else may be done about the length of a tool; nothing where the program uses several.
 ONE_TOOL: Final = ", or give --tool-length MM where the program has one tool"
+#: G54 to G57 of Siemens controls; G505 and on are further ones.
+_SIEMENS_NAMES_ALIKE: Final = range(5)
 #: Stands for a tool that is in no table, once that has been reported: its width only has to be greater than 0.
 ASSUMED_TOOL: Final = Tool(0, 0, ZERO9, 1.0)
 
@@ -93,29 +95,38 @@ def number_of_tool(name: str, call: str, dialect: str, setup: Setup, state: Stat
     return number
 
 
+def _spell_system(system: int, language: str) -> str:
+    """What a language calls a work system that has another name in --wcs; empty where it has not."""
+    number = system % ADDITIONAL_SYSTEMS
+    if language == "heidenhain":
+        return f"preset {number}"
+    if language != "siemens" or system in _SIEMENS_NAMES_ALIKE:
+        return ""
+    return f"G{500 + system if system < ADDITIONAL_SYSTEMS else 509 + number}"
+
+
 def report_missing_offset(
-    system: int, line: int, setup_name: str, *, calls_presets: bool, others: Collection[int] = ()
+    system: int, line: int, setup_name: str, *, language: str, others: Collection[int] = ()
 ) -> Finding:
     """VP033: a work system that a program selects in a line, or uses from it on, and that nobody has placed.
 
-    Where the program calls work systems presets, the message does so too, and says which --wcs the preset is. An error
+    The message calls it as the language of the program does, and says which --wcs that is. An error
     where a set-up, ``setup_name``, says that the place is still to be measured, or where ``others`` have a place: it is
     not at the rotary centre then.
     """
-    name = SYSTEM_NAMES[system]
+    name, word = SYSTEM_NAMES[system], _spell_system(system, language)
     where: dict[str, Any] = {"line": line, "last_line": line, "worst_line": line, "settled_by": (("wcs", name),)}
     if setup_name:
         key = f"wcs.{name}" if name.isalnum() else f'wcs."{name}"'
-        preset = f" (preset {system % ADDITIONAL_SYSTEMS})" if calls_presets else ""
+        also = f" ({word})" if word else ""
         text = (
-            f'{setup_name}: {key}{preset} is still "measure"; write [x, y, z] of the part zero there, mm from the '
+            f'{setup_name}: {key}{also} is still "measure"; write [x, y, z] of the part zero there, mm from the '
             "rotary centre and the table face"
         )
         return make_finding("VP033", text, severity="error", **where)
-    preset = f"preset {system % ADDITIONAL_SYSTEMS}"
     if others:
         given = " and ".join(SYSTEM_NAMES[one] for one in sorted(others))
-        what = f"{preset}, which is {name} here," if calls_presets else name
+        what = f"{word}, which is {name} here," if word else name
         key = name if name.isalnum() else f'"{name}"'
         text = (
             f"{what} has no place on the table, and {given} {'has' if len(others) == 1 else 'have'} one: write "
@@ -123,10 +134,8 @@ def report_missing_offset(
             f"{name}=X,Y,Z"
         )
         return make_finding("VP033", text, severity="error", **where)
-    if calls_presets:
-        what, meaning = f"no datum was given: {preset}", f", the name of {preset} here"
-    else:
-        what, meaning = f"no work offset was given: {name}", ""
+    what = f"no {'datum' if language == 'heidenhain' else 'work offset'} was given: {word or name}"
+    meaning = f", the name of {word} here" if word else ""
     text = f"{what} is on the table face, at the rotary centre; give --wcs {name}=X,Y,Z{meaning}"
     return make_finding("VP033", text, **where)
 
@@ -144,8 +153,6 @@ def report_missing_offsets(moves: Moves, setup: Setup) -> list[Finding]:
             line = moves.find_selecting_line(frame.system, int(at))
             setup_name = setup.unmeasured_wcs.get(frame.system, "")
             others = setup.given_systems if frame.system != moves.start_frame.system else ()
-            item = report_missing_offset(
-                frame.system, line, setup_name, calls_presets=moves.calls_presets, others=others
-            )
+            item = report_missing_offset(frame.system, line, setup_name, language=moves.language, others=others)
             found.setdefault(frame.system, item)
     return list(found.values())

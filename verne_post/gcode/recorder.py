@@ -168,7 +168,7 @@ class Recorder(Struct):
     #: Number of the next move at the first feed rate that is given after each change of tools.
     feeds: list[int] = field(default_factory=list)
     lacks_feed: bool = False  #: True from a change of tools to that.
-    calls_presets: bool = False
+    language: str = ""
     first_cut: int = 0
     assumed_axes: dict[int, int] = field(default_factory=dict)
     #: Work systems to which the program has given an origin.
@@ -497,7 +497,7 @@ class Recorder(Struct):
             planes=tuple(self.planes),
             speeds=tuple(self.speeds),
             feeds=tuple(self.feeds),
-            calls_presets=self.calls_presets,
+            language=self.language,
             first_cut=self.first_cut,
             assumed_axes=self.assumed_axes,
             findings=tuple(self.warnings.values()),

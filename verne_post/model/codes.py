@@ -360,12 +360,13 @@ CODES: Final[dict[str, Code]] = _make_table(
     ),
     (
         "VP043",
-        "plane not ended",
+        "plane or M128 not ended",
         "warning",
         "A tilted plane (G68.2, CYCLE800, PLANE, cycle 19) was not ended before the tool was changed, and the next "
-        "tool cuts in it. Or it was not ended before G49, and an upright tool cuts in it after that.",
-        "End the plane before that: G69, CYCLE800(), PLANE RESET. No action is needed if both tools are to cut "
-        "in the same plane.",
+        "tool cuts in it. Or it was not ended before G49, and an upright tool cuts in it after that. In Klartext, M128 "
+        "was not ended before TOOL CALL, M91 or M92.",
+        "End the plane before that: G69, CYCLE800(), PLANE RESET; M128: M129. No action is needed if both tools are to "
+        "cut in the same plane.",
     ),
     (
         "VP044",

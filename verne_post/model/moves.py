@@ -335,7 +335,7 @@ class Moves(Struct, frozen=True):
     #: Line and number of the next move, of each word that gives the spindle a speed.
     speeds: tuple[tuple[int, int], ...] = ()
     feeds: tuple[int, ...] = ()  #: Number of the next move, of the first feed rate after each change of tools.
-    calls_presets: bool = False  #: Whether the program knows work systems as presets, by number (Klartext).
+    language: str = ""  #: "siemens", "heidenhain" or "aptcl": whose words messages have; else those of G-code.
     #: Number of the first move that may cut: feed moves before it are those of a retracted head without a length.
     first_cut: int = 0
     #: Rotary axes whose angle in cuts is assumed (VP036), each with the line that names it later.

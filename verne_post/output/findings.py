@@ -191,6 +191,8 @@ _FILL_IN_PLACE: Final = (
 )
 #: In VP012 where the length is known, and nothing is to be filled in.
 _NOT_ACTIVE: Final = "has no length in force"
+#: In VP012 where the tool is missing itself, and the message says what to write.
+_NO_TOOL: Final = re.compile("no tool is in the spindle; load one$|no M6 loads it|TOOL CALL .*which needs the radius")
 #: In VP012 where the message has every other place of a length: the file is left to say.
 _PLACES_NAMED: Final = re.compile("--tool-|add it to one of them")
 #: The title of VP012 where not the length is missing, and what helps.
@@ -203,13 +205,13 @@ _GIVE_DIAMETER: Final = (
 #: Codes of several causes: a remedy that fits all of them adds nothing where the message says what would be right.
 _OF_MANY_CAUSES: Final = (
     *("VP001", "VP002", "VP003", "VP004", "VP006", "VP008", "VP011", "VP013", "VP015"),
-    *("VP016", "VP024", "VP026", "VP031", "VP047"),
+    *("VP016", "VP024", "VP026", "VP031", "VP043", "VP047", "VP505"),
 )
 #: How messages say what would be right: an imperative after a sign, or what is expected or needed.
 _SAYS_WHAT_IS_RIGHT: Final = re.compile(
     r"(?:[;:,]|\band|\bor|[;,] so) (?:add|call|change|drop|end|give|go|keep|leave|let|move|name|position|post|reset|"
     r"retract|save|scale|set|take|turn|unload|use|write)\b|\b(?:expected|must|needs?|needed|takes?|see|belongs?)\b|"
-    r"\bis given\b|\b(?:are|is) (?:not negative|positive)\b"
+    r"\bis given\b|\b(?:are|is) (?:not negative|positive)\b|\bmeant(?: in line \d+)?\?$"
 )
 #: VP002 where a word is known and not executed, and what helps.
 _NOT_EXECUTED: Final = re.compile(r"\bnot (?:executed|read|kept)\b")
@@ -252,14 +254,16 @@ def _choose_remedy(item: Finding) -> str:
         return next((text for sign, text in _PARTNERS if sign.search(item.message)), "")
     if item.code == "VP012" and _NOT_ACTIVE in item.message:
         return CODES["VP034"].remedy
+    if item.code == "VP012" and _NO_TOOL.search(item.message):
+        return ""
     if item.code == "VP012" and _PLACES_NAMED.search(item.message):
         return f"{remedy.partition('. ')[0]}."
     if item.code == "VP033" and re.search(r"write (wcs\.\S+ = )?\[x, y, z\]", item.message):
         return ""
     if item.code == "VP033":  # the message has the option; the file is left to say, and the unit
         remedy = _FILL_IN_PLACE
-    if item.code == "VP037" and "no code asks for" not in item.message:
-        return ""  # the message has the word of the language
+    if item.code == "VP037":  # the message has the word of the language; in G-code there is another reading
+        return remedy[remedy.index("If directions") :] if "no code asks for" in item.message else ""
     if item.code == "VP034" and _OWN_LENGTH.search(item.message):  # length 0 is not what is meant
         return ""
     if item.code in _TOLD_FIRST:

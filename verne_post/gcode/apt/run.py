@@ -30,7 +30,7 @@ OF_SUBPROGRAMS: Final = ("DEFSUB", "ENDSUB", "CALSUB")
 
 def execute_text(source: Text, setup: Setup, state: State, stop: StopConditions) -> Execution:
     """Execute a text up to FINI; errors are reported in the execution."""
-    execution = Execution(state, Recorder())
+    execution = Execution(state, Recorder(language="aptcl"))
     lists_arcs = _SYSTEM_REMARK in source[:_HEAD]
     run = _Run(execution, AptInterpreter(setup, state, execution.recorder), stop, lists_arcs=lists_arcs)
     for item, is_called in _expand_calls(read_statements(source)):

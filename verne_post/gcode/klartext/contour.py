@@ -67,15 +67,24 @@ class KlartextContour:
         if lacking == "spindle":
             raise ProgramError("VP009", "a feed rate per turn (FU, M136) needs a turning spindle; give S and M3")
         if lacking == "tool length":
-            named_tool = next((one for one in self.core.recorder.selections if one.is_defined), None)
-            raise ProgramError(
-                "VP012",
+            raise self._report_missing_call(
+                "the first feed move",
                 "no tool before the first feed move; write TOOL CALL with --tool-table or TOOL DEF, or use "
-                "--tool-length MM"
-                if named_tool is None
-                else f"no TOOL CALL before the first feed move: {named_tool.spell()} in line {named_tool.line} only "
-                f"names the tool; write TOOL CALL {named_tool.number} Z S with its speed after it",
+                "--tool-length MM",
             )
+
+    def _report_missing_call(self, what: str, unnamed: str) -> ProgramError:
+        """VP012 where no TOOL CALL has come before ``what``; ``unnamed`` is for a program without TOOL DEF, either."""
+        named = next((one for one in self.core.recorder.selections if one.is_defined), None)
+        text = (
+            unnamed
+            if named is None
+            else (
+                f"no TOOL CALL before {what}: {named.spell()} in line {named.line} only names the tool; write TOOL "
+                f"CALL {named.number} Z S with its speed after it"
+            )
+        )
+        return ProgramError("VP012", text)
 
     def _record_element(self, element: Element) -> None:
         if self.modes.tcp is False and any(axis < 3 for axis in element.axes):
@@ -204,7 +213,15 @@ class KlartextContour:
         """
         state = self.state
         number = state.loaded_tool or 0
-        tool = None if number == 0 or state.tools is None else state.tools.get(number)
+        if number == 0:
+            what = f"line {self.frames.block.line}, which needs the radius of the tool"
+            start = (
+                f"no TOOL CALL before {what}"
+                if state.loaded_tool is None
+                else f"TOOL CALL 0 leaves no tool before {what}"
+            )
+            raise self._report_missing_call(what, f"{start}; write TOOL CALL with the number of the tool, Z and S")
+        tool = None if state.tools is None else state.tools.get(number)
         if tool is None or tool.diameter == self.delta_radius == 0.0:
             name = describe_tool_number(number, state.tool_names)
             text = f"the radius of {name} is not known; give --tool-table FILE, or TOOL DEF with L and R"

@@ -73,6 +73,7 @@ class Head(Struct, frozen=True):
     part: int | None
     rest: str
     at: int
+    begin: int  #: Of its number.
 
 
 def read_head(statement: Statement) -> Head:
@@ -81,7 +82,7 @@ def read_head(statement: Statement) -> Head:
     if match is None:
         raise statement.error("VP001", "CYCL DEF needs the number of the cycle", 0)
     part = None if match.group(2) is None else int(match.group(2)[:3])
-    return Head(int(match.group(1)[:6]), part, statement.rest[match.end() :], match.end())
+    return Head(int(match.group(1)[:6]), part, statement.rest[match.end() :], match.end(), match.start(1))
 
 
 def read_parameters(statement: Statement, head: Head, numbers: Numbers, auto_feed: float) -> dict[int, float]:

@@ -106,7 +106,7 @@ class KlartextFlow:
 
 def execute_klartext(source: Text, setup: Setup, state: State, stop: StopConditions) -> Execution:
     """Execute a Klartext program from its first line on, until it ends or a stop condition is met."""
-    execution = Execution(state, Recorder(calls_presets=True))
+    execution = Execution(state, Recorder(language="heidenhain"))
     flow = KlartextFlow(KlartextText(source, setup), Klartext(setup, state, execution.recorder))
     return run_program(_KlartextRun(flow), execution, setup, stop)
 

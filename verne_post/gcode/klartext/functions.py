@@ -60,7 +60,7 @@ class KlartextFunctions:
         """TOOL CALL 5 Z S2500 F500 DL+0.1 DR+0.05; without a number only S and F."""
         self.waiting.refuse("TOOL CALL")
         text = statement.rest
-        number, at = self._read_tool(statement)
+        number, at = self.read_tool(statement)
         axis = _TOOL_AXIS.match(text if at else " " + text, at)
         if axis is not None:
             at = axis.end() - (0 if at else 1)
@@ -83,6 +83,7 @@ class KlartextFunctions:
             self.contour.change_feed_mode(FeedMode.PER_MINUTE)
         if number is not None:
             self.core.refuse_compensation("TOOL CALL")
+            self.warn_of_tcp("TOOL CALL")
             self._change(number, *delta, column=statement.begin + at - len(text[:at].lstrip()) + 1)
             if feed is not None:
                 self.core.recorder.note_feed()
@@ -91,7 +92,7 @@ class KlartextFunctions:
         if speed is not None:
             self.core.auxiliary.set_speed(At(self.frames.block.line, {"S": 1}), speed, is_switched=False)
 
-    def _read_tool(self, statement: Statement) -> tuple[int | None, int]:
+    def read_tool(self, statement: Statement) -> tuple[int | None, int]:
         """The number of the called or defined tool, by number or name, and the end of the words; None without one."""
         text = statement.rest
         if (name_match := _TOOL_NAME.match(text)) is not None:
@@ -149,7 +150,7 @@ class KlartextFunctions:
 
     def define_tool(self, statement: Statement) -> None:
         """TOOL DEF 5 L+80 R+5; with the number alone the tool that comes next."""
-        number, at = self._read_tool(statement)
+        number, at = self.read_tool(statement)
         if number is None:
             raise statement.error("VP005", "TOOL DEF needs the number of the tool, or its name")
         rest = replace(statement, rest=statement.rest[at:], begin=statement.begin + at)
@@ -268,8 +269,19 @@ class KlartextFunctions:
             self.core.settle_table(self.frames.block)
         self.waiting.refuse("M128" if on else "M129")
         self.core.refuse_compensation("M128" if on else "M129")
+        if on and not self.modes.tcp:
+            self.modes.tcp_line = self.frames.block.line
         self.modes.tcp = on
         self.frames.refresh_frame()
+
+    def warn_of_tcp(self, what: str) -> None:
+        """VP043 where tool-centre-point control holds at what the manuals of TNC controls place after M129."""
+        if self.modes.tcp:
+            text = (
+                f"{what} while tool-centre-point control of line {self.modes.tcp_line} (M128) holds: controls ask for "
+                "its end before that; write M129 first"
+            )
+            self.core.recorder.note_once("VP043", text, self.frames.block.line)
 
     def _reduce_angles(self, letters: str) -> None:
         """M94: positions of A and C as numbers from 0 to less than a turn."""

@@ -18,6 +18,7 @@ class Modes(Struct):
 
     inch: bool = False  #: Unit of BEGIN PGM.
     tcp: bool = False  #: M128 or FUNCTION TCPM: the tool centre point is controlled.
+    tcp_line: int = 0  #: Source line that has switched that on.
     as_spatial: bool = False  #: AXIS SPAT: A, B, C are spatial angles.
     along_vectors: bool = False  #: PATHCTRL VECTOR: the tool axis goes along the great circle.
     called_preset: int | None = None  #: The preset that the program calls for G54: 0, the one set by hand, or 1.

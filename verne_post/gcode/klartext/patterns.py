@@ -92,10 +92,12 @@ class KlartextPatterns:
         head = read_head(statement)
         number = head.number
         if number in REFUSED_CYCLES:
-            raise statement.error("VP002", f"CYCL DEF {number} is not executed ({REFUSED_CYCLES[number]})", 0)
+            raise statement.error("VP002", f"CYCL DEF {number} is not executed ({REFUSED_CYCLES[number]})", head.begin)
         if number not in CYCLES and number not in CYCLES_WITHOUT_EFFECT:
             raise statement.error(
-                "VP002", f"CYCL DEF {number} is not a cycle that is executed here; docs/heidenhain.md lists them", 0
+                "VP002",
+                f"CYCL DEF {number} is not a cycle that is executed here; docs/heidenhain.md lists them",
+                head.begin,
             )
         if self.settings.execute_setting(statement, head):
             return

@@ -178,6 +178,7 @@ class Klartext:
         if number == 130:
             self._go_untilted(statement, words, kind)
         else:
+            self.functions.warn_of_tcp(name)
             self._go_in_machine(statement, words, kind, number)
         self.contour.last_rapid, self.paths.direction = words.rapid, None
         self.functions.end_functions(words)

@@ -61,6 +61,8 @@ class KlartextRecovery:
         if keyword in _CONTOUR:
             place(to.state, list(to.paths.find_position()))
             to.waiting.forget()
+        if error.code == "VP012" and not to.state.loaded_tool:  # TOOL CALL is missing
+            self._assume_tool(to.state.selected_tool)
         if keyword in BUILDERS or keyword in ("APPR", "CYCL CALL"):
             self._take_move(statement, error)
         elif keyword == "CC":
@@ -71,16 +73,19 @@ class KlartextRecovery:
         elif keyword == "CYCL DEF":
             to.patterns.cycle_unread = True
         elif keyword == "TOOL CALL":
-            self._assume_tool()
+            tool: int | None = to.state.selected_tool
+            with suppress(ProgramError):  # its number may be right where the tool axis is not
+                tool = to.functions.read_tool(statement)[0] or tool
+            self._assume_tool(tool)
             if "F" in read_usable_words(statement, to.q).values:
                 to.contour.call_feed = to.contour.call_feed or 1.0  # any feed rate will do
         return follows
 
-    def _assume_tool(self) -> None:
+    def _assume_tool(self, number: int | None) -> None:
         state = self.to.state
         assume_length(state)
         if self.to.setup.tool_length is None:
-            assume_loaded_tool(state, state.selected_tool)
+            assume_loaded_tool(state, number)
 
     def _take_move(self, statement: Statement, error: ProgramError) -> None:
         """The modes, the feed rate and the end point of a statement that moves."""

@@ -6,7 +6,9 @@ the next one is known: it is recorded at once and its end amended, so that every
 """
 
 import math
-from typing import Final
+import re
+from collections.abc import Mapping
+from typing import Final, Self, TypeAlias
 
 from msgspec import Struct, field
 
@@ -17,6 +19,7 @@ from verne_post.gcode.lengths import measure_helix
 from verne_post.gcode.machining.plane_geometry import (
     Point,
     find_tangent,
+    is_sense_doubtful,
     measure_turn,
     meet_line_and_circle,
     meet_two_circles,
@@ -25,10 +28,17 @@ from verne_post.gcode.machining.plane_geometry import (
 )
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.recorder import Recorder
+from verne_post.model.part_setup import describe_tool_number
 
 _FULL: Final = 2 * math.pi
 #: An entry arc that bends towards its centre by less than this share of its chord is none: LinuxCNC has the same bound.
 _LEAST_BEND: Final = 1e-4
+#: The words of either side.
+_SIDES: Final = {"41": "42", "42": "41", "RL": "RR", "RR": "RL"}
+_OTHER_SIDE: Final = re.compile("4[12]|R[LR]$")
+_LEFT: Final = ("G41", "RL", "RL 41")
+#: An arc as it is programmed: start, end, centre and sense.
+_Sense: TypeAlias = tuple[Point, Point, Point, int]
 
 
 class Offset(Struct, frozen=True):
@@ -58,7 +68,9 @@ class Compensation(Struct):
     segment: Offset | None = None  #: The path segment whose end may still be amended; None before the entry move.
     rows: list[int] = field(default_factory=list)  #: Rows of the recorder that end where it ends.
     corner: list[float] = field(default_factory=list)  #: End of the segment as programmed, nine axes.
+    before: list[float] = field(default_factory=list)  #: ... and its start; empty where that is not known.
     line: int = 0  #: Source line of the segment.
+    tool: str = "the tool"  #: As messages name it.
     #: The entry move ends beside the start of the first segment of the contour, however long it is; else beside
     #: its own end.
     perpendicular: bool = False
@@ -67,6 +79,11 @@ class Compensation(Struct):
     at_once: bool = True
     has_cut: bool = False  #: A move at feed rate has followed the contour.
     rapid_line: int = 0  #: Source line of the first rapid in the plane after that: the contour may have ended there.
+
+    def take_tool(self, number: int | None, names: Mapping[int, str]) -> Self:
+        """The same with the tool in the spindle, for messages."""
+        self.tool = describe_tool_number(number, names) if number else "the tool"
+        return self
 
     # --- the three things that may come ---------------------------------------------------------
 
@@ -85,9 +102,9 @@ class Compensation(Struct):
             self._check_entry(length)
             self._begin(Offset(p, target, t, entry=True))
             return self._find_point(end, target)
-        start_uv = self._join(recorder, feed, p, t, None, 0)
+        start_uv = self._join(recorder, feed, p, t)
         if (target[0] - start_uv[0]) * t[0] + (target[1] - start_uv[1]) * t[1] < -CORNER_REACH_MM:
-            raise self._report_gouge()
+            raise self._report_gouge(t)
         self._begin(Offset(start_uv, target, t))
         return self._find_point(end, target)
 
@@ -102,11 +119,8 @@ class Compensation(Struct):
         sense = 1 if arc.sweep > 0 else -1
         radius = math.dist(p, c) - sense * self.radius
         if radius <= 0:
-            raise ProgramError(
-                "VP026",
-                f"the radius of the tool, {abs(self.radius):.6g} mm, is not less than that of the arc, "
-                f"{math.dist(p, c):.6g} mm",
-            )
+            text = f"{self._name_tool()} is too wide for this arc, whose radius is {math.dist(p, c):.6g} mm"
+            raise ProgramError("VP026", text + self._ask_what_is_meant(None, (p, q, c, sense)))
         if self.segment is None:
             entry = self._enter_on_arc(p, q, c, sense, abs(arc.turns))
             center = list(arc.center)
@@ -116,12 +130,12 @@ class Compensation(Struct):
             sweep = math.degrees(sense * entry.sweep)
             return self._find_point(end, entry.end), Arc(arc.plane, (center[0], center[1], center[2]), arc.turns, sweep)
         first, last = find_tangent(p, c, sense), find_tangent(q, c, sense)
-        start_uv = self._join(recorder, feed, p, first, c, sense, radius)
+        start_uv = self._join(recorder, feed, p, first, (p, q, c, sense), radius)
         target = step_left(q, last, self.radius)
         programmed_sweep, sweep = abs(math.radians(arc.sweep)), measure_turn(start_uv, target, c, sense)
         sweep += _FULL * round((programmed_sweep - sweep) / _FULL)
         if abs(programmed_sweep - sweep) > math.pi / 2 or sweep * radius < -CORNER_REACH_MM:
-            raise self._report_gouge()
+            raise self._report_gouge(None, (p, q, c, sense))
         self._begin(Offset(start_uv, target, last, center=c, sense=sense, sweep=sweep))
         return self._find_point(end, target), Arc(arc.plane, arc.center, arc.turns, math.degrees(sense * sweep))
 
@@ -143,8 +157,8 @@ class Compensation(Struct):
         if depth <= _LEAST_BEND * length:
             raise ProgramError(
                 "VP026",
-                "the entry arc of the cutter compensation is too short for the radius of the tool, "
-                f"{abs(self.radius):.6g} mm: no arc leads to its end in its direction",
+                f"the entry arc of the cutter compensation is too short for {self._name_tool()}: no arc leads to its "
+                "end in its direction",
             )
         radius = length * length / (2.0 * depth)
         center = target[0] + radius * inwards[0], target[1] + radius * inwards[1]
@@ -156,7 +170,7 @@ class Compensation(Struct):
             raise ProgramError(
                 "VP026",
                 f"the entry move of the cutter compensation is {length:.6g} mm long; it must be longer than the "
-                f"radius, {abs(self.radius):.6g} mm",
+                f"radius, {abs(self.radius):.6g} mm, of {self._name_tool()}",
             )
 
     def enter_beside(self, corner: Point, row: int, centre: list[float], line: int) -> None:
@@ -176,7 +190,7 @@ class Compensation(Struct):
         elif self.has_cut and not self.rapid_line:
             self.rapid_line = line
         self.rows.append(row)
-        self.corner, self.line = corner, line
+        self.before, self.corner, self.line = self.corner, corner, line
 
     # --- corners ----------------------------------------------------------------------------------
 
@@ -186,8 +200,7 @@ class Compensation(Struct):
         feed: float,
         corner: Point,
         t2: Point,
-        center: Point | None,
-        sense: int,
+        arc: _Sense | None = None,
         radius: float = 0.0,
     ) -> Point:
         """Settle the corner between the last segment and one that leaves in direction t2; returns where that starts."""
@@ -206,8 +219,9 @@ class Compensation(Struct):
         if turn * self.radius < 0 or abs(turn) >= math.pi - CORNER_ANGLE:
             self._round_corner(recorder, feed, corner, target, turn)
             return target
-        meeting = self._meet(segment, corner, t2, center, sense, radius)
-        self._shorten(recorder, segment, meeting)
+        meeting = self._meet(segment, corner, t2, arc, radius)
+        if meeting is None or not self._shorten(recorder, segment, meeting):
+            raise self._report_gouge(t2, arc)
         return meeting
 
     def _round_corner(self, recorder: Recorder, feed: float, corner: Point, target: Point, turn: float) -> None:
@@ -221,10 +235,9 @@ class Compensation(Struct):
         arc = Arc(self.plane, (center[0], center[1], center[2]), sense, math.degrees(sense * sweep))
         recorder.repeat_as_arc(self.rows[-1], self.line, end, feed, arc)
 
-    def _meet(
-        self, segment: Offset, corner: Point, t2: Point, center: Point | None, sense: int, radius: float
-    ) -> Point:
-        """Where two offset segments meet in an inside corner."""
+    def _meet(self, segment: Offset, corner: Point, t2: Point, arc: _Sense | None, radius: float) -> Point | None:
+        """Where two offset segments meet in an inside corner; None where they do not."""
+        center = None if arc is None else arc[2]
         line1 = (segment.end, segment.direction)
         line2 = (step_left(corner, t2, self.radius), t2)
         if segment.center is None and center is None:
@@ -238,26 +251,25 @@ class Compensation(Struct):
             meetings = meet_line_and_circle(line2, segment.center, math.dist(segment.center, segment.end))
         else:
             meetings = meet_two_circles(segment.center, math.dist(segment.center, segment.end), center, radius)
-        if not meetings:
-            raise self._report_gouge()
-        return min(meetings, key=lambda point: math.dist(point, corner))
+        return min(meetings, key=lambda point: math.dist(point, corner)) if meetings else None
 
-    def _shorten(self, recorder: Recorder, segment: Offset, end: Point) -> None:
-        """Let the last segment end earlier."""
+    def _shorten(self, recorder: Recorder, segment: Offset, end: Point) -> bool:
+        """Let the last segment end earlier; False where it would end before it begins."""
         if segment.center is None:
             along = (end[0] - segment.start[0]) * segment.direction[0] + (
                 end[1] - segment.start[1]
             ) * segment.direction[1]
             if not segment.entry and along < -CORNER_REACH_MM:
-                raise self._report_gouge()
+                return False
             sweep = None
         else:
             taken_sweep = measure_turn(end, segment.end, segment.center, segment.sense)
             taken_sweep -= _FULL if _FULL - taken_sweep < CORNER_ANGLE else 0.0
             if (taken_sweep - segment.sweep) * math.dist(segment.end, segment.center) > CORNER_REACH_MM:
-                raise self._report_gouge()
+                return False
             sweep = math.degrees(-segment.sense * min(taken_sweep, segment.sweep))
         self._end_at(recorder, end, sweep)
+        return True
 
     def _end_at(self, recorder: Recorder, end: Point, sweep: float | None = None) -> None:
         """Let what has been recorded of the last segment end elsewhere; an arc turns so many degrees more."""
@@ -269,17 +281,40 @@ class Compensation(Struct):
         """What holds, and since where: G41 of line 6."""
         return f"{self.word or spell_g_code(self.code)} of line {self.start_line}"
 
-    def _report_gouge(self) -> ProgramError:
-        text = (
-            f"the tool (radius {abs(self.radius):.6g} mm) cannot reach into this inside corner without "
-            "cutting into the contour"
-        )
+    def _name_tool(self) -> str:
+        return f"{self.tool} (diameter {2 * abs(self.radius):.6g} mm)"
+
+    def _report_gouge(self, t2: Point | None, arc: _Sense | None = None) -> ProgramError:
+        """VP026 in the corner before a segment that leaves in direction ``t2``, or on its arc."""
+        text = f"{self._name_tool()} cannot reach into this inside corner without cutting into the contour"
         if self.rapid_line:
             text += (
                 f"; {self.describe()} still holds after the rapid of line {self.rapid_line}: if its contour ends "
                 f"before that, write {self.end_word} there"
             )
+        else:
+            text += self._ask_what_is_meant(t2, arc)
         return ProgramError("VP026", text)
+
+    def _ask_what_is_meant(self, t2: Point | None, arc: _Sense | None) -> str:
+        """The other sense of an arc if only that is tangent to its neighbour, else the other side of the contour.
+
+        Every inside corner is an outside one of the other side, and every arc has room there.
+        """
+        word = self.word or spell_g_code(self.code)
+        names = ("DR-", "DR+") if self.end_word == "R0" else ("G2", "G3")
+        if self.word and (self.radius > 0) != (word in _LEFT):  # mirrored: the program's arcs turn the other way
+            names = names[::-1]
+        last = self.segment if self.segment is not None and not self.segment.entry else None
+        if arc is not None and last is not None and is_sense_doubtful(arc, arc[0], last.direction):
+            return f": is {names[arc[3] < 0]} meant?"
+        if last is not None and last.center is not None and t2 is not None and self.before:
+            u, v, *_ = PLANES[self.plane]
+            end = (self.corner[u], self.corner[v])
+            before = ((self.before[u], self.before[v]), end, last.center, last.sense)
+            if is_sense_doubtful(before, end, t2):
+                return f": is {names[last.sense < 0]} meant in line {self.line}?"
+        return f": with {_OTHER_SIDE.sub(lambda found: _SIDES[found.group()], word)} it would fit: is the side right?"
 
     # --- small geometry -----------------------------------------------------------------------------
 

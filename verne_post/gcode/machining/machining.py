@@ -535,7 +535,7 @@ class Machining:
 
     def start_compensation(self, compensation: Compensation) -> None:
         """The next moves go beside the contour."""
-        self.state.compensation = compensation
+        self.state.compensation = compensation.take_tool(self.state.loaded_tool, self.state.tool_names)
 
     def allow_arc(self) -> None:
         """A straight move has led back to the programmed contour."""
@@ -558,7 +558,8 @@ class Machining:
         """Put the tool's centre beside ``corner`` (9), the first point of a contour that the next moves follow."""
         state = self.state
         compensation.enter_beside((corner[0], corner[1]), self.recorder.count - 1, state.position, at.line)
-        state.compensation, state.centre = compensation, state.position
+        state.compensation = compensation.take_tool(state.loaded_tool, state.tool_names)
+        state.centre = state.position
         state.position = list(corner)
 
     def leave_beside(self) -> None:

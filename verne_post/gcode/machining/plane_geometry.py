@@ -5,6 +5,8 @@ import math
 from verne_post.base.tolerances import CORNER_ANGLE, CORNER_REACH_MM
 
 Point = tuple[float, float]
+#: Between tangents as a program rounds them: about a degree.
+_NEARLY_TANGENT = 0.02
 
 
 def turn_left(t: Point) -> Point:
@@ -27,6 +29,18 @@ def find_tangent(point: Point, center: Point, sense: float) -> Point:
     du, dv = point[0] - center[0], point[1] - center[1]
     size = math.hypot(du, dv)
     return -sense * dv / size, sense * du / size
+
+
+def is_sense_doubtful(arc: tuple[Point, Point, Point, int], place: Point, direction: Point) -> bool:
+    """Whether an arc (start, end, centre, sense) is tangent to a direction at one of its ends in the other sense alone.
+
+    The other sense has the same centre, or the same radius and its centre beyond the chord.
+    """
+    start, end, center, sense = arc
+    beyond = start[0] + end[0] - center[0], start[1] + end[1] - center[1]
+    tangents = [find_tangent(place, *other) for other in ((center, sense), (center, -sense), (beyond, -sense))]
+    is_tangent = [math.dist(tangent, direction) < _NEARLY_TANGENT for tangent in tangents]
+    return not is_tangent[0] and any(is_tangent[1:])
 
 
 def measure_turn(start: Point, end: Point, center: Point, sense: float) -> float:

@@ -61,6 +61,14 @@ class Tools:
         )
         self.recorder.warn("VP041", text, at.line, at.columns.get("M"))
 
+    def explain_empty_spindle(self) -> str:
+        """Why no tool is in the spindle, and what to write."""
+        last = self.recorder.selections[-1] if self.recorder.selections else None
+        if last is None or not last.number or last.is_loaded:
+            return "no tool is in the spindle; load one"
+        name = describe_tool_number(last.number, self.state.tool_names)
+        return f"{name} of line {last.line} is only selected by T, and no M6 loads it; write M6 after that T"
+
     def set_number(self, at: At, number: int) -> None:
         """No tool is changed: only its number is set (M61)."""
         self._load(number)
@@ -119,7 +127,7 @@ class Tools:
         if number == 0:
             if self.setup.machine:
                 raise ProgramError(
-                    "VP012", "G43 without H, and no tool is in the spindle; write G43 H, or use --tool-length"
+                    "VP012", f"G43 without H, and {self.explain_empty_spindle()}, or write G43 H, or use --tool-length"
                 )
             return ZERO9
         if state.tools is None or number not in state.tools:

@@ -287,10 +287,9 @@ class Flow:
             text_of_file = self._find_file(name)
             if text_of_file is not None:
                 return text_of_file, text_of_file.structure.programs.get(label, text_of_file.first_line)
-        message = (
-            f"{word} calls O{label}: not in the program, and in no file beside it whose name has the number "
-            "(100.ngc or O0100.nc)"
-        )
-        if int(label) >= FIRST_BUILDER_MACRO:
+        message = f"{word} calls O{label}: not in the program, and in no file beside it whose name has the number"
+        if int(label) < FIRST_BUILDER_MACRO:
+            message += f" ({int(label)}.ngc or O{int(label):04d}.nc)"
+        else:
             message += "; from O9000 on they are macros of the builder, or of a probe: take calls of a probe out"
         raise ProgramError("VP023", message, goes_on=True, about=f"O{label}")

@@ -45,6 +45,8 @@ from verne_post.gcode.text import Language
 from verne_post.model.moves import AXES, ZERO9, PathControl, PathMode
 
 _MAX_M_CODES: Final = 4
+#: Words of G83 that no other block of G93 has.
+_OF_DRILLING: Final = frozenset("RQPKL")
 #: Numbers of G words -> codes of motion that need nothing but their own words.
 _PLAIN_MOTIONS: Final = {0.0: 0, 1.0: 10, 2.0: 20, 3.0: 30}
 
@@ -288,9 +290,14 @@ class Rs274(Language):
 
     @staticmethod
     def _check_words(block: Block, usable: set[str]) -> None:
-        for letter, column in block.columns.items():
-            if letter not in usable:
-                raise ProgramError("VP006", f"nothing in the block uses {letter}{block.words[letter]:g}", column)
+        unused = [letter for letter in block.columns if letter not in usable]
+        inverse = next((code for code in block.codes if code[:2] == ("G", 93.0)), None)
+        if inverse is not None and "Z" in block.words and {"R", "Q"} & {*unused} and {*unused} <= _OF_DRILLING:
+            block.codes.remove(inverse)  # so that no line after it lacks its inverse time
+            raise ProgramError("VP006", f"G93 takes no {', '.join(unused)}; did you mean G83?", inverse[2])
+        for letter in unused:
+            text = f"nothing in the block uses {letter}{block.words[letter]:g}"
+            raise ProgramError("VP006", text, block.columns[letter])
 
     # --- modes -----------------------------------------------------------------------------------
 

@@ -429,7 +429,7 @@ class MotionCodes:
                 else ""
             )
             raise ProgramError(
-                "VP012", f"{spell_g_code(code)} without D, and no tool is in the spindle; load one{other}"
+                "VP012", f"{spell_g_code(code)} without D, and {self.core.tools.explain_empty_spindle()}{other}"
             )
         instead = f", or use {spell_g_code(code + 1)} D" if self.traits.diameter_codes else ""
         diameter = self.core.tools.find_diameter(block, number, instead)

@@ -12,6 +12,8 @@ from verne_post.gcode.siemens.values import Value
 from verne_post.gcode.siemens.variables import Variables
 from verne_post.gcode.siemens.words import Call, read_argument_values
 
+#: Between a height and a depth that are rounded each, in the unit of the program.
+_ROUNDED_DEPTH: Final = 0.002
 #: _PITA of a pitch -> its unit, mm; 0 is that of the program.
 _PITCH_UNITS: Final = {0: 0.0, 1: 1.0, 2: MM_PER_INCH, 3: MM_PER_INCH}
 _TURNS_AN_INCH: Final = 2
@@ -84,6 +86,31 @@ def read_cycle(call: Call, names: Sequence[str], variables: Variables) -> Argume
     if len(given) > len(names):
         raise ProgramError("VP005", f"{call.name} has {len(names)} values; here are {len(given)}", call.column)
     return Arguments(call, {name: value for name, value in zip(names, given, strict=False) if value is not None}, names)
+
+
+def check_depths(given: Arguments, absolute: str, relative: str, bottom: float) -> ProgramError | None:
+    """The contradiction between a height and a depth below RFP that counts in its place, as VP505.
+
+    ``bottom`` is where the depth ends, in the unit of the program. A height of 0 is taken for a value left out.
+
+    Raises
+    ------
+    ProgramError
+        VP007: the depth below RFP is negative, as where a comma was lost.
+    """
+    depth, height = given.number(relative), given.number(absolute)
+    if depth < 0:
+        text = f"{relative} {depth:g}: a depth below RFP is not negative; write {-depth:g}"
+        if height:
+            text += f", or leave {relative} empty, with a comma for it, if {absolute} {height:g} is meant"
+        raise given.error("VP007", text, relative)
+    if not height or abs(height - bottom) <= _ROUNDED_DEPTH:
+        return None
+    text = (
+        f"{absolute} is {height:g}, but {relative} {depth:g} below RFP ends at {bottom:g}, and {relative} counts; "
+        "leave one of them empty"
+    )
+    return given.error("VP505", text, relative)
 
 
 def read_pitch(given: Arguments, unit: float) -> float:

@@ -340,7 +340,9 @@ class _Work:
                 motion.convert_to_core(axis, value) for axis, value in zip((u, v), self.start, strict=True)
             )
             to.core.enter_beside(
-                self.at, Compensation(code, to.state.plane, radius, self.at.line, perpendicular=True), corner
+                self.at,
+                Compensation(code, to.state.plane, radius, self.at.line, f"RL {self.side}", perpendicular=True),
+                corner,
             )
         for piece in self.pieces:
             to.core.set_feed(piece.feed)

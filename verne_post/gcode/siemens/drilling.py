@@ -8,7 +8,7 @@ from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.gcode.arcs import PLANES
 from verne_post.gcode.machining.holes import MAX_PECKS, Thread, check_tapping, note_tapping, tap
 from verne_post.gcode.program_error import At, ProgramError
-from verne_post.gcode.siemens.arguments import OF_EDITOR, Arguments, read_cycle, read_pitch
+from verne_post.gcode.siemens.arguments import OF_EDITOR, Arguments, check_depths, read_cycle, read_pitch
 from verne_post.gcode.siemens.interpreter import SiemensInterpreter
 from verne_post.gcode.siemens.variables import Variables
 from verne_post.gcode.siemens.words import Call
@@ -121,6 +121,13 @@ class _Hole:
         self.up = self._find_up()
         self.clear = self.reference + self.up * abs(self._read_length("SDIS"))
         self.bottom = self._read_depth("DP", "DPR", self.digits[0])
+        if self.up < 0 and max(self.retract, self.bottom) < self.reference:
+            raise given.error(
+                "VP007",
+                f"the retract plane {self.retract:g} mm lies below the reference plane {self.reference:g} mm, as the "
+                f"bottom {self.bottom:g} mm does; expected RTP above RFP",
+                "RTP",
+            )
         if (self.reference - self.bottom) * self.up <= 0:
             raise given.error(
                 "VP007",
@@ -159,7 +166,10 @@ class _Hole:
             return self._read_length(absolute)
         if not given.is_given(relative):
             raise given.error("VP005", f"{absolute} or {relative} is needed", absolute)
-        return self.reference - self.up * abs(self._read_length(relative))
+        bottom = self.reference - self.up * self._read_length(relative)
+        if (error := check_depths(given, absolute, relative, bottom / self.unit)) is not None:
+            self.to.recorder.warn(error.code, error.message, self.block.line, error.column)
+        return bottom
 
     def _read_seconds(self, name: str, digit: int = 0) -> float:
         """A dwell: seconds, or turns of the spindle where it is negative or its digit says so."""

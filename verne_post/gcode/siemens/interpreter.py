@@ -358,7 +358,7 @@ class SiemensInterpreter:
             radius = 0.5 * self._find_diameter(block, spell_g_code(number))
             sign = 1 if number == 410 else -1
             self.core.start_compensation(
-                Compensation(number, state.plane, sign * radius, block.line, perpendicular=True)
+                Compensation(number, state.plane, sign * radius, block.line, code, perpendicular=True)
             )  # NORM
 
     def _find_diameter(self, at: At, name: str) -> float:
@@ -367,7 +367,7 @@ class SiemensInterpreter:
         if number and not self.modes.edge:
             return 0.0
         if number == 0:
-            raise ProgramError("VP012", f"{name} without D, and no tool is in the spindle; load one")
+            raise ProgramError("VP012", f"{name}: {self.core.tools.explain_empty_spindle()}")
         return self.core.tools.find_diameter(at, number, "")
 
     def _run_stops(self, words: Words) -> None:

@@ -8,7 +8,7 @@ from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.gcode.arcs import PLANES
 from verne_post.gcode.machining.pockets import Entry, Milling, spread_levels
 from verne_post.gcode.program_error import At, ProgramError
-from verne_post.gcode.siemens.arguments import Arguments
+from verne_post.gcode.siemens.arguments import Arguments, check_depths
 from verne_post.gcode.siemens.interpreter import SiemensInterpreter
 from verne_post.model.moves import AXES, FeedMode
 
@@ -138,6 +138,8 @@ class MillingValues:
             )
         depth = self.measure(relative)
         self.bottom = self.top - abs(depth) if is_relative else depth
+        if takes_dpr and (error := check_depths(given, "DP", "DPR", self.bottom / self.unit)) is not None:
+            self.to.recorder.warn(error.code, error.message, self.at.line, error.column)
         self.is_upward = self.name == "CYCLE90" and not is_relative and self.bottom > self.top
         if self.is_upward:
             if self.clear > self.top:

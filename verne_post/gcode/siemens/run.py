@@ -18,7 +18,7 @@ from verne_post.gcode.text import Chunk, decode_line
 
 def execute_siemens(source: Text, setup: Setup, state: State, stop: StopConditions) -> Execution:
     """Execute a Siemens program from its first line on, until it ends or a stop condition is met."""
-    execution = Execution(state, Recorder())
+    execution = Execution(state, Recorder(language="siemens"))
     flow = Flow(SiemensText(source, setup), Executor(setup, state, execution.recorder))
     return run_program(_SiemensRun(flow), execution, setup, stop)
 

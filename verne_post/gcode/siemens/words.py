@@ -419,11 +419,11 @@ def read_arguments(cursor: Cursor) -> tuple[Argument, ...]:
     begin = cursor.at
     cursor.expect("(", "")
     found: list[Argument] = []
-    depth, start, in_quotes, text = 0, cursor.at, False, cursor.text
+    depth, start, in_quotes, quote, text = 0, cursor.at, False, 0, cursor.text
     for at in range(cursor.at, len(text)):
         character = text[at]
         if character == '"':
-            in_quotes = not in_quotes
+            in_quotes, quote = not in_quotes, at
         elif in_quotes:
             continue
         elif character in "([":
@@ -436,6 +436,8 @@ def read_arguments(cursor: Cursor) -> tuple[Argument, ...]:
             if character == ")":
                 cursor.at = at + 1
                 return tuple(found)
+    if in_quotes:
+        raise cursor.error("VP001", "the quote is not closed on its line; expected '\"'", quote)
     raise cursor.error("VP001", "the bracket is not closed on its line; expected ')'", begin)
 
 
