@@ -169,6 +169,7 @@ class Recorder(Struct):
     lacks_feed: bool = False  #: True from a change of tools to that.
     calls_presets: bool = False
     first_cut: int = 0
+    machine_moves: list[int] = field(default_factory=list)
     assumed_axes: dict[int, int] = field(default_factory=dict)
     #: Work systems to which the program has given an origin.
     placed_systems: set[int] = field(default_factory=set)
@@ -484,6 +485,7 @@ class Recorder(Struct):
             feeds=tuple(self.feeds),
             calls_presets=self.calls_presets,
             first_cut=self.first_cut,
+            machine_moves=tuple(self.machine_moves),
             assumed_axes=self.assumed_axes,
             findings=tuple(self.warnings.values()),
             **table,

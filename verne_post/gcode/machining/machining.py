@@ -210,6 +210,8 @@ class Machining:
             VP016: the tip is elsewhere, and this motion would not go from there, or would go down by the tool length.
         """
         state = self.state
+        if machine:
+            self.recorder.machine_moves.append(self.recorder.count)
         values_before, state.values_before_length = state.values_before_length, None
         if values_before is None:
             return state.position
