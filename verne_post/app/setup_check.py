@@ -90,7 +90,7 @@ def check_setup(moves: Moves, path: ToolPath, machine: Machine, options: Options
     if find_worst(found) == "error":  # what follows would be about a part or a tip that is somewhere else
         raise InputError(*(item for item in found if item.severity == "error"))
     texts = _find_implausible(options)
-    found += [*_check_tolerances(moves, path), *_find_idle_tolerances(moves, path, options)]
+    found += [*_check_tolerances(moves, path), *_check_feeds(moves, path), *_find_idle_tolerances(moves, path, options)]
     found += [
         *_check_directions(moves, path, machine),
         *_check_planes(moves, path, machine),
@@ -126,6 +126,30 @@ def _check_tolerances(moves: Moves, path: ToolPath) -> Iterator[Finding]:
                     )
                     yield make_finding("VP505", text, line=line, last_line=line, worst_line=line)
                     break
+
+
+def _check_feeds(moves: Moves, path: ToolPath) -> Iterator[Finding]:
+    """VP505: the first cut at a feed rate, or a feed a turn, that is larger than any cut has; one finding a program."""
+    rate, turn = PLAUSIBLE["feed rate"], PLAUSIBLE["feed per turn"]
+    for begin, end in iterate_blocks(len(path)):
+        ways = np.linalg.norm(path.end[begin:end, :3] - path.start[begin:end, :3], axis=1)
+        move = path.move[begin:end][(path.feed_time[begin:end] > 0) & (path.move[begin:end] >= 0) & (ways > 0)]
+        feed, mode = moves.feed[move], moves.feed_mode[move]
+        per_turn = mode == FeedMode.PER_REVOLUTION
+        beyond = ((mode == FeedMode.PER_MINUTE) & (feed > rate.high)) | (per_turn & (feed > turn.high))
+        for at in np.flatnonzero(beyond)[:1].tolist():
+            line, plausible = int(moves.line[move[at]]), turn if per_turn[at] else rate
+            text = (
+                f"F is {feed[at]:.10g} {plausible.unit} here: no {plausible.whose} has more than {plausible.high:g} "
+                f"{plausible.unit}; "
+            )
+            text += (
+                f"if mm/min were meant, write {'M137' if moves.calls_presets else 'G94'} before"
+                if per_turn[at]
+                else "is a decimal point missing?"
+            )
+            yield make_finding("VP505", text, line=line, last_line=line, worst_line=line)
+            return
 
 
 def _find_idle_tolerances(moves: Moves, path: ToolPath, options: Options) -> Iterator[Finding]:
