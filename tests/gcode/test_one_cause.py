@@ -529,3 +529,28 @@ def test_why_the_feed_rate_or_the_transformation_is_not_there(tmp_path, machine,
     options = Options(tool_length=60.0, wcs={"G54": (0, 0, 60)}, dialect="auto" if name == "p.mpf" else "rs274")
     findings = check(tmp_path / name, machine, options).findings
     assert [said in item.message for item in findings if item.severity == "error"] == [True]
+
+
+MANY = "".join(f"X{n}.\n" for n in range(20))
+
+
+@pytest.mark.parametrize(
+    ("dialect", "program", "line", "since"),
+    [
+        ("fanuc", "G0 X9.\nZ60. F600.\nX5. F400.", 4, "G0 of line 3"),
+        ("rs274", "G0 X9\nZ60 F600 M8", 4, "G0 of line 3"),
+        ("siemens", "G0 X9\nZ60 F600\nX5 F400", 4, "G0 of line 3"),
+        ("fanuc", f"G1 X8. F500.\nG0 X9.\n{MANY}Z60. F600.\n{MANY}", 25, "G0 of line 4"),
+        ("siemens", f"G1 X8 F500\nG0 X9\n{MANY}Z60 F600\n{MANY}", 25, "G0 of line 4"),
+        ("fanuc", "G0 X9. F600.\nZ60.\nG1 X5.\nX7. F500.", None, ""),
+        ("siemens", "G0 X9 F600\nG1 X5\nX7 F500", None, ""),
+        ("rs274", "F600\nG53 X9 F600\nG1 X5 F400", None, ""),
+    ],
+)
+def test_f_in_a_block_that_an_earlier_g0_moves_is_told_once(machine, dialect, program, line, since):
+    """G1 is missing, and the cut is a rapid; also inside a stretch that is executed at once."""
+    head = f"{'G71' if dialect == 'siemens' else 'G21'} G90\nG0 X0. Y0. Z100. A0. C0.\n"
+    setup = Options(dialect=dialect, tool_length=80.0, wcs={"G54": (0, 0, 60)})
+    told = [item for item in check(f"{head}{program}\nM30\n", machine, setup).findings if item.code == "VP009"]
+    assert [(item.line, item.severity) for item in told] == ([] if line is None else [(line, "warning")])
+    assert all(f"{since} is still active; write G1" in item.message for item in told)

@@ -81,7 +81,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "feed rate missing",
         "error",
         "A feed move has no feed rate: F is zero, was never given, or is missing in a block under G93, where each "
-        "block needs it. As a warning: a tool cuts at the feed rate of the tool before it.",
+        "block needs it. As a warning: a tool cuts at the feed rate of the tool before it, or a block with F moves in "
+        "rapid traverse, because an earlier G0 is still active.",
         "",
     ),
     (

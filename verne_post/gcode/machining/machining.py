@@ -56,6 +56,18 @@ def explain_no_feed(core: "Machining", words: str) -> str:
     return "the last F has the value 0; write one greater than 0" if core.has_zero_feed else f"give {words}"
 
 
+def warn_of_idle_feed(core: "Machining", at: At, feed: float) -> None:
+    """VP009, once a program: a block with F moves in rapid traverse, because an earlier G0 is in force."""
+    if core.warns_of_idle_feed:
+        core.warns_of_idle_feed = False
+        since = f"G0 of line {core.word_lines['G0']}" if "G0" in core.word_lines else "G0"
+        text = (
+            f"F{feed:g} is not used in this block, which moves in rapid traverse: {since} is still active; write "
+            "G1 if it is to move at the feed rate"
+        )
+        core.recorder.warn("VP009", text, at.line, None, severity="warning")
+
+
 class Machining:
     """The operations of one program on one machine.
 
@@ -81,6 +93,8 @@ class Machining:
         self.tools = Tools(self.frames)
         self.auxiliary = Auxiliary(setup, state, recorder)
         self.has_zero_feed = False  # the last F
+        self.word_lines: dict[str, int] = {}  #: G0, G91, G18: where the word that is in force stands.
+        self.warns_of_idle_feed = True  #: Until the first.
 
     # --- what must be known, and what must not be -----------------------------------------------------
 

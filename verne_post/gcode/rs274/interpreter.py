@@ -24,7 +24,7 @@ from verne_post.gcode.codes import (
     spell_g_code,
 )
 from verne_post.gcode.machining.auxiliary import REMAPPED_WORDS
-from verne_post.gcode.machining.machining import Machining
+from verne_post.gcode.machining.machining import Machining, warn_of_idle_feed
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.mistyped import explain_unknown
 from verne_post.gcode.parameters import Parameters
@@ -173,6 +173,8 @@ class Rs274(Language):
         elif motion in SPLINES:
             self._execute_spline(block, motion)
         elif motion is not None and motion != 800:
+            if motion == 0 and "F" in block.words and "motion" not in g and "machine coordinates" not in g:
+                warn_of_idle_feed(self.core, block, block.words["F"])
             self.motion.move(block, motion, machine="machine coordinates" in g)
         self._execute_stops(block, m)
         self._execute_call(block, m)
@@ -200,7 +202,11 @@ class Rs274(Language):
             if words["F"] < 0:
                 return False
             self.functions.set_feed(block, {})
+            if motion == 0 and not block.codes:
+                warn_of_idle_feed(self.core, block, words["F"])
         assert motion is not None
+        if motion == 0 and block.codes:
+            self.core.word_lines["G0"] = block.line
         self.modes.motion, self.modes.cycle = motion, None
         self.motion.move(block, motion, machine=False)
         return True
@@ -319,6 +325,8 @@ class Rs274(Language):
             self.modes.absolute_centers = g["arc distance"] == 901
         if "retract" in g:
             self.modes.initial_level = g["retract"] == 980
+        if g.get("motion") == 0:
+            self.core.word_lines["G0"] = block.line
         if "motion" in g or "cancel" in g:
             self._set_motion(g.get("motion"))
         if self.modes.motion not in CYCLES:

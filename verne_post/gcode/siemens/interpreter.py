@@ -7,7 +7,7 @@ from msgspec.structs import replace
 
 from verne_post.gcode.codes import spell_g_code
 from verne_post.gcode.machining.compensation import Compensation
-from verne_post.gcode.machining.machining import MAX_DWELL_S
+from verne_post.gcode.machining.machining import MAX_DWELL_S, warn_of_idle_feed
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.program_error import At, ProgramError
 from verne_post.gcode.recorder import Recorder
@@ -145,6 +145,8 @@ class SiemensInterpreter:
             self.core.set_arc_feed(modes.arc_feed)
         if (motion := words.find_code("motion")) is not None:
             modes.motion = motion
+            if motion == "G0":
+                self.core.word_lines["G0"] = words.line
         for name in _TOLERANCES:
             if (tolerance := words.take(name)) is not None:
                 setattr(modes, name.lower(), self._read_tolerance(tolerance))
@@ -269,6 +271,8 @@ class SiemensInterpreter:
             return False
         if modes.motion in ("G0", "G1"):
             kind = MoveKind.RAPID if modes.motion == "G0" else MoveKind.FEED
+            if kind == MoveKind.RAPID and "F" in words.words and words.find_code("motion") is None:
+                warn_of_idle_feed(self.core, block, words.words["F"].value)
             self.motion.run_line(block, kind, places, vector)
         else:
             if vector is not None:
