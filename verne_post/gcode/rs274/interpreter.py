@@ -24,7 +24,7 @@ from verne_post.gcode.codes import (
     spell_g_code,
 )
 from verne_post.gcode.machining.auxiliary import REMAPPED_WORDS
-from verne_post.gcode.machining.machining import Machining, warn_of_idle_feed
+from verne_post.gcode.machining.machining import Machining, blame_g91, note_g91, warn_of_idle_feed
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.mistyped import explain_unknown
 from verne_post.gcode.parameters import Parameters
@@ -245,7 +245,8 @@ class Rs274(Language):
         if "machine coordinates" in g and motion not in (0, 10):
             raise ProgramError("VP017", "G53 needs G0 or G1")
         if "machine coordinates" in g and g.get("distance", 900 if self.modes.absolute else 910) != 900:
-            raise ProgramError("VP017", "G53 is absolute; it cannot be used with G91")
+            error = ProgramError("VP017", "G53 is absolute; it cannot be used with G91")
+            raise error if "distance" in g else blame_g91(self.core, error, block.line)
         return motion
 
     def _choose_motion(self, block: Block, g: dict[str, int], axes: list[str]) -> int | None:
@@ -303,6 +304,7 @@ class Rs274(Language):
     def _set_modes(self, block: Block, g: dict[str, int]) -> None:
         if "plane" in g:
             self.core.set_plane((g["plane"] - 170) // 10)
+            self.core.word_lines["plane"] = block.line
         if "units" in g:
             self.modes.inch = g["units"] == 200
         if "lathe diameter" in g:
@@ -321,6 +323,7 @@ class Rs274(Language):
             self._set_path_control(block, g["path control"])
         if "distance" in g:
             self.modes.absolute = g["distance"] == 900
+            note_g91(self.core, block.line, absolute=self.modes.absolute)
         if "arc distance" in g:
             self.modes.absolute_centers = g["arc distance"] == 901
         if "retract" in g:
