@@ -909,3 +909,28 @@ def test_a_siemens_program_is_told_in_its_own_words(offset, code, said):
     (found,) = [item for item in vp.check(program, "verne", options).findings if item.code == code]
     assert said in found.message
     assert "G43" not in found.message
+
+
+@pytest.mark.parametrize(
+    ("dialect", "cut", "line", "said"),
+    [
+        ("fanuc", "G95 G1 X5. F900.\nX9.", 6, "F is 900 mm a turn here: no cut has more than 20 mm a turn"),
+        ("rs274", "G1 X5 F15000000", 6, "F is 15000000 mm/min here: no cut has more than 200000 mm/min"),
+        ("siemens", "G95 G1 X5 F900", 6, "if mm/min were meant, write G94 before"),
+        ("heidenhain", "L X+5 R0 F400 M136", 5, "if mm/min were meant, write M137 before"),
+        ("fanuc", "G95 G1 X5. F9.\nG94 X9. F20000.", None, ""),
+        ("fanuc", "G1 X5. F1.5\nG95 G0 X9.", None, ""),
+    ],
+)
+def test_a_feed_that_no_cut_has_is_one_warning(dialect, cut, line, said):
+    """A feed a minute is left in force as a feed a turn, or lacks its decimal point."""
+    head = "G21 G90 G17\nG54\nS900 M3\nG0 A0. C0.\nG0 X0. Y0. Z80.\n"
+    text = f"{head.replace('G21', 'G71') if dialect == 'siemens' else head}{cut}\nM30\n"
+    if dialect == "heidenhain":
+        text = (
+            f"BEGIN PGM B MM\nTOOL CALL 1 Z S900\nL A+0 C+0 R0 FMAX M3\nL X+0 Y+0 Z+80 R0 FMAX\n{cut}\nEND PGM B MM\n"
+        )
+    options = vp.Options(tool_length=80.0, wcs={"G54": (0, 0, 30)}, dialect=dialect)
+    told = [item for item in vp.check(text, "verne", options).findings if item.code == "VP505"]
+    assert [(item.line, item.severity) for item in told] == ([] if line is None else [(line, "warning")])
+    assert all(said in item.message for item in told)

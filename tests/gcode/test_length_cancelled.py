@@ -273,3 +273,40 @@ def test_siemens_axes_that_are_not_named_stand_after_another_length(block):
     joints = joints_of_lines(assemble(text.encode(), vp.load_machine("serial"), setup))
     stays = [axis for axis in range(5) if "XYZAC"[axis] not in block]
     assert joints[9][stays] == pytest.approx(joints[6][stays], abs=ROUNDING)
+
+
+CUT_ISO = "G21 G90 G17 G94\nT1 M6\nG54\nG53 G0 Z0.\nG0 A0. C0.\nG0 X10. Y0.\nG43 H1 Z50.\nG1 Z2. F500.\n"
+CUT_SIEMENS = "G54 G90 G71 G17 G94\nT1 M6\nG0 SUPA Z0 D0\nG0 A0 C0\nG0 X10 Y0\nD1\nG0 Z50\nG1 Z2 F500\n"
+CUT_KLARTEXT = (
+    "BEGIN PGM B MM\nTOOL CALL 1 Z S5000\nL Z+0 M91 FMAX\nL A+0 C+0 R0 FMAX\nL X+10 Y+0 R0 FMAX\nL Z+50 R0 FMAX\n"
+    "L Z+2 R0 F500\n"
+)
+UNDER, DOWN = "its tip goes 20 mm below the table face", "its tip goes down to Z-50"
+
+
+@pytest.mark.parametrize(
+    ("dialect", "text", "found"),
+    [
+        ("siemens", f"{CUT_SIEMENS}G0 Z0 D0\nM30\n", ("error", 9, UNDER)),
+        ("siemens", f"{CUT_SIEMENS}G0 SUPA Z0\nG0 Z0 D0\nT1 M6 D1\nG0 Z30\nM30\n", ("error", 10, UNDER)),
+        ("siemens", f"{CUT_SIEMENS}G0 SUPA Z0 D0\nG0 X20\nM30\n", None),
+        ("fanuc", f"{CUT_ISO}G49 G0 Z0.\nM30\n", ("error", 9, UNDER)),
+        ("fanuc", f"{CUT_ISO}G49 G0 Z30.\nG0 Z0.\nM30\n", ("error", 10, UNDER)),
+        ("fanuc", f"{CUT_ISO}G49 G0 Z30.\nM30\n", ("warning", 9, DOWN)),
+        ("rs274", f"{CUT_ISO}G49 G0 Z30.\nM30\n", ("warning", 9, DOWN)),
+        ("fanuc", f"{CUT_ISO}G49 G0 Z90.\nM30\n", None),
+        ("fanuc", f"{CUT_ISO}G49 G53 G0 Z0.\nM30\n", None),
+        ("fanuc", f"{CUT_ISO}G49 G28 G91 Z0.\nG90\nM30\n", None),
+        ("heidenhain", f"{CUT_KLARTEXT}TOOL CALL 0\nL Z+0 R0 FMAX\nEND PGM B MM\n", ("warning", 9, UNDER)),
+        ("heidenhain", f"{CUT_KLARTEXT}TOOL CALL 0\nL Z+0 M91 FMAX\nEND PGM B MM\n", None),
+    ],
+)
+def test_a_rapid_without_a_length_that_takes_the_tool_too_low_is_told(dialect, text, found):
+    """The tool in the spindle is as long as before: 80 mm, over a part zero that is 60 mm above the table face."""
+    result = vp.check(text, vp.load_machine("serial"), options(dialect, split_at_stops=True))
+    told = [item for item in result.findings if item.code == "VP034"]
+    assert [(item.severity, item.line) for item in told] == ([found[:2]] if found else [])
+    if found is not None:
+        assert found[2] in told[0].message
+        assert "write it in machine coordinates (G53, SUPA, M91)" in told[0].message
+    assert result.ok == (found is None or found[0] == "warning")

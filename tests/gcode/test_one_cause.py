@@ -618,3 +618,62 @@ def test_a_mistake_is_told_by_its_cause_at_its_place(machine, dialect, line, wan
     assert [(item.code, item.line, item.column, item.message) for item in errors] == [
         (wanted[0], 7, wanted[1], wanted[2])
     ]
+
+
+MANY = "".join(f"X{n}.\n" for n in range(20))
+
+
+@pytest.mark.parametrize(
+    ("dialect", "program", "line", "since"),
+    [
+        ("fanuc", "G0 X9.\nZ60. F600.\nX5. F400.", 4, "G0 of line 3"),
+        ("rs274", "G0 X9\nZ60 F600 M8", 4, "G0 of line 3"),
+        ("siemens", "G0 X9\nZ60 F600\nX5 F400", 4, "G0 of line 3"),
+        ("fanuc", f"G1 X8. F500.\nG0 X9.\n{MANY}Z60. F600.\n{MANY}", 25, "G0 of line 4"),
+        ("siemens", f"G1 X8 F500\nG0 X9\n{MANY}Z60 F600\n{MANY}", 25, "G0 of line 4"),
+        ("fanuc", "G0 X9. F600.\nZ60.\nG1 X5.\nX7. F500.", None, ""),
+        ("siemens", "G0 X9 F600\nG1 X5\nX7 F500", None, ""),
+        ("rs274", "F600\nG53 X9 F600\nG1 X5 F400", None, ""),
+    ],
+)
+def test_f_in_a_block_that_an_earlier_g0_moves_is_told_once(machine, dialect, program, line, since):
+    """G1 is missing, and the cut is a rapid; also inside a stretch that is executed at once."""
+    head = f"{'G71' if dialect == 'siemens' else 'G21'} G90\nG0 X0. Y0. Z100. A0. C0.\n"
+    setup = Options(dialect=dialect, tool_length=80.0, wcs={"G54": (0, 0, 60)})
+    told = [item for item in check(f"{head}{program}\nM30\n", machine, setup).findings if item.code == "VP009"]
+    assert [(item.line, item.severity) for item in told] == ([] if line is None else [(line, "warning")])
+    assert all(f"{since} is still active; write G1" in item.message for item in told)
+
+
+STARTS = {
+    "fanuc": "G21 G90\nT1 M6\nG43 H1\nG0 X0. Y0. Z100. A0. C0.\n",
+    "rs274": "G21 G90\nT1 M6\nG43 H1\nG0 X0 Y0 Z100 A0 C0\n",
+    "siemens": "G71 G90\nT1 M6\nD1\nG0 X0 Y0 Z100 A0 C0\n",
+}
+
+
+@pytest.mark.parametrize(
+    ("dialect", "program", "told", "said"),
+    [
+        ("fanuc", "G91 G28 Z0.\nG49\nG0 A20. C0.\nG43.4 H1\nG0 X10. Y0. Z5.\nZ2.", ("VP016", 9), "G91 of line 5"),
+        ("rs274", "G91 G0 Z2.\nX5.\nG53 G0 Z0.\nG53 Z0.", ("VP017", 7), "G91 of line 5"),
+        ("siemens", "G91 G0 Z2\nG0 SUPA Z0 D0\nG0 Z3\nD1\nZ4\nG90 X9\nSUPA Z0", ("VP017", 6), "G91 of line 5"),
+        ("siemens", "G91 G0 Z2\nG90\nG91 X1\nSUPA Z0", ("VP017", 8), "G91 of line 7"),
+        ("rs274", "G53 G91 G0 Z0.", ("VP017", 5), ""),
+        ("siemens", "G90\nSUPA Z=IC(5)", ("VP017", 6), ""),
+        ("fanuc", "G18\nG1 X5. F100.\nG2 X15. Y5. I0. J5.", ("VP006", 7), "G18 of line 5"),
+        ("siemens", "G18\nG1 X5 F100\nG2 X15 Y5 I0 J5", ("VP006", 7), "G18 of line 5"),
+        ("rs274", "G18 G2 X15. Y5. I0. J5. F100.", ("VP006", 5), ""),
+        ("siemens", "G18 F100\nG0 X5\nCYCLE81(90,80,2,60)", ("VP017", 7), "G18 of line 5"),
+        ("siemens", "G18 F100\nS900 M3\nPOCKET4(90,80,2,60,9,20,20,5,0,0,100,100,0,11)", ("VP017", 7), "G18 of line 5"),
+        ("fanuc", "G18 F100.\nG0 X5.\nG81 X9. Y50. R60. Z20.", ("VP017", 7), "G18 of line 5"),
+    ],
+)
+def test_a_mode_that_was_left_on_is_named_with_its_line(machine, dialect, program, told, said):
+    """G91 or G18 of an earlier line is the cause, and what follows from one G91 is one finding."""
+    tools = {1: Tool(1, 1, (0.0, 0.0, 80.0) + (0.0,) * 6, 10.0)}
+    setup = Options(dialect=dialect, tools=tools, wcs={"G54": (0, 0, 60)}, split_at_stops=True)
+    found = check(f"{STARTS[dialect]}{program}\nM30\n", machine, setup).findings
+    (error,) = [item for item in found if item.severity == "error"]
+    assert (error.code, error.line) == told
+    assert ("is active" in error.message, f"{said} is active" in error.message) == (said != "", said != "")

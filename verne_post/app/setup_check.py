@@ -84,14 +84,14 @@ def check_setup(moves: Moves, path: ToolPath, machine: Machine, options: Options
     ]
     changes = check_tool_change(moves, path)
     if options.tool_length is None:
-        found += _check_lengths(moves, path, options, changes)
+        found += _check_lengths(moves, path, options, changes, machine.table_radius)
     called = _list_called_tools(moves)  # as a diameter of wear nobody takes that of a tool which cuts too
     cutters = [item for item in moves.findings if item.quantity == "diameter" and item.tool in called]
     found += [dataclasses.replace(item, severity="error") for item in cutters]
     if find_worst(found) == "error":  # what follows would be about a part or a tip that is somewhere else
         raise InputError(*(item for item in found if item.severity == "error"))
     texts = _find_implausible(options)
-    found += [*_check_tolerances(moves, path), *_find_idle_tolerances(moves, path, options)]
+    found += [*_check_tolerances(moves, path), *_check_feeds(moves, path), *_find_idle_tolerances(moves, path, options)]
     found += [
         *_check_directions(moves, path, machine),
         *_check_planes(moves, path, machine),
@@ -127,6 +127,30 @@ def _check_tolerances(moves: Moves, path: ToolPath) -> Iterator[Finding]:
                     )
                     yield make_finding("VP505", text, line=line, last_line=line, worst_line=line)
                     break
+
+
+def _check_feeds(moves: Moves, path: ToolPath) -> Iterator[Finding]:
+    """VP505: the first cut at a feed rate, or a feed a turn, that is larger than any cut has; one finding a program."""
+    rate, turn = PLAUSIBLE["feed rate"], PLAUSIBLE["feed per turn"]
+    for begin, end in iterate_blocks(len(path)):
+        ways = np.linalg.norm(path.end[begin:end, :3] - path.start[begin:end, :3], axis=1)
+        move = path.move[begin:end][(path.feed_time[begin:end] > 0) & (path.move[begin:end] >= 0) & (ways > 0)]
+        feed, mode = moves.feed[move], moves.feed_mode[move]
+        per_turn = mode == FeedMode.PER_REVOLUTION
+        beyond = ((mode == FeedMode.PER_MINUTE) & (feed > rate.high)) | (per_turn & (feed > turn.high))
+        for at in np.flatnonzero(beyond)[:1].tolist():
+            line, plausible = int(moves.line[move[at]]), turn if per_turn[at] else rate
+            text = (
+                f"F is {feed[at]:.10g} {plausible.unit} here: no {plausible.whose} has more than {plausible.high:g} "
+                f"{plausible.unit}; "
+            )
+            text += (
+                f"if mm/min were meant, write {'M137' if moves.language == 'heidenhain' else 'G94'} before"
+                if per_turn[at]
+                else "is a decimal point missing?"
+            )
+            yield make_finding("VP505", text, line=line, last_line=line, worst_line=line)
+            return
 
 
 def _find_idle_tolerances(moves: Moves, path: ToolPath, options: Options) -> Iterator[Finding]:
@@ -233,8 +257,37 @@ def _find_cuts(moves: Moves, path: ToolPath, stretch: _Stretch) -> tuple[int, in
     return first, -1
 
 
-def _check_lengths(moves: Moves, path: ToolPath, options: Options, changes: Sequence[Finding]) -> Iterator[Finding]:
+def _find_low_rapid(
+    moves: Moves, path: ToolPath, stretch: _Stretch, own: float, radius: float
+) -> tuple[int, bool, str]:
+    """The first rapid to program coordinates that takes the tip of a tool of length ``own`` too low; -1 without one.
+
+    With whether that is below the table face, and where it is. It may also go down to below Z0, where a part can be.
+    """
+    beside = -1, False, ""
+    for block, stop in iterate_blocks(stretch.end - stretch.begin):
+        rows = slice(stretch.begin + block, stretch.begin + stop)
+        move, start, end = path.move[rows], path.start[rows], path.end[rows]
+        axis = find_axis_of_angles(end[:, 3], end[:, 4])
+        tip, height = end[:, :3] - own * axis, moves.end[move, 2] - own
+        is_rapid = (moves.kind[move] == MoveKind.RAPID) & (move >= 0) & ~np.isin(move, moves.machine_moves)
+        is_under = (tip[:, 2] < -LIMIT_SLACK_MM) & ((tip[:, :2] ** 2).sum(axis=1) < radius**2)
+        low = np.flatnonzero(is_rapid & is_under)
+        if len(low):
+            return int(move[low[0]]), True, f"{-tip[low[0], 2]:.6g} mm below the table face"
+        is_down = ((end[:, :3] - start[:, :3]) * axis).sum(axis=1) < -LIMIT_SLACK_MM
+        down = np.flatnonzero(is_rapid & is_down & (height < -LIMIT_SLACK_MM))
+        if len(down) and beside[0] < 0:
+            beside = int(move[down[0]]), False, f"down to Z{height[down[0]]:.6g}"
+    return beside
+
+
+def _check_lengths(
+    moves: Moves, path: ToolPath, options: Options, changes: Sequence[Finding], radius: float
+) -> Iterator[Finding]:
     """VP034: tools that cut without a length, or with that of another tool, each once; VP049 where it is an error.
+
+    A rapid without a length is one, too, that takes the tip of a tool of known length below the face of the table.
 
     Where a change of tools is missing (VP041), the length follows from that: this finding is the error in its place.
 
@@ -250,10 +303,18 @@ def _check_lengths(moves: Moves, path: ToolPath, options: Options, changes: Sequ
     # tool and length -> first cut, first low one, message, and the line after which a length is missing
     wrong: dict[tuple[int, float], tuple[int, int, str, int]] = {}
     before: list[int] = []  # tools so far
+    spindle = 0  # the one that may still be there, after TOOL CALL 0 too
+    rapid = -1, False, ""  # the first too low without a length, whether it is an error, and why
     for stretch in _list_stretches(moves, path):
         tool, length = stretch.tool, stretch.length
         before += [] if tool in before else [tool]
         own = lengths.get(tool, 0.0)
+        spindle = tool if tool or moves.language != "heidenhain" else spindle
+        mounted = lengths.get(spindle, 0.0)
+        if not length and mounted and not rapid[1]:
+            at, is_under, where = _find_low_rapid(moves, path, stretch, mounted, radius)
+            if at >= 0 and (is_under or rapid[0] < 0):
+                rapid = at, is_under and spindle == tool, _describe_low_rapid(tool, spindle, mounted, names, where)
         owners = [one for one in called if one != tool and lengths.get(one) == length]
         owner = next((one for one in before if one in owners), None)
         if length and (not owners or own == length or tool not in lengths):
@@ -280,6 +341,13 @@ def _check_lengths(moves: Moves, path: ToolPath, options: Options, changes: Sequ
             else _describe_bare_tool(tool, own, lengths, names, change, moves.language)
         )
         wrong[tool if length else 0, length] = known[0], low if own else -1, text, change if own else 0
+    at, is_error, text = rapid
+    cut = wrong.get((0, 0.0), (len(moves), -1, "", 0))
+    if at >= 0 and not 0 <= cut[1] < (at if is_error else len(moves)):
+        line, severity = int(moves.line[at]), "error" if is_error else "warning"
+        yield make_finding("VP034", text, severity=severity, line=line, last_line=line, worst_line=line)
+        if cut[0] > at:
+            wrong.pop((0, 0.0), None)  # of the same cause
     for first, low, text, change in wrong.values():
         line = int(moves.line[first if low < 0 else low])
         severity = "warning" if low < 0 else "error"
@@ -351,6 +419,18 @@ def _describe_bare_tool(
         f"the tool has no length: its tip is the gauge line of the spindle; {_describe_activation(0, 0, language)}, or "
         "give --tool-length"
     )
+
+
+def _describe_low_rapid(tool: int, spindle: int, own: float, names: Mapping[int, str], where: str) -> str:
+    """Why a rapid without a length is too low, and what to do; ``tool`` is 0 where the spindle may be empty."""
+    name = describe_tool_number(spindle, names)
+    remedy = "write it in machine coordinates (G53, SUPA, M91), or keep the length in force"
+    if not tool:
+        return (
+            f"a rapid with length 0 after TOOL CALL 0: if {name}, {own:g} mm long, is still in the spindle, its tip "
+            f"goes {where}; {remedy}"
+        )
+    return f"a rapid with length 0, and {name} is {own:g} mm long: its tip goes {where}; {remedy}"
 
 
 def _find_implausible(options: Options) -> Iterator[str]:

@@ -64,7 +64,7 @@ class Execution(Struct):
             return goes_on
         self._has_unread_line |= error.code in _OF_READING and not error.settled_by
         column = error.column if file is None else None
-        self.report_at_line(error.code, message, shown_number, column, error.about, error.settled_by)
+        self.report_at_line(error.code, message, shown_number, column, error.about, error.settled_by, error.cause)
         self._error_count += 1
         return goes_on and len(self.errors) < MAX_ERRORS and self._error_count < MAX_COUNTED
 
@@ -84,10 +84,13 @@ class Execution(Struct):
         column: int | None = None,
         about: str | None = None,
         settled_by: tuple[str, ...] = (),
+        cause: str = "",
     ) -> None:
         """Add an error of a line, or count it with those of its cause, which then names everything concerned."""
         words = message if about is None else message.replace(about, "\0")
-        at, things = self._causes.setdefault((code, words), (len(self.errors), []))
+        at, things = self._causes.setdefault(("", cause) if cause else (code, words), (len(self.errors), []))
+        if cause and at < len(self.errors):
+            words = self.errors[at].message
         if about is not None and about not in things:
             things.append(about)
         if at == len(self.errors):

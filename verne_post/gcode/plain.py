@@ -289,6 +289,11 @@ def _execute(
         words[:, _LINEAR] *= MM_PER_INCH
     end = np.where(given[:, :9], words, state.position)
     bad = _find_refused(lines, first, last, setup, state, view, feeds, feed)
+    if core.warns_of_idle_feed:  # the general interpreter warns of F in a block that an earlier G0 moves
+        numbers = np.arange(first, last)
+        row = lines.row[first:last]
+        idle = moves & (motion == 0) & (row[:, _F] == numbers) & (row[:, _G] != numbers)
+        bad = idle if bad is None else bad | idle
     arcs = None if point is not None else _find_arcs(lines, first, last, moves, motion, end, state, view)
     if arcs is not None:
         bad = arcs[1] if bad is None else bad | arcs[1]
@@ -334,6 +339,9 @@ def _execute(
         recorder.fix_c(first_named if shown_line is None else shown_line)
     state.arc_may_follow = state.arc_may_follow or straight
     view.motion = 10 * int(motion[-1])
+    if view.motion == 0 and given[-1, _G]:
+        named = int(lines.first_line + lines.row[last - 1, _G])
+        core.word_lines["G0"] = named if shown_line is None else shown_line
     state.feed, state.feed_angular = float(feed[-1]), float(angular[-1])
     state.position = end[-1].tolist()
     for axis in np.flatnonzero(given[-1, :9]).tolist():
@@ -380,6 +388,8 @@ def _execute_alike(
     mask, axes, has_feed, has_code = _find_named_words(bits)
     motion = 10 * int(lines.filled_words[first, _G]) if has_code else view.motion or 0
     feed = float(lines.filled_words[first, _F]) if has_feed else state.feed
+    if motion == 0 and has_feed and not has_code and core.warns_of_idle_feed:
+        return False
     if motion > 10 or (motion == 10 and feed == 0.0) or (not has_feed and feed != state.feed_angular):
         return False
     end = RunEnds(lines.filled_words[first:last, :_F], mask, state.position)
@@ -397,6 +407,8 @@ def _execute_alike(
         core.recorder.fix_c(line)
     state.arc_may_follow = True
     view.motion = motion
+    if motion == 0 and has_code:
+        core.word_lines["G0"] = line
     state.feed = state.feed_angular = feed
     state.position = ends_at
     return True

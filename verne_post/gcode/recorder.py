@@ -16,6 +16,7 @@ from verne_post.base.arrays import Array, Mask
 from verne_post.base.columns import BLOCK_ROWS, GrowingTable, release_memory
 from verne_post.base.units import SECONDS_PER_MINUTE
 from verne_post.gcode.arcs import Arc
+from verne_post.model.codes import CODES
 from verne_post.model.findings import Finding, Remedy, make_finding
 from verne_post.model.moves import (
     AXES,
@@ -36,6 +37,7 @@ from verne_post.model.moves import (
     TablePlace,
 )
 from verne_post.model.splines import GrowingSplines, Splines
+from verne_post.model.verdict import Severity
 
 #: In place of a tool axis where A and C words hold.
 _NO_TOOL_AXIS: Final = (np.nan, np.nan, np.nan)
@@ -170,6 +172,7 @@ class Recorder(Struct):
     lacks_feed: bool = False  #: True from a change of tools to that.
     language: str = ""
     first_cut: int = 0
+    machine_moves: list[int] = field(default_factory=list)
     assumed_axes: dict[int, int] = field(default_factory=dict)
     #: Work systems to which the program has given an origin.
     placed_systems: set[int] = field(default_factory=set)
@@ -364,11 +367,19 @@ class Recorder(Struct):
             self.feeds.append(self.count if count is None else count)
             self.lacks_feed = False
 
-    def warn(self, code: str, message: str, line: int, column: int | None) -> None:
-        """Record a warning."""
+    def warn(self, code: str, message: str, line: int, column: int | None, severity: Severity | None = None) -> None:
+        """Record a warning; ``severity`` where that of the code is another."""
         before = self.warnings.get((line, code))
         self.warnings[line, code] = (
-            make_finding(code, message, line=line, last_line=line, worst_line=line, column=column)
+            make_finding(
+                code,
+                message,
+                line=line,
+                last_line=line,
+                worst_line=line,
+                column=column,
+                severity=severity or CODES[code].severity,
+            )
             if before is None
             else dataclasses.replace(before, count=before.count + 1)
         )
@@ -499,6 +510,7 @@ class Recorder(Struct):
             feeds=tuple(self.feeds),
             language=self.language,
             first_cut=self.first_cut,
+            machine_moves=tuple(self.machine_moves),
             assumed_axes=self.assumed_axes,
             findings=tuple(self.warnings.values()),
             **table,

@@ -81,7 +81,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "feed rate missing",
         "error",
         "A feed move has no feed rate: F is zero, was never given, or is missing in a block under G93, where each "
-        "block needs it. As a warning: a tool cuts at the feed rate of the tool before it.",
+        "block needs it. As a warning: a tool cuts at the feed rate of the tool before it, or a block with F moves in "
+        "rapid traverse, because an earlier G0 is still active.",
         "",
     ),
     (
@@ -270,7 +271,9 @@ CODES: Final[dict[str, Code]] = _make_table(
         "warning",
         "The program cuts with tool length 0: no length is in force (after G49 or D0), or the tool table gives 0. Or a "
         "tool cuts with the length of one that was in the spindle before. It is an error where the set-up gives the "
-        "tool another length, and the tool has come down since it was called.",
+        "tool another length, and the tool has come down since it was called. A rapid with length 0 is an error where "
+        "it takes the tip of a tool of known length below the table face, and a warning where it goes down to below "
+        "Z0; moves in machine coordinates (G53, G28, SUPA, M91) are not concerned.",
         "Activate a length of the tool table (G43 H; M6 and D1; TOOL CALL; LOADTL), or give "
         "--tool-length. If the gauge line is"
         " meant, give --tool-length 0.",

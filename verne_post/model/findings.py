@@ -170,6 +170,7 @@ class ProgramError(Exception):
     the same message about another thing has the same cause. ``settled_by`` is the key of a set-up that would settle it.
     ``of_program``: the line is one of the program itself, also where a called file is executed.
     ``of_value``: what is wrong stands in ``line``, and each line that uses it counts.
+    ``cause`` is what has led to it, in an earlier line: errors with the same one are one finding.
     ``goes_on``: a program is missing, and the one that calls it goes on after the call, though its code ends others.
     """
 
@@ -185,8 +186,9 @@ class ProgramError(Exception):
         goes_on: bool = False,
         of_program: bool = False,
         of_value: bool = False,
+        cause: str = "",
     ) -> None:
         super().__init__(message)
         self.message = message if len(message) <= _LONGEST_MESSAGE else f"{message[:_LONGEST_MESSAGE]} ..."
         self.code, self.column, self.line, self.about, self.settled_by = code, column, line, about, settled_by
-        self.goes_on, self.of_program, self.of_value = goes_on, of_program, of_value
+        self.goes_on, self.of_program, self.of_value, self.cause = goes_on, of_program, of_value, cause

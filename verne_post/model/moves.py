@@ -338,6 +338,8 @@ class Moves(Struct, frozen=True):
     language: str = ""  #: "siemens", "heidenhain" or "aptcl": whose words messages have; else those of G-code.
     #: Number of the first move that may cut: feed moves before it are those of a retracted head without a length.
     first_cut: int = 0
+    #: Numbers of the moves to machine coordinates (G53, G28, SUPA, M91): no length and no work offset matters there.
+    machine_moves: tuple[int, ...] = ()
     #: Rotary axes whose angle in cuts is assumed (VP036), each with the line that names it later.
     assumed_axes: Mapping[int, int] = field(default_factory=dict)
 
@@ -381,6 +383,7 @@ class Moves(Struct, frozen=True):
             tcp_changes=changes,
             tcp_ends=tuple(replace(one, before=max(one.before - first, 0)) for one in self.tcp_ends),
             first_cut=max(self.first_cut - first, 0),
+            machine_moves=tuple(one - first for one in self.machine_moves if one >= first),
         )
 
 

@@ -44,6 +44,9 @@ PLAUSIBLE: Final = {
     "cycle": Plausible(1e-5, 0.1, "s", "ms", 1e-3, "control"),
     "tip tolerance": Plausible(1e-5, 1.0, "mm", "um", 1e-3),
     "axis tolerance": Plausible(1e-4, 5.0, "deg", "arcsec", 1.0 / 3600.0),
+    # the program; cutters of high feed and coarse threads stay below
+    "feed rate": Plausible(0.0, 2e5, "mm/min", "um/min", 1e-3, "cut"),
+    "feed per turn": Plausible(0.0, 20.0, "mm a turn", "um a turn", 1e-3, "cut"),
     # the set-up of a part
     # from the gauge line: no holder is shorter
     "tool length": Plausible(5.0, 2e3, "mm", "m", 1e3, "tool"),

@@ -56,6 +56,47 @@ def explain_no_feed(core: "Machining", words: str) -> str:
     return "the last F has the value 0; write one greater than 0" if core.has_zero_feed else f"give {words}"
 
 
+def name_word(core: "Machining", name: str, word: str, line: int) -> str:
+    """``; G91 of line 33 is active``, where an earlier line than ``line`` has put the word in force."""
+    since = core.word_lines.get(name, line)
+    return "" if since == line else f"; {word} of line {since} is active"
+
+
+def explain_tilted_tool(core: "Machining", otherwise: str) -> str:
+    """What to do where the tool does not point along the normal of the plane; ``otherwise`` if no word says why."""
+    if core.state.plane and core.find_tilted_tool() is None and "plane" in core.word_lines:
+        return f"G{17 + core.state.plane} of line {core.word_lines['plane']} is active; write G17"
+    return core.recorder.explain_plane(otherwise)
+
+
+def blame_g91(core: "Machining", error: ProgramError, line: int) -> ProgramError:
+    """An error that G90 would settle, with the line of G91; with others of this G91 it is one finding."""
+    if "G91" in core.word_lines:
+        error.message += name_word(core, "G91", "G91", line)
+        error.cause = f"G91 of line {core.word_lines['G91']}"
+    return error
+
+
+def note_g91(core: "Machining", line: int, *, absolute: bool) -> None:
+    """G90 or G91 stands in a line; a repeated G91 is not where the mode began."""
+    if absolute:
+        core.word_lines.pop("G91", None)
+    else:
+        core.word_lines.setdefault("G91", line)
+
+
+def warn_of_idle_feed(core: "Machining", at: At, feed: float) -> None:
+    """VP009, once a program: a block with F moves in rapid traverse, because an earlier G0 is in force."""
+    if core.warns_of_idle_feed:
+        core.warns_of_idle_feed = False
+        since = f"G0 of line {core.word_lines['G0']}" if "G0" in core.word_lines else "G0"
+        text = (
+            f"F{feed:g} is not used in this block, which moves in rapid traverse: {since} is still active; write "
+            "G1 if it is to move at the feed rate"
+        )
+        core.recorder.warn("VP009", text, at.line, None, severity="warning")
+
+
 class Machining:
     """The operations of one program on one machine.
 
@@ -81,6 +122,8 @@ class Machining:
         self.tools = Tools(self.frames)
         self.auxiliary = Auxiliary(setup, state, recorder)
         self.has_zero_feed = False  # the last F
+        self.word_lines: dict[str, int] = {}  #: G0, G91, plane: where the word that is in force stands.
+        self.warns_of_idle_feed = True  #: Until the first.
 
     # --- what must be known, and what must not be -----------------------------------------------------
 
@@ -89,12 +132,13 @@ class Machining:
         for axis in axes:
             if not self.state.is_known(axis):
                 letter = AXES[axis]
-                raise at.error(
+                error = at.error(
                     "VP013",
                     f"{why} needs the position of {letter}, which no absolute word has named yet; "
                     f"give {letter} an absolute value first",
                     letter,
                 )
+                raise blame_g91(self, error, at.line) if "incremental" in why else error
 
     def refuse_compensation(self, what: str) -> None:
         """Refuse (VP017) what cannot be while cutter compensation holds."""
@@ -210,6 +254,8 @@ class Machining:
             VP016: the tip is elsewhere, and this motion would not go from there, or would go down by the tool length.
         """
         state = self.state
+        if machine:
+            self.recorder.machine_moves.append(self.recorder.count)
         values_before, state.values_before_length = state.values_before_length, None
         if values_before is None:
             return state.position
@@ -220,11 +266,12 @@ class Machining:
             return state.position
         letter, tilt = AXES[self.setup.rotary[0]], machine_position[self.setup.rotary[0]]
         if kind != MoveKind.RAPID or not (absolute or machine):
-            raise ProgramError(
+            error = ProgramError(
                 "VP016",
                 f"the tool length has changed while the table is tilted ({letter} {tilt:g} deg), so the tip is "
                 "at another place; the next motion must be a rapid traverse in absolute coordinates",
             )
+            raise error if absolute or kind != MoveKind.RAPID else blame_g91(self, error, at.line if at else 0)
         if machine:
             return state.position
         if axes is not None and _Z not in axes and not any(state.frame.tool) and not math.isnan(values_before[_Z]):

@@ -7,7 +7,7 @@ from verne_post.gcode.arcs import PLANES
 from verne_post.gcode.block import Block
 from verne_post.gcode.codes import spell_g_code
 from verne_post.gcode.machining.holes import MAX_HOLES, MAX_PECKS, Thread, check_tapping, note_tapping, tap
-from verne_post.gcode.machining.machining import Machining
+from verne_post.gcode.machining.machining import Machining, explain_tilted_tool
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.rs274.modes import Cycle, Modes
 from verne_post.gcode.rs274.motion import MotionCodes
@@ -104,7 +104,7 @@ class CycleCodes:
             )
         self.core.require_known(block, [0, 1, 2], f"{spell_g_code(motion)}")
         if (tool := self.core.find_tilted_tool(normal)) is not None:
-            remedy = self.core.recorder.explain_plane("turn the table, or write the hole with G0 and G1")
+            remedy = explain_tilted_tool(self.core, "turn the table, or write the hole with G0 and G1")
             what = f"{spell_g_code(motion)} drills along {AXES[normal]}, but {tool}"
             raise ProgramError("VP017", f"{what}: it would be dragged sideways; {remedy}")
 

@@ -406,6 +406,7 @@ class FanucInterpreter(Rs274):
     def _set_own_modes(self, block: Block, g: dict[str, int]) -> None:
         if "plane" in g:
             self.core.set_plane((g["plane"] - 170) // 10)
+            self.core.word_lines["plane"] = block.line
         if "tilted plane" in g:
             self.planes.set_plane(block, g["tilted plane"])
         if "dynamic work offset" in g:

@@ -24,7 +24,7 @@ from verne_post.gcode.codes import (
     spell_g_code,
 )
 from verne_post.gcode.machining.auxiliary import REMAPPED_WORDS
-from verne_post.gcode.machining.machining import Machining
+from verne_post.gcode.machining.machining import Machining, blame_g91, note_g91, warn_of_idle_feed
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.mistyped import explain_unknown
 from verne_post.gcode.parameters import Parameters
@@ -175,6 +175,8 @@ class Rs274(Language):
         elif motion in SPLINES:
             self._execute_spline(block, motion)
         elif motion is not None and motion != 800:
+            if motion == 0 and "F" in block.words and "motion" not in g and "machine coordinates" not in g:
+                warn_of_idle_feed(self.core, block, block.words["F"])
             self.motion.move(block, motion, machine="machine coordinates" in g)
         self._execute_stops(block, m)
         self._execute_call(block, m)
@@ -202,7 +204,11 @@ class Rs274(Language):
             if words["F"] < 0:
                 return False
             self.functions.set_feed(block, {})
+            if motion == 0 and not block.codes:
+                warn_of_idle_feed(self.core, block, words["F"])
         assert motion is not None
+        if motion == 0 and block.codes:
+            self.core.word_lines["G0"] = block.line
         self.modes.motion, self.modes.cycle = motion, None
         self.motion.move(block, motion, machine=False)
         return True
@@ -241,7 +247,8 @@ class Rs274(Language):
         if "machine coordinates" in g and motion not in (0, 10):
             raise ProgramError("VP017", "G53 needs G0 or G1")
         if "machine coordinates" in g and g.get("distance", 900 if self.modes.absolute else 910) != 900:
-            raise ProgramError("VP017", "G53 is absolute; it cannot be used with G91")
+            error = ProgramError("VP017", "G53 is absolute; it cannot be used with G91")
+            raise error if "distance" in g else blame_g91(self.core, error, block.line)
         return motion
 
     def _choose_motion(self, block: Block, g: dict[str, int], axes: list[str]) -> int | None:
@@ -304,6 +311,7 @@ class Rs274(Language):
     def _set_modes(self, block: Block, g: dict[str, int]) -> None:
         if "plane" in g:
             self.core.set_plane((g["plane"] - 170) // 10)
+            self.core.word_lines["plane"] = block.line
         if "units" in g:
             self.modes.inch = g["units"] == 200
         if "lathe diameter" in g:
@@ -322,10 +330,13 @@ class Rs274(Language):
             self._set_path_control(block, g["path control"])
         if "distance" in g:
             self.modes.absolute = g["distance"] == 900
+            note_g91(self.core, block.line, absolute=self.modes.absolute)
         if "arc distance" in g:
             self.modes.absolute_centers = g["arc distance"] == 901
         if "retract" in g:
             self.modes.initial_level = g["retract"] == 980
+        if g.get("motion") == 0:
+            self.core.word_lines["G0"] = block.line
         if "motion" in g or "cancel" in g:
             self._set_motion(g.get("motion"))
         if self.modes.motion not in CYCLES:

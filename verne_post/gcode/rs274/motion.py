@@ -12,7 +12,7 @@ from verne_post.gcode.block import Block
 from verne_post.gcode.codes import spell_g_code
 from verne_post.gcode.lengths import measure_length
 from verne_post.gcode.machining.compensation import Compensation
-from verne_post.gcode.machining.machining import Machining, explain_no_feed
+from verne_post.gcode.machining.machining import Machining, explain_no_feed, name_word
 from verne_post.gcode.machining.turning import find_machine_place, go_to_machine, turn_table, warn_of_unnamed
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.rs274.modes import Modes
@@ -376,8 +376,9 @@ class MotionCodes:
             )
         elif offsets:
             tolerance = ARC_RADIUS_INCH_MM if self.modes.inch else ARC_RADIUS_MM
+            said = name_word(self.core, "plane", f"G{17 + state.plane}", block.line)
             arc = build_arc_from_center(
-                start, end, state.plane, clockwise, offsets, self.modes.absolute_centers, turns - 1, tolerance
+                start, end, state.plane, clockwise, offsets, self.modes.absolute_centers, turns - 1, tolerance, said
             )
         else:
             raise ProgramError("VP005", f"an arc needs its centre (I, J, K) or its radius (R){self.bare_arcs_remedy}")

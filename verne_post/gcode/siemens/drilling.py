@@ -7,6 +7,7 @@ from typing import Final
 from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.gcode.arcs import PLANES
 from verne_post.gcode.machining.holes import MAX_PECKS, Thread, check_tapping, note_tapping, tap
+from verne_post.gcode.machining.machining import explain_tilted_tool
 from verne_post.gcode.program_error import At, ProgramError
 from verne_post.gcode.siemens.arguments import OF_EDITOR, Arguments, check_depths, read_cycle, read_pitch
 from verne_post.gcode.siemens.interpreter import SiemensInterpreter
@@ -93,7 +94,7 @@ class _Hole:
         if to.state.tool_axis is not None and not to.motion.follows_part:
             to.motion.settle_table(self.block)
         if (tool := to.core.find_tilted_tool(self.normal)) is not None:
-            remedy = to.recorder.explain_plane("write CYCLE800 or turn the table")
+            remedy = explain_tilted_tool(to.core, "write CYCLE800 or turn the table")
             raise ProgramError(
                 "VP017",
                 f"{name} drills along {AXES[self.normal]}, but {tool}: it would be dragged sideways; {remedy}",

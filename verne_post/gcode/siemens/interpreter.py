@@ -7,7 +7,7 @@ from msgspec.structs import replace
 
 from verne_post.gcode.codes import spell_g_code
 from verne_post.gcode.machining.compensation import Compensation
-from verne_post.gcode.machining.machining import MAX_DWELL_S
+from verne_post.gcode.machining.machining import MAX_DWELL_S, blame_g91, note_g91, warn_of_idle_feed
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.program_error import At, ProgramError
 from verne_post.gcode.recorder import Recorder
@@ -127,11 +127,13 @@ class SiemensInterpreter:
             if number != state.plane:
                 modes.angle = None
             self.core.set_plane(number)
+            self.core.word_lines["plane"] = words.line
             modes.plane = number
         if (units := words.find_code("units")) is not None:
             modes.units = units
         if (distance := words.find_code("distance")) is not None:
             modes.absolute = distance == "G90"
+            note_g91(self.core, words.line, absolute=modes.absolute)
         for group, name in (("orientation reference", "reference"), ("orientation path", "path")):
             if (word := words.find_code(group)) is not None:
                 setattr(modes, name, word)
@@ -145,6 +147,8 @@ class SiemensInterpreter:
             self.core.set_arc_feed(modes.arc_feed)
         if (motion := words.find_code("motion")) is not None:
             modes.motion = motion
+            if motion == "G0":
+                self.core.word_lines["G0"] = words.line
         for name in _TOLERANCES:
             if (tolerance := words.take(name)) is not None:
                 setattr(modes, name.lower(), self._read_tolerance(tolerance))
@@ -269,6 +273,8 @@ class SiemensInterpreter:
             return False
         if modes.motion in ("G0", "G1"):
             kind = MoveKind.RAPID if modes.motion == "G0" else MoveKind.FEED
+            if kind == MoveKind.RAPID and "F" in words.words and words.find_code("motion") is None:
+                warn_of_idle_feed(self.core, block, words.words["F"].value)
             self.motion.run_line(block, kind, places, vector)
         else:
             if vector is not None:
@@ -290,7 +296,8 @@ class SiemensInterpreter:
             if word.mode in DIRECTIONS and letter in "ABC":
                 directions[axis] = word.mode
             elif word.mode not in ("", "AC") or (not self.modes.absolute and not word.mode):
-                raise word.error("VP017", f"{code} is absolute; it cannot be used with G91 or {word.mode or 'IC'}")
+                error = word.error("VP017", f"{code} is absolute; it cannot be used with G91 or {word.mode or 'IC'}")
+                raise error if word.mode else blame_g91(self.core, error, block.line)
             places[axis] = word.value * (1.0 if letter in "ABC" else self.modes.length)
         if places:
             kind = MoveKind.RAPID if self.modes.motion == "G0" else MoveKind.FEED

@@ -6,6 +6,7 @@ from typing import Final
 
 from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.gcode.arcs import PLANES
+from verne_post.gcode.machining.machining import explain_tilted_tool
 from verne_post.gcode.machining.pockets import Entry, Milling, spread_levels
 from verne_post.gcode.program_error import At, ProgramError
 from verne_post.gcode.siemens.arguments import Arguments, check_depths
@@ -99,7 +100,7 @@ class MillingValues:
         if to.state.tool_axis is not None and not to.motion.follows_part:
             to.motion.settle_table(self.at)
         if (tool := to.core.find_tilted_tool(self.plane[2])) is not None:
-            remedy = to.recorder.explain_plane("write CYCLE800 or turn the table")
+            remedy = explain_tilted_tool(to.core, "write CYCLE800 or turn the table")
             raise ProgramError("VP017", f"{name} works along {AXES[self.plane[2]]}, but {tool}; {remedy}", column)
 
     def measure(self, name: str, *, positive: bool = False) -> float:

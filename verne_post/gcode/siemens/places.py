@@ -7,8 +7,9 @@ import numpy as np
 
 from verne_post.base.arrays import Array
 from verne_post.base.tolerances import VECTOR_LENGTH, WHOLE_NUMBER, ZERO_LENGTH_MM
-from verne_post.gcode.arcs import PLANES
+from verne_post.gcode.arcs import PLANE_NAMES, PLANES
 from verne_post.gcode.lengths import measure_length
+from verne_post.gcode.machining.machining import blame_g91, name_word
 from verne_post.gcode.machining.plane_geometry import find_center_of_sweep
 from verne_post.gcode.program_error import At, ProgramError
 from verne_post.gcode.rs274.motion import MAX_TURNS
@@ -51,13 +52,13 @@ class SiemensPlaces:
             raise word.error("VP017", f"{word.mode} is for rotary axes; {word.name} is a linear one")
         if word.mode == "IC" or (not word.mode and not self.motion.modes.absolute):
             self.core.require_known(block, [axis], "an incremental value")
-            return self._count_from(word, axis) + value
+            return self._count_from(word, axis, block.line) + value
         self.motion.places_before.pop(axis, None)
         if rotary and (word.mode or word.name in self.keys.modulo_axes) and self.state.known_axes[axis]:
             return self._resolve_rotary_place(word, axis, value)
         return value
 
-    def _count_from(self, word: Word, axis: int) -> float:
+    def _count_from(self, word: Word, axis: int, line: int) -> float:
         """What an incremental value of an axis is added to.
 
         After a change of offsets it is the axis' place, or its number before the change: a choice of machine data.
@@ -67,11 +68,12 @@ class SiemensPlaces:
             return self.motion.find_programmed(axis)
         if self.keys.offsets_in_g91 == "travelled":
             return before
-        raise word.error(
+        error = word.error(
             "VP017",
             f"{word.name} is incremental, and its offset has changed: SD42440 and SD42442 decide whether the axis "
             "also moves by that change; write it in G90, or give [siemens] offsets_in_g91 in the settings file",
         )
+        raise error if word.mode else blame_g91(self.core, error, line)
 
     def _resolve_rotary_place(self, word: Word, axis: int, value: float) -> float:
         """DC: the shortest way; ACP, ACN: upwards, downwards; else within the present turn of a modulo axis."""
@@ -182,7 +184,10 @@ class SiemensPlaces:
         turns = self._read_turns(turn)
         wrong = next((word for name in "IJK" if name not in letters and (word := words.take(name)) is not None), None)
         if wrong is not None:
-            raise wrong.error("VP006", f"{wrong.name} does not belong to an arc in this plane")
+            said = name_word(self.core, "plane", f"G{17 + self.state.plane}", block.line)
+            raise wrong.error(
+                "VP006", f"{wrong.name} does not belong to an arc in the {PLANE_NAMES[self.state.plane]} plane{said}"
+            )
         given = [words.take(letter) for letter in letters]
         here = [self.motion.find_programmed(axis) for axis in (first, second)]
         center: tuple[float, float] | None = None
