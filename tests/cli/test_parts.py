@@ -123,7 +123,7 @@ def test_a_setup_that_cuts_needs_a_name_for_the_files(job: Path, run: Callable[.
     refused = run("convert", "two.nc", *PLACE)
     assert refused.code == 2
     assert refused.out == ""
-    assert "several files; give their name: -o axes.csv" in refused.err
+    assert "writes one file from each stop to the next; give their name: -o axes.csv" in refused.err
     assert run("convert", "two.nc", *PLACE, "-o", "two.csv").code == 0
     assert [Path(name).is_file() for name in FILES] == [True] * len(FILES)
 
