@@ -537,7 +537,8 @@ def _describe_manual_stops(summary: Summary) -> Facts:
     for event in stops:
         head = heads[1 if id(event) in between else 2 if id(event) in last else 0]
         tool = f"load {describe_tool(event)}" if event.kind == "tool" else ""
-        groups[head].append(f"{tool or forms[event.kind].format(**event.data)} (line {event.line}{_name_block(summary, event.line)})")
+        what = tool or forms[event.kind].format(**event.data)
+        groups[head].append(f"{what} (line {event.line}{_name_block(summary, event.line)})")
     return [("operator", head + "; ".join(texts)) for head, texts in groups.items() if texts]
 
 
