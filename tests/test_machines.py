@@ -168,7 +168,7 @@ def test_explain_and_dump_speak_of_this_machines_joints(
         "vertical drop of a rod (rho1)",
         "vertical drop of a rod (rho2)",
         "vertical drop of a rod (rho3)",
-        "determinant of the parallel Jacobian",
+        "distance from the parallel singularity",
     ]
     joints = [column.partition("_")[0] for column in (*MACHINES[name], "a_deg", "c_deg")]
     for record in map(json.loads, dumped.out.splitlines()):

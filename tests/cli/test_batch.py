@@ -304,7 +304,8 @@ def test_nothing_is_written_outside_the_folder(folder: Path, run: Callable[..., 
     assert "1 can run (as before)" in run("batch", "in/p0.nc", "-o", "linked", "-j", 1, *PLACE).out
 
 
-def test_parts_follow_no_link_either(folder: Path, run: Callable[..., Any]) -> None:
+def test_parts_follow_no_link_either(folder: Path, run: Callable[..., Any], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "200")
     Path("in/s.nc").write_text("G21 G90\nG0 X0 Y0 Z50 A0 C0\nG1 X5 F3000\nM0\nG1 X6\nM2\n")
     Path("out").mkdir()
     Path("precious").write_text("precious")
@@ -417,6 +418,29 @@ def test_a_table_has_the_first_error_else_the_first_warning() -> None:
     ):
         row = format_batch([Outcome("a.nc", int(find_exit_status(found)), found)]).splitlines()[1]
         assert row.endswith(f"         -          -  {shown}".rstrip())
+
+
+def test_findings_are_cut_to_the_terminal_and_whole_in_files(
+    folder: Path, run: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    Path("in/s.nc").write_text("G21 G90\nG0 X0 Y0 Z50 A0 C0\nG1 X5 Q17 F3000\nM2\n")
+    monkeypatch.delenv("COLUMNS", raising=False)
+    words = ("batch", "in/s.nc", "-o", "out", "-j", 1, *PLACE)
+    table = run(*words, "--markdown", "whole.md").out.splitlines()
+    (row,) = (line for line in table if line.startswith("in/s.nc"))
+    assert (len(row), row[-3:]) == (80, "...")
+    assert table[-2] == "findings are cut to the width of the terminal; --markdown FILE has them whole"
+    monkeypatch.setenv("COLUMNS", "300")
+    (wide,) = (line for line in run(*words).out.splitlines() if line.startswith("in/s.nc"))
+    assert wide.startswith(row[:-3])
+    assert "..." not in wide
+    assert "cut to the width" not in run(*words).out
+    message = wide.partition(": ")[2]
+    assert message in Path("whole.md").read_text(encoding="utf-8").replace("\\", "")
+    monkeypatch.delenv("COLUMNS")
+    with Path("table.txt").open("wb") as file:
+        subprocess.run([sys.executable, "-m", "verne_post", *map(str, words)], stdout=file, check=False)
+    assert wide in Path("table.txt").read_text(encoding="utf-8")
 
 
 def test_shards_are_a_partition(folder: Path, run: Callable[..., Any]) -> None:

@@ -16,6 +16,7 @@ from verne_post.app.explain_line import is_axis_named
 from verne_post.cli.main import main
 from verne_post.config import list_machine_files, schema
 from verne_post.config.carrier import CarrierFile
+from verne_post.gcode.known_words import describe_word, list_words
 from verne_post.model.codes import CODES
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -550,6 +551,13 @@ def test_the_response_to_a_warning_about_words(run: Callable[..., Any], tmp_path
         ("G68.2", ("RS274/NGC: not executed: tilted work planes", "Fanuc: tilted plane: tilted work plane by angles")),
         ("traori", ("Siemens: tool-centre-point control on",)),
         ("CYCL DEF 208", ("Klartext: ",)),
+        ("CYCL DEF 203", ("Klartext: holes: see Cycles in docs/heidenhain.md",)),
+        ("G41", ("Fanuc: the tool goes left of the contour; cutter compensation: off, left, right: see Cutter comp",)),
+        ("FN 0", ("Klartext: set, + - * /",)),
+        ("function tcpm", ("Klartext, FUNCTION: TCPM",)),
+        ("FUNCTION MODE MILL", ("Klartext, FUNCTION: TCPM",)),
+        ("APPR LCT", ("Klartext, APPR: LT LN CT LCT",)),
+        ("TRANS DATUM", ("Klartext, TRANS: DATUM AXIS",)),
         ("M128", ("RS274/NGC: not executed: external programs", "Klartext: tool-centre-point control")),
     ],
 )
@@ -568,6 +576,52 @@ def test_what_is_neither_a_line_nor_a_code_nor_a_word(run: Callable[..., Any]) -
     answer = run("explain", "G1234")
     assert answer.code == 2
     assert "'G1234' is neither INPUT:LINE (part.nc:12) nor a finding code (VP102)" in " ".join(answer.err.split())
+
+
+@pytest.mark.parametrize("word", ["FUNCTION FOO", "VP999"])
+def test_what_is_unknown_names_where_to_look(run: Callable[..., Any], word: str) -> None:
+    answer = run("explain", word)
+    assert answer.code == 2
+    assert "verne-post explain --list" in " ".join(answer.err.split())
+    listed = run("explain", "--list")
+    assert listed.code == 0
+    assert [line.split()[0] for line in listed.out.splitlines()] == list(CODES)
+    assert run("explain", "--list", "VP101").code == run("explain").code == 2
+
+
+def test_sections_that_words_refer_to_exist() -> None:
+    words = {(name, text) for _language, name, _text, _executed in list_words() for text in describe_word(name)}
+    named = {found for _name, text in words for found in re.findall(r"see ([A-Z][\w ,-]*) in (docs/\w+\.md)", text)}
+    assert len(named) > 20
+    for section, page in named:
+        headings = re.findall(r"^##+ (.*)$", (ROOT / page).read_text(encoding="utf-8"), re.MULTILINE)
+        assert section in headings, page
+
+
+def test_a_line_of_a_program_with_errors_is_explained_first(run: Callable[..., Any], tmp_path: Path) -> None:
+    path = tmp_path / "part.mpf"
+    path.write_text(
+        "G710 G90\nT1 M6\nD1 FOO=3\nTRAORI\nG54 G1 X1 BAR2 F300\nG0 Z60 A=0 C=0\nG1 X20 BAZ\nM30\n", encoding="utf-8"
+    )
+    answer = run("explain", f"{path}:5", *OPTIONS)
+    assert answer.code == 2
+    head, *rest, last = answer.out.splitlines()
+    assert head == "line 5: G54 G1 X1 BAR2 F300"
+    assert [line.split()[0] for line in rest][:2] == ["G54", "G1"]
+    assert [line for line in rest if "error" in line] == [line for line in rest if "BAR2" in line]
+    assert "in force: G1, G710" in rest[-1]
+    assert "2 other errors, the first in line 3: verne-post check " in last
+    assert "FOO" not in answer.out + answer.err
+    beyond = run("explain", f"{path}:99", *OPTIONS)
+    assert (beyond.code, "line 99 is after the end of the program" in beyond.err) == (2, True)
+
+
+def test_a_line_that_names_the_start_says_so(run: Callable[..., Any], tmp_path: Path) -> None:
+    path = tmp_path / "a.nc"
+    path.write_text("G21 G90 G94 G49\nG0 G54 X-35 Y-15 Z100 A0 C0\nG1 X0 F900\nG1 X0\nM2\n", encoding="utf-8")
+    assert "no motion: the line names the place where the program starts" in run("explain", f"{path}:2", *OPTIONS).out
+    assert "no motion: the machine is already at the place that the line" in run("explain", f"{path}:4", *OPTIONS).out
+    assert "no motion; the nearest lines that have: 3" in run("explain", f"{path}:5", *OPTIONS).out
 
 
 def test_numbers_of_a_blended_line_say_which_is_which(run: Callable[..., Any], tmp_path: Path) -> None:

@@ -94,6 +94,22 @@ def test_a_block_is_proposed_where_the_language_has_it(
     assert (told(run("fit", *words, "--json"))["block"] is not None) == (name == "part.nc")
 
 
+@pytest.mark.parametrize("dialect", ["rs274", "fanuc"])
+def test_the_dialect_accepts_the_block(tmp_path: Path, run: Callable[..., Any], dialect: str) -> None:
+    path, text = tmp_path / "part.nc", "G21 G90 G54\n{}G43.4 H1\nG0 X0 Y0 Z60 A0 C0\nG1 X20 F900\nM30\n"
+    options = (path, "--tool-length", 80, "--dialect", dialect)
+    if dialect == "rs274":
+        text = text.replace("G43.4", "G43")
+    path.write_text(text.format(""), encoding="utf-8")
+    block = told(run("fit", *options, "--wcs", "G54=0,0,300", "--free", "z", "--json"))["block"]
+    assert ("R0" in block.split()) == (dialect == "rs274")
+    path.write_text(text.format(f"{block}\n"), encoding="utf-8")
+    assert run("check", *options, "--wcs", "G54=0,0,300").code == 0
+    path.write_text(text.format(""), encoding="utf-8")
+    turned = told(run("fit", *options, "--wcs", "G54=0,0,60,30", "--json"))["block"]
+    assert (turned is None) == (dialect == "fanuc")  # no word of Fanuc's G10 turns the part
+
+
 @pytest.mark.parametrize("senses", ["workpiece", "tool"])
 def test_the_block_in_the_program_does_the_same(
     tilted: Path, tmp_path: Path, run: Callable[..., Any], senses: str

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import verne_post as vp
+from verne_post.app.machined import report_missing_shape
 from verne_post.cli.main import main
 from verne_post.config.tool_shapes import read_tool_shapes
 from verne_post.part import compare, sweep
@@ -199,6 +200,8 @@ def test_a_tool_without_a_shape_is_refused(floor, run):
     answer = run(*JUDGE)
     assert answer.code == 2
     assert "VP018 error: tool 1: its shape is not known; give it with --tool-shapes" in answer.err
+    assert str(report_missing_shape(100_001, 'tool "M"')).startswith('tool "M": its shape is not known; ')
+    assert "[tool.100001] cutter" in str(report_missing_shape(100_001, 'tool "M"'))
     Path("shapes.toml").write_text(SHAPES.replace("diameter = 8.0", "diameter = 10.0"), encoding="utf-8")
     answer = run(*JUDGE)
     assert "its cutter in --tool-shapes is 10 mm thick, but its diameter in the tool table is 8" in answer.err

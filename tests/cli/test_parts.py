@@ -123,7 +123,7 @@ def test_a_setup_that_cuts_needs_a_name_for_the_files(job: Path, run: Callable[.
     refused = run("convert", "two.nc", *PLACE)
     assert refused.code == 2
     assert refused.out == ""
-    assert "several files; give their name: -o axes.csv" in refused.err
+    assert "writes one file from each stop to the next; give their name: -o axes.csv" in refused.err
     assert run("convert", "two.nc", *PLACE, "-o", "two.csv").code == 0
     assert [Path(name).is_file() for name in FILES] == [True] * len(FILES)
 
@@ -279,3 +279,25 @@ def test_python_writes_the_parts_of_the_command(job: Path, run: Callable[..., An
     whole = vp.convert("G21 G90\nG0 X0 Y0 Z20 A0 C0\nX5\nM2\n", "verne", vp.Options(tool_length=80)).setpoints
     assert whole is not None
     assert [part.to_csv() for part in whole.split()] == [whole.to_csv()]
+
+
+@pytest.mark.parametrize(
+    ("name", "line", "said"),
+    [
+        ("part.mpf", "N250 T2 M6", "load tool 2 (line 6, N250)"),
+        ("part.mpf", "T2 M6", "load tool 2 (line 6)"),
+        ("part.h", "25 TOOL CALL 2 Z S8000", "load tool 2 (line 6, block 25)"),
+    ],
+)
+def test_the_operator_reads_the_number_that_the_control_shows(
+    name: str, line: str, said: str, run: Callable[..., Any], tmp_path: Path
+) -> None:
+    klartext = "BEGIN PGM A MM\nTOOL CALL 1 Z S8000\nL A+0 C+0 FMAX\nL X+0 Y+0 Z+60 FMAX\nL X+20 F900 M3\n{}\n"
+    klartext += "L X+0 F900 M3\nEND PGM A MM\n"
+    siemens = "G710 G90\nT1 M6\nG0 A=0 C=0\nG0 X0 Y0 Z60\nG1 X20 F900\n{}\nG1 X0\nM30\n"
+    (tmp_path / name).write_text((klartext if name == "part.h" else siemens).format(line), encoding="utf-8")
+    tools = "split_at_stops = true\n[tools]\n1 = { length = 80 }\n2 = { length = 80 }\n[wcs]\nG54 = [0, 0, 60]\n"
+    (tmp_path / f"{name}.toml").write_text(tools, encoding="utf-8")
+    answer = run("convert", tmp_path / name, "-o", tmp_path / "o.csv")
+    assert answer.code == 0, answer.err
+    assert said in " ".join(answer.err.split())

@@ -125,10 +125,47 @@ def test_a_baseline_lets_old_findings_be_and_new_ones_count(job: tuple[Any, ...]
 def test_what_cannot_be_read_cannot_be_ignored(job: tuple[Any, ...], run: Callable[..., Any]) -> None:
     Path("p.nc").write_text("G21 G90\nG1 X\nM2\n")
     assert run(*job, "--select", "VP3").code == 2
-    for words in (("--ignore", "VP0"), ("--ignore", "VP"), ("--severity", "VP001=note")):
+    for words in (("--ignore", "VP0"), ("--ignore", "VP"), ("--severity", "VP0=note")):
+        answer = run(*job, *words)
+        assert answer.code == 2
+        assert "VP001 error" in answer.out
+    Path("verne-post.toml").write_text('[check]\nignore = ["VP001"]\n')
+    answer = run(*job)
+    assert answer.code == 2
+    assert "check ignores" not in answer.err
+    assert "cannot be read or checked are errors" in answer.err
+    Path("verne-post.toml").unlink()
+    for words in (("--ignore", "VP001"), ("--severity", "VP001=note")):
         answer = run(*job, *words)
         assert answer.code == 2
         assert "cannot be read or checked are errors" in answer.err
+
+
+def test_warnings_about_a_text_are_ignored_weighed_and_known(run: Callable[..., Any], job: tuple[Any, ...]) -> None:
+    Path("p.nc").write_text("G21 G90\nG0 X0 Y0 Z60 A0 C0\nG1 X10 F600\nM2\n")
+    job = job[:4]  # nobody has placed G54: VP033
+    strict = (*job, "--fail-level", "warning")
+    assert "VP033 warning" in run(*strict).out
+    assert run(*strict).code == 1
+    others = sorted({line.split()[1] for line in run(*strict).out.splitlines() if " warning: " in line})
+    assert run(*strict, "--ignore", ",".join(others)).code == 0
+    assert run(*strict, *(word for code in others for word in ("--severity", f"{code}=note"))).code == 0
+    raised = run(*job, "--severity", "VP033=error")
+    assert (raised.code, "VP033 error" in raised.out) == (2, True)
+    written = run(*strict, "--write-baseline", "known.json")
+    assert f"known.json: written, {len(others)} known finding" in written.err
+    assert "without" not in written.err
+    assert run(*strict, "--baseline", "known.json").code == 0
+    Path("verne-post.toml").write_text('[check]\nignore = ["VP033"]\n')
+    answer = run(*job)
+    assert (answer.code, "check ignores VP033" in answer.err, "VP033" in answer.out) == (0, True, False)
+
+
+def test_a_baseline_leaves_out_errors_of_the_text_and_says_so(run: Callable[..., Any], job: tuple[Any, ...]) -> None:
+    Path("p.nc").write_text("G21 G90\nG1 X\nM2\n")
+    answer = run(*job, "--write-baseline", "known.json")
+    assert "known.json: written, 0 known findings, without 1 error that cannot be ignored" in answer.err
+    assert run(*job, "--baseline", "known.json").code == 2
 
 
 def test_a_baseline_of_another_layout_is_refused(job: tuple[Any, ...], run: Callable[..., Any]) -> None:

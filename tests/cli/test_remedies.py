@@ -151,3 +151,28 @@ def test_a_tilt_beyond_the_number_of_the_limit_says_where_the_joint_is(run: Call
     assert joint <= 95.0 < word
     answer = run("check", path, "--machine", "serial", "--tool-length", "80", "--wcs", "G54=0,0,0")
     assert "platform's tilt" not in answer.out
+
+
+@pytest.mark.parametrize(
+    ("name", "line", "code"),
+    [
+        ("part.nc", "G53 G0 Z500", "G53"),
+        ("part.mpf", "SUPA G0 Z500 D0", "SUPA"),
+        ("part.h", "L Z+500 R0 FMAX M91", "M91"),
+    ],
+)
+def test_no_work_offset_is_named_for_machine_coordinates(
+    name: str, line: str, code: str, tmp_path: Path, run: Callable[..., Any]
+) -> None:
+    texts = {
+        "part.nc": "G21 G90 G94\nG0 X0 Y0 Z60 A0 C0\nG1 X20 F900\n{}\nM2\n",
+        "part.mpf": "G710 G90\nT1 D1\nM6\nTRAORI\nG54\nG0 X0 Y0 Z60 A=0 C=0\nG1 X20 F900\n{}\nM30\n",
+        "part.h": "BEGIN PGM A MM\nTOOL CALL 1 Z S8000\nL A+0 C+0 FMAX\nL X+0 Y+0 Z+60 R0 FMAX\nL X+20 F900 M3\n{}\n"
+        "END PGM A MM\n",
+    }
+    (tmp_path / name).write_text(texts[name].format(line), encoding="utf-8")
+    said = " ".join(run("check", tmp_path / name, "--tool-length", 80, "--wcs", "G54=0,0,60").out.split())
+    assert "VP101 error" in said
+    assert f"is in machine coordinates ({code}), which no work offset moves; change its values" in said
+    assert "no work offset near" not in said
+    assert "verne-post fit" not in said

@@ -650,3 +650,37 @@ def test_codes_and_names_of_a_setup_go_before_those_of_the_settings(
     assert 'tool 7 "MILL_10" 75 mm' in run(program, "-o", tmp_path / "axes.csv").err
     Path(f"{program}.toml").write_text("wcs.G55 = [0, 0, 60]\n[tools]\nMILL_10 = { length = 85, number = 9 }\n")
     assert 'tool 9 "MILL_10" 85 mm' in run(program, "-o", tmp_path / "axes.csv").err
+
+
+@pytest.mark.parametrize(
+    ("name", "head", "used"),
+    [
+        ("part.nc", "%\nO1\nG21 G90 G94\nG91 G28 Z0.\nG90\nT1 M6\nG55 {}\nG43.4 H1 Z60.\n", ["G55"]),
+        ("part.nc", "%\nO1\nG21 G90 G94\nG91 G28 Z0.\nG28 X0. Y0.\nG90\nT1 M6\nG55 {}\nG43.4 H1 Z60.\n", ["G55"]),
+        ("part.nc", "%\nO1\nG21 G90 G94\nG91 G28 Z0.\nG90\nT1 M6\nG54.1 P1 {}\nG43.4 H1 Z60.\n", ["G54.1P1"]),
+        # moves of the part before the first word are in G54
+        ("part.nc", "%\nO1\nG21 G90 G94\nT1 M6\n{}\nG43.4 H1 Z60.\nG1 X5. F900.\nG55\n", ["G54", "G55"]),
+        ("part.mpf", "G710 G90\nSUPA G0 Z0 D0\nT1 M6\nD1\nTRAORI\nG505\n{}\n", ["G58"]),
+    ],
+)
+def test_a_retract_before_the_first_offset_asks_for_none(
+    name: str, head: str, used: list[str], run: Run, tmp_path: Path
+) -> None:
+    path = tmp_path / name
+    start = "G0 X0 Y0 Z60 A=0 C=0" if name == "part.mpf" else "G0 X0. Y0. A0. C0."
+    path.write_text(f"{head.format(start)}G1 X20. F900.\nM30\n", encoding="utf-8")
+    assert run("setup", path).code == 0
+    form = Path(f"{path}.toml")
+    text = form.read_text(encoding="utf-8")
+    assert list(tomllib.loads(text)["wcs"]) == used
+    assert ("G505 to G509 are G58" in text) == (name == "part.mpf")
+    form.write_text(text.replace('{ length = "measure" }', "{ length = 80 }").replace('"measure"', "[0, 0, 60]"))
+    answer = run("check", path)
+    assert answer.code == 0, answer.err
+    assert "VP033" not in answer.out
+
+
+@pytest.mark.parametrize(("written", "name"), [("G505", "G58"), ("g510", "G54.1P1"), ("G557", "G54.1P48")])
+def test_an_offset_of_siemens_is_told_by_the_name_that_it_has_here(written: str, name: str) -> None:
+    with pytest.raises(vp.UsageError, match=rf"{written} of Siemens is {name} here"):
+        vp.Options(wcs={written: (0, 0, 0)})

@@ -337,3 +337,10 @@ def test_a_turn_in_place_is_no_spline():
 def test_knots_that_do_not_fit(knots):
     with pytest.raises(Exception, match="knot"):
         cut_spline(spline_of([(0, 0), (1, 2), (3, 2), (4, 0)], 3, knots))
+
+
+def test_what_ends_a_spline_of_siemens_too_early_is_named(run, tmp_path):
+    path = tmp_path / "p.mpf"
+    path.write_text("G710 G90\nTRAORI\nG0 X0 Y0 Z60 A=0 C=0\nBSPLINE\nG1 X20 F900\nM30\n")
+    said = " ".join(run("check", path, "--tool-length", 80).out.split())
+    assert "needs 3 points after its start; there are 0 before G1 ends it: leave G1 out of its blocks" in said

@@ -283,7 +283,12 @@ def test_parts_are_csv(tmp_path: Path, run: Callable[..., Any]) -> None:
     program.write_text(PROGRAM, encoding="utf-8")
     answer = run("convert", program, *PLACE, "--split-at-stops", "--format", "npz", "-o", tmp_path / "o.npz")
     assert answer.code == 2
-    assert "--split-at-stops writes csv" in answer.err
+    assert "--split-at-stops writes one csv file" in answer.err
+    (tmp_path / "p.nc.toml").write_text("# by setup\nsplit_at_stops = true\n", encoding="utf-8")
+    answer = run("convert", program, *PLACE, "--format", "npz", "-o", tmp_path / "o.npz")
+    assert answer.code == 2
+    assert "p.nc.toml:2) writes one csv file from each stop to the next; --format npz" in " ".join(answer.err.split())
+    assert "--split-at-stops" not in answer.err
 
 
 def test_a_missing_package_is_named(tmp_path: Path, run: Callable[..., Any], monkeypatch: pytest.MonkeyPatch) -> None:

@@ -203,12 +203,17 @@ def test_github_shows_ten_of_each_level_and_says_how_many_more() -> None:
 
 def test_github_names_the_worst_line_of_a_stretch() -> None:
     """An annotation stands beside one end of the stretch."""
-    stretch = make_finding("VP102", "too far", line=3, last_line=9, worst_line=7, count=4)
+    stretch = make_finding("VP102", "too far", line=3, last_line=9, worst_line=7, count=4, value=96.0)
     one = make_finding("VP102", "too far", line=3, last_line=3, worst_line=3)
     first, second = github.write([Report("a.nc", (stretch,)), Report("b.nc", (one,))]).splitlines()
     assert ",line=3,endLine=9," in first
     assert "::too far%0Aworst in line 7" in first
     assert "worst in line" not in second
+    # four times the same word in the text: none is worse than the others
+    words = make_finding("VP002", "M11 has no meaning", line=14, last_line=64, worst_line=14, count=6)
+    (text,) = github.write([Report("a.nc", (words,))]).splitlines()
+    assert "::M11 has no meaning%0Alines 14 to 64, 6 times" in text
+    assert "worst" not in text
 
 
 def test_markdown_is_a_table_in_which_no_program_writes_markup(run: Callable[..., Any], files: list[str]) -> None:

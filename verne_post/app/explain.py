@@ -1,10 +1,12 @@
 """One line of a program explained, on the same contour and by the same check as ``check`` and ``convert``."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
 from msgspec.structs import replace
 
-from verne_post.app.assemble import Program, assemble, find_modal_state, find_state_if_executed
+from verne_post.app.assemble import Program, assemble, build_interpreter_setup, find_modal_state, find_state_if_executed
 from verne_post.app.constraints import check_line, guard_joints
 from verne_post.app.explain_line import describe_modes, explain_line, find_lines_near, work_through
 from verne_post.app.line_remedies import Line
@@ -14,10 +16,13 @@ from verne_post.base.program_lines import remove_remarks
 from verne_post.base.text_tables import format_html_sections
 from verne_post.gcode.dialects import choose_dialect_name
 from verne_post.gcode.known_words import find_words_of
+from verne_post.gcode.read import find_state_past_errors
 from verne_post.kinematics.checks.remedies import select_line
 from verne_post.model.findings import Finding, UsageError
 from verne_post.model.machine import Machine
+from verne_post.model.moves import MoveKind
 from verne_post.model.options import Options
+from verne_post.output.findings import describe_remedy
 from verne_post.toolpath.contour import make_exact_contour
 from verne_post.trajectory.override import build_feed_override
 
@@ -73,7 +78,7 @@ def _explain_words(source: Text, program: Program, line: int, text: str) -> Expl
     findings = tuple(item for item in program.findings if item.line == line)
     nearest = find_lines_near(guard_joints(program), line)
     near = " and ".join(map(str, nearest))
-    said = [f"line {line}: {text}", f"  no motion; the nearest lines that have: {near}"]
+    said = [f"line {line}: {text}", f"  no motion{_say_why_still(program, line)}; the nearest lines that have: {near}"]
     said += [f"  {word.name:<20} {word.text}" for word in find_words_of(text, dialect)]
     said += [f"  {item.code} {item.severity}: {item.message}" for item in findings]
     state = find_state_if_executed(source, program, line)
@@ -92,6 +97,45 @@ def _explain_words(source: Text, program: Program, line: int, text: str) -> Expl
             working = "\n".join(work_through(first)) + "\n"
             return Explanation(line, (*findings, *start), "\n".join(said) + "\n", working)
     return Explanation(line, findings, "\n".join(said) + "\n", "")
+
+
+def _say_why_still(program: Program, line: int) -> str:
+    """Why a line that names a place moves nothing; empty for other lines."""
+    moves = program.moves
+    own = np.flatnonzero((moves.line == line) & (moves.kind != MoveKind.DWELL))
+    if not len(own):
+        return ""
+    if own[-1] < program.path.moves_with_length[0]:
+        return ": the line names the place where the program starts"
+    return ": the machine is already at the place that the line names"
+
+
+def explain_refused(source: Text, machine: Machine, options: Options, line: int, findings: Sequence[Finding]) -> str:
+    """A line of a program that cannot be read: its words, its findings, and how many others the program has.
+
+    Raises
+    ------
+    UsageError
+    """
+    text = take_line(source, line)
+    if text is None:
+        raise UsageError("line", f"line {line} is after the end of the program")
+    shown = text.decode("utf-8", errors="replace").strip()
+    dialect, name = choose_dialect_name(options.dialect, source, options.source_name), options.source_name
+    own = [item for item in findings if item.line in (line, None)]
+    said = [f"line {line}: {shown}"]
+    said += [f"  {word.name:<20} {word.text}" for word in find_words_of(shown, dialect)]
+    said += [f"  {item.code} {item.severity}: {item.message}" for item in own]
+    for item in {item.code: item for item in own}.values():
+        if remedy := describe_remedy(item, name):
+            said.append(f"  {item.code}, remedy: {remedy}")
+    said += [] if own else ["  nothing is found in this line"]
+    state = find_state_past_errors(source, build_interpreter_setup(machine, options), line)
+    said += [] if state is None else [f"  {describe_modes(state, machine)}"]
+    if others := [item.line for item in findings if item.line not in (line, None) and item.severity == "error"]:
+        counted = f"{len(others)} other error{'' if len(others) == 1 else 's'}"
+        said.append(f"the program has {counted}, the first in line {min(others)}: verne-post check {name} shows all")
+    return "\n".join(said) + "\n"
 
 
 def look_at_line(source: Text, program: Program, line: int) -> Line:

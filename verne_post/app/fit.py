@@ -133,8 +133,9 @@ def propose(
     seconds_before, seconds = (one.summary.cycle_time if one.summary else None for one in (before_check, result))
     before = search.evaluate(here, largest.counts)
     turns = machine.coordinates.turns_with_part
-    has_g10 = choose_dialect_name(options.dialect, source, options.source_name) in ("rs274", "fanuc")
-    return Proposal(system, aim, before, after, result.findings, seconds_before, seconds, largest, turns, has_g10)
+    dialect = choose_dialect_name(options.dialect, source, options.source_name)
+    g10 = dialect if dialect in ("rs274", "fanuc") else ""
+    return Proposal(system, aim, before, after, result.findings, seconds_before, seconds, largest, turns, g10)
 
 
 def put_at_place(options: Options, system: int, place: Place) -> Options:

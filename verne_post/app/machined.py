@@ -18,7 +18,7 @@ from verne_post.kinematics.checks.keep_out import find_length_by_itself, place_b
 from verne_post.kinematics.checks.moving import build_spindle
 from verne_post.model.findings import Finding, InputError, make_finding, make_input_error
 from verne_post.model.moves import find_tool_of_moves, name_tools
-from verne_post.model.part_setup import NominalPart, Wanted, describe_tool_number
+from verne_post.model.part_setup import FIRST_NAMED_TOOL, NominalPart, Wanted, describe_tool_number
 from verne_post.model.protocols import AxisCorrecting, FiveAxis
 from verne_post.part.bodies import Piece, build_pieces, check_tool
 from verne_post.part.clearance import Contacts, find_contacts
@@ -223,12 +223,13 @@ def _build_motions(
         own_rows = np.flatnonzero(number == one)
         linked = np.append(np.diff(own_rows) == 1, False)
         lengths = length[own_rows]
-        pieces = _build_tool(program, one, float(lengths.min()), float(lengths.max()))
+        name = describe_tool_number(one, names) if one else "the tool"
+        pieces = _build_tool(program, one, name, float(lengths.min()), float(lengths.max()))
         if with_spindle:
             pieces += build_spindle(program.machine, float(lengths.max()))
         motions.append(
             build_motion(
-                describe_tool_number(one, names) if one else "the tool",
+                name,
                 pieces,
                 tip[own_rows],
                 axis[own_rows],
@@ -239,7 +240,17 @@ def _build_motions(
     return tuple(motions)
 
 
-def _build_tool(program: Program, number: int, shortest: float, longest: float) -> tuple[Piece, ...]:
+def report_missing_shape(number: int, name: str) -> InputError:
+    """VP018: what cuts is not known of a tool, which messages call ``name``."""
+    own = f", the number of {name} here (number of [tools] in the set-up gives another)"
+    text = (
+        f"{name}: its shape is not known; give it with --tool-shapes: [tool.{number}] cutter = {{ diameter, length, "
+        f"corner_radius }}{own if number >= FIRST_NAMED_TOOL else ''}"
+    )
+    return make_input_error("VP018", text)
+
+
+def _build_tool(program: Program, number: int, name: str, shortest: float, longest: float) -> tuple[Piece, ...]:
     """The pieces of a tool.
 
     Raises
@@ -251,12 +262,8 @@ def _build_tool(program: Program, number: int, shortest: float, longest: float) 
     table = (options.tools or {}).get(number)
     shape = options.tool_shapes.get(number, ())
     if not shape:
-        text = (
-            f"tool {number}: its shape is not known; give it with --tool-shapes: [tool.{number}] cutter = {{ diameter, "
-            f"length, corner_radius }}"
-        )
-        raise make_input_error("VP018", text)
-    check_tool(f"tool {number}", shape, shortest, 0.0 if table is None else table.diameter)
+        raise report_missing_shape(number, name)
+    check_tool(name, shape, shortest, 0.0 if table is None else table.diameter)
     return build_pieces(shape, longest)
 
 

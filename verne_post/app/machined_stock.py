@@ -10,13 +10,14 @@ import numpy as np
 from msgspec import Struct
 
 from verne_post.app.assemble import Program
-from verne_post.app.machined import Body, find_tools, judge_rows, place_on_table, place_tips
+from verne_post.app.machined import Body, find_tools, judge_rows, place_on_table, place_tips, report_missing_shape
 from verne_post.app.result import Progress
 from verne_post.app.stock_check import build_tool, report_touches
 from verne_post.base.arrays import Array, Ints
 from verne_post.kinematics.checks.keep_out import place_own_stock
-from verne_post.model.findings import Finding, make_input_error
-from verne_post.model.part_setup import Box, FixtureMesh, Wanted
+from verne_post.model.findings import Finding
+from verne_post.model.moves import name_tools
+from verne_post.model.part_setup import Box, FixtureMesh, Wanted, describe_tool_number
 from verne_post.model.setpoints import SetpointBlock
 from verne_post.part.cutting import Spans, cut_stock
 from verne_post.part.dexels import MOST_RAYS, Dexels
@@ -140,7 +141,8 @@ def cut_rows(program: Program, q: Array, line: Ints, stock: Dexels) -> StockRun:
     for one, long in used.tolist():
         shape = program.options.tool_shapes.get(int(one), ())
         if not shape:
-            raise make_input_error("VP018", f"tool {int(one)}: its shape is not known; give it with --tool-shapes")
+            name = describe_tool_number(int(one), name_tools(program.moves.events))
+            raise report_missing_shape(int(one), name)
         tools.append(build_tool(shape, long, program.machine))
     spans = Spans(
         np.stack([tip[first], tip[last]], axis=1),

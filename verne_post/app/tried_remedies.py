@@ -15,9 +15,10 @@ from verne_post.app.constraints import check_program, guard_joints
 from verne_post.app.explain_numbers import format_list, format_number
 from verne_post.app.line_remedies import Line, is_carried_along, propose_depth, propose_ends, propose_turns
 from verne_post.base.arrays import Array
-from verne_post.base.long_text import Text
-from verne_post.base.program_lines import find_word, find_word_of
+from verne_post.base.long_text import Text, take_line
+from verne_post.base.program_lines import find_machine_code, find_word, find_word_of
 from verne_post.base.tolerances import LIMIT_SLACK_MM
+from verne_post.gcode.dialects import choose_dialect_name
 from verne_post.gcode.inch_words import read_as_mm
 from verne_post.kinematics.checks.remedies import (
     ROTARY_CODES,
@@ -70,8 +71,10 @@ def add_remedies(source: Text, program: Program, findings: Sequence[Finding]) ->
         return [program.machine.unreachable[0], *(one for one in findings if not is_about_pose(one.code))]
     joints = guard_joints(program)
     is_short = len(program.contour) <= TRIED_ELEMENTS
-    is_movable_part = is_short and not all(_is_carried_along(program, joints, item) for item in errors)
-    found = _find_offset(source, program, errors) if is_movable_part else None
+    fixed = {item.line: code for item in errors if (code := _find_machine_code(source, program, item.line or 0))}
+    movable = [item for item in errors if item.line not in fixed]
+    can_help = is_short and not all(_is_carried_along(program, joints, item) for item in movable)
+    found = _find_offset(source, program, movable) if can_help else None
     offset, distance = found or (None, np.inf)
     word = _find_word(source, program, errors) if is_short else None
     in_inches = _find_mistaken_unit(source, program, errors) if distance > FAR_MM else None
@@ -85,12 +88,24 @@ def add_remedies(source: Text, program: Program, findings: Sequence[Finding]) ->
     for item in findings:
         if item in remedied:
             tried = tuple(_try_remedies(source, program, joints, item, offset))
-            if word is not None:
+            if item.line in fixed and item.code not in (*ROTARY_CODES, *_OPTIONS):
+                why = f"line {item.line} is in machine coordinates ({fixed[item.line]}), which no work offset moves"
+                tried = (
+                    Remedy(f"{why}; change its values"),
+                    *(one for one in tried if one not in (offset, _NO_OFFSET)),
+                )
+            elif word is not None:
                 tried = (word, *(one for one in tried if one != _NO_OFFSET))
             edits = tuple(one for one in tried if one.value)
             item = dataclasses.replace(item, remedies=tuple(one.text for one in tried), edits=edits)
         made.append(item)
     return made
+
+
+def _find_machine_code(source: Text, program: Program, line: int) -> str:
+    options = program.options
+    text = (take_line(source, line) or b"").decode("utf-8", errors="replace")
+    return find_machine_code(text, choose_dialect_name(options.dialect, source, options.source_name))
 
 
 def _find_mistaken_unit(source: Text, program: Program, errors: Sequence[Finding]) -> Finding | None:

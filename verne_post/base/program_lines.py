@@ -15,6 +15,20 @@ def remove_remarks(line: str, dialect: str = "") -> str:
     return re.sub(_REMARKS.get(dialect, r"\([^)]*\)?|;.*"), lambda remark: " " * len(remark[0]), line)
 
 
+#: Codes whose places are those of the machine, in which no work offset counts: G28, G30, G53 of RS274/NGC and Fanuc;
+#: SUPA, G53, G153, G74, G75 of Siemens; M91, M92 of Klartext; GOHOME of CL files.
+_MACHINE_CODES: Final = re.compile(
+    r"(?<![A-Z_$])(?:G0*(?:28|30|53|74|75|153)(?:\.0)?(?![\d.])|SUPA\b|M9[12](?!\d)|GOHOME\b)", re.IGNORECASE
+)
+
+
+def find_machine_code(line: str, dialect: str) -> str:
+    """The code by which the places of a line are those of the machine; empty without one."""
+    found = _MACHINE_CODES.search(remove_remarks(line, dialect))
+    code = "" if found is None else found[0].upper()
+    return "" if dialect in ("rs274", "fanuc") and code in ("G74", "G75") else code
+
+
 def find_word(line: str, letter: str) -> re.Match[str] | None:
     """A letter (1) with its number (2), outside remarks; None where the line does not have it once."""
     found = _list_words(line, letter)

@@ -17,7 +17,7 @@ from verne_post.base.tolerances import ACCELERATION_RATIO, JERK_RATIO, VELOCITY_
 from verne_post.base.units import DEG_PER_RAD
 from verne_post.kinematics.chain.senses import describe_sense, name_direction
 from verne_post.model.drives import Drive
-from verne_post.model.findings import Finding, InputError, SolverError, make_finding, make_input_error
+from verne_post.model.findings import Finding, InputError, SolverError, UsageError, make_finding
 from verne_post.model.machine import Machine
 from verne_post.model.poses import Platform, Pose
 from verne_post.model.setpoints import SetpointBlock, SetpointFormat
@@ -57,14 +57,16 @@ def plan_axis_moves(machine: Machine, numbers: tuple[float, ...], fmt: SetpointF
 
     Raises
     ------
+    UsageError
+        For a wrong number of values.
     InputError
-        VP018 for a wrong number of values; VP1xx, VP2xx where the machine cannot stand, without a tool, at the position
+        VP1xx, VP2xx where the machine cannot stand, without a tool, at the position
         or 10 mm or degrees beside it.
     """
     columns = machine.columns
     if len(numbers) != len(columns):
         names = ",".join(column.joint for column in columns)
-        raise make_input_error("VP018", f"--at takes {len(columns)} values {names}, got {len(numbers)}")
+        raise UsageError("at", f"takes {len(columns)} values {names}, got {len(numbers)}")
     factor = np.array([column.factor for column in columns])
     here = convert_positions(np.array([numbers]), fmt)[0] / factor
     _require_place(machine, here, "the position of --at")

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 import click
 from msgspec.structs import replace
 
+from verne_post.base.numbers import format_count
 from verne_post.base.text_marks import decode_text
 from verne_post.cli.colour import say
 from verne_post.cli.common import (
@@ -191,7 +192,11 @@ def command(
         status = find_exit_status(reports[-1].findings, level)
         statuses.append(ExitStatus.CLEAN if exit_zero and status == ExitStatus.VIOLATION else status)
     if write_baseline is not None:
-        files.write(write_baseline, "--write-baseline", [format_baseline(everything)])
+        baseline, known, left_out = format_baseline(everything)
+        files.write(write_baseline, "--write-baseline", [baseline])
+        if not quiet:
+            never = f", without {format_count(left_out, 'error')} that cannot be ignored" if left_out else ""
+            say(f"{write_baseline}: written, {format_count(known, 'known finding')}{never}\n")
     reports = drop_repeated(reports)
     write_report_files(files, report_files, reports, machine)
     if quiet and output_format == "text":

@@ -88,8 +88,8 @@ class Outputs(Struct, frozen=True):
             if path is not None:
                 files.expect_writing(path, what)
 
-    def check_parts(self, files: RunFiles) -> None:
-        """Refuse names of parts that would be those of other files or folders.
+    def check_parts(self, files: RunFiles, *, asked: bool) -> None:
+        """Refuse names of parts that would be those of other files or folders; ``asked`` by the command line.
 
         Raises
         ------
@@ -97,14 +97,14 @@ class Outputs(Struct, frozen=True):
         """
         from verne_post.output.parts import is_derived
 
+        origin = "" if asked else files.find_key("split_at_stops")
+        why = f"split_at_stops = true ({origin})" if origin else "--split-at-stops"
         if self.rows is None:
-            raise click.UsageError(
-                "the setpoints are cut at stops (--split-at-stops, or split_at_stops of the set-up), which makes "
-                "several files; give their name: -o axes.csv"
-            )
+            raise click.UsageError(f"{why} writes one file from each stop to the next; give their name: -o axes.csv")
         if self.file_format != DEFAULT_FORMAT:
             raise click.UsageError(
-                f"--split-at-stops writes {DEFAULT_FORMAT}; --format {self.file_format} is for whole programs"
+                f"{why} writes one {DEFAULT_FORMAT} file from each stop to the next; --format {self.file_format} is "
+                "for programs without stops: those with one tool, and no M0 on the way"
             )
         files.claim_parts(self.rows, "-o")
         for path in self.rows.resolve().parent.glob("*"):

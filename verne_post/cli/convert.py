@@ -57,7 +57,7 @@ def command(
     except InputError as error:
         return refuse(name, error)
     if options.split_at_stops:
-        outputs.check_parts(files)
+        outputs.check_parts(files, asked=bool(given.get("split_at_stops")))
 
     from verne_post.output.findings import format_outcome
     from verne_post.output.summary import format_summary

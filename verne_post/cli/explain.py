@@ -2,7 +2,7 @@
 
 import os
 import re
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import click
 
@@ -13,10 +13,7 @@ from verne_post.cli.options import INPUT, GroupedCommand, add_program_options
 from verne_post.cli.progress import show_progress
 from verne_post.cli.streams import echo
 from verne_post.model.findings import UsageError
-from verne_post.model.verdict import ExitStatus
-
-if TYPE_CHECKING:
-    from verne_post.base.long_text import Text
+from verne_post.model.verdict import ExitStatus, find_exit_status
 
 _LINE_OF_INPUT: Final = re.compile(r"-:\d+")
 
@@ -33,12 +30,13 @@ class ExplainCommand(GroupedCommand):
 
 
 @click.command("explain", cls=ExplainCommand, short_help="Explain a line of a program, a code or a word.")
-@click.argument("what", type=INPUT, metavar="INPUT:LINE|CODE|WORD")
+@click.argument("what", type=INPUT, metavar="INPUT:LINE|CODE|WORD", required=False)
+@click.option("--list", "lists", is_flag=True, help="Print all finding codes with their titles.")
 @click.option(
     "--all", "every", is_flag=True, help="Print each step from words to joints, every margin and every solution too."
 )
 @add_program_options("solver", "quality", "jobs")
-def command(what: str, every: bool, **given: Any) -> int:
+def command(what: str | None, lists: bool, every: bool, **given: Any) -> int:
     """Explain one line of a program, a finding code, or a word of a program.
 
     INPUT:LINE prints the findings of the line, changes that would bring the line within limits, and the pose at its
@@ -50,6 +48,13 @@ def command(what: str, every: bool, **given: Any) -> int:
     """
     from verne_post.model.codes import CODES
 
+    if lists:
+        if what is not None or every:
+            raise click.UsageError("--list prints all finding codes; leave out what stands beside it")
+        echo("".join(f"{code.code}  {code.severity:<8} {code.title}\n" for code in CODES.values()), nl=False)
+        return ExitStatus.CLEAN
+    if what is None:
+        raise click.UsageError("say what: INPUT:LINE (part.nc:12), a finding code (VP102), or a word (G68.2)")
     if what.upper() in CODES:
         from verne_post.output.code_pages import make_text
 
@@ -68,22 +73,28 @@ def command(what: str, every: bool, **given: Any) -> int:
             return ExitStatus.CLEAN
         raise click.UsageError(
             f"{what!r} is neither INPUT:LINE (part.nc:12) nor a finding code (VP102) nor a word of a language "
-            "(G68.2). verne_post/model/codes.py, and the page reference/codes of the site, list all finding codes"
+            "(G68.2). verne-post explain --list prints all finding codes; docs/gcode.md, fanuc.md, siemens.md, "
+            "heidenhain.md and apt.md list all words"
         )
+    from verne_post.app.explain import explain_refused, explain_source
     from verne_post.model.findings import InputError
 
-    source: Text = b""
     try:
         machine, source, options = read_program(RunFiles(), name, given)
-        from verne_post.app.explain import explain_source
-
-        with show_progress("explaining"):
-            explained = explain_source(source, machine, options, int(number))
+    except InputError as error:
+        return refuse(show_name(name), error)
+    try:
+        try:
+            with show_progress("explaining"):
+                explained = explain_source(source, machine, options, int(number))
+        except InputError as error:
+            if int(number) == 0 or every:
+                return refuse(show_name(name), error, source)
+            echo(explain_refused(source, machine, options, int(number), error.findings), nl=False)
+            return find_exit_status(error.findings)
         more = f"\n{explained.working}" if every else "--all shows each step, every margin and every solution\n"
         more = more if explained.working else ""
         echo(explained.text + more, nl=False)
-    except InputError as error:
-        return refuse(show_name(name), error, source)
     except UsageError as error:
         raise click.UsageError(f"{what}: {error.reason}") from None
     return ExitStatus.CLEAN

@@ -197,19 +197,36 @@ class RunFiles:
         """A finding about a tool, a work system, a fixture or the stock, at its key in the set-up or settings file."""
         from dataclasses import replace
 
-        from verne_post.base.text_marks import decode_text
         from verne_post.config.toml_entries import find_place
 
         said = re.sub(r"^tool (\S+):", r"tools.\1:", re.sub(r"^wcs ", "wcs.", item.message)).removeprefix("the ")
-        for _what, name in reversed(self._read.values()):
-            if is_dash(name) or not show_name(name).endswith(".toml"):
-                continue
-            with suppress(OSError, UnicodeError):
-                text = decode_text(self.texts.get(os.path.realpath(name)) or Path(name).read_bytes())
-                found = find_place(text, said) or find_place(text, f"keep_out.{said}")
-                if found is not None:
-                    return replace(item, file=_show_near(show_name(name)), file_line=found[0])
+        for name, text in self._list_tables():
+            found = find_place(text, said) or find_place(text, f"keep_out.{said}")
+            if found is not None:
+                return replace(item, file=name, file_line=found[0])
         return item
+
+    def find_key(self, key: str) -> str:
+        """FILE:LINE of a key that is true in a set-up that the run has read; FILE where several tables have it."""
+        from verne_post.config.toml_entries import UnknownLayoutError, list_entries
+
+        for name, text in self._list_tables():
+            with suppress(UnknownLayoutError):
+                own = [one for one in list_entries(text) if one.key[-1:] == (key,)]
+                true = [one for one in own if text[one.value : one.end] == "true"]
+                if true:
+                    return name if len(own) > 1 else f"{name}:{text.count(chr(10), 0, true[0].begin) + 1}"
+        return ""
+
+    def _list_tables(self) -> "Iterator[tuple[str, str]]":
+        """Names and texts of the TOML files that the run has read, the last one first."""
+        from verne_post.base.text_marks import decode_text
+
+        for _what, name in reversed(self._read.values()):
+            if not is_dash(name) and show_name(name).endswith(".toml"):
+                with suppress(OSError, UnicodeError):
+                    raw = self.texts.get(os.path.realpath(name)) or Path(name).read_bytes()
+                    yield _show_near(show_name(name)), decode_text(raw)
 
     # --- writing -----------------------------------------------------------------------------------
 
@@ -373,6 +390,11 @@ def _make_keys(name: _Name) -> tuple[object, ...]:
     except OSError:
         return (real,)
     return real, (status.st_dev, status.st_ino)
+
+
+def is_file(stream: Any) -> bool:
+    """Whether a stream of this process was redirected to or from a file."""
+    return bool(_make_stream_keys(stream))
 
 
 def _make_stream_keys(stream: Any) -> tuple[object, ...]:

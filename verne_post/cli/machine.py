@@ -304,7 +304,7 @@ def axis_check(
     place = tuple(read_numbers(at, f"--at {at}"))
     from verne_post.app.row_format import format_of
     from verne_post.calibration.axis_check import plan_axis_moves, write_instructions
-    from verne_post.model.findings import InputError
+    from verne_post.model.findings import InputError, UsageError
     from verne_post.output.setpoints import write_csv_header, write_csv_rows
 
     try:
@@ -315,6 +315,8 @@ def axis_check(
         moves = list(plan_axis_moves(machine, place, fmt))
     except InputError as error:
         return refuse(machine_name or "axis-check", error)
+    except UsageError as error:
+        raise click.UsageError(f"--{error.option} {error.reason}") from None
     text, header = write_instructions(machine, moves), write_csv_header(machine.columns, fmt.drives)
     rows = {f"{move.name}.csv": [header, write_csv_rows(move.block)] for move in moves}
     files.write_folder(output, "-o", {**rows, "README.txt": [text]})

@@ -515,12 +515,16 @@ def find_settings(files: RunFiles, /, path: Path | None, program: str = "", *, t
 
 def _list_hidden(settings: "Settings") -> list[str]:
     """What [check] of a settings file takes out of the findings of `check`."""
+    from verne_post.output.policy import find_mistakes
+
     check, found = settings.check, []
     if check.select:
         found.append(f"check looks only at {', '.join(check.select)}")
-    if check.ignore:
-        found.append(f"check ignores {', '.join(check.ignore)}")
-    found += [f"check weighs {code} as {level}" for code, level in check.severity.items() if level != "error"]
+    # what cannot be ignored is refused by check
+    if ignored := [code for code in check.ignore if not find_mistakes((), (code,), {})]:
+        found.append(f"check ignores {', '.join(ignored)}")
+    weighed = {code: level for code, level in check.severity.items() if not find_mistakes((), (), {code: level})}
+    found += [f"check weighs {code} as {level}" for code, level in weighed.items() if level != "error"]
     if check.baseline:
         found.append(f"check does not count what {check.baseline} lists")
     return found

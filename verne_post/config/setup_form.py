@@ -91,11 +91,14 @@ def extend_setup(
 
 def describe_tables(dialect: str) -> dict[str, str]:
     """Remarks behind the headers of a set-up, which say what each table holds."""
-    presets = "; presets 1 to 9 (cycle 247) are G54 to G59.3" if dialect == "heidenhain" else ""
+    others = {
+        "heidenhain": "; presets 1 to 9 (cycle 247) are G54 to G59.3",
+        "siemens": "; G505 to G509 are G58 to G59.3, and G510 to G557 are G54.1P1 to G54.1P48",
+    }
     return {
         "tools": "length: from the gauge line of the spindle to the tip",
         "wcs": "[x, y, z] of the part zero: x, y from the axis of C, z above the table face; a fourth number is the "
-        f"turn of the part{presets}",
+        f"turn of the part{others.get(dialect, '')}",
         "remap": 'what codes and names of the builder mean: "ignore", "event", "tcp on" or "tcp off"',
     }
 

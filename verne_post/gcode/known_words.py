@@ -23,7 +23,25 @@ _TABLES_OF_NUMBERS: tuple[tuple[str, Mapping[int, str], bool], ...] = (
     ("CYCL DEF ", klartext.CYCLES, True),
     ("CYCL DEF ", klartext.CYCLES_WITHOUT_EFFECT, True),
     ("CYCL DEF ", klartext.REFUSED_CYCLES, False),
+    ("FN ", klartext.FN, True),
 )
+#: Pages of the languages, and sections that Fanuc has from the page of RS274/NGC.
+_PAGES: Final = {
+    "RS274/NGC": "docs/gcode.md",
+    "Fanuc": "docs/fanuc.md",
+    "Siemens": "docs/siemens.md",
+    "Klartext": "docs/heidenhain.md",
+    "APT": "docs/apt.md",
+}
+_OWN_OF_FANUC: Final = (
+    "Variables",
+    "Circles of Haas",
+    "Cycles",
+    "Tilted planes",
+    "Turns, scales, mirror images",
+    "Arguments",
+)
+_SECTION: Final = re.compile(r"(?<=\bsee )([A-Z][\w ,-]*\w)")
 #: Languages by the names of their dialects.
 _LANGUAGES: Final = {
     "rs274": "RS274/NGC",
@@ -53,7 +71,7 @@ def find_words_of(line: str, dialect: str) -> list[KnownWord]:
     texts: dict[str, str] = {}
     for owner, name, text, is_executed in list_words():
         if owner == language:
-            texts.setdefault(name, _describe(name, text, is_executed=is_executed))
+            texts.setdefault(name, _describe(language, name, text, is_executed=is_executed))
     code = remove_remarks(line, dialect).upper()
     found: dict[int, tuple[int, str]] = {}  # begin -> end, name: the longest word at each place
     for name in texts:
@@ -81,15 +99,27 @@ def _make_pattern(name: str, language: str) -> str:
 def describe_word(word: str) -> list[str]:
     """One line for each language that knows a word such as G68.2, TRAORI or CYCL DEF 208; empty where none does."""
     name = " ".join(word.upper().split())
-    return [
-        f"{language}: {_describe(name, text, is_executed=is_executed)}"
+    found = [
+        f"{language}: {_describe(language, name, text, is_executed=is_executed)}"
         for language, known_word, text, is_executed in list_words()
         if known_word == name
     ]
+    # else a statement with words that its table lists
+    return found or [
+        f"{language}, {known_word}: {_describe(language, known_word, text, is_executed=is_executed)}"
+        for language, known_word, text, is_executed in list_words()
+        if name.startswith(f"{known_word} ") and re.search(rf"\b{re.escape(name[len(known_word) + 1 :])}\b", text)
+    ]
 
 
-def _describe(name: str, text: str, *, is_executed: bool) -> str:
+def _describe(language: str, name: str, text: str, *, is_executed: bool) -> str:
     """What a word does itself, then what its table says of its group; why it is refused."""
+
+    def name_page(section: re.Match[str]) -> str:
+        is_general = language == "Fanuc" and section[1] not in _OWN_OF_FANUC
+        return f"{section[1]} in {_PAGES['RS274/NGC' if is_general else language]}"
+
+    text = re.sub(r": below\b", f": see {_PAGES[language]}", _SECTION.sub(name_page, text))
     if not is_executed:
         return f"not executed: {text}"
     own = OWN_MEANINGS.get(name, "")

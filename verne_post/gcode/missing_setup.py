@@ -149,10 +149,22 @@ def report_missing_offsets(moves: Moves, setup: Setup) -> list[Finding]:
         given_systems = (
             frame.system in setup.given_systems | moves.placed_systems or given is None or frame.origin != given.origin
         )
-        if setup.machine and not given_systems:
+        if setup.machine and not given_systems and not _is_left_unused(moves, frame.system):
             line = moves.find_selecting_line(frame.system, int(at))
             setup_name = setup.unmeasured_wcs.get(frame.system, "")
             others = setup.given_systems if frame.system != moves.start_frame.system else ()
             item = report_missing_offset(frame.system, line, setup_name, language=moves.language, others=others)
             found.setdefault(frame.system, item)
     return list(found.values())
+
+
+def _is_left_unused(moves: Moves, system: int) -> bool:
+    """Whether a program begins in a work system, does not leave its start there, and selects another one.
+
+    A retract in machine coordinates at the start leads to no place of the part.
+    """
+    if system in moves.system_lines or not moves.system_lines:
+        return False
+    frames = [index for index, frame in enumerate(moves.frames) if frame.system == system]
+    own = moves.end[np.isin(moves.frame, frames)]
+    return bool((own == own[:1]).all())

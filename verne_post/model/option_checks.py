@@ -122,6 +122,8 @@ def find_system(value: object) -> int:
     if isinstance(value, int) and not isinstance(value, bool) and value in SYSTEM_NAMES:
         return value
     names = list(SYSTEM_NUMBERS)
+    if isinstance(value, str) and (siemens := re.fullmatch(r"G5(0[5-9]|[1-4]\d|5[0-7])", value.strip().upper())):
+        raise ValueError(f"{value} of Siemens is {names[int(siemens[1]) - 1]} here; write that")
     raise ValueError(
         f"{value!r} is not a work system; expected one of {', '.join(names[:9])}, or {names[9]} to {names[-1]}"
     )

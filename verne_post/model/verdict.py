@@ -114,6 +114,12 @@ def is_deniable(code: str) -> bool:
     return all(_STATUS[family] == ExitStatus.VIOLATION for family in families)
 
 
+def may_be_denied(item: CodedFinding) -> bool:
+    """Whether a user may ignore a finding or weigh it otherwise: also a warning about a text or a set-up."""
+    of_text = find_family(item.code) in (Family.PROGRAM, Family.CONFIGURATION)
+    return is_deniable(item.code) or (item.severity != "error" and of_text)
+
+
 def is_about_text(code: str) -> bool:
     """Whether a code is about the text of a program: its line and column are quoted."""
     return find_family(code) == Family.PROGRAM

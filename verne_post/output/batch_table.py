@@ -1,5 +1,6 @@
 """What became of many programs, as a table: of `batch` on the command line and in Python."""
 
+import math
 from collections.abc import Sequence
 from typing import Final, Protocol
 
@@ -27,20 +28,27 @@ class Converted(Protocol):
     def again(self) -> bool: ...
 
 
+#: What stands for the rest of a finding, and how much of one is shown on any terminal: code and line.
+_CUT: Final = "..."
+_LEAST_OF_FINDING: Final = 24
 #: What was not made again can run as well.
 _AGAIN: Final = f"{Verdict.CAN_RUN} (as before)"
 #: The order in which results are counted.
 _ORDER: Final = tuple(dict.fromkeys((Verdict.CAN_RUN.word, _AGAIN, *(verdict.word for verdict in Verdict))))
 
 
-def format_batch(outcomes: Sequence[Converted]) -> str:
-    """A line a program, and how many of each."""
+def format_batch(outcomes: Sequence[Converted], columns: int | None = None) -> str:
+    """A line a program, and how many of each; findings are cut to so many columns of the terminal."""
     rows = make_batch_rows(outcomes)
     width, room = (max(len(row[k]) for row in rows) for k in (0, 1))
-    lines = [
-        f"{name:<{width}}  {word:<{room}} {time:>10} {count:>10}  {reason}".rstrip()
-        for name, word, time, count, reason in rows
-    ]
+    lines, is_cut = [], False
+    for name, word, time, count, reason in rows:
+        head = f"{name:<{width}}  {word:<{room}} {time:>10} {count:>10}  "
+        left = math.inf if columns is None else max(columns - len(head), _LEAST_OF_FINDING)
+        if len(reason) > left:
+            reason, is_cut = f"{reason[: int(left) - len(_CUT)]}{_CUT}", True
+        lines.append(f"{head}{reason}".rstrip())
+    lines += ["findings are cut to the width of the terminal; --markdown FILE has them whole"] if is_cut else []
     return "\n".join([*lines, count_results(outcomes)]) + "\n"
 
 

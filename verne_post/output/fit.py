@@ -37,15 +37,16 @@ def _measure_shift(proposal: Proposal, place: Place) -> list[float]:
 
 def _write_g10_block(proposal: Proposal, machine: Machine) -> str | None:
     """The block that sets the same offset in the program; None where the language, or G10 L2 P, cannot."""
-    if not proposal.takes_g10 or not 1 <= proposal.system <= 9:
+    place, has_r = proposal.after.place, proposal.g10 != "fanuc"  # which has no G59.1 to G59.3 either
+    if not proposal.g10 or not 1 <= proposal.system <= (9 if has_r else 6) or (place.c and not has_r):
         return None
-    place = proposal.after.place
     x, y, z = machine.coordinates.work_origin((place.x, place.y, place.z))
     words = {"X": x, "Y": y, "Z": z}
     # R turns X and Y of the program, C takes the turn off the table; the machine file's sense of C counts
     if proposal.turns:
         turn, sense = place.c * DEG_PER_RAD, 1.0 if machine.columns[-1].factor > 0 else -1.0
-        words |= {"R": turn, machine.rotary_letters[1]: -sense * turn}
+        words |= {"R": turn} if has_r else {}
+        words |= {machine.rotary_letters[1]: -sense * turn}
     return f"G10 L2 P{proposal.system} " + " ".join(f"{letter}{_number(value)}" for letter, value in words.items())
 
 

@@ -7,6 +7,7 @@ import os
 from collections import Counter
 from collections.abc import Mapping
 from pathlib import Path, PurePath
+from typing import Final
 from urllib.parse import quote
 
 from msgspec import Struct, field
@@ -16,8 +17,11 @@ from verne_post.base.numbers import format_count
 from verne_post.base.printable import format_json
 from verne_post.model.codes import CODES
 from verne_post.model.findings import Finding, make_input_error
-from verne_post.model.verdict import NOT_PLANNED, Severity, is_deniable
+from verne_post.model.verdict import NOT_PLANNED, Severity, is_deniable, may_be_denied
 from verne_post.output.findings import Report
+
+#: Codes of errors that are warnings in some cases.
+_ALSO_WARNINGS: Final = ("VP009",)
 
 
 class Policy(Struct, frozen=True):
@@ -37,7 +41,7 @@ def find_mistakes(select: tuple[str, ...], ignore: tuple[str, ...], severity: Ma
         for code in codes:
             if not any(known.startswith(code) for known in CODES) or not code.startswith("VP"):
                 sentences.append(f"{what}: {code!r} is no code, nor the beginning of one such as VP2")
-            elif what != "select" and not is_deniable(code):
+            elif what != "select" and not (is_deniable(code) or _has_warnings(code)):
                 why = (
                     "says that the program was not planned, always"
                     if code == NOT_PLANNED
@@ -47,13 +51,20 @@ def find_mistakes(select: tuple[str, ...], ignore: tuple[str, ...], severity: Ma
     return sentences
 
 
+def _has_warnings(code: str) -> bool:
+    """Whether a code, or one that begins so, stands for warnings about a text or a set-up."""
+    return any(
+        known.startswith(code) and (known in _ALSO_WARNINGS or may_be_denied(about)) for known, about in CODES.items()
+    )
+
+
 def apply_policy(report: Report, policy: Policy) -> Report:
     """Keep the findings that count, with the severity of the policy; a remark says how many do not."""
     counts: Counter[str] = Counter()
     kept, ignored, known, hidden = [], 0, 0, 0
     for item in report.findings:
         fingerprint = make_fingerprint(report, item, counts)
-        deniable = is_deniable(item.code)
+        deniable = may_be_denied(item)
         selected = not policy.select or item.code.startswith(policy.select)
         severity: Severity | None = None
         if deniable and (not selected or item.code.startswith(policy.ignore)):
@@ -77,7 +88,7 @@ def apply_policy(report: Report, policy: Policy) -> Report:
 def _choose_severity(item: Finding, policy: Policy) -> Severity:
     """The severity that the longest matching code of the policy gives, else its own."""
     matching = [code for code in policy.severity if item.code.startswith(code)]
-    return policy.severity[max(matching, key=len)] if matching and is_deniable(item.code) else item.severity
+    return policy.severity[max(matching, key=len)] if matching and may_be_denied(item) else item.severity
 
 
 def make_fingerprint(report: Report, item: Finding, seen: Counter[str]) -> str:
@@ -109,16 +120,18 @@ def make_uri(program: str) -> str:
 _BASELINE_SCHEMA = 1
 
 
-def format_baseline(reports: list[Report]) -> str:
-    """Write all findings that may be ignored as a baseline."""
-    known = {}
+def format_baseline(reports: list[Report]) -> tuple[str, int, int]:
+    """A baseline of all findings that may be ignored, how many they are, and how many errors may not."""
+    known, left_out = {}, 0
     for report in reports:
         counts: Counter[str] = Counter()
         for item in report.findings:
             fingerprint = make_fingerprint(report, item, counts)
-            if is_deniable(item.code):
+            left_out += item.severity == "error" and not may_be_denied(item)
+            if may_be_denied(item):
                 known[fingerprint] = f"{report.program}:{item.line}: {item.code} {item.axis or ''}".rstrip()
-    return format_json({"schema": _BASELINE_SCHEMA, "known": dict(sorted(known.items()))}, 2) + "\n"
+    text = format_json({"schema": _BASELINE_SCHEMA, "known": dict(sorted(known.items()))}, 2) + "\n"
+    return text, len(known), left_out
 
 
 def read_baseline(text: str, name: str) -> frozenset[str]:

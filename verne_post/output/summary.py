@@ -9,6 +9,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from verne_post.base.long_text import take_line
 from verne_post.base.numbers import format_count, format_fixed
 from verne_post.base.printable import make_printable
 from verne_post.base.tolerances import ACCELERATION_RATIO, FEED_RATIO, JERK_RATIO, VELOCITY_RATIO
@@ -29,6 +30,8 @@ _NO_AXIS_ERROR_DEG = 1e-5
 #: Limits that are named as reasons for a speed below the feed rate.
 _REASONS = 3
 
+#: The number of a block: of an N word (1), of Klartext (2).
+_BLOCK_NUMBER: Final = re.compile(r"\s*(?:(?:/\d*\s*)?N\s*(\d+)|/?\s*(\d+)\s+(?=[A-Z]))", re.IGNORECASE)
 #: The blank between a number and its unit, where no line ends; and what stands there while lines are made.
 _UNIT: Final = re.compile(r"(?<=\d) (?=(?:%|s|ms|mm|deg)\b|%)")
 _JOINED: Final = "\N{NO-BREAK SPACE}"
@@ -505,6 +508,15 @@ def describe_own_stock(stock: Stock) -> str:
     return f"{shape} mm from ({', '.join(f'{value:g}' for value in stock.low)})"
 
 
+def _name_block(summary: Summary, line: int) -> str:
+    """``, N250`` or ``, block 25``: the number that the control shows for a line; empty where it has none."""
+    text = (take_line(summary.source, line) or b"").decode("utf-8", errors="replace")
+    found = _BLOCK_NUMBER.match(text)
+    if found is None:
+        return ""
+    return f", N{found[1]}" if found[1] else f", block {found[2]}"
+
+
 def _describe_manual_stops(summary: Summary) -> Facts:
     """What a person must do before the start, between the parts, and at the end."""
     skipped = {id(event) for event in summary.switched}
@@ -525,7 +537,8 @@ def _describe_manual_stops(summary: Summary) -> Facts:
     for event in stops:
         head = heads[1 if id(event) in between else 2 if id(event) in last else 0]
         tool = f"load {describe_tool(event)}" if event.kind == "tool" else ""
-        groups[head].append(f"{tool or forms[event.kind].format(**event.data)} (line {event.line})")
+        what = tool or forms[event.kind].format(**event.data)
+        groups[head].append(f"{what} (line {event.line}{_name_block(summary, event.line)})")
     return [("operator", head + "; ".join(texts)) for head, texts in groups.items() if texts]
 
 

@@ -161,7 +161,7 @@ class Proposal(Struct, frozen=True, eq=False):
     seconds: float | None
     largest: Fit  #: The place with the largest smallest margin.
     turns: bool = True  #: A joint of the machine turns the part about its z.
-    takes_g10: bool = True  #: The language of the program has G10, which sets work systems.
+    g10: str = "rs274"  #: The language whose G10 sets work systems; "" where the program is in one without G10.
     text: str = ""  #: What ``fit`` says of it: what is printed.
 
     def __repr__(self) -> str:

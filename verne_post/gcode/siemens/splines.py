@@ -56,9 +56,11 @@ class SiemensSplines:
         self.draft = None
         count, degree = len(draft.points), draft.degree
         if count <= degree:
+            code = None if words is None else words.find_code("motion")
+            why = "" if code in (None, "BSPLINE") else f" before {code} ends it: leave {code} out of its blocks"
             raise ProgramError(
                 "VP031",
-                f"BSPLINE of degree {degree} needs {degree} points after its start; there are {count - 1}",
+                f"BSPLINE of degree {degree} needs {degree} points after its start; there are {count - 1}{why}",
                 None,
                 draft.block.line,
             )

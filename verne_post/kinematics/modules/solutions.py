@@ -23,5 +23,5 @@ def drop_margins(actuators: tuple[str, ...], smallest: float) -> tuple[Margin, .
 
 
 def build_determinant_margin(smallest: float) -> Margin:
-    """Margin of the scaled parallel determinant: an error below ``smallest``, which has no unit."""
-    return Margin("determinant of the parallel Jacobian", "VP203", None, "", smallest, 2 * smallest)
+    """Margin of the scaled parallel determinant: an error below ``smallest``, without a unit; 0 at the singularity."""
+    return Margin("distance from the parallel singularity", "VP203", None, "", smallest, 2 * smallest)

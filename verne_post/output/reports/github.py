@@ -62,8 +62,10 @@ def _write_annotation(program: str, cause: Cause) -> str:
     remedies = [text.removeprefix(f"{title}: ") for text in list_remedies(item, program)[:1]]
     # an annotation stands beside the last line of its stretch
     spread = bool(item.line and item.last_line and item.last_line > item.line)
-    worst = [f"worst in line {item.worst_line}"] if spread and item.worst_line else []
-    text = "\n".join([item.message, *worst, *also, *remedies])
+    measured = item.value is not None and item.worst_line
+    stretch = f"worst in line {item.worst_line}" if measured else f"lines {item.line} to {item.last_line}"
+    stretch += "" if measured or item.count < 2 else f", {item.count} times"
+    text = "\n".join([item.message, *([stretch] if spread else []), *also, *remedies])
     return f"::{_LEVELS[item.severity]} {','.join(where)}::{_escape_data(text)}"
 
 
