@@ -1106,6 +1106,31 @@ def test_a_fix_of_the_set_up_is_applied_and_the_result_is_legal(client: Client, 
     assert client.diagnostics(uri)["diagnostics"] == []
 
 
+STOPPED = "G21 G90 G94 G17\nT1 M6\nS800 M3\nG54 G43 H1\nG0 X0 Y0 Z30 A0 C0\nG1 Z9 F300\n{}\nG80\nG0 Z60\nM30\n"
+
+
+@pytest.mark.parametrize(
+    ("block", "code", "said"),
+    [
+        ("M0", "VP014", "split_at_stops = true"),
+        ("G95 G98 G84 X5 Z-5 R9 F1\nG94", "VP048", 'tapping = "feed"'),
+        ("M29 S800\nG98 G84 X5 Z-5 R9 F800", "VP048", 'tapping = "feed"'),
+    ],
+)
+def test_a_key_in_no_table_of_the_set_up_settles(
+    client: Client, tmp_path: Path, block: str, code: str, said: str
+) -> None:
+    text = f"%\nO1\n{STOPPED.format(block)}%\n" if code == "VP048" else STOPPED.format(block)  # Fanuc taps in G84
+    uri = client.open(make_program(tmp_path, text))
+    (shown,) = (one for one in client.diagnostics(uri)["diagnostics"] if one["severity"] == 1)
+    assert shown["code"] == code
+    ((title, action),) = ask_fixes(client, uri, shown["range"]["start"]["line"]).items()
+    assert title == f"Set {said} in part.nc.toml (no errors then)"
+    setup = (tmp_path / "part.nc.toml").as_uri()
+    client.open(tmp_path / "part.nc.toml", apply_edit(action, {setup: SETUP})[setup])
+    assert [one for one in client.diagnostics(uri)["diagnostics"] if one["severity"] == 1] == []
+
+
 def test_a_program_that_lacks_a_set_up_gets_one(client: Client, tmp_path: Path) -> None:
     uri = client.open(make_program(tmp_path, "T1 M6\nG43 H1\nG0 X0 Y0 Z90 A0 C0\nG1 X5 F500\nM2\n", setup=None))
     told = client.diagnostics(uri)["diagnostics"]

@@ -10,6 +10,7 @@ from typing import Final
 from msgspec import Struct
 from msgspec.structs import replace
 
+from verne_post.app.assemble import SPLIT_KEY
 from verne_post.app.tried_remedies import list_ends
 from verne_post.base.numbers import format_count
 from verne_post.base.printable import quote_key
@@ -21,6 +22,7 @@ from verne_post.cli.setup import make_setup
 from verne_post.cli.setups import NONE
 from verne_post.config.toml_entries import Change, Edit, UnknownLayoutError, find_place, list_entries, plan_edit
 from verne_post.gcode.dialects import choose_dialect_name
+from verne_post.gcode.machining.holes import TAPPING_KEY
 from verne_post.model.findings import Finding, Remedy
 from verne_post.model.verdict import count_findings, is_about_text
 
@@ -41,6 +43,8 @@ _TO_FILL_IN: Final = '"measure"'
 _OF_PROGRAMS: Final = ("VP210",)
 #: What stands for what nobody has said, by the table of the set-up.
 _MARKS: Final = {"wcs": '"measure"', "tools": '{ length = "measure" }', "remap": '"decide"'}
+#: Keys of a set-up that stand in no table of it, and what settles a finding.
+_SETTLING: Final[dict[tuple[str, ...], str]] = {SPLIT_KEY: "true", TAPPING_KEY: '"feed"'}
 
 
 class Fix(Struct, frozen=True):
@@ -92,7 +96,7 @@ def find_fixes(
         title = f"Write {setup.name}{f', {told}' if told else ''}"
         fixes.append(Fix(title, setup, None, 0, 0, new))
     elif item.settled_by and setup is not None:
-        for fix in _mark_missing(item, setup, texts):
+        for fix in _list_worked_out(_mark_missing(item, setup, texts)):
             after = _try_fix(inspector, found.path, _change_texts(fix, texts), superseded)
             if after is not None and all(one.file != str(setup.absolute()) for one in after):
                 fixes.append(fix)
@@ -186,9 +190,8 @@ def _mark_missing(item: Finding, setup: Path, texts: Mapping[Path, str]) -> Iter
     if find_suggestion(item.message):  # it is to be written in another way
         return
     text = _read_setup(setup, texts)
-    for table, name, *_what in item.settled_by:
-        if (mark := _MARKS.get(table)) is None:
-            continue
+    for table, name, *_what in (key for key in item.settled_by if key[0] in _MARKS):
+        mark = _MARKS[table]
         change = _plan_change(text, (table, name), mark)
         if change is not None and change.begin == change.end:  # what stands there is not replaced
             title = f"Add {table}.{quote_key(name)} = {mark} to {setup.name}, to be filled in"
@@ -220,7 +223,8 @@ def _propose_fixes(found: Inspected, item: Finding, setup: Path | None, texts: M
     program = found.made.program
     told = {(one.line, one.word) for one in item.edits}
     ends = () if program is None else (one for one in list_ends(program, item) if (one.line, one.word) not in told)
-    for remedy in (*item.edits, *ends):
+    settling = (Remedy("", _SETTLING[key], key) for key in item.settled_by if key in _SETTLING)
+    for remedy in (*item.edits, *settling, *ends):
         if item.code in _OF_PROGRAMS and remedy.key[:1] == ("wcs",):
             continue
         if remedy.line and not remedy.word[0]:
