@@ -1038,6 +1038,7 @@ TYPED = {
         ("R0 FMAX M3", "R0 FMXA M3", "VP001", "FMXA", "Write FMAX in place of FMXA"),
         ("PLANE SPATIAL", "PLANE SPACIAL", "VP002", "SPACIAL", "Write SPATIAL in place of SPACIAL"),
         ("L Z+12 FMAX", "L Z+1O FMAX", "VP001", "Z+1O", "Write Z+10 in place of Z+1O"),
+        ("CYCL DEF 200", "CYCL DEF 20o", "VP001", "20o", "Write 200 in place of 20o"),
     ],
 }  # fmt: skip
 

@@ -242,7 +242,7 @@ def _propose_fixes(found: Inspected, item: Finding, setup: Path | None, texts: M
     if near and item.column is not None:
         begin, end = _find_span(item, text)
         written = text[begin:end]
-        if (written, near) == find_correction(item.message):
+        if (correction := find_correction(item.message)) and written.upper() == correction[0].upper():
             yield Fix(f"Write {near} in place of {written}", found.path, text, begin, end, near)
             yield from _change_everywhere(found, written, near)
             return
