@@ -857,6 +857,7 @@ def test_the_word_that_a_message_tells_to_write_is_written(
 
 
 CUTS = "G0 X0 Y0 Z150 A0 C0\nG1 Z110 F500\nX5\nG0 Z160\n"
+RS274 = "G21 G90\nT1 M6\nG43 H1\nS9 M3\nG0 X0 Y0 Z150 A0 C0\nG1 Z110 F500\n"
 IN_PLANE = (
     FANUC + "G54\nT1 M6\nS8000 M3\nG0 X0. Y0. A0. C0.\nG43 H1 Z160.\nG0 A-20.\nA0.\nG68.2 X0 Y0 Z0 I0 J20. K0\n"
     "G0 X0 Y0 Z150.\nG81 X0. Y0. Z110. R120. F100.\nG80\nG0 Z150.\nG69\nM30\n%\n"
@@ -941,6 +942,54 @@ OF_KLARTEXT = "BEGIN PGM A MM\nTOOL CALL 1 Z S8000\nL X+0 Y+0 Z+150 A+0 C+0 R0 F
             "L X+10",
             "PLANE RESET STAY\nL X+10",
         ),
+        (
+            "a.ngc",
+            f"#<depth>=5\n{RS274}G1 Z[110+#<dpeth>]\nG0 Z150\nM2\n",
+            "VP025",
+            "Write #<depth> in place of #<dpeth> (no errors then)",
+            "#<dpeth>",
+            "#<depth>",
+        ),
+        (
+            "a.ngc",
+            f"o<hole> sub\nG1 X5 F9\no<hole> endsub\n{RS274}o<hloe> call\nG0 Z160\nM2\n",
+            "VP023",
+            "Write o<hole> in place of o<hloe> (no errors then)",
+            "o<hloe>",
+            "o<hole>",
+        ),
+        (
+            "a.h",
+            f'{OF_KLARTEXT}CALL LBL "HOEL"\nM30\nLBL "HOLE"\nL X+5 F500\nLBL 0\nEND PGM A MM\n',
+            "VP023",
+            'Write "HOLE" in place of "HOEL" (no errors then)',
+            '"HOEL"',
+            '"HOLE"',
+        ),
+        (
+            "a.mpf",
+            f"G710 G90\nT1 D1\nM6\nS9 M3\n{CUTS}GOTOF ENDE\nX9\nENED: G0 X0\nM30\n",
+            "VP023",
+            "Write ENED in place of ENDE (no errors then)",
+            "ENDE",
+            "ENED",
+        ),
+        (
+            "a.ngc",
+            f"{RS274}G1 X[SQTR[4]]\nG0 Z150\nM2\n",
+            "VP001",
+            "Write SQRT in place of SQTR (no errors then)",
+            "SQTR",
+            "SQRT",
+        ),
+        (
+            "a.nc",
+            FANUC + f"#1=SQTR[4]\n{RS274.replace('Z110', 'Z#1')}G0 Z150\nM30\n%\n",
+            "VP001",
+            "Write SQRT in place of SQTR (no errors then)",
+            "SQTR",
+            "SQRT",
+        ),
     ],
 )
 def test_slips_have_an_edit(
@@ -954,6 +1003,8 @@ def test_slips_have_an_edit(
     fixes = ask_fixes(client, uri, said["range"]["start"]["line"])
     assert title in fixes, (fixes.keys(), told)
     assert apply_edit(fixes[title], {uri: text})[uri] == text.replace(old, new)
+    if " in place of " in title and "=" not in title:
+        assert text_at(text, said["range"]) == old
 
 
 def test_a_depth_with_a_digit_too_many_does_not_move_the_part(client: Client, tmp_path: Path) -> None:
