@@ -1432,6 +1432,40 @@ def test_a_set_up_shows_what_its_program_lacks_at_its_table(client: Client, tmp_
         pass
 
 
+@pytest.mark.parametrize(
+    ("text", "line", "title", "left"),
+    [
+        ("WHILE R1<3\nX=R1\nR1=R1+1\nENDWHLE\nX1.2.3\n", 5, "ENDWHILE in place of ENDWHLE in line 8", "1 error stays"),
+        ("WHILE R1<3\nX=R1\nR1=R1+1\nENDWHLE\nXX5\nTRAOIR\n", 5, "ENDWHILE in place of ENDWHLE in line 8",
+         "2 errors stay"),
+        ("IF R1==0\nX5\nENDFI\nGOTOF NOWHERE\nX4\n", 5, "ENDIF in place of ENDFI in line 7", "1 error stays"),
+    ],
+)  # fmt: skip
+def test_errors_that_were_hidden_behind_a_misspelt_word_do_not_withhold_its_fix(
+    client: Client, tmp_path: Path, text: str, line: int, title: str, left: str
+) -> None:
+    text = f"G71 G90 G94\nTRAORI\nR1=0\nG0 X0 Y0 Z120 A0 C0\n{text}M30\n"
+    uri = client.open(make_program(tmp_path, text, "a.mpf"))
+    (said,) = client.diagnostics(uri)["diagnostics"]
+    assert said["range"]["start"]["line"] == line - 1
+    ((told, action),) = ask_fixes(client, uri, line - 1).items()
+    assert told == f"Write {title} ({left})"
+    client.change(uri, 2, apply_edit(action, {uri: text})[uri])
+    assert str(sum(one["severity"] == 1 for one in client.diagnostics(uri)["diagnostics"])) == left[0]
+
+
+def test_a_drilling_cycle_before_a_and_c_gets_them(client: Client, tmp_path: Path) -> None:
+    """A of a later line tilts the start, and no cycle drills there (VP017)."""
+    text = "G21 G90\nG0 X0 Y0 Z200\nG49 G81 X1 Y1 Z190 R195 F100\nG80\nG0 X0 Y0 Z200 A30 C0\nM2\n"
+    uri = client.open(make_program(tmp_path, text, setup="tool_length = 0\n[wcs]\nG54 = [0, 0, 0]\n"))
+    (said,) = client.diagnostics(uri)["diagnostics"]
+    assert "A is named first in line 5" in said["message"]
+    fixes = ask_fixes(client, uri, said["range"]["start"]["line"])
+    action = fixes["Write A0 C0 in line 2 (no errors then)"]
+    client.change(uri, 2, apply_edit(action, {uri: text})[uri])
+    assert client.diagnostics(uri)["diagnostics"] == []
+
+
 def test_cuts_before_a_and_c_get_them(client: Client, tmp_path: Path) -> None:
     text = "G21 G90 G0 X0 Y0\nG43 H1 Z130\nG1 Z103 F600\nX20\nG0 Z160\nG0 A30 C45\nM2\n"
     path = make_program(tmp_path, text)

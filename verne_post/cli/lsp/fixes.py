@@ -58,6 +58,7 @@ class Fix(Struct, frozen=True):
     new: str
     settles: bool = False  #: No error stays, and the tool points where the program says.
     turns: bool = False  #: The tool axis becomes another one.
+    spells: bool = False  #: Corrects how words of a program are spelt.
 
 
 def find_fixes(
@@ -80,8 +81,8 @@ def find_fixes(
         shown = [one for one in after if one.severity == "error" and one.settled_by and one.code not in codes]
         # an edit that turns an error into a warning helps, as a point among numbers without one (VP038); and one that
         # mends a word in one place of several, which are one finding; and a word that can be read now, though what it
-        # needs is missing, which could not be told before
-        is_mended = errors <= before[0] and _has_corrected_word(fix, item, after)
+        # needs is missing, or what stands in other lines is wrong, which could not be told before
+        is_mended = fix.spells and _is_settled(fix, item, after, is_as_bad=errors <= before[0])
         is_better = (errors - len(shown), warnings) < before
         if is_better or ((errors, warnings) == before and _count_places(after) < places) or is_mended:
             left = f"{errors} error{'s stay' if errors > 1 else ' stays'}" if errors else "no errors then"
@@ -128,12 +129,11 @@ def _report_failure(error: Exception) -> None:
     logging.getLogger("pygls").warning("an edit is not offered: %s: %s", type(error).__name__, error)
 
 
-def _has_corrected_word(fix: Fix, item: Finding, after: Sequence[Finding]) -> bool:
-    """Whether an edit writes the word that the message says is meant, and its line has no such error then."""
-    correction = find_correction(item.message)
-    if correction is None or fix.new != correction[1]:
-        return False
-    return all((one.code, one.line) != (item.code, item.line) for one in after)
+def _is_settled(fix: Fix, item: Finding, after: Sequence[Finding], *, is_as_bad: bool) -> bool:
+    """Whether the line of a finding has no such error after an edit, nor, unless there are no more, another one."""
+    own = (item.line, 1 + (fix.text or "").count("\n", 0, fix.begin))
+    left = [one for one in after if one.severity == "error" and one.line in own]
+    return all(is_as_bad and (one.code, one.line) != (item.code, item.line) for one in left)
 
 
 def find_file_fixes(
@@ -243,7 +243,7 @@ def _propose_fixes(found: Inspected, item: Finding, setup: Path | None, texts: M
         begin, end = _find_span(item, text)
         written = text[begin:end]
         if (correction := find_correction(item.message)) and written.upper() == correction[0].upper():
-            yield Fix(f"Write {near} in place of {written}", found.path, text, begin, end, near)
+            yield Fix(f"Write {near} in place of {written}", found.path, text, begin, end, near, spells=True)
             yield from _change_everywhere(found, written, near)
             return
         # the name alone, without quotes and without the number of an assignment
@@ -252,7 +252,8 @@ def _propose_fixes(found: Inspected, item: Finding, setup: Path | None, texts: M
         )
         if name is not None:
             begin += name.start()
-            yield Fix(f"Write {near} in place of {name[0]}", found.path, text, begin, begin + len(name[0]), near)
+            end, title = begin + len(name[0]), f"Write {near} in place of {name[0]}"
+            yield Fix(title, found.path, text, begin, end, near, spells=True)
     yield from _write_told(found, item)
     yield from _correct_plane(found, item)
     if (missing := _NEVER_CLOSED.search(item.message)) and item.line:
@@ -280,7 +281,7 @@ def _correct_end(found: Inspected, begin: int, end: str) -> Iterator[Fix]:
         if word is not None and word[1].upper() != end and find_meant(word[1].upper(), [end]):
             at = _find_offset(found.text, number) + word.start(1)
             title = f"Write {end} in place of {word[1]} in line {number + 1}"
-            yield Fix(title, found.path, found.text, at, at + len(word[1]), end)
+            yield Fix(title, found.path, found.text, at, at + len(word[1]), end, spells=True)
             return
 
 
@@ -386,6 +387,7 @@ def _write_below(found: Inspected, line: int, words: str) -> Fix:
 
 #: Code of a finding -> what finds the places of its edits in the text.
 _PLACED: Final = {
+    "VP017": _name_angles,
     "VP034": _add_length,
     "VP036": _name_angles,
     "VP037": _name_level,
