@@ -234,7 +234,12 @@ def test_hover_shows_time_feed_and_pose_of_a_line(client: Client, tmp_path: Path
     assert 0.6 < seconds < 1.2
     assert "the feed rate is reached" in text
     assert "line 4: G1 A80" in text
-    assert "rho1_mm" in text and "margin to its travel" in text
+    shown = text.partition("```text\n")[2].partition("\n```")[0].split("\n")
+    assert len(shown) <= 10
+    (joints,), (margins,) = ([one for one in shown if one.startswith(f"  {what} ")] for what in ("joints", "margin"))
+    assert re.search(r"rho1 \d+\.\d{3}, .*, a \d+\.\d{3} deg, c ", joints)
+    assert re.search(r"rho1 \d+\.\d{3} mm, .*, a \d+\.\d{3} deg, c unlimited$", margins)
+    assert shown[-1] == "  pose: possible"
 
 
 def hover(client: Client, uri: str, line: int, column: int | None = None) -> str:
@@ -315,7 +320,7 @@ def test_hover_of_lines_without_motion_shows_what_is_in_force(client: Client, tm
     assert hover(client, uri, 6) == (
         f"in force: G0, G21 (mm), G90 (absolute), G94, G64, G54, {plane}, tool length 0 mm"
     )
-    assert plane in hover(client, uri, 7) and "rho1_mm" in hover(client, uri, 7)
+    assert plane in hover(client, uri, 7) and "rho1 " in hover(client, uri, 7)
     assert plane not in hover(client, uri, 10) and "tool length 90 mm" in hover(client, uri, 10)
     assert "G43.4" not in hover(client, uri, 10)
     assert "G43.4" in hover(client, uri, 11) and "G43.4" in hover(client, uri, 12)
