@@ -286,6 +286,31 @@ def hover(client: Client, uri: str, line: int, column: int | None = None) -> str
          "G1 X7. F500.\nG0 Z160.\nM30\nO2\nG1 X-30. F900.\nM99\n%\n", {
             "X7.": "where an axis goes; in G91 by how much; X 7 mm in G54; machine X 7 mm",
             "X-30.": "where an axis goes; in G91 by how much; X -30 mm in G54; machine X -30 mm",
+            "P2": "number of the subprogram",
+         }),
+        ("c.ngc", "G21 G90 G94 G17 G54\n#<d>=5\n#100=7\nT1 M6\nS800 M3\nG43 H1\nG0 X0 Y0 Z130 A0 C0\n"
+         "G1 Z[95+#<d>] F500\nG3 X0 Y0 I5 J0 P2\nG64 P0.05\nG4 P3\nG81 X3 Z110 R131 F100\nX5 R132\nG80\n"
+         "G0 Z160\nM2\n", {
+            "#<d>=": "variable; 5 after this line",
+            "#100": "variable; 7 after this line",
+            "<d>]": "variable; 5 after this line",
+            "P2": "number of turns of the arc",
+            "P0.05": "how far corners may be rounded",
+            "P3": "dwell: seconds in RS274/NGC, in Fanuc milliseconds unless its key dwell says seconds",
+            "Z110": "depth of the hole; in G91 from R",
+            "R132": "height at which the feed rate begins, and to which G99 goes back",
+            "Z160": "where an axis goes; in G91 by how much; Z 160 mm in G54; machine Z -240 mm",
+         }),
+        ("c.mpf", 'G17 G90 G94 G71 G54\nDEF REAL DEPTH=4\nDEF STRING[9] TITLE="ab"\nR1=3\nT="EM10" M6\nD1\nS8000 M3\n'
+         "G0 X0 Y0 Z130 A0 C0\nG1 Z=110+DEPTH F500\nX=R1\nMSG(TITLE)\nG0 Z160\nM30\n", {
+            "DEPTH F": "variable; 4 after this line",
+            "R1\nMSG": "variable; 3 after this line",
+            "TITLE)": 'variable; "ab" after this line',
+         }),
+        ("c.h", '0 BEGIN PGM A MM\n1 TOOL CALL "EM10" Z S8000\n2 L X+0 Y+0 Z+130 A+0 C+0 R0 FMAX M3\n3 Q1=+5\n'
+         "4 L X+Q1 F500\n5 L Z+160 FMAX\n6 M30\n7 END PGM A MM\n", {
+            "Q1=": "variable; 5 after this line",
+            "Q1 F": "variable; 5 after this line",
          }),
     ],
 )  # fmt: skip
@@ -301,9 +326,20 @@ def test_hover_of_a_word_says_what_it_comes_to(
     for word, said in shown.items():
         before = text.partition(word)[0]
         column = len(before.rpartition("\n")[2])
-        for at in (column, column if word == "L IX" else column + len(word) - 1):
+        for at in (column, column if not word[-1].isalnum() or " " in word or "\n" in word else column + len(word) - 1):
             first = hover(client, uri, before.count("\n"), at).partition("\n")[0]
             assert first.partition("**: ")[2].endswith(said), (word, first)
+
+
+def test_hover_of_a_call_shows_the_subprogram_with_its_parameters(client: Client, tmp_path: Path) -> None:
+    main = "%_N_A_MPF\nG71 G90 G94 G54\nTRAORI\nG0 X0 Y0 Z120 A0 C0\nFACE(30,-9)\nHOLES\nG0 Z160\nM30\n"
+    face = "%_N_FACE_SPF\nPROC FACE(REAL LENGTH,REAL LEVEL)\nG1 X=LENGTH F500\nRET\n"
+    (tmp_path / "HOLES.SPF").write_text("G0 X5\nM17\n", "utf-8")
+    uri = client.open(make_program(tmp_path, main + face, "a.mpf"))
+    assert [one for one in client.diagnostics(uri)["diagnostics"] if one["severity"] == 1] == []
+    assert "leads to line 10: `PROC FACE(REAL LENGTH,REAL LEVEL)`" in hover(client, uri, 4, 1)
+    assert "calls the file HOLES.SPF" in hover(client, uri, 5, 1)
+    assert "leads to" not in hover(client, uri, 3, 1)
 
 
 def test_hover_of_lines_without_motion_shows_what_is_in_force(client: Client, tmp_path: Path) -> None:
@@ -1441,11 +1477,15 @@ def test_a_set_up_shows_what_its_program_lacks_at_its_table(client: Client, tmp_
     ("text", "line", "title", "left"),
     [
         ("WHILE R1<3\nX=R1\nR1=R1+1\nENDWHLE\nX1.2.3\n", 5, "ENDWHILE in place of ENDWHLE in line 8", "1 error stays"),
-        ("WHILE R1<3\nX=R1\nR1=R1+1\nENDWHLE\nXX5\nTRAOIR\n", 5, "ENDWHILE in place of ENDWHLE in line 8",
-         "2 errors stay"),
+        (
+            "WHILE R1<3\nX=R1\nR1=R1+1\nENDWHLE\nXX5\nTRAOIR\n",
+            5,
+            "ENDWHILE in place of ENDWHLE in line 8",
+            "2 errors stay",
+        ),
         ("IF R1==0\nX5\nENDFI\nGOTOF NOWHERE\nX4\n", 5, "ENDIF in place of ENDFI in line 7", "1 error stays"),
     ],
-)  # fmt: skip
+)
 def test_errors_that_were_hidden_behind_a_misspelt_word_do_not_withhold_its_fix(
     client: Client, tmp_path: Path, text: str, line: int, title: str, left: str
 ) -> None:

@@ -420,9 +420,7 @@ class Session:
         if found is None or asked.position.line >= len(lines):
             return None
         place = self.server.workspace.position_codec.position_from_client_units(lines, asked.position)
-        paths = self.inspector.given.get("subroutine_path") or ()
-        sought = (place.line, place.character, found.path.parent, paths)
-        there = await self.work(lambda: self.inspector.make_outline(found).find_definition(*sought))
+        there = await self.work(self.inspector.find_definition, found, place.line, place.character)
         if there is None or isinstance(there, Path):
             return None if there is None else lsp.Location(from_fs_path(str(there)) or "", _make_line_range(1))
         return lsp.Location(uri, self.server.workspace.position_codec.range_to_client_units(lines, there.place))

@@ -83,8 +83,10 @@ def read_head(statement: Statement) -> Head:
     if match is None:
         raise statement.error("VP001", "CYCL DEF needs the number of the cycle", 0)
     if word := _LETTER_O.match(statement.rest, match.start(1)):
-        meant = word[0].replace("O", "0")
-        raise statement.error("VP001", f"{word[0]}: the letter O in a number; did you mean {meant}?", word.start())
+        meant_number = word[0].replace("O", "0")
+        raise statement.error(
+            "VP001", f"{word[0]}: the letter O in a number; did you mean {meant_number}?", word.start()
+        )
     part = None if match.group(2) is None else int(match.group(2)[:3])
     return Head(int(match.group(1)[:6]), part, statement.rest[match.end() :], match.end())
 

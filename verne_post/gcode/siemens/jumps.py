@@ -111,8 +111,8 @@ def _go(flow: Running, cursor: Cursor, line: int, target: str, word: str, at: in
             if _find(flow, label, line, forward=word != "GOTOB", backward=word != "GOTOF") is not None
         )
         near = find_meant(target, others, slip_alone=True)
-        said = f"{target}: {text}; did you mean {near}?" if near else f"{word} {target}: {text}"
-        raise cursor.error("VP023", said, at)
+        message = f"{target}: {text}; did you mean {near}?" if near else f"{word} {target}: {text}"
+        raise cursor.error("VP023", message, at)
     flow.calls.line = found
     repeats = flow.calls.frame.repeats
     while repeats and not repeats[-1].first <= found <= repeats[-1].last:
