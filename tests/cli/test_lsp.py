@@ -1511,6 +1511,34 @@ def test_a_drilling_cycle_before_a_and_c_gets_them(client: Client, tmp_path: Pat
     assert client.diagnostics(uri)["diagnostics"] == []
 
 
+def test_points_are_written_behind_all_numbers_that_lack_them(client: Client, tmp_path: Path) -> None:
+    """Not behind the numbers of codes, tools and remarks, nor behind 0."""
+    head = "%\nO1 (X7)\nG21 G90 G94 G17 G54\n"
+    text = f"{head}G0 X0 Y0 Z120 A0 C0\nG1 X-5 F500\nX5.\nG0 Z150\nM30\n%\n"
+    uri = client.open(make_program(tmp_path, text))
+    (said,) = client.diagnostics(uri)["diagnostics"]
+    assert (said["code"], text_at(text, said["range"])) == ("VP038", "Z120")
+    ((title, action),) = ask_fixes(client, uri, 3).items()
+    assert title == "Write the point behind 3 numbers without one (no errors then)"
+    mended = apply_edit(action, {uri: text})[uri]
+    assert mended == f"{head}G0 X0 Y0 Z120. A0 C0\nG1 X-5. F500\nX5.\nG0 Z150.\nM30\n%\n"
+    client.change(uri, 2, mended)
+    assert client.diagnostics(uri)["diagnostics"] == []
+
+
+def test_a_misspelt_key_of_the_set_up_of_an_open_program_is_mended(client: Client, tmp_path: Path) -> None:
+    setup = "[tools]\n1={length=80,diamter=10}\n[wcs]\nG54=[0,0,60]\n"
+    text = "G21 G90 G94 G17\nT1 M6\nG54 G43 H1\nG0 X0 Y0 Z120 A0 C0\nG1 X5 F500\nM2\n"
+    path = make_program(tmp_path, text, setup=setup)
+    client.diagnostics(client.open(path))
+    there = client.open(tmp_path / "part.nc.toml")
+    (said,) = client.diagnostics(there)["diagnostics"]
+    assert text_at(setup, said["range"]) == "diamter"
+    ((title, action),) = ask_fixes(client, there, 1).items()
+    assert title == "Write diameter in place of diamter"
+    assert apply_edit(action, {there: setup})[there] == setup.replace("diamter", "diameter")
+
+
 def test_cuts_before_a_and_c_get_them(client: Client, tmp_path: Path) -> None:
     text = "G21 G90 G0 X0 Y0\nG43 H1 Z130\nG1 Z103 F600\nX20\nG0 Z160\nG0 A30 C45\nM2\n"
     path = make_program(tmp_path, text)
@@ -1531,6 +1559,8 @@ def test_cuts_before_a_and_c_get_them(client: Client, tmp_path: Path) -> None:
         ("a.nc", "G21\nG0 X0 (G8^", "", ""),
         ("a.mpf", "; head\nG71 G90 G54\nG0 X=1 TRAO^", "TRAORI", "tool"),
         ("a.h", "0 BEGIN PGM A MM\n1 CYCL DEF 20^", "CYCL DEF 208", "holes"),
+        ("a.h", "0 BEGIN PGM A MM\n1 TOOL CALL ^", "", ""),
+        ("a.h", "0 BEGIN PGM A MM\n1 TOOL CA^", "TOOL CALL", "tool"),
         ("a.nc.toml", "tool_length = 3\n[wcs]\nG54 = [1]\n[tools.5]\nlen^", "length", "number"),
         ("a.nc.toml", "tole^\n[wcs]", "tolerance", "corners"),
         ("verne-post.toml", '[options]\ntole^', "tolerance", "corners"),

@@ -23,6 +23,7 @@ from verne_post.cli.setups import NONE
 from verne_post.config.toml_entries import Change, Edit, UnknownLayoutError, find_place, list_entries, plan_edit
 from verne_post.gcode.dialects import choose_dialect_name
 from verne_post.gcode.machining.holes import TAPPING_KEY
+from verne_post.gcode.rs274.fanuc_points import add_points
 from verne_post.model.findings import Finding, Remedy
 from verne_post.model.verdict import count_findings, is_about_text
 
@@ -258,6 +259,10 @@ def _propose_fixes(found: Inspected, item: Finding, setup: Path | None, texts: M
     yield from _correct_plane(found, item)
     if (missing := _NEVER_CLOSED.search(item.message)) and item.line:
         yield from _correct_end(found, item.line, missing[1])
+    if item.code == "VP038":
+        pointed_text = add_points(text)
+        title = f"Write the point behind {format_count(len(pointed_text) - len(text), 'number')} without one"
+        yield Fix(title, found.path, text, 0, len(text), pointed_text)
     if item.code == "VP024" and item.line:
         yield from _end_before_subprogram(found, item.line)
     if item.code == "VP006" and item.column is not None:

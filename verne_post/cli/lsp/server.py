@@ -335,10 +335,15 @@ class Session:
         for item in self._list_mistakes(str(path)):
             if not _is_asked(item, split_lines(texts[path]), asked):
                 continue
-            try:
-                made = await self.work(find_file_fixes, self.inspector, path, item, texts, self.open_files[uri])
-            except (SupersededError, KeyError):
-                return []
+            made = None
+            while made is None:
+                try:
+                    made = await self.work(find_file_fixes, self.inspector, path, item, texts, self.open_files[uri])
+                except SupersededError:  # also by the check of the program, which changes no text
+                    if self.read_texts() != texts:
+                        return []
+                except KeyError:  # it is not open any more
+                    return []
             actions |= self._make_actions(uri, path, item, made, asked)
         return list(actions.values())
 
