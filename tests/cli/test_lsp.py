@@ -234,7 +234,12 @@ def test_hover_shows_time_feed_and_pose_of_a_line(client: Client, tmp_path: Path
     assert 0.6 < seconds < 1.2
     assert "the feed rate is reached" in text
     assert "line 4: G1 A80" in text
-    assert "rho1_mm" in text and "margin to its travel" in text
+    shown = text.partition("```text\n")[2].partition("\n```")[0].split("\n")
+    assert len(shown) <= 10
+    (joints,), (margins,) = ([one for one in shown if one.startswith(f"  {what} ")] for what in ("joints", "margin"))
+    assert re.search(r"rho1 \d+\.\d{3}, .*, a \d+\.\d{3} deg, c ", joints)
+    assert re.search(r"rho1 \d+\.\d{3} mm, .*, a \d+\.\d{3} deg, c unlimited$", margins)
+    assert shown[-1] == "  pose: possible"
 
 
 def hover(client: Client, uri: str, line: int, column: int | None = None) -> str:
@@ -281,6 +286,31 @@ def hover(client: Client, uri: str, line: int, column: int | None = None) -> str
          "G1 X7. F500.\nG0 Z160.\nM30\nO2\nG1 X-30. F900.\nM99\n%\n", {
             "X7.": "where an axis goes; in G91 by how much; X 7 mm in G54; machine X 7 mm",
             "X-30.": "where an axis goes; in G91 by how much; X -30 mm in G54; machine X -30 mm",
+            "P2": "number of the subprogram",
+         }),
+        ("c.ngc", "G21 G90 G94 G17 G54\n#<d>=5\n#100=7\nT1 M6\nS800 M3\nG43 H1\nG0 X0 Y0 Z130 A0 C0\n"
+         "G1 Z[95+#<d>] F500\nG3 X0 Y0 I5 J0 P2\nG64 P0.05\nG4 P3\nG81 X3 Z110 R131 F100\nX5 R132\nG80\n"
+         "G0 Z160\nM2\n", {
+            "#<d>=": "variable; 5 after this line",
+            "#100": "variable; 7 after this line",
+            "<d>]": "variable; 5 after this line",
+            "P2": "number of turns of the arc",
+            "P0.05": "how far corners may be rounded",
+            "P3": "dwell: seconds in RS274/NGC, in Fanuc milliseconds unless its key dwell says seconds",
+            "Z110": "depth of the hole; in G91 from R",
+            "R132": "height at which the feed rate begins, and to which G99 goes back",
+            "Z160": "where an axis goes; in G91 by how much; Z 160 mm in G54; machine Z -240 mm",
+         }),
+        ("c.mpf", 'G17 G90 G94 G71 G54\nDEF REAL DEPTH=4\nDEF STRING[9] TITLE="ab"\nR1=3\nT="EM10" M6\nD1\nS8000 M3\n'
+         "G0 X0 Y0 Z130 A0 C0\nG1 Z=110+DEPTH F500\nX=R1\nMSG(TITLE)\nG0 Z160\nM30\n", {
+            "DEPTH F": "variable; 4 after this line",
+            "R1\nMSG": "variable; 3 after this line",
+            "TITLE)": 'variable; "ab" after this line',
+         }),
+        ("c.h", '0 BEGIN PGM A MM\n1 TOOL CALL "EM10" Z S8000\n2 L X+0 Y+0 Z+130 A+0 C+0 R0 FMAX M3\n3 Q1=+5\n'
+         "4 L X+Q1 F500\n5 L Z+160 FMAX\n6 M30\n7 END PGM A MM\n", {
+            "Q1=": "variable; 5 after this line",
+            "Q1 F": "variable; 5 after this line",
          }),
     ],
 )  # fmt: skip
@@ -296,9 +326,20 @@ def test_hover_of_a_word_says_what_it_comes_to(
     for word, said in shown.items():
         before = text.partition(word)[0]
         column = len(before.rpartition("\n")[2])
-        for at in (column, column if word == "L IX" else column + len(word) - 1):
+        for at in (column, column if not word[-1].isalnum() or " " in word or "\n" in word else column + len(word) - 1):
             first = hover(client, uri, before.count("\n"), at).partition("\n")[0]
             assert first.partition("**: ")[2].endswith(said), (word, first)
+
+
+def test_hover_of_a_call_shows_the_subprogram_with_its_parameters(client: Client, tmp_path: Path) -> None:
+    main = "%_N_A_MPF\nG71 G90 G94 G54\nTRAORI\nG0 X0 Y0 Z120 A0 C0\nFACE(30,-9)\nHOLES\nG0 Z160\nM30\n"
+    face = "%_N_FACE_SPF\nPROC FACE(REAL LENGTH,REAL LEVEL)\nG1 X=LENGTH F500\nRET\n"
+    (tmp_path / "HOLES.SPF").write_text("G0 X5\nM17\n", "utf-8")
+    uri = client.open(make_program(tmp_path, main + face, "a.mpf"))
+    assert [one for one in client.diagnostics(uri)["diagnostics"] if one["severity"] == 1] == []
+    assert "leads to line 10: `PROC FACE(REAL LENGTH,REAL LEVEL)`" in hover(client, uri, 4, 1)
+    assert "calls the file HOLES.SPF" in hover(client, uri, 5, 1)
+    assert "leads to" not in hover(client, uri, 3, 1)
 
 
 def test_hover_of_lines_without_motion_shows_what_is_in_force(client: Client, tmp_path: Path) -> None:
@@ -315,7 +356,7 @@ def test_hover_of_lines_without_motion_shows_what_is_in_force(client: Client, tm
     assert hover(client, uri, 6) == (
         f"in force: G0, G21 (mm), G90 (absolute), G94, G64, G54, {plane}, tool length 0 mm"
     )
-    assert plane in hover(client, uri, 7) and "rho1_mm" in hover(client, uri, 7)
+    assert plane in hover(client, uri, 7) and "rho1 " in hover(client, uri, 7)
     assert plane not in hover(client, uri, 10) and "tool length 90 mm" in hover(client, uri, 10)
     assert "G43.4" not in hover(client, uri, 10)
     assert "G43.4" in hover(client, uri, 11) and "G43.4" in hover(client, uri, 12)
@@ -857,6 +898,7 @@ def test_the_word_that_a_message_tells_to_write_is_written(
 
 
 CUTS = "G0 X0 Y0 Z150 A0 C0\nG1 Z110 F500\nX5\nG0 Z160\n"
+RS274 = "G21 G90\nT1 M6\nG43 H1\nS9 M3\nG0 X0 Y0 Z150 A0 C0\nG1 Z110 F500\n"
 IN_PLANE = (
     FANUC + "G54\nT1 M6\nS8000 M3\nG0 X0. Y0. A0. C0.\nG43 H1 Z160.\nG0 A-20.\nA0.\nG68.2 X0 Y0 Z0 I0 J20. K0\n"
     "G0 X0 Y0 Z150.\nG81 X0. Y0. Z110. R120. F100.\nG80\nG0 Z150.\nG69\nM30\n%\n"
@@ -941,6 +983,54 @@ OF_KLARTEXT = "BEGIN PGM A MM\nTOOL CALL 1 Z S8000\nL X+0 Y+0 Z+150 A+0 C+0 R0 F
             "L X+10",
             "PLANE RESET STAY\nL X+10",
         ),
+        (
+            "a.ngc",
+            f"#<depth>=5\n{RS274}G1 Z[110+#<dpeth>]\nG0 Z150\nM2\n",
+            "VP025",
+            "Write #<depth> in place of #<dpeth> (no errors then)",
+            "#<dpeth>",
+            "#<depth>",
+        ),
+        (
+            "a.ngc",
+            f"o<hole> sub\nG1 X5 F9\no<hole> endsub\n{RS274}o<hloe> call\nG0 Z160\nM2\n",
+            "VP023",
+            "Write o<hole> in place of o<hloe> (no errors then)",
+            "o<hloe>",
+            "o<hole>",
+        ),
+        (
+            "a.h",
+            f'{OF_KLARTEXT}CALL LBL "HOEL"\nM30\nLBL "HOLE"\nL X+5 F500\nLBL 0\nEND PGM A MM\n',
+            "VP023",
+            'Write "HOLE" in place of "HOEL" (no errors then)',
+            '"HOEL"',
+            '"HOLE"',
+        ),
+        (
+            "a.mpf",
+            f"G710 G90\nT1 D1\nM6\nS9 M3\n{CUTS}GOTOF ENDE\nX9\nENED: G0 X0\nM30\n",
+            "VP023",
+            "Write ENED in place of ENDE (no errors then)",
+            "ENDE",
+            "ENED",
+        ),
+        (
+            "a.ngc",
+            f"{RS274}G1 X[SQTR[4]]\nG0 Z150\nM2\n",
+            "VP001",
+            "Write SQRT in place of SQTR (no errors then)",
+            "SQTR",
+            "SQRT",
+        ),
+        (
+            "a.nc",
+            FANUC + f"#1=SQTR[4]\n{RS274.replace('Z110', 'Z#1')}G0 Z150\nM30\n%\n",
+            "VP001",
+            "Write SQRT in place of SQTR (no errors then)",
+            "SQTR",
+            "SQRT",
+        ),
     ],
 )
 def test_slips_have_an_edit(
@@ -954,6 +1044,8 @@ def test_slips_have_an_edit(
     fixes = ask_fixes(client, uri, said["range"]["start"]["line"])
     assert title in fixes, (fixes.keys(), told)
     assert apply_edit(fixes[title], {uri: text})[uri] == text.replace(old, new)
+    if " in place of " in title and "=" not in title:
+        assert text_at(text, said["range"]) == old
 
 
 def test_a_depth_with_a_digit_too_many_does_not_move_the_part(client: Client, tmp_path: Path) -> None:
@@ -1038,6 +1130,7 @@ TYPED = {
         ("R0 FMAX M3", "R0 FMXA M3", "VP001", "FMXA", "Write FMAX in place of FMXA"),
         ("PLANE SPATIAL", "PLANE SPACIAL", "VP002", "SPACIAL", "Write SPATIAL in place of SPACIAL"),
         ("L Z+12 FMAX", "L Z+1O FMAX", "VP001", "Z+1O", "Write Z+10 in place of Z+1O"),
+        ("CYCL DEF 200", "CYCL DEF 20o", "VP001", "20o", "Write 200 in place of 20o"),
     ],
 }  # fmt: skip
 
@@ -1104,6 +1197,31 @@ def test_a_fix_of_the_set_up_is_applied_and_the_result_is_legal(client: Client, 
     assert mended.endswith("# vice\n")
     client.open(setup, mended)
     assert client.diagnostics(uri)["diagnostics"] == []
+
+
+STOPPED = "G21 G90 G94 G17\nT1 M6\nS800 M3\nG54 G43 H1\nG0 X0 Y0 Z30 A0 C0\nG1 Z9 F300\n{}\nG80\nG0 Z60\nM30\n"
+
+
+@pytest.mark.parametrize(
+    ("block", "code", "said"),
+    [
+        ("M0", "VP014", "split_at_stops = true"),
+        ("G95 G98 G84 X5 Z-5 R9 F1\nG94", "VP048", 'tapping = "feed"'),
+        ("M29 S800\nG98 G84 X5 Z-5 R9 F800", "VP048", 'tapping = "feed"'),
+    ],
+)
+def test_a_key_in_no_table_of_the_set_up_settles(
+    client: Client, tmp_path: Path, block: str, code: str, said: str
+) -> None:
+    text = f"%\nO1\n{STOPPED.format(block)}%\n" if code == "VP048" else STOPPED.format(block)  # Fanuc taps in G84
+    uri = client.open(make_program(tmp_path, text))
+    (shown,) = (one for one in client.diagnostics(uri)["diagnostics"] if one["severity"] == 1)
+    assert shown["code"] == code
+    ((title, action),) = ask_fixes(client, uri, shown["range"]["start"]["line"]).items()
+    assert title == f"Set {said} in part.nc.toml (no errors then)"
+    setup = (tmp_path / "part.nc.toml").as_uri()
+    client.open(tmp_path / "part.nc.toml", apply_edit(action, {setup: SETUP})[setup])
+    assert [one for one in client.diagnostics(uri)["diagnostics"] if one["severity"] == 1] == []
 
 
 def test_a_program_that_lacks_a_set_up_gets_one(client: Client, tmp_path: Path) -> None:
@@ -1355,6 +1473,72 @@ def test_a_set_up_shows_what_its_program_lacks_at_its_table(client: Client, tmp_
         pass
 
 
+@pytest.mark.parametrize(
+    ("text", "line", "title", "left"),
+    [
+        ("WHILE R1<3\nX=R1\nR1=R1+1\nENDWHLE\nX1.2.3\n", 5, "ENDWHILE in place of ENDWHLE in line 8", "1 error stays"),
+        (
+            "WHILE R1<3\nX=R1\nR1=R1+1\nENDWHLE\nXX5\nTRAOIR\n",
+            5,
+            "ENDWHILE in place of ENDWHLE in line 8",
+            "2 errors stay",
+        ),
+        ("IF R1==0\nX5\nENDFI\nGOTOF NOWHERE\nX4\n", 5, "ENDIF in place of ENDFI in line 7", "1 error stays"),
+    ],
+)
+def test_errors_that_were_hidden_behind_a_misspelt_word_do_not_withhold_its_fix(
+    client: Client, tmp_path: Path, text: str, line: int, title: str, left: str
+) -> None:
+    text = f"G71 G90 G94\nTRAORI\nR1=0\nG0 X0 Y0 Z120 A0 C0\n{text}M30\n"
+    uri = client.open(make_program(tmp_path, text, "a.mpf"))
+    (said,) = client.diagnostics(uri)["diagnostics"]
+    assert said["range"]["start"]["line"] == line - 1
+    ((told, action),) = ask_fixes(client, uri, line - 1).items()
+    assert told == f"Write {title} ({left})"
+    client.change(uri, 2, apply_edit(action, {uri: text})[uri])
+    assert str(sum(one["severity"] == 1 for one in client.diagnostics(uri)["diagnostics"])) == left[0]
+
+
+def test_a_drilling_cycle_before_a_and_c_gets_them(client: Client, tmp_path: Path) -> None:
+    """A of a later line tilts the start, and no cycle drills there (VP017)."""
+    text = "G21 G90\nG0 X0 Y0 Z200\nG49 G81 X1 Y1 Z190 R195 F100\nG80\nG0 X0 Y0 Z200 A30 C0\nM2\n"
+    uri = client.open(make_program(tmp_path, text, setup="tool_length = 0\n[wcs]\nG54 = [0, 0, 0]\n"))
+    (said,) = client.diagnostics(uri)["diagnostics"]
+    assert "A is named first in line 5" in said["message"]
+    fixes = ask_fixes(client, uri, said["range"]["start"]["line"])
+    action = fixes["Write A0 C0 in line 2 (no errors then)"]
+    client.change(uri, 2, apply_edit(action, {uri: text})[uri])
+    assert client.diagnostics(uri)["diagnostics"] == []
+
+
+def test_points_are_written_behind_all_numbers_that_lack_them(client: Client, tmp_path: Path) -> None:
+    """Not behind the numbers of codes, tools and remarks, nor behind 0."""
+    head = "%\nO1 (X7)\nG21 G90 G94 G17 G54\n"
+    text = f"{head}G0 X0 Y0 Z120 A0 C0\nG1 X-5 F500\nX5.\nG0 Z150\nM30\n%\n"
+    uri = client.open(make_program(tmp_path, text))
+    (said,) = client.diagnostics(uri)["diagnostics"]
+    assert (said["code"], text_at(text, said["range"])) == ("VP038", "Z120")
+    ((title, action),) = ask_fixes(client, uri, 3).items()
+    assert title == "Write the point behind 3 numbers without one (no errors then)"
+    mended = apply_edit(action, {uri: text})[uri]
+    assert mended == f"{head}G0 X0 Y0 Z120. A0 C0\nG1 X-5. F500\nX5.\nG0 Z150.\nM30\n%\n"
+    client.change(uri, 2, mended)
+    assert client.diagnostics(uri)["diagnostics"] == []
+
+
+def test_a_misspelt_key_of_the_set_up_of_an_open_program_is_mended(client: Client, tmp_path: Path) -> None:
+    setup = "[tools]\n1={length=80,diamter=10}\n[wcs]\nG54=[0,0,60]\n"
+    text = "G21 G90 G94 G17\nT1 M6\nG54 G43 H1\nG0 X0 Y0 Z120 A0 C0\nG1 X5 F500\nM2\n"
+    path = make_program(tmp_path, text, setup=setup)
+    client.diagnostics(client.open(path))
+    there = client.open(tmp_path / "part.nc.toml")
+    (said,) = client.diagnostics(there)["diagnostics"]
+    assert text_at(setup, said["range"]) == "diamter"
+    ((title, action),) = ask_fixes(client, there, 1).items()
+    assert title == "Write diameter in place of diamter"
+    assert apply_edit(action, {there: setup})[there] == setup.replace("diamter", "diameter")
+
+
 def test_cuts_before_a_and_c_get_them(client: Client, tmp_path: Path) -> None:
     text = "G21 G90 G0 X0 Y0\nG43 H1 Z130\nG1 Z103 F600\nX20\nG0 Z160\nG0 A30 C45\nM2\n"
     path = make_program(tmp_path, text)
@@ -1375,6 +1559,8 @@ def test_cuts_before_a_and_c_get_them(client: Client, tmp_path: Path) -> None:
         ("a.nc", "G21\nG0 X0 (G8^", "", ""),
         ("a.mpf", "; head\nG71 G90 G54\nG0 X=1 TRAO^", "TRAORI", "tool"),
         ("a.h", "0 BEGIN PGM A MM\n1 CYCL DEF 20^", "CYCL DEF 208", "holes"),
+        ("a.h", "0 BEGIN PGM A MM\n1 TOOL CALL ^", "", ""),
+        ("a.h", "0 BEGIN PGM A MM\n1 TOOL CA^", "TOOL CALL", "tool"),
         ("a.nc.toml", "tool_length = 3\n[wcs]\nG54 = [1]\n[tools.5]\nlen^", "length", "number"),
         ("a.nc.toml", "tole^\n[wcs]", "tolerance", "corners"),
         ("verne-post.toml", '[options]\ntole^', "tolerance", "corners"),

@@ -143,7 +143,7 @@ def test_a_misspelt_variable(run: Callable[..., Any], tmp_path: Path, line: str)
 
 def test_a_misspelt_named_parameter(run: Callable[..., Any], tmp_path: Path) -> None:
     found = find_errors(run, tmp_path, "p.ngc", "#<depth>=5\nG1 X#<dept>")
-    assert found == ["5:5: VP025 error: #<dept> has no value; did you mean #<depth>?"]
+    assert found == ["5:5: VP025 error: #<dept>: it has no value; did you mean #<depth>?"]
 
 
 def test_cycles_of_two_digits_are_not_taken_for_each_other(run: Callable[..., Any], tmp_path: Path) -> None:

@@ -35,7 +35,6 @@ from verne_post.model.contour import Contour
 from verne_post.model.findings import (
     Finding,
     InputError,
-    Remedy,
     UsageError,
     make_finding,
     make_input_error,
@@ -70,7 +69,6 @@ LEAST_CYCLES_OF_MODE: Final = 4
 _WAITS: Final = {"tool": "M6", "input": "M66"}
 #: Key of a set-up that settles a stop on the way, and the edit that writes it.
 SPLIT_KEY: Final = ("split_at_stops",)
-_SPLIT: Final = Remedy("cut the setpoints there: split_at_stops = true in the set-up", "true", SPLIT_KEY)
 #: A table that stands within so much of an angle stands there: places of --from are typed with few decimals.
 _SAME_TURN_DEG: Final = 0.01
 _STOP_CODES: Final = {"program": "M0", "optional": "M1", "pallet": "M60"}
@@ -458,5 +456,5 @@ def _find_waits(moves: Moves, first: int, *, optional_stop: bool) -> list[tuple[
                 "file from each stop to the next (other formats: only programs without stops)"
             )
             where = {"line": event.line, "last_line": event.line, "worst_line": event.line}
-            found.append((event.before, make_finding("VP014", text, **where, edits=(_SPLIT,), settled_by=(SPLIT_KEY,))))
+            found.append((event.before, make_finding("VP014", text, **where, settled_by=(SPLIT_KEY,))))
     return found

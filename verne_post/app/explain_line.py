@@ -3,11 +3,12 @@
 import math
 import re
 from collections.abc import Iterator, Sequence
+from typing import Final
 
 import numpy as np
 
 from verne_post.app.explain_numbers import format_degrees, format_joint, format_mm, format_number
-from verne_post.app.explain_solutions import SAME, explain_solutions, explain_table_solution
+from verne_post.app.explain_solutions import SAME, explain_solutions, explain_table_solution, find_travel_margins
 from verne_post.app.line_remedies import Line, propose
 from verne_post.base.arrays import Array
 from verne_post.base.numbers import format_fixed
@@ -27,6 +28,9 @@ from verne_post.model.protocols import AxisCorrecting
 from verne_post.model.toolpath import SegmentKind
 from verne_post.model.verdict import find_worst, is_about_pose
 from verne_post.output.findings import describe_remedy
+
+#: Decimals of mm and degrees where a pose is told in a few lines.
+_FEW: Final = 3
 
 
 def find_lines_near(joints: JointPath, line: int) -> list[int]:
@@ -91,13 +95,22 @@ def _list_table_solutions(line: Line, angles: Array) -> list[tuple[str, Array]]:
 
 
 def describe_pose(line: Line) -> Iterator[str]:
-    """The words of a line, and the pose at the end of its motion: joints, their margins, and the machine's margins."""
+    """The words of a line, and the pose at the end of its motion in a few lines: joints, and how far they may go."""
     joints, machine = line.exact, line.exact.machine
     tip, angles, tool = _find_end(line)
     yield from _describe_words(line, tool - joints.lift)
-    yield f"  tip on the table     {format_mm(tip)}"
-    yield f"  words                {machine.name_angles(angles, 6)} deg"
-    yield from explain_table_solution(machine, "pose", tip, angles, tool, joints.lift)
+    yield f"  tip on the table     {format_mm(tip, _FEW)}"
+    yield f"  words                {machine.name_angles(angles, _FEW)} deg"
+    q, _platform, ok = machine.five_axis.solve(tip, angles, tool)
+    if ok:
+        shown = ", ".join(format_joint(machine, k, value, _FEW) for k, value in enumerate(q))
+        yield f"  joints               {shown}"
+        margins = ", ".join(
+            f"{column.joint} {f'{format_fixed(margin, _FEW)} {column.unit}' if np.isfinite(margin) else 'unlimited'}"
+            for column, margin in zip(machine.columns, find_travel_margins(machine, q), strict=True)
+        )
+        yield f"  margin to travel     {margins}"
+    yield f"  {next(explain_table_solution(machine, 'pose', tip, angles, tool, joints.lift))}"
 
 
 # --- words -------------------------------------------------------------------------------------

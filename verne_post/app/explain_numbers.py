@@ -14,8 +14,8 @@ def format_joint(machine: Machine, k: int, value: float, decimals: int = 6) -> s
     return f"{column.joint} {format_fixed(value * column.factor, decimals)}{unit}"
 
 
-def format_mm(point: Array) -> str:
-    return f"({', '.join(f'{format_fixed(value, 6)}' for value in point)}) mm"
+def format_mm(point: Array, decimals: int = 6) -> str:
+    return f"({', '.join(f'{format_fixed(value, decimals)}' for value in point)}) mm"
 
 
 def format_degrees(angle: float | Array) -> str:

@@ -40,8 +40,7 @@ def explain_table_solution(
             f"  platform             P {format_mm(platform.position)}, platform tilt alpha "
             f"{format_degrees(float(platform.alpha))} deg"
         )
-    for column, value, low, high in zip(machine.columns, q, machine.limits.lower, machine.limits.upper, strict=True):
-        margin = abs(column.factor) * float(min(value - low, high - value))
+    for column, value, margin in zip(machine.columns, q, find_travel_margins(machine, q), strict=True):
         margin_text = (
             f"margin to its travel {format_fixed(margin, 6)} {column.unit}" if np.isfinite(margin) else "unlimited"
         )
@@ -58,6 +57,12 @@ def explain_table_solution(
         f"  conditioning (1 even, 0 singular)    parallel {format_fixed(float(parallel), 4)}, serial "
         f"{format_fixed(float(serial), 4)}"
     )
+
+
+def find_travel_margins(machine: Machine, q: Array) -> Array:
+    """How far each joint is from the nearer end of its travel, in the unit of its column; infinite without an end."""
+    factors = np.abs([column.factor for column in machine.columns])
+    return factors * np.minimum(q - machine.limits.lower, machine.limits.upper - q)
 
 
 def _measure_margins(

@@ -9,6 +9,7 @@ import re
 from collections.abc import Callable, Sequence
 from typing import Final, Protocol
 
+from verne_post.base.suggestions import find_meant
 from verne_post.base.tolerances import EQUAL_NUMBERS, WHOLE_NUMBER
 from verne_post.gcode.program_error import ProgramError
 
@@ -127,7 +128,10 @@ class ValueReader:
             return -value if first == "-" else value
         if first and (match := _LETTERS.match(characters, begin)) is not None:
             names = MACRO_LONGEST_FIRST if self._is_macro else FUNCTIONS_LONGEST_FIRST
-            name = next((name for name in names if match.group().startswith(name)), None)
+            word, is_called = match.group(), characters[match.end() : match.end() + 1] == "["
+            if is_called and word not in names and (near := find_meant(word, names, slip_alone=True)):
+                raise self.error("VP001", f"{word}: no function of this name; did you mean {near}?", begin)
+            name = next((name for name in names if word.startswith(name)), None)
             if name is not None:
                 self.at += len(name)
                 return self._require_finite(self._read_function(SHORT_NAMES.get(name, name), begin), begin)

@@ -100,8 +100,9 @@ class Parameters:
         if name.startswith(("_ini[", "_hal[")):
             raise ProgramError("VP025", f"#<{name}>: values of a running machine are not known when a program is read")
         near = find_meant(name, place)
-        right = f"did you mean #<{near}>?" if near else f"set it first with #<{name}>=..."
-        raise ProgramError("VP025", f"#<{name}> has no value; {right}")
+        if near:
+            raise ProgramError("VP025", f"#<{name}>: it has no value; did you mean #<{near}>?")
+        raise ProgramError("VP025", f"#<{name}> has no value; set it first with #<{name}>=...")
 
     def _read_numbered_state(self, key: int) -> float:
         if _POSITION <= key <= 5428:

@@ -1,5 +1,6 @@
 """Where a program starts: the position at which the machine must stand before the first block, from opening lines."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Final, NamedTuple
 
@@ -151,7 +152,7 @@ class _Opening:
         )
         axes = [axis for axis, is_open in zip(turned_rows, unsaid[at[0]], strict=True) if is_open]
         letters = " and ".join(AXES[axis] for axis in axes)
-        stands = " ".join(f"{AXES[axis]}{position[axis]:.6g}" for axis in axes)
+        stands = _spell_angles(axes, position)
         text = (
             f"the program cuts before it names {letters}: the table is taken to start at {stands}, where line "
             f"{named_line} puts it; name {letters} before"
@@ -199,4 +200,11 @@ class _Opening:
             f"; {letter} is named first in line {opening}, so the program starts with {letter} {start[tilt]:g}: name "
             f"{self.setup.both_rotary} before {'the call of ' * is_called}line {item.line}"
         )
-        return replace(item, message=item.message + why)
+        angles = _spell_angles([axis for axis in self.setup.rotary if AXES[axis] in self.setup.axes], start)
+        edits = (*item.edits, Remedy(f"name {self.setup.both_rotary}", angles, line=item.line))
+        return replace(item, message=item.message + why, edits=edits)
+
+
+def _spell_angles(axes: Sequence[int], position: Sequence[float] | Array) -> str:
+    """Rotary axes as a program names them: ``A30 C0``."""
+    return " ".join(f"{AXES[axis]}{position[axis]:.6g}" for axis in axes)

@@ -38,6 +38,35 @@ _LETTERS: Final[Mapping[str, str]] = {
     "Q": "number that the code of the block takes: a step in depth, a count",
     "L": "how often, or which kind of G10",
 }
+_OF_CYCLES: Final = {
+    "Z": "depth of the hole; in G91 from R",
+    "R": "height at which the feed rate begins, and to which G99 goes back",
+    "P": "dwell at the bottom of the hole",
+    "Q": "step in depth",
+    "L": "how often",
+    "K": "how often",
+}
+#: Letters of RS274/NGC and Fanuc that mean one thing beside a code, or while it is the motion in force.
+_OF_CODES: Final[Mapping[str, Mapping[str, str]]] = {
+    **{code: {"P": "number of turns of the arc"} for code in ("G2", "G3")},
+    "G4": {"P": "dwell: seconds in RS274/NGC, in Fanuc milliseconds unless its key dwell says seconds"},
+    "G10": {"P": "number of the work offset or tool", "L": "kind of G10"},
+    "G64": {"P": "how far corners may be rounded", "Q": "how far lines may leave the points that they replace"},
+    "G68.2": {"P": "kind of the plane", "Q": "order of the angles"},
+    "G54.1": {"P": "number of the additional work offset"},
+    "G65": {"P": "number of the macro", "L": "how often"},
+    "M98": {"P": "number of the subprogram", "L": "how often"},
+    **{f"G{number}": _OF_CYCLES for number in (73, 74, *range(81, 90))},
+    **{code: {**_OF_CYCLES, "Q": "shift away from the wall"} for code in ("G76", "G87")},
+    **{code: {} for code in ("G28", "G30", "G52", "G53", "G92")},  # Z is a place there, also while a cycle is modal
+}
+_CODE: Final = re.compile(r"(?<![A-Z_#<])([GM])[ \t]*0*(\d+(?:\.\d+)?)")
+#: How a language writes a variable; in Siemens other names look the same.
+_VARIABLES: Final = {
+    "siemens": re.compile(r"(?<![\w$])[A-Z_]\w*", re.IGNORECASE),
+    "heidenhain": re.compile(r"(?<![A-Z_\d])Q[LRS]?\d+", re.IGNORECASE),
+}
+_PARAMETER: Final = re.compile(r"#<[^<>]*>|#\d+")
 _KLARTEXT: Final[Mapping[str, str]] = {
     **dict.fromkeys("XYZABCUVW", "where an axis goes"),
     **{f"I{letter}": "by how much an axis goes" for letter in "XYZABCUVW"},
@@ -111,9 +140,25 @@ def find_address(line: str, column: int, dialect: str) -> Address | None:
     return None
 
 
+def find_variable(line: str, column: int, dialect: str) -> str:
+    """What may be a variable at a column, from 0, as it is spelt; empty where none is there."""
+    found = _VARIABLES.get(dialect, _PARAMETER).finditer(remove_remarks(line, dialect))
+    return next((one[0] for one in found if one.start() <= column < one.end()), "")
+
+
+def describe_variable(name: str, state: State | None, dialect: str) -> str:
+    """The value of a variable after a line; empty for a name of Siemens that is none there."""
+    value = None if state is None else state.look_up(name)
+    if value is None:
+        return "" if dialect == "siemens" else "variable; no value is known after this line"
+    shown = f'"{value}"' if isinstance(value, str) else format_number(value)
+    return f"variable; {shown} after this line"
+
+
 def describe_address(
     address: Address,
     dialect: str,
+    block: str,
     state: State | None,
     place: Place | None,
     machine: Machine | None,
@@ -123,11 +168,15 @@ def describe_address(
 
     Parameters
     ----------
+    block : str
+        Its line.
     state : State or None
         After its line; None where the program itself does not come to it.
     place : Place or None
         At the end of its motion; None without motion, where the state has the place.
     """
+    if dialect in ("rs274", "fanuc") and (own := _find_meaning_beside(address.name, block, state)):
+        return own
     meaning = _find_meaning(address.name, dialect)
     if not meaning or machine is None or options is None:
         return meaning
@@ -139,6 +188,16 @@ def describe_address(
     else:
         values = [] if state is None else list(_find_values(address, dialect, state, options))
     return "; ".join([meaning, *values])
+
+
+def _find_meaning_beside(name: str, block: str, state: State | None) -> str:
+    """What a letter means beside the codes of its block, or else for the motion in force; empty where none tells."""
+    if name == "Z" and state is not None and state.plane:  # cycles drill along another axis
+        return ""
+    codes = [f"{one[1]}{one[2]}" for one in _CODE.finditer(remove_remarks(block).upper())]
+    if state is not None and not any(code in _OF_CODES for code in codes):
+        codes += state.modes.show(state.feed_mode, state.control.mode)[:1]
+    return next((_OF_CODES[code][name] for code in codes if name in _OF_CODES.get(code, {})), "")
 
 
 def _find_meaning(name: str, dialect: str) -> str:

@@ -60,10 +60,11 @@ def complete_word(line: str, column: int, dialect: str, tools: Mapping[str, str]
     offered, with their sizes.
     """
     before = line[:column]
-    if tools and remove_remarks(before, dialect) == before and (tool := _TOOL.search(before)):
+    if remove_remarks(before, dialect) == before and (tool := _TOOL.search(before)):
         begin, quote = tool.start(1), tool[1][:1] == '"'
         named = (Choice(begin, word, sizes, word if quote else word.strip('"')) for word, sizes in tools.items())
-        if found_tools := [one for one in named if one.sought.startswith(tool[1])]:
+        found_tools = [one for one in named if one.sought.startswith(tool[1])]
+        if found_tools or before[begin - 1] in " \t=/":  # else it may be a word that begins with T
             return found_tools
     known: dict[str, list[str]] = {}
     for language, word, meaning, is_executed in list_words():

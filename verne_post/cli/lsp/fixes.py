@@ -10,6 +10,7 @@ from typing import Final
 from msgspec import Struct
 from msgspec.structs import replace
 
+from verne_post.app.assemble import SPLIT_KEY
 from verne_post.app.tried_remedies import list_ends
 from verne_post.base.numbers import format_count
 from verne_post.base.printable import quote_key
@@ -21,6 +22,8 @@ from verne_post.cli.setup import make_setup
 from verne_post.cli.setups import NONE
 from verne_post.config.toml_entries import Change, Edit, UnknownLayoutError, find_place, list_entries, plan_edit
 from verne_post.gcode.dialects import choose_dialect_name
+from verne_post.gcode.machining.holes import TAPPING_KEY
+from verne_post.gcode.rs274.fanuc_points import add_points
 from verne_post.model.findings import Finding, Remedy
 from verne_post.model.verdict import count_findings, is_about_text
 
@@ -41,6 +44,8 @@ _TO_FILL_IN: Final = '"measure"'
 _OF_PROGRAMS: Final = ("VP210",)
 #: What stands for what nobody has said, by the table of the set-up.
 _MARKS: Final = {"wcs": '"measure"', "tools": '{ length = "measure" }', "remap": '"decide"'}
+#: Keys of a set-up that stand in no table of it, and what settles a finding.
+_SETTLING: Final[dict[tuple[str, ...], str]] = {SPLIT_KEY: "true", TAPPING_KEY: '"feed"'}
 
 
 class Fix(Struct, frozen=True):
@@ -54,6 +59,7 @@ class Fix(Struct, frozen=True):
     new: str
     settles: bool = False  #: No error stays, and the tool points where the program says.
     turns: bool = False  #: The tool axis becomes another one.
+    spells: bool = False  #: Corrects how words of a program are spelt.
 
 
 def find_fixes(
@@ -76,8 +82,8 @@ def find_fixes(
         shown = [one for one in after if one.severity == "error" and one.settled_by and one.code not in codes]
         # an edit that turns an error into a warning helps, as a point among numbers without one (VP038); and one that
         # mends a word in one place of several, which are one finding; and a word that can be read now, though what it
-        # needs is missing, which could not be told before
-        is_mended = errors <= before[0] and _has_corrected_word(fix, item, after)
+        # needs is missing, or what stands in other lines is wrong, which could not be told before
+        is_mended = fix.spells and _is_settled(fix, item, after, is_as_bad=errors <= before[0])
         is_better = (errors - len(shown), warnings) < before
         if is_better or ((errors, warnings) == before and _count_places(after) < places) or is_mended:
             left = f"{errors} error{'s stay' if errors > 1 else ' stays'}" if errors else "no errors then"
@@ -92,7 +98,7 @@ def find_fixes(
         title = f"Write {setup.name}{f', {told}' if told else ''}"
         fixes.append(Fix(title, setup, None, 0, 0, new))
     elif item.settled_by and setup is not None:
-        for fix in _mark_missing(item, setup, texts):
+        for fix in _list_worked_out(_mark_missing(item, setup, texts)):
             after = _try_fix(inspector, found.path, _change_texts(fix, texts), superseded)
             if after is not None and all(one.file != str(setup.absolute()) for one in after):
                 fixes.append(fix)
@@ -124,12 +130,11 @@ def _report_failure(error: Exception) -> None:
     logging.getLogger("pygls").warning("an edit is not offered: %s: %s", type(error).__name__, error)
 
 
-def _has_corrected_word(fix: Fix, item: Finding, after: Sequence[Finding]) -> bool:
-    """Whether an edit writes the word that the message says is meant, and its line has no such error then."""
-    correction = find_correction(item.message)
-    if correction is None or fix.new != correction[1]:
-        return False
-    return all((one.code, one.line) != (item.code, item.line) for one in after)
+def _is_settled(fix: Fix, item: Finding, after: Sequence[Finding], *, is_as_bad: bool) -> bool:
+    """Whether the line of a finding has no such error after an edit, nor, unless there are no more, another one."""
+    own = (item.line, 1 + (fix.text or "").count("\n", 0, fix.begin))
+    left = [one for one in after if one.severity == "error" and one.line in own]
+    return all(is_as_bad and (one.code, one.line) != (item.code, item.line) for one in left)
 
 
 def find_file_fixes(
@@ -186,9 +191,8 @@ def _mark_missing(item: Finding, setup: Path, texts: Mapping[Path, str]) -> Iter
     if find_suggestion(item.message):  # it is to be written in another way
         return
     text = _read_setup(setup, texts)
-    for table, name, *_what in item.settled_by:
-        if (mark := _MARKS.get(table)) is None:
-            continue
+    for table, name, *_what in (key for key in item.settled_by if key[0] in _MARKS):
+        mark = _MARKS[table]
         change = _plan_change(text, (table, name), mark)
         if change is not None and change.begin == change.end:  # what stands there is not replaced
             title = f"Add {table}.{quote_key(name)} = {mark} to {setup.name}, to be filled in"
@@ -220,7 +224,8 @@ def _propose_fixes(found: Inspected, item: Finding, setup: Path | None, texts: M
     program = found.made.program
     told = {(one.line, one.word) for one in item.edits}
     ends = () if program is None else (one for one in list_ends(program, item) if (one.line, one.word) not in told)
-    for remedy in (*item.edits, *ends):
+    settling = (Remedy("", _SETTLING[key], key) for key in item.settled_by if key in _SETTLING)
+    for remedy in (*item.edits, *settling, *ends):
         if item.code in _OF_PROGRAMS and remedy.key[:1] == ("wcs",):
             continue
         if remedy.line and not remedy.word[0]:
@@ -238,8 +243,8 @@ def _propose_fixes(found: Inspected, item: Finding, setup: Path | None, texts: M
     if near and item.column is not None:
         begin, end = _find_span(item, text)
         written = text[begin:end]
-        if (written, near) == find_correction(item.message):
-            yield Fix(f"Write {near} in place of {written}", found.path, text, begin, end, near)
+        if (correction := find_correction(item.message)) and written.upper() == correction[0].upper():
+            yield Fix(f"Write {near} in place of {written}", found.path, text, begin, end, near, spells=True)
             yield from _change_everywhere(found, written, near)
             return
         # the name alone, without quotes and without the number of an assignment
@@ -248,11 +253,16 @@ def _propose_fixes(found: Inspected, item: Finding, setup: Path | None, texts: M
         )
         if name is not None:
             begin += name.start()
-            yield Fix(f"Write {near} in place of {name[0]}", found.path, text, begin, begin + len(name[0]), near)
+            end, title = begin + len(name[0]), f"Write {near} in place of {name[0]}"
+            yield Fix(title, found.path, text, begin, end, near, spells=True)
     yield from _write_told(found, item)
     yield from _correct_plane(found, item)
     if (missing := _NEVER_CLOSED.search(item.message)) and item.line:
         yield from _correct_end(found, item.line, missing[1])
+    if item.code == "VP038":
+        pointed_text = add_points(text)
+        title = f"Write the point behind {format_count(len(pointed_text) - len(text), 'number')} without one"
+        yield Fix(title, found.path, text, 0, len(text), pointed_text)
     if item.code == "VP024" and item.line:
         yield from _end_before_subprogram(found, item.line)
     if item.code == "VP006" and item.column is not None:
@@ -276,7 +286,7 @@ def _correct_end(found: Inspected, begin: int, end: str) -> Iterator[Fix]:
         if word is not None and word[1].upper() != end and find_meant(word[1].upper(), [end]):
             at = _find_offset(found.text, number) + word.start(1)
             title = f"Write {end} in place of {word[1]} in line {number + 1}"
-            yield Fix(title, found.path, found.text, at, at + len(word[1]), end)
+            yield Fix(title, found.path, found.text, at, at + len(word[1]), end, spells=True)
             return
 
 
@@ -382,6 +392,7 @@ def _write_below(found: Inspected, line: int, words: str) -> Fix:
 
 #: Code of a finding -> what finds the places of its edits in the text.
 _PLACED: Final = {
+    "VP017": _name_angles,
     "VP034": _add_length,
     "VP036": _name_angles,
     "VP037": _name_level,

@@ -24,8 +24,8 @@ from verne_post.base.program_lines import remove_remarks
 from verne_post.cli.check import make_policy
 from verne_post.cli.common import read_program
 from verne_post.cli.files import FileError, RunFiles
-from verne_post.cli.lsp.addresses import Place, describe_address, find_address
-from verne_post.cli.lsp.outline import Outline
+from verne_post.cli.lsp.addresses import Place, describe_address, describe_variable, find_address, find_variable
+from verne_post.cli.lsp.outline import Named, Outline
 from verne_post.cli.lsp.places import split_lines
 from verne_post.cli.options import build_options, find_settings
 from verne_post.cli.programs import is_setup
@@ -223,21 +223,39 @@ class Inspector:
         dialect = self.find_dialect(found.path, found.text) if found.options is None else found.options.dialect
         dialect = choose_dialect_name(dialect, found.text.encode(), found.path.name)
         shown, address = _look_at(found, line), find_address(text, column, dialect)
-        state = None if shown is not None and address is None else self._find_state(found, line, text)
+        variable = find_variable(text, column, dialect)
+        needs_state = shown is None or address is not None or variable
+        state = self._find_state(found, line, text) if needs_state else None
         place = None if shown is None else Place.find(shown)
-        context = (dialect, state, place, found.machine, found.options)
+        context = (dialect, text, state, place, found.machine, found.options)
         about = "" if address is None else describe_address(address, *context)
         if address is not None and about:
             if address.name == "F" and (reached := _describe_feed(found, line)):
                 about += f"; {reached}"
             said = [f"**{text[address.begin : address.end]}**: {about}"]
+        elif variable and (about := describe_variable(variable, state, dialect)):
+            said = [f"**{variable}**: {about}"]
         else:
             value = find_cycle_value(text, column) if dialect == "siemens" else None
             words = find_words_of(text, dialect) if value is None else [value]
             said = [f"**{word.name}**: {word.text}" for word in words if word.begin <= column < word.end]
+        if there := self._describe_definition(found, line, column):
+            said.append(there)
         in_force = "" if state is None or found.machine is None else describe_modes(state, found.machine)
         said.append(in_force if shown is None else _describe_pose(found, shown))
         return "\n\n".join(filter(None, said)) or None
+
+    def find_definition(self, found: Inspected, line: int, column: int) -> Named | Path | None:
+        """Where the call or jump at a place, counted from 0, leads."""
+        paths = self.given.get("subroutine_path") or ()
+        return self.make_outline(found).find_definition(line, column, found.path.parent, paths)
+
+    def _describe_definition(self, found: Inspected, line: int, column: int) -> str:
+        """Where the call or jump at a 1-based line and 0-based column leads; empty where none is there."""
+        there = self.find_definition(found, line - 1, column)
+        if there is None or isinstance(there, Path):
+            return "" if there is None else f"calls the file {there.name}"
+        return f"leads to line {there.line + 1}: `{split_lines(found.text)[there.line].strip()}`"
 
     def _find_state(self, found: Inspected, line: int, text: str) -> State | None:
         """What holds after a line; None for one without words, and where nothing leads to it."""

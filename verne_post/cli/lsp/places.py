@@ -78,7 +78,7 @@ def find_range(item: Finding, lines: Sequence[str]) -> lsp.Range:
         word = _WORD.match(line, begin)
         end = word.end() if word else begin
         correction = find_correction(item.message)
-        if correction is not None and line.startswith(correction[0], begin):
+        if correction is not None and line[begin:].upper().startswith(correction[0].upper()):
             end = begin + len(correction[0])
     elif word := _find_own_word(item, line, at):
         begin, end = word.span()

@@ -335,10 +335,15 @@ class Session:
         for item in self._list_mistakes(str(path)):
             if not _is_asked(item, split_lines(texts[path]), asked):
                 continue
-            try:
-                made = await self.work(find_file_fixes, self.inspector, path, item, texts, self.open_files[uri])
-            except (SupersededError, KeyError):
-                return []
+            made = None
+            while made is None:
+                try:
+                    made = await self.work(find_file_fixes, self.inspector, path, item, texts, self.open_files[uri])
+                except SupersededError:  # also by the check of the program, which changes no text
+                    if self.read_texts() != texts:
+                        return []
+                except KeyError:  # it is not open any more
+                    return []
             actions |= self._make_actions(uri, path, item, made, asked)
         return list(actions.values())
 
@@ -420,9 +425,7 @@ class Session:
         if found is None or asked.position.line >= len(lines):
             return None
         place = self.server.workspace.position_codec.position_from_client_units(lines, asked.position)
-        paths = self.inspector.given.get("subroutine_path") or ()
-        sought = (place.line, place.character, found.path.parent, paths)
-        there = await self.work(lambda: self.inspector.make_outline(found).find_definition(*sought))
+        there = await self.work(self.inspector.find_definition, found, place.line, place.character)
         if there is None or isinstance(there, Path):
             return None if there is None else lsp.Location(from_fs_path(str(there)) or "", _make_line_range(1))
         return lsp.Location(uri, self.server.workspace.position_codec.range_to_client_units(lines, there.place))

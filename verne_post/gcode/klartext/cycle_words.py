@@ -16,6 +16,8 @@ _PARAMETER: Final = re.compile(rf"Q(\d+)[ \t]*=[ \t]*(?:({VALUE})|(FMAX|MAX|FAUT
 #: A parameter in whose number letters stand for digits.
 _LETTERS: Final = re.compile(r"(?<!\w)(Q[0-9OIL]+)(?=[ \t]*=)", re.IGNORECASE)
 _MEANT_DIGITS: Final = str.maketrans("OoIiLl", "001111")
+#: A number in which the letter O stands for 0.
+_LETTER_O: Final = re.compile(r"(?=\d+O)[\dO]+(?!\w)")
 _HEAD: Final = re.compile(r"[ \t]*(\d+)(?:[ \t]*\.(\d+))?(?![\d.])")
 
 _HOLE: Final = (200, 201, 203, 204)
@@ -81,6 +83,11 @@ def read_head(statement: Statement) -> Head:
     match = _HEAD.match(statement.rest)
     if match is None:
         raise statement.error("VP001", "CYCL DEF needs the number of the cycle", 0)
+    if word := _LETTER_O.match(statement.rest, match.start(1)):
+        meant_number = word[0].replace("O", "0")
+        raise statement.error(
+            "VP001", f"{word[0]}: the letter O in a number; did you mean {meant_number}?", word.start()
+        )
     part = None if match.group(2) is None else int(match.group(2)[:3])
     return Head(int(match.group(1)[:6]), part, statement.rest[match.end() :], match.end(), match.start(1))
 

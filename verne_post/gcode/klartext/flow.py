@@ -5,6 +5,7 @@ import math
 from msgspec import Struct, field
 
 from verne_post.base.long_text import Text
+from verne_post.base.suggestions import find_meant
 from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.gcode import plain
 from verne_post.gcode.calls import CallStack
@@ -16,7 +17,7 @@ from verne_post.gcode.machining.plane_geometry import Point
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.mistyped import correct_line, shift_back
 from verne_post.gcode.plain import PlainLines
-from verne_post.gcode.program_error import ProgramError
+from verne_post.gcode.program_error import ProgramError, locate_errors
 from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.repeats import Repeats
 from verne_post.gcode.setup import Setup
@@ -72,7 +73,8 @@ class KlartextFlow:
     def _label(self, name: str) -> int:
         labels = self.calls.text.labels
         if name not in labels:
-            raise ProgramError("VP023", f"LBL {name} is not in the program")
+            text, near = f"LBL {name} is not in the program", find_meant(name, labels, slip_alone=True)
+            raise ProgramError("VP023", f'"{name}": {text}; did you mean "{near}"?' if near else text)
         return labels[name] + 1
 
     def _enter(self, text: KlartextText, begin: int, line: int, call: _Call, name: str) -> None:
@@ -245,7 +247,10 @@ class _KlartextRun:
                     interpreter.waiting.refuse("END PGM")
                     if not self.calls.in_call:
                         interpreter.recorder.record_event(shown_line, "end", code="END PGM")
-                flow.follow(interpreter.jump, line)
+                name_at = statement.rest.find(f'"{interpreter.jump.name}"')
+                line_of_name, column = statement.find_place(name_at)
+                with locate_errors(column if name_at >= 0 and line_of_name == line else None):
+                    flow.follow(interpreter.jump, line)
 
 
 def _find_last_direction(

@@ -33,6 +33,7 @@ class KlartextFrames:
         self.core = Machining(setup, state, recorder)
         self.setup, self.state, self.recorder = setup, state, recorder
         self.q = QParameters()
+        state.show_variables(self.q)
         self.maps = Transformations()
         self.modes = state.modes = Modes()
         #: Whole turns, in degrees, that M94 has taken off the numbers of A and C.

@@ -59,6 +59,13 @@ class QParameters(Struct):
             return self.control_values[number]
         raise ProgramError("VP025", f"{key} has no value; set it first")
 
+    def look_up(self, name: str) -> float | str | None:
+        """Number, or text of QS1; None where it has none."""
+        try:
+            return self.read_text(name.upper()) if name.upper().startswith("QS") else self.read_value(name.upper())
+        except ProgramError:
+            return None
+
     def is_defined(self, name: str) -> bool:
         """True for a parameter with a value."""
         kind, number = _split(name)

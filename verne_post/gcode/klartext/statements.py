@@ -37,7 +37,7 @@ _KEYWORD: Final = re.compile(
 #: some itself is complete, and what follows it may be an assignment.
 _CYCLE_PARAMETER: Final = re.compile(r"[ \t]*Q\d+[ \t]*=")
 _PARAMETER: Final = re.compile(r"[ \t]Q\d+[ \t]*=")
-_CYCLE: Final = re.compile(r"[ \t]*+\d*+[ \t]*+CYCL[ \t]+DEF[ \t]*\d{3}", re.IGNORECASE)
+_CYCLE: Final = re.compile(r"[ \t]*+\d*+[ \t]*+CYCL[ \t]+DEF[ \t]*\d[\dO]{2}", re.IGNORECASE)
 #: Statements that change the corner at the end of the move before them.
 _CORNER: Final = re.compile(rb"[ \t]*+/?[ \t]*+\d*+[ \t]*+/?[ \t]*+(?:RND|CHF)(?![A-Z])", re.IGNORECASE)
 _IGNORED_LINE: Final = re.compile(rb"[ \t\r]*+\d*+[ \t]*+(?:;[^\n]*|\*[ \t]*-?[^\n]*)?")
@@ -72,8 +72,8 @@ class Statement(Struct, frozen=True):
     further_lines: tuple[int, ...] = ()  #: Where in ``rest`` its second and later lines begin.
 
     def error(self, code: str, message: str, at: int | None = None) -> ProgramError:
-        """An error of this statement, at a place of ``rest``."""
-        line, column = (None, None) if at is None else self.find_place(at)
+        """An error of this statement, at a place of ``rest``: what stands behind blanks there."""
+        line, column = (None, None) if at is None else self.find_place(at + _count_blanks(self.rest[at:]))
         return ProgramError(code, message, column, line if line != self.line else None)
 
     def find_place(self, at: int) -> tuple[int, int]:
@@ -81,6 +81,12 @@ class Statement(Struct, frozen=True):
         number = bisect_right(self.further_lines, at)
         begin = self.further_lines[number - 1] if number else -self.begin
         return self.line + number, at - begin + 1
+
+
+def _count_blanks(text: str) -> int:
+    """Those before the first word; none where no word follows."""
+    word = text.lstrip(" \t")
+    return len(text) - len(word) if word else 0
 
 
 class KlartextText(ChunkedText):

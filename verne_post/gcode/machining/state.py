@@ -1,5 +1,6 @@
 """What holds from one operation of the machining core to the next."""
 
+import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any, Final, Protocol
@@ -21,6 +22,22 @@ class ParameterStore(Struct):
     numbered_values: dict[int, float] = field(default_factory=lambda: {5599: 1.0})
     named_values: dict[str, float] = field(default_factory=dict)
     local: list[dict[str, float]] = field(default_factory=lambda: [{}])
+
+    def look_up(self, name: str) -> float | None:
+        """What ``#5`` or ``#<name>`` has been set to; None for one that has not, and for a vacant one."""
+        if name[1:].isdecimal():
+            value = self.numbered_values.get(int(name[1:]))
+        else:
+            key = "".join(name[2:-1].lower().split())
+            value = (self.named_values if key.startswith("_") else self.local[-1]).get(key)
+        return None if value is None or math.isnan(value) else value
+
+
+class Variables(Protocol):
+    """The variables of a language."""
+
+    def look_up(self, name: str) -> float | str | None:
+        """What a variable has, as the program spells it; None for one without a value."""
 
 
 class LanguageModes(Protocol):
@@ -76,6 +93,8 @@ class State(Struct):
     #: A user-defined code has ended tool-centre-point control; None before one has ended or begun it.
     tcp_off: bool | None = None
     store: ParameterStore = field(default_factory=ParameterStore)
+    #: Those of a language that keeps them itself.
+    own_variables: Variables | None = None
     selected_tool: int | None = None
     loaded_tool: int | None = None
     #: An axis has been given a position, in program or in machine coordinates.
@@ -91,6 +110,14 @@ class State(Struct):
     only_tool: int | None = None
     #: What the first naming of each axis says, while the start of the program is sought.
     first_places: FirstPlaces | None = None
+
+    def show_variables(self, variables: Variables) -> None:
+        """Those that a language keeps itself are to be looked up."""
+        self.own_variables = variables
+
+    def look_up(self, name: str) -> float | str | None:
+        """What a variable of the program has; None for one without a value."""
+        return (self.own_variables or self.store).look_up(name)
 
     def is_known(self, axis: int) -> bool:
         """True where the position of an axis is known: it has been named, or the program never names it."""

@@ -40,10 +40,22 @@ _PLAIN: Final = b"XYZUVWABC"
 
 def find_mixture(source: Text) -> Finding | None:
     """VP038: a program with words both with and without a decimal point, whose control nobody has described."""
-    letters = _PLAIN if _WEIGHTS.search(source) is not None else _PLAIN + b"R"
+    letters = _list_letters(source)
     pointed_line = _find_first(source, _POINTED_WORD, letters)
     bare = None if pointed_line is None else _find_first(source, _BARE, letters)
     return None if pointed_line is None or bare is None else _report_mixture(*bare, pointed_line[0])
+
+
+def _list_letters(source: Text) -> bytes:
+    """Letters whose numbers controls may count in increments."""
+    return _PLAIN if _WEIGHTS.search(source) is not None else _PLAIN + b"R"
+
+
+def add_points(text: str) -> str:
+    """A program with a decimal point behind each number that lacks one."""
+    source = text.encode()
+    letters = _list_letters(source)
+    return _BARE.sub(lambda one: one[0] + b"." * (one[1] is not None and one[1].upper() in letters), source).decode()
 
 
 def find_length_without_unit(source: Text) -> int | None:

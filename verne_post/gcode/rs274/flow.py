@@ -6,6 +6,8 @@ conditions, counters, calls with their arguments and names.
 
 from typing import Final
 
+from verne_post.base.numbers import is_count
+from verne_post.base.suggestions import find_meant
 from verne_post.gcode.block import Block, OWord
 from verne_post.gcode.calls import CallStack, spell_program
 from verne_post.gcode.parameters import LOCAL_INDICES
@@ -160,10 +162,12 @@ class Flow:
         name = label.strip("<>")
         text_of_file = self._find_file(name)
         if text_of_file is None:
+            names = [one.strip("<>") for one in self.calls.main.structure.subs if not is_count(one)]
+            near = find_meant(name, names, self.interpreter.setup.subroutines, slip_alone=True)
             raise ProgramError(
                 "VP023",
-                f"o{label} is defined neither in the program nor in a file {name}.ngc in its folder or a "
-                "--subroutine-path",
+                f"o{label}: it is defined neither in the program nor in a file {name}.ngc in its folder or a "
+                f"--subroutine-path{f'; did you mean o<{near}>?' if near else ''}",
             )
         if label not in text_of_file.structure.subs:
             raise ProgramError("VP023", f"the file {text_of_file.name} does not define o{label} sub")

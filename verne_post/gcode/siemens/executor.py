@@ -56,6 +56,7 @@ class Executor:
         self.setup = setup
         self.interpreter = SiemensInterpreter(setup, state, recorder)
         self.variables = Variables(SystemVariables(self.interpreter))
+        state.show_variables(self.variables)
         self.words = WordReader(self.variables, lambda name: False, setup.remap)
         self.drilling = Drilling(self.interpreter, self.variables)
         self.milling = SiemensMilling(self.interpreter, self.variables)

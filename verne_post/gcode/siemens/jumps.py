@@ -4,6 +4,7 @@ from collections.abc import Callable
 from functools import partial
 from typing import Final, Protocol
 
+from verne_post.base.suggestions import find_meant
 from verne_post.gcode.calls import CallStack
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.siemens.calls import Frame, Repeat
@@ -103,7 +104,15 @@ def _go(flow: Running, cursor: Cursor, line: int, target: str, word: str, at: in
         if word == "GOTOC":
             return
         where = {"GOTOF": " after this line", "GOTOB": " before this line"}.get(word, "")
-        raise cursor.error("VP023", f"{word} {target}: there is no such label or block number{where}", at)
+        text = f"there is no such label or block number{where}"
+        others = (
+            label
+            for label in flow.calls.text.labels
+            if _find(flow, label, line, forward=word != "GOTOB", backward=word != "GOTOF") is not None
+        )
+        near = find_meant(target, others, slip_alone=True)
+        message = f"{target}: {text}; did you mean {near}?" if near else f"{word} {target}: {text}"
+        raise cursor.error("VP023", message, at)
     flow.calls.line = found
     repeats = flow.calls.frame.repeats
     while repeats and not repeats[-1].first <= found <= repeats[-1].last:

@@ -94,6 +94,13 @@ class Variables(Struct):
             raise cursor.error("VP025", text, at)
         return variable.values.get(self._check_index(variable, name, index, cursor, at), variable.find_default())
 
+    def look_up(self, name: str) -> Value | None:
+        """Value of an R parameter, or of a variable that is no array; None for another name."""
+        number, variable = read_r_number(name.upper()), self.find(name.upper())
+        if number is not None:
+            return self.r.get(number, 0.0)
+        return None if variable is None or variable.bounds else variable.values.get((), variable.find_default())
+
     # --- setting ------------------------------------------------------------------------------------
 
     def write(self, name: str, index: tuple[Index, ...], value: Value, cursor: Cursor, at: int) -> None:
