@@ -224,6 +224,34 @@ def test_the_set_up_sheet_says_what_the_program_says_about_its_tools() -> None:
     assert "NOT USED" not in page
 
 
+@pytest.mark.parametrize(
+    ("dialect", "stop", "said"),
+    [
+        ("rs274", "M0 (TURN CLAMP 2)", "program stop: TURN CLAMP 2"),
+        ("rs274", "(TURN CLAMP 2)\nM0", "program stop: TURN CLAMP 2"),
+        ("rs274", "M0 (MSG, TURN CLAMP 2)", "program stop: TURN CLAMP 2"),
+        ("rs274", "(CLAMP 1 STAYS)\n; TURN CLAMP 2\nM0", "program stop: CLAMP 1 STAYS; TURN CLAMP 2"),
+        ("rs274", "(TURN CLAMP 2)\nG4 P1\nM0", "program stop"),  # about the dwell
+        ("fanuc", "N10 M00 (TURN CLAMP 2)", "program stop: TURN CLAMP 2"),
+        ("siemens", 'N1 MSG("TURN CLAMP 2")\nN2 M0 ;CLAMP', "program stop: TURN CLAMP 2"),
+        ("siemens", "M0 ; TURN CLAMP 2 (BY HAND)", "program stop: TURN CLAMP 2 (BY HAND)"),
+        ("heidenhain", "STOP ; TURN CLAMP 2", "program stop: TURN CLAMP 2"),
+    ],
+)
+def test_the_sheet_says_what_to_do_at_a_stop(dialect: str, stop: str, said: str) -> None:
+    moves = (
+        ("BEGIN PGM P MM\nL X+1 F600\n", "L X+9\nEND PGM P MM\n")
+        if dialect == "heidenhain"
+        else ("G1 X1 F600\n", "X9\nM30\n")
+    )
+    text = f"{moves[0]}{stop}\n{moves[1]}".encode()
+    options = Options(dialect=dialect, tool_length=80, wcs={"G54": (0, 0, 60)}, split_at_stops=True)
+    seen = study(text, MACHINE, options)
+    assert seen.program is not None, seen.findings
+    page = re.sub(r"(<[^>]+>)+", "|", write_sheet_html("p", text, MACHINE, seen))
+    assert f"|{said}|" in page
+
+
 def test_the_sheet_of_a_program_that_cannot_be_read_has_the_set_up() -> None:
     tools = {2: Tool(2, 2, (0, 0, 0, 0, 0, 0, 0, 0, 0), unmeasured="line 2"), 1: 120.0}
     options = Options(tools=tools, wcs={"G55": (1, 2, 45.5)}, unmeasured_wcs={1: "p.nc.toml"})

@@ -5,11 +5,13 @@ from typing import Final
 
 import numpy as np
 
+from verne_post.app.assemble import Program
 from verne_post.app.summary import list_tool_lengths
 from verne_post.base.arrays import find_used
-from verne_post.base.long_text import Text, compute_sha256
+from verne_post.base.long_text import Text, compute_sha256, iterate_lines
 from verne_post.base.numbers import format_fixed
-from verne_post.gcode.remarks import find_tool_diameters, find_tool_remarks
+from verne_post.gcode.dialects import choose_dialect_name
+from verne_post.gcode.remarks import find_stop_remarks, find_tool_diameters, find_tool_remarks
 from verne_post.model.machine import Machine
 from verne_post.model.moves import Event, MoveKind, Stock, describe_tool, find_tool_of_moves, name_tools
 from verne_post.model.part_setup import SYSTEM_NAMES, Box, FixtureMesh, OwnStock, Tool, spell_tool_word
@@ -94,7 +96,7 @@ def write_sheet_html(program: str, source: Text, machine: Machine, study: Study)
         _write_titled_table(
             "Actions of the operator",
             ("line", "time, s", "what"),
-            _list_actions(study, remarks),
+            _list_actions(source, study, remarks),
             note=f"The file is cut into {parts_of_file} parts." if parts_of_file > 1 else "",
         )
     )
@@ -109,7 +111,7 @@ def _add_named(diameter: str, named: float | None) -> str:
 def is_sheet_long(machine: Machine, study: Study) -> bool:
     """Whether tools, offsets and actions leave no room for a finding on the first page of paper."""
     rows = [*list_tools(study), *list_offsets(machine, study), *_list_bodies(study)]
-    return len(rows) + (0 if study.program is None else len(_list_actions(study, {}))) > _SHEET_ROWS
+    return len(rows) + (0 if study.program is None else len(_list_waits(study.program))) > _SHEET_ROWS
 
 
 def write_record_html(source: Text, machine: Machine, study: Study) -> str:
@@ -250,19 +252,27 @@ def _describe_body(body: Box | FixtureMesh | OwnStock, own: Stock | None) -> Row
             return body.name, SYSTEM_NAMES[own.frame.system], describe_own_stock(own)
 
 
-def _list_actions(study: Study, remarks: Mapping[int, str]) -> list[Row]:
+def _list_waits(program: Program) -> list[Event]:
+    """Where the machine waits for a person or a signal."""
+    return [event for event in program.moves.events if event.waits(optional_stop=program.options.optional_stop)]
+
+
+def _list_actions(source: Text, study: Study, remarks: Mapping[int, str]) -> list[Row]:
     program = study.program
     assert program is not None
-    waits = [event for event in program.moves.events if event.waits(optional_stop=program.options.optional_stop)]
+    options, waits = program.options, _list_waits(program)
     rows = {} if study.summary is None else {id(timed.event): timed.row for timed in study.summary.timed}
-    cycle = program.cycle
+    lines = (line.decode("utf-8", errors="replace") for line in iterate_lines(source))
+    dialect = choose_dialect_name(options.dialect, source, options.source_name)
+    said = find_stop_remarks(lines, dialect, {event.line for event in waits if event.kind == "stop"})
 
     def describe_time(event: Event) -> str:
-        return f"{rows[id(event)] * cycle:.3f}" if id(event) in rows else ""
+        return f"{rows[id(event)] * program.cycle:.3f}" if id(event) in rows else ""
 
     def describe_action(event: Event) -> str:
         if event.kind != "tool":
-            return _ACTIONS[event.kind].format(**event.data)
+            what = _ACTIONS[event.kind].format(**event.data)
+            return what + (f": {said[event.line]}" if event.kind == "stop" and event.line in said else "")
         remark = remarks.get(int(str(event.data["number"])), "")
         return f"put in {describe_tool(event)}" + f" ({remark})" * bool(remark)
 
