@@ -22,7 +22,7 @@ from verne_post.model.part_setup import Tool, WorkOffset
 from verne_post.report.scene import describe_scene
 from verne_post.report.sheet import is_sheet_long, write_sheet_html
 from verne_post.report.study import study
-from verne_post.report.worst import write_places_html
+from verne_post.report.worst import write_findings_html, write_places_html
 from verne_post.toolpath.margins import list_margin_functions
 
 from ..benchmarks.random_chains import PLACES
@@ -263,6 +263,17 @@ def test_the_sheet_of_a_program_that_cannot_be_read_has_the_set_up() -> None:
     assert "|G54|to be measured|G55|1|2|45.5|0|given|" in page
     assert "Start position" not in page
     assert is_sheet_long(MACHINE, seen) is False
+
+
+def test_errors_stand_before_warnings() -> None:
+    text = b"G21 G90\nG0 X0 Y0 Z50 A0 C0\nG43\nG1 X5 F600\nG55\nX20 Y10\nG0 Z50\nZ800\nM2\n"
+    options = Options(tool_length=80, wcs={"G54": (0, 0, 60), "G55": (0, 0, 60, 10)})
+    seen = study(text, MACHINE, options)
+    found = [item.severity for item in seen.findings]
+    assert found.index("warning") < found.index("error")
+    kinds = re.findall(r'<li class="(\w+)"', write_findings_html("p.nc", text, seen))
+    assert kinds == sorted(kinds, key=["error", "warning", "note"].index)
+    assert {"error", "warning"} <= set(kinds)
 
 
 def test_findings_are_printed_before_a_long_table_of_tools() -> None:

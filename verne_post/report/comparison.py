@@ -15,6 +15,7 @@ from verne_post.model.findings import Finding
 from verne_post.model.machine import Machine
 from verne_post.model.moves import name_tools
 from verne_post.model.part_setup import spell_tool_word
+from verne_post.model.verdict import SEVERITIES
 from verne_post.report.alignment import Stretch, align_lines
 from verne_post.report.head import list_setup, name_verdict, write_title_html
 from verne_post.report.markup import count, escape_text, write_css_string, write_table
@@ -245,7 +246,7 @@ def _write_findings_html(sides: tuple[Side, Side], stretches: Sequence[Stretch])
     for name, found in zip("AB", keyed, strict=True):
         left = shared.copy()
         alone, both = list[str](), list[str]()
-        for key, item in found:
+        for key, item in sorted(found, key=lambda one: SEVERITIES.index(one[1].severity)):
             into, where = (both, "in both") if left[key] > 0 else (alone, f"only in {name}")
             left[key] -= left[key] > 0
             text = escape_text(describe_place(item))

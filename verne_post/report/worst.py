@@ -15,6 +15,7 @@ from verne_post.base.rotations import rotate_z
 from verne_post.base.tolerances import ACCELERATION_RATIO, JERK_RATIO, VELOCITY_RATIO
 from verne_post.model.findings import Finding
 from verne_post.model.machine import Machine
+from verne_post.model.verdict import SEVERITIES
 from verne_post.output.causes import describe_other, find_causes
 from verne_post.output.findings import describe, list_remedies
 from verne_post.part.sweep import Nearest
@@ -43,7 +44,7 @@ class Place(Struct, frozen=True):
 
 
 def write_findings_html(program: str, source: Text, study: Study) -> str:
-    """The list of findings, one for each cause, with what helps.
+    """The list of findings, one for each cause, with what helps: errors first, each severity by line.
 
     Each entry has the frame that a click leads to, or the line where the program does not move. The other places of a
     cause are entries of their own; paper has no clicks, and one sentence for them.
@@ -51,7 +52,8 @@ def write_findings_html(program: str, source: Text, study: Study) -> str:
     if not study.findings:
         return "<li>no findings</li>"
     entries = []
-    for cause in find_causes(study.findings):
+    # a stable sort: what refuses the program stands before what does not
+    for cause in sorted(find_causes(study.findings), key=lambda one: SEVERITIES.index(one.first.severity)):
         item = cause.first
         helps = "".join(f"<small>{escape_text(remedy)}</small>" for remedy in list_remedies(item, program))
         others = f"<small class=printed>also {escape_text(cause.describe_others())}</small>" if cause.others else ""
