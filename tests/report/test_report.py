@@ -17,6 +17,7 @@ from scipy.spatial.transform import Rotation
 
 import verne_post
 from verne_post.config import list_machine_files
+from verne_post.gcode.remarks import find_title
 from verne_post.model.options import Options
 from verne_post.model.part_setup import Tool, WorkOffset
 from verne_post.report.scene import describe_scene
@@ -222,6 +223,32 @@ def test_the_set_up_sheet_says_what_the_program_says_about_its_tools() -> None:
     assert "|T2|60|not given|" in page
     assert "|put in tool 1 &quot;BALL_D6&quot; (D=6 R3)|" in page
     assert "NOT USED" not in page
+
+
+def test_the_sheet_says_who_gives_an_offset_and_how_the_part_is_turned(tmp_path: Path, run: Callable[..., Any]) -> None:
+    program, page = tmp_path / "a.nc", tmp_path / "a.html"
+    program.write_text("%\nO1042 (BRACKET OP10)\nG21 G90\nG0 X0 Y0 Z60 A0 C0\nG1 X5 F600\nG55\nX9\nM2\n")
+    (tmp_path / "a.nc.toml").write_text("tool_length = 80\n[wcs]\nG54 = [0, 0, 50]\nG55 = [0, 0, 60, 10]\n")
+    assert run("report", program, "-o", page, "--wcs", "G54=1,2,60").code == 0
+    text = re.sub(r"(<[^>]+>)+", "|", page.read_text("utf-8"))
+    assert "|G54|1|2|60|0|--wcs|G55|0|0|60|10|a.nc.toml|The part zero: x and y from the rotary centre" in text
+    assert "|G54 at 1, 2, 60 mm; G55 at 0, 0, 60 mm, turned 10 deg|" in text
+    assert "|title|O1042 (BRACKET OP10)|" in text
+
+
+@pytest.mark.parametrize(
+    ("dialect", "text", "title"),
+    [
+        ("rs274", "%\n(BRACKET)\n(OP10)\nG21\n", "BRACKET"),
+        ("rs274", "%\n(BRACKET)\nO7\nG21\n", "O7"),
+        ("rs274", "G21\n(FACE)\n", ""),
+        ("siemens", "%_N_LID_MPF\n;$PATH=/_N_WKS_DIR\nG71\n", "%_N_LID_MPF"),
+        ("heidenhain", "0  BEGIN PGM LID MM\n", "0  BEGIN PGM LID MM"),
+        ("aptcl", "$$ A\nPARTNO LID\n", "PARTNO LID"),
+    ],
+)
+def test_the_title_of_a_program(dialect: str, text: str, title: str) -> None:
+    assert find_title(text.split("\n"), dialect) == title
 
 
 @pytest.mark.parametrize(

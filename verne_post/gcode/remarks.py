@@ -28,6 +28,23 @@ _ARCHIVE: Final = re.compile(r"\s*;\s*\$PATH\s*=", re.IGNORECASE)
 _NAME: Final = re.compile(r"\s*(?:%.*|[O:]\s*\d+.*|(?:\d+\s+)?BEGIN\s+PGM\b.*|PARTNO\b.*)?$", re.IGNORECASE)
 
 
+def find_title(lines: Iterable[str], dialect: str) -> str:
+    """The line at the top of a program that names it, as ``O1042 (BRACKET)``, or else the first remark there."""
+    pattern = re.compile(_REMARKS[dialect], re.IGNORECASE)
+    first = ""
+    for line in lines:
+        match = pattern.match(line)
+        text = line if match is None else next((group for group in match.groups() if group is not None), "")
+        if match is None and _NAME.match(line) is None:
+            break
+        if not re.search(r"\w", text) or _ARCHIVE.match(line):
+            continue
+        if match is None:
+            return make_printable(text.strip())
+        first = first or text.strip()
+    return make_printable(first)
+
+
 def list_heads(lines: Iterable[str], dialect: str, moving: Set[int], changes: Set[int]) -> list[tuple[int, str]]:
     """List where operations begin: the line, from 0, and the remark that heads the operation, the first in a row, or
     a line of structure (``* -``) among them.

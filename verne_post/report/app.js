@@ -383,6 +383,7 @@
     if (on) wasDark = dark();
     onPaper = on;
     root.classList.toggle("paper", on);
+    byId("printed-on").textContent = "printed on " + new Date().toLocaleDateString("sv");  // as 2026-05-31
     theme(on ? false : wasDark);
     drawCode();
     // two small ones share the width of the paper; a refused program has one
