@@ -1158,3 +1158,15 @@ def test_times_of_operations_have_room_on_a_phone(browser: Any, show: Callable[.
     """A long word in a name is broken before the last column is cut off."""
     show("retracted", "phone")
     assert js(browser, "(e => e.scrollWidth - e.clientWidth)(document.getElementById('operations'))") == 0
+    # the texts of two cells of a row have a gap between them
+    gaps = js(
+        browser,
+        """[...document.querySelectorAll('#operations tr')].flatMap(row => {
+          const cells = [...row.cells].slice(1).map(cell => {
+            const range = document.createRange(); range.selectNodeContents(cell);
+            return range.getBoundingClientRect();
+          }).filter(box => box.width);
+          return cells.slice(1).map((box, k) => box.left - cells[k].right);
+        })""",
+    )
+    assert min(gaps) >= 4
