@@ -97,6 +97,7 @@ PROGRAMS: dict[str, tuple[bytes | str, str, Options]] = {
     "tilt": sample("violates_tilt.nc", 120.0, (0.0, 0.0, 60.0)),
     "klartext": sample("two_faces.h", 80.0, (0.0, 0.0, 40.0)),
     "retracted": (RETRACTED, "ac_trunnion", Options(tool_length=110.0, wcs={1: WorkOffset((0.0, 0.0, 60.0))})),
+    "low": ("G21 G90\nG0 X0 Y0 Z50 A0 C0\nG1 X20 F900\nZ-20\nX40\nM2\n", "verne", Options(tool_length=80.0)),
     "out of reach": ("G21 G90\nG0 X0 Y0 Z50 A0 C0\nG1 X3000 F9000\nM2\n", "verne", Options(tool_length=60.0)),
     "serial": ("G21 G90\nG0 X0 Y0 Z50 A0 C0\nG1 X30 A20 C40 F900\nM2\n", "serial", Options(tool_length=60.0)),
     "delta": ("G21 G90\nG0 X0 Y0 Z50 A0 C0\nG1 X30 A2 C4 F900\nM2\n", "linear_delta", Options(tool_length=60.0)),
@@ -870,6 +871,20 @@ def test_zoom_by_wheel(browser: Any, show: Callable[..., Any]) -> None:
 
 
 # --- other programs ----------------------------------------------------------------------------------
+
+
+def test_a_violation_without_a_margin_is_marked(browser: Any, show: Callable[..., Any]) -> None:
+    """Below the table the margins of travel and singularity are large."""
+    show("low")
+    assert js(browser, "report.data.marginOf") == "travel, singularity"
+    assert js(browser, "report.arrays.margin.every(value => value > 0.5)")
+    told = "document.getElementById('now').textContent"
+    assert "violationVP210 on this line" in js(browser, told)
+    runs = js(browser, "report.charts.charts.find(one => /^Margin .travel, singularity., 0/.test(one.title)).runs")
+    at = js(browser, "report.arrays.x[report.arrays.line.indexOf(4)]")
+    assert [(run["colour"] is not None, run["from"]) for run in runs] == [(False, 0), (True, at)]
+    js(browser, "report.setCursor(0)")
+    assert "violation" not in js(browser, told)
 
 
 def test_a_pose_out_of_reach_says_so(browser: Any, show: Callable[..., Any]) -> None:

@@ -170,7 +170,7 @@ const Charts = (() => {
             const a = px(run.from, width), b = px(run.to, width);
             if (b < LEFT || a > width || !run.colour) continue;
             context.fillStyle = run.colour;
-            context.fillRect(a, TOP, Math.max(b - a, 0.6), height - TOP - BOTTOM);
+            context.fillRect(a, topOf(chart), Math.max(b - a, 0.6), height - topOf(chart) - BOTTOM);
           }
         }
         (chart.series || []).forEach((one, k) => curve(chart, one, chart.lanes ? k : 0, context, width, height));
