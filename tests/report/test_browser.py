@@ -1092,6 +1092,9 @@ def test_a_comparison_on_paper_has_both_side_by_side(browser: Any, show: Callabl
         assert both["height"] == 240
         assert both["bottom"] < PAPER_HEIGHT
         assert js(browser, "getComputedStyle(document.querySelector('header strong')).printColorAdjust") == "exact"
+        # nobody ticks paper, and the curves of both are to be compared
+        assert not browser.find_element("id", "rapids").is_displayed()
+        assert js(browser, "getComputedStyle(document.getElementById('curves')).breakInside") == "avoid"
 
 
 @pytest.mark.parametrize(

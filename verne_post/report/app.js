@@ -283,7 +283,7 @@
   }
   function drawCharts() {
     if (!n) return;
-    if (strip) strip.title = data.limits[arrays.governing[cursor]];
+    if (strip) strip.title = onPaper ? "limit" : data.limits[arrays.governing[cursor]];
     charts.draw(arrays.x[cursor]);
     if (bands) {
       Charts.spectrum(bands, data.bands, data.joints.map((joint, k) => ({

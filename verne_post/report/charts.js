@@ -10,9 +10,10 @@ const Charts = (() => {
   const BUSY = 60;
   const style = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 
+  const onPaper = () => document.documentElement.classList.contains("paper");
+
   function fit(canvas) {
-    const onPaper = document.documentElement.classList.contains("paper");
-    const ratio = onPaper ? 3 : window.devicePixelRatio || 1, width = canvas.clientWidth, height = canvas.clientHeight;
+    const ratio = onPaper() ? 3 : window.devicePixelRatio || 1, width = canvas.clientWidth, height = canvas.clientHeight;
     if (canvas.width !== Math.round(width * ratio) || canvas.height !== Math.round(height * ratio)) {
       canvas.width = Math.round(width * ratio);
       canvas.height = Math.round(height * ratio);
@@ -141,6 +142,7 @@ const Charts = (() => {
     function entries(chart, cursor) {
       return (chart.series || []).map(one => {
         const value = valueAt(one, cursor);
+        if (onPaper()) return { colour: one.colour, name: one.name };  // which has no cursor
         return { colour: one.colour, name: one.name + " " + (Number.isFinite(value) ? fixed(value, chart.digits) : "–") };
       });
     }
@@ -177,7 +179,7 @@ const Charts = (() => {
         const x = px(cursor, width);
         context.strokeStyle = style("--line");
         context.lineWidth = 1;
-        context.beginPath(); context.moveTo(x, 0); context.lineTo(x, height); context.stroke();
+        if (!onPaper()) { context.beginPath(); context.moveTo(x, 0); context.lineTo(x, height); context.stroke(); }
         context.restore();
       }
     }
