@@ -113,9 +113,11 @@ def find_stop_remarks(lines: Iterable[str], dialect: str, stops: Set[int]) -> di
         texts = ["".join(group or "" for group in one.groups()) for one in ([match] if match else tail.finditer(line))]
         texts = [make_printable(_FOR_SCREEN.sub("", text).strip()) for text in texts]
         if number in stops:
-            said = [text for text in (*before, *texts) if text]
+            spoken_remarks = [text for text in (*before, *texts) if text]
             # a short form of what another remark says adds nothing
-            longer = [one for k, one in enumerate(said) if not any(one in other for other in said[:k])]
+            longer = [
+                one for k, one in enumerate(spoken_remarks) if not any(one in other for other in spoken_remarks[:k])
+            ]
             if longer:
                 found[number] = "; ".join(longer)
         before = [*before, *texts] if match else []

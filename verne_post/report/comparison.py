@@ -25,7 +25,7 @@ from verne_post.report.page import fill_page, write_json_in_html
 from verne_post.report.sheet import DIGEST
 from verne_post.report.table import Operation, Study
 from verne_post.report.times import OPERATIONS
-from verne_post.report.worst import TIME_LOST, describe_place, find_worst_places
+from verne_post.report.worst import TIME_LOST, find_worst_places
 
 #: So many stretches of lines are shown, those whose times differ most; and so many lines of the text of each.
 _STRETCHES: Final = 40
@@ -250,7 +250,7 @@ def _write_findings_html(sides: tuple[Side, Side], stretches: Sequence[Stretch])
         for key, item in sorted(found, key=lambda one: SEVERITIES.index(one[1].severity)):
             into, where = (both, "in both") if left[key] > 0 else (alone, f"only in {name}")
             left[key] -= left[key] > 0
-            text = escape_text(describe_place(item))
+            text = escape_text(str(item))
             into.append(f'<li class="{item.severity}"><span>{text}<small>{where}</small></span></li>')
         entries = "".join(alone + both)
         texts.append(f"<div><h3>{name}</h3><ul class=findings>{entries or '<li>no findings</li>'}</ul></div>")
