@@ -64,7 +64,7 @@ FUNCTIONS = (
 )
 CLASSES = (
     "Options", "WorkOffset", "Tool", "Cylinder", "Box", "FixtureMesh", "OwnStock", "NominalPart", "Wanted", "Result",
-    "Setpoints", "Finding", "Explanation", "Verification",
+    "Setpoints", "SetpointBlock", "Finding", "Explanation", "Verification",
     "Machined", "Proposal", "Batch", "BatchRow", "Page", "Settings", "Summary", "Verdict", "Machine", "Column",
     "Limits", "UsageError", "InputError",
 )  # fmt: skip
@@ -91,7 +91,31 @@ def signature_of(name: str, thing: object) -> str:
     text = "\n".join(
         [f"{name}(", *(f"    {row}," for row in rows), f") -> {inspect.formatannotation(signature.return_annotation)}"]
     )
+    return spell_types(text)
+
+
+def list_methods(thing: type) -> list[str]:
+    """The public methods and properties of a class in the order of its text, with their calls and first sentences."""
+    rows = []
+    for name, member in vars(thing).items():
+        is_property = isinstance(member, property)
+        if name.startswith("_") or not (is_property or inspect.isfunction(member)):
+            continue
+        sentence = " ".join(markdown_of(member.__doc__ or "").partition("\n\n")[0].split())
+        if is_property:
+            call = f"{name}: {spell_types(inspect.formatannotation(inspect.signature(member.fget).return_annotation))}"
+        else:
+            signature = inspect.signature(member)
+            own = signature.replace(parameters=list(signature.parameters.values())[1:])
+            call = f"{name}{spell_types(str(own))}".replace("'", "")
+        rows.append(f"- `{call}`" + (f"  \n  {sentence}" if sentence else ""))
+    return ["**Methods and properties**", "", *rows, ""] if rows else []
+
+
+def spell_types(text: str) -> str:
+    """Types by their names, without modules."""
     text = re.sub(r"(?:[a-z_]+\.)+([A-Z]\w*)", r"\1", text)
+    text = re.sub(r"numpy\.ndarray\[tuple\[Any, \.\.\.\], numpy\.dtype\[(?:numpy\.)?\w+\]\]", "ndarray", text)
     for types, alias in ALIASES.items():
         text = text.replace(types, alias)
     return text
@@ -141,7 +165,7 @@ def page() -> str:
     for name in CLASSES:
         home = verne_post if name in verne_post.__all__ else api if hasattr(api, name) else machine
         thing = getattr(home, name)
-        parts += [f"### {name}", "", markdown_of(thing.__doc__ or ""), ""]
+        parts += [f"### {name}", "", markdown_of(thing.__doc__ or ""), "", *list_methods(thing)]
     return "\n".join(parts).rstrip() + "\n"
 
 

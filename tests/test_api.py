@@ -1,6 +1,7 @@
 """The Python API: what it takes, what it says of misuse, and that its page and its types are true."""
 
 import ast
+import dataclasses
 import doctest
 import inspect
 import math
@@ -328,6 +329,13 @@ def test_misuse_raises_one_documented_error(call: Any, name: str) -> None:
     assert len(caught.value.reason) > 10
 
 
+def test_rows_that_are_none_are_told() -> None:
+    with pytest.raises(vp.UsageError, match="None: a result has setpoints where convert made them"):
+        vp.verify(None, SHORT, "verne")  # type: ignore[arg-type]
+    with pytest.raises(vp.UsageError, match="expected Setpoints, bytes, text or a path, got int"):
+        vp.verify(3, SHORT, "verne")  # type: ignore[arg-type]
+
+
 def test_a_machine_that_does_not_exist_is_an_input_error() -> None:
     for name in ("no such machine", "a\0b"):
         with pytest.raises(vp.InputError):
@@ -589,6 +597,47 @@ def test_rows_are_drawn_with_the_limits_of_their_machine() -> None:
         rows.plot(vp.load_machine("serial"))
 
 
+def test_a_proposal_goes_into_options() -> None:
+    """In degrees: the part stands in it where the proposal was checked."""
+    program = "G21 G90 F600\nG0 X0 Y0 Z20 A0 C0\nG1 X10\nM2\n"
+    given = vp.Options(tool_length=80, wcs={"G54": (0, 0, 900, 30), "G55": (1, 2, 3)})
+    assert not vp.check(program, "verne", given).ok
+    proposal = vp.fit(program, "verne", given)
+    assert list(proposal.wcs) == [1]
+    assert proposal.wcs[1].turn_deg == pytest.approx(np.degrees(proposal.after.place.c), abs=1e-9)
+    there = vp.check(program, "verne", given.changed(wcs=proposal.wcs))
+    assert there.ok
+    assert there.summary is not None
+    assert there.summary.time_s == proposal.seconds
+
+
+def test_a_finding_prints_as_one_line() -> None:
+    result = vp.check(
+        "G21 G90\nG0 X0 Y0 Z20 A0 C0\nZ700\nM2\n", "verne", vp.Options(tool_length=80, wcs={"G54": (0, 0, 0)})
+    )
+    first = result.findings[0]
+    assert f"{first}" == str(first)
+    assert str(first).startswith("line 3: VP101 error: slider 1 (rho1) reaches ")
+    assert str(first) in str(result)
+    other = dataclasses.replace(first, file="tools.tbl", file_line=7)
+    assert str(other).startswith("tools.tbl:7: VP101 error: ")
+
+
+def test_times_have_the_decimals_of_the_cycle() -> None:
+    summary = vp.check(
+        "G21 G90 F600\nG0 X0 Y0 Z20\nG1 X98.28\nM2\n", "verne", vp.Options(tool_length=80, wcs={"G54": (0, 0, 60)})
+    ).summary
+    assert summary is not None
+    assert repr(summary.time_s) == f"{summary.time_s:.3f}".rstrip("0")
+
+
+def test_a_batch_has_a_length_and_an_index(part: Path) -> None:
+    done = vp.batch([part, part], "verne")
+    assert len(done) == 2
+    assert done[0] is done.programs[0]
+    assert [one.program for one in done] == [str(part), str(part)]
+
+
 def test_help_begins_with_what_a_user_needs() -> None:
     text = pydoc.plain(pydoc.render_doc(vp))
     for name in (
@@ -641,7 +690,10 @@ def test_examples_of_the_docstrings(module: Any) -> None:
 
 
 def test_the_page_is_made_from_the_docstrings() -> None:
-    assert load_maker("make_api").page() == (ROOT / "docs" / "api.md").read_text("utf-8"), "run python docs/make_api.py"
+    page = load_maker("make_api").page()
+    for call in ("split() -> tuple[Setpoints, ...]", "changed(**values: Any) -> Options", "forward(q: ndarray"):
+        assert f"- `{call}" in page
+    assert page == (ROOT / "docs" / "api.md").read_text("utf-8"), "run python docs/make_api.py"
 
 
 CLIENT = """

@@ -36,6 +36,7 @@ if _typing.TYPE_CHECKING:
     from verne_post.model.option_checks import work_offsets
     from verne_post.model.options import Options
     from verne_post.model.part_setup import Box, Cylinder, FixtureMesh, NominalPart, OwnStock, Tool, Wanted, WorkOffset
+    from verne_post.model.setpoints import SetpointBlock
     from verne_post.model.summary import Summary
     from verne_post.model.verdict import Verdict
     from verne_post.model.verification import Verification
@@ -62,6 +63,7 @@ _HOME = {
     "Proposal": "verne_post.toolpath.work_offset",
     "Result": "verne_post.app.result",
     "Setpoints": "verne_post.app.result",
+    "SetpointBlock": "verne_post.model.setpoints",
     "Settings": "verne_post.config.settings",
     "Summary": "verne_post.model.summary",
     "Tool": "verne_post.model.part_setup",
@@ -99,6 +101,7 @@ __all__ = [
     "Page",
     "Proposal",
     "Result",
+    "SetpointBlock",
     "Setpoints",
     "Settings",
     "Summary",

@@ -385,7 +385,7 @@ class BatchRow(Struct, frozen=True):
 
 
 class Batch(Struct, frozen=True):
-    """What became of many programs.
+    """What became of many programs: ``len(batch)`` of them, ``batch[0]`` is the first one.
 
     Attributes
     ----------
@@ -399,6 +399,15 @@ class Batch(Struct, frozen=True):
     def ok(self) -> bool:
         """Whether all of them can run."""
         return all(one.result.ok for one in self.programs)
+
+    def __len__(self) -> int:
+        return len(self.programs)
+
+    def __getitem__(self, index: int) -> BatchRow:
+        return self.programs[index]
+
+    def __iter__(self) -> Iterator[BatchRow]:
+        return iter(self.programs)
 
     def __repr__(self) -> str:
         return format_batch(self.programs).rstrip("\n")
@@ -616,11 +625,14 @@ def _read(source: Source, what: str) -> Text:
         return strip_mark(source)
     if isinstance(source, LongText):
         return source
-    raise UsageError(what, f"expected bytes, text or a path, got {type(source).__name__}")
+    kinds = "Setpoints, bytes" if what == "setpoints" else "bytes"
+    raise UsageError(what, f"expected {kinds}, text or a path, got {type(source).__name__}")
 
 
 def _decode_setpoints(setpoints: Setpoints | Source) -> str:
     """The text of a setpoint file."""
+    if setpoints is None:
+        raise UsageError("setpoints", "None: a result has setpoints where convert made them and result.ok is true")
     written = setpoints.format_csv() if isinstance(setpoints, Setpoints) else setpoints
     try:
         return _read(written, "setpoints")[:].decode("utf-8")

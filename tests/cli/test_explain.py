@@ -453,7 +453,7 @@ def test_out_of_reach_finds_the_way_back(explain: Callable[..., str], codes: Cal
 def test_a_dip_below_the_table_between_legal_ends(explain: Callable[..., str]) -> None:
     text = explain(lines("G0 X-50 Y0 Z10 A0 C0", "G18 G2 X50 Z10 I50 K50 F1000", "M2"), 2, "--tool-length", "50")
     # the circle of radius sqrt(50^2 + 50^2) about (0, 60) dips to 60 - 70.710678
-    assert "10.710678 mm below the table face" in text
+    assert "10.711 mm below the table face" in text
     assert "at 50 % of the way" in text
     low = scalar(text, r"along one axis of the program: Z \+")
     assert 10.710678 < low < 10.72

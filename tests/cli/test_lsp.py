@@ -716,6 +716,7 @@ HEADER = '; PART 7\nG71 G90 G94\nWORKPIECE(,"",,"BOX",112,0,-20,-80,0,0,50,50)\n
     [
         ("a.nc", "(PART 7)\nG21 G90 G94\n(OFFSET)\nG10 L2 P1 X0 Y0 Z50\n", "(FACE)\nG0 X0 Y0 Z120\nM30\n"),
         ("b.mpf", "; PART 7\nDEF REAL _A\nG71 G90 G94\n; STOCK\nTRAORI\nTRANS X5\n", "; FACE\nG0 X0 Y0 Z120\nM30\n"),
+        ("p.mpf", "%_N_P_MPF\n;$PATH=/_N_WKS_DIR/_N_P_WPD\nG0 X5\n", "; FACE\nG0 X0 Y0 Z120\nM30\n"),
         ("c.mpf", HEADER, "; FACE\nPOCKETS\nM30\nPROC POCKETS\nG0 X0 Y0 Z120\nRET\n"),
         (
             "d.h",

@@ -97,6 +97,7 @@ PROGRAMS: dict[str, tuple[bytes | str, str, Options]] = {
     "tilt": sample("violates_tilt.nc", 120.0, (0.0, 0.0, 60.0)),
     "klartext": sample("two_faces.h", 80.0, (0.0, 0.0, 40.0)),
     "retracted": (RETRACTED, "ac_trunnion", Options(tool_length=110.0, wcs={1: WorkOffset((0.0, 0.0, 60.0))})),
+    "low": ("G21 G90\nG0 X0 Y0 Z50 A0 C0\nG1 X20 F900\nZ-20\nX40\nM2\n", "verne", Options(tool_length=80.0)),
     "out of reach": ("G21 G90\nG0 X0 Y0 Z50 A0 C0\nG1 X3000 F9000\nM2\n", "verne", Options(tool_length=60.0)),
     "serial": ("G21 G90\nG0 X0 Y0 Z50 A0 C0\nG1 X30 A20 C40 F900\nM2\n", "serial", Options(tool_length=60.0)),
     "delta": ("G21 G90\nG0 X0 Y0 Z50 A0 C0\nG1 X30 A2 C4 F900\nM2\n", "linear_delta", Options(tool_length=60.0)),
@@ -872,6 +873,20 @@ def test_zoom_by_wheel(browser: Any, show: Callable[..., Any]) -> None:
 # --- other programs ----------------------------------------------------------------------------------
 
 
+def test_a_violation_without_a_margin_is_marked(browser: Any, show: Callable[..., Any]) -> None:
+    """Below the table the margins of travel and singularity are large."""
+    show("low")
+    assert js(browser, "report.data.marginOf") == "travel, singularity"
+    assert js(browser, "report.arrays.margin.every(value => value > 0.5)")
+    told = "document.getElementById('now').textContent"
+    assert "violationVP210 on this line" in js(browser, told)
+    runs = js(browser, "report.charts.charts.find(one => /^Margin .travel, singularity., 0/.test(one.title)).runs")
+    at = js(browser, "report.arrays.x[report.arrays.line.indexOf(4)]")
+    assert [(run["colour"] is not None, run["from"]) for run in runs] == [(False, 0), (True, at)]
+    js(browser, "report.setCursor(0)")
+    assert "violation" not in js(browser, told)
+
+
 def test_a_pose_out_of_reach_says_so(browser: Any, show: Callable[..., Any]) -> None:
     data = show("out of reach")
     js(browser, "report.setCursor(arguments[0])", data["frames"] - 1)
@@ -1077,6 +1092,9 @@ def test_a_comparison_on_paper_has_both_side_by_side(browser: Any, show: Callabl
         assert both["height"] == 240
         assert both["bottom"] < PAPER_HEIGHT
         assert js(browser, "getComputedStyle(document.querySelector('header strong')).printColorAdjust") == "exact"
+        # nobody ticks paper, and the curves of both are to be compared
+        assert not browser.find_element("id", "rapids").is_displayed()
+        assert js(browser, "getComputedStyle(document.getElementById('curves')).breakInside") == "avoid"
 
 
 @pytest.mark.parametrize(
@@ -1158,3 +1176,15 @@ def test_times_of_operations_have_room_on_a_phone(browser: Any, show: Callable[.
     """A long word in a name is broken before the last column is cut off."""
     show("retracted", "phone")
     assert js(browser, "(e => e.scrollWidth - e.clientWidth)(document.getElementById('operations'))") == 0
+    # the texts of two cells of a row have a gap between them
+    gaps = js(
+        browser,
+        """[...document.querySelectorAll('#operations tr')].flatMap(row => {
+          const cells = [...row.cells].slice(1).map(cell => {
+            const range = document.createRange(); range.selectNodeContents(cell);
+            return range.getBoundingClientRect();
+          }).filter(box => box.width);
+          return cells.slice(1).map((box, k) => box.left - cells[k].right);
+        })""",
+    )
+    assert min(gaps) >= 4

@@ -180,6 +180,13 @@ def test_lines_of_the_same_text_are_not_among_those_that_differ() -> None:
     assert "the same text" not in refused
 
 
+def test_another_feed_rate_that_holds_for_later_lines_is_named() -> None:
+    page = text_of(compare(BEFORE, BEFORE.replace("F1200", "F2400"))).partition("|Same text, other time|")[2]
+    (told,) = re.findall(r"\|N40 Y20\|.*?the same text\|.*?\|([^|]*feed rate [^|]*)\|", page)
+    assert told.endswith("; feed rate A: 1200 mm/min, B: 2400 mm/min")
+    assert "600 mm" not in page
+
+
 def test_findings_are_in_one_or_in_both() -> None:
     head = "G21 G90\nG0 X0 Y0 Z0 A0 C0\n"
     page = text_of(compare(f"{head}G1 A99 F600\nA0\nC20\nM2\n", f"{head}X1\nG1 A99 F600\nA0\nG1 X5000\nM2\n"))

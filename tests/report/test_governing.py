@@ -88,6 +88,18 @@ def test_a_dwell_is_time_of_the_tool_that_waits() -> None:
         assert re.search(rf"T{one.tool} +{90 - 10 * one.tool} .* {one.seconds:.3f} ", text)
 
 
+def test_a_stop_is_time_of_the_tool_in_the_spindle() -> None:
+    """The remark above it heads what the next tool does."""
+    program = "G21 G90\n(ONE)\nT1 M6\nG43\nG0 X0 Y0 Z0 A0 C0\nX20\n(TWO)\nM9\nM0\nT2 M6\nG43\nG0 X0\nX5\nM2\n"
+    seen = study_of(program, split_at_stops=True, tool_length=None, tools={1: 80, 2: 70})
+    assert [(one.tool, one.name, one.first_line, one.last_line) for one in seen.operations] == [
+        (1, "ONE", 6, 6),
+        (2, "TWO", 12, 13),
+    ]
+    assert seen.lines is not None
+    assert seen.lines.seconds[9] == pytest.approx(CYCLE)
+
+
 def test_motion_dwells_and_stops_are_all_of_the_time() -> None:
     """Two dwells, one of them not a whole number of cycles; each of two stops is a cycle; all that moves is motion."""
     program = "G21 G90 G61\nG0 X0 Y0 Z0 A0 C0\nG4 P0.5\nG0 X60\nM0\nG1 Y5 F600\nG4 P0.0104\nG0 X0\nM0\nY0\nM2\n"

@@ -17,12 +17,13 @@ from scipy.spatial.transform import Rotation
 
 import verne_post
 from verne_post.config import list_machine_files
+from verne_post.gcode.remarks import find_title
 from verne_post.model.options import Options
 from verne_post.model.part_setup import Tool, WorkOffset
 from verne_post.report.scene import describe_scene
 from verne_post.report.sheet import is_sheet_long, write_sheet_html
 from verne_post.report.study import study
-from verne_post.report.worst import write_places_html
+from verne_post.report.worst import write_findings_html, write_places_html
 from verne_post.toolpath.margins import list_margin_functions
 
 from ..benchmarks.random_chains import PLACES
@@ -224,6 +225,60 @@ def test_the_set_up_sheet_says_what_the_program_says_about_its_tools() -> None:
     assert "NOT USED" not in page
 
 
+def test_the_sheet_says_who_gives_an_offset_and_how_the_part_is_turned(tmp_path: Path, run: Callable[..., Any]) -> None:
+    program, page = tmp_path / "a.nc", tmp_path / "a.html"
+    program.write_text("%\nO1042 (BRACKET OP10)\nG21 G90\nG0 X0 Y0 Z60 A0 C0\nG1 X5 F600\nG55\nX9\nM2\n")
+    (tmp_path / "a.nc.toml").write_text("tool_length = 80\n[wcs]\nG54 = [0, 0, 50]\nG55 = [0, 0, 60, 10]\n")
+    assert run("report", program, "-o", page, "--wcs", "G54=1,2,60").code == 0
+    text = re.sub(r"(<[^>]+>)+", "|", page.read_text("utf-8"))
+    assert "|G54|1|2|60|0|--wcs|G55|0|0|60|10|a.nc.toml|The part zero: x and y from the rotary centre" in text
+    assert "|G54 at 1, 2, 60 mm; G55 at 0, 0, 60 mm, turned 10 deg|" in text
+    assert "|title|O1042 (BRACKET OP10)|" in text
+
+
+@pytest.mark.parametrize(
+    ("dialect", "text", "title"),
+    [
+        ("rs274", "%\n(BRACKET)\n(OP10)\nG21\n", "BRACKET"),
+        ("rs274", "%\n(BRACKET)\nO7\nG21\n", "O7"),
+        ("rs274", "G21\n(FACE)\n", ""),
+        ("siemens", "%_N_LID_MPF\n;$PATH=/_N_WKS_DIR\nG71\n", "%_N_LID_MPF"),
+        ("heidenhain", "0  BEGIN PGM LID MM\n", "0  BEGIN PGM LID MM"),
+        ("aptcl", "$$ A\nPARTNO LID\n", "PARTNO LID"),
+    ],
+)
+def test_the_title_of_a_program(dialect: str, text: str, title: str) -> None:
+    assert find_title(text.split("\n"), dialect) == title
+
+
+@pytest.mark.parametrize(
+    ("dialect", "stop", "said"),
+    [
+        ("rs274", "M0 (TURN CLAMP 2)", "program stop: TURN CLAMP 2"),
+        ("rs274", "(TURN CLAMP 2)\nM0", "program stop: TURN CLAMP 2"),
+        ("rs274", "M0 (MSG, TURN CLAMP 2)", "program stop: TURN CLAMP 2"),
+        ("rs274", "(CLAMP 1 STAYS)\n; TURN CLAMP 2\nM0", "program stop: CLAMP 1 STAYS; TURN CLAMP 2"),
+        ("rs274", "(TURN CLAMP 2)\nG4 P1\nM0", "program stop"),  # about the dwell
+        ("fanuc", "N10 M00 (TURN CLAMP 2)", "program stop: TURN CLAMP 2"),
+        ("siemens", 'N1 MSG("TURN CLAMP 2")\nN2 M0 ;CLAMP', "program stop: TURN CLAMP 2"),
+        ("siemens", "M0 ; TURN CLAMP 2 (BY HAND)", "program stop: TURN CLAMP 2 (BY HAND)"),
+        ("heidenhain", "STOP ; TURN CLAMP 2", "program stop: TURN CLAMP 2"),
+    ],
+)
+def test_the_sheet_says_what_to_do_at_a_stop(dialect: str, stop: str, said: str) -> None:
+    moves = (
+        ("BEGIN PGM P MM\nL X+1 F600\n", "L X+9\nEND PGM P MM\n")
+        if dialect == "heidenhain"
+        else ("G1 X1 F600\n", "X9\nM30\n")
+    )
+    text = f"{moves[0]}{stop}\n{moves[1]}".encode()
+    options = Options(dialect=dialect, tool_length=80, wcs={"G54": (0, 0, 60)}, split_at_stops=True)
+    seen = study(text, MACHINE, options)
+    assert seen.program is not None, seen.findings
+    page = re.sub(r"(<[^>]+>)+", "|", write_sheet_html("p", text, MACHINE, seen))
+    assert f"|{said}|" in page
+
+
 def test_the_sheet_of_a_program_that_cannot_be_read_has_the_set_up() -> None:
     tools = {2: Tool(2, 2, (0, 0, 0, 0, 0, 0, 0, 0, 0), unmeasured="line 2"), 1: 120.0}
     options = Options(tools=tools, wcs={"G55": (1, 2, 45.5)}, unmeasured_wcs={1: "p.nc.toml"})
@@ -235,6 +290,17 @@ def test_the_sheet_of_a_program_that_cannot_be_read_has_the_set_up() -> None:
     assert "|G54|to be measured|G55|1|2|45.5|0|given|" in page
     assert "Start position" not in page
     assert is_sheet_long(MACHINE, seen) is False
+
+
+def test_errors_stand_before_warnings() -> None:
+    text = b"G21 G90\nG0 X0 Y0 Z50 A0 C0\nG43\nG1 X5 F600\nG55\nX20 Y10\nG0 Z50\nZ800\nM2\n"
+    options = Options(tool_length=80, wcs={"G54": (0, 0, 60), "G55": (0, 0, 60, 10)})
+    seen = study(text, MACHINE, options)
+    found = [item.severity for item in seen.findings]
+    assert found.index("warning") < found.index("error")
+    kinds = re.findall(r'<li class="(\w+)"', write_findings_html("p.nc", text, seen))
+    assert kinds == sorted(kinds, key=["error", "warning", "note"].index)
+    assert {"error", "warning"} <= set(kinds)
 
 
 def test_findings_are_printed_before_a_long_table_of_tools() -> None:

@@ -26,12 +26,12 @@ from verne_post.toolpath.lift import lift_path
 from verne_post.toolpath.smallest_move import SmallestMove
 from verne_post.toolpath.work_offset import (
     DECIMALS,
-    WRITTEN_DECIMALS,
     Aim,
     PartPoints,
     Place,
     Proposal,
     Search,
+    make_offset,
     sample_part_points,
 )
 
@@ -140,8 +140,7 @@ def propose(
 
 def put_at_place(options: Options, system: int, place: Place) -> Options:
     """Options with the part at a place."""
-    turn = round(place.c / RAD_PER_DEG, WRITTEN_DECIMALS)
-    return options.changed(wcs={**options.wcs, system: WorkOffset((place.x, place.y, place.z), turn)})
+    return options.changed(wcs={**options.wcs, system: make_offset(place)})
 
 
 def _place_of(offset: WorkOffset) -> Place:

@@ -19,7 +19,6 @@ from verne_post.model.machine import Machine
 from verne_post.model.setpoints import SetpointBlock, SetpointFormat
 from verne_post.model.summary import Summary
 from verne_post.model.verdict import SEVERITIES, Verdict, find_exit_status, find_verdict
-from verne_post.output.findings import describe
 from verne_post.output.fixed_point import format_rows
 
 if TYPE_CHECKING:
@@ -289,9 +288,7 @@ class Result:
         seconds = f", {self.summary.cycle_time:.3f} s" if self.summary is not None else ""
         lines = [" ".join([f"{self.program}:"] * bool(self.program) + [self.verdict, *where]) + seconds]
         worst = sorted(self.findings, key=lambda item: SEVERITIES.index(item.severity))
-        lines += [
-            f"{'' if item.line is None else f'line {item.line}: '}{describe(item)}" for item in worst[:_SHOWN_FINDINGS]
-        ]
+        lines += map(str, worst[:_SHOWN_FINDINGS])
         if len(worst) > _SHOWN_FINDINGS:
             lines.append(f"and {format_count(len(worst) - _SHOWN_FINDINGS, 'more finding')}, in result.findings")
         return "\n".join(lines)

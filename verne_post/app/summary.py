@@ -168,7 +168,7 @@ def summarise(
         machine=program.machine,
         options=program.options,
         describe=format_summary,
-        cycle_time=plan.timeline.first_row[-1] * plan.timeline.cycle,
+        cycle_time=round(float(plan.timeline.first_row[-1] * plan.timeline.cycle), fmt.time_decimals),
         n_rows=plan.timeline.n_rows,
         n_segments=len(path),
         n_stops=contour.n_sections - 1,

@@ -462,7 +462,7 @@ def _read_offsets(texts: Sequence[str]) -> dict[int, WorkOffset]:
         if len(values) not in (3, 4):
             raise click.UsageError(f"--wcs {text}: expected x,y,z or x,y,z,c, got {len(values)} numbers")
         try:
-            offset = check_work_offsets({name: values})
+            offset = check_work_offsets({name: values}, "--wcs")
         except ValueError as error:
             raise click.UsageError(f"--wcs {text}: {error}") from None
         if offset.keys() & found.keys():

@@ -38,7 +38,7 @@ def read_offsets(raw: bytes, name: str) -> dict[int, WorkOffset]:
         turn = _number(row, "c_deg", where) if "c_deg" in row else 0.0
         if max(abs(value) for value in (x, y, z, turn)) > MAX_PLACE:
             raise _make_error(f"{where}: an offset lies within {MAX_PLACE:g} mm and degrees")
-        offsets[system] = WorkOffset((x, y, z), turn)
+        offsets[system] = WorkOffset((x, y, z), turn, name)
     return offsets
 
 

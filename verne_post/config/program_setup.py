@@ -173,10 +173,11 @@ def read_setup_table(data: dict[str, Any], name: str, folder: Path, prefix: str 
         file = SetupFile()
         sentences = error.sentences
     place = f"{prefix}." if prefix else ""
+    shown = f"{name}, {prefix}" if prefix else name
     wcs: dict[int, WorkOffset] = {}
     to_measure: set[int] = set()
     try:
-        wcs = check_work_offsets({name: place for name, place in file.wcs.items() if place != TO_MEASURE})
+        wcs = check_work_offsets({name: place for name, place in file.wcs.items() if place != TO_MEASURE}, shown)
         to_measure = {find_system(name) for name, place in file.wcs.items() if place == TO_MEASURE}
     except ValueError as error:
         sentences.append(f"{place}wcs: {error}")
@@ -193,7 +194,6 @@ def read_setup_table(data: dict[str, Any], name: str, folder: Path, prefix: str 
     remap = {code: meaning for code, meaning in file.remap.items() if meaning != TO_DECIDE}
     control = {dialect: dict(getattr(file, dialect)) for dialect in KEYS}
     sentences += [f"{place}{text}" for text in (*find_wrong_codes(remap), *find_wrong_keys(control))]
-    shown = f"{name}, {prefix}" if prefix else name
     tools: dict[int, Tool] = {}
     try:
         tools, numbers = number_tools(file.tools, shown)

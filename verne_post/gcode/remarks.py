@@ -22,8 +22,27 @@ _REMARKS: Final = {
 
 #: Klartext's line of structure: it heads what follows, whatever remarks stand before it.
 _STRUCTURE: Final = re.compile(r"\s*(?:\d+\s+)?\*\s*-")
+#: Where the archive of a Siemens control keeps the program: about none of its operations.
+_ARCHIVE: Final = re.compile(r"\s*;\s*\$PATH\s*=", re.IGNORECASE)
 #: What may stand before the remarks at the top of a program: its name.
 _NAME: Final = re.compile(r"\s*(?:%.*|[O:]\s*\d+.*|(?:\d+\s+)?BEGIN\s+PGM\b.*|PARTNO\b.*)?$", re.IGNORECASE)
+
+
+def find_title(lines: Iterable[str], dialect: str) -> str:
+    """The line at the top of a program that names it, as ``O1042 (BRACKET)``, or else the first remark there."""
+    pattern = re.compile(_REMARKS[dialect], re.IGNORECASE)
+    first = ""
+    for line in lines:
+        match = pattern.match(line)
+        text = line if match is None else next((group for group in match.groups() if group is not None), "")
+        if match is None and _NAME.match(line) is None:
+            break
+        if not re.search(r"\w", text) or _ARCHIVE.match(line):
+            continue
+        if match is None:
+            return make_printable(text.strip())
+        first = first or text.strip()
+    return make_printable(first)
 
 
 def list_heads(lines: Iterable[str], dialect: str, moving: Set[int], changes: Set[int]) -> list[tuple[int, str]]:
@@ -45,6 +64,8 @@ def list_heads(lines: Iterable[str], dialect: str, moving: Set[int], changes: Se
     at_top = True  # nothing but the name of the program so far
     for number, line in enumerate(lines):
         match = pattern.match(line)
+        if match and _ARCHIVE.match(line):
+            continue
         text = next((group for group in match.groups() if group is not None), "").strip() if match else ""
         # a line of dashes heads nothing
         if re.search(r"[^\W\d_]", text):
@@ -67,6 +88,40 @@ def list_heads(lines: Iterable[str], dialect: str, moving: Set[int], changes: Se
     if heads and not has_motion:
         heads[-1] = heads[-1][0], ""
     return heads
+
+
+#: The remarks of a line in round brackets or after a semicolon, and those of languages that have others.
+_TAILS: Final = {"siemens": r";(.*)", "heidenhain": r";(.*)", "aptcl": r"\$\$(.*)"}
+#: Words of LinuxCNC that begin a remark for the screen.
+_FOR_SCREEN: Final = re.compile(r"\s*(?:MSG|DEBUG|PRINT)\s*,", re.IGNORECASE)
+
+
+def find_stop_remarks(lines: Iterable[str], dialect: str, stops: Set[int]) -> dict[int, str]:
+    """What remarks say about stops of the program: those in the line of a stop, after those alone on lines before it.
+
+    Parameters
+    ----------
+    stops : set of int
+        Lines at which the program stops, from 1.
+    """
+    alone, tail = (
+        re.compile(one, re.IGNORECASE) for one in (_REMARKS[dialect], _TAILS.get(dialect, r"\(([^)]*)\)|;(.*)"))
+    )
+    found, before = dict[int, str](), list[str]()
+    for number, line in enumerate(lines, start=1):
+        match = alone.match(line)
+        texts = ["".join(group or "" for group in one.groups()) for one in ([match] if match else tail.finditer(line))]
+        texts = [make_printable(_FOR_SCREEN.sub("", text).strip()) for text in texts]
+        if number in stops:
+            spoken_remarks = [text for text in (*before, *texts) if text]
+            # a short form of what another remark says adds nothing
+            longer = [
+                one for k, one in enumerate(spoken_remarks) if not any(one in other for other in spoken_remarks[:k])
+            ]
+            if longer:
+                found[number] = "; ".join(longer)
+        before = [*before, *texts] if match else []
+    return found
 
 
 #: Lines of a program in which remarks about its tools are looked for.

@@ -4,9 +4,10 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Final, Literal
 
+from verne_post.base.printable import make_printable
 from verne_post.base.text_tables import format_html_table
 from verne_post.model.codes import CODES
-from verne_post.model.verdict import Severity
+from verne_post.model.verdict import Severity, is_about_text
 
 #: Characters of a message: a name may be as long as its file.
 _LONGEST_MESSAGE: Final = 1000
@@ -85,8 +86,25 @@ class Finding:
     tool: int | None = None
     quantity: str = ""
 
+    def __str__(self) -> str:
+        """``line 6: CODE severity: message``; the file is named where it is another one than the program."""
+        name = "" if self.file is None else self.file if self.file_line is None else f"{self.file}:{self.file_line}"
+        line = self.line if self.file is None else None
+        return (f"line {line}: " if line is not None else f"{name}: " if name else "") + describe(self)
+
     def _repr_html_(self) -> str:
         return format_html_table(make_findings_table([self]))
+
+
+def describe(item: Finding) -> str:
+    """``CODE severity: message``, with the stretch when it is longer than one line."""
+    text = f"{item.code} {item.severity}: {make_printable(item.message)}"
+    if item.count > 1 and is_about_text(item.code):
+        lines = "" if item.last_line == item.line else f"lines {item.line} to {item.last_line}, "
+        text += f" ({lines}{item.count} times)"
+    elif item.count > 1 and item.line is not None and item.last_line not in (None, item.line):
+        text += f" (lines {item.line} to {item.last_line}, worst {item.worst_line}, {item.count} moves)"
+    return text
 
 
 def make_findings_table(findings: Sequence[Finding]) -> list[list[str]]:

@@ -129,8 +129,11 @@ def find_system(value: object) -> int:
     )
 
 
-def check_work_offsets(value: object) -> dict[int, WorkOffset]:
-    """Work offsets by number; given by name or number, as WorkOffset or as x, y, z and maybe c."""
+def check_work_offsets(value: object, source: str = "") -> dict[int, WorkOffset]:
+    """Work offsets by number; given by name or number, as WorkOffset or as x, y, z and maybe c.
+
+    ``source`` says who gives those that do not name it.
+    """
     found: dict[int, WorkOffset] = {}
     for key, offset in check_mapping(value, "a mapping such as {'G54': (x, y, z)}").items():
         number = find_system(key)
@@ -139,7 +142,8 @@ def check_work_offsets(value: object) -> dict[int, WorkOffset]:
         what = f"x, y, z and maybe c for {SYSTEM_NAMES[number]}"
         given = [*_list_items(offset.origin_mm, what), offset.turn_deg] if isinstance(offset, WorkOffset) else offset
         x, y, z, *turn = check_numbers(given, (4,) if isinstance(offset, WorkOffset) else (3, 4), what, MAX_PLACE)
-        found[number] = WorkOffset((x, y, z), turn[0] if turn else 0.0)
+        named = offset.source if isinstance(offset, WorkOffset) else ""
+        found[number] = WorkOffset((x, y, z), turn[0] if turn else 0.0, named or source)
     return found
 
 

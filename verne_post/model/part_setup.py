@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Final
 
@@ -108,6 +108,8 @@ class WorkOffset:
 
     origin_mm: tuple[float, float, float]
     turn_deg: float = 0.0
+    #: The file or the option that gives it; two offsets are equal whoever gives them.
+    source: str = field(default="", compare=False, repr=False)
 
 
 @dataclass(frozen=True)

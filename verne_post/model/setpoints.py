@@ -24,18 +24,29 @@ class SetpointFormat(Struct, frozen=True):
 
 
 class SetpointBlock(Struct, frozen=True):
-    """Consecutive rows of a setpoint file."""
+    """Consecutive rows of a setpoint file: what a sink is called with.
 
-    first: int  #: Index of the first row; row k stands at ``t = k * cycle``.
-    #: (n, n_joints): Joint values in mm and degrees, in the sense of the machine file, as the written numbers
-    #: stand for them.
+    Attributes
+    ----------
+    first : int
+        Index of the first row; row k stands at ``t = k * format.cycle``.
+    values : ndarray, shape (n, n_joints)
+        Joint values in mm and degrees, in the sense of the machine file, as the written numbers stand for them.
+    line : ndarray of int32, shape (n,)
+        Source line of each row.
+    format : SetpointFormat
+        Control cycle, and how every column is rounded.
+    numbers : ndarray, shape (n, n_joints), or None
+        The numbers as written; None where they are ``values`` themselves.
+    segment : ndarray, shape (n,), or None
+        The segment of the tool path that each row is on; None where the rows come from a file, which does not hold it.
+    """
+
+    first: int
     values: Array
-    line: NDArray[np.int32]  #: (n,): Source line of each row.
+    line: NDArray[np.int32]
     format: SetpointFormat
-    #: (n, n_joints), or None: The numbers as written; None where they are ``values`` themselves.
     numbers: Array | None = None
-    #: (n,), or None: The segment of the tool path that each row is on; None where the rows come from a file,
-    #: which does not hold it.
     segment: Ints | None = None
 
     @property

@@ -12,7 +12,7 @@ from verne_post.base.numbers import format_count
 from verne_post.base.printable import make_printable, make_printable_in_place, quote_key
 from verne_post.base.suggestions import find_suggestion
 from verne_post.model.codes import CODES
-from verne_post.model.findings import Finding
+from verne_post.model.findings import Finding, describe
 from verne_post.model.verdict import (
     OF_THE_PART,
     Verdict,
@@ -93,17 +93,6 @@ def drop_repeated(reports: Sequence[Report], *, also_errors: bool = False) -> li
         kept.append(replace(report, findings=findings))
         seen |= shared
     return kept
-
-
-def describe(item: Finding) -> str:
-    """``CODE severity: message``, with the stretch when it is longer than one line."""
-    text = f"{item.code} {item.severity}: {make_printable(item.message)}"
-    if item.count > 1 and is_about_text(item.code):
-        lines = "" if item.last_line == item.line else f"lines {item.line} to {item.last_line}, "
-        text += f" ({lines}{item.count} times)"
-    elif item.count > 1 and item.line is not None and item.last_line not in (None, item.line):
-        text += f" (lines {item.line} to {item.last_line}, worst {item.worst_line}, {item.count} moves)"
-    return text
 
 
 #: Characters of a long line that are quoted around a column.

@@ -106,6 +106,9 @@
     if (Number.isFinite(arrays.speed[i])) list.push(["tip speed", fixed(arrays.speed[i], 2) + " mm/s"]);
     const name = data.marginNames[arrays.nearest[i]];
     list.push(["margin", shown(arrays.margin[i], 3, "") + (name ? ", " + name : "")]);
+    // a limit without a margin, such as contact
+    const broken = data.marks.filter(one => one[2] === "error" && arrays.line[i] >= one[0] && arrays.line[i] <= one[1]).map(one => one[3]);
+    if (broken.length) list.push(["violation", [...new Set(broken)].join(", ") + " on this line"]);
     if (data.tilts) list.push(["platform tilt", shown(arrays.alpha_deg[i], 2, "°")]);
     if (data.limits.length) list.push(["limit", data.limits[arrays.governing[i]]]);
     pairs(list, byId("now"));
@@ -143,7 +146,7 @@
       const scale = text("span", ""), ends = kind === "margin" ? ["0 at a limit", "1"] : ["0", fastest.toFixed(1) + " mm/s"];
       scale.className = "scale";
       scale.style.background = `linear-gradient(90deg, ${(kind === "margin" ? MARGIN : SPEED).join(",")})`;
-      legend.replaceChildren(text("span", kind === "margin" ? "margin to any limit:" : "speed of the tip:"), text("span", ends[0]), scale, text("span", ends[1]));
+      legend.replaceChildren(text("span", kind === "margin" ? `margin (${data.marginOf}):` : "speed of the tip:"), text("span", ends[0]), scale, text("span", ends[1]));
     } else legend.replaceChildren(...[...used].sort((a, b) => a - b).map(k => kind === "limit" ? entry(limitColour(k) || "#9aa7b4", data.limits[k]) : entry(tools[k % tools.length], data.toolNumbers[k] ? "tool " + data.toolNumbers[k] : "the tool")));
     if (arrays["trail.bad"].some(value => value)) legend.append(entry("#d32f2f", "violation"));
     if (arrays["trail.rapid"].some(value => value)) {
@@ -209,13 +212,13 @@
   const charts = Charts.make(range, data.tick, data.unit, x => setCursor(nearest(x)), () => redraw());
   const curves = name => data.joints.map((joint, k) => ({ name: joint.name, x: arrays[`${name}.${k}.x`], y: arrays[`${name}.${k}.y`], joint: k })).filter(one => one.x);
   const single = (name, title, more) => arrays[name + ".0.x"] ? [{ name: title, x: arrays[name + ".0.x"], y: arrays[name + ".0.y"], ...more }] : [];
-  function addChart(title, digits, series, limits, shares = false) {
+  function addChart(title, digits, series, limits, shares = false, runs = null) {
     if (!series.length) return;
     const canvas = document.createElement("canvas");
     canvas.className = "chart";
     canvas.setAttribute("role", "img");
     byId("charts").append(canvas);
-    charts.add(canvas, { title, digits, series, limits, shares });
+    charts.add(canvas, { title, digits, series, limits, shares, runs });
   }
   let strip = null, bands = null;
   if (n) {
@@ -237,7 +240,10 @@
       const own = group.map(one => data.joints[one.joint]);
       addChart(`${own.map(joint => joint.name).join(", ")}, ${own[0]?.unit}`, 3, group, [Math.min(...own.map(j => j.low ?? -Infinity)), Math.max(...own.map(j => j.high ?? Infinity))].map(v => Number.isFinite(v) ? v : null));
     }
-    addChart("Margin, 0 at a limit", 3, single("margin", "smallest", { role: "--focus" }), [0]);
+    const bad = new Uint8Array(n);
+    arrays["trail.frame"].forEach((frame, k) => { bad[frame] ||= arrays["trail.bad"][k]; });
+    const broken = Shared.runs(arrays.x, bad, value => value ? "#d32f2f40" : null);
+    addChart(`Margin (${data.marginOf}), 0 at a limit` + (bad.some(Boolean) ? "; red: violation" : ""), 3, single("margin", "smallest", { role: "--focus" }), [0], false, broken);
     if (data.tilts) addChart("Platform tilt, deg", 3, single("alpha", "alpha", { role: "--focus" }), []);
     if (data.bands.length) {
       bands = document.createElement("canvas");
@@ -277,7 +283,7 @@
   }
   function drawCharts() {
     if (!n) return;
-    if (strip) strip.title = data.limits[arrays.governing[cursor]];
+    if (strip) strip.title = onPaper ? "limit" : data.limits[arrays.governing[cursor]];
     charts.draw(arrays.x[cursor]);
     if (bands) {
       Charts.spectrum(bands, data.bands, data.joints.map((joint, k) => ({
@@ -383,6 +389,7 @@
     if (on) wasDark = dark();
     onPaper = on;
     root.classList.toggle("paper", on);
+    byId("printed-on").textContent = "printed on " + new Date().toLocaleDateString("sv");  // as 2026-05-31
     theme(on ? false : wasDark);
     drawCode();
     // two small ones share the width of the paper; a refused program has one

@@ -10,9 +10,10 @@ const Charts = (() => {
   const BUSY = 60;
   const style = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 
+  const onPaper = () => document.documentElement.classList.contains("paper");
+
   function fit(canvas) {
-    const onPaper = document.documentElement.classList.contains("paper");
-    const ratio = onPaper ? 3 : window.devicePixelRatio || 1, width = canvas.clientWidth, height = canvas.clientHeight;
+    const ratio = onPaper() ? 3 : window.devicePixelRatio || 1, width = canvas.clientWidth, height = canvas.clientHeight;
     if (canvas.width !== Math.round(width * ratio) || canvas.height !== Math.round(height * ratio)) {
       canvas.width = Math.round(width * ratio);
       canvas.height = Math.round(height * ratio);
@@ -141,6 +142,7 @@ const Charts = (() => {
     function entries(chart, cursor) {
       return (chart.series || []).map(one => {
         const value = valueAt(one, cursor);
+        if (onPaper()) return { colour: one.colour, name: one.name };  // which has no cursor
         return { colour: one.colour, name: one.name + " " + (Number.isFinite(value) ? fixed(value, chart.digits) : "–") };
       });
     }
@@ -170,14 +172,14 @@ const Charts = (() => {
             const a = px(run.from, width), b = px(run.to, width);
             if (b < LEFT || a > width || !run.colour) continue;
             context.fillStyle = run.colour;
-            context.fillRect(a, TOP, Math.max(b - a, 0.6), height - TOP - BOTTOM);
+            context.fillRect(a, topOf(chart), Math.max(b - a, 0.6), height - topOf(chart) - BOTTOM);
           }
         }
         (chart.series || []).forEach((one, k) => curve(chart, one, chart.lanes ? k : 0, context, width, height));
         const x = px(cursor, width);
         context.strokeStyle = style("--line");
         context.lineWidth = 1;
-        context.beginPath(); context.moveTo(x, 0); context.lineTo(x, height); context.stroke();
+        if (!onPaper()) { context.beginPath(); context.moveTo(x, 0); context.lineTo(x, height); context.stroke(); }
         context.restore();
       }
     }

@@ -85,7 +85,7 @@
   function draw() {
     drawPaths();
     for (const side of sides) {
-      side.strip.title = `${side.name.toUpperCase()}: ${at > side.end ? "ended" : side.limits[arrays[side.name + ".governing"][frameOf(side)]]}`;
+      side.strip.title = `${side.name.toUpperCase()}: ${root.classList.contains("paper") ? "limit" : at > side.end ? "ended" : side.limits[arrays[side.name + ".governing"][frameOf(side)]]}`;
       side.charts.draw(at);
     }
   }

@@ -13,17 +13,19 @@ from verne_post.base.long_text import Text, compute_sha256
 from verne_post.base.numbers import format_fixed
 from verne_post.model.findings import Finding
 from verne_post.model.machine import Machine
-from verne_post.model.moves import name_tools
+from verne_post.model.moves import MoveKind, name_tools
 from verne_post.model.part_setup import spell_tool_word
+from verne_post.model.verdict import SEVERITIES
 from verne_post.report.alignment import Stretch, align_lines
 from verne_post.report.head import list_setup, name_verdict, write_title_html
-from verne_post.report.markup import count, escape_text, write_css_string, write_table
+from verne_post.report.markup import count, escape_text, join_few, write_css_string, write_table
+from verne_post.report.modal import describe_feed
 from verne_post.report.pack import Pack
 from verne_post.report.page import fill_page, write_json_in_html
 from verne_post.report.sheet import DIGEST
 from verne_post.report.table import Operation, Study
 from verne_post.report.times import OPERATIONS
-from verne_post.report.worst import TIME_LOST, describe_place, find_worst_places
+from verne_post.report.worst import TIME_LOST, find_worst_places
 
 #: So many stretches of lines are shown, those whose times differ most; and so many lines of the text of each.
 _STRETCHES: Final = 40
@@ -245,10 +247,10 @@ def _write_findings_html(sides: tuple[Side, Side], stretches: Sequence[Stretch])
     for name, found in zip("AB", keyed, strict=True):
         left = shared.copy()
         alone, both = list[str](), list[str]()
-        for key, item in found:
+        for key, item in sorted(found, key=lambda one: SEVERITIES.index(one[1].severity)):
             into, where = (both, "in both") if left[key] > 0 else (alone, f"only in {name}")
             left[key] -= left[key] > 0
-            text = escape_text(describe_place(item))
+            text = escape_text(str(item))
             into.append(f'<li class="{item.severity}"><span>{text}<small>{where}</small></span></li>')
         entries = "".join(alone + both)
         texts.append(f"<div><h3>{name}</h3><ul class=findings>{entries or '<li>no findings</li>'}</ul></div>")
@@ -359,7 +361,7 @@ def _write_lines_html(sides: tuple[Side, Side], stretches: Sequence[Stretch]) ->
     shown = sorted(sorted(range(len(worth)), key=lambda k: -worth[k][0])[:_STRETCHES])
     left = len(worth) - len(shown)
     note = f"<p>Not shown: {count(left, 'place')} whose times differ less.</p>" if left else ""
-    heads = ("A", "B", "A, s", "B, s", "B - A", "limit")
+    heads = ("A", "B", "A, s", "B, s", "B - A", "limit, other feed rate")
     if not shown:
         return f"<p>The same text{', and the same times' if timed else ''}.</p>"
     # equal texts among lines that differ look like a mistake of the comparison
@@ -396,6 +398,10 @@ def _write_stretch(sides: tuple[Side, Side], one: Stretch, spent: Sequence[Array
         limits.append(_name_limit(side, first, last))
     governs = limits[0] if limits[0] == limits[1] else " / ".join(limits)
     seconds = "".join(f"<td>{_NONE if each is None else format_fixed(each, 3)}</td>" for each in times)
+    feeds = [_list_feeds(sides[0], one.first_a, one.last_a), _list_feeds(sides[1], one.first_b, one.last_b)]
+    if one.same and feeds[0] != feeds[1]:  # F of a line above holds
+        rates = ", ".join(f"{name}: {join_few(each, 'more')}" for name, each in zip("AB", feeds, strict=True))
+        governs += f"; feed rate {rates}"
     kind = "equal" if one.same else "differs"
     return (
         f"<tr class={kind}><th scope=row class=text>{texts[0]}</th><td class=text>{texts[1]}</td>{seconds}"
@@ -416,6 +422,17 @@ def _write_text(side: Side, first: int, last: int) -> str:
     ]
     left = last - first - len(lines)
     return "<br>".join(map(escape_text, lines)) + (f"<br><small>and {left} more</small>" if left else "")
+
+
+def _list_feeds(side: Side, first: int, last: int) -> list[str]:
+    """The feed rates of a stretch, in its order."""
+    program = side.study.program
+    if program is None:
+        return []
+    moves = program.moves
+    on_lines = (moves.line > first) & (moves.line <= last)
+    found = np.flatnonzero(on_lines & np.isfinite(moves.feed) & (moves.kind != MoveKind.DWELL))
+    return list(dict.fromkeys(describe_feed(moves, int(number)) for number in found))
 
 
 def _name_limit(side: Side, first: int, last: int) -> str:

@@ -58,5 +58,8 @@ def name_verdict(machine: Machine, study: Study) -> tuple[str, str]:
 def list_setup(machine: Machine, study: Study) -> list[tuple[str, str]]:
     """Tool length and work offset in a few words."""
     tools = [f"{tool}: {used} mm".removeprefix("not named: ") for _number, tool, used, _diameter in list_tools(study)]
-    offsets = [f"{name} at {', '.join(place)} mm" for name, *place, _turn, _source in list_offsets(machine, study)]
+    offsets = [
+        f"{name} at {', '.join(place)} mm" + (f", turned {turn} deg" if float(turn or 0) else "")
+        for name, *place, turn, _source in list_offsets(machine, study)
+    ]
     return [("tool length", join_few(tools)), ("work offset", join_few(offsets))]

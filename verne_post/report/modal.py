@@ -49,7 +49,7 @@ def _describe(moves: Moves, number: int, tool: int, spindle: dict[str, object], 
     name = f"{spell_tool_word(tool, name_tools(moves.events))}, " if tool else ""
     return (
         ("motion", _describe_motion(moves, number)),
-        ("feed", _describe_feed(moves, number)),
+        ("feed", describe_feed(moves, number)),
         ("spindle", turning),
         ("coolant", str(coolant.get("state", "off"))),
         ("tool", f"{name}length {frame.tool_length:g} mm"),
@@ -73,7 +73,8 @@ def _describe_motion(moves: Moves, number: int) -> str:
     }[kind]
 
 
-def _describe_feed(moves: Moves, number: int) -> str:
+def describe_feed(moves: Moves, number: int) -> str:
+    """The feed rate of a move with its unit, the length of a dwell, or that it is a rapid."""
     feed, kind = float(moves.feed[number]), MoveKind(moves.kind[number])
     if kind == MoveKind.DWELL:
         return f"{feed:g} s"

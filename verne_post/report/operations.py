@@ -7,30 +7,39 @@ from verne_post.base.arrays import Array, Ints
 from verne_post.base.long_text import Text, iterate_lines
 from verne_post.gcode.dialects import choose_dialect_name
 from verne_post.gcode.remarks import list_heads
-from verne_post.model.moves import find_tool_of_moves
+from verne_post.model.moves import MoveKind, find_tool_of_moves
 from verne_post.report.governing import Spent
 from verne_post.report.table import LineTimes, Operation
 
 
-class _MovesOfDwells:
-    """The moves of rows: those of a dwell have the segment after it, before which the tool may change."""
+class _MovesAtRest:
+    """The moves of rows: those of a dwell and of a stop have the segment after it, before which the tool may change."""
 
     def __init__(self, program: Program) -> None:
-        self._moves, self._lines = program.moves.dwells, len(program.moves.line) and int(program.moves.line.max()) + 1
-        keys = self._make_keys(program.path.dwell_segment, program.path.dwell_line)
+        path, moves = program.path, program.moves
+        stops = [event for event in moves.events if event.kind == "stop" and event.before > 0]
+        reached = np.array([event.before - 1 for event in stops], np.int64)
+        at_stops = np.searchsorted(path.move_reached, reached, side="right")
+        self._width = len(moves.line) and int(max(moves.line.max(), *(event.line for event in stops), 0)) + 1
+        keys = self._make_keys(
+            np.append(at_stops, path.dwell_segment), np.append([event.line for event in stops], path.dwell_line)
+        )
+        # a stop ends the operation before it: a remark below that heads the next one
+        lines = np.append(moves.line[reached], path.dwell_line)
         order = np.argsort(keys, kind="stable")
-        self._keys, self._moves = keys[order], self._moves[order]
+        self._keys, self._moves, self._lines = keys[order], np.append(reached, moves.dwells)[order], lines[order]
 
     def _make_keys(self, segment: Ints, line: Ints) -> Ints:
-        return np.asarray(segment, np.int64) * self._lines + line
+        return np.asarray(segment, np.int64) * self._width + np.asarray(line, np.int64)
 
-    def replace(self, move: Ints, segment: Ints, line: Ints) -> Ints:
-        """Moves (m,) of rows, where those of dwells are put in for their segments and lines."""
+    def replace(self, move: Ints, segment: Ints, line: Ints) -> tuple[Ints, Ints]:
+        """Moves and lines (m,) of rows, where those of dwells and stops are put in for their segments and lines."""
         if not len(self._keys):
-            return move
+            return move, line
         keys = self._make_keys(segment, line)
         at = np.minimum(np.searchsorted(self._keys, keys), len(self._keys) - 1)
-        return np.where(self._keys[at] == keys, self._moves[at], move)
+        rests = self._keys[at] == keys
+        return np.where(rests, self._moves[at], move), np.where(rests, self._lines[at], line)
 
 
 class OperationTimes:
@@ -41,11 +50,13 @@ class OperationTimes:
         lines = (line.decode("utf-8", errors="replace") for line in iterate_lines(source))
         dialect, moves = choose_dialect_name(options.dialect, source, options.source_name), program.moves
         changes = {event.line - 1 for event in moves.events if event.kind == "tool"}
-        heads = list_heads(lines, dialect, set((np.unique(moves.line) - 1).tolist()), changes)
+        waits = [event.line for event in moves.events if event.waits(optional_stop=options.optional_stop)]
+        moving = moves.line[(moves.kind != MoveKind.DWELL) | ~np.isin(moves.line, waits)]
+        heads = list_heads(lines, dialect, set((np.unique(moving) - 1).tolist()), changes)
         self._heads = np.array([line + 1 for line, _name in heads], dtype=np.int64)
         self._names = ("", *(name for _line, name in heads))
         self._program = program
-        self._dwells = _MovesOfDwells(program)
+        self._rests = _MovesAtRest(program)
         # by tool and head: seconds, rapid, standing, lost; first and last line, first frame
         self._spent: dict[tuple[int, int], Array] = {}
         self._lines: dict[tuple[int, int], tuple[int, int, int]] = {}
@@ -62,7 +73,7 @@ class OperationTimes:
         worst = worst[np.append(line[worst][1:] != line[worst][:-1], True)]
         worst = worst[spent.lost[worst] > self._most[line[worst]]]
         self._most[line[worst]], by_line.limit[line[worst]] = spent.lost[worst], spent.limit[worst]
-        move = self._dwells.replace(path.move_reached[segment], segment, line)
+        move, line = self._rests.replace(path.move_reached[segment], segment, line)
         tool = find_tool_of_moves(move, path.first_move, self._program.moves)
         head = np.searchsorted(self._heads, line, side="right")
         keys, first, of = np.unique(np.stack([tool, head]), axis=1, return_index=True, return_inverse=True)

@@ -70,7 +70,9 @@ def make_page(program: str, source: Text, machine: Machine, study: Study) -> str
     data["first"], data["firstLine"] = _find_opening(study)
     data["arrays"] = pack.contents
     data["marks"] = [
-        [line, item.last_line or line, item.severity] for item in study.findings if (line := find_own_line(item))
+        [line, item.last_line or line, item.severity, item.code]
+        for item in study.findings
+        if (line := find_own_line(item))
     ]
     parts = {
         "title": escape_text(f"{program} on {machine.name}"),
@@ -178,6 +180,7 @@ def _pack_study(pack: Pack, machine: Machine, study: Study) -> dict[str, Any]:
         ],
         "tilts": study.tilts,
         "marginNames": list(study.margin_names),
+        "marginOf": _name_margin(study.margin_names),
         "limits": list(study.governing.names) if study.governing is not None else [],
         "modal": modal,
         "toolNumbers": tools,
@@ -187,6 +190,13 @@ def _pack_study(pack: Pack, machine: Machine, study: Study) -> dict[str, Any]:
         | {"meshes": pack_surfaces(pack, surfaces, study.tip, study.line), "note": note},
         "slice": _pack_slice(pack, machine, study),
     }
+
+
+def _name_margin(names: Sequence[str]) -> str:
+    """Which limits the margins are about: contact has none."""
+    others = [name for name in names if not name.startswith("travel of ")]
+    singular = [name for name in others if "Jacobian" in name or name.startswith(("drop of ", "vertical drop of "))]
+    return ", ".join(["travel", *["singularity"] * bool(singular), *(name for name in others if name not in singular)])
 
 
 def _describe_wanted(study: Study) -> dict[str, float] | None:

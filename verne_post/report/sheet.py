@@ -1,15 +1,17 @@
 """The set-up sheet: program and machine, start, tools, work offsets, actions of the operator, fixtures."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Final
 
 import numpy as np
 
+from verne_post.app.assemble import Program
 from verne_post.app.summary import list_tool_lengths
 from verne_post.base.arrays import find_used
-from verne_post.base.long_text import Text, compute_sha256
+from verne_post.base.long_text import Text, compute_sha256, iterate_lines
 from verne_post.base.numbers import format_fixed
-from verne_post.gcode.remarks import find_tool_diameters, find_tool_remarks
+from verne_post.gcode.dialects import choose_dialect_name
+from verne_post.gcode.remarks import find_stop_remarks, find_title, find_tool_diameters, find_tool_remarks
 from verne_post.model.machine import Machine
 from verne_post.model.moves import Event, MoveKind, Stock, describe_tool, find_tool_of_moves, name_tools
 from verne_post.model.part_setup import SYSTEM_NAMES, Box, FixtureMesh, OwnStock, Tool, spell_tool_word
@@ -37,6 +39,8 @@ _TOLD: Final = (
 _SHEET_ROWS: Final = 16
 #: Of a diameter.
 _NOT_GIVEN: Final = "not given"
+#: Of an offset that neither a file nor an option of the command line gives.
+_GIVEN: Final = "given"
 _ACTIONS: Final = {"input": "input {input} is waited for", "stop": "{stop} stop"}
 
 
@@ -47,8 +51,10 @@ def write_sheet_html(program: str, source: Text, machine: Machine, study: Study)
     """
     lines = source.count(b"\n") + (not source.endswith(b"\n"))
     setup = study.options.setup_source
+    title = find_title(_decode_lines(source), _find_dialect(source, study))
     made = (
         ("program", f"{program}, {count(lines, 'line')}"),
+        *([("title", title)] if title else []),
         ("machine", machine.name),
         *([("set-up", setup)] if setup else []),
     )
@@ -78,7 +84,10 @@ def write_sheet_html(program: str, source: Text, machine: Machine, study: Study)
             note=_describe_carried(study) if read else "From the set-up: the program was not read to its end.",
         ),
         _write_titled_table(
-            "Work offsets", ("system", "x, mm", "y, mm", "z, mm", "turned, deg", "from"), list_offsets(machine, study)
+            "Work offsets",
+            ("system", "x, mm", "y, mm", "z, mm", "turned, deg", "from"),
+            offsets := list_offsets(machine, study),
+            note="The part zero: x and y from the rotary centre of the table, z from its face." if offsets else "",
         ),
         _write_titled_table("Fixtures and stock", ("name", "in", "x, y, z, mm"), _list_bodies(study), named=True),
     ]
@@ -94,7 +103,7 @@ def write_sheet_html(program: str, source: Text, machine: Machine, study: Study)
         _write_titled_table(
             "Actions of the operator",
             ("line", "time, s", "what"),
-            _list_actions(study, remarks),
+            _list_actions(source, study, remarks),
             note=f"The file is cut into {parts_of_file} parts." if parts_of_file > 1 else "",
         )
     )
@@ -109,7 +118,7 @@ def _add_named(diameter: str, named: float | None) -> str:
 def is_sheet_long(machine: Machine, study: Study) -> bool:
     """Whether tools, offsets and actions leave no room for a finding on the first page of paper."""
     rows = [*list_tools(study), *list_offsets(machine, study), *_list_bodies(study)]
-    return len(rows) + (0 if study.program is None else len(_list_actions(study, {}))) > _SHEET_ROWS
+    return len(rows) + (0 if study.program is None else len(_list_waits(study.program))) > _SHEET_ROWS
 
 
 def write_record_html(source: Text, machine: Machine, study: Study) -> str:
@@ -210,7 +219,7 @@ def list_offsets(machine: Machine, study: Study) -> list[Row]:
     program, options = study.program, study.options
     if program is None:
         given = {
-            system: (*(f"{value:g}" for value in offset.origin_mm), f"{offset.turn_deg:g}", "given")
+            system: (*(f"{value:g}" for value in offset.origin_mm), f"{offset.turn_deg:g}", offset.source or _GIVEN)
             for system, offset in options.wcs.items()
         } | dict.fromkeys(options.unmeasured_wcs, ("", "", "", "", "to be measured"))
         return [(SYSTEM_NAMES[system], *cells) for system, cells in sorted(given.items())]
@@ -220,7 +229,12 @@ def list_offsets(machine: Machine, study: Study) -> list[Row]:
     for frame in sorted((program.moves.frames[index] for index in used), key=lambda frame: frame.system):
         place = machine.find_origin_on_table(frame)
         who = find_placer(frame, machine, program.options, program.moves.placed_systems)
-        source = {"set-up": "given", "program": "the program"}.get(who, "not given: rotary centre on the table face")
+        written = options.wcs.get(frame.system)
+        source = {
+            "set-up": (written.source if written else "") or _GIVEN,
+            "program": "the program",
+            "nobody": "not given: rotary centre on the table face",
+        }[who]
         rows[SYSTEM_NAMES[frame.system], *(f"{value:g}" for value in place), f"{frame.part_turn:g}", source] = None
     return list(rows)
 
@@ -250,19 +264,35 @@ def _describe_body(body: Box | FixtureMesh | OwnStock, own: Stock | None) -> Row
             return body.name, SYSTEM_NAMES[own.frame.system], describe_own_stock(own)
 
 
-def _list_actions(study: Study, remarks: Mapping[int, str]) -> list[Row]:
+def _decode_lines(source: Text) -> Iterator[str]:
+    return (line.decode("utf-8", errors="replace") for line in iterate_lines(source))
+
+
+def _find_dialect(source: Text, study: Study) -> str:
+    return choose_dialect_name(study.options.dialect, source, study.options.source_name)
+
+
+def _list_waits(program: Program) -> list[Event]:
+    """Where the machine waits for a person or a signal."""
+    return [event for event in program.moves.events if event.waits(optional_stop=program.options.optional_stop)]
+
+
+def _list_actions(source: Text, study: Study, remarks: Mapping[int, str]) -> list[Row]:
     program = study.program
     assert program is not None
-    waits = [event for event in program.moves.events if event.waits(optional_stop=program.options.optional_stop)]
+    waits = _list_waits(program)
     rows = {} if study.summary is None else {id(timed.event): timed.row for timed in study.summary.timed}
-    cycle = program.cycle
+    said = find_stop_remarks(
+        _decode_lines(source), _find_dialect(source, study), {event.line for event in waits if event.kind == "stop"}
+    )
 
     def describe_time(event: Event) -> str:
-        return f"{rows[id(event)] * cycle:.3f}" if id(event) in rows else ""
+        return f"{rows[id(event)] * program.cycle:.3f}" if id(event) in rows else ""
 
     def describe_action(event: Event) -> str:
         if event.kind != "tool":
-            return _ACTIONS[event.kind].format(**event.data)
+            what = _ACTIONS[event.kind].format(**event.data)
+            return what + (f": {said[event.line]}" if event.kind == "stop" and event.line in said else "")
         remark = remarks.get(int(str(event.data["number"])), "")
         return f"put in {describe_tool(event)}" + f" ({remark})" * bool(remark)
 

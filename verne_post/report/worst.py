@@ -15,8 +15,9 @@ from verne_post.base.rotations import rotate_z
 from verne_post.base.tolerances import ACCELERATION_RATIO, JERK_RATIO, VELOCITY_RATIO
 from verne_post.model.findings import Finding
 from verne_post.model.machine import Machine
+from verne_post.model.verdict import SEVERITIES
 from verne_post.output.causes import describe_other, find_causes
-from verne_post.output.findings import describe, list_remedies
+from verne_post.output.findings import list_remedies
 from verne_post.part.sweep import Nearest
 from verne_post.part.verdict import find_line, find_tip
 from verne_post.report.markup import escape_text, escape_values
@@ -43,7 +44,7 @@ class Place(Struct, frozen=True):
 
 
 def write_findings_html(program: str, source: Text, study: Study) -> str:
-    """The list of findings, one for each cause, with what helps.
+    """The list of findings, one for each cause, with what helps: errors first, each severity by line.
 
     Each entry has the frame that a click leads to, or the line where the program does not move. The other places of a
     cause are entries of their own; paper has no clicks, and one sentence for them.
@@ -51,11 +52,12 @@ def write_findings_html(program: str, source: Text, study: Study) -> str:
     if not study.findings:
         return "<li>no findings</li>"
     entries = []
-    for cause in find_causes(study.findings):
+    # a stable sort: what refuses the program stands before what does not
+    for cause in sorted(find_causes(study.findings), key=lambda one: SEVERITIES.index(one.first.severity)):
         item = cause.first
         helps = "".join(f"<small>{escape_text(remedy)}</small>" for remedy in list_remedies(item, program))
         others = f"<small class=printed>also {escape_text(cause.describe_others())}</small>" if cause.others else ""
-        text = escape_text(describe_place(item)) + _quote_line(item, source) + others + helps
+        text = escape_text(str(item)) + _quote_line(item, source) + others + helps
         also = [escape_text(f"also {describe_other(other)}") for other in cause.others]
         kinds = [item.severity] + [f"{item.severity} also"] * len(also)
         for kind, shown, index in zip(kinds, [text, *also], cause.indices, strict=True):
@@ -64,13 +66,6 @@ def write_findings_html(program: str, source: Text, study: Study) -> str:
             tag, place = ("button", f' type="button" {leads}') if leads else ("span", "")
             entries.append(f'<li class="{kind}"><{tag}{place}>{shown}</{tag}></li>')
     return "\n".join(entries)
-
-
-def describe_place(item: Finding) -> str:
-    """``line 6: CODE severity: message``; the file is named where it is another one than the program."""
-    name = "" if item.file is None else item.file if item.file_line is None else f"{item.file}:{item.file_line}"
-    line = find_own_line(item)
-    return (f"line {line}: " if line is not None else f"{name}: " if name else "") + describe(item)
 
 
 def find_own_line(item: Finding) -> int | None:

@@ -18,8 +18,10 @@ from verne_post.base.ragged import number_parts
 from verne_post.base.rotations import rotate_z
 from verne_post.base.text_tables import format_html_text
 from verne_post.base.tolerances import MARGIN_CHANGE, TIED
+from verne_post.base.units import RAD_PER_DEG
 from verne_post.model.findings import Finding
 from verne_post.model.machine import Limits, Machine
+from verne_post.model.part_setup import WorkOffset
 from verne_post.model.toolpath import SegmentKind, ToolPath
 from verne_post.toolpath.evaluate import evaluate_coordinates
 from verne_post.toolpath.margins import list_margin_functions
@@ -68,6 +70,11 @@ class Place(Struct, frozen=True):
     def pack_array(self) -> Array:
         """x, y, z, c."""
         return np.array([self.x, self.y, self.z, self.c])
+
+
+def make_offset(place: Place) -> WorkOffset:
+    """The work offset of a place, its turn in degrees."""
+    return WorkOffset((place.x, place.y, place.z), round(place.c / RAD_PER_DEG, WRITTEN_DECIMALS))
 
 
 class PartPoints(Struct, frozen=True, eq=False):
@@ -147,22 +154,47 @@ class Fit(Struct, frozen=True, eq=False):
 
 
 class Proposal(Struct, frozen=True, eq=False):
-    """Where the part stands now, a place for it, and the findings of the whole program there."""
+    """Where the part stands now, a place for it, and the findings of the whole program there.
 
-    system: int  #: Number of the work system that moves.
-    #: {"move", "margin", "time"}: What the place was chosen for: the smallest move, the largest margin, or the
-    #: least time.
+    Attributes
+    ----------
+    wcs : dict
+        The work offset to be set, by the number of its system, in mm and degrees: ``options.changed(wcs=p.wcs)``.
+    system : int
+        Number of the work system that moves.
+    aim : {"move", "margin", "time"}
+        What the place was chosen for: the smallest move, the largest margin, or the least time.
+    findings : tuple of Finding
+        Of the whole program at the place.
+    seconds_before, seconds : float or None
+        Machining time where the part is and at the place, s; None where the program cannot run there.
+    before, after, largest : Fit
+        The place of now, the one that is proposed, and that of the largest margin, in mm and rad: ``smallest`` is the
+        smallest margin there.
+    turns : bool
+        A joint of the machine turns the part about its z.
+    g10 : str
+        The language whose G10 sets work systems; empty where the program is in one without G10.
+    text : str
+        What ``fit`` says of it: what is printed.
+    """
+
+    system: int
     aim: Aim
     before: Fit
     after: Fit
-    findings: tuple[Finding, ...]  #: Of the whole program at the place.
-    #: seconds_before, seconds: None where the program cannot run.
+    findings: tuple[Finding, ...]
     seconds_before: float | None
     seconds: float | None
-    largest: Fit  #: The place with the largest smallest margin.
-    turns: bool = True  #: A joint of the machine turns the part about its z.
-    g10: str = "rs274"  #: The language whose G10 sets work systems; "" where the program is in one without G10.
-    text: str = ""  #: What ``fit`` says of it: what is printed.
+    largest: Fit
+    turns: bool = True
+    g10: str = "rs274"
+    text: str = ""
+
+    @property
+    def wcs(self) -> dict[int, WorkOffset]:
+        """The work offset to be set, by the number of its system."""
+        return {self.system: make_offset(self.after.place)}
 
     def __repr__(self) -> str:
         return self.text or super().__repr__()

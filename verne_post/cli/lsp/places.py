@@ -14,11 +14,10 @@ from verne_post.base.program_lines import find_word, find_word_of
 from verne_post.base.suggestions import find_correction
 from verne_post.config.program_setup import FILE_KEYS, list_setup_options
 from verne_post.config.toml_entries import find_place
-from verne_post.model.findings import Finding
+from verne_post.model.findings import Finding, describe
 from verne_post.model.options import spell_flag
 from verne_post.model.verdict import Severity
 from verne_post.output.causes import Cause, describe_other
-from verne_post.output.findings import describe
 
 _SEVERITY: Final[dict[Severity, lsp.DiagnosticSeverity]] = {
     "error": lsp.DiagnosticSeverity.Error,

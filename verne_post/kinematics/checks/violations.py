@@ -151,16 +151,20 @@ def report_limit(contour: Contour, check: Check, worst: Worst, cause: Ints | Non
     return findings
 
 
-#: A joint beyond its travel by less than three decimals show has so many.
+#: What is beyond a travel or below the table by less than three decimals show has so many.
 _DECIMALS: Final = (3, 6)
 #: What people call the joints of that name.
 _SLIDER: Final = re.compile(r"rho(\d+)")
 
 
+def _choose_decimals(excess: float) -> int:
+    return next((n for n in _DECIMALS if excess >= 0.5 * 10.0**-n), _DECIMALS[-1])
+
+
 def _describe_travel(check: Check, value: float, bound: float) -> str:
     """``slider 1 (rho1) reaches 1262.413 mm, 12.413 mm above its travel of 50 to 1250 mm``."""
     excess = abs(value - bound)
-    decimals = next((n for n in _DECIMALS if excess >= 0.5 * 10.0**-n), _DECIMALS[-1])
+    decimals = _choose_decimals(excess)
     low, high = sorted(end * check.factor for end in check.travel or ())
     travel = (
         f"travel of {low:g} to {high:g}"
@@ -182,7 +186,8 @@ def report_table(contour: Contour, below: Worst) -> list[Finding]:
     for group in _split_stretches(below.by_element):
         at = min(group, key=lambda element: below.by_element[element][0])
         value, place_of = below.by_element[at][1], {one: below.by_element[one][2] for one in group}
-        message = f"tip or spindle nose {format_fixed(-value, 6)} mm below the table face, inside the table's radius"
+        depth = format_fixed(-value, _choose_decimals(-value))
+        message = f"tip or spindle nose {depth} mm below the table face, inside the table's radius"
         findings.append(
             _make_finding(contour, group, (at, place_of), "VP210", message, value=value, limit=0.0, unit="mm")
         )

@@ -7,11 +7,11 @@ from typing import Final
 
 from verne_post.base.numbers import format_count
 from verne_post.base.printable import make_printable
-from verne_post.model.findings import Finding
+from verne_post.model.findings import Finding, describe
 from verne_post.model.machine import Machine
 from verne_post.model.verdict import OF_THE_PART, Verdict, is_about_pose
 from verne_post.output.causes import Cause, find_causes
-from verne_post.output.findings import Report, describe, describe_remedy, format_outcome
+from verne_post.output.findings import Report, describe_remedy, format_outcome
 
 #: A comment has room for 65,536 characters.
 MAX_CHARACTERS: Final = 60_000
