@@ -73,8 +73,8 @@ class Execution(Struct):
         all_errors = list(errors)
         # beside its correction, a misspelt word that was one too many is there twice
         is_misspelt = len(all_errors) > 1 and all_errors[0].code in ("VP001", "VP002")
-        kept = (error for error in all_errors if not (is_misspelt and error.code in _TWICE))
-        return all(self.report(error, line, **where) for error in kept)
+        kept_errors = (error for error in all_errors if not (is_misspelt and error.code in _TWICE))
+        return all(self.report(error, line, **where) for error in kept_errors)
 
     def report_at_line(
         self,
