@@ -73,16 +73,14 @@ class KlartextContour:
                 "--tool-length MM",
             )
 
-    def _report_missing_call(self, what: str, unnamed: str) -> ProgramError:
-        """VP012 where no TOOL CALL has come before ``what``; ``unnamed`` is for a program without TOOL DEF, either."""
-        named = next((one for one in self.core.recorder.selections if one.is_defined), None)
+    def _report_missing_call(self, what: str, other_text: str) -> ProgramError:
+        """VP012 where no TOOL CALL has come before ``what``; ``other_text`` where no TOOL DEF has."""
+        named_tool = next((one for one in self.core.recorder.selections if one.is_defined), None)
+        if named_tool is None:
+            return ProgramError("VP012", other_text)
         text = (
-            unnamed
-            if named is None
-            else (
-                f"no TOOL CALL before {what}: {named.spell()} in line {named.line} only names the tool; write TOOL "
-                f"CALL {named.number} Z S with its speed after it"
-            )
+            f"no TOOL CALL before {what}: {named_tool.spell()} in line {named_tool.line} only names the tool; write "
+            f"TOOL CALL {named_tool.number} Z S with its speed after it"
         )
         return ProgramError("VP012", text)
 

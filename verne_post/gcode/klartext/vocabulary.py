@@ -96,7 +96,7 @@ FUNCTIONS: Final[Mapping[int, str]] = {
         (89, 99),
         "cycle call in this block; M89 calls it after every block that moves, until M99 or the next machining cycle",
     ),
-    91: "machine coordinates, as G53: gauge line, nominal machine",
+    91: "machine coordinates, as G53: gauge line, nominal machine; under M128 with a warning (VP043)",
     92: "machine coordinates from `g30` of `[home]`",
     94: "the number of A and C is reduced to less than a turn",
     **dict.fromkeys((109, 110, 111), "where F applies on arcs: see F on arcs"),

@@ -120,7 +120,7 @@ class Compensation(Struct):
         radius = math.dist(p, c) - sense * self.radius
         if radius <= 0:
             text = f"{self._name_tool()} is too wide for this arc, whose radius is {math.dist(p, c):.6g} mm"
-            raise ProgramError("VP026", text + self._ask_what_is_meant(None, (p, q, c, sense)))
+            raise ProgramError("VP026", text + self._describe_alternative(None, (p, q, c, sense)))
         if self.segment is None:
             entry = self._enter_on_arc(p, q, c, sense, abs(arc.turns))
             center = list(arc.center)
@@ -293,10 +293,10 @@ class Compensation(Struct):
                 f"before that, write {self.end_word} there"
             )
         else:
-            text += self._ask_what_is_meant(t2, arc)
+            text += self._describe_alternative(t2, arc)
         return ProgramError("VP026", text)
 
-    def _ask_what_is_meant(self, t2: Point | None, arc: _Sense | None) -> str:
+    def _describe_alternative(self, t2: Point | None, arc: _Sense | None) -> str:
         """The other sense of an arc if only that is tangent to its neighbour, else the other side of the contour.
 
         Every inside corner is an outside one of the other side, and every arc has room there.

@@ -297,12 +297,17 @@ class Rs274(Language):
 
     @staticmethod
     def _check_words(block: Block, usable: set[str]) -> None:
-        unused = [letter for letter in block.columns if letter not in usable]
+        unused_letters = [letter for letter in block.columns if letter not in usable]
         inverse = next((code for code in block.codes if code[:2] == ("G", 93.0)), None)
-        if inverse is not None and "Z" in block.words and {"R", "Q"} & {*unused} and {*unused} <= _OF_DRILLING:
+        if (
+            inverse is not None
+            and "Z" in block.words
+            and {"R", "Q"} & {*unused_letters}
+            and {*unused_letters} <= _OF_DRILLING
+        ):
             block.codes.remove(inverse)  # so that no line after it lacks its inverse time
-            raise ProgramError("VP006", f"G93 takes no {', '.join(unused)}; did you mean G83?", inverse[2])
-        for letter in unused:
+            raise ProgramError("VP006", f"G93 takes no {', '.join(unused_letters)}; did you mean G83?", inverse[2])
+        for letter in unused_letters:
             text = f"nothing in the block uses {letter}{block.words[letter]:g}"
             raise ProgramError("VP006", text, block.columns[letter])
 
