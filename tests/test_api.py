@@ -329,6 +329,16 @@ def test_misuse_raises_one_documented_error(call: Any, name: str) -> None:
     assert len(caught.value.reason) > 10
 
 
+def test_two_lengths_of_one_tool_are_refused() -> None:
+    given = vp.Options(tools={1: 60}, tool_length=70, wcs={"G54": (0, 0, 60)})
+    with pytest.raises(
+        vp.UsageError, match="70 mm for all tools, but tools gives 60 mm; give one of the two"
+    ) as caught:
+        vp.check(SHORT, "verne", given)
+    assert caught.value.option == "tool_length"
+    assert vp.check(SHORT, "verne", given.changed(tool_length=60)).exit_code in (0, 1)
+
+
 def test_rows_that_are_none_are_told() -> None:
     with pytest.raises(vp.UsageError, match="None: a result has setpoints where convert made them"):
         vp.verify(None, SHORT, "verne")  # type: ignore[arg-type]

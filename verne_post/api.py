@@ -583,6 +583,11 @@ def _read_program(
     if options is not None and not isinstance(options, Options):
         raise UsageError("options", f"expected Options, got {type(options).__name__}")
     chosen = options or Options()
+    other = {one.offset[2] for one in (chosen.tools or {}).values()} - {0.0, chosen.tool_length}
+    if chosen.tool_length is not None and other:
+        lengths = ", ".join(f"{length:g}" for length in sorted(other))
+        why = f"{chosen.tool_length:g} mm for all tools, but tools gives {lengths} mm; give one of the two"
+        raise UsageError("tool_length", why)
     text = _read(source, "source")
     path = Path(source) if isinstance(source, os.PathLike) else None
     chosen = lay_over_setup(chosen, path, setup, settings)
