@@ -32,6 +32,7 @@ from verne_post.model.options import Options
 from verne_post.model.part_setup import SYSTEM_NAMES, TOOL_PARTS, OwnStock, WorkOffset
 from verne_post.model.verdict import NO_POSE, Family, find_family, is_about_pose
 from verne_post.output.causes import find_excess
+from verne_post.toolpath.branch_choice import DEPARTURE
 from verne_post.toolpath.contour import make_exact_contour
 
 #: Findings of a program that are given remedies, the gravest place of each: the others mostly follow from them.
@@ -121,13 +122,18 @@ def _find_mistaken_unit(source: Text, program: Program, errors: Sequence[Finding
 def _try_remedies(
     source: Text, program: Program, joints: Any, item: Finding, offset: Remedy | None
 ) -> Iterator[Remedy]:
-    if item.code in _OPTIONS:
-        flag, change = _OPTIONS[item.code]
+    departs = not program.options.allow_rewind and any(one.quantity == DEPARTURE for one in program.findings)
+    for code in dict.fromkeys((item.code, *(("VP301",) if departs else ()))):
+        flag, change = _OPTIONS.get(code, ("", {}))
+        if not flag:
+            continue
         left = _find_errors_with(source, program, **change) if len(program.contour) <= TRIED_ELEMENTS else None
         if left is not None and item.code not in left:
             what = "brings the program within limits" if not left else f"removes this ({', '.join(left)} stay)"
             yield Remedy(f"{flag} {what}", "true", key=tuple(change))
-    elif offset is not None and item.code not in ROTARY_CODES:
+    if item.code in _OPTIONS:
+        return
+    if offset is not None and item.code not in ROTARY_CODES:
         yield offset
     elif find_family(item.code) != Family.BRANCH:
         line = _find_line(program, joints, item.line)
