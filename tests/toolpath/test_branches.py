@@ -417,7 +417,7 @@ def test_words_beyond_a_limit_are_an_error_that_allow_rewind_resolves():
     refused = check(source, limited, Options(tool_length=50.0, wcs=AT_THE_CENTRE))
     (beyond,) = refused.findings  # where the words are beyond: not where the table would turn already
     assert (beyond.code, beyond.line) == ("VP103", 5)
-    assert "--allow-rewind brings the program within limits" in beyond.remedies
+    assert "allow_rewind brings the program within limits" in beyond.remedies
     rewound = convert(
         source, replace(limited, cycle=0.004), Options(tool_length=50.0, wcs=AT_THE_CENTRE, allow_rewind=True)
     )
