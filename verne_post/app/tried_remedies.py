@@ -133,7 +133,7 @@ def _try_remedies(
             yield Remedy(f"{flag} {what}", "true", key=tuple(change))
     if item.code in _OPTIONS:
         return
-    if offset is not None and item.code not in ROTARY_CODES:
+    if offset is not None and item.code not in ROTARY_CODES and not _is_in_machine(program, item):
         yield offset
     elif find_family(item.code) != Family.BRANCH:
         line = _find_line(program, joints, item.line)
@@ -141,6 +141,7 @@ def _try_remedies(
             for one in propose_turns(line, [item]):
                 yield dataclasses.replace(one, text=f"line {line.number} alone: {one.text}")
         tried = item.code not in ROTARY_CODES and len(program.contour) <= TRIED_ELEMENTS
+        tried = tried and not _is_in_machine(program, item)
         if tried and not (line is not None and _is_carried_along(program.options, item, line.frame.system)):
             yield _NO_OFFSET
 
@@ -234,7 +235,7 @@ def _find_word(source: Text, program: Program, errors: Sequence[Finding]) -> Rem
 
 def _find_offset(source: Text, program: Program, errors: Sequence[Finding]) -> tuple[Remedy, float] | None:
     """A work offset, as an option, with which the whole program was checked, and how far it moves the part, mm."""
-    concerned = _select_movable_errors(errors)
+    concerned = _select_movable_errors(program, errors)
     if not concerned:
         return None
     first = _find_line(program, guard_joints(program), concerned[0].line)
@@ -278,12 +279,18 @@ def _find_legal_origin(
             found = [item for item in check_program(there)[1] if item.severity == "error"]
         except InputError:
             return None
-        concerned = _select_movable_errors(found)
+        concerned = _select_movable_errors(there, found)
         if not concerned:
             return place, tuple(dict.fromkeys(item.code for item in found))
     return None
 
 
-def _select_movable_errors(errors: Sequence[Finding]) -> list[Finding]:
+def _select_movable_errors(program: Program, errors: Sequence[Finding]) -> list[Finding]:
     """Errors that a move of the part may cure."""
-    return [item for item in errors if item.code not in (*ROTARY_CODES, *_OPTIONS) and item.line]
+    others = (*ROTARY_CODES, *_OPTIONS)
+    return [item for item in errors if item.code not in others and item.line and not _is_in_machine(program, item)]
+
+
+def _is_in_machine(program: Program, item: Finding) -> bool:
+    """Whether a finding is about a move to machine coordinates (G53, SUPA, M91), which no work offset moves."""
+    return item.line in program.moves.line[list(program.moves.machine_moves)]
