@@ -92,7 +92,7 @@ CASES: Final = {
     "VP202": Case(
         "G49 G0 X0 Y0 Z60 A0 C0\nG1 X-545 F900\nM2\n",
         2,
-        ("VP101", "VP202", "VP301"),
+        ("VP101", "VP202"),
         machine="linear_delta",
         tool=50.0,
         place=(0.0, 0.0, 0.0),
@@ -122,7 +122,8 @@ CASES: Final = {
             ("[control]", '[as_built]\nsource = "test"\nspindle_axis_mrad = [2.0, 0.0]\n\n[control]'),
         ),
     ),
-    "VP301": Case(TURNS, 3, ("VP301",), changes=TURNED),
+    "VP103 of words that a rewind would settle": Case(TURNS, 5, ("VP103",), changes=TURNED),
+    "no VP301 where they are not at fault": Case(TURNS, 3, (), changes=TURNED),
     # --- options
     "fixture of the settings file": Case(PAST, 3, ("VP215",), settings=PIN_FILE, options={"keep_out": (PIN,)}),
     "fixture of the command line": Case(PAST, 3, ("VP215",), PIN_WORDS, options={"keep_out": (PIN,)}),
@@ -208,7 +209,7 @@ CASES: Final = {
         ("--from", "home", "--from-line", "4", *PIN_WORDS),
         options={"approach": "home", "from_line": 4, "keep_out": (PIN,)},
     ),
-    "--rapids line": Case(OVER.format(z=599), 3, ("VP101", "VP301")),
+    "--rapids line": Case(OVER.format(z=599), 3, ("VP101",)),
     "--rapids joint": Case(OVER.format(z=599), 3, ("VP301",), ("--rapids", "joint"), options={"rapids": "joint"}),
     "--allow-rewind": Case(TURNS, 3, (), ("--allow-rewind",), options={"allow_rewind": True}, changes=TURNED),
     "--block-delete": Case(

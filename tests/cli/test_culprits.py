@@ -150,3 +150,25 @@ def test_a_place_outside_at_which_the_program_starts(tmp_path: Path, name: str, 
         shown = vp.explain(path, "verne", number, options)
         assert {item.code for item in shown.findings} >= {min(errors, key=lambda item: item.line or 0).code}
         assert "at 0 % of the way" in shown.text and shown.working
+
+
+@pytest.mark.parametrize(
+    ("dialect", "block", "code", "low"),
+    [
+        ("fanuc", "G53 G0 Z500.", "VP101", False),
+        ("fanuc", "G53 G0 Z500.", "VP101", True),
+        ("fanuc", "G53 G0 Z-330.", "VP210", False),
+        ("siemens", "G0 SUPA Z500", "VP101", False),
+    ],
+)
+def test_no_work_offset_is_proposed_for_a_move_to_machine_coordinates(
+    dialect: str, block: str, code: str, low: bool
+) -> None:
+    """A cut of the same program that is too low has its offset as before."""
+    text = f"{'G71' if dialect == 'siemens' else 'G21'} G90 G54\nG0 X0. Y0. Z100. A0. C0.\n"
+    text += f"G1 Z{-70 if low else 5}. F900.\nG0 Z100.\n{block}\nM30\n"
+    options = vp.Options(dialect=dialect, tool_length=100.0, wcs={"G54": (0, 0, 60)})
+    errors = [item for item in vp.check(text, "ac_trunnion", options).findings if item.severity == "error"]
+    assert [(item.code, item.line) for item in errors] == [("VP210", 3)] * low + [(code, 5)]
+    assert not any("offset" in one or "part" in one for one in errors[-1].remedies)
+    assert not low or any("G54" in one or "line 3 ends at" in one for one in errors[0].remedies)

@@ -633,6 +633,7 @@ MANY = "".join(f"X{n}.\n" for n in range(20))
         ("siemens", f"G1 X8 F500\nG0 X9\n{MANY}Z60 F600\n{MANY}", 25, "G0 of line 4"),
         ("fanuc", "G0 X9. F600.\nZ60.\nG1 X5.\nX7. F500.", None, ""),
         ("siemens", "G0 X9 F600\nG1 X5\nX7 F500", None, ""),
+        ("siemens", "G0 X9\nX5 Y5 F250\nG1 X7 F500", None, ""),
         ("rs274", "F600\nG53 X9 F600\nG1 X5 F400", None, ""),
     ],
 )

@@ -2,6 +2,7 @@
 
 import dataclasses
 import re
+from collections.abc import Sequence
 from typing import Final
 
 from msgspec.structs import replace
@@ -13,6 +14,7 @@ from verne_post.kinematics.checks.limits import JointBounds
 from verne_post.kinematics.joint_path import JointPath
 from verne_post.model.findings import Finding
 from verne_post.output.causes import find_excess
+from verne_post.toolpath.branch_choice import DEPARTURE
 
 #: What the set-up lacks is reported first: other findings may follow from it.
 SET_UP: Final = ("VP033", "VP034")
@@ -35,12 +37,22 @@ def check_program(program: Program, progress: Progress | None = None) -> tuple[J
         from verne_post.app.stock_check import settle_stock  # for programs with bodies around them alone
 
         found = settle_stock(program, joints, found)
-    return bounds, sort_findings([*program.machine.warnings, *program.findings, *found])
+    return bounds, sort_findings([*program.machine.warnings, *_drop_departures(program.findings, found), *found])
+
+
+def _drop_departures(findings: Sequence[Finding], found: Sequence[Finding]) -> list[Finding]:
+    """Findings of the assembly, without VP301 of a table that would leave the words, where a limit that they break is
+    found.
+    """
+    is_found = any(item.severity == "error" for item in found)
+    return [item for item in findings if item.quantity != DEPARTURE or item.severity != "error" or not is_found]
 
 
 def check_line(program: Program, joints: JointPath, line: int) -> list[Finding]:
     """The same for a part of :func:`guard_joints` that belongs to one source line."""
     own = [item for item in program.findings if item.line == line]
+    if any(item.quantity == DEPARTURE for item in own):
+        own = _drop_departures(own, check_constraints(guard_joints(program))[1])
     found = check_constraints(joints)[1]
     if program.options.stock is not None:  # what is left of it at that time follows from the lines before
         whole = check_program(program)[1]

@@ -31,6 +31,7 @@ from verne_post.model.findings import Finding, InputError, Remedy, make_finding
 from verne_post.model.part_setup import SYSTEM_NAMES, WorkOffset
 from verne_post.model.verdict import NO_POSE, Family, find_family, is_about_pose
 from verne_post.output.causes import find_excess
+from verne_post.toolpath.branch_choice import DEPARTURE
 from verne_post.toolpath.contour import make_exact_contour
 
 #: Findings of a program that are given remedies, the gravest place of each: the others mostly follow from them.
@@ -71,7 +72,9 @@ def add_remedies(source: Text, program: Program, findings: Sequence[Finding]) ->
         return [program.machine.unreachable[0], *(one for one in findings if not is_about_pose(one.code))]
     joints = guard_joints(program)
     is_short = len(program.contour) <= TRIED_ELEMENTS
-    fixed = {item.line: code for item in errors if (code := _find_machine_code(source, program, item.line or 0))}
+    fixed = {
+        item.line: _find_machine_code(source, program, item.line) for item in errors if _is_in_machine(program, item)
+    }
     movable = [item for item in errors if item.line not in fixed]
     can_help = is_short and not all(_is_carried_along(program, joints, item) for item in movable)
     found = _find_offset(source, program, movable) if can_help else None
@@ -89,7 +92,8 @@ def add_remedies(source: Text, program: Program, findings: Sequence[Finding]) ->
         if item in remedied:
             tried = tuple(_try_remedies(source, program, joints, item, offset))
             if item.line in fixed and item.code not in (*ROTARY_CODES, *_OPTIONS):
-                why = f"line {item.line} is in machine coordinates ({fixed[item.line]}), which no work offset moves"
+                word_of = f" ({fixed[item.line]})" if fixed[item.line] else ""
+                why = f"line {item.line} is in machine coordinates{word_of}, which no work offset moves"
                 tried = (
                     Remedy(f"{why}; change its values"),
                     *(one for one in tried if one not in (offset, _NO_OFFSET)),
@@ -102,9 +106,9 @@ def add_remedies(source: Text, program: Program, findings: Sequence[Finding]) ->
     return made
 
 
-def _find_machine_code(source: Text, program: Program, line: int) -> str:
+def _find_machine_code(source: Text, program: Program, line: int | None) -> str:
     options = program.options
-    text = (take_line(source, line) or b"").decode("utf-8", errors="replace")
+    text = (take_line(source, line or 0) or b"").decode("utf-8", errors="replace")
     return find_machine_code(text, choose_dialect_name(options.dialect, source, options.source_name))
 
 
@@ -136,13 +140,18 @@ def _find_mistaken_unit(source: Text, program: Program, errors: Sequence[Finding
 def _try_remedies(
     source: Text, program: Program, joints: Any, item: Finding, offset: Remedy | None
 ) -> Iterator[Remedy]:
-    if item.code in _OPTIONS:
-        flag, change = _OPTIONS[item.code]
+    departs = not program.options.allow_rewind and any(one.quantity == DEPARTURE for one in program.findings)
+    for code in dict.fromkeys((item.code, *(("VP301",) if departs else ()))):
+        flag, change = _OPTIONS.get(code, ("", {}))
+        if not flag:
+            continue
         left = _find_errors_with(source, program, **change) if len(program.contour) <= TRIED_ELEMENTS else None
         if left is not None and item.code not in left:
             what = "brings the program within limits" if not left else f"removes this ({', '.join(left)} stay)"
             yield Remedy(f"{flag} {what}", "true", key=tuple(change))
-    elif offset is not None and item.code not in ROTARY_CODES:
+    if item.code in _OPTIONS:
+        return
+    if offset is not None and item.code not in ROTARY_CODES and not _is_in_machine(program, item):
         yield offset
     elif find_family(item.code) != Family.BRANCH:
         line = _find_line(program, joints, item.line)
@@ -150,7 +159,7 @@ def _try_remedies(
             for one in propose_turns(line, [item]):
                 yield dataclasses.replace(one, text=f"line {line.number} alone: {one.text}")
         tried = item.code not in ROTARY_CODES and len(program.contour) <= TRIED_ELEMENTS
-        if tried and not _is_carried_along(program, joints, item):
+        if tried and not _is_in_machine(program, item) and not _is_carried_along(program, joints, item):
             yield _NO_OFFSET
 
 
@@ -236,7 +245,7 @@ def _find_word(source: Text, program: Program, errors: Sequence[Finding]) -> Rem
 
 def _find_offset(source: Text, program: Program, errors: Sequence[Finding]) -> tuple[Remedy, float] | None:
     """A work offset, as an option, with which the whole program was checked, and how far it moves the part, mm."""
-    concerned = _select_movable_errors(errors)
+    concerned = _select_movable_errors(program, errors)
     if not concerned:
         return None
     first = _find_line(program, guard_joints(program), concerned[0].line)
@@ -280,12 +289,18 @@ def _find_legal_origin(
             found = [item for item in check_program(there)[1] if item.severity == "error"]
         except InputError:
             return None
-        concerned = _select_movable_errors(found)
+        concerned = _select_movable_errors(there, found)
         if not concerned:
             return place, tuple(dict.fromkeys(item.code for item in found))
     return None
 
 
-def _select_movable_errors(errors: Sequence[Finding]) -> list[Finding]:
+def _select_movable_errors(program: Program, errors: Sequence[Finding]) -> list[Finding]:
     """Errors that a move of the part may cure."""
-    return [item for item in errors if item.code not in (*ROTARY_CODES, *_OPTIONS) and item.line]
+    others = (*ROTARY_CODES, *_OPTIONS)
+    return [item for item in errors if item.code not in others and item.line and not _is_in_machine(program, item)]
+
+
+def _is_in_machine(program: Program, item: Finding) -> bool:
+    """Whether a finding is about a move to machine coordinates (G53, SUPA, M91), which no work offset moves."""
+    return item.line in program.moves.line[list(program.moves.machine_moves)]

@@ -41,7 +41,7 @@ def build_arc_from_center(
     absolute: bool,
     extra_turns: int,
     tolerance: float = ARC_RADIUS_MM,
-    said: str = "",
+    plane_word: str = "",
 ) -> Arc:
     """Arc given by its centre (I, J, K).
 
@@ -57,13 +57,15 @@ def build_arc_from_center(
         Full turns beyond the first (P - 1).
     tolerance : float
         Radius mismatch that is always accepted, mm.
-    said : str
+    plane_word : str
         What says that the plane is this one.
     """
     first, second, _normal, letter1, letter2 = PLANES[plane]
     wrong = set(offsets) - {letter1, letter2}
     if wrong:
-        raise ProgramError("VP006", f"{min(wrong)} does not belong to an arc in the {PLANE_NAMES[plane]} plane{said}")
+        raise ProgramError(
+            "VP006", f"{min(wrong)} does not belong to an arc in the {PLANE_NAMES[plane]} plane{plane_word}"
+        )
     if absolute:
         missing = [letter for letter in (letter1, letter2) if letter not in offsets]
         if missing:

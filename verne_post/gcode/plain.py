@@ -340,8 +340,8 @@ def _execute(
     state.arc_may_follow = state.arc_may_follow or straight
     view.motion = 10 * int(motion[-1])
     if view.motion == 0 and given[-1, _G]:
-        named = int(lines.first_line + lines.row[last - 1, _G])
-        core.word_lines["G0"] = named if shown_line is None else shown_line
+        own_line = int(lines.first_line + lines.row[last - 1, _G])
+        core.word_lines["G0"] = own_line if shown_line is None else shown_line
     state.feed, state.feed_angular = float(feed[-1]), float(angular[-1])
     state.position = end[-1].tolist()
     for axis in np.flatnonzero(given[-1, :9]).tolist():

@@ -63,7 +63,7 @@ class Finding:
         The tool whose length or diameter the program puts in force where another one is in the spindle.
     quantity : str
         What ``value`` is, or which value of a tool is meant: "length", "diameter", "vertical drop of a rod (rho1)".
-        Empty where it is the position of ``axis``, or nothing is measured.
+        Empty where it is the position of ``axis``, or nothing is measured. VP301 has "branch of the words".
     """
 
     code: str

@@ -19,6 +19,8 @@ from verne_post.toolpath.evaluate import evaluate_pose
 
 #: A word with the three decimals that a message names is the angle that is meant, deg.
 _NAMED_DEG: Final = 0.5e-3
+#: The quantity of findings of a table that leaves the branch of the words, because a limit is broken there or later.
+DEPARTURE: Final = "branch of the words"
 
 
 def choose_branches(
@@ -100,8 +102,8 @@ def report_branch_changes(
         line = int(path.line[segment])
         instead = show((float(plan.start[segment, 0]), float(plan.start[segment, 1])))
         what = (
-            f"the programmed {tilt} and {turn} break a limit; from this line the table would be at ({instead}) deg "
-            "instead"
+            f"the programmed {tilt} and {turn} break a limit here or later; from this line the table would be at "
+            f"({instead}) deg instead"
         )
         findings.append(
             make_finding(
@@ -111,6 +113,7 @@ def report_branch_changes(
                 line=line,
                 last_line=line,
                 worst_line=line,
+                quantity=DEPARTURE,
             )
         )
     return findings

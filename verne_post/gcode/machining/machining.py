@@ -69,7 +69,7 @@ def explain_tilted_tool(core: "Machining", otherwise: str) -> str:
     return core.recorder.explain_plane(otherwise)
 
 
-def blame_g91(core: "Machining", error: ProgramError, line: int) -> ProgramError:
+def explain_g91(core: "Machining", error: ProgramError, line: int) -> ProgramError:
     """An error that G90 would settle, with the line of G91; with others of this G91 it is one finding."""
     if "G91" in core.word_lines:
         error.message += name_word(core, "G91", "G91", line)
@@ -138,7 +138,7 @@ class Machining:
                     f"give {letter} an absolute value first",
                     letter,
                 )
-                raise blame_g91(self, error, at.line) if "incremental" in why else error
+                raise explain_g91(self, error, at.line) if "incremental" in why else error
 
     def refuse_compensation(self, what: str) -> None:
         """Refuse (VP017) what cannot be while cutter compensation holds."""
@@ -271,7 +271,7 @@ class Machining:
                 f"the tool length has changed while the table is tilted ({letter} {tilt:g} deg), so the tip is "
                 "at another place; the next motion must be a rapid traverse in absolute coordinates",
             )
-            raise error if absolute or kind != MoveKind.RAPID else blame_g91(self, error, at.line if at else 0)
+            raise error if absolute or kind != MoveKind.RAPID else explain_g91(self, error, at.line if at else 0)
         if machine:
             return state.position
         if axes is not None and _Z not in axes and not any(state.frame.tool) and not math.isnan(values_before[_Z]):

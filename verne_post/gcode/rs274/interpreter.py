@@ -24,7 +24,7 @@ from verne_post.gcode.codes import (
     spell_g_code,
 )
 from verne_post.gcode.machining.auxiliary import REMAPPED_WORDS
-from verne_post.gcode.machining.machining import Machining, blame_g91, note_g91, warn_of_idle_feed
+from verne_post.gcode.machining.machining import Machining, explain_g91, note_g91, warn_of_idle_feed
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.mistyped import explain_unknown
 from verne_post.gcode.parameters import Parameters
@@ -248,7 +248,7 @@ class Rs274(Language):
             raise ProgramError("VP017", "G53 needs G0 or G1")
         if "machine coordinates" in g and g.get("distance", 900 if self.modes.absolute else 910) != 900:
             error = ProgramError("VP017", "G53 is absolute; it cannot be used with G91")
-            raise error if "distance" in g else blame_g91(self.core, error, block.line)
+            raise error if "distance" in g else explain_g91(self.core, error, block.line)
         return motion
 
     def _choose_motion(self, block: Block, g: dict[str, int], axes: list[str]) -> int | None:

@@ -376,9 +376,17 @@ class MotionCodes:
             )
         elif offsets:
             tolerance = ARC_RADIUS_INCH_MM if self.modes.inch else ARC_RADIUS_MM
-            said = name_word(self.core, "plane", f"G{17 + state.plane}", block.line)
+            plane_word = name_word(self.core, "plane", f"G{17 + state.plane}", block.line)
             arc = build_arc_from_center(
-                start, end, state.plane, clockwise, offsets, self.modes.absolute_centers, turns - 1, tolerance, said
+                start,
+                end,
+                state.plane,
+                clockwise,
+                offsets,
+                self.modes.absolute_centers,
+                turns - 1,
+                tolerance,
+                plane_word,
             )
         else:
             raise ProgramError("VP005", f"an arc needs its centre (I, J, K) or its radius (R){self.bare_arcs_remedy}")

@@ -7,7 +7,7 @@ from msgspec.structs import replace
 
 from verne_post.gcode.codes import spell_g_code
 from verne_post.gcode.machining.compensation import Compensation
-from verne_post.gcode.machining.machining import MAX_DWELL_S, blame_g91, note_g91, warn_of_idle_feed
+from verne_post.gcode.machining.machining import MAX_DWELL_S, explain_g91, note_g91, warn_of_idle_feed
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.program_error import At, ProgramError
 from verne_post.gcode.recorder import Recorder
@@ -273,7 +273,8 @@ class SiemensInterpreter:
             return False
         if modes.motion in ("G0", "G1"):
             kind = MoveKind.RAPID if modes.motion == "G0" else MoveKind.FEED
-            if kind == MoveKind.RAPID and "F" in words.words and words.find_code("motion") is None:
+            # F beside X and Y is for the drilling cycle that follows
+            if kind == MoveKind.RAPID and 2 in places and "F" in words.words and words.find_code("motion") is None:
                 warn_of_idle_feed(self.core, block, words.words["F"].value)
             self.motion.run_line(block, kind, places, vector)
         else:
@@ -297,7 +298,7 @@ class SiemensInterpreter:
                 directions[axis] = word.mode
             elif word.mode not in ("", "AC") or (not self.modes.absolute and not word.mode):
                 error = word.error("VP017", f"{code} is absolute; it cannot be used with G91 or {word.mode or 'IC'}")
-                raise error if word.mode else blame_g91(self.core, error, block.line)
+                raise error if word.mode else explain_g91(self.core, error, block.line)
             places[axis] = word.value * (1.0 if letter in "ABC" else self.modes.length)
         if places:
             kind = MoveKind.RAPID if self.modes.motion == "G0" else MoveKind.FEED

@@ -9,7 +9,7 @@ from verne_post.base.arrays import Array
 from verne_post.base.tolerances import VECTOR_LENGTH, WHOLE_NUMBER, ZERO_LENGTH_MM
 from verne_post.gcode.arcs import PLANE_NAMES, PLANES
 from verne_post.gcode.lengths import measure_length
-from verne_post.gcode.machining.machining import blame_g91, name_word
+from verne_post.gcode.machining.machining import explain_g91, name_word
 from verne_post.gcode.machining.plane_geometry import find_center_of_sweep
 from verne_post.gcode.program_error import At, ProgramError
 from verne_post.gcode.rs274.motion import MAX_TURNS
@@ -73,7 +73,7 @@ class SiemensPlaces:
             f"{word.name} is incremental, and its offset has changed: SD42440 and SD42442 decide whether the axis "
             "also moves by that change; write it in G90, or give [siemens] offsets_in_g91 in the settings file",
         )
-        raise error if word.mode else blame_g91(self.core, error, line)
+        raise error if word.mode else explain_g91(self.core, error, line)
 
     def _resolve_rotary_place(self, word: Word, axis: int, value: float) -> float:
         """DC: the shortest way; ACP, ACN: upwards, downwards; else within the present turn of a modulo axis."""
@@ -184,9 +184,10 @@ class SiemensPlaces:
         turns = self._read_turns(turn)
         wrong = next((word for name in "IJK" if name not in letters and (word := words.take(name)) is not None), None)
         if wrong is not None:
-            said = name_word(self.core, "plane", f"G{17 + self.state.plane}", block.line)
+            plane_word = name_word(self.core, "plane", f"G{17 + self.state.plane}", block.line)
             raise wrong.error(
-                "VP006", f"{wrong.name} does not belong to an arc in the {PLANE_NAMES[self.state.plane]} plane{said}"
+                "VP006",
+                f"{wrong.name} does not belong to an arc in the {PLANE_NAMES[self.state.plane]} plane{plane_word}",
             )
         given = [words.take(letter) for letter in letters]
         here = [self.motion.find_programmed(axis) for axis in (first, second)]
