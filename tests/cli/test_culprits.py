@@ -170,5 +170,6 @@ def test_no_work_offset_is_proposed_for_a_move_to_machine_coordinates(
     options = vp.Options(dialect=dialect, tool_length=100.0, wcs={"G54": (0, 0, 60)})
     errors = [item for item in vp.check(text, "ac_trunnion", options).findings if item.severity == "error"]
     assert [(item.code, item.line) for item in errors] == [("VP210", 3)] * low + [(code, 5)]
-    assert not any("offset" in one or "part" in one for one in errors[-1].remedies)
+    (remedy,) = (one for one in errors[-1].remedies if "offset" in one or "part" in one)
+    assert remedy.startswith("line 5 is in machine coordinates (") and "which no work offset moves" in remedy
     assert not low or any("G54" in one or "line 3 ends at" in one for one in errors[0].remedies)

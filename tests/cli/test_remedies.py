@@ -123,7 +123,7 @@ def test_passes_over_the_same_lines_are_one_finding(tmp_path: Path, run: Callabl
     answer = run("check", program, "--tool-length", "80", "--wcs", "G54=0,0,20")
     found = [line for line in answer.out.splitlines() if "VP210" in line]
     assert len(found) == 1, answer.out
-    assert "39.000000 mm below" in found[0]
+    assert "39.000 mm below" in found[0]
 
 
 def test_a_missing_offset_is_said_first_and_named_in_the_remedy(run: Callable[..., Any]) -> None:
