@@ -304,14 +304,14 @@ def test_a_tool_without_a_length_in_force_is_still_there() -> None:
     box = Box("block", (55.0, -5.0, 90.0), (65.0, 5.0, 150.0))
     options = Options(tools=tools, wcs={1: WorkOffset((0.0, 0.0, 150.0))}, keep_out=(box,), split_at_stops=True)
     found = check_program(assemble(source.encode(), MACHINE, options))[1]
-    assert {item.code for item in found} == {"VP215"}
+    assert {item.code for item in found} == {"VP215", "VP034"}
     shaped = Options(
         tools=tools,
         wcs=options.wcs,
         keep_out=(box,),
         tool_shapes={1: (Cylinder("cutter", 10.0, 20.0), Cylinder("holder", 30.0))},
     )
-    assert {item.code for item in check_program(assemble(source.encode(), MACHINE, shaped))[1]} == {"VP215"}
+    assert {item.code for item in check_program(assemble(source.encode(), MACHINE, shaped))[1]} == {"VP215", "VP034"}
 
 
 def test_the_last_part_reaches_up_to_the_gauge_line() -> None:
