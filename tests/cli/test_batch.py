@@ -420,27 +420,17 @@ def test_a_table_has_the_first_error_else_the_first_warning() -> None:
         assert row.endswith(f"         -          -  {shown}".rstrip())
 
 
-def test_findings_are_cut_to_the_terminal_and_whole_in_files(
-    folder: Path, run: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_findings_are_cut_to_the_terminal_and_whole_in_files(folder: Path, run: Callable[..., Any]) -> None:
     Path("in/s.nc").write_text("G21 G90\nG0 X0 Y0 Z50 A0 C0\nG1 X5 Q17 F3000\nM2\n")
-    monkeypatch.delenv("COLUMNS", raising=False)
     words = ("batch", "in/s.nc", "-o", "out", "-j", 1, *PLACE)
-    table = run(*words, "--markdown", "whole.md").out.splitlines()
-    (row,) = (line for line in table if line.startswith("in/s.nc"))
-    assert (len(row), row[-3:]) == (80, "...")
-    assert table[-2] == "findings are cut to the width of the terminal; --markdown FILE has them whole"
-    monkeypatch.setenv("COLUMNS", "300")
-    (wide,) = (line for line in run(*words).out.splitlines() if line.startswith("in/s.nc"))
-    assert wide.startswith(row[:-3])
-    assert "..." not in wide
-    assert "cut to the width" not in run(*words).out
+    whole = run(*words, "--markdown", "whole.md").out
+    (wide,) = (line for line in whole.splitlines() if line.startswith("in/s.nc"))
+    assert len(wide) > 80 and "..." not in wide and "cut to the width" not in whole
     message = wide.partition(": ")[2]
     assert message in Path("whole.md").read_text(encoding="utf-8").replace("\\", "")
-    monkeypatch.delenv("COLUMNS")
-    with Path("table.txt").open("wb") as file:
-        subprocess.run([sys.executable, "-m", "verne_post", *map(str, words)], stdout=file, check=False)
-    assert wide in Path("table.txt").read_text(encoding="utf-8")
+    cut = format_batch([Outcome("a.nc", 2, (make_finding("VP002", "w" * 200, line=7),))], 80).splitlines()
+    assert (len(cut[1]), cut[1][-3:]) == (80, "...")
+    assert cut[-2] == "findings are cut to the width of the terminal; --markdown FILE has them whole"
 
 
 def test_shards_are_a_partition(folder: Path, run: Callable[..., Any]) -> None:

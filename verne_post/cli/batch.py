@@ -14,7 +14,7 @@ from verne_post.base.numbers import is_count
 from verne_post.base.printable import format_json, make_printable
 from verne_post.cli.common import expect_options, load_machines, print_findings, quiet_option, refuse
 from verne_post.cli.conversion import check_format, format_option
-from verne_post.cli.files import RunFiles, Unreadable, is_dash, is_file
+from verne_post.cli.files import RunFiles, Unreadable, is_dash
 from verne_post.cli.numbers import Whole
 from verne_post.cli.options import (
     FOLDER,
@@ -124,7 +124,7 @@ def command(
     )
     outcomes = sorted(_collect(running, len(every), quiet=quiet or github), key=lambda outcome: outcome.program)
     if not quiet:
-        echo(format_batch(outcomes, None if is_file(sys.stdout) else shutil.get_terminal_size().columns), nl=False)
+        echo(format_batch(outcomes, shutil.get_terminal_size().columns if sys.stdout.isatty() else None), nl=False)
     for one in outcomes:
         if quiet:
             print_findings(make_printable(one.program), one.findings, _read_text(files, one.program), quiet=True)

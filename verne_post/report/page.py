@@ -195,7 +195,9 @@ def _pack_study(pack: Pack, machine: Machine, study: Study) -> dict[str, Any]:
 def _name_margin(names: Sequence[str]) -> str:
     """Which limits the margins are about: contact has none."""
     others = [name for name in names if not name.startswith("travel of ")]
-    singular = [name for name in others if "Jacobian" in name or name.startswith(("drop of ", "vertical drop of "))]
+    singular = [
+        name for name in others if "parallel singularity" in name or name.startswith(("drop of ", "vertical drop of "))
+    ]
     return ", ".join(["travel", *["singularity"] * bool(singular), *(name for name in others if name not in singular)])
 
 
