@@ -2,7 +2,7 @@
 
 import dataclasses
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Final
 
 from msgspec.structs import replace
@@ -30,14 +30,20 @@ def check_program(program: Program, progress: Progress | None = None) -> tuple[J
     list of Finding
     """
     total = len(program.contour)
-    report = None if progress is None else lambda done: progress("checking", done, total)
+    bounds, found = _check_contour(
+        program, None if progress is None else lambda done: progress("checking", done, total)
+    )
+    return bounds, sort_findings([*program.machine.warnings, *_drop_departures(program.findings, found), *found])
+
+
+def _check_contour(program: Program, report: Callable[[int], None] | None = None) -> tuple[JointBounds, list[Finding]]:
     joints = guard_joints(program)
     bounds, found = check_constraints(joints, report, program.team)
     if joints.keep_out is not None:
         from verne_post.app.stock_check import settle_stock  # for programs with bodies around them alone
 
         found = settle_stock(program, joints, found)
-    return bounds, sort_findings([*program.machine.warnings, *_drop_departures(program.findings, found), *found])
+    return bounds, found
 
 
 def _drop_departures(findings: Sequence[Finding], found: Sequence[Finding]) -> list[Finding]:
@@ -51,11 +57,11 @@ def _drop_departures(findings: Sequence[Finding], found: Sequence[Finding]) -> l
 def check_line(program: Program, joints: JointPath, line: int) -> list[Finding]:
     """The same for a part of :func:`guard_joints` that belongs to one source line."""
     own = [item for item in program.findings if item.line == line]
-    if any(item.quantity == DEPARTURE for item in own):
-        own = _drop_departures(own, check_constraints(guard_joints(program))[1])
     found = check_constraints(joints)[1]
-    if program.options.stock is not None:  # what is left of it at that time follows from the lines before
-        whole = check_program(program)[1]
+    if program.options.stock is not None or any(item.quantity == DEPARTURE for item in own):
+        whole = _check_contour(program)[1]
+        own = _drop_departures(own, whole)
+        # what is left of a stock at that time follows from the lines before
         found = [item for item in found if item.code != "VP216"]
         found += [item for item in whole if item.code == "VP216" and (item.line or 0) <= line <= (item.last_line or 0)]
     return sort_findings([*own, *found])

@@ -23,6 +23,8 @@ from verne_post.model.options import Options
 from verne_post.model.part_setup import SYSTEM_NAMES, TOOL_PARTS, OwnStock
 from verne_post.model.verdict import find_worst
 
+#: Contacts with fixtures and with the stock.
+CONTACTS: Final = ("VP215", "VP216")
 #: A joint and a word differ by the platform's tilt to within rounding, degrees.
 _SAME_DEG: Final = 1e-6
 

@@ -19,6 +19,7 @@ from verne_post.app.spindle_check import (
 )
 from verne_post.base.columns import iterate_blocks
 from verne_post.base.rotations import find_axis_of_angles
+from verne_post.base.rows import measure_rows
 from verne_post.base.tolerances import DRILL_TILT, LIMIT_SLACK_MM, ZERO_ANGLE, ZERO_LENGTH_MM
 from verne_post.base.units import DEG_PER_RAD
 from verne_post.gcode.missing_setup import report_missing_offset
@@ -133,7 +134,7 @@ def _check_feeds(moves: Moves, path: ToolPath) -> Iterator[Finding]:
     """VP505: the first cut at a feed rate, or a feed a turn, that is larger than any cut has; one finding a program."""
     rate, turn = PLAUSIBLE["feed rate"], PLAUSIBLE["feed per turn"]
     for begin, end in iterate_blocks(len(path)):
-        ways = np.linalg.norm(path.end[begin:end, :3] - path.start[begin:end, :3], axis=1)
+        ways = measure_rows(path.end[begin:end, :3] - path.start[begin:end, :3])
         move = path.move[begin:end][(path.feed_time[begin:end] > 0) & (path.move[begin:end] >= 0) & (ways > 0)]
         feed, mode = moves.feed[move], moves.feed_mode[move]
         per_turn = mode == FeedMode.PER_REVOLUTION

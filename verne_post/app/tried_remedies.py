@@ -13,7 +13,7 @@ from msgspec.structs import replace
 from verne_post.app.assemble import Program, assemble, build_interpreter_setup
 from verne_post.app.constraints import check_program, guard_joints
 from verne_post.app.explain_numbers import format_list, format_number
-from verne_post.app.line_remedies import Line, is_carried_along, propose_depth, propose_ends, propose_turns
+from verne_post.app.line_remedies import CONTACTS, Line, is_carried_along, propose_depth, propose_ends, propose_turns
 from verne_post.base.arrays import Array
 from verne_post.base.long_text import Text, take_line
 from verne_post.base.program_lines import find_machine_code, find_word, find_word_of
@@ -79,7 +79,7 @@ def add_remedies(source: Text, program: Program, findings: Sequence[Finding]) ->
     can_help = is_short and not all(_is_carried_along(program, joints, item) for item in movable)
     found = _find_offset(source, program, movable) if can_help else None
     offset, distance = found or (None, np.inf)
-    word = _find_word(source, program, errors) if is_short else None
+    word = _find_word(source, program, joints, errors) if is_short else None
     in_inches = _find_mistaken_unit(source, program, errors) if distance > FAR_MM else None
     if in_inches is not None:
         return [in_inches, *(one for one in findings if not is_about_pose(one.code))]
@@ -165,7 +165,7 @@ def _try_remedies(
 
 def _is_carried_along(program: Program, joints: Any, item: Finding) -> bool:
     """Whether no work offset can cure a contact: see :func:`~verne_post.app.line_remedies.is_carried_along`."""
-    line = _find_line(program, joints, item.line)
+    line = _find_line(program, joints, item.line) if item.code in CONTACTS else None
     return line is not None and is_carried_along(program.options, item, line.frame.system)
 
 
@@ -204,14 +204,14 @@ def _find_errors_with(source: Text, program: Program, **change: Any) -> tuple[st
 # --- one word of the program ---------------------------------------------------------------------------------
 
 
-def _find_word(source: Text, program: Program, errors: Sequence[Finding]) -> Remedy | None:
+def _find_word(source: Text, program: Program, joints: Any, errors: Sequence[Finding]) -> Remedy | None:
     """The word that alone is at fault: X, Y or Z of the first line of errors, where all of them are in one stretch.
 
     Of several words the one that changes least; of a line that drills, Z. The program was checked with it.
     """
     first = min(errors, key=lambda item: item.line or 0)
     start, end = first.line or 0, first.last_line or 0
-    line = _find_line(program, guard_joints(program), start)
+    line = _find_line(program, joints, start)
     lines = bytes(source).split(b"\n")
     if line is None or any(item.code in (*ROTARY_CODES, *_OPTIONS) for item in errors):
         return None

@@ -10,9 +10,9 @@ from msgspec.structs import fields
 from verne_post.base.suggestions import find_suggestion, suggest
 from verne_post.base.type_words import describe, has_shape, list_alternatives, strip_bounds
 
-#: Keys from the top of the table on, and what follows them in a sentence.
 #: So many keys of a table are named where another one was written.
 _MOST_KEYS: Final = 12
+#: Keys from the top of the table on, and what follows them in a sentence.
 _Mistake = tuple[tuple[int | str, ...], str]
 
 
