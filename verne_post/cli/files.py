@@ -392,11 +392,6 @@ def _make_keys(name: _Name) -> tuple[object, ...]:
     return real, (status.st_dev, status.st_ino)
 
 
-def is_file(stream: Any) -> bool:
-    """Whether a stream of this process was redirected to or from a file."""
-    return bool(_make_stream_keys(stream))
-
-
 def _make_stream_keys(stream: Any) -> tuple[object, ...]:
     """The inode of a file that a stream of this process was redirected to or from."""
     try:
