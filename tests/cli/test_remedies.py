@@ -176,3 +176,24 @@ def test_no_work_offset_is_named_for_machine_coordinates(
     assert f"is in machine coordinates ({code}), which no work offset moves; change its values" in said
     assert "no work offset near" not in said
     assert "verne-post fit" not in said
+
+
+@pytest.mark.parametrize(
+    ("lines", "said"),
+    [
+        ("G91\nG1 Z5 F500\nX300\nX400", "line 4 has G90 instead of G91, which"),
+        ("G91 G28 Z0\nG0 X300 Y60\nX330", "G90 stands below line 4, whose G91"),
+    ],
+)
+def test_a_limit_that_a_forgotten_g90_breaks_names_the_line_of_g91(
+    lines: str, said: str, tmp_path: Path, run: Callable[..., Any]
+) -> None:
+    given, program = ["--tool-length", "80", "--wcs", "G54=0,0,60"], tmp_path / "forgotten.nc"
+    text = f"G21 G90 G54\nG0 X0 Y0 Z50\nG1 Z5 F100\n{lines}\nM2\n"
+    program.write_text(text, encoding="utf-8")
+    answer = run("check", program, *given)
+    assert answer.code == 1
+    assert f"tried: within limits if {said} makes the values from there on distances" in answer.out
+    mended = text.replace("Z0\n", "Z0\nG90\n") if "G28" in lines else text.replace("\nG91", "\nG90")
+    program.write_text(mended, encoding="utf-8")
+    assert run("check", program, *given).code == 0

@@ -79,7 +79,9 @@ def add_remedies(source: Text, program: Program, findings: Sequence[Finding]) ->
     can_help = is_short and not all(_is_carried_along(program, joints, item) for item in movable)
     found = _find_offset(source, program, movable) if can_help else None
     offset, distance = found or (None, np.inf)
-    word = _find_word(source, program, joints, errors) if is_short else None
+    word = None
+    if is_short:
+        word = _find_forgotten_g91(source, program, errors) or _find_word(source, program, joints, errors)
     in_inches = _find_mistaken_unit(source, program, errors) if distance > FAR_MM else None
     if in_inches is not None:
         return [in_inches, *(one for one in findings if not is_about_pose(one.code))]
@@ -202,6 +204,30 @@ def _find_errors_with(source: Text, program: Program, **change: Any) -> tuple[st
 
 
 # --- one word of the program ---------------------------------------------------------------------------------
+
+
+def _find_forgotten_g91(source: Text, program: Program, errors: Sequence[Finding]) -> Remedy | None:
+    """G90 in place of the G91 above the first error, or below its line where it is for G28; checked with it."""
+    lines = bytes(source).split(b"\n")
+    for number in range(min(item.line or 0 for item in errors), 0, -1):
+        text = lines[number - 1].decode("utf-8", errors="replace")
+        word = find_word_of(text, "G", 91.0)
+        if find_word_of(text, "G", 90.0) is not None:
+            return None
+        if word is not None:
+            break
+    else:
+        return None
+    is_for_retract = bool(_find_machine_code(source, program, number))
+    if is_for_retract:
+        said, lines[number - 1] = f"G90 stands below line {number}, whose G91", lines[number - 1] + b"\nG90"
+    else:
+        said = f"line {number} has G90 instead of G91, which"
+        lines[number - 1] = f"{text[: word.start(2)]}90{text[word.end(2) :]}".encode()
+    if _find_errors_with(b"\n".join(lines), program) != ():
+        return None
+    text = f"within limits if {said} makes the values from there on distances"
+    return Remedy(text) if is_for_retract else Remedy(text, "90", line=number, word=("G", 91.0))
 
 
 def _find_word(source: Text, program: Program, joints: Any, errors: Sequence[Finding]) -> Remedy | None:
