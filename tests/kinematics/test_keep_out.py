@@ -670,3 +670,26 @@ def test_a_tool_that_is_in_the_stock_when_a_retract_begins(run, tmp_path):
     told = run("explain", f"{path}:7")
     assert "VP216 error" in told.out and "a line before it brings the tool there" in told.out
     assert "table solution: the line ends" not in told.out
+
+
+@pytest.mark.parametrize(
+    ("opening", "depth"),
+    [
+        ("G0 X20 Y20\nG43 H1 Z-5", "3."),  # rapids alone: nearest way out is sideways, past the flank
+        ("G0 X20 Y20\nG43 H1\nG1 Z-5 F100", ""),  # at a feed rate the cutter may go into the stock
+        ("G0 X20 Y20\nG43 H1 Z0.5", ""),
+        ("G0 X20 Y20 Z50\nG43 H1", ""),
+    ],
+)
+def test_a_first_place_in_the_stock(run, tmp_path, opening, depth):
+    """No motion leads to the first place of a program, so no rapid was there to be checked."""
+    path = tmp_path / "first.nc"
+    path.write_text(f"G21 G90 G94\nT1 M6\nS5000 M3\nG54\n{opening}\nG1 X40 F500\nG0 Z50\nM30\n")
+    given = ["--tool-shapes", tmp_path / "s.toml", "--wcs", "G54=0,0,60", "--stock", "G54=0,0,-20,80,60,0"]
+    (tmp_path / "s.toml").write_text("[tool.1]\ncutter = {diameter = 8, length = 30}\n")
+    said = run("check", path, "--tool-length", 80, *given).out
+    assert ("VP216" in said) == bool(depth), said
+    if depth:
+        assert "first.nc:6" in said and "after the rapid traverse of line 6, to the first place of the program" in said
+        assert f"material lies up to {depth}" in said
+        assert "no work offset" not in said

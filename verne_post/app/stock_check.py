@@ -10,15 +10,17 @@ from verne_post.app.assemble import Program
 from verne_post.base.arrays import Array
 from verne_post.base.ragged import number_parts
 from verne_post.kinematics.checks.clearance import find_straight
-from verne_post.kinematics.checks.keep_out import KeepOut
+from verne_post.kinematics.checks.keep_out import KeepOut, Placed
 from verne_post.kinematics.checks.moving import Moving, build_spindle
 from verne_post.kinematics.joint_path import JointPath
 from verne_post.model.contour import Contour
 from verne_post.model.findings import Finding, make_finding
 from verne_post.model.machine import Machine
+from verne_post.model.moves import MoveKind
 from verne_post.model.part_setup import TOOL_PARTS, Cylinder, ToolShape
 from verne_post.part.bodies import build_pieces
 from verne_post.part.cutting import Cut, Spans, Tool, Touch, cut_stock, group_pieces
+from verne_post.part.dexels import Dexels
 from verne_post.part.stock_forms import make_box
 
 #: Curved or turning motion is cut in chords of this length, mm and rad: 0.003 mm off an arc of radius 0.5.
@@ -37,9 +39,13 @@ def settle_stock(program: Program, joints: JointPath, found: list[Finding]) -> l
     box counts for platform and legs, which do not turn about the tool's axis. A tool of unknown size counts as a wire.
     """
     keep_out = joints.keep_out
-    if not isinstance(keep_out, KeepOut) or not any(item.code == "VP216" for item in found):
+    boxes = [one for one in keep_out.boxes if one.stock] if isinstance(keep_out, KeepOut) else []
+    if not isinstance(keep_out, KeepOut) or not boxes:
         return found
-    (box,) = (one for one in keep_out.boxes if one.stock)
+    (box,) = boxes
+    begun = _check_start(program, joints, keep_out, box)
+    if not any(item.code == "VP216" for item in found):
+        return [*begun, *found]
     left = tuple(
         name.name
         for (body, at), name in zip(keep_out.pairs, keep_out.names, strict=True)
@@ -47,8 +53,8 @@ def settle_stock(program: Program, joints: JointPath, found: list[Finding]) -> l
     )
     open_ = [item for item in found if item.code == "VP216" and not item.message.startswith(left or ("\0",))]
     if not open_:
-        return found
-    stock = make_box(-box.half, box.half, box.middle, box.turn) if box.form is None else box.form.copy()
+        return [*begun, *found]
+    stock = _make_stock(box)
     spans, tools = list_spans(program, joints, keep_out.moving, _find_last(joints, open_))
     cut = cut_stock(stock, spans, tools, box.distance)
     assert spans.rounding is not None
@@ -56,7 +62,37 @@ def settle_stock(program: Program, joints: JointPath, found: list[Finding]) -> l
     touches = [one for one in cut.touches if one.body != "cutter" or not np.nan_to_num(one.depth) <= room[one.span]]
     cut = replace(cut, touches=tuple(touches))
     settled = list(report_touches(cut, box.name, box.distance, float(stock.cell.max())))
-    return [*(item for item in found if item not in open_), *settled]
+    return [*begun, *(item for item in found if item not in open_), *settled]
+
+
+def _make_stock(box: Placed) -> Dexels:
+    return make_box(-box.half, box.half, box.middle, box.turn) if box.form is None else box.form.copy()
+
+
+def _check_start(program: Program, joints: JointPath, keep_out: KeepOut, box: Placed) -> list[Finding]:
+    """VP216 where rapids name a first place that is in the stock: however they come there, material is in the way.
+
+    The rapids that name it have no length, because nothing says where the tool comes from.
+    """
+    moves, first = program.moves, int(program.path.moves_with_length[0])
+    named = moves.kind[:first] != MoveKind.DWELL
+    rapids = moves.kind[:first] == MoveKind.RAPID
+    if program.options.from_line is not None or not named.any() or (named & ~rapids).any():
+        return []
+    spans, tools = list_spans(program, joints, keep_out.moving, 0)
+    tip, axis = (np.repeat(one[:1, :1], 2, axis=1) for one in (spans.tip, spans.axis))
+    standing = Spans(tip, axis, spans.line[:1], spans.tool[:1], np.ones(1, dtype=bool))
+    touches = cut_stock(_make_stock(box), standing, tools).touches
+    depth = max((one.depth for one in touches if one.body == "cutter" and one.depth > 0), default=0.0)
+    if not depth:
+        return []
+    line = int(moves.line[np.flatnonzero(named)[-1]])
+    text = (
+        f"the cutter stands in {box.name} after the rapid traverse of line {line}, to the first place of the program: "
+        f"material lies up to {depth:.3f} mm inside it"
+    )
+    lines = {"line": line, "last_line": line, "worst_line": line}
+    return [make_finding("VP216", text, **lines, value=-depth, limit=0.0, unit="mm")]
 
 
 def _find_last(joints: JointPath, found: list[Finding]) -> int:

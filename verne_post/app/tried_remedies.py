@@ -160,7 +160,8 @@ def _try_remedies(
         if line is not None:
             for one in propose_turns(line, [item]):
                 yield dataclasses.replace(one, text=f"line {line.number} alone: {one.text}")
-        tried = item.code not in ROTARY_CODES and len(program.contour) <= TRIED_ELEMENTS
+        moves = line is not None or item.code not in CONTACTS  # not where it starts: an offset does not say how it came
+        tried = moves and item.code not in ROTARY_CODES and len(program.contour) <= TRIED_ELEMENTS
         if tried and not _is_in_machine(program, item) and not _is_carried_along(program, joints, item):
             yield _NO_OFFSET
 
