@@ -320,10 +320,10 @@ def test_margins_reach_to_clearances_and_the_table(explain: Callable[..., str], 
     file.write_text(original.replace("[provenance]", guard), encoding="utf-8")
     program = lines("G49 G0 X0 Y0 Z100 A0 C0", "G1 Z5 F2000", "M2")
     text = explain(program, 2, "--machine", file, "--tool-length", "15")
-    assert "distance of the spindle from the table -40.000000 mm, must be above 5 (VP213)" in text
-    assert "tip over the table face              5.000000 mm, must be above 0 (VP210)" in text
-    assert "nose over the table face             20.000000 mm" in text
-    assert "VP213 error: distance of the spindle from the table -40.000000 mm is below 5 mm by 45.000000 mm" in text
+    assert "distance of the spindle from the table -40.000 mm, must be above 5 (VP213)" in text
+    assert "tip over the table face              5.000 mm, must be above 0 (VP210)" in text
+    assert "nose over the table face             20.000 mm" in text
+    assert "VP213 error: distance of the spindle from the table -40.000 mm is below 5 mm by 45.000 mm" in text
     assert "as programmed: refused: VP213 distance of the spindle from the table\n" in text
     assert "0 possible" in text
     assert 45 < scalar(text, r"along one axis of the program: Z \+") < 45.1

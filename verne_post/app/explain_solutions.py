@@ -42,14 +42,15 @@ def explain_table_solution(
         )
     for column, value, margin in zip(machine.columns, q, find_travel_margins(machine, q), strict=True):
         margin_text = (
-            f"margin to its travel {format_fixed(margin, 6)} {column.unit}" if np.isfinite(margin) else "unlimited"
+            f"margin to its travel {format_fixed(margin, 3)} {column.unit}" if np.isfinite(margin) else "unlimited"
         )
-        yield f"  {column.header:<20} {format_fixed(value * column.factor, 6)}   {margin_text}"
+        yield f"  {column.header:<20} {format_fixed(value * column.factor, 3)}   {margin_text}"
     for measure, value in measures:
         what = f"{measure.name} ({measure.axis})" if measure.axis else measure.name
         unit = f" {measure.unit}" if measure.unit else ""
+        shown = format_fixed(value, 3 if measure.unit else 6)
         bound = f", must be above {measure.error_below:g}" if np.isfinite(measure.error_below) else ""
-        yield f"  {what:<36} {format_fixed(value, 6)}{unit}{bound} ({measure.code})"
+        yield f"  {what:<36} {shown}{unit}{bound} ({measure.code})"
     if not any(margin.code == "VP203" for margin in machine.margins):  # axes in a row have no parallel singularity
         return
     parallel, serial = machine.five_axis.measure_conditioning(q, platform)

@@ -5,6 +5,8 @@ from typing import Final
 
 #: No whole number of a program or an option is longer.
 _MOST_DIGITS: Final = 18
+#: A value that breaks its limit by less than three decimals show has so many.
+_DECIMALS: Final = (3, 6)
 
 
 def is_plain(text: str) -> bool:
@@ -32,6 +34,12 @@ def format_fixed(value: float, decimals: int) -> str:
     """A number with so many decimals, which is never minus zero: nobody can tell what would be negative."""
     text = f"{float(value):.{decimals}f}"
     return text.removeprefix("-") if not text.strip("-0.") else text
+
+
+def choose_decimals(excess: float, unit: str | None) -> int:
+    """Decimals by which a value that breaks its limit by this is shown: so many that the excess can be seen."""
+    decimals = _DECIMALS if unit in ("mm", "deg") else _DECIMALS[-1:]  # pure numbers are small
+    return next((n for n in decimals if excess >= 0.5 * 10.0**-n), decimals[-1])
 
 
 def format_count(number: int, what: str) -> str:

@@ -13,6 +13,7 @@ from typing import Final
 
 from msgspec import Struct
 
+from verne_post.base.numbers import choose_decimals
 from verne_post.model.findings import Finding
 from verne_post.model.verdict import Family, find_family
 
@@ -212,5 +213,4 @@ def describe_other(item: Finding) -> str:
         return f"{what}in {where}"
     unit = f" {item.unit}" if item.unit else ""
     excess = find_excess(item)
-    decimals = 3 if find_family(item.code) == Family.POSITION and excess >= _SHOWN else 6
-    return f"{what}by {excess:.{decimals}f}{unit} in {where}"
+    return f"{what}by {excess:.{choose_decimals(excess, item.unit)}f}{unit} in {where}"

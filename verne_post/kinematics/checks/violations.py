@@ -8,7 +8,7 @@ import numpy as np
 from msgspec import Struct, field
 
 from verne_post.base.arrays import Array, Ints
-from verne_post.base.numbers import format_fixed
+from verne_post.base.numbers import choose_decimals, format_fixed
 from verne_post.base.tolerances import LIMIT_SLACK, LIMIT_SLACK_MM
 from verne_post.model.codes import CODES
 from verne_post.model.contour import Contour
@@ -127,8 +127,10 @@ def report_limit(contour: Contour, check: Check, worst: Worst, cause: Ints | Non
             at = min(group, key=lambda element: check.sign * value_of[element])
             value, bound = value_of[at] * check.factor, limit * check.factor
             side = "below" if value <= bound else "above"
+            decimals = choose_decimals(abs(value - bound), check.unit)
             message = (
-                f"{what} {format_fixed(value, 6)}{unit} is {side} {bound:g}{unit} by {abs(value - bound):.6f}{unit}"
+                f"{what} {format_fixed(value, decimals)}{unit} is {side} {bound:g}{unit} by "
+                f"{abs(value - bound):.{decimals}f}{unit}"
                 if check.travel is None
                 else _describe_travel(check, value, bound)
             )
@@ -151,20 +153,14 @@ def report_limit(contour: Contour, check: Check, worst: Worst, cause: Ints | Non
     return findings
 
 
-#: What is beyond a travel or below the table by less than three decimals show has so many.
-_DECIMALS: Final = (3, 6)
 #: What people call the joints of that name.
 _SLIDER: Final = re.compile(r"rho(\d+)")
-
-
-def _choose_decimals(excess: float) -> int:
-    return next((n for n in _DECIMALS if excess >= 0.5 * 10.0**-n), _DECIMALS[-1])
 
 
 def _describe_travel(check: Check, value: float, bound: float) -> str:
     """``slider 1 (rho1) reaches 1262.413 mm, 12.413 mm above its travel of 50 to 1250 mm``."""
     excess = abs(value - bound)
-    decimals = _choose_decimals(excess)
+    decimals = choose_decimals(excess, check.unit)
     low, high = sorted(end * check.factor for end in check.travel or ())
     travel = (
         f"travel of {low:g} to {high:g}"
@@ -186,7 +182,7 @@ def report_table(contour: Contour, below: Worst) -> list[Finding]:
     for group in _split_stretches(below.by_element):
         at = min(group, key=lambda element: below.by_element[element][0])
         value, place_of = below.by_element[at][1], {one: below.by_element[one][2] for one in group}
-        depth = format_fixed(-value, _choose_decimals(-value))
+        depth = format_fixed(-value, choose_decimals(-value, "mm"))
         message = f"tip or spindle nose {depth} mm below the table face, inside the table's radius"
         findings.append(
             _make_finding(contour, group, (at, place_of), "VP210", message, value=value, limit=0.0, unit="mm")
