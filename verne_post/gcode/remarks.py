@@ -1,6 +1,7 @@
 """Remarks that stand alone on their lines, in every language: they head the operations of a program, and name tools."""
 
 import re
+from collections import deque
 from collections.abc import Iterable, Mapping, Set
 from typing import Final
 
@@ -92,6 +93,8 @@ def list_heads(lines: Iterable[str], dialect: str, moving: Set[int], changes: Se
 
 #: The remarks of a line in round brackets or after a semicolon, and those of languages that have others.
 _TAILS: Final = {"siemens": r";(.*)", "heidenhain": r";(.*)", "aptcl": r"\$\$(.*)"}
+#: Lines with nothing but a remark, above a stop, that are read with it.
+_ABOVE_STOP: Final = 40
 #: Words of LinuxCNC that begin a remark for the screen.
 _FOR_SCREEN: Final = re.compile(r"\s*(?:MSG|DEBUG|PRINT)\s*,", re.IGNORECASE)
 
@@ -107,20 +110,29 @@ def find_stop_remarks(lines: Iterable[str], dialect: str, stops: Set[int]) -> di
     alone, tail = (
         re.compile(one, re.IGNORECASE) for one in (_REMARKS[dialect], _TAILS.get(dialect, r"\(([^)]*)\)|;(.*)"))
     )
-    found, before = dict[int, str](), list[str]()
+
+    def list_texts(matches: Iterable[re.Match[str]]) -> list[str]:
+        texts = ("".join(group or "" for group in match.groups()) for match in matches)
+        return [make_printable(_FOR_SCREEN.sub("", text).strip()) for text in texts]
+
+    found, above = dict[int, str](), deque[str](maxlen=_ABOVE_STOP)
     for number, line in enumerate(lines, start=1):
-        match = alone.match(line)
-        texts = ["".join(group or "" for group in one.groups()) for one in ([match] if match else tail.finditer(line))]
-        texts = [make_printable(_FOR_SCREEN.sub("", text).strip()) for text in texts]
         if number in stops:
-            spoken_remarks = [text for text in (*before, *texts) if text]
+            match = alone.match(line)
+            texts = list_texts([match] if match else tail.finditer(line))
+            for one in reversed(above):
+                match = alone.match(one)
+                if match is None:
+                    break
+                texts = [*list_texts([match]), *texts]
+            spoken_remarks = [text for text in texts if text]
             # a short form of what another remark says adds nothing
             longer = [
                 one for k, one in enumerate(spoken_remarks) if not any(one in other for other in spoken_remarks[:k])
             ]
             if longer:
                 found[number] = "; ".join(longer)
-        before = [*before, *texts] if match else []
+        above.append(line)
     return found
 
 
@@ -161,7 +173,6 @@ _INCHES: Final = re.compile(rb"^[^(;\n]*(?:G0*(?:20|700?)(?!\d)|\bINCH)", re.IGN
 
 def find_tool_diameters(source: Text, remarks: Mapping[str, str]) -> dict[str, float]:
     """Number or name of a tool -> the diameter, mm, that its remark names; none where it may be another length."""
-    if _INCHES.search(source[:]):
-        return {}
     sizes_of = {key: {float(number) for number in _DIAMETER.findall(text)} for key, text in remarks.items()}
-    return {key: sizes.pop() for key, sizes in sizes_of.items() if len(sizes) == 1 and min(sizes) > 0}
+    found = {key: sizes.pop() for key, sizes in sizes_of.items() if len(sizes) == 1 and min(sizes) > 0}
+    return {} if not found or _INCHES.search(source[:]) else found
