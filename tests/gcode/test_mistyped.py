@@ -314,3 +314,34 @@ def test_a_line_with_a_letter_twice_has_the_columns_as_it_stands(run: Callable[.
     """The second error is found in the corrected line, which is shorter by one."""
     found = find_errors(run, tmp_path, "p.ngc", "G1 XX20 B5")
     assert [one.split(" error")[0] for one in found] == ["4:4: VP001", "4:9: VP011"]
+
+
+@pytest.mark.parametrize(
+    ("line", "column", "text"),
+    [
+        ("N520 50.", 6, "50.: a number without a letter before it; write its letter, such as X50., Y50. or Z50."),
+        ("N520 -50", 6, "-50: a number without a letter before it; write its letter, such as X-50, Y-50 or Z-50"),
+        ("/N49 10. Y21.", 6, "10.: a number without a letter before it; did you mean X10.?"),
+        ("X10. 21. Z4.", 6, "21.: a number without a letter before it; did you mean Y21.?"),
+        ("X10. 2", 6, "2: a number without a letter before it; write its letter, such as Y2 or Z2"),
+        ("G1 9.5 F300.", 4, "9.5: a number without a letter before it; write its letter, such as X9.5, Y9.5 or Z9.5"),
+        ("N150. X35.", 1, "N150.: a block number has no decimal point; did you mean N150?"),
+        ("N52050. (UP)", 1, "N52050.: a block number has no decimal point, and a letter may be missing in it"),
+    ],
+)
+def test_a_letter_is_lost(run: Callable[..., Any], tmp_path: Path, line: str, column: int, text: str) -> None:
+    """N520 50. was read as block 52050, and the retract of N520 Z50. was gone, without a word."""
+    lines = "\n".join(["X1. Y1. S1 2 (1 2)"] * 20 + [line] + ["X 1. Y2. (3. 4)"] * 20)
+    found = find_errors(run, tmp_path, "p.nc", lines)
+    assert found[0].startswith(f"{PROGRAMS['p.nc'][1] + 20}:{column}: VP001 error: {text}")
+    assert len(found) == 1
+
+
+def test_a_letter_is_lost_where_linuxcnc_reads_on(run: Callable[..., Any], tmp_path: Path) -> None:
+    """LinuxCNC reads blanks and a point in a block number: the program runs, and is warned of."""
+    lines = "\n".join(["N10 X1 Y1 (N1 2)"] * 20 + ["N520 50.", "N15. X35", "X 1 0"] + ["N10 X1 Y2"] * 20)
+    found = find_errors(run, tmp_path, "p.ngc", lines)
+    assert [one[: one.index(": all of it")] for one in found] == [
+        "24:1: VP001 warning: N520 50.",
+        "25:1: VP001 warning: N15.",
+    ]
