@@ -345,3 +345,27 @@ def test_a_letter_is_lost_where_linuxcnc_reads_on(run: Callable[..., Any], tmp_p
         "24:1: VP001 warning: N520 50.",
         "25:1: VP001 warning: N15.",
     ]
+
+
+@pytest.mark.parametrize("name", ["p.nc", "p.ngc"])
+@pytest.mark.parametrize(
+    ("lines", "line", "column", "text"),
+    [
+        ("G81 X0. Y0. Z48. R45. F200.", 0, 13, "error: Z 48 mm, the bottom of the hole, lies above R 45 mm"),
+        ("G81 X0. Y0. Z-5. R-12. F200.", 0, 18, "error: R -12 mm lies below the bottom of the hole, Z -5 mm"),
+        ("G81 X0. Y0. Z40. R45. F200.\nX9. R30.", 1, 5, "error: R 30 mm lies below the bottom of the hole, Z 40 mm"),
+        ("G81 X0. Y0. Z40. R45. F200.\nX9.\nZ60.", 2, 1, "error: Z 60 mm, the bottom of the hole, lies above R 45 mm"),
+        ("G81 X0. Y0. Z40. R45. F200.\nX9. Z45.\nX20.", 1, 0, "warning: the hole has no depth: Z 45 mm is R"),
+        ("G81 X0. Y0. Z45. R45. F200.\nX9.\nX20.", 0, 0, "warning: the hole has no depth: Z 45 mm is R"),
+    ],
+)
+def test_heights_of_a_hole(
+    run: Callable[..., Any], tmp_path: Path, name: str, lines: str, line: int, column: int, text: str
+) -> None:
+    """The word that is wrong has the caret; a height in a later block may be a retract that lacks G80."""
+    (found,) = find_errors(run, tmp_path, name, f"G98 {lines.replace(chr(10), chr(10) + ' ' * 4)}\nG80")
+    first = PROGRAMS[name][1]
+    place = f"{first + line}:{column + 4}" if column else f"{first + line}"
+    assert found.startswith(f"{place}: VP007 {text}")
+    still = f"; G81 of line {first} is still active: if no hole is meant, write G80 first"
+    assert found.endswith(still) == (line > 0 and "Z" in lines.splitlines()[line])
