@@ -36,6 +36,8 @@ def find_errors(run: Callable[..., Any], tmp_path: Path, name: str, lines: str) 
         ("p.nc", "G1X1O.5Y2.", "X1O.5", "X10.5", 3),
         ("p.nc", "GO X1.", "GO", "G0", 1),
         ("p.nc", "G1 X-O.5", "X-O.5", "X-0.5", 4),
+        ("p.nc", "N5 GO1 X10. F300.", "GO1", "G01", 4),  # no jump to N1: nothing follows the number of one
+        ("p.nc", "GO X9.\nX5. F300.", "GO", "G0", 1),  # F without use (VP009) only follows from it
         ("p.nc", "MO5", "MO5", "M05", 1),
         ("p.nc", "GO X42. Y0. I0. J6.", "GO", "G0", 1),  # it may be an arc: nothing is told about I and J
         ("p.ngc", "GO X20 Y12 I0 J6", "GO", "G0", 1),
