@@ -87,6 +87,25 @@ def test_the_length_of_a_tool_that_the_program_calls_is_no_offset_of_another(fir
     assert result.ok == (severity != "error")
 
 
+@pytest.mark.parametrize(
+    ("change", "before", "said"),
+    [
+        ("T2 M6", "", "; activate its length (G43 H2) after line 10, or write the rapid in machine coordinates"),
+        ("T2 M6\nG43 H2\nG0 Z60", "G49", " below the table face; write it in machine coordinates"),
+    ],
+)
+def test_a_rapid_without_length_after_a_tool_change_lacks_g43(change, before, said) -> None:
+    """Only G53 and --tool-length 0 were advised, where G43 H2 was forgotten."""
+    tools = {n: vp.Tool(n, n, (0.0, 0.0, z, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)) for n, z in {1: 80.0, 2: 110.0}.items()}
+    program = "G21 G90 G94\nG0 A0 C0\nT1 M6\nG43 H1\nM3 S900\nG0 X0 Y0 Z60\nG1 Z20 F600\nG0 Z60\nG49\n"
+    program += f"{change}\nM3 S900\n{before}\nG0 X0 Y0 Z30\nG1 Z20 F600\nG0 Z90\nM5\nM2\n"
+    options = vp.Options(tools=tools, wcs={"G54": (0, 0, 30)}, split_at_stops=True)
+    (item,) = vp.check(program, "verne", options).findings
+    assert (item.code, item.severity) == ("VP034", "error")
+    assert said in item.message
+    assert "--tool-length 0" not in describe_remedy(item, "p.nc")  # it is not what is meant
+
+
 def test_a_tool_change_that_is_forgotten_refuses() -> None:
     """T2 without M6, and then H2: tool 1 went down 30 mm off, with a warning."""
     tools = {n: vp.Tool(n, n, (0.0, 0.0, z, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)) for n, z in {1: 80.0, 2: 110.0}.items()}
@@ -165,6 +184,9 @@ NOTHING = ("", "")
         ("fanuc", NOTHING, ("T2 M06", "T2"), ("VP041", "error", "T2"), "write M6 after T2"),
         ("siemens", NOTHING, ("M6\n", ""), ("VP041", "warning", 'T="EM10" D1'), 'write M6 after T="EM10"'),
         ("siemens", ("M6\n", ""), NOTHING, ("VP012", "error", 'T="EM6" D1'), 'write M6 after T="EM6"'),
+        ("fanuc", ("T1 M06\n", ""), NOTHING, ("VP041", "warning", "G01 Z2. F400."), "that does: the cut is made with"),
+        ("rs274", ("T1 M6\nS8000 M3\n", ""), NOTHING, ("VP041", "warning", "G1 Z2 F400"), "write T1 M6 before it"),
+        ("fanuc", ("T1 M06\n", ""), ("T2 M06\n", ""), None, ""),  # for the tool that is in the spindle
         ("fanuc", ("T1", "T1"), NOTHING, None, ""),
         ("fanuc", ("G43 H1", "G43 H1\nT2"), ("T2 M06", "M06"), None, ""),  # made ready before
         ("siemens", ("M6\n", 'M6\nT="EM10"\n'), ('T="EM10" D1\n', ""), None, ""),
@@ -471,6 +493,7 @@ TWO, HABIT = (tool(1, 80.0), tool(5, 90.0)), "T1 M6\nG43 H51\n"
         ("T5\nG43 H5\n", TWO, "puts its length, 90 mm, in force, and the tool table has others; write M6 after T5"),
         ("T1\nG43 H5\n", TWO, "but T1 was called, which has 80 mm"),
         (HABIT, (tool(1, 80.0), tool(51, 81.0)), "but tool 1, which has 80 mm, is in the spindle"),
+        ("T1 M6\nG43 H5\n", TWO, "; if tool 5 is to cut, call T5 M6 before, else write H1"),
         (HABIT, (tool(1, 80.0), tool(51, 80.0)), ""),  # a shop's numbers: nothing contradicts them
         (HABIT, (tool(1, None), tool(51, 80.0)), ""),
         ("T1 M6\nT5\nG43 H1\n", TWO, ""),  # the next tool is made ready
@@ -485,7 +508,9 @@ def test_the_length_of_another_tool(dialect, body, tools, said):
     options = vp.Options(tools={one.number: one for one in tools}, wcs={"G54": (0, 0, 60)}, dialect=dialect)
     found = vp.check(source.removeprefix("O1\n" if dialect == "rs274" else ""), "verne", options).findings
     found = [item for item in found if said or item.code == "VP049"]
-    assert [item.code for item in found] == ["VP041" if "M6" in said else "VP049"][: bool(said)]
+    assert [item.code for item in found] == ["VP041" if "no M6" in said or "write M6" in said else "VP049"][
+        : bool(said)
+    ]
     assert {item.severity for item in found} <= {"warning"}
     assert said in "".join(item.message for item in found)
 

@@ -36,6 +36,8 @@ def find_errors(run: Callable[..., Any], tmp_path: Path, name: str, lines: str) 
         ("p.nc", "G1X1O.5Y2.", "X1O.5", "X10.5", 3),
         ("p.nc", "GO X1.", "GO", "G0", 1),
         ("p.nc", "G1 X-O.5", "X-O.5", "X-0.5", 4),
+        ("p.nc", "N5 GO1 X10. F300.", "GO1", "G01", 4),  # no jump to N1: nothing follows the number of one
+        ("p.nc", "GO X9.\nX5. F300.", "GO", "G0", 1),  # F without use (VP009) only follows from it
         ("p.nc", "MO5", "MO5", "M05", 1),
         ("p.nc", "GO X42. Y0. I0. J6.", "GO", "G0", 1),  # it may be an arc: nothing is told about I and J
         ("p.ngc", "GO X20 Y12 I0 J6", "GO", "G0", 1),
@@ -314,3 +316,58 @@ def test_a_line_with_a_letter_twice_has_the_columns_as_it_stands(run: Callable[.
     """The second error is found in the corrected line, which is shorter by one."""
     found = find_errors(run, tmp_path, "p.ngc", "G1 XX20 B5")
     assert [one.split(" error")[0] for one in found] == ["4:4: VP001", "4:9: VP011"]
+
+
+@pytest.mark.parametrize(
+    ("line", "column", "text"),
+    [
+        ("N520 50.", 6, "50.: a number without a letter before it; write its letter, such as X50., Y50. or Z50."),
+        ("N520 -50", 6, "-50: a number without a letter before it; write its letter, such as X-50, Y-50 or Z-50"),
+        ("/N49 10. Y21.", 6, "10.: a number without a letter before it; did you mean X10.?"),
+        ("X10. 21. Z4.", 6, "21.: a number without a letter before it; did you mean Y21.?"),
+        ("X10. 2", 6, "2: a number without a letter before it; write its letter, such as Y2 or Z2"),
+        ("G1 9.5 F300.", 4, "9.5: a number without a letter before it; write its letter, such as X9.5, Y9.5 or Z9.5"),
+        ("N150. X35.", 1, "N150.: a block number has no decimal point; did you mean N150?"),
+        ("N52050. (UP)", 1, "N52050.: a block number has no decimal point, and a letter may be missing in it"),
+    ],
+)
+def test_a_letter_is_lost(run: Callable[..., Any], tmp_path: Path, line: str, column: int, text: str) -> None:
+    """N520 50. was read as block 52050, and the retract of N520 Z50. was gone, without a word."""
+    lines = "\n".join(["X1. Y1. S1 2 (1 2)"] * 20 + [line] + ["X 1. Y2. (3. 4)"] * 20)
+    found = find_errors(run, tmp_path, "p.nc", lines)
+    assert found[0].startswith(f"{PROGRAMS['p.nc'][1] + 20}:{column}: VP001 error: {text}")
+    assert len(found) == 1
+
+
+def test_a_letter_is_lost_where_linuxcnc_reads_on(run: Callable[..., Any], tmp_path: Path) -> None:
+    """LinuxCNC reads blanks and a point in a block number: the program runs, and is warned of."""
+    lines = "\n".join(["N10 X1 Y1 (N1 2)"] * 20 + ["N520 50.", "N15. X35", "X 1 0"] + ["N10 X1 Y2"] * 20)
+    found = find_errors(run, tmp_path, "p.ngc", lines)
+    assert [one[: one.index(": all of it")] for one in found] == [
+        "24:1: VP001 warning: N520 50.",
+        "25:1: VP001 warning: N15.",
+    ]
+
+
+@pytest.mark.parametrize("name", ["p.nc", "p.ngc"])
+@pytest.mark.parametrize(
+    ("lines", "line", "column", "text"),
+    [
+        ("G81 X0. Y0. Z48. R45. F200.", 0, 13, "error: Z 48 mm, the bottom of the hole, lies above R 45 mm"),
+        ("G81 X0. Y0. Z-5. R-12. F200.", 0, 18, "error: R -12 mm lies below the bottom of the hole, Z -5 mm"),
+        ("G81 X0. Y0. Z40. R45. F200.\nX9. R30.", 1, 5, "error: R 30 mm lies below the bottom of the hole, Z 40 mm"),
+        ("G81 X0. Y0. Z40. R45. F200.\nX9.\nZ60.", 2, 1, "error: Z 60 mm, the bottom of the hole, lies above R 45 mm"),
+        ("G81 X0. Y0. Z40. R45. F200.\nX9. Z45.\nX20.", 1, 0, "warning: the hole has no depth: Z 45 mm is R"),
+        ("G81 X0. Y0. Z45. R45. F200.\nX9.\nX20.", 0, 0, "warning: the hole has no depth: Z 45 mm is R"),
+    ],
+)
+def test_heights_of_a_hole(
+    run: Callable[..., Any], tmp_path: Path, name: str, lines: str, line: int, column: int, text: str
+) -> None:
+    """The word that is wrong has the caret; a height in a later block may be a retract that lacks G80."""
+    (found,) = find_errors(run, tmp_path, name, f"G98 {lines.replace(chr(10), chr(10) + ' ' * 4)}\nG80")
+    first = PROGRAMS[name][1]
+    place = f"{first + line}:{column + 4}" if column else f"{first + line}"
+    assert found.startswith(f"{place}: VP007 {text}")
+    still = f"; G81 of line {first} is still active: if no hole is meant, write G80 first"
+    assert found.endswith(still) == (line > 0 and "Z" in lines.splitlines()[line])

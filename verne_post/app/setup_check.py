@@ -10,6 +10,7 @@ from msgspec import Struct
 
 from verne_post.app.spindle_check import (
     check_direction,
+    check_first_tool,
     check_kept_feed,
     check_kept_speed,
     check_speed,
@@ -103,7 +104,7 @@ def check_setup(moves: Moves, path: ToolPath, machine: Machine, options: Options
         *check_direction(moves, path),
         *check_kept_speed(moves, path),
         *check_kept_feed(moves, path),
-        *changes,
+        *(changes or check_first_tool(moves, path, options.tools or {})),
         *_check_kept_planes(moves, path),
     ]
     return [*(make_finding("VP505", text) for text in texts), *found]
@@ -305,17 +306,27 @@ def _check_lengths(
     wrong: dict[tuple[int, float], tuple[int, int, str, int]] = {}
     before: list[int] = []  # tools so far
     spindle = 0  # the one that may still be there, after TOOL CALL 0 too
-    rapid = -1, False, ""  # the first too low without a length, whether it is an error, and why
-    for stretch in _list_stretches(moves, path):
+    # the first too low without a length, whether it is an error, why, and the line after which the length is missing
+    rapid = -1, False, "", 0
+    with_length: set[int] = set()  # tools that have had theirs so far
+    stretches = _list_stretches(moves, path)
+    needs_code = any(one.length for one in stretches)
+    for stretch in stretches:
         tool, length = stretch.tool, stretch.length
         before += [] if tool in before else [tool]
+        with_length |= {tool} if length else set()
         own = lengths.get(tool, 0.0)
         spindle = tool if tool or moves.language != "heidenhain" else spindle
         mounted = lengths.get(spindle, 0.0)
         if not length and mounted and not rapid[1]:
             at, is_under, where = _find_low_rapid(moves, path, stretch, mounted, radius)
             if at >= 0 and (is_under or rapid[0] < 0):
-                rapid = at, is_under and spindle == tool, _describe_low_rapid(tool, spindle, mounted, names, where)
+                text = _describe_low_rapid(tool, spindle, mounted, names, where)
+                change = _find_change(moves, at) if tool and needs_code and tool not in with_length else 0
+                if change:
+                    text = f"{text.rpartition('; ')[0]}; {_describe_activation(tool, change, moves.language)}"
+                    text += ", or write the rapid in machine coordinates (G53, SUPA, M91)"
+                rapid = at, is_under and spindle == tool, text, change
         owners = [one for one in called if one != tool and lengths.get(one) == length]
         owner = next((one for one in before if one in owners), None)
         if length and (not owners or own == length or tool not in lengths):
@@ -323,7 +334,7 @@ def _check_lengths(
         first, low = _find_cuts(moves, path, stretch)
         if first < 0:
             continue
-        change = max((one.line for one in moves.events if one.kind == "tool" and one.before <= first), default=0)
+        change = _find_change(moves, first)
         suspects = [*(named if length else ()), *unloaded]
         told = [item for item in suspects if item.line is not None and change <= item.line <= moves.line[first]]
         if told and low >= 0 and own and told[-1].tool:
@@ -342,11 +353,12 @@ def _check_lengths(
             else _describe_bare_tool(tool, own, lengths, names, change, moves.language)
         )
         wrong[tool if length else 0, length] = known[0], low if own else -1, text, change if own else 0
-    at, is_error, text = rapid
+    at, is_error, text, change = rapid
     cut = wrong.get((0, 0.0), (len(moves), -1, "", 0))
     if at >= 0 and not 0 <= cut[1] < (at if is_error else len(moves)):
         line, severity = int(moves.line[at]), "error" if is_error else "warning"
-        yield make_finding("VP034", text, severity=severity, line=line, last_line=line, worst_line=line)
+        edits = (Remedy("activate the length", line=change),) if change else ()
+        yield make_finding("VP034", text, severity=severity, line=line, last_line=line, worst_line=line, edits=edits)
         if cut[0] > at:
             wrong.pop((0, 0.0), None)  # of the same cause
     for first, low, text, change in wrong.values():
@@ -354,6 +366,11 @@ def _check_lengths(
         severity = "warning" if low < 0 else "error"
         edits = (Remedy("activate the length", line=change),) if change else ()
         yield make_finding("VP034", text, severity=severity, line=line, last_line=line, worst_line=line, edits=edits)
+
+
+def _find_change(moves: Moves, move: int) -> int:
+    """The line of the last tool change before a move; 0 where there is none."""
+    return max((one.line for one in moves.events if one.kind == "tool" and one.before <= move), default=0)
 
 
 def _list_called_tools(moves: Moves) -> dict[int, None]:

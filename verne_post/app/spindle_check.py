@@ -1,7 +1,7 @@
 """Cuts while the spindle stands, turns at no speed or at another tool's (VP050), or the tool is not loaded (VP041)."""
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from itertools import pairwise
 
 import numpy as np
@@ -13,6 +13,7 @@ from verne_post.base.rotations import find_axis_of_angles
 from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.model.findings import Finding, Remedy, make_finding
 from verne_post.model.moves import Event, Moves, describe_tool, list_tool_changes
+from verne_post.model.part_setup import Tool
 from verne_post.model.toolpath import SegmentKind, ToolPath
 
 #: How moves count while a stretch holds: the spindle turns; it stands, and no move counts; it was never started with
@@ -202,6 +203,30 @@ def check_tool_change(moves: Moves, path: ToolPath) -> list[Finding]:
         )
         found[one.number] = make_finding("VP041", text, **where, tool=one.number, edits=edits)
     return list(found.values())
+
+
+def check_first_tool(moves: Moves, path: ToolPath, tools: Mapping[int, Tool]) -> Iterator[Finding]:
+    """VP041: a program cuts before its first tool change, and then changes tools between cuts: the first is missing.
+
+    A program without any change is for the tool that is in the spindle. It is the tool of ``tools`` that has the length
+    in force, where one alone has it.
+    """
+    event = next((event for event, number in list_tool_changes(moves.events) if number), None)
+    first = -1 if event is None else find_first_cut(path, 0)
+    if event is None or not 0 <= first < event.before or moves.language in ("heidenhain", "aptcl"):
+        return
+    is_told = "VP041" in {item.code for item in moves.findings if (item.line or 0) < event.line}
+    if is_told or find_first_cut(path, event.before) < 0 or any(one.kind == "remapped" for one in moves.events):
+        return
+    own = moves.frames[moves.frame[first]].tool_length
+    numbers = [number for number, tool in tools.items() if own and abs(tool.offset[2] - own) < ZERO_LENGTH_MM]
+    what = f"T{numbers[0]} M6" if len(numbers) == 1 else "T and M6"
+    line = int(moves.line[first])
+    text = (
+        f"no block before this cut loads a tool, and line {event.line} is the first that does: the cut is made with "
+        f"whatever tool is in the spindle before the program; write {what} before it"
+    )
+    yield make_finding("VP041", text, line=line, last_line=line, worst_line=line)
 
 
 def find_first_cut(path: ToolPath, first: int) -> int:

@@ -211,7 +211,7 @@ _CHECK_BLOCKS: Final = "Check the numbers of the block, and of the block before:
 
 
 #: VP034 where the tool has a length of its own.
-_OWN_LENGTH: Final = re.compile(r"its own is|the set-up gives it")
+_OWN_LENGTH: Final = re.compile(r"its own is|the set-up gives it|a rapid with length 0")
 
 
 def _is_about_diameter(item: Finding) -> bool:

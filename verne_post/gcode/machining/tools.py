@@ -171,6 +171,8 @@ class Tools:
         if self._explain_by_change(at, number, length, holds):
             return
         text = f"the length number {number}, {length:g} mm, is in force, but {holds}"
+        if "H" in at.columns:
+            text += f"; if tool {number} is to cut, call T{number} M6 before, else write H{tool}"
         own = Remedy("", str(tool), line=at.line, word=("H", number))
         self.recorder.note_once("VP049", text, at.line, (own,), number, "length")
 

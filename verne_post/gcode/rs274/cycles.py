@@ -127,8 +127,10 @@ class CycleCodes:
         of_g90 = (self.modes.absolute, self.modes.absolute)
         if before is not None:
             (clear, bottom), of_g90 = self._read_changed_heights(block, motion, before, (clear, bottom), z)
-        if clear < bottom:
-            raise block.error("VP007", f"R {clear:g} mm lies below the bottom of the hole, {letter} {bottom:g} mm", "R")
+        has_code = any(word == "G" and round(10 * number) == motion for word, number, _column in block.codes)
+        line = block.line if has_code or series is None else series.line
+        if clear <= bottom + ZERO_LENGTH_MM:
+            self._report_no_depth(block, motion, line, clear, bottom)
         step = self.values.convert_length(block.words["Q"]) if "Q" in block.words else before.step if before else None
         falling = before.falling if before is not None and "Q" not in block.words else None
         if motion in _NEEDS_STEP and "I" in block.words:
@@ -158,7 +160,32 @@ class CycleCodes:
             shift,
             falling,
             (before is not None and before.dwells) or (motion in _NEEDS_STEP and "P" in block.words),
+            line,
         )
+
+    def _report_no_depth(self, block: Block, motion: int, line: int, clear: float, bottom: float) -> None:
+        """Refuse (VP007) R below the bottom of a hole, at the word that is likelier wrong; warn where they are equal.
+
+        A part is mostly set up with its upper face at 0, so R below that is wrong, and else the bottom is. A bottom in
+        a block without the code is often a retract, and G80 is missing before it.
+        """
+        letter = AXES[PLANES[self.state.plane][2]]
+        words = [word for word in ("R", letter) if word in block.words]
+        is_r = words == ["R"] or (len(words) == 2 and self.modes.absolute and clear <= 0)
+        wrong_letter = "R" if is_r else letter
+        still = f"; {spell_g_code(motion)} of line {line} is still active: if no hole is meant, write G80 first"
+        remedy = still if line != block.line and not is_r else ""
+        if clear >= bottom:
+            if words:  # the holes after it are of the same cause
+                text = f"the hole has no depth: {letter} {bottom:g} mm is R{remedy}"
+                self.recorder.warn("VP007", text, block.line, None, "warning")
+            return
+        text = (
+            f"R {clear:g} mm lies below the bottom of the hole, {letter} {bottom:g} mm"
+            if is_r
+            else f"{letter} {bottom:g} mm, the bottom of the hole, lies above R {clear:g} mm"
+        )
+        raise block.error("VP007", f"{text}{remedy}", wrong_letter)
 
     def _refuse_other_unit(self, block: Block, motion: int, series: Cycle, before: Cycle | None) -> None:
         """Refuse (VP017) lengths that are kept from a cycle, and the level where a series began, in another unit."""

@@ -62,6 +62,7 @@ from verne_post.gcode.rs274.fanuc_text import (
 from verne_post.gcode.rs274.fanuc_words import FanucWords
 from verne_post.gcode.rs274.haas import HaasCodes
 from verne_post.gcode.rs274.interpreter import Rs274
+from verne_post.gcode.rs274.letterless import refuse_letterless
 from verne_post.gcode.rs274.macro_calls import (
     divide_number,
     find_local_call,
@@ -164,10 +165,14 @@ class FanucInterpreter(Rs274):
 
     @classmethod
     def leave_to_reader(cls, text: bytes, words: WordTable, setup: Setup) -> Ints:
-        """Calls of macros, scales and times; turns of the table, and words without a point, where they mean more."""
+        """Calls of macros, scales and times, and numbers that may lack their letter.
+
+        Turns of the table, and words without a point, where they mean more.
+        """
         codes = np.flatnonzero(words.letter == ord("G"))
         codes = codes[np.isin(words.value[codes], _BY_TEXT)]
         lines = words.row[np.concatenate([codes, np.flatnonzero(words.letter == ord("P"))])].astype(np.int32)
+        lines = np.concatenate([lines, super().leave_to_reader(text, words, setup)])
         given = setup.control.get("fanuc", {})
         if given.get("directions") == "machine":
             lines = np.union1d(lines, words.row[np.isin(words.letter, _ROTARY_LETTERS)].astype(np.int32))
@@ -230,6 +235,7 @@ class FanucInterpreter(Rs274):
         ):
             return Block(line, macro=statement)
         self.parameters.passed_word = ""
+        refuse_letterless(text)
         corner = None
         try:
             if "," in text:

@@ -10,6 +10,7 @@ from typing import ClassVar, Final
 import numpy as np
 from msgspec import Struct
 
+from verne_post.base.arrays import Ints
 from verne_post.base.tolerances import WHOLE_NUMBER
 from verne_post.base.units import MM_PER_INCH
 from verne_post.gcode.block import POLAR, Block, read_block
@@ -33,6 +34,7 @@ from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.rs274.cycles import CycleCodes
 from verne_post.gcode.rs274.functions import FunctionCodes
+from verne_post.gcode.rs274.letterless import describe_block_number, find_candidates
 from verne_post.gcode.rs274.messages import read_message
 from verne_post.gcode.rs274.modes import Modes
 from verne_post.gcode.rs274.motion import MotionCodes
@@ -42,6 +44,7 @@ from verne_post.gcode.rs274.traits import Traits
 from verne_post.gcode.rs274.values import WordValues, find_polar_end, read_whole
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.text import Language
+from verne_post.gcode.words import WordTable
 from verne_post.model.moves import AXES, ZERO9, PathControl, PathMode
 
 _MAX_M_CODES: Final = 4
@@ -137,8 +140,15 @@ class Rs274(Language):
 
     # --- one block -------------------------------------------------------------------------
 
+    @classmethod
+    def leave_to_reader(cls, text: bytes, words: WordTable, setup: Setup) -> Ints:
+        """Lines with a number that may lack its letter."""
+        return find_candidates(text)
+
     def read(self, text: str, line: int) -> Block:
         """Read a line; with the current values of parameters."""
+        if (message := describe_block_number(text)) and self.setup.machine:
+            self.recorder.warn("VP001", message, line, text.upper().index("N") + 1, "warning")
         return read_block(text, line, self.parameters)
 
     def execute(self, block: Block) -> None:

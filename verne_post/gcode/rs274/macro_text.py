@@ -31,6 +31,8 @@ KINDS: Final[Mapping[str, Kind]] = {
 }
 #: Keywords and their short forms; what belongs to the words of a block is no statement.
 _KEYWORD: Final = re.compile(rf"({'|'.join(sorted(KINDS, key=len, reverse=True))})(?=[\[#\d(]|$)")
+#: GO1 X30.: a G code with the letter O, because nothing but a comment follows the number of a jump.
+_LETTER_O: Final = re.compile(r"GO\d+[A-Z]")
 _LABEL: Final = re.compile(r"\(*/?(?:N\d+)?\(*")
 _OTHERS: Final = re.compile(r"(THEN|ELSE|ENDIF|POPEN|PCLOS|DPRNT|BPRNT|SETVN)\b")
 #: Lines that may open or close a loop, and that may begin with a number.
@@ -116,7 +118,7 @@ def read_statement(text: str, values: Values) -> Statement | None:
         instead = "write IF [...] GOTO" if other.group() in ("THEN", "ELSE", "ENDIF") else "take it out"
         raise ProgramError("VP002", f"{other.group()}: this macro statement is not executed; {instead}", places[at] + 1)
     keyword = _KEYWORD.match(characters, at)
-    if keyword is None:
+    if keyword is None or _LETTER_O.match(characters, at):
         return None
     kind = KINDS[keyword.group(1)]
     return Statement(kind, ValueReader(characters, places, values), keyword.end(), places[at] + 1)

@@ -50,6 +50,7 @@ class Cycle(Struct, frozen=True):
     #: Q.
     falling: tuple[float, float, float] | None = None
     dwells: bool = False  #: P stood in a block of a pecking cycle, which then dwells at the bottom.
+    line: int = 0  #: Where its code stands.
 
 
 class AxisMaps(Struct, frozen=True):

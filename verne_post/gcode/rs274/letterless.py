@@ -1,0 +1,63 @@
+"""Numbers that stand without their letter, and so would be read as part of the number before them."""
+
+import re
+from typing import Final
+
+import numpy as np
+
+from verne_post.base.arrays import Ints
+from verne_post.gcode.program_error import ProgramError
+
+#: What may be such a number: it stands behind a blank that follows another number, or N has a point.
+_CANDIDATE: Final = re.compile(rb"[0-9.][ \t]+[-+]?[0-9.]|[Nn][ \t]*[0-9]+\.")
+_WORD: Final = re.compile(
+    r"\([^()]*\)?|;.*|(?P<letter>[A-Z])[ \t]*[-+]?(?P<own>[0-9.]+)(?:[ \t]+(?P<number>[-+]?[0-9.]+))?", re.IGNORECASE
+)
+_BLOCK_NUMBER: Final = re.compile(r"[ \t/]*(N[ \t]*[0-9]+(?:[ \t]+[0-9]|[ \t]*\.)[0-9 \t.]*)", re.IGNORECASE)
+
+
+def find_candidates(text: bytes) -> Ints:
+    """Lines of a text, from 0, that may have such a number."""
+    found = np.array([match.start() for match in _CANDIDATE.finditer(text)], dtype=np.int64)
+    if not len(found):
+        return np.empty(0, dtype=np.int32)
+    ends = np.flatnonzero(np.frombuffer(text, dtype=np.uint8) == ord("\n"))
+    return np.searchsorted(ends, found).astype(np.int32)
+
+
+def refuse_letterless(text: str) -> None:
+    """Refuse (VP001) a number behind another one, and a point in a block number, in a line of a Fanuc program.
+
+    Blanks mean nothing in a line, so ``N520 50.`` would be block 52050, and the Z that is missing would be lost.
+    Digits alone, as in ``X 2 0``, are one number but behind N.
+    """
+    for match in _WORD.finditer(text):
+        letter, number, rest = (match["letter"] or "").upper(), match["number"], text[match.end() :]
+        if number and (letter == "N" or not f"{match['own']}{number}".isdigit()):
+            *others, last = [f"{axis}{number}" for axis in _list_axes(letter, rest)]
+            meaning = f"write its letter, such as {', '.join(others)} or {last}" if others else f"did you mean {last}?"
+            column = match.start("number") + 1
+            raise ProgramError("VP001", f"{number}: a number without a letter before it; {meaning}", column)
+        if letter == "N" and "." in match[0]:
+            is_alone = not match[0].endswith(".") or not rest.strip() or rest.lstrip()[0] in "(;"
+            meaning = ", and a letter may be missing in it" if is_alone else f"; did you mean {match[0][:-1]}?"
+            raise ProgramError("VP001", f"{match[0]}: a block number has no decimal point{meaning}", match.start() + 1)
+
+
+def describe_block_number(text: str) -> str:
+    """What LinuxCNC reads as one block number, and may be a word that has lost its letter; empty where nothing is."""
+    match = _BLOCK_NUMBER.match(text)
+    if match is None:
+        return ""
+    number = match[1].rstrip()
+    return (
+        f"{number}: all of it is read as the number of the block, as LinuxCNC does, and moves nothing; if a word "
+        "has lost its letter, write it"
+    )
+
+
+def _list_axes(before: str, rest: str) -> str:
+    """The axes that a number between a word with the letter ``before`` and the ``rest`` of a line may be of."""
+    possible = "XYZ"["XYZ".find(before) + 1 :]
+    later = min((letter for letter in "XYZ" if letter in rest.upper()), default="")
+    return (possible[: possible.find(later)] if later in possible else "") or possible or "XYZ"
