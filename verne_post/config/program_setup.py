@@ -6,6 +6,7 @@ from typing import Annotated, Any, Final, Literal
 
 from msgspec import Meta, Struct, field
 
+from verne_post.base.printable import quote_key
 from verne_post.config.beside import find_file_beside, lies_in
 from verne_post.config.box_file import FixtureFile, PartFile, name_fixture_files
 from verne_post.config.control_tables import find_wrong_codes, find_wrong_keys
@@ -33,7 +34,9 @@ class InlineTool(Table, frozen=True, kw_only=True):
     number: Annotated[int, Meta(ge=1)] | None = None
 
 
-def number_tools(entries: Mapping[str, InlineTool], place: str) -> tuple[dict[int, Tool], dict[str, int]]:
+def number_tools(
+    entries: Mapping[str, InlineTool], place: str, *, is_own: bool = False
+) -> tuple[dict[int, Tool], dict[str, int]]:
     """Tools by their numbers, and the numbers of those that have names.
 
     Parameters
@@ -42,6 +45,8 @@ def number_tools(entries: Mapping[str, InlineTool], place: str) -> tuple[dict[in
         Number or name -> tool.
     place : str
         Where they stand, for messages.
+    is_own : bool
+        They are of one program alone.
 
     Raises
     ------
@@ -60,7 +65,8 @@ def number_tools(entries: Mapping[str, InlineTool], place: str) -> tuple[dict[in
             names[key] = number
         length, diameter = (0.0 if size == TO_MEASURE else float(size) for size in (entry.length, entry.diameter))
         offset = (0.0, 0.0, length, *(0.0,) * 6)
-        tools[number] = Tool(number, number, offset, diameter, place if entry.length == TO_MEASURE else "")
+        unmeasured = place if entry.length == TO_MEASURE else ""
+        tools[number] = Tool(number, number, offset, diameter, unmeasured, f"tools.{quote_key(key)}" if is_own else "")
     return tools, names
 
 
@@ -196,7 +202,7 @@ def read_setup_table(data: dict[str, Any], name: str, folder: Path, prefix: str 
     sentences += [f"{place}{text}" for text in (*find_wrong_codes(remap), *find_wrong_keys(control))]
     tools: dict[int, Tool] = {}
     try:
-        tools, numbers = number_tools(file.tools, shown)
+        tools, numbers = number_tools(file.tools, shown, is_own=not prefix)
         for dialect in NAMING_TOOLS if numbers else ():
             control[dialect]["tools"] = {**control[dialect].get("tools", {}), **numbers}
     except ValueError as error:

@@ -165,6 +165,7 @@ class Recorder(Struct):
     tcp_ends: list[PlaneCall] = field(default_factory=list)
     needs_tcp_code: bool = False
     selections: list[Selection] = field(default_factory=list)
+    read_tools: set[int] = field(default_factory=set)
     planes: list[PlaneCall] = field(default_factory=list)
     speeds: list[tuple[int, int]] = field(default_factory=list)
     #: Number of the next move at the first feed rate that is given after each change of tools.
@@ -505,6 +506,7 @@ class Recorder(Struct):
             tcp_ends=tuple(self.tcp_ends),
             needs_tcp_code=self.needs_tcp_code,
             selections=tuple(self.selections),
+            read_tools=frozenset(self.read_tools),
             planes=tuple(self.planes),
             speeds=tuple(self.speeds),
             feeds=tuple(self.feeds),
