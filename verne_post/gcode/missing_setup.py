@@ -68,7 +68,8 @@ def suggest_call(setup: Setup, state: State, form: str, others: str) -> str:
     known = [number for number, tool in (state.tools or {}).items() if tool.offset[2] > 0 and not tool.unmeasured]
     if state.loaded_tool is not None or not known:
         return ""
-    names = {number: name for keys in setup.control.values() for name, number in keys.get("tools", {}).items()}
+    tables = (keys.get("tools") for keys in setup.control.values())
+    names = {number: name for table in tables if isinstance(table, Mapping) for name, number in table.items()}
     if len(known) == 1:
         word = f'"{names[known[0]]}"' if known[0] in names else str(known[0])
         return (
