@@ -71,7 +71,7 @@ class KlartextRecovery:
         elif keyword == "PLANE":
             for number in range(3):
                 to.q.control_values.setdefault(120 + number, to.state.position[3 + number])
-        elif keyword == "CYCL DEF":
+        elif keyword == "CYCL DEF" or (keyword == "Q" and statement.further_lines):
             to.patterns.cycle_unread = True
         elif keyword == "TOOL CALL":
             tool: int | None = to.state.selected_tool
