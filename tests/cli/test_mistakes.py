@@ -226,3 +226,30 @@ def test_where_no_tool_is_called_the_call_is_the_remedy(run: Callable[..., Any],
     assert told.out.count("has the tools 7, 8\n") == 1
     setup.write_text("[wcs]\nG54 = [0, 0, 40]\n")  # no length is known: that is the first thing to say
     assert "Fill in the length" in run("check", program).out
+
+
+@pytest.mark.parametrize(
+    ("name", "arc", "said"),
+    [
+        ("arc.nc", "G2 X10 Y0 I-5 J0", "; write I with the other sign, if that is meant: the radii agree then"),
+        ("arc.nc", "G2 X10 Y10 I0 J-10", "; write J with the other sign, if that is meant: the radii agree then"),
+        ("arc.nc", "G91 G2 X10 Y0 I-5 J3", "; write I with the other sign, if that is meant: the radii agree then"),
+        ("arc.nc", "G20 G2 X1 Y0 I-0.5 J0", "; write I with the other sign, if that is meant: the radii agree then"),
+        ("arc.nc", "G18 G2 X10 Z20 I-5 K0", "; write I with the other sign, if that is meant: the radii agree then"),
+        ("arc.nc", "G2 X10 Y0 I-6 J0", ""),
+        ("arc.nc", "G90.1 G2 X10 Y0 I-5 J0", ""),  # the centre is a place
+        ("arc.mpf", "G2 X10 Y0 I-5 J0", "; write I with the other sign, if that is meant: the radii agree then"),
+    ],
+)
+def test_an_offset_of_an_arc_with_the_wrong_sign_is_told(
+    run: Callable[..., Any], tmp_path: Path, name: str, arc: str, said: str
+) -> None:
+    """Only both radii were told, and that they differ."""
+    head = "G17 G54 G90 G94 G21\nT1 M6\nG43\n" if name == "arc.nc" else "G17 G54 G90 G94 G710\nT1 D1\nM6\n"
+    program = tmp_path / name
+    program.write_text(f"{head}S900 M3\nG0 A0 C0\nX0 Y0 Z50\nG1 Z20 F300\n{arc}\nM30\n")
+    told = run("check", program, "--tool-length", 80, "--wcs", "G54=0,0,40")
+    line = next(line for line in told.out.splitlines() if ": VP" in line)
+    assert ": VP008 error: the end is not on the circle: radius " in line, told.out
+    assert line.endswith(f" mm{said}"), line
+    assert ("Check the numbers of the block" in told.out) == (not said)
