@@ -290,7 +290,7 @@ def test_positions_of_c(poses, statements, c):
         (["CYCL DEF 7.0", "CYCL DEF 7.1 X+5", "PLANE SPATIAL SPA+20 SPB+0 SPC+0 MOVE FMAX",
               "CYCL DEF 7.0", "CYCL DEF 7.1 X+9"], "PLANE RESET first"),
         (["PLANE SPATIAL SPA+20 SPB+0 SPC+0 MOVE FMAX", "CYCL DEF 10.0", "CYCL DEF 10.1 ROT+9",
-          "PLANE SPATIAL SPA+10 SPB+0 SPC+0 MOVE FMAX"], "reset it first"),
+          "PLANE SPATIAL SPA+10 SPB+0 SPC+0 MOVE FMAX"], "write PLANE RESET between them, or reset it first"),
         (["LN X+5 TX+0 TY+0 TZ+1 F900"], "needs M128"),
     ],
 )  # fmt: skip

@@ -213,7 +213,10 @@ class Recorder(Struct):
         plane = self.planes[-1] if self.planes else None
         if plane is None or not plane.word:
             return otherwise
-        return f"the plane of {plane.word} in line {plane.line} is in force: {plane.turn} ({plane.end} ends it)"
+        what = f"the plane of {plane.word} in line {plane.line}"
+        if self.count - plane.before > 1:  # it was in use: beside a turn to it there was another move
+            return f"{what} still holds: write {plane.end} where it is over, or {plane.turn}"
+        return f"{what} is in force: {plane.turn} ({plane.end} ends it)"
 
     def index_frame(self, frame: Frame) -> int:
         """Row of a frame in the table of frames."""
