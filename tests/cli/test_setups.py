@@ -653,3 +653,27 @@ def test_a_tool_of_the_set_up_that_no_line_calls_is_told(
     (tmp_path / "verne-post.toml").write_text(tools.replace("[tools]", '[setup."*".tools]'))
     program.write_text(whole.replace(calls[3], ""))
     assert "not called" not in run("check", program, "--settings", tmp_path / "verne-post.toml").out
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (
+            "[part.stock]\nmin = [-30, -30, 0]\nmax = [30, 30, 20]\n",
+            ["part.stock: stock is a table of its own; write [stock]"],
+        ),
+        ("[stock.wcs]\nG54 = [0, 0, 40]\n", ["stock.wcs: wcs is a table of its own; write [wcs]"]),
+        (
+            "[part]\nunit = 'mm'\n[part.wcs]\nG54 = [0, 0, 40]\n",
+            ["part.wcs: wcs is a table of its own; write [wcs]", "part.nominal is missing", "part.system is missing"],
+        ),
+    ],
+)
+def test_a_table_inside_another_is_one_mistake(
+    run: Callable[..., Any], folder: Path, text: str, said: list[str]
+) -> None:
+    """The keys that [part] lacks were told too, although there was no [part]."""
+    Path("part.nc.toml").write_text(text)
+    told = run("check", "part.nc", "--tool-length", 80)
+    assert (told.code, told.out.count("VP503")) == (2, len(said))
+    assert all(f"part.nc.toml: {one}\n" in told.out for one in said), told.out

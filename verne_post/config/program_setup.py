@@ -1,6 +1,6 @@
 """The set-up of a program: work offsets, tools, fixtures, options, in a file beside it or in the settings file."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Annotated, Any, Final, Literal
 
@@ -172,13 +172,13 @@ def read_setup_table(data: dict[str, Any], name: str, folder: Path, prefix: str 
     """
     own = {key: value for key, value in data.items() if key in SetupFile.__struct_fields__}
     rest = {key: value for key, value in data.items() if key not in own}
-    sentences: list[str] = []
+    place = f"{prefix}." if prefix else ""
+    sentences = list(_take_nested_tables(own, place))
     try:
         file = check_table(SetupFile, own, "a set-up", prefix)
     except WrongTableError as error:
         file = SetupFile()
-        sentences = error.sentences
-    place = f"{prefix}." if prefix else ""
+        sentences += error.sentences
     shown = f"{name}, {prefix}" if prefix else name
     wcs: dict[int, WorkOffset] = {}
     to_measure: set[int] = set()
@@ -225,6 +225,23 @@ def read_setup_table(data: dict[str, Any], name: str, folder: Path, prefix: str 
     return ProgramSetup(
         shown, options, wcs, frozenset(to_measure), files, file.keep_out, file.stock, file.part, remap, control
     )
+
+
+def _take_nested_tables(own: dict[str, Any], place: str) -> Iterator[str]:
+    """Take tables of a set-up out of [part] and [stock], which have none, and say where they belong."""
+    for name, schema in (("part", PartFile), ("stock", FixtureFile)):
+        table = own.get(name)
+        wrong = [
+            key
+            for key, value in (table.items() if isinstance(table, dict) else ())
+            if isinstance(value, dict) and key in SetupFile.__struct_fields__ and key not in schema.__struct_fields__
+        ]
+        for key in wrong:
+            yield f"{place}{name}.{key}: {key} is a table of its own; write [{place}{key}]"
+        if wrong:
+            own[name] = {key: value for key, value in own[name].items() if key not in wrong}
+            if not own[name]:
+                del own[name]
 
 
 def list_setup_options() -> list[str]:
