@@ -297,7 +297,14 @@ SPATIAL = "PLANE SPATIAL SPA+25 SPB+0 SPC+0 TURN FMAX SEQ-"
         ("fanuc", PLANE, "", "G69\n", None, ""),
         ("siemens", SWIVEL, "", "", ("VP017", "error", "G0 A0 C0"), "write CYCLE800() first"),
         ("siemens", SWIVEL, "", "CYCLE800()\n", None, ""),
-        ("heidenhain", SPATIAL, "", "", ("VP017", "error", "L X-30 Y-20 FMAX M8"), "PLANE RESET ends it"),
+        (
+            "heidenhain",
+            SPATIAL,
+            "",
+            "",
+            ("VP017", "error", "L X-30 Y-20 FMAX M8"),
+            "still holds: write PLANE RESET where it is over",
+        ),
         ("heidenhain", SPATIAL, "", "PLANE RESET STAY\n", None, ""),
         # the table is not turned to the plane
         ("fanuc", PLANE[:-6], "", "G69\n", ("VP042", "warning", "G01 Z-2. F400."), "write G53.1 after G68.2"),

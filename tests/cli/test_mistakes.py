@@ -188,3 +188,68 @@ def test_numbers_have_the_digits_of_programs(
     answer = run("convert", tmp_path / "part.nc", "-o", tmp_path / "axes.csv", *words)
     assert answer.code == 2
     assert said in answer.err
+
+
+TOOLS_OF = {
+    "no.h": (
+        "BEGIN PGM NO MM\nL A+0 C+0 R0 FMAX\nL X+0 Y+0 Z+50 FMAX\nL Z+20 F300\nL X+20 F AUTO\nM30\nEND PGM NO MM\n",
+        "no TOOL CALL before the first feed move; write TOOL CALL",
+        ("TOOL CALL 7 Z S with its speed before it", 'TOOL CALL "MILL" Z S with its speed before it'),
+    ),
+    "no.mpf": (
+        "G17 G54 G90 G94 G710\nS3000 M3\nG0 A0 C0\nX0 Y0 Z50\nG1 Z20 F300\nM30\n",
+        "no tool is called before the first feed move; write T",
+        ("T7 D1 and M6 before it", 'T="MILL" D1 and M6 before it'),
+    ),
+    "no.nc": (
+        "G17 G54 G90 G94 G21\nS3000 M3\nG0 A0 C0\nX0 Y0 Z50\nG1 Z20 F300\nM30\n",
+        "no tool is called before the first feed move; write T",
+        ("T7 M6 and G43 H7 before it", ""),
+    ),
+}
+
+
+@pytest.mark.parametrize("name", TOOLS_OF)
+def test_where_no_tool_is_called_the_call_is_the_remedy(run: Callable[..., Any], tmp_path: Path, name: str) -> None:
+    """It was "fill in the length in the set-up", where all lengths were."""
+    text, begin, calls = TOOLS_OF[name]
+    program, setup = tmp_path / name, tmp_path / f"{name}.toml"
+    program.write_text(text)
+    for key, call in zip(("7", "MILL"), calls, strict=True):
+        setup.write_text(f"[tools]\n{key} = {{length = 80, diameter = 6}}\n[wcs]\nG54 = [0, 0, 40]\n")
+        told = run("check", program)
+        assert (told.code, told.out.count("VP"), begin in told.out, call in told.out) == (2, 1, True, True), told.out
+        assert "Fill in the length" not in told.out
+    setup.write_text("[tools]\n7 = {length = 80}\n8 = {length = 90}\n[wcs]\nG54 = [0, 0, 40]\n")
+    told = run("check", program)
+    assert begin in told.out
+    assert told.out.count("has the tools 7, 8\n") == 1
+    setup.write_text("[wcs]\nG54 = [0, 0, 40]\n")  # no length is known: that is the first thing to say
+    assert "Fill in the length" in run("check", program).out
+
+
+@pytest.mark.parametrize(
+    ("name", "arc", "said"),
+    [
+        ("arc.nc", "G2 X10 Y0 I-5 J0", "; write I with the other sign, if that is meant: the radii agree then"),
+        ("arc.nc", "G2 X10 Y10 I0 J-10", "; write J with the other sign, if that is meant: the radii agree then"),
+        ("arc.nc", "G91 G2 X10 Y0 I-5 J3", "; write I with the other sign, if that is meant: the radii agree then"),
+        ("arc.nc", "G20 G2 X1 Y0 I-0.5 J0", "; write I with the other sign, if that is meant: the radii agree then"),
+        ("arc.nc", "G18 G2 X10 Z20 I-5 K0", "; write I with the other sign, if that is meant: the radii agree then"),
+        ("arc.nc", "G2 X10 Y0 I-6 J0", ""),
+        ("arc.nc", "G90.1 G2 X10 Y0 I-5 J0", ""),  # the centre is a place
+        ("arc.mpf", "G2 X10 Y0 I-5 J0", "; write I with the other sign, if that is meant: the radii agree then"),
+    ],
+)
+def test_an_offset_of_an_arc_with_the_wrong_sign_is_told(
+    run: Callable[..., Any], tmp_path: Path, name: str, arc: str, said: str
+) -> None:
+    """Only both radii were told, and that they differ."""
+    head = "G17 G54 G90 G94 G21\nT1 M6\nG43\n" if name == "arc.nc" else "G17 G54 G90 G94 G710\nT1 D1\nM6\n"
+    program = tmp_path / name
+    program.write_text(f"{head}S900 M3\nG0 A0 C0\nX0 Y0 Z50\nG1 Z20 F300\n{arc}\nM30\n")
+    told = run("check", program, "--tool-length", 80, "--wcs", "G54=0,0,40")
+    line = next(line for line in told.out.splitlines() if ": VP" in line)
+    assert ": VP008 error: the end is not on the circle: radius " in line, told.out
+    assert line.endswith(f" mm{said}"), line
+    assert ("Check the numbers of the block" in told.out) == (not said)

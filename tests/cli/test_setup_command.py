@@ -242,6 +242,11 @@ def test_rigid_tapping_is_a_choice_of_the_set_up(run: Run, tmp_path: Path) -> No
             KLARTEXT.replace("MM\n", "MM\n1 ;  #7 BALL D=6\n", 1).replace('"MILL_10"', "7"),
             '7 = { length = "measure", diameter = 6 }  # BALL D=6 - diameter from this remark, check it',
         ),
+        (
+            KLARTEXT.replace("MM\n", "MM\n1 ; T7 FACE MILL D=20, T8 END MILL D=8\n", 1).replace('"MILL_10"', "7"),
+            '7 = { length = "measure", diameter = 20 }  # FACE MILL D=20, T8 END MILL D=8'
+            " - diameter from this remark, check it",
+        ),
     ],
 )
 def test_remarks_of_other_posts_stand_there_too(source: str, line: str, run: Run, tmp_path: Path) -> None:
@@ -275,6 +280,9 @@ def test_remarks_of_the_program_stand_beside_its_tools(run: Run, tmp_path: Path)
         ('(T1 D=0.5")', None),
         ("(T1 D=3/8)", None),
         ("(T1 D=10 SHANK D=12)", None),
+        ("(T1 FACE MILL D=20, T2 END MILL D=8)", 20.0),
+        ("(T1 FACE MILL, T2 END MILL D=8)", None),
+        ("(T1 D=20,5)", None),
         ("(T1 GRID=16)", None),
         ("(T1 D=16)\nG20", None),  # a program in inches
     ],

@@ -615,3 +615,65 @@ def test_the_hook_reads_each_program_once(
     assert done.out.count("two words.NC:3: VP110 error") == done.out.count("b.nc:3: VP110 error") == 1
     other.unlink()  # from the disk, while git still has it
     assert "b.nc" not in run_hook("tools.tbl").out
+
+
+@pytest.mark.parametrize(
+    ("name", "calls"),
+    [
+        ("part.nc", {1: "T1 M6\nG43\n", 3: "T3 M6\nG43\n"}),
+        ("part.h", {1: "TOOL CALL 1 Z S3000\n", 3: "TOOL CALL 3 Z S3000\n"}),
+        ("part.mpf", {1: "T1 D1\nM6\n", 3: "T3 D1\nM6\n"}),
+    ],
+)
+def test_a_tool_of_the_set_up_that_no_line_calls_is_told(
+    run: Callable[..., Any], tmp_path: Path, name: str, calls: dict[int, str]
+) -> None:
+    """A deleted tool call was silent: the tool before went on with the work of the other."""
+    heads = {"part.h": "BEGIN PGM P MM\n", "part.mpf": "G17 G90 G94 G710 G54\n", "part.nc": "G17 G90 G94 G21 G54\n"}
+    move = "L A+0 C+0 FMAX M3\nL X+0 Y+0 Z+50 FMAX\nL Z+20 F300\nL Z+50 FMAX\n"
+    if name != "part.h":
+        move = "S3000 M3\nG0 A0 C0\nG0 X0 Y0 Z50\nG1 Z20 F300\nG0 Z50\n"
+    end = "M30\nEND PGM P MM\n" if name == "part.h" else "M30\n"
+    whole, program = heads[name] + calls[1] + move + calls[3] + move + end, tmp_path / name
+    tools = "[tools]\n1 = {length = 80}\n3 = {length = 90, diameter = 6}\n"
+    (tmp_path / f"{name}.toml").write_text(f"split_at_stops = true\n{tools}[wcs]\nG54 = [0, 0, 40]\n")
+    program.write_text(whole)
+    assert "not called" not in run("check", program).out
+    program.write_text(whole.replace(calls[3], ""))
+    told = run("check", program)
+    assert (told.code, "  not called: tools.3 of the set-up: no line of the program calls" in told.out) == (0, True)
+    if name == "part.nc":  # H and D put the sizes of other numbers in force
+        program.write_text(whole.replace(calls[3], "").replace("G43\n", "G43 H3\n"))
+        (tmp_path / "part.nc.toml").write_text(
+            "[tools]\n1 = {length = 90}\n3 = {length = 90}\n[wcs]\nG54 = [0, 0, 40]\n"
+        )
+        assert "not called" not in run("check", program).out
+    # tools of the settings file are those of the shop
+    (tmp_path / f"{name}.toml").write_text("[wcs]\nG54 = [0, 0, 40]\n")
+    (tmp_path / "verne-post.toml").write_text(tools.replace("[tools]", '[setup."*".tools]'))
+    program.write_text(whole.replace(calls[3], ""))
+    assert "not called" not in run("check", program, "--settings", tmp_path / "verne-post.toml").out
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (
+            "[part.stock]\nmin = [-30, -30, 0]\nmax = [30, 30, 20]\n",
+            ["part.stock: stock is a table of its own; write [stock]"],
+        ),
+        ("[stock.wcs]\nG54 = [0, 0, 40]\n", ["stock.wcs: wcs is a table of its own; write [wcs]"]),
+        (
+            "[part]\nunit = 'mm'\n[part.wcs]\nG54 = [0, 0, 40]\n",
+            ["part.wcs: wcs is a table of its own; write [wcs]", "part.nominal is missing", "part.system is missing"],
+        ),
+    ],
+)
+def test_a_table_inside_another_is_one_mistake(
+    run: Callable[..., Any], folder: Path, text: str, said: list[str]
+) -> None:
+    """The keys that [part] lacks were told too, although there was no [part]."""
+    Path("part.nc.toml").write_text(text)
+    told = run("check", "part.nc", "--tool-length", 80)
+    assert (told.code, told.out.count("VP503")) == (2, len(said))
+    assert all(f"part.nc.toml: {one}\n" in told.out for one in said), told.out

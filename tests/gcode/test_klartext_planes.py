@@ -287,9 +287,10 @@ def test_positions_of_c(poses, statements, c):
         (["PLANE SPATIAL SPA+20 SPB+0 SPC+0 STAY",
           "CYCL DEF 240 C Q200=2 Q343=0 Q201=-1 Q344=0 Q206=9 Q211=0 Q203=0 Q204=5", "CYCL CALL"],
          "cycle 240 in a tilted plane that the tool is not normal to"),
-        (["CYCL DEF 7.1 X+5", "PLANE SPATIAL SPA+20 SPB+0 SPC+0 MOVE FMAX", "CYCL DEF 7.1 X+9"], "PLANE RESET first"),
-        (["PLANE SPATIAL SPA+20 SPB+0 SPC+0 MOVE FMAX", "CYCL DEF 10.1 ROT+9",
-          "PLANE SPATIAL SPA+10 SPB+0 SPC+0 MOVE FMAX"], "reset it first"),
+        (["CYCL DEF 7.0", "CYCL DEF 7.1 X+5", "PLANE SPATIAL SPA+20 SPB+0 SPC+0 MOVE FMAX",
+              "CYCL DEF 7.0", "CYCL DEF 7.1 X+9"], "PLANE RESET first"),
+        (["PLANE SPATIAL SPA+20 SPB+0 SPC+0 MOVE FMAX", "CYCL DEF 10.0", "CYCL DEF 10.1 ROT+9",
+          "PLANE SPATIAL SPA+10 SPB+0 SPC+0 MOVE FMAX"], "write PLANE RESET between them, or reset it first"),
         (["LN X+5 TX+0 TY+0 TZ+1 F900"], "needs M128"),
     ],
 )  # fmt: skip

@@ -459,7 +459,7 @@ def test_an_empty_spindle_has_no_length(machine):
     with pytest.raises(InputError) as raised:  # D1 gives no length to a cut
         gcode.interpret_program(f"{head}G1 X1\nT1 M6".encode(), build_interpreter_setup(machine, options))
     assert [(item.code, item.line) for item in raised.value.findings] == [("VP012", 3)]
-    assert "T and M6" in raised.value.findings[0].message
+    assert "T1 D1 and M6" in raised.value.findings[0].message
 
 
 @pytest.mark.parametrize(("text", "code", "part"), [

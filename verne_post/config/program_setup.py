@@ -1,11 +1,12 @@
 """The set-up of a program: work offsets, tools, fixtures, options, in a file beside it or in the settings file."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Annotated, Any, Final, Literal
 
 from msgspec import Meta, Struct, field
 
+from verne_post.base.printable import quote_key
 from verne_post.config.beside import find_file_beside, lies_in
 from verne_post.config.box_file import FixtureFile, PartFile, name_fixture_files
 from verne_post.config.control_tables import find_wrong_codes, find_wrong_keys
@@ -33,7 +34,9 @@ class InlineTool(Table, frozen=True, kw_only=True):
     number: Annotated[int, Meta(ge=1)] | None = None
 
 
-def number_tools(entries: Mapping[str, InlineTool], place: str) -> tuple[dict[int, Tool], dict[str, int]]:
+def number_tools(
+    entries: Mapping[str, InlineTool], place: str, *, is_own: bool = False
+) -> tuple[dict[int, Tool], dict[str, int]]:
     """Tools by their numbers, and the numbers of those that have names.
 
     Parameters
@@ -42,6 +45,8 @@ def number_tools(entries: Mapping[str, InlineTool], place: str) -> tuple[dict[in
         Number or name -> tool.
     place : str
         Where they stand, for messages.
+    is_own : bool
+        They are of one program alone.
 
     Raises
     ------
@@ -60,7 +65,8 @@ def number_tools(entries: Mapping[str, InlineTool], place: str) -> tuple[dict[in
             names[key] = number
         length, diameter = (0.0 if size == TO_MEASURE else float(size) for size in (entry.length, entry.diameter))
         offset = (0.0, 0.0, length, *(0.0,) * 6)
-        tools[number] = Tool(number, number, offset, diameter, place if entry.length == TO_MEASURE else "")
+        unmeasured = place if entry.length == TO_MEASURE else ""
+        tools[number] = Tool(number, number, offset, diameter, unmeasured, f"tools.{quote_key(key)}" if is_own else "")
     return tools, names
 
 
@@ -166,13 +172,13 @@ def read_setup_table(data: dict[str, Any], name: str, folder: Path, prefix: str 
     """
     own = {key: value for key, value in data.items() if key in SetupFile.__struct_fields__}
     rest = {key: value for key, value in data.items() if key not in own}
-    sentences: list[str] = []
+    place = f"{prefix}." if prefix else ""
+    sentences = list(_take_nested_tables(own, place))
     try:
         file = check_table(SetupFile, own, "a set-up", prefix)
     except WrongTableError as error:
         file = SetupFile()
-        sentences = error.sentences
-    place = f"{prefix}." if prefix else ""
+        sentences += error.sentences
     shown = f"{name}, {prefix}" if prefix else name
     wcs: dict[int, WorkOffset] = {}
     to_measure: set[int] = set()
@@ -196,7 +202,7 @@ def read_setup_table(data: dict[str, Any], name: str, folder: Path, prefix: str 
     sentences += [f"{place}{text}" for text in (*find_wrong_codes(remap), *find_wrong_keys(control))]
     tools: dict[int, Tool] = {}
     try:
-        tools, numbers = number_tools(file.tools, shown)
+        tools, numbers = number_tools(file.tools, shown, is_own=not prefix)
         for dialect in NAMING_TOOLS if numbers else ():
             control[dialect]["tools"] = {**control[dialect].get("tools", {}), **numbers}
     except ValueError as error:
@@ -219,6 +225,23 @@ def read_setup_table(data: dict[str, Any], name: str, folder: Path, prefix: str 
     return ProgramSetup(
         shown, options, wcs, frozenset(to_measure), files, file.keep_out, file.stock, file.part, remap, control
     )
+
+
+def _take_nested_tables(own: dict[str, Any], place: str) -> Iterator[str]:
+    """Take tables of a set-up out of [part] and [stock], which have none, and say where they belong."""
+    for name, schema in (("part", PartFile), ("stock", FixtureFile)):
+        table = own.get(name)
+        wrong = [
+            key
+            for key, value in (table.items() if isinstance(table, dict) else ())
+            if isinstance(value, dict) and key in SetupFile.__struct_fields__ and key not in schema.__struct_fields__
+        ]
+        for key in wrong:
+            yield f"{place}{name}.{key}: {key} is a table of its own; write [{place}{key}]"
+        if wrong:
+            own[name] = {key: value for key, value in own[name].items() if key not in wrong}
+            if not own[name]:
+                del own[name]
 
 
 def list_setup_options() -> list[str]:

@@ -87,11 +87,26 @@ def build_arc_from_center(
     gap = abs(r1 - r2)
     allowed_difference = allow_mismatch(max(r1, r2), tolerance)
     if gap > allowed_difference:
+        # the start is as far from a centre on its other side
+        sides = (
+            (end[first] - 2 * start[first] + c1, end[second] - c2),
+            (end[first] - c1, end[second] - 2 * start[second] + c2),
+        )
+        turned = [
+            letter
+            for letter, side in zip((letter1, letter2), sides, strict=True)
+            if not absolute and abs(math.hypot(*side) - r1) <= allow_mismatch(r1, tolerance)
+        ]
+        hint = (
+            f"; write {turned[0]} with the other sign, if that is meant: the radii agree then"
+            if len(turned) == 1
+            else ""
+        )
         raise ProgramError(
             "VP008",
             f"the end is not on the circle: radius {r1:.6g} mm at the start ({AXES[first]}{start[first]:g} "
             f"{AXES[second]}{start[second]:g}), {r2:.6g} mm at the end, difference {gap:.6g} mm; "
-            f"allowed {allowed_difference:.6g} mm",
+            f"allowed {allowed_difference:.6g} mm{hint}",
         )
     angle = math.atan2(end[second] - c2, end[first] - c1) - math.atan2(start[second] - c2, start[first] - c1)
     sweep = (-angle if clockwise else angle) % (2 * math.pi)

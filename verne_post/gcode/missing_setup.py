@@ -18,6 +18,8 @@ from verne_post.model.part_setup import ADDITIONAL_SYSTEMS, FIRST_NAMED_TOOL, SY
 ONE_TOOL: Final = ", or give --tool-length MM where the program has one tool"
 #: G54 to G57 of Siemens controls; G505 and on are further ones.
 _SIEMENS_NAMES_ALIKE: Final = range(5)
+#: Tools that a message lists.
+_MOST_LISTED: Final = 4
 #: Stands for a tool that is in no table, once that has been reported: its width only has to be greater than 0.
 ASSUMED_TOOL: Final = Tool(0, 0, ZERO9, 1.0)
 
@@ -56,6 +58,26 @@ def check_measured(tool: Tool, setup: Setup, state: State, column: int | None = 
         text = f"{why} (in a tool table Z; Z0 if the gauge line is meant)"
         key = find_tool_key(tool.number, "length", state.tool_names)
         raise ProgramError("VP012", text, column, about=name, settled_by=key)
+
+
+def suggest_call(setup: Setup, state: State, form: str, others: str) -> str:
+    """How to call a tool where none is called, although lengths of tools are there; empty where none are.
+
+    ``form`` calls a tool of the set-up, ``{word}`` with the number ``{number}``, if there is one; ``others`` any tool.
+    """
+    known = [number for number, tool in (state.tools or {}).items() if tool.offset[2] > 0 and not tool.unmeasured]
+    if state.loaded_tool is not None or not known:
+        return ""
+    tables = (keys.get("tools") for keys in setup.control.values())
+    names = {number: name for table in tables if isinstance(table, Mapping) for name, number in table.items()}
+    if len(known) == 1:
+        word = f'"{names[known[0]]}"' if known[0] in names else str(known[0])
+        return (
+            f"write {form.format(word=word, number=known[0])} before it: the set-up, or the tool table, has this tool"
+        )
+    listed = ", ".join(names.get(number, str(number)) for number in known[:_MOST_LISTED])
+    more = f" and {len(known) - _MOST_LISTED} more" if len(known) > _MOST_LISTED else ""
+    return f"write {others} before it: the set-up, or the tool table, has the tools {listed}{more}"
 
 
 def number_of_tool(name: str, call: str, dialect: str, setup: Setup, state: State, column: int | None) -> int:

@@ -165,6 +165,7 @@ class Recorder(Struct):
     tcp_ends: list[PlaneCall] = field(default_factory=list)
     needs_tcp_code: bool = False
     selections: list[Selection] = field(default_factory=list)
+    read_tools: set[int] = field(default_factory=set)
     planes: list[PlaneCall] = field(default_factory=list)
     speeds: list[tuple[int, int]] = field(default_factory=list)
     #: Number of the next move at the first feed rate that is given after each change of tools.
@@ -212,7 +213,10 @@ class Recorder(Struct):
         plane = self.planes[-1] if self.planes else None
         if plane is None or not plane.word:
             return otherwise
-        return f"the plane of {plane.word} in line {plane.line} is in force: {plane.turn} ({plane.end} ends it)"
+        what = f"the plane of {plane.word} in line {plane.line}"
+        if self.count - plane.before > 1:  # it was in use: beside a turn to it there was another move
+            return f"{what} still holds: write {plane.end} where it is over, or {plane.turn}"
+        return f"{what} is in force: {plane.turn} ({plane.end} ends it)"
 
     def index_frame(self, frame: Frame) -> int:
         """Row of a frame in the table of frames."""
@@ -505,6 +509,7 @@ class Recorder(Struct):
             tcp_ends=tuple(self.tcp_ends),
             needs_tcp_code=self.needs_tcp_code,
             selections=tuple(self.selections),
+            read_tools=frozenset(self.read_tools),
             planes=tuple(self.planes),
             speeds=tuple(self.speeds),
             feeds=tuple(self.feeds),

@@ -164,15 +164,19 @@ def find_tool_remarks(source: Text) -> dict[str, str]:
 #: A diameter in a remark: ``D=6.``, ``DIA 6``, ``Ø6``. A D alone before a number may be one of the tool table.
 _DIAMETER: Final = re.compile(
     r"(?:(?<![\w.])D(?:IA(?:M(?:ETER)?)?)?\.?\s*[=:]|(?<![\w.])DIA(?:M(?:ETER)?)?\b\.?|[\u00d8\u00f8\u2300])\s*"
-    r"(\d+(?:\.\d*)?|\.\d+)(?![\d.,/]|\s*(?:IN|INCH|INCHES)\b|\s*[\"'])",
+    r"(\d+(?:\.\d*)?|\.\d+)(?![\d./]|,\d|\s*(?:IN|INCH|INCHES)\b|\s*[\"'])",
     re.IGNORECASE,
 )
+#: What a remark says behind the word of another tool is about that.
+_OTHER_TOOL: Final = re.compile(r"(?<!\w)T(?:OOL)?\s*=?\s*[\d\"].*", re.IGNORECASE)
 #: A word for inches, in every language: diameters of such a program may be in inches.
 _INCHES: Final = re.compile(rb"^[^(;\n]*(?:G0*(?:20|700?)(?!\d)|\bINCH)", re.IGNORECASE | re.MULTILINE)
 
 
 def find_tool_diameters(source: Text, remarks: Mapping[str, str]) -> dict[str, float]:
     """Number or name of a tool -> the diameter, mm, that its remark names; none where it may be another length."""
-    sizes_of = {key: {float(number) for number in _DIAMETER.findall(text)} for key, text in remarks.items()}
+    sizes_of = {
+        key: {float(number) for number in _DIAMETER.findall(_OTHER_TOOL.sub("", text))} for key, text in remarks.items()
+    }
     found = {key: sizes.pop() for key, sizes in sizes_of.items() if len(sizes) == 1 and min(sizes) > 0}
     return {} if not found or _INCHES.search(source[:]) else found

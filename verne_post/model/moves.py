@@ -331,6 +331,7 @@ class Moves(Struct, frozen=True):
     #: Whether controls of the language hold the tip only after such a code, also where the table turns as it cuts.
     needs_tcp_code: bool = False
     selections: tuple[Selection, ...] = ()  #: The tools that T selects, in the order of execution, T0 too.
+    read_tools: frozenset[int] = frozenset()  #: Tools whose length or diameter H or D puts in force.
     planes: tuple[PlaneCall, ...] = ()  #: Tilted planes, in the order of execution.
     #: Line and number of the next move, of each word that gives the spindle a speed.
     speeds: tuple[tuple[int, int], ...] = ()

@@ -62,6 +62,8 @@ class Tool:
         mm.
     unmeasured : str
         Source that names the tool without a length: file and line of a table, or line of the program; else empty.
+    key : str
+        Where the set-up of the one program gives the tool; empty for those of other tables.
 
     Raises
     ------
@@ -74,6 +76,7 @@ class Tool:
     offset: Vector9
     diameter: float = 0.0
     unmeasured: str = ""
+    key: str = field(default="", compare=False)
 
     def __post_init__(self) -> None:
         """Refuse a length in place of the offsets here, where it is written, and not where the tool is used."""

@@ -181,7 +181,10 @@ _FILL_IN_PLACE: Final = (
 #: In VP012 where the length is known, and nothing is to be filled in.
 _NOT_ACTIVE: Final = "has no length in force"
 #: In VP012 where the tool is missing itself, and the message says what to write.
-_NO_TOOL: Final = re.compile("no tool is in the spindle; load one$|no M6 loads it|TOOL CALL .*which needs the radius")
+_NO_TOOL: Final = re.compile(
+    "no tool is in the spindle; load one$|no M6 loads it|no tool is called before|no TOOL CALL before|"
+    "TOOL CALL 0 leaves no tool before"
+)
 #: In VP012 where the message has every other place of a length: the file is left to say.
 _PLACES_NAMED: Final = re.compile("--tool-|add it to one of them")
 #: The title of VP012 where not the length is missing, and what helps.

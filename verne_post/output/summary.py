@@ -389,6 +389,8 @@ def _describe_free_turn(summary: Summary) -> Facts:
 def _describe_setup(summary: Summary) -> Facts:
     """What a person must compare with the machine."""
     source = [("set-up", f"from {summary.options.setup_source}")] if summary.options.setup_source else []
+    if keys := summary.uncalled_tools:
+        source.append(("not called", f"{', '.join(keys)} of the set-up: no line of the program calls such a tool"))
     return [
         *source,
         ("tool length", _describe_tools(summary)),

@@ -10,7 +10,7 @@ from verne_post.gcode.machining.compensation import Compensation
 from verne_post.gcode.machining.contour_queue import Corner
 from verne_post.gcode.machining.elements import Element
 from verne_post.gcode.machining.machining import explain_no_feed
-from verne_post.gcode.missing_setup import find_tool_key
+from verne_post.gcode.missing_setup import find_tool_key, suggest_call
 from verne_post.gcode.program_error import At, ProgramError
 from verne_post.model.moves import FeedMode, MoveKind
 from verne_post.model.part_setup import describe_tool_number
@@ -67,10 +67,18 @@ class KlartextContour:
         if lacking == "spindle":
             raise ProgramError("VP009", "a feed rate per turn (FU, M136) needs a turning spindle; give S and M3")
         if lacking == "tool length":
+            what, with_speed = "the first feed move", "Z S with its speed"
+            how = suggest_call(
+                self.core.setup,
+                self.core.state,
+                f"TOOL CALL {{word}} {with_speed}",
+                f"TOOL CALL with its number, {with_speed}",
+            )
             raise self._report_missing_call(
-                "the first feed move",
-                "no tool before the first feed move; write TOOL CALL with --tool-table or TOOL DEF, or use "
-                "--tool-length MM",
+                what,
+                f"no TOOL CALL before {what}; {how}"
+                if how
+                else f"no tool before {what}; write TOOL CALL with --tool-table or TOOL DEF, or use --tool-length MM",
             )
 
     def _report_missing_call(self, what: str, other_text: str) -> ProgramError:

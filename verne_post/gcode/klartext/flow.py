@@ -110,7 +110,11 @@ def execute_klartext(source: Text, setup: Setup, state: State, stop: StopConditi
     """Execute a Klartext program from its first line on, until it ends or a stop condition is met."""
     execution = Execution(state, Recorder(language="heidenhain"))
     flow = KlartextFlow(KlartextText(source, setup), Klartext(setup, state, execution.recorder))
-    return run_program(_KlartextRun(flow), execution, setup, stop)
+    run_program(_KlartextRun(flow), execution, setup, stop)
+    if setup.machine and not any(error.code == "VP010" for error in execution.errors):
+        for line, message in flow.calls.main.find_wrong_frame():
+            execution.recorder.warn("VP010", message, line, None, "warning")
+    return execution
 
 
 class _KlartextRun:
@@ -191,7 +195,7 @@ class _KlartextRun:
         stretch = plain.execute(chunk.lines, row, last, interpreter.core, view, self.calls.shown_line)
         if stretch > row:
             first, self.calls.line = self.calls.line, self.calls.line + stretch - row
-            interpreter.contour.last_rapid = view.motion == 0
+            interpreter.contour.last_rapid, interpreter.settings.open_cycle = view.motion == 0, None
             interpreter.paths.direction = _find_last_direction(
                 chunk.lines, row, stretch, start, interpreter.setup.rotary
             )
@@ -204,9 +208,13 @@ class _KlartextRun:
         text, line, interpreter = self.calls.text, self.calls.line, flow.interpreter
         moves = interpreter.recorder.count
         self.calls.line += 1
-        parts = text.read_parts(line)
-        self.calls.line = line + len(parts)
+        parts = text.read_parts(line, self._warn_of_tilde)
+        last = line + len(parts) - 1
+        self.calls.line = last + 1
         errors: list[ProgramError] = []
+        if len(parts) > 1 and text.goes_on(last):
+            why = f"~ at its end continues the cycle in line {last + 1}, which is a block of its own; take ~ away"
+            errors.append(ProgramError("VP001", f"{why}, or write the parameter that is missing", line=last))
         while True:
             try:
                 self._execute_parts(parts, line)
@@ -223,6 +231,14 @@ class _KlartextRun:
             flow.repeats.count(text, line, line, interpreter.recorder.count - moves)
         return errors
 
+    def _warn_of_tilde(self, line: int) -> None:
+        """A line of a cycle has no ~, where the lines before have one."""
+        if self.calls.in_main and self.flow.interpreter.setup.machine:
+            text = (
+                f"line {line} has no ~ at its end: a control ends CYCL DEF there; write ~, the next line belongs to it"
+            )
+            self.flow.interpreter.recorder.warn("VP001", text, line, None, "warning")
+
     def _execute_parts(self, parts: list[str], line: int) -> None:
         """Execute the statement of some lines."""
         flow, text, interpreter = self.flow, self.calls.text, self.flow.interpreter
@@ -238,6 +254,12 @@ class _KlartextRun:
                 interpreter.execute_statement(statement, shown_line, corner_next=lambda: text.is_corner_next(following))
             except ProgramError as error:
                 # a misspelt word is corrected, and the statement executed again
+                if error.code == "VP005" and statement.keyword == "CYCL DEF":
+                    self.calls.line = text.skip_parameters(following)
+                    if self.calls.line > following:
+                        error.message += (
+                            f"; line {following - 1} has no ~ at its end, and parameters follow it: write ~"
+                        )
                 if correct_line(parts[0], error) is None and flow.recovery.pass_failed(statement, error):
                     return
                 raise

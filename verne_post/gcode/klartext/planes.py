@@ -102,10 +102,11 @@ class KlartextPlanes:
             and tilt is not None
             and words.kind not in ("RELATIV", "RELATIVE")
         ):
+            before = self.core.recorder.planes[-1]
             raise statement.error(
                 "VP017",
-                "a new plane while a datum shift, mirror image, rotation or scaling of the plane before holds; reset "
-                "it first",
+                "a new plane while a datum shift, mirror image, rotation or scaling of the plane before holds "
+                f"({before.word} in line {before.line}); write PLANE RESET between them, or reset it first",
             )
         if angles is None:
             normal = self._find_normal(tilt) if tilt is not None else np.array([0.0, 0.0, 1.0])

@@ -83,6 +83,8 @@ class Klartext:
             self._execute_path(statement, corner_next)
         elif statement.keyword:
             STATEMENTS[statement.keyword](self)(statement)
+        if statement.keyword not in ("", "CYCL DEF"):
+            self.settings.open_cycle = None
         if self.functions.has_ended:
             self.waiting.refuse("the end of the program")
 

@@ -12,6 +12,8 @@ from verne_post.gcode.klartext.vocabulary import FN, REFUSED_FN
 from verne_post.gcode.program_error import ProgramError
 
 _ASSIGNMENT: Final = re.compile(r"(Q[LRS]?)[ \t]*(\d+)[ \t]*=")
+#: In the lines that ~ adds to an assignment: they are parameters of a cycle.
+_NEXT_PARAMETER: Final = re.compile(r"[ \t]*Q\d+[ \t]*=")
 _OPERATORS: Final = {1: r"\+", 2: "-", 3: r"\*", 4: "/|DIV", 5: "SQRT", 6: "SIN", 7: "COS", 8: "LEN", 13: "ANG"}
 _JUMP: Final = re.compile(
     rf"IF[ \t]+({VALUE})[ \t]+(EQU|NE|GT|LT)[ \t]+({VALUE})[ \t]+GOTO[ \t]+LBL[ \t]*(?:\"([^\"]*)\"|(\d+)|(QS\d+))[ "
@@ -117,6 +119,9 @@ def assign(statement: Statement, parameters: QParameters) -> None:
     if match is None:
         raise statement.error("VP001", "a parameter alone; expected Q1 = and a value", 0)
     name = match.group(1) + match.group(2)
+    if statement.further_lines and _NEXT_PARAMETER.match(statement.rest, statement.further_lines[0]):
+        text = f"{name} = ... ~ is a parameter of a cycle, and no CYCL DEF stands before it"
+        raise statement.error("VP005", f"{text}; write CYCL DEF with its number and ~ in the line before", 0)
     rest = statement.rest[match.end() :]
     if not rest.strip():
         raise statement.error("VP005", f"{name} = without a value")

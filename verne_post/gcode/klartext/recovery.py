@@ -63,6 +63,7 @@ class KlartextRecovery:
             to.waiting.forget()
         if error.code == "VP012" and not to.state.loaded_tool:  # TOOL CALL is missing
             self._assume_tool(to.state.selected_tool)
+            to.contour.call_feed = to.contour.call_feed or 1.0
         if keyword in BUILDERS or keyword in ("APPR", "CYCL CALL"):
             self._take_move(statement, error)
         elif keyword == "CC":
@@ -70,7 +71,7 @@ class KlartextRecovery:
         elif keyword == "PLANE":
             for number in range(3):
                 to.q.control_values.setdefault(120 + number, to.state.position[3 + number])
-        elif keyword == "CYCL DEF":
+        elif keyword == "CYCL DEF" or (keyword == "Q" and statement.further_lines):
             to.patterns.cycle_unread = True
         elif keyword == "TOOL CALL":
             tool: int | None = to.state.selected_tool

@@ -18,6 +18,17 @@ from verne_post.model.control_keys import HeidenhainKeys, read_keys
 from verne_post.model.moves import PathControl, PathMode
 from verne_post.model.part_setup import ADDITIONAL_SYSTEMS
 
+#: What a control writes behind line 0 of a cycle.
+_NAMES: Final = {
+    7: "DATUM SHIFT",
+    8: "MIRROR IMAGE",
+    9: "DWELL TIME",
+    10: "ROTATION",
+    11: "SCALING",
+    13: "ORIENTATION",
+    19: "WORKING PLANE",
+    32: "TOLERANCE",
+}
 _COORDINATE: Final = re.compile(rf"[ \t]*(I?)([XYZABCUVW])[ \t]*({VALUE})(?=[ \t]|$)")
 _ROTATION: Final = re.compile(rf"[ \t]*(I?)ROT[ \t]*({VALUE})[ \t]*$")
 _SCALE: Final = re.compile(rf"[ \t]*SCL[ \t]*({VALUE})[ \t]*$")
@@ -48,6 +59,8 @@ class KlartextSettings:
         self.keys = read_keys(HeidenhainKeys, frames.setup.control.get("heidenhain", {}))
         #: The datum table that the program has selected.
         self.table: str | None = None
+        #: The cycle of the statement before; None where that defines none.
+        self.open_cycle: int | None = None
 
     def execute_setting(self, statement: Statement, head: Head) -> bool:
         """One line of a setting cycle; False where the cycle is none."""
@@ -55,6 +68,11 @@ class KlartextSettings:
         if handler is None:
             return False
         self.waiting.refuse(f"CYCL DEF {head.number}")
+        if head.part and self.open_cycle != head.number and self.frames.setup.machine:
+            why = f"CYCL DEF {head.number}.0, which names the cycle, is missing before: a control refuses the line"
+            text = f"{why}; it is executed as it stands; write CYCL DEF {head.number}.0 {_NAMES[head.number]}"
+            self.core.recorder.warn("VP005", text, statement.line, head.begin + statement.begin + 1, "warning")
+        self.open_cycle = head.number
         if head.part or head.number == 247:  # line 0 only names the cycle
             handler(self, statement, head)
         elif head.number in (8, 19, 32):  # what follows replaces it; without more it ends

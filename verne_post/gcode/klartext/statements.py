@@ -2,6 +2,7 @@
 
 import re
 from bisect import bisect_right
+from collections.abc import Callable, Iterator
 from functools import cached_property
 from typing import Final
 
@@ -47,6 +48,14 @@ _LABEL: Final = re.compile(
     rb"^[ \t]*+/?[ \t]*+\d*+[ \t]*+/?[ \t]*+LBL[ \t]+(?:\"([^\"\n]*)\"|(\d+))[ \t\r]*(?:;[^\n]*)?$",
     re.MULTILINE | re.IGNORECASE,
 )
+#: BEGIN PGM or END PGM: which, the name, the unit.
+_FRAME: Final = re.compile(
+    rb"^[ \t]*+\d*+[ \t]*+(BEGIN|END)[ \t]+PGM\b[ \t]*([^;\r\n]*?)[ \t]*(?:(?<=[ \t])(MM|INCH|IN))?"
+    rb"[ \t\r]*(?:;[^\n]*)?$",
+    re.MULTILINE | re.IGNORECASE,
+)
+#: Bytes at the end of a program in which END PGM is looked for first.
+_TAIL: Final = 65_536
 _G: Final = 10
 
 # Plain lines in words of RS274/NGC: L becomes G1, with FMAX G0; R0 goes. What a Klartext line may not have must not
@@ -105,8 +114,11 @@ class KlartextText(ChunkedText):
         chunk = self.find_chunk(line)
         return None if chunk is None else chunk.read_raw(line - chunk.first_line)
 
-    def read_parts(self, line: int) -> list[str]:
+    def read_parts(self, line: int, warn: Callable[[int], None] | None = None) -> list[str]:
         """The lines of the statement that begins in a line, without comments.
+
+        ``warn`` is given the line of a cycle that has no ~, where others have one. The last line of a cycle may have
+        one before a block of its own (:meth:`goes_on`).
 
         Raises
         ------
@@ -118,7 +130,8 @@ class KlartextText(ChunkedText):
         text, goes_on = _strip_comment(decode_line(raw))
         parts = [text]
         remark = goes_on and _REMARK.fullmatch(raw) is not None
-        cycle = _CYCLE.match(text) is not None and _PARAMETER.search(text.upper()) is None
+        cycle = _is_cycle(text) and _PARAMETER.search(text.upper()) is None
+        tilde = goes_on
         while goes_on or cycle:
             following = self.read_raw(line + len(parts))
             if following is None:
@@ -128,9 +141,53 @@ class KlartextText(ChunkedText):
             more = decode_line(following)
             if not goes_on and not _CYCLE_PARAMETER.match(more.upper()):
                 break
+            if cycle and tilde and not goes_on and warn is not None:
+                warn(line + len(parts) - 1)
+                warn = None
+            if goes_on and _is_cycle(parts[0]) and _begins_block(more):
+                break
             text, goes_on = _strip_comment(more)
+            tilde |= goes_on
             parts.append("" if remark else text)
         return parts
+
+    def find_wrong_frame(self) -> Iterator[tuple[int, str]]:
+        """Where BEGIN PGM or END PGM is missing, or they differ, and what is right."""
+        line = 1
+        while (raw := self.read_raw(line)) is not None and _IGNORED_LINE.fullmatch(raw):
+            line += 1
+        begin = None if raw is None else _FRAME.match(raw)
+        if begin is None or begin[1].upper() != b"BEGIN":
+            yield (
+                line,
+                "BEGIN PGM is missing, and lengths are taken as mm; write BEGIN PGM, a name and MM as first line",
+            )
+        ends = [
+            one for one in _FRAME.finditer(self.source, max(len(self.source) - _TAIL, 0)) if one[1].upper() == b"END"
+        ]
+        if not ends:
+            ends = [one for one in _FRAME.finditer(self.source) if one[1].upper() == b"END"]
+        name, unit = ("NAME", "MM") if begin is None else _read_frame(begin)
+        right = f"write END PGM {name} {unit}".rstrip()
+        if not ends:
+            yield self.n_lines, f"END PGM is missing, which ends the file on the control; {right} as last line"
+            return
+        end_name, end_unit = _read_frame(ends[-1])
+        differ = end_name.upper() != name.upper() or (end_unit[:2] != unit[:2] and end_unit)
+        if begin is not None and end_name and differ:
+            number = self.source.count(b"\n", 0, ends[-1].start()) + 1
+            yield number, f"END PGM differs from BEGIN PGM in line {line}; {right}"
+
+    def skip_parameters(self, line: int) -> int:
+        """The first line from one on that is no ``Q200=2``."""
+        while (raw := self.read_raw(line)) is not None and _CYCLE_PARAMETER.match(decode_line(raw).upper()):
+            line += 1
+        return line
+
+    def goes_on(self, line: int) -> bool:
+        """True where a line ends with ~."""
+        raw = self.read_raw(line)
+        return raw is not None and _strip_comment(decode_line(raw))[1]
 
     def is_corner_next(self, line: int) -> bool:
         """True where the next statement from a line on is RND or CHF."""
@@ -167,6 +224,25 @@ def label_name(text: bytes | str) -> str:
     """A label as it is compared: numbers without leading zeros."""
     name = text.decode("latin-1") if isinstance(text, bytes) else text
     return str(int(name)) if is_count(name) else name
+
+
+def _read_frame(match: re.Match[bytes]) -> tuple[str, str]:
+    """Name and unit of BEGIN PGM or END PGM; an empty unit where there is none."""
+    name, unit = (decode_line(group or b"").strip().strip('"') for group in match.groups()[1:])
+    return name, unit.upper()
+
+
+def _is_cycle(text: str) -> bool:
+    """Whether a line defines a cycle with Q parameters."""
+    return _CYCLE.match(text) is not None
+
+
+def _begins_block(text: str) -> bool:
+    """Whether a line begins with a word of the language, and not with a Q parameter."""
+    text = _capitalise(_strip_comment(text)[0])
+    number = _NUMBER.match(text)
+    keyword = None if number is None else _KEYWORD.match(text, number.end())
+    return keyword is not None and not keyword.group().startswith("Q")
 
 
 def _strip_comment(text: str) -> tuple[str, bool]:

@@ -132,6 +132,7 @@ class Tools:
             return ZERO9
         if state.tools is None or number not in state.tools:
             raise report_missing_tool(number, "H", at, self.setup, state)
+        self.recorder.read_tools.add(number)
         check_measured(state.tools[number], self.setup, state, at.columns.get("H"))
         offset = state.tools[number].offset
         if self.setup.machine and offset[2] < 0:
@@ -246,6 +247,7 @@ class Tools:
         if state.tools[number].diameter <= 0:
             text = f"{name} has no diameter in the tool table (D)"
             raise at.error("VP012", text, "D", name, find_tool_key(number, "diameter", state.tool_names))
+        self.recorder.read_tools.add(number)
         return state.tools[number].diameter
 
     def define(self, tool: Tool) -> None:

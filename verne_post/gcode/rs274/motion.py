@@ -14,6 +14,7 @@ from verne_post.gcode.lengths import measure_length
 from verne_post.gcode.machining.compensation import Compensation
 from verne_post.gcode.machining.machining import Machining, explain_no_feed, name_word
 from verne_post.gcode.machining.turning import find_machine_place, go_to_machine, turn_table, warn_of_unnamed
+from verne_post.gcode.missing_setup import suggest_call
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.rs274.modes import Modes
 from verne_post.gcode.rs274.traits import Traits
@@ -67,6 +68,13 @@ def refuse_lacking(
             word = selections[-1].spell()
             text = f"{word} only selects the tool, and no M6 loads it before the first feed move; write M6 after {word}"
             raise ProgramError("VP012", text, line=selections[-1].line)
+        forms = (
+            ("T{word} D1 and M6", "T D1 and M6")
+            if loads_lengths
+            else ("T{word} M6 and G43 H{number}", "T M6 and G43 H")
+        )
+        if not selections and (how := suggest_call(core.setup, state, *forms)):
+            raise ProgramError("VP012", f"no tool is called before the first feed move; {how}".replace('T"', 'T="'))
         if tool is None or tool.unmeasured or not tool.offset[2]:
             raise ProgramError("VP012", f"no tool length has been given before the first feed move; use {length_words}")
         mine = describe_tool_number(tool.number, state.tool_names)
