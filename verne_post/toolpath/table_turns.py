@@ -79,8 +79,24 @@ def _report(path: ToolPath, moves: Moves, machine: Machine, rows: list[int], swu
             f"{what}, and the tilted tool sweeps around with it; {letter}{after - turn + short:.6g}, {abs(short):.6g} "
             "deg away, holds the same tool axis"
         )
+        if last := _find_last_to_turn(path, first, (short - turn) / factor):
+            text += f"; then add {short - turn:.6g} deg to {letter} in the lines up to {last} too"
     others = f" (moves like this: {len(rows)})" if len(rows) > 1 else ""
     line = int(path.line[first])
     return make_finding(
         "VP301", text + others, severity="warning", line=line, last_line=line, worst_line=line, count=len(rows)
     )
+
+
+def _find_last_to_turn(path: ToolPath, first: int, shift: float) -> int:
+    """The last line after a segment whose C words need the same ``shift`` (rad, whole turns), so that the next does not
+    turn C back; 0 where none does.
+    """
+    last, turn = 0, float(path.end[first, 4]) + shift
+    for segment in range(first + 1, len(path)):
+        end = float(path.end[segment, 4])
+        tilted = bool(_is_tilted(path, np.array([segment]))[0])
+        if path.feed_time[segment] <= 0 or path.free[segment] or not tilted or abs(end - turn) <= np.pi:
+            break
+        last, turn = int(path.line[segment]), end + shift
+    return last if last != path.line[first] else 0
