@@ -538,3 +538,13 @@ def test_the_shorter_turn_is_named_with_the_lines_that_follow_it():
     )
     assert found(program(body.format(365, 0))) == [("VP301", "warning", 5)]
     assert not program(body.format(365, 360).replace("A0 C0", "A0 C360")).findings
+
+
+def test_each_wrap_of_a_post_needs_its_own_turn():
+    """The lines up to the second wrap: what follows it needs two turns."""
+    body = "G0 X0 Y0 Z60 A20 C350\nG1 X1 C{}\nX2 C{}\nX3 C{}\nX4 C{}\nX5 C{}"
+    (item,) = program(body.format(5, 150, 300, 350, 5)).findings
+    assert item.line == 3
+    assert "C365, 15 deg away, holds the same tool axis; then add 360 deg to C in the lines up to 6 too" in item.message
+    assert found(program(body.format(365, 510, 660, 710, 5))) == [("VP301", "warning", 7)]
+    assert not program(body.format(365, 510, 660, 710, 725)).findings

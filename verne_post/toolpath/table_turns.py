@@ -90,13 +90,12 @@ def _report(path: ToolPath, moves: Moves, machine: Machine, rows: list[int], swu
 
 def _find_last_to_turn(path: ToolPath, first: int, shift: float) -> int:
     """The last line after a segment whose C words need the same ``shift`` (rad, whole turns), so that the next does not
-    turn C back; 0 where none does.
+    turn C back; 0 where none does. The next wrap of a post ends them: it needs another shift.
     """
-    last, turn = 0, float(path.end[first, 4]) + shift
-    for segment in range(first + 1, len(path)):
-        end = float(path.end[segment, 4])
-        tilted = bool(_is_tilted(path, np.array([segment]))[0])
-        if path.feed_time[segment] <= 0 or path.free[segment] or not tilted or abs(end - turn) <= np.pi:
-            break
-        last, turn = int(path.line[segment]), end + shift
-    return last if last != path.line[first] else 0
+    rows = np.arange(first + 1, len(path))
+    step = np.diff(path.end[first:, 4])
+    goes_on = (np.abs(step) <= np.pi + ZERO_ANGLE) & (np.abs(step - shift) > np.pi)
+    goes_on &= (path.feed_time[rows] > 0) & ~path.free[rows] & _is_tilted(path, rows)
+    stops = np.flatnonzero(~goes_on)
+    last = first + (int(stops[0]) if len(stops) else len(rows))
+    return int(path.line[last]) if path.line[last] != path.line[first] else 0
