@@ -488,7 +488,11 @@ def test_meta_says_what_was_made_from_what(good: Path, run: Callable[..., Any], 
     answer = run(good, *PLACE, "--meta", meta)
     data = json.loads(meta.read_text(), parse_constant=raising(ValueError("not JSON")))
     rows = answer.out.splitlines()[1:]
-    assert data["program"] == {"name": str(good), "sha256": sha256(good.read_bytes()).hexdigest()}
+    assert data["program"] == {
+        "name": str(good),
+        "sha256": sha256(good.read_bytes()).hexdigest(),
+        "dialect": "rs274",
+    }
     assert data["machine"]["sha256"] == sha256((ROOT / "machine_configs" / "verne.toml").read_bytes()).hexdigest()
     assert data["rows"] == len(rows)
     assert data["machining_time_s"] == pytest.approx(float(rows[-1].split(",")[0]))

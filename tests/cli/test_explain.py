@@ -578,6 +578,14 @@ def test_what_is_neither_a_line_nor_a_code_nor_a_word(run: Callable[..., Any]) -
     assert "'G1234' is neither INPUT:LINE (part.nc:12) nor a finding code (VP102)" in " ".join(answer.err.split())
 
 
+def test_an_m_code_of_the_builder_is_told_how_it_gets_a_meaning(run: Callable[..., Any]) -> None:
+    """`check` has asked for it, and `explain` did not know it."""
+    answer = run("explain", "m11")
+    assert answer.code == 0
+    assert answer.out.startswith("M11\n  no meaning in any language here; [remap] of the set-up")
+    assert 'M11 = "ignore", or "event"' in answer.out
+
+
 @pytest.mark.parametrize("word", ["FUNCTION FOO", "VP999"])
 def test_what_is_unknown_names_where_to_look(run: Callable[..., Any], word: str) -> None:
     answer = run("explain", word)

@@ -92,6 +92,9 @@ def test_a_tool_without_a_length_in_every_dialect(
     answer = run("check", name, "--tool-table", "d.tbl", "--wcs", "G54=0,0,60")
     assert said in answer.out
     assert answer.out.count("VP012") == (said != "can run")
+    # one sentence says what settles it: that of the message, or of the remedy
+    assert answer.out.count("write one there, mm from the gauge line") == ("d.tbl:1" in said)
+    assert answer.out.count("Fill in the length in") == (name in ("b.nc", "f.mpf"))
 
 
 def test_verify_notices_what_has_changed_since(job: Path, run: Callable[..., Any]) -> None:

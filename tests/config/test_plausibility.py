@@ -123,6 +123,39 @@ def test_a_set_up_in_another_unit_is_warned_of(options, words):
         assert words in texts[0]
 
 
+DWELLS = "{}G21 G90 G94 F600\nT1 M6\nG43 H1\nS900 M3\nG0 X0 Y0 Z80 A0 C0\nG1 X5\n{}\nG1 X9\nM30\n"
+
+
+@pytest.mark.parametrize(("head", "dwell", "options", "warned_lines", "says"), [
+    ("", "G4 P500\nG4 P90", {}, [7], "P500 is a dwell of 500 s: RS274/NGC has seconds"),
+    ("", "G82 X1 Z70 R75 P300", {}, [7], "or write P0.3"),
+    ("", "G4 P60", {}, [], ""),
+    ("", "G4 P500", {"dialect": "fanuc"}, [], ""),
+    ("O1000\n", "G4 P90000", {}, [], ""),  # 90 s, as the program has them
+    ("", "G4 P500", {"control": {"rs274": {"dwell": "milliseconds"}}}, [], ""),
+])  # fmt: skip
+def test_a_dwell_of_minutes_is_mostly_one_of_milliseconds(head, dwell, options, warned_lines, says):
+    """A Fanuc program without its O number waited for 500 s, and nothing said so."""
+    given = {"tool_length": 80.0, "wcs": {"G54": (0.0, 0.0, 60.0)}, **options}
+    result = vp.check(DWELLS.format(head, dwell).encode(), "verne", vp.Options(**given))
+    found = [item for item in result.findings if item.code == "VP505"]
+    assert [item.line for item in found] == warned_lines
+    assert says in "".join(item.message for item in found)
+
+
+@pytest.mark.parametrize(("head", "dwell", "options", "language", "is_told"), [
+    ("", "G4 P0.5", {}, "rs274", True),
+    ("", "", {}, "rs274", False),  # both dialects read the same
+    ("", "G4 P0.5", {"dialect": "rs274"}, "rs274", False),
+    ("O1000\n", "G4 P500", {}, "fanuc", False),
+])  # fmt: skip
+def test_a_dialect_that_nothing_shows_is_told_where_a_dwell_depends_on_it(head, dwell, options, language, is_told):
+    given = {"tool_length": 80.0, "wcs": {"G54": (0.0, 0.0, 60.0)}, **options}
+    summary = vp.check(DWELLS.format(head, dwell).encode(), "verne", vp.Options(**given)).summary
+    assert summary.language == language
+    assert ("dwells in s" in repr(summary)) == is_told
+
+
 def test_limits_that_do_not_fit_each_other():
     found, _machine = warned(("a_jerk = 10000.0", "a_jerk = 10000000.0"))
     assert len(found) == 1

@@ -6,6 +6,7 @@ Expectations are worked out here with rotation matrices, from the definition of 
 
 import math
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -278,6 +279,30 @@ def test_what_follows_from_an_unknown_radius_is_no_error_of_its_own(machine):
     (item,) = (one for one in caught.value.findings if one.severity == "error")
     assert (item.code, item.line) == ("VP012", 4)
     assert item.message.startswith('the radius of tool "D10" is not known')
+
+
+@pytest.mark.parametrize(("language", "program", "line"), [
+    ("heidenhain", "TOOL CALL 5 Z S900 F300 DR+0.05\nL X-20 Y-20 Z+5 A+0 C+0 R0 FMAX M3\nL X+0 RL F800\nL Y+10", 3),
+    ("fanuc", "G10 L13 P5 R0.05\nT5 M6\nS900 M3\nG0 G90 G21 G43 H5 X-20. Y-20. Z5.\nG41 D5 G1 X0. F800\nY10.", 1),
+])  # fmt: skip
+def test_wear_is_not_the_radius_of_a_tool_whose_radius_is_not_known(machine, language, program, line):
+    """DR+0.05, and 0.05 of G10 L13, were taken for the whole radius: a tool of 10 mm would have cut 5 mm too deep."""
+    known = Tool(5, 5, (0.0, 0.0, 80.0, *ZERO9[3:]), 10.0)
+    end = "M30" if language == "fanuc" else "L X+30\nM30"
+    text = f"{program}\n{end}\n".encode()
+    for diameter, keys in ((0.0, {("tools", "5", "diameter")}), (10.0, set())):
+        options = Options(dialect=language, tools={5: replace(known, diameter=diameter)})
+        found = [item for item in check(text, machine, options).findings if item.severity == "error"]
+        assert {key for item in found for key in item.settled_by} == keys
+        assert [item.line for item in found if item.code == "VP012"][:1] == ([line] if keys else [])
+
+
+def test_a_register_of_wear_may_be_cleared_before_the_tool_is_measured(machine):
+    moves = interpret_program(
+        b"G21 G90\nG10 L13 P1 R0\nG10 L11 P9 R0\nG43 H1 G0 X5. Y0 Z90.\nM30\n",
+        build_interpreter_setup(machine, Options(dialect="fanuc", tools=TOOLS)),
+    )
+    assert moves.frames[moves.frame[-1]].tool[2] == 60.0
 
 
 def test_the_remedies_are_named(machine):

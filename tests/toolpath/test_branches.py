@@ -489,3 +489,62 @@ def test_a_c_word_that_a_vertical_vector_leaves_is_told(word, says):
     assert [(item.code, item.severity, item.line) for item in result.findings] == [("VP301", "warning", 7)] * bool(says)
     assert says in "".join(item.message for item in result.findings)
     assert result.setpoints.values[0][-1] == pytest.approx(45.0)  # the message is true
+
+
+ORIWKS = (
+    "G17 G90 G71 G54 G94\nT1 M6\nD1 S9000 M3\nSUPA G0 A0 C0\nTRAORI\nORIWKS\nG0 X0 Y0 Z40 A=0 C={}\n"
+    "G1 Z5 A=3.2 C=12.5 F800\nX5 A=5 C=14\nG0 Z40\nTRAFOOF\n"
+    'CYCLE800(4,"TC1",200000,57,0,0,0,0,20,30,0,0,0,-1,100,1)\n'
+    "G0 X0 Y0\nG1 Z5\nG0 Z50\nCYCLE800()\nM30\n"
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("flip", [1, -1])
+def test_words_along_great_circles_name_their_branch_too(flip):
+    """A plane that was reached from the other side by less turns moved the line before it to A -3.2, C -167.5."""
+    other = ORIWKS.replace("A=3.2 C=12.5", "A=-3.2 C=192.5").replace("A=5 C=14", "A=-5 C=194")
+    source = (ORIWKS if flip == 1 else other).format(0)
+    options = Options(tool_length=80.0, wcs={"G54": (0, 0, 60)}, dialect="siemens")
+    prog = assemble(source.encode(), MACHINE, options)
+    ends = {int(line): pair for line, pair in zip(prog.path.line, degrees(prog.path)[:, 1], strict=True)}
+    assert ends[8] == pytest.approx([flip * 3.2, 12.5 if flip == 1 else 192.5], abs=1e-6)
+    assert ends[9] == pytest.approx([flip * 5.0, 14.0 if flip == 1 else 194.0], abs=1e-6)
+
+
+def test_the_line_that_settles_the_start_is_named():
+    """The message named line 4, and C 12.5 written there was told the same: line 7 names C again."""
+    options = Options(tool_length=80.0, wcs={"G54": (0, 0, 60)}, dialect="siemens")
+    (item,) = assemble(ORIWKS.format(0).encode(), MACHINE, options).findings
+    assert (item.code, item.line) == ("VP301", 8)
+    assert "name C 12.500 in line 7" in item.message
+    assert not assemble(ORIWKS.format(12.5).encode(), MACHINE, options).findings
+
+
+def test_words_of_a_vertical_rapid_turn_c_before_a_great_circle():
+    """The path begins at the C where the table stands: nothing is left to tell."""
+    source = ORIWKS.format(0).replace("SUPA G0 A0 C0", "SUPA G0 A0 C0\nSUPA G0 X0 Y0 Z0 D0\nD1")
+    options = Options(tool_length=80.0, wcs={"G54": (0, 0, 60)}, dialect="siemens")
+    prog = assemble(source.replace("X0 Y0 Z40", "X9 Y9 Z40").encode(), MACHINE, options)
+    assert not prog.findings
+    assert degrees(prog.path)[0, 0, 1] == pytest.approx(0.0)
+
+
+def test_the_shorter_turn_is_named_with_the_lines_that_follow_it():
+    """C365 alone moved the warning to the next line."""
+    body = "G0 X0 Y0 Z60 A20 C190\nG1 X1 C191\nX11 C{}\nX21 C{}\nX31 A0 C0"
+    (item,) = program(body.format(5, 0)).findings
+    assert item.message.endswith(
+        "C365, 174 deg away, holds the same tool axis; then add 360 deg to C in the lines up to 6 too"
+    )
+    assert found(program(body.format(365, 0))) == [("VP301", "warning", 5)]
+    assert not program(body.format(365, 360).replace("A0 C0", "A0 C360")).findings
+
+
+def test_each_wrap_of_a_post_needs_its_own_turn():
+    """The lines up to the second wrap: what follows it needs two turns."""
+    body = "G0 X0 Y0 Z60 A20 C350\nG1 X1 C{}\nX2 C{}\nX3 C{}\nX4 C{}\nX5 C{}"
+    (item,) = program(body.format(5, 150, 300, 350, 5)).findings
+    assert item.line == 3
+    assert "C365, 15 deg away, holds the same tool axis; then add 360 deg to C in the lines up to 6 too" in item.message
+    assert found(program(body.format(365, 510, 660, 710, 5))) == [("VP301", "warning", 7)]
+    assert not program(body.format(365, 510, 660, 710, 725)).findings

@@ -372,6 +372,8 @@ def _describe_remedies(line: Line, findings: Sequence[Finding]) -> Iterator[str]
     found = list(propose(line, findings))
     what = "what would bring the line within limits" if gravest == "error" else "what would remove the warnings"
     if not found:
+        if all(item.code == "VP301" for item in findings):  # its message has what helps
+            return
         yield f"{what}: no other table solution and no move within {remedies.FARTHEST_MM:g} mm was found"
         return
     yield f"{what}; each was checked along the whole line"

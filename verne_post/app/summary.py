@@ -12,6 +12,7 @@ from verne_post.app.plan import Plan
 from verne_post.base.arrays import Ints, find_used
 from verne_post.base.columns import iterate_blocks
 from verne_post.base.long_text import Text
+from verne_post.gcode.dialects import choose_dialect_name, find_dialect_name
 from verne_post.model.contour import Contour
 from verne_post.model.moves import Event, find_tool_of_moves, list_tool_changes
 from verne_post.model.protocols import AxisCorrecting
@@ -173,10 +174,13 @@ def summarise(
     places, numbers = round_setpoints(q_start, program.machine, fmt)
     start = (places if numbers is None else numbers)[0]
     systems = sorted({moves.frames[index] for index in used}, key=lambda frame: frame.system)
+    options = program.options
     return Summary(
         source=source,
         machine=program.machine,
-        options=program.options,
+        options=options,
+        language=choose_dialect_name(options.dialect, source, options.source_name),
+        language_is_assumed=not find_dialect_name(options.dialect, source, options.source_name),
         describe=format_summary,
         cycle_time=round(float(plan.timeline.first_row[-1] * plan.timeline.cycle), fmt.time_decimals),
         n_rows=plan.timeline.n_rows,

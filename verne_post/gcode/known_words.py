@@ -9,7 +9,7 @@ from verne_post.base.program_lines import remove_remarks
 from verne_post.gcode.apt import words as apt
 from verne_post.gcode.apt.run import OF_SUBPROGRAMS
 from verne_post.gcode.apt.translator import STATEMENTS as APT_STATEMENTS
-from verne_post.gcode.codes import RS274, CodeTable, spell_g_code
+from verne_post.gcode.codes import RS274, CodeTable, describe_remap, spell_g_code
 from verne_post.gcode.klartext import vocabulary as klartext
 from verne_post.gcode.own_meanings import OF_VALUES, OWN_MEANINGS
 from verne_post.gcode.rs274.fanuc_codes import make_table
@@ -53,6 +53,7 @@ _LANGUAGES: Final = {
 _CYCLE_CALL: Final = re.compile(r"(?<!\w)([A-Z]+\d+)[ \t]*\(", re.IGNORECASE)
 #: A value of a call, with what ends it.
 _VALUE: Final = re.compile(r"[ \t]*((?:\"[^\"]*\"|\([^()]*\)|[^,()\"])*)([,)]|$)")
+_M_CODE: Final = re.compile(r"M\d{1,9}")
 _CODE: Final = re.compile(r"([GM])(\d+(?:\.\d+)?)")
 
 
@@ -97,13 +98,18 @@ def _make_pattern(name: str, language: str) -> str:
 
 
 def describe_word(word: str) -> list[str]:
-    """One line for each language that knows a word such as G68.2, TRAORI or CYCL DEF 208; empty where none does."""
+    """One line for each language that knows a word such as G68.2, TRAORI or CYCL DEF 208; empty where none does.
+
+    Of an M code that none knows, which the builder of a machine may have, how a set-up gives it a meaning.
+    """
     name = " ".join(word.upper().split())
     found = [
         f"{language}: {_describe(language, name, text, is_executed=is_executed)}"
         for language, known_word, text, is_executed in list_words()
         if known_word == name
     ]
+    if not found and _M_CODE.fullmatch(name):
+        return [f"no meaning in any language here; {describe_remap(name)}"]
     # else a statement with words that its table lists
     return found or [
         f"{language}, {known_word}: {_describe(language, known_word, text, is_executed=is_executed)}"

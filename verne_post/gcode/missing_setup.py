@@ -54,8 +54,10 @@ def check_measured(tool: Tool, setup: Setup, state: State, column: int | None = 
     """Refuse (VP012) to use the length of a tool that is named without one; a plain interpreter reads it as 0."""
     if setup.machine and tool.unmeasured:
         name = describe_tool_number(tool.number, state.tool_names)
-        why = f"{name}: {tool.unmeasured} gives no length; write one there, mm from the gauge line to the tip"
-        text = f"{why} (in a tool table Z; Z0 if the gauge line is meant)"
+        text = f"{name}: {tool.unmeasured} gives no length"
+        if " " not in tool.unmeasured:  # a set-up or a line of a tool table, and not a word of the program
+            in_table = " (Z; Z0 if the gauge line is meant)" if ":" in tool.unmeasured else ""
+            text += f"; write one there, mm from the gauge line to the tip{in_table}"
         key = find_tool_key(tool.number, "length", state.tool_names)
         raise ProgramError("VP012", text, column, about=name, settled_by=key)
 

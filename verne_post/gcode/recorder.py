@@ -174,6 +174,7 @@ class Recorder(Struct):
     language: str = ""
     first_cut: int = 0
     machine_moves: list[int] = field(default_factory=list)
+    named_changes: list[int] = field(default_factory=list)
     assumed_axes: dict[int, int] = field(default_factory=dict)
     #: Work systems to which the program has given an origin.
     placed_systems: set[int] = field(default_factory=set)
@@ -198,6 +199,16 @@ class Recorder(Struct):
         """From the next move on, codes say in which directions X Y Z count, or no longer do."""
         if is_said != len(self.tcp_changes) % 2:
             self.tcp_changes.append(self.count)
+
+    def note_named_axis(self, is_named: bool) -> None:
+        """From the next move on, A and C words name the table's place that a tool axis has, or no longer do."""
+        changes = self.named_changes
+        if is_named == len(changes) % 2:
+            return
+        if changes and changes[-1] == self.count:
+            changes.pop()
+        else:
+            changes.append(self.count)
 
     def end_tcp(self, line: int, word: str) -> None:
         """A word ends tool-centre-point control, or a plane, and X Y Z count in the directions of the machine."""
@@ -516,6 +527,7 @@ class Recorder(Struct):
             language=self.language,
             first_cut=self.first_cut,
             machine_moves=tuple(self.machine_moves),
+            named_changes=tuple(self.named_changes),
             assumed_axes=self.assumed_axes,
             findings=tuple(self.warnings.values()),
             **table,

@@ -99,8 +99,9 @@ CODES: Final[dict[str, Code]] = _make_table(
         "error",
         "The program names an axis that this machine does not have.",
         "Post the program for the rotary axes of the machine, A and C on a tilting table. Or post it with tool "
-        "axes (G43.5, APT), which name no rotary axis. Or give --machine a machine that has the axes of the program, "
-        "such as ac_trunnion (A, C), bc_trunnion (B, C) or ab_table (A, B).",
+        "axes (I J K of G43.5, A3 B3 C3 of Siemens, LN of Klartext, APT), which name no rotary axis. Or give "
+        "--machine a machine that has the axes of the program, such as ac_trunnion (A, C), bc_trunnion (B, C) or "
+        "ab_table (A, B).",
     ),
     (
         "VP012",

@@ -341,6 +341,9 @@ class Moves(Struct, frozen=True):
     first_cut: int = 0
     #: Numbers of the moves to machine coordinates (G53, G28, SUPA, M91): no length and no work offset matters there.
     machine_moves: tuple[int, ...] = ()
+    #: Numbers of the moves at which A and C words begin and cease, in turn, to name the table's place that a tool axis
+    #: has: words along a great circle.
+    named_changes: tuple[int, ...] = ()
     #: Rotary axes whose angle in cuts is assumed (VP036), each with the line that names it later.
     assumed_axes: Mapping[int, int] = field(default_factory=dict)
 
@@ -350,6 +353,11 @@ class Moves(Struct, frozen=True):
     def find_said_tcp(self, move: Ints) -> Mask:
         """Whether codes say, at each of some moves, in which directions X Y Z count."""
         return np.searchsorted(self.tcp_changes, move, side="right") % 2 == 1
+
+    def find_named(self, move: Ints) -> Mask:
+        """Whether A and C are words of the program at each of some moves, and not those of a tool vector."""
+        vectors = np.isfinite(self.tool_axis[move, 0])
+        return ~vectors | (np.searchsorted(self.named_changes, move, side="right") % 2 == 1)
 
     def find_selecting_line(self, system: int, move: int) -> int:
         """The line whose word puts a work system in force for a move; that of the move if it holds from the start.
@@ -383,6 +391,7 @@ class Moves(Struct, frozen=True):
             start_frame=start_frame,
             tcp_changes=changes,
             tcp_ends=tuple(replace(one, before=max(one.before - first, 0)) for one in self.tcp_ends),
+            named_changes=tuple(max(change - first, 0) for change in self.named_changes),
             first_cut=max(self.first_cut - first, 0),
             machine_moves=tuple(one - first for one in self.machine_moves if one >= first),
         )

@@ -115,6 +115,10 @@ class Summary:
         Arcs beside the contour whose feed rate is not F.
     shaped : Shaped or None
         What the input shaper does; None without one.
+    language : str
+        The dialect in which the program was read, as `--dialect` names it.
+    language_is_assumed : bool
+        Nothing names it, and neither the text nor the file's ending shows another one.
     timed : tuple of TimedEvent
         All events and dwells with their rows; empty where nothing was written.
     """
@@ -156,6 +160,8 @@ class Summary:
     shaped: Shaped | None = None
     placed_systems: frozenset[int] = frozenset()
     arc_feeds: tuple[ArcFeedUse, ...] = ()
+    language: str = ""
+    language_is_assumed: bool = False
     timed: tuple[TimedEvent, ...] = ()
     describe: Callable[["Summary"], str] = field(kw_only=True)
 

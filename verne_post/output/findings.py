@@ -183,8 +183,10 @@ _NOT_ACTIVE: Final = "has no length in force"
 #: In VP012 where the tool is missing itself, and the message says what to write.
 _NO_TOOL: Final = re.compile(
     "no tool is in the spindle; load one$|no M6 loads it|no tool is called before|no TOOL CALL before|"
-    "TOOL CALL 0 leaves no tool before"
+    "TOOL CALL 0 leaves no tool before|TOOL CALL .*which needs the radius"
 )
+#: In VP012 where the message says in which file a length is missing, and how it counts.
+_WRITE_LENGTH: Final = "gives no length; write one there"
 #: In VP012 where the message has every other place of a length: the file is left to say.
 _PLACES_NAMED: Final = re.compile("--tool-|add it to one of them")
 #: The title of VP012 where not the length is missing, and what helps.
@@ -246,7 +248,7 @@ def _choose_remedy(item: Finding) -> str:
         return next((text for sign, text in _PARTNERS if sign.search(item.message)), "")
     if item.code == "VP012" and _NOT_ACTIVE in item.message:
         return CODES["VP034"].remedy
-    if item.code == "VP012" and _NO_TOOL.search(item.message):
+    if item.code == "VP012" and (_NO_TOOL.search(item.message) or _WRITE_LENGTH in item.message):
         return ""
     if item.code == "VP012" and _PLACES_NAMED.search(item.message):
         return f"{remedy.partition('. ')[0]}."

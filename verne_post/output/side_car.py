@@ -48,7 +48,11 @@ def format_side_car(summary: Summary) -> str:
     data: dict[str, object] = {
         "schema": SIDE_CAR_SCHEMA,
         "version": __version__,
-        "program": {"name": summary.options.source_name, "sha256": compute_sha256(summary.source)},
+        "program": {
+            "name": summary.options.source_name,
+            "sha256": compute_sha256(summary.source),
+            "dialect": summary.language,
+        },
         "machine": {"name": machine.name, "sha256": machine.sha256, "provenance": machine.provenance},
         "options": summary.options.record(),
         "columns": {

@@ -391,8 +391,12 @@ def _describe_setup(summary: Summary) -> Facts:
     source = [("set-up", f"from {summary.options.setup_source}")] if summary.options.setup_source else []
     if keys := summary.uncalled_tools:
         source.append(("not called", f"{', '.join(keys)} of the set-up: no line of the program calls such a tool"))
+    # the dialect matters most where a dwell is a thousand times as long
+    is_doubtful = summary.language_is_assumed and summary.dwell_time > 0
+    language = "RS274/NGC, as nothing shows another: dwells in s (--dialect fanuc: in ms)"
     return [
         *source,
+        *([("language", language)] if is_doubtful else []),
         ("tool length", _describe_tools(summary)),
         ("work offset", _describe_offsets(summary)),
         *_describe_arc_feeds(summary),

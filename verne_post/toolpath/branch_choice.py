@@ -49,7 +49,7 @@ def choose_branches(
             return ok & inside & clear
 
         c_range = float(limits.lower[-1]), float(limits.upper[-1])
-        plan = plan_branches(path, is_legal, c_range, team, machine.coordinates.nutation)
+        plan = plan_branches(path, is_legal, c_range, team, machine.coordinates.nutation, moves.find_named(path.move))
         if plan is None:
             return None
         chosen.append(plan)
@@ -125,8 +125,10 @@ def _report_other_start(path: ToolPath, plan: BranchPlan, moves: Moves, machine:
     begin = plan.start[0]
     if named is None or named >= first or not path.free[0] or abs(np.sin(begin[0])) > POLE_SINE:
         return []
-    turn = machine.coordinates.rotary[1]
-    word = float(moves.end[max(int(path.move[0]) - 1, 0), turn])
+    turn, before = machine.coordinates.rotary[1], np.arange(max(int(path.move[0]), 1))
+    word = float(moves.end[before[-1], turn])
+    of_words = before[moves.find_named(before)]
+    settled_at = int(moves.line[of_words[-1]]) if len(of_words) else named  # C there is where the path begins
     start = float(machine.coordinates.map_from_table(np.zeros(3), begin, Frame())[turn])
     if abs(start - word) <= _NAMED_DEG:
         return []
@@ -134,7 +136,7 @@ def _report_other_start(path: ToolPath, plan: BranchPlan, moves: Moves, machine:
     what = (
         f"the path begins at {letter} {format_fixed(start, 3)}, which the tool axes after it ask for, and not at "
         f"{letter} {format_fixed(word, 3)}, as line {named} has it: the tool is vertical there, and leaves {letter} "
-        f"open; name {letter} {format_fixed(start, 3)} instead, or turn the table there before the start"
+        f"open; name {letter} {format_fixed(start, 3)} in line {settled_at}, or turn the table there before the start"
     )
     return [make_finding("VP301", what, severity="warning", line=first, last_line=first, worst_line=first)]
 

@@ -71,7 +71,12 @@ class BranchPlan(Struct, frozen=True, eq=False):
 
 
 def plan_branches(
-    path: ToolPath, legal: Legal, c_range: tuple[float, float], team: Team = ALONE, nutation: Nutation | None = None
+    path: ToolPath,
+    legal: Legal,
+    c_range: tuple[float, float],
+    team: Team = ALONE,
+    nutation: Nutation | None = None,
+    named: Mask | None = None,
 ) -> BranchPlan | None:
     """Choose the branch of every segment; None where the programmed one keeps the limits, or nothing is better.
 
@@ -87,6 +92,9 @@ def plan_branches(
     nutation : Nutation, optional
         Of a nutating pair. Programmed A and C words keep their side: the joints then go linearly, and on the other side
         that is another path of the tool.
+    named : ndarray of bool, shape (n,), optional
+        Segments whose A and C are words of the program: those that are not free, and those whose words go along a great
+        circle.
     """
     free, n = path.free, len(path)
     if not free.any() and _is_legal_throughout(path, legal, c_range, team, nutation):
@@ -99,7 +107,8 @@ def plan_branches(
     if nutation is not None:
         possible = (possible[0], possible[1] & path.free)
     vertical = free & (np.abs(np.sin(path.start[:, 3])) <= POLE_SINE) & (np.abs(np.sin(path.end[:, 3])) <= POLE_SINE)
-    choice = _Choice(path, onward, _find_states(path, c_range, nutation), possible, c_range, nutation)
+    named = ~free if named is None else named
+    choice = _Choice(path, named, onward, _find_states(path, c_range, nutation), possible, c_range, nutation)
     breaks = _find_breaks(path, vertical)
     plan = _find_plan(choice, _find_spans(breaks, vertical, n))
     if not plan.legal or not all(change.upright for change in plan.changes):
@@ -115,6 +124,7 @@ class _Choice(Struct, frozen=True, eq=False):
     """What branches are chosen from."""
 
     path: ToolPath  #: n segments on the provisional branch.
+    named: Mask  #: (n,): Segments whose A and C are words of the program.
     onward: Mask  #: (n,): Rapids that begin wherever the table stands.
     states: list[Branch]
     #: (n,) each: Whether each segment can be driven without and with the flip, C's travel aside.
@@ -230,7 +240,7 @@ def _find_plan(choice: _Choice, spans: list[tuple[int, int]]) -> BranchPlan:
     path, states = choice.path, choice.states
     firsts = np.array([first for first, _last in spans])
     lasts = np.array([last for _first, last in spans])
-    words = np.append(0, np.cumsum(~path.free))
+    words = np.append(0, np.cumsum(choice.named))
     illegal, departures = [], []
     for branch in states:
         bad = np.append(0, np.cumsum(~choice.find_legal(branch)))
@@ -265,7 +275,7 @@ def _find_plan(choice: _Choice, spans: list[tuple[int, int]]) -> BranchPlan:
     for back in reversed(came):
         chosen.append(back[chosen[-1]])
     chosen.reverse()
-    return _lay_out(path, spans, choice.onward, [states[s] for s in chosen], legal=total[0] == 0)
+    return _lay_out(choice, spans, [states[s] for s in chosen], legal=total[0] == 0)
 
 
 #: Numbers in order of weight: segments beyond a limit, rewinds while the tool feeds, other rewinds, segments off the
@@ -302,19 +312,21 @@ def _are_upright(before: Array | tuple[float, float], after: Array | tuple[float
     return bool(max(abs(np.sin(before[0])), abs(np.sin(after[0]))) <= POLE_SINE)
 
 
-def _lay_out(
-    path: ToolPath, spans: list[tuple[int, int]], onward: Mask, chosen: list[Branch], *, legal: bool
-) -> BranchPlan:
+def _lay_out(choice: _Choice, spans: list[tuple[int, int]], chosen: list[Branch], *, legal: bool) -> BranchPlan:
     """Find the angles of every segment on the chosen branches; vertical stretches turn in between."""
+    path, onward = choice.path, choice.onward
     n = len(path)
     start, end = path.start[:, 3:].copy(), path.end[:, 3:].copy()
     departs = np.zeros(n, dtype=bool)
     for (first, last), branch in zip(spans, chosen, strict=True):
         start[first:last], end[first:last] = branch.apply_to(start[first:last]), branch.apply_to(end[first:last])
-        departs[first:last] = ~path.free[first:last] & (branch != AS_PROGRAMMED)
+        departs[first:last] = choice.named[first:last] & (branch != AS_PROGRAMMED)
     changes = []
     if (leave := spans[0][0]) > 0:  # a vertical beginning already stands as it will leave
-        if not onward[leave]:
+        if choice.named[0] and (path.feed_time[:leave] == 0).any():  # but words hold where the table stands before
+            if not onward[leave]:
+                _turn_between(path, start, end, 0, leave, float(start[0, 1]), float(start[leave, 1]))
+        elif not onward[leave]:
             start[:leave, 1] = end[:leave, 1] = start[leave, 1]
         start[leave] = end[leave - 1]
     for (_first, last), (following, _end) in pairwise(spans):

@@ -79,8 +79,23 @@ def _report(path: ToolPath, moves: Moves, machine: Machine, rows: list[int], swu
             f"{what}, and the tilted tool sweeps around with it; {letter}{after - turn + short:.6g}, {abs(short):.6g} "
             "deg away, holds the same tool axis"
         )
+        if last := _find_last_to_turn(path, first, (short - turn) / factor):
+            text += f"; then add {short - turn:.6g} deg to {letter} in the lines up to {last} too"
     others = f" (moves like this: {len(rows)})" if len(rows) > 1 else ""
     line = int(path.line[first])
     return make_finding(
         "VP301", text + others, severity="warning", line=line, last_line=line, worst_line=line, count=len(rows)
     )
+
+
+def _find_last_to_turn(path: ToolPath, first: int, shift: float) -> int:
+    """The last line after a segment whose C words need the same ``shift`` (rad, whole turns), so that the next does not
+    turn C back; 0 where none does. The next wrap of a post ends them: it needs another shift.
+    """
+    rows = np.arange(first + 1, len(path))
+    step = np.diff(path.end[first:, 4])
+    goes_on = (np.abs(step) <= np.pi + ZERO_ANGLE) & (np.abs(step - shift) > np.pi)
+    goes_on &= (path.feed_time[rows] > 0) & ~path.free[rows] & _is_tilted(path, rows)
+    stops = np.flatnonzero(~goes_on)
+    last = first + (int(stops[0]) if len(stops) else len(rows))
+    return int(path.line[last]) if path.line[last] != path.line[first] else 0

@@ -39,9 +39,14 @@ def choose_dialect(name: str, source: Text, source_name: str) -> Dialect:
 
 def choose_dialect_name(name: str, source: Text, source_name: str) -> str:
     """The name of that dialect."""
+    return find_dialect_name(name, source, source_name) or _DEFAULT
+
+
+def find_dialect_name(name: str, source: Text, source_name: str) -> str:
+    """The name of the dialect that is named, or that the text or the file's ending shows; empty where nothing does."""
     if name != _AUTO:
         return name
     by_text = (dialect_name for dialect_name, dialect in DIALECTS.items() if dialect.recognise(source))
     name_alone = _VERSION.sub("", source_name.lower())
     by_ending = (dialect_name for dialect_name, dialect in DIALECTS.items() if name_alone.endswith(dialect.endings))
-    return next(by_text, next(by_ending, _DEFAULT))
+    return next(by_text, next(by_ending, ""))

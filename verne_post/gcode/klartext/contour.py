@@ -215,7 +215,7 @@ class KlartextContour:
         Raises
         ------
         ProgramError
-            VP012 where it is not known, VP007 where DR leaves none.
+            VP012 where it is not known without DR, VP007 where DR leaves none.
         """
         state = self.state
         number = state.loaded_tool or 0
@@ -228,9 +228,10 @@ class KlartextContour:
             )
             raise self._report_missing_call(what, f"{start}; write TOOL CALL with the number of the tool, Z and S")
         tool = None if state.tools is None else state.tools.get(number)
-        if tool is None or tool.diameter == self.delta_radius == 0.0:
+        if tool is None or tool.diameter == 0.0:
             name = describe_tool_number(number, state.tool_names)
-            text = f"the radius of {name} is not known; give --tool-table FILE, or TOOL DEF with L and R"
+            wear = f", and DR{self.delta_radius:+g} of its call is only added to it" if self.delta_radius else ""
+            text = f"the radius of {name} is not known{wear}; give --tool-table FILE, or TOOL DEF with L and R"
             key = find_tool_key(number, "diameter", state.tool_names)
             raise ProgramError("VP012", text, about=name, settled_by=key)
         radius = 0.5 * tool.diameter + self.delta_radius

@@ -144,8 +144,11 @@ class KlartextFunctions:
         """Q108, Q109 and Q114: radius, axis and length of the tool."""
         state = self.state
         number = state.loaded_tool or 0
-        if state.tools is not None and number in state.tools:
-            self.q.control_values[108] = 0.5 * state.tools[number].diameter + self.contour.delta_radius
+        tool = (state.tools or {}).get(number)
+        if tool is not None and tool.diameter:
+            self.q.control_values[108] = 0.5 * tool.diameter + self.contour.delta_radius
+        else:  # not that of the tool before
+            self.q.control_values.pop(108, None)
         self.q.control_values |= {109: 2.0, 114: state.frame.tool_length}
 
     def define_tool(self, statement: Statement) -> None:

@@ -100,7 +100,7 @@ class KlartextOrientation:
             if self.modes.along_vectors and self.modes.tcp and self.setup.machine:
                 axis = self.setup.coordinates.find_tool_axis(target.end, state.frame)
                 assert axis is not None
-                self.core.hold_tool_axis(axis)
+                self.core.hold_tool_axis(axis, is_named=True)
             else:
                 self.core.hold_tool_axis(None)
 

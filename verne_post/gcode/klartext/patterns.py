@@ -96,7 +96,7 @@ class KlartextPatterns:
         if number not in CYCLES and number not in CYCLES_WITHOUT_EFFECT:
             raise statement.error(
                 "VP002",
-                f"CYCL DEF {number} is not a cycle that is executed here; docs/heidenhain.md lists them",
+                f"CYCL DEF {number} is not executed; docs/heidenhain.md lists the cycles that are",
                 head.begin,
             )
         if self.settings.execute_setting(statement, head):

@@ -484,8 +484,12 @@ class Machining:
 
     # --- tool axes ---------------------------------------------------------------------------------
 
-    def hold_tool_axis(self, axis: Sequence[float] | Array | None) -> None:
-        """A tool axis (3,), unit, program directions, holds from here on; None: A and C words do."""
+    def hold_tool_axis(self, axis: Sequence[float] | Array | None, *, is_named: bool = False) -> None:
+        """A tool axis (3,), unit, program directions, holds from here on; None: A and C words do.
+
+        ``is_named``: it is that of A and C words, whose place of the table is meant.
+        """
+        self.recorder.note_named_axis(is_named)
         self.state.tool_axis = None if axis is None else (float(axis[0]), float(axis[1]), float(axis[2]))
 
     def end_tool_axis(self, at: At, axes: list[int]) -> bool:

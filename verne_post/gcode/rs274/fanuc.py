@@ -122,6 +122,7 @@ class FanucInterpreter(Rs274):
         beside_spline=(NURBS,),
         spline_end="as many blocks with K alone as the order of the spline end it",
         needs_dwell=(),
+        dwells_in_seconds=False,
         feeds_out_whole=False,
         keeps_heights=True,
         stores_without_holes=True,

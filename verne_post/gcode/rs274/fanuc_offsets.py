@@ -5,6 +5,7 @@ from typing import Final
 import numpy as np
 
 from verne_post.gcode.block import Block
+from verne_post.gcode.missing_setup import find_tool_key
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.rs274.modes import Modes
 from verne_post.gcode.rs274.offsets import OffsetCodes
@@ -50,9 +51,10 @@ class FanucOffsets:
             raise ProgramError("VP017", f"G10 L{kind} in G91 adds to what is stored; write G90, and the whole value")
         if kind in _OF_TOOLS:
             self._store_tool_offset(block, kind)
-        elif kind == 2 and "R" in words:
+            return
+        if kind == 2 and "R" in words:
             raise block.error("VP006", "G10 L2 does not use R: work systems are not turned here", "R")
-        elif kind != 2:
+        if kind != 2:
             raise block.error("VP002", f"G10 L{kind} is not executed; expected L2, L10 to L13 or L20", "L")
         self.offsets.execute_g10(block)
 
@@ -78,10 +80,13 @@ class FanucOffsets:
         value, place = self.values.convert_length(words["R"]), 0 if of_length else 1
         if kind in _WEAR:
             tool = (self.state.tools or {}).get(number)
-            if tool is None or (of_length and tool.unmeasured):
-                raise block.error(
-                    "VP012", f"G10 L{kind}: the {_OF_TOOLS[kind]} of tool {number}, whose own is not known", "P"
-                )
+            if tool is None or (of_length and tool.unmeasured) or not (of_length or tool.diameter):
+                if value == wear[place]:  # nothing is added to what is not known
+                    return
+                what = "length" if of_length else "diameter"
+                key, name = find_tool_key(number, what, self.state.tool_names), f"tool {number}"
+                why = f"the {_OF_TOOLS[kind]} is added to that of tool {number}, which is not known"
+                raise block.error("VP012", f"G10 L{kind}: {why}", "P", name, key)
             before = tool.offset[2] if of_length else 0.5 * tool.diameter
             value, wear[place] = before - wear[place] + value, value
             self.modes.wear = {**self.modes.wear, number: (wear[0], wear[1])}
@@ -91,6 +96,7 @@ class FanucOffsets:
         words["L"], words["R"] = 1.0, value / unit
         if of_length:
             words["Z"], columns["Z"] = words.pop("R"), columns.pop("R")
+        self.offsets.execute_g10(block)
 
     def shift_system(self, block: Block, code: int) -> None:
         """G92, and G52: a system inside that of G92, which ends it on the axes that it names."""

@@ -46,6 +46,7 @@ from verne_post.gcode.setup import Setup
 from verne_post.gcode.text import Language
 from verne_post.gcode.words import WordTable
 from verne_post.model.moves import AXES, ZERO9, PathControl, PathMode
+from verne_post.model.plausibility import PLAUSIBLE
 
 _MAX_M_CODES: Final = 4
 #: Words of G83 that no other block of G93 has.
@@ -395,6 +396,18 @@ class Rs274(Language):
         if "P" not in block.words:
             raise ProgramError("VP005", "G4 needs P, the time")
         self.core.dwell(block, self.values.read_dwell(block))
+        self._warn_of_long_dwell(block)
+
+    def _warn_of_long_dwell(self, block: Block) -> None:
+        """VP505: P of G4 or of a cycle, in seconds, that would be a plausible number of milliseconds; the first one."""
+        seconds, plausible = self.values.read_dwell(block), PLAUSIBLE["dwell"]
+        if self.traits.dwells_in_seconds and self.setup.machine and seconds > plausible.high:
+            text = (
+                f"P{block.words['P']:g} is a dwell of {seconds:g} s: RS274/NGC has seconds; if milliseconds are meant, "
+                f"as in Fanuc programs, give --dialect fanuc, or write P{block.words['P'] * plausible.factor:g}"
+            )
+            if not any(item.quantity == "dwell" for item in self.core.recorder.warnings.values()):
+                self.core.recorder.note_once("VP505", text, block.line, quantity="dwell")
 
     def _execute_non_modal(self, block: Block, code: int) -> None:
         if code == 100:
@@ -421,6 +434,8 @@ class Rs274(Language):
         self.core.frames.set_home(point, second=code != 281)
 
     def _execute_cycle(self, block: Block, motion: int, *, goes_on: bool) -> None:
+        if motion in self.traits.needs_dwell and "P" in block.words:
+            self._warn_of_long_dwell(block)
         self.cycles.execute(block, motion, goes_on=goes_on)
 
     def _execute_spline(self, block: Block, motion: int) -> None:

@@ -24,6 +24,7 @@ class Traits(Struct, frozen=True, kw_only=True):
     #: Without tool-centre-point control A and C turn the table, and linear axes that the block does not name
     #: stand. Else the tip is held in any case, as where the kinematics of the machine do that.
     turns_table_alone: bool = False
+    dwells_in_seconds: bool = True  #: P of a dwell; else milliseconds, unless it has a decimal point.
     keeps_words: bool = False  #: R, the bottom, Q and P hold for other cycles too, until G80.
     #: G80 ends a cycle alone: the motion code from before the cycle goes on, because cycles are a modal group of
     #: their own. Else no motion code holds after G80.

@@ -286,7 +286,7 @@ class SiemensMotion:
             return
         axis = self.setup.coordinates.find_tool_axis(end, state.frame)
         if axis is not None:
-            self.core.hold_tool_axis(axis)
+            self.core.hold_tool_axis(axis, is_named=True)
 
     def has_linear_axes(self, given: str) -> bool:
         """True where A and C go linearly along a block; ``given``: "words" or "vector"."""

@@ -90,7 +90,8 @@ class Variables(Struct):
             return CONSTANTS[name]
         if variable is None:
             near = suggest(name, *({*scope} for scope in reversed(self.scopes)))
-            text = f"{name} is neither defined (DEF) nor a function or variable that is known here{near}"
+            define = f"; if it is one of the machine's builder, write its value on top: DEF REAL {name}=0"
+            text = f"{name} is neither defined (DEF) nor a function or variable that is known here{near or define}"
             raise cursor.error("VP025", text, at)
         return variable.values.get(self._check_index(variable, name, index, cursor, at), variable.find_default())
 
