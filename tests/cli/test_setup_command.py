@@ -260,6 +260,8 @@ def test_remarks_of_the_program_stand_beside_its_tools(run: Run, tmp_path: Path)
         in told.out
     )
     assert "the length of tools 1 and 5, the place of G54 and G55, the meaning of M11" in told.err
+    (tmp_path / "part.nc").write_text(FANUC.replace("M30", "T9 M6\nG43.4 H9\nG1 X1 F100\nM30"))
+    assert "the length of tools 1, 5 and 9" in run("setup", tmp_path / "part.nc", "-o", "-").err
 
 
 @pytest.mark.parametrize(

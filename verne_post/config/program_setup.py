@@ -167,12 +167,15 @@ def read_setup_table(data: dict[str, Any], name: str, folder: Path, prefix: str 
     own = {key: value for key, value in data.items() if key in SetupFile.__struct_fields__}
     rest = {key: value for key, value in data.items() if key not in own}
     sentences: list[str] = []
+    place = f"{prefix}." if prefix else ""
+    if isinstance(own.get("wcs"), dict):  # whatever is given for what is no work system
+        sentences = [f"{place}wcs: {why}" for key in own["wcs"] if (why := _describe_wrong_system(key))]
+        own["wcs"] = {key: value for key, value in own["wcs"].items() if not _describe_wrong_system(key)}
     try:
         file = check_table(SetupFile, own, "a set-up", prefix)
     except WrongTableError as error:
         file = SetupFile()
-        sentences = error.sentences
-    place = f"{prefix}." if prefix else ""
+        sentences += error.sentences
     shown = f"{name}, {prefix}" if prefix else name
     wcs: dict[int, WorkOffset] = {}
     to_measure: set[int] = set()
@@ -219,6 +222,15 @@ def read_setup_table(data: dict[str, Any], name: str, folder: Path, prefix: str 
     return ProgramSetup(
         shown, options, wcs, frozenset(to_measure), files, file.keep_out, file.stock, file.part, remap, control
     )
+
+
+def _describe_wrong_system(name: str) -> str:
+    """Why a name is not that of a work system; empty where it is."""
+    try:
+        find_system(name)
+    except ValueError as error:
+        return str(error)
+    return ""
 
 
 def list_setup_options() -> list[str]:
