@@ -610,6 +610,20 @@ def test_json_says_which_keys_settle_a_finding(run: Run, tmp_path: Path) -> None
     assert found["VP033"] == ["wcs.G55"]  # the last of the two
 
 
+@pytest.mark.parametrize("form", ["json", "jsonl"])
+def test_json_has_the_remedy_of_the_text(form: str, run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("part.nc").write_text("G21 G90\nG0 X0 Y0 Z50 A0 C0\nG1 X1O F100\nM2\n")
+    told = run("check", "part.nc", "--output-format", form).out
+    lines = json.loads(told)["programs"][0]["findings"] if form == "json" else map(json.loads, told.splitlines())
+    remedies = {item["code"]: item["remedy"] for item in lines}
+    assert remedies["VP001"] == "Write X10, if that is what is meant."
+    # nothing of a tool is in the program: setup writes no length
+    assert remedies["VP012"].startswith("Write tool_length = MM in the first line of part.nc.toml")
+    text = run("check", "part.nc").out
+    assert all(remedy in text for remedy in remedies.values())
+
+
 @pytest.mark.parametrize(
     ("text", "sentence"),
     [
