@@ -179,7 +179,7 @@ def _remove_made(job: Job, record: Record | None) -> None:
     if record is not None:
         for name, digest in record.files.items():
             if _is_made(job, name, digest):
-                (job.root / name).unlink()
+                (job.root / name).unlink(missing_ok=True)  # another share of the programs may have removed it
     job.record.unlink(missing_ok=True)
 
 
