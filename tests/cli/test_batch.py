@@ -171,6 +171,27 @@ def test_parts_that_are_not_made_any_more_go(folder: Path, run: Callable[..., An
     assert set(contents("out")) == {"batch.json"}
 
 
+def test_rows_keep_no_other_name_where_a_neighbour_has_gone(folder: Path, run: Callable[..., Any]) -> None:
+    """part.nc beside part.ngc had part.nc.csv. The rows of part.ngc, which is gone, are named."""
+    words = ("batch", "in", "-o", "out", "-j", 1, *PLACE)
+    shutil.copy("in/p0.nc", "in/p0.ngc")
+    assert "left over" not in run(*words).err
+    assert {"p0.nc.csv", "p0.ngc.csv"} <= set(contents("out"))
+    Path("in/p0.ngc").unlink()
+    answer = run(*words)
+    assert "out/p0.ngc.csv: left over from an earlier run: in/p0.ngc is not there any more" in answer.err
+    assert "p0.nc.csv" not in answer.err
+    names = {"p0.csv", "p0.csv.meta.json", "p0.ngc.csv", "p0.ngc.csv.meta.json"}
+    assert {name for name in contents("out") if "p0" in name} == names
+    Path("in/p0.nc").write_text("G1 X\n")
+    run(*words)
+    assert {name for name in contents("out") if "p0" in name} == {"p0.ngc.csv", "p0.ngc.csv.meta.json"}
+    Path("out/p0.ngc.csv").write_text("of somebody else")
+    Path("out/p0.ngc.csv.meta.json").unlink()
+    assert "left over" not in run(*words).err
+    assert "left over" not in run("batch", "in/p1.nc", "-o", "out", "-j", 1, *PLACE).err  # the others are still there
+
+
 def test_records_hold_in_whatever_folder_one_is(
     folder: Path, run: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:

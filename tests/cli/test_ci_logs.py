@@ -235,10 +235,30 @@ def test_the_commands_of_the_workflow_in_the_docs(
     assert answer.code == 2
     assert answer.out.startswith("::error file=programs/part.nc,line=3")
     assert "| programs/part.nc | refused" in Path("summary.md").read_text()
-    assert steps[-1]["if"].startswith("${{ inputs.sarif && ")
+    assert steps[-1]["if"].startswith("${{ inputs.sarif && !github.event.pull_request.head.repo.fork && ")
     assert called[True]["workflow_call"]["inputs"]["sarif"]["default"] is True
     assert steps[-1]["with"]["sarif_file"] == "findings.sarif"
     assert json.loads(Path("findings.sarif").read_text())["runs"][0]["results"]
+
+
+def test_other_servers_read_what_the_commands_in_the_docs_write(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, run: Callable[..., Any]
+) -> None:
+    yaml = pytest.importorskip("yaml")
+    page = (Path(__file__).parents[2] / "docs" / "ci.md").read_text("utf-8")
+    job = yaml.safe_load(re.findall(r"```yaml\n(verne-post:.*?)```", page, re.DOTALL)[0])["verne-post"]
+    stages = re.findall(r"```groovy\n(.*?)```", page, re.DOTALL)[0]
+    jenkins = re.findall(r"sh '\.venv/bin/(verne-post check .*)'", stages)
+    read = [[job["artifacts"]["reports"]["junit"]], re.findall(r"(?:junit |pattern: )'(.*?)'", stages)]
+    assert job["artifacts"]["when"] == "always"
+    assert [len(files) for files in read] == [1, 2]
+    for number, (command, files) in enumerate(zip([job["script"][-1], *jenkins], read, strict=True)):
+        (folder := tmp_path / str(number)).mkdir()
+        monkeypatch.chdir(folder)
+        Path("programs").mkdir()
+        Path("programs/part.nc").write_text("G21 G90\nG0 X0 Y0 Z20 A0 C0\nG12\nM2\n")
+        assert run(*command.split()[1:]).code == 2  # the job fails, and its files are there
+        assert all("G12" in Path(file).read_text() for file in files)
 
 
 @pytest.mark.parametrize(

@@ -613,7 +613,8 @@ def test_verify_says_fails_where_the_program_touches_a_fixture(
 ) -> None:
     axes = tmp_path / "axes.csv"
     assert run(good, *PLACE, "-o", axes).code == 0
-    for box, code, word in (("500,500,500,510,510,510", 0, "passes"), ("-100,-100,-100,100,100,200", 1, "FAILS")):
+    fails = "FAILS, do not run it"
+    for box, code, word in (("500,500,500,510,510,510", 0, "passes"), ("-100,-100,-100,100,100,200", 1, fails)):
         answer = run("verify", axes, "--against", good, *PLACE, "--keep-out", f"vise={box}")
         assert (answer.code, "VP215" in answer.err) == (code, code == 1)
         assert f"axes.csv {word}: " in answer.err.splitlines()[-1]

@@ -2,6 +2,7 @@
 
 import json
 import re
+import tomllib
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -70,6 +71,11 @@ def test_the_sample_that_violates_converts_where_fit_says(
     assert answer.code == 0
     wcs = re.search(r"--wcs (\S+)", answer.out)
     assert wcs
+    table = re.search(
+        r"^  (G54 = \[.*\])    \(on the table: under \[wcs\] of the set-up file\)$", answer.out, re.MULTILINE
+    )
+    assert table
+    assert tomllib.loads(table[1]) == {"G54": [float(number) for number in wcs[1].partition("=")[2].split(",")]}
     out = tmp_path / "axes.csv"
     assert run("convert", *TRAVEL, "--wcs", wcs[1], "-o", out).code == 0
     assert run("verify", out, "--against", *TRAVEL, "--wcs", wcs[1]).code == 0
@@ -318,7 +324,11 @@ def test_a_part_that_is_too_large_is_refused(tmp_path: Path, run: Callable[..., 
     program.write_text("G21 G90\nG0 X-600 Y0 Z60 A0 C0\nG1 X600 F900\nM2\n", encoding="utf-8")
     answer = run("fit", program, "--tool-length", 100)
     assert answer.code == 1
-    assert "VP110" in answer.out
+    assert re.fullmatch(
+        r"\S+ on VERNE: no work offset was found with which it fits\.\n"
+        r"The closest one, --wcs \S+, is blocked by:\n(  \S+: VP\d+ error: .*\n)+",  # no rows of "no reach"
+        answer.out,
+    )
 
 
 def test_places_in_machine_coordinates_do_not_follow(tmp_path: Path, run: Callable[..., Any]) -> None:

@@ -265,6 +265,8 @@ def test_remarks_of_the_program_stand_beside_its_tools(run: Run, tmp_path: Path)
         in told.out
     )
     assert "the length of tools 1 and 5, the place of G54 and G55, the meaning of M11" in told.err
+    (tmp_path / "part.nc").write_text(FANUC.replace("M30", "T9 M6\nG43.4 H9\nG1 X1 F100\nM30"))
+    assert "the length of tools 1, 5 and 9" in run("setup", tmp_path / "part.nc", "-o", "-").err
 
 
 @pytest.mark.parametrize(
@@ -274,6 +276,12 @@ def test_remarks_of_the_program_stand_beside_its_tools(run: Run, tmp_path: Path)
         ("(T1 DIA 5.5 DRILL)", 5.5),
         ("(T1 - \u00d8 8 BALL)", 8.0),
         ("(T1 DIAM: 10 MM)", 10.0),
+        ("( TOOL - 1  DIA. OFF. - 3  LEN. - 1  DIA. - 8. )", 8.0),
+        ("(T1 | 8. BALL ENDMILL | H1 | DIA. OFF. - 12 | LEN. - 12 | DIA. - 8.)", 8.0),
+        ("(TOOL - 1  DIA. OFF. - 3)", None),
+        (';TOOL 1 "MILL_D10" D10 L80', 10.0),
+        (';TOOL 1 "MILL_D10" D1', None),
+        (';TOOL 1 "MILL_10" D10', None),
         ("(T1 H1 D3 BALL)", None),  # an entry of the tool table
         ("(T1 END MILL 12)", None),
         ("(T1 D=0.5 INCH)", None),
@@ -303,6 +311,16 @@ def test_a_diameter_of_a_remark_is_taken_and_marked(
     Path(f"{path}.toml").write_text("split_at_stops = true\n[tools]\n1 = { length = 80 }\n[wcs]\nG54 = [0, 0, 60]\n")
     assert "taken" not in run("setup", path).err
     assert "diameter" not in Path(f"{path}.toml").read_text("utf-8")
+
+
+def test_a_remark_may_have_number_and_name(run: Run, tmp_path: Path) -> None:
+    """Siemens programs call a tool by its name; the list at the top has its number too."""
+    (tmp_path / "a.mpf").write_text(
+        '; T1 "EM_D12_R0"  D=12 R=0 L=75\nG710 G90\nT="EM_D12_R0" M6\nD1\nG0 X0 Y0 Z20\nG1 X1 F600\nM30\n'
+    )
+    told = run("setup", tmp_path / "a.mpf", "-o", "-")
+    assert tomllib.loads(told.out)["tools"] == {"EM_D12_R0": {"length": "measure", "diameter": 12}}
+    assert "diameter from this remark, check it" in told.out
 
 
 def test_what_is_known_is_written_and_not_asked_for(run: Run, tmp_path: Path) -> None:
@@ -614,6 +632,20 @@ def test_json_says_which_keys_settle_a_finding(run: Run, tmp_path: Path) -> None
     assert found["VP012"] == ["tools.1.length", "tools.5.length"]
     assert found["VP002"] == ["remap.M11"]
     assert found["VP033"] == ["wcs.G55"]  # the last of the two
+
+
+@pytest.mark.parametrize("form", ["json", "jsonl"])
+def test_json_has_the_remedy_of_the_text(form: str, run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("part.nc").write_text("G21 G90\nG0 X0 Y0 Z50 A0 C0\nG1 X1O F100\nM2\n")
+    told = run("check", "part.nc", "--output-format", form).out
+    lines = json.loads(told)["programs"][0]["findings"] if form == "json" else map(json.loads, told.splitlines())
+    remedies = {item["code"]: item["remedy"] for item in lines}
+    assert remedies["VP001"] == "Write X10, if that is what is meant."
+    # nothing of a tool is in the program: setup writes no length
+    assert remedies["VP012"].startswith("Write tool_length = MM in the first line of part.nc.toml")
+    text = run("check", "part.nc").out
+    assert all(remedy in text for remedy in remedies.values())
 
 
 @pytest.mark.parametrize(

@@ -130,6 +130,8 @@ def test_lengths_of_tools_come_from_one_place(folder: Path, run: Callable[..., A
         ("tool_length = -1", "part.nc.toml: tool_length = -1"),
         ("[wcs]\nG54 = [1, 2]", "part.nc.toml: wcs.G54"),
         ("[wcs]\nG44 = [1, 2, 3]", "'G44' is not a work system"),
+        ("[wcs]\nfoo = 3", "part.nc.toml: wcs: 'foo' is not a work system; expected one of G54, G55,"),
+        ("[wcs]\nG54 = 3", 'wcs.G54 = 3: expected a list of 3 to 4 numbers: -100000 to 100000; or "measure"'),
         ("[wcs]\nG54 = [1, 2, 1e6]", "part.nc.toml: wcs.G54.2 = 1000000.0"),
         (
             '[tools]\n3 = { length = "90" }',

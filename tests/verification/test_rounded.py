@@ -146,7 +146,8 @@ def test_what_is_left_out_between_two_rows_is_seen(what: str, cycle: float) -> N
     values, line = made(program(short), options)
     line = np.vectorize(lambda k: lines.get(k, k))(line).astype(line.dtype)
     verdict = verify_rows(program(whole), values, line, options, block=30)
-    where = f"row {rows_of(line, lines[4])[0]}: the motion of line 4 is left out"  # in no first block
+    row = rows_of(line, lines[4])[0]
+    where = f"row {row} (line {row + 2} of the file): the motion of line 4 is left out"  # in no first block
     assert where in [item.message for item in verdict.findings if item.code == "VP412"]
 
 
@@ -157,7 +158,7 @@ def test_rows_beyond_the_end_of_a_segment_are_seen() -> None:
     line = np.minimum(line, 4)
     verdict = verify_rows(program("G1 X10 F1500\nY5"), values, line, options)
     found = [item.message for item in verdict.findings if item.code == "VP413"]
-    assert any("is beyond the ends of the segment of line 3" in message for message in found)
+    assert any("is beyond the ends of the motion of line 3" in message for message in found)
 
 
 @pytest.mark.parametrize("mode", ["off", "blend", "spline"])

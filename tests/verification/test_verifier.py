@@ -251,9 +251,38 @@ def test_finding_names_row_line_column_and_numbers() -> None:
     assert (jerk.line, jerk.axis, jerk.unit, jerk.limit) == (4, "rho2", "mm/s3", 100000.0)
     # 0.01 mm in one row is 0.01, 0.03, 0.03, 0.01 mm in the third differences; the motion adds at most its own limit
     assert jerk.value == pytest.approx(0.01 / 1e-9, abs=1.02e5)
-    assert f"row {row}:" in jerk.message
+    assert jerk.message == (
+        f"row {row} (line {row + 2} of the file): the jerk of joint rho2 is {jerk.value / 1e5:.4g} times its limit of "
+        "100000 mm/s3 (4 rows)"
+    )
     assert verdict.jerk_ratio[1] == pytest.approx(300.0, abs=1.02)
     assert verdict.jerk_ratio[0] <= 1.02
+
+
+def test_a_file_that_is_off_by_one_vector_is_of_another_set_up() -> None:
+    """The vector is said where first and last row agree on it, and not of a file with one place beside its path."""
+    made_at = OPTIONS.changed(wcs={1: WorkOffset((3.0, -4.0, 100.0))})
+    base = OPTIONS.changed(wcs={1: WorkOffset((0.0, 0.0, 100.0))})
+    values, line = made(UPRIGHT, made_at)
+    off = [item.message for item in verify_rows(UPRIGHT, values, line, base).findings if item.code == "VP411"]
+    assert any("the tip is 5 mm off the programmed segment, allowed 0.001 mm (" in text for text in off)
+    assert any("the file is off by X3.000 Y-4.000 Z0.000 mm on the table" in text for text in off)
+    again, _line = moved(made(UPRIGHT, base)[0].copy(), line)
+    off = [item.message for item in verify_rows(UPRIGHT, again, line, base).findings if item.code == "VP411"]
+    assert off
+    assert not any("the file is off" in text for text in off)
+    # a last row that is elsewhere is no vector of the whole file
+    ends = np.vstack([values[:-1], made(UPRIGHT, base)[0][-1:]])
+    off = [item.message for item in verify_rows(UPRIGHT, ends, line, base).findings if item.code == "VP411"]
+    assert off
+    assert not any("the file is off" in text for text in off)
+
+
+def test_line_0_is_no_line_of_the_program() -> None:
+    values, line = made(UPRIGHT)
+    found = verify_rows(UPRIGHT, values, np.zeros_like(line)).findings
+    assert [(item.code, item.line) for item in found] == [("VP413", None)]
+    assert "it belongs to line 0, where the program goes on with line 3" in found[0].message
 
 
 @pytest.mark.parametrize(("degrees", "fine"), [(0.0005, True), (0.002, False), (-0.01, False)])

@@ -8,6 +8,7 @@ import numpy as np
 from verne_post.app.explain_numbers import format_degrees, format_joint, format_mm
 from verne_post.base.arrays import Array
 from verne_post.base.numbers import format_fixed
+from verne_post.base.printable import join_names
 from verne_post.base.rotations import find_axis_of_angles
 from verne_post.base.tolerances import LIMIT_SLACK, LIMIT_SLACK_MM
 from verne_post.base.units import DEG_PER_RAD
@@ -142,7 +143,7 @@ def _describe_limits(machine: Machine, refusals: Sequence[Sequence[str]]) -> str
     joints = [column.joint for column in machine.columns if column.joint in beyond]
     limits = [f"the travel of {', '.join(joints)}"] if joints else []
     limits += [one for one in named if not one.startswith(_TRAVEL)]
-    return f", {len(refusals)} by {' and '.join(limits)}"
+    return f", {len(refusals)} by {join_names(limits)}"
 
 
 def _has_negative_tilt(angles: Array) -> bool:

@@ -19,7 +19,7 @@ from verne_post.verification.verifier import Verifier
 MEASURED_ROWS: Final = 1 << 12
 
 
-def make_verifier(program: Program, fmt: SetpointFormat) -> Verifier:
+def make_verifier(program: Program, fmt: SetpointFormat, header_lines: int | None = None) -> Verifier:
     """A verifier for setpoints of this program; with a feed override, that share of the feed rate is checked."""
     machine, contour, override = program.machine, program.contour, program.options.override
     if override != 1.0:
@@ -32,6 +32,7 @@ def make_verifier(program: Program, fmt: SetpointFormat) -> Verifier:
         fmt,
         0.0 if machine.coordinates.joints_by_axis else machine.accuracy.uncorrected_axis,
         joints_by_axis=machine.coordinates.joints_by_axis,
+        header_lines=header_lines,
     )
 
 
@@ -51,8 +52,8 @@ def _share_forward_by_team(program: Program) -> Forward:
     return forward
 
 
-def verify_setpoints(program: Program, blocks: Iterator[SetpointBlock]) -> Verification:
-    """Verify setpoints as written against a program.
+def verify_setpoints(program: Program, blocks: Iterator[SetpointBlock], *, split: bool = False) -> Verification:
+    """Verify setpoints as written against a program. Findings name lines of the CSV, where it is not ``split``.
 
     Raises
     ------
@@ -64,7 +65,7 @@ def verify_setpoints(program: Program, blocks: Iterator[SetpointBlock]) -> Verif
         if verifier is None:
             accept = program.options.accept_rounding
             fmt = choose_trusted_format(program.machine, block.format, accept_rounding=accept)
-            verifier = make_verifier(program, fmt)
+            verifier = make_verifier(program, fmt, None if split else 1)
         verifier.check_rows(block)
     if verifier is None:
         raise make_input_error("VP020", "the setpoint file has no rows")

@@ -42,6 +42,12 @@ def choose_decimals(excess: float, unit: str | None) -> int:
     return next((n for n in decimals if excess >= 0.5 * 10.0**-n), decimals[-1])
 
 
+def format_beyond(value: float, bound: float) -> str:
+    """A number with four significant digits, or as many more as tell it from the bound that it exceeds; no exponent."""
+    texts = (f"{float(f'{value:.{digits}g}'):.15g}" for digits in range(4, 16))
+    return next((text for text in texts if float(text) != bound), f"{value:.15g}")
+
+
 def format_count(number: int, what: str) -> str:
     """So many things of one name: "1 program", "2 programs"."""
     return f"{number} {what}{'' if number == 1 else 's'}"

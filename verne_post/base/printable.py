@@ -7,6 +7,7 @@ command is escaped, as ``\u005b`` or ``\u003a``: JSON, TOML and Python read the 
 """
 
 import re
+from collections.abc import Sequence
 from typing import Any, Final
 
 #: Characters that end a line, for one reader of logs or another.
@@ -61,6 +62,11 @@ def make_printable_in_place(text: str) -> str:
     """One line with as many characters, so that columns still count: ``?`` for what :func:`make_printable` escapes."""
     text = "".join(character if character.isprintable() else "?" for character in text)
     return _COMMAND.sub(lambda found: (found[1] or found[3] or "") + "?", text)
+
+
+def join_names(names: Sequence[str]) -> str:
+    """``a, b and c``."""
+    return " and ".join((*([", ".join(names[:-1])] if names[:-1] else []), *names[-1:]))
 
 
 def format_json(data: Any, indent: int | None = None, *, ensure_ascii: bool = True) -> str:

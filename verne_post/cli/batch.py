@@ -114,8 +114,9 @@ def command(
     except click.UsageError as error:
         _report_failure(files, report_files, github, Verdict.USAGE_ERROR, error.message, ())
         raise
-    from verne_post.cli.jobs import run_here, run_on_cluster
+    from verne_post.cli.jobs import find_left_over, run_here, run_on_cluster
 
+    left_over = find_left_over(every)
     _claim(files, every, output, paths)
     every = every[share]
     output.mkdir(parents=True, exist_ok=True)
@@ -136,6 +137,11 @@ def command(
                 ),
                 err=True,
             )
+    for name, program in left_over:
+        echo(
+            make_printable(f"{name}: left over from an earlier run: {program} is not there any more; remove this file"),
+            err=True,
+        )
     if report_files or github:
         from verne_post.output.findings import Report
         from verne_post.output.reports import FORMATS as REPORTS
@@ -225,19 +231,19 @@ def _make_jobs(
     suffix = FORMATS[file_format].suffix
     sharing: dict[Path, set[str]] = {}
     for program, place in programs:
-        sharing.setdefault(place.with_suffix(suffix), set()).add(program)
+        sharing.setdefault(_name_rows(place, suffix)[0], set()).add(program)
     found: dict[Path, str] = {}
     for program, place in programs:
-        bare = place.with_suffix(suffix)
-        # part.nc and part.h keep their endings: part.nc.csv, part.h.csv
-        target = bare if len(sharing[bare]) == 1 else place.with_name(place.name + suffix)
+        bare, whole = _name_rows(place, suffix)
+        target = bare if len(sharing[bare]) == 1 else whole
         other = found.setdefault(target, program)
         if other != program:
             raise click.UsageError(
                 f"{program} and {other} would both be written to {output / target}; convert them into two folders"
             )
-    for bare in sorted(bare for bare, sharers in sharing.items() if len(sharers) > 1):
-        forget(Job("", output, bare, next(iter(machines.values())), Options(), file_format, ()))
+    # a program whose neighbour of the same name has come or gone had its rows under its other name
+    for name in sorted({name for _program, place in programs for name in _name_rows(place, suffix)} - set(found)):
+        forget(Job("", output, name, next(iter(machines.values())), Options(), file_format, ()))
     jobs = []
     for target, program in sorted(found.items(), key=lambda item: item[1]):
         wrong: tuple[Finding, ...] = ()
@@ -249,6 +255,11 @@ def _make_jobs(
             Job(program, output, target, machines[program], options, file_format, given["subroutine_path"], wrong)
         )
     return jobs
+
+
+def _name_rows(place: Path, suffix: str) -> tuple[Path, Path]:
+    """The names that the rows of a program may have: part.csv; part.nc.csv where part.h is there too."""
+    return place.with_suffix(suffix), place.with_name(place.name + suffix)
 
 
 def _address(scheduler: str) -> str:

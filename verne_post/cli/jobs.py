@@ -158,12 +158,28 @@ def forget(job: Job) -> None:
     _remove_made(job, _record(job))
 
 
+def find_left_over(jobs: Sequence[Job]) -> list[tuple[str, str]]:
+    """Files that batch made of programs that are not there any more, each with its program.
+
+    They stay: a program may only be out of reach of the folder in which batch runs.
+    """
+    found, root, places = [], jobs[0].root, {job.place for job in jobs}
+    for path in sorted((root / RECORDS).rglob("*.json")):
+        place = path.relative_to(root / RECORDS).with_suffix("")
+        job = replace(jobs[0], place=place)
+        record = None if place in places else _record(job)
+        if record is not None and not Path(record.outcome.program).exists():
+            made = [name for name, digest in record.files.items() if _is_made(job, name, digest)]
+            found += [(str(root / name), record.outcome.program) for name in made]
+    return found
+
+
 def _remove_made(job: Job, record: Record | None) -> None:
     """Rows of another program, or of other options, must not stay."""
     if record is not None:
         for name, digest in record.files.items():
             if _is_made(job, name, digest):
-                (job.root / name).unlink()
+                (job.root / name).unlink(missing_ok=True)  # another share of the programs may have removed it
     job.record.unlink(missing_ok=True)
 
 

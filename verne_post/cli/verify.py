@@ -120,7 +120,7 @@ def command(
                 files.note_read(part, "AXES.CSV")
             lines = [int(program.moves.line[stop]) for stop in program.stops]
             parts = read_parts(Path(setpoints), program.machine.columns, program.cycle, lines, drives)
-            verdict = verify_setpoints(program, parts)
+            verdict = verify_setpoints(program, parts, split=True)
         else:
             with files.open_input(setpoints, "AXES.CSV") as raw, io.TextIOWrapper(raw, encoding="utf-8-sig") as stream:
                 rows = read_csv(stream, name, program.machine.columns, program.cycle, drives)

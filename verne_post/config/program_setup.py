@@ -174,6 +174,9 @@ def read_setup_table(data: dict[str, Any], name: str, folder: Path, prefix: str 
     rest = {key: value for key, value in data.items() if key not in own}
     place = f"{prefix}." if prefix else ""
     sentences = list(_take_nested_tables(own, place))
+    if isinstance(own.get("wcs"), dict):  # whatever is given for what is no work system
+        sentences += [f"{place}wcs: {why}" for key in own["wcs"] if (why := _describe_wrong_system(key))]
+        own["wcs"] = {key: value for key, value in own["wcs"].items() if not _describe_wrong_system(key)}
     try:
         file = check_table(SetupFile, own, "a set-up", prefix)
     except WrongTableError as error:
@@ -242,6 +245,15 @@ def _take_nested_tables(own: dict[str, Any], place: str) -> Iterator[str]:
             own[name] = {key: value for key, value in own[name].items() if key not in wrong}
             if not own[name]:
                 del own[name]
+
+
+def _describe_wrong_system(name: str) -> str:
+    """Why a name is not that of a work system; empty where it is."""
+    try:
+        find_system(name)
+    except ValueError as error:
+        return str(error)
+    return ""
 
 
 def list_setup_options() -> list[str]:

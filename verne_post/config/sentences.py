@@ -139,10 +139,11 @@ def _describe_expected(kind: Any, fitting: Any, value: object, place: tuple[int 
         has_file = isinstance(value, str) and any(field.encode_name == "file" for field in fields(kinds[0]))
         example = f", [{'.'.join(map(str, place))}] file = {json.dumps(value)}" if has_file else ""
         return f"{describe(kinds[0])}{example}; {_list_keys(kinds[0])}"
-    if not isinstance(value, str) or not 0 < len(words) < len(kinds):
+    if (fitting is not None and fitting not in words) or not 0 < len(words) < len(kinds):
         return describe(kind if fitting is None else fitting)
     numbers = " or ".join(describe(one) for one in kinds if one not in words)
-    return f"{numbers}, without quotes; or {' or '.join(json.dumps(word) for one in words for word in get_args(one))}"
+    quotes = ", without quotes" if isinstance(value, str) else ""
+    return f"{numbers}{quotes}; or {' or '.join(json.dumps(word) for one in words for word in get_args(one))}"
 
 
 def _list_keys(schema: type[Table]) -> str:

@@ -6,7 +6,7 @@ from typing import Any
 
 from msgspec import Struct
 
-from verne_post.base.printable import make_printable
+from verne_post.base.printable import join_names, make_printable
 from verne_post.config.program_setup import TO_DECIDE, TO_MEASURE, TOOL_KEYS
 from verne_post.config.setup_merge import merge_setup, show_key
 from verne_post.config.toml_entries import Edit, UnknownLayoutError
@@ -159,7 +159,7 @@ def list_missing(missing: Mapping[str, list[str]]) -> str:
     for what, names in missing.items():
         tools = what in ("length", "diameter")
         whose = f"tool{'s' if len(names) > 1 else ''} " if tools else ""
-        texts += [f"the {what} of {whose}{' and '.join(make_printable(name) for name in names)}"] if names else []
+        texts += [f"the {what} of {whose}{join_names([make_printable(name) for name in names])}"] if names else []
     return ", ".join(texts)
 
 

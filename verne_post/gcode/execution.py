@@ -6,6 +6,7 @@ from typing import Any, Final, Protocol
 
 from msgspec import Struct, field
 
+from verne_post.base.printable import join_names
 from verne_post.gcode.calls import CallStack
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.missing_setup import ONE_TOOL
@@ -115,7 +116,7 @@ def _join_names(things: list[str]) -> str:
     shown_names = (
         things if len(things) <= _MOST_NAMES else [*things[: _MOST_NAMES - 1], f"{len(things) - _MOST_NAMES + 1} more"]
     )
-    return " and ".join((*([", ".join(shown_names[:-1])] if shown_names[:-1] else []), *shown_names[-1:]))
+    return join_names(shown_names)
 
 
 class LineTrace(Struct):

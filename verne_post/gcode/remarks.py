@@ -138,9 +138,10 @@ def find_stop_remarks(lines: Iterable[str], dialect: str, stops: Set[int]) -> di
 
 #: Lines of a program in which remarks about its tools are looked for.
 _TOOL_LINES: Final = 400
-#: A remark about a tool: ``(T5 D=6. - BALL)``, ``; T="BALL_6" D=6.``, ``;  #5 BALL_6 D=6`` of Klartext.
+#: A remark about a tool: ``(T5 D=6. - BALL)``, ``; T="BALL_6" D=6.``, ``;  #5 BALL_6 D=6`` of Klartext, ``(TOOL - 5
+#: DIA. - 6.)`` of Mastercam.
 _TOOL_REMARK: Final = re.compile(
-    r"^\s*(?:N?\d+\s*)?[(;]\s*(?:T(?:OOL)?\s*=?\s*|#)(?:0*(?P<number>\d+)\b|\"(?P<name>[^\"]+)\")[\s:="
+    r"^\s*(?:N?\d+\s*)?[(;]\s*(?:T(?:OOL)?\s*[=-]?\s*|#)(?:0*(?P<number>\d+)\b|\"(?P<name>[^\"]+)\")[\s:="
     r"|,-]*(?P<text>.*?)\)?\s*$",
     re.IGNORECASE,
 )
@@ -154,29 +155,41 @@ def find_tool_remarks(source: Text) -> dict[str, str]:
         end = source.find(b"\n", start)
         line = source[start : end if end >= 0 else len(source)].decode("utf-8", errors="replace")
         if (match := _TOOL_REMARK.match(line)) and (text := match["text"].strip()):
-            found.setdefault(match["number"] or match["name"], make_printable(text))
+            # ; T1 "BALL_6" D=6.: the program may call it by either
+            also = re.match(r'"([^"]+)"', text)
+            for key in (match["number"] or match["name"], also[1] if also else None):
+                if key is not None:
+                    found.setdefault(key, make_printable(text))
         if end < 0:
             break
         start = end + 1
     return found
 
 
-#: A diameter in a remark: ``D=6.``, ``DIA 6``, ``Ø6``. A D alone before a number may be one of the tool table.
+#: A diameter in a remark: ``D=6.``, ``DIA 6``, ``DIA. - 6.``, ``Ø6``. A D alone may be an entry of the tool table.
 _DIAMETER: Final = re.compile(
-    r"(?:(?<![\w.])D(?:IA(?:M(?:ETER)?)?)?\.?\s*[=:]|(?<![\w.])DIA(?:M(?:ETER)?)?\b\.?|[\u00d8\u00f8\u2300])\s*"
+    r"(?:(?<![\w.])D(?:IA(?:M(?:ETER)?)?)?\.?\s*[=:]|(?<![\w.])DIA(?:M(?:ETER)?)?\b\.?(?:\s*-)?|[\u00d8\u00f8\u2300])\s*"
     r"(\d+(?:\.\d*)?|\.\d+)(?![\d./]|,\d|\s*(?:IN|INCH|INCHES)\b|\s*[\"'])",
     re.IGNORECASE,
 )
 #: What a remark says behind the word of another tool is about that.
 _OTHER_TOOL: Final = re.compile(r"(?<!\w)T(?:OOL)?\s*=?\s*[\d\"].*", re.IGNORECASE)
+#: A D alone, and one in a name: where both have the same number, it is the diameter (``"MILL_D10" D10``).
+_BARE_DIAMETER: Final = re.compile(r"(?<![\w.])D(\d+(?:\.\d*)?)(?![\w/])", re.IGNORECASE)
+_DIAMETER_IN_NAME: Final = re.compile(r"[_ -]D(\d+)(?!\d)", re.IGNORECASE)
 #: A word for inches, in every language: diameters of such a program may be in inches.
 _INCHES: Final = re.compile(rb"^[^(;\n]*(?:G0*(?:20|700?)(?!\d)|\bINCH)", re.IGNORECASE | re.MULTILINE)
 
 
 def find_tool_diameters(source: Text, remarks: Mapping[str, str]) -> dict[str, float]:
     """Number or name of a tool -> the diameter, mm, that its remark names; none where it may be another length."""
-    sizes_of = {
-        key: {float(number) for number in _DIAMETER.findall(_OTHER_TOOL.sub("", text))} for key, text in remarks.items()
-    }
+    sizes_of = {key: _list_diameters(_OTHER_TOOL.sub("", text)) for key, text in remarks.items()}
     found = {key: sizes.pop() for key, sizes in sizes_of.items() if len(sizes) == 1 and min(sizes) > 0}
     return {} if not found or _INCHES.search(source[:]) else found
+
+
+def _list_diameters(remark: str) -> set[float]:
+    """Every number, mm, that a remark gives as a diameter."""
+    named = {float(number) for name in re.findall(r'"([^"]*)"', remark) for number in _DIAMETER_IN_NAME.findall(name)}
+    bare = {float(number) for number in _BARE_DIAMETER.findall(re.sub(r'"[^"]*"', " ", remark))}
+    return {float(number) for number in _DIAMETER.findall(remark)} or named & bare

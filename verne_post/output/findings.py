@@ -178,6 +178,9 @@ _FILL_IN_PLACE: Final = (
     "Fill in wcs.G54 in INPUT.toml, which verne-post setup INPUT writes, in mm from the rotary centre and the table "
     "face; 0, 0, 0 if it really is there."
 )
+#: In VP012 where the program names no tool, and what helps: no form asks for the one length.
+_NO_LENGTH: Final = "no tool length has been given"
+_GIVE_LENGTH: Final = "Write tool_length = MM in the first line of INPUT.toml, or post the program with G43 H."
 #: In VP012 where the length is known, and nothing is to be filled in.
 _NOT_ACTIVE: Final = "has no length in force"
 #: In VP012 where the tool is missing itself, and the message says what to write.
@@ -248,6 +251,8 @@ def _choose_remedy(item: Finding) -> str:
         return next((text for sign, text in _PARTNERS if sign.search(item.message)), "")
     if item.code == "VP012" and _NOT_ACTIVE in item.message:
         return CODES["VP034"].remedy
+    if item.code == "VP012" and _NO_LENGTH in item.message:
+        return _GIVE_LENGTH
     if item.code == "VP012" and (_NO_TOOL.search(item.message) or _WRITE_LENGTH in item.message):
         return ""
     if item.code == "VP012" and _PLACES_NAMED.search(item.message):
@@ -301,7 +306,8 @@ _KEYS: Final = (
 )
 
 
-def record_of(item: Finding) -> dict[str, Any]:
+def record_of(item: Finding, program: str) -> dict[str, Any]:
     """A finding as JSON values, in the order of the documentation."""
     settled_by = [".".join(key) for key in item.settled_by]
-    return {**{key: getattr(item, key) for key in _KEYS}, "settled_by": settled_by}
+    remedy = describe_remedy(item, program)
+    return {**{key: getattr(item, key) for key in _KEYS}, "settled_by": settled_by, "remedy": remedy}

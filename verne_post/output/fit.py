@@ -65,13 +65,15 @@ def _write_lines(program: str, machine: Machine, proposal: Proposal) -> Iterator
             yield f"{program} on {machine.name} fits if the part is {_move_text(proposal, after.place)}{what}:"
         else:
             yield f"{program} on {machine.name} fits where the part is:"
-        yield f"  --wcs {wcs}"
+        yield f"  --wcs {wcs}    (on the table)"
+        system, _equals, numbers = wcs.partition("=")
+        yield f"  {system} = [{numbers.replace(',', ', ')}]    (on the table: under [wcs] of the set-up file)"
         same = _write_g10_block(proposal, machine)
         if same is not None:
-            yield f"  {same}    (the same in the program, in place of --wcs)"
+            yield f"  {same}    (in machine coordinates: in the program, in place of both)"
     else:
         yield f"{program} on {machine.name}: no work offset was found with which it fits."
-        yield f"The best one, --wcs {wcs}, is blocked by:"
+        yield f"The closest one, --wcs {wcs}, is blocked by:"
         for item in _select_blocking(proposal.findings):
             yield f"  {format_finding(program, item)}"
     if fits and proposal.aim != "margin":
@@ -81,6 +83,8 @@ def _write_lines(program: str, machine: Machine, proposal: Proposal) -> Iterator
             f"{_move_text(proposal, largest.place)}: "
             f"--wcs {_write_wcs_option(proposal, largest.place)} (--maximise margin)."
         )
+    elif not fits and not np.isfinite(after.smallest):
+        return  # the place that comes nearest has no margins: where it cannot be reached has been said
     where = f"{after.names[after.nearest]}, line {after.lines[after.nearest]}"
     yield (f"Smallest margin {_format_margin(after.smallest)} ({where}), before {_format_margin(before.smallest)}.")
     yield (

@@ -107,7 +107,7 @@ def list_facts(summary: Summary) -> list[tuple[str, str]]:
 
 def format_verdict(name: str, verdict: Verification, machine: Machine, *, passes: bool) -> str:
     """Say in one sentence what ``verify`` found in a file, which passes or not: the program is checked too."""
-    word = "passes" if passes else "FAILS"
+    word = "passes" if passes else "FAILS, do not run it"
     worst = _describe_worst_ratios(verdict, machine)
     said = f"{name} {word}: {verdict.n_rows} rows; highest values (1 is the limit): {worst}"
     if not verdict.n_followed:

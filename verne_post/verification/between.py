@@ -65,8 +65,8 @@ class BetweenRowsCheck:
         bad = np.flatnonzero(longer & ~cut)
         if len(bad):
             row, line = int(bad[0]), int(rows.line[bad[0]])
-            text = f"row {rows.first + row}: {length[row]:.4f} mm of the path of line {line} are left out"
-            self.findings.add("VP412", text, line)
+            text = f"{length[row]:.4g} mm of the path of line {line} are left out"
+            self.findings.add("VP412", text, line, rows.first + row)
         self._last_step, self._rows_before = rows.step[-1], rows
 
     def _check_cut_turns(self, rows: MeasuredRows, row: Ints) -> None:
@@ -182,8 +182,7 @@ class BetweenRowsCheck:
         """Report the first of the places that are far (m,)."""
         if len(far):
             row, line = int(places.row[far[0]]), int(self.reference.path.line[places.segment[far[0]]])
-            text = f"row {rows.first + row}: the motion of line {line} is left out"
-            self.findings.add("VP412", text, int(rows.line[row]))
+            self.findings.add("VP412", f"the motion of line {line} is left out", int(rows.line[row]), rows.first + row)
 
     def _bound_distances(self, rows: MeasuredRows, row: Ints, segment: Ints) -> Array:
         """How far places of segments (m,) may be from the steps to rows (m,), by component: (m, 5), mm."""

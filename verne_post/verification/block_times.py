@@ -147,8 +147,9 @@ class BlockTimeCheck:
         )
         self.findings.add(
             "VP404",
-            f"row {row}: {what} {spent:.6g} s, programmed are {asked:.6g} s",
+            f"{what} {spent:.6g} s, programmed are {asked:.6g} s",
             line,
+            row,
             value=spent,
             limit=asked,
             unit="s",

@@ -3,6 +3,7 @@
 import numpy as np
 
 from verne_post.base.arrays import Array
+from verne_post.base.numbers import format_beyond
 from verne_post.base.tolerances import PATH_TIP_MM
 from verne_post.base.units import RAD_PER_DEG
 from verne_post.verification.collector import FindingCollector
@@ -65,8 +66,8 @@ class CompletenessCheck:
         ):
             if not value <= bound:
                 text = (
-                    f"the last row: the {name} is {value:.6f} {unit} off the end of the program, allowed {bound:.6f} "
-                    f"{unit}"
+                    f"the last row: the {name} is {format_beyond(value, bound)} {unit} off the end of the program, "
+                    f"allowed {bound:.4g} {unit}"
                 )
                 self.findings.add("VP411", text, line, value=value, limit=bound, unit=unit)
 
@@ -80,14 +81,16 @@ class CompletenessCheck:
         back = np.flatnonzero(moves & ~(rows.u >= farthest - slack - blend_u))
         if len(back):
             row = int(back[0])
-            text = f"row {rows.first + row}: progress on line {rows.line[row]} runs back ({len(back)} rows)"
-            self.findings.add("VP413", text, int(rows.line[row]))
+            line = int(rows.line[row])
+            self.findings.add("VP413", f"the rows run back along line {line}", line, rows.first + row, len(back))
         margin = slack + PATH_TIP_MM / length
         outside = np.flatnonzero(moves & ((rows.u < -margin) | (rows.u > 1 + margin)))
         if len(outside):
             row = int(outside[0])
-            text = f"row {rows.first + row} is beyond the ends of the segment of line {rows.line[row]}"
-            self.findings.add("VP413", text, int(rows.line[row]))
+            line = int(rows.line[row])
+            self.findings.add(
+                "VP413", f"the tip is beyond the ends of the motion of line {line}", line, rows.first + row
+            )
 
     def _follow(self, rows: MeasuredRows) -> Array:
         """The farthest u (n,) that rows up to each have come along its item."""
@@ -115,16 +118,17 @@ class CompletenessCheck:
         off = np.abs(rows.u[rows.entered_rows]) * length > PATH_TIP_MM + reference.noise.tip + aside
         off &= stops_there & (segment >= 0)
         for k in np.flatnonzero(skips | after_dwell | off).tolist():
-            row, line = f"row {rows.first + rows.entered_rows[k]}", int(rows.line[rows.entered_rows[k]])
+            row = rows.first + int(rows.entered_rows[k])
+            line = int(rows.line[rows.entered_rows[k]])
             if skips[k]:
                 skipped = items.line[old[k] + 1 : new[k]]
                 lines = ", ".join(str(value) for value in skipped[:5]) or str(line)
-                self.findings.add("VP412", f"{row}: the motion of line {lines} is left out", line)
+                self.findings.add("VP412", f"the motion of line {lines} is left out", line, row)
                 continue
             if after_dwell[k] and rows.rows_before[k] < items.dwell_cycles[old[k]]:
-                self.findings.add("VP412", f"{row}: the dwell of line {items.line[old[k]]} is too short", line)
+                self.findings.add("VP412", f"the dwell of line {items.line[old[k]]} is too short", line, row)
             if off[k] and old[k] < 0:
-                self.findings.add("VP412", f"{row}: the file does not begin at the start pose", line)
+                self.findings.add("VP412", "the file does not begin at the start pose", line, row)
             elif off[k]:
-                text = f"{row}: the end of the segment before line {line} is not reached"
-                self.findings.add("VP412", text, line)
+                text = f"the end of the motion before line {line} is not reached"
+                self.findings.add("VP412", text, line, row)

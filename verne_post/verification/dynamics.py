@@ -5,7 +5,7 @@ from typing import Final
 import numpy as np
 
 from verne_post.base.arrays import Array, Ints
-from verne_post.base.numbers import format_fixed
+from verne_post.base.numbers import choose_decimals, format_beyond, format_fixed
 from verne_post.base.tolerances import ACCELERATION_RATIO, JERK_RATIO, LIMIT_SLACK, LIMIT_SLACK_MM, VELOCITY_RATIO
 from verne_post.model.setpoints import SetpointBlock
 from verne_post.verification.collector import FindingCollector
@@ -32,6 +32,7 @@ class DynamicsCheck:
         #: (n_joints,) each: Largest velocity, acceleration and jerk so far, in file units.
         self.worst = [np.zeros(len(reference.columns)) for _ in DERIVATIVES]
         self._tail = np.empty((0, len(reference.columns)))
+        self._last_row, self._last_line = -1, 0
 
     def check(self, block: SetpointBlock) -> Ints:
         """Check the next rows.
@@ -45,6 +46,7 @@ class DynamicsCheck:
         if not len(self._tail):
             self._tail = np.repeat(block.values[:1], _REST_ROWS, axis=0)
         values = np.concatenate([self._tail, block.values])
+        self._last_row, self._last_line = block.first + len(block.values) - 1, int(block.line[-1])
         nearest = self._check_differences(values, block.first, block.line)
         self._check_travel(block)
         self._tail = values[-_REST_ROWS:]
@@ -74,13 +76,18 @@ class DynamicsCheck:
                     continue
                 rows = np.flatnonzero(~(size <= bound[joint]))
                 column, row = columns[joint], int(rows[0])
-                line = None if lines is None else int(lines[row])
                 unit = f"{column.unit}/s{order + 1}" if order else f"{column.unit}/s"
+                times = format_beyond(size[row] / limit[joint], ratio)
+                text = f"the {DERIVATIVES[order]} of joint {column.joint} is {times} times its limit of "
+                text += f"{limit[joint]:.15g} {unit}"
+                if lines is None:
+                    text += "; the file ends there in motion"
                 self.findings.add(
                     code,
-                    f"row {first + row}: {DERIVATIVES[order]} of {column.joint} {size[row]:.6g} {unit} exceeds "
-                    f"{limit[joint]:g} {unit} ({len(rows)} rows)",
-                    line,
+                    text,
+                    self._last_line if lines is None else int(lines[row]),
+                    min(first + row, self._last_row),
+                    0 if lines is None else len(rows),
                     axis=column.joint,
                     value=float(size[row]),
                     limit=float(limit[joint]),
@@ -100,10 +107,14 @@ class DynamicsCheck:
                 row = int(bad[0])
                 value = block.values[row, joint]
                 limit = (low if inside[row, joint] < low else high) * factor[joint]
+                decimals = choose_decimals(abs(value - limit), column.unit)
                 self.findings.add(
                     column.code,
-                    f"row {block.first + row}: {column.header} = {format_fixed(value, 6)} is beyond {limit:g}",
+                    f"joint {column.joint} is at {format_fixed(value, decimals)} {column.unit}, beyond the end of its "
+                    f"travel at {format_fixed(limit, 3)} {column.unit}",
                     int(block.line[row]),
+                    block.first + row,
+                    len(bad),
                     axis=column.joint,
                     value=float(value),
                     limit=float(limit),

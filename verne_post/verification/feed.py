@@ -5,6 +5,7 @@ from typing import Final
 import numpy as np
 
 from verne_post.base.arrays import Array, Ints
+from verne_post.base.numbers import format_beyond
 from verne_post.base.rows import sum_rows
 from verne_post.base.tolerances import FEED_RATIO
 from verne_post.model.verification import NO_LIMIT_NEAR, Verification
@@ -94,8 +95,11 @@ class FeedCheck:
                 line, value = int(rows.line[row]), float(certain[row])
                 self.findings.add(
                     "VP404",
-                    f"row {rows.first + row}: {value:.6f} of the programmed feed on line {line} ({len(bad)} rows)",
+                    f"the tip goes at {format_beyond(value, FEED_RATIO)} times the programmed feed rate F",
                     line,
+                    rows.first + row,
+                    len(bad),
+                    check=count,
                     value=value,
                     limit=FEED_RATIO,
                     unit="of the feed",

@@ -3,6 +3,7 @@
 import numpy as np
 
 from verne_post.base.arrays import Array, Ints
+from verne_post.base.numbers import format_beyond, format_fixed
 from verne_post.base.rows import measure_rows
 from verne_post.base.units import RAD_PER_DEG
 from verne_post.verification.collector import FindingCollector
@@ -24,6 +25,9 @@ class PathCheck:
         self.reference, self.findings = reference, findings
         #: tip_deviation, axis_deviation: The largest so far, mm and rad.
         self.tip_deviation, self.axis_deviation = 0.0, 0.0
+        # vectors from places of the program to rows that should be there: the standstills, and the last row
+        self._aside: list[Array] = []
+        self._last = np.empty(0)
 
     def check(self, rows: MeasuredRows) -> None:
         """Check the next rows."""
@@ -36,6 +40,22 @@ class PathCheck:
         self._compare(rows, every, "tool axis", "deg", off.axis / RAD_PER_DEG, angle_bound)
         self._compare(rows, every, "rotary angle", "deg", off.rotary / RAD_PER_DEG, angle_bound)
         self._check_standing(rows)
+        if rows.item[-1] == len(self.reference.items.segment) - 1:
+            self._last = rows.pose.tip[-1] - self.reference.path.end[-1, :3]
+
+    def finish(self) -> None:
+        """Say where all of the file is off by one vector: nothing is wrong with its rows."""
+        aside = np.vstack([*self._aside, self._last]) if self._aside and len(self._last) else np.empty((0, 3))
+        bound = self.reference.exact_bounds[0]
+        if len(aside) and np.ptp(aside, axis=0).max() <= bound < measure_rows(aside).min():
+            vector = " ".join(
+                f"{axis}{format_fixed(value, 3)}" for axis, value in zip("XYZ", aside.mean(axis=0), strict=True)
+            )
+            reason = (
+                f"the file is off by {vector} mm on the table from its first row to its last: was it made with another "
+                "work offset, tool length or set-up?"
+            )
+            self.findings.explain("VP411", reason)
 
     def _check_standing(self, rows: MeasuredRows) -> None:
         """Check the rows of dwells, and the first row after each standstill: that of the standstill itself."""
@@ -45,6 +65,7 @@ class PathCheck:
         if not len(row):
             return
         pose, some = self.reference.find_standing_poses(rows.item[row]), rows.pose.select(row)
+        self._aside.append(some.tip - pose[:, :3])
         tip_bound, angle_bound = (np.full(len(row), bound) for bound in self.reference.exact_bounds)
         where = "the place of the standstill"
         self._compare(rows, row, "tip", "mm", measure_rows(some.tip - pose[:, :3]), tip_bound, where)
@@ -69,9 +90,12 @@ class PathCheck:
             line = int(rows.line[row[first]])
             self.findings.add(
                 "VP411",
-                f"row {rows.first + row[first]}: the {name} is {off[first]:.6f} {unit} off {where}, "
-                f"allowed {bound[first]:.6f} {unit} ({len(bad)} rows)",
+                f"the {name} is {format_beyond(off[first], bound[first])} {unit} off {where}, "
+                f"allowed {bound[first]:.4g} {unit}",
                 line,
+                rows.first + int(row[first]),
+                len(bad),
+                (name, where),
                 value=float(off[first]),
                 limit=float(bound[first]),
                 unit=unit,

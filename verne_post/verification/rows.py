@@ -144,7 +144,7 @@ class RowMatcher:
             angles = name_angles(path, segment, angles, places, self.reference.noise.angle, before)
         if not ok.all():
             n = int(np.argmin(ok))
-            lost = LostPath(n, "VP411", ": no position of the platform fits the joint values")
+            lost = LostPath(n, "VP411", "no position of the platform fits the joint values")
         pose = Measured(q[:n], tip[:n], angles[:n])
         u = self._measure_progress(item[:n], rest[:n], segment[:n], pose)
         passed, later = self._find_later_group(group[:n], item[:n], segment[:n], pose, u)
@@ -174,13 +174,13 @@ class RowMatcher:
             row = int(wrong[0])
             hop = self._count_skipped(int(group[row]), int(line[row]))
             if hop is None:
-                where = f"line {expected[row]}" if not beyond[row] else "the end"
+                where = f"line {expected[row]}" if not beyond[row] else "its end"
                 hint = (
                     "; line 0 is an approach or a departure: give the --from and --to of the conversion"
                     if not line[row]
                     else ""
                 )
-                text = f" belongs to line {line[row]}, where the program has {where}{hint}"
+                text = f"it belongs to line {line[row]}, where the program goes on with {where}{hint}"
                 return group[:row], LostPath(row, "VP413", text)
             group[row:] += hop
 

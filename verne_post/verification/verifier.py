@@ -52,6 +52,8 @@ class Verifier:
         How far the true tool axis may be from that of the nominal angles, rad.
     joints_by_axis : bool
         The joints of the machine tell the tool axis, and not which words hold it.
+    header_lines : int, optional
+        Lines before the first row, where all rows are in one file of text: findings name its lines.
     """
 
     def __init__(
@@ -64,14 +66,15 @@ class Verifier:
         axis_error_limit: float = math.inf,
         *,
         joints_by_axis: bool = False,
+        header_lines: int | None = None,
     ) -> None:
         reference = build_reference(contour, limits, columns, fmt, by_axis=joints_by_axis)
         self._matcher = RowMatcher(reference, forward, joints_by_axis=joints_by_axis)
         self._lost = False
         #: What checks the measured rows. They share no state: each may be left to a process of its own.
         self.parts: tuple[VerifierPart, ...] = (
-            _PathPart(reference),
-            _MotionPart(reference, self._matcher, axis_error_limit),
+            _PathPart(reference, FindingCollector(header_lines)),
+            _MotionPart(reference, self._matcher, axis_error_limit, FindingCollector(header_lines)),
         )
 
     def check_rows(self, block: SetpointBlock) -> None:
@@ -115,8 +118,8 @@ class VerifierPart(Protocol):
 class _PathPart:
     """How far the rows are from the program."""
 
-    def __init__(self, reference: Reference) -> None:
-        self._findings = FindingCollector()
+    def __init__(self, reference: Reference, findings: FindingCollector) -> None:
+        self._findings = findings
         self._path = PathCheck(reference, self._findings)
 
     def check(self, measured: MeasuredBlock) -> None:
@@ -124,6 +127,7 @@ class _PathPart:
             self._path.check(rows)
 
     def finish(self) -> Verification:
+        self._path.finish()
         return Verification(
             tip_deviation_mm=self._path.tip_deviation,
             axis_deviation_deg=self._path.axis_deviation * DEG_PER_RAD,
@@ -134,10 +138,12 @@ class _PathPart:
 class _MotionPart:
     """Whether the joints, and the progress from row to row, are as they should be."""
 
-    def __init__(self, reference: Reference, matcher: RowMatcher, axis_error_limit: float) -> None:
+    def __init__(
+        self, reference: Reference, matcher: RowMatcher, axis_error_limit: float, findings: FindingCollector
+    ) -> None:
         self._matcher, self._axis_error_limit = matcher, axis_error_limit
         self._derivative_limits = reference.derivative_limits
-        self._findings = FindingCollector()
+        self._findings = findings
         self._dynamics = DynamicsCheck(reference, self._findings)
         self._completeness = CompletenessCheck(reference, self._findings)
         self._between = BetweenRowsCheck(reference, self._findings)
@@ -161,7 +167,7 @@ class _MotionPart:
             self._feed.check(rows, nearest[first : first + len(rows.item)])
         if lost is not None:
             self._lost = True
-            self._findings.add(lost.code, f"row {block.first + lost.row}{lost.text}", int(block.line[lost.row]))
+            self._findings.add(lost.code, lost.text, int(block.line[lost.row]), block.first + lost.row)
 
     def finish(self) -> Verification:
         result = self._result
@@ -185,5 +191,5 @@ class _MotionPart:
         """Compare the axis error that the machine leaves with what its file accepts."""
         error, limit = self._matcher.axis_error * DEG_PER_RAD, self._axis_error_limit * DEG_PER_RAD
         if error > limit + PATH_AXIS_DEG:
-            text = f"the true tool axis is {error:.6f} deg off that of the axes' angles, accepted {limit:g} deg"
+            text = f"the true tool axis is {error:.6f} deg off that of the axes' angles, accepted {limit:.4g} deg"
             self._findings.add("VP411", text, None, value=error, limit=limit, unit="deg")

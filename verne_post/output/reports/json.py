@@ -21,7 +21,7 @@ def write(reports: Sequence[Report], machine: Machine) -> str:
                 "machine": {"name": own.name, "sha256": own.sha256},
                 "verdict": find_verdict(find_exit_status(report.findings), report.findings, report.errors_not_counted),
                 "summary": {"errors": errors, "warnings": warnings, "cycle_time_s": report.cycle_time_s},
-                "findings": [record_of(item) for item in report.findings],
+                "findings": [record_of(item, report.program) for item in report.findings],
             }
         )
     return _write_document({"schema": 1, "programs": programs})
@@ -29,7 +29,7 @@ def write(reports: Sequence[Report], machine: Machine) -> str:
 
 def write_failure(verdict: Verdict, message: str, findings: Sequence[Finding]) -> str:
     """The document of a check that could not begin: no program was checked."""
-    failure = {"verdict": verdict, "message": message, "findings": [record_of(item) for item in findings]}
+    failure = {"verdict": verdict, "message": message, "findings": [record_of(item, "<stdin>") for item in findings]}
     return _write_document({"schema": 1, "failure": failure, "programs": []})
 
 

@@ -12,7 +12,7 @@ from verne_post.output.findings import Report, record_of
 def write(reports: Sequence[Report], _machine: Machine | None = None) -> str:
     """One finding a line, with its program."""
     return "".join(
-        format_json({"program": report.program, **record_of(item)}) + "\n"
+        format_json({"program": report.program, **record_of(item, report.program)}) + "\n"
         for report in reports
         for item in report.findings
     )
