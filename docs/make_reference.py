@@ -296,7 +296,8 @@ HUNDREDS = {
 BOOSTS = {
     **dict.fromkeys(("conventions.md", "machine-file.md"), 8.0),
     **dict.fromkeys(("apt.md", "fanuc.md", "gcode.md", "heidenhain.md", "siemens.md"), 4.0),
-    **dict.fromkeys(("contouring.md", "linuxcnc.md", "verification.md"), 3.0),
+    **dict.fromkeys(("findings.md", "results.md"), 4.0),
+    **dict.fromkeys(("commands.md", "contouring.md", "first-use/tools.md", "linuxcnc.md", "verification.md"), 3.0),
     **dict.fromkeys(("api.md", "architecture.md", "performance.md", "reliability.md", "tuning.md"), 0.4),
     "trials.md": 0.1,
     **dict.fromkeys((f"reference/{code}.md" for code in CODES), 0.15),

@@ -125,16 +125,15 @@ def list_fanuc_words(*, effect: bool = True) -> list[tuple[str, str]]:
     """Words that Fanuc executes and RS274/NGC does not, or otherwise; and what they do. Or those without effect."""
     table = fanuc.make_table()
     found = [*fanuc.WORDS.items(), *((keyword, STATEMENTS[kind]) for keyword, kind in KINDS.items())] if effect else []
-    for groups, of_rs274, spell in (
-        (table.g_groups, RS274.g_groups, spell_g_code),
-        (table.m_groups, RS274.m_groups, "M{}".format),
+    twins = f"Haas: {' and '.join(map(spell_g_code, sorted(fanuc.MIRRORS_OF_HAAS.values())))}"
+    for groups, of_rs274, spell, more in (
+        (table.g_groups, RS274.g_groups, spell_g_code, dict.fromkeys(fanuc.MIRRORS_OF_HAAS, twins)),
+        (table.m_groups, RS274.m_groups, "M{}".format, {}),
     ):
         known = {pair for codes in of_rs274.values() for pair in codes.items()}
-        own = [pair for codes in groups.values() for pair in codes.items() if pair not in known]
-        found += [(spell(code), does) for code, does in own if (code in fanuc.WITHOUT_EFFECT) is not effect]
-    if effect:
-        twins = f"Haas: {' and '.join(map(spell_g_code, fanuc.MIRRORS_OF_HAAS.values()))}"
-        found += [(spell_g_code(code), twins) for code in fanuc.MIRRORS_OF_HAAS]
+        own = {code: does for codes in groups.values() for code, does in codes.items() if (code, does) not in known}
+        pairs = sorted((own | more).items())
+        found += [(spell(code), does) for code, does in pairs if (code in fanuc.WITHOUT_EFFECT) is not effect]
     return found
 
 

@@ -7,6 +7,8 @@ const mark = table => {
   const heads = [...table.tHead.rows[0].cells].map(cell => cell.textContent.trim());
   if (heads.length < 3) { table.dataset.pairs = ""; return; }
   const cells = [...table.tBodies[0].rows].flatMap(row => [...row.cells].slice(1));
+  // numbers of one measurement stay on one line: 0.010, 0.000 / 0.007, 0.000
+  for (const cell of cells) if (/^[-\d., /]+$/.test(cell.textContent)) cell.textContent = cell.textContent.replaceAll(", ", ",\u00a0");
   const wrap = table.closest(".md-typeset__scrollwrap") || table;
   table.toggleAttribute("data-examples", heads.length === 3 && heads[1] === "example");
   table.toggleAttribute("data-wide", wrap.scrollWidth > wrap.clientWidth);
@@ -59,3 +61,5 @@ document.querySelectorAll(".language-console").forEach(box => {
     : starts.length ? starts.map(at => lines[at].slice(2)) : lines;
   box.dataset.copy = shown.join("\n");
 });
+// A box of a checklist has its line as name (axe: label).
+document.querySelectorAll(".task-list-item > input").forEach(box => box.setAttribute("aria-label", box.parentElement.textContent.trim()));

@@ -11,9 +11,11 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import pytest
 
 from verne_post.model.codes import CODES
+from verne_post.model.control_keys import KEYS
 from verne_post.output.code_pages import find_example, make_markdown, make_text
 from verne_post.trajectory import tuning
 
@@ -38,6 +40,14 @@ def test_tables_of_words_are_those_of_the_program(name: str) -> None:
     text = (ROOT / "docs" / f"{name}.md").read_text(encoding="utf-8")
     assert "<!-- words: " in text
     assert load_maker("make_words").refresh_page(text) == text, "run python docs/make_words.py"
+
+
+@pytest.mark.parametrize("dialect", ["siemens", "heidenhain", "fanuc"])
+def test_keys_of_a_dialect_are_on_its_page_with_their_defaults(dialect: str) -> None:
+    section = (ROOT / "docs" / f"{dialect}.md").read_text(encoding="utf-8").partition("## Keys of the settings file")[2]
+    shown = dict(re.findall(r"^\| `(\w+)` \| `?(.*?)`? \|", section.partition("\n## ")[0], re.MULTILINE))
+    defaults = msgspec.structs.asdict(KEYS[dialect]())
+    assert {key: json.loads(value) for key, value in shown.items()} == defaults
 
 
 @pytest.mark.parametrize(("page", "count"), [("promises", 10), ("machined_part", 22)])

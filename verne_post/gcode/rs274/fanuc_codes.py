@@ -69,8 +69,8 @@ WORDS: Final[Mapping[str, str]] = {
     "see Variables",
     ",C ,R": "chamfer (its size on each line), or rounding (between lines and arcs in X and Y). The next block must be "
     "the next line or arc",
-    "H": "alone, and G43 without H: another length while G43 holds; H0 is none. G43 alone takes the last H since the "
-    "tool change",
+    "H": "H alone in a block, while G43 is active, changes the length; H0 ends it. G43 without H takes the last H "
+    "since the tool change",
 }
 _ENDS_MODE: Final = "ends a mode; no effect where none is active"
 #: What G codes do that RS274/NGC does not have, or does otherwise; by group, with all codes of a group that differs.
@@ -137,13 +137,16 @@ _GROUPS: Final[Mapping[str, Mapping[int, str]]] = {
         "axes of the machine",
     ),
     "scaling": dict.fromkeys(
-        (SCALE, SCALE_OFF), "scales about a point, and ends it; I J K instead of P: each axis by its own factor"
+        (SCALE, SCALE_OFF),
+        "scales about a point (G51), and ends it (G50); I J K instead of P: each axis by its own factor",
     ),
-    "mirror image": dict.fromkeys((MIRROR, MIRROR_OFF), "mirrors about a position of an axis, and ends it"),
+    "mirror image": dict.fromkeys(
+        (MIRROR, MIRROR_OFF), "mirrors about a position of an axis (G51.1), and ends it (G50.1)"
+    ),
     "polar coordinates": dict.fromkeys(
         (160, 150),
-        "polar coordinates on and off: X is the distance from X0 Y0, Y the angle. In G91, Y alone is allowed, and adds "
-        "up. In G17",
+        "polar coordinates on (G16) and off (G15): X is the distance from X0 Y0, Y the angle. In G91, Y alone is "
+        "allowed, and adds up. In G17",
     ),
     "look-ahead": dict.fromkeys(LOOK_AHEAD, "Haas: smoothing of corners, look-ahead; shown as events"),
     "smoothing": dict.fromkeys(SMOOTHING, "look-ahead and smoothing of the control; shown as events"),
