@@ -18,7 +18,7 @@ from verne_post.output.summary import format_summary
 from verne_post.report.governing import HIGHER, OTHERS
 from verne_post.report.head import list_setup, write_verdict_html
 from verne_post.report.markup import write_css_string
-from verne_post.report.modal import collect_modal_states
+from verne_post.report.modal import collect_modal_states, describe_feed
 from verne_post.report.sheet import list_tools, write_record_html, write_sheet_html
 from verne_post.report.spectrum import measure_spectrum
 from verne_post.report.study import study
@@ -437,6 +437,15 @@ STATES = (
     "G0 Z30\n"
     "M2\n"
 )
+
+
+def test_only_moves_that_turn_have_feed_rates_in_degrees() -> None:
+    """A full circle too ends where it begins."""
+    seen = study_of("G21 G90 G17 F900\nG0 X0 Y0 Z0 A0 C0\nG1 X6\nG3 X6 Y0 I-6 J0\nG1 A-3\nG1 X9 A0\nM2\n")
+    assert seen.program is not None
+    moves = seen.program.moves
+    told = {int(line): describe_feed(moves, number) for number, line in enumerate(moves.line)}
+    assert told == {2: "rapid", 3: "900 mm/min", 4: "900 mm/min", 5: "900 deg/min", 6: "900 mm/min"}
 
 
 def test_modal_states_are_those_of_the_text() -> None:
