@@ -41,6 +41,10 @@ used; where both name the same one, that of `options` counts. `setup="none"` ign
 **Settings.** No settings file is looked for. `settings = vp.read_settings("verne-post.toml")` reads one; give it to a
 function as `settings=settings`, with `settings.machine` as its machine. Its options hold below those of the set-up.
 
+**The rows of the commands, to the last digit.** Call `vp.choose_kernels()` right after `import verne_post as vp`,
+before numpy or a package that loads it is imported. Otherwise numpy uses the fastest code of the processor, and the
+last digits of rows differ from those of the command ([why](setpoints.md#format)). All limits hold in any case.
+
 **Errors.** A bad *program* or set-up never raises; the findings of the result say what is wrong. A bad *call* raises
 `UsageError`, which names the argument and what would be right, with the names of Python: `tool_length` in place of
 `--tool-length`. A bad machine file raises `InputError`, which has findings. Print what `convert`, `verify`, `machined`,
@@ -61,6 +65,7 @@ FUNCTIONS = (
     "make_report",
     "work_offsets",
     "read_settings",
+    "choose_kernels",
 )
 CLASSES = (
     "Options", "WorkOffset", "Tool", "Cylinder", "Box", "FixtureMesh", "OwnStock", "NominalPart", "Wanted", "Result",

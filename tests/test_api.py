@@ -5,6 +5,7 @@ import dataclasses
 import doctest
 import inspect
 import math
+import os
 import pickle
 import pydoc
 import re
@@ -20,6 +21,7 @@ import pytest
 import verne_post as vp
 from verne_post import api
 from verne_post.app.python_names import _ARGUMENTS, name_in_python
+from verne_post.cli import arithmetic
 from verne_post.model import machine as machine_model
 from verne_post.model import options
 
@@ -46,6 +48,26 @@ def test_bytes_text_and_paths_are_the_same_program() -> None:
     for one in rows:
         assert one is not None
         assert one.to_csv() == rows[0].to_csv()  # type: ignore[union-attr]
+
+
+def test_kernels_are_chosen_before_numpy_is_loaded() -> None:
+    """In a process that has none of the variables; a second call, and one in a process that was started so, is fine."""
+    chosen = arithmetic.choose_settings()
+    plain = {name: value for name, value in os.environ.items() if name not in chosen}
+    for text, told in (
+        ("import verne_post as vp; vp.choose_kernels(); import numpy; vp.choose_kernels()", ""),
+        ("import numpy, verne_post as vp; vp.choose_kernels()", "UsageError: choose_kernels: numpy is loaded already"),
+    ):
+        for variables in (plain, plain | chosen):
+            done = subprocess.run([sys.executable, "-c", text], env=variables, capture_output=True, text=True)
+            expected = told if variables is plain else ""
+            assert (done.returncode == 0) == (not expected), done.stderr
+            assert expected in done.stderr
+    show = "import verne_post as vp; vp.choose_kernels(); import os; print({name: os.environ[name] for name in NAMES})"
+    done = subprocess.run(
+        [sys.executable, "-c", show.replace("NAMES", repr(list(chosen)))], env=plain, capture_output=True, text=True
+    )
+    assert done.stdout == f"{chosen}\n"
 
 
 def test_the_csv_is_that_of_the_command(run: Any) -> None:

@@ -11,6 +11,7 @@
     load_machine    a machine by name or file                 Machine
     Options         tools, work offsets, tolerances, ...
     read_settings   the file verne-post.toml                  Settings
+    choose_kernels  rows are those of the commands, to the last digit
 
 >>> import verne_post as vp
 >>> setup = vp.Options(tool_length=80, wcs={"G54": (0, 0, 60)})
@@ -28,6 +29,7 @@ if _typing.TYPE_CHECKING:
     from verne_post.api import Batch, Page, batch, check, convert, explain, fit, machined, make_report, verify
     from verne_post.app.explain import Explanation
     from verne_post.app.result import Result, Setpoints
+    from verne_post.cli.arithmetic import choose_kernels
     from verne_post.config import load_machine
     from verne_post.config.settings import Settings
     from verne_post.config.setup_values import read_settings
@@ -74,6 +76,7 @@ _HOME = {
     "WorkOffset": "verne_post.model.part_setup",
     "batch": "verne_post.api",
     "check": "verne_post.api",
+    "choose_kernels": "verne_post.cli.arithmetic",
     "convert": "verne_post.api",
     "explain": "verne_post.api",
     "fit": "verne_post.api",
@@ -114,6 +117,7 @@ __all__ = [
     "__version__",
     "batch",
     "check",
+    "choose_kernels",
     "convert",
     "explain",
     "fit",

@@ -97,6 +97,11 @@ PROGRAMS: dict[str, tuple[bytes | str, str, Options]] = {
     "tilt": sample("violates_tilt.nc", 120.0, (0.0, 0.0, 60.0)),
     "klartext": sample("two_faces.h", 80.0, (0.0, 0.0, 40.0)),
     "retracted": (RETRACTED, "ac_trunnion", Options(tool_length=110.0, wcs={1: WorkOffset((0.0, 0.0, 60.0))})),
+    "offsets": (
+        "G21 G90\nG0 X0 Y0 Z50 A0 C0\nG1 X30 F900\nM2\n",
+        "verne",
+        Options(tool_length=80.0, wcs={1: WorkOffset((0.0, 0.0, 40.0), source="two_faces_of_it.nc.toml")}),
+    ),
     "low": ("G21 G90\nG0 X0 Y0 Z50 A0 C0\nG1 X20 F900\nZ-20\nX40\nM2\n", "verne", Options(tool_length=80.0)),
     "out of reach": ("G21 G90\nG0 X0 Y0 Z50 A0 C0\nG1 X3000 F9000\nM2\n", "verne", Options(tool_length=60.0)),
     "serial": ("G21 G90\nG0 X0 Y0 Z50 A0 C0\nG1 X30 A20 C40 F900\nM2\n", "serial", Options(tool_length=60.0)),
@@ -1170,6 +1175,15 @@ def test_the_head_leaves_the_screen_to_the_machine(
     show("blade", size)
     height = js(browser, "document.querySelector('header').getBoundingClientRect().height")
     assert height < share * SIZES[size][1]
+
+
+def test_tables_of_the_set_up_sheet_have_room(browser: Any, show: Callable[..., Any]) -> None:
+    """Offsets name the file that gives them, whole."""
+    show("offsets")
+    wide = "[...document.querySelectorAll('#sheet-parts > div')].filter(e => e.scrollWidth > e.clientWidth)"
+    assert js(browser, f"{wide}.map(e => e.textContent)") == []
+    cell = "[...document.querySelectorAll('#sheet .wide td')].find(e => e.textContent === 'two_faces_of_it.nc.toml')"
+    assert js(browser, f"{cell}.getBoundingClientRect().height") < 30
 
 
 def test_times_of_operations_have_room_on_a_phone(browser: Any, show: Callable[..., Any]) -> None:

@@ -180,11 +180,16 @@ def test_lines_of_the_same_text_are_not_among_those_that_differ() -> None:
     assert "the same text" not in refused
 
 
-def test_another_feed_rate_that_holds_for_later_lines_is_named() -> None:
-    page = text_of(compare(BEFORE, BEFORE.replace("F1200", "F2400"))).partition("|Same text, other time|")[2]
-    (told,) = re.findall(r"\|N40 Y20\|.*?the same text\|.*?\|([^|]*feed rate [^|]*)\|", page)
-    assert told.endswith("; feed rate A: 1200 mm/min, B: 2400 mm/min")
+def test_another_feed_rate_is_named_where_it_stands_and_where_it_holds() -> None:
+    page = text_of(compare(BEFORE, BEFORE.replace("F1200", "F2400"))).partition("|Other text|")[2]
+    for line in (r"N30 G1 X20 F1200\|.*?N30 G1 X20 F2400", r"N40 Y20\|.*?the same text"):
+        (told,) = re.findall(rf"\|{line}\|.*?\|([^|]*feed rate [^|]*)\|", page)
+        assert told.endswith("; feed rate A: 1200 mm/min, B: 2400 mm/min")
     assert "600 mm" not in page
+    # a line that only one program has is no change of a feed rate
+    added = text_of(compare(BEFORE, BEFORE.replace("N60 Y0\n", "N60 Y0\nN65 X10\n"))).partition("|Other text|")[2]
+    assert "|N65 X10|" in added
+    assert "; feed rate" not in added
 
 
 def test_findings_are_in_one_or_in_both() -> None:

@@ -18,7 +18,7 @@ from verne_post.output.summary import format_summary
 from verne_post.report.governing import HIGHER, OTHERS
 from verne_post.report.head import list_setup, write_verdict_html
 from verne_post.report.markup import write_css_string
-from verne_post.report.modal import collect_modal_states
+from verne_post.report.modal import collect_modal_states, describe_feed
 from verne_post.report.sheet import list_tools, write_record_html, write_sheet_html
 from verne_post.report.spectrum import measure_spectrum
 from verne_post.report.study import study
@@ -220,6 +220,63 @@ def test_time_by_tool_and_operation_is_that_of_the_rows() -> None:
     assert re.search(rf"\|RIM\|+13 to 17\|+{found[2, 'RIM'].seconds:.3f}\|", page)
 
 
+CALLS = """O0001 (TWO SIDES)
+G21 G90 G17 G94
+T1 M6
+G0 X0 Y0 Z20 A0 C0
+(LEFT SIDE)
+G0 X-20
+M98 P1001
+(RIGHT SIDE)
+G0 X20
+M98 P1001
+M98 P1001
+G0 Z40
+M30
+O1001
+M98 P1002
+M99
+O1002
+(PECKS)
+G91 G1 Z-18 F1200
+(BACK)
+G1 Z18
+G90
+M99
+"""
+
+
+def test_the_time_in_a_subprogram_is_that_of_the_operation_that_calls() -> None:
+    """Without one, the comments in the subprogram head operations; those never head the program itself."""
+    seen = study_of(CALLS, dialect="fanuc")
+    assert seen.lines is not None
+    found = {one.name: one for one in seen.operations}
+    assert list(found) == ["LEFT SIDE", "RIGHT SIDE"]
+    assert [(one.first_line, one.last_line) for one in found.values()] == [(6, 7), (9, 12)]
+    in_calls = seen.lines.seconds[19] + seen.lines.seconds[21]
+    for name, calls, own in (("LEFT SIDE", 1, [6]), ("RIGHT SIDE", 2, [9, 12])):
+        expected = in_calls * calls / 3 + seen.lines.seconds[own].sum()
+        assert found[name].seconds == pytest.approx(expected, rel=0.01), name
+    plain = study_of(re.sub(r"\(.* SIDE\)\n", "", CALLS), dialect="fanuc")
+    assert plain.lines is not None
+    found = {one.name: one for one in plain.operations}
+    assert list(found) == ["", "PECKS", "BACK"]
+    assert [found[name].seconds for name in ("PECKS", "BACK")] == pytest.approx(plain.lines.seconds[[17, 19]])
+    assert (found[""].first_line, found[""].last_line) == (5, 10)
+
+
+def test_operations_of_a_part_are_the_same_in_three_languages() -> None:
+    """Subprograms stand before the program, after it, and in a section of their own."""
+    seconds = []
+    for ending in ("nc", "h", "mpf"):
+        name = f"two_faces.{ending}"
+        seen = study_of((SAMPLES / name).read_bytes(), source_name=name)
+        assert all(one.name for one in seen.operations)
+        seconds.append([one.seconds for one in seen.operations])
+    assert len(seconds[0]) == 4
+    assert seconds[0] == seconds[1] == seconds[2]
+
+
 def test_of_many_operations_the_longest_are_shown_and_the_rest_counted(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("verne_post.report.times.OPERATIONS", 2)
     seen = study_of(
@@ -380,6 +437,15 @@ STATES = (
     "G0 Z30\n"
     "M2\n"
 )
+
+
+def test_only_moves_that_turn_have_feed_rates_in_degrees() -> None:
+    """A full circle too ends where it begins."""
+    seen = study_of("G21 G90 G17 F900\nG0 X0 Y0 Z0 A0 C0\nG1 X6\nG3 X6 Y0 I-6 J0\nG1 A-3\nG1 X9 A0\nM2\n")
+    assert seen.program is not None
+    moves = seen.program.moves
+    told = {int(line): describe_feed(moves, number) for number, line in enumerate(moves.line)}
+    assert told == {2: "rapid", 3: "900 mm/min", 4: "900 mm/min", 5: "900 deg/min", 6: "900 mm/min"}
 
 
 def test_modal_states_are_those_of_the_text() -> None:

@@ -8,6 +8,7 @@ threshold takes one step more or less. All rows keep the limits, but files that 
 import os
 import platform
 import re
+import sys
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Final
@@ -47,6 +48,31 @@ def _read_numpy_release() -> tuple[int, int]:
 
 
 def choose_kernels() -> None:
-    """Choose the kernels of this process and of those that it starts; before numpy is first imported."""
+    """Make numpy choose the code that every processor has, in this process and in those that it starts.
+
+    The commands do so themselves; with it, rows in Python are theirs to the last digit. Call it before numpy, or
+    a package that loads numpy, is imported. A second call does nothing.
+
+    Raises
+    ------
+    UsageError
+        numpy is loaded already, with other code.
+
+    Examples
+    --------
+    >>> import verne_post as vp
+    >>> vp.choose_kernels()
+    >>> import numpy as np
+    """
+    if "numpy" in sys.modules and any(os.environ.get(name) != value for name, value in choose_settings().items()):
+        from verne_post.model.findings import UsageError
+
+        reason = "numpy is loaded already; call it right after import verne_post, before everything that loads numpy"
+        raise UsageError("choose_kernels", reason)
+    set_environment()
+
+
+def set_environment() -> None:
+    """Set the variables that numpy reads when it is loaded."""
     os.environ.pop("NPY_ENABLE_CPU_FEATURES", None)  # numpy refuses to have both
     os.environ.update(choose_settings())

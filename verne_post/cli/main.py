@@ -17,7 +17,7 @@ from click.shell_completion import CompletionItem
 
 from verne_post import __version__
 from verne_post.base.printable import make_lines_printable, make_printable
-from verne_post.cli.arithmetic import choose_kernels
+from verne_post.cli.arithmetic import set_environment
 from verne_post.cli.files import FileError
 from verne_post.cli.streams import drop, echo, prepare_streams
 from verne_post.cli.temporary import tidy_up_when_ended
@@ -151,7 +151,7 @@ def run() -> None:
     """Entry point: run the command and exit with the documented status."""
     ended: list[int] = []
     atexit.register(_end_at_once, ended)  # first, so that it is called last
-    choose_kernels()
+    set_environment()
     prepare_streams()
     tidy_up_when_ended()
     ended.append(main(sys.argv[1:]))

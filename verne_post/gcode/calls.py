@@ -25,13 +25,16 @@ class CallStack(Generic[_Text, _Frame]):
         The line of it that comes next, 1-based.
     shown_line : int or None
         Line of the program that stands for lines of another file; None while the program itself is executed.
+    chain : tuple of (int, int)
+        Of each call inside which the program itself goes on: the line that calls, and the first line of the subprogram.
     """
 
     def __init__(self, main: _Text, line: int, frame: _Frame) -> None:
         self.main, self.text, self.line = main, main, line
         self.shown_line: int | None = None
         self._frames = [frame]
-        self._callers: list[tuple[_Text, int, int | None]] = []
+        self.chain: tuple[tuple[int, int], ...] = ()
+        self._callers: list[tuple[_Text, int, int | None, tuple[tuple[int, int], ...]]] = []
 
     @property
     def frame(self) -> _Frame:
@@ -66,15 +69,17 @@ class CallStack(Generic[_Text, _Frame]):
 
     def enter(self, text: _Text, begin: int, line: int, frame: _Frame) -> None:
         """Go into a subprogram whose first line is ``begin``; the line ``line`` calls it."""
-        self._callers.append((self.text, self.line, self.shown_line))
+        self._callers.append((self.text, self.line, self.shown_line, self.chain))
         self._frames.append(frame)
         if text is not self.main and self.shown_line is None:
             self.shown_line = line
+        if self.shown_line is None:
+            self.chain = (*self.chain, (line, begin))
         self.text, self.line = text, begin
 
     def leave(self) -> _Frame:
         """Go back to where the last subprogram was called; returns what was kept for it."""
-        self.text, self.line, self.shown_line = self._callers.pop()
+        self.text, self.line, self.shown_line, self.chain = self._callers.pop()
         return self._frames.pop()
 
 

@@ -206,6 +206,7 @@ def run_program(run: Run, execution: Execution, setup: Setup, stop: StopConditio
             in_main = calls.in_main
             if in_main and line == stop.before_line:
                 break
+            execution.recorder.note_calls(calls.chain)
             restart = stop.trace is not None and may_restart(state) and run.may_restart()
             last, errors = run.execute(chunk, stop)
             if in_main and stop.trace is not None:

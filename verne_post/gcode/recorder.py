@@ -25,6 +25,7 @@ from verne_post.model.moves import (
     ArcFeed,
     ArcFeedUse,
     Arcs,
+    CallSpan,
     Event,
     FeedMode,
     Frame,
@@ -163,6 +164,7 @@ class Recorder(Struct):
     #: As in Moves; in RS274 codes say it.
     tcp_changes: list[int] = field(default_factory=lambda: [0])
     tcp_ends: list[PlaneCall] = field(default_factory=list)
+    calls: list[CallSpan] = field(default_factory=list)
     needs_tcp_code: bool = False
     selections: list[Selection] = field(default_factory=list)
     read_tools: set[int] = field(default_factory=set)
@@ -194,6 +196,13 @@ class Recorder(Struct):
     settled_arcs: int = 0
     #: The frame and the path control that were recorded last, and their rows.
     _last: tuple[Frame | None, int, PathControl | None, int] = (None, -1, None, -1)
+
+    def note_calls(self, chain: tuple[tuple[int, int], ...]) -> None:
+        """The next moves are made inside these calls."""
+        if self.calls and self.calls[-1].before == self.count:
+            self.calls.pop()  # calls without motion, as those that compute
+        if chain != (self.calls[-1].chain if self.calls else ()):
+            self.calls.append(CallSpan(self.count, chain))
 
     def say_tcp(self, is_said: bool) -> None:
         """From the next move on, codes say in which directions X Y Z count, or no longer do."""
@@ -518,6 +527,7 @@ class Recorder(Struct):
             table_places=tuple(self.table_places),
             tcp_changes=tuple(self.tcp_changes),
             tcp_ends=tuple(self.tcp_ends),
+            calls=tuple(self.calls),
             needs_tcp_code=self.needs_tcp_code,
             selections=tuple(self.selections),
             read_tools=frozenset(self.read_tools),

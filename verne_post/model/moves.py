@@ -216,6 +216,15 @@ def describe_tool(event: Event) -> str:
     return describe_tool_number(int(str(event.data["number"])), name_tools([event]))
 
 
+class CallSpan(Struct, frozen=True):
+    """Where the program goes into a call or comes back from one: the calls of the moves that follow."""
+
+    before: int  #: As in :class:`Event`.
+    #: Of each call, the outermost first: the line that calls, and the first line of the subprogram. A subprogram in
+    #: another file has the line that calls it.
+    chain: tuple[tuple[int, int], ...]
+
+
 class TablePlace(Struct, frozen=True):
     """A named place of the machine: the branch of the table decides which place of the part that is."""
 
@@ -328,6 +337,7 @@ class Moves(Struct, frozen=True):
     #: TRAFOOF or CYCLE800() leave the table turned, until they name A or C.
     tcp_changes: tuple[int, ...] = (0,)
     tcp_ends: tuple[PlaneCall, ...] = ()  #: Those words, and G49, which leave the table as it stands.
+    calls: tuple[CallSpan, ...] = ()  #: In order; before the first one, the program itself is executed.
     #: Whether controls of the language hold the tip only after such a code, also where the table turns as it cuts.
     needs_tcp_code: bool = False
     selections: tuple[Selection, ...] = ()  #: The tools that T selects, in the order of execution, T0 too.
@@ -392,6 +402,7 @@ class Moves(Struct, frozen=True):
             tcp_changes=changes,
             tcp_ends=tuple(replace(one, before=max(one.before - first, 0)) for one in self.tcp_ends),
             named_changes=tuple(max(change - first, 0) for change in self.named_changes),
+            calls=tuple(replace(one, before=max(one.before - first, 0)) for one in self.calls),
             first_cut=max(self.first_cut - first, 0),
             machine_moves=tuple(one - first for one in self.machine_moves if one >= first),
         )

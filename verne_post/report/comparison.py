@@ -399,7 +399,7 @@ def _write_stretch(sides: tuple[Side, Side], one: Stretch, spent: Sequence[Array
     governs = limits[0] if limits[0] == limits[1] else " / ".join(limits)
     seconds = "".join(f"<td>{_NONE if each is None else format_fixed(each, 3)}</td>" for each in times)
     feeds = [_list_feeds(sides[0], one.first_a, one.last_a), _list_feeds(sides[1], one.first_b, one.last_b)]
-    if one.same and feeds[0] != feeds[1]:  # F of a line above holds
+    if all(feeds) and feeds[0] != feeds[1]:
         rates = ", ".join(f"{name}: {join_few(each, 'more')}" for name, each in zip("AB", feeds, strict=True))
         governs += f"; feed rate {rates}"
     kind = "equal" if one.same else "differs"

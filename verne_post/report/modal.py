@@ -81,8 +81,9 @@ def describe_feed(moves: Moves, number: int) -> str:
     if np.isnan(feed):
         return "rapid"
     mode = FeedMode(moves.feed_mode[number])
-    turns = (
-        number > 0
+    turns = kind in (MoveKind.TURN, MoveKind.SWING) or (
+        kind == MoveKind.FEED
+        and number > 0
         and moves.frame[number] == moves.frame[number - 1]
         and np.array_equal(*moves.end[number - 1 : number + 1, :3])
     )

@@ -42,19 +42,70 @@ class _MovesAtRest:
         return np.where(rests, self._moves[at], move), np.where(rests, self._lines[at], line)
 
 
-class OperationTimes:
-    """Takes the rows of a program block by block. A remark alone on its line begins an operation."""
+class _Heads:
+    """Which remark heads the operation of each row; one alone on its line begins an operation.
+
+    What a call moves belongs to the operation that calls. Only where none calls, remarks of the subprogram head its
+    operations.
+    """
 
     def __init__(self, source: Text, program: Program) -> None:
-        options = program.options
+        options, moves = program.options, program.moves
         lines = (line.decode("utf-8", errors="replace") for line in iterate_lines(source))
-        dialect, moves = choose_dialect_name(options.dialect, source, options.source_name), program.moves
+        dialect = choose_dialect_name(options.dialect, source, options.source_name)
         changes = {event.line - 1 for event in moves.events if event.kind == "tool"}
         waits = [event.line for event in moves.events if event.waits(optional_stop=options.optional_stop)]
-        moving = moves.line[(moves.kind != MoveKind.DWELL) | ~np.isin(moves.line, waits)]
-        heads = list_heads(lines, dialect, set((np.unique(moving) - 1).tolist()), changes)
-        self._heads = np.array([line + 1 for line, _name in heads], dtype=np.int64)
-        self._names = ("", *(name for _line, name in heads))
+        moving = (moves.kind != MoveKind.DWELL) | ~np.isin(moves.line, waits)
+        span = np.searchsorted([one.before for one in moves.calls], np.arange(len(moves)), side="right")
+        chains = [(), *(one.chain for one in moves.calls)]
+        is_called = np.array([len(chain) > 0 for chain in chains])[span]
+        used = [chains[k] for k in np.unique(span[moving]).tolist()]
+        of_main = np.unique([*moves.line[moving & ~is_called].tolist(), *(chain[0][0] for chain in used if chain)])
+        all_lines = np.unique([*moves.line[moving].tolist(), *(line for chain in used for line, _begin in chain)])
+        heads = list_heads(lines, dialect, set((all_lines - 1).astype(int).tolist()), changes)
+        self.names = ("", *(name for _line, name in heads))
+        self._lines = np.array([line + 1 for line, _name in heads], dtype=np.int64)
+        # remarks inside subprograms head nothing of the program itself, wherever they stand
+        first = np.append(all_lines, np.inf)[np.searchsorted(all_lines, self._lines)]
+        ends = np.append(self._lines[1:], np.inf)
+        self._of_main = np.flatnonzero((first >= ends) | np.isin(first, of_main)) + 1
+        self._head, self._line = np.full(len(moves), -1), np.zeros(len(moves), np.int64)
+        edges = [0, *(one.before for one in moves.calls), len(moves)]
+        outer = self._find_of_main(np.array([chain[0][0] if chain else 0 for chain in chains]))
+        for chain, head, begin, end in zip(chains, outer.tolist(), edges, edges[1:], strict=False):
+            if chain:
+                self._head[begin:end], self._line[begin:end] = head, chain[0][0]
+                if not self.names[head]:
+                    self._assign_inside(slice(begin, end), chain, moves.line[begin:end])
+
+    def _assign_inside(self, rows: slice, chain: tuple[tuple[int, int], ...], line: Ints) -> None:
+        """Give moves of calls that stand in no operation to the outermost one inside, and the lines of this one."""
+        inner = [np.array([one]) for one, _begin in chain[1:]]
+        for (_line, begin), at in zip(chain, [*inner, line], strict=True):
+            open_rows = np.array([not self.names[head] for head in self._head[rows]], bool)
+            found = np.searchsorted(self._lines, at, side="right")
+            in_call = (found > np.searchsorted(self._lines, begin)) & open_rows
+            self._head[rows] = np.where(in_call, found, self._head[rows])
+            self._line[rows] = np.where(in_call, at, self._line[rows])
+
+    def _find_of_main(self, line: Ints) -> Ints:
+        """Numbers of the remarks of the program itself before lines, 0 where there is none."""
+        return np.append(0, self._of_main)[np.searchsorted(self._lines[self._of_main - 1], line, side="right")]
+
+    def find(self, move: Ints, line: Ints) -> tuple[Ints, Ints]:
+        """Numbers of the names of rows (m,), and the lines of the operations: inside a call, that of the call."""
+        called = (line > 0) & (move >= 0)
+        called[called] = self._head[move[called]] >= 0
+        head, line = self._find_of_main(line), line.copy()
+        head[called], line[called] = self._head[move[called]], self._line[move[called]]
+        return head, line
+
+
+class OperationTimes:
+    """Takes the rows of a program block by block."""
+
+    def __init__(self, source: Text, program: Program) -> None:
+        self._heads = _Heads(source, program)
         self._program = program
         self._rests = _MovesAtRest(program)
         # by tool and head: seconds, rapid, standing, lost; first and last line, first frame
@@ -75,7 +126,7 @@ class OperationTimes:
         self._most[line[worst]], by_line.limit[line[worst]] = spent.lost[worst], spent.limit[worst]
         move, line = self._rests.replace(path.move_reached[segment], segment, line)
         tool = find_tool_of_moves(move, path.first_move, self._program.moves)
-        head = np.searchsorted(self._heads, line, side="right")
+        head, line = self._heads.find(move, line)
         keys, first, of = np.unique(np.stack([tool, head]), axis=1, return_index=True, return_inverse=True)
         of = of.reshape(-1)
         sums = np.stack([np.bincount(of, each) for each in (spent.seconds, spent.rapid, spent.standing, spent.lost)], 1)
@@ -92,7 +143,7 @@ class OperationTimes:
     def finish(self) -> tuple[tuple[Operation, ...], LineTimes]:
         """All operations, in the order in which they begin, and all lines."""
         operations = tuple(
-            Operation(key[0], self._names[key[1]], *self._lines[key], *map(float, sums))
+            Operation(key[0], self._heads.names[key[1]], *self._lines[key], *map(float, sums))
             for key, sums in self._spent.items()
         )
         return operations, self._by_line

@@ -87,6 +87,8 @@ def write_sheet_html(program: str, source: Text, machine: Machine, study: Study)
             "Work offsets",
             ("system", "x, mm", "y, mm", "z, mm", "turned, deg", "from"),
             offsets := list_offsets(machine, study),
+            named=True,
+            wide=True,
             note="The part zero: x and y from the rotary centre of the table, z from its face." if offsets else "",
         ),
         _write_titled_table("Fixtures and stock", ("name", "in", "x, y, z, mm"), _list_bodies(study), named=True),
@@ -153,7 +155,8 @@ def _write_titled_table(
     body = "".join("<tr>" + "".join(f"<td>{escape_text(cell)}</td>" for cell in row) + "</tr>" for row in rows)
     table = write_table(heads, body) if body else "<p>none</p>"
     table += f"<p>{escape_text(note)}</p>" if note else ""
-    return f"<div{' class=named' * named}{' class=wide' * wide}><h3>{title}</h3>{table}</div>"
+    kinds = [*["named"] * named, *["wide"] * wide]
+    return f'<div class="{" ".join(kinds)}"><h3>{title}</h3>{table}</div>'
 
 
 def _find_remarks_by_number(source: Text, study: Study) -> dict[int, str]:
