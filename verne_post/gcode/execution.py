@@ -126,6 +126,7 @@ class LineTrace(Struct):
     """
 
     spans: list[tuple[int, int, bool]] = field(default_factory=list)
+    is_met: bool = False  #: The execution has ended where a stop condition was met, also in a call.
 
     def add(self, first: int, last: int, *, may_restart: bool) -> None:
         """Add lines ``first`` to ``last`` (excluded), which have been executed."""
@@ -224,6 +225,8 @@ def run_program(run: Run, execution: Execution, setup: Setup, stop: StopConditio
             calls.line = max(calls.line, reached_line + 1) if is_lost else calls.line
             reached_line = max(reached_line, calls.line - 1)
         if is_watched and stop.is_met(state, setup, line, last, in_main=text is calls.main):
+            if stop.trace is not None:
+                stop.trace.is_met = True
             break
     return execution
 
