@@ -1299,7 +1299,7 @@ def test_only_edits_that_settle_are_offered(client: Client, tmp_path: Path) -> N
     assert ask_fixes(client, uri, 3) == {}
     client.change(uri, 6, TILTED.replace("A101", "G91 A41"))
     assert client.diagnostics(uri)["diagnostics"]
-    assert ask_fixes(client, uri, 3) == {}
+    assert list(ask_fixes(client, uri, 3)) == ["Write G90 in place of G91 in line 4 (no errors then)"]
 
 
 def test_newer_text_supersedes_the_check_of_an_older_one(client: Client, tmp_path: Path) -> None:
@@ -1536,6 +1536,38 @@ def test_errors_that_were_hidden_behind_a_misspelt_word_do_not_withhold_its_fix(
     assert told == f"Write {title} ({left})"
     client.change(uri, 2, apply_edit(action, {uri: text})[uri])
     assert str(sum(one["severity"] == 1 for one in client.diagnostics(uri)["diagnostics"])) == left[0]
+
+
+TWO_TOOLS = (
+    f"{FANUC}G54\nT1 M6\nS8000 M3\nG0 X0. Y0. A0. C0.\nG43 H1 Z230.\nG1 Z2. F500.\nX10.\nG0 Z230.\n"
+    "T2 M6\nS8000 M3\nG43 H2 Z160.\nG1 Z110. F500.\nX20.\nG0 Z230.\nM30\n%\n"
+)
+
+
+@pytest.mark.parametrize(
+    ("slips", "line", "title"),
+    [
+        ((("X10.", "X-900. Q7"),), 9, "Remove Q7 (1 error stays, with 1 warning)"),
+        ((("H1", "H2"), ("X10.", "X-900.")), 7, "Write H1 in place of H2 in line 8 (1 error stays, with 1 warning)"),
+        ((("M30\n%\n", ""), ("X10.", "X-900.")), 16, "End the program with M30 (1 error stays, with 1 warning)"),
+        ((("H1", "H2"), ("X10.", "X10. Q7")), 9, "Remove Q7 (1 error stays)"),
+    ],
+)
+def test_a_second_mistake_that_is_found_later_does_not_withhold_the_fix_of_the_first(
+    client: Client, tmp_path: Path, slips: tuple[tuple[str, str], ...], line: int, title: str
+) -> None:
+    """As many errors as before, or more: but that of the edit is gone, and the text above has none."""
+    text = TWO_TOOLS
+    for old, new in slips:
+        text = text.replace(old, new, 1)
+    setup = "split_at_stops = true\n[wcs]\nG54 = [0, 0, 60]\n[tools]\n1 = { length = 140 }\n2 = { length = 60 }\n"
+    uri = client.open(make_program(tmp_path, text, setup=setup))
+    (item,) = (one for one in client.diagnostics(uri)["diagnostics"] if one["range"]["start"]["line"] == line)
+    fixes = ask_fixes(client, uri, line)
+    assert title in fixes, fixes.keys()
+    client.change(uri, 2, apply_edit(fixes[title], {uri: text})[uri])
+    left = client.diagnostics(uri)["diagnostics"]
+    assert all((one["code"], one["range"]["start"]["line"]) != (item["code"], line) for one in left)
 
 
 def test_a_drilling_cycle_before_a_and_c_gets_them(client: Client, tmp_path: Path) -> None:
