@@ -957,6 +957,22 @@ OF_KLARTEXT = "BEGIN PGM A MM\nTOOL CALL 1 Z S8000\nL X+0 Y+0 Z+150 A+0 C+0 R0 F
             "M6\nG43 H1\n",
         ),
         (
+            "a.ngc",
+            "G21 G90\nT1\nS9 M3\nG0 X0 Y0 Z150 A0 C0\nG43 H1\nG1 Z110 F500\nG0 Z160\nM2\n",
+            "VP041",
+            "Write M6 behind T1 in line 2 (no errors then)",
+            "T1",
+            "T1 M6",
+        ),
+        (
+            "a.mpf",
+            f"G710 G90\nT1\nD1\nS9 M3\n{CUTS}M30\n",
+            "VP012",
+            "Write M6 behind T1 in line 2 (no errors then)",
+            "T1",
+            "T1 M6",
+        ),
+        (
             "a.nc",
             IN_PLANE,
             "VP017",
