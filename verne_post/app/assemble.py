@@ -195,11 +195,12 @@ def find_modal_state(source: Text, program: Program, line: int) -> State:
 
 
 def find_state_if_executed(source: Text, program: Program, line: int) -> State | None:
-    """The same; None where the program itself never comes to the line, as to one of a subprogram or after its end."""
+    """The same, of a subprogram in its first call; None where the program never comes to the line, as after its end."""
     setup = add_table(build_interpreter_setup(program.machine, program.options), program.moves)
     trace = LineTrace()
     state, _recorder = replay(source, setup, program.moves, StopConditions(after_line=line, trace=trace))
-    return state if any(first <= line < last for first, last, _may_restart in trace.spans) else None
+    is_reached = trace.is_met or any(first <= line < last for first, last, _may_restart in trace.spans)
+    return state if is_reached else None
 
 
 def _select_text_options(options: Options) -> dict[str, Any]:

@@ -198,10 +198,7 @@ def check_tool_change(moves: Moves, path: ToolPath) -> list[Finding]:
             f"spindle before; write {call} {'with its speed ' * one.is_defined}after {word}"
         )
         where = {"line": one.line, "last_line": max(one.line, cut), "worst_line": one.line}
-        edits = (
-            () if one.is_defined else (Remedy("write M6", "M6", line=one.line, word=("T", one.number), way="behind"),)
-        )
-        found[one.number] = make_finding("VP041", text, **where, tool=one.number, edits=edits)
+        found[one.number] = make_finding("VP041", text, **where, tool=one.number, edits=one.propose_change())
     return list(found.values())
 
 

@@ -14,7 +14,7 @@ from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.text import Chunk
-from verne_post.model.findings import Finding, make_finding
+from verne_post.model.findings import Finding, Remedy, make_finding
 from verne_post.model.moves import AXES
 
 #: So many things that errors of one cause are about are named.
@@ -65,7 +65,8 @@ class Execution(Struct):
             return goes_on
         self._has_unread_line |= error.code in _OF_READING and not error.settled_by
         column = error.column if file is None else None
-        self.report_at_line(error.code, message, shown_number, column, error.about, error.settled_by, error.cause)
+        reason = error.about, error.settled_by, error.cause, error.edits
+        self.report_at_line(error.code, message, shown_number, column, *reason)
         self._error_count += 1
         return goes_on and len(self.errors) < MAX_ERRORS and self._error_count < MAX_COUNTED
 
@@ -86,6 +87,7 @@ class Execution(Struct):
         about: str | None = None,
         settled_by: tuple[str, ...] = (),
         cause: str = "",
+        edits: tuple[Remedy, ...] = (),
     ) -> None:
         """Add an error of a line, or count it with those of its cause, which then names everything concerned."""
         words = message if about is None else message.replace(about, "\0")
@@ -96,7 +98,8 @@ class Execution(Struct):
             things.append(about)
         if at == len(self.errors):
             where = {"line": line, "last_line": line, "worst_line": line, "column": column}
-            self.errors.append(make_finding(code, message, settled_by=(settled_by,) if settled_by else (), **where))
+            keys = (settled_by,) if settled_by else ()
+            self.errors.append(make_finding(code, message, settled_by=keys, edits=edits, **where))
             return
         item = self.errors[at]
         all_settled_by = (
@@ -127,6 +130,7 @@ class LineTrace(Struct):
     """
 
     spans: list[tuple[int, int, bool]] = field(default_factory=list)
+    is_met: bool = False  #: The execution has ended where a stop condition was met, also in a call.
 
     def add(self, first: int, last: int, *, may_restart: bool) -> None:
         """Add lines ``first`` to ``last`` (excluded), which have been executed."""
@@ -226,6 +230,8 @@ def run_program(run: Run, execution: Execution, setup: Setup, stop: StopConditio
             calls.line = max(calls.line, reached_line + 1) if is_lost else calls.line
             reached_line = max(reached_line, calls.line - 1)
         if is_watched and stop.is_met(state, setup, line, last, in_main=text is calls.main):
+            if stop.trace is not None:
+                stop.trace.is_met = True
             break
     return execution
 

@@ -20,6 +20,8 @@ OWN_MEANINGS: Final[Mapping[str, str]] = {
     "G93": "inverse-time feed", "G94": "feed per minute", "G95": "feed per turn of the spindle",
     "M3": "spindle on, clockwise", "M4": "spindle on, counter-clockwise", "M5": "spindle off",
     "M7": "mist on", "M8": "flood coolant on", "M9": "coolant off",
+    "R0": "radius compensation off", "RL": "the tool goes left of the contour",
+    "RR": "the tool goes right of the contour",
     "TRAORI": "tool-centre-point control on", "TRAFOOF": "tool-centre-point control off",
     "CYCLE81": "drilling, centring", "CYCLE82": "drilling with a dwell at the bottom",
     "CYCLE83": "deep-hole drilling in steps", "CYCLE84": "rigid tapping",
@@ -46,3 +48,80 @@ OF_VALUES: Final[Mapping[str, str]] = {
     "_DIR": "which of the two positions of the table; 0 turns nothing", "_FR_I": "way of the incremental retract",
     "_TOL": "tolerance of the tip", "_TOLM": "kind of machining", "_OTOL": "tolerance of the tool axis",
 }  # fmt: skip
+_OF_HOLES: Final = {
+    "Z": "depth of the hole; in G91 from R",
+    "R": "height at which the feed rate begins, and to which G99 goes back",
+    "P": "dwell at the bottom of the hole",
+    "Q": "step in depth",
+    "L": "how often",
+    "K": "how often",
+}
+_ORIGIN: Final = {**dict.fromkeys("XYZABCUVW", "origin of the work offset: {}"), "P": "number of the work offset"}
+_OF_TOOL: Final = {"P": "number of the tool", "R": "length or radius of the tool, or its wear: {}"}
+_OF_MACRO: Final = {"P": "number of the macro", "L": "how often"}
+_CENTRE: Final = dict.fromkeys("XYZ", "centre: {}")
+_AT_TOOL: Final = dict.fromkeys("XYZABCUVW", "moves the zero: the tool is at {} then")
+_DIRECTIONS: Final = dict.fromkeys("IJK", "direction about which coordinates turn")
+#: Letters that mean one thing beside a code, or while it is the motion in force; {} is their value.
+_OF_G: Final[Mapping[str, Mapping[str, str]]] = {
+    **{code: {"P": "number of turns of the arc"} for code in ("G2", "G3")},
+    "G4": {"P": "dwell: seconds in RS274/NGC, in Fanuc milliseconds unless its key dwell says seconds",
+           **dict.fromkeys("XU", "dwell: {} s")},
+    "G10": {"P": "number of the work offset or tool", "L": "kind of G10"},
+    "G10 L2": {**_ORIGIN, "R": "turn of the work offset about Z: {} degrees"},
+    "G10 L20": {**_ORIGIN, **dict.fromkeys("XYZABCUVW", "sets the work offset so that the tool is at {}")},
+    **{f"G10 L{kind}": {**_OF_TOOL, **dict.fromkeys("XYZ", "length of the tool: {}")} for kind in (1, 10, 11, 12, 13)},
+    "G41.1": {"D": "diameter of the tool: {}"}, "G42.1": {"D": "diameter of the tool: {}"},
+    "G43.1": dict.fromkeys("XYZ", "length of the tool: {}"),
+    "G50.1": dict.fromkeys("XYZ", "ends the mirror image of this axis"),
+    "G51": {**_CENTRE, "P": "factor of the scale", **dict.fromkeys("IJK", "factor of this axis")},
+    "G51.1": dict.fromkeys("XYZ", "mirror image about the place {}"),
+    "G52": dict.fromkeys("XYZABCUVW", "zero of the local system: {}"),
+    "G64": {"P": "how far corners may be rounded", "Q": "how far lines may leave the points that they replace"},
+    "G65": _OF_MACRO, "G66": _OF_MACRO,
+    "G68": {**_CENTRE, **_DIRECTIONS, "R": "turn: {} degrees"},
+    "G68.2": {**dict.fromkeys("XYZ", "origin of the tilted plane: {}; under P2 one of its points"),
+              **dict.fromkeys("IJK", "angle of the tilted plane: {} degrees; under P3 a direction"),
+              "P": "kind of the plane", "Q": "order of the angles", "R": "turn of the plane about its Z"},
+    "G68.3": {**dict.fromkeys("XYZ", "origin of the tilted plane: {}"), "R": "turn of the plane about its Z"},
+    "G54.1": {"P": "number of the additional work offset"},
+    "G92": _AT_TOOL, "G96": {"D": "most turns a minute"},
+    "M98": {"P": "number of the subprogram", "L": "how often"},
+    **{f"G{number}": _OF_HOLES for number in (73, 74, *range(81, 90))},
+    **{code: {**_OF_HOLES, "Q": "shift away from the wall"} for code in ("G76", "G87")},
+    **dict.fromkeys(("G28", "G30"), dict.fromkeys("XYZABCUVW", "{} on the way to the reference position")),
+    "G53": {},  # Z is a place there, also while a cycle is modal
+}  # fmt: skip
+_SHIFT: Final = dict.fromkeys("XYZ", "shifts the zero by {}")
+_DATUM: Final = {
+    **dict.fromkeys("XYZ", "shifts the datum to {}"),
+    **dict.fromkeys(("IX", "IY", "IZ"), "shifts the datum by {}"),
+}
+_TURN: Final = {letter: f"rotation by {{}} degrees about {letter}" for letter in "XYZ"}
+#: Dialect -> code -> letter beside it -> what it sets; {} is its value.
+OF_LETTERS: Final[Mapping[str, Mapping[str, Mapping[str, str]]]] = {
+    "rs274": _OF_G,
+    "fanuc": _OF_G,
+    "siemens": {
+        **dict.fromkeys(("TRANS", "ATRANS"), _SHIFT),
+        **dict.fromkeys(("ROT", "AROT"), _TURN),
+        **dict.fromkeys(("SCALE", "ASCALE"), dict.fromkeys("XYZ", "factor of this axis: {}")),
+        **dict.fromkeys(
+            ("MIRROR", "AMIRROR"), dict.fromkeys("XYZ", "mirror image of this axis; the value has no meaning")
+        ),
+        "G4": {"F": "dwell: {} s", **dict.fromkeys(("S", "S1"), "dwell: {} turns of the spindle")},
+        **dict.fromkeys(("G110", "G111", "G112"), dict.fromkeys("XYZ", "pole: {}")),
+    },
+    "heidenhain": {
+        "TOOL CALL": dict.fromkeys("XYZ", "tool axis"),
+        "BLK FORM": dict.fromkeys("XYZ", "axis, or corner, of the stock"),
+        "CC": dict.fromkeys("XYZ", "pole and centre: {}"),
+        "CYCL DEF 7": _DATUM,
+        "TRANS DATUM": _DATUM,
+        "CYCL DEF 8": dict.fromkeys("XYZ", "mirror image of this axis"),
+        "TRANS MIRROR": dict.fromkeys("XYZ", "mirror image of this axis"),
+        "CYCL DEF 19": {
+            letter: f"angle of the plane about {axis}: {{}} degrees" for letter, axis in zip("ABC", "XYZ", strict=True)
+        },
+    },
+}

@@ -190,6 +190,7 @@ class ProgramError(Exception):
     ``of_value``: what is wrong stands in ``line``, and each line that uses it counts.
     ``cause`` is what has led to it, in an earlier line: errors with the same one are one finding.
     ``goes_on``: a program is missing, and the one that calls it goes on after the call, though its code ends others.
+    ``edits`` may settle it.
     """
 
     def __init__(
@@ -205,8 +206,10 @@ class ProgramError(Exception):
         of_program: bool = False,
         of_value: bool = False,
         cause: str = "",
+        edits: tuple[Remedy, ...] = (),
     ) -> None:
         super().__init__(message)
         self.message = message if len(message) <= _LONGEST_MESSAGE else f"{message[:_LONGEST_MESSAGE]} ..."
         self.code, self.column, self.line, self.about, self.settled_by = code, column, line, about, settled_by
         self.goes_on, self.of_program, self.of_value, self.cause = goes_on, of_program, of_value, cause
+        self.edits = edits

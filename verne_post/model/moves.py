@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.tolerances import UPRIGHT_DEG
 from verne_post.base.units import RAD_PER_DEG
-from verne_post.model.findings import Finding
+from verne_post.model.findings import Finding, Remedy
 from verne_post.model.part_setup import SYSTEM_NAMES, Vector9, describe_tool_number
 from verne_post.model.splines import Splines, build_empty_splines
 
@@ -189,6 +189,11 @@ class Selection(Struct, frozen=True):
         if self.is_defined:
             return f"TOOL DEF {self.number}"
         return f'T="{self.name}"' if self.name else f"T{self.number}"
+
+    def propose_change(self) -> tuple[Remedy, ...]:
+        """M6 behind T; TOOL DEF takes a TOOL CALL with its speed, which nobody has said."""
+        edit = Remedy("write M6", "M6", line=self.line, word=("T", self.number), way="behind")
+        return () if self.is_defined else (edit,)
 
 
 class PlaneCall(Struct, frozen=True):

@@ -10,9 +10,11 @@ from msgspec import Struct
 from verne_post.app.explain_numbers import format_number
 from verne_post.app.line_remedies import Line
 from verne_post.base.arrays import Array
-from verne_post.base.program_lines import remove_remarks
+from verne_post.base.program_lines import find_word, remove_remarks
 from verne_post.gcode.klartext.vocabulary import name_parameter
 from verne_post.gcode.machining.state import State, name_unit_of_speed
+from verne_post.gcode.own_meanings import OF_LETTERS
+from verne_post.gcode.rs274.macro_text import number_argument
 from verne_post.gcode.siemens.vocabulary import ADDRESSES
 from verne_post.model.machine import Machine
 from verne_post.model.moves import AXES, FeedMode, Frame, MoveKind
@@ -38,29 +40,15 @@ _LETTERS: Final[Mapping[str, str]] = {
     "Q": "number that the code of the block takes: a step in depth, a count",
     "L": "how often, or which kind of G10",
 }
-_OF_CYCLES: Final = {
-    "Z": "depth of the hole; in G91 from R",
-    "R": "height at which the feed rate begins, and to which G99 goes back",
-    "P": "dwell at the bottom of the hole",
-    "Q": "step in depth",
-    "L": "how often",
-    "K": "how often",
-}
-#: Letters of RS274/NGC and Fanuc that mean one thing beside a code, or while it is the motion in force.
-_OF_CODES: Final[Mapping[str, Mapping[str, str]]] = {
-    **{code: {"P": "number of turns of the arc"} for code in ("G2", "G3")},
-    "G4": {"P": "dwell: seconds in RS274/NGC, in Fanuc milliseconds unless its key dwell says seconds"},
-    "G10": {"P": "number of the work offset or tool", "L": "kind of G10"},
-    "G64": {"P": "how far corners may be rounded", "Q": "how far lines may leave the points that they replace"},
-    "G68.2": {"P": "kind of the plane", "Q": "order of the angles"},
-    "G54.1": {"P": "number of the additional work offset"},
-    "G65": {"P": "number of the macro", "L": "how often"},
-    "M98": {"P": "number of the subprogram", "L": "how often"},
-    **{f"G{number}": _OF_CYCLES for number in (73, 74, *range(81, 90))},
-    **{code: {**_OF_CYCLES, "Q": "shift away from the wall"} for code in ("G76", "G87")},
-    **{code: {} for code in ("G28", "G30", "G52", "G53", "G92")},  # Z is a place there, also while a cycle is modal
-}
 _CODE: Final = re.compile(r"(?<![A-Z_#<])([GM])[ \t]*0*(\d+(?:\.\d+)?)")
+_MACRO: Final = re.compile(r"(?<![A-Z_#<])G[ \t]*0*6[56](?![\d.])")
+#: How other languages write a code whose words have a meaning of their own.
+_HEADS: Final = {
+    "siemens": re.compile(r"(?<![\w$])(A?(?:TRANS|ROT|SCALE|MIRROR)|G0*4|G11[0-2])(?!\w)"),
+    "heidenhain": re.compile(
+        r"^[ \t]*(?:\d+[ \t]+)?(TOOL[ \t]+CALL|CYCL[ \t]+DEF[ \t]+\d+|BLK[ \t]+FORM|TRANS[ \t]+\w+|CC)(?!\w)"
+    ),
+}
 #: How a language writes a variable; in Siemens other names look the same.
 _VARIABLES: Final = {
     "siemens": re.compile(r"(?<![\w$])[A-Z_]\w*", re.IGNORECASE),
@@ -76,7 +64,11 @@ _KLARTEXT: Final[Mapping[str, str]] = {
     "TOOL CALL": "loads a tool; its length holds at once",
     "TOOL DEF": "names the next tool, or gives its length and radius",
     "DL": "added to the length of the tool",
-    "DR": "added to the radius of the tool; the sense of an arc, with a sign alone",
+    "DR": "added to the radius of the tool",
+    "DR+": "arc counter-clockwise",
+    "DR-": "arc clockwise",
+    "ROT": "rotation about Z of the active datum, degrees",
+    "SCL": "factor of all lengths",
     "PR": "radius about the pole",
     "PA": "angle about the pole",
     "IPA": "by what angle, about the pole",
@@ -93,9 +85,9 @@ _PATTERNS: Final = {
         rf"(?<![A-Z_$])(?:(?P<long>[A-Z]+\d*)[ \t]*=[ \t]*{_VALUE}|(?P<name>[A-Z])[ \t]*(?P<number>[-+]?[\d.]+))"
     ),
     "heidenhain": re.compile(
-        rf"(?<![A-Z_])(?P<name>TOOL[ \t]+(?:CALL|DEF)|I?[XYZABCUVW]|I?P[RA]|D[LR]|SP[ABC]|DIST|LBL|REP|MB|"
-        rf"Q\d+(?=[ \t]*=)|[A-Z])"
-        rf"[ \t]*=?[ \t]*{_VALUE}"
+        rf"(?<![A-Z_])(?P<name>TOOL[ \t]+(?:CALL|DEF)|I?[XYZABCUVW]|I?P[RA]|D[LR]|SP[ABC]|SCL|ROT|DIST|LBL|REP|MB|"
+        rf"Q\d+(?=[ \t]*=)|(?!R0(?![\d.]))[A-Z])"
+        rf"[ \t]*=?[ \t]*{_VALUE}|(?<![A-Z_])(?P<alone>DR[-+]|[XYZ])(?![-+=\w.])"
     ),
 }
 _LETTER_AND_VALUE: Final = re.compile(rf"(?<![A-Z_#<])(?P<name>[A-Z])[ \t]*{_VALUE}")
@@ -134,8 +126,10 @@ def find_address(line: str, column: int, dialect: str) -> Address | None:
         if not found.start() <= column < found.end():
             continue
         groups = {key: text for key, text in found.groupdict().items() if text is not None}
-        name = " ".join((groups.get("long") or groups["name"]).split())
-        begin, end = found.span("number" if "number" in groups else "value")
+        name = groups.get("long") or groups.get("alone") or " ".join(groups["name"].split())
+        begin, end = (
+            (found.end(), found.end()) if "alone" in groups else found.span("number" if "number" in groups else "value")
+        )
         return None if name in "GM" else Address(name, line[begin:end].strip('"'), found.start(), found.end())
     return None
 
@@ -175,9 +169,9 @@ def describe_address(
     place : Place or None
         At the end of its motion; None without motion, where the state has the place.
     """
-    if dialect in ("rs274", "fanuc") and (own := _find_meaning_beside(address.name, block, state)):
+    if own := _find_meaning_beside(address, dialect, block, state):
         return own
-    meaning = _find_meaning(address.name, dialect)
+    meaning = _find_meaning(address.name, dialect) if address.value or len(address.name) > 1 else ""
     if not meaning or machine is None or options is None:
         return meaning
     axis = address.name.removeprefix("I") if dialect == "heidenhain" else address.name
@@ -190,14 +184,31 @@ def describe_address(
     return "; ".join([meaning, *values])
 
 
-def _find_meaning_beside(name: str, block: str, state: State | None) -> str:
+def _find_meaning_beside(address: Address, dialect: str, block: str, state: State | None) -> str:
     """What a letter means beside the codes of its block, or else for the motion in force; empty where none tells."""
-    if name == "Z" and state is not None and state.plane:  # cycles drill along another axis
-        return ""
-    codes = [f"{one[1]}{one[2]}" for one in _CODE.finditer(remove_remarks(block).upper())]
-    if state is not None and not any(code in _OF_CODES for code in codes):
-        codes += state.modes.show(state.feed_mode, state.control.mode)[:1]
-    return next((_OF_CODES[code][name] for code in codes if name in _OF_CODES.get(code, {})), "")
+    code, of_codes = remove_remarks(block, dialect).upper(), OF_LETTERS.get(dialect, {})
+    if dialect in _HEADS:
+        codes = [" ".join(one[1].split()).replace("G04", "G4") for one in _HEADS[dialect].finditer(code)]
+    else:
+        if call := _MACRO.search(code):
+            return _describe_argument(code, call.end(), address)
+        codes = [f"{one[1]}{one[2]}" for one in _CODE.finditer(code)]
+        if "G10" in codes and (kind := find_word(code, "L")):
+            codes.insert(0, f"G10 L{kind[2]}")
+        if state is not None and not any(one in of_codes for one in codes):
+            in_plane = address.name == "Z" and state.plane  # cycles drill along another axis
+            codes += [] if in_plane else state.modes.show(state.feed_mode, state.control.mode)[:1]
+    meaning = next((of_codes[one][address.name] for one in codes if address.name in of_codes.get(one, {})), "")
+    number = re.fullmatch(r"[-+]?[\d.]+", address.value)
+    return meaning.format(format_number(float(address.value), _DECIMALS) if number else address.value)
+
+
+def _describe_argument(code: str, begin: int, address: Address) -> str:
+    """The variable of a macro that a letter of its call, from a column on, sets; empty for P and L."""
+    letters = re.findall(r"[A-Z](?=[ \t]*[-+#\[\d.])", code[begin : address.begin]) if address.begin >= begin else []
+    number = number_argument("".join([*letters, address.name]))
+    shown = format_number(float(address.value), _DECIMALS)
+    return f"argument #{number} of the macro: {shown}" if number else OF_LETTERS["fanuc"]["G65"].get(address.name, "")
 
 
 def _find_meaning(name: str, dialect: str) -> str:

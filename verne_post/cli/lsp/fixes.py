@@ -81,9 +81,9 @@ def find_fixes(
         # what a set-up settles could not be told while the program had errors: it does not speak against the edit
         shown = [one for one in after if one.severity == "error" and one.settled_by and one.code not in codes]
         # an edit that turns an error into a warning helps, as a point among numbers without one (VP038); and one that
-        # mends a word in one place of several, which are one finding; and a word that can be read now, though what it
-        # needs is missing, or what stands in other lines is wrong, which could not be told before
-        is_mended = fix.spells and _is_settled(fix, item, after, is_as_bad=errors <= before[0])
+        # mends a word in one place of several, which are one finding; and one that removes its finding, though what
+        # could not be told before is wrong elsewhere
+        is_mended = _is_settled(fix, item, found, after, is_as_bad=errors <= before[0])
         is_better = (errors - len(shown), warnings) < before
         if is_better or ((errors, warnings) == before and _count_places(after) < places) or is_mended:
             left = f"{errors} error{'s stay' if errors > 1 else ' stays'}" if errors else "no errors then"
@@ -130,11 +130,24 @@ def _report_failure(error: Exception) -> None:
     logging.getLogger("pygls").warning("an edit is not offered: %s: %s", type(error).__name__, error)
 
 
-def _is_settled(fix: Fix, item: Finding, after: Sequence[Finding], *, is_as_bad: bool) -> bool:
-    """Whether the line of a finding has no such error after an edit, nor, unless there are no more, another one."""
-    own = (item.line, 1 + (fix.text or "").count("\n", 0, fix.begin))
-    left = [one for one in after if one.severity == "error" and one.line in own]
-    return all(is_as_bad and (one.code, one.line) != (item.code, item.line) for one in left)
+def _is_settled(fix: Fix, item: Finding, found: Inspected, after: Sequence[Finding], *, is_as_bad: bool) -> bool:
+    """Whether an error of the text is gone after an edit, and the text has no new one in its line or above.
+
+    A word that can be read now may lead on to errors above, and, unless there are more, to what it needs in its line.
+    """
+    if item.severity != "error" or not is_about_text(item.code) or fix.turns or item.line is None:
+        return False
+    whole = fix.text or "" if fix.path == found.path else ""
+    at = 1 + whole.count("\n", 0, fix.begin)
+    first = at + (whole[: fix.begin][-1:] not in ("", "\n"))  # the first line that the edit moves
+    shift = fix.new.count("\n") - whole.count("\n", fix.begin, fix.end) if whole else 0
+    moved = {one: (one.line or 0) + shift * ((one.line or 0) >= first) for one in found.findings}
+    known, own = {(one.code, line) for one, line in moved.items() if one != item}, moved[item]
+    left = [one for one in after if one.severity == "error" and (one.code, one.line or 0) not in known]
+    if fix.spells:
+        near = [one for one in left if one.line in (own, at)]
+        return all(is_as_bad and (one.code, one.line) != (item.code, own) for one in near)
+    return not any(is_about_text(one.code) and (one.line or 0) <= own for one in left)
 
 
 def find_file_fixes(

@@ -184,7 +184,7 @@ class Tools:
         puts = f"H{number} in line {at.line} puts its length, {length:g} mm, in force, and {holds}"
         if last is not None and not last.is_loaded and last.number == number:
             text = f"T{number} only selects the tool, and no M6 loads it: {puts}; write M6 after T{number}"
-            self.recorder.note_once("VP041", text, last.line, (), number, "length")
+            self.recorder.note_once("VP041", text, last.line, last.propose_change(), number, "length")
             return True
         change = next((one.line for one in reversed(self.recorder.events) if one.kind == "tool"), 0)
         warning = warnings.get((change, "VP041"))

@@ -3,6 +3,7 @@
 import math
 import re
 from collections.abc import Collection, Iterator, Mapping
+from itertools import pairwise
 from typing import Final, Literal
 
 from msgspec import Struct
@@ -124,6 +125,18 @@ def read_statement(text: str, values: Values) -> Statement | None:
     return Statement(kind, ValueReader(characters, places, values), keyword.end(), places[at] + 1)
 
 
+def number_argument(letters: str) -> int:
+    """The local variable of the last of the letters of a call; 0 for one that sets none, as P and L.
+
+    Of I, J and K a new set begins where one does not follow the last.
+    """
+    number = ARGUMENTS.get(letters[-1:], 0)
+    if letters[-1:] not in [*_REPEATED_LETTERS]:
+        return number
+    own = [one for one in letters if one in _REPEATED_LETTERS]
+    return number + len(_REPEATED_LETTERS) * sum(after <= before for before, after in pairwise(own))
+
+
 def read_arguments(reader: ValueReader) -> tuple[dict[str, float], dict[int, float]]:
     """What follows G65 or G66: P and L, and local variables by their numbers.
 
@@ -134,7 +147,7 @@ def read_arguments(reader: ValueReader) -> tuple[dict[str, float], dict[int, flo
     """
     calls: dict[str, float] = {}
     found: dict[int, float] = {}
-    letters, number_of_set, last = set[str](), 0, len(_REPEATED_LETTERS)
+    letters = ""
     while reader.at < len(reader.characters):
         at, letter = reader.at, reader.characters[reader.at]
         reader.at += 1
@@ -145,16 +158,12 @@ def read_arguments(reader: ValueReader) -> tuple[dict[str, float], dict[int, flo
                 "VP006", f"{letter!r} is no argument of a macro; arguments are A to Z except G, L, N, O, P", at
             )
         value = reader.read_word(letter)
-        number = ARGUMENTS.get(letter, 0)
-        if letter in _REPEATED_LETTERS:  # a new set of three begins where one does not follow the last
-            number_of_set += _REPEATED_LETTERS.index(letter) <= last or not number_of_set
-            last = _REPEATED_LETTERS.index(letter)
-            number += len(_REPEATED_LETTERS) * (number_of_set - 1)
-            if number_of_set > _MOST_SETS:
-                raise reader.error("VP004", f"more than {_MOST_SETS} sets of I, J, K", at)
-        elif letter in letters:
+        number = number_argument(letters + letter)
+        if letter in _REPEATED_LETTERS and number >= ARGUMENTS["I"] + len(_REPEATED_LETTERS) * _MOST_SETS:
+            raise reader.error("VP004", f"more than {_MOST_SETS} sets of I, J, K", at)
+        if letter in letters and letter not in _REPEATED_LETTERS:
             raise reader.error("VP004", f"{letter} appears twice", at)
-        letters.add(letter)
+        letters += letter
         if letter in "PL":
             calls[letter] = value
         elif not math.isnan(value):

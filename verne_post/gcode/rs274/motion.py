@@ -67,7 +67,7 @@ def refuse_lacking(
         if loads_lengths and not state.loaded_tool and selections and not selections[-1].is_loaded:
             word = selections[-1].spell()
             text = f"{word} only selects the tool, and no M6 loads it before the first feed move; write M6 after {word}"
-            raise ProgramError("VP012", text, line=selections[-1].line)
+            raise ProgramError("VP012", text, line=selections[-1].line, edits=selections[-1].propose_change())
         forms = (
             ("T{word} D1 and M6", "T D1 and M6")
             if loads_lengths
