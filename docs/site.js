@@ -23,7 +23,10 @@ const mark = table => {
 addEventListener("load", () => document.querySelectorAll(".md-typeset table:not([class])").forEach(mark));
 // Wide tables and code scroll by keyboard too (axe: scrollable-region-focusable); the theme wraps tables before this.
 const reach = () => document.querySelectorAll(".md-typeset__scrollwrap, pre > code").forEach(wrap => {
-  if (wrap.scrollWidth > wrap.clientWidth) wrap.tabIndex = 0;
+  if (wrap.scrollWidth > wrap.clientWidth) {
+    wrap.tabIndex = 0;
+    wrap.querySelector("table:not([class])")?.setAttribute("data-wide", "");
+  }
   const show = () => wrap.toggleAttribute("data-more", wrap.scrollLeft + wrap.clientWidth < wrap.scrollWidth - 1);
   wrap.onscroll = show;
   show();
