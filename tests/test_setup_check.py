@@ -200,6 +200,14 @@ def test_a_change_of_tools_lacks_t_or_m6(dialect, first, second, expected, said)
     assert said in "".join(item[3] for item in found)
 
 
+@pytest.mark.parametrize(("second", "said"), [("D0\nM6", ["VP039"]), ("\nM6 D0", ["VP034"]), ("\nM6\nD1", [])])
+def test_d0_before_m6_is_no_length_of_the_new_tool(second, said):
+    """M6 made D1 active without a word."""
+    found = check_two_tools("siemens", NOTHING, ("D1\nM6", second))
+    assert [item[0] for item in found] == said
+    assert all("M6 makes D1 of the new tool active" in item[3] for item in found if item[0] == "VP039")
+
+
 @pytest.mark.parametrize(
     ("change", "said"),
     [

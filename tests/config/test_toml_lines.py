@@ -3,6 +3,7 @@
 import pytest
 
 from verne_post.config.toml_entries import Cursor, Edit, UnknownLayoutError, find_cursor, find_place, plan_edit
+from verne_post.config.toml_text import read_toml
 
 TEXT = '''# one
 tool_length = 90
@@ -51,6 +52,26 @@ def test_a_key_has_a_line(sentence: str, line: int | None) -> None:
     """Of what is missing it is the line of its table; text of several lines has no keys."""
     place = find_place(TEXT, sentence)
     assert (None if place is None else place[0]) == line
+
+
+@pytest.mark.parametrize(
+    ("text", "place"),
+    [
+        ("[wcs]\nG54 = [0, 0, 40\n", "(at line 2, column 1)"),
+        ("[wcs]\n  G54 = [0, 0,\n # x\n", "(at line 2, column 3)"),
+        ("x = 1\nkeys = [[1],\n[2],\n", "(at line 2, column 1)"),
+        ("x = 1\ny = {a = 1", "(at line 2, column 1)"),
+        ('x = """\ny = 1\n', "(at line 1, column 5)"),
+        ('x = 1\n"a b" = "', "(at line 2, column 1)"),
+        ("x = 1\n[wcs", "(at line 2, column 1)"),
+        ("x = 1\n wcs", "(at line 2, column 2)"),
+    ],
+)
+def test_what_is_open_at_the_end_of_the_file_has_a_line(text: str, place: str) -> None:
+    """The message had "at end of document", and no line, so that no line was shown."""
+    with pytest.raises(ValueError, match="not a TOML file") as caught:
+        read_toml(text.encode())
+    assert str(caught.value).endswith(f": what begins here is open up to the end of the file {place}")
 
 
 def test_keys_in_braces_have_their_columns() -> None:

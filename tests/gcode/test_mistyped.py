@@ -371,3 +371,40 @@ def test_heights_of_a_hole(
     assert found.startswith(f"{place}: VP007 {text}")
     still = f"; G81 of line {first} is still active: if no hole is meant, write G80 first"
     assert found.endswith(still) == (line > 0 and "Z" in lines.splitlines()[line])
+
+
+@pytest.mark.parametrize(
+    ("lines", "place", "text"),
+    [
+        # G53.1 and the cycle had a finding each
+        (
+            "G53.1\nG68.2 X0. Y0. Z10. I0. J20. K0.\nG81 X0. Y0. Z2. R12. F300.\nG80\nG69",
+            "7",
+            "VP017 error: G53.1 without G68.2: there is no plane to turn to; write it after G68.2",
+        ),
+        (
+            "G68 X0. Y0. Z10. I0. J20. K0.\nG53.1\nG0 X0. Y0.\nG69",
+            "7:1",
+            "VP002 error: G68: I J K without R are angles of a tilted plane; did you mean G68.2?",
+        ),
+        (
+            "G18\nG2 X10. Y0. I5. J0. F500.\nG81 X0. Y0. Z40. R45. F200.\nG80",
+            "8",
+            "VP006 error: J does not belong to an arc in the ZX plane; G18 of line 7 is active (lines 8 to 9, 2 times)",
+        ),
+    ],
+)
+def test_one_cause_in_a_plane(run: Callable[..., Any], tmp_path: Path, lines: str, place: str, text: str) -> None:
+    assert find_errors(run, tmp_path, "p.nc", lines) == [f"{place}: {text}"]
+
+
+@pytest.mark.parametrize(("number", "meant"), [("02001", "O2001"), ("0 2001", "O2001"), ("2001", "O2001")])
+def test_a_program_number_without_its_letter(run: Callable[..., Any], tmp_path: Path, number: str, meant: str) -> None:
+    """The language was taken to be RS274/NGC, which does not have G68.2: those were further findings."""
+    path = tmp_path / "p.nc"
+    lines = "G68.2 X0. Y0. Z10. I0. J20. K0.\nG53.1\nG0 X0. Y0.\nG69"
+    path.write_text(PROGRAMS["p.nc"][0].format(lines).replace("O1", f"{number} (PLATE)", 1))
+    answer = run("check", path, *PLACE)
+    (found,) = [line for line in answer.out.splitlines() if ": VP" in line]
+    text = f"VP001 error: {number}: a number without a letter before it; did you mean {meant}?"
+    assert found == f"{path}:2:1: {text}"

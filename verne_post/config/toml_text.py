@@ -1,9 +1,10 @@
 """TOML files as people save them, and values as they stand in files that are made."""
 
 import json
+import re
 import tomllib
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
+from typing import Any, Final
 
 from msgspec import Struct
 
@@ -11,6 +12,9 @@ from verne_post.base.numbers import format_fixed
 from verne_post.base.printable import escape_unprinted
 from verne_post.base.text_marks import UTF16, decode_text, is_utf16
 from verne_post.model.findings import Finding, InputError, make_input_error
+
+#: How a message of tomllib ends that names no line.
+_AT_END: Final = " (at end of document)"
 
 
 def read_toml(raw: bytes) -> dict[str, Any]:
@@ -23,10 +27,24 @@ def read_toml(raw: bytes) -> dict[str, Any]:
     """
     if is_utf16(raw[:2]):
         raise ValueError(f"not a TOML file: {UTF16}")
+    text = decode_text(raw)
     try:
-        return tomllib.loads(decode_text(raw))
+        return tomllib.loads(text)
     except (ValueError, RecursionError) as error:
-        raise ValueError(f"not a TOML file: {error}") from None
+        raise ValueError(f"not a TOML file: {_name_beginning(text, str(error))}") from None
+
+
+def _name_beginning(text: str, message: str) -> str:
+    """What is wrong with a TOML file; of what is open at the end of the file, with where that begins."""
+    opening = r"^[ \t]*[^ \t\r\n].*" if message.startswith("Expected") else r"^[ \t]*[\w\"'][^=\n#\[]*="
+    if "string" in message and (quotes := re.findall(r"\"{3}|'{3}", text)):
+        opening = quotes[-1]
+    *_others, last = [None, *re.finditer(opening, text, re.MULTILINE)]
+    if last is None or not message.endswith(_AT_END):
+        return message
+    at = last.end() - len(last.group().lstrip())
+    place = f"(at line {text.count(chr(10), 0, at) + 1}, column {at - text.rfind(chr(10), 0, at)})"
+    return f"{message.removesuffix(_AT_END)}: what begins here is open up to the end of the file {place}"
 
 
 def refuse_value(where: str, text: str) -> InputError:

@@ -64,7 +64,9 @@ def build_arc_from_center(
     wrong = set(offsets) - {letter1, letter2}
     if wrong:
         raise ProgramError(
-            "VP006", f"{min(wrong)} does not belong to an arc in the {PLANE_NAMES[plane]} plane{plane_word}"
+            "VP006",
+            f"{min(wrong)} does not belong to an arc in the {PLANE_NAMES[plane]} plane{plane_word}",
+            cause=plane_word.removeprefix("; "),
         )
     if absolute:
         missing = [letter for letter in (letter1, letter2) if letter not in offsets]

@@ -63,7 +63,8 @@ class Execution(Struct):
         goes_on = error.goes_on or error.code not in FATAL
         if self._has_unread_line and error.code in _OF_STATE:
             return goes_on
-        self._has_unread_line |= error.code in _OF_READING and not error.settled_by
+        is_unread = error.code in _OF_READING and not error.settled_by
+        self._has_unread_line |= is_unread or error.leaves_unknown
         column = error.column if file is None else None
         reason = error.about, error.settled_by, error.cause, error.edits
         self.report_at_line(error.code, message, shown_number, column, *reason)

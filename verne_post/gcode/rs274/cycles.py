@@ -106,7 +106,9 @@ class CycleCodes:
         if (tool := self.core.find_tilted_tool(normal)) is not None:
             remedy = explain_tilted_tool(self.core, "turn the table, or write the hole with G0 and G1")
             what = f"{spell_g_code(motion)} drills along {AXES[normal]}, but {tool}"
-            raise ProgramError("VP017", f"{what}: it would be dragged sideways; {remedy}")
+            cause = remedy.removesuffix("; write G17")  # where the plane is the cause, arcs have the same one
+            cause = "" if cause == remedy else cause
+            raise ProgramError("VP017", f"{what}: it would be dragged sideways; {remedy}", cause=cause)
 
     def _read_cycle_heights(self, block: Block, motion: int, normal: int, before: Cycle | None) -> Cycle:
         state = self.state

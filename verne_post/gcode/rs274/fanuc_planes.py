@@ -229,6 +229,10 @@ class FanucPlanes:
         if state.frame.feature is not None and not (modes.turns and in_space and modes.turns < _MOST_TURNS):
             self.refuse_under_plane("G68")
         if "R" not in words:
+            if in_space:
+                column = next((at for letter, code, at in block.codes if (letter, code) == ("G", 68.0)), None)
+                text = "G68: I J K without R are angles of a tilted plane; did you mean G68.2?"
+                raise ProgramError("VP002", text, column)
             raise ProgramError("VP005", "G68 needs R, the angle")
         u, v, normal, *_ = PLANES[state.plane]
         axes = (0, 1, 2) if in_space else (u, v)
@@ -322,7 +326,9 @@ class FanucPlanes:
         """G53.1, G53.6: turn the table until the tool is upright on the plane; X Y Z stand, or with G43.4 the tip."""
         state, name = self.state, spell_g_code(code)
         if state.frame.feature is None or self.modes.turns:
-            raise ProgramError("VP017", f"{name} without G68.2: there is no plane to turn to")
+            later = ProgramError("VP017", f"{name} without G68.2: there is no plane to turn to; write it after G68.2")
+            later.leaves_unknown = True  # where the table would stand in a plane that comes later
+            raise later
         if block.words.get("R", 0.0):
             raise block.error(
                 "VP002", f"{name} R: the tip keeps its place; another point of the tool is not executed", "R"

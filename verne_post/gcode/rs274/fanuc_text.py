@@ -26,15 +26,15 @@ _LISTING: Final = re.compile(
 )
 #: Lines that are looked at.
 _HEADER_LINES: Final = 200
-#: ``%`` and a program number, or such a number alone in its line.
+#: ``%`` and a program number, which may lack its O or have 0 in its place, or such a number alone in its line.
 _OPENING: Final = re.compile(
-    rb"\s*%[^\n]*\n\s*[O:]\s*[0-9]++(?![ \t]*(?:SUB|CALL|IF|WHILE|DO|REPEAT))|\s*O[ \t]*[0-9]++[ \t\r]*"
-    rb"(?:\([^\n]*)?(?:\n|$)",
+    rb"\s*%[^\n]*\n\s*(?:[0-9 \t]+(?=\(|\r?\n)|[O:]\s*[0-9]++(?![ \t]*(?:SUB|CALL|IF|WHILE|DO|REPEAT)))|"
+    rb"\s*O[ \t]*[0-9]++[ \t\r]*(?:\([^\n]*)?(?:\n|$)",
     re.IGNORECASE,
 )
 #: Text after ``%``, or ``:1000`` after such a line.
 _TITLE: Final = re.compile(rb"\s*%(?!_N_)[ \t]*[^ \t\r\n][^\r\n]*|\s*(?:%[^\n]*\n\s*)?:[0-9]+")
-_PROGRAM_NUMBER: Final = re.compile(rb"[O:]\s*[0-9]+", re.IGNORECASE)
+_PROGRAM_NUMBER: Final = re.compile(rb"^[ \t]*(?:[O:]\s*)?[0-9]+", re.IGNORECASE | re.MULTILINE)
 #: Letters of such words that a message shows.
 _SHOWN_LETTERS: Final = 20
 #: Beside a header these outweigh words of RS274/NGC.

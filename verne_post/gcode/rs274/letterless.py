@@ -13,6 +13,7 @@ _CANDIDATE: Final = re.compile(rb"[0-9.][ \t]+[-+]?[0-9.]|[Nn][ \t]*[0-9]+\.")
 _WORD: Final = re.compile(
     r"\([^()]*\)?|;.*|(?P<letter>[A-Z])[ \t]*[-+]?(?P<own>[0-9.]+)(?:[ \t]+(?P<number>[-+]?[0-9.]+))?", re.IGNORECASE
 )
+_PROGRAM_NUMBER: Final = re.compile(r"[ \t]*([0-9][0-9 \t]*)(?:\(|\r?$)")
 _BLOCK_NUMBER: Final = re.compile(r"[ \t/]*(N[ \t]*[0-9]+(?:[ \t]+[0-9]|[ \t]*\.)[0-9 \t.]*)", re.IGNORECASE)
 
 
@@ -31,6 +32,10 @@ def refuse_letterless(text: str) -> None:
     Blanks mean nothing in a line, so ``N520 50.`` would be block 52050, and the Z that is missing would be lost.
     Digits alone, as in ``X 2 0``, are one number but behind N.
     """
+    if match := _PROGRAM_NUMBER.match(text):
+        digits = match[1].rstrip()
+        meaning = f"did you mean O{digits.removeprefix('0').strip()}?"
+        raise ProgramError("VP001", f"{digits}: a number without a letter before it; {meaning}", match.start(1) + 1)
     for match in _WORD.finditer(text):
         letter, number, rest = (match["letter"] or "").upper(), match["number"], text[match.end() :]
         if number and (letter == "N" or not f"{match['own']}{number}".isdigit()):

@@ -117,6 +117,12 @@ class SiemensAuxiliary:
         on = word is None or self._is_edge_on(word, tool or 0)
         if (word is None and not is_loaded) or (waits and on):
             return
+        if waits:
+            text = (
+                "D0 beside T without M6: M6 makes D1 of the new tool active, as on a control whose machine data 20270 "
+                "is 1; write D0 in the block of M6, or after it, if no length is meant"
+            )
+            self.core.recorder.note_once("VP039", text, words.line)
         self.core.refuse_compensation("a change of tool offset")
         at, tools, self.motion.modes.edge = At(words.line), self.core.tools, on
         if not on or (is_loaded and not tool):
