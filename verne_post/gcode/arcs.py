@@ -94,14 +94,14 @@ def build_arc_from_center(
             (end[first] - 2 * start[first] + c1, end[second] - c2),
             (end[first] - c1, end[second] - 2 * start[second] + c2),
         )
-        turned = [
+        letters = [
             letter
             for letter, side in zip((letter1, letter2), sides, strict=True)
             if not absolute and abs(math.hypot(*side) - r1) <= allow_mismatch(r1, tolerance)
         ]
         hint = (
-            f"; write {turned[0]} with the other sign, if that is meant: the radii agree then"
-            if len(turned) == 1
+            f"; write {letters[0]} with the other sign, if that is meant: the radii agree then"
+            if len(letters) == 1
             else ""
         )
         raise ProgramError(

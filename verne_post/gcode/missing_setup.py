@@ -67,19 +67,19 @@ def suggest_call(setup: Setup, state: State, form: str, others: str) -> str:
 
     ``form`` calls a tool of the set-up, ``{word}`` with the number ``{number}``, if there is one; ``others`` any tool.
     """
-    known = [number for number, tool in (state.tools or {}).items() if tool.offset[2] > 0 and not tool.unmeasured]
-    if state.loaded_tool is not None or not known:
+    numbers = [number for number, tool in (state.tools or {}).items() if tool.offset[2] > 0 and not tool.unmeasured]
+    if state.loaded_tool is not None or not numbers:
         return ""
     tables = (keys.get("tools") for keys in setup.control.values())
     names = {number: name for table in tables if isinstance(table, Mapping) for name, number in table.items()}
-    if len(known) == 1:
-        word = f'"{names[known[0]]}"' if known[0] in names else str(known[0])
+    if len(numbers) == 1:
+        word = f'"{names[numbers[0]]}"' if numbers[0] in names else str(numbers[0])
         return (
-            f"write {form.format(word=word, number=known[0])} before it: the set-up, or the tool table, has this tool"
+            f"write {form.format(word=word, number=numbers[0])} before it: the set-up, or the tool table, has this tool"
         )
-    listed = ", ".join(names.get(number, str(number)) for number in known[:_MOST_LISTED])
-    more = f" and {len(known) - _MOST_LISTED} more" if len(known) > _MOST_LISTED else ""
-    return f"write {others} before it: the set-up, or the tool table, has the tools {listed}{more}"
+    first_tools = ", ".join(names.get(number, str(number)) for number in numbers[:_MOST_LISTED])
+    more = f" and {len(numbers) - _MOST_LISTED} more" if len(numbers) > _MOST_LISTED else ""
+    return f"write {others} before it: the set-up, or the tool table, has the tools {first_tools}{more}"
 
 
 def number_of_tool(name: str, call: str, dialect: str, setup: Setup, state: State, column: int | None) -> int:

@@ -144,7 +144,7 @@ class KlartextText(ChunkedText):
             if cycle and tilde and not goes_on and warn is not None:
                 warn(line + len(parts) - 1)
                 warn = None
-            if goes_on and _is_cycle(parts[0]) and _begins_block(more):
+            if goes_on and _is_cycle(parts[0]) and _is_block(more):
                 break
             text, goes_on = _strip_comment(more)
             tilde |= goes_on
@@ -237,7 +237,7 @@ def _is_cycle(text: str) -> bool:
     return _CYCLE.match(text) is not None
 
 
-def _begins_block(text: str) -> bool:
+def _is_block(text: str) -> bool:
     """Whether a line begins with a word of the language, and not with a Q parameter."""
     text = _capitalise(_strip_comment(text)[0])
     number = _NUMBER.match(text)
