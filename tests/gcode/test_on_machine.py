@@ -281,10 +281,13 @@ def test_what_follows_from_an_unknown_radius_is_no_error_of_its_own(machine):
     assert item.message.startswith('the radius of tool "D10" is not known')
 
 
-@pytest.mark.parametrize(("language", "program", "line"), [
-    ("heidenhain", "TOOL CALL 5 Z S900 F300 DR+0.05\nL X-20 Y-20 Z+5 A+0 C+0 R0 FMAX M3\nL X+0 RL F800\nL Y+10", 3),
-    ("fanuc", "G10 L13 P5 R0.05\nT5 M6\nS900 M3\nG0 G90 G21 G43 H5 X-20. Y-20. Z5.\nG41 D5 G1 X0. F800\nY10.", 1),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("language", "program", "line"),
+    [
+        ("heidenhain", "TOOL CALL 5 Z S900 F300 DR+0.05\nL X-20 Y-20 Z+5 A+0 C+0 R0 FMAX M3\nL X+0 RL F800\nL Y+10", 3),
+        ("fanuc", "G10 L13 P5 R0.05\nT5 M6\nS900 M3\nG0 G90 G21 G43 H5 X-20. Y-20. Z5.\nG41 D5 G1 X0. F800\nY10.", 1),
+    ],
+)
 def test_wear_is_not_the_radius_of_a_tool_whose_radius_is_not_known(machine, language, program, line):
     """DR+0.05, and 0.05 of G10 L13, were taken for the whole radius: a tool of 10 mm would have cut 5 mm too deep."""
     known = Tool(5, 5, (0.0, 0.0, 80.0, *ZERO9[3:]), 10.0)

@@ -557,13 +557,20 @@ def test_a_tool_that_is_not_in_the_spindle_is_one_finding_with_its_cause(machine
     assert describe_remedy(errors[0], "a.nc") == ""
 
 
-@pytest.mark.parametrize(("dialect", "program", "says", "remedy"), [
-    # [remap] takes no cycles
-    ("heidenhain", "BEGIN PGM A MM\nCYCL DEF 999 FOO Q1=2\nEND PGM A MM", "lists the cycles that are", "Post the "
-     "program without it. Take it out only if you know that nothing depends on it."),
-    ("siemens", "T1 D1 M6\nSUPA G0 Z=_ZHOME D0\nM30", "write its value on top: DEF REAL _ZHOME=0", None),
-    ("siemens", "DEF REAL ZHOME=9\nSUPA G0 Z=_ZHOME D0\nM30", "did you mean ZHOME?", None),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("dialect", "program", "says", "remedy"),
+    [
+        # [remap] takes no cycles
+        (
+            "heidenhain",
+            "BEGIN PGM A MM\nCYCL DEF 999 FOO Q1=2\nEND PGM A MM",
+            "lists the cycles that are",
+            "Post the program without it. Take it out only if you know that nothing depends on it.",
+        ),
+        ("siemens", "T1 D1 M6\nSUPA G0 Z=_ZHOME D0\nM30", "write its value on top: DEF REAL _ZHOME=0", None),
+        ("siemens", "DEF REAL ZHOME=9\nSUPA G0 Z=_ZHOME D0\nM30", "did you mean ZHOME?", None),
+    ],
+)
 def test_a_remedy_is_one_of_the_language(machine, dialect, program, says, remedy):
     options = Options(dialect=dialect, wcs={"G54": (0, 0, 0)}, tool_length=80.0)
     (item,) = (one for one in check(program.encode(), machine, options).findings if one.code in ("VP002", "VP025"))

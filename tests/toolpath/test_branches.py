@@ -496,7 +496,7 @@ ORIWKS = (
     "G1 Z5 A=3.2 C=12.5 F800\nX5 A=5 C=14\nG0 Z40\nTRAFOOF\n"
     'CYCLE800(4,"TC1",200000,57,0,0,0,0,20,30,0,0,0,-1,100,1)\n'
     "G0 X0 Y0\nG1 Z5\nG0 Z50\nCYCLE800()\nM30\n"
-)  # fmt: skip
+)
 
 
 @pytest.mark.parametrize("flip", [1, -1])
