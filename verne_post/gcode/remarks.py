@@ -190,6 +190,7 @@ def find_tool_diameters(source: Text, remarks: Mapping[str, str]) -> dict[str, f
 
 def _list_diameters(remark: str) -> set[float]:
     """Every number, mm, that a remark gives as a diameter."""
-    named = {float(number) for name in re.findall(r'"([^"]*)"', remark) for number in _DIAMETER_IN_NAME.findall(name)}
+    names = " ".join(re.findall(r'"[^"]*"', remark))
+    of_names = {float(number) for number in _DIAMETER_IN_NAME.findall(names)}
     bare = {float(number) for number in _BARE_DIAMETER.findall(re.sub(r'"[^"]*"', " ", remark))}
-    return {float(number) for number in _DIAMETER.findall(remark)} or named & bare
+    return {float(number) for number in _DIAMETER.findall(remark)} or of_names & bare
