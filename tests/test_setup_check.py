@@ -117,7 +117,10 @@ def test_a_tool_change_that_is_forgotten_refuses() -> None:
         assert [(item.code, item.line) for item in found] == [("VP041", 12)][: len(severity)]
         assert [item.severity for item in found] == severity
         assert all("T2 only selects the tool, and no M6 loads it: H2 in line 15 puts" in one.message for one in found)
-        assert not any(item.edits for item in found)  # H1 would be no remedy
+        # M6 behind T2; H1 would be no remedy
+        assert [(one.value, one.line, one.way) for item in found for one in item.edits] == [("M6", 12, "behind")][
+            : len(severity)
+        ]
 
 
 #: Two tools as CAM writes them, in each dialect: the lines that bring each tool, and cuts with it; and lengths.

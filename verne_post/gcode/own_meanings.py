@@ -65,33 +65,42 @@ _DIRECTIONS: Final = dict.fromkeys("IJK", "direction about which coordinates tur
 #: Letters that mean one thing beside a code, or while it is the motion in force; {} is their value.
 _OF_G: Final[Mapping[str, Mapping[str, str]]] = {
     **{code: {"P": "number of turns of the arc"} for code in ("G2", "G3")},
-    "G4": {"P": "dwell: seconds in RS274/NGC, in Fanuc milliseconds unless its key dwell says seconds",
-           **dict.fromkeys("XU", "dwell: {} s")},
+    "G4": {
+        "P": "dwell: seconds in RS274/NGC, in Fanuc milliseconds unless its key dwell says seconds",
+        **dict.fromkeys("XU", "dwell: {} s"),
+    },
     "G10": {"P": "number of the work offset or tool", "L": "kind of G10"},
     "G10 L2": {**_ORIGIN, "R": "turn of the work offset about Z: {} degrees"},
     "G10 L20": {**_ORIGIN, **dict.fromkeys("XYZABCUVW", "sets the work offset so that the tool is at {}")},
     **{f"G10 L{kind}": {**_OF_TOOL, **dict.fromkeys("XYZ", "length of the tool: {}")} for kind in (1, 10, 11, 12, 13)},
-    "G41.1": {"D": "diameter of the tool: {}"}, "G42.1": {"D": "diameter of the tool: {}"},
+    "G41.1": {"D": "diameter of the tool: {}"},
+    "G42.1": {"D": "diameter of the tool: {}"},
     "G43.1": dict.fromkeys("XYZ", "length of the tool: {}"),
     "G50.1": dict.fromkeys("XYZ", "ends the mirror image of this axis"),
     "G51": {**_CENTRE, "P": "factor of the scale", **dict.fromkeys("IJK", "factor of this axis")},
     "G51.1": dict.fromkeys("XYZ", "mirror image about the place {}"),
     "G52": dict.fromkeys("XYZABCUVW", "zero of the local system: {}"),
     "G64": {"P": "how far corners may be rounded", "Q": "how far lines may leave the points that they replace"},
-    "G65": _OF_MACRO, "G66": _OF_MACRO,
+    "G65": _OF_MACRO,
+    "G66": _OF_MACRO,
     "G68": {**_CENTRE, **_DIRECTIONS, "R": "turn: {} degrees"},
-    "G68.2": {**dict.fromkeys("XYZ", "origin of the tilted plane: {}; under P2 one of its points"),
-              **dict.fromkeys("IJK", "angle of the tilted plane: {} degrees; under P3 a direction"),
-              "P": "kind of the plane", "Q": "order of the angles", "R": "turn of the plane about its Z"},
+    "G68.2": {
+        **dict.fromkeys("XYZ", "origin of the tilted plane: {}; under P2 one of its points"),
+        **dict.fromkeys("IJK", "angle of the tilted plane: {} degrees; under P3 a direction"),
+        "P": "kind of the plane",
+        "Q": "order of the angles",
+        "R": "turn of the plane about its Z",
+    },
     "G68.3": {**dict.fromkeys("XYZ", "origin of the tilted plane: {}"), "R": "turn of the plane about its Z"},
     "G54.1": {"P": "number of the additional work offset"},
-    "G92": _AT_TOOL, "G96": {"D": "most turns a minute"},
+    "G92": _AT_TOOL,
+    "G96": {"D": "most turns a minute"},
     "M98": {"P": "number of the subprogram", "L": "how often"},
     **{f"G{number}": _OF_HOLES for number in (73, 74, *range(81, 90))},
     **{code: {**_OF_HOLES, "Q": "shift away from the wall"} for code in ("G76", "G87")},
     **dict.fromkeys(("G28", "G30"), dict.fromkeys("XYZABCUVW", "{} on the way to the reference position")),
     "G53": {},  # Z is a place there, also while a cycle is modal
-}  # fmt: skip
+}
 _SHIFT: Final = dict.fromkeys("XYZ", "shifts the zero by {}")
 _DATUM: Final = {
     **dict.fromkeys("XYZ", "shifts the datum to {}"),
