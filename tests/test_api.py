@@ -50,6 +50,19 @@ def test_bytes_text_and_paths_are_the_same_program() -> None:
         assert one.to_csv() == rows[0].to_csv()  # type: ignore[union-attr]
 
 
+def test_what_is_not_ok_is_false() -> None:
+    good = vp.convert(SHORT, "verne", OPTIONS)
+    assert good
+    refused = vp.check(SHORT.replace("X10", "X5000"), "verne", OPTIONS)
+    assert not refused
+    assert vp.Machined((), (), ())
+    assert not vp.Machined((), (), refused.findings)
+    assert good.setpoints is not None
+    rows = good.setpoints.to_csv()
+    assert vp.verify(rows, SHORT, "verne", OPTIONS)
+    assert not vp.verify(rows, SHORT.replace("X10", "X9"), "verne", OPTIONS)
+
+
 def test_kernels_are_chosen_before_numpy_is_loaded() -> None:
     """In a process that has none of the variables; a second call, and one in a process that was started so, is fine."""
     chosen = arithmetic.choose_settings()

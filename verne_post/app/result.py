@@ -252,6 +252,9 @@ class Result:
         """Whether the program can run: no finding is an error."""
         return self.exit_code == 0
 
+    def __bool__(self) -> bool:
+        return self.ok
+
     @property
     def verdict(self) -> Verdict:
         """What became of the program, in words."""
