@@ -649,7 +649,7 @@ def test_a_proposal_goes_into_options() -> None:
     assert not vp.check(program, "verne", given).ok
     proposal = vp.fit(program, "verne", given)
     assert list(proposal.wcs) == [1]
-    assert proposal.wcs[1].turn_deg == pytest.approx(np.degrees(proposal.after.place.c), abs=1e-9)
+    assert proposal.wcs[1].turn_deg == pytest.approx(proposal.after.place.c_deg, abs=1e-9)
     there = vp.check(program, "verne", given.changed(wcs=proposal.wcs))
     assert there.ok
     assert there.summary is not None
