@@ -45,10 +45,11 @@ function as `settings=settings`, with `settings.machine` as its machine. Its opt
 before numpy or a package that loads it is imported. Otherwise numpy uses the fastest code of the processor, and the
 last digits of rows differ from those of the command ([why](setpoints.md#format)). All limits hold in any case.
 
-**Errors.** A bad *program* or set-up never raises; the findings of the result say what is wrong. A bad *call* raises
-`UsageError`, which names the argument and what would be right, with the names of Python: `tool_length` in place of
-`--tool-length`. A bad machine file raises `InputError`, which has findings. Print what `convert`, `verify`, `machined`,
-`explain` and `fit` return to see what the commands print: `print(result.summary)`.
+**Errors.** A bad *program* or set-up never raises; the findings of the result say what is wrong. What `check`,
+`convert`, `verify` and `machined` return is true exactly if it is `ok`: `if result:` is `if result.ok:`. A bad *call*
+raises `UsageError`, which names the argument and what would be right, with the names of Python: `tool_length` in place
+of `--tool-length`. A bad machine file raises `InputError`, which has findings. Print what `convert`, `verify`,
+`machined`, `explain` and `fit` return to see what the commands print: `print(result.summary)`.
 
 All names below are typed for strict checkers, and `dir(verne_post)` lists them. `verne_post.gcode.read_moves` is the
 interpreter without a machine. `docs/make_api.py` makes this page from the docstrings.

@@ -50,6 +50,19 @@ def test_bytes_text_and_paths_are_the_same_program() -> None:
         assert one.to_csv() == rows[0].to_csv()  # type: ignore[union-attr]
 
 
+def test_what_is_not_ok_is_false() -> None:
+    good = vp.convert(SHORT, "verne", OPTIONS)
+    assert good
+    refused = vp.check(SHORT.replace("X10", "X5000"), "verne", OPTIONS)
+    assert not refused
+    assert vp.Machined((), (), ())
+    assert not vp.Machined((), (), refused.findings)
+    assert good.setpoints is not None
+    rows = good.setpoints.to_csv()
+    assert vp.verify(rows, SHORT, "verne", OPTIONS)
+    assert not vp.verify(rows, SHORT.replace("X10", "X9"), "verne", OPTIONS)
+
+
 def test_kernels_are_chosen_before_numpy_is_loaded() -> None:
     """In a process that has none of the variables; a second call, and one in a process that was started so, is fine."""
     chosen = arithmetic.choose_settings()
@@ -511,7 +524,7 @@ def test_data_frames(library: str) -> None:
 def test_a_library_of_data_frames_that_is_not_installed_is_named(library: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, library, None)  # as where it is not installed
     rows = vp.convert(POCKET, "verne", OPTIONS).setpoints
-    with pytest.raises(ModuleNotFoundError, match=rf"pip install 'verne-post\[{library}\]'"):
+    with pytest.raises(ModuleNotFoundError, match=f"install it with: pip install '{library}>="):
         getattr(rows, f"to_{library}")()
 
 
@@ -636,7 +649,7 @@ def test_a_proposal_goes_into_options() -> None:
     assert not vp.check(program, "verne", given).ok
     proposal = vp.fit(program, "verne", given)
     assert list(proposal.wcs) == [1]
-    assert proposal.wcs[1].turn_deg == pytest.approx(np.degrees(proposal.after.place.c), abs=1e-9)
+    assert proposal.wcs[1].turn_deg == pytest.approx(proposal.after.place.c_deg, abs=1e-9)
     there = vp.check(program, "verne", given.changed(wcs=proposal.wcs))
     assert there.ok
     assert there.summary is not None

@@ -258,7 +258,7 @@ def test_without_matplotlib_the_extra_is_named(
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     answer = run("machine", "show", "--plot", tmp_path / "a.png")
     assert (answer.code, answer.out) == (2, "")
-    assert "pip install 'verne-post[plot]'" in answer.err
+    assert "pip install 'matplotlib>=" in answer.err
 
 
 def test_a_kind_without_equal_tilt_is_refused(serial: None, run: Callable[..., Any], tmp_path: Path) -> None:

@@ -296,7 +296,7 @@ def test_a_missing_package_is_named(tmp_path: Path, run: Callable[..., Any], mon
     (tmp_path / "p.nc").write_text(PROGRAM, encoding="utf-8")
     answer = run("convert", tmp_path / "p.nc", *PLACE, "--format", "parquet", "-o", tmp_path / "o")
     assert answer.code == 2
-    assert "pip install 'verne-post[parquet]'" in answer.err
+    assert "pip install 'pyarrow>=" in answer.err
 
 
 def test_the_table_has_the_files_of_the_folder(run: Callable[..., Any]) -> None:

@@ -151,13 +151,13 @@ def _round_place(place: Place, free: str) -> Place:
     """A place that can be written down; what is not free stays as it was given."""
     x, y, z, c = (
         round(value, DECIMALS) if letter in free else value
-        for letter, value in zip(COORDINATES, (place.x, place.y, place.z, place.c / RAD_PER_DEG), strict=True)
+        for letter, value in zip(COORDINATES, (place.x, place.y, place.z, place.c_deg), strict=True)
     )
     return Place(x, y, z, RAD_PER_DEG * c)
 
 
 def _build_path_at(source: Text, machine: Machine, options: Options, system: int, place: Place) -> ToolPath:
-    offset = WorkOffset((place.x, place.y, place.z), place.c / RAD_PER_DEG)
+    offset = WorkOffset((place.x, place.y, place.z), place.c_deg)
     moved = options.changed(wcs={**options.wcs, system: offset})
     return _read(source, machine, moved)[1]
 

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from verne_post.base.arrays import Array
+from verne_post.base.extras import spell_install
 from verne_post.base.numbers import format_count
 from verne_post.base.text_tables import format_html_table, format_table
 from verne_post.model.findings import Finding, InputError, UsageError, make_findings_table
@@ -41,11 +42,11 @@ _RATES = ("velocity", "acceleration", "jerk")
 
 @contextmanager
 def name_missing(library: str, extra: str) -> Iterator[None]:
-    """Say how to get a library that is not installed: which extra brings it."""
+    """Say how to get the library of an extra that is not installed."""
     try:
         yield
     except ModuleNotFoundError:
-        text = f"{library} is not installed; the extra {extra} brings it: pip install 'verne-post[{extra}]'"
+        text = f"{library} is not installed; install it with: {spell_install(extra)}"
         raise ModuleNotFoundError(text, name=library) from None
 
 
@@ -250,6 +251,9 @@ class Result:
     def ok(self) -> bool:
         """Whether the program can run: no finding is an error."""
         return self.exit_code == 0
+
+    def __bool__(self) -> bool:
+        return self.ok
 
     @property
     def verdict(self) -> Verdict:

@@ -25,6 +25,7 @@ from verne_post.cli.options import (
     add_program_options,
     build_options,
 )
+from verne_post.cli.pictures import require_package
 from verne_post.cli.programs import find_programs
 from verne_post.cli.progress import show_progress
 from verne_post.cli.report_files import add_report_files, take_report_files, write_failure_files, write_report_files
@@ -263,12 +264,7 @@ def _name_rows(place: Path, suffix: str) -> tuple[Path, Path]:
 
 
 def _address(scheduler: str) -> str:
-    import importlib.util
-
-    if importlib.util.find_spec("distributed") is None:
-        raise click.UsageError(
-            "--scheduler needs distributed, which is not installed; install it with: pip install 'verne-post[dask]'"
-        )
+    require_package("distributed", "--scheduler", "dask")
     return scheduler
 
 

@@ -10,6 +10,7 @@ import click
 from msgspec import Struct
 from msgspec.structs import replace
 
+from verne_post.base.extras import spell_install
 from verne_post.cli.files import RunFiles
 from verne_post.cli.temporary import make_temporary_folder
 from verne_post.output.formats import FORMATS
@@ -123,7 +124,7 @@ def check_format(name: str) -> None:
         importlib.import_module(needs)
     except ModuleNotFoundError:
         raise click.UsageError(
-            f"--format {name} needs {needs}, which is not installed; install it with: pip install 'verne-post[{name}]'"
+            f"--format {name} needs {needs}, which is not installed; install it with: {spell_install(name)}"
         ) from None
     except ImportError as error:  # another numpy than it was made for
         raise click.UsageError(

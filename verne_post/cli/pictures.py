@@ -6,6 +6,7 @@ from typing import Final
 
 import click
 
+from verne_post.base.extras import spell_install
 from verne_post.cli.files import RunFiles
 
 #: Formats of pictures, by the ending of the file's name.
@@ -32,5 +33,5 @@ def require_package(package: str, option: str, extra: str) -> None:
     """Refuse an option whose package is not installed."""
     if importlib.util.find_spec(package) is None:
         raise click.UsageError(
-            f"{option} needs {package}, which is not installed; install it with: pip install 'verne-post[{extra}]'"
+            f"{option} needs {package}, which is not installed; install it with: {spell_install(extra)}"
         )

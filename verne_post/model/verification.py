@@ -82,3 +82,6 @@ class Verification:
     def ok(self) -> bool:
         """True when nothing was found wrong."""
         return not self.findings
+
+    def __bool__(self) -> bool:
+        return self.ok

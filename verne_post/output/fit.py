@@ -18,7 +18,7 @@ from verne_post.toolpath.work_offset import WRITTEN_DECIMALS, Place, Proposal
 
 def _write_wcs_option(proposal: Proposal, place: Place) -> str:
     """``G54=x,y,z,c`` for ``--wcs``; without c where the part cannot be turned."""
-    values = (place.x, place.y, place.z, place.c * DEG_PER_RAD)[: 4 if proposal.turns else 3]
+    values = (place.x, place.y, place.z, place.c_deg)[: 4 if proposal.turns else 3]
     return f"{SYSTEM_NAMES[proposal.system]}={','.join(_number(value) for value in values)}"
 
 
@@ -38,13 +38,13 @@ def _measure_shift(proposal: Proposal, place: Place) -> list[float]:
 def _write_g10_block(proposal: Proposal, machine: Machine) -> str | None:
     """The block that sets the same offset in the program; None where the language, or G10 L2 P, cannot."""
     place, has_r = proposal.after.place, proposal.g10 != "fanuc"  # which has no G59.1 to G59.3 either
-    if not proposal.g10 or not 1 <= proposal.system <= (9 if has_r else 6) or (place.c and not has_r):
+    if not proposal.g10 or not 1 <= proposal.system <= (9 if has_r else 6) or (place.c_rad and not has_r):
         return None
     x, y, z = machine.coordinates.work_origin((place.x, place.y, place.z))
     words = {"X": x, "Y": y, "Z": z}
     # R turns X and Y of the program, C takes the turn off the table; the machine file's sense of C counts
     if proposal.turns:
-        turn, sense = place.c * DEG_PER_RAD, 1.0 if machine.columns[-1].factor > 0 else -1.0
+        turn, sense = place.c_deg, 1.0 if machine.columns[-1].factor > 0 else -1.0
         words |= {"R": turn} if has_r else {}
         words |= {machine.rotary_letters[1]: -sense * turn}
     return f"G10 L2 P{proposal.system} " + " ".join(f"{letter}{_number(value)}" for letter, value in words.items())

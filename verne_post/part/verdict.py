@@ -81,6 +81,9 @@ class Machined(Struct, frozen=True, eq=False):
         """Whether no finding is an error."""
         return self.exit_code == 0
 
+    def __bool__(self) -> bool:
+        return self.ok
+
     def __repr__(self) -> str:
         return self.text
 

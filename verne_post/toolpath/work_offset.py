@@ -60,21 +60,26 @@ BATCH: Final = 200_000
 
 
 class Place(Struct, frozen=True):
-    """Where the part zero stands on the table, mm, and how far the part is turned, rad."""
+    """Where the part zero stands on the table, mm, and how far the part is turned, ``c_deg`` or ``c_rad``."""
 
     x: float
     y: float
     z: float
-    c: float
+    c_rad: float
+
+    @property
+    def c_deg(self) -> float:
+        """How far the part is turned, degrees."""
+        return self.c_rad / RAD_PER_DEG
 
     def pack_array(self) -> Array:
-        """x, y, z, c."""
-        return np.array([self.x, self.y, self.z, self.c])
+        """x, y, z (mm) and c (rad)."""
+        return np.array([self.x, self.y, self.z, self.c_rad])
 
 
 def make_offset(place: Place) -> WorkOffset:
     """The work offset of a place, its turn in degrees."""
-    return WorkOffset((place.x, place.y, place.z), round(place.c / RAD_PER_DEG, WRITTEN_DECIMALS))
+    return WorkOffset((place.x, place.y, place.z), round(place.c_deg, WRITTEN_DECIMALS))
 
 
 class PartPoints(Struct, frozen=True, eq=False):
@@ -128,8 +133,8 @@ def sample_part_points(path: ToolPath, place: Place, moved: ToolPath, other: Pla
 def _move_to_part(poses: Array, place: Place, part_frame: Array) -> Array:
     """Poses (n, 5) of the table frame in the frame of a part at a place."""
     moved = poses.copy()
-    moved[:, :3] = rotate_z(poses[:, :3] @ part_frame - [place.x, place.y, place.z], -place.c)
-    moved[:, 4] += place.c
+    moved[:, :3] = rotate_z(poses[:, :3] @ part_frame - [place.x, place.y, place.z], -place.c_rad)
+    moved[:, 4] += place.c_rad
     return moved
 
 
@@ -169,8 +174,8 @@ class Proposal(Struct, frozen=True, eq=False):
     seconds_before, seconds : float or None
         Machining time where the part is and at the place, s; None where the program cannot run there.
     before, after, largest : Fit
-        The place of now, the one that is proposed, and that of the largest margin, in mm and rad: ``smallest`` is the
-        smallest margin there.
+        The place of now, the one that is proposed, and that of the largest margin: ``after.place`` has x, y, z in mm
+        and ``c_deg``, ``after.smallest`` is the smallest margin there.
     turns : bool
         A joint of the machine turns the part about its z.
     g10 : str
