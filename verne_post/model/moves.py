@@ -397,17 +397,24 @@ class Moves(Struct, frozen=True):
             return replace(self, events=(*switched, *kept))
         rows = {name: getattr(self, name)[first:] for name in MOVE_COLUMNS}
         start_frame = self.frames[self.frame[first - 1]]
-        changes = tuple(max(change - first, 0) for change in self.tcp_changes)
+        # what has been said before the first move holds from it on
+        said = {
+            name: tuple(replace(one, before=max(one.before - first, 0)) for one in getattr(self, name))
+            for name in ("tcp_ends", "table_places", "selections", "planes", "calls")
+        }
+        counted = {
+            name: tuple(max(number - first, 0) for number in getattr(self, name))
+            for name in ("tcp_changes", "named_changes", "feeds")
+        }
         return replace(
             self,
             **rows,
+            **said,
+            **counted,
             events=(*switched, *kept),
             start=self.end[first - 1],
             start_frame=start_frame,
-            tcp_changes=changes,
-            tcp_ends=tuple(replace(one, before=max(one.before - first, 0)) for one in self.tcp_ends),
-            named_changes=tuple(max(change - first, 0) for change in self.named_changes),
-            calls=tuple(replace(one, before=max(one.before - first, 0)) for one in self.calls),
+            speeds=tuple((line, max(number - first, 0)) for line, number in self.speeds),
             first_cut=max(self.first_cut - first, 0),
             machine_moves=tuple(one - first for one in self.machine_moves if one >= first),
         )
