@@ -965,6 +965,16 @@ OF_KLARTEXT = "BEGIN PGM A MM\nTOOL CALL 1 Z S8000\nL X+0 Y+0 Z+150 A+0 C+0 R0 F
             "T1 M6",
         ),
         (
+            "a.h",
+            "BEGIN PGM A MM\nBLK FORM 0.1 Z X-30 Y-30 Z-20\nBLK FORM 0.2 X+30 Y+30 Z+0\nTOOL CALL 1 Z S8000\n"
+            "L X+0 Y+0 Z+150 R0 FMAX M3\nCYCL DEF 200 D Q200=2 Q201=-5 Q206=9 Q202=5 Q210=0 Q203=+110 Q204=20\n"
+            "L X+10 FMAX M99\nL Z+160 FMAX\nL A+20 C+0 FMAX\nM30\nEND PGM A MM\n",
+            "VP017",
+            "Write A0 C0 in line 5 (no errors then)",
+            "Z+150",
+            "Z+150 A0 C0",
+        ),
+        (
             "a.mpf",
             f"G710 G90\nT1\nD1\nS9 M3\n{CUTS}M30\n",
             "VP012",
@@ -1552,6 +1562,17 @@ def test_errors_that_were_hidden_behind_a_misspelt_word_do_not_withhold_its_fix(
     assert told == f"Write {title} ({left})"
     client.change(uri, 2, apply_edit(action, {uri: text})[uri])
     assert str(sum(one["severity"] == 1 for one in client.diagnostics(uri)["diagnostics"])) == left[0]
+
+
+def test_a_g_code_without_a_meaning_gets_its_key(client: Client, tmp_path: Path) -> None:
+    """Its message names the key of [remap], as that of an M code does; a code that names axes is not to be ignored."""
+    for block, titles in (
+        ("G99.5", ['Add remap."G99.5" = "decide" to part.nc.toml, to be filled in']),
+        ("G99.5 X5", []),
+    ):
+        uri = client.open(make_program(tmp_path, f"%\nO1\n{LEGAL.replace('M2', f'{block}{chr(10)}M30')}%\n"))
+        assert list(ask_fixes(client, uri, 8)) == titles
+        client.close_all()
 
 
 TWO_TOOLS = (

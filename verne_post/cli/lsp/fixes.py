@@ -16,6 +16,7 @@ from verne_post.base.numbers import format_count
 from verne_post.base.printable import quote_key
 from verne_post.base.program_lines import find_word, find_word_of, remove_remarks
 from verne_post.base.suggestions import find_correction, find_meant, find_replacement, find_suggestion
+from verne_post.cli.lsp.addresses import find_end_of_places
 from verne_post.cli.lsp.inspector import Inspected, Inspector, SupersededError
 from verne_post.cli.lsp.places import cut_file, find_range, split_lines
 from verne_post.cli.setup import make_setup
@@ -27,8 +28,6 @@ from verne_post.gcode.rs274.fanuc_points import add_points
 from verne_post.model.findings import Finding, Remedy
 from verne_post.model.verdict import count_findings, is_about_text
 
-#: A word for a place of the tip.
-_PLACE: Final = re.compile(r"(?<![A-Za-z_#])[XYZ][ \t]*=?[ \t]*[-+]?[\d.]+", re.IGNORECASE)
 #: T with a name.
 _NAMED_TOOL: Final = re.compile(r"(?<![A-Z_])(T\d?[ \t]*=[ \t]*)(\"[^\"]+\")", re.IGNORECASE)
 #: The end of a structure that a message misses.
@@ -372,12 +371,14 @@ def _start_spindle(found: Inspected, item: Finding, remedy: Remedy) -> Iterator[
 
 def _name_angles(found: Inspected, item: Finding, remedy: Remedy) -> Iterator[Fix]:
     """A and C in the first line with a place: as the table is taken to stand, and upright."""
-    lines = split_lines(found.text)
-    places = ((number, list(_PLACE.finditer(remove_remarks(line)))) for number, line in enumerate(lines[: item.line]))
-    number, words = next(((number, words) for number, words in places if words), (0, []))
-    if not words:
+    dialect = _find_dialect(found)
+    places = (
+        (number, find_end_of_places(line, dialect)) for number, line in enumerate(split_lines(found.text)[: item.line])
+    )
+    number, end = next(((number, end) for number, end in places if end), (0, 0))
+    if not end:
         return
-    at = _find_offset(found.text, number) + words[-1].end()
+    at = _find_offset(found.text, number) + end
     for angles in dict.fromkeys((remedy.value, re.sub(r"-?[\d.]+", "0", remedy.value))):
         yield Fix(f"Write {angles} in line {number + 1}", found.path, found.text, at, at, f" {angles}")
 
@@ -385,12 +386,15 @@ def _name_angles(found: Inspected, item: Finding, remedy: Remedy) -> Iterator[Fi
 def _add_length(found: Inspected, item: Finding, remedy: Remedy) -> Iterator[Fix]:
     """The length of the tool of a line, in a line below it; in Klartext TOOL CALL has it."""
     tool = next((word[1] for word in [re.search(r"G43 H(\d+)", item.message)] if word is not None), "")
-    language = choose_dialect_name(
-        "auto" if found.options is None else found.options.dialect, found.source, found.path.name
-    )
-    words = {"siemens": "D1", "rs274": f"G43 H{tool}", "fanuc": f"G43 H{tool}"}
+    language, words = _find_dialect(found), {"siemens": "D1", "rs274": f"G43 H{tool}", "fanuc": f"G43 H{tool}"}
     if tool and language in words:
         yield _write_below(found, remedy.line, words[language])
+
+
+def _find_dialect(found: Inspected) -> str:
+    """The language of a program."""
+    dialect = "auto" if found.options is None else found.options.dialect
+    return choose_dialect_name(dialect, found.source, found.path.name)
 
 
 def _name_level(found: Inspected, _item: Finding, remedy: Remedy) -> Iterator[Fix]:
