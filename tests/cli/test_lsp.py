@@ -1638,7 +1638,12 @@ def test_a_misspelt_key_of_the_set_up_of_an_open_program_is_mended(client: Clien
     setup = "[tools]\n1={length=80,diamter=10}\n[wcs]\nG54=[0,0,60]\n"
     text = "G21 G90 G94 G17\nT1 M6\nG54 G43 H1\nG0 X0 Y0 Z120 A0 C0\nG1 X5 F500\nM2\n"
     path = make_program(tmp_path, text, setup=setup)
-    client.diagnostics(client.open(path))
+    uri = client.open(path)
+    client.diagnostics(uri)
+    there = (tmp_path / "part.nc.toml").as_uri()
+    ((title, action),) = ask_fixes(client, uri, 0).items()  # who sees the program alone
+    assert title == "Write diameter in place of diamter in part.nc.toml, line 2"
+    assert apply_edit(action, {there: setup})[there] == setup.replace("diamter", "diameter")
     there = client.open(tmp_path / "part.nc.toml")
     (said,) = client.diagnostics(there)["diagnostics"]
     assert text_at(setup, said["range"]) == "diamter"

@@ -1,5 +1,6 @@
 """Edits that settle a finding: each was made in a copy, and the copy checked, before it is offered."""
 
+import dataclasses
 import logging
 import re
 import threading
@@ -164,6 +165,22 @@ def find_file_fixes(
         if all(cut_file(one.message) != cut_file(item.message) for one in after):
             fixes.append(fix)
     return fixes
+
+
+def find_fixes_of_its_file(
+    inspector: Inspector, _found: Inspected, item: Finding, texts: Mapping[Path, str], superseded: threading.Event
+) -> list[Fix]:
+    """Edits of the file because of which a program is refused, for who sees the program alone.
+
+    Raises
+    ------
+    SupersededError
+    """
+    path = Path(item.file or "")
+    all_texts = {**texts, path: _read_setup(path, texts)}
+    there = dataclasses.replace(item, line=item.file_line, file=None)
+    fixes = find_file_fixes(inspector, path, there, all_texts, superseded)
+    return [replace(fix, title=f"{fix.title} in {path.name}, line {item.file_line or 1}") for fix in fixes]
 
 
 def _propose_file_fixes(path: Path, item: Finding, text: str) -> Iterator[Fix]:
