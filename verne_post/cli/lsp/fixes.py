@@ -31,8 +31,6 @@ from verne_post.model.verdict import count_findings, is_about_text
 
 #: T with a name.
 _NAMED_TOOL: Final = re.compile(r"(?<![A-Z_])(T\d?[ \t]*=[ \t]*)(\"[^\"]+\")", re.IGNORECASE)
-#: The end of a structure that a message misses.
-_NEVER_CLOSED: Final = re.compile(r"is never closed; expected ([A-Z]+)$")
 _TOOL_CALL: Final = re.compile(r"\bTOOL[ \t]+CALL\b", re.IGNORECASE)
 #: A list of words of which one is expected.
 _EXPECTED: Final = re.compile(r"\bexpected (\w+(?:, \w+)+,? or \w+)")
@@ -257,6 +255,9 @@ def _propose_fixes(found: Inspected, item: Finding, setup: Path | None, texts: M
     for remedy in (*item.edits, *settling, *ends):
         if item.code in _OF_PROGRAMS and remedy.key[:1] == ("wcs",):
             continue
+        if remedy.misspelt:
+            yield from _spell(found, remedy)
+            continue
         if remedy.line and not remedy.word[0]:
             yield from _PLACED[item.code](found, item, remedy)
             continue
@@ -286,8 +287,6 @@ def _propose_fixes(found: Inspected, item: Finding, setup: Path | None, texts: M
             yield Fix(title, found.path, text, begin, end, near, spells=True)
     yield from _write_told(found, item)
     yield from _correct_plane(found, item)
-    if (missing := _NEVER_CLOSED.search(item.message)) and item.line:
-        yield from _correct_end(found, item.line, missing[1])
     if item.code == "VP038":
         pointed_text = add_points(text)
         title = f"Write the point behind {format_count(len(pointed_text) - len(text), 'number')} without one"
@@ -308,15 +307,14 @@ def _find_expected(item: Finding, text: str) -> str:
     return find_meant(text[begin:end].strip(), re.findall(r"[\w]+", listed[1]), slip_alone=True)
 
 
-def _correct_end(found: Inspected, begin: int, end: str) -> Iterator[Fix]:
-    """A misspelt word below that is to close what a line begins."""
-    for number, line in enumerate(split_lines(found.text)[begin:], begin):
-        word = re.match(r"\s*(?:N\d+\s*)?([A-Z]+)\b", line, re.IGNORECASE)
-        if word is not None and word[1].upper() != end and find_meant(word[1].upper(), [end]):
-            at = _find_offset(found.text, number) + word.start(1)
-            title = f"Write {end} in place of {word[1]} in line {number + 1}"
-            yield Fix(title, found.path, found.text, at, at + len(word[1]), end, spells=True)
-            return
+def _spell(found: Inspected, remedy: Remedy) -> Iterator[Fix]:
+    """A misspelt word of a line, as it is meant."""
+    code = remove_remarks(split_lines(found.text)[remedy.line - 1])
+    word = re.search(rf"(?<!\w){re.escape(remedy.misspelt)}(?!\w)", code)
+    if word is not None:
+        at = _find_offset(found.text, remedy.line - 1) + word.start()
+        title = f"Write {remedy.value} in place of {word[0]} in line {remedy.line}"
+        yield Fix(title, found.path, found.text, at, at + len(word[0]), remedy.value, spells=True)
 
 
 def _end_before_subprogram(found: Inspected, line: int) -> Iterator[Fix]:
