@@ -304,7 +304,8 @@ def hover(client: Client, uri: str, line: int, column: int | None = None) -> str
         # words that a code takes for another purpose than a place
         ("d.nc", "%\nO0001\nG21 G90 G94 G17 G40 G49 G54\nT1 M6\nS8000 M3\nG10 L2 P2 X7.\nG0 X0. Y0. A0. C0.\n"
          "G43 H1 Z160.\nG4 X0.5\nG65 P100 A10. X5. Z2. K3. I2.\nG92 X4.\nG92.1\nG52 X3.\nG52 X0\n"
-         "G68.2 X1. Y0 Z0 I0 J20. K0\nG53.1\nG69\nG0 Z190.\nM30\nO100\n#1=#24+1.\nG1 Z[100.+#26] F500.\nM99\n%\n", {
+         "G68.2 X1. Y0 Z0 I0 J20. K0\nG53.1\nG69\nG91 G28 Z0.\nG90\nG0 Z190.\nM30\nO100\n#1=#24+1.\n"
+         "G1 Z[100.+#26] F500.\nM99\n%\n", {
             "X7.": "**: origin of the work offset: 7",
             "X0.5": "**: dwell: 0.5 s",
             "P100": "**: number of the macro",
@@ -315,6 +316,7 @@ def hover(client: Client, uri: str, line: int, column: int | None = None) -> str
             "X4.": "**: moves the zero: the tool is at 4 then",
             "X3.": "**: zero of the local system: 3",
             "X1.": "**: origin of the tilted plane: 1; under P2 one of its points",
+            "Z0.": "**: place on the way to the reference position: 0; in G91 by how much",
             "J20.": "**: angle of the tilted plane: 20 degrees; under P3 a direction",
             "#24+": "variable; 5 after this line",
             "#26]": "variable; 2 after this line",

@@ -96,7 +96,10 @@ _OF_G: Final[Mapping[str, Mapping[str, str]]] = {
     "M98": {"P": "number of the subprogram", "L": "how often"},
     **{f"G{number}": _OF_HOLES for number in (73, 74, *range(81, 90))},
     **{code: {**_OF_HOLES, "Q": "shift away from the wall"} for code in ("G76", "G87")},
-    **dict.fromkeys(("G28", "G30"), dict.fromkeys("XYZABCUVW", "{} on the way to the reference position")),
+    **dict.fromkeys(
+        ("G28", "G30"),
+        dict.fromkeys("XYZABCUVW", "place on the way to the reference position: {}; in G91 by how much"),
+    ),
     "G53": {},  # Z is a place there, also while a cycle is modal
 }  # fmt: skip
 _SHIFT: Final = dict.fromkeys("XYZ", "shifts the zero by {}")

@@ -517,9 +517,9 @@ class Rs274(Language):
                 text += (
                     ", and its block names axes; post the program without it" if moves else f"; {describe_remap(name)}"
                 )
-            explained = explain_unknown(text, name, map(spell_g_code, self.table.group_of_g))
-            is_settled = is_code and not moves and explained == text  # else another code is meant
-            raise ProgramError("VP002", explained, column, settled_by=("remap", name) if is_settled else ())
+            full_text = explain_unknown(text, name, map(spell_g_code, self.table.group_of_g))
+            is_settled = is_code and not moves and full_text == text  # else another code is meant
+            raise ProgramError("VP002", full_text, column, settled_by=("remap", name) if is_settled else ())
         return code
 
     def _has_user_code(self, block: Block, letters: str = "GM") -> bool:

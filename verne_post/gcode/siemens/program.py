@@ -239,12 +239,12 @@ class SiemensText(ProgramText):
 
     def _find_misspelt_end(self, begin: int, closing: str) -> tuple[Remedy, ...]:
         """The first word of a line below that is nearly the end of a structure, as it is meant."""
-        known: dict[str, bool] = {}  # a long text has few words
+        is_near: dict[str, bool] = {}  # a long text has few words
         for match in _FIRST_WORD.finditer(self.source):
             word = match[1].decode()
-            if word not in known:
-                known[word] = word.upper() != closing and bool(find_meant(word.upper(), [closing]))
-            line = 1 + self.source.count(b"\n", 0, match.start(1)) if known[word] else 0
+            if word not in is_near:
+                is_near[word] = word.upper() != closing and bool(find_meant(word.upper(), [closing]))
+            line = 1 + self.source.count(b"\n", 0, match.start(1)) if is_near[word] else 0
             if line > begin:
                 return (Remedy(f"write {closing}", closing, line=line, misspelt=word),)
         return ()
