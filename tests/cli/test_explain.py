@@ -551,7 +551,7 @@ def test_the_response_to_a_warning_about_words(run: Callable[..., Any], tmp_path
         ("G68.2", ("RS274/NGC: not executed: tilted work planes", "Fanuc: tilted plane: tilted work plane by angles")),
         ("traori", ("Siemens: tool-centre-point control on",)),
         ("CYCL DEF 208", ("Klartext: ",)),
-        ("CYCL DEF 203", ("Klartext: holes: see Cycles in docs/heidenhain.md",)),
+        ("CYCL DEF 203", ("Klartext: universal drilling with chip breaking; holes: see Cycles in docs/heidenhain.md",)),
         ("G41", ("Fanuc: the tool goes left of the contour; cutter compensation: off, left, right: see Cutter comp",)),
         ("FN 0", ("Klartext: set, + - * /",)),
         ("function tcpm", ("Klartext, FUNCTION: TCPM",)),

@@ -304,7 +304,8 @@ def hover(client: Client, uri: str, line: int, column: int | None = None) -> str
         # words that a code takes for another purpose than a place
         ("d.nc", "%\nO0001\nG21 G90 G94 G17 G40 G49 G54\nT1 M6\nS8000 M3\nG10 L2 P2 X7.\nG0 X0. Y0. A0. C0.\n"
          "G43 H1 Z160.\nG4 X0.5\nG65 P100 A10. X5. Z2. K3. I2.\nG92 X4.\nG92.1\nG52 X3.\nG52 X0\n"
-         "G68.2 X1. Y0 Z0 I0 J20. K0\nG53.1\nG69\nG0 Z190.\nM30\nO100\n#1=#24+1.\nG1 Z[100.+#26] F500.\nM99\n%\n", {
+         "G68.2 X1. Y0 Z0 I0 J20. K0\nG53.1\nG69\nG91 G28 Z0.\nG90\nG0 Z190.\nM30\nO100\n#1=#24+1.\n"
+         "G1 Z[100.+#26] F500.\nM99\n%\n", {
             "X7.": "**: origin of the work offset: 7",
             "X0.5": "**: dwell: 0.5 s",
             "P100": "**: number of the macro",
@@ -315,6 +316,7 @@ def hover(client: Client, uri: str, line: int, column: int | None = None) -> str
             "X4.": "**: moves the zero: the tool is at 4 then",
             "X3.": "**: zero of the local system: 3",
             "X1.": "**: origin of the tilted plane: 1; under P2 one of its points",
+            "Z0.": "**: place on the way to the reference position: 0; in G91 by how much",
             "J20.": "**: angle of the tilted plane: 20 degrees; under P3 a direction",
             "#24+": "variable; 5 after this line",
             "#26]": "variable; 2 after this line",
@@ -965,6 +967,16 @@ OF_KLARTEXT = "BEGIN PGM A MM\nTOOL CALL 1 Z S8000\nL X+0 Y+0 Z+150 A+0 C+0 R0 F
             "T1 M6",
         ),
         (
+            "a.h",
+            "BEGIN PGM A MM\nBLK FORM 0.1 Z X-30 Y-30 Z-20\nBLK FORM 0.2 X+30 Y+30 Z+0\nTOOL CALL 1 Z S8000\n"
+            "L X+0 Y+0 Z+150 R0 FMAX M3\nCYCL DEF 200 D Q200=2 Q201=-5 Q206=9 Q202=5 Q210=0 Q203=+110 Q204=20\n"
+            "L X+10 FMAX M99\nL Z+160 FMAX\nL A+20 C+0 FMAX\nM30\nEND PGM A MM\n",
+            "VP017",
+            "Write A0 C0 in line 5 (no errors then)",
+            "Z+150",
+            "Z+150 A0 C0",
+        ),
+        (
             "a.mpf",
             f"G710 G90\nT1\nD1\nS9 M3\n{CUTS}M30\n",
             "VP012",
@@ -1554,6 +1566,17 @@ def test_errors_that_were_hidden_behind_a_misspelt_word_do_not_withhold_its_fix(
     assert str(sum(one["severity"] == 1 for one in client.diagnostics(uri)["diagnostics"])) == left[0]
 
 
+def test_a_g_code_without_a_meaning_gets_its_key(client: Client, tmp_path: Path) -> None:
+    """Its message names the key of [remap], as that of an M code does; a code that names axes is not to be ignored."""
+    for block, titles in (
+        ("G99.5", ['Add remap."G99.5" = "decide" to part.nc.toml, to be filled in']),
+        ("G99.5 X5", []),
+    ):
+        uri = client.open(make_program(tmp_path, f"%\nO1\n{LEGAL.replace('M2', f'{block}{chr(10)}M30')}%\n"))
+        assert list(ask_fixes(client, uri, 8)) == titles
+        client.close_all()
+
+
 TWO_TOOLS = (
     f"{FANUC}G54\nT1 M6\nS8000 M3\nG0 X0. Y0. A0. C0.\nG43 H1 Z230.\nG1 Z2. F500.\nX10.\nG0 Z230.\n"
     "T2 M6\nS8000 M3\nG43 H2 Z160.\nG1 Z110. F500.\nX20.\nG0 Z230.\nM30\n%\n"
@@ -1617,7 +1640,12 @@ def test_a_misspelt_key_of_the_set_up_of_an_open_program_is_mended(client: Clien
     setup = "[tools]\n1={length=80,diamter=10}\n[wcs]\nG54=[0,0,60]\n"
     text = "G21 G90 G94 G17\nT1 M6\nG54 G43 H1\nG0 X0 Y0 Z120 A0 C0\nG1 X5 F500\nM2\n"
     path = make_program(tmp_path, text, setup=setup)
-    client.diagnostics(client.open(path))
+    uri = client.open(path)
+    client.diagnostics(uri)
+    there = (tmp_path / "part.nc.toml").as_uri()
+    ((title, action),) = ask_fixes(client, uri, 0).items()  # who sees the program alone
+    assert title == "Write diameter in place of diamter in part.nc.toml, line 2"
+    assert apply_edit(action, {there: setup})[there] == setup.replace("diamter", "diameter")
     there = client.open(tmp_path / "part.nc.toml")
     (said,) = client.diagnostics(there)["diagnostics"]
     assert text_at(setup, said["range"]) == "diamter"
@@ -1643,6 +1671,12 @@ def test_cuts_before_a_and_c_get_them(client: Client, tmp_path: Path) -> None:
     ("name", "text", "word", "meaning"),
     [
         ("a.nc", "G21 G90\n(G8\n) G8^", "G81", "holes"),
+        # each code by itself, not all of its group
+        ("a.nc", "%\nO1\nG21 G90\nG8^", "G83", "deep-hole drilling, out of the hole after each peck; motion: "),
+        ("a.nc", "%\nO1\nM^", "M8", "flood coolant on; coolant: "),
+        ("a.mpf", "G71 G90 G54\nCYCLE8^", "CYCLE840", "tapping with a floating holder"),
+        ("a.h", "0 BEGIN PGM A MM\n1 CYCL DEF 20^", "CYCL DEF 208", "bore milling; "),
+        ("a.cls", "PARTNO/A\nUNITS/MM\nLOADT^", "LOADTL", "length of the tool"),
         ("a.nc", "G21\nG0 X0 (G8^", "", ""),
         ("a.mpf", "; head\nG71 G90 G54\nG0 X=1 TRAO^", "TRAORI", "tool"),
         ("a.h", "0 BEGIN PGM A MM\n1 CYCL DEF 20^", "CYCL DEF 208", "holes"),

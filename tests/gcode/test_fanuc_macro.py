@@ -71,6 +71,7 @@ def test_a_variable_gets_no_value_from_a_vacant_one_and_its_word_is_passed_over(
 
 @pytest.mark.parametrize(("lines", "ends"), [
     (("IF [1 LT 2] GOTO 20", "G0 X1", "N20 G0 X2"), [2]), (("IF [1 GT 2] GOTO 20", "G0 X1", "N20 G0 X2"), [1, 2]),
+    (("IF [1 GT 2] GOTO #1", "G0 X1"), [1]), (("IF [1 GT 2] THEN #1=1/0", "G0 X1"), [1]),
     (("#1=0", "N5 #1=#1+1", "G0 X#1", "IF [#1 LT 3] GOTO 5"), [1, 2, 3]),
     (("GOTO [10*2]", "N10 G0 X1", "N20 G0 X2"), [2]),
     # the search goes forwards first, then from the beginning
@@ -131,6 +132,8 @@ def test_returns_and_local_subprograms(run, lines, ends):
     (("GOTO 30", "DO1", "N30", "END1"), "VP023", "into the loop", 5), (("IF [1 EQ 1]",), "VP001", "GOTO or THEN", 5),
     (("IF [1/0 EQ 1] GOTO 3", "N3"), "VP007", "zero", 5), (("GOTO 1.5",), "VP007", "whole", 5),
     (("GOTO 20 X1", "N20"), "VP001", "follow", 5),
+    # also where the condition is false
+    (("IF [1 GT 2] GOTTO 20", "N20"), "VP001", "GOTO", 5), (("IF [1 GT 2] THEN G1", "N20"), "VP002", "THEN", 5),
     (("IF [1 EQ 1] THEN G0 X1",), "VP002", "THEN", 5), (("#1=[1 AND 2+3]",), "VP002", "brackets", 5),
     (("#1=-1 AND 3",), "VP007", "bit operations", 5),
     (("#1=BIN[26]",), "VP007", "digits", 5), (("#1=POW[2]",), "VP001", "two", 5), (("#1=SIN[1,2]",), "VP001", "one", 5),

@@ -68,11 +68,7 @@ class KnownWord(NamedTuple):
 
 def find_words_of(line: str, dialect: str) -> list[KnownWord]:
     """The words of a line that a dialect knows, in their order."""
-    language = _LANGUAGES[dialect]
-    texts: dict[str, str] = {}
-    for owner, name, text, is_executed in list_words():
-        if owner == language:
-            texts.setdefault(name, _describe(language, name, text, is_executed=is_executed))
+    language, texts = _LANGUAGES[dialect], {name: found[0] for name, found in list_meanings(dialect).items()}
     code = remove_remarks(line, dialect).upper()
     found: dict[int, tuple[int, str]] = {}  # begin -> end, name: the longest word at each place
     for name in texts:
@@ -84,6 +80,15 @@ def find_words_of(line: str, dialect: str) -> list[KnownWord]:
         if not words or begin >= words[-1].end:
             words.append(KnownWord(begin, end, name, texts[name]))
     return words
+
+
+def list_meanings(dialect: str, *, executed_alone: bool = False) -> dict[str, list[str]]:
+    """The words of a dialect, and what each does; more than one text where tables have it more than once."""
+    language, found = _LANGUAGES[dialect], dict[str, list[str]]()
+    for owner, name, text, is_executed in list_words():
+        if owner == language and (is_executed or not executed_alone):
+            found.setdefault(name, []).append(_describe(language, name, text, is_executed=is_executed))
+    return found
 
 
 def _make_pattern(name: str, language: str) -> str:

@@ -12,6 +12,7 @@ OWN_MEANINGS: Final[Mapping[str, str]] = {
     "G700": "lengths and feed rates are inches", "G710": "lengths and feed rates are millimetres",
     "G40": "cutter compensation off", "G41": "the tool goes left of the contour",
     "G42": "the tool goes right of the contour",
+    "G74": "tapping, left-hand thread", "G87": "back boring", "G88": "boring, stops for the operator",
     "G73": "drilling with chip breaking", "G81": "drilling", "G82": "drilling with a dwell at the bottom",
     "G83": "deep-hole drilling, out of the hole after each peck", "G84": "tapping, right-hand thread",
     "G85": "boring, in and out at feed rate", "G86": "boring, out in rapid traverse with the spindle at rest",
@@ -20,6 +21,12 @@ OWN_MEANINGS: Final[Mapping[str, str]] = {
     "G93": "inverse-time feed", "G94": "feed per minute", "G95": "feed per turn of the spindle",
     "M3": "spindle on, clockwise", "M4": "spindle on, counter-clockwise", "M5": "spindle off",
     "M7": "mist on", "M8": "flood coolant on", "M9": "coolant off",
+    "M13": "spindle on, clockwise, with coolant", "M14": "spindle on, counter-clockwise, with coolant",
+    "CYCL DEF 200": "drilling", "CYCL DEF 201": "reaming", "CYCL DEF 202": "boring, the spindle stops oriented",
+    "CYCL DEF 203": "universal drilling with chip breaking", "CYCL DEF 204": "back boring",
+    "CYCL DEF 205": "universal pecking", "CYCL DEF 206": "tapping with a floating holder",
+    "CYCL DEF 207": "rigid tapping", "CYCL DEF 208": "bore milling", "CYCL DEF 209": "rigid tapping with chip breaking",
+    "CYCL DEF 240": "centring",
     "R0": "radius compensation off", "RL": "the tool goes left of the contour",
     "RR": "the tool goes right of the contour",
     "TRAORI": "tool-centre-point control on", "TRAFOOF": "tool-centre-point control off",
@@ -98,7 +105,10 @@ _OF_G: Final[Mapping[str, Mapping[str, str]]] = {
     "M98": {"P": "number of the subprogram", "L": "how often"},
     **{f"G{number}": _OF_HOLES for number in (73, 74, *range(81, 90))},
     **{code: {**_OF_HOLES, "Q": "shift away from the wall"} for code in ("G76", "G87")},
-    **dict.fromkeys(("G28", "G30"), dict.fromkeys("XYZABCUVW", "{} on the way to the reference position")),
+    **dict.fromkeys(
+        ("G28", "G30"),
+        dict.fromkeys("XYZABCUVW", "place on the way to the reference position: {}; in G91 by how much"),
+    ),
     "G53": {},  # Z is a place there, also while a cycle is modal
 }
 _SHIFT: Final = dict.fromkeys("XYZ", "shifts the zero by {}")

@@ -121,17 +121,27 @@ class Place(Struct, frozen=True, eq=False):
 
 def find_address(line: str, column: int, dialect: str) -> Address | None:
     """The address at a column, from 0; None where none is there, as in a remark or at G and M codes."""
+    return next((one for one in _list_addresses(line, dialect) if one.begin <= column < one.end), None)
+
+
+def find_end_of_places(line: str, dialect: str) -> int:
+    """Where the last X, Y or Z of a line that says where the tip goes ends; 0 without one."""
+    words = [one for one in _list_addresses(line, dialect) if one.name in ("X", "Y", "Z") and one.value]
+    ends = [one.end for one in words if not _find_meaning_beside(one, dialect, line, None)]
+    return max(ends, default=0)
+
+
+def _list_addresses(line: str, dialect: str) -> Iterator[Address]:
+    """The addresses of a line, without G and M codes."""
     code = remove_remarks(line, dialect).upper()
     for found in _PATTERNS.get(dialect, _LETTER_AND_VALUE).finditer(code):
-        if not found.start() <= column < found.end():
-            continue
         groups = {key: text for key, text in found.groupdict().items() if text is not None}
         name = groups.get("long") or groups.get("alone") or " ".join(groups["name"].split())
         begin, end = (
             (found.end(), found.end()) if "alone" in groups else found.span("number" if "number" in groups else "value")
         )
-        return None if name in "GM" else Address(name, line[begin:end].strip('"'), found.start(), found.end())
-    return None
+        if name not in "GM":
+            yield Address(name, line[begin:end].strip('"'), found.start(), found.end())
 
 
 def find_variable(line: str, column: int, dialect: str) -> str:

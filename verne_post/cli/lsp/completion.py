@@ -29,13 +29,10 @@ from verne_post.config.toml_entries import (
     find_value,
     list_entries,
 )
-from verne_post.gcode.known_words import list_words
+from verne_post.gcode.known_words import list_meanings
 from verne_post.model.control_keys import KEYS
 from verne_post.model.options import OPTIONS, find_about
 from verne_post.model.part_setup import SYSTEM_NUMBERS
-
-#: Dialect -> how the tables of words call its language.
-_LANGUAGES: Final = {"rs274": "RS274/NGC", "fanuc": "Fanuc", "siemens": "Siemens", "heidenhain": "Klartext"}
 
 
 class Choice(Struct, frozen=True):
@@ -66,10 +63,7 @@ def complete_word(line: str, column: int, dialect: str, tools: Mapping[str, str]
         found_tools = [one for one in named if one.sought.startswith(tool[1])]
         if found_tools or before[begin - 1] in " \t=/":  # else it may be a word that begins with T
             return found_tools
-    known: dict[str, list[str]] = {}
-    for language, word, meaning, is_executed in list_words():
-        if language == _LANGUAGES.get(dialect) and is_executed:
-            known.setdefault(word, []).append(meaning)
+    known = list_meanings(dialect, executed_alone=True)
     if remove_remarks(before) != before:
         return []
     for begin in range(len(before)):
@@ -77,7 +71,7 @@ def complete_word(line: str, column: int, dialect: str, tools: Mapping[str, str]
         if not before[begin].isalpha() or (begin and (before[begin - 1].isalpha() or before[begin - 1] == "_")):
             continue
         if found := [word for word in known if word.startswith(written)]:
-            return [Choice(begin, word, "; ".join(known[word]), word) for word in found]
+            return [Choice(begin, word, "; ".join(dict.fromkeys(known[word])), word) for word in found]
     return []
 
 

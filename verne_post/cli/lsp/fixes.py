@@ -1,5 +1,6 @@
 """Edits that settle a finding: each was made in a copy, and the copy checked, before it is offered."""
 
+import dataclasses
 import logging
 import re
 import threading
@@ -16,6 +17,7 @@ from verne_post.base.numbers import format_count
 from verne_post.base.printable import quote_key
 from verne_post.base.program_lines import find_word, find_word_of, remove_remarks
 from verne_post.base.suggestions import find_correction, find_meant, find_replacement, find_suggestion
+from verne_post.cli.lsp.addresses import find_end_of_places
 from verne_post.cli.lsp.inspector import Inspected, Inspector, SupersededError
 from verne_post.cli.lsp.places import cut_file, find_range, split_lines
 from verne_post.cli.setup import make_setup
@@ -27,12 +29,8 @@ from verne_post.gcode.rs274.fanuc_points import add_points
 from verne_post.model.findings import Finding, Remedy
 from verne_post.model.verdict import count_findings, is_about_text
 
-#: A word for a place of the tip.
-_PLACE: Final = re.compile(r"(?<![A-Za-z_#])[XYZ][ \t]*=?[ \t]*[-+]?[\d.]+", re.IGNORECASE)
 #: T with a name.
 _NAMED_TOOL: Final = re.compile(r"(?<![A-Z_])(T\d?[ \t]*=[ \t]*)(\"[^\"]+\")", re.IGNORECASE)
-#: The end of a structure that a message misses.
-_NEVER_CLOSED: Final = re.compile(r"is never closed; expected ([A-Z]+)$")
 _TOOL_CALL: Final = re.compile(r"\bTOOL[ \t]+CALL\b", re.IGNORECASE)
 #: A list of words of which one is expected.
 _EXPECTED: Final = re.compile(r"\bexpected (\w+(?:, \w+)+,? or \w+)")
@@ -167,6 +165,22 @@ def find_file_fixes(
     return fixes
 
 
+def find_fixes_of_its_file(
+    inspector: Inspector, _found: Inspected, item: Finding, texts: Mapping[Path, str], superseded: threading.Event
+) -> list[Fix]:
+    """Edits of the file because of which a program is refused, for who sees the program alone.
+
+    Raises
+    ------
+    SupersededError
+    """
+    path = Path(item.file or "")
+    all_texts = {**texts, path: _read_setup(path, texts)}
+    there = dataclasses.replace(item, line=item.file_line, file=None)
+    fixes = find_file_fixes(inspector, path, there, all_texts, superseded)
+    return [replace(fix, title=f"{fix.title} in {path.name}, line {item.file_line or 1}") for fix in fixes]
+
+
 def _propose_file_fixes(path: Path, item: Finding, text: str) -> Iterator[Fix]:
     """What a message means by a name, and lines for what it says is missing."""
     yield from _mark_missing(item, path, {path: text})
@@ -241,6 +255,9 @@ def _propose_fixes(found: Inspected, item: Finding, setup: Path | None, texts: M
     for remedy in (*item.edits, *settling, *ends):
         if item.code in _OF_PROGRAMS and remedy.key[:1] == ("wcs",):
             continue
+        if remedy.misspelt:
+            yield from _spell(found, remedy)
+            continue
         if remedy.line and not remedy.word[0]:
             yield from _PLACED[item.code](found, item, remedy)
             continue
@@ -270,8 +287,6 @@ def _propose_fixes(found: Inspected, item: Finding, setup: Path | None, texts: M
             yield Fix(title, found.path, text, begin, end, near, spells=True)
     yield from _write_told(found, item)
     yield from _correct_plane(found, item)
-    if (missing := _NEVER_CLOSED.search(item.message)) and item.line:
-        yield from _correct_end(found, item.line, missing[1])
     if item.code == "VP038":
         pointed_text = add_points(text)
         title = f"Write the point behind {format_count(len(pointed_text) - len(text), 'number')} without one"
@@ -292,15 +307,14 @@ def _find_expected(item: Finding, text: str) -> str:
     return find_meant(text[begin:end].strip(), re.findall(r"[\w]+", listed[1]), slip_alone=True)
 
 
-def _correct_end(found: Inspected, begin: int, end: str) -> Iterator[Fix]:
-    """A misspelt word below that is to close what a line begins."""
-    for number, line in enumerate(split_lines(found.text)[begin:], begin):
-        word = re.match(r"\s*(?:N\d+\s*)?([A-Z]+)\b", line, re.IGNORECASE)
-        if word is not None and word[1].upper() != end and find_meant(word[1].upper(), [end]):
-            at = _find_offset(found.text, number) + word.start(1)
-            title = f"Write {end} in place of {word[1]} in line {number + 1}"
-            yield Fix(title, found.path, found.text, at, at + len(word[1]), end, spells=True)
-            return
+def _spell(found: Inspected, remedy: Remedy) -> Iterator[Fix]:
+    """A misspelt word of a line, as it is meant."""
+    code = remove_remarks(split_lines(found.text)[remedy.line - 1])
+    word = re.search(rf"(?<!\w){re.escape(remedy.misspelt)}(?!\w)", code)
+    if word is not None:
+        at = _find_offset(found.text, remedy.line - 1) + word.start()
+        title = f"Write {remedy.value} in place of {word[0]} in line {remedy.line}"
+        yield Fix(title, found.path, found.text, at, at + len(word[0]), remedy.value, spells=True)
 
 
 def _end_before_subprogram(found: Inspected, line: int) -> Iterator[Fix]:
@@ -372,12 +386,14 @@ def _start_spindle(found: Inspected, item: Finding, remedy: Remedy) -> Iterator[
 
 def _name_angles(found: Inspected, item: Finding, remedy: Remedy) -> Iterator[Fix]:
     """A and C in the first line with a place: as the table is taken to stand, and upright."""
-    lines = split_lines(found.text)
-    places = ((number, list(_PLACE.finditer(remove_remarks(line)))) for number, line in enumerate(lines[: item.line]))
-    number, words = next(((number, words) for number, words in places if words), (0, []))
-    if not words:
+    dialect = _find_dialect(found)
+    places = (
+        (number, find_end_of_places(line, dialect)) for number, line in enumerate(split_lines(found.text)[: item.line])
+    )
+    number, end = next(((number, end) for number, end in places if end), (0, 0))
+    if not end:
         return
-    at = _find_offset(found.text, number) + words[-1].end()
+    at = _find_offset(found.text, number) + end
     for angles in dict.fromkeys((remedy.value, re.sub(r"-?[\d.]+", "0", remedy.value))):
         yield Fix(f"Write {angles} in line {number + 1}", found.path, found.text, at, at, f" {angles}")
 
@@ -385,12 +401,15 @@ def _name_angles(found: Inspected, item: Finding, remedy: Remedy) -> Iterator[Fi
 def _add_length(found: Inspected, item: Finding, remedy: Remedy) -> Iterator[Fix]:
     """The length of the tool of a line, in a line below it; in Klartext TOOL CALL has it."""
     tool = next((word[1] for word in [re.search(r"G43 H(\d+)", item.message)] if word is not None), "")
-    language = choose_dialect_name(
-        "auto" if found.options is None else found.options.dialect, found.source, found.path.name
-    )
-    words = {"siemens": "D1", "rs274": f"G43 H{tool}", "fanuc": f"G43 H{tool}"}
+    language, words = _find_dialect(found), {"siemens": "D1", "rs274": f"G43 H{tool}", "fanuc": f"G43 H{tool}"}
     if tool and language in words:
         yield _write_below(found, remedy.line, words[language])
+
+
+def _find_dialect(found: Inspected) -> str:
+    """The language of a program."""
+    dialect = "auto" if found.options is None else found.options.dialect
+    return choose_dialect_name(dialect, found.source, found.path.name)
 
 
 def _name_level(found: Inspected, _item: Finding, remedy: Remedy) -> Iterator[Fix]:

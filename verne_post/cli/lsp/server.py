@@ -25,7 +25,7 @@ from pygls.workspace import TextDocument
 from verne_post import __version__
 from verne_post.cli.lsp.addresses import list_tools
 from verne_post.cli.lsp.completion import complete_key, complete_word, make_item
-from verne_post.cli.lsp.fixes import Fix, find_file_fixes, find_fixes
+from verne_post.cli.lsp.fixes import Fix, find_file_fixes, find_fixes, find_fixes_of_its_file
 from verne_post.cli.lsp.inspector import Inspected, Inspector, SupersededError
 from verne_post.cli.lsp.places import find_range, make_diagnostic, split_lines
 from verne_post.cli.programs import is_setup
@@ -310,15 +310,14 @@ class Session:
         if found is None:
             return []
         actions: dict[str, lsp.CodeAction] = {}
-        for cause in find_causes([item for item in found.findings if item.file is None]):
-            item = cause.first
+        own = [cause.first for cause in find_causes([item for item in found.findings if item.file is None])]
+        for item in (*own, *(item for item in found.findings if item.file is not None and item.severity == "error")):
             if not _is_asked(item, split_lines(found.text), asked):
                 continue
             if item not in found.fixes:  # editors ask again with every move of the cursor
+                find = find_fixes if item.file is None else find_fixes_of_its_file
                 try:
-                    made = await self.work(
-                        find_fixes, self.inspector, found, item, self.read_texts(), self.checks[uri][1]
-                    )
+                    made = await self.work(find, self.inspector, found, item, self.read_texts(), self.checks[uri][1])
                 except (SupersededError, KeyError):
                     return []
                 found.fixes[item] = made

@@ -542,8 +542,9 @@ class Rs274(Language):
                 text += (
                     ", and its block names axes; post the program without it" if moves else f"; {describe_remap(name)}"
                 )
-            known_codes = map(spell_g_code, self.table.group_of_g)
-            raise ProgramError("VP002", explain_unknown(text, name, known_codes), column)
+            full_text = explain_unknown(text, name, map(spell_g_code, self.table.group_of_g))
+            is_settled = is_code and not moves and full_text == text  # else another code is meant
+            raise ProgramError("VP002", full_text, column, settled_by=("remap", name) if is_settled else ())
         return code
 
     def _has_user_code(self, block: Block, letters: str = "GM") -> bool:

@@ -82,12 +82,25 @@ class MacroFlow:
         if not goes and not statement.pass_word("THEN", "TH"):
             raise statement.reader.error("VP001", "expected GOTO or THEN", statement.reader.at)
         if not holds:
+            self._check_unused(statement, goes=goes)
             return
         if goes or statement.pass_word("GOTO", "GO"):
             self._jump(statement.read_number("GOTO"), line)
             return
         for setting in statement.read_settings():
             self.flow.interpreter.set_parameter(*setting)
+
+    @staticmethod
+    def _check_unused(statement: Statement, *, goes: bool) -> None:
+        """What follows a false condition can be read: its values need not exist, as it is not executed."""
+        try:
+            if goes or statement.pass_word("GOTO", "GO"):
+                statement.read_number("GOTO")
+            else:
+                list(statement.read_settings())
+        except ProgramError as error:
+            if error.code in ("VP001", "VP002"):
+                raise
 
     def _jump(self, number: int, line: int) -> None:
         flow = self.flow

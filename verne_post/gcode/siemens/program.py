@@ -8,6 +8,7 @@ import numpy as np
 from msgspec import Struct, field
 
 from verne_post.base.long_text import Text
+from verne_post.base.suggestions import find_meant
 from verne_post.gcode import plain_arcs
 from verne_post.gcode.plain import PlainLines
 from verne_post.gcode.program_error import ProgramError
@@ -15,6 +16,7 @@ from verne_post.gcode.setup import Setup
 from verne_post.gcode.siemens.cursor import strip_zeros
 from verne_post.gcode.text import Chunk, Language, ProgramText, decode_line, take_code
 from verne_post.gcode.words import mark_blanks_in_numbers, read_whole_lines, split_words
+from verne_post.model.findings import Remedy
 
 #: The line that begins a program in a file that holds several.
 _HEADER: Final = re.compile(rb"^[ \t]*+%_N_([A-Za-z0-9_]+?)_(MPF|SPF)[ \t]*+\r?$", re.MULTILINE | re.IGNORECASE)
@@ -31,6 +33,7 @@ _STRUCTURE: Final = re.compile(
     _BEGINS + rb"(IF|ELSE|ENDIF|FOR|ENDFOR|WHILE|ENDWHILE|LOOP|ENDLOOP|REPEAT|UNTIL)(?![A-Z0-9_])([^\n]*)",
     re.IGNORECASE | re.MULTILINE,
 )
+_FIRST_WORD: Final = re.compile(_BEGINS + rb"([A-Z]+)(?![A-Z0-9_])", re.IGNORECASE | re.MULTILINE)
 _LABEL: Final = re.compile(
     rb"^[ \t]*+(?:/[ \t]*+[0-9]?)?[ \t]*+(?:[N:][ \t]*+[0-9]+)?[ \t]*+([A-Z_][A-Z0-9_]*)[ \t]*+:(?!=)",
     re.IGNORECASE | re.MULTILINE,
@@ -230,8 +233,21 @@ class SiemensText(ProgramText):
             self._take(structure, open_words, word, line)
         for word, begin in open_words:
             closing = next(end for end, opening in _CLOSES.items() if opening == ("IF" if word == "ELSE" else word))
-            raise ProgramError("VP023", f"{word} is never closed; expected {closing}", 1, line=begin)
+            edits = self._find_misspelt_end(begin, closing)
+            raise ProgramError("VP023", f"{word} is never closed; expected {closing}", 1, line=begin, edits=edits)
         return structure
+
+    def _find_misspelt_end(self, begin: int, closing: str) -> tuple[Remedy, ...]:
+        """The first word of a line below that is nearly the end of a structure, as it is meant."""
+        is_near: dict[str, bool] = {}  # a long text has few words
+        for match in _FIRST_WORD.finditer(self.source):
+            word = match[1].decode()
+            if word not in is_near:
+                is_near[word] = word.upper() != closing and bool(find_meant(word.upper(), [closing]))
+            line = 1 + self.source.count(b"\n", 0, match.start(1)) if is_near[word] else 0
+            if line > begin:
+                return (Remedy(f"write {closing}", closing, line=line, misspelt=word),)
+        return ()
 
     @staticmethod
     def _take(structure: Structure, open_words: list[tuple[str, int]], word: str, line: int) -> None:
