@@ -84,6 +84,8 @@ from verne_post.model.moves import AXES, ArcFeed, PathControl, PathMode
 from verne_post.model.part_setup import ADDITIONAL_SYSTEMS
 
 _DRILLING: Final = 810
+_INCH: Final = 200
+_UNITS: Final = (_INCH, 210)
 _NO_UNIT: Final = (
     "the program has neither G20 nor G21: lengths are read in mm; a control has the unit that was in force before, or "
     'that its setting says; write the code, or [fanuc] units = "mm" or "inch" in verne-post.toml'
@@ -369,6 +371,8 @@ class FanucInterpreter(Rs274):
         changes = ("M", 6.0) in [code[:2] for code in block.codes]
         if changes:  # G43 in its block is that of the new tool
             self.modes.length_number = None
+        if not codes.isdisjoint(_UNITS):  # F of the block too has its unit
+            self.modes.inch = _INCH in codes
         super().execute(block)
         self.lengths.end(block, codes)
         if self.directions is not None:  # G28 and G53 may have turned the table
