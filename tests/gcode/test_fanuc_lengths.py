@@ -147,3 +147,16 @@ def test_other_incremental_values_need_none(read, body):
 def test_a_cycle_in_g91_is_refused(read, key):
     """Where the level of the tool counts, it must be certain."""
     assert read("G43 H1 Z50.\nG91\nH2\nG81 X5. R-9. Z-5. F90", length_in_g91=key)[0] == [("VP017", 4)]
+
+
+@pytest.mark.parametrize("dialect", ["fanuc", "rs274"])
+def test_lengths_of_several_tools_without_a_change_are_told(dialect):
+    """Nothing says that the program lacks T and M6, but that its lengths differ."""
+    tools = {n: Tool(n, n, (0.0, 0.0, length, *[0.0] * 6), 10.0) for n, length in {1: 100.0, 2: 80.0, 3: 90.0}.items()}
+    cut = "G90 G43 H{} Z50.\nG1 Z5. F500\nG91 G28 Z0\n"
+    text = HEAD.replace("T1 M6\n", "{}\n") + cut.format(1) + cut.format(2) + cut.format(3) + "M30\n"
+    options = Options(dialect=dialect, wcs={1: WorkOffset((0, 0, 60))}, tools=tools)
+    (finding,) = vp.check(text.format("G0"), vp.load_machine("serial"), options).findings
+    assert (finding.code, finding.severity, finding.line) == ("VP041", "warning", FIRST + 3)
+    assert f"H1 of line {FIRST}, 100 mm: if another tool is to cut, write T2 M6 before" in finding.message
+    assert not vp.check(text.format("G0").replace("H2", "H1").replace("H3", "H1"), "serial", options).findings
