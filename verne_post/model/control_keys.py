@@ -18,6 +18,7 @@ _CHOICES: Final[Mapping[str, tuple[str, ...]]] = {
     "cutcom": ("", "centre"), "insert": ("", "message"), "times": ("", "begun", "whole"), "lengths": ("", "tools"),
     "cycle_19": ("", "moves"), "motion": ("", "G0", "G1"),
     "bare_arcs": ("", "lines"), "directions": ("", "machine"), "cutter_offsets": ("radius", "wear"),
+    "length_after_return": ("", "restored"), "length_in_g91": ("", "travelled", "kept"),
 }  # fmt: skip
 
 #: No tap has a larger pitch: a number beyond is a feed rate.
@@ -110,6 +111,12 @@ class FanucKeys(Struct, frozen=True):
     #: What D of G41 and G42 holds: "radius", that of the tool; "wear", how far the tool is off the one for which the
     #: CAM system has computed the path of its centre: 0 here.
     cutter_offsets: Literal["radius", "wear"] = "radius"
+    #: Parameter 5001, bit 6 (EVO): the tool length that G28, G30 or G53 with Z has cancelled is "restored" in the next
+    #: block (1). Empty: a Z before the next G43 or H is refused.
+    length_after_return: Literal["", "restored"] = ""
+    #: Parameter 5006, bit 6 (TOS): the first incremental Z after a change of tool length is "travelled" with that
+    #: change (0), or "kept" (1). Empty: it is refused.
+    length_in_g91: Literal["", "travelled", "kept"] = ""
 
 
 class AptKeys(Struct, frozen=True):

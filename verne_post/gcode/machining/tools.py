@@ -20,6 +20,8 @@ class Tools:
 
     def __init__(self, frames: Frames) -> None:
         self.frames, self.setup, self.state, self.recorder = frames, frames.setup, frames.state, frames.recorder
+        #: Number and line of the first length of a program that has called no tool.
+        self._first_length: tuple[int, int] | None = None
 
     # --- in the spindle ----------------------------------------------------------------------------
 
@@ -152,6 +154,8 @@ class Tools:
         """
         state, tools = self.state, self.state.tools or {}
         tool = state.loaded_tool or state.selected_tool
+        if not tool and not self.recorder.selections and self.setup.machine and self.setup.tool_length is None:
+            self._report_missing_change(at, number)
         if not self.setup.machine or self.setup.tool_length is not None or not tool or number == state.loaded_tool:
             return
         real = {key: one for key, one in tools.items() if not stands_in(one)}
@@ -176,6 +180,24 @@ class Tools:
             text += f"; if tool {number} is to cut, call T{number} M6 before, else write H{tool}"
         own = Remedy("", str(tool), line=at.line, word=("H", number))
         self.recorder.note_once("VP049", text, at.line, (own,), number, "length")
+
+    def _report_missing_change(self, at: At, number: int) -> None:
+        """VP041, once a program: H puts another length in force than one before, and no tool has been called."""
+        if self._first_length is None:
+            self._first_length = number, at.line
+        first, line = self._first_length
+        one, other = ((self.state.tools or {}).get(key) for key in (first, number))
+        if one is None or other is None or stands_in(one) or stands_in(other) or one.unmeasured or other.unmeasured:
+            return
+        if abs(one.offset[2] - other.offset[2]) <= ZERO_LENGTH_MM or self._may_hold_another():
+            return
+        text = (
+            f"no tool is called, and H{number} puts another length in force, {other.offset[2]:g} mm, than H{first} of "
+            f"line {line}, {one.offset[2]:g} mm: if another tool is to cut, write T{number} M6 before, and T{first} M6 "
+            f"before line {line}"
+        )
+        if not any(item.code == "VP041" for item in self.recorder.warnings.values()):
+            self.recorder.note_once("VP041", text, at.line, (), number, "length")
 
     def _explain_by_change(self, at: At, number: int, length: float, holds: str) -> bool:
         """Whether the tool of H is not in the spindle because M6, or T, is missing before: VP041 there says so."""
