@@ -2,7 +2,7 @@
 
 from typing import Final
 
-from verne_post.gcode.klartext.frames import KlartextFrames
+from verne_post.gcode.klartext.frames import MM_PER_TENTH, KlartextFrames
 from verne_post.gcode.klartext.paths import KlartextPaths
 from verne_post.gcode.klartext.statements import Statement
 from verne_post.gcode.klartext.words import Words
@@ -51,7 +51,7 @@ class KlartextContour:
         """Record one element."""
         with self.core.keep_feed():
             if element.kind == MoveKind.FEED:
-                self.core.set_feed(element.feed, is_given=False)
+                self.core.set_feed(element.feed, self.frames.count_degrees(element.feed), is_given=False)
                 self.core.set_arc_feed(element.arc_feed)
                 self.check_feed()
             self._record_element(element)
@@ -134,7 +134,7 @@ class KlartextContour:
         """A number after F: mm/min, or 0.1 inch/min in a program in inches."""
         if value <= 0:
             raise ProgramError("VP007", f"F{value:g}: a feed rate is greater than 0")
-        return value * 2.54 if self.modes.inch else value
+        return value * MM_PER_TENTH if self.modes.inch else value
 
     # --- feed ---------------------------------------------------------------------------------------------
 
@@ -227,7 +227,7 @@ class KlartextContour:
                 else f"TOOL CALL 0 leaves no tool before {what}"
             )
             raise self._report_missing_call(what, f"{start}; write TOOL CALL with the number of the tool, Z and S")
-        tool = None if state.tools is None else state.tools.get(number)
+        tool = self.core.tools.find_called(number)
         if tool is None or tool.diameter == 0.0:
             name = describe_tool_number(number, state.tool_names)
             wear = f", and DR{self.delta_radius:+g} of its call is only added to it" if self.delta_radius else ""

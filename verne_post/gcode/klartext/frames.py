@@ -6,11 +6,13 @@ a curve of the workpiece, which is one move of its own kind.
 """
 
 from collections.abc import Sequence
+from typing import Final
 
 import numpy as np
 from msgspec.structs import replace
 
 from verne_post.base.arrays import Array
+from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.base.units import MM_PER_INCH
 from verne_post.gcode.affine import Affine, find_table_map, split
 from verne_post.gcode.klartext.modes import Modes
@@ -23,7 +25,10 @@ from verne_post.gcode.machining.turning import find_machine_place, move_machine_
 from verne_post.gcode.program_error import At, ProgramError
 from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.setup import Setup
-from verne_post.model.moves import MoveKind
+from verne_post.model.moves import FeedMode, MoveKind
+
+#: F of a program in inches counts tenths of an inch a minute.
+MM_PER_TENTH: Final = 2.54
 
 
 class KlartextFrames:
@@ -49,6 +54,12 @@ class KlartextFrames:
     def convert_length(self, value: float) -> float:
         """A length of the program in mm."""
         return value * MM_PER_INCH if self.modes.inch else value
+
+    def count_degrees(self, feed: float) -> float:
+        """Degrees in place of mm of a feed rate: its number as the program has it, also in inches."""
+        if not self.modes.inch:
+            return feed
+        return feed / (MM_PER_INCH if self.state.feed_mode == FeedMode.PER_REVOLUTION else MM_PER_TENTH)
 
     def run_line(self, at: At, kind: MoveKind, end: list[float], axes: list[int], *, absolute: bool = True) -> None:
         """A straight move to an end (9) of the frame; after R0 it needs X or Y."""
@@ -124,7 +135,11 @@ class KlartextFrames:
         """All axes of the machine go straight to machine coordinates (9,), at the feed rate of axes (mm, degrees)."""
         self.refuse_beside("a motion of machine axes")
         self.core.frames.set_frame(replace(self.state.frame, feature=None))
-        move_machine_axes(self.core, self.block, kind, target, axes, by_tip=self.metres)
+        is_turn = np.linalg.norm((target - self.find_machine_position())[:3]) <= ZERO_LENGTH_MM
+        with self.core.keep_feed():
+            feed = self.state.feed
+            self.core.set_feed(feed, self.count_degrees(feed) if is_turn else feed, is_given=False)
+            move_machine_axes(self.core, self.block, kind, target, axes, by_tip=self.metres)
 
     def turn_axes(self, kind: MoveKind, targets: dict[int, float], point: list[float] | None, axes: list[int]) -> None:
         """Turn A and C to program positions (degrees) without tool-centre-point control.

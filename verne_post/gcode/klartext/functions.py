@@ -166,7 +166,7 @@ class KlartextFunctions:
         if "L" not in sizes or sizes.get("R", 0.0) < 0:
             raise statement.error("VP005", "TOOL DEF needs L, the length, and R, the radius, not negative")
         offset = make_vector9((0.0, 0.0, sizes["L"], *ZERO9[3:]))
-        self.core.tools.define(Tool(number, number, offset, 2 * sizes.get("R", 0.0)))
+        self.core.tools.define_for_next_call(Tool(number, number, offset, 2 * sizes.get("R", 0.0)))
 
     # --- M functions ----------------------------------------------------------------------------------------
 

@@ -24,7 +24,8 @@ STATEMENTS: Final[Mapping[str, str]] = {
     "BLK FORM": "the stock, a box or a cylinder: see Stock, patterns, functions",
     "TOOL CALL": "M6, length at once with DL; without a number only S and F. `[heidenhain.tools]` of the settings file "
     "gives a name its number, as in `MILL = 3`",
-    "TOOL DEF": "length and radius; with the number alone it names the next tool, without effect",
+    "TOOL DEF": "length and radius, from the next TOOL CALL on; with the number alone it names the next tool, "
+    "without effect",
     "CYCL DEF": "a cycle: below",
     "CYCL CALL": "calls the defined cycle. POS calls it at a position; Z raises the surface; F applies to the move "
     "there. PAT: PATTERN DEF",
