@@ -162,11 +162,27 @@ class KlartextContour:
             self.change_feed_mode(FeedMode.PER_REVOLUTION)
             self.core.set_feed(self.frames.convert_length(per_turn))
         if value is not None:
-            self.change_feed_mode(FeedMode.PER_REVOLUTION if self.per_turn else FeedMode.PER_MINUTE)
-            self.core.set_feed(self._convert_feed(value))
+            self.set_feed_word(value)
+
+    def set_feed_word(self, value: float) -> None:
+        """Put a number after F in force, per turn under M136."""
+        self.change_feed_mode(FeedMode.PER_REVOLUTION if self.per_turn else FeedMode.PER_MINUTE)
+        self.core.set_feed(self._convert_feed(value))
 
     def set_cycle_feed(self, feed: float) -> None:
-        """The next moves of a cycle cut at this feed rate, a minute."""
+        """The next moves of a cycle cut at this feed rate, a minute.
+
+        Raises
+        ------
+        ProgramError
+            VP017: under M136, where it is open what a control makes of it.
+        """
+        if self.per_turn:
+            raise ProgramError(
+                "VP017",
+                f"F{feed:g} of a cycle while M136 makes F a feed rate per turn: whether the control then takes it in "
+                "mm per turn or per minute is not known here; write M137 before the cycle",
+            )
         self.core.set_feed(self.read_feed_word(feed))
         self.change_feed_mode(FeedMode.PER_MINUTE)
         self.check_feed()

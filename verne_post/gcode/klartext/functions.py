@@ -298,14 +298,12 @@ class KlartextFunctions:
         if not word.to_limit and "MB" not in word.words:
             raise ProgramError("VP005", "M140 needs MB and a distance, or MB MAX", word.column)
         distance = None if word.to_limit else self.frames.convert_length(word.words["MB"])
-        kind, feed = (
-            (MoveKind.RAPID, 0.0)
-            if "F" not in word.words
-            else (MoveKind.FEED, self.contour.read_feed_word(word.words["F"]))
-        )
-        self.retract(distance, kind, feed)
+        with self.core.keep_feed():
+            if "F" in word.words:
+                self.contour.set_feed_word(word.words["F"])
+            self.retract(distance, MoveKind.FEED if "F" in word.words else MoveKind.RAPID)
 
-    def retract(self, distance: float | None, kind: MoveKind, feed: float = 0.0) -> None:
+    def retract(self, distance: float | None, kind: MoveKind) -> None:
         """Away along the tool axis, mm; None: to machine coordinate Z 0, if the tool is below it."""
         state = self.state
         self.frames.refuse_beside("a retract along the tool axis")
@@ -313,7 +311,8 @@ class KlartextFunctions:
             machine = self.frames.find_machine_position()
             if machine[2] < 0 or not state.is_known(2):  # while the start is sought, this names Z
                 machine[2] = 0.0
-                self._go_machine(MoveKind.RAPID if not feed else kind, machine, feed)
+                self.frames.move_machine(kind, machine, [2])
+                self.frames.refresh_frame()
             return
         if distance < 0:
             raise ProgramError("VP007", f"MB{distance:g} mm: a retract is not negative")
@@ -323,16 +322,8 @@ class KlartextFunctions:
         end[:3] = [
             float(v) for v in np.array(end[:3]) + distance * (np.array([0.0, 0.0, 1.0]) if axis is None else axis)
         ]
-        with self.core.keep_feed():
-            self.core.set_feed(feed or state.feed)
-            self.core.start_of_motion(kind, absolute=True, machine=False)
-            self.frames.run_line(self.frames.block, kind, end, [0, 1, 2], absolute=False)
-
-    def _go_machine(self, kind: MoveKind, machine: np.ndarray, feed: float) -> None:
-        with self.core.keep_feed():
-            self.core.set_feed(feed or self.state.feed)
-            self.frames.move_machine(kind, machine, [2])
-        self.frames.refresh_frame()
+        self.core.start_of_motion(kind, absolute=True, machine=False)
+        self.frames.run_line(self.frames.block, kind, end, [0, 1, 2], absolute=False)
 
 
 #: L of TOOL DEF before its number; not the L of QL1.

@@ -316,7 +316,7 @@ class KlartextPlanes:
         kind = MoveKind.RAPID if feed is None else MoveKind.FEED
         with self.core.keep_feed():
             if feed is not None:
-                self.core.set_feed(self.contour.read_feed_word(feed))
+                self.contour.set_feed_word(feed)
                 self.contour.check_feed()
             if back or retract is not None:
                 self.functions.retract(None if back else self.frames.convert_length(retract or 0.0), kind)

@@ -105,7 +105,9 @@ FUNCTIONS: Final[Mapping[int, str]] = {
     **dict.fromkeys((126, 127), "A and C take the shorter way; M127 ends it"),
     **dict.fromkeys((128, 129), "tool-centre-point control; F of M128 has no effect. M129 ends it"),
     130: "coordinates of the untilted system, for this block",
-    **dict.fromkeys((136, 137), "F is in mm per turn; M137: per minute again. Each needs a new F"),
+    **dict.fromkeys(
+        (136, 137), "F is in mm per turn, cycles are refused; M137: per minute again. Each needs a new F"
+    ),
     140: "retract along the tool axis by MB; MB MAX: to machine Z 0, if the tool is below",
 }
 #: M function -> M codes of RS274/NGC, at the beginning of the block.
