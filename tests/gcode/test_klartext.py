@@ -767,6 +767,13 @@ def test_tool_def_waits_for_the_next_call(run):
         assert moves.frames[moves.frame[-2]].tool_length == length
 
 
+def test_iz_after_a_tool_call_of_the_same_length_or_after_z(run):
+    for statements in (["TOOL CALL 1 Z S900"], ["TOOL CALL 1 Z S900 DL+1", "L Z+0"]):
+        assert run(*statements, "L IZ-5").end[-1, 2] == -5
+    moves = run("TOOL CALL 1 Z S900 DL+1", "L Z+60 FMAX M91", "L IZ-5")  # the machine says where Z is
+    assert moves.end[-1, 2] == moves.end[-2, 2] - 5
+
+
 def test_user_codes_switch_tool_centre_point_control_as_m129_does(machine):
     text = (
         "BEGIN PGM P MM\nTOOL CALL 1 Z S900 F500\nL X+10 Y+5 Z+50 FMAX\nM128\nL A+30 C+40 FMAX\n{}\nL X+3 A+10 FMAX\n"

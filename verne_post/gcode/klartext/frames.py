@@ -43,6 +43,8 @@ class KlartextFrames:
         self.modes = state.modes = Modes()
         #: Whole turns, in degrees, that M94 has taken off the numbers of A and C.
         self.wraps = dict.fromkeys(setup.rotary, 0.0)
+        #: Axes that M94 has reduced from below 0, and what to say of it.
+        self.open_turns: dict[int, str] = {}
         #: Scales of X, Y, Z in force, below 0 where they are mirrored.
         self.factors = (1.0, 1.0, 1.0)
         self.metres = False  # M116
@@ -101,6 +103,15 @@ class KlartextFrames:
     def flips(self) -> bool:
         """True where a mirror image changes the direction of arcs in the plane."""
         return self.factors[0] * self.factors[1] < 0
+
+    def refuse_open_turn(self, axis: int) -> None:
+        """Refuse a position of an axis that M94 has reduced from below 0: controls may count it from 0, or below."""
+        if axis in self.open_turns:
+            raise ProgramError(
+                "VP017",
+                f"{self.open_turns[axis]}, and whether controls make a value below 0 positive is not known here: this "
+                "position would be a turn away; write M126 for the shorter way, or M94 where the value is not below 0",
+            )
 
     # --- frames -----------------------------------------------------------------------------------------
 

@@ -113,6 +113,7 @@ class KlartextFunctions:
     def _change(self, number: int, delta_length: float, delta_radius: float, *, column: int) -> None:
         """The tool comes into the spindle, and its length counts at once."""
         line, state = self.frames.block.line, self.state
+        length_before = state.frame.tool_length
         self.contour.delta_radius, self.delta_length = delta_radius, delta_length
         at, tools = At(line, {"T": column, "H": column}), self.core.tools
         tools.select(at, number)
@@ -138,6 +139,7 @@ class KlartextFunctions:
             self.setup.coordinates.head
         ):  # without M128 a length along Z of the machine is another place of a turned tool
             self.frames.refresh_frame()
+        self.contour.paths.note_length(length_before)
         self._show_tool()
 
     def _show_tool(self) -> None:
@@ -287,10 +289,15 @@ class KlartextFunctions:
             self.core.recorder.note_once("VP043", text, self.frames.block.line)
 
     def _reduce_angles(self, letters: str) -> None:
-        """M94: positions of A and C as numbers from 0 to less than a turn."""
+        """M94: positions of A and C as numbers from 0 to less than a turn; A below 0, which makes no turns, stays."""
         for axis, letter in zip(self.setup.rotary, self.setup.rotary_letters, strict=True):
             if (not letters or letter in letters) and letter in self.setup.axes:
-                self.frames.wraps[axis] = _FULL_TURN * (self.state.position[axis] // _FULL_TURN)
+                value = self.state.position[axis]
+                is_turned = axis == self.setup.rotary[1] or abs(value) >= _FULL_TURN
+                self.frames.wraps[axis] = _FULL_TURN * (value // _FULL_TURN) if is_turned else 0.0
+                self.frames.open_turns.pop(axis, None)
+                if value < 0 and is_turned:
+                    self.frames.open_turns[axis] = f"M94 in line {self.frames.block.line} has reduced {letter}{value:g}"
 
     def _retract(self, word: MWord) -> None:
         """M140 MB: away along the tool axis."""

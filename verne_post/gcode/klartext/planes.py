@@ -213,6 +213,8 @@ class KlartextPlanes:
                 if axis not in rotary or letter not in self.setup.axes:
                     raise statement.error("VP011", self.setup.describe_missing_axis(letter))
                 value = words.values.pop(name)
+                if name == letter:
+                    self.frames.refuse_open_turn(axis)
                 program[axis] = program[axis] + value if name[0] == "I" else value + self.frames.wraps[axis]
                 given = True
         if not given:
