@@ -739,7 +739,7 @@ def test_tools_and_stocks_of_zero_as_cam_systems_write_them(view):
     assert moves.frames[moves.frame[-1]].tool_length == pytest.approx(76.2)
 
 
-def test_f_of_a_turn_is_in_degrees_in_programs_in_inches_too(machine):
+def test_f_of_a_turn_is_in_degrees_in_programs_in_inches_too(machine, view):
     """F1000 is 2540 mm/min, and 1000 degrees a minute: 90 degrees take 5.4 s, about a tip that stands in the middle."""
     text = (
         "BEGIN PGM A INCH\nTOOL CALL 1 Z S1000\nL X+0 Y+0 Z+4 A+0 C+0 FMAX M3\nL C+900 F1000\nL X+1\n{}\n"
@@ -752,6 +752,8 @@ def test_f_of_a_turn_is_in_degrees_in_programs_in_inches_too(machine):
         assert [feeds[4], feeds[7]] == pytest.approx([1000.0, 1000.0])
         assert [feeds[5], feeds[8]] == pytest.approx([2540.0, 2540.0])
         turn = moves.line.tolist().index(9)
+        bare = view(text.format(word), dialect="heidenhain")[0]  # without a machine, as dump moves has it
+        assert dict(zip(bare.line.tolist(), bare.feed.tolist(), strict=True))[4] == pytest.approx(1000.0)
         if word == "M129":  # sqrt(25.4^2 + 9^2) at 2540
             assert moves.seconds[turn] == pytest.approx(60 * math.hypot(25.4, 9) / 2540)
         else:

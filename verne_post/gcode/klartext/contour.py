@@ -51,7 +51,7 @@ class KlartextContour:
         """Record one element."""
         with self.core.keep_feed():
             if element.kind == MoveKind.FEED:
-                self.core.set_feed(element.feed, self.frames.count_degrees(element.feed), is_given=False)
+                self.core.set_feed(element.feed, is_given=False)
                 self.core.set_arc_feed(element.arc_feed)
                 self.check_feed()
             self._record_element(element)

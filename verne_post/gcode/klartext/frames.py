@@ -5,7 +5,8 @@ still, that is a rigid map of the workpiece, so it is one more map of the frame.
 a curve of the workpiece, which is one move of its own kind.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, nullcontext
 from typing import Final
 
 import numpy as np
@@ -57,17 +58,22 @@ class KlartextFrames:
         """A length of the program in mm."""
         return value * MM_PER_INCH if self.modes.inch else value
 
-    def count_degrees(self, feed: float) -> float:
-        """Degrees in place of mm of a feed rate: its number as the program has it, also in inches."""
-        if not self.modes.inch:
-            return feed
-        return feed / (MM_PER_INCH if self.state.feed_mode == FeedMode.PER_REVOLUTION else MM_PER_TENTH)
+    @contextmanager
+    def _count_degrees(self) -> Iterator[None]:
+        """The feed rate of turns alone is the number of F in degrees, as the program has it, also in inches."""
+        feed, unit = self.state.feed, 1.0
+        if self.modes.inch:
+            unit = MM_PER_INCH if self.state.feed_mode == FeedMode.PER_REVOLUTION else MM_PER_TENTH
+        with self.core.keep_feed():
+            self.core.set_feed(feed, feed / unit, is_given=False)
+            yield
 
     def run_line(self, at: At, kind: MoveKind, end: list[float], axes: list[int], *, absolute: bool = True) -> None:
         """A straight move to an end (9) of the frame; after R0 it needs X or Y."""
         if not {0, 1} & set(axes):
             self._refuse_after_side("a move without X and Y")
-        self.core.go_straight(at, kind, end, axes, absolute=absolute)
+        with self._count_degrees():
+            self.core.go_straight(at, kind, end, axes, absolute=absolute)
 
     def refuse_beside(self, what: str) -> None:
         """Refuse what moves the tool otherwise than a contour does, while it is beside one."""
@@ -147,9 +153,7 @@ class KlartextFrames:
         self.refuse_beside("a motion of machine axes")
         self.core.frames.set_frame(replace(self.state.frame, feature=None))
         is_turn = np.linalg.norm((target - self.find_machine_position())[:3]) <= ZERO_LENGTH_MM
-        with self.core.keep_feed():
-            feed = self.state.feed
-            self.core.set_feed(feed, self.count_degrees(feed) if is_turn else feed, is_given=False)
+        with self._count_degrees() if is_turn else nullcontext():
             move_machine_axes(self.core, self.block, kind, target, axes, by_tip=self.metres)
 
     def turn_axes(self, kind: MoveKind, targets: dict[int, float], point: list[float] | None, axes: list[int]) -> None:
