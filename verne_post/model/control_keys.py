@@ -10,6 +10,7 @@ _CHOICES: Final[Mapping[str, tuple[str, ...]]] = {
     "rotation": ("rpy", "euler"), "orientation": ("words", "axes", "vector"), "projected": ("", "traces", "axes"),
     "polygon_angle": ("", "side", "corner"),
     "offsets_in_g91": ("", "travelled", "kept"), "d_numbers": ("edges", "tools"),
+    "length_axis": ("", "Z", "plane"),
     "decimal_point": ("", "calculator", "conventional"), "roll_pitch_yaw": ("", "fixed", "moving"),
     "projection_angles": ("", "turned", "rising"),
     "bore_shift": ("", "+X", "-X", "+Y", "-Y"), "units": ("", "mm", "inch"), "msys": ("", "one clamping"),
@@ -62,6 +63,9 @@ class SiemensKeys(Struct, frozen=True):
     #: The meaning of D: "edges", 1 for the one edge that the tool table has of each tool; "tools", the number of
     #: the tool itself (a flat structure of D numbers).
     d_numbers: Literal["edges", "tools"] = "edges"
+    #: Along which axis a tool length acts under G18 and G19: "Z" in every plane (SD42940 = 17), or "plane", Y under G18
+    #: and X under G19 (0), which is refused. Empty: as "Z", with a warning.
+    length_axis: Literal["", "Z", "plane"] = ""
     modulo_axes: str = ""  #: Rotary axes whose absolute values count within the present turn.
     tools: Mapping[str, int] = field(default_factory=dict)  #: T="name" -> number of the tool table.
 

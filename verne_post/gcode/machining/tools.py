@@ -80,7 +80,7 @@ class Tools:
         state = self.state
         if number:
             self._check_one_tool(number)
-        state.loaded_tool = number
+        state.loaded_tool, state.called_tool = number, None
         if state.compensation is None and state.centre is not None:
             # the tool stays beside the contour that the end of compensation has left
             state.position, state.centre = state.centre, None
@@ -102,7 +102,7 @@ class Tools:
 
     def set_length(self, find_offset: Callable[[], Vector9]) -> None:
         """Put a tool offset in force. Where it cannot be found that is one error: no feed move lacks a length then."""
-        self.state.has_tool_length = True
+        self.state.has_tool_length, self.state.called_tool = True, None
         offset = find_offset()
         if self.setup.tool_length is None:
             self.frames.set_frame(replace(self.state.frame, tool=offset))
@@ -266,15 +266,29 @@ class Tools:
         if state.tools is None or number not in state.tools:
             text = f"the diameter of {name} is not known; give --tool-table FILE{instead}"
             raise at.error("VP012", text, "D", name, find_tool_key(number, "diameter", state.tool_names))
-        if state.tools[number].diameter <= 0:
-            text = f"{name} has no diameter in the tool table (D)"
+        tool = self.find_called(number)
+        assert tool is not None
+        if tool.diameter <= 0:
+            later = "" if tool is state.tools[number] else " when it was called; write D1 after the block that gives it"
+            text = f"{name} has no diameter in the tool table (D){later}"
             raise at.error("VP012", text, "D", name, find_tool_key(number, "diameter", state.tool_names))
         self.recorder.read_tools.add(number)
-        return state.tools[number].diameter
+        return tool.diameter
 
     def define(self, tool: Tool) -> None:
         """Put a tool into the table, or in place of the one with its number."""
         self.state.tools = {**(self.state.tools or {}), tool.number: tool}
+
+    def define_for_next_call(self, tool: Tool) -> None:
+        """Put a tool into the table; the one in the spindle keeps its sizes until its offset is called again."""
+        if tool.number == self.state.loaded_tool and self.state.called_tool is None:
+            self.state.called_tool = (self.state.tools or {}).get(tool.number)
+        self.define(tool)
+
+    def find_called(self, number: int) -> Tool | None:
+        """A tool of the table; the one in the spindle as it was when its offset was called."""
+        tool = self.state.called_tool
+        return tool if tool is not None and tool.number == number else (self.state.tools or {}).get(number)
 
     def find_tool(self, number: int, where: str) -> Tool:
         """A tool of the table, or a new one, which ``where`` names without a length."""
