@@ -37,7 +37,7 @@ CODES: Final[dict[str, Code]] = _make_table(
         "error",
         "The word is not part of the language, or not supported by this version; it is never skipped.",
         "If the word is misspelt, correct it. If it is a code of the machine's builder, give it a meaning in [remap]. "
-        "Take it out only if you know that nothing depends on it; else post the program without it.",
+        "Take it out only if you know that nothing depends on it.",
     ),
     (
         "VP003",
@@ -182,7 +182,9 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP023",
         "label, loop or subprogram without its partner",
         "error",
-        "A label, loop, branch or subroutine is not opened, closed, defined or called as it must be.",
+        "A label, loop, branch or subroutine is not opened, closed, defined or called as it must be. As a warning: a "
+        "machining cycle of Klartext is defined and not called, or MCALL of a Siemens program ends nothing after a "
+        "cycle that was called at one place.",
         "Close blocks in reverse order, with the same label. Define a subroutine before the program calls it, "
         "or put its file beside the program or into a folder of --subroutine-path.",
     ),
