@@ -561,6 +561,20 @@ def test_the_diameter_of_another_tool(before, number, severity) -> None:
 
 
 @pytest.mark.parametrize(
+    ("between", "severity"),
+    [("M5\nG53 G0 Z0\nM3\n", "error"), ("", "warning"), ("M5\nT3 M6\nM3\nG43 H3\n", "warning")],
+)
+def test_the_length_of_a_tool_whose_call_is_missing(between, severity) -> None:
+    """T2 M6 was missing, and its H2 under T1 drove 10 mm too deep with a warning; a second offset needs no stop."""
+    tools = {number: tool(number, length) for number, length in ((1, 90.0), (2, 80.0), (3, 100.0))}
+    head, cut = "G21 G90 G94\nG0 A0 C0\nT1 M6\nM3 S900\nG0 X0 Y0\n", "G43 Z40 H{}\nG1 Z20 F600\nX5\nG0 Z40\n"
+    program = f"{head}{cut.format(1)}{between}{cut.format(2)}M5\nM2\n"
+    options = vp.Options(tools=tools, wcs={"G54": (0, 0, 30)}, split_at_stops=True)
+    found = [item for item in vp.check(program, "verne", options).findings if item.code == "VP049"]
+    assert [item.severity for item in found] == [severity]
+
+
+@pytest.mark.parametrize(
     ("length", "diameter", "written", "meant", "key"),
     [(14, 5, "H14", "H5", "length"), (5, 6, "D6", "D5", "diameter"), (5, 7, "D7", "D5", "diameter")],
 )

@@ -640,21 +640,22 @@ def test_a_tool_of_the_set_up_that_no_line_calls_is_told(
     tools = "[tools]\n1 = {length = 80}\n3 = {length = 90, diameter = 6}\n"
     (tmp_path / f"{name}.toml").write_text(f"split_at_stops = true\n{tools}[wcs]\nG54 = [0, 0, 40]\n")
     program.write_text(whole)
-    assert "not called" not in run("check", program).out
+    assert "VP041" not in run("check", program).out
     program.write_text(whole.replace(calls[3], ""))
-    told = run("check", program)
-    assert (told.code, "  not called: tools.3 of the set-up: no line of the program calls" in told.out) == (0, True)
+    told = run("check", program, "--fail-level", "warning")
+    said = "VP041 warning: tools.3 of the set-up: no line of the program calls it; write its call, or take it out"
+    assert (told.code, said in told.out) == (1, True)
     if name == "part.nc":  # H and D put the sizes of other numbers in force
         program.write_text(whole.replace(calls[3], "").replace("G43\n", "G43 H3\n"))
         (tmp_path / "part.nc.toml").write_text(
             "[tools]\n1 = {length = 90}\n3 = {length = 90}\n[wcs]\nG54 = [0, 0, 40]\n"
         )
-        assert "not called" not in run("check", program).out
+        assert "VP041" not in run("check", program).out
     # tools of the settings file are those of the shop
     (tmp_path / f"{name}.toml").write_text("[wcs]\nG54 = [0, 0, 40]\n")
     (tmp_path / "verne-post.toml").write_text(tools.replace("[tools]", '[setup."*".tools]'))
     program.write_text(whole.replace(calls[3], ""))
-    assert "not called" not in run("check", program, "--settings", tmp_path / "verne-post.toml").out
+    assert "VP041" not in run("check", program, "--settings", tmp_path / "verne-post.toml").out
 
 
 @pytest.mark.parametrize(

@@ -106,6 +106,7 @@ def check_setup(moves: Moves, path: ToolPath, machine: Machine, options: Options
         *check_kept_feed(moves, path),
         *(changes or check_first_tool(moves, path, options.tools or {})),
         *_check_kept_planes(moves, path),
+        *_check_uncalled_tools(moves, options),
     ]
     return [*(make_finding("VP505", text) for text in texts), *found]
 
@@ -302,6 +303,7 @@ def _check_lengths(
     named = [item for item in moves.findings if item.quantity == "length"]
     unloaded = [*(item for item in moves.findings if item.code == "VP041"), *changes]
     called = _list_called_tools(moves) | {item.tool: None for item in unloaded if item.tool is not None}
+    called |= {item.tool: None for item in named if item.tool is not None and _follows_stop(moves, item.line or 0)}
     # tool and length -> first cut, first low one, message, and the line after which a length is missing
     wrong: dict[tuple[int, float], tuple[int, int, str, int]] = {}
     before: list[int] = []  # tools so far
@@ -366,6 +368,29 @@ def _check_lengths(
         severity = "warning" if low < 0 else "error"
         edits = (Remedy("activate the length", line=change),) if change else ()
         yield make_finding("VP034", text, severity=severity, line=line, last_line=line, worst_line=line, edits=edits)
+
+
+def _follows_stop(moves: Moves, line: int) -> bool:
+    """Whether the spindle was stopped, and no tool called, between the last cut before a line and that line."""
+    after = np.flatnonzero(moves.line >= line)
+    first = int(after[0]) if len(after) else len(moves)
+    cuts = np.flatnonzero(moves.kind[:first] == MoveKind.FEED)
+    begin = int(cuts[-1]) if len(cuts) else first
+    events = [one for one in moves.events if begin < one.before <= first and one.line < line]
+    is_stopped = any(one.kind == "spindle" and one.data["direction"] == "stop" for one in events)
+    return is_stopped and not any(one.kind == "tool" for one in events)
+
+
+def _check_uncalled_tools(moves: Moves, options: Options) -> Iterator[Finding]:
+    """VP041: the set-up gives this program alone a tool that no line of it calls: a tool call may be missing."""
+    if options.from_line is not None or any(event.kind == "remapped" for event in moves.events):
+        return  # a line before, or a code of the builder, may call it
+    called = set(_list_called_tools(moves)) | moves.read_tools
+    keys = [tool.key for number, tool in (options.tools or {}).items() if tool.key and number not in called]
+    if keys:
+        it, them = ("it", "its call") if len(keys) == 1 else ("them", "their calls")
+        text = f"{', '.join(keys)} of the set-up: no line of the program calls {it}; write {them}, or take {it} out"
+        yield make_finding("VP041", text)
 
 
 def _find_change(moves: Moves, move: int) -> int:

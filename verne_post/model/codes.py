@@ -350,8 +350,9 @@ CODES: Final[dict[str, Code]] = _make_table(
         "tool that T has named last: without a new T the same tool comes again. It is an error where the tool in the "
         "spindle comes down with the length of another one. So it is where no tool has been loaded, and a cut goes "
         "down with length 0 although the set-up gives lengths. A program that changes tools between cuts, and cuts "
-        "before its first change, has no first tool; one without any change is for the tool in the spindle. T beside "
-        "M6, or before the first cut after it, makes the next tool ready and is not reported.",
+        "before its first change, has no first tool; one without any change is for the tool in the spindle. A "
+        "tool that INPUT.toml gives and no line calls may lack its call. T beside M6, or before the first cut after "
+        "it, makes the next tool ready and is not reported.",
         "Write both T and M6. If the control loads the tool by another code of its builder, give that code a meaning "
         "in [remap].",
     ),
