@@ -631,6 +631,10 @@ HEADS = {
                                        "plane 0 mm")),
     ("siemens", 'MSG("DRILL D6)', ("VP001", 5, "the quote is not closed on its line; expected '\"'")),
     ("siemens", 'MSG("DRILL D6"', ("VP001", 4, "the bracket is not closed on its line; expected ')'")),
+    ("heidenhain", "L X+5 RLL F100", ("VP001", 7, "RLL: no meaning in this language; did you mean RL?")),
+    ("heidenhain", "CR X+5 Y+5 R+9 DRR- F100", ("VP001", 16, "DRR-: no meaning in this language; did you mean DR-?")),
+    ("heidenhain", "L Y+5 X", ("VP001", 7, "X without a number; write X and its value")),
+    ("heidenhain", "L X-4.0.5 Y+5", ("VP001", 3, "X-4.0.5: two points in one number; write it with one")),
     ("heidenhain", "CYCL DEF 230", ("VP002", 10, "CYCL DEF 230 is not executed (multipass milling of older controls; "
                                     "write cycle 233)")),
 ])  # fmt: skip
@@ -720,6 +724,7 @@ HOLE = "CYCLE81(60,40,2,35)"
     ("heidenhain", f"{DRILL}CYCL DEF 220 Q216=0 Q217=0 Q244=30 Q245=0 Q246=360 Q247=0 Q241=2 Q200=2 Q203=40 Q204=20 "
      "Q301=1", []),
     ("heidenhain", "CYCL DEF 7.0 DATUM SHIFT\nCYCL DEF 7.1 X+5\nL X+9 FMAX", []),
+    ("heidenhain", "CYCL DEF 7.0\nCYCL DEF 7.1 X+5\nCYCL DEF 7.0\nCYCL DEF 7.1 X+0\nL X+9 FMAX", []),
     ("siemens", f"{HOLE}\nX5\nX9\nMCALL", [("VP023", 10, f"MCALL ends nothing: {HOLE[:7]} of line 7 is called at one "
                                             "place alone; write MCALL CYCLE81(...) there")]),
     ("siemens", f"{HOLE}\nX5\n{HOLE}\nMCALL", []),
@@ -737,3 +742,19 @@ def test_a_cycle_that_nothing_calls_or_ends_is_told(machine, dialect, lines, wan
     found = [item for item in found if item.code != "VP039"]
     assert [(item.code, item.line) for item in found] == [item[:2] for item in wanted]
     assert all(said in item.message for item, (_code, _line, said) in zip(found, wanted, strict=True))
+
+
+@pytest.mark.parametrize(("lines", "wanted"), [
+    ("CYCL DEF 7.0\nCYCL DEF 7.1 Z+5O", ("VP001", 8, 14, "Z+5O: the letter O in a number; did you mean Z+50?")),
+    ("CYCL DEF 7.0\nCYCL DEF 7.1 FOO", ("VP001", 8, 14, "'FOO' is not a coordinate of a datum shift; write an axis and "
+                                        "a number")),
+    ("CYCL DEF 7.0\nCYCL DEF 7.1 X+0\nCYCL DEF 7.2 X+1", ("VP004", 9, None, "the datum shift has X in line 8 already, "
+     "and this one replaces it; write another axis, or one of the two lines")),
+    ("L X+5 F100 RL\nL Z-100 R0 FMAX M91", ("VP017", 8, None, "M91, to which R0 of the same line comes too late, under "
+     "cutter compensation: RL of line 7 still holds; write R0 first")),
+])  # fmt: skip
+def test_a_slip_of_several_klartext_lines_is_told_at_its_place(machine, lines, wanted):
+    tools = {1: Tool(1, 1, (0.0, 0.0, 80.0, *(0.0,) * 6), 6.0)}
+    options = Options(dialect="heidenhain", wcs={"G54": (0, 0, 0)}, tools=tools)
+    (item,) = check(HEADS["heidenhain"].format(f"{lines}\nL X+9 FMAX").encode(), machine, options).findings
+    assert (item.code, item.line, item.column, item.message) == wanted

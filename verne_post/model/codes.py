@@ -46,7 +46,14 @@ CODES: Final[dict[str, Code]] = _make_table(
         "A block has two G or M codes of the same modal group.",
         "Keep one of them, or write two blocks.",
     ),
-    ("VP004", "repeated word", "error", "A letter appears twice in one block.", "Keep one of them."),
+    (
+        "VP004",
+        "repeated word",
+        "error",
+        "A letter appears twice in one block. As a warning: two lines of one cycle 7 shift the same axis, and the last "
+        "one holds.",
+        "Keep one of them.",
+    ),
     (
         "VP005",
         "missing word",
