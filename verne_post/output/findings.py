@@ -186,7 +186,7 @@ _NOT_ACTIVE: Final = "has no length in force"
 #: In VP012 where the tool is missing itself, and the message says what to write.
 _NO_TOOL: Final = re.compile(
     "no tool is in the spindle; load one$|no M6 loads it|no tool is called before|no TOOL CALL before|"
-    "TOOL CALL 0 leaves no tool before|TOOL CALL .*which needs the radius"
+    "is the name of one; write|TOOL CALL 0 leaves no tool before|TOOL CALL .*which needs the radius"
 )
 #: In VP012 where the message says in which file a length is missing, and how it counts.
 _WRITE_LENGTH: Final = "gives no length; write one there"
