@@ -140,7 +140,10 @@ class Executor:
             if not (error.of_value and self.modal_is_shown):
                 error.column = None
             if error.code == "VP017":  # the cycle does not belong here: it was to end before, and is taken as ended
-                error.message += f" (MCALL of line {self.modal_line} is still active; MCALL alone ends it)"
+                text = (
+                    f"MCALL of line {self.modal_line} still calls {call.name}; write MCALL alone before this motion if "
+                )
+                error.message = f"{text}it is no place of it ({error.message})"
                 self.modal = None
             raise
 
