@@ -356,7 +356,7 @@ def _correct_plane(found: Inspected, item: Finding) -> Iterator[Fix]:
         fix = _change_word(found, turn)
         if fix is not None:
             yield fix
-    ends = re.search(r"\((G69|CYCLE800\(\)|PLANE RESET) ends it\)", item.message)
+    ends = re.search(r"(?:\(|still holds: write )(G69|CYCLE800\(\)|PLANE RESET) (?:ends it\)|where)", item.message)
     if ends is not None:
         told = "PLANE RESET STAY" if ends[1] == "PLANE RESET" else ends[1]
         at = _find_offset(found.text, item.line - 1)

@@ -253,10 +253,9 @@ class Executor:
             set_blank(self.interpreter, call, self.variables, line)
         elif call.name in PATTERNS:
             self._run_pattern(call, line)
-        elif call.name in MILLING:
-            self.milling.run(call, line)
         else:
-            self.drilling.run(call, line)
+            self.interpreter.motion.check_length_axis(At(line))
+            (self.milling if call.name in MILLING else self.drilling).run(call, line)
         if self.is_modal(call.name):
             self.lone_calls.append((line, call.name, self.interpreter.state.position[:2]))
 
