@@ -648,6 +648,16 @@ def test_a_mistake_is_told_by_its_cause_at_its_place(machine, dialect, line, wan
     ]
 
 
+@pytest.mark.parametrize(("end", "wanted"), [("M30\n%\n", []), ("M2\n%\n", []), ("%\n", [("VP010", "warning", 9)])])
+def test_a_fanuc_program_that_percent_alone_ends_is_told(machine, end, wanted):
+    """END PGM that is missing was a warning; M30 was not."""
+    tools = {1: Tool(1, 1, (0.0, 0.0, 80.0, *(0.0,) * 6), 6.0)}
+    options = Options(dialect="fanuc", wcs={"G54": (0, 0, 0)}, tools=tools)
+    program = f"%\n{HEADS['fanuc'].format('G1 X5.').removesuffix('M30')}{end}"
+    found = check(program.encode(), machine, options).findings
+    assert [(item.code, item.severity, item.line) for item in found] == wanted
+
+
 MANY = "".join(f"X{n}.\n" for n in range(20))
 
 

@@ -97,7 +97,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "program does not end",
         "error",
         "The file ends without M2, M30 or a closing %. As a warning: a Klartext program runs, but BEGIN PGM or END PGM "
-        "is missing, or they differ in name or unit, and a control may not load it.",
+        "is missing, or they differ in name or unit, and a control may not load it. So is a closing % of a Fanuc "
+        "program without M30 or M2 before it.",
         "",
     ),
     (
