@@ -768,3 +768,20 @@ def test_a_slip_of_several_klartext_lines_is_told_at_its_place(machine, lines, w
     options = Options(dialect="heidenhain", wcs={"G54": (0, 0, 0)}, tools=tools)
     (item,) = check(HEADS["heidenhain"].format(f"{lines}\nL X+9 FMAX").encode(), machine, options).findings
     assert (item.code, item.line, item.column, item.message) == wanted
+
+
+@pytest.mark.parametrize(("dialect", "lines", "wanted"), [
+    ("fanuc", "G68 X0. Y0. R10.\nG1 X5. Y5.\nG54\nG68.2 X0. Y0. Z5. I0. J25. K0.\nG53.1",
+     ("VP017", 9, 1, "a change of work offset under G68; write G69 first")),
+    ("fanuc", "G93\nG1 X5.\nG2 X9. R9.\nG1 X20.", ("VP009", 8, 3, "G1 with inverse-time feed (G93) needs F in the same "
+                                                   "block, or G94; G93 of line 7 is active")),
+    ("siemens", "G93\nG1 X5\nG2 X9 CR=9\nG1 X20", ("VP009", 8, 3, "G1 with inverse-time feed (G93) needs F in the same "
+                                                   "block, or G94; G93 of line 7 is active")),
+    ("siemens", "G93\nG1 X5 F9\nG94\nX20 F90\nG93\nG1 X5", ("VP009", 12, 1, "G1 with inverse-time feed (G93) needs F "
+                                                            "in the same block, or G94; G93 of line 11 is active")),
+])  # fmt: skip
+def test_a_mode_that_was_not_meant_is_one_finding(machine, dialect, lines, wanted):
+    tools = {1: Tool(1, 1, (0.0, 0.0, 80.0, *(0.0,) * 6), 6.0)}
+    options = Options(dialect=dialect, wcs={"G54": (0, 0, 0)}, tools=tools)
+    (item,) = check(HEADS[dialect].format(lines).encode(), machine, options).findings
+    assert (item.code, item.line, item.count, item.message) == wanted

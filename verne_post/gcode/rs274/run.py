@@ -180,7 +180,7 @@ class _BlockRun:
             what = f"the text ends inside a subroutine{f' ({text.name})' if text.name else ''}; expected endsub or M99"
         elif text.closing is not None or flow.interpreter.ends_with_text:
             execution.recorder.record_event(self.calls.line, "end", code="%")
-            if flow.interpreter.custom_macro and flow.interpreter.setup.machine:
+            if flow.interpreter.custom_macro and flow.interpreter.setup.machine and not execution.errors:
                 what = (
                     "no M30 or M2 ends the program before the closing %, where a control stops with an alarm; write M30"
                 )
