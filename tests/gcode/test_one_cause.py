@@ -722,28 +722,61 @@ DRILL = "CYCL DEF 200 Q200=2 Q201=-5 Q206=250 Q202=5 Q210=0 Q203=40 Q204=20 Q211
 HOLE = "CYCLE81(60,40,2,35)"
 
 
-@pytest.mark.parametrize(("dialect", "lines", "wanted"), [
-    ("heidenhain", f"{DRILL}L X+5 FMAX\nL X+9 FMAX", [("VP023", 7, "cycle 200 is not called: no CYCL CALL, M99 or M89 "
-                                                       "before the end of the program; write M99")]),
-    ("heidenhain", f"{DRILL}L X+5 FMAX\n{DRILL}L X+9 FMAX M99", [("VP023", 7, "before the next one in line 9")]),
-    ("heidenhain", f"{DRILL}{DRILL}L X+5 FMAX\nL X+9 FMAX M99", []),  # what is defined anew was not to be called
-    ("heidenhain", f"{DRILL}L X+5 FMAX M89\nL X+9 FMAX", []),
-    ("heidenhain", f"{DRILL}CYCL CALL", []),
-    ("heidenhain", f"{DRILL}CYCL CALL POS X+5 Y+5 Z+0 FMAX", []),
-    ("heidenhain", f"{DRILL}PATTERN DEF POS1 (X+5 Y+5 Z+0)\nCYCL CALL PAT FMAX", []),
-    ("heidenhain", f"{DRILL}CYCL DEF 220 Q216=0 Q217=0 Q244=30 Q245=0 Q246=360 Q247=0 Q241=2 Q200=2 Q203=40 Q204=20 "
-     "Q301=1", []),
-    ("heidenhain", "CYCL DEF 7.0 DATUM SHIFT\nCYCL DEF 7.1 X+5\nL X+9 FMAX", []),
-    ("heidenhain", "CYCL DEF 7.0\nCYCL DEF 7.1 X+5\nCYCL DEF 7.0\nCYCL DEF 7.1 X+0\nL X+9 FMAX", []),
-    ("siemens", f"{HOLE}\nX5\nX9\nMCALL", [("VP023", 10, f"MCALL ends nothing: {HOLE[:7]} of line 7 is called at one "
-                                            "place alone; write MCALL CYCLE81(...) there")]),
-    ("siemens", f"{HOLE}\nX5\n{HOLE}\nMCALL", []),
-    ("siemens", f"MCALL\n{HOLE}\nMCALL\nX5\nMCALL", []),
-    ("siemens", f"MCALL {HOLE}\nX5\nMCALL\nMCALL\nX9\nMCALL", []),
-    ("siemens", f"MCAL {HOLE}\nX5\nMCALL", [("VP002", 7, "MCAL: no meaning in this language; did you mean MCALL?")]),
-    ("siemens", f"MCALL {HOLE}\nX5\nMCAL\nG0 A20", [("VP002", 9, "MCAL: no meaning in this language; did you mean")]),
-    ("fanuc", "G68.5 X0 Y0 Z5. I0 J25. K0", [("VP002", 7, "write the code that is meant, such as G68, G68.2 or")]),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("dialect", "lines", "wanted"),
+    [
+        (
+            "heidenhain",
+            f"{DRILL}L X+5 FMAX\nL X+9 FMAX",
+            [
+                (
+                    "VP023",
+                    7,
+                    "cycle 200 is not called: no CYCL CALL, M99 or M89 before the end of the program; write M99",
+                )
+            ],
+        ),
+        ("heidenhain", f"{DRILL}L X+5 FMAX\n{DRILL}L X+9 FMAX M99", [("VP023", 7, "before the next one in line 9")]),
+        ("heidenhain", f"{DRILL}{DRILL}L X+5 FMAX\nL X+9 FMAX M99", []),  # what is defined anew was not to be called
+        ("heidenhain", f"{DRILL}L X+5 FMAX M89\nL X+9 FMAX", []),
+        ("heidenhain", f"{DRILL}CYCL CALL", []),
+        ("heidenhain", f"{DRILL}CYCL CALL POS X+5 Y+5 Z+0 FMAX", []),
+        ("heidenhain", f"{DRILL}PATTERN DEF POS1 (X+5 Y+5 Z+0)\nCYCL CALL PAT FMAX", []),
+        (
+            "heidenhain",
+            f"{DRILL}CYCL DEF 220 Q216=0 Q217=0 Q244=30 Q245=0 Q246=360 Q247=0 Q241=2 Q200=2 Q203=40 Q204=20 Q301=1",
+            [],
+        ),
+        ("heidenhain", "CYCL DEF 7.0 DATUM SHIFT\nCYCL DEF 7.1 X+5\nL X+9 FMAX", []),
+        ("heidenhain", "CYCL DEF 7.0\nCYCL DEF 7.1 X+5\nCYCL DEF 7.0\nCYCL DEF 7.1 X+0\nL X+9 FMAX", []),
+        (
+            "siemens",
+            f"{HOLE}\nX5\nX9\nMCALL",
+            [
+                (
+                    "VP023",
+                    10,
+                    "MCALL ends nothing: CYCLE81 of line 7 is called at one "
+                    "place alone; write MCALL CYCLE81(...) there",
+                )
+            ],
+        ),
+        ("siemens", f"{HOLE}\nX5\n{HOLE}\nMCALL", []),
+        ("siemens", f"MCALL\n{HOLE}\nMCALL\nX5\nMCALL", []),
+        ("siemens", f"MCALL {HOLE}\nX5\nMCALL\nMCALL\nX9\nMCALL", []),
+        (
+            "siemens",
+            f"MCAL {HOLE}\nX5\nMCALL",
+            [("VP002", 7, "MCAL: no meaning in this language; did you mean MCALL?")],
+        ),
+        (
+            "siemens",
+            f"MCALL {HOLE}\nX5\nMCAL\nG0 A20",
+            [("VP002", 9, "MCAL: no meaning in this language; did you mean")],
+        ),
+        ("fanuc", "G68.5 X0 Y0 Z5. I0 J25. K0", [("VP002", 7, "write the code that is meant, such as G68, G68.2 or")]),
+    ],
+)
 def test_a_cycle_that_nothing_calls_or_ends_is_told(machine, dialect, lines, wanted):
     """Holes were missing without a word: the cycle was not called, or called at the first place alone."""
     tools = {1: Tool(1, 1, (0.0, 0.0, 80.0, *(0.0,) * 6), 6.0)}

@@ -119,7 +119,7 @@ def execute_klartext(source: Text, setup: Setup, state: State, stop: StopConditi
     flow = KlartextFlow(KlartextText(source, setup), Klartext(setup, state, execution.recorder))
     run_program(_KlartextRun(flow), execution, setup, stop)
     if flow.interpreter.functions.has_ended or flow.has_ended:
-        flow.interpreter.patterns.report_uncalled("the end of the program")
+        flow.interpreter.patterns.report_uncalled_cycle("the end of the program")
     if setup.machine and not any(error.code == "VP010" for error in execution.errors):
         for line, message in flow.calls.main.find_wrong_frame():
             execution.recorder.warn("VP010", message, line, None, "warning")

@@ -118,9 +118,9 @@ def _explain_unread(statement: Statement, text: str, begin: int) -> ProgramError
         return statement.error("VP001", f"{word}: two points in one number; write it with one", begin)
     if _WORD.fullmatch(f"{word}1"):
         return statement.error("VP001", f"{word} without a number; write {word} and its value", begin)
-    meant = next((once for once in _drop_doubles(word) if _WORD.fullmatch(once)), None)
-    if meant is not None:
-        return statement.error("VP001", f"{word}: no meaning in this language; did you mean {meant}?", begin)
+    meant_word = next((once for once in _drop_doubles(word) if _WORD.fullmatch(once)), None)
+    if meant_word is not None:
+        return statement.error("VP001", f"{word}: no meaning in this language; did you mean {meant_word}?", begin)
     message = f"{text[begin:][:15]!r} is not a word of {statement.keyword or 'a block'}"
     known_words = (name for phrase in WORDS for name in phrase.split())
     return statement.error("VP001", explain_unknown(message, word, known_words), begin)

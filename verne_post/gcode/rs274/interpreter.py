@@ -539,7 +539,7 @@ class Rs274(Language):
             text = f"{name} is not a code"
             if is_code:
                 text += " of this language"
-                near = [spell_g_code(known) for known in sorted(self.table.group_of_g) if known // 10 == code // 10]
+                near = [spell_g_code(one) for one in sorted(self.table.group_of_g) if one // 10 == code // 10]
                 such = f", such as {' or '.join(', '.join(near).rsplit(', ', 1))}" if near else ""
                 text += (
                     f", and its block names axes; write the code that is meant{such}"
