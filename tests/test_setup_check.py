@@ -91,7 +91,7 @@ def test_the_length_of_a_tool_that_the_program_calls_is_no_offset_of_another(fir
     ("change", "before", "said"),
     [
         ("T2 M6", "", "; activate its length (G43 H2) after line 10, or write the rapid in machine coordinates"),
-        ("T2 M6\nG43 H2\nG0 Z60", "G49", " below the table face; write it in machine coordinates"),
+        ("T2 M6\nG43 H2\nG0 Z60", "G49", "; from line 15 on its length is not in force, and no block since then calls"),
     ],
 )
 def test_a_rapid_without_length_after_a_tool_change_lacks_g43(change, before, said) -> None:
@@ -535,6 +535,45 @@ def test_the_length_of_another_tool(dialect, body, tools, said):
     assert said in "".join(item.message for item in found)
 
 
+SWITCHED = """G17 G90 G94 G710 G54
+SUPA G0 Z0 D0
+T1 D1
+M6
+S900 M3
+G0 X0 Y0 A0 C0
+Z60
+G1 Z20 F600
+G0 Z60
+SUPA G0 Z0 D0
+{}S900 M3
+G0 X5 Y5
+G0 Z{}
+G1 Z20 F600
+G0 Z60
+M30
+"""
+
+
+@pytest.mark.parametrize(
+    ("change", "low", "wanted"),
+    [
+        ("T2 D1\n", -20, ("VP041", 11, "T2 only selects the tool, and no M6 loads it")),
+        (
+            "",
+            -20,
+            ("VP034", 13, "from line 10 on its length is not in force, and no block since then calls a tool or a"),
+        ),
+    ],
+)
+def test_a_rapid_without_length_has_the_cause_that_the_change_lacks(change, low, wanted) -> None:
+    """M6 was missing, and a second finding asked for machine coordinates; T and M6 were, and nothing named D0."""
+    tools = {number: tool(number, length) for number, length in ((1, 90.0), (2, 80.0))}
+    options = vp.Options(tools=tools, wcs={"G54": (0, 0, 30)}, split_at_stops=True, dialect="siemens")
+    (item,) = vp.check(SWITCHED.format(change, low), "verne", options).findings
+    assert (item.code, item.line, item.severity) == (*wanted[:2], "error")
+    assert wanted[2] in item.message
+
+
 CUTTERS = {4: tool(4, 80.0), 5: vp.Tool(5, 5, tool(5, 80.0).offset, 12.0), 25: vp.Tool(25, 25, (0.0,) * 9, 11.8, "s")}
 MILL = "O1\nG21 G90 G94\nG0 A0. C0.\n{}T5 M6\nS3000 M3\nG0 X-35. Y-25.\nG43 Z25. H{}\n"
 MILL += "G1 Z20. F400.\nG41 X-25. Y-20. D{}\nY20.\nX-10.\nG40 X-35. Y-25.\nG0 Z90.\nM5\nM30\n"
@@ -560,6 +599,20 @@ def test_the_diameter_of_another_tool(before, number, severity) -> None:
     for item in told:
         assert "number 4, 10 mm, is in force, but tool 5, which has 12 mm, is in the spindle" in item.message
         assert [(edit.value, edit.word) for edit in item.edits] == [("5", ("D", 4))]
+
+
+@pytest.mark.parametrize(
+    ("between", "severity"),
+    [("M5\nG53 G0 Z0\nM3\n", "error"), ("", "warning"), ("M5\nT3 M6\nM3\nG43 H3\n", "warning")],
+)
+def test_the_length_of_a_tool_whose_call_is_missing(between, severity) -> None:
+    """T2 M6 was missing, and its H2 under T1 drove 10 mm too deep with a warning; a second offset needs no stop."""
+    tools = {number: tool(number, length) for number, length in ((1, 90.0), (2, 80.0), (3, 100.0))}
+    head, cut = "G21 G90 G94\nG0 A0 C0\nT1 M6\nM3 S900\nG0 X0 Y0\n", "G43 Z40 H{}\nG1 Z20 F600\nX5\nG0 Z40\n"
+    program = f"{head}{cut.format(1)}{between}{cut.format(2)}M5\nM2\n"
+    options = vp.Options(tools=tools, wcs={"G54": (0, 0, 30)}, split_at_stops=True)
+    found = [item for item in vp.check(program, "verne", options).findings if item.code == "VP049"]
+    assert [item.severity for item in found] == [severity]
 
 
 @pytest.mark.parametrize(

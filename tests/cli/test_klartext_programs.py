@@ -79,7 +79,13 @@ _DRILLING = "CYCL DEF 200 DRILLING ~\n    Q200=+3 ;SET-UP CLEARANCE ~\n"
             0,
             "19: VP010 warning: END PGM differs from BEGIN PGM in line 1; write END PGM P MM",
         ),
-        ("END PGM P MM", "END PGM P INCH", 0, "19: VP010 warning: END PGM differs from BEGIN PGM in line 1; write END"),
+        (
+            "END PGM P MM",
+            "END PGM P INCH",
+            0,
+            "19: VP010 warning: END PGM differs from BEGIN PGM in line 1; BEGIN has MM and END "
+            "has INCH; write in both the unit of the numbers",
+        ),
         ("BEGIN PGM P MM\n", "", 0, "1: VP010 warning: BEGIN PGM is missing, and lengths are taken as mm; "),
         ("CYCL DEF 7.0 DATUM SHIFT\n", "", 0, "14:10: VP005 warning: CYCL DEF 7.0, which names the cycle"),
         ("~", "", 0, ""),  # older files have none

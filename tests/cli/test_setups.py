@@ -142,6 +142,14 @@ def test_lengths_of_tools_come_from_one_place(folder: Path, run: Callable[..., A
             'expected a list of 3 to 4 numbers: -100000 to 100000, without quotes; or "measure"',
         ),
         ("tool_length = ", "part.nc.toml: not a TOML file"),
+        (
+            "[tools]\n3 = { length = 90,5 }",
+            "part.nc.toml:2: VP503 error: part.nc.toml: not a TOML file: 90,5: a decimal comma; write 90.5 (at line 2",
+        ),
+        ("tool_length = 90,5 # mm", "90,5: a decimal comma; write 90.5 (at line 1"),
+        ("[wcs]\nG54 = [0,0 60]", "not a TOML file: Unclosed array"),
+        ("[tools]\n3 = { length = 90 }\n3 = { length = 80 }", "3: the key is there twice; write it once (at line 3"),
+        ("[WCS]\nG54 = [1, 2, 3]", "WCS: this is no option of a set-up; did you mean wcs?"),
         ('tool_table = ""', "part.nc.toml: tool_table = ''"),
         (
             "[keep_out.vise]\nmin = [0, 0, 0]\nmax = [1, 1, 1]\ndistance_mm = 1e6",
@@ -161,6 +169,19 @@ def test_mistakes_name_the_file_and_the_key(folder: Path, run: Callable[..., Any
     assert answer.code == 2
     assert said in answer.err
     assert not Path("axes.csv").exists()
+
+
+def test_a_tool_number_that_is_written_as_a_name(run: Callable[..., Any], tmp_path: Path) -> None:
+    """The line of the program was named, and a length asked for that the set-up has."""
+    program = tmp_path / "part.nc"
+    program.write_text("G21 G90 G94 G54\nT3 M6\nG43 H3\nS900 M3\nG0 A0 C0\nX0 Y0 Z50\nG1 X5 F100\nM30\n")
+    setup = tmp_path / "part.nc.toml"
+    setup.write_text("[tools]\nT3 = { length = 90 }\n[wcs]\nG54 = [0, 0, 40]\n")
+    told = run("check", program)
+    assert "the set-up has no tool 3, and T3 is the name of one; write 3 in place of T3 there" in told.out
+    assert (told.code, "Fill in" in told.out) == (2, False)
+    setup.write_text(setup.read_text().replace("T3", "3"))
+    assert run("check", program).code == 0
 
 
 @pytest.mark.parametrize(
@@ -640,21 +661,22 @@ def test_a_tool_of_the_set_up_that_no_line_calls_is_told(
     tools = "[tools]\n1 = {length = 80}\n3 = {length = 90, diameter = 6}\n"
     (tmp_path / f"{name}.toml").write_text(f"split_at_stops = true\n{tools}[wcs]\nG54 = [0, 0, 40]\n")
     program.write_text(whole)
-    assert "not called" not in run("check", program).out
+    assert "VP041" not in run("check", program).out
     program.write_text(whole.replace(calls[3], ""))
-    told = run("check", program)
-    assert (told.code, "  not called: tools.3 of the set-up: no line of the program calls" in told.out) == (0, True)
+    told = run("check", program, "--fail-level", "warning")
+    said = "VP041 warning: tools.3 of the set-up: no line of the program calls it; write its call, or take it out"
+    assert (told.code, said in told.out) == (1, True)
     if name == "part.nc":  # H and D put the sizes of other numbers in force
         program.write_text(whole.replace(calls[3], "").replace("G43\n", "G43 H3\n"))
         (tmp_path / "part.nc.toml").write_text(
             "[tools]\n1 = {length = 90}\n3 = {length = 90}\n[wcs]\nG54 = [0, 0, 40]\n"
         )
-        assert "not called" not in run("check", program).out
+        assert "VP041" not in run("check", program).out
     # tools of the settings file are those of the shop
     (tmp_path / f"{name}.toml").write_text("[wcs]\nG54 = [0, 0, 40]\n")
     (tmp_path / "verne-post.toml").write_text(tools.replace("[tools]", '[setup."*".tools]'))
     program.write_text(whole.replace(calls[3], ""))
-    assert "not called" not in run("check", program, "--settings", tmp_path / "verne-post.toml").out
+    assert "VP041" not in run("check", program, "--settings", tmp_path / "verne-post.toml").out
 
 
 @pytest.mark.parametrize(

@@ -202,13 +202,13 @@ DRILLING = "CYCL DEF 200 DRILLING ~\nQ20=2 ~\nQ201=-10 ~\nQ206=250 ~\nQ202=5 ~\n
         (
             "p.mpf",
             "FANCY X10",
-            "FANCY: no meaning in this language beside other words of a block; post the program without",
+            "FANCY: no meaning in this language beside other words of a block; write the word that is meant",
         ),
         ("p.mpf", "FANCY", "; if it moves no axis, [remap] of the set-up"),
         (
             "p.nc",
             "G53.2 X1.",
-            "G53.2 is not a code of this language, and its block names axes; post the program without",
+            "G53.2 is not a code of this language, and its block names axes; write the code that is meant",
         ),
         ("p.nc", "G53.2", 'can give it a meaning: "G53.2" = "ignore"'),
     ],

@@ -631,6 +631,10 @@ HEADS = {
                                        "plane 0 mm")),
     ("siemens", 'MSG("DRILL D6)', ("VP001", 5, "the quote is not closed on its line; expected '\"'")),
     ("siemens", 'MSG("DRILL D6"', ("VP001", 4, "the bracket is not closed on its line; expected ')'")),
+    ("heidenhain", "L X+5 RLL F100", ("VP001", 7, "RLL: no meaning in this language; did you mean RL?")),
+    ("heidenhain", "CR X+5 Y+5 R+9 DRR- F100", ("VP001", 16, "DRR-: no meaning in this language; did you mean DR-?")),
+    ("heidenhain", "L Y+5 X", ("VP001", 7, "X without a number; write X and its value")),
+    ("heidenhain", "L X-4.0.5 Y+5", ("VP001", 3, "X-4.0.5: two points in one number; write it with one")),
     ("heidenhain", "CYCL DEF 230", ("VP002", 10, "CYCL DEF 230 is not executed (multipass milling of older controls; "
                                     "write cycle 233)")),
 ])  # fmt: skip
@@ -642,6 +646,16 @@ def test_a_mistake_is_told_by_its_cause_at_its_place(machine, dialect, line, wan
     assert [(item.code, item.line, item.column, item.message) for item in errors] == [
         (wanted[0], 7, wanted[1], wanted[2])
     ]
+
+
+@pytest.mark.parametrize(("end", "wanted"), [("M30\n%\n", []), ("M2\n%\n", []), ("%\n", [("VP010", "warning", 9)])])
+def test_a_fanuc_program_that_percent_alone_ends_is_told(machine, end, wanted):
+    """END PGM that is missing was a warning; M30 was not."""
+    tools = {1: Tool(1, 1, (0.0, 0.0, 80.0, *(0.0,) * 6), 6.0)}
+    options = Options(dialect="fanuc", wcs={"G54": (0, 0, 0)}, tools=tools)
+    program = f"%\n{HEADS['fanuc'].format('G1 X5.').removesuffix('M30')}{end}"
+    found = check(program.encode(), machine, options).findings
+    assert [(item.code, item.severity, item.line) for item in found] == wanted
 
 
 MANY = "".join(f"X{n}.\n" for n in range(20))
@@ -702,3 +716,105 @@ def test_a_mode_that_was_left_on_is_named_with_its_line(machine, dialect, progra
     (error,) = [item for item in found if item.severity == "error"]
     assert (error.code, error.line) == told
     assert ("is active" in error.message, f"{said} is active" in error.message) == (said != "", said != "")
+
+
+DRILL = "CYCL DEF 200 Q200=2 Q201=-5 Q206=250 Q202=5 Q210=0 Q203=40 Q204=20 Q211=0\n"
+HOLE = "CYCLE81(60,40,2,35)"
+
+
+@pytest.mark.parametrize(
+    ("dialect", "lines", "wanted"),
+    [
+        (
+            "heidenhain",
+            f"{DRILL}L X+5 FMAX\nL X+9 FMAX",
+            [
+                (
+                    "VP023",
+                    7,
+                    "cycle 200 is not called: no CYCL CALL, M99 or M89 before the end of the program; write M99",
+                )
+            ],
+        ),
+        ("heidenhain", f"{DRILL}L X+5 FMAX\n{DRILL}L X+9 FMAX M99", [("VP023", 7, "before the next one in line 9")]),
+        ("heidenhain", f"{DRILL}{DRILL}L X+5 FMAX\nL X+9 FMAX M99", []),  # what is defined anew was not to be called
+        ("heidenhain", f"{DRILL}L X+5 FMAX M89\nL X+9 FMAX", []),
+        ("heidenhain", f"{DRILL}CYCL CALL", []),
+        ("heidenhain", f"{DRILL}CYCL CALL POS X+5 Y+5 Z+0 FMAX", []),
+        ("heidenhain", f"{DRILL}PATTERN DEF POS1 (X+5 Y+5 Z+0)\nCYCL CALL PAT FMAX", []),
+        (
+            "heidenhain",
+            f"{DRILL}CYCL DEF 220 Q216=0 Q217=0 Q244=30 Q245=0 Q246=360 Q247=0 Q241=2 Q200=2 Q203=40 Q204=20 Q301=1",
+            [],
+        ),
+        ("heidenhain", "CYCL DEF 7.0 DATUM SHIFT\nCYCL DEF 7.1 X+5\nL X+9 FMAX", []),
+        ("heidenhain", "CYCL DEF 7.0\nCYCL DEF 7.1 X+5\nCYCL DEF 7.0\nCYCL DEF 7.1 X+0\nL X+9 FMAX", []),
+        (
+            "siemens",
+            f"{HOLE}\nX5\nX9\nMCALL",
+            [
+                (
+                    "VP023",
+                    10,
+                    "MCALL ends nothing: CYCLE81 of line 7 is called at one "
+                    "place alone; write MCALL CYCLE81(...) there",
+                )
+            ],
+        ),
+        ("siemens", f"{HOLE}\nX5\n{HOLE}\nMCALL", []),
+        ("siemens", f"MCALL\n{HOLE}\nMCALL\nX5\nMCALL", []),
+        ("siemens", f"MCALL {HOLE}\nX5\nMCALL\nMCALL\nX9\nMCALL", []),
+        (
+            "siemens",
+            f"MCAL {HOLE}\nX5\nMCALL",
+            [("VP002", 7, "MCAL: no meaning in this language; did you mean MCALL?")],
+        ),
+        (
+            "siemens",
+            f"MCALL {HOLE}\nX5\nMCAL\nG0 A20",
+            [("VP002", 9, "MCAL: no meaning in this language; did you mean")],
+        ),
+        ("fanuc", "G68.5 X0 Y0 Z5. I0 J25. K0", [("VP002", 7, "write the code that is meant, such as G68, G68.2 or")]),
+    ],
+)
+def test_a_cycle_that_nothing_calls_or_ends_is_told(machine, dialect, lines, wanted):
+    """Holes were missing without a word: the cycle was not called, or called at the first place alone."""
+    tools = {1: Tool(1, 1, (0.0, 0.0, 80.0, *(0.0,) * 6), 6.0)}
+    options = Options(dialect=dialect, wcs={"G54": (0, 0, 0)}, tools=tools)
+    found = check(HEADS[dialect].format(lines).encode(), machine, options).findings
+    found = [item for item in found if item.code != "VP039"]
+    assert [(item.code, item.line) for item in found] == [item[:2] for item in wanted]
+    assert all(said in item.message for item, (_code, _line, said) in zip(found, wanted, strict=True))
+
+
+@pytest.mark.parametrize(("lines", "wanted"), [
+    ("CYCL DEF 7.0\nCYCL DEF 7.1 Z+5O", ("VP001", 8, 14, "Z+5O: the letter O in a number; did you mean Z+50?")),
+    ("CYCL DEF 7.0\nCYCL DEF 7.1 FOO", ("VP001", 8, 14, "'FOO' is not a coordinate of a datum shift; write an axis and "
+                                        "a number")),
+    ("CYCL DEF 7.0\nCYCL DEF 7.1 X+0\nCYCL DEF 7.2 X+1", ("VP004", 9, None, "the datum shift has X in line 8 already, "
+     "and this one replaces it; write another axis, or one of the two lines")),
+    ("L X+5 F100 RL\nL Z-100 R0 FMAX M91", ("VP017", 8, None, "M91, to which R0 of the same line comes too late, under "
+     "cutter compensation: RL of line 7 still holds; write R0 first")),
+])  # fmt: skip
+def test_a_slip_of_several_klartext_lines_is_told_at_its_place(machine, lines, wanted):
+    tools = {1: Tool(1, 1, (0.0, 0.0, 80.0, *(0.0,) * 6), 6.0)}
+    options = Options(dialect="heidenhain", wcs={"G54": (0, 0, 0)}, tools=tools)
+    (item,) = check(HEADS["heidenhain"].format(f"{lines}\nL X+9 FMAX").encode(), machine, options).findings
+    assert (item.code, item.line, item.column, item.message) == wanted
+
+
+@pytest.mark.parametrize(("dialect", "lines", "wanted"), [
+    ("fanuc", "G68 X0. Y0. R10.\nG1 X5. Y5.\nG54\nG68.2 X0. Y0. Z5. I0. J25. K0.\nG53.1",
+     ("VP017", 9, 1, "a change of work offset under G68; write G69 first")),
+    ("fanuc", "G93\nG1 X5.\nG2 X9. R9.\nG1 X20.", ("VP009", 8, 3, "G1 with inverse-time feed (G93) needs F in the same "
+                                                   "block, or G94; G93 of line 7 is active")),
+    ("siemens", "G93\nG1 X5\nG2 X9 CR=9\nG1 X20", ("VP009", 8, 3, "G1 with inverse-time feed (G93) needs F in the same "
+                                                   "block, or G94; G93 of line 7 is active")),
+    ("siemens", "G93\nG1 X5 F9\nG94\nX20 F90\nG93\nG1 X5", ("VP009", 12, 1, "G1 with inverse-time feed (G93) needs F "
+                                                            "in the same block, or G94; G93 of line 11 is active")),
+])  # fmt: skip
+def test_a_mode_that_was_not_meant_is_one_finding(machine, dialect, lines, wanted):
+    tools = {1: Tool(1, 1, (0.0, 0.0, 80.0, *(0.0,) * 6), 6.0)}
+    options = Options(dialect=dialect, wcs={"G54": (0, 0, 0)}, tools=tools)
+    (item,) = check(HEADS[dialect].format(lines).encode(), machine, options).findings
+    assert (item.code, item.line, item.count, item.message) == wanted

@@ -106,6 +106,7 @@ def check_setup(moves: Moves, path: ToolPath, machine: Machine, options: Options
         *check_kept_feed(moves, path),
         *(changes or check_first_tool(moves, path, options.tools or {})),
         *_check_kept_planes(moves, path),
+        *_check_uncalled_tools(moves, options),
     ]
     return [*(make_finding("VP505", text) for text in texts), *found]
 
@@ -302,12 +303,14 @@ def _check_lengths(
     named = [item for item in moves.findings if item.quantity == "length"]
     unloaded = [*(item for item in moves.findings if item.code == "VP041"), *changes]
     called = _list_called_tools(moves) | {item.tool: None for item in unloaded if item.tool is not None}
+    called |= {item.tool: None for item in named if item.tool is not None and _follows_stop(moves, item.line or 0)}
     # tool and length -> first cut, first low one, message, and the line after which a length is missing
     wrong: dict[tuple[int, float], tuple[int, int, str, int]] = {}
     before: list[int] = []  # tools so far
     spindle = 0  # the one that may still be there, after TOOL CALL 0 too
     # the first too low without a length, whether it is an error, why, and the line after which the length is missing
     rapid = -1, False, "", 0
+    raised: set[int | None] = set()  # lines of changes that lack T or M6, and are errors
     with_length: set[int] = set()  # tools that have had theirs so far
     stretches = _list_stretches(moves, path)
     needs_code = any(one.length for one in stretches)
@@ -326,6 +329,8 @@ def _check_lengths(
                 if change:
                     text = f"{text.rpartition('; ')[0]}; {_describe_activation(tool, change, moves.language)}"
                     text += ", or write the rapid in machine coordinates (G53, SUPA, M91)"
+                elif tool and needs_code and tool in with_length:
+                    text = f"{text.rpartition('; ')[0]}; {_describe_ended_length(moves, path, stretch)}"
                 rapid = at, is_under and spindle == tool, text, change
         owners = [one for one in called if one != tool and lengths.get(one) == length]
         owner = next((one for one in before if one in owners), None)
@@ -338,8 +343,10 @@ def _check_lengths(
         suspects = [*(named if length else ()), *unloaded]
         told = [item for item in suspects if item.line is not None and change <= item.line <= moves.line[first]]
         if told and low >= 0 and own and told[-1].tool:
+            raised.add(told[-1].line)
             yield dataclasses.replace(told[-1], severity="error")
         elif told and low >= 0 and not (tool or length) and (said := _describe_unknown_tool(told[-1], lengths, names)):
+            raised.add(told[-1].line)
             yield dataclasses.replace(told[-1], severity="error", message=said)
         if told or (length and owner is None):
             continue  # an H of another tool since then has its own warning
@@ -354,6 +361,10 @@ def _check_lengths(
         )
         wrong[tool if length else 0, length] = known[0], low if own else -1, text, change if own else 0
     at, is_error, text, change = rapid
+    if at >= 0 and (cause := [one for one in unloaded if _find_change(moves, at) <= (one.line or 0) <= moves.line[at]]):
+        if is_error and cause[-1].line not in raised:
+            yield dataclasses.replace(cause[-1], severity="error")
+        at = -1  # the length in force follows from the tool that is not loaded
     cut = wrong.get((0, 0.0), (len(moves), -1, "", 0))
     if at >= 0 and not 0 <= cut[1] < (at if is_error else len(moves)):
         line, severity = int(moves.line[at]), "error" if is_error else "warning"
@@ -366,6 +377,29 @@ def _check_lengths(
         severity = "warning" if low < 0 else "error"
         edits = (Remedy("activate the length", line=change),) if change else ()
         yield make_finding("VP034", text, severity=severity, line=line, last_line=line, worst_line=line, edits=edits)
+
+
+def _follows_stop(moves: Moves, line: int) -> bool:
+    """Whether the spindle was stopped, and no tool called, between the last cut before a line and that line."""
+    after = np.flatnonzero(moves.line >= line)
+    first = int(after[0]) if len(after) else len(moves)
+    cuts = np.flatnonzero(moves.kind[:first] == MoveKind.FEED)
+    begin = int(cuts[-1]) if len(cuts) else first
+    events = [one for one in moves.events if begin < one.before <= first and one.line < line]
+    is_stopped = any(one.kind == "spindle" and one.data["direction"] == "stop" for one in events)
+    return is_stopped and not any(one.kind == "tool" for one in events)
+
+
+def _check_uncalled_tools(moves: Moves, options: Options) -> Iterator[Finding]:
+    """VP041: the set-up gives this program alone a tool that no line of it calls: a tool call may be missing."""
+    if options.from_line is not None or any(event.kind == "remapped" for event in moves.events):
+        return  # a line before, or a code of the builder, may call it
+    called = set(_list_called_tools(moves)) | moves.read_tools
+    keys = [tool.key for number, tool in (options.tools or {}).items() if tool.key and number not in called]
+    if keys:
+        it, them = ("it", "its call") if len(keys) == 1 else ("them", "their calls")
+        text = f"{', '.join(keys)} of the set-up: no line of the program calls {it}; write {them}, or take {it} out"
+        yield make_finding("VP041", text)
 
 
 def _find_change(moves: Moves, move: int) -> int:
@@ -449,6 +483,16 @@ def _describe_low_rapid(tool: int, spindle: int, own: float, names: Mapping[int,
             f"goes {where}; {remedy}"
         )
     return f"a rapid with length 0, and {name} is {own:g} mm long: its tip goes {where}; {remedy}"
+
+
+def _describe_ended_length(moves: Moves, path: ToolPath, stretch: _Stretch) -> str:
+    """Where the length of a tool has ended before a stretch without one, and what may be missing since."""
+    ended = int(moves.line[path.move[stretch.begin]])
+    length = _ACTIVATIONS.get(moves.language) or f"G43 H{stretch.tool}"
+    return (
+        f"from line {ended} on its length is not in force, and no block since then calls a tool or a length; write "
+        f"T and M6 of the next tool, or {length}, before this line, or the rapid in machine coordinates (G53, SUPA)"
+    )
 
 
 def _find_implausible(options: Options) -> Iterator[str]:

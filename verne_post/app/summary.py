@@ -14,7 +14,7 @@ from verne_post.base.columns import iterate_blocks
 from verne_post.base.long_text import Text
 from verne_post.gcode.dialects import choose_dialect_name, find_dialect_name
 from verne_post.model.contour import Contour
-from verne_post.model.moves import Event, find_tool_of_moves, list_tool_changes
+from verne_post.model.moves import Event, find_tool_of_moves
 from verne_post.model.protocols import AxisCorrecting
 from verne_post.model.setpoints import SetpointFormat
 from verne_post.model.summary import Part, StopsWithin, Summary
@@ -140,16 +140,6 @@ def list_tool_lengths(program: Program) -> ToolLengths:
     )
 
 
-def _list_uncalled_tools(program: Program) -> tuple[str, ...]:
-    """Keys of tools that the set-up gives this program alone, and no line of it calls: a tool call may be missing."""
-    moves, options = program.moves, program.options
-    if options.from_line is not None or any(event.kind == "remapped" for event in moves.events):
-        return ()  # a line before, or a code of the builder, may call it
-    called = {number for _event, number in list_tool_changes(moves.events)} | moves.read_tools
-    called |= {one.number for one in moves.selections}
-    return tuple(tool.key for number, tool in (options.tools or {}).items() if tool.key and number not in called)
-
-
 def summarise(
     source: Text, plan: Plan, fmt: SetpointFormat, verdict: Verification | None, part: "Machined | None" = None
 ) -> Summary:
@@ -211,7 +201,6 @@ def summarise(
         tools=lengths.own,
         carried=lengths.carried,
         has_bare_rapids=lengths.has_bare_rapids,
-        uncalled_tools=_list_uncalled_tools(program),
         stock=moves.stock,
         compared=() if part is None else _describe_part(part),
         shaped=shaped,

@@ -57,7 +57,7 @@ class Unreadable(FileError):
 
 
 #: Codes of findings about what a set-up says of tools and bodies, where no line of the program is meant.
-_OF_SIZES: Final = ("VP018", "VP505")
+_OF_SIZES: Final = ("VP018", "VP041", "VP505")
 
 
 def _show_near(name: str) -> str:

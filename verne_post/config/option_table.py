@@ -29,10 +29,14 @@ def find_wrong_options(
                 "settings file verne-post.toml, above its tables, or give --machine"
             )
         elif name not in allowed:
-            found.append(f"{name}: this is no option of {kind}{suggest(name, [*allowed, *others])}")
+            found.append(f"{name}: this is no option of {kind}{_suggest(name, [*allowed, *others])}")
         else:
             try:
                 check_value(name, value)
             except UsageError as error:
                 found.append(f"{error.option} = {error.reason}")
     return found
+
+
+def _suggest(name: str, known: Sequence[str]) -> str:
+    return f"; did you mean {name.lower()}?" if name.lower() in known else suggest(name, known)

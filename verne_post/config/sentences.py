@@ -140,7 +140,8 @@ def _describe_expected(kind: Any, fitting: Any, value: object, place: tuple[int 
         example = f", [{'.'.join(map(str, place))}] file = {json.dumps(value)}" if has_file else ""
         return f"{describe(kinds[0])}{example}; {_list_keys(kinds[0])}"
     if (fitting is not None and fitting not in words) or not 0 < len(words) < len(kinds):
-        return describe(kind if fitting is None else fitting)
+        text = describe(kind if fitting is None else fitting)
+        return f"{text}, without quotes" if isinstance(value, str) and text.startswith("a number") else text
     numbers = " or ".join(describe(one) for one in kinds if one not in words)
     quotes = ", without quotes" if isinstance(value, str) else ""
     return f"{numbers}{quotes}; or {' or '.join(json.dumps(word) for one in words for word in get_args(one))}"

@@ -13,6 +13,8 @@ from verne_post.base.printable import escape_unprinted
 from verne_post.base.text_marks import UTF16, decode_text, is_utf16
 from verne_post.model.findings import Finding, InputError, make_input_error
 
+#: A number with a comma, where a value begins.
+_DECIMAL_COMMA: Final = re.compile(r"=[ \t]*([-+]?\d+,\d+)(?![\d.,])[ \t]*")
 #: How a message of tomllib ends that names no line.
 _AT_END: Final = " (at end of document)"
 
@@ -32,7 +34,21 @@ def read_toml(raw: bytes) -> dict[str, Any]:
         text = decode_text(raw)
         return tomllib.loads(text)
     except (ValueError, RecursionError) as error:
-        raise ValueError(f"not a TOML file: {_name_beginning(text, str(error))}") from None
+        raise ValueError(f"not a TOML file: {_name_mistake(text, _name_beginning(text, str(error)))}") from None
+
+
+def _name_mistake(text: str, message: str) -> str:
+    """What tomllib complains about in the words of who wrote it: a decimal comma, a key that is there twice."""
+    place = re.search(r"\(at line (\d+), column (\d+)\)$", message)
+    if place is None:
+        return message
+    line, column = text.split("\n")[int(place[1]) - 1], int(place[2])
+    comma = next((one for one in _DECIMAL_COMMA.finditer(line) if one.start() < column <= one.end() + 1), None)
+    if comma is not None:
+        return f"{comma[1]}: a decimal comma; write {comma[1].replace(',', '.')} {place[0]}"
+    if message.startswith("Cannot overwrite") and "=" in line[:column]:
+        return f"{line.split('=')[0].strip()}: the key is there twice; write it once {place[0]}"
+    return message
 
 
 def _name_beginning(text: str, message: str) -> str:

@@ -43,7 +43,9 @@ def report_missing_tool(number: int, letter: str, at: At, setup: Setup, state: S
         why += f"(add it there if H{number} is meant); did you mean H{own}?"
         key = find_tool_key(number, "length", state.tool_names)
         return at.error("VP012", f"H{number}: {why}", "H", name, key)
-    if setup.tools is None:
+    if any(tool.key == f"tools.T{number}" for tool in (state.tools or {}).values()):
+        why = f"the set-up has no {name}, and T{number} is the name of one; write {number} in place of T{number} there"
+    elif setup.tools is None:
         why = f"the length is in no set-up and in no tool table; give --tool-table FILE{ONE_TOOL}"
     else:
         why = f"neither the set-up nor the tool table has it; add it to one of them{ONE_TOOL}"

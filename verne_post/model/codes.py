@@ -37,7 +37,7 @@ CODES: Final[dict[str, Code]] = _make_table(
         "error",
         "The word is not part of the language, or not supported by this version; it is never skipped.",
         "If the word is misspelt, correct it. If it is a code of the machine's builder, give it a meaning in [remap]. "
-        "Take it out only if you know that nothing depends on it; else post the program without it.",
+        "Take it out only if you know that nothing depends on it.",
     ),
     (
         "VP003",
@@ -46,7 +46,14 @@ CODES: Final[dict[str, Code]] = _make_table(
         "A block has two G or M codes of the same modal group.",
         "Keep one of them, or write two blocks.",
     ),
-    ("VP004", "repeated word", "error", "A letter appears twice in one block.", "Keep one of them."),
+    (
+        "VP004",
+        "repeated word",
+        "error",
+        "A letter appears twice in one block. As a warning: two lines of one cycle 7 shift the same axis, and the last "
+        "one holds.",
+        "Keep one of them.",
+    ),
     (
         "VP005",
         "missing word",
@@ -90,7 +97,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "program does not end",
         "error",
         "The file ends without M2, M30 or a closing %. As a warning: a Klartext program runs, but BEGIN PGM or END PGM "
-        "is missing, or they differ in name or unit, and a control may not load it.",
+        "is missing, or they differ in name or unit, and a control may not load it. So is a closing % of a Fanuc "
+        "program without M30 or M2 before it.",
         "",
     ),
     (
@@ -182,7 +190,9 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP023",
         "label, loop or subprogram without its partner",
         "error",
-        "A label, loop, branch or subroutine is not opened, closed, defined or called as it must be.",
+        "A label, loop, branch or subroutine is not opened, closed, defined or called as it must be. As a warning: a "
+        "machining cycle of Klartext is defined and not called, or MCALL of a Siemens program ends nothing after a "
+        "cycle that was called at one place.",
         "Close blocks in reverse order, with the same label. Define a subroutine before the program calls it, "
         "or put its file beside the program or into a folder of --subroutine-path.",
     ),
@@ -348,8 +358,9 @@ CODES: Final[dict[str, Code]] = _make_table(
         "tool that T has named last: without a new T the same tool comes again. It is an error where the tool in the "
         "spindle comes down with the length of another one. So it is where no tool has been loaded, and a cut goes "
         "down with length 0 although the set-up gives lengths. A program that changes tools between cuts, and cuts "
-        "before its first change, has no first tool; one without any change is for the tool in the spindle. T beside "
-        "M6, or before the first cut after it, makes the next tool ready and is not reported.",
+        "before its first change, has no first tool; one without any change is for the tool in the spindle. A "
+        "tool that INPUT.toml gives and no line calls may lack its call. T beside M6, or before the first cut after "
+        "it, makes the next tool ready and is not reported.",
         "Write both T and M6. If the control loads the tool by another code of its builder, give that code a meaning "
         "in [remap].",
     ),

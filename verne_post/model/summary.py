@@ -103,8 +103,6 @@ class Summary:
         Tools with the length of the tool before, mm, which rapids have until the tool's own length is active.
     has_bare_rapids : bool
         Some rapids have no tool length, although their tool has one in other moves.
-    uncalled_tools : tuple of str
-        Keys of tools of the program's own set-up that no line of it calls.
     axis_error_deg : float or None
         Largest tool axis error of the motion that the as-built machine cannot correct; None for a nominal machine.
     stock : Stock or None
@@ -153,7 +151,6 @@ class Summary:
     tools: tuple[tuple[int, float], ...] = ()
     carried: tuple[tuple[int, float], ...] = ()
     has_bare_rapids: bool = False
-    uncalled_tools: tuple[str, ...] = ()
     axis_error_deg: float | None = None
     stock: Stock | None = None
     compared: tuple[str, ...] = ()

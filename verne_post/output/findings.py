@@ -150,9 +150,13 @@ def list_remedies(item: Finding, program: str) -> list[str]:
     explain = f"{command} explains this line and what would bring it within limits"
     # where a plane needs a tilt far beyond the travel, the line cannot be executed, and there is no pose to explain
     has_pose = item.line and (item.value is not None or item.code not in ("VP102", "VP103"))
-    return [f"tried: {make_printable(text)}" for text in item.remedies] + [explain] * bool(has_pose)
+    # what no trial is needed for was not tried
+    tried = [f"{'' if _NOT_TRIED in text else 'tried: '}{make_printable(text)}" for text in item.remedies]
+    return tried + [explain] * bool(has_pose)
 
 
+#: In a remedy that follows from the kind of the move alone.
+_NOT_TRIED: Final = "which no work offset moves"
 #: What helps where a code of the builder has no meaning yet.
 _GIVE_MEANING: Final = (
     "Fill in its meaning in INPUT.toml, which verne-post setup INPUT writes, or post the program without it."
@@ -186,7 +190,7 @@ _NOT_ACTIVE: Final = "has no length in force"
 #: In VP012 where the tool is missing itself, and the message says what to write.
 _NO_TOOL: Final = re.compile(
     "no tool is in the spindle; load one$|no M6 loads it|no tool is called before|no TOOL CALL before|"
-    "TOOL CALL 0 leaves no tool before|TOOL CALL .*which needs the radius"
+    "is the name of one; write|TOOL CALL 0 leaves no tool before|TOOL CALL .*which needs the radius"
 )
 #: In VP012 where the message says in which file a length is missing, and how it counts.
 _WRITE_LENGTH: Final = "gives no length; write one there"

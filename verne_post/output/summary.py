@@ -389,8 +389,6 @@ def _describe_free_turn(summary: Summary) -> Facts:
 def _describe_setup(summary: Summary) -> Facts:
     """What a person must compare with the machine."""
     source = [("set-up", f"from {summary.options.setup_source}")] if summary.options.setup_source else []
-    if keys := summary.uncalled_tools:
-        source.append(("not called", f"{', '.join(keys)} of the set-up: no line of the program calls such a tool"))
     # the dialect matters most where a dwell is a thousand times as long
     is_doubtful = summary.language_is_assumed and summary.dwell_time > 0
     language = "RS274/NGC, as nothing shows another: dwells in s (--dialect fanuc: in ms)"

@@ -118,6 +118,8 @@ def execute_klartext(source: Text, setup: Setup, state: State, stop: StopConditi
     execution = Execution(state, Recorder(language="heidenhain"))
     flow = KlartextFlow(KlartextText(source, setup), Klartext(setup, state, execution.recorder))
     run_program(_KlartextRun(flow), execution, setup, stop)
+    if flow.interpreter.functions.has_ended or flow.has_ended:
+        flow.interpreter.patterns.report_uncalled_cycle("the end of the program")
     if setup.machine and not any(error.code == "VP010" for error in execution.errors):
         for line, message in flow.calls.main.find_wrong_frame():
             execution.recorder.warn("VP010", message, line, None, "warning")

@@ -83,6 +83,9 @@ class KlartextPatterns:
         self.modal = False
         self.places: list[Place] = []
         self.cycle_unread = False
+        self.uncalled_cycle: tuple[Statement, int, int] | None = (
+            None  #: A definition not called: its cycle, moves before it.
+        )
         self.assigned_values: dict[int, float] = {}
 
     # --- definitions ----------------------------------------------------------------------------------------
@@ -112,13 +115,25 @@ class KlartextPatterns:
         for name, value in given.items():
             self.q.set(f"Q{name}", value)
         if number in MACHINING:
+            self.report_uncalled_cycle(f"the next one in line {statement.line}")
             self.cycle = DefinedCycle(number, q, self._list_definitions(statement))
+            self.uncalled_cycle = (statement, number, self.core.recorder.count) if self.cycle.definitions else None
             self.cycle_unread, self.assigned_values = False, given
             self.modal = False
             return
         self.assigned_values = {name: given.get(name, value) for name, value in self.assigned_values.items()}
         self.waiting.refuse(f"CYCL DEF {number}")
         self._run_pattern(statement, number, q)
+
+    def report_uncalled_cycle(self, until: str) -> None:
+        """VP023: the cycle defined last is not called before the next one, or the end, and the tool has moved."""
+        if self.uncalled_cycle is not None and self.core.recorder.count > self.uncalled_cycle[2]:
+            statement, number, _count = self.uncalled_cycle
+            text = (
+                f"cycle {number} is not called: no CYCL CALL, M99 or M89 before {until}; write M99 where it is to run"
+            )
+            self.core.recorder.warn("VP023", text, statement.line, None, "warning")
+        self.uncalled_cycle = None
 
     def _list_definitions(self, statement: Statement) -> tuple[Statement, ...]:
         return (statement,) if statement.line == self.frames.block.line else ()
@@ -178,6 +193,7 @@ class KlartextPatterns:
 
     def call_cycle(self, z: float = 0.0) -> None:
         """Run the defined cycle here; ``z`` raises its surface."""
+        self.uncalled_cycle = None
         if self.cycle_unread:
             return
         if self.cycle is None:

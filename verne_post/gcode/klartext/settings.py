@@ -61,6 +61,7 @@ class KlartextSettings:
         self.table: str | None = None
         #: The cycle of the statement before; None where that defines none.
         self.open_cycle: int | None = None
+        self.shifted_lines: dict[str, int] = {}  #: Axis -> the line of the present cycle 7 that has it.
 
     def execute_setting(self, statement: Statement, head: Head) -> bool:
         """One line of a setting cycle; False where the cycle is none."""
@@ -72,6 +73,8 @@ class KlartextSettings:
             why = f"CYCL DEF {head.number}.0, which names the cycle, is missing before: a control refuses the line"
             text = f"{why}; it is executed as it stands; write CYCL DEF {head.number}.0 {_NAMES[head.number]}"
             self.core.recorder.warn("VP005", text, statement.line, head.begin + statement.begin + 1, "warning")
+        if not head.part or self.open_cycle != head.number:
+            self.shifted_lines.clear()
         self.open_cycle = head.number
         if head.part or head.number == 247:  # line 0 only names the cycle
             handler(self, statement, head)
@@ -92,6 +95,16 @@ class KlartextSettings:
 
     def _change_maps(self, what: str) -> None:
         self.core.refuse_compensation(what)
+
+    def _shift_by_cycle(self, statement: Statement, head: Head) -> None:
+        """A line of cycle 7; VP004 where a line of the same cycle has named its axis before."""
+        axes = set(re.findall(r"[XYZ]", head.rest)) if _ROW.fullmatch(head.rest) is None else set()
+        for axis in sorted(axes & self.shifted_lines.keys()):
+            text = f"the datum shift has {axis} in line {self.shifted_lines[axis]} already, and this one replaces it"
+            text += "; write another axis, or one of the two lines"
+            self.core.recorder.warn("VP004", text, statement.line, None, "warning")
+        self.shift_datum(statement, head.rest)
+        self.shifted_lines |= dict.fromkeys(axes, statement.line)
 
     # --- maps ---------------------------------------------------------------------------------------------
 
@@ -125,7 +138,8 @@ class KlartextSettings:
         while at < len(text):
             match = _COORDINATE.match(text, at)
             if match is None:
-                raise statement.error("VP001", f"{text[at:].strip()[:15]!r} is not a coordinate of a datum shift")
+                what = f"{text[at:].strip()[:15]!r} is not a coordinate of a datum shift; write an axis and a number"
+                raise statement.error("VP001", what, max(statement.rest.rfind(text), 0) + at)
             step, letter, value = match.group(1), match.group(2), read_value(match.group(3), self.q)
             at = match.end()
             if letter in "XYZ":
@@ -344,7 +358,7 @@ _TRANS: Final[Mapping[str, tuple[Callable[[KlartextSettings, Statement, str], No
 }  # fmt: skip
 #: Cycles that set modes.
 SETTINGS: Final[Mapping[int, _Handler]] = {
-    7: _take_rest(KlartextSettings.shift_datum),
+    7: KlartextSettings._shift_by_cycle,
     8: _take_rest(KlartextSettings.mirror),
     9: KlartextSettings._dwell_time,
     10: _take_rest(KlartextSettings.rotate),

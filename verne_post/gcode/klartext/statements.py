@@ -176,6 +176,8 @@ class KlartextText(ChunkedText):
         differ = end_name.upper() != name.upper() or (end_unit[:2] != unit[:2] and end_unit)
         if begin is not None and end_name and differ:
             number = self.source.count(b"\n", 0, ends[-1].start()) + 1
+            if end_name.upper() == name.upper() and unit and end_unit:
+                right = f"BEGIN has {unit} and END has {end_unit}; write in both the unit of the numbers"
             yield number, f"END PGM differs from BEGIN PGM in line {line}; {right}"
 
     def skip_parameters(self, line: int) -> int:

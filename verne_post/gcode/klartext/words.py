@@ -1,6 +1,7 @@
 """Words of path functions: coordinates (absolute or I for incremental), feed, compensation, M functions."""
 
 import re
+from collections.abc import Iterator
 from contextlib import suppress
 from typing import Final
 
@@ -22,6 +23,8 @@ _WORD: Final = re.compile(
     rf"\t]*(?P<value>{VALUE})|(?P<axis>[ABC])(?=[ \t]|$)|(?P<empty>[RFM])(?=[ \t]|$))"
 )
 
+#: Characters of a word in which a letter that is typed twice is looked for.
+_LONGEST: Final = 20
 #: Up to the next blank.
 _UNREAD: Final = re.compile(r"[ \t]+|[^ \t]+")
 
@@ -99,15 +102,34 @@ def read_words(statement: Statement, numbers: Numbers) -> Words:
     while at < len(text):
         match = _WORD.match(text, at)
         if match is None:
-            begin = at + len(text[at:]) - len(text[at:].lstrip())
-            message = f"{text[begin:][:15]!r} is not a word of {statement.keyword or 'a block'}"
-            word = text[begin:].split()[0]
-            known_words = (name for phrase in WORDS for name in phrase.split())
-            raise statement.error("VP001", explain_unknown(message, word, known_words), begin)
+            raise _explain_unread(statement, text, at + len(text[at:]) - len(text[at:].lstrip()))
         begin = match.start() + len(match.group()) - len(match.group().lstrip())
         _add(statement, words, match, begin, numbers)
         at = match.end()
     return words
+
+
+def _explain_unread(statement: Statement, text: str, begin: int) -> ProgramError:
+    """Why no word begins at a place of the text: a slip of the word that is meant, a number that is none or missing."""
+    word = text[begin:].split()[0]
+    if word[0] == "." and text[begin - 1 : begin].isdigit():
+        begin = len(text[:begin].rstrip()) - len(text[:begin].split()[-1])
+        word = text[begin:].split()[0]
+        return statement.error("VP001", f"{word}: two points in one number; write it with one", begin)
+    if _WORD.fullmatch(f"{word}1"):
+        return statement.error("VP001", f"{word} without a number; write {word} and its value", begin)
+    meant_word = next((once for once in _drop_doubles(word) if _WORD.fullmatch(once)), None)
+    if meant_word is not None:
+        return statement.error("VP001", f"{word}: no meaning in this language; did you mean {meant_word}?", begin)
+    message = f"{text[begin:][:15]!r} is not a word of {statement.keyword or 'a block'}"
+    known_words = (name for phrase in WORDS for name in phrase.split())
+    return statement.error("VP001", explain_unknown(message, word, known_words), begin)
+
+
+def _drop_doubles(word: str) -> Iterator[str]:
+    """The word without one of two equal letters that stand side by side, for each such pair."""
+    for match in re.finditer(r"([A-Z])(?=\1)", word[:_LONGEST]):
+        yield word[: match.start()] + word[match.end() :]
 
 
 def read_usable_words(statement: Statement, numbers: Numbers) -> Words:

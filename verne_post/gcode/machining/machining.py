@@ -271,7 +271,11 @@ class Machining:
                 f"the tool length has changed while the table is tilted ({letter} {tilt:g} deg), so the tip is "
                 "at another place; the next motion must be a rapid traverse in absolute coordinates",
             )
-            raise error if absolute or kind != MoveKind.RAPID else explain_g91(self, error, at.line if at else 0)
+            if absolute or kind != MoveKind.RAPID:
+                raise error
+            explain_g91(self, error, at.line if at else 0)
+            error.message += "; write G90" if "G91" in self.word_lines else ""
+            raise error
         if machine:
             return state.position
         if axes is not None and _Z not in axes and not any(state.frame.tool) and not math.isnan(values_before[_Z]):

@@ -491,7 +491,7 @@ class FanucInterpreter(Rs274):
             del block.words["P"]  # and no dwell of a cycle
         if self.modes.follows_table and system == self.state.frame.system:
             return system  # posts for Haas write the work offset in force again after G254
-        self.planes.refuse_under_plane("a change of work offset")
+        self.planes.refuse_under_plane("a change of work offset", block.line)
         if self.modes.maps is not NO_MAPS:
             raise ProgramError(
                 "VP017", "a change of work offset under G51, G51.1 or G16; write G50, G50.1 or G15 first"
@@ -503,7 +503,7 @@ class FanucInterpreter(Rs274):
 
     def _execute_non_modal(self, block: Block, code: int) -> None:
         if code in (100, 520, 920):
-            self.planes.refuse_under_plane(spell_g_code(code))
+            self.planes.refuse_under_plane(spell_g_code(code), block.line)
         if code == 100:
             if self.motion.offsets_are_wear and block.words.get("L") in (12.0, 13.0):
                 raise block.error(

@@ -54,7 +54,7 @@ class FanucPlanes:
             self._rotate(block)
             return
         self.recorder.say_tcp(True)  # a plane of the part
-        self.refuse_under_plane(name)
+        self.refuse_under_plane(name, block.line)
         if code == OF_TOOL:
             origin, rotation = self._find_plane_of_tool(block)
         else:
@@ -74,11 +74,12 @@ class FanucPlanes:
             missing = ", ".join(f"Q{q}" for q in _SEVERAL[kind] if q not in parts and q)
             raise ProgramError("VP005", f"G68.2 P{kind} is not complete: expected {missing} in separate blocks")
 
-    def refuse_under_plane(self, what: str) -> None:
+    def refuse_under_plane(self, what: str, line: int) -> None:
         """Refuse (VP017) what would change the system in which a plane lies."""
         modes = self.modes
         if modes.follows_table or self.state.frame.feature is not None:
             code, end = ("G254", "G255") if modes.follows_table else ("G68" if modes.turns else "G68.2", "G69")
+            self._end(line)  # it was to end before: what follows would only say so again
             raise ProgramError("VP017", f"{what} under {code}; write {end} first")
 
     def _end(self, line: int) -> None:
@@ -227,7 +228,7 @@ class FanucPlanes:
         words, state, modes = block.words, self.state, self.modes
         in_space = any(letter in words for letter in "IJK")
         if state.frame.feature is not None and not (modes.turns and in_space and modes.turns < _MOST_TURNS):
-            self.refuse_under_plane("G68")
+            self.refuse_under_plane("G68", block.line)
         if "R" not in words:
             if in_space:
                 column = next((at for letter, code, at in block.codes if (letter, code) == ("G", 68.0)), None)
@@ -298,7 +299,7 @@ class FanucPlanes:
                 modes.follows_table = False
                 say_directions(self.core)
             return
-        self.refuse_under_plane("G254")
+        self.refuse_under_plane("G254", block.line)
         if modes.maps is not NO_MAPS:
             raise ProgramError("VP017", "G254 under G51, G51.1 or G16; end that before")
         self.core.require_known(block, [*self.setup.rotary], "G254")

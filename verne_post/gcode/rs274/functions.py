@@ -38,6 +38,7 @@ class FunctionCodes:
         state = self.state
         if (mode := g.get("feed mode")) is not None:
             self.core.set_feed_mode(_FEED_MODES[mode])
+            self.core.word_lines["G93"] = block.line if _FEED_MODES[mode] == FeedMode.INVERSE else 0
         if "F" in block.words:
             value = block.words["F"]
             if value < 0:

@@ -539,8 +539,12 @@ class Rs274(Language):
             text = f"{name} is not a code"
             if is_code:
                 text += " of this language"
+                near = [spell_g_code(one) for one in sorted(self.table.group_of_g) if one // 10 == code // 10]
+                such = f", such as {' or '.join(', '.join(near).rsplit(', ', 1))}" if near else ""
                 text += (
-                    ", and its block names axes; post the program without it" if moves else f"; {describe_remap(name)}"
+                    f", and its block names axes; write the code that is meant{such}"
+                    if moves
+                    else f"; {describe_remap(name)}"
                 )
             full_text = explain_unknown(text, name, map(spell_g_code, self.table.group_of_g))
             is_settled = is_code and not moves and full_text == text  # else another code is meant

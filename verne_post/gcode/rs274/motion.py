@@ -50,7 +50,11 @@ def refuse_lacking(
     """
     lacking = core.find_lacking(given=given, turns_itself=turns_itself)
     if lacking == "F in the block":
-        raise ProgramError("VP009", f"{name} with inverse-time feed (G93) needs F in the same block")
+        error = ProgramError("VP009", f"{name} with inverse-time feed (G93) needs F in the same block")
+        if since := core.word_lines.get("G93"):
+            error.message += f", or G94; G93 of line {since} is active"
+            error.cause = f"G93 of line {since}"
+        raise error
     if lacking == "feed rate":
         raise ProgramError("VP009", f"{name} with feed rate zero; {explain_no_feed(core, feed_words)}")
     if lacking == "constant spindle speed":

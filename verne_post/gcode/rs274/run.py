@@ -180,6 +180,11 @@ class _BlockRun:
             what = f"the text ends inside a subroutine{f' ({text.name})' if text.name else ''}; expected endsub or M99"
         elif text.closing is not None or flow.interpreter.ends_with_text:
             execution.recorder.record_event(self.calls.line, "end", code="%")
+            if flow.interpreter.custom_macro and flow.interpreter.setup.machine and not execution.errors:
+                what = (
+                    "no M30 or M2 ends the program before the closing %, where a control stops with an alarm; write M30"
+                )
+                execution.recorder.warn("VP010", f"{what} before it", self.calls.line, None, "warning")
             return False
         else:
             what = f"the file ends without {'M2, M30 or a closing %' if percent else 'M2 or M30'}"

@@ -63,6 +63,8 @@ class Executor:
         self.swivel = Swivel(self.interpreter, self.variables)
         self.modal: Call | None = None  #: The cycle of MCALL.
         self.modal_line = 0  #: The line of that MCALL, as messages name it.
+        #: Line, name and place of each cycle called without MCALL since the last one.
+        self.lone_calls: list[tuple[int, str, list[float]]] = []
         self.modal_is_shown = True  #: That line has its columns: it is no call of a file in which MCALL stands.
         #: A line that was not executed has named axes.
         self.uncertain = False
@@ -138,9 +140,25 @@ class Executor:
             if not (error.of_value and self.modal_is_shown):
                 error.column = None
             if error.code == "VP017":  # the cycle does not belong here: it was to end before, and is taken as ended
-                error.message += f" (MCALL of line {self.modal_line} is still active; MCALL alone ends it)"
+                text = (
+                    f"MCALL of line {self.modal_line} still calls {call.name}; write MCALL alone before this motion if "
+                )
+                error.message = f"{text}it is no place of it ({error.message})"
                 self.modal = None
             raise
+
+    def end_modal(self, line: int) -> None:
+        """MCALL alone; VP023 where it ends nothing, and a cycle was called once before moves to other places."""
+        if self.modal is None and len(self.lone_calls) == 1:
+            begin, name, place = self.lone_calls[0]
+            if place != self.interpreter.state.position[:2]:
+                text = (
+                    f"MCALL ends nothing: {name} of line {begin} is called at one place alone; write MCALL {name}(...) "
+                )
+                text += f"there to call it at the places up to line {line} too"
+                self.interpreter.recorder.warn("VP023", text, line, None, "warning")
+        self.modal = None
+        self.lone_calls.clear()
 
     def _go_on(self, words: Words, code: str) -> None:
         """Execute a block again as if a length, a feed rate and a turning spindle were given: its end point counts."""
@@ -238,6 +256,8 @@ class Executor:
         else:
             self.interpreter.motion.check_length_axis(At(line))
             (self.milling if call.name in MILLING else self.drilling).run(call, line)
+        if self.is_modal(call.name):
+            self.lone_calls.append((line, call.name, self.interpreter.state.position[:2]))
 
     def _run_pattern(self, call: Call, line: int) -> None:
         """Go to every place of a pattern, and execute the cycle of MCALL there."""

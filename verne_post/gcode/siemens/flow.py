@@ -240,7 +240,7 @@ class Flow:
         """MCALL with a call, or alone."""
         column = cursor.at
         if cursor.is_at_end:
-            self.executor.modal = None
+            self.executor.end_modal(self.calls.show(line))
             return
         words = self.executor.read(cursor, self.calls.show(line))
         if len(words.calls) != 1 or words.words or words.groups or words.m:
@@ -254,6 +254,7 @@ class Flow:
                 call.column,
             )
         self.executor.modal, self.executor.modal_line = call, self.calls.show(line)
+        self.executor.lone_calls.clear()
         self.executor.modal_is_shown = self.calls.shown_line is None
 
     # --- definitions, messages ----------------------------------------------------------------------------------

@@ -95,5 +95,5 @@ class _SiemensRun:
 def _correct(raw: bytes, error: ProgramError) -> str | None:
     """The line with the word that is meant; None for words of branches and loops, whose partners the text has."""
     correction = find_correction(error.message)
-    is_control = correction is not None and correction[1] in STATEMENTS
+    is_control = correction is not None and correction[1] in STATEMENTS and correction[1] != "MCALL"
     return None if is_control else correct_line(decode_line(raw), error)

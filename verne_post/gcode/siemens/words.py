@@ -396,8 +396,8 @@ def _make_unknown_call(name: str, column: int, own_names: Iterable[str], *, is_a
             "VP002", f"{name}: no meaning in this language; did you mean {address[1]}={address[2]}?", column
         )
     if not is_alone:
-        text = f"{name}: no meaning in this language beside other words of a block; post the program without it"
-        message = explain_unknown(text, name, own_names, GROUP_OF, NO_EFFECT)
+        text = f"{name}: no meaning in this language beside other words of a block; write the word that is meant"
+        message = explain_unknown(text, name, own_names, GROUP_OF, NO_EFFECT, ("MCALL",))
         return ProgramError("VP002", message, column)
     text = f"{name}: no meaning in this language, and no file of that name (.SPF) {_WHERE}; if it moves no axis, "
     text += REMAP_GIVES
