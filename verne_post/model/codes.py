@@ -123,8 +123,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "stop for the operator",
         "error",
         "M0, M6, M60, G88 or a waiting M66 after the motion has begun: a stream of setpoints cannot wait.",
-        "Write one csv file of setpoints for each part between two stops: --split-at-stops, or "
-        "split_at_stops = true in the set-up. Other formats are for programs without stops.",
+        "Write one file of setpoints for each part between two stops: --split-at-stops, or "
+        "split_at_stops = true in the set-up.",
     ),
     (
         "VP015",
