@@ -23,7 +23,7 @@ ROOT: Final = Path(__file__).resolve().parents[2]
 WRONG: Final = {
     "no.nc": "no.nc: No such file",
     "part.nc --bogus": "No such option",
-    "part.nc --tool-length abc": "not a valid float",
+    "part.nc --tool-length abc": "not a number",
     "part.nc --tolerance -1": "expected 1e-06 to 10 mm",
     "part.nc --wcs 1,2,3": "expected G54=X,Y,Z",
     "part.nc --from nowhere": "not a list of numbers",

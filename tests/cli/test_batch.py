@@ -474,6 +474,7 @@ def test_globs_and_files(folder: Path, run: Callable[..., Any]) -> None:
     [
         (("in/none*.nc", "-o", "out"), "no such file"),
         (("empty", "-o", "out"), "no programs in empty"),
+        (("empty", "-o", "empty"), "empty: is in the folder of -o, where no programs are looked for; give another -o"),
         (("in", "-o", "out", "--shard", "4/3"), "expected I/N"),
         (("in", "-o", "out", "--shard", "x"), "expected I/N"),
         (("in", "same/p0.nc", "-o", "out"), "would both be written to out/p0.nc.csv"),

@@ -653,7 +653,7 @@ BAD_OPTIONS: dict[str, tuple[tuple[str, ...], str]] = {
     "cycle negative": (("--cycle", "-0.001"), "--cycle"),
     "cycle NaN": (("--cycle", "nan"), "--cycle"),
     "cycle too long": (("--cycle", "2"), "--cycle"),
-    "cycle of words": (("--cycle", "fast"), "not a valid float"),
+    "cycle of words": (("--cycle", "fast"), "'fast' is not a number."),
     "tool length negative": (("--tool-length", "-1"), "--tool-length"),
     "tool length NaN": (("--tool-length", "nan"), "--tool-length"),
     "tool table missing": (("--tool-table", "none.tbl"), "none.tbl"),

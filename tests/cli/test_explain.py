@@ -549,6 +549,8 @@ def test_the_response_to_a_warning_about_words(run: Callable[..., Any], tmp_path
     ("word", "lines"),
     [
         ("G68.2", ("RS274/NGC: not executed: tilted work planes", "Fanuc: tilted plane: tilted work plane by angles")),
+        ("CYCLE83", ("Siemens: deep-hole drilling", "  RTP: retraction plane", "  VARI")),
+        ("PLANE", ("Klartext: a tilted plane: ", "  PLANE SPATIAL: turned about X")),
         ("traori", ("Siemens: tool-centre-point control on",)),
         ("CYCL DEF 208", ("Klartext: ",)),
         ("CYCL DEF 203", ("Klartext: universal drilling with chip breaking; holes: see Cycles in docs/heidenhain.md",)),

@@ -220,7 +220,7 @@ def test_what_is_not_free_stays(tilted: Path, run: Callable[..., Any]) -> None:
     x, y, z, c = (float(value) for value in found["wcs"].partition("=")[2].split(","))
     assert (x, z, c) == (5.0, 40.0, 12.0)
     assert y != -6.0
-    found = told(run("fit", tilted, "--tool-length", 70, "--range", "x=7,9", "--range", "c=-5,5", "--json"))
+    found = told(run("fit", tilted, "--tool-length", 70, "--range", "X=7,9", "--range", "c=-5,5", "--json"))
     x, y, z, c = (float(value) for value in found["wcs"].partition("=")[2].split(","))
     assert 7 <= x <= 9
     assert -5 <= c <= 5
@@ -326,6 +326,7 @@ def test_a_part_that_is_too_large_is_refused(tmp_path: Path, run: Callable[..., 
     assert answer.code == 1
     assert re.fullmatch(
         r"\S+ on VERNE: no work offset was found with which it fits\.\n"
+        r"Searched: x -?[\d.]+ to [\d.]+, .*\. --range x=LOW,HIGH searches elsewhere\.\n"
         r"The closest one, --wcs \S+, is blocked by:\n(  \S+: VP\d+ error: .*\n)+",  # no rows of "no reach"
         answer.out,
     )
@@ -380,7 +381,7 @@ def test_a_range_without_the_present_offset_holds(tilted: Path, run: Callable[..
         (("--free", "xq"), "expected some of the letters x, y, z, c"),
         (("--free", ""), "expected some of the letters"),
         (("--range", "x=3"), "expected low and high of x, got 1 numbers"),
-        (("--range", "x"), "expected X=LOW,HIGH"),
+        (("--range", "x"), "expected x=LOW,HIGH"),
         (("--range", "x=9,3"), "the lower one comes first"),
         (("--range", "x=1,2", "--range", "x=3,4"), "x is given twice"),
         (("--free", "xy", "--range", "z=1,2"), "none of the free coordinates x, y"),

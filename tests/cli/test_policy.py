@@ -85,6 +85,28 @@ def test_severities(warned: tuple[Any, ...], run: Callable[..., Any]) -> None:
     assert run(*warned, "--severity", "VP2=note", "--severity", "VP202=error").code == 1
 
 
+def test_warnings_that_fail_are_said_to(warned: tuple[Any, ...], run: Callable[..., Any]) -> None:
+    level = ("--fail-level", "warning")
+    plain = run(*warned, *level)
+    assert "w.nc: refused: 0 errors, 1 warning (--fail-level warning)" in plain.out
+    quiet = run(*warned, *level, "-q")
+    assert quiet.code == 1
+    assert "VP202 warning" in quiet.out
+    assert "(--fail-level warning)" in quiet.out
+    assert run(*warned, "-q").out == ""
+    told = json.loads(run(*warned, *level, "--output-format", "json").out)
+    assert told["programs"][0]["verdict"] == "refused: warnings fail"
+    table = run(*warned, *level, "--output-format", "markdown").out
+    assert "| refused: 0 errors, 1 warning (--fail-level warning) |" in table
+    assert "1 program: 1 refused" in table
+    log = run(*warned, *level, "--output-format", "github").out.splitlines()
+    assert log[0].startswith("::warning ")
+    assert log[-1] == "::error title=verne-post::w.nc: refused: 0 errors, 1 warning (--fail-level warning)"
+    cases = run(*warned, *level, "--output-format", "junit").out
+    assert 'failures="1"' in cases
+    assert 'failures="0"' in run(*warned, "--output-format", "junit").out
+
+
 def test_option_environment_file(
     warned: tuple[Any, ...], run: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:

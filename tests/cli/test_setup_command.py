@@ -443,7 +443,6 @@ def test_what_a_program_with_errors_uses_is_not_known(run: Run, tmp_path: Path) 
         ("[tools]\n01 = { length = 70 }\n5.length = 3\n", {"tools": {"01": {"length": 70}, "5": {"length": 3}}}),
         ("tools = { 1 = { length = 80 }, 5 = { length = 3 } }\n", {"tools": {"1": {"length": 80}, "5": {"length": 3}}}),
         ('[remap]\nM11 = "ignore"', {"remap": {"M11": "ignore"}}),  # its last line has no end
-        ("tool_length = 80\n", {"tool_length": 80}),
         ("split_at_stops = false\n", {"split_at_stops": False}),
         ('wcs.G54 = [\n  0, # x\n  0,\n  60,\n]\n[tools]\n1 = { length = "measure" }\n', {"wcs": {
             "G54": [0, 0, 60], "G55": "measure"}, "tools": {
@@ -465,6 +464,34 @@ def test_a_setup_is_extended_in_the_way_in_which_it_is_written(
         assert {key: merged[key] for key in expected} == expected
         assert merged["wcs"].keys() == {"G54", "G55"}
         assert {*there.splitlines()} <= {*written.read_text().splitlines()}
+
+
+@pytest.mark.parametrize("end", ["\n", "\r\n"])
+def test_the_length_of_one_tool_gives_way_to_a_table_of_tools(run: Run, tmp_path: Path, end: str) -> None:
+    program, written = tmp_path / "part.nc", tmp_path / "part.nc.toml"
+    program.write_text(FANUC.replace("N45 M11\n", ""))
+    written.write_bytes(f"tool_length = 80  # calliper{end}wcs.G54 = [0, 0, 60]{end}wcs.G55 = [0, 0, 60]{end}".encode())
+    told = run("check", program)
+    assert told.code == 2
+    assert "VP018 error: --tool-length holds for one tool, but the program uses T1 and T5" in told.err + told.out
+    assert "[tools] of the set-up in place of tool_length (`verne-post setup` writes it)" in told.err + told.out
+    told = run("setup", program)
+    assert told.code == 0
+    assert "now a remark, because it holds for one tool: tool_length; " in told.err
+    assert "to be filled in: the length of tools 1 and 5" in told.err
+    text = written.read_bytes().decode()
+    assert text.startswith(f"# tool_length = 80  # calliper{end}")
+    merged = tomllib.loads(text)
+    assert {name: tool["length"] for name, tool in merged["tools"].items()} == {"1": "measure", "5": "measure"}
+    assert merged["wcs"] == {"G54": [0, 0, 60], "G55": [0, 0, 60]}
+    written.write_bytes(text.replace('length = "measure"', "length = 80").encode())
+    assert "VP018" not in run("check", program).out
+    # the same of the command line
+    written.unlink()
+    assert run("setup", program, "--tool-length", 80).code == 0
+    merged = tomllib.loads(written.read_text())
+    assert "tool_length" not in merged
+    assert merged["tools"].keys() == {"1", "5"}
 
 
 def test_a_setup_in_braces_is_extended_in_them(run: Run, tmp_path: Path) -> None:

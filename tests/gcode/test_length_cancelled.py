@@ -138,6 +138,18 @@ def test_rs274_names_axes_that_go_along(tail, found):
         assert (
             "X+148.763 Y+215.579 Z-51.753 mm" in item.message
         )  # the serial machine's own joints: from X15.3 Y-43.9 Z0
+        assert item.message.endswith('or write G53 in it, or read it as a Fanuc program (dialect="fanuc")')
+
+
+def test_a_fanuc_program_is_told_what_keeps_the_axes_still():
+    """G43 of the tool before is in force after a retract: what the warning names settles it."""
+    machine = vp.load_machine("serial")
+    for tail, warned in (("A20 C30", True), ("G49\nA20 C30", False), ("G53 A20 C30", False)):
+        result = vp.check(f"{ISO}G53 G0 Z0\n{tail}\nM30\n", machine, options("fanuc"))
+        found = [item.message for item in result.findings if item.code == "VP046"]
+        assert len(found) == warned, tail
+        if warned:
+            assert found[0].endswith("or write G53 in it, or cancel the tool length before it (G49)")
 
 
 @pytest.mark.parametrize(("block", "length", "warned"), [

@@ -295,6 +295,8 @@ def test_an_axis_that_the_machine_lacks_names_the_machine(
     program.write_text("G21 G90 G94 G17 G54\nG0 X0 Y0 Z300 U3\nM2\n")
     shown = run("check", program, "--machine", machine, "--tool-length", "80", "--wcs", "G54=0,0,50").out
     assert f"axes.nc:2:15: VP011 error: U: {name} has no such axis; it has X, Y, Z, " in shown
+    assert "; post the program for these axes" in shown
+    assert "rotary" not in shown  # U is none
 
 
 def test_the_summary_begins_with_what_was_not_checked(files: dict[str, Path], run: Callable[..., Any]) -> None:

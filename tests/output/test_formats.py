@@ -278,17 +278,45 @@ def test_standard_output_takes_bytes_too(tmp_path: Path, environment: dict[str, 
     assert len(done.stdout) > 40_000
 
 
-def test_parts_are_csv(tmp_path: Path, run: Callable[..., Any]) -> None:
+@pytest.mark.parametrize("command", ["convert", "batch"])
+def test_parts_have_the_format(tmp_path: Path, run: Callable[..., Any], command: str) -> None:
+    # two tools: what `setup` writes for such a program, split_at_stops = true, is enough
     program = tmp_path / "p.nc"
-    program.write_text(PROGRAM, encoding="utf-8")
-    answer = run("convert", program, *PLACE, "--split-at-stops", "--format", "npz", "-o", tmp_path / "o.npz")
-    assert answer.code == 2
-    assert "--split-at-stops writes one csv file" in answer.err
-    (tmp_path / "p.nc.toml").write_text("# by setup\nsplit_at_stops = true\n", encoding="utf-8")
-    answer = run("convert", program, *PLACE, "--format", "npz", "-o", tmp_path / "o.npz")
-    assert answer.code == 2
-    assert "p.nc.toml:2) writes one csv file from each stop to the next; --format npz" in " ".join(answer.err.split())
-    assert "--split-at-stops" not in answer.err
+    program.write_text(
+        "T1 M6\nG43 H1\n" + PROGRAM.replace("M2", "A0\nT2 M6\nG43 H2 G0 Z80\nG1 X5 F2000\nM2"), encoding="utf-8"
+    )
+    (tmp_path / "p.nc.toml").write_text(
+        "split_at_stops = true\nwcs.G54 = [0, 0, 60]\ntools.1.length = 80\ntools.2.length = 70\n", encoding="utf-8"
+    )
+
+    def make(name: str, suffix: str) -> list[bytes]:
+        folder = tmp_path / name
+        folder.mkdir(exist_ok=True)
+        output = folder if command == "batch" else folder / f"p{suffix}"
+        answer = run(command, program, "--format", name, "-o", output)
+        assert answer.code == 0, answer.err
+        if name == "pvt" and command == "convert":
+            assert "knots, part 2" in answer.err
+        listed = json.loads((folder / "p.index.json").read_text(encoding="utf-8"))["parts"]
+        assert [part["file"] for part in listed] == [f"p.1{suffix}", f"p.2{suffix}"]
+        return [(folder / part["file"]).read_bytes() for part in listed]
+
+    tables = [np.loadtxt(io.BytesIO(part), delimiter=",", skiprows=1)[:, 1:6] for part in make("csv", ".csv")]
+    for rows, binary, plain, kept, cubics in zip(
+        tables, make("twincat", ".bin"), make("linuxcnc", ".txt"), make("npz", ".npz"), make("pvt", ".pvt"), strict=True
+    ):
+        assert np.array_equal(np.frombuffer(binary, "<f8").reshape(-1, 5), rows)
+        assert np.array_equal(np.loadtxt(io.BytesIO(plain)), rows)
+        file = np.load(io.BytesIO(kept))
+        assert np.array_equal(file["values"], rows)
+        assert file["t"][0] == 0
+        found, last = run_pvt(cubics, rows[0], 0.001)
+        assert np.abs(found - rows).max() < 1.2e-4
+        assert not np.any(last)
+    make("twincat", ".bin")
+    verdict = run("verify", tmp_path / "twincat" / "p.index.json", "--against", program)
+    assert verdict.code == 2
+    assert "p.1.bin: no csv file; parts in another --format are not read" in verdict.err
 
 
 def test_a_missing_package_is_named(tmp_path: Path, run: Callable[..., Any], monkeypatch: pytest.MonkeyPatch) -> None:

@@ -453,8 +453,8 @@ def _find_waits(moves: Moves, first: int, *, optional_stop: bool) -> list[tuple[
             code = _WAITS[event.kind] if event.kind in _WAITS else _STOP_CODES[str(event.data["stop"])]
             what = "a tool change" if event.kind == "tool" else code
             text = (
-                f"{what} after the motion has begun: setpoints cannot wait; use --split-at-stops, which writes one csv "
-                "file from each stop to the next (other formats: only programs without stops)"
+                f"{what} after the motion has begun: setpoints cannot wait; use --split-at-stops, which writes one "
+                "file from each stop to the next"
             )
             where = {"line": event.line, "last_line": event.line, "worst_line": event.line}
             found.append((event.before, make_finding("VP014", text, **where, settled_by=(SPLIT_KEY,))))

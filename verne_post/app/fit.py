@@ -135,7 +135,9 @@ def propose(
     turns = machine.coordinates.turns_with_part
     dialect = choose_dialect_name(options.dialect, source, options.source_name)
     g10 = dialect if dialect in ("rs274", "fanuc") else ""
-    return Proposal(system, aim, before, after, result.findings, seconds_before, seconds, largest, turns, g10)
+    ends = np.array([low, high]) / [1.0, 1.0, 1.0, RAD_PER_DEG]
+    searched = {letter: tuple(ends[:, COORDINATES.index(letter)].tolist()) for letter in free}
+    return Proposal(system, aim, before, after, result.findings, seconds_before, seconds, largest, searched, turns, g10)
 
 
 def put_at_place(options: Options, system: int, place: Place) -> Options:

@@ -92,11 +92,12 @@ def draft_setup(source: Text, machine: Machine, options: Options) -> SetupDraft:
         again, *_ = _find_errors(source, machine, _assume(options, keys, OTHER_STAND_INS_MM))
         same = {(item.line, item.code, item.message) for item in again}
         others = tuple(item for item in others if (item.line, item.code, item.message) in same)
+    tool_length = _assume(options, keys).tool_length
     return SetupDraft(
-        {} if options.tool_length is not None else tools,
+        {} if tool_length is not None else tools,
         wcs,
         codes,
-        options.tool_length,
+        tool_length,
         split,
         TAPPING_KEY in keys,
         others,
@@ -177,6 +178,8 @@ def _assume(
     tapping = "feed" if TAPPING_KEY in keys else options.tapping
     return options.changed(
         tools=tools or None,
+        # of one tool, and not beside a table of tools
+        tool_length=None if any(key[0] == "tools" for key in keys) else options.tool_length,
         wcs={**options.wcs, **wcs},
         remap={**options.remap, **remap},
         control=control,

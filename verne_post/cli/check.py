@@ -187,6 +187,7 @@ def command(
     for name in programs:
         policy, level = policies[name]
         report = _check_one(files, name, machines[name], given, quiet=still, limits_only=limits_only)
+        report = replace(report, fail_level=level)
         everything.append(report if machines[name] is machine else replace(report, machine=machines[name]))
         reports.append(apply_policy(everything[-1], policy))
         status = find_exit_status(reports[-1].findings, level)
@@ -200,12 +201,13 @@ def command(
     reports = drop_repeated(reports)
     write_report_files(files, report_files, reports, machine)
     if quiet and output_format == "text":
-        reports = [_keep_gravest(one, warnings=one.program in own) for one in reports]
+        reports = [
+            _keep_gravest(one, warnings=one.program in own or one.verdict == Verdict.WARNINGS_FAIL) for one in reports
+        ]
         reports = [one for one in reports if one.findings]
     text = FORMATS[output_format](reports, machine)
     if output_format == "text" and not quiet and len(reports) > 1:
-        words = (find_verdict(find_exit_status(one.findings), one.findings, one.errors_not_counted) for one in reports)
-        text += count_words([verdict.word for verdict in words]) + "\n"
+        text += count_words([one.verdict.word for one in reports]) + "\n"
     if output_format == "text" and output_file is None:
         say(text, err=False)
     else:

@@ -45,6 +45,18 @@ def read_program(files: RunFiles, name: str, given: dict[str, Any]) -> "tuple[Ma
     return machine, *read_program_text(files, name, options, given["subroutine_path"])
 
 
+def choose_machine(name: str | None, named: str | None) -> str | None:
+    """The machine that an argument or --machine names: whoever gives both may mean either.
+
+    Raises
+    ------
+    UsageError
+    """
+    if name is not None and named is not None:
+        raise click.UsageError(f"the machine is given twice: {name}, and --machine {named}")
+    return named if name is None else name
+
+
 def name_machine(files: RunFiles, named: str | None, given: dict[str, Any] | None = None, program: str = "") -> str:
     """What --machine names, else the settings file, else the machine where none is named; a name or a path.
 

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from verne_post.model.machine import Machine
     from verne_post.model.options import Options
     from verne_post.model.summary import Summary
+    from verne_post.output.file_format import FileFormat
     from verne_post.output.spool import WrittenRows
 
 #: The format of rows where nobody names one.
@@ -102,11 +103,6 @@ class Outputs(Struct, frozen=True):
         why = f"split_at_stops = true ({origin})" if origin else "--split-at-stops"
         if self.rows is None:
             raise click.UsageError(f"{why} writes one file from each stop to the next; give their name: -o axes.csv")
-        if self.file_format != DEFAULT_FORMAT:
-            raise click.UsageError(
-                f"{why} writes one {DEFAULT_FORMAT} file from each stop to the next; --format {self.file_format} is "
-                "for programs without stops: those with one tool, and no M0 on the way"
-            )
         files.claim_parts(self.rows, "-o")
         for path in self.rows.resolve().parent.glob("*"):
             if path.is_dir() and is_derived(path, self.rows):
@@ -161,15 +157,15 @@ def convert_to_files(
         return result, ()
     assert result.summary is not None
     rows = replace(spool.collect_rows(), about=describe_rows(result.summary))
-    file_format = FORMATS[outputs.file_format]
-    if options.split_at_stops:
-        assert outputs.rows is not None
-        names = _write_parts(files, outputs.rows, rows, result.summary)
-    elif outputs.rows is None:
+    file_format, added = FORMATS[outputs.file_format], list[tuple[str, str]]()
+    assert outputs.rows is not None or not options.split_at_stops
+    if outputs.rows is None:
         sys.stdout.flush()
         for part in file_format.write(rows):
             sys.stdout.buffer.write(part)
         sys.stdout.buffer.flush()
+    elif options.split_at_stops:
+        added = _write_parts(files, outputs.rows, file_format, rows, result.summary)
     else:
         _remove_parts(outputs.rows)
         files.write(outputs.rows, "-o", file_format.choose_writer(outputs.rows.suffix)(rows))
@@ -179,28 +175,40 @@ def convert_to_files(
         files.write(outputs.events, "--events", [format_events(result.summary, outputs.events.suffix)])
     if outputs.parameters is not None:
         files.write(outputs.parameters, "--write-parameters", [format_parameter_file(dict(result.summary.parameters))])
-    if options.split_at_stops:
-        return result, (("written", ", ".join(path.name for path in names)),)
-    return result, () if file_format.describe is None else (file_format.describe(rows),)
+    if not added and file_format.describe is not None:
+        added = [file_format.describe(rows)]
+    return result, tuple(added)
 
 
-def _write_parts(files: RunFiles, output: Path, rows: "WrittenRows", summary: "Summary") -> list[Path]:
-    """Write all parts beside their place, and then put them in place of older rows; the index comes last."""
+def _write_parts(
+    files: RunFiles, output: Path, file_format: "FileFormat", rows: "WrittenRows", summary: "Summary"
+) -> list[tuple[str, str]]:
+    """Write all parts beside their place, and then put them in place of older rows; the index comes last.
+
+    Returns
+    -------
+    list of (str, str)
+        What the summary says of them.
+    """
     from verne_post.output.parts import index_path, index_text, name_part
 
+    described = []
     with make_temporary_folder(output.resolve().parent) as folder:
         names = [name_part(output, number) for number in range(1, len(summary.parts) + 1)]
-        for name, part in zip(names, summary.parts, strict=True):
+        for number, (name, part) in enumerate(zip(names, summary.parts, strict=True), start=1):
             files.claim(name, "-o")
-            text = FORMATS[DEFAULT_FORMAT].write(rows.take_part(part.first_row, part.last_row))
-            files.write(folder / name.name, "-o", text)
+            taken = rows.take_part(part.first_row, part.last_row)
+            files.write(folder / name.name, "-o", file_format.choose_writer(output.suffix)(taken))
+            if file_format.describe is not None:
+                what, text = file_format.describe(taken)
+                described.append((f"{what}, part {number}", text))
         _remove_parts(output)
         if output.is_file():  # rows of an earlier run, which somebody might take for those of this one
             output.unlink()
         for name in names:
             files.place(folder / name.name, name, "-o")
     files.write(index_path(output), "-o", [index_text(output, summary)])
-    return [*names, index_path(output)]
+    return [("written", ", ".join(path.name for path in (*names, index_path(output)))), *described]
 
 
 def _remove_parts(output: Path) -> None:

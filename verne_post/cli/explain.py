@@ -73,8 +73,8 @@ def command(what: str | None, lists: bool, every: bool, **given: Any) -> int:
             return ExitStatus.CLEAN
         raise click.UsageError(
             f"{what!r} is neither INPUT:LINE (part.nc:12) nor a finding code (VP102) nor a word of a language "
-            "(G68.2). verne-post explain --list prints all finding codes; docs/gcode.md, fanuc.md, siemens.md, "
-            "heidenhain.md and apt.md list all words"
+            "(G68.2). verne-post explain --list prints all finding codes; docs/gcode.md, docs/fanuc.md, "
+            "docs/siemens.md, docs/heidenhain.md and docs/apt.md in the repository list all words"
         )
     from verne_post.app.explain import explain_refused, explain_source
     from verne_post.model.findings import InputError

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     "--range",
     "ranges",
     multiple=True,
-    metavar="X=LOW,HIGH",
+    metavar="x=LOW,HIGH",
     help="Range of the zero, in mm of the part frame, or in degrees for c; default: over the table, with "
     "nothing below its face, or without a table everything in reach.",
 )
@@ -63,6 +63,7 @@ def command(
     name = show_name(input_name)
     if minimise and maximise:
         raise click.UsageError(f"--minimise {minimise} and --maximise {maximise} exclude each other")
+    free = None if free is None else free.lower()
     aim: Any = minimise or maximise or "move"
     try:
         allowed = check_ranges(free, _read_ranges(ranges))
@@ -86,9 +87,9 @@ def _read_ranges(texts: tuple[str, ...]) -> dict[str, tuple[float, ...]]:
     """LOW and HIGH by letter."""
     found: dict[str, tuple[float, ...]] = {}
     for text in texts:
-        letter, equals, rest = text.partition("=")
+        letter, equals, rest = text.lower().partition("=")
         if not equals:
-            raise click.UsageError(f"--range {text}: expected X=LOW,HIGH, with x, y, z or c")
+            raise click.UsageError(f"--range {text}: expected x=LOW,HIGH, with x, y, z or c")
         if letter in found:
             raise click.UsageError(f"--range {text}: {letter} is given twice")
         found[letter] = tuple(read_numbers(rest, f"--range {text}"))

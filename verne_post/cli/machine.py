@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING
 
 import click
 
-from verne_post.cli.common import add_sigma_option, load, name_machine, print_findings, refuse
+from verne_post.cli.common import add_sigma_option, choose_machine, load, name_machine, print_findings, refuse
 from verne_post.cli.files import RunFiles, is_dash, show_name
 from verne_post.cli.machine_as_built import calibrate, perturb, tolerances
 from verne_post.cli.numbers import NUMBER, Whole, read_numbers
-from verne_post.cli.options import FILE, FOLDER, MACHINE, add_options, build_options, machine_option
+from verne_post.cli.options import FILE, FOLDER, MACHINE, add_options, build_options, machine_option, take_machine
 from verne_post.cli.pictures import expect_picture
 from verne_post.cli.progress import show_progress
 from verne_post.cli.streams import echo
@@ -280,7 +280,7 @@ def import_(configuration: Path, output: Path) -> int:
 
 
 @command.command("axis-check", short_help="Make setpoint files that move one actuator at a time.")
-@machine_option
+@take_machine
 @click.option("--at", required=True, metavar="RHO1,RHO2,RHO3,A,C", help="Position read from the drives, in --units.")
 @click.option(
     "-o",
@@ -293,7 +293,13 @@ def import_(configuration: Path, output: Path) -> int:
 )
 @add_options("cycle", "accept_rounding", "units")
 def axis_check(
-    machine_name: str | None, at: str, output: Path, cycle: float | None, accept_rounding: bool, units: str
+    name: str | None,
+    machine_name: str | None,
+    at: str,
+    output: Path,
+    cycle: float | None,
+    accept_rounding: bool,
+    units: str,
 ) -> int:
     """Make setpoint files that move one actuator at a time, for the first motion of a machine.
 
@@ -301,7 +307,7 @@ def axis_check(
     by 10, as at an override of 2 %, without a tool. README.txt says what you must see each time.
     """
     files = _expect_folder(output, "README.txt", "checks")
-    place = tuple(read_numbers(at, f"--at {at}"))
+    place, machine_name = tuple(read_numbers(at, f"--at {at}")), choose_machine(name, machine_name)
     from verne_post.app.row_format import format_of
     from verne_post.calibration.axis_check import plan_axis_moves, write_instructions
     from verne_post.model.findings import InputError, UsageError

@@ -6,11 +6,18 @@ from typing import TYPE_CHECKING, Any
 import click
 from click.core import ParameterSource
 
-from verne_post.cli.common import add_sigma_option, expect_machine, name_machine, refuse, require_positive
+from verne_post.cli.common import (
+    add_sigma_option,
+    choose_machine,
+    expect_machine,
+    name_machine,
+    refuse,
+    require_positive,
+)
 from verne_post.cli.files import RunFiles, is_dash, show_name
 from verne_post.cli.numbers import NUMBER, Whole
 from verne_post.cli.opened_machine import OpenedMachine
-from verne_post.cli.options import FILE, MACHINE, machine_option
+from verne_post.cli.options import FILE, MACHINE, machine_option, take_machine
 from verne_post.cli.pictures import expect_picture
 from verne_post.cli.streams import echo
 from verne_post.model.verdict import ExitStatus
@@ -43,17 +50,20 @@ def _add_tolerance_options(function: "Callable[..., Any]") -> "Callable[..., Any
 
 
 @click.command("perturb", short_help="Write the file of a simulated machine with deviations.")
-@machine_option
+@take_machine
 @click.option("--seed", type=Whole(min=0), required=True, metavar="N", help="The same seed gives the same machine.")
 @add_sigma_option("--sigma-mm", 0.05, "MM", "Of places and lengths.")
 @add_sigma_option("--sigma-mrad", 0.1, "MRAD", "Of directions.")
 @_OUTPUT
-def perturb(machine_name: str | None, seed: int, sigma_mm: float, sigma_mrad: float, output: Path) -> int:
+def perturb(
+    name: str | None, machine_name: str | None, seed: int, sigma_mm: float, sigma_mrad: float, output: Path
+) -> int:
     """Write the file of a simulated machine: every part off its nominal place at random, normally distributed."""
     from verne_post.model.findings import InputError
 
     files = RunFiles()
     files.expect_writing(output, "-o")
+    machine_name = choose_machine(name, machine_name)
     try:
         machine_name = name_machine(files, machine_name)
         expect_machine(machine_name)
@@ -77,7 +87,7 @@ def perturb(machine_name: str | None, seed: int, sigma_mm: float, sigma_mrad: fl
 
 
 @click.command("tolerances", short_help="Show what the tolerance of each part does to the tool.")
-@machine_option
+@take_machine
 @_add_tolerance_options
 @click.option(
     "--tool-length",
@@ -89,6 +99,7 @@ def perturb(machine_name: str | None, seed: int, sigma_mm: float, sigma_mrad: fl
 )
 @click.option("--all", "every", is_flag=True, help="All 58 parameters, not the 15 worst.")
 def tolerances(
+    name: str | None,
     machine_name: str | None,
     tolerance_mm: float | None,
     tolerance_mrad: float | None,
@@ -102,7 +113,7 @@ def tolerances(
     from verne_post.model.deviations import IS_ANGLE
     from verne_post.model.findings import InputError
 
-    files = RunFiles()
+    files, machine_name = RunFiles(), choose_machine(name, machine_name)
     try:
         opened = OpenedMachine(files, name_machine(files, machine_name))
     except InputError as error:

@@ -17,7 +17,11 @@ class _PlainDigits:
         """Read a number."""
         if isinstance(value, str) and not is_plain(value):
             raise click.BadParameter(f"{value!r} is not {self.called}", ctx, param)
-        return super().convert(value, param, ctx)  # type: ignore[misc]  # of the kind beside this class
+        try:
+            return super().convert(value, param, ctx)  # type: ignore[misc]  # of the kind beside this class
+        except click.BadParameter as error:  # click has the words of programmers
+            text = error.message.replace(f"a valid {self.name}", self.called)  # type: ignore[attr-defined]
+            raise click.BadParameter(text, ctx, param) from None
 
 
 class _Number(_PlainDigits, FloatParamType):

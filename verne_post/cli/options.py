@@ -246,6 +246,11 @@ def _make_file_option(one: FileOption) -> Callable[..., Any]:
 machine_option: Final = next(_make_file_option(one) for one in FILES if one.name == "machine_name")
 
 
+def take_machine(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Let a command about a machine take its name as an argument, as `machine show` does, or as --machine."""
+    return click.argument("name", type=MACHINE, required=False, metavar="[NAME|FILE]")(machine_option(command))
+
+
 def _make_option(name: str) -> Callable[..., Any]:
     """The click option of a field; its default is None, so that the model's default holds where nothing is given."""
     option = OPTIONS[name]

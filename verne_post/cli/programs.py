@@ -65,7 +65,9 @@ def find_programs(
             path = Path(match)
             if not is_dash(match) and path.is_dir():
                 inside = _find_programs_inside(path, but_in, wrong)
-                if not inside:
+                if not inside and but_in is not None and but_in.resolve() in (path.resolve(), *path.resolve().parents):
+                    wrong.append(f"{match}: is in the folder of -o, where no programs are looked for; give another -o")
+                elif not inside:
                     wrong.append(f"no programs in {match}; looked for {', '.join(PROGRAMS)}, but not in hidden folders")
                 found += inside
             else:

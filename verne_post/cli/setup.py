@@ -190,7 +190,11 @@ def _extend_setup(
         what: [one for one in names if what not in ("length", "diameter") or one not in idle]
         for what, names in draft.missing.items()
     }
-    changes = (("added", extended.added), ("not used by the program", extended.unused))
+    changes = (
+        ("added", extended.added),
+        ("now a remark, because it holds for one tool", extended.replaced),
+        ("not used by the program", extended.unused),
+    )
     said = "".join(f"{what}: {', '.join(map(show_key, keys))}; " for what, keys in changes if keys) + said
     if extended.tool_file and (missing["length"] or missing["diameter"]):
         said += f"its tools are in {make_printable(extended.tool_file)}; "

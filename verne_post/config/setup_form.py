@@ -8,7 +8,7 @@ from msgspec import Struct
 
 from verne_post.base.printable import join_names, make_printable
 from verne_post.config.program_setup import TO_DECIDE, TO_MEASURE, TOOL_KEYS
-from verne_post.config.setup_merge import merge_setup, show_key
+from verne_post.config.setup_merge import merge_setup, show_key, turn_into_remark
 from verne_post.config.toml_entries import Edit, UnknownLayoutError
 from verne_post.model.findings import make_input_error
 from verne_post.model.part_setup import WorkOffset
@@ -48,6 +48,7 @@ class Extended(Struct, frozen=True):
     text: str
     added: tuple[tuple[str, ...], ...]  #: Keys that are new, or have a value in place of a mark.
     unused: tuple[tuple[str, str], ...]  #: Keys of it that the program does not use.
+    replaced: tuple[tuple[str, ...], ...]  #: Keys that are a remark now, because what is added excludes them.
     tool_file: str  #: The file that has the tools, which is not changed; empty where the set-up has them.
 
 
@@ -77,8 +78,11 @@ def extend_setup(
     keys = [(table, key) for table in ("tools", "wcs", "remap") for key in data.get(table, {})]
     unused = [] if used is None else [key for key in keys if (key[0], normalise_key(*key)) not in used]
     known = [] if used is None else [key for key in keys if key not in unused]
-    edits = list(list_edits(asked, data, remarks))
+    replaced = [("tool_length",)] if asked.tools and "tool_length" in data else []
+    edits = list(list_edits(asked, {key: data[key] for key in data if (key,) not in replaced}, remarks))
     try:
+        for key in replaced:
+            text = turn_into_remark(text, key)
         merged = merge_setup(text, edits, unused, known, describe_tables(dialect))
     except UnknownLayoutError:
         lines = ", ".join(f"{show_key(edit.key)} = {edit.value}" for edit in edits)
@@ -86,7 +90,7 @@ def extend_setup(
             "VP503", f"setup cannot add to a file that is laid out like this; write there: {lines or 'nothing'}"
         ) from None
     tool_file = next((str(data[key]) for key in ("tool_table", "tool_lengths") if key in data), "")
-    return Extended(merged, tuple(edit.key for edit in edits), tuple(unused), tool_file)
+    return Extended(merged, tuple(edit.key for edit in edits), tuple(unused), tuple(replaced), tool_file)
 
 
 def describe_tables(dialect: str) -> dict[str, str]:

@@ -66,6 +66,14 @@ def merge_setup(
     return merged
 
 
+def turn_into_remark(text: str, key: Key) -> str:
+    """The text of a set-up in which the line of a key is a remark: its value stays to be read."""
+    entry = next((entry for entry in list_entries(text) if not entry.depth and entry.key == key), None)
+    if entry is None:
+        raise UnknownLayoutError
+    return f"{text[: entry.begin]}# {text[entry.begin :]}"
+
+
 def show_key(key: Key) -> str:
     """A key with its tables, as messages write it."""
     return make_printable(".".join(quote_key(part) for part in key))

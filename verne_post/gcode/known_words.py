@@ -105,13 +105,25 @@ def _make_pattern(name: str, language: str) -> str:
 def describe_word(word: str) -> list[str]:
     """One line for each language that knows a word such as G68.2, TRAORI or CYCL DEF 208; empty where none does.
 
+    Below it are the values of a cycle of Siemens, in their order, and what may follow a word.
+
     Of an M code that none knows, which the builder of a machine may have, how a set-up gives it a meaning.
     """
     name = " ".join(word.upper().split())
-    found = [
-        f"{language}: {_describe(language, name, text, is_executed=is_executed)}"
+    texts = {
+        language: f"{language}: {_describe(language, name, text, is_executed=is_executed)}"
         for language, known_word, text, is_executed in list_words()
         if known_word == name
+    }
+    found = list(texts.values())
+    found += [  # what its tables have of it: names of values, and what may follow it
+        f"  {parameter}: {OF_VALUES[parameter]}" if parameter in OF_VALUES else f"  {parameter}"
+        for parameter in _list_parameters().get(name, ())
+    ]
+    found += [
+        f"  {known_word}: {_describe(language, known_word, text, is_executed=True)}"
+        for language, known_word, text, is_executed in list_words()
+        if language in texts and is_executed and known_word.startswith(f"{name} ")
     ]
     if not found and _M_CODE.fullmatch(name):
         return [f"no meaning in any language here; {describe_remap(name)}"]

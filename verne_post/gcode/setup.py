@@ -60,7 +60,8 @@ class Setup(TextOptions, frozen=True, kw_only=True):
 
     def describe_missing_axis(self, letter: str) -> str:
         """What VP011 says of an axis."""
-        return f"{letter}: {self.machine_name} has no such axis; it has {', '.join(self.axes)}"
+        remedy = "; post the program for these axes" if letter in "UVW" else ""  # no tool axis stands for it
+        return f"{letter}: {self.machine_name} has no such axis; it has {', '.join(self.axes)}{remedy}"
 
     @property
     def rotary_letters(self) -> tuple[str, str]:

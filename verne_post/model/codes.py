@@ -106,7 +106,7 @@ CODES: Final[dict[str, Code]] = _make_table(
         "axis that the machine lacks",
         "error",
         "The program names an axis that this machine does not have.",
-        "Post the program for the rotary axes of the machine, A and C on a tilting table. Or post it with tool "
+        "Post the program for the rotary axes of the machine, which the message lists. Or post it with tool "
         "axes (I J K of G43.5, A3 B3 C3 of Siemens, LN of Klartext, APT), which name no rotary axis. Or give "
         "--machine a machine that has the axes of the program, such as ac_trunnion (A, C), bc_trunnion (B, C) or "
         "ab_table (A, B).",
@@ -131,8 +131,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "stop for the operator",
         "error",
         "M0, M6, M60, G88 or a waiting M66 after the motion has begun: a stream of setpoints cannot wait.",
-        "Write one csv file of setpoints for each part between two stops: --split-at-stops, or "
-        "split_at_stops = true in the set-up. Other formats are for programs without stops.",
+        "Write one file of setpoints for each part between two stops: --split-at-stops, or "
+        "split_at_stops = true in the set-up.",
     ),
     (
         "VP015",
@@ -413,8 +413,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "(2) The tool length has changed, and the next block does not name Z. Under a tilted table the tip "
         "goes to the place that was programmed before. Under a level table it continues where it is, which is below "
         "that place with a longer tool.",
-        "Name X, Y and Z in the block, turn the table in machine coordinates (G53, SUPA, M91), or retract before. In "
-        "a Fanuc program (--dialect fanuc) the axes do not move while no length is in force.",
+        "Name X, Y and Z in the block, or turn the table in machine coordinates (G53, SUPA, M91). In a Fanuc program "
+        "(--dialect fanuc) the axes do not move while no length is in force: write G49 before the turn.",
     ),
     (
         "VP047",

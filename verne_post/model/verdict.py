@@ -73,6 +73,8 @@ class Verdict(StrEnum):
     #: Nothing was found that counts, but not everything was checked, or not everything counts.
     NOT_REFUSED = "not refused"
     VIOLATES_LIMITS = "refused: violates limits"
+    #: Nothing but warnings, and ``--fail-level warning`` lets them fail.
+    WARNINGS_FAIL = "refused: warnings fail"
     UNUSABLE_PROGRAM = "refused: unusable program"
     UNUSABLE_CONFIGURATION = "refused: unusable configuration"
     USAGE_ERROR = "usage error"
@@ -180,7 +182,7 @@ def find_verdict(status: int, findings: Iterable[CodedFinding], errors_not_count
     is_open = errors_not_counted or any(item.code == NOT_PLANNED for item in findings)
     return {
         ExitStatus.CLEAN: Verdict.NOT_REFUSED if is_open else Verdict.CAN_RUN,
-        ExitStatus.VIOLATION: Verdict.VIOLATES_LIMITS,
+        ExitStatus.VIOLATION: Verdict.VIOLATES_LIMITS if count_findings(findings)[0] else Verdict.WARNINGS_FAIL,
         ExitStatus.NO_VERDICT: Verdict.NO_VERDICT,
     }.get(ExitStatus(status), Verdict.INTERNAL_ERROR)
 

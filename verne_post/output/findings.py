@@ -15,6 +15,7 @@ from verne_post.model.codes import CODES
 from verne_post.model.findings import Finding, describe
 from verne_post.model.verdict import (
     OF_THE_PART,
+    Severity,
     Verdict,
     count_findings,
     find_exit_status,
@@ -40,10 +41,20 @@ class Report(Struct, frozen=True):
     errors_not_counted: int = 0  #: Errors that a policy took out of the findings, or weighed as less.
     machine: "Machine | None" = None  #: Where it is another one than that of the whole report.
     elapsed_s: float = 0.0  #: How long the check took.
+    fail_level: Severity = "error"  #: Findings of this severity and graver ones refuse the program.
+
+    @property
+    def verdict(self) -> Verdict:
+        """The word for it."""
+        return find_verdict(find_exit_status(self.findings, self.fail_level), self.findings, self.errors_not_counted)
 
 
 def format_outcome(
-    program: str, findings: tuple[Finding, ...], errors_not_counted: int = 0, machine: "Machine | None" = None
+    program: str,
+    findings: tuple[Finding, ...],
+    errors_not_counted: int = 0,
+    machine: "Machine | None" = None,
+    fail_level: Severity = "error",
 ) -> str:
     """``FILE: can run on VERNE: 0 errors, 1 warning``: the word of the verdict, and what one that is not refused lacks.
 
@@ -51,15 +62,18 @@ def format_outcome(
     """
     errors, warnings = count_findings(list_first(findings))
     hidden = errors_not_counted
-    verdict = find_verdict(find_exit_status(findings), findings, hidden)
+    verdict = find_verdict(find_exit_status(findings, fail_level), findings, hidden)
     lacks = (
         f"{format_count(hidden, 'error')} {'does' if hidden == 1 else 'do'} not count"
         if hidden
         else "nothing was planned"
     )
-    on = f" on {make_printable(machine.name)}" if machine is not None and not errors else ""
+    fails = verdict == Verdict.WARNINGS_FAIL
+    on = f" on {make_printable(machine.name)}" if machine is not None and not errors and not fails else ""
     word = f"{verdict.word}{on}, {lacks}" if verdict == Verdict.NOT_REFUSED else f"{verdict.word}{on}"
-    return f"{make_printable(program)}: {word}: {format_count(errors, 'error')}, {format_count(warnings, 'warning')}"
+    why = " (--fail-level warning)" if fails else ""
+    counts = f"{format_count(errors, 'error')}, {format_count(warnings, 'warning')}"
+    return f"{make_printable(program)}: {word}: {counts}{why}"
 
 
 def format_finding(program: str, item: Finding) -> str:
@@ -206,7 +220,7 @@ _GIVE_DIAMETER: Final = (
 #: Codes of several causes: a remedy that fits all of them adds nothing where the message says what would be right.
 _OF_MANY_CAUSES: Final = (
     *("VP001", "VP002", "VP003", "VP004", "VP006", "VP008", "VP011", "VP013", "VP015"),
-    *("VP016", "VP024", "VP026", "VP031", "VP043", "VP047", "VP505"),
+    *("VP016", "VP024", "VP026", "VP031", "VP043", "VP046", "VP047", "VP505"),
 )
 #: How messages say what would be right: an imperative after a sign, or what is expected or needed.
 _SAYS_WHAT_IS_RIGHT: Final = re.compile(

@@ -72,7 +72,9 @@ def _write_lines(program: str, machine: Machine, proposal: Proposal) -> Iterator
         if same is not None:
             yield f"  {same}    (in machine coordinates: in the program, in place of both)"
     else:
+        searched = ", ".join(f"{letter} {low:.1f} to {high:.1f}" for letter, (low, high) in proposal.ranges.items())
         yield f"{program} on {machine.name}: no work offset was found with which it fits."
+        yield f"Searched: {searched}. --range {next(iter(proposal.ranges))}=LOW,HIGH searches elsewhere."
         yield f"The closest one, --wcs {wcs}, is blocked by:"
         for item in _select_blocking(proposal.findings):
             yield f"  {format_finding(program, item)}"
@@ -124,6 +126,7 @@ def make_json(program: str, machine: Machine, proposal: Proposal) -> str:
         "fits": fits,
         "system": SYSTEM_NAMES[proposal.system],
         "aim": proposal.aim,
+        "searched": proposal.ranges,
         "wcs": _write_wcs_option(proposal, after.place),
         "moved": _measure_shift(proposal, after.place),
         "largest_margin": {

@@ -91,6 +91,13 @@ def find_index(part: Path) -> Path | None:
     return index if len(listed) > 1 and part in listed else None
 
 
+def _read_text(blocks: Iterator[SetpointBlock], file: Path) -> Iterator[SetpointBlock]:
+    try:
+        yield from blocks
+    except UnicodeDecodeError:
+        raise make_input_error("VP020", f"{file}: no csv file; parts in another --format are not read") from None
+
+
 def read_parts(
     path: Path, columns: tuple[Column, ...], cycle: float, stop_lines: Sequence[int], drives: tuple[Drive, ...]
 ) -> Iterator[SetpointBlock]:
@@ -112,7 +119,7 @@ def read_parts(
             raise make_input_error("VP020", f"{file}: {error}") from None
         begin, line = first, None
         with stream:
-            for block in read_csv(stream, str(file), columns, cycle, drives):
+            for block in _read_text(read_csv(stream, str(file), columns, cycle, drives), file):
                 if block.first == 0 and last is not None and not np.array_equal(last, block.values[0]):
                     raise make_input_error("VP020", f"{file}: does not begin where the part before it ended")
                 last, first, line = block.values[-1], begin + block.first + len(block.values), int(block.line[-1])

@@ -176,6 +176,8 @@ class Proposal(Struct, frozen=True, eq=False):
     before, after, largest : Fit
         The place of now, the one that is proposed, and that of the largest margin: ``after.place`` has x, y, z in mm
         and ``c_deg``, ``after.smallest`` is the smallest margin there.
+    ranges : dict
+        What was searched, (low, high) by the letter of each free coordinate, mm and degrees.
     turns : bool
         A joint of the machine turns the part about its z.
     g10 : str
@@ -192,6 +194,7 @@ class Proposal(Struct, frozen=True, eq=False):
     seconds_before: float | None
     seconds: float | None
     largest: Fit
+    ranges: dict[str, tuple[float, float]]
     turns: bool = True
     g10: str = "rs274"
     text: str = ""

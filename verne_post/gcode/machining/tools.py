@@ -93,8 +93,9 @@ class Tools:
             raise ProgramError(
                 "VP018",
                 f"--tool-length holds for one tool, but the program uses {names[0]} and {names[1]}; use "
-                "--tool-table instead",
+                "--tool-table instead, or [tools] of the set-up in place of tool_length (`verne-post setup` writes it)",
                 about=names[1],
+                settled_by=find_tool_key(state.only_tool, "length", state.tool_names),
             )
         state.only_tool = number
 

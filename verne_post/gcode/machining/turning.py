@@ -193,8 +193,11 @@ def warn_of_curve(core: Machining, line: int, end: Sequence[float], code: str) -
         core.recorder.warn("VP037", text, line, None)
 
 
-def warn_of_unnamed(core: Machining, at: At, before: Array, axes: list[int], when: str) -> None:
-    """VP046, once a program: a turn of the table since coordinates ``before`` (9,) has moved unnamed linear axes."""
+def warn_of_unnamed(core: Machining, at: At, before: Array, axes: list[int], when: str, remedy: str) -> None:
+    """VP046, once a program: a turn of the table since coordinates ``before`` (9,) has moved unnamed linear axes.
+
+    ``remedy`` keeps them still in the language of the program.
+    """
     motion = find_machine_place(core) - before
     beyond = [axis for axis in _LINEAR if axis not in axes and abs(motion[axis]) > UNNAMED_MOTION_MM]
     if beyond and not any(item.code == "VP046" for item in core.recorder.warnings.values()):
@@ -202,7 +205,7 @@ def warn_of_unnamed(core: Machining, at: At, before: Array, axes: list[int], whe
         core.recorder.warn(
             "VP046",
             f"{when}, a turn of the table keeps the tip at its place of the part: the spindle moves by {ways} mm "
-            "in axes that the block does not name; name X, Y and Z in it, or turn the table in machine coordinates",
+            f"in axes that the block does not name; name X, Y and Z in it, or {remedy}",
             at.line,
             None,
         )

@@ -261,15 +261,15 @@ class MotionCodes:
         before = find_machine_place(self.core) if is_retracted or (turns and self._is_turned_alone(axes)) else None
         self.draw_line(block, kind, end, axes, absolute=self.modes.absolute)
         if before is not None:
-            warn_of_unnamed(
-                self.core,
-                block,
-                before,
-                axes,
-                "where no Z of the tip is programmed, as after G53 and G28"
-                if is_retracted
-                else "while no tool length is in force",
-            )
+            when = "while no tool length is in force"
+            if is_retracted:
+                when = "where no Z of the tip is programmed, as after G53 and G28"
+            other = ""
+            if self.traits.turns_table_alone:
+                other = ", or cancel the tool length before it (G49)"
+            elif self._is_turned_alone(axes):
+                other = ", or read it as a Fanuc program (--dialect fanuc)"
+            warn_of_unnamed(self.core, block, before, axes, when, f"write G53 in it{other}")
 
     def _goes_beside_part(self, block: Block, axes: list[int]) -> bool:
         """True for X and Y of a head that is retracted and has no length yet: posts write such rapids as G1.

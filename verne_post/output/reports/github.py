@@ -13,7 +13,7 @@ from verne_post.model.findings import Finding
 from verne_post.model.machine import Machine
 from verne_post.model.verdict import Verdict
 from verne_post.output.causes import Cause, find_causes
-from verne_post.output.findings import Report, drop_repeated, find_place, list_remedies
+from verne_post.output.findings import Report, drop_repeated, find_place, format_outcome, list_remedies
 
 #: Annotations of each level that GitHub shows for one step.
 MAX_ANNOTATIONS: Final = 10
@@ -31,6 +31,10 @@ def write(reports: Sequence[Report], _machine: Machine | None = None) -> str:
                 shown[severity] += 1
                 lines.append(_write_annotation(report.program, cause))
     left_out = len(everything) - len(lines)
+    for report in reports:  # no error says why the step fails
+        if report.verdict == Verdict.WARNINGS_FAIL:
+            outcome = format_outcome(report.program, report.findings, fail_level=report.fail_level)
+            lines.append(f"::error title=verne-post::{_escape_data(outcome)}")
     if left_out:
         lines.append(
             f"::notice title=verne-post::{format_count(left_out, 'further finding')}; "

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from verne_post.base.printable import format_json
 from verne_post.model.findings import Finding
 from verne_post.model.machine import Machine
-from verne_post.model.verdict import Verdict, count_findings, find_exit_status, find_verdict
+from verne_post.model.verdict import Verdict, count_findings
 from verne_post.output.findings import Report, record_of
 
 
@@ -19,7 +19,7 @@ def write(reports: Sequence[Report], machine: Machine) -> str:
             {
                 "program": report.program,
                 "machine": {"name": own.name, "sha256": own.sha256},
-                "verdict": find_verdict(find_exit_status(report.findings), report.findings, report.errors_not_counted),
+                "verdict": report.verdict,
                 "summary": {"errors": errors, "warnings": warnings, "cycle_time_s": report.cycle_time_s},
                 "findings": [record_of(item, report.program) for item in report.findings],
             }

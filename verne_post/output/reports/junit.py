@@ -8,7 +8,7 @@ from verne_post.model.findings import Finding
 from verne_post.model.machine import Machine
 from verne_post.model.verdict import Verdict, is_about_pose
 from verne_post.output.causes import find_first_error
-from verne_post.output.findings import Report, format_causes
+from verne_post.output.findings import Report, format_causes, format_outcome
 
 #: Characters that XML cannot hold, made visible.
 _UNPRINTABLE = {code: "?" for code in range(32) if chr(code) not in "\t\n\r"} | {0xFFFE: "?", 0xFFFF: "?", 0x7F: "?"}
@@ -66,6 +66,9 @@ def _make_case(report: Report) -> ElementTree.Element:
     if (first := find_first_error(report.findings)) is not None:
         kind = "failure" if is_about_pose(first.code) else "error"
         ElementTree.SubElement(case, kind, type=first.code, message=make_printable(first.message)).text = text
+    elif report.verdict == Verdict.WARNINGS_FAIL:
+        outcome = format_outcome(report.program, report.findings, fail_level=report.fail_level)
+        ElementTree.SubElement(case, "failure", type="warning", message=outcome).text = text
     elif text:
         ElementTree.SubElement(case, "system-out").text = text
     return case

@@ -25,7 +25,8 @@ def write(reports: Sequence[Report], machine: Machine | None = None) -> str:
     on = "" if machine is None or several else f" on {_escape(machine.name)}"
     lines, words = [f"| program | result{on} | machining time |", "|---|---|---|"], Counter[str]()
     for report in reports:
-        result = format_outcome("", report.findings, report.errors_not_counted).removeprefix(": ")
+        result = format_outcome("", report.findings, report.errors_not_counted, None, report.fail_level)
+        result = result.removeprefix(": ")
         words[re.split("[:,]", result)[0]] += 1
         own = report.machine or machine
         result += f" ({_escape(own.name)})" if several and own is not None else ""

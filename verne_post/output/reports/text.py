@@ -23,6 +23,7 @@ def write(reports: Sequence[Report], machine: Machine | None = None) -> str:
         told |= {item.code for item in report.findings if item.code in _OF_THE_CONTROL}
         time = "" if report.cycle_time_s is None else f", {report.cycle_time_s:.3f} s"
         own = report.machine or machine
-        lines.append(f"{format_outcome(report.program, report.findings, report.errors_not_counted, own)}{time}")
+        outcome = format_outcome(report.program, report.findings, report.errors_not_counted, own, report.fail_level)
+        lines.append(f"{outcome}{time}")
         lines += [f"  {make_printable(remark)}" for remark in report.remarks]
     return "".join(line + "\n" for line in lines)
