@@ -473,7 +473,7 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP101",
         "slider travel",
         "error",
-        "A slider, or a linear axis of a serial machine, leaves its travel.",
+        "A slider, or a linear axis of a serial machine, leaves its travel (overtravel).",
         "Move the part on the table (--wcs), or use another tilt; check names an offset that was tried.",
     ),
     (
