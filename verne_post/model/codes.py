@@ -705,9 +705,9 @@ CODES: Final[dict[str, Code]] = _make_table(
     ),
     (
         "VP420",
-        "no feasible velocity profile",
+        "no feasible motion profile",
         "error",
-        "The solver found no feasible velocity profile for a section; there is no verdict on the program.",
+        "The solver found no feasible motion profile for a section; there is no verdict on the program.",
         "Report the program; a longer control cycle or a simpler path may help.",
     ),
     (
