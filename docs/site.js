@@ -49,6 +49,10 @@ document.querySelectorAll(".language-console code, .md-typeset :not(pre, td) > c
     return whole;
   }));
 });
+document.querySelectorAll('.language-console [id^="line-"]').forEach(line => {
+  const before = /^( {2}\S+(?: \S+)* {2,}| {8,})(?=\S)/.exec(line.textContent);
+  if (before && before[0].length <= 20) line.style.setProperty("--hang", `${before[0].length}ch`);
+});
 // The options of all commands are many screens of a phone: there each command opens its own.
 if (matchMedia("(max-width: 44.9375em)").matches) document.querySelectorAll("details.options").forEach(list => list.removeAttribute("open"));
 // A table in a closed part has no width until somebody opens it.
