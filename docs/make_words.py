@@ -100,8 +100,10 @@ def read_examples(name: str) -> dict[str, list[str]]:
     return found
 
 
-def make_examples_table(words: Iterable[tuple[str, str]], name: str) -> str:
-    """Words of one meaning in a row, with the examples of all of them.
+def make_examples_table(
+    words: Iterable[tuple[str, str]], name: str, spell: Callable[[list[str]], str] | None = None
+) -> str:
+    """Words of one meaning in a row, with the examples of all of them; with ``spell`` words may stand alone.
 
     Raises
     ------
@@ -112,10 +114,11 @@ def make_examples_table(words: Iterable[tuple[str, str]], name: str) -> str:
     rows, unused = [], set(examples)
     for does, alike in group_by_reason(words).items():
         shown = [example for word in alike for example in examples.get(word, ())]
-        if not shown:
+        if not shown and spell is None:
             raise ValueError(f"{' '.join(alike)}: word_examples.toml has no example")
         unused -= set(alike)
-        rows.append((_shorten(alike), "; ".join(f"`{one.replace('|', chr(92) + '|')}`" for one in shown), does))
+        texts = dict.fromkeys(f"`{one.replace('|', chr(92) + '|')}`" for one in shown)
+        rows.append(((spell or _shorten)(alike), "; ".join(texts), does))
     if unused:
         raise ValueError(f"{' '.join(unused)}: word_examples.toml has examples of what is not executed")
     return make_rows(("words", "example", "what it does"), rows)
@@ -195,9 +198,9 @@ def spell_names(names: Iterable[str]) -> str:
     )
 
 
-def make_siemens_table(words: Iterable[tuple[str, str]], column: str) -> str:
-    """Words of Siemens, those that do one thing, or have one reason, in one row."""
-    return make_rows(("words", column), [(spell_names(names), why) for why, names in group_by_reason(words).items()])
+def make_siemens_table(words: Iterable[tuple[str, str]]) -> str:
+    """Words of Siemens, those that have one reason in one row."""
+    return make_rows(("words", "why"), [(spell_names(names), why) for why, names in group_by_reason(words).items()])
 
 
 def list_siemens_words() -> list[tuple[str, str]]:
@@ -229,11 +232,11 @@ TABLES: Mapping[str, Callable[[], str]] = {
         (klartext.REFUSED_CYCLES, "cycle"),
         (klartext.REFUSED_FN, "FN "),
     ),
-    "siemens executed": lambda: make_siemens_table(
-        [pair for pair in list_siemens_words() if not pair[1].startswith(IDLE)], "do"
+    "siemens executed": lambda: make_examples_table(
+        [pair for pair in list_siemens_words() if not pair[1].startswith(IDLE)], "siemens", spell_names
     ),
-    "siemens without effect": lambda: make_siemens_table(list_idle_siemens_words(), "why"),
-    "siemens refused": lambda: make_siemens_table(siemens.REFUSED_WORDS.items(), "why"),
+    "siemens without effect": lambda: make_siemens_table(list_idle_siemens_words()),
+    "siemens refused": lambda: make_siemens_table(siemens.REFUSED_WORDS.items()),
 }
 
 

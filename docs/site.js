@@ -49,6 +49,10 @@ document.querySelectorAll(".language-console code, .md-typeset :not(pre, td) > c
     return whole;
   }));
 });
+document.querySelectorAll('.language-console [id^="line-"]').forEach(line => {
+  const before = /^( {2}\S+(?: \S+)* {2,}| {8,})(?=\S)/.exec(line.textContent);
+  if (before && before[0].length <= 20) line.style.setProperty("--hang", `${before[0].length}ch`);
+});
 // The options of all commands are many screens of a phone: there each command opens its own.
 if (matchMedia("(max-width: 44.9375em)").matches) document.querySelectorAll("details.options").forEach(list => list.removeAttribute("open"));
 // A table in a closed part has no width until somebody opens it.
@@ -66,3 +70,20 @@ document.querySelectorAll(".language-console").forEach(box => {
 });
 // A box of a checklist has its line as name (axe: label).
 document.querySelectorAll(".task-list-item > input").forEach(box => box.setAttribute("aria-label", box.parentElement.textContent.trim()));
+// The search wants all words of a plain query (the theme: any of them), and takes the dashes of an option for no operator.
+// The options of convert stand first then. Where nothing has all words, the theme's way is asked.
+const asked = query => {
+  if (!/^[-\w#.+ ]*\w[-\w#.+ ]*$/.test(query)) return query;
+  const words = query.replace(/(^|\s)[-+]+/g, " ").trim().split(/[\s-]+/).filter(word => word);
+  return words.map(word => `+${word}*`).join(" ") + (/(^|\s)--\w/.test(query) ? " title:convert^20" : "");
+};
+const post = Worker.prototype.postMessage, asks = [];
+Worker.prototype.postMessage = function (message, ...rest) {
+  if (message.type !== 2) return post.call(this, message, ...rest); // 2: a query, 3: its result
+  const ask = (query, other) => { asks.push(other); post.call(this, { type: 2, data: query }); };
+  this.onmessage = ({ data }) => {
+    const other = data.type === 3 && asks.shift();
+    if (other && !data.data.items.length && !asks.length) ask(other);
+  };
+  ask(asked(message.data), message.data.replace(/(^|\s)[-+]+/g, " "));
+};

@@ -57,6 +57,7 @@ def fill(folder: Path, page: str) -> None:
     """What the pages take as given: programs with their set-ups, tools, parts, machines."""
     for name in MAKER.FOLDERS:
         shutil.copytree(ROOT / name, folder / name)
+    shutil.copytree(ROOT / "gcode_samples", folder, dirs_exist_ok=True)
     for name in (".", "programs", "before", "after"):
         (folder / name).mkdir(exist_ok=True)
         (folder / name / "part.nc").write_text(FLOOR, encoding="utf-8")

@@ -42,9 +42,10 @@ def test_tables_of_words_are_those_of_the_program(name: str) -> None:
     assert load_maker("make_words").refresh_page(text) == text, "run python docs/make_words.py"
 
 
-@pytest.mark.parametrize("dialect", ["siemens", "heidenhain", "fanuc"])
+@pytest.mark.parametrize("dialect", KEYS)
 def test_keys_of_a_dialect_are_on_its_page_with_their_defaults(dialect: str) -> None:
-    section = (ROOT / "docs" / f"{dialect}.md").read_text(encoding="utf-8").partition("## Keys of the settings file")[2]
+    page = {"rs274": "gcode", "aptcl": "apt"}.get(dialect, dialect)
+    section = (ROOT / "docs" / f"{page}.md").read_text(encoding="utf-8").partition("## Keys of the settings file")[2]
     shown = dict(re.findall(r"^\| `(\w+)` \| `?(.*?)`? \|", section.partition("\n## ")[0], re.MULTILINE))
     defaults = msgspec.structs.asdict(KEYS[dialect]())
     assert {key: json.loads(value) for key, value in shown.items()} == defaults

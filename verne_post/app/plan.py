@@ -106,7 +106,7 @@ def plan_program(program: Program, progress: Progress | None = None) -> Plan:
     InputError
         With all findings when one of them is an error.
     SolverError
-        When no feasible velocity profile is found.
+        When no feasible motion profile is found.
     """
     options = program.options
     played = build_feed_override(options.override, options.slow_start, program.machine.limits)

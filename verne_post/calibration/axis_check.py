@@ -109,7 +109,7 @@ def _plan_there_and_back(machine: Machine, joint: int, distance: float, cycle: f
     )
     if not np.isfinite(durations).all():
         raise SolverError(
-            make_finding("VP420", f"no feasible velocity profile for a motion of {machine.columns[joint].joint}")
+            make_finding("VP420", f"no feasible motion profile for a motion of {machine.columns[joint].joint}")
         )
     profile = StopToStopProfiles(durations, jerks, np.array([distance]))
     total = float(profile.total[0])

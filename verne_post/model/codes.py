@@ -494,7 +494,7 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP101",
         "slider travel",
         "error",
-        "A slider, or a linear axis of a serial machine, leaves its travel.",
+        "A slider, or a linear axis of a serial machine, leaves its travel (overtravel).",
         "Move the part on the table (--wcs), or use another tilt; check names an offset that was tried.",
     ),
     (
@@ -726,9 +726,9 @@ CODES: Final[dict[str, Code]] = _make_table(
     ),
     (
         "VP420",
-        "no feasible velocity profile",
+        "no feasible motion profile",
         "error",
-        "The solver found no feasible velocity profile for a section; there is no verdict on the program.",
+        "The solver found no feasible motion profile for a section; there is no verdict on the program.",
         "Report the program; a longer control cycle or a simpler path may help.",
     ),
     (

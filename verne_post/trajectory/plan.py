@@ -299,7 +299,7 @@ class _Planner:
                 toppra_bound = bound_second_order_time(path, self.limits, _choose_solver("toppra"), team)
         except (ValueError, RuntimeError) as error:
             line = int(contour.find_lines(self.begins[section : section + 1])[0])
-            text = f"no feasible velocity profile for the motion that begins in line {line}: {error}"
+            text = f"no feasible motion profile for the motion that begins in line {line}: {error}"
             raise SolverError(make_finding("VP420", text, line=line, last_line=line, worst_line=line)) from None
         s = profile.s
         timed = contour.path.timed[contour.segment[first:last]]

@@ -126,7 +126,7 @@ def plan_sections(
         raise SolverError(
             make_finding(
                 "VP420",
-                f"no feasible velocity profile for the motion of line {line}",
+                f"no feasible motion profile for the motion of line {line}",
                 line=line,
                 last_line=line,
                 worst_line=line,
