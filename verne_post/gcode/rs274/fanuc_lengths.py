@@ -50,10 +50,10 @@ class FanucLengths:
             text, modes.length_end = modes.length_end, ""  # it is one mistake, however often Z follows
             raise block.error("VP017", text, "Z")
         if abs(modes.length_travel) > _SAME_MM and (not modes.absolute or code == _G92):
-            self._travel(block, travels_itself=not drills and code is None)
+            self._add_length_change(block, travels_itself=not drills and code is None)
         modes.length_travel = 0.0
 
-    def _travel(self, block: Block, *, travels_itself: bool) -> None:
+    def _add_length_change(self, block: Block, *, travels_itself: bool) -> None:
         """Add the change of length to an incremental Z, where the control does."""
         change, self.modes.length_travel = self.modes.length_travel, 0.0
         key = self.keys.length_in_g91
