@@ -298,3 +298,14 @@ def test_tolerances_rank_the_parts(run: Callable[..., Any]) -> None:
 
 
 # --- docs ------------------------------------------------------------------------------------------------
+
+
+def test_a_machine_is_named_as_an_argument_too(run: Callable[..., Any], tmp_path: Path) -> None:
+    """`machine show` takes NAME|FILE; `axis-check` and `tolerances` took only --machine."""
+    words = ("--at", "600,600,600,0,0", "-o")
+    by_argument = run("machine", "axis-check", "verne", *words, tmp_path / "a")
+    assert by_argument.code == 0, by_argument.err
+    assert by_argument.out == run("machine", "axis-check", "--machine", "verne", *words, tmp_path / "b").out
+    told = run("machine", "tolerances", "verne", "--machine", "ours.toml")
+    assert told.code == 2
+    assert "the machine is given twice: verne, and --machine ours.toml" in told.err

@@ -516,6 +516,7 @@ def test_a_slip_that_later_lines_follow_from_is_one_finding(tmp_path, machine, n
     [
         ("p.mpf", "R77=0\nG1 X5 F=R77", "G1 with feed rate zero; the last F has the value 0"),
         ("p.mpf", "G1 X5", "G1 with feed rate zero; give F"),
+        ("p.mpf", "CYCLE81(20,0,2,-5)", "CYCLE81 with feed rate zero; give F"),
         ("p.mpf", "G1 X5 F9\nG95 X6", "G1 with feed rate zero; give F"),
         ("p.nc", "#7=0\nG1 X5 F#7", "G1 with feed rate zero; the last F has the value 0"),
         ("p.nc", "G1 X5", "G1 with feed rate zero; give F"),

@@ -173,7 +173,7 @@ def list_remedies(item: Finding, program: str) -> list[str]:
 _NOT_TRIED: Final = "which no work offset moves"
 #: What helps where a code of the builder has no meaning yet.
 _GIVE_MEANING: Final = (
-    "Fill in its meaning in INPUT.toml, which verne-post setup INPUT writes, or post the program without it."
+    "Fill in its meaning in INPUT.toml, or post the program without it; verne-post setup INPUT writes a missing entry."
 )
 
 

@@ -179,7 +179,7 @@ class _Work:
         given.refuse_rest(_HARMLESS)
         with to.core.keep_feed(), to.state.follow_exactly():
             to.core.set_feed(values.feeds["mill"])
-            to.motion.check_feed("G1")
+            to.motion.check_feed(values.name)
             self.start, self.pieces = self._read_contour(
                 section, *run_contour(section, values.feeds["mill"], given.call)
             )

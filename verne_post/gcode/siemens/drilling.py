@@ -90,7 +90,7 @@ class _Hole:
         if to.state.feed_mode == FeedMode.INVERSE:
             raise ProgramError("VP017", f"{name} with inverse-time feed (G93); use G94", self.given.call.column)
         if name != "CYCLE84":  # whose feed rate is pitch times speed
-            to.motion.check_feed("G1")
+            to.motion.check_feed(name)
         if to.state.tool_axis is not None and not to.motion.follows_part:
             to.motion.settle_table(self.block)
         if (tool := to.core.find_tilted_tool(self.normal)) is not None:

@@ -336,7 +336,7 @@ class _Work:
         """Make the strokes, and go to the retract plane after each pocket."""
         values = self.values
         self.to.core.set_feed(values.feeds["mill"])
-        self.to.motion.check_feed("G1")
+        self.to.motion.check_feed(values.name)
         follower = StrokeFollower(self.to, values.plane, values.feeds, self.at)
         follower.begin(pockets[0][0].end, values.retract)
         for strokes in pockets:
