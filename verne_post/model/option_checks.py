@@ -30,6 +30,7 @@ from verne_post.model.part_setup import (
     Wanted,
     WorkOffset,
     describe_mistake,
+    name_system,
 )
 
 #: The largest number of a parameter; the one that holds the active work system.
@@ -138,8 +139,8 @@ def check_work_offsets(value: object, source: str = "") -> dict[int, WorkOffset]
     for key, offset in check_mapping(value, "a mapping such as {'G54': (x, y, z)}").items():
         number = find_system(key)
         if number in found:
-            raise ValueError(f"{SYSTEM_NAMES[number]} is given twice")
-        what = f"x, y, z and maybe c for {SYSTEM_NAMES[number]}"
+            raise ValueError(f"{name_system(number)} is given twice")
+        what = f"x, y, z and maybe c for {name_system(number)}"
         given = [*_list_items(offset.origin_mm, what), offset.turn_deg] if isinstance(offset, WorkOffset) else offset
         x, y, z, *turn = check_numbers(given, (4,) if isinstance(offset, WorkOffset) else (3, 4), what, MAX_PLACE)
         named = offset.source if isinstance(offset, WorkOffset) else ""

@@ -14,7 +14,7 @@ from verne_post.gcode.dialects import choose_dialect_name
 from verne_post.gcode.remarks import find_stop_remarks, find_title, find_tool_diameters, find_tool_remarks
 from verne_post.model.machine import Machine
 from verne_post.model.moves import Event, MoveKind, Stock, describe_tool, find_tool_of_moves, name_tools
-from verne_post.model.part_setup import SYSTEM_NAMES, Box, FixtureMesh, OwnStock, Tool, spell_tool_word
+from verne_post.model.part_setup import Box, FixtureMesh, OwnStock, Tool, name_system, spell_tool_word
 from verne_post.model.work_systems import find_placer
 from verne_post.output.summary import (
     LINE_OF_FACT,
@@ -225,7 +225,7 @@ def list_offsets(machine: Machine, study: Study) -> list[Row]:
             system: (*(f"{value:g}" for value in offset.origin_mm), f"{offset.turn_deg:g}", offset.source or _GIVEN)
             for system, offset in options.wcs.items()
         } | dict.fromkeys(options.unmeasured_wcs, ("", "", "", "", "to be measured"))
-        return [(SYSTEM_NAMES[system], *cells) for system, cells in sorted(given.items())]
+        return [(name_system(system), *cells) for system, cells in sorted(given.items())]
     move = program.path.move
     used = find_used(program.moves.frame[move[move >= 0]]).tolist()
     rows: dict[Row, None] = {}
@@ -236,9 +236,10 @@ def list_offsets(machine: Machine, study: Study) -> list[Row]:
         source = {
             "set-up": (written.source if written else "") or _GIVEN,
             "program": "the program",
+            "machine": "machine zero",
             "nobody": "not given: rotary centre on the table face",
         }[who]
-        rows[SYSTEM_NAMES[frame.system], *(f"{value:g}" for value in place), f"{frame.part_turn:g}", source] = None
+        rows[name_system(frame.system), *(f"{value:g}" for value in place), f"{frame.part_turn:g}", source] = None
     return list(rows)
 
 
@@ -254,7 +255,7 @@ def _list_bodies(study: Study) -> list[Row]:
 
 def _describe_body(body: Box | FixtureMesh | OwnStock, own: Stock | None) -> Row:
     """Name, system and place of a fixture or the stock; a mesh says by its file where it is."""
-    system = "table" if body.system is None else SYSTEM_NAMES[body.system]
+    system = "table" if body.system is None else name_system(body.system)
     match body:
         case Box():
             ends = (f"{low:g} to {high:g}" for low, high in zip(body.low, body.high, strict=True))
@@ -264,7 +265,7 @@ def _describe_body(body: Box | FixtureMesh | OwnStock, own: Stock | None) -> Row
         case OwnStock() if own is None:
             return body.name, "", "as the program says"
         case OwnStock():
-            return body.name, SYSTEM_NAMES[own.frame.system], describe_own_stock(own)
+            return body.name, name_system(own.frame.system), describe_own_stock(own)
 
 
 def _decode_lines(source: Text) -> Iterator[str]:
