@@ -639,7 +639,24 @@ def test_rows_are_drawn_with_the_limits_of_their_machine() -> None:
     assert shares[0] == pytest.approx(speed / limits.velocity[0])
     assert max(shares) < 1.01  # rows are rounded, which differences of third order show
     with pytest.raises(vp.UsageError, match="has the joints"):
-        rows.plot(vp.load_machine("serial"))
+        rows.plot("serial")
+    with pytest.raises(vp.UsageError, match="machine: expected a name or a path, got int"):
+        rows.plot(5)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"nominal": "part.stl"}, r"nominal: 'part.stl' is a text; pass pathlib.Path\('part.stl'\) to read the file"),
+        ({"nominal": 5}, "nominal: expected bytes or a path, got int"),
+        ({"nominal": Path("none.stl")}, "nominal: none.stl: No such file"),
+    ],
+)
+def test_a_part_is_bytes_or_a_path(given: dict[str, Any], said: str) -> None:
+    rows = vp.convert(SHORT, "verne", OPTIONS).setpoints
+    assert rows is not None
+    with pytest.raises(vp.UsageError, match=said):
+        vp.machined(rows, SHORT, "verne", OPTIONS, **given)
 
 
 def test_a_proposal_goes_into_options() -> None:
