@@ -339,6 +339,7 @@ def test_a_program_of_one_line_is_no_name_of_a_file(text: str) -> None:
         (lambda: vp.convert(SHORT, "verne", None, "rows"), "sink"),  # type: ignore[arg-type]
         (lambda: vp.check(SHORT, "verne", None, 3), "progress"),  # type: ignore[arg-type]
         (lambda: vp.explain(SHORT, "verne", "3"), "line"),  # type: ignore[arg-type]
+        (lambda: vp.explain(SHORT, "verne", -1, OPTIONS), "line"),
         (lambda: vp.explain(SHORT, "verne", 99, vp.Options(tool_length=80)), "line"),
         (lambda: vp.fit(SHORT, "verne", free="xq"), "free"),
         (lambda: vp.fit(SHORT, "verne", free=5), "free"),  # type: ignore[arg-type]

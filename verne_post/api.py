@@ -182,8 +182,8 @@ def explain(
         The program has no such line.
     """
     text, chosen = _read_program(source, options, setup, settings)
-    if isinstance(line, bool) or not isinstance(line, int):
-        raise UsageError("line", f"{line!r}: expected the number of a source line")
+    if isinstance(line, bool) or not isinstance(line, int) or line < 0:
+        raise UsageError("line", f"{line!r}: expected the number of a source line, from 1, or 0 for the approach")
     return explain_source(text, _load_machine(machine), chosen, line)
 
 
