@@ -798,3 +798,29 @@ def test_a_strict_type_checker_accepts_a_client(tmp_path: Path) -> None:
         check=False,
     )
     assert wrong.returncode == 1
+
+
+@pytest.mark.parametrize(
+    ("text", "dialect", "line", "wrong", "right"),
+    [
+        ("G21 G90 F600\nG0 X0 Y0 Z20 A0 C0\nG1X3O\nM2\n", "auto", 3, "X3O", "X30"),
+        ("G90 G71\ntraoir\nG0 X0 Y0 Z50 A0 C0\nM30\n", "siemens", 2, "traoir", "TRAORI"),
+        (
+            "BEGIN PGM A MM\nTOOL CAL 1 Z S9\nL X+1 Y+2 Z+30 A+0 C+0 FMAX\nEND PGM A MM\n",
+            "heidenhain",
+            2,
+            "CAL",
+            "CALL",
+        ),
+    ],
+)
+def test_what_a_misspelt_word_is_meant_for_is_an_edit(
+    text: str, dialect: Any, line: int, wrong: str, right: str
+) -> None:
+    (found,) = [
+        item for item in vp.check(text, "verne", OPTIONS.changed(dialect=dialect)).findings if item.code < "VP003"
+    ]
+    (edit,) = found.edits
+    assert (edit.line, edit.misspelt, edit.value, found.line) == (line, wrong, right, line)
+    assert found.column is not None
+    assert text.split("\n")[line - 1].startswith(wrong, found.column - 1)

@@ -28,7 +28,7 @@ class Remedy:
     word: tuple[str, float] = ("", 0.0)
     way: Literal["number", "behind", "below"] = "number"  #: In place of the number, behind the word, below its line.
     is_above: bool = False  #: ``word`` stands in the last line up to ``line`` that has it.
-    misspelt: str = ""  #: A word without a number that stands in ``line``, in place of ``value``.
+    misspelt: str = ""  #: What stands in ``line`` in place of ``value``: at the column of a finding of that line.
 
 
 @dataclass(frozen=True)
