@@ -189,7 +189,9 @@ NOTHING = ("", "")
         ("siemens", ("M6\n", ""), NOTHING, ("VP012", "error", 'T="EM6" D1'), 'write M6 after T="EM6"'),
         ("fanuc", ("T1 M06\n", ""), NOTHING, ("VP041", "warning", "G01 Z2. F400."), "that does: the cut is made with"),
         ("rs274", ("T1 M6\nS8000 M3\n", ""), NOTHING, ("VP041", "warning", "G1 Z2 F400"), "write T1 M6 before it"),
-        ("fanuc", ("T1 M06\n", ""), ("T2 M06\n", ""), None, ""),  # for the tool that is in the spindle
+        # for the tool that is in the spindle, but not with the lengths of two
+        ("fanuc", ("T1 M06\n", ""), ("T2 M06\nS9000 M03\nG43 H2", "S9000 M03\nG43 H1"), None, ""),
+        ("fanuc", ("T1 M06\n", ""), ("T2 M06\n", ""), ("VP041", "warning", "G43 H2"), "no tool is called, and H2 puts"),
         ("fanuc", ("T1", "T1"), NOTHING, None, ""),
         ("fanuc", ("G43 H1", "G43 H1\nT2"), ("T2 M06", "M06"), None, ""),  # made ready before
         ("siemens", ("M6\n", 'M6\nT="EM10"\n'), ('T="EM10" D1\n', ""), None, ""),

@@ -39,7 +39,7 @@ def run(trunnion):
             },
             wcs={number: WorkOffset(place) for number, place in enumerate(ORIGINS.values(), 1)},
             split_at_stops=True,
-            control={"fanuc": {"directions": key}},
+            control={"fanuc": {"directions": key, "length_after_return": "restored"}},
         )
         moves = assemble(("%\nO1\nG21 G90 G17\n" + text + "\nM30\n%").encode(), machine, options).moves
         coordinates = machine.coordinates

@@ -71,6 +71,14 @@ def places(moves, first=1):
     # mirror first, then scaling, then rotation, whose angle is reversed by a mirror image of one axis
     ("G51.1 X0 / G51 X0 Y0 Z0 P2. / G68 X0 Y0 R90. / G1 X10 Y0", [(0, 20, 0)]),
     ("G51.1 X0 / G68 X0 Y0 R90. / G1 X10 Y0", [(0, 10, 0)]),
+    # the centre of G68 is scaled as well (5 to 10, then 20 about it), but not its angle; B-63944EN-2/02 p. 211
+    ("G51 X0 Y0 Z0 P2. / G68 X5 Y0 R90. / G1 X10 Y0 Z10", [(10, 10, 20)]),
+    ("G51 X0 Y0 Z0 P2. / G68 X5 Y0 R90. / G81 X10 Y0 Z-1 R2", [(0, 0, 4), (10, 10, 4), (10, 10, -2), (10, 10, 4)]),
+    ("G51 X4 Y0 Z0 P.5 / G68 X8 Y2 R-90. / G1 X8 Y6", [(8, 1, 0)]),
+    # and mirrored as its angle is: the image of (10 + 10 cos 30 + 5 sin 30, 5 + 10 sin 30 - 5 cos 30)
+    ("G51.1 X0 / G68 X10 Y5 R30. / G1 X20 Y0", [(-12.5 - 5 * math.sqrt(3), 10 - 2.5 * math.sqrt(3), 0)]),
+    # without words it is where the tool is, which is a place already
+    ("G51 X0 Y0 Z0 P2. / G1 X5 Y0 / G68 R90. / X10 Y0", [(10, 0, 0), (10, 10, 0)]),
     # polar: X is the distance and Y the angle, which stay; in G91 the angle adds up
     ("G16 / G1 X10 Y90 / Y180 / X20 / G15 / X1 Y1", [(0, 10, 0), (-10, 0, 0), (-20, 0, 0), (1, 1, 0)]),
     ("G16 / G1 X10 Y0 / G91 Y90 / Y90", [(10, 0, 0), (0, 10, 0), (-10, 0, 0)]),
@@ -303,6 +311,8 @@ def test_offsets_of_tools_and_their_wear(run, text, length, radius):
     ("G68 X0 Y0 R9 / G51.1 X0", "VP017", "G69"), ("G51.1 Z0 / G81 Z-3 R2", "VP017", "below"),
     ("G16 / G91 G1 X5", "VP002", "G90"), ("G16 / G2 X5 Y5 I5", "VP017", "R"), ("G18 G16 / G1 X5 Y5", "VP017", "G17"),
     ("G51.1 X0 / G16", "VP017", "G50"),
+    ("G51.1 X0 / G68 X0 Y0 Z0 I1 J0 K0 R9", "VP017", "G50.1"),
+    ("G51 X0 Y0 Z0 P2. / G68 X0 Y0 Z0 I1 J0 K0 R9", "VP017", "G50"),
     ("G68.2 P4 I1", "VP005", "projection_angles"), ("G68.2 P4 J1 Q1", "VP006", "Q"),
     ("G68.2 P5 I1", "VP007", "P0 to P4"), ("G68.2 P2 Q1 X0 / G1 X1", "VP005", "Q2, Q3"), ("G68.2 P2 Q4", "VP007", "Q4"),
     ("G68.2 P3 Q1 I1 / G68.2 P3 Q2 I1", "VP007", "right angles"),

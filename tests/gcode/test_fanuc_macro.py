@@ -8,7 +8,9 @@ from verne_post import check
 from verne_post.app.assemble import build_interpreter_setup
 from verne_post.gcode.read import interpret_program
 from verne_post.model.findings import InputError
+from verne_post.model.moves import ZERO9
 from verne_post.model.options import Options
+from verne_post.model.part_setup import Tool
 
 
 def program(*lines):
@@ -124,6 +126,32 @@ def test_calls(run, call, body, ends):
 ])  # fmt: skip
 def test_returns_and_local_subprograms(run, lines, ends):
     assert run(*lines) == ([float(x) for x in ends], [])
+
+
+@pytest.mark.parametrize("key", [5041, 5042, 5021, 5023])
+def test_where_the_tool_is_beside_the_contour_is_not_known(view, key):
+    """#5041 and #5021 include the compensation, and #5001 does not; after G40 until a motion they still do."""
+    lines = ["G41 D1 G1 X5 Y0 F100", "X20", f"#1=#{key}", "G40", f"#2=#{key}", "G1 Y9", f"G0 X#{key}"]
+    tools = {1: Tool(1, 1, ZERO9, 10.0)}
+    for kept, line in ((lines, 7), (lines[:2] + lines[3:], 8)):
+        findings = view(program(*kept), dialect="fanuc", tools=tools)[1]
+        assert [(item.code, item.line) for item in findings] == [("VP025", line)]
+        assert f"read #{5000 + key % 10}" in findings[0].message
+    lines = [line.replace(str(key), str(5000 + key % 10)) for line in lines]
+    moves, findings = view(program(*lines), dialect="fanuc", tools=tools)
+    assert findings == ()
+    assert moves.end[-1][0] == {1: 20.0, 2: 9.0, 3: 0.0}[key % 10]
+
+
+def test_f_beside_a_code_of_units_has_that_unit(view):
+    """G20 and G21 hold for all words of their block."""
+    text = "G20 G1 X1. F10.", "X2.", "G21 X60. F100.", "X70.", "G20 F5.", "X3."
+    moves, findings = view(program(*text), dialect="fanuc")
+    assert findings == ()
+    assert moves.feed[-5:] == pytest.approx([254.0, 254.0, 100.0, 100.0, 127.0])
+    assert moves.end[-5:, 0] == pytest.approx([25.4, 50.8, 60.0, 70.0, 76.2])
+    moves, _findings = view("G21 G90 F1\nG0 X0\nG20 G1 X1. F10.\nG21 X60. F100.\nM2", dialect="rs274")
+    assert moves.feed[-2:] == pytest.approx([10.0, 2540.0])  # LinuxCNC reads F before the unit
 
 
 @pytest.mark.parametrize(("lines", "code", "part", "line"), [

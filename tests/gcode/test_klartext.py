@@ -6,8 +6,11 @@ import numpy as np
 import pytest
 
 from tests.gcode.conftest import list_places_on, make_tool, moves_as_text
+from verne_post.app.assemble import build_interpreter_setup
+from verne_post.gcode import interpret_program
 from verne_post.model.control_keys import HeidenhainKeys, read_keys
 from verne_post.model.moves import MoveKind
+from verne_post.model.options import Options
 
 TOOLS = {1: make_tool(1, 10.0, 10.0)}
 
@@ -734,6 +737,43 @@ def test_tools_and_stocks_of_zero_as_cam_systems_write_them(view):
     assert findings == ()
     assert moves.stock is None
     assert moves.frames[moves.frame[-1]].tool_length == pytest.approx(76.2)
+
+
+def test_f_of_a_turn_is_in_degrees_in_programs_in_inches_too(machine, view):
+    """F1000 is 2540 mm/min, and 1000 degrees a minute: 90 degrees take 5.4 s, about a tip that stands in the middle."""
+    text = (
+        "BEGIN PGM A INCH\nTOOL CALL 1 Z S1000\nL X+0 Y+0 Z+4 A+0 C+0 FMAX M3\nL C+900 F1000\nL X+1\n{}\n"
+        "L C+990 F1000\nL Z+5\nL Z+4 C+999\nEND PGM A INCH\n"
+    )
+    for word in ("M129", "M128"):
+        setup = build_interpreter_setup(machine, Options(dialect="heidenhain", tool_length=60.0))
+        moves = interpret_program(text.format(word).encode(), setup)
+        feeds = dict(zip(moves.line.tolist(), moves.feed.tolist(), strict=True))
+        assert [feeds[4], feeds[7]] == pytest.approx([1000.0, 1000.0])
+        assert [feeds[5], feeds[8]] == pytest.approx([2540.0, 2540.0])
+        turn = moves.line.tolist().index(9)
+        bare = view(text.format(word), dialect="heidenhain")[0]  # without a machine, as dump moves has it
+        assert dict(zip(bare.line.tolist(), bare.feed.tolist(), strict=True))[4] == pytest.approx(1000.0)
+        if word == "M129":  # sqrt(25.4^2 + 9^2) at 2540
+            assert moves.seconds[turn] == pytest.approx(60 * math.hypot(25.4, 9) / 2540)
+        else:
+            assert feeds[9] == pytest.approx(2540.0)
+
+
+def test_tool_def_waits_for_the_next_call(run):
+    """The contour is at Y0 along X, to the left of it the tool's centre at Y5, the radius in the table."""
+    contour = ["L X+20 Y+0 RL F500", "L X+40", "L X+60 R0"]
+    for call, radius, length in ((), 5.0, 10.0), (("TOOL CALL 1 Z S1000",), 2.0, 50.0):
+        moves = run("L X+0 Y+20", "TOOL DEF 1 L+50 R+2", *call, "L Y+30 Z+5", *contour)
+        assert moves.end[-2, :2] == pytest.approx([40.0, radius])
+        assert moves.frames[moves.frame[-2]].tool_length == length
+
+
+def test_iz_after_a_tool_call_of_the_same_length_or_after_z(run):
+    for statements in (["TOOL CALL 1 Z S900"], ["TOOL CALL 1 Z S900 DL+1", "L Z+0"]):
+        assert run(*statements, "L IZ-5").end[-1, 2] == -5
+    moves = run("TOOL CALL 1 Z S900 DL+1", "L Z+60 FMAX M91", "L IZ-5")  # the machine says where Z is
+    assert moves.end[-1, 2] == moves.end[-2, 2] - 5
 
 
 def test_user_codes_switch_tool_centre_point_control_as_m129_does(machine):

@@ -6,7 +6,10 @@ import numpy as np
 import pytest
 
 from tests.gcode.conftest import make_tool
+from verne_post.app.assemble import build_interpreter_setup
+from verne_post.gcode import interpret_program
 from verne_post.model.moves import MoveKind, PathMode
+from verne_post.model.options import Options
 
 HEAD = ["BEGIN PGM C MM", "TOOL CALL 1 Z S1000 F300", "L X+4 Y+5 Z+40 R0 F100 M3"]
 
@@ -395,12 +398,38 @@ def test_a_parameter_that_is_changed_after_the_definition(run, view):
     assert [(item.code, "Q201" in item.message) for item in errors] == [("VP017", True)]
 
 
+def test_a_cycle_under_m136_is_refused(view):
+    """Whether a control takes Q206 per turn then is open: 0.2 would be 0.2 mm a minute, or 150 mm a turn."""
+    cycle = "CYCL DEF 200 D Q200=2 Q201=-5 Q206=150 Q202=5 Q210=0 Q203=0 Q204=20 Q211=0"
+    for word, wanted in ("M136", [("VP017", 7)]), ("M137", []):
+        text = "\n".join([*HEAD[:3], cycle, "M136", word, "L X+9 FMAX M99", "END PGM C"])
+        _moves, errors = view(text, dialect="heidenhain", tools={1: make_tool(1, 10.0, 6.0)})
+        assert [(item.code, item.line) for item in errors] == wanted
+
+
+@pytest.mark.parametrize(
+    "word", ["L M140 MB5 F600", "PLANE AXIAL A+0 C+30 TURN F600", "PLANE SPATIAL SPA+0 SPB+0 SPC+30 TURN MB5 F600"]
+)
+def test_f_of_a_retract_and_of_a_plane_after_fu_is_a_minute(machine, word):
+    """FU0.2 holds before and after: F600 of the statement is no feed rate per turn."""
+    text = (
+        "BEGIN PGM C MM\nTOOL CALL 1 Z S1000\nL X+0 Y+0 Z+40 A+0 C+0 FMAX M3\nL X+5 FU0.2\n"
+        f"{word}\nPLANE RESET STAY\nL Z+50\nEND PGM C MM\n"
+    )
+    setup = build_interpreter_setup(machine, Options(dialect="heidenhain", tool_length=60.0))
+    moves = interpret_program(text.encode(), setup)
+    found = list(zip(moves.line.tolist(), moves.feed.tolist(), moves.feed_mode.tolist(), strict=True))
+    per_turn, per_minute = found[1][2], found[2][2]
+    assert per_turn != per_minute
+    assert {row[1:] for row in found if row[0] == 5} == {(600.0, per_minute)}
+    assert found[-1][1:] == (0.2, per_turn)
+
+
 def test_a_call_at_a_place_keeps_the_feed_per_turn(run):
-    """Sideways the tool moves at the feed in force, F of M136 is one per turn before and after."""
+    """Sideways the tool moves at the feed in force, FU is one per turn before and after."""
     moves = run(
         "CYCL DEF 200 D Q200=2 Q201=-5 Q206=150 Q202=5 Q210=0 Q203=0 Q204=20 Q211=0",
-        "M136",
-        "L X+5 F0.2",
+        "L X+5 FU0.2",
         "CYCL CALL POS X+10 Y+0 Z+0",
         "L X+30",
     )

@@ -270,6 +270,9 @@ def test_retract_along_the_tool(poses):
         (["M126", "L C+170 FMAX", "L C+200 FMAX"], 200),
         (["L C+400 FMAX", "M94", "L C+50 FMAX"], 410),
         (["L C+400 FMAX", "L C+50 FMAX"], 50),
+        (["L C-20 FMAX", "M94", "L IC+50 FMAX"], 30),
+        (["L C-20 FMAX", "M94 C", "M126", "L C+10 FMAX"], 10),
+        (["L A-20 C+370 FMAX", "M94", "L A-30 C+50 FMAX"], 410),
     ],
 )
 def test_positions_of_c(poses, statements, c):

@@ -105,6 +105,11 @@ G_WORD = re.compile(r"\bG(0|1|4[0-9]|9[0-9])\b")
         (["TOOL CALL DL+1"], "VP006", "tool number"),
         (["TOOL DEF 1.5 L+5 R+1"], "VP002", "whole"),
         (["TOOL DEF 5 R+1"], "VP005", "needs L"),
+        (["CALL LBL 6 REP 2", "LBL 6", "L X+5"], "VP017", "nothing would be repeated"),
+        (["TOOL CALL 1 Z S1000 DL-1", "L IZ-5"], "VP017", "TOOL CALL of line 4"),
+        (["TOOL CALL 1 Z S1000 DL+1", "L X+5", "L IX+5 IZ-5"], "VP017", "TOOL CALL of line 4"),
+        (["L C-20 FMAX", "M94", "L C+10 FMAX"], "VP017", "M94 in line 5 has reduced C-20"),
+        (["L C-400 FMAX", "M94 C", "L IC+10 FMAX", "L C+10 FMAX"], "VP017", "reduced C-400"),
         # calls, programs
         (["CALL LBL 1 5"], "VP001", "REP"),
         (["LBL 1", "CALL LBL 1 REP 1.5"], "VP007", "whole"),

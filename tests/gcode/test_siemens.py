@@ -480,6 +480,31 @@ def test_d0_leaves_the_radius_out(view):
 
 
 @pytest.mark.parametrize(
+    ("call", "radius", "length"), [("", 5, 100), ("D1", 4, 120), ("T1 M6", 4, 120), ("D0\nD1", 4, 120)]
+)
+def test_changed_data_of_the_tool_wait_for_d(view, call, radius, length):
+    """The contour is at Y0 along X, to the left of it the tool's centre at Y5 with the radius of the call."""
+    text = (
+        "G0 X0 Y50 Z60 F100\nT1 D1 M6\n$TC_DP6[1,1]=4 $TC_DP3[1,1]=120\nX0 Y50 Z60\n"
+        f"{call}\nG41 G1 X20 Y0\nX40\nG40 X50"
+    )
+    moves, errors = view(text, dialect="siemens", tools={1: make_tool(1, 100.0, 10.0)})
+    assert errors == ()
+    assert moves.end[-2, :2] == pytest.approx([40, radius])
+    assert moves.frames[moves.frame[-2]].tool_length == length
+    radius_text = f"T1 D1 M6\n$TC_DP6[1,1]=4\n{call}\nG0 X=$P_TOOLR Y=$TC_DP6[1,1]"
+    shown = view(radius_text, dialect="siemens", tools={1: make_tool(1, 100.0, 10.0)})[0]
+    assert shown.end[-1, :2].tolist() == [radius, 4]
+
+
+def test_a_radius_that_waits_for_d_is_not_guessed(view):
+    text = "T1 M6\n$TC_DP6[1,1]=4\n{}\nG41 G1 X20 Y0 F100\nG40 X30"
+    found = view(text.format(""), dialect="siemens", tools={1: make_tool(1, 100.0, 0.0)})[1]
+    assert [(item.code, item.line) for item in found] == [("VP012", 4)] and "write D1 after" in found[0].message
+    assert view(text.format("D1"), dialect="siemens", tools={1: make_tool(1, 100.0, 0.0)})[1] == ()
+
+
+@pytest.mark.parametrize(
     ("text", "said"),
     [
         ("G41 G1 X5", "no tool is in the spindle; load one"),

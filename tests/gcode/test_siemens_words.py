@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+import verne_post as vp
 from verne_post.gcode.siemens import flow
 from verne_post.gcode.siemens.vocabulary import CONSTANTS, NO_EFFECT, REFUSED_WORDS, STATEMENTS
 from verne_post.model.control_keys import SiemensKeys, read_keys
@@ -222,11 +223,39 @@ def test_keys(view):
     ({"rotations": 1}, "no such key"), ({"rotation": "xyz"}, "rpy or euler"), ({"start": 5}, "text"),
     ({"orientation_by_group": 1}, "true"), ({"tools": {"A": "B"}}, "numbers"),
     ({"tools": {"A": -1}}, "numbers"), ({"modulo_axes": "B"}, "A and C"), ({"offsets_in_g91": "yes"}, "travelled"),
-    ({"d_numbers": "flat"}, "edges or tools"),
+    ({"d_numbers": "flat"}, "edges or tools"), ({"length_axis": 17}, "Z or plane"),
 ])  # fmt: skip
 def test_wrong_keys(given, part):
     with pytest.raises(ValueError, match=part):
         read_keys(SiemensKeys, given)
+
+
+@pytest.mark.parametrize(
+    ("lines", "line"),
+    [
+        ("G18\nG4 F1\nG1 X10 F500", 5),
+        ("G19\nG1 Y10 F500\nG2 Y20 Z40 CR=10\nX5", 4),
+        ("G18\n" + "\n".join(f"G1 X{one} F500" for one in range(1, 40)), 4),  # executed as an array
+        ("G18 G0 Y60\nCYCLE82(60,50,2,45)", 3),
+        ("G18\nG17\nG1 X10 F500", None),
+        ("G18\nG0 A5", None),
+    ],
+)
+def test_a_tool_length_in_g18_and_g19_is_an_assumption(lines, line):
+    """SD42940 is not in the program: it is told once, accepted with the key, and refused with the other value."""
+    text, codes = f"G17 G54 G90 G94 G710 S1000 M3\nG0 X0 Y0 Z50 A0 C0\n{lines}\nM30\n", {}
+    for key in ("", "Z", "plane"):
+        options = vp.Options(
+            tool_length=80.0,
+            wcs={"G54": (0.0, 0.0, 60.0)},
+            dialect="siemens",
+            control={"siemens": {"length_axis": key}},
+        )
+        found = vp.check(text, "verne", options).findings
+        codes[key] = [(item.code, item.line) for item in found if item.code in ("VP053", "VP017")]
+    assert codes[""] == ([] if line is None else [("VP053", line)])
+    assert codes["Z"] == []
+    assert codes["plane"][:1] == ([] if line is None else [("VP017", line)])
 
 
 def test_names_of_tolerances(view):

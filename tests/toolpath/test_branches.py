@@ -491,6 +491,19 @@ def test_a_c_word_that_a_vertical_vector_leaves_is_told(word, says):
     assert result.setpoints.values[0][-1] == pytest.approx(45.0)  # the message is true
 
 
+def test_a_path_begins_within_half_a_turn_of_the_c_that_words_have_named():
+    """C0 is named; the first vector asks for C60. CYCLE800 turns to C360, which is nearer to C420."""
+    source = (
+        "G17 G54 G90 G94 G710\nT1 D1 M6\nS1000 M3\nG0 X0 Y0 Z50 A0 C{}\nF500\nTRAORI\nMIRROR X0\nROT Z30\n"
+        "G1 X10 A3=0.1 B3=0 C3=1\nAMIRROR X0\nG1 X10 A3=0.1 B3=0 C3=1\nTRANS\n"
+        'CYCLE800(0,"",0,57,0,0,0,20,0,0,0,0,0,-1)\nAROT X-20\nG1 X0 Y0 Z50 A3=0 B3=0 C3=1\nCYCLE800()\nM30\n'
+    )
+    for word, begin in ((0, 60), (360, 420), (-170, -120)):
+        options = Options(tool_length=100.0, wcs={"G54": (0, 0, 60)}, dialect="siemens")
+        path = assemble(source.format(word).encode(), SERIAL, options).path
+        assert degrees(path)[0, 0, 1] == pytest.approx(begin), word
+
+
 ORIWKS = (
     "G17 G90 G71 G54 G94\nT1 M6\nD1 S9000 M3\nSUPA G0 A0 C0\nTRAORI\nORIWKS\nG0 X0 Y0 Z40 A=0 C={}\n"
     "G1 Z5 A=3.2 C=12.5 F800\nX5 A=5 C=14\nG0 Z40\nTRAFOOF\n"

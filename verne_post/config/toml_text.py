@@ -27,8 +27,9 @@ def read_toml(raw: bytes) -> dict[str, Any]:
     """
     if is_utf16(raw[:2]):
         raise ValueError(f"not a TOML file: {UTF16}")
-    text = decode_text(raw)
+    text = ""
     try:
+        text = decode_text(raw)
         return tomllib.loads(text)
     except (ValueError, RecursionError) as error:
         raise ValueError(f"not a TOML file: {_name_beginning(text, str(error))}") from None

@@ -468,6 +468,16 @@ CODES: Final[dict[str, Code]] = _make_table(
         "it is a place on the part: G90 G28 Z0 takes the tool down to the part zero in rapid traverse, and then home.",
         "Write G91 G28 Z0, and G90 in the next block.",
     ),
+    (
+        "VP053",
+        "tool length in G18 or G19",
+        "warning",
+        "A Siemens program moves X, Y or Z in the plane G18 or G19 while a tool length is in force. The setting data "
+        "42940 $SC_TOOL_LENGTH_CONST of the control decides in which direction the length acts: with 17 along Z in "
+        "every plane, as here; with 0, the default, along Y in G18 and along X in G19. It is reported once a program.",
+        'Compare the setting data of the control. If it is 17, give [siemens] length_axis = "Z" in the settings file. '
+        'If it is 0, give "plane": such motions are then refused.',
+    ),
     # --- VP1xx: position limits and reach --------------------------------------------------
     (
         "VP101",

@@ -10,6 +10,7 @@ _CHOICES: Final[Mapping[str, tuple[str, ...]]] = {
     "rotation": ("rpy", "euler"), "orientation": ("words", "axes", "vector"), "projected": ("", "traces", "axes"),
     "polygon_angle": ("", "side", "corner"),
     "offsets_in_g91": ("", "travelled", "kept"), "d_numbers": ("edges", "tools"),
+    "length_axis": ("", "Z", "plane"),
     "decimal_point": ("", "calculator", "conventional"), "roll_pitch_yaw": ("", "fixed", "moving"),
     "projection_angles": ("", "turned", "rising"),
     "bore_shift": ("", "+X", "-X", "+Y", "-Y"), "units": ("", "mm", "inch"), "msys": ("", "one clamping"),
@@ -18,6 +19,7 @@ _CHOICES: Final[Mapping[str, tuple[str, ...]]] = {
     "cutcom": ("", "centre"), "insert": ("", "message"), "times": ("", "begun", "whole"), "lengths": ("", "tools"),
     "cycle_19": ("", "moves"), "motion": ("", "G0", "G1"),
     "bare_arcs": ("", "lines"), "directions": ("", "machine"), "cutter_offsets": ("radius", "wear"),
+    "length_after_return": ("", "restored"), "length_in_g91": ("", "travelled", "kept"),
 }  # fmt: skip
 
 #: No tap has a larger pitch: a number beyond is a feed rate.
@@ -61,6 +63,9 @@ class SiemensKeys(Struct, frozen=True):
     #: The meaning of D: "edges", 1 for the one edge that the tool table has of each tool; "tools", the number of
     #: the tool itself (a flat structure of D numbers).
     d_numbers: Literal["edges", "tools"] = "edges"
+    #: Along which axis a tool length acts under G18 and G19: "Z" in every plane (SD42940 = 17), or "plane", Y under G18
+    #: and X under G19 (0), which is refused. Empty: as "Z", with a warning.
+    length_axis: Literal["", "Z", "plane"] = ""
     modulo_axes: str = ""  #: Rotary axes whose absolute values count within the present turn.
     tools: Mapping[str, int] = field(default_factory=dict)  #: T="name" -> number of the tool table.
 
@@ -110,6 +115,12 @@ class FanucKeys(Struct, frozen=True):
     #: What D of G41 and G42 holds: "radius", that of the tool; "wear", how far the tool is off the one for which the
     #: CAM system has computed the path of its centre: 0 here.
     cutter_offsets: Literal["radius", "wear"] = "radius"
+    #: Parameter 5001, bit 6 (EVO): the tool length that G28, G30 or G53 with Z has cancelled is "restored" in the next
+    #: block (1). Empty: a Z before the next G43 or H is refused.
+    length_after_return: Literal["", "restored"] = ""
+    #: Parameter 5006, bit 6 (TOS): the first incremental Z after a change of tool length is "travelled" with that
+    #: change (0), or "kept" (1). Empty: it is refused.
+    length_in_g91: Literal["", "travelled", "kept"] = ""
 
 
 class AptKeys(Struct, frozen=True):

@@ -179,8 +179,8 @@ _FILL_IN_PLACE: Final = (
     "face; 0, 0, 0 if it really is there."
 )
 #: In VP012 where the program names no tool, and what helps: no form asks for the one length.
-_NO_LENGTH: Final = "no tool length has been given"
-_GIVE_LENGTH: Final = "Write tool_length = MM in the first line of INPUT.toml, or post the program with G43 H."
+_NO_LENGTH: Final = re.compile("no tool length has been given|no tool before the first feed move")
+_GIVE_LENGTH: Final = "Write tool_length = MM in the first line of INPUT.toml, or call the tool in the program."
 #: In VP012 where the length is known, and nothing is to be filled in.
 _NOT_ACTIVE: Final = "has no length in force"
 #: In VP012 where the tool is missing itself, and the message says what to write.
@@ -251,7 +251,7 @@ def _choose_remedy(item: Finding) -> str:
         return next((text for sign, text in _PARTNERS if sign.search(item.message)), "")
     if item.code == "VP012" and _NOT_ACTIVE in item.message:
         return CODES["VP034"].remedy
-    if item.code == "VP012" and _NO_LENGTH in item.message:
+    if item.code == "VP012" and _NO_LENGTH.search(item.message):
         return _GIVE_LENGTH
     if item.code == "VP012" and (_NO_TOOL.search(item.message) or _WRITE_LENGTH in item.message):
         return ""

@@ -1,5 +1,6 @@
 """The branches of the table for a program, chosen over the whole path; deviations from the program are reported."""
 
+import math
 from typing import Final
 
 import numpy as np
@@ -49,7 +50,12 @@ def choose_branches(
             return ok & inside & clear
 
         c_range = float(limits.lower[-1]), float(limits.upper[-1])
-        plan = plan_branches(path, is_legal, c_range, team, machine.coordinates.nutation, moves.find_named(path.move))
+        word, away = _find_word_before(path, moves, machine), 0.0
+        if word is not None and machine.coordinates.nutation is None:
+            away = math.radians(_find_start(path.start[0, 3:], machine) - word)
+        plan = plan_branches(
+            path, is_legal, c_range, team, machine.coordinates.nutation, moves.find_named(path.move), away
+        )
         if plan is None:
             return None
         chosen.append(plan)
@@ -119,17 +125,27 @@ def report_branch_changes(
     return findings
 
 
+def _find_word_before(path: ToolPath, moves: Moves, machine: Machine) -> float | None:
+    """C of words before a path that begins with a tool vector, deg; None where no word has named it."""
+    if moves.fixes_c is None or moves.fixes_c >= int(path.line[0]) or not path.free[0]:
+        return None
+    return float(moves.end[max(int(path.move[0]), 1) - 1, machine.coordinates.rotary[1]])
+
+
+def _find_start(angles: Array, machine: Machine) -> float:
+    """C of nominal angles (2,), as a program would say it, deg."""
+    return float(machine.coordinates.map_from_table(np.zeros(3), angles, Frame())[machine.coordinates.rotary[1]])
+
+
 def _report_other_start(path: ToolPath, plan: BranchPlan, moves: Moves, machine: Machine) -> list[Finding]:
     """Report (VP301) that a vertical tool vector begins the path at another C than a word before it has named."""
-    named, first = moves.fixes_c, int(path.line[0])
-    begin = plan.start[0]
-    if named is None or named >= first or not path.free[0] or abs(np.sin(begin[0])) > POLE_SINE:
+    named, first, word = moves.fixes_c, int(path.line[0]), _find_word_before(path, moves, machine)
+    if word is None or named is None or abs(np.sin(plan.start[0, 0])) > POLE_SINE:
         return []
-    turn, before = machine.coordinates.rotary[1], np.arange(max(int(path.move[0]), 1))
-    word = float(moves.end[before[-1], turn])
+    before = np.arange(max(int(path.move[0]), 1))
     of_words = before[moves.find_named(before)]
     settled_at = int(moves.line[of_words[-1]]) if len(of_words) else named  # C there is where the path begins
-    start = float(machine.coordinates.map_from_table(np.zeros(3), begin, Frame())[turn])
+    start = _find_start(plan.start[0], machine)
     if abs(start - word) <= _NAMED_DEG:
         return []
     letter = machine.rotary_letters[1]

@@ -77,6 +77,7 @@ def plan_branches(
     team: Team = ALONE,
     nutation: Nutation | None = None,
     named: Mask | None = None,
+    away: float = 0.0,
 ) -> BranchPlan | None:
     """Choose the branch of every segment; None where the programmed one keeps the limits, or nothing is better.
 
@@ -95,6 +96,8 @@ def plan_branches(
     named : ndarray of bool, shape (n,), optional
         Segments whose A and C are words of the program: those that are not free, and those whose words go along a great
         circle.
+    away : float
+        Angle of C, rad, by which the provisional start is beyond where words before the path have left it.
     """
     free, n = path.free, len(path)
     if not free.any() and _is_legal_throughout(path, legal, c_range, team, nutation):
@@ -108,7 +111,7 @@ def plan_branches(
         possible = (possible[0], possible[1] & path.free)
     vertical = free & (np.abs(np.sin(path.start[:, 3])) <= POLE_SINE) & (np.abs(np.sin(path.end[:, 3])) <= POLE_SINE)
     named = ~free if named is None else named
-    choice = _Choice(path, named, onward, _find_states(path, c_range, nutation), possible, c_range, nutation)
+    choice = _Choice(path, named, onward, _find_states(path, c_range, nutation), possible, c_range, nutation, away)
     breaks = _find_breaks(path, vertical)
     plan = _find_plan(choice, _find_spans(breaks, vertical, n))
     if not plan.legal or not all(change.upright for change in plan.changes):
@@ -131,6 +134,7 @@ class _Choice(Struct, frozen=True, eq=False):
     possible: tuple[Mask, ...]
     c_range: tuple[float, float]
     nutation: Nutation | None
+    away: float  #: Angle of C from where words before the path have left it to the provisional start, rad.
 
     def find_legal(self, branch: Branch) -> Mask:
         """Segments (n,) that a branch can take, the travel of C included."""
@@ -250,7 +254,10 @@ def _find_plan(choice: _Choice, spans: list[tuple[int, int]]) -> BranchPlan:
     finish = np.stack([branch.apply_to(path.end[lasts - 1, 3:]) for branch in states], axis=1)
     feeding = path.feed_time > 0
     costs: list[list[_Cost]] = [
-        [(int(illegal[s][k]), 0, 0, int(departures[s][k]), 0, 0, 0 if k else s) for s in range(len(states))]
+        [
+            (int(illegal[s][k]), 0, 0, int(departures[s][k]), 0, 0 if k else way, 0 if k else s)
+            for s, way in enumerate(_find_ways_to(choice))
+        ]
         for k in range(len(firsts))
     ]
     best = costs[0]
@@ -276,6 +283,14 @@ def _find_plan(choice: _Choice, spans: list[tuple[int, int]]) -> BranchPlan:
         chosen.append(back[chosen[-1]])
     chosen.reverse()
     return _lay_out(choice, spans, [states[s] for s in chosen], legal=total[0] == 0)
+
+
+def _find_ways_to(choice: _Choice) -> list[int]:
+    """Travel of C before each branch: whole turns more than the shorter way from where words have left the table."""
+    start = float(choice.path.start[0, 4])
+    shifts = [float(branch.apply_to(choice.path.start[:1, 3:])[0, 1]) - start for branch in choice.states]
+    turns = [np.ceil(abs(choice.away + shift) / (2 * np.pi) - 0.5 - ZERO_ANGLE) for shift in shifts]
+    return [round(2 * np.pi * turn / TRAVEL_STEP) for turn in turns]
 
 
 #: Numbers in order of weight: segments beyond a limit, rewinds while the tool feeds, other rewinds, segments off the

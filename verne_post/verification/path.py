@@ -25,9 +25,9 @@ class PathCheck:
         self.reference, self.findings = reference, findings
         #: tip_deviation, axis_deviation: The largest so far, mm and rad.
         self.tip_deviation, self.axis_deviation = 0.0, 0.0
-        # vectors from places of the program to rows that should be there: the standstills, and the last row
-        self._aside: list[Array] = []
-        self._last = np.empty(0)
+        # the least and greatest x, y, z of vectors from places of the program to rows that should be there
+        self._aside: tuple[Array, Array] | None = None
+        self._is_complete = False
 
     def check(self, rows: MeasuredRows) -> None:
         """Check the next rows."""
@@ -41,21 +41,31 @@ class PathCheck:
         self._compare(rows, every, "rotary angle", "deg", off.rotary / RAD_PER_DEG, angle_bound)
         self._check_standing(rows)
         if rows.item[-1] == len(self.reference.items.segment) - 1:
-            self._last = rows.pose.tip[-1] - self.reference.path.end[-1, :3]
+            self._is_complete = self._aside is not None
+            self._widen_aside(rows.pose.tip[-1:] - self.reference.path.end[-1, :3])
 
     def finish(self) -> None:
         """Say where all of the file is off by one vector: nothing is wrong with its rows."""
-        aside = np.vstack([*self._aside, self._last]) if self._aside and len(self._last) else np.empty((0, 3))
+        if self._aside is None or not self._is_complete:
+            return
+        least, most = self._aside
         bound = self.reference.exact_bounds[0]
-        if len(aside) and np.ptp(aside, axis=0).max() <= bound < measure_rows(aside).min():
+        if (most - least).max() <= bound < measure_rows(0.5 * (least + most)[None])[0] - bound:
             vector = " ".join(
-                f"{axis}{format_fixed(value, 3)}" for axis, value in zip("XYZ", aside.mean(axis=0), strict=True)
+                f"{axis}{format_fixed(value, 3)}" for axis, value in zip("XYZ", 0.5 * (least + most), strict=True)
             )
             reason = (
                 f"the file is off by {vector} mm on the table from its first row to its last: was it made with another "
                 "work offset, tool length or set-up?"
             )
             self.findings.explain("VP411", reason)
+
+    def _widen_aside(self, vectors: Array) -> None:
+        """Let the box of vectors reach to these (n, 3), mm."""
+        least, most = vectors.min(axis=0), vectors.max(axis=0)
+        if self._aside is not None:
+            least, most = np.minimum(least, self._aside[0]), np.maximum(most, self._aside[1])
+        self._aside = least, most
 
     def _check_standing(self, rows: MeasuredRows) -> None:
         """Check the rows of dwells, and the first row after each standstill: that of the standstill itself."""
@@ -65,7 +75,7 @@ class PathCheck:
         if not len(row):
             return
         pose, some = self.reference.find_standing_poses(rows.item[row]), rows.pose.select(row)
-        self._aside.append(some.tip - pose[:, :3])
+        self._widen_aside(some.tip - pose[:, :3])
         tip_bound, angle_bound = (np.full(len(row), bound) for bound in self.reference.exact_bounds)
         where = "the place of the standstill"
         self._compare(rows, row, "tip", "mm", measure_rows(some.tip - pose[:, :3]), tip_bound, where)

@@ -2,7 +2,7 @@
 
 from typing import Final
 
-from verne_post.gcode.klartext.frames import KlartextFrames
+from verne_post.gcode.klartext.frames import MM_PER_TENTH, KlartextFrames
 from verne_post.gcode.klartext.paths import KlartextPaths
 from verne_post.gcode.klartext.statements import Statement
 from verne_post.gcode.klartext.words import Words
@@ -134,7 +134,7 @@ class KlartextContour:
         """A number after F: mm/min, or 0.1 inch/min in a program in inches."""
         if value <= 0:
             raise ProgramError("VP007", f"F{value:g}: a feed rate is greater than 0")
-        return value * 2.54 if self.modes.inch else value
+        return value * MM_PER_TENTH if self.modes.inch else value
 
     # --- feed ---------------------------------------------------------------------------------------------
 
@@ -162,11 +162,27 @@ class KlartextContour:
             self.change_feed_mode(FeedMode.PER_REVOLUTION)
             self.core.set_feed(self.frames.convert_length(per_turn))
         if value is not None:
-            self.change_feed_mode(FeedMode.PER_REVOLUTION if self.per_turn else FeedMode.PER_MINUTE)
-            self.core.set_feed(self._convert_feed(value))
+            self.set_feed_word(value)
+
+    def set_feed_word(self, value: float) -> None:
+        """Put a number after F in force, per turn under M136."""
+        self.change_feed_mode(FeedMode.PER_REVOLUTION if self.per_turn else FeedMode.PER_MINUTE)
+        self.core.set_feed(self._convert_feed(value))
 
     def set_cycle_feed(self, feed: float) -> None:
-        """The next moves of a cycle cut at this feed rate, a minute."""
+        """The next moves of a cycle cut at this feed rate, a minute.
+
+        Raises
+        ------
+        ProgramError
+            VP017: under M136, where it is open what a control makes of it.
+        """
+        if self.per_turn:
+            raise ProgramError(
+                "VP017",
+                f"F{feed:g} of a cycle while M136 makes F a feed rate per turn: whether the control then takes it in "
+                "mm per turn or per minute is not known here; write M137 before the cycle",
+            )
         self.core.set_feed(self.read_feed_word(feed))
         self.change_feed_mode(FeedMode.PER_MINUTE)
         self.check_feed()
@@ -227,7 +243,7 @@ class KlartextContour:
                 else f"TOOL CALL 0 leaves no tool before {what}"
             )
             raise self._report_missing_call(what, f"{start}; write TOOL CALL with the number of the tool, Z and S")
-        tool = None if state.tools is None else state.tools.get(number)
+        tool = self.core.tools.find_called(number)
         if tool is None or tool.diameter == 0.0:
             name = describe_tool_number(number, state.tool_names)
             wear = f", and DR{self.delta_radius:+g} of its call is only added to it" if self.delta_radius else ""

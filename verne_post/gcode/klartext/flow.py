@@ -63,8 +63,15 @@ class KlartextFlow:
             counters = self.calls.frame.repeats
             repeats_left = counters.get(line, jump.repeats)
             if repeats_left:
-                counters[line] = repeats_left - 1
-                self.calls.line = self._label(jump.name)
+                begin = self._label(jump.name)
+                if begin > line:
+                    raise ProgramError(
+                        "VP017",
+                        f"CALL LBL {jump.name} REP {jump.repeats}: REP repeats the section from the label to this "
+                        f"line, and LBL {jump.name} stands after it, in line {begin - 1}: nothing would be repeated; "
+                        "write the label before this line, or CALL LBL without REP for a subprogram up to LBL 0",
+                    )
+                counters[line], self.calls.line = repeats_left - 1, begin
             else:
                 counters.pop(line, None)
         else:

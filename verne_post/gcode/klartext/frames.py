@@ -5,12 +5,15 @@ still, that is a rigid map of the workpiece, so it is one more map of the frame.
 a curve of the workpiece, which is one move of its own kind.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, nullcontext
+from typing import Final
 
 import numpy as np
 from msgspec.structs import replace
 
 from verne_post.base.arrays import Array
+from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.base.units import MM_PER_INCH
 from verne_post.gcode.affine import Affine, find_table_map, split
 from verne_post.gcode.klartext.modes import Modes
@@ -23,7 +26,10 @@ from verne_post.gcode.machining.turning import find_machine_place, move_machine_
 from verne_post.gcode.program_error import At, ProgramError
 from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.setup import Setup
-from verne_post.model.moves import MoveKind
+from verne_post.model.moves import FeedMode, MoveKind
+
+#: F of a program in inches counts tenths of an inch a minute.
+MM_PER_TENTH: Final = 2.54
 
 
 class KlartextFrames:
@@ -38,6 +44,8 @@ class KlartextFrames:
         self.modes = state.modes = Modes()
         #: Whole turns, in degrees, that M94 has taken off the numbers of A and C.
         self.wraps = dict.fromkeys(setup.rotary, 0.0)
+        #: Axes that M94 has reduced from below 0, and what to say of it.
+        self.open_turns: dict[int, str] = {}
         #: Scales of X, Y, Z in force, below 0 where they are mirrored.
         self.factors = (1.0, 1.0, 1.0)
         self.metres = False  # M116
@@ -50,11 +58,22 @@ class KlartextFrames:
         """A length of the program in mm."""
         return value * MM_PER_INCH if self.modes.inch else value
 
+    @contextmanager
+    def _count_degrees(self) -> Iterator[None]:
+        """The feed rate of turns alone is the number of F in degrees, as the program has it, also in inches."""
+        feed, unit = self.state.feed, 1.0
+        if self.modes.inch:
+            unit = MM_PER_INCH if self.state.feed_mode == FeedMode.PER_REVOLUTION else MM_PER_TENTH
+        with self.core.keep_feed():
+            self.core.set_feed(feed, feed / unit, is_given=False)
+            yield
+
     def run_line(self, at: At, kind: MoveKind, end: list[float], axes: list[int], *, absolute: bool = True) -> None:
         """A straight move to an end (9) of the frame; after R0 it needs X or Y."""
         if not {0, 1} & set(axes):
             self._refuse_after_side("a move without X and Y")
-        self.core.go_straight(at, kind, end, axes, absolute=absolute)
+        with self._count_degrees():
+            self.core.go_straight(at, kind, end, axes, absolute=absolute)
 
     def refuse_beside(self, what: str) -> None:
         """Refuse what moves the tool otherwise than a contour does, while it is beside one."""
@@ -91,6 +110,15 @@ class KlartextFrames:
         """True where a mirror image changes the direction of arcs in the plane."""
         return self.factors[0] * self.factors[1] < 0
 
+    def refuse_open_turn(self, axis: int) -> None:
+        """Refuse a position of an axis that M94 has reduced from below 0: controls may count it from 0, or below."""
+        if axis in self.open_turns:
+            raise ProgramError(
+                "VP017",
+                f"{self.open_turns[axis]}, and whether controls make a value below 0 positive is not known here: this "
+                "position would be a turn away; write M126 for the shorter way, or M94 where the value is not below 0",
+            )
+
     # --- frames -----------------------------------------------------------------------------------------
 
     def refresh_frame(self) -> None:
@@ -124,7 +152,9 @@ class KlartextFrames:
         """All axes of the machine go straight to machine coordinates (9,), at the feed rate of axes (mm, degrees)."""
         self.refuse_beside("a motion of machine axes")
         self.core.frames.set_frame(replace(self.state.frame, feature=None))
-        move_machine_axes(self.core, self.block, kind, target, axes, by_tip=self.metres)
+        is_turn = np.linalg.norm((target - self.find_machine_position())[:3]) <= ZERO_LENGTH_MM
+        with self._count_degrees() if is_turn else nullcontext():
+            move_machine_axes(self.core, self.block, kind, target, axes, by_tip=self.metres)
 
     def turn_axes(self, kind: MoveKind, targets: dict[int, float], point: list[float] | None, axes: list[int]) -> None:
         """Turn A and C to program positions (degrees) without tool-centre-point control.

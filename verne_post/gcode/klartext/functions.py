@@ -113,6 +113,7 @@ class KlartextFunctions:
     def _change(self, number: int, delta_length: float, delta_radius: float, *, column: int) -> None:
         """The tool comes into the spindle, and its length counts at once."""
         line, state = self.frames.block.line, self.state
+        length_before = state.frame.tool_length
         self.contour.delta_radius, self.delta_length = delta_radius, delta_length
         at, tools = At(line, {"T": column, "H": column}), self.core.tools
         tools.select(at, number)
@@ -138,6 +139,7 @@ class KlartextFunctions:
             self.setup.coordinates.head
         ):  # without M128 a length along Z of the machine is another place of a turned tool
             self.frames.refresh_frame()
+        self.contour.paths.note_length(length_before)
         self._show_tool()
 
     def _show_tool(self) -> None:
@@ -166,7 +168,7 @@ class KlartextFunctions:
         if "L" not in sizes or sizes.get("R", 0.0) < 0:
             raise statement.error("VP005", "TOOL DEF needs L, the length, and R, the radius, not negative")
         offset = make_vector9((0.0, 0.0, sizes["L"], *ZERO9[3:]))
-        self.core.tools.define(Tool(number, number, offset, 2 * sizes.get("R", 0.0)))
+        self.core.tools.define_for_next_call(Tool(number, number, offset, 2 * sizes.get("R", 0.0)))
 
     # --- M functions ----------------------------------------------------------------------------------------
 
@@ -287,10 +289,15 @@ class KlartextFunctions:
             self.core.recorder.note_once("VP043", text, self.frames.block.line)
 
     def _reduce_angles(self, letters: str) -> None:
-        """M94: positions of A and C as numbers from 0 to less than a turn."""
+        """M94: positions of A and C as numbers from 0 to less than a turn; A below 0, which makes no turns, stays."""
         for axis, letter in zip(self.setup.rotary, self.setup.rotary_letters, strict=True):
             if (not letters or letter in letters) and letter in self.setup.axes:
-                self.frames.wraps[axis] = _FULL_TURN * (self.state.position[axis] // _FULL_TURN)
+                value = self.state.position[axis]
+                is_turned = axis == self.setup.rotary[1] or abs(value) >= _FULL_TURN
+                self.frames.wraps[axis] = _FULL_TURN * (value // _FULL_TURN) if is_turned else 0.0
+                self.frames.open_turns.pop(axis, None)
+                if value < 0 and is_turned:
+                    self.frames.open_turns[axis] = f"M94 in line {self.frames.block.line} has reduced {letter}{value:g}"
 
     def _retract(self, word: MWord) -> None:
         """M140 MB: away along the tool axis."""
@@ -298,14 +305,12 @@ class KlartextFunctions:
         if not word.to_limit and "MB" not in word.words:
             raise ProgramError("VP005", "M140 needs MB and a distance, or MB MAX", word.column)
         distance = None if word.to_limit else self.frames.convert_length(word.words["MB"])
-        kind, feed = (
-            (MoveKind.RAPID, 0.0)
-            if "F" not in word.words
-            else (MoveKind.FEED, self.contour.read_feed_word(word.words["F"]))
-        )
-        self.retract(distance, kind, feed)
+        with self.core.keep_feed():
+            if "F" in word.words:
+                self.contour.set_feed_word(word.words["F"])
+            self.retract(distance, MoveKind.FEED if "F" in word.words else MoveKind.RAPID)
 
-    def retract(self, distance: float | None, kind: MoveKind, feed: float = 0.0) -> None:
+    def retract(self, distance: float | None, kind: MoveKind) -> None:
         """Away along the tool axis, mm; None: to machine coordinate Z 0, if the tool is below it."""
         state = self.state
         self.frames.refuse_beside("a retract along the tool axis")
@@ -313,7 +318,8 @@ class KlartextFunctions:
             machine = self.frames.find_machine_position()
             if machine[2] < 0 or not state.is_known(2):  # while the start is sought, this names Z
                 machine[2] = 0.0
-                self._go_machine(MoveKind.RAPID if not feed else kind, machine, feed)
+                self.frames.move_machine(kind, machine, [2])
+                self.frames.refresh_frame()
             return
         if distance < 0:
             raise ProgramError("VP007", f"MB{distance:g} mm: a retract is not negative")
@@ -323,16 +329,8 @@ class KlartextFunctions:
         end[:3] = [
             float(v) for v in np.array(end[:3]) + distance * (np.array([0.0, 0.0, 1.0]) if axis is None else axis)
         ]
-        with self.core.keep_feed():
-            self.core.set_feed(feed or state.feed)
-            self.core.start_of_motion(kind, absolute=True, machine=False)
-            self.frames.run_line(self.frames.block, kind, end, [0, 1, 2], absolute=False)
-
-    def _go_machine(self, kind: MoveKind, machine: np.ndarray, feed: float) -> None:
-        with self.core.keep_feed():
-            self.core.set_feed(feed or self.state.feed)
-            self.frames.move_machine(kind, machine, [2])
-        self.frames.refresh_frame()
+        self.core.start_of_motion(kind, absolute=True, machine=False)
+        self.frames.run_line(self.frames.block, kind, end, [0, 1, 2], absolute=False)
 
 
 #: L of TOOL DEF before its number; not the L of QL1.

@@ -13,6 +13,7 @@ from verne_post.gcode.klartext.statements import Statement
 from verne_post.gcode.klartext.words import Words
 from verne_post.gcode.machining.elements import Element, make_arc
 from verne_post.gcode.machining.plane_geometry import find_center_of_sweep, find_tangent_sweep
+from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.rs274.motion import MAX_TURNS
 from verne_post.gcode.rs274.values import LINEAR, MAX_ANGLE_DEG, MAX_LENGTH_MM
 from verne_post.model.moves import AXES, MoveKind
@@ -51,6 +52,8 @@ class KlartextPaths:
         #: Direction in XY in which the last element ended, for tangential arcs.
         self.direction: tuple[float, float] | None = None
         self.shortest = False  #: M126.
+        #: Z of the machine, mm, and the line of a TOOL CALL that has changed the tool length there.
+        self.length_change: tuple[float, int] | None = None
 
     # --- positions -------------------------------------------------------------------------------------
 
@@ -76,6 +79,8 @@ class KlartextPaths:
                 at = words.columns[letter if letter in words.values else "I" + letter]
                 raise statement.error("VP011", self.setup.describe_missing_axis(letter), at)
             if axis in _ROTARY:
+                if letter in words.values and not self.shortest:
+                    self.frames.refuse_open_turn(axis)
                 wrap = self.frames.wraps.get(axis, 0.0)
                 value = words.read_coordinate(letter, start[axis] - wrap)
                 assert value is not None
@@ -92,6 +97,8 @@ class KlartextPaths:
             if self.setup.machine and abs(value) > bound:
                 raise statement.error("VP007", f"{letter}{value:g} is beyond any machine")
             axes.append(axis)
+        if 2 in axes:
+            self._refuse_step_of_length(is_step="Z" in steps)
         if axes and axes[0] < 3:
             placed_point = self.frames.place(here)
             for axis in axes:
@@ -102,6 +109,22 @@ class KlartextPaths:
                 self.frames.block, [AXES.index(letter) for letter in steps], "an incremental coordinate"
             )
         return Target(start, end, axes, not _ROTARY.isdisjoint(axes))
+
+    def note_length(self, before: float) -> None:
+        """Keep where the spindle stands if TOOL CALL has made the tool longer or shorter than ``before``, mm."""
+        if self.state.known_axes[2] and abs(self.state.frame.tool_length - before) > ZERO_LENGTH_MM:
+            self.length_change = float(self.frames.find_machine_position()[2]), self.frames.block.line
+
+    def _refuse_step_of_length(self, *, is_step: bool) -> None:
+        """Refuse IZ while the spindle stands where TOOL CALL has changed the length."""
+        change, self.length_change = self.length_change, None
+        if is_step and change is not None and abs(self.frames.find_machine_position()[2] - change[0]) < ZERO_LENGTH_MM:
+            raise ProgramError(
+                "VP017",
+                f"IZ counts from where Z is, and TOOL CALL of line {change[1]} has changed the tool length since: "
+                "whether that is the tip of the new tool or the Z programmed with the one before is not known here; "
+                "name Z before",
+            )
 
     def _wrap_shortest(self, axis: int, value: float, here: float, *, step: bool) -> float:
         """M126: the shorter way for A and C."""

@@ -213,6 +213,8 @@ class KlartextPlanes:
                 if axis not in rotary or letter not in self.setup.axes:
                     raise statement.error("VP011", self.setup.describe_missing_axis(letter))
                 value = words.values.pop(name)
+                if name == letter:
+                    self.frames.refuse_open_turn(axis)
                 program[axis] = program[axis] + value if name[0] == "I" else value + self.frames.wraps[axis]
                 given = True
         if not given:
@@ -316,7 +318,7 @@ class KlartextPlanes:
         kind = MoveKind.RAPID if feed is None else MoveKind.FEED
         with self.core.keep_feed():
             if feed is not None:
-                self.core.set_feed(self.contour.read_feed_word(feed))
+                self.contour.set_feed_word(feed)
                 self.contour.check_feed()
             if back or retract is not None:
                 self.functions.retract(None if back else self.frames.convert_length(retract or 0.0), kind)

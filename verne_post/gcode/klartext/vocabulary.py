@@ -24,11 +24,14 @@ STATEMENTS: Final[Mapping[str, str]] = {
     "BLK FORM": "the stock, a box or a cylinder: see Stock, patterns, functions",
     "TOOL CALL": "M6, length at once with DL; without a number only S and F. `[heidenhain.tools]` of the settings file "
     "gives a name its number, as in `MILL = 3`",
-    "TOOL DEF": "length and radius; with the number alone it names the next tool, without effect",
+    "TOOL DEF": "length and radius, from the next TOOL CALL on; with the number alone it names the next tool, "
+    "without effect",
     "CYCL DEF": "a cycle: below",
     "CYCL CALL": "calls the defined cycle. POS calls it at a position; Z raises the surface; F applies to the move "
     "there. PAT: PATTERN DEF",
-    **dict.fromkeys(("LBL", "CALL LBL"), "subprograms up to LBL 0; REP m runs the section m + 1 times"),
+    **dict.fromkeys(
+        ("LBL", "CALL LBL"), "subprograms up to LBL 0; REP m runs the section from a label before it m + 1 times"
+    ),
     "CALL PGM": "a file in the folder of the program, as with O words",
     "CALL SELECTED PGM": "refused: write CALL PGM",
     "SEL TABLE": "names the datum table of `datums`, by one name in a program: see Keys of the settings file",
@@ -98,13 +101,13 @@ FUNCTIONS: Final[Mapping[int, str]] = {
     ),
     91: "machine coordinates, as G53: gauge line, nominal machine; under M128 with a warning (VP043)",
     92: "machine coordinates from `g30` of `[home]`",
-    94: "the number of A and C is reduced to less than a turn",
+    94: "the number of A and C is reduced to less than a turn; after C below 0 positions of C need M126",
     **dict.fromkeys((109, 110, 111), "where F applies on arcs: see F on arcs"),
     **dict.fromkeys((116, 117), "F of a turn is that of the tip in mm/min; M117 ends it"),
     **dict.fromkeys((126, 127), "A and C take the shorter way; M127 ends it"),
     **dict.fromkeys((128, 129), "tool-centre-point control; F of M128 has no effect. M129 ends it"),
     130: "coordinates of the untilted system, for this block",
-    **dict.fromkeys((136, 137), "F is in mm per turn; M137: per minute again. Each needs a new F"),
+    **dict.fromkeys((136, 137), "F is in mm per turn, cycles are refused; M137: per minute again. Each needs a new F"),
     140: "retract along the tool axis by MB; MB MAX: to machine Z 0, if the tool is below",
 }
 #: M function -> M codes of RS274/NGC, at the beginning of the block.

@@ -97,6 +97,8 @@ class State(Struct):
     own_variables: Variables | None = None
     selected_tool: int | None = None
     loaded_tool: int | None = None
+    #: The tool in the spindle as it was when its offset was called, while the program has changed its data since.
+    called_tool: Tool | None = None
     #: An axis has been given a position, in program or in machine coordinates.
     has_position: bool = False
     has_tool_length: bool = False

@@ -20,6 +20,8 @@ class Tools:
 
     def __init__(self, frames: Frames) -> None:
         self.frames, self.setup, self.state, self.recorder = frames, frames.setup, frames.state, frames.recorder
+        #: Number and line of the first length of a program that has called no tool.
+        self._first_length: tuple[int, int] | None = None
 
     # --- in the spindle ----------------------------------------------------------------------------
 
@@ -78,7 +80,7 @@ class Tools:
         state = self.state
         if number:
             self._check_one_tool(number)
-        state.loaded_tool = number
+        state.loaded_tool, state.called_tool = number, None
         if state.compensation is None and state.centre is not None:
             # the tool stays beside the contour that the end of compensation has left
             state.position, state.centre = state.centre, None
@@ -100,7 +102,7 @@ class Tools:
 
     def set_length(self, find_offset: Callable[[], Vector9]) -> None:
         """Put a tool offset in force. Where it cannot be found that is one error: no feed move lacks a length then."""
-        self.state.has_tool_length = True
+        self.state.has_tool_length, self.state.called_tool = True, None
         offset = find_offset()
         if self.setup.tool_length is None:
             self.frames.set_frame(replace(self.state.frame, tool=offset))
@@ -152,6 +154,8 @@ class Tools:
         """
         state, tools = self.state, self.state.tools or {}
         tool = state.loaded_tool or state.selected_tool
+        if not tool and not self.recorder.selections and self.setup.machine and self.setup.tool_length is None:
+            self._report_missing_change(at, number)
         if not self.setup.machine or self.setup.tool_length is not None or not tool or number == state.loaded_tool:
             return
         real = {key: one for key, one in tools.items() if not stands_in(one)}
@@ -176,6 +180,24 @@ class Tools:
             text += f"; if tool {number} is to cut, call T{number} M6 before, else write H{tool}"
         own = Remedy("", str(tool), line=at.line, word=("H", number))
         self.recorder.note_once("VP049", text, at.line, (own,), number, "length")
+
+    def _report_missing_change(self, at: At, number: int) -> None:
+        """VP041, once a program: H puts another length in force than one before, and no tool has been called."""
+        if self._first_length is None:
+            self._first_length = number, at.line
+        first, line = self._first_length
+        one, other = ((self.state.tools or {}).get(key) for key in (first, number))
+        if one is None or other is None or stands_in(one) or stands_in(other) or one.unmeasured or other.unmeasured:
+            return
+        if abs(one.offset[2] - other.offset[2]) <= ZERO_LENGTH_MM or self._may_hold_another():
+            return
+        text = (
+            f"no tool is called, and H{number} puts another length in force, {other.offset[2]:g} mm, than H{first} of "
+            f"line {line}, {one.offset[2]:g} mm: if another tool is to cut, write T{number} M6 before, and T{first} M6 "
+            f"before line {line}"
+        )
+        if not any(item.code == "VP041" for item in self.recorder.warnings.values()):
+            self.recorder.note_once("VP041", text, at.line, (), number, "length")
 
     def _explain_by_change(self, at: At, number: int, length: float, holds: str) -> bool:
         """Whether the tool of H is not in the spindle because M6, or T, is missing before: VP041 there says so."""
@@ -244,15 +266,29 @@ class Tools:
         if state.tools is None or number not in state.tools:
             text = f"the diameter of {name} is not known; give --tool-table FILE{instead}"
             raise at.error("VP012", text, "D", name, find_tool_key(number, "diameter", state.tool_names))
-        if state.tools[number].diameter <= 0:
-            text = f"{name} has no diameter in the tool table (D)"
+        tool = self.find_called(number)
+        assert tool is not None
+        if tool.diameter <= 0:
+            later = "" if tool is state.tools[number] else " when it was called; write D1 after the block that gives it"
+            text = f"{name} has no diameter in the tool table (D){later}"
             raise at.error("VP012", text, "D", name, find_tool_key(number, "diameter", state.tool_names))
         self.recorder.read_tools.add(number)
-        return state.tools[number].diameter
+        return tool.diameter
 
     def define(self, tool: Tool) -> None:
         """Put a tool into the table, or in place of the one with its number."""
         self.state.tools = {**(self.state.tools or {}), tool.number: tool}
+
+    def define_for_next_call(self, tool: Tool) -> None:
+        """Put a tool into the table; the one in the spindle keeps its sizes until its offset is called again."""
+        if tool.number == self.state.loaded_tool and self.state.called_tool is None:
+            self.state.called_tool = (self.state.tools or {}).get(tool.number)
+        self.define(tool)
+
+    def find_called(self, number: int) -> Tool | None:
+        """A tool of the table; the one in the spindle as it was when its offset was called."""
+        tool = self.state.called_tool
+        return tool if tool is not None and tool.number == number else (self.state.tools or {}).get(number)
 
     def find_tool(self, number: int, where: str) -> Tool:
         """A tool of the table, or a new one, which ``where`` names without a length."""

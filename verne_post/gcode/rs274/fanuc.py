@@ -41,6 +41,7 @@ from verne_post.gcode.rs274.fanuc_codes import (
     make_table,
 )
 from verne_post.gcode.rs274.fanuc_directions import MachineDirections
+from verne_post.gcode.rs274.fanuc_lengths import FanucLengths
 from verne_post.gcode.rs274.fanuc_maps import FanucMaps
 from verne_post.gcode.rs274.fanuc_offsets import FanucOffsets
 from verne_post.gcode.rs274.fanuc_planes import FanucPlanes
@@ -83,6 +84,8 @@ from verne_post.model.moves import AXES, ArcFeed, PathControl, PathMode
 from verne_post.model.part_setup import ADDITIONAL_SYSTEMS
 
 _DRILLING: Final = 810
+_INCH: Final = 200
+_UNITS: Final = (_INCH, 210)
 _NO_UNIT: Final = (
     "the program has neither G20 nor G21: lengths are read in mm; a control has the unit that was in force before, or "
     'that its setting says; write the code, or [fanuc] units = "mm" or "inch" in verne-post.toml'
@@ -151,6 +154,7 @@ class FanucInterpreter(Rs274):
         self.words = FanucWords(self.modes, self.table, self.keys)
         self.planes = FanucPlanes(self.core, self.values, self.keys)
         self.maps = FanucMaps(self.core, self.values)
+        self.lengths = FanucLengths(self.core, self.values, self.keys)
         self.corners = FanucCorners(self.core)
         self.haas = HaasCodes(self.core, self.values, self.motion, self.cycles)
         self.motion.draw_line, self.motion.draw_arc = self.corners.add_line, self.corners.add_arc
@@ -313,6 +317,8 @@ class FanucInterpreter(Rs274):
             and modes.maps is NO_MAPS
             and not modes.after_turn
             and not modes.follows_table
+            and not modes.length_end
+            and not modes.length_travel
             and self.planes.given is None
         )
 
@@ -365,7 +371,10 @@ class FanucInterpreter(Rs274):
         changes = ("M", 6.0) in [code[:2] for code in block.codes]
         if changes:  # G43 in its block is that of the new tool
             self.modes.length_number = None
+        if not codes.isdisjoint(_UNITS):  # F of the block too has its unit
+            self.modes.inch = _INCH in codes
         super().execute(block)
+        self.lengths.end(block, codes)
         if self.directions is not None:  # G28 and G53 may have turned the table
             self.directions.follow()
         if changes:
@@ -398,9 +407,19 @@ class FanucInterpreter(Rs274):
             raise
         return NURBS if motion is None and self.nurbs.goes_on(block, g) else motion
 
+    def execute_plain_motion(self, block: Block) -> bool:
+        """As RS274/NGC, where Z is certain."""
+        return not (self.modes.length_end or self.modes.length_travel) and super().execute_plain_motion(block)
+
     # --- codes of Fanuc alone ------------------------------------------------------------------------------
 
     def _set_modes(self, block: Block, g: dict[str, int]) -> None:
+        length = self.lengths.measure()
+        self._set_modes_in_directions(block, g)
+        if not any(code in (*OF_FRAMES, MIRROR_OFF) for code in g.values()):  # which take the axis words
+            self.lengths.follow(block, g, length)
+
+    def _set_modes_in_directions(self, block: Block, g: dict[str, int]) -> None:
         if self.directions is None:
             self._set_own_modes(block, g)
             return

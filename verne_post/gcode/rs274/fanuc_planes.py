@@ -243,21 +243,20 @@ class FanucPlanes:
             )
         if missing := [axis for axis in axes if "XYZ"[axis] not in words]:
             self.core.require_known(block, missing, "G68 about the place where the tool is")
-        center = np.array(
-            [
-                self.values.read_axis_value(block, axis)
-                if axis in axes and "XYZ"[axis] in words
-                else state.position[axis]
-                for axis in range(3)
-            ]
-        )
+        if in_space and (modes.maps.factors, modes.maps.mirrors) != (NO_MAPS.factors, NO_MAPS.mirrors):
+            raise ProgramError("VP017", "G68 with I J K under G51 or G51.1 is not executed; write G50 and G50.1 before")
+        center = np.array(state.position[:3])
+        for axis in axes:
+            if "XYZ"[axis] in words:  # a place as those of motions are: mirrored, and scaled
+                factor, shift = modes.maps.find_map(axis)
+                center[axis] = factor * self.values.read_axis_value(block, axis) + shift
         direction = self._read_direction(block, "G68") if in_space else np.eye(3)[normal]
-        if not in_space and min(modes.maps.factors[u], modes.maps.factors[v]) < 0:
+        if min(modes.maps.factors[u], modes.maps.factors[v]) < 0:
             raise ProgramError(
                 "VP017",
                 "G68 under G51 with factors below 0: controls differ in the side to which it turns; write G51.1",
             )
-        angle = words["R"] * (-1.0 if modes.maps.flips(u, v) and not in_space else 1.0)
+        angle = words["R"] * (-1.0 if modes.maps.flips(u, v) else 1.0)
         rotation = build_rotation_about(direction, angle)
         origin = center - rotation @ center
         outer = state.frame.feature

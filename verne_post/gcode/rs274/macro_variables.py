@@ -21,6 +21,8 @@ _OF_HAAS: Final = 10_000
 #: The end of a block in the work system: X, Y, Z. Two sets of names; the third of the second is the spindle nose's.
 _ENDS: Final = {5001: 0, 5002: 1, 5003: 2, 5041: 0, 5042: 1}
 _MACHINE: Final = range(5021, 5024)
+#: Those of the tool where it is: beside the contour under cutter compensation.
+_ACTUAL: Final = (5041, 5042)
 #: Origins of G54 to G59, and of G54.1 P1 on: so many numbers each, of which the first are X, Y, Z.
 _ORIGINS, _ADDITIONAL, _STRIDE = range(5221, 5341), range(7001, 7961), 20
 #: Length and radius of tools, by their numbers.
@@ -100,14 +102,22 @@ def _describe_haas_name(key: int) -> str:
 
 def _read_position(parameters: Shown, key: int) -> float | None:
     """Positions in the unit of the program."""
+    modes, state = parameters.modes, parameters.state
+    if key in (*_MACHINE, *_ACTUAL) and (state.compensation is not None or state.centre is not None):
+        raise ProgramError(
+            "VP025",
+            f"#{key} under cutter compensation: it is the place of the tool's centre, which the next block decides; "
+            f"read #{key % 10 + 5000}, the end of the block on the contour, or write G40 and a move before",
+        )
     if key in _ENDS:
-        modes = parameters.modes
         if modes.turns or modes.maps is not NO_MAPS:
             raise ProgramError(
                 "VP025",
                 f"#{key} under G68, G51, G51.1 or G16: controls differ in the system in which they count; read "
                 "it before",
             )
+        if key == 5003 and modes.length_end:
+            raise ProgramError("VP025", f"#{key}: {modes.length_end}")
         return parameters.find_position(_ENDS[key])
     return parameters.find_machine_position(key - _MACHINE.start) if key in _MACHINE else None
 

@@ -235,10 +235,9 @@ class Executor:
             set_blank(self.interpreter, call, self.variables, line)
         elif call.name in PATTERNS:
             self._run_pattern(call, line)
-        elif call.name in MILLING:
-            self.milling.run(call, line)
         else:
-            self.drilling.run(call, line)
+            self.interpreter.motion.check_length_axis(At(line))
+            (self.milling if call.name in MILLING else self.drilling).run(call, line)
 
     def _run_pattern(self, call: Call, line: int) -> None:
         """Go to every place of a pattern, and execute the cycle of MCALL there."""

@@ -201,7 +201,38 @@ class SiemensMotion:
         if length > 0.0:
             self.heading = [part / length for part in way]
 
+    @property
+    def has_doubtful_length(self) -> bool:
+        """True in G18 and G19, where the setting data of a control may have a tool length act along Y or X."""
+        return (
+            self.state.plane != 0
+            and self.modes.edge
+            and self.state.frame.tool_length != 0
+            and self.keys.length_axis != "Z"
+            and not any(item.code == "VP053" for item in self.recorder.warnings.values())
+        )
+
+    def check_length_axis(self, at: At) -> None:
+        """Warn (VP053), once a program, of a motion with a tool length in G18 or G19; refuse it where it is not Z."""
+        if not self.has_doubtful_length:
+            return
+        word, letter = f"G{17 + self.state.plane}", "ZYX"[self.state.plane]
+        if self.keys.length_axis:
+            raise ProgramError(
+                "VP017",
+                f"{word}: the tool length would act along {letter} ([siemens] length_axis), which is not executed; "
+                'write G17, and arcs in vertical planes as CIP, or set SD42940 to 17 and length_axis to "Z"',
+            )
+        text = (
+            f"{word} while a tool length is in force: the length acts along Z here, as on a control whose SD42940 "
+            f"$SC_TOOL_LENGTH_CONST is 17; with 0, the default, it acts along {letter}, and the tool goes elsewhere; "
+            'compare the control, and give [siemens] length_axis = "Z" in the settings file if it is 17'
+        )
+        self.recorder.warn("VP053", text, at.line, None)
+
     def check_places(self, block: At, places: dict[int, float]) -> None:
+        if any(axis < 3 for axis in places):
+            self.check_length_axis(block)
         for axis, value in places.items():
             letter = AXES[axis]
             if letter not in self.setup.axes:

@@ -88,6 +88,7 @@ def _is_plain(to: SiemensInterpreter) -> bool:
         and to.motion.has_no_scale
         and modes.frames.rotary == (0.0, 0.0, 0.0)
         and to.motion.corners.is_idle
+        and not to.motion.has_doubtful_length
     )
 
 

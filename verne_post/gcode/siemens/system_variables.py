@@ -49,7 +49,7 @@ class SystemVariables:
             if what == "length":
                 check_measured(tool, to.setup, state)
             return tool.offset[2] if what == "length" else 0.5 * tool.diameter
-        tool = (state.tools or {}).get(state.loaded_tool or 0)
+        tool = to.core.tools.find_called(state.loaded_tool or 0)
         values: dict[str, float | None] = {
             "$P_TOOLNO": float(state.loaded_tool or 0),
             "$P_TOOLP": float(state.selected_tool or 0),
@@ -156,6 +156,6 @@ class SystemVariables:
         tools = self.to.core.tools
         tool = tools.find_tool(number, f"{name} without $TC_DP3")
         if what == "length":
-            tools.define(dataclasses.replace(tool, offset=(*ZERO9[:2], value, *ZERO9[3:]), unmeasured=""))
+            tools.define_for_next_call(dataclasses.replace(tool, offset=(*ZERO9[:2], value, *ZERO9[3:]), unmeasured=""))
         else:
-            tools.define(dataclasses.replace(tool, diameter=2.0 * value))
+            tools.define_for_next_call(dataclasses.replace(tool, diameter=2.0 * value))
