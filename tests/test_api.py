@@ -339,6 +339,7 @@ def test_a_program_of_one_line_is_no_name_of_a_file(text: str) -> None:
         (lambda: vp.convert(SHORT, "verne", None, "rows"), "sink"),  # type: ignore[arg-type]
         (lambda: vp.check(SHORT, "verne", None, 3), "progress"),  # type: ignore[arg-type]
         (lambda: vp.explain(SHORT, "verne", "3"), "line"),  # type: ignore[arg-type]
+        (lambda: vp.explain(SHORT, "verne", -1, OPTIONS), "line"),
         (lambda: vp.explain(SHORT, "verne", 99, vp.Options(tool_length=80)), "line"),
         (lambda: vp.fit(SHORT, "verne", free="xq"), "free"),
         (lambda: vp.fit(SHORT, "verne", free=5), "free"),  # type: ignore[arg-type]
@@ -639,7 +640,24 @@ def test_rows_are_drawn_with_the_limits_of_their_machine() -> None:
     assert shares[0] == pytest.approx(speed / limits.velocity[0])
     assert max(shares) < 1.01  # rows are rounded, which differences of third order show
     with pytest.raises(vp.UsageError, match="has the joints"):
-        rows.plot(vp.load_machine("serial"))
+        rows.plot("serial")
+    with pytest.raises(vp.UsageError, match="machine: expected a name or a path, got int"):
+        rows.plot(5)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"nominal": "part.stl"}, r"nominal: 'part.stl' is a text; pass pathlib.Path\('part.stl'\) to read the file"),
+        ({"nominal": 5}, "nominal: expected bytes or a path, got int"),
+        ({"nominal": Path("none.stl")}, "nominal: none.stl: No such file"),
+    ],
+)
+def test_a_part_is_bytes_or_a_path(given: dict[str, Any], said: str) -> None:
+    rows = vp.convert(SHORT, "verne", OPTIONS).setpoints
+    assert rows is not None
+    with pytest.raises(vp.UsageError, match=said):
+        vp.machined(rows, SHORT, "verne", OPTIONS, **given)
 
 
 def test_a_proposal_goes_into_options() -> None:
@@ -780,3 +798,29 @@ def test_a_strict_type_checker_accepts_a_client(tmp_path: Path) -> None:
         check=False,
     )
     assert wrong.returncode == 1
+
+
+@pytest.mark.parametrize(
+    ("text", "dialect", "line", "wrong", "right"),
+    [
+        ("G21 G90 F600\nG0 X0 Y0 Z20 A0 C0\nG1X3O\nM2\n", "auto", 3, "X3O", "X30"),
+        ("G90 G71\ntraoir\nG0 X0 Y0 Z50 A0 C0\nM30\n", "siemens", 2, "traoir", "TRAORI"),
+        (
+            "BEGIN PGM A MM\nTOOL CAL 1 Z S9\nL X+1 Y+2 Z+30 A+0 C+0 FMAX\nEND PGM A MM\n",
+            "heidenhain",
+            2,
+            "CAL",
+            "CALL",
+        ),
+    ],
+)
+def test_what_a_misspelt_word_is_meant_for_is_an_edit(
+    text: str, dialect: Any, line: int, wrong: str, right: str
+) -> None:
+    (found,) = [
+        item for item in vp.check(text, "verne", OPTIONS.changed(dialect=dialect)).findings if item.code < "VP003"
+    ]
+    (edit,) = found.edits
+    assert (edit.line, edit.misspelt, edit.value, found.line) == (line, wrong, right, line)
+    assert found.column is not None
+    assert text.split("\n")[line - 1].startswith(wrong, found.column - 1)

@@ -793,3 +793,15 @@ def test_values_that_once_broke_a_call(name: str, value: object, said: str) -> N
 def test_other_values_of_numpy_are_refused(name: str, value: object) -> None:
     with pytest.raises(vp.UsageError, match=f"{name}: .*expected"):
         Options(**{name: value})
+
+
+@pytest.mark.parametrize(
+    ("parts", "said"),
+    [
+        ([Cylinder("foo", 5.0, 20.0)], "tool 1: 'foo' is not a part of a tool; expected one of cutter, shank, holder"),
+        ("cutter", r"tool 1: expected a sequence of Cylinder\(part, diameter, length\), got 'cutter'"),
+    ],
+)
+def test_a_wrong_part_of_a_tool_is_named(parts: Any, said: str) -> None:
+    with pytest.raises(vp.UsageError, match=said):
+        Options(tool_shapes={1: parts})

@@ -182,8 +182,8 @@ def explain(
         The program has no such line.
     """
     text, chosen = _read_program(source, options, setup, settings)
-    if isinstance(line, bool) or not isinstance(line, int):
-        raise UsageError("line", f"{line!r}: expected the number of a source line")
+    if isinstance(line, bool) or not isinstance(line, int) or line < 0:
+        raise UsageError("line", f"{line!r}: expected the number of a source line, from 1, or 0 for the approach")
     return explain_source(text, _load_machine(machine), chosen, line)
 
 
@@ -299,12 +299,8 @@ def machined(
     q, line = np.concatenate([one.values for one in rows]) / factor, np.concatenate([one.line for one in rows])
     bodies: list[Body] = []
     for file, place, name in ((nominal, system, "the nominal part"), *((*one, "a fixture") for one in fixtures)):
-        try:
-            raw, shown = (Path(file).read_bytes(), str(file)) if isinstance(file, os.PathLike) else (bytes(file), name)
-        except OSError as error:
-            raise UsageError(
-                "nominal" if not bodies else "fixtures", f"{error.filename}: {error.strerror or error}"
-            ) from None
+        raw = _read_mesh(file, "fixtures" if bodies else "nominal")
+        shown = str(file) if isinstance(file, os.PathLike) else name
         bodies.append(Body(read_stl(raw, shown, unit), SYSTEM_NUMBERS.get(place)))
     found = judge_rows(program, q, line, bodies[0], bodies[1:], Wanted(**given), datum, distance)
     lines = [format_finding(chosen.source_name, item) for item in found.findings]
@@ -632,6 +628,20 @@ def _read(source: Source, what: str) -> Text:
         return source
     kinds = "Setpoints, bytes" if what == "setpoints" else "bytes"
     raise UsageError(what, f"expected {kinds}, text or a path, got {type(source).__name__}")
+
+
+def _read_mesh(file: object, what: str) -> bytes:
+    """An STL, or what a file of one holds."""
+    if isinstance(file, bytes):
+        return file
+    if isinstance(file, os.PathLike):
+        try:
+            return Path(file).read_bytes()
+        except OSError as error:
+            raise UsageError(what, f"{file}: {error.strerror or error}") from None
+    if isinstance(file, str):
+        raise UsageError(what, f"{file!r} is a text; pass pathlib.Path({file!r}) to read the file")
+    raise UsageError(what, f"expected bytes or a path, got {type(file).__name__}")
 
 
 def _decode_setpoints(setpoints: Setpoints | Source) -> str:

@@ -371,6 +371,14 @@ def test_hover_of_a_word_says_what_it_comes_to(
             assert first.endswith(said), (word, first)
 
 
+def test_hover_of_a_place_under_g500_is_that_of_the_machine(client: Client, tmp_path: Path) -> None:
+    text = "G90 G94 G710\nG500\nG0 X0 Y0 Z-200 A0 C0\nG1 Z-210 F500\nM30\n"
+    uri = client.open(make_program(tmp_path, text, "a.mpf"))
+    assert [one for one in client.diagnostics(uri)["diagnostics"] if one["severity"] == 1] == []
+    shown = hover(client, uri, 3, 3)
+    assert "Z -210 mm in G500" in shown and "machine Z -90 mm" in shown  # tool 120 mm
+
+
 def test_hover_of_a_call_shows_the_subprogram_with_its_parameters(client: Client, tmp_path: Path) -> None:
     main = "%_N_A_MPF\nG71 G90 G94 G54\nTRAORI\nG0 X0 Y0 Z120 A0 C0\nFACE(30,-9)\nHOLES\nG0 Z160\nM30\n"
     face = "%_N_FACE_SPF\nPROC FACE(REAL LENGTH,REAL LEVEL)\nG1 X=LENGTH F500\nRET\n"

@@ -471,3 +471,42 @@ def test_completion_knows_commands_choices_machines_and_files() -> None:
     assert completed("--machine", "serial", "pa") == ["file,pa"]
     assert "plain,--tool-length" in completed("--tool")
     assert completed("explain", "pa") == ["file,pa"]
+
+
+#: Coordinates under G500 are those of the machine: machine zero of the VERNE is 550 mm above the table face.
+AT_MACHINE_ZERO = (
+    "G17 G54 G64 G90 G94 G710\nG500\nT1 D1\nM6\nM3 S5000\nG0 A0 C0\nG0 X0 Y0 Z50\nG1 Z10 F500\nG0 Z50\nM30\n"
+)
+
+
+def test_moves_under_g500_are_named_by_every_command(run: Callable[..., Any], tmp_path: Path) -> None:
+    """No set-up places that system: nobody misses an offset, and none is proposed."""
+    program, rows, page = tmp_path / "g.mpf", tmp_path / "g.csv", tmp_path / "g.html"
+    program.write_text(AT_MACHINE_ZERO)
+    (tmp_path / "g.mpf.toml").write_text("tool_length = 80\n[wcs]\nG54 = [0, 0, 40]\n")
+    checked = run("check", program)
+    assert checked.code == 0
+    assert "work offset: G500 is machine zero, (0, 0, 550) mm on the table\n" in checked.out
+    assert run(program, "-o", rows).code == 0
+    assert run("verify", rows, "--against", program).code == 0
+    explained = run("explain", f"{program}:8", "--all")
+    assert "G500, tool length 80 mm" in explained.out
+    assert "tip on the table     (0.000000, 0.000000, 560.000000) mm" in explained.out
+    assert "work offset          G500: o = (0.000000, 0.000000, 550.000000) mm" in explained.out
+    assert run("report", program, "-o", page).code == 0
+    assert "machine zero" in page.read_text("utf-8")
+    assert run("dump", "moves", program).code == 0
+    assert "all moves of this program are in machine coordinates (G500)" in run("fit", program).err
+    options = verne_post.Options(tool_length=80, wcs={"G54": (0, 0, 40)}, dialect="siemens")
+    done = verne_post.convert(program.read_text(), "verne", options)
+    assert "5.055 s" in str(done)
+
+    program.write_text(AT_MACHINE_ZERO.replace("Z10", "Z-560"))
+    refused = run("check", program)
+    assert refused.code == 1
+    assert "line 8 is in machine coordinates" in refused.out and "no work offset moves" in refused.out
+    explained = run("explain", f"{program}:8")
+    assert "the line ended elsewhere: Z " in explained.out and "the part moved" not in explained.out
+
+    program.write_text(AT_MACHINE_ZERO.replace("G500\n", "$P_UIFR[0,Z,TR]=-40\nG500\n"))
+    assert "work offset: G500 at (0, 0, 510) mm on the table\n" in run("check", program).out

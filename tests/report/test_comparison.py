@@ -180,6 +180,21 @@ def test_lines_of_the_same_text_are_not_among_those_that_differ() -> None:
     assert "the same text" not in refused
 
 
+def test_small_differences_of_equal_lines_have_one_row_without_a_colour() -> None:
+    """Lines beside a slower one are planned anew, by a millisecond or two: nobody has changed them."""
+    before = (
+        "G21 G90 G64 P0.01\nG0 X0 Y0 Z0 A0 C0\n"
+        + "".join(f"G1 X{10 * (k % 2)} Y{5 * k} F1200\n" for k in range(1, 8))
+        + "M2\n"
+    )
+    page = compare(before, before.replace("Y15 F1200", "Y15 F800"))
+    other, _, same = page.partition("<h3>Same text, other time</h3>")
+    assert "<b class=slower>+0.278</b>" in other
+    assert re.search(r"\|other lines: 2 places, each less than 0\.005 s apart\|1\.131\|1\.131\|same\|", text_of(same))
+    assert "the same text" not in text_of(same)
+    assert re.findall(r"<b class=(\w+)>", same.partition("</table>")[0]) == []
+
+
 def test_another_feed_rate_is_named_where_it_stands_and_where_it_holds() -> None:
     page = text_of(compare(BEFORE, BEFORE.replace("F1200", "F2400"))).partition("|Other text|")[2]
     for line in (r"N30 G1 X20 F1200\|.*?N30 G1 X20 F2400", r"N40 Y20\|.*?the same text"):

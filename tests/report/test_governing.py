@@ -588,7 +588,10 @@ def test_a_tool_has_one_row_with_the_length_it_works_with() -> None:
     assert dict(list_setup(MACHINE, study))["tool length"] == "T1: 80 mm; T2: 95 mm"
     assert [row[1:3] for row in list_tools(study)] == [("T1", "80"), ("T2", "95")]
     sheet = write_sheet_html("p.nc", program.encode(), MACHINE, study)
-    assert "before the tool&#x27;s own length is active have that of the tool before. T2: 80 mm</p>" in sheet
+    said = (
+        "before the tool&#x27;s own length is active have that of the tool before. T2 has 80 mm: its tip is 15 mm lower"
+    )
+    assert f"<p>Danger: rapids {said} than the program says.</p>" in sheet
     fed = study_of(program.replace("G0 X5", "G1 X5"), tool_length=None, tools=tools, split_at_stops=True)
     assert dict(list_setup(MACHINE, fed))["tool length"] == "T1: 80 mm; T2: 80 then 95 mm"
     assert len(list_tools(fed)) == 2

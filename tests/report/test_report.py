@@ -232,6 +232,11 @@ def test_the_sheet_says_who_gives_an_offset_and_how_the_part_is_turned(tmp_path:
     assert run("report", program, "-o", page, "--wcs", "G54=1,2,60").code == 0
     text = re.sub(r"(<[^>]+>)+", "|", page.read_text("utf-8"))
     assert "|G54|1|2|60|0|--wcs|G55|0|0|60|10|a.nc.toml|The part zero: x and y from the rotary centre" in text
+    start = text.partition("|Start position|")[2].partition("|Tools|")[0]
+    assert start.endswith(
+        "|X|0.000 mm|Y|0.000 mm|Z|60.000 mm|A|0.0000 deg|C|0.0000 deg|"
+        "X, Y, Z: the tip in G54, with a tool length of 80 mm."
+    )
     assert "|G54 at 1, 2, 60 mm; G55 at 0, 0, 60 mm, turned 10 deg|" in text
     assert "|title|O1042 (BRACKET OP10)|" in text
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from verne_post.model.options import Options
-from verne_post.model.part_setup import Box, OwnStock, WorkOffset
+from verne_post.model.part_setup import Box, OwnStock, Tool, WorkOffset
 from verne_post.report.scene import describe_scene
 from verne_post.report.sheet import write_sheet_html
 from verne_post.report.study import study
@@ -85,3 +85,23 @@ def test_page_summary_and_side_car_name_it(run: Callable[..., Any], tmp_path: Pa
     done = run("convert", SAMPLES / "two_faces.h", *where, "-o", tmp_path / "s.csv", "--meta", tmp_path / "m.json")
     assert "stock of the program: 80 x 60 x 15 mm from (-40, -30, -10) in G54" in " ".join(done.err.split())
     assert json.loads((tmp_path / "m.json").read_text())["stock"]["high_mm"] == [40, 30, 5]
+
+
+def test_the_page_opens_where_the_contact_begins() -> None:
+    """Not where the line is nearest to another limit, here at its beginning."""
+    text = "G90\nT1 M6\nG54 G0 X-40 Y-20 A0 C0\nG68.2 X0 Y20 Z0 I0 J30 K0\nG53.1\nG43 H1 Z50\nX-20 Y0\nZ3\nM30\n"
+    options = Options(
+        tools={1: Tool(1, 1, (0.0, 0.0, 100.0) + (0.0,) * 6, 12.0)},
+        wcs={1: WorkOffset((0.0, 0.0, 60.0))},
+        stock=Box("the stock", (-45.0, -30.0, -30.0), (45.0, 30.0, 0.0), 1),
+        dialect="fanuc",
+    )
+    found = study(text.encode(), MACHINE, options)
+    (index,) = (k for k, item in enumerate(found.findings) if item.code == "VP216")
+    said = re.search(r"begins ([\d.]+) mm along line 8, ([\d.]+) mm before its end", found.findings[index].message)
+    assert said is not None
+    line = found.tip[found.line == 8]
+    begin, at = found.place_tip[index] - line[0], found.tip[found.place[index]]
+    assert np.linalg.norm(found.place_tip[index] - line[-1]) == pytest.approx(float(said[2]), abs=0.06)
+    assert np.linalg.norm(begin) == pytest.approx(float(said[1]), abs=1.0)  # the first frame is within the line
+    assert np.linalg.norm(at - found.place_tip[index]) < 1.0

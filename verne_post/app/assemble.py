@@ -43,7 +43,7 @@ from verne_post.model.findings import (
 from verne_post.model.machine import Home, Machine
 from verne_post.model.moves import AXES, ZERO9, Event, Frame, Moves
 from verne_post.model.options import Options
-from verne_post.model.part_setup import SYSTEM_NAMES, WORK_SYSTEMS
+from verne_post.model.part_setup import WORK_SYSTEMS, name_system
 from verne_post.model.protocols import AxisCorrecting
 from verne_post.model.summary import FreeTurn
 from verne_post.model.toolpath import ToolPath
@@ -154,7 +154,7 @@ def build_interpreter_setup(machine: Machine, options: Options) -> Setup:
                 f"a part turned by {offset.turn_deg:g} degrees on the table is not executed on this machine: no joint "
                 "that carries the part turns about its z"
             )
-            raise make_input_error("VP018", f"--wcs {SYSTEM_NAMES[system]}: {text}")
+            raise make_input_error("VP018", f"--wcs {name_system(system)}: {text}")
         origin = machine.coordinates.work_origin(offset.origin_mm) if offset else unset
         frames[system] = Frame(system, (*origin, *ZERO9[3:]), part_turn=offset.turn_deg if offset else 0.0)
     home = machine.home or Home((0.0,) * 5, (0.0,) * 5)

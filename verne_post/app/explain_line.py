@@ -23,7 +23,7 @@ from verne_post.model.codes import CODES
 from verne_post.model.findings import Finding
 from verne_post.model.machine import Machine
 from verne_post.model.moves import AXES, FeedMode, MoveKind, PathMode
-from verne_post.model.part_setup import SYSTEM_NAMES
+from verne_post.model.part_setup import name_system
 from verne_post.model.protocols import AxisCorrecting
 from verne_post.model.toolpath import SegmentKind
 from verne_post.model.verdict import find_worst, is_about_pose
@@ -135,7 +135,7 @@ def list_modes(state: State, machine: Machine, feed_mode: FeedMode, path_mode: P
     """What holds, in words of the program: codes, work system, tilted work plane, tool length (mm)."""
     return [
         *state.modes.show(feed_mode, path_mode),
-        SYSTEM_NAMES[state.frame.system],
+        name_system(state.frame.system),
         *_describe_plane(state, machine),
         f"tool length {tool:g} mm",
     ]
@@ -220,7 +220,7 @@ def _describe_program_step(line: Line, angles: Array) -> Iterator[str]:
     origin = np.array(machine.find_origin_on_table(frame))
     turn = frame.turn + frame.part_turn
     yield (
-        f"  work offset          {SYSTEM_NAMES[frame.system]}: o = {format_mm(origin)}, c = {format_number(turn)} deg; "
+        f"  work offset          {name_system(frame.system)}: o = {format_mm(origin)}, c = {format_number(turn)} deg; "
         "tip = o + Rz(c) p"
     )
     wanted = machine.coordinates.map_to_table(end, frame)[1]

@@ -20,7 +20,7 @@ from verne_post.model.findings import make_input_error
 from verne_post.model.machine import Machine
 from verne_post.model.moves import Moves
 from verne_post.model.options import Options
-from verne_post.model.part_setup import COORDINATES, SYSTEM_NAMES, WorkOffset
+from verne_post.model.part_setup import COORDINATES, MACHINE_SYSTEM, WorkOffset, name_system
 from verne_post.model.toolpath import ToolPath
 from verne_post.toolpath.lift import lift_path
 from verne_post.toolpath.smallest_move import SmallestMove
@@ -85,9 +85,12 @@ def propose(
         raise make_input_error("VP021", "the program contains no motion")
     systems = sorted({moves.frames[index].system for index in find_used(moves.frame[path.move])})
     if len(systems) != 1:
-        names = ", ".join(SYSTEM_NAMES[system] for system in systems)
+        names = ", ".join(name_system(system) for system in systems)
         raise make_input_error("VP018", f"fit moves one work system, and this program uses {names}")
     system = systems[0]
+    if system == MACHINE_SYSTEM:
+        text = "fit moves a work offset, and all moves of this program are in machine coordinates (G500)"
+        raise make_input_error("VP018", text)
     here = _place_of(options.wcs.get(system, WorkOffset((0.0, 0.0, 0.0))))
     movable = [letter != "c" or machine.coordinates.turns_with_part for letter in COORDINATES]
     elsewhere = Place(*(np.array(_ELSEWHERE) * movable + here.pack_array()).tolist())
@@ -101,7 +104,7 @@ def propose(
     if not len(points.tip):
         raise make_input_error(
             "VP018",
-            f"no move of the program depends on --wcs {SYSTEM_NAMES[system]}: the program sets its own offset, or "
+            f"no move of the program depends on --wcs {name_system(system)}: the program sets its own offset, or "
             "names only machine coordinates",
         )
     raised = options.air if options.air_along == "table" else 0.0

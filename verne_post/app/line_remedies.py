@@ -20,7 +20,7 @@ from verne_post.kinematics.joint_path import JointPath
 from verne_post.model.findings import Finding, Remedy
 from verne_post.model.moves import AXES, Frame, Moves
 from verne_post.model.options import Options
-from verne_post.model.part_setup import SYSTEM_NAMES, TOOL_PARTS, OwnStock
+from verne_post.model.part_setup import TOOL_PARTS, OwnStock, name_system
 from verne_post.model.verdict import find_worst
 
 #: Contacts with fixtures and with the stock.
@@ -157,7 +157,7 @@ def _propose_shifts(line: Line, findings: Sequence[Finding]) -> Iterator[str]:
     if least is not None and not any(least.vector):
         yield "none here: this line alone is within limits; a line before it brings the tool there"
         return
-    if least is not None:
+    if least is not None and not line.moves.find_in_machine()[line.move]:
         moved = format_list(np.array(least.vector) @ coordinates.part_frame, 3)
         yield f"the part moved by {moved} mm ({_describe_offset(line, least)}){_describe_remaining(least)}"
         single = [
@@ -210,7 +210,7 @@ def _describe_offset(line: Line, shift: remedies.Shift) -> str:
     """The work offset that moves the part."""
     frame = line.frame
     origin = np.array(line.joints.machine.find_origin_on_table(frame))
-    name = SYSTEM_NAMES[frame.system]
+    name = name_system(frame.system)
     there = origin + np.array(shift.vector) @ line.joints.machine.coordinates.part_frame
     numbers = [*there, *([frame.part_turn] if frame.part_turn else [])]
     given = line.options.wcs.get(frame.system)

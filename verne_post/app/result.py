@@ -15,6 +15,7 @@ from verne_post.base.arrays import Array
 from verne_post.base.extras import spell_install
 from verne_post.base.numbers import format_count
 from verne_post.base.text_tables import format_html_table, format_table
+from verne_post.config import load_machine
 from verne_post.model.findings import Finding, InputError, UsageError, make_findings_table
 from verne_post.model.machine import Machine
 from verne_post.model.setpoints import SetpointBlock, SetpointFormat
@@ -141,17 +142,19 @@ class Setpoints:
 
         return pl.DataFrame({name: np.ascontiguousarray(column) for name, column in self.to_dict().items()})
 
-    def plot(self, machine: Machine | None = None) -> "Figure":
+    def plot(self, machine: Machine | str | os.PathLike[str] | None = None) -> "Figure":
         """Draw the joints against time with matplotlib (extra ``plot``).
 
         Parameters
         ----------
-        machine : Machine, optional
+        machine : Machine, str or path, optional
             With it, the ends of the travels are dashed lines, and beside each joint stand its velocity, acceleration
             and jerk as shares of their limits, by differences of the rows, each in its own column: 1 is the limit.
 
         Raises
         ------
+        InputError
+            The machine file cannot be read.
         UsageError
             The rows are counts of drives, or have other joints than the machine.
         ModuleNotFoundError
@@ -159,6 +162,8 @@ class Setpoints:
         """
         with name_missing("matplotlib", "plot"):
             import matplotlib.pyplot as plt
+        if machine is not None and not isinstance(machine, Machine):
+            machine = load_machine(machine)
         joints = self.columns[1:-1]
         if machine is not None and self.format.drives:
             raise UsageError("machine", 'the rows are counts of drives; convert with units="joint" to see limits')

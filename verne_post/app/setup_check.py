@@ -38,7 +38,7 @@ from verne_post.model.moves import (
     name_tools,
 )
 from verne_post.model.options import Options, spell_flag
-from verne_post.model.part_setup import SYSTEM_NAMES, Box, describe_tool_number
+from verne_post.model.part_setup import Box, describe_tool_number, name_system
 from verne_post.model.plausibility import PLAUSIBLE, compare_largest
 from verne_post.model.toolpath import SegmentKind, ToolPath
 from verne_post.model.verdict import find_worst
@@ -512,7 +512,7 @@ def _find_implausible(options: Options) -> Iterator[str]:
                 describe_tool_number(number, names), tool.offset[2:3], "tool length", "a length of "
             )
     for system, offset in options.wcs.items():
-        yield from compare_largest(f"wcs {SYSTEM_NAMES[system]}", offset.origin_mm, "work offset")
+        yield from compare_largest(f"wcs {name_system(system)}", offset.origin_mm, "work offset")
     for box in (*options.keep_out, options.stock):
         if isinstance(box, Box):
             yield from compare_largest(box.name, np.subtract(box.high, box.low).tolist(), "box", "a size of ")

@@ -18,7 +18,7 @@ from verne_post.model.findings import Finding, InputError
 from verne_post.model.machine import Machine
 from verne_post.model.moves import ZERO9, Moves, list_tool_changes
 from verne_post.model.options import Options
-from verne_post.model.part_setup import FIRST_NAMED_TOOL, SYSTEM_NAMES, SYSTEM_NUMBERS, Tool, WorkOffset
+from verne_post.model.part_setup import FIRST_NAMED_TOOL, SYSTEM_NUMBERS, Tool, WorkOffset, name_system
 
 #: A finding may hide another one until it is settled: a program is read again as often as that.
 MOST_READINGS: Final = 8
@@ -71,7 +71,7 @@ def draft_setup(source: Text, machine: Machine, options: Options) -> SetupDraft:
     tools = {str(number): _read_sizes(tool) for number, tool in (options.tools or {}).items()}
     names = {number: name for name, number in _find_numbers(options).items()}
     tools = {names.get(int(number), number): sizes for number, sizes in tools.items()}
-    wcs: dict[str, WorkOffset | None] = {SYSTEM_NAMES[system]: place for system, place in options.wcs.items()}
+    wcs: dict[str, WorkOffset | None] = {name_system(system): place for system, place in options.wcs.items()}
     codes: dict[str, str | None] = dict(options.remap)
     keys: dict[tuple[str, ...], None] = {}
     for _ in range(MOST_READINGS):
@@ -120,7 +120,7 @@ def find_used(source: Text, machine: Machine, options: Options, draft: SetupDraf
     for change, number in list_tool_changes(moves.events):
         called = str(number), names.get(number), change.data.get("name")
         keys |= {("tools", str(name)) for name in called if name}
-    keys |= {("wcs", SYSTEM_NAMES[moves.frames[index].system]) for index in np.unique(moves.frame)}
+    keys |= {("wcs", name_system(moves.frames[index].system)) for index in np.unique(moves.frame)}
     keys |= {("tools", names[int(name)]) for _table, name in keys if name.isdecimal() and int(name) in names}
     return replace(draft, used=frozenset(keys))
 

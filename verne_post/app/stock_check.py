@@ -201,7 +201,9 @@ def _make_finding(touches: list[Touch], name: str, keep_off: float, cell: float)
         else:
             what = f"passes {name}{when} at {-worst.depth:.3f} mm, nearer than {keep_off:g} mm: this {begins}"
         text = f"the {worst.body} {what}"
-        return make_finding("VP216", text, **lines, value=-worst.depth, limit=keep_off, unit="mm")
+        return make_finding(
+            "VP216", text, **lines, value=-worst.depth, limit=keep_off, unit="mm", contact=touches[0].tip
+        )
     text = (
         f"the {worst.body}{when} may touch {name} at that time: it passes nearer than the resolution of {cell:.3g} mm "
         "can tell"

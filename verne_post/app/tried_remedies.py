@@ -28,7 +28,7 @@ from verne_post.kinematics.checks.remedies import (
     select_line,
 )
 from verne_post.model.findings import Finding, InputError, Remedy, make_finding
-from verne_post.model.part_setup import SYSTEM_NAMES, WorkOffset
+from verne_post.model.part_setup import WorkOffset, name_system
 from verne_post.model.verdict import NO_POSE, Family, find_family, is_about_pose
 from verne_post.output.causes import find_excess
 from verne_post.toolpath.branch_choice import DEPARTURE
@@ -287,7 +287,7 @@ def _find_offset(source: Text, program: Program, errors: Sequence[Finding]) -> t
         found = _find_legal_origin(source, program, origin, system, turn, concerned, basis)
         if found is not None:
             place, left = found
-            name, then = SYSTEM_NAMES[system], format_list((*place, *([turn] if turn else [])))
+            name, then = name_system(system), format_list((*place, *([turn] if turn else [])))
             moved = f"if the part is moved by {format_list(place - origin)} mm (then {name} = {then})"
             none_given = "no work offset was given; " if given is None else ""
             what = f"only {', '.join(left)} stay" if left else "within limits"
@@ -329,5 +329,5 @@ def _select_movable_errors(program: Program, errors: Sequence[Finding]) -> list[
 
 
 def _is_in_machine(program: Program, item: Finding) -> bool:
-    """Whether a finding is about a move to machine coordinates (G53, SUPA, M91), which no work offset moves."""
-    return item.line in program.moves.line[list(program.moves.machine_moves)]
+    """Whether a finding is about a move to machine coordinates (G53, G500, SUPA, M91), which no work offset moves."""
+    return item.line in program.moves.line[program.moves.find_in_machine()]

@@ -23,7 +23,7 @@ from verne_post.cli.streams import echo
 from verne_post.model.findings import UsageError, make_input_error
 from verne_post.model.option_checks import check_box, check_work_offsets, find_system
 from verne_post.model.options import OPTIONS, About, Group, Option, Options, find_about, spell_flag
-from verne_post.model.part_setup import OWN_STOCK, SYSTEM_NAMES, Box, OwnStock, WorkOffset
+from verne_post.model.part_setup import OWN_STOCK, Box, OwnStock, WorkOffset, name_system
 
 if TYPE_CHECKING:
     from verne_post.config.box_file import FixtureFile
@@ -490,8 +490,8 @@ def _work_offsets(files: RunFiles, places: Sequence[Offsets]) -> dict[int, WorkO
         for system in one.written.keys() & measured.keys():
             text = f"{shown} has this work offset too; give it once"
             if one.place:
-                raise make_input_error("VP503", f"{one.place}: wcs.{SYSTEM_NAMES[system]}: {text}")
-            raise click.UsageError(f"--wcs {SYSTEM_NAMES[system]}: {text}")
+                raise make_input_error("VP503", f"{one.place}: wcs.{name_system(system)}: {text}")
+            raise click.UsageError(f"--wcs {name_system(system)}: {text}")
         found |= measured
     return found
 

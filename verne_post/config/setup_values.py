@@ -16,7 +16,7 @@ from verne_post.gcode.parameter_file import read_parameter_file
 from verne_post.gcode.tools import read_tool_table
 from verne_post.model.findings import UsageError, make_input_error
 from verne_post.model.options import OPTIONS, Options
-from verne_post.model.part_setup import SYSTEM_NAMES, Box, FixtureMesh, NominalPart, WorkOffset
+from verne_post.model.part_setup import Box, FixtureMesh, NominalPart, WorkOffset, name_system
 
 #: Which set-up holds: the file beside the program, where there is one; none; or the one of a path.
 Setup = Literal["beside", "none"] | os.PathLike[str]
@@ -197,7 +197,7 @@ def _convert_offsets(file: ProgramSetup) -> dict[int, WorkOffset]:
     found = {} if path is None else read_offsets(_read(path, f"{file.place_of('measured_offset')} ="), str(path))
     for system in file.wcs.keys() & found.keys():
         text = f"{path} has this work offset too; give it once"
-        raise make_input_error("VP503", f"{file.name}: wcs.{SYSTEM_NAMES[system]}: {text}")
+        raise make_input_error("VP503", f"{file.name}: wcs.{name_system(system)}: {text}")
     return {**file.wcs, **found}
 
 

@@ -12,7 +12,7 @@ from verne_post.gcode.setup import Setup
 from verne_post.model.control_keys import KEYS, FanucKeys, Rs274Keys, read_keys
 from verne_post.model.findings import Finding, make_finding
 from verne_post.model.moves import ZERO9, Moves
-from verne_post.model.part_setup import ADDITIONAL_SYSTEMS, FIRST_NAMED_TOOL, SYSTEM_NAMES, Tool, describe_tool_number
+from verne_post.model.part_setup import ADDITIONAL_SYSTEMS, FIRST_NAMED_TOOL, Tool, describe_tool_number, name_system
 
 #: What else may be done about the length of a tool; nothing where the program uses several.
 ONE_TOOL: Final = ", or give --tool-length MM where the program has one tool"
@@ -140,7 +140,7 @@ def report_missing_offset(
     where a set-up, ``setup_name``, says that the place is still to be measured, or where ``others`` have a place: it is
     not at the rotary centre then.
     """
-    name, word = SYSTEM_NAMES[system], _spell_system(system, language)
+    name, word = name_system(system), _spell_system(system, language)
     where: dict[str, Any] = {"line": line, "last_line": line, "worst_line": line, "settled_by": (("wcs", name),)}
     if setup_name:
         key = f"wcs.{name}" if name.isalnum() else f'wcs."{name}"'
@@ -151,7 +151,7 @@ def report_missing_offset(
         )
         return make_finding("VP033", text, severity="error", **where)
     if others:
-        given = " and ".join(SYSTEM_NAMES[one] for one in sorted(others))
+        given = " and ".join(name_system(one) for one in sorted(others))
         what = f"{word}, which is {name} here," if word else name
         key = name if name.isalnum() else f'"{name}"'
         text = (

@@ -12,7 +12,7 @@ from typing import Final
 from verne_post.base.long_text import Text, take_line
 from verne_post.base.suggestions import find_correction, find_meant
 from verne_post.gcode.program_error import ProgramError
-from verne_post.model.findings import Finding
+from verne_post.model.findings import Finding, Remedy
 
 #: An address, and a number that has the letter O, or a comma with digits on both sides.
 _LETTER_O: Final = re.compile(
@@ -82,20 +82,30 @@ def shift_back(corrected_error: ProgramError, later_errors: Iterable[ProgramErro
 
 
 def say_what_is_meant(source: Text, errors: Sequence[Finding], *, has_long_codes: bool) -> list[Finding]:
-    """Errors, of which those about a letter O or a comma in a number, or a letter twice, say what is meant, once."""
-    return list(dict.fromkeys(_name_number(source, item, has_long_codes) for item in errors))
+    """Errors, of which those about a letter O or a comma in a number, or a letter twice, say what is meant, once.
+
+    Where a message knows what is meant by the word at its column, that is an edit of the error.
+    """
+    return list(dict.fromkeys(_say_what_is_meant(source, item, has_long_codes) for item in errors))
 
 
-def _name_number(source: Text, item: Finding, has_long_codes: bool) -> Finding:
-    if item.code not in _UNREADABLE or item.line is None or item.column is None:
+def _say_what_is_meant(source: Text, item: Finding, has_long_codes: bool) -> Finding:
+    if item.line is None or item.column is None:
         return item
     raw = take_line(source, item.line)
     text = "" if raw is None else raw.decode("utf-8", errors="replace")
-    found = _find_number(text, item.column, has_long_codes=has_long_codes)
-    if found is None:
+    if item.code in _UNREADABLE:
+        found = _find_number(text, item.column, has_long_codes=has_long_codes)
+        if found is not None:
+            item = replace(item, code="VP001", message=found[0], column=found[1] + 1)
+    correction, begin = find_correction(item.message), (item.column or 1) - 1
+    if correction is None or item.edits:
         return item
-    message, begin, _wrong, _right = found
-    return replace(item, code="VP001", message=message, column=begin + 1)
+    wrong_word = text[begin : begin + len(correction[0])]
+    if wrong_word.upper() != correction[0].upper():
+        return item
+    edit = Remedy(f"write {correction[1]}", correction[1], line=item.line or 0, misspelt=wrong_word)
+    return replace(item, edits=(edit,))
 
 
 def correct_number(text: str, error: ProgramError, *, has_long_codes: bool = False) -> str | None:

@@ -28,7 +28,7 @@ class Remedy:
     word: tuple[str, float] = ("", 0.0)
     way: Literal["number", "behind", "below"] = "number"  #: In place of the number, behind the word, below its line.
     is_above: bool = False  #: ``word`` stands in the last line up to ``line`` that has it.
-    misspelt: str = ""  #: A word without a number that stands in ``line``, in place of ``value``.
+    misspelt: str = ""  #: What stands in ``line`` in place of ``value``: at the column of a finding of that line.
 
 
 @dataclass(frozen=True)
@@ -65,6 +65,8 @@ class Finding:
     quantity : str
         What ``value`` is, or which value of a tool is meant: "length", "diameter", "vertical drop of a rod (rho1)".
         Empty where it is the position of ``axis``, or nothing is measured. VP301 has "branch of the words".
+    contact : three float, or None
+        Tip in the table frame, mm, where the contact with the stock (VP216) begins in ``line``.
     """
 
     code: str
@@ -86,6 +88,7 @@ class Finding:
     file_line: int | None = None
     tool: int | None = None
     quantity: str = ""
+    contact: tuple[float, float, float] | None = None
 
     def __str__(self) -> str:
         """``line 6: CODE severity: message``; the file is named where it is another one than the program."""

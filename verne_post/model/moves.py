@@ -19,7 +19,7 @@ from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.tolerances import UPRIGHT_DEG
 from verne_post.base.units import RAD_PER_DEG
 from verne_post.model.findings import Finding, Remedy
-from verne_post.model.part_setup import SYSTEM_NAMES, Vector9, describe_tool_number
+from verne_post.model.part_setup import MACHINE_SYSTEM, Vector9, describe_tool_number, name_system
 from verne_post.model.splines import Splines, build_empty_splines
 
 AXES: Final = "XYZABCUVW"
@@ -149,7 +149,7 @@ class Stock(Struct, frozen=True):
         return {
             "line": self.line,
             "shape": "cylinder" if self.round else "box",
-            "work_system": SYSTEM_NAMES[self.frame.system],
+            "work_system": name_system(self.frame.system),
             "low_mm": list(self.low),
             "high_mm": list(self.high),
             "bore_mm": self.bore,
@@ -373,6 +373,12 @@ class Moves(Struct, frozen=True):
         """Whether A and C are words of the program at each of some moves, and not those of a tool vector."""
         vectors = np.isfinite(self.tool_axis[move, 0])
         return ~vectors | (np.searchsorted(self.named_changes, move, side="right") % 2 == 1)
+
+    def find_in_machine(self) -> Mask:
+        """Where a move leads to a place of the machine, which no work offset moves: ``machine_moves``, and G500."""
+        found: Mask = np.isin(self.frame, [at for at, one in enumerate(self.frames) if one.system == MACHINE_SYSTEM])
+        found[list(self.machine_moves)] = True
+        return found
 
     def find_selecting_line(self, system: int, move: int) -> int:
         """The line whose word puts a work system in force for a move; that of the move if it holds from the start.

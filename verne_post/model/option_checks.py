@@ -30,6 +30,7 @@ from verne_post.model.part_setup import (
     Wanted,
     WorkOffset,
     describe_mistake,
+    name_system,
 )
 
 #: The largest number of a parameter; the one that holds the active work system.
@@ -138,8 +139,8 @@ def check_work_offsets(value: object, source: str = "") -> dict[int, WorkOffset]
     for key, offset in check_mapping(value, "a mapping such as {'G54': (x, y, z)}").items():
         number = find_system(key)
         if number in found:
-            raise ValueError(f"{SYSTEM_NAMES[number]} is given twice")
-        what = f"x, y, z and maybe c for {SYSTEM_NAMES[number]}"
+            raise ValueError(f"{name_system(number)} is given twice")
+        what = f"x, y, z and maybe c for {name_system(number)}"
         given = [*_list_items(offset.origin_mm, what), offset.turn_deg] if isinstance(offset, WorkOffset) else offset
         x, y, z, *turn = check_numbers(given, (4,) if isinstance(offset, WorkOffset) else (3, 4), what, MAX_PLACE)
         named = offset.source if isinstance(offset, WorkOffset) else ""
@@ -268,10 +269,12 @@ def check_shapes(value: object) -> dict[int, ToolShape]:
         if not _is_tool_number(key):
             raise ValueError(f"{key!r} is not the number of a tool")
         parts = tuple(shape) if isinstance(shape, tuple | list) else ()
-        if not parts or not all(
-            isinstance(one, Cylinder) and isinstance(one.part, str) and one.part in TOOL_PARTS for one in parts
-        ):
-            raise ValueError(f"tool {key}: expected a tuple of Cylinder({' | '.join(TOOL_PARTS)}, diameter, length)")
+        if not parts or not all(isinstance(one, Cylinder) for one in parts):
+            raise ValueError(f"tool {key}: expected a sequence of Cylinder(part, diameter, length), got {shape!r}")
+        for one in parts:
+            if not isinstance(one.part, str) or one.part not in TOOL_PARTS:
+                names = ", ".join(TOOL_PARTS)
+                raise ValueError(f"tool {key}: {one.part!r} is not a part of a tool; expected one of {names}")
         for at, one in enumerate(parts):
             sizes = (one.diameter,) if one.length is None else (one.diameter, one.length)
             if min(check_numbers(sizes, (1, 2), f"sizes of the {one.part} of tool {key}", MAX_TOOL)) <= 0:

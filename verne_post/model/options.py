@@ -46,7 +46,6 @@ from verne_post.model.option_checks import (
 from verne_post.model.part_setup import (
     MAX_TOOL,
     OWN_STOCK,
-    SYSTEM_NAMES,
     Box,
     Cylinder,
     FixtureMesh,
@@ -54,6 +53,7 @@ from verne_post.model.part_setup import (
     OwnStock,
     Tool,
     WorkOffset,
+    name_system,
 )
 
 if TYPE_CHECKING:
@@ -614,7 +614,7 @@ class Options:
         """
         values = {name: getattr(self, name) for name in OPTIONS if name not in _WITHOUT_EFFECT}
         for name in ("wcs", "unmeasured_wcs"):
-            values[name] = {SYSTEM_NAMES[number]: one for number, one in values[name].items()}
+            values[name] = {name_system(number): one for number, one in values[name].items()}
         return {find_key(name): _convert_to_json(value) for name, value in values.items()}
 
 
@@ -768,17 +768,17 @@ def _convert_to_json(value: object) -> object:
         others = [list(value.offset)] if any((*value.offset[:2], *value.offset[3:])) else []
         return [value.offset[2], value.diameter, *others]
     if isinstance(value, Box):
-        system = "table" if value.system is None else SYSTEM_NAMES[value.system]
+        system = "table" if value.system is None else name_system(value.system)
         corners = {"min": list(value.low), "max": list(value.high)}
         return {"name": value.name, **corners, "system": system, "distance_mm": value.distance}
     if isinstance(value, FixtureMesh):
-        system = "table" if value.system is None else SYSTEM_NAMES[value.system]
+        system = "table" if value.system is None else name_system(value.system)
         mesh = {"mesh": hashlib.sha256(value.raw).hexdigest(), "unit": value.unit}
         return {"name": value.name, **mesh, "system": system, "distance_mm": value.distance}
     if isinstance(value, OwnStock):
         return OWN_STOCK
     if isinstance(value, NominalPart):
-        system = "table" if value.system is None else SYSTEM_NAMES[value.system]
+        system = "table" if value.system is None else name_system(value.system)
         wanted = {f"{key}_mm": one for key, one in value.wanted.__dict__.items()}
         return {"nominal": hashlib.sha256(value.raw).hexdigest(), "system": system, "unit": value.unit, **wanted}
     if isinstance(value, Cylinder):

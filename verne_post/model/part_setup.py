@@ -10,6 +10,8 @@ from verne_post.model.findings import UsageError
 
 Vector9 = tuple[float, float, float, float, float, float, float, float, float]
 
+#: Number of the work system that Siemens' G500 selects: machine zero, unless $P_UIFR[0] moves it. No set-up places it.
+MACHINE_SYSTEM: Final = 0
 #: Number of the work system before G54.1 P1: those of G54 to G59.3 are 1 to 9.
 ADDITIONAL_SYSTEMS: Final = 100
 #: G54 to G59.3, then G54.1 P1 to P48.
@@ -35,6 +37,13 @@ SYSTEM_NAMES: Final = dict(
 )
 #: The same the other way round.
 SYSTEM_NUMBERS: Final = {name: number for number, name in SYSTEM_NAMES.items()}
+
+
+def name_system(number: int) -> str:
+    """How options and reports write a work system; G500 names that of the machine."""
+    return "G500" if number == MACHINE_SYSTEM else SYSTEM_NAMES[number]
+
+
 #: Parts of a tool, from the tip upwards.
 TOOL_PARTS: Final = ("cutter", "shank", "holder")
 #: Numbers that tools get which a program names and no table numbers: from here on.

@@ -9,7 +9,7 @@ from verne_post.base.printable import format_json
 from verne_post.base.units import DEG_PER_RAD
 from verne_post.model.findings import Finding
 from verne_post.model.machine import Machine
-from verne_post.model.part_setup import SYSTEM_NAMES
+from verne_post.model.part_setup import name_system
 from verne_post.model.verdict import find_worst
 from verne_post.output.cells import blank_nonfinite
 from verne_post.output.findings import format_finding
@@ -19,7 +19,7 @@ from verne_post.toolpath.work_offset import WRITTEN_DECIMALS, Place, Proposal
 def _write_wcs_option(proposal: Proposal, place: Place) -> str:
     """``G54=x,y,z,c`` for ``--wcs``; without c where the part cannot be turned."""
     values = (place.x, place.y, place.z, place.c_deg)[: 4 if proposal.turns else 3]
-    return f"{SYSTEM_NAMES[proposal.system]}={','.join(_number(value) for value in values)}"
+    return f"{name_system(proposal.system)}={','.join(_number(value) for value in values)}"
 
 
 def _move_text(proposal: Proposal, place: Place) -> str:
@@ -124,7 +124,7 @@ def make_json(program: str, machine: Machine, proposal: Proposal) -> str:
         "program": program,
         "machine": {"name": machine.name, "sha256": machine.sha256},
         "fits": fits,
-        "system": SYSTEM_NAMES[proposal.system],
+        "system": name_system(proposal.system),
         "aim": proposal.aim,
         "searched": proposal.ranges,
         "wcs": _write_wcs_option(proposal, after.place),

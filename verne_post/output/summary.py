@@ -16,7 +16,7 @@ from verne_post.base.tolerances import ACCELERATION_RATIO, FEED_RATIO, JERK_RATI
 from verne_post.base.units import DEG_PER_RAD
 from verne_post.model.machine import Machine
 from verne_post.model.moves import Event, Stock, describe_tool, list_tool_changes, name_tools
-from verne_post.model.part_setup import SYSTEM_NAMES, describe_tool_number
+from verne_post.model.part_setup import describe_tool_number, name_system
 from verne_post.model.summary import Summary
 from verne_post.model.verdict import Verdict
 from verne_post.model.verification import Verification
@@ -435,12 +435,14 @@ def _describe_offsets(summary: Summary) -> str:
     """Where the work systems in use are on the table, and who put them there."""
     places: dict[str, None] = {}
     for frame in summary.frames:
-        name = SYSTEM_NAMES[frame.system]
+        name = name_system(frame.system)
         x, y, z = summary.machine.find_origin_on_table(frame)
         turn = f", part turned {frame.part_turn:g} deg" if frame.part_turn else ""
         place = f"{name} at ({x:g}, {y:g}, {z:g}) mm on the table{turn}"
         who = find_placer(frame, summary.machine, summary.options, summary.placed_systems)
-        if who == "nobody":
+        if who == "machine":
+            place = f"{name} is machine zero, ({x:g}, {y:g}, {z:g}) mm on the table"
+        elif who == "nobody":
             place = f"{name} at the rotary centre on the table face (no offset was given)"
         elif who == "program" and frame.system in summary.options.wcs:
             place += " (the program sets it: --wcs does not hold)"
@@ -501,7 +503,7 @@ def _describe_stock(summary: Summary) -> Facts:
     stock = summary.stock
     if stock is None:
         return []
-    place = f"{describe_own_stock(stock)} in {SYSTEM_NAMES[stock.frame.system]}"
+    place = f"{describe_own_stock(stock)} in {name_system(stock.frame.system)}"
     return [("stock", f"of the program: {place}" + ("" if summary.options.stock else f"; {NOT_CHECKED_STOCK}"))]
 
 

@@ -95,6 +95,7 @@ class Touch(Struct, frozen=True):
     depth: float  #: mm; NaN where it is not decided whether it touches.
     #: Where the contact begins: how far the tip has come along its line, and how far it goes, mm. 0 where undecided.
     begin: tuple[float, float] = (0.0, 0.0)
+    tip: tuple[float, float, float] | None = None  #: There, in the table frame, mm; None where undecided.
 
 
 class Cut(Struct, frozen=True, eq=False):
@@ -125,7 +126,7 @@ def cut_stock(stock: Dexels, spans: Spans, tools: Sequence[Tool], keep_off: floa
             run.pass_rows(rows, tip[rows], axis[rows])
     begin = run.measure_begins()
     touches = (
-        Touch(row, int(spans.line[row]), body, depth, begin.get((row, body), (0.0, 0.0)))
+        Touch(row, int(spans.line[row]), body, depth, *begin.get((row, body), ()))
         for (row, body), depth in run.depth.items()
     )
     return Cut(run.volume, tuple(touches))
@@ -231,8 +232,8 @@ class _Run:
                 clear = share
         return np.asarray(tip[0] + clear * (tip[1] - tip[0]))
 
-    def measure_begins(self) -> dict[tuple[int, str], tuple[float, float]]:
-        """``begin`` of the certain touches, by span and body."""
+    def measure_begins(self) -> dict[tuple[int, str], tuple[tuple[float, float], tuple[float, float, float]]]:
+        """``begin`` and ``tip`` of the certain touches, by span and body."""
         tip, _axis = self.stock.place_inside(self.spans.tip, self.spans.axis)
         way = np.concatenate([[0.0], np.cumsum(np.linalg.norm(tip[:, 1] - tip[:, 0], axis=1))])
         ends = np.concatenate([[0], np.flatnonzero(np.diff(self.spans.line)) + 1, [len(tip)]])
@@ -240,7 +241,8 @@ class _Run:
         for (row, name), at in self.begin.items():
             last = int(np.searchsorted(ends, row, "right"))
             there = way[row] + np.linalg.norm(at - tip[row, 0])
-            begins[row, name] = float(there - way[ends[last - 1]]), float(way[ends[last]] - there)
+            x, y, z = self.stock.place_outside(at).tolist()
+            begins[row, name] = (float(there - way[ends[last - 1]]), float(way[ends[last]] - there)), (x, y, z)
         return begins
 
     def _is_touching(self, tip: Array, axis: Array, body: tuple[Piece, ...], by: float) -> bool:

@@ -34,6 +34,8 @@ _LINES: Final = 6
 _LINE_CHARACTERS: Final = 90
 #: Times that differ by less are the same: rows are a cycle apart.
 _SAME_S: Final = 5e-4
+#: Lines of the same text whose times differ by less have one row together: beside a change, motion is planned anew.
+_SMALL_S: Final = 5e-3
 _PARTS: Final = ("style.css", "shared.js", "charts.js", "paths.js", "comparison.js")
 #: Shown where a side has nothing.
 _NONE: Final = "–"
@@ -358,18 +360,33 @@ def _write_lines_html(sides: tuple[Side, Side], stretches: Sequence[Stretch]) ->
         for part in _cut_by_times(one, *spent) if one.same else [one]:
             times = spent[0][part.last_a] - spent[0][part.first_a], spent[1][part.last_b] - spent[1][part.first_b]
             worth.append((abs(times[1] - times[0]), part))
+    small = [part for seconds, part in worth if part.same and seconds < _SMALL_S]
+    worth = [(seconds, part) for seconds, part in worth if not part.same or seconds >= _SMALL_S]
     shown = sorted(sorted(range(len(worth)), key=lambda k: -worth[k][0])[:_STRETCHES])
     left = len(worth) - len(shown)
     note = f"<p>Not shown: {count(left, 'place')} whose times differ less.</p>" if left else ""
     heads = ("A", "B", "A, s", "B, s", "B - A", "limit, other feed rate")
-    if not shown:
+    if not shown and not small:
         return f"<p>The same text{', and the same times' if timed else ''}.</p>"
     # equal texts among lines that differ look like a mistake of the comparison
     tables = []
     for title, same in (("Other text", False), ("Same text, other time", True)):
-        if rows := "".join(_write_stretch(sides, worth[k][1], spent) for k in shown if worth[k][1].same is same):
+        rows = "".join(_write_stretch(sides, worth[k][1], spent) for k in shown if worth[k][1].same is same)
+        if rows := rows + (_write_small(small, spent) if same and small else ""):
             tables.append(f"<h3>{title}</h3>{write_table(heads, rows)}")
     return "".join(tables) + note
+
+
+def _write_small(small: Sequence[Stretch], spent: Sequence[Array]) -> str:
+    """One row for places of the same text whose times differ a little, without a colour."""
+    one = sum(float(spent[0][part.last_a] - spent[0][part.first_a]) for part in small)
+    other = sum(float(spent[1][part.last_b] - spent[1][part.first_b]) for part in small)
+    head = f"other lines: {count(len(small), 'place')}, each less than {_SMALL_S:g} s apart"
+    cells = f"<td>{format_fixed(one, 3)}</td><td>{format_fixed(other, 3)}</td>"
+    return (
+        f"<tr class=equal><th scope=row class=text>{head}</th><td></td>{cells}"
+        f"<td>{_write_difference(one, other, judged=abs(other - one) >= _SMALL_S)}</td><td></td></tr>"
+    )
 
 
 def _sum_times(side: Side) -> Array:

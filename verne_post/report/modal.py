@@ -5,7 +5,7 @@ from typing import Final
 import numpy as np
 
 from verne_post.model.moves import FeedMode, MoveKind, Moves, PathControl, PathMode, find_tool_of_moves, name_tools
-from verne_post.model.part_setup import SYSTEM_NAMES, spell_tool_word
+from verne_post.model.part_setup import name_system, spell_tool_word
 
 #: A state: what, and its value.
 State = tuple[tuple[str, str], ...]
@@ -53,7 +53,7 @@ def _describe(moves: Moves, number: int, tool: int, spindle: dict[str, object], 
         ("spindle", turning),
         ("coolant", str(coolant.get("state", "off"))),
         ("tool", f"{name}length {frame.tool_length:g} mm"),
-        ("work offset", SYSTEM_NAMES[frame.system] + (", shifted (G92)" if any(frame.g92) else "")),
+        ("work offset", name_system(frame.system) + (", shifted (G92)" if any(frame.g92) else "")),
         ("work plane", "tilted" if plane is not None and plane.is_programmed and not plane.is_level else "not tilted"),
         ("corners", _describe_corners(moves.controls[moves.control[number]])),
     )

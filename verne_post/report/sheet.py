@@ -4,6 +4,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from typing import Final
 
 import numpy as np
+from msgspec.structs import replace
 
 from verne_post.app.assemble import Program
 from verne_post.app.summary import list_tool_lengths
@@ -13,8 +14,8 @@ from verne_post.base.numbers import format_fixed
 from verne_post.gcode.dialects import choose_dialect_name
 from verne_post.gcode.remarks import find_stop_remarks, find_title, find_tool_diameters, find_tool_remarks
 from verne_post.model.machine import Machine
-from verne_post.model.moves import Event, MoveKind, Stock, describe_tool, find_tool_of_moves, name_tools
-from verne_post.model.part_setup import SYSTEM_NAMES, Box, FixtureMesh, OwnStock, Tool, spell_tool_word
+from verne_post.model.moves import AXES, Event, MoveKind, Stock, describe_tool, find_tool_of_moves, name_tools
+from verne_post.model.part_setup import Box, FixtureMesh, OwnStock, Tool, name_system, spell_tool_word
 from verne_post.model.work_systems import find_placer
 from verne_post.output.summary import (
     LINE_OF_FACT,
@@ -95,11 +96,7 @@ def write_sheet_html(program: str, source: Text, machine: Machine, study: Study)
     ]
     if not read:
         return "".join(parts)
-    start = [
-        (column.joint, f"{format_fixed(value, _DECIMALS[column.unit])} {column.unit}")
-        for column, value in zip(machine.columns, study.q[0], strict=True)
-    ]
-    parts.insert(1, _write_titled_table("Start position", ("joint", "value"), start))
+    parts.insert(1, _write_start(machine, study))
     parts_of_file = 0 if study.summary is None else len(study.summary.parts)
     parts.append(
         _write_titled_table(
@@ -110,6 +107,25 @@ def write_sheet_html(program: str, source: Text, machine: Machine, study: Study)
         )
     )
     return "".join(parts)
+
+
+def _write_start(machine: Machine, study: Study) -> str:
+    """The joints at the start, as the first row has them, and where the tip is then, as the control shows it."""
+    rows = [
+        (column.joint, f"{format_fixed(value, _DECIMALS[column.unit])} {column.unit}")
+        for column, value in zip(machine.columns, study.q[0], strict=True)
+    ]
+    program = study.program
+    assert program is not None
+    path, moves = program.path, program.moves
+    first = int(path.move[0])
+    frame = replace(moves.frames[moves.frame[first]] if first >= 0 else moves.start_frame, feature=None)
+    words = machine.coordinates.map_from_table(path.start[0, :3], path.start[0, 3:], frame)
+    for letter in machine.coordinates.axes:
+        unit = "deg" if letter in "ABC" else "mm"
+        rows.append((letter, f"{format_fixed(float(words[AXES.index(letter)]), _DECIMALS[unit])} {unit}"))
+    note = f"X, Y, Z: the tip in {name_system(frame.system)}, with a tool length of {float(path.tool_length[0]):g} mm."
+    return _write_titled_table("Start position", ("joint, axis", "value"), rows, note=note)
 
 
 def _add_named(diameter: str, named: float | None) -> str:
@@ -205,16 +221,19 @@ def _format_length(tool: Tool) -> str:
 
 
 def _describe_carried(study: Study) -> str:
-    """Which rapids have the length of another tool; empty where none have."""
+    """Which rapids have the length of another tool, and where the tip is then; empty where none have."""
     program = study.program
     assert program is not None
-    names = name_tools(program.moves.events)
-    carried = [
-        f"{spell_tool_word(number, names)}: {used} mm"
-        for number, used in join_lengths(list_tool_lengths(program).carried).items()
-    ]
+    names, lengths = name_tools(program.moves.events), list_tool_lengths(program)
+    own = dict(reversed(lengths.own))  # the first of each tool
+    carried, lowest = [], 0.0
+    for number, used in lengths.carried:
+        above = used - own[number]
+        lowest = min(lowest, above)
+        where = f"its tip is {abs(above):g} mm {'lower' if above < 0 else 'higher'} than the program says"
+        carried.append(f"{spell_tool_word(number, names)} has {used:g} mm: {where}")
     said = "Rapids before the tool's own length is active have that of the tool before"
-    return f"{said}. {join_few(carried)}" if carried else ""
+    return f"{'Danger: r' if lowest < 0 else 'R'}{said[1:]}. {'; '.join(carried)}." if carried else ""
 
 
 def list_offsets(machine: Machine, study: Study) -> list[Row]:
@@ -225,7 +244,7 @@ def list_offsets(machine: Machine, study: Study) -> list[Row]:
             system: (*(f"{value:g}" for value in offset.origin_mm), f"{offset.turn_deg:g}", offset.source or _GIVEN)
             for system, offset in options.wcs.items()
         } | dict.fromkeys(options.unmeasured_wcs, ("", "", "", "", "to be measured"))
-        return [(SYSTEM_NAMES[system], *cells) for system, cells in sorted(given.items())]
+        return [(name_system(system), *cells) for system, cells in sorted(given.items())]
     move = program.path.move
     used = find_used(program.moves.frame[move[move >= 0]]).tolist()
     rows: dict[Row, None] = {}
@@ -236,9 +255,10 @@ def list_offsets(machine: Machine, study: Study) -> list[Row]:
         source = {
             "set-up": (written.source if written else "") or _GIVEN,
             "program": "the program",
+            "machine": "machine zero",
             "nobody": "not given: rotary centre on the table face",
         }[who]
-        rows[SYSTEM_NAMES[frame.system], *(f"{value:g}" for value in place), f"{frame.part_turn:g}", source] = None
+        rows[name_system(frame.system), *(f"{value:g}" for value in place), f"{frame.part_turn:g}", source] = None
     return list(rows)
 
 
@@ -254,7 +274,7 @@ def _list_bodies(study: Study) -> list[Row]:
 
 def _describe_body(body: Box | FixtureMesh | OwnStock, own: Stock | None) -> Row:
     """Name, system and place of a fixture or the stock; a mesh says by its file where it is."""
-    system = "table" if body.system is None else SYSTEM_NAMES[body.system]
+    system = "table" if body.system is None else name_system(body.system)
     match body:
         case Box():
             ends = (f"{low:g} to {high:g}" for low, high in zip(body.low, body.high, strict=True))
@@ -264,7 +284,7 @@ def _describe_body(body: Box | FixtureMesh | OwnStock, own: Stock | None) -> Row
         case OwnStock() if own is None:
             return body.name, "", "as the program says"
         case OwnStock():
-            return body.name, SYSTEM_NAMES[own.frame.system], describe_own_stock(own)
+            return body.name, name_system(own.frame.system), describe_own_stock(own)
 
 
 def _decode_lines(source: Text) -> Iterator[str]:

@@ -293,7 +293,10 @@ class _Collector:
         )
 
     def _find_places(self, x: Array, line: Ints, tip: Array, part: Machined | None) -> tuple[NDArray[np.intp], Array]:
-        """Find the frame and the tip of each finding; of a gouge or excess the place on the part."""
+        """Find the frame and the tip of each finding: the worst of its line, or where a contact begins.
+
+        Of a gouge or excess the tip is the place on the part.
+        """
         place, tips = np.full(len(self.findings), -1, dtype=np.intp), np.full((len(self.findings), 3), np.nan)
         for index, item in enumerate(self.findings):
             worst = self._worst.get(_find_worst_line(item))
@@ -301,6 +304,9 @@ class _Collector:
                 on_line = np.flatnonzero(line == _find_worst_line(item))
                 candidates = on_line if len(on_line) else np.arange(len(x))
                 place[index], tips[index] = candidates[np.abs(x[candidates] - worst[1]).argmin()], worst[2]
+            if item.contact is not None and len(on_line := np.flatnonzero(line == item.line)):
+                away = np.linalg.norm(tip[on_line] - np.array(item.contact), axis=1)
+                place[index], tips[index] = on_line[np.nan_to_num(away, nan=np.inf).argmin()], item.contact
         asked = self.program.options.part
         if part is not None and asked is not None:
             origin, turn = place_on_table(self.program, asked.name, asked.system)

@@ -19,7 +19,7 @@ from verne_post.gcode.siemens.vocabulary import ADDRESSES
 from verne_post.model.machine import Machine
 from verne_post.model.moves import AXES, FeedMode, Frame, MoveKind
 from verne_post.model.options import Options
-from verne_post.model.part_setup import FIRST_NAMED_TOOL, SYSTEM_NAMES, Tool, describe_tool_number
+from verne_post.model.part_setup import FIRST_NAMED_TOOL, Tool, describe_tool_number, name_system
 
 #: Decimals of coordinates, mm and degrees.
 _DECIMALS: Final = 4
@@ -247,7 +247,7 @@ def _describe_axis(axis: int, place: Place, machine: Machine) -> Iterator[str]:
     unit, letter, plane = ("deg" if AXES[axis] in "ABC" else "mm"), AXES[axis], place.frame.feature
     tilted = ", in the tilted plane" if plane is not None and plane.is_programmed and not plane.is_level else ""
     shown = format_number(place.position[axis], _DECIMALS)
-    yield f"{letter} {shown} {unit} in {SYSTEM_NAMES[place.frame.system]}{tilted}"
+    yield f"{letter} {shown} {unit} in {name_system(place.frame.system)}{tilted}"
     if place.is_by_words:
         there = machine.coordinates.map_to_machine(place.position, place.frame)
         yield f"machine {letter} {format_number(there[axis], _DECIMALS)} {unit}"

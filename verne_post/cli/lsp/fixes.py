@@ -16,7 +16,7 @@ from verne_post.app.tried_remedies import list_ends
 from verne_post.base.numbers import format_count
 from verne_post.base.printable import quote_key
 from verne_post.base.program_lines import find_word, find_word_of, remove_remarks
-from verne_post.base.suggestions import find_correction, find_meant, find_replacement, find_suggestion
+from verne_post.base.suggestions import find_meant, find_replacement, find_suggestion
 from verne_post.cli.lsp.addresses import find_end_of_places
 from verne_post.cli.lsp.inspector import Inspected, Inspector, SupersededError
 from verne_post.cli.lsp.places import cut_file, find_range, split_lines
@@ -256,7 +256,7 @@ def _propose_fixes(found: Inspected, item: Finding, setup: Path | None, texts: M
         if item.code in _OF_PROGRAMS and remedy.key[:1] == ("wcs",):
             continue
         if remedy.misspelt:
-            yield from _spell(found, remedy)
+            yield from _spell(found, item, remedy)
             continue
         if remedy.line and not remedy.word[0]:
             yield from _PLACED[item.code](found, item, remedy)
@@ -269,14 +269,12 @@ def _propose_fixes(found: Inspected, item: Finding, setup: Path | None, texts: M
         last = "FINI" if item.message.endswith(" FINI") else "M30"
         new = f"{'' if text.endswith(chr(10)) or not text else chr(10)}{last}\n"
         yield Fix(f"End the program with {last}", found.path, text, len(text), len(text), new)
+    if any(one.misspelt for one in item.edits):
+        return
     near = find_suggestion(item.message) or _find_expected(item, text)
     if near and item.column is not None:
         begin, end = _find_span(item, text)
         written = text[begin:end]
-        if (correction := find_correction(item.message)) and written.upper() == correction[0].upper():
-            yield Fix(f"Write {near} in place of {written}", found.path, text, begin, end, near, spells=True)
-            yield from _change_everywhere(found, written, near)
-            return
         # the name alone, without quotes and without the number of an assignment
         name = (
             re.search(r"[A-Za-z_][\w.-]*", written) if written.startswith('"') else re.match(r"[A-Za-z_]\w*", written)
@@ -307,9 +305,16 @@ def _find_expected(item: Finding, text: str) -> str:
     return find_meant(text[begin:end].strip(), re.findall(r"[\w]+", listed[1]), slip_alone=True)
 
 
-def _spell(found: Inspected, remedy: Remedy) -> Iterator[Fix]:
+def _spell(found: Inspected, item: Finding, remedy: Remedy) -> Iterator[Fix]:
     """A misspelt word of a line, as it is meant."""
-    code = remove_remarks(split_lines(found.text)[remedy.line - 1])
+    line = split_lines(found.text)[remedy.line - 1]
+    if item.line == remedy.line and item.column and line.startswith(remedy.misspelt, item.column - 1):
+        at = _find_offset(found.text, remedy.line - 1) + item.column - 1
+        title = f"Write {remedy.value} in place of {remedy.misspelt}"
+        yield Fix(title, found.path, found.text, at, at + len(remedy.misspelt), remedy.value, spells=True)
+        yield from _change_everywhere(found, remedy.misspelt, remedy.value)
+        return
+    code = remove_remarks(line)
     word = re.search(rf"(?<!\w){re.escape(remedy.misspelt)}(?!\w)", code)
     if word is not None:
         at = _find_offset(found.text, remedy.line - 1) + word.start()

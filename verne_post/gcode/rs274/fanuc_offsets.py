@@ -10,7 +10,7 @@ from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.rs274.modes import Modes
 from verne_post.gcode.rs274.offsets import OffsetCodes
 from verne_post.gcode.rs274.values import read_whole
-from verne_post.model.part_setup import ADDITIONAL_SYSTEMS, SYSTEM_NAMES
+from verne_post.model.part_setup import ADDITIONAL_SYSTEMS, name_system
 
 #: L of G10 -> what it stores of a tool; lengths come first.
 _OF_TOOLS: Final = {10: "length", 11: "wear of the length", 12: "radius", 13: "wear of the radius"}
@@ -62,7 +62,7 @@ class FanucOffsets:
         """The origin of a work system, or in G91 how far it moves from where it is."""
         adds, setup = not self.modes.absolute, self.offsets.setup
         if adds and setup.machine and system not in setup.given_systems | self.core.recorder.placed_systems:
-            name = SYSTEM_NAMES[system]
+            name = name_system(system)
             raise ProgramError(
                 "VP033",
                 f"G10 in G91 moves {name}, which nobody has placed; give --wcs {name}=X,Y,Z",

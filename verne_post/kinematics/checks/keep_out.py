@@ -23,7 +23,7 @@ from verne_post.model.findings import make_input_error
 from verne_post.model.machine import Machine
 from verne_post.model.moves import Frame, Moves, Stock, find_tool_of_moves
 from verne_post.model.options import Options
-from verne_post.model.part_setup import SYSTEM_NAMES, TOOL_PARTS, Box, Cylinder, FixtureMesh, OwnStock, ToolShape
+from verne_post.model.part_setup import TOOL_PARTS, Box, Cylinder, FixtureMesh, OwnStock, ToolShape, name_system
 from verne_post.model.poses import Pose
 from verne_post.model.protocols import Margin
 from verne_post.model.toolpath import SegmentKind, ToolPath
@@ -264,7 +264,7 @@ def place_own_stock(machine: Machine, moves: Moves, options: Options, distance: 
     if own is None:
         raise make_input_error("VP018", "--stock program: the program defines no stock (BLK FORM, WORKPIECE)")
     if options.wcs and find_placer(own.frame, machine, options, moves.placed_systems) == "nobody":
-        name = SYSTEM_NAMES[own.frame.system]
+        name = name_system(own.frame.system)
         text = (
             f"--stock program: line {own.line} defines the stock in {name}, and {name} is not given: give it with --wcs"
         )
@@ -353,14 +353,14 @@ def place_body(
         return machine.coordinates.part_frame @ point, float(np.arctan2(y, x))
     if system not in options.wcs:
         text = (
-            f"{name} is given in {SYSTEM_NAMES[system]}, and {SYSTEM_NAMES[system]} is not: give it with --wcs or "
+            f"{name} is given in {name_system(system)}, and {name_system(system)} is not: give it with --wcs or "
             f"--measured-offset, or {name} on the table"
         )
         raise make_input_error("VP018", text)
     given = frames[system]
     place = (given.origin, given.turn, given.part_turn)
     if any(one.system == system and (one.origin, one.turn, one.part_turn) != place for one in moves.frames):
-        text = f"{name} is given in {SYSTEM_NAMES[system]}, which the program moves (G10); give {name} on the table"
+        text = f"{name} is given in {name_system(system)}, which the program moves (G10); give {name} on the table"
         raise make_input_error("VP018", text)
     direction = machine.coordinates.turn_displacement(np.array([1.0, 0.0, 0.0]), given)
     on_table = machine.coordinates.map_to_table(np.concatenate([point, np.zeros(6)]), given)[0]
