@@ -1171,7 +1171,8 @@ TYPED = {
         ("Z12.", "Z12,0", "VP001", "Z12,0", "Write Z12.0 in place of Z12,0"),
         ("G68.2 X0.", "G86.2 X0.", "VP002", "G86.2", "Write G68.2 in place of G86.2"),
         ("N150 G69", "N150 G69 K7", "VP006", "K7", "Remove K7"),
-        ("N310 M30\n", "", "VP024", "M99", "End the program with M30 before line 39"),
+        ("N310 M30\n", "", "VP024", "O1301 (ONE PASS OF THE GROOVE)", "Write M30 before line 39"),
+        ("N60 M99\n", "", "VP024", "O1302 (THREE HOLES OF A FACE)", "Write M99 before line 46"),
     ],
     "two_faces.mpf": [
         ("N50 TRAORI", "N50 TRAOIR", "VP002", "TRAOIR", "Write TRAORI in place of TRAOIR"),
@@ -1197,6 +1198,8 @@ TYPED = {
         ("R0 FMAX M3", "R0 FMXA M3", "VP001", "FMXA", "Write FMAX in place of FMXA"),
         ("PLANE SPATIAL", "PLANE SPACIAL", "VP002", "SPACIAL", "Write SPATIAL in place of SPACIAL"),
         ("L Z+12 FMAX", "L Z+1O FMAX", "VP001", "Z+1O", "Write Z+10 in place of Z+1O"),
+        ("51 M30\n", "", "VP024", "53 LBL 10", "Write M30 before line 61"),
+        ("60 LBL 0\n", "", "VP023", "61 END PGM TWO_FACES MM", "Write LBL 0 before line 69"),
         ("CYCL DEF 200", "CYCL DEF 20o", "VP001", "20o", "Write 200 in place of 20o"),
     ],
 }  # fmt: skip

@@ -395,6 +395,7 @@ def test_what_tools_show(run):
         (["LBL 1", "LBL 1", "CALL LBL 1"], "VP023", "twice"),
         (["CALL PGM NONE"], "VP023", "none.h"),
         (["LBL 1", "L IX+1", "FN 9: IF +1 EQU +1 GOTO LBL 1"], "VP024", "repeated"),
+        (["CALL LBL 1", "M30", "LBL 1", "L X+1"], "VP023", "LBL 1, which CALL LBL has called, runs on into END PGM"),
         (["Q1 = 1 / 0"], "VP007", "zero"),
         (["Q1 = SQRT -1"], "VP007", "negative"),
         (["Q1 = ( 2"], "VP001", "not closed"),

@@ -16,6 +16,7 @@ from verne_post.gcode.repeats import Repeats
 from verne_post.gcode.rs274.interpreter import Call, Rs274
 from verne_post.gcode.rs274.macro_flow import Frame, MacroFlow
 from verne_post.gcode.text import ProgramText, decode_line
+from verne_post.model.findings import Remedy
 
 MAX_ARGUMENTS: Final = 30
 #: Programs from this number on are protected on Fanuc and Haas controls: macros of the builder, and of probes.
@@ -48,6 +49,7 @@ class Flow:
         o, line = block.o, block.line
         assert o is not None
         if o.keyword is None:
+            self._refuse_to_run_on(o, line)
             return
         _ = self.calls.text.structure  # labels that do not fit together are errors from the first O word on
         try:
@@ -55,6 +57,18 @@ class Flow:
         except ProgramError as error:
             column = error.column or (None if error.line else o.reader.find_column(o.label_at - 1))
             raise ProgramError(error.code, error.message, column, error.line) from None
+
+    def _refuse_to_run_on(self, o: OWord, line: int) -> None:
+        """Refuse an O number that is reached without a call: the next program begins there."""
+        frame = self.calls.frame
+        if line == frame.begin or self.calls.text.is_head(line):
+            return
+        if frame.label is None:
+            end, text = "M30", f"the program runs on into O{o.label}; write M30 or M2 before it"
+        else:
+            end = "M99" if frame.program else f"o{frame.label} endsub"
+            text = f"O{frame.label} runs on into O{o.label}; write {end} before it"
+        raise ProgramError("VP024", text, edits=(Remedy(f"write {end}", end, line=line),))
 
     def _execute_o_word(self, o: OWord, line: int) -> None:
         if o.keyword == "call":
