@@ -1242,6 +1242,31 @@ def test_a_fix_that_turns_an_error_into_a_warning_is_offered_and_says_so(client:
     ]
 
 
+@pytest.mark.parametrize(
+    ("name", "line", "column", "value", "word"),
+    [
+        ("two_faces.nc", 49, 8, "#<depth>**: variable; 8.5 after", "48.500"),
+        ("two_faces.h", 15, 8, "Q1**: variable; 8.5", "48.500"),
+    ],
+)
+def test_a_line_that_runs_several_times_shows_one_pass_and_says_so(
+    client: Client, tmp_path: Path, run: Callable[..., Any], name: str, line: int, column: int, value: str, word: str
+) -> None:
+    setup = (SAMPLES / f"{name}.toml").read_text("utf-8")
+    program = make_program(tmp_path, (SAMPLES / name).read_text("utf-8"), name, setup)
+    for shown in (hover(client, client.open(program), line, column), run("explain", f"{program}:{line + 1}").out):
+        assert (
+            "runs several times: pose and values are those of the first pass, times and findings those of all" in shown
+        )
+        assert word in shown
+        if shown.startswith("**"):
+            assert value in shown
+    once = 1 + next(
+        k for k, text in enumerate(program.read_text("utf-8").split("\n")) if "Y21" in text or "Y+21" in text
+    )
+    assert "several times" not in run("explain", f"{program}:{once}").out
+
+
 def test_an_editor_that_can_is_told_that_lenses_have_changed(tmp_path: Path) -> None:
     client = Client(workspace={"codeLens": {"refreshSupport": True}})
     uri = client.open(make_program(tmp_path, TILTED))
