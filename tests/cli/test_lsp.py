@@ -296,7 +296,7 @@ def hover(client: Client, uri: str, line: int, column: int | None = None) -> str
             "<d>]": "variable; 5 after this line",
             "P2": "number of turns of the arc",
             "P0.05": "how far corners may be rounded",
-            "P3": "dwell: seconds in RS274/NGC, in Fanuc milliseconds unless its key dwell says seconds",
+            "P3": "dwell: 3 s",
             "Z110": "depth of the hole; in G91 from R",
             "R132": "height at which the feed rate begins, and to which G99 goes back",
             "Z160": "where an axis goes; in G91 by how much; Z 160 mm in G54; machine Z -240 mm",
