@@ -1649,6 +1649,29 @@ def test_a_drilling_cycle_before_a_and_c_gets_them(client: Client, tmp_path: Pat
     assert client.diagnostics(uri)["diagnostics"] == []
 
 
+def test_a_groove_before_a_is_named_is_upright_first_and_nothing_is_preferred(client: Client, tmp_path: Path) -> None:
+    """A-25 would cut the upright groove under a tilted table."""
+    text = (SAMPLES / "two_faces.mpf").read_text("utf-8").replace("N60 G0 A0 C0\n", "")
+    setup = (SAMPLES / "two_faces.mpf.toml").read_text("utf-8")
+    uri = client.open(make_program(tmp_path, text, "two_faces.mpf", setup))
+    (said,) = (one for one in client.diagnostics(uri)["diagnostics"] if one["code"] == "VP036")
+    fixes = ask_fixes(client, uri, said["range"]["start"]["line"])
+    assert [title.partition(" (")[0] for title in fixes] == ["Write A0 in line 13", "Write A-25 in line 13"]
+    assert not any(one["isPreferred"] for one in fixes.values())
+
+
+def test_an_edit_has_the_version_of_its_text(client: Client, tmp_path: Path) -> None:
+    """An editor rejects it where the text is another one by then."""
+    uri = client.open(make_program(tmp_path, LEGAL))
+    client.diagnostics(uri)
+    client.change(uri, 7, TILTED)
+    (said,) = client.diagnostics(uri)["diagnostics"]
+    fixes = ask_fixes(client, uri, said["range"]["start"]["line"])
+    documents = [change["textDocument"] for fix in fixes.values() for change in fix["edit"]["documentChanges"]]
+    assert documents
+    assert all(one == {"uri": uri, "version": 7} for one in documents)
+
+
 def test_points_are_written_behind_all_numbers_that_lack_them(client: Client, tmp_path: Path) -> None:
     """Not behind the numbers of codes, tools and remarks, nor behind 0."""
     head = "%\nO1 (X7)\nG21 G90 G94 G17 G54\n"
@@ -1691,6 +1714,7 @@ def test_cuts_before_a_and_c_get_them(client: Client, tmp_path: Path) -> None:
     titles = [title for title in fixes if title.startswith("Write A")]
     # with A30 C45 it would cut under a turned table without tool-centre-point control (VP037)
     assert [title.partition(" (")[0] for title in titles] == ["Write A0 C0 in line 1"]
+    assert not fixes[titles[0]]["isPreferred"]  # whether the table shall stand upright there is for the machinist
     client.change(uri, 2, apply_edit(fixes[titles[0]], {uri: text})[uri])
     assert all(one["code"] != "VP036" for one in client.diagnostics(uri)["diagnostics"])
 

@@ -58,6 +58,7 @@ class Fix(Struct, frozen=True):
     settles: bool = False  #: No error stays, and the tool points where the program says.
     turns: bool = False  #: The tool axis becomes another one.
     spells: bool = False  #: Corrects how words of a program are spelt.
+    is_choice: bool = False  #: Right only if the program means it so.
 
 
 def find_fixes(
@@ -87,7 +88,7 @@ def find_fixes(
             left = f"{errors} error{'s stay' if errors > 1 else ' stays'}" if errors else "no errors then"
             left += f", with {format_count(warnings, 'warning')}" if warnings > before[1] else ""
             left += ", another tool axis" if fix.turns else ""
-            settles = not errors and not fix.turns
+            settles = not errors and not fix.turns and not fix.is_choice
             fixes.append(replace(fix, title=f"{fix.title} ({left})", settles=settles))
     lacking = item.settled_by and setup is not None and not setup.exists() and setup not in texts
     if lacking and setup is not None and found.machine is not None and found.options is not None:
@@ -379,7 +380,7 @@ def _start_spindle(found: Inspected, item: Finding, remedy: Remedy) -> Iterator[
 
 
 def _name_angles(found: Inspected, item: Finding, remedy: Remedy) -> Iterator[Fix]:
-    """A and C in the first line with a place: as the table is taken to stand, and upright."""
+    """A and C in the first line with a place: upright, and as the table is taken to stand."""
     dialect = _find_dialect(found)
     places = (
         (number, find_end_of_places(line, dialect)) for number, line in enumerate(split_lines(found.text)[: item.line])
@@ -388,8 +389,9 @@ def _name_angles(found: Inspected, item: Finding, remedy: Remedy) -> Iterator[Fi
     if not end:
         return
     at = _find_offset(found.text, number) + end
-    for angles in dict.fromkeys((remedy.value, re.sub(r"-?[\d.]+", "0", remedy.value))):
-        yield Fix(f"Write {angles} in line {number + 1}", found.path, found.text, at, at, f" {angles}")
+    for angles in dict.fromkeys((re.sub(r"-?[\d.]+", "0", remedy.value), remedy.value)):
+        title = f"Write {angles} in line {number + 1}"
+        yield Fix(title, found.path, found.text, at, at, f" {angles}", is_choice=True)
 
 
 def _add_length(found: Inspected, item: Finding, remedy: Remedy) -> Iterator[Fix]:
