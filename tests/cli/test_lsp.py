@@ -1177,6 +1177,8 @@ TYPED = {
     "two_faces.mpf": [
         ("N50 TRAORI", "N50 TRAOIR", "VP002", "TRAOIR", "Write TRAORI in place of TRAOIR"),
         ("S8000 M3", "S8000", "VP050", "G1 Z=DEPTH F400", "Write M3 after S8000 in line 10"),
+        ("DEF REAL", "DEF REEL", "VP001", "REEL", "Write REAL in place of REEL"),
+        ("DEPTH - 1.5", "DEPTH - SIM(90)", "VP002", "SIM", "Write SIN in place of SIM"),
         ("ENDFOR", "ENDFRO", "VP023", "FOR", "Write ENDFOR in place of ENDFRO in line 24"),
         ("DEPTH - 1.5", "DEPHT - 1.5", "VP025", "DEPHT", "Write DEPTH in place of DEPHT"),
         ("CYCLE800(0,", "CYCEL800(0,", "VP002", "CYCEL800", "Write CYCLE800 in place of CYCEL800"),
@@ -1185,6 +1187,7 @@ TYPED = {
     "two_faces.nc": [
         ("o<place> sub", "o<place> sbu", "VP023", "sbu", "Write sub in place of sbu"),
         ("o<place> call", "o<place> clal", "VP023", "clal", "Write call in place of clal"),
+        ("SIN[", "SIM[", "VP001", "SIM", "Write SIN in place of SIM"),
         (" F250", " FF250", "VP001", "FF250", "Write F250 in place of FF250"),
     ],
     "two_faces.cls": [
