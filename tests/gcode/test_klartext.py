@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from tests.gcode.conftest import list_places_on, make_tool, moves_as_text
+from verne_post.base.suggestions import find_meant_number
 from verne_post.model.control_keys import HeidenhainKeys, read_keys
 from verne_post.model.moves import MoveKind
 
@@ -746,3 +747,17 @@ def test_user_codes_switch_tool_centre_point_control_as_m129_does(machine):
     remap = {"M429": "tcp off", "M428": "tcp on"}
     assert list_places_on(machine, text.format("M429", "M428"), "heidenhain", remap=remap) == own
     assert list_places_on(machine, text.format("", ""), "heidenhain") != own
+
+
+@pytest.mark.parametrize(
+    ("number", "known", "meant"),
+    [
+        ("100", ("10", "1", "LEFT"), "10"),
+        ("1320", ("1300", "1302"), "1302"),
+        ("10", ("1", "2"), ""),  # a subprogram of its own
+        ("12", ("112", "212"), ""),  # either
+        ("11", ("12",), ""),
+    ],
+)
+def test_a_number_is_meant_that_one_digit_tells_apart(number, known, meant):
+    assert find_meant_number(number, known) == meant

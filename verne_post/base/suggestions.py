@@ -57,6 +57,19 @@ def _is_one_slip(word: str, right_word: str, least: int) -> bool:
     return is_slip and len(shorter) >= least - (len(shorter) < len(longer)) and word[0] == right_word[0]
 
 
+def find_meant_number(number: str, known: Iterable[str]) -> str:
+    """The only known number that differs by a digit too many or too few, or by two in the wrong order; else empty."""
+    near = {one for one in known if one.isdecimal() and _differs_by_a_digit(*sorted((number, one), key=len))}
+    return near.pop() if len(near) == 1 and number.isdecimal() else ""
+
+
+def _differs_by_a_digit(shorter: str, longer: str) -> bool:
+    if len(shorter) == len(longer):
+        swapped = (shorter[:at] + shorter[at + 1] + shorter[at] + shorter[at + 2 :] for at in range(len(shorter) - 1))
+        return shorter != longer and longer in swapped
+    return len(shorter) > 1 and any(longer[:at] + longer[at + 1 :] == shorter for at in range(len(longer)))
+
+
 def find_correction(message: str) -> tuple[str, str] | None:
     """What a message says is written, and what is meant: of "SUAP: ...; did you mean SUPA?"; None where it does not."""
     found = re.search(r"^([^:]+): .*; did you mean (\S+)\?$", message)

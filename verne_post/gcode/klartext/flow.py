@@ -5,7 +5,7 @@ import math
 from msgspec import Struct, field
 
 from verne_post.base.long_text import Text
-from verne_post.base.suggestions import find_meant
+from verne_post.base.suggestions import find_meant, find_meant_number
 from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.gcode import plain
 from verne_post.gcode.calls import CallStack
@@ -70,25 +70,29 @@ class KlartextFlow:
                 end = Remedy("write M30", "M30", line=line)
                 self.interpreter.recorder.note_once("VP024", text, line, (end,), severity="warning")
         elif jump.kind == "goto":
-            self.calls.line = self._label(jump.name)
+            self.calls.line = self._label(jump.name, line)
         elif jump.kind == "call":
-            self._enter(self.calls.text, self._label(jump.name), line, _Call(label=jump.name), f"LBL {jump.name}")
+            self._enter(self.calls.text, self._label(jump.name, line), line, _Call(label=jump.name), f"LBL {jump.name}")
             self._called_labels.add(jump.name)
         elif jump.kind == "repeat":
             counters = frame.repeats
             repeats_left = counters.get(line, jump.repeats)
             if repeats_left:
                 counters[line] = repeats_left - 1
-                self.calls.line = self._label(jump.name)
+                self.calls.line = self._label(jump.name, line)
             else:
                 counters.pop(line, None)
         else:
             self._call_program(jump.name, line)
 
-    def _label(self, name: str) -> int:
+    def _label(self, name: str, line: int) -> int:
         labels = self.calls.text.labels
         if name not in labels:
-            text, near = f"LBL {name} is not in the program", find_meant(name, labels, slip_alone=True)
+            text, number = f"LBL {name} is not in the program", find_meant_number(name, labels)
+            if number:
+                edit = Remedy(f"write LBL {number}", f"LBL {number}", line=line, misspelt=f"LBL {name}")
+                raise ProgramError("VP023", f"{text}; did you mean LBL {number}?", edits=(edit,))
+            near = find_meant(name, labels, slip_alone=True)
             raise ProgramError("VP023", f'"{name}": {text}; did you mean "{near}"?' if near else text)
         return labels[name] + 1
 
@@ -127,8 +131,8 @@ def execute_klartext(source: Text, setup: Setup, state: State, stop: StopConditi
     flow = KlartextFlow(KlartextText(source, setup), Klartext(setup, state, execution.recorder))
     run_program(_KlartextRun(flow), execution, setup, stop)
     if setup.machine and not any(error.code == "VP010" for error in execution.errors):
-        for line, message in flow.calls.main.find_wrong_frame():
-            execution.recorder.warn("VP010", message, line, None, "warning")
+        for line, message, edits in flow.calls.main.find_wrong_frame():
+            execution.recorder.note_once("VP010", message, line, edits, severity="warning")
     return execution
 
 

@@ -7,7 +7,7 @@ conditions, counters, calls with their arguments and names.
 from typing import Final
 
 from verne_post.base.numbers import is_count
-from verne_post.base.suggestions import find_meant
+from verne_post.base.suggestions import find_meant, find_meant_number
 from verne_post.gcode.block import Block, OWord
 from verne_post.gcode.calls import CallStack, spell_program
 from verne_post.gcode.parameters import LOCAL_INDICES
@@ -310,4 +310,9 @@ class Flow:
             message += f" ({int(label)}.ngc or O{int(label):04d}.nc)"
         else:
             message += "; from O9000 on they are macros of the builder, or of a probe: take calls of a probe out"
-        raise ProgramError("VP023", message, goes_on=True, about=f"O{label}")
+        known = {one for text in (self.calls.text, self.calls.main) for one in text.structure.programs}
+        if near := find_meant_number(label, known):
+            message += f"; the program has O{near}, which is nearly this number"
+        edit = Remedy(f"write P{near}", f"P{near}", line=self.calls.line - 1, misspelt=f"P{label}")
+        is_sure = near and self.calls.text is self.calls.main
+        raise ProgramError("VP023", message, goes_on=True, about=f"O{label}", edits=(edit,) if is_sure else ())
