@@ -16,7 +16,10 @@ from verne_post.app.explain_line import is_axis_named
 from verne_post.cli.main import main
 from verne_post.config import list_machine_files, schema
 from verne_post.config.carrier import CarrierFile
+from verne_post.gcode.block import KEYWORDS
+from verne_post.gcode.expressions import FUNCTIONS
 from verne_post.gcode.known_words import describe_word, list_words
+from verne_post.gcode.siemens import values as siemens_values
 from verne_post.model.codes import CODES
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -559,6 +562,9 @@ def test_the_response_to_a_warning_about_words(run: Callable[..., Any], tmp_path
         ("function tcpm", ("Klartext, FUNCTION: TCPM",)),
         ("FUNCTION MODE MILL", ("Klartext, FUNCTION: TCPM",)),
         ("APPR LCT", ("Klartext, APPR: LT LN CT LCT",)),
+        ("G61.1", ("RS274/NGC: exact stop at the end of every move: see Path control in docs/gcode.md",)),
+        ("TRANS", ("Siemens: shifts the zero; replaces the frame in force", "APT: only those that shift nothing")),
+        ("cos", ("RS274/NGC: cosine", "Fanuc: cosine", "Siemens: cosine")),
         ("TRANS DATUM", ("Klartext, TRANS: DATUM AXIS",)),
         ("M128", ("RS274/NGC: not executed: external programs", "Klartext: tool-centre-point control")),
     ],
@@ -572,6 +578,23 @@ def test_a_word_of_a_language_is_explained_from_its_tables(
     assert head == word.upper()
     for line in lines:
         assert [row for row in rows if row.startswith(f"  {line}")], (line, rows)
+
+
+@pytest.mark.parametrize(
+    ("language", "words"),
+    [
+        ("RS274/NGC", ("G5", "G5.1", "G5.2", "G5.3", "G61", "G61.1", "G64")),
+        ("Siemens", ("TRANS", "ROT", "SCALE", "MIRROR", "ATRANS", "AROT", "ORIWKS", "ORIMKS", "FOR", "WHILE", "LOOP")),
+    ],
+)
+def test_words_of_one_group_have_texts_of_their_own(language: str, words: tuple[str, ...]) -> None:
+    texts = [line for word in words for line in describe_word(word) if line.startswith(language)]
+    assert len(set(texts)) == len(words)
+
+
+def test_functions_and_o_words_that_are_executed_are_explained() -> None:
+    for language, names in (("RS274/NGC", (*FUNCTIONS, *KEYWORDS)), ("Siemens", siemens_values.FUNCTIONS)):
+        assert [name for name in names if not any(text.startswith(language) for text in describe_word(name))] == []
 
 
 def test_what_is_neither_a_line_nor_a_code_nor_a_word(run: Callable[..., Any]) -> None:

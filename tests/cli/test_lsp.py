@@ -296,7 +296,7 @@ def hover(client: Client, uri: str, line: int, column: int | None = None) -> str
             "<d>]": "variable; 5 after this line",
             "P2": "number of turns of the arc",
             "P0.05": "how far corners may be rounded",
-            "P3": "dwell: seconds in RS274/NGC, in Fanuc milliseconds unless its key dwell says seconds",
+            "P3": "dwell: 3 s",
             "Z110": "depth of the hole; in G91 from R",
             "R132": "height at which the feed rate begins, and to which G99 goes back",
             "Z160": "where an axis goes; in G91 by how much; Z 160 mm in G54; machine Z -240 mm",
@@ -1179,11 +1179,15 @@ TYPED = {
         ("Z12.", "Z12,0", "VP001", "Z12,0", "Write Z12.0 in place of Z12,0"),
         ("G68.2 X0.", "G86.2 X0.", "VP002", "G86.2", "Write G68.2 in place of G86.2"),
         ("N150 G69", "N150 G69 K7", "VP006", "K7", "Remove K7"),
-        ("N310 M30\n", "", "VP024", "M99", "End the program with M30 before line 39"),
+        ("M98 P1302", "M98 P1320", "VP023", "M98", "Write P1302 in place of P1320 in line 20"),
+        ("N310 M30\n", "", "VP024", "O1301 (ONE PASS OF THE GROOVE)", "Write M30 before line 39"),
+        ("N60 M99\n", "", "VP024", "O1302 (THREE HOLES OF A FACE)", "Write M99 before line 46"),
     ],
     "two_faces.mpf": [
         ("N50 TRAORI", "N50 TRAOIR", "VP002", "TRAOIR", "Write TRAORI in place of TRAOIR"),
         ("S8000 M3", "S8000", "VP050", "G1 Z=DEPTH F400", "Write M3 after S8000 in line 10"),
+        ("DEF REAL", "DEF REEL", "VP001", "REEL", "Write REAL in place of REEL"),
+        ("DEPTH - 1.5", "DEPTH - SIM(90)", "VP002", "SIM", "Write SIN in place of SIM"),
         ("ENDFOR", "ENDFRO", "VP023", "FOR", "Write ENDFOR in place of ENDFRO in line 24"),
         ("DEPTH - 1.5", "DEPHT - 1.5", "VP025", "DEPHT", "Write DEPTH in place of DEPHT"),
         ("CYCLE800(0,", "CYCEL800(0,", "VP002", "CYCEL800", "Write CYCLE800 in place of CYCEL800"),
@@ -1192,6 +1196,7 @@ TYPED = {
     "two_faces.nc": [
         ("o<place> sub", "o<place> sbu", "VP023", "sbu", "Write sub in place of sbu"),
         ("o<place> call", "o<place> clal", "VP023", "clal", "Write call in place of clal"),
+        ("SIN[", "SIM[", "VP001", "SIM", "Write SIN in place of SIM"),
         (" F250", " FF250", "VP001", "FF250", "Write F250 in place of FF250"),
     ],
     "two_faces.cls": [
@@ -1205,6 +1210,12 @@ TYPED = {
         ("R0 FMAX M3", "R0 FMXA M3", "VP001", "FMXA", "Write FMAX in place of FMXA"),
         ("PLANE SPATIAL", "PLANE SPACIAL", "VP002", "SPACIAL", "Write SPATIAL in place of SPACIAL"),
         ("L Z+12 FMAX", "L Z+1O FMAX", "VP001", "Z+1O", "Write Z+10 in place of Z+1O"),
+        ("28 CALL LBL 10", "28 CALL LBL 100", "VP023", "28 CALL LBL 100",
+         "Write LBL 10 in place of LBL 100 in line 37"),
+        ("END PGM TWO_FACES MM", "END PGM TWO_FACE MM", "VP010", "61 END PGM TWO_FACE MM",
+         "Write END PGM TWO_FACES MM in place of END PGM TWO_FACE MM in line 70"),
+        ("51 M30\n", "", "VP024", "53 LBL 10", "Write M30 before line 61"),
+        ("60 LBL 0\n", "", "VP023", "61 END PGM TWO_FACES MM", "Write LBL 0 before line 69"),
         ("CYCL DEF 200", "CYCL DEF 20o", "VP001", "20o", "Write 200 in place of 20o"),
     ],
 }  # fmt: skip
@@ -1245,6 +1256,31 @@ def test_a_fix_that_turns_an_error_into_a_warning_is_offered_and_says_so(client:
         ("VP038", 2),
         ("VP037", 2),
     ]
+
+
+@pytest.mark.parametrize(
+    ("name", "line", "column", "value", "word"),
+    [
+        ("two_faces.nc", 49, 8, "#<depth>**: variable; 8.5 after", "48.500"),
+        ("two_faces.h", 15, 8, "Q1**: variable; 8.5", "48.500"),
+    ],
+)
+def test_a_line_that_runs_several_times_shows_one_pass_and_says_so(
+    client: Client, tmp_path: Path, run: Callable[..., Any], name: str, line: int, column: int, value: str, word: str
+) -> None:
+    setup = (SAMPLES / f"{name}.toml").read_text("utf-8")
+    program = make_program(tmp_path, (SAMPLES / name).read_text("utf-8"), name, setup)
+    for shown in (hover(client, client.open(program), line, column), run("explain", f"{program}:{line + 1}").out):
+        assert (
+            "runs several times: pose and values are those of the first pass, times and findings those of all" in shown
+        )
+        assert word in shown
+        if shown.startswith("**"):
+            assert value in shown
+    once = 1 + next(
+        k for k, text in enumerate(program.read_text("utf-8").split("\n")) if "Y21" in text or "Y+21" in text
+    )
+    assert "several times" not in run("explain", f"{program}:{once}").out
 
 
 def test_an_editor_that_can_is_told_that_lenses_have_changed(tmp_path: Path) -> None:
@@ -1629,6 +1665,29 @@ def test_a_drilling_cycle_before_a_and_c_gets_them(client: Client, tmp_path: Pat
     assert client.diagnostics(uri)["diagnostics"] == []
 
 
+def test_a_groove_before_a_is_named_is_upright_first_and_nothing_is_preferred(client: Client, tmp_path: Path) -> None:
+    """A-25 would cut the upright groove under a tilted table."""
+    text = (SAMPLES / "two_faces.mpf").read_text("utf-8").replace("N60 G0 A0 C0\n", "")
+    setup = (SAMPLES / "two_faces.mpf.toml").read_text("utf-8")
+    uri = client.open(make_program(tmp_path, text, "two_faces.mpf", setup))
+    (said,) = (one for one in client.diagnostics(uri)["diagnostics"] if one["code"] == "VP036")
+    fixes = ask_fixes(client, uri, said["range"]["start"]["line"])
+    assert [title.partition(" (")[0] for title in fixes] == ["Write A0 in line 13", "Write A-25 in line 13"]
+    assert not any(one["isPreferred"] for one in fixes.values())
+
+
+def test_an_edit_has_the_version_of_its_text(client: Client, tmp_path: Path) -> None:
+    """An editor rejects it where the text is another one by then."""
+    uri = client.open(make_program(tmp_path, LEGAL))
+    client.diagnostics(uri)
+    client.change(uri, 7, TILTED)
+    (said,) = client.diagnostics(uri)["diagnostics"]
+    fixes = ask_fixes(client, uri, said["range"]["start"]["line"])
+    documents = [change["textDocument"] for fix in fixes.values() for change in fix["edit"]["documentChanges"]]
+    assert documents
+    assert all(one == {"uri": uri, "version": 7} for one in documents)
+
+
 def test_points_are_written_behind_all_numbers_that_lack_them(client: Client, tmp_path: Path) -> None:
     """Not behind the numbers of codes, tools and remarks, nor behind 0."""
     head = "%\nO1 (X7)\nG21 G90 G94 G17 G54\n"
@@ -1671,6 +1730,7 @@ def test_cuts_before_a_and_c_get_them(client: Client, tmp_path: Path) -> None:
     titles = [title for title in fixes if title.startswith("Write A")]
     # with A30 C45 it would cut under a turned table without tool-centre-point control (VP037)
     assert [title.partition(" (")[0] for title in titles] == ["Write A0 C0 in line 1"]
+    assert not fixes[titles[0]]["isPreferred"]  # whether the table shall stand upright there is for the machinist
     client.change(uri, 2, apply_edit(fixes[titles[0]], {uri: text})[uri])
     assert all(one["code"] != "VP036" for one in client.diagnostics(uri)["diagnostics"])
 

@@ -127,6 +127,7 @@ def test_lengths_of_tools_come_from_one_place(folder: Path, run: Callable[..., A
     ("text", "said"),
     [
         ("tool_lenght = 80", "part.nc.toml: tool_lenght: this is no option of a set-up; did you mean tool_length?"),
+        ("[options]\ntool_length = 80", "options: the options of a set-up stand at its top; delete the line [options]"),
         ("tool_length = -1", "part.nc.toml: tool_length = -1"),
         ("[wcs]\nG54 = [1, 2]", "part.nc.toml: wcs.G54"),
         ("[wcs]\nG44 = [1, 2, 3]", "'G44' is not a work system"),

@@ -237,6 +237,21 @@ def test_an_error_of_a_modal_call_has_no_column_of_another_line(view):
     assert [(item.code, item.line, item.column) for item in findings] == [("VP024", 9, None)]
 
 
+@pytest.mark.parametrize(
+    ("lines", "told"),
+    [
+        (("G65 P10", "M30", "O10", "X1.", "O20", "X2.", "M99"), "O10 runs on into O20; write M99 before it"),
+        (("M98 P10", "O10", "X1.", "M99"), "the program runs on into O10; write M30 or M2 before it"),
+        (("M98 P10 L2", "M30", "O10", "X1.", "M99"), None),
+    ],
+)
+def test_a_program_that_runs_on_into_the_next_is_refused(view, lines, told):
+    """Each O number begins another program, for a control that reads the text."""
+    findings = view(program(*lines), dialect="fanuc")[1]
+    place = 5 + max(number for number, line in enumerate(lines) if line[0] == "O")
+    assert [(item.code, item.line, item.message) for item in findings] == ([("VP024", place, told)] if told else [])
+
+
 def test_a_statement_is_found_where_it_stands(machine):
     source = program("IF [#1 GT] GOTO 3", "N3 G0 X1 Y1 Z1")
     found = check(source.encode(), machine, Options(dialect="fanuc", tool_length=50.0)).findings

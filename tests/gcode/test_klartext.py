@@ -7,6 +7,7 @@ import pytest
 
 from tests.gcode.conftest import list_places_on, make_tool, moves_as_text
 from verne_post.app.assemble import build_interpreter_setup
+from verne_post.base.suggestions import find_meant_number
 from verne_post.gcode import interpret_program
 from verne_post.model.control_keys import HeidenhainKeys, read_keys
 from verne_post.model.moves import MoveKind
@@ -398,6 +399,7 @@ def test_what_tools_show(run):
         (["LBL 1", "LBL 1", "CALL LBL 1"], "VP023", "twice"),
         (["CALL PGM NONE"], "VP023", "none.h"),
         (["LBL 1", "L IX+1", "FN 9: IF +1 EQU +1 GOTO LBL 1"], "VP024", "repeated"),
+        (["CALL LBL 1", "M30", "LBL 1", "L X+1"], "VP023", "LBL 1, which CALL LBL has called, runs on into END PGM"),
         (["Q1 = 1 / 0"], "VP007", "zero"),
         (["Q1 = SQRT -1"], "VP007", "negative"),
         (["Q1 = ( 2"], "VP001", "not closed"),
@@ -785,3 +787,17 @@ def test_user_codes_switch_tool_centre_point_control_as_m129_does(machine):
     remap = {"M429": "tcp off", "M428": "tcp on"}
     assert list_places_on(machine, text.format("M429", "M428"), "heidenhain", remap=remap) == own
     assert list_places_on(machine, text.format("", ""), "heidenhain") != own
+
+
+@pytest.mark.parametrize(
+    ("number", "known", "meant"),
+    [
+        ("100", ("10", "1", "LEFT"), "10"),
+        ("1320", ("1300", "1302"), "1302"),
+        ("10", ("1", "2"), ""),  # a subprogram of its own
+        ("12", ("112", "212"), ""),  # either
+        ("11", ("12",), ""),
+    ],
+)
+def test_a_number_is_meant_that_one_digit_tells_apart(number, known, meant):
+    assert find_meant_number(number, known) == meant

@@ -13,7 +13,8 @@ from tests.gcode.conftest import make_tool
 from tests.gcode.test_on_machine import machine_coordinates
 from verne_post import convert, gcode, load_machine
 from verne_post.app.assemble import build_interpreter_setup
-from verne_post.gcode.read import find_state_after
+from verne_post.gcode.execution import StopConditions
+from verne_post.gcode.read import replay
 from verne_post.model.findings import InputError
 from verne_post.model.moves import MoveKind
 from verne_post.model.options import Options
@@ -482,7 +483,7 @@ def test_the_state_after_a_line_names_the_motion_as_siemens_does(machine):
         machine, Options(tool_length=LENGTH, wcs={1: WorkOffset(ORIGIN)}, dialect="siemens")
     )
     moves = gcode.interpret_program(text, setup)
-    states = [find_state_after(text, setup, moves, line) for line in (1, 2, 3)]
+    states = [replay(text, setup, moves, StopConditions(after_line=line))[0] for line in (1, 2, 3)]
     assert [(state.modes.motion, state.plane) for state in states] == [("G0", 0), ("G1", 1), ("G3", 1)]
     assert [round(state.position[0], 9) for state in states] == [0.0, 5.0, 8.0]
 

@@ -106,7 +106,7 @@ def test_the_rows_and_the_modal_state_are_those_of_the_side_that_was_chosen():
     assert result.ok  # convert verifies its rows
     assert result.setpoints.values[-1] == pytest.approx([0.0] * 5, abs=1e-6)
     program = assemble(text, machine, options)
-    state = find_modal_state(text, program, 7)
+    state = find_modal_state(text, program, 7)[0]
     place = machine.coordinates.map_to_machine(np.array(state.position), state.frame)
     assert place[[0, 1]] == pytest.approx([0, 0], abs=1e-8)
     assert place[3] < 0

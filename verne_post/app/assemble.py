@@ -24,7 +24,7 @@ from verne_post.base.team import ALONE, Team
 from verne_post.base.units import DEG_PER_RAD
 from verne_post.gcode.execution import LineTrace, StopConditions
 from verne_post.gcode.machining.state import State
-from verne_post.gcode.read import find_state_after, interpret_until_error, replay
+from verne_post.gcode.read import interpret_until_error, replay
 from verne_post.gcode.restart import Restart, restart_at
 from verne_post.gcode.setup import Setup, TextOptions
 from verne_post.gcode.user_meanings import refuse_known_meanings
@@ -188,10 +188,11 @@ def view_moves_plainly(source: Text, options: Options) -> tuple[Moves, tuple[Fin
     return interpret_until_error(source, setup)
 
 
-def find_modal_state(source: Text, program: Program, line: int) -> State:
-    """The interpreter's modal state after a line of a program that has been read."""
+def find_modal_state(source: Text, program: Program, line: int) -> tuple[State, int]:
+    """The modal state after a line of a program, and how many moves are recorded then; its first pass counts."""
     setup = add_table(build_interpreter_setup(program.machine, program.options), program.moves)
-    return find_state_after(source, setup, program.moves, line)
+    state, recorder = replay(source, setup, program.moves, StopConditions(after_line=line))
+    return state, recorder.count
 
 
 def find_state_if_executed(source: Text, program: Program, line: int) -> State | None:

@@ -152,8 +152,8 @@ def look_at_line(source: Text, program: Program, line: int) -> Line:
         near = " and ".join(str(one) for one in find_lines_near(whole, line))
         raise UsageError("line", f"line {line} has no motion; the nearest lines that have: {near}")
     text = b"" if line == 0 else take_line(source, line) or b""
-    state = None if line == 0 else find_modal_state(source, program, line)
+    state, count = (None, 0) if line == 0 else find_modal_state(source, program, line)
     exact = select_line(replace(whole, contour=make_exact_contour(program.path)), line)
     findings = tuple(check_line(program, joints, line))
     words = text.decode("utf-8", errors="replace")
-    return Line(line, words, joints, program.moves, state, program.options, findings, exact)
+    return Line(line, words, joints, program.moves, state, program.options, findings, exact, count)

@@ -121,6 +121,8 @@ def _describe_words(line: Line, tool: float) -> Iterator[str]:
         yield f"line {line.number}: the approach of --from, in no words of the program; tool length {tool:g} mm"
         return
     yield f"line {line.number}: {line.text.strip()}"
+    if line.is_repeated:
+        yield "  runs several times: pose and values are those of the first pass, times and findings those of all"
     state, moves, machine = line.state, line.moves, line.exact.machine
     feed_mode, path_mode = FeedMode(moves.feed_mode[line.move]), moves.controls[moves.control[line.move]].mode
     modal = list_modes(state, machine, feed_mode, path_mode, tool)

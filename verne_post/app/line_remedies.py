@@ -11,7 +11,7 @@ import numpy as np
 from msgspec import Struct
 
 from verne_post.app.explain_numbers import format_list, format_mm, format_number
-from verne_post.base.arrays import Array
+from verne_post.base.arrays import Array, Ints
 from verne_post.base.tolerances import LIMIT_SLACK_MM, ZERO_ANGLE
 from verne_post.base.units import DEG_PER_RAD
 from verne_post.gcode.machining.state import State
@@ -41,17 +41,37 @@ class Line(Struct, frozen=True, eq=False):
     options: Options
     findings: tuple[Finding, ...]  #: Those of the line, by the check that ``check`` and ``convert`` make.
     exact: JointPath  #: The line as programmed, without blended corners: what the words are about.
+    n_recorded: int = 0  #: Moves of the program up to the end of the first pass of the line, which ``state`` is of.
+
+    @property
+    def _rows(self) -> Ints:
+        """Rows in the Moves table, by element."""
+        contour = self.exact.contour
+        return contour.path.move[contour.segment]
 
     @property
     def last(self) -> int:
-        """Its last element."""
-        return len(self.exact.contour) - 1
+        """The last element of its first pass."""
+        return int(np.searchsorted(self._rows, self._find_end_of_pass())) - 1
+
+    @property
+    def is_repeated(self) -> bool:
+        """Whether it moves again after its first pass."""
+        return self.last + 1 < len(self._rows)
+
+    def _find_end_of_pass(self) -> int:
+        """The row after the first pass."""
+        rows = self._rows
+        if not 0 <= rows[0] < self.n_recorded:  # the first move waits for the next line, as before a corner
+            own = np.flatnonzero(self.moves.line == self.number)
+            ends = own[np.append(np.diff(own) > 1, True)] if len(own) else rows[-1:]
+            return int(ends[ends >= rows[0]][0]) + 1
+        return self.n_recorded
 
     @property
     def move(self) -> int:
-        """Row of the last motion in the Moves table, -1 for the approach."""
-        contour = self.exact.contour
-        return int(contour.path.move[contour.segment[self.last]])
+        """Row of the last motion of its first pass in the Moves table, -1 for the approach."""
+        return int(self._rows[self.last])
 
     @property
     def frame(self) -> Frame:

@@ -5,6 +5,8 @@ import re
 from collections.abc import Iterable
 from typing import Final
 
+#: Functions have names of three letters, and are known by the bracket behind them.
+LETTERS_OF_FUNCTIONS: Final = 3
 #: Shorter words are too near to each other; two letters in the wrong order are seen from one less on.
 _LEAST_LETTERS: Final = 4
 #: Letters that are typed for the digits they look like, and digits for letters.
@@ -17,14 +19,15 @@ def suggest(word: str, *names: Iterable[str]) -> str:
     return f"; did you mean {near}?" if near else ""
 
 
-def find_meant(word: str, *names: Iterable[str], slip_alone: bool = False) -> str:
+def find_meant(word: str, *names: Iterable[str], slip_alone: bool = False, least: int = _LEAST_LETTERS) -> str:
     """The name that is meant, of the first group that has one near; empty where none has.
 
     That is the first name that one slip turns into ``word``; else, unless ``slip_alone``, the most similar one.
+    ``least`` letters are enough for a slip.
     """
     for group in names:
         known = list(group)
-        near = [next((name for name in known if _is_one_slip(word, name)), "")]
+        near = [next((name for name in known if _is_one_slip(word, name, least)), "")]
         if not near[0] and not slip_alone:
             near = difflib.get_close_matches(word, known, n=1)
         if near and near[0]:
@@ -32,7 +35,7 @@ def find_meant(word: str, *names: Iterable[str], slip_alone: bool = False) -> st
     return ""
 
 
-def _is_one_slip(word: str, right_word: str) -> bool:
+def _is_one_slip(word: str, right_word: str, least: int) -> bool:
     """Two neighbours changed places, or one letter is left out, is too many, or is another one.
 
     Digits may only change places, or stand for the letter that they look like: cycles of other numbers are others.
@@ -46,12 +49,25 @@ def _is_one_slip(word: str, right_word: str) -> bool:
     if len(shorter) == len(longer):
         here, there = shorter[begin:], longer[begin:]
         if here[:2] == there[1::-1] and here[2:] == there[2:]:
-            return len(word) >= _LEAST_LETTERS - word.isalpha()
+            return len(word) >= least - word.isalpha()
         pair = (here[0] + there[0]).upper()
         is_slip = here[1:] == there[1:] and (pair.isalpha() or pair in _ALIKE)
     else:
         is_slip = shorter[begin:] == longer[begin + 1 :] and longer[begin].isalpha()
-    return is_slip and len(shorter) >= _LEAST_LETTERS - (len(shorter) < len(longer)) and word[0] == right_word[0]
+    return is_slip and len(shorter) >= least - (len(shorter) < len(longer)) and word[0] == right_word[0]
+
+
+def find_meant_number(number: str, known: Iterable[str]) -> str:
+    """The only known number that differs by a digit too many or too few, or by two in the wrong order; else empty."""
+    near = {one for one in known if one.isdecimal() and _differs_by_a_digit(*sorted((number, one), key=len))}
+    return near.pop() if len(near) == 1 and number.isdecimal() else ""
+
+
+def _differs_by_a_digit(shorter: str, longer: str) -> bool:
+    if len(shorter) == len(longer):
+        swapped = (shorter[:at] + shorter[at + 1] + shorter[at] + shorter[at + 2 :] for at in range(len(shorter) - 1))
+        return shorter != longer and longer in swapped
+    return len(shorter) > 1 and any(longer[:at] + longer[at + 1 :] == shorter for at in range(len(longer)))
 
 
 def find_correction(message: str) -> tuple[str, str] | None:

@@ -28,6 +28,10 @@ def find_wrong_options(
                 f"machine: {kind} does not choose the machine; write machine = {json.dumps(value, default=str)} in the "
                 "settings file verne-post.toml, above its tables, or give --machine"
             )
+        elif name == "options" and name not in allowed and name not in others:
+            found.append(
+                f"options: the options of {kind} stand at its top; delete the line [options], a table of settings"
+            )
         elif name not in allowed:
             found.append(f"{name}: this is no option of {kind}{_suggest(name, [*allowed, *others])}")
         else:

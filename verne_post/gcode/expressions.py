@@ -9,7 +9,7 @@ import re
 from collections.abc import Callable, Sequence
 from typing import Final, Protocol
 
-from verne_post.base.suggestions import find_meant
+from verne_post.base.suggestions import LETTERS_OF_FUNCTIONS, find_meant
 from verne_post.base.tolerances import EQUAL_NUMBERS, WHOLE_NUMBER
 from verne_post.gcode.program_error import ProgramError
 
@@ -129,7 +129,8 @@ class ValueReader:
         if first and (match := _LETTERS.match(characters, begin)) is not None:
             names = MACRO_LONGEST_FIRST if self._is_macro else FUNCTIONS_LONGEST_FIRST
             word, is_called = match.group(), characters[match.end() : match.end() + 1] == "["
-            if is_called and word not in names and (near := find_meant(word, names, slip_alone=True)):
+            is_unknown = is_called and word not in names
+            if is_unknown and (near := find_meant(word, names, slip_alone=True, least=LETTERS_OF_FUNCTIONS)):
                 raise self.error("VP001", f"{word}: no function of this name; did you mean {near}?", begin)
             name = next((name for name in names if word.startswith(name)), None)
             if name is not None:

@@ -11,7 +11,7 @@ from verne_post.gcode.apt.run import OF_SUBPROGRAMS
 from verne_post.gcode.apt.translator import STATEMENTS as APT_STATEMENTS
 from verne_post.gcode.codes import RS274, CodeTable, describe_remap, spell_g_code
 from verne_post.gcode.klartext import vocabulary as klartext
-from verne_post.gcode.own_meanings import OF_VALUES, OWN_MEANINGS
+from verne_post.gcode.own_meanings import OF_EXPRESSIONS, OF_LANGUAGES, OF_VALUES, OWN_MEANINGS
 from verne_post.gcode.rs274.fanuc_codes import make_table
 from verne_post.gcode.siemens import vocabulary as siemens
 
@@ -145,6 +145,8 @@ def _describe(language: str, name: str, text: str, *, is_executed: bool) -> str:
     text = re.sub(r": below\b", f": see {_PAGES[language]}", _SECTION.sub(name_page, text))
     if not is_executed:
         return f"not executed: {text}"
+    if own := OF_LANGUAGES.get(language, {}).get(name, ""):
+        return own + "".join(re.findall(r": see .*", text))
     own = OWN_MEANINGS.get(name, "")
     if not own:
         return text
@@ -182,6 +184,8 @@ def _list_parameters() -> dict[str, tuple[str, ...]]:
 
 def list_words() -> Iterator[tuple[str, str, str, bool]]:
     """Language, word, what it does or why it is refused, and whether it is executed."""
+    for language, words in OF_EXPRESSIONS.items():
+        yield from ((language, name, text, True) for name, text in words.items())
     for language, table in (("RS274/NGC", RS274), ("Fanuc", make_table())):
         for name, text, is_executed in _list_codes(table):
             yield language, name, text, is_executed

@@ -61,11 +61,18 @@ def correct_line(text: str, error: ProgramError) -> str | None:
 
     A language executes it, so that nothing is reported that only follows from the mistake.
     """
-    correction = find_correction(error.message)
     if error.column is None or error.line is not None:
         return None
-    if correction is None:
+    if find_correction(error.message) is None:
         return correct_number(text, error, has_long_codes=True)
+    return correct_word(text, error)
+
+
+def correct_word(text: str, error: ProgramError) -> str | None:
+    """A line with the word that the error says is meant; None where it says none."""
+    correction = find_correction(error.message)
+    if correction is None or error.column is None or error.column < 1:
+        return None
     begin = error.column - 1
     end = begin + len(correction[0])
     return text[:begin] + correction[1] + text[end:] if text[begin:end].upper() == correction[0].upper() else None

@@ -36,6 +36,65 @@ OWN_MEANINGS: Final[Mapping[str, str]] = {
     "CYCLE86": "boring, the spindle stops oriented", "CYCLE89": "boring with a dwell, out at feed rate",
     "CYCLE800": "tilts the work plane, and turns the table to it; without values it ends the plane",
 }  # fmt: skip
+#: The same by the name of the language, of words that are others in another one.
+OF_LANGUAGES: Final[Mapping[str, Mapping[str, str]]] = {
+    "RS274/NGC": {
+        "G5": "cubic spline", "G5.1": "quadratic spline", "G5.2": "a NURBS begins", "G5.3": "the NURBS ends",
+        "G61": "exact path: a stop at corners, none where the path goes on smoothly",
+        "G61.1": "exact stop at the end of every move", "G64": "corners are blended, within the tolerance P",
+    },
+    "Fanuc": {"G64": "corners are blended"},
+    "Siemens": {
+        "ORIWKS": "the tool axis goes along a great circle", "ORIMKS": "A and C go linearly",
+        "TRANS": "shifts the zero; replaces the frame in force",
+        "ATRANS": "shifts the zero, from the frame in force on",
+        "ROT": "turns coordinates; replaces the frame in force",
+        "AROT": "turns coordinates, from the frame in force on",
+        "SCALE": "scales coordinates; replaces the frame in force",
+        "ASCALE": "scales coordinates, from the frame in force on",
+        "MIRROR": "mirrors coordinates; replaces the frame in force",
+        "AMIRROR": "mirrors coordinates, from the frame in force on",
+        "IF": "executes the lines up to ELSE or ENDIF where the condition holds; with GOTOF, jumps",
+        "ELSE": "begins the lines for a condition of IF that does not hold", "ENDIF": "ends IF",
+        "FOR": "repeats the lines up to ENDFOR; its variable counts up to the value behind TO",
+        "ENDFOR": "adds 1 to the variable of FOR, and goes back unless it is beyond the last value",
+        "WHILE": "repeats the lines up to ENDWHILE as long as the condition holds", "ENDWHILE": "goes back to WHILE",
+        "LOOP": "repeats the lines up to ENDLOOP until a jump leaves them", "ENDLOOP": "goes back to LOOP",
+        "REPEAT": "repeats the lines up to UNTIL; with labels, those lines P times",
+        "UNTIL": "goes back to REPEAT unless the condition holds",
+    },
+}  # fmt: skip
+_FUNCTIONS: Final = {
+    "SIN": "sine of an angle in degrees", "COS": "cosine of an angle in degrees",
+    "TAN": "tangent of an angle in degrees",
+    "ASIN": "arc sine, in degrees", "ACOS": "arc cosine, in degrees",
+    "SQRT": "square root", "ABS": "value without sign",
+    "EXP": "power of e", "LN": "natural logarithm", "ROUND": "nearest whole number",
+}  # fmt: skip
+_MACRO_FUNCTIONS: Final = _FUNCTIONS | {
+    "ATAN": "angle of ATAN[y]/[x], in degrees", "FIX": "next whole number below", "FUP": "next whole number above",
+}  # fmt: skip
+#: Words of expressions and of the order of execution that no table of their language has.
+OF_EXPRESSIONS: Final[Mapping[str, Mapping[str, str]]] = {
+    "RS274/NGC": {
+        **_MACRO_FUNCTIONS,
+        "SUB": "begins a subprogram", "ENDSUB": "ends a subprogram, and returns to its call",
+        "CALL": "calls a subprogram; its values are #1, #2, ... there", "RETURN": "returns to the call",
+        "REPEAT": "repeats the lines up to endrepeat so many times", "ENDREPEAT": "goes back to repeat",
+        "WHILE": "repeats the lines up to endwhile as long as the condition holds; behind do, goes back to it",
+        "ENDWHILE": "goes back to while", "DO": "begins a loop, which ends at while",
+        "IF": "executes the lines up to elseif, else or endif where the condition holds",
+        "ELSEIF": "another condition, where those of if before it do not hold",
+        "ELSE": "begins the lines for conditions of if that do not hold", "ENDIF": "ends if",
+        "BREAK": "leaves the loop", "CONTINUE": "goes to the end of the loop",
+    },
+    "Fanuc": _MACRO_FUNCTIONS,
+    "Siemens": {
+        **_FUNCTIONS, "ATAN2": "angle of ATAN2(y, x), in degrees", "POT": "square", "TRUNC": "whole number towards 0",
+        "ROUNDUP": "next whole number above", "MINVAL": "lower of two values", "MAXVAL": "higher of two values",
+        "BOUND": "value within bounds: BOUND(lowest, highest, value)",
+    },
+}  # fmt: skip
 #: Values of cycles of Siemens -> what each says. Others are only named.
 OF_VALUES: Final[Mapping[str, str]] = {
     "RTP": "retraction plane, absolute", "RFP": "reference plane, absolute: the surface",
@@ -72,10 +131,7 @@ _DIRECTIONS: Final = dict.fromkeys("IJK", "direction about which coordinates tur
 #: Letters that mean one thing beside a code, or while it is the motion in force; {} is their value.
 _OF_G: Final[Mapping[str, Mapping[str, str]]] = {
     **{code: {"P": "number of turns of the arc"} for code in ("G2", "G3")},
-    "G4": {
-        "P": "dwell: seconds in RS274/NGC, in Fanuc milliseconds unless its key dwell says seconds",
-        **dict.fromkeys("XU", "dwell: {} s"),
-    },
+    "G4": dict.fromkeys("PXU", "dwell: {} s"),
     "G10": {"P": "number of the work offset or tool", "L": "kind of G10"},
     "G10 L2": {**_ORIGIN, "R": "turn of the work offset about Z: {} degrees"},
     "G10 L20": {**_ORIGIN, **dict.fromkeys("XYZABCUVW", "sets the work offset so that the tool is at {}")},
@@ -120,7 +176,7 @@ _TURN: Final = {letter: f"rotation by {{}} degrees about {letter}" for letter in
 #: Dialect -> code -> letter beside it -> what it sets; {} is its value.
 OF_LETTERS: Final[Mapping[str, Mapping[str, Mapping[str, str]]]] = {
     "rs274": _OF_G,
-    "fanuc": _OF_G,
+    "fanuc": {**_OF_G, "G4": {**_OF_G["G4"], "P": "dwell: {} milliseconds, or seconds if the key dwell says so"}},
     "siemens": {
         **dict.fromkeys(("TRANS", "ATRANS"), _SHIFT),
         **dict.fromkeys(("ROT", "AROT"), _TURN),

@@ -214,14 +214,6 @@ def _find_language(source: Text, errors: list[Finding], dialect: Dialect) -> Fin
     return find_other_language(source, errors, name_dialect(dialect), DIALECTS, is_recognised=is_recognised)
 
 
-def find_state_after(source: Text, setup: Setup, moves: Moves, line: int) -> State:
-    """The modal state after one line of a program that :func:`interpret_program` has read, for ``explain``.
-
-    The line is 1-based; where it is executed several times, the first time counts.
-    """
-    return replay(source, setup, moves, StopConditions(after_line=line))[0]
-
-
 def replay(source: Text, setup: Setup, moves: Moves, stop: StopConditions) -> tuple[State, Recorder]:
     """Execute a program again from its start up to ``stop``: the state there, and what was recorded."""
     dialect = choose_dialect(setup.dialect, source, setup.source_name)

@@ -416,10 +416,11 @@ class Recorder(Struct):
         edits: tuple[Remedy, ...] = (),
         tool: int | None = None,
         quantity: str = "",
+        severity: Severity | None = None,
     ) -> None:
         """Record a warning at the first place alone, with the data that a finding may have."""
         if not any(item.code == code and item.message == message for item in self.warnings.values()):
-            self.warn(code, message, line, None)
+            self.warn(code, message, line, None, severity)
             item = self.warnings[line, code]
             self.warnings[line, code] = dataclasses.replace(item, edits=edits, tool=tool, quantity=quantity)
 

@@ -12,6 +12,7 @@ from msgspec import Struct, field
 
 from verne_post.base.arrays import Ints
 from verne_post.base.long_text import Text
+from verne_post.base.program_lines import remove_remarks
 from verne_post.gcode import plain_arcs
 from verne_post.gcode.block import Block, build_block_of_words, read_block
 from verne_post.gcode.plain import PlainLines
@@ -187,6 +188,11 @@ class ProgramText(ChunkedText):
         """One line."""
         chunk = self.find_chunk(line)
         return b"" if chunk is None else chunk.read_raw(line - chunk.first_line)
+
+    def is_head(self, line: int) -> bool:
+        """Whether nothing but remarks stands before a line of the program."""
+        before = (decode_line(self.read_line(number)) for number in range(self.first_line, line))
+        return not any(remove_remarks(text).strip(" \t\r/%") for text in before)
 
     @cached_property
     def structure(self) -> Structure:

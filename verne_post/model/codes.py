@@ -198,10 +198,12 @@ CODES: Final[dict[str, Code]] = _make_table(
     ),
     (
         "VP024",
-        "endless loop or recursion",
+        "endless loop or recursion, or no end before a subprogram",
         "error",
-        "Loops and calls repeat more blocks, or are nested deeper, than is permitted.",
-        "Correct the condition of the loop. If so many repeats are intended, raise --max-repeats.",
+        "Loops and calls repeat more blocks, or are nested deeper, than is permitted. Or a program runs on into a "
+        "subprogram; in Klartext, whose control executes it once more, this is a warning.",
+        "Correct the condition of the loop. If so many repeats are intended, raise --max-repeats. Write M30 before the "
+        "first subprogram, and M99 at the end of each.",
     ),
     (
         "VP025",

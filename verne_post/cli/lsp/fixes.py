@@ -58,6 +58,7 @@ class Fix(Struct, frozen=True):
     settles: bool = False  #: No error stays, and the tool points where the program says.
     turns: bool = False  #: The tool axis becomes another one.
     spells: bool = False  #: Corrects how words of a program are spelt.
+    is_choice: bool = False  #: Right only if the program means it so.
 
 
 def find_fixes(
@@ -87,7 +88,7 @@ def find_fixes(
             left = f"{errors} error{'s stay' if errors > 1 else ' stays'}" if errors else "no errors then"
             left += f", with {format_count(warnings, 'warning')}" if warnings > before[1] else ""
             left += ", another tool axis" if fix.turns else ""
-            settles = not errors and not fix.turns
+            settles = not errors and not fix.turns and not fix.is_choice
             fixes.append(replace(fix, title=f"{fix.title} ({left})", settles=settles))
     lacking = item.settled_by and setup is not None and not setup.exists() and setup not in texts
     if lacking and setup is not None and found.machine is not None and found.options is not None:
@@ -289,8 +290,6 @@ def _propose_fixes(found: Inspected, item: Finding, setup: Path | None, texts: M
         pointed_text = add_points(text)
         title = f"Write the point behind {format_count(len(pointed_text) - len(text), 'number')} without one"
         yield Fix(title, found.path, text, 0, len(text), pointed_text)
-    if item.code == "VP024" and item.line:
-        yield from _end_before_subprogram(found, item.line)
     if item.code == "VP006" and item.column is not None:
         begin, end = _find_span(item, text)
         yield Fix(f"Remove {text[begin:end].strip()}", found.path, text, begin, end, "")
@@ -322,13 +321,10 @@ def _spell(found: Inspected, item: Finding, remedy: Remedy) -> Iterator[Fix]:
         yield Fix(title, found.path, found.text, at, at + len(word[0]), remedy.value, spells=True)
 
 
-def _end_before_subprogram(found: Inspected, line: int) -> Iterator[Fix]:
-    """M30 above the subprogram into which the program runs on."""
-    above = [number for number, text in enumerate(split_lines(found.text)[:line], 1) if re.match(r"\s*[O:]\d", text)]
-    if len(above) > 1:  # the first is the program itself
-        at = _find_offset(found.text, above[-1] - 1)
-        title = f"End the program with M30 before line {above[-1]}"
-        yield Fix(title, found.path, found.text, at, at, "M30\n")
+def _write_before(found: Inspected, item: Finding, remedy: Remedy) -> Iterator[Fix]:
+    """What is missing above a line."""
+    at, new = _find_offset(found.text, remedy.line - 1), remedy.value
+    yield Fix(f"Write {new} before line {remedy.line}", found.path, found.text, at, at, f"{new}\n")
 
 
 def _write_told(found: Inspected, item: Finding) -> Iterator[Fix]:
@@ -337,8 +333,7 @@ def _write_told(found: Inspected, item: Finding) -> Iterator[Fix]:
     if not told or not item.line:
         return
     if where == "before":
-        at = _find_offset(found.text, item.line - 1)
-        yield Fix(f"Write {told} before line {item.line}", found.path, found.text, at, at, f"{told}\n")
+        yield from _write_before(found, item, Remedy("", told, line=item.line))
         return
     begin, end = 0, 0
     if "=" in told:  # of a cycle, which a line below may call
@@ -361,7 +356,7 @@ def _correct_plane(found: Inspected, item: Finding) -> Iterator[Fix]:
         fix = _change_word(found, turn)
         if fix is not None:
             yield fix
-    ends = re.search(r"(?:\(|still holds: write )(G69|CYCLE800\(\)|PLANE RESET) (?:ends it\)|where)", item.message)
+    ends = re.search(r"\bwrite (G69|CYCLE800\(\)|PLANE RESET) where it is over", item.message)
     if ends is not None:
         told = "PLANE RESET STAY" if ends[1] == "PLANE RESET" else ends[1]
         at = _find_offset(found.text, item.line - 1)
@@ -390,7 +385,7 @@ def _start_spindle(found: Inspected, item: Finding, remedy: Remedy) -> Iterator[
 
 
 def _name_angles(found: Inspected, item: Finding, remedy: Remedy) -> Iterator[Fix]:
-    """A and C in the first line with a place: as the table is taken to stand, and upright."""
+    """A and C in the first line with a place: upright, and as the table is taken to stand."""
     dialect = _find_dialect(found)
     places = (
         (number, find_end_of_places(line, dialect)) for number, line in enumerate(split_lines(found.text)[: item.line])
@@ -399,8 +394,9 @@ def _name_angles(found: Inspected, item: Finding, remedy: Remedy) -> Iterator[Fi
     if not end:
         return
     at = _find_offset(found.text, number) + end
-    for angles in dict.fromkeys((remedy.value, re.sub(r"-?[\d.]+", "0", remedy.value))):
-        yield Fix(f"Write {angles} in line {number + 1}", found.path, found.text, at, at, f" {angles}")
+    for angles in dict.fromkeys((re.sub(r"-?[\d.]+", "0", remedy.value), remedy.value)):
+        title = f"Write {angles} in line {number + 1}"
+        yield Fix(title, found.path, found.text, at, at, f" {angles}", is_choice=True)
 
 
 def _add_length(found: Inspected, item: Finding, remedy: Remedy) -> Iterator[Fix]:
@@ -430,6 +426,8 @@ def _write_below(found: Inspected, line: int, words: str) -> Fix:
 #: Code of a finding -> what finds the places of its edits in the text.
 _PLACED: Final = {
     "VP017": _name_angles,
+    "VP023": _write_before,
+    "VP024": _write_before,
     "VP034": _add_length,
     "VP036": _name_angles,
     "VP037": _name_level,

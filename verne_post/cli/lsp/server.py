@@ -321,7 +321,7 @@ class Session:
                 except (SupersededError, KeyError):
                     return []
                 found.fixes[item] = made
-            for title, action in self._make_actions(uri, found.path, item, found.fixes[item], asked).items():
+            for title, action in self._make_actions(uri, item, found.fixes[item], asked).items():
                 told = actions.setdefault(title, action)
                 if told is not action:  # one edit settles both
                     told.diagnostics = [*(told.diagnostics or ()), *(action.diagnostics or ())]
@@ -343,29 +343,36 @@ class Session:
                         return []
                 except KeyError:  # it is not open any more
                     return []
-            actions |= self._make_actions(uri, path, item, made, asked)
+            actions |= self._make_actions(uri, item, made, asked)
         return list(actions.values())
 
     def _make_actions(
-        self, uri: str, path: Path, item: Finding, fixes: Sequence[Fix], asked: lsp.CodeActionParams
+        self, uri: str, item: Finding, fixes: Sequence[Fix], asked: lsp.CodeActionParams
     ) -> dict[str, lsp.CodeAction]:
         """Edits as the editor takes them, by their titles."""
         shown = [one for one in asked.context.diagnostics if one.code == item.code]
         workspace = self.server.client_capabilities.workspace
         edits = workspace.workspace_edit if workspace else None
         creates = edits is not None and lsp.ResourceOperationKind.Create in (edits.resource_operations or ())
-        return {
-            fix.title: self._make_action(
-                uri if fix.path == path else from_fs_path(str(fix.path)) or "",
-                fix,
-                shown,
-                whole=bool(edits and edits.document_changes),
-            )
-            for fix in fixes
-            if fix.text is not None or creates
-        }
+        actions, documents = {}, self.server.workspace.text_documents.values()
+        for fix in fixes:
+            document = next((one for one in documents if _find_path(one.uri) == fix.path), None)
+            if (fix.text is None and not creates) or (document is not None and document.source != fix.text):
+                continue
+            there = lsp.OptionalVersionedTextDocumentIdentifier(from_fs_path(str(fix.path)) or uri)
+            if document is not None:
+                there = lsp.OptionalVersionedTextDocumentIdentifier(document.uri, document.version)
+            actions[fix.title] = self._make_action(there, fix, shown, whole=bool(edits and edits.document_changes))
+        return actions
 
-    def _make_action(self, uri: str, fix: Fix, diagnostics: list[lsp.Diagnostic], *, whole: bool) -> lsp.CodeAction:
+    def _make_action(
+        self,
+        document: lsp.OptionalVersionedTextDocumentIdentifier,
+        fix: Fix,
+        diagnostics: list[lsp.Diagnostic],
+        *,
+        whole: bool,
+    ) -> lsp.CodeAction:
         """An edit as editors apply it; ``whole`` for one that takes documents with their creation."""
         lines = split_lines(fix.text or "")
         places = [
@@ -376,10 +383,9 @@ class Session:
         ]
         place = self.server.workspace.position_codec.range_to_client_units(lines, lsp.Range(*places))
         change = lsp.TextEdit(place, fix.new)
-        edit = lsp.WorkspaceEdit(changes={uri: [change]})
+        edit = lsp.WorkspaceEdit(changes={document.uri: [change]})
         if whole:
-            document = lsp.OptionalVersionedTextDocumentIdentifier(uri)
-            made: list[Any] = [] if fix.text is not None else [lsp.CreateFile(uri)]
+            made: list[Any] = [] if fix.text is not None else [lsp.CreateFile(document.uri)]
             edit = lsp.WorkspaceEdit(document_changes=[*made, lsp.TextDocumentEdit(document, [change])])
         return lsp.CodeAction(fix.title, lsp.CodeActionKind.QuickFix, diagnostics, fix.settles, edit=edit)
 

@@ -5,7 +5,7 @@ import math
 from msgspec import Struct, field
 
 from verne_post.base.long_text import Text
-from verne_post.base.suggestions import find_meant
+from verne_post.base.suggestions import find_meant, find_meant_number
 from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.gcode import plain
 from verne_post.gcode.calls import CallStack
@@ -22,12 +22,14 @@ from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.repeats import Repeats
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.text import Chunk
+from verne_post.model.findings import Remedy
 
 
 class _Call(Struct):
-    """One call: ``program`` for CALL PGM; ``repeats`` counts what is left of each REP by its line."""
+    """One call: of a label, or of a ``program``; ``repeats`` counts what is left of each REP by its line."""
 
     program: bool = False
+    label: str = ""
     repeats: dict[int, int] = field(default_factory=dict)
 
 
@@ -39,6 +41,7 @@ class KlartextFlow:
         self.calls = CallStack(main, 1, _Call())
         self.has_ended = False
         self._files: dict[str, KlartextText] = {}
+        self._called_labels: set[str] = set()
         self.repeats = Repeats(interpreter.setup.max_repeats)
 
     def follow(self, jump: Jump, line: int) -> None:
@@ -49,21 +52,33 @@ class KlartextFlow:
         ProgramError
             VP023, VP024.
         """
+        frame = self.calls.frame
+        is_label = self.calls.in_call and not frame.program
         if jump.kind == "end":
+            if is_label:
+                end = Remedy("write LBL 0", "LBL 0", line=line)
+                text = f"LBL {frame.label}, which CALL LBL has called, runs on into END PGM; write LBL 0 before it"
+                raise ProgramError("VP023", text, edits=(end,))
             if not self._leave_program():
                 self.has_ended = True
         elif jump.kind == "return":
-            if self.calls.in_call and not self.calls.frame.program:
+            if is_label:
                 self.leave()
+        elif jump.kind == "label":
+            if self.calls.in_main and jump.name in self._called_labels:
+                text = f"the program runs on into LBL {jump.name}, which CALL LBL calls too; write M30 or M2 before it"
+                end = Remedy("write M30", "M30", line=line)
+                self.interpreter.recorder.note_once("VP024", text, line, (end,), severity="warning")
         elif jump.kind == "goto":
-            self.calls.line = self._label(jump.name)
+            self.calls.line = self._label(jump.name, line)
         elif jump.kind == "call":
-            self._enter(self.calls.text, self._label(jump.name), line, _Call(), f"LBL {jump.name}")
+            self._enter(self.calls.text, self._label(jump.name, line), line, _Call(label=jump.name), f"LBL {jump.name}")
+            self._called_labels.add(jump.name)
         elif jump.kind == "repeat":
-            counters = self.calls.frame.repeats
+            counters = frame.repeats
             repeats_left = counters.get(line, jump.repeats)
             if repeats_left:
-                begin = self._label(jump.name)
+                begin = self._label(jump.name, line)
                 if begin > line:
                     raise ProgramError(
                         "VP017",
@@ -77,10 +92,14 @@ class KlartextFlow:
         else:
             self._call_program(jump.name, line)
 
-    def _label(self, name: str) -> int:
+    def _label(self, name: str, line: int) -> int:
         labels = self.calls.text.labels
         if name not in labels:
-            text, near = f"LBL {name} is not in the program", find_meant(name, labels, slip_alone=True)
+            text, number = f"LBL {name} is not in the program", find_meant_number(name, labels)
+            if number:
+                edit = Remedy(f"write LBL {number}", f"LBL {number}", line=line, misspelt=f"LBL {name}")
+                raise ProgramError("VP023", f"{text}; did you mean LBL {number}?", edits=(edit,))
+            near = find_meant(name, labels, slip_alone=True)
             raise ProgramError("VP023", f'"{name}": {text}; did you mean "{near}"?' if near else text)
         return labels[name] + 1
 
@@ -121,8 +140,8 @@ def execute_klartext(source: Text, setup: Setup, state: State, stop: StopConditi
     if flow.interpreter.functions.has_ended or flow.has_ended:
         flow.interpreter.patterns.report_uncalled_cycle("the end of the program")
     if setup.machine and not any(error.code == "VP010" for error in execution.errors):
-        for line, message in flow.calls.main.find_wrong_frame():
-            execution.recorder.warn("VP010", message, line, None, "warning")
+        for line, message, edits in flow.calls.main.find_wrong_frame():
+            execution.recorder.note_once("VP010", message, line, edits, severity="warning")
     return execution
 
 

@@ -41,7 +41,7 @@ _MAX_REPEATS: Final = 65_534
 class Jump(Struct, frozen=True):
     """Where the program goes on: a label, called or repeated so many times, or another program."""
 
-    kind: str  # "goto", "call", "repeat", "return", "program"
+    kind: str  # "goto", "call", "repeat", "label", "return", "program", "end"
     name: str = ""
     repeats: int = 0
 
@@ -339,8 +339,8 @@ class Klartext:
         match = _LABEL.match(statement.rest)
         if match is None or match.group(3) or statement.rest[match.end() :].strip():
             raise statement.error("VP001", "LBL needs a number, or a name in quotes", 0)
-        if self._find_label(match) == "0":
-            self.jump = Jump("return")
+        name = self._find_label(match)
+        self.jump = Jump("return") if name == "0" else Jump("label", name)
 
     def _call_program(self, statement: Statement) -> None:
         text = statement.rest.strip().strip('"')

@@ -16,6 +16,7 @@ from verne_post.gcode.plain import PlainLines
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.text import Chunk, ChunkedText, decode_line, take_code
 from verne_post.gcode.words import split_words
+from verne_post.model.findings import Remedy
 
 _NUMBER: Final = re.compile(r"[ \t]*(/)?[ \t]*(\d+)?[ \t]*(/)?[ \t]*(?:DECLARE[ \t]+STRING[ \t]+(?=QS))?")
 _KEYWORD: Final = re.compile(
@@ -151,8 +152,8 @@ class KlartextText(ChunkedText):
             parts.append("" if remark else text)
         return parts
 
-    def find_wrong_frame(self) -> Iterator[tuple[int, str]]:
-        """Where BEGIN PGM or END PGM is missing, or they differ, and what is right."""
+    def find_wrong_frame(self) -> Iterator[tuple[int, str, tuple[Remedy, ...]]]:
+        """Where BEGIN PGM or END PGM is missing, or they differ, and what is right; the edits that are sure."""
         line = 1
         while (raw := self.read_raw(line)) is not None and _IGNORED_LINE.fullmatch(raw):
             line += 1
@@ -161,6 +162,7 @@ class KlartextText(ChunkedText):
             yield (
                 line,
                 "BEGIN PGM is missing, and lengths are taken as mm; write BEGIN PGM, a name and MM as first line",
+                (),
             )
         ends = [
             one for one in _FRAME.finditer(self.source, max(len(self.source) - _TAIL, 0)) if one[1].upper() == b"END"
@@ -168,17 +170,29 @@ class KlartextText(ChunkedText):
         if not ends:
             ends = [one for one in _FRAME.finditer(self.source) if one[1].upper() == b"END"]
         name, unit = ("NAME", "MM") if begin is None else _read_frame(begin)
-        right = f"write END PGM {name} {unit}".rstrip()
+        right = f"END PGM {name} {unit}".rstrip()
         if not ends:
-            yield self.n_lines, f"END PGM is missing, which ends the file on the control; {right} as last line"
+            yield (
+                self.n_lines,
+                f"END PGM is missing, which ends the file on the control; write {right} as last line",
+                (),
+            )
             return
         end_name, end_unit = _read_frame(ends[-1])
         differ = end_name.upper() != name.upper() or (end_unit[:2] != unit[:2] and end_unit)
         if begin is not None and end_name and differ:
             number = self.source.count(b"\n", 0, ends[-1].start()) + 1
+            what = f"END PGM differs from BEGIN PGM in line {line}"
             if end_name.upper() == name.upper() and unit and end_unit:
-                right = f"BEGIN has {unit} and END has {end_unit}; write in both the unit of the numbers"
-            yield number, f"END PGM differs from BEGIN PGM in line {line}; {right}"
+                yield (
+                    number,
+                    f"{what}; BEGIN has {unit} and END has {end_unit}; write in both the unit of the numbers",
+                    (),
+                )
+                return
+            written = decode_line(self.source[ends[-1].start(1) : max(ends[-1].end(2), ends[-1].end(3))])
+            edit = Remedy(f"write {right}", right, line=number, misspelt=written)
+            yield number, f"{what}; write {right}", (edit,)
 
     def skip_parameters(self, line: int) -> int:
         """The first line from one on that is no ``Q200=2``."""

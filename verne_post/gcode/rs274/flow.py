@@ -7,7 +7,7 @@ conditions, counters, calls with their arguments and names.
 from typing import Final
 
 from verne_post.base.numbers import is_count
-from verne_post.base.suggestions import find_meant
+from verne_post.base.suggestions import find_meant, find_meant_number
 from verne_post.gcode.block import Block, OWord
 from verne_post.gcode.calls import CallStack, spell_program
 from verne_post.gcode.parameters import LOCAL_INDICES
@@ -16,6 +16,7 @@ from verne_post.gcode.repeats import Repeats
 from verne_post.gcode.rs274.interpreter import Call, Rs274
 from verne_post.gcode.rs274.macro_flow import Frame, MacroFlow
 from verne_post.gcode.text import ProgramText, decode_line
+from verne_post.model.findings import Remedy
 
 MAX_ARGUMENTS: Final = 30
 #: Programs from this number on are protected on Fanuc and Haas controls: macros of the builder, and of probes.
@@ -48,6 +49,7 @@ class Flow:
         o, line = block.o, block.line
         assert o is not None
         if o.keyword is None:
+            self._refuse_to_run_on(o, line)
             return
         _ = self.calls.text.structure  # labels that do not fit together are errors from the first O word on
         try:
@@ -55,6 +57,18 @@ class Flow:
         except ProgramError as error:
             column = error.column or (None if error.line else o.reader.find_column(o.label_at - 1))
             raise ProgramError(error.code, error.message, column, error.line) from None
+
+    def _refuse_to_run_on(self, o: OWord, line: int) -> None:
+        """Refuse an O number that is reached without a call: the next program begins there."""
+        frame = self.calls.frame
+        if line == frame.begin or self.calls.text.is_head(line):
+            return
+        if frame.label is None:
+            end, text = "M30", f"the program runs on into O{o.label}; write M30 or M2 before it"
+        else:
+            end = "M99" if frame.program else f"o{frame.label} endsub"
+            text = f"O{frame.label} runs on into O{o.label}; write {end} before it"
+        raise ProgramError("VP024", text, edits=(Remedy(f"write {end}", end, line=line),))
 
     def _execute_o_word(self, o: OWord, line: int) -> None:
         if o.keyword == "call":
@@ -296,4 +310,9 @@ class Flow:
             message += f" ({int(label)}.ngc or O{int(label):04d}.nc)"
         else:
             message += "; from O9000 on they are macros of the builder, or of a probe: take calls of a probe out"
-        raise ProgramError("VP023", message, goes_on=True, about=f"O{label}")
+        known = {one for text in (self.calls.text, self.calls.main) for one in text.structure.programs}
+        if near := find_meant_number(label, known):
+            message += f"; the program has O{near}, which is nearly this number"
+        edit = Remedy(f"write P{near}", f"P{near}", line=self.calls.line - 1, misspelt=f"P{label}")
+        is_sure = near and self.calls.text is self.calls.main
+        raise ProgramError("VP023", message, goes_on=True, about=f"O{label}", edits=(edit,) if is_sure else ())

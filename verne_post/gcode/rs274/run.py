@@ -5,7 +5,7 @@ from verne_post.gcode import plain
 from verne_post.gcode.block import Block
 from verne_post.gcode.execution import OF_TEXT, Execution, StopConditions, run_program
 from verne_post.gcode.machining.state import State
-from verne_post.gcode.mistyped import correct_number, shift_back
+from verne_post.gcode.mistyped import correct_number, correct_word, shift_back
 from verne_post.gcode.plain_vectors import end_of_vectors, take_vectors
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.recorder import Recorder
@@ -130,15 +130,16 @@ class _BlockRun:
         except ProgramError as error:
             if self.recovery is None:
                 raise
-            corrected_text = correct_number(text, error)
-            if corrected_text is not None:  # what follows from the mistyped number is no error of its own
+            corrected_text = correct_word(text, error) if error.code == "VP001" else None  # else structure has it
+            corrected_text = corrected_text or correct_number(text, error)
+            if corrected_text is not None:  # what follows from the mistyped word is no error of its own
                 return [error, *self._execute_corrected(corrected_text, error, line)]
             self.recovery.pass_unread(text, line)
             return [error]
         return self._execute_block(block, line)
 
     def _execute_corrected(self, text: str, error: ProgramError, line: int) -> list[ProgramError]:
-        """Execute a line with the number that is meant; its errors have the columns of the line as it stands."""
+        """Execute a line as it is meant; its errors have the columns of the line as it stands."""
         # which words belong to a mistyped code is not known
         later_errors = [found for found in self._read_and_execute(text, line) if found.code not in ("VP005", "VP006")]
         for found in later_errors:

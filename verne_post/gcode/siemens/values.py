@@ -5,6 +5,7 @@ import re
 from collections.abc import Callable, Mapping
 from typing import Final, Protocol
 
+from verne_post.base.suggestions import LETTERS_OF_FUNCTIONS, find_meant
 from verne_post.gcode.expressions import MAX_NESTING
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.siemens.cursor import Cursor
@@ -199,7 +200,9 @@ class _Reader:
         if name in TEXT_FUNCTIONS:
             return self._evaluate_text_function(name, arguments, at)
         if name not in FUNCTIONS:
-            raise cursor.error("VP002", f"{name}: not a function that is known here", at)
+            near = find_meant(name, FUNCTIONS, TEXT_FUNCTIONS, slip_alone=True, least=LETTERS_OF_FUNCTIONS)
+            text = f"{name}: not a function that is known here{f'; did you mean {near}?' if near else ''}"
+            raise cursor.error("VP002", text, at)
         counts, function = FUNCTIONS[name]
         if len(arguments) not in counts:
             wanted_counts = " or ".join(map(str, counts))

@@ -4,7 +4,7 @@ from typing import Final, Protocol
 
 from msgspec import Struct, field
 
-from verne_post.base.suggestions import suggest
+from verne_post.base.suggestions import LETTERS_OF_FUNCTIONS, find_meant, suggest
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.siemens.cursor import Cursor
 from verne_post.gcode.siemens.values import Index, Names, Value, read_indices, read_value, round_half_away
@@ -233,7 +233,9 @@ def read_type(cursor: Cursor) -> str:
         if name in ("AXIS", "FRAME"):
             raise cursor.error("VP002", f"variables of type {name} are not executed", at)
         if name not in TYPES:
-            raise cursor.error("VP001", f"expected a type: {', '.join(TYPES)}", at)
+            near = find_meant(name or "", TYPES, slip_alone=True, least=LETTERS_OF_FUNCTIONS)
+            types = f"expected a type: {', '.join(TYPES)}"
+            raise cursor.error("VP001", f"{name}: {types}; did you mean {near}?" if near else types, at)
         if name == "STRING" and cursor.take("["):
             cursor.number()
             cursor.expect("]", "after the length of a STRING")
