@@ -298,3 +298,72 @@ def test_a_line_inside_a_cycle_of_m89_is_refused(machine: verne_post.Machine) ->
             assert error.findings[0].code == "VP029"
         else:
             assert not refused, line
+
+
+HEAD = "G21 G90 G94\nT1 M6\nS1000 M3\n"
+PLACE = "G54 G43 H1 G0 X-10 Y0 Z20 A0 C0\n"
+
+
+@pytest.mark.parametrize(
+    ("body", "line", "before", "said"),
+    [
+        # a clamp: what was executed last comes last, however often the program executed it before
+        (
+            "M11\n" + PLACE + "M10\nG1 Z10 F600\nM11\nG0 Z20\nG0 C90\nM10\nG1 X40\n",
+            10,
+            [("remapped", "M10", 6), ("remapped", "M11", 8)],
+            "the program has executed, in this order: M10 of line 6, M11 of line 8",
+        ),
+        (
+            PLACE + "M100 P1\nM100 P2\nM100 P1\nG1 Z10 F600\nX30\n",
+            9,
+            [("remapped", "M100", 6), ("remapped", "M100", 7)],
+            "in this order: M100 P2 of line 6, M100 P1 of line 7",
+        ),
+        (
+            PLACE + "M64 P1\nM68 E1 Q3.5\nG1 Z10 F600\nX30\n",
+            8,
+            [("signal", 1, 5), ("signal", 1, 6)],
+            "digital output 1 as line 5 sets it, analog output 1 as line 6 sets it",
+        ),
+        # only the output of the same kind is set anew before the first motion
+        (PLACE + "M64 P1\nM68 E1 Q3.5\nG1 Z10 F600\nM65 P1\nX30\n", 8, [("signal", 1, 6)], "analog output 1 as line 6"),
+        ("M7\n" + PLACE + "G1 Z10 F600\nM8\nX30\n", 7, [("coolant", "mist", 7)], "coolant mist"),
+        ("M7\n" + PLACE + "M8\nG1 Z10 F600\nM9\nX30\n", 8, [], ""),
+        ("M5\nM19 R30\n" + PLACE + "G1 Z10 F600\nX30\n", 8, [("orient", 30.0, 8)], "stopped at 30 degrees"),
+        ("M19 R30\n" + PLACE + "G1 Z10 F600\nM3\nX30\n", 7, [], ""),
+        ("M52 P1\n" + PLACE + "G1 Z10 F600\nX30\n", 7, [("override", True, 7)], "adaptive on"),
+        (
+            "G96 D2000 S100\nS120\n" + PLACE + "G1 Z10 F600\nX30\n",
+            8,
+            [("spindle mode", "G96", 8)],
+            "G96 (at most 2000/min), spindle clockwise at 120 m/min",
+        ),
+    ],
+)
+def test_what_the_skipped_lines_executed_is_repeated(
+    machine: verne_post.Machine, body: str, line: int, before: list[Any], said: str
+) -> None:
+    tools = {1: Tool(1, 1, (0.0, 0.0, 80.0, *(0.0,) * 6), 10.0)}
+    options = Options(tools=tools, remap=dict.fromkeys(("M10", "M11", "M100"), "event"), wcs={"G54": (0.0, 0.0, 60.0)})
+    source = HEAD + body + "M30\n"
+    whole = verne_post.convert(source, machine, options)
+    rest = verne_post.convert(source, machine, replace(options, approach="home", from_line=line))
+    assert rest.ok, rest.findings
+    assert rest.summary is not None and whole.summary is not None
+    others = [one for one in rest.summary.switched if one.kind not in ("tool", "spindle")]
+    assert [(one.kind, next(iter(one.data.values())), one.line) for one in others] == before
+    assert said in " ".join(str(rest.summary).split())
+    # codes of the builder and outputs are, with their words, those of the whole program
+    builder = [(one.kind, one.line, one.data) for one in rest.summary.switched if one.kind in ("signal", "remapped")]
+    assert all(one in [(each.kind, each.line, each.data) for each in whole.summary.events] for one in builder)
+
+
+def test_h_functions_of_siemens_are_repeated(machine: verne_post.Machine) -> None:
+    source = "G17 G90 G71 G94\nT1 D1\nM6\nS3000 M3\nH5\nH=7\nH5\nG54\nG0 X-20 Y0 Z40 A0 C0\nG1 Z10 F500\nX10\nM30\n"
+    options = Options(tool_length=80.0, wcs={"G54": (0.0, 0.0, 60.0)}, dialect="siemens", approach="home", from_line=11)
+    rest = verne_post.convert(source, machine, options)
+    assert rest.summary is not None
+    told = [(one.data["code"], one.line) for one in rest.summary.switched if one.kind == "auxiliary"]
+    assert told == [("H7", 6), ("H5", 7)]
+    assert "in this order: H7 of line 6, H5 of line 7" in " ".join(str(rest.summary).split())
