@@ -301,3 +301,26 @@ def test_the_operator_reads_the_number_that_the_control_shows(
     answer = run("convert", tmp_path / name, "-o", tmp_path / "o.csv")
     assert answer.code == 0, answer.err
     assert said in " ".join(answer.err.split())
+
+
+@pytest.mark.parametrize(
+    ("between", "then"),
+    [
+        ("M5\nM0\nM3\n", [[6, 7, 8]]),
+        ("M5\nG4 P.1\nM0\nM3\nG4 P.1\nM8\n", [[6, 8, 9, 11]]),  # dwells are no motion
+        ("M5\nM0\nM3\nG4 P.1\nM8\nM0\nG4 P.1\nM9\n", [[6, 7, 8], [10, 11, 13]]),
+        ("M5\nM0\nM60\n", [[6, 7, 8]]),
+    ],
+)
+def test_every_event_at_a_stop_belongs_to_one_part(between: str, then: list[list[int]]) -> None:
+    source = (
+        "G21 G90 G0 X0 Y0 Z20 A0 C0\nM3 S900\nG4 P.1\nM8\nG1 X5 F900\n" + between + "G1 X9\nM9\nX12\nG4 P.1\nM5\nM2\n"
+    )
+    result = vp.convert(source, "verne", vp.Options(tool_length=80, split_at_stops=True, approach="home"))
+    assert result.ok, result.findings
+    assert result.summary is not None
+    *parts, last = result.summary.parts
+    assert [one.line for one in result.summary.before] == [2, 4]
+    assert [[one.line for one in part.then] for part in parts] == then
+    n = source.count("\n")
+    assert [one.line for one in last.then] == [n - 1, n]

@@ -367,3 +367,69 @@ def test_h_functions_of_siemens_are_repeated(machine: verne_post.Machine) -> Non
     told = [(one.data["code"], one.line) for one in rest.summary.switched if one.kind == "auxiliary"]
     assert told == [("H7", 6), ("H5", 7)]
     assert "in this order: H7 of line 6, H5 of line 7" in " ".join(str(rest.summary).split())
+
+
+DWELLS = """G21 G90 G94
+T1 M6
+S1000 M3
+G54 G43 H1 G0 X-10 Y0 Z20 A0 C0
+G1 Z10 F600
+G4 P0.25
+G1 X40
+M0
+G4 P1
+M8
+T2 M6
+M3
+G4 P0.5
+G43 H2
+G1 X50
+G1 X60
+M30
+"""
+
+
+@pytest.mark.parametrize(
+    ("line", "dwells", "stops"),
+    [
+        (6, [6, 9, 13], [8, 11]),
+        (7, [9, 13], [8, 11]),
+        (8, [9, 13], [11]),  # M0 directly before the first row of the program: its operator takes the program up
+        (9, [9, 13], [11]),
+        (10, [13], []),  # M6 too
+        (12, [13], []),
+        (13, [13], []),
+        (14, [], []),
+        (16, [], []),
+    ],
+)
+def test_a_restart_keeps_every_dwell_from_its_line_on(
+    machine: verne_post.Machine, line: int, dwells: list[int], stops: list[int]
+) -> None:
+    """Compared with the events and the rows of the whole program, which is cut at both stops of one place."""
+    tools = {n: Tool(n, n, (0.0, 0.0, 70.0 + n, *(0.0,) * 6), 4.0) for n in (1, 2)}
+    options = Options(tools=tools, wcs={"G54": (0.0, 0.0, 60.0)}, split_at_stops=True)
+    whole = verne_post.convert(DWELLS, machine, options)
+    rest = verne_post.convert(DWELLS, machine, replace(options, approach="home", from_line=line))
+
+    def list_dwells(result: verne_post.Result) -> list[tuple[int, int, float]]:
+        """Line, rows that stand, and seconds of each dwell after its row of the events."""
+        assert result.setpoints is not None and result.summary is not None
+        values, found = result.setpoints.values, []
+        for timed in result.summary.timed:
+            if timed.event.kind == "dwell":
+                after = (values[timed.row :] != values[timed.row]).any(axis=1)
+                assert result.setpoints.line[timed.row + 1] == timed.event.line
+                found.append((timed.event.line, int(np.argmax(after)), timed.event.data["seconds"]))
+        return found
+
+    assert rest.ok and rest.summary is not None and whole.summary is not None
+    told = list_dwells(rest)
+    assert [line for line, _rows, _seconds in told] == dwells
+    assert all(rows >= seconds * 1000 for _line, rows, seconds in told)
+    assert [one[2] for one in told] == [one[2] for one in list_dwells(whole)[3 - len(dwells) :]]
+    assert [[one.line for one in part.then if one.kind in ("stop", "tool")] for part in rest.summary.parts[:-1]] == [
+        [one] for one in stops
+    ]
+    assert [[one.line for one in part.then] for part in whole.summary.parts] == [[8], [10, 11, 12], [17]]
+    assert rest.summary.dwell_time == pytest.approx(sum(one[2] for one in told))

@@ -283,12 +283,13 @@ def choose_axis_correction(machine: Machine, options: Options, moves: Moves) -> 
 def cut_at_stops(draft: Draft) -> Draft:
     """``split_at_stops``: standstills where the machine waits for a person; without it such stops are refused."""
     kept = draft.path.moves_with_length
-    begin = int(kept[0] if draft.restart is None else kept[np.searchsorted(kept, draft.restart.move)])
+    timed = np.union1d(kept, draft.moves.dwells)  # what comes before a dwell and what comes after it are two places
+    begin = int(kept[0] if draft.restart is None else timed[np.searchsorted(timed, draft.restart.move)])
     waits = _find_waits(draft.moves, int(kept[0]), optional_stop=draft.options.optional_stop)
     if not draft.options.split_at_stops and any(before > begin for before, _item in waits):
         raise InputError(*merge_same(item for before, item in waits if before > begin))
-    gaps = {int(np.searchsorted(kept, before)): (before, item.line or 0) for before, item in reversed(waits)}
-    gaps.pop(len(kept), None)  # after the last motion there is nothing to cut
+    inside = [one for one in waits if one[0] <= kept[-1]]  # after the last motion there is nothing to cut
+    gaps = {int(np.searchsorted(timed, before)): (before, item.line or 0) for before, item in reversed(inside)}
     places = sorted(gaps.values())
     if not places:
         return draft
