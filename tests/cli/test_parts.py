@@ -324,3 +324,45 @@ def test_every_event_at_a_stop_belongs_to_one_part(between: str, then: list[list
     assert [[one.line for one in part.then] for part in parts] == then
     n = source.count("\n")
     assert [one.line for one in last.then] == [n - 1, n]
+
+
+@pytest.mark.parametrize(
+    ("keys", "value", "said"),
+    [
+        (("schema",), 2, "schema is 2; right is 1"),
+        (("program",), "other.nc", 'program is "other.nc"; right is "two.nc"'),
+        (("cycle_s",), 0.002, "cycle_s is 0.002; right is 0.001"),
+        (("before",), [], "before is []; right is [{"),
+        (("before", 0, "number"), 2, "before[0].number is 2; right is 1"),
+        (("parts", 0, "rows"), None, "parts[0].rows is null; right is "),
+        (("parts", 1, "duration_s"), 1.5, "parts[1].duration_s is 1.5; right is "),
+        (("parts", 0, "then", 1, "number"), 1, "parts[0].then[1].number is 1; right is 2"),
+        (("parts", 0, "then", 1, "number"), True, "parts[0].then[1].number is true; right is 2"),
+        (("parts", 1, "then", 0, "line"), 17, "parts[1].then[0].line is 17; right is 18"),
+        (("more",), 1, "more is no field of an index"),
+    ],
+)
+def test_an_index_that_says_something_else_is_found_out(
+    job: Path, run: Callable[..., Any], keys: tuple[Any, ...], value: object, said: str
+) -> None:
+    """Other names of the files, and another folder of the program, are no difference."""
+    assert run("convert", "two.nc", *PLACE, "--split-at-stops", "-o", "two.csv").code == 0
+    again = ("--against", job / "two.nc", *PLACE, "--split-at-stops")
+    path = job / "two.index.json"
+    index = json.loads(path.read_text())
+    Path("two.1.csv").rename("first.csv")
+    index["parts"][0]["file"] = "first.csv"
+    path.write_text(json.dumps(index))
+    assert run("verify", path, *again).code == 0
+    place = index
+    for key in keys[:-1]:
+        place = place[key]
+    place[keys[-1]] = value
+    path.write_text(json.dumps(index))
+    answer = run("verify", path, *again)
+    assert answer.code == 1
+    assert answer.err.count(" VP414 error: ") == 1
+    assert f"two.index.json is not what a conversion writes: {said}" in " ".join(answer.err.split())
+    del place[keys[-1]]
+    path.write_text(json.dumps(index))
+    assert run("verify", path, *again).code == (0 if keys == ("more",) else 1)
