@@ -15,7 +15,8 @@ import verne_post
 from verne_post.app.assemble import Program, assemble
 from verne_post.model.findings import InputError
 from verne_post.model.options import Options
-from verne_post.model.part_setup import Tool
+from verne_post.model.part_setup import Box, Tool
+from verne_post.report.left import make_left
 from verne_post.toolpath.contour_pose import find_contour_pose
 
 from ..builders import LEGAL_SAMPLES, SAMPLES
@@ -433,3 +434,66 @@ def test_a_restart_keeps_every_dwell_from_its_line_on(
     ]
     assert [[one.line for one in part.then] for part in whole.summary.parts] == [[8], [10, 11, 12], [17]]
     assert rest.summary.dwell_time == pytest.approx(sum(one[2] for one in told))
+
+
+SLOTS = """G21 G90 G94
+T1 M6
+S1000 M3
+G54 G43 H1 G0 X-30 Y0 Z40 A0 C0
+G1 Z5 F600
+G1 X20
+G0 X-30
+G0 Z40
+T2 M6
+G43 H2
+G0 Y8
+G1 Z4 F600
+G1 X20
+G0 X-30 Y{}
+G0 Z40
+M30
+"""
+
+
+@pytest.mark.parametrize("y", [8, -9])
+def test_skipped_lines_have_cut_the_stock(tmp_path: Path, run: Callable[..., Any], y: int) -> None:
+    """A rapid back through a slot that was cut before line N is free; one through material is found as ever."""
+    program = tmp_path / "p.nc"
+    program.write_text(SLOTS.format(y))
+    (tmp_path / "t.tbl").write_text("T1 P1 Z80 D10\nT2 P2 Z65.5 D6\n")
+    words = (
+        "--machine",
+        "ac_trunnion",
+        "--tool-table",
+        tmp_path / "t.tbl",
+        "--wcs",
+        "G54=-10,15,60",
+        "--split-at-stops",
+    )
+    words = ("check", program, *words, "--stock", "G54=-40,-20,0,40,20,10")
+
+    def list_contacts(*more: object) -> list[str]:
+        answer = run(*words, *more)
+        return [one for one in answer.err.splitlines() + answer.out.splitlines() if " VP216 " in one]
+
+    whole = list_contacts()
+    assert len(whole) == (y != 8)
+    for line in (7, 14):
+        assert list_contacts("--from", "home", "--from-line", line) == whole, line
+    answer = run(*words, "--from", "home", "--from-line", 15)
+    assert answer.code == 0, answer.err
+    assert "the stock (as the lines before 15 have cut it)" in " ".join(answer.out.split() + answer.err.split())
+
+
+def test_the_picture_of_what_is_left_has_the_skipped_cuts() -> None:
+    tools = {1: Tool(1, 1, (0.0, 0.0, 80.0, *(0.0,) * 6), 10.0), 2: Tool(2, 2, (0.0, 0.0, 65.5, *(0.0,) * 6), 6.0)}
+    stock = Box("the stock", (-40.0, -20.0, 0.0), (40.0, 20.0, 10.0), system=1)
+    options = Options(tools=tools, wcs={"G54": (-10.0, 15.0, 60.0)}, stock=stock, split_at_stops=True)
+    machine = verne_post.load_machine("ac_trunnion")
+
+    def picture(**more: Any) -> Any:
+        return make_left(assemble(SLOTS.format(8).encode(), machine, replace(options, **more)))[0]
+
+    whole, rest = picture(), picture(approach="home", from_line=15)
+    assert whole is not None and rest is not None
+    assert np.array_equal(whole.vertices, rest.vertices)

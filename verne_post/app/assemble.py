@@ -86,6 +86,8 @@ class Program(Struct, frozen=True, eq=False):
     stops: tuple[int, ...] = ()  #: Moves at which the file is cut.
     restored: tuple[Event, ...] = ()  #: What a restart must find as the skipped blocks would have left it.
     team: Team = ALONE  #: The processes that work on it.
+    #: Of a restart: the motion that it skips, which has cut the stock. None where there is none.
+    skipped: "Program | None" = None
 
     @property
     def path(self) -> ToolPath:
@@ -120,6 +122,7 @@ class Draft(Struct, frozen=True, eq=False):
     findings: tuple[Finding, ...] = ()
     contour: Contour | None = None
     team: Team = ALONE
+    skipped: Program | None = None
 
 
 def assemble(source: Text, machine: Machine, options: Options, team: Team = ALONE) -> Program:
@@ -136,7 +139,16 @@ def assemble(source: Text, machine: Machine, options: Options, team: Team = ALON
     assert draft.contour is not None
     restored = () if draft.restart is None else draft.restart.switched_events
     return Program(
-        draft.machine, options, draft.moves, draft.contour, draft.findings, draft.free_turn, draft.stops, restored, team
+        draft.machine,
+        options,
+        draft.moves,
+        draft.contour,
+        draft.findings,
+        draft.free_turn,
+        draft.stops,
+        restored,
+        team,
+        draft.skipped,
     )
 
 
@@ -374,16 +386,18 @@ def add_approach(draft: Draft) -> Draft:
     goal = None if options.departure is None else find_joints_of_place(machine, options.departure, "--to")
     if start is None and goal is None and restart is None:
         return draft
-    start_at = None
+    start_at = skipped = None
     if restart is not None:
         start_at = (
             int(np.searchsorted(draft.path.move_reached, restart.move)),
             int((draft.moves.dwells < restart.move).sum()),
         )
+        before = np.flatnonzero(draft.contour.segment < start_at[0])
+        skipped = Program(machine, options, draft.moves, draft.contour.select(before)) if len(before) else None
     contour = add_approach_and_departure(draft.contour, machine, start, goal, start_at)
     if start is not None and restart is None:
         _refuse_turn_before_cuts(draft, contour.path.start[0])
-    return replace(draft, contour=contour)
+    return replace(draft, contour=contour, skipped=skipped)
 
 
 def _refuse_turn_before_cuts(draft: Draft, here: Array) -> None:

@@ -477,8 +477,9 @@ def _describe_arc_feeds(summary: Summary) -> Facts:
 
 def _keep_out(summary: Summary) -> Facts:
     """What is kept out of."""
-    names = _list_bodies(summary)
-    return [("kept out of", ", ".join(names))] if names else []
+    names, options = _list_bodies(summary), summary.options
+    cut = f" (as the lines before {options.from_line} have cut it)" if options.stock and options.from_line else ""
+    return [("kept out of", ", ".join(names) + cut)] if names else []
 
 
 def _list_bodies(summary: Summary) -> list[str]:
