@@ -413,7 +413,7 @@ def test_a_restart_keeps_every_dwell_from_its_line_on(
     whole = verne_post.convert(DWELLS, machine, options)
     rest = verne_post.convert(DWELLS, machine, replace(options, approach="home", from_line=line))
 
-    def list_dwells(result: verne_post.Result) -> list[tuple[int, int, float]]:
+    def list_dwells(result: verne_post.Result) -> list[tuple[int, int, Any]]:
         """Line, rows that stand, and seconds of each dwell after its row of the events."""
         assert result.setpoints is not None and result.summary is not None
         values, found = result.setpoints.values, []
@@ -470,17 +470,17 @@ def test_skipped_lines_have_cut_the_stock(tmp_path: Path, run: Callable[..., Any
         "G54=-10,15,60",
         "--split-at-stops",
     )
-    words = ("check", program, *words, "--stock", "G54=-40,-20,0,40,20,10")
+    checked = ("check", program, *words, "--stock", "G54=-40,-20,0,40,20,10")
 
     def list_contacts(*more: object) -> list[str]:
-        answer = run(*words, *more)
+        answer = run(*checked, *more)
         return [one for one in answer.err.splitlines() + answer.out.splitlines() if " VP216 " in one]
 
     whole = list_contacts()
     assert len(whole) == (y != 8)
     for line in (7, 14):
         assert list_contacts("--from", "home", "--from-line", line) == whole, line
-    answer = run(*words, "--from", "home", "--from-line", 15)
+    answer = run(*checked, "--from", "home", "--from-line", 15)
     assert answer.code == 0, answer.err
     assert "the stock (as the lines before 15 have cut it)" in " ".join(answer.out.split() + answer.err.split())
 
