@@ -301,3 +301,68 @@ def test_the_operator_reads_the_number_that_the_control_shows(
     answer = run("convert", tmp_path / name, "-o", tmp_path / "o.csv")
     assert answer.code == 0, answer.err
     assert said in " ".join(answer.err.split())
+
+
+@pytest.mark.parametrize(
+    ("between", "then"),
+    [
+        ("M5\nM0\nM3\n", [[6, 7, 8]]),
+        ("M5\nG4 P.1\nM0\nM3\nG4 P.1\nM8\n", [[6, 8, 9, 11]]),  # dwells are no motion
+        ("M5\nM0\nM3\nG4 P.1\nM8\nM0\nG4 P.1\nM9\n", [[6, 7, 8], [10, 11, 13]]),
+        ("M5\nM0\nM60\n", [[6, 7, 8]]),
+    ],
+)
+def test_every_event_at_a_stop_belongs_to_one_part(between: str, then: list[list[int]]) -> None:
+    source = (
+        "G21 G90 G0 X0 Y0 Z20 A0 C0\nM3 S900\nG4 P.1\nM8\nG1 X5 F900\n" + between + "G1 X9\nM9\nX12\nG4 P.1\nM5\nM2\n"
+    )
+    result = vp.convert(source, "verne", vp.Options(tool_length=80, split_at_stops=True, approach="home"))
+    assert result.ok, result.findings
+    assert result.summary is not None
+    *parts, last = result.summary.parts
+    assert [one.line for one in result.summary.before] == [2, 4]
+    assert [[one.line for one in part.then] for part in parts] == then
+    n = source.count("\n")
+    assert [one.line for one in last.then] == [n - 1, n]
+
+
+@pytest.mark.parametrize(
+    ("keys", "value", "said"),
+    [
+        (("schema",), 2, "schema is 2; right is 1"),
+        (("program",), "other.nc", 'program is "other.nc"; right is "two.nc"'),
+        (("cycle_s",), 0.002, "cycle_s is 0.002; right is 0.001"),
+        (("before",), [], "before is []; right is [{"),
+        (("before", 0, "number"), 2, "before[0].number is 2; right is 1"),
+        (("parts", 0, "rows"), None, "parts[0].rows is null; right is "),
+        (("parts", 1, "duration_s"), 1.5, "parts[1].duration_s is 1.5; right is "),
+        (("parts", 0, "then", 1, "number"), 1, "parts[0].then[1].number is 1; right is 2"),
+        (("parts", 0, "then", 1, "number"), True, "parts[0].then[1].number is true; right is 2"),
+        (("parts", 1, "then", 0, "line"), 17, "parts[1].then[0].line is 17; right is 18"),
+        (("more",), 1, "more is no field of an index"),
+    ],
+)
+def test_an_index_that_says_something_else_is_found_out(
+    job: Path, run: Callable[..., Any], keys: tuple[Any, ...], value: object, said: str
+) -> None:
+    """Other names of the files, and another folder of the program, are no difference."""
+    assert run("convert", "two.nc", *PLACE, "--split-at-stops", "-o", "two.csv").code == 0
+    again = ("--against", job / "two.nc", *PLACE, "--split-at-stops")
+    path = job / "two.index.json"
+    index = json.loads(path.read_text())
+    Path("two.1.csv").rename("first.csv")
+    index["parts"][0]["file"] = "first.csv"
+    path.write_text(json.dumps(index))
+    assert run("verify", path, *again).code == 0
+    place = index
+    for key in keys[:-1]:
+        place = place[key]
+    place[keys[-1]] = value
+    path.write_text(json.dumps(index))
+    answer = run("verify", path, *again)
+    assert answer.code == 1
+    assert answer.err.count(" VP414 error: ") == 1
+    assert f"two.index.json is not what a conversion writes: {said}" in " ".join(answer.err.split())
+    del place[keys[-1]]
+    path.write_text(json.dumps(index))
+    assert run("verify", path, *again).code == (0 if keys == ("more",) else 1)

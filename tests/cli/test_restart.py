@@ -15,7 +15,8 @@ import verne_post
 from verne_post.app.assemble import Program, assemble
 from verne_post.model.findings import InputError
 from verne_post.model.options import Options
-from verne_post.model.part_setup import Tool
+from verne_post.model.part_setup import Box, Tool
+from verne_post.report.left import make_left
 from verne_post.toolpath.contour_pose import find_contour_pose
 
 from ..builders import LEGAL_SAMPLES, SAMPLES
@@ -298,3 +299,201 @@ def test_a_line_inside_a_cycle_of_m89_is_refused(machine: verne_post.Machine) ->
             assert error.findings[0].code == "VP029"
         else:
             assert not refused, line
+
+
+HEAD = "G21 G90 G94\nT1 M6\nS1000 M3\n"
+PLACE = "G54 G43 H1 G0 X-10 Y0 Z20 A0 C0\n"
+
+
+@pytest.mark.parametrize(
+    ("body", "line", "before", "said"),
+    [
+        # a clamp: what was executed last comes last, however often the program executed it before
+        (
+            "M11\n" + PLACE + "M10\nG1 Z10 F600\nM11\nG0 Z20\nG0 C90\nM10\nG1 X40\n",
+            10,
+            [("remapped", "M10", 6), ("remapped", "M11", 8)],
+            "the program has executed, in this order: M10 of line 6, M11 of line 8",
+        ),
+        (
+            PLACE + "M100 P1\nM100 P2\nM100 P1\nG1 Z10 F600\nX30\n",
+            9,
+            [("remapped", "M100", 6), ("remapped", "M100", 7)],
+            "in this order: M100 P2 of line 6, M100 P1 of line 7",
+        ),
+        (
+            PLACE + "M64 P1\nM68 E1 Q3.5\nG1 Z10 F600\nX30\n",
+            8,
+            [("signal", 1, 5), ("signal", 1, 6)],
+            "digital output 1 as line 5 sets it, analog output 1 as line 6 sets it",
+        ),
+        # only the output of the same kind is set anew before the first motion
+        (PLACE + "M64 P1\nM68 E1 Q3.5\nG1 Z10 F600\nM65 P1\nX30\n", 8, [("signal", 1, 6)], "analog output 1 as line 6"),
+        ("M7\n" + PLACE + "G1 Z10 F600\nM8\nX30\n", 7, [("coolant", "mist", 7)], "coolant mist"),
+        ("M7\n" + PLACE + "M8\nG1 Z10 F600\nM9\nX30\n", 8, [], ""),
+        ("M5\nM19 R30\n" + PLACE + "G1 Z10 F600\nX30\n", 8, [("orient", 30.0, 8)], "stopped at 30 degrees"),
+        ("M19 R30\n" + PLACE + "G1 Z10 F600\nM3\nX30\n", 7, [], ""),
+        ("M52 P1\n" + PLACE + "G1 Z10 F600\nX30\n", 7, [("override", True, 7)], "adaptive on"),
+        (
+            "G96 D2000 S100\nS120\n" + PLACE + "G1 Z10 F600\nX30\n",
+            8,
+            [("spindle mode", "G96", 8)],
+            "G96 (at most 2000/min), spindle clockwise at 120 m/min",
+        ),
+    ],
+)
+def test_what_the_skipped_lines_executed_is_repeated(
+    machine: verne_post.Machine, body: str, line: int, before: list[Any], said: str
+) -> None:
+    tools = {1: Tool(1, 1, (0.0, 0.0, 80.0, *(0.0,) * 6), 10.0)}
+    options = Options(tools=tools, remap=dict.fromkeys(("M10", "M11", "M100"), "event"), wcs={"G54": (0.0, 0.0, 60.0)})
+    source = HEAD + body + "M30\n"
+    whole = verne_post.convert(source, machine, options)
+    rest = verne_post.convert(source, machine, replace(options, approach="home", from_line=line))
+    assert rest.ok, rest.findings
+    assert rest.summary is not None and whole.summary is not None
+    others = [one for one in rest.summary.switched if one.kind not in ("tool", "spindle")]
+    assert [(one.kind, next(iter(one.data.values())), one.line) for one in others] == before
+    assert said in " ".join(str(rest.summary).split())
+    # codes of the builder and outputs are, with their words, those of the whole program
+    builder = [(one.kind, one.line, one.data) for one in rest.summary.switched if one.kind in ("signal", "remapped")]
+    assert all(one in [(each.kind, each.line, each.data) for each in whole.summary.events] for one in builder)
+
+
+def test_h_functions_of_siemens_are_repeated(machine: verne_post.Machine) -> None:
+    source = "G17 G90 G71 G94\nT1 D1\nM6\nS3000 M3\nH5\nH=7\nH5\nG54\nG0 X-20 Y0 Z40 A0 C0\nG1 Z10 F500\nX10\nM30\n"
+    options = Options(tool_length=80.0, wcs={"G54": (0.0, 0.0, 60.0)}, dialect="siemens", approach="home", from_line=11)
+    rest = verne_post.convert(source, machine, options)
+    assert rest.summary is not None
+    told = [(one.data["code"], one.line) for one in rest.summary.switched if one.kind == "auxiliary"]
+    assert told == [("H7", 6), ("H5", 7)]
+    assert "in this order: H7 of line 6, H5 of line 7" in " ".join(str(rest.summary).split())
+
+
+DWELLS = """G21 G90 G94
+T1 M6
+S1000 M3
+G54 G43 H1 G0 X-10 Y0 Z20 A0 C0
+G1 Z10 F600
+G4 P0.25
+G1 X40
+M0
+G4 P1
+M8
+T2 M6
+M3
+G4 P0.5
+G43 H2
+G1 X50
+G1 X60
+M30
+"""
+
+
+@pytest.mark.parametrize(
+    ("line", "dwells", "stops"),
+    [
+        (6, [6, 9, 13], [8, 11]),
+        (7, [9, 13], [8, 11]),
+        (8, [9, 13], [11]),  # M0 directly before the first row of the program: its operator takes the program up
+        (9, [9, 13], [11]),
+        (10, [13], []),  # M6 too
+        (12, [13], []),
+        (13, [13], []),
+        (14, [], []),
+        (16, [], []),
+    ],
+)
+def test_a_restart_keeps_every_dwell_from_its_line_on(
+    machine: verne_post.Machine, line: int, dwells: list[int], stops: list[int]
+) -> None:
+    """Compared with the events and the rows of the whole program, which is cut at both stops of one place."""
+    tools = {n: Tool(n, n, (0.0, 0.0, 70.0 + n, *(0.0,) * 6), 4.0) for n in (1, 2)}
+    options = Options(tools=tools, wcs={"G54": (0.0, 0.0, 60.0)}, split_at_stops=True)
+    whole = verne_post.convert(DWELLS, machine, options)
+    rest = verne_post.convert(DWELLS, machine, replace(options, approach="home", from_line=line))
+
+    def list_dwells(result: verne_post.Result) -> list[tuple[int, int, Any]]:
+        """Line, rows that stand, and seconds of each dwell after its row of the events."""
+        assert result.setpoints is not None and result.summary is not None
+        values, found = result.setpoints.values, []
+        for timed in result.summary.timed:
+            if timed.event.kind == "dwell":
+                after = (values[timed.row :] != values[timed.row]).any(axis=1)
+                assert result.setpoints.line[timed.row + 1] == timed.event.line
+                found.append((timed.event.line, int(np.argmax(after)), timed.event.data["seconds"]))
+        return found
+
+    assert rest.ok and rest.summary is not None and whole.summary is not None
+    told = list_dwells(rest)
+    assert [line for line, _rows, _seconds in told] == dwells
+    assert all(rows >= seconds * 1000 for _line, rows, seconds in told)
+    assert [one[2] for one in told] == [one[2] for one in list_dwells(whole)[3 - len(dwells) :]]
+    assert [[one.line for one in part.then if one.kind in ("stop", "tool")] for part in rest.summary.parts[:-1]] == [
+        [one] for one in stops
+    ]
+    assert [[one.line for one in part.then] for part in whole.summary.parts] == [[8], [10, 11, 12], [17]]
+    assert rest.summary.dwell_time == pytest.approx(sum(one[2] for one in told))
+
+
+SLOTS = """G21 G90 G94
+T1 M6
+S1000 M3
+G54 G43 H1 G0 X-30 Y0 Z40 A0 C0
+G1 Z5 F600
+G1 X20
+G0 X-30
+G0 Z40
+T2 M6
+G43 H2
+G0 Y8
+G1 Z4 F600
+G1 X20
+G0 X-30 Y{}
+G0 Z40
+M30
+"""
+
+
+@pytest.mark.parametrize("y", [8, -9])
+def test_skipped_lines_have_cut_the_stock(tmp_path: Path, run: Callable[..., Any], y: int) -> None:
+    """A rapid back through a slot that was cut before line N is free; one through material is found as ever."""
+    program = tmp_path / "p.nc"
+    program.write_text(SLOTS.format(y))
+    (tmp_path / "t.tbl").write_text("T1 P1 Z80 D10\nT2 P2 Z65.5 D6\n")
+    words = (
+        "--machine",
+        "ac_trunnion",
+        "--tool-table",
+        tmp_path / "t.tbl",
+        "--wcs",
+        "G54=-10,15,60",
+        "--split-at-stops",
+    )
+    checked = ("check", program, *words, "--stock", "G54=-40,-20,0,40,20,10")
+
+    def list_contacts(*more: object) -> list[str]:
+        answer = run(*checked, *more)
+        return [one for one in answer.err.splitlines() + answer.out.splitlines() if " VP216 " in one]
+
+    whole = list_contacts()
+    assert len(whole) == (y != 8)
+    for line in (7, 14):
+        assert list_contacts("--from", "home", "--from-line", line) == whole, line
+    answer = run(*checked, "--from", "home", "--from-line", 15)
+    assert answer.code == 0, answer.err
+    assert "the stock (as the lines before 15 have cut it)" in " ".join(answer.out.split() + answer.err.split())
+
+
+def test_the_picture_of_what_is_left_has_the_skipped_cuts() -> None:
+    tools = {1: Tool(1, 1, (0.0, 0.0, 80.0, *(0.0,) * 6), 10.0), 2: Tool(2, 2, (0.0, 0.0, 65.5, *(0.0,) * 6), 6.0)}
+    stock = Box("the stock", (-40.0, -20.0, 0.0), (40.0, 20.0, 10.0), system=1)
+    options = Options(tools=tools, wcs={"G54": (-10.0, 15.0, 60.0)}, stock=stock, split_at_stops=True)
+    machine = verne_post.load_machine("ac_trunnion")
+
+    def picture(**more: Any) -> Any:
+        return make_left(assemble(SLOTS.format(8).encode(), machine, replace(options, **more)))[0]
+
+    whole, rest = picture(), picture(approach="home", from_line=15)
+    assert whole is not None and rest is not None
+    assert np.array_equal(whole.vertices, rest.vertices)

@@ -86,6 +86,8 @@ class Program(Struct, frozen=True, eq=False):
     stops: tuple[int, ...] = ()  #: Moves at which the file is cut.
     restored: tuple[Event, ...] = ()  #: What a restart must find as the skipped blocks would have left it.
     team: Team = ALONE  #: The processes that work on it.
+    #: Of a restart: the motion that it skips, which has cut the stock. None where there is none.
+    skipped: "Program | None" = None
 
     @property
     def path(self) -> ToolPath:
@@ -120,6 +122,7 @@ class Draft(Struct, frozen=True, eq=False):
     findings: tuple[Finding, ...] = ()
     contour: Contour | None = None
     team: Team = ALONE
+    skipped: Program | None = None
 
 
 def assemble(source: Text, machine: Machine, options: Options, team: Team = ALONE) -> Program:
@@ -136,7 +139,16 @@ def assemble(source: Text, machine: Machine, options: Options, team: Team = ALON
     assert draft.contour is not None
     restored = () if draft.restart is None else draft.restart.switched_events
     return Program(
-        draft.machine, options, draft.moves, draft.contour, draft.findings, draft.free_turn, draft.stops, restored, team
+        draft.machine,
+        options,
+        draft.moves,
+        draft.contour,
+        draft.findings,
+        draft.free_turn,
+        draft.stops,
+        restored,
+        team,
+        draft.skipped,
     )
 
 
@@ -284,12 +296,13 @@ def choose_axis_correction(machine: Machine, options: Options, moves: Moves) -> 
 def cut_at_stops(draft: Draft) -> Draft:
     """``split_at_stops``: standstills where the machine waits for a person; without it such stops are refused."""
     kept = draft.path.moves_with_length
-    begin = int(kept[0] if draft.restart is None else kept[np.searchsorted(kept, draft.restart.move)])
+    timed = np.union1d(kept, draft.moves.dwells)  # what comes before a dwell and what comes after it are two places
+    begin = int(kept[0] if draft.restart is None else timed[np.searchsorted(timed, draft.restart.move)])
     waits = _find_waits(draft.moves, int(kept[0]), optional_stop=draft.options.optional_stop)
     if not draft.options.split_at_stops and any(before > begin for before, _item in waits):
         raise InputError(*merge_same(item for before, item in waits if before > begin))
-    gaps = {int(np.searchsorted(kept, before)): (before, item.line or 0) for before, item in reversed(waits)}
-    gaps.pop(len(kept), None)  # after the last motion there is nothing to cut
+    inside = [one for one in waits if one[0] <= kept[-1]]  # after the last motion there is nothing to cut
+    gaps = {int(np.searchsorted(timed, before)): (before, item.line or 0) for before, item in reversed(inside)}
     places = sorted(gaps.values())
     if not places:
         return draft
@@ -374,16 +387,18 @@ def add_approach(draft: Draft) -> Draft:
     goal = None if options.departure is None else find_joints_of_place(machine, options.departure, "--to")
     if start is None and goal is None and restart is None:
         return draft
-    start_at = None
+    start_at = skipped = None
     if restart is not None:
         start_at = (
             int(np.searchsorted(draft.path.move_reached, restart.move)),
             int((draft.moves.dwells < restart.move).sum()),
         )
+        before = np.flatnonzero(draft.contour.segment < start_at[0])
+        skipped = Program(machine, options, draft.moves, draft.contour.select(before)) if len(before) else None
     contour = add_approach_and_departure(draft.contour, machine, start, goal, start_at)
     if start is not None and restart is None:
         _refuse_turn_before_cuts(draft, contour.path.start[0])
-    return replace(draft, contour=contour)
+    return replace(draft, contour=contour, skipped=skipped)
 
 
 def _refuse_turn_before_cuts(draft: Draft, here: Array) -> None:

@@ -211,7 +211,8 @@ def _list_events(program: Program) -> tuple[list[Event], NDArray[np.intp]]:
     every = sorted([*moves.events, *rests], key=lambda event: event.before)  # events come before a dwell in their place
     first = min([program.path.first_move, *dwells[:1].tolist()])
     before = np.array([event.before for event in every], dtype=np.intp)
-    return every, np.where(before <= first, -1, before)
+    waits_there = np.array([event.kind == "dwell" for event in every], dtype=bool)  # after the approach
+    return every, np.where((before <= first) & ~waits_there, -1, before)
 
 
 def _find_own_faults(verification: Verification, options: Options) -> list[Finding]:

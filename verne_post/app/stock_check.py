@@ -10,7 +10,7 @@ from verne_post.app.assemble import Program
 from verne_post.base.arrays import Array
 from verne_post.base.ragged import number_parts
 from verne_post.kinematics.checks.clearance import find_straight
-from verne_post.kinematics.checks.keep_out import KeepOut, Placed
+from verne_post.kinematics.checks.keep_out import KeepOut, Placed, build_moving
 from verne_post.kinematics.checks.moving import Moving, build_spindle
 from verne_post.kinematics.joint_path import JointPath
 from verne_post.model.contour import Contour
@@ -55,11 +55,12 @@ def settle_stock(program: Program, joints: JointPath, found: list[Finding]) -> l
     if not open_:
         return [*begun, *found]
     stock = _make_stock(box)
-    spans, tools = list_spans(program, joints, keep_out.moving, _find_last(joints, open_))
+    spans, tools, skipped = list_spans(program, joints, keep_out.moving, _find_last(joints, open_))
     cut = cut_stock(stock, spans, tools, box.distance)
     assert spans.rounding is not None
     room = np.where(spans.rounding > 0, spans.rounding - box.distance, -np.inf)
-    touches = [one for one in cut.touches if one.body != "cutter" or not np.nan_to_num(one.depth) <= room[one.span]]
+    judged = [one for one in cut.touches if one.span >= skipped]
+    touches = [one for one in judged if one.body != "cutter" or not np.nan_to_num(one.depth) <= room[one.span]]
     cut = replace(cut, touches=tuple(touches))
     settled = list(report_touches(cut, box.name, box.distance, float(stock.cell.max())))
     return [*begun, *(item for item in found if item not in open_), *settled]
@@ -79,7 +80,7 @@ def _check_start(program: Program, joints: JointPath, keep_out: KeepOut, box: Pl
     rapids = moves.kind[:first] == MoveKind.RAPID
     if program.options.from_line is not None or not named.any() or (named & ~rapids).any():
         return []
-    spans, tools = list_spans(program, joints, keep_out.moving, 0)
+    spans, tools, _skipped = list_spans(program, joints, keep_out.moving, 0)
     tip, axis = (np.repeat(one[:1, :1], 2, axis=1) for one in (spans.tip, spans.axis))
     standing = Spans(tip, axis, spans.line[:1], spans.tool[:1], np.ones(1, dtype=bool))
     touches = cut_stock(_make_stock(box), standing, tools).touches
@@ -106,8 +107,28 @@ def _find_last(joints: JointPath, found: list[Finding]) -> int:
 
 def list_spans(
     program: Program, joints: JointPath, moving: Moving, last: int, coarse: float = 1.0
-) -> tuple[Spans, list[Tool]]:
-    """The motion of elements 0 to ``last`` as spans, and their tools; chords are ``coarse`` times longer."""
+) -> tuple[Spans, list[Tool], int]:
+    """The motion of elements 0 to ``last`` as spans, and their tools; chords are ``coarse`` times longer.
+
+    What a restart skips comes first, because it has cut the stock; the third value is how many spans that is.
+    """
+    spans, built = _list_spans(program, joints, moving, last, coarse)
+    skipped, whole = 0, program.skipped
+    if whole is not None:
+        turning = build_moving(whole.machine, whole.path, whole.moves, whole.options)
+        before, tools = _list_spans(whole, whole.build_joint_path(), turning, len(whole.contour) - 1, coarse)
+        tools += [tool for tool in built if tool not in tools]
+        # the same tool may follow its own cut
+        spans = replace(spans, tool=np.array([tools.index(tool) for tool in built], dtype=np.intp)[spans.tool])
+        both = {name: np.concatenate([getattr(before, name), getattr(spans, name)]) for name in Spans.__struct_fields__}
+        spans, built, skipped = Spans(**both), tools, len(before.line)
+    return spans, [build_tool(shape, length, joints.machine) for shape, length in built], skipped
+
+
+def _list_spans(
+    program: Program, joints: JointPath, moving: Moving, last: int, coarse: float
+) -> tuple[Spans, list[tuple[ToolShape, float]]]:
+    """The same of one program, with the shapes and lengths of the tools."""
     contour, path = joints.contour, program.path
     straight = find_straight(joints)[: last + 1]
     curved = count_chords(joints)[: last + 1] / coarse
@@ -126,7 +147,7 @@ def list_spans(
     used, tool = np.unique(
         np.column_stack([moving.tool[segment], np.round(length[first], 6)]), axis=0, return_inverse=True
     )
-    tools = [build_tool(moving.shapes[int(k)], long, joints.machine) for k, long in used.tolist()]
+    tools = [(moving.shapes[int(k)], long) for k, long in used.tolist()]
     tips, axes = (np.stack([one[first], one[first + 1]], axis=1) for one in (tip, axis))
     lines, rounding = contour.find_lines(owner[first]), find_rounding(contour)[owner[first]]
     return Spans(tips, axes, lines, tool.reshape(-1), path.feed_time[segment] == 0, rounding), tools

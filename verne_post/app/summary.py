@@ -28,25 +28,37 @@ if TYPE_CHECKING:
     from verne_post.part.verdict import Machined
 
 
-def _list_parts(plan: Plan) -> tuple[tuple[Event, ...], tuple[Part, ...]]:
-    """What happens before the first motion; and the rows between stops, with what happens after them.
+def list_events_of_parts(program: Program) -> tuple[tuple[Event, ...], ...]:
+    """What happens before the first part, and after each.
 
-    An event belongs to the gap between the two moves with a length that it stands between.
+    That is what stands between the last motion before a stop and the first motion after it. Of several stops there, a
+    dwell stands between two: what comes before it belongs to the first one.
     """
-    program, times = plan.program, plan.timeline
-    moves, kept = program.moves, program.path.moves_with_length
-    items = _find_stop_items(plan)
+    moves, kept, stops = program.moves, program.path.moves_with_length, program.stops
+    timed = np.setdiff1d(np.union1d(kept, moves.dwells), stops)
+    before = [event.before for event in moves.events]
+    gap, place = np.searchsorted(kept, before), np.searchsorted(timed, before)
+    # a part ends in its gap and place; the last one ends after the last motion
+    gaps = np.append(np.searchsorted(kept, stops), len(kept))
+    places = np.append(np.searchsorted(timed, stops), len(timed))
+    owner = np.searchsorted(places, place)
+    owner -= (gaps[owner] != gap) & (owner > 0)  # after the last stop of the gap
+    listed: list[list[Event]] = [[] for _ in range(len(gaps) + 1)]
+    for event, here, there, number in zip(moves.events, gap.tolist(), place.tolist(), owner.tolist(), strict=True):
+        if there and gaps[number] == here:
+            listed[number + 1].append(event)
+        elif not here:
+            listed[0].append(event)
+    return tuple(tuple(events) for events in listed)
+
+
+def _list_parts(plan: Plan) -> tuple[tuple[Event, ...], tuple[Part, ...]]:
+    """What happens before the first motion; and the rows between stops, with what happens after them."""
+    times, items = plan.timeline, _find_stop_items(plan)
     begins = [0, *times.first_row[items + 1].tolist()]
     ends = [*times.first_row[items].tolist(), times.n_rows - 1]
-    gap = np.searchsorted(kept, [event.before for event in moves.events])
-    gaps = [*np.searchsorted(kept, program.stops).tolist(), len(kept)]
-
-    def select_events_of(number: int) -> tuple[Event, ...]:
-        first, last = np.searchsorted(gap, [number, number + 1])
-        return moves.events[first:last]
-
-    parts = zip(begins, ends, gaps, strict=True)
-    return select_events_of(0), tuple(Part(first, last, select_events_of(number)) for first, last, number in parts)
+    before, *then = list_events_of_parts(plan.program)
+    return before, tuple(Part(*one) for one in zip(begins, ends, then, strict=True))
 
 
 def _summarise_shaper(plan: Plan) -> Shaped | None:

@@ -96,8 +96,9 @@ def command(
     from verne_post.app.assemble import assemble
     from verne_post.app.constraints import check_program
     from verne_post.app.row_format import find_drives
+    from verne_post.app.summary import list_events_of_parts
     from verne_post.app.verify import verify_setpoints
-    from verne_post.output.parts import find_index, list_parts, read_parts
+    from verne_post.output.parts import compare_index, find_index, list_parts, read_parts
     from verne_post.output.setpoints import read_csv
     from verne_post.output.side_car import read_side_car, report_changes
     from verne_post.output.summary import describe_following, format_verdict
@@ -119,8 +120,11 @@ def command(
             for part in list_parts(Path(setpoints)):
                 files.note_read(part, "AXES.CSV")
             lines = [int(program.moves.line[stop]) for stop in program.stops]
-            parts = read_parts(Path(setpoints), program.machine.columns, program.cycle, lines, drives)
+            counts: list[int] = []
+            parts = read_parts(Path(setpoints), program.machine.columns, program.cycle, lines, drives, counts)
             verdict = verify_setpoints(program, parts, split=True)
+            events = list_events_of_parts(program)
+            found += compare_index(Path(setpoints), options.source_name, program.cycle, counts, events)
         else:
             with files.open_input(setpoints, "AXES.CSV") as raw, io.TextIOWrapper(raw, encoding="utf-8-sig") as stream:
                 rows = read_csv(stream, name, program.machine.columns, program.cycle, drives)

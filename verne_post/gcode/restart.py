@@ -1,16 +1,21 @@
 """Block search, ``--from-line``: where a program can be restarted, and what must be switched on before."""
 
+from typing import Final
+
 import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
 from verne_post.base.long_text import Text
 from verne_post.gcode.execution import LineTrace, StopConditions
-from verne_post.gcode.machining.state import State, describe_tool_event, name_unit_of_speed
+from verne_post.gcode.machining.state import OVERRIDES, State, describe_tool_event, name_unit_of_speed
 from verne_post.gcode.read import replay
 from verne_post.gcode.setup import Setup
 from verne_post.model.findings import make_input_error
 from verne_post.model.moves import Event, Moves
+
+#: Kinds of events that say whether the spindle turns.
+_TURNS: Final = ("spindle", "orient", "tool")
 
 
 class Restart(Struct, frozen=True):
@@ -51,7 +56,7 @@ def restart_at(source: Text, setup: Setup, moves: Moves, line: int) -> Restart:
         )
     state, recorder = replay(source, setup, moves, StopConditions(before_line=line))
     ahead = [event for event in moves.events[len(recorder.events) :] if event.before <= recorder.count]
-    events = [*_restore_functions(state, line), *_find_last_outputs(recorder.events)]
+    events = [*_restore_functions(state, recorder.events, line), *_find_last_executed(recorder.events)]
     return Restart(recorder.count, len(recorder.events), tuple(one for one in events if not _is_replaced(one, ahead)))
 
 
@@ -76,36 +81,53 @@ def _find_nearest(spans: np.ndarray, line: int) -> int | None:
     return None
 
 
-def _find_last_outputs(events: list[Event]) -> list[Event]:
-    """The last skipped event of each output and user-defined code: what these still hold is not known here."""
-    last: dict[tuple[str, object], Event] = {}
+def _find_last_executed(events: list[Event]) -> list[Event]:
+    """Skipped outputs, H functions and user-defined codes, in the order in which the program executed each one last.
+
+    What a code of the builder does is not known here. So each set of its words counts, and one may cancel another.
+    """
+    last: dict[tuple[object, ...], Event] = {}
     for event in events:
-        if event.kind in ("signal", "remapped"):
-            last[event.kind, event.data.get("output", event.data.get("code"))] = event
-    return [replace(event, before=0) for event in last.values()]
+        if event.kind in ("signal", "remapped", "auxiliary"):
+            key = _name_output(event) if event.kind == "signal" else (event.kind, *event.data.items())
+            last.pop(key, None)  # a dict keeps the place of the first insertion
+            last[key] = replace(event, before=0)
+    return list(last.values())
+
+
+def _name_output(event: Event) -> tuple[object, ...]:
+    """Digital and analog outputs of a number are two."""
+    return "signal", event.data["output"], "on" in event.data
 
 
 def _is_replaced(switched_event: Event, ahead: list[Event]) -> bool:
     """True where blocks from the restart to its first motion set something else; a tool change stops the spindle."""
-    kinds = {"spindle": ("spindle", "tool"), "tool": ("tool", "tool number")}.get(
-        switched_event.kind, (switched_event.kind,)
-    )
-    if switched_event.kind == "signal":
-        return any(event.kind == "signal" and event.data["output"] == switched_event.data["output"] for event in ahead)
-    return switched_event.kind != "remapped" and any(event.kind in kinds for event in ahead)
+    kind = switched_event.kind
+    if kind == "signal":
+        return any(one.kind == kind and _name_output(one) == _name_output(switched_event) for one in ahead)
+    if kind == "coolant":  # mist and flood may be on together
+        return any(one.kind == kind and one.data["state"] in ("off", switched_event.data["state"]) for one in ahead)
+    kinds = {"spindle": _TURNS, "orient": _TURNS, "tool": ("tool", "tool number")}.get(kind, (kind,))
+    return kind not in ("remapped", "auxiliary") and any(one.kind in kinds for one in ahead)
 
 
-def _restore_functions(state: State, line: int) -> tuple[Event, ...]:
-    """Tool, spindle, coolant and overrides that hold, as events before the first move."""
+def _restore_functions(state: State, events: list[Event], line: int) -> tuple[Event, ...]:
+    """Tool, spindle, coolant and overrides that hold after skipped events, as events before the first move."""
     functions: list[tuple[str, dict[str, object]]] = []
     if state.loaded_tool is not None:
         functions.append(("tool", describe_tool_event(state, state.loaded_tool)))
+    modes = [one for one in events if one.kind == "spindle mode"][-1:]
+    functions += [
+        (one.kind, one.data | ({"speed": state.spindle_speed} if "speed" in one.data else {})) for one in modes
+    ]
     if state.spindle_on:
         direction = "counterclockwise" if state.spindle_reversed else "clockwise"
         functions.append(
             ("spindle", {"direction": direction, "speed": state.spindle_speed} | name_unit_of_speed(state))
         )
+    turns = [one for one in events if one.kind in _TURNS][-1:]
+    functions += [(one.kind, one.data) for one in turns if one.kind == "orient"]
     functions += [("coolant", {"state": name}) for on, name in ((state.mist, "mist"), (state.flood, "flood")) if on]
-    if not state.overrides["feed"] or not state.overrides["speed"]:
+    if state.overrides != OVERRIDES:
         functions.append(("override", dict(state.overrides)))
     return tuple(Event(line, kind, 0, data) for kind, data in functions)

@@ -723,7 +723,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP414",
         "setpoint file out of date",
         "error",
-        "The setpoint file was made with another program, machine file, work offset, tool length or option.",
+        "The setpoint file was made with another program, machine file, work offset, tool length or option, or the "
+        "index of its parts does not say what a conversion writes.",
         "Convert the program again.",
     ),
     (

@@ -5,6 +5,7 @@ import os
 import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import Any, Final
 
 import numpy as np
 from msgspec.structs import replace
@@ -12,12 +13,19 @@ from msgspec.structs import replace
 from verne_post.base.bounded import read_bounded
 from verne_post.base.printable import format_json
 from verne_post.model.drives import Drive
-from verne_post.model.findings import InputError, make_input_error
+from verne_post.model.findings import Finding, InputError, make_finding, make_input_error
 from verne_post.model.machine import Column
 from verne_post.model.moves import Event
 from verne_post.model.setpoints import SetpointBlock
 from verne_post.model.summary import Summary
+from verne_post.output.rounding import choose_time_decimals
 from verne_post.output.setpoints import read_csv
+
+#: What a program from a pipe is called.
+STDIN: Final = "<stdin>"
+_FOLDERS: Final = re.compile(r"[/\\]")
+#: Characters of a value that a message shows.
+_SHOWN: Final = 120
 
 
 def name_part(output: Path, number: int) -> Path:
@@ -32,23 +40,62 @@ def index_path(output: Path) -> Path:
 
 def index_text(output: Path, summary: Summary) -> str:
     """Write the index as JSON: each part with its file, and what happens after it."""
+    rows = [part.last_row - part.first_row + 1 for part in summary.parts]
+    files = [name_part(output, number).name for number in range(1, len(rows) + 1)]
+    events = (summary.before, *(part.then for part in summary.parts))
+    return format_json(_make_index(summary.options.source_name, summary.format.cycle, files, rows, events), 2) + "\n"
+
+
+def _make_index(
+    program: str, cycle: float, files: Sequence[str], rows: Sequence[int], events: Sequence[tuple[Event, ...]]
+) -> dict[str, object]:
+    """Make the index of parts; ``events`` come before the first one, and after each."""
+    decimals = choose_time_decimals(cycle)
     parts = [
-        {
-            "file": name_part(output, number).name,
-            "rows": part.last_row - part.first_row + 1,
-            "duration_s": round((part.last_row - part.first_row) * summary.format.cycle, summary.format.time_decimals),
-            "then": _list_events(part.then),
-        }
-        for number, part in enumerate(summary.parts, start=1)
+        {"file": file, "rows": n, "duration_s": round((n - 1) * cycle, decimals), "then": _list_events(then)}
+        for file, n, then in zip(files, rows, events[1:], strict=True)
     ]
-    data = {
-        "schema": 1,
-        "program": summary.options.source_name,
-        "cycle_s": summary.format.cycle,
-        "before": _list_events(summary.before),
-        "parts": parts,
-    }
-    return format_json(data, 2) + "\n"
+    return {"schema": 1, "program": program, "cycle_s": cycle, "before": _list_events(events[0]), "parts": parts}
+
+
+def compare_index(
+    path: Path, program: str, cycle: float, rows: Sequence[int], events: Sequence[tuple[Event, ...]]
+) -> list[Finding]:
+    """Report as VP414 each field of an index that a conversion would write otherwise.
+
+    Files may have other names, and the program may be in another folder, or come from a pipe, where it has no name.
+    """
+    index = _read_index(path)
+    written, name = str(index.get("program")), _FOLDERS.split(program)[-1]
+    if STDIN in (written, program) or _FOLDERS.split(written)[-1] == name:
+        name = written
+    files = [part["file"] for part in index["parts"]]
+    right = json.loads(format_json(_make_index(name, cycle, files, rows, events), 2))
+    return [
+        make_finding("VP414", f"{path.name} is not what a conversion writes: {text}")
+        for text in _compare(index, right, "")
+    ]
+
+
+def _compare(found: object, right: object, place: str) -> Iterator[str]:
+    """Say where two values of JSON differ, field by field; events of two lists only where there are as many."""
+    if isinstance(found, dict) and isinstance(right, dict):
+        for key in (*right, *(key for key in found if key not in right)):
+            where = f"{place}.{key}" if place else str(key)
+            if key not in found or key not in right:
+                yield f"{where} is {'missing' if key in right else 'no field of an index'}"
+            else:
+                yield from _compare(found[key], right[key], where)
+    elif isinstance(found, list) and isinstance(right, list) and len(found) == len(right):
+        for number, (one, other) in enumerate(zip(found, right, strict=True)):
+            yield from _compare(one, other, f"{place}[{number}]")
+    elif found != right or isinstance(found, bool) != isinstance(right, bool):
+        yield f"{place} is {_show(found)}; right is {_show(right)}"
+
+
+def _show(value: object) -> str:
+    text = json.dumps(value)
+    return text if len(text) <= _SHOWN else f"{text[:_SHOWN]}..."
 
 
 def _list_events(events: tuple[Event, ...]) -> list[dict[str, object]]:
@@ -63,8 +110,8 @@ def is_derived(path: Path, output: Path) -> bool:
     return re.fullmatch(rf"{stem}\.(?:index\.json|[0-9]+{suffix})", path.name) is not None
 
 
-def list_parts(index_file: Path) -> list[Path]:
-    """Files of the parts that an index names.
+def _read_index(index_file: Path) -> dict[str, Any]:
+    """An index, whose parts have names of files.
 
     Raises
     ------
@@ -73,12 +120,18 @@ def list_parts(index_file: Path) -> list[Path]:
     """
     try:
         with index_file.open("rb") as file:
-            names = [str(part["file"]) for part in json.loads(read_bounded(file))["parts"]]
+            index = json.loads(read_bounded(file))
+        names = [str(part["file"]) for part in index["parts"]]
         if any("\0" in name for name in names):
             raise ValueError("a name has a zero byte")
-        return [index_file.parent / Path(name).name for name in names]
     except (OSError, ValueError, KeyError, TypeError, RecursionError) as error:
         raise make_input_error("VP020", f"{index_file}: not an index of parts: {error}") from None
+    return dict(index)
+
+
+def list_parts(index_file: Path) -> list[Path]:
+    """Files of the parts that an index names (VP020: not an index)."""
+    return [index_file.parent / Path(str(part["file"])).name for part in _read_index(index_file)["parts"]]
 
 
 def find_index(part: Path) -> Path | None:
@@ -99,9 +152,16 @@ def _read_text(blocks: Iterator[SetpointBlock], file: Path) -> Iterator[Setpoint
 
 
 def read_parts(
-    path: Path, columns: tuple[Column, ...], cycle: float, stop_lines: Sequence[int], drives: tuple[Drive, ...]
+    path: Path,
+    columns: tuple[Column, ...],
+    cycle: float,
+    stop_lines: Sequence[int],
+    drives: tuple[Drive, ...],
+    counts: list[int] | None = None,
 ) -> Iterator[SetpointBlock]:
     """Read the rows of all parts of an index, one after the other; ``stop_lines`` are where the program is to be cut.
+
+    ``counts`` gets the number of rows of each part.
 
     Raises
     ------
@@ -124,6 +184,8 @@ def read_parts(
                     raise make_input_error("VP020", f"{file}: does not begin where the part before it ended")
                 last, first, line = block.values[-1], begin + block.first + len(block.values), int(block.line[-1])
                 yield replace(block, first=begin + block.first)
+        if counts is not None:
+            counts.append(first - begin)
         if number < len(stop_lines) and line != stop_lines[number]:
             raise make_input_error(
                 "VP020", f"{file}: ends in line {line}, and the program stops in line {stop_lines[number]}"

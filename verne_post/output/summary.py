@@ -223,18 +223,30 @@ def _restart(summary: Summary) -> Facts:
     forms = {
         "spindle": "spindle {direction} at {speed:g}{per}",
         "coolant": "coolant {state}",
-        "override": "overrides switched off by M48 to M53",
-        "signal": "output {output} as line {line} sets it",
-        "remapped": "{code} of line {line}",
+        "override": "override switches (M48 to M53): {switches}",
+        "spindle mode": "{code}{most}",
+        "orient": "spindle stopped at {angle:g} degrees",
+        "signal": "{what} output {output} as line {line} sets it",
     }
-    states = [
-        describe_tool(event)
-        if event.kind == "tool"
-        else forms[event.kind].format(line=event.line, per=_name_speed_unit(event), **event.data)
-        for event in summary.switched
-    ]
+    states, executed = list[str](), list[str]()
+    for event in summary.switched:
+        data = event.data
+        if event.kind in ("remapped", "auxiliary"):
+            words = "".join(f" {key}{value:g}" for key, value in data.items() if isinstance(value, float))
+            executed.append(f"{data['code']}{words} of line {event.line}")
+        elif event.kind == "tool":
+            states.append(describe_tool(event))
+        else:
+            more = {
+                "per": _name_speed_unit(event),
+                "most": f" (at most {data['most_per_minute']:g}/min)" if "most_per_minute" in data else "",
+                "what": "digital" if "on" in data else "analog",
+                "switches": ", ".join(f"{name} {'on' if on else 'off'}" for name, on in data.items()),
+            }
+            states.append(forms[event.kind].format(line=event.line, **more, **data))
     needed = f"; before the start there must be: {', '.join(states)}" if states else ""
-    return [("restart", f"starts at line {summary.options.from_line}{needed}")]
+    done = f"; the program has executed, in this order: {', '.join(executed)}" if executed else ""
+    return [("restart", f"starts at line {summary.options.from_line}{needed}{done}")]
 
 
 def _name_speed_unit(event: Event) -> str:
@@ -465,8 +477,9 @@ def _describe_arc_feeds(summary: Summary) -> Facts:
 
 def _keep_out(summary: Summary) -> Facts:
     """What is kept out of."""
-    names = _list_bodies(summary)
-    return [("kept out of", ", ".join(names))] if names else []
+    names, options = _list_bodies(summary), summary.options
+    cut = f" (as the lines before {options.from_line} have cut it)" if options.stock and options.from_line else ""
+    return [("kept out of", ", ".join(names) + cut)] if names else []
 
 
 def _list_bodies(summary: Summary) -> list[str]:

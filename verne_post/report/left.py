@@ -38,7 +38,7 @@ def make_left(program: Program) -> tuple[Surface | None, str]:
     coarse = max(step / CHORD_MM, 1.0)
     if len(program.contour) + count_chords(joints).sum() / coarse > MOST_POSES:
         return None, "What is left of the stock is not drawn: the program is too long."
-    spans, tools = list_spans(program, joints, moving, len(program.contour) - 1, coarse)
+    spans, tools, _skipped = list_spans(program, joints, moving, len(program.contour) - 1, coarse)
     for k, tool in enumerate(tools):
         own = spans.tool == k
         for piece in tool.cutter:

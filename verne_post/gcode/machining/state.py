@@ -13,7 +13,7 @@ from verne_post.model.moves import ArcFeed, FeedMode, Frame, PathControl, PathMo
 from verne_post.model.part_setup import Tool
 
 #: Override switches at the start of a program.
-_OVERRIDES: Final = {"speed": True, "feed": True, "adaptive": False, "hold": True}
+OVERRIDES: Final = {"speed": True, "feed": True, "adaptive": False, "hold": True}
 
 
 class ParameterStore(Struct):
@@ -83,7 +83,7 @@ class State(Struct):
     spindle_reversed: bool = False
     mist: bool = False
     flood: bool = False
-    overrides: dict[str, bool] = field(default_factory=lambda: dict(_OVERRIDES))
+    overrides: dict[str, bool] = field(default_factory=lambda: dict(OVERRIDES))
     compensation: Compensation | None = None
     arc_feed: ArcFeed = field(default_factory=ArcFeed)
     #: Where the tool's centre is while compensation holds, and until the next motion after it.
