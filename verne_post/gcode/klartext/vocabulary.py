@@ -31,7 +31,8 @@ STATEMENTS: Final[Mapping[str, str]] = {
     "there. PAT: PATTERN DEF",
     **dict.fromkeys(
         ("LBL", "CALL LBL"),
-        "subprograms up to LBL 0, which a program that runs on enters too (VP024); REP m runs the section from a label before it m + 1 times",
+        "subprograms up to LBL 0, which a program that runs on enters too (VP024); REP m runs the section from a label "
+        "before it m + 1 times",
     ),
     "CALL PGM": "a file in the folder of the program, as with O words",
     "CALL SELECTED PGM": "refused: write CALL PGM",
