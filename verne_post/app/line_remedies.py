@@ -192,7 +192,7 @@ def _propose_shifts(line: Line, findings: Sequence[Finding]) -> Iterator[str]:
 
 def propose_ends(line: Line, *, warnings: bool) -> Iterator[Remedy]:
     """Another X, Y or Z at the end of a straight line, alone; ``warnings``: what also removes warnings."""
-    if not remedies.is_straight(line.exact):
+    if not remedies.is_straight(line.exact) or line.move in line.moves.machine_moves:  # whose words are no tips
         return
     tip, angles = line.exact.pose(line.exact.contour, np.array([0]), np.array([1.0]))
     for letter, _way, one in _shift_along_axes(line, line.exact, warnings, end_only=True):

@@ -59,11 +59,11 @@ def _is_one_slip(word: str, right_word: str, least: int) -> bool:
 
 def find_meant_number(number: str, known: Iterable[str]) -> str:
     """The only known number that differs by a digit too many or too few, or by two in the wrong order; else empty."""
-    near = {one for one in known if one.isdecimal() and _differs_by_a_digit(*sorted((number, one), key=len))}
+    near = {one for one in known if one.isdecimal() and _is_a_digit_away(*sorted((number, one), key=len))}
     return near.pop() if len(near) == 1 and number.isdecimal() else ""
 
 
-def _differs_by_a_digit(shorter: str, longer: str) -> bool:
+def _is_a_digit_away(shorter: str, longer: str) -> bool:
     if len(shorter) == len(longer):
         swapped = (shorter[:at] + shorter[at + 1] + shorter[at] + shorter[at + 2 :] for at in range(len(shorter) - 1))
         return shorter != longer and longer in swapped

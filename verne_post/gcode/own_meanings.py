@@ -72,8 +72,10 @@ _FUNCTIONS: Final = {
     "EXP": "power of e", "LN": "natural logarithm", "ROUND": "nearest whole number",
 }  # fmt: skip
 _MACRO_FUNCTIONS: Final = _FUNCTIONS | {
-    "ATAN": "angle of ATAN[y]/[x], in degrees", "FIX": "next whole number below", "FUP": "next whole number above",
-}  # fmt: skip
+    "ATAN": "angle of ATAN[y]/[x], in degrees",
+    "FIX": "next whole number below",
+    "FUP": "next whole number above",
+}
 #: Words of expressions and of the order of execution that no table of their language has.
 OF_EXPRESSIONS: Final[Mapping[str, Mapping[str, str]]] = {
     "RS274/NGC": {

@@ -190,8 +190,8 @@ class KlartextText(ChunkedText):
                     (),
                 )
                 return
-            written = decode_line(self.source[ends[-1].start(1) : max(ends[-1].end(2), ends[-1].end(3))])
-            edit = Remedy(f"write {right}", right, line=number, misspelt=written)
+            written_line = decode_line(self.source[ends[-1].start(1) : max(ends[-1].end(2), ends[-1].end(3))])
+            edit = Remedy(f"write {right}", right, line=number, misspelt=written_line)
             yield number, f"{what}; write {right}", (edit,)
 
     def skip_parameters(self, line: int) -> int:

@@ -310,8 +310,8 @@ class Flow:
             message += f" ({int(label)}.ngc or O{int(label):04d}.nc)"
         else:
             message += "; from O9000 on they are macros of the builder, or of a probe: take calls of a probe out"
-        known = {one for text in (self.calls.text, self.calls.main) for one in text.structure.programs}
-        if near := find_meant_number(label, known):
+        known_programs = {one for text in (self.calls.text, self.calls.main) for one in text.structure.programs}
+        if near := find_meant_number(label, known_programs):
             message += f"; the program has O{near}, which is nearly this number"
         edit = Remedy(f"write P{near}", f"P{near}", line=self.calls.line - 1, misspelt=f"P{label}")
         is_sure = near and self.calls.text is self.calls.main
