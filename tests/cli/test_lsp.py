@@ -304,7 +304,7 @@ def hover(client: Client, uri: str, line: int, column: int | None = None) -> str
         # words that a code takes for another purpose than a place
         ("d.nc", "%\nO0001\nG21 G90 G94 G17 G40 G49 G54\nT1 M6\nS8000 M3\nG10 L2 P2 X7.\nG0 X0. Y0. A0. C0.\n"
          "G43 H1 Z160.\nG4 X0.5\nG65 P100 A10. X5. Z2. K3. I2.\nG92 X4.\nG92.1\nG52 X3.\nG52 X0\n"
-         "G68.2 X1. Y0 Z0 I0 J20. K0\nG53.1\nG69\nG91 G28 Z0.\nG90\nG0 Z190.\nM30\nO100\n#1=#24+1.\n"
+         "G68.2 X1. Y0 Z0 I0 J20. K0\nG53.1\nG69\nG91 G28 Z0.\nG90\nG0 G43 H1 Z190.\nM30\nO100\n#1=#24+1.\n"
          "G1 Z[100.+#26] F500.\nM99\n%\n", {
             "X7.": "**: origin of the work offset: 7",
             "X0.5": "**: dwell: 0.5 s",
@@ -1490,7 +1490,7 @@ def test_standard_input_belongs_to_the_editor(run: Callable[..., Any]) -> None:
 
 def test_what_a_set_up_lacks_is_added_to_it(client: Client, tmp_path: Path) -> None:
     """With a mark, as `setup` writes it; messages speak of keys, for there is no command line in an editor."""
-    text = "G21 G90 G94 G17 G55\nT7 M6\nG0 X0 Y0 Z200 A0 C0\nG43 Z120 H3\nG1 Z100 F500\nM2\n"
+    text = "G21 G90 G94 G17 G55\nT7 M6\nG0 X0 Y0 Z200 A0 C0\nG43 Z120 H3\nG1 Z100 F500\nG0 Z200\nG49\nT3 M6\nM2\n"
     setup = "split_at_stops = true\n[tools]\n3 = { length = 80 }\n7 = { length = 90 }\n[wcs]\nG54 = [0, 0, 60]\n"
     path = make_program(tmp_path, text, setup=setup)
     uri = client.open(path)
@@ -1571,7 +1571,7 @@ def test_other_toml_files_are_nobodys_business(client: Client, tmp_path: Path) -
 def test_a_set_up_shows_what_its_program_lacks_at_its_table(client: Client, tmp_path: Path) -> None:
     """Whether the program is open or not; with the line that would say it."""
     text = "G21 G90 G94 G17 G54\nT7 M6\nG0 X0 Y0 Z200 A0 C0\nG43 Z120 H7\nG1 Z100 F500\nM2\n"
-    setup = "[wcs]\nG54 = [0, 0, 60]\n[tools]\n3 = { length = 80 }\n"
+    setup = "[wcs]\nG54 = [0, 0, 60]\n[tools]\n"
     path = make_program(tmp_path, text, setup=setup)
     there = path.with_name("part.nc.toml")
     shown = show_file(client, there, setup)
