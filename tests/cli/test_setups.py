@@ -667,6 +667,10 @@ def test_a_tool_of_the_set_up_that_no_line_calls_is_told(
     told = run("check", program, "--fail-level", "warning")
     said = "VP041 warning: tools.3 of the set-up: no line of the program calls it; write its call, or take it out"
     assert (told.code, said in told.out) == (1, True)
+    # a set-up that is named may serve several programs
+    shop = tmp_path / "shop.toml"
+    shop.write_text((tmp_path / f"{name}.toml").read_text())
+    assert "VP041" not in run("check", program, "--setup", shop).out
     if name == "part.nc":  # H and D put the sizes of other numbers in force
         program.write_text(whole.replace(calls[3], "").replace("G43\n", "G43 H3\n"))
         (tmp_path / "part.nc.toml").write_text(

@@ -205,7 +205,8 @@ def read_setup_table(data: dict[str, Any], name: str, folder: Path, prefix: str 
     sentences += [f"{place}{text}" for text in (*find_wrong_codes(remap), *find_wrong_keys(control))]
     tools: dict[int, Tool] = {}
     try:
-        tools, numbers = number_tools(file.tools, shown, is_own=not prefix)
+        # one that a command line names may serve several programs
+        tools, numbers = number_tools(file.tools, shown, is_own=not prefix and bool(remedy))
         for dialect in NAMING_TOOLS if numbers else ():
             control[dialect]["tools"] = {**control[dialect].get("tools", {}), **numbers}
     except ValueError as error:
