@@ -103,13 +103,13 @@ def _text(command: click.Command) -> str:
 
 
 def keys_page() -> str:
-    """Keys of the machine file with type, bounds and default."""
+    """Keys of the common tables of the machine file with type, bounds and default."""
     out = [
-        "# Keys of the machine file",
+        "# Bounds of the common tables of the machine file",
         "",
-        "Every key is listed with its type, and with the bounds that a value is checked against. The page",
-        "[machine file](../machine-file.md) gives the meaning of each key. It also has `[module]`, `[limits]`",
-        "and `[as_built]`, whose keys depend on the kind of machine.",
+        "The tables that all machine files of schema 1 share: each key with its type, and with the bounds that a value",
+        "is checked against. [Machine file](../machine-file.md) gives the meaning of each key. It also has what is not",
+        "here: schema 2, and `[module]`, `[limits]` and `[as_built]`, whose keys depend on the kind of machine.",
     ]
     from verne_post.config import schema  # needs numpy, which the man page does not
 

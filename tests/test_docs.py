@@ -219,6 +219,8 @@ def test_the_site_is_built_without_warnings(tmp_path: Path) -> None:
         re.findall(r'="(site\.\w+)"', (tmp_path / "site" / "gcode.html").read_text("utf-8"))
     )
     assert "Refused" in (tmp_path / "site" / "examples" / "refused.html").read_text("utf-8")
+    # an empty line ends a table: its other rows would be text
+    assert not [page for page in (tmp_path / "site").rglob("*.html") if "<p>|" in page.read_text("utf-8")]
     live = (tmp_path / "site" / "examples" / "blade.html").read_text("utf-8")
     assert "data-limit" in live
     assert 'href="../report.html"' in live

@@ -173,7 +173,8 @@ ENDED_FUNCTIONS: Final = (
 #: How the control reacts or smooths, or ends of modes that cannot be begun.
 FUNCTIONS_WITHOUT_EFFECT: Final = {
     6: "tool change: TOOL CALL has made it", 90: "smoothing of corners; cycle 32 sets the tolerance",
-    102: "end of M101", 104: "back to the last preset: there is one", 105: "lag compensation", 106: "lag compensation",
+    102: "end of M101", 104: "back to the preset set last, which is active",
+    105: "lag compensation", 106: "lag compensation",
     107: "no error message for replacement tools", 108: "end of M107", 113: "end of M112",
     119: "end of M118", 120: "look-ahead under compensation", 121: "end of M120", 135: "end of M134",
     145: "end of M144",

@@ -105,7 +105,8 @@ _GROUPS: Final[Mapping[str, Mapping[int, str]]] = {
     },
     "tool length": {
         **{code: RS274.g_groups["tool length"][code] for code in (430, 434, 435, 490)},
-        **dict.fromkeys((431, 2340), "the same as G43.4"),
+        431: "the same as G43.4; *unverified*: on a Fanuc it may be length compensation along the tool axis",
+        2340: "the same as G43.4",
     },
     "cutter compensation": {code: RS274.g_groups["cutter compensation"][code] for code in (400, 410, 420)},
     "work offset": {
@@ -116,7 +117,7 @@ _GROUPS: Final[Mapping[str, Mapping[int, str]]] = {
     },
     "path control": {
         610: "a stop at the end of every move",
-        OVERRIDE: "ends G61, as G64 does: how slow a corner is, is planned within the tolerance",
+        OVERRIDE: "ends G61, as G64 does: corners are blended within the tolerance",
         640: RS274.g_groups["path control"][640],
     },
     "exact stop": {90: "exact stop at the end of the block"},
