@@ -14,10 +14,9 @@ from verne_post.gcode.siemens.interpreter import SiemensInterpreter
 from verne_post.model.moves import AXES, FeedMode
 
 _HEIGHTS: Final = ("RTP", "RFP", "SDIS", "DP")
-#: Distances, of which no sign has a meaning.
-_NOT_NEGATIVE: Final = (
-    "SDIS", "KDIAM", "RC", "MID", "MIDF", "MIDA", "FAL", "FALD", "CRAD", "RAD1", "DP1", "FDP", "FDP1", "LP1", "LP2",
-)  # fmt: skip
+_WAYS: Final = ("SDIS", "DP1", "FDP", "FDP1", "LP1", "LP2")
+#: Lengths of which no sign has a meaning.
+_NOT_NEGATIVE: Final = (*_WAYS, "KDIAM", "RC", "MID", "MIDF", "MIDA", "FAL", "FALD", "CRAD", "RAD1")
 _CHAMFER: Final = ("FS", "ZFS")
 _TAIL: Final = ("_GMODE", "_DMODE", "_AMODE")
 _SLOTS: Final = ("STA1", "INDA", "FFD", "FFP1", "MID", "CDIR", "FAL", "VARI", "MIDF", "FFP2", "SSF")
