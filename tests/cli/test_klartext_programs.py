@@ -62,6 +62,12 @@ _DRILLING = "CYCL DEF 200 DRILLING ~\n    Q200=+3 ;SET-UP CLEARANCE ~\n"
             "7: VP001 warning: line 7 has no ~ at its end: a control ends CYCL DEF there",
         ),
         (
+            "200 DRILLING ~",
+            "200 DRILLING",
+            0,
+            "5: VP001 warning: line 5 has no ~ at its end: a control ends CYCL DEF there",
+        ),
+        (
             f"{_DRILLING}    Q201=-8 ;DEPTH ~",
             "CYCL DEF 200 DRILLING Q200=+3 ~\n    Q201=-8 ;DEPTH",
             2,

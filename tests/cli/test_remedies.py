@@ -159,6 +159,8 @@ def test_a_tilt_beyond_the_number_of_the_limit_says_where_the_joint_is(run: Call
         ("part.nc", "G53 G0 Z500", "G53"),
         ("part.mpf", "SUPA G0 Z500 D0", "SUPA"),
         ("part.h", "L Z+500 R0 FMAX M91", "M91"),
+        ("part.h", "L Z+400 R0 FMAX\nL Z+3000 R0 FMAX M91", "M91"),
+        ("part.mpf", "TRAFOOF\nG500\nG0 Z500", "G500"),
     ],
 )
 def test_no_work_offset_is_named_for_machine_coordinates(
@@ -176,6 +178,19 @@ def test_no_work_offset_is_named_for_machine_coordinates(
     assert f"is in machine coordinates ({code}), which no work offset moves; change its values" in said
     assert "no work offset near" not in said
     assert "verne-post fit" not in said
+
+
+def test_a_line_that_is_in_machine_coordinates_once_alone_is_not_called_so(
+    tmp_path: Path, run: Callable[..., Any]
+) -> None:
+    """A loop executes the line in G54, where it fails, and in G500."""
+    (tmp_path / "part.mpf").write_text(
+        "G710 G90 G54\nT1 D1\nM6\nG0 A0 C0\nREPEATED:\nG0 X0 Y0 Z60\nG500\nENDED:\nREPEAT REPEATED ENDED P=1\nM30\n",
+        encoding="utf-8",
+    )
+    said = run("check", tmp_path / "part.mpf", "--tool-length", 80, "--wcs", "G54=0,0,600").out
+    assert "part.mpf:6: VP101 error" in said
+    assert "machine coordinates" not in said
 
 
 @pytest.mark.parametrize(

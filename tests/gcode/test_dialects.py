@@ -999,6 +999,15 @@ def test_the_ending_of_a_file_decides_where_its_text_does_not(name, dialect):
     assert choose_dialect("fanuc", b"N10 G0 X1\n", name) is DIALECTS["fanuc"]
 
 
+@pytest.mark.parametrize("name", ["a.h", "a.nc"])
+@pytest.mark.parametrize("first", ["BEGIN PMG A MM", "; A"])
+def test_klartext_without_a_right_begin_pgm_is_recognised(name, first):
+    """TRANS and CYCL DEF were taken for words of Siemens; one stray line shows nothing."""
+    text = f"0 {first}\n1 TOOL CALL 1 Z S8000\n2 TRANS DATUM AXIS X+12\n3 L X+1 FMAX\n4 END PGM A MM\n".encode()
+    assert choose_dialect("auto", text, name) is DIALECTS["heidenhain"]
+    assert choose_dialect("auto", b"TRAORI\nG0 X1\nTOOL CALL 1 Z\n", name) is DIALECTS["siemens"]
+
+
 FANUC_HEAD = "%\nO1\nG90 G54 G0 X0 Y0 Z50. A0 C0\n"
 
 

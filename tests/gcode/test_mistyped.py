@@ -96,6 +96,23 @@ def test_nothing_is_told_that_only_follows_from_a_mistyped_number(run: Callable[
 
 
 @pytest.mark.parametrize(
+    ("name", "line", "meant"),
+    [
+        ("p.nc", "M9O", "M90"),
+        ("p.mpf", "M9O", "M90"),
+        ("p.mpf", "M06O", "M060"),
+        ("p.h", "L Z+80 FMAX M8O", "M80"),
+    ],
+)
+def test_a_mistyped_code_is_told_once(
+    run: Callable[..., Any], tmp_path: Path, name: str, line: str, meant: str
+) -> None:
+    """That M80 is no code either was told as the same error again."""
+    (found,) = find_errors(run, tmp_path, name, line)
+    assert found.endswith(f"VP001 error: {line.split()[-1]}: the letter O in a number; did you mean {meant}?")
+
+
+@pytest.mark.parametrize(
     ("name", "line", "columns"),
     [("p.mpf", "TRAOR SUPAA X1 Q7=3", [1, 7, 16]), ("p.h", "L Z+80 FMA MM9 X+1 Y+1O", [8, 12, 20])],
 )

@@ -403,6 +403,7 @@ def test_the_same_in_four_languages(view, name):
 
 @pytest.mark.parametrize(("name", "values", "code", "part"), [
     ("POCKET3", {"WID": 7, "CRAD": 0}, "VP007", "no room"), ("POCKET3", {"CRAD": 13}, "VP007", "CRAD"),
+    ("POCKET3", {"SDIS": -2}, "VP007", "SDIS -2"),
     ("POCKET3", {"RTP": ""}, "VP005", "RTP"), ("POCKET3", {"DP": 6}, "VP007", "bottom"),
     ("POCKET3", {"VARI": 15}, "VP002", "VARI"), ("POCKET3", {"VARI": 41}, "VP002", "VARI"),
     ("POCKET3", {"VARI": 21, "RAD1": 0}, "VP007", "RAD1"), ("POCKET3", {"VARI": 31, "RAD1": 90}, "VP007", "RAD1"),

@@ -28,7 +28,7 @@ from verne_post.kinematics.checks.remedies import (
     select_line,
 )
 from verne_post.model.findings import Finding, InputError, Remedy, make_finding
-from verne_post.model.part_setup import WorkOffset, name_system
+from verne_post.model.part_setup import MACHINE_SYSTEM, WorkOffset, name_system
 from verne_post.model.verdict import NO_POSE, Family, find_family, is_about_pose
 from verne_post.output.causes import find_excess
 from verne_post.toolpath.branch_choice import DEPARTURE
@@ -72,10 +72,7 @@ def add_remedies(source: Text, program: Program, findings: Sequence[Finding]) ->
         return [program.machine.unreachable[0], *(one for one in findings if not is_about_pose(one.code))]
     joints = guard_joints(program)
     is_short = len(program.contour) <= TRIED_ELEMENTS
-    fixed = {
-        item.line: _find_machine_code(source, program, item.line) for item in errors if _is_in_machine(program, item)
-    }
-    movable = [item for item in errors if item.line not in fixed]
+    movable = [item for item in errors if not _find_line_in_machine(program, item)]
     can_help = is_short and not all(_is_carried_along(program, joints, item) for item in movable)
     found = _find_offset(source, program, movable) if can_help else None
     offset, distance = found or (None, np.inf)
@@ -93,9 +90,13 @@ def add_remedies(source: Text, program: Program, findings: Sequence[Finding]) ->
     for item in findings:
         if item in remedied:
             tried = tuple(_try_remedies(source, program, joints, item, offset))
-            if item.line in fixed and item.code not in (*ROTARY_CODES, *_OPTIONS):
-                word_of = f" ({fixed[item.line]})" if fixed[item.line] else ""
-                why = f"line {item.line} is in machine coordinates{word_of}, which no work offset moves"
+            fixed_line = _find_line_in_machine(program, item)
+            if fixed_line and item.code not in (*ROTARY_CODES, *_OPTIONS):
+                code = _find_machine_code(source, program, fixed_line)
+                if not code and fixed_line not in program.moves.line[list(program.moves.machine_moves)]:
+                    code = name_system(MACHINE_SYSTEM)
+                word_of = f" ({code})" if code else ""
+                why = f"line {fixed_line} is in machine coordinates{word_of}, which no work offset moves"
                 tried = (
                     Remedy(f"{why}; change its values"),
                     *(one for one in tried if one not in (offset, _NO_OFFSET)),
@@ -153,7 +154,7 @@ def _try_remedies(
             yield Remedy(f"{flag} {what}", "true", key=tuple(change))
     if item.code in _OPTIONS:
         return
-    if offset is not None and item.code not in ROTARY_CODES and not _is_in_machine(program, item):
+    if offset is not None and item.code not in ROTARY_CODES and not _find_line_in_machine(program, item):
         yield offset
     elif find_family(item.code) != Family.BRANCH:
         line = _find_line(program, joints, item.line)
@@ -162,7 +163,7 @@ def _try_remedies(
                 yield dataclasses.replace(one, text=f"line {line.number} alone: {one.text}")
         moves = line is not None or item.code not in CONTACTS  # not where it starts: an offset does not say how it came
         tried = moves and item.code not in ROTARY_CODES and len(program.contour) <= TRIED_ELEMENTS
-        if tried and not _is_in_machine(program, item) and not _is_carried_along(program, joints, item):
+        if tried and not _find_line_in_machine(program, item) and not _is_carried_along(program, joints, item):
             yield _NO_OFFSET
 
 
@@ -325,9 +326,21 @@ def _find_legal_origin(
 def _select_movable_errors(program: Program, errors: Sequence[Finding]) -> list[Finding]:
     """Errors that a move of the part may cure."""
     others = (*ROTARY_CODES, *_OPTIONS)
-    return [item for item in errors if item.code not in others and item.line and not _is_in_machine(program, item)]
+    return [
+        item for item in errors if item.code not in others and item.line and not _find_line_in_machine(program, item)
+    ]
 
 
-def _is_in_machine(program: Program, item: Finding) -> bool:
-    """Whether a finding is about a move to machine coordinates (G53, G500, SUPA, M91), which no work offset moves."""
-    return item.line in program.moves.line[program.moves.find_in_machine()]
+def _find_line_in_machine(program: Program, item: Finding) -> int:
+    """The first or the worst line of a finding, where it leads to machine coordinates (G53, G500, SUPA, M91); else 0.
+
+    No work offset moves it, and none brings the lines of the finding within limits. A line that G500 holds for in one
+    of its executions alone is not meant.
+    """
+    moves = program.moves
+    in_machine = moves.find_in_machine()
+    for line in (item.line, item.worst_line):
+        at = np.flatnonzero(moves.line == line)
+        if line and len(at) and (in_machine[at].all() or np.isin(at, moves.machine_moves).any()):
+            return line
+    return 0

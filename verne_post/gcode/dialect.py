@@ -26,7 +26,7 @@ class Rival(Struct, frozen=True):
 class Dialect(Struct, frozen=True):
     """One controller dialect."""
 
-    #: True for a text that can only be of this dialect. At most one dialect may recognise a text.
+    #: True for a text that can only be of this dialect. Of several that do, the first by name reads it.
     recognise: Callable[[Text], bool]
     initial_state: Callable[[Setup], State]  #: The modal state at the start of a program.
     #: Execute a text on a state until it ends or a stop condition is met.

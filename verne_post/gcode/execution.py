@@ -77,7 +77,13 @@ class Execution(Struct):
         # beside its correction, a misspelt word that was one too many is there twice
         is_misspelt = len(all_errors) > 1 and all_errors[0].code in ("VP001", "VP002")
         kept_errors = (error for error in all_errors if not (is_misspelt and error.code in _TWICE))
-        return all(self.report(error, line, **where) for error in kept_errors)
+        # nor has the code that a mistyped number is corrected to, as M80 for M8O, an error of its own
+        mistyped_places = {(error.line, error.column) for error in all_errors if error.code == "VP001" and error.column}
+        return all(
+            self.report(error, line, **where)
+            for error in kept_errors
+            if error.code != "VP002" or (error.line, error.column) not in mistyped_places
+        )
 
     def report_at_line(
         self,

@@ -5,6 +5,7 @@ docs/heidenhain.md lists the statements.
 """
 
 import re
+from itertools import islice
 from typing import Final
 
 from verne_post.base.long_text import Text
@@ -16,6 +17,12 @@ from verne_post.gcode.setup import Setup
 from verne_post.gcode.words import read_whole_lines
 
 _HEADER: Final = re.compile(rb"(?:[ \t\r]*(?:;[^\n]*)?\n)*[ \t]*\d*[ \t]*BEGIN[ \t]+PGM(?![A-Z0-9])", re.IGNORECASE)
+#: Lines of no other control: two show a text whose BEGIN PGM is missing or misspelt, where one may be a stray one.
+_OWN: Final = re.compile(
+    rb"^[ \t]*+\d*+[ \t]*+(?:END[ \t]+PGM(?![A-Z0-9])|TOOL[ \t]+CALL[ \t]|CYCL[ \t]+DEF[ \t]|TRANS[ \t]+DATUM"
+    rb"|L[ \t][^;(\n]*FMAX(?![A-Z0-9]))",
+    re.IGNORECASE | re.MULTILINE,
+)
 _COMMENT: Final = re.compile(rb";[^\n]*")
 _VALUE: Final = rb"[ \t]*[+-]?[ \t]*(?:[0-9.,]|Q[LR]?[0-9])"
 #: What gives A and C a position without naming them.
@@ -28,8 +35,9 @@ _INCH: Final = (r"^[ \t]*\d*[ \t]*(?:BEGIN|END)[ \t]+PGM[ \t][^;\n]*?[ \t](INCH)
 
 
 def _recognise(source: Text) -> bool:
-    """BEGIN PGM is the first statement."""
-    return _HEADER.match(source[: 1 << 16]) is not None
+    """BEGIN PGM is the first statement, or lines are those that only these controls have."""
+    head = source[: 1 << 16]
+    return _HEADER.match(head) is not None or len(list(islice(_OWN.finditer(head), 2))) > 1
 
 
 def _names_axis(source: Text, letter: str, setup: Setup) -> bool:

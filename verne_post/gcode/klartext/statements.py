@@ -132,7 +132,7 @@ class KlartextText(ChunkedText):
         parts = [text]
         remark = goes_on and _REMARK.fullmatch(raw) is not None
         cycle = _is_cycle(text) and _PARAMETER.search(text.upper()) is None
-        tilde = goes_on
+        tilde, without = False, 0
         while goes_on or cycle:
             following = self.read_raw(line + len(parts))
             if following is None:
@@ -142,14 +142,15 @@ class KlartextText(ChunkedText):
             more = decode_line(following)
             if not goes_on and not _CYCLE_PARAMETER.match(more.upper()):
                 break
-            if cycle and tilde and not goes_on and warn is not None:
-                warn(line + len(parts) - 1)
-                warn = None
+            if cycle and not goes_on:
+                without = without or line + len(parts) - 1
             if goes_on and _is_cycle(parts[0]) and _is_block(more):
                 break
-            text, goes_on = _strip_comment(more)
             tilde |= goes_on
+            text, goes_on = _strip_comment(more)
             parts.append("" if remark else text)
+        if without and tilde and warn is not None:
+            warn(without)
         return parts
 
     def find_wrong_frame(self) -> Iterator[tuple[int, str, tuple[Remedy, ...]]]:

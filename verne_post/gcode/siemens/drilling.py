@@ -120,7 +120,10 @@ class _Hole:
         if max(self.digits) > 2:
             raise given.error("VP002", f"_AMODE {modes}: digits are 0, 1 and 2", "_AMODE")
         self.up = self._find_up()
-        self.clear = self.reference + self.up * abs(self._read_length("SDIS"))
+        clearance = self._read_length("SDIS")
+        if clearance < 0:
+            raise given.error("VP007", f"SDIS {given.number('SDIS'):g}: a distance is not negative", "SDIS")
+        self.clear = self.reference + self.up * clearance
         self.bottom = self._read_depth("DP", "DPR", self.digits[0])
         if self.up < 0 and max(self.retract, self.bottom) < self.reference:
             raise given.error(

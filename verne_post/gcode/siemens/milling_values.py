@@ -14,6 +14,9 @@ from verne_post.gcode.siemens.interpreter import SiemensInterpreter
 from verne_post.model.moves import AXES, FeedMode
 
 _HEIGHTS: Final = ("RTP", "RFP", "SDIS", "DP")
+_WAYS: Final = ("SDIS", "DP1", "FDP", "FDP1", "LP1", "LP2")
+#: Lengths of which no sign has a meaning.
+_NOT_NEGATIVE: Final = (*_WAYS, "KDIAM", "RC", "MID", "MIDF", "MIDA", "FAL", "FALD", "CRAD", "RAD1")
 _CHAMFER: Final = ("FS", "ZFS")
 _TAIL: Final = ("_GMODE", "_DMODE", "_AMODE")
 _SLOTS: Final = ("STA1", "INDA", "FFD", "FFP1", "MID", "CDIR", "FAL", "VARI", "MIDF", "FFP2", "SSF")
@@ -108,11 +111,7 @@ class MillingValues:
         value = self.given.number(name) * self.unit
         if positive and value <= 0:
             raise self.given.error("VP007", f"{name} {value / self.unit:g}: a length greater than 0 is needed", name)
-        if (
-            name
-            in ("KDIAM", "RC", "MID", "MIDF", "MIDA", "FAL", "FALD", "CRAD", "RAD1", "DP1", "FDP", "FDP1", "LP1", "LP2")
-            and value < 0
-        ):
+        if name in _NOT_NEGATIVE and value < 0:
             raise self.given.error("VP007", f"{name} {value / self.unit:g}: it is not negative", name)
         return value
 
@@ -122,7 +121,7 @@ class MillingValues:
             if not given.is_given(name):
                 raise given.error("VP005", f"{name} is needed", name)
         self.retract, self.top = self.measure("RTP"), self.measure("RFP")
-        self.clear = self.top + abs(self.measure("SDIS"))
+        self.clear = self.top + self.measure("SDIS")
         modes = given.read_whole("_AMODE")
         self.digits = [modes // 10**place % 10 for place in range(5)]
         has_height = given.is_given("DP")
