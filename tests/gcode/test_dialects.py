@@ -285,7 +285,7 @@ def test_p_and_q_of_g81_are_kept_and_have_no_effect_there(view):
     ("G30 P2 X5", "G30 X5"), ("M98 P30100\nM30\nO100\nG91 G0 X1\nM99", "M98 P100 L3\nM30\nO100\nG91 G0 X1\nM99"),
     ("M98 P30100\nM30\nO30100\nG91 G0 X1\nM99", "M98 P100\nM30\nO100\nG91 G0 X1\nM99"),
     ("G10 L2 P2 X5. Y4.\nG91 G10 L2 P2 X2.\nG90 G55 G0 X1 Y1", "G10 L2 P2 X7 Y4\nG55 G0 X1 Y1"),
-    ("/2 G0 X1\n:77\nX2", "G0 X1\nX2"), ("G61 G1 F9 X1", "G61.1 G1 F9 X1"), ("G0 X[1+2]", "G0 X[1+2]"),
+    ("/2 G0 X1\nX2", "G0 X1\nX2"), ("G61 G1 F9 X1", "G61.1 G1 F9 X1"), ("G0 X[1+2]", "G0 X[1+2]"),
     ("G10 L10 P1 R33.\nG43 H1\nG0 Z0", "G10 L1 P1 Z33\nG43 H1\nG0 Z0"),
     ("G10 L2 P2 X5.\nG55 G0 X1", "G10 L2 P2 X5\nG55 G0 X1"),
     ("#100=4.\n#101=#100*2+1\nG0X#101Y-#100", "G0 X9 Y-4"),
