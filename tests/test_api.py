@@ -774,6 +774,8 @@ if result.ok and result.setpoints is not None:
     csv: str = result.setpoints.to_csv()
     good: bool = vp.verify(result.setpoints, Path("part.nc"), machine, options).ok
 text: str = vp.explain("G0 X1", machine, 1, options).text
+short = vp.Options(wcs={"G54": (-10, 15, 60)}, tools={1: 80, 2: (80, 10)})
+lengths: list[float] = [one.offset[2] for one in (short.tools or {}).values()]
 """
 
 

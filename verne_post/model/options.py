@@ -14,7 +14,7 @@ from enum import StrEnum
 from functools import reduce
 from operator import or_
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, get_args, get_origin
+from typing import TYPE_CHECKING, Annotated, Any, Final, Generic, Literal, TypeVar, get_args, get_origin, overload
 
 from msgspec import Meta, Struct, ValidationError, convert
 
@@ -58,6 +58,28 @@ from verne_post.model.part_setup import (
 
 if TYPE_CHECKING:
     from inspect import Signature
+
+    _Held = TypeVar("_Held")
+    _Given = TypeVar("_Given")
+
+    class Converted(Generic[_Held, _Given]):
+        """A field whose constructor takes more than it holds, as type checkers see it."""
+
+        @overload
+        def __get__(self, one: None, kind: Any) -> _Held: ...
+        @overload
+        def __get__(self, one: object, kind: Any) -> _Held: ...
+        def __get__(self, one: Any, kind: Any) -> _Held: ...
+        def __set__(self, one: object, value: _Given) -> None: ...
+
+    HeldTools = Converted[dict[int, Tool] | None, Mapping[int, Tool | float | tuple[float, float]] | None]
+    _Offset = WorkOffset | tuple[float, ...]
+    HeldOffsets = Converted[
+        dict[int, WorkOffset], Mapping[int, _Offset] | Mapping[str, _Offset] | Mapping[str | int, _Offset]
+    ]
+else:
+    HeldTools = dict[int, Tool] | None
+    HeldOffsets = dict[int, WorkOffset]
 
 
 class Group(StrEnum):
@@ -147,7 +169,7 @@ class Options:
         About("Length from the gauge line to the tip, for the whole program.", Group.SETUP, unit="mm"),
     ] = None
     tools: Annotated[
-        dict[int, Tool] | None,
+        HeldTools,
         Checked(check_tools),
         About(
             "Tool table by number; in place of a tool its length in mm, or length and diameter.",
@@ -156,9 +178,9 @@ class Options:
             in_settings=False,
             takes=Mapping[int, Tool | float | tuple[float, float]] | None,
         ),
-    ] = None
+    ] = None  # type: ignore[assignment]
     wcs: Annotated[
-        dict[int, WorkOffset],
+        HeldOffsets,
         Checked(check_work_offsets),
         About(
             "Work offset on the table in mm, and the part's rotation in degrees.",
@@ -167,7 +189,7 @@ class Options:
             in_settings=False,
             takes=Mapping[str | int, WorkOffset | tuple[float, ...]],
         ),
-    ] = field(default_factory=dict)
+    ] = field(default_factory=dict)  # type: ignore[arg-type]
     cycle: Annotated[
         Annotated[float, Meta(ge=1e-4, le=1.0)] | None,
         About("Control cycle; overrides the machine file.", Group.SETUP, unit="s"),

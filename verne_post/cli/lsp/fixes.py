@@ -27,7 +27,7 @@ from verne_post.gcode.dialects import choose_dialect_name
 from verne_post.gcode.machining.holes import TAPPING_KEY
 from verne_post.gcode.rs274.fanuc_points import add_points
 from verne_post.model.findings import Finding, Remedy
-from verne_post.model.verdict import count_findings, is_about_text
+from verne_post.model.verdict import count_findings, is_about_pose, is_about_text
 
 #: T with a name.
 _NAMED_TOOL: Final = re.compile(r"(?<![A-Z_])(T\d?[ \t]*=[ \t]*)(\"[^\"]+\")", re.IGNORECASE)
@@ -72,6 +72,8 @@ def find_fixes(
     """
     fixes, before, places = [], count_findings(found.findings), _count_places(found.findings)
     setup, codes = _find_setup(inspector, found.path), {one.code for one in found.findings}
+    # another place is within limits too, and a word that is not used may stand beside the wrong code
+    is_choice = is_about_pose(item.code) or item.code == "VP006"
     for fix in _list_worked_out(_propose_fixes(found, item, setup, texts)):
         after = _try_fix(inspector, found.path, _change_texts(fix, texts), superseded)
         if after is None:
@@ -88,7 +90,7 @@ def find_fixes(
             left = f"{errors} error{'s stay' if errors > 1 else ' stays'}" if errors else "no errors then"
             left += f", with {format_count(warnings, 'warning')}" if warnings > before[1] else ""
             left += ", another tool axis" if fix.turns else ""
-            settles = not errors and not fix.turns and not fix.is_choice
+            settles = not errors and not (fix.turns or fix.is_choice or is_choice)
             fixes.append(replace(fix, title=f"{fix.title} ({left})", settles=settles))
     lacking = item.settled_by and setup is not None and not setup.exists() and setup not in texts
     if lacking and setup is not None and found.machine is not None and found.options is not None:
