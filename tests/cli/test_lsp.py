@@ -332,12 +332,12 @@ def hover(client: Client, uri: str, line: int, column: int | None = None) -> str
             "X2\n": "**: factor of this axis: 2",
          }),
         ("d.h", "0 BEGIN PGM A MM\n1 TOOL CALL 1 Z S8000\n2 L X+0 Y+0 Z+150 A+0 C+0 R0 FMAX M3\n"
-         "3 CYCL DEF 7.0 DATUM SHIFT\n4 CYCL DEF 7.1 X+5\n5 CC X+20 Y+0\n6 L X+10 Y+0 F500\n7 C X+30 Y+0 DR+\n"
+         "3 CYCL DEF 7.0 DATUM SHIFT\n4 CYCL DEF 7.1 X+5,5\n5 CC X+20 Y+0\n6 L X+10 Y+0 F500\n7 C X+30 Y+0 DR+\n"
          "8 L Z+160 FMAX\n9 M30\n10 END PGM A MM\n", {
             "R0": "**: radius compensation off; radius compensation: the first move ends beside the start of the first "
                   "element, the last move starts beside the end of the last",
             "Z S8": "**: tool axis",
-            "X+5": "**: shifts the datum to 5",
+            "X+5,5": "**: shifts the datum to 5.5",
             "X+20": "**: pole and centre: 20",
             "DR+": "**: arc counter-clockwise",
          }),

@@ -79,6 +79,8 @@ _KLARTEXT: Final[Mapping[str, str]] = {
     "MB": "how far M140 or a turn of the table retracts",
 }
 _VALUE: Final = r"(?P<value>\"[^\"]*\"|[-+]?(?:\d+\.?\d*|\.\d+))"
+#: Klartext also writes a comma in numbers.
+_COMMA_VALUE: Final = _VALUE.replace(r"\.?", "[.,]?")
 #: How a language writes a letter, or a name, with its value; letters may touch the value before.
 _PATTERNS: Final = {
     "siemens": re.compile(
@@ -87,7 +89,7 @@ _PATTERNS: Final = {
     "heidenhain": re.compile(
         rf"(?<![A-Z_])(?P<name>TOOL[ \t]+(?:CALL|DEF)|I?[XYZABCUVW]|I?P[RA]|D[LR]|SP[ABC]|SCL|ROT|DIST|LBL|REP|MB|"
         rf"Q\d+(?=[ \t]*=)|(?!R0(?![\d.]))[A-Z])"
-        rf"[ \t]*=?[ \t]*{_VALUE}|(?<![A-Z_])(?P<alone>DR[-+]|[XYZ])(?![-+=\w.])"
+        rf"[ \t]*=?[ \t]*{_COMMA_VALUE}|(?<![A-Z_])(?P<alone>DR[-+]|[XYZ])(?![-+=\w.])"
     ),
 }
 _LETTER_AND_VALUE: Final = re.compile(rf"(?<![A-Z_#<])(?P<name>[A-Z])[ \t]*{_VALUE}")
@@ -209,8 +211,9 @@ def _find_meaning_beside(address: Address, dialect: str, block: str, state: Stat
             in_plane = address.name == "Z" and state.plane  # cycles drill along another axis
             codes += [] if in_plane else state.modes.show(state.feed_mode, state.control.mode)[:1]
     meaning = next((of_codes[one][address.name] for one in codes if address.name in of_codes.get(one, {})), "")
-    number = re.fullmatch(r"[-+]?[\d.]+", address.value)
-    return meaning.format(format_number(float(address.value), _DECIMALS) if number else address.value)
+    value = address.value.replace(",", ".")
+    is_number = re.fullmatch(r"[-+]?[\d.]+", value) is not None
+    return meaning.format(format_number(float(value), _DECIMALS) if is_number else address.value)
 
 
 def _describe_argument(code: str, begin: int, address: Address) -> str:
