@@ -118,6 +118,7 @@ class FanucInterpreter(Rs274):
 
     table: ClassVar[CodeTable] = make_table()
     traits: ClassVar[Traits] = Traits(
+        separates_programs=True,
         zero_is_no_offset=True,
         perpendicular_entry=True,
         begins_at_once=False,

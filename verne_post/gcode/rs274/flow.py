@@ -63,6 +63,8 @@ class Flow:
         frame = self.calls.frame
         if line == frame.begin or self.calls.text.is_head(line):
             return
+        if frame.label is None and not self.interpreter.traits.separates_programs:
+            return
         if frame.label is None:
             end, text = "M30", f"the program runs on into O{o.label}; write M30 or M2 before it"
         else:

@@ -33,4 +33,5 @@ class Traits(Struct, frozen=True, kw_only=True):
     #: Comments that are messages, or stop the program, by their first word; those of "FILE" would open files.
     speaking_remarks: tuple[str, ...] = ("MSG", "DEBUG", "PRINT", "LOG", "ABORT", "FILE")
     starts_with_rapid: bool = False  #: G0 holds at the start.
+    separates_programs: bool = False  #: An O number that is reached begins another program; else it is passed.
     repeats_of_calls: str = "L"  #: Words of M98 that say how often.
