@@ -12,6 +12,7 @@ from verne_post.base.ragged import number_parts
 from verne_post.kinematics.checks.clearance import find_straight
 from verne_post.kinematics.checks.keep_out import KeepOut, Placed, build_moving
 from verne_post.kinematics.checks.moving import Moving, build_spindle
+from verne_post.kinematics.checks.separation import measure_cylinder_to_box
 from verne_post.kinematics.joint_path import JointPath
 from verne_post.model.contour import Contour
 from verne_post.model.findings import Finding, make_finding
@@ -81,6 +82,14 @@ def _check_start(program: Program, joints: JointPath, keep_out: KeepOut, box: Pl
     if program.options.from_line is not None or not named.any() or (named & ~rapids).any():
         return []
     spans, tools, _skipped = list_spans(program, joints, keep_out.moving, 0)
+    cutter = tools[int(spans.tool[0])].cutter
+    if not cutter:
+        return []
+    low, high = min(piece.low for piece in cutter), max(piece.high for piece in cutter)
+    start, end = (box.map_inside(spans.tip[:1, 0] + height * spans.axis[:1, 0]) for height in (low, high))
+    radius = np.array([max(piece.radius for piece in cutter)])
+    if measure_cylinder_to_box(start, end, radius, box.half)[0] > 0:  # most programs start above it: no stock is made
+        return []
     tip, axis = (np.repeat(one[:1, :1], 2, axis=1) for one in (spans.tip, spans.axis))
     standing = Spans(tip, axis, spans.line[:1], spans.tool[:1], np.ones(1, dtype=bool))
     touches = cut_stock(_make_stock(box), standing, tools).touches
