@@ -118,6 +118,28 @@ def test_a_mirror_image_before_a_plane_mirrors_the_plane(poses):
     assert axis_of(*angles[-1]) == pytest.approx(mirror @ ry(20) @ [0, 0, 1], abs=1e-9)
 
 
+@pytest.mark.parametrize(
+    ("begin", "end"),
+    [
+        ("CYCL DEF 10.1 ROT+30", "CYCL DEF 10.1 ROT+0"),
+        ("TRANS ROTATION ROT-40", "TRANS ROTATION RESET"),
+        ("CYCL DEF 8.1 Y", "CYCL DEF 8.0"),
+        ("TRANS MIRROR AXIS X", "TRANS MIRROR RESET"),
+        ("CYCL DEF 11.1 SCL0.5", "CYCL DEF 11.1 SCL1"),
+        ("TRANS SCALE SCL2", "TRANS SCALE RESET"),
+    ],
+)
+def test_the_end_of_a_map_in_a_plane_takes_back_that_of_before(poses, begin, end):
+    """A control has one rotation, one mirror image, one factor: the same plane without it puts the point as if it had
+    never been."""
+    plane = "PLANE SPATIAL SPA+20 SPB+0 SPC+0 MOVE FMAX"
+    tips, angles = poses(begin, plane, end, plane, TO_POINT)
+    assert tips[-1] == pytest.approx(rx(20) @ POINT, abs=1e-8)
+    assert axis_of(*angles[-1]) == pytest.approx(rx(20) @ [0, 0, 1], abs=1e-9)
+    tips, _angles = poses(begin, plane, end, "PLANE RESET MOVE FMAX", "CYCL DEF 10.1 IROT+90", TO_POINT)
+    assert tips[-1] == pytest.approx(rz(90) @ POINT, abs=1e-8)
+
+
 def test_relative_planes_add_up(poses):
     tips, _angles = poses(
         "PLANE SPATIAL SPA+20 SPB+0 SPC+0 STAY", "PLANE RELATIV SPC+30 STAY", "PLANE RELATIV SPB+10 MOVE FMAX", TO_POINT
@@ -294,6 +316,17 @@ def test_positions_of_c(poses, statements, c):
               "CYCL DEF 7.0", "CYCL DEF 7.1 X+9"], "PLANE RESET first"),
         (["PLANE SPATIAL SPA+20 SPB+0 SPC+0 MOVE FMAX", "CYCL DEF 10.0", "CYCL DEF 10.1 ROT+9",
           "PLANE SPATIAL SPA+10 SPB+0 SPC+0 MOVE FMAX"], "write PLANE RESET between them, or reset it first"),
+        *(([before, "PLANE SPATIAL SPA+20 SPB+0 SPC+0 MOVE FMAX", *inside], words) for before, inside, words in [
+            ("TRANS ROTATION ROT+30", ["TRANS ROTATION ROT+9"], "TRANS ROTATION RESET or PLANE RESET first"),
+            ("TRANS ROTATION ROT+30", ["CYCL DEF 10.0", "CYCL DEF 10.1 IROT+9"], "a rotation in a tilted plane while"),
+            ("TRANS MIRROR AXIS X", ["CYCL DEF 8.0", "CYCL DEF 8.1 Y"], "TRANS MIRROR RESET or PLANE RESET first"),
+            ("TRANS MIRROR AXIS X", ["TRANS MIRROR AXIS X"], "TRANS MIRROR RESET or PLANE RESET first"),
+            ("TRANS SCALE SCL2", ["TRANS SCALE SCL3"], "TRANS SCALE RESET or PLANE RESET first"),
+            ("TRANS ROTATION ROT+30", ["TRANS ROTATION RESET", "L X+5 FMAX"],
+             "write the plane again after the end of the rotation"),
+        ]),
+        *(([before, *plane], "does not act on the tilt") for before in ("TRANS ROTATION ROT+30", "TRANS MIRROR AXIS Y")
+          for plane in (["CYCL DEF 19.0", "CYCL DEF 19.1 A+20 B+0 C+0"], ["PLANE AXIAL A+20 C+0 TURN FMAX"])),
         (["LN X+5 TX+0 TY+0 TZ+1 F900"], "needs M128"),
     ],
 )  # fmt: skip
