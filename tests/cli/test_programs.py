@@ -519,14 +519,25 @@ def test_moves_under_g500_are_named_by_every_command(run: Callable[..., Any], tm
 @pytest.mark.parametrize(
     ("name", "text", "line"),
     [
-        ("p.h", "BEGIN PGM P MM\nTOOL DEF 1 L+120\nTOOL CALL 1 Z S900\nL X+0 Y+0 Z+60 A+0 C+0 R0 FMAX M3\n"
-         "TOOL CALL 1 Z S800\nL Z+40 R0 F600 M3\nM30\nEND PGM P MM\n", 3),
-        ("p.nc", "%\nO1\nG21 G90 G54\nT1 M6\nG10 L10 P1 R120.\nG0 X0 Y0 A0 C0 S900 M3\nG43 H1 Z60.\nG1 Z40. F600.\n"
-         "G43 H1\nM30\n%\n", 7),
-        ("p.mpf", "G17 G90 G94 G710 G54\n$TC_DP3[1,1]=120\nT1 D1\nM6\nS900 M3\nG0 X0 Y0 Z60 A0 C0\nD1\nG1 Z40 F600\n"
-         "M30\n", 4),
+        (
+            "p.h",
+            "BEGIN PGM P MM\nTOOL DEF 1 L+120\nTOOL CALL 1 Z S900\nL X+0 Y+0 Z+60 A+0 C+0 R0 FMAX M3\n"
+            "TOOL CALL 1 Z S800\nL Z+40 R0 F600 M3\nM30\nEND PGM P MM\n",
+            3,
+        ),
+        (
+            "p.nc",
+            "%\nO1\nG21 G90 G54\nT1 M6\nG10 L10 P1 R120.\nG0 X0 Y0 A0 C0 S900 M3\nG43 H1 Z60.\nG1 Z40. F600.\n"
+            "G43 H1\nM30\n%\n",
+            7,
+        ),
+        (
+            "p.mpf",
+            "G17 G90 G94 G710 G54\n$TC_DP3[1,1]=120\nT1 D1\nM6\nS900 M3\nG0 X0 Y0 Z60 A0 C0\nD1\nG1 Z40 F600\nM30\n",
+            4,
+        ),
     ],
-)  # fmt: skip
+)
 def test_a_length_of_the_program_beside_tool_length_is_told_once(
     run: Callable[..., Any], tmp_path: Path, name: str, text: str, line: int
 ) -> None:

@@ -316,17 +316,6 @@ def test_positions_of_c(poses, statements, c):
               "CYCL DEF 7.0", "CYCL DEF 7.1 X+9"], "PLANE RESET first"),
         (["PLANE SPATIAL SPA+20 SPB+0 SPC+0 MOVE FMAX", "CYCL DEF 10.0", "CYCL DEF 10.1 ROT+9",
           "PLANE SPATIAL SPA+10 SPB+0 SPC+0 MOVE FMAX"], "write PLANE RESET between them, or reset it first"),
-        *(([before, "PLANE SPATIAL SPA+20 SPB+0 SPC+0 MOVE FMAX", *inside], words) for before, inside, words in [
-            ("TRANS ROTATION ROT+30", ["TRANS ROTATION ROT+9"], "TRANS ROTATION RESET or PLANE RESET first"),
-            ("TRANS ROTATION ROT+30", ["CYCL DEF 10.0", "CYCL DEF 10.1 IROT+9"], "a rotation in a tilted plane while"),
-            ("TRANS MIRROR AXIS X", ["CYCL DEF 8.0", "CYCL DEF 8.1 Y"], "TRANS MIRROR RESET or PLANE RESET first"),
-            ("TRANS MIRROR AXIS X", ["TRANS MIRROR AXIS X"], "TRANS MIRROR RESET or PLANE RESET first"),
-            ("TRANS SCALE SCL2", ["TRANS SCALE SCL3"], "TRANS SCALE RESET or PLANE RESET first"),
-            ("TRANS ROTATION ROT+30", ["TRANS ROTATION RESET", "L X+5 FMAX"],
-             "write the plane again after the end of the rotation"),
-        ]),
-        *(([before, *plane], "does not act on the tilt") for before in ("TRANS ROTATION ROT+30", "TRANS MIRROR AXIS Y")
-          for plane in (["CYCL DEF 19.0", "CYCL DEF 19.1 A+20 B+0 C+0"], ["PLANE AXIAL A+20 C+0 TURN FMAX"])),
         (["LN X+5 TX+0 TY+0 TZ+1 F900"], "needs M128"),
     ],
 )  # fmt: skip
@@ -335,6 +324,35 @@ def test_what_would_be_a_guess_is_refused(findings, statements, words):
     assert found.code == "VP017"
     assert words in found.message
     assert found.line == len(HEAD) + len(statements)
+
+
+@pytest.mark.parametrize(
+    ("before", "inside", "words"),
+    [
+        ("TRANS ROTATION ROT+30", ["TRANS ROTATION ROT+9"], "TRANS ROTATION RESET or PLANE RESET first"),
+        ("TRANS ROTATION ROT+30", ["CYCL DEF 10.0", "CYCL DEF 10.1 IROT+9"], "a rotation in a tilted plane while"),
+        ("TRANS MIRROR AXIS X", ["CYCL DEF 8.0", "CYCL DEF 8.1 Y"], "TRANS MIRROR RESET or PLANE RESET first"),
+        ("TRANS MIRROR AXIS X", ["TRANS MIRROR AXIS X"], "TRANS MIRROR RESET or PLANE RESET first"),
+        ("TRANS SCALE SCL2", ["TRANS SCALE SCL3"], "TRANS SCALE RESET or PLANE RESET first"),
+        (
+            "TRANS ROTATION ROT+30",
+            ["TRANS ROTATION RESET", "L X+5 FMAX"],
+            "write the plane again after the end of the rotation",
+        ),
+    ],
+)
+def test_a_second_map_in_a_plane_is_refused(findings, before, inside, words):
+    found = findings(before, "PLANE SPATIAL SPA+20 SPB+0 SPC+0 MOVE FMAX", *inside)
+    assert (found.code, found.line) == ("VP017", len(HEAD) + 2 + len(inside))
+    assert words in found.message
+
+
+@pytest.mark.parametrize("before", ["TRANS ROTATION ROT+30", "TRANS MIRROR AXIS Y"])
+@pytest.mark.parametrize("plane", [["CYCL DEF 19.0", "CYCL DEF 19.1 A+20 B+0 C+0"], ["PLANE AXIAL A+20 C+0 TURN FMAX"]])
+def test_planes_by_axes_after_a_rotation_or_mirror_image_are_refused(findings, before, plane):
+    found = findings(before, *plane)
+    assert (found.code, found.line) == ("VP017", len(HEAD) + 1 + len(plane))
+    assert "does not act on the tilt" in found.message
 
 
 @pytest.mark.parametrize(

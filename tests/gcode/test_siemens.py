@@ -152,12 +152,6 @@ def test_words_have_rs274_twins(view, siemens, rs274):
     ("SUPA X=DC(1)", "VP017", "DC"), ("SUPA C=IC(1)", "VP017", "IC"), ("SUPA G2 X1", "VP017", "G0 or G1"),
     ("AP=5", "VP005", "AP="), ("RP=5 AP=5 X3", "VP003", "one way"),
     ("CYCLE800(0,\"\",0,57,0,0,0,30,0,0,0,0,0,5)", "VP007", "_DIR"),
-    *((f"G700\n{text}", "VP017", "under G700") for text in (
-        "X=$TC_DP3[1,1]", "X=$TC_DP6[1,1]", "X=$P_UIFR[1,X,TR]", "R1=$P_F", "R1=$AA_IM[X]", "R1=$P_TOOLR",
-        "R1=$P_TOOLL[1]", "$P_UIFR[1,X,TR]=3", "$TC_DP3[1,1]=5", "$TC_DP6[1,1]=5")),
-    *((f"CYCLE800(0,\"\",0,57,0,0,0,{angle})\n{frame}\n{end}", "VP017", "TRANS without axes before CYCLE800()")
-      for angle in (0, 20) for frame in ("TRANS X5", "ROT Z30", "MIRROR X0", "$P_PFRAME=CTRANS(X,3)")
-      for end in ("CYCLE800()", "CYCLE800(0,\"0\")")),
     ("TRANS X1\nCYCLE800(0,\"\",0,57,0,0,0,30,0,0,0,0,0,1)", "VP017", "TRANS"), ("CYCLE832(0.1,25)", "VP002", "_TOLM"),
     ("CYCLE832(0.1,5)", "VP002", "last digit"), ("CYCLE832(0.1,3000001)", "VP002", "_TOLM"),
     ("CYCLE832(0.1,112021)", "VP002", "_TOLM"), ("CUTMOD=2", "VP002", "CUTMOD=2"), ("CUTMOD", "VP001", "CUTMOD"),
@@ -572,3 +566,26 @@ def test_user_codes_switch_tool_centre_point_control_as_trafoof_does(machine):
     for off, on in (("TRAOOF", "TRAON"), ("M429", "M428")):
         assert list_places_on(machine, text.format(off, on), "siemens", remap=remap) == own
     assert list_places_on(machine, text.format("", ""), "siemens") != own
+
+
+@pytest.mark.parametrize("angle", [0, 20])
+@pytest.mark.parametrize("frame", ["TRANS X5", "ROT Z30", "MIRROR X0", "$P_PFRAME=CTRANS(X,3)"])
+@pytest.mark.parametrize("end", ["CYCLE800()", 'CYCLE800(0,"0")'])
+def test_the_end_of_a_plane_with_a_frame_set_in_it_is_refused(view, angle, frame, end):
+    plane = f'G0 X0 Y0 Z0\nCYCLE800(0,"",0,57,0,0,0,{angle})'
+    _moves, found = view(f"{plane}\n{frame}\nX1\n{end}\nX2\nM30", dialect="siemens")
+    assert [(item.code, item.line) for item in found] == [("VP017", 5)]
+    assert "TRANS without axes before CYCLE800()" in found[0].message
+    for text in (f"{plane}\n{frame}\nX1\nTRANS\n{end}\nX2", f"G0 X0 Y0 Z0\n{frame}\n{end}\nX2"):
+        assert view(f"{text}\nM30", dialect="siemens")[1] == ()
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["X=$TC_DP3[1,1]", "X=$TC_DP6[1,1]", "X=$P_UIFR[1,X,TR]", "R1=$P_F", "R1=$AA_IM[X]", "R1=$P_TOOLR"]
+    + ["R1=$P_TOOLL[1]", "$P_UIFR[1,X,TR]=3", "$TC_DP3[1,1]=5", "$TC_DP6[1,1]=5"],
+)
+def test_lengths_of_the_control_under_g700_are_refused(view, text):
+    _moves, found = view(f"G0 X0 Y0 Z0\nG700\n{text}\nX1\nM30", dialect="siemens")
+    assert [(item.code, item.line) for item in found] == [("VP017", 3)]
+    assert "under G700" in found[0].message
