@@ -27,6 +27,7 @@ from verne_post.kinematics.checks.remedies import (
     is_straight,
     select_line,
 )
+from verne_post.model.codes import CODES
 from verne_post.model.findings import Finding, InputError, Remedy, make_finding
 from verne_post.model.part_setup import MACHINE_SYSTEM, WorkOffset, name_system
 from verne_post.model.verdict import NO_POSE, Family, find_family, is_about_pose
@@ -150,7 +151,7 @@ def _try_remedies(
             continue
         left = _find_errors_with(source, program, **change) if len(program.contour) <= TRIED_ELEMENTS else None
         if left is not None and item.code not in left:
-            what = "brings the program within limits" if not left else f"removes this ({', '.join(left)} stay)"
+            what = f"removes this error; {_name_left(left)}" if left else "brings the program within limits"
             yield Remedy(f"{flag} {what}", "true", key=tuple(change))
     if item.code in _OPTIONS:
         return
@@ -203,6 +204,12 @@ def _find_errors_with(source: Text, program: Program, **change: Any) -> tuple[st
     except InputError:
         return None
     return tuple(dict.fromkeys(item.code for item in found if item.severity == "error"))
+
+
+def _name_left(codes: Sequence[str]) -> str:
+    """What a remedy leaves to be mended: each code with its meaning."""
+    named = ", ".join(f"{code} ({CODES[code].title})" for code in codes)
+    return f"{named} {'remains' if len(codes) == 1 else 'remain'}"
 
 
 # --- one word of the program ---------------------------------------------------------------------------------
@@ -291,8 +298,8 @@ def _find_offset(source: Text, program: Program, errors: Sequence[Finding]) -> t
             name, then = name_system(system), format_list((*place, *([turn] if turn else [])))
             moved = f"if the part is moved by {format_list(place - origin)} mm (then {name} = {then})"
             none_given = "no work offset was given; " if given is None else ""
-            what = f"only {', '.join(left)} stay" if left else "within limits"
-            remedy = Remedy(f"{none_given}{what} {moved}", f"[{then}]", key=("wcs", name))
+            what = f"the other errors are gone {moved}; {_name_left(left)}" if left else f"within limits {moved}"
+            remedy = Remedy(f"{none_given}{what}", f"[{then}]", key=("wcs", name))
             return remedy, float(np.linalg.norm(place - origin))
     return None
 
