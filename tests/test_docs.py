@@ -158,6 +158,7 @@ def test_reference_and_man_page_have_every_option_that_help_shows(run: Callable[
     assert len(shown) > 60
     assert not {flag for flag in shown if flag not in page and flag not in ("--help", "--help-all")}
     assert not {flag for flag in shown if flag not in man and flag not in ("--help", "--help-all")}
+    assert "\n.nf\nmoves   what" in man and "```text\nmoves   what" in page
     assert not [
         line
         for line in made.man_page().splitlines()

@@ -237,7 +237,7 @@ def test_hover_shows_time_feed_and_pose_of_a_line(client: Client, tmp_path: Path
     shown = text.partition("```text\n")[2].partition("\n```")[0].split("\n")
     assert len(shown) <= 10
     (joints,), (margins,) = ([one for one in shown if one.startswith(f"  {what} ")] for what in ("joints", "margin"))
-    assert re.search(r"rho1 \d+\.\d{3}, .*, a \d+\.\d{3} deg, c ", joints)
+    assert re.search(r"rho1 \d+\.\d{3} mm, .*, a \d+\.\d{3} deg, c ", joints)
     assert re.search(r"rho1 \d+\.\d{3} mm, .*, a \d+\.\d{3} deg, c unlimited$", margins)
     assert shown[-1] == "  pose: possible"
 
@@ -415,7 +415,7 @@ def test_hover_says_what_the_word_under_the_cursor_does(client: Client, tmp_path
     text = "O1\nG21 G90 G94 G17 G54\nG0 X0 Y0 Z200 A0 C0\nG68.2 X0 Y0 Z0 I0 J20 K0\nG1 Z190 F500\nX10 Y\nM30\n"
     path = make_program(tmp_path, text.replace("X10 Y\n", "G69 G53 Y0\n"))
     uri = client.open(path)
-    word = "**G68.2**: tilted plane: tilted work plane by angles"
+    word = "**G68.2**: tilted plane: by angles"
     assert hover(client, uri, 3, 1).startswith(word)
     assert "\n\nin force: G0, " in hover(client, uri, 3, 1)
     assert "**" not in hover(client, uri, 3, 8)

@@ -316,12 +316,12 @@ def test_a_tool_table_goes_before_a_length_of_the_settings_file(folder: Path, ru
     Path("l.csv").write_text("tool,length_mm\n1,50\n", encoding="utf-8")
     Path("verne-post.toml").write_text("[options]\ntool_length = 120\n", encoding="utf-8")
     place = ("--wcs", "G54=0,0,60")
-    assert "tool 1 120 mm" in run("check", "part.nc", *place).out
-    assert "tool 1 50 mm" in run("check", "part.nc", *place, "--tool-table", "t.tbl").out
-    assert "tool 1 50 mm" in run("check", "part.nc", *place, "--tool-lengths", "l.csv").out
-    assert "tool 1 70 mm" in run("check", "part.nc", *place, "--tool-length", "70").out
+    assert "tool 1: 120 mm" in run("check", "part.nc", *place).out
+    assert "tool 1: 50 mm" in run("check", "part.nc", *place, "--tool-table", "t.tbl").out
+    assert "tool 1: 50 mm" in run("check", "part.nc", *place, "--tool-lengths", "l.csv").out
+    assert "tool 1: 70 mm" in run("check", "part.nc", *place, "--tool-length", "70").out
     Path("part.nc.toml").write_text('tool_table = "t.tbl"\n', encoding="utf-8")
-    assert "tool 1 50 mm" in run("check", "part.nc", *place).out
+    assert "tool 1: 50 mm" in run("check", "part.nc", *place).out
 
 
 def test_a_work_system_twice_in_a_set_up_is_refused(folder: Path, run: Callable[..., Any]) -> None:

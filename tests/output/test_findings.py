@@ -209,7 +209,7 @@ def test_text_counts() -> None:
         [Report("a.nc", (make_finding("VP101", "x"), make_finding("VP202", "y")), None), Report("b.nc", (), 1.5)]
     )
     assert shown.splitlines()[2] == "a.nc: refused: 1 error, 1 warning"
-    assert shown.splitlines()[3] == "b.nc: can run: 0 errors, 0 warnings, 1.500 s"
+    assert shown.splitlines()[3] == "b.nc: can run: 0 errors, 0 warnings, machining time 1.500 s"
 
 
 @pytest.mark.parametrize("words", [("--settings", "bad.toml"), ("--wcs", "G60=1,2,3")])

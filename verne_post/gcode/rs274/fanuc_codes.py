@@ -122,7 +122,7 @@ _GROUPS: Final[Mapping[str, Mapping[int, str]]] = {
     },
     "exact stop": {90: "exact stop at the end of the block"},
     "tilted plane": {
-        PLANE: "tilted work plane by angles, points or directions: see Tilted planes",
+        PLANE: "by angles, points or directions: see Tilted planes",
         ROTATION: "turns coordinates in the plane; with I J K about a direction, and one more G68 may be nested: see "
         "Turns, scales, mirror images",
         OF_TOOL: "the plane of the tool: Z along it, X level, turned by R. A note (VP039) names parameter 12321",
