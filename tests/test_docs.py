@@ -4,6 +4,7 @@ import ast
 import json
 import os
 import re
+import shutil
 import subprocess
 import sys
 import tomllib
@@ -201,6 +202,27 @@ def test_home_says_what_goes_in_what_comes_out_with_which_command_on_which_machi
     assert home.index("**Machines:**") < home.index("--machine NAME")
     assert "hexapods" in home
     assert len(home) < 1600
+
+
+def test_the_search_of_the_site_takes_endings_away() -> None:
+    node = shutil.which("node")
+    if node is None:
+        pytest.skip("needs node")
+    script = (ROOT / "docs" / "site.js").read_text("utf-8")
+    asked = script[script.index("const cut =") : script.index("const post =")]
+    wanted = {
+        "drilled": "+drill* drilled^2",
+        "Tapping": "+Tap* Tapping^2",
+        "collisions": "+collision* collisions^2",
+        # words that only look so
+        "feed speed string process axes": "+feed* +speed* +string* +process* +axes*",
+        "G43.4 CYCLE800": "+G43.4* +CYCLE800*",
+        "--from": "+from* title:convert^20",
+        "tool len": "+tool* +len*",
+    }
+    program = f"{asked}; console.log(JSON.stringify({json.dumps(list(wanted))}.map(asked)))"
+    done = subprocess.run([node, "-e", program], capture_output=True, text=True, check=True)
+    assert dict(zip(wanted, json.loads(done.stdout), strict=True)) == wanted
 
 
 def test_the_site_is_built_without_warnings(tmp_path: Path) -> None:
