@@ -27,7 +27,9 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP001",
         "unreadable block",
         "error",
-        "The block does not consist of words of its language. A word of G-code is a letter and a number.",
+        "The block does not consist of words of its language. A word of G-code is a letter and a number. As a warning: "
+        "a line of a Klartext cycle has no ~ at its end, or a block number of RS274/NGC may be a word that has lost "
+        "its letter.",
         "Correct the characters at the column of the message. In G-code, write a letter and a number; write comments "
         "in ( ) on one line, or after a ;. In Klartext, write comments after a ;.",
     ),
@@ -58,7 +60,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP005",
         "missing word",
         "error",
-        "A code needs a word that is not in its block.",
+        "A code needs a word that is not in its block. As a warning: a line of a Klartext cycle lacks the line before "
+        "that names the cycle.",
         "",
     ),
     (
@@ -72,7 +75,7 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP007",
         "number out of range",
         "error",
-        "The number of a word is outside what the word allows.",
+        "The number of a word is outside what the word allows. As a warning: a hole has no depth.",
         "",
     ),
     (
