@@ -1229,10 +1229,38 @@ def test_tables_of_the_set_up_sheet_have_room(browser: Any, show: Callable[..., 
     assert js(browser, f"{cell}.getBoundingClientRect().height") < 30
 
 
+#: Draws the charts again; the texts that end beyond their canvas.
+_CUT_TEXTS = """(() => {
+const own = CanvasRenderingContext2D.prototype.fillText, cut = [], all = [];
+CanvasRenderingContext2D.prototype.fillText = function (text, x, y, most) {
+  all.push(text);
+  const wide = Math.min(this.measureText(text).width, most ?? Infinity);
+  if (this.textAlign === 'left' && x + wide > this.canvas.clientWidth) cut.push(text);
+  own.apply(this, arguments);
+};
+report.charts.draw(0);
+CanvasRenderingContext2D.prototype.fillText = own;
+return [cut, all];
+})()"""
+
+
+def test_titles_of_charts_are_whole(browser: Any, show: Callable[..., Any]) -> None:
+    """The longest of them names the red of violations."""
+    show("travel", "phone")
+    for _place in ("phone", "paper"):
+        cut, texts = js(browser, _CUT_TEXTS)
+        assert cut == []
+        assert "Margin (travel, singularity), 0 at a limit; red: violation" in " ".join(texts)
+        js(browser, "window.dispatchEvent(new Event('beforeprint'))")
+    js(browser, "window.dispatchEvent(new Event('afterprint'))")
+
+
 def test_times_of_operations_have_room_on_a_phone(browser: Any, show: Callable[..., Any]) -> None:
     """A long word in a name is broken before the last column is cut off."""
     show("retracted", "phone")
     assert js(browser, "(e => e.scrollWidth - e.clientWidth)(document.getElementById('operations'))") == 0
+    heads = "[...document.querySelectorAll('#operations thead th')].filter(e => e.scrollWidth > e.clientWidth)"
+    assert js(browser, f"{heads}.map(e => e.textContent)") == []
     # the texts of two cells of a row have a gap between them
     gaps = js(
         browser,
