@@ -421,7 +421,8 @@ def _write_stretch(sides: tuple[Side, Side], one: Stretch, spent: Sequence[Array
         times.append(float(sums[last] - sums[first]) if side.study.timed else None)
         text = "<small>the same text</small>" if one.same and texts else _write_text(side, first, last)
         texts.append(f"<b>{'AB'[len(texts)]}, {_write_span(first, last)}</b><br>{text}")
-        reached.append(_describe_reached(side, first, last, join_few(each, "more") if other_feed else "feed rate"))
+        rate = join_few(each, "more") + ":" * (len(each) > 1) if other_feed else "feed rate"
+        reached.append(_describe_reached(side, first, last, rate))
     if reached[0] != reached[1]:
         reached = [f"{name}: {text}" for name, text in zip("AB", reached, strict=True) if text]
     governs = "<br>".join(map(escape_text, dict.fromkeys(reached)))
@@ -463,7 +464,7 @@ def _describe_reached(side: Side, first: int, last: int, rate: str) -> str:
     """How long a stretch has its feed rate, and the limit that governs where it loses most; nothing of rapids."""
     times, governing = side.study.lines, side.study.governing
     if times is None or governing is None:
-        return "" if rate == "feed rate" else rate
+        return "" if rate == "feed rate" else rate.removesuffix(":")
     lines = slice(first + 1, last + 1)
     if not (feed := times.feed[lines].sum()):
         return ""
