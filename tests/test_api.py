@@ -608,8 +608,9 @@ def test_settings_hold_below_the_set_up_as_on_the_command_line(part: Path, run: 
     [
         (lambda: vp.read_settings(3), "path: expected the name of a file, got int"),  # type: ignore[arg-type]
         (lambda: vp.check(SHORT, "verne", settings="x.toml"), "settings: expected Settings or a pathlib.Path, got str"),
-        (lambda: vp.batch("a.nc", "verne"), "programs: expected several paths"),  # type: ignore[arg-type]
-        (lambda: vp.batch(["a.nc"], "verne"), "programs: expected paths, got str"),  # type: ignore[list-item]
+        (lambda: vp.batch("a.nc", "verne"), "programs: expected several paths, as [Path('a.nc')]"),  # type: ignore[arg-type]
+        (lambda: vp.batch(Path("/"), "verne"), """several paths, as sorted(Path('/').glob("*.nc"))"""),  # type: ignore[arg-type]
+        (lambda: vp.batch(["a.nc"], "verne"), "programs: expected paths, got str: pass pathlib.Path('a.nc')"),  # type: ignore[list-item]
     ],
 )
 def test_settings_and_batches_that_are_none(call: Callable[[], Any], said: str) -> None:
