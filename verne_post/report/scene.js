@@ -121,7 +121,7 @@ const Scene = (() => {
     axes.frustumCulled = false;
     onTable.add(axes);
 
-    let toolNow = "", wide = 0;  // mm; the largest radius of the cutter
+    let toolNow = "", wide = 0;  // mm; the radius at the tip
     function placeTool(frame) {
       const number = data.toolNumbers[arrays.tool[frame]], long = arrays.tool_length[frame], key = number + " " + long;
       if (key === toolNow) return;
@@ -132,7 +132,7 @@ const Scene = (() => {
         const end = Math.min(to === null ? long : to, long);
         if (end <= from) continue;
         const cut = to === null ? Math.min(end, from + Math.max(0.45 * (end - from), 6 * radius)) : end;
-        wide = Math.max(wide, radius);
+        if (from === 0) wide = radius;
         tool.add(pillar(radius, from - long, cut - long, material("cutter")));
         if (cut < end) tool.add(pillar(Math.max(radius, 0.9 * model.spindleRadius * 0.4), cut - long, end - long, material("holder")));
       }
