@@ -130,7 +130,8 @@ def _propose_tilts(line: Line, findings: Sequence[Finding]) -> Iterator[Remedy]:
             f"within limits if the line ends at {letter} {format_number(then, 3)} instead of {letter} "
             f"{format_number(now, 6)}, tip and {joints.machine.rotary_letters[1]} as they are{stands}"
         )
-        yield Remedy(text, format_number(then, 3), line=line.number, word=(letter, float(now)))
+        # in radians meanwhile: 101 would be 100.99999999998437
+        yield Remedy(text, format_number(then, 3), line=line.number, word=(letter, float(format_number(now, 6))))
 
 
 def _describe_joint(joints: JointPath, tip: Array, tilt: float, turn: float, word: float) -> str:

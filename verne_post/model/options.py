@@ -565,8 +565,10 @@ class Options:
     if not TYPE_CHECKING:  # type checkers see the keywords of a dataclass; help() sees those of the table of options
         __signature__ = _Made(lambda: _make_signature())
 
-        def __init__(self, **given: Any) -> None:
+        def __init__(self, *nameless: Any, **given: Any) -> None:
             """Check what is given; the rest are defaults."""
+            if nameless:
+                raise UsageError("options", f"{nameless[0]!r} has no name; write for example Options(tool_length=80)")
             for name in given:
                 if name not in OPTIONS:
                     raise UsageError(name, f"there is no such option{suggest(name, OPTIONS)}")
