@@ -352,6 +352,37 @@ def hover(client: Client, uri: str, line: int, column: int | None = None) -> str
             "Q1=": "variable; 5 after this line",
             "Q1 F": "variable; 5 after this line",
          }),
+        # values that are computed, and those of the first of several passes
+        ("e.nc", "%\nO1\nG21 G90 G94 G17 G40 G49 G80 G54\nT1 M6\nS8000 M3\nG0 X10. Y0. A0. C0.\nG43 H1 Z130.\n"
+         "#101=112.\nG1 Z#101 F500.\nX[[#101-12.]/20.]F[#101*2]\nG4 P#101\nY-#101\n#1=0\nWHILE [#1 LT 5] DO1\nG1 Z[120.-#1]\n"
+         "#1=#1+1\nEND1\nG0 Z160.\nM30\n%\n", {
+            "Z#": "Z 112 mm in G54; machine Z -288 mm",
+            "#101 F": "variable; 112 after this line",
+            "X[[": "X 5 mm in G54; machine X 5 mm",
+            "-12.]": "X 5 mm in G54; machine X 5 mm",
+            "F[": "224 mm/min; the feed rate is reached",
+            "P#": "dwell: 112 milliseconds, or seconds if the key dwell says so",
+            "Y-#": "Y -112 mm in G54; machine Y -112 mm",
+            "Z[120": "Z 120 mm in G54; machine Z -280 mm, in the first of 5 passes",
+            "#1]\n": "variable; 0 after this line, in the first of 5 passes",
+         }),
+        ("e.mpf", 'G17 G90 G94 G71 G54\nDEF REAL DEPTH=112\nR1=5\nT="EM10" M6\nD1\nS8000 M3\nG0 X0 Y0 Z130 A0 C0\n'
+         "G1 Z=DEPTH F=R1*100\nZ=DEPTH + (R1-3)\nX=IC(R1)\nFOR R2=1 TO 5\nG1 Z=DEPTH-R2\nENDFOR\nG0 Z160\nM30\n", {
+            "Z=DEPTH ": "Z 112 mm in G54; machine Z -298 mm",
+            "F=": "feed rate; 500 mm/min; the feed rate is reached",
+            "+ (R1": "Z 114 mm in G54; machine Z -296 mm",
+            "R1-3)": "variable; 5 after this line",
+            "X=": "X 5 mm in G54; machine X 5 mm",
+            "=DEPTH-": "Z 111 mm in G54; machine Z -299 mm, in the first of 5 passes",
+         }),
+        ("e.h", '0 BEGIN PGM A MM\n1 TOOL CALL "EM10" Z S8000\n2 L X+0 Y+0 Z+130 A+0 C+0 R0 FMAX M3\n3 Q1=+5\n'
+         "4 L X+Q1 F500\n5 L IX-Q1 FQ1\n6 LBL 1\n7 L IZ-Q1\n8 CALL LBL 1 REP 3\n9 L Z+160 FMAX\n10 M30\n"
+         "11 END PGM A MM\n", {
+            "X+Q1 F": "X 5 mm in G54; machine X 5 mm",
+            "IX-": "X 0 mm in G54; machine X 0 mm",
+            "FQ1\n": "feed rate; 5 mm/min; the feed rate is reached",
+            "IZ-": "Z 125 mm in G54; machine Z -285 mm, in the first of 4 passes",
+         }),
     ],
 )  # fmt: skip
 def test_hover_of_a_word_says_what_it_comes_to(
