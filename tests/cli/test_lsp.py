@@ -354,8 +354,8 @@ def hover(client: Client, uri: str, line: int, column: int | None = None) -> str
          }),
         # values that are computed, and those of the first of several passes
         ("e.nc", "%\nO1\nG21 G90 G94 G17 G40 G49 G80 G54\nT1 M6\nS8000 M3\nG0 X10. Y0. A0. C0.\nG43 H1 Z130.\n"
-         "#101=112.\nG1 Z#101 F500.\nX[[#101-12.]/20.]F[#101*2]\nG4 P#101\nY-#101\n#1=0\nWHILE [#1 LT 5] DO1\nG1 Z[120.-#1]\n"
-         "#1=#1+1\nEND1\nG0 Z160.\nM30\n%\n", {
+         "#101=112.\nG1 Z#101 F500.\nX[[#101-12.]/20.]F[#101*2]\nG4 P#101\nY-#101\n#1=0\nWHILE [#1 LT 5] DO1\n"
+         "G1 Z[120.-#1]\n#1=#1+1\nEND1\nG0 Z160.\nM30\n%\n", {
             "Z#": "Z 112 mm in G54; machine Z -288 mm",
             "#101 F": "variable; 112 after this line",
             "X[[": "X 5 mm in G54; machine X 5 mm",
