@@ -957,7 +957,7 @@ FANUC = "%\nO0001 (BRACKET)\nG21 G90 G94 G17 G40 G49 G80\n"
          "Q200=2 Q201=-5 Q206=300 Q202=5 Q210=0 Q203=+110 Q204=20 Q211=0\n4 CYCL DEF 241 SINGLE-FLUTED ~\n"
          "Q200=2 Q201=-5 Q206=300 Q211=0 Q203=+110 Q204=20 Q379=0 Q253=750 Q208=3000 Q426=3 Q427=500 Q428=800 ~\n"
          "Q429=8 Q430=9 Q435=1\n5 L X+10 Y+0 FMAX M99\n6 L Z+160 FMAX\n7 M30\n8 END PGM A MM\n",
-         "VP002", "Write Q435=0 in place of Q435=1 (no errors then)", "Q435=1", "Q435=0"),
+         "VP002", "Write Q435=0 in place of Q435=1 in line 8 (no errors then)", "Q435=1", "Q435=0"),
     ],
 )  # fmt: skip
 def test_the_word_that_a_message_tells_to_write_is_written(
@@ -1076,7 +1076,7 @@ OF_KLARTEXT = "BEGIN PGM A MM\nTOOL CALL 1 Z S8000\nL X+0 Y+0 Z+150 A+0 C+0 R0 F
             OF_KLARTEXT + "CYCL DEF 200 D Q200=2 Q201=+12 Q206=9 Q202=5 Q210=0 Q203=+110 Q204=20\nL X+5 FMAX M99\n"
             "M30\nEND PGM A MM\n",
             "VP007",
-            "Write Q201=-12 in place of Q201=+12 (no errors then)",
+            "Write Q201=-12 in place of Q201=+12 in line 4 (no errors then)",
             "=+12",
             "=-12",
         ),
@@ -1088,6 +1088,54 @@ OF_KLARTEXT = "BEGIN PGM A MM\nTOOL CALL 1 Z S8000\nL X+0 Y+0 Z+150 A+0 C+0 R0 F
             "Write PLANE RESET STAY before line 7 (no errors then, another tool axis)",
             "L X+10",
             "PLANE RESET STAY\nL X+10",
+        ),
+        (
+            "a.h",
+            f"{OF_KLARTEXT}Q1 = 1O + 2\nL X+Q1 F500\nL Z+160 FMAX\nM30\nEND PGM A MM\n",
+            "VP001",
+            "Write Q1=10 in place of Q1 = 1O (no errors then)",
+            "Q1 = 1O",
+            "Q1=10",
+        ),
+        (
+            "a.h",
+            f"{OF_KLARTEXT}FN 1: Q1 = +5 + +1O\nL X+Q1 F500\nL Z+160 FMAX\nM30\nEND PGM A MM\n",
+            "VP001",
+            "Write +10 in place of +1O (no errors then)",
+            "+1O",
+            "+10",
+        ),
+        (
+            "a.h",
+            f"{OF_KLARTEXT}Q1 = SQTR 4\nL X+Q1 F500\nL Z+160 FMAX\nM30\nEND PGM A MM\n",
+            "VP001",
+            "Write SQRT in place of SQTR (no errors then)",
+            "SQTR",
+            "SQRT",
+        ),
+        (
+            "a.h",
+            f"{OF_KLARTEXT}Q12 = 5\nL IX-Q21 F500\nL Z+160 FMAX\nM30\nEND PGM A MM\n",
+            "VP025",
+            "Write Q12 in place of Q21 (no errors then)",
+            "Q21",
+            "Q12",
+        ),
+        (
+            "a.nc",
+            FANUC + f"{RS274}M89 P2\nG0 Z150\nM30\nO2\nX9.\nM99\n%\n",
+            "VP002",
+            "Write M98 in place of M89 (no errors then)",
+            "M89",
+            "M98",
+        ),
+        (
+            "a.nc",
+            FANUC + f"{RS274}G0 Z160\nG49\nG0 X0 Y0\nZ2.\nM30\n%\n",
+            "VP034",
+            "Write G43 H1 before line 13 (no errors then, with 1 warning)",
+            "Z2.",
+            "G43 H1\nZ2.",
         ),
         (
             "a.ngc",

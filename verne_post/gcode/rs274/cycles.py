@@ -7,8 +7,8 @@ from verne_post.gcode.arcs import PLANES
 from verne_post.gcode.block import Block
 from verne_post.gcode.codes import spell_g_code
 from verne_post.gcode.machining.holes import MAX_HOLES, MAX_PECKS, Thread, check_tapping, note_tapping, tap
-from verne_post.gcode.machining.machining import Machining, explain_tilted_tool
-from verne_post.gcode.program_error import ProgramError
+from verne_post.gcode.machining.machining import Machining, explain_tilted_tool, list_plane_edits
+from verne_post.gcode.program_error import ProgramError, write_before
 from verne_post.gcode.rs274.modes import Cycle, Modes
 from verne_post.gcode.rs274.motion import MotionCodes
 from verne_post.gcode.rs274.traits import Traits
@@ -108,7 +108,8 @@ class CycleCodes:
             what = f"{spell_g_code(motion)} drills along {AXES[normal]}, but {tool}"
             cause = remedy.removesuffix("; write G17")  # where the plane is the cause, arcs have the same one
             cause = "" if cause == remedy else cause
-            raise ProgramError("VP017", f"{what}: it would be dragged sideways; {remedy}", cause=cause)
+            edits = list_plane_edits(self.core)
+            raise ProgramError("VP017", f"{what}: it would be dragged sideways; {remedy}", cause=cause, edits=edits)
 
     def _read_cycle_heights(self, block: Block, motion: int, normal: int, before: Cycle | None) -> Cycle:
         state = self.state
@@ -187,7 +188,8 @@ class CycleCodes:
             if is_r
             else f"{letter} {bottom:g} mm, the bottom of the hole, lies above R {clear:g} mm"
         )
-        raise block.error("VP007", f"{text}{remedy}", wrong_letter)
+        edits = write_before("G80") if remedy else ()
+        raise block.error("VP007", f"{text}{remedy}", wrong_letter, edits=edits)
 
     def _refuse_other_unit(self, block: Block, motion: int, series: Cycle, before: Cycle | None) -> None:
         """Refuse (VP017) lengths that are kept from a cycle, and the level where a series began, in another unit."""
