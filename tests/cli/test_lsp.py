@@ -1876,6 +1876,7 @@ def test_words_and_keys_are_completed(
         assert items == {}
         return
     assert meaning in items[word]["detail"].lower()
+    assert items[word]["textEdit"]["newText"] == word  # this editor has no snippets
     lines = text.replace("^", "").split("\n")
     begin = items[word]["textEdit"]["range"]["start"]["character"]
     assert items[word]["filterText"].startswith(lines[place["line"]][begin : place["character"]])
@@ -1908,6 +1909,26 @@ def test_tools_of_the_set_up_are_completed(
         assert one["filterText"].startswith(line[one["textEdit"]["range"]["start"]["character"] :])
     if "12" in expected:
         assert next(one["detail"] for one in found if one["label"] == "12") == "length 80 mm, diameter 6 mm"
+
+
+def test_cycles_are_completed_with_places_for_their_values(tmp_path: Path) -> None:
+    """In an editor that has snippets; the names are those of the tables from which programs are read."""
+    client = Client(textDocument={"completion": {"completionItem": {"snippetSupport": True}}})
+    for name, text, word, snippet in (
+        ("a.nc", "%\nO1\nG8", "G83", "G83 X${1:X} Y${2:Y} Z${3:Z} R${4:R} Q${5:Q} F${6:F}"),
+        ("a.mpf", "G71 G90 G54\nCYCLE8", "CYCLE81", "CYCLE81(${1:RTP},${2:RFP},${3:SDIS},${4:DP},${5:DPR},${6:DTB})"),
+        ("a.h", "0 BEGIN PGM A MM\n1 CYCL DEF 20", "CYCL DEF 207",
+         "CYCL DEF 207 ~\n  Q200=${1:clearance} ~\n  Q201=${2:depth} ~\n  Q203=${3:surface} ~\n  "
+         "Q204=${4:second clearance} ~\n  Q239=${5:pitch}"),
+        ("a.nc", "%\nO1\nM", "M8", "M8"),
+    ):  # fmt: skip
+        uri = client.open(tmp_path / name, text)
+        place = {"line": text.count("\n"), "character": len(text.rpartition("\n")[2])}
+        found = client.ask("textDocument/completion", textDocument={"uri": uri}, position=place)
+        (item,) = [one for one in found if one["label"] == word]
+        assert (item["textEdit"]["newText"], item.get("insertTextFormat")) == (snippet, 2 if word != "M8" else None)
+        client.close_all()
+    client.end()
 
 
 def test_what_is_completed_as_a_value_is_accepted(client: Client, tmp_path: Path) -> None:
