@@ -376,10 +376,11 @@ def hover(client: Client, uri: str, line: int, column: int | None = None) -> str
             "=DEPTH-": "Z 111 mm in G54; machine Z -299 mm, in the first of 5 passes",
          }),
         ("e.h", '0 BEGIN PGM A MM\n1 TOOL CALL "EM10" Z S8000\n2 L X+0 Y+0 Z+130 A+0 C+0 R0 FMAX M3\n3 Q1=+5\n'
-         "4 L X+Q1 F500\n5 L IX-Q1 FQ1\n6 LBL 1\n7 L IZ-Q1\n8 CALL LBL 1 REP 3\n9 L Z+160 FMAX\n10 M30\n"
-         "11 END PGM A MM\n", {
+         "4 L X+Q1 F500\n5 L IX-Q1 FQ1\nCC X+0 Y+0\nLP PR+Q1 PA+0\n6 LBL 1\n7 L IZ-Q1\n8 CALL LBL 1 REP 3\n"
+         "9 L Z+160 FMAX\n10 M30\n11 END PGM A MM\n", {
             "X+Q1 F": "X 5 mm in G54; machine X 5 mm",
             "IX-": "X 0 mm in G54; machine X 0 mm",
+            "PR+": "radius about the pole; 5",
             "FQ1\n": "feed rate; 5 mm/min; the feed rate is reached",
             "IZ-": "Z 125 mm in G54; machine Z -285 mm, in the first of 4 passes",
          }),
@@ -1917,11 +1918,15 @@ def test_cycles_are_completed_with_places_for_their_values(tmp_path: Path) -> No
     for name, text, word, snippet in (
         ("a.nc", "%\nO1\nG8", "G83", "G83 X${1:X} Y${2:Y} Z${3:Z} R${4:R} Q${5:Q} F${6:F}"),
         ("a.mpf", "G71 G90 G54\nCYCLE8", "CYCLE81", "CYCLE81(${1:RTP},${2:RFP},${3:SDIS},${4:DP},${5:DPR},${6:DTB})"),
-        ("a.h", "0 BEGIN PGM A MM\n1 CYCL DEF 20", "CYCL DEF 207",
-         "CYCL DEF 207 ~\n  Q200=${1:clearance} ~\n  Q201=${2:depth} ~\n  Q203=${3:surface} ~\n  "
-         "Q204=${4:second clearance} ~\n  Q239=${5:pitch}"),
+        (
+            "a.h",
+            "0 BEGIN PGM A MM\n1 CYCL DEF 20",
+            "CYCL DEF 207",
+            "CYCL DEF 207 ~\n  Q200=${1:clearance} ~\n  Q201=${2:depth} ~\n  Q203=${3:surface} ~\n  "
+            "Q204=${4:second clearance} ~\n  Q239=${5:pitch}",
+        ),
         ("a.nc", "%\nO1\nM", "M8", "M8"),
-    ):  # fmt: skip
+    ):
         uri = client.open(tmp_path / name, text)
         place = {"line": text.count("\n"), "character": len(text.rpartition("\n")[2])}
         found = client.ask("textDocument/completion", textDocument={"uri": uri}, position=place)

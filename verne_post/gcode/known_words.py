@@ -183,9 +183,9 @@ def list_values_of_cycle(word: str, dialect: str) -> list[tuple[str, str]]:
     if dialect == "heidenhain":
         from verne_post.gcode.klartext.cycle_words import MACHINING, PATTERNS
 
-        number = word.removeprefix("CYCL DEF ")
-        needed, _defaults = (MACHINING | PATTERNS).get(int(number) if number.isdecimal() else 0, ((), {}))
-        return [(f" ~\n  Q{number}=", klartext.name_parameter(number) or "value") for number in needed]
+        cycle = word.removeprefix("CYCL DEF ")
+        numbers, _defaults = (MACHINING | PATTERNS).get(int(cycle) if cycle.isdecimal() else 0, ((), {}))
+        return [(f" ~\n  Q{number}=", klartext.name_parameter(number) or "value") for number in numbers]
     if word not in _HOLES:
         return []
     from verne_post.gcode.rs274.cycles import DWELLS, NEEDS_STEP

@@ -15,15 +15,15 @@ def write_before(words: str, *, line: int = 0, turns: bool = False) -> tuple[Rem
     return (Remedy(f"write {words} before", words, line=line, way="before", turns=turns),)
 
 
-def write_parameter(number: int, value: float, meant: float) -> tuple[Remedy, ...]:
+def write_parameter(number: int, value: float, right_value: float) -> tuple[Remedy, ...]:
     """The edit of an error that another value of a Q parameter settles, in the last line that gives it ``value``."""
-    return (Remedy(f"write Q{number}={meant:g}", f"{meant:g}", word=(f"Q{number}", value), is_above=True),)
+    return (Remedy(f"write Q{number}={right_value:g}", f"{right_value:g}", word=(f"Q{number}", value), is_above=True),)
 
 
-def write_meant(written: str, *names: Iterable[str]) -> tuple[Remedy, ...]:
-    """The edit of an error that one of ``names`` settles of which ``written`` is a slip; none where none is near."""
-    near = find_meant(written, *names, slip_alone=True)
-    return (Remedy(f"write {near}", near, misspelt=written),) if near else ()
+def write_meant(word: str, *names: Iterable[str]) -> tuple[Remedy, ...]:
+    """The edit of an error that one of ``names`` settles of which ``word`` is a slip; none where none is near."""
+    near = find_meant(word, *names, slip_alone=True)
+    return (Remedy(f"write {near}", near, misspelt=word),) if near else ()
 
 
 @contextmanager

@@ -204,6 +204,8 @@ def describe_address(
         values = [] if place is None else list(_describe_axis(AXES.index(axis), place, machine))
     else:
         values = [] if state is None else list(_find_values(address, dialect, state, options))
+        if not values and (shown := _show_value(address, state)) != address.value:
+            values = [] if _IS_NUMBER.fullmatch(address.value.replace(",", ".")) else [shown]
     return "; ".join([meaning, *values])
 
 

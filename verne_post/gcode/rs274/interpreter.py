@@ -542,8 +542,8 @@ class Rs274(Language):
         is_code = abs(number * 10 - code) <= 10 * WHOLE_NUMBER and number >= 0
         if is_code and code in self.table.refused_g:
             name = spell_g_code(code)
-            text, meant = f"not executed: {name} ({self.table.refused_g[code]})", self.table.instead_of_g.get(code)
-            edits = (Remedy(f"write {meant}", meant, way="marked"),) if meant else ()
+            text, right_code = f"not executed: {name} ({self.table.refused_g[code]})", self.table.instead_of_g.get(code)
+            edits = (Remedy(f"write {right_code}", right_code, way="marked"),) if right_code else ()
             raise ProgramError("VP002", text, column, about=name, edits=edits)
         if not is_code or code not in self.table.group_of_g:
             name = spell_g_code(code) if is_code else f"G{number:g}"
