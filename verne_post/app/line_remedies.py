@@ -59,6 +59,13 @@ class Line(Struct, frozen=True, eq=False):
         """Whether it moves again after its first pass."""
         return self.last + 1 < len(self._rows)
 
+    def describe_passes(self) -> str:
+        """``5 passes``; ``several passes`` where the moves do not tell how many, as with unlike passes in a row."""
+        rows = np.unique(self._rows)
+        n_first = int(np.searchsorted(rows, self._find_end_of_pass()))
+        runs = np.diff(np.flatnonzero(np.concatenate(([True], np.diff(rows) > 1, [True]))))
+        return f"{len(rows) // n_first} passes" if not (runs % n_first).any() else "several passes"
+
     def _find_end_of_pass(self) -> int:
         """The row after the first pass."""
         rows = self._rows

@@ -76,15 +76,6 @@ def find_correction(message: str) -> tuple[str, str] | None:
     return None if found is None else (found[1], found[2])
 
 
-def find_replacement(message: str) -> tuple[str, str]:
-    """What a message tells to write, and where: "; write Q365=0" the "word", "; write G40 first" a line "before".
-
-    Both are empty where a message ends in another way, such as with several words.
-    """
-    found = re.search(r"[;,] (?:write|use) ([A-Z_$][\w.]*(?:[= ][-+]?[\d.]+|\(\))?)( first)?\)?$", message)
-    return ("", "") if found is None else (found[1], "before" if found[2] else "word")
-
-
 def find_suggestion(message: str) -> str:
     """The name that :func:`suggest` has put at the end of a message; empty where there is none."""
     found = re.search(r"; did you mean ([^?\n]+)\?$", message)

@@ -66,7 +66,9 @@ class Execution(Struct):
         is_unread = error.code in _OF_READING and not error.settled_by
         self._has_unread_line |= is_unread or error.leaves_unknown
         column = error.column if file is None else None
-        reason = error.about, error.settled_by, error.cause, error.edits
+        there = (one if one.line or one.key else replace(one, line=shown_number) for one in error.edits)
+        edits = tuple(one for one in there if file is None or one.key)
+        reason = error.about, error.settled_by, error.cause, edits
         self.report_at_line(error.code, message, shown_number, column, *reason)
         self._error_count += 1
         return goes_on and len(self.errors) < MAX_ERRORS and self._error_count < MAX_COUNTED

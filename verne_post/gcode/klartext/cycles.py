@@ -18,7 +18,7 @@ from verne_post.gcode.machining.elements import make_arc
 from verne_post.gcode.machining.holes import MAX_PECKS, Thread, check_tapping, note_tapping, tap
 from verne_post.gcode.machining.machining import MAX_DWELL_S
 from verne_post.gcode.machining.plane_geometry import Point
-from verne_post.gcode.program_error import ProgramError
+from verne_post.gcode.program_error import ProgramError, write_parameter
 
 _Q = dict[int, float]
 #: Q403 of cycle 209, as the control bounds it.
@@ -81,9 +81,8 @@ class KlartextCycles:
         self.frames.check_upright(f"cycle {number}")
         if (tool := self.core.find_tilted_tool()) is not None:
             remedy = self.core.recorder.explain_plane("position the rotary axes first (PLANE ... MOVE or TURN)")
-            raise ProgramError(
-                "VP017", f"cycle {number} drills along Z, but {tool}: it would be dragged sideways; {remedy}"
-            )
+            text = f"cycle {number} drills along Z, but {tool}: it would be dragged sideways; {remedy}"
+            raise ProgramError("VP017", text, edits=self.core.recorder.list_plane_edits())
         for name in (Q.CLEARANCE, Q.SECOND_CLEARANCE, Q.UPPER_STOP, Q.LOWER_STOP):
             if q.get(name, 0.0) < 0:
                 raise ProgramError("VP007", f"Q{name}={q[name]:g}: a distance is not negative")
@@ -102,7 +101,9 @@ class KlartextCycles:
             raise ProgramError("VP002", "Q395=1 is not executed: the angle of the tool's point is not known")
         if q.get(Q.DEPTH, -1.0) > 0:
             depth = q[Q.DEPTH]
-            raise ProgramError("VP007", f"Q201={depth:g}: a depth is negative, below Q203; write Q201={-depth:g}")
+            edits = write_parameter(Q.DEPTH, depth, -depth)
+            text = f"Q201={depth:g}: a depth is negative, below Q203; write Q201={-depth:g}"
+            raise ProgramError("VP007", text, edits=edits)
 
     # --- moves in heights of the input system --------------------------------------------------------------
 
@@ -396,7 +397,8 @@ class KlartextCycles:
     def _drill_single_lip(self, q: _Q) -> None:
         """241: into the pilot hole at the speed Q427, to the depth at Q428 with coolant, and out as it came in."""
         if q[Q.DWELL_DEPTH]:
-            raise ProgramError("VP002", "Q435 is not executed: the dwell is at the bottom; write Q435=0")
+            edits = write_parameter(Q.DWELL_DEPTH, q[Q.DWELL_DEPTH], 0.0)
+            raise ProgramError("VP002", "Q435 is not executed: the dwell is at the bottom; write Q435=0", edits=edits)
         if q[Q.INFEED] > 0 and q[Q.INFEED] < -q[Q.DEPTH]:
             raise ProgramError(
                 "VP002", "Q202 is not executed in cycle 241 where it is less than the depth; write cycle 205 for pecks"

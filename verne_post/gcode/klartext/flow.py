@@ -56,7 +56,7 @@ class KlartextFlow:
         is_label = self.calls.in_call and not frame.program
         if jump.kind == "end":
             if is_label:
-                end = Remedy("write LBL 0", "LBL 0", line=line)
+                end = Remedy("write LBL 0", "LBL 0", line=line, way="before")
                 text = f"LBL {frame.label}, which CALL LBL has called, runs on into END PGM; write LBL 0 before it"
                 raise ProgramError("VP023", text, edits=(end,))
             if not self._leave_program():
@@ -67,7 +67,7 @@ class KlartextFlow:
         elif jump.kind == "label":
             if self.calls.in_main and jump.name in self._called_labels:
                 text = f"the program runs on into LBL {jump.name}, which CALL LBL calls too; write M30 or M2 before it"
-                end = Remedy("write M30", "M30", line=line)
+                end = Remedy("write M30", "M30", line=line, way="before")
                 self.interpreter.recorder.note_once("VP024", text, line, (end,), severity="warning")
         elif jump.kind == "goto":
             self.calls.line = self._label(jump.name, line)

@@ -5,8 +5,9 @@ import re
 from collections.abc import Callable
 from typing import Final, Protocol
 
+from verne_post.base.suggestions import LETTERS_OF_FUNCTIONS, find_meant
 from verne_post.gcode.expressions import MAX_NESTING, MAX_NUMBER
-from verne_post.gcode.program_error import ProgramError
+from verne_post.gcode.program_error import ProgramError, locate_errors
 
 #: A number or a parameter with a sign, as words have it.
 VALUE: Final = r"[+-]?[ \t]*(?:\d+[.,]?\d*|[.,]\d+|Q[LR]?\d+)"
@@ -74,9 +75,8 @@ def read_value(text: str, numbers: Numbers) -> float:
     text = text.strip()
     sign = -1.0 if text.startswith("-") else 1.0
     body = text.lstrip("+-").strip()
-    if body.startswith("Q"):
-        return sign * numbers.read_value(body)
-    return sign * _number(body)
+    with locate_errors(1 + len(text) - len(body)):
+        return sign * (numbers.read_value(body) if body.startswith("Q") else _number(body))
 
 
 def _number(text: str) -> float:
@@ -100,12 +100,16 @@ def evaluate(text: str, numbers: Numbers) -> float:
     formula = _Formula(text, numbers)
     try:
         value = formula.sum(0)
+        if formula.at < len(formula.tokens):
+            formula.at += 1
+            raise ProgramError("VP001", f"{formula.tokens[formula.at - 1]!r} in a formula; expected an operator")
     except OverflowError:
         raise ProgramError("VP007", f"{text.strip()[:60]}: the value is beyond any machine") from None
     except (ValueError, ZeroDivisionError) as error:
         raise ProgramError("VP007", f"{text.strip()[:60]}: {error}") from None
-    if formula.at < len(formula.tokens):
-        raise ProgramError("VP001", f"{formula.tokens[formula.at]!r} in a formula; expected an operator")
+    except ProgramError as error:
+        error.column = formula.columns[formula.at - 1]
+        raise
     if isinstance(value, complex) or not abs(value) <= MAX_NUMBER:
         raise ProgramError("VP007", f"{text.strip()[:60]}: the value is beyond any machine")
     return float(value)
@@ -117,6 +121,7 @@ class _Formula:
     def __init__(self, text: str, numbers: Numbers) -> None:
         self.numbers, self.at = numbers, 0
         self.tokens: list[str] = []
+        self.columns: list[int] = []  #: Of the tokens, from 1.
         place = 0
         text = text.rstrip()
         while place < len(text):
@@ -124,6 +129,7 @@ class _Formula:
             if match is None:
                 raise ProgramError("VP001", f"{text[place:].strip()[:10]!r} in a formula")
             self.tokens.append(match.group(1))
+            self.columns.append(match.start(1) + 1)
             place = match.end()
 
     def _take(self, *symbols: str) -> str | None:
@@ -185,7 +191,9 @@ class _Formula:
             return self.numbers.read_value(token)
         if token[0].isdigit() or token[0] in ".,":
             return _number(token)
-        raise ProgramError("VP001", f"{token!r} is not a value or a function of a formula")
+        near = find_meant(token, _FUNCTIONS, slip_alone=True, least=LETTERS_OF_FUNCTIONS)
+        text = f"{token}: no function of a formula; did you mean {near}?"
+        raise ProgramError("VP001", text if near else f"{token!r} is not a value or a function of a formula")
 
 
 def combine(function: int, first: float, second: float) -> float:

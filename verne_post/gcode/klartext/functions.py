@@ -22,7 +22,7 @@ from verne_post.gcode.klartext.vocabulary import (
 from verne_post.gcode.klartext.words import MWord, Words, read_words
 from verne_post.gcode.missing_setup import number_of_tool
 from verne_post.gcode.offsets import make_vector9
-from verne_post.gcode.program_error import At, ProgramError
+from verne_post.gcode.program_error import At, ProgramError, write_before
 from verne_post.model.moves import ZERO9, FeedMode, MoveKind, Selection
 from verne_post.model.part_setup import Tool
 
@@ -286,7 +286,8 @@ class KlartextFunctions:
                 f"{what} while tool-centre-point control of line {self.modes.tcp_line} (M128) holds: controls ask for "
                 "its end before that; write M129 first"
             )
-            self.core.recorder.note_once("VP043", text, self.frames.block.line)
+            line = self.frames.block.line
+            self.core.recorder.note_once("VP043", text, line, write_before("M129", line=line))
 
     def _reduce_angles(self, letters: str) -> None:
         """M94: positions of A and C as numbers from 0 to less than a turn; A below 0, which makes no turns, stays."""

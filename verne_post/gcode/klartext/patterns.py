@@ -27,7 +27,7 @@ from verne_post.gcode.klartext.vocabulary import CYCLES, CYCLES_WITHOUT_EFFECT, 
 from verne_post.gcode.klartext.words import Words
 from verne_post.gcode.machining.holes import MAX_HOLES
 from verne_post.gcode.machining.patterns import place_circle, place_grid, place_row
-from verne_post.gcode.program_error import ProgramError
+from verne_post.gcode.program_error import ProgramError, write_parameter
 
 _ITEM: Final = re.compile(r"[ \t]*(POS|ROW|PAT|FRAME|CIRC|PITCHCIRC)(\d+)[ \t]*\(([^()]*)\)")
 _ITEM_WORD: Final = re.compile(rf"[ \t]*(NUMX|NUMY|NUM|ROTX|ROTY|ROT|START|STEP|DX|DY|[XYZD])[ \t]*({VALUE})")
@@ -290,7 +290,8 @@ class KlartextPatterns:
         if self.cycle is None:
             raise statement.error("VP017", f"CYCL DEF {number} needs a machining cycle before it")
         if q.get(Q.ALONG_CIRCLE):
-            raise statement.error("VP002", "Q365=1 is not executed: between holes the tool goes straight; write Q365=0")
+            text = "Q365=1 is not executed: between holes the tool goes straight; write Q365=0"
+            raise statement.error("VP002", text, edits=write_parameter(Q.ALONG_CIRCLE, q[Q.ALONG_CIRCLE], 0.0))
         if q[Q.GO_HIGH] not in (0.0, 1.0):
             raise statement.error("VP007", f"Q301 is {q[Q.GO_HIGH]:g}; allowed are 0 and 1")
         places = _place_circle(statement, q) if number == 220 else _place_grid(statement, q)

@@ -5,11 +5,13 @@ from typing import Final
 
 from msgspec import Struct, field
 
+from verne_post.base.suggestions import find_meant_number
 from verne_post.gcode.expressions import MAX_NUMBER
 from verne_post.gcode.klartext.formulas import VALUE, combine, evaluate, holds, read_value
 from verne_post.gcode.klartext.statements import Statement, label_name
 from verne_post.gcode.klartext.vocabulary import FN, REFUSED_FN
 from verne_post.gcode.program_error import ProgramError
+from verne_post.model.findings import Remedy
 
 _ASSIGNMENT: Final = re.compile(r"(Q[LRS]?)[ \t]*(\d+)[ \t]*=")
 #: In the lines that ~ adds to an assignment: they are parameters of a cycle.
@@ -59,6 +61,11 @@ class QParameters(Struct):
             return table[key]
         if kind == "Q" and number in self.control_values:
             return self.control_values[number]
+        of_kind = (one.removeprefix(kind) for one in table if one.rstrip("0123456789") == kind)
+        if near := find_meant_number(str(number), of_kind):
+            edit = Remedy(f"write {kind}{near}", f"{kind}{near}", misspelt=name, is_choice=True)
+            text = f"{key} has no value; set it first, or write {kind}{near}, which is nearly its name"
+            raise ProgramError("VP025", text, edits=(edit,))
         raise ProgramError("VP025", f"{key} has no value; set it first")
 
     def look_up(self, name: str) -> float | str | None:
@@ -130,7 +137,8 @@ def assign(statement: Statement, parameters: QParameters) -> None:
     elif rest.strip().startswith("TONUMB"):
         parameters.set(name, _convert_to_number(rest, parameters))
     else:
-        parameters.set(name, evaluate(rest, parameters))
+        with statement.place_errors(match.end()):
+            parameters.set(name, evaluate(rest, parameters))
 
 
 def _join_strings(text: str, parameters: QParameters) -> str:
@@ -211,7 +219,9 @@ def execute_fn(statement: Statement, parameters: QParameters) -> FnAnswer:
         pattern = rf"(Q[LR]?\d+)[ \t]*=[ \t]*({VALUE})[ \t]*(?:{_OPERATORS[number]})[ \t]*({VALUE})"
     found = re.fullmatch(pattern, rest)
     if found is None:
-        raise ProgramError("VP001", f"FN {number}: {rest[:40]!r} is not of the form that this function has")
+        text = f"FN {number}: {rest[:40]!r} is not of the form that this function has"
+        slip = re.search(r"(?<![A-Z])[\d.,]*(?:\dO|O\d)", rest)  # what is meant by O is said at its column
+        raise statement.error("VP001", text, None if slip is None else match.end() + slip.start())
     name, first, second = found.groups()
     value = read_value(first, parameters)
     if number:

@@ -179,7 +179,8 @@ def _add(statement: Statement, words: Words, match: re.Match[str], begin: int, n
         words.functions[-1] = MWord(last.number, last.column, last.words, last.axes + found["axis"])
     else:
         name = found["name"]
-        value = read_value(found["value"], numbers)
+        with statement.place_errors(match.start("value")):
+            value = read_value(found["value"], numbers)
         if last is not None and name in _M_WORDS.get(last.number, ()) and name not in last.words:
             last.words[name] = value
             return

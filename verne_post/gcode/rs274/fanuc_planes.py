@@ -15,7 +15,7 @@ from verne_post.gcode.block import Block
 from verne_post.gcode.codes import TAKES_AXES, spell_g_code
 from verne_post.gcode.machining.machining import Machining
 from verne_post.gcode.machining.turning import turn_table
-from verne_post.gcode.program_error import ProgramError
+from verne_post.gcode.program_error import ProgramError, write_before
 from verne_post.gcode.rs274.fanuc_codes import MIRROR_OFF, OF_FRAMES, OF_TOOL, PLANE_OFF, ROTATION
 from verne_post.gcode.rs274.modes import NO_MAPS, TCP_CODES, Modes
 from verne_post.gcode.rs274.offsets import say_directions
@@ -80,7 +80,7 @@ class FanucPlanes:
         if modes.follows_table or self.state.frame.feature is not None:
             code, end = ("G254", "G255") if modes.follows_table else ("G68" if modes.turns else "G68.2", "G69")
             self._end(line)  # it was to end before: what follows would only say so again
-            raise ProgramError("VP017", f"{what} under {code}; write {end} first")
+            raise ProgramError("VP017", f"{what} under {code}; write {end} first", edits=write_before(end))
 
     def _end(self, line: int) -> None:
         if self.modes.follows_table:  # which G255 ends

@@ -28,7 +28,7 @@ def _holds(o: OWord, line: int) -> bool:
     try:
         return bool(o.read_condition())
     except ProgramError as error:
-        raise ProgramError(error.code, error.message, error.column, line) from None
+        raise ProgramError(error.code, error.message, error.column, line, edits=error.edits) from None
 
 
 class Flow:
@@ -56,7 +56,7 @@ class Flow:
             self._execute_o_word(o, line)
         except ProgramError as error:
             column = error.column or (None if error.line else o.reader.find_column(o.label_at - 1))
-            raise ProgramError(error.code, error.message, column, error.line) from None
+            raise ProgramError(error.code, error.message, column, error.line, edits=error.edits) from None
 
     def _refuse_to_run_on(self, o: OWord, line: int) -> None:
         """Refuse an O number that is reached without a call: the next program begins there."""
@@ -70,7 +70,7 @@ class Flow:
         else:
             end = "M99" if frame.program else f"o{frame.label} endsub"
             text = f"O{frame.label} runs on into O{o.label}; write {end} before it"
-        raise ProgramError("VP024", text, edits=(Remedy(f"write {end}", end, line=line),))
+        raise ProgramError("VP024", text, edits=(Remedy(f"write {end}", end, line=line, way="before"),))
 
     def _execute_o_word(self, o: OWord, line: int) -> None:
         if o.keyword == "call":

@@ -6,7 +6,7 @@ from typing import Final, Protocol
 
 from verne_post.base.suggestions import find_meant
 from verne_post.gcode.calls import CallStack
-from verne_post.gcode.program_error import ProgramError
+from verne_post.gcode.program_error import ProgramError, write_meant
 from verne_post.gcode.siemens.calls import Frame, Repeat
 from verne_post.gcode.siemens.cursor import Cursor, strip_zeros
 from verne_post.gcode.siemens.executor import Executor
@@ -24,6 +24,7 @@ class Running(Protocol):
 
 #: A subprogram or a stretch is repeated so often at most by one P.
 _MOST_REPEATS: Final = 9999
+_JUMPS: Final = ("GOTOF", "GOTOB", "GOTO", "GOTOC")
 _WHOLE: Final = 1e-9
 
 
@@ -78,8 +79,9 @@ def _execute_case(flow: Running, cursor: Cursor, line: int) -> None:
             cursor.name()
         holds = default or are_equal(read_number(cursor, variables), value)
         at, word = cursor.at, cursor.name()
-        if word not in ("GOTO", "GOTOF", "GOTOB", "GOTOC"):
-            raise cursor.error("VP001", "expected GOTOF, GOTOB, GOTO or GOTOC after a value of CASE", at)
+        if word not in _JUMPS:
+            text = "expected GOTOF, GOTOB, GOTO or GOTOC after a value of CASE"
+            raise cursor.error("VP001", text, at, write_meant(word or "", _JUMPS))
         cursor.skip()
         at, target = cursor.at, _read_target(flow, cursor)
         if holds and chosen_branch is None:
