@@ -630,6 +630,17 @@ HEADS = {
       "expected RTP above RFP")),
     ("siemens", "CYCLE82(50,0,3,12)", ("VP007", 16, "CYCLE82: the bottom 12 mm lies on the wrong side of the reference "
                                        "plane 0 mm")),
+    ("siemens", "CYCLE82(50,0,3,0)", ("VP007", 16, "CYCLE82: the bottom is the reference plane 0 mm: the hole has no "
+                                      "depth")),
+    ("siemens", "CYCLE81(50,0,3,,0)", ("VP007", 17, "CYCLE81: the bottom is the reference plane 0 mm: the hole has no "
+                                       "depth")),
+    # contradicting M codes, in each language as in RS274/NGC
+    ("siemens", "X5 M8 M9", ("VP003", 7, "M8 and M9 are of one modal group (coolant)")),
+    ("siemens", "X5 M3 M5", ("VP003", 7, "M3 and M5 are of one modal group (spindle)")),
+    ("fanuc", "X5. M8 M9", ("VP003", 8, "M8 and M9 are of one modal group (coolant)")),
+    ("heidenhain", "L X+5 F100 M8 M9", ("VP003", 15, "M8 and M9 are of one modal group (coolant)")),
+    ("heidenhain", "M3 M5", ("VP003", 4, "M3 and M5 are of one modal group (spindle)")),
+    ("heidenhain", "M13 M9", ("VP003", 5, "M13 and M9 are of one modal group (coolant)")),
     ("siemens", 'MSG("DRILL D6)', ("VP001", 5, "the quote is not closed on its line; expected '\"'")),
     ("siemens", 'MSG("DRILL D6"', ("VP001", 4, "the bracket is not closed on its line; expected ')'")),
     ("heidenhain", "L X+5 RLL F100", ("VP001", 7, "RLL: no meaning in this language; did you mean RL?")),
@@ -740,6 +751,12 @@ HOLE = "CYCLE81(60,40,2,35)"
         ("heidenhain", f"{DRILL}L X+5 FMAX\n{DRILL}L X+9 FMAX M99", [("VP023", 7, "before the next one in line 9")]),
         ("heidenhain", f"{DRILL}{DRILL}L X+5 FMAX\nL X+9 FMAX M99", []),  # what is defined anew was not to be called
         ("heidenhain", f"{DRILL}L X+5 FMAX M89\nL X+9 FMAX", []),
+        # holes of depth 0, which the control does not drill: once, where the cycle has the depth
+        (
+            "heidenhain",
+            f"{DRILL.replace('Q201=-5', 'Q201=+0')}L X+5 FMAX M99\nL X+9 FMAX M99",
+            [("VP007", 7, "Q201=0: the control does not run cycle 200 with depth 0; write the depth, below 0")],
+        ),
         ("heidenhain", f"{DRILL}CYCL CALL", []),
         ("heidenhain", f"{DRILL}CYCL CALL POS X+5 Y+5 Z+0 FMAX", []),
         ("heidenhain", f"{DRILL}PATTERN DEF POS1 (X+5 Y+5 Z+0)\nCYCL CALL PAT FMAX", []),

@@ -72,7 +72,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP007",
         "number out of range",
         "error",
-        "The number of a word is outside what the word allows.",
+        "The number of a word is outside what the word allows. As a warning: a cycle of Klartext has the depth 0, with "
+        "which the control does not run it.",
         "",
     ),
     (

@@ -179,10 +179,7 @@ class KlartextFunctions:
         for code in codes:
             if auxiliary.execute_user_code(at, "M", float(code), {}):
                 continue
-            group = RS274.group_of_m[code]
-            if group in groups:
-                raise ProgramError("VP003", f"M{groups[group]} and M{code} are of one modal group ({group})", 1)
-            groups[group] = code
+            groups[RS274.group_of_m[code]] = code
         if speed is not None:
             auxiliary.set_speed(at, speed, is_switched="spindle" in groups)
         if "spindle" in groups:
@@ -198,10 +195,16 @@ class KlartextFunctions:
     def check_functions(self, words: Words, beside: str = "") -> None:
         """Refuse M functions that are not executed, or mean nothing ``beside`` other words, before the block is."""
         numbers = [word.number for word in words.functions]
+        groups: dict[str, int] = {}
         for at, word in enumerate(words.functions):
             number = word.number
             if number in numbers[:at] or any(number in alike and alike & {*numbers[:at]} for alike in _ALIKE):
                 raise ProgramError("VP004", f"M{number} after M{numbers[at - 1]}: one of them is enough", word.column)
+            if self.core.auxiliary.find_user_meaning("M", number) is None:
+                for group in {RS274.group_of_m[code] for code in (*AT_BEGIN.get(number, ()), *AT_END.get(number, ()))}:
+                    if (other := groups.setdefault(group, number)) != number:
+                        text = f"M{other} and M{number} are of one modal group ({group})"
+                        raise ProgramError("VP003", text, word.column)
             if number in _PLACES and beside != "coordinates":
                 raise ProgramError("VP006", f"M{number} needs L and coordinates in its block", word.column)
             if number in (89, 99) and beside not in ("", "coordinates"):
