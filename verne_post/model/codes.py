@@ -73,7 +73,7 @@ CODES: Final[dict[str, Code]] = _make_table(
         "number out of range",
         "error",
         "The number of a word is outside what the word allows. As a warning: a cycle of Klartext has the depth 0, with "
-        "which the control does not run it.",
+        "which the control does not run it, or DC, ACP or ACN of a Siemens program is beyond a turn.",
         "",
     ),
     (

@@ -3,6 +3,7 @@
 import re
 from bisect import bisect_right
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import cached_property
 from typing import Final
 
@@ -85,6 +86,17 @@ class Statement(Struct, frozen=True):
         """An error of this statement, at a place of ``rest``: what stands behind blanks there."""
         line, column = (None, None) if at is None else self.find_place(at + _count_blanks(self.rest[at:]))
         return ProgramError(code, message, column, line if line != self.line else None)
+
+    @contextmanager
+    def locate_errors(self, at: int) -> Iterator[None]:
+        """Errors without a column stand at a place of ``rest``."""
+        try:
+            yield
+        except ProgramError as error:
+            if error.column is None and error.line is None:
+                line, error.column = self.find_place(at)
+                error.line = line if line != self.line else None
+            raise
 
     def find_place(self, at: int) -> tuple[int, int]:
         """Line, and column from 1, of a place of ``rest``."""

@@ -48,6 +48,8 @@ from verne_post.gcode.words import WordTable
 from verne_post.model.moves import AXES, ZERO9, PathControl, PathMode
 from verne_post.model.plausibility import PLAUSIBLE
 
+#: M98 with its digits in the wrong order: M89 of a builder takes no P.
+_SWAPPED_CALL: Final = 89
 _MAX_M_CODES: Final = 4
 #: Words of G83 that no other block of G93 has.
 _OF_DRILLING: Final = frozenset("RQPKL")
@@ -518,6 +520,8 @@ class Rs274(Language):
                     )
                 g[group] = code
                 continue
+            if number == _SWAPPED_CALL and "P" in block.words and 98 in self.table.group_of_m:
+                raise ProgramError("VP002", "M89: no meaning in this language; did you mean M98?", column)
             code = read_m_code(self.table, number, column)
             group = self.table.group_of_m[code]
             if group in m:
