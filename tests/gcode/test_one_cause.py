@@ -839,6 +839,13 @@ def test_a_cycle_that_nothing_calls_or_ends_is_told(machine, dialect, lines, wan
     ("QL1 = 5\nL X+Q1 FMAX", ("VP025", 8, 5, "Q1 has no value; set it first; the program sets QL1, which is "
                                        "another parameter")),
     ("Q1 = 5\nQ10 = 5\nL X+Q1O FMAX", ("VP001", 9, 5, "Q1O: the letter O in a number; did you mean Q10?")),
+    ("TOOL DEF 5 L+8O R+3", ("VP001", 7, 12, "L+8O: the letter O in a number; did you mean L+80?")),
+    ("CYCL DEF 32.0 TOLERANCE\nCYCL DEF 32.1 T0.O5", ("VP001", 8, 15, "T0.O5: the letter O in a number; did you mean "
+                                                     "T0.05?")),
+    ("CYCL DEF 10.0 ROTATION", ("VP005", 7, None, "CYCL DEF 10.1 is missing after 10.0, so nothing of cycle 10 is set; "
+                                "write it with ROT and the angle")),
+    ("CYCL DEF 7.0\nCYCL DEF 10.0\n; a remark\nCYCL DEF 10.1 ROT+30", ("VP005", 7, None, "CYCL DEF 7.1 is missing "
+     "after 7.0, so nothing of cycle 7 is set; write it with the axes and their shifts")),
     ("L X+1 FMAX\nLBL 1\nLBL 0\nLBL 1\nLBL 0", ("VP023", 10, None, "LBL 1 appears twice, first in line 8")),
     ("APPR LT X+0 Y+0 LEN10 RL F100\nL X+50\nDEP LT\nL Z+70 R0 FMAX",
      ("VP005", 9, None, "DEP LT needs LEN, greater than 0")),

@@ -58,7 +58,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP005",
         "missing word",
         "error",
-        "A code needs a word that is not in its block.",
+        "A code needs a word that is not in its block. As a warning: a cycle of Klartext lacks its first line or its "
+        "second one, such as CYCL DEF 10.0 or 10.1.",
         "",
     ),
     (

@@ -230,7 +230,8 @@ class _KlartextRun:
         stretch = plain.execute(chunk.lines, row, last, interpreter.core, view, self.calls.shown_line)
         if stretch > row:
             first, self.calls.line = self.calls.line, self.calls.line + stretch - row
-            interpreter.contour.last_rapid, interpreter.settings.open_cycle = view.motion == 0, None
+            interpreter.contour.last_rapid = view.motion == 0
+            interpreter.settings.close_cycle()
             interpreter.paths.direction = _find_last_direction(
                 chunk.lines, row, stretch, start, interpreter.setup.rotary
             )

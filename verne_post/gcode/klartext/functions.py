@@ -347,7 +347,13 @@ def _read_sizes(statement: Statement, numbers: object) -> dict[str, float]:
     found: dict[str, float] = {}
     text = _LENGTH.sub("LEN", statement.rest) if "LEN" not in statement.rest else statement.rest
     text = _NO_RADIUS.sub("R+", text)
-    words = read_words(replace(statement, rest=text), numbers)  # type: ignore[arg-type]
+    try:
+        words = read_words(replace(statement, rest=text), numbers)  # type: ignore[arg-type]
+    except ProgramError as error:  # its column is that of the line as it stands
+        if error.column is not None and error.line is None:
+            before = text[: error.column - statement.begin - 1]
+            error.column -= 2 * before.count("LEN") * ("LEN" not in statement.rest) + before.count("R+0")
+        raise
     for name, letter in (("LEN", "L"), ("R", "R")):
         if (value := words.take(name)) is not None:
             found[letter] = value

@@ -84,7 +84,7 @@ class Klartext:
         elif statement.keyword:
             STATEMENTS[statement.keyword](self)(statement)
         if statement.keyword not in ("", "CYCL DEF"):
-            self.settings.open_cycle = None
+            self.settings.close_cycle()
         if self.functions.has_ended:
             self.waiting.refuse("the end of the program")
 
