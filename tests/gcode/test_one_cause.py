@@ -857,6 +857,18 @@ def test_a_slip_of_several_klartext_lines_is_told_at_its_place(machine, lines, w
     assert (item.code, item.line, item.column, item.message) == wanted
 
 
+def test_an_r_parameter_that_nothing_sets_is_told_once(machine):
+    options = Options(dialect="siemens", wcs={"G54": (0, 0, 0)}, tools={1: Tool(1, 1, (0.0, 0.0, 80.0, *(0.0,) * 6))})
+    lines = "R1=5 X=R1\nX=R11\nY=R11+R7\nR8=3\nX=R8 Y=R1"
+    found = check(HEADS["siemens"].format(lines).encode(), machine, options).findings
+    text = "is read before the program sets it: it counts as 0, and a control has its last value; write {}=0 first if "
+    assert [(item.code, item.severity, item.line, item.message) for item in found] == [
+        ("VP025", "warning", 8, f"R11 {text.format('R11')}that is meant; the program sets R1, which is nearly this "
+         "number"),
+        ("VP025", "warning", 9, f"R7 {text.format('R7')}that is meant"),
+    ]  # fmt: skip
+
+
 @pytest.mark.parametrize(("word", "right"), [("DC(400)", "DC(40)"), ("ACP(-20)", "ACP(340)"), ("ACN(370)", "ACN(10)")])
 @pytest.mark.parametrize("line", ["C={}", "SUPA C={}"])
 def test_a_place_beyond_a_turn_is_told(machine, word, right, line):

@@ -211,7 +211,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP025",
         "impossible parameter",
         "error",
-        "The parameter does not exist, has no value, or is read-only.",
+        "The parameter does not exist, has no value, or is read-only. As a warning: a Siemens program reads an R "
+        "parameter that it has not set. It counts as 0, and a control has the value that it had last.",
         "",
     ),
     (
