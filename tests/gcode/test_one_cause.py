@@ -863,10 +863,14 @@ def test_an_r_parameter_that_nothing_sets_is_told_once(machine):
     found = check(HEADS["siemens"].format(lines).encode(), machine, options).findings
     text = "is read before the program sets it: it counts as 0, and a control has its last value; write {}=0 first if "
     assert [(item.code, item.severity, item.line, item.message) for item in found] == [
-        ("VP025", "warning", 8, f"R11 {text.format('R11')}that is meant; the program sets R1, which is nearly this "
-         "number"),
+        (
+            "VP025",
+            "warning",
+            8,
+            f"R11 {text.format('R11')}that is meant; the program sets R1, which is nearly this number",
+        ),
         ("VP025", "warning", 9, f"R7 {text.format('R7')}that is meant"),
-    ]  # fmt: skip
+    ]
 
 
 @pytest.mark.parametrize(("word", "right"), [("DC(400)", "DC(40)"), ("ACP(-20)", "ACP(340)"), ("ACN(370)", "ACN(10)")])
