@@ -60,8 +60,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP005",
         "missing word",
         "error",
-        "A code needs a word that is not in its block. As a warning: a line of a Klartext cycle lacks the line before "
-        "that names the cycle.",
+        "A code needs a word that is not in its block. As a warning: a cycle of Klartext lacks its first line or its "
+        "second one, such as CYCL DEF 10.0 or 10.1.",
         "",
     ),
     (
@@ -75,7 +75,9 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP007",
         "number out of range",
         "error",
-        "The number of a word is outside what the word allows. As a warning: a hole has no depth.",
+        "The number of a word is outside what the word allows. As a warning: a hole has no depth, a cycle of Klartext "
+        "has the depth 0, with which the control does not run it, or DC, ACP or ACN of a Siemens program is beyond a "
+        "turn.",
         "",
     ),
     (
@@ -212,7 +214,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP025",
         "impossible parameter",
         "error",
-        "The parameter does not exist, has no value, or is read-only.",
+        "The parameter does not exist, has no value, or is read-only. As a warning: a Siemens program reads an R "
+        "parameter that it has not set. It counts as 0, and a control has the value that it had last.",
         "",
     ),
     (

@@ -112,7 +112,7 @@ class OperationTimes:
         self._spent: dict[tuple[int, int], Array] = {}
         self._lines: dict[tuple[int, int], tuple[int, int, int]] = {}
         n = source.count(b"\n") + 2
-        self._by_line = LineTimes(*(np.zeros(n) for _column in range(4)), np.full(n, -1))
+        self._by_line = LineTimes(np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n), np.full(n, -1))
         self._most = np.zeros(n)
 
     def add(self, line: Ints, segment: Ints, stretch: Ints, spent: Spent) -> None:

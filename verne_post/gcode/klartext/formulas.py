@@ -95,7 +95,8 @@ def evaluate(text: str, numbers: Numbers) -> float:
     Raises
     ------
     ProgramError
-        VP001 for what is no formula, VP007 for a value that does not exist, VP025 for a parameter without a value.
+        VP001 for what is no formula, VP007 for a value that does not exist, VP025 for a parameter without a value. Its
+        column is that of the formula.
     """
     formula = _Formula(text, numbers)
     try:
@@ -108,7 +109,8 @@ def evaluate(text: str, numbers: Numbers) -> float:
     except (ValueError, ZeroDivisionError) as error:
         raise ProgramError("VP007", f"{text.strip()[:60]}: {error}") from None
     except ProgramError as error:
-        error.column = formula.columns[formula.at - 1]
+        if error.column is None and formula.columns:
+            error.column = formula.columns[formula.at - 1]
         raise
     if isinstance(value, complex) or not abs(value) <= MAX_NUMBER:
         raise ProgramError("VP007", f"{text.strip()[:60]}: the value is beyond any machine")
@@ -127,7 +129,8 @@ class _Formula:
         while place < len(text):
             match = _TOKEN.match(text, place)
             if match is None:
-                raise ProgramError("VP001", f"{text[place:].strip()[:10]!r} in a formula")
+                at = place + len(text[place:]) - len(text[place:].lstrip())
+                raise ProgramError("VP001", f"{text[at:][:10]!r} in a formula", at + 1)
             self.tokens.append(match.group(1))
             self.columns.append(match.start(1) + 1)
             place = match.end()
@@ -176,12 +179,12 @@ class _Formula:
             return -value if sign == "-" else value
         if self.at == len(self.tokens):
             raise ProgramError("VP001", "the formula ends; expected a value")
-        token = self.tokens[self.at]
+        token, column = self.tokens[self.at], self.columns[self.at]
         self.at += 1
         if token == "(":
             value = self.sum(depth + 1)
             if self._take(")") is None:
-                raise ProgramError("VP001", "a bracket of the formula is not closed")
+                raise ProgramError("VP001", "a bracket of the formula is not closed; write )", column)
             return value
         if token == "PI":
             return math.pi
@@ -191,9 +194,11 @@ class _Formula:
             return self.numbers.read_value(token)
         if token[0].isdigit() or token[0] in ".,":
             return _number(token)
-        near = find_meant(token, _FUNCTIONS, slip_alone=True, least=LETTERS_OF_FUNCTIONS)
-        text = f"{token}: no function of a formula; did you mean {near}?"
-        raise ProgramError("VP001", text if near else f"{token!r} is not a value or a function of a formula")
+        near = find_meant(token, (*_FUNCTIONS, "PI"), slip_alone=True, least=LETTERS_OF_FUNCTIONS)
+        text = f"{token!r} is not a value or a function of a formula"
+        if near:
+            text = f"{token}: no function of this name; did you mean {near}?"
+        raise ProgramError("VP001", text, column)
 
 
 def combine(function: int, first: float, second: float) -> float:

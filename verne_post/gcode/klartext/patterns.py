@@ -37,6 +37,8 @@ _NEEDS: Final = {
 }  # fmt: skip
 _ALLOWED_WORDS: Final = {"POS": ("Z",), "ROW": ("ROT", "Z"), "PAT": ("ROT", "Z"), "CIRC": ("Z",), "PITCHCIRC": ("Z",)}
 _FULL_TURN: Final = 360.0
+#: A cycle in which all of these are 0 does nothing; threads may have a countersink alone.
+_DEPTHS: Final = (Q.DEPTH, Q.SINKING_DEPTH, Q.FRONT_DEPTH)
 #: How a message about the value of a parameter of a cycle begins.
 _VALUE_AT_FAULT: Final = re.compile(r"Q(\d+)=")
 #: A place: X, Y, and the height that is added to the surface.
@@ -206,11 +208,23 @@ class KlartextPatterns:
                     "takes the new value; write CYCL DEF again",
                 )
         q = self.cycle.q if not z else {**self.cycle.q, Q.SURFACE: self.cycle.q[Q.SURFACE] + z}
+        if not any(q.get(name, -1.0 if name == Q.DEPTH else 0.0) for name in _DEPTHS):
+            self._warn_of_depth(self.cycle)
         try:
             self.cycles.run_cycle(self.cycle.number, q)
         except ProgramError as error:
             self._move_to_definition(self.cycle, error)
             raise
+
+    def _warn_of_depth(self, cycle: DefinedCycle) -> None:
+        """VP007, once a definition: controls skip a cycle whose depth is 0."""
+        line, column = self.frames.block.line, None
+        for definition in cycle.definitions:
+            if (at := find_parameter(definition, Q.DEPTH)) is not None:
+                line, column = definition.find_place(at)
+        if (line, "VP007") not in self.core.recorder.warnings:
+            text = f"Q201=0: the control does not run cycle {cycle.number} with depth 0; write the depth, below 0"
+            self.core.recorder.warn("VP007", text, line, column, "warning")
 
     def _move_to_definition(self, cycle: DefinedCycle, error: ProgramError) -> None:
         """An error about the value of one parameter stands where the cycle has it; more calls would only repeat it."""

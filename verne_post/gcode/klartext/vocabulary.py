@@ -184,7 +184,8 @@ FUNCTIONS_WITHOUT_EFFECT: Final = {
 #: M functions that are known and not executed.
 REFUSED_FUNCTIONS: Final = {
     97: "machining of small steps of the contour",
-    98: "complete machining of open contours", 101: "change to a replacement tool when the tool life is over",
+    98: "complete machining of open contours; M99 calls a cycle",
+    101: "change to a replacement tool when the tool life is over",
     103: "reduced feed rate when plunging", 112: "corner rounding between lines; cycle 32 sets the tolerance",
     114: "compensation of the machine's geometry; M128 does that", 115: "end of M114",
     118: "handwheel during the program",

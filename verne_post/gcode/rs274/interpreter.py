@@ -525,8 +525,10 @@ class Rs274(Language):
             try:
                 code = read_m_code(self.table, number, column)
             except ProgramError as error:
-                if number == _SWAPPED_CALL and "P" in block.words:
-                    error.edits = (Remedy("write M98", "M98", misspelt="M89", is_choice=True),)
+                if number == _SWAPPED_CALL and "P" in block.words and 98 in self.table.group_of_m:
+                    text = "M89: no meaning in this language; did you mean M98?"
+                    edit = Remedy("write M98", "M98", misspelt="M89", is_choice=True)
+                    raise ProgramError("VP002", text, column, edits=(edit,)) from error
                 raise
             group = self.table.group_of_m[code]
             if group in m:

@@ -133,6 +133,9 @@ class _Hole:
                 f"bottom {self.bottom:g} mm does; expected RTP above RFP",
                 "RTP",
             )
+        if self.bottom == self.reference:
+            text = f"the bottom is the reference plane {self.reference:g} mm: the hole has no depth"
+            raise given.error("VP007", text, "DPR" if given.is_given("DPR") else "DP")
         if (self.reference - self.bottom) * self.up <= 0:
             raise given.error(
                 "VP007",

@@ -1,5 +1,6 @@
 """Jumps, branches, loops and repeated stretches of Siemens programs: what each statement does to the next line."""
 
+import math
 from collections.abc import Callable
 from functools import partial
 from typing import Final, Protocol
@@ -144,7 +145,8 @@ def _find(flow: Running, label: str, line: int, *, forward: bool, backward: bool
 
 
 def _execute_for(flow: Running, cursor: Cursor, line: int) -> None:
-    variables = flow.executor.variables
+    variables, ends = flow.executor.variables, flow.calls.frame.ends
+    ends[line] = math.nan  # until its words are read: ENDFOR of a refused FOR is no error of its own
     cursor.skip()
     at, name = cursor.at, cursor.name()
     if name is None:
@@ -155,7 +157,7 @@ def _execute_for(flow: Running, cursor: Cursor, line: int) -> None:
     last = read_number(cursor, variables)
     refuse_leftover(cursor)
     end = flow.calls.text.structure.end[line]
-    flow.calls.frame.ends[line] = last
+    ends[line] = last
     if _read_loop_value(flow, line, cursor) > last:
         flow.calls.line = end + 1
 
@@ -185,6 +187,8 @@ def _execute_endfor(flow: Running, cursor: Cursor, line: int) -> None:
     last = flow.calls.frame.ends.get(begin)
     if last is None:
         raise cursor.error("VP023", f"ENDFOR is executed, but its FOR (line {begin}) was not", 0)
+    if math.isnan(last):
+        return
     value = _read_loop_value(flow, begin, cursor) + 1.0
     name, at, inner = _read_loop_variable(flow, begin)
     flow.executor.variables.write(name, read_indices(inner, flow.executor.variables), value, inner, at)
