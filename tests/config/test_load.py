@@ -436,6 +436,8 @@ def test_a_sense_is_one_of_two_words(file, place, bad):
 @pytest.mark.parametrize("bad", [3, 0, "1", True, 1.5])
 def test_another_schema_is_refused(file, bad):
     names_key_and_value(mistakes(file(changed("schema", bad))), "schema", repr(bad), "1")
+    (alone,) = mistakes(file(changed("schema", bad, without=("kind", "module"))))  # which keys there are follows
+    assert "schema" in str(alone)
 
 
 @pytest.mark.parametrize("bad", ["", 5, ["VERNE"]])
