@@ -718,7 +718,7 @@ def test_remedies_of_a_program_in_inches_are_in_inches(
     # after G21 the words are mm
     program.write_text(INCHES.format(cut=f"G21\n{cut}").replace("Z-1.7", "Z-43.18").replace("G0 Z2.", "G0 Z60."))
     if line == 8:
-        assert "within limits if line 9 ends at Z -39.9 instead of -43.18" in run("check", program, *given).out
+        assert "within limits if line 9 ends at Z -39.98 instead of -43.18" in run("check", program, *given).out
         program.write_text(INCHES.format(cut=cut))
         assert "Z -1.57472 in place of -1.7 inch" in run("explain", f"{program}:8", *given).out
 
