@@ -356,7 +356,7 @@ def test_nan_and_infinity_are_refused_in_lists(file, place, value):
         item = [float(index) for index in range(length)]
         item[entry] = value
         messages = mistakes(file(changed(place, item)))
-        names_key_and_value(messages, f"{place}.{entry}", repr(value), "expected a number: ")
+        names_key_and_value(messages, f"{place}, value {entry + 1} = ", repr(value), "expected a number: ")
 
 
 @pytest.mark.parametrize("value", ["850.0", True, [1.0], {"value": 1.0}])
@@ -381,7 +381,7 @@ def test_a_list_must_have_its_length_and_hold_numbers(file, place):
 def test_slider_lists_have_three_entries(file, place):
     for bad in ([1.0, 2.0], [1.0, 2.0, 3.0, 4.0], []):
         names_key_and_value(mistakes(file(changed(place, bad))), place, repr(bad), "3")
-    names_key_and_value(mistakes(file(changed(place, [1.0, -2.0, 3.0]))), f"{place}.1", "-2.0", "above 0")
+    names_key_and_value(mistakes(file(changed(place, [1.0, -2.0, 3.0]))), f"{place}, value 2", "-2.0", "above 0")
 
 
 def test_slider_ranges_have_three_entries(file):
