@@ -61,6 +61,8 @@ class Finding:
         What is to be written into the program or its set-up.
     file, file_line : str and int, or None
         The file, other than the program, in which the mistake stands, and its line there, from 1.
+    file_column, file_text : int or None, and str
+        The column of a key or value in this line, from 1, and the line itself; None and empty where they are not known.
     settled_by : tuple of tuple of str
         Keys of a set-up that would settle it: ("tools", "5", "length"), ("wcs", "G54"), ("remap", "M11"), ...
     tool : int or None
@@ -89,6 +91,8 @@ class Finding:
     settled_by: tuple[tuple[str, ...], ...] = ()
     file: str | None = None
     file_line: int | None = None
+    file_column: int | None = None
+    file_text: str = ""
     tool: int | None = None
     quantity: str = ""
     contact: tuple[float, float, float] | None = None

@@ -251,7 +251,11 @@ def _propose_fixes(found: Inspected, item: Finding, setup: Path | None, texts: M
     """Edits that may settle a finding."""
     program = found.made.program
     told = {(one.line, one.word) for one in item.edits}
-    ends = () if program is None else (one for one in list_ends(program, item) if (one.line, one.word) not in told)
+    ends = (
+        ()
+        if program is None
+        else (one for one in list_ends(found.source, program, item) if (one.line, one.word) not in told)
+    )
     settling = (Remedy("", _SETTLING[key], key) for key in item.settled_by if key in _SETTLING)
     for remedy in (*item.edits, *settling, *ends):
         if item.code in _OF_PROGRAMS and remedy.key[:1] == ("wcs",):

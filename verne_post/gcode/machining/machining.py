@@ -158,7 +158,11 @@ class Machining:
         tool = self.setup.coordinates.find_tool_axis(self.state.position, self.state.frame)
         if tool is None or tool[axis] >= 1.0 - DRILL_TILT:
             return None
-        return f"the tool points along ({tool[0]:.4f}, {tool[1]:.4f}, {tool[2]:.4f})"
+        frame = self.state.frame
+        machine = self.setup.coordinates.map_to_machine(np.array(self.state.position), frame)
+        angles = " ".join(f"{AXES[one]}{round(float(machine[one]), 3) + 0.0:g}" for one in self.setup.rotary)
+        plane = "" if frame.feature is None else " of the plane"
+        return f"the tool points along ({tool[0]:.4f}, {tool[1]:.4f}, {tool[2]:.4f}){plane}, at {angles} of the machine"
 
     # --- feed --------------------------------------------------------------------------------------
 

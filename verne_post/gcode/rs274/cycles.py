@@ -3,6 +3,7 @@
 from typing import Final
 
 from verne_post.base.tolerances import ZERO_LENGTH_MM
+from verne_post.base.units import MM_PER_INCH
 from verne_post.gcode.arcs import PLANES
 from verne_post.gcode.block import Block
 from verne_post.gcode.codes import spell_g_code
@@ -178,15 +179,16 @@ class CycleCodes:
         wrong_letter = "R" if is_r else letter
         still = f"; {spell_g_code(motion)} of line {line} is still active: if no hole is meant, write G80 first"
         remedy = still if line != block.line and not is_r else ""
+        r, z = (f"{value / MM_PER_INCH:g} inch" if self.modes.inch else f"{value:g} mm" for value in (clear, bottom))
         if clear >= bottom:
             if words:  # the holes after it are of the same cause
-                text = f"the hole has no depth: {letter} {bottom:g} mm is R{remedy}"
+                text = f"the hole has no depth: {letter} {z} is R{remedy}"
                 self.recorder.warn("VP007", text, block.line, None, "warning")
             return
         text = (
-            f"R {clear:g} mm lies below the bottom of the hole, {letter} {bottom:g} mm"
+            f"R {r} lies below the bottom of the hole, {letter} {z}"
             if is_r
-            else f"{letter} {bottom:g} mm, the bottom of the hole, lies above R {clear:g} mm"
+            else f"{letter} {z}, the bottom of the hole, lies above R {r}"
         )
         edits = write_before("G80") if remedy else ()
         raise block.error("VP007", f"{text}{remedy}", wrong_letter, edits=edits)
