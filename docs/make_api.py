@@ -12,6 +12,9 @@ from verne_post.model import machine
 PAGE = Path(__file__).with_name("api.md")
 HEAD = """# Python API
 
+`verne_post` converts, checks, verifies and explains programs in Python: each function does what the command of its name
+does, and its result has the findings, the rows and the times.
+
 ```python
 from pathlib import Path
 

@@ -12,6 +12,7 @@ import tempfile
 from collections.abc import Callable, Iterator
 from functools import cache, partial
 from importlib.util import module_from_spec, spec_from_file_location
+from inspect import cleandoc
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, get_args, get_origin
 
@@ -93,7 +94,7 @@ def options_page() -> str:
 
 def _text(command: click.Command) -> str:
     """The help of a command, options as code; paragraphs that click must not wrap stay as they are."""
-    parts = (command.help or "").split("\n\n")
+    parts = cleandoc(command.help or "").split("\n\n")
     return "\n\n".join(
         "```text\n" + part.removeprefix("\b\n") + "\n```"
         if part.startswith("\b")
@@ -246,7 +247,7 @@ def man_page() -> str:
     ]
     for name, command in commands():
         out += [".SS " + _roff(usage(name, command))]
-        for part in (command.help or "").split("\n\n"):
+        for part in cleandoc(command.help or "").split("\n\n"):
             fixed = part.startswith("\b")
             lines = part.removeprefix("\b\n").splitlines() if fixed else [" ".join(part.split())]
             out += [".PP", *([".nf"] if fixed else []), *(_roff(line) for line in lines), *([".fi"] if fixed else [])]

@@ -71,11 +71,16 @@ document.querySelectorAll(".language-console").forEach(box => {
 // A box of a checklist has its line as name (axe: label).
 document.querySelectorAll(".task-list-item > input").forEach(box => box.setAttribute("aria-label", box.parentElement.textContent.trim()));
 // The search wants all words of a plain query (the theme: any of them), and takes the dashes of an option for no operator.
-// The options of convert stand first then. Where nothing has all words, the theme's way is asked.
+// The options of convert stand first then. Where nothing has all words, the theme's way is asked. drilled finds drilling:
+// an ending is taken away, and the word as typed stands first (the theme's stemmer would not find a word half typed).
+const cut = word => {
+  const stem = word.replace(/(?:ing|(?<!e)ed|(?<!s)e?s)$/i, "").replace(/([bdgmnprt])\1$/i, "$1");
+  return stem !== word && /^[a-z]{3,}$/i.test(stem) && /[aeiouy]/i.test(stem) ? `+${stem}* ${word}^2` : `+${word}*`;
+};
 const asked = query => {
   if (!/^[-\w#.+ ]*\w[-\w#.+ ]*$/.test(query)) return query;
   const words = query.replace(/(^|\s)[-+]+/g, " ").trim().split(/[\s-]+/).filter(word => word);
-  return words.map(word => `+${word}*`).join(" ") + (/(^|\s)--\w/.test(query) ? " title:convert^20" : "");
+  return words.map(cut).join(" ") + (/(^|\s)--\w/.test(query) ? " title:convert^20" : "");
 };
 const post = Worker.prototype.postMessage, asks = [];
 Worker.prototype.postMessage = function (message, ...rest) {

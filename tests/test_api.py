@@ -262,6 +262,12 @@ def test_a_tool_is_given_by_its_length() -> None:
     [
         (lambda: vp.Tool(1, 1, 80), r"80: expected nine numbers.*tools=\{1: 80\}"),  # type: ignore[arg-type]
         (lambda: vp.Tool(1, 1, (0.0, 0.0, 80.0)), "expected nine numbers"),  # type: ignore[arg-type]
+        (lambda: vp.Tool(1, 80), r"Tool: missing .*'offset'; expected Tool\(number, pocket, .*tools=\{1: 80\}.*, mm"),  # type: ignore[call-arg]
+        (lambda: vp.Tool(1, length=80), r"expected Tool\(.*tools=\{1: \(80, 10\)\}, mm"),  # type: ignore[call-arg]
+        (lambda: vp.WorkOffset(x=0), r"expected WorkOffset\(origin_mm=\(x, y, z\), turn_deg=0\)"),  # type: ignore[call-arg]
+        (lambda: vp.Box((0, 0, 0), (1, 1, 1)), r"expected Box\(name, low=.*, mm"),  # type: ignore[arg-type, call-arg]
+        (lambda: vp.FixtureMesh("vise.stl"), r"expected FixtureMesh\(name, raw\).*read_bytes\(\)"),  # type: ignore[call-arg]
+        (lambda: vp.Options(80), "80 has no name; .*tool_length=80"),  # type: ignore[call-arg]
         (lambda: vp.Options(tools={1: -80}), "tool 1: the length -80 is negative"),
         (lambda: vp.Options(tools={1: (80, 6, 3)}), "tool 1: expected .* a length and a diameter, got 3 numbers"),
         (lambda: vp.Options(tools={1: (80, -6)}), "tool 1: diameter -6 is negative"),
@@ -272,6 +278,37 @@ def test_a_tool_is_given_by_its_length() -> None:
 def test_a_tool_that_is_none_is_refused_where_it_is_written(call: Callable[[], Any], said: str) -> None:
     with pytest.raises(vp.UsageError, match=said):
         call()
+
+
+def test_columns_of_setpoints_are_found_by_name() -> None:
+    rows = vp.convert(SHORT, "verne", OPTIONS).setpoints
+    assert rows is not None
+    for name, column in rows.to_dict().items():
+        assert (rows[name] == column).all(), name
+    for guess, said in (
+        ("a", "did you mean a_deg"),
+        ("rho1", "did you mean rho1_mm"),
+        ("rho2_m", "did you mean rho2_mm"),
+    ):
+        with pytest.raises(KeyError, match=f"no column '{guess}'; {said}.*the columns are t_s, rho1_mm"):
+            rows[guess]
+    with pytest.raises(KeyError, match="no column 'time'; the columns are t_s"):
+        rows["time"]
+    with pytest.raises(TypeError, match=r"found by name, as .'rho1_mm'.; t, values and line"):
+        rows[0]  # type: ignore[index]
+    with pytest.raises(TypeError, match="not iterable"):
+        list(rows)  # type: ignore[call-overload]
+
+
+def test_the_number_of_an_edit_is_that_of_the_program() -> None:
+    """Not what radians make of it."""
+    options = vp.Options(tool_length=80, wcs={"G54": (0, 0, 0)})
+    for written in (101.0, -101.3):
+        text = f"G21 G90\nG0 X0 Y0 Z20 A0 C0\nG1 F500 A{written}\nM2\n"
+        (edit,) = vp.check(text, "verne", options).findings[0].edits
+        assert edit.word == ("A", written)
+        # towards the side that holds
+        assert vp.check(text.replace(f"A{written}", f"A{edit.value}"), "verne", options).ok
 
 
 def test_words_after_an_option_are_values_only_where_they_may_be() -> None:
@@ -571,8 +608,9 @@ def test_settings_hold_below_the_set_up_as_on_the_command_line(part: Path, run: 
     [
         (lambda: vp.read_settings(3), "path: expected the name of a file, got int"),  # type: ignore[arg-type]
         (lambda: vp.check(SHORT, "verne", settings="x.toml"), "settings: expected Settings or a pathlib.Path, got str"),
-        (lambda: vp.batch("a.nc", "verne"), "programs: expected several paths"),  # type: ignore[arg-type]
-        (lambda: vp.batch(["a.nc"], "verne"), "programs: expected paths, got str"),  # type: ignore[list-item]
+        (lambda: vp.batch("a.nc", "verne"), "programs: expected several paths, as [Path('a.nc')]"),  # type: ignore[arg-type]
+        (lambda: vp.batch(Path("/"), "verne"), """several paths, as sorted(Path('/').glob("*.nc"))"""),  # type: ignore[arg-type]
+        (lambda: vp.batch(["a.nc"], "verne"), "programs: expected paths, got str: pass pathlib.Path('a.nc')"),  # type: ignore[list-item]
     ],
 )
 def test_settings_and_batches_that_are_none(call: Callable[[], Any], said: str) -> None:

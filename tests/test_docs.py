@@ -4,6 +4,7 @@ import ast
 import json
 import os
 import re
+import shutil
 import subprocess
 import sys
 import tomllib
@@ -14,7 +15,7 @@ from typing import Any
 import msgspec
 import pytest
 
-from verne_post.model.codes import CODES
+from verne_post.model.codes import CODES, describe_severity
 from verne_post.model.control_keys import KEYS
 from verne_post.output.code_pages import find_example, make_markdown, make_text
 from verne_post.trajectory import tuning
@@ -33,6 +34,22 @@ def test_the_first_page_is_short_and_names_every_page_of_a_control() -> None:
     assert text.index("## What goes in") < text.index("<!-- main command -->") < text.index("<!-- test command -->")
     for page in ("gcode", "fanuc", "siemens", "heidenhain", "apt", "limits", "install", "results"):
         assert f"](docs/{page}.md)" in text, page
+
+
+def test_codes_with_two_severities_say_both() -> None:
+    """A call that names a code beside another severity than the usual one of the code."""
+    found = set()
+    for file in (ROOT / "verne_post").rglob("*.py"):
+        for call in ast.walk(ast.parse(file.read_text("utf-8"))):
+            if not isinstance(call, ast.Call) or not call.args or not isinstance(call.args[0], ast.Constant):
+                continue
+            code = CODES.get(str(call.args[0].value))
+            values = (*call.args[1:], *(key.value for key in call.keywords))
+            said = {str(value.value) for value in values if isinstance(value, ast.Constant)}
+            if code and {"error", "warning"} & said - {code.severity}:
+                found.add(code.code)
+    assert {"VP010", "VP216"} <= found
+    assert {code for code in found if describe_severity(CODES[code]) != "warning or error"} == set()
 
 
 @pytest.mark.parametrize("name", ["gcode", "fanuc", "heidenhain", "siemens"])
@@ -158,6 +175,7 @@ def test_reference_and_man_page_have_every_option_that_help_shows(run: Callable[
     assert len(shown) > 60
     assert not {flag for flag in shown if flag not in page and flag not in ("--help", "--help-all")}
     assert not {flag for flag in shown if flag not in man and flag not in ("--help", "--help-all")}
+    assert "\n.nf\nmoves   what" in man and "```text\nmoves   what" in page
     assert not [
         line
         for line in made.man_page().splitlines()
@@ -201,6 +219,27 @@ def test_home_says_what_goes_in_what_comes_out_with_which_command_on_which_machi
     assert home.index("**Machines:**") < home.index("--machine NAME")
     assert "hexapods" in home
     assert len(home) < 1600
+
+
+def test_the_search_of_the_site_takes_endings_away() -> None:
+    node = shutil.which("node")
+    if node is None:
+        pytest.skip("needs node")
+    script = (ROOT / "docs" / "site.js").read_text("utf-8")
+    asked = script[script.index("const cut =") : script.index("const post =")]
+    wanted = {
+        "drilled": "+drill* drilled^2",
+        "Tapping": "+Tap* Tapping^2",
+        "collisions": "+collision* collisions^2",
+        # words that only look so
+        "feed speed string process axes": "+feed* +speed* +string* +process* +axes*",
+        "G43.4 CYCLE800": "+G43.4* +CYCLE800*",
+        "--from": "+from* title:convert^20",
+        "tool len": "+tool* +len*",
+    }
+    program = f"{asked}; console.log(JSON.stringify({json.dumps(list(wanted))}.map(asked)))"
+    done = subprocess.run([node, "-e", program], capture_output=True, text=True, check=True)
+    assert dict(zip(wanted, json.loads(done.stdout), strict=True)) == wanted
 
 
 def test_the_site_is_built_without_warnings(tmp_path: Path) -> None:

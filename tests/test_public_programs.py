@@ -28,6 +28,13 @@ def test_rows_of_the_list_are_of_one_form():
         assert Path(row.path).name
 
 
+def test_the_first_sentence_of_the_page_counts_the_rows():
+    rows = table_rows()
+    page = (ROOT / "docs" / "public-programs.md").read_text("utf-8").partition("\n\n")[2]
+    read, run = (sum(getattr(row, column) == "yes" for row in rows) for column in ("read", "run"))
+    assert page.startswith(f"Of {len(rows)} programs from public repositories, verne-post reads {read} and runs {run}.")
+
+
 def test_a_program_is_judged_as_the_list_has_it():
     row = next(row for row in table_rows() if "insert" in row.setup)
     raw = (CORPUS / "bracket.apt").read_bytes()

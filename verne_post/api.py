@@ -448,7 +448,9 @@ def batch(
     """
     _check_callable(progress, "progress")
     if isinstance(programs, str | bytes | os.PathLike):
-        raise UsageError("programs", f"expected several paths, as [Path({str(programs)!r})]")
+        one = f"Path({os.fsdecode(programs)!r})"
+        several = f'sorted({one}.glob("*.nc"))' if Path(os.fsdecode(programs)).is_dir() else f"[{one}]"
+        raise UsageError("programs", f"expected several paths, as {several}")
     paths = [Path(_require_path(one)) for one in programs]
     loaded = _load_machine(machine)
     read = read_settings(settings) if isinstance(settings, os.PathLike) else settings
@@ -470,7 +472,8 @@ def batch(
 
 def _require_path(given: object) -> str:
     if not isinstance(given, os.PathLike):
-        raise UsageError("programs", f"expected paths, got {type(given).__name__}")
+        as_path = f": pass pathlib.Path({given!r})" if isinstance(given, str) else ""
+        raise UsageError("programs", f"expected paths, got {type(given).__name__}{as_path}")
     return os.fspath(given)
 
 

@@ -13,13 +13,12 @@ import os
 import platform
 import sys
 import time
-from datetime import UTC, datetime
 from functools import cache
 
 import numpy as np
-from contouring import processor, program, table
+from contouring import program, table
 from numpy.typing import NDArray
-from page import write_section
+from page import processor, write_section
 
 import verne_post
 from verne_post import Options, convert
@@ -230,17 +229,15 @@ def main() -> None:
     parser = argparse.ArgumentParser(description="Benchmark of corner blends.")
     parser.add_argument("--write", action="store_true", help="put the tables into docs/performance.md")
     given = parser.parse_args()
-    parts = [
-        f"One thread of: {processor()}, {datetime.now(UTC):%Y-%m-%d}, Python {platform.python_version()}, "
-        f"numpy {np.__version__}.",
-    ]
+    parts = []
     for measure in (corner_table, arc_table, zigzag_table, surface_table, slow_table):
         print(f"... {measure.__name__}", file=sys.stderr)
         parts.append(measure().strip("\n"))
     text = "\n\n".join(parts)
     print(text)
     if given.write:
-        write_section("blending", text)
+        ran = f"one thread of {processor()}, Python {platform.python_version()}, numpy {np.__version__}"
+        write_section("blending", text, ran=ran)
 
 
 if __name__ == "__main__":

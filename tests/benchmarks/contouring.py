@@ -17,7 +17,6 @@ import textwrap
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from datetime import UTC, datetime
 from functools import partial
 from itertools import pairwise
 from pathlib import Path
@@ -25,7 +24,7 @@ from typing import Final, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
-from page import write_section
+from page import processor, write_section
 
 import verne_post
 from verne_post import Options, convert
@@ -413,15 +412,6 @@ def compare_with_toppra(machine: Machine) -> str:
     )
 
 
-def processor() -> str:
-    """Name of the CPU."""
-    try:
-        found = re.search(r"model name\s*:\s*(.+)", Path("/proc/cpuinfo").read_text(encoding="utf-8"))
-    except OSError:
-        found = None
-    return found.group(1).strip() if found else platform.machine()
-
-
 def main() -> None:
     """Measure, print, and with --write put the tables into the page."""
     parser = argparse.ArgumentParser(description="Benchmark of contouring.")
@@ -430,8 +420,6 @@ def main() -> None:
     machine = verne_post.load_machine()
     written, timed = contour_tables(machine)
     blocks = [
-        f"One thread of: {processor()}, {datetime.now(UTC):%Y-%m-%d}, Python {platform.python_version()}, "
-        f"numpy {np.__version__}.",
         textwrap.fill(
             "**Limits and path.** The ratios come from differences of the numbers in the written "
             "file; *feed* is the largest step of the tip from row to row, rounding included. Verification "
@@ -457,7 +445,8 @@ def main() -> None:
     text = "\n\n".join(block.strip("\n") for block in blocks)
     print(text)
     if given.write:
-        write_section("contouring", text)
+        ran = f"one thread of {processor()}, Python {platform.python_version()}, numpy {np.__version__}"
+        write_section("contouring", text, ran=ran)
 
 
 if __name__ == "__main__":

@@ -15,7 +15,6 @@ import re
 import tempfile
 import textwrap
 from collections.abc import Iterator
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import Final, NamedTuple
 
@@ -278,17 +277,16 @@ def main() -> None:
     given = parser.parse_args()
     if why_not() is not None:
         raise SystemExit(f"LinuxCNC: {why_not()}")
-    said = f"LinuxCNC {version()}, verne-post {verne_post.__version__}, {datetime.now(UTC):%Y-%m-%d}.\n\n"
     if has_s_curve():
-        text, section = said + compare(given.only), "linuxcnc 2.10 planners"
+        text, section = compare(given.only), "linuxcnc 2.10 planners"
     else:
         streamed = play_back()
         print(streamed, flush=True)
-        text, section = said + compare(given.only), "linuxcnc planner"
+        text, section = compare(given.only), "linuxcnc planner"
         cause = find_cause() if given.only is None else ""
         text = f"{text}\n\n{cause}\n\n{textwrap.fill(f'Streamed: {streamed}.', 118)}"
     if given.write:
-        write_section(section, text)
+        write_section(section, text, ran=f"LinuxCNC {version()}, verne-post {verne_post.__version__}")
     print(text)
 
 

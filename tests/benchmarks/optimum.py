@@ -16,7 +16,6 @@ The second table has what copp-py finds along the same contours, where it finds 
 import argparse
 import time
 from collections.abc import Iterator
-from datetime import UTC, datetime
 from itertools import pairwise
 from typing import Any, Final
 
@@ -24,10 +23,10 @@ import casadi
 import copp_py
 import numpy as np
 from blending import LENGTH_MM, corner, load
-from contouring import blade, processor, table, zigzag
+from contouring import blade, table, zigzag
 from msgspec import Struct
 from numpy.typing import NDArray
-from page import write_section
+from page import processor, write_section
 from third_order_peer import PeerProfile, find_profile
 
 from verne_post import Options
@@ -172,14 +171,14 @@ def main() -> None:
     ]
     text = "\n\n".join(
         [
-            f"{processor()}, {datetime.now(UTC):%Y-%m-%d}, CasADi {casadi.__version__}, copp-py {copp_py.version()}.",
             table(header, rows).strip(),
             table(peer_header, peers).strip(),
         ]
     )
     print(text)
     if given.write:
-        write_section("optimum", text)
+        ran = f"{processor()}, CasADi {casadi.__version__}, copp-py {copp_py.version()}"
+        write_section("optimum", text, ran=ran)
 
 
 if __name__ == "__main__":

@@ -13,13 +13,12 @@ import signal
 import sys
 import time
 from collections import Counter
-from datetime import UTC, datetime
 from pathlib import Path
 from types import FrameType
 
 import numpy as np
-from contouring import blade, processor, table
-from page import write_section
+from contouring import blade, table
+from page import processor, write_section
 
 import verne_post as vp
 from verne_post.app.convert import convert_source
@@ -91,14 +90,13 @@ def main() -> None:
     )
     text = "\n\n".join(
         [
-            f"{given.lines:,} lines of the blade, {sum(map(len, blocks)):,} rows, {taken:.1f} s of CPU; "
-            f"{processor()}, Python {platform.python_version()}, {datetime.now(UTC):%Y-%m-%d}.",
+            f"{given.lines:,} lines of the blade, {sum(map(len, blocks)):,} rows, {taken:.1f} s of CPU.",
             table(["package", "share of the time"], rows).strip("\n"),
         ]
     )
     print(text)
     if given.write:
-        write_section("packages", text)
+        write_section("packages", text, ran=f"{processor()}, Python {platform.python_version()}")
 
 
 if __name__ == "__main__":

@@ -9,17 +9,17 @@ ratios, not absolute times. With --write the table goes into docs/performance.md
 
 import argparse
 import os
+import platform
 import shutil
 import subprocess
 import sys
 import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass
-from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
-from page import write_section
+from page import processor, write_section
 
 ROOT = Path(__file__).resolve().parents[2]
 #: gcodeparser and pygcode are measured on so much of the lines: the latter reads 10,000 lines a second.
@@ -276,8 +276,7 @@ def main() -> None:
         bulk = bulk_rows(given.lines, Path(name))
     text = "\n\n".join(
         [
-            f"{given.lines:,} short five-axis G1 lines, {datetime.now(UTC):%Y-%m-%d}, one process each; CPU seconds "
-            "count:",
+            f"{given.lines:,} short five-axis G1 lines, one process each; CPU seconds count:",
             table(["reader", "lines/s", "peak memory MiB", "ours is faster by"], rates),
             "Other kinds of lines, when a file consists of them:",
             table(["lines", "lines/s"], bulk),
@@ -288,7 +287,7 @@ def main() -> None:
     )
     print(text)
     if given.write:
-        write_section("reading", text)
+        write_section("reading", text, ran=f"{processor()}, Python {platform.python_version()}")
 
 
 if __name__ == "__main__":

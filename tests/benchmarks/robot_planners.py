@@ -12,7 +12,6 @@ own bound of the speed along the path, 10 units/s, would decide.
 import argparse
 import tempfile
 from collections.abc import Callable
-from datetime import UTC, datetime
 from importlib.metadata import version
 from itertools import pairwise
 from pathlib import Path
@@ -209,9 +208,9 @@ def main() -> None:
     parser.add_argument("--write", action="store_true")
     given = parser.parse_args()
     versions = ", ".join(f"{name} {version(name)}" for name in ("tesseract-robotics", "roboplan"))
-    text = f"{versions}, verne-post {verne_post.__version__}, {datetime.now(UTC):%Y-%m-%d}.\n\n{compare(given.only)}"
+    text = compare(given.only)
     if given.write:
-        write_section("planners of robots", text)
+        write_section("planners of robots", text, ran=f"{versions}, verne-post {verne_post.__version__}")
     print(text)
 
 

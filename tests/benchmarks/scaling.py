@@ -15,12 +15,11 @@ import subprocess
 import sys
 import tempfile
 import time
-from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
-from contouring import blade, processor, table
-from page import write_section
+from contouring import blade, table
+from page import processor, write_section
 
 from verne_post.cli.arithmetic import choose_settings
 
@@ -109,20 +108,18 @@ def main() -> None:
     parser.add_argument("--most", type=int, default=SIZES[-1], help="lines of the longest program")
     parser.add_argument("--write", action="store_true", help="put the tables into docs/performance.md")
     given = parser.parse_args()
-    machine = f"{processor()}, {datetime.now(UTC):%Y-%m-%d}, Python {platform.python_version()}"
-    shared = f"Two cores of: {machine}.\n\n" + shared_table(
-        [size for size in SHARED_SIZES if size <= given.most]
-    ).strip("\n")
+    machine = f"{processor()}, Python {platform.python_version()}"
+    shared = shared_table([size for size in SHARED_SIZES if size <= given.most]).strip("\n")
     text = "\n\n".join(
         [
-            f"One thread of: {machine}, numpy {np.__version__}.\nEach row is one run; start-up is in it.",
+            "Each row is one run; start-up is in it.",
             scaling_table([size for size in SIZES if size <= given.most]).strip("\n"),
         ]
     )
     print(text, shared, sep="\n\n")
     if given.write:
-        write_section("scaling", text)
-        write_section("cores", shared)
+        write_section("scaling", text, ran=f"one thread of {machine}, numpy {np.__version__}")
+        write_section("cores", shared, ran=f"two cores of {machine}")
 
 
 if __name__ == "__main__":

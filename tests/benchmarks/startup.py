@@ -12,7 +12,6 @@ import platform
 import subprocess
 import sys
 import tempfile
-from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
 
@@ -68,8 +67,6 @@ def main() -> None:
     versions = ", ".join(f"{name} {version(name)}" for name in ("numpy", "scipy", "msgspec", "click"))
     text = "\n".join(
         [
-            f"{platform.machine()}, Python {platform.python_version()}, {versions}, {datetime.now(UTC):%Y-%m-%d}:",
-            "",
             f"| program | CPU s | compared with `import {_BASE}` |",
             "| --- | --- | --- |",
             *(f"| `{name}` | {taken:.3f} | {100 * (taken - base) / base:+.0f} % |" for name, taken in least.items()),
@@ -77,7 +74,7 @@ def main() -> None:
     )
     print(text)
     if given.write:
-        write_section("start-up", text)
+        write_section("start-up", text, ran=f"{platform.machine()}, Python {platform.python_version()}, {versions}")
 
 
 if __name__ == "__main__":

@@ -14,14 +14,13 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from datetime import UTC, datetime
 from functools import partial
 from typing import Any
 
 import numpy as np
-from contouring import Part, percent, processor, program, sample, table, zigzag
+from contouring import Part, percent, program, sample, table, zigzag
 from msgspec.structs import replace
-from page import write_section
+from page import processor, write_section
 
 import verne_post
 from verne_post import Options
@@ -409,9 +408,8 @@ def main() -> None:
     spread = abs(measure(jobs, REPEATS).cpu / present.cpu - 1)
     text = "\n\n".join(
         [
-            f"One thread of: {processor()}, {datetime.now(UTC):%Y-%m-%d}, Python {platform.python_version()}, numpy "
-            f"{np.__version__}; {minutes:.0f} minutes of CPU.\n"
-            f"A repeated measurement differed by {percent(spread)} in CPU time.",
+            f"Measured in {minutes:.0f} minutes of CPU. A repeated measurement differed by "
+            f"{percent(spread)} in CPU time.",
             "The programs, and their machining times, are:",
             "\n".join(f"- {job.name} ({took:.2f} s)" for job, took in zip(jobs, present.seconds, strict=True)),
             table(["constant", "value", "values tried", "machining time", "CPU time"], rows).strip("\n"),
@@ -419,7 +417,8 @@ def main() -> None:
     )
     print(text)
     if given.write:
-        write_section("tuning", text, "tuning.md")
+        ran = f"one thread of {processor()}, Python {platform.python_version()}, numpy {np.__version__}"
+        write_section("tuning", text, "tuning.md", ran)
 
 
 if __name__ == "__main__":

@@ -14,11 +14,10 @@ import subprocess
 import sys
 import tempfile
 import time
-from datetime import UTC, datetime
 from pathlib import Path
 
-from contouring import blade, processor, table
-from page import write_section
+from contouring import blade, table
+from page import processor, write_section
 
 from verne_post.cli.arithmetic import choose_settings
 
@@ -109,7 +108,7 @@ def main() -> None:
         for n in WORKERS
     ]
     measured = (
-        f"{processor()}, {datetime.now(UTC):%Y-%m-%d}, Python {platform.python_version()}. Of {given.lines:,} lines, "
+        f"Of {given.lines:,} lines, "
         f"{own:.1f} s are not\n"
         f"shared and {shared:.1f} s are. A program of {PROGRAM_LINES:,} lines takes {each:.3f} s of a worker, and "
         f"{1000 * dispatch:.1f} ms of\n"
@@ -119,7 +118,7 @@ def main() -> None:
     text = measured + "\n\n" + table(heads, rows).strip("\n")
     print(text)
     if given.write:
-        write_section("workers", text)
+        write_section("workers", text, ran=f"{processor()}, Python {platform.python_version()}")
 
 
 if __name__ == "__main__":

@@ -333,7 +333,7 @@ def test_parts_follow_no_link_either(folder: Path, run: Callable[..., Any], monk
     Path("out/s.2.csv").symlink_to("../precious")
     answer = run("batch", "in/s.nc", "-o", "out", "-j", 1, *PLACE, "--split-at-stops")
     assert answer.code == 2
-    assert "out/s.2.csv: a symbolic link inside out leads to it" in answer.out
+    assert "out/s.2.csv: a symbolic link inside out leads to it" in answer.err
     assert Path("precious").read_text() == "precious"
     assert not Path("out/s.1.csv").exists()
 
@@ -441,17 +441,28 @@ def test_a_table_has_the_first_error_else_the_first_warning() -> None:
         assert row.endswith(f"         -          -  {shown}".rstrip())
 
 
-def test_findings_are_cut_to_the_terminal_and_whole_in_files(folder: Path, run: Callable[..., Any]) -> None:
+def test_the_findings_of_each_program_stand_before_the_table(folder: Path, run: Callable[..., Any]) -> None:
+    """As `check` prints them, warnings too; the table counts them; the last line is the result of all."""
     Path("in/s.nc").write_text("G21 G90\nG0 X0 Y0 Z50 A0 C0\nG1 X5 Q17 F3000\nM2\n")
-    words = ("batch", "in/s.nc", "-o", "out", "-j", 1, *PLACE)
-    whole = run(*words, "--markdown", "whole.md").out
-    (wide,) = (line for line in whole.splitlines() if line.startswith("in/s.nc"))
-    assert len(wide) > 80 and "..." not in wide and "cut to the width" not in whole
-    message = wide.partition(": ")[2]
-    assert message in Path("whole.md").read_text(encoding="utf-8").replace("\\", "")
-    cut = format_batch([Outcome("a.nc", 2, (make_finding("VP002", "w" * 200, line=7),))], 80).splitlines()
-    assert (len(cut[1]), cut[1][-3:]) == (80, "...")
-    assert cut[-2] == "findings are cut to the width of the terminal; --markdown FILE has them whole"
+    Path("in/w.nc").write_text("G21 G90\nG0 X0 Y0 Z50\nG1 X5 F3000\nG1 X9 A20\nM2\n")
+    words = ("batch", "in/s.nc", "in/w.nc", "in/p0.nc", "-o", "out", "-j", 1, *PLACE)
+    first, again = run(*words), run(*words)
+    checked = run("check", "in/s.nc", "in/w.nc", *PLACE)
+    said = [line for line in checked.out.splitlines() if re.match(r"in/\w\.nc:\d+(:\d+)?: VP", line)]
+    assert [re.sub(r".*(VP\d+ \w+):.*", r"\1", line) for line in said] == [
+        "VP006 error",
+        "VP036 warning",
+        "VP037 warning",
+    ]
+    for answer in (first, again):
+        assert [line for line in answer.err.splitlines() if line in said] == said
+        assert "  3 | G1 X5 Q17 F3000\n" in answer.err
+        table = {line.split()[0]: line.rpartition("  ")[2] for line in answer.out.splitlines()}
+        assert (table["in/s.nc"], table["in/w.nc"]) == ("1 error: VP006 line 3", "2 warnings: VP036 line 3")
+        assert answer.out.splitlines()[-1].startswith("3 programs: ")
+    annotated = run(*words, "--github").out.splitlines()
+    assert [line[:9] for line in annotated[:3]] == ["::error f", "::warning", "::warning"]
+    assert annotated[3].startswith("program ")
 
 
 def test_shards_are_a_partition(folder: Path, run: Callable[..., Any]) -> None:

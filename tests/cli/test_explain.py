@@ -110,7 +110,8 @@ def test_the_first_answer_is_short(explain: Callable[..., str], run: Callable[..
     assert "the line ended elsewhere: Z 650.787 in place of 800 mm" in text
     assert f"Fill in wcs.G54 in {tmp_path}/part.nc.toml" in text  # VP033, with the name to paste
     assert f"setup {tmp_path}/part.nc writes" in text
-    assert "joints               rho1 -45.875308, rho2 -99.210939, rho3 -99.210939, a 0.000000 deg" in text
+    joints = "rho1 -45.875308 mm, rho2 -99.210939 mm, rho3 -99.210939 mm, a 0.000000 deg"
+    assert f"joints               {joints}" in text
     assert "margin to its travel" not in text
     assert vector(text, "tip on the table     ") == pytest.approx([0, 0, 800], abs=1e-6)
 
@@ -151,7 +152,7 @@ def test_a_line_from_words_to_sliders(explain: Callable[..., str]) -> None:
     assert position == pytest.approx(by_hand, abs=1e-5, rel=0)
     rho = np.array([scalar(text, rf"\n +.*rho{leg} ") for leg in (1, 2, 3)])
     assert rod_lengths(position, alpha, rho) == pytest.approx(np.zeros(4), abs=1e-5)
-    assert scalar(text, r"rho3 \S+, a ") == pytest.approx(60 + np.degrees(alpha), **near)
+    assert scalar(text, r"rho3 \S+ mm, a ") == pytest.approx(60 + np.degrees(alpha), **near)
     assert "findings: none, the whole line is within limits" in text
     assert "what would" not in text
 
@@ -551,9 +552,9 @@ def test_the_response_to_a_warning_about_words(run: Callable[..., Any], tmp_path
 @pytest.mark.parametrize(
     ("word", "lines"),
     [
-        ("G68.2", ("RS274/NGC: not executed: tilted work planes", "Fanuc: tilted plane: tilted work plane by angles")),
+        ("G68.2", ("RS274/NGC: not executed: tilted work planes", "Fanuc: tilted plane: by angles")),
         ("CYCLE83", ("Siemens: deep-hole drilling", "  RTP: retraction plane", "  VARI")),
-        ("PLANE", ("Klartext: a tilted plane: ", "  PLANE SPATIAL: turned about X")),
+        ("PLANE", ("Klartext: a tilted plane: ", "  PLANE SPATIAL: tilts the work plane: turned about X")),
         ("traori", ("Siemens: tool-centre-point control on",)),
         ("CYCL DEF 208", ("Klartext: ",)),
         ("CYCL DEF 203", ("Klartext: universal drilling with chip breaking; holes: see Cycles in docs/heidenhain.md",)),
@@ -682,3 +683,48 @@ def test_what_is_in_force_behind_a_call_is_that_of_the_line(tmp_path: Path, run:
     shown = run("explain", f"{program}:6", *place).out
     assert re.search(r"in force +G1, .*feed 500 mm/min", shown), shown
     assert re.search(r"in force +G0, ", run("explain", f"{program}:10", *place).out)
+
+
+INCHES = """%
+O1
+G20 G90 G17 G40 G80 G49
+T1 M6
+S3000 M3
+G54 G0 X0 Y0 A0 C0
+G43 H1 Z2.
+{cut}
+G0 Z2.
+M30
+%
+"""
+
+
+@pytest.mark.parametrize(
+    ("cut", "line", "said"),
+    [
+        ("G1 Z-1.7 F20.\nX1.", 8, "within limits if line 8 ends at Z -1.57 instead of -1.7"),
+        ("G1 Z1. F20.\nG81 X1. Y1. Z-1.7 R1.9 F20.\nG80", 9, "within limits if line 9 has Z -1.57 instead of -1.7"),
+    ],
+)
+def test_remedies_of_a_program_in_inches_are_in_inches(
+    run: Callable[..., Any], tmp_path: Path, cut: str, line: int, said: str
+) -> None:
+    """The words were compared with mm: Z-1.7 was not found, and `explain` proposed -39.998 in place of it."""
+    program = tmp_path / "part.nc"
+    program.write_text(INCHES.format(cut=cut))
+    given = ("--tool-length", 80, "--wcs", "G54=0,0,40")
+    assert f"tried: {said}\n" in run("check", program, *given).out
+    program.write_text(INCHES.format(cut=cut).replace("Z-1.7", "Z-1.57"))
+    assert run("check", program, *given).code == 0
+    # after G21 the words are mm
+    program.write_text(INCHES.format(cut=f"G21\n{cut}").replace("Z-1.7", "Z-43.18").replace("G0 Z2.", "G0 Z60."))
+    if line == 8:
+        assert "within limits if line 9 ends at Z -39.98 instead of -43.18" in run("check", program, *given).out
+        program.write_text(INCHES.format(cut=cut))
+        assert "Z -1.57472 in place of -1.7 inch" in run("explain", f"{program}:8", *given).out
+
+
+def test_a_hole_in_inches_names_inches(run: Callable[..., Any], tmp_path: Path) -> None:
+    (tmp_path / "part.nc").write_text(INCHES.format(cut="G81 X1. Y1. Z.5 R-1. F20.\nG80"))
+    told = run("check", tmp_path / "part.nc", "--tool-length", 80, "--wcs", "G54=0,0,40").out
+    assert "R -1 inch lies below the bottom of the hole, Z 0.5 inch" in told

@@ -237,7 +237,7 @@ def test_hover_shows_time_feed_and_pose_of_a_line(client: Client, tmp_path: Path
     shown = text.partition("```text\n")[2].partition("\n```")[0].split("\n")
     assert len(shown) <= 10
     (joints,), (margins,) = ([one for one in shown if one.startswith(f"  {what} ")] for what in ("joints", "margin"))
-    assert re.search(r"rho1 \d+\.\d{3}, .*, a \d+\.\d{3} deg, c ", joints)
+    assert re.search(r"rho1 \d+\.\d{3} mm, .*, a \d+\.\d{3} deg, c ", joints)
     assert re.search(r"rho1 \d+\.\d{3} mm, .*, a \d+\.\d{3} deg, c unlimited$", margins)
     assert shown[-1] == "  pose: possible"
 
@@ -352,6 +352,38 @@ def hover(client: Client, uri: str, line: int, column: int | None = None) -> str
             "Q1=": "variable; 5 after this line",
             "Q1 F": "variable; 5 after this line",
          }),
+        # values that are computed, and those of the first of several passes
+        ("e.nc", "%\nO1\nG21 G90 G94 G17 G40 G49 G80 G54\nT1 M6\nS8000 M3\nG0 X10. Y0. A0. C0.\nG43 H1 Z130.\n"
+         "#101=112.\nG1 Z#101 F500.\nX[[#101-12.]/20.]F[#101*2]\nG4 P#101\nY-#101\n#1=0\nWHILE [#1 LT 5] DO1\n"
+         "G1 Z[120.-#1]\n#1=#1+1\nEND1\nG0 Z160.\nM30\n%\n", {
+            "Z#": "Z 112 mm in G54; machine Z -288 mm",
+            "#101 F": "variable; 112 after this line",
+            "X[[": "X 5 mm in G54; machine X 5 mm",
+            "-12.]": "X 5 mm in G54; machine X 5 mm",
+            "F[": "224 mm/min; the feed rate is reached",
+            "P#": "dwell: 112 milliseconds, or seconds if the key dwell says so",
+            "Y-#": "Y -112 mm in G54; machine Y -112 mm",
+            "Z[120": "Z 120 mm in G54; machine Z -280 mm, in the first of 5 passes",
+            "#1]\n": "variable; 0 after this line, in the first of 5 passes",
+         }),
+        ("e.mpf", 'G17 G90 G94 G71 G54\nDEF REAL DEPTH=112\nR1=5\nT="EM10" M6\nD1\nS8000 M3\nG0 X0 Y0 Z130 A0 C0\n'
+         "G1 Z=DEPTH F=R1*100\nZ=DEPTH + (R1-3)\nX=IC(R1)\nFOR R2=1 TO 5\nG1 Z=DEPTH-R2\nENDFOR\nG0 Z160\nM30\n", {
+            "Z=DEPTH ": "Z 112 mm in G54; machine Z -298 mm",
+            "F=": "feed rate; 500 mm/min; the feed rate is reached",
+            "+ (R1": "Z 114 mm in G54; machine Z -296 mm",
+            "R1-3)": "variable; 5 after this line",
+            "X=": "X 5 mm in G54; machine X 5 mm",
+            "=DEPTH-": "Z 111 mm in G54; machine Z -299 mm, in the first of 5 passes",
+         }),
+        ("e.h", '0 BEGIN PGM A MM\n1 TOOL CALL "EM10" Z S8000\n2 L X+0 Y+0 Z+130 A+0 C+0 R0 FMAX M3\n3 Q1=+5\n'
+         "4 L X+Q1 F500\n5 L IX-Q1 FQ1\nCC X+0 Y+0\nLP PR+Q1 PA+0\n6 LBL 1\n7 L IZ-Q1\n8 CALL LBL 1 REP 3\n"
+         "9 L Z+160 FMAX\n10 M30\n11 END PGM A MM\n", {
+            "X+Q1 F": "X 5 mm in G54; machine X 5 mm",
+            "IX-": "X 0 mm in G54; machine X 0 mm",
+            "PR+": "radius about the pole; 5",
+            "FQ1\n": "feed rate; 5 mm/min; the feed rate is reached",
+            "IZ-": "Z 125 mm in G54; machine Z -285 mm, in the first of 4 passes",
+         }),
     ],
 )  # fmt: skip
 def test_hover_of_a_word_says_what_it_comes_to(
@@ -415,7 +447,7 @@ def test_hover_says_what_the_word_under_the_cursor_does(client: Client, tmp_path
     text = "O1\nG21 G90 G94 G17 G54\nG0 X0 Y0 Z200 A0 C0\nG68.2 X0 Y0 Z0 I0 J20 K0\nG1 Z190 F500\nX10 Y\nM30\n"
     path = make_program(tmp_path, text.replace("X10 Y\n", "G69 G53 Y0\n"))
     uri = client.open(path)
-    word = "**G68.2**: tilted plane: tilted work plane by angles"
+    word = "**G68.2**: tilted plane: by angles"
     assert hover(client, uri, 3, 1).startswith(word)
     assert "\n\nin force: G0, " in hover(client, uri, 3, 1)
     assert "**" not in hover(client, uri, 3, 8)
@@ -926,7 +958,7 @@ FANUC = "%\nO0001 (BRACKET)\nG21 G90 G94 G17 G40 G49 G80\n"
          "Q200=2 Q201=-5 Q206=300 Q202=5 Q210=0 Q203=+110 Q204=20 Q211=0\n4 CYCL DEF 241 SINGLE-FLUTED ~\n"
          "Q200=2 Q201=-5 Q206=300 Q211=0 Q203=+110 Q204=20 Q379=0 Q253=750 Q208=3000 Q426=3 Q427=500 Q428=800 ~\n"
          "Q429=8 Q430=9 Q435=1\n5 L X+10 Y+0 FMAX M99\n6 L Z+160 FMAX\n7 M30\n8 END PGM A MM\n",
-         "VP002", "Write Q435=0 in place of Q435=1 (no errors then)", "Q435=1", "Q435=0"),
+         "VP002", "Write Q435=0 in place of Q435=1 in line 8 (no errors then)", "Q435=1", "Q435=0"),
     ],
 )  # fmt: skip
 def test_the_word_that_a_message_tells_to_write_is_written(
@@ -1045,7 +1077,7 @@ OF_KLARTEXT = "BEGIN PGM A MM\nTOOL CALL 1 Z S8000\nL X+0 Y+0 Z+150 A+0 C+0 R0 F
             OF_KLARTEXT + "CYCL DEF 200 D Q200=2 Q201=+12 Q206=9 Q202=5 Q210=0 Q203=+110 Q204=20\nL X+5 FMAX M99\n"
             "M30\nEND PGM A MM\n",
             "VP007",
-            "Write Q201=-12 in place of Q201=+12 (no errors then)",
+            "Write Q201=-12 in place of Q201=+12 in line 4 (no errors then)",
             "=+12",
             "=-12",
         ),
@@ -1057,6 +1089,54 @@ OF_KLARTEXT = "BEGIN PGM A MM\nTOOL CALL 1 Z S8000\nL X+0 Y+0 Z+150 A+0 C+0 R0 F
             "Write PLANE RESET STAY before line 7 (no errors then, another tool axis)",
             "L X+10",
             "PLANE RESET STAY\nL X+10",
+        ),
+        (
+            "a.h",
+            f"{OF_KLARTEXT}Q1 = 1O + 2\nL X+Q1 F500\nL Z+160 FMAX\nM30\nEND PGM A MM\n",
+            "VP001",
+            "Write Q1=10 in place of Q1 = 1O (no errors then)",
+            "Q1 = 1O",
+            "Q1=10",
+        ),
+        (
+            "a.h",
+            f"{OF_KLARTEXT}FN 1: Q1 = +5 + +1O\nL X+Q1 F500\nL Z+160 FMAX\nM30\nEND PGM A MM\n",
+            "VP001",
+            "Write +10 in place of +1O (no errors then)",
+            "+1O",
+            "+10",
+        ),
+        (
+            "a.h",
+            f"{OF_KLARTEXT}Q1 = SQTR 4\nL X+Q1 F500\nL Z+160 FMAX\nM30\nEND PGM A MM\n",
+            "VP001",
+            "Write SQRT in place of SQTR (no errors then)",
+            "SQTR",
+            "SQRT",
+        ),
+        (
+            "a.h",
+            f"{OF_KLARTEXT}Q12 = 5\nL IX-Q21 F500\nL Z+160 FMAX\nM30\nEND PGM A MM\n",
+            "VP025",
+            "Write Q12 in place of Q21 (no errors then)",
+            "Q21",
+            "Q12",
+        ),
+        (
+            "a.nc",
+            FANUC + f"{RS274}M89 P2\nG0 Z150\nM30\nO2\nX9.\nM99\n%\n",
+            "VP002",
+            "Write M98 in place of M89 (no errors then)",
+            "M89",
+            "M98",
+        ),
+        (
+            "a.nc",
+            FANUC + f"{RS274}G0 Z160\nG49\nG0 X0 Y0\nZ2.\nM30\n%\n",
+            "VP034",
+            "Write G43 H1 before line 13 (no errors then, with 1 warning)",
+            "Z2.",
+            "G43 H1\nZ2.",
         ),
         (
             "a.ngc",
@@ -1797,6 +1877,7 @@ def test_words_and_keys_are_completed(
         assert items == {}
         return
     assert meaning in items[word]["detail"].lower()
+    assert items[word]["textEdit"]["newText"] == word  # this editor has no snippets
     lines = text.replace("^", "").split("\n")
     begin = items[word]["textEdit"]["range"]["start"]["character"]
     assert items[word]["filterText"].startswith(lines[place["line"]][begin : place["character"]])
@@ -1829,6 +1910,30 @@ def test_tools_of_the_set_up_are_completed(
         assert one["filterText"].startswith(line[one["textEdit"]["range"]["start"]["character"] :])
     if "12" in expected:
         assert next(one["detail"] for one in found if one["label"] == "12") == "length 80 mm, diameter 6 mm"
+
+
+def test_cycles_are_completed_with_places_for_their_values(tmp_path: Path) -> None:
+    """In an editor that has snippets; the names are those of the tables from which programs are read."""
+    client = Client(textDocument={"completion": {"completionItem": {"snippetSupport": True}}})
+    for name, text, word, snippet in (
+        ("a.nc", "%\nO1\nG8", "G83", "G83 X${1:X} Y${2:Y} Z${3:Z} R${4:R} Q${5:Q} F${6:F}"),
+        ("a.mpf", "G71 G90 G54\nCYCLE8", "CYCLE81", "CYCLE81(${1:RTP},${2:RFP},${3:SDIS},${4:DP},${5:DPR},${6:DTB})"),
+        (
+            "a.h",
+            "0 BEGIN PGM A MM\n1 CYCL DEF 20",
+            "CYCL DEF 207",
+            "CYCL DEF 207 ~\n  Q200=${1:clearance} ~\n  Q201=${2:depth} ~\n  Q203=${3:surface} ~\n  "
+            "Q204=${4:second clearance} ~\n  Q239=${5:pitch}",
+        ),
+        ("a.nc", "%\nO1\nM", "M8", "M8"),
+    ):
+        uri = client.open(tmp_path / name, text)
+        place = {"line": text.count("\n"), "character": len(text.rpartition("\n")[2])}
+        found = client.ask("textDocument/completion", textDocument={"uri": uri}, position=place)
+        (item,) = [one for one in found if one["label"] == word]
+        assert (item["textEdit"]["newText"], item.get("insertTextFormat")) == (snippet, 2 if word != "M8" else None)
+        client.close_all()
+    client.end()
 
 
 def test_what_is_completed_as_a_value_is_accepted(client: Client, tmp_path: Path) -> None:

@@ -227,6 +227,24 @@ def test_a_slice_says_how_far_it_reaches(coarse: None, run: Callable[..., Any], 
     assert [float(text) for text in said.groups()] == pytest.approx(ends, abs=41)
 
 
+def test_a_slice_where_nothing_is_reached_is_moved_to_the_middle(
+    coarse: None, run: Callable[..., Any], tmp_path: Path
+) -> None:
+    """The spindle of ac_trunnion reaches z from 21 to 570 mm, as a slice through it says; 300 is the nearest step."""
+    beside = run("machine", "show", "ac_trunnion", "--plot", tmp_path / "a.png", "--plane", "xz").out
+    said = re.search(r": y = 0 mm; .*z from (-?\d+) to (-?\d+) mm", beside)
+    assert said
+    low, high = map(float, said.groups())
+    assert low > 0
+    moved = run("machine", "show", "ac_trunnion", "--plot", tmp_path / "a.png")
+    place = re.search(r": z = (\d+) mm \(the middle of what is reached, as nothing is at z = 0;", moved.out)
+    assert place, moved.err
+    assert float(place[1]) == pytest.approx((low + high) / 2, abs=30)
+    given = run("machine", "show", "ac_trunnion", "--plot", tmp_path / "a.png", "--at", "0")
+    assert given.code == 2
+    assert "is reached in this plane; choose another --at" in given.err
+
+
 @pytest.mark.parametrize(
     ("options", "says"),
     [

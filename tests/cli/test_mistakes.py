@@ -13,7 +13,7 @@ PLACE = ("--tool-length", 60, "--wcs", "G54=0,0,20")
 @pytest.mark.parametrize(
     ("length", "program", "expected"),
     [
-        ("250.0", GOOD, ["m.toml:31: VP501"]),
+        ("250.0", GOOD, ["m.toml:31:1: VP501"]),
         ("850.0", GOOD, []),
         ("850.0", GOOD.replace("X9", "X3500"), ["p.nc:5: VP110"]),  # the home is within reach
     ],
@@ -59,9 +59,9 @@ max = [-320, 30, 20]
     ("values", "place"),
     [
         ({}, None),
-        ({"length": 2400}, "p.nc.toml:5: VP505 warning: tool 1: a length of 2400 mm"),
-        ({"high": 30_000}, "p.nc.toml:7: VP505 warning: the stock: a size of 30030 mm"),
-        ({"system": 'system = "G55"'}, "p.nc.toml:11: VP018 error: vise is given in G55, and G55 is not"),
+        ({"length": 2400}, "p.nc.toml:5:1: VP505 warning: tool 1: a length of 2400 mm"),
+        ({"high": 30_000}, "p.nc.toml:7:1: VP505 warning: the stock: a size of 30030 mm"),
+        ({"system": 'system = "G55"'}, "p.nc.toml:11:1: VP018 error: vise is given in G55, and G55 is not"),
     ],
 )
 def test_what_is_wrong_in_a_set_up_has_its_line(

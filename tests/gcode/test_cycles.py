@@ -73,7 +73,10 @@ def test_the_tool_axis_is_named_where_it_is_not_along_the_hole(machine):
     program = b"G49 F600 G0 X0 Y0 Z60 A20 C30\nG81 X5 Y5 Z20 R30\nM2"
     (found,) = check(program, machine, Options(dialect="rs274")).findings
     assert (found.code, found.line) == ("VP017", 2)
-    assert "G81 drills along Z, but the tool points along (0.1710, 0.2962, 0.9397)" in found.message
+    assert (
+        "G81 drills along Z, but the tool points along (0.1710, 0.2962, 0.9397), at A20 C30 of the machine:"
+        in found.message
+    )
 
 
 @pytest.mark.parametrize(("line", "code"), [

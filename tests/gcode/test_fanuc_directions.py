@@ -4,12 +4,18 @@ What is wanted is worked out by hand: the axes of the machine go to the origin o
 numbers, and Z to that plus the length of the tool, wherever the table stands.
 """
 
+import re
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from verne_post import load_machine
 from verne_post.app.assemble import assemble
 from verne_post.config.machine_paths import list_machine_files
+from verne_post.gcode.codes import spell_g_code
+from verne_post.gcode.rs274.fanuc_codes import TWINS
+from verne_post.gcode.rs274.modes import TCP_CODES
 from verne_post.model.findings import InputError
 from verne_post.model.moves import MoveKind
 from verne_post.model.options import Options
@@ -118,7 +124,24 @@ def test_without_the_key_they_are_places_of_the_part(run):
     assert run(program)[2][-1, 0] == pytest.approx(3 + 30)
 
 
-@pytest.mark.parametrize("of_part", ["G43.4 H1\n{}G49\nG43 H1\n", "G68.2 X0 Y0 Z0 I90. J30. K-90.\nG53.1\n{}G69\n"])
+#: What turns each code of the part on and off, after "G43 H1" at B30.
+OF_PART = {
+    **{code: f"{code} H1\n{{}}G49\nG43 H1\n" for code in ("G43.4", "G43.5", "G234", "G43.1")},
+    "G68.2": "G68.2 X0 Y0 Z0 I90. J30. K-90.\nG53.1\n{}G69\n",
+    "G68.3": "G68.3 X0 Y0 Z0 R0\n{}G69\n",
+    "G254": "G254\n{}G255\n",
+}
+
+
+def test_the_page_names_the_codes_of_the_part():
+    page = (Path(__file__).parents[2] / "docs" / "fanuc.md").read_text("utf-8")
+    sentence = page.partition("\n## Directions of the machine\n")[2].partition(" is active:")[0].rpartition("while")[2]
+    assert re.findall(r"G[\d.]+", sentence) == list(OF_PART)
+    tip = {spell_g_code(code) for code in (*TCP_CODES, *(twin for twin, of in TWINS.items() if of in TCP_CODES))}
+    assert tip <= set(OF_PART)
+
+
+@pytest.mark.parametrize("of_part", OF_PART.values(), ids=list(OF_PART))
 def test_places_of_the_part_where_a_code_says_so_and_of_the_machine_after_it(run, of_part):
     inside = "X20. Y5. Z260.\nG1 X25. F300\n"
     text = "G43 H1 G0 X10. Y0 Z250. B0 C0\nB30.\n" + of_part.format(inside) + "G0 X1. Y2. Z200.\nX5."

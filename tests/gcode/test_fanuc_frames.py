@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from verne_post import check
 from verne_post.app.assemble import build_interpreter_setup
 from verne_post.gcode.read import interpret_program
 from verne_post.model.moves import MoveKind
@@ -317,8 +318,11 @@ def test_offsets_of_tools_and_their_wear(run, text, length, radius):
     ("G51.1 X0 / G68 X0 Y0 Z0 I1 J0 K0 R9", "VP017", "G50.1"),
     ("G51 X0 Y0 Z0 P2. / G68 X0 Y0 Z0 I1 J0 K0 R9", "VP017", "G50"),
     ("G68.2 P4 I1", "VP005", "projection_angles"), ("G68.2 P4 J1 Q1", "VP006", "Q"),
-    ("G68.2 P5 I1", "VP007", "P0 to P4"), ("G68.2 P2 Q1 X0 / G1 X1", "VP005", "Q2, Q3"), ("G68.2 P2 Q4", "VP007", "Q4"),
+    ("G68.2 P5 I1", "VP007", "P0 to P4"), ("G68.2 P2 Q1 X0 / G1 X1", "VP005", "no Q2 (X Y Z of a point on X), Q3 ("),
+    ("G68.2 P2 Q4", "VP007", "Q4"),
     ("G68.2 P3 Q1 I1 / G68.2 P3 Q2 I1", "VP007", "right angles"),
+    ("G68.2 P3 Q1 I1 / X1", "VP005", "Q2 (I J K along Z)"),
+    ("G68.2 P2 X0 Y0 I0 J25. / X1", "VP005", "without P"),
     ("G68.2 P2 Q1 X0 / G68.2 P2 Q2 X1 / G68.2 P2 Q3 X2", "VP007", "line"), ("G68.2 P1 Q122 I1", "VP007", "Q122"),
     ("G68.2 P0 Q1 I1", "VP006", "Q"), ("G68.3 R0", "VP017", "vertical"),
     ("G68.3 X1", "VP005", "X, Y and Z"), ("G53.6 H1", "VP017", "G68.2"), ("G68.2 I0 / G53.6 H1 R5", "VP002", "R"),
@@ -346,6 +350,31 @@ def test_refusals(view, text, code, part):
     findings = view(source, dialect="fanuc")[1]
     assert [item.code for item in findings] == [code], findings
     assert part in findings[0].message
+
+
+@pytest.mark.parametrize("length", ["G43", "G43.4"])
+def test_a_plane_without_a_tool_length_says_what_can_be_done(machine, length):
+    """Without A and C before the plane, the table is taken to start as the plane turns it."""
+    tail = "G53.1\nG43 H1 Z20.\nG0 X1. Y1.\nG69\nM30\n%"
+    options = Options(dialect="fanuc", tools={1: Tool(1, 1, (0.0, 0.0, 80.0, *[0.0] * 6), 10.0)})
+
+    def find(level="", again=""):
+        head = f"%\nO1\nG21 G90 G17\nT1 M6\nG54 G0 X0 Y0{level}\n{length} H1 Z50.\nG49\nG68.2 X0 Y0 Z0 I0 J20. K0"
+        findings = check(f"{head}\n{again}\n{tail}".encode(), machine, options).findings
+        return [item for item in findings if item.code == "VP016"]
+
+    (found,) = find()
+    assert found.line == 10
+    assert "write G43 with its H before G53.1, or retract before it (G53 G0 Z)" in found.message
+    assert "name Z in this motion" not in found.message
+    assert find(level=" A0 C0") == find(again="G43 H1") == find(again="G53 G0 Z300.") == []
+
+
+def test_a_cycle_under_a_plane_names_the_angles_of_the_machine(machine):
+    head = "%\nO1\nG21 G90 G17 G49\nG0 X0 Y0 Z50. A0 C0 S500 M3 F100\nG68.2 X0 Y0 Z0 I0 J20. K0"
+    program = f"{head}\nG81 X0 Y0 Z-5. R2.\nG80\nG69\nM30\n%".encode()
+    (found,) = check(program, machine, Options(dialect="fanuc")).findings
+    assert "points along (0.0000, 0.3420, 0.9397) of the plane, at A0 C0 of the machine: it would" in found.message
 
 
 def test_a_program_that_ends_in_a_corner_says_so(view):

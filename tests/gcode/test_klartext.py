@@ -7,7 +7,7 @@ import pytest
 
 from tests.gcode.conftest import list_places_on, make_tool, moves_as_text
 from verne_post.app.assemble import build_interpreter_setup
-from verne_post.base.suggestions import find_meant_number
+from verne_post.base.suggestions import find_meant_number, name_near_numbers
 from verne_post.gcode import interpret_program
 from verne_post.model.control_keys import HeidenhainKeys, read_keys
 from verne_post.model.moves import MoveKind
@@ -787,6 +787,22 @@ def test_user_codes_switch_tool_centre_point_control_as_m129_does(machine):
     remap = {"M429": "tcp off", "M428": "tcp on"}
     assert list_places_on(machine, text.format("M429", "M428"), "heidenhain", remap=remap) == own
     assert list_places_on(machine, text.format("", ""), "heidenhain") != own
+
+
+@pytest.mark.parametrize(
+    ("number", "known", "named"),
+    [
+        ("11", ("1", "2", "LEFT"), "LBL 1, which is nearly this number"),
+        ("33", ("3", "32"), "LBL 3, which is nearly this number"),
+        ("1001", ("1000", "2000"), "LBL 1000, which is nearly this number"),
+        ("12", ("112", "2"), "LBL 112 and LBL 2, which are nearly this number"),
+        ("12", ("11", "13"), ""),  # short numbers that differ by one digit are the usual ones
+        ("12", ("1", "2", "112", "120"), ""),
+        ("LEFT", ("1",), ""),
+    ],
+)
+def test_near_numbers_are_named(number, known, named):
+    assert name_near_numbers(number, known, "LBL ") == named
 
 
 @pytest.mark.parametrize(

@@ -111,6 +111,11 @@ def test_maps_inside_and_outside_a_plane(poses):
     assert axis_of(*angles[-1]) == pytest.approx(rz(30) @ ry(20) @ [0, 0, 1], abs=1e-9)
 
 
+def test_line_0_of_cycle_8_ends_the_mirror_image_at_once(poses):
+    tips, _angles = poses("CYCL DEF 8.0", "CYCL DEF 8.1 X", "CYCL DEF 8.0", TO_POINT)
+    assert tips[-1] == pytest.approx(POINT, abs=1e-8)
+
+
 def test_a_mirror_image_before_a_plane_mirrors_the_plane(poses):
     tips, angles = poses("CYCL DEF 8.1 X", "PLANE SPATIAL SPA+0 SPB+20 SPC+0 MOVE FMAX", TO_POINT)
     mirror = np.diag([-1, 1, 1])

@@ -318,6 +318,8 @@ def test_a_misspelt_word_of_a_loop_is_not_executed(run: Callable[..., Any], tmp_
     found = find_errors(run, tmp_path, "p.mpf", "ENDFRO")
     assert len(found) == 1
     assert "VP002 error: ENDFRO: no meaning in this language; did you mean ENDFOR?" in found[0]
+    found = find_errors(run, tmp_path, "p.mpf", "LOOP\nX5\nENDLOP")
+    assert found == ["5:1: VP023 error: LOOP is never closed; expected ENDLOOP, which line 7 writes as ENDLOP"]
 
 
 @pytest.mark.parametrize("name", ["p.nc", "p.ngc"])

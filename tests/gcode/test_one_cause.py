@@ -630,6 +630,31 @@ HEADS = {
       "expected RTP above RFP")),
     ("siemens", "CYCLE82(50,0,3,12)", ("VP007", 16, "CYCLE82: the bottom 12 mm lies on the wrong side of the reference "
                                        "plane 0 mm")),
+    ("siemens", "CYCLE82(50,0,3,0)", ("VP007", 16, "CYCLE82: the bottom is the reference plane 0 mm: the hole has no "
+                                      "depth")),
+    ("siemens", "CYCLE81(50,0,3,,0)", ("VP007", 17, "CYCLE81: the bottom is the reference plane 0 mm: the hole has no "
+                                       "depth")),
+    ("fanuc", "M89 P1000", ("VP002", 1, "M89: no meaning in this language; did you mean M98?")),
+    ("fanuc", "M98 P1001\nM30\nO1000\nM99", ("VP023", 1, "M98 calls O1001: not in the program, and in no file beside "
+     "it whose name has the number (1001.ngc or O1001.nc); the program has O1000, which is nearly this number")),
+    ("heidenhain", "CALL LBL 11\nM30\nLBL 1\nLBL 0", ("VP023", None, "LBL 11 is not in the program; it has LBL 1, "
+                                                      "which is nearly this number")),
+    ("heidenhain", "CALL LBL 1O\nM30\nLBL 10\nLBL 0", ("VP001", 10, "1O: the letter O in a number; did you mean "
+                                                       "10?")),
+    ("heidenhain", "PLANE SPATIAL SPA+20 SPB+0 SPC+0 MOVE DIST0 FMAX SEQ 1",
+     ("VP001", 50, "SEQ without its sign; write SEQ+ or SEQ-, as A is to be positive or negative")),
+    ("heidenhain", "M140 MB", ("VP001", 6, "MB without a number; write MB and its value, or MB MAX")),
+    ("heidenhain", "TOOL CALL 11 Z S800", ("VP012", 11, "tool 11: neither the set-up nor the tool table has it, but "
+     "tool 1, which is nearly this number; add it to one of them, or give tool_length=MM where the program has one "
+     "tool")),
+    ("siemens", "FOR I=1 TO 3\nX5\nENDFOR", ("VP025", 5, "I is not defined; write DEF REAL I at the beginning")),
+    # contradicting M codes, in each language as in RS274/NGC
+    ("siemens", "X5 M8 M9", ("VP003", 7, "M8 and M9 are of one modal group (coolant)")),
+    ("siemens", "X5 M3 M5", ("VP003", 7, "M3 and M5 are of one modal group (spindle)")),
+    ("fanuc", "X5. M8 M9", ("VP003", 8, "M8 and M9 are of one modal group (coolant)")),
+    ("heidenhain", "L X+5 F100 M8 M9", ("VP003", 15, "M8 and M9 are of one modal group (coolant)")),
+    ("heidenhain", "M3 M5", ("VP003", 4, "M3 and M5 are of one modal group (spindle)")),
+    ("heidenhain", "M13 M9", ("VP003", 5, "M13 and M9 are of one modal group (coolant)")),
     ("siemens", 'MSG("DRILL D6)', ("VP001", 5, "the quote is not closed on its line; expected '\"'")),
     ("siemens", 'MSG("DRILL D6"', ("VP001", 4, "the bracket is not closed on its line; expected ')'")),
     ("heidenhain", "L X+5 RLL F100", ("VP001", 7, "RLL: no meaning in this language; did you mean RL?")),
@@ -740,6 +765,12 @@ HOLE = "CYCLE81(60,40,2,35)"
         ("heidenhain", f"{DRILL}L X+5 FMAX\n{DRILL}L X+9 FMAX M99", [("VP023", 7, "before the next one in line 9")]),
         ("heidenhain", f"{DRILL}{DRILL}L X+5 FMAX\nL X+9 FMAX M99", []),  # what is defined anew was not to be called
         ("heidenhain", f"{DRILL}L X+5 FMAX M89\nL X+9 FMAX", []),
+        # holes of depth 0, which the control does not drill: once, where the cycle has the depth
+        (
+            "heidenhain",
+            f"{DRILL.replace('Q201=-5', 'Q201=+0')}L X+5 FMAX M99\nL X+9 FMAX M99",
+            [("VP007", 7, "Q201=0: the control does not run cycle 200 with depth 0; write the depth, below 0")],
+        ),
         ("heidenhain", f"{DRILL}CYCL CALL", []),
         ("heidenhain", f"{DRILL}CYCL CALL POS X+5 Y+5 Z+0 FMAX", []),
         ("heidenhain", f"{DRILL}PATTERN DEF POS1 (X+5 Y+5 Z+0)\nCYCL CALL PAT FMAX", []),
@@ -796,12 +827,65 @@ def test_a_cycle_that_nothing_calls_or_ends_is_told(machine, dialect, lines, wan
      "and this one replaces it; write another axis, or one of the two lines")),
     ("L X+5 F100 RL\nL Z-100 R0 FMAX M91", ("VP017", 8, None, "M91, to which R0 of the same line comes too late, under "
      "cutter compensation: RL of line 7 still holds; write R0 first")),
+    # formulas and parameters: at their place, with what is meant, and not again where the value is used
+    ("Q1 = 5 + 1O\nL X+Q1 FMAX", ("VP001", 7, 10, "1O: the letter O in a number; did you mean 10?")),
+    ("FN 1: Q1 = +5 + 1O\nL X+Q1 FMAX", ("VP001", 7, 17, "1O: the letter O in a number; did you mean 10?")),
+    ("Q1 = SIM 30\nL X+Q1 FMAX", ("VP001", 7, 6, "SIM: no function of this name; did you mean SIN?")),
+    ("Q1 = 3 * (4 + 2\nL X+Q1 FMAX", ("VP001", 7, 10, "a bracket of the formula is not closed; write )")),
+    ("Q3 = Q1 * 2\nQ4 = Q3 + 1\nFN 9: IF +Q4 EQU +5 GOTO LBL 3\nL X+Q4\nLBL 3",
+     ("VP025", 7, 6, "Q1 has no value; set it first")),
+    ("Q1 = 5\nL X+Q11 FMAX", ("VP025", 8, 5, "Q11 has no value; set it first; the program sets Q1, which is "
+                                       "nearly this number")),
+    ("QL1 = 5\nL X+Q1 FMAX", ("VP025", 8, 5, "Q1 has no value; set it first; the program sets QL1, which is "
+                                       "another parameter")),
+    ("Q1 = 5\nQ10 = 5\nL X+Q1O FMAX", ("VP001", 9, 5, "Q1O: the letter O in a number; did you mean Q10?")),
+    ("TOOL DEF 5 L+8O R+3", ("VP001", 7, 12, "L+8O: the letter O in a number; did you mean L+80?")),
+    ("CYCL DEF 32.0 TOLERANCE\nCYCL DEF 32.1 T0.O5", ("VP001", 8, 15, "T0.O5: the letter O in a number; did you mean "
+                                                     "T0.05?")),
+    ("CYCL DEF 10.0 ROTATION", ("VP005", 7, None, "CYCL DEF 10.1 is missing after 10.0, so nothing of cycle 10 is set; "
+                                "write it with ROT and the angle")),
+    ("CYCL DEF 7.0\nCYCL DEF 10.0\n; a remark\nCYCL DEF 10.1 ROT+30", ("VP005", 7, None, "CYCL DEF 7.1 is missing "
+     "after 7.0, so nothing of cycle 7 is set; write it with the axes and their shifts")),
+    ("L X+1 FMAX\nLBL 1\nLBL 0\nLBL 1\nLBL 0", ("VP023", 10, None, "LBL 1 appears twice, first in line 8")),
+    ("APPR LT X+0 Y+0 LEN10 RL F100\nL X+50\nDEP LT\nL Z+70 R0 FMAX",
+     ("VP005", 9, None, "DEP LT needs LEN, greater than 0")),
 ])  # fmt: skip
 def test_a_slip_of_several_klartext_lines_is_told_at_its_place(machine, lines, wanted):
     tools = {1: Tool(1, 1, (0.0, 0.0, 80.0, *(0.0,) * 6), 6.0)}
     options = Options(dialect="heidenhain", wcs={"G54": (0, 0, 0)}, tools=tools)
     (item,) = check(HEADS["heidenhain"].format(f"{lines}\nL X+9 FMAX").encode(), machine, options).findings
     assert (item.code, item.line, item.column, item.message) == wanted
+
+
+def test_an_r_parameter_that_nothing_sets_is_told_once(machine):
+    options = Options(dialect="siemens", wcs={"G54": (0, 0, 0)}, tools={1: Tool(1, 1, (0.0, 0.0, 80.0, *(0.0,) * 6))})
+    lines = "R1=5 X=R1\nX=R11\nY=R11+R7\nR8=3\nX=R8 Y=R1"
+    found = check(HEADS["siemens"].format(lines).encode(), machine, options).findings
+    text = "is read before the program sets it: it counts as 0, and a control has its last value; write {}=0 first if "
+    assert [(item.code, item.severity, item.line, item.message) for item in found] == [
+        (
+            "VP025",
+            "warning",
+            8,
+            f"R11 {text.format('R11')}that is meant; the program sets R1, which is nearly this number",
+        ),
+        ("VP025", "warning", 9, f"R7 {text.format('R7')}that is meant"),
+    ]
+
+
+@pytest.mark.parametrize(("word", "right"), [("DC(400)", "DC(40)"), ("ACP(-20)", "ACP(340)"), ("ACN(370)", "ACN(10)")])
+@pytest.mark.parametrize("line", ["C={}", "SUPA C={}"])
+def test_a_place_beyond_a_turn_is_told(machine, word, right, line):
+    """A control stops with an alarm, or reads another number: machine data decide."""
+    tools = {1: Tool(1, 1, (0.0, 0.0, 80.0, *(0.0,) * 6), 6.0)}
+    options = Options(dialect="siemens", wcs={"G54": (0, 0, 0)}, tools=tools)
+    (item,) = check(HEADS["siemens"].format(line.format(word)).encode(), machine, options).findings
+    assert (item.code, item.severity, item.line, item.column) == ("VP007", "warning", 7, line.index("C") + 1)
+    assert item.message == (
+        f"C={word} is not from 0 to 359.999: a control stops with alarm 16830, unless bit 0 of its MD30455 is set; "
+        f"write C={right}"
+    )
+    assert not check(HEADS["siemens"].format(line.format(right)).encode(), machine, options).findings
 
 
 @pytest.mark.parametrize(("dialect", "lines", "wanted"), [

@@ -157,7 +157,7 @@ def test_words_have_rs274_twins(view, siemens, rs274):
     ("CYCLE832(0.1,112021)", "VP002", "_TOLM"), ("CUTMOD=2", "VP002", "CUTMOD=2"), ("CUTMOD", "VP001", "CUTMOD"),
     ("SPOS=IC(90)", "VP002", "DC()"), ("SPOS[2]=90", "VP002", "SPOS"), ("M40=1", "VP002", "spindle 40"),
     ("M41", "VP002", "gears"), ("CYCLE82(10)", "VP005", "RFP"), ("CYCLE82(10,10,1,,5)", "VP007", "same height"),
-    ("CYCLE82(10,10,1,5,0,0,0,1,1)", "VP007", "same height"), ("CYCLE82(10,10,1,10)", "VP007", "wrong side"),
+    ("CYCLE82(10,10,1,5,0,0,0,1,1)", "VP007", "same height"), ("CYCLE82(10,10,1,10)", "VP007", "no depth"),
     ("CYCLE82(10,0,1,5)", "VP007", "wrong side"),
     ("Z-5\nCYCLE82(10,0,1,-9)", "VP017", "below"), ("CYCLE83(10,0,1,-9,,-20)", "VP007", "first depth"),
     ("CYCLE82(1,2,3,4,5,6,7,8,9,10,11,12,13,14,15)", "VP005", "values"), ("CYCLE85(10,0,1,-5,,0)", "VP009", "FFR"),

@@ -52,6 +52,15 @@ def test_joints_in_the_same_lines_are_one_cause_and_others_are_not() -> None:
     assert find_causes(found)[0].describe_others() == others
 
 
+def test_warnings_on_the_way_back_from_a_place_far_too_low_are_no_mistakes_of_their_own() -> None:
+    """`G1 Z-3000`: the retract comes near the singularity of a rod. An error, or a warning elsewhere, stays alone."""
+    low = make_finding("VP210", "tip 2960.0 mm below the table face", line=8, last_line=11, value=-2960.0, limit=0.0)
+    drop = replace(break_limit("rho2", 26.0, 11, 11, code="VP202"), severity="warning")
+    assert name_groups([low, drop]) == [[0, 1]]
+    assert name_groups([low, replace(drop, severity="error")]) == [[0], [1]]
+    assert name_groups([low, replace(drop, line=12, last_line=12)]) == [[0], [1]]
+
+
 def test_one_z_too_low_is_one_cause() -> None:
     """`G1 Z-220` was the travel of z and the height over the table, as two errors; elsewhere they are two."""
     low = make_finding("VP210", "tip 160.0 mm below the table face", line=7, last_line=8, value=-160.0, limit=0.0)

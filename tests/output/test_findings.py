@@ -67,8 +67,12 @@ def test_json_has_the_documented_keys(files: dict[str, Path], run: Callable[...,
         assert item["machine"] == {"name": "VERNE", "sha256": MACHINE.sha256}
         assert set(item["summary"]) == {"errors", "warnings", "cycle_time_s"}
         for found in item["findings"]:
-            # `column`, `remedies`, `settled_by`, `remedy`, `file`, `file_line` are additions, which the contract allows
-            assert KEYS <= set(found) <= KEYS | {"column", "remedies", "settled_by", "remedy", "file", "file_line"}
+            # the other keys are additions, which the contract allows
+            assert (
+                KEYS
+                <= set(found)
+                <= KEYS | {"column", "remedies", "settled_by", "remedy", "file", "file_line", "file_column"}
+            )
             assert found["code"] in CODES
             assert found["severity"] in ("error", "warning", "note")
             assert found["count"] >= 1
@@ -209,7 +213,7 @@ def test_text_counts() -> None:
         [Report("a.nc", (make_finding("VP101", "x"), make_finding("VP202", "y")), None), Report("b.nc", (), 1.5)]
     )
     assert shown.splitlines()[2] == "a.nc: refused: 1 error, 1 warning"
-    assert shown.splitlines()[3] == "b.nc: can run: 0 errors, 0 warnings, 1.500 s"
+    assert shown.splitlines()[3] == "b.nc: can run: 0 errors, 0 warnings, machining time 1.500 s"
 
 
 @pytest.mark.parametrize("words", [("--settings", "bad.toml"), ("--wcs", "G60=1,2,3")])

@@ -294,14 +294,14 @@ def test_mistakes_of_files_stand_in_these_files_at_their_keys(two_programs: Path
     words = ("check", ".", "--machine", "bad.toml", "--limits-only")
     shown = run(*words).out.splitlines()
     assert [text for text in shown if "VP505" in text] == [
-        text for text in shown if text.startswith(f"bad.toml:{line}: VP505 warning: bad.toml: control.cycle_s: 1 s is")
+        text for text in shown if text.startswith(f"bad.toml:{line}:1: VP505 warning: control.cycle_s: 1 s is")
     ]
     assert sum("VP505" in text for text in shown) == 1
-    assert any(text.startswith("b.nc.toml:3: VP503 error: b.nc.toml: wsc: ") for text in shown)
+    assert any(text.startswith("b.nc.toml:3:1: VP503 error: wsc: ") for text in shown)
     commands = run(*words, "--output-format", "github").out.splitlines()
     assert [text.partition(",title")[0] for text in commands] == [
-        "::error file=b.nc.toml,line=3",
-        f"::warning file=bad.toml,line={line}",
+        "::error file=b.nc.toml,line=3,col=1",
+        f"::warning file=bad.toml,line={line},col=1",
         *["::notice file=a.nc", "::notice file=c.nc"],  # nothing was planned
     ]
     results = json.loads(run(*words, "--output-format", "sarif").out)["runs"][0]["results"]
@@ -312,7 +312,7 @@ def test_mistakes_of_files_stand_in_these_files_at_their_keys(two_programs: Path
     ]
     Path("bad.toml").write_text(Path("bad.toml").read_text("utf-8").replace("cycle_s = 1.0", "cycle_s = -1.0"), "utf-8")
     (command,) = run(*words, "--output-format", "github").out.splitlines()
-    assert command.startswith(f"::error file=bad.toml,line={line},title=VP501 ")
+    assert command.startswith(f"::error file=bad.toml,line={line},col=1,title=VP501 ")
     (run_of_all,) = json.loads(run(*words, "--output-format", "sarif").out)["runs"]
     (notice,) = run_of_all["invocations"][0]["toolExecutionNotifications"]
     place = notice["locations"][0]["physicalLocation"]

@@ -18,7 +18,7 @@ import pytest
 
 import verne_post
 from verne_post.model.options import Options
-from verne_post.model.part_setup import Box, FixtureMesh, WorkOffset
+from verne_post.model.part_setup import Box, FixtureMesh, Tool, WorkOffset
 from verne_post.report.comparison import Side, make_side, write_comparison
 
 from ..builders import SAMPLES
@@ -82,7 +82,24 @@ G28 G91 Z0.
 M30
 """
 
+#: A face that a cutter of 50 mm mills in two lines.
+FACED = """G21 G90 G54
+T1 M6 G43 H1
+G0 X-30 Y-15 Z20
+Z-1
+G1 X30 F1200
+Y15
+X-30
+G0 Z20
+M30
+"""
+
 PROGRAMS: dict[str, tuple[bytes | str, str, Options]] = {
+    "faced": (
+        FACED,
+        "verne",
+        Options(tools={1: Tool(1, 1, (0.0, 0.0, 80.0, *(0.0,) * 6), 50.0)}, wcs={1: WorkOffset((0.0, 0.0, 60.0))}),
+    ),
     "pocket": sample(
         "pocket_3axis.nc", 80.0, (-10.0, 15.0, 60.0), stock=Box("the stock", (-40.0, -20.0, 40.0), (30.0, 50.0, 60.0))
     ),
@@ -1156,6 +1173,32 @@ def test_retracts_are_pale_and_out_of_the_frame(browser: Any, show: Callable[...
         assert 0.6 < np.abs(near).max() < 1.0
 
 
+def test_the_path_is_seen_through_a_large_cutter(browser: Any, show: Callable[..., Any]) -> None:
+    """The path behind the cutter is seen, and the close-up is as wide as the cutter."""
+    data = show("faced")
+    # the eye stands at (0.7, -1.2, 0.7) and more: from here the cutter, 80 mm long, covers the corner at (-30, 15)
+    frame = int(np.abs(data["tip"] - [-12.5, -15.0, 59.0]).sum(axis=1).argmin())
+    assert np.abs(data["tip"][frame] - [-12.5, -15.0, 59.0]).max() < 3.0
+    js(browser, "(report.setCursor(arguments[0]), report.view('part'))", frame)
+    corner = np.array(js(browser, "report.scene.pathOnScreen()"))[2, :2]  # smallest x, largest y
+
+    def look_at_corner() -> np.ndarray:
+        picture = canvas_pixels(browser)
+        row, column = np.round((corner * [1, -1] + 1) / 2 * picture.shape[1::-1]).astype(int)[::-1]
+        return picture[row - 6 : row + 7, column - 6 : column + 7, :3]
+
+    seen = look_at_corner()
+    js(browser, "document.getElementById('solids').click()")
+    without_cutter = look_at_corner()
+    js(browser, "document.getElementById('solids').click()")
+    assert np.abs(seen - without_cutter).max(axis=-1).min() > 0.05  # the cutter stands before it
+    # blue on its yellow: the path is behind, not the cutter alone
+    assert np.median(seen[..., 0]) - seen[..., 0].min() > 0.2
+    tip = data["tip"][frame]
+    sides = js(browser, "report.scene.inCloseUp(arguments[0])", [(tip + [x, 0, 0]).tolist() for x in (-25, 25)])
+    assert np.abs(np.array(sides)[:, :2]).max() < 1.0
+
+
 @pytest.mark.parametrize(("name", "view"), [("pocket", "part"), ("travel", "fit")])
 def test_a_page_opens_with_the_path(browser: Any, show: Callable[..., Any], name: str, view: str) -> None:
     """A refused program opens with the machine, where the slider beyond its travel is red; paper always has it."""
@@ -1186,10 +1229,38 @@ def test_tables_of_the_set_up_sheet_have_room(browser: Any, show: Callable[..., 
     assert js(browser, f"{cell}.getBoundingClientRect().height") < 30
 
 
+#: Draws the charts again; the texts that end beyond their canvas.
+_CUT_TEXTS = """(() => {
+const own = CanvasRenderingContext2D.prototype.fillText, cut = [], all = [];
+CanvasRenderingContext2D.prototype.fillText = function (text, x, y, most) {
+  all.push(text);
+  const wide = Math.min(this.measureText(text).width, most ?? Infinity);
+  if (this.textAlign === 'left' && x + wide > this.canvas.clientWidth) cut.push(text);
+  own.apply(this, arguments);
+};
+report.charts.draw(0);
+CanvasRenderingContext2D.prototype.fillText = own;
+return [cut, all];
+})()"""
+
+
+def test_titles_of_charts_are_whole(browser: Any, show: Callable[..., Any]) -> None:
+    """The longest of them names the red of violations."""
+    show("travel", "phone")
+    for _place in ("phone", "paper"):
+        cut, texts = js(browser, _CUT_TEXTS)
+        assert cut == []
+        assert "Margin (travel, singularity), 0 at a limit; red: violation" in " ".join(texts)
+        js(browser, "window.dispatchEvent(new Event('beforeprint'))")
+    js(browser, "window.dispatchEvent(new Event('afterprint'))")
+
+
 def test_times_of_operations_have_room_on_a_phone(browser: Any, show: Callable[..., Any]) -> None:
     """A long word in a name is broken before the last column is cut off."""
     show("retracted", "phone")
     assert js(browser, "(e => e.scrollWidth - e.clientWidth)(document.getElementById('operations'))") == 0
+    heads = "[...document.querySelectorAll('#operations thead th')].filter(e => e.scrollWidth > e.clientWidth)"
+    assert js(browser, f"{heads}.map(e => e.textContent)") == []
     # the texts of two cells of a row have a gap between them
     gaps = js(
         browser,

@@ -212,6 +212,13 @@ def test_time_by_tool_and_operation_is_that_of_the_rows() -> None:
     assert found[2, "RIM"].standing == pytest.approx(0.25, abs=0.005)
     assert found[1, "PLATE"].rapid == pytest.approx(found[1, "PLATE"].seconds, abs=0.005)
     assert found[1, "FACE"].lost > 0.0
+    assert seen.lines is not None
+    assert seen.lines.at_feed[found[1, "FACE"].first_line : found[1, "FACE"].last_line + 1].sum() > 0.0
+    at_feed = seen.governing.seconds[seen.governing.names.index("programmed feed")]
+    assert seen.lines.at_feed.sum() == pytest.approx(at_feed, abs=1e-9)
+    assert (seen.lines.at_feed <= seen.lines.feed + 1e-12).all()
+    in_feed_moves = sum(one.seconds - one.rapid - one.standing for one in seen.operations)
+    assert seen.lines.feed.sum() == pytest.approx(in_feed_moves, abs=1e-9)
     for name, column in (("seconds", "seconds"), ("lost", "lost")):
         together = sum(getattr(one, name) for one in seen.operations)
         assert together == pytest.approx(getattr(seen.governing, column).sum(), abs=1e-9), name

@@ -253,7 +253,7 @@ def test_finding_names_row_line_column_and_numbers() -> None:
     assert jerk.value == pytest.approx(0.01 / 1e-9, abs=1.02e5)
     assert jerk.message == (
         f"row {row} (line {row + 2} of the file): the jerk of joint rho2 is {jerk.value / 1e5:.4g} times its limit of "
-        "100000 mm/s3 (4 rows)"
+        "100000 mm/s3 (the first of 4 rows)"
     )
     assert verdict.jerk_ratio[1] == pytest.approx(300.0, abs=1.02)
     assert verdict.jerk_ratio[0] <= 1.02

@@ -10,8 +10,7 @@ from verne_post.model.machine import Machine
 
 def format_joint(machine: Machine, k: int, value: float, decimals: int = 6) -> str:
     column = machine.columns[k]
-    unit = " deg" if column.unit == "deg" else ""
-    return f"{column.joint} {format_fixed(value * column.factor, decimals)}{unit}"
+    return f"{column.joint} {format_fixed(value * column.factor, decimals)} {column.unit}"
 
 
 def format_mm(point: Array, decimals: int = 6) -> str:

@@ -13,7 +13,7 @@ from msgspec import Struct
 from verne_post.app.explain_numbers import format_list, format_mm, format_number
 from verne_post.base.arrays import Array, Ints
 from verne_post.base.tolerances import LIMIT_SLACK_MM, ZERO_ANGLE
-from verne_post.base.units import DEG_PER_RAD
+from verne_post.base.units import DEG_PER_RAD, MM_PER_INCH
 from verne_post.gcode.machining.state import State
 from verne_post.kinematics.checks import remedies
 from verne_post.kinematics.joint_path import JointPath
@@ -42,6 +42,7 @@ class Line(Struct, frozen=True, eq=False):
     findings: tuple[Finding, ...]  #: Those of the line, by the check that ``check`` and ``convert`` make.
     exact: JointPath  #: The line as programmed, without blended corners: what the words are about.
     n_recorded: int = 0  #: Moves of the program up to the end of the first pass of the line, which ``state`` is of.
+    in_inches: bool = False  #: So its words are written, where ``state`` does not say it.
 
     @property
     def _rows(self) -> Ints:
@@ -59,6 +60,13 @@ class Line(Struct, frozen=True, eq=False):
         """Whether it moves again after its first pass."""
         return self.last + 1 < len(self._rows)
 
+    def describe_passes(self) -> str:
+        """``5 passes``; ``several passes`` where the moves do not tell how many, as with unlike passes in a row."""
+        rows = np.unique(self._rows)
+        n_first = int(np.searchsorted(rows, self._find_end_of_pass()))
+        runs = np.diff(np.flatnonzero(np.concatenate(([True], np.diff(rows) > 1, [True]))))
+        return f"{len(rows) // n_first} passes" if not (runs % n_first).any() else "several passes"
+
     def _find_end_of_pass(self) -> int:
         """The row after the first pass."""
         rows = self._rows
@@ -67,6 +75,12 @@ class Line(Struct, frozen=True, eq=False):
             ends = own[np.append(np.diff(own) > 1, True)] if len(own) else rows[-1:]
             return int(ends[ends >= rows[0]][0]) + 1
         return self.n_recorded
+
+    @property
+    def unit(self) -> tuple[str, float]:
+        """The unit of its words, and its length in mm."""
+        inch = self.in_inches if self.state is None else self.state.modes.inch
+        return ("inch", MM_PER_INCH) if inch else ("mm", 1.0)
 
     @property
     def move(self) -> int:
@@ -130,7 +144,8 @@ def _propose_tilts(line: Line, findings: Sequence[Finding]) -> Iterator[Remedy]:
             f"within limits if the line ends at {letter} {format_number(then, 3)} instead of {letter} "
             f"{format_number(now, 6)}, tip and {joints.machine.rotary_letters[1]} as they are{stands}"
         )
-        yield Remedy(text, format_number(then, 3), line=line.number, word=(letter, float(now)))
+        # in radians meanwhile: 101 would be 100.99999999998437
+        yield Remedy(text, format_number(then, 3), line=line.number, word=(letter, float(format_number(now, 6))))
 
 
 def _describe_joint(joints: JointPath, tip: Array, tilt: float, turn: float, word: float) -> str:
@@ -194,24 +209,25 @@ def propose_ends(line: Line, *, warnings: bool) -> Iterator[Remedy]:
     """Another X, Y or Z at the end of a straight line, alone; ``warnings``: what also removes warnings."""
     if not remedies.is_straight(line.exact) or line.move in line.moves.machine_moves:  # whose words are no tips
         return
+    unit, scale = line.unit
     tip, angles = line.exact.pose(line.exact.contour, np.array([0]), np.array([1.0]))
     for letter, _way, one in _shift_along_axes(line, line.exact, warnings, end_only=True):
         place = tip[0] + np.array(one.vector)
         words = line.joints.machine.coordinates.map_from_table(place, angles[0], line.frame)
         at = AXES.index(letter)
-        now, then = float(line.moves.end[line.move][at]), format_number(words[at], 4)
-        text = f"{letter} {then} in place of {format_number(now)} mm{_describe_remaining(one)}"
+        now, then = float(line.moves.end[line.move][at]) / scale, format_number(words[at] / scale, 4 + (scale > 1.0))
+        text = f"{letter} {then} in place of {format_number(now)} {unit}{_describe_remaining(one)}"
         yield Remedy(text, then, line=line.number, word=(letter, now))
 
 
 def propose_depth(line: Line, depth: float) -> Iterator[Remedy]:
-    """Another Z for a line whose deepest place is its Z, ``depth`` (mm), as that of a hole is."""
-    own = line.moves.end[line.moves.line == line.number, 2]
-    if not len(own) or abs(float(own.min()) - depth) > LIMIT_SLACK_MM:
+    """Another Z for a line whose deepest place is its Z, ``depth`` in its unit, as that of a hole is."""
+    own, scale = line.moves.end[line.moves.line == line.number, 2], line.unit[1]
+    if not len(own) or abs(float(own.min()) - depth * scale) > LIMIT_SLACK_MM:
         return
     for letter, direction, one in _shift_along_axes(line, line.joints, warnings=False):
         if letter == "Z":
-            then = format_number(depth + float(np.array(one.vector) @ direction), 4)
+            then = format_number(depth + float(np.array(one.vector) @ direction) / scale, 4 + (scale > 1.0))
             yield Remedy("", then, line=line.number, word=(letter, depth))
 
 

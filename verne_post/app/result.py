@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from verne_post.base.arrays import Array
 from verne_post.base.extras import spell_install
 from verne_post.base.numbers import format_count
+from verne_post.base.suggestions import find_meant
 from verne_post.base.text_tables import format_html_table, format_table
 from verne_post.config import load_machine
 from verne_post.model.findings import Finding, InputError, UsageError, make_findings_table
@@ -53,7 +54,7 @@ def name_missing(library: str, extra: str) -> Iterator[None]:
 
 @dataclass(frozen=True, eq=False)
 class Setpoints:
-    """A whole setpoint file in memory.
+    """A whole setpoint file in memory; ``setpoints["a_deg"]`` is the column of that name.
 
     Attributes
     ----------
@@ -80,6 +81,28 @@ class Setpoints:
 
     def __len__(self) -> int:
         return len(self.t)
+
+    def __getitem__(self, column: str) -> NDArray[Any]:
+        """One column, by its name.
+
+        Raises
+        ------
+        KeyError
+            There is no such column: the names are those of ``columns``.
+        """
+        if not isinstance(column, str):
+            raise TypeError(
+                f"columns of setpoints are found by name, as [{self.columns[1]!r}]; t, values and line have the rows"
+            )
+        if column not in self.columns:
+            begun = [name for name in self.columns if name.lower().startswith(f"{column.lower()}_")]
+            meant = begun[0] if begun else find_meant(column, self.columns)
+            near = f"did you mean {meant}? " if meant else ""
+            raise KeyError(f"no column {column!r}; {near}the columns are {', '.join(self.columns)}")
+        return self.to_dict()[column]
+
+    #: Neither rows nor columns are what a loop would mean for sure.
+    __iter__ = None
 
     @overload
     def to_csv(self) -> str: ...

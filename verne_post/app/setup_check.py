@@ -3,7 +3,7 @@
 import dataclasses
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Final
+from typing import Final, Literal
 
 import numpy as np
 from msgspec import Struct
@@ -304,12 +304,12 @@ def _check_lengths(
     unloaded = [*(item for item in moves.findings if item.code == "VP041"), *changes]
     called = _list_called_tools(moves) | {item.tool: None for item in unloaded if item.tool is not None}
     called |= {item.tool: None for item in named if item.tool is not None and _follows_stop(moves, item.line or 0)}
-    # tool and length -> first cut, first low one, message, and the line after which a length is missing
-    wrong: dict[tuple[int, float], tuple[int, int, str, int]] = {}
+    # tool and length -> first cut, first low one, message, and what puts the missing length in force
+    wrong: dict[tuple[int, float], tuple[int, int, str, tuple[Remedy, ...]]] = {}
     before: list[int] = []  # tools so far
     spindle = 0  # the one that may still be there, after TOOL CALL 0 too
-    # the first too low without a length, whether it is an error, why, and the line after which the length is missing
-    rapid = -1, False, "", 0
+    # the first too low without a length, whether it is an error, why, and what puts the length in force
+    rapid: tuple[int, bool, str, tuple[Remedy, ...]] = -1, False, "", ()
     raised: set[int | None] = set()  # lines of changes that lack T or M6, and are errors
     with_length: set[int] = set()  # tools that have had theirs so far
     stretches = _list_stretches(moves, path)
@@ -326,12 +326,14 @@ def _check_lengths(
             if at >= 0 and (is_under or rapid[0] < 0):
                 text = _describe_low_rapid(tool, spindle, mounted, names, where)
                 change = _find_change(moves, at) if tool and needs_code and tool not in with_length else 0
+                edits = _make_activations(tool, change, moves.language)
                 if change:
                     text = f"{text.rpartition('; ')[0]}; {_describe_activation(tool, change, moves.language)}"
                     text += ", or write the rapid in machine coordinates (G53, SUPA, M91)"
                 elif tool and needs_code and tool in with_length:
                     text = f"{text.rpartition('; ')[0]}; {_describe_ended_length(moves, path, stretch)}"
-                rapid = at, is_under and spindle == tool, text, change
+                    edits = _make_activations(tool, int(moves.line[at]), moves.language, is_before=True)
+                rapid = at, is_under and spindle == tool, text, edits
         owners = [one for one in called if one != tool and lengths.get(one) == length]
         owner = next((one for one in before if one in owners), None)
         if length and (not owners or own == length or tool not in lengths):
@@ -351,7 +353,7 @@ def _check_lengths(
         if told or (length and owner is None):
             continue  # an H of another tool since then has its own warning
         # no length is told once, whatever the tools
-        known = wrong.setdefault((tool if length else 0, length), (first, -1, "", 0))
+        known = wrong.setdefault((tool if length else 0, length), (first, -1, "", ()))
         if known[2] and (known[1] >= 0 or low < 0 or not own):
             continue
         text = (
@@ -359,23 +361,22 @@ def _check_lengths(
             if owner is not None and length
             else _describe_bare_tool(tool, own, lengths, names, change, moves.language)
         )
-        wrong[tool if length else 0, length] = known[0], low if own else -1, text, change if own else 0
-    at, is_error, text, change = rapid
+        edits = _make_activations(tool, change, moves.language) if own else ()
+        wrong[tool if length else 0, length] = known[0], low if own else -1, text, edits
+    at, is_error, text, edits = rapid
     if at >= 0 and (cause := [one for one in unloaded if _find_change(moves, at) <= (one.line or 0) <= moves.line[at]]):
         if is_error and cause[-1].line not in raised:
             yield dataclasses.replace(cause[-1], severity="error")
         at = -1  # the length in force follows from the tool that is not loaded
-    cut = wrong.get((0, 0.0), (len(moves), -1, "", 0))
+    cut = wrong.get((0, 0.0), (len(moves), -1, "", ()))
     if at >= 0 and not 0 <= cut[1] < (at if is_error else len(moves)):
         line, severity = int(moves.line[at]), "error" if is_error else "warning"
-        edits = (Remedy("activate the length", line=change),) if change else ()
         yield make_finding("VP034", text, severity=severity, line=line, last_line=line, worst_line=line, edits=edits)
         if cut[0] > at:
             wrong.pop((0, 0.0), None)  # of the same cause
-    for first, low, text, change in wrong.values():
+    for first, low, text, edits in wrong.values():
         line = int(moves.line[first if low < 0 else low])
         severity = "warning" if low < 0 else "error"
-        edits = (Remedy("activate the length", line=change),) if change else ()
         yield make_finding("VP034", text, severity=severity, line=line, last_line=line, worst_line=line, edits=edits)
 
 
@@ -433,6 +434,15 @@ def _describe_unknown_tool(missing: Finding, lengths: Mapping[int, float], names
 
 #: What puts the length of a tool in force, by languages; in the others it is G43.
 _ACTIVATIONS: Final = {"siemens": "D1", "heidenhain": "TOOL CALL", "aptcl": "LOADTL"}
+
+
+def _make_activations(tool: int, line: int, language: str, *, is_before: bool = False) -> tuple[Remedy, ...]:
+    """What puts the length of a tool in force below or before a line; nothing in languages whose tool call does."""
+    if not tool or not line or language in ("heidenhain", "aptcl"):
+        return ()
+    word = _ACTIVATIONS.get(language, f"G43 H{tool}")
+    way: Literal["before", "below"] = "before" if is_before else "below"
+    return (Remedy("activate the length", word, line=line, way=way, is_choice=is_before),)
 
 
 def _describe_activation(tool: int, change: int, language: str) -> str:
@@ -572,7 +582,7 @@ def _check_directions(moves: Moves, path: ToolPath, machine: Machine) -> list[Fi
             f"as {left.word} in line {left.line} has left it; name {letters} before the cut: "
             f"{AXES[tilt]}0 {AXES[turn]}0 if the table is to be level"
         )
-        edits = (Remedy(f"name {letters}", f"G0 {AXES[tilt]}0 {AXES[turn]}0", line=left.line),)
+        edits = (Remedy(f"name {letters}", f"G0 {AXES[tilt]}0 {AXES[turn]}0", line=left.line, way="below", turns=True),)
         return [make_finding("VP037", text, **where, edits=edits)]
     by_time = is_turning and moves.feed_mode[first] == FeedMode.INVERSE
     text = (
@@ -581,7 +591,7 @@ def _check_directions(moves: Moves, path: ToolPath, machine: Machine) -> list[Fi
         "read them in the machine's directions; write G43.4 instead of G43 if the part is meant"
         f"{'; if the post has computed them for the machine (as many do with G93), post again' if by_time else ''}"
     )
-    edits = (Remedy("write G43.4 instead of G43", "43.4", line=line, word=("G", 43.0), is_above=True),)
+    edits = (Remedy("write G43.4 instead of G43", "43.4", line=line, word=("G", 43.0), is_above=True, is_choice=True),)
     return [make_finding("VP037", text, **where, edits=edits)]
 
 

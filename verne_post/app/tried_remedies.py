@@ -19,7 +19,7 @@ from verne_post.base.long_text import Text, take_line
 from verne_post.base.program_lines import find_machine_code, find_word, find_word_of
 from verne_post.base.tolerances import LIMIT_SLACK_MM
 from verne_post.gcode.dialects import choose_dialect_name
-from verne_post.gcode.inch_words import read_as_mm
+from verne_post.gcode.inch_words import is_in_inches, read_as_mm
 from verne_post.kinematics.checks.remedies import (
     ROTARY_CODES,
     find_smallest_shift,
@@ -27,6 +27,7 @@ from verne_post.kinematics.checks.remedies import (
     is_straight,
     select_line,
 )
+from verne_post.model.codes import CODES
 from verne_post.model.findings import Finding, InputError, Remedy, make_finding
 from verne_post.model.part_setup import MACHINE_SYSTEM, WorkOffset, name_system
 from verne_post.model.verdict import NO_POSE, Family, find_family, is_about_pose
@@ -44,6 +45,8 @@ OFFSETS: Final = 4
 FAR_MM: Final = 300.0
 #: A proposed offset is rounded to this, mm, away from where it was: people do not set hundredths.
 ROUND_MM: Final = 0.1
+#: In a program in inches.
+_ROUND_INCH: Final = 0.005
 #: Options that cure findings of a code -> their fields.
 _OPTIONS: Final[dict[str, tuple[str, dict[str, Any]]]] = {
     "VP301": ("--allow-rewind", {"allow_rewind": True}),
@@ -150,7 +153,7 @@ def _try_remedies(
             continue
         left = _find_errors_with(source, program, **change) if len(program.contour) <= TRIED_ELEMENTS else None
         if left is not None and item.code not in left:
-            what = "brings the program within limits" if not left else f"removes this ({', '.join(left)} stay)"
+            what = f"removes this error; {_name_left(left)}" if left else "brings the program within limits"
             yield Remedy(f"{flag} {what}", "true", key=tuple(change))
     if item.code in _OPTIONS:
         return
@@ -173,7 +176,7 @@ def _is_carried_along(program: Program, joints: Any, item: Finding) -> bool:
     return line is not None and is_carried_along(program.options, item, line.frame.system)
 
 
-def list_ends(program: Program, item: Finding) -> list[Remedy]:
+def list_ends(source: Text, program: Program, item: Finding) -> list[Remedy]:
     """Other numbers for X, Y or Z of the first line of an error, each an edit.
 
     They take ten times as long as the check: an editor asks for them, and in words `explain` of the line has them.
@@ -181,18 +184,19 @@ def list_ends(program: Program, item: Finding) -> list[Remedy]:
     others = item.code in (*ROTARY_CODES, *_OPTIONS) or find_family(item.code) == Family.BRANCH
     if item.severity != "error" or not is_about_pose(item.code) or others:
         return []
-    line = _find_line(program, guard_joints(program), item.line)
+    line = _find_line(program, guard_joints(program), item.line, source)
     return [] if line is None else list(propose_ends(line, warnings=False))
 
 
-def _find_line(program: Program, joints: Any, number: int | None) -> Line | None:
-    """A line of errors; None where it is no motion of the part alone."""
+def _find_line(program: Program, joints: Any, number: int | None, source: Text = b"") -> Line | None:
+    """A line of errors, with the unit of its words in ``source``; None where it is no motion of the part alone."""
     number = number or 0
     own = select_line(joints, number)
     if not number or not len(own.contour) or not is_movable(own):
         return None
     exact = select_line(replace(joints, contour=make_exact_contour(program.path)), number)
-    return Line(number, "", own, program.moves, None, program.options, (), exact)
+    inches = bool(source) and is_in_inches(source, build_interpreter_setup(program.machine, program.options), number)
+    return Line(number, "", own, program.moves, None, program.options, (), exact, in_inches=inches)
 
 
 def _find_errors_with(source: Text, program: Program, **change: Any) -> tuple[str, ...] | None:
@@ -203,6 +207,12 @@ def _find_errors_with(source: Text, program: Program, **change: Any) -> tuple[st
     except InputError:
         return None
     return tuple(dict.fromkeys(item.code for item in found if item.severity == "error"))
+
+
+def _name_left(codes: Sequence[str]) -> str:
+    """What a remedy leaves to be mended: each code with its meaning."""
+    named = ", ".join(f"{code} ({CODES[code].title})" for code in codes)
+    return f"{named} {'remains' if len(codes) == 1 else 'remain'}"
 
 
 # --- one word of the program ---------------------------------------------------------------------------------
@@ -239,7 +249,7 @@ def _find_word(source: Text, program: Program, joints: Any, errors: Sequence[Fin
     """
     first = min(errors, key=lambda item: item.line or 0)
     start, end = first.line or 0, first.last_line or 0
-    line = _find_line(program, joints, start)
+    line = _find_line(program, joints, start, source)
     lines = bytes(source).split(b"\n")
     if line is None or any(item.code in (*ROTARY_CODES, *_OPTIONS) for item in errors):
         return None
@@ -257,8 +267,9 @@ def _find_word(source: Text, program: Program, joints: Any, errors: Sequence[Fin
         if word is None:
             continue
         # the line alone was checked as programmed: a blended corner may take the tool a little farther
-        steps = np.ceil(np.round(abs(float(one.value) - now) / ROUND_MM, 6)) + np.arange(2)
-        for then in now + np.sign(float(one.value) - now) * steps * ROUND_MM:
+        step = ROUND_MM if line.unit[1] == 1.0 else _ROUND_INCH
+        steps = np.ceil(np.round(abs(float(one.value) - now) / step, 6)) + np.arange(2)
+        for then in now + np.sign(float(one.value) - now) * steps * step:
             value = format_number(then)
             changed = f"{text[: word.start(2)]}{value}{text[word.end(2) :]}".encode()
             if _find_errors_with(b"\n".join([*lines[: start - 1], changed, *lines[start:]]), program) == ():
@@ -291,8 +302,8 @@ def _find_offset(source: Text, program: Program, errors: Sequence[Finding]) -> t
             name, then = name_system(system), format_list((*place, *([turn] if turn else [])))
             moved = f"if the part is moved by {format_list(place - origin)} mm (then {name} = {then})"
             none_given = "no work offset was given; " if given is None else ""
-            what = f"only {', '.join(left)} stay" if left else "within limits"
-            remedy = Remedy(f"{none_given}{what} {moved}", f"[{then}]", key=("wcs", name))
+            what = f"the other errors are gone {moved}; {_name_left(left)}" if left else f"within limits {moved}"
+            remedy = Remedy(f"{none_given}{what}", f"[{then}]", key=("wcs", name))
             return remedy, float(np.linalg.norm(place - origin))
     return None
 

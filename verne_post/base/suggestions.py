@@ -9,6 +9,10 @@ from typing import Final
 LETTERS_OF_FUNCTIONS: Final = 3
 #: Shorter words are too near to each other; two letters in the wrong order are seen from one less on.
 _LEAST_LETTERS: Final = 4
+#: Numbers that a message names.
+_MOST_NAMED: Final = 3
+#: Of numbers in which another digit is a slip.
+_LEAST_DIGITS: Final = 3
 #: Letters that are typed for the digits they look like, and digits for letters.
 _ALIKE: Final = frozenset({"O0", "0O", "I1", "1I", "L1", "1L"})
 
@@ -59,30 +63,45 @@ def _is_one_slip(word: str, right_word: str, least: int) -> bool:
 
 def find_meant_number(number: str, known: Iterable[str]) -> str:
     """The only known number that differs by a digit too many or too few, or by two in the wrong order; else empty."""
-    near = {one for one in known if one.isdecimal() and _is_a_digit_away(*sorted((number, one), key=len))}
+    near = {one for one in known if one.isdecimal() and _is_a_digit_away(number, one)}
     return near.pop() if len(near) == 1 and number.isdecimal() else ""
 
 
-def _is_a_digit_away(shorter: str, longer: str) -> bool:
+def name_near_numbers(number: str, known: Iterable[str], name: str) -> str:
+    """The known numbers that one digit tells apart, such as "LBL 1 and LBL 12, which are nearly this number".
+
+    Empty where there are none, or too many to be of use.
+    """
+    near = [
+        one
+        for one in known
+        if one.isdecimal() and (_is_a_digit_away(number, one, least=1) or _has_another_digit(number, one))
+    ]
+    if not number.isdecimal() or not 0 < len(near) <= _MOST_NAMED:
+        return ""
+    return f"{' and '.join(name + one for one in near)}, which {'is' if len(near) == 1 else 'are'} nearly this number"
+
+
+def _is_a_digit_away(number: str, other: str, least: int = 2) -> bool:
+    shorter, longer = sorted((number, other), key=len)
     if len(shorter) == len(longer):
         swapped = (shorter[:at] + shorter[at + 1] + shorter[at] + shorter[at + 2 :] for at in range(len(shorter) - 1))
         return shorter != longer and longer in swapped
-    return len(shorter) > 1 and any(longer[:at] + longer[at + 1 :] == shorter for at in range(len(longer)))
+    return len(shorter) >= least and any(longer[:at] + longer[at + 1 :] == shorter for at in range(len(longer)))
+
+
+def _has_another_digit(number: str, other: str) -> bool:
+    """One digit is another one; short numbers are all as near as that."""
+    return (
+        len(number) == len(other) >= _LEAST_DIGITS
+        and sum(one != another for one, another in zip(number, other, strict=True)) == 1
+    )
 
 
 def find_correction(message: str) -> tuple[str, str] | None:
     """What a message says is written, and what is meant: of "SUAP: ...; did you mean SUPA?"; None where it does not."""
     found = re.search(r"^([^:]+): .*; did you mean (\S+)\?$", message)
     return None if found is None else (found[1], found[2])
-
-
-def find_replacement(message: str) -> tuple[str, str]:
-    """What a message tells to write, and where: "; write Q365=0" the "word", "; write G40 first" a line "before".
-
-    Both are empty where a message ends in another way, such as with several words.
-    """
-    found = re.search(r"[;,] (?:write|use) ([A-Z_$][\w.]*(?:[= ][-+]?[\d.]+|\(\))?)( first)?\)?$", message)
-    return ("", "") if found is None else (found[1], "before" if found[2] else "word")
 
 
 def find_suggestion(message: str) -> str:

@@ -1,8 +1,6 @@
 """`verne-post batch`: many programs, each by itself."""
 
 import os
-import shutil
-import sys
 from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
@@ -116,6 +114,7 @@ def command(
         _report_failure(files, report_files, github, Verdict.USAGE_ERROR, error.message, ())
         raise
     from verne_post.cli.jobs import find_left_over, run_here, run_on_cluster
+    from verne_post.output.findings import Report, drop_repeated
 
     left_over = find_left_over(every)
     _claim(files, every, output, paths)
@@ -125,11 +124,22 @@ def command(
         run_here(every, jobs or _count_cores()) if scheduler == "local" else run_on_cluster(every, _address(scheduler))
     )
     outcomes = sorted(_collect(running, len(every), quiet=quiet or github), key=lambda outcome: outcome.program)
-    if not quiet:
-        echo(format_batch(outcomes, shutil.get_terminal_size().columns if sys.stdout.isatty() else None), nl=False)
+    reports = [
+        Report(
+            one.program,
+            one.findings,
+            one.cycle_time_s,
+            _read_text(files, one.program) if report_files or github else b"",
+            elapsed_s=one.elapsed_s,
+            machine=None if machines[one.program] is machine else machines[one.program],
+        )
+        for one in outcomes
+    ]
+    for report in drop_repeated(reports):
+        if report.findings:
+            source = report.source or _read_text(files, report.program)
+            print_findings(make_printable(report.program), report.findings, source, quiet=quiet)
     for one in outcomes:
-        if quiet:
-            print_findings(make_printable(one.program), one.findings, _read_text(files, one.program), quiet=True)
         for name in one.left:
             echo(
                 make_printable(
@@ -143,24 +153,13 @@ def command(
             make_printable(f"{name}: left over from an earlier run: {program} is not there any more; remove this file"),
             err=True,
         )
-    if report_files or github:
-        from verne_post.output.findings import Report
+    write_report_files(files, report_files, reports, machine)
+    if github:
         from verne_post.output.reports import FORMATS as REPORTS
 
-        reports = [
-            Report(
-                one.program,
-                one.findings,
-                one.cycle_time_s,
-                _read_text(files, one.program),
-                elapsed_s=one.elapsed_s,
-                machine=None if machines[one.program] is machine else machines[one.program],
-            )
-            for one in outcomes
-        ]
-        write_report_files(files, report_files, reports, machine)
-        if github:
-            print_as_is(REPORTS["github"](reports, machine))
+        print_as_is(REPORTS["github"](reports, machine))
+    if not quiet:
+        echo(format_batch(outcomes, is_brief=True), nl=False)
     files.write(output / "batch.json", _LIST, [_write_results_json(outcomes)])
     return find_gravest([outcome.status for outcome in outcomes])
 

@@ -85,7 +85,7 @@ def add_policy_options(command: "Callable[..., Any]") -> "Callable[..., Any]":
     "--output-format",
     type=click.Choice(["text", "json", "jsonl", "sarif", "junit", "github", "markdown"]),
     default="text",
-    help="Format of the findings.",
+    help="Format of the findings; default: text.",
 )
 @click.option("--output-file", type=FILE, metavar="F", help="File for the findings, in place of standard output.")
 @add_report_files

@@ -65,6 +65,21 @@ def _show_near(name: str) -> str:
     return os.path.relpath(name) if Path(name).is_relative_to(Path.cwd()) else name
 
 
+def _place_in_table(item: "Finding", text: str, sentence: str) -> "Finding | None":
+    """A finding at the key of a TOML file of which a sentence begins, with that line; None where it names none."""
+    from dataclasses import replace
+
+    from verne_post.config.toml_entries import SYNTAX_PLACE, find_place
+
+    found = find_place(text, sentence)
+    if found is None:
+        return None
+    line, begin, _end = found
+    quoted = text.split("\n")[line - 1].rstrip()
+    message = SYNTAX_PLACE.sub("", item.message)
+    return replace(item, message=message, file_line=line, file_column=begin + 1, file_text=quoted)
+
+
 class RunFiles:
     """Everything that one run reads and writes.
 
@@ -174,7 +189,6 @@ class RunFiles:
         from dataclasses import replace
 
         from verne_post.base.text_marks import decode_text
-        from verne_post.config.toml_entries import find_place
 
         if item.file is not None or item.line is not None:
             return item
@@ -184,26 +198,24 @@ class RunFiles:
             place = re.match(rf"(?:{re.escape(shown)}|{re.escape(Path(shown).name)}):(?:(\d+):)? ", item.message)
             if is_dash(name) or place is None:
                 continue
-            line = None if place[1] is None else int(place[1])
+            message, line = item.message[place.end() :], None if place[1] is None else int(place[1])
+            item = replace(item, message=message, file=_show_near(shown), file_line=line)
             if line is None and shown.endswith(".toml"):
                 with suppress(OSError, UnicodeError):
                     raw = self.texts.get(os.path.realpath(name)) or Path(name).read_bytes()
-                    found = find_place(decode_text(raw), item.message[place.end() :])
-                    line = None if found is None else found[0]
-            return replace(item, file=_show_near(shown), file_line=line)
+                    return _place_in_table(item, decode_text(raw), message) or item
+            return item
         return self._find_size(item) if item.code in _OF_SIZES else item
 
     def _find_size(self, item: "Finding") -> "Finding":
         """A finding about a tool, a work system, a fixture or the stock, at its key in the set-up or settings file."""
         from dataclasses import replace
 
-        from verne_post.config.toml_entries import find_place
-
         said = re.sub(r"^tool (\S+):", r"tools.\1:", re.sub(r"^wcs ", "wcs.", item.message)).removeprefix("the ")
         for name, text in self._list_tables():
-            found = find_place(text, said) or find_place(text, f"keep_out.{said}")
-            if found is not None:
-                return replace(item, file=name, file_line=found[0])
+            there = replace(item, file=name)
+            if found := _place_in_table(there, text, said) or _place_in_table(there, text, f"keep_out.{said}"):
+                return found
         return item
 
     def find_key(self, key: str) -> str:

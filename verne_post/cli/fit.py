@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     multiple=True,
     metavar="x=LOW,HIGH",
     help="Range of the zero, in mm of the part frame, or in degrees for c; default: over the table, with "
-    "nothing below its face, or without a table everything in reach.",
+    "nothing below its face, or without a table everything in reach. Example: --range x=-50,50. Repeatable.",
 )
 @click.option(
     "--minimise",
@@ -89,8 +89,13 @@ def _read_ranges(texts: tuple[str, ...]) -> dict[str, tuple[float, ...]]:
     for text in texts:
         letter, equals, rest = text.lower().partition("=")
         if not equals:
-            raise click.UsageError(f"--range {text}: expected x=LOW,HIGH, with x, y, z or c")
+            raise click.UsageError(
+                f"--range {text}: expected LETTER=LOW,HIGH with x, y, z (mm) or c (degrees), such as x=-50,50"
+            )
         if letter in found:
             raise click.UsageError(f"--range {text}: {letter} is given twice")
         found[letter] = tuple(read_numbers(rest, f"--range {text}"))
+        if len(found[letter]) != 2:
+            unit = "degrees" if letter == "c" else "mm"
+            raise click.UsageError(f"--range {text}: expected {letter}=LOW,HIGH in {unit}, such as {letter}=-50,50")
     return found

@@ -121,7 +121,13 @@ def list_() -> int:
 @click.option(
     "--plane", type=click.Choice(["xy", "xz", "yz"]), help="Plane of the slice in the part frame; default xy."
 )
-@click.option("--at", type=NUMBER, metavar="MM", help="Position of the slice on the third axis; default 0.")
+@click.option(
+    "--at",
+    type=NUMBER,
+    metavar="MM",
+    help="Position of the slice on the third axis; default 0 or, if nothing is reached there, the middle of what is "
+    "reached.",
+)
 @click.option("--iso-alpha", is_flag=True, help="Draw curves of equal tilt of the platform in place of a slice.")
 def show(name: str, plot: Path | None, iso_alpha: bool, **of_slice: float | str | None) -> int:
     """Print a machine file with the provenance of its values, or draw the workspace of the machine."""
@@ -191,13 +197,22 @@ def _draw(
         float(of_slice["at"] or 0.0),
         float(of_slice["tool_length"] or 0.0),
     )
+    third = "xyz"[plots.PLANES[plane][2]]
+    chosen = ""
     try:
         with show_progress("sampling the workspace"):
-            figure, drawn = plots.draw_workspace(machine, plane, at, angles, length)
+            try:
+                figure, drawn = plots.draw_workspace(machine, plane, at, angles, length)
+            except plots.NothingReached:
+                if of_slice["at"] is not None:
+                    raise
+                at = plots.find_reached_plane(machine, plane, angles, length)
+                chosen = f" (the middle of what is reached, as nothing is at {third} = 0; --at chooses another)"
+                figure, drawn = plots.draw_workspace(machine, plane, at, angles, length)
     except plots.NothingReached as error:
         raise click.UsageError(f"{name}: {error}; choose another --at, --tool-length or --tilt") from None
     files.write(plot, "--plot", [plots.picture(figure, suffix)])
-    echo(f"{plot}: {plots.describe_slice(plane, *drawn)}")
+    echo(f"{plot}: {third} = {at:g} mm{chosen}; {plots.describe_slice(plane, *drawn)}")
 
 
 @command.command("validate", short_help="Check a machine file.")

@@ -23,13 +23,17 @@ if TYPE_CHECKING:
 def add_log_options(command: Callable[..., Any]) -> Callable[..., Any]:
     """The options that say how a log is read."""
     delay = click.option(
-        "--delay", default="auto", metavar="auto|ROWS", help="Rows by which the log lags; auto: the best fit."
+        "--delay",
+        default="auto",
+        metavar="auto|ROWS",
+        help="Rows by which the log lags; auto (the default): the best fit.",
     )
     columns = click.option(
         "--columns",
         default="",
         metavar="rho1=NAME,...",
-        help="Columns of the log, by name or, without a header, by number.",
+        help="Columns of the log, by name or, without a header, by number; default: those named like the joints; "
+        "without a header the last ones, in the order of the joints.",
     )
     return columns(delay(command))
 

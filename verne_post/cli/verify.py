@@ -51,7 +51,8 @@ if TYPE_CHECKING:
     "--following",
     type=NUMBER,
     metavar="MM",
-    help="Largest distance of the measured tip from the commanded path; a larger one is an error.",
+    help="Largest distance of the measured tip from the commanded path; a larger one is an error. Default: none; the "
+    "distance is printed.",
 )
 @quiet_option
 @add_options("accept_rounding")

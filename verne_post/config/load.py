@@ -256,6 +256,9 @@ def _check_schemas(
             return None
 
     content = check_part(MachineFile, data)
+    of_schema = [item for item in mistakes if item.message.startswith(f"{file_name}: schema = ")]
+    if of_schema:  # which keys there are depends on it
+        raise InputError(*of_schema)
     name = data.get("kind")
     kind = KINDS.get(name) if isinstance(name, str) else None
     if kind is None and isinstance(name, str):

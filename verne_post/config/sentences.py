@@ -76,9 +76,15 @@ def check_table(schema: type[_Schema], data: Any, kind_of_file: str, prefix: str
     except ValidationError as error:
         mistakes = dict(_find_mistakes_of_table(schema, data, kind_of_file, ())) or {(): f": {error}"}
     start = (prefix,) if prefix else ()
-    places = (".".join(str(part) for part in (*start, *place)) for place in mistakes)
+    places = (_name_place((*start, *place)) for place in mistakes)
     texts = zip(places, mistakes.values(), strict=True)
     raise WrongTableError([f"{key}{text}" if key else text.removeprefix(": ") for key, text in texts]) from None
+
+
+def _name_place(place: tuple[int | str, ...]) -> str:
+    """``wcs.G54, value 3``: people count the values of a list from 1."""
+    parts = (f", value {part + 1}" if isinstance(part, int) else f".{part}" for part in place)
+    return "".join(parts).removeprefix(".")
 
 
 def _find_mistakes_of_table(

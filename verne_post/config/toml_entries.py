@@ -30,6 +30,10 @@ _REMARK_LINE: Final = re.compile(r"[ \t]*#")
 #: A key that may go on: bare, or in a quote that is open; a value likewise, with the points and signs of numbers.
 _UNFINISHED_KEY: Final = re.compile(r"[\w-]*|\"[^\"\n]*|'[^'\n]*")
 _UNFINISHED_VALUE: Final = re.compile(r"[\w.+-]*|\"[^\"\n]*|'[^'\n]*")
+#: How a sentence about a mistake of the syntax ends.
+SYNTAX_PLACE: Final = re.compile(r" \(at line (\d+), column (\d+)\)$")
+#: How sentences name a value of a list.
+_VALUE: Final = re.compile(r", value (\d+)")
 #: Where the settings stand in a file of several tools.
 OF_TOOLS: Final = ("tool", "verne-post")
 
@@ -244,9 +248,9 @@ def find_place(text: str, sentence: str) -> tuple[int, int, int] | None:
     tuple of int or None
         Line from 1, and the columns from 0 where it begins and ends; None where no place is meant.
     """
-    if place := re.search(r"\(at line (\d+), column (\d+)\)$", sentence):
+    if place := SYNTAX_PLACE.search(sentence):
         return int(place[1]), int(place[2]) - 1, int(place[2])
-    said = re.sub("['\"]", "", sentence).lstrip("[")
+    said = _VALUE.sub(lambda value: f".{int(value[1]) - 1}", re.sub("['\"]", "", sentence).lstrip("["))
     best, found = "", None
     try:
         entries = list_entries(text)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Final
 from msgspec import Struct, field
 
 from verne_post.gcode.expressions import Key, ValueReader, Values, show_key
-from verne_post.gcode.program_error import At, ProgramError
+from verne_post.gcode.program_error import At, ProgramError, write_meant
 from verne_post.gcode.templates import read_by_template
 
 if TYPE_CHECKING:
@@ -246,6 +246,7 @@ def _read_o_word(reader: ValueReader) -> OWord:
                 "VP023",
                 f"o{label or ''}: expected {', '.join(KEYWORDS).lower()}, or nothing after a program number",
                 reader.at,
+                write_meant(re.split(r"\W", characters[reader.at :])[0].lower(), [one.lower() for one in KEYWORDS]),
             )
         o.check_bare()
         return o

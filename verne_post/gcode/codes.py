@@ -35,6 +35,9 @@ class CodeTable(Struct, frozen=True, dict=True):
     words_of_g: Mapping[int, str]
     words_of_m: Mapping[int, str]
 
+    #: What is to be written in place of a code that is not executed.
+    instead_of_g: Mapping[int, str] = {}
+
     @cached_property
     def group_of_g(self) -> dict[int, str]:
         """Code -> its group."""

@@ -9,7 +9,7 @@ from msgspec import Struct, field
 from verne_post.base.printable import join_names
 from verne_post.gcode.calls import CallStack
 from verne_post.gcode.machining.state import State
-from verne_post.gcode.missing_setup import ONE_TOOL
+from verne_post.gcode.missing_setup import NEAR_TOOL, ONE_TOOL
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.setup import Setup
@@ -66,7 +66,9 @@ class Execution(Struct):
         is_unread = error.code in _OF_READING and not error.settled_by
         self._has_unread_line |= is_unread or error.leaves_unknown
         column = error.column if file is None else None
-        reason = error.about, error.settled_by, error.cause, error.edits
+        there = (one if one.line or one.key else replace(one, line=shown_number) for one in error.edits)
+        edits = tuple(one for one in there if file is None or one.key)
+        reason = error.about, error.settled_by, error.cause, edits
         self.report_at_line(error.code, message, shown_number, column, *reason)
         self._error_count += 1
         return goes_on and len(self.errors) < MAX_ERRORS and self._error_count < MAX_COUNTED
@@ -98,9 +100,10 @@ class Execution(Struct):
     ) -> None:
         """Add an error of a line, or count it with those of its cause, which then names everything concerned."""
         words = message if about is None else message.replace(about, "\0")
-        at, things = self._causes.setdefault(("", cause) if cause else (code, words), (len(self.errors), []))
+        shared_words = NEAR_TOOL.sub("", words)
+        at, things = self._causes.setdefault(("", cause) if cause else (code, shared_words), (len(self.errors), []))
         if cause and at < len(self.errors):
-            words = self.errors[at].message
+            words = shared_words = self.errors[at].message
         if about is not None and about not in things:
             things.append(about)
         if at == len(self.errors):
@@ -109,6 +112,8 @@ class Execution(Struct):
             self.errors.append(make_finding(code, message, settled_by=keys, edits=edits, **where))
             return
         item = self.errors[at]
+        if len(things) > 1:
+            words = shared_words.replace(ONE_TOOL, "")
         all_settled_by = (
             item.settled_by if settled_by in item.settled_by or not settled_by else (*item.settled_by, settled_by)
         )
@@ -116,7 +121,7 @@ class Execution(Struct):
             item,
             last_line=max(item.last_line or line, line),
             count=item.count + 1,
-            message=words.replace("\0", _join_names(things)).replace(ONE_TOOL if len(things) > 1 else "\0", ""),
+            message=words.replace("\0", _join_names(things)),
             settled_by=all_settled_by,
         )
 

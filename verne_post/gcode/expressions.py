@@ -12,6 +12,7 @@ from typing import Final, Protocol
 from verne_post.base.suggestions import LETTERS_OF_FUNCTIONS, find_meant
 from verne_post.base.tolerances import EQUAL_NUMBERS, WHOLE_NUMBER
 from verne_post.gcode.program_error import ProgramError
+from verne_post.model.findings import Remedy
 
 #: Numbers beyond this mean nothing in any word, and would overflow somewhere.
 MAX_NUMBER: Final = 1e30
@@ -88,9 +89,9 @@ class ValueReader:
         """1-based column of a character."""
         return self.places[min(at, len(self.places) - 1)] + 1
 
-    def error(self, code: str, message: str, at: int) -> ProgramError:
+    def error(self, code: str, message: str, at: int, edits: tuple[Remedy, ...] = ()) -> ProgramError:
         """An error at a character."""
-        return ProgramError(code, message, self.find_column(at))
+        return ProgramError(code, message, self.find_column(at), edits=edits)
 
     def read_word(self, letter: str, bound: float = MAX_NUMBER) -> float:
         """The value after a letter: as :meth:`read_value`, within bounds, and no second sign or point behind it."""
@@ -196,7 +197,7 @@ class ValueReader:
         try:
             return self.values.read_value(key)
         except ProgramError as error:
-            raise self.error(error.code, error.message, begin) from None
+            raise self.error(error.code, error.message, begin, error.edits) from None
 
     def _enter_bracket(self, begin: int) -> None:
         self._depth += 1

@@ -3,6 +3,7 @@
 import re
 from collections.abc import Iterator, Mapping
 from functools import cache
+from itertools import takewhile
 from typing import Final, NamedTuple
 
 from verne_post.base.program_lines import remove_remarks
@@ -55,6 +56,8 @@ _CYCLE_CALL: Final = re.compile(r"(?<!\w)([A-Z]+\d+)[ \t]*\(", re.IGNORECASE)
 _VALUE: Final = re.compile(r"[ \t]*((?:\"[^\"]*\"|\([^()]*\)|[^,()\"])*)([,)]|$)")
 _M_CODE: Final = re.compile(r"M\d{1,9}")
 _CODE: Final = re.compile(r"([GM])(\d+(?:\.\d+)?)")
+#: Cycles of RS274/NGC and Fanuc that make holes.
+_HOLES: Final = ("G73", "G74", *(f"G{number}" for number in range(81, 90)))
 
 
 class KnownWord(NamedTuple):
@@ -166,6 +169,30 @@ def find_cycle_value(line: str, column: int) -> KnownWord | None:
             if value[2] != ",":
                 break
     return None
+
+
+def list_values_of_cycle(word: str, dialect: str) -> list[tuple[str, str]]:
+    """The values that a cycle takes: the text before each, and its name; none for other words, and in CL files.
+
+    Of Klartext those without a default, of Siemens those whose names do not begin with _, where it has any.
+    """
+    if dialect == "siemens":
+        names = _list_parameters().get(word, ())
+        plain_names = tuple(takewhile(lambda name: not name.startswith("_"), names)) or names
+        return [("," if number else "(", name) for number, name in enumerate(plain_names)]
+    if dialect == "heidenhain":
+        from verne_post.gcode.klartext.cycle_words import MACHINING, PATTERNS
+
+        cycle = word.removeprefix("CYCL DEF ")
+        numbers, _defaults = (MACHINING | PATTERNS).get(int(cycle) if cycle.isdecimal() else 0, ((), {}))
+        return [(f" ~\n  Q{number}=", klartext.name_parameter(number) or "value") for number in numbers]
+    if word not in _HOLES:
+        return []
+    from verne_post.gcode.rs274.cycles import DWELLS, NEEDS_STEP
+
+    code = 10 * int(word[1:])
+    own = "P" * (code in DWELLS) + "Q" * (code in NEEDS_STEP)
+    return [(f" {letter}", letter) for letter in f"XYZR{own}F"]
 
 
 @cache

@@ -1,11 +1,12 @@
 """What a program's set-up lacks (tools, tool numbers, work offsets), in the same words for every dialect."""
 
+import re
 from collections.abc import Collection, Mapping
 from typing import Any, Final
 
 import numpy as np
 
-from verne_post.base.suggestions import find_suggestion, suggest
+from verne_post.base.suggestions import find_suggestion, name_near_numbers, suggest
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.program_error import At, ProgramError
 from verne_post.gcode.setup import Setup
@@ -16,6 +17,8 @@ from verne_post.model.part_setup import ADDITIONAL_SYSTEMS, FIRST_NAMED_TOOL, To
 
 #: What else may be done about the length of a tool; nothing where the program uses several.
 ONE_TOOL: Final = ", or give --tool-length MM where the program has one tool"
+#: The tool that one digit tells apart from a missing one; nothing where several are missing.
+NEAR_TOOL: Final = re.compile(", but tool .* nearly this number(?=; add)")
 #: G54 to G57 of Siemens controls; G505 and on are further ones.
 _SIEMENS_NAMES_ALIKE: Final = range(5)
 #: Tools that a message lists.
@@ -48,7 +51,12 @@ def report_missing_tool(number: int, letter: str, at: At, setup: Setup, state: S
     elif setup.tools is None:
         why = f"the length is in no set-up and in no tool table; give --tool-table FILE{ONE_TOOL}"
     else:
-        why = f"neither the set-up nor the tool table has it; add it to one of them{ONE_TOOL}"
+        numbers = [
+            str(one) for one, tool in (state.tools or {}).items() if one < FIRST_NAMED_TOOL and not stands_in(tool)
+        ]
+        near = name_near_numbers(str(number), numbers, "tool ")
+        near = f", but {near}" if near else ""
+        why = f"neither the set-up nor the tool table has it{near}; add it to one of them{ONE_TOOL}"
     return at.error("VP012", f"{name}: {why}", letter, name, find_tool_key(number, "length", state.tool_names))
 
 

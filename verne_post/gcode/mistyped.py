@@ -16,7 +16,7 @@ from verne_post.model.findings import Finding, Remedy
 
 #: An address, and a number that has the letter O, or a comma with digits on both sides.
 _LETTER_O: Final = re.compile(
-    r"(?<![A-Z_])((?:[A-Z]{1,2}\d*[ \t]*=|[A-Z]{1,2})[ \t]*|)([-+]?(?=[\d.]*O)[\dO]*\.?[\dO]*)", re.IGNORECASE
+    r"(?<![A-Z_])((?:[A-Z]{1,2}\d*[ \t]*=|[A-Z]{1,2})[ \t]*|[A-Z]{3}|)([-+]?(?=[\d.]*O)[\dO]*\.?[\dO]*)", re.IGNORECASE
 )
 _COMMA: Final = re.compile(
     r"(?<![A-Z\d.,])((?:[A-Z]{1,2}\d*[ \t]*=|[A-Z]{1,2})[ \t]*|)([-+]?\d+,\d+)(?![\d.,(])", re.IGNORECASE

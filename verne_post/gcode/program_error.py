@@ -1,11 +1,29 @@
 """Errors of programs, and the place in a program that they are about."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 
 from msgspec import Struct, field
 
+from verne_post.base.suggestions import find_meant
 from verne_post.model.findings import ProgramError as ProgramError
+from verne_post.model.findings import Remedy
+
+
+def write_before(words: str, *, line: int = 0, turns: bool = False) -> tuple[Remedy, ...]:
+    """The edit of an error that words on a line before its own settle."""
+    return (Remedy(f"write {words} before", words, line=line, way="before", turns=turns),)
+
+
+def write_parameter(number: int, value: float, right_value: float) -> tuple[Remedy, ...]:
+    """The edit of an error that another value of a Q parameter settles, in the last line that gives it ``value``."""
+    return (Remedy(f"write Q{number}={right_value:g}", f"{right_value:g}", word=(f"Q{number}", value), is_above=True),)
+
+
+def write_meant(word: str, *names: Iterable[str]) -> tuple[Remedy, ...]:
+    """The edit of an error that one of ``names`` settles of which ``word`` is a slip; none where none is near."""
+    near = find_meant(word, *names, slip_alone=True)
+    return (Remedy(f"write {near}", near, misspelt=word),) if near else ()
 
 
 @contextmanager
@@ -25,7 +43,13 @@ class At(Struct):
     columns: dict[str, int] = field(default_factory=dict)
 
     def error(
-        self, code: str, message: str, word: str, about: str | None = None, settled_by: tuple[str, ...] = ()
+        self,
+        code: str,
+        message: str,
+        word: str,
+        about: str | None = None,
+        settled_by: tuple[str, ...] = (),
+        edits: tuple[Remedy, ...] = (),
     ) -> ProgramError:
         """An error at a word; without a column where the line has no such word."""
-        return ProgramError(code, message, self.columns.get(word), about=about, settled_by=settled_by)
+        return ProgramError(code, message, self.columns.get(word), about=about, settled_by=settled_by, edits=edits)

@@ -16,6 +16,7 @@ from verne_post.base.arrays import Array, Mask
 from verne_post.base.columns import BLOCK_ROWS, GrowingTable, release_memory
 from verne_post.base.units import SECONDS_PER_MINUTE
 from verne_post.gcode.arcs import Arc
+from verne_post.gcode.program_error import write_before
 from verne_post.model.codes import CODES
 from verne_post.model.findings import Finding, Remedy, make_finding
 from verne_post.model.moves import (
@@ -56,6 +57,9 @@ _ARC_LAYOUT: dict[str, tuple[Any, ...]] = {
 }
 #: Rows that are kept one by one, before they become arrays; cutter compensation amends the last few.
 _KEPT_ROWS = 50_000
+
+#: What ends a tilted plane, as messages call it -> as it is written; the table stays.
+_ENDS_OF_PLANES: Final = {"G69": "G69", "CYCLE800()": "CYCLE800()", "PLANE RESET": "PLANE RESET STAY"}
 
 
 class Modes(Protocol):
@@ -237,6 +241,16 @@ class Recorder(Struct):
         if self.count - plane.before > 1:  # it was in use: beside a turn to it there was another move
             return f"{what} still holds: write {plane.end} where it is over, or {plane.turn}"
         return f"{what} is in force: {plane.turn} ({plane.end} ends it)"
+
+    def list_plane_edits(self) -> tuple[Remedy, ...]:
+        """What :meth:`explain_plane` says, as edits: what turns the table to the plane, and what ends it before."""
+        plane = self.planes[-1] if self.planes else None
+        if plane is None or not plane.word:
+            return ()
+        turn = Remedy("write G53.1", "G53.1", line=plane.line, word=("G", 68.2), way="below")
+        edits = (turn,) if plane.word == "G68.2" else ()
+        end = _ENDS_OF_PLANES.get(plane.end)
+        return (*edits, *write_before(end, turns=True)) if end and self.count - plane.before > 1 else edits
 
     def index_frame(self, frame: Frame) -> int:
         """Row of a frame in the table of frames."""

@@ -147,9 +147,19 @@ _TOOL_REMARK: Final = re.compile(
 )
 
 
+#: A tool change, the line below a remark that has no number of a tool.
+_CHANGE: Final = re.compile(r"^\s*(?:N\d+\s*)?(?:M0?6\s*)?T0*(?P<number>\d+)\s*(?:M0?6)?\s*$", re.IGNORECASE)
+_ALONE: Final = re.compile(_BLOCK_REMARK)
+
+
 def find_tool_remarks(source: Text) -> dict[str, str]:
-    """Number or name of a tool -> the first remark about it in the first lines of a program; without the number."""
+    """Number or name of a tool -> the first remark about it in the first lines of a program; without the number.
+
+    Where none has its number, a remark with a diameter counts that stands alone above the change of tools.
+    """
     found: dict[str, str] = {}
+    above: dict[str, str] = {}
+    before = ""
     start = 0
     for _ in range(_TOOL_LINES):
         end = source.find(b"\n", start)
@@ -160,10 +170,15 @@ def find_tool_remarks(source: Text) -> dict[str, str]:
             for key in (match["number"] or match["name"], also[1] if also else None):
                 if key is not None:
                     found.setdefault(key, make_printable(text))
+        elif (change := _CHANGE.match(line)) and (remark := _ALONE.match(before)):
+            text = (remark[1] or remark[2] or "").strip()
+            if _list_diameters(text, change["number"]):
+                above.setdefault(change["number"], make_printable(text))
+        before = line
         if end < 0:
             break
         start = end + 1
-    return found
+    return above | found
 
 
 #: A diameter in a remark: ``D=6.``, ``DIA 6``, ``DIA. - 6.``, ``Ø6``. A D alone may be an entry of the tool table.
@@ -175,22 +190,33 @@ _DIAMETER: Final = re.compile(
 #: What a remark says behind the word of another tool is about that.
 _OTHER_TOOL: Final = re.compile(r"(?<!\w)T(?:OOL)?\s*=?\s*[\d\"].*", re.IGNORECASE)
 #: A D alone, and one in a name: where both have the same number, it is the diameter (``"MILL_D10" D10``).
-_BARE_DIAMETER: Final = re.compile(r"(?<![\w.])D(\d+(?:\.\d*)?)(?![\w/])", re.IGNORECASE)
+_BARE_DIAMETER: Final = re.compile(r"(?<![\w.])D(\d+(?:\.\d*)?)(?![\w/]|\s*IN(?:CH|CHES)?\b)", re.IGNORECASE)
 _DIAMETER_IN_NAME: Final = re.compile(r"[_ -]D(\d+)(?!\d)", re.IGNORECASE)
+#: A diameter before the kind of the tool, as ``| 50. FACE MILL``: a whole number alone may be another one.
+_LEADING: Final = re.compile(r"[|\s-]*(\d+\.\d*|\.\d+)(?:\s*MM)?\s+(?!INCH|DEG)[A-Z]{3}", re.IGNORECASE)
+#: Beside such words D is an entry of the tool table, or what is measured is not certain.
+_ENTRY: Final = re.compile(r"(?<!\w)H\s*\d|OFF|\"", re.IGNORECASE)
+_WORD: Final = re.compile(r"[A-Z]{3}", re.IGNORECASE)
 #: A word for inches, in every language: diameters of such a program may be in inches.
 _INCHES: Final = re.compile(rb"^[^(;\n]*(?:G0*(?:20|700?)(?!\d)|\bINCH)", re.IGNORECASE | re.MULTILINE)
 
 
 def find_tool_diameters(source: Text, remarks: Mapping[str, str]) -> dict[str, float]:
     """Number or name of a tool -> the diameter, mm, that its remark names; none where it may be another length."""
-    sizes_of = {key: _list_diameters(_OTHER_TOOL.sub("", text)) for key, text in remarks.items()}
+    sizes_of = {key: _list_diameters(_OTHER_TOOL.sub("", text), key) for key, text in remarks.items()}
     found = {key: sizes.pop() for key, sizes in sizes_of.items() if len(sizes) == 1 and min(sizes) > 0}
     return {} if not found or _INCHES.search(source[:]) else found
 
 
-def _list_diameters(remark: str) -> set[float]:
-    """Every number, mm, that a remark gives as a diameter."""
+def _list_diameters(remark: str, tool: str) -> set[float]:
+    """Every number, mm, that a remark about a tool gives as a diameter."""
     names = " ".join(re.findall(r'"[^"]*"', remark))
     of_names = {float(number) for number in _DIAMETER_IN_NAME.findall(names)}
     bare = {float(number) for number in _BARE_DIAMETER.findall(re.sub(r'"[^"]*"', " ", remark))}
-    return {float(number) for number in _DIAMETER.findall(remark)} or of_names & bare
+    if found := {float(number) for number in _DIAMETER.findall(remark)} or of_names & bare:
+        return found
+    if leading := _LEADING.match(remark):
+        return {float(leading[1])}
+    # in (T1 D50 FACE MILL) it is a diameter; in (T1 D1 FACE MILL) the entry of the tool
+    is_size = _WORD.search(remark) and not _ENTRY.search(remark) and not any(tool == f"{one:g}" for one in bare)
+    return bare if is_size else set()

@@ -219,7 +219,7 @@ class ProgramText(ChunkedText):
                     open_words.take(structure, block)
             except ProgramError as error:
                 column = error.column or 1
-                raise ProgramError(error.code, error.message, column, line=line) from None
+                raise ProgramError(error.code, error.message, column, line=line, edits=error.edits) from None
         open_words.check_all_closed()
         return structure
 

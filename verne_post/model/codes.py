@@ -27,7 +27,9 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP001",
         "unreadable block",
         "error",
-        "The block does not consist of words of its language. A word of G-code is a letter and a number.",
+        "The block does not consist of words of its language. A word of G-code is a letter and a number. As a warning: "
+        "a line of a Klartext cycle has no ~ at its end, or a block number of RS274/NGC may be a word that has lost "
+        "its letter.",
         "Correct the characters at the column of the message. In G-code, write a letter and a number; write comments "
         "in ( ) on one line, or after a ;. In Klartext, write comments after a ;.",
     ),
@@ -58,7 +60,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP005",
         "missing word",
         "error",
-        "A code needs a word that is not in its block.",
+        "A code needs a word that is not in its block. As a warning: a cycle of Klartext lacks its first line or its "
+        "second one, such as CYCL DEF 10.0 or 10.1.",
         "",
     ),
     (
@@ -72,7 +75,9 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP007",
         "number out of range",
         "error",
-        "The number of a word is outside what the word allows.",
+        "The number of a word is outside what the word allows. As a warning: a hole has no depth, a cycle of Klartext "
+        "has the depth 0, with which the control does not run it, or DC, ACP or ACN of a Siemens program is beyond a "
+        "turn.",
         "",
     ),
     (
@@ -210,7 +215,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP025",
         "impossible parameter",
         "error",
-        "The parameter does not exist, has no value, or is read-only.",
+        "The parameter does not exist, has no value, or is read-only. As a warning: a Siemens program reads an R "
+        "parameter that it has not set. It counts as 0, and a control has the value that it had last.",
         "",
     ),
     (
@@ -833,13 +839,13 @@ CODES: Final[dict[str, Code]] = _make_table(
     ),
 )
 
-#: Codes that are errors in some cases and warnings in others.
-_EITHER: Final = ("VP018", "VP033", "VP034", "VP036", "VP041", "VP049", "VP202", "VP203", "VP301", "VP505")
+#: Numbers of codes that are errors in some cases and warnings in others.
+_EITHER: Final = (1, 4, 5, 7, 9, 10, 18, 23, 24, 33, 34, 36, 41, 49, 202, 203, 216, 301, 505)
 
 
 def describe_severity(code: Code) -> str:
     """The severity, or both where a code has either."""
-    return "warning or error" if code.code in _EITHER else code.severity
+    return "warning or error" if int(code.code[2:]) in _EITHER else code.severity
 
 
 def describe_response(code: Code) -> str:
@@ -850,18 +856,18 @@ def describe_response(code: Code) -> str:
     warned = "it is printed and does not stop the conversion; check --fail-level warning then ends with 1."
     if code.code == "VP509":
         return "It is printed, and the machine file is written all the same."
-    if code.severity == "warning" and code.code not in _EITHER:
+    if code.severity == "warning" and number not in _EITHER:
         return warned[0].upper() + warned[1:]
     if number < 100:
         text = "Nothing is written, exit status 2."
-        if code.code in _EITHER:
+        if number in _EITHER:
             return f"As an error: {text[0].lower()}{text[1:]} As a warning: {warned}"
         return f"{text} Reading goes on to the next mistakes, 50 at most."
     if code.code == "VP220":
         return "There is no verdict: exit status 3, and 1 where something else is gouged; convert writes nothing."
     if number < 400 or code.code == "VP505":
         text = "convert writes nothing; check and convert end with status 1 (check --exit-zero: 0)."
-        if code.code in _EITHER:
+        if number in _EITHER:
             text = f"As an error: {text} As a warning: {warned}"
         return text
     if code.code == "VP420":

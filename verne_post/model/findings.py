@@ -23,12 +23,15 @@ class Remedy:
     text: str  #: In a sentence.
     value: str = ""  #: What is to be written; empty where it stands in no file.
     key: tuple[str, ...] = ()  #: Of the set-up, where it is written there: ("wcs", "G54"), ("allow_rewind",).
-    line: int = 0  #: Of the program, where it is written there.
+    line: int = 0  #: Of the program, where it is written there; of an error that is raised, 0 is its own line.
     #: The letter, and the number that stands there; no letter where the text of the program tells the place.
     word: tuple[str, float] = ("", 0.0)
-    way: Literal["number", "behind", "below"] = "number"  #: In place of the number, behind the word, below its line.
+    #: In place of the number, behind the word, below its line; before ``line``; in place of what the finding marks.
+    way: Literal["number", "behind", "below", "before", "marked"] = "number"
     is_above: bool = False  #: ``word`` stands in the last line up to ``line`` that has it.
     misspelt: str = ""  #: What stands in ``line`` in place of ``value``: at the column of a finding of that line.
+    turns: bool = False  #: The tool axis becomes another one.
+    is_choice: bool = False  #: Right only if the program means it so.
 
 
 @dataclass(frozen=True)
@@ -58,6 +61,8 @@ class Finding:
         What is to be written into the program or its set-up.
     file, file_line : str and int, or None
         The file, other than the program, in which the mistake stands, and its line there, from 1.
+    file_column, file_text : int or None, and str
+        The column of a key or value in this line, from 1, and the line itself; None and empty where they are not known.
     settled_by : tuple of tuple of str
         Keys of a set-up that would settle it: ("tools", "5", "length"), ("wcs", "G54"), ("remap", "M11"), ...
     tool : int or None
@@ -86,6 +91,8 @@ class Finding:
     settled_by: tuple[tuple[str, ...], ...] = ()
     file: str | None = None
     file_line: int | None = None
+    file_column: int | None = None
+    file_text: str = ""
     tool: int | None = None
     quantity: str = ""
     contact: tuple[float, float, float] | None = None

@@ -232,7 +232,7 @@ def check_stock(value: object) -> Box | FixtureMesh | OwnStock | None:
 
 
 def check_fixtures(value: object) -> tuple[Box | FixtureMesh, ...]:
-    boxes = tuple(_check_fixture(one) for one in _list_items(value, "boxes"))
+    boxes = tuple(_check_fixture(one) for one in _list_items(value, "a tuple or list of boxes"))
     names = [box.name for box in boxes]
     for name in names:
         if names.count(name) > 1:

@@ -166,7 +166,11 @@ class Options:
     # --- set-up ---
     tool_length: Annotated[
         Annotated[float, Meta(ge=0, le=MAX_TOOL)] | None,
-        About("Length from the gauge line to the tip, for the whole program.", Group.SETUP, unit="mm"),
+        About(
+            "Length from the gauge line to the tip, for the whole program; default: that of each tool.",
+            Group.SETUP,
+            unit="mm",
+        ),
     ] = None
     tools: Annotated[
         HeldTools,
@@ -192,7 +196,7 @@ class Options:
     ] = field(default_factory=dict)  # type: ignore[arg-type]
     cycle: Annotated[
         Annotated[float, Meta(ge=1e-4, le=1.0)] | None,
-        About("Control cycle; overrides the machine file.", Group.SETUP, unit="s"),
+        About("Control cycle, such as 0.001; default: that of the machine file.", Group.SETUP, unit="s"),
     ] = None
 
     # --- reading the program ---
@@ -291,7 +295,7 @@ class Options:
     tolerance: Annotated[
         Tolerance | None,
         About(
-            "Tolerance of the tip at corners under a G64 without P; overrides the machine file.",
+            "Tolerance of the tip at corners under a G64 without P, such as 0.02; default: that of the machine file.",
             Group.CONTOURING,
             unit="mm",
         ),
@@ -299,7 +303,7 @@ class Options:
     orientation_tolerance_deg: Annotated[
         Tolerance | None,
         About(
-            "Tolerance of the tool axis at corners under G64; overrides the machine file.",
+            "Tolerance of the tool axis at corners under G64, such as 0.1; default: that of the machine file.",
             Group.CONTOURING,
             metavar="DEG",
             flag="--orientation-tolerance",
@@ -308,7 +312,7 @@ class Options:
     shaper: Annotated[
         Literal["off", "zv", "zvd", "ei"] | None,
         About(
-            "Input shaper for the vibration modes of the machine file's [vibration]; overrides the shaper named there.",
+            "Input shaper for the vibration modes of the machine file's [vibration]; default: the shaper named there.",
             Group.CONTOURING,
             Changes.TIMING,
         ),
@@ -362,7 +366,7 @@ class Options:
         Checked(check_place),
         About(
             "Position of the machine before the program: home, or joint values in the units of the "
-            "setpoint file. A checked approach is added.",
+            "setpoint file. A checked approach is added. Default: the machine stands at the start of the program.",
             Group.APPROACH,
             flag="--from",
             metavar="home|Q1,Q2,...",
@@ -372,7 +376,8 @@ class Options:
     departure: Annotated[
         Literal["home", "park"] | None,
         About(
-            "Position after the program: g28 (home) or park, of [home] in the machine file.",
+            "Position after the program: g28 (home) or park, of [home] in the machine file; default: where the "
+            "program ends.",
             Group.APPROACH,
             flag="--to",
         ),
@@ -412,7 +417,8 @@ class Options:
         Box | FixtureMesh | OwnStock | None,
         Checked(check_stock),
         About(
-            "The stock as a box, or as the program defines it; rapids and holders must keep out of it.",
+            "The stock as a box, mm, or as the program defines it; rapids and holders must keep out of it. Default: "
+            "that of the set-up, else none.",
             Group.SAFETY,
             Changes.CHECKS,
             metavar="[G54=]X0,Y0,Z0,X1,Y1,Z1|program",
@@ -559,8 +565,10 @@ class Options:
     if not TYPE_CHECKING:  # type checkers see the keywords of a dataclass; help() sees those of the table of options
         __signature__ = _Made(lambda: _make_signature())
 
-        def __init__(self, **given: Any) -> None:
+        def __init__(self, *nameless: Any, **given: Any) -> None:
             """Check what is given; the rest are defaults."""
+            if nameless:
+                raise UsageError("options", f"{nameless[0]!r} has no name; write for example Options(tool_length=80)")
             for name in given:
                 if name not in OPTIONS:
                     raise UsageError(name, f"there is no such option{suggest(name, OPTIONS)}")

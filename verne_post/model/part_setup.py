@@ -1,13 +1,15 @@
 """What stands on the machine for one part: tools, work offsets, fixtures and stock. Plain data, cheap to import."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import wraps
 from itertools import pairwise
-from typing import Final
+from typing import Any, Final, TypeVar
 
 from verne_post.model.findings import UsageError
 
+_T = TypeVar("_T")
 Vector9 = tuple[float, float, float, float, float, float, float, float, float]
 
 #: Number of the work system that Siemens' G500 selects: machine zero, unless $P_UIFR[0] moves it. No set-up places it.
@@ -58,6 +60,42 @@ MAX_TOOL: Final = 1e4
 UNITS: Final = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "inch": 25.4}
 
 
+def explain_call(example: str) -> Callable[[type[_T]], type[_T]]:
+    """Let a class say how it is made where its arguments have other names, or another number.
+
+    Parameters
+    ----------
+    example : str
+        The right call, with units.
+    """
+
+    def decorate(made: type[_T]) -> type[_T]:
+        make: Callable[..., None] = made.__init__
+
+        @wraps(make)
+        def check(self: _T, *given: Any, **named: Any) -> None:
+            try:
+                make(self, *given, **named)
+            except TypeError:
+                import inspect  # only for calls that fail: the module is read by every command
+
+                try:
+                    inspect.signature(make).bind(self, *given, **named)
+                except TypeError as error:
+                    raise UsageError(made.__name__, f"{error}; expected {example}") from None
+                raise
+
+        made.__init__ = check  # type: ignore[method-assign, assignment]
+        return made
+
+    return decorate
+
+
+@explain_call(
+    "Tool(number, pocket, offset, diameter) with nine numbers in offset, along X Y Z A B C U V W (mm and degrees; Z is "
+    "the length); of a tool with a length alone Options takes the length, tools={1: 80}, or length and diameter, "
+    "tools={1: (80, 10)}, mm"
+)
 @dataclass(frozen=True)
 class Tool:
     """One line of a tool table.
@@ -93,7 +131,7 @@ class Tool:
             raise UsageError(
                 "offset",
                 f"{self.offset!r}: expected nine numbers, along X Y Z A B C U V W (Z is the length); of a tool with a "
-                f"length alone Options takes the length: tools={{{self.number!r}: 80}}",
+                f"length alone Options takes the length: tools={{{self.number!r}: 80}}, mm",
             )
 
     @property
@@ -114,6 +152,7 @@ def spell_tool_word(number: int, names: Mapping[int, str]) -> str:
     return describe_tool_number(number, names).removeprefix("tool ") if number in names else f"T{number}"
 
 
+@explain_call("WorkOffset(origin_mm=(x, y, z), turn_deg=0)")
 @dataclass(frozen=True)
 class WorkOffset:
     """Where the part zero is on the table (mm, table frame) and how far the part is turned about C (deg)."""
@@ -124,6 +163,7 @@ class WorkOffset:
     source: str = field(default="", compare=False, repr=False)
 
 
+@explain_call("Box(name, low=(x, y, z), high=(x, y, z)), mm")
 @dataclass(frozen=True)
 class Box:
     """A box on the table: a fixture, or the stock.
@@ -146,6 +186,7 @@ class Box:
     distance: float = 0.0
 
 
+@explain_call("FixtureMesh(name, raw), of which raw has the bytes of an STL file, Path(...).read_bytes()")
 @dataclass(frozen=True)
 class FixtureMesh:
     """A fixture as a mesh; or the stock, as a mesh or as another set-up has left it.
@@ -178,6 +219,7 @@ class FixtureMesh:
         return f"{self.name} ({self.file})" if self.file else self.name
 
 
+@explain_call("Wanted(gouge=0.05, excess=0.2, grid=0.2, search=2.0), mm")
 @dataclass(frozen=True)
 class Wanted:
     """Limits of a comparison with the nominal part, mm.
@@ -211,6 +253,7 @@ class OwnStock:
     distance: float = 0.0
 
 
+@explain_call("NominalPart(name, raw), of which raw has the bytes of an STL file, Path(...).read_bytes()")
 @dataclass(frozen=True)
 class NominalPart:
     """The nominal part, with which rows are compared.

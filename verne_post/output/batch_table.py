@@ -1,13 +1,12 @@
 """What became of many programs, as a table: of `batch` on the command line and in Python."""
 
-import math
 from collections.abc import Sequence
 from typing import Final, Protocol
 
 from verne_post.base.numbers import format_count
 from verne_post.base.printable import make_printable
 from verne_post.model.findings import Finding
-from verne_post.model.verdict import Verdict, find_verdict
+from verne_post.model.verdict import Verdict, count_findings, find_verdict
 from verne_post.output.causes import find_first_error, list_first
 
 
@@ -28,39 +27,37 @@ class Converted(Protocol):
     def again(self) -> bool: ...
 
 
-#: What stands for the rest of a finding, and how much of one is shown on any terminal: code and line.
-_CUT: Final = "..."
-_LEAST_OF_FINDING: Final = 24
 #: What was not made again can run as well.
 _AGAIN: Final = f"{Verdict.CAN_RUN} (as before)"
 #: The order in which results are counted.
 _ORDER: Final = tuple(dict.fromkeys((Verdict.CAN_RUN.word, _AGAIN, *(verdict.word for verdict in Verdict))))
 
 
-def format_batch(outcomes: Sequence[Converted], columns: int | None = None) -> str:
-    """A line a program, and how many of each; findings are cut to so many columns of the terminal."""
-    rows = make_batch_rows(outcomes)
+def format_batch(outcomes: Sequence[Converted], *, is_brief: bool = False) -> str:
+    """A line a program, and how many of each; ``is_brief`` where the findings stand above the table."""
+    rows = make_batch_rows(outcomes, is_brief=is_brief)
     width, room = (max(len(row[k]) for row in rows) for k in (0, 1))
-    lines, is_cut = [], False
-    for name, word, time, count, reason in rows:
-        head = f"{name:<{width}}  {word:<{room}} {time:>10} {count:>10}  "
-        left = math.inf if columns is None else max(columns - len(head), _LEAST_OF_FINDING)
-        if len(reason) > left:
-            reason, is_cut = f"{reason[: int(left) - len(_CUT)]}{_CUT}", True
-        lines.append(f"{head}{reason}".rstrip())
-    lines += ["findings are cut to the width of the terminal; --markdown FILE has them whole"] if is_cut else []
+    lines = [
+        f"{name:<{width}}  {word:<{room}} {time:>10} {count:>10}  {reason}".rstrip()
+        for name, word, time, count, reason in rows
+    ]
     return "\n".join([*lines, count_results(outcomes)]) + "\n"
 
 
-def make_batch_rows(outcomes: Sequence[Converted]) -> list[list[str]]:
-    """Programs as rows of text, the first one the header."""
-    rows = [["program", "result", "time s", "rows", "first finding"]]
+def make_batch_rows(outcomes: Sequence[Converted], *, is_brief: bool = False) -> list[list[str]]:
+    """Programs as rows of text, the first one the header; ``is_brief`` counts the findings and names the first."""
+    rows = [["program", "result", "time s", "rows", "findings" if is_brief else "first finding"]]
     for one in outcomes:
         time = "-" if one.cycle_time_s is None else f"{one.cycle_time_s:.3f}"
         count = "-" if one.rows is None else str(one.rows)
         first = _find_first(one.findings)
         where = "" if first is None or first.line is None else f" line {first.line}"
-        reason = "" if first is None else f"{first.code}{where}: {make_printable(first.message)}"
+        reason = "" if first is None else f"{first.code}{where}"
+        if first is not None and is_brief:
+            counts = zip(count_findings(list_first(one.findings)), ("error", "warning"), strict=True)
+            reason = f"{', '.join(format_count(n, word) for n, word in counts if n)}: {reason}"
+        elif first is not None:
+            reason += f": {make_printable(first.message)}"
         rows.append([make_printable(one.program), _name_result(one), time, count, reason])
     return rows
 

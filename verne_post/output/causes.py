@@ -19,6 +19,8 @@ from verne_post.model.verdict import Family, find_family
 
 #: A rotary axis beyond its travel: until it is inside, what else the same lines break follows from it.
 _ROTARY: Final = ("VP102", "VP103")
+#: The tip below the table: what the way back from there comes near is no mistake of its own.
+_BELOW: Final = ("VP210",)
 #: Beside travel and reach (VP1xx): singularities, and the height over the table. Each contact with a body stays alone.
 _OF_THE_WORKSPACE: Final = ("VP201", "VP202", "VP203", "VP210")
 
@@ -134,8 +136,11 @@ def _goes_on(before: Finding, item: Finding) -> bool:
 
 
 def _join_consequences(findings: Sequence[Finding], groups: list[list[int]]) -> list[list[int]]:
-    """The groups, where what is broken only beyond the travel of a rotary axis, or out of reach, belongs to that."""
-    for codes in (_ROTARY, ("VP110",)):
+    """The groups, where what is broken only beyond the travel of a rotary axis, or out of reach, belongs to that.
+
+    So do warnings below the table alone: on the way back from there.
+    """
+    for codes in (_ROTARY, ("VP110",), _BELOW):
         groups = _join_to(findings, groups, codes)
     return groups
 
@@ -155,7 +160,10 @@ def _join_to(findings: Sequence[Finding], groups: list[list[int]], codes: Sequen
         return groups
     owners = list(range(len(groups)))
     for number, group in enumerate(groups):
-        is_owned = all(_is_of_the_machine(findings[one]) for one in group)
+        is_owned = all(
+            _is_of_the_machine(findings[one]) and (codes != _BELOW or findings[one].severity == "warning")
+            for one in group
+        )
         if is_owned and not any(findings[one].code in (*codes, *_ROTARY) for one in group):
             found = {_find_owner(findings[one], spans) for one in group}
             owners[number] = (

@@ -82,9 +82,8 @@ def format_finding(program: str, item: Finding) -> str:
     The file is the program, or that in which the mistake stands.
     """
     name, line = find_place(program, item)
-    at = (
-        "" if line is None else f":{line}" if item.column is None or item.file is not None else f":{line}:{item.column}"
-    )
+    column = item.column if item.file is None else item.file_column
+    at = "" if line is None else f":{line}" if column is None else f":{line}:{column}"
     return f"{make_printable(f'{name}{at}')}: {describe(item)}"
 
 
@@ -127,6 +126,8 @@ def _quote_line(cause: Cause, source: "Text", program: str) -> list[str]:
     """Quote the line of an error: a caret under the column, the code's meaning and remedy. Nothing for others."""
     item, others = cause.first, cause.describe_others()
     also = [f"also {others}"] if others else []
+    if item.file_text and item.file_line:
+        return _draw_line(item.file_line, item.file_text, item.file_column, also)
     at = item.line
     if not at or (item.severity != "error" and not is_about_text(item.code) and item.code not in _SHOWN_IN_LINES):
         return [f"    = {text}" for text in also]
@@ -135,16 +136,19 @@ def _quote_line(cause: Cause, source: "Text", program: str) -> list[str]:
     text = take_line(source, at)
     if text is None:
         return [f"    = {text}" for text in also]
-    line = make_printable_in_place(text.decode("utf-8", errors="replace").rstrip("\r").replace("\t", " "))
-    column = item.column or 1
-    begin = max(0, column - 1 - _QUOTED // 2) if len(line) > _QUOTED else 0
-    number = str(at)
-    blank = " " * len(number)
-    quoted = f"  {number} | {'...' if begin else ''}{line[begin : begin + _QUOTED]}"
     helps = [*also, *list_remedies(item, program)]
+    lines = _draw_line(at, text.decode("utf-8", errors="replace"), item.column, helps)
     # of a note that says all there is the number of the line is enough
-    lines = [quoted] if line.strip() and (item.severity != "note" or helps or item.column is not None) else []
-    if item.column is not None:
+    return lines if item.severity != "note" or helps or item.column is not None else []
+
+
+def _draw_line(number: int, text: str, column: int | None, helps: Sequence[str]) -> list[str]:
+    """A line of a file with its number, a caret under a column, from 1, and what helps below."""
+    line = make_printable_in_place(text.rstrip("\r").replace("\t", " "))
+    begin = max(0, (column or 1) - 1 - _QUOTED // 2) if len(line) > _QUOTED else 0
+    blank = " " * len(str(number))
+    lines = [f"  {number} | {'...' if begin else ''}{line[begin : begin + _QUOTED]}"] if line.strip() else []
+    if column is not None:
         lines.append(f"  {blank} | {' ' * (column - 1 - begin + (3 if begin else 0))}^")
     return lines + [f"  {blank} = {text}" for text in helps]
 
@@ -321,6 +325,7 @@ _KEYS: Final = (
     "remedies",
     "file",
     "file_line",
+    "file_column",
 )
 
 

@@ -111,6 +111,21 @@ def reach_of_slice(
     return across, up, classify(machine, slice_grid(plane, at, across, up) @ to_table, angles, tool_length)
 
 
+def find_reached_plane(machine: Machine, plane: str, angles: Array, tool_length: float) -> float:
+    """Coordinate of the slice nearest to the middle of what is reached along the third axis, mm, in whole SEARCH_STEP.
+
+    Raises
+    ------
+    NothingReached
+    """
+    steps = np.arange(-SEARCH, SEARCH + SEARCH_STEP / 2, SEARCH_STEP)
+    tips = np.concatenate([slice_grid(plane, at, steps, steps) for at in steps]) @ machine.coordinates.part_frame.T
+    reached = steps[classify(machine, tips, angles, tool_length).reached.reshape(len(steps), -1).any(axis=1)]
+    if not len(reached):
+        raise NothingReached(f"no tip with |x|, |y|, |z| up to {SEARCH:g} mm is reached with these angles")
+    return float(reached[np.abs(reached - (reached[0] + reached[-1]) / 2).argmin()])
+
+
 def draw_workspace(
     machine: Machine, plane: str, at: float, angles: Array, tool_length: float
 ) -> tuple["Figure", tuple[Array, Array, Reach]]:

@@ -420,7 +420,7 @@ def _describe_tools(summary: Summary) -> str:
     """Lengths of each tool in the order of their use, and where they are from when nobody may have given one."""
     names = name_tools(summary.events)
     tools = ", ".join(
-        f"{describe_tool_number(number, names)} {used} mm" if number else f"{used} mm"
+        f"{describe_tool_number(number, names)}: {used} mm" if number else f"{used} mm"
         for number, used in join_lengths(summary.tools).items()
     )
     source = " (one length for the program)" if summary.options.tool_length is not None else ""

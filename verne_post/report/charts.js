@@ -30,14 +30,20 @@ const Charts = (() => {
     context.textBaseline = "alphabetic";
     context.fillStyle = style("--text");
     context.font = "600 12px system-ui, sans-serif";
-    context.fillText(title, 4, 12);
-    const beside = 12 + context.measureText(title).width;
+    // a long title has a row more: nothing is cut off
+    const lines = [""], wide = text => context.measureText(text).width;
+    for (const word of title.split(" ")) {
+      const longer = (lines[lines.length - 1] + " " + word).trim();
+      if (wide(longer) > width - 4 && longer !== word) lines.push(word); else lines[lines.length - 1] = longer;
+    }
+    lines.forEach((line, k) => context.fillText(line, 4, 12 + LEGEND * k));
+    const beside = 12 + wide(lines[lines.length - 1]);
     context.font = "12px system-ui, sans-serif";
     const widths = entries.map(({ name }) => 24 + context.measureText(name).width), all = widths.reduce((a, b) => a + b, 0);
-    const rows = beside + all > width ? 2 : 1;
+    const below = beside + all > width, rows = lines.length + below;
     // on a phone the gaps between entries shrink
-    const squeeze = rows === 2 && all > width ? (width - 4) / all : 1;
-    let x = rows === 2 ? 4 : beside;
+    const squeeze = below && all > width ? (width - 4) / all : 1;
+    let x = below ? 4 : beside;
     entries.forEach(({ name, colour }, k) => {
       context.fillStyle = colour;
       context.fillRect(x, 4 + LEGEND * (rows - 1), 8, 8);

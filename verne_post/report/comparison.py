@@ -16,6 +16,8 @@ from verne_post.model.machine import Machine
 from verne_post.model.moves import MoveKind, name_tools
 from verne_post.model.part_setup import spell_tool_word
 from verne_post.model.verdict import SEVERITIES
+from verne_post.output.causes import find_causes
+from verne_post.output.findings import list_remedies
 from verne_post.report.alignment import Stretch, align_lines
 from verne_post.report.head import list_setup, name_verdict, write_title_html
 from verne_post.report.markup import count, escape_text, join_few, write_css_string, write_table
@@ -239,21 +241,27 @@ def _list_facts(side: Side) -> dict[str, str]:
 
 
 def _write_findings_html(sides: tuple[Side, Side], stretches: Sequence[Stretch]) -> str:
-    """Which findings are in one program alone, and which in both: same code and joint, at corresponding lines."""
+    """Which findings are in one program alone, and which in both: same code and joint, at corresponding lines.
+
+    The first of each cause has what helps.
+    """
     keyed = [
-        [(_make_key(item, stretches, first=number == 0), item) for item in side.study.findings]
+        [(_make_key(item, stretches, first=number == 0), item, k) for k, item in enumerate(side.study.findings)]
         for number, side in enumerate(sides)
     ]
-    shared = Counter(key for key, _item in keyed[0]) & Counter(key for key, _item in keyed[1])
+    shared = Counter(key for key, *_item in keyed[0]) & Counter(key for key, *_item in keyed[1])
     texts = []
-    for name, found in zip("AB", keyed, strict=True):
+    for name, side, found in zip("AB", sides, keyed, strict=True):
         left = shared.copy()
         alone, both = list[str](), list[str]()
-        for key, item in sorted(found, key=lambda one: SEVERITIES.index(one[1].severity)):
+        helped = {cause.indices[0]: cause.first for cause in find_causes(side.study.findings)}
+        for key, item, index in sorted(found, key=lambda one: SEVERITIES.index(one[1].severity)):
             into, where = (both, "in both") if left[key] > 0 else (alone, f"only in {name}")
             left[key] -= left[key] > 0
             text = escape_text(str(item))
-            into.append(f'<li class="{item.severity}"><span>{text}<small>{where}</small></span></li>')
+            remedies = list_remedies(helped[index], side.program) if index in helped else []
+            helps = "".join(f"<small>{escape_text(one)}</small>" for one in (where, *remedies))
+            into.append(f'<li class="{item.severity}"><span>{text}{helps}</span></li>')
         entries = "".join(alone + both)
         texts.append(f"<div><h3>{name}</h3><ul class=findings>{entries or '<li>no findings</li>'}</ul></div>")
     return "".join(texts)
@@ -365,7 +373,7 @@ def _write_lines_html(sides: tuple[Side, Side], stretches: Sequence[Stretch]) ->
     shown = sorted(sorted(range(len(worth)), key=lambda k: -worth[k][0])[:_STRETCHES])
     left = len(worth) - len(shown)
     note = f"<p>Not shown: {count(left, 'place')} whose times differ less.</p>" if left else ""
-    heads = ("A", "B", "A, s", "B, s", "B - A", "limit, other feed rate")
+    heads = ("A", "B", "A, s", "B, s", "B - A", "feed rate and limit")
     if not shown and not small:
         return f"<p>The same text{', and the same times' if timed else ''}.</p>"
     # equal texts among lines that differ look like a mistake of the comparison
@@ -405,24 +413,24 @@ def _cut_by_times(one: Stretch, spent_a: Array, spent_b: Array) -> Iterator[Stre
 
 
 def _write_stretch(sides: tuple[Side, Side], one: Stretch, spent: Sequence[Array]) -> str:
-    texts, limits, times = list[str](), [], list[float | None]()
-    for side, sums, (first, last) in zip(
-        sides, spent, ((one.first_a, one.last_a), (one.first_b, one.last_b)), strict=True
-    ):
+    texts, reached, times = list[str](), list[str](), list[float | None]()
+    spans = (one.first_a, one.last_a), (one.first_b, one.last_b)
+    feeds = [_list_feeds(side, *span) for side, span in zip(sides, spans, strict=True)]
+    other_feed = all(feeds) and feeds[0] != feeds[1]
+    for side, sums, (first, last), each in zip(sides, spent, spans, feeds, strict=True):
         times.append(float(sums[last] - sums[first]) if side.study.timed else None)
         text = "<small>the same text</small>" if one.same and texts else _write_text(side, first, last)
         texts.append(f"<b>{'AB'[len(texts)]}, {_write_span(first, last)}</b><br>{text}")
-        limits.append(_name_limit(side, first, last))
-    governs = limits[0] if limits[0] == limits[1] else " / ".join(limits)
+        rate = join_few(each, "more") + ":" * (len(each) > 1) if other_feed else "feed rate"
+        reached.append(_describe_reached(side, first, last, rate))
+    if reached[0] != reached[1]:
+        reached = [f"{name}: {text}" for name, text in zip("AB", reached, strict=True) if text]
+    governs = "<br>".join(map(escape_text, dict.fromkeys(reached)))
     seconds = "".join(f"<td>{_NONE if each is None else format_fixed(each, 3)}</td>" for each in times)
-    feeds = [_list_feeds(sides[0], one.first_a, one.last_a), _list_feeds(sides[1], one.first_b, one.last_b)]
-    if all(feeds) and feeds[0] != feeds[1]:
-        rates = ", ".join(f"{name}: {join_few(each, 'more')}" for name, each in zip("AB", feeds, strict=True))
-        governs += f"; feed rate {rates}"
     kind = "equal" if one.same else "differs"
     return (
         f"<tr class={kind}><th scope=row class=text>{texts[0]}</th><td class=text>{texts[1]}</td>{seconds}"
-        f"<td>{_write_difference(*times)}</td><td class=limit>{escape_text(governs)}</td></tr>"
+        f"<td>{_write_difference(*times)}</td><td class=limit>{governs}</td></tr>"
     )
 
 
@@ -452,10 +460,16 @@ def _list_feeds(side: Side, first: int, last: int) -> list[str]:
     return list(dict.fromkeys(describe_feed(moves, int(number)) for number in found))
 
 
-def _name_limit(side: Side, first: int, last: int) -> str:
-    """The limit that governs where a stretch loses most."""
+def _describe_reached(side: Side, first: int, last: int, rate: str) -> str:
+    """How long a stretch has its feed rate, and the limit that governs where it loses most; nothing of rapids."""
     times, governing = side.study.lines, side.study.governing
-    if times is None or governing is None or not times.lost[first + 1 : last + 1].any():
-        return _NONE
-    line = first + 1 + int(times.lost[first + 1 : last + 1].argmax())
-    return governing.names[times.limit[line]]
+    if times is None or governing is None:
+        return "" if rate == "feed rate" else rate.removesuffix(":")
+    lines = slice(first + 1, last + 1)
+    if not (feed := times.feed[lines].sum()):
+        return ""
+    # rounded down: what is not all is not 100 %
+    share = f"{rate} reached {int(100.0 * times.at_feed[lines].sum() / feed + 1e-9)} % of the time"
+    if times.lost[lines].sum() < _SAME_S:
+        return share
+    return f"{share}, else {governing.names[times.limit[first + 1 + int(times.lost[lines].argmax())]]}"

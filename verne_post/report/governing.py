@@ -25,7 +25,7 @@ _RATES: Final = {"velocity": 1, "acceleration": 2, "jerk": 3}
 
 
 class Spent(Struct, frozen=True, eq=False):
-    """Seconds of rows (m,): all of them, those in rapids and at a standstill, the loss against the feed rate.
+    """Seconds of rows (m,): all, those in rapids, at a standstill and at the feed rate, the loss against it.
 
     ``limit`` is the limit that governs each row.
     """
@@ -33,6 +33,7 @@ class Spent(Struct, frozen=True, eq=False):
     seconds: Array
     rapid: Array
     standing: Array
+    at_feed: Array
     lost: Array
     limit: Ints
 
@@ -104,7 +105,7 @@ class GoverningLimits:
         moving = feeding & ~standing
         self._reached += np.bincount(band[moving].astype(np.int64), seconds[moving], FEED_BANDS + 1)
         self._add_at_stops(segment, nearest, lost, standing)
-        spent = Spent(seconds, in_rapids, seconds * standing, lost, nearest)
+        spent = Spent(seconds, in_rapids, seconds * standing, seconds * (nearest == feed), lost, nearest)
         return np.where(feeding & (rate > 0.0), rate, np.nan), spent
 
     def _estimate_won(self, nearest: Ints, shares: Array, share: Array) -> Array:

@@ -111,13 +111,16 @@ class OperationTimes:
         # by tool and head: seconds, rapid, standing, lost; first and last line, first frame
         self._spent: dict[tuple[int, int], Array] = {}
         self._lines: dict[tuple[int, int], tuple[int, int, int]] = {}
-        self._by_line = LineTimes(np.zeros(n := source.count(b"\n") + 2), np.zeros(n), np.full(n, -1))
+        n = source.count(b"\n") + 2
+        self._by_line = LineTimes(np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n), np.full(n, -1))
         self._most = np.zeros(n)
 
     def add(self, line: Ints, segment: Ints, stretch: Ints, spent: Spent) -> None:
         """Add the next rows (m,): their lines, their segments, and the frame before each."""
         path, by_line, line = self._program.path, self._by_line, np.maximum(line, 0)
         np.add.at(by_line.seconds, line, spent.seconds)
+        np.add.at(by_line.feed, line, spent.seconds - spent.rapid - spent.standing)
+        np.add.at(by_line.at_feed, line, spent.at_feed)
         np.add.at(by_line.lost, line, spent.lost)
         # of the rows of each line the one that loses most, in the order of time
         worst = np.lexsort((spent.lost, line))

@@ -121,16 +121,18 @@ const Scene = (() => {
     axes.frustumCulled = false;
     onTable.add(axes);
 
-    let toolNow = "";
+    let toolNow = "", wide = 0;  // mm; the radius at the tip
     function placeTool(frame) {
       const number = data.toolNumbers[arrays.tool[frame]], long = arrays.tool_length[frame], key = number + " " + long;
       if (key === toolNow) return;
       toolNow = key;
+      wide = 0;
       tool.clear();
       for (const [from, to, radius] of model.tools[number] || []) {
         const end = Math.min(to === null ? long : to, long);
         if (end <= from) continue;
         const cut = to === null ? Math.min(end, from + Math.max(0.45 * (end - from), 6 * radius)) : end;
+        if (from === 0) wide = radius;
         tool.add(pillar(radius, from - long, cut - long, material("cutter")));
         if (cut < end) tool.add(pillar(Math.max(radius, 0.9 * model.spindleRadius * 0.4), cut - long, end - long, material("holder")));
       }
@@ -239,10 +241,12 @@ const Scene = (() => {
     // near the path, what carries the tool is glass: it hangs over the part
     const carriers = [platform, plate, ...rods.flatMap(rod => [rod.bar, ...rod.ends])];
     function glass(on) {
-      for (const part of carriers) part.traverse(one => {
-        if (!one.material) return;
-        Object.assign(one.material, { transparent: on, opacity: on ? 0.16 : 1, depthWrite: !on });
+      const make = (part, clear, opacity) => part.traverse(one => {
+        if (one.material) Object.assign(one.material, { transparent: clear, opacity: clear ? opacity : 1, depthWrite: !clear });
       });
+      for (const part of carriers) make(part, on, 0.16);
+      // and a cutter that hides much of what is cut
+      make(tool, on && hides(), 0.4);
     }
     let through = false;
     const standBack = (direction, upright) => { through = false; frameUp(corners(whole), direction, upright); };
@@ -266,9 +270,11 @@ const Scene = (() => {
       return all.union(one.mesh.geometry.boundingBox.clone().applyMatrix4(one.mesh.matrix));
     }, pathBox.clone());
     // the close-up shows a part of them about the tip; while the tool is away, the place that is nearest to it; on paper all of them
-    const reach = Math.max(size / 9, 6), near = pathBox.clone().expandByScalar(reach);
+    const least = Math.max(size / 9, 6), hides = () => wide > least / 2;
     let needed = 1;
     function follow() {
+      // and as wide as the cutter
+      const reach = Math.max(least, 1.3 * wide), near = pathBox.clone().expandByScalar(reach);
       const onPaper = document.documentElement.classList.contains("paper"), middle = near.clampPoint(tip.position, new THREE.Vector3());
       const seen = onPaper ? around : new THREE.Box3().setFromCenterAndSize(middle, new THREE.Vector3(2, 2, 2).multiplyScalar(reach));
       const centre = seen.getCenter(new THREE.Vector3()).applyMatrix4(carrier.matrix);

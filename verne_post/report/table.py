@@ -91,8 +91,11 @@ class Operation(Struct, frozen=True):
 class LineTimes(Struct, frozen=True, eq=False):
     """What each line of the text takes; n_lines + 1 of them, row 0 for what belongs to no line."""
 
-    #: seconds, lost (n_lines + 1,): All of it, and what feed moves lose against their feed rate, s.
+    #: seconds, feed, at_feed, lost (n_lines + 1,): All of it, that of feed moves, their part at the feed rate, and what
+    #: they lose against it, s.
     seconds: Array
+    feed: Array
+    at_feed: Array
     lost: Array
     limit: Ints  #: (n_lines + 1,): The limit (:class:`Governing`) that governs where most is lost, -1 where nothing is.
 

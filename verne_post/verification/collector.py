@@ -21,7 +21,7 @@ class FindingCollector:
     def findings(self) -> list[Finding]:
         """The first finding of each kind; its ``count`` says in how many blocks of rows it occurred."""
         return [
-            replace(finding, message=finding.message + (f" ({format_count(rows, 'row')})" if rows else ""))
+            replace(finding, message=f"{finding.message}{_name_first(rows)}")
             for finding, _check, rows in self._kept.values()
         ]
 
@@ -56,5 +56,9 @@ class FindingCollector:
         """Add to the findings of a code why they may be."""
         for kind, (finding, check, rows) in self._kept.items():
             if kind[0] == code:
-                count = f" ({format_count(rows, 'row')})" if rows else ""
-                self._kept[kind] = replace(finding, message=f"{finding.message}{count}; {reason}"), check, 0
+                self._kept[kind] = replace(finding, message=f"{finding.message}{_name_first(rows)}; {reason}"), check, 0
+
+
+def _name_first(rows: int) -> str:
+    """Where there are more: the values of a finding are those of its first row, not the worst."""
+    return f" (the first of {format_count(rows, 'row')})" if rows > 1 else ""

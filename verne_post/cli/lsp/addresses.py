@@ -54,6 +54,7 @@ _VARIABLES: Final = {
     "siemens": re.compile(r"(?<![\w$])[A-Z_]\w*", re.IGNORECASE),
     "heidenhain": re.compile(r"(?<![A-Z_\d])Q[LRS]?\d+", re.IGNORECASE),
 }
+_IS_NUMBER: Final = re.compile(r"[-+]?[\d.]+")
 _PARAMETER: Final = re.compile(r"#<[^<>]*>|#\d+")
 _KLARTEXT: Final[Mapping[str, str]] = {
     **dict.fromkeys("XYZABCUVW", "where an axis goes"),
@@ -78,29 +79,39 @@ _KLARTEXT: Final[Mapping[str, str]] = {
     "REP": "how often a section runs again",
     "MB": "how far M140 or a turn of the table retracts",
 }
-_VALUE: Final = r"(?P<value>\"[^\"]*\"|[-+]?(?:\d+\.?\d*|\.\d+))"
+_TEXT: Final = r"\"[^\"]*\""
+_POINT: Final = r"\.?"
+_NUMBER: Final = rf"[-+]?(?:\d+{_POINT}\d*|\.\d+)"
+#: Values that are computed. Brackets may hold brackets, three deep.
+_BRACKET: Final = r"\[(?:[^][]|\[(?:[^][]|\[[^][]*\])*\])*\]"
+_COMPUTED_VALUE: Final = rf"(?P<value>{_TEXT}|{_NUMBER}|[-+]?(?:#+\d+|#<[^<>]*>|#?{_BRACKET}))"
 #: Klartext also writes a comma in numbers.
-_COMMA_VALUE: Final = _VALUE.replace(r"\.?", "[.,]?")
+_KLARTEXT_VALUE: Final = rf"(?P<value>{_TEXT}|{_NUMBER.replace(_POINT, '[.,]?')}|[-+]?Q[LRS]?\d+)"
+_PARENTHESES: Final = r"\((?:[^()]|\((?:[^()]|\([^()]*\))*\))*\)"
+_OPERAND: Final = rf"[-+]?(?:[\d.]+|[$A-Z_][\w$]*(?:{_PARENTHESES}|{_BRACKET})?|{_PARENTHESES})"
+_SIEMENS_VALUE: Final = rf"(?P<value>{_TEXT}|{_OPERAND}(?:[ \t]*[-+*/][ \t]*{_OPERAND})*)"
 #: How a language writes a letter, or a name, with its value; letters may touch the value before.
 _PATTERNS: Final = {
     "siemens": re.compile(
-        rf"(?<![A-Z_$])(?:(?P<long>[A-Z]+\d*)[ \t]*=[ \t]*{_VALUE}|(?P<name>[A-Z])[ \t]*(?P<number>[-+]?[\d.]+))"
+        rf"(?<![A-Z_$])(?:(?P<long>[A-Z]+\d*)[ \t]*=[ \t]*{_SIEMENS_VALUE}|"
+        r"(?P<name>[A-Z])[ \t]*(?P<number>[-+]?[\d.]+))"
     ),
     "heidenhain": re.compile(
         rf"(?<![A-Z_])(?P<name>TOOL[ \t]+(?:CALL|DEF)|I?[XYZABCUVW]|I?P[RA]|D[LR]|SP[ABC]|SCL|ROT|DIST|LBL|REP|MB|"
         rf"Q\d+(?=[ \t]*=)|(?!R0(?![\d.]))[A-Z])"
-        rf"[ \t]*=?[ \t]*{_COMMA_VALUE}|(?<![A-Z_])(?P<alone>DR[-+]|[XYZ])(?![-+=\w.])"
+        rf"[ \t]*=?[ \t]*{_KLARTEXT_VALUE}|(?<![A-Z_])(?P<alone>DR[-+]|[XYZ])(?![-+=\w.])"
     ),
 }
-_LETTER_AND_VALUE: Final = re.compile(rf"(?<![A-Z_#<])(?P<name>[A-Z])[ \t]*{_VALUE}")
+_LETTER_AND_VALUE: Final = re.compile(rf"(?<![A-Z_#<])(?P<name>[A-Z])[ \t]*{_COMPUTED_VALUE}")
 
 
 class Address(Struct, frozen=True):
     """A letter or name with its value, from column ``begin`` to ``end`` of its line."""
 
     name: str
-    value: str
+    value: str  #: As it is written: a number, a text, a variable or a calculation.
     begin: int
+    value_begin: int
     end: int
 
 
@@ -143,7 +154,7 @@ def _list_addresses(line: str, dialect: str) -> Iterator[Address]:
             (found.end(), found.end()) if "alone" in groups else found.span("number" if "number" in groups else "value")
         )
         if name not in "GM":
-            yield Address(name, line[begin:end].strip('"'), found.start(), found.end())
+            yield Address(name, line[begin:end].strip('"'), found.start(), begin, found.end())
 
 
 def find_variable(line: str, column: int, dialect: str) -> str:
@@ -193,6 +204,8 @@ def describe_address(
         values = [] if place is None else list(_describe_axis(AXES.index(axis), place, machine))
     else:
         values = [] if state is None else list(_find_values(address, dialect, state, options))
+        if not values and (shown := _show_value(address, state)) != address.value:
+            values = [] if _IS_NUMBER.fullmatch(address.value.replace(",", ".")) else [shown]
     return "; ".join([meaning, *values])
 
 
@@ -203,7 +216,7 @@ def _find_meaning_beside(address: Address, dialect: str, block: str, state: Stat
         codes = [" ".join(one[1].split()).replace("G04", "G4") for one in _HEADS[dialect].finditer(code)]
     else:
         if call := _MACRO.search(code):
-            return _describe_argument(code, call.end(), address)
+            return _describe_argument(code, call.end(), address, state)
         codes = [f"{one[1]}{one[2]}" for one in _CODE.finditer(code)]
         if "G10" in codes and (kind := find_word(code, "L")):
             codes.insert(0, f"G10 L{kind[2]}")
@@ -211,16 +224,22 @@ def _find_meaning_beside(address: Address, dialect: str, block: str, state: Stat
             in_plane = address.name == "Z" and state.plane  # cycles drill along another axis
             codes += [] if in_plane else state.modes.show(state.feed_mode, state.control.mode)[:1]
     meaning = next((of_codes[one][address.name] for one in codes if address.name in of_codes.get(one, {})), "")
-    value = address.value.replace(",", ".")
-    is_number = re.fullmatch(r"[-+]?[\d.]+", value) is not None
-    return meaning.format(format_number(float(value), _DECIMALS) if is_number else address.value)
+    return meaning.format(_show_value(address, state))
 
 
-def _describe_argument(code: str, begin: int, address: Address) -> str:
+def _show_value(address: Address, state: State | None) -> str:
+    """A number, or that of a variable; a calculation as it is written."""
+    value, sign = address.value.replace(",", "."), -1.0 if address.value.startswith("-") else 1.0
+    if _IS_NUMBER.fullmatch(value):
+        return format_number(float(value), _DECIMALS)
+    number = None if state is None or address.value[:1] in "[(" else state.look_up(address.value.lstrip("+-"))
+    return address.value if not isinstance(number, float | int) else format_number(sign * number, _DECIMALS)
+
+
+def _describe_argument(code: str, begin: int, address: Address, state: State | None) -> str:
     """The variable of a macro that a letter of its call, from a column on, sets; empty for P and L."""
     letters = re.findall(r"[A-Z](?=[ \t]*[-+#\[\d.])", code[begin : address.begin]) if address.begin >= begin else []
-    number = number_argument("".join([*letters, address.name]))
-    shown = format_number(float(address.value), _DECIMALS)
+    number, shown = number_argument("".join([*letters, address.name])), _show_value(address, state)
     return f"argument #{number} of the macro: {shown}" if number else OF_LETTERS["fanuc"]["G65"].get(address.name, "")
 
 

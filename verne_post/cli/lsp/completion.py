@@ -29,7 +29,7 @@ from verne_post.config.toml_entries import (
     find_value,
     list_entries,
 )
-from verne_post.gcode.known_words import list_meanings
+from verne_post.gcode.known_words import list_meanings, list_values_of_cycle
 from verne_post.model.control_keys import KEYS
 from verne_post.model.options import OPTIONS, find_about
 from verne_post.model.part_setup import SYSTEM_NUMBERS
@@ -42,6 +42,7 @@ class Choice(Struct, frozen=True):
     word: str
     meaning: str
     sought: str  #: What an editor compares with what is written.
+    snippet: str = ""  #: The word with places for the values that it takes, which editors go through.
 
 
 #: Where a program names a tool: after T, T=, TOOL CALL or LOADTL.
@@ -71,8 +72,18 @@ def complete_word(line: str, column: int, dialect: str, tools: Mapping[str, str]
         if not before[begin].isalpha() or (begin and (before[begin - 1].isalpha() or before[begin - 1] == "_")):
             continue
         if found := [word for word in known if word.startswith(written)]:
-            return [Choice(begin, word, "; ".join(dict.fromkeys(known[word])), word) for word in found]
+            return [
+                Choice(begin, word, "; ".join(dict.fromkeys(known[word])), word, _make_snippet(word, dialect))
+                for word in found
+            ]
     return []
+
+
+def _make_snippet(word: str, dialect: str) -> str:
+    """A cycle with a place for each of its values, as the protocol has it; empty for other words."""
+    values = list_values_of_cycle(word, dialect)
+    places = "".join(f"{before}${{{number}:{name}}}" for number, (before, name) in enumerate(values, 1))
+    return f"{word}{places}{')' * (dialect == 'siemens')}" if values else ""
 
 
 def complete_key(path: Path, text: str, line: int, column: int) -> list[Choice]:
@@ -228,12 +239,14 @@ def _list_values(kind: Any) -> Iterator[str]:
             yield from ("true", "false")
 
 
-def make_item(choice: Choice, place: lsp.Range) -> lsp.CompletionItem:
+def make_item(choice: Choice, place: lsp.Range, *, with_snippets: bool) -> lsp.CompletionItem:
     """A choice as editors take it; ``place`` is what it replaces."""
+    is_snippet = with_snippets and choice.snippet
     return lsp.CompletionItem(
         choice.word,
         kind=lsp.CompletionItemKind.Keyword,
         detail=choice.meaning,
         filter_text=choice.sought,
-        text_edit=lsp.TextEdit(place, choice.word),
+        text_edit=lsp.TextEdit(place, choice.snippet if is_snippet else choice.word),
+        insert_text_format=lsp.InsertTextFormat.Snippet if is_snippet else None,
     )

@@ -16,7 +16,7 @@ from verne_post.app.tried_remedies import list_ends
 from verne_post.base.numbers import format_count
 from verne_post.base.printable import quote_key
 from verne_post.base.program_lines import find_word, find_word_of, remove_remarks
-from verne_post.base.suggestions import find_meant, find_replacement, find_suggestion
+from verne_post.base.suggestions import find_suggestion
 from verne_post.cli.lsp.addresses import find_end_of_places
 from verne_post.cli.lsp.inspector import Inspected, Inspector, SupersededError
 from verne_post.cli.lsp.places import cut_file, find_range, split_lines
@@ -32,8 +32,6 @@ from verne_post.model.verdict import count_findings, is_about_pose, is_about_tex
 #: T with a name.
 _NAMED_TOOL: Final = re.compile(r"(?<![A-Z_])(T\d?[ \t]*=[ \t]*)(\"[^\"]+\")", re.IGNORECASE)
 _TOOL_CALL: Final = re.compile(r"\bTOOL[ \t]+CALL\b", re.IGNORECASE)
-#: A list of words of which one is expected.
-_EXPECTED: Final = re.compile(r"\bexpected (\w+(?:, \w+)+,? or \w+)")
 #: A line of Klartext that goes to a place.
 _PATH_OF_KLARTEXT: Final = re.compile(r"\s*(?:\d+\s+)?L\b[^;]*")
 #: What stands in a new line of a file until it is filled in: a wrong value, whose message says what is right.
@@ -253,7 +251,11 @@ def _propose_fixes(found: Inspected, item: Finding, setup: Path | None, texts: M
     """Edits that may settle a finding."""
     program = found.made.program
     told = {(one.line, one.word) for one in item.edits}
-    ends = () if program is None else (one for one in list_ends(program, item) if (one.line, one.word) not in told)
+    ends = (
+        ()
+        if program is None
+        else (one for one in list_ends(found.source, program, item) if (one.line, one.word) not in told)
+    )
     settling = (Remedy("", _SETTLING[key], key) for key in item.settled_by if key in _SETTLING)
     for remedy in (*item.edits, *settling, *ends):
         if item.code in _OF_PROGRAMS and remedy.key[:1] == ("wcs",):
@@ -262,7 +264,7 @@ def _propose_fixes(found: Inspected, item: Finding, setup: Path | None, texts: M
             yield from _spell(found, item, remedy)
             continue
         if remedy.line and not remedy.word[0]:
-            yield from _PLACED[item.code](found, item, remedy)
+            yield from _PLACES.get(remedy.way, _PLACED.get(item.code, _write_below))(found, item, remedy)
             continue
         fix = _change_word(found, remedy) if remedy.line else _change_setup(setup, remedy, texts)
         if fix is not None:
@@ -274,7 +276,7 @@ def _propose_fixes(found: Inspected, item: Finding, setup: Path | None, texts: M
         yield Fix(f"End the program with {last}", found.path, text, len(text), len(text), new)
     if any(one.misspelt for one in item.edits):
         return
-    near = find_suggestion(item.message) or _find_expected(item, text)
+    near = find_suggestion(item.message)
     if near and item.column is not None:
         begin, end = _find_span(item, text)
         written = text[begin:end]
@@ -286,8 +288,6 @@ def _propose_fixes(found: Inspected, item: Finding, setup: Path | None, texts: M
             begin += name.start()
             end, title = begin + len(name[0]), f"Write {near} in place of {name[0]}"
             yield Fix(title, found.path, text, begin, end, near, spells=True)
-    yield from _write_told(found, item)
-    yield from _correct_plane(found, item)
     if item.code == "VP038":
         pointed_text = add_points(text)
         title = f"Write the point behind {format_count(len(pointed_text) - len(text), 'number')} without one"
@@ -297,72 +297,40 @@ def _propose_fixes(found: Inspected, item: Finding, setup: Path | None, texts: M
         yield Fix(f"Remove {text[begin:end].strip()}", found.path, text, begin, end, "")
 
 
-def _find_expected(item: Finding, text: str) -> str:
-    """The one of the words that a message expects which is nearly what is written; empty where none is."""
-    listed = _EXPECTED.search(item.message)
-    if listed is None or item.column is None:
-        return ""
-    begin, end = _find_span(item, text)
-    return find_meant(text[begin:end].strip(), re.findall(r"[\w]+", listed[1]), slip_alone=True)
-
-
 def _spell(found: Inspected, item: Finding, remedy: Remedy) -> Iterator[Fix]:
     """A misspelt word of a line, as it is meant."""
     line = split_lines(found.text)[remedy.line - 1]
-    if item.line == remedy.line and item.column and line.startswith(remedy.misspelt, item.column - 1):
-        at = _find_offset(found.text, remedy.line - 1) + item.column - 1
-        title = f"Write {remedy.value} in place of {remedy.misspelt}"
-        yield Fix(title, found.path, found.text, at, at + len(remedy.misspelt), remedy.value, spells=True)
-        yield from _change_everywhere(found, remedy.misspelt, remedy.value)
+    begin = (item.column or 1) - 1
+    written = line[begin : begin + len(remedy.misspelt)]
+    if item.line == remedy.line and written.upper() == remedy.misspelt.upper():
+        at = _find_offset(found.text, remedy.line - 1) + begin
+        title, is_choice = f"Write {remedy.value} in place of {written}", remedy.is_choice
+        yield Fix(title, found.path, found.text, at, at + len(written), remedy.value, spells=True, is_choice=is_choice)
+        yield from _change_everywhere(found, written, remedy)
         return
     code = remove_remarks(line)
     word = re.search(rf"(?<!\w){re.escape(remedy.misspelt)}(?!\w)", code)
     if word is not None:
         at = _find_offset(found.text, remedy.line - 1) + word.start()
         title = f"Write {remedy.value} in place of {word[0]} in line {remedy.line}"
-        yield Fix(title, found.path, found.text, at, at + len(word[0]), remedy.value, spells=True)
+        is_choice = remedy.is_choice
+        yield Fix(title, found.path, found.text, at, at + len(word[0]), remedy.value, spells=True, is_choice=is_choice)
 
 
 def _write_before(found: Inspected, item: Finding, remedy: Remedy) -> Iterator[Fix]:
     """What is missing above a line."""
     at, new = _find_offset(found.text, remedy.line - 1), remedy.value
-    yield Fix(f"Write {new} before line {remedy.line}", found.path, found.text, at, at, f"{new}\n")
+    title, is_choice = f"Write {new} before line {remedy.line}", remedy.is_choice
+    yield Fix(title, found.path, found.text, at, at, f"{new}\n", turns=remedy.turns, is_choice=is_choice)
 
 
-def _write_told(found: Inspected, item: Finding) -> Iterator[Fix]:
-    """What the message tells to write: in place of the word at its column, or before the line."""
-    told, where = find_replacement(item.message)
-    if not told or not item.line:
-        return
-    if where == "before":
-        yield from _write_before(found, item, Remedy("", told, line=item.line))
-        return
-    begin, end = 0, 0
-    if "=" in told:  # of a cycle, which a line below may call
-        own = re.compile(rf"(?<!\w){re.escape(told.partition('=')[0])}[ \t]*=[ \t]*[-+\d.]+")
-        above = [one.span() for one in own.finditer(found.text, 0, _find_offset(found.text, item.line))]
-        begin, end = above[-1] if above else (0, 0)
-    elif item.column is not None:
+def _write_marked(found: Inspected, item: Finding, remedy: Remedy) -> Iterator[Fix]:
+    """What is meant in place of the word that a finding marks."""
+    if item.column is not None:
         begin, end = _find_span(item, found.text)
-    if begin < end:
         written = found.text[begin:end].rstrip()
-        yield Fix(f"Write {told} in place of {written}", found.path, found.text, begin, begin + len(written), told)
-
-
-def _correct_plane(found: Inspected, item: Finding) -> Iterator[Fix]:
-    """What turns the table to a plane that the message names, and what ends the plane before the line."""
-    if not item.line:
-        return
-    if "write G53.1 after G68.2" in item.message and not item.edits:
-        turn = Remedy("write G53.1", "G53.1", line=item.line, word=("G", 68.2), way="below", is_above=True)
-        fix = _change_word(found, turn)
-        if fix is not None:
-            yield fix
-    ends = re.search(r"\bwrite (G69|CYCLE800\(\)|PLANE RESET) where it is over", item.message)
-    if ends is not None:
-        told = "PLANE RESET STAY" if ends[1] == "PLANE RESET" else ends[1]
-        at = _find_offset(found.text, item.line - 1)
-        yield Fix(f"Write {told} before line {item.line}", found.path, found.text, at, at, f"{told}\n", turns=True)
+        title = f"Write {remedy.value} in place of {written}"
+        yield Fix(title, found.path, found.text, begin, begin + len(written), remedy.value)
 
 
 def _start_spindle(found: Inspected, item: Finding, remedy: Remedy) -> Iterator[Fix]:
@@ -401,44 +369,27 @@ def _name_angles(found: Inspected, item: Finding, remedy: Remedy) -> Iterator[Fi
         yield Fix(title, found.path, found.text, at, at, f" {angles}", is_choice=True)
 
 
-def _add_length(found: Inspected, item: Finding, remedy: Remedy) -> Iterator[Fix]:
-    """The length of the tool of a line, in a line below it; in Klartext TOOL CALL has it."""
-    tool = next((word[1] for word in [re.search(r"G43 H(\d+)", item.message)] if word is not None), "")
-    language, words = _find_dialect(found), {"siemens": "D1", "rs274": f"G43 H{tool}", "fanuc": f"G43 H{tool}"}
-    if tool and language in words:
-        yield _write_below(found, remedy.line, words[language])
-
-
 def _find_dialect(found: Inspected) -> str:
     """The language of a program."""
     dialect = "auto" if found.options is None else found.options.dialect
     return choose_dialect_name(dialect, found.source, found.path.name)
 
 
-def _name_level(found: Inspected, _item: Finding, remedy: Remedy) -> Iterator[Fix]:
-    """A and C in a line below the word that has left the table turned."""
-    yield replace(_write_below(found, remedy.line, remedy.value), turns=True)
+def _write_below(found: Inspected, item: Finding, remedy: Remedy) -> Iterator[Fix]:
+    """What is missing below a line."""
+    at, words = _find_offset(found.text, remedy.line), remedy.value
+    title, is_choice = f"Write {words} below line {remedy.line}", remedy.is_choice
+    yield Fix(title, found.path, found.text, at, at, f"{words}\n", turns=remedy.turns, is_choice=is_choice)
 
 
-def _write_below(found: Inspected, line: int, words: str) -> Fix:
-    at = _find_offset(found.text, line)
-    return Fix(f"Write {words} below line {line}", found.path, found.text, at, at, f"{words}\n")
+#: What finds the places of edits in the text: by their way, and by the code of their finding.
+_PLACES: Final = {"before": _write_before, "below": _write_below, "marked": _write_marked}
+_PLACED: Final = {"VP017": _name_angles, "VP036": _name_angles, "VP050": _start_spindle}
 
 
-#: Code of a finding -> what finds the places of its edits in the text.
-_PLACED: Final = {
-    "VP017": _name_angles,
-    "VP023": _write_before,
-    "VP024": _write_before,
-    "VP034": _add_length,
-    "VP036": _name_angles,
-    "VP037": _name_level,
-    "VP050": _start_spindle,
-}
-
-
-def _change_everywhere(found: Inspected, written: str, meant: str) -> Iterator[Fix]:
+def _change_everywhere(found: Inspected, written: str, remedy: Remedy) -> Iterator[Fix]:
     """The same correction in all places that are no remarks, where there are several."""
+    meant = remedy.value
     lines, word, count = found.text.split("\n"), re.compile(rf"(?<![\w.]){re.escape(written)}(?![\w.])"), 0
     for number, line in enumerate(lines):
         for match in reversed(list(word.finditer(remove_remarks(line)))):
@@ -446,7 +397,8 @@ def _change_everywhere(found: Inspected, written: str, meant: str) -> Iterator[F
             count += 1
     if count > 1:
         title = f"Write {meant} in place of {written} in all {count} places"
-        yield Fix(title, found.path, found.text, 0, len(found.text), "\n".join(lines))
+        whole = "\n".join(lines)
+        yield Fix(title, found.path, found.text, 0, len(found.text), whole, is_choice=remedy.is_choice)
 
 
 def _find_span(item: Finding, text: str) -> tuple[int, int]:
@@ -482,8 +434,8 @@ def _change_word(found: Inspected, remedy: Remedy) -> Fix | None:
     new = f"+{value}" if word[2].startswith("+") and not value.startswith("-") else value
     begin = _find_offset(found.text, number - 1) + word.start(2)
     title = f"Write {word[1]}{new} in place of {word[0]} in line {number}"
-    turns = letter.upper() in ("A", "B", "C")
-    return Fix(title, found.path, found.text, begin, begin + len(word[2]), new, turns=turns)
+    turns, is_choice = letter.upper() in ("A", "B", "C"), remedy.is_choice
+    return Fix(title, found.path, found.text, begin, begin + len(word[2]), new, turns=turns, is_choice=is_choice)
 
 
 def _find_word(line: str, letter: str, value: float) -> re.Match[str] | None:

@@ -229,13 +229,16 @@ class Inspector:
         place = None if shown is None else Place.find(shown)
         context = (dialect, text, state, place, found.machine, found.options)
         about = "" if address is None else describe_address(address, *context)
+        said = []
+        passes = "" if shown is None or not shown.is_repeated else f", in the first of {shown.describe_passes()}"
+        is_name = address is not None and about and column < address.value_begin
+        if variable and not is_name and (of_variable := describe_variable(variable, state, dialect)):
+            said.append(f"**{variable}**: {of_variable}{passes}")
         if address is not None and about:
             if address.name == "F" and (reached := _describe_feed(found, line)):
                 about += f"; {reached}"
-            said = [f"**{text[address.begin : address.end]}**: {about}"]
-        elif variable and (about := describe_variable(variable, state, dialect)):
-            said = [f"**{variable}**: {about}"]
-        else:
+            said.append(f"**{text[address.begin : address.end]}**: {about}{passes}")
+        if not said:
             value = find_cycle_value(text, column) if dialect == "siemens" else None
             words = find_words_of(text, dialect) if value is None else [value]
             said = [f"**{word.name}**: {word.text}" for word in words if word.begin <= column < word.end]

@@ -395,6 +395,8 @@ class Session:
         path, text = _find_path(uri), self.server.workspace.get_text_document(uri).source
         lines, codec = split_lines(text), self.server.workspace.position_codec
         place = codec.position_from_client_units(lines, asked.position)
+        own = self.server.client_capabilities.text_document
+        items = own.completion.completion_item if own and own.completion else None
         after = lines[place.line][place.character : place.character + 1]
         if path.suffix == ".toml":
             found = complete_key(path, text, place.line, place.character)
@@ -413,6 +415,7 @@ class Session:
                         lsp.Position(place.line, place.character + (after == '"' and one.word.endswith('"'))),
                     ),
                 ),
+                with_snippets=bool(items and items.snippet_support),
             )
             for one in found
         ]

@@ -123,7 +123,8 @@ def read_parameters(statement: Statement, head: Head, numbers: Numbers, auto_fee
                 raise statement.error("VP009", f"CYCL DEF {head.number}: Q{number}=AUTO needs an F of TOOL CALL", place)
             values[number] = auto_feed
         else:
-            values[number] = FMAX_VALUE if word else read_value(value, numbers)
+            with statement.place_errors(head.at + match.start(2)):
+                values[number] = FMAX_VALUE if word else read_value(value, numbers)
         at = match.end()
     return values
 

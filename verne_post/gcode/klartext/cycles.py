@@ -18,7 +18,7 @@ from verne_post.gcode.machining.elements import make_arc
 from verne_post.gcode.machining.holes import MAX_PECKS, Thread, check_tapping, note_tapping, tap
 from verne_post.gcode.machining.machining import MAX_DWELL_S
 from verne_post.gcode.machining.plane_geometry import Point
-from verne_post.gcode.program_error import ProgramError
+from verne_post.gcode.program_error import ProgramError, write_parameter
 
 _Q = dict[int, float]
 #: Q403 of cycle 209, as the control bounds it.
@@ -69,7 +69,9 @@ class KlartextCycles:
         self.core.frames.stand_at({2: self.frames.find_height(q[Q.SURFACE] + q[Q.CLEARANCE])})
         self._check_hole(number, q)
         with self.core.keep_feed(), self.state.follow_exactly():
-            if number in THREADS:
+            if number in HOLES and q.get(Q.DEPTH) == 0:  # the control makes no hole, and turns no spindle
+                self._leave(q, self._start_height(q)[0])
+            elif number in THREADS:
                 self._mill_thread(number, q)
             elif number in HOLES:
                 HOLES[number](self, q)
@@ -81,9 +83,8 @@ class KlartextCycles:
         self.frames.check_upright(f"cycle {number}")
         if (tool := self.core.find_tilted_tool()) is not None:
             remedy = self.core.recorder.explain_plane("position the rotary axes first (PLANE ... MOVE or TURN)")
-            raise ProgramError(
-                "VP017", f"cycle {number} drills along Z, but {tool}: it would be dragged sideways; {remedy}"
-            )
+            text = f"cycle {number} drills along Z, but {tool}: it would be dragged sideways; {remedy}"
+            raise ProgramError("VP017", text, edits=self.core.recorder.list_plane_edits())
         for name in (Q.CLEARANCE, Q.SECOND_CLEARANCE, Q.UPPER_STOP, Q.LOWER_STOP):
             if q.get(name, 0.0) < 0:
                 raise ProgramError("VP007", f"Q{name}={q[name]:g}: a distance is not negative")
@@ -102,7 +103,9 @@ class KlartextCycles:
             raise ProgramError("VP002", "Q395=1 is not executed: the angle of the tool's point is not known")
         if q.get(Q.DEPTH, -1.0) > 0:
             depth = q[Q.DEPTH]
-            raise ProgramError("VP007", f"Q201={depth:g}: a depth is negative, below Q203; write Q201={-depth:g}")
+            edits = write_parameter(Q.DEPTH, depth, -depth)
+            text = f"Q201={depth:g}: a depth is negative, below Q203; write Q201={-depth:g}"
+            raise ProgramError("VP007", text, edits=edits)
 
     # --- moves in heights of the input system --------------------------------------------------------------
 
@@ -145,10 +148,7 @@ class KlartextCycles:
     def _ream(self, q: _Q) -> None:
         """201: back at Q208, or at Q206 where that is 0."""
         clear, surface = self._start_height(q)
-        if q[Q.DEPTH] != 0:
-            self._finish_hole(q, clear, surface + q[Q.DEPTH])
-        else:
-            self._leave(q, clear)
+        self._finish_hole(q, clear, surface + q[Q.DEPTH])
 
     def _bore(self, q: _Q) -> None:
         """202: orients the spindle at the bottom and leaves the wall by Q357, where Q214 says to which side."""
@@ -192,29 +192,27 @@ class KlartextCycles:
         """203: chip breaks by Q256, a full retract after Q213 of them, plunges that get smaller by Q212."""
         clear, surface = self._start_height(q)
         bottom, step, depth, breaks = surface + q[Q.DEPTH], q[Q.INFEED], surface, 0
-        if q[Q.DEPTH] < 0:
-            self._check_pecks(
-                -q[Q.DEPTH], min(step, q[Q.SMALLEST_INFEED]) if q[Q.DECREMENT] and q[Q.SMALLEST_INFEED] > 0 else step
-            )
-            while depth - step > bottom + ZERO_LENGTH_MM:
-                depth -= step
-                self.go_to_height(depth, q[Q.PLUNGE_FEED])
-                if breaks < q[Q.BREAKS]:
-                    breaks += 1
-                    self.go_to_height(depth + q[Q.CHIP_RETRACT], 0.0)
-                else:
-                    breaks = 0
-                    self.go_to_height(clear, q[Q.RETRACT_FEED] or q[Q.PLUNGE_FEED])
-                    self._wait(q[Q.DWELL_ABOVE])
-                    self.go_to_height(depth + q[Q.CLEARANCE], 0.0)
-                step = _shorten_step(q, step)
+        self._check_pecks(
+            -q[Q.DEPTH], min(step, q[Q.SMALLEST_INFEED]) if q[Q.DECREMENT] and q[Q.SMALLEST_INFEED] > 0 else step
+        )
+        while depth - step > bottom + ZERO_LENGTH_MM:
+            depth -= step
+            self.go_to_height(depth, q[Q.PLUNGE_FEED])
+            if breaks < q[Q.BREAKS]:
+                breaks += 1
+                self.go_to_height(depth + q[Q.CHIP_RETRACT], 0.0)
+            else:
+                breaks = 0
+                self.go_to_height(clear, q[Q.RETRACT_FEED] or q[Q.PLUNGE_FEED])
+                self._wait(q[Q.DWELL_ABOVE])
+                self.go_to_height(depth + q[Q.CLEARANCE], 0.0)
+            step = _shorten_step(q, step)
         self._finish_hole(q, clear, bottom)
 
     def _finish_hole(self, q: _Q, clear: float, bottom: float) -> None:
-        """To the bottom, where the depth is not zero, wait there, and out."""
-        if q[Q.DEPTH] != 0:
-            self.go_to_height(bottom, q[Q.PLUNGE_FEED])
-            self._wait(q[Q.DWELL_BELOW])
+        """To the bottom, wait there, and out."""
+        self.go_to_height(bottom, q[Q.PLUNGE_FEED])
+        self._wait(q[Q.DWELL_BELOW])
         self.go_to_height(clear, q[Q.RETRACT_FEED] or q[Q.PLUNGE_FEED])
         self._leave(q, clear)
 
@@ -328,8 +326,7 @@ class KlartextCycles:
         if Q.SPINDLE_ANGLE in q:
             self._stop_oriented(q[Q.SPINDLE_ANGLE])
         thread = Thread(abs(pitch) * self.frames.unit, pitch < 0, speed, speed * q.get(Q.RETRACT_FACTOR, 1.0))
-        if q[Q.DEPTH] != 0:
-            tap(self.core, self.frames.block, thread, (*places, bottom, clear), self._go_at_feed, before)
+        tap(self.core, self.frames.block, thread, (*places, bottom, clear), self._go_at_feed, before)
         self._leave(q, clear)
 
     def _go_at_feed(self, height: float) -> None:
@@ -396,7 +393,8 @@ class KlartextCycles:
     def _drill_single_lip(self, q: _Q) -> None:
         """241: into the pilot hole at the speed Q427, to the depth at Q428 with coolant, and out as it came in."""
         if q[Q.DWELL_DEPTH]:
-            raise ProgramError("VP002", "Q435 is not executed: the dwell is at the bottom; write Q435=0")
+            edits = write_parameter(Q.DWELL_DEPTH, q[Q.DWELL_DEPTH], 0.0)
+            raise ProgramError("VP002", "Q435 is not executed: the dwell is at the bottom; write Q435=0", edits=edits)
         if q[Q.INFEED] > 0 and q[Q.INFEED] < -q[Q.DEPTH]:
             raise ProgramError(
                 "VP002", "Q202 is not executed in cycle 241 where it is less than the depth; write cycle 205 for pecks"
@@ -419,9 +417,8 @@ class KlartextCycles:
         auxiliary.set_speed(at, q[Q.DRILLING_SPEED], is_switched=True)
         auxiliary.switch_spindle(at, on=True)
         auxiliary.switch_coolant(at, round(q[Q.COOLANT_IN]))
-        if q[Q.DEPTH] != 0:
-            self.go_to_height(surface + q[Q.DEPTH], q[Q.PLUNGE_FEED])
-            self._wait(q[Q.DWELL_BELOW])
+        self.go_to_height(surface + q[Q.DEPTH], q[Q.PLUNGE_FEED])
+        self._wait(q[Q.DWELL_BELOW])
         auxiliary.switch_coolant(at, round(q[Q.COOLANT_OUT]))
         auxiliary.set_speed(at, q[Q.ENTRY_SPEED], is_switched=True)
         auxiliary.switch_spindle(at, on=turning is not None, backwards=bool(turning))

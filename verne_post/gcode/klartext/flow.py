@@ -5,7 +5,7 @@ import math
 from msgspec import Struct, field
 
 from verne_post.base.long_text import Text
-from verne_post.base.suggestions import find_meant, find_meant_number
+from verne_post.base.suggestions import find_meant, find_meant_number, name_near_numbers
 from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.gcode import plain
 from verne_post.gcode.calls import CallStack
@@ -56,7 +56,7 @@ class KlartextFlow:
         is_label = self.calls.in_call and not frame.program
         if jump.kind == "end":
             if is_label:
-                end = Remedy("write LBL 0", "LBL 0", line=line)
+                end = Remedy("write LBL 0", "LBL 0", line=line, way="before")
                 text = f"LBL {frame.label}, which CALL LBL has called, runs on into END PGM; write LBL 0 before it"
                 raise ProgramError("VP023", text, edits=(end,))
             if not self._leave_program():
@@ -67,7 +67,7 @@ class KlartextFlow:
         elif jump.kind == "label":
             if self.calls.in_main and jump.name in self._called_labels:
                 text = f"the program runs on into LBL {jump.name}, which CALL LBL calls too; write M30 or M2 before it"
-                end = Remedy("write M30", "M30", line=line)
+                end = Remedy("write M30", "M30", line=line, way="before")
                 self.interpreter.recorder.note_once("VP024", text, line, (end,), severity="warning")
         elif jump.kind == "goto":
             self.calls.line = self._label(jump.name, line)
@@ -100,6 +100,8 @@ class KlartextFlow:
                 edit = Remedy(f"write LBL {number}", f"LBL {number}", line=line, misspelt=f"LBL {name}")
                 raise ProgramError("VP023", f"{text}; did you mean LBL {number}?", edits=(edit,))
             near = find_meant(name, labels, slip_alone=True)
+            if near_numbers := name_near_numbers(name, labels, "LBL "):
+                text += f"; it has {near_numbers}"
             raise ProgramError("VP023", f'"{name}": {text}; did you mean "{near}"?' if near else text)
         return labels[name] + 1
 
@@ -142,6 +144,11 @@ def execute_klartext(source: Text, setup: Setup, state: State, stop: StopConditi
     if setup.machine and not any(error.code == "VP010" for error in execution.errors):
         for line, message, edits in flow.calls.main.find_wrong_frame():
             execution.recorder.note_once("VP010", message, line, edits, severity="warning")
+    try:
+        _ = flow.calls.main.labels
+    except ProgramError as error:  # also where nothing calls them: a control does not run the program
+        if not any(one.message == error.message for one in execution.errors):
+            execution.report_at_line(error.code, error.message, error.line or 1)
     return execution
 
 
@@ -223,7 +230,8 @@ class _KlartextRun:
         stretch = plain.execute(chunk.lines, row, last, interpreter.core, view, self.calls.shown_line)
         if stretch > row:
             first, self.calls.line = self.calls.line, self.calls.line + stretch - row
-            interpreter.contour.last_rapid, interpreter.settings.open_cycle = view.motion == 0, None
+            interpreter.contour.last_rapid = view.motion == 0
+            interpreter.settings.close_cycle()
             interpreter.paths.direction = _find_last_direction(
                 chunk.lines, row, stretch, start, interpreter.setup.rotary
             )

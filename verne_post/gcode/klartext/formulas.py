@@ -5,8 +5,9 @@ import re
 from collections.abc import Callable
 from typing import Final, Protocol
 
+from verne_post.base.suggestions import LETTERS_OF_FUNCTIONS, find_meant
 from verne_post.gcode.expressions import MAX_NESTING, MAX_NUMBER
-from verne_post.gcode.program_error import ProgramError
+from verne_post.gcode.program_error import ProgramError, locate_errors
 
 #: A number or a parameter with a sign, as words have it.
 VALUE: Final = r"[+-]?[ \t]*(?:\d+[.,]?\d*|[.,]\d+|Q[LR]?\d+)"
@@ -74,9 +75,8 @@ def read_value(text: str, numbers: Numbers) -> float:
     text = text.strip()
     sign = -1.0 if text.startswith("-") else 1.0
     body = text.lstrip("+-").strip()
-    if body.startswith("Q"):
-        return sign * numbers.read_value(body)
-    return sign * _number(body)
+    with locate_errors(1 + len(text) - len(body)):
+        return sign * (numbers.read_value(body) if body.startswith("Q") else _number(body))
 
 
 def _number(text: str) -> float:
@@ -95,17 +95,23 @@ def evaluate(text: str, numbers: Numbers) -> float:
     Raises
     ------
     ProgramError
-        VP001 for what is no formula, VP007 for a value that does not exist, VP025 for a parameter without a value.
+        VP001 for what is no formula, VP007 for a value that does not exist, VP025 for a parameter without a value. Its
+        column is that of the formula.
     """
     formula = _Formula(text, numbers)
     try:
         value = formula.sum(0)
+        if formula.at < len(formula.tokens):
+            formula.at += 1
+            raise ProgramError("VP001", f"{formula.tokens[formula.at - 1]!r} in a formula; expected an operator")
     except OverflowError:
         raise ProgramError("VP007", f"{text.strip()[:60]}: the value is beyond any machine") from None
     except (ValueError, ZeroDivisionError) as error:
         raise ProgramError("VP007", f"{text.strip()[:60]}: {error}") from None
-    if formula.at < len(formula.tokens):
-        raise ProgramError("VP001", f"{formula.tokens[formula.at]!r} in a formula; expected an operator")
+    except ProgramError as error:
+        if error.column is None and formula.columns:
+            error.column = formula.columns[formula.at - 1]
+        raise
     if isinstance(value, complex) or not abs(value) <= MAX_NUMBER:
         raise ProgramError("VP007", f"{text.strip()[:60]}: the value is beyond any machine")
     return float(value)
@@ -117,13 +123,16 @@ class _Formula:
     def __init__(self, text: str, numbers: Numbers) -> None:
         self.numbers, self.at = numbers, 0
         self.tokens: list[str] = []
+        self.columns: list[int] = []  #: Of the tokens, from 1.
         place = 0
         text = text.rstrip()
         while place < len(text):
             match = _TOKEN.match(text, place)
             if match is None:
-                raise ProgramError("VP001", f"{text[place:].strip()[:10]!r} in a formula")
+                at = place + len(text[place:]) - len(text[place:].lstrip())
+                raise ProgramError("VP001", f"{text[at:][:10]!r} in a formula", at + 1)
             self.tokens.append(match.group(1))
+            self.columns.append(match.start(1) + 1)
             place = match.end()
 
     def _take(self, *symbols: str) -> str | None:
@@ -170,12 +179,12 @@ class _Formula:
             return -value if sign == "-" else value
         if self.at == len(self.tokens):
             raise ProgramError("VP001", "the formula ends; expected a value")
-        token = self.tokens[self.at]
+        token, column = self.tokens[self.at], self.columns[self.at]
         self.at += 1
         if token == "(":
             value = self.sum(depth + 1)
             if self._take(")") is None:
-                raise ProgramError("VP001", "a bracket of the formula is not closed")
+                raise ProgramError("VP001", "a bracket of the formula is not closed; write )", column)
             return value
         if token == "PI":
             return math.pi
@@ -185,7 +194,11 @@ class _Formula:
             return self.numbers.read_value(token)
         if token[0].isdigit() or token[0] in ".,":
             return _number(token)
-        raise ProgramError("VP001", f"{token!r} is not a value or a function of a formula")
+        near = find_meant(token, (*_FUNCTIONS, "PI"), slip_alone=True, least=LETTERS_OF_FUNCTIONS)
+        text = f"{token!r} is not a value or a function of a formula"
+        if near:
+            text = f"{token}: no function of this name; did you mean {near}?"
+        raise ProgramError("VP001", text, column)
 
 
 def combine(function: int, first: float, second: float) -> float:

@@ -140,7 +140,7 @@ class KlartextFrames:
         if self.core.find_tilted_tool() is not None:
             remedy = self.core.recorder.explain_plane("position the rotary axes first")
             text = f"{what} in a tilted plane that the tool is not normal to; {remedy}"
-            raise ProgramError("VP017", text, about=what)
+            raise ProgramError("VP017", text, about=what, edits=self.core.recorder.list_plane_edits())
 
     # --- motion of machine axes ----------------------------------------------------------------------------
 

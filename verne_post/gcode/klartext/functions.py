@@ -22,7 +22,7 @@ from verne_post.gcode.klartext.vocabulary import (
 from verne_post.gcode.klartext.words import MWord, Words, read_words
 from verne_post.gcode.missing_setup import number_of_tool
 from verne_post.gcode.offsets import make_vector9
-from verne_post.gcode.program_error import At, ProgramError
+from verne_post.gcode.program_error import At, ProgramError, write_before
 from verne_post.model.moves import ZERO9, FeedMode, MoveKind, Selection
 from verne_post.model.part_setup import Tool
 
@@ -179,10 +179,7 @@ class KlartextFunctions:
         for code in codes:
             if auxiliary.execute_user_code(at, "M", float(code), {}):
                 continue
-            group = RS274.group_of_m[code]
-            if group in groups:
-                raise ProgramError("VP003", f"M{groups[group]} and M{code} are of one modal group ({group})", 1)
-            groups[group] = code
+            groups[RS274.group_of_m[code]] = code
         if speed is not None:
             auxiliary.set_speed(at, speed, is_switched="spindle" in groups)
         if "spindle" in groups:
@@ -198,10 +195,16 @@ class KlartextFunctions:
     def check_functions(self, words: Words, beside: str = "") -> None:
         """Refuse M functions that are not executed, or mean nothing ``beside`` other words, before the block is."""
         numbers = [word.number for word in words.functions]
+        groups: dict[str, int] = {}
         for at, word in enumerate(words.functions):
             number = word.number
             if number in numbers[:at] or any(number in alike and alike & {*numbers[:at]} for alike in _ALIKE):
                 raise ProgramError("VP004", f"M{number} after M{numbers[at - 1]}: one of them is enough", word.column)
+            if self.core.auxiliary.find_user_meaning("M", number) is None:
+                for group in {RS274.group_of_m[code] for code in (*AT_BEGIN.get(number, ()), *AT_END.get(number, ()))}:
+                    if (other := groups.setdefault(group, number)) != number:
+                        text = f"M{other} and M{number} are of one modal group ({group})"
+                        raise ProgramError("VP003", text, word.column)
             if number in _PLACES and beside != "coordinates":
                 raise ProgramError("VP006", f"M{number} needs L and coordinates in its block", word.column)
             if number in (89, 99) and beside not in ("", "coordinates"):
@@ -286,7 +289,8 @@ class KlartextFunctions:
                 f"{what} while tool-centre-point control of line {self.modes.tcp_line} (M128) holds: controls ask for "
                 "its end before that; write M129 first"
             )
-            self.core.recorder.note_once("VP043", text, self.frames.block.line)
+            line = self.frames.block.line
+            self.core.recorder.note_once("VP043", text, line, write_before("M129", line=line))
 
     def _reduce_angles(self, letters: str) -> None:
         """M94: positions of A and C as numbers from 0 to less than a turn; A below 0, which makes no turns, stays."""
@@ -344,7 +348,13 @@ def _read_sizes(statement: Statement, numbers: object) -> dict[str, float]:
     found: dict[str, float] = {}
     text = _LENGTH.sub("LEN", statement.rest) if "LEN" not in statement.rest else statement.rest
     text = _NO_RADIUS.sub("R+", text)
-    words = read_words(replace(statement, rest=text), numbers)  # type: ignore[arg-type]
+    try:
+        words = read_words(replace(statement, rest=text), numbers)  # type: ignore[arg-type]
+    except ProgramError as error:  # its column is that of the line as it stands
+        if error.column is not None and error.line is None:
+            before = text[: error.column - statement.begin - 1]
+            error.column -= 2 * before.count("LEN") * ("LEN" not in statement.rest) + before.count("R+0")
+        raise
     for name, letter in (("LEN", "L"), ("R", "R")):
         if (value := words.take(name)) is not None:
             found[letter] = value

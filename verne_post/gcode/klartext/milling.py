@@ -25,8 +25,9 @@ from verne_post.gcode.machining.pockets import (
     spread_levels,
 )
 from verne_post.gcode.machining.strokes import Placement, Stroke, list_stops, place_strokes, turn_about
-from verne_post.gcode.program_error import At, ProgramError
+from verne_post.gcode.program_error import At, ProgramError, write_parameter
 from verne_post.model.control_keys import HeidenhainKeys, read_keys
+from verne_post.model.findings import Remedy
 
 _Q = dict[int, float]
 _Shape = TypeVar("_Shape", Rectangle, Polygon)
@@ -96,8 +97,8 @@ class KlartextMilling:
     # --- parameters ---------------------------------------------------------------------------------------
 
     def _check_values(self, number: int, q: _Q) -> None:
-        def refuse(name: int, why: str, code: str = "VP007") -> None:
-            raise ProgramError(code, f"cycle {number}: Q{name}={q[name]:g}: {why}")
+        def refuse(name: int, why: str, code: str = "VP007", edits: tuple[Remedy, ...] = ()) -> None:
+            raise ProgramError(code, f"cycle {number}: Q{name}={q[name]:g}: {why}", edits=edits)
 
         for name in (Q.OPERATION, Q.PLUNGING, Q.POSITION, Q.FEED_REFERENCE):
             if q.get(name, 0.0) not in (
@@ -111,7 +112,8 @@ class KlartextMilling:
         if q.get(Q.CLIMB, 1.0) not in (0.0, 1.0, -1.0):
             refuse(Q.CLIMB, "1 for climb milling, -1 for up-cut")
         if q.get(Q.FEED_REFERENCE, 0.0) not in (0.0, 3.0):
-            refuse(Q.FEED_REFERENCE, "F is always the speed of the tool's centre here; write Q439=0", "VP002")
+            edits = write_parameter(Q.FEED_REFERENCE, q[Q.FEED_REFERENCE], 0.0)
+            refuse(Q.FEED_REFERENCE, "F is always the speed of the tool's centre here; write Q439=0", "VP002", edits)
         for name in (Q.MILLING_FEED, Q.FINISHING_FEED, Q.PLUNGE_FEED, Q.POSITIONING_FEED):
             if not 0 < q.get(name, 1.0) <= FMAX_VALUE or (
                 q.get(name) == FMAX_VALUE and name in (Q.MILLING_FEED, Q.FINISHING_FEED)

@@ -25,5 +25,5 @@ class Modes(Struct):
 
     def show(self, feed: FeedMode, path: PathMode) -> list[str]:
         """Every statement says itself how it moves; this is what holds beside it."""
-        corners = "corners blended (cycle 32)" if path == PathMode.BLEND else "exact stop"
+        corners = "corners blended" if path == PathMode.BLEND else "exact stop"
         return ["inch" if self.inch else "mm", "M128" if self.tcp else "M129", _FEEDS[feed], corners]

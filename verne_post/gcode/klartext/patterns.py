@@ -27,7 +27,7 @@ from verne_post.gcode.klartext.vocabulary import CYCLES, CYCLES_WITHOUT_EFFECT, 
 from verne_post.gcode.klartext.words import Words
 from verne_post.gcode.machining.holes import MAX_HOLES
 from verne_post.gcode.machining.patterns import place_circle, place_grid, place_row
-from verne_post.gcode.program_error import ProgramError
+from verne_post.gcode.program_error import ProgramError, write_parameter
 
 _ITEM: Final = re.compile(r"[ \t]*(POS|ROW|PAT|FRAME|CIRC|PITCHCIRC)(\d+)[ \t]*\(([^()]*)\)")
 _ITEM_WORD: Final = re.compile(rf"[ \t]*(NUMX|NUMY|NUM|ROTX|ROTY|ROT|START|STEP|DX|DY|[XYZD])[ \t]*({VALUE})")
@@ -37,6 +37,8 @@ _NEEDS: Final = {
 }  # fmt: skip
 _ALLOWED_WORDS: Final = {"POS": ("Z",), "ROW": ("ROT", "Z"), "PAT": ("ROT", "Z"), "CIRC": ("Z",), "PITCHCIRC": ("Z",)}
 _FULL_TURN: Final = 360.0
+#: A cycle in which all of these are 0 does nothing; threads may have a countersink alone.
+_DEPTHS: Final = (Q.DEPTH, Q.SINKING_DEPTH, Q.FRONT_DEPTH)
 #: How a message about the value of a parameter of a cycle begins.
 _VALUE_AT_FAULT: Final = re.compile(r"Q(\d+)=")
 #: A place: X, Y, and the height that is added to the surface.
@@ -206,11 +208,23 @@ class KlartextPatterns:
                     "takes the new value; write CYCL DEF again",
                 )
         q = self.cycle.q if not z else {**self.cycle.q, Q.SURFACE: self.cycle.q[Q.SURFACE] + z}
+        if not any(q.get(name, -1.0 if name == Q.DEPTH else 0.0) for name in _DEPTHS):
+            self._warn_of_depth(self.cycle)
         try:
             self.cycles.run_cycle(self.cycle.number, q)
         except ProgramError as error:
             self._move_to_definition(self.cycle, error)
             raise
+
+    def _warn_of_depth(self, cycle: DefinedCycle) -> None:
+        """VP007, once a definition: controls skip a cycle whose depth is 0."""
+        line, column = self.frames.block.line, None
+        for definition in cycle.definitions:
+            if (at := find_parameter(definition, Q.DEPTH)) is not None:
+                line, column = definition.find_place(at)
+        if (line, "VP007") not in self.core.recorder.warnings:
+            text = f"Q201=0: the control does not run cycle {cycle.number} with depth 0; write the depth, below 0"
+            self.core.recorder.warn("VP007", text, line, column, "warning")
 
     def _move_to_definition(self, cycle: DefinedCycle, error: ProgramError) -> None:
         """An error about the value of one parameter stands where the cycle has it; more calls would only repeat it."""
@@ -290,7 +304,8 @@ class KlartextPatterns:
         if self.cycle is None:
             raise statement.error("VP017", f"CYCL DEF {number} needs a machining cycle before it")
         if q.get(Q.ALONG_CIRCLE):
-            raise statement.error("VP002", "Q365=1 is not executed: between holes the tool goes straight; write Q365=0")
+            text = "Q365=1 is not executed: between holes the tool goes straight; write Q365=0"
+            raise statement.error("VP002", text, edits=write_parameter(Q.ALONG_CIRCLE, q[Q.ALONG_CIRCLE], 0.0))
         if q[Q.GO_HIGH] not in (0.0, 1.0):
             raise statement.error("VP007", f"Q301 is {q[Q.GO_HIGH]:g}; allowed are 0 and 1")
         places = _place_circle(statement, q) if number == 220 else _place_grid(statement, q)

@@ -32,6 +32,12 @@ _WORD: Final = re.compile(
     r"\t]+ROT)(?![A-Z0-9])|(?P<name>SPA|SPB|SPC|EULPR|EULNU|EULROT|BX|BY|BZ|NX|NY|NZ|P[123][XYZ]|DIST|ABST|SET-?UP|MB"
     rf"|I?[ABC]|F)[ \t]*(?P<value>{VALUE}))"
 )
+#: What words need that stand without it.
+_INCOMPLETE: Final = {
+    "SEQ": "without its sign; write SEQ+ or SEQ-, as A is to be positive or negative",
+    "SYM": "without its sign; write SYM+ or SYM-",
+    "MB": "without a number; write MB and its value, or MB MAX",
+}
 _KIND: Final = re.compile(rf"[ \t]*({'|'.join(PLANES)}|RELATIVE|PROJECTED)(?![A-Z])")
 #: The angles of a plane that must all be given.
 _NEEDS: Final = {"SPATIAL": ("SPA", "SPB", "SPC"), "EULER": ("EULPR", "EULNU", "EULROT")}
@@ -137,6 +143,8 @@ class KlartextPlanes:
             if match is None:
                 word = _LETTERS.match(text, at)
                 message = f"{text[at:].split()[0][:15]!r} is not a word of PLANE {words.kind}"
+                if word is not None and (lack := _INCOMPLETE.get(word[1])):
+                    message = f"{word[1]} {lack}"
                 missing = [name for name in _NEEDS.get(words.kind, ()) if name not in words.values]
                 if word is not None and len(missing) == 1 and word[1][:-1] == missing[0][:-1]:
                     message = f"{word[1]}: no word of PLANE {words.kind}; did you mean {missing[0]}?"

@@ -84,7 +84,7 @@ class Klartext:
         elif statement.keyword:
             STATEMENTS[statement.keyword](self)(statement)
         if statement.keyword not in ("", "CYCL DEF"):
-            self.settings.open_cycle = None
+            self.settings.close_cycle()
         if self.functions.has_ended:
             self.waiting.refuse("the end of the program")
 
@@ -319,7 +319,9 @@ class Klartext:
     def _call_label(self, statement: Statement) -> None:
         match = _LABEL.match(statement.rest)
         if match is None:
-            raise statement.error("VP005", "CALL LBL needs a label", 0)
+            is_missing = not statement.rest.strip()
+            text = "CALL LBL needs a label, a number or a name in quotes"
+            raise statement.error("VP005" if is_missing else "VP001", text, 0)
         name = self._find_label(match)
         rest = statement.rest[match.end() :]
         if not rest.strip():

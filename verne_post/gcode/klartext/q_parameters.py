@@ -5,11 +5,13 @@ from typing import Final
 
 from msgspec import Struct, field
 
+from verne_post.base.suggestions import find_meant_number, name_near_numbers
 from verne_post.gcode.expressions import MAX_NUMBER
 from verne_post.gcode.klartext.formulas import VALUE, combine, evaluate, holds, read_value
 from verne_post.gcode.klartext.statements import Statement, label_name
 from verne_post.gcode.klartext.vocabulary import FN, REFUSED_FN
 from verne_post.gcode.program_error import ProgramError
+from verne_post.model.findings import Remedy
 
 _ASSIGNMENT: Final = re.compile(r"(Q[LRS]?)[ \t]*(\d+)[ \t]*=")
 #: In the lines that ~ adds to an assignment: they are parameters of a cycle.
@@ -31,13 +33,19 @@ _STRING_PART: Final = re.compile(
 )
 #: So many numbers of Q, QL, QR, QS there are.
 _LAST: Final = {"Q": 1999, "QL": 499, "QR": 499, "QS": 1999}
+#: A number with the letter O.
+_LETTER_O: Final = re.compile(r"\d[\d.,]*O|(?<![A-Z])O[.,]?\d")
+#: Why a parameter has no value: nothing of it is to be told.
+SETTING_REFUSED: Final = "the statement that sets it is refused"
+_SET_NAME: Final = re.compile(r"(Q[LR]?\d+)[ \t]*=")
 _MAX_STRING: Final = 10_000
 
 
 class QParameters(Struct):
     """Values of the parameters; ``control_values`` are the control's own, by number, which the program's effects set.
 
-    ``unknown`` are those that a read at the machine has set: their value is not known here.
+    ``unknown`` are those that a read at the machine has set: their value is not known here. ``refused_names`` are
+    those that a refused statement sets: errors about them only follow from it.
     """
 
     values: dict[str, float] = field(default_factory=dict)
@@ -45,6 +53,7 @@ class QParameters(Struct):
     local: list[dict[str, float]] = field(default_factory=lambda: [{}])
     control_values: dict[int, float] = field(default_factory=dict)
     unknown: set[str] = field(default_factory=set)
+    refused_names: set[str] = field(default_factory=set)
 
     def read_value(self, name: str) -> float:
         """Value of Q1, QL1, QR1; VP025 where it has none."""
@@ -59,7 +68,20 @@ class QParameters(Struct):
             return table[key]
         if kind == "Q" and number in self.control_values:
             return self.control_values[number]
-        raise ProgramError("VP025", f"{key} has no value; set it first")
+        edits: tuple[Remedy, ...] = ()
+        of_kind = (one.removeprefix(kind) for one in table if one.rstrip("0123456789") == kind)
+        if near := find_meant_number(str(number), of_kind):
+            edits = (Remedy(f"write {kind}{near}", f"{kind}{near}", misspelt=name, is_choice=True),)
+        raise ProgramError("VP025", f"{key} has no value; {self._say_what_sets_it(kind, number)}", edits=edits)
+
+    def _say_what_sets_it(self, kind: str, number: int) -> str:
+        if f"{kind}{number}" in self.refused_names:
+            return SETTING_REFUSED
+        names = (*self.values, *self.local[-1])
+        others = [f"{other}{number}" for other in ("Q", "QL", "QR") if f"{other}{number}" in names]
+        numbers = [name.removeprefix(kind) for name in names]
+        near = name_near_numbers(str(number), numbers, kind) or (others and f"{others[0]}, which is another parameter")
+        return f"set it first{f'; the program sets {near}' if near else ''}"
 
     def look_up(self, name: str) -> float | str | None:
         """Number, or text of QS1; None where it has none."""
@@ -89,6 +111,7 @@ class QParameters(Struct):
             raise ProgramError("VP007", f"{kind}{number} would be {value:g}, beyond {MAX_NUMBER:g}")
         key = f"{kind}{number}"
         self.unknown.discard(key)
+        self.refused_names.discard(key)
         (self.local[-1] if kind == "QL" else self.values)[key] = value
 
     def read_text(self, name: str) -> str:
@@ -97,6 +120,13 @@ class QParameters(Struct):
         if f"{kind}{number}" not in self.strings:
             raise ProgramError("VP025", f"{name} has no text; set it first")
         return self.strings[f"{kind}{number}"]
+
+    def refuse(self, name: str) -> None:
+        """The statement that sets a parameter is refused."""
+        kind, number = _split(name)
+        self.refused_names.add(f"{kind}{number}")
+        for table in (self.values, self.local[-1]):
+            table.pop(f"{kind}{number}", None)
 
     def forget(self, name: str) -> None:
         """A value that only the machine knows."""
@@ -130,7 +160,14 @@ def assign(statement: Statement, parameters: QParameters) -> None:
     elif rest.strip().startswith("TONUMB"):
         parameters.set(name, _convert_to_number(rest, parameters))
     else:
-        parameters.set(name, evaluate(rest, parameters))
+        with statement.place_errors(match.end()):
+            parameters.set(name, evaluate(rest, parameters))
+
+
+def find_set_name(statement: Statement) -> str | None:
+    """The parameter that an assignment or a function sets; None where it sets none."""
+    found = _SET_NAME.search(statement.rest)
+    return None if found is None or "IF" in statement.rest else found[1]
 
 
 def _join_strings(text: str, parameters: QParameters) -> str:
@@ -211,11 +248,15 @@ def execute_fn(statement: Statement, parameters: QParameters) -> FnAnswer:
         pattern = rf"(Q[LR]?\d+)[ \t]*=[ \t]*({VALUE})[ \t]*(?:{_OPERATORS[number]})[ \t]*({VALUE})"
     found = re.fullmatch(pattern, rest)
     if found is None:
-        raise ProgramError("VP001", f"FN {number}: {rest[:40]!r} is not of the form that this function has")
+        wrong_number = _LETTER_O.search(rest)
+        text = f"FN {number}: {rest[:40]!r} is not of the form that this function has"
+        raise statement.error("VP001", text, match.end() + (wrong_number.start() if wrong_number else 0))
     name, first, second = found.groups()
-    value = read_value(first, parameters)
+    with statement.place_errors(match.end() + found.start(2)):
+        value = read_value(first, parameters)
     if number:
-        value = combine(number, value, read_value(second, parameters) if second else 0.0)
+        with statement.place_errors(match.end() + found.start(3)):
+            value = combine(number, value, read_value(second, parameters) if second else 0.0)
     parameters.set(name, value)
     return FnAnswer()
 

@@ -11,6 +11,7 @@ from typing import Final
 from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.gcode.klartext.paths import BUILDERS
 from verne_post.gcode.klartext.program import Klartext
+from verne_post.gcode.klartext.q_parameters import SETTING_REFUSED, find_set_name
 from verne_post.gcode.klartext.statements import Statement
 from verne_post.gcode.klartext.words import Words, read_usable_words
 from verne_post.gcode.machining.assumptions import (
@@ -50,12 +51,16 @@ class KlartextRecovery:
         """Take what a refused statement would have set; True where its error only follows from one before."""
         to, keyword = self.to, statement.keyword
         follows = self.uncertain and error.code in _OF_POSITIONS
+        follows = follows or error.message.endswith(SETTING_REFUSED)
         follows = follows or (self.has_no_side and keyword == "DEP" and error.code == "VP017")
         self.has_no_side = keyword == "APPR" or (self.has_no_side and keyword != "DEP")
         to.has_failed = True
         if error.code == "VP048":
             assume_rigid_tapping(to.state)
         if error.code in ("VP017", "VP026"):  # R0, or a move after it, may be missing before it
+            drop_compensation(to.state)
+            to.contour.side = None
+        if keyword == "DEP":  # it would have ended the compensation
             drop_compensation(to.state)
             to.contour.side = None
         if keyword in _CONTOUR:
@@ -71,6 +76,8 @@ class KlartextRecovery:
         elif keyword == "PLANE":
             for number in range(3):
                 to.q.control_values.setdefault(120 + number, to.state.position[3 + number])
+        elif keyword in ("Q", "QL", "QR", "FN") and not statement.further_lines and (name := find_set_name(statement)):
+            to.q.refuse(name)
         elif keyword == "CYCL DEF" or (keyword == "Q" and statement.further_lines):
             to.patterns.cycle_unread = True
         elif keyword == "TOOL CALL":

@@ -20,6 +20,14 @@ from verne_post.model.moves import PathControl, PathMode
 from verne_post.model.part_setup import ADDITIONAL_SYSTEMS
 
 #: What a control writes behind line 0 of a cycle.
+#: Cycles that are nothing without a second line, and what stands in it.
+_NEEDS_VALUES: Final = {
+    7: "the axes and their shifts",
+    9: "DWELL and the seconds",
+    10: "ROT and the angle",
+    11: "SCL and the factor",
+    13: "ANGLE and the angle",
+}
 _NAMES: Final = {
     7: "DATUM SHIFT",
     8: "MIRROR IMAGE",
@@ -70,6 +78,8 @@ class KlartextSettings:
         #: The cycle of the statement before; None where that defines none.
         self.open_cycle: int | None = None
         self.ends_outer_mirror = False  #: Line 0 of the present cycle 8 has ended a mirror image of before the plane.
+        #: Line and number of the cycle before, of which nothing but its name has been read.
+        self.lone_head: tuple[int, int] | None = None
         self.shifted_lines: dict[str, int] = {}  #: Axis -> the line of the present cycle 7 that has it.
 
     def execute_setting(self, statement: Statement, head: Head) -> bool:
@@ -85,17 +95,34 @@ class KlartextSettings:
         if not head.part or self.open_cycle != head.number:
             self.shifted_lines.clear()
             self.ends_outer_mirror = False
+        if head.part:
+            self.lone_head = None
+        else:
+            self.close_cycle()
         self.open_cycle = head.number
+        if not head.part and head.number in _NEEDS_VALUES:
+            self.lone_head = statement.line, head.number
         if head.part or head.number == 247:  # line 0 only names the cycle
             handler(self, statement, head)
         elif head.number in (8, 19, 32):  # what follows replaces it; without more it ends
             self._begin_setting(head.number)
         return True
 
+    def close_cycle(self) -> None:
+        """The cycle of the statement before ends; VP005, as a warning, where its values are missing."""
+        if self.lone_head is not None and self.frames.setup.machine:
+            line, number = self.lone_head
+            text = (
+                f"CYCL DEF {number}.1 is missing after {number}.0, so nothing of cycle {number} is set; write it with "
+            )
+            self.core.recorder.warn("VP005", f"{text}{_NEEDS_VALUES[number]}", line, None, "warning")
+        self.open_cycle = self.lone_head = None
+
     def _begin_setting(self, number: int) -> None:
         if number == 8:
             self.ends_outer_mirror = self._is_outside("mirror")
             self._set_map("mirror", active=False)
+            self.frames.refresh_frame()
         elif number == 19:
             self.planes.set_working_plane(None)
         else:
@@ -348,7 +375,7 @@ class KlartextSettings:
             return
         match = re.fullmatch(rf"[ \t]*T[ \t]*({VALUE})[ \t]*", head.rest)
         if match is None:
-            raise statement.error("VP001", "expected T and the tolerance")
+            raise statement.error("VP001", "expected T and the tolerance", head.at)
         value = self.frames.convert_length(read_value(match.group(1), self.q))
         if value < 0:
             raise statement.error("VP007", f"T{value:g}: a tolerance is not negative")

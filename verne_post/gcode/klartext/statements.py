@@ -3,6 +3,7 @@
 import re
 from bisect import bisect_right
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import cached_property
 from typing import Final
 
@@ -81,10 +82,21 @@ class Statement(Struct, frozen=True):
     is_deleted: bool = False  #: A slash stands before it.
     further_lines: tuple[int, ...] = ()  #: Where in ``rest`` its second and later lines begin.
 
-    def error(self, code: str, message: str, at: int | None = None) -> ProgramError:
+    def error(self, code: str, message: str, at: int | None = None, edits: tuple[Remedy, ...] = ()) -> ProgramError:
         """An error of this statement, at a place of ``rest``: what stands behind blanks there."""
         line, column = (None, None) if at is None else self.find_place(at + _count_blanks(self.rest[at:]))
-        return ProgramError(code, message, column, line if line != self.line else None)
+        return ProgramError(code, message, column, line if line != self.line else None, edits=edits)
+
+    @contextmanager
+    def place_errors(self, at: int) -> Iterator[None]:
+        """Errors of what is read from a place of ``rest`` on stand there, as far behind it as their column says."""
+        try:
+            yield
+        except ProgramError as error:
+            if error.line is None:
+                line, error.column = self.find_place(at + (error.column or 1) - 1)
+                error.line = line if line != self.line else None
+            raise
 
     def find_place(self, at: int) -> tuple[int, int]:
         """Line, and column from 1, of a place of ``rest``."""

@@ -22,7 +22,8 @@ PROBING: Final = (
 STATEMENTS: Final[Mapping[str, str]] = {
     **dict.fromkeys(("BEGIN PGM", "END PGM"), "first and last statement of the program: MM or INCH"),
     "BLK FORM": "the stock, a box or a cylinder: see Stock, patterns, functions",
-    "TOOL CALL": "M6, length at once with DL; without a number only S and F. `[heidenhain.tools]` of the settings file "
+    "TOOL CALL": "changes the tool, as M6 does; its length, with DL, counts at once; without a number only S and F "
+    "change. `[heidenhain.tools]` of the settings file "
     "gives a name its number, as in `MILL = 3`",
     "TOOL DEF": "length and radius, from the next TOOL CALL on; with the number alone it names the next tool, "
     "without effect",
@@ -84,13 +85,13 @@ WORDS: Final[Mapping[str, str]] = {
 }
 #: Kinds of PLANE.
 PLANES: Final[Mapping[str, str]] = {
-    "SPATIAL": "turned about X, then Y, then Z of the untilted system",
-    "EULER": "about Z, the new X, the new Z",
-    "VECTOR": "X along B, Z along N",
-    "POINTS": "X from P1 to P2, P3 on the side of Y",
-    "RELATIV": "one more turn in the plane; also RELATIVE",
-    "AXIAL": "the plane of A and C",
-    "RESET": "no plane",
+    "SPATIAL": "tilts the work plane: turned about X, then Y, then Z of the untilted system",
+    "EULER": "tilts the work plane: about Z, the new X, the new Z",
+    "VECTOR": "tilts the work plane: X along B, Z along N",
+    "POINTS": "tilts the work plane: X from P1 to P2, P3 on the side of Y",
+    "RELATIV": "turns the tilted work plane once more; also RELATIVE",
+    "AXIAL": "tilts the work plane: by the angles of the rotary axes",
+    "RESET": "ends the tilted work plane",
 }
 #: M functions.
 FUNCTIONS: Final[Mapping[int, str]] = {
@@ -183,7 +184,8 @@ FUNCTIONS_WITHOUT_EFFECT: Final = {
 #: M functions that are known and not executed.
 REFUSED_FUNCTIONS: Final = {
     97: "machining of small steps of the contour",
-    98: "complete machining of open contours", 101: "change to a replacement tool when the tool life is over",
+    98: "complete machining of open contours; M99 calls a cycle",
+    101: "change to a replacement tool when the tool life is over",
     103: "reduced feed rate when plunging", 112: "corner rounding between lines; cycle 32 sets the tolerance",
     114: "compensation of the machine's geometry; M128 does that", 115: "end of M114",
     118: "handwheel during the program",

@@ -104,6 +104,8 @@ def read_words(statement: Statement, numbers: Numbers) -> Words:
         if match is None:
             raise _explain_unread(statement, text, at + len(text[at:]) - len(text[at:].lstrip()))
         begin = match.start() + len(match.group()) - len(match.group().lstrip())
+        if match["value"] and text.startswith("O", match.end()):
+            raise _explain_unread(statement, text, match.end())
         _add(statement, words, match, begin, numbers)
         at = match.end()
     return words
@@ -117,7 +119,8 @@ def _explain_unread(statement: Statement, text: str, begin: int) -> ProgramError
         word = text[begin:].split()[0]
         return statement.error("VP001", f"{word}: two points in one number; write it with one", begin)
     if _WORD.fullmatch(f"{word}1"):
-        return statement.error("VP001", f"{word} without a number; write {word} and its value", begin)
+        text = f"{word} without a number; write {word} and its value{', or MB MAX' if word == 'MB' else ''}"
+        return statement.error("VP001", text, begin)
     meant_word = next((once for once in _drop_doubles(word) if _WORD.fullmatch(once)), None)
     if meant_word is not None:
         return statement.error("VP001", f"{word}: no meaning in this language; did you mean {meant_word}?", begin)
@@ -179,7 +182,8 @@ def _add(statement: Statement, words: Words, match: re.Match[str], begin: int, n
         words.functions[-1] = MWord(last.number, last.column, last.words, last.axes + found["axis"])
     else:
         name = found["name"]
-        value = read_value(found["value"], numbers)
+        with statement.place_errors(match.start("value")):
+            value = read_value(found["value"], numbers)
         if last is not None and name in _M_WORDS.get(last.number, ()) and name not in last.words:
             last.words[name] = value
             return

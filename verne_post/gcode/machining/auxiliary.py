@@ -172,8 +172,10 @@ class Auxiliary:
         self.recorder.say_tcp(True)
 
 
-def refuse_twice(groups: Mapping[str, list[int]], column: int | None, *, several: tuple[str, ...] = ()) -> None:
-    """Refuse (VP003) two M codes of one group in a block, but for groups of which there may be several."""
+def refuse_twice(groups: Mapping[str, list[int]], columns: Mapping[int, int]) -> None:
+    """Refuse (VP003) two M codes of one group in a block, but for M7 and M8, which may be on together."""
     for group, codes in groups.items():
-        if len(codes) > 1 and group not in several:
-            raise ProgramError("VP003", f"M{codes[0]} and M{codes[1]} are of one group ({group})", column)
+        if len(codes) > 1 and (group != "coolant" or 9 in codes):
+            raise ProgramError(
+                "VP003", f"M{codes[0]} and M{codes[1]} are of one modal group ({group})", columns[codes[1]]
+            )

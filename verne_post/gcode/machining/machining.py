@@ -25,10 +25,11 @@ from verne_post.gcode.machining.frames import Frames, refuse_compensation
 from verne_post.gcode.machining.spatial_arc import SpatialArc, build_plane_of_arc
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.machining.tools import Tools
-from verne_post.gcode.program_error import At, ProgramError
+from verne_post.gcode.program_error import At, ProgramError, write_before
 from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.splines import BSpline, cut_spline
+from verne_post.model.findings import Remedy
 from verne_post.model.moves import AXES, ArcFeed, FeedMode, MoveKind, PathControl, PathMode, TablePlace
 
 _X, _Y, _Z = 0, 1, 2
@@ -67,6 +68,14 @@ def explain_tilted_tool(core: "Machining", otherwise: str) -> str:
     if core.state.plane and core.find_tilted_tool() is None and "plane" in core.word_lines:
         return f"G{17 + core.state.plane} of line {core.word_lines['plane']} is active; write G17"
     return core.recorder.explain_plane(otherwise)
+
+
+def list_plane_edits(core: "Machining") -> tuple[Remedy, ...]:
+    """What :func:`explain_tilted_tool` says, as edits."""
+    line = core.word_lines.get("plane", 0)
+    if core.state.plane and core.find_tilted_tool() is None and line:
+        return (Remedy("write G17", "17", line=line, word=("G", 17.0 + core.state.plane), is_choice=True),)
+    return core.recorder.list_plane_edits()
 
 
 def explain_g91(core: "Machining", error: ProgramError, line: int) -> ProgramError:
@@ -149,7 +158,11 @@ class Machining:
         tool = self.setup.coordinates.find_tool_axis(self.state.position, self.state.frame)
         if tool is None or tool[axis] >= 1.0 - DRILL_TILT:
             return None
-        return f"the tool points along ({tool[0]:.4f}, {tool[1]:.4f}, {tool[2]:.4f})"
+        frame = self.state.frame
+        machine = self.setup.coordinates.map_to_machine(np.array(self.state.position), frame)
+        angles = " ".join(f"{AXES[one]}{round(float(machine[one]), 3) + 0.0:g}" for one in self.setup.rotary)
+        plane = "" if frame.feature is None else " of the plane"
+        return f"the tool points along ({tool[0]:.4f}, {tool[1]:.4f}, {tool[2]:.4f}){plane}, at {angles} of the machine"
 
     # --- feed --------------------------------------------------------------------------------------
 
@@ -274,7 +287,9 @@ class Machining:
             if absolute or kind != MoveKind.RAPID:
                 raise error
             explain_g91(self, error, at.line if at else 0)
-            error.message += "; write G90" if "G91" in self.word_lines else ""
+            if line := self.word_lines.get("G91"):
+                error.message += "; write G90"
+                error.edits = (Remedy("write G90", "90", line=line, word=("G", 91.0), is_choice=True),)
             raise error
         if machine:
             return state.position
@@ -633,4 +648,5 @@ class Machining:
                 "VP026",
                 f"{AXES[turning]} turns under {compensation.describe()}: the contour is plane; write "
                 f"{compensation.end_word} first",
+                edits=write_before(compensation.end_word),
             )

@@ -27,7 +27,9 @@ class Tools:
 
     def check_tool(self, at: At, number: int, word: str) -> None:
         """Refuse (VP012) a tool that the tool table does not have."""
-        if self.state.tools is not None and number != 0 and number not in self.state.tools:
+        tools = self.state.tools
+        is_assumed = self.setup.tools is None and all(map(stands_in, (tools or {}).values()))
+        if tools is not None and not is_assumed and number != 0 and number not in tools:
             raise report_missing_tool(number, word, at, self.setup, self.state)
 
     def select(self, at: At, number: int) -> None:

@@ -3,12 +3,13 @@
 from typing import Final
 
 from verne_post.base.tolerances import ZERO_LENGTH_MM
+from verne_post.base.units import MM_PER_INCH
 from verne_post.gcode.arcs import PLANES
 from verne_post.gcode.block import Block
 from verne_post.gcode.codes import spell_g_code
 from verne_post.gcode.machining.holes import MAX_HOLES, MAX_PECKS, Thread, check_tapping, note_tapping, tap
-from verne_post.gcode.machining.machining import Machining, explain_tilted_tool
-from verne_post.gcode.program_error import ProgramError
+from verne_post.gcode.machining.machining import Machining, explain_tilted_tool, list_plane_edits
+from verne_post.gcode.program_error import ProgramError, write_before
 from verne_post.gcode.rs274.modes import Cycle, Modes
 from verne_post.gcode.rs274.motion import MotionCodes
 from verne_post.gcode.rs274.traits import Traits
@@ -19,8 +20,8 @@ from verne_post.model.moves import AXES, FeedMode, MoveKind
 PECK_CLEARANCE_MM: Final = 0.254
 #: J of rigid tapping, as Haas controls bound it.
 MAX_FASTER_OUT: Final = 9
-_DWELLS: Final = (820, 860, 880, 890)
-_NEEDS_STEP: Final = (730, 830)
+DWELLS: Final = (820, 860, 880, 890)
+NEEDS_STEP: Final = (730, 830)
 _TAPS: Final = (740, 840)
 _FINE_BORING: Final = 760
 _NEEDS_SPINDLE: Final = (*_TAPS, _FINE_BORING, 860, 870, 880)
@@ -54,7 +55,7 @@ class CycleCodes:
         if not 1 <= repeats <= MAX_HOLES:
             raise block.error("VP007", f"L{repeats}: a cycle is repeated 1 to {MAX_HOLES} times", "L")
         least = cycle.falling[2] if cycle.falling else cycle.step
-        if motion in _NEEDS_STEP and least and repeats * (cycle.clear - cycle.bottom) / least > MAX_PECKS:
+        if motion in NEEDS_STEP and least and repeats * (cycle.clear - cycle.bottom) / least > MAX_PECKS:
             raise block.error("VP007", f"{name}: more than {MAX_PECKS} pecks in one block", "Q")
         if motion in _TAPS and self.traits.taps_rigidly:
             self._check_rigid_tapping(block, name)
@@ -75,8 +76,8 @@ class CycleCodes:
         needs = {
             "R",
             AXES[normal],
-            *("Q" if motion in _NEEDS_STEP and "I" not in words else ""),
-            *("P" if motion in _DWELLS else ""),
+            *("Q" if motion in NEEDS_STEP and "I" not in words else ""),
+            *("P" if motion in DWELLS else ""),
         }
         if not self.traits.keeps_words or cycle is None or cycle.normal != normal or needs <= set(words):
             return None
@@ -108,7 +109,8 @@ class CycleCodes:
             what = f"{spell_g_code(motion)} drills along {AXES[normal]}, but {tool}"
             cause = remedy.removesuffix("; write G17")  # where the plane is the cause, arcs have the same one
             cause = "" if cause == remedy else cause
-            raise ProgramError("VP017", f"{what}: it would be dragged sideways; {remedy}", cause=cause)
+            edits = list_plane_edits(self.core)
+            raise ProgramError("VP017", f"{what}: it would be dragged sideways; {remedy}", cause=cause, edits=edits)
 
     def _read_cycle_heights(self, block: Block, motion: int, normal: int, before: Cycle | None) -> Cycle:
         state = self.state
@@ -135,9 +137,9 @@ class CycleCodes:
             self._report_no_depth(block, motion, line, clear, bottom)
         step = self.values.convert_length(block.words["Q"]) if "Q" in block.words else before.step if before else None
         falling = before.falling if before is not None and "Q" not in block.words else None
-        if motion in _NEEDS_STEP and "I" in block.words:
+        if motion in NEEDS_STEP and "I" in block.words:
             falling = self._read_falling_pecks(block, name)
-        if motion in _NEEDS_STEP and not falling:
+        if motion in NEEDS_STEP and not falling:
             if step is None:
                 raise ProgramError("VP005", f"{name} needs Q, the depth of one peck")
             if step <= 0:
@@ -161,7 +163,7 @@ class CycleCodes:
             dwell,
             shift,
             falling,
-            (before is not None and before.dwells) or (motion in _NEEDS_STEP and "P" in block.words),
+            (before is not None and before.dwells) or (motion in NEEDS_STEP and "P" in block.words),
             line,
         )
 
@@ -177,23 +179,25 @@ class CycleCodes:
         wrong_letter = "R" if is_r else letter
         still = f"; {spell_g_code(motion)} of line {line} is still active: if no hole is meant, write G80 first"
         remedy = still if line != block.line and not is_r else ""
+        r, z = (f"{value / MM_PER_INCH:g} inch" if self.modes.inch else f"{value:g} mm" for value in (clear, bottom))
         if clear >= bottom:
             if words:  # the holes after it are of the same cause
-                text = f"the hole has no depth: {letter} {bottom:g} mm is R{remedy}"
+                text = f"the hole has no depth: {letter} {z} is R{remedy}"
                 self.recorder.warn("VP007", text, block.line, None, "warning")
             return
         text = (
-            f"R {clear:g} mm lies below the bottom of the hole, {letter} {bottom:g} mm"
+            f"R {r} lies below the bottom of the hole, {letter} {z}"
             if is_r
-            else f"{letter} {bottom:g} mm, the bottom of the hole, lies above R {clear:g} mm"
+            else f"{letter} {z}, the bottom of the hole, lies above R {r}"
         )
-        raise block.error("VP007", f"{text}{remedy}", wrong_letter)
+        edits = write_before("G80") if remedy else ()
+        raise block.error("VP007", f"{text}{remedy}", wrong_letter, edits=edits)
 
     def _refuse_other_unit(self, block: Block, motion: int, series: Cycle, before: Cycle | None) -> None:
         """Refuse (VP017) lengths that are kept from a cycle, and the level where a series began, in another unit."""
         letter = AXES[series.normal]
         here = self.state.position[series.normal]
-        lengths = {"R", letter, *("Q" if motion in _NEEDS_STEP else ""), *("IJK" if motion == 870 else "")}
+        lengths = {"R", letter, *("Q" if motion in NEEDS_STEP else ""), *("IJK" if motion == 870 else "")}
         level = series.start_inch != self.modes.inch and (
             self.modes.initial_level
             or not self.modes.absolute
@@ -313,7 +317,7 @@ class CycleCodes:
     def _drill_hole(self, block: Block, motion: int, cycle: Cycle, retract: float) -> None:
         w = PLANES[self.state.plane][2]
         rapid, feed = MoveKind.RAPID, MoveKind.FEED
-        if motion in _NEEDS_STEP:
+        if motion in NEEDS_STEP:
             self._drill_pecks(block, motion, cycle)
         elif motion == 870:
             self._bore_back(block, cycle, retract)
@@ -334,7 +338,7 @@ class CycleCodes:
             self._go(block, feed, {w: retract})
             self.core.auxiliary.switch_spindle(block, on=True, backwards=backwards)
             return
-        dwells = motion in _DWELLS or (motion in _NEEDS_STEP and cycle.dwells)
+        dwells = motion in DWELLS or (motion in NEEDS_STEP and cycle.dwells)
         if dwells and (motion in self.traits.needs_dwell or cycle.dwell):
             self.core.dwell(block, cycle.dwell or 0.0)
         if motion == 850 or (motion == 890 and not self.traits.feeds_out_whole):

@@ -72,6 +72,8 @@ WORDS: Final[Mapping[str, str]] = {
     "H": "H alone in a block, while G43 is active, changes the length; H0 ends it. G43 without H takes the last H "
     "since the tool change",
 }
+#: In place of codes that are not executed.
+_INSTEAD: Final = {433: "G43.4", 630: "G84", 661: "G66"}
 _ENDS_MODE: Final = "ends a mode; no effect where none is active"
 #: What G codes do that RS274/NGC does not have, or does otherwise; by group, with all codes of a group that differs.
 _GROUPS: Final[Mapping[str, Mapping[int, str]]] = {
@@ -122,7 +124,7 @@ _GROUPS: Final[Mapping[str, Mapping[int, str]]] = {
     },
     "exact stop": {90: "exact stop at the end of the block"},
     "tilted plane": {
-        PLANE: "tilted work plane by angles, points or directions: see Tilted planes",
+        PLANE: "by angles, points or directions: see Tilted planes",
         ROTATION: "turns coordinates in the plane; with I J K about a direction, and one more G68 may be nested: see "
         "Turns, scales, mirror images",
         OF_TOOL: "the plane of the tool: Z along it, X level, turned by R. A note (VP039) names parameter 12321",
@@ -179,6 +181,7 @@ def make_table() -> CodeTable:
     return CodeTable(
         g_groups=groups,
         m_groups=m_groups,
+        instead_of_g=_INSTEAD,
         refused_g={
             **dict.fromkeys(
                 (310, 350, 360, 370, 1360),
@@ -215,16 +218,16 @@ def make_table() -> CodeTable:
             **dict.fromkeys(
                 (438, 439), "the program has the point that cuts; let the CAM system write the tip, for G43.4 or G43.5"
             ),
-            433: "the tool length of a nutating head; write G43.4",
+            433: f"the tool length of a nutating head; write {_INSTEAD[433]}",
             330: "thread cutting; write G84, or the helix",
             **dict.fromkeys(
                 (270, 301), "reference positions that the control checks or stores; write G28, G30 P2 or G53"
             ),
             110: "the end of data that G10 L50 enters; take both out",
             382: "probing of RS274/NGC; take it out",
-            630: "tapping at a feed rate that nobody may change; write G84",
+            630: f"tapping at a feed rate that nobody may change; write {_INSTEAD[630]}",
             **dict.fromkeys((841, 842, 1740, 1840), "tapping of other controls; write G84 or G74"),
-            661: "a macro call after every block; write G66",
+            661: f"a macro call after every block; write {_INSTEAD[661]}",
             870: "on Fanuc back boring from below, so write the moves; on Haas a stop for the operator in the hole, so "
             "write G88",
             **dict.fromkeys((441, 442, 450, 440), "tool offsets by H that RS274/NGC does not have"),

@@ -15,17 +15,27 @@ from verne_post.gcode.block import Block
 from verne_post.gcode.codes import TAKES_AXES, spell_g_code
 from verne_post.gcode.machining.machining import Machining
 from verne_post.gcode.machining.turning import turn_table
-from verne_post.gcode.program_error import ProgramError
+from verne_post.gcode.program_error import ProgramError, write_before
 from verne_post.gcode.rs274.fanuc_codes import MIRROR_OFF, OF_FRAMES, OF_TOOL, PLANE_OFF, ROTATION
 from verne_post.gcode.rs274.modes import NO_MAPS, TCP_CODES, Modes
 from verne_post.gcode.rs274.offsets import say_directions
 from verne_post.gcode.rs274.values import WordValues, read_whole
 from verne_post.gcode.table_positions import choose_position, find_positions
 from verne_post.model.control_keys import FanucKeys
-from verne_post.model.moves import Feature, MoveKind
+from verne_post.model.moves import AXES, Feature, MoveKind
 
 #: Blocks of G68.2 that together say one plane, by P: the Q of each.
 _SEVERAL: Final = {2: (0, 1, 2, 3), 3: (1, 2)}
+#: What such a plane is given by (0), and what the block of each Q says.
+_PARTS: Final = {
+    2: {
+        0: "three points",
+        1: "X Y Z of the origin",
+        2: "X Y Z of a point on X",
+        3: "X Y Z of a point on the side of Y",
+    },
+    3: {0: "two directions", 1: "X Y Z of the origin, I J K along X", 2: "I J K along Z"},
+}
 #: G68 may turn so often, one turn inside the other, where it has a direction.
 _MOST_TURNS: Final = 2
 #: Directions of this sine or less are parallel: control words have three or four decimals.
@@ -72,8 +82,13 @@ class FanucPlanes:
         if self.given is not None:
             kind, parts = self.given
             self.given = None
-            missing = ", ".join(f"Q{q}" for q in _SEVERAL[kind] if q not in parts and q)
-            raise ProgramError("VP005", f"G68.2 P{kind} is not complete: expected {missing} in separate blocks")
+            missing = ", ".join(f"Q{q} ({_PARTS[kind][q]})" for q in _SEVERAL[kind] if q not in parts and q)
+            angles = "; I J K as Euler angles are G68.2 without P" if parts.keys() == {0} else ""
+            raise ProgramError(
+                "VP005",
+                f"G68.2 P{kind} is not complete: {_PARTS[kind][0]} in blocks one below the other, and before this "
+                f"block there is no {missing}; write a block G68.2 P{kind} for each{angles}",
+            )
 
     def refuse_under_plane(self, what: str, line: int) -> None:
         """Refuse (VP017) what would change the system in which a plane lies."""
@@ -81,7 +96,7 @@ class FanucPlanes:
         if modes.follows_table or self.state.frame.feature is not None:
             code, end = ("G254", "G255") if modes.follows_table else ("G68" if modes.turns else "G68.2", "G69")
             self._end(line)  # it was to end before: what follows would only say so again
-            raise ProgramError("VP017", f"{what} under {code}; write {end} first")
+            raise ProgramError("VP017", f"{what} under {code}; write {end} first", edits=write_before(end))
 
     def _refuse_maps(self, name: str) -> None:
         if self.modes.maps is not NO_MAPS:
@@ -360,12 +375,28 @@ class FanucPlanes:
         end = choose_position(
             positions, lambda one: (round(abs(one.program[tilt] - here[tilt]), 6), round(one.motion, 6), -one.tilt)
         ).program
-        if not tcp:
-            turn_table(self.core, block, MoveKind.RAPID, {tilt: end[tilt], turn: end[turn]})
-            return
-        self.core.start_of_motion(MoveKind.RAPID, absolute=True, machine=False, axes=(tilt, turn), at=block)
+        words = {tilt: end[tilt], turn: end[turn]}
+        try:
+            if not tcp:
+                turn_table(self.core, block, MoveKind.RAPID, words)
+                return
+            self.core.start_of_motion(MoveKind.RAPID, absolute=True, machine=False, axes=words, at=block)
+        except ProgramError as error:
+            if error.code == "VP016":  # this block has no words for Z
+                error.message = f"{error.message.partition('; ')[0]}; {self._advise_before_turn(name)}"
+            raise
         self.recorder.fix_c(block.line)
         self.core.go_straight(block, MoveKind.RAPID, end, [tilt, turn])
+
+    def _advise_before_turn(self, name: str) -> str:
+        """What to write before a block that turns the table after a change of length."""
+        letters = [AXES[axis] for axis in self.setup.rotary]
+        level = " ".join(f"{letter}0" for letter in letters)
+        return (
+            f"write G43 with its H before {name}, or retract before it (G53 G0 Z); if the table is level there, write "
+            f"G0 {level} before the plane: where no block names {' and '.join(letters)} before, it is taken to start "
+            f"as {name} turns it"
+        )
 
 
 def _span(x: Array, y: Array, what: str) -> Array:

@@ -7,7 +7,7 @@ conditions, counters, calls with their arguments and names.
 from typing import Final
 
 from verne_post.base.numbers import is_count
-from verne_post.base.suggestions import find_meant, find_meant_number
+from verne_post.base.suggestions import find_meant, find_meant_number, name_near_numbers
 from verne_post.gcode.block import Block, OWord
 from verne_post.gcode.calls import CallStack, spell_program
 from verne_post.gcode.parameters import LOCAL_INDICES
@@ -28,7 +28,7 @@ def _holds(o: OWord, line: int) -> bool:
     try:
         return bool(o.read_condition())
     except ProgramError as error:
-        raise ProgramError(error.code, error.message, error.column, line) from None
+        raise ProgramError(error.code, error.message, error.column, line, edits=error.edits) from None
 
 
 class Flow:
@@ -56,7 +56,7 @@ class Flow:
             self._execute_o_word(o, line)
         except ProgramError as error:
             column = error.column or (None if error.line else o.reader.find_column(o.label_at - 1))
-            raise ProgramError(error.code, error.message, column, error.line) from None
+            raise ProgramError(error.code, error.message, column, error.line, edits=error.edits) from None
 
     def _refuse_to_run_on(self, o: OWord, line: int) -> None:
         """Refuse an O number that is reached without a call: the next program begins there."""
@@ -70,7 +70,7 @@ class Flow:
         else:
             end = "M99" if frame.program else f"o{frame.label} endsub"
             text = f"O{frame.label} runs on into O{o.label}; write {end} before it"
-        raise ProgramError("VP024", text, edits=(Remedy(f"write {end}", end, line=line),))
+        raise ProgramError("VP024", text, edits=(Remedy(f"write {end}", end, line=line, way="before"),))
 
     def _execute_o_word(self, o: OWord, line: int) -> None:
         if o.keyword == "call":
@@ -180,10 +180,13 @@ class Flow:
         if text_of_file is None:
             names = [one.strip("<>") for one in self.calls.main.structure.subs if not is_count(one)]
             near = find_meant(name, names, self.interpreter.setup.subroutines, slip_alone=True)
+            numbers = [one for one in self.calls.main.structure.subs if is_count(one)]
+            near_numbers = name_near_numbers(name, numbers, "o")
             raise ProgramError(
                 "VP023",
                 f"o{label}: it is defined neither in the program nor in a file {name}.ngc in its folder or a "
-                f"--subroutine-path{f'; did you mean o<{near}>?' if near else ''}",
+                f"--subroutine-path{f'; did you mean o<{near}>?' if near else ''}"
+                f"{f'; the program has {near_numbers}' if near_numbers else ''}",
             )
         if label not in text_of_file.structure.subs:
             raise ProgramError("VP023", f"the file {text_of_file.name} does not define o{label} sub")
@@ -313,8 +316,10 @@ class Flow:
         else:
             message += "; from O9000 on they are macros of the builder, or of a probe: take calls of a probe out"
         known_programs = {one for text in (self.calls.text, self.calls.main) for one in text.structure.programs}
-        if near := find_meant_number(label, known_programs):
-            message += f"; the program has O{near}, which is nearly this number"
+        near = find_meant_number(label, known_programs)
+        long_numbers = [one for one in known_programs if len(one) > len("99")]  # O1 mostly is the program itself
+        if near_numbers := name_near_numbers(label, [near] if near else sorted(long_numbers), "O"):
+            message += f"; the program has {near_numbers}"
         edit = Remedy(f"write P{near}", f"P{near}", line=self.calls.line - 1, misspelt=f"P{label}")
         is_sure = near and self.calls.text is self.calls.main
         raise ProgramError("VP023", message, goes_on=True, about=f"O{label}", edits=(edit,) if is_sure else ())

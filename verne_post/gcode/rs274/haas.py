@@ -72,9 +72,8 @@ class HaasCodes:
                 raise block.error("VP006", f"{name} does not use {letter}: it begins at the tool", letter)
         self.motion.check_feed(block, code)
         if (tool := self.core.find_tilted_tool()) is not None:
-            raise ProgramError(
-                "VP017", f"{name} works along Z, but {tool}; {self.core.recorder.explain_plane('turn the table')}"
-            )
+            text = f"{name} works along Z, but {tool}; {self.core.recorder.explain_plane('turn the table')}"
+            raise ProgramError("VP017", text, edits=self.core.recorder.list_plane_edits())
         radii, levels = self._list_radii(block, code), self._list_levels(block)
         if len(levels) * (_STROKES + len(radii) * _STROKES_OF_CIRCLE) > MAX_STROKES:
             raise ProgramError("VP007", f"{name}: more than {MAX_STROKES} strokes")

@@ -30,7 +30,7 @@ from verne_post.gcode.machining.state import State
 from verne_post.gcode.mistyped import explain_unknown
 from verne_post.gcode.parameters import Parameters
 from verne_post.gcode.plain import PlainView
-from verne_post.gcode.program_error import ProgramError
+from verne_post.gcode.program_error import ProgramError, write_before
 from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.rs274.cycles import CycleCodes
 from verne_post.gcode.rs274.functions import FunctionCodes
@@ -45,10 +45,13 @@ from verne_post.gcode.rs274.values import WordValues, find_polar_end, read_whole
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.text import Language
 from verne_post.gcode.words import WordTable
+from verne_post.model.findings import Remedy
 from verne_post.model.moves import AXES, ZERO9, PathControl, PathMode
 from verne_post.model.plausibility import PLAUSIBLE
 
 _MAX_M_CODES: Final = 4
+#: M89, with the digits of M98 in the wrong order.
+_SWAPPED_CALL: Final = 89
 #: Words of G83 that no other block of G93 has.
 _OF_DRILLING: Final = frozenset("RQPKL")
 #: Numbers of G words -> codes of motion that need nothing but their own words.
@@ -229,7 +232,7 @@ class Rs274(Language):
         try:
             self.parameters.set(key, value)
         except ProgramError as error:
-            raise ProgramError(error.code, error.message, column) from None
+            raise ProgramError(error.code, error.message, column, edits=error.edits) from None
 
     def _show_comment(self, block: Block) -> None:
         answer = read_message(block.comment or "", self.parameters, self.traits.speaking_remarks)
@@ -333,7 +336,8 @@ class Rs274(Language):
         if "lathe diameter" in g:
             self.modes.diameter_mode = g["lathe diameter"] == 70
         if self.modes.diameter_mode and "X" in block.words:
-            raise block.error("VP002", "X under G7 is a diameter, which only a lathe has; write G8 first", "X")
+            text = "X under G7 is a diameter, which only a lathe has; write G8 first"
+            raise block.error("VP002", text, "X", edits=write_before("G8"))
         if "cutter compensation" in g:
             self.motion.compensate(block, g["cutter compensation"])
         if "tool length" in g:
@@ -518,7 +522,14 @@ class Rs274(Language):
                     )
                 g[group] = code
                 continue
-            code = read_m_code(self.table, number, column)
+            try:
+                code = read_m_code(self.table, number, column)
+            except ProgramError as error:
+                if number == _SWAPPED_CALL and "P" in block.words and 98 in self.table.group_of_m:
+                    text = "M89: no meaning in this language; did you mean M98?"
+                    edit = Remedy("write M98", "M98", misspelt="M89", is_choice=True)
+                    raise ProgramError("VP002", text, column, edits=(edit,)) from error
+                raise
             group = self.table.group_of_m[code]
             if group in m:
                 raise ProgramError("VP003", f"M{m[group][0]} and M{code} are of one modal group ({group})", column)
@@ -533,7 +544,9 @@ class Rs274(Language):
         is_code = abs(number * 10 - code) <= 10 * WHOLE_NUMBER and number >= 0
         if is_code and code in self.table.refused_g:
             name = spell_g_code(code)
-            raise ProgramError("VP002", f"not executed: {name} ({self.table.refused_g[code]})", column, about=name)
+            text, right_code = f"not executed: {name} ({self.table.refused_g[code]})", self.table.instead_of_g.get(code)
+            edits = (Remedy(f"write {right_code}", right_code, way="marked"),) if right_code else ()
+            raise ProgramError("VP002", text, column, about=name, edits=edits)
         if not is_code or code not in self.table.group_of_g:
             name = spell_g_code(code) if is_code else f"G{number:g}"
             text = f"{name} is not a code"

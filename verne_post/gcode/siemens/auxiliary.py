@@ -53,7 +53,7 @@ class SiemensAuxiliary:
                 continue
             if not self.core.auxiliary.execute_user_code(block, "M", float(number), {}):
                 groups.setdefault(_M_CODES.group_of_m[read_m_code(_M_CODES, float(number), column)], []).append(number)
-        refuse_twice(groups, block.columns.get("M"), several=("coolant",))
+        refuse_twice(groups, dict(words.m))
         if "gear" in groups:
             self.recorder.record_event(words.line, "without effect", word="M40")
         auxiliary, tools, spindle = self.core.auxiliary, self.core.tools, groups.get("spindle", [])

@@ -413,6 +413,6 @@ def build_contour_error(
 ) -> ProgramError:
     """An error in a line of a contour: at that line where it is one of the program, else at the call."""
     if is_of_program:
-        return ProgramError(error.code, error.message, error.column, line=error.line or line)
+        return ProgramError(error.code, error.message, error.column, line=error.line or line, edits=error.edits)
     where = section.text.name or f"contour {section.name}"
     return ProgramError(error.code, f"{where}, line {error.line or line}: {error.message}", call.column)

@@ -7,6 +7,7 @@ from msgspec import Struct
 
 from verne_post.gcode.expressions import MAX_NUMBER
 from verne_post.gcode.program_error import ProgramError
+from verne_post.model.findings import Remedy
 
 #: A number as it is written, with EX for a power of ten.
 NUMBER: Final = re.compile(r"([0-9]+\.?[0-9]*|\.[0-9]+)(?:EX([+-]?[0-9]+))?", re.IGNORECASE)
@@ -38,9 +39,9 @@ class Cursor(Struct):
             symbol = self.text[self.at : self.at + 1]
         return symbol
 
-    def error(self, code: str, message: str, at: int | None = None) -> ProgramError:
+    def error(self, code: str, message: str, at: int | None = None, edits: tuple[Remedy, ...] = ()) -> ProgramError:
         """An error at a character (None: the next one)."""
-        return ProgramError(code, message, (self.at if at is None else at) + 1)
+        return ProgramError(code, message, (self.at if at is None else at) + 1, edits=edits)
 
     def take(self, symbol: str) -> bool:
         """Pass a symbol if it comes next."""

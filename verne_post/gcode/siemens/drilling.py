@@ -7,7 +7,7 @@ from typing import Final
 from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.gcode.arcs import PLANES
 from verne_post.gcode.machining.holes import MAX_PECKS, Thread, check_tapping, note_tapping, tap
-from verne_post.gcode.machining.machining import explain_tilted_tool
+from verne_post.gcode.machining.machining import explain_tilted_tool, list_plane_edits
 from verne_post.gcode.program_error import At, ProgramError
 from verne_post.gcode.siemens.arguments import OF_EDITOR, Arguments, check_depths, read_cycle, read_pitch
 from verne_post.gcode.siemens.interpreter import SiemensInterpreter
@@ -99,6 +99,7 @@ class _Hole:
                 "VP017",
                 f"{name} drills along {AXES[self.normal]}, but {tool}: it would be dragged sideways; {remedy}",
                 self.given.call.column,
+                edits=list_plane_edits(to.core),
             )
 
     def _read_length(self, name: str) -> float:
@@ -132,6 +133,9 @@ class _Hole:
                 f"bottom {self.bottom:g} mm does; expected RTP above RFP",
                 "RTP",
             )
+        if self.bottom == self.reference:
+            text = f"the bottom is the reference plane {self.reference:g} mm: the hole has no depth"
+            raise given.error("VP007", text, "DPR" if given.is_given("DPR") else "DP")
         if (self.reference - self.bottom) * self.up <= 0:
             raise given.error(
                 "VP007",

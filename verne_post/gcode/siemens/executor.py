@@ -170,6 +170,12 @@ class Executor:
         with add_length(state, then=code == "VP012"), suppress(ProgramError):
             self.interpreter.run(words)
 
+    def warn_of_unset(self, number: int, line: int) -> None:
+        """VP025, as a warning: an R parameter has the value that a control has kept."""
+        if self.setup.machine:
+            text = self.variables.explain_unset(number)
+            self.interpreter.recorder.note_once("VP025", text, line, severity="warning")
+
     def pass_failed(self, raw: bytes, error: ProgramError) -> bool:
         """Take axes and F of a failed line as given; True where the error only follows from an earlier such line.
 

@@ -64,7 +64,12 @@ class Flow:
         self.calls.line += 1
         item = split_line(raw)
         if not (item.is_skipped and self.executor.setup.block_delete):
-            self._execute(Cursor(item.text, item.begin), line)
+            unset = len(self.executor.variables.unset_r)
+            try:
+                self._execute(Cursor(item.text, item.begin), line)
+            finally:
+                for number in self.executor.variables.unset_r[unset:]:
+                    self.executor.warn_of_unset(number, self.calls.show(line))
         if not self.has_ended and self.calls.text is text:
             end_stretch(self, line)
         self.repeats.count(text, line, line, self.executor.move_count - moves)

@@ -296,6 +296,7 @@ class SiemensInterpreter:
                 continue
             if word.mode in DIRECTIONS and letter in "ABC":
                 directions[axis] = word.mode
+                self.places.warn_beyond_turn(word, block.line)
             elif word.mode not in ("", "AC") or (not self.modes.absolute and not word.mode):
                 error = word.error("VP017", f"{code} is absolute; it cannot be used with G91 or {word.mode or 'IC'}")
                 raise error if word.mode else explain_g91(self.core, error, block.line)

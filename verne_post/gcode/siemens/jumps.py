@@ -1,12 +1,13 @@
 """Jumps, branches, loops and repeated stretches of Siemens programs: what each statement does to the next line."""
 
+import math
 from collections.abc import Callable
 from functools import partial
 from typing import Final, Protocol
 
 from verne_post.base.suggestions import find_meant
 from verne_post.gcode.calls import CallStack
-from verne_post.gcode.program_error import ProgramError
+from verne_post.gcode.program_error import ProgramError, write_meant
 from verne_post.gcode.siemens.calls import Frame, Repeat
 from verne_post.gcode.siemens.cursor import Cursor, strip_zeros
 from verne_post.gcode.siemens.executor import Executor
@@ -24,6 +25,7 @@ class Running(Protocol):
 
 #: A subprogram or a stretch is repeated so often at most by one P.
 _MOST_REPEATS: Final = 9999
+_JUMPS: Final = ("GOTOF", "GOTOB", "GOTO", "GOTOC")
 _WHOLE: Final = 1e-9
 
 
@@ -78,8 +80,9 @@ def _execute_case(flow: Running, cursor: Cursor, line: int) -> None:
             cursor.name()
         holds = default or are_equal(read_number(cursor, variables), value)
         at, word = cursor.at, cursor.name()
-        if word not in ("GOTO", "GOTOF", "GOTOB", "GOTOC"):
-            raise cursor.error("VP001", "expected GOTOF, GOTOB, GOTO or GOTOC after a value of CASE", at)
+        if word not in _JUMPS:
+            text = "expected GOTOF, GOTOB, GOTO or GOTOC after a value of CASE"
+            raise cursor.error("VP001", text, at, write_meant(word or "", _JUMPS))
         cursor.skip()
         at, target = cursor.at, _read_target(flow, cursor)
         if holds and chosen_branch is None:
@@ -142,7 +145,8 @@ def _find(flow: Running, label: str, line: int, *, forward: bool, backward: bool
 
 
 def _execute_for(flow: Running, cursor: Cursor, line: int) -> None:
-    variables = flow.executor.variables
+    variables, ends = flow.executor.variables, flow.calls.frame.ends
+    ends[line] = math.nan  # until its words are read: ENDFOR of a refused FOR is no error of its own
     cursor.skip()
     at, name = cursor.at, cursor.name()
     if name is None:
@@ -153,7 +157,7 @@ def _execute_for(flow: Running, cursor: Cursor, line: int) -> None:
     last = read_number(cursor, variables)
     refuse_leftover(cursor)
     end = flow.calls.text.structure.end[line]
-    flow.calls.frame.ends[line] = last
+    ends[line] = last
     if _read_loop_value(flow, line, cursor) > last:
         flow.calls.line = end + 1
 
@@ -183,6 +187,8 @@ def _execute_endfor(flow: Running, cursor: Cursor, line: int) -> None:
     last = flow.calls.frame.ends.get(begin)
     if last is None:
         raise cursor.error("VP023", f"ENDFOR is executed, but its FOR (line {begin}) was not", 0)
+    if math.isnan(last):
+        return
     value = _read_loop_value(flow, begin, cursor) + 1.0
     name, at, inner = _read_loop_variable(flow, begin)
     flow.executor.variables.write(name, read_indices(inner, flow.executor.variables), value, inner, at)

@@ -6,7 +6,7 @@ from typing import Final
 
 from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.gcode.arcs import PLANES
-from verne_post.gcode.machining.machining import explain_tilted_tool
+from verne_post.gcode.machining.machining import explain_tilted_tool, list_plane_edits
 from verne_post.gcode.machining.pockets import Entry, Milling, spread_levels
 from verne_post.gcode.program_error import At, ProgramError
 from verne_post.gcode.siemens.arguments import Arguments, check_depths
@@ -104,7 +104,8 @@ class MillingValues:
             to.motion.settle_table(self.at)
         if (tool := to.core.find_tilted_tool(self.plane[2])) is not None:
             remedy = explain_tilted_tool(to.core, "write CYCLE800 or turn the table")
-            raise ProgramError("VP017", f"{name} works along {AXES[self.plane[2]]}, but {tool}; {remedy}", column)
+            text = f"{name} works along {AXES[self.plane[2]]}, but {tool}; {remedy}"
+            raise ProgramError("VP017", text, column, edits=list_plane_edits(to.core))
 
     def measure(self, name: str, *, positive: bool = False) -> float:
         """A length, mm; greater than 0 where it must be."""

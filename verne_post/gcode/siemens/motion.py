@@ -16,7 +16,7 @@ from verne_post.gcode.machining.machining import Machining
 from verne_post.gcode.machining.spatial_arc import build_arc_through
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.machining.turning import go_to_machine, move_machine_axes
-from verne_post.gcode.program_error import At, ProgramError
+from verne_post.gcode.program_error import At, ProgramError, write_before
 from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.rs274.motion import refuse_lacking
 from verne_post.gcode.rs274.values import MAX_ANGLE_DEG, MAX_LENGTH_MM
@@ -262,6 +262,7 @@ class SiemensMotion:
                 f"{self.setup.both_rotary} on a plane of CYCLE800 without TRAORI: the tool would no longer be normal "
                 "to the plane; write CYCLE800() first",
                 self._name_rotary(places),
+                edits=write_before("CYCLE800()"),
             )
         is_turn = max(abs(end[axis] - state.position[axis]) for axis in self.setup.rotary) > _STANDS
         if is_turn and kind == MoveKind.FEED:
@@ -409,6 +410,7 @@ class SiemensMotion:
                 "VP017",
                 "G53, G153 or SUPA under TRAORI while the table is turned: the coordinates would turn with the part; "
                 "write TRAFOOF first",
+                edits=write_before("TRAFOOF"),
             )
         if self.core.end_tool_axis(block, list(places)):
             self.set_chain()

@@ -18,6 +18,7 @@ from verne_post.gcode.siemens.words import Word, Words
 from verne_post.model.moves import AXES
 
 _ROTARY: Final = "ABC"
+_FULL_TURN: Final = 360.0
 #: Tool axes may have any length but none.
 NO_AXIS: Final = 1e-6
 
@@ -45,11 +46,22 @@ class SiemensPlaces:
             places[axis] = self._place(word, axis, block)
         return places
 
+    def warn_beyond_turn(self, word: Word, line: int) -> None:
+        """VP007, as a warning: DC, ACP and ACN take angles of one turn, or any, by machine data."""
+        if not 0 <= word.value < _FULL_TURN:
+            text = (
+                f"{word.name}={word.mode}({word.value:g}) is not from 0 to 359.999: a control stops with alarm 16830, "
+                f"unless bit 0 of its MD30455 is set; write {word.name}={word.mode}({word.value % _FULL_TURN:g})"
+            )
+            self.motion.recorder.warn("VP007", text, line, word.column, "warning")
+
     def _place(self, word: Word, axis: int, block: At) -> float:
         rotary = word.name in _ROTARY
         value = word.value if rotary else word.value * self.motion.modes.length
         if word.mode in DIRECTIONS and not rotary:
             raise word.error("VP017", f"{word.mode} is for rotary axes; {word.name} is a linear one")
+        if word.mode in DIRECTIONS:
+            self.warn_beyond_turn(word, block.line)
         if word.mode == "IC" or (not word.mode and not self.motion.modes.absolute):
             self.core.require_known(block, [axis], "an incremental value")
             return self._count_from(word, axis, block.line) + value
@@ -82,7 +94,7 @@ class SiemensPlaces:
             return turn_to(here, value, word.mode)
         if word.name not in self.keys.modulo_axes:
             return value
-        return 360.0 * math.floor(here / 360.0) + value % 360.0
+        return _FULL_TURN * math.floor(here / _FULL_TURN) + value % _FULL_TURN
 
     # --- polar words ------------------------------------------------------------------------------------
 

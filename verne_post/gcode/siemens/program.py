@@ -234,7 +234,9 @@ class SiemensText(ProgramText):
         for word, begin in open_words:
             closing = next(end for end, opening in _CLOSES.items() if opening == ("IF" if word == "ELSE" else word))
             edits = self._find_misspelt_end(begin, closing)
-            raise ProgramError("VP023", f"{word} is never closed; expected {closing}", 1, line=begin, edits=edits)
+            text = f"{word} is never closed; expected {closing}"
+            text += "".join(f", which line {edit.line} writes as {edit.misspelt}" for edit in edits)
+            raise ProgramError("VP023", text, 1, line=begin, edits=edits)
         return structure
 
     def _find_misspelt_end(self, begin: int, closing: str) -> tuple[Remedy, ...]:

@@ -4,7 +4,7 @@ from typing import Final, Protocol
 
 from msgspec import Struct, field
 
-from verne_post.base.suggestions import LETTERS_OF_FUNCTIONS, find_meant, suggest
+from verne_post.base.suggestions import LETTERS_OF_FUNCTIONS, find_meant, name_near_numbers, suggest
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.siemens.cursor import Cursor
 from verne_post.gcode.siemens.values import Index, Names, Value, read_indices, read_value, round_half_away
@@ -62,6 +62,7 @@ class Variables(Struct):
     system: SystemVariables
     r: dict[int, float] = field(default_factory=dict)
     scopes: list[dict[str, Variable]] = field(default_factory=lambda: [{}])
+    unset_r: list[int] = field(default_factory=list)  #: R parameters that have been read before they were set.
 
     def find(self, name: str) -> Variable | None:
         """The variable of a name."""
@@ -80,9 +81,9 @@ class Variables(Struct):
         """Value of a variable."""
         number = read_r_number(name)
         if number is not None and not index:
-            return self.r.get(self._check_r(number, cursor, at), 0.0)
+            return self._read_r(self._check_r(number, cursor, at))
         if name == "R":
-            return self.r.get(self._check_r(index[0] if len(index) == 1 else -1, cursor, at), 0.0)
+            return self._read_r(self._check_r(index[0] if len(index) == 1 else -1, cursor, at))
         if name.startswith("$"):
             return self.system.read_system(name, index, cursor, at)
         variable = self.find(name)
@@ -94,6 +95,17 @@ class Variables(Struct):
             text = f"{name} is neither defined (DEF) nor a function or variable that is known here{near or define}"
             raise cursor.error("VP025", text, at)
         return variable.values.get(self._check_index(variable, name, index, cursor, at), variable.find_default())
+
+    def _read_r(self, number: int) -> float:
+        if number not in self.r:
+            self.unset_r.append(number)
+        return self.r.setdefault(number, 0.0)
+
+    def explain_unset(self, number: int) -> str:
+        """What is to be told of an R parameter that has been read before it was set."""
+        near = name_near_numbers(str(number), (str(one) for one in self.r if one not in self.unset_r), "R")
+        text = f"R{number} is read before the program sets it: it counts as 0, and a control has its last value"
+        return f"{text}; write R{number}=0 first if that is meant{f'; the program sets {near}' if near else ''}"
 
     def look_up(self, name: str) -> Value | None:
         """Value of an R parameter, or of a variable that is no array; None for another name."""

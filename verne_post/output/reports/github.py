@@ -58,8 +58,9 @@ def _write_annotation(program: str, cause: Cause) -> str:
         where.append(f"line={line}")
         if item.last_line is not None and item.last_line > line:
             where.append(f"endLine={item.last_line}")
-        if item.column is not None:
-            where.append(f"col={item.column}")
+        column = item.column if item.file is None else item.file_column
+        if column is not None:
+            where.append(f"col={column}")
     title = CODES[item.code].title
     where.append(f"title={_escape_property(f'{item.code} {title}')}")
     also = [f"also {others}"] if others else []

@@ -100,8 +100,9 @@ def _make_location(program: str, item: Finding) -> dict[str, Any]:
     file, line = find_place(program, item)
     # the approach of --from (line 0) and files that cannot be read have no line: code hosts want one all the same
     region: dict[str, Any] = {"startLine": line or 1}
-    if item.line and item.column is not None:
-        region["startColumn"] = item.column
+    column = item.column if item.file is None else item.file_column
+    if line and column is not None:
+        region["startColumn"] = column
     if item.line and item.last_line is not None and item.last_line > item.line:
         region["endLine"] = item.last_line
     return {"physicalLocation": {"artifactLocation": {"uri": make_uri(file)}, "region": region}}

@@ -21,7 +21,7 @@ def write(reports: Sequence[Report], machine: Machine | None = None) -> str:
         ):
             lines += shown
         told |= {item.code for item in report.findings if item.code in _OF_THE_CONTROL}
-        time = "" if report.cycle_time_s is None else f", {report.cycle_time_s:.3f} s"
+        time = "" if report.cycle_time_s is None else f", machining time {report.cycle_time_s:.3f} s"
         own = report.machine or machine
         outcome = format_outcome(report.program, report.findings, report.errors_not_counted, own, report.fail_level)
         lines.append(f"{outcome}{time}")
