@@ -88,3 +88,17 @@ def test_the_stock_of_the_program_itself_is_cut(slot, run):
     done = run("machined", "h.csv", "--against", "slot.h", *PLACE, "--stock-from", "program")
     assert "4320.0 of 288000.0 mm3 cut" in done.err + done.out
     assert done.code == 0
+
+
+def test_a_rapid_out_of_a_rounded_corner_is_clear_in_rows_too(slot, run):
+    """The corner at X0 leaves 0.03 mm of the cut, through which the rapid begins; `check` allows it."""
+    Path("slot.nc").write_text(
+        "G21 G17 G90 G94 G64 P0.02\nT1 M6 G43 H1\nG0 A0 C0\nG0 X-50 Y0\nG0 Z20\nG1 Z-2 F1500\nG1 X0\nG0 Z20\nX-20\n"
+        "Z-1\nZ40\nM2\n",
+        encoding="utf-8",
+    )
+    assert run("convert", "slot.nc", *PLACE, "-o", "a.csv", "--quiet").code == 0
+    assert run("check", "slot.nc", *PLACE, *BOX).code == 0
+    done = slot(*BOX)
+    assert "VP216" not in done.err
+    assert done.code == 0

@@ -145,7 +145,11 @@ def test_a_side_car_that_is_none(job: Path, run: Callable[..., Any]) -> None:
         ("--measured-offset", "system,x_mm,y_mm,z_mm\nG54,1,2,3\nG54,1,2,3\n", "f:3: VP504 error: G54 appears twice"),
         ("--measured-offset", '{"system": "G54"}', "expected a list of objects"),
         ("--measured-offset", "[1", "neither CSV nor JSON"),
-        ("--tool-lengths", "tool,length_mm\n3.5,60\n", "f:2: VP504 error: tool '3.5': expected a whole number from 1 on"),
+        (
+            "--tool-lengths",
+            "tool,length_mm\n3.5,60\n",
+            "f:2: VP504 error: tool '3.5': expected a whole number from 1 on",
+        ),
         ("--tool-lengths", "tool,length_mm\n3,60\n3,61\n", "f:3: VP504 error: tool 3 appears twice"),
         ("--tool-lengths", "tool,length_mm\n3,-1\n", "a tool length lies between 0 and 10000 mm"),
         ("--tool-lengths", "tool,length_mm\n3,6e1x\n", "length_mm = '6e1x' is not a number"),

@@ -1,6 +1,7 @@
 """Distances of tool, spindle and platform from boxes: against brute force, and along whole motions."""
 
 import math
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,7 @@ import verne_post
 from verne_post.app.assemble import assemble, build_interpreter_setup
 from verne_post.app.constraints import check_program
 from verne_post.base import spans
+from verne_post.config.tool_shapes import read_tool_shapes
 from verne_post.kinematics.checks.clearance import _bound_convex
 from verne_post.kinematics.checks.keep_out import KeepOut, Placed, build_keep_out
 from verne_post.kinematics.checks.moving import Moving
@@ -433,6 +435,58 @@ def test_a_rapid_out_of_a_rounded_corner(corner: str, way: str, expected: list[i
     options = Options(tools={1: tool}, wcs={"G54": (0.0, 0.0, 100.0)}, stock=stock)
     found = check_program(assemble(f"{source}{way}\nG0 Z40\nX-20 Y0\nZ-1\nZ40\nM2\n".encode(), MACHINE, options))[1]
     assert [item.line for item in found] == expected
+
+
+@pytest.mark.parametrize(
+    ("corner", "diameter", "end", "down", "way", "least", "most"),
+    [
+        # the wall is 8 tan 30 deg = 4.6 mm nearer at the top: material lies on the axis of the cutter, of radius 4
+        ("G64", 8.0, 0.0, -8, "G0 A30", 3.9, 4.0),
+        ("G61.1", 8.0, 0.0, -8, "G0 A30", 3.9, 4.0),
+        ("G64", 8.0, 0.0, -8, "G0 A-30", 3.9, 4.0),
+        # sideways through solid stock, 3 mm below its top: material lies on the axis of a ball of radius 1
+        ("G64", 2.0, 1.0, -3, "G0 X4 A10", 0.9, 1.0),
+        ("G61.1", 2.0, 1.0, -3, "G0 X4 A10", 0.9, 1.0),
+        ("G64", 2.0, 1.0, -3, "G0 X4", 0.9, 1.0),
+        ("G64", 2.0, 1.0, -3, "G0 X4 C1", 0.9, 1.0),
+        # the edge, of 90 degrees, goes 4 sin 60 deg - 3 = 0.464 mm into the face: 0.464 sin 45 / cos 15 deg are inside
+        ("G64", 8.0, 0.0, 3, "G0 A60", 0.32, 0.340),
+    ],
+)
+def test_a_rapid_that_turns_meets_the_stock_as_it_was_before_its_line(
+    corner: str, diameter: float, end: float, down: float, way: str, least: float, most: float
+) -> None:
+    """It ran: each chord of 0.5 degrees was cut before the next one was checked, and met next to nothing."""
+    source = (
+        f"G21 G90 G17 {corner}\nT1 M6\nM3 S5000\nG43 H1\nG0 A0 C0\nG0 X0 Y0 Z5\nG1 Z{down} F500\n{way}\nG0 Z60\nM2\n"
+    )
+    cutter = f"[tool.1]\ncutter = {{ diameter = {diameter}, length = 20.0, corner_radius = {end} }}\n"
+    stock = Box("the stock", (-30.0, -30.0, -20.0), (30.0, 30.0, 0.0), system=1)
+    options = Options(
+        tool_length=60.0,
+        wcs={"G54": (0.0, 0.0, 60.0)},
+        stock=stock,
+        tool_shapes=read_tool_shapes(cutter.encode(), "s.toml"),
+    )
+    program = assemble(source.encode(), verne_post.load_machine("serial"), options)
+    found = next(item for item in check_program(program)[1] if item.severity == "error")
+    assert (found.code, found.line) == ("VP216", 8)
+    depth = re.search(r"material lies up to ([\d.]+) mm inside it", found.message)
+    assert depth is not None
+    assert least <= float(depth[1]) <= most
+    if "X" not in way:  # the tip stays
+        assert re.search(r"begins [\d.]+ deg along line 8, [\d.]+ deg before its end", found.message)
+
+
+@pytest.mark.parametrize("way", ["G0 Z20 A30", "G0 Z20", "G0 A0.001"])
+def test_a_rapid_that_turns_while_it_leaves_is_clear(way: str) -> None:
+    """The edge of the cutter goes down by no more than 4 sin A while its tip goes up by 20 mm for 30 degrees."""
+    source = f"G21 G90 G17\nT1 M6\nM3 S5000\nG43 H1\nG0 A0 C0\nG0 X0 Y0 Z5\nG1 Z0 F500\n{way}\nG0 Z60\nM2\n"
+    stock = Box("the stock", (-30.0, -30.0, -20.0), (30.0, 30.0, 0.0), system=1)
+    shape = read_tool_shapes(b"[tool.1]\ncutter = { diameter = 8.0, length = 20.0 }\n", "s.toml")
+    options = Options(tool_length=60.0, wcs={"G54": (0.0, 0.0, 60.0)}, stock=stock, tool_shapes=shape)
+    program = assemble(source.encode(), verne_post.load_machine("serial"), options)
+    assert [item for item in check_program(program)[1] if item.severity == "error"] == []
 
 
 def test_a_cutter_that_is_wider_below_does_not_come_back_up() -> None:

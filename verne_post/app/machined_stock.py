@@ -12,7 +12,7 @@ from msgspec import Struct
 from verne_post.app.assemble import Program
 from verne_post.app.machined import Body, find_tools, judge_rows, place_on_table, place_tips, report_missing_shape
 from verne_post.app.result import Progress
-from verne_post.app.stock_check import build_tool, report_touches
+from verne_post.app.stock_check import build_tool, find_rounding, report_touches
 from verne_post.base.arrays import Array, Ints
 from verne_post.kinematics.checks.keep_out import place_own_stock
 from verne_post.model.findings import Finding
@@ -150,6 +150,7 @@ def cut_rows(program: Program, q: Array, line: Ints, stock: Dexels) -> StockRun:
         line[first],
         tool.reshape(-1),
         rapid,
+        _find_rounding_of_rows(program, tip[first], tip[last], line[first]),
     )
     before = stock.measure_volume()
     box = program.options.stock or Box("the stock", (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
@@ -186,6 +187,26 @@ def _list_rapid_lines(program: Program) -> set[int]:
     path = program.path
     rapid = path.feed_time == 0
     return set(path.line[rapid].tolist()) - set(path.line[~rapid].tolist())
+
+
+def _find_rounding_of_rows(program: Program, tip: Array, end: Array, line: Ints) -> Array:
+    """:func:`find_rounding` for spans (n,) between rows: those that begin within the corner that begins their line."""
+    contour = program.contour
+    rounding, lines = find_rounding(contour), contour.find_lines()
+    in_corner = np.flatnonzero(rounding > 0)
+    if not len(in_corner):
+        return np.zeros(len(line))
+    corners = np.split(in_corner, np.flatnonzero(np.diff(in_corner) > 1) + 1)
+    numbers, of_corner = np.unique([lines[corner[0]] for corner in corners], return_inverse=True)
+    most, way = np.zeros((2, len(numbers)))
+    np.maximum.at(most, of_corner, [rounding[corner].max() for corner in corners])
+    np.maximum.at(way, of_corner, [contour.length[corner].sum() for corner in corners])
+    step = np.linalg.norm(end - tip, axis=1)
+    gone = np.cumsum(step) - step
+    begins = np.append(True, line[1:] != line[:-1])
+    gone -= gone[begins][np.cumsum(begins) - 1]
+    at = np.minimum(np.searchsorted(numbers, line), len(numbers) - 1)
+    return np.where((numbers[at] == line) & (gone < way[at]), most[at], 0.0)
 
 
 def _thin(tip: Array, axis: Array, line: Ints) -> Ints:

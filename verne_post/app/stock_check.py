@@ -29,6 +29,8 @@ CHORD_MM: Final = 0.1
 CHORD_ANGLE: Final = np.radians(0.5)
 #: Stands for a tool whose size nobody has given: thin, but no ray passes beside it unseen.
 WIRE: Final = Cylinder("cutter", 0.3)
+#: Where the tip goes less than this, mm, the place of a contact is an angle.
+SHORT_WAY_MM: Final = 0.1
 #: Poses that are solved at a time.
 SOLVED: Final = 8192
 
@@ -58,11 +60,7 @@ def settle_stock(program: Program, joints: JointPath, found: list[Finding]) -> l
     stock = _make_stock(box)
     spans, tools, skipped = list_spans(program, joints, keep_out.moving, _find_last(joints, open_))
     cut = cut_stock(stock, spans, tools, box.distance)
-    assert spans.rounding is not None
-    room = np.where(spans.rounding > 0, spans.rounding - box.distance, -np.inf)
-    judged = [one for one in cut.touches if one.span >= skipped]
-    touches = [one for one in judged if one.body != "cutter" or not np.nan_to_num(one.depth) <= room[one.span]]
-    cut = replace(cut, touches=tuple(touches))
+    cut = replace(cut, touches=tuple(one for one in cut.touches if one.span >= skipped))
     settled = list(report_touches(cut, box.name, box.distance, float(stock.cell.max())))
     return [*begun, *(item for item in found if item not in open_), *settled]
 
@@ -208,7 +206,7 @@ def _split_touches(touches: list[Touch]) -> Iterator[list[Touch]]:
     for k in range(1, len(touches) + 1):
         if k < len(touches):
             before, after = touches[k - 1], touches[k]
-            if after.span - before.span <= 1 or (after.body != "cutter" and 0 <= after.line - before.line <= 1):
+            if after.span - before.span <= 1 or 0 <= after.line - before.line <= (after.body != "cutter"):
                 continue
         yield touches[begin:k]
         begin = k
@@ -224,8 +222,10 @@ def _make_finding(touches: list[Touch], name: str, keep_off: float, cell: float)
     }
     when = " in a rapid traverse" if worst.body == "cutter" else ""
     if worst.depth == worst.depth:
-        before, after = touches[0].begin
-        begins = f"begins {before:.1f} mm along line {touches[0].line}, {after:.1f} mm before its end"
+        (before, after), unit = touches[0].begin, "mm"
+        if before + after < SHORT_WAY_MM:  # it turns about its tip
+            (before, after), unit = touches[0].begin_turn, "deg"
+        begins = f"begins {before:.1f} {unit} along line {touches[0].line}, {after:.1f} {unit} before its end"
         if worst.depth > 0:
             what = f"runs into {name}{when}: the contact {begins}; material lies up to {worst.depth:.3f} mm inside it"
         else:

@@ -1,12 +1,16 @@
 """Stock that is cut in the order of time, and what touches it on the way.
 
-A rapid traverse is checked against the stock as it is, then cuts it. In feed motion the cutter cuts short stretches;
-shank, holder and spindle are checked after each. Bodies are checked twice. They are made smaller by the error of the
-model: a ray that still meets material is a certain touch. They are made larger by what may lie between rays: if no ray
-meets material, they are clear. Between the two nothing is decided, except where the tool follows its own cut, or only
-moves away from where it stood while cutting: both leave it as clear as before.
+A rapid traverse is checked along its whole line against the stock as it is, then cuts it: a turn is many short spans,
+and each would meet only what the span before has left. A rounded corner that begins it is checked before the rest. In
+feed motion the cutter cuts short stretches; shank, holder and spindle are checked after each.
+
+Bodies are checked twice. They are made smaller by the error of the model: a ray that still meets material is a certain
+touch. They are made larger by what may lie between rays: if no ray meets material, they are clear. Between the two
+nothing is decided, except where the tool follows its own cut, or only moves away from where it stood while cutting:
+both leave it as clear as before.
 """
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Final
 
@@ -95,6 +99,7 @@ class Touch(Struct, frozen=True):
     depth: float  #: mm; NaN where it is not decided whether it touches.
     #: Where the contact begins: how far the tip has come along its line, and how far it goes, mm. 0 where undecided.
     begin: tuple[float, float] = (0.0, 0.0)
+    begin_turn: tuple[float, float] = (0.0, 0.0)  #: The same of the tool axis in the part, deg.
     tip: tuple[float, float, float] | None = None  #: There, in the table frame, mm; None where undecided.
 
 
@@ -125,9 +130,12 @@ def cut_stock(stock: Dexels, spans: Spans, tools: Sequence[Tool], keep_off: floa
         if len(rows):
             run.pass_rows(rows, tip[rows], axis[rows])
     begin = run.measure_begins()
+    rounding = np.zeros(len(spans.line)) if spans.rounding is None else spans.rounding
+    room = np.where(rounding > 0, rounding - keep_off, -np.inf)
     touches = (
         Touch(row, int(spans.line[row]), body, depth, *begin.get((row, body), ()))
         for (row, body), depth in run.depth.items()
+        if body != "cutter" or not np.nan_to_num(depth) <= room[row]
     )
     return Cut(run.volume, tuple(touches))
 
@@ -146,8 +154,8 @@ class _Run:
         self.volume = np.zeros(len(spans.line))
         #: Depth by span and body; NaN while nothing is decided.
         self.depth: dict[tuple[int, str], float] = {}
-        #: Tip by span and body where a certain contact begins, in the frame of the stock.
-        self.begin: dict[tuple[int, str], Array] = {}
+        #: Tip and axis by span and body where a certain contact begins, in the frame of the stock.
+        self.begin: dict[tuple[int, str], tuple[Array, Array]] = {}
         self.compiled = len(spans.line) > WORTH_COMPILING and load_compiled() is not None
         #: Straight cuts by tool (tip and axis, each (2, 3)), which a rapid may follow.
         self.cuts: dict[int, list[tuple[Array, Array]]] = {}
@@ -160,23 +168,27 @@ class _Run:
         """Spans of one tool, all in rapid traverse or all in feed motion; poses in the frame of the stock."""
         number = int(self.spans.tool[rows[0]])
         tool, past = self.tools[number], self.cuts.setdefault(number, [])
+        changes = np.diff(self.spans.line[rows]) != 0
         if self.spans.rapid[rows[0]]:
-            for k, row in enumerate(rows.tolist()):
-                self._check(row, tip[k], axis[k], tool, with_cutter=True)
-                self._cut(rows[k : k + 1], tip[k : k + 1], axis[k : k + 1], tool.cutter)
-                self._break(rows[k : k + 1], tip[k : k + 1], axis[k : k + 1], tool)
-                past.append((tip[k], axis[k]))
+            in_corner = np.zeros(len(rows)) if self.spans.rounding is None else self.spans.rounding[rows] > 0
+            for part in np.split(np.arange(len(rows)), np.flatnonzero(changes | (np.diff(in_corner) != 0)) + 1):
+                stood = tip[part[0], 0], axis[part[0], 0]
+                for k in part.tolist():
+                    self._check(int(rows[k]), tip[k], axis[k], tool, stood)
+                self._cut(rows[part], tip[part], axis[part], tool.cutter)
+                self._break(rows[part], tip[part], axis[part], tool)
+                past += zip(tip[part], axis[part], strict=True)
             return
         near = self._find_near(tip, axis, tool)
-        for part in np.split(np.arange(len(rows)), np.flatnonzero(np.diff(near)) + 1):
+        for part in np.split(np.arange(len(rows)), np.flatnonzero(changes | (np.diff(near) != 0)) + 1):
             if not near[part[0]]:
                 self._cut(rows[part], tip[part], axis[part], tool.cutter)
                 continue
             for k in part.tolist():
                 for at_tip, at_axis in _split_span(tip[k], axis[k], STRETCH_MM):
                     self._cut(rows[k : k + 1], at_tip[None], at_axis[None], tool.cutter)
-                    self._check(int(rows[k]), at_tip, at_axis, tool, with_cutter=False)
-                self._break(rows[k : k + 1], tip[k : k + 1], axis[k : k + 1], tool)
+                    self._check(int(rows[k]), at_tip, at_axis, tool)
+            self._break(rows[part], tip[part], axis[part], tool)
         past += zip(tip, axis, strict=True)
 
     def _find_near(self, tip: Array, axis: Array, tool: Tool) -> Mask:
@@ -199,28 +211,32 @@ class _Run:
             if volume[(sweeps.start == sweeps.end).all(axis=1)].any() and len(sweeps) > len(rows):
                 self.left = 0.5 * STEP_MM
 
-    def _break(self, row: Ints, tip: Array, axis: Array, tool: Tool) -> None:
+    def _break(self, rows: Ints, tip: Array, axis: Array, tool: Tool) -> None:
         """Cut what other bodies than the cutter have run into: it is gone, so that one mistake is one finding."""
         for name, body in tool.list_bodies(with_cutter=False):
-            if self.depth.get((int(row[0]), name), np.nan) > 0:
-                self._cut(row, tip, axis, body)
+            hit = np.array([self.depth.get((row, name), np.nan) > 0 for row in rows.tolist()])
+            if hit.any():
+                self._cut(rows[hit], tip[hit], axis[hit], body)
 
-    def _check(self, row: int, tip: Array, axis: Array, tool: Tool, *, with_cutter: bool) -> None:
-        """Note what touches the stock on one span."""
-        for name, body in tool.list_bodies(with_cutter=with_cutter):
+    def _check(self, row: int, tip: Array, axis: Array, tool: Tool, stood: tuple[Array, Array] | None = None) -> None:
+        """Note what touches the stock on one span, in rapid traverse from where the tool ``stood`` before its line."""
+        for name, body in tool.list_bodies(with_cutter=stood is not None):
             touching = self._is_touching(tip, axis, body, -TOUCH_MM - self.left)
             if touching:
                 if (row, name) not in self.begin:
                     self.begin[row, name] = self._find_begin(tip, axis, body)
                 self.depth[row, name] = max(self._measure_depth(tip, axis, body), self.depth.get((row, name), 0.0))
                 self.broken.add((int(self.spans.tool[row]), name))
-            elif not (name == "shank" and tool.has_thin_shank) and not self._is_clear(row, tip, axis, name, body):
+            elif not (name == "shank" and tool.has_thin_shank) and not self._is_clear(
+                row, tip, axis, name, body, stood or (tip[0], axis[0])
+            ):
                 self.depth.setdefault((row, name), np.nan)
 
-    def _find_begin(self, tip: Array, axis: Array, body: tuple[Piece, ...]) -> Array:
-        """The tip (3,) where a body that certainly touches on a span does so first, within ``FINE_MM``."""
+    def _find_begin(self, tip: Array, axis: Array, body: tuple[Piece, ...]) -> tuple[Array, Array]:
+        """Tip and axis where a body that certainly touches on a span does so first, within ``FINE_MM``."""
         clear, touching = 0.0, 1.0
-        long = float(np.linalg.norm(tip[1] - tip[0]))
+        reach = max(piece.high for piece in body)
+        long = float(np.linalg.norm(tip[1] - tip[0]) + reach * np.linalg.norm(axis[1] - axis[0]))
         while (touching - clear) * long > FINE_MM:
             share = 0.5 * (clear + touching)
             ends = (np.stack([one[0], one[0] + share * (one[1] - one[0])]) for one in (tip, axis))
@@ -230,19 +246,25 @@ class _Run:
                 touching = share
             else:
                 clear = share
-        return np.asarray(tip[0] + clear * (tip[1] - tip[0]))
+        return tip[0] + clear * (tip[1] - tip[0]), axis[0] + clear * (axis[1] - axis[0])
 
-    def measure_begins(self) -> dict[tuple[int, str], tuple[tuple[float, float], tuple[float, float, float]]]:
-        """``begin`` and ``tip`` of the certain touches, by span and body."""
-        tip, _axis = self.stock.place_inside(self.spans.tip, self.spans.axis)
-        way = np.concatenate([[0.0], np.cumsum(np.linalg.norm(tip[:, 1] - tip[:, 0], axis=1))])
+    def measure_begins(
+        self,
+    ) -> dict[tuple[int, str], tuple[tuple[float, float], tuple[float, float], tuple[float, float, float]]]:
+        """``begin``, ``begin_turn`` and ``tip`` of the certain touches, by span and body."""
+        tip, axis = self.stock.place_inside(self.spans.tip, self.spans.axis)
+        ways = [np.append(0.0, np.cumsum(np.linalg.norm(one[:, 1] - one[:, 0], axis=1))) for one in (tip, axis)]
         ends = np.concatenate([[0], np.flatnonzero(np.diff(self.spans.line)) + 1, [len(tip)]])
         begins = {}
         for (row, name), at in self.begin.items():
             last = int(np.searchsorted(ends, row, "right"))
-            there = way[row] + np.linalg.norm(at - tip[row, 0])
-            x, y, z = self.stock.place_outside(at).tolist()
-            begins[row, name] = (float(there - way[ends[last - 1]]), float(way[ends[last]] - there)), (x, y, z)
+            parts = []
+            for way, ends_of_spans, now in zip(ways, (tip, axis), at, strict=True):
+                there = way[row] + np.linalg.norm(now - ends_of_spans[row, 0])
+                parts.append((float(there - way[ends[last - 1]]), float(way[ends[last]] - there)))
+            begin, (before, after) = parts
+            x, y, z = self.stock.place_outside(at[0]).tolist()
+            begins[row, name] = begin, (math.degrees(before), math.degrees(after)), (x, y, z)
         return begins
 
     def _is_touching(self, tip: Array, axis: Array, body: tuple[Piece, ...], by: float) -> bool:
@@ -266,7 +288,15 @@ class _Run:
                 table = table.extend(self.stock.resolution + 0.5 * STEP_MM)
             yield np.flatnonzero(self.stock.find_touching(sweeps, table, compiled=self.compiled)), sweeps, table
 
-    def _is_clear(self, row: int, tip: Array, axis: Array, name: str, body: tuple[Piece, ...]) -> bool:
+    def _is_clear(
+        self,
+        row: int,
+        tip: Array,
+        axis: Array,
+        name: str,
+        body: tuple[Piece, ...],
+        stood: tuple[Array, Array],
+    ) -> bool:
         """Whether a body that no ray certainly meets is clear, also between the rays."""
         if not self._is_touching(tip, axis, body, RESOLVED):
             return True
@@ -284,14 +314,14 @@ class _Run:
 
         if all(follows(part, FINE_MM) for part in _split_span(tip, axis, STRETCH_MM)):
             return True
-        stood = np.abs(past[-1][0][1] - tip[0]).max() <= TOUCH_MM and np.abs(past[-1][1][1] - axis[0]).max() == 0
-        return bool(stood and self._is_leaving(tip, axis, body))
+        was_here = np.abs(past[-1][0][1] - stood[0]).max() <= TOUCH_MM and np.abs(past[-1][1][1] - stood[1]).max() == 0
+        return bool(was_here and self._is_leaving(tip, axis, body, stood))
 
-    def _is_leaving(self, tip: Array, axis: Array, body: tuple[Piece, ...]) -> bool:
-        """Whether a body comes nowhere nearer to material than it stands at the beginning of a span."""
+    def _is_leaving(self, tip: Array, axis: Array, body: tuple[Piece, ...], stood: tuple[Array, Array]) -> bool:
+        """Whether a body comes nowhere nearer to material on a span than where it stood."""
         point = self._list_points(tip, axis, body, RESOLVED, every=True)
         tips, axes = _place_along(tip, axis, PLACES)
-        begin = measure_phi(body, point, tips[0], axes[0])
+        begin = measure_phi(body, point, *stood)
         return bool((_measure_nearest(tips, axes, body, point) >= begin - TOUCH_MM).all())
 
     def _measure_depth(self, tip: Array, axis: Array, body: tuple[Piece, ...]) -> float:
