@@ -77,7 +77,8 @@ def options_page() -> str:
         "# Options of the commands",
         "",
         "Every command is listed with its options, as `--help` prints them. [Commands](../commands.md)",
-        "says which command does which task, and which of two values counts.",
+        "says which command does which task, and [settings](../settings.md#which-value-counts) which of two",
+        "values counts.",
     ]
     for name, command in commands():
         out += ["", f"## {name}", "", "```text", usage(name, command), "```", "", _text(command)]
