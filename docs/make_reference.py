@@ -180,8 +180,8 @@ def codes_page() -> str:
     out = [
         "# Finding codes (error codes)",
         "",
-        "Every error, warning and note has a code, and every code has a page. The page [findings](../findings.md) says how to",
-        "read a finding. `verne-post explain CODE` prints the page of a code.",
+        "Every error, warning and note has a code, and every code has a page. The page [findings](../findings.md)",
+        "says how to read a finding. `verne-post explain CODE` prints the page of a code.",
         "",
         "## All codes { data-search-exclude }",
         "",
