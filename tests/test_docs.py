@@ -298,7 +298,10 @@ def test_the_site_is_built_without_warnings(tmp_path: Path) -> None:
     assert "--tool-length" in searched
     # one table of all codes answered every search: each code has its page, and pages of controls come first
     boosts = {entry["location"]: entry.get("boost", 1) for entry in json.loads(searched)["docs"]}
-    assert not [place for place in boosts if place.startswith(("reference/codes.html", "public-programs.html"))]
+    places = [place for place in boosts if place.startswith(("reference/codes.html", "public-programs.html"))]
+    assert places == ["reference/codes.html"]  # its first lines, without the table
+    assert boosts["settings.html"] > boosts["fanuc.html"]
+    assert 'name="description" content="verne-post plans' in (tmp_path / "site" / "index.html").read_text("utf-8")
     assert "reference/VP101.html" in boosts
     assert boosts["machine-file.html"] > boosts["siemens.html"] > 1 > boosts["reference/VP101.html"]
     # the page of a code shows where it belongs
