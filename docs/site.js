@@ -51,7 +51,7 @@ document.querySelectorAll(".language-console code, .md-typeset :not(pre, td) > c
 });
 document.querySelectorAll('.language-console [id^="line-"]').forEach(line => {
   const before = /^( {2}\S+(?: \S+)* {2,}| {8,})(?=\S)/.exec(line.textContent);
-  line.classList.toggle("fixed", line.textContent.length <= 105);
+  line.classList.toggle("fixed", before !== null && line.textContent.length <= 105);
   if (before && before[0].length <= 20) line.style.setProperty("--hang", `${before[0].length}ch`);
 });
 // The options of all commands are many screens of a phone: there each command opens its own.
