@@ -353,6 +353,10 @@ def test_klartext_that_tilts_while_it_cuts_without_m128(
         ("G43 H1\nG0 A30. C60. X5. Y0. Z50.\nG1 X20.\nG43.4 H1\nG0 X0. Y0. Z50.\nG1 X9.\n", 7),
         ("G43.4 H1\nG0 A30. C60. X5. Y0. Z50.\nM98 P2\nG0 X0. Y0. Z50.\nG1 X9.\n", None),
         ("G68.2 X0 Y0 Z0 I0 J30. K0\nG53.1\nG43 H1\nG0 X5. Y0. Z50.\nG1 X20.\nG0 Z99.\nG69\n", None),
+        ("G68.2 X0 Y0 Z0 I0 J30. K0\nG53.1\nG43 H1\nG1 X5. Y0. Z50.\nG69\nG0 Z60.\nA0 C0\nG1 X9.\n", 10),
+        ("G43.4 H1\nG0 A30. C60. X5. Y0. Z50.\nG1 X9.\nG43 H1\nG0 Z60.\n", 9),
+        ("G43 H1\nG0 A30. C60.\nX5. Y0. Z60.\nG43.4 H1\nG0 Z50.\nG1 X9.\nG0 A0. C0.\n", None),
+        ("G68.2 X0 Y0 Z0 I0 J30. K0\nG53.1\nG43 H1\nG1 X5. Y0. Z50.\nG69\nG0 A0 C0\nG0 X5. Y0. Z60.\n", None),
     ],
 )
 def test_each_cut_is_judged_by_what_holds_there(
@@ -510,3 +514,38 @@ def test_moves_under_g500_are_named_by_every_command(run: Callable[..., Any], tm
 
     program.write_text(AT_MACHINE_ZERO.replace("G500\n", "$P_UIFR[0,Z,TR]=-40\nG500\n"))
     assert "work offset: G500 at (0, 0, 510) mm on the table\n" in run("check", program).out
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "line"),
+    [
+        (
+            "p.h",
+            "BEGIN PGM P MM\nTOOL DEF 1 L+120\nTOOL CALL 1 Z S900\nL X+0 Y+0 Z+60 A+0 C+0 R0 FMAX M3\n"
+            "TOOL CALL 1 Z S800\nL Z+40 R0 F600 M3\nM30\nEND PGM P MM\n",
+            3,
+        ),
+        (
+            "p.nc",
+            "%\nO1\nG21 G90 G54\nT1 M6\nG10 L10 P1 R120.\nG0 X0 Y0 A0 C0 S900 M3\nG43 H1 Z60.\nG1 Z40. F600.\n"
+            "G43 H1\nM30\n%\n",
+            7,
+        ),
+        (
+            "p.mpf",
+            "G17 G90 G94 G710 G54\n$TC_DP3[1,1]=120\nT1 D1\nM6\nS900 M3\nG0 X0 Y0 Z60 A0 C0\nD1\nG1 Z40 F600\nM30\n",
+            4,
+        ),
+    ],
+)
+def test_a_length_of_the_program_beside_tool_length_is_told_once(
+    run: Callable[..., Any], tmp_path: Path, name: str, text: str, line: int
+) -> None:
+    path = tmp_path / name
+    path.write_text(text)
+    for length in (80, 120):
+        answer = run("check", path, "--tool-length", length, "--wcs", "G54=0,0,40")
+        assert answer.code == 0, answer.out
+        assert answer.out.count("VP018") == (length == 80), answer.out
+        said = f"{name}:{line}: VP018 warning: --tool-length gives 80 mm to the whole program, and the length that the"
+        assert (said in answer.out) == (length == 80)

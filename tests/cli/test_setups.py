@@ -283,7 +283,7 @@ def test_batch_keeps_the_mistake_of_one_set_up_alone(folder: Path, run: Callable
     answer = run("batch", ".", "-o", "out", "-j", 1)
     assert answer.code == 2
     assert "1 can run" in answer.out
-    assert "second.nc.toml: nonsense: this is no option" in answer.err
+    assert "second.nc.toml:1:1: VP503 error: nonsense: this is no option" in answer.err
     # the set-up is part of what the rows were made of
     assert "as before" in run("batch", "part.nc", "-o", "out", "-j", 1).out
     Path("part.nc.toml").write_text("tool_length = 81\n[wcs]\nG54 = [0, 0, 30]\n", encoding="utf-8")

@@ -132,9 +132,9 @@ def test_a_full_disk_is_no_fault_of_ours(ground: Ground) -> None:
 
     run = ground.run("batch", "short.nc", "--tool-length", "60", "-o", "out", "-j", "1", preexec_fn=limit)
     assert run.status == 2
-    assert b"internal error" not in run.out
-    assert b"VP022: " in run.out
-    assert b"File too large" in run.out
+    assert b"internal error" not in run.out + run.err
+    assert b"VP022 error: " in run.err
+    assert b"File too large" in run.err
 
 
 @pytest.mark.parametrize("megabytes", [172, 180, 190, 200, 300])

@@ -1152,6 +1152,10 @@ def fanuc_moves(body, decimal_point):
             "G6.2 P3 K0 X0 Y0 R1 F9\nK0 X1000 Y2000\nK0 X3000 Y0\nK1\nK1\nK1",
             "G6.2 P3 K0 X0 Y0 R1 F9\nK0 X1. Y2.\nK0 X3. Y0\nK1\nK1\nK1",
         ),
+        ("G1 X0 Y0 F9\nX9000. ,R2000\nY9000.", "G1 X0 Y0 F9\nX9000. ,R2.\nY9000."),  # corners
+        ("G1 X0 Y0 F9\nX9000. , C 1500\nY9000.", "G1 X0 Y0 F9\nX9000. ,C1.5\nY9000."),
+        ("G20\nG1 X0 Y0 F9\nX9000. ,R2000\nY9000. ,C.5\nX5.", "G20\nG1 X0 Y0 F9\nX9000. ,R.2\nY9000. ,C.5\nX5."),
+        ("#1=2\nG1 X0 Y0 F9\nX9. (,R9) ,R#1\nY9.", "G1 X0 Y0 F9\nX9. ,R2.\nY9."),
         ("M98 P1002\nG0 X7.\nM30\nO1002\nG0 X20\nM99", "M98 P1002\nG0 X7.\nM30\nO1002\nG0 X.02\nM99"),
     ],
 )

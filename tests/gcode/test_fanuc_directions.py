@@ -240,3 +240,14 @@ def test_what_is_refused_beside_a_turned_table(run, text, words):
     with pytest.raises(InputError, match=words) as caught:
         run("G43 H1 G0 X10. Y0 Z250. B0\nB30.\n" + text)
     assert [(item.code, item.line) for item in caught.value.findings] == [("VP017", 6)]
+
+
+def test_rapids_after_a_plane_move_the_axes_of_the_machine(run):
+    """Z150 after G69 is 150 + 80 + 40 - 400 of the machine, also after the table has turned back."""
+    lines, _kinds, ends = run(
+        "T1 M6\nG54 G0 X0 Y0 B0 C0\nG43 H1 Z150.\nG68.2 X0 Y0 Z0 I90. J20. K0\nG53.1\nG0 X0 Y0 Z50.\nG69\nG0 Z150.\n"
+        "B0 C0\nX20. Y0"
+    )
+    ends = dict(zip(lines, ends, strict=True))
+    assert [ends[line][2] for line in (11, 12, 13)] == pytest.approx([-130.0] * 3)
+    assert ends[13] == pytest.approx([23.0, 4.0, -130.0, 0.0, 0.0])

@@ -111,11 +111,38 @@ def test_maps_inside_and_outside_a_plane(poses):
     assert axis_of(*angles[-1]) == pytest.approx(rz(30) @ ry(20) @ [0, 0, 1], abs=1e-9)
 
 
+def test_line_0_of_cycle_8_ends_the_mirror_image_at_once(poses):
+    tips, _angles = poses("CYCL DEF 8.0", "CYCL DEF 8.1 X", "CYCL DEF 8.0", TO_POINT)
+    assert tips[-1] == pytest.approx(POINT, abs=1e-8)
+
+
 def test_a_mirror_image_before_a_plane_mirrors_the_plane(poses):
     tips, angles = poses("CYCL DEF 8.1 X", "PLANE SPATIAL SPA+0 SPB+20 SPC+0 MOVE FMAX", TO_POINT)
     mirror = np.diag([-1, 1, 1])
     assert tips[-1] == pytest.approx(mirror @ ry(20) @ POINT, abs=1e-8)
     assert axis_of(*angles[-1]) == pytest.approx(mirror @ ry(20) @ [0, 0, 1], abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("begin", "end"),
+    [
+        ("CYCL DEF 10.1 ROT+30", "CYCL DEF 10.1 ROT+0"),
+        ("TRANS ROTATION ROT-40", "TRANS ROTATION RESET"),
+        ("CYCL DEF 8.1 Y", "CYCL DEF 8.0"),
+        ("TRANS MIRROR AXIS X", "TRANS MIRROR RESET"),
+        ("CYCL DEF 11.1 SCL0.5", "CYCL DEF 11.1 SCL1"),
+        ("TRANS SCALE SCL2", "TRANS SCALE RESET"),
+    ],
+)
+def test_the_end_of_a_map_in_a_plane_takes_back_that_of_before(poses, begin, end):
+    """A control has one rotation, one mirror image, one factor: the same plane without it puts the point as if it had
+    never been."""
+    plane = "PLANE SPATIAL SPA+20 SPB+0 SPC+0 MOVE FMAX"
+    tips, angles = poses(begin, plane, end, plane, TO_POINT)
+    assert tips[-1] == pytest.approx(rx(20) @ POINT, abs=1e-8)
+    assert axis_of(*angles[-1]) == pytest.approx(rx(20) @ [0, 0, 1], abs=1e-9)
+    tips, _angles = poses(begin, plane, end, "PLANE RESET MOVE FMAX", "CYCL DEF 10.1 IROT+90", TO_POINT)
+    assert tips[-1] == pytest.approx(rz(90) @ POINT, abs=1e-8)
 
 
 def test_relative_planes_add_up(poses):
@@ -302,6 +329,35 @@ def test_what_would_be_a_guess_is_refused(findings, statements, words):
     assert found.code == "VP017"
     assert words in found.message
     assert found.line == len(HEAD) + len(statements)
+
+
+@pytest.mark.parametrize(
+    ("before", "inside", "words"),
+    [
+        ("TRANS ROTATION ROT+30", ["TRANS ROTATION ROT+9"], "TRANS ROTATION RESET or PLANE RESET first"),
+        ("TRANS ROTATION ROT+30", ["CYCL DEF 10.0", "CYCL DEF 10.1 IROT+9"], "a rotation in a tilted plane while"),
+        ("TRANS MIRROR AXIS X", ["CYCL DEF 8.0", "CYCL DEF 8.1 Y"], "TRANS MIRROR RESET or PLANE RESET first"),
+        ("TRANS MIRROR AXIS X", ["TRANS MIRROR AXIS X"], "TRANS MIRROR RESET or PLANE RESET first"),
+        ("TRANS SCALE SCL2", ["TRANS SCALE SCL3"], "TRANS SCALE RESET or PLANE RESET first"),
+        (
+            "TRANS ROTATION ROT+30",
+            ["TRANS ROTATION RESET", "L X+5 FMAX"],
+            "write the plane again after the end of the rotation",
+        ),
+    ],
+)
+def test_a_second_map_in_a_plane_is_refused(findings, before, inside, words):
+    found = findings(before, "PLANE SPATIAL SPA+20 SPB+0 SPC+0 MOVE FMAX", *inside)
+    assert (found.code, found.line) == ("VP017", len(HEAD) + 2 + len(inside))
+    assert words in found.message
+
+
+@pytest.mark.parametrize("before", ["TRANS ROTATION ROT+30", "TRANS MIRROR AXIS Y"])
+@pytest.mark.parametrize("plane", [["CYCL DEF 19.0", "CYCL DEF 19.1 A+20 B+0 C+0"], ["PLANE AXIAL A+20 C+0 TURN FMAX"]])
+def test_planes_by_axes_after_a_rotation_or_mirror_image_are_refused(findings, before, plane):
+    found = findings(before, *plane)
+    assert (found.code, found.line) == ("VP017", len(HEAD) + 1 + len(plane))
+    assert "does not act on the tilt" in found.message
 
 
 @pytest.mark.parametrize(

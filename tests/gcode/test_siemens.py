@@ -566,3 +566,26 @@ def test_user_codes_switch_tool_centre_point_control_as_trafoof_does(machine):
     for off, on in (("TRAOOF", "TRAON"), ("M429", "M428")):
         assert list_places_on(machine, text.format(off, on), "siemens", remap=remap) == own
     assert list_places_on(machine, text.format("", ""), "siemens") != own
+
+
+@pytest.mark.parametrize("angle", [0, 20])
+@pytest.mark.parametrize("frame", ["TRANS X5", "ROT Z30", "MIRROR X0", "$P_PFRAME=CTRANS(X,3)"])
+@pytest.mark.parametrize("end", ["CYCLE800()", 'CYCLE800(0,"0")'])
+def test_the_end_of_a_plane_with_a_frame_set_in_it_is_refused(view, angle, frame, end):
+    plane = f'G0 X0 Y0 Z0\nCYCLE800(0,"",0,57,0,0,0,{angle})'
+    _moves, found = view(f"{plane}\n{frame}\nX1\n{end}\nX2\nM30", dialect="siemens")
+    assert [(item.code, item.line) for item in found] == [("VP017", 5)]
+    assert "TRANS without axes before CYCLE800()" in found[0].message
+    for text in (f"{plane}\n{frame}\nX1\nTRANS\n{end}\nX2", f"G0 X0 Y0 Z0\n{frame}\n{end}\nX2"):
+        assert view(f"{text}\nM30", dialect="siemens")[1] == ()
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["X=$TC_DP3[1,1]", "X=$TC_DP6[1,1]", "X=$P_UIFR[1,X,TR]", "R1=$P_F", "R1=$AA_IM[X]", "R1=$P_TOOLR"]
+    + ["R1=$P_TOOLL[1]", "$P_UIFR[1,X,TR]=3", "$TC_DP3[1,1]=5", "$TC_DP6[1,1]=5"],
+)
+def test_lengths_of_the_control_under_g700_are_refused(view, text):
+    _moves, found = view(f"G0 X0 Y0 Z0\nG700\n{text}\nX1\nM30", dialect="siemens")
+    assert [(item.code, item.line) for item in found] == [("VP017", 3)]
+    assert "under G700" in found[0].message

@@ -504,7 +504,7 @@ def test_tools_by_name_are_shown_by_name(machine, name, shown):
     summary = convert(program(name), machine, options).summary
     assert [event.data["name"] for event in summary.events if event.kind == "tool"] == [name, name]
     said = list_facts(summary)
-    assert [text for key, text in said if key == "tool length"] == [f"{shown} 80 mm (one length for the program)"]
+    assert [text for key, text in said if key == "tool length"] == [f"{shown}: 80 mm (one length for the program)"]
     assert any(f"load {shown} (line 5)" in text for _key, text in said)
     assert "100001" not in str(said)
     findings = convert(program("MILL"), machine, options).findings

@@ -38,6 +38,9 @@ HEAD = "G0 X0 Y0 Z5 F100\n"
         ("EXTCALL(\"SUB1\")\nM30\n%_N_SUB1_SPF\nX1\nM17", (1, 0)),
         ("G91\nA1: X1\nREPEATB A1 P=2", (3, 0)),
         ("X=$P_UIFR[1,X,SC] Y=$P_UIFR[1,X,MI]", (1, 0)),
+        ("G70\nR1=$TC_DP3[1,1] R2=$P_UIFR[1,X,TR]\nG71 X=R1 Y=R2", (10, 0)),  # mm under G70 too
+        ("G70 F20\nX1\nR1=$P_EP[X] R2=$P_F\nG71 X=R1 Y=R2", (1, 20)),  # a place in inches, a feed rate in mm
+        ("G700\nR1=$P_UIFR[1,C,TR] R2=$P_UIFR[1,Z,RT]\nG710 X=R1 Y=R2", (0, 0)),  # angles
         ("GOTOF \"B\"<<1\nX9\nB1: Y2", (0, 2)),
         ("CTOL=0.1 OTOL=1\nX1", (1, 0)),
         ("G2 X10 Y0 AR=180", (10, 0)),

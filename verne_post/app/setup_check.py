@@ -529,28 +529,29 @@ def _find_implausible(options: Options) -> Iterator[str]:
 
 
 def _check_directions(moves: Moves, path: ToolPath, machine: Machine) -> list[Finding]:
-    """VP037: cuts under a table that stands turned, where no code in force says in which directions X Y Z count.
+    """VP037: moves under a table that stands turned, where no code in force says in which directions X Y Z count.
 
     On a control of RS274/NGC the kinematics hold the tip, and no code asks for it. So a program that turns the table
     while the tip cuts has no other reading there; for a Fanuc control it lacks G43.4. A Siemens control has another
-    reading: its own directions, while the table stands as TRAORI or CYCLE800 has left it.
+    reading: its own directions, while the table stands as TRAORI or CYCLE800 has left it. Rapids count for Fanuc alone,
+    behind a code that has ended: those before the first one only lead to it.
     """
     if moves.tcp_changes == (0,):
         return []
-    first, is_turning, (tilt, turn) = -1, False, machine.coordinates.rotary
-    named_move = _find_naming_move(moves)
+    first, rapid, is_turning, (tilt, turn) = -1, -1, False, machine.coordinates.rotary
+    named_move, in_machine = _find_naming_move(moves), moves.find_in_machine()
     for begin, end in iterate_blocks(len(path)):
         start, finish, move = path.start[begin:end], path.end[begin:end], path.move[begin:end]
         travel = np.linalg.norm(finish[:, :3] - start[:, :3], axis=1)
         # arcs and splines have a length also where they end where they begin
-        cuts = (
-            (path.feed_time[begin:end] > 0)
-            & (move >= 0)
+        goes = (
+            (move >= 0)
             & ~moves.find_said_tcp(move)
             & (move >= named_move)
             & (moves.kind[move] != MoveKind.TURN)  # the axes of the machine go there, as on a control
             & ((travel > ZERO_LENGTH_MM) | (path.kind[begin:end] != SegmentKind.LINE))
         )
+        cuts = goes & (path.feed_time[begin:end] > 0)
         turns = (np.abs(finish[:, 3:] - start[:, 3:]) > ZERO_ANGLE).any(axis=1)
         if (cuts & turns).any() and not moves.needs_tcp_code:
             return []
@@ -559,9 +560,16 @@ def _check_directions(moves: Moves, path: ToolPath, machine: Machine) -> list[Fi
         turned = np.abs(np.remainder(moves.end[move, turn] + 180.0, 360.0) - 180.0) > ZERO_ANGLE * DEG_PER_RAD
         away = np.maximum(np.hypot(*start[:, :2].T), np.hypot(*finish[:, :2].T)) > ZERO_LENGTH_MM
         tilts = np.abs(finish[:, 3] - start[:, 3]) > ZERO_ANGLE
-        at = np.flatnonzero(cuts & (tilted | tilts | ((turned | turns) & away)))
+        differs = goes & (tilted | tilts | ((turned | turns) & away))
+        at = np.flatnonzero(differs & cuts)
         if first < 0 and len(at):
             first, is_turning = int(move[at[0]]), at[0] in np.flatnonzero(turns)
+        if rapid < 0 and moves.needs_tcp_code:
+            ended = (move >= moves.tcp_changes[0]) if moves.tcp_changes else True
+            at = np.flatnonzero(differs & ended & (moves.kind[move] == MoveKind.RAPID) & ~in_machine[move])
+            rapid = int(move[at[0]]) if len(at) else -1
+    if first < 0 and rapid >= 0:
+        return [_report_rapid(moves, rapid, machine)]
     if first < 0:
         return []
     line, (a, c) = int(moves.line[first]), moves.end[first, [tilt, turn]] + 0.0  # no -0
@@ -585,6 +593,19 @@ def _check_directions(moves: Moves, path: ToolPath, machine: Machine) -> list[Fi
     )
     edits = (Remedy("write G43.4 instead of G43", "43.4", line=line, word=("G", 43.0), is_above=True, is_choice=True),)
     return [make_finding("VP037", text, **where, edits=edits)]
+
+
+def _report_rapid(moves: Moves, at: int, machine: Machine) -> Finding:
+    """VP037 of a rapid."""
+    line, rotary = int(moves.line[at]), machine.coordinates.rotary
+    place = " ".join(f"{AXES[axis]}{moves.end[at, axis] + 0.0:.6g}" for axis in rotary)
+    text = (
+        f"X Y Z go in rapid traverse while the table is at {place}, and no code asks for tool-centre-point control: "
+        "they are read as places of the part, but a control would move the axes of the machine to them, so that after "
+        "a turn of the table X Y Z that are not named again differ too; retract with G53, or turn "
+        f"{AXES[rotary[0]]} and {AXES[rotary[1]]} before"
+    )
+    return make_finding("VP037", text, line=line, last_line=line, worst_line=line)
 
 
 def _check_planes(moves: Moves, path: ToolPath, machine: Machine) -> Iterator[Finding]:

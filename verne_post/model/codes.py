@@ -166,7 +166,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP018",
         "unusable option",
         "error",
-        "An option and the program contradict each other.",
+        "An option and the program contradict each other. A warning says that --tool-length holds in place of a length "
+        "that the program itself gives.",
         "",
     ),
     (
@@ -321,7 +322,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "tool-centre-point control not requested",
         "warning",
         "A program cuts while A or C is turned, or while they turn, and no active code says in which directions X Y Z "
-        "count. In G-code they are places of the part here, as under G43.4. A control without tool-centre-point "
+        "count. So does a rapid of a Fanuc or Haas program after G69, or after G43 in place of G43.4. "
+        "In G-code they are places of the part here, as under G43.4. A control without tool-centre-point "
         "control reads them in the directions of the machine; Klartext without M128 is executed so, and so are Siemens "
         "programs in which TRAFOOF or CYCLE800() has left the table turned. An RS274/NGC "
         "program that turns A or C during a cut gets no warning: LinuxCNC has no code for tool-centre-point control.",
@@ -838,7 +840,7 @@ CODES: Final[dict[str, Code]] = _make_table(
 )
 
 #: Numbers of codes that are errors in some cases and warnings in others.
-_EITHER: Final = (1, 4, 5, 7, 9, 10, 23, 24, 25, 33, 34, 36, 41, 49, 202, 203, 216, 301, 505)
+_EITHER: Final = (1, 4, 5, 7, 9, 10, 18, 23, 24, 25, 33, 34, 36, 41, 49, 202, 203, 216, 301, 505)
 
 
 def describe_severity(code: Code) -> str:

@@ -17,6 +17,7 @@ from verne_post.gcode.klartext.formulas import VALUE, read_value
 from verne_post.gcode.klartext.frames import KlartextFrames
 from verne_post.gcode.klartext.functions import KlartextFunctions
 from verne_post.gcode.klartext.statements import Statement
+from verne_post.gcode.klartext.transformations import Kind
 from verne_post.gcode.klartext.vocabulary import PLANES
 from verne_post.gcode.machining.turning import count_places, record_carried
 from verne_post.gcode.mistyped import explain_unknown
@@ -204,8 +205,20 @@ class KlartextPlanes:
             raise statement.error("VP008", f"PLANE {kind}: the vectors or points do not define a plane")
         return tilt, None
 
+    def _refuse_turned(self, what: str) -> None:
+        """Refuse (VP017) a plane beside a rotation or a mirror image of before, which do not act on its tilt."""
+        kinds: tuple[tuple[Kind, str], ...] = (("rotation", "rotation"), ("mirror", "mirror image"))
+        for kind, name in kinds:
+            if kind in self.maps.outer.order:
+                raise ProgramError(
+                    "VP017",
+                    f"{what} while a {name} of before it holds: on a control it does not act on the tilt, and where it "
+                    f"acts then is not known here; end it before {what} and set it after, or write PLANE SPATIAL",
+                )
+
     def _read_axial(self, statement: Statement, words: PlaneWords) -> tuple[Array, tuple[float, float]]:
         """PLANE AXIAL: the plane of rotary axes at given positions."""
+        self._refuse_turned("PLANE AXIAL")
         if self.setup.coordinates.head:
             raise statement.error(
                 "VP017",
@@ -408,6 +421,8 @@ class KlartextPlanes:
                 "cycle 19 while a datum shift, mirror image, rotation or scaling of the plane before holds; reset it "
                 "first",
             )
+        if tilt is not None:
+            self._refuse_turned("cycle 19")
         normal = self._find_normal(tilt) if tilt is not None else np.array([0.0, 0.0, 1.0])
         chosen_angles = self._choose_angles(normal, None, None, tip_stays=move is not None)
         if statement is None or move is None:

@@ -12,8 +12,9 @@ from verne_post.gcode.klartext.frames import KlartextFrames
 from verne_post.gcode.klartext.functions import KlartextFunctions
 from verne_post.gcode.klartext.planes import KlartextPlanes, PlaneWords
 from verne_post.gcode.klartext.statements import Statement
+from verne_post.gcode.klartext.transformations import Kind, Layer
 from verne_post.gcode.machining.machining import check_dwell
-from verne_post.gcode.program_error import At
+from verne_post.gcode.program_error import At, ProgramError
 from verne_post.model.control_keys import HeidenhainKeys, read_keys
 from verne_post.model.moves import PathControl, PathMode
 from verne_post.model.part_setup import ADDITIONAL_SYSTEMS
@@ -49,6 +50,13 @@ _TILT_WORD: Final = re.compile(rf"[ \t](?:F[ \t]*(MAX|{VALUE})|(?:ABST|DIST|SETU
 #: Words before the number of a dwell or an angle: the control writes them in its own language (DWELL, V.ZEIT, V.IDO). A
 #: single letter is none of them: it is an axis.
 _WORDS: Final = r"[ \t]*(?:(?!Q[LR]?\d)(?:[^\W\d_]++(?:\.[^\W\d_]++)++|[^\W\d_]{2,}+)[ \t]*+)*+"
+#: Maps of which a control has one each, and the statement that ends them.
+_MAPS: Final[Mapping[Kind, tuple[str, str]]] = {
+    "shift": ("datum shift", "TRANS DATUM RESET"),
+    "mirror": ("mirror image", "TRANS MIRROR RESET"),
+    "rotation": ("rotation", "TRANS ROTATION RESET"),
+    "scale": ("scaling", "TRANS SCALE RESET"),
+}
 _Handler = Callable[["KlartextSettings", Statement, Head], None]
 
 
@@ -69,6 +77,7 @@ class KlartextSettings:
         self.table: str | None = None
         #: The cycle of the statement before; None where that defines none.
         self.open_cycle: int | None = None
+        self.ends_outer_mirror = False  #: Line 0 of the present cycle 8 has ended a mirror image of before the plane.
         #: Line and number of the cycle before, of which nothing but its name has been read.
         self.lone_head: tuple[int, int] | None = None
         self.shifted_lines: dict[str, int] = {}  #: Axis -> the line of the present cycle 7 that has it.
@@ -85,6 +94,7 @@ class KlartextSettings:
             self.core.recorder.warn("VP005", text, statement.line, head.begin + statement.begin + 1, "warning")
         if not head.part or self.open_cycle != head.number:
             self.shifted_lines.clear()
+            self.ends_outer_mirror = False
         if head.part:
             self.lone_head = None
         else:
@@ -110,17 +120,13 @@ class KlartextSettings:
 
     def _begin_setting(self, number: int) -> None:
         if number == 8:
-            self._change_maps("mirror image")
-            self.maps.current.mirrored_axes = (False, False)
-            self.maps.current.set("mirror", active=False)
+            self.ends_outer_mirror = self._is_outside("mirror")
+            self._set_map("mirror", active=False)
             self.frames.refresh_frame()
         elif number == 19:
             self.planes.set_working_plane(None)
         else:
             self.core.set_path_control(PathControl())
-
-    def _change_maps(self, what: str) -> None:
-        self.core.refuse_compensation(what)
 
     def _shift_by_cycle(self, statement: Statement, head: Head) -> None:
         """A line of cycle 7; VP004 where a line of the same cycle has named its axis before."""
@@ -134,24 +140,43 @@ class KlartextSettings:
 
     # --- maps ---------------------------------------------------------------------------------------------
 
+    def _is_outside(self, kind: Kind) -> bool:
+        """Whether a map of before the plane in force holds."""
+        return self.maps.tilt is not None and kind in self.maps.outer.order
+
+    def _set_map(self, kind: Kind, *, active: bool) -> Layer:
+        """Set or end a map, of which a control has one; its end takes back that of before the plane too.
+
+        Raises
+        ------
+        ProgramError
+            VP017: another one is to hold in the plane than the one of before.
+        """
+        self.core.refuse_compensation(f"a {_MAPS[kind][0]}")
+        if self._is_outside(kind):
+            if active:
+                raise ProgramError("VP017", _explain_outside(kind))
+            self.maps.outer.set(kind, active=False)
+            planes = self.core.recorder.planes  # the position of the table for it was that of another direction
+            planes[-1] = replace(planes[-1], turn=f"write the plane again after the end of the {_MAPS[kind][0]}")
+        layer = self.maps.current
+        layer.set(kind, active=active)
+        return layer
+
     def shift_datum(self, statement: Statement, text: str) -> None:
         """``X+10 IY-5``: the datum shift of these axes; ``#5``: that of a row of the datum table."""
-        self._change_maps("a datum shift")
+        self.core.refuse_compensation("a datum shift")
         layer = self.maps.current
         shift = list(layer.shift)
         row = _ROW.fullmatch(text)
         values = self._read_shift(statement, text.rstrip()) if row is None else self._find_row(statement, row.group(1))
-        outside = self.maps.tilt is not None and "shift" in self.maps.outer.order
+        outside = self._is_outside("shift")
         for axis, (step, value) in values.items():
             if outside and not value and not step:  # takes back that of before the plane, as headers and footers do
                 self._end_outer_shift(axis)
                 continue
             if outside:
-                raise statement.error(
-                    "VP017",
-                    "a datum shift in a tilted plane while one from before the plane holds: controls differ in which "
-                    "of them it would change; write PLANE RESET first",
-                )
+                raise statement.error("VP017", _explain_outside("shift"))
             shift[axis] = value + (shift[axis] if step else 0.0)
         layer.shift = (shift[0], shift[1], shift[2])
         layer.set("shift", active=any(shift))
@@ -209,9 +234,14 @@ class KlartextSettings:
         outer.shift = (x, y, z)
         outer.set("shift", active=any(outer.shift))
 
+    def _mirror_by_cycle(self, statement: Statement, head: Head) -> None:
+        """Line 1 of cycle 8, whose line 0 has ended the mirror image of before."""
+        if self.ends_outer_mirror and head.rest.strip():
+            raise statement.error("VP017", _explain_outside("mirror"))
+        self.mirror(statement, head.rest)
+
     def mirror(self, statement: Statement, text: str) -> None:
         """``X Y``: the axes that are mirrored."""
-        self._change_maps("a mirror image")
         letters = text.split()
         wrong = [letter for letter in letters if letter not in ("X", "Y")]
         if wrong:
@@ -220,34 +250,32 @@ class KlartextSettings:
             )
         if len(set(letters)) < len(letters):
             raise statement.error("VP004", "an axis of the mirror image appears twice in the block")
-        layer = self.maps.current
+        layer = self._set_map("mirror", active=bool(letters))
         layer.mirrored_axes = ("X" in letters, "Y" in letters)
-        layer.set("mirror", active=bool(letters))
         self.frames.refresh_frame()
 
     def rotate(self, statement: Statement, text: str) -> None:
         """``ROT+30``: about Z of the input system."""
-        self._change_maps("a rotation")
         match = _ROTATION.match(text)
         if match is None:
             raise statement.error("VP001", "expected ROT and an angle in degrees")
-        layer = self.maps.current
-        layer.angle = read_value(match.group(2), self.q) + (layer.angle if match.group(1) else 0.0)
-        layer.set("rotation", active=layer.angle % 360.0 != 0.0)
+        angle = read_value(match.group(2), self.q)
+        if match.group(1):
+            if self._is_outside("rotation"):
+                raise statement.error("VP017", _explain_outside("rotation"))
+            angle += self.maps.current.angle if "rotation" in self.maps.current.order else 0.0
+        self._set_map("rotation", active=angle % 360.0 != 0.0).angle = angle
         self.frames.refresh_frame()
 
     def scale(self, statement: Statement, text: str) -> None:
         """``SCL0.5``: all three axes."""
-        self._change_maps("a scaling")
         match = _SCALE.match(text)
         if match is None:
             raise statement.error("VP001", "expected SCL and a factor")
         factor = read_value(match.group(1), self.q)
         if not 1e-6 <= factor <= 99.999999:
             raise statement.error("VP007", f"SCL{factor:g}: a factor lies between 0.000001 and 99.999999")
-        layer = self.maps.current
-        layer.scale = factor
-        layer.set("scale", active=factor != 1.0)
+        self._set_map("scale", active=factor != 1.0).scale = factor
         self.frames.refresh_frame()
 
     def transform(self, statement: Statement) -> None:
@@ -369,6 +397,15 @@ class KlartextSettings:
         self.functions.spindle_angle = read_value(match.group(1), self.q)
 
 
+def _explain_outside(kind: Kind) -> str:
+    """Why a map in a plane is refused while one of its kind from before the plane holds."""
+    name, end = _MAPS[kind]
+    return (
+        f"a {name} in a tilted plane while one from before the plane holds: controls differ in which of them it would "
+        f"change; write {end} or PLANE RESET first"
+    )
+
+
 def _take_rest(action: Callable[[KlartextSettings, Statement, str], None]) -> _Handler:
     """A line of a cycle that means what its text after the number does."""
     return lambda settings, statement, head: action(settings, statement, head.rest)
@@ -385,7 +422,7 @@ _TRANS: Final[Mapping[str, tuple[Callable[[KlartextSettings, Statement, str], No
 #: Cycles that set modes.
 SETTINGS: Final[Mapping[int, _Handler]] = {
     7: KlartextSettings._shift_by_cycle,
-    8: _take_rest(KlartextSettings.mirror),
+    8: KlartextSettings._mirror_by_cycle,
     9: KlartextSettings._dwell_time,
     10: _take_rest(KlartextSettings.rotate),
     11: _take_rest(KlartextSettings.scale),

@@ -126,6 +126,7 @@ class Tools:
         if self.setup.tool_length is not None:
             if number:
                 self._check_one_tool(number)
+            self._report_unused_length(at, number or state.loaded_tool or 0)
             return ZERO9
         if number == 0:
             number = state.loaded_tool or 0
@@ -147,6 +148,20 @@ class Tools:
                 "VP007", f"tool {number} has offsets other than a length (Z), which this machine cannot use"
             )
         return offset
+
+    def _report_unused_length(self, at: At, number: int) -> None:
+        """Warn (VP018) where --tool-length holds in place of another length that the program gives the tool."""
+        tool, only = (self.state.tools or {}).get(number), self.setup.tool_length
+        if tool is None or tool.unmeasured or only is None or tool is (self.setup.tools or {}).get(number):
+            return
+        if abs(tool.offset[2] - only) > ZERO_LENGTH_MM:
+            name = describe_tool_number(number, self.state.tool_names)
+            text = (
+                f"--tool-length gives {only:g} mm to the whole program, and the length that the program gives to "
+                f"{name}, {tool.offset[2]:g} mm, is not used; leave out --tool-length (tool_length of the set-up) if "
+                "that one holds"
+            )
+            self.recorder.note_once("VP018", text, at.line, severity="warning")
 
     def compare_length(self, at: At, number: int) -> None:
         """Warn (VP049) where the length that H puts in force contradicts that of the tool in the spindle.

@@ -274,7 +274,7 @@ class FanucInterpreter(Rs274):
             )
         if self.keys.decimal_point == "conventional":
             codes = {round(number * 10) for letter, number, _column in block.codes if letter == "G"}
-            scale_words(block, text, self.state, drills=self.words.has_cycle(block, codes))
+            scale_words(block, self._text, self.state, drills=self.words.has_cycle(block, codes))
         if "#" in text and (letter := find_unrounded(block, text, self.state)) is not None:
             self.recorder.note_once(
                 "VP039",

@@ -65,6 +65,7 @@ class FanucPlanes:
             return
         self.recorder.say_tcp(True)  # a plane of the part
         self.refuse_under_plane(name, block.line)
+        self._refuse_maps(name)
         if code == OF_TOOL:
             origin, rotation = self._find_plane_of_tool(block)
         else:
@@ -96,6 +97,10 @@ class FanucPlanes:
             code, end = ("G254", "G255") if modes.follows_table else ("G68" if modes.turns else "G68.2", "G69")
             self._end(line)  # it was to end before: what follows would only say so again
             raise ProgramError("VP017", f"{what} under {code}; write {end} first", edits=write_before(end))
+
+    def _refuse_maps(self, name: str) -> None:
+        if self.modes.maps is not NO_MAPS:
+            raise ProgramError("VP017", f"{name} under G51, G51.1 or G16; end that before (G50, G50.1, G15)")
 
     def _end(self, line: int) -> None:
         if self.modes.follows_table:  # which G255 ends
@@ -315,8 +320,7 @@ class FanucPlanes:
                 say_directions(self.core)
             return
         self.refuse_under_plane("G254", block.line)
-        if modes.maps is not NO_MAPS:
-            raise ProgramError("VP017", "G254 under G51, G51.1 or G16; end that before")
+        self._refuse_maps("G254")
         self.core.require_known(block, [*self.setup.rotary], "G254")
         if state.tool_axis is not None:
             self.core.settle_table(block)

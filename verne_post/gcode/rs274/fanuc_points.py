@@ -107,20 +107,25 @@ def scale_words(block: Block, text: str, state: State, *, drills: bool) -> None:
     ----------
     block : Block
     text : str
-        The line as it was read.
+        The line, with its corner.
     state : State
         Before the block.
     drills : bool
         The words are those of a canned cycle.
     """
     raw = text.encode("ascii", errors="replace")
-    bare = {match[1].decode("ascii").upper() for match in _BARE.finditer(raw) if match[1] is not None} & set(
-        block.words
-    )
+    bare, sizes = set(), 0
+    for match in _BARE.finditer(raw):
+        if match[1] is not None and raw[: match.start()].rstrip().endswith(b","):
+            sizes += 1  # that of the corner: a line has one
+        elif match[1] is not None:
+            bare.add(match[1].decode("ascii").upper())
     codes = {round(number * 10) for letter, number, _column in block.codes if letter == "G"}
     inch = 200 in codes or (state.modes.inch and 210 not in codes)
     spline = NURBS in codes or (state.modes.motion == NURBS and not codes)
-    for letter in bare:
+    if block.corner is not None and sizes:
+        block.corner = block.corner[0], block.corner[1] * (_INCREMENT_INCH if inch else INCREMENT)
+    for letter in bare & set(block.words):
         if letter == "F":
             if 950 in codes or (state.feed_mode == FeedMode.PER_REVOLUTION and not codes & {930, 940}):
                 raise block.error(

@@ -61,11 +61,21 @@ class Swivel:
         given = read_cycle(call, _SWIVEL, self.variables)
         block = At(line)
         self.to.core.refuse_compensation("CYCLE800")
+        planes, holds_frame = self.to.recorder.planes, not self.to.modes.frames.program.is_identity
         if not given.values or given.read_text("_TC") == "0":
+            is_inside = holds_frame and bool(planes and planes[-1].word)
             self._end(line)
             self.to.recorder.call_plane(line)
+            if is_inside:
+                raise ProgramError(
+                    "VP017",
+                    "CYCLE800() ends the plane while a programmable frame (TRANS, ROT, SCALE, MIRROR) that was set in "
+                    "it holds: a control may delete that frame with the plane; write TRANS without axes before "
+                    "CYCLE800(), and the frame after it if it is to hold there",
+                    call.column,
+                )
             return
-        if not self.to.modes.frames.program.is_identity:
+        if holds_frame:
             raise ProgramError(
                 "VP017",
                 "CYCLE800 under a programmable frame (TRANS, ROT, SCALE, MIRROR): controls put the plane before it; "

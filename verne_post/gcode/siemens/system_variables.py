@@ -18,6 +18,8 @@ from verne_post.model.moves import AXES, ZERO9, Frame
 _ZERO: Final = ("$P_SIM", "$P_ISTEST", "$P_SEARCH", "$P_SEARCHL", "$P_DRYRUN", "$P_PROGTEST", "$AC_SIM")
 #: Data of a tool's edge that are kept: type, length, radius.
 _TOOL_DATA: Final = {"$TC_DP1": "type", "$TC_DP3": "length", "$TC_DP6": "radius"}
+#: Lengths and a feed rate, which G700 makes inches; positions in the frame are inches under G70 too.
+_LENGTHS: Final = ("$AA_IM", "$P_UIFR", "$TC_DP3", "$TC_DP6", "$P_TOOLR", "$P_TOOLL", "$P_F")
 #: Wear and base: there is none.
 _NO_WEAR: Final = tuple(f"$TC_DP{number}" for number in (2, 4, 5, *range(7, 26)))
 
@@ -31,6 +33,7 @@ class SystemVariables:
     def read_system(self, name: str, index: tuple[Index, ...], cursor: Cursor, at: int) -> Value:
         """Value of a variable."""
         to, state = self.to, self.to.state
+        self._refuse_inches(name, index, cursor, at)
         if name in _ZERO:
             return 0.0
         if name in ("$P_EP", "$AA_IW", "$AA_IM"):
@@ -71,6 +74,7 @@ class SystemVariables:
         """Set a variable."""
         if isinstance(value, str):
             raise cursor.error("VP007", f"{name} is a number; a text cannot be assigned to it", at)
+        self._refuse_inches(name, index, cursor, at)
         if name == "$P_UIFR":
             frame, axis, part = self._read_offset(name, index, cursor, at)
             if part != "TR":
@@ -91,6 +95,16 @@ class SystemVariables:
             self._write_tool(name, index, value, cursor, at)
             return
         raise cursor.error("VP025", f"{name}: this variable of the control cannot be set here", at)
+
+    def _refuse_inches(self, name: str, index: tuple[Index, ...], cursor: Cursor, at: int) -> None:
+        """Refuse (VP017) a length of the control under G700: there it is inches, and here mm; angles are the same."""
+        is_angle = not {*index}.isdisjoint({"A", "B", "C", "RT", "SC", "MI"})
+        if self.to.modes.units == "G700" and name in _LENGTHS and not is_angle:
+            text = (
+                f"{name} under G700: a control reads and sets it in inches, which is not executed; write G70 or G710 "
+                "before it, under which it counts in mm"
+            )
+            raise cursor.error("VP017", text, at)
 
     def assign_frame(self, name: str, index: tuple[Index, ...], cursor: Cursor, at: int, names: Names) -> bool:
         """Read the value of a frame and set a variable to it; False for variables that are no frames."""
