@@ -77,7 +77,8 @@ def options_page() -> str:
         "# Options of the commands",
         "",
         "Every command is listed with its options, as `--help` prints them. [Commands](../commands.md)",
-        "says which command does which task, and which of two values counts.",
+        "says which command does which task, and [settings](../settings.md#which-value-counts) which of two",
+        "values counts.",
     ]
     for name, command in commands():
         out += ["", f"## {name}", "", "```text", usage(name, command), "```", "", _text(command)]
@@ -177,13 +178,12 @@ def codes_page() -> str:
     The search of the site leaves the table out: it would be one answer to everything, and each code has its page.
     """
     out = [
-        "---",
-        "search: {exclude: true}",
-        "---",
-        "# Finding codes",
+        "# Finding codes (error codes)",
         "",
-        "Every finding has a code, and every code has a page. The page [findings](../findings.md) says how to",
-        "read a finding. `verne-post explain CODE` prints the page of a code.",
+        "Every error, warning and note has a code, and every code has a page. The page [findings](../findings.md)",
+        "says how to read a finding. `verne-post explain CODE` prints the page of a code.",
+        "",
+        "## All codes { data-search-exclude }",
         "",
         "| code | severity | title | meaning |",
         "|---|---|---|---|",
@@ -295,12 +295,15 @@ HUNDREDS = {
 
 #: What a search puts first: what words and quantities mean, before pages of codes and of evidence that mention them.
 BOOSTS = {
+    "settings.md": 8.0,
+    **dict.fromkeys(("reference/codes.md", "results.md"), 12.0),
     **dict.fromkeys(("conventions.md", "machine-file.md"), 8.0),
+    **dict.fromkeys(("contouring.md", "machines.md"), 6.0),
     **dict.fromkeys(("apt.md", "fanuc.md", "gcode.md", "heidenhain.md", "siemens.md"), 4.0),
-    **dict.fromkeys(("findings.md", "results.md"), 4.0),
-    **dict.fromkeys(("commands.md", "contouring.md", "first-use/tools.md", "linuxcnc.md", "verification.md"), 3.0),
-    **dict.fromkeys(("api.md", "architecture.md", "performance.md", "reliability.md", "tuning.md"), 0.4),
-    "trials.md": 0.1,
+    "findings.md": 4.0,
+    **dict.fromkeys(("commands.md", "first-use/tools.md", "linuxcnc.md", "verification.md"), 3.0),
+    **dict.fromkeys(("api.md", "architecture.md", "reliability.md", "tuning.md", "tutorial.md"), 0.4),
+    **dict.fromkeys(("performance.md", "trials.md"), 0.02),
     **dict.fromkeys((f"reference/{code}.md" for code in CODES), 0.15),
 }
 
@@ -317,6 +320,8 @@ def _show_dark_version(found: re.Match[str]) -> str:
     return f"![{text}]({place}.png#only-light)![{text}]({place}_dark.png#only-dark)"
 
 
+#: The first sentence below the title of a page.
+_FIRST_SENTENCE = re.compile(r"\A# [^\n]*\n\n([^\n|<!`#].*?[.:])(?=\s)", re.DOTALL)
 #: A row of a table, and code in it.
 _ROW, _CODE = re.compile(r"^\|.*\|$", re.MULTILINE), re.compile(r"`[^`]+`")
 
@@ -330,6 +335,8 @@ def on_page_markdown(markdown: str, page: Page, **_rest: Any) -> str:
         page.meta["search"] = {"exclude": True}
     elif page.file.src_uri in BOOSTS:
         page.meta["search"] = {"boost": BOOSTS[page.file.src_uri]}
+    if said := _FIRST_SENTENCE.match(markdown):
+        page.meta["description"] = re.sub(r"\[([^]]*)\]\([^)]*\)|[`*\"]", r"\1", " ".join(said[1].split()))
     if page.is_homepage:
         page.meta["hide"] = ["navigation", "toc"]
     markdown = _PICTURE.sub(_show_dark_version, markdown)

@@ -1,23 +1,29 @@
 """Write the tables of words of the languages into their pages: python docs/make_words.py [--check].
 
 The words, what they do, and the reasons are those by which the program executes and refuses
-(:mod:`verne_post.gcode.codes`, ``rs274.fanuc_codes``, ``klartext.vocabulary``, ``siemens.vocabulary``). A table stands
-between two comments, ``<!-- words: NAME -->`` and ``<!-- end of words -->``; what is between them is not written by
-hand. "see Tapping" in a table becomes a link, where the page, or else gcode.md, has a heading of that name.
+(:mod:`verne_post.gcode.codes`, ``rs274.fanuc_codes``, ``klartext.vocabulary``, ``siemens.vocabulary``). Keys of
+settings are those that the program reads; the meaning of a key of a control is copied from the page of the control. A
+table stands between two comments, ``<!-- words: NAME -->`` and ``<!-- end of words -->``; what is between them is not
+written by hand. "see Tapping" in a table becomes a link, where the page, or else gcode.md, has a heading of that name.
 """
 
+import json
 import re
 import sys
 import tomllib
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal, get_args, get_origin, get_type_hints
 
+from verne_post.base.type_words import describe, list_alternatives
 from verne_post.gcode.codes import RS274, CodeTable, spell_g_code
 from verne_post.gcode.klartext import vocabulary as klartext
 from verne_post.gcode.rs274 import fanuc_codes as fanuc
 from verne_post.gcode.rs274.macro_text import KINDS, STATEMENTS
 from verne_post.gcode.siemens import vocabulary as siemens
+from verne_post.model.control_keys import KEYS
+from verne_post.model.options import OPTIONS, spell_flag
 
 DOCS = Path(__file__).parent
 #: So many numbers in a row are written as first and last.
@@ -216,7 +222,62 @@ def list_idle_siemens_words() -> list[tuple[str, str]]:
     return [*siemens.NO_EFFECT.items(), *read]
 
 
+def list_values(kind: Any) -> str:
+    """Values that a key may have, as TOML; the kind of value where they are many."""
+    kinds = [one for one in list_alternatives(kind) if one is not type(None)]
+    if get_origin(kinds[0]) is Literal:
+        return ", ".join(f"`{json.dumps(value)}`" for value in get_args(kinds[0]) if value != "")
+    return "`true`, `false`" if kinds[0] is bool else describe(kinds[0]).replace("a number: ", "")
+
+
+def make_options_table() -> str:
+    """Options that a settings file may give."""
+    rows = []
+    for name, option in OPTIONS.items():
+        about, default = option.about, option.default()
+        if about.in_settings:
+            kind = option.kind if about.choices is None else Literal[about.choices()]
+            shown = "none" if default is None else f"`{json.dumps(default)}`"
+            unit = about.unit or ("degrees" if name.endswith("_deg") else "")
+            rows.append((f"`{name}`", shown, f"{list_values(kind)} {unit}".strip(), f"{about.help} {spell_flag(name)}"))
+    return make_rows(("key", "default", "values", "meaning and option"), rows)
+
+
+#: The page of a dialect, where it is named otherwise.
+_PAGES = {"rs274": "gcode", "aptcl": "apt"}
+
+
+def make_keys_table(dialect: str) -> str:
+    """Keys of a control with their values, and their meaning from the page of the control.
+
+    Raises
+    ------
+    KeyError
+        The page does not have a key.
+    """
+    page = f"{_PAGES.get(dialect, dialect)}.md"
+    section = (DOCS / page).read_text("utf-8").partition("## Keys of the settings file\n")[2].partition("\n## ")[0]
+    written = {key: rest for key, *rest in re.findall(r"^\| `(\w+)` \| (.*?) \| (.*) \|$", section, re.MULTILINE)}
+    kinds = get_type_hints(KEYS[dialect])
+    checked = {
+        "tools": "names with numbers",
+        "datums": "rows with X, Y, Z",
+        "pitches": "tools with mm",
+        "inside_arc_percent": "0 to 100",
+        "plunge_angle": "more than 0, less than 90",
+        "modulo_axes": '`"A"`, `"C"`, `"AC"`',
+    }
+    rows = []
+    for key in KEYS[dialect].__struct_fields__:
+        default, meaning = written[key]
+        values = checked.get(key) or list_values(kinds[key])
+        rows.append((f"`{key}`", default, values, meaning.replace("](#", f"]({page}#")))
+    return make_rows(("key", "default", "values", "meaning"), rows)
+
+
 TABLES: Mapping[str, Callable[[], str]] = {
+    "settings options": make_options_table,
+    **{f"settings {dialect}": partial(make_keys_table, dialect) for dialect in KEYS},
     "rs274 executed": lambda: make_executed_table(RS274),
     "rs274 refused": lambda: make_codes_table(RS274),
     "fanuc executed": lambda: make_examples_table(list_fanuc_words(), "fanuc"),

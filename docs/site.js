@@ -51,6 +51,7 @@ document.querySelectorAll(".language-console code, .md-typeset :not(pre, td) > c
 });
 document.querySelectorAll('.language-console [id^="line-"]').forEach(line => {
   const before = /^( {2}\S+(?: \S+)* {2,}| {8,})(?=\S)/.exec(line.textContent);
+  line.classList.toggle("fixed", before !== null && line.textContent.length <= 105);
   if (before && before[0].length <= 20) line.style.setProperty("--hang", `${before[0].length}ch`);
 });
 // The options of all commands are many screens of a phone: there each command opens its own.
@@ -73,14 +74,16 @@ document.querySelectorAll(".task-list-item > input").forEach(box => box.setAttri
 // The search wants all words of a plain query (the theme: any of them), and takes the dashes of an option for no operator.
 // The options of convert stand first then. Where nothing has all words, the theme's way is asked. drilled finds drilling:
 // an ending is taken away, and the word as typed stands first (the theme's stemmer would not find a word half typed).
+// CYCLE83 and G43 are whole words, and not the beginning of CYCLE832.
 const cut = word => {
+  if (/^[a-z]+\d[\d.]*$/i.test(word)) return `+${word}`;
   const stem = word.replace(/(?:ing|(?<!e)ed|(?<!s)e?s)$/i, "").replace(/([bdgmnprt])\1$/i, "$1");
-  return stem !== word && /^[a-z]{3,}$/i.test(stem) && /[aeiouy]/i.test(stem) ? `+${stem}* ${word}^2` : `+${word}*`;
+  return stem !== word && /^[a-z]{3,}$/i.test(stem) && /[aeiouy]/i.test(stem) ? `+${stem}* ${word}^2` : `+${word}* ${word}^4`;
 };
 const asked = query => {
   if (!/^[-\w#.+ ]*\w[-\w#.+ ]*$/.test(query)) return query;
   const words = query.replace(/(^|\s)[-+]+/g, " ").trim().split(/[\s-]+/).filter(word => word);
-  return words.map(cut).join(" ") + (/(^|\s)--\w/.test(query) ? " title:convert^20" : "");
+  return words.map(cut).join(" ") + (/(^|\s)--\w/.test(query) ? " title:convert^40" : "");
 };
 const post = Worker.prototype.postMessage, asks = [];
 Worker.prototype.postMessage = function (message, ...rest) {

@@ -15,6 +15,8 @@ from typing import Any
 import msgspec
 import pytest
 
+from verne_post.config.program_setup import SetupFile, read_setup_table
+from verne_post.config.settings import CheckFile, SettingsFile, load_settings
 from verne_post.model.codes import CODES, describe_severity
 from verne_post.model.control_keys import KEYS
 from verne_post.output.code_pages import find_example, make_markdown, make_text
@@ -52,7 +54,7 @@ def test_codes_with_two_severities_say_both() -> None:
     assert {code for code in found if describe_severity(CODES[code]) != "warning or error"} == set()
 
 
-@pytest.mark.parametrize("name", ["gcode", "fanuc", "heidenhain", "siemens"])
+@pytest.mark.parametrize("name", ["gcode", "fanuc", "heidenhain", "settings", "siemens"])
 def test_tables_of_words_are_those_of_the_program(name: str) -> None:
     text = (ROOT / "docs" / f"{name}.md").read_text(encoding="utf-8")
     assert "<!-- words: " in text
@@ -66,6 +68,24 @@ def test_keys_of_a_dialect_are_on_its_page_with_their_defaults(dialect: str) -> 
     shown = dict(re.findall(r"^\| `(\w+)` \| `?(.*?)`? \|", section.partition("\n## ")[0], re.MULTILINE))
     defaults = msgspec.structs.asdict(KEYS[dialect]())
     assert {key: json.loads(value) for key, value in shown.items()} == defaults
+
+
+def test_files_of_the_settings_page_are_read_and_its_tables_have_every_key(tmp_path: Path) -> None:
+    text = (ROOT / "docs" / "settings.md").read_text(encoding="utf-8")
+    settings, setup, _marked = re.findall(r"(?:```toml\n|\$ cat part.nc.toml\n)(.*?)```", text, re.DOTALL)
+    (tmp_path / "verne-post.toml").write_text(settings, encoding="utf-8")
+    assert load_settings(tmp_path / "verne-post.toml").file.options == {"tolerance": 0.02}
+    (tmp_path / "tools.tbl").write_text("T1 P1 D10 Z-80\n", encoding="utf-8")
+    assert set(read_setup_table(tomllib.loads(setup), "part.nc.toml", tmp_path, "", remedy="").wcs) == {1, 2}
+    tables = dict(re.findall(r"^## ([^\n]*)\n(.*?)(?=^## |\Z)", text, re.MULTILINE | re.DOTALL))
+    firsts = re.findall(r"^\|(.*?)\|", tables["Top-level keys"], re.MULTILINE)
+    shown = {name for cell in firsts for name in re.findall(r"`\[?([a-z0-9_]+)", cell)}
+    assert shown == {one.name for one in msgspec.structs.fields(SettingsFile)}
+    own = re.findall(
+        r"`\[?([a-z0-9_]+)[^`]*`", "".join(re.findall(r"^\| (`[^|]*)\|", tables["Set-up of a program"], re.M))
+    )
+    assert set(own) == {one.name for one in msgspec.structs.fields(SetupFile)}
+    assert set(re.findall(r"^\| `(\w+)`", tables["Check"], re.MULTILINE)) == set(CheckFile.__struct_fields__)
 
 
 @pytest.mark.parametrize(("page", "count"), [("promises", 10), ("machined_part", 22)])
@@ -232,10 +252,10 @@ def test_the_search_of_the_site_takes_endings_away() -> None:
         "Tapping": "+Tap* Tapping^2",
         "collisions": "+collision* collisions^2",
         # words that only look so
-        "feed speed string process axes": "+feed* +speed* +string* +process* +axes*",
-        "G43.4 CYCLE800": "+G43.4* +CYCLE800*",
-        "--from": "+from* title:convert^20",
-        "tool len": "+tool* +len*",
+        "feed string process axes": "+feed* feed^4 +string* string^4 +process* process^4 +axes* axes^4",
+        "G43.4 CYCLE800": "+G43.4 +CYCLE800",
+        "--from": "+from* from^4 title:convert^40",
+        "tool len": "+tool* tool^4 +len* len^4",
     }
     program = f"{asked}; console.log(JSON.stringify({json.dumps(list(wanted))}.map(asked)))"
     done = subprocess.run([node, "-e", program], capture_output=True, text=True, check=True)
@@ -278,7 +298,10 @@ def test_the_site_is_built_without_warnings(tmp_path: Path) -> None:
     assert "--tool-length" in searched
     # one table of all codes answered every search: each code has its page, and pages of controls come first
     boosts = {entry["location"]: entry.get("boost", 1) for entry in json.loads(searched)["docs"]}
-    assert not [place for place in boosts if place.startswith(("reference/codes.html", "public-programs.html"))]
+    places = [place for place in boosts if place.startswith(("reference/codes.html", "public-programs.html"))]
+    assert places == ["reference/codes.html"]  # its first lines, without the table
+    assert boosts["settings.html"] > boosts["fanuc.html"]
+    assert 'name="description" content="verne-post plans' in (tmp_path / "site" / "index.html").read_text("utf-8")
     assert "reference/VP101.html" in boosts
     assert boosts["machine-file.html"] > boosts["siemens.html"] > 1 > boosts["reference/VP101.html"]
     # the page of a code shows where it belongs

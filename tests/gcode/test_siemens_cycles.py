@@ -1,9 +1,13 @@
 """Cycles of Siemens programs: the moves of every hole, worked out by hand from the rules of the manuals."""
 
+import re
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from verne_post import check
+from verne_post.gcode.siemens import drilling, patterns
 from verne_post.model.moves import ZERO9, MoveKind, PathMode
 from verne_post.model.options import Options
 from verne_post.model.part_setup import Tool
@@ -251,3 +255,85 @@ def test_depths_that_contradict_each_other_are_told(machine, call, code, said, c
     findings = check(text.encode(), machine, Options(dialect="siemens", wcs={"G54": (0, 0, 0)}, tools=tools)).findings
     found = [item for item in findings if item.code == code]
     assert [(item.message.partition(": ")[2], item.line, item.column) for item in found] == [(said, 4, column)]
+
+
+PAGE = Path(__file__).parents[2] / "docs" / "siemens.md"
+#: Values of each cycle from which one differs, and what that one is.
+HOLE = {"RTP": 20, "RFP": 0, "SDIS": 2, "DP": -10, "DTB": 0.1}
+GIVEN = {
+    "CYCLE83": {"FDEP": -4, "DAM": 1, "VARI": 1, "DTS": 0.2, "FRF": 0.5},
+    "CYCLE84": {"SDAC": 5, "PIT": 1.25, "POSS": 10, "SST": 500},
+    "CYCLE85": {"FFR": 50, "RFF": 200},
+    "CYCLE86": {"SDIR": 3, "POSS": 10},
+    "CYCLE840": {"SDAC": 3, "PIT": 1.25},
+    "HOLES1": {"SPCA": 1, "DBH": 5, "NUM": 3},
+    "HOLES2": {"RAD": 9, "NUM": 3, "INDA": 20},
+    "CYCLE801": {"_DIS1": 5, "_DIS2": 7, "_NUM1": 2, "_NUM2": 3},
+}
+OTHER = {
+    "RTP": 21, "RFP": -1, "SDIS": 3, "DP": -9, "DPR": 9, "DTB": 0.3, "_AMODE": 21, "_DMODE": 1, "FDEP": -5, "FDPR": 5,
+    "DAM": 0.5, "_MDEP": 2, "_DIS1": 0.9, "DTS": 0.4, "_DTD": 0.7, "FRF": 0.8, "SDAC": 4, "MPIT": 6, "PIT": 1.5,
+    "_PITA": 3, "_VARI": 1, "_VRT": 0.5, "POSS": 20, "SST": 400, "SST1": 300, "FFR": 60, "RFF": 60, "SDIR": 4, "RPA": 1,
+    "RPO": 1, "RPAP": 1, "SDR": 4, "ENC": 1, "SPCA": 2, "SPCO": 3, "STA1": 30, "FDIS": 2, "DBH": 6, "NUM": 4, "CPA": 2,
+    "CPO": 3, "RAD": 8, "INDA": 40, "_SPCA": 2, "_SPCO": 3, "_STA": 15, "_DIS2": 6, "_NUM1": 3, "_NUM2": 4, "VARI": 0,
+    "_TECHNO": 2221, "_PITM": '"8"', "_PTAB": '"ISO_METRIC"', "_PTABA": '"M8"', "_NSP": 3, "_AXN": 1, "_DAM": 3,
+}  # fmt: skip
+BESIDE = {
+    ("CYCLE83", "_VRT"): {"VARI": 0},
+    ("CYCLE84", "_VRT"): {"_VARI": 1, "_DAM": 4},
+    ("CYCLE84", "_VARI"): {"_DAM": 4},
+    ("CYCLE84", "_DAM"): {"_VARI": 1},
+    ("CYCLE84", "_TECHNO"): {"_VARI": 2, "_DAM": 4},
+    ("CYCLE84", "MPIT"): {"PIT": 0},
+    ("CYCLE840", "MPIT"): {"PIT": 0},
+    ("CYCLE840", "SDAC"): {"SDR": 4},
+    ("CYCLE840", "SDR"): {"SDAC": 4},
+}
+
+
+def list_rows():
+    """Name, value, cycles and kind of each value of the table of drilling cycles."""
+    head = "| value | of | kind | does |\n|---|---|---|---|\n"
+    table = PAGE.read_text(encoding="utf-8").split(head)[1].split("\n\n")[0]
+    found = []
+    for line in table.splitlines():
+        names, cycles, kind, _does = (cell.strip() for cell in line.strip("|").split("|", 3))
+        having = list(drilling.PARAMETERS) if cycles == "all drilling cycles" else cycles.split(", ")
+        found += [(name, value, having, kind) for name, value in re.findall(r"`(\w+)(?:=(\d+))?`", names)]
+    return found
+
+
+def test_the_page_names_every_value_of_every_drilling_cycle():
+    shown = {(cycle, name) for name, _value, cycles, _kind in list_rows() for cycle in cycles}
+    every = drilling.PARAMETERS | patterns.PARAMETERS
+    assert {(cycle, name) for cycle, names in every.items() for name in names} == shown
+
+
+@pytest.mark.parametrize(("name", "value", "cycles", "kind"), list_rows())
+def test_every_value_of_a_drilling_cycle_does_what_the_page_says(view, name, value, cycles, kind):
+    def run(cycle, **more):
+        is_hole = cycle in drilling.PARAMETERS
+        given = (HOLE if is_hole else {}) | GIVEN.get(cycle, {}) | more
+        names = (drilling.PARAMETERS if is_hole else patterns.PARAMETERS)[cycle]
+        call = f"{cycle}({','.join(str(given.get(one, '')) for one in names)})"
+        head = HEAD.replace("G0", "G18 G0" if name == "_DMODE" and value == "" else "G0")
+        return view(
+            f"{head}{'' if is_hole else 'MCALL CYCLE81(20,0,2,-10)'}\n{call}", dialect="siemens", tapping="feed"
+        )
+
+    for cycle in cycles:
+        beside = BESIDE.get((cycle, name), {})
+        one, two = run(cycle, **beside), run(cycle, **beside, **{name: value or OTHER[name]})
+        if kind == "refused":
+            assert [(item.code, name in item.message) for item in two[1]] == [("VP002", True)], cycle
+            continue
+        executed = {"_AXN": "VP017", "_VARI1000": "VP002"}.get(f"{name}{value}")  # a tool along Z, and a step of 20
+        if executed is not None:
+            assert (one[1], [item.code for item in two[1]]) == ((), [executed]), cycle
+            continue
+        assert [item for item in two[1] if item.severity == "error"] == [], cycle
+        shown = [
+            (moves.end.tolist(), np.nan_to_num(moves.feed).tolist(), [(one.kind, one.data) for one in moves.events])
+            for moves, _found in (one, two)
+        ]
+        assert (shown[0] != shown[1]) == (kind == "executed"), cycle

@@ -770,7 +770,7 @@ CODES: Final[dict[str, Code]] = _make_table(
         "unusable settings file",
         "error",
         "The settings file is not TOML, or a key of it is unknown or has an invalid value.",
-        "docs/commands.md has all keys of a settings file.",
+        "docs/settings.md has all keys of a settings file.",
     ),
     (
         "VP504",
@@ -789,7 +789,7 @@ CODES: Final[dict[str, Code]] = _make_table(
         "it is in another unit. It is in the machine file, the command line, the set-up or the program. It is an error "
         "where a program exceeds the travel in inches but not in mm. The limits that it breaks are not listed "
         "then; `verne-post explain` names those of a line.",
-        "Compare the value with its unit in docs/machine-file.md, docs/commands.md or docs/setpoints.md; `verne-post "
+        "Compare the value with its unit in docs/machine-file.md, docs/settings.md or docs/setpoints.md; `verne-post "
         "machine validate` prints how long moves take.",
     ),
     (

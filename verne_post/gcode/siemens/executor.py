@@ -275,7 +275,7 @@ class Executor:
             )
         is_placed = to.state.is_known(first) and to.state.is_known(second)
         here = (to.motion.find_programmed(first), to.motion.find_programmed(second)) if is_placed else None
-        places = list(list_pattern_places(call, self.variables, self.modes.length, here))
+        places = list(list_pattern_places(call, self.variables, self.modes.length, to.state.plane, here))
         for u, v in places:
             to.motion.run_line(block, MoveKind.RAPID, {first: u, second: v})
             if self.modal is not None:

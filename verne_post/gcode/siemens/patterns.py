@@ -21,7 +21,7 @@ _SAME_STEP: Final = 0.001
 
 
 def list_pattern_places(
-    call: Call, variables: Variables, unit: float, here: tuple[float, float] | None
+    call: Call, variables: Variables, unit: float, plane: int, here: tuple[float, float] | None
 ) -> list[tuple[float, float]]:
     """Places of the holes in the plane, mm, in the order in which they are drilled.
 
@@ -31,12 +31,17 @@ def list_pattern_places(
     variables : Variables
     unit : float
         Mm of a unit of lengths.
+    plane : int
+        The active one.
     here : tuple or None
         Where the tool stands: HOLES1 begins at the nearer end. None where that is not known yet: at the first hole.
     """
     given = read_cycle(call, PARAMETERS[call.name], variables)
     found = {"HOLES1": _place_row, "HOLES2": _place_circle, "CYCLE801": _place_grid}[call.name](given, unit)
-    given.refuse_rest(("_DMODE", "_NSP"))
+    mode = given.read_whole("_DMODE")
+    if mode % 10 not in (0, plane + 1):
+        raise given.error("VP002", f"_DMODE {mode} is not executed; it names the plane in force", "_DMODE")
+    given.refuse_rest(("_NSP",))
     if call.name == "HOLES1" and here is not None and math.dist(here, found[-1]) < math.dist(here, found[0]):
         found.reverse()
     return found
