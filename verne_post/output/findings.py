@@ -41,6 +41,7 @@ class Report(Struct, frozen=True):
     errors_not_counted: int = 0  #: Errors that a policy took out of the findings, or weighed as less.
     machine: "Machine | None" = None  #: Where it is another one than that of the whole report.
     elapsed_s: float = 0.0  #: How long the check took.
+    shown: tuple[Finding, ...] | None = None  #: What the text prints of them, where that is not all; all are counted.
     fail_level: Severity = "error"  #: Findings of this severity and graver ones refuse the program.
 
     @property
