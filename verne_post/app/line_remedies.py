@@ -244,9 +244,8 @@ def _shift_in_machine(line: Line, warnings: bool) -> Iterator[tuple[str, float, 
 
     end = find_place()
     # a displacement of the tip by one of the directions moves one axis of the machine alone
-    ways: Array = np.linalg.inv(
-        [find_place(remedies.Shift((way[0], way[1], way[2]), ())) - end for way in np.eye(3).tolist()]
-    )
+    units = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+    ways = np.linalg.inv(np.array([find_place(remedies.Shift(one, ())) - end for one in units])).astype(np.float64)
     moved = np.abs(end - find_place(w=0.0)) > ZERO_LENGTH_MM
     for at in np.flatnonzero(moved).tolist():
         one = remedies.find_smallest_shift(line.exact, ways[at : at + 1], end_only=True, also_warnings=warnings)
