@@ -532,7 +532,7 @@ def test_the_line_that_settles_the_start_is_named():
     options = Options(tool_length=80.0, wcs={"G54": (0, 0, 60)}, dialect="siemens")
     (item,) = assemble(ORIWKS.format(0).encode(), MACHINE, options).findings
     assert (item.code, item.line) == ("VP301", 8)
-    assert "name C 12.500 in line 7" in item.message
+    assert "Name C 12.500 in line 7" in item.message
     assert not assemble(ORIWKS.format(12.5).encode(), MACHINE, options).findings
 
 
