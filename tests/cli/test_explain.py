@@ -554,7 +554,10 @@ def test_the_response_to_a_warning_about_words(run: Callable[..., Any], tmp_path
     [
         ("G68.2", ("RS274/NGC: not executed: tilted work planes", "Fanuc: tilted plane: by angles")),
         ("CYCLE83", ("Siemens: deep-hole drilling", "  RTP: retraction plane", "  VARI")),
-        ("PLANE", ("Klartext: a tilted plane: ", "  PLANE SPATIAL: tilts the work plane: turned about X")),
+        ("PLANE", ("Klartext: a tilted plane: ", "  PLANE SPATIAL: turned about X")),
+        ("PLANE SPATIAL", ("Klartext: tilts the work plane: turned about X",)),
+        ("Q206", ("Klartext: a value of CYCL DEF 200, ",)),
+        ("_DMODE", ("Siemens: a value of CYCLE81, ",)),
         ("traori", ("Siemens: tool-centre-point control on",)),
         ("CYCL DEF 208", ("Klartext: ",)),
         ("CYCL DEF 203", ("Klartext: universal drilling with chip breaking; holes: see Cycles in docs/heidenhain.md",)),
