@@ -203,7 +203,7 @@ def _propose_shifts(line: Line, findings: Sequence[Finding]) -> Iterator[str]:
         ]
         if single:
             yield f"the part moved along one axis of the program: {', '.join(single)}"
-    if in_machine and all(remedies.begins_beyond(line.exact, item) for item in asked):
+    if in_machine and all(remedies.is_beyond_at_start(line.exact, item) for item in asked):
         yield "none here: the line begins beyond the limit; a line before it brings the tool there"
         return
     if ends := [remedy.text for remedy in propose_ends(line, warnings=warnings)]:

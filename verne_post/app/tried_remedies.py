@@ -22,8 +22,8 @@ from verne_post.gcode.dialects import choose_dialect_name
 from verne_post.gcode.inch_words import is_in_inches, read_as_mm
 from verne_post.kinematics.checks.remedies import (
     ROTARY_CODES,
-    begins_beyond,
     find_smallest_shift,
+    is_beyond_at_start,
     is_movable,
     is_straight,
     select_line,
@@ -359,6 +359,6 @@ def _find_line_in_machine(program: Program, item: Finding) -> int:
         if not line or not (len(at) and (in_machine[at].all() or np.isin(at, moves.machine_moves).any())):
             continue
         # it may be the worst one only because it begins where the line before has broken the limit
-        if line == item.line or not begins_beyond(select_line(guard_joints(program), line), item):
+        if line == item.line or not is_beyond_at_start(select_line(guard_joints(program), line), item):
             return line
     return 0

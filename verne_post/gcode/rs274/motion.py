@@ -79,8 +79,8 @@ def refuse_lacking(
         )
         if not selections and (how := suggest_call(core.setup, state, *forms)):
             raise ProgramError("VP012", f"no tool is called before the first feed move; {how}".replace('T"', 'T="'))
-        known = None if tool is None or tool.unmeasured else tool.offset[2]
-        if not state.loaded_tool or known == 0.0 or (loads_lengths and known is None):
+        length = None if tool is None or tool.unmeasured else tool.offset[2]
+        if not state.loaded_tool or length == 0.0 or (loads_lengths and length is None):
             raise ProgramError("VP012", f"no tool length has been given before the first feed move; use {length_words}")
         number = state.loaded_tool
         how = f"write G43 H{number} before it, or G49 for length 0; --tool-length MM needs no G43"
@@ -88,7 +88,7 @@ def refuse_lacking(
             "VP012",
             f"{describe_tool_number(number, state.tool_names)} has no length in force before the first feed move; "
             f"{f'use {length_words}' if loads_lengths else how}",
-            settled_by=find_tool_key(number, "length", state.tool_names) if known is None else (),
+            settled_by=find_tool_key(number, "length", state.tool_names) if length is None else (),
         )
 
 

@@ -132,7 +132,7 @@ def place_of(line: JointPath, item: Finding) -> Place | None:
     return min(by_distance, key=lambda one: one[0])[1] if by_distance else None
 
 
-def begins_beyond(line: JointPath, item: Finding) -> bool:
+def is_beyond_at_start(line: JointPath, item: Finding) -> bool:
     """Whether a limit is broken where the line begins, and no more at its end: a line before it is at fault."""
     if item.value is None:
         first = _find_first_unsolved(line)
