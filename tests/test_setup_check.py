@@ -421,8 +421,26 @@ def test_a_length_that_is_given_and_not_active_is_not_asked_for(run, tmp_path) -
     (tmp_path / "part.nc.toml").write_text("tools.1.length = 80\nwcs.G54 = [0, 0, 30]\n")
     out = run("check", program).out
     assert "part.nc:5: VP012 error: tool 1 has no length in force before the first feed move; " in out
-    assert "gives it 80 mm: use G43 H" in out
+    assert "write G43 H1 before it" in out
     assert "Fill in" not in out
+
+
+def test_a_called_tool_without_g43_is_told_so_and_setup_asks_for_its_length(run, tmp_path) -> None:
+    """The remedy was to call the tool, which is called, and no form had the length."""
+    program, form = tmp_path / "part.nc", tmp_path / "part.nc.toml"
+    program.write_text("G21 G90\nT1 M6\nS900 M3\nG54 G0 X0 Y0 Z80 A0 C0\nG1 X5 F600\nM2\n")
+    out = run("check", program, "--wcs", "G54=0,0,30").out
+    assert "VP012 error: tool 1 has no length in force before the first feed move; write G43 H1 before it" in out
+    assert "call the tool" not in out
+    assert "write G43 H1" in run("setup", program, "--wcs", "G54=0,0,30").err  # before the form is filled in
+    assert '1 = { length = "measure"' in form.read_text()
+    form.write_text(form.read_text().replace('"measure"', "80"))
+    assert "tool 1 has no length in force before the first feed move" in run("check", program).out
+    program.write_text(program.read_text().replace("G54 G0", "G54 G43 H1 G0"))
+    assert run("check", program).code == 0
+    form.unlink()
+    program.write_text(program.read_text().replace("G43 H1 ", ""))
+    assert run("check", program, "--wcs", "G54=0,0,30", "--tool-length", 80).code == 0
 
 
 def test_a_tool_that_comes_down_with_the_length_of_another_refuses() -> None:

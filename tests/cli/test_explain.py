@@ -554,7 +554,10 @@ def test_the_response_to_a_warning_about_words(run: Callable[..., Any], tmp_path
     [
         ("G68.2", ("RS274/NGC: not executed: tilted work planes", "Fanuc: tilted plane: by angles")),
         ("CYCLE83", ("Siemens: deep-hole drilling", "  RTP: retraction plane", "  VARI")),
-        ("PLANE", ("Klartext: a tilted plane: ", "  PLANE SPATIAL: tilts the work plane: turned about X")),
+        ("PLANE", ("Klartext: a tilted plane: ", "  PLANE SPATIAL: turned about X")),
+        ("PLANE SPATIAL", ("Klartext: tilts the work plane: turned about X",)),
+        ("Q206", ("Klartext: a value of CYCL DEF 200, ",)),
+        ("_DMODE", ("Siemens: a value of CYCLE81, ",)),
         ("traori", ("Siemens: tool-centre-point control on",)),
         ("CYCL DEF 208", ("Klartext: ",)),
         ("CYCL DEF 203", ("Klartext: universal drilling with chip breaking; holes: see Cycles in docs/heidenhain.md",)),
@@ -728,3 +731,14 @@ def test_a_hole_in_inches_names_inches(run: Callable[..., Any], tmp_path: Path) 
     (tmp_path / "part.nc").write_text(INCHES.format(cut="G81 X1. Y1. Z.5 R-1. F20.\nG80"))
     told = run("check", tmp_path / "part.nc", "--tool-length", 80, "--wcs", "G54=0,0,40").out
     assert "R -1 inch lies below the bottom of the hole, Z 0.5 inch" in told
+
+
+def test_the_cycle_of_mcall_is_in_force_until_it_ends(tmp_path: Path, run: Callable[..., Any]) -> None:
+    program = tmp_path / "part.mpf"
+    program.write_text(
+        "G17 G54 G90 G71\nT1 D1\nM6\nS1000 M3 F100\nG0 A0 C0\nG0 X0 Y0 Z50\nMCALL CYCLE81(20,0,2,-5)\nX10 Y10\nMCALL\n"
+        "X20\nM30\n"
+    )
+    place = ("--tool-length", 80, "--wcs", "G54=0,0,60")
+    shown = [run("explain", f"{program}:{line}", *place).out for line in (6, 7, 8, 9, 10)]
+    assert ["MCALL CYCLE81, G54" in one for one in shown] == [False, True, True, False, False]

@@ -448,3 +448,22 @@ def test_a_part_that_no_joint_turns_has_no_free_turn(
     answer = run("fit", tilted, "--tool-length", 80, "--machine", "hexapod", *words)
     assert answer.code == 2
     assert "VP018 error: c cannot be free: no joint of this machine turns the part about its z" in answer.err
+
+
+def test_fit_names_the_line_in_machine_coordinates(run: Callable[..., Any], tmp_path: Path) -> None:
+    """No offset helps it: none is proposed, the part stays, and the margins are said to be those of the others."""
+    path = tmp_path / "part.nc"
+    path.write_text("G21 G90 G94 G54\nG0 A0 C0\nG0 X0 Y0 Z50.\nG1 X10. F500\nG53 G0 Z500.\nM30\n", encoding="utf-8")
+    given = ("--machine", "ac_trunnion", "--tool-length", 100)
+    refused = run("fit", path, *given, "--wcs", "G54=0,0,200")
+    assert refused.code == 1
+    assert "line 5 is in machine coordinates, and no work offset helps" in refused.out
+    assert "Without the lines in machine coordinates:\nSmallest margin" in refused.out
+    assert "no work offset was found" not in refused.out and "closest" not in refused.out
+    answer = json.loads(run("fit", path, *given, "--wcs", "G54=0,0,200", "--json").out)
+    assert (answer["fixed_lines"], answer["moved"]) == ([5], [0.0, 0.0, 0.0, 0.0])
+    # what follows the offset and leaves the machine too is moved, and told apart
+    both = run("fit", path, *given, "--wcs", "G54=300,0,200")
+    assert "line 5 is in machine coordinates" in both.out and "With --wcs G54=" in both.out
+    path.write_text(path.read_text("utf-8").replace("Z500.", "Z150."), encoding="utf-8")
+    assert json.loads(run("fit", path, *given, "--wcs", "G54=0,0,200", "--json").out)["fixed_lines"] == []

@@ -85,7 +85,7 @@ def test_severities(warned: tuple[Any, ...], run: Callable[..., Any]) -> None:
     assert run(*warned, "--severity", "VP2=note", "--severity", "VP202=error").code == 1
 
 
-def test_warnings_that_fail_are_said_to(warned: tuple[Any, ...], run: Callable[..., Any]) -> None:
+def test_warnings_that_fail_are_said_to(warned: tuple[Any, ...], run: Callable[..., Any], tmp_path: Path) -> None:
     level = ("--fail-level", "warning")
     plain = run(*warned, *level)
     assert "w.nc: refused: 0 errors, 1 warning (--fail-level warning)" in plain.out
@@ -94,6 +94,11 @@ def test_warnings_that_fail_are_said_to(warned: tuple[Any, ...], run: Callable[.
     assert "VP202 warning" in quiet.out
     assert "(--fail-level warning)" in quiet.out
     assert run(*warned, "-q").out == ""
+    (tmp_path / "e.nc").write_text(Path(warned[1]).read_text("utf-8").replace("M2", "G53 G0 Z2000\nM2"), "utf-8")
+    for options in ((), level):  # an error beside it hides no warning from the count, nor from those that it fails
+        both = run(warned[0], tmp_path / "e.nc", *warned[2:], *options, "-q").out
+        assert "e.nc: refused: 1 error, 1 warning" in both
+        assert ("VP202 warning" in both) == bool(options)
     told = json.loads(run(*warned, *level, "--output-format", "json").out)
     assert told["programs"][0]["verdict"] == "refused: warnings fail"
     table = run(*warned, *level, "--output-format", "markdown").out

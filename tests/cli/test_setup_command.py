@@ -243,6 +243,11 @@ def test_rigid_tapping_is_a_choice_of_the_set_up(run: Run, tmp_path: Path) -> No
             '7 = { length = "measure", diameter = 6 }  # BALL D=6 - diameter from this remark, check it',
         ),
         (
+            KLARTEXT.replace("MM\n", "MM\n1 ; TOOL: MILL_10 D=16.000 R=0.8 L=75\n", 1),
+            'MILL_10 = { length = "measure", diameter = 16 }  # D=16.000 R=0.8 L=75'
+            " - diameter from this remark, check it",
+        ),
+        (
             KLARTEXT.replace("MM\n", "MM\n1 ; T7 FACE MILL D=20, T8 END MILL D=8\n", 1).replace('"MILL_10"', "7"),
             '7 = { length = "measure", diameter = 20 }  # FACE MILL D=20, T8 END MILL D=8'
             " - diameter from this remark, check it",

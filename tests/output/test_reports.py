@@ -210,6 +210,9 @@ def test_github_names_the_worst_line_of_a_stretch() -> None:
     assert "::too far%0Aworst in line 7" in first
     assert "worst in line" not in second
     # four times the same word in the text: none is worse than the others
+    helped = make_finding("VP101", "too far", line=3, last_line=3, worst_line=3, value=9.0, remedies=("one", "two"))
+    (text,) = github.write([Report("a.nc", (helped,))]).splitlines()
+    assert "%0Atried: one%0Atried: two%0A`verne-post explain a.nc:3`" in text
     words = make_finding("VP002", "M11 has no meaning", line=14, last_line=64, worst_line=14, count=6)
     (text,) = github.write([Report("a.nc", (words,))]).splitlines()
     assert "::M11 has no meaning%0Alines 14 to 64, 6 times" in text

@@ -472,7 +472,10 @@ def test_opposite_axes_have_no_great_circle(body, words):
 @pytest.mark.parametrize(
     ("word", "says"),
     [
-        ("C=30", "begins at C 45.000, which the tool axes after it ask for, and not at C 30.000, as line 2"),
+        (
+            "C=30",
+            "at C 45.000, from which the tool axes after it can be followed. Line 2 leaves the table at C 30.000.",
+        ),
         ("C=45", ""),
         ("C=45.0004", ""),  # the message names three decimals: who writes those was told the same again
         ("C=45.001", "begins at C 45.000"),
@@ -529,7 +532,7 @@ def test_the_line_that_settles_the_start_is_named():
     options = Options(tool_length=80.0, wcs={"G54": (0, 0, 60)}, dialect="siemens")
     (item,) = assemble(ORIWKS.format(0).encode(), MACHINE, options).findings
     assert (item.code, item.line) == ("VP301", 8)
-    assert "name C 12.500 in line 7" in item.message
+    assert "Name C 12.500 in line 7" in item.message
     assert not assemble(ORIWKS.format(12.5).encode(), MACHINE, options).findings
 
 

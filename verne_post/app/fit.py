@@ -9,6 +9,7 @@ import numpy as np
 from verne_post import gcode
 from verne_post.app.assemble import build_interpreter_setup
 from verne_post.app.convert import check_source
+from verne_post.app.line_remedies import CONTACTS
 from verne_post.app.result import Progress, Result
 from verne_post.app.source_text import check_source_text
 from verne_post.app.table_places import lay_out
@@ -22,6 +23,7 @@ from verne_post.model.moves import Moves
 from verne_post.model.options import Options
 from verne_post.model.part_setup import COORDINATES, MACHINE_SYSTEM, WorkOffset, name_system
 from verne_post.model.toolpath import ToolPath
+from verne_post.model.verdict import is_about_pose
 from verne_post.toolpath.lift import lift_path
 from verne_post.toolpath.smallest_move import SmallestMove
 from verne_post.toolpath.work_offset import (
@@ -133,6 +135,9 @@ def propose(
                     after, after_check = search.evaluate(place, largest.counts), tried
                     break
     result = check_at(after.place, remedies=True) if after_check is None else after_check
+    fixed = _find_fixed_lines(moves, result)
+    if fixed and all(item.line in fixed for item in before_check.findings if item.severity == "error"):
+        after, result = search.evaluate(here, largest.counts), before_check  # nothing is gained elsewhere
     seconds_before, seconds = (one.summary.cycle_time if one.summary else None for one in (before_check, result))
     before = search.evaluate(here, largest.counts)
     turns = machine.coordinates.turns_with_part
@@ -140,7 +145,17 @@ def propose(
     g10 = dialect if dialect in ("rs274", "fanuc") else ""
     ends = np.array([low, high]) / [1.0, 1.0, 1.0, RAD_PER_DEG]
     searched = {letter: tuple(ends[:, COORDINATES.index(letter)].tolist()) for letter in free}
-    return Proposal(system, aim, before, after, result.findings, seconds_before, seconds, largest, searched, turns, g10)
+    return Proposal(
+        system, aim, before, after, result.findings, seconds_before, seconds, largest, searched, turns, g10, fixed
+    )
+
+
+def _find_fixed_lines(moves: Moves, result: Result) -> tuple[int, ...]:
+    """Lines with errors that lead to machine coordinates in all their executions: no work offset moves them."""
+    in_machine = moves.find_in_machine()
+    fixed: set[int | None] = set(moves.line[in_machine].tolist()) - set(moves.line[~in_machine].tolist())
+    errors = [item for item in result.findings if item.severity == "error" and item.code not in CONTACTS]
+    return tuple(sorted({item.line or 0 for item in errors if item.line in fixed and is_about_pose(item.code)}))
 
 
 def put_at_place(options: Options, system: int, place: Place) -> Options:

@@ -12,7 +12,8 @@ from msgspec import Struct
 
 from verne_post.app.explain_numbers import format_list, format_mm, format_number
 from verne_post.base.arrays import Array, Ints
-from verne_post.base.tolerances import LIMIT_SLACK_MM, ZERO_ANGLE
+from verne_post.base.program_lines import goes_to_reference
+from verne_post.base.tolerances import LIMIT_SLACK_MM, ZERO_ANGLE, ZERO_LENGTH_MM
 from verne_post.base.units import DEG_PER_RAD, MM_PER_INCH
 from verne_post.gcode.machining.state import State
 from verne_post.kinematics.checks import remedies
@@ -192,7 +193,8 @@ def _propose_shifts(line: Line, findings: Sequence[Finding]) -> Iterator[str]:
     if least is not None and not any(least.vector):
         yield "none here: this line alone is within limits; a line before it brings the tool there"
         return
-    if least is not None and not line.moves.find_in_machine()[line.move]:
+    in_machine = line.moves.find_in_machine()[line.move]
+    if least is not None and not in_machine:
         moved = format_list(np.array(least.vector) @ coordinates.part_frame, 3)
         yield f"the part moved by {moved} mm ({_describe_offset(line, least)}){_describe_remaining(least)}"
         single = [
@@ -201,23 +203,54 @@ def _propose_shifts(line: Line, findings: Sequence[Finding]) -> Iterator[str]:
         ]
         if single:
             yield f"the part moved along one axis of the program: {', '.join(single)}"
+    if in_machine and all(remedies.is_beyond_at_start(line.exact, item) for item in asked):
+        yield "none here: the line begins beyond the limit; a line before it brings the tool there"
+        return
     if ends := [remedy.text for remedy in propose_ends(line, warnings=warnings)]:
         yield f"the line ended elsewhere: {', or '.join(ends)}"
 
 
 def propose_ends(line: Line, *, warnings: bool) -> Iterator[Remedy]:
     """Another X, Y or Z at the end of a straight line, alone; ``warnings``: what also removes warnings."""
-    if not remedies.is_straight(line.exact) or line.move in line.moves.machine_moves:  # whose words are no tips
+    if not remedies.is_straight(line.exact) or goes_to_reference(line.text):
         return
+    if in_machine := line.move in line.moves.machine_moves:  # whose words are no tips
+        found = _shift_in_machine(line, warnings)
+    else:
+        end, shifts = line.moves.end[line.move], _shift_along_axes(line, line.exact, warnings, end_only=True)
+        places = ((AXES.index(letter), letter, one) for letter, _way, one in shifts)
+        found = ((letter, float(end[at]), float(_find_words(line, one)[at]), one) for at, letter, one in places)
     unit, scale = line.unit
-    tip, angles = line.exact.pose(line.exact.contour, np.array([0]), np.array([1.0]))
-    for letter, _way, one in _shift_along_axes(line, line.exact, warnings, end_only=True):
-        place = tip[0] + np.array(one.vector)
-        words = line.joints.machine.coordinates.map_from_table(place, angles[0], line.frame)
-        at = AXES.index(letter)
-        now, then = float(line.moves.end[line.move][at]) / scale, format_number(words[at] / scale, 4 + (scale > 1.0))
-        text = f"{letter} {then} in place of {format_number(now)} {unit}{_describe_remaining(one)}"
+    for letter, before, after, one in found:
+        now, then = before / scale, format_number(after / scale, 4 + (scale > 1.0))
+        where = " (in machine coordinates)" if in_machine else ""
+        text = f"{letter} {then} in place of {format_number(now)} {unit}{where}{_describe_remaining(one)}"
         yield Remedy(text, then, line=line.number, word=(letter, now))
+
+
+def _find_words(line: Line, shift: remedies.Shift | None = None, w: float = 1.0) -> Array:
+    """Program coordinates (9,) of a place of a straight line, its end moved by ``shift``."""
+    tip, angles = line.exact.pose(line.exact.contour, np.array([0]), np.array([w]))
+    place = tip[0] + (np.zeros(3) if shift is None else np.array(shift.vector))
+    return line.joints.machine.coordinates.map_from_table(place, angles[0], line.frame)
+
+
+def _shift_in_machine(line: Line, warnings: bool) -> Iterator[tuple[str, float, float, remedies.Shift]]:
+    """Along each axis of the machine that a line moves: its letter, machine coordinate now and then (mm), the move."""
+    coordinates, frame = line.joints.machine.coordinates, line.frame
+
+    def find_place(shift: remedies.Shift | None = None, w: float = 1.0) -> Array:
+        return coordinates.map_to_machine(_find_words(line, shift, w), frame)[:3]
+
+    end = find_place()
+    # a displacement of the tip by one of the directions moves one axis of the machine alone
+    units = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+    ways = np.linalg.inv(np.array([find_place(remedies.Shift(one, ())) - end for one in units])).astype(np.float64)
+    moved = np.abs(end - find_place(w=0.0)) > ZERO_LENGTH_MM
+    for at in np.flatnonzero(moved).tolist():
+        one = remedies.find_smallest_shift(line.exact, ways[at : at + 1], end_only=True, also_warnings=warnings)
+        if one is not None:
+            yield "XYZ"[at], float(end[at]), float(find_place(one)[at]), one
 
 
 def propose_depth(line: Line, depth: float) -> Iterator[Remedy]:

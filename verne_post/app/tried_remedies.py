@@ -23,6 +23,7 @@ from verne_post.gcode.inch_words import is_in_inches, read_as_mm
 from verne_post.kinematics.checks.remedies import (
     ROTARY_CODES,
     find_smallest_shift,
+    is_beyond_at_start,
     is_movable,
     is_straight,
     select_line,
@@ -100,10 +101,10 @@ def add_remedies(source: Text, program: Program, findings: Sequence[Finding]) ->
                     code = name_system(MACHINE_SYSTEM)
                 word_of = f" ({code})" if code else ""
                 why = f"line {fixed_line} is in machine coordinates{word_of}, which no work offset moves"
-                tried = (
-                    Remedy(f"{why}; change its values"),
-                    *(one for one in tried if one not in (offset, _NO_OFFSET)),
-                )
+                cure = Remedy(f"{why}; change its values")
+                if word is not None and word.line == fixed_line:
+                    cure = dataclasses.replace(word, text=f"{why}; {word.text}")
+                tried = (cure, *(one for one in tried if one not in (offset, _NO_OFFSET)))
             elif word is not None:
                 tried = (word, *(one for one in tried if one != _NO_OFFSET))
             edits = tuple(one for one in tried if one.value)
@@ -196,7 +197,8 @@ def _find_line(program: Program, joints: Any, number: int | None, source: Text =
         return None
     exact = select_line(replace(joints, contour=make_exact_contour(program.path)), number)
     inches = bool(source) and is_in_inches(source, build_interpreter_setup(program.machine, program.options), number)
-    return Line(number, "", own, program.moves, None, program.options, (), exact, in_inches=inches)
+    text = (take_line(source, number) or b"").decode("utf-8", errors="replace")
+    return Line(number, text, own, program.moves, None, program.options, (), exact, in_inches=inches)
 
 
 def _find_errors_with(source: Text, program: Program, **change: Any) -> tuple[str, ...] | None:
@@ -268,7 +270,9 @@ def _find_word(source: Text, program: Program, joints: Any, errors: Sequence[Fin
             continue
         # the line alone was checked as programmed: a blended corner may take the tool a little farther
         step = ROUND_MM if line.unit[1] == 1.0 else _ROUND_INCH
-        steps = np.ceil(np.round(abs(float(one.value) - now) / step, 6)) + np.arange(2)
+        # the number of a machine coordinate is that of its limit, and the line alone was checked a little inside it
+        least = -1.0 if line.move in program.moves.machine_moves else 0.0
+        steps = np.ceil(np.round(abs(float(one.value) - now) / step, 6)) + np.arange(least, 2.0)
         for then in now + np.sign(float(one.value) - now) * steps * step:
             value = format_number(then)
             changed = f"{text[: word.start(2)]}{value}{text[word.end(2) :]}".encode()
@@ -352,6 +356,9 @@ def _find_line_in_machine(program: Program, item: Finding) -> int:
     in_machine = moves.find_in_machine()
     for line in (item.line, item.worst_line):
         at = np.flatnonzero(moves.line == line)
-        if line and len(at) and (in_machine[at].all() or np.isin(at, moves.machine_moves).any()):
+        if not line or not (len(at) and (in_machine[at].all() or np.isin(at, moves.machine_moves).any())):
+            continue
+        # it may be the worst one only because it begins where the line before has broken the limit
+        if line == item.line or not is_beyond_at_start(select_line(guard_joints(program), line), item):
             return line
     return 0

@@ -20,6 +20,8 @@ def remove_remarks(line: str, dialect: str = "") -> str:
 _MACHINE_CODES: Final = re.compile(
     r"(?<![A-Z_$])(?:G0*(?:28|30|53|74|75|153)(?:\.0)?(?![\d.])|SUPA\b|M9[12](?!\d)|GOHOME\b)", re.IGNORECASE
 )
+#: Those of them whose words are no machine coordinates.
+_REFERENCE_CODES: Final = re.compile(r"(?<![A-Z_$])(?:G0*(?:28|30|74|75)(?:\.0)?(?![\d.])|GOHOME\b)", re.IGNORECASE)
 
 
 def find_machine_code(line: str, dialect: str) -> str:
@@ -27,6 +29,11 @@ def find_machine_code(line: str, dialect: str) -> str:
     found = _MACHINE_CODES.search(remove_remarks(line, dialect))
     code = "" if found is None else found[0].upper()
     return "" if dialect in ("rs274", "fanuc") and code in ("G74", "G75") else code
+
+
+def goes_to_reference(line: str) -> bool:
+    """Whether a line leads to a place that is stored in the machine, and no word of it says where that is."""
+    return _REFERENCE_CODES.search(remove_remarks(line)) is not None
 
 
 def find_word(line: str, letter: str) -> re.Match[str] | None:

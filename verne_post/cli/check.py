@@ -201,10 +201,8 @@ def command(
     reports = drop_repeated(reports)
     write_report_files(files, report_files, reports, machine)
     if quiet and output_format == "text":
-        reports = [
-            _keep_gravest(one, warnings=one.program in own or one.verdict == Verdict.WARNINGS_FAIL) for one in reports
-        ]
-        reports = [one for one in reports if one.findings]
+        reports = [_keep_gravest(one, warnings=one.program in own or one.fail_level == "warning") for one in reports]
+        reports = [one for one in reports if one.shown]
     text = FORMATS[output_format](reports, machine)
     if output_format == "text" and not quiet and len(reports) > 1:
         text += count_words([one.verdict.word for one in reports]) + "\n"
@@ -243,9 +241,9 @@ def _check_one(
 
 
 def _keep_gravest(report: "Report", *, warnings: bool) -> "Report":
-    """A report without notes and remarks; without warnings too, unless they are asked for."""
+    """A report that prints no notes and remarks, and warnings only if they are asked for. It counts them all."""
     kept = ("error", "warning") if warnings else ("error",)
-    return replace(report, findings=tuple(one for one in report.findings if one.severity in kept), remarks=())
+    return replace(report, shown=tuple(one for one in report.findings if one.severity in kept), remarks=())
 
 
 def _emit(files: RunFiles, output_file: Path | None, text: str) -> None:

@@ -60,6 +60,10 @@ _CODE: Final = re.compile(r"([GM])(\d+(?:\.\d+)?)")
 _HOLES: Final = ("G73", "G74", *(f"G{number}" for number in range(81, 90)))
 
 
+#: What the line above the kinds of PLANE says.
+_TOLD_ABOVE: Final = "tilts the work plane: "
+
+
 class KnownWord(NamedTuple):
     """A word of a line: where it begins and ends, as it stands in the tables, and what it does."""
 
@@ -124,18 +128,34 @@ def describe_word(word: str) -> list[str]:
         for parameter in _list_parameters().get(name, ())
     ]
     found += [
-        f"  {known_word}: {_describe(language, known_word, text, is_executed=True)}"
+        f"  {known_word}: {_describe(language, known_word, text.removeprefix(_TOLD_ABOVE), is_executed=True)}"
         for language, known_word, text, is_executed in list_words()
         if language in texts and is_executed and known_word.startswith(f"{name} ")
     ]
     if not found and _M_CODE.fullmatch(name):
         return [f"no meaning in any language here; {describe_remap(name)}"]
+    if not found:
+        found = [*_describe_values(name)]
     # else a statement with words that its table lists
     return found or [
         f"{language}, {known_word}: {_describe(language, known_word, text, is_executed=is_executed)}"
         for language, known_word, text, is_executed in list_words()
         if name.startswith(f"{known_word} ") and re.search(rf"\b{re.escape(name[len(known_word) + 1 :])}\b", text)
     ]
+
+
+def _describe_values(name: str) -> Iterator[str]:
+    """A value of cycles: what it is, and whose."""
+    cycles = [cycle for cycle, names in _list_parameters().items() if name in names]
+    if cycles:
+        yield f"Siemens: a value of {', '.join(cycles)}{f': {OF_VALUES[name]}' if name in OF_VALUES else ''}"
+    if name.startswith("Q") and name[1:].isdecimal():
+        from verne_post.gcode.klartext.cycle_words import MACHINING, PATTERNS
+
+        numbers = [f"{cycle}" for cycle, (own, _defaults) in (MACHINING | PATTERNS).items() if int(name[1:]) in own]
+        meaning = klartext.name_parameter(int(name[1:]))
+        if numbers:
+            yield f"Klartext: a value of CYCL DEF {', '.join(numbers)}{f': {meaning}' if meaning else ''}"
 
 
 def _describe(language: str, name: str, text: str, *, is_executed: bool) -> str:

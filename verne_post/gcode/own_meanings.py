@@ -114,6 +114,8 @@ OF_VALUES: Final[Mapping[str, str]] = {
     "_Z0": "origin before the turn, Z", "_A": "first angle", "_B": "second angle", "_C": "third angle",
     "_X1": "origin after the turn, X", "_Y1": "origin after the turn, Y", "_Z1": "origin after the turn, Z",
     "_DIR": "which of the two positions of the table; 0 turns nothing", "_FR_I": "way of the incremental retract",
+    "_AMODE": "which of the heights and depths are absolute, and which relative",
+    "_DMODE": "the plane, and how the feed rates count",
     "_TOL": "tolerance of the tip", "_TOLM": "kind of machining", "_OTOL": "tolerance of the tool axis",
 }  # fmt: skip
 _OF_HOLES: Final = {

@@ -138,11 +138,11 @@ def find_stop_remarks(lines: Iterable[str], dialect: str, stops: Set[int]) -> di
 
 #: Lines of a program in which remarks about its tools are looked for.
 _TOOL_LINES: Final = 400
-#: A remark about a tool: ``(T5 D=6. - BALL)``, ``; T="BALL_6" D=6.``, ``;  #5 BALL_6 D=6`` of Klartext, ``(TOOL - 5
-#: DIA. - 6.)`` of Mastercam.
+#: A remark about a tool: ``(T5 D=6. - BALL)``, ``; T="BALL_6" D=6.``, ``; TOOL: BALL_6 D=6.``, ``;  #5 BALL_6 D=6`` of
+#: Klartext, ``(TOOL - 5 DIA. - 6.)`` of Mastercam.
 _TOOL_REMARK: Final = re.compile(
-    r"^\s*(?:N?\d+\s*)?[(;]\s*(?:T(?:OOL)?\s*[=-]?\s*|#)(?:0*(?P<number>\d+)\b|\"(?P<name>[^\"]+)\")[\s:="
-    r"|,-]*(?P<text>.*?)\)?\s*$",
+    r"^\s*(?:N?\d+\s*)?[(;]\s*(?:T(?:OOL)?\s*[=:-]?\s*|#)(?:0*(?P<number>\d+)\b|\"(?P<name>[^\"]+)\"|"
+    r"(?<=[=:\s])(?P<bare>[A-Z]\w*)(?=\s+D\s*=))[\s:=|,-]*(?P<text>.*?)\)?\s*$",
     re.IGNORECASE,
 )
 
@@ -167,7 +167,7 @@ def find_tool_remarks(source: Text) -> dict[str, str]:
         if (match := _TOOL_REMARK.match(line)) and (text := match["text"].strip()):
             # ; T1 "BALL_6" D=6.: the program may call it by either
             also = re.match(r'"([^"]+)"', text)
-            for key in (match["number"] or match["name"], also[1] if also else None):
+            for key in (match["number"] or match["name"] or match["bare"], also[1] if also else None):
                 if key is not None:
                     found.setdefault(key, make_printable(text))
         elif (change := _CHANGE.match(line)) and (remark := _ALONE.match(before)):

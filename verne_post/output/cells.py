@@ -36,12 +36,14 @@ def describe_first_wrong(
     for number, text in rows:
         cells = text.strip().split(separator)
         if len(cells) != width:
-            return make_input_error("VP020", f"{name}:{number}: {len(cells)} cells, expected {width}")
+            return make_input_error("VP020", f"{len(cells)} cells, expected {width}", file=name, file_line=number)
         for cell in cells:
             try:
                 good = bool(np.isfinite(float(cell)))
             except ValueError:
                 good = False
             if not good:
-                return make_input_error("VP020", f"{name}:{number}: {cell.strip()!r} is not a finite number")
+                return make_input_error(
+                    "VP020", f"{cell.strip()!r} is not a finite number", file=name, file_line=number
+                )
     return None

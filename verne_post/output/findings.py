@@ -41,6 +41,7 @@ class Report(Struct, frozen=True):
     errors_not_counted: int = 0  #: Errors that a policy took out of the findings, or weighed as less.
     machine: "Machine | None" = None  #: Where it is another one than that of the whole report.
     elapsed_s: float = 0.0  #: How long the check took.
+    shown: tuple[Finding, ...] | None = None  #: What the text prints of them, where that is not all; all are counted.
     fail_level: Severity = "error"  #: Findings of this severity and graver ones refuse the program.
 
     @property
@@ -203,7 +204,7 @@ _FILL_IN_PLACE: Final = (
 #: In VP012 where the program names no tool, and what helps: no form asks for the one length.
 _NO_LENGTH: Final = re.compile("no tool length has been given|no tool before the first feed move")
 _GIVE_LENGTH: Final = "Write tool_length = MM in the first line of INPUT.toml, or call the tool in the program."
-#: In VP012 where the length is known, and nothing is to be filled in.
+#: In VP012 where the message says which word puts the length in force; it may have to be filled in, too.
 _NOT_ACTIVE: Final = "has no length in force"
 #: In VP012 where the tool is missing itself, and the message says what to write.
 _NO_TOOL: Final = re.compile(
@@ -271,8 +272,8 @@ def _choose_remedy(item: Finding) -> str:
         return _CHECK_BLOCKS
     if item.code == "VP023":
         return next((text for sign, text in _PARTNERS if sign.search(item.message)), "")
-    if item.code == "VP012" and _NOT_ACTIVE in item.message:
-        return CODES["VP034"].remedy
+    if item.code == "VP012" and _NOT_ACTIVE in item.message and not item.settled_by:
+        return ""
     if item.code == "VP012" and _NO_LENGTH.search(item.message):
         return _GIVE_LENGTH
     if item.code == "VP012" and (_NO_TOOL.search(item.message) or _WRITE_LENGTH in item.message):

@@ -71,13 +71,23 @@ def _write_lines(program: str, machine: Machine, proposal: Proposal) -> Iterator
         same = _write_g10_block(proposal, machine)
         if same is not None:
             yield f"  {same}    (in machine coordinates: in the program, in place of both)"
+    elif proposal.fixed_lines:
+        lines = ", ".join(map(str, proposal.fixed_lines))
+        one = len(proposal.fixed_lines) == 1
+        is_in, its = ("line {} is", "Change its values") if one else ("lines {} are", "Change their values")
+        yield (
+            f"{program} on {machine.name}: {is_in.format(lines)} in machine coordinates, and no work offset helps. "
+            f"{its}; `verne-post explain {program}:{proposal.fixed_lines[0]}` has some that are within limits."
+        )
+        elsewhere = any(_measure_shift(proposal, after.place))
+        yield f"With --wcs {wcs} it is blocked by:" if elsewhere else "It is blocked by:"
+        yield from _write_blocking(program, proposal)
     else:
         searched = ", ".join(f"{letter} {low:.1f} to {high:.1f}" for letter, (low, high) in proposal.ranges.items())
         yield f"{program} on {machine.name}: no work offset was found with which it fits."
         yield f"Searched: {searched}. --range {next(iter(proposal.ranges))}=LOW,HIGH searches elsewhere."
         yield f"The closest one, --wcs {wcs}, is blocked by:"
-        for item in _select_blocking(proposal.findings):
-            yield f"  {format_finding(program, item)}"
+        yield from _write_blocking(program, proposal)
     if fits and proposal.aim != "margin":
         largest = proposal.largest
         yield (
@@ -88,6 +98,8 @@ def _write_lines(program: str, machine: Machine, proposal: Proposal) -> Iterator
     elif not fits and not np.isfinite(after.smallest):
         return  # the place that comes nearest has no margins: where it cannot be reached has been said
     where = f"{after.names[after.nearest]}, line {after.lines[after.nearest]}"
+    if proposal.fixed_lines:
+        yield "Without the lines in machine coordinates:"
     yield (f"Smallest margin {_format_margin(after.smallest)} ({where}), before {_format_margin(before.smallest)}.")
     yield (
         "A margin is 0 at its limit and negative beyond it. It is 1 in the middle of a travel, and where warnings of "
@@ -104,6 +116,10 @@ def _write_lines(program: str, machine: Machine, proposal: Proposal) -> Iterator
             f"  {name:<{wide}} {_format_margin(before.margins[index]):>8} {before.lines[index]:>6}   "
             f"{_format_margin(after.margins[index]):>8} {after.lines[index]:>6}{fixed}"
         )
+
+
+def _write_blocking(program: str, proposal: Proposal) -> Iterator[str]:
+    return (f"  {format_finding(program, item)}" for item in _select_blocking(proposal.findings))
 
 
 def _select_blocking(findings: tuple[Finding, ...]) -> list[Finding]:
@@ -124,6 +140,7 @@ def make_json(program: str, machine: Machine, proposal: Proposal) -> str:
         "program": program,
         "machine": {"name": machine.name, "sha256": machine.sha256},
         "fits": fits,
+        "fixed_lines": proposal.fixed_lines,
         "system": name_system(proposal.system),
         "aim": proposal.aim,
         "searched": proposal.ranges,

@@ -74,11 +74,13 @@ def read_csv(
     header = stream.readline(_LONGEST_LINE).strip()
     if header != expected:
         shown = header if len(header) <= _SHOWN else header[:_SHOWN] + "..."
-        text = f"{name}: the columns are {shown!r}, expected {expected!r}"
+        text = f"the columns are {shown!r}, expected {expected!r}"
         joints = [[cell.partition("_")[0] for cell in line.split(",")] for line in (header, expected)]
         if joints[0] == joints[1]:
             text += "; these joints are in other units, see --units"
-        raise make_input_error("VP020", text)
+        elif joints[0] != [header]:
+            text += "; give the --machine with which the file was made"
+        raise make_input_error("VP020", text, file=name, file_line=1)
     first, fmt = 0, None
     while lines := [line for _, line in zip(range(_READ_ROWS), _split_lines(stream), strict=False)]:
         table = _parse_numbers(lines, len(columns) + 2, name, first)
@@ -89,7 +91,7 @@ def read_csv(
         bad = (line != np.round(line)) | (line < 0) | (line > np.iinfo(np.int32).max)
         if bad.any():
             row = int(np.argmax(bad))
-            raise make_input_error("VP020", f"{name}:{first + row + 2}: {line[row]:g} is not a line number")
+            raise make_input_error("VP020", f"{line[row]:g} is not a line number", file=name, file_line=first + row + 2)
         numbers = table[:, 1:-1]
         yield SetpointBlock(first, convert_positions(numbers, fmt), line.astype(np.int32), fmt, numbers)
         first += len(lines)
@@ -111,7 +113,7 @@ def _parse_numbers(lines: list[str], width: int, name: str, first: int) -> Array
         pass
     numbered = enumerate(lines, start=first + 2)
     raise describe_first_wrong(name, numbered, ",", width) or make_input_error(
-        "VP020", f"{name}: rows {first + 2} to {first + len(lines) + 1} cannot be read"
+        "VP020", f"rows {first + 2} to {first + len(lines) + 1} cannot be read", file=name, file_line=first + 2
     )
 
 
@@ -138,6 +140,7 @@ def _check_time(t: Array, name: str, first: int, fmt: SetpointFormat) -> None:
         row = int(bad[0])
         raise make_input_error(
             "VP020",
-            f"{name}:{first + row + 2}: t_s is {t[row]:g}, expected {expected[row]:g} "
-            f"(row {first + row} at a cycle of {fmt.cycle:g} s)",
+            f"t_s is {t[row]:g}, expected {expected[row]:g} (row {first + row} at a cycle of {fmt.cycle:g} s)",
+            file=name,
+            file_line=first + row + 2,
         )

@@ -150,9 +150,10 @@ def _report_other_start(path: ToolPath, plan: BranchPlan, moves: Moves, machine:
         return []
     letter = machine.rotary_letters[1]
     what = (
-        f"the path begins at {letter} {format_fixed(start, 3)}, which the tool axes after it ask for, and not at "
-        f"{letter} {format_fixed(word, 3)}, as line {named} has it: the tool is vertical there, and leaves {letter} "
-        f"open; name {letter} {format_fixed(start, 3)} in line {settled_at}, or turn the table there before the start"
+        f"the path begins at {letter} {format_fixed(start, 3)}, from which the tool axes after it can be followed. "
+        f"Line {settled_at} leaves the table at {letter} {format_fixed(word, 3)}. The tool is vertical, so the line "
+        f"does not say where {letter} is to be. Name {letter} {format_fixed(start, 3)} in line {settled_at}, or turn "
+        "the table there before the start"
     )
     return [make_finding("VP301", what, severity="warning", line=first, last_line=first, worst_line=first)]
 

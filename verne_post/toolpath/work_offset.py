@@ -182,6 +182,8 @@ class Proposal(Struct, frozen=True, eq=False):
         A joint of the machine turns the part about its z.
     g10 : str
         The language whose G10 sets work systems; empty where the program is in one without G10.
+    fixed_lines : tuple of int
+        Lines in machine coordinates with errors, which no work offset moves; margins do not count them.
     text : str
         What ``fit`` says of it: what is printed.
     """
@@ -197,6 +199,7 @@ class Proposal(Struct, frozen=True, eq=False):
     ranges: dict[str, tuple[float, float]]
     turns: bool = True
     g10: str = "rs274"
+    fixed_lines: tuple[int, ...] = ()
     text: str = ""
 
     @property

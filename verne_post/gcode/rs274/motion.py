@@ -14,7 +14,7 @@ from verne_post.gcode.lengths import measure_length
 from verne_post.gcode.machining.compensation import Compensation
 from verne_post.gcode.machining.machining import Machining, explain_no_feed, name_word
 from verne_post.gcode.machining.turning import find_machine_place, go_to_machine, turn_table, warn_of_unnamed
-from verne_post.gcode.missing_setup import suggest_call
+from verne_post.gcode.missing_setup import find_tool_key, suggest_call
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.rs274.modes import Modes
 from verne_post.gcode.rs274.traits import Traits
@@ -79,13 +79,16 @@ def refuse_lacking(
         )
         if not selections and (how := suggest_call(core.setup, state, *forms)):
             raise ProgramError("VP012", f"no tool is called before the first feed move; {how}".replace('T"', 'T="'))
-        if tool is None or tool.unmeasured or not tool.offset[2]:
+        length = None if tool is None or tool.unmeasured else tool.offset[2]
+        if not state.loaded_tool or length == 0.0 or (loads_lengths and length is None):
             raise ProgramError("VP012", f"no tool length has been given before the first feed move; use {length_words}")
-        mine = describe_tool_number(tool.number, state.tool_names)
+        number = state.loaded_tool
+        how = f"write G43 H{number} before it, or G49 for length 0; --tool-length MM needs no G43"
         raise ProgramError(
             "VP012",
-            f"{mine} has no length in force before the first feed move; the set-up, or the tool table, gives it "
-            f"{tool.offset[2]:g} mm: use {length_words}",
+            f"{describe_tool_number(number, state.tool_names)} has no length in force before the first feed move; "
+            f"{f'use {length_words}' if loads_lengths else how}",
+            settled_by=find_tool_key(number, "length", state.tool_names) if length is None else (),
         )
 
 

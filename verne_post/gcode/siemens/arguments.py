@@ -60,11 +60,13 @@ class Arguments(Struct):
     def error(self, code: str, message: str, name: str) -> ProgramError:
         """An error at an argument."""
         at = list(self.names).index(name) if name in self.names else -1
-        column = self.call.column
+        column, place = self.call.column, ""
+        if at >= len(self.call.arguments or ()):  # there is no character to mark
+            place = f" (value {at + 1} of the call)"
         if self.call.arguments and 0 <= at < len(self.call.arguments):
             argument = self.call.arguments[at]
             column = argument.column + len(argument.text) - len(argument.text.lstrip())
-        return ProgramError(code, f"{self.call.name}: {message}", column)
+        return ProgramError(code, f"{self.call.name}: {message}{place}", column)
 
     def refuse_rest(self, harmless: Sequence[str] = ()) -> None:
         """Arguments that were given other than 0, and that nothing has asked for, are not executed."""

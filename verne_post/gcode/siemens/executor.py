@@ -61,7 +61,7 @@ class Executor:
         self.drilling = Drilling(self.interpreter, self.variables)
         self.milling = SiemensMilling(self.interpreter, self.variables)
         self.swivel = Swivel(self.interpreter, self.variables)
-        self.modal: Call | None = None  #: The cycle of MCALL.
+        self._modal: Call | None = None
         self.modal_line = 0  #: The line of that MCALL, as messages name it.
         #: Line, name and place of each cycle called without MCALL since the last one.
         self.lone_calls: list[tuple[int, str, list[float]]] = []
@@ -147,6 +147,16 @@ class Executor:
                 self.modal = None
             raise
 
+    @property
+    def modal(self) -> Call | None:
+        """The cycle of MCALL."""
+        return self._modal
+
+    @modal.setter
+    def modal(self, call: Call | None) -> None:
+        self._modal = call
+        self.interpreter.modes.cycle = "" if call is None else call.name
+
     def end_modal(self, line: int) -> None:
         """MCALL alone; VP023 where it ends nothing, and a cycle was called once before moves to other places."""
         if self.modal is None and len(self.lone_calls) == 1:
@@ -206,6 +216,7 @@ class Executor:
         """Bring back what SAVE has kept."""
         self.interpreter.core.refuse_compensation("the end of a subprogram with SAVE")
         self.interpreter.state.modes = modes
+        self.modal = self._modal  # which SAVE does not keep
         core = self.interpreter.core
         core.set_plane(modes.plane)
         core.set_arc_feed(modes.arc_feed)

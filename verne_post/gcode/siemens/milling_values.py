@@ -129,7 +129,7 @@ class MillingValues:
         takes_dpr = "DPR" in given.names and given.is_given("DPR") and (given.number("DPR") != 0 or not has_height)
         relative = "DPR" if takes_dpr else "DP"
         if not given.is_given(relative):
-            raise given.error("VP005", "DP is needed", "DP")
+            raise given.error("VP005", "DP or DPR is needed" if "DPR" in given.names else "DP is needed", "DP")
         is_relative = relative == "DPR" or self.digits[0] == 1
         if not 0 <= modes < 100_000 or self.digits[0] > 2 or self.digits[1] > 1 or any(self.digits[3:]):
             raise given.error(

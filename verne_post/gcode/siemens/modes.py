@@ -46,6 +46,7 @@ class Modes(Struct):
     offset: Frame | None = None
     edge: bool = True  #: D1: the tool length counts in places of the machine.
     plane: int = 0  #: 0 XY, 1 ZX, 2 YZ, as the interpreter of all dialects has it too.
+    cycle: str = ""  #: That of MCALL, which each motion executes at its end; for messages.
     feed_mode: FeedMode = FeedMode.PER_MINUTE  #: Likewise.
     arc_feed: ArcFeed = ArcFeed("CFC", 0.0, math.inf, assumed=True)  #: CFC, CFTCP, CFIN; likewise.
 
@@ -58,7 +59,9 @@ class Modes(Struct):
         """The G functions that hold."""
         unit = f"{self.units} ({'inch' if self.inch else 'mm'})"
         way = "G90 (absolute)" if self.absolute else "G91 (incremental)"
-        return [self.motion, unit, way, FEED_CODES[feed], self.exact, "TRAORI" if self.tcp else "TRAFOOF"]
+        tcp = "TRAORI" if self.tcp else "TRAFOOF"
+        modal = [f"MCALL {self.cycle}"] if self.cycle else []
+        return [self.motion, unit, way, FEED_CODES[feed], self.exact, tcp, *modal]
 
     @property
     def length(self) -> float:

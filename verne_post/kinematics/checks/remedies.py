@@ -132,6 +132,20 @@ def place_of(line: JointPath, item: Finding) -> Place | None:
     return min(by_distance, key=lambda one: one[0])[1] if by_distance else None
 
 
+def is_beyond_at_start(line: JointPath, item: Finding) -> bool:
+    """Whether a limit is broken where the line begins, and no more at its end: a line before it is at fault."""
+    if item.value is None:
+        first = _find_first_unsolved(line)
+        return first is not None and (first.element, first.w) == (0, 0.0)
+    ends, _solved = measure(line, np.array([0, len(line.contour) - 1]), np.array([0.0, 1.0]))
+    for check in list_checks(line):
+        if (check.code, check.axis) == (item.code, item.axis):
+            before, after = check.sign * (ends[:, check.quantity] - check.limit)
+            if before < 0.0 and after > before - LIMIT_SLACK_MM:
+                return True
+    return False
+
+
 def _find_first_unsolved(line: JointPath) -> Place | None:
     """The first point of the line from which on the machine cannot follow."""
     element, w = list_samples(line)
