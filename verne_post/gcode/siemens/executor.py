@@ -46,6 +46,8 @@ _OF_POSITIONS: Final = ("VP008", "VP013")
 _OF_VALUES: Final = ("VP002", "VP005", "VP007", "VP048")
 #: What errors say that lack the transformation.
 _WITHOUT_TCP: Final = "without TRAORI"
+#: The motion of a block that cannot be read, also where the G before its number is what is missing.
+_MOTION: Final = re.compile(r"(?:(?<![A-Z0-9_$])G|^[ \t/]*(?:N\d+[ \t]+)?)0?([0-3])(?![\d.=])")
 _NAMED_AXIS: Final = re.compile(r"(?<![A-Z0-9_$])([XYZABCF])(?=[ \t]*[-+=.0-9])")
 
 
@@ -182,12 +184,15 @@ class Executor:
         Positions after it are not what the program means: errors of arcs and incremental values are reported no more.
         """
         follows = self.uncertain and error.code in _OF_POSITIONS
-        state, named_letters = self.interpreter.state, set(_NAMED_AXIS.findall(take_code(decode_line(raw)).upper()))
+        text = take_code(decode_line(raw)).upper()
+        state, named_letters = self.interpreter.state, set(_NAMED_AXIS.findall(text))
         for letter in named_letters - {"F"}:
             know_axis(state, AXES.index(letter))
         self.uncertain |= bool(named_letters - {"F"}) or error.code == "VP001"  # a letter may be what is missing
         if "F" in named_letters:
             assume_feed(state)
+        if error.code == "VP001" and (motion := _MOTION.search(text)) is not None:
+            self.modes.motion = f"G{motion[1]}"
         if error.code == "VP048":
             assume_rigid_tapping(state)
         if error.code in ("VP017", "VP026"):  # G40 may be missing before it: what follows would only say so again
