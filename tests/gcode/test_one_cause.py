@@ -142,7 +142,7 @@ def test_tools_that_the_table_lacks_are_one_finding_with_their_numbers(machine):
     ("PLANE SPATIAL SPA+10 SPB+0 TURN FMAX\nL A+Q120 C+Q122 FMAX", [("VP005", 4, 4)]),
     ("PLANE SPATIAL SPA+0 SPB+200 SPC+0 STAY SEQ+\nL A+Q120 C+Q122 FMAX", [("VP102", 4, 4)]),
     # a word that is misspelt so far that the line says nothing
-    ("X+50 Y+0\nCR X+70 Y+10 R+5 DR+", [("VP002", 4, 4)]),
+    ("X+50 Y+0\nCR X+70 Y+10 R+5 DR+", [("VP001", 4, 4)]),
     ("CYCL 200 DRILLING\nCYCL CALL", [("VP002", 4, 4)]),
     # a second mistake is not hidden by the first
     ("L X+50 Y+0 FOO\nCR X+60 Y+10 R+1 DR+\nL X+60 BAR", [("VP001", 4, 4), ("VP008", 5, 5), ("VP001", 6, 6)]),
@@ -940,3 +940,20 @@ def test_an_arc_from_where_a_misspelt_word_leads_is_no_finding(machine, language
     # a second mistake is told, where the language goes on from a place that it has read
     own = language == "fanuc" or (language == "heidenhain" and "X" in to_arc)
     assert found[1:] == ([("VP008", 9)] if own else [])
+
+
+def test_mcall_of_no_cycle_is_one_finding(machine):
+    """It was corrected to CYCLE801, and then told that MCALL does not call this one."""
+    text = "G17 G90 G54\nG0 A0 C0\nX0 Y0 Z60\nF100 S9 M3\nMCALL CYCLE810(60,41,2,30)\nX5\nMCALL\nM30\n"
+    options = Options(dialect="siemens", wcs={"G54": (0, 0, 0)}, tool_length=80.0)
+    [finding] = [one for one in check(text.encode(), machine, options).findings if one.severity == "error"]
+    assert (finding.code, finding.line, finding.column) == ("VP002", 5, 7)
+    assert finding.message == "CYCLE810: no cycle that MCALL calls; write the cycle that is meant, such as CYCLE81"
+
+
+def test_a_subprogram_of_a_number_that_is_nearly_another_names_it(machine):
+    text = "%_N_P_MPF\nG17 G90 G54\nL101\nM30\n%_N_L100_SPF\nM17\n"
+    options = Options(dialect="siemens", wcs={"G54": (0, 0, 0)}, tool_length=80.0)
+    [finding] = [one for one in check(text.encode(), machine, options).findings if one.severity == "error"]
+    assert finding.message.startswith("L101: no meaning in this language, and no file of that name")
+    assert "; the program has L100, which is nearly this number;" in finding.message

@@ -251,3 +251,12 @@ def test_depths_that_contradict_each_other_are_told(machine, call, code, said, c
     findings = check(text.encode(), machine, Options(dialect="siemens", wcs={"G54": (0, 0, 0)}, tools=tools)).findings
     found = [item for item in findings if item.code == code]
     assert [(item.message.partition(": ")[2], item.line, item.column) for item in found] == [(said, 4, column)]
+
+
+def test_depths_of_a_modal_cycle_are_told_once_where_it_is_defined(machine):
+    """Each hole had the warning, at the column that the value has in the line of MCALL."""
+    tools = {1: Tool(1, 1, (0.0, 0.0, 80.0, *ZERO9[3:]), 6.0)}
+    text = "T1 D1 M6\nS1000 M3\nG0 X0 Y0 Z60 A0 C0 F300\nMCALL CYCLE82(60,41,2,38,10)\nX1\nX2\nX3\nMCALL\nM30"
+    findings = check(text.encode(), machine, Options(dialect="siemens", wcs={"G54": (0, 0, 0)}, tools=tools)).findings
+    found = [(item.line, item.column, item.count) for item in findings if item.code == "VP505"]
+    assert found == [(4, 26, 3)]

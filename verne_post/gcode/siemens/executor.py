@@ -64,7 +64,6 @@ class Executor:
         self.milling = SiemensMilling(self.interpreter, self.variables)
         self.swivel = Swivel(self.interpreter, self.variables)
         self.modal: Call | None = None  #: The cycle of MCALL.
-        self.modal_line = 0  #: The line of that MCALL, as messages name it.
         #: Line, name and place of each cycle called without MCALL since the last one.
         self.lone_calls: list[tuple[int, str, list[float]]] = []
         self.modal_is_shown = True  #: That line has its columns: it is no call of a file in which MCALL stands.
@@ -138,13 +137,11 @@ class Executor:
                 self.drilling.run(call, line, holes)
         except ProgramError as error:
             if error.code in _OF_VALUES:
-                error.line, error.of_program, error.of_value = self.modal_line, True, True
+                error.line, error.of_program, error.of_value = call.line, True, True
             if not (error.of_value and self.modal_is_shown):
                 error.column = None
             if error.code == "VP017":  # the cycle does not belong here: it was to end before, and is taken as ended
-                text = (
-                    f"MCALL of line {self.modal_line} still calls {call.name}; write MCALL alone before this motion if "
-                )
+                text = f"MCALL of line {call.line} still calls {call.name}; write MCALL alone before this motion if "
                 error.message = f"{text}it is no place of it ({error.message})"
                 self.modal = None
             raise
