@@ -231,6 +231,7 @@ class _KlartextRun:
         if stretch > row:
             first, self.calls.line = self.calls.line, self.calls.line + stretch - row
             interpreter.contour.last_rapid = view.motion == 0
+            interpreter.contour.last_cut = 0 if view.motion == 0 else self.calls.show(self.calls.line - 1)
             interpreter.settings.close_cycle()
             interpreter.paths.direction = _find_last_direction(
                 chunk.lines, row, stretch, start, interpreter.setup.rotary
