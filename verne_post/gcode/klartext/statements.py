@@ -318,9 +318,9 @@ def read_statement(parts: list[str], line: int) -> Statement:
             why = f"executed ({REFUSED_STATEMENTS[shown_word]}); docs/heidenhain.md lists them"
             raise ProgramError("VP002", f"{shown_word[:20]} is not {why}", begin + 1)
         if coordinate := _COORDINATE.match(text, begin):
-            word = coordinate[0]
-            edit = Remedy(f"write L {word}", f"L {word}", line=line, misspelt=word)
-            what = f"{word}: coordinates without a path function before them; write L {word}"
+            place = coordinate[0]
+            edit = Remedy(f"write L {place}", f"L {place}", line=line, misspelt=place)
+            what = f"{place}: coordinates without a path function before them; write L {place}"
             raise ProgramError("VP001", what, begin + 1, edits=(edit,))
         why = "not a statement that is executed here; docs/heidenhain.md lists them"
         raise _refuse_unknown_statement(f"{shown_word[:20]} is {why}", shown_word, text, begin)
