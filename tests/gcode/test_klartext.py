@@ -885,3 +885,12 @@ def test_coordinates_without_a_statement_lack_l(machine):
     assert (finding.code, finding.line, finding.column) == ("VP001", 4, 3)
     assert finding.message == "Y+20: coordinates without a path function before them; write L Y+20"
     assert [(one.value, one.misspelt) for one in finding.edits] == [("L Y+20", "Y+20")]
+
+
+@pytest.mark.parametrize(("second", "line"), [("BLK FORM 0.2 X+9 Y+9 Z+0", None), ("* - no second", 4)])
+def test_a_stock_with_one_corner_is_told(machine, second, line):
+    """No stock was known, and nothing said so."""
+    text = f"BEGIN PGM P MM\nTOOL CALL 1 Z S900\nL X+0 Y+0 Z+60 A+0 C+0 FMAX M3\nBLK FORM 0.1 Z X+0 Y+0 Z-9\n{second}\n"
+    findings = check(f"{text}L X+5 F9\nM30\nEND PGM P MM".encode(), machine, _TOOL_AND_PLACE).findings
+    found = [(one.severity, one.line) for one in findings if one.code == "VP005"]
+    assert found == ([] if line is None else [("warning", line)])

@@ -61,7 +61,7 @@ CODES: Final[dict[str, Code]] = _make_table(
         "missing word",
         "error",
         "A code needs a word that is not in its block. As a warning: a cycle of Klartext lacks its first line or its "
-        "second one, such as CYCL DEF 10.0 or 10.1.",
+        "second one, such as CYCL DEF 10.0 or 10.1, or BLK FORM has no 0.2.",
         "",
     ),
     (
