@@ -59,3 +59,42 @@ def test_a_spindle_without_a_speed(
         late = "before the cut " if "S" in more else ""
         text = f"VP050 warning: the spindle is started here, and no block {late}gives its speed"
         assert f"p.ngc:{line}: {text}" in answer.out
+
+
+@pytest.mark.parametrize(
+    ("begin", "more", "line"),
+    [
+        ("S900 M3\nS0 M03", "", 3),
+        ("S0 M3\nS900", "", None),
+        ("S900 M3\nS0", "", 3),
+        ("S900 M3\nS0\nM5", "", None),
+    ],
+)
+def test_a_cut_at_speed_0(run: Callable[..., Any], tmp_path: Path, begin: str, more: str, line: int | None) -> None:
+    path = tmp_path / "p.ngc"
+    path.write_text(HEAD.format(begin, more))
+    answer = run("check", path, *PLACE)
+    assert answer.code == 0, answer.out
+    assert answer.out.count("S0: the spindle stands in the cut") == (line is not None)
+    if line is not None:
+        assert f"p.ngc:{line}: VP050 warning: S0" in answer.out
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "line"),
+    [
+        ("p.mpf", "G17 G90 G54\nT1 D1 M6\nS900 M3\nG0 A0 C0\nX0 Y0 Z9\nT1 D1 M6\nS0 M3\nG1 X5 F100\nM30\n", 7),
+        (
+            "p.h",
+            "BEGIN PGM P MM\nTOOL CALL 1 Z S900\nL X+0 Y+0 Z+9 A+0 C+0 FMAX M3\nTOOL CALL 1 Z S0\nL X+5 F100 M3\nM30\n"
+            "END PGM P MM\n",
+            4,
+        ),
+    ],
+)
+def test_a_cut_at_speed_0_in_other_languages(
+    run: Callable[..., Any], tmp_path: Path, name: str, text: str, line: int
+) -> None:
+    (tmp_path / name).write_text(text)
+    answer = run("check", tmp_path / name, *PLACE)
+    assert f"{name}:{line}: VP050 warning: S0: the spindle stands in the cut" in answer.out, answer.out

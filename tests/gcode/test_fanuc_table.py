@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from verne_post import check
 from verne_post.app.assemble import build_interpreter_setup
 from verne_post.gcode.codes import RS274, spell_g_code
 from verne_post.gcode.plain_setup import build_plain_setup
@@ -105,3 +106,23 @@ def test_refused_codes_are_refused_with_the_reason_of_the_vocabulary(table):
         (found,) = caught.value.findings
         assert (found.code, found.line) == ("VP002", 2)
         assert why in found.message
+
+
+@pytest.mark.parametrize(
+    ("head", "begin", "end", "line"),
+    [
+        ("G40 G80", "D1 X-25. F500.", "G40 X-40.", 6),
+        ("G40 G80", "G41 D1 X-25. F500.", "G40 X-40.", None),
+        ("G40 G80", "D1 X-25. F500.", "G0 Z50.", None),  # a D that no G40 ends may be of another control
+        ("G40 G80", "D1 X-25. F500.", "G40", None),  # a safety line
+        ("G40 G80 D1", "X-25. F500.", "G0 G40 Z50.", None),
+    ],
+)
+def test_a_d_that_no_g41_uses_before_g40(machine, head, begin, end, line):
+    text = f"%\nO1\nT1 M6\n{head}\nG54 G90 G43 H1 G0 X0. Y0. Z60. A0. C0. S9 M3\nG1 {begin}\nY9.\n{end}\nM30\n%\n"
+    options = Options(
+        dialect="fanuc", wcs={"G54": (0, 0, 0)}, tools={1: Tool(1, 1, (0, 0, 80.0, 0, 0, 0, 0, 0, 0), 6.0)}
+    )
+    findings = check(text.encode(), machine, options).findings
+    assert not [one for one in findings if one.severity == "error"]
+    assert [one.line for one in findings if one.code == "VP026"] == ([] if line is None else [line])

@@ -6,12 +6,14 @@ import numpy as np
 import pytest
 
 from tests.gcode.conftest import list_places_on, make_tool, moves_as_text
+from verne_post import check
 from verne_post.app.assemble import build_interpreter_setup
 from verne_post.base.suggestions import find_meant_number, name_near_numbers
 from verne_post.gcode import interpret_program
 from verne_post.model.control_keys import HeidenhainKeys, read_keys
 from verne_post.model.moves import MoveKind
 from verne_post.model.options import Options
+from verne_post.model.part_setup import Tool
 
 TOOLS = {1: make_tool(1, 10.0, 10.0)}
 
@@ -411,7 +413,7 @@ def test_what_tools_show(run):
         (["PLANE SPATIAL SPA+5 SPB+0 SPC+0"], "VP005", "MOVE, TURN or STAY"),
         (["L X+5 ~"], "VP001", "END"),
         (["G1 X5"], "VP002", "G1"),
-        (["X+5"], "VP002", "X"),
+        (["X+5"], "VP001", "X+5"),
         (["L X1 0 Y5"], "VP001", "'0 Y5'"),
     ],
 )
@@ -817,3 +819,78 @@ def test_near_numbers_are_named(number, known, named):
 )
 def test_a_number_is_meant_that_one_digit_tells_apart(number, known, meant):
     assert find_meant_number(number, known) == meant
+
+
+_TOOL_AND_PLACE = Options(
+    dialect="heidenhain", wcs={"G54": (0, 0, 0)}, tools={1: Tool(1, 1, (0, 0, 80.0, 0, 0, 0, 0, 0, 0), 10.0)}
+)
+
+
+def _warn(machine, body):
+    text = f"BEGIN PGM P MM\nTOOL CALL 1 Z S900\nL X+0 Y+0 Z+60 A+0 C+0 FMAX M3\n{body}\nM30\nEND PGM P MM\n"
+    findings = check(text.encode(), machine, _TOOL_AND_PLACE).findings
+    assert not [one for one in findings if one.severity == "error"]
+    return [(one.code, one.line) for one in findings if one.code in ("VP026", "VP037")]
+
+
+@pytest.mark.parametrize(
+    ("approach", "depart", "found"),
+    [
+        ("APPR LT X+20 Y+0 LEN5 RL F500", "DEP LT LEN5", []),
+        ("APPR LT X+20 Y+0 LEN5 F500", "DEP LT LEN5", [("VP026", 4)]),
+        ("L X+20 Y+0 F500", "DEP LT LEN5", [("VP026", 6)]),
+        ("L X+20 Y+0 RL F500", "L X+60 R0", []),
+    ],
+)
+def test_an_approach_without_a_side_is_told_once(machine, approach, depart, found):
+    assert _warn(machine, f"{approach}\nL X+40\n{depart}") == found
+
+
+@pytest.mark.parametrize(
+    ("body", "found"),
+    [
+        ("L A-20 FMAX\nL Z+50 F600\nM128\nL X+5", [("VP037", 5)]),
+        ("L A-20 FMAX\n" + "L X+5 F600\nL X+6\n" * 20 + "M128\nL X+7", [("VP037", 44)]),
+        ("L A-20 FMAX\nL Z+50 FMAX\nM128\nL X+5 F600", []),
+        ("L Z+50 F600\nL A-20 FMAX\nM128\nL X+5", []),
+        ("L Z+50 F600\nM128\nL X+5 A-20", []),
+        ("L A-20 F600\nM128\nL X+5", []),
+    ],
+)
+def test_a_cut_at_a_tilted_table_right_before_m128(machine, body, found):
+    assert _warn(machine, body) == found
+
+
+@pytest.mark.parametrize(
+    ("text", "said"), [("Q206= ;FEED ~", "Q206, the plunge feed,"), ("Q201= ~", "Q201, the depth,")]
+)
+def test_a_cycle_parameter_without_a_value(machine, text, said):
+    """The next parameter was read as its value, and told to have none."""
+    other = "Q201=-5 ~" if "Q206" in text else "Q206=150 ~"
+    cycle = f"CYCL DEF 200 DRILLING ~\nQ200=2 ~\n{other}\n{text}\nQ202=5 ~\nQ210=0 ~\nQ203=0 ~\nQ204=20 ~\nQ211=0"
+    program = (
+        f"BEGIN PGM P MM\nTOOL CALL 1 Z S900\nL X+0 Y+0 Z+60 A+0 C+0 FMAX M3\n{cycle}\nCYCL CALL\nM30\nEND PGM P MM"
+    )
+    [finding] = [one for one in check(program.encode(), machine, _TOOL_AND_PLACE).findings if one.severity == "error"]
+    number = text[:4]
+    assert (finding.code, finding.line, finding.column) == ("VP001", 7, 1)
+    assert finding.message == f"{said} has no value; write its number behind {number}="
+
+
+def test_coordinates_without_a_statement_lack_l(machine):
+    text = (
+        "BEGIN PGM P MM\nTOOL CALL 1 Z S900\nL X+0 Y+0 Z+60 A+0 C+0 FMAX M3\n4 Y+20 F100\nL X+5 F100\nM30\nEND PGM P MM"
+    )
+    [finding] = [one for one in check(text.encode(), machine, _TOOL_AND_PLACE).findings if one.severity == "error"]
+    assert (finding.code, finding.line, finding.column) == ("VP001", 4, 3)
+    assert finding.message == "Y+20: coordinates without a path function before them; write L Y+20"
+    assert [(one.value, one.misspelt) for one in finding.edits] == [("L Y+20", "Y+20")]
+
+
+@pytest.mark.parametrize(("second", "line"), [("BLK FORM 0.2 X+9 Y+9 Z+0", None), ("* - no second", 4)])
+def test_a_stock_with_one_corner_is_told(machine, second, line):
+    """No stock was known, and nothing said so."""
+    text = f"BEGIN PGM P MM\nTOOL CALL 1 Z S900\nL X+0 Y+0 Z+60 A+0 C+0 FMAX M3\nBLK FORM 0.1 Z X+0 Y+0 Z-9\n{second}\n"
+    findings = check(f"{text}L X+5 F9\nM30\nEND PGM P MM".encode(), machine, _TOOL_AND_PLACE).findings
+    found = [(one.severity, one.line) for one in findings if one.code == "VP005"]
+    assert found == ([] if line is None else [("warning", line)])

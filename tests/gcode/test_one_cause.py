@@ -142,7 +142,7 @@ def test_tools_that_the_table_lacks_are_one_finding_with_their_numbers(machine):
     ("PLANE SPATIAL SPA+10 SPB+0 TURN FMAX\nL A+Q120 C+Q122 FMAX", [("VP005", 4, 4)]),
     ("PLANE SPATIAL SPA+0 SPB+200 SPC+0 STAY SEQ+\nL A+Q120 C+Q122 FMAX", [("VP102", 4, 4)]),
     # a word that is misspelt so far that the line says nothing
-    ("X+50 Y+0\nCR X+70 Y+10 R+5 DR+", [("VP002", 4, 4)]),
+    ("X+50 Y+0\nCR X+70 Y+10 R+5 DR+", [("VP001", 4, 4)]),
     ("CYCL 200 DRILLING\nCYCL CALL", [("VP002", 4, 4)]),
     # a second mistake is not hidden by the first
     ("L X+50 Y+0 FOO\nCR X+60 Y+10 R+1 DR+\nL X+60 BAR", [("VP001", 4, 4), ("VP008", 5, 5), ("VP001", 6, 6)]),
@@ -903,3 +903,57 @@ def test_a_mode_that_was_not_meant_is_one_finding(machine, dialect, lines, wante
     options = Options(dialect=dialect, wcs={"G54": (0, 0, 0)}, tools=tools)
     (item,) = check(HEADS[dialect].format(lines).encode(), machine, options).findings
     assert (item.code, item.line, item.count, item.message) == wanted
+
+
+_CONTOURS = {
+    "siemens": "G17 G90 G54\nG0 A0 C0\nX-25 Y-20 Z5\nG1 Y20 F100\n{}\nG2 X30 Y15 CR=5\n{}\nX-25\nG3 X9 CR=1\nM30\n",
+    "fanuc": "G17 G90 G54\nG0 A0. C0.\nX-25. Y-20. Z5.\nG1 Y20. F100.\n{}\nG2 X30. Y15. R5.\n{}\nX-25.\n"
+    "G3 X9. R1.\nM30\n%\n",
+    "heidenhain": "TOOL CALL 1 Z S1\nL A+0 C+0 FMAX\nL X-25 Y-20 Z+5 FMAX\nL Y+20 F100\n{}\nCR X+30 Y+15 R-5 DR-\n{}\n"
+    "L X-25\nCR X+9 R+1 DR+\nM30\n",
+}
+
+
+@pytest.mark.parametrize(
+    ("language", "to_arc", "after", "line"),
+    [
+        ("siemens", "X2O", "G1 Y-20", 5),
+        ("siemens", "X25", "G1 -20", 7),
+        ("siemens", "X25", "1 Y-20", 7),
+        ("siemens", "X25", "N7 01 Y-20", 7),
+        ("fanuc", "X2O.", "G1 Y-20.", 5),
+        ("fanuc", "25.", "G1 Y-20.", 5),
+        ("heidenhain", "L X+2,,5", "L Y-20", 5),
+        ("heidenhain", "L X+-25", "L Y-20", 5),
+        ("heidenhain", "L +25", "L Y-20", 5),
+    ],
+)
+def test_an_arc_from_where_a_misspelt_word_leads_is_no_finding(machine, language, to_arc, after, line):
+    """The corrected X20 was executed, and the next arc was told to be too small; a line lost its G1 with the rest."""
+    result = check(
+        _CONTOURS[language].format(to_arc, after).encode(),
+        machine,
+        Options(dialect=language, wcs={"G54": (0, 0, 0)}, tool_length=80.0),
+    )
+    found = [(item.code, item.line) for item in result.findings if item.severity == "error"]
+    assert found[0] == ("VP001", line)
+    # a second mistake is told, where the language goes on from a place that it has read
+    own = language == "fanuc" or (language == "heidenhain" and "X" in to_arc)
+    assert found[1:] == ([("VP008", 9)] if own else [])
+
+
+def test_mcall_of_no_cycle_is_one_finding(machine):
+    """It was corrected to CYCLE801, and then told that MCALL does not call this one."""
+    text = "G17 G90 G54\nG0 A0 C0\nX0 Y0 Z60\nF100 S9 M3\nMCALL CYCLE810(60,41,2,30)\nX5\nMCALL\nM30\n"
+    options = Options(dialect="siemens", wcs={"G54": (0, 0, 0)}, tool_length=80.0)
+    [finding] = [one for one in check(text.encode(), machine, options).findings if one.severity == "error"]
+    assert (finding.code, finding.line, finding.column) == ("VP002", 5, 7)
+    assert finding.message == "CYCLE810: no cycle that MCALL calls; write the cycle that is meant, such as CYCLE81"
+
+
+def test_a_subprogram_of_a_number_that_is_nearly_another_names_it(machine):
+    text = "%_N_P_MPF\nG17 G90 G54\nL101\nM30\n%_N_L100_SPF\nM17\n"
+    options = Options(dialect="siemens", wcs={"G54": (0, 0, 0)}, tool_length=80.0)
+    [finding] = [one for one in check(text.encode(), machine, options).findings if one.severity == "error"]
+    assert finding.message.startswith("L101: no meaning in this language, and no file of that name")
+    assert "; the program has L100, which is nearly this number;" in finding.message

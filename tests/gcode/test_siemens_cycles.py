@@ -337,3 +337,12 @@ def test_every_value_of_a_drilling_cycle_does_what_the_page_says(view, name, val
             for moves, _found in (one, two)
         ]
         assert (shown[0] != shown[1]) == (kind == "executed"), cycle
+
+
+def test_depths_of_a_modal_cycle_are_told_once_where_it_is_defined(machine):
+    """Each hole had the warning, at the column that the value has in the line of MCALL."""
+    tools = {1: Tool(1, 1, (0.0, 0.0, 80.0, *ZERO9[3:]), 6.0)}
+    text = "T1 D1 M6\nS1000 M3\nG0 X0 Y0 Z60 A0 C0 F300\nMCALL CYCLE82(60,41,2,38,10)\nX1\nX2\nX3\nMCALL\nM30"
+    findings = check(text.encode(), machine, Options(dialect="siemens", wcs={"G54": (0, 0, 0)}, tools=tools)).findings
+    found = [(item.line, item.column, item.count) for item in findings if item.code == "VP505"]
+    assert found == [(4, 26, 3)]

@@ -76,24 +76,27 @@ def check_spindle(moves: Moves, path: ToolPath) -> list[Finding]:
 
 
 def check_speed(moves: Moves, path: ToolPath) -> list[Finding]:
-    """VP050: a spindle is started, and cuts before a block has given its speed; the first such start is named."""
+    """VP050: a spindle is started, and cuts before a block has given its speed, or at S0; the first start is named."""
     if any(one.is_defined and not one.is_loaded for one in moves.selections[-1:]):
         return []  # TOOL CALL, which gives it, is what is missing (VP041)
     switches = [event for event in moves.events if event.kind == "spindle"]
     ends = [*(event.before for event in switches), math.inf][1:]
     for event, end in zip(switches, ends, strict=True):
-        if event.data["direction"] == "stop":
+        if event.data["direction"] == "stop" or event.data["speed"]:
             continue
-        if event.data["speed"]:
-            return []
-        if 0 <= find_first_cut(path, event.before) < end:
-            when = "before the cut " if any(one.data["speed"] for one in switches) else ""
-            text = (
-                f"the spindle is started here, and no block {when}gives its speed: on a control it turns as fast as "
-                "before the program, or stands; write S"
-            )
-            line = event.line
-            return [make_finding("VP050", text, line=line, last_line=line, worst_line=line)]
+        cut = find_first_cut(path, event.before)
+        if not 0 <= cut < end:
+            continue
+        zeros = [line for line, move in moves.speeds if move <= cut]
+        line = zeros[-1] if zeros else event.line
+        when = "before the cut " if any(one.data["speed"] for one in switches) else ""
+        text = (
+            f"S0: the spindle stands in the cut of line {int(moves.line[cut])}; write its speed"
+            if zeros
+            else f"the spindle is started here, and no block {when}gives its speed: on a control it turns as fast as "
+            "before the program, or stands; write S"
+        )
+        return [make_finding("VP050", text, line=line, last_line=line, worst_line=line)]
     return []
 
 

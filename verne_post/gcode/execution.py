@@ -1,5 +1,6 @@
 """Execution of a program line by line, in any language: the loop, its errors, where it stops, and what it traces."""
 
+import re
 from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any, Final, Protocol
@@ -7,13 +8,14 @@ from typing import Any, Final, Protocol
 from msgspec import Struct, field
 
 from verne_post.base.printable import join_names
+from verne_post.base.suggestions import find_correction
 from verne_post.gcode.calls import CallStack
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.missing_setup import NEAR_TOOL, ONE_TOOL
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.setup import Setup
-from verne_post.gcode.text import Chunk
+from verne_post.gcode.text import Chunk, decode_line, take_code
 from verne_post.model.findings import Finding, Remedy, make_finding
 from verne_post.model.moves import AXES
 
@@ -28,6 +30,10 @@ _OF_READING: Final = ("VP001", "VP002", "VP003", "VP004")
 _TWICE: Final = ("VP003", "VP004")
 #: Errors that may only follow from what such a line would have done: they are reported when it can be read.
 _OF_STATE: Final = ("VP016", "VP017", "VP026", "VP041")
+#: Errors that positions lead to: they may only follow from a line that was read with a guess.
+_OF_POSITIONS: Final = ("VP008", "VP013", "VP016")
+#: The axis of a word that names a place.
+_PLACE: Final = re.compile(r"(?<![A-Z_$])([A-CU-Z])[ \t]*=?[ \t]*(?=[-+.\d])")
 #: Most findings, and errors that they count: a file with more is no G-code, or has one mistake in every line.
 MAX_ERRORS, MAX_COUNTED = 50, 1_000
 
@@ -43,6 +49,27 @@ class Execution(Struct):
     _causes: dict[tuple[str, str], tuple[int, list[str]]] = field(default_factory=dict)
     _error_count: int = 0
     _has_unread_line: bool = False
+    #: Axes that stand where a misspelt word, as it was corrected, has sent them.
+    _doubtful_axes: set[str] = field(default_factory=set)
+
+    def drop_consequences(
+        self, errors: list[ProgramError], chunk: Chunk, lines: range, moves: int
+    ) -> list[ProgramError]:
+        """Leave out what only follows from a place that was guessed, until the program names it again.
+
+        ``lines`` of a chunk have been executed, after ``moves`` moves. Languages themselves know what follows from
+        lines that they could not read.
+        """
+        corrections = [find_correction(error.message) for error in errors if error.code in ("VP001", "VP002")]
+        guesses = [word[1] for one in corrections if one is not None and (word := _PLACE.match(one[1])) is not None]
+        self._doubtful_axes.update(guesses)
+        if not self._doubtful_axes:
+            return errors
+        if not guesses and (errors or self.recorder.count > moves):
+            for line in lines:
+                text = take_code(decode_line(chunk.read_raw(line - chunk.first_line)))
+                self._doubtful_axes.difference_update(_PLACE.findall(text.upper()))
+        return [error for error in errors if error.code not in _OF_POSITIONS]
 
     def report(self, error: ProgramError, line: int, *, shown_line: int | None = None, file: str | None = None) -> bool:
         """Report an error; False where execution cannot go on after it.
@@ -224,7 +251,9 @@ def run_program(run: Run, execution: Execution, setup: Setup, stop: StopConditio
                 break
             execution.recorder.note_calls(calls.chain)
             restart = stop.trace is not None and may_restart(state) and run.may_restart()
+            moves = execution.recorder.count
             last, errors = run.execute(chunk, stop)
+            errors = execution.drop_consequences(errors, chunk, range(line, min(last, chunk.end_line)), moves)
             if in_main and stop.trace is not None:
                 stop.trace.add(line, last, may_restart=restart)
         except ProgramError as error:

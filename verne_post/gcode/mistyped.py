@@ -26,6 +26,7 @@ _ADDRESS: Final = r"(?<![A-Z_])((?:[A-Z]{1,2}\d*[ \t]*=|[A-Z]{1,2})[ \t]*)"
 _TOO_MANY: Final = (
     (re.compile(rf"{_ADDRESS}([-+]?\d+(?:\.\d*)?)(),(?![\d,])", re.IGNORECASE), "a comma behind a number"),
     (re.compile(rf"{_ADDRESS}([-+]?\d*\.)\.+(\d*)(?![\d.])", re.IGNORECASE), "two points in a number"),
+    (re.compile(rf"(?<![(,]){_ADDRESS}([-+]?\d*,),+(\d+)(?![\d.,)])", re.IGNORECASE), "two commas in a number"),
     (re.compile(rf"{_ADDRESS}[-+]([-+]\d+\.?)(\d*)(?![\d.])", re.IGNORECASE), "two signs before a number"),
 )
 #: A small L for 1: at the end of a number, where as an address it would have none, or at its beginning.

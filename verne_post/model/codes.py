@@ -61,7 +61,7 @@ CODES: Final[dict[str, Code]] = _make_table(
         "missing word",
         "error",
         "A code needs a word that is not in its block. As a warning: a cycle of Klartext lacks its first line or its "
-        "second one, such as CYCL DEF 10.0 or 10.1.",
+        "second one, such as CYCL DEF 10.0 or 10.1, or BLK FORM has no 0.2.",
         "",
     ),
     (
@@ -223,7 +223,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP026",
         "impossible cutter compensation",
         "error",
-        "The tool radius does not fit the contour, or compensation is not possible for this kind of move.",
+        "The tool radius does not fit the contour, or compensation is not possible for this kind of move. As a "
+        "warning: APPR or DEP of Klartext without RL or RR, or a D of Fanuc that no G41 or G42 uses before G40.",
         "Use a smaller tool, a longer entry move, or a contour without such corners.",
     ),
     (

@@ -50,6 +50,8 @@ class KlartextApproach:
             raise statement.error(
                 "VP005", f"APPR {kind} needs RL or RR, for the side of the contour from which it comes"
             )
+        if self.contour.side is None:
+            self._warn_of_side(f"APPR {kind} without RL or RR", "write RL or RR")
         before = self.state.feed
         self.contour.set_feed(statement, words)
         words.check_used(statement, "side M")
@@ -57,6 +59,13 @@ class KlartextApproach:
         self.waiting.approach = Approach(
             kind, point, length, turn, feed, before, self.contour.last_rapid, self.frames.block.line
         )
+
+    def _warn_of_side(self, what: str, remedy: str) -> None:
+        """VP026, as a warning once a program: the contour of an approach or a departure has no radius compensation."""
+        if not any(item.code == "VP026" for item in self.core.recorder.warnings.values()):
+            text = f"{what}: the path has no radius compensation, and the centre of the tool follows the contour"
+            text += f"; {remedy} if the tool is to go beside it"
+            self.core.recorder.warn("VP026", text, self.frames.block.line, None, "warning")
 
     def _approach_size(self, statement: Statement, words: Words, kind: str) -> tuple[float, float]:
         """LEN or R in mm, and CCA."""
@@ -138,6 +147,8 @@ class KlartextApproach:
         length, turn = self._approach_size(statement, words, kind)
         if self.contour.side is None and kind != "LT":
             raise statement.error("VP017", f"DEP {kind} needs RL or RR in force, for the side to which it goes")
+        if self.contour.side is None:
+            self._warn_of_side(f"DEP {kind} where neither RL nor RR is in force", "write RL or RR in APPR or L before")
         self.contour.set_feed(statement, words)
         feed = self.state.feed
         words.check_used(statement, "side M")

@@ -21,6 +21,7 @@ class Blank:
     def __init__(self) -> None:
         #: X, Y and Z of the first corner; empty after one that was refused, None before any.
         self._low: dict[str, float] | None = None
+        self.open_line = 0  #: Of a first corner without a second one so far.
 
     def read(self, statement: Statement, numbers: Numbers, unit: float, frame: Frame) -> Stock | None:
         """The stock that a statement completes; None for a first corner, a line of both corners, and text-only forms.
@@ -48,6 +49,7 @@ class Blank:
         missing = [letter for letter in "XYZ" if letter not in words and (form[1] or "I" + letter not in words)]
         if form[1]:
             self._low = {} if missing else words
+        self.open_line = statement.line if form[1] else 0
         if missing:
             raise statement.error("VP005", f"BLK FORM needs X, Y and Z; {missing[0]} is missing")
         if form[1]:

@@ -32,6 +32,7 @@ class KlartextContour:
         self.queue = frames.waiting.queue
         self.side: str | None = None  # RL or RR, also where the radius is 0
         self.last_rapid = False
+        self.last_cut = 0  # Line of the last motion if X, Y or Z cut in it, else 0
         self.delta_radius = 0.0
         self.call_feed = 0.0  # F of TOOL CALL, which F AUTO takes
         self.per_turn = False  # M136
@@ -56,6 +57,7 @@ class KlartextContour:
                 self.check_feed()
             self._record_element(element)
         self.last_rapid = element.kind == MoveKind.RAPID
+        self.last_cut = 0 if self.last_rapid else element.line
 
     def check_feed(self) -> None:
         """Refuse a feed move that lacks F or a tool."""

@@ -13,6 +13,8 @@ from verne_post.gcode.klartext.vocabulary import name_parameter
 #: FMAX as the value of a feed rate; a retract at 0 or MAX is rapid traverse.
 FMAX_VALUE: Final = 99_999.0
 _PARAMETER: Final = re.compile(rf"Q(\d+)[ \t]*=[ \t]*(?:({VALUE})|(FMAX|MAX|FAUTO|AUTO|FU|FZ))(?![A-Z0-9])")
+#: A parameter without a value: the next one begins, or nothing follows.
+_EMPTY: Final = re.compile(r"Q(\d{1,6})[ \t]*=[ \t]*(?:$|(?=Q\d+[ \t]*=))")
 #: A parameter in whose number letters stand for digits.
 _LETTERS: Final = re.compile(r"(?<!\w)(Q[0-9OIL]+)(?=[ \t]*=)", re.IGNORECASE)
 _MEANT_DIGITS: Final = str.maketrans("OoIiLl", "001111")
@@ -106,6 +108,11 @@ def read_parameters(statement: Statement, head: Head, numbers: Numbers, auto_fee
     text = head.rest
     while at < len(text) and text[at:].strip():
         at += len(text[at:]) - len(text[at:].lstrip())
+        if empty := _EMPTY.match(text, at):
+            name = int(empty[1])
+            what = f", the {name_parameter(name)}," if name_parameter(name) else ""
+            message = f"Q{name}{what} has no value; write its number behind Q{name}="
+            raise statement.error("VP001", message, head.at + at)
         match = _PARAMETER.match(text, at)
         if match is None:
             raise statement.error(

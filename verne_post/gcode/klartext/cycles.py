@@ -77,7 +77,7 @@ class KlartextCycles:
                 HOLES[number](self, q)
             else:
                 self.milling.run(number, q)
-        self.contour.last_rapid = True
+        self.contour.last_rapid, self.contour.last_cut = True, 0
 
     def _check_hole(self, number: int, q: _Q) -> None:
         self.frames.check_upright(f"cycle {number}")

@@ -141,6 +141,9 @@ def execute_klartext(source: Text, setup: Setup, state: State, stop: StopConditi
     run_program(_KlartextRun(flow), execution, setup, stop)
     if flow.interpreter.functions.has_ended or flow.has_ended:
         flow.interpreter.patterns.report_uncalled_cycle("the end of the program")
+    if (line := flow.interpreter.blank.open_line) and setup.machine:
+        text = "BLK FORM 0.1 has no BLK FORM 0.2, so the stock is not known; write 0.2 with its other corner"
+        execution.recorder.warn("VP005", text, line, None, "warning")
     if setup.machine and not any(error.code == "VP010" for error in execution.errors):
         for line, message, edits in flow.calls.main.find_wrong_frame():
             execution.recorder.note_once("VP010", message, line, edits, severity="warning")
@@ -231,6 +234,7 @@ class _KlartextRun:
         if stretch > row:
             first, self.calls.line = self.calls.line, self.calls.line + stretch - row
             interpreter.contour.last_rapid = view.motion == 0
+            interpreter.contour.last_cut = 0 if view.motion == 0 else self.calls.show(self.calls.line - 1)
             interpreter.settings.close_cycle()
             interpreter.paths.direction = _find_last_direction(
                 chunk.lines, row, stretch, start, interpreter.setup.rotary

@@ -20,6 +20,7 @@ from verne_post.gcode.klartext.vocabulary import (
     REFUSED_FUNCTIONS,
 )
 from verne_post.gcode.klartext.words import MWord, Words, read_words
+from verne_post.gcode.machining.turning import warn_of_late_tcp
 from verne_post.gcode.missing_setup import number_of_tool
 from verne_post.gcode.offsets import make_vector9
 from verne_post.gcode.program_error import At, ProgramError, write_before
@@ -279,6 +280,8 @@ class KlartextFunctions:
         self.core.refuse_compensation("M128" if on else "M129")
         if on and not self.modes.tcp:
             self.modes.tcp_line = self.frames.block.line
+            if self.frames.maps.tilt is None:
+                warn_of_late_tcp(self.core, self.contour.last_cut, self.modes.tcp_line)
         self.modes.tcp = on
         self.frames.refresh_frame()
 

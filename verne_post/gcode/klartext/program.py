@@ -162,7 +162,7 @@ class Klartext:
             self.frames.run_line(self.frames.block, kind, target.end, axes)
         else:
             self.frames.turn_axes(kind, targets, point, axes)
-        self.contour.last_rapid, self.paths.direction = kind == MoveKind.RAPID, None
+        self.contour.last_rapid, self.contour.last_cut, self.paths.direction = kind == MoveKind.RAPID, 0, None
 
     def _execute_elsewhere(self, statement: Statement, words: Words, number: int) -> None:
         """M91, M92: machine coordinates; M130: the untilted system. Straight lines, without compensation."""
@@ -183,7 +183,7 @@ class Klartext:
         else:
             self.functions.warn_of_tcp(name)
             self._go_in_machine(statement, words, kind, number)
-        self.contour.last_rapid, self.paths.direction = words.rapid, None
+        self.contour.last_rapid, self.contour.last_cut, self.paths.direction = words.rapid, 0, None
         self.functions.end_functions(words)
         self.patterns.call_cycles(has_moved=True)
 

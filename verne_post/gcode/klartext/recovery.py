@@ -5,6 +5,7 @@ an error has no moves.
 """
 
 import math
+import re
 from contextlib import suppress
 from typing import Final
 
@@ -33,6 +34,8 @@ _POLAR: Final = ("LP", "CP", "CTP")
 #: M functions that hold on, and those that give a block coordinates of another system.
 _MODES: Final = (3, 4, 5, 8, 9, 13, 14, 116, 117, 126, 127, 128, 129, 136, 137)
 _ELSEWHERE: Final = (91, 92, 130)
+#: A coordinate whose letter is missing.
+_LETTERLESS: Final = re.compile(r"(?<!\S)[-+]\d")
 #: Errors that positions lead to, and poles.
 _OF_POSITIONS: Final = ("VP008", "VP013")
 
@@ -105,8 +108,9 @@ class KlartextRecovery:
             to.functions.begin_functions(words)
         self._take_feed(statement, words, error)
         axes = [axis for axis, letter in enumerate(AXES) if {letter, "I" + letter} & set(words.values)]
-        self.uncertain |= elsewhere or any(
-            not state.known_axes[axis] and AXES[axis] not in words.values for axis in axes
+        is_lost = error.code == "VP001" and _LETTERLESS.search(statement.rest) is not None
+        self.uncertain |= (
+            elsewhere or is_lost or any(not state.known_axes[axis] and AXES[axis] not in words.values for axis in axes)
         )
         for axis in axes:
             if AXES[axis] not in to.setup.axes:

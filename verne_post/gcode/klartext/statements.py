@@ -36,6 +36,8 @@ _KEYWORD: Final = re.compile(
     + r"|FN(?=[ \t]*\d)|[LC](?=[ \t]|$)|[LC](?=I?[XYZABCUVW][ \t]*[+\-0-9.,Q])|Q[LRS]?(?=[ \t]*\d)"
     r"|M(?=[ \t]*\d)|F(?=[ \t]*(?:[\d.,Q]|MAX|AUTO)|[UZ][ \t]*[\d.,Q])|S(?=[ \t]*[\d.,Q])"
 )
+#: A coordinate, where a keyword is to stand.
+_COORDINATE: Final = re.compile(r"I?[XYZABCUVW][ \t]*[-+]?(?:\d+[.,]?\d*|[.,]\d+)(?!\w)")
 #: A line that goes on with parameters of the cycle defined above it, where the tilde is left out. A cycle line that has
 #: some itself is complete, and what follows it may be an assignment.
 _CYCLE_PARAMETER: Final = re.compile(r"[ \t]*Q\d+[ \t]*=")
@@ -315,6 +317,11 @@ def read_statement(parts: list[str], line: int) -> Statement:
         if shown_word in REFUSED_STATEMENTS:
             why = f"executed ({REFUSED_STATEMENTS[shown_word]}); docs/heidenhain.md lists them"
             raise ProgramError("VP002", f"{shown_word[:20]} is not {why}", begin + 1)
+        if coordinate := _COORDINATE.match(text, begin):
+            place = coordinate[0]
+            edit = Remedy(f"write L {place}", f"L {place}", line=line, misspelt=place)
+            what = f"{place}: coordinates without a path function before them; write L {place}"
+            raise ProgramError("VP001", what, begin + 1, edits=(edit,))
         why = "not a statement that is executed here; docs/heidenhain.md lists them"
         raise _refuse_unknown_statement(f"{shown_word[:20]} is {why}", shown_word, text, begin)
     name = " ".join(keyword.group().split())

@@ -85,6 +85,10 @@ from verne_post.model.part_setup import ADDITIONAL_SYSTEMS
 
 _DRILLING: Final = 810
 _INCH: Final = 200
+#: Cutter compensation begins, and ends.
+_SIDES: Final = {410, 420}
+_END_OF_SIDE: Final = 400
+_CUTS: Final = (10, 20, 30)
 _UNITS: Final = (_INCH, 210)
 _NO_UNIT: Final = (
     "the program has neither G20 nor G21: lengths are read in mm; a control has the unit that was in force before, or "
@@ -380,14 +384,31 @@ class FanucInterpreter(Rs274):
             self.directions.follow()
         if changes:
             self.modes.cutter_number = None
+        if changes or codes & _SIDES:
+            self.modes.idle_cutter = 0
         if "D" in block.words:
             self.modes.cutter_number = read_whole(block, "D")
+            if self.modes.cutter_number and self.state.compensation is None and not codes & _SIDES:
+                self.modes.idle_cutter = block.line
+        if _END_OF_SIDE in codes and self.modes.idle_cutter and self.modes.motion in _CUTS:
+            self._warn_of_idle_cutter(block)
         if modal is not None or flipped_sides is not None:
             self.modes.motion = modal if flipped_sides is None else flipped_sides
         if 90 in codes:  # G9: exact stop in this block
             self.core.set_path_control(control)
         if self.modes.macro is not None or codes & {650, 660}:
             self.call = find_macro_call(block, codes, self.modes, self.setup.axes) or self.call
+
+    def _warn_of_idle_cutter(self, block: Block) -> None:
+        """VP026: G40 beside a cut, as at the end of a contour, and a D since the tool change without G41 or G42."""
+        line, number = self.modes.idle_cutter, self.modes.cutter_number
+        if line != block.line and not set(AXES).isdisjoint(block.words):
+            text = (
+                f"D{number} is not used: no G41 or G42 stands between it and G40 of line {block.line}, and the centre "
+                f"of the tool follows the path; write G41 D{number} or G42 D{number} if the tool is to go beside it"
+            )
+            self.recorder.note_once("VP026", text, line, severity="warning")
+            self.modes.idle_cutter = 0
 
     def _read_g_code(self, number: float, column: int, *, moves: bool) -> int:
         """The code of a G word; twins of one code are that code."""

@@ -111,6 +111,8 @@ class Modes(Struct):
     after_turn: str = ""
     #: The last D since the tool change; only Fanuc controls keep it.
     cutter_number: int | None = None
+    #: The line of a D since the tool change that no G41 or G42 has used; 0 without one.
+    idle_cutter: int = 0
     #: The last H since the tool change, with the tool in the spindle; likewise.
     length_number: float | None = None
     #: A spline whose control points are being read.

@@ -70,9 +70,12 @@ class Recovery:
         return errors
 
     def pass_unread(self, text: str, line: int) -> None:
-        """Take the codes of a line that could not be read; its axes are uncertain."""
+        """Take the codes of a line that could not be read; its axes are uncertain, without one X and Y."""
         block = Block(line)
-        for letter, number in _WORD.findall(_COMMENTS.sub("", text).upper()):
+        words = _WORD.findall(_COMMENTS.sub("", text).upper())
+        if not any(letter in AXES for letter, _number in words):  # a letter may be what is missing
+            words += [("X", ""), ("Y", "")]
+        for letter, number in words:
             if letter in AXES:
                 self._lose(AXES.index(letter))
             elif number and letter in "GM":

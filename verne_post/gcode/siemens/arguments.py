@@ -8,6 +8,7 @@ from msgspec import Struct, field
 
 from verne_post.base.units import MM_PER_INCH
 from verne_post.gcode.program_error import ProgramError
+from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.siemens.values import Value
 from verne_post.gcode.siemens.variables import Variables
 from verne_post.gcode.siemens.words import Call, read_argument_values
@@ -90,8 +91,8 @@ def read_cycle(call: Call, names: Sequence[str], variables: Variables) -> Argume
     return Arguments(call, {name: value for name, value in zip(names, given, strict=False) if value is not None}, names)
 
 
-def check_depths(given: Arguments, absolute: str, relative: str, bottom: float) -> ProgramError | None:
-    """The contradiction between a height and a depth below RFP that counts in its place, as VP505.
+def check_depths(given: Arguments, absolute: str, relative: str, bottom: float, recorder: Recorder, line: int) -> None:
+    """Warn (VP505) of a height beside another depth below RFP, which counts in its place, where the cycle is called.
 
     ``bottom`` is where the depth ends, in the unit of the program. A height of 0 is taken for a value left out.
 
@@ -107,12 +108,13 @@ def check_depths(given: Arguments, absolute: str, relative: str, bottom: float) 
             text += f", or leave {relative} empty, with a comma for it, if {absolute} {height:g} is meant"
         raise given.error("VP007", text, relative)
     if not height or abs(height - bottom) <= _ROUNDED_DEPTH:
-        return None
+        return
     text = (
         f"{absolute} is {height:g}, but {relative} {depth:g} below RFP ends at {bottom:g}, and {relative} counts; "
         "leave one of them empty"
     )
-    return given.error("VP505", text, relative)
+    error = given.error("VP505", text, relative)
+    recorder.warn(error.code, error.message, given.call.line or line, error.column)
 
 
 def read_pitch(given: Arguments, unit: float) -> float:

@@ -4,6 +4,7 @@ import re
 from typing import Final
 
 from msgspec import Struct, field
+from msgspec.structs import replace
 
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.setup import Setup
@@ -225,10 +226,10 @@ def _bind_array(call: Call, given: tuple[Argument, ...], parameter: Parameter, v
     return outside if parameter.by_name else Variable(outside.kind, outside.bounds, dict(outside.values))
 
 
-def freeze(call: Call, variables: Variables) -> Call:
-    """A call whose arguments are numbers and texts: MCALL reads them once."""
+def freeze(call: Call, variables: Variables, line: int) -> Call:
+    """A call whose arguments are numbers and texts: MCALL of a line reads them once."""
     if call.arguments is None:
-        return call
+        return replace(call, line=line)
     values = read_argument_values(call.arguments, variables)
     arguments = tuple(
         type(argument)(
@@ -236,7 +237,7 @@ def freeze(call: Call, variables: Variables) -> Call:
         )
         for argument, value in zip(call.arguments, values, strict=True)
     )
-    return Call(call.name, arguments, call.column)
+    return Call(call.name, arguments, call.column, line)
 
 
 def _spell_value(value: float) -> str:

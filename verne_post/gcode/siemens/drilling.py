@@ -175,8 +175,7 @@ class _Hole:
         if not given.is_given(relative):
             raise given.error("VP005", f"{absolute} or {relative} is needed", absolute)
         bottom = self.reference - self.up * self._read_length(relative)
-        if (error := check_depths(given, absolute, relative, bottom / self.unit)) is not None:
-            self.to.recorder.warn(error.code, error.message, self.block.line, error.column)
+        check_depths(given, absolute, relative, bottom / self.unit, self.to.recorder, self.block.line)
         return bottom
 
     def _read_seconds(self, name: str, digit: int = 0) -> float:

@@ -46,6 +46,8 @@ _OF_POSITIONS: Final = ("VP008", "VP013")
 _OF_VALUES: Final = ("VP002", "VP005", "VP007", "VP048")
 #: What errors say that lack the transformation.
 _WITHOUT_TCP: Final = "without TRAORI"
+#: The motion of a block that cannot be read, also where the G before its number is what is missing.
+_MOTION: Final = re.compile(r"(?:(?<![A-Z0-9_$])G|^[ \t/]*(?:N\d+[ \t]+)?)0?([0-3])(?![\d.=])")
 _NAMED_AXIS: Final = re.compile(r"(?<![A-Z0-9_$])([XYZABCF])(?=[ \t]*[-+=.0-9])")
 
 
@@ -62,7 +64,6 @@ class Executor:
         self.milling = SiemensMilling(self.interpreter, self.variables)
         self.swivel = Swivel(self.interpreter, self.variables)
         self._modal: Call | None = None
-        self.modal_line = 0  #: The line of that MCALL, as messages name it.
         #: Line, name and place of each cycle called without MCALL since the last one.
         self.lone_calls: list[tuple[int, str, list[float]]] = []
         self.modal_is_shown = True  #: That line has its columns: it is no call of a file in which MCALL stands.
@@ -136,13 +137,11 @@ class Executor:
                 self.drilling.run(call, line, holes)
         except ProgramError as error:
             if error.code in _OF_VALUES:
-                error.line, error.of_program, error.of_value = self.modal_line, True, True
+                error.line, error.of_program, error.of_value = call.line, True, True
             if not (error.of_value and self.modal_is_shown):
                 error.column = None
             if error.code == "VP017":  # the cycle does not belong here: it was to end before, and is taken as ended
-                text = (
-                    f"MCALL of line {self.modal_line} still calls {call.name}; write MCALL alone before this motion if "
-                )
+                text = f"MCALL of line {call.line} still calls {call.name}; write MCALL alone before this motion if "
                 error.message = f"{text}it is no place of it ({error.message})"
                 self.modal = None
             raise
@@ -192,12 +191,15 @@ class Executor:
         Positions after it are not what the program means: errors of arcs and incremental values are reported no more.
         """
         follows = self.uncertain and error.code in _OF_POSITIONS
-        state, named_letters = self.interpreter.state, set(_NAMED_AXIS.findall(take_code(decode_line(raw)).upper()))
+        text = take_code(decode_line(raw)).upper()
+        state, named_letters = self.interpreter.state, set(_NAMED_AXIS.findall(text))
         for letter in named_letters - {"F"}:
             know_axis(state, AXES.index(letter))
         self.uncertain |= bool(named_letters - {"F"}) or error.code == "VP001"  # a letter may be what is missing
         if "F" in named_letters:
             assume_feed(state)
+        if error.code == "VP001" and (motion := _MOTION.search(text)) is not None:
+            self.modes.motion = f"G{motion[1]}"
         if error.code == "VP048":
             assume_rigid_tapping(state)
         if error.code in ("VP017", "VP026"):  # G40 may be missing before it: what follows would only say so again

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from typing import Final
 
+from verne_post.base.suggestions import find_correction, find_meant
 from verne_post.gcode.calls import CallStack
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.recorder import Recorder
@@ -11,6 +12,7 @@ from verne_post.gcode.siemens.calls import Frame, Library, bind_arguments, copy_
 from verne_post.gcode.siemens.contour_milling import PARAMETERS as CONTOURS
 from verne_post.gcode.siemens.contour_milling import ContourMilling, build_contour_error, check_first_block
 from verne_post.gcode.siemens.cursor import Cursor
+from verne_post.gcode.siemens.drilling import PARAMETERS as DRILLING
 from verne_post.gcode.siemens.executor import Executor
 from verne_post.gcode.siemens.jumps import JUMPS, end_stretch, read_repeats
 from verne_post.gcode.siemens.milling import MODAL_MILLING
@@ -247,10 +249,19 @@ class Flow:
         if cursor.is_at_end:
             self.executor.end_modal(self.calls.show(line))
             return
-        words = self.executor.read(cursor, self.calls.show(line))
+        try:
+            words = self.executor.read(cursor, self.calls.show(line))
+        except ProgramError as error:
+            correction = find_correction(error.message)
+            meant = "" if correction is None else correction[1]
+            if correction is not None and self.executor.is_cycle(meant) and not self.executor.is_modal(meant):
+                near = find_meant(correction[0], DRILLING)
+                error.message = f"{correction[0]}: no cycle that MCALL calls; write the cycle that is meant"
+                error.message += f", such as {near}" if near else ""
+            raise
         if len(words.calls) != 1 or words.words or words.groups or words.m:
             raise cursor.error("VP001", "MCALL takes one call: MCALL CYCLE81(...)", column)
-        call = freeze(words.calls[0], self.executor.variables)
+        call = freeze(words.calls[0], self.executor.variables, self.calls.show(line))
         if self.executor.is_cycle(call.name) and not self.executor.is_modal(call.name):
             raise ProgramError(
                 "VP002",
@@ -258,7 +269,7 @@ class Flow:
                 f"subprograms; call {call.name} at each place",
                 call.column,
             )
-        self.executor.modal, self.executor.modal_line = call, self.calls.show(line)
+        self.executor.modal = call
         self.executor.lone_calls.clear()
         self.executor.modal_is_shown = self.calls.shown_line is None
 

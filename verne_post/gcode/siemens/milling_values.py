@@ -139,8 +139,8 @@ class MillingValues:
             )
         depth = self.measure(relative)
         self.bottom = self.top - abs(depth) if is_relative else depth
-        if takes_dpr and (error := check_depths(given, "DP", "DPR", self.bottom / self.unit)) is not None:
-            self.to.recorder.warn(error.code, error.message, self.at.line, error.column)
+        if takes_dpr:
+            check_depths(given, "DP", "DPR", self.bottom / self.unit, self.to.recorder, self.at.line)
         self.is_upward = self.name == "CYCLE90" and not is_relative and self.bottom > self.top
         if self.is_upward:
             if self.clear > self.top:

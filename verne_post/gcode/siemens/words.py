@@ -7,7 +7,7 @@ from typing import Final
 from msgspec import Struct, field
 
 from verne_post.base.numbers import is_count
-from verne_post.base.suggestions import find_meant, suggest
+from verne_post.base.suggestions import find_meant, name_near_numbers, suggest
 from verne_post.gcode.codes import REMAP_GIVES
 from verne_post.gcode.mistyped import explain_unknown
 from verne_post.gcode.program_error import ProgramError
@@ -90,11 +90,12 @@ _SLIP_OF_CYCLE: Final = re.compile(r"CYCLE(?:[1-5]\d|80)")
 
 
 class Call(Struct, frozen=True):
-    """A name with arguments in brackets, or a subprogram without any; ``repeats`` is P."""
+    """A name with arguments in brackets, or a subprogram without any; ``line`` is that of its MCALL."""
 
     name: str
     arguments: tuple[Argument, ...] | None
     column: int
+    line: int | None = None
 
 
 class Words(Struct):
@@ -399,8 +400,11 @@ def _make_unknown_call(name: str, column: int, own_names: Iterable[str], *, is_a
         text = f"{name}: no meaning in this language beside other words of a block; write the word that is meant"
         message = explain_unknown(text, name, own_names, GROUP_OF, NO_EFFECT, ("MCALL",))
         return ProgramError("VP002", message, column)
-    text = f"{name}: no meaning in this language, and no file of that name (.SPF) {_WHERE}; if it moves no axis, "
-    text += REMAP_GIVES
+    text = f"{name}: no meaning in this language, and no file of that name (.SPF) {_WHERE}; "
+    numbers = (one[1:] for one in own_names if one[:1] == name[0])
+    if near := name_near_numbers(name[1:], numbers, name[0]):
+        text += f"the program has {near}; "
+    text += f"if it moves no axis, {REMAP_GIVES}"
     message = explain_unknown(text, name, own_names, GROUP_OF, CYCLES, STATEMENTS, NO_EFFECT)
     about = name if message == text else None
     is_cycle = about is None and explain_unknown("", name, CYCLES) != ""  # which moves axes, as nobody may ignore
