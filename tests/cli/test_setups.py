@@ -148,6 +148,31 @@ def test_lengths_of_tools_come_from_one_place(folder: Path, run: Callable[..., A
             "part.nc.toml:2:21: VP503 error: not a TOML file: 90,5: a decimal comma; write 90.5\n",
         ),
         ("tool_length = 90,5 # mm", "90,5: a decimal comma; write 90.5\n"),
+        (
+            "[tools]\n3 = { length = 90,5, diameter = 6 }",
+            "part.nc.toml:2:20: VP503 error: not a TOML file: 90,5: a decimal",
+        ),
+        (
+            "[tools]\n3 = { length = 8O }",
+            "2:17: VP503 error: not a TOML file: 8O: the letter O in a number; write 80\n",
+        ),
+        ("tool_length = 90mm", "90mm: a number has no unit; write 90, in the unit of the key\n"),
+        ("tool_length = 90.", "90.: a digit stands on both sides of the point; write 90.0\n"),
+        ("tool_length: 90", "write = instead of :\n"),
+        ("; of part.nc\n", "a remark begins with #\n"),
+        ("split_at_stops = True", "True: write true\n"),
+        ("tool_table = tools.tbl", 'tools.tbl: a text stands in quotes; write "tools.tbl"\n'),
+        (
+            'tool_table = "tools.tbl\n',
+            "1:25: VP503 error: not a TOML file: the quote is not closed; write it at the end",
+        ),
+        ('tool_table = "C:\\Users"', "a backslash in a text; write the text in ' ' instead of quotation marks\n"),
+        ("[tools]\n3 = { length = 90,\n", "the brace { is not closed in its line; write } where the table ends"),
+        (
+            "[wcs]\nG54 = [0, 0, 60\n[tools]\n",
+            "2:7: VP503 error: not a TOML file: the bracket [ is not closed; write ]",
+        ),
+        ("[wcs]\nG54 = [0, 0, 60\nG55 = [1, 2, 3]\n", "2:7: VP503 error: not a TOML file: the bracket [ is not"),
         ("[wcs]\nG54 = [0,0 60]", "not a TOML file: Unclosed array"),
         ("[tools]\n3 = { length = 90 }\n3 = { length = 80 }", "3: the key is there twice; write it once\n"),
         ("[WCS]\nG54 = [1, 2, 3]", "WCS: this is no option of a set-up; did you mean wcs?"),
@@ -283,7 +308,7 @@ def test_batch_keeps_the_mistake_of_one_set_up_alone(folder: Path, run: Callable
     answer = run("batch", ".", "-o", "out", "-j", 1)
     assert answer.code == 2
     assert "1 can run" in answer.out
-    assert "second.nc.toml: nonsense: this is no option" in answer.err
+    assert "second.nc.toml:1:1: VP503 error: nonsense: this is no option" in answer.err
     # the set-up is part of what the rows were made of
     assert "as before" in run("batch", "part.nc", "-o", "out", "-j", 1).out
     Path("part.nc.toml").write_text("tool_length = 81\n[wcs]\nG54 = [0, 0, 30]\n", encoding="utf-8")
