@@ -1020,8 +1020,8 @@ def test_a_siemens_program_is_told_in_its_own_words(offset, code, said):
         ("fanuc", "G1 X5. F1.5\nG95 G0 X9.", None, ""),
     ],
 )
-def test_a_feed_that_no_cut_has_is_one_warning(dialect, cut, line, said):
-    """A feed a minute is left in force as a feed a turn, or lacks its decimal point."""
+def test_a_feed_that_no_cut_has_is_told_once(dialect, cut, line, said):
+    """A feed a minute is left in force as a feed a turn, which is an error, or lacks its decimal point."""
     head = "G21 G90 G17\nG54\nS900 M3\nG0 A0. C0.\nG0 X0. Y0. Z80.\n"
     text = f"{head.replace('G21', 'G71') if dialect == 'siemens' else head}{cut}\nM30\n"
     if dialect == "heidenhain":
@@ -1030,5 +1030,6 @@ def test_a_feed_that_no_cut_has_is_one_warning(dialect, cut, line, said):
         )
     options = vp.Options(tool_length=80.0, wcs={"G54": (0, 0, 30)}, dialect=dialect)
     told = [item for item in vp.check(text, "verne", options).findings if item.code == "VP505"]
-    assert [(item.line, item.severity) for item in told] == ([] if line is None else [(line, "warning")])
+    severity = "error" if "a turn" in said or "mm/min were" in said else "warning"
+    assert [(item.line, item.severity) for item in told] == ([] if line is None else [(line, severity)])
     assert all(said in item.message for item in told)
