@@ -323,6 +323,15 @@ SPATIAL = "PLANE SPATIAL SPA+25 SPB+0 SPC+0 TURN FMAX SEQ-"
         ("fanuc", PLANE[:-6], "", "G69\n", ("VP042", "warning", "G01 Z-2. F400."), "write G53.1 after G68.2"),
         ("fanuc", PLANE[:-6], DRILL, "G69\n", ("VP017", "error", "G81 Z1. R3. F200."), "write G53.1"),
         ("fanuc", PLANE, DRILL, "G69\n", None, ""),
+        # a plane of the same tool is more often given wrongly than left in force
+        (
+            "fanuc",
+            PLANE.replace("I0. J25.", "I25. J0.").replace("G53.1", "A-25. C0.\nG0 X5. Y0.\nG0 Z30."),
+            DRILL,
+            "G69\n",
+            ("VP017", "error", "G81 Z1. R3. F200."),
+            "is in force: look at its angles; write G53.1 after G68.2, or A and C; or write G69 where it is over",
+        ),
         ("siemens", SWIVEL[:-3] + "0)", "", "CYCLE800()\n", ("VP042", "warning", "G1 Z-2 F400"), "give CYCLE800"),
         (
             "heidenhain",

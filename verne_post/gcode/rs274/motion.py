@@ -12,7 +12,7 @@ from verne_post.gcode.block import Block
 from verne_post.gcode.codes import spell_g_code
 from verne_post.gcode.lengths import measure_length
 from verne_post.gcode.machining.compensation import Compensation
-from verne_post.gcode.machining.machining import Machining, explain_no_feed, name_word
+from verne_post.gcode.machining.machining import Machining, explain_bare_arc, explain_no_feed, name_word
 from verne_post.gcode.machining.turning import find_machine_place, go_to_machine, turn_table, warn_of_unnamed
 from verne_post.gcode.missing_setup import suggest_call
 from verne_post.gcode.program_error import ProgramError
@@ -401,7 +401,9 @@ class MotionCodes:
                 plane_word,
             )
         else:
-            raise ProgramError("VP005", f"an arc needs its centre (I, J, K) or its radius (R){self.bare_arcs_remedy}")
+            since = explain_bare_arc(self.core, f"G{motion // 10}", block.line)
+            text = f"an arc needs its centre (I, J, K) or its radius (R){self.bare_arcs_remedy}"
+            raise ProgramError("VP005", f"{since}{text}")
         self.draw_arc(block, start, end, arc, self.values.list_named_axes(block), absolute=self.modes.absolute)
 
     # --- cutter compensation ------------------------------------------------------------------------
