@@ -78,6 +78,10 @@ def _name_slip(line: str, column: int, message: str) -> str:
         return "a remark begins with #"
     if bare[column - 1 : column] == ":":
         return "write = instead of :"
+    if "Unclosed inline table" in message and re.match(r";|[ \t]*[\w-]+[ \t]*=", bare[column - 1 :]):
+        return "write a comma between the keys of a table"
+    if line[column - 1 : column] in ("“", "”", "„", "‘", "’"):
+        return 'typographic quotes; write "'
     word = next((one for one in _WORD.finditer(bare) if one.start() < column <= one.end()), None)
     if word is None or bare[: word.start()].rstrip()[-1:] not in ("=", "[", ","):
         return ""

@@ -166,7 +166,8 @@ class MotionCodes:
         if not self.modes.absolute or _Z not in moving or (is_known and via[_Z] > start[_Z] - ZERO_LENGTH_MM):
             return
         how = f"{start[_Z] - via[_Z]:.6g} mm down to" if is_known else "by"
-        text = f"the way home goes {how} Z{via[_Z]:.6g} of the part first, because G90 is active"
+        z = via[_Z] / self.values.convert_length(1.0)
+        text = f"the way home goes {how} Z{z:.6g} of the part first, because G90 is active"
         self.recorder.warn("VP052", f"{text}: write G91 G28 Z0, then G90", block.line, None)
 
     def _find_end(self, block: Block, start: list[float], axes: list[int]) -> list[float]:
@@ -384,7 +385,13 @@ class MotionCodes:
             if offsets:
                 raise block.error("VP003", "an arc has either R or a centre (I, J, K), not both", "R")
             arc = build_arc_from_radius(
-                start, end, state.plane, clockwise, self.values.convert_length(block.words["R"]), turns - 1
+                start,
+                end,
+                state.plane,
+                clockwise,
+                self.values.convert_length(block.words["R"]),
+                turns - 1,
+                self.values.convert_length(1.0),
             )
         elif offsets:
             tolerance = ARC_RADIUS_INCH_MM if self.modes.inch else ARC_RADIUS_MM
@@ -399,6 +406,7 @@ class MotionCodes:
                 turns - 1,
                 tolerance,
                 plane_word,
+                self.values.convert_length(1.0),
             )
         else:
             since = explain_bare_arc(self.core, f"G{motion // 10}", block.line)
