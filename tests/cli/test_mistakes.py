@@ -43,13 +43,17 @@ def test_a_wrong_rod_is_a_mistake_of_the_machine_file(
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [
-        ("L1 = 850.0", "L1 = 0.85", "module.L1 = 0.85: home.g28 = [0.0, 0.0, 0.0, 0.0, 0.0] is out of reach, and so is "
-         "the program; with 850 it is within reach"),
+        (
+            "L1 = 850.0",
+            "L1 = 0.85",
+            "module.L1 = 0.85: home.g28 = [0.0, 0.0, 0.0, 0.0, 0.0] is out of reach, and so is "
+            "the program; with 850 it is within reach",
+        ),
         ("L1 = 850.0", "L1 = 85.0", "module.L1 = 85: home.g28"),
         ("R1 = 130.0", "R1 = 1300.0", "it is within reach with module.R1 = 130 instead of 1300 or module.r1 = 800"),
         ("L1 = 850.0", "L1 = 250.0", ": correct the lengths of [module], or [table], or this position"),
     ],
-)  # fmt: skip
+)
 def test_a_length_with_a_slip_is_named(old: str, new: str, said: str) -> None:
     """The message stood at home.g28, which is right, and named no length."""
     shipped = (Path(__file__).parents[2] / "machine_configs" / "verne.toml").read_text()

@@ -485,7 +485,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "the way home goes down first",
         "warning",
         "In G28 and G30, axis words are a place by way of which the axes go home. In absolute coordinates (G90) "
-        "it is a place on the part: G90 G28 Z0 takes the tool down to the part zero in rapid traverse, and then home.",
+        "it is a place on the part: G90 G28 Z0 takes the tool down to the part zero in rapid traverse, and then home. "
+        "It is an error where that takes the tip of a tool without a length below the table face.",
         "Write G91 G28 Z0, and G90 in the next block.",
     ),
     (
