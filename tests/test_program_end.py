@@ -87,3 +87,12 @@ def test_a_way_home_that_goes_down_first_is_reported(home, message):
 def test_a_way_home_before_any_z_is_reported():
     ((line, message),) = find("VP052", FANUC.replace("G54 G0", "G28 Z0\nG54 G0").format("", "M30\n"), "fanuc")
     assert line == 4 and "goes by Z0 of the part first" in message
+
+
+def test_a_way_home_without_a_length_and_without_g91_names_g91():
+    """It was VP034, whose remedy, a length before it, led to VP052."""
+    lines = "G21 G90 G54\nT1 M6\nG43 H1\nM3 S900\nG0 X0 Y0 Z90 A0 C0\nG1 Z60 F100\nG0 Z90\nG49\nG28 Z0\nM30\n"
+    options = vp.Options(wcs={1: vp.WorkOffset((0.0, 0.0, 40.0))}, tools={1: 80}, dialect="fanuc")
+    (found,) = (item for item in vp.check(lines, "verne", options).findings if item.severity == "error")
+    assert (found.code, found.line) == ("VP052", 9)
+    assert "its tip goes 40 mm below the table face: write G91 G28 Z0, then G90" in found.message

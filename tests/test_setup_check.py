@@ -323,6 +323,15 @@ SPATIAL = "PLANE SPATIAL SPA+25 SPB+0 SPC+0 TURN FMAX SEQ-"
         ("fanuc", PLANE[:-6], "", "G69\n", ("VP042", "warning", "G01 Z-2. F400."), "write G53.1 after G68.2"),
         ("fanuc", PLANE[:-6], DRILL, "G69\n", ("VP017", "error", "G81 Z1. R3. F200."), "write G53.1"),
         ("fanuc", PLANE, DRILL, "G69\n", None, ""),
+        # a plane of the same tool is more often given wrongly than left in force
+        (
+            "fanuc",
+            PLANE.replace("I0. J25.", "I25. J0.").replace("G53.1", "A-25. C0.\nG0 X5. Y0.\nG0 Z30."),
+            DRILL,
+            "G69\n",
+            ("VP017", "error", "G81 Z1. R3. F200."),
+            "is in force: look at its angles; write G53.1 after G68.2, or A and C; or write G69 where it is over",
+        ),
         ("siemens", SWIVEL[:-3] + "0)", "", "CYCLE800()\n", ("VP042", "warning", "G1 Z-2 F400"), "give CYCLE800"),
         (
             "heidenhain",
@@ -1038,8 +1047,8 @@ def test_a_siemens_program_is_told_in_its_own_words(offset, code, said):
         ("fanuc", "G1 X5. F1.5\nG95 G0 X9.", None, ""),
     ],
 )
-def test_a_feed_that_no_cut_has_is_one_warning(dialect, cut, line, said):
-    """A feed a minute is left in force as a feed a turn, or lacks its decimal point."""
+def test_a_feed_that_no_cut_has_is_told_once(dialect, cut, line, said):
+    """A feed a minute is left in force as a feed a turn, which is an error, or lacks its decimal point."""
     head = "G21 G90 G17\nG54\nS900 M3\nG0 A0. C0.\nG0 X0. Y0. Z80.\n"
     text = f"{head.replace('G21', 'G71') if dialect == 'siemens' else head}{cut}\nM30\n"
     if dialect == "heidenhain":
@@ -1048,5 +1057,6 @@ def test_a_feed_that_no_cut_has_is_one_warning(dialect, cut, line, said):
         )
     options = vp.Options(tool_length=80.0, wcs={"G54": (0, 0, 30)}, dialect=dialect)
     told = [item for item in vp.check(text, "verne", options).findings if item.code == "VP505"]
-    assert [(item.line, item.severity) for item in told] == ([] if line is None else [(line, "warning")])
+    severity = "error" if "a turn" in said or "mm/min were" in said else "warning"
+    assert [(item.line, item.severity) for item in told] == ([] if line is None else [(line, severity)])
     assert all(said in item.message for item in told)

@@ -6,6 +6,8 @@ from typing import Any
 
 import pytest
 
+from verne_post.config.load import build_machine
+
 GOOD = "G21 G90\nT1 M6\nG43 H1\nG0 X0 Y0 Z50 A0 C0\nG1 X9 F900\nG0 Z80\nM2\n"
 PLACE = ("--tool-length", 60, "--wcs", "G54=0,0,20")
 
@@ -36,6 +38,27 @@ def test_a_wrong_rod_is_a_mistake_of_the_machine_file(
     assert [line.split(" error: ")[0] for line in errors] == expected
     if "VP501" in str(expected):
         assert "home.g28 = [0.0, 0.0, 0.0, 0.0, 0.0] is out of reach, and so is the program" in errors[0]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        (
+            "L1 = 850.0",
+            "L1 = 0.85",
+            "module.L1 = 0.85: home.g28 = [0.0, 0.0, 0.0, 0.0, 0.0] is out of reach, and so is "
+            "the program; with 850 it is within reach",
+        ),
+        ("L1 = 850.0", "L1 = 85.0", "module.L1 = 85: home.g28"),
+        ("R1 = 130.0", "R1 = 1300.0", "it is within reach with module.R1 = 130 instead of 1300 or module.r1 = 800"),
+        ("L1 = 850.0", "L1 = 250.0", ": correct the lengths of [module], or [table], or this position"),
+    ],
+)
+def test_a_length_with_a_slip_is_named(old: str, new: str, said: str) -> None:
+    """The message stood at home.g28, which is right, and named no length."""
+    shipped = (Path(__file__).parents[2] / "machine_configs" / "verne.toml").read_text()
+    machine = build_machine(shipped.replace(old, new).encode(), "m.toml")
+    assert said in machine.unreachable[0].message
 
 
 SET_UP = """[wcs]
@@ -251,5 +274,5 @@ def test_an_offset_of_an_arc_with_the_wrong_sign_is_told(
     told = run("check", program, "--tool-length", 80, "--wcs", "G54=0,0,40")
     line = next(line for line in told.out.splitlines() if ": VP" in line)
     assert ": VP008 error: the end is not on the circle: radius " in line, told.out
-    assert line.endswith(f" mm{said}"), line
+    assert line.endswith(f" {'inch' if 'G20' in arc else 'mm'}{said}"), line
     assert ("Check the numbers of the block" in told.out) == (not said)

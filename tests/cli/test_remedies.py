@@ -263,3 +263,25 @@ def test_a_remedy_for_some_errors_names_those_that_remain(tmp_path: Path, run: C
     moved = run("check", program, "--tool-length", "80", "--wcs", said[1].replace(" ", ""))
     errors = {line.split()[1] for line in moved.out.splitlines() if " error: " in line}
     assert errors == {"VP102"}, moved.out
+
+
+@pytest.mark.parametrize(
+    ("length", "z", "said"),
+    [
+        (900, 40, "the set-up gives tool 1 the length 90 instead of 900: is a decimal point missing"),
+        (80, -40, "G54 = 0, 0, 40 instead of 0, 0, -40 of p.nc.toml: is a sign wrong there?"),
+        (80, 4000, "G54 = 0, 0, 400 instead of 0, 0, 4000 of p.nc.toml: is a decimal point wrong there?"),
+    ],
+)
+def test_a_slip_in_a_number_of_the_set_up_is_named(
+    length: float, z: float, said: str, tmp_path: Path, run: Callable[..., Any]
+) -> None:
+    """It was advice about the work offset alone; of a wrong sign, a part that is moved until nothing is refused."""
+    program, setup = tmp_path / "p.nc", tmp_path / "p.nc.toml"
+    program.write_text("G21 G90\nT1 M6\nM3 S900\nG43 H1\nG0 X0 Y0 Z50 A0 C0\nG1 Z-5 F500\nG0 Z50\nM2\n")
+    setup.write_text(f"split_at_stops = true\n[tools]\n1 = {{ length = {length} }}\n[wcs]\nG54 = [0, 0, {z}]\n")
+    (first, *_others) = re.findall(r"= tried: (.*)", run("check", program).out)
+    assert said in first
+    right = setup.read_text().replace("900", "90").replace("-40", "40").replace("4000", "400")
+    setup.write_text(right)
+    assert run("check", program).code == 0

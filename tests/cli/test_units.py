@@ -84,3 +84,33 @@ def test_a_program_that_fits_in_neither_unit(run: Callable[..., Any], tmp_path: 
     found, text = check(run, tmp_path, "p.ngc", "G20", 3000)
     assert not [one for one in found if "VP505" in one]
     assert "no work offset near this one" in text
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "said"),
+    [
+        (
+            "p.nc",
+            "G20 G90 G17\nG0 X1 Y1 Z1 A0 C0\nG1 X1.5 F9\nG2 X2.5 Y1 R0.4\nM30\n",
+            "the radius 0.4 inch is too small to reach the end point from X1.5 Y1; it takes at least 0.5 inch",
+        ),
+        (
+            "p.nc",
+            "G20 G90 G17\nG0 X1 Y1 Z1 A0 C0\nG1 X1.5 F9\nG2 X2.5 Y1 I0.4\nM30\n",
+            "radius 0.4 inch at the start (X1.5 Y1), 0.6 inch at the end, difference 0.2 inch",
+        ),
+        ("p.mpf", "G70 G90 G17\nG0 X1 Y1 Z1 A0 C0\nG1 X1.5 F9\nG2 X2.5 Y1 CR=0.4\nM30\n", "the radius 0.4 inch is"),
+        ("p.mpf", "G70 G90 G17\nG0 X1 Y1 Z1 A0 C0\nG1 X1.5 F9\nG2 X2.5 Y1 I0.4\nM30\n", "radius 0.4 inch at the start"),
+        (
+            "p.h",
+            "BEGIN PGM A INCH\nL X+1 Y+1 Z+1 A+0 C+0 R0 FMAX\nL X+1.5 F9\nCR X+2.5 Y+1 R0.4 DR-\nEND PGM A INCH\n",
+            "the radius 0.4 inch is",
+        ),
+    ],
+)
+def test_an_arc_that_does_not_fit_is_told_in_the_unit_of_the_program(
+    name: str, text: str, said: str, tmp_path: Path, run: Callable[..., Any]
+) -> None:
+    (tmp_path / name).write_text(text)
+    answer = run("check", tmp_path / name, "--tool-length", 80, "--wcs", "G54=0,0,60")
+    assert said in answer.out + answer.err

@@ -60,11 +60,8 @@ def test_a_key_has_a_line(sentence: str, line: int | None) -> None:
         ("[wcs]\nG54 = [0, 0, 40\n", "(at line 2, column 1)"),
         ("[wcs]\n  G54 = [0, 0,\n # x\n", "(at line 2, column 3)"),
         ("x = 1\nkeys = [[1],\n[2],\n", "(at line 2, column 1)"),
-        ("x = 1\ny = {a = 1", "(at line 2, column 1)"),
         ('x = """\ny = 1\n', "(at line 1, column 5)"),
-        ('x = 1\n"a b" = "', "(at line 2, column 1)"),
-        ("x = 1\n[wcs", "(at line 2, column 1)"),
-        ("x = 1\n wcs", "(at line 2, column 2)"),
+        ("x = 1\ny = 'a", "(at line 2, column 5)"),
     ],
 )
 def test_what_is_open_at_the_end_of_the_file_has_a_line(text: str, place: str) -> None:

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 
+import verne_post as vp
 from verne_post import check
 from verne_post.gcode.languages import find_other_language
 from verne_post.gcode.tools import read_tool_table
@@ -957,3 +958,27 @@ def test_a_subprogram_of_a_number_that_is_nearly_another_names_it(machine):
     [finding] = [one for one in check(text.encode(), machine, options).findings if one.severity == "error"]
     assert finding.message.startswith("L101: no meaning in this language, and no file of that name")
     assert "; the program has L100, which is nearly this number;" in finding.message
+
+
+@pytest.mark.parametrize(
+    ("dialect", "text", "said"),
+    [
+        ("fanuc", "G21 G90 G17\nG0 X0 Y0 Z9 A0 C0\nG1 X5 F90\nG2 X9 Y4 R4\nY9\nX20\nM30\n", "G2 of line 4"),
+        ("rs274", "G21 G90 G17\nG0 X0 Y0 Z9 A0 C0\nG1 X5 F90\nG3 X9 Y4 R4\nY9\nX20\nM2\n", "G3 of line 4"),
+        ("siemens", "G71 G90 G17\nG0 X0 Y0 Z9 A0 C0\nG1 X5 F90\nG2 X9 Y4 CR=4\nY9\nX20\nM30\n", "G2 of line 4"),
+    ],
+)
+def test_an_arc_that_is_still_in_force_is_named(dialect: str, text: str, said: str) -> None:
+    """The message asked for I, J, K or R where G1 was missing."""
+    options = vp.Options(tool_length=80.0, wcs={1: vp.WorkOffset((0.0, 0.0, 60.0))}, dialect=dialect)
+    (found,) = (one for one in vp.check(text, "verne", options).findings if one.code == "VP005")
+    assert found.line == 5 and f"{said} is still in force: write G1 if a line is meant; an arc needs" in found.message
+
+
+def test_g91_names_the_line_below_which_g90_is_missing() -> None:
+    text = "G21 G90 G17\nT1 M6\nG43 H1\nG0 X0 Y0 Z90 A0 C0\nG91 G28 Z0\nT2 M6\nG43 H2\nG0 X9 Y0 Z60\nM30\n"
+    wcs = {1: vp.WorkOffset((0.0, 0.0, 60.0))}
+    options = vp.Options(tools={1: 80, 2: 90}, wcs=wcs, dialect="fanuc", split_at_stops=True)
+    (found,) = vp.check(text, "verne", options).findings
+    assert found.message.endswith("G91 of line 5 is active: write G90 below line 5 if places are meant")
+    assert [(one.value, one.line, one.way) for one in found.edits] == [("G90", 5, "below")]

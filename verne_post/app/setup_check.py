@@ -152,7 +152,9 @@ def _check_feeds(moves: Moves, path: ToolPath) -> Iterator[Finding]:
                 if per_turn[at]
                 else "is a decimal point missing?"
             )
-            yield make_finding("VP505", text, line=line, last_line=line, worst_line=line)
+            # ten times as much is no cut at all: the machining time would be that of the machine's own limits
+            severity = "error" if per_turn[at] and feed[at] >= 10.0 * turn.high else "warning"
+            yield make_finding("VP505", text, severity=severity, line=line, last_line=line, worst_line=line)
             return
 
 
@@ -324,12 +326,12 @@ def _check_lengths(
         if not length and mounted and not rapid[1]:
             at, is_under, where = _find_low_rapid(moves, path, stretch, mounted, radius)
             if at >= 0 and (is_under or rapid[0] < 0):
-                text = _describe_low_rapid(tool, spindle, mounted, names, where)
+                text = _describe_low_rapid(tool, spindle, mounted, names, where, moves.language)
                 change = _find_change(moves, at) if tool and needs_code and tool not in with_length else 0
                 edits = _make_activations(tool, change, moves.language)
                 if change:
                     text = f"{text.rpartition('; ')[0]}; {_describe_activation(tool, change, moves.language)}"
-                    text += ", or write the rapid in machine coordinates (G53, SUPA, M91)"
+                    text += f", or write the rapid in machine coordinates ({_get_machine_word(moves.language)})"
                 elif tool and needs_code and tool in with_length:
                     text = f"{text.rpartition('; ')[0]}; {_describe_ended_length(moves, path, stretch)}"
                     edits = _make_activations(tool, int(moves.line[at]), moves.language, is_before=True)
@@ -371,7 +373,15 @@ def _check_lengths(
     cut = wrong.get((0, 0.0), (len(moves), -1, "", ()))
     if at >= 0 and not 0 <= cut[1] < (at if is_error else len(moves)):
         line, severity = int(moves.line[at]), "error" if is_error else "warning"
-        yield make_finding("VP034", text, severity=severity, line=line, last_line=line, worst_line=line, edits=edits)
+        way = next((one for one in moves.findings if one.code == "VP052" and one.line == line), None)
+        if way is None:
+            yield make_finding(
+                "VP034", text, severity=severity, line=line, last_line=line, worst_line=line, edits=edits
+            )
+        elif is_error:  # it is no place of the part that is meant: not the length is missing, but G91
+            what, _separator, remedy = way.message.partition(": ")
+            message = f"{what}; {text.partition('; ')[0]}: {remedy}"
+            yield dataclasses.replace(way, severity="error", message=message)
         if cut[0] > at:
             wrong.pop((0, 0.0), None)  # of the same cause
     for first, low, text, edits in wrong.values():
@@ -436,6 +446,11 @@ def _describe_unknown_tool(missing: Finding, lengths: Mapping[int, float], names
 _ACTIVATIONS: Final = {"siemens": "D1", "heidenhain": "TOOL CALL", "aptcl": "LOADTL"}
 
 
+def _get_machine_word(language: str) -> str:
+    """What asks for machine coordinates in a language."""
+    return {"siemens": "SUPA", "heidenhain": "M91", "aptcl": "GOHOME"}.get(language, "G53")
+
+
 def _make_activations(tool: int, line: int, language: str, *, is_before: bool = False) -> tuple[Remedy, ...]:
     """What puts the length of a tool in force below or before a line; nothing in languages whose tool call does."""
     if not tool or not line or language in ("heidenhain", "aptcl"):
@@ -483,10 +498,12 @@ def _describe_bare_tool(
     )
 
 
-def _describe_low_rapid(tool: int, spindle: int, own: float, names: Mapping[int, str], where: str) -> str:
+def _describe_low_rapid(
+    tool: int, spindle: int, own: float, names: Mapping[int, str], where: str, language: str
+) -> str:
     """Why a rapid without a length is too low, and what to do; ``tool`` is 0 where the spindle may be empty."""
     name = describe_tool_number(spindle, names)
-    remedy = "write it in machine coordinates (G53, SUPA, M91), or keep the length in force"
+    remedy = f"write it in machine coordinates ({_get_machine_word(language)}), or keep the length in force"
     if not tool:
         return (
             f"a rapid with length 0 after TOOL CALL 0: if {name}, {own:g} mm long, is still in the spindle, its tip "
@@ -501,7 +518,8 @@ def _describe_ended_length(moves: Moves, path: ToolPath, stretch: _Stretch) -> s
     length = _ACTIVATIONS.get(moves.language) or f"G43 H{stretch.tool}"
     return (
         f"from line {ended} on its length is not in force, and no block since then calls a tool or a length; write "
-        f"T and M6 of the next tool, or {length}, before this line, or the rapid in machine coordinates (G53, SUPA)"
+        f"T and M6 of the next tool, or {length}, before this line, or the rapid in machine coordinates "
+        f"({_get_machine_word(moves.language)})"
     )
 
 

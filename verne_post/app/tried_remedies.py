@@ -30,6 +30,7 @@ from verne_post.kinematics.checks.remedies import (
 )
 from verne_post.model.codes import CODES
 from verne_post.model.findings import Finding, InputError, Remedy, make_finding
+from verne_post.model.moves import find_tool_of_moves
 from verne_post.model.part_setup import MACHINE_SYSTEM, WorkOffset, name_system
 from verne_post.model.verdict import NO_POSE, Family, find_family, is_about_pose
 from verne_post.output.causes import find_excess
@@ -86,6 +87,8 @@ def add_remedies(source: Text, program: Program, findings: Sequence[Finding]) ->
     in_inches = _find_mistaken_unit(source, program, errors) if distance > FAR_MM else None
     if in_inches is not None:
         return [in_inches, *(one for one in findings if not is_about_pose(one.code))]
+    if can_help:  # a sign explains a part under the table better than a word of the program does
+        word = _find_slip_of_setup(source, program, movable, is_far=offset is None and word is None) or word
     chosen: dict[object, Finding] = {}
     for item in errors:
         chosen.setdefault((item.code, item.axis), item)
@@ -280,6 +283,54 @@ def _find_word(source: Text, program: Program, joints: Any, errors: Sequence[Fin
                 there = "has" if is_hole else "ends at"
                 said = f"within limits if line {start} {there} {letter} {value} instead of {word[2]}"
                 return Remedy(said, value, line=start, word=one.word)
+    return None
+
+
+# --- one number of the set-up --------------------------------------------------------------------------------
+
+
+def _find_slip_of_setup(source: Text, program: Program, errors: Sequence[Finding], *, is_far: bool) -> Remedy | None:
+    """A sign of the work offset, or a point of it or of the tool length, that alone is at fault; checked with it.
+
+    Parameters
+    ----------
+    is_far : bool
+        No work offset near this one brings the program within limits: a number may be ten times too large or small.
+    """
+    moves, options = program.moves, program.options
+    at = np.flatnonzero(moves.line == min((item.line or 0 for item in errors), default=0))
+    if not len(at):
+        return None
+    system = moves.frames[moves.frame[at[0]]].system
+    number = int(find_tool_of_moves(at[:1], 0, moves)[0])
+    tool, offset = (options.tools or {}).get(number), options.wcs.get(system)
+    factors = (0.1, 10.0) if is_far else ()
+    if tool is not None and tool.offset[2] and options.tool_length is None:
+        x, y, now, a, b, c, u, v, w = tool.offset
+        for length in (now * factor for factor in factors):
+            tools = {
+                **(options.tools or {}),
+                number: dataclasses.replace(tool, offset=(x, y, length, a, b, c, u, v, w)),
+            }
+            if _find_errors_with(source, program, tools=tools) == ():
+                text = (
+                    f"within limits if the set-up gives tool {number} the length {length:.6g} instead of {now:.6g}: is "
+                    "a decimal point missing, or another unit meant?"
+                )
+                return Remedy(text, f"{length:.6g}", key=("tools", str(number), "length"))
+    if offset is None or offset.source.startswith("--"):  # who gives an option has just looked at it
+        return None
+    for axis, value in enumerate(offset.origin_mm):
+        for right in [*([-value] if axis == 2 and value < 0 else []), *(value * factor for factor in factors if value)]:
+            x, y, z = (right if one == axis else float(now) for one, now in enumerate(offset.origin_mm))
+            wcs = {**options.wcs, system: dataclasses.replace(offset, origin_mm=(x, y, z))}
+            if _find_errors_with(source, program, wcs=wcs) == ():
+                name, turn = name_system(system), [offset.turn_deg] if offset.turn_deg else []
+                given, then = (format_list((*one, *turn)) for one in (offset.origin_mm, (x, y, z)))
+                source_name = f" of {offset.source}" if offset.source else ""
+                what = "a sign" if right == -value else "a decimal point"
+                text = f"within limits if {name} = {then} instead of {given}{source_name}: is {what} wrong there?"
+                return Remedy(text, f"[{then}]", key=("wcs", name))
     return None
 
 

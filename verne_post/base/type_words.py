@@ -51,6 +51,8 @@ def describe(kind: Any, several: bool = False) -> str:
     if origin is Literal:
         names = [str(one) for one in get_args(base)]
         return f"one of {', '.join(names)}" if len(names) > 1 else names[0]
+    if origin in (list, tuple) and meta.description:
+        return meta.description
     if origin in (list, tuple):
         low, high = meta.min_length, meta.max_length
         count = (

@@ -6,7 +6,7 @@ import os
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 import numpy as np
 from msgspec.structs import asdict
@@ -83,24 +83,55 @@ def _refuse_files(name: str, key: str = "as_built.file") -> bytes:
 
 def build_machine(raw: bytes, file_name: str, read: Callable[..., bytes] = _refuse_files) -> Machine:
     """Build a machine from the bytes of its file; ``read`` gives the bytes of a file that a key names."""
-    machine = _build_machine(raw, file_name, read)
-    unreachable = tuple(
-        make_finding(
-            "VP501",
-            f"{file_name}: home.{name} = {list(home)} is out of reach, and so is the program: correct the lengths of "
-            f"{'the joints' if machine.module is None else '[module]'}, or [table], or this position",
-        )
-        for name, home, ok, _q in _solve_stored(machine)
-        if not ok
-    )
-    return replace(machine, unreachable=unreachable) if unreachable else machine
-
-
-def _build_machine(raw: bytes, file_name: str, read: Callable[..., bytes]) -> Machine:
     try:
         data = read_toml(raw)
     except ValueError as error:
         raise make_input_error("VP501", f"{file_name}: {error}") from None
+    machine = _build_machine(data, raw, file_name, read)
+    unreachable: list[Finding] = []
+    for name, home, ok, _q in _solve_stored(machine):
+        if not ok:
+            what = f"home.{name} = {list(home)} is out of reach, and so is the program"
+            meant = () if unreachable else tuple(_find_meant_lengths(data, raw, file_name, read, name))
+            if len(meant) == 1:
+                key, value, right = meant[0]
+                text = f"{key} = {value:g}: {what}; with {right:g} it is within reach"
+            elif meant:
+                others = " or ".join(f"{key} = {right:g} instead of {value:g}" for key, value, right in meant)
+                text = f"{what}; it is within reach with {others}"
+            else:
+                lengths = "the joints" if machine.module is None else "[module]"
+                text = f"{what}: correct the lengths of {lengths}, or [table], or this position"
+            unreachable.append(make_finding("VP501", f"{file_name}: {text}"))
+    return replace(machine, unreachable=tuple(unreachable)) if unreachable else machine
+
+
+#: How a length that is not meant is mostly off: another unit, a decimal point elsewhere, a sign.
+_SLIPS: Final = (1000.0, 0.001, 10.0, 0.1, -1.0)
+
+
+def _find_meant_lengths(
+    data: dict[str, Any], raw: bytes, file_name: str, read: Callable[..., bytes], name: str
+) -> Iterator[tuple[str, float, float]]:
+    """Lengths of [module] of which one slip alone puts a stored position out of reach: key, value, what is right.
+
+    What is right is of the size of the other lengths.
+    """
+    lengths = {key: value for key, value in data.get("module", {}).items() if isinstance(value, int | float)}
+    for key, value in lengths.items():
+        others = [abs(one) for other, one in lengths.items() if other != key]
+        for right in (value * factor for factor in _SLIPS):
+            if not others or not min(others) <= abs(right) <= max(others):
+                continue
+            try:
+                other = _build_machine({**data, "module": {**data["module"], key: right}}, raw, file_name, read)
+            except InputError:
+                continue  # no such machine
+            if all(ok for stored, _home, ok, _q in _solve_stored(other) if stored == name) and not other.warnings:
+                yield f"module.{key}", value, right
+
+
+def _build_machine(data: dict[str, Any], raw: bytes, file_name: str, read: Callable[..., bytes]) -> Machine:
     if "carrier" in data:
         from verne_post.config.carrier import describe_refused_carrier  # few machines have one
 

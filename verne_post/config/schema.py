@@ -157,7 +157,12 @@ class HomeFile(Table, frozen=True, kw_only=True):
 
 PerActuator = Positive | Annotated[list[Positive], Meta(min_length=3, max_length=3)]
 #: One range for all, or three.
-PerActuatorRange = Annotated[list[Number | Range], Meta(min_length=2, max_length=3)]
+PerActuatorRange = Annotated[
+    list[Number | Range],
+    Meta(min_length=2, max_length=3, description="[least, greatest], such as [50, 1250], or three such lists"),
+]
+#: The travel of a rotary axis.
+Travel = Annotated[list[Number], Meta(min_length=2, max_length=2, description="[least, greatest], such as [-95, 95]")]
 
 
 def check_ranges(value: list[Any]) -> None:
@@ -174,8 +179,8 @@ class LimitsFile(Table, frozen=True, kw_only=True):
 
     checks: ClassVar[Checks] = {"a_deg": check_range, "c_deg": check_range}
 
-    a_deg: Range
-    c_deg: Range | None = None
+    a_deg: Travel
+    c_deg: Travel | None = None
     a_velocity: Positive
     a_acceleration: Positive
     a_jerk: Positive | None = None

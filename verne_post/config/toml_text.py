@@ -13,8 +13,16 @@ from verne_post.base.printable import escape_unprinted
 from verne_post.base.text_marks import UTF16, decode_text, is_utf16
 from verne_post.model.findings import Finding, InputError, make_input_error
 
-#: A number with a comma, where a value begins.
-_DECIMAL_COMMA: Final = re.compile(r"=[ \t]*([-+]?\d+,\d+)(?![\d.,])[ \t]*")
+#: A number with a comma, where a value begins; with a comma and a number behind it, it is a list without brackets.
+_DECIMAL_COMMA: Final = re.compile(r"=[ \t]*([-+]?\d+,\d+)(?![\d.]|,[ \t]*[-+\d\[])[ \t]*")
+#: What stands where a value can: to the next blank, comma, bracket, quote or remark.
+_WORD: Final = re.compile(r"[^\s,=\[\]{}#\"']+")
+_WITH_O: Final = re.compile(r"[-+]?(?=[\d.]*[Oo])[\dOo.]+")
+_OPEN_POINT: Final = re.compile(r"([-+]?)(?:(\d+)\.|(\.\d+))")
+_WITH_UNIT: Final = re.compile(r"([-+]?\d+(?:\.\d+)?)(mm|cm|m|in|inch|deg|°|s|ms)")
+#: A line that begins a key or a table, whatever was open above it.
+_STATEMENT: Final = re.compile(r"^[ \t]*(?:\[\[?[A-Za-z][\w.-]*\]|[\w.\"'-]+[ \t]*=)", re.MULTILINE)
+_TEXT_OR_REMARK: Final = re.compile(r"\"(?:[^\"\\\n]|\\.)*\"|'[^'\n]*'|#[^\n]*")
 #: How a message of tomllib ends that names no line.
 _AT_END: Final = " (at end of document)"
 
@@ -32,23 +40,79 @@ def read_toml(raw: bytes) -> dict[str, Any]:
     text = ""
     try:
         text = decode_text(raw)
-        return tomllib.loads(text)
+        # with a line end a mistake in the last line has a column
+        return tomllib.loads(f"{text}\n")
     except (ValueError, RecursionError) as error:
         raise ValueError(f"not a TOML file: {_name_mistake(text, _name_beginning(text, str(error)))}") from None
 
 
 def _name_mistake(text: str, message: str) -> str:
-    """What tomllib complains about in the words of who wrote it: a decimal comma, a key that is there twice."""
+    """What tomllib complains about in the words of who wrote it: a decimal comma, a quote or bracket left open."""
     place = re.search(r"\(at line (\d+), column (\d+)\)$", message)
     if place is None:
         return message
-    line, column = text.split("\n")[int(place[1]) - 1], int(place[2])
+    number, column = int(place[1]), int(place[2])
+    lines = text.split("\n")
+    line = lines[number - 1]
+    if opened := _find_open_bracket(lines[: number - 1], line):
+        return f"the bracket [ is not closed; write ] where the list ends {opened}"
+    said = _name_slip(line, column, message)
+    if message.startswith("Cannot overwrite") and "=" in line[:column]:
+        said = f"{line.split('=')[0].strip()}: the key is there twice; write it once"
+    return f"{said} {place[0]}" if said else message
+
+
+def _name_slip(line: str, column: int, message: str) -> str:
+    """What is wrong in a line up to the column (from 1) where tomllib stops; empty for what it says well itself."""
     comma = next((one for one in _DECIMAL_COMMA.finditer(line) if one.start() < column <= one.end() + 1), None)
     if comma is not None:
-        return f"{comma[1]}: a decimal comma; write {comma[1].replace(',', '.')} {place[0]}"
-    if message.startswith("Cannot overwrite") and "=" in line[:column]:
-        return f"{line.split('=')[0].strip()}: the key is there twice; write it once {place[0]}"
-    return message
+        return f"{comma[1]}: a decimal comma; write {comma[1].replace(',', '.')}"
+    bare = _TEXT_OR_REMARK.sub(lambda one: " " * len(one[0]), line)
+    if "Illegal character" in message and column > len(line.rstrip("\r")) and re.search("[\"']", bare):
+        return "the quote is not closed; write it at the end of the text"
+    if column > len(bare.rstrip()) and bare.count("{") > bare.count("}"):
+        return "the brace { is not closed in its line; write } where the table ends, in the same line"
+    if "hex value" in message or "Unescaped" in message:
+        return "a backslash in a text; write the text in ' ' instead of quotation marks"
+    if bare[:column].lstrip()[:1] in (";", "/", "("):
+        return "a remark begins with #"
+    if bare[column - 1 : column] == ":":
+        return "write = instead of :"
+    if "Unclosed inline table" in message and re.match(r";|[ \t]*[\w-]+[ \t]*=", bare[column - 1 :]):
+        return "write a comma between the keys of a table"
+    if line[column - 1 : column] in ("“", "”", "„", "‘", "’"):
+        return 'typographic quotes; write "'
+    word = next((one for one in _WORD.finditer(bare) if one.start() < column <= one.end()), None)
+    if word is None or bare[: word.start()].rstrip()[-1:] not in ("=", "[", ","):
+        return ""
+    if _WITH_O.fullmatch(word[0]):
+        return f"{word[0]}: the letter O in a number; write {re.sub('[Oo]', '0', word[0])}"
+    if point := _OPEN_POINT.fullmatch(word[0]):
+        right = f"{point[1]}{point[2]}.0" if point[2] else f"{point[1]}0{point[3]}"
+        return f"{word[0]}: a digit stands on both sides of the point; write {right}"
+    if unit := _WITH_UNIT.fullmatch(word[0]):
+        return f"{word[0]}: a number has no unit; write {unit[1]}, in the unit of the key"
+    if "Invalid value" in message and word[0].lower() in ("true", "false"):
+        return f"{word[0]}: write {word[0].lower()}"
+    if "Invalid value" in message and word[0][0].isalpha():
+        return f'{word[0]}: a text stands in quotes; write "{word[0]}"'
+    return ""
+
+
+def _find_open_bracket(above: Sequence[str], line: str) -> str:
+    """Where a bracket of a value begins that is still open in a line which begins a key or a table; else empty."""
+    if not _STATEMENT.match(line):
+        return ""
+    text = "\n".join(above)
+    begins = [one for one in _STATEMENT.finditer(text) if one[0].endswith("=")]
+    if not begins:
+        return ""
+    at = begins[-1].end()
+    value = _TEXT_OR_REMARK.sub(lambda one: " " * len(one[0]), text[at:])
+    if value.count("[") <= value.count("]"):
+        return ""
+    at += value.index("[")
+    return f"(at line {text.count(chr(10), 0, at) + 1}, column {at - text.rfind(chr(10), 0, at)})"
 
 
 def _name_beginning(text: str, message: str) -> str:
@@ -56,6 +120,8 @@ def _name_beginning(text: str, message: str) -> str:
     opening = r"^[ \t]*[^ \t\r\n].*" if message.startswith("Expected") else r"^[ \t]*[\w\"'][^=\n#\[]*="
     if "string" in message and (quotes := re.findall(r"\"{3}|'{3}", text)):
         opening = quotes[-1]
+    elif message.startswith('Expected "\'"'):
+        opening = "'"
     *_others, last = [None, *re.finditer(opening, text, re.MULTILINE)]
     if last is None or not message.endswith(_AT_END):
         return message

@@ -42,6 +42,7 @@ def build_arc_from_center(
     extra_turns: int,
     tolerance: float = ARC_RADIUS_MM,
     plane_word: str = "",
+    unit: float = 1.0,
 ) -> Arc:
     """Arc given by its centre (I, J, K).
 
@@ -59,7 +60,10 @@ def build_arc_from_center(
         Radius mismatch that is always accepted, mm.
     plane_word : str
         What says that the plane is this one.
+    unit : float
+        mm in the unit of the program, which messages have.
     """
+    name = "mm" if unit == 1.0 else "inch"
     first, second, _normal, letter1, letter2 = PLANES[plane]
     wrong = set(offsets) - {letter1, letter2}
     if wrong:
@@ -83,8 +87,8 @@ def build_arc_from_center(
             "VP008",
             "the radius of the arc is zero"
             if r1 == r2
-            else f"the radius of the arc is {r1:.6g} mm at the start, {r2:.6g} mm at the end: its centre is the "
-            f"{'end' if r2 < r1 else 'start'}",
+            else f"the radius of the arc is {r1 / unit:.6g} {name} at the start, {r2 / unit:.6g} {name} at the end: "
+            f"its centre is the {'end' if r2 < r1 else 'start'}",
         )
     gap = abs(r1 - r2)
     allowed_difference = allow_mismatch(max(r1, r2), tolerance)
@@ -106,9 +110,9 @@ def build_arc_from_center(
         )
         raise ProgramError(
             "VP008",
-            f"the end is not on the circle: radius {r1:.6g} mm at the start ({AXES[first]}{start[first]:g} "
-            f"{AXES[second]}{start[second]:g}), {r2:.6g} mm at the end, difference {gap:.6g} mm; "
-            f"allowed {allowed_difference:.6g} mm{hint}",
+            f"the end is not on the circle: radius {r1 / unit:.6g} {name} at the start ({AXES[first]}"
+            f"{start[first] / unit:g} {AXES[second]}{start[second] / unit:g}), {r2 / unit:.6g} {name} at the end, "
+            f"difference {gap / unit:.6g} {name}; allowed {allowed_difference / unit:.6g} {name}{hint}",
         )
     angle = math.atan2(end[second] - c2, end[first] - c1) - math.atan2(start[second] - c2, start[first] - c1)
     sweep = (-angle if clockwise else angle) % (2 * math.pi)
@@ -123,9 +127,18 @@ def allow_mismatch(radius: float, tolerance: float) -> float:
 
 
 def build_arc_from_radius(
-    start: list[float], end: list[float], plane: int, clockwise: bool, radius: float, extra_turns: int
+    start: list[float],
+    end: list[float],
+    plane: int,
+    clockwise: bool,
+    radius: float,
+    extra_turns: int,
+    unit: float = 1.0,
 ) -> Arc:
-    """Arc given by its radius R; a negative one takes the long way. It is never a full circle."""
+    """Arc given by its radius R; a negative one takes the long way. It is never a full circle.
+
+    ``unit`` is that of :func:`build_arc_from_center`.
+    """
     first, second, *_ = PLANES[plane]
     d1, d2 = end[first] - start[first], end[second] - start[second]
     half = 0.5 * math.hypot(d1, d2)
@@ -138,10 +151,12 @@ def build_arc_from_radius(
         )
     short = half - abs(radius)
     if short > ARC_R_TOO_SMALL_MM or radius == 0.0:
+        name = "mm" if unit == 1.0 else "inch"
         raise ProgramError(
             "VP008",
-            f"the radius {radius:g} mm is too small to reach the end point from {AXES[first]}{start[first]:g} "
-            f"{AXES[second]}{start[second]:g}; it takes at least {half:.6g} mm",
+            f"the radius {radius / unit:g} {name} is too small to reach the end point from {AXES[first]}"
+            f"{start[first] / unit:g} {AXES[second]}{start[second] / unit:g}; it takes at least "
+            f"{half / unit:.6g} {name}",
         )
     height = 0.0
     if half <= (1.0 - ARC_HALF_CIRCLE_SHARE) * abs(radius):

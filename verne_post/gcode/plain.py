@@ -18,7 +18,7 @@ from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.units import MM_PER_INCH, SECONDS_PER_MINUTE
 from verne_post.gcode import plain_arcs
 from verne_post.gcode.lengths import find_effective_feed, measure_lengths
-from verne_post.gcode.machining.machining import Machining
+from verne_post.gcode.machining.machining import MOTION_LINES, Machining
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.plain_arcs import PlainArcs
 from verne_post.gcode.recorder import RunEnds
@@ -339,9 +339,9 @@ def _execute(
         recorder.fix_c(first_named if shown_line is None else shown_line)
     state.arc_may_follow = state.arc_may_follow or straight
     view.motion = 10 * int(motion[-1])
-    if view.motion == 0 and given[-1, _G]:
+    if given[-1, _G] and (name := MOTION_LINES.get(view.motion)):
         own_line = int(lines.first_line + lines.row[last - 1, _G])
-        core.word_lines["G0"] = own_line if shown_line is None else shown_line
+        core.word_lines[name] = own_line if shown_line is None else shown_line
     state.feed, state.feed_angular = float(feed[-1]), float(angular[-1])
     state.position = end[-1].tolist()
     for axis in np.flatnonzero(given[-1, :9]).tolist():
@@ -407,8 +407,8 @@ def _execute_alike(
         core.recorder.fix_c(line)
     state.arc_may_follow = True
     view.motion = motion
-    if motion == 0 and has_code:
-        core.word_lines["G0"] = line
+    if has_code and (name := MOTION_LINES.get(motion)):
+        core.word_lines[name] = line
     state.feed = state.feed_angular = feed
     state.position = ends_at
     return True

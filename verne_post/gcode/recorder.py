@@ -239,6 +239,8 @@ class Recorder(Struct):
             return otherwise
         what = f"the plane of {plane.word} in line {plane.line}"
         if self.count - plane.before > 1:  # it was in use: beside a turn to it there was another move
+            if not any(one.kind == "tool" and one.before > plane.before for one in self.events):
+                return f"{what} is in force: look at its angles; {plane.turn}; or write {plane.end} where it is over"
             return f"{what} still holds: write {plane.end} where it is over, or {plane.turn}"
         return f"{what} is in force: {plane.turn} ({plane.end} ends it)"
 

@@ -295,7 +295,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "tool cuts with the length of one that was in the spindle before. It is an error where the set-up gives the "
         "tool another length, and the tool has come down since it was called. A rapid with length 0 is an error where "
         "it takes the tip of a tool of known length below the table face, and a warning where it goes down to below "
-        "Z0; moves in machine coordinates (G53, G28, SUPA, M91) are not concerned.",
+        "Z0; moves in machine coordinates (G53, SUPA, M91, and G28 after its via point) are not concerned. A rapid to "
+        "the via point of G28, G91 missing, is told as VP052.",
         "Activate a length of the tool table (G43 H; M6 and D1; TOOL CALL; LOADTL), or give "
         "--tool-length. If the gauge line is"
         " meant, give --tool-length 0.",
@@ -487,7 +488,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "the way home goes down first",
         "warning",
         "In G28 and G30, axis words are a place by way of which the axes go home. In absolute coordinates (G90) "
-        "it is a place on the part: G90 G28 Z0 takes the tool down to the part zero in rapid traverse, and then home.",
+        "it is a place on the part: G90 G28 Z0 takes the tool down to the part zero in rapid traverse, and then home. "
+        "It is an error where that takes the tip of a tool without a length below the table face.",
         "Write G91 G28 Z0, and G90 in the next block.",
     ),
     (
@@ -788,7 +790,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "A speed, acceleration, jerk, travel, length, cycle or tolerance is possible, but probably not intended. Most "
         "often "
         "it is in another unit. It is in the machine file, the command line, the set-up or the program. It is an error "
-        "where a program exceeds the travel in inches but not in mm. The limits that it breaks are not listed "
+        "where a program cuts with 200 mm a turn (G95) or more, and where it exceeds the travel in inches but not in "
+        "mm. The limits that it breaks are not listed "
         "then; `verne-post explain` names those of a line.",
         "Compare the value with its unit in docs/machine-file.md, docs/settings.md or docs/setpoints.md; `verne-post "
         "machine validate` prints how long moves take.",
@@ -841,7 +844,7 @@ CODES: Final[dict[str, Code]] = _make_table(
 )
 
 #: Numbers of codes that are errors in some cases and warnings in others.
-_EITHER: Final = (1, 4, 5, 7, 9, 10, 18, 23, 24, 25, 33, 34, 36, 41, 49, 202, 203, 216, 301, 505)
+_EITHER: Final = (1, 4, 5, 7, 9, 10, 18, 23, 24, 25, 33, 34, 36, 41, 49, 52, 202, 203, 216, 301, 505)
 
 
 def describe_severity(code: Code) -> str:

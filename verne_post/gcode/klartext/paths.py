@@ -218,7 +218,9 @@ class KlartextPaths:
         tolerance = ARC_RADIUS_INCH_MM if self.modes.inch else ARC_RADIUS_MM
         clockwise = self._read_sense(statement, words, u, v) < 0
         target.axes = sorted({*target.axes, u, v})
-        return build_arc_from_center(target.start, target.end, plane, clockwise, offsets, True, 0, tolerance)
+        return build_arc_from_center(
+            target.start, target.end, plane, clockwise, offsets, True, 0, tolerance, "", self.frames.unit
+        )
 
     def _move_on_polar_circle(self, statement: Statement, words: Words, target: Target) -> Arc:
         """CP: about the pole by an angle, with a height a helix."""
@@ -265,7 +267,9 @@ class KlartextPaths:
         clockwise = self._read_sense(statement, words, 0, 1) < 0
         if math.dist(target.start[:2], target.end[:2]) < ARC_CHORD_MM:
             raise statement.error("VP008", "CR to the place where the tool is; write a full circle with CC and C")
-        return build_arc_from_radius(target.start, target.end, 0, clockwise, radius * self.frames.unit, 0)
+        return build_arc_from_radius(
+            target.start, target.end, 0, clockwise, radius * self.frames.unit, 0, self.frames.unit
+        )
 
     def _move_on_tangent_circle(self, statement: Statement, words: Words, target: Target) -> Arc | None:
         """CT: goes on in the direction of the element before."""

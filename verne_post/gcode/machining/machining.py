@@ -57,6 +57,10 @@ def explain_no_feed(core: "Machining", words: str) -> str:
     return "the last F has the value 0; write one greater than 0" if core.has_zero_feed else f"give {words}"
 
 
+#: Codes of motions, times ten -> their names in ``word_lines``.
+MOTION_LINES: Final[dict[int | None, str]] = {0: "G0", 20: "arc", 30: "arc"}
+
+
 def name_word(core: "Machining", name: str, word: str, line: int) -> str:
     """``; G91 of line 33 is active``, where an earlier line than ``line`` has put the word in force."""
     since = core.word_lines.get(name, line)
@@ -81,9 +85,18 @@ def list_plane_edits(core: "Machining") -> tuple[Remedy, ...]:
 def explain_g91(core: "Machining", error: ProgramError, line: int) -> ProgramError:
     """An error that G90 would settle, with the line of G91; with others of this G91 it is one finding."""
     if "G91" in core.word_lines:
-        error.message += name_word(core, "G91", "G91", line)
-        error.cause = f"G91 of line {core.word_lines['G91']}"
+        since = core.word_lines["G91"]
+        if named := name_word(core, "G91", "G91", line):
+            error.message += f"{named}: write G90 below line {since} if places are meant"
+            error.edits += (Remedy("write G90", "G90", line=since, way="below", is_choice=True),)
+        error.cause = f"G91 of line {since}"
     return error
+
+
+def explain_bare_arc(core: "Machining", motion: str, line: int) -> str:
+    """The G2 or G3 of a line above ``line`` that makes an arc of its places; empty where the line has its own."""
+    since = core.word_lines.get("arc", line)
+    return "" if since == line else f"{motion} of line {since} is still in force: write G1 if a line is meant; "
 
 
 def note_g91(core: "Machining", line: int, *, absolute: bool) -> None:
@@ -131,7 +144,7 @@ class Machining:
         self.tools = Tools(self.frames)
         self.auxiliary = Auxiliary(setup, state, recorder)
         self.has_zero_feed = False  # the last F
-        self.word_lines: dict[str, int] = {}  #: G0, G91, plane: where the word that is in force stands.
+        self.word_lines: dict[str, int] = {}  #: G0, arc (G2, G3), G91, plane: where the word that is in force stands.
         self.warns_of_idle_feed = True  #: Until the first.
 
     # --- what must be known, and what must not be -----------------------------------------------------

@@ -288,7 +288,9 @@ class Tools:
         assert tool is not None
         if tool.diameter <= 0:
             later = "" if tool is state.tools[number] else " when it was called; write D1 after the block that gives it"
-            text = f"{name} has no diameter in the set-up, or the tool table{later}"
+            given = state.tools[number].key
+            place = f": the set-up lacks {given}.diameter, mm" if given else " in the set-up, or the tool table"
+            text = f"{name} has no diameter{place}{later}"
             raise at.error("VP012", text, "D", name, find_tool_key(number, "diameter", state.tool_names))
         self.recorder.read_tools.add(number)
         return tool.diameter

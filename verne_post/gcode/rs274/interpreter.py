@@ -25,7 +25,7 @@ from verne_post.gcode.codes import (
     spell_g_code,
 )
 from verne_post.gcode.machining.auxiliary import REMAPPED_WORDS
-from verne_post.gcode.machining.machining import Machining, explain_g91, note_g91, warn_of_idle_feed
+from verne_post.gcode.machining.machining import MOTION_LINES, Machining, explain_g91, note_g91, warn_of_idle_feed
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.mistyped import explain_unknown
 from verne_post.gcode.parameters import Parameters
@@ -221,8 +221,8 @@ class Rs274(Language):
             if motion == 0 and not block.codes:
                 warn_of_idle_feed(self.core, block, words["F"])
         assert motion is not None
-        if motion == 0 and block.codes:
-            self.core.word_lines["G0"] = block.line
+        if block.codes and (name := MOTION_LINES.get(motion)):
+            self.core.word_lines[name] = block.line
         self.modes.motion, self.modes.cycle = motion, None
         self.motion.move(block, motion, machine=False)
         return True
@@ -355,8 +355,8 @@ class Rs274(Language):
             self.modes.absolute_centers = g["arc distance"] == 901
         if "retract" in g:
             self.modes.initial_level = g["retract"] == 980
-        if g.get("motion") == 0:
-            self.core.word_lines["G0"] = block.line
+        if name := MOTION_LINES.get(g.get("motion")):
+            self.core.word_lines[name] = block.line
         if "motion" in g or "cancel" in g:
             self._set_motion(g.get("motion"))
         if self.modes.motion not in CYCLES:

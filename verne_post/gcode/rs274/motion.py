@@ -12,7 +12,7 @@ from verne_post.gcode.block import Block
 from verne_post.gcode.codes import spell_g_code
 from verne_post.gcode.lengths import measure_length
 from verne_post.gcode.machining.compensation import Compensation
-from verne_post.gcode.machining.machining import Machining, explain_no_feed, name_word
+from verne_post.gcode.machining.machining import Machining, explain_bare_arc, explain_no_feed, name_word
 from verne_post.gcode.machining.turning import find_machine_place, go_to_machine, turn_table, warn_of_unnamed
 from verne_post.gcode.missing_setup import find_tool_key, suggest_call
 from verne_post.gcode.program_error import ProgramError
@@ -169,7 +169,8 @@ class MotionCodes:
         if not self.modes.absolute or _Z not in moving or (is_known and via[_Z] > start[_Z] - ZERO_LENGTH_MM):
             return
         how = f"{start[_Z] - via[_Z]:.6g} mm down to" if is_known else "by"
-        text = f"the way home goes {how} Z{via[_Z]:.6g} of the part first, because G90 is active"
+        z = via[_Z] / self.values.convert_length(1.0)
+        text = f"the way home goes {how} Z{z:.6g} of the part first, because G90 is active"
         self.recorder.warn("VP052", f"{text}: write G91 G28 Z0, then G90", block.line, None)
 
     def _find_end(self, block: Block, start: list[float], axes: list[int]) -> list[float]:
@@ -387,7 +388,13 @@ class MotionCodes:
             if offsets:
                 raise block.error("VP003", "an arc has either R or a centre (I, J, K), not both", "R")
             arc = build_arc_from_radius(
-                start, end, state.plane, clockwise, self.values.convert_length(block.words["R"]), turns - 1
+                start,
+                end,
+                state.plane,
+                clockwise,
+                self.values.convert_length(block.words["R"]),
+                turns - 1,
+                self.values.convert_length(1.0),
             )
         elif offsets:
             tolerance = ARC_RADIUS_INCH_MM if self.modes.inch else ARC_RADIUS_MM
@@ -402,9 +409,12 @@ class MotionCodes:
                 turns - 1,
                 tolerance,
                 plane_word,
+                self.values.convert_length(1.0),
             )
         else:
-            raise ProgramError("VP005", f"an arc needs its centre (I, J, K) or its radius (R){self.bare_arcs_remedy}")
+            since = explain_bare_arc(self.core, f"G{motion // 10}", block.line)
+            text = f"an arc needs its centre (I, J, K) or its radius (R){self.bare_arcs_remedy}"
+            raise ProgramError("VP005", f"{since}{text}")
         self.draw_arc(block, start, end, arc, self.values.list_named_axes(block), absolute=self.modes.absolute)
 
     # --- cutter compensation ------------------------------------------------------------------------

@@ -147,8 +147,8 @@ class SiemensInterpreter:
             self.core.set_arc_feed(modes.arc_feed)
         if (motion := words.find_code("motion")) is not None:
             modes.motion = motion
-            if motion == "G0":
-                self.core.word_lines["G0"] = words.line
+            if motion in ("G0", "G2", "G3"):
+                self.core.word_lines["G0" if motion == "G0" else "arc"] = words.line
         for name in _TOLERANCES:
             if (tolerance := words.take(name)) is not None:
                 setattr(modes, name.lower(), self._read_tolerance(tolerance))

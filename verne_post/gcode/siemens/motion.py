@@ -354,10 +354,15 @@ class SiemensMotion:
         if center is not None:
             offsets = {letter1: center[0] * scales[0], letter2: center[1] * scales[1]}
             self._check_sizes(block, offsets)
-            arc = build_arc_from_center(start, end, state.plane, clockwise, offsets, False, turns, ARC_RADIUS_MM)
+            unit = self.modes.length
+            arc = build_arc_from_center(
+                start, end, state.plane, clockwise, offsets, False, turns, ARC_RADIUS_MM, unit=unit
+            )
         else:
             self._check_sizes(block, {"R": radius * abs(scales[0])})
-            arc = build_arc_from_radius(start, end, state.plane, clockwise, radius * abs(scales[0]), turns)
+            arc = build_arc_from_radius(
+                start, end, state.plane, clockwise, radius * abs(scales[0]), turns, self.modes.length
+            )
         self.corners.add_arc(block, end, arc, list(places))
         self.set_heading(find_tangent_at_end(state.plane, arc.center, end, arc.sweep))
 
