@@ -1,6 +1,6 @@
 """The set-up sheet: program and machine, start, tools, work offsets, actions of the operator, fixtures."""
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from typing import Final
 
 import numpy as np
@@ -9,7 +9,7 @@ from msgspec.structs import replace
 from verne_post.app.assemble import Program
 from verne_post.app.summary import list_tool_lengths
 from verne_post.base.arrays import find_used
-from verne_post.base.long_text import Text, compute_sha256, iterate_lines
+from verne_post.base.long_text import Text, compute_sha256, decode_lines
 from verne_post.base.numbers import format_fixed
 from verne_post.gcode.dialects import choose_dialect_name
 from verne_post.gcode.remarks import find_stop_remarks, find_title, find_tool_diameters, find_tool_remarks
@@ -52,7 +52,7 @@ def write_sheet_html(program: str, source: Text, machine: Machine, study: Study)
     """
     lines = source.count(b"\n") + (not source.endswith(b"\n"))
     setup = study.options.setup_source
-    title = find_title(_decode_lines(source), _find_dialect(source, study))
+    title = find_title(decode_lines(source), _find_dialect(source, study))
     made = (
         ("program", f"{program}, {count(lines, 'line')}"),
         *([("title", title)] if title else []),
@@ -176,8 +176,9 @@ def _write_titled_table(
 
 
 def _find_remarks_by_number(source: Text, study: Study) -> dict[int, str]:
-    """Number of a tool -> what the first lines of the program say about it."""
-    remarks = {tool.upper(): text for tool, text in find_tool_remarks(source).items()}
+    """Number of a tool -> what the program says about it."""
+    said = find_tool_remarks(decode_lines(source), _find_dialect(source, study))
+    remarks = {tool.upper(): text for tool, text in said.items()}
     names = {} if study.program is None else name_tools(study.program.moves.events)
     numbers = {number: str(number) for number, *_sizes in list_tools(study)}
     found = {number: remarks.get(names.get(number, key).upper(), "") for number, key in numbers.items()}
@@ -287,10 +288,6 @@ def _describe_body(body: Box | FixtureMesh | OwnStock, own: Stock | None) -> Row
             return body.name, name_system(own.frame.system), describe_own_stock(own)
 
 
-def _decode_lines(source: Text) -> Iterator[str]:
-    return (line.decode("utf-8", errors="replace") for line in iterate_lines(source))
-
-
 def _find_dialect(source: Text, study: Study) -> str:
     return choose_dialect_name(study.options.dialect, source, study.options.source_name)
 
@@ -306,7 +303,7 @@ def _list_actions(source: Text, study: Study, remarks: Mapping[int, str]) -> lis
     waits = _list_waits(program)
     rows = {} if study.summary is None else {id(timed.event): timed.row for timed in study.summary.timed}
     said = find_stop_remarks(
-        _decode_lines(source), _find_dialect(source, study), {event.line for event in waits if event.kind == "stop"}
+        decode_lines(source), _find_dialect(source, study), {event.line for event in waits if event.kind == "stop"}
     )
 
     def describe_time(event: Event) -> str:
