@@ -1211,6 +1211,12 @@ def test_a_page_opens_with_the_path(browser: Any, show: Callable[..., Any], name
         assert np.abs(np.array(js(browser, "report.scene.machineOnScreen()"))[:, :2]).max() < 1.0
 
 
+def test_a_table_beyond_its_travel_does_not_fill_the_close_up_with_red(browser: Any, show: Callable[..., Any]) -> None:
+    show("tilt")
+    assert count_red(pixels(browser, "scene")) > 50
+    assert count_red(pixels(browser, "close")) < 50
+
+
 @pytest.mark.parametrize(("size", "share"), [("desktop", 0.12), ("tablet", 0.17)])
 def test_the_head_leaves_the_screen_to_the_machine(
     browser: Any, show: Callable[..., Any], size: str, share: float

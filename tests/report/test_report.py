@@ -221,8 +221,9 @@ def test_the_set_up_sheet_says_what_the_program_says_about_its_tools() -> None:
     seen = study(text.encode(), MACHINE, options)
     page = re.sub(r"(<[^>]+>)+", "|", write_sheet_html("p.mpf", text.encode(), MACHINE, seen))
     assert "|1 &quot;BALL_D6&quot;|D=6 R3|60|not given in the set-up; remark: 6|900|" in page
-    assert "|T2|60|not given|" in page
-    assert "|put in tool 1 &quot;BALL_D6&quot; (D=6 R3)|" in page
+    assert re.search(r"\|T2\|60\|not given\|off\|[\d.]+\|line 10, [\d.]+ s\|", page)
+    # a person puts in each of them once: that stands beside the tool, not in a second list
+    assert "|line 5, 0.000 s|" in page and "put in tool" not in page
     assert "NOT USED" not in page
 
 
@@ -255,7 +256,7 @@ def test_what_is_said_at_a_tool_change_is_said_of_the_tool(
     assert run("report", tmp_path / name, "-o", tmp_path / "a.html").code == 0
     page = re.sub(r"(<[^>]+>)+", "|", (tmp_path / "a.html").read_text("utf-8"))
     assert re.search(r"\|T1\|FLAT MILL D5\.5\|60\|not given in the set-up; remark: 5\.5\|", page)
-    assert "|put in tool 1 (FLAT MILL D5.5)|" in page
+    assert "|put in at|T1|FLAT MILL D5.5|" in page
     text = (tmp_path / name).read_text()
     tools = [one.name for one in outline.Outline(text.split("\n"), "auto", text.encode(), name).list_symbols()]
     number = "01" if "T01" in change else "1"
