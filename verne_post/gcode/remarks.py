@@ -110,7 +110,7 @@ def _list_tails(line: str, dialect: str) -> list[str]:
 
 def _list_texts(matches: Iterable[re.Match[str]]) -> list[str]:
     texts = ("".join(group or "" for group in match.groups()) for match in matches)
-    return [said for text in texts if (said := make_printable(_FOR_SCREEN.sub("", text).strip()))]
+    return [remark for text in texts if (remark := make_printable(_FOR_SCREEN.sub("", text).strip()))]
 
 
 def find_stop_remarks(lines: Iterable[str], dialect: str, stops: Set[int]) -> dict[int, str]:
@@ -183,7 +183,7 @@ def list_tool_changes(lines: Iterable[str], dialect: str) -> list[ToolChange]:
     tool, change = (re.compile(one, re.IGNORECASE) for one in _TOOL_WORDS.get(dialect, _ISO_WORDS))
     alone = re.compile(_REMARKS[dialect], re.IGNORECASE)
     found, above, is_below = list[ToolChange](), list[str](), False
-    chosen = said = ""
+    chosen_tool = remark_of_tool = ""
     for number, line in enumerate(lines):
         if _MAY_SAY.search(line) is None:
             if line.strip():
@@ -203,13 +203,13 @@ def list_tool_changes(lines: Iterable[str], dialect: str) -> list[ToolChange]:
             code = remove_remarks(remove_remarks(line, dialect))
             own = "; ".join(_list_tails(line, dialect))
             if names := tool.findall(code):
-                chosen, said = names[-1].strip('"'), own
+                chosen_tool, remark_of_tool = names[-1].strip('"'), own
             if change.search(code):
-                own = own or said
+                own = own or remark_of_tool
                 if not own:
-                    own = next((one for one in above if _KIND.search(one) or _list_diameters(one, chosen)), "")
-                found.append(ToolChange(number, chosen, own))
-                said, is_below = "", True
+                    own = next((one for one in above if _KIND.search(one) or _list_diameters(one, chosen_tool)), "")
+                found.append(ToolChange(number, chosen_tool, own))
+                remark_of_tool, is_below = "", True
             elif names:
                 # what stands above T is still above its M6
                 continue

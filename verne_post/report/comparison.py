@@ -74,7 +74,7 @@ def write_comparison(sides: tuple[Side, Side]) -> str:
             "foot": write_css_string(f"{title}, page "),
             "heads": "".join(_write_head_html(name, side) for name, side in zip("AB", sides, strict=True)),
             "outcome": escape_text(_describe_outcome(sides)),
-            **_head_paths(sides),
+            **_name_paths(sides),
             "facts": _write_facts_html(sides),
             "findings": _write_findings_html(sides, stretches),
             "limits": _write_limits_html(sides),
@@ -118,7 +118,7 @@ def _write_head_html(name: str, side: Side) -> str:
     )
 
 
-def _head_paths(sides: tuple[Side, Side]) -> dict[str, str]:
+def _name_paths(sides: tuple[Side, Side]) -> dict[str, str]:
     """Titles of the picture: a program that cannot be read has no path, and one that is refused no times."""
     drawn = [name for name, side in zip("AB", sides, strict=True) if len(side.study.trail.tip)]
     both, timed = len(drawn) == 2, all(side.study.timed for side in sides)
