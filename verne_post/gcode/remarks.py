@@ -207,7 +207,9 @@ def list_tool_changes(lines: Iterable[str], dialect: str) -> list[ToolChange]:
             if change.search(code):
                 own = own or remark_of_tool
                 if not own:
-                    own = next((one for one in above if _KIND.search(one) or _list_diameters(one, chosen_tool)), "")
+                    own = next(
+                        (one for one in above if _KIND.search(one) or _list_diameters(one, chosen_tool.lstrip("0"))), ""
+                    )
                 found.append(ToolChange(number, chosen_tool, own))
                 remark_of_tool, is_below = "", True
             elif names:
