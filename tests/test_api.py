@@ -24,6 +24,7 @@ from verne_post.app.python_names import _ARGUMENTS, name_in_python
 from verne_post.cli import arithmetic
 from verne_post.model import machine as machine_model
 from verne_post.model import options
+from verne_post.model.findings import Findings
 
 from .builders import load_maker
 
@@ -236,7 +237,7 @@ def test_errors_and_proposals_have_the_names_of_python() -> None:
         vp.explain(TWO_TOOLS, "verne", 5, vp.Options(tool_length=80))
     assert "--" not in str(caught.value)
     assert 'wcs={"G54": (' in str(vp.fit(SHORT, "verne", vp.Options(tool_length=80)))
-    with pytest.raises(vp.UsageError, match=r"air_along: .*Python air"):
+    with pytest.raises(vp.UsageError, match=r"^air_along: table needs air, the height"):
         vp.Options(air_along="table")
     # the wrapper changes neither the signature nor what a result is
     assert str(inspect.signature(vp.convert)).startswith("(source: ")
@@ -722,6 +723,49 @@ def test_a_finding_prints_as_one_line() -> None:
     assert str(first) in str(result)
     other = dataclasses.replace(first, file="tools.tbl", file_line=7)
     assert str(other).startswith("tools.tbl:7: VP101 error: ")
+
+
+def test_a_finding_shows_what_is_given_and_findings_are_a_table() -> None:
+    result = vp.check("G21 G90\nG0 X0 Y0 Z60 A0 C0\nG1 X5O F600\nM2\n", "verne")
+    first = result.findings[0]
+    assert re.fullmatch(r"Finding\(code='VP001', severity='error', message='X5O: [^']*', line=3, .*\)", repr(first))
+    assert "=None" not in repr(first) and "count=" not in repr(first)
+    assert eval(repr(first), {"Finding": vp.Finding, "Remedy": type(first.edits[0])}) == first
+    assert isinstance(result.findings, Findings)
+    page = result.findings._repr_html_()
+    assert (page.count("<table>"), page.count("<tr>")) == (1, 1 + len(result.findings))
+    for severity, found in (("error", result.errors), ("warning", result.warnings)):
+        assert found == tuple(one for one in result.findings if one.severity == severity)
+        assert found
+        assert isinstance(found, Findings)
+    assert Findings()._repr_html_() == "<p>no findings</p>"
+    assert pickle.loads(pickle.dumps(result.findings)) == result.findings
+
+
+def test_a_name_that_a_result_does_not_have_is_told() -> None:
+    machine, result = vp.load_machine("verne"), vp.check(SHORT, "verne", OPTIONS)
+    told = (
+        (result, "time", "Result has no attribute time; did you mean summary.cycle_time?"),
+        (result, "setpoint", "Result has no attribute setpoint; did you mean setpoints?"),
+        (result.summary, "time", "Summary has no attribute time; did you mean cycle_time?"),
+        (machine, "joints", "Machine has no attribute joints; did you mean columns?"),
+        (machine, "qqqq", "Machine has no attribute qqqq"),
+        (vp.Page("", ()), "htm", "Page has no attribute htm; did you mean html?"),
+    )
+    for thing, name, said in told:
+        with pytest.raises(AttributeError) as raised:
+            getattr(thing, name)
+        assert str(raised.value) == said
+    # what Python asks for by itself stays as it was
+    assert pickle.loads(pickle.dumps(machine)).name == machine.name
+
+
+def test_what_an_option_needs_is_named_as_python_has_it(run: Any, tmp_path: Path) -> None:
+    with pytest.raises(vp.UsageError) as told:
+        vp.Options(from_line=3)
+    assert str(told.value).startswith("from_line: 3 needs approach, the start")
+    (tmp_path / "a.nc").write_text(SHORT)
+    assert "--from-line 3 needs --from, the start" in run("check", tmp_path / "a.nc", "--from-line", "3").err
 
 
 def test_times_have_the_decimals_of_the_cycle() -> None:

@@ -30,6 +30,7 @@ from verne_post.app.result import Progress, Result, Setpoints, Sink, name_missin
 from verne_post.app.row_format import find_drives
 from verne_post.app.verify import verify_setpoints
 from verne_post.base.long_text import LongText, Text
+from verne_post.base.suggestions import explain_names
 from verne_post.base.text_marks import strip_mark
 from verne_post.base.text_tables import format_html_table
 from verne_post.config import load_machine
@@ -347,6 +348,7 @@ def fit(
     return replace(found, text=fit_text(chosen.source_name, loaded, found).rstrip("\n"))
 
 
+@explain_names()
 class BatchRow(Struct, frozen=True):
     """What became of one program of a batch."""
 
@@ -380,6 +382,7 @@ class BatchRow(Struct, frozen=True):
         return False
 
 
+@explain_names()
 class Batch(Struct, frozen=True):
     """What became of many programs: ``len(batch)`` of them, ``batch[0]`` is the first one.
 
@@ -500,6 +503,7 @@ def _write_rows(program: str, result: Result, target: Path | None) -> BatchRow:
     return BatchRow(program, dataclasses.replace(result, setpoints=None), tuple(files))
 
 
+@explain_names()
 class Page(Struct, frozen=True):
     """A report as a page of its own.
 

@@ -280,7 +280,7 @@ def test_a_set_up_may_leave_half_of_a_pair_to_the_command_line(folder: Path, run
         'tool_length = 80\nair_along = "table"\n[wcs]\nG54 = [0, 0, 60]\n', encoding="utf-8"
     )
     assert run("check", "part.nc", "--air", 50).code == 0
-    assert "needs the height" in run("part.nc").err
+    assert "needs --air, the height" in run("part.nc").err
 
 
 def test_a_set_up_is_not_written_over(folder: Path, run: Callable[..., Any]) -> None:

@@ -1135,6 +1135,9 @@ def test_a_comparison_is_whole_and_readable(
     assert low == []
     for one in browser.find_elements("css selector", ".table"):
         assert one.get_attribute("tabindex") == "0"
+        # a checksum is read, and compared, in one piece
+        heights = js(browser, "[...arguments[0].querySelectorAll('.whole')].map(e => e.getClientRects().length)", one)
+        assert set(heights) <= {1}
         if size == "phone":  # numbers stand below their names
             assert js(browser, "arguments[0].scrollWidth - arguments[0].clientWidth", one) <= 0
     assert js(browser, "document.querySelectorAll('img, a, form, iframe, [onmouseover]').length") == 0
@@ -1209,6 +1212,23 @@ def test_a_page_opens_with_the_path(browser: Any, show: Callable[..., Any], name
         assert 0.5 < np.abs(path).max() < 1.0
     with on_paper(browser):
         assert np.abs(np.array(js(browser, "report.scene.machineOnScreen()"))[:, :2]).max() < 1.0
+
+
+def test_a_table_beyond_its_travel_does_not_fill_the_close_up_with_red(browser: Any, show: Callable[..., Any]) -> None:
+    show("tilt")
+    assert count_red(pixels(browser, "scene")) > 50
+    assert count_red(pixels(browser, "close")) < 50
+
+
+def test_the_table_of_operations_breaks_few_names_and_no_tool_ends_a_page(
+    browser: Any, show: Callable[..., Any]
+) -> None:
+    show("faced", "tablet")
+    button = "document.querySelector('#operations button')"
+    assert js(browser, f"{button}.textContent") == "without a remark"
+    assert js(browser, f"{button}.getBoundingClientRect().height") < 45
+    with on_paper(browser):
+        assert js(browser, "getComputedStyle(document.querySelector('#operations .tool')).breakAfter") == "avoid"
 
 
 @pytest.mark.parametrize(("size", "share"), [("desktop", 0.12), ("tablet", 0.17)])

@@ -222,14 +222,28 @@ def test_findings_are_in_one_or_in_both() -> None:
     head = "G21 G90\nG0 X0 Y0 Z0 A0 C0\n"
     page = text_of(compare(f"{head}G1 A99 F600\nA0\nC20\nM2\n", f"{head}X1\nG1 A99 F600\nA0\nG1 X5000\nM2\n"))
     before, after = page.partition("|Findings|")[2].partition("|B|")[::2]
-    assert re.search(r"\|line 3: VP\d+ error: joint a [^|]*\|in both\|tried: ", before)
+    assert re.search(r"\|line 3: VP\d+ error: joint a [^|]*\|3 \|G1 A99 F600\|in both\|tried: ", before)
     assert "|`verne-post explain a.nc:3` explains this line and what would bring it within limits" in before
     assert "only in A" not in before
     after = after.partition("|Time by limit|")[0]
-    assert re.search(r"\|line 4: VP\d+ error: joint a [^|]*\|in both\|tried: ", after)
-    assert re.search(r"line 6: VP\d+ error: [^|]*\|only in B\|", after)
+    assert re.search(r"\|line 4: VP\d+ error: joint a [^|]*\|4 \|G1 A99 F600\|in both\|tried: ", after)
+    assert re.search(r"line 6: VP\d+ error: [^|]*\|6 \|G1 X5000\|only in B\|", after)
     assert "|A: refused; B: refused|" in page
     assert "|There is nothing to compare: A and B cannot run, so no times are known.|" in page
+
+
+def test_a_comparison_with_a_program_that_cannot_be_read_says_what_it_has() -> None:
+    """The line of the error, one path, and no differences of times that nobody knows."""
+    page = text_of(compare(BEFORE, BEFORE.replace("Y20", "Y2O")))
+    findings = page.partition("|Findings|")[2].partition("|Time by limit|")[0]
+    assert re.search(r"\|line 5: VP001 error: [^|]*\|5 \|N40 \|Y2O\|only in B\|", findings)
+    assert "|Tool path of A |on the table|" in page
+    table = "|B - A|"
+    assert table not in page
+    assert "|Both tool paths |on the table, with the tips at the same time|" in (
+        both := text_of(compare(BEFORE, AFTER))
+    )
+    assert table in both
 
 
 def test_the_command_takes_two_programs_with_a_set_up_each(

@@ -16,8 +16,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import verne_post
+from verne_post.cli.lsp import outline
 from verne_post.config import list_machine_files
-from verne_post.gcode.remarks import find_title
+from verne_post.gcode.remarks import find_title, find_tool_remarks
 from verne_post.model.options import Options
 from verne_post.model.part_setup import Tool, WorkOffset
 from verne_post.report.scene import describe_scene
@@ -220,9 +221,55 @@ def test_the_set_up_sheet_says_what_the_program_says_about_its_tools() -> None:
     seen = study(text.encode(), MACHINE, options)
     page = re.sub(r"(<[^>]+>)+", "|", write_sheet_html("p.mpf", text.encode(), MACHINE, seen))
     assert "|1 &quot;BALL_D6&quot;|D=6 R3|60|not given in the set-up; remark: 6|900|" in page
-    assert "|T2|60|not given|" in page
-    assert "|put in tool 1 &quot;BALL_D6&quot; (D=6 R3)|" in page
+    assert re.search(r"\|T2\|60\|not given\|off\|[\d.]+\|line 10, [\d.]+ s\|", page)
+    # a person puts in each of them once: that stands beside the tool, not in a second list
+    assert "|line 5, 0.000 s|" in page and "put in tool" not in page
     assert "NOT USED" not in page
+
+
+@pytest.mark.parametrize(
+    ("name", "change"),
+    [
+        ("a.nc", "T1 M6 (FLAT MILL D5.5)"),
+        ("a.nc", "(FLAT MILL D5.5)\nT1 M6"),
+        ("a.nc", "T1 M6\n(FLAT MILL D5.5)"),
+        ("a.nc", "(BORE)\n(FLAT MILL D5.5)\n\nN10 T01\nM06"),
+        ("a.nc", "T1 (FLAT MILL D5.5)\nM6\n(BORE)"),
+        ("a.nc", "(T1 FLAT MILL D5.5)\n(T2 END MILL D8)\nT1 M6 (ROUGH)"),
+        ("a.mpf", "T1 D1 M6 ; FLAT MILL D5.5"),
+        ("a.h", "TOOL CALL 1 Z S3000 ; FLAT MILL D5.5"),
+    ],
+)
+def test_what_is_said_at_a_tool_change_is_said_of_the_tool(
+    name: str, change: str, tmp_path: Path, run: Callable[..., Any]
+) -> None:
+    """In the sheet, where a person puts it in, in a new set-up and in the outline of the editor."""
+    klartext = name == "a.h"
+    motion = "L X+0 Y+0 Z+50 A+0 C+0 R0 FMAX M3\nL X+5 F600" if klartext else "S900 M3\nG0 X0 Y0 Z50 A0 C0\nG1 X5 F600"
+    head, end = ("BEGIN PGM A MM", "END PGM A MM") if klartext else ("G21 G90" if name == "a.nc" else "G710 G90", "M30")
+    length = "G43 H1\n" * (name == "a.nc")
+    (tmp_path / name).write_text(f"{head}\n{change}\n{length}{motion}\n{end}\n")
+    answer = run("setup", tmp_path / name)
+    assert "FLAT MILL D5.5 - diameter from this remark, check it" in (tmp_path / f"{name}.toml").read_text()
+    assert "the diameter of tool 1" in answer.err
+    (tmp_path / f"{name}.toml").write_text("split_at_stops = true\n[tools]\n1.length = 60\n[wcs]\nG54 = [0, 0, 40]\n")
+    assert run("report", tmp_path / name, "-o", tmp_path / "a.html").code == 0
+    page = re.sub(r"(<[^>]+>)+", "|", (tmp_path / "a.html").read_text("utf-8"))
+    assert re.search(r"\|T1\|FLAT MILL D5\.5\|60\|not given in the set-up; remark: 5\.5\|", page)
+    assert "|put in at|T1|FLAT MILL D5.5|" in page
+    text = (tmp_path / name).read_text()
+    tools = [one.name for one in outline.Outline(text.split("\n"), "auto", text.encode(), name).list_symbols()]
+    number = "01" if "T01" in change else "1"
+    assert f"tool {number} ({'ROUGH' if 'ROUGH' in change else 'FLAT MILL D5.5'})" in tools
+
+
+@pytest.mark.parametrize(
+    "remark", ["DRILL", "DRILL HOLES", "POCKET 20 DEEP", "TAP 4 HOLES", "MILL 2", "T2 END MILL D8"]
+)
+def test_remarks_beside_a_tool_change_may_be_about_something_else(remark: str) -> None:
+    for lines in (["T1 M6", f"({remark})"], [f"({remark})", "T1 M6"]):
+        assert "1" not in find_tool_remarks(lines, "fanuc")
+    assert find_tool_remarks(["(END MILL)", "G0 X0", "T1 M6", "G0 X1", "(END MILL)"], "fanuc") == {}
 
 
 def test_the_sheet_says_who_gives_an_offset_and_how_the_part_is_turned(tmp_path: Path, run: Callable[..., Any]) -> None:

@@ -13,6 +13,7 @@ from verne_post.app.line_remedies import Line
 from verne_post.app.start_lines import quote_start
 from verne_post.base.long_text import Text, take_line
 from verne_post.base.program_lines import remove_remarks
+from verne_post.base.suggestions import explain_names
 from verne_post.base.text_tables import format_html_sections
 from verne_post.gcode.dialects import choose_dialect_name
 from verne_post.gcode.known_words import find_words_of
@@ -27,6 +28,7 @@ from verne_post.toolpath.contour import make_exact_contour
 from verne_post.trajectory.override import build_feed_override
 
 
+@explain_names()
 @dataclass(frozen=True, repr=False)
 class Explanation:
     """One line of a program worked through.

@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 from verne_post.base.arrays import Array
 from verne_post.base.extras import spell_install
 from verne_post.base.numbers import format_count
-from verne_post.base.suggestions import find_meant
+from verne_post.base.suggestions import explain_names, find_meant
 from verne_post.base.text_tables import format_html_table, format_table
 from verne_post.config import load_machine
-from verne_post.model.findings import Finding, InputError, UsageError, make_findings_table
+from verne_post.model.findings import Finding, Findings, InputError, UsageError, make_findings_table
 from verne_post.model.machine import Machine
 from verne_post.model.setpoints import SetpointBlock, SetpointFormat
 from verne_post.model.summary import Summary
@@ -52,6 +52,7 @@ def name_missing(library: str, extra: str) -> Iterator[None]:
         raise ModuleNotFoundError(text, name=library) from None
 
 
+@explain_names(q="values", time="t", rows="values")
 @dataclass(frozen=True, eq=False)
 class Setpoints:
     """A whole setpoint file in memory; ``setpoints["a_deg"]`` is the column of that name.
@@ -245,6 +246,7 @@ class Setpoints:
         return f"{len(self)} rows" + (f" in {len(self.cuts) + 1} parts" if self.cuts else "")
 
 
+@explain_names(time="summary.cycle_time", cycle_time="summary.cycle_time", rows="setpoints")
 @dataclass(frozen=True, eq=False, repr=False)
 class Result:
     """The result of a check or a conversion.
@@ -269,6 +271,19 @@ class Result:
     part: "Machined | None" = field(default=None)
     program: str = ""
     machine: str = ""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "findings", Findings(self.findings))
+
+    @property
+    def errors(self) -> tuple[Finding, ...]:
+        """The findings that are errors: the program cannot run."""
+        return Findings(item for item in self.findings if item.severity == "error")
+
+    @property
+    def warnings(self) -> tuple[Finding, ...]:
+        """The findings that are warnings."""
+        return Findings(item for item in self.findings if item.severity == "warning")
 
     @property
     def exit_code(self) -> int:

@@ -60,6 +60,11 @@ def iterate_lines(text: Text) -> Iterator[bytes]:
     yield b"".join(begun)
 
 
+def decode_lines(text: Text) -> Iterator[str]:
+    """The same as characters; bytes that are no UTF-8 are replaced."""
+    return (line.decode("utf-8", errors="replace") for line in iterate_lines(text))
+
+
 def compute_sha256(text: Text) -> str:
     """SHA-256 of a text, in hexadecimal."""
     digest = hashlib.sha256()

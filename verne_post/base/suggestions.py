@@ -2,8 +2,8 @@
 
 import difflib
 import re
-from collections.abc import Iterable
-from typing import Final
+from collections.abc import Callable, Iterable
+from typing import Final, TypeVar
 
 #: Functions have names of three letters, and are known by the bracket behind them.
 LETTERS_OF_FUNCTIONS: Final = 3
@@ -15,6 +15,29 @@ _MOST_NAMED: Final = 3
 _LEAST_DIGITS: Final = 3
 #: Letters that are typed for the digits they look like, and digits for letters.
 _ALIKE: Final = frozenset({"O0", "0O", "I1", "1I", "L1", "1L"})
+
+
+_T = TypeVar("_T")
+
+
+def explain_names(**elsewhere: str) -> Callable[[type[_T]], type[_T]]:
+    """Let a class say which attribute is meant by a name that it does not have.
+
+    ``elsewhere`` has where things stand that people look for by other words.
+    """
+
+    def refuse(thing: object, name: str) -> object:
+        text = f"{type(thing).__name__} has no attribute {name}"
+        if not name.startswith("_"):  # Python and notebooks try these by themselves
+            near = elsewhere.get(name) or find_meant(name, [one for one in dir(thing) if not one.startswith("_")])
+            text += f"; did you mean {near}?" if near else ""
+        raise AttributeError(text)
+
+    def add(kind: type[_T]) -> type[_T]:
+        kind.__getattr__ = refuse  # type: ignore[attr-defined]
+        return kind
+
+    return add
 
 
 def suggest(word: str, *names: Iterable[str]) -> str:

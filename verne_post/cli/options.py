@@ -5,6 +5,7 @@ has: texts that become values (``--wcs G54=X,Y,Z``), and files that are read int
 """
 
 import os
+import re
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Literal, get_args, get_origin
@@ -355,7 +356,8 @@ def build_options(files: RunFiles, /, name: str, program: str = "", *, beside: s
             values["part"] = file.make_part(files.read(path, place), show_name(path))
         return Options(**{**values, "source_name": name, "setup_source": _describe_source(placed, own, wcs, settings)})
     except UsageError as error:
-        raise click.UsageError(f"{spell_flag(error.option)} {error.reason}") from None
+        reason = re.sub(r"(?<=needs )(?:approach|air)\b", lambda name: spell_flag(name[0]), error.reason)
+        raise click.UsageError(f"{spell_flag(error.option)} {reason}") from None
 
 
 def _describe_source(placed: Placed, own: Offsets, wcs: dict[int, WorkOffset], settings: "Settings | None") -> str:

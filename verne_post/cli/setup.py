@@ -130,24 +130,26 @@ def make_setup(
     from verne_post.config.setup_form import Asked, list_missing, write_setup
     from verne_post.gcode.dialects import choose_dialect_name
 
-    draft, remarks, said = _take_diameters(source, draft_setup(source, machine, options), ())
+    dialect = choose_dialect_name(options.dialect, source, name)
+    draft, remarks, said = _take_diameters(source, draft_setup(source, machine, options), dialect, ())
     tapping = "refuse" if draft.taps else options.tapping if options.tapping == "feed" else ""
     asked = Asked(draft.tools, draft.wcs, draft.codes, draft.tool_length, draft.split, tapping)
-    text = write_setup(name, asked, remarks, choose_dialect_name(options.dialect, source, name))
+    text = write_setup(name, asked, remarks, dialect)
     return text, list_missing(draft.missing), draft.others, said
 
 
 def _take_diameters(
-    source: "Text", draft: "SetupDraft", known: "Collection[str]"
+    source: "Text", draft: "SetupDraft", dialect: str, known: "Collection[str]"
 ) -> "tuple[SetupDraft, dict[str, str], str]":
     """A draft with the diameters that remarks of the program name, these remarks, which say so, and which to check.
 
     Tools of a set-up that is there (``known``) stay as they are.
     """
+    from verne_post.base.long_text import decode_lines
     from verne_post.config.setup_form import list_missing
     from verne_post.gcode.remarks import find_tool_diameters, find_tool_remarks
 
-    remarks = find_tool_remarks(source)
+    remarks = find_tool_remarks(decode_lines(source), dialect)
     named = find_tool_diameters(source, remarks)
     taken = {key: named[key] for key, (_, given) in draft.tools.items() if not given and key in named.keys() - known}
     tools = {key: (length, taken.get(key, diameter)) for key, (length, diameter) in draft.tools.items()}
@@ -170,7 +172,8 @@ def _extend_setup(
 
     draft = find_used(source, machine, options, draft_setup(source, machine, options))
     known = [normalise_key("tools", key) for key in tomllib.loads(text).get("tools", {})]
-    draft, remarks, said = _take_diameters(source, draft, known)
+    dialect = choose_dialect_name(options.dialect, source, name)
+    draft, remarks, said = _take_diameters(source, draft, dialect, known)
     used = draft.used or frozenset()
     tells_tools = any(given.get(key) for key in (*TOOL_KEYS, "shapes_file"))
     tools = {
@@ -183,7 +186,6 @@ def _extend_setup(
     tapping = "refuse" if draft.taps else given.get("tapping") or ""
     split = draft.split and (not options.split_at_stops or bool(given.get("split_at_stops")))
     asked = Asked(tools, wcs, codes, length, split, tapping)
-    dialect = choose_dialect_name(options.dialect, source, name)
     extended = extend_setup(text, asked, draft.used, remarks, dialect)
     idle = {key for table, key in extended.unused if table == "tools"}
     missing = {

@@ -1,12 +1,16 @@
-"""Remarks that stand alone on their lines, in every language: they head the operations of a program, and name tools."""
+"""Remarks in every language: they head the operations of a program, and name tools."""
 
 import re
 from collections import deque
 from collections.abc import Iterable, Mapping, Set
+from itertools import chain, islice
 from typing import Final
+
+from msgspec import Struct
 
 from verne_post.base.long_text import Text
 from verne_post.base.printable import make_printable
+from verne_post.base.program_lines import remove_remarks
 
 #: What may stand before the first word of a block.
 BLOCK_NUMBER: Final = r"^\s*(?:N\d+\s*)?"
@@ -99,6 +103,16 @@ _ABOVE_STOP: Final = 40
 _FOR_SCREEN: Final = re.compile(r"\s*(?:MSG|DEBUG|PRINT)\s*,", re.IGNORECASE)
 
 
+def _list_tails(line: str, dialect: str) -> list[str]:
+    """What the remarks in a line say."""
+    return _list_texts(re.finditer(_TAILS.get(dialect, r"\(([^)]*)\)|;(.*)"), line))
+
+
+def _list_texts(matches: Iterable[re.Match[str]]) -> list[str]:
+    texts = ("".join(group or "" for group in match.groups()) for match in matches)
+    return [remark for text in texts if (remark := make_printable(_FOR_SCREEN.sub("", text).strip()))]
+
+
 def find_stop_remarks(lines: Iterable[str], dialect: str, stops: Set[int]) -> dict[int, str]:
     """What remarks say about stops of the program: those in the line of a stop, after those alone on lines before it.
 
@@ -107,29 +121,19 @@ def find_stop_remarks(lines: Iterable[str], dialect: str, stops: Set[int]) -> di
     stops : set of int
         Lines at which the program stops, from 1.
     """
-    alone, tail = (
-        re.compile(one, re.IGNORECASE) for one in (_REMARKS[dialect], _TAILS.get(dialect, r"\(([^)]*)\)|;(.*)"))
-    )
-
-    def list_texts(matches: Iterable[re.Match[str]]) -> list[str]:
-        texts = ("".join(group or "" for group in match.groups()) for match in matches)
-        return [make_printable(_FOR_SCREEN.sub("", text).strip()) for text in texts]
-
+    alone = re.compile(_REMARKS[dialect], re.IGNORECASE)
     found, above = dict[int, str](), deque[str](maxlen=_ABOVE_STOP)
     for number, line in enumerate(lines, start=1):
         if number in stops:
             match = alone.match(line)
-            texts = list_texts([match] if match else tail.finditer(line))
+            texts = _list_texts([match]) if match else _list_tails(line, dialect)
             for one in reversed(above):
                 match = alone.match(one)
                 if match is None:
                     break
-                texts = [*list_texts([match]), *texts]
-            spoken_remarks = [text for text in texts if text]
+                texts = [*_list_texts([match]), *texts]
             # a short form of what another remark says adds nothing
-            longer = [
-                one for k, one in enumerate(spoken_remarks) if not any(one in other for other in spoken_remarks[:k])
-            ]
+            longer = [one for k, one in enumerate(texts) if not any(one in other for other in texts[:k])]
             if longer:
                 found[number] = "; ".join(longer)
         above.append(line)
@@ -145,40 +149,95 @@ _TOOL_REMARK: Final = re.compile(
     r"(?<=[=:\s])(?P<bare>[A-Z]\w*)(?=\s+D\s*=))[\s:=|,-]*(?P<text>.*?)\)?\s*$",
     re.IGNORECASE,
 )
+#: Dialect -> the word of a tool, and the change of tools; each has a group.
+_TOOL_WORDS: Final = {
+    "heidenhain": (r"TOOL\s+CALL\s+(\d+|\"[^\"]+\")", r"(TOOL)\s+CALL\s+[\d\"]"),
+    "aptcl": (r"LOADTL\s*/\s*(\w+)", r"(LOADTL)\s*/"),
+}
+_ISO_WORDS: Final = (r"(?<![A-Z])T\s*=?\s*(\d+|\"[^\"]+\")", r"(?<![A-Z])(M)0*6(?!\d)")
+#: A remark alone on its line that names a kind of tool and perhaps its size, as ``12MM ENDMILL`` and ``TAP M8``;
+#: ``DRILL`` and ``DRILL HOLES`` are operations.
+_KIND: Final = re.compile(
+    r"(?:\w\W+(?:MILL|CUTTER|DRILL|TAP|NOSE|BALL)|\b(?:ENDMILL|REAMER)|FR(?:\u00c4|AE?)SER|BOHRER|REIBAHLE"
+    r"|^\W*(?:MILL|DRILL|TAP|BALL)(?= .*[DM\u00d8.]))\b[\s\dDMRX\u00d8.,=/-]*$",
+    re.IGNORECASE,
+)
+#: Every line with a remark, a tool or its change has one of these; most lines of a long program have none.
+_MAY_SAY: Final = re.compile(r"[(;$*T]|M0*6", re.IGNORECASE)
 
 
-#: A tool change, the line below a remark that has no number of a tool.
-_CHANGE: Final = re.compile(r"^\s*(?:N\d+\s*)?(?:M0?6\s*)?T0*(?P<number>\d+)\s*(?:M0?6)?\s*$", re.IGNORECASE)
-_ALONE: Final = re.compile(_BLOCK_REMARK)
+class ToolChange(Struct):
+    """A change of tools: its line, from 0, the number or name of the tool, and what is said of it there."""
+
+    line: int
+    tool: str
+    remark: str = ""
 
 
-def find_tool_remarks(source: Text) -> dict[str, str]:
+def list_tool_changes(lines: Iterable[str], dialect: str) -> list[ToolChange]:
+    """List the changes of tools by the text of a program, where T may have chosen the tool before.
+
+    The remark is that in the line of T or of the change; else one alone on its line, just above these or below, if it
+    names a kind of tool; above, a diameter is enough.
+    """
+    tool, change = (re.compile(one, re.IGNORECASE) for one in _TOOL_WORDS.get(dialect, _ISO_WORDS))
+    alone = re.compile(_REMARKS[dialect], re.IGNORECASE)
+    found, above, is_below = list[ToolChange](), list[str](), False
+    chosen_tool = remark_of_tool = ""
+    for number, line in enumerate(lines):
+        if _MAY_SAY.search(line) is None:
+            if line.strip():
+                is_below = False
+                above.clear()
+            continue
+        if (match := alone.match(line)) is not None:
+            if _TOOL_REMARK.match(line):
+                continue  # a list at the top has the number of each tool
+            text = make_printable("".join(group or "" for group in match.groups()).strip())
+            above.append(text)
+            if is_below and not found[-1].remark and _KIND.search(text):
+                found[-1].remark = text
+            continue
+        is_below = False
+        if tool.search(line) or change.search(line):
+            code = remove_remarks(remove_remarks(line, dialect))
+            own = "; ".join(_list_tails(line, dialect))
+            if names := tool.findall(code):
+                chosen_tool, remark_of_tool = names[-1].strip('"'), own
+            if change.search(code):
+                own = own or remark_of_tool
+                if not own:
+                    own = next(
+                        (one for one in above if _KIND.search(one) or _list_diameters(one, chosen_tool.lstrip("0"))), ""
+                    )
+                found.append(ToolChange(number, chosen_tool, own))
+                remark_of_tool, is_below = "", True
+            elif names:
+                # what stands above T is still above its M6
+                continue
+        above.clear()
+    return found
+
+
+def find_tool_remarks(lines: Iterable[str], dialect: str) -> dict[str, str]:
     """Number or name of a tool -> the first remark about it in the first lines of a program; without the number.
 
-    Where none has its number, a remark with a diameter counts that stands alone above the change of tools.
+    Where none has its number, what is said at the first change to it that has a remark.
     """
     found: dict[str, str] = {}
-    above: dict[str, str] = {}
-    before = ""
-    start = 0
-    for _ in range(_TOOL_LINES):
-        end = source.find(b"\n", start)
-        line = source[start : end if end >= 0 else len(source)].decode("utf-8", errors="replace")
+    below = iter(lines)
+    top = list(islice(below, _TOOL_LINES))
+    for line in top:
         if (match := _TOOL_REMARK.match(line)) and (text := match["text"].strip()):
             # ; T1 "BALL_6" D=6.: the program may call it by either
             also = re.match(r'"([^"]+)"', text)
             for key in (match["number"] or match["name"] or match["bare"], also[1] if also else None):
                 if key is not None:
                     found.setdefault(key, make_printable(text))
-        elif (change := _CHANGE.match(line)) and (remark := _ALONE.match(before)):
-            text = (remark[1] or remark[2] or "").strip()
-            if _list_diameters(text, change["number"]):
-                above.setdefault(change["number"], make_printable(text))
-        before = line
-        if end < 0:
-            break
-        start = end + 1
-    return above | found
+    for change in list_tool_changes(chain(top, below), dialect):
+        if change.remark:
+            found.setdefault(change.tool.lstrip("0"), change.remark)
+    return found
 
 
 #: A diameter in a remark: ``D=6.``, ``DIA 6``, ``DIA. - 6.``, ``Ø6``. A D alone may be an entry of the tool table.

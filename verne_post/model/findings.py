@@ -1,7 +1,7 @@
 """Findings: what is wrong with a program, as data. Every package returns them, output prints them."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import Final, Literal
 
 from verne_post.base.printable import make_printable
@@ -13,7 +13,14 @@ from verne_post.model.verdict import Severity, is_about_text
 _LONGEST_MESSAGE: Final = 1000
 
 
-@dataclass(frozen=True)
+def _list_given(thing: "Remedy | Finding") -> str:
+    """Write an object as Python makes it, without what is as it is where nothing is given."""
+    given = ((one, getattr(thing, one.name)) for one in fields(thing))
+    said = ", ".join(f"{one.name}={value!r}" for one, value in given if value != one.default)
+    return f"{type(thing).__name__}({said})"
+
+
+@dataclass(frozen=True, repr=False)
 class Remedy:
     """What would bring a program, or a line, within limits.
 
@@ -33,8 +40,10 @@ class Remedy:
     turns: bool = False  #: The tool axis becomes another one.
     is_choice: bool = False  #: Right only if the program means it so.
 
+    __repr__ = _list_given
 
-@dataclass(frozen=True)
+
+@dataclass(frozen=True, repr=False)
 class Finding:
     """One entry of a report.
 
@@ -97,6 +106,8 @@ class Finding:
     quantity: str = ""
     contact: tuple[float, float, float] | None = None
 
+    __repr__ = _list_given
+
     def __str__(self) -> str:
         """``line 6: CODE severity: message``; the file is named where it is another one than the program."""
         name = "" if self.file is None else self.file if self.file_line is None else f"{self.file}:{self.file_line}"
@@ -105,6 +116,15 @@ class Finding:
 
     def _repr_html_(self) -> str:
         return format_html_table(make_findings_table([self]))
+
+
+class Findings(tuple[Finding, ...]):
+    """Findings of a program, which a notebook shows as a table."""
+
+    __slots__ = ()
+
+    def _repr_html_(self) -> str:
+        return format_html_table(make_findings_table(self)) if self else "<p>no findings</p>"
 
 
 def describe(item: Finding) -> str:

@@ -6,6 +6,7 @@ import numpy as np
 
 from verne_post.base.arrays import Array, Mask
 from verne_post.base.numbers import format_fixed
+from verne_post.base.suggestions import explain_names
 from verne_post.base.text_tables import format_html_table, format_table
 from verne_post.model.deviations import RodPlaces
 from verne_post.model.drives import Drive
@@ -119,6 +120,7 @@ class Bodies:
     cone_centre: Array | None  #: (3,) or None: Platform position (base frame) at which the joints stand in the middle.
 
 
+@explain_names(joints="columns", axes="columns", travel="limits")
 @dataclass(frozen=True, repr=False)
 class Machine:
     """One machine: kinematics, limits, control, and the origin of every number.

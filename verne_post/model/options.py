@@ -582,11 +582,11 @@ class Options:
         if self.from_line is not None and self.approach is None:
             raise UsageError(
                 "from_line",
-                f"{self.from_line} needs a start (--from, in Python approach): the approach to the middle of a "
-                "program is computed and checked",
+                f"{self.from_line} needs approach, the start: the approach to the middle of a program is computed and "
+                "checked",
             )
         if self.air_along != "tool" and not self.air:
-            raise UsageError("air_along", f"{self.air_along} needs the height by which to lift (--air, in Python air)")
+            raise UsageError("air_along", f"{self.air_along} needs air, the height by which to lift")
         if self.jobs > 1 and not can_fork():
             raise UsageError(
                 "jobs", f"{self.jobs}: several processes work on a program only on Linux; batch -j runs anywhere"

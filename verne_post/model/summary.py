@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from msgspec import Struct
 
 from verne_post.base.long_text import Text
+from verne_post.base.suggestions import explain_names
 from verne_post.base.text_tables import format_html_text
 from verne_post.model.machine import Machine
 from verne_post.model.moves import ArcFeedUse, Event, Frame, Stock
@@ -53,6 +54,7 @@ class StopsWithin(Struct, frozen=True):
     most: int
 
 
+@explain_names(time="cycle_time", machining_time="cycle_time", cycle="format.cycle")
 @dataclass(frozen=True, eq=False, repr=False)
 class Summary:
     """Facts of one conversion.
@@ -60,7 +62,7 @@ class Summary:
     Attributes
     ----------
     cycle_time : float
-        Duration of the file, s; ``time_s`` is the same.
+        Machining time, the duration of the file, s; ``time_s`` is the same. The control cycle is ``format.cycle``.
     n_stops : int
         Standstills between the first and the last motion.
     stops_within : StopsWithin

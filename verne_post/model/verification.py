@@ -7,6 +7,7 @@ import numpy as np
 from msgspec import Struct
 
 from verne_post.base.arrays import Array
+from verne_post.base.suggestions import explain_names
 from verne_post.base.text_tables import format_html_text
 from verne_post.model.findings import Finding
 
@@ -24,6 +25,7 @@ class BlockTime(Struct, frozen=True):
     reason: str  #: The limit that was nearest for most of what it takes longer, as in ``Verification.slow``.
 
 
+@explain_names()
 @dataclass(repr=False)
 class Verification:
     """The result of verifying a setpoint file.

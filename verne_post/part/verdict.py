@@ -8,6 +8,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from verne_post.base.arrays import Array, Ints
+from verne_post.base.suggestions import explain_names
 from verne_post.base.text_tables import format_html_text
 from verne_post.model.findings import Finding, make_finding
 from verne_post.model.verdict import find_exit_status
@@ -44,6 +45,7 @@ class Spot(Struct, frozen=True, eq=False):
     tip: Array  #: (3,): Where the tool is then.
 
 
+@explain_names()
 class Machined(Struct, frozen=True, eq=False):
     """The comparison of rows with a nominal part.
 

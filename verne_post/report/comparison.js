@@ -105,7 +105,7 @@
       const entry = document.createElement("span"), line = document.createElement("i");
       line.className = side.name;
       line.style.background = Paths.colourOf(side.name);
-      entry.append(line, `${side.name.toUpperCase()}, ${side.name === "a" ? "wide" : "narrow"}`);
+      entry.append(line, side.name.toUpperCase() + (drawn.length < 2 ? "" : side.name === "a" ? ", wide" : ", narrow"));
       return entry;
     }));
     if (drawn.some(side => arrays[side.name + ".rapid"].some(value => value))) {

@@ -27,7 +27,7 @@ from verne_post.report.page import fill_page, write_json_in_html
 from verne_post.report.sheet import DIGEST
 from verne_post.report.table import Operation, Study
 from verne_post.report.times import OPERATIONS
-from verne_post.report.worst import TIME_LOST, find_worst_places
+from verne_post.report.worst import TIME_LOST, find_worst_places, quote_line
 
 #: So many stretches of lines are shown, those whose times differ most; and so many lines of the text of each.
 _STRETCHES: Final = 40
@@ -74,6 +74,7 @@ def write_comparison(sides: tuple[Side, Side]) -> str:
             "foot": write_css_string(f"{title}, page "),
             "heads": "".join(_write_head_html(name, side) for name, side in zip("AB", sides, strict=True)),
             "outcome": escape_text(_describe_outcome(sides)),
+            **_name_paths(sides),
             "facts": _write_facts_html(sides),
             "findings": _write_findings_html(sides, stretches),
             "limits": _write_limits_html(sides),
@@ -115,6 +116,17 @@ def _write_head_html(name: str, side: Side) -> str:
         f"<div><h2>{name}: "
         f'{write_title_html(side.program, side.machine)}</h2><strong class="{kind}">{word}</strong></div>'
     )
+
+
+def _name_paths(sides: tuple[Side, Side]) -> dict[str, str]:
+    """Titles of the picture: a program that cannot be read has no path, and one that is refused no times."""
+    drawn = [name for name, side in zip("AB", sides, strict=True) if len(side.study.trail.tip)]
+    both, timed = len(drawn) == 2, all(side.study.timed for side in sides)
+    return {
+        "paths": "Both tool paths" if both else f"Tool path of {''.join(drawn)}",
+        "paths_about": "on the table" + ", with the tips at the same time" * timed,
+        "paths_label": "tool paths of A, wide, and B, narrow, in one view" if both else "tool path",
+    }
 
 
 def _describe_outcome(sides: tuple[Side, Side]) -> str:
@@ -173,6 +185,7 @@ def _write_difference(one: float | None, other: float | None, *, judged: bool = 
 def _write_facts_html(sides: tuple[Side, Side]) -> str:
     """A table of what differs, times first; below it in one sentence what is the same."""
     rows, same = [], []
+    timed = all(side.study.timed for side in sides)
     for what, (one, other) in _match_numbers([_list_times(side) for side in sides]):
         if one is None or other is None:
             continue  # the outcome says why, and which time the other one has
@@ -188,8 +201,11 @@ def _write_facts_html(sides: tuple[Side, Side]) -> str:
         if texts[0] == texts[1]:
             same.append(f"{what} {texts[0]}")
         else:
-            rows.append(_write_row(escape_text(what), [*map(escape_text, texts), ""]))
-    table = write_table(("what", "A", "B", "B - A"), "".join(rows)) if rows else "<p>None of these numbers.</p>"
+            cells = [f"<span class=whole>{text}</span>" if "SHA" in what else escape_text(text) for text in texts]
+            rows.append(_write_row(escape_text(what), cells + [""] * timed))
+    table = (
+        write_table(("what", "A", "B", *["B - A"] * timed), "".join(rows)) if rows else "<p>None of these numbers.</p>"
+    )
     return table + (f"<p>The same in both: {escape_text('; '.join(same))}.</p>" if same else "")
 
 
@@ -258,7 +274,7 @@ def _write_findings_html(sides: tuple[Side, Side], stretches: Sequence[Stretch])
         for key, item, index in sorted(found, key=lambda one: SEVERITIES.index(one[1].severity)):
             into, where = (both, "in both") if left[key] > 0 else (alone, f"only in {name}")
             left[key] -= left[key] > 0
-            text = escape_text(str(item))
+            text = escape_text(str(item)) + quote_line(item, side.source)
             remedies = list_remedies(helped[index], side.program) if index in helped else []
             helps = "".join(f"<small>{escape_text(one)}</small>" for one in (where, *remedies))
             into.append(f'<li class="{item.severity}"><span>{text}{helps}</span></li>')
@@ -373,7 +389,7 @@ def _write_lines_html(sides: tuple[Side, Side], stretches: Sequence[Stretch]) ->
     shown = sorted(sorted(range(len(worth)), key=lambda k: -worth[k][0])[:_STRETCHES])
     left = len(worth) - len(shown)
     note = f"<p>Not shown: {count(left, 'place')} whose times differ less.</p>" if left else ""
-    heads = ("A", "B", "A, s", "B, s", "B - A", "feed rate and limit")
+    heads = ("A", "B", "A, s", "B, s", *["B - A"] * timed, "feed rate and limit")
     if not shown and not small:
         return f"<p>The same text{', and the same times' if timed else ''}.</p>"
     # equal texts among lines that differ look like a mistake of the comparison
@@ -427,10 +443,11 @@ def _write_stretch(sides: tuple[Side, Side], one: Stretch, spent: Sequence[Array
         reached = [f"{name}: {text}" for name, text in zip("AB", reached, strict=True) if text]
     governs = "<br>".join(map(escape_text, dict.fromkeys(reached)))
     seconds = "".join(f"<td>{_NONE if each is None else format_fixed(each, 3)}</td>" for each in times)
+    difference = "" if None in times else f"<td>{_write_difference(*times)}</td>"
     kind = "equal" if one.same else "differs"
     return (
         f"<tr class={kind}><th scope=row class=text>{texts[0]}</th><td class=text>{texts[1]}</td>{seconds}"
-        f"<td>{_write_difference(*times)}</td><td class=limit>{governs}</td></tr>"
+        f"{difference}<td class=limit>{governs}</td></tr>"
     )
 
 

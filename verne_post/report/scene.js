@@ -150,7 +150,7 @@ const Scene = (() => {
     }
     const number = (name, i, j, share) => arrays[name][i] + share * (arrays[name][j] - arrays[name][i]);
     const spare = new THREE.Vector3();
-    let frameNow = 0, reached = true;
+    let frameNow = 0, reached = true, tableBeyond = false;
 
     function pose(i, j = i, share = 0) {
       frameNow = i;
@@ -163,7 +163,7 @@ const Scene = (() => {
         table.turning.quaternion.setFromAxisAngle(table.turnAxis, number("turn", i, j, share));
       }
       const n = joints.length;
-      table.face.color.setHex(beyond(n - 2) || beyond(n - 1) ? COLOURS.bad : COLOURS.table);
+      tableBeyond = beyond(n - 2) || beyond(n - 1);
       const moving = [platform, tool, plate, ...rods.flatMap(rod => [rod.bar, ...rod.ends]), ...guides.map(guide => guide.slider)];
       for (const part of moving) part.visible = reached;
       if (reached) {
@@ -247,6 +247,9 @@ const Scene = (() => {
       for (const part of carriers) make(part, on, 0.16);
       // and a cutter that hides much of what is cut
       make(tool, on && hides(), 0.4);
+      // a table that is red all over would hide the red of the path on it
+      table.face.color.setHex(COLOURS.table);
+      if (tableBeyond) table.face.color.lerp(new THREE.Color(COLOURS.bad), on ? 0.2 : 1);
     }
     let through = false;
     const standBack = (direction, upright) => { through = false; frameUp(corners(whole), direction, upright); };

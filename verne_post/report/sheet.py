@@ -1,6 +1,6 @@
 """The set-up sheet: program and machine, start, tools, work offsets, actions of the operator, fixtures."""
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from typing import Final
 
 import numpy as np
@@ -9,7 +9,7 @@ from msgspec.structs import replace
 from verne_post.app.assemble import Program
 from verne_post.app.summary import list_tool_lengths
 from verne_post.base.arrays import find_used
-from verne_post.base.long_text import Text, compute_sha256, iterate_lines
+from verne_post.base.long_text import Text, compute_sha256, decode_lines
 from verne_post.base.numbers import format_fixed
 from verne_post.gcode.dialects import choose_dialect_name
 from verne_post.gcode.remarks import find_stop_remarks, find_title, find_tool_diameters, find_tool_remarks
@@ -52,7 +52,7 @@ def write_sheet_html(program: str, source: Text, machine: Machine, study: Study)
     """
     lines = source.count(b"\n") + (not source.endswith(b"\n"))
     setup = study.options.setup_source
-    title = find_title(_decode_lines(source), _find_dialect(source, study))
+    title = find_title(decode_lines(source), _find_dialect(source, study))
     made = (
         ("program", f"{program}, {count(lines, 'line')}"),
         *([("title", title)] if title else []),
@@ -62,6 +62,10 @@ def write_sheet_html(program: str, source: Text, machine: Machine, study: Study)
     remarks = _find_remarks_by_number(source, study)
     named = find_tool_diameters(source, {str(number): text for number, text in remarks.items()})
     read = study.program is not None
+    places = {
+        number: f"line {event.line}" + (f", {time} s" if (time := _describe_time(event, study)) else "")
+        for number, event in _find_single_changes(study).items()
+    }
     parts = [
         _write_titled_table("Program and machine", ("what", "which"), made, named=True),
         _write_titled_table(
@@ -70,6 +74,7 @@ def write_sheet_html(program: str, source: Text, machine: Machine, study: Study)
                 *("tool", "in the program", "length, mm", "diameter, mm"),
                 *["spindle, 1/min"] * read,
                 *["time, s"] * study.timed,
+                *["put in at"] * bool(places),
             ),
             [
                 (
@@ -78,6 +83,7 @@ def write_sheet_html(program: str, source: Text, machine: Machine, study: Study)
                     length,
                     _add_named(diameter, named.get(str(number))),
                     *(_describe_use(study, number) if read else ()),
+                    *([places.get(number, "")] if places else []),
                 )
                 for number, tool, length, diameter in list_tools(study)
             ],
@@ -136,7 +142,8 @@ def _add_named(diameter: str, named: float | None) -> str:
 def is_sheet_long(machine: Machine, study: Study) -> bool:
     """Whether tools, offsets and actions leave no room for a finding on the first page of paper."""
     rows = [*list_tools(study), *list_offsets(machine, study), *_list_bodies(study)]
-    return len(rows) + (0 if study.program is None else len(_list_waits(study.program))) > _SHEET_ROWS
+    waits = 0 if study.program is None else len(_list_waits(study.program)) - len(_find_single_changes(study))
+    return len(rows) + waits > _SHEET_ROWS
 
 
 def write_record_html(source: Text, machine: Machine, study: Study) -> str:
@@ -176,8 +183,9 @@ def _write_titled_table(
 
 
 def _find_remarks_by_number(source: Text, study: Study) -> dict[int, str]:
-    """Number of a tool -> what the first lines of the program say about it."""
-    remarks = {tool.upper(): text for tool, text in find_tool_remarks(source).items()}
+    """Number of a tool -> what the program says about it."""
+    said = find_tool_remarks(decode_lines(source), _find_dialect(source, study))
+    remarks = {tool.upper(): text for tool, text in said.items()}
     names = {} if study.program is None else name_tools(study.program.moves.events)
     numbers = {number: str(number) for number, *_sizes in list_tools(study)}
     found = {number: remarks.get(names.get(number, key).upper(), "") for number, key in numbers.items()}
@@ -287,10 +295,6 @@ def _describe_body(body: Box | FixtureMesh | OwnStock, own: Stock | None) -> Row
             return body.name, name_system(own.frame.system), describe_own_stock(own)
 
 
-def _decode_lines(source: Text) -> Iterator[str]:
-    return (line.decode("utf-8", errors="replace") for line in iterate_lines(source))
-
-
 def _find_dialect(source: Text, study: Study) -> str:
     return choose_dialect_name(study.options.dialect, source, study.options.source_name)
 
@@ -300,17 +304,30 @@ def _list_waits(program: Program) -> list[Event]:
     return [event for event in program.moves.events if event.waits(optional_stop=program.options.optional_stop)]
 
 
+def _find_single_changes(study: Study) -> dict[int, Event]:
+    """Number of a tool -> where a person puts it in: the table of tools says it, unless one comes twice."""
+    program = study.program
+    changes = [] if program is None else [event for event in _list_waits(program) if event.kind == "tool"]
+    found = {int(str(event.data["number"])): event for event in changes}
+    shown = {number for number, *_sizes in list_tools(study)} - {0}
+    return {number: event for number, event in found.items() if number in shown} if len(found) == len(changes) else {}
+
+
+def _describe_time(event: Event, study: Study) -> str:
+    """When something is done, s; empty without times."""
+    assert study.program is not None
+    rows = () if study.summary is None else study.summary.timed
+    return next((f"{one.row * study.program.cycle:.3f}" for one in rows if one.event is event), "")
+
+
 def _list_actions(source: Text, study: Study, remarks: Mapping[int, str]) -> list[Row]:
     program = study.program
     assert program is not None
-    waits = _list_waits(program)
-    rows = {} if study.summary is None else {id(timed.event): timed.row for timed in study.summary.timed}
+    told = [id(event) for event in _find_single_changes(study).values()]
+    waits = [event for event in _list_waits(program) if id(event) not in told]
     said = find_stop_remarks(
-        _decode_lines(source), _find_dialect(source, study), {event.line for event in waits if event.kind == "stop"}
+        decode_lines(source), _find_dialect(source, study), {event.line for event in waits if event.kind == "stop"}
     )
-
-    def describe_time(event: Event) -> str:
-        return f"{rows[id(event)] * program.cycle:.3f}" if id(event) in rows else ""
 
     def describe_action(event: Event) -> str:
         if event.kind != "tool":
@@ -319,4 +336,4 @@ def _list_actions(source: Text, study: Study, remarks: Mapping[int, str]) -> lis
         remark = remarks.get(int(str(event.data["number"])), "")
         return f"put in {describe_tool(event)}" + f" ({remark})" * bool(remark)
 
-    return [(str(event.line), describe_time(event), describe_action(event)) for event in waits]
+    return [(str(event.line), _describe_time(event, study), describe_action(event)) for event in waits]

@@ -57,7 +57,7 @@ def write_findings_html(program: str, source: Text, study: Study) -> str:
         item = cause.first
         helps = "".join(f"<small>{escape_text(remedy)}</small>" for remedy in list_remedies(item, program))
         others = f"<small class=printed>also {escape_text(cause.describe_others())}</small>" if cause.others else ""
-        text = escape_text(str(item)) + _quote_line(item, source) + others + helps
+        text = escape_text(str(item)) + quote_line(item, source) + others + helps
         also = [escape_text(f"also {describe_other(other)}") for other in cause.others]
         kinds = [item.severity] + [f"{item.severity} also"] * len(also)
         for kind, shown, index in zip(kinds, [text, *also], cause.indices, strict=True):
@@ -73,7 +73,7 @@ def find_own_line(item: Finding) -> int | None:
     return item.line if item.file is None else None
 
 
-def _quote_line(item: Finding, source: Text) -> str:
+def quote_line(item: Finding, source: Text) -> str:
     """The line of an error or a warning, with the word at its column marked."""
     number = find_own_line(item)
     found = take_line(source, number) if number and item.severity != "note" else None

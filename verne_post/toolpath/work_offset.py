@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from verne_post.base.arrays import Array, Mask
 from verne_post.base.ragged import number_parts
 from verne_post.base.rotations import rotate_z
+from verne_post.base.suggestions import explain_names
 from verne_post.base.text_tables import format_html_text
 from verne_post.base.tolerances import MARGIN_CHANGE, TIED
 from verne_post.base.units import RAD_PER_DEG
@@ -158,6 +159,7 @@ class Fit(Struct, frozen=True, eq=False):
         return int(np.argmin(np.where(self.counts, self.margins, np.inf)))
 
 
+@explain_names()
 class Proposal(Struct, frozen=True, eq=False):
     """Where the part stands now, a place for it, and the findings of the whole program there.
 

@@ -13,7 +13,7 @@ from verne_post.base.long_text import Text
 from verne_post.base.program_lines import remove_remarks
 from verne_post.config.subprograms import list_callable_files
 from verne_post.gcode.dialects import choose_dialect_name
-from verne_post.gcode.remarks import BLOCK_NUMBER, find_tool_remarks, list_heads
+from verne_post.gcode.remarks import BLOCK_NUMBER, find_tool_remarks, list_heads, list_tool_changes
 from verne_post.gcode.siemens.vocabulary import CYCLES, has_meaning
 from verne_post.model.findings import UsageError
 
@@ -26,8 +26,6 @@ class _Words(Struct, frozen=True):
     call: str
     label: str = r"(?!)"
     jump: str = r"(?!)"
-    tool: str = r"(?<![A-Z])T\s*=?\s*(\d+|\"[^\"]+\")"
-    change: str = r"(?<![A-Z])(M)0*6(?!\d)"
 
 
 #: Language -> its words.
@@ -46,11 +44,9 @@ _WORDS: Final = {
     "heidenhain": _Words(
         r"^\s*(?:\d+\s+)?LBL\s*\"?([^\s\";]+)", r"LBL\s*0\b",
         r"CALL\s+LBL\s*\"?([^\s\";]+)|CALL\s+PGM\s*\"?([^\"\n;~]+)",
-        tool=r"TOOL\s+CALL\s+(\d+|\"[^\"]+\")", change=r"(TOOL)\s+CALL\s+[\d\"]",
     ),
     "aptcl": _Words(
         r"DEFSUB\s*/\s*(\w+)|(\w+)\s*=\s*MACRO", r"\b(?:ENDSUB|TERMAC)\b", r"CALSUB\s*/\s*(\w+)|CALL\s*/\s*(\w+)",
-        tool=r"LOADTL\s*/\s*(\w+)", change=r"(LOADTL)\s*/",
     ),
 }  # fmt: skip
 
@@ -111,48 +107,34 @@ class Outline:
         self.lines = lines
         self.dialect = choose_dialect_name(dialect, source, name)
         self.words = _WORDS[self.dialect]
-        self.remarks = find_tool_remarks(source)
 
     def _list_subprograms(self) -> list[Named]:
         """Where subprograms begin; label 0 of Klartext ends one."""
         return [one for one in find_names(self.words.subprogram, self.lines) if one.key != "0"]
 
-    def _list_tools(self) -> Iterator[tuple[int, str]]:
-        """Line and name of each change of the tool; it may have been chosen before."""
-        code = [remove_remarks(line) for line in self.lines]
-        chosen = list(find_names(self.words.tool, code))
-        for line in dict.fromkeys(one.line for one in find_names(self.words.change, code)):
-            name = next((one.name for one in reversed(chosen) if one.line <= line), "")
-            yield line, name.strip('"')
-
     def list_symbols(self) -> list[lsp.DocumentSymbol]:
         """Tools with their operations, and subprograms."""
         last = len(self.lines) - 1
-        tools = list(self._list_tools())
-        operations = list(self._list_operations({change for change, _name in tools}))
+        tools = list_tool_changes(self.lines, self.dialect)
+        remarks = find_tool_remarks(self.lines, self.dialect)
+        operations = list(self._list_operations({one.line for one in tools}))
         # a tool change ends what has moved before: one inside an operation belongs to it, with the remark
         of_changes = {
             k: one.range.start.line for one in operations for k in range(one.range.start.line, one.range.end.line + 1)
         }
-        begins = [of_changes.get(change, change) for change, _name in tools]
+        begins = [of_changes.get(one.line, one.line) for one in tools]
         found = []
-        for (change, name), begin, end in zip(tools, begins, [*begins[1:], last + 1], strict=False):
+        for change, begin, end in zip(tools, begins, [*begins[1:], last + 1], strict=False):
             inside = [one for one in operations if begin <= one.range.start.line < end]
             operations = [one for one in operations if not begin <= one.range.start.line < end]
-            about = self._find_remark(change) or self.remarks.get(name.lstrip("0"), "")
-            shown = f"tool {name} ({about})" if about else f"tool {name}"
-            found.append(self._make_symbol(shown, lsp.SymbolKind.Class, begin, end - 1, inside, change))
+            about = change.remark or remarks.get(change.tool.lstrip("0"), "")
+            shown = f"tool {change.tool} ({about})" if about else f"tool {change.tool}"
+            found.append(self._make_symbol(shown, lsp.SymbolKind.Class, begin, end - 1, inside, change.line))
         stops = [one.line for one in find_names(self.words.end, self.lines)]
         for one in self._list_subprograms():
             end = next((line for line in stops if line > one.line), last)
             found.append(self._make_symbol(one.name, lsp.SymbolKind.Function, one.line, end))
         return sorted([*operations, *found], key=lambda one: one.range.start.line)
-
-    def _find_remark(self, line: int) -> str:
-        """The remark behind the words of a line."""
-        written = self.lines[line]
-        code = remove_remarks(written, self.dialect if self.dialect in ("siemens", "heidenhain", "aptcl") else "")
-        return written[len(code.rstrip()) :].strip(" \t();$")
 
     def _list_operations(self, changes: Set[int]) -> Iterator[lsp.DocumentSymbol]:
         """What follows each remark that heads an operation."""
