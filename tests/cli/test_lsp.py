@@ -1953,3 +1953,81 @@ def test_what_is_completed_as_a_value_is_accepted(client: Client, tmp_path: Path
             assert find_wrong_options(given, list_setup_options()) == [], (name, one["label"])
         counted += len(found)
     assert counted > 30
+
+
+CALLED = "M98 P2000\nM30\nO2000\nG1 X5. F500.\nG0 Z160.\n"
+OF_FANUC = f"{FANUC}G54\nT1 M6\nS9 M3\nG0 A0. C0.\nG43 H1 Z160.\nX0. Y0.\nG1 Z110. F500.\n"
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "titles", "right"),
+    [
+        # behind the % it mended nothing, and was offered again
+        ("a.nc", f"{OF_FANUC}{CALLED}%\n", ["Write M99 before line 16 (no errors then)"], "Z160.\nM99\n%\n"),
+        ("a.nc", OF_FANUC + CALLED, ["End the program with M99 (no errors then)"], "Z160.\nM99\n"),
+        ("a.nc", f"{OF_FANUC}G0 Z160.\n%\n", ["Write M30 before line 12 (no errors then)"], "Z160.\nM30\n%\n"),
+        (
+            "a.h",
+            f"{OF_KLARTEXT}CALL LBL 1\nM30\nLBL 11\nL X+5 F500\nLBL 0\nEND PGM A MM\n",
+            ["Write LBL 11 in place of LBL 1 in line 4 (no errors then)"],
+            "CALL LBL 11\n",
+        ),
+        (
+            "a.h",
+            f"{OF_KLARTEXT}CALL LBL 1\nM30\nLBL 11\nL X+5 F500\nLBL 0\nLBL 12\nL X+6 F500\nLBL 0\nEND PGM A MM\n",
+            [f"Write LBL {n} in place of LBL 1 in line 4 (no errors then)" for n in (11, 12)],
+            "CALL LBL 11\n",
+        ),
+        (
+            "a.h",
+            f"{OF_KLARTEXT}Q1 = +l2\nL X+Q1 F500\nM30\nEND PGM A MM\n",
+            ["Write Q1=+12 in place of Q1 = +l2 (no errors then)"],
+            "Q1=+12\n",
+        ),
+        (
+            "a.h",
+            f"{OF_KLARTEXT}Q1 = +12\nL X+Ql F500\nM30\nEND PGM A MM\n",
+            ["Write X+Q1 in place of X+Ql (no errors then)"],
+            "L X+Q1 F500\n",
+        ),
+        (
+            "a.h",
+            f"{OF_KLARTEXT}QL1 = +12\nL X+Q1 F500\nM30\nEND PGM A MM\n",
+            ["Write QL1 in place of Q1 (no errors then)"],
+            "L X+QL1 F500\n",
+        ),
+        # the feed rate was that of the tool before, which could not be told while the change was missing
+        (
+            "a.mpf",
+            f"G710 G90\nT1 D1\nM6\nS9 M3\n{CUTS}G0 Z160\nT2 D1\nS9 M3\nG0 X0 Z110\nG1 X5\nG0 Z160\nM30\n",
+            ["Write M6 behind T2 in line 10 (no errors then, and VP009 in line 13)"],
+            "T2 M6 D1\n",
+        ),
+    ],
+)
+def test_what_a_message_says_is_written_and_what_it_uncovers_is_told(
+    client: Client, tmp_path: Path, name: str, text: str, titles: list[str], right: str
+) -> None:
+    """None of these had a fix that mended it."""
+    setup = "split_at_stops = true\n[wcs]\nG54 = [0, 0, 60]\n[tools]\n1 = { length = 90 }\n"
+    uri = client.open(make_program(tmp_path, text, name, setup + "2 = { length = 95 }\n" * ("T2" in text)))
+    (said,) = client.diagnostics(uri)["diagnostics"]
+    fixes = ask_fixes(client, uri, said["range"]["start"]["line"])
+    assert list(fixes) == titles
+    mended = apply_edit(fixes[titles[0]], {uri: text})[uri]
+    assert right in mended
+    is_choice = len(titles) > 1 or "VP009" in titles[0] or "QL1" in titles[0]
+    assert fixes[titles[0]]["isPreferred"] is not is_choice
+    client.change(uri, 2, mended)
+    left = [one["code"] for one in client.diagnostics(uri)["diagnostics"]]
+    assert left == (["VP009"] if "VP009" in titles[0] else [])
+
+
+def test_a_set_up_beside_a_program_that_is_not_saved_gets_what_it_lacks(client: Client, tmp_path: Path) -> None:
+    path = tmp_path / "part.nc"
+    Path(f"{path}.toml").write_text("tool_length = 120\n", "utf-8")
+    text = "G21 G90 G94 G17\nG0 X0 Y0 Z90 A0 C0\nG1 X5 F500\nM2\n"
+    uri = client.open(path, text)
+    (said,) = (one for one in client.diagnostics(uri)["diagnostics"] if one["code"] == "VP033")
+    (title,) = ask_fixes(client, uri, said["range"]["start"]["line"])
+    assert title == 'Add wcs.G54 = "measure" to part.nc.toml, to be filled in'
