@@ -1956,6 +1956,8 @@ def test_what_is_completed_as_a_value_is_accepted(client: Client, tmp_path: Path
 
 
 CALLED = "M98 P2000\nM30\nO2000\nG1 X5. F500.\nG0 Z160.\n"
+ENDS = "End the program with"
+DRILLS = "CYCL DEF 200 D Q200=2 Q210=-5 Q206=9 Q202=5 Q210=0 Q203=+120 Q204=20\n"
 OF_FANUC = f"{FANUC}G54\nT1 M6\nS9 M3\nG0 A0. C0.\nG43 H1 Z160.\nX0. Y0.\nG1 Z110. F500.\n"
 
 
@@ -1963,9 +1965,37 @@ OF_FANUC = f"{FANUC}G54\nT1 M6\nS9 M3\nG0 A0. C0.\nG43 H1 Z160.\nX0. Y0.\nG1 Z11
     ("name", "text", "titles", "right"),
     [
         # behind the % it mended nothing, and was offered again
-        ("a.nc", f"{OF_FANUC}{CALLED}%\n", ["Write M99 before line 16 (no errors then)"], "Z160.\nM99\n%\n"),
+        (
+            "a.nc",
+            f"{OF_FANUC}{CALLED}%\n",
+            [f"{ENDS} M99 before the closing % (no errors then)"],
+            "Z160.\nM99\n%\n",
+        ),
         ("a.nc", OF_FANUC + CALLED, ["End the program with M99 (no errors then)"], "Z160.\nM99\n"),
-        ("a.nc", f"{OF_FANUC}G0 Z160.\n%\n", ["Write M30 before line 12 (no errors then)"], "Z160.\nM30\n%\n"),
+        (
+            "a.nc",
+            f"{OF_FANUC}G0 Z160.\n%\n",
+            [f"{ENDS} M30 before the closing % (no errors then)"],
+            "Z160.\nM30\n%\n",
+        ),
+        (
+            "a.ngc",
+            f"{RS274}o<hole> call\nM2\no<hole> sub\nG0 Z160\n",
+            ["End the program with o<hole> endsub (no errors then)"],
+            "o<hole> endsub\n",
+        ),
+        (
+            "a.nc",
+            f"{OF_FANUC.replace('ET)', 'ET')}G0 Z160.\nM30\n%\n",
+            ["Write (BRACKET) in place of (BRACKET (no errors then)"],
+            "O0001 (BRACKET)\n",
+        ),
+        (
+            "a.h",
+            f"{OF_KLARTEXT}{DRILLS}L X+5 FMAX M99\nM30\nEND PGM A MM\n",
+            ["Write Q201=-5 in place of Q210=-5 in line 4 (no errors then)"],
+            "Q201=-5 Q206=9",
+        ),
         (
             "a.h",
             f"{OF_KLARTEXT}CALL LBL 1\nM30\nLBL 11\nL X+5 F500\nLBL 0\nEND PGM A MM\n",
@@ -2016,7 +2046,7 @@ def test_what_a_message_says_is_written_and_what_it_uncovers_is_told(
     assert list(fixes) == titles
     mended = apply_edit(fixes[titles[0]], {uri: text})[uri]
     assert right in mended
-    is_choice = len(titles) > 1 or "VP009" in titles[0] or "QL1" in titles[0]
+    is_choice = len(titles) > 1 or any(word in titles[0] for word in ("VP009", "QL1", "Q201"))
     assert fixes[titles[0]]["isPreferred"] is not is_choice
     client.change(uri, 2, mended)
     left = [one["code"] for one in client.diagnostics(uri)["diagnostics"]]

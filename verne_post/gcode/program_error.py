@@ -15,9 +15,9 @@ def write_before(words: str, *, line: int = 0, turns: bool = False) -> tuple[Rem
     return (Remedy(f"write {words} before", words, line=line, way="before", turns=turns),)
 
 
-def end_with(word: str) -> tuple[Remedy, ...]:
-    """The edit of an error that a last line settles."""
-    return (Remedy(f"write {word}", word, line=1, way="end"),)
+def end_with(words: str) -> tuple[Remedy, ...]:
+    """The edit of an error that a last line settles, before a closing %."""
+    return (Remedy(f"write {words}", words, line=1, way="end"),)
 
 
 def write_parameter(number: int, value: float, right_value: float) -> tuple[Remedy, ...]:

@@ -27,7 +27,7 @@ class Remedy:
     #: The letter, and the number that stands there; no letter where the text of the program tells the place.
     word: tuple[str, float] = ("", 0.0)
     #: In place of the number, behind the word, below its line; before ``line``; in place of what the finding marks; as
-    #: the last line.
+    #: the last line, before a closing %.
     way: Literal["number", "behind", "below", "before", "marked", "end"] = "number"
     is_above: bool = False  #: ``word`` stands in the last line up to ``line`` that has it.
     misspelt: str = ""  #: What stands in ``line`` in place of ``value``: at the column of a finding of that line.

@@ -150,7 +150,7 @@ def _is_settled(fix: Fix, item: Finding, found: Inspected, after: Sequence[Findi
     left = [one for one in after if one.severity == "error" and (one.code, one.line or 0) not in known]
     if fix.spells:
         near = [one for one in left if one.line in (own, at)]
-        return all(is_as_bad and (one.code, one.line) != (item.code, own) for one in near)
+        return all(is_as_bad and not fix.is_choice and (one.code, one.line) != (item.code, own) for one in near)
     return not any(is_about_text(one.code) and (one.line or 0) <= own for one in left)
 
 
@@ -345,8 +345,11 @@ def _write_before(found: Inspected, item: Finding, remedy: Remedy) -> Iterator[F
 def _write_at_end(found: Inspected, _item: Finding, remedy: Remedy) -> Iterator[Fix]:
     """What ends the program."""
     text = found.text
-    new = f"{'' if text.endswith(chr(10)) or not text else chr(10)}{remedy.value}\n"
-    yield Fix(f"End the program with {remedy.value}", found.path, text, len(text), len(text), new)
+    closing = re.search(r"(?<=\n)[ \t]*%\s*\Z", text)
+    at = closing.start() if closing else len(text)
+    new = f"{'' if text[:at].endswith(chr(10)) or not at else chr(10)}{remedy.value}\n"
+    title = f"End the program with {remedy.value}{' before the closing %' * bool(closing)}"
+    yield Fix(title, found.path, text, at, at, new)
 
 
 def _write_marked(found: Inspected, item: Finding, remedy: Remedy) -> Iterator[Fix]:

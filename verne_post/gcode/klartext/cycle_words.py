@@ -9,6 +9,8 @@ from msgspec import Struct
 from verne_post.gcode.klartext.formulas import VALUE, Numbers, read_value
 from verne_post.gcode.klartext.statements import Statement
 from verne_post.gcode.klartext.vocabulary import name_parameter
+from verne_post.gcode.program_error import ProgramError
+from verne_post.model.findings import Remedy
 
 #: FMAX as the value of a feed rate; a retract at 0 or MAX is rapid traverse.
 FMAX_VALUE: Final = 99_999.0
@@ -113,7 +115,7 @@ def read_parameters(statement: Statement, head: Head, numbers: Numbers, auto_fee
             )
         place, number, value, word = head.at + at, int(match.group(1)[:6]), match.group(2), match.group(3)
         if number in values:
-            raise statement.error("VP004", f"CYCL DEF {head.number}: Q{number} appears twice", place)
+            raise _refuse_twice(statement, head, number, place)
         if word in ("FU", "FZ"):
             raise statement.error(
                 "VP002", f"CYCL DEF {head.number}: Q{number}={word}: feed rates of cycles are in mm/min", place
@@ -127,6 +129,22 @@ def read_parameters(statement: Statement, head: Head, numbers: Numbers, auto_fee
                 values[number] = FMAX_VALUE if word else read_value(value, numbers)
         at = match.end()
     return values
+
+
+def _refuse_twice(statement: Statement, head: Head, number: int, place: int) -> ProgramError:
+    """The error of a parameter that is given again, maybe in place of one that is missing: either of both is meant."""
+    given = [(match, int(match.group(1))) for match in _PARAMETER.finditer(head.rest)]
+    needs = (MACHINING | PATTERNS).get(head.number, ((), {}))[0]
+    missing = [one for one in needs if one not in {name for _match, name in given}]
+    text, near = f"CYCL DEF {head.number}: Q{number} appears twice", find_with_digit(number, missing)
+    edits = []
+    for match, name in given if near else ():
+        if name == number:
+            line, _column = statement.find_place(head.at + match.start())
+            new = match[0].replace(match.group(1), str(near), 1)
+            edits.append(Remedy(f"write {new}", new, line=line, misspelt=match[0], is_choice=True))
+    also = f", and Q{near} is missing, the {name_parameter(near)}; write Q{near} in one of both places" if near else ""
+    return statement.error("VP004", text + also, place, tuple(edits))
 
 
 def find_parameter(statement: Statement, number: int) -> int | None:
