@@ -8,6 +8,7 @@ import sys
 import threading
 import tomllib
 from collections.abc import Callable, Iterator
+from itertools import pairwise
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -566,7 +567,7 @@ OUTLINES = {
     ),
     "b.nc": (
         "%\nO0001 (MAIN)\nN10 G21 G90\nG0 X0 Y0 Z50\nM98 P20100\nIF [1 EQ 2] GOTO 10\nM30\nO0100\nX1\nM99\n%\n",
-        ["0001", "0100"], (4, "20100"), 7,
+        ["O0001", "O0100"], (4, "20100"), 7,
     ),
     "c.mpf": (
         "G71 G90 G94\n; FACE\nG0 X0 Y0 Z50\nTOP:\nX1\nIF R1>2 GOTOB TOP\nHOLE\nM30\nPROC HOLE\nX2\nRET\n",
@@ -575,7 +576,7 @@ OUTLINES = {
     "d.h": (
         '0 BEGIN PGM D MM\n1 * - FACE\n2 L X+0 Y+0 Z+100 R0 FMAX\n3 CALL LBL "BORE"\n4 M30\n5 LBL "BORE"\n6 L X+1 '
         'FMAX\n7 LBL 0\n8 END PGM D MM\n',
-        ["FACE", "BORE"], (3, "BORE"), 5,
+        ["FACE", "LBL BORE"], (3, "BORE"), 5,
     ),
     "e.cls": (
         "PARTNO/E\nDEFSUB/7\nGOTO/0,0,1\nENDSUB\nPPRINT FACE\nCALSUB/7\nFINI\n",
@@ -651,12 +652,47 @@ def test_a_remark_before_a_tool_change_heads_the_operation_of_the_new_tool(clien
     )
     uri = client.open(make_program(tmp_path, text))
     shown = client.ask("textDocument/documentSymbol", textDocument={"uri": uri})
-    assert [one["name"] for one in shown] == ["1001", "tool 1 (D=10.)", "tool 2 (DRILL D5)"]
-    one, two = shown[1:]
+    (program,) = shown
+    assert program["name"] == "O1001"
+    one, two = program["children"]
+    assert [one["name"], two["name"]] == ["tool 1 (D=10.)", "tool 2 (DRILL D5)"]
     assert [[each["name"] for each in tool["children"]] for tool in (one, two)] == [["FACE"], ["DRILL"]]
     lines = [(tool["range"]["start"]["line"], tool["selectionRange"]["start"]["line"]) for tool in (one, two)]
     assert lines == [(5, 6), (10, 12)]
     assert one["range"]["end"]["line"] == 9
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "expected"),
+    [
+        (
+            "a.nc",
+            "%\nO1001 (PLATE)\nG21\nT1 M6\nG1 X5.\nM98 P2000\nT2 M6\nX9.\nM30\nO2000\nG1 X6.\nM99\n%\n",
+            [("O1001", 1, 8), ("tool 1", 3, 5), ("tool 2", 6, 8), ("O2000", 9, 11)],
+        ),
+        (  # a part that is repeated in the program, and a subprogram
+            "a.h",
+            "BEGIN PGM A MM\nTOOL CALL 1 Z S9\nLBL 3\nL X+5\nCALL LBL 3 REP 2\nTOOL CALL 2 Z S9\nL X+6\nM30\nLBL 1\n"
+            "L X+7\nLBL 0\nEND PGM A MM\n",
+            [("tool 1", 1, 4), ("LBL 3", 2, 4), ("tool 2", 5, 7), ("LBL 1", 8, 10)],
+        ),
+    ],
+)
+def test_symbols_beside_each_other_do_not_overlap(name: str, text: str, expected: list[tuple[str, int, int]]) -> None:
+    """O1001 ended with the subprogram behind it, and the last tool with the text."""
+    from verne_post.cli.lsp.outline import Outline
+
+    found = []
+
+    def add(symbols: Any) -> None:
+        for one in symbols:
+            found.append((one.name, one.range.start.line, one.range.end.line))
+            add(one.children)
+
+    shown = Outline(text.split("\n"), "auto", text.encode(), name).list_symbols()
+    add(shown)
+    assert found == expected
+    assert all(one.range.end.line < two.range.start.line for one, two in pairwise(shown))
 
 
 #: A tool list at the top; a tool whose operation is remarked, and one after it that has no remark.
@@ -708,7 +744,8 @@ def test_operations_end_with_their_tools(name: str) -> None:
             one.range.end.line,
             [(each.name, each.range.start.line, each.range.end.line) for each in one.children or ()],
         )
-        for one in outline.list_symbols()
+        for top in outline.list_symbols()
+        for one in (top, *(top.children or ()))
         if one.name.startswith("tool ")
     ]
     assert shown == [(f"tool {tool}", *rest) for tool, *rest in expected]

@@ -352,7 +352,7 @@ class _Opened:
         return f"o{item.label} {item.kind} (line {item.line})"
 
     def check_all_closed(self, source: Text) -> None:
-        """Nothing may be open at the end of the text; behind that of the program it is certain what is to be written."""
+        """Nothing may be open at the end of the text; behind that of the program what is to be written is certain."""
         if self._open:
             item = self._open[-1]
             ends = {"sub": "endsub", "if": "endif", "while": "endwhile", "do": "while", "repeat": "endrepeat"}
