@@ -1949,6 +1949,23 @@ def test_tools_of_the_set_up_are_completed(
         assert next(one["detail"] for one in found if one["label"] == "12") == "length 80 mm, diameter 6 mm"
 
 
+def test_hover_on_a_cycle_lists_its_values_and_d_before_m6_has_its_tool(client: Client, tmp_path: Path) -> None:
+    setup = "[wcs]\nG54 = [0, 0, 60]\n[tools]\n1 = { length = 90 }\n"
+    text = f"G710 G90\nT1 D1\nM6\nS9 M3\n{CUTS}MCALL CYCLE81(150,120,3,110)\nX5\nMCALL\nM30\n"
+    uri = client.open(make_program(tmp_path, text, "a.mpf", setup))
+    assert "length 90" in hover(client, uri, 1, 3)
+    said = hover(client, uri, 8, 7)
+    assert "**CYCLE81**: drilling, centring" in said
+    assert re.search(r"\n- RTP: .*\n- RFP: .*\n- SDIS: .*\n- DP: ", said)
+    drills = DRILLS.replace("Q210=-5", "Q201=-5")
+    text = f"{OF_KLARTEXT}{drills}L X+5 FMAX M99\nM30\nEND PGM A MM\n"
+    uri = client.open(make_program(tmp_path, text, "a.h", setup))
+    said = hover(client, uri, 3, 1)
+    assert "**CYCL DEF 200**: drilling" in said
+    assert "\n- Q200: clearance\n- Q201: depth\n- Q206: plunge feed\n" in said
+    assert "\n- Q211: dwell below, 0 where it is not given\n" in said
+
+
 def test_cycles_are_completed_with_places_for_their_values(tmp_path: Path) -> None:
     """In an editor that has snippets; the names are those of the tables from which programs are read."""
     client = Client(textDocument={"completion": {"completionItem": {"snippetSupport": True}}})
@@ -1959,8 +1976,16 @@ def test_cycles_are_completed_with_places_for_their_values(tmp_path: Path) -> No
             "a.h",
             "0 BEGIN PGM A MM\n1 CYCL DEF 20",
             "CYCL DEF 207",
-            "CYCL DEF 207 ~\n  Q200=${1:clearance} ~\n  Q201=${2:depth} ~\n  Q203=${3:surface} ~\n  "
-            "Q204=${4:second clearance} ~\n  Q239=${5:pitch}",
+            "CYCL DEF 207 ~\n  Q200=${1:clearance} ~\n  Q201=${2:depth} ~\n  Q239=${3:pitch} ~\n  "
+            "Q203=${4:surface} ~\n  Q204=${5:second clearance}",
+        ),
+        (
+            "a.h",
+            "0 BEGIN PGM A MM\n1 CYCL DEF 20",
+            "CYCL DEF 200",
+            "CYCL DEF 200 ~\n  Q200=${1:clearance} ~\n  Q201=${2:depth} ~\n  Q206=${3:plunge feed} ~\n  "
+            "Q202=${4:infeed} ~\n  Q210=${5:dwell above} ~\n  Q203=${6:surface} ~\n  "
+            "Q204=${7:second clearance} ~\n  Q211=${8:dwell below}",
         ),
         ("a.nc", "%\nO1\nM", "M8", "M8"),
     ):
