@@ -8,6 +8,7 @@ import sys
 import threading
 import tomllib
 from collections.abc import Callable, Iterator
+from itertools import pairwise
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -566,7 +567,7 @@ OUTLINES = {
     ),
     "b.nc": (
         "%\nO0001 (MAIN)\nN10 G21 G90\nG0 X0 Y0 Z50\nM98 P20100\nIF [1 EQ 2] GOTO 10\nM30\nO0100\nX1\nM99\n%\n",
-        ["0001", "0100"], (4, "20100"), 7,
+        ["O0001", "O0100"], (4, "20100"), 7,
     ),
     "c.mpf": (
         "G71 G90 G94\n; FACE\nG0 X0 Y0 Z50\nTOP:\nX1\nIF R1>2 GOTOB TOP\nHOLE\nM30\nPROC HOLE\nX2\nRET\n",
@@ -575,7 +576,7 @@ OUTLINES = {
     "d.h": (
         '0 BEGIN PGM D MM\n1 * - FACE\n2 L X+0 Y+0 Z+100 R0 FMAX\n3 CALL LBL "BORE"\n4 M30\n5 LBL "BORE"\n6 L X+1 '
         'FMAX\n7 LBL 0\n8 END PGM D MM\n',
-        ["FACE", "BORE"], (3, "BORE"), 5,
+        ["FACE", "LBL BORE"], (3, "BORE"), 5,
     ),
     "e.cls": (
         "PARTNO/E\nDEFSUB/7\nGOTO/0,0,1\nENDSUB\nPPRINT FACE\nCALSUB/7\nFINI\n",
@@ -651,12 +652,47 @@ def test_a_remark_before_a_tool_change_heads_the_operation_of_the_new_tool(clien
     )
     uri = client.open(make_program(tmp_path, text))
     shown = client.ask("textDocument/documentSymbol", textDocument={"uri": uri})
-    assert [one["name"] for one in shown] == ["1001", "tool 1 (D=10.)", "tool 2 (DRILL D5)"]
-    one, two = shown[1:]
+    (program,) = shown
+    assert program["name"] == "O1001"
+    one, two = program["children"]
+    assert [one["name"], two["name"]] == ["tool 1 (D=10.)", "tool 2 (DRILL D5)"]
     assert [[each["name"] for each in tool["children"]] for tool in (one, two)] == [["FACE"], ["DRILL"]]
     lines = [(tool["range"]["start"]["line"], tool["selectionRange"]["start"]["line"]) for tool in (one, two)]
     assert lines == [(5, 6), (10, 12)]
     assert one["range"]["end"]["line"] == 9
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "expected"),
+    [
+        (
+            "a.nc",
+            "%\nO1001 (PLATE)\nG21\nT1 M6\nG1 X5.\nM98 P2000\nT2 M6\nX9.\nM30\nO2000\nG1 X6.\nM99\n%\n",
+            [("O1001", 1, 8), ("tool 1", 3, 5), ("tool 2", 6, 8), ("O2000", 9, 11)],
+        ),
+        (  # a part that is repeated in the program, and a subprogram
+            "a.h",
+            "BEGIN PGM A MM\nTOOL CALL 1 Z S9\nLBL 3\nL X+5\nCALL LBL 3 REP 2\nTOOL CALL 2 Z S9\nL X+6\nM30\nLBL 1\n"
+            "L X+7\nLBL 0\nEND PGM A MM\n",
+            [("tool 1", 1, 4), ("LBL 3", 2, 4), ("tool 2", 5, 7), ("LBL 1", 8, 10)],
+        ),
+    ],
+)
+def test_symbols_beside_each_other_do_not_overlap(name: str, text: str, expected: list[tuple[str, int, int]]) -> None:
+    """O1001 ended with the subprogram behind it, and the last tool with the text."""
+    from verne_post.cli.lsp.outline import Outline
+
+    found = []
+
+    def add(symbols: Any) -> None:
+        for one in symbols:
+            found.append((one.name, one.range.start.line, one.range.end.line))
+            add(one.children)
+
+    shown = Outline(text.split("\n"), "auto", text.encode(), name).list_symbols()
+    add(shown)
+    assert found == expected
+    assert all(one.range.end.line < two.range.start.line for one, two in pairwise(shown))
 
 
 #: A tool list at the top; a tool whose operation is remarked, and one after it that has no remark.
@@ -708,7 +744,8 @@ def test_operations_end_with_their_tools(name: str) -> None:
             one.range.end.line,
             [(each.name, each.range.start.line, each.range.end.line) for each in one.children or ()],
         )
-        for one in outline.list_symbols()
+        for top in outline.list_symbols()
+        for one in (top, *(top.children or ()))
         if one.name.startswith("tool ")
     ]
     assert shown == [(f"tool {tool}", *rest) for tool, *rest in expected]
@@ -1912,6 +1949,23 @@ def test_tools_of_the_set_up_are_completed(
         assert next(one["detail"] for one in found if one["label"] == "12") == "length 80 mm, diameter 6 mm"
 
 
+def test_hover_on_a_cycle_lists_its_values_and_d_before_m6_has_its_tool(client: Client, tmp_path: Path) -> None:
+    setup = "[wcs]\nG54 = [0, 0, 60]\n[tools]\n1 = { length = 90 }\n"
+    text = f"G710 G90\nT1 D1\nM6\nS9 M3\n{CUTS}MCALL CYCLE81(150,120,3,110)\nX5\nMCALL\nM30\n"
+    uri = client.open(make_program(tmp_path, text, "a.mpf", setup))
+    assert "length 90" in hover(client, uri, 1, 3)
+    said = hover(client, uri, 8, 7)
+    assert "**CYCLE81**: drilling, centring" in said
+    assert re.search(r"\n- RTP: .*\n- RFP: .*\n- SDIS: .*\n- DP: ", said)
+    drills = DRILLS.replace("Q210=-5", "Q201=-5")
+    text = f"{OF_KLARTEXT}{drills}L X+5 FMAX M99\nM30\nEND PGM A MM\n"
+    uri = client.open(make_program(tmp_path, text, "a.h", setup))
+    said = hover(client, uri, 3, 1)
+    assert "**CYCL DEF 200**: drilling" in said
+    assert "\n- Q200: clearance\n- Q201: depth\n- Q206: plunge feed\n" in said
+    assert "\n- Q211: dwell below, 0 where it is not given\n" in said
+
+
 def test_cycles_are_completed_with_places_for_their_values(tmp_path: Path) -> None:
     """In an editor that has snippets; the names are those of the tables from which programs are read."""
     client = Client(textDocument={"completion": {"completionItem": {"snippetSupport": True}}})
@@ -1922,8 +1976,16 @@ def test_cycles_are_completed_with_places_for_their_values(tmp_path: Path) -> No
             "a.h",
             "0 BEGIN PGM A MM\n1 CYCL DEF 20",
             "CYCL DEF 207",
-            "CYCL DEF 207 ~\n  Q200=${1:clearance} ~\n  Q201=${2:depth} ~\n  Q203=${3:surface} ~\n  "
-            "Q204=${4:second clearance} ~\n  Q239=${5:pitch}",
+            "CYCL DEF 207 ~\n  Q200=${1:clearance} ~\n  Q201=${2:depth} ~\n  Q239=${3:pitch} ~\n  "
+            "Q203=${4:surface} ~\n  Q204=${5:second clearance}",
+        ),
+        (
+            "a.h",
+            "0 BEGIN PGM A MM\n1 CYCL DEF 20",
+            "CYCL DEF 200",
+            "CYCL DEF 200 ~\n  Q200=${1:clearance} ~\n  Q201=${2:depth} ~\n  Q206=${3:plunge feed} ~\n  "
+            "Q202=${4:infeed} ~\n  Q210=${5:dwell above} ~\n  Q203=${6:surface} ~\n  "
+            "Q204=${7:second clearance} ~\n  Q211=${8:dwell below}",
         ),
         ("a.nc", "%\nO1\nM", "M8", "M8"),
     ):
@@ -1953,3 +2015,111 @@ def test_what_is_completed_as_a_value_is_accepted(client: Client, tmp_path: Path
             assert find_wrong_options(given, list_setup_options()) == [], (name, one["label"])
         counted += len(found)
     assert counted > 30
+
+
+CALLED = "M98 P2000\nM30\nO2000\nG1 X5. F500.\nG0 Z160.\n"
+ENDS = "End the program with"
+DRILLS = "CYCL DEF 200 D Q200=2 Q210=-5 Q206=9 Q202=5 Q210=0 Q203=+120 Q204=20\n"
+OF_FANUC = f"{FANUC}G54\nT1 M6\nS9 M3\nG0 A0. C0.\nG43 H1 Z160.\nX0. Y0.\nG1 Z110. F500.\n"
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "titles", "right"),
+    [
+        # behind the % it mended nothing, and was offered again
+        (
+            "a.nc",
+            f"{OF_FANUC}{CALLED}%\n",
+            [f"{ENDS} M99 before the closing % (no errors then)"],
+            "Z160.\nM99\n%\n",
+        ),
+        ("a.nc", OF_FANUC + CALLED, ["End the program with M99 (no errors then)"], "Z160.\nM99\n"),
+        (
+            "a.nc",
+            f"{OF_FANUC}G0 Z160.\n%\n",
+            [f"{ENDS} M30 before the closing % (no errors then)"],
+            "Z160.\nM30\n%\n",
+        ),
+        (
+            "a.ngc",
+            f"{RS274}o<hole> call\nM2\no<hole> sub\nG0 Z160\n",
+            ["End the program with o<hole> endsub (no errors then)"],
+            "o<hole> endsub\n",
+        ),
+        (
+            "a.nc",
+            f"{OF_FANUC.replace('ET)', 'ET')}G0 Z160.\nM30\n%\n",
+            ["Write (BRACKET) in place of (BRACKET (no errors then)"],
+            "O0001 (BRACKET)\n",
+        ),
+        (
+            "a.h",
+            f"{OF_KLARTEXT}{DRILLS}L X+5 FMAX M99\nM30\nEND PGM A MM\n",
+            ["Write Q201=-5 in place of Q210=-5 in line 4 (no errors then)"],
+            "Q201=-5 Q206=9",
+        ),
+        (
+            "a.h",
+            f"{OF_KLARTEXT}CALL LBL 1\nM30\nLBL 11\nL X+5 F500\nLBL 0\nEND PGM A MM\n",
+            ["Write LBL 11 in place of LBL 1 in line 4 (no errors then)"],
+            "CALL LBL 11\n",
+        ),
+        (
+            "a.h",
+            f"{OF_KLARTEXT}CALL LBL 1\nM30\nLBL 11\nL X+5 F500\nLBL 0\nLBL 12\nL X+6 F500\nLBL 0\nEND PGM A MM\n",
+            [f"Write LBL {n} in place of LBL 1 in line 4 (no errors then)" for n in (11, 12)],
+            "CALL LBL 11\n",
+        ),
+        (
+            "a.h",
+            f"{OF_KLARTEXT}Q1 = +l2\nL X+Q1 F500\nM30\nEND PGM A MM\n",
+            ["Write Q1=+12 in place of Q1 = +l2 (no errors then)"],
+            "Q1=+12\n",
+        ),
+        (
+            "a.h",
+            f"{OF_KLARTEXT}Q1 = +12\nL X+Ql F500\nM30\nEND PGM A MM\n",
+            ["Write X+Q1 in place of X+Ql (no errors then)"],
+            "L X+Q1 F500\n",
+        ),
+        (
+            "a.h",
+            f"{OF_KLARTEXT}QL1 = +12\nL X+Q1 F500\nM30\nEND PGM A MM\n",
+            ["Write QL1 in place of Q1 (no errors then)"],
+            "L X+QL1 F500\n",
+        ),
+        # the feed rate was that of the tool before, which could not be told while the change was missing
+        (
+            "a.mpf",
+            f"G710 G90\nT1 D1\nM6\nS9 M3\n{CUTS}G0 Z160\nT2 D1\nS9 M3\nG0 X0 Z110\nG1 X5\nG0 Z160\nM30\n",
+            ["Write M6 behind T2 in line 10 (no errors then, and VP009 in line 13)"],
+            "T2 M6 D1\n",
+        ),
+    ],
+)
+def test_what_a_message_says_is_written_and_what_it_uncovers_is_told(
+    client: Client, tmp_path: Path, name: str, text: str, titles: list[str], right: str
+) -> None:
+    """None of these had a fix that mended it."""
+    setup = "split_at_stops = true\n[wcs]\nG54 = [0, 0, 60]\n[tools]\n1 = { length = 90 }\n"
+    uri = client.open(make_program(tmp_path, text, name, setup + "2 = { length = 95 }\n" * ("T2" in text)))
+    (said,) = client.diagnostics(uri)["diagnostics"]
+    fixes = ask_fixes(client, uri, said["range"]["start"]["line"])
+    assert list(fixes) == titles
+    mended = apply_edit(fixes[titles[0]], {uri: text})[uri]
+    assert right in mended
+    is_choice = len(titles) > 1 or any(word in titles[0] for word in ("VP009", "QL1", "Q201"))
+    assert fixes[titles[0]]["isPreferred"] is not is_choice
+    client.change(uri, 2, mended)
+    left = [one["code"] for one in client.diagnostics(uri)["diagnostics"]]
+    assert left == (["VP009"] if "VP009" in titles[0] else [])
+
+
+def test_a_set_up_beside_a_program_that_is_not_saved_gets_what_it_lacks(client: Client, tmp_path: Path) -> None:
+    path = tmp_path / "part.nc"
+    Path(f"{path}.toml").write_text("tool_length = 120\n", "utf-8")
+    text = "G21 G90 G94 G17\nG0 X0 Y0 Z90 A0 C0\nG1 X5 F500\nM2\n"
+    uri = client.open(path, text)
+    (said,) = (one for one in client.diagnostics(uri)["diagnostics"] if one["code"] == "VP033")
+    (title,) = ask_fixes(client, uri, said["range"]["start"]["line"])
+    assert title == 'Add wcs.G54 = "measure" to part.nc.toml, to be filled in'

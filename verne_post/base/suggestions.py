@@ -90,19 +90,21 @@ def find_meant_number(number: str, known: Iterable[str]) -> str:
     return near.pop() if len(near) == 1 and number.isdecimal() else ""
 
 
-def name_near_numbers(number: str, known: Iterable[str], name: str) -> str:
-    """The known numbers that one digit tells apart, such as "LBL 1 and LBL 12, which are nearly this number".
-
-    Empty where there are none, or too many to be of use.
-    """
+def list_near_numbers(number: str, known: Iterable[str]) -> list[str]:
+    """The known numbers that one digit tells apart; empty where there are too many to be of use."""
     near = [
         one
         for one in known
         if one.isdecimal() and (_is_a_digit_away(number, one, least=1) or _has_another_digit(number, one))
     ]
-    if not number.isdecimal() or not 0 < len(near) <= _MOST_NAMED:
-        return ""
-    return f"{' and '.join(name + one for one in near)}, which {'is' if len(near) == 1 else 'are'} nearly this number"
+    return near if number.isdecimal() and len(near) <= _MOST_NAMED else []
+
+
+def name_near_numbers(number: str, known: Iterable[str], name: str) -> str:
+    """The known numbers that one digit tells apart, such as "LBL 1 and LBL 12, which are nearly this number"."""
+    near = list_near_numbers(number, known)
+    verb = "is" if len(near) == 1 else "are"
+    return f"{' and '.join(name + one for one in near)}, which {verb} nearly this number" if near else ""
 
 
 def _is_a_digit_away(number: str, other: str, least: int = 2) -> bool:

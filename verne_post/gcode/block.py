@@ -14,6 +14,7 @@ from msgspec import Struct, field
 from verne_post.gcode.expressions import Key, ValueReader, Values, show_key
 from verne_post.gcode.program_error import At, ProgramError, write_meant
 from verne_post.gcode.templates import read_by_template
+from verne_post.model.findings import Remedy
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -344,4 +345,6 @@ def _read_comment(text: str, at: int) -> tuple[str, int]:
             )
         if text[end] == ")":
             return text[at + 1 : end], end + 1
-    raise ProgramError("VP001", "the comment is not closed on its line; expected ')'", at + 1)
+    opened = text[at:].rstrip()
+    edits = (Remedy(f"write {opened})", f"{opened})", misspelt=opened),)
+    raise ProgramError("VP001", "the comment is not closed on its line; expected ')'", at + 1, edits=edits)

@@ -112,7 +112,7 @@ def _make_pattern(name: str, language: str) -> str:
 def describe_word(word: str) -> list[str]:
     """One line for each language that knows a word such as G68.2, TRAORI or CYCL DEF 208; empty where none does.
 
-    Below it are the values of a cycle of Siemens, in their order, and what may follow a word.
+    Below it are the values of a cycle, in their order, and what may follow a word.
 
     Of an M code that none knows, which the builder of a machine may have, how a set-up gives it a meaning.
     """
@@ -123,10 +123,8 @@ def describe_word(word: str) -> list[str]:
         if known_word == name
     }
     found = list(texts.values())
-    found += [  # what its tables have of it: names of values, and what may follow it
-        f"  {parameter}: {OF_VALUES[parameter]}" if parameter in OF_VALUES else f"  {parameter}"
-        for parameter in _list_parameters().get(name, ())
-    ]
+    # what its tables have of it: names of values, and what may follow it
+    found += [f"  {value}" for dialect in ("siemens", "heidenhain") for value in describe_values(name, dialect)]
     found += [
         f"  {known_word}: {_describe(language, known_word, text.removeprefix(_TOLD_ABOVE), is_executed=True)}"
         for language, known_word, text, is_executed in list_words()
@@ -194,17 +192,16 @@ def find_cycle_value(line: str, column: int) -> KnownWord | None:
 def list_values_of_cycle(word: str, dialect: str) -> list[tuple[str, str]]:
     """The values that a cycle takes: the text before each, and its name; none for other words, and in CL files.
 
-    Of Klartext those without a default, of Siemens those whose names do not begin with _, where it has any.
+    Of Klartext those without a default, and the dwell; of Siemens those whose names do not begin with _, if it has any.
     """
     if dialect == "siemens":
         names = _list_parameters().get(word, ())
         plain_names = tuple(takewhile(lambda name: not name.startswith("_"), names)) or names
         return [("," if number else "(", name) for number, name in enumerate(plain_names)]
     if dialect == "heidenhain":
-        from verne_post.gcode.klartext.cycle_words import MACHINING, PATTERNS
-
-        cycle = word.removeprefix("CYCL DEF ")
-        numbers, _defaults = (MACHINING | PATTERNS).get(int(cycle) if cycle.isdecimal() else 0, ((), {}))
+        needs, defaults = _list_q_parameters(word)
+        # controls ask for the dwell of every cycle that has one
+        numbers = [*needs, *(number for number in defaults if number == klartext.Q.DWELL_BELOW)]
         return [(f" ~\n  Q{number}=", klartext.name_parameter(number) or "value") for number in numbers]
     if word not in _HOLES:
         return []
@@ -213,6 +210,28 @@ def list_values_of_cycle(word: str, dialect: str) -> list[tuple[str, str]]:
     code = 10 * int(word[1:])
     own = "P" * (code in DWELLS) + "Q" * (code in NEEDS_STEP)
     return [(f" {letter}", letter) for letter in f"XYZR{own}F"]
+
+
+def describe_values(word: str, dialect: str) -> list[str]:
+    """The values of a cycle of Siemens or Klartext, in their order, with what each is; none for other words."""
+    if dialect == "siemens":
+        named = ((name, OF_VALUES.get(name, "")) for name in _list_parameters().get(word, ()))
+    else:
+        needs, defaults = _list_q_parameters(word) if dialect == "heidenhain" else ((), {})
+        without = {number: f", {value:g} where it is not given" for number, value in defaults.items()}
+        named = (
+            (f"Q{number}", f"{klartext.name_parameter(number)}{without.get(number, '')}")
+            for number in (*needs, *defaults)
+        )
+    return [f"{name}: {meaning}" if meaning else name for name, meaning in named]
+
+
+def _list_q_parameters(word: str) -> tuple[tuple[int, ...], dict[int, float]]:
+    """The Q parameters that a cycle of Klartext needs, and those that have a default."""
+    from verne_post.gcode.klartext.cycle_words import MACHINING, PATTERNS
+
+    cycle = word.removeprefix("CYCL DEF ")
+    return (MACHINING | PATTERNS).get(int(cycle) if cycle.isdecimal() else 0, ((), {}))
 
 
 @cache

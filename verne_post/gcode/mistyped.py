@@ -29,9 +29,10 @@ _TOO_MANY: Final = (
     (re.compile(rf"(?<![(,]){_ADDRESS}([-+]?\d*,),+(\d+)(?![\d.,)])", re.IGNORECASE), "two commas in a number"),
     (re.compile(rf"{_ADDRESS}[-+]([-+]\d+\.?)(\d*)(?![\d.])", re.IGNORECASE), "two signs before a number"),
 )
-#: A small L for 1: at the end of a number, where as an address it would have none, or at its beginning.
+#: A small L for 1: at the end of a number, where as an address it would have none, or at its beginning; Ql alone is Q1.
 _LETTER_L: Final = re.compile(
-    r"(?<![A-Za-z_])([A-Z][ \t]*)((?:[-+]?\d+l(?![ \t]*[-+.\d#\[=])|[-+]?l[.\d]+)(?![A-Za-z_]))"
+    r"(?<![A-Za-z_])((?:Q[LR]?\d+[ \t]*=|[A-Z])[ \t]*)((?:[-+]?\d+l(?![ \t]*[-+.\d#\[=])|[-+]?l[.\d]+)(?![A-Za-z_]))"
+    r"|(?<![A-Za-z_])((?:[A-Z][-+]?)?Q)(l)(?!\w)"
 )
 #: An address, and a small L and O that stand for 1 and 0, with no digit before them.
 _LETTERS: Final = re.compile(r"(?<![A-Za-z_])([XYZABCFIJKR][ \t]*)([-+]?(?:lO[lO\d]*|ll[lO]*O))(?![\w])")
@@ -148,7 +149,8 @@ def _find_number(line: str, column: int, *, has_long_codes: bool) -> tuple[str, 
             return _report(match, "the letters l and O in a number", "".join(match[1].split()) + number)
     for match in _LETTER_L.finditer(line, max(at - _LONGEST, 0), at + _LONGEST):
         if match.start() <= at <= match.end() + len(line[match.end() :]) - len(line[match.end() :].lstrip()):
-            return _report(match, "the letter l in a number", "".join(match[1].split()) + match[2].replace("l", "1"))
+            head, number = (group for group in match.groups() if group is not None)
+            return _report(match, "the letter l in a number", "".join(head.split()) + number.replace("l", "1"))
     for pattern, what in _TOO_MANY:
         for match in pattern.finditer(line, max(at - _LONGEST, 0), at + _LONGEST):
             if match.start() <= at <= match.end():

@@ -5,7 +5,7 @@ from contextlib import contextmanager
 
 from msgspec import Struct, field
 
-from verne_post.base.suggestions import find_meant
+from verne_post.base.suggestions import find_meant, list_near_numbers
 from verne_post.model.findings import ProgramError as ProgramError
 from verne_post.model.findings import Remedy
 
@@ -13,6 +13,11 @@ from verne_post.model.findings import Remedy
 def write_before(words: str, *, line: int = 0, turns: bool = False) -> tuple[Remedy, ...]:
     """The edit of an error that words on a line before its own settle."""
     return (Remedy(f"write {words} before", words, line=line, way="before", turns=turns),)
+
+
+def end_with(words: str) -> tuple[Remedy, ...]:
+    """The edit of an error that a last line settles, before a closing %."""
+    return (Remedy(f"write {words}", words, line=1, way="end"),)
 
 
 def write_parameter(number: int, value: float, right_value: float) -> tuple[Remedy, ...]:
@@ -24,6 +29,14 @@ def write_meant(word: str, *names: Iterable[str]) -> tuple[Remedy, ...]:
     """The edit of an error that one of ``names`` settles of which ``word`` is a slip; none where none is near."""
     near = find_meant(word, *names, slip_alone=True)
     return (Remedy(f"write {near}", near, misspelt=word),) if near else ()
+
+
+def write_near_number(number: str, known: Iterable[str], name: str, line: int) -> tuple[Remedy, ...]:
+    """The edits of an error that another number behind ``name`` settles: each known one that a digit tells apart."""
+    near = list_near_numbers(number, known)
+    wrong, several = f"{name}{number}", len(near) > 1
+    new = [f"{name}{one}" for one in near]
+    return tuple(Remedy(f"write {one}", one, line=line, misspelt=wrong, is_choice=several) for one in new)
 
 
 @contextmanager

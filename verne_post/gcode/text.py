@@ -16,7 +16,7 @@ from verne_post.base.program_lines import remove_remarks
 from verne_post.gcode import plain_arcs
 from verne_post.gcode.block import Block, build_block_of_words, read_block
 from verne_post.gcode.plain import PlainLines
-from verne_post.gcode.program_error import ProgramError
+from verne_post.gcode.program_error import ProgramError, end_with
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.words import WordTable, count_lines, find_chunk_end, read_whole_lines, split_words
 
@@ -220,7 +220,7 @@ class ProgramText(ChunkedText):
             except ProgramError as error:
                 column = error.column or 1
                 raise ProgramError(error.code, error.message, column, line=line, edits=error.edits) from None
-        open_words.check_all_closed()
+        open_words.check_all_closed(self.source)
         return structure
 
 
@@ -277,6 +277,10 @@ class _Construct(Struct):
     line: int
     column: int
     branches: list[int] = field(default_factory=list)
+
+
+#: A line that ends the program.
+_END: Final = re.compile(rb"^[^(;\n]*M0*(?:2|30)(?![0-9.])", re.MULTILINE | re.IGNORECASE)
 
 
 class _Opened:
@@ -347,14 +351,18 @@ class _Opened:
     def _describe(item: _Construct) -> str:
         return f"o{item.label} {item.kind} (line {item.line})"
 
-    def check_all_closed(self) -> None:
-        """At the end of the text nothing may be open."""
+    def check_all_closed(self, source: Text) -> None:
+        """Nothing may be open at the end of the text; behind that of the program what is to be written is certain."""
         if self._open:
             item = self._open[-1]
             ends = {"sub": "endsub", "if": "endif", "while": "endwhile", "do": "while", "repeat": "endrepeat"}
+            end = f"o{item.label} {ends[item.kind]}"
+            ended = _END.search(source)
+            is_last = item.kind == "sub" and ended is not None and source.count(b"\n", 0, ended.start()) < item.line - 1
             raise ProgramError(
                 "VP023",
-                f"o{item.label} {item.kind} is never closed; expected o{item.label} {ends[item.kind]}",
+                f"o{item.label} {item.kind} is never closed; expected {end}",
                 item.column,
                 line=item.line,
+                edits=end_with(end) if is_last else (),
             )

@@ -33,8 +33,9 @@ class Remedy:
     line: int = 0  #: Of the program, where it is written there; of an error that is raised, 0 is its own line.
     #: The letter, and the number that stands there; no letter where the text of the program tells the place.
     word: tuple[str, float] = ("", 0.0)
-    #: In place of the number, behind the word, below its line; before ``line``; in place of what the finding marks.
-    way: Literal["number", "behind", "below", "before", "marked"] = "number"
+    #: In place of the number, behind the word, below its line; before ``line``; in place of what the finding marks; as
+    #: the last line, before a closing %.
+    way: Literal["number", "behind", "below", "before", "marked", "end"] = "number"
     is_above: bool = False  #: ``word`` stands in the last line up to ``line`` that has it.
     misspelt: str = ""  #: What stands in ``line`` in place of ``value``: at the column of a finding of that line.
     turns: bool = False  #: The tool axis becomes another one.

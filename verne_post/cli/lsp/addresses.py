@@ -279,7 +279,8 @@ def _find_tool(address: Address, dialect: str, state: State, options: Options) -
     """Number of the tool that an address names; None for one that names none."""
     by_name = {"siemens": ("T", "T1"), "heidenhain": ("TOOL CALL", "TOOL DEF")}.get(dialect, ("T", "H", "D"))
     if dialect == "siemens" and address.name == "D":
-        return state.loaded_tool if address.value != "0" else None
+        # before the first M6 it is for the tool that T has selected
+        return (state.loaded_tool or state.selected_tool) if address.value != "0" else None
     if address.name not in by_name:
         return None
     if address.value.isdecimal():

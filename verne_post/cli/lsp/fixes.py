@@ -69,7 +69,7 @@ def find_fixes(
     SupersededError
     """
     fixes, before, places = [], count_findings(found.findings), _count_places(found.findings)
-    setup, codes = _find_setup(inspector, found.path), {one.code for one in found.findings}
+    setup, codes = _find_setup(inspector, found.path, texts), {one.code for one in found.findings}
     # another place is within limits too, and a word that is not used may stand beside the wrong code
     is_choice = is_about_pose(item.code) or item.code == "VP006"
     for fix in _list_worked_out(_propose_fixes(found, item, setup, texts)):
@@ -83,12 +83,15 @@ def find_fixes(
         # mends a word in one place of several, which are one finding; and one that removes its finding, though what
         # could not be told before is wrong elsewhere
         is_mended = _is_settled(fix, item, found, after, is_as_bad=errors <= before[0])
+        uncovered = _list_uncovered(fix, item, found, after) if (errors, warnings) == before else []
         is_better = (errors - len(shown), warnings) < before
-        if is_better or ((errors, warnings) == before and _count_places(after) < places) or is_mended:
+        is_narrower = (errors, warnings) == before and _count_places(after) < places
+        if is_better or is_narrower or is_mended or uncovered:
             left = f"{errors} error{'s stay' if errors > 1 else ' stays'}" if errors else "no errors then"
             left += f", with {format_count(warnings, 'warning')}" if warnings > before[1] else ""
+            left += "".join(f", and {one.code} in line {one.line}" for one in uncovered)
             left += ", another tool axis" if fix.turns else ""
-            settles = not errors and not (fix.turns or fix.is_choice or is_choice)
+            settles = not errors and not (fix.turns or fix.is_choice or is_choice or uncovered)
             fixes.append(replace(fix, title=f"{fix.title} ({left})", settles=settles))
     lacking = item.settled_by and setup is not None and not setup.exists() and setup not in texts
     if lacking and setup is not None and found.machine is not None and found.options is not None:
@@ -136,6 +139,8 @@ def _is_settled(fix: Fix, item: Finding, found: Inspected, after: Sequence[Findi
     """
     if item.severity != "error" or not is_about_text(item.code) or fix.turns or item.line is None:
         return False
+    if _count_same(after, item) >= _count_same(found.findings, item):  # moved by a line, it is not gone
+        return False
     whole = fix.text or "" if fix.path == found.path else ""
     at = 1 + whole.count("\n", 0, fix.begin)
     first = at + (whole[: fix.begin][-1:] not in ("", "\n"))  # the first line that the edit moves
@@ -145,7 +150,7 @@ def _is_settled(fix: Fix, item: Finding, found: Inspected, after: Sequence[Findi
     left = [one for one in after if one.severity == "error" and (one.code, one.line or 0) not in known]
     if fix.spells:
         near = [one for one in left if one.line in (own, at)]
-        return all(is_as_bad and (one.code, one.line) != (item.code, own) for one in near)
+        return all(is_as_bad and not fix.is_choice and (one.code, one.line) != (item.code, own) for one in near)
     return not any(is_about_text(one.code) and (one.line or 0) <= own for one in left)
 
 
@@ -234,16 +239,33 @@ def _read_setup(setup: Path, texts: Mapping[Path, str]) -> str:
     return setup.read_text("utf-8", errors="replace")
 
 
+def _list_uncovered(fix: Fix, item: Finding, found: Inspected, after: Sequence[Finding]) -> list[Finding]:
+    """Warnings that come to light where an edit has settled one: of other causes, and not in the lines it wrote."""
+    if fix.path != found.path or fix.is_choice or item.severity != "warning" or _count_same(after, item):
+        return []
+    at = 1 + found.text.count("\n", 0, fix.begin)
+    known = {(one.code, one.message) for one in found.findings}
+    new = [one for one in after if one.severity != "note" and (one.code, one.message) not in known]
+    written = range(at, at + fix.new.count("\n") + 1)
+    return [] if any(one.code == item.code or one.line in written for one in new) else new
+
+
+def _count_same(findings: Sequence[Finding], item: Finding) -> int:
+    """Places of which the same is said as of a finding."""
+    return sum(one.count for one in findings if (one.code, one.message) == (item.code, item.message))
+
+
 def _count_places(findings: Sequence[Finding]) -> int:
     """Places of a text that cannot be read."""
     return sum(item.count for item in findings if item.severity == "error" and is_about_text(item.code))
 
 
-def _find_setup(inspector: Inspector, path: Path) -> Path | None:
-    """The file of the set-up of a program; None where there is to be none, or the program is not saved yet."""
+def _find_setup(inspector: Inspector, path: Path, texts: Mapping[Path, str]) -> Path | None:
+    """The file of the set-up of a program; None where there is to be none, or neither is saved yet."""
     named = inspector.given.get("setup_file")
     if named is None:
-        return Path(f"{path}.toml") if path.is_file() else None
+        setup = Path(f"{path}.toml")
+        return setup if path.is_file() or setup in texts or setup.is_file() else None
     return None if named == NONE else Path(named)
 
 
@@ -270,10 +292,6 @@ def _propose_fixes(found: Inspected, item: Finding, setup: Path | None, texts: M
         if fix is not None:
             yield fix
     text = found.text
-    if item.code == "VP010":
-        last = "FINI" if item.message.endswith(" FINI") else "M30"
-        new = f"{'' if text.endswith(chr(10)) or not text else chr(10)}{last}\n"
-        yield Fix(f"End the program with {last}", found.path, text, len(text), len(text), new)
     if any(one.misspelt for one in item.edits):
         return
     near = find_suggestion(item.message)
@@ -322,6 +340,16 @@ def _write_before(found: Inspected, item: Finding, remedy: Remedy) -> Iterator[F
     at, new = _find_offset(found.text, remedy.line - 1), remedy.value
     title, is_choice = f"Write {new} before line {remedy.line}", remedy.is_choice
     yield Fix(title, found.path, found.text, at, at, f"{new}\n", turns=remedy.turns, is_choice=is_choice)
+
+
+def _write_at_end(found: Inspected, _item: Finding, remedy: Remedy) -> Iterator[Fix]:
+    """What ends the program."""
+    text = found.text
+    closing = re.search(r"(?<=\n)[ \t]*%\s*\Z", text)
+    at = closing.start() if closing else len(text)
+    new = f"{'' if text[:at].endswith(chr(10)) or not at else chr(10)}{remedy.value}\n"
+    title = f"End the program with {remedy.value}{' before the closing %' * bool(closing)}"
+    yield Fix(title, found.path, text, at, at, new)
 
 
 def _write_marked(found: Inspected, item: Finding, remedy: Remedy) -> Iterator[Fix]:
@@ -383,7 +411,7 @@ def _write_below(found: Inspected, item: Finding, remedy: Remedy) -> Iterator[Fi
 
 
 #: What finds the places of edits in the text: by their way, and by the code of their finding.
-_PLACES: Final = {"before": _write_before, "below": _write_below, "marked": _write_marked}
+_PLACES: Final = {"before": _write_before, "below": _write_below, "marked": _write_marked, "end": _write_at_end}
 _PLACED: Final = {"VP017": _name_angles, "VP036": _name_angles, "VP050": _start_spindle}
 
 

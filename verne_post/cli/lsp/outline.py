@@ -85,6 +85,12 @@ _NO_MOTION_CYCLES: Final = ("WORKPIECE", "CYCLE832")
 _NO_MOTION: Final = re.compile(r"\bBLK[ \t]+FORM\b|(?<![A-Z_])G(?:10|52|92)(?![\d.])|\bA?TRANS\b", re.IGNORECASE)
 
 
+#: The word that ends a program.
+_END: Final = r"^[^(;]*(?<![A-Z])(M)0*(?:2|30)(?![\d.])"
+#: A tool is in a subprogram where both begin in one line, and an operation in a tool.
+_RANKS: Final = (lsp.SymbolKind.Function, lsp.SymbolKind.Class, lsp.SymbolKind.Event)
+
+
 def find_names(pattern: str, lines: Sequence[str]) -> Iterator[Named]:
     """What a pattern names, line by line."""
     sought = re.compile(pattern, re.IGNORECASE)
@@ -113,7 +119,7 @@ class Outline:
         return [one for one in find_names(self.words.subprogram, self.lines) if one.key != "0"]
 
     def list_symbols(self) -> list[lsp.DocumentSymbol]:
-        """Tools with their operations, and subprograms."""
+        """Tools with their operations, and subprograms; the program itself, where it has a number, holds its tools."""
         last = len(self.lines) - 1
         tools = list_tool_changes(self.lines, self.dialect)
         remarks = find_tool_remarks(self.lines, self.dialect)
@@ -123,18 +129,43 @@ class Outline:
             k: one.range.start.line for one in operations for k in range(one.range.start.line, one.range.end.line + 1)
         }
         begins = [of_changes.get(one.line, one.line) for one in tools]
-        found = []
+        subprograms = self._list_subprograms()
+        # a tool, and an operation, ends with the program, behind which subprograms follow
+        ended = next((one.line for one in find_names(_END, self.lines)), last)
+        behind = next((one.line for one in subprograms if one.line > ended), last + 1)
+        found = [self._cut(one, behind) for one in operations]
         for change, begin, end in zip(tools, begins, [*begins[1:], last + 1], strict=False):
-            inside = [one for one in operations if begin <= one.range.start.line < end]
-            operations = [one for one in operations if not begin <= one.range.start.line < end]
             about = change.remark or remarks.get(change.tool.lstrip("0"), "")
             shown = f"tool {change.tool} ({about})" if about else f"tool {change.tool}"
-            found.append(self._make_symbol(shown, lsp.SymbolKind.Class, begin, end - 1, inside, change.line))
+            symbol = self._make_symbol(shown, lsp.SymbolKind.Class, begin, end - 1, change.line)
+            found.append(self._cut(symbol, behind))
         stops = [one.line for one in find_names(self.words.end, self.lines)]
-        for one in self._list_subprograms():
-            end = next((line for line in stops if line > one.line), last)
-            found.append(self._make_symbol(one.name, lsp.SymbolKind.Function, one.line, end))
-        return sorted([*operations, *found], key=lambda one: one.range.start.line)
+        for one, after in pairwise([*subprograms, Named("", last + 1, 0, 0)]):
+            end = min(next((line for line in stops if line > one.line), last), after.line - 1)
+            name = f"O{one.name}" if one.name.isdecimal() and self.dialect in ("rs274", "fanuc") else one.name
+            name = f"LBL {one.name}" if self.dialect == "heidenhain" else name
+            found.append(self._make_symbol(name, lsp.SymbolKind.Function, one.line, end))
+        return self._nest(found)
+
+    def _cut(self, symbol: lsp.DocumentSymbol, behind: int) -> lsp.DocumentSymbol:
+        """A symbol that begins above a line, and ends above it."""
+        if symbol.range.start.line < behind <= symbol.range.end.line:
+            symbol.range = self._make_range(symbol.range.start.line, behind - 1)
+        return symbol
+
+    def _nest(self, symbols: Sequence[lsp.DocumentSymbol]) -> list[lsp.DocumentSymbol]:
+        """Symbols in those in which they begin, and end: none overlaps another one beside it."""
+        outer, around = list[lsp.DocumentSymbol](), list[lsp.DocumentSymbol]()
+        for one in sorted(symbols, key=lambda one: (one.range.start.line, _RANKS.index(one.kind))):
+            while around and around[-1].range.end.line < one.range.start.line:
+                around.pop()
+            if around:
+                one = self._cut(one, around[-1].range.end.line + 1)
+                around[-1].children = [*(around[-1].children or ()), one]
+            else:
+                outer.append(one)
+            around.append(one)
+        return outer
 
     def _list_operations(self, changes: Set[int]) -> Iterator[lsp.DocumentSymbol]:
         """What follows each remark that heads an operation."""
@@ -162,19 +193,14 @@ class Outline:
         kind: lsp.SymbolKind,
         begin: int,
         end: int,
-        inside: Sequence[lsp.DocumentSymbol] = (),
         named: int | None = None,
     ) -> lsp.DocumentSymbol:
         """A symbol over whole lines; ``named`` is the one that it is called after, the first where nothing is given."""
         named = begin if named is None else named
-        whole = lsp.Range(lsp.Position(begin, 0), lsp.Position(end, len(self.lines[end])))
-        return lsp.DocumentSymbol(
-            name,
-            kind,
-            whole,
-            lsp.Range(lsp.Position(named, 0), lsp.Position(named, len(self.lines[named]))),
-            children=list(inside),
-        )
+        return lsp.DocumentSymbol(name, kind, self._make_range(begin, end), self._make_range(named, named), children=[])
+
+    def _make_range(self, begin: int, end: int) -> lsp.Range:
+        return lsp.Range(lsp.Position(begin, 0), lsp.Position(end, len(self.lines[end])))
 
     def find_definition(self, line: int, column: int, folder: Path, paths: tuple[str, ...]) -> Named | Path | None:
         """Where a call or jump at a place leads: a name of this text, or a file that the folder's programs may call."""

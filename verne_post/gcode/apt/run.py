@@ -15,7 +15,7 @@ from verne_post.gcode.apt.translator import make_blocks
 from verne_post.gcode.execution import Execution, StopConditions, knows_all, may_restart
 from verne_post.gcode.machining.assumptions import assume_feed
 from verne_post.gcode.machining.state import State
-from verne_post.gcode.program_error import ProgramError
+from verne_post.gcode.program_error import ProgramError, end_with
 from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.rs274.recovery import Recovery
 from verne_post.gcode.setup import Setup
@@ -43,7 +43,7 @@ def execute_text(source: Text, setup: Setup, state: State, stop: StopConditions)
     if run.ended_path:
         return execution
     last_line = max(source.count(b"\n") + (not source.endswith(b"\n")), 1)
-    execution.report_at_line("VP010", "the text ends without FINI", last_line)
+    execution.report_at_line("VP010", "the text ends without FINI", last_line, edits=end_with("FINI"))
     return execution
 
 

@@ -9,6 +9,8 @@ from msgspec import Struct
 from verne_post.gcode.klartext.formulas import VALUE, Numbers, read_value
 from verne_post.gcode.klartext.statements import Statement
 from verne_post.gcode.klartext.vocabulary import name_parameter
+from verne_post.gcode.program_error import ProgramError
+from verne_post.model.findings import Remedy
 
 #: FMAX as the value of a feed rate; a retract at 0 or MAX is rapid traverse.
 FMAX_VALUE: Final = 99_999.0
@@ -30,18 +32,19 @@ _POCKET_DEFAULTS: Final = {385: 500.0, 439: 0.0}
 _STUD: Final = (*_OF_MILLING, 370)
 #: Without Q215 they are those of controls on which a stud is roughed alone.
 _STUD_DEFAULTS: Final = {215: 1.0, 369: 0.0, 338: 0.0, 385: 500.0, 437: 0.0}
-#: Machining cycles: parameters that they need, and those with a default (parameter -> value).
+#: Machining cycles: parameters that they need, as controls ask for them, and those with a default (parameter -> value).
 MACHINING: Final[dict[int, tuple[tuple[int, ...], dict[int, float]]]] = {
-    200: ((*_HOLE, 206, 202, 210), {211: 0.0, 395: 0.0}),
-    201: ((*_HOLE, 206, 211, 208), {}),
-    202: ((*_HOLE, 206, 211, 208, 214), {336: 0.0, 357: 0.2}),
-    203: ((*_HOLE, 206, 202, 210, 212, 213, 205, 211, 208, 256), {395: 0.0}),
-    204: ((200, 203, 204, 249, 250, 251, 252, 253, 254, 255, 214), {336: 0.0}),
-    205: ((*_HOLE, 206, 202, 212, 205, 258, 259, 257, 256, 211), {379: 0.0, 253: 750.0, 208: FMAX_VALUE, 395: 0.0}),
-    206: ((*_HOLE, 206, 211), {}),
-    207: ((*_HOLE, 239), {}),
-    208: ((*_HOLE, 206, 334, 335), {342: 0.0, 351: 1.0, 370: 0.0}),
-    209: ((*_HOLE, 239, 257, 256), {336: 0.0, 403: 1.0}),
+    200: ((200, 201, 206, 202, 210, 203, 204), {211: 0.0, 395: 0.0}),
+    201: ((200, 201, 206, 211, 208, 203, 204), {}),
+    202: ((200, 201, 206, 211, 208, 203, 204, 214), {336: 0.0, 357: 0.2}),
+    203: ((200, 201, 206, 202, 210, 203, 204, 212, 213, 205, 211, 208, 256), {395: 0.0}),
+    204: ((200, 249, 250, 251, 252, 253, 254, 255, 203, 204, 214), {336: 0.0}),
+    205: ((200, 201, 206, 202, 203, 204, 212, 205, 258, 259, 257, 256, 211), {
+        379: 0.0, 253: 750.0, 208: FMAX_VALUE, 395: 0.0}),
+    206: ((200, 201, 206, 211, 203, 204), {}),
+    207: ((200, 201, 239, 203, 204), {}),
+    208: ((200, 201, 206, 334, 203, 204, 335), {342: 0.0, 351: 1.0, 370: 0.0}),
+    209: ((200, 201, 239, 203, 204, 257, 256), {336: 0.0, 403: 1.0}),
     240: ((200, 343, 201, 344, 206, 211, 203, 204), {}),
     262: ((*_THREAD, 355, 351), {512: 0.0}),
     263: ((*_THREAD, 356, 351, 357, 358, 359, 254), {512: 0.0}),
@@ -120,7 +123,7 @@ def read_parameters(statement: Statement, head: Head, numbers: Numbers, auto_fee
             )
         place, number, value, word = head.at + at, int(match.group(1)[:6]), match.group(2), match.group(3)
         if number in values:
-            raise statement.error("VP004", f"CYCL DEF {head.number}: Q{number} appears twice", place)
+            raise _refuse_twice(statement, head, number, place)
         if word in ("FU", "FZ"):
             raise statement.error(
                 "VP002", f"CYCL DEF {head.number}: Q{number}={word}: feed rates of cycles are in mm/min", place
@@ -134,6 +137,22 @@ def read_parameters(statement: Statement, head: Head, numbers: Numbers, auto_fee
                 values[number] = FMAX_VALUE if word else read_value(value, numbers)
         at = match.end()
     return values
+
+
+def _refuse_twice(statement: Statement, head: Head, number: int, place: int) -> ProgramError:
+    """The error of a parameter that is given again, maybe in place of one that is missing: either of both is meant."""
+    given = [(match, int(match.group(1))) for match in _PARAMETER.finditer(head.rest)]
+    needs = (MACHINING | PATTERNS).get(head.number, ((), {}))[0]
+    missing = [one for one in needs if one not in {name for _match, name in given}]
+    text, near = f"CYCL DEF {head.number}: Q{number} appears twice", find_with_digit(number, missing)
+    edits = []
+    for match, name in given if near else ():
+        if name == number:
+            line, _column = statement.find_place(head.at + match.start())
+            new = match[0].replace(match.group(1), str(near), 1)
+            edits.append(Remedy(f"write {new}", new, line=line, misspelt=match[0], is_choice=True))
+    also = f", and Q{near} is missing, the {name_parameter(near)}; write Q{near} in one of both places" if near else ""
+    return statement.error("VP004", text + also, place, tuple(edits))
 
 
 def find_parameter(statement: Statement, number: int) -> int | None:

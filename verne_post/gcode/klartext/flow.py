@@ -17,7 +17,7 @@ from verne_post.gcode.machining.plane_geometry import Point
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.mistyped import correct_line, shift_back
 from verne_post.gcode.plain import PlainLines
-from verne_post.gcode.program_error import ProgramError, locate_errors
+from verne_post.gcode.program_error import ProgramError, end_with, locate_errors, write_near_number
 from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.repeats import Repeats
 from verne_post.gcode.setup import Setup
@@ -102,7 +102,8 @@ class KlartextFlow:
             near = find_meant(name, labels, slip_alone=True)
             if near_numbers := name_near_numbers(name, labels, "LBL "):
                 text += f"; it has {near_numbers}"
-            raise ProgramError("VP023", f'"{name}": {text}; did you mean "{near}"?' if near else text)
+            edits = write_near_number(name, labels, "LBL ", line)
+            raise ProgramError("VP023", f'"{name}": {text}; did you mean "{near}"?' if near else text, edits=edits)
         return labels[name] + 1
 
     def _enter(self, text: KlartextText, begin: int, line: int, call: _Call, name: str) -> None:
@@ -188,7 +189,8 @@ class _KlartextRun:
         text = self.calls.text
         inside = f"the text ends inside a call{f' ({text.name})' if text.name else ''}"
         what = f"{inside if self.calls.in_call else 'the file ends'} without END PGM, M2 or M30"
-        execution.report_at_line("VP010", what, self.calls.shown_line or max(text.n_lines, 1))
+        edits = () if text.name else end_with("M30")
+        execution.report_at_line("VP010", what, self.calls.shown_line or max(text.n_lines, 1), edits=edits)
         return False
 
     def leave_call(self) -> None:

@@ -68,20 +68,23 @@ class QParameters(Struct):
             return table[key]
         if kind == "Q" and number in self.control_values:
             return self.control_values[number]
-        edits: tuple[Remedy, ...] = ()
         of_kind = (one.removeprefix(kind) for one in table if one.rstrip("0123456789") == kind)
-        if near := find_meant_number(str(number), of_kind):
-            edits = (Remedy(f"write {kind}{near}", f"{kind}{near}", misspelt=name, is_choice=True),)
+        near = find_meant_number(str(number), of_kind)
+        names = [f"{kind}{near}"] if near else self._list_other_kinds(number)
+        edits = tuple(Remedy(f"write {one}", one, misspelt=name, is_choice=True) for one in names)
         raise ProgramError("VP025", f"{key} has no value; {self._say_what_sets_it(kind, number)}", edits=edits)
 
     def _say_what_sets_it(self, kind: str, number: int) -> str:
         if f"{kind}{number}" in self.refused_names:
             return SETTING_REFUSED
-        names = (*self.values, *self.local[-1])
-        others = [f"{other}{number}" for other in ("Q", "QL", "QR") if f"{other}{number}" in names]
-        numbers = [name.removeprefix(kind) for name in names]
+        others = self._list_other_kinds(number)
+        numbers = [name.removeprefix(kind) for name in (*self.values, *self.local[-1])]
         near = name_near_numbers(str(number), numbers, kind) or (others and f"{others[0]}, which is another parameter")
         return f"set it first{f'; the program sets {near}' if near else ''}"
+
+    def _list_other_kinds(self, number: int) -> list[str]:
+        """Parameters of the other kinds with this number that have a value: QL1 where Q1 has none."""
+        return [key for kind in ("Q", "QL", "QR") if (key := f"{kind}{number}") in (*self.values, *self.local[-1])]
 
     def look_up(self, name: str) -> float | str | None:
         """Number, or text of QS1; None where it has none."""

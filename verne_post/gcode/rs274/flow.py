@@ -11,7 +11,7 @@ from verne_post.base.suggestions import find_meant, find_meant_number, name_near
 from verne_post.gcode.block import Block, OWord
 from verne_post.gcode.calls import CallStack, spell_program
 from verne_post.gcode.parameters import LOCAL_INDICES
-from verne_post.gcode.program_error import ProgramError, locate_errors
+from verne_post.gcode.program_error import ProgramError, locate_errors, write_near_number
 from verne_post.gcode.repeats import Repeats
 from verne_post.gcode.rs274.interpreter import Call, Rs274
 from verne_post.gcode.rs274.macro_flow import Frame, MacroFlow
@@ -187,6 +187,7 @@ class Flow:
                 f"o{label}: it is defined neither in the program nor in a file {name}.ngc in its folder or a "
                 f"--subroutine-path{f'; did you mean o<{near}>?' if near else ''}"
                 f"{f'; the program has {near_numbers}' if near_numbers else ''}",
+                edits=write_near_number(name, numbers, "o", self.calls.line - 1),
             )
         if label not in text_of_file.structure.subs:
             raise ProgramError("VP023", f"the file {text_of_file.name} does not define o{label} sub")
@@ -317,9 +318,10 @@ class Flow:
             message += "; from O9000 on they are macros of the builder, or of a probe: take calls of a probe out"
         known_programs = {one for text in (self.calls.text, self.calls.main) for one in text.structure.programs}
         near = find_meant_number(label, known_programs)
-        long_numbers = [one for one in known_programs if len(one) > len("99")]  # O1 mostly is the program itself
-        if near_numbers := name_near_numbers(label, [near] if near else sorted(long_numbers), "O"):
+        # O1 mostly is the program itself
+        numbers = [near] if near else sorted(one for one in known_programs if len(one) > len("99"))
+        if near_numbers := name_near_numbers(label, numbers, "O"):
             message += f"; the program has {near_numbers}"
-        edit = Remedy(f"write P{near}", f"P{near}", line=self.calls.line - 1, misspelt=f"P{label}")
-        is_sure = near and self.calls.text is self.calls.main
-        raise ProgramError("VP023", message, goes_on=True, about=f"O{label}", edits=(edit,) if is_sure else ())
+        edits = write_near_number(label, numbers, "P", self.calls.line - 1)
+        in_main = self.calls.text is self.calls.main
+        raise ProgramError("VP023", message, goes_on=True, about=f"O{label}", edits=edits if in_main else ())

@@ -7,7 +7,7 @@ from verne_post.gcode.execution import OF_TEXT, Execution, StopConditions, run_p
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.mistyped import correct_number, correct_word, shift_back
 from verne_post.gcode.plain_vectors import end_of_vectors, take_vectors
-from verne_post.gcode.program_error import ProgramError
+from verne_post.gcode.program_error import ProgramError, end_with
 from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.rs274.flow import Flow
 from verne_post.gcode.rs274.interpreter import Rs274
@@ -175,21 +175,23 @@ class _BlockRun:
         """The text ends without M2 or M30: an error but for a pair of %."""
         flow, text = self.flow, self.calls.text
         percent = text.opening is not None
+        edits = end_with("M30")
         if (unfinished_error := flow.interpreter.find_unfinished()) is not None:
             what = f"the text ends before {unfinished_error}"
         elif self.calls.in_call:
             what = f"the text ends inside a subroutine{f' ({text.name})' if text.name else ''}; expected endsub or M99"
+            edits = end_with("M99") if not text.name and flow.interpreter.custom_macro else ()
         elif text.closing is not None or flow.interpreter.ends_with_text:
             execution.recorder.record_event(self.calls.line, "end", code="%")
             if flow.interpreter.custom_macro and flow.interpreter.setup.machine and not execution.errors:
                 what = (
                     "no M30 or M2 ends the program before the closing %, where a control stops with an alarm; write M30"
                 )
-                execution.recorder.warn("VP010", f"{what} before it", self.calls.line, None, "warning")
+                execution.recorder.note_once("VP010", f"{what} before it", self.calls.line, edits, severity="warning")
             return False
         else:
             what = f"the file ends without {'M2, M30 or a closing %' if percent else 'M2 or M30'}"
-        execution.report_at_line("VP010", what, self.calls.shown_line or max(text.n_lines, 1))
+        execution.report_at_line("VP010", what, self.calls.shown_line or max(text.n_lines, 1), edits=edits)
         return False
 
     def leave_call(self) -> None:
