@@ -1875,7 +1875,7 @@ def test_cuts_before_a_and_c_get_them(client: Client, tmp_path: Path) -> None:
         ("verne-post.toml", '[setup."a.nc"]\ntool_l^', "tool_length", "gauge line"),
         ("verne-post.toml", "[check]\nign^", "ignore", "list"),
         ("m.toml", 'schema = 1\nkind = "verne"\n[module]\nleg1^', "leg1_x_offset", "number"),
-        ("m.toml", 'schema = 1\nkind = "verne"\n[limits]\na_d^', "a_deg", "number"),
+        ("m.toml", 'schema = 1\nkind = "verne"\n[limits]\na_d^', "a_deg", "[least, greatest]"),
         ("m.toml", "schema = 2\n[joints.x]\nvel^", "velocity", "number"),
         ("m.toml", 'schema = 1\nkind = "^"', '"verne"', "text"),
         ("a.nc.toml", "[tools]\n1 = { length = 80, ^ }\n", "diameter", "number"),

@@ -345,6 +345,6 @@ def _read_comment(text: str, at: int) -> tuple[str, int]:
             )
         if text[end] == ")":
             return text[at + 1 : end], end + 1
-    opened = text[at:].rstrip()
-    edits = (Remedy(f"write {opened})", f"{opened})", misspelt=opened),)
+    comment = text[at:].rstrip()
+    edits = (Remedy(f"write {comment})", f"{comment})", misspelt=comment),)
     raise ProgramError("VP001", "the comment is not closed on its line; expected ')'", at + 1, edits=edits)

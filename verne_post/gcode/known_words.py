@@ -215,15 +215,15 @@ def list_values_of_cycle(word: str, dialect: str) -> list[tuple[str, str]]:
 def describe_values(word: str, dialect: str) -> list[str]:
     """The values of a cycle of Siemens or Klartext, in their order, with what each is; none for other words."""
     if dialect == "siemens":
-        named = ((name, OF_VALUES.get(name, "")) for name in _list_parameters().get(word, ()))
+        values = ((name, OF_VALUES.get(name, "")) for name in _list_parameters().get(word, ()))
     else:
         needs, defaults = _list_q_parameters(word) if dialect == "heidenhain" else ((), {})
         without = {number: f", {value:g} where it is not given" for number, value in defaults.items()}
-        named = (
+        values = (
             (f"Q{number}", f"{klartext.name_parameter(number)}{without.get(number, '')}")
             for number in (*needs, *defaults)
         )
-    return [f"{name}: {meaning}" if meaning else name for name, meaning in named]
+    return [f"{name}: {meaning}" if meaning else name for name, meaning in values]
 
 
 def _list_q_parameters(word: str) -> tuple[tuple[int, ...], dict[int, float]]:

@@ -31,9 +31,9 @@ def write_meant(word: str, *names: Iterable[str]) -> tuple[Remedy, ...]:
     return (Remedy(f"write {near}", near, misspelt=word),) if near else ()
 
 
-def write_near_number(number: str, known: Iterable[str], name: str, line: int) -> tuple[Remedy, ...]:
+def write_near_number(number: str, known_numbers: Iterable[str], name: str, line: int) -> tuple[Remedy, ...]:
     """The edits of an error that another number behind ``name`` settles: each known one that a digit tells apart."""
-    near = list_near_numbers(number, known)
+    near = list_near_numbers(number, known_numbers)
     wrong, several = f"{name}{number}", len(near) > 1
     new = [f"{name}{one}" for one in near]
     return tuple(Remedy(f"write {one}", one, line=line, misspelt=wrong, is_choice=several) for one in new)

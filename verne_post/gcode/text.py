@@ -357,8 +357,8 @@ class _Opened:
             item = self._open[-1]
             ends = {"sub": "endsub", "if": "endif", "while": "endwhile", "do": "while", "repeat": "endrepeat"}
             end = f"o{item.label} {ends[item.kind]}"
-            ended = _END.search(source)
-            is_last = item.kind == "sub" and ended is not None and source.count(b"\n", 0, ended.start()) < item.line - 1
+            stop = _END.search(source)
+            is_last = item.kind == "sub" and stop is not None and source.count(b"\n", 0, stop.start()) < item.line - 1
             raise ProgramError(
                 "VP023",
                 f"o{item.label} {item.kind} is never closed; expected {end}",

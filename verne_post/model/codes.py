@@ -844,7 +844,7 @@ CODES: Final[dict[str, Code]] = _make_table(
 )
 
 #: Numbers of codes that are errors in some cases and warnings in others.
-_EITHER: Final = (1, 4, 5, 7, 9, 10, 18, 23, 24, 25, 33, 34, 36, 41, 49, 52, 202, 203, 216, 301, 505)
+_EITHER: Final = (1, 4, 5, 7, 9, 10, 18, 23, 24, 25, 26, 33, 34, 36, 41, 49, 52, 202, 203, 216, 301, 505)
 
 
 def describe_severity(code: Code) -> str:

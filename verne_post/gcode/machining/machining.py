@@ -86,8 +86,8 @@ def explain_g91(core: "Machining", error: ProgramError, line: int) -> ProgramErr
     """An error that G90 would settle, with the line of G91; with others of this G91 it is one finding."""
     if "G91" in core.word_lines:
         since = core.word_lines["G91"]
-        if named := name_word(core, "G91", "G91", line):
-            error.message += f"{named}: write G90 below line {since} if places are meant"
+        if cause := name_word(core, "G91", "G91", line):
+            error.message += f"{cause}: write G90 below line {since} if places are meant"
             error.edits += (Remedy("write G90", "G90", line=since, way="below", is_choice=True),)
         error.cause = f"G91 of line {since}"
     return error

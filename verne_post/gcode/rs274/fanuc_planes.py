@@ -383,12 +383,12 @@ class FanucPlanes:
             self.core.start_of_motion(MoveKind.RAPID, absolute=True, machine=False, axes=words, at=block)
         except ProgramError as error:
             if error.code == "VP016":  # this block has no words for Z
-                error.message = f"{error.message.partition('; ')[0]}; {self._advise_before_turn(name)}"
+                error.message = f"{error.message.partition('; ')[0]}; {self._say_what_goes_before_turn(name)}"
             raise
         self.recorder.fix_c(block.line)
         self.core.go_straight(block, MoveKind.RAPID, end, [tilt, turn])
 
-    def _advise_before_turn(self, name: str) -> str:
+    def _say_what_goes_before_turn(self, name: str) -> str:
         """What to write before a block that turns the table after a change of length."""
         letters = [AXES[axis] for axis in self.setup.rotary]
         level = " ".join(f"{letter}0" for letter in letters)

@@ -253,8 +253,8 @@ class Flow:
             words = self.executor.read(cursor, self.calls.show(line))
         except ProgramError as error:
             correction = find_correction(error.message)
-            meant = "" if correction is None else correction[1]
-            if correction is not None and self.executor.is_cycle(meant) and not self.executor.is_modal(meant):
+            right_name = "" if correction is None else correction[1]
+            if correction is not None and self.executor.is_cycle(right_name) and not self.executor.is_modal(right_name):
                 near = find_meant(correction[0], DRILLING)
                 error.message = f"{correction[0]}: no cycle that MCALL calls; write the cycle that is meant"
                 error.message += f", such as {near}" if near else ""
