@@ -821,8 +821,8 @@ def test_help_shows_every_option_with_type_default_and_meaning() -> None:
         assert f" {name} : " in text, name
         assert " ".join(option.about.help.replace("|", " ").split()) in text, name
     assert (
-        "tool_length : float, default None Length from the gauge line to the tip, for the whole program; default: that of each tool. 0 to 10000 mm."
-        in text
+        "tool_length : float, default None Length from the gauge line to the tip, for the whole program; default: "
+        "that of each tool. 0 to 10000 mm." in text
     )
     assert "smoothing : {'spline', 'blend', 'off'}, default 'spline'" in text
     assert "approach : str or tuple[float, ...], default None" in text
