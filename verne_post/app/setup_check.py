@@ -552,7 +552,7 @@ def _check_directions(moves: Moves, path: ToolPath, machine: Machine) -> list[Fi
     On a control of RS274/NGC the kinematics hold the tip, and no code asks for it. So a program that turns the table
     while the tip cuts has no other reading there; for a Fanuc control it lacks G43.4. A Siemens control has another
     reading: its own directions, while the table stands as TRAORI or CYCLE800 has left it. Rapids count for Fanuc alone,
-    behind a code that has ended: those before the first one only lead to it.
+    behind a code that has ended, and where the table stays turned: those before the first one only lead to it.
     """
     if moves.tcp_changes == (0,):
         return []
@@ -583,8 +583,9 @@ def _check_directions(moves: Moves, path: ToolPath, machine: Machine) -> list[Fi
         if first < 0 and len(at):
             first, is_turning = int(move[at[0]]), at[0] in np.flatnonzero(turns)
         if rapid < 0 and moves.needs_tcp_code:
-            ended = (move >= moves.tcp_changes[0]) if moves.tcp_changes else True
-            at = np.flatnonzero(differs & ended & (moves.kind[move] == MoveKind.RAPID) & ~in_machine[move])
+            ended = move >= (moves.tcp_changes[0] if moves.tcp_changes else len(moves))
+            stays = goes & (tilted | (turned & away))  # one that turns back ends where a control does
+            at = np.flatnonzero(stays & ended & (moves.kind[move] == MoveKind.RAPID) & ~in_machine[move])
             rapid = int(move[at[0]]) if len(at) else -1
     if first < 0 and rapid >= 0:
         return [_report_rapid(moves, rapid, machine)]
