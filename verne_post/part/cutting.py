@@ -43,6 +43,10 @@ MOST_PLACES: Final = 401
 AT_A_TIME: Final = 1 << 15
 #: Rays with the longest overlaps at which it is measured, and as many evenly among the others.
 MEASURED_RAYS: Final = 300
+#: Rays across a body from which these are chosen, if that leaves enough.
+CHOSEN_FROM: Final = 10_000
+#: The depth of a long contact is measured again after this share of itself: it changes by no more than the body moves.
+DEPTH_SHARE: Final = 0.05
 
 
 class Tool(Struct, frozen=True, eq=False):
@@ -159,6 +163,8 @@ class _Run:
         self.compiled = len(spans.line) > WORTH_COMPILING and load_compiled() is not None
         #: Straight cuts by tool (tip and axis, each (2, 3)), which a rapid may follow.
         self.cuts: dict[int, list[tuple[Array, Array]]] = {}
+        #: By body the last place where the depth of a contact was measured: span, tip, axis, and the depth.
+        self.measured: dict[str, tuple[int, Array, Array, float]] = {}
         #: Tools, and their bodies other than the cutter, that have run into the stock.
         self.broken: set[tuple[int, str]] = set()
         #: Standing bodies leave teeth up to half their distance.
@@ -223,9 +229,18 @@ class _Run:
         for name, body in tool.list_bodies(with_cutter=stood is not None):
             touching = self._is_touching(tip, axis, body, -TOUCH_MM - self.left)
             if touching:
-                if (row, name) not in self.begin:
+                before = self.measured.get(name)
+                goes_on = (
+                    before is not None
+                    and 0 <= row - before[0] <= 1
+                    and self.spans.line[row] == self.spans.line[before[0]]
+                )
+                if not goes_on:
                     self.begin[row, name] = self._find_begin(tip, axis, body)
-                self.depth[row, name] = max(self._measure_depth(tip, axis, body), self.depth.get((row, name), 0.0))
+                self.depth[row, name] = max(
+                    self._follow_depth(row, tip, axis, name, body, before if goes_on else None),
+                    self.depth.get((row, name), 0.0),
+                )
                 self.broken.add((int(self.spans.tool[row]), name))
             elif not (name == "shank" and tool.has_thin_shank) and not self._is_clear(
                 row, tip, axis, name, body, stood or (tip[0], axis[0])
@@ -324,6 +339,28 @@ class _Run:
         begin = measure_phi(body, point, *stood)
         return bool((_measure_nearest(tips, axes, body, point) >= begin - TOUCH_MM).all())
 
+    def _follow_depth(
+        self,
+        row: int,
+        tip: Array,
+        axis: Array,
+        name: str,
+        body: tuple[Piece, ...],
+        before: tuple[int, Array, Array, float] | None,
+    ) -> float:
+        """How deep a body is in the material on a span, or was not far ``before`` in the same contact, mm."""
+        in_corner = self.spans.rounding is not None and self.spans.rounding[row] > 0
+        if before is not None and not in_corner:
+            _row, old_tip, old_axis, depth = before
+            reach = max(piece.high for piece in body)
+            gone = np.linalg.norm(tip[1] - old_tip) + reach * np.linalg.norm(axis[1] - old_axis)
+            if gone <= max(STEP_MM, DEPTH_SHARE * depth):
+                self.measured[name] = row, old_tip, old_axis, depth
+                return depth
+        depth = self._measure_depth(tip, axis, body)
+        self.measured[name] = row, tip[1], axis[1], depth
+        return depth
+
     def _measure_depth(self, tip: Array, axis: Array, body: tuple[Piece, ...]) -> float:
         """How deep a body is in the material at most, mm."""
         point = self._list_points(tip, axis, body, 0.0)
@@ -349,7 +386,9 @@ class _Run:
         found = []
         for hit, sweeps, table in self._find_hits(tip, axis, body, by):
             for one in hit.tolist():
-                middle, overlap = self.stock.list_overlaps(sweeps, table, one)
+                middle, overlap = self.stock.list_overlaps(sweeps, table, one, np.inf if every else CHOSEN_FROM)
+                if len(overlap) < MEASURED_RAYS and not every:
+                    middle, overlap = self.stock.list_overlaps(sweeps, table, one)
                 order = np.argsort(-overlap)
                 spread = order[MEASURED_RAYS :: 1 if every else len(order) // MEASURED_RAYS + 1]
                 kept = np.append(order[:MEASURED_RAYS], spread)
