@@ -97,7 +97,7 @@ def test_neovim_shows_findings_poses_and_lenses_and_applies_a_fix(tmp_path: Path
     assert part.read_text("utf-8") == seen["mended"]
     # the cursor stands on the mended line
     assert "line 7: G1 A99" in seen["hover"] and "margin to its travel" in seen["hover"]
-    assert [name.split("] ")[-1] for name in seen["symbols"]] == ["0001", "tool 1", "FACE", "0100"]
+    assert [name.split("] ")[-1] for name in seen["symbols"]] == ["O0001", "tool 1", "FACE", "O0100"]
     assert seen["definition"] == 12
     assert '1 = { length = "measure" }' in seen["setup"]
 
@@ -114,7 +114,7 @@ def test_emacs_shows_findings_poses_and_symbols_and_applies_a_fix(tmp_path: Path
     assert seen["mode"] == "gcode-mode"
     assert [(one["line"], one["word"], "VP102" in one["text"]) for one in seen["diagnostics"]] == [(7, "A101.", True)]
     assert "line 7: G1 A101" in seen["hover"] and "pose: refused" in seen["hover"]
-    assert {"0001", "tool 1", "FACE", "0100"} <= set(seen["symbols"])
+    assert {"O0001", "tool 1", "FACE", "O0100"} <= set(seen["symbols"])
     assert re.search(r"^G1 A99\.\d+ F2000\.$", seen["mended"], re.MULTILINE)
     assert seen["definition"] == 12
 
