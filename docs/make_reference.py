@@ -107,7 +107,7 @@ def _text(command: click.Command) -> str:
 def keys_page() -> str:
     """Keys of the common tables of the machine file with type, bounds and default."""
     out = [
-        "# Bounds of the common tables of the machine file",
+        "# Machine file: bounds of keys",
         "",
         "The tables that all machine files of schema 1 share: each key with its type, and with the bounds that a value",
         "is checked against. [Machine file](../machine-file.md) gives the meaning of each key. It also has what is not",

@@ -5,6 +5,7 @@ const ROLES = { table: "table", thead: "rowgroup", tbody: "rowgroup", tr: "row",
 const mark = table => {
   if (!table.checkVisibility()) return;
   const heads = [...table.tHead.rows[0].cells].map(cell => cell.textContent.trim());
+  for (const code of table.querySelectorAll("code")) code.classList.toggle("long", code.textContent.length > 24);
   if (heads.length < 3) { table.dataset.pairs = ""; return; }
   const cells = [...table.tBodies[0].rows].flatMap(row => [...row.cells].slice(1));
   // numbers of one measurement stay on one line: 0.010, 0.000 / 0.007, 0.000
@@ -12,7 +13,6 @@ const mark = table => {
   const wrap = table.closest(".md-typeset__scrollwrap") || table;
   table.toggleAttribute("data-examples", heads.length === 3 && heads[1] === "example");
   table.toggleAttribute("data-wide", wrap.scrollWidth > wrap.clientWidth);
-  for (const code of table.querySelectorAll("code")) code.classList.toggle("long", code.textContent.length > 24);
   const texts = cells.filter(cell => !/^[-+<>]?\.?\d/.test(cell.textContent.trim())).length;
   const crowded = wrap.scrollWidth > wrap.clientWidth && texts > cells.length / 2;
   if (!crowded && !cells.some(cell => cell.textContent.length > 40)) return;

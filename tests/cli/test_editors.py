@@ -26,7 +26,7 @@ PROGRAM = (
     "G21 G90 G94 G17 G40 G49 G80\n"
     "T1 M6 S900 M3\n"
     "(FACE)\n"
-    "G0 X0. Y0. Z120. A0. C0.\n"
+    "G43.4 H1 G0 X0. Y0. Z120. A0. C0.\n"
     "G1 A101. F2000.\n"
     "G1 A60.\n"
     "G0 Z160. A0.\n"

@@ -123,7 +123,7 @@ _G: Final[Mapping[str, Mapping[int, str]]] = {
         "absolute, incremental; from its own block on, but not for I J K, G10, G92 and G53",
     ),
     "arc distance": dict.fromkeys((901, 911), "I J K absolute, or from the start (at the start of the program)"),
-    "feed mode": dict.fromkeys((930, 940, 950), "see Feed modes"),
+    "feed mode": dict.fromkeys((930, 940, 950), "see Feed modes G93, G94, G95"),
     "units": dict.fromkeys(
         (200, 210),
         "inch, mm, of lengths and F; acts before the motion of its own block; angles and deg/min are never scaled",

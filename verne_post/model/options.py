@@ -463,6 +463,7 @@ class Options:
     ] = "tool"
     override: Annotated[
         float,
+        Meta(ge=0.05, le=1.0),
         Checked(check_override),
         About(
             "Feed override: share of the planned speed at which the motion is executed, 0.05 to 1. "
