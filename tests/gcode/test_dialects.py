@@ -64,7 +64,7 @@ SAMPLES = Path(__file__).parents[2] / "gcode_samples"
     ("%\nO1000\nG64 P.01", "rs274"), ("%\nO1\nG43.4 H1\nG10 L20 P1 Z0", "rs274"),
     ("%\nO1\nG64 P0.01\nG43.4 H1", "rs274"), ("%\nO1\nG64 P0.01\nG54.1 P1", "fanuc"),
     ("%\nO1\n(G64 P1)\nG43.4 H1\nG61.1", "fanuc"), ("%\nO1\nG61.1", "rs274"), ("O1\nIF [1 EQ 1] GOTO 5\nN5", "fanuc"),
-    ("%\nO1\nG64\nG43.4 H1", "fanuc"),
+    ("%\nO1\nG64\nG43.4 H1", "fanuc"), ("%\nO1\nG41.1 D1 X20.", "fanuc"), ("G41.1 D1 X20.", "rs274"),
     ("%\nO1\nG54.1 P1\nG10 L20 P1 Z0", "fanuc"), ("%\no100 sub\n", "rs274"), ("", "rs274"),
     ("% O1000\nG0 X1\n%", "fanuc"), ("%PROG-NC\nG0", "fanuc"), ("%\n:1000\nG0 X1", "fanuc"),
     ("%\nN10 G40 G17\nN20 G65 P9021 T1", "fanuc"), ("G0 X1\nG05 P10000\nX2", "fanuc"), ("G0 X1\nG5.1 Q1", "fanuc"),
