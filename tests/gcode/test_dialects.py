@@ -87,6 +87,17 @@ def test_recognised_by_the_header(text, name):
     assert sum(dialect.recognise(text.encode()) for dialect in DIALECTS.values()) <= 1
 
 
+def test_a_title_without_parentheses_says_how_its_line_was_read(view):
+    """The list of words of RS274/NGC was no help to who writes Fanuc programs."""
+    (found,) = view("O2001 BRACKET\nG0 X1\nM30")[1]
+    assert found.code == "VP023"
+    assert found.message.endswith(
+        "These are words of RS274/NGC (LinuxCNC); a title stands in parentheses, as in O2001 (BRACKET)"
+    )
+    (found,) = view("o2001 sbu\nG0 X1\nM30")[1]
+    assert "parentheses" not in found.message
+
+
 _WITH_TOLERANCE = "G21 G90 G64 G17 P0.01\nG64 G17 P0.02\nG0 X1\nM30\n%"
 _READ_AS = "; the program was read as fanuc because of {}; if it is rs274, --dialect rs274 reads this word"
 
