@@ -82,8 +82,8 @@ def test_the_length_of_a_tool_that_the_program_calls_is_no_offset_of_another(fir
     program = f"G21 G90 G94\nG0 A0 C0\nT1 {cut.format(first)}T2 {cut.format(second)}M2\n"
     options = vp.Options(tools=tools, wcs={"G54": (0, 0, 30)}, split_at_stops=True)
     result = vp.check(program, "verne", options)
-    told = [(item.severity, item.line) for item in result.findings if item.code == "VP049"]
-    assert told == ([(severity, 6 if first != "H1" else 14)] if severity else [])
+    told = [(item.severity, item.line, item.column) for item in result.findings if item.code == "VP049"]
+    assert told == ([(severity, 6 if first != "H1" else 14, 9)] if severity else [])
     assert result.ok == (severity != "error")
 
 
@@ -626,6 +626,7 @@ def test_the_diameter_of_another_tool(before, number, severity) -> None:
     for item in told:
         assert "number 4, 10 mm, is in force, but tool 5, which has 12 mm, is in the spindle" in item.message
         assert [(edit.value, edit.word) for edit in item.edits] == [("5", ("D", 4))]
+        assert item.column == MILL.format(before, 5, number).split("\n")[item.line - 1].index("D4") + 1
 
 
 @pytest.mark.parametrize(

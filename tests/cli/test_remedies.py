@@ -285,3 +285,27 @@ def test_a_slip_in_a_number_of_the_set_up_is_named(
     right = setup.read_text().replace("900", "90").replace("-40", "40").replace("4000", "400")
     setup.write_text(right)
     assert run("check", program).code == 0
+
+
+@pytest.mark.parametrize(("depth", "codes"), [(-50, ["VP210", "VP215"]), (-30, ["VP215"])])
+def test_a_retract_beside_a_jaw_is_given_another_z(
+    depth: int, codes: list[str], tmp_path: Path, run: Callable[..., Any]
+) -> None:
+    """The distance from the wall of a jaw does not change with Z: Newton's method on it alone finds no other Z."""
+    text = "G21 G90 G94 G54\nT1 M6\nG0 A0 C0\nG43 H1 X-60 Y-45 Z50\nG1 Z-4 F300\nX-50\nY-40\nX-60 Y-45\nG0 Z{}\nM2\n"
+    (tmp_path / "b.nc.toml").write_text(
+        "[tools]\n1 = { length = 90, diameter = 10 }\n[wcs]\nG54 = [0, 0, 40]\n"
+        '[keep_out.jaw]\nmin = [-80, -45, -35]\nmax = [-62, 45, -18]\nsystem = "G54"\n',
+        encoding="utf-8",
+    )
+    path = tmp_path / "b.nc"
+    path.write_text(text.format(depth), encoding="utf-8")
+    said = run("check", path, "--machine", "ac_trunnion").out
+    assert sorted(re.findall(r"(VP\d+) error", said)) == codes
+    end = re.search(rf"within limits if line 9 ends at Z (\S+) instead of {depth}", said)
+    assert end is not None, said
+    assert "no work offset near" not in said
+    assert "Z -17.997 in place of" in run("explain", f"{path}:9", "--machine", "ac_trunnion").out
+    for more, found in ((0.0, 0), (-0.2, 1)):
+        path.write_text(text.format(float(end[1]) + more), encoding="utf-8")
+        assert run("check", path, "--machine", "ac_trunnion").code == found

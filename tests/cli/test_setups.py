@@ -147,6 +147,8 @@ def test_lengths_of_tools_come_from_one_place(folder: Path, run: Callable[..., A
             "[tools]\n3 = { length = 90,5 }",
             "part.nc.toml:2:21: VP503 error: not a TOML file: 90,5: a decimal comma; write 90.5\n",
         ),
+        ("[wcs]\nG54 = [0, 0, 40,5]", "part.nc.toml:2:14: VP503 error: 40,5: write 40.5, or a blank behind the comma"),
+        ('wcs = { "G54" = [0, 1,5, 40] }', "1,5: write 1.5, or a blank behind the comma"),
         ("tool_length = 90,5 # mm", "90,5: a decimal comma; write 90.5\n"),
         (
             "[tools]\n3 = { length = 90,5, diameter = 6 }",
@@ -233,7 +235,7 @@ def test_a_tool_number_that_is_written_as_a_name(run: Callable[..., Any], tmp_pa
     [
         ('[setup."*.nc"]\ntool_table = "none.tbl"', "verne-post.toml, setup.'*.nc': tool_table = "),
         ('[check]\nbaseline = "none.json"', "settings: check.baseline = "),
-        ('machine = "serail"', "settings: machine = 'serail': No such file or directory"),
+        ('machine = "serail"', "verne-post.toml:1:1: VP501 error: machine = 'serail': No such file or directory"),
     ],
 )
 def test_a_file_that_the_settings_name_and_nobody_has_is_named_with_its_key(
@@ -244,6 +246,9 @@ def test_a_file_that_the_settings_name_and_nobody_has_is_named_with_its_key(
     assert answer.code == 2
     assert said in answer.err + answer.out
     assert "No such file or directory" in answer.err + answer.out
+    if "serail" in text:
+        assert answer.err.endswith("nothing was checked: 1 error in verne-post.toml\n")
+        assert not answer.out
 
 
 def test_files_may_begin_with_the_mark_that_editors_write(folder: Path, run: Callable[..., Any]) -> None:

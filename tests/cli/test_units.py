@@ -92,14 +92,19 @@ def test_a_program_that_fits_in_neither_unit(run: Callable[..., Any], tmp_path: 
         (
             "p.nc",
             "G20 G90 G17\nG0 X1 Y1 Z1 A0 C0\nG1 X1.5 F9\nG2 X2.5 Y1 R0.4\nM30\n",
-            "the radius 0.4 inch is too small to reach the end point from X1.5 Y1; it takes at least 0.5 inch",
+            "p.nc:4:12: VP008 error: the radius 0.4 inch is too small to reach the end point from X1.5 Y1; it takes at "
+            "least 0.5 inch",
         ),
         (
             "p.nc",
             "G20 G90 G17\nG0 X1 Y1 Z1 A0 C0\nG1 X1.5 F9\nG2 X2.5 Y1 I0.4\nM30\n",
             "radius 0.4 inch at the start (X1.5 Y1), 0.6 inch at the end, difference 0.2 inch",
         ),
-        ("p.mpf", "G70 G90 G17\nG0 X1 Y1 Z1 A0 C0\nG1 X1.5 F9\nG2 X2.5 Y1 CR=0.4\nM30\n", "the radius 0.4 inch is"),
+        (
+            "p.mpf",
+            "G70 G90 G17\nG0 X1 Y1 Z1 A0 C0\nG1 X1.5 F9\nG2 X2.5 Y1 CR=0.4\nM30\n",
+            ":4:12: VP008 error: the radius 0.4",
+        ),
         ("p.mpf", "G70 G90 G17\nG0 X1 Y1 Z1 A0 C0\nG1 X1.5 F9\nG2 X2.5 Y1 I0.4\nM30\n", "radius 0.4 inch at the start"),
         (
             "p.h",

@@ -64,7 +64,7 @@ SAMPLES = Path(__file__).parents[2] / "gcode_samples"
     ("%\nO1000\nG64 P.01", "rs274"), ("%\nO1\nG43.4 H1\nG10 L20 P1 Z0", "rs274"),
     ("%\nO1\nG64 P0.01\nG43.4 H1", "rs274"), ("%\nO1\nG64 P0.01\nG54.1 P1", "fanuc"),
     ("%\nO1\n(G64 P1)\nG43.4 H1\nG61.1", "fanuc"), ("%\nO1\nG61.1", "rs274"), ("O1\nIF [1 EQ 1] GOTO 5\nN5", "fanuc"),
-    ("%\nO1\nG64\nG43.4 H1", "fanuc"),
+    ("%\nO1\nG64\nG43.4 H1", "fanuc"), ("%\nO1\nG41.1 D1 X20.", "fanuc"), ("G41.1 D1 X20.", "rs274"),
     ("%\nO1\nG54.1 P1\nG10 L20 P1 Z0", "fanuc"), ("%\no100 sub\n", "rs274"), ("", "rs274"),
     ("% O1000\nG0 X1\n%", "fanuc"), ("%PROG-NC\nG0", "fanuc"), ("%\n:1000\nG0 X1", "fanuc"),
     ("%\nN10 G40 G17\nN20 G65 P9021 T1", "fanuc"), ("G0 X1\nG05 P10000\nX2", "fanuc"), ("G0 X1\nG5.1 Q1", "fanuc"),
@@ -85,6 +85,17 @@ def test_recognised_by_the_header(text, name):
     assert choose_dialect("auto", text.encode(), "") is DIALECTS[name]
     assert choose_dialect("fanuc", text.encode(), "") is DIALECTS["fanuc"]
     assert sum(dialect.recognise(text.encode()) for dialect in DIALECTS.values()) <= 1
+
+
+def test_a_title_without_parentheses_says_how_its_line_was_read(view):
+    """The list of words of RS274/NGC was no help to who writes Fanuc programs."""
+    (found,) = view("O2001 BRACKET\nG0 X1\nM30")[1]
+    assert found.code == "VP023"
+    assert found.message.endswith(
+        "These are words of RS274/NGC (LinuxCNC); a title stands in parentheses, as in O2001 (BRACKET)"
+    )
+    (found,) = view("o2001 sbu\nG0 X1\nM30")[1]
+    assert "parentheses" not in found.message
 
 
 _WITH_TOLERANCE = "G21 G90 G64 G17 P0.01\nG64 G17 P0.02\nG0 X1\nM30\n%"

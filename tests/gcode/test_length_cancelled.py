@@ -149,7 +149,8 @@ def test_a_fanuc_program_is_told_what_keeps_the_axes_still():
         found = [item.message for item in result.findings if item.code == "VP046"]
         assert len(found) == warned, tail
         if warned:
-            assert found[0].endswith("or write G53 in it, or cancel the tool length before it (G49)")
+            assert found[0].startswith("G43.4 of line 5 is active and keeps the tip at its place of the part")
+            assert "; write G49 before this line if the tool is done, else name X, Y and Z" in found[0]
 
 
 @pytest.mark.parametrize(("block", "length", "warned"), [

@@ -168,7 +168,10 @@ def command(
         verdict = find_verdict(find_exit_status(error.findings), error.findings)
         write_failure_files(files, report_files, verdict, str(error), error.findings)
         _emit_failure(files, output_file, output_format, verdict, str(error), error.findings)
-        return refuse(inputs[0], error)
+        status = refuse(inputs[0], error)
+        if output_format == "text":
+            say(f"nothing was checked: {_count_errors(error.findings)}\n")
+        return status
     except (click.UsageError, Unreadable) as error:
         text = error.message if isinstance(error, click.UsageError) else str(error)
         write_failure_files(files, report_files, Verdict.USAGE_ERROR, text, ())
@@ -252,6 +255,13 @@ def _emit(files: RunFiles, output_file: Path | None, text: str) -> None:
         print_as_is(text)
     else:
         files.write(output_file, "--output-file", [text])
+
+
+def _count_errors(findings: "Sequence[Finding]") -> str:
+    """``2 errors in mine.toml``: the files that stop every program."""
+    count = format_count(sum(one.severity == "error" for one in findings), "error")
+    files = ", ".join(dict.fromkeys(one.file for one in findings if one.file is not None))
+    return f"{count} in {files}" if files else count
 
 
 def _emit_failure(

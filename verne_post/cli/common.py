@@ -57,7 +57,8 @@ def choose_machine(name: str | None, named: str | None) -> str | None:
     return named if name is None else name
 
 
-def name_machine(files: RunFiles, named: str | None, given: dict[str, Any] | None = None, program: str = "") -> str:
+@locate_errors
+def name_machine(files: RunFiles, /, named: str | None, given: dict[str, Any] | None = None, program: str = "") -> str:
     """What --machine names, else the settings file, else the machine where none is named; a name or a path.
 
     Parameters
@@ -82,7 +83,7 @@ def name_machine(files: RunFiles, named: str | None, given: dict[str, Any] | Non
     settings = find_settings(files, (given or {}).get("settings"), program)
     if settings is None:
         return DEFAULT_MACHINE
-    expect_machine(settings.machine, f"settings: machine = {settings.file.machine!r}")
+    expect_machine(settings.machine, f"{Path(settings.shown).name}: machine = {settings.file.machine!r}")
     return settings.machine
 
 

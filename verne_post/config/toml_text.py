@@ -15,6 +15,11 @@ from verne_post.model.findings import Finding, InputError, make_input_error
 
 #: A number with a comma, where a value begins; with a comma and a number behind it, it is a list without brackets.
 _DECIMAL_COMMA: Final = re.compile(r"=[ \t]*([-+]?\d+,\d+)(?![\d.]|,[ \t]*[-+\d\[])[ \t]*")
+#: A work offset of four numbers; one comma alone has no blank behind it: 40,5 for 40.5 turns the part by 5 degrees.
+_DENSE_COMMA: Final = re.compile(
+    r"\bG\d+(?:\.\d+)?[\"']?[ \t]*=[ \t]*\[(?=(?:[^,\]\n]*,){3}[^,\]\n]*\])"
+    r"(?:[ \t]*[-+]?[\d.]+[ \t]*,[ \t]+)*([-+]?\d+,\d+)(?:[ \t]*,[ \t]+[-+]?[\d.]+)*[ \t]*\]"
+)
 #: What stands where a value can: to the next blank, comma, bracket, quote or remark.
 _WORD: Final = re.compile(r"[^\s,=\[\]{}#\"']+")
 _WITH_O: Final = re.compile(r"[-+]?(?=[\d.]*[Oo])[\dOo.]+")
@@ -41,9 +46,21 @@ def read_toml(raw: bytes) -> dict[str, Any]:
     try:
         text = decode_text(raw)
         # with a line end a mistake in the last line has a column
-        return tomllib.loads(f"{text}\n")
+        table = tomllib.loads(f"{text}\n")
     except (ValueError, RecursionError) as error:
         raise ValueError(f"not a TOML file: {_name_mistake(text, _name_beginning(text, str(error)))}") from None
+    for line, content in enumerate(text.split("\n"), 1):
+        if (dense := _DENSE_COMMA.search(_TEXT_OR_REMARK.sub(_blank_remark, content))) is not None:
+            right = dense[1].replace(",", ".")
+            raise ValueError(
+                f"{dense[1]}: write {right}, or a blank behind the comma (at line {line}, column {dense.start(1) + 1})"
+            )
+    return table
+
+
+def _blank_remark(found: re.Match[str]) -> str:
+    """Blanks in place of a remark; a text, which may be a key, stays."""
+    return " " * len(found[0]) if found[0].startswith("#") else found[0]
 
 
 def _name_mistake(text: str, message: str) -> str:

@@ -243,12 +243,14 @@ def _read_o_word(reader: ValueReader) -> OWord:
     if keyword is None:
         o = OWord(label, None, reader, reader.at, begin)
         if reader.at < len(characters) and characters[reader.at] != "(":
-            raise reader.error(
-                "VP023",
-                f"o{label or ''}: expected {', '.join(KEYWORDS).lower()}, or nothing after a program number",
-                reader.at,
-                write_meant(re.split(r"\W", characters[reader.at :])[0].lower(), [one.lower() for one in KEYWORDS]),
-            )
+            word = re.split(r"\W", characters[reader.at :])[0]
+            edits = write_meant(word.lower(), [one.lower() for one in KEYWORDS])
+            text = f"o{label or ''}: expected {', '.join(KEYWORDS).lower()}, or nothing after a program number"
+            if not edits and word.isalpha() and label is not None and label.isdigit():
+                text += (
+                    f". These are words of RS274/NGC (LinuxCNC); a title stands in parentheses, as in O{label} ({word})"
+                )
+            raise reader.error("VP023", text, reader.at, edits)
         o.check_bare()
         return o
     return OWord(label, keyword.group().lower(), reader, keyword.end(), begin)

@@ -433,10 +433,11 @@ class Recorder(Struct):
         tool: int | None = None,
         quantity: str = "",
         severity: Severity | None = None,
+        column: int | None = None,
     ) -> None:
         """Record a warning at the first place alone, with the data that a finding may have."""
         if not any(item.code == code and item.message == message for item in self.warnings.values()):
-            self.warn(code, message, line, None, severity)
+            self.warn(code, message, line, column, severity)
             item = self.warnings[line, code]
             self.warnings[line, code] = dataclasses.replace(item, edits=edits, tool=tool, quantity=quantity)
 

@@ -144,7 +144,9 @@ class Machining:
         self.tools = Tools(self.frames)
         self.auxiliary = Auxiliary(setup, state, recorder)
         self.has_zero_feed = False  # the last F
-        self.word_lines: dict[str, int] = {}  #: G0, arc (G2, G3), G91, plane: where the word that is in force stands.
+        self.word_lines: dict[
+            str, int
+        ] = {}  #: G0, arc (G2, G3), G91, plane, length: where the word that is in force stands.
         self.warns_of_idle_feed = True  #: Until the first.
 
     # --- what must be known, and what must not be -----------------------------------------------------
@@ -154,13 +156,13 @@ class Machining:
         for axis in axes:
             if not self.state.is_known(axis):
                 letter = AXES[axis]
-                error = at.error(
-                    "VP013",
-                    f"{why} needs the position of {letter}, which no absolute word has named yet; "
-                    f"give {letter} an absolute value first",
-                    letter,
-                )
-                raise explain_g91(self, error, at.line) if "incremental" in why else error
+                text = f"{why} needs the position of {letter}, which no absolute word has named yet"
+                error = at.error("VP013", text, letter)
+                if "incremental" in why:  # the more common mistake comes first
+                    explain_g91(self, error, at.line)
+                joined = ", or" if error.message != text else ";"
+                error.message += f"{joined} give {letter} an absolute value first"
+                raise error
 
     def refuse_compensation(self, what: str) -> None:
         """Refuse (VP017) what cannot be while cutter compensation holds."""

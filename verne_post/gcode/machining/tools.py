@@ -197,7 +197,7 @@ class Tools:
         if "H" in at.columns:
             text += f"; if tool {number} is to cut, call T{number} M6 before, else write H{tool}"
         own = Remedy("", str(tool), line=at.line, word=("H", number))
-        self.recorder.note_once("VP049", text, at.line, (own,), number, "length")
+        self.recorder.note_once("VP049", text, at.line, (own,), number, "length", column=at.columns.get("H"))
 
     def _report_missing_change(self, at: At, number: int) -> None:
         """VP041, once a program: H puts another length in force than one before, and no tool has been called."""
@@ -256,7 +256,8 @@ class Tools:
         )
         is_staged, own = self.state.selected_tool == number, Remedy("", str(tool), line=at.line, word=("D", number))
         if not any(item.code == "VP041" and item.tool == number for item in self.recorder.warnings.values()):
-            self.recorder.note_once("VP049", text, at.line, () if is_staged else (own,), number, "diameter")
+            edits = () if is_staged else (own,)
+            self.recorder.note_once("VP049", text, at.line, edits, number, "diameter", column=at.columns.get("D"))
 
     def _may_hold_another(self) -> bool:
         """Whether a code of the builder may have changed the tool."""

@@ -206,10 +206,10 @@ def warn_of_late_tcp(core: Machining, cut: int, line: int) -> None:
         core.recorder.warn("VP037", text, cut, None)
 
 
-def warn_of_unnamed(core: Machining, at: At, before: Array, axes: list[int], when: str, remedy: str) -> None:
+def warn_of_unnamed(core: Machining, at: At, before: Array, axes: list[int], why: str, remedy: str) -> None:
     """VP046, once a program: a turn of the table since coordinates ``before`` (9,) has moved unnamed linear axes.
 
-    ``remedy`` keeps them still in the language of the program.
+    ``remedy`` names them, or keeps them still in the language of the program.
     """
     motion = find_machine_place(core) - before
     beyond = [axis for axis in _LINEAR if axis not in axes and abs(motion[axis]) > UNNAMED_MOTION_MM]
@@ -217,8 +217,7 @@ def warn_of_unnamed(core: Machining, at: At, before: Array, axes: list[int], whe
         ways = " ".join(f"{AXES[axis]}{motion[axis]:+.3f}" for axis in beyond)
         core.recorder.warn(
             "VP046",
-            f"{when}, a turn of the table keeps the tip at its place of the part: the spindle moves by {ways} mm "
-            f"in axes that the block does not name; name X, Y and Z in it, or {remedy}",
+            f"{why}: the spindle moves by {ways} mm in axes that the block does not name; {remedy}",
             at.line,
             None,
         )

@@ -50,11 +50,12 @@ _FANUC_ONLY: Final = re.compile(
 _SHARED_CODES: Final = re.compile(rb"(?<![A-Z])G0*43\.[45](?![0-9.])", re.IGNORECASE)
 #: A path tolerance: G64 of Fanuc has no words.
 _TOLERANCE: Final = re.compile(rb"(?<![A-Z])G0*64[ \t]*[PQ]", re.IGNORECASE)
-#: What only RS274/NGC has: such a text is not Fanuc's, whatever its header.
+#: What only RS274/NGC has: such a text is not Fanuc's, whatever its header. G41.1 is Fanuc's too, with another meaning:
+#: refused as Fanuc's, where RS274/NGC takes D1 for a diameter of 1 mm.
 _OTHER_CODES: Final = re.compile(
     rb"#<|(?<![A-Z])O\s*(?:<|[0-9]+[ \t]*(?:SUB|CALL|IF|WHILE|DO|REPEAT))|\((?:MSG|DEBUG|PRINT|ABORT),|"
     + _TOLERANCE.pattern
-    + rb"|(?<![A-Z])G0*(?:43\.2|43\.1(?![^\n]*H)|59\.[123]|61\.1|92\.[23]|9[01]\.1|4[12]\.1|5\.[23])(?![0-9.])",
+    + rb"|(?<![A-Z])G0*(?:43\.2|43\.1(?![^\n]*H)|59\.[123]|61\.1|92\.[23]|9[01]\.1|5\.[23])(?![0-9.])",
     re.IGNORECASE,
 )
 #: G10 L20, and G54.1.

@@ -15,8 +15,8 @@ from verne_post.gcode.machining.compensation import Compensation
 from verne_post.gcode.machining.machining import Machining, explain_bare_arc, explain_no_feed, name_word
 from verne_post.gcode.machining.turning import find_machine_place, go_to_machine, turn_table, warn_of_unnamed
 from verne_post.gcode.missing_setup import find_tool_key, suggest_call
-from verne_post.gcode.program_error import ProgramError
-from verne_post.gcode.rs274.modes import Modes
+from verne_post.gcode.program_error import ProgramError, locate_errors
+from verne_post.gcode.rs274.modes import TCP_CODES, Modes
 from verne_post.gcode.rs274.traits import Traits
 from verne_post.gcode.rs274.values import MAX_LENGTH_MM, WordValues, read_whole
 from verne_post.model.moves import AXES, MoveKind
@@ -273,7 +273,13 @@ class MotionCodes:
                 other = ", or cancel the tool length before it (G49)"
             elif self._is_turned_alone(axes):
                 other = ", or read it as a Fanuc program (--dialect fanuc)"
-            warn_of_unnamed(self.core, block, before, axes, when, f"write G53 in it{other}")
+            why = f"{when}, a turn of the table keeps the tip at its place of the part"
+            remedy = f"name X, Y and Z in it, or write G53 in it{other}"
+            if is_retracted and self.modes.length_code in TCP_CODES:
+                code, line = spell_g_code(self.modes.length_code), self.core.word_lines["length"]
+                why = f"{code} of line {line} is active and keeps the tip at its place of the part as the table turns"
+                remedy = "write G49 before this line if the tool is done, else name X, Y and Z, or write G53 in it"
+            warn_of_unnamed(self.core, block, before, axes, why, remedy)
 
     def _goes_beside_part(self, block: Block, axes: list[int]) -> bool:
         """True for X and Y of a head that is retracted and has no length yet: posts write such rapids as G1.
@@ -387,15 +393,9 @@ class MotionCodes:
         if "R" in block.words:
             if offsets:
                 raise block.error("VP003", "an arc has either R or a centre (I, J, K), not both", "R")
-            arc = build_arc_from_radius(
-                start,
-                end,
-                state.plane,
-                clockwise,
-                self.values.convert_length(block.words["R"]),
-                turns - 1,
-                self.values.convert_length(1.0),
-            )
+            radius, unit = (self.values.convert_length(one) for one in (block.words["R"], 1.0))
+            with locate_errors(block.columns.get("R")):
+                arc = build_arc_from_radius(start, end, state.plane, clockwise, radius, turns - 1, unit)
         elif offsets:
             tolerance = ARC_RADIUS_INCH_MM if self.modes.inch else ARC_RADIUS_MM
             plane_word = name_word(self.core, "plane", f"G{17 + state.plane}", block.line)

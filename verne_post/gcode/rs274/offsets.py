@@ -36,7 +36,7 @@ class OffsetCodes:
 
     def set_tool_length(self, block: Block, code: int) -> None:
         if code != 490 or self.state.modes.length_code is not None:
-            self.state.modes.length_code = code
+            self.state.modes.length_code, self.core.word_lines["length"] = code, block.line
         say_directions(self.core)
         if code == 490:
             self.core.recorder.tcp_ends.append(PlaneCall(block.line, self.core.recorder.count, "G49"))

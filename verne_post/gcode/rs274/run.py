@@ -1,5 +1,7 @@
 """Execution of a program of RS274/NGC blocks: stretches of plain lines, single blocks."""
 
+import dataclasses
+
 from verne_post.base.long_text import Text
 from verne_post.gcode import plain
 from verne_post.gcode.block import Block
@@ -15,6 +17,7 @@ from verne_post.gcode.rs274.recovery import Recovery
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.templates import find_word_columns
 from verne_post.gcode.text import Chunk, ProgramText, decode_line
+from verne_post.model.findings import Finding
 
 
 def execute_blocks(source: Text, setup: Setup, state: State, stop: StopConditions, language: type[Rs274]) -> Execution:
@@ -108,6 +111,8 @@ class _BlockRun:
         text, line, interpreter = self.calls.text, self.calls.line, flow.interpreter
         moves, row = interpreter.recorder.count, line - chunk.first_line
         errors: list[ProgramError] = []
+        warnings = interpreter.recorder.warnings
+        known = len(warnings)
         self.calls.line += 1
         interpreter.parameters.line = line
         block = chunk.build_block(row, line) if interpreter.reads_plain_words else None
@@ -119,6 +124,9 @@ class _BlockRun:
         except ProgramError as error:
             _find_column(error, chunk.read_raw(row))
             raise
+        finally:
+            if len(warnings) > known:
+                _find_columns_of_warnings(warnings, known, chunk.read_raw(row))
         for found in errors:
             _find_column(found, chunk.read_raw(row))
         flow.repeats.count(text, line, line, interpreter.recorder.count - moves)
@@ -204,6 +212,14 @@ class _BlockRun:
 def _is_executed(raw: bytes, setup: Setup) -> bool:
     """False for blank lines, and for those that block delete leaves out."""
     return bool(raw.strip()) and not (setup.block_delete and raw.lstrip().startswith(b"/"))
+
+
+def _find_columns_of_warnings(warnings: dict[tuple[int, str], Finding], known: int, raw: bytes) -> None:
+    """The same for the warnings of the line: those behind the first ``known``."""
+    for key, item in list(warnings.items())[known:]:
+        if item.column is not None and item.column < 0:
+            column = find_word_columns(decode_line(raw))[-item.column - 1]
+            warnings[key] = dataclasses.replace(item, column=column)
 
 
 def _find_column(error: ProgramError, raw: bytes) -> None:

@@ -16,7 +16,7 @@ from verne_post.gcode.machining.machining import Machining
 from verne_post.gcode.machining.spatial_arc import build_arc_through
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.machining.turning import go_to_machine, move_machine_axes
-from verne_post.gcode.program_error import At, ProgramError, write_before
+from verne_post.gcode.program_error import At, ProgramError, locate_errors, write_before
 from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.rs274.motion import refuse_lacking
 from verne_post.gcode.rs274.values import MAX_ANGLE_DEG, MAX_LENGTH_MM
@@ -360,9 +360,9 @@ class SiemensMotion:
             )
         else:
             self._check_sizes(block, {"R": radius * abs(scales[0])})
-            arc = build_arc_from_radius(
-                start, end, state.plane, clockwise, radius * abs(scales[0]), turns, self.modes.length
-            )
+            size, unit = radius * abs(scales[0]), self.modes.length
+            with locate_errors(block.columns.get("CR")):
+                arc = build_arc_from_radius(start, end, state.plane, clockwise, size, turns, unit)
         self.corners.add_arc(block, end, arc, list(places))
         self.set_heading(find_tangent_at_end(state.plane, arc.center, end, arc.sweep))
 

@@ -30,6 +30,8 @@ NEWTON_STEPS: Final = 20
 SWEEPS: Final = 400
 #: Distances at which a reachable place is sought when the line is out of reach, mm.
 SOUGHT_MM: Final = (2.0, 5.0, 10.0, 20.0, 40.0, 80.0, 160.0, 320.0, 640.0)
+#: Another end that Newton's method does not find is farther than this, mm, for no slip of a number.
+FARTHEST_END_MM: Final = 160.0
 
 
 class MoveProblem(Struct, frozen=True, eq=False):
@@ -61,6 +63,40 @@ def find_start(problem: MoveProblem) -> Array | None:
             few = there.solve(np.zeros(3, dtype=int), np.array([0.0, 0.5, 1.0]))
             if few.ok.all() and is_solvable(there):
                 return np.asarray(distance * direction)
+    return None
+
+
+def find_move_along(problem: MoveProblem, reserve: float) -> Array | None:
+    """The shorter move (3,) along the one direction of the basis, there or back; None if none is found.
+
+    Newton's method finds none where the worst limit does not change along it, as beside a wall of a fixture. The
+    move is halved between a place that keeps the limits and one that does not.
+    """
+    element, w = list_samples(problem.line)
+    bounds = [check.warn if problem.also_warnings else check.limit for check in problem.checks]
+
+    def keeps_limits(distance: float) -> bool:
+        there = problem.move_part(distance * problem.basis[0])
+        if not is_solvable(there):
+            return False
+        values, _solved = measure(there, element, w)
+        inside = [
+            np.nanmin(check.sign * (values[:, check.quantity] - bound), initial=np.inf)
+            for check, bound in zip(problem.checks, bounds, strict=True)
+        ]
+        return bool((np.array(inside) >= reserve).all())
+
+    outside = 0.0
+    for far in (one for one in SOUGHT_MM if one <= FARTHEST_END_MM):
+        for way in (-1.0, 1.0):
+            if not keeps_limits(way * far):
+                continue
+            inside, beyond = far, outside
+            while inside - beyond > SETTLED_MM:
+                middle = 0.5 * (inside + beyond)
+                inside, beyond = (middle, beyond) if keeps_limits(way * middle) else (inside, middle)
+            return np.asarray(np.round(way * inside * problem.basis[0], SHIFT_DECIMALS))
+        outside = far
     return None
 
 

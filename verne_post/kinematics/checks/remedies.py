@@ -14,7 +14,7 @@ from msgspec.structs import replace
 from verne_post.base.arrays import Array
 from verne_post.base.tolerances import LIMIT_SLACK_MM
 from verne_post.kinematics.checks.clearance import check_constraints
-from verne_post.kinematics.checks.least_move import MoveProblem, find_least_move, find_start
+from verne_post.kinematics.checks.least_move import MoveProblem, find_least_move, find_move_along, find_start
 from verne_post.kinematics.checks.line_measures import (
     GRID,
     list_checks,
@@ -253,6 +253,8 @@ def find_smallest_shift(
         return None
     for reserve in RESERVES:
         vector = find_least_move(problem, start, reserve)
+        if vector is None and end_only:  # a moved part has other directions to go to
+            vector = find_move_along(problem, reserve)
         if vector is None:
             continue
         findings = check_constraints(problem.move_part(vector))[1]
