@@ -630,7 +630,7 @@ HEADS = {
      ("VP007", 9, "CYCLE83: the retract plane -20 mm lies below the reference plane 0 mm, as the bottom -12 mm does; "
       "expected RTP above RFP")),
     ("siemens", "CYCLE82(50,0,3,12)", ("VP007", 16, "CYCLE82: the bottom 12 mm lies on the wrong side of the reference "
-                                       "plane 0 mm")),
+                                       "plane 0 mm; write -12")),
     ("siemens", "CYCLE82(50,0,3,0)", ("VP007", 16, "CYCLE82: the bottom is the reference plane 0 mm: the hole has no "
                                       "depth")),
     ("siemens", "CYCLE81(50,0,3,,0)", ("VP007", 17, "CYCLE81: the bottom is the reference plane 0 mm: the hole has no "
@@ -868,7 +868,7 @@ def test_a_cycle_that_nothing_calls_or_ends_is_told(machine, dialect, lines, wan
                                         "a number")),
     ("CYCL DEF 7.0\nCYCL DEF 7.1 X+0\nCYCL DEF 7.2 X+1", ("VP004", 9, None, "the datum shift has X in line 8 already, "
      "and this one replaces it; write another axis, or one of the two lines")),
-    ("L X+5 F100 RL\nL Z-100 R0 FMAX M91", ("VP017", 8, None, "M91, to which R0 of the same line comes too late, under "
+    ("L X+5 F100 RL\nL Z-100 R0 FMAX M91", ("VP017", 8, None, "M91 (beside R0, which takes effect after it) under "
      "cutter compensation: RL of line 7 still holds; write R0 first")),
     # formulas and parameters: at their place, with what is meant, and not again where the value is used
     ("Q1 = 5 + 1O\nL X+Q1 FMAX", ("VP001", 7, 10, "1O: the letter O in a number; did you mean 10?")),

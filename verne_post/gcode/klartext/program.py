@@ -171,7 +171,7 @@ class Klartext:
             raise statement.error("VP017", f"{name} goes with L")
         self.waiting.refuse(name)
         late = words.compensation == "R0" and self.state.compensation is not None
-        self.frames.refuse_beside(f"{name}, to which R0 of the same line comes too late," if late else name)
+        self.frames.refuse_beside(f"{name} (beside R0, which takes effect after it)" if late else name)
         self.functions.begin_functions(words)
         kind = MoveKind.RAPID if words.rapid else MoveKind.FEED
         self.contour.set_feed(statement, words)

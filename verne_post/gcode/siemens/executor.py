@@ -225,6 +225,10 @@ class Executor:
         for letter in named_letters - {"F"}:
             know_axis(state, AXES.index(letter))
         self.uncertain |= bool(named_letters - {"F"}) or error.code == "VP001"  # a letter may be what is missing
+        if named_letters & set(
+            "XYZ"
+        ):  # it would have been the motion after a change of the length, which VP016 asks for
+            state.values_before_length = None
         if "F" in named_letters:
             assume_feed(state)
         if error.code == "VP001" and (motion := _MOTION.search(text)) is not None:
