@@ -310,7 +310,7 @@ def test_what_an_unknown_name_may_have_switched_on_is_not_reported(run: Callable
     (found,) = find_errors(run, tmp_path, "p.mpf", "MY_FIVE_AXES(1)\nG1 X5 Y0 Z50 A3=0 B3=0.1 C3=1")
     assert "VP002 error: MY_FIVE_AXES: no meaning in this language" in found
     (found,) = find_errors(run, tmp_path, "p.mpf", "G1 X5 Y0 Z50 A3=0 B3=0.1 C3=1")
-    assert "VP017 error: A3= B3= C3= without TRAORI" in found
+    assert "VP017 error: A3= B3= C3= without TRAORI; write TRAORI before line" in found
 
 
 def test_a_misspelt_word_of_a_loop_is_not_executed(run: Callable[..., Any], tmp_path: Path) -> None:

@@ -630,7 +630,7 @@ HEADS = {
      ("VP007", 9, "CYCLE83: the retract plane -20 mm lies below the reference plane 0 mm, as the bottom -12 mm does; "
       "expected RTP above RFP")),
     ("siemens", "CYCLE82(50,0,3,12)", ("VP007", 16, "CYCLE82: the bottom 12 mm lies on the wrong side of the reference "
-                                       "plane 0 mm")),
+                                       "plane 0 mm; write -12")),
     ("siemens", "CYCLE82(50,0,3,0)", ("VP007", 16, "CYCLE82: the bottom is the reference plane 0 mm: the hole has no "
                                       "depth")),
     ("siemens", "CYCLE81(50,0,3,,0)", ("VP007", 17, "CYCLE81: the bottom is the reference plane 0 mm: the hole has no "
@@ -766,6 +766,48 @@ HOLE = "CYCLE81(60,40,2,35)"
         ("heidenhain", f"{DRILL}L X+5 FMAX\n{DRILL}L X+9 FMAX M99", [("VP023", 7, "before the next one in line 9")]),
         ("heidenhain", f"{DRILL}{DRILL}L X+5 FMAX\nL X+9 FMAX M99", []),  # what is defined anew was not to be called
         ("heidenhain", f"{DRILL}L X+5 FMAX M89\nL X+9 FMAX", []),
+        # a cycle that nobody has ended drilled on, at each line of the next tool, without a word
+        (
+            "heidenhain",
+            f"{DRILL}L X+5 FMAX M89\nL X+9 FMAX\nL Z+90 FMAX\nL Z+95 FMAX",
+            [("VP043", 10, "M89 of line 8 still calls cycle 200 at Z alone, which is one more place; write M99")],
+        ),
+        (
+            "heidenhain",
+            f"{DRILL}L X+5 FMAX M89\nTOOL CALL 2 Z S900\nL Z+90 FMAX M3",
+            [("VP043", 9, "M89 of line 8 still calls cycle 200 at TOOL CALL")],
+        ),
+        ("heidenhain", f"{DRILL}L X+5 FMAX M89\nL X+9 FMAX M99\nL Z+90 FMAX", []),
+        (
+            "heidenhain",
+            f"{DRILL}L X+5 FMAX M89\nL Z+90 FMAX\nM128\nL A-20 FMAX\nL X+9 Y+9 FMAX\nL X+5 FMAX",
+            [("VP017", 11, "M89 of line 8 still calls cycle 200; write M99 at its last place, before line 9 (")],
+        ),
+        (
+            "siemens",
+            f"MCALL {HOLE}\nX5\nG0 Z70\nG0 X9\nZ80",
+            [
+                (
+                    "VP043",
+                    9,
+                    "MCALL of line 7 still calls CYCLE81 at Z alone, which is one more place; write MCALL alone",
+                )
+            ],
+        ),
+        (
+            "siemens",
+            f"MCALL {HOLE}\nX5\nT2 M6\nS900 M3 F100\nG0 Z70",
+            [("VP043", 9, "MCALL of line 7 still calls CYCLE81 at M6")],
+        ),
+        ("siemens", f"MCALL {HOLE}\nX5", [("VP043", 9, "MCALL of line 7 still calls CYCLE81 at M30")]),
+        ("siemens", f"MCALL {HOLE}\nX5\nX9 Z70\nC30\nMCALL\nZ90", []),
+        (
+            "fanuc",
+            "G81 X5. Z35. R42. F200\nT2 M6\nS900 M3\nG43 H2\nX9. F200\nX7.\nG80",
+            [("VP043", 11, "G81 of line 7 still holds after the change of tools in line 8; write G80 before that")],
+        ),
+        ("fanuc", "G81 X5. Z35. R42. F200\nT2 M6\nS900 M3\nG43 H2\nG81 X9. Z35. R42. F200\nX7.\nG80", []),
+        ("fanuc", "G81 X5. Z35. R42. F200\nT2 M6\nG0 X9.\nX7.", []),
         # holes of depth 0, which the control does not drill: once, where the cycle has the depth
         (
             "heidenhain",
@@ -812,8 +854,8 @@ HOLE = "CYCLE81(60,40,2,35)"
 )
 def test_a_cycle_that_nothing_calls_or_ends_is_told(machine, dialect, lines, wanted):
     """Holes were missing without a word: the cycle was not called, or called at the first place alone."""
-    tools = {1: Tool(1, 1, (0.0, 0.0, 80.0, *(0.0,) * 6), 6.0)}
-    options = Options(dialect=dialect, wcs={"G54": (0, 0, 0)}, tools=tools)
+    tools = {number: Tool(number, number, (0.0, 0.0, 80.0, *(0.0,) * 6), 6.0) for number in (1, 2)}
+    options = Options(split_at_stops=True, dialect=dialect, wcs={"G54": (0, 0, 0)}, tools=tools)
     found = check(HEADS[dialect].format(lines).encode(), machine, options).findings
     found = [item for item in found if item.code != "VP039"]
     assert [(item.code, item.line) for item in found] == [item[:2] for item in wanted]
@@ -826,7 +868,7 @@ def test_a_cycle_that_nothing_calls_or_ends_is_told(machine, dialect, lines, wan
                                         "a number")),
     ("CYCL DEF 7.0\nCYCL DEF 7.1 X+0\nCYCL DEF 7.2 X+1", ("VP004", 9, None, "the datum shift has X in line 8 already, "
      "and this one replaces it; write another axis, or one of the two lines")),
-    ("L X+5 F100 RL\nL Z-100 R0 FMAX M91", ("VP017", 8, None, "M91, to which R0 of the same line comes too late, under "
+    ("L X+5 F100 RL\nL Z-100 R0 FMAX M91", ("VP017", 8, None, "M91 (beside R0, which takes effect after it) under "
      "cutter compensation: RL of line 7 still holds; write R0 first")),
     # formulas and parameters: at their place, with what is meant, and not again where the value is used
     ("Q1 = 5 + 1O\nL X+Q1 FMAX", ("VP001", 7, 10, "1O: the letter O in a number; did you mean 10?")),

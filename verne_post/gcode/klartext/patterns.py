@@ -82,7 +82,8 @@ class KlartextPatterns:
         self.q = frames.q
         self.waiting = frames.waiting
         self.cycle: DefinedCycle | None = None
-        self.modal = False
+        self.modal = 0  #: The line of M89 while it holds.
+        self.told_text = ""  #: What VP043 says of it.
         self.places: list[Place] = []
         self.cycle_unread = False
         self.uncalled_cycle: tuple[Statement, int, int] | None = (
@@ -121,7 +122,7 @@ class KlartextPatterns:
             self.cycle = DefinedCycle(number, q, self._list_definitions(statement))
             self.uncalled_cycle = (statement, number, self.core.recorder.count) if self.cycle.definitions else None
             self.cycle_unread, self.assigned_values = False, given
-            self.modal = False
+            self.modal = 0
             return
         self.assigned_values = {name: given.get(name, value) for name, value in self.assigned_values.items()}
         self.waiting.refuse(f"CYCL DEF {number}")
@@ -237,16 +238,42 @@ class KlartextPatterns:
                 error.of_program = self.cycle_unread = True
                 return
 
-    def call_cycles(self, *, has_moved: bool) -> None:
+    def call_cycles(self, *, has_moved: bool, is_retract: bool = False) -> None:
         """What M99 and M89 ask for at the end of a block; M89 also after every block that has moved."""
         if "cycle" in self.functions.calls:
-            self.modal = False
+            self.modal = 0
             self.call_cycle()
         elif "modal" in self.functions.calls:
-            self.modal = True
+            self.modal = self.frames.block.line
             self.call_cycle()
         elif self.modal and has_moved:
-            self.call_cycle()
+            if is_retract:
+                self.tell_modal("Z alone, which is one more place")
+            try:
+                self.call_cycle()
+            except ProgramError as error:
+                if error.code == "VP017" and not error.of_program:  # it is no place of the cycle, which ends here
+                    self._explain_modal(error)
+                raise
+
+    def _explain_modal(self, error: ProgramError) -> None:
+        """Say in an error that M89 calls the cycle, in place of VP043, and end it: its next calls are of one cause."""
+        cycle, warnings = self.cycle, self.core.recorder.warnings
+        told = [line for (line, code), one in warnings.items() if code == "VP043" and one.message == self.told_text]
+        for line in told:
+            del warnings[line, "VP043"]
+        where = f"at its last place, before line {told[0]}" if told else "at its last place"
+        name = "" if cycle is None else f" {cycle.number}"
+        error.message = f"M89 of line {self.modal} still calls cycle{name}; write M99 {where} ({error.message})"
+        self.modal = 0
+
+    def tell_modal(self, what: str) -> None:
+        """VP043, once for each M89: a change of tools, or a retract, finds its cycle on."""
+        if self.modal and self.cycle is not None:
+            cause = f"M89 of line {self.modal} still calls cycle {self.cycle.number} at "
+            if not self.told_text.startswith(cause):
+                self.told_text = f"{cause}{what}; write M99 at its last place"
+                self.core.recorder.note_once("VP043", self.told_text, self.frames.block.line)
 
     def call_at(self, statement: Statement, words: Words) -> None:
         """CYCL CALL POS X Y Z: go to the place at the tool's height, F for this way only; then the cycle."""

@@ -109,7 +109,7 @@ class Klartext:
         arc = self.paths.build(statement, words, target)
         self._finish_path(statement, words, target, arc, corner_next)
         self.functions.end_functions(words)
-        self.patterns.call_cycles(has_moved=bool(target.axes))
+        self.patterns.call_cycles(has_moved=bool(target.axes), is_retract={*target.axes} == {2})
 
     def _finish_path(
         self, statement: Statement, words: Words, target: Target, arc: Arc | None, corner_next: Callable[[], bool]
@@ -171,7 +171,7 @@ class Klartext:
             raise statement.error("VP017", f"{name} goes with L")
         self.waiting.refuse(name)
         late = words.compensation == "R0" and self.state.compensation is not None
-        self.frames.refuse_beside(f"{name}, to which R0 of the same line comes too late," if late else name)
+        self.frames.refuse_beside(f"{name} (beside R0, which takes effect after it)" if late else name)
         self.functions.begin_functions(words)
         kind = MoveKind.RAPID if words.rapid else MoveKind.FEED
         self.contour.set_feed(statement, words)
@@ -185,7 +185,8 @@ class Klartext:
             self._go_in_machine(statement, words, kind, number)
         self.contour.last_rapid, self.contour.last_cut, self.paths.direction = words.rapid, 0, None
         self.functions.end_functions(words)
-        self.patterns.call_cycles(has_moved=True)
+        named_axes = words.columns.keys() & {*AXES, *("I" + letter for letter in AXES)}
+        self.patterns.call_cycles(has_moved=True, is_retract=named_axes <= {"Z", "IZ"})
 
     def _go_untilted(self, statement: Statement, words: Words, kind: MoveKind) -> None:
         kept_tilt, self.maps.tilt = self.maps.tilt, None
@@ -382,6 +383,12 @@ class Klartext:
         stock = self.blank.read(statement, self.q, unit, self.state.frame)
         self.recorder.stock = stock or self.recorder.stock
 
+    def _call_tool(self, statement: Statement) -> None:
+        tool = self.state.loaded_tool
+        self.functions.call_tool(statement)
+        if self.state.loaded_tool != tool:
+            self.patterns.tell_modal("TOOL CALL")
+
     def _stop(self, statement: Statement) -> None:
         words = read_words(statement, self.q)
         self.functions.check_functions(words)
@@ -405,7 +412,7 @@ STATEMENTS: Final[Mapping[str, Callable[[Klartext], Callable[[Statement], None]]
     "BEGIN PGM": lambda one: one._begin_program,
     "END PGM": lambda one: one._end_program,
     "BLK FORM": lambda one: one._read_blank,
-    "TOOL CALL": lambda one: one.functions.call_tool,
+    "TOOL CALL": lambda one: one._call_tool,
     "TOOL DEF": lambda one: one.functions.define_tool,
     "CYCL DEF": lambda one: one.patterns.define_cycle,
     "CYCL CALL": lambda one: one._call_cycle,

@@ -27,6 +27,10 @@ _FINE_BORING: Final = 760
 _NEEDS_SPINDLE: Final = (*_TAPS, _FINE_BORING, 860, 870, 880)
 
 
+def _has_code(block: Block, motion: int) -> bool:
+    return any(word == "G" and round(10 * number) == motion for word, number, _column in block.codes)
+
+
 class CycleCodes:
     """Canned cycles."""
 
@@ -44,8 +48,19 @@ class CycleCodes:
         _u, _v, normal, *_ = PLANES[state.plane]
         start = self.core.start_of_motion(MoveKind.RAPID, absolute=self.modes.absolute, machine=False, axes=(normal,))
         self.core.stand(list(start))
-        self._check_cycle(block, motion, normal)
-        goes_on = goes_on and self.modes.cycle is not None and self.modes.cycle.normal == normal
+        kept = self.modes.cycle
+        goes_on = goes_on and kept is not None and kept.normal == normal
+        text = ""
+        if goes_on and kept is not None and kept.change and not _has_code(block, motion):
+            text = f"{name} of line {kept.line} still holds after the change of tools in line {kept.change}; write G80 "
+            text += "before that if no hole is meant"
+        try:
+            self._check_cycle(block, motion, normal)
+        except ProgramError as error:
+            error.message += text and f"; {text}"
+            raise
+        if text and kept is not None:
+            self.recorder.note_once("VP043", text, block.line, write_before("G80", line=kept.change))
         before = self.modes.cycle if goes_on else self._find_kept(block, motion, normal)
         cycle = self._read_cycle_heights(block, motion, normal, before)
         self.modes.cycle = cycle
@@ -131,8 +146,7 @@ class CycleCodes:
         of_g90 = (self.modes.absolute, self.modes.absolute)
         if before is not None:
             (clear, bottom), of_g90 = self._read_changed_heights(block, motion, before, (clear, bottom), z)
-        has_code = any(word == "G" and round(10 * number) == motion for word, number, _column in block.codes)
-        line = block.line if has_code or series is None else series.line
+        line = block.line if _has_code(block, motion) or series is None else series.line
         if clear <= bottom + ZERO_LENGTH_MM:
             self._report_no_depth(block, motion, line, clear, bottom)
         step = self.values.convert_length(block.words["Q"]) if "Q" in block.words else before.step if before else None

@@ -82,6 +82,8 @@ class FunctionCodes:
         """M6; M61, which only sets the number."""
         if code != 61:
             self.core.tools.change(block)
+            if self.modes.cycle is not None:
+                self.modes.cycle = replace(self.modes.cycle, change=block.line)
             if "F" in block.words:  # it is that of the new tool
                 self.core.recorder.note_feed()
             return

@@ -51,6 +51,7 @@ class Cycle(Struct, frozen=True):
     falling: tuple[float, float, float] | None = None
     dwells: bool = False  #: P stood in a block of a pecking cycle, which then dwells at the bottom.
     line: int = 0  #: Where its code stands.
+    change: int = 0  #: The line of a change of tools after its last block.
 
 
 class AxisMaps(Struct, frozen=True):

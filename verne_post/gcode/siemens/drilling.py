@@ -137,9 +137,12 @@ class _Hole:
             text = f"the bottom is the reference plane {self.reference:g} mm: the hole has no depth"
             raise given.error("VP007", text, "DPR" if given.is_given("DPR") else "DP")
         if (self.reference - self.bottom) * self.up <= 0:
+            is_sign = self._is_absolute("DP", "DPR", self.digits[0]) and (self.reference + self.bottom) * self.up > 0
+            remedy = f"; write {-given.number('DP'):g}" if is_sign else ""
             raise given.error(
                 "VP007",
-                f"the bottom {self.bottom:g} mm lies on the wrong side of the reference plane {self.reference:g} mm",
+                f"the bottom {self.bottom:g} mm lies on the wrong side of the reference plane {self.reference:g} mm"
+                f"{remedy}",
                 "DP",
             )
 

@@ -17,7 +17,7 @@ from verne_post.gcode.machining.assumptions import (
     know_axis,
 )
 from verne_post.gcode.machining.state import State
-from verne_post.gcode.program_error import At, ProgramError
+from verne_post.gcode.program_error import At, ProgramError, write_before
 from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.siemens.blank import set_blank
@@ -44,6 +44,8 @@ _LACKING: Final = ("VP009", "VP012")
 _OF_POSITIONS: Final = ("VP008", "VP013")
 #: Errors of the values of a cycle, wherever it is executed.
 _OF_VALUES: Final = ("VP002", "VP005", "VP007", "VP048")
+#: Words that name a place.
+_PLACES: Final = frozenset({*AXES, "AP", "RP", "I", "J", "K", "CR", "AR", "A3", "B3", "C3"})
 #: What errors say that lack the transformation.
 _WITHOUT_TCP: Final = "without TRAORI"
 #: The motion of a block that cannot be read, also where the G before its number is what is missing.
@@ -66,6 +68,8 @@ class Executor:
         self._modal: Call | None = None
         #: Line, name and place of each cycle called without MCALL since the last one.
         self.lone_calls: list[tuple[int, str, list[float]]] = []
+        #: The call of MCALL that VP043 tells, and the line of it.
+        self.told_modal: tuple[Call, int] | None = None
         self.modal_is_shown = True  #: That line has its columns: it is no call of a file in which MCALL stands.
         #: A line that was not executed has named axes.
         self.uncertain = False
@@ -114,6 +118,7 @@ class Executor:
         """
         if words.calls:
             words.used_words.add("P")
+        self._tell_modal(words, is_motion=False)
         try:
             has_moved = self.interpreter.run(words)
         except ProgramError as error:
@@ -124,9 +129,27 @@ class Executor:
             return False
         if not self.is_modal(self.modal.name):
             return True
+        self._tell_modal(words, is_motion=True)
         self.milling.begin_block()
         self._run_modal(self.modal, words.line)
         return False
+
+    def _tell_modal(self, words: Words, *, is_motion: bool) -> None:
+        """VP043, once for each MCALL: a change of tools, the end of the program, or a retract finds its cycle on."""
+        call = self.modal
+        if call is None or not self.is_modal(call.name) or (self.told_modal or (None,))[0] is call:
+            return
+        normal = AXES[PLANES[self.interpreter.state.plane][2]]
+        numbers = [number for number, _column in words.m if number in (2, 6, 30)]
+        if is_motion and words.words.keys() & _PLACES == {normal}:
+            what = f"{normal} alone, which is one more place"
+        elif not is_motion and numbers:
+            what = f"M{numbers[0]}"
+        else:
+            return
+        self.told_modal = call, words.line
+        text = f"MCALL of line {call.line} still calls {call.name} at {what}; write MCALL alone before"
+        self.interpreter.recorder.note_once("VP043", text, words.line, write_before("MCALL", line=words.line))
 
     def _run_modal(self, call: Call, line: int, holes: int = 1) -> None:
         """Execute the cycle of MCALL; what is wrong with its values stands in the line of MCALL."""
@@ -141,8 +164,14 @@ class Executor:
             if not (error.of_value and self.modal_is_shown):
                 error.column = None
             if error.code == "VP017":  # the cycle does not belong here: it was to end before, and is taken as ended
-                text = f"MCALL of line {call.line} still calls {call.name}; write MCALL alone before this motion if "
-                error.message = f"{text}it is no place of it ({error.message})"
+                told, first = self.told_modal or (None, 0)
+                before = f"line {first}" if told is call else "this motion if it is no place of it"
+                error.message = (
+                    f"MCALL of line {call.line} still calls {call.name}; write MCALL alone before {before} "
+                    f"({error.message})"
+                )
+                if told is call:
+                    self.interpreter.recorder.warnings.pop((first, "VP043"), None)
                 self.modal = None
             raise
 
@@ -196,6 +225,10 @@ class Executor:
         for letter in named_letters - {"F"}:
             know_axis(state, AXES.index(letter))
         self.uncertain |= bool(named_letters - {"F"}) or error.code == "VP001"  # a letter may be what is missing
+        if named_letters & set(
+            "XYZ"
+        ):  # it would have been the motion after a change of the length, which VP016 asks for
+            state.values_before_length = None
         if "F" in named_letters:
             assume_feed(state)
         if error.code == "VP001" and (motion := _MOTION.search(text)) is not None:

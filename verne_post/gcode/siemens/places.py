@@ -11,7 +11,7 @@ from verne_post.gcode.arcs import PLANE_NAMES, PLANES
 from verne_post.gcode.lengths import measure_length
 from verne_post.gcode.machining.machining import explain_bare_arc, explain_g91, name_word
 from verne_post.gcode.machining.plane_geometry import find_center_of_sweep
-from verne_post.gcode.program_error import At, ProgramError
+from verne_post.gcode.program_error import At, ProgramError, write_before
 from verne_post.gcode.rs274.motion import MAX_TURNS
 from verne_post.gcode.siemens.motion import DIRECTIONS, SiemensMotion, turn_to
 from verne_post.gcode.siemens.words import Word, Words
@@ -31,6 +31,7 @@ class SiemensPlaces:
         self.core = motion.core
         self.state = motion.state
         self.keys = motion.keys
+        self._lines_without_tcp: dict[str, int] = {}  #: The first line that lacks TRAORI, for each message of it.
 
     def read_places(self, words: Words, block: At) -> dict[int, float]:
         """Programmed places of the axes that a block names, absolute, mm and degrees."""
@@ -165,7 +166,11 @@ class SiemensPlaces:
         if first is None:
             return None
         if not self.motion.modes.tcp:
-            raise first.error("VP017", f"A3= B3= C3= {self.motion.explain_no_tcp()}")
+            text = f"A3= B3= C3= {self.motion.explain_no_tcp()}"
+            line = self._lines_without_tcp.setdefault(text, words.line)
+            error = first.error("VP017", f"{text}; write TRAORI before line {line}")
+            error.edits = write_before("TRAORI", line=line)
+            raise error
         vector = np.array([0.0 if word is None else word.value for word in given])
         size = float(measure_length(vector))
         if size < NO_AXIS:
