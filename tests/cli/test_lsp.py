@@ -367,6 +367,12 @@ def hover(client: Client, uri: str, line: int, column: int | None = None) -> str
             "Z[120": "Z 120 mm in G54; machine Z -280 mm, in the first of 5 passes",
             "#1]\n": "variable; 0 after this line, in the first of 5 passes",
          }),
+        ("f.nc", "%\nO1\nG21 G90 G94 G17 G40 G49 G80 G54\nT1 M6\nS8000 M3\nG0 X10. Y0. A0. C0.\nG43 H1 Z130.\n"
+         "G82 R120. Z112. P300 F500.\nX20. P0.5\nG80\nM98 P40002\nG0 Z160.\nM30\nO2\nG1 X5.\nX9.\nM99\n%\n", {
+            "P300": "dwell at the bottom of the hole; 0.3 s",
+            "P0.5": "dwell at the bottom of the hole; 0.5 s",
+            "P40002": "number of the subprogram; O2, 4 times, or on Haas controls O40002",
+         }),
         ("e.mpf", 'G17 G90 G94 G71 G54\nDEF REAL DEPTH=112\nR1=5\nT="EM10" M6\nD1\nS8000 M3\nG0 X0 Y0 Z130 A0 C0\n'
          "G1 Z=DEPTH F=R1*100\nZ=DEPTH + (R1-3)\nX=IC(R1)\nFOR R2=1 TO 5\nG1 Z=DEPTH-R2\nENDFOR\nG0 Z160\nM30\n", {
             "Z=DEPTH ": "Z 112 mm in G54; machine Z -298 mm",
