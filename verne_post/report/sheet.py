@@ -321,7 +321,8 @@ def _list_parts(study: Study) -> list[Row]:
     if program is None or summary is None or len(summary.parts) < 2:
         return []
     names = name_tools(program.moves.events)
-    cycle, rows = summary.format.cycle, []
+    cycle = summary.format.cycle
+    rows: list[Row] = []
     for number, part in enumerate(summary.parts, 1):
         begin, end = (part.first_row * cycle, part.last_row * cycle)
         inside = (study.x > begin - cycle / 2) & (study.x < end + cycle / 2) & (study.line > 0) & (study.move >= 0)
