@@ -7,7 +7,7 @@ from pathlib import Path
 
 import verne_post
 from verne_post import api
-from verne_post.model import machine
+from verne_post.model import findings, machine, setpoints
 
 PAGE = Path(__file__).with_name("api.md")
 HEAD = """# Python API
@@ -59,6 +59,7 @@ interpreter without a machine. `docs/make_api.py` makes this page from the docst
 """
 FUNCTIONS = (
     "load_machine",
+    "list_machines",
     "convert",
     "check",
     "explain",
@@ -73,7 +74,7 @@ FUNCTIONS = (
 )
 CLASSES = (
     "Options", "WorkOffset", "Tool", "Cylinder", "Box", "FixtureMesh", "OwnStock", "NominalPart", "Wanted", "Result",
-    "Setpoints", "SetpointBlock", "Finding", "Explanation", "Verification",
+    "Setpoints", "SetpointBlock", "SetpointFormat", "Finding", "Remedy", "Explanation", "Verification",
     "Machined", "Proposal", "Batch", "BatchRow", "Page", "Settings", "Summary", "Verdict", "Machine", "Column",
     "Limits", "UsageError", "InputError",
 )  # fmt: skip
@@ -172,7 +173,8 @@ def page() -> str:
         ]
     parts += ["## Classes", ""]
     for name in CLASSES:
-        home = verne_post if name in verne_post.__all__ else api if hasattr(api, name) else machine
+        homes = (verne_post, api, machine, findings, setpoints)
+        home = next(one for one in homes if name in getattr(one, "__all__", dir(one)))
         thing = getattr(home, name)
         parts += [f"### {name}", "", markdown_of(thing.__doc__ or ""), "", *list_methods(thing)]
     return "\n".join(parts).rstrip() + "\n"

@@ -908,3 +908,36 @@ def test_what_a_misspelt_word_is_meant_for_is_an_edit(
     assert (edit.line, edit.misspelt, edit.value, found.line) == (line, wrong, right, line)
     assert found.column is not None
     assert text.split("\n")[line - 1].startswith(wrong, found.column - 1)
+
+
+@pytest.mark.parametrize(
+    ("name", "meant"),
+    [
+        ("machines", "list_machines"),
+        ("list_machine", "list_machines"),
+        ("Report", "make_report"),  # report is a module of the package once it is loaded
+        ("load_settings", "read_settings"),
+        ("convrt", "convert"),
+        ("quite_another", ""),
+        ("_machines", ""),
+    ],
+)
+def test_a_name_that_the_module_does_not_have_says_what_is_meant(name: str, meant: str) -> None:
+    with pytest.raises(AttributeError) as caught:
+        getattr(vp, name)
+    assert str(caught.value).partition("; did you mean ")[2] == (f"{meant}?" if meant else "")
+
+
+def test_machines_are_listed_as_the_command_lists_them(run: Any) -> None:
+    assert list(vp.list_machines()) == [line.split()[0] for line in run("machine", "list").out.splitlines()]
+    assert vp.load_machine(vp.list_machines()[0]).name
+
+
+@pytest.mark.parametrize(("name", "line"), [("violates_tilt", 10), ("violates_slider_travel", 8)])
+def test_findings_of_an_explanation_have_the_remedies_that_its_text_shows(name: str, line: int) -> None:
+    """They had none."""
+    told = vp.explain(ROOT / f"gcode_samples/{name}.nc", "verne", line)
+    shown = told.text.partition("each was checked along the whole line\n")[2].partition("\n\n")[0]
+    assert shown
+    for item in told.findings:
+        assert item.remedies == tuple(text.strip() for text in shown.splitlines())

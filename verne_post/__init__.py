@@ -9,6 +9,7 @@
     batch           many programs, each with its set-up       Batch
     make_report     one page that shows a program             Page
     load_machine    a machine by name or file                 Machine
+    list_machines   the names of the machines it comes with   tuple of str
     Options         tools, work offsets, tolerances, ...
     read_settings   the file verne-post.toml                  Settings
     choose_kernels  rows are those of the commands, to the last digit
@@ -31,6 +32,7 @@ if _typing.TYPE_CHECKING:
     from verne_post.app.result import Result, Setpoints
     from verne_post.cli.arithmetic import choose_kernels
     from verne_post.config import load_machine
+    from verne_post.config.machine_paths import list_machines
     from verne_post.config.settings import Settings
     from verne_post.config.setup_values import read_settings
     from verne_post.model.findings import Finding, InputError, UsageError
@@ -80,6 +82,7 @@ _HOME = {
     "convert": "verne_post.api",
     "explain": "verne_post.api",
     "fit": "verne_post.api",
+    "list_machines": "verne_post.config.machine_paths",
     "load_machine": "verne_post.config",
     "machined": "verne_post.api",
     "read_settings": "verne_post.config.setup_values",
@@ -122,6 +125,7 @@ __all__ = [
     "explain",
     "fit",
     "gcode",
+    "list_machines",
     "load_machine",
     "machined",
     "make_report",
@@ -140,4 +144,14 @@ def __getattr__(name: str) -> object:
         return _importlib.import_module("verne_post.gcode")
     if name in _HOME:
         return getattr(_importlib.import_module(_HOME[name]), name)
-    raise AttributeError(f"module 'verne_post' has no attribute {name!r}")
+    near = ""
+    if not name.startswith("_"):  # Python and notebooks try these by themselves
+        from verne_post.base.suggestions import find_meant
+
+        names = [one for one in __all__ if not one.startswith("_")]
+        slip = find_meant(name, names, slip_alone=True)
+        parts = [one for one in names if name.lower() in one.lower().split("_")]  # report: make_report
+        ends = [one for one in names if name.rpartition("_")[2] == one.rpartition("_")[2]]  # load_settings
+        meant = next(filter(None, (*parts, slip, *ends)), "") or find_meant(name, names)
+        near = f"; did you mean {meant}?" if meant else ""
+    raise AttributeError(f"module 'verne_post' has no attribute {name!r}{near}")

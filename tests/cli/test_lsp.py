@@ -367,6 +367,12 @@ def hover(client: Client, uri: str, line: int, column: int | None = None) -> str
             "Z[120": "Z 120 mm in G54; machine Z -280 mm, in the first of 5 passes",
             "#1]\n": "variable; 0 after this line, in the first of 5 passes",
          }),
+        ("f.nc", "%\nO1\nG21 G90 G94 G17 G40 G49 G80 G54\nT1 M6\nS8000 M3\nG0 X10. Y0. A0. C0.\nG43 H1 Z130.\n"
+         "G82 R120. Z112. P300 F500.\nX20. P0.5\nG80\nM98 P40002\nG0 Z160.\nM30\nO2\nG1 X5.\nX9.\nM99\n%\n", {
+            "P300": "dwell at the bottom of the hole; 0.3 s",
+            "P0.5": "dwell at the bottom of the hole; 0.5 s",
+            "P40002": "number of the subprogram; O2, 4 times, or on Haas controls O40002",
+         }),
         ("e.mpf", 'G17 G90 G94 G71 G54\nDEF REAL DEPTH=112\nR1=5\nT="EM10" M6\nD1\nS8000 M3\nG0 X0 Y0 Z130 A0 C0\n'
          "G1 Z=DEPTH F=R1*100\nZ=DEPTH + (R1-3)\nX=IC(R1)\nFOR R2=1 TO 5\nG1 Z=DEPTH-R2\nENDFOR\nG0 Z160\nM30\n", {
             "Z=DEPTH ": "Z 112 mm in G54; machine Z -298 mm",
@@ -2088,6 +2094,37 @@ OF_FANUC = f"{FANUC}G54\nT1 M6\nS9 M3\nG0 A0. C0.\nG43 H1 Z160.\nX0. Y0.\nG1 Z11
             ["Write QL1 in place of Q1 (no errors then)"],
             "L X+QL1 F500\n",
         ),
+        # each of the parameters that are named, and one finding, though the label is run through twice
+        (
+            "a.h",
+            f"{OF_KLARTEXT}Q201 = +12\nLBL 1\nQ201 = Q202 - 1\nL X+Q201 F500\nCALL LBL 1 REP 1\nM30\nEND PGM A MM\n",
+            ["Write Q201 in place of Q202 (no errors then)"],
+            "Q201 = Q201 - 1\n",
+        ),
+        (
+            "a.h",
+            f"{OF_KLARTEXT}Q1 = +12\nL X+Q11 F500\nM30\nEND PGM A MM\n",
+            ["Write Q1 in place of Q11 (no errors then)"],
+            "L X+Q1 F500\n",
+        ),
+        (
+            "a.h",
+            f"{OF_KLARTEXT}TRANS DATUM AXSI X+1\nL X+2 F500\nM30\nEND PGM A MM\n",
+            ["Write AXIS in place of AXSI (no errors then)"],
+            "TRANS DATUM AXIS X+1\n",
+        ),
+        (
+            "a.nc",
+            "G21 G90 G94 G17 G45\nT1 M6\nG43 H1\nG0 X0 Y0 Z90 A0 C0\nG1 X5 F500 S900 M3\nM2\n",
+            ["Write G54 in place of G45 (no errors then)"],
+            "G17 G54\n",
+        ),
+        (
+            "a.nc",
+            "G21 G90 G94 G17\nT1 M6\nG43 H1 M8O\nG0 X0 Y0 Z90 A0 C0\nG1 X5 F500 S900 M3\nM2\n",
+            ["Write M8 in place of M8O (no errors then)"],
+            "G43 H1 M8\n",
+        ),
         # the feed rate was that of the tool before, which could not be told while the change was missing
         (
             "a.mpf",
@@ -2108,7 +2145,7 @@ def test_what_a_message_says_is_written_and_what_it_uncovers_is_told(
     assert list(fixes) == titles
     mended = apply_edit(fixes[titles[0]], {uri: text})[uri]
     assert right in mended
-    is_choice = len(titles) > 1 or any(word in titles[0] for word in ("VP009", "QL1", "Q201"))
+    is_choice = len(titles) > 1 or any(word in titles[0] for word in ("VP009", "QL1", "Q201", "Q11", "G54"))
     assert fixes[titles[0]]["isPreferred"] is not is_choice
     client.change(uri, 2, mended)
     left = [one["code"] for one in client.diagnostics(uri)["diagnostics"]]
@@ -2123,3 +2160,28 @@ def test_a_set_up_beside_a_program_that_is_not_saved_gets_what_it_lacks(client: 
     (said,) = (one for one in client.diagnostics(uri)["diagnostics"] if one["code"] == "VP033")
     (title,) = ask_fixes(client, uri, said["range"]["start"]["line"])
     assert title == 'Add wcs.G54 = "measure" to part.nc.toml, to be filled in'
+
+
+def test_a_wrong_h_is_one_where_the_set_up_has_one_length(client: Client, tmp_path: Path) -> None:
+    """It was told as a second tool that the program uses, over the whole line."""
+    text = "G21 G90 G94 G17\nT1 M6\nG43 H{}\nG0 X0 Y0 Z90 A0 C0\nG1 X5 F500 S900 M3\nM2\n"
+    uri = client.open(make_program(tmp_path, text.format(2), "part.nc", "tool_length = 120\n[wcs]\nG54 = [0, 0, 60]\n"))
+    (said,) = client.diagnostics(uri)["diagnostics"]
+    assert (said["code"], said["range"]["start"]) == ("VP012", {"line": 2, "character": 4})
+    fixes = ask_fixes(client, uri, 2)
+    assert list(fixes) == ["Write H1 in place of H2 (no errors then)"]
+    assert apply_edit(next(iter(fixes.values())), {uri: text.format(2)})[uri] == text.format(1)
+    # a tool that the program has called is a second one
+    client.change(uri, 2, text.format(2).replace("G43", "T2\nG43"))
+    assert [one["code"] for one in client.diagnostics(uri)["diagnostics"]] == ["VP018"]
+
+
+def test_a_fix_that_uncovers_a_finding_of_the_set_up_names_its_file(client: Client, tmp_path: Path) -> None:
+    """It was told as one "in line None"."""
+    sample = Path(__file__).parents[2] / "gcode_samples/two_faces_fanuc.nc"
+    text = sample.read_text("utf-8").replace("G43.4 H1", "G43.4 H2")
+    setup = "[tools]\n1 = {length = 80, diameter = 6}\n2 = {length = 95, diameter = 10}\n[wcs]\nG54 = [0, 0, 40]\n"
+    uri = client.open(make_program(tmp_path, text, "part.nc", setup))
+    (said,) = client.diagnostics(uri)["diagnostics"]
+    fixes = ask_fixes(client, uri, said["range"]["start"]["line"])
+    assert "Write H1 in place of H2 in line 8 (no errors then, and VP041 in part.nc.toml, line 3)" in fixes

@@ -331,6 +331,16 @@ def test_what_would_be_a_guess_is_refused(findings, statements, words):
     assert found.line == len(HEAD) + len(statements)
 
 
+def test_a_reset_without_its_move_ends_the_plane(machine, options):
+    """The plane after it was an error too, which said to write the PLANE RESET that is there."""
+    plane = "PLANE SPATIAL SPA+{} SPB+0 SPC+0 MOVE FMAX"
+    shift = ["CYCL DEF 7.0", "CYCL DEF 7.1 X+5"]
+    text = "\n".join([*HEAD, plane.format(20), *shift, "PLANE RESET", plane.format(10), "M30", "END PGM P MM"])
+    with pytest.raises(verne_post.InputError) as error:
+        interpret_program(text.encode(), build_interpreter_setup(machine, options))
+    assert [(one.code, one.line) for one in error.value.findings] == [("VP005", len(HEAD) + 4)]
+
+
 @pytest.mark.parametrize(
     ("before", "inside", "words"),
     [

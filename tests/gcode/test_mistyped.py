@@ -98,18 +98,42 @@ def test_nothing_is_told_that_only_follows_from_a_mistyped_number(run: Callable[
 @pytest.mark.parametrize(
     ("name", "line", "meant"),
     [
-        ("p.nc", "M9O", "M90"),
-        ("p.mpf", "M9O", "M90"),
-        ("p.mpf", "M06O", "M060"),
-        ("p.h", "L Z+80 FMAX M8O", "M80"),
+        ("p.nc", "M9O", "M9"),
+        ("p.mpf", "M9O", "M9"),
+        ("p.mpf", "M06O", "M06"),
+        ("p.h", "L Z+80 FMAX M8O", "M8"),
     ],
 )
 def test_a_mistyped_code_is_told_once(
     run: Callable[..., Any], tmp_path: Path, name: str, line: str, meant: str
 ) -> None:
-    """That M80 is no code either was told as the same error again."""
+    """M80 has no meaning, so that M8 is meant."""
     (found,) = find_errors(run, tmp_path, name, line)
-    assert found.endswith(f"VP001 error: {line.split()[-1]}: the letter O in a number; did you mean {meant}?")
+    assert found.endswith(f"VP001 error: {line.split()[-1]}: the letter O behind the M code; did you mean {meant}?")
+
+
+@pytest.mark.parametrize("code", ["M3O", "M0O"])
+def test_a_letter_o_is_a_zero_where_that_code_has_a_meaning(run: Callable[..., Any], tmp_path: Path, code: str) -> None:
+    (found,) = find_errors(run, tmp_path, "p.nc", code)
+    assert found.endswith(f"VP001 error: {code}: the letter O in a number; did you mean {code.replace('O', '0')}?")
+
+
+@pytest.mark.parametrize(
+    ("line", "meant"),
+    [
+        ("G45", "G54"),
+        ("G34 H1", "G43"),
+        ("G38 X1 Y1", "G83"),
+        ("G68 X0 Y0 R30", ""),  # with R and no Z it is no drilling, and G68 is a code of other controls
+        ("G77 X1", ""),
+        ("G60", ""),
+    ],
+)
+def test_digits_of_a_g_code_that_changed_places_are_told(
+    run: Callable[..., Any], tmp_path: Path, line: str, meant: str
+) -> None:
+    (found,) = find_errors(run, tmp_path, "p.nc", line)
+    assert found.partition("; did you mean ")[2] == (f"{meant}?" if meant else "")
 
 
 @pytest.mark.parametrize(

@@ -435,6 +435,8 @@ def test_paper_is_white(browser: Any, show: Callable[..., Any]) -> None:
     for event, scheme in (("beforeprint", "light"), ("afterprint", "dark")):
         js(browser, "window.dispatchEvent(new Event(arguments[0]))", event)
         assert js(browser, "document.documentElement.dataset.theme") == scheme
+        # scroll bars and lists have its colours too
+        assert js(browser, "getComputedStyle(document.documentElement).colorScheme") == scheme
 
 
 @pytest.mark.parametrize(("name", "size"), [("pocket", "desktop"), ("travel", "phone")])

@@ -20,7 +20,8 @@ from verne_post.cli.lsp import outline
 from verne_post.config import list_machine_files
 from verne_post.gcode.remarks import find_title, find_tool_remarks
 from verne_post.model.options import Options
-from verne_post.model.part_setup import Tool, WorkOffset
+from verne_post.model.part_setup import Box, Tool, WorkOffset
+from verne_post.report.head import write_verdict_html
 from verne_post.report.scene import describe_scene
 from verne_post.report.sheet import is_sheet_long, write_sheet_html
 from verne_post.report.study import study
@@ -649,3 +650,34 @@ def test_bad_options(run: Callable[..., Any], words: tuple[str, ...], said: str)
     answer = run("report", *POCKET, *words)
     assert answer.code == 2
     assert said in answer.err
+
+
+def test_the_sheet_says_what_each_part_of_the_file_holds() -> None:
+    """It said only into how many parts the file is cut."""
+    text = (
+        b"G21 G90 G94 G17 G54\nT1 M6\nG43 H1\nS900 M3\nG0 X0 Y0 Z150 A0 C0\nG1 Z140 F500\nX10\nG0 Z190\nM0\nG0 Z160\n"
+        b"G1 X0\nT2 M6\nG43 H2\nS900 M3\nG0 Z150\nG1 Z140 F500\nM30\n"
+    )
+    options = Options(tools={1: 90, 2: 95}, wcs={"G54": (0, 0, 60)}, split_at_stops=True)
+    seen = study(text, MACHINE, options)
+    page = re.sub(r"(<[^>]+>)+", "|", write_sheet_html("p.nc", text, MACHINE, seen))
+    assert seen.summary is not None
+    table = page.partition("Parts of the setpoint file")[2]
+    rows = re.findall(r"\|(\d)\|(\d+ to \d+)\|(T[^|]*)\|([\d.]+)(?=\|)", table)
+    assert [row[:3] for row in rows] == [("1", "6 to 9", "T1"), ("2", "10 to 12", "T1"), ("3", "15 to 16", "T2")]
+    assert sum(float(row[3]) for row in rows) == pytest.approx(seen.summary.cycle_time, abs=0.004)
+    whole = study(text, MACHINE, options.changed(split_at_stops=False))
+    assert "Parts of the setpoint file" not in write_sheet_html("p.nc", text, MACHINE, whole)
+
+
+@pytest.mark.parametrize("end", ["X900", "X5 Q1"])
+def test_the_head_of_a_refused_program_says_what_is_not_checked(end: str) -> None:
+    text = f"G21 G90 G94 G17 G54\nG0 X0 Y0 Z150 A0 C0\nG1 Z140 F500\n{end}\nM30\n".encode()
+    options = Options(tool_length=80.0, wcs={"G54": (0, 0, 60)})
+    said = "<dt>not checked</dt><dd>contact with fixtures and stock: the set-up gives none</dd>"
+    seen = study(text, MACHINE, options)
+    assert seen.summary is None
+    assert said in write_verdict_html(MACHINE, seen)
+    stock = Box("stock", (-10.0, -10.0, 0.0), (10.0, 10.0, 10.0))
+    head = write_verdict_html(MACHINE, study(text, MACHINE, options.changed(stock=stock)))
+    assert said.replace("fixtures and stock", "fixtures") in head

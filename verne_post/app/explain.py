@@ -8,7 +8,7 @@ from msgspec.structs import replace
 
 from verne_post.app.assemble import Program, assemble, build_interpreter_setup, find_modal_state, find_state_if_executed
 from verne_post.app.constraints import check_line, guard_joints
-from verne_post.app.explain_line import describe_modes, explain_line, find_lines_near, work_through
+from verne_post.app.explain_line import add_line_remedies, describe_modes, explain_line, find_lines_near, work_through
 from verne_post.app.line_remedies import Line
 from verne_post.app.start_lines import quote_start
 from verne_post.base.long_text import Text, take_line
@@ -69,7 +69,7 @@ def explain_source(source: Text, machine: Machine, options: Options, line: int) 
         raise UsageError("line", f"line {line} is after the end of the program")
     if text is not None and not len(select_line(guard_joints(program), line).contour):
         return _explain_words(source, program, line, text.decode("utf-8", errors="replace").strip())
-    shown = look_at_line(source, program, line)
+    shown = add_line_remedies(look_at_line(source, program, line))
     return Explanation(line, shown.findings, *("\n".join(part(shown)) + "\n" for part in (explain_line, work_through)))
 
 
@@ -91,7 +91,7 @@ def _explain_words(source: Text, program: Program, line: int, text: str) -> Expl
     else:
         said.append(f"  {describe_modes(state, program.machine)}")
     if nearest and nearest[-1] > line:
-        first = look_at_line(source, program, nearest[-1])
+        first = add_line_remedies(look_at_line(source, program, nearest[-1]))
         start = [item for item in quote_start(source, program, first.findings) if item.line == line]
         if start:  # check has named this line
             said += ["  the program starts at the place that this line names, and moves from there:", ""]

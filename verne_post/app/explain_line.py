@@ -1,11 +1,13 @@
 """One line of a program: what is wrong, what would bring it within limits, its pose, and the steps to that."""
 
+import dataclasses
 import math
 import re
 from collections.abc import Iterator, Sequence
 from typing import Final
 
 import numpy as np
+from msgspec.structs import replace
 
 from verne_post.app.explain_numbers import format_degrees, format_joint, format_mm, format_number
 from verne_post.app.explain_solutions import SAME, explain_solutions, explain_table_solution, find_travel_margins
@@ -362,6 +364,19 @@ def _place(joints: JointPath, place: remedies.Place, first: bool) -> str:
     )
 
 
+def add_line_remedies(line: Line) -> Line:
+    """A line whose gravest findings about numbers have what would bring it within limits, where anything does."""
+    asked = [item for item in line.findings if item.code >= "VP1"]
+    if not asked or not remedies.is_movable(line.joints):
+        return line
+    gravest, found = find_worst(asked), tuple(propose(line, asked))
+    told = (
+        dataclasses.replace(one, remedies=found) if one.code >= "VP1" and one.severity == gravest else one
+        for one in line.findings
+    )
+    return replace(line, findings=tuple(told))
+
+
 def _describe_remedies(line: Line, findings: Sequence[Finding]) -> Iterator[str]:
     """What would bring the line within limits, in numbers; every proposal has been checked along the whole line."""
     findings = [item for item in findings if item.code >= "VP1"]  # those about the text have no numbers
@@ -371,7 +386,7 @@ def _describe_remedies(line: Line, findings: Sequence[Finding]) -> Iterator[str]
     if not remedies.is_movable(line.joints):
         yield "the line is no motion of the part alone: nothing is proposed"
         return
-    found = list(propose(line, findings))
+    found = list(dict.fromkeys(text for item in findings for text in item.remedies))
     what = "what would bring the line within limits" if gravest == "error" else "what would remove the warnings"
     if not found:
         if all(item.code == "VP301" for item in findings):  # its message has what helps

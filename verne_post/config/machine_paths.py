@@ -20,6 +20,18 @@ def list_machine_files() -> dict[str, Path]:
     return dict(_look_for_machine_files())
 
 
+def list_machines() -> tuple[str, ...]:
+    """The names of the machines that come with the package, which ``load_machine`` and ``machine`` take.
+
+    Examples
+    --------
+    >>> import verne_post as vp
+    >>> "verne" in vp.list_machines()
+    True
+    """
+    return tuple(list_machine_files())
+
+
 @cache
 def _look_for_machine_files() -> dict[str, Path]:
     """They are looked for once: a command asks six times."""

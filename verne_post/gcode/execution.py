@@ -12,6 +12,7 @@ from verne_post.base.suggestions import find_correction
 from verne_post.gcode.calls import CallStack
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.missing_setup import NEAR_TOOL, ONE_TOOL
+from verne_post.gcode.mistyped import drop_letter
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.setup import Setup
@@ -108,6 +109,10 @@ class Execution(Struct):
         kept_errors = (error for error in all_errors if not (is_misspelt and error.code in _TWICE))
         # nor has the code that a mistyped number is corrected to, as M80 for M8O, an error of its own
         mistyped_places = {(error.line, error.column) for error in all_errors if error.code == "VP001" and error.column}
+        unknown_places = {(error.line, error.column) for error in all_errors if error.code == "VP002"}
+        for error in all_errors:
+            if error.code == "VP001" and (error.line, error.column) in unknown_places:
+                error.message = drop_letter(error.message)
         return all(
             self.report(error, line, **where)
             for error in kept_errors

@@ -38,6 +38,9 @@ _LETTER_L: Final = re.compile(
 _LETTERS: Final = re.compile(r"(?<![A-Za-z_])([XYZABCFIJKR][ \t]*)([-+]?(?:lO[lO\d]*|ll[lO]*O))(?![\w])")
 #: G83O for G83: G codes of three digits are those of Siemens.
 _LETTER_TOO_MANY: Final = re.compile(r"G[1-9]\d(?:\.\d)?O", re.IGNORECASE)
+#: M8O where M80 has no meaning: those of one digit have one in every language.
+_M_AND_LETTER: Final = re.compile(r"(M0?\d)O: the letter O in a number; did you mean M0?\d0\?", re.IGNORECASE)
+_BEHIND_M: Final = "the letter O behind the M code"
 #: A letter twice before a number.
 _TWICE: Final = re.compile(r"(?<![A-Z\d_])([A-Z])\1([-+]?(?:\d+\.?\d*|\.\d+))(?![\w.])", re.IGNORECASE)
 #: Characters of such a word, so that long lines of digits take no time.
@@ -68,6 +71,12 @@ def correct_line(text: str, error: ProgramError) -> str | None:
     if find_correction(error.message) is None:
         return correct_number(text, error, has_long_codes=True)
     return correct_word(text, error)
+
+
+def drop_letter(message: str) -> str:
+    """What is meant by M8O where M80, which its message says, has no meaning: M8."""
+    match = _M_AND_LETTER.fullmatch(message)
+    return message if match is None else f"{match[1]}O: {_BEHIND_M}; did you mean {match[1]}?"
 
 
 def correct_word(text: str, error: ProgramError) -> str | None:
@@ -103,7 +112,7 @@ def _say_what_is_meant(source: Text, item: Finding, has_long_codes: bool) -> Fin
         return item
     raw = take_line(source, item.line)
     text = "" if raw is None else raw.decode("utf-8", errors="replace")
-    if item.code in _UNREADABLE:
+    if item.code in _UNREADABLE and _BEHIND_M not in item.message:
         found = _find_number(text, item.column, has_long_codes=has_long_codes)
         if found is not None:
             item = replace(item, code="VP001", message=found[0], column=found[1] + 1)

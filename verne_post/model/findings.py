@@ -25,21 +25,42 @@ class Remedy:
     """What would bring a program, or a line, within limits.
 
     What stands in ``remedies`` of a finding was tried; an editor tries the others before it offers them.
+
+    Attributes
+    ----------
+    text : str
+        In a sentence.
+    value : str
+        What is to be written; empty where it stands in no file.
+    key : tuple of str
+        Of the set-up, where it is written there: ("wcs", "G54"), ("allow_rewind",).
+    line : int
+        Of the program, where it is written there; of an error that is raised, 0 is its own line.
+    word : tuple of str and float
+        The letter, and the number that stands there; no letter where the text of the program tells the place.
+    way : {"number", "behind", "below", "before", "marked", "end"}
+        In place of the number, behind the word, below its line; before ``line``; in place of what the finding marks;
+        as the last line, before a closing %.
+    is_above : bool
+        ``word`` stands in the last line up to ``line`` that has it.
+    misspelt : str
+        What stands in ``line`` in place of ``value``: at the column of a finding of that line.
+    turns : bool
+        The tool axis becomes another one.
+    is_choice : bool
+        Right only if the program means it so.
     """
 
-    text: str  #: In a sentence.
-    value: str = ""  #: What is to be written; empty where it stands in no file.
-    key: tuple[str, ...] = ()  #: Of the set-up, where it is written there: ("wcs", "G54"), ("allow_rewind",).
-    line: int = 0  #: Of the program, where it is written there; of an error that is raised, 0 is its own line.
-    #: The letter, and the number that stands there; no letter where the text of the program tells the place.
+    text: str
+    value: str = ""
+    key: tuple[str, ...] = ()
+    line: int = 0
     word: tuple[str, float] = ("", 0.0)
-    #: In place of the number, behind the word, below its line; before ``line``; in place of what the finding marks; as
-    #: the last line, before a closing %.
     way: Literal["number", "behind", "below", "before", "marked", "end"] = "number"
-    is_above: bool = False  #: ``word`` stands in the last line up to ``line`` that has it.
-    misspelt: str = ""  #: What stands in ``line`` in place of ``value``: at the column of a finding of that line.
-    turns: bool = False  #: The tool axis becomes another one.
-    is_choice: bool = False  #: Right only if the program means it so.
+    is_above: bool = False
+    misspelt: str = ""
+    turns: bool = False
+    is_choice: bool = False
 
     __repr__ = _list_given
 
@@ -63,6 +84,8 @@ class Finding:
         The joint concerned, as in the machine's columns ("rho2", "a").
     value, limit : float or None
         In ``unit``, with the sign convention of the machine file.
+    unit : str or None
+        "mm", "deg", "mm/s", ...; None where ``value`` and ``limit`` are.
     count : int
         Number of moves (or rows) that the finding stands for.
     remedies : tuple of str

@@ -9,12 +9,24 @@ from verne_post.model.drives import Drive
 
 
 class SetpointFormat(Struct, frozen=True):
-    """Format of a setpoint file: the cycle, and how every column is rounded."""
+    """Format of a setpoint file: the cycle, and how every column is rounded.
 
-    cycle: float  #: s.
-    decimals: tuple[int, ...]  #: Per joint column.
+    Attributes
+    ----------
+    cycle : float
+        s.
+    decimals : tuple of int
+        Per joint column.
+    time_decimals : int
+        Of the time column.
+    drives : tuple of Drive
+        How the numbers of each column count; empty where they are mm and degrees.
+    """
+
+    cycle: float
+    decimals: tuple[int, ...]
     time_decimals: int
-    drives: tuple[Drive, ...] = ()  #: How the numbers of each column count; empty where they are mm and degrees.
+    drives: tuple[Drive, ...] = ()
 
     @property
     def quanta(self) -> Array:

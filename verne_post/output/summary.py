@@ -16,6 +16,7 @@ from verne_post.base.tolerances import ACCELERATION_RATIO, FEED_RATIO, JERK_RATI
 from verne_post.base.units import DEG_PER_RAD
 from verne_post.model.machine import Machine
 from verne_post.model.moves import Event, Stock, describe_tool, list_tool_changes, name_tools
+from verne_post.model.options import Options
 from verne_post.model.part_setup import describe_tool_number, name_system
 from verne_post.model.summary import Summary
 from verne_post.model.verdict import Verdict
@@ -487,11 +488,16 @@ def _list_bodies(summary: Summary) -> list[str]:
     return [box.name for box in options.keep_out] + ([options.stock.name] if options.stock else [])
 
 
+def list_absent_bodies(options: Options) -> list[str]:
+    """What is not checked for contact because the set-up gives none; nothing where it gives fixtures and stock."""
+    absent = [*([] if options.keep_out else ["fixtures"]), *([] if options.stock else ["stock"])]
+    return [f"contact with {' and '.join(absent)}: the set-up gives none"] if absent else []
+
+
 def _list_unchecked(summary: Summary) -> Facts:
     """Bodies that nothing is known of: fixtures and stock, and those of machine and tools whose size is not known."""
     options, bodies = summary.options, summary.machine.bodies
-    absent = [*([] if options.keep_out else ["fixtures"]), *([] if options.stock else ["stock"])]
-    none = [f"contact with {' and '.join(absent)}: the set-up gives none"] if absent else []
+    none = list_absent_bodies(options)
     if not _list_bodies(summary):
         return [("NOT CHECKED", none[0])]
     used = {number for _change, number in list_tool_changes(summary.events)} or {0}

@@ -103,15 +103,10 @@ def write_sheet_html(program: str, source: Text, machine: Machine, study: Study)
     if not read:
         return "".join(parts)
     parts.insert(1, _write_start(machine, study))
-    parts_of_file = 0 if study.summary is None else len(study.summary.parts)
-    parts.append(
-        _write_titled_table(
-            "Actions of the operator",
-            ("line", "time, s", "what"),
-            _list_actions(source, study, remarks),
-            note=f"The file is cut into {parts_of_file} parts." if parts_of_file > 1 else "",
-        )
-    )
+    actions = _list_actions(source, study, remarks)
+    parts.append(_write_titled_table("Actions of the operator", ("line", "time, s", "what"), actions))
+    if in_parts := _list_parts(study):
+        parts.append(_write_titled_table("Parts of the setpoint file", ("part", "lines", "tools", "time, s"), in_parts))
     return "".join(parts)
 
 
@@ -318,6 +313,26 @@ def _describe_time(event: Event, study: Study) -> str:
     assert study.program is not None
     rows = () if study.summary is None else study.summary.timed
     return next((f"{one.row * study.program.cycle:.3f}" for one in rows if one.event is event), "")
+
+
+def _list_parts(study: Study) -> list[Row]:
+    """Lines of the first and the last motion, tools and time of each part of a file that is cut at stops."""
+    program, summary = study.program, study.summary
+    if program is None or summary is None or len(summary.parts) < 2:
+        return []
+    names = name_tools(program.moves.events)
+    cycle = summary.format.cycle
+    rows: list[Row] = []
+    for number, part in enumerate(summary.parts, 1):
+        begin, end = (part.first_row * cycle, part.last_row * cycle)
+        inside = (study.x > begin - cycle / 2) & (study.x < end + cycle / 2) & (study.line > 0) & (study.move >= 0)
+        lines = study.line[inside]
+        # the last row may be of the change of tools that ends the part
+        before_stop = inside & (study.x < end - cycle / 2)
+        tools = find_tool_of_moves(study.move[before_stop], program.path.first_move, program.moves).tolist()
+        shown = ", ".join(spell_tool_word(tool, names) for tool in dict.fromkeys(tools) if tool)
+        rows.append((str(number), f"{lines[0]} to {lines[-1]}" if len(lines) else "", shown, f"{end - begin:.3f}"))
+    return rows
 
 
 def _list_actions(source: Text, study: Study, remarks: Mapping[int, str]) -> list[Row]:

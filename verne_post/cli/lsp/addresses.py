@@ -11,6 +11,7 @@ from verne_post.app.explain_numbers import format_number
 from verne_post.app.line_remedies import Line
 from verne_post.base.arrays import Array
 from verne_post.base.program_lines import find_word, remove_remarks
+from verne_post.gcode.codes import CYCLES
 from verne_post.gcode.klartext.vocabulary import name_parameter
 from verne_post.gcode.machining.state import State, name_unit_of_speed
 from verne_post.gcode.own_meanings import OF_LETTERS
@@ -54,6 +55,10 @@ _VARIABLES: Final = {
     "siemens": re.compile(r"(?<![\w$])[A-Z_]\w*", re.IGNORECASE),
     "heidenhain": re.compile(r"(?<![A-Z_\d])Q[LRS]?\d+", re.IGNORECASE),
 }
+#: P of M98: how often, and the four digits of the program.
+_REPEATED: Final = re.compile(r"(\d+)(\d{4})")
+#: Codes whose P is a dwell at the bottom of a hole.
+_CYCLES: Final = tuple(f"G{code // 10}" for code in CYCLES)
 _IS_NUMBER: Final = re.compile(r"[-+]?[\d.]+")
 _PARAMETER: Final = re.compile(r"#<[^<>]*>|#\d+")
 _KLARTEXT: Final[Mapping[str, str]] = {
@@ -223,8 +228,15 @@ def _find_meaning_beside(address: Address, dialect: str, block: str, state: Stat
         if state is not None and not any(one in of_codes for one in codes):
             in_plane = address.name == "Z" and state.plane  # cycles drill along another axis
             codes += [] if in_plane else state.modes.show(state.feed_mode, state.control.mode)[:1]
-    meaning = next((of_codes[one][address.name] for one in codes if address.name in of_codes.get(one, {})), "")
-    return meaning.format(_show_value(address, state))
+    beside = next((one for one in codes if address.name in of_codes.get(one, {})), "")
+    meaning = of_codes[beside][address.name].format(_show_value(address, state)) if beside else ""
+    if address.name == "P" and state is not None and dialect in ("rs274", "fanuc"):
+        cycle = state.modes.cycle
+        if beside == "M98" and dialect == "fanuc" and (call := _REPEATED.fullmatch(address.value)):
+            meaning += f"; O{int(call[2])}, {int(call[1])} times, or on Haas controls O{int(address.value)}"
+        elif beside in _CYCLES and cycle is not None and cycle.dwell is not None:
+            meaning += f"; {cycle.dwell:g} s"
+    return meaning
 
 
 def _show_value(address: Address, state: State | None) -> str:

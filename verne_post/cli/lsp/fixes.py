@@ -89,7 +89,7 @@ def find_fixes(
         if is_better or is_narrower or is_mended or uncovered:
             left = f"{errors} error{'s stay' if errors > 1 else ' stays'}" if errors else "no errors then"
             left += f", with {format_count(warnings, 'warning')}" if warnings > before[1] else ""
-            left += "".join(f", and {one.code} in line {one.line}" for one in uncovered)
+            left += "".join(f", and {one.code} in {_name_place(one)}" for one in uncovered)
             left += ", another tool axis" if fix.turns else ""
             settles = not errors and not (fix.turns or fix.is_choice or is_choice or uncovered)
             fixes.append(replace(fix, title=f"{fix.title} ({left})", settles=settles))
@@ -105,6 +105,13 @@ def find_fixes(
             if after is not None and all(one.file != str(setup.absolute()) for one in after):
                 fixes.append(fix)
     return fixes
+
+
+def _name_place(item: Finding) -> str:
+    """The line of a finding: of the program, or of the file that it is about."""
+    file = "" if item.file is None else Path(item.file).name
+    number = item.file_line if file else item.line
+    return ", ".join(filter(None, (file, f"line {number}" if number else ""))) or "the program"
 
 
 def _list_worked_out(proposed: Iterator[Fix]) -> Iterator[Fix]:

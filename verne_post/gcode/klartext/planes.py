@@ -95,6 +95,8 @@ class KlartextPlanes:
         words = self._read_plane(statement)
         move = words.read_flag("MOVE", "TURN", "STAY")
         if move is None:
+            if words.kind == "RESET":
+                self._set_tilt(None, "PLANE RESET")  # however the table moves, the plane is over
             raise statement.error("VP005", f"PLANE {words.kind} needs MOVE, TURN or STAY")
         sense, table = None, False
         if words.kind != "RESET":

@@ -5,7 +5,7 @@ from typing import Final
 
 from msgspec import Struct, field
 
-from verne_post.base.suggestions import find_meant_number, name_near_numbers
+from verne_post.base.suggestions import list_near_numbers, name_near_numbers
 from verne_post.gcode.expressions import MAX_NUMBER
 from verne_post.gcode.klartext.formulas import VALUE, combine, evaluate, holds, read_value
 from verne_post.gcode.klartext.statements import Statement, label_name
@@ -68,9 +68,8 @@ class QParameters(Struct):
             return table[key]
         if kind == "Q" and number in self.control_values:
             return self.control_values[number]
-        of_kind = (one.removeprefix(kind) for one in table if one.rstrip("0123456789") == kind)
-        near = find_meant_number(str(number), of_kind)
-        names = [f"{kind}{near}"] if near else self._list_other_kinds(number)
+        near = list_near_numbers(str(number), self._list_numbers(kind))
+        names = [f"{kind}{one}" for one in near] or self._list_other_kinds(number)
         edits = tuple(Remedy(f"write {one}", one, misspelt=name, is_choice=True) for one in names)
         raise ProgramError("VP025", f"{key} has no value; {self._say_what_sets_it(kind, number)}", edits=edits)
 
@@ -78,9 +77,14 @@ class QParameters(Struct):
         if f"{kind}{number}" in self.refused_names:
             return SETTING_REFUSED
         others = self._list_other_kinds(number)
-        numbers = [name.removeprefix(kind) for name in (*self.values, *self.local[-1])]
+        numbers = self._list_numbers(kind)
         near = name_near_numbers(str(number), numbers, kind) or (others and f"{others[0]}, which is another parameter")
         return f"set it first{f'; the program sets {near}' if near else ''}"
+
+    def _list_numbers(self, kind: str) -> list[str]:
+        """Numbers of the parameters that the program sets, also by refused statements: in the next pass they are so."""
+        names = dict.fromkeys((*self.values, *self.local[-1], *sorted(self.refused_names)))
+        return [name.removeprefix(kind) for name in names]
 
     def _list_other_kinds(self, number: int) -> list[str]:
         """Parameters of the other kinds with this number that have a value: QL1 where Q1 has none."""

@@ -6,6 +6,7 @@ from typing import Final
 
 from msgspec.structs import replace
 
+from verne_post.base.suggestions import find_meant
 from verne_post.gcode.klartext.cycle_words import Head, read_parameters
 from verne_post.gcode.klartext.formulas import VALUE, read_value
 from verne_post.gcode.klartext.frames import KlartextFrames
@@ -289,6 +290,11 @@ class KlartextSettings:
             if fixed_text is None and text.startswith(begin + " "):
                 action(self, statement, text[len(begin) :])
                 return
+        for word in re.finditer(r"[A-Z]+", statement.rest):
+            of_trans = {one for begin in _TRANS for one in begin.split()}
+            if near := find_meant(word[0], of_trans - {word[0]}, slip_alone=True) if word[0] not in of_trans else "":
+                text = f"{word[0]}: no word of TRANS; did you mean {near}?"
+                raise statement.error("VP001", text, word.start())
         raise statement.error("VP002", f"TRANS {text[:25]} is not executed", 0)
 
     # --- others ---------------------------------------------------------------------------------------------

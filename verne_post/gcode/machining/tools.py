@@ -103,6 +103,16 @@ class Tools:
 
     # --- length ------------------------------------------------------------------------------------
 
+    def _check_length_number(self, at: At, number: int) -> None:
+        """VP012: --tool-length is that of the tool in the spindle, and H has the number of one that no T has called."""
+        own = self.state.loaded_tool
+        called = any(one.number == number for one in self.recorder.selections)
+        if not own or own == number or called or at.columns.get("H", 1) == 1:
+            return
+        why = f"tool {own} is in the spindle, and --tool-length is the length of that tool alone; give both in [tools] "
+        why += f"of the set-up if H{number} is meant; did you mean H{own}?"
+        raise at.error("VP012", f"H{number}: {why}", "H")
+
     def set_length(self, find_offset: Callable[[], Vector9]) -> None:
         """Put a tool offset in force. Where it cannot be found that is one error: no feed move lacks a length then."""
         self.state.has_tool_length, self.state.called_tool = True, None
@@ -125,6 +135,7 @@ class Tools:
         state = self.state
         if self.setup.tool_length is not None:
             if number:
+                self._check_length_number(at, number)
                 self._check_one_tool(number)
             self._report_unused_length(at, number or state.loaded_tool or 0)
             return ZERO9

@@ -121,7 +121,8 @@ class Recovery:
     def _drop_code(self, block: Block, error: ProgramError) -> bool:
         other_codes = [code for code in block.codes if code[2] != error.column]
         correction = find_correction(error.message)
-        if correction is not None and correction[1].startswith("G"):
+        is_refused = correction is not None and correction[0] == "not executed"  # and may be meant as it is written
+        if correction is not None and correction[1].startswith("G") and not is_refused:
             right = ("G", float(correction[1][1:]), error.column or 0)
             others = [code for code in block.codes if code[2] != error.column]
             # words beside it may have added the code already
