@@ -214,6 +214,13 @@ def _find_errors_with(source: Text, program: Program, **change: Any) -> tuple[st
     return tuple(dict.fromkeys(item.code for item in found if item.severity == "error"))
 
 
+def _is_right_with(source: Text, program: Program, **change: Any) -> bool:
+    """Whether the program has no error with other options; without its stock first, because cutting takes longest."""
+    if program.options.stock is not None and _find_errors_with(source, program, **{**change, "stock": None}) != ():
+        return False
+    return _find_errors_with(source, program, **change) == ()
+
+
 def _name_left(codes: Sequence[str]) -> str:
     """What a remedy leaves to be mended: each code with its meaning."""
     named = ", ".join(f"{code} ({CODES[code].title})" for code in codes)
@@ -279,7 +286,7 @@ def _find_word(source: Text, program: Program, joints: Any, errors: Sequence[Fin
         for then in now + np.sign(float(one.value) - now) * steps * step:
             value = format_number(then)
             changed = f"{text[: word.start(2)]}{value}{text[word.end(2) :]}".encode()
-            if _find_errors_with(b"\n".join([*lines[: start - 1], changed, *lines[start:]]), program) == ():
+            if _is_right_with(b"\n".join([*lines[: start - 1], changed, *lines[start:]]), program):
                 there = "has" if is_hole else "ends at"
                 said = f"within limits if line {start} {there} {letter} {value} instead of {word[2]}"
                 return Remedy(said, value, line=start, word=one.word)
@@ -312,7 +319,7 @@ def _find_slip_of_setup(source: Text, program: Program, errors: Sequence[Finding
                 **(options.tools or {}),
                 number: dataclasses.replace(tool, offset=(x, y, length, a, b, c, u, v, w)),
             }
-            if _find_errors_with(source, program, tools=tools) == ():
+            if _is_right_with(source, program, tools=tools):
                 text = (
                     f"within limits if the set-up gives tool {number} the length {length:.6g} instead of {now:.6g}: is "
                     "a decimal point missing, or another unit meant?"
@@ -324,7 +331,7 @@ def _find_slip_of_setup(source: Text, program: Program, errors: Sequence[Finding
         for right in [*([-value] if axis == 2 and value < 0 else []), *(value * factor for factor in factors if value)]:
             x, y, z = (right if one == axis else float(now) for one, now in enumerate(offset.origin_mm))
             wcs = {**options.wcs, system: dataclasses.replace(offset, origin_mm=(x, y, z))}
-            if _find_errors_with(source, program, wcs=wcs) == ():
+            if _is_right_with(source, program, wcs=wcs):
                 name, turn = name_system(system), [offset.turn_deg] if offset.turn_deg else []
                 given, then = (format_list((*one, *turn)) for one in (offset.origin_mm, (x, y, z)))
                 source_name = f" of {offset.source}" if offset.source else ""

@@ -43,6 +43,8 @@ MOST_PLACES: Final = 401
 AT_A_TIME: Final = 1 << 15
 #: Rays with the longest overlaps at which it is measured, and as many evenly among the others.
 MEASURED_RAYS: Final = 300
+#: Standing bodies of one span on whose rays it is measured; on a long one they are farther apart than ``STEP_MM``.
+MEASURED_BODIES: Final = 20
 #: Rays across a body from which these are chosen, if that leaves enough.
 CHOSEN_FROM: Final = 10_000
 #: The depth of a long contact is measured again after this share of itself: it changes by no more than the body moves.
@@ -334,10 +336,12 @@ class _Run:
 
     def _is_leaving(self, tip: Array, axis: Array, body: tuple[Piece, ...], stood: tuple[Array, Array]) -> bool:
         """Whether a body comes nowhere nearer to material on a span than where it stood."""
-        point = self._list_points(tip, axis, body, RESOLVED, every=True)
         tips, axes = _place_along(tip, axis, PLACES)
-        begin = measure_phi(body, point, *stood)
-        return bool((_measure_nearest(tips, axes, body, point) >= begin - TOUCH_MM).all())
+        return all(
+            (_measure_nearest(tips, axes, body, point) >= measure_phi(body, point, *stood) - TOUCH_MM).all()
+            for hit, sweeps, table in self._find_hits(tip, axis, body, RESOLVED)
+            for point in (self.stock.list_overlaps(sweeps, table, one)[0] for one in hit[::-1].tolist())
+        )
 
     def _follow_depth(
         self,
@@ -363,7 +367,7 @@ class _Run:
 
     def _measure_depth(self, tip: Array, axis: Array, body: tuple[Piece, ...]) -> float:
         """How deep a body is in the material at most, mm."""
-        point = self._list_points(tip, axis, body, 0.0)
+        point = self._list_points(tip, axis, body)
         if not len(point):
             return 0.0
         most = int(np.clip(np.linalg.norm(tip[1] - tip[0]) / STEP_MM, PLACES, MOST_PLACES))
@@ -376,25 +380,19 @@ class _Run:
             point, places = point[nearest <= nearest.min() + (way + reach * turn).max()], 2 * places
         return -float(_measure_nearest(*_place_along(tip, axis, most), body, point).min(initial=0.0))
 
-    def _list_points(
-        self, tip: Array, axis: Array, body: tuple[Piece, ...], by: float, *, every: bool = False
-    ) -> Array:
-        """Material (m, 3) on rays that meet an enlarged body; ``by`` as before.
-
-        That is the middle on ``every`` ray, or both ends and the middle on some.
-        """
+    def _list_points(self, tip: Array, axis: Array, body: tuple[Piece, ...]) -> Array:
+        """Material (m, 3) on rays that meet a body: both ends and the middle on some of them."""
         found = []
-        for hit, sweeps, table in self._find_hits(tip, axis, body, by):
+        for hit, sweeps, table in self._find_hits(tip, axis, body, 0.0):
+            if len(hit) > MEASURED_BODIES:
+                hit = hit[np.linspace(0, len(hit) - 1, MEASURED_BODIES).astype(int)]
             for one in hit.tolist():
-                middle, overlap = self.stock.list_overlaps(sweeps, table, one, np.inf if every else CHOSEN_FROM)
-                if len(overlap) < MEASURED_RAYS and not every:
+                middle, overlap = self.stock.list_overlaps(sweeps, table, one, CHOSEN_FROM)
+                if len(overlap) < MEASURED_RAYS:
                     middle, overlap = self.stock.list_overlaps(sweeps, table, one)
                 order = np.argsort(-overlap)
-                spread = order[MEASURED_RAYS :: 1 if every else len(order) // MEASURED_RAYS + 1]
+                spread = order[MEASURED_RAYS :: len(order) // MEASURED_RAYS + 1]
                 kept = np.append(order[:MEASURED_RAYS], spread)
-                if every:
-                    found.append(middle[kept])
-                    continue
                 up = 0.5 * overlap[kept, None] * (0.0, 0.0, 1.0)
                 found += [middle[kept] - up, middle[kept], middle[kept] + up]
         return np.concatenate(found) if found else np.empty((0, 3))
