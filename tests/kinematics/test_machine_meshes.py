@@ -72,7 +72,7 @@ def test_a_housing_passes_a_post(machine: Machine, low: Any, high: Any, distance
 
 
 def test_a_finding_has_its_remedy(machine: Machine) -> None:
-    """The post is 0.1 mm too near; surfaces that meet have no depth, which would lead out, but the line may end earlier."""
+    """The post is 0.1 mm too near; surfaces that meet have no depth, which would lead out. The line may end earlier."""
     options = verne_post.Options(
         tool_length=80.0, wcs={"G54": (0, 0, 0)}, keep_out=(Box("post", (-5.0, 39.9, 50.0), (5.0, 60.0, 300.0)),)
     )
