@@ -474,7 +474,9 @@ def test_skipped_lines_have_cut_the_stock(tmp_path: Path, run: Callable[..., Any
 
     def list_contacts(*more: object) -> list[str]:
         answer = run(*checked, *more)
-        return [one for one in answer.err.splitlines() + answer.out.splitlines() if " VP216 " in one]
+        found = [one for one in answer.err.splitlines() + answer.out.splitlines() if " VP216 " in one]
+        # a restart in line 14 has no rounded corner before it, so its contact begins 0.1 mm earlier
+        return [re.sub("begins .* before its end", "begins", one) for one in found]
 
     whole = list_contacts()
     assert len(whole) == (y != 8)

@@ -751,7 +751,7 @@ def test_codes_and_names_of_a_setup_go_before_those_of_the_settings(
     Path(f"{program}.toml").write_text("wcs.G55 = [0, 0, 60]\n[tools]\n7 = { length = 75, diameter = 10 }\n")
     assert 'tool 7 "MILL_10": 75 mm' in run(program, "-o", tmp_path / "axes.csv").err
     Path(f"{program}.toml").write_text("wcs.G55 = [0, 0, 60]\n[tools]\nMILL_10 = { length = 85, number = 9 }\n")
-    assert 'tool 9 "MILL_10" 85 mm' in run(program, "-o", tmp_path / "axes.csv").err
+    assert 'tool 9 "MILL_10": 85 mm' in run(program, "-o", tmp_path / "axes.csv").err
 
 
 @pytest.mark.parametrize(

@@ -370,10 +370,11 @@ def test_a_number_must_be_a_number(file, place, value):
 @pytest.mark.parametrize("place", [*LISTS, *RANGES])
 def test_a_list_must_have_its_length_and_hold_numbers(file, place):
     length = (LISTS | RANGES)[place]
+    kind = "[least, greatest]" if place in ("limits.a_deg", "limits.c_deg") else ""
     good = [float(index) for index in range(length)]
     for bad in ([], good[:-1], [*good, 9.0]):
-        names_key_and_value(mistakes(file(changed(place, bad))), place, repr(bad), str(length))
-    names_key_and_value(mistakes(file(changed(place, 7.5))), place, "7.5", "list")
+        names_key_and_value(mistakes(file(changed(place, bad))), place, repr(bad), kind or str(length))
+    names_key_and_value(mistakes(file(changed(place, 7.5))), place, "7.5", kind or "list")
     names_key_and_value(mistakes(file(changed(place, [*good[:-1], "x"]))), place, "'x'", "expected a number")
 
 

@@ -10,7 +10,6 @@ from msgspec import Struct
 
 from verne_post.base.arrays import Array, Mask
 from verne_post.base.tolerances import LIMIT_SLACK, LIMIT_SLACK_MM
-from verne_post.base.units import DEG_PER_RAD
 from verne_post.model.machine import Machine
 from verne_post.model.moves import ZERO9, Frame
 
@@ -34,7 +33,10 @@ class MachineTravel(Struct, frozen=True, eq=False):
 
     def describe_tilt(self) -> str:
         """The travel of the axis that tilts the tool, in degrees, in words."""
-        low, high = (float(limit[-2]) * DEG_PER_RAD for limit in (self.machine.limits.lower, self.machine.limits.upper))
+        factor = self.machine.columns[-2].factor
+        low, high = sorted(
+            float(limit[-2]) * factor for limit in (self.machine.limits.lower, self.machine.limits.upper)
+        )
         return f"{self.machine.rotary_letters[0]} goes from {low:g} to {high:g}"
 
     def is_reached(self, place: Array, tool_length: float) -> bool:

@@ -353,8 +353,9 @@ class _Run:
         before: tuple[int, Array, Array, float] | None,
     ) -> float:
         """How deep a body is in the material on a span, or was not far ``before`` in the same contact, mm."""
-        in_corner = self.spans.rounding is not None and self.spans.rounding[row] > 0
-        if before is not None and not in_corner:
+        if self.spans.rounding is not None and self.spans.rounding[row] > 0:  # what it leaves may be no contact
+            return self._measure_depth(tip, axis, body)
+        if before is not None:
             _row, old_tip, old_axis, depth = before
             reach = max(piece.high for piece in body)
             gone = np.linalg.norm(tip[1] - old_tip) + reach * np.linalg.norm(axis[1] - old_axis)
