@@ -499,7 +499,7 @@ def test_a_path_begins_within_half_a_turn_of_the_c_that_words_have_named():
     source = (
         "G17 G54 G90 G94 G710\nT1 D1 M6\nS1000 M3\nG0 X0 Y0 Z50 A0 C{}\nF500\nTRAORI\nMIRROR X0\nROT Z30\n"
         "G1 X10 A3=0.1 B3=0 C3=1\nAMIRROR X0\nG1 X10 A3=0.1 B3=0 C3=1\nTRANS\n"
-        'CYCLE800(0,"",0,57,0,0,0,20,0,0,0,0,0,-1)\nAROT X-20\nG1 X0 Y0 Z50 A3=0 B3=0 C3=1\nCYCLE800()\nM30\n'
+        'CYCLE800(0,"",0,57,0,0,0,20,0,0,0,0,0,-1)\nAROT X-20\nG1 X0 Y0 Z50 A3=0 B3=0 C3=1\nTRANS\nCYCLE800()\nM30\n'
     )
     for word, begin in ((0, 60), (360, 420), (-170, -120)):
         options = Options(tool_length=100.0, wcs={"G54": (0, 0, 60)}, dialect="siemens")

@@ -248,7 +248,7 @@ class KlartextPatterns:
             self.call_cycle()
         elif self.modal and has_moved:
             if is_retract:
-                self.tell_modal("Z alone, which is one more place")
+                self.warn_of_modal("Z alone, which is one more place")
             try:
                 self.call_cycle()
             except ProgramError as error:
@@ -259,15 +259,15 @@ class KlartextPatterns:
     def _explain_modal(self, error: ProgramError) -> None:
         """Say in an error that M89 calls the cycle, in place of VP043, and end it: its next calls are of one cause."""
         cycle, warnings = self.cycle, self.core.recorder.warnings
-        told = [line for (line, code), one in warnings.items() if code == "VP043" and one.message == self.told_text]
-        for line in told:
+        lines = [line for (line, code), one in warnings.items() if code == "VP043" and one.message == self.told_text]
+        for line in lines:
             del warnings[line, "VP043"]
-        where = f"at its last place, before line {told[0]}" if told else "at its last place"
+        where = f"at its last place, before line {lines[0]}" if lines else "at its last place"
         name = "" if cycle is None else f" {cycle.number}"
         error.message = f"M89 of line {self.modal} still calls cycle{name}; write M99 {where} ({error.message})"
         self.modal = 0
 
-    def tell_modal(self, what: str) -> None:
+    def warn_of_modal(self, what: str) -> None:
         """VP043, once for each M89: a change of tools, or a retract, finds its cycle on."""
         if self.modal and self.cycle is not None:
             cause = f"M89 of line {self.modal} still calls cycle {self.cycle.number} at "

@@ -387,7 +387,7 @@ class Klartext:
         tool = self.state.loaded_tool
         self.functions.call_tool(statement)
         if self.state.loaded_tool != tool:
-            self.patterns.tell_modal("TOOL CALL")
+            self.patterns.warn_of_modal("TOOL CALL")
 
     def _stop(self, statement: Statement) -> None:
         words = read_words(statement, self.q)

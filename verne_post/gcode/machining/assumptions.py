@@ -86,6 +86,11 @@ def know_axis(state: State, axis: int) -> None:
     state.known_axes[axis] = True
 
 
+def forget_change_of_length(state: State) -> None:
+    """The motion that has to follow a change of the tool length counts as made."""
+    state.values_before_length = None
+
+
 def lose_axis(state: State, axis: int) -> None:
     """Where an axis stands is not known."""
     state.known_axes[axis] = False

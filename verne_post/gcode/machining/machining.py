@@ -160,8 +160,8 @@ class Machining:
                 error = at.error("VP013", text, letter)
                 if "incremental" in why:  # the more common mistake comes first
                     explain_g91(self, error, at.line)
-                joined = ", or" if error.message != text else ";"
-                error.message += f"{joined} give {letter} an absolute value first"
+                link = ", or" if error.message != text else ";"
+                error.message += f"{link} give {letter} an absolute value first"
                 raise error
 
     def refuse_compensation(self, what: str) -> None:

@@ -106,8 +106,8 @@ class Tools:
     def _check_length_number(self, at: At, number: int) -> None:
         """VP012: --tool-length is that of the tool in the spindle, and H has the number of one that no T has called."""
         own = self.state.loaded_tool
-        called = any(one.number == number for one in self.recorder.selections)
-        if not own or own == number or called or at.columns.get("H", 1) == 1:
+        is_called = any(one.number == number for one in self.recorder.selections)
+        if not own or own == number or is_called or at.columns.get("H", 1) == 1:
             return
         why = f"tool {own} is in the spindle, and --tool-length is the length of that tool alone; give both in [tools] "
         why += f"of the set-up if H{number} is meant; did you mean H{own}?"

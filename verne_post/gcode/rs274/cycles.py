@@ -48,19 +48,19 @@ class CycleCodes:
         _u, _v, normal, *_ = PLANES[state.plane]
         start = self.core.start_of_motion(MoveKind.RAPID, absolute=self.modes.absolute, machine=False, axes=(normal,))
         self.core.stand(list(start))
-        kept = self.modes.cycle
-        goes_on = goes_on and kept is not None and kept.normal == normal
+        before = self.modes.cycle
+        goes_on = goes_on and before is not None and before.normal == normal
         text = ""
-        if goes_on and kept is not None and kept.change and not _has_code(block, motion):
-            text = f"{name} of line {kept.line} still holds after the change of tools in line {kept.change}; write G80 "
-            text += "before that if no hole is meant"
+        if goes_on and before is not None and before.change and not _has_code(block, motion):
+            text = f"{name} of line {before.line} still holds after the change of tools in line {before.change}; "
+            text += "write G80 before that if no hole is meant"
         try:
             self._check_cycle(block, motion, normal)
         except ProgramError as error:
             error.message += text and f"; {text}"
             raise
-        if text and kept is not None:
-            self.recorder.note_once("VP043", text, block.line, write_before("G80", line=kept.change))
+        if text and before is not None:
+            self.recorder.note_once("VP043", text, block.line, write_before("G80", line=before.change))
         before = self.modes.cycle if goes_on else self._find_kept(block, motion, normal)
         cycle = self._read_cycle_heights(block, motion, normal, before)
         self.modes.cycle = cycle

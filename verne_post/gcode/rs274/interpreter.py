@@ -548,10 +548,10 @@ class Rs274(Language):
             edits: tuple[Remedy, ...] = ()
             if right_code:
                 edits = (Remedy(f"write {right_code}", right_code, way="marked"),)
-            swapped = () if edits else self._find_swapped(code)
-            if swapped and float(swapped[0].value[1:]) * 10 not in CYCLES:  # G68 has R and no Z: nobody means G86
-                text += f"; did you mean {swapped[0].value}?"
-                edits = swapped
+            near_codes = () if edits else self._find_swapped(code)
+            if near_codes and float(near_codes[0].value[1:]) * 10 not in CYCLES:  # G68 has R and no Z: nobody means G86
+                text += f"; did you mean {near_codes[0].value}?"
+                edits = near_codes
             raise ProgramError("VP002", text, column, about=name, edits=edits)
         if not is_code or code not in self.table.group_of_g:
             name = spell_g_code(code) if is_code else f"G{number:g}"
@@ -567,19 +567,19 @@ class Rs274(Language):
                 )
             full_text = explain_unknown(text, name, map(spell_g_code, self.table.group_of_g))
             is_settled = is_code and not moves and full_text == text  # else another code is meant
-            swapped = self._find_swapped(code) if is_code and full_text == text else ()
-            full_text += f"; did you mean {swapped[0].value}?" if swapped else ""
+            near_codes = self._find_swapped(code) if is_code and full_text == text else ()
+            full_text += f"; did you mean {near_codes[0].value}?" if near_codes else ""
             key = ("remap", name) if is_settled else ()
-            raise ProgramError("VP002", full_text, column, settled_by=key, edits=swapped)
+            raise ProgramError("VP002", full_text, column, settled_by=key, edits=near_codes)
         return code
 
     def _find_swapped(self, code: int) -> tuple[Remedy, ...]:
         """The edit of a code, times ten, that is not executed, and whose digits in the other order are one that is."""
         tens, ones = divmod(code // 10, 10)
-        swapped = 100 * ones + 10 * tens
-        if code % 10 or not 0 < tens < 10 or not ones or swapped not in self.table.group_of_g:
+        near_codes = 100 * ones + 10 * tens
+        if code % 10 or not 0 < tens < 10 or not ones or near_codes not in self.table.group_of_g:
             return ()
-        right_code = spell_g_code(swapped)
+        right_code = spell_g_code(near_codes)
         return (Remedy(f"write {right_code}", right_code, misspelt=spell_g_code(code), is_choice=True),)
 
     def _has_user_code(self, block: Block, letters: str = "GM") -> bool:

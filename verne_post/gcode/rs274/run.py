@@ -112,7 +112,7 @@ class _BlockRun:
         moves, row = interpreter.recorder.count, line - chunk.first_line
         errors: list[ProgramError] = []
         warnings = interpreter.recorder.warnings
-        known = len(warnings)
+        first = len(warnings)
         self.calls.line += 1
         interpreter.parameters.line = line
         block = chunk.build_block(row, line) if interpreter.reads_plain_words else None
@@ -125,8 +125,8 @@ class _BlockRun:
             _find_column(error, chunk.read_raw(row))
             raise
         finally:
-            if len(warnings) > known:
-                _find_columns_of_warnings(warnings, known, chunk.read_raw(row))
+            if len(warnings) > first:
+                _find_columns_of_warnings(warnings, first, chunk.read_raw(row))
         for found in errors:
             _find_column(found, chunk.read_raw(row))
         flow.repeats.count(text, line, line, interpreter.recorder.count - moves)
@@ -214,9 +214,9 @@ def _is_executed(raw: bytes, setup: Setup) -> bool:
     return bool(raw.strip()) and not (setup.block_delete and raw.lstrip().startswith(b"/"))
 
 
-def _find_columns_of_warnings(warnings: dict[tuple[int, str], Finding], known: int, raw: bytes) -> None:
-    """The same for the warnings of the line: those behind the first ``known``."""
-    for key, item in list(warnings.items())[known:]:
+def _find_columns_of_warnings(warnings: dict[tuple[int, str], Finding], first: int, raw: bytes) -> None:
+    """The same for the warnings of the line: those from number ``first`` on."""
+    for key, item in list(warnings.items())[first:]:
         if item.column is not None and item.column < 0:
             column = find_word_columns(decode_line(raw))[-item.column - 1]
             warnings[key] = dataclasses.replace(item, column=column)

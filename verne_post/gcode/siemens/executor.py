@@ -14,6 +14,7 @@ from verne_post.gcode.machining.assumptions import (
     assume_tool_call,
     assume_turning_spindle,
     drop_compensation,
+    forget_change_of_length,
     know_axis,
 )
 from verne_post.gcode.machining.state import State
@@ -118,7 +119,7 @@ class Executor:
         """
         if words.calls:
             words.used_words.add("P")
-        self._tell_modal(words, is_motion=False)
+        self._warn_of_modal(words, is_motion=False)
         try:
             has_moved = self.interpreter.run(words)
         except ProgramError as error:
@@ -129,12 +130,12 @@ class Executor:
             return False
         if not self.is_modal(self.modal.name):
             return True
-        self._tell_modal(words, is_motion=True)
+        self._warn_of_modal(words, is_motion=True)
         self.milling.begin_block()
         self._run_modal(self.modal, words.line)
         return False
 
-    def _tell_modal(self, words: Words, *, is_motion: bool) -> None:
+    def _warn_of_modal(self, words: Words, *, is_motion: bool) -> None:
         """VP043, once for each MCALL: a change of tools, the end of the program, or a retract finds its cycle on."""
         call = self.modal
         if call is None or not self.is_modal(call.name) or (self.told_modal or (None,))[0] is call:
@@ -164,13 +165,13 @@ class Executor:
             if not (error.of_value and self.modal_is_shown):
                 error.column = None
             if error.code == "VP017":  # the cycle does not belong here: it was to end before, and is taken as ended
-                told, first = self.told_modal or (None, 0)
-                before = f"line {first}" if told is call else "this motion if it is no place of it"
+                call_told, first = self.told_modal or (None, 0)
+                before = f"line {first}" if call_told is call else "this motion if it is no place of it"
                 error.message = (
                     f"MCALL of line {call.line} still calls {call.name}; write MCALL alone before {before} "
                     f"({error.message})"
                 )
-                if told is call:
+                if call_told is call:
                     self.interpreter.recorder.warnings.pop((first, "VP043"), None)
                 self.modal = None
             raise
@@ -225,10 +226,8 @@ class Executor:
         for letter in named_letters - {"F"}:
             know_axis(state, AXES.index(letter))
         self.uncertain |= bool(named_letters - {"F"}) or error.code == "VP001"  # a letter may be what is missing
-        if named_letters & set(
-            "XYZ"
-        ):  # it would have been the motion after a change of the length, which VP016 asks for
-            state.values_before_length = None
+        if named_letters & set("XYZ"):  # the motion after a change of the length, which VP016 asks for
+            forget_change_of_length(state)
         if "F" in named_letters:
             assume_feed(state)
         if error.code == "VP001" and (motion := _MOTION.search(text)) is not None:
