@@ -248,7 +248,7 @@ def _find_forgotten_g91(source: Text, program: Program, errors: Sequence[Finding
     else:
         said = f"line {number} has G90 instead of G91, which"
         lines[number - 1] = f"{text[: word.start(2)]}90{text[word.end(2) :]}".encode()
-    if _find_errors_with(b"\n".join(lines), program) != ():
+    if not _is_right_with(b"\n".join(lines), program):
         return None
     text = f"within limits if {said} makes the values from there on distances"
     return Remedy(text) if is_for_retract else Remedy(text, "90", line=number, word=("G", 91.0))

@@ -136,8 +136,7 @@ def cut_stock(stock: Dexels, spans: Spans, tools: Sequence[Tool], keep_off: floa
         if len(rows):
             run.pass_rows(rows, tip[rows], axis[rows])
     begin = run.measure_begins()
-    rounding = np.zeros(len(spans.line)) if spans.rounding is None else spans.rounding
-    room = np.where(rounding > 0, rounding - keep_off, -np.inf)
+    room = np.where(run.rounding > 0, run.rounding - keep_off, -np.inf)
     touches = (
         Touch(row, int(spans.line[row]), body, depth, *begin.get((row, body), ()))
         for (row, body), depth in run.depth.items()
@@ -158,6 +157,7 @@ class _Run:
             for piece in body
         }
         self.volume = np.zeros(len(spans.line))
+        self.rounding = np.zeros(len(spans.line)) if spans.rounding is None else spans.rounding
         #: Depth by span and body; NaN while nothing is decided.
         self.depth: dict[tuple[int, str], float] = {}
         #: Tip and axis by span and body where a certain contact begins, in the frame of the stock.
@@ -178,7 +178,7 @@ class _Run:
         tool, past = self.tools[number], self.cuts.setdefault(number, [])
         changes = np.diff(self.spans.line[rows]) != 0
         if self.spans.rapid[rows[0]]:
-            in_corner = np.zeros(len(rows)) if self.spans.rounding is None else self.spans.rounding[rows] > 0
+            in_corner = self.rounding[rows] > 0
             for part in np.split(np.arange(len(rows)), np.flatnonzero(changes | (np.diff(in_corner) != 0)) + 1):
                 stood = tip[part[0], 0], axis[part[0], 0]
                 for k in part.tolist():
@@ -229,19 +229,9 @@ class _Run:
     def _check(self, row: int, tip: Array, axis: Array, tool: Tool, stood: tuple[Array, Array] | None = None) -> None:
         """Note what touches the stock on one span, in rapid traverse from where the tool ``stood`` before its line."""
         for name, body in tool.list_bodies(with_cutter=stood is not None):
-            touching = self._is_touching(tip, axis, body, -TOUCH_MM - self.left)
-            if touching:
-                before = self.measured.get(name)
-                goes_on = (
-                    before is not None
-                    and 0 <= row - before[0] <= 1
-                    and self.spans.line[row] == self.spans.line[before[0]]
-                )
-                if not goes_on:
-                    self.begin[row, name] = self._find_begin(tip, axis, body)
+            if self._is_touching(tip, axis, body, -TOUCH_MM - self.left):
                 self.depth[row, name] = max(
-                    self._follow_depth(row, tip, axis, name, body, before if goes_on else None),
-                    self.depth.get((row, name), 0.0),
+                    self._follow_contact(row, tip, axis, name, body), self.depth.get((row, name), 0.0)
                 )
                 self.broken.add((int(self.spans.tool[row]), name))
             elif not (name == "shank" and tool.has_thin_shank) and not self._is_clear(
@@ -343,27 +333,24 @@ class _Run:
             for point in (self.stock.list_overlaps(sweeps, table, one)[0] for one in hit[::-1].tolist())
         )
 
-    def _follow_depth(
-        self,
-        row: int,
-        tip: Array,
-        axis: Array,
-        name: str,
-        body: tuple[Piece, ...],
-        before: tuple[int, Array, Array, float] | None,
-    ) -> float:
-        """How deep a body is in the material on a span, or was not far ``before`` in the same contact, mm."""
-        if self.spans.rounding is not None and self.spans.rounding[row] > 0:  # what it leaves may be no contact
-            return self._measure_depth(tip, axis, body)
-        if before is not None:
-            _row, old_tip, old_axis, depth = before
+    def _follow_contact(self, row: int, tip: Array, axis: Array, name: str, body: tuple[Piece, ...]) -> float:
+        """How deep a body is in the material on a span, mm; also notes where the contact begins.
+
+        In a contact that goes on along a line, both are measured again only where they can have changed.
+        """
+        last, in_corner = self.measured.get(name), self.rounding[row] > 0
+        if last is not None and 0 <= row - last[0] <= 1 and self.spans.line[row] == self.spans.line[last[0]]:
+            _row, old_tip, old_axis, depth = last
             reach = max(piece.high for piece in body)
             gone = np.linalg.norm(tip[1] - old_tip) + reach * np.linalg.norm(axis[1] - old_axis)
-            if gone <= max(STEP_MM, DEPTH_SHARE * depth):
+            if gone <= max(STEP_MM, DEPTH_SHARE * depth) and not in_corner:
                 self.measured[name] = row, old_tip, old_axis, depth
                 return depth
+        else:
+            self.begin[row, name] = self._find_begin(tip, axis, body)
         depth = self._measure_depth(tip, axis, body)
-        self.measured[name] = row, tip[1], axis[1], depth
+        if not in_corner:  # what it leaves may be no contact
+            self.measured[name] = row, tip[1], axis[1], depth
         return depth
 
     def _measure_depth(self, tip: Array, axis: Array, body: tuple[Piece, ...]) -> float:
