@@ -173,7 +173,7 @@ def explain(
     setup: Setup = "beside",
     settings: SettingsLike = None,
 ) -> Explanation:
-    """Explain one source line: words, pose, findings with remedies of the line, every solution of the machine.
+    """Explain one source line: words, findings with remedies, pose; ``working`` has every step and every solution.
 
     Raises
     ------

@@ -30,6 +30,7 @@ from verne_post.model.protocols import AxisCorrecting
 from verne_post.model.toolpath import SegmentKind
 from verne_post.model.verdict import find_worst, is_about_pose
 from verne_post.output.findings import describe_remedy
+from verne_post.toolpath.margins import list_margin_functions
 
 #: Decimals of mm and degrees where a pose is told in a few lines.
 _FEW: Final = 3
@@ -51,16 +52,11 @@ def explain_line(line: Line) -> Iterator[str]:
     yield from _describe_findings(line, line.findings)
     yield ""
     yield f"pose at the end of the motion{', as programmed' if _has_blended_corner(line) else ''}"
-    yield f"  tip on the table     {format_mm(tip)}"
-    yield f"  words                {machine.name_angles(angles, 6)} deg"
-    q, _platform, ok = machine.five_axis.solve(tip, angles, tool)
-    if ok:
-        shown = ", ".join(format_joint(machine, k, value) for k, value in enumerate(q))
-        yield f"  joints               {shown}"
+    yield from _describe_end(line)
+    yield from _describe_nearest_limit(machine, tip, angles, tool)
+    yield from _describe_time(line)
     for name, pair in _list_table_solutions(line, angles):
         yield f"  {next(explain_table_solution(machine, name, tip, pair, tool, joints.lift))}"
-    if machine.columns[-1].driven:
-        yield f"  {next(explain_solutions(machine, tip, angles, q, tool, joints.lift))}"
 
 
 def work_through(line: Line) -> Iterator[str]:
@@ -101,18 +97,49 @@ def describe_pose(line: Line) -> Iterator[str]:
     joints, machine = line.exact, line.exact.machine
     tip, angles, tool = _find_end(line)
     yield from _describe_words(line, tool - joints.lift)
+    yield from _describe_end(line)
+    yield f"  {next(explain_table_solution(machine, 'pose', tip, angles, tool, joints.lift))}"
+
+
+def _describe_end(line: Line) -> Iterator[str]:
+    """Place and joints at the end of a line, how far they may go, the nearest limit, and the time of the line."""
+    machine = line.exact.machine
+    tip, angles, tool = _find_end(line)
     yield f"  tip on the table     {format_mm(tip, _FEW)}"
     yield f"  words                {machine.name_angles(angles, _FEW)} deg"
     q, _platform, ok = machine.five_axis.solve(tip, angles, tool)
-    if ok:
-        shown = ", ".join(format_joint(machine, k, value, _FEW) for k, value in enumerate(q))
-        yield f"  joints               {shown}"
-        margins = ", ".join(
-            f"{column.joint} {f'{format_fixed(margin, _FEW)} {column.unit}' if np.isfinite(margin) else 'unlimited'}"
-            for column, margin in zip(machine.columns, find_travel_margins(machine, q), strict=True)
-        )
-        yield f"  margin to travel     {margins}"
-    yield f"  {next(explain_table_solution(machine, 'pose', tip, angles, tool, joints.lift))}"
+    if not ok:
+        return
+    yield f"  joints               {', '.join(format_joint(machine, k, value, _FEW) for k, value in enumerate(q))}"
+    margins = ", ".join(
+        f"{column.joint} {f'{format_fixed(margin, _FEW)} {column.unit}' if np.isfinite(margin) else 'unlimited'}"
+        for column, margin in zip(machine.columns, find_travel_margins(machine, q), strict=True)
+    )
+    yield f"  margin to travel     {margins}"
+
+
+def _describe_nearest_limit(machine: Machine, tip: Array, angles: Array, tool: float) -> Iterator[str]:
+    measure, names = list_margin_functions(machine)
+    table = measure(tip[None], angles[None], np.array([tool]))[0]
+    if np.isfinite(table).any():
+        least = int(table.argmin())
+        left = f"{100 * table[least]:.0f} % left" if table[least] >= 0 else "exceeded"
+        yield f"  nearest limit        {names[least]}, {left}"
+
+
+def _describe_time(line: Line) -> Iterator[str]:
+    """What a line takes at the feed rate, or at the speeds of the joints where these are too slow, over all passes."""
+    contour, machine = line.exact.contour, line.exact.machine
+    element = np.arange(len(contour))
+    begin, end = (line.exact.solve(element, np.full(len(element), w)) for w in (0.0, 1.0))
+    at_feed = contour.path.feed_time[contour.segment] * (contour.high - contour.low) / line.options.override
+    seconds = np.column_stack([np.abs(end.q - begin.q) / machine.limits.velocity, at_feed])
+    if np.isfinite(seconds).all():
+        needed = seconds.max(axis=1)
+        # what sets the pace of most of the time
+        most = int(np.bincount(seconds.argmax(axis=1), needed, seconds.shape[1]).argmax())
+        pace = [*(f"the largest speed of {column.joint}" for column in machine.columns), "the feed rate"][most]
+        yield f"  time                 {needed.sum():.3f} s at {pace}, without acceleration"
 
 
 # --- words -------------------------------------------------------------------------------------
@@ -339,7 +366,7 @@ def _describe_findings(line: Line, findings: Sequence[Finding]) -> Iterator[str]
     yield f"findings, worst over the whole line{driven}"
     places = [remedies.place_of(line.joints, item) for item in findings]
     shown = [
-        "" if one is None else _place(line.joints, one, first=item.value is None)
+        "" if one is None else _place(line, one, first=item.value is None)
         for one, item in zip(places, findings, strict=True)
     ]
     for item, where, after in zip(findings, shown, [*shown[1:], ""], strict=True):
@@ -353,13 +380,17 @@ def _describe_findings(line: Line, findings: Sequence[Finding]) -> Iterator[str]
     yield from _describe_remedies(line, findings)
 
 
-def _place(joints: JointPath, place: remedies.Place, first: bool) -> str:
+def _place(line: Line, place: remedies.Place, first: bool) -> str:
+    joints = line.joints
     tip, angles = joints.pose(joints.contour, np.array([place.element]), np.array([place.w]))
     n = len(joints.contour)
-    which = f" of part {place.element + 1} of {n}" if n > 1 else ""
     from_ = "first at" if first else "at"
+    share, lengths = place.w, joints.contour.length
+    if n > 1 and lengths.sum() > 0:
+        share = float(lengths[: place.element].sum() + place.w * lengths[place.element]) / float(lengths.sum())
+    which = " of all passes" if line.is_repeated else ""
     return (
-        f"{from_} {100 * place.w:.4g} % of the way{which}: tip {format_mm(tip[0])} on the table, "
+        f"{from_} {100 * share:.4g} % of the way{which}: tip {format_mm(tip[0])} on the table, "
         f"A {format_degrees(angles[0, 0])} deg, C {format_degrees(angles[0, 1])} deg"
     )
 
