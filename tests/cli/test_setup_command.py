@@ -249,8 +249,7 @@ def test_rigid_tapping_is_a_choice_of_the_set_up(run: Run, tmp_path: Path) -> No
         ),
         (
             KLARTEXT.replace("MM\n", "MM\n1 ; T7 FACE MILL D=20, T8 END MILL D=8\n", 1).replace('"MILL_10"', "7"),
-            '7 = { length = "measure", diameter = 20 }  # FACE MILL D=20, T8 END MILL D=8'
-            " - diameter from this remark, check it",
+            '7 = { length = "measure", diameter = 20 }  # FACE MILL D=20 - diameter from this remark, check it',
         ),
     ],
 )
@@ -288,6 +287,10 @@ def test_remarks_of_the_program_stand_beside_its_tools(run: Run, tmp_path: Path)
         (';TOOL 1 "MILL_D10" D1', None),
         (';TOOL 1 "MILL_10" D10', None),
         ("(T1 H1 D3 BALL)", None),  # an entry of the tool table
+        ("(T1 D12 ENDMILL H1)", 12.0),
+        ("(T1 ENDMILL D12 R2 - H1)", 12.0),
+        ("(T1 D12 ENDMILL H12)", None),
+        ("(T1 D12 H1 ENDMILL)", None),
         ("(T1 END MILL 12)", None),
         ("( T1 D50 FACE MILL )", 50.0),
         ("(T1 FACE MILL D50)", 50.0),
@@ -346,6 +349,15 @@ def test_a_remark_above_the_change_of_tools_is_about_its_tool(
     (tmp_path / "a.nc").write_text(f"G21 G90 G94\n{lines}\nG43 H1\nS900 M3\nG0 X0 Y0 Z20 A0 C0\nG1 X1 F600\nM2\n")
     written = tomllib.loads(run("setup", tmp_path / "a.nc", "-o", "-").out)["tools"]["1"]
     assert written.get("diameter") == diameter
+
+
+def test_each_tool_of_a_remark_has_its_own_size(run: Run, tmp_path: Path) -> None:
+    path = tmp_path / "a.nc"
+    cut = "".join(f"T{tool} M6\nG43 H{tool}\nS900 M3\nG0 X0 Y0 Z20 A0 C0\nG1 X{tool} F600\n" for tool in range(1, 7))
+    top = "(T1 DRILL D6.8  T2 BALL D10 R5)\n(T3 D=8 FLAT) (T4 D=4 FLAT)\n(T5 D=5 MILL, SAME HOLDER AS T6)\n"
+    path.write_text(f"{top}G90 G94\n{cut}M2\n", "utf-8")
+    tools = tomllib.loads(run("setup", path, "-o", "-").out)["tools"]
+    assert [tools[str(tool)].get("diameter") for tool in range(1, 7)] == [6.8, 10, 8, 4, 5, None]
 
 
 def test_a_remark_may_have_number_and_name(run: Run, tmp_path: Path) -> None:

@@ -186,11 +186,20 @@ def test_lengths_of_tools_come_from_one_place(folder: Path, run: Callable[..., A
             "[keep_out.vise]\nmin = [0, 0, 0]\nmax = [1, 1, 1]\ndistance_mm = 1e6",
             "keep_out.vise.distance_mm = 1000000.0",
         ),
-        ('tool_table = "none.tbl"', "part.nc.toml: tool_table = none.tbl: No such file or directory"),
-        ('tool_lengths = "none.csv"', "part.nc.toml: tool_lengths = none.csv: No such file or directory"),
-        ('tool_shapes = "none.toml"', "part.nc.toml: tool_shapes = none.toml: No such file or directory"),
-        ('parameters = "none.var"', "part.nc.toml: parameters = none.var: No such file or directory"),
-        ('measured_offset = "none.csv"', "part.nc.toml: measured_offset = none.csv: No such file or directory"),
+        ('tool_table = "none.tbl"', "part.nc.toml:1:1: VP022 error: tool_table = none.tbl: No such file or directory"),
+        (
+            'tool_lengths = "none.csv"',
+            "part.nc.toml:1:1: VP022 error: tool_lengths = none.csv: No such file or directory",
+        ),
+        (
+            'tool_shapes = "none.toml"',
+            "part.nc.toml:1:1: VP022 error: tool_shapes = none.toml: No such file or directory",
+        ),
+        ('parameters = "none.var"', "part.nc.toml:1:1: VP022 error: parameters = none.var: No such file or directory"),
+        (
+            'measured_offset = "none.csv"',
+            "part.nc.toml:1:1: VP022 error: measured_offset = none.csv: No such file or directory",
+        ),
         ("[keep_out.vise]\nmin = [0, 0, 0]\nmax = [1, 1, 0]", "keep_out.vise"),
     ],
 )
@@ -213,6 +222,15 @@ def test_a_mistake_of_a_set_up_looks_like_one_of_a_program(folder: Path, run: Ca
         "  4 | 1 = {lenght = 80}",
         "    |      ^",
     ]
+    Path("none.toml").write_text('tool_table = "none.tbl"\n', encoding="utf-8")
+    for command in ("check", "convert", "explain"):
+        words = ("part.nc:1",) if command == "explain" else ("part.nc",)
+        said = run(command, *words, "--setup", "none.toml")
+        assert (said.out + said.err).splitlines()[:3] == [
+            "none.toml:1:1: VP022 error: tool_table = none.tbl: No such file or directory",
+            '  1 | tool_table = "none.tbl"',
+            "    | ^",
+        ]
     (found, _other) = json.loads(run("check", "part.nc", "--output-format", "json").out)["programs"][0]["findings"]
     assert (found["file"], found["file_line"], found["file_column"], found["column"]) == ("part.nc.toml", 2, 14, None)
 

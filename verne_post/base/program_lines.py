@@ -2,6 +2,7 @@
 
 import math
 import re
+from collections.abc import Iterable
 from typing import Final
 
 from verne_post.base.tolerances import LIMIT_SLACK_MM
@@ -13,6 +14,15 @@ _REMARKS: Final = {"siemens": r";.*", "heidenhain": r";.*", "aptcl": r"\$\$.*"}
 def remove_remarks(line: str, dialect: str = "") -> str:
     """A line with blanks for its remarks; without a dialect, those in parentheses and after a semicolon."""
     return re.sub(_REMARKS.get(dialect, r"\([^)]*\)?|;.*"), lambda remark: " " * len(remark[0]), line)
+
+
+#: The word that ends a program, outside remarks.
+_END: Final = re.compile(r"^[^(;]*(?<![A-Z])M0*(?:2|30)(?![\d.])", re.IGNORECASE)
+
+
+def find_end(lines: Iterable[str]) -> int | None:
+    """The line, from 0, that ends a program (M2, M30); None where none does."""
+    return next((number for number, line in enumerate(lines) if _END.search(line)), None)
 
 
 #: Codes whose places are those of the machine, in which no work offset counts: G28, G30, G53 of RS274/NGC and Fanuc;

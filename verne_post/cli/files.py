@@ -369,16 +369,24 @@ class RunFiles:
 
 
 def locate_errors(function: Callable[Concatenate[RunFiles, _P], _T]) -> Callable[Concatenate[RunFiles, _P], _T]:
-    """Let the errors of a function that reads files of a run say in which line of which file they stand."""
+    """Let the errors of a function that reads files of a run say in which line of which file they stand.
+
+    A file that cannot be read and is named by a key of another one is a mistake in the line of this key.
+    """
 
     @wraps(function)
     def call(files: RunFiles, /, *arguments: _P.args, **named: _P.kwargs) -> _T:
-        from verne_post.model.findings import InputError
+        from verne_post.model.findings import InputError, make_finding
 
         try:
             return function(files, *arguments, **named)
         except InputError as error:
             raise type(error)(*files.find_lines(error.findings)) from None
+        except Unreadable as error:
+            (found,) = files.find_lines([make_finding("VP022", str(error))])
+            if found.file is None:
+                raise
+            raise InputError(found) from None
 
     return call
 

@@ -413,7 +413,11 @@ def _merge_bodies(
     if settings is not None:
         own = {f"keep_out.{name}": one for name, one in settings.file.keep_out.items()} | {"stock": settings.file.stock}
         bodies = {
-            key: (one, None if one.file is None else settings.folder / one.file, f"settings file: {key}.file")
+            key: (
+                one,
+                None if one.file is None else settings.folder / one.file,
+                f"{Path(settings.shown).name}: {key}.file",
+            )
             for key, one in own.items()
             if one is not None
         }

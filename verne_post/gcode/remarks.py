@@ -227,7 +227,7 @@ def find_tool_remarks(lines: Iterable[str], dialect: str) -> dict[str, str]:
     found: dict[str, str] = {}
     below = iter(lines)
     top = list(islice(below, _TOOL_LINES))
-    for line in top:
+    for line in chain.from_iterable(map(_split_tools, top)):
         if (match := _TOOL_REMARK.match(line)) and (text := match["text"].strip()):
             # ; T1 "BALL_6" D=6.: the program may call it by either
             also = re.match(r'"([^"]+)"', text)
@@ -240,12 +240,23 @@ def find_tool_remarks(lines: Iterable[str], dialect: str) -> dict[str, str]:
     return found
 
 
+def _split_tools(line: str) -> list[str]:
+    """One line for each tool of a remark, where each has a size of its own: ``(T1 D6 MILL T2 D8 DRILL)``."""
+    mark, *parts = _EACH_TOOL.split(line) if _TOOL_REMARK.match(line) else [line]
+    if len(parts) < 2 or not all(_SIZE.search(part) for part in parts):
+        return [line]
+    return [f"{mark}{part.rstrip(' (,;|/)')}" for part in parts]
+
+
 #: A diameter in a remark: ``D=6.``, ``DIA 6``, ``DIA. - 6.``, ``Ø6``. A D alone may be an entry of the tool table.
 _DIAMETER: Final = re.compile(
     r"(?:(?<![\w.])D(?:IA(?:M(?:ETER)?)?)?\.?\s*[=:]|(?<![\w.])DIA(?:M(?:ETER)?)?\b\.?(?:\s*-)?|[\u00d8\u00f8\u2300])\s*"
     r"(\d+(?:\.\d*)?|\.\d+)(?![\d./]|,\d|\s*(?:IN|INCH|INCHES)\b|\s*[\"'])",
     re.IGNORECASE,
 )
+#: Where the next tool of a remark begins, and how sizes do.
+_EACH_TOOL: Final = re.compile(r"(?<=[\s(,;|/])(?=T\s*=?\s*\d+\b)", re.IGNORECASE)
+_SIZE: Final = re.compile(r"(?<!\w)D(?:IA\w*)?\W*[\d.]|\u00d8", re.IGNORECASE)
 #: What a remark says behind the word of another tool is about that.
 _OTHER_TOOL: Final = re.compile(r"(?<!\w)T(?:OOL)?\s*=?\s*[\d\"].*", re.IGNORECASE)
 #: A D alone, and one in a name: where both have the same number, it is the diameter (``"MILL_D10" D10``).
@@ -253,8 +264,10 @@ _BARE_DIAMETER: Final = re.compile(r"(?<![\w.])D(\d+(?:\.\d*)?)(?![\w/]|\s*IN(?:
 _DIAMETER_IN_NAME: Final = re.compile(r"[_ -]D(\d+)(?!\d)", re.IGNORECASE)
 #: A diameter before the kind of the tool, as ``| 50. FACE MILL``: a whole number alone may be another one.
 _LEADING: Final = re.compile(r"[|\s-]*(\d+\.\d*|\.\d+)(?:\s*MM)?\s+(?!INCH|DEG)[A-Z]{3}", re.IGNORECASE)
-#: Beside such words D is an entry of the tool table, or what is measured is not certain.
-_ENTRY: Final = re.compile(r"(?<!\w)H\s*\d|OFF|\"", re.IGNORECASE)
+#: Such words make D an entry of the tool table, or what is measured is not certain: H next to it or of its number.
+_ENTRY: Final = re.compile(
+    r"(?<!\w)H\s*\d+[\W_]*D\d|(?<!\w)D\d+\.?\d*[\W_]*H\s*\d|(?<!\w)D0*(\d+)\b.*(?<!\w)H0*\1\b|OFF|\"", re.IGNORECASE
+)
 _WORD: Final = re.compile(r"[A-Z]{3}", re.IGNORECASE)
 #: A word for inches, in every language: diameters of such a program may be in inches.
 _INCHES: Final = re.compile(rb"^[^(;\n]*(?:G0*(?:20|700?)(?!\d)|\bINCH)", re.IGNORECASE | re.MULTILINE)

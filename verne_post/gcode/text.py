@@ -11,8 +11,8 @@ import numpy as np
 from msgspec import Struct, field
 
 from verne_post.base.arrays import Ints
-from verne_post.base.long_text import Text
-from verne_post.base.program_lines import remove_remarks
+from verne_post.base.long_text import Text, decode_lines
+from verne_post.base.program_lines import find_end, remove_remarks
 from verne_post.gcode import plain_arcs
 from verne_post.gcode.block import Block, build_block_of_words, read_block
 from verne_post.gcode.plain import PlainLines
@@ -279,10 +279,6 @@ class _Construct(Struct):
     branches: list[int] = field(default_factory=list)
 
 
-#: A line that ends the program.
-_END: Final = re.compile(rb"^[^(;\n]*M0*(?:2|30)(?![0-9.])", re.MULTILINE | re.IGNORECASE)
-
-
 class _Opened:
     """Constructs that are open while a text is read from top to bottom."""
 
@@ -357,8 +353,8 @@ class _Opened:
             item = self._open[-1]
             ends = {"sub": "endsub", "if": "endif", "while": "endwhile", "do": "while", "repeat": "endrepeat"}
             end = f"o{item.label} {ends[item.kind]}"
-            stop = _END.search(source)
-            is_last = item.kind == "sub" and stop is not None and source.count(b"\n", 0, stop.start()) < item.line - 1
+            stop = find_end(decode_lines(source))
+            is_last = item.kind == "sub" and stop is not None and stop < item.line - 1
             raise ProgramError(
                 "VP023",
                 f"o{item.label} {item.kind} is never closed; expected {end}",

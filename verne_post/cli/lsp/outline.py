@@ -10,7 +10,7 @@ from lsprotocol import types as lsp
 from msgspec import Struct
 
 from verne_post.base.long_text import Text
-from verne_post.base.program_lines import remove_remarks
+from verne_post.base.program_lines import find_end, remove_remarks
 from verne_post.config.subprograms import list_callable_files
 from verne_post.gcode.dialects import choose_dialect_name
 from verne_post.gcode.remarks import BLOCK_NUMBER, find_tool_remarks, list_heads, list_tool_changes
@@ -85,8 +85,6 @@ _NO_MOTION_CYCLES: Final = ("WORKPIECE", "CYCLE832")
 _NO_MOTION: Final = re.compile(r"\bBLK[ \t]+FORM\b|(?<![A-Z_])G(?:10|52|92)(?![\d.])|\bA?TRANS\b", re.IGNORECASE)
 
 
-#: The word that ends a program.
-_END: Final = r"^[^(;]*(?<![A-Z])(M)0*(?:2|30)(?![\d.])"
 #: A tool is in a subprogram where both begin in one line, and an operation in a tool.
 _RANKS: Final = (lsp.SymbolKind.Function, lsp.SymbolKind.Class, lsp.SymbolKind.Event)
 
@@ -131,8 +129,8 @@ class Outline:
         begins = [of_changes.get(one.line, one.line) for one in tools]
         subprograms = self._list_subprograms()
         # a tool, and an operation, ends with the program, behind which subprograms follow
-        ended = next((one.line for one in find_names(_END, self.lines)), last)
-        behind = next((one.line for one in subprograms if one.line > ended), last + 1)
+        ended = find_end(self.lines)
+        behind = next((one.line for one in subprograms if ended is not None and one.line > ended), last + 1)
         found = [self._cut(one, behind) for one in operations]
         for change, begin, end in zip(tools, begins, [*begins[1:], last + 1], strict=False):
             about = change.remark or remarks.get(change.tool.lstrip("0"), "")
