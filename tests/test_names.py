@@ -13,7 +13,7 @@ PACKAGE = Path(verne_post.__file__).parent
 
 #: What a function may do. A predicate begins with the verb of its sentence: is, has, can.
 WORDS = """
-accept add address adjust agrees aim align allow amend append apply approach are arrive assemble assign assume average
+accept add address adjust advise agrees aim align allow amend append apply approach are arrive assemble assign assume average
 begin bind blank blend bore bound bracket break build calibrate call can cap capitalise carry chamfer change check
 choose claim classify clean climb close collect combine compare compensate compile complete compute connect convert
 copy correct count cover cross cut decode decorate define depart depends derive describe differ differentiate displace

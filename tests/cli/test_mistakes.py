@@ -146,7 +146,7 @@ def test_the_letter_o_in_the_number_of_a_parameter(tmp_path: Path, run: Callable
         # 8: a restart from nowhere
         (("p.nc", *PLACE, "--from-line", 5, "-o", "a.csv"), "--from-line"),
         # 9: a stop on the way
-        (("stops.nc", *PLACE), "use --split-at-stops"),
+        (("stops.nc", *PLACE), "Write one file of setpoints for each part between two stops: --split-at-stops"),
         # 10: the part too low, too far: the limit and its excess, and where to go on
         (("check", "low.nc", "--tool-length", 60), "below the table face"),
         (("check", "far.nc", *PLACE), "`verne-post explain far.nc:5` explains this line and what would"),

@@ -468,10 +468,7 @@ def _find_waits(moves: Moves, first: int, *, optional_stop: bool) -> list[tuple[
         if event.before > first and event.waits(optional_stop=optional_stop):
             code = _WAITS[event.kind] if event.kind in _WAITS else _STOP_CODES[str(event.data["stop"])]
             what = "a tool change" if event.kind == "tool" else code
-            text = (
-                f"{what} after the motion has begun: setpoints cannot wait; use --split-at-stops, which writes one "
-                "file from each stop to the next"
-            )
+            text = f"{what} after the motion has begun: setpoints cannot wait"
             where = {"line": event.line, "last_line": event.line, "worst_line": event.line}
             found.append((event.before, make_finding("VP014", text, **where, settled_by=(SPLIT_KEY,))))
     return found

@@ -15,7 +15,7 @@ from verne_post.base.tolerances import (
     ARC_RADIUS_MM,
     ARC_RADIUS_SHARE,
 )
-from verne_post.gcode.program_error import ProgramError
+from verne_post.gcode.program_error import POST_OTHERWISE, ProgramError
 from verne_post.model.moves import AXES
 
 #: Plane -> indices of its first, second and normal axis, and the names of its offset words.
@@ -113,7 +113,7 @@ def build_arc_from_center(
             f"the end is not on the circle: radius {r1 / unit:.6g} {name} at the start ({AXES[first]}"
             f"{start[first] / unit:g} {AXES[second]}{start[second] / unit:g}), {r2 / unit:.6g} {name} at the end, "
             f"difference {gap / unit:.6g} {name}; allowed {allowed_difference / unit:.6g} {name}{hint}",
-        )
+        ).advise("" if hint else POST_OTHERWISE)
     angle = math.atan2(end[second] - c2, end[first] - c1) - math.atan2(start[second] - c2, start[first] - c1)
     sweep = (-angle if clockwise else angle) % (2 * math.pi)
     if sweep * r1 < ARC_CHORD_MM:  # the end is the start, whichever side of it rounding has left it on

@@ -96,7 +96,7 @@ class Execution(Struct):
         column = error.column if file is None else None
         there = (one if one.line or one.key else replace(one, line=shown_number) for one in error.edits)
         edits = tuple(one for one in there if file is None or one.key)
-        reason = error.about, error.settled_by, error.cause, edits
+        reason = error.about, error.settled_by, error.cause, edits, error.advice
         self.report_at_line(error.code, message, shown_number, column, *reason)
         self._error_count += 1
         return goes_on and len(self.errors) < MAX_ERRORS and self._error_count < MAX_COUNTED
@@ -129,6 +129,7 @@ class Execution(Struct):
         settled_by: tuple[str, ...] = (),
         cause: str = "",
         edits: tuple[Remedy, ...] = (),
+        advice: str | None = None,
     ) -> None:
         """Add an error of a line, or count it with those of its cause, which then names everything concerned."""
         words = message if about is None else message.replace(about, "\0")
@@ -141,7 +142,7 @@ class Execution(Struct):
         if at == len(self.errors):
             where = {"line": line, "last_line": line, "worst_line": line, "column": column}
             keys = (settled_by,) if settled_by else ()
-            self.errors.append(make_finding(code, message, settled_by=keys, edits=edits, **where))
+            self.errors.append(make_finding(code, message, settled_by=keys, edits=edits, advice=advice, **where))
             return
         item = self.errors[at]
         if len(things) > 1:

@@ -8,7 +8,7 @@ import numpy as np
 
 from verne_post.base.suggestions import find_suggestion, name_near_numbers, suggest
 from verne_post.gcode.machining.state import State
-from verne_post.gcode.program_error import At, ProgramError
+from verne_post.gcode.program_error import FILL_IN_LENGTH, At, ProgramError
 from verne_post.gcode.setup import Setup
 from verne_post.model.control_keys import KEYS, FanucKeys, Rs274Keys, read_keys
 from verne_post.model.findings import Finding, make_finding
@@ -46,7 +46,8 @@ def report_missing_tool(number: int, letter: str, at: At, setup: Setup, state: S
         why += f"(add it there if H{number} is meant); did you mean H{own}?"
         key = find_tool_key(number, "length", state.tool_names)
         return at.error("VP012", f"H{number}: {why}", "H", name, key)
-    if any(tool.key == f"tools.T{number}" for tool in (state.tools or {}).values()):
+    is_name = any(tool.key == f"tools.T{number}" for tool in (state.tools or {}).values())
+    if is_name:
         why = f"the set-up has no {name}, and T{number} is the name of one; write {number} in place of T{number} there"
     elif setup.tools is None:
         why = f"the length is in no set-up and in no tool table; give --tool-table FILE{ONE_TOOL}"
@@ -57,7 +58,8 @@ def report_missing_tool(number: int, letter: str, at: At, setup: Setup, state: S
         near = name_near_numbers(str(number), numbers, "tool ")
         near = f", but {near}" if near else ""
         why = f"neither the set-up nor the tool table has it{near}; add it to one of them{ONE_TOOL}"
-    return at.error("VP012", f"{name}: {why}", letter, name, find_tool_key(number, "length", state.tool_names))
+    error = at.error("VP012", f"{name}: {why}", letter, name, find_tool_key(number, "length", state.tool_names))
+    return error.advise("" if is_name else FILL_IN_LENGTH)
 
 
 def check_measured(tool: Tool, setup: Setup, state: State, column: int | None = None) -> None:
@@ -69,7 +71,9 @@ def check_measured(tool: Tool, setup: Setup, state: State, column: int | None = 
             in_table = " (Z; Z0 if the gauge line is meant)" if ":" in tool.unmeasured else ""
             text += f"; write one there, mm from the gauge line to the tip{in_table}"
         key = find_tool_key(tool.number, "length", state.tool_names)
-        raise ProgramError("VP012", text, column, about=name, settled_by=key)
+        raise ProgramError("VP012", text, column, about=name, settled_by=key).advise(
+            "" if " " not in tool.unmeasured else None
+        )
 
 
 def suggest_call(setup: Setup, state: State, form: str, others: str) -> str:

@@ -2,12 +2,26 @@
 
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
+from typing import Final
 
 from msgspec import Struct, field
 
 from verne_post.base.suggestions import find_meant, list_near_numbers
+from verne_post.model.codes import CODES
 from verne_post.model.findings import ProgramError as ProgramError
 from verne_post.model.findings import Remedy
+
+#: What helps against VP023, where a program, a label, or the partner of a word is missing.
+GIVE_FILE: Final = "Put its file beside the program, or into a folder of --subroutine-path."
+GIVE_LABEL: Final = "Write the label, or the number of the block, where the program is to go on, or correct its name."
+CLOSE_IN_ORDER: Final = "Open and close each in its order, by the same name."
+#: Against VP008, where the numbers of an arc do not fit.
+POST_OTHERWISE: Final = (
+    f"{CODES['VP008'].remedy} If they are right, post the arc with more decimals, or as straight moves."
+)
+#: And against VP012: no form asks for the length of a tool that the program does not name.
+GIVE_LENGTH: Final = "Write tool_length = MM in the first line of INPUT.toml, or call the tool in the program."
+FILL_IN_LENGTH: Final = "Fill in the length in INPUT.toml, which verne-post setup INPUT writes."
 
 
 def write_before(words: str, *, line: int = 0, turns: bool = False) -> tuple[Remedy, ...]:

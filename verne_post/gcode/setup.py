@@ -63,6 +63,17 @@ class Setup(TextOptions, frozen=True, kw_only=True):
         remedy = "; post the program for these axes" if letter in "UVW" else ""  # no tool axis stands for it
         return f"{letter}: {self.machine_name} has no such axis; it has {', '.join(self.axes)}{remedy}"
 
+    def advise_axis(self, letter: str, tool_axes: str) -> str:
+        """What helps where the machine lacks an axis; ``tool_axes`` are the words of the language for the tool axis."""
+        if letter in "UVW":  # no tool axis stands for it
+            return ""
+        machines = {"A": "ac_trunnion (A, C) or ab_table (A, B)", "B": "bc_trunnion (B, C) or ab_table (A, B)"}
+        return (
+            f"Post the program for the rotary axes {self.both_rotary}, or with tool axes ({tool_axes}), which name no "
+            f"rotary axis. Or give --machine a machine with {letter}, such as "
+            f"{machines.get(letter, 'ac_trunnion (A, C) or bc_trunnion (B, C)')}."
+        )
+
     @property
     def rotary_letters(self) -> tuple[str, str]:
         """Letters of the rotary axes."""

@@ -16,7 +16,7 @@ from verne_post.base.program_lines import find_end, remove_remarks
 from verne_post.gcode import plain_arcs
 from verne_post.gcode.block import Block, build_block_of_words, read_block
 from verne_post.gcode.plain import PlainLines
-from verne_post.gcode.program_error import ProgramError, end_with
+from verne_post.gcode.program_error import CLOSE_IN_ORDER, ProgramError, end_with
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.words import WordTable, count_lines, find_chunk_end, read_whole_lines, split_words
 
@@ -219,7 +219,9 @@ class ProgramText(ChunkedText):
                     open_words.take(structure, block)
             except ProgramError as error:
                 column = error.column or 1
-                raise ProgramError(error.code, error.message, column, line=line, edits=error.edits) from None
+                raise ProgramError(error.code, error.message, column, line=line, edits=error.edits).advise(
+                    error.advice
+                ) from None
         open_words.check_all_closed(self.source)
         return structure
 
@@ -312,7 +314,7 @@ class _Opened:
         elif kind in ("break", "continue"):
             loop = next((item for item in reversed(self._open) if item.kind in _LOOPS and item.label == label), None)
             if loop is None:
-                raise ProgramError("VP023", f"o{label} {kind} is in no loop with this label")
+                raise ProgramError("VP023", f"o{label} {kind} is in no loop with this label").advise(CLOSE_IN_ORDER)
             structure.loop[line] = loop.line
         else:
             self._close(structure, _CLOSES[kind], kind, label, line)
@@ -341,7 +343,9 @@ class _Opened:
     def _expect(self, opening: str, label: str, kind: str) -> None:
         if not self._is_top(opening, label):
             still = f"; {self._describe(self._open[-1])} is open" if self._open else ""
-            raise ProgramError("VP023", f"o{label} {kind} without o{label} {opening} before it{still}")
+            raise ProgramError("VP023", f"o{label} {kind} without o{label} {opening} before it{still}").advise(
+                CLOSE_IN_ORDER
+            )
 
     @staticmethod
     def _describe(item: _Construct) -> str:

@@ -85,8 +85,7 @@ CODES: Final[dict[str, Code]] = _make_table(
         "impossible arc",
         "error",
         "Start, end and centre (or radius) of the arc do not fit together.",
-        "Check the numbers of the block, and of the block before: its end is where the arc begins. If they are right, "
-        "post the arc with more decimals, or as straight moves.",
+        "Check the numbers of the block, and of the block before: its end is where this one begins.",
     ),
     (
         "VP009",

@@ -105,6 +105,9 @@ class Finding:
         Empty where it is the position of ``axis``, or nothing is measured. VP301 has "branch of the words".
     contact : three float, or None
         Tip in the table frame, mm, where the contact with the stock (VP216) begins in ``line``.
+    advice : str or None
+        What helps in this case, in place of what the code says; INPUT stands for the program. Empty where the message
+        has it.
     """
 
     code: str
@@ -129,6 +132,7 @@ class Finding:
     tool: int | None = None
     quantity: str = ""
     contact: tuple[float, float, float] | None = None
+    advice: str | None = None
 
     __repr__ = _list_given
 
@@ -270,3 +274,9 @@ class ProgramError(Exception):
         self.goes_on, self.of_program, self.of_value, self.cause = goes_on, of_program, of_value, cause
         self.edits = edits
         self.leaves_unknown = False
+        self.advice: str | None = None
+
+    def advise(self, advice: str | None) -> "ProgramError":
+        """The same error, with what helps in place of what its code says: nothing where the message has it."""
+        self.advice = advice
+        return self

@@ -182,39 +182,11 @@ _GIVE_MEANING: Final = (
 )
 
 
-#: VP023 where a whole program is missing, and what helps; elsewhere something is wrong with the order.
-_IN_NO_FILE: Final = re.compile(r"in no file beside it|nor in a file|there is no file")
-_GIVE_FILE: Final = "Put its file beside the program, or into a folder of --subroutine-path."
-_PARTNERS: Final = (
-    (_IN_NO_FILE, _GIVE_FILE),
-    (
-        re.compile(r"is not in the program|there is no (?:such|block)"),
-        "Write the label, or the number of the block, where the program is to go on, or correct its name.",
-    ),
-    (
-        re.compile(r"without|never closed|is open|but its|in no loop"),
-        "Open and close each in its order, by the same name.",
-    ),
-)
 #: What else helps where a work offset is missing.
 _FILL_IN_PLACE: Final = (
     "Fill in wcs.G54 in INPUT.toml, which verne-post setup INPUT writes, in mm from the rotary centre and the table "
     "face; 0, 0, 0 if it really is there."
 )
-#: In VP012 where the program names no tool, and what helps: no form asks for the one length.
-_NO_LENGTH: Final = re.compile("no tool length has been given|no tool before the first feed move")
-_GIVE_LENGTH: Final = "Write tool_length = MM in the first line of INPUT.toml, or call the tool in the program."
-#: In VP012 where the message says which word puts the length in force; it may have to be filled in, too.
-_NOT_ACTIVE: Final = "has no length in force"
-#: In VP012 where the tool is missing itself, and the message says what to write.
-_NO_TOOL: Final = re.compile(
-    "no tool is in the spindle; load one$|no M6 loads it|no tool is called before|no TOOL CALL before|"
-    "is the name of one; write|TOOL CALL 0 leaves no tool before|TOOL CALL .*which needs the radius"
-)
-#: In VP012 where the message says in which file a length is missing, and how it counts.
-_WRITE_LENGTH: Final = "gives no length; write one there"
-#: In VP012 where the message has every other place of a length: the file is left to say.
-_PLACES_NAMED: Final = re.compile("--tool-|add it to one of them")
 #: The title of VP012 where not the length is missing, and what helps.
 _NO_DIAMETER: Final = "tool diameter unknown"
 _GIVE_DIAMETER: Final = (
@@ -224,7 +196,7 @@ _GIVE_DIAMETER: Final = (
 
 #: Codes of several causes: a remedy that fits all of them adds nothing where the message says what would be right.
 _OF_MANY_CAUSES: Final = (
-    *("VP001", "VP002", "VP003", "VP004", "VP006", "VP008", "VP011", "VP013", "VP015"),
+    *("VP001", "VP002", "VP003", "VP004", "VP006", "VP008", "VP013", "VP015"),
     *("VP016", "VP024", "VP026", "VP031", "VP043", "VP046", "VP047", "VP505"),
 )
 #: How messages say what would be right: an imperative after a sign, or what is expected or needed.
@@ -236,11 +208,6 @@ _SAYS_WHAT_IS_RIGHT: Final = re.compile(
 #: VP002 where a word is known and not executed, and what helps.
 _NOT_EXECUTED: Final = re.compile(r"\bnot (?:executed|read|kept)\b")
 _POST_WITHOUT: Final = "Post the program without it. Take it out only if you know that nothing depends on it."
-#: VP008 where the numbers of an arc do not fit, and what helps elsewhere.
-_ARC_DOES_NOT_FIT: Final = re.compile(r"not on the circle|too small to reach|and the radius is")
-_CHECK_BLOCKS: Final = "Check the numbers of the block, and of the block before: its end is where this one begins."
-
-
 #: VP034 where the tool has a length of its own.
 _OWN_LENGTH: Final = re.compile(r"its own is|the set-up gives it|a rapid with length 0")
 
@@ -259,27 +226,19 @@ def describe_remedy(item: Finding, program: str) -> str:
 
 def _choose_remedy(item: Finding) -> str:
     """The remedy of the code; where one key of a set-up is missing, with that key."""
-    if near := find_suggestion(item.message):
-        return f"Write {near}, if that is what is meant."
+    if find_suggestion(item.message):
+        return ""
     remedy = CODES[item.code].remedy
     if _is_about_diameter(item):
         return _GIVE_DIAMETER
+    if item.advice is not None:
+        return item.advice
     if not item.settled_by and item.code in _OF_MANY_CAUSES and _SAYS_WHAT_IS_RIGHT.search(item.message):
         return ""
     if item.code == "VP002" and not item.settled_by and _NOT_EXECUTED.search(item.message):
         return _POST_WITHOUT
-    if item.code == "VP008" and not _ARC_DOES_NOT_FIT.search(item.message):
-        return _CHECK_BLOCKS
-    if item.code == "VP023":
-        return next((text for sign, text in _PARTNERS if sign.search(item.message)), "")
-    if item.code == "VP012" and _NOT_ACTIVE in item.message and not item.settled_by:
+    if item.code == "VP023":  # what helps, helps against one of its causes
         return ""
-    if item.code == "VP012" and _NO_LENGTH.search(item.message):
-        return _GIVE_LENGTH
-    if item.code == "VP012" and (_NO_TOOL.search(item.message) or _WRITE_LENGTH in item.message):
-        return ""
-    if item.code == "VP012" and _PLACES_NAMED.search(item.message):
-        return f"{remedy.partition('. ')[0]}."
     if item.code == "VP033" and re.search(r"write (wcs\.\S+ = )?\[x, y, z\]", item.message):
         return ""
     if item.code == "VP033":  # the message has the option; the file is left to say, and the unit

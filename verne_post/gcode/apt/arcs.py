@@ -12,7 +12,7 @@ from verne_post.base.tolerances import ARC_CHORD_MM, ARC_RADIUS_INCH_MM, ARC_RAD
 from verne_post.gcode.apt.statements import Statement, read_numbers
 from verne_post.gcode.arcs import allow_mismatch
 from verne_post.gcode.machining.spatial_arc import SpatialArc
-from verne_post.gcode.program_error import ProgramError
+from verne_post.gcode.program_error import POST_OTHERWISE, ProgramError
 from verne_post.gcode.rs274.motion import MAX_TURNS
 
 #: How far the axis of a circle may be off X, Y or Z: the last of six printed decimals.
@@ -187,7 +187,7 @@ def check_radius(circle: Circle, start: Array, unit: float) -> None:
             "VP008",
             f"CIRCLE: the tool is {distance:.6g} mm from the centre, and the radius is {radius:.6g} mm; allowed are "
             f"{allowed_difference:.6g} mm between them",
-        )
+        ).advise(POST_OTHERWISE)
 
 
 def lay_arc(circle: Circle, start: Array, end: Array, unit: float) -> SpatialArc:
@@ -209,7 +209,7 @@ def lay_arc(circle: Circle, start: Array, end: Array, unit: float) -> SpatialArc
             "VP008",
             f"CIRCLE: the end is not on the circle: radius {radius:.6g} mm at the start, {other:.6g} mm at the end; "
             f"allowed are {allowed_difference:.6g} mm between them",
-        )
+        ).advise(POST_OTHERWISE)
     sweep = math.atan2(float(np.cross(first, last) @ normal), float(first @ last)) % (2.0 * math.pi)
     if sweep * radius < ARC_CHORD_MM:  # the end is the start, whichever side of it rounding has left it on
         sweep = 2.0 * math.pi

@@ -11,7 +11,7 @@ from verne_post.gcode.machining.contour_queue import Corner
 from verne_post.gcode.machining.elements import Element
 from verne_post.gcode.machining.machining import explain_no_feed
 from verne_post.gcode.missing_setup import find_tool_key, suggest_call
-from verne_post.gcode.program_error import At, ProgramError
+from verne_post.gcode.program_error import GIVE_LENGTH, At, ProgramError
 from verne_post.model.moves import FeedMode, MoveKind
 from verne_post.model.part_setup import describe_tool_number
 
@@ -81,18 +81,19 @@ class KlartextContour:
                 f"no TOOL CALL before {what}; {how}"
                 if how
                 else f"no tool before {what}; write TOOL CALL with --tool-table or TOOL DEF, or use --tool-length MM",
+                "" if how else GIVE_LENGTH,
             )
 
-    def _report_missing_call(self, what: str, other_text: str) -> ProgramError:
+    def _report_missing_call(self, what: str, other_text: str, advice: str = "") -> ProgramError:
         """VP012 where no TOOL CALL has come before ``what``; ``other_text`` where no TOOL DEF has."""
         named_tool = next((one for one in self.core.recorder.selections if one.is_defined), None)
         if named_tool is None:
-            return ProgramError("VP012", other_text)
+            return ProgramError("VP012", other_text).advise(advice)
         text = (
             f"no TOOL CALL before {what}: {named_tool.spell()} in line {named_tool.line} only names the tool; write "
             f"TOOL CALL {named_tool.number} Z S with its speed after it"
         )
-        return ProgramError("VP012", text)
+        return ProgramError("VP012", text).advise("")
 
     def _record_element(self, element: Element) -> None:
         if self.modes.tcp is False and any(axis < 3 for axis in element.axes):

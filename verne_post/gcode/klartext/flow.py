@@ -17,7 +17,14 @@ from verne_post.gcode.machining.plane_geometry import Point
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.mistyped import correct_line, shift_back
 from verne_post.gcode.plain import PlainLines
-from verne_post.gcode.program_error import ProgramError, end_with, locate_errors, write_near_number
+from verne_post.gcode.program_error import (
+    GIVE_FILE,
+    GIVE_LABEL,
+    ProgramError,
+    end_with,
+    locate_errors,
+    write_near_number,
+)
 from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.repeats import Repeats
 from verne_post.gcode.setup import Setup
@@ -103,7 +110,8 @@ class KlartextFlow:
             if near_numbers := name_near_numbers(name, labels, "LBL "):
                 text += f"; it has {near_numbers}"
             edits = write_near_number(name, labels, "LBL ", line)
-            raise ProgramError("VP023", f'"{name}": {text}; did you mean "{near}"?' if near else text, edits=edits)
+            message = f'"{name}": {text}; did you mean "{near}"?' if near else text
+            raise ProgramError("VP023", message, edits=edits).advise("" if near else GIVE_LABEL)
         return labels[name] + 1
 
     def _enter(self, text: KlartextText, begin: int, line: int, call: _Call, name: str) -> None:
@@ -129,7 +137,9 @@ class KlartextFlow:
     def _call_program(self, name: str, line: int) -> None:
         setup = self.interpreter.setup
         if name not in setup.subroutines:
-            raise ProgramError("VP023", f"CALL PGM {name}: there is no file {name}.h in the folder of the program")
+            raise ProgramError(
+                "VP023", f"CALL PGM {name}: there is no file {name}.h in the folder of the program"
+            ).advise(GIVE_FILE)
         if name not in self._files:
             self._files[name] = KlartextText(setup.subroutines[name], setup, setup.name_file(name, "h"))
         self._enter(self._files[name], 1, line, _Call(program=True), f"PGM {name}")

@@ -77,7 +77,8 @@ class KlartextPaths:
                 continue
             if letter not in self.setup.axes:
                 at = words.columns[letter if letter in words.values else "I" + letter]
-                raise statement.error("VP011", self.setup.describe_missing_axis(letter), at)
+                error = statement.error("VP011", self.setup.describe_missing_axis(letter), at)
+                raise error.advise(self.setup.advise_axis(letter, "LN with M128"))
             if axis in _ROTARY:
                 if letter in words.values and not self.shortest:
                     self.frames.refuse_open_turn(axis)

@@ -234,7 +234,8 @@ class KlartextPlanes:
                 if name not in words.values:
                     continue
                 if axis not in rotary or letter not in self.setup.axes:
-                    raise statement.error("VP011", self.setup.describe_missing_axis(letter))
+                    error = statement.error("VP011", self.setup.describe_missing_axis(letter))
+                    raise error.advise(self.setup.advise_axis(letter, "LN with M128"))
                 value = words.values.pop(name)
                 if name == letter:
                     self.frames.refuse_open_turn(axis)

@@ -213,7 +213,8 @@ class Klartext:
             if letter not in words.values and "I" + letter not in words.values:
                 continue
             if letter not in self.setup.axes:
-                raise statement.error("VP011", self.setup.describe_missing_axis(letter))
+                error = statement.error("VP011", self.setup.describe_missing_axis(letter))
+                raise error.advise(self.setup.advise_axis(letter, "LN with M128"))
             if "I" + letter in words.values:
                 raise statement.error("VP017", f"I{letter} beside M{number}: machine coordinates are absolute")
             value = words.take(letter) or 0.0

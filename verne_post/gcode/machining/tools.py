@@ -145,7 +145,7 @@ class Tools:
             if self.setup.machine:
                 raise ProgramError(
                     "VP012", f"G43 without H, and {self.explain_empty_spindle()}, or write G43 H, or use --tool-length"
-                )
+                ).advise("")
             return ZERO9
         if state.tools is None or number not in state.tools:
             raise report_missing_tool(number, "H", at, self.setup, state)

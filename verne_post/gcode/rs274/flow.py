@@ -11,7 +11,7 @@ from verne_post.base.suggestions import find_meant, find_meant_number, name_near
 from verne_post.gcode.block import Block, OWord
 from verne_post.gcode.calls import CallStack, spell_program
 from verne_post.gcode.parameters import LOCAL_INDICES
-from verne_post.gcode.program_error import ProgramError, locate_errors, write_near_number
+from verne_post.gcode.program_error import CLOSE_IN_ORDER, GIVE_FILE, ProgramError, locate_errors, write_near_number
 from verne_post.gcode.repeats import Repeats
 from verne_post.gcode.rs274.interpreter import Call, Rs274
 from verne_post.gcode.rs274.macro_flow import Frame, MacroFlow
@@ -28,7 +28,9 @@ def _holds(o: OWord, line: int) -> bool:
     try:
         return bool(o.read_condition())
     except ProgramError as error:
-        raise ProgramError(error.code, error.message, error.column, line, edits=error.edits) from None
+        raise ProgramError(error.code, error.message, error.column, line, edits=error.edits).advise(
+            error.advice
+        ) from None
 
 
 class Flow:
@@ -56,7 +58,9 @@ class Flow:
             self._execute_o_word(o, line)
         except ProgramError as error:
             column = error.column or (None if error.line else o.reader.find_column(o.label_at - 1))
-            raise ProgramError(error.code, error.message, column, error.line, edits=error.edits) from None
+            raise ProgramError(error.code, error.message, column, error.line, edits=error.edits).advise(
+                error.advice
+            ) from None
 
     def _refuse_to_run_on(self, o: OWord, line: int) -> None:
         """Refuse an O number that is reached without a call: the next program begins there."""
@@ -131,7 +135,9 @@ class Flow:
         elif o.keyword == "endrepeat":
             begin = structure.begin[line]
             if begin not in counters:
-                raise ProgramError("VP023", f"o{o.label} endrepeat is executed, but its repeat (line {begin}) was not")
+                raise ProgramError(
+                    "VP023", f"o{o.label} endrepeat is executed, but its repeat (line {begin}) was not"
+                ).advise(CLOSE_IN_ORDER)
             counters[begin] -= 1
             if counters[begin] > 0:
                 self.calls.line = begin + 1
@@ -184,11 +190,11 @@ class Flow:
             near_numbers = name_near_numbers(name, numbers, "o")
             raise ProgramError(
                 "VP023",
-                f"o{label}: it is defined neither in the program nor in a file {name}.ngc in its folder or a "
-                f"--subroutine-path{f'; did you mean o<{near}>?' if near else ''}"
+                f"o{label}: it is defined neither in the program nor in a file {name}.ngc"
+                f"{f'; did you mean o<{near}>?' if near else ''}"
                 f"{f'; the program has {near_numbers}' if near_numbers else ''}",
                 edits=write_near_number(name, numbers, "o", self.calls.line - 1),
-            )
+            ).advise("" if near else GIVE_FILE)
         if label not in text_of_file.structure.subs:
             raise ProgramError("VP023", f"the file {text_of_file.name} does not define o{label} sub")
         return text_of_file, text_of_file.structure.subs[label]
@@ -324,4 +330,5 @@ class Flow:
             message += f"; the program has {near_numbers}"
         edits = write_near_number(label, numbers, "P", self.calls.line - 1)
         in_main = self.calls.text is self.calls.main
-        raise ProgramError("VP023", message, goes_on=True, about=f"O{label}", edits=edits if in_main else ())
+        error = ProgramError("VP023", message, goes_on=True, about=f"O{label}", edits=edits if in_main else ())
+        raise error.advise(GIVE_FILE)

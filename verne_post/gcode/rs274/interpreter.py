@@ -232,7 +232,7 @@ class Rs274(Language):
         try:
             self.parameters.set(key, value)
         except ProgramError as error:
-            raise ProgramError(error.code, error.message, column, edits=error.edits) from None
+            raise ProgramError(error.code, error.message, column, edits=error.edits).advise(error.advice) from None
 
     def _show_comment(self, block: Block) -> None:
         answer = read_message(block.comment or "", self.parameters, self.traits.speaking_remarks)
@@ -251,7 +251,8 @@ class Rs274(Language):
         axes = [letter for letter in block.words if letter in AXES]
         for letter in axes:
             if letter not in self.setup.axes:
-                raise block.error("VP011", self.setup.describe_missing_axis(letter), letter)
+                error = block.error("VP011", self.setup.describe_missing_axis(letter), letter)
+                raise error.advise(self.setup.advise_axis(letter, "I J K of G43.5"))
         motion = self._choose_motion(block, g, axes)
         if motion in CYCLES and (98 in m.get("subprograms", []) or 40 in g.values()):
             raise ProgramError(

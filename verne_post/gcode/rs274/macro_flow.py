@@ -5,7 +5,7 @@ from typing import Protocol
 from msgspec import Struct, field
 
 from verne_post.gcode.calls import CallStack
-from verne_post.gcode.program_error import ProgramError, locate_errors
+from verne_post.gcode.program_error import CLOSE_IN_ORDER, GIVE_LABEL, ProgramError, locate_errors
 from verne_post.gcode.rs274.interpreter import Call, Rs274
 from verne_post.gcode.rs274.macro_text import Loops, Statement, find_loops, find_numbered_lines
 from verne_post.gcode.rs274.macro_variables import LOCAL
@@ -66,7 +66,7 @@ class MacroFlow:
         elif statement.kind == "end":
             begin = self._find_loops(flow.calls.text).begin
             if line not in begin:
-                raise ProgramError("VP023", "END without the DO that it would end")
+                raise ProgramError("VP023", "END without the DO that it would end").advise(CLOSE_IN_ORDER)
             flow.calls.line = begin[line]
         else:
             holds = statement.kind == "do" or statement.read_condition()
@@ -129,7 +129,7 @@ class MacroFlow:
         within = [at for at in self._numbers[id(text), number] if first <= at < last]
         target = next((at for at in within if at > line), within[0] if within else None)
         if target is None:
-            raise ProgramError("VP023", f"there is no block N{number} in this program")
+            raise ProgramError("VP023", f"there is no block N{number} in this program").advise(GIVE_LABEL)
         return target
 
     def _find_loops(self, text: ProgramText) -> Loops:

@@ -11,7 +11,7 @@ from msgspec import Struct
 from verne_post.base.long_text import Text
 from verne_post.gcode.block import read_setting, strip_comments
 from verne_post.gcode.expressions import Key, ValueReader, Values
-from verne_post.gcode.program_error import ProgramError
+from verne_post.gcode.program_error import CLOSE_IN_ORDER, ProgramError
 from verne_post.gcode.text import decode_line
 
 Kind = Literal["if", "while", "do", "end", "goto"]
@@ -208,7 +208,7 @@ def find_loops(source: Text, programs: Collection[int]) -> Loops:
         elif not open_loops or open_loops[-1][1] != found.group(2):
             raise ProgramError(
                 "VP023", f"END{found.group(2)} without the DO{found.group(2)} that it would end", line=line
-            )
+            ).advise(CLOSE_IN_ORDER)
         else:
             first, _number = open_loops.pop()
             loops.end[first], loops.begin[line] = line, first

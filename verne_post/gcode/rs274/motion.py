@@ -15,7 +15,7 @@ from verne_post.gcode.machining.compensation import Compensation
 from verne_post.gcode.machining.machining import Machining, explain_bare_arc, explain_no_feed, name_word
 from verne_post.gcode.machining.turning import find_machine_place, go_to_machine, turn_table, warn_of_unnamed
 from verne_post.gcode.missing_setup import find_tool_key, suggest_call
-from verne_post.gcode.program_error import ProgramError, locate_errors
+from verne_post.gcode.program_error import FILL_IN_LENGTH, GIVE_LENGTH, ProgramError, locate_errors
 from verne_post.gcode.rs274.modes import TCP_CODES, Modes
 from verne_post.gcode.rs274.traits import Traits
 from verne_post.gcode.rs274.values import MAX_LENGTH_MM, WordValues, read_whole
@@ -71,17 +71,23 @@ def refuse_lacking(
         if loads_lengths and not state.loaded_tool and selections and not selections[-1].is_loaded:
             word = selections[-1].spell()
             text = f"{word} only selects the tool, and no M6 loads it before the first feed move; write M6 after {word}"
-            raise ProgramError("VP012", text, line=selections[-1].line, edits=selections[-1].propose_change())
+            raise ProgramError("VP012", text, line=selections[-1].line, edits=selections[-1].propose_change()).advise(
+                ""
+            )
         forms = (
             ("T{word} D1 and M6", "T D1 and M6")
             if loads_lengths
             else ("T{word} M6 and G43 H{number}", "T M6 and G43 H")
         )
         if not selections and (how := suggest_call(core.setup, state, *forms)):
-            raise ProgramError("VP012", f"no tool is called before the first feed move; {how}".replace('T"', 'T="'))
+            raise ProgramError(
+                "VP012", f"no tool is called before the first feed move; {how}".replace('T"', 'T="')
+            ).advise("")
         length = None if tool is None or tool.unmeasured else tool.offset[2]
         if not state.loaded_tool or length == 0.0 or (loads_lengths and length is None):
-            raise ProgramError("VP012", f"no tool length has been given before the first feed move; use {length_words}")
+            raise ProgramError(
+                "VP012", f"no tool length has been given before the first feed move; use {length_words}"
+            ).advise(GIVE_LENGTH)
         number = state.loaded_tool
         how = f"write G43 H{number} before it, or G49 for length 0; --tool-length MM needs no G43"
         raise ProgramError(
@@ -89,7 +95,7 @@ def refuse_lacking(
             f"{describe_tool_number(number, state.tool_names)} has no length in force before the first feed move; "
             f"{f'use {length_words}' if loads_lengths else how}",
             settled_by=find_tool_key(number, "length", state.tool_names) if length is None else (),
-        )
+        ).advise(FILL_IN_LENGTH if length is None else "")
 
 
 class Directions(Protocol):
@@ -301,7 +307,7 @@ class MotionCodes:
                 "VP012",
                 f"no tool length has been given before a feed move over a table at {letter} {tilt:g}, where the height "
                 f"of the head depends on it; use {LENGTH_WORDS}, or turn to {letter}0 before",
-            )
+            ).advise(GIVE_LENGTH)
         self.recorder.first_cut = self.recorder.count + 1
         return True
 
@@ -464,7 +470,7 @@ class MotionCodes:
             )
             raise ProgramError(
                 "VP012", f"{spell_g_code(code)} without D, and {self.core.tools.explain_empty_spindle()}{other}"
-            )
+            ).advise("")
         instead = f", or use {spell_g_code(code + 1)} D" if self.traits.diameter_codes else ""
         diameter = self.core.tools.find_diameter(block, number, instead)
         self.core.tools.compare_diameter(block, number)

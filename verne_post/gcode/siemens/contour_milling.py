@@ -18,7 +18,7 @@ from verne_post.gcode.machining.outlines import Leg, Path
 from verne_post.gcode.machining.plane_geometry import Point, turn_way
 from verne_post.gcode.machining.pockets import MAX_STROKES, MillingError, spread_levels
 from verne_post.gcode.machining.strokes import Pace, Stroke, list_stops
-from verne_post.gcode.program_error import At, ProgramError
+from verne_post.gcode.program_error import GIVE_FILE, At, ProgramError
 from verne_post.gcode.recorder import Recorder, Row
 from verne_post.gcode.siemens.arguments import Arguments, read_cycle
 from verne_post.gcode.siemens.calls import Frame, Library
@@ -142,10 +142,9 @@ class ContourMilling:
         if section is None:
             raise given.error(
                 "VP023",
-                f"the contour {name} is defined neither in the program nor in a file {name}.SPF in its folder or a "
-                "--subroutine-path",
+                f"the contour {name} is defined neither in the program nor in a file {name}.SPF",
                 "KNAME",
-            )
+            ).advise(GIVE_FILE)
         return section
 
     def _find_between(self, given: Arguments, text: SiemensText, first: str, last: str) -> Section:
@@ -413,6 +412,10 @@ def build_contour_error(
 ) -> ProgramError:
     """An error in a line of a contour: at that line where it is one of the program, else at the call."""
     if is_of_program:
-        return ProgramError(error.code, error.message, error.column, line=error.line or line, edits=error.edits)
+        return ProgramError(error.code, error.message, error.column, line=error.line or line, edits=error.edits).advise(
+            error.advice
+        )
     where = section.text.name or f"contour {section.name}"
-    return ProgramError(error.code, f"{where}, line {error.line or line}: {error.message}", call.column)
+    return ProgramError(error.code, f"{where}, line {error.line or line}: {error.message}", call.column).advise(
+        error.advice
+    )

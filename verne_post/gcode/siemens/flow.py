@@ -5,7 +5,7 @@ from typing import Final
 
 from verne_post.base.suggestions import find_correction, find_meant
 from verne_post.gcode.calls import CallStack
-from verne_post.gcode.program_error import ProgramError
+from verne_post.gcode.program_error import GIVE_FILE, ProgramError
 from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.repeats import Repeats
 from verne_post.gcode.siemens.calls import Frame, Library, bind_arguments, copy_scope, freeze, read_procedure
@@ -182,17 +182,16 @@ class Flow:
         if section is None:
             raise ProgramError(
                 "VP023",
-                f"{call.name} is defined neither in the program nor in a file {call.name}.SPF in its folder or a "
-                "--subroutine-path",
+                f"{call.name} is defined neither in the program nor in a file {call.name}.SPF",
                 call.column,
-            )
+            ).advise(GIVE_FILE)
         self.calls.check_depth(call.name, call.column)
         executor = self.executor
         try:
             procedure = read_procedure(section)
         except ProgramError as error:
             where = f"PROC of {section.name}, line {error.line}"
-            raise ProgramError(error.code, f"{where}: {error.message}", call.column) from None
+            raise ProgramError(error.code, f"{where}: {error.message}", call.column).advise(error.advice) from None
         scope, results = bind_arguments(call, procedure, executor.variables)
         executor.record_event(self.calls.show(line), "call", label=section.name)
         saved_modes = executor.modes.copy() if procedure.save else None

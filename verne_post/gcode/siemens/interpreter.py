@@ -376,7 +376,7 @@ class SiemensInterpreter:
         if number and not self.modes.edge:
             return 0.0
         if number == 0:
-            raise ProgramError("VP012", f"{name}: {self.core.tools.explain_empty_spindle()}")
+            raise ProgramError("VP012", f"{name}: {self.core.tools.explain_empty_spindle()}").advise("")
         return self.core.tools.find_diameter(at, number, "")
 
     def _run_stops(self, words: Words) -> None:

@@ -7,7 +7,7 @@ from typing import Final, Protocol
 
 from verne_post.base.suggestions import find_meant
 from verne_post.gcode.calls import CallStack
-from verne_post.gcode.program_error import ProgramError, write_meant
+from verne_post.gcode.program_error import CLOSE_IN_ORDER, GIVE_LABEL, ProgramError, write_meant
 from verne_post.gcode.siemens.calls import Frame, Repeat
 from verne_post.gcode.siemens.cursor import Cursor, strip_zeros
 from verne_post.gcode.siemens.executor import Executor
@@ -115,7 +115,7 @@ def _go(flow: Running, cursor: Cursor, line: int, target: str, word: str, at: in
         )
         near = find_meant(target, others, slip_alone=True)
         message = f"{target}: {text}; did you mean {near}?" if near else f"{word} {target}: {text}"
-        raise cursor.error("VP023", message, at)
+        raise cursor.error("VP023", message, at).advise("" if near else GIVE_LABEL)
     flow.calls.line = found
     repeats = flow.calls.frame.repeats
     while repeats and not repeats[-1].first <= found <= repeats[-1].last:
@@ -186,7 +186,7 @@ def _execute_endfor(flow: Running, cursor: Cursor, line: int) -> None:
     begin = flow.calls.text.structure.begin[line]
     last = flow.calls.frame.ends.get(begin)
     if last is None:
-        raise cursor.error("VP023", f"ENDFOR is executed, but its FOR (line {begin}) was not", 0)
+        raise cursor.error("VP023", f"ENDFOR is executed, but its FOR (line {begin}) was not", 0).advise(CLOSE_IN_ORDER)
     if math.isnan(last):
         return
     value = _read_loop_value(flow, begin, cursor) + 1.0
@@ -251,7 +251,7 @@ def _repeat_stretch(flow: Running, cursor: Cursor, line: int, *, one_block: bool
     for label, at in labels:
         place = _find(flow, label, line, forward=True, backward=True)
         if place is None:
-            raise cursor.error("VP023", f"REPEAT {label}: there is no such label", at)
+            raise cursor.error("VP023", f"REPEAT {label}: there is no such label", at).advise(GIVE_LABEL)
         places.append(place)
     first = places[0]
     if one_block:

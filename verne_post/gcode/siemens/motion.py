@@ -236,7 +236,8 @@ class SiemensMotion:
         for axis, value in places.items():
             letter = AXES[axis]
             if letter not in self.setup.axes:
-                raise block.error("VP011", self.setup.describe_missing_axis(letter), letter)
+                error = block.error("VP011", self.setup.describe_missing_axis(letter), letter)
+                raise error.advise(self.setup.advise_axis(letter, "A3= B3= C3= of TRAORI"))
             if self.setup.machine and abs(value) > (MAX_ANGLE_DEG if 3 <= axis < 6 else MAX_LENGTH_MM):
                 raise block.error("VP007", f"{letter}{value:g} is beyond any machine", letter)
 

@@ -11,7 +11,7 @@ from verne_post.base.long_text import Text
 from verne_post.base.suggestions import find_meant
 from verne_post.gcode import plain_arcs
 from verne_post.gcode.plain import PlainLines
-from verne_post.gcode.program_error import ProgramError
+from verne_post.gcode.program_error import CLOSE_IN_ORDER, ProgramError
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.siemens.cursor import strip_zeros
 from verne_post.gcode.text import Chunk, Language, ProgramText, decode_line, take_code
@@ -260,7 +260,9 @@ class SiemensText(ProgramText):
         fits = open_words and (open_words[-1][0] == wanted_word or (word == "ENDIF" and open_words[-1][0] == "ELSE"))
         if not fits:
             still = f"; {open_words[-1][0]} of line {open_words[-1][1]} is open" if open_words else ""
-            raise ProgramError("VP023", f"{word} without {wanted_word} before it{still}", 1, line=line)
+            raise ProgramError("VP023", f"{word} without {wanted_word} before it{still}", 1, line=line).advise(
+                CLOSE_IN_ORDER
+            )
         _word, begin = open_words.pop()
         structure.branch[begin] = line
         structure.end[begin], structure.begin[line] = line, begin
