@@ -575,6 +575,12 @@ def test_the_response_to_a_warning_about_words(run: Callable[..., Any], tmp_path
         ("TRANS", ("Siemens: shifts the zero; replaces the frame in force", "APT: only those that shift nothing")),
         ("cos", ("RS274/NGC: cosine", "Fanuc: cosine", "Siemens: cosine")),
         ("TRANS DATUM", ("Klartext, TRANS: DATUM AXIS",)),
+        ("T", ("RS274/NGC, Fanuc: selects a tool; M6 loads it", "Siemens: tool: T5")),
+        ("h", ("RS274/NGC, Fanuc: tool whose length holds", "Siemens: an auxiliary function")),
+        ("#100", ("RS274/NGC, Fanuc: a parameter: see Parameters and expressions in docs/gcode.md, Variables in ",)),
+        ("Q1", ("Klartext: a Q parameter, which Q1 = ",)),
+        ("R5", ("Siemens: an R parameter, which ",)),
+        ("o100", ("RS274/NGC, Fanuc: a program or subprogram, or the label of an O word: see O words and sub",)),
         ("M128", ("RS274/NGC: not executed: external programs", "Klartext: tool-centre-point control")),
     ],
 )

@@ -326,7 +326,7 @@ def test_a_part_that_is_too_large_is_refused(tmp_path: Path, run: Callable[..., 
     assert answer.code == 1
     assert re.fullmatch(
         r"\S+ on VERNE: no work offset was found with which it fits\.\n"
-        r"Searched: x -?[\d.]+ to [\d.]+, .*\. --range x=LOW,HIGH searches elsewhere\.\n"
+        r"Searched: x -?[\d.]+ to [\d.]+ mm, .* deg\. --range x=LOW,HIGH searches elsewhere\.\n"
         r"The closest one, --wcs \S+, is blocked by:\n(  \S+: VP\d+ error: .*\n)+",  # no rows of "no reach"
         answer.out,
     )

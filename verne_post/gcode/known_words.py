@@ -12,7 +12,7 @@ from verne_post.gcode.apt.run import OF_SUBPROGRAMS
 from verne_post.gcode.apt.translator import STATEMENTS as APT_STATEMENTS
 from verne_post.gcode.codes import RS274, CodeTable, describe_remap, spell_g_code
 from verne_post.gcode.klartext import vocabulary as klartext
-from verne_post.gcode.own_meanings import OF_EXPRESSIONS, OF_LANGUAGES, OF_VALUES, OWN_MEANINGS
+from verne_post.gcode.own_meanings import LETTERS, OF_EXPRESSIONS, OF_LANGUAGES, OF_VALUES, OWN_MEANINGS
 from verne_post.gcode.rs274.fanuc_codes import make_table
 from verne_post.gcode.siemens import vocabulary as siemens
 
@@ -58,6 +58,22 @@ _M_CODE: Final = re.compile(r"M\d{1,9}")
 _CODE: Final = re.compile(r"([GM])(\d+(?:\.\d+)?)")
 #: Cycles of RS274/NGC and Fanuc that make holes.
 _HOLES: Final = ("G73", "G74", *(f"G{number}" for number in range(81, 90)))
+
+
+#: Names with a number of their own, and what they are.
+_VARIABLES: Final = (
+    (
+        re.compile(r"#\d+|#<.+>"),
+        "RS274/NGC, Fanuc: a parameter: see Parameters and expressions in docs/gcode.md, Variables in docs/fanuc.md",
+    ),
+    (re.compile(r"Q[LRS]?\d+"), "Klartext: a Q parameter, which Q1 = ... and FN set"),
+    (re.compile(r"R\d+"), "Siemens: an R parameter, which R1=... sets"),
+    (
+        re.compile(r"O(?:\d+|<.+>)"),
+        "RS274/NGC, Fanuc: a program or subprogram, or the label of an O word: see O words and subprograms in "
+        "docs/gcode.md",
+    ),
+)
 
 
 #: What the line above the kinds of PLANE says.
@@ -122,7 +138,8 @@ def describe_word(word: str) -> list[str]:
         for language, known_word, text, is_executed in list_words()
         if known_word == name
     }
-    found = list(texts.values())
+    found = [f"RS274/NGC, Fanuc: {text}" for letter, text in LETTERS.items() if letter == name]
+    found += texts.values()
     # what its tables have of it: names of values, and what may follow it
     found += [f"  {value}" for dialect in ("siemens", "heidenhain") for value in describe_values(name, dialect)]
     found += [
@@ -133,7 +150,7 @@ def describe_word(word: str) -> list[str]:
     if not found and _M_CODE.fullmatch(name):
         return [f"no meaning in any language here; {describe_remap(name)}"]
     if not found:
-        found = [*_describe_values(name)]
+        found = [*_describe_values(name)] or [text for pattern, text in _VARIABLES if pattern.fullmatch(name)]
     # else a statement with words that its table lists
     return found or [
         f"{language}, {known_word}: {_describe(language, known_word, text, is_executed=is_executed)}"

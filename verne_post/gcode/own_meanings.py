@@ -204,3 +204,20 @@ OF_LETTERS: Final[Mapping[str, Mapping[str, Mapping[str, str]]]] = {
         },
     },
 }
+
+#: Letters of RS274/NGC and Fanuc.
+LETTERS: Final[Mapping[str, str]] = {
+    **dict.fromkeys("XYZABCUVW", "where an axis goes; in G91 by how much"),
+    **dict.fromkeys("IJK", "centre of an arc, from its start; tool axis under G43.5; angles of G68.2"),
+    "R": "radius of an arc; height to which a cycle goes back",
+    "F": "feed rate",
+    "S": "spindle speed",
+    "T": "selects a tool; M6 loads it",
+    "H": "tool whose length holds",
+    "D": "tool whose radius holds under G41 and G42",
+    "N": "block number",
+    "O": "number of a program or subprogram",
+    "P": "number that the code of the block takes: a dwell, a subprogram, a kind",
+    "Q": "number that the code of the block takes: a step in depth, a count",
+    "L": "how often, or which kind of G10",
+}

@@ -83,7 +83,10 @@ def _write_lines(program: str, machine: Machine, proposal: Proposal) -> Iterator
         yield f"With --wcs {wcs} it is blocked by:" if elsewhere else "It is blocked by:"
         yield from _write_blocking(program, proposal)
     else:
-        searched = ", ".join(f"{letter} {low:.1f} to {high:.1f}" for letter, (low, high) in proposal.ranges.items())
+        searched = ", ".join(
+            f"{letter} {low:.1f} to {high:.1f} {'deg' if letter == 'c' else 'mm'}"
+            for letter, (low, high) in proposal.ranges.items()
+        )
         yield f"{program} on {machine.name}: no work offset was found with which it fits."
         yield f"Searched: {searched}. --range {next(iter(proposal.ranges))}=LOW,HIGH searches elsewhere."
         yield f"The closest one, --wcs {wcs}, is blocked by:"

@@ -140,7 +140,7 @@ def _check_time(t: Array, name: str, first: int, fmt: SetpointFormat) -> None:
         row = int(bad[0])
         raise make_input_error(
             "VP020",
-            f"t_s is {t[row]:g}, expected {expected[row]:g} (row {first + row} at a cycle of {fmt.cycle:g} s)",
+            f"t_s is {t[row]:g} s, expected {expected[row]:g} s (row {first + row} at a cycle of {fmt.cycle:g} s)",
             file=name,
             file_line=first + row + 2,
         )

@@ -14,7 +14,7 @@ from verne_post.base.program_lines import find_word, remove_remarks
 from verne_post.gcode.codes import CYCLES
 from verne_post.gcode.klartext.vocabulary import name_parameter
 from verne_post.gcode.machining.state import State, name_unit_of_speed
-from verne_post.gcode.own_meanings import OF_LETTERS
+from verne_post.gcode.own_meanings import LETTERS, OF_LETTERS
 from verne_post.gcode.rs274.macro_text import number_argument
 from verne_post.gcode.siemens.vocabulary import ADDRESSES
 from verne_post.model.machine import Machine
@@ -24,23 +24,6 @@ from verne_post.model.part_setup import FIRST_NAMED_TOOL, Tool, describe_tool_nu
 
 #: Decimals of coordinates, mm and degrees.
 _DECIMALS: Final = 4
-_AXES: Final = dict.fromkeys("XYZABCUVW", "where an axis goes; in G91 by how much")
-#: Letters of RS274/NGC and Fanuc.
-_LETTERS: Final[Mapping[str, str]] = {
-    **_AXES,
-    **dict.fromkeys("IJK", "centre of an arc, from its start; tool axis under G43.5; angles of G68.2"),
-    "R": "radius of an arc; height to which a cycle goes back",
-    "F": "feed rate",
-    "S": "spindle speed",
-    "T": "selects a tool; M6 loads it",
-    "H": "tool whose length holds",
-    "D": "tool whose radius holds under G41 and G42",
-    "N": "block number",
-    "O": "number of a program or subprogram",
-    "P": "number that the code of the block takes: a dwell, a subprogram, a kind",
-    "Q": "number that the code of the block takes: a step in depth, a count",
-    "L": "how often, or which kind of G10",
-}
 _CODE: Final = re.compile(r"(?<![A-Z_#<])([GM])[ \t]*0*(\d+(?:\.\d+)?)")
 _MACRO: Final = re.compile(r"(?<![A-Z_#<])G[ \t]*0*6[56](?![\d.])")
 #: How other languages write a code whose words have a meaning of their own.
@@ -260,7 +243,7 @@ def _find_meaning(name: str, dialect: str) -> str:
         return ADDRESSES.get(name, "")
     if dialect == "heidenhain":
         return name_parameter(int(name[1:])) if re.fullmatch(r"Q\d+", name) else _KLARTEXT.get(name, "")
-    return _LETTERS.get(name, "")
+    return LETTERS.get(name, "")
 
 
 def _find_values(address: Address, dialect: str, state: State, options: Options) -> Iterator[str]:
