@@ -242,7 +242,9 @@ def test_a_line_without_motion_says_what_its_words_do(tmp_path: Path, run: Calla
     assert answer.out.splitlines()[-1].startswith("  in force: G0, G21 (mm), G91 (incremental), G94, G61")
     assert "a remark" in run("explain", f"{path}:4", *OPTIONS).out
     beyond = run("explain", f"{path}:99", *OPTIONS)
-    assert (beyond.code, "line 99 is after the end of the program" in beyond.err) == (2, True)
+    assert (beyond.code, "line 99 is after the end of the program, whose last line is 6" in beyond.err) == (2, True)
+    unread = run("explain", f"{path}:1x", *OPTIONS)
+    assert (unread.code, "'1x' is no line number; such as verne-post explain " in unread.err) == (2, True)
 
 
 def test_words_of_cl_files_are_explained(run: Callable[..., Any]) -> None:

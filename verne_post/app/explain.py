@@ -11,7 +11,7 @@ from verne_post.app.constraints import check_line, guard_joints
 from verne_post.app.explain_line import add_line_remedies, describe_modes, explain_line, find_lines_near, work_through
 from verne_post.app.line_remedies import Line
 from verne_post.app.start_lines import quote_start
-from verne_post.base.long_text import Text, take_line
+from verne_post.base.long_text import Text, iterate_lines, take_line
 from verne_post.base.program_lines import remove_remarks
 from verne_post.base.suggestions import explain_names
 from verne_post.base.text_tables import format_html_sections
@@ -66,7 +66,7 @@ def explain_source(source: Text, machine: Machine, options: Options, line: int) 
     )  # refuses too short a slow start, as check does
     text = take_line(source, line) if line else None
     if line and text is None:
-        raise UsageError("line", f"line {line} is after the end of the program")
+        raise _make_line_error(source, line)
     if text is not None and not len(select_line(guard_joints(program), line).contour):
         return _explain_words(source, program, line, text.decode("utf-8", errors="replace").strip())
     shown = add_line_remedies(look_at_line(source, program, line))
@@ -101,6 +101,11 @@ def _explain_words(source: Text, program: Program, line: int, text: str) -> Expl
     return Explanation(line, findings, "\n".join(said) + "\n", "")
 
 
+def _make_line_error(source: Text, line: int) -> UsageError:
+    last = max((number for number, text in enumerate(iterate_lines(source), start=1) if text.strip()), default=0)
+    return UsageError("line", f"line {line} is after the end of the program, whose last line is {last}")
+
+
 def _say_why_still(program: Program, line: int) -> str:
     """Why a line that names a place moves nothing; empty for other lines."""
     moves = program.moves
@@ -121,7 +126,7 @@ def explain_refused(source: Text, machine: Machine, options: Options, line: int,
     """
     text = take_line(source, line)
     if text is None:
-        raise UsageError("line", f"line {line} is after the end of the program")
+        raise _make_line_error(source, line)
     shown = text.decode("utf-8", errors="replace").strip()
     dialect, name = choose_dialect_name(options.dialect, source, options.source_name), options.source_name
     own = [item for item in findings if item.line in (line, None)]

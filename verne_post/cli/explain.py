@@ -65,6 +65,8 @@ def command(what: str | None, lists: bool, every: bool, **given: Any) -> int:
     name, colon, number = what.rpartition(":")
     if os.path.exists(what):
         raise click.UsageError(f"{what}: :LINE is missing; say which one: verne-post explain {what}:12")
+    if colon and not is_count(number) and os.path.isfile(name):
+        raise click.UsageError(f"{what}: {number!r} is no line number; such as verne-post explain {name}:12")
     if not colon or not is_count(number):
         from verne_post.gcode.known_words import describe_word
 
