@@ -243,7 +243,7 @@ def test_a_line_without_motion_says_what_its_words_do(tmp_path: Path, run: Calla
     assert "a remark" in run("explain", f"{path}:4", *OPTIONS).out
     beyond = run("explain", f"{path}:99", *OPTIONS)
     told = " ".join(beyond.err.split())
-    assert (beyond.code, "line 99 is after the end of the program, whose last line is 6" in told) == (2, True)
+    assert (beyond.code, "line 99 is after the end of the program, whose last line is 7" in told) == (2, True)
     unread = run("explain", f"{path}:1x", *OPTIONS)
     assert (unread.code, "'1x' is no line number; such as" in " ".join(unread.err.split())) == (2, True)
 
