@@ -14,6 +14,7 @@ from verne_post.gcode.dialects import DIALECTS, choose_dialect, name_dialect
 from verne_post.gcode.execution import Execution, LineTrace, StopConditions
 from verne_post.gcode.languages import find_other_language
 from verne_post.gcode.machining.state import State
+from verne_post.gcode.machining.watcher import report_kept_planes
 from verne_post.gcode.missing_setup import report_missing_offsets
 from verne_post.gcode.mistyped import say_what_is_meant
 from verne_post.gcode.parameters import Parameters
@@ -175,14 +176,22 @@ def _show_rival(
 def _make_refusal(
     source: Text, errors: list[Finding], dialect: Dialect, execution: Execution, setup: Setup
 ) -> InputError:
-    """The errors of a program; where a tool is missing, with the work offsets that nobody gave either."""
+    """The errors of a program, planes kept over a change of tools, and missing offsets where a tool is missing."""
     found = _find_cause(source, errors, dialect, setup)
     codes = {item.code for item in found}
-    if execution.recorder.count and codes & {"VP008", "VP012", "VP018"}:
+    holds_plane = setup.machine and any(plane.word for plane in execution.recorder.planes)
+    if execution.recorder.count and (holds_plane or codes & {"VP008", "VP012", "VP018"}):
         moves = execution.recorder.freeze(list(execution.state.position), execution.state.frame, {})
         found = [_report_at_start(item, moves, setup) if item.code == "VP008" else item for item in found]
         found += report_missing_offsets(moves, setup) if codes & {"VP012", "VP018"} else []
+        found += [item for item in report_kept_planes(moves, setup.coordinates) if not _is_told(item, found)]
     return InputError(*found)
+
+
+def _is_told(kept_plane: Finding, errors: list[Finding]) -> bool:
+    """Whether an error names the plane that is kept (VP043), as its cause."""
+    cause = kept_plane.message.split(" is still in force")[0]
+    return any(cause in item.message for item in errors)
 
 
 def _report_at_start(item: Finding, moves: Moves, setup: Setup) -> Finding:

@@ -232,6 +232,15 @@ class Recorder(Struct):
         """A tilted plane is in force from here on; or, without ``word``, none."""
         self.planes.append(PlaneCall(line, self.count, word, end, turn))
 
+    def name_plane(self, otherwise: str) -> str:
+        """The plane in force by its line, and the change of tools after it; ``otherwise`` where no plane is."""
+        plane = self.planes[-1] if self.planes else None
+        if plane is None or not plane.word:
+            return otherwise
+        change = next((one.line for one in self.events if one.kind == "tool" and one.before > plane.before), 0)
+        after = f" (still in force after the change of tools in line {change})" if change else ""
+        return f"the plane of {plane.word} in line {plane.line}{after}"
+
     def explain_plane(self, otherwise: str) -> str:
         """What to do where the tool is not upright on the plane in force; ``otherwise`` where the program has none."""
         plane = self.planes[-1] if self.planes else None

@@ -288,12 +288,10 @@ class KlartextFunctions:
     def warn_of_tcp(self, what: str) -> None:
         """VP043 where tool-centre-point control holds at what the manuals of TNC controls place after M129."""
         if self.modes.tcp:
-            text = (
-                f"{what} while tool-centre-point control of line {self.modes.tcp_line} (M128) holds: controls ask for "
-                "its end before that; write M129 first"
-            )
+            what = f"{what} while tool-centre-point control of line {self.modes.tcp_line} (M128) holds:"
             line = self.frames.block.line
-            self.core.recorder.note_once("VP043", text, line, write_before("M129", line=line))
+            where, edits = "controls ask for its end before that", write_before("M129", line=line)
+            self.core.watcher.report(what, where, "write M129 first", line, edits)
 
     def _reduce_angles(self, letters: str) -> None:
         """M94: positions of A and C as numbers from 0 to less than a turn; A below 0, which makes no turns, stays."""

@@ -25,6 +25,7 @@ from verne_post.gcode.machining.frames import Frames, refuse_compensation
 from verne_post.gcode.machining.spatial_arc import SpatialArc, build_plane_of_arc
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.machining.tools import Tools
+from verne_post.gcode.machining.watcher import Watcher
 from verne_post.gcode.program_error import At, ProgramError, write_before
 from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.setup import Setup
@@ -134,6 +135,8 @@ class Machining:
     tools : Tools
     auxiliary : Auxiliary
         Spindle, coolant, signals, stops.
+    watcher : Watcher
+        Tells what holds on where it mostly has ended.
     axis_words : str
         Words of the language that give a tool axis.
     """
@@ -143,6 +146,7 @@ class Machining:
         self.frames = Frames(setup, state, recorder)
         self.tools = Tools(self.frames)
         self.auxiliary = Auxiliary(setup, state, recorder)
+        self.watcher = Watcher(recorder)
         self.has_zero_feed = False  # the last F
         self.word_lines: dict[
             str, int

@@ -50,17 +50,17 @@ class CycleCodes:
         self.core.stand(list(start))
         before = self.modes.cycle
         goes_on = goes_on and before is not None and before.normal == normal
-        text = ""
+        mode_text: tuple[str, str, str] | None = None
         if goes_on and before is not None and before.change and not _has_code(block, motion):
-            text = f"{name} of line {before.line} still holds after the change of tools in line {before.change}; "
-            text += "write G80 before that if no hole is meant"
+            where = f"after the change of tools in line {before.change}"
+            mode_text = f"{name} of line {before.line} still holds", where, "write G80 before that if no hole is meant"
         try:
             self._check_cycle(block, motion, normal)
         except ProgramError as error:
-            error.message += text and f"; {text}"
+            error.message += "; {} {}; {}".format(*mode_text) if mode_text else ""
             raise
-        if text and before is not None:
-            self.recorder.note_once("VP043", text, block.line, write_before("G80", line=before.change))
+        if mode_text and before is not None:
+            self.core.watcher.report(*mode_text, block.line, write_before("G80", line=before.change))
         before = self.modes.cycle if goes_on else self._find_kept(block, motion, normal)
         cycle = self._read_cycle_heights(block, motion, normal, before)
         self.modes.cycle = cycle
