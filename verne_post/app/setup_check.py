@@ -74,12 +74,12 @@ def check_setup(moves: Moves, path: ToolPath, machine: Machine, options: Options
             cut_systems |= {frame.system} if index in cut_frames else set()
     found = [
         report_missing_offset(
+            moves,
             system,
-            moves.find_selecting_line(system, at),
+            at,
             options.unmeasured_wcs.get(system, ""),
-            language=moves.language,
             # a program that moves in rapids until it calls its first work system does not mean the one before
-            others=options.wcs if system in cut_systems or system != moves.start_frame.system else (),
+            options.wcs if system in cut_systems or system != moves.start_frame.system else (),
         )
         for system, at in unplaced.items()
     ]

@@ -186,6 +186,8 @@ class Recorder(Struct):
     placed_systems: set[int] = field(default_factory=set)
     #: Work system -> the first line that selects it.
     system_lines: dict[int, int] = field(default_factory=dict)
+    #: The columns there that are known.
+    system_columns: dict[int, int] = field(default_factory=dict)
     #: Where tool axes gave way to places of the table.
     table_places: list[TablePlace] = field(default_factory=list)
     stock: Stock | None = None
@@ -550,6 +552,7 @@ class Recorder(Struct):
             stock=self._place_stock(table["kind"], table["frame"]),
             placed_systems=frozenset(self.placed_systems),
             system_lines=dict(self.system_lines),
+            system_columns=dict(self.system_columns),
             arc_feeds=tuple(self.arc_feeds.values()),
             table_places=tuple(self.table_places),
             tcp_changes=tuple(self.tcp_changes),
