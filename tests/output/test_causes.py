@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from verne_post.model.findings import Finding, make_finding
+from verne_post.model.findings import Finding, Remedy, make_finding
 from verne_post.output.causes import find_causes
 from verne_post.output.findings import format_outcome
 
@@ -200,3 +200,14 @@ def test_a_part_zero_that_is_too_high_is_one_error(
     for output_format in ("markdown", "github", "junit"):
         assert "also " in run("check", *words, "--output-format", output_format).out
     assert run("convert", *words).err.count("VP101 error") == 1
+
+
+def test_a_z_too_deep_for_fixture_and_table_is_one_cause():
+    """VP210 and VP215 of one Z had the same remedy."""
+    edit = Remedy("Z -39.9 in place of -65", "-39.9", line=6, word=("Z", -65.0))
+    table = make_finding("VP210", "below", line=6, last_line=7, value=-5.0, limit=0.0, unit="mm", edits=(edit,))
+    vise = make_finding("VP215", "vise", line=6, last_line=7, value=-25.0, limit=0.0, unit="mm", edits=(edit,))
+    (cause,) = find_causes([table, vise])
+    assert (cause.first.code, cause.describe_others()) == ("VP215", "VP210 by 5.000 mm in lines 6 to 7")
+    other = Remedy("X 5 in place of 9", "5", line=6, word=("X", 9.0))
+    assert len(find_causes([table, replace(vise, edits=(other,))])) == 2

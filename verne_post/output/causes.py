@@ -21,6 +21,8 @@ from verne_post.model.verdict import Family, find_family
 _ROTARY: Final = ("VP102", "VP103")
 #: The tip below the table: what the way back from there comes near is no mistake of its own.
 _BELOW: Final = ("VP210",)
+#: Contacts of tool and spindle with fixtures and stock.
+_CONTACTS: Final = ("VP215", "VP216")
 #: Beside travel and reach (VP1xx): singularities, and the height over the table. Each contact with a body stays alone.
 _OF_THE_WORKSPACE: Final = ("VP201", "VP202", "VP203", "VP210")
 
@@ -112,6 +114,7 @@ def _group(findings: Sequence[Finding]) -> list[list[int]]:
         if (item.last_line or item.line) > end:
             furthest[code, item.severity] = (item.last_line or item.line, index)
     _join_holes(findings, group_of)
+    _join_depths(findings, group_of)
     return _join_consequences(findings, list({id(group): group for group in group_of}.values()))
 
 
@@ -125,6 +128,19 @@ def _join_holes(findings: Sequence[Finding], group_of: list[list[int]]) -> None:
             group_of[before].append(index)
             group_of[index] = group_of[before]
         before = index
+
+
+def _join_depths(findings: Sequence[Finding], group_of: list[list[int]]) -> None:
+    """What one other word of a line was tried to settle is one: a Z too deep for the fixture and for the table."""
+    first_of: dict[object, int] = {}
+    for index, item in enumerate(findings):
+        words = [(edit.line, edit.word, edit.value) for edit in item.edits if edit.word is not None]
+        for word in words if item.severity == "error" and item.code in (*_BELOW, *_CONTACTS) else ():
+            other = first_of.setdefault(word, index)
+            if group_of[other] is not group_of[index]:
+                united = sorted(group_of[other] + group_of[index])
+                for one in united:
+                    group_of[one] = united
 
 
 def _goes_on(before: Finding, item: Finding) -> bool:

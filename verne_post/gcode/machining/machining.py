@@ -68,6 +68,15 @@ def name_word(core: "Machining", name: str, word: str, line: int) -> str:
     return "" if since == line else f"; {word} of line {since} is active"
 
 
+def explain_inverse_time(core: "Machining", error: ProgramError) -> ProgramError:
+    """An error that G94 would settle, with the line of G93; with others of this G93 it is one finding."""
+    if line := core.word_lines.get("G93"):
+        error.cause, error.cause_line = f"G93 of line {line}", line
+        error.message += f"; {error.cause} is active"
+        error.edits += (Remedy("write G94", "94", line=line, word=("G", 93.0), is_choice=True),)
+    return error
+
+
 def explain_tilted_tool(core: "Machining", otherwise: str) -> str:
     """What to do where the tool does not point along the normal of the plane; ``otherwise`` if no word says why."""
     if core.state.plane and core.find_tilted_tool() is None and "plane" in core.word_lines:
@@ -609,9 +618,8 @@ class Machining:
         if state.plane == 2:
             raise ProgramError("VP017", f"{name} in the YZ plane (G19); cutter compensation works in G17 and G18")
         if state.feed_mode == FeedMode.INVERSE:
-            raise ProgramError(
-                "VP017", f"{name} under G93: beside the contour moves have other lengths; write G94 or G95"
-            )
+            text = f"{name} under G93: beside the contour moves have other lengths; write G94 or G95"
+            raise explain_inverse_time(self, ProgramError("VP017", text))
         if not self._is_tool_upright():
             raise ProgramError("VP017", f"{name} while a tool axis ({self.axis_words}) holds")
 

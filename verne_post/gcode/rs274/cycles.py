@@ -8,7 +8,7 @@ from verne_post.gcode.arcs import PLANES
 from verne_post.gcode.block import Block
 from verne_post.gcode.codes import spell_g_code
 from verne_post.gcode.machining.holes import MAX_HOLES, MAX_PECKS, Thread, check_tapping, note_tapping, tap
-from verne_post.gcode.machining.machining import Machining, explain_tilted_tool, list_plane_edits
+from verne_post.gcode.machining.machining import Machining, explain_inverse_time, explain_tilted_tool, list_plane_edits
 from verne_post.gcode.program_error import ProgramError, write_before
 from verne_post.gcode.rs274.modes import Cycle, Modes
 from verne_post.gcode.rs274.motion import MotionCodes
@@ -108,7 +108,8 @@ class CycleCodes:
                 letter = AXES[axis]
                 raise block.error("VP017", f"{letter} cannot be in a canned cycle; write a G0 before it", letter)
         if state.feed_mode == FeedMode.INVERSE:
-            raise ProgramError("VP017", f"{spell_g_code(motion)} with inverse-time feed (G93); use G94")
+            text = f"{spell_g_code(motion)} with inverse-time feed (G93); use G94"
+            raise explain_inverse_time(self.core, ProgramError("VP017", text))
         self.core.refuse_compensation(spell_g_code(motion))
         if state.tcp_off:
             self.core.check_tcp_off(state.position, state.position)
