@@ -14,6 +14,7 @@ from typing import Final
 from msgspec import Struct
 
 from verne_post.base.numbers import choose_decimals
+from verne_post.model.codes import CODES
 from verne_post.model.findings import Finding
 from verne_post.model.verdict import Family, find_family
 
@@ -224,8 +225,8 @@ def _describe_places(findings: Sequence[Finding]) -> str:
 
 
 def _name_quantity(item: Finding) -> str:
-    """What is beyond its limit: a quantity of a joint, as the drop of its rod, or the joint itself; else the code."""
-    return item.quantity or item.axis or item.code
+    """What is beyond its limit: a quantity of a joint, or the joint itself; else the code with its title."""
+    return item.quantity or item.axis or f"{item.code} ({CODES[item.code].title})"
 
 
 def describe_other(item: Finding) -> str:
