@@ -192,7 +192,7 @@ def _make_refusal(
 
 def _is_told(kept_plane: Finding, errors: list[Finding]) -> bool:
     """Whether an error names the plane that is kept (VP043), as its cause."""
-    cause = kept_plane.message.split(" is still in force")[0]
+    cause = kept_plane.message.removeprefix("the plane of ").split(" is still in force")[0]
     return any(cause in item.message for item in errors)
 
 
