@@ -1061,3 +1061,40 @@ def test_a_feed_that_no_cut_has_is_told_once(dialect, cut, line, said):
     severity = "error" if "a turn" in said or "mm/min were" in said else "warning"
     assert [(item.line, item.severity) for item in told] == ([] if line is None else [(line, severity)])
     assert all(said in item.message for item in told)
+
+
+@pytest.mark.parametrize(
+    ("dialect", "lines", "expected"),
+    [
+        # what is wrong in line 11 is another thing: the second run had VP043
+        ("siemens", f"TRANS X5\n{SWIVEL}", [("VP043", 9, "CYCLE800 in line 5 is still"), ("VP017", 12, "TRANS")]),
+        # the plane is what is wrong in line 11
+        (
+            "siemens",
+            "G0 A0 C0",
+            [("VP017", 11, "CYCLE800 in line 5 (still in force after the change of tools in line 9)")],
+        ),
+        ("siemens", f"CYCLE800()\nTRANS X5\n{SWIVEL}", [("VP017", 13, "TRANS")]),
+        ("heidenhain", f"CYCL DEF 7.0\nCYCL DEF 7.1 X+5\n{SPATIAL}", [("VP017", 11, "PLANE SPATIAL in line 4")]),
+        ("fanuc", PLANE, [("VP017", 11, "G68.2 in line 5 (still in force after the change of tools in line 9)")]),
+    ],
+)
+def test_a_plane_that_is_not_ended_is_told_in_the_first_run(dialect, lines, expected):
+    """A program with another error had VP043 only after that was mended."""
+    siemens = (
+        f"G710 G90\nT1 D1 M6\nS800 M3\nG0 X0 Y0 Z60 A0 C0\n{SWIVEL}\nG0 X0 Y0 Z60\nG1 Z45 F200\nG0 Z80\nT2 D1 M6\n"
+    )
+    fanuc = f"T1 M6\nG43 H1\nS800 M3\nG0 X0. Y0. Z60. A0. C0.\n{PLANE}\nG1 Z45. F200.\nG0 Z80.\nT2 M6\n"
+    klartext = (
+        f"BEGIN PGM A MM\nTOOL CALL 1 Z S800\nL X+0 Y+0 Z+60 A+0 C+0 FMAX M3\n{SPATIAL}\nL Z+50 F100\nL Z+60 FMAX\n"
+        "TOOL CALL 2 Z S800\nL Z+60 FMAX M3"
+    )
+    heads = {"siemens": f"{siemens}S800 M3", "fanuc": f"{fanuc}G43 H2", "heidenhain": klartext}
+    end = "L Z+45 F200\nEND PGM A MM" if dialect == "heidenhain" else "G0 X5. Y0. Z60.\nG1 Z45. F200.\nG0 Z80.\nM30"
+    program = f"{heads[dialect]}\n{lines}\n{end}\n"
+    tools = TOOLS | {2: vp.Tool(2, 2, TOOLS[1].offset)}
+    options = vp.Options(tools=tools, wcs={"G54": (0, 0, 60)}, dialect=dialect, split_at_stops=True)
+    found = [item for item in vp.check(program, "verne", options).findings if item.code in ("VP043", "VP017")]
+    assert sorted((item.code, item.line) for item in found) == sorted(item[:2] for item in expected)
+    for (_code, _line, said), item in zip(sorted(expected), sorted(found, key=lambda one: one.code), strict=True):
+        assert said in item.message

@@ -68,7 +68,7 @@ def test_a_plunge_is_shown_where_it_begins(tmp_path: Path, run: Callable[..., An
     assert head.startswith(f"{path}:4: VP210 error: tip or spindle nose 2.01")
     assert "(lines 4 to 6, worst 5, 3 moves)" in head
     assert quoted == "  4 | G1 Z-2 F500"
-    assert also == "    = also VP210 by 3.000 mm in lines 8 to 9"
+    assert also == "    = also VP210 (below the table face) by 3.000 mm in lines 8 to 9"
     assert f"explain {path}:4" in text
 
 

@@ -815,6 +815,7 @@ def test_near_numbers_are_named(number, known, named):
         ("10", ("1", "2"), ""),  # a subprogram of its own
         ("12", ("112", "212"), ""),  # either
         ("11", ("12",), ""),
+        ("101", ("102", "1011"), "1011"),  # another digit may be a number of its own
     ],
 )
 def test_a_number_is_meant_that_one_digit_tells_apart(number, known, meant):
@@ -894,3 +895,22 @@ def test_a_stock_with_one_corner_is_told(machine, second, line):
     findings = check(f"{text}L X+5 F9\nM30\nEND PGM P MM".encode(), machine, _TOOL_AND_PLACE).findings
     found = [(one.severity, one.line) for one in findings if one.code == "VP005"]
     assert found == ([] if line is None else [("warning", line)])
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "column"),
+    [
+        ("L+50 R0 X+5", "VP006", 20),
+        ("R0 L+50", None, None),
+        ("R+0 LEN50", None, None),
+        ("L+50 RL", "VP006", None),
+        ("R0 L", "VP001", 15),
+        ("L+50 L+40", "VP004", 17),
+    ],
+)
+def test_tool_def_has_words_of_its_own(machine, words, code, column):
+    """L is a length and R0 a radius: they were rewritten before they were read, and columns counted back."""
+    text = f"BEGIN PGM P MM\nTOOL DEF 1 {words}\nTOOL CALL 1 Z S900\nL X+0 Y+0 Z+60 A+0 C+0 FMAX M3\nEND PGM P MM\n"
+    options = Options(dialect="heidenhain", wcs={"G54": (0, 0, 0)})
+    found = [item for item in check(text.encode(), machine, options).findings if item.line == 2]
+    assert [(item.code, item.column) for item in found] == ([(code, column)] if code else [])

@@ -934,10 +934,12 @@ def test_a_place_beyond_a_turn_is_told(machine, word, right, line):
 @pytest.mark.parametrize(("dialect", "lines", "wanted"), [
     ("fanuc", "G68 X0. Y0. R10.\nG1 X5. Y5.\nG54\nG68.2 X0. Y0. Z5. I0. J25. K0.\nG53.1",
      ("VP017", 9, 1, "a change of work offset under G68; write G69 first")),
-    ("fanuc", "G93\nG1 X5.\nG2 X9. R9.\nG1 X20.", ("VP009", 8, 3, "G1 with inverse-time feed (G93) needs F in the same "
-                                                   "block, or G94; G93 of line 7 is active")),
-    ("siemens", "G93\nG1 X5\nG2 X9 CR=9\nG1 X20", ("VP009", 8, 3, "G1 with inverse-time feed (G93) needs F in the same "
-                                                   "block, or G94; G93 of line 7 is active")),
+    ("fanuc", "G93\nG1 X5.\nG2 X9. R9.\nG1 X20.", ("VP009", 7, 3, "G1 with inverse-time feed (G93) needs F in the same "
+                                                   "block, or G94; first in line 8")),
+    ("fanuc", "G93\nG1 X5. F9.\nX20.\nG81 X9. Z50. R55. F90.\nX20.\nG80\nG1 X5.",
+     ("VP009", 7, 4, "G1 with inverse-time feed (G93) needs F in the same block, or G94; first in line 9")),
+    ("siemens", "G93\nG1 X5\nG2 X9 CR=9\nCYCLE81(60,40,2,35)",
+     ("VP009", 7, 3, "G1 with inverse-time feed (G93) needs F in the same block, or G94; first in line 8")),
     ("siemens", "G93\nG1 X5 F9\nG94\nX20 F90\nG93\nG1 X5", ("VP009", 12, 1, "G1 with inverse-time feed (G93) needs F "
                                                             "in the same block, or G94; G93 of line 11 is active")),
 ])  # fmt: skip
@@ -946,6 +948,7 @@ def test_a_mode_that_was_not_meant_is_one_finding(machine, dialect, lines, wante
     options = Options(dialect=dialect, wcs={"G54": (0, 0, 0)}, tools=tools)
     (item,) = check(HEADS[dialect].format(lines).encode(), machine, options).findings
     assert (item.code, item.line, item.count, item.message) == wanted
+    assert item.column == (1 if "first in line" in item.message else None)  # at G93
 
 
 _CONTOURS = {

@@ -111,3 +111,25 @@ def test_g53_1_takes_the_side_that_the_table_reaches() -> None:
         table = last_table(FANUC, machine, "fanuc")
         assert table[0] == pytest.approx(tilt, abs=1e-6)
         assert np.cos(np.radians(table[1] - c)) == pytest.approx(1.0, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("plane", "column"),
+    [
+        ("PLANE SPATIAL SPA+125 SPB+0 SPC+0 TURN FMAX", 15),
+        ("PLANE SPATIAL SPA+0 SPB-125 SPC+5 MOVE FMAX", 21),
+        ("PLANE SPATIAL SPA+125 SPB+0 SPC+0 TURN FMAX SEQ-", 15),  # no other SEQ would help
+        ("PLANE EULER EULPR+0 EULNU+125 EULROT+0 TURN FMAX", 21),
+    ],
+)
+def test_a_plane_far_beyond_the_travel_is_one_finding_at_its_angle(plane: str, column: int) -> None:
+    """The check of the motion had VP102 without a column, and VP210 as a consequence of it."""
+    found = verne_post.check(klartext(plane), MACHINE, Options(tool_length=80.0, wcs=WCS)).findings
+    assert [(item.code, item.line, item.column) for item in found] == [("VP102", 5, column)]
+    assert "A goes from -95 to 95, exceeded by 30.000 deg" in found[0].message
+
+
+def test_a_preset_without_a_place_is_told_at_its_number() -> None:
+    source = klartext("CYCL DEF 247 DATUM SETTING ~\n  Q339=+5 ; PRESET", "L X+5 F900")
+    found = verne_post.check(source, MACHINE, Options(tool_length=80.0, wcs=WCS)).findings
+    assert [(item.code, item.line, item.column) for item in found] == [("VP033", 6, 3)]

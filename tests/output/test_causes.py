@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from verne_post.model.findings import Finding, make_finding
+from verne_post.model.findings import Finding, Remedy, make_finding
 from verne_post.output.causes import find_causes
 from verne_post.output.findings import format_outcome
 
@@ -85,7 +85,7 @@ def test_holes_with_one_r_too_low_are_one_cause() -> None:
         for line, depth in ((7, 2.0), (8, 2.0), (9, 2.0), (10, 3.0), (14, 2.0))
     ]
     assert name_groups(found) == [[0, 1, 2], [3], [4]]
-    assert find_causes(found)[0].describe_others() == "VP216 by 2.000000 in line 8 (worst of 2 places)"
+    assert find_causes(found)[0].describe_others() == "VP216 (in the stock) by 2.000000 in line 8 (worst of 2 places)"
 
 
 def test_the_drop_of_a_rod_is_not_the_travel_of_its_slider() -> None:
@@ -109,7 +109,10 @@ def test_what_only_a_rotary_axis_beyond_its_travel_breaks_belongs_to_it() -> Non
     [cause] = find_causes(found)
     assert cause.first.axis == "b"
     assert cause.first.remedies == ("within limits if the line ends at B -34.999",)
-    assert cause.describe_others() == "z by 30.000 mm in lines 10 to 11; VP301 in line 11"
+    assert (
+        cause.describe_others()
+        == "z by 30.000 mm in lines 10 to 11; VP301 (flip, rewind or large turn of the rotary axes) in line 11"
+    )
     # so has a place that is out of reach: what the lines break on their way there
     lost = make_finding("VP110", "out of reach", line=9, last_line=11, severity="error")
     assert name_groups([lost, found[0]]) == [[0, 1]]
@@ -200,3 +203,17 @@ def test_a_part_zero_that_is_too_high_is_one_error(
     for output_format in ("markdown", "github", "junit"):
         assert "also " in run("check", *words, "--output-format", output_format).out
     assert run("convert", *words).err.count("VP101 error") == 1
+
+
+def test_a_z_too_deep_for_fixture_and_table_is_one_cause():
+    """VP210 and VP215 of one Z had the same remedy."""
+    edit = Remedy("Z -39.9 in place of -65", "-39.9", line=6, word=("Z", -65.0))
+    table = make_finding("VP210", "below", line=6, last_line=7, value=-5.0, limit=0.0, unit="mm", edits=(edit,))
+    vise = make_finding("VP215", "vise", line=6, last_line=7, value=-25.0, limit=0.0, unit="mm", edits=(edit,))
+    (cause,) = find_causes([table, vise])
+    assert (cause.first.code, cause.describe_others()) == (
+        "VP215",
+        "VP210 (below the table face) by 5.000 mm in lines 6 to 7",
+    )
+    other = Remedy("X 5 in place of 9", "5", line=6, word=("X", 9.0))
+    assert len(find_causes([table, replace(vise, edits=(other,))])) == 2

@@ -19,7 +19,7 @@ from verne_post.gcode.machining.state import State
 from verne_post.kinematics.checks import remedies
 from verne_post.kinematics.joint_path import JointPath
 from verne_post.model.findings import Finding, Remedy
-from verne_post.model.moves import AXES, Frame, Moves
+from verne_post.model.moves import AXES, Frame, MoveKind, Moves
 from verne_post.model.options import Options
 from verne_post.model.part_setup import TOOL_PARTS, OwnStock, name_system
 from verne_post.model.verdict import find_worst
@@ -208,6 +208,20 @@ def _propose_shifts(line: Line, findings: Sequence[Finding]) -> Iterator[str]:
         return
     if ends := [remedy.text for remedy in propose_ends(line, warnings=warnings)]:
         yield f"the line ended elsewhere: {', or '.join(ends)}"
+    if any(item.code == "VP216" and item.severity == "error" for item in asked) and not in_machine:
+        yield from _propose_lift(line)
+
+
+def _propose_lift(line: Line) -> Iterator[str]:
+    """For a rapid through the stock: both ends higher along Z of the program, as after a retract that is missing."""
+    if line.moves.kind[line.move] != MoveKind.RAPID or not remedies.is_straight(line.exact):
+        return
+    direction = line.joints.machine.coordinates.turn_displacement(np.eye(3), line.frame)[2]
+    lift = remedies.find_least_lift(line.exact, direction)
+    if lift is not None:
+        unit, scale = line.unit
+        begin, end = (format_number((_find_words(line, w=w)[2] + lift) / scale, 4) for w in (0.0, 1.0))
+        yield f"a retract before it: the line begun at Z {begin} and ended at Z {end} {unit}"
 
 
 def propose_ends(line: Line, *, warnings: bool) -> Iterator[Remedy]:

@@ -16,20 +16,19 @@ from verne_post.app.spindle_check import (
     check_speed,
     check_spindle,
     check_tool_change,
-    find_first_cut,
 )
 from verne_post.base.columns import iterate_blocks
 from verne_post.base.rotations import find_axis_of_angles
 from verne_post.base.rows import measure_rows
 from verne_post.base.tolerances import DRILL_TILT, LIMIT_SLACK_MM, ZERO_ANGLE, ZERO_LENGTH_MM
 from verne_post.base.units import DEG_PER_RAD
+from verne_post.gcode.machining.watcher import find_plane_tilt, report_kept_planes
 from verne_post.gcode.missing_setup import report_missing_offset
 from verne_post.model.findings import Finding, InputError, Remedy, make_finding
 from verne_post.model.machine import Machine
 from verne_post.model.moves import (
     AXES,
     FeedMode,
-    Frame,
     MoveKind,
     Moves,
     PathMode,
@@ -75,12 +74,12 @@ def check_setup(moves: Moves, path: ToolPath, machine: Machine, options: Options
             cut_systems |= {frame.system} if index in cut_frames else set()
     found = [
         report_missing_offset(
+            moves,
             system,
-            moves.find_selecting_line(system, at),
+            at,
             options.unmeasured_wcs.get(system, ""),
-            language=moves.language,
             # a program that moves in rapids until it calls its first work system does not mean the one before
-            others=options.wcs if system in cut_systems or system != moves.start_frame.system else (),
+            options.wcs if system in cut_systems or system != moves.start_frame.system else (),
         )
         for system, at in unplaced.items()
     ]
@@ -105,7 +104,7 @@ def check_setup(moves: Moves, path: ToolPath, machine: Machine, options: Options
         *check_kept_speed(moves, path),
         *check_kept_feed(moves, path),
         *(changes or check_first_tool(moves, path, options.tools or {})),
-        *_check_kept_planes(moves, path),
+        *report_kept_planes(moves, machine.coordinates),
         *_check_uncalled_tools(moves, options),
     ]
     return [*(make_finding("VP505", text) for text in texts), *found]
@@ -633,7 +632,7 @@ def _check_planes(moves: Moves, path: ToolPath, machine: Machine) -> Iterator[Fi
     Under a plane in which the tool is tilted anywhere, the program knows what it does: G53.1, A and C words, G43.4.
     Posts may move a retracted head at feed rate before the table turns, so that holds for the whole plane.
     """
-    normals = np.array([_find_tilt(frame) for frame in moves.frames])
+    normals = np.array([find_plane_tilt(frame) for frame in moves.frames])
     if not (moves.needs_tcp_code or moves.planes) or (normals >= 1.0 - DRILL_TILT).all():
         return
     runs: list[_Plane] = []
@@ -664,36 +663,6 @@ def _check_planes(moves: Moves, path: ToolPath, machine: Machine) -> Iterator[Fi
             )
             edits = (Remedy("write G53.1", "G53.1", line=line, word=("G", 68.2), way="below", is_above=True),)
             yield make_finding("VP042", text, line=line, last_line=line, worst_line=line, edits=edits)
-
-
-def _check_kept_planes(moves: Moves, path: ToolPath) -> Iterator[Finding]:
-    """VP043: a tool cuts in the tilted plane that the tool before it has left in force; an upright one, after G49."""
-    changes = list_tool_changes(moves.events)
-    steps = [(event.before, event.line, "this change of tools") for event, number in changes if number]
-    steps += [(one.before, one.line, one.word) for one in moves.tcp_ends if one.word == "G49"]
-    for before, line, what in steps if moves.planes else ():
-        calls = [one for one in moves.planes if one.before < before]
-        if not calls or not calls[-1].word:
-            continue
-        ends = [one.before for one in moves.planes if one.before >= before]
-        ends += [
-            one.before for one, _number in changes if one.before > before or (one.before == before and one.line > line)
-        ]
-        cut = find_first_cut(path, before)
-        if 0 <= cut < min(ends, default=math.inf) and _find_tilt(moves.frames[moves.frame[cut]]) < 1.0 - DRILL_TILT:
-            at = int(np.searchsorted(path.move_reached, cut))
-            if what == "G49" and find_axis_of_angles(path.end[[at], 3], path.end[[at], 4])[0, 2] < 1.0 - DRILL_TILT:
-                continue
-            text = (
-                f"the plane of {calls[-1].word} in line {calls[-1].line} is still in force after {what}, "
-                f"and line {int(moves.line[cut])} cuts in it; write {calls[-1].end} before if it is not meant"
-            )
-            yield make_finding("VP043", text, line=line, last_line=max(line, int(moves.line[cut])), worst_line=line)
-
-
-def _find_tilt(frame: Frame) -> float:
-    """Cosine between Z of the table and Z of the plane that the program asks for."""
-    return 1.0 if frame.feature is None or not frame.feature.is_programmed else frame.feature.rotation[8]
 
 
 def _find_naming_move(moves: Moves) -> int:

@@ -85,17 +85,20 @@ def _is_one_slip(word: str, right_word: str, least: int) -> bool:
 
 
 def find_meant_number(number: str, known: Iterable[str]) -> str:
-    """The only known number that differs by a digit too many or too few, or by two in the wrong order; else empty."""
-    near = {one for one in known if one.isdecimal() and _is_a_digit_away(number, one)}
-    return near.pop() if len(near) == 1 and number.isdecimal() else ""
+    """The one near number (:func:`list_near_numbers`) that a slip of typing makes of this; else empty.
+
+    That is a digit too many or too few, or two in the wrong order: with another digit it may be a number of its own.
+    """
+    near = [one for one in list_near_numbers(number, known) if _is_typing_slip(number, one)]
+    return near[0] if len(near) == 1 else ""
 
 
 def list_near_numbers(number: str, known: Iterable[str]) -> list[str]:
     """The known numbers that one digit tells apart; empty where there are too many to be of use."""
     near = [
         one
-        for one in known
-        if one.isdecimal() and (_is_a_digit_away(number, one, least=1) or _has_another_digit(number, one))
+        for one in dict.fromkeys(known)
+        if one.isdecimal() and (_is_a_digit_away(number, one) or _has_another_digit(number, one))
     ]
     return near if number.isdecimal() and len(near) <= _MOST_NAMED else []
 
@@ -107,12 +110,17 @@ def name_near_numbers(number: str, known: Iterable[str], name: str) -> str:
     return f"{' and '.join(name + one for one in near)}, which {verb} nearly this number" if near else ""
 
 
-def _is_a_digit_away(number: str, other: str, least: int = 2) -> bool:
+def _is_typing_slip(number: str, other: str) -> bool:
+    """A digit away, of numbers that are not so short that all are near."""
+    return min(len(number), len(other)) > 1 and _is_a_digit_away(number, other)
+
+
+def _is_a_digit_away(number: str, other: str) -> bool:
     shorter, longer = sorted((number, other), key=len)
     if len(shorter) == len(longer):
         swapped = (shorter[:at] + shorter[at + 1] + shorter[at] + shorter[at + 2 :] for at in range(len(shorter) - 1))
         return shorter != longer and longer in swapped
-    return len(shorter) >= least and any(longer[:at] + longer[at + 1 :] == shorter for at in range(len(longer)))
+    return any(longer[:at] + longer[at + 1 :] == shorter for at in range(len(longer)))
 
 
 def _has_another_digit(number: str, other: str) -> bool:

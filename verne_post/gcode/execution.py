@@ -98,6 +98,8 @@ class Execution(Struct):
         edits = tuple(one for one in there if file is None or one.key)
         reason = error.about, error.settled_by, error.cause, edits, error.advice
         self.report_at_line(error.code, message, shown_number, column, *reason)
+        if error.cause_line and file is None:
+            self._move_to_cause(error.cause, error.cause_line)
         self._error_count += 1
         return goes_on and len(self.errors) < MAX_ERRORS and self._error_count < MAX_COUNTED
 
@@ -157,6 +159,15 @@ class Execution(Struct):
             message=words.replace("\0", _join_names(things)),
             settled_by=all_settled_by,
         )
+
+    def _move_to_cause(self, cause: str, line: int) -> None:
+        """The finding of several errors stands in the line of their cause: that is what to look at first."""
+        at, _things = self._causes["", cause]
+        item = self.errors[at]
+        first = item.line or line
+        if item.count > 1 and first > line:
+            message = item.message.replace(f"{cause} is active", f"first in line {first}")
+            self.errors[at] = replace(item, line=line, worst_line=line, column=None, message=message)
 
 
 def _join_names(things: list[str]) -> str:

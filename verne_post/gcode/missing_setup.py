@@ -143,17 +143,18 @@ def _spell_system(system: int, language: str) -> str:
     return f"G{500 + system if system < ADDITIONAL_SYSTEMS else 509 + number}"
 
 
-def report_missing_offset(
-    system: int, line: int, setup_name: str, *, language: str, others: Collection[int] = ()
-) -> Finding:
-    """VP033: a work system that a program selects in a line, or uses from it on, and that nobody has placed.
+def report_missing_offset(moves: Moves, system: int, at: int, setup_name: str, others: Collection[int] = ()) -> Finding:
+    """VP033: a work system that a program selects, and uses in a move, and that nobody has placed.
 
     The message calls it as the language of the program does, and says which --wcs that is. An error
     where a set-up, ``setup_name``, says that the place is still to be measured, or where ``others`` have a place: it is
     not at the rotary centre then.
     """
-    name, word = name_system(system), _spell_system(system, language)
+    name, word = name_system(system), _spell_system(system, moves.language)
+    line = moves.find_selecting_line(system, at)
     where: dict[str, Any] = {"line": line, "last_line": line, "worst_line": line, "settled_by": (("wcs", name),)}
+    if line == moves.system_lines.get(system):
+        where["column"] = moves.system_columns.get(system)
     if setup_name:
         key = f"wcs.{name}" if name.isalnum() else f'wcs."{name}"'
         also = f" ({word})" if word else ""
@@ -172,7 +173,7 @@ def report_missing_offset(
             f"{name}=X,Y,Z"
         )
         return make_finding("VP033", text, severity="error", **where)
-    what = f"no {'datum' if language == 'heidenhain' else 'work offset'} was given: {word or name}"
+    what = f"no {'datum' if moves.language == 'heidenhain' else 'work offset'} was given: {word or name}"
     meaning = f", the name of {word} here" if word else ""
     text = f"{what} is on the table face, at the rotary centre; give --wcs {name}=X,Y,Z{meaning}"
     return make_finding("VP033", text, **where)
@@ -188,10 +189,9 @@ def report_missing_offsets(moves: Moves, setup: Setup) -> list[Finding]:
             frame.system in setup.given_systems | moves.placed_systems or given is None or frame.origin != given.origin
         )
         if setup.machine and not given_systems and not _is_left_unused(moves, frame.system):
-            line = moves.find_selecting_line(frame.system, int(at))
             setup_name = setup.unmeasured_wcs.get(frame.system, "")
             others = setup.given_systems if frame.system != moves.start_frame.system else ()
-            item = report_missing_offset(frame.system, line, setup_name, language=moves.language, others=others)
+            item = report_missing_offset(moves, frame.system, int(at), setup_name, others)
             found.setdefault(frame.system, item)
     return list(found.values())
 

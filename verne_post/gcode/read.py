@@ -8,18 +8,21 @@ from typing import Final
 import numpy as np
 from msgspec import structs
 
-from verne_post.base.long_text import Text
+from verne_post.base.long_text import Text, take_line
+from verne_post.base.program_lines import find_word_of
 from verne_post.gcode.dialect import Dialect
 from verne_post.gcode.dialects import DIALECTS, choose_dialect, name_dialect
 from verne_post.gcode.execution import Execution, LineTrace, StopConditions
 from verne_post.gcode.languages import find_other_language
 from verne_post.gcode.machining.state import State
+from verne_post.gcode.machining.watcher import report_kept_planes
 from verne_post.gcode.missing_setup import report_missing_offsets
 from verne_post.gcode.mistyped import say_what_is_meant
 from verne_post.gcode.parameters import Parameters
 from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.start import find_start
+from verne_post.gcode.text import decode_line
 from verne_post.model.findings import Finding, InputError
 from verne_post.model.moves import Frame, Moves
 
@@ -142,7 +145,7 @@ def _find_cause(source: Text, errors: list[Finding], dialect: Dialect, setup: Se
     other = _find_language(source, errors, dialect)
     if other is not None:
         return [other]
-    in_order = sorted(errors, key=lambda item: item.line or 0)
+    in_order = [_place_at_word(source, item) for item in sorted(errors, key=lambda item: item.line or 0)]
     found = say_what_is_meant(source, in_order, has_long_codes=dialect.has_long_codes)
     return _show_rival(source, setup, found, found, dialect)
 
@@ -175,14 +178,31 @@ def _show_rival(
 def _make_refusal(
     source: Text, errors: list[Finding], dialect: Dialect, execution: Execution, setup: Setup
 ) -> InputError:
-    """The errors of a program; where a tool is missing, with the work offsets that nobody gave either."""
+    """The errors of a program, planes kept over a change of tools, and missing offsets where a tool is missing."""
     found = _find_cause(source, errors, dialect, setup)
     codes = {item.code for item in found}
-    if execution.recorder.count and codes & {"VP008", "VP012", "VP018"}:
+    holds_plane = setup.machine and any(plane.word for plane in execution.recorder.planes)
+    if execution.recorder.count and (holds_plane or codes & {"VP008", "VP012", "VP018"}):
         moves = execution.recorder.freeze(list(execution.state.position), execution.state.frame, {})
         found = [_report_at_start(item, moves, setup) if item.code == "VP008" else item for item in found]
         found += report_missing_offsets(moves, setup) if codes & {"VP012", "VP018"} else []
+        found += [item for item in report_kept_planes(moves, setup.coordinates) if not _is_told(item, found)]
     return InputError(*found)
+
+
+def _is_told(kept_plane: Finding, errors: list[Finding]) -> bool:
+    """Whether an error names the plane that is kept (VP043), as its cause."""
+    cause = kept_plane.message.removeprefix("the plane of ").split(" is still in force")[0]
+    return any(cause in item.message for item in errors)
+
+
+def _place_at_word(source: Text, item: Finding) -> Finding:
+    """An error without a column, at the word of its line that an edit of it replaces."""
+    edit = next((one for one in item.edits if one.word is not None and one.line == item.line), None)
+    if item.column is not None or edit is None or edit.word is None:
+        return item
+    word = find_word_of(decode_line(take_line(source, item.line or 0) or b""), *edit.word)
+    return item if word is None else replace(item, column=word.start() + 1)
 
 
 def _report_at_start(item: Finding, moves: Moves, setup: Setup) -> Finding:

@@ -186,6 +186,8 @@ class Recorder(Struct):
     placed_systems: set[int] = field(default_factory=set)
     #: Work system -> the first line that selects it.
     system_lines: dict[int, int] = field(default_factory=dict)
+    #: The columns there that are known.
+    system_columns: dict[int, int] = field(default_factory=dict)
     #: Where tool axes gave way to places of the table.
     table_places: list[TablePlace] = field(default_factory=list)
     stock: Stock | None = None
@@ -231,6 +233,15 @@ class Recorder(Struct):
     def call_plane(self, line: int, word: str = "", end: str = "", turn: str = "") -> None:
         """A tilted plane is in force from here on; or, without ``word``, none."""
         self.planes.append(PlaneCall(line, self.count, word, end, turn))
+
+    def name_plane(self, otherwise: str) -> str:
+        """The plane in force by its line, and the change of tools after it; ``otherwise`` where no plane is."""
+        plane = self.planes[-1] if self.planes else None
+        if plane is None or not plane.word:
+            return otherwise
+        change = next((one.line for one in self.events if one.kind == "tool" and one.before > plane.before), 0)
+        after = f" (still in force after the change of tools in line {change})" if change else ""
+        return f"the plane of {plane.word} in line {plane.line}{after}"
 
     def explain_plane(self, otherwise: str) -> str:
         """What to do where the tool is not upright on the plane in force; ``otherwise`` where the program has none."""
@@ -541,6 +552,7 @@ class Recorder(Struct):
             stock=self._place_stock(table["kind"], table["frame"]),
             placed_systems=frozenset(self.placed_systems),
             system_lines=dict(self.system_lines),
+            system_columns=dict(self.system_columns),
             arc_feeds=tuple(self.arc_feeds.values()),
             table_places=tuple(self.table_places),
             tcp_changes=tuple(self.tcp_changes),

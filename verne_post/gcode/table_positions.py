@@ -3,6 +3,7 @@
 (A, C) and (-A, C + 180) hold the same axis, and so does every whole turn of C. A control takes one in reach.
 """
 
+import math
 from collections.abc import Callable
 from typing import Final
 
@@ -14,6 +15,8 @@ from verne_post.gcode.setup import Setup
 from verne_post.model.moves import Frame
 
 _FULL_TURN: Final = 360.0
+#: Farther beyond the travel than this, degrees, less tilt is asked for; up to it the check also tries to move the part.
+_FAR_TILT_DEG: Final = 20.0
 
 
 class TablePosition(Struct, frozen=True, eq=False):
@@ -63,6 +66,28 @@ def find_positions(
             if len(sides) == 1:
                 return found
     return found
+
+
+def describe_far_tilt(setup: Setup, positions: list[TablePosition], frame: Frame) -> str:
+    """The tilt that a plane needs far beyond the travel where the part stands (VP102); "" where it is not so.
+
+    What follows would be its consequences. Nearer to the limit the check of the motion decides: the tilt of the
+    platform depends on the place of the part, so that it may find one with which the plane is within reach.
+    """
+    tilt, places = setup.rotary[0], []
+    if setup.travel is None:
+        return ""
+    for one in positions:
+        place = np.array(setup.coordinates.map_to_machine(np.array(one.program), frame))
+        places.append(float(place[tilt]))
+        place[tilt] -= math.copysign(_FAR_TILT_DEG, one.tilt)
+        if setup.rotary_letters[0] not in setup.travel.find_beyond(place, frame.tool_length):
+            return ""
+    words = " or ".join(dict.fromkeys(f"{setup.rotary_letters[0]}{one.tilt:+.3f}" for one in positions))
+    return (
+        f"needs {words}, and {setup.travel.describe_tilt(places)}: that is far beyond the travel where the part "
+        "stands; use less tilt"
+    )
 
 
 def choose_position(

@@ -31,13 +31,14 @@ class MachineTravel(Struct, frozen=True, eq=False):
         out = (table < limits.lower[-2:] - LIMIT_SLACK) | (table > limits.upper[-2:] + LIMIT_SLACK)
         return "".join(letter for letter, beyond in zip(machine.rotary_letters, out, strict=True) if beyond)
 
-    def describe_tilt(self) -> str:
-        """The travel of the axis that tilts the tool, in degrees, in words."""
+    def describe_tilt(self, tilts: list[float]) -> str:
+        """The travel of the axis that tilts the tool, in words, and the least excess of some angles; degrees."""
         factor = self.machine.columns[-2].factor
         low, high = sorted(
             float(limit[-2]) * factor for limit in (self.machine.limits.lower, self.machine.limits.upper)
         )
-        return f"{self.machine.rotary_letters[0]} goes from {low:g} to {high:g}"
+        excess = min(max(low - tilt, tilt - high) for tilt in tilts)
+        return f"{self.machine.rotary_letters[0]} goes from {low:g} to {high:g}, exceeded by {excess:.3f} deg"
 
     def is_reached(self, place: Array, tool_length: float) -> bool:
         """Whether every joint is within its travel at a place of the nominal machine (9,), mm and degrees."""

@@ -326,6 +326,7 @@ class Moves(Struct, frozen=True):
     fixes_c: int | None = None
     placed_systems: frozenset[int] = frozenset()  #: Work systems to which the program gives an origin.
     system_lines: Mapping[int, int] = field(default_factory=dict)  #: Work system -> the first line that selects it.
+    system_columns: Mapping[int, int] = field(default_factory=dict)  #: The columns there that are known.
     #: What a parameter file would keep after the program.
     parameters: Mapping[int, float] = field(default_factory=dict)
     findings: tuple[Finding, ...] = ()  #: Warnings about the text.

@@ -383,8 +383,8 @@ class TableTravel(Protocol):
     def find_beyond(self, place: Array, tool_length: float) -> str:
         """Letters of the rotary axes beyond their travel at machine coordinates (9,); "" where none is."""
 
-    def describe_tilt(self) -> str:
-        """The travel of the axis that tilts the tool, in degrees, in words."""
+    def describe_tilt(self, tilts: list[float]) -> str:
+        """The travel of the axis that tilts the tool, in words, and the least excess of some angles; degrees."""
 
     def is_reached(self, place: Array, tool_length: float) -> bool:
         """Whether every joint is within its travel at machine coordinates (9,)."""

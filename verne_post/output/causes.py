@@ -14,6 +14,7 @@ from typing import Final
 from msgspec import Struct
 
 from verne_post.base.numbers import choose_decimals
+from verne_post.model.codes import CODES
 from verne_post.model.findings import Finding
 from verne_post.model.verdict import Family, find_family
 
@@ -21,6 +22,8 @@ from verne_post.model.verdict import Family, find_family
 _ROTARY: Final = ("VP102", "VP103")
 #: The tip below the table: what the way back from there comes near is no mistake of its own.
 _BELOW: Final = ("VP210",)
+#: Contacts of tool and spindle with fixtures and stock.
+_CONTACTS: Final = ("VP215", "VP216")
 #: Beside travel and reach (VP1xx): singularities, and the height over the table. Each contact with a body stays alone.
 _OF_THE_WORKSPACE: Final = ("VP201", "VP202", "VP203", "VP210")
 
@@ -112,6 +115,7 @@ def _group(findings: Sequence[Finding]) -> list[list[int]]:
         if (item.last_line or item.line) > end:
             furthest[code, item.severity] = (item.last_line or item.line, index)
     _join_holes(findings, group_of)
+    _join_depths(findings, group_of)
     return _join_consequences(findings, list({id(group): group for group in group_of}.values()))
 
 
@@ -125,6 +129,19 @@ def _join_holes(findings: Sequence[Finding], group_of: list[list[int]]) -> None:
             group_of[before].append(index)
             group_of[index] = group_of[before]
         before = index
+
+
+def _join_depths(findings: Sequence[Finding], group_of: list[list[int]]) -> None:
+    """What one other word of a line was tried to settle is one: a Z too deep for the fixture and for the table."""
+    first_of: dict[object, int] = {}
+    for index, item in enumerate(findings):
+        words = [(edit.line, edit.word, edit.value) for edit in item.edits if edit.word is not None]
+        for word in words if item.severity == "error" and item.code in (*_BELOW, *_CONTACTS) else ():
+            other = first_of.setdefault(word, index)
+            if group_of[other] is not group_of[index]:
+                united = sorted(group_of[other] + group_of[index])
+                for one in united:
+                    group_of[one] = united
 
 
 def _goes_on(before: Finding, item: Finding) -> bool:
@@ -208,8 +225,8 @@ def _describe_places(findings: Sequence[Finding]) -> str:
 
 
 def _name_quantity(item: Finding) -> str:
-    """What is beyond its limit: a quantity of a joint, as the drop of its rod, or the joint itself; else the code."""
-    return item.quantity or item.axis or item.code
+    """What is beyond its limit: a quantity of a joint, or the joint itself; else the code with its title."""
+    return item.quantity or item.axis or f"{item.code} ({CODES[item.code].title})"
 
 
 def describe_other(item: Finding) -> str:

@@ -19,7 +19,7 @@ from verne_post.gcode.klartext.vocabulary import (
     FUNCTIONS_WITHOUT_EFFECT,
     REFUSED_FUNCTIONS,
 )
-from verne_post.gcode.klartext.words import MWord, Words, read_words
+from verne_post.gcode.klartext.words import TOOL_WORDS, MWord, Words, read_words
 from verne_post.gcode.machining.turning import warn_of_late_tcp
 from verne_post.gcode.missing_setup import number_of_tool
 from verne_post.gcode.offsets import make_vector9
@@ -163,7 +163,10 @@ class KlartextFunctions:
         if self.state.loaded_tool is None:  # nothing has called a tool, for which it may prepare the next one
             recorder, line = self.core.recorder, self.frames.block.line
             recorder.selections.append(Selection(number, line, recorder.count, is_defined=True))
-        sizes = {letter: self.frames.convert_length(value) for letter, value in _read_sizes(rest, self.q).items()}
+        words = read_words(rest, self.q, TOOL_WORDS)
+        given = [(name[0], words.take(name)) for name in ("LEN", "L", "R")]
+        words.check_used(rest)
+        sizes = {letter: self.frames.convert_length(value) for letter, value in given if value is not None}
         if not sizes:
             return
         if "L" not in sizes or sizes.get("R", 0.0) < 0:
@@ -288,12 +291,10 @@ class KlartextFunctions:
     def warn_of_tcp(self, what: str) -> None:
         """VP043 where tool-centre-point control holds at what the manuals of TNC controls place after M129."""
         if self.modes.tcp:
-            text = (
-                f"{what} while tool-centre-point control of line {self.modes.tcp_line} (M128) holds: controls ask for "
-                "its end before that; write M129 first"
-            )
+            what = f"{what} while tool-centre-point control of line {self.modes.tcp_line} (M128) holds:"
             line = self.frames.block.line
-            self.core.recorder.note_once("VP043", text, line, write_before("M129", line=line))
+            where, edits = "controls ask for its end before that", write_before("M129", line=line)
+            self.core.watcher.report(what, where, "write M129 first", line, edits)
 
     def _reduce_angles(self, letters: str) -> None:
         """M94: positions of A and C as numbers from 0 to less than a turn; A below 0, which makes no turns, stays."""
@@ -338,28 +339,3 @@ class KlartextFunctions:
         ]
         self.core.start_of_motion(kind, absolute=True, machine=False)
         self.frames.run_line(self.frames.block, kind, end, [0, 1, 2], absolute=False)
-
-
-#: L of TOOL DEF before its number; not the L of QL1.
-_LENGTH: Final = re.compile(r"(?<![A-Z])L(?=[ \t]*[-+0-9.,Q])")
-#: R of a radius of 0, which would be R0, no compensation.
-_NO_RADIUS: Final = re.compile(r"(?<![A-Z])R(?=0+(?:[.,]0*)?(?:[ \t]|$))")
-
-
-def _read_sizes(statement: Statement, numbers: object) -> dict[str, float]:
-    """L and R of TOOL DEF."""
-    found: dict[str, float] = {}
-    text = _LENGTH.sub("LEN", statement.rest) if "LEN" not in statement.rest else statement.rest
-    text = _NO_RADIUS.sub("R+", text)
-    try:
-        words = read_words(replace(statement, rest=text), numbers)  # type: ignore[arg-type]
-    except ProgramError as error:  # its column is that of the line as it stands
-        if error.column is not None and error.line is None:
-            before = text[: error.column - statement.begin - 1]
-            error.column -= 2 * before.count("LEN") * ("LEN" not in statement.rest) + before.count("R+0")
-        raise
-    for name, letter in (("LEN", "L"), ("R", "R")):
-        if (value := words.take(name)) is not None:
-            found[letter] = value
-    words.check_used(statement)
-    return found

@@ -39,6 +39,8 @@ _ALLOWED_WORDS: Final = {"POS": ("Z",), "ROW": ("ROT", "Z"), "PAT": ("ROT", "Z")
 _FULL_TURN: Final = 360.0
 #: A cycle in which all of these are 0 does nothing; threads may have a countersink alone.
 _DEPTHS: Final = (Q.DEPTH, Q.SINKING_DEPTH, Q.FRONT_DEPTH)
+#: What ends the calls of M89.
+_END_MODAL: Final = "write M99 at its last place"
 #: How a message about the value of a parameter of a cycle begins.
 _VALUE_AT_FAULT: Final = re.compile(r"Q(\d+)=")
 #: A place: X, Y, and the height that is added to the surface.
@@ -83,7 +85,6 @@ class KlartextPatterns:
         self.waiting = frames.waiting
         self.cycle: DefinedCycle | None = None
         self.modal = 0  #: The line of M89 while it holds.
-        self.told_text = ""  #: What VP043 says of it.
         self.places: list[Place] = []
         self.cycle_unread = False
         self.uncalled_cycle: tuple[Statement, int, int] | None = (
@@ -258,22 +259,16 @@ class KlartextPatterns:
 
     def _explain_modal(self, error: ProgramError) -> None:
         """Say in an error that M89 calls the cycle, in place of VP043, and end it: its next calls are of one cause."""
-        cycle, warnings = self.cycle, self.core.recorder.warnings
-        lines = [line for (line, code), one in warnings.items() if code == "VP043" and one.message == self.told_text]
-        for line in lines:
-            del warnings[line, "VP043"]
-        where = f"at its last place, before line {lines[0]}" if lines else "at its last place"
-        name = "" if cycle is None else f" {cycle.number}"
-        error.message = f"M89 of line {self.modal} still calls cycle{name}; write M99 {where} ({error.message})"
+        self.core.watcher.explain(error, self._name_modal(), f"{_END_MODAL},")
         self.modal = 0
 
     def warn_of_modal(self, what: str) -> None:
         """VP043, once for each M89: a change of tools, or a retract, finds its cycle on."""
         if self.modal and self.cycle is not None:
-            cause = f"M89 of line {self.modal} still calls cycle {self.cycle.number} at "
-            if not self.told_text.startswith(cause):
-                self.told_text = f"{cause}{what}; write M99 at its last place"
-                self.core.recorder.note_once("VP043", self.told_text, self.frames.block.line)
+            self.core.watcher.report(self._name_modal(), f"at {what}", _END_MODAL, self.frames.block.line)
+
+    def _name_modal(self) -> str:
+        return f"M89 of line {self.modal} still calls cycle{'' if self.cycle is None else f' {self.cycle.number}'}"
 
     def call_at(self, statement: Statement, words: Words) -> None:
         """CYCL CALL POS X Y Z: go to the place at the tool's height, F for this way only; then the cycle."""

@@ -5,7 +5,7 @@ import re
 from typing import Final
 
 import numpy as np
-from msgspec import Struct
+from msgspec import Struct, field
 from msgspec.structs import replace
 
 from verne_post.base.arrays import Array
@@ -22,7 +22,7 @@ from verne_post.gcode.klartext.vocabulary import PLANES
 from verne_post.gcode.machining.turning import count_places, record_carried
 from verne_post.gcode.mistyped import explain_unknown
 from verne_post.gcode.program_error import ProgramError
-from verne_post.gcode.table_positions import TablePosition, choose_position, find_positions
+from verne_post.gcode.table_positions import TablePosition, choose_position, describe_far_tilt, find_positions
 from verne_post.model.moves import AXES, MoveKind
 
 #: Two motions of the rotary axes that differ by less (degrees) are equally long.
@@ -41,6 +41,8 @@ _INCOMPLETE: Final = {
 _KIND: Final = re.compile(rf"[ \t]*({'|'.join(PLANES)}|RELATIVE|PROJECTED)(?![A-Z])")
 #: The angles of a plane that must all be given.
 _NEEDS: Final = {"SPATIAL": ("SPA", "SPB", "SPC"), "EULER": ("EULPR", "EULNU", "EULROT")}
+#: Angles that tilt the plane; the others turn it about its normal.
+_TILTING: Final = ("SPA", "SPB", "EULNU")
 _LETTERS: Final = re.compile(r"[ \t]*([A-Z]+)")
 #: What stands in place of it.
 _FIRST: Final = re.compile(r"[ \t]*([^\s+\-=]+)")
@@ -52,6 +54,7 @@ class PlaneWords(Struct):
     kind: str
     values: dict[str, float]
     flags: list[str]
+    places: dict[str, int] = field(default_factory=dict)  #: Of values and flags, in the statement.
 
     def read_triple(self, statement: Statement, *names: str) -> Array:
         """Values that must all be given."""
@@ -59,6 +62,11 @@ class PlaneWords(Struct):
         if missing:
             raise statement.error("VP005", f"PLANE {self.kind} needs {missing[0]}")
         return np.array([self.values.pop(name) for name in names])
+
+    def find_tilting_word(self) -> int:
+        """Where the largest angle stands that tilts the plane, or else the first value."""
+        angles = {abs(self.values[name]): place for name, place in self.places.items() if name in _TILTING}
+        return angles[max(angles)] if angles else min(self.places.values(), default=0)
 
     def read_flag(self, *names: str) -> str | None:
         """Take the first of some flags that stands there; a second one stays, and is refused as unused."""
@@ -104,6 +112,7 @@ class KlartextPlanes:
                 words.read_flag("SEQ+", "SEQ-", "SYM+", "SYM-"),
                 words.read_flag("TABLE ROT", "COORD ROT") == "TABLE ROT",
             )
+        tilting_place = words.find_tilting_word()
         tilt, angles = self._define(statement, words)
         if (
             self.maps.tilt is not None
@@ -119,7 +128,13 @@ class KlartextPlanes:
             )
         if angles is None:
             normal = self._find_normal(tilt) if tilt is not None else np.array([0.0, 0.0, 1.0])
-            angles = self._choose_angles(normal, sense, tilt if table else None, tip_stays=move == "MOVE")
+            table_axes = tilt if table else None
+            turns = move != "STAY" and tilt is not None
+            try:
+                angles = self._choose_angles(normal, sense, table_axes, tip_stays=move == "MOVE", turns=turns)
+            except ProgramError as error:
+                at = words.places[sense] if sense and error.message.startswith(sense) else tilting_place
+                raise statement.error(error.code, error.message, at) from None
         self._move_to_plane(statement, words, move, angles, tilt)
         if words.flags or words.values:
             name = words.flags[0] if words.flags else next(iter(words.values))
@@ -153,14 +168,17 @@ class KlartextPlanes:
                 raise statement.error("VP001", message, len(text[:at]) + len(text[at:]) - len(text[at:].lstrip()))
             if match.group("flag"):
                 flag = " ".join(match.group("flag").split())
-                words.flags.append(
-                    {"F MAX": "FMAX", "MBMAX": "MB MAX"}.get(flag, flag.replace("SEQ ", "SEQ").replace("SYM ", "SYM"))
+                flag = {"F MAX": "FMAX", "MBMAX": "MB MAX"}.get(
+                    flag, flag.replace("SEQ ", "SEQ").replace("SYM ", "SYM")
                 )
+                words.flags.append(flag)
+                words.places[flag] = match.start("flag")
             else:
                 name = {"ABST": "DIST", "SET-UP": "DIST", "SETUP": "DIST"}.get(match.group("name"), match.group("name"))
                 if name in words.values:
                     raise statement.error("VP004", f"{name} appears twice in the block", at)
                 words.values[name] = read_value(match.group("value"), self.q)
+                words.places[name] = match.start("name")
             at = match.end()
         return words
 
@@ -253,7 +271,7 @@ class KlartextPlanes:
     # --- rotary axes -----------------------------------------------------------------------------------------
 
     def _choose_angles(
-        self, normal: Array, sense: str | None, table: Array | None, *, tip_stays: bool = False
+        self, normal: Array, sense: str | None, table: Array | None, *, tip_stays: bool = False, turns: bool = False
     ) -> tuple[float, float]:
         """A and C (program, degrees) that hold the tool along a direction of the workpiece, within the table's travel.
 
@@ -262,7 +280,7 @@ class KlartextPlanes:
         Raises
         ------
         ProgramError
-            VP102, VP103: with SEQ the table does not get there.
+            VP102, VP103: with SEQ the table does not get there, or the plane is far beyond its travel.
         """
         state, coordinates = self.state, self.setup.coordinates
         if not self.setup.machine:
@@ -287,6 +305,9 @@ class KlartextPlanes:
         if not mine:
             raise ProgramError("VP017", f"{sense}: no position has that sign of {AXES[tilt]}; leave it out")
         chosen_position = choose_position(mine, rank)
+        if turns and (far_tilt := describe_far_tilt(self.setup, positions, base)):
+            self._show_angles(self._take_angles(chosen_position.program))
+            raise ProgramError("VP102", f"the plane {far_tilt}")
         if sense is not None and chosen_position.beyond:
             self._show_angles(
                 self._take_angles(chosen_position.program)

@@ -7,7 +7,7 @@ from typing import Final
 from msgspec.structs import replace
 
 from verne_post.base.suggestions import find_meant
-from verne_post.gcode.klartext.cycle_words import Head, read_parameters
+from verne_post.gcode.klartext.cycle_words import Head, find_parameter, read_parameters
 from verne_post.gcode.klartext.formulas import VALUE, read_value
 from verne_post.gcode.klartext.frames import KlartextFrames
 from verne_post.gcode.klartext.functions import KlartextFunctions
@@ -362,7 +362,10 @@ class KlartextSettings:
         self.core.refuse_compensation("CYCL DEF 247")
         state = self.state
         self.maps.reset()
-        self.core.recorder.system_lines.setdefault(system, statement.line)
+        line, recorder, at = self.frames.block.line, self.core.recorder, find_parameter(statement, 339)
+        if at is not None and statement.line == line and system not in recorder.system_lines:
+            line, recorder.system_columns[system] = statement.find_place(at)
+        recorder.system_lines.setdefault(system, line)
         self.core.frames.set_frame(
             replace(state.systems[system], g92=state.frame.g92, tool=state.frame.tool, feature=None)
         )

@@ -16,12 +16,23 @@ from verne_post.gcode.program_error import ProgramError
 
 #: Functions that take numbers after them, by M number, and the words that belong to them.
 _M_WORDS: Final = {128: ("F",), 140: ("F", "MB"), 103: ("F",), 120: ("LA",), 112: ("T", "A")}
-_WORD: Final = re.compile(
-    r"[ \t]*(?:(?P<comp>R0(?![.,])|RL|RR|R\+(?![\d.,Q])|R-(?![\d.,Q]))(?![A-Z0-9])|(?P<feed>F[ \t]*(?:MAX"
-    r"|AUTO))(?![A-Z0-9])|(?P<rotation>DR[ \t]*[+-])(?![ \t]*[\d.,Q])|(?P<max>MB[ \t]*MAX)|M[ \t]*(?P<m>\d+)"
-    r"|(?P<name>IPR|IPA|PR|PA|CCA|LEN|NX|NY|NZ|TX|TY|TZ|DL|DR2|DR|MB|LA|FU|FZ|I?[XYZABCUVW]|[FSRT])[ \t]*:?[ "
-    rf"\t]*(?P<value>{VALUE})|(?P<axis>[ABC])(?=[ \t]|$)|(?P<empty>[RFM])(?=[ \t]|$))"
-)
+_SIDES: Final = r"R0(?![.,])|RL|RR|R\+(?![\d.,Q])|R-(?![\d.,Q])"
+_NAMES: Final = "IPR|IPA|PR|PA|CCA|LEN|NX|NY|NZ|TX|TY|TZ|DL|DR2|DR|MB|LA|FU|FZ|I?[XYZABCUVW]|[FSRT]"
+
+
+def _build_pattern(sides: str, names: str) -> re.Pattern[str]:
+    return re.compile(
+        rf"[ \t]*(?:(?P<comp>{sides})(?![A-Z0-9])|(?P<feed>F[ \t]*(?:MAX"
+        r"|AUTO))(?![A-Z0-9])|(?P<rotation>DR[ \t]*[+-])(?![ \t]*[\d.,Q])|(?P<max>MB[ \t]*MAX)|M[ \t]*(?P<m>\d+)"
+        rf"|(?P<name>{names})[ \t]*:?[ \t]*(?P<value>{VALUE})"
+        r"|(?P<axis>[ABC])(?=[ \t]|$)|(?P<empty>[RFM])(?=[ \t]|$))"
+    )
+
+
+#: Words of a path function.
+_WORD: Final = _build_pattern(_SIDES, _NAMES)
+#: Words of TOOL DEF: L is a length, and R0 the radius of a tool that is a line.
+TOOL_WORDS: Final = _build_pattern("RL|RR", f"{_NAMES}|L")
 
 #: Characters of a word in which a letter that is typed twice is looked for.
 _LONGEST: Final = 20
@@ -89,8 +100,8 @@ class Words(Struct):
                 raise statement.error("VP006", f"{statement.keyword or 'the block'} does not use {shown_word}")
 
 
-def read_words(statement: Statement, numbers: Numbers) -> Words:
-    """The words after the keyword of a statement.
+def read_words(statement: Statement, numbers: Numbers, pattern: re.Pattern[str] = _WORD) -> Words:
+    """The words after the keyword of a statement, those of a ``pattern``.
 
     Raises
     ------
@@ -100,28 +111,28 @@ def read_words(statement: Statement, numbers: Numbers) -> Words:
     words, text, at = Words(), statement.rest, 0
     text = text.rstrip()
     while at < len(text):
-        match = _WORD.match(text, at)
+        match = pattern.match(text, at)
         if match is None:
-            raise _explain_unread(statement, text, at + len(text[at:]) - len(text[at:].lstrip()))
+            raise _explain_unread(pattern, statement, text, at + len(text[at:]) - len(text[at:].lstrip()))
         begin = match.start() + len(match.group()) - len(match.group().lstrip())
         if match["value"] and text.startswith("O", match.end()):
-            raise _explain_unread(statement, text, match.end())
+            raise _explain_unread(pattern, statement, text, match.end())
         _add(statement, words, match, begin, numbers)
         at = match.end()
     return words
 
 
-def _explain_unread(statement: Statement, text: str, begin: int) -> ProgramError:
+def _explain_unread(pattern: re.Pattern[str], statement: Statement, text: str, begin: int) -> ProgramError:
     """Why no word begins at a place of the text: a slip of the word that is meant, a number that is none or missing."""
     word = text[begin:].split()[0]
     if word[0] == "." and text[begin - 1 : begin].isdigit():
         begin = len(text[:begin].rstrip()) - len(text[:begin].split()[-1])
         word = text[begin:].split()[0]
         return statement.error("VP001", f"{word}: two points in one number; write it with one", begin)
-    if _WORD.fullmatch(f"{word}1"):
+    if pattern.fullmatch(f"{word}1"):
         text = f"{word} without a number; write {word} and its value{', or MB MAX' if word == 'MB' else ''}"
         return statement.error("VP001", text, begin)
-    meant_word = next((once for once in _drop_doubles(word) if _WORD.fullmatch(once)), None)
+    meant_word = next((once for once in _drop_doubles(word) if pattern.fullmatch(once)), None)
     if meant_word is not None:
         return statement.error("VP001", f"{word}: no meaning in this language; did you mean {meant_word}?", begin)
     message = f"{text[begin:][:15]!r} is not a word of {statement.keyword or 'a block'}"

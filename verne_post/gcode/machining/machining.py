@@ -25,6 +25,7 @@ from verne_post.gcode.machining.frames import Frames, refuse_compensation
 from verne_post.gcode.machining.spatial_arc import SpatialArc, build_plane_of_arc
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.machining.tools import Tools
+from verne_post.gcode.machining.watcher import Watcher
 from verne_post.gcode.program_error import At, ProgramError, write_before
 from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.setup import Setup
@@ -65,6 +66,15 @@ def name_word(core: "Machining", name: str, word: str, line: int) -> str:
     """``; G91 of line 33 is active``, where an earlier line than ``line`` has put the word in force."""
     since = core.word_lines.get(name, line)
     return "" if since == line else f"; {word} of line {since} is active"
+
+
+def explain_inverse_time(core: "Machining", error: ProgramError) -> ProgramError:
+    """An error that G94 would settle, with the line of G93; with others of this G93 it is one finding."""
+    if line := core.word_lines.get("G93"):
+        error.cause, error.cause_line = f"G93 of line {line}", line
+        error.message += f"; {error.cause} is active"
+        error.edits += (Remedy("write G94", "94", line=line, word=("G", 93.0), is_choice=True),)
+    return error
 
 
 def explain_tilted_tool(core: "Machining", otherwise: str) -> str:
@@ -134,6 +144,8 @@ class Machining:
     tools : Tools
     auxiliary : Auxiliary
         Spindle, coolant, signals, stops.
+    watcher : Watcher
+        Tells what holds on where it mostly has ended.
     axis_words : str
         Words of the language that give a tool axis.
     """
@@ -143,6 +155,7 @@ class Machining:
         self.frames = Frames(setup, state, recorder)
         self.tools = Tools(self.frames)
         self.auxiliary = Auxiliary(setup, state, recorder)
+        self.watcher = Watcher(recorder)
         self.has_zero_feed = False  # the last F
         self.word_lines: dict[
             str, int
@@ -605,9 +618,8 @@ class Machining:
         if state.plane == 2:
             raise ProgramError("VP017", f"{name} in the YZ plane (G19); cutter compensation works in G17 and G18")
         if state.feed_mode == FeedMode.INVERSE:
-            raise ProgramError(
-                "VP017", f"{name} under G93: beside the contour moves have other lengths; write G94 or G95"
-            )
+            text = f"{name} under G93: beside the contour moves have other lengths; write G94 or G95"
+            raise explain_inverse_time(self, ProgramError("VP017", text))
         if not self._is_tool_upright():
             raise ProgramError("VP017", f"{name} while a tool axis ({self.axis_words}) holds")
 

@@ -8,7 +8,7 @@ from verne_post.gcode.arcs import PLANES
 from verne_post.gcode.block import Block
 from verne_post.gcode.codes import spell_g_code
 from verne_post.gcode.machining.holes import MAX_HOLES, MAX_PECKS, Thread, check_tapping, note_tapping, tap
-from verne_post.gcode.machining.machining import Machining, explain_tilted_tool, list_plane_edits
+from verne_post.gcode.machining.machining import Machining, explain_inverse_time, explain_tilted_tool, list_plane_edits
 from verne_post.gcode.program_error import ProgramError, write_before
 from verne_post.gcode.rs274.modes import Cycle, Modes
 from verne_post.gcode.rs274.motion import MotionCodes
@@ -50,17 +50,17 @@ class CycleCodes:
         self.core.stand(list(start))
         before = self.modes.cycle
         goes_on = goes_on and before is not None and before.normal == normal
-        text = ""
+        mode_text: tuple[str, str, str] | None = None
         if goes_on and before is not None and before.change and not _has_code(block, motion):
-            text = f"{name} of line {before.line} still holds after the change of tools in line {before.change}; "
-            text += "write G80 before that if no hole is meant"
+            where = f"after the change of tools in line {before.change}"
+            mode_text = f"{name} of line {before.line} still holds", where, "write G80 before that if no hole is meant"
         try:
             self._check_cycle(block, motion, normal)
         except ProgramError as error:
-            error.message += text and f"; {text}"
+            error.message += "; {} {}; {}".format(*mode_text) if mode_text else ""
             raise
-        if text and before is not None:
-            self.recorder.note_once("VP043", text, block.line, write_before("G80", line=before.change))
+        if mode_text and before is not None:
+            self.core.watcher.report(*mode_text, block.line, write_before("G80", line=before.change))
         before = self.modes.cycle if goes_on else self._find_kept(block, motion, normal)
         cycle = self._read_cycle_heights(block, motion, normal, before)
         self.modes.cycle = cycle
@@ -108,7 +108,8 @@ class CycleCodes:
                 letter = AXES[axis]
                 raise block.error("VP017", f"{letter} cannot be in a canned cycle; write a G0 before it", letter)
         if state.feed_mode == FeedMode.INVERSE:
-            raise ProgramError("VP017", f"{spell_g_code(motion)} with inverse-time feed (G93); use G94")
+            text = f"{spell_g_code(motion)} with inverse-time feed (G93); use G94"
+            raise explain_inverse_time(self.core, ProgramError("VP017", text))
         self.core.refuse_compensation(spell_g_code(motion))
         if state.tcp_off:
             self.core.check_tcp_off(state.position, state.position)

@@ -95,8 +95,10 @@ class FanucPlanes:
         modes = self.modes
         if modes.follows_table or self.state.frame.feature is not None:
             code, end = ("G254", "G255") if modes.follows_table else ("G68" if modes.turns else "G68.2", "G69")
+            plane = "" if modes.follows_table else self.recorder.name_plane("")
             self._end(line)  # it was to end before: what follows would only say so again
-            raise ProgramError("VP017", f"{what} under {code}; write {end} first", edits=write_before(end))
+            text = f"{what} under {plane or code}; write {end} first"
+            raise ProgramError("VP017", text, edits=write_before(end))
 
     def _refuse_maps(self, name: str) -> None:
         if self.modes.maps is not NO_MAPS:

@@ -12,7 +12,13 @@ from verne_post.gcode.block import Block
 from verne_post.gcode.codes import spell_g_code
 from verne_post.gcode.lengths import measure_length
 from verne_post.gcode.machining.compensation import Compensation
-from verne_post.gcode.machining.machining import Machining, explain_bare_arc, explain_no_feed, name_word
+from verne_post.gcode.machining.machining import (
+    Machining,
+    explain_bare_arc,
+    explain_inverse_time,
+    explain_no_feed,
+    name_word,
+)
 from verne_post.gcode.machining.turning import find_machine_place, go_to_machine, turn_table, warn_of_unnamed
 from verne_post.gcode.missing_setup import find_tool_key, suggest_call
 from verne_post.gcode.program_error import FILL_IN_LENGTH, GIVE_LENGTH, ProgramError, locate_errors
@@ -50,11 +56,8 @@ def refuse_lacking(
     """
     lacking = core.find_lacking(given=given, turns_itself=turns_itself)
     if lacking == "F in the block":
-        error = ProgramError("VP009", f"{name} with inverse-time feed (G93) needs F in the same block")
-        if since := core.word_lines.get("G93"):
-            error.message += f", or G94; G93 of line {since} is active"
-            error.cause = f"G93 of line {since}"
-        raise error
+        text = f"{name} with inverse-time feed (G93) needs F in the same block, or G94"
+        raise explain_inverse_time(core, ProgramError("VP009", text))
     if lacking == "feed rate":
         raise ProgramError("VP009", f"{name} with feed rate zero; {explain_no_feed(core, feed_words)}")
     if lacking == "constant spindle speed":

@@ -5,7 +5,7 @@ from typing import Final
 
 from verne_post.gcode.block import Block
 from verne_post.gcode.codes import spell_g_code
-from verne_post.gcode.machining.machining import Machining
+from verne_post.gcode.machining.machining import Machining, explain_inverse_time
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.rs274.modes import Modes
 from verne_post.gcode.rs274.motion import MotionCodes
@@ -122,7 +122,8 @@ class SplineCodes:
             self.core.check_spline("G5.2")
             self.motion.check_feed(block, _POINT)
             if state.feed_mode == FeedMode.INVERSE:
-                raise ProgramError("VP017", "G5.2 with inverse-time feed (G93): its blocks are one motion; use G94")
+                text = "G5.2 with inverse-time feed (G93): its blocks are one motion; use G94"
+                raise explain_inverse_time(self.core, ProgramError("VP017", text))
             draft = SplineDraft(_POINT, block.line, _ORDER)
         weight = block.words.get("P")
         if not axes:

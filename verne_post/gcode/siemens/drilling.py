@@ -7,7 +7,7 @@ from typing import Final
 from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.gcode.arcs import PLANES
 from verne_post.gcode.machining.holes import MAX_PECKS, Thread, check_tapping, note_tapping, tap
-from verne_post.gcode.machining.machining import explain_tilted_tool, list_plane_edits
+from verne_post.gcode.machining.machining import explain_inverse_time, explain_tilted_tool, list_plane_edits
 from verne_post.gcode.program_error import At, ProgramError
 from verne_post.gcode.siemens.arguments import OF_EDITOR, Arguments, check_depths, read_cycle, read_pitch
 from verne_post.gcode.siemens.interpreter import SiemensInterpreter
@@ -88,7 +88,8 @@ class _Hole:
         to.core.require_known(self.block, [axis for axis in (0, 1, 2) if axis != self.normal], name)
         to.core.refuse_compensation(name)
         if to.state.feed_mode == FeedMode.INVERSE:
-            raise ProgramError("VP017", f"{name} with inverse-time feed (G93); use G94", self.given.call.column)
+            text = f"{name} with inverse-time feed (G93); use G94"
+            raise explain_inverse_time(to.core, ProgramError("VP017", text, self.given.call.column))
         if name != "CYCLE84":  # whose feed rate is pitch times speed
             to.motion.check_feed(name)
         if to.state.tool_axis is not None and not to.motion.follows_part:

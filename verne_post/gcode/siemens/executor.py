@@ -52,6 +52,12 @@ _WITHOUT_TCP: Final = "without TRAORI"
 #: The motion of a block that cannot be read, also where the G before its number is what is missing.
 _MOTION: Final = re.compile(r"(?:(?<![A-Z0-9_$])G|^[ \t/]*(?:N\d+[ \t]+)?)0?([0-3])(?![\d.=])")
 _NAMED_AXIS: Final = re.compile(r"(?<![A-Z0-9_$])([XYZABCF])(?=[ \t]*[-+=.0-9])")
+#: What ends the cycle of MCALL.
+_END_MODAL: Final = "write MCALL alone before"
+
+
+def _name_modal(call: Call) -> str:
+    return f"MCALL of line {call.line} still calls {call.name}"
 
 
 class Executor:
@@ -69,8 +75,6 @@ class Executor:
         self._modal: Call | None = None
         #: Line, name and place of each cycle called without MCALL since the last one.
         self.lone_calls: list[tuple[int, str, list[float]]] = []
-        #: The call of MCALL that VP043 tells, and the line of it.
-        self.told_modal: tuple[Call, int] | None = None
         self.modal_is_shown = True  #: That line has its columns: it is no call of a file in which MCALL stands.
         #: A line that was not executed has named axes.
         self.uncertain = False
@@ -138,19 +142,18 @@ class Executor:
     def _warn_of_modal(self, words: Words, *, is_motion: bool) -> None:
         """VP043, once for each MCALL: a change of tools, the end of the program, or a retract finds its cycle on."""
         call = self.modal
-        if call is None or not self.is_modal(call.name) or (self.told_modal or (None,))[0] is call:
+        if call is None or not self.is_modal(call.name):
             return
         normal = AXES[PLANES[self.interpreter.state.plane][2]]
         numbers = [number for number, _column in words.m if number in (2, 6, 30)]
         if is_motion and words.words.keys() & _PLACES == {normal}:
-            what = f"{normal} alone, which is one more place"
+            where = f"{normal} alone, which is one more place"
         elif not is_motion and numbers:
-            what = f"M{numbers[0]}"
+            where = f"M{numbers[0]}"
         else:
             return
-        self.told_modal = call, words.line
-        text = f"MCALL of line {call.line} still calls {call.name} at {what}; write MCALL alone before"
-        self.interpreter.recorder.note_once("VP043", text, words.line, write_before("MCALL", line=words.line))
+        edits = write_before("MCALL", line=words.line)
+        self.interpreter.core.watcher.report(_name_modal(call), f"at {where}", _END_MODAL, words.line, edits)
 
     def _run_modal(self, call: Call, line: int, holes: int = 1) -> None:
         """Execute the cycle of MCALL; what is wrong with its values stands in the line of MCALL."""
@@ -165,14 +168,8 @@ class Executor:
             if not (error.of_value and self.modal_is_shown):
                 error.column = None
             if error.code == "VP017":  # the cycle does not belong here: it was to end before, and is taken as ended
-                call_told, first = self.told_modal or (None, 0)
-                before = f"line {first}" if call_told is call else "this motion if it is no place of it"
-                error.message = (
-                    f"MCALL of line {call.line} still calls {call.name}; write MCALL alone before {before} "
-                    f"({error.message})"
-                )
-                if call_told is call:
-                    self.interpreter.recorder.warnings.pop((first, "VP043"), None)
+                watcher, otherwise = self.interpreter.core.watcher, "this motion if it is no place of it"
+                watcher.explain(error, _name_modal(call), _END_MODAL, otherwise)
                 self.modal = None
             raise
 

@@ -6,7 +6,7 @@ from typing import Final
 
 from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.gcode.arcs import PLANES
-from verne_post.gcode.machining.machining import explain_tilted_tool, list_plane_edits
+from verne_post.gcode.machining.machining import explain_inverse_time, explain_tilted_tool, list_plane_edits
 from verne_post.gcode.machining.pockets import Entry, Milling, spread_levels
 from verne_post.gcode.program_error import At, ProgramError
 from verne_post.gcode.siemens.arguments import Arguments, check_depths
@@ -93,7 +93,8 @@ class MillingValues:
         to, name, column = self.to, self.name, self.given.call.column
         to.core.refuse_compensation(name)
         if to.state.feed_mode == FeedMode.INVERSE:
-            raise ProgramError("VP017", f"{name} with inverse-time feed (G93); use G94", column)
+            text = f"{name} with inverse-time feed (G93); use G94"
+            raise explain_inverse_time(to.core, ProgramError("VP017", text, column))
         if not to.motion.has_no_scale and {abs(to.motion.scale(axis)) for axis in (0, 1, 2)} != {1.0}:
             raise ProgramError(
                 "VP017",

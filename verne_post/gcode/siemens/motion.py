@@ -260,8 +260,8 @@ class SiemensMotion:
         if self.follows_part:
             raise block.error(
                 "VP017",
-                f"{self.setup.both_rotary} on a plane of CYCLE800 without TRAORI: the tool would no longer be normal "
-                "to the plane; write CYCLE800() first",
+                f"{self.setup.both_rotary} on {self.core.recorder.name_plane('a plane of CYCLE800')} without TRAORI: "
+                "the tool would no longer be normal to the plane; write CYCLE800() first",
                 self._name_rotary(places),
                 edits=write_before("CYCLE800()"),
             )

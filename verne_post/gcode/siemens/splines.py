@@ -8,6 +8,7 @@ from msgspec import Struct, field
 from verne_post.base.arrays import Array
 from verne_post.base.tolerances import WHOLE_NUMBER, ZERO_LENGTH_MM
 from verne_post.base.units import RAD_PER_DEG
+from verne_post.gcode.machining.machining import explain_inverse_time
 from verne_post.gcode.program_error import At, ProgramError
 from verne_post.gcode.siemens.motion import SiemensMotion
 from verne_post.gcode.siemens.places import SiemensPlaces
@@ -86,7 +87,8 @@ class SiemensSplines:
         if draft is None:
             self.core.check_spline("BSPLINE")
             if self.state.feed_mode == FeedMode.INVERSE:
-                raise ProgramError("VP017", "BSPLINE with inverse-time feed (G93): its blocks are one motion; use G94")
+                text = "BSPLINE with inverse-time feed (G93): its blocks are one motion; use G94"
+                raise explain_inverse_time(self.core, ProgramError("VP017", text))
             self.core.require_known(block, [0, 1, 2], "BSPLINE")
             draft = self.draft = _Draft(block, degree or _DEGREES[-1], [list(self.state.position)], lines=[block.line])
         elif degree is not None and degree != draft.degree:

@@ -14,8 +14,8 @@ from verne_post.gcode.siemens.arguments import Arguments, read_cycle
 from verne_post.gcode.siemens.interpreter import SiemensInterpreter
 from verne_post.gcode.siemens.variables import Variables
 from verne_post.gcode.siemens.words import Call
-from verne_post.gcode.table_positions import TablePosition, choose_position, find_positions
-from verne_post.model.moves import ZERO9, Frame, MoveKind
+from verne_post.gcode.table_positions import choose_position, describe_far_tilt, find_positions
+from verne_post.model.moves import ZERO9, MoveKind
 
 _SWIVEL: Final = (
     "_FR",
@@ -46,8 +46,6 @@ _BY_AXIS, _BY_SOLID_ANGLES, _BY_PROJECTION, _BY_TABLE = range(4)
 _XY, _YX = (0, 1), (1, 0)
 #: A projected plane that stands upright has no such angles.
 _UPRIGHT: Final = 1e-9
-#: Farther beyond the travel than this, degrees, less tilt is asked for; up to it the check also tries to move the part.
-_FAR_TILT_DEG: Final = 20.0
 
 
 class Swivel:
@@ -276,28 +274,8 @@ class Swivel:
             target = to.setup.coordinates.map_to_machine(np.array(end), state.frame)
             move_machine_axes(to.core, block, MoveKind.RAPID, target, list(to.setup.rotary))
         to.motion.heading = None
-        self._refuse_far_tilt(positions, state.frame)
-
-    def _refuse_far_tilt(self, positions: list[TablePosition], frame: Frame) -> None:
-        """Refuse (VP102) a plane far beyond the travel where the part stands: what follows would be its consequences.
-
-        Nearer to the limit the check of the motion decides. The tilt of the platform depends on the place of the part,
-        so that the check may find one with which the plane is within reach.
-        """
-        setup, tilt = self.to.setup, self.to.setup.rotary[0]
-        if setup.travel is None:
-            return
-        for one in positions:
-            place = np.array(setup.coordinates.map_to_machine(np.array(one.program), frame))
-            place[tilt] -= math.copysign(_FAR_TILT_DEG, one.tilt)
-            if setup.rotary_letters[0] not in setup.travel.find_beyond(place, frame.tool_length):
-                return
-        words = " or ".join(dict.fromkeys(f"{setup.rotary_letters[0]}{one.tilt:+.3f}" for one in positions))
-        raise ProgramError(
-            "VP102",
-            f"CYCLE800 needs {words}, and {setup.travel.describe_tilt()}: that is far beyond the travel where the part "
-            "stands; use less tilt",
-        )
+        if far_tilt := describe_far_tilt(to.setup, positions, state.frame):
+            raise ProgramError("VP102", f"CYCLE800 {far_tilt}")
 
     # --- CYCLE832 -------------------------------------------------------------------------------------------
 

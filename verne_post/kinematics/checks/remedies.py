@@ -14,13 +14,22 @@ from msgspec.structs import replace
 from verne_post.base.arrays import Array
 from verne_post.base.tolerances import LIMIT_SLACK_MM
 from verne_post.kinematics.checks.clearance import check_constraints
-from verne_post.kinematics.checks.least_move import MoveProblem, find_least_move, find_move_along, find_start
+from verne_post.kinematics.checks.least_move import (
+    FARTHEST_END_MM,
+    SHIFT_DECIMALS,
+    SOUGHT_MM,
+    MoveProblem,
+    find_least_move,
+    find_move_along,
+    find_start,
+)
 from verne_post.kinematics.checks.line_measures import (
     GRID,
     list_checks,
     list_samples,
     measure,
     put_on_branch,
+    shift_line,
     tilt_line_end,
 )
 from verne_post.kinematics.checks.violations import Check
@@ -35,6 +44,10 @@ ZOOMS: Final = 5
 #: How far inside its limit a quantity is brought (mm, rad, or its own unit): the samples may miss the worst place, and
 #: the proposal is rounded. The larger ones are tried when the check of the whole line refuses a smaller one.
 RESERVES: Final = (0.002, 0.02, 0.2)
+#: So much farther the end of a line is put, mm, where the check finds a contact between the samples.
+FARTHER_MM: Final = (0.5, 2.0)
+#: A lift is rounded up to this, mm.
+LIFT_STEP_MM: Final = 0.1
 #: A part is never moved by more than this, mm: beyond it no table reaches.
 FARTHEST_MM: Final = 1000.0
 #: Steps of Newton's method on the table's tilt.
@@ -251,10 +264,7 @@ def find_smallest_shift(
     start = find_start(problem)
     if start is None:
         return None
-    for reserve in RESERVES:
-        vector = find_least_move(problem, start, reserve)
-        if vector is None and end_only:  # a moved part has other directions to go to
-            vector = find_move_along(problem, reserve)
+    for vector in _list_moves(problem, start):
         if vector is None:
             continue
         findings = check_constraints(problem.move_part(vector))[1]
@@ -263,3 +273,33 @@ def find_smallest_shift(
             x, y, z = (float(value) for value in vector)
             return Shift((x, y, z), tuple(dict.fromkeys(item.code for item in left)))
     return None
+
+
+def _list_moves(problem: MoveProblem, start: Array) -> Iterator[Array | None]:
+    """Moves (3,) to be checked along the whole line, the smaller ones first."""
+    yield from (find_least_move(problem, start, reserve) for reserve in RESERVES)
+    along: Array | None = None
+    for reserve in RESERVES if problem.end_only else ():  # a moved part has other directions to go to
+        along = find_move_along(problem, reserve)
+        yield along
+    if along is not None:
+        way = along / float(np.linalg.norm(along))
+        yield from (np.round(along + more * way, SHIFT_DECIMALS) for more in FARTHER_MM)
+
+
+def find_least_lift(line: JointPath, direction: Array) -> float | None:
+    """How far, mm, the whole of a line goes along a direction (3,) of the table frame to keep its limits; else None.
+
+    The bodies around it stay. Rounded up, and one step farther.
+    """
+
+    def keeps_limits(distance: float) -> bool:
+        return not find_errors(replace(shift_line(line, distance * direction), keep_out=line.keep_out))
+
+    inside = next((one for one in SOUGHT_MM if one <= FARTHEST_END_MM and keeps_limits(one)), None)
+    outside = 0.0
+    while inside is not None and inside - outside > 0.5 * LIFT_STEP_MM:
+        middle = 0.5 * (inside + outside)
+        inside, outside = (middle, outside) if keeps_limits(middle) else (inside, middle)
+    lift = None if inside is None else (inside // LIFT_STEP_MM + 2.0) * LIFT_STEP_MM
+    return lift if lift is not None and keeps_limits(lift) else None

@@ -1,0 +1,86 @@
+"""VP043: what a program has begun and not ended, found in force where the programs of controls have ended it before."""
+
+from collections.abc import Iterator
+from typing import Final
+
+import numpy as np
+from msgspec import Struct, field
+from msgspec.structs import replace
+
+from verne_post.base.columns import iterate_blocks
+from verne_post.base.tolerances import DRILL_TILT
+from verne_post.gcode.program_error import ProgramError
+from verne_post.gcode.recorder import Recorder
+from verne_post.model.findings import Finding, Remedy, make_finding
+from verne_post.model.moves import Frame, MoveKind, Moves, list_tool_changes
+from verne_post.model.protocols import Coordinates
+
+_CUTS: Final = (MoveKind.FEED, MoveKind.ARC, MoveKind.SPLINE)
+
+
+class Watcher(Struct):
+    """Tells, once for each, that a modal cycle or tool-centre-point control still holds.
+
+    ``what`` says what holds and names the line in which it begins, as "MCALL of line 7 still calls CYCLE81".
+    """
+
+    recorder: Recorder
+    told_lines: dict[str, int] = field(default_factory=dict)  #: What has been told, and in which line.
+
+    def report(self, what: str, where: str, end: str, line: int, edits: tuple[Remedy, ...] = ()) -> None:
+        """VP043: it holds ``where`` it mostly has ended; ``end`` says what ends it."""
+        if what not in self.told_lines:
+            self.told_lines[what] = line
+            self.recorder.note_once("VP043", f"{what} {where}; {end}", line, edits)
+
+    def explain(self, error: ProgramError, what: str, end: str, otherwise: str = "") -> None:
+        """Say in an error that it still holds, in place of VP043; ``otherwise`` has the place of a missing end."""
+        line = self.told_lines.pop(what, 0)
+        warning = self.recorder.warnings.get((line, "VP043"))
+        if warning is not None and warning.message.startswith(what):
+            del self.recorder.warnings[line, "VP043"]
+        where = f"before line {line}" if line else otherwise
+        error.message = f"{what}; {end}{where and f' {where}'} ({error.message})"
+
+
+def report_kept_planes(moves: Moves, coordinates: Coordinates) -> Iterator[Finding]:
+    """VP043: a tool cuts in the tilted plane that the tool before it has left in force; an upright one, after G49."""
+    changes = list_tool_changes(moves.events)
+    steps = [(event.before, event.line, "this change of tools") for event, number in changes if number]
+    steps += [(one.before, one.line, one.word) for one in moves.tcp_ends if one.word == "G49"]
+    for before, line, what in steps if moves.planes else ():
+        calls = [one for one in moves.planes if one.before < before]
+        if not calls or not calls[-1].word:
+            continue
+        ends = [one.before for one in moves.planes if one.before >= before]
+        ends += [
+            one.before for one, _number in changes if one.before > before or (one.before == before and one.line > line)
+        ]
+        cut = _find_first_cut(moves, before, min(ends, default=len(moves)))
+        if cut < 0 or find_plane_tilt(moves.frames[moves.frame[cut]]) >= 1.0 - DRILL_TILT:
+            continue
+        if what == "G49":
+            axis = coordinates.find_tool_axis(
+                moves.end[cut].tolist(), replace(moves.frames[moves.frame[cut]], feature=None)
+            )
+            if axis is not None and axis[2] < 1.0 - DRILL_TILT:
+                continue
+        text = (
+            f"the plane of {calls[-1].word} in line {calls[-1].line} is still in force after {what}, "
+            f"and line {int(moves.line[cut])} cuts in it; write {calls[-1].end} before if it is not meant"
+        )
+        yield make_finding("VP043", text, line=line, last_line=max(line, int(moves.line[cut])), worst_line=line)
+
+
+def find_plane_tilt(frame: Frame) -> float:
+    """Cosine between Z of the table and Z of the plane that the program asks for."""
+    return 1.0 if frame.feature is None or not frame.feature.is_programmed else frame.feature.rotation[8]
+
+
+def _find_first_cut(moves: Moves, first: int, last: int) -> int:
+    """The first move at feed rate from a move on, before ``last``; -1 where there is none."""
+    for begin, end in iterate_blocks(last - first):
+        cuts = np.flatnonzero(np.isin(moves.kind[first + begin : first + end], _CUTS))
+        if len(cuts):
+            return first + begin + int(cuts[0])
+    return -1
