@@ -108,7 +108,9 @@ class Inspector:
         self.files = RunFiles()
         self.start = Path.cwd()
 
-    def check(self, path: Path, texts: Mapping[Path, str], superseded: threading.Event) -> Inspected:
+    def check(
+        self, path: Path, texts: Mapping[Path, str], superseded: threading.Event, *, only_cause: bool = False
+    ) -> Inspected:
         """Check a program.
 
         Parameters
@@ -117,6 +119,8 @@ class Inspector:
             What stands in place of files: that of ``path`` too.
         superseded : Event
             Nobody waits any more.
+        only_cause : bool
+            Seek no remedies of what is found.
 
         Raises
         ------
@@ -135,7 +139,7 @@ class Inspector:
             policy, _level = make_policy(self.files, settings, None, **self.asked)
             found.machine, found.source, found.options = read_program(self.files, path.name, self.given)
             report("", 0, 0)
-            found.made = check_and_keep(found.source, found.machine, found.options, report)
+            found.made = check_and_keep(found.source, found.machine, found.options, report, only_cause=only_cause)
             placed = self.files.find_lines(found.made.result.findings)
             counted = apply_policy(Report(path.name, placed, source=found.source), policy)
             found.findings, found.errors_not_counted = counted.findings, counted.errors_not_counted

@@ -17,7 +17,7 @@ from verne_post.base.tolerances import LIMIT_SLACK_MM
 from verne_post.kinematics.checks.line_measures import (
     find_solvable,
     list_samples,
-    measure,
+    measure_each,
     measure_solved,
     shift_line,
     solve_samples,
@@ -160,13 +160,12 @@ def _linearise(problem: MoveProblem, at: Array, values: Array, element: Ints, w:
     rates = line.machine.five_axis.find_jacobian(tip, angles, line.contour.find_tool_lengths(element[row]))[..., :3]
     slope = np.empty((len(checks), len(problem.basis)))
     column = np.array([check.quantity for check in checks])
-    each = np.arange(len(checks))
     for axis, direction in enumerate(problem.basis):
         step = DIFFERENCE_MM * direction
-        plus = measure(problem.move_part(at + step), element[row], w[row])[0]
-        minus = measure(problem.move_part(at - step), element[row], w[row])[0]
+        ends = (problem.move_part(at + step), problem.move_part(at - step))
+        plus, minus = (measure_each(end, element[row], w[row], column) for end in ends)
         with np.errstate(invalid="ignore"):  # infinite beside the table
-            slope[:, axis] = (plus[each, column] - minus[each, column]) / (2 * DIFFERENCE_MM)
+            slope[:, axis] = (plus - minus) / (2 * DIFFERENCE_MM)
     for k, check in enumerate(checks):
         if check.quantity < len(line.machine.actuators):
             slope[k] = problem.basis @ rates[k, check.quantity] * (w[row[k]] if problem.end_only else 1.0)

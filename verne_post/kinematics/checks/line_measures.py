@@ -71,18 +71,37 @@ def measure(line: JointPath, element: Ints, w: Array) -> tuple[Array, Solved]:
 
 def measure_solved(line: JointPath, element: Ints, solved: Solved) -> Array:
     """The values of :func:`measure` at poses that are solved."""
-    machine = line.machine
     parts = [solved.q, line.find_margins(solved)]
-    tool = line.contour.find_tool_lengths(element)
     parts += [model.evaluate(line.place_bodies(element, solved))[0] for model in list_clearances(line, meshes=True)]
+    parts.append(_find_heights(line, element, solved)[:, None])
+    return np.concatenate(parts, axis=1)
+
+
+def measure_each(line: JointPath, element: Ints, w: Array, quantity: Ints) -> Array:
+    """One value (n,) of each point: the column of :func:`measure` that ``quantity`` (n,) names."""
+    solved = line.solve(element, w)
+    geometry = np.concatenate([solved.q, line.find_margins(solved)], axis=1)
+    first = geometry.shape[1]
+    value = geometry[np.arange(len(w)), np.minimum(quantity, first - 1)]
+    for model in list_clearances(line, meshes=True):
+        own = np.flatnonzero((quantity >= first) & (quantity < first + len(model.names)))
+        if len(own):
+            pose = line.place_bodies(element[own], line.solve(element[own], w[own]))
+            value[own] = model.evaluate(pose)[0][np.arange(len(own)), quantity[own] - first]
+        first += len(model.names)
+    return np.where(quantity == first, _find_heights(line, element, solved), value)
+
+
+def _find_heights(line: JointPath, element: Ints, solved: Solved) -> Array:
+    """Height (n,) of tip and gauge line over the table face, inf beside it."""
+    tool = line.contour.find_tool_lengths(element)
     axis = line.find_tool_axis(solved)
     nose, tip = solved.tip + tool[:, None] * axis, solved.tip + line.lift * axis
     heights = [
-        np.where(np.hypot(point[:, 0], point[:, 1]) < machine.table_radius, point[:, 2], np.inf)
+        np.where(np.hypot(point[:, 0], point[:, 1]) < line.machine.table_radius, point[:, 2], np.inf)
         for point in (tip, nose)
     ]
-    parts.append(np.minimum(*heights)[:, None])
-    return np.concatenate(parts, axis=1)
+    return np.minimum(*heights)
 
 
 def list_samples(line: JointPath) -> tuple[Ints, Array]:
