@@ -1364,6 +1364,8 @@ def test_errors_in_whole_programs_are_marked_at_their_word_and_mended(
         fixes = ask_fixes(client, uri, told["range"]["start"]["line"])
         assert f"{title} (no errors then)" in fixes
         mended = apply_edit(fixes[f"{title} (no errors then)"], {uri: wrong})[uri]
+        if mended == right:  # of which nothing is said, see above
+            continue
         client.change(uri, 2 * number + 3, mended)
         assert client.diagnostics(uri)["diagnostics"] == [], (old, new)
 
