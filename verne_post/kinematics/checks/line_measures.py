@@ -86,8 +86,9 @@ def measure_each(line: JointPath, element: Ints, w: Array, quantity: Ints) -> Ar
     for model in list_clearances(line, meshes=True):
         own = np.flatnonzero((quantity >= first) & (quantity < first + len(model.names)))
         if len(own):
-            pose = line.place_bodies(element[own], line.solve(element[own], w[own]))
-            value[own] = model.evaluate(pose)[0][np.arange(len(own)), quantity[own] - first]
+            some = solved if len(own) == len(w) else line.solve(element[own], w[own])
+            margins = model.evaluate(line.place_bodies(element[own], some))[0]
+            value[own] = margins[np.arange(len(own)), quantity[own] - first]
         first += len(model.names)
     return np.where(quantity == first, _find_heights(line, element, solved), value)
 
