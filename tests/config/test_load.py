@@ -4,6 +4,7 @@ import copy
 import hashlib
 import math
 import tomllib
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -602,3 +603,17 @@ def test_a_home_within_the_limits_by_a_hair_is_sound(file):
     for shift, sound in ((-1e-6, True), (1e-6, False)):
         checked = load_machine(file(changed("limits.rho_mm", [lowest + shift, 1250.0])))
         assert (validate_machine(checked) == []) == sound
+
+
+def test_a_machine_is_built_once_from_the_same_bytes(tmp_path: Path) -> None:
+    """A changed file, or one under another name, is another machine."""
+    file, other = tmp_path / "mine.toml", tmp_path / "other.toml"
+    text = list_machine_files()["verne"].read_text("utf-8")
+    for path in (file, other):
+        path.write_text(text, "utf-8")
+    first = load_machine(file)
+    assert load_machine(file) is first
+    assert load_machine(other) is not first
+    assert "L1 = 850.0" in text
+    file.write_text(text.replace("L1 = 850.0", "L1 = 851.0"), "utf-8")
+    assert load_machine(file).sha256 != first.sha256

@@ -294,23 +294,31 @@ def check_and_keep(
     progress: Progress | None = None,
     *,
     remedies: bool = True,
+    only_cause: bool = False,
 ) -> Inspection:
-    """As :func:`check_source`, and keep what was made."""
+    """As :func:`check_source`, and keep what was made; with ``only_cause`` the same is found, without its remedies."""
     made = Inspection(Result(()))
+    plan = partial(plan_or_refuse, source, only_cause=only_cause) if remedies else plan_program
     made.result = _assemble_then(
-        source, machine, options, lambda program: _check(source, program, progress, made, remedies)
+        source, machine, options, lambda program: _check(source, program, progress, made, plan)
     )
     return made
 
 
-def _check(source: Text, program: Program, progress: Progress | None, made: Inspection, remedies: bool) -> Result:
+def _check(
+    source: Text,
+    program: Program,
+    progress: Progress | None,
+    made: Inspection,
+    plan_it: Callable[[Program, Progress | None], Plan],
+) -> Result:
     """:func:`check_source` of a program that has been assembled from its text."""
     made.program = program
     report = progress if program.team.leads else None
     try:
         fmt = format_of(program.machine, program.options, program.cycle)
         body = _load_part(program)
-        made.plan = plan = plan_or_refuse(source, program, report) if remedies else plan_program(program, report)
+        made.plan = plan = plan_it(program, report)
         blocks = [] if body is None else [block for block, _move in make_setpoint_blocks(plan, fmt)]
         part = _judge_rows(program, body, blocks, report)
     except InputError as error:

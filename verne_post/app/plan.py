@@ -49,14 +49,18 @@ class Plan(Struct, frozen=True, eq=False):
     axis_error_deg: float
 
 
-def plan_or_refuse(source: Text, program: Program, progress: Progress | None = None) -> Plan:
+def plan_or_refuse(
+    source: Text, program: Program, progress: Progress | None = None, *, only_cause: bool = False
+) -> Plan:
     """:func:`plan_program` of a source; what refuses it names the remedies that were tried.
+
+    With ``only_cause`` no remedies are sought, which changes nothing in what is found.
 
     Raises
     ------
     InputError
     """
-    with _try_remedies(source, program):
+    with _try_remedies(source, program, only_cause=only_cause):
         return plan_program(program, progress)
 
 
@@ -72,15 +76,16 @@ def check_or_refuse(source: Text, program: Program, progress: Progress | None = 
 
 
 @contextmanager
-def _try_remedies(source: Text, program: Program) -> Iterator[None]:
+def _try_remedies(source: Text, program: Program, *, only_cause: bool = False) -> Iterator[None]:
     """Add the remedies that were tried to what refuses a program."""
     try:
         yield
     except InputError as error:
         from verne_post.app.start_lines import quote_start  # for refused programs alone
-        from verne_post.app.tried_remedies import add_remedies
+        from verne_post.app.tried_remedies import add_remedies, name_cause
 
-        raise InputError(*quote_start(source, program, add_remedies(source, program, error.findings))) from None
+        found = (name_cause if only_cause else add_remedies)(source, program, error.findings)
+        raise InputError(*quote_start(source, program, found)) from None
 
 
 def check_limits(program: Program, progress: Progress | None = None) -> tuple[JointBounds, list[Finding]]:

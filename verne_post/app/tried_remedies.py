@@ -70,11 +70,11 @@ def add_remedies(source: Text, program: Program, findings: Sequence[Finding]) ->
     findings : sequence of Finding
         Of the whole program, as :func:`check_program` returns them.
     """
-    errors = [item for item in findings if item.severity == "error" and is_about_pose(item.code) and item.line]
+    errors = _list_errors(findings)
     if not errors:
         return list(findings)
-    if program.machine.unreachable and any(item.code in NO_POSE for item in errors):
-        return [program.machine.unreachable[0], *(one for one in findings if not is_about_pose(one.code))]
+    if (unreachable := _find_unreachable(program, errors)) is not None:
+        return _put_cause(unreachable, findings)
     joints = guard_joints(program)
     is_short = len(program.contour) <= TRIED_ELEMENTS
     movable = [item for item in errors if not _find_line_in_machine(program, item)]
@@ -86,7 +86,7 @@ def add_remedies(source: Text, program: Program, findings: Sequence[Finding]) ->
         word = _find_forgotten_g91(source, program, errors) or _find_word(source, program, joints, errors)
     in_inches = _find_mistaken_unit(source, program, errors) if distance > FAR_MM else None
     if in_inches is not None:
-        return [in_inches, *(one for one in findings if not is_about_pose(one.code))]
+        return _put_cause(in_inches, findings)
     if can_help:  # a sign explains a part under the table better than a word of the program does
         word = _find_slip_of_setup(source, program, movable, is_far=offset is None and word is None) or word
     chosen: dict[object, Finding] = {}
@@ -114,6 +114,31 @@ def add_remedies(source: Text, program: Program, findings: Sequence[Finding]) ->
             item = dataclasses.replace(item, remedies=tuple(one.text for one in tried), edits=edits)
         made.append(item)
     return made
+
+
+def name_cause(source: Text, program: Program, findings: Sequence[Finding]) -> list[Finding]:
+    """What :func:`add_remedies` finds, without a search for remedies where the unit is not in doubt."""
+    errors = _list_errors(findings)
+    if errors and (unreachable := _find_unreachable(program, errors)) is not None:
+        return _put_cause(unreachable, findings)
+    if not errors or _find_mistaken_unit(source, program, errors) is None:
+        return list(findings)
+    return add_remedies(source, program, findings)
+
+
+def _list_errors(findings: Sequence[Finding]) -> list[Finding]:
+    return [item for item in findings if item.severity == "error" and is_about_pose(item.code) and item.line]
+
+
+def _find_unreachable(program: Program, errors: Sequence[Finding]) -> Finding | None:
+    """That no pose of the machine file can be reached, where one was not."""
+    is_lost = any(item.code in NO_POSE for item in errors)
+    return program.machine.unreachable[0] if is_lost and program.machine.unreachable else None
+
+
+def _put_cause(cause: Finding, findings: Sequence[Finding]) -> list[Finding]:
+    """A cause in place of all findings about poses."""
+    return [cause, *(one for one in findings if not is_about_pose(one.code))]
 
 
 def _find_machine_code(source: Text, program: Program, line: int | None) -> str:

@@ -13,7 +13,8 @@ from verne_post.base.tolerances import POLE_SINE
 
 def _stack_coordinates(x: Array, y: Array, z: Array) -> Array:
     """Vectors (..., 3) of their coordinates."""
-    vectors = np.empty((*np.broadcast_shapes(np.shape(x), np.shape(y), np.shape(z)), 3))
+    shapes = {np.shape(x), np.shape(y), np.shape(z)}
+    vectors = np.empty((*(np.broadcast_shapes(*shapes) if len(shapes) > 1 else shapes.pop()), 3))
     vectors[..., 0], vectors[..., 1], vectors[..., 2] = x, y, z
     return vectors
 

@@ -46,6 +46,9 @@ if TYPE_CHECKING:
     from verne_post.kinematics.as_built.bodies import VerneRods
 
 _Schema = TypeVar("_Schema", bound=Table)
+#: Machines whose files hold all that they are made of, by name and bytes of the file; and how many are kept.
+_BUILT: Final[dict[tuple[str, bytes], Machine]] = {}
+_KEPT_MACHINES: Final = 8
 
 
 def load_machine(
@@ -66,14 +69,24 @@ def load_machine(
 
     raw = read_machine_file(path, f"machine file {str(name_or_path)!r}", path.name, read or read_file)
 
+    if (known := _BUILT.get((path.name, raw))) is not None:
+        return known
+    beside = []
+
     def read_named(name: str, key: str = "as_built.file") -> bytes:
+        beside.append(name)
         try:
             found = find_file_beside(path.parent, name, key, "put it there")
         except ValueError as error:
             raise make_input_error("VP501", f"{path.name}: {error}") from None
         return read_machine_file(found, f"{path.name}: {key} {name!r}", read=read or read_file)
 
-    return build_machine(raw, path.name, read_named)
+    machine = build_machine(raw, path.name, read_named)
+    if not beside:  # else its file does not say all of it
+        while len(_BUILT) >= _KEPT_MACHINES:
+            _BUILT.pop(next(iter(_BUILT)))
+        _BUILT[path.name, raw] = machine
+    return machine
 
 
 def _refuse_files(name: str, key: str = "as_built.file") -> bytes:

@@ -23,6 +23,8 @@ _PANELS, _MOST_PANELS = 4, 4096
 _SETTLED: Final = 1e-9
 #: Newton steps to the parameter at a length: the speed hardly changes within a panel.
 _STEPS: Final = 5
+#: Share of a piece after whose step the next would be lost in rounding, since each squares the error.
+_NEGLIGIBLE: Final = 1e-9
 #: Rows are looked at so many at a time: each is compared with all panels of its piece.
 _ROWS: Final = 1024
 #: Nearest places of one row that are refined, steps of each at most, and the step (a share of the piece) that is the
@@ -166,7 +168,10 @@ def find_parameters_at(splines: MeasuredSplines, piece: Ints, u: Array, radian_m
         for _ in range(_STEPS):
             slope = differentiate_spline_points(splines.pieces, mine, at)[1]
             missing = wanted - measure_lengths_at(splines, mine, at, radian_mm)[0]
-            at = np.clip(at + missing / measure_rows(slope[:, :3]), low[some], high[some])
+            step = missing / measure_rows(slope[:, :3])
+            at = np.clip(at + step, low[some], high[some])
+            if (np.abs(step) <= _NEGLIGIBLE * (high - low)[some]).all():
+                break
         result[some] = at
     return result
 

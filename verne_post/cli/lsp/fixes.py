@@ -127,7 +127,7 @@ def _try_fix(
 ) -> Sequence[Finding] | None:
     """The findings of a program in which an edit was made; None where the check fails."""
     try:
-        return inspector.check(path, texts, superseded).findings
+        return inspector.check(path, texts, superseded, only_cause=True).findings
     except SupersededError:
         raise
     except Exception as error:

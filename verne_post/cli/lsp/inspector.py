@@ -18,7 +18,7 @@ from verne_post.app.explain import look_at_line
 from verne_post.app.explain_line import describe_modes, describe_pose
 from verne_post.app.line_facts import LineFacts, measure_lines
 from verne_post.app.line_remedies import Line
-from verne_post.app.result import refuse_program
+from verne_post.app.result import Progress, refuse_program
 from verne_post.base.long_text import Text
 from verne_post.base.program_lines import remove_remarks
 from verne_post.cli.check import make_policy
@@ -47,6 +47,8 @@ _MISTAKES: Final = (InputError, click.UsageError, UsageError, FileError)
 _OF_A_MACHINE: Final = re.compile(r"^\[?(schema|kind|module|chain|joints|limits|provenance|control)\b", re.MULTILINE)
 _ENOUGH: Final = 3
 _SETTINGS_TABLE: Final = "[tool.verne-post"
+#: Legal programs whose plans are kept: the one that is shown, and one that an edit would lead to.
+KEPT: Final = 2
 #: Options that say which findings count.
 POLICY = ("select", "ignore", "severity", "baseline")
 
@@ -107,8 +109,13 @@ class Inspector:
         self.asked = {name: given[name] for name in POLICY}
         self.files = RunFiles()
         self.start = Path.cwd()
+        #: What a program came to that nothing refused, with all that it depends on: a fix is checked before it is
+        #: offered, and again when it is applied.
+        self._legal: list[tuple[Text, Machine, Options, Inspection]] = []
 
-    def check(self, path: Path, texts: Mapping[Path, str], superseded: threading.Event) -> Inspected:
+    def check(
+        self, path: Path, texts: Mapping[Path, str], superseded: threading.Event, *, only_cause: bool = False
+    ) -> Inspected:
         """Check a program.
 
         Parameters
@@ -117,6 +124,8 @@ class Inspector:
             What stands in place of files: that of ``path`` too.
         superseded : Event
             Nobody waits any more.
+        only_cause : bool
+            Seek no remedies of what is found.
 
         Raises
         ------
@@ -135,7 +144,7 @@ class Inspector:
             policy, _level = make_policy(self.files, settings, None, **self.asked)
             found.machine, found.source, found.options = read_program(self.files, path.name, self.given)
             report("", 0, 0)
-            found.made = check_and_keep(found.source, found.machine, found.options, report)
+            found.made = self._check_once(found.source, found.machine, found.options, report, only_cause)
             placed = self.files.find_lines(found.made.result.findings)
             counted = apply_policy(Report(path.name, placed, source=found.source), policy)
             found.findings, found.errors_not_counted = counted.findings, counted.errors_not_counted
@@ -143,6 +152,18 @@ class Inspector:
             found.findings = self._find_mistakes(error)
         found.findings = _name_files(found.findings)
         return found
+
+    def _check_once(
+        self, source: Text, machine: Machine, options: Options, report: Progress, only_cause: bool
+    ) -> Inspection:
+        """What a program comes to; that of the last legal ones is known."""
+        for *known, made in self._legal:
+            if known[1] is machine and known[0] == source and known[2] == options:
+                return made
+        made = check_and_keep(source, machine, options, report, only_cause=only_cause)
+        if made.plan is not None and isinstance(source, bytes):  # a long text is no bytes
+            self._legal = [(source, machine, options, made), *self._legal[: KEPT - 1]]
+        return made
 
     def check_file(
         self, path: Path, texts: Mapping[Path, str], superseded: threading.Event

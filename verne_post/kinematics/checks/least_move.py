@@ -5,6 +5,8 @@ move that keeps them is taken, and so on until it stands.
 """
 
 from itertools import product
+from math import hypot
+from operator import mul
 from typing import Final
 
 import numpy as np
@@ -12,7 +14,14 @@ from msgspec import Struct
 
 from verne_post.base.arrays import Array, Ints
 from verne_post.base.tolerances import LIMIT_SLACK_MM
-from verne_post.kinematics.checks.line_measures import is_solvable, list_samples, measure, shift_line
+from verne_post.kinematics.checks.line_measures import (
+    find_solvable,
+    list_samples,
+    measure_each,
+    measure_solved,
+    shift_line,
+    solve_samples,
+)
 from verne_post.kinematics.checks.violations import Check
 from verne_post.kinematics.joint_path import JointPath
 
@@ -51,18 +60,17 @@ class MoveProblem(Struct, frozen=True, eq=False):
 
 def find_start(problem: MoveProblem) -> Array | None:
     """The first small combination of the basis (3,) that makes the whole line solvable, zero if it is; None if none."""
-    if is_solvable(problem.move_part(np.zeros(3))):
+    if solve_samples(problem.move_part(np.zeros(3))) is not None:
         return np.zeros(3)
     basis = problem.basis
     directions = np.array([signs for signs in product((-1, 0, 1), repeat=len(basis)) if any(signs)]) @ basis
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
     for distance in SOUGHT_MM:
-        for direction in directions:
-            there = problem.move_part(distance * direction)
-            # the ends and the middle first: most directions fail there
-            few = there.solve(np.zeros(3, dtype=int), np.array([0.0, 0.5, 1.0]))
-            if few.ok.all() and is_solvable(there):
-                return np.asarray(distance * direction)
+        shifts = distance * directions
+        # the ends and the middle first: most directions fail there
+        for shift in shifts[find_solvable(problem.line, shifts, problem.end_only)]:
+            if solve_samples(problem.move_part(shift)) is not None:
+                return np.asarray(shift)
     return None
 
 
@@ -72,14 +80,15 @@ def find_move_along(problem: MoveProblem, reserve: float) -> Array | None:
     Newton's method finds none where the worst limit does not change along it, as beside a wall of a fixture. The
     move is halved between a place that keeps the limits and one that does not.
     """
-    element, w = list_samples(problem.line)
+    element, _w = list_samples(problem.line)
     bounds = [check.warn if problem.also_warnings else check.limit for check in problem.checks]
 
     def keeps_limits(distance: float) -> bool:
         there = problem.move_part(distance * problem.basis[0])
-        if not is_solvable(there):
+        solved = solve_samples(there)
+        if solved is None:
             return False
-        values, _solved = measure(there, element, w)
+        values = measure_solved(there, element, solved)
         inside = [
             np.nanmin(check.sign * (values[:, check.quantity] - bound), initial=np.inf)
             for check, bound in zip(problem.checks, bounds, strict=True)
@@ -106,10 +115,11 @@ def find_least_move(problem: MoveProblem, start: Array, reserve: float) -> Array
     ``reserve`` is how far inside its limit each quantity is brought, in its unit.
     """
     element, w = list_samples(problem.line)
-    at, best = start, None
+    at, best, there = start, None, problem.move_part(start)
+    solved = there.solve(element, w)
     visited = {tuple(start.tolist())}
     for _ in range(NEWTON_STEPS):
-        values, _solved = measure(problem.move_part(at), element, w)
+        values = measure_solved(there, element, solved)
         inside, slope = _linearise(problem, at, values, element, w)
         inside = inside - reserve
         if (inside > -KEPT_RESERVE * reserve).all() and (best is None or np.linalg.norm(at) < np.linalg.norm(best)):
@@ -119,7 +129,9 @@ def find_least_move(problem: MoveProblem, start: Array, reserve: float) -> Array
             return best
         goal = np.round(share @ problem.basis, SHIFT_DECIMALS)
         for _half in range(NEWTON_STEPS):  # back towards where the line can be solved
-            if is_solvable(problem.move_part(goal)):
+            there = problem.move_part(goal)
+            found = solve_samples(there)
+            if found is not None:
                 break
             goal = np.round(0.5 * (goal + at), SHIFT_DECIMALS)
         else:
@@ -130,7 +142,7 @@ def find_least_move(problem: MoveProblem, start: Array, reserve: float) -> Array
         if place in visited:  # each step depends on the place alone: from here on it goes round
             return best
         visited.add(place)
-        at = goal
+        at, solved = goal, found
     return best
 
 
@@ -148,13 +160,12 @@ def _linearise(problem: MoveProblem, at: Array, values: Array, element: Ints, w:
     rates = line.machine.five_axis.find_jacobian(tip, angles, line.contour.find_tool_lengths(element[row]))[..., :3]
     slope = np.empty((len(checks), len(problem.basis)))
     column = np.array([check.quantity for check in checks])
-    each = np.arange(len(checks))
     for axis, direction in enumerate(problem.basis):
         step = DIFFERENCE_MM * direction
-        plus = measure(problem.move_part(at + step), element[row], w[row])[0]
-        minus = measure(problem.move_part(at - step), element[row], w[row])[0]
+        ends = (problem.move_part(at + step), problem.move_part(at - step))
+        plus, minus = (measure_each(end, element[row], w[row], column) for end in ends)
         with np.errstate(invalid="ignore"):  # infinite beside the table
-            slope[:, axis] = (plus[each, column] - minus[each, column]) / (2 * DIFFERENCE_MM)
+            slope[:, axis] = (plus - minus) / (2 * DIFFERENCE_MM)
     for k, check in enumerate(checks):
         if check.quantity < len(line.machine.actuators):
             slope[k] = problem.basis @ rates[k, check.quantity] * (w[row[k]] if problem.end_only else 1.0)
@@ -168,16 +179,20 @@ def _find_least_norm(rows: Array, wanted: Array, longest: float) -> Array | None
     """The shortest s with ``rows @ s >= wanted``, by cyclic projections in the dual; None if above ``longest``."""
     size = (rows * rows).sum(axis=1)
     active = np.flatnonzero(np.isfinite(wanted) & (size > 0))
-    weight = np.zeros(len(rows))
-    s = np.zeros(rows.shape[1])
+    # numbers, not arrays: there are three of them at most
+    limits = [*zip(active.tolist(), rows[active].tolist(), wanted[active].tolist(), size[active].tolist(), strict=True)]
+    weight = [0.0] * len(rows)
+    s = [0.0] * rows.shape[1]
     for _ in range(SWEEPS):
-        before = s.copy()
-        for k in active:
-            new = max(0.0, weight[k] + (wanted[k] - rows[k] @ s) / size[k])
-            s = s + (new - weight[k]) * rows[k]
-            weight[k] = new
-        if np.abs(s - before).max() < LIMIT_SLACK_MM:
-            return s
-        if np.linalg.norm(s) > longest:
+        before = s
+        for k, row, goal, square in limits:
+            new = max(0.0, weight[k] + (goal - sum(map(mul, row, s))) / square)
+            change = new - weight[k]
+            if change:
+                s = [at + change * rate for at, rate in zip(s, row, strict=True)]
+                weight[k] = new
+        if all(abs(now - then) < LIMIT_SLACK_MM for now, then in zip(s, before, strict=True)):
+            return np.array(s)
+        if hypot(*s) > longest:
             return None
-    return s
+    return np.array(s)

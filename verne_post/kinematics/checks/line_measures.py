@@ -6,7 +6,7 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
-from verne_post.base.arrays import Array, Ints
+from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.tolerances import LIMIT_SLACK_MM
 from verne_post.kinematics.checks.clearance import build_clearance_checks, list_clearances
 from verne_post.kinematics.checks.violations import Check, list_machine_checks
@@ -23,7 +23,7 @@ class _MovedPose(Struct, frozen=True):
     """The pose function of a line with its part or end moved, another tilt at the end, or another branch."""
 
     joints: JointPath
-    shift: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    shift: Array = np.zeros(3)  #: (3,), or one for each of the points (n, 3).
     end_only: bool = False
     branch: Branch = AS_PROGRAMMED
     end_tilt: float = 0.0
@@ -32,7 +32,7 @@ class _MovedPose(Struct, frozen=True):
         tip, angles = self.joints.pose(contour, element, w)
         share = w[:, None] if self.end_only else 1.0
         tilted = angles + w[:, None] * np.array([self.end_tilt, 0.0])
-        return tip + share * np.array(self.shift), self.branch.apply_to(tilted)
+        return tip + share * self.shift, self.branch.apply_to(tilted)
 
 
 def put_on_branch(line: JointPath, branch: Branch) -> JointPath:
@@ -47,9 +47,8 @@ def tilt_line_end(line: JointPath, tilt: float) -> JointPath:
 
 def shift_line(line: JointPath, shift: Array, end_only: bool = False) -> JointPath:
     """The line with its part, or the end of a straight line alone, moved on the table by ``shift`` (3,), mm."""
-    x, y, z = (float(value) for value in shift)
     keep_out = line.keep_out if end_only or line.keep_out is None else line.keep_out.move_part(shift)
-    return replace(line, pose=_MovedPose(line, (x, y, z), end_only), keep_out=keep_out)
+    return replace(line, pose=_MovedPose(line, shift, end_only), keep_out=keep_out)
 
 
 def list_checks(line: JointPath) -> list[Check]:
@@ -66,19 +65,44 @@ def list_checks(line: JointPath) -> list[Check]:
 
 def measure(line: JointPath, element: Ints, w: Array) -> tuple[Array, Solved]:
     """Joints, margins, clearances and height over the table face (inf beside it) of points: (n, m), NaN unsolved."""
-    machine = line.machine
     solved = line.solve(element, w)
+    return measure_solved(line, element, solved), solved
+
+
+def measure_solved(line: JointPath, element: Ints, solved: Solved) -> Array:
+    """The values of :func:`measure` at poses that are solved."""
     parts = [solved.q, line.find_margins(solved)]
-    tool = line.contour.find_tool_lengths(element)
     parts += [model.evaluate(line.place_bodies(element, solved))[0] for model in list_clearances(line, meshes=True)]
+    parts.append(_find_heights(line, element, solved)[:, None])
+    return np.concatenate(parts, axis=1)
+
+
+def measure_each(line: JointPath, element: Ints, w: Array, quantity: Ints) -> Array:
+    """One value (n,) of each point: the column of :func:`measure` that ``quantity`` (n,) names."""
+    solved = line.solve(element, w)
+    geometry = np.concatenate([solved.q, line.find_margins(solved)], axis=1)
+    first = geometry.shape[1]
+    value = geometry[np.arange(len(w)), np.minimum(quantity, first - 1)]
+    for model in list_clearances(line, meshes=True):
+        own = np.flatnonzero((quantity >= first) & (quantity < first + len(model.names)))
+        if len(own):
+            some = solved if len(own) == len(w) else line.solve(element[own], w[own])
+            margins = model.evaluate(line.place_bodies(element[own], some))[0]
+            value[own] = margins[np.arange(len(own)), quantity[own] - first]
+        first += len(model.names)
+    return np.where(quantity == first, _find_heights(line, element, solved), value)
+
+
+def _find_heights(line: JointPath, element: Ints, solved: Solved) -> Array:
+    """Height (n,) of tip and gauge line over the table face, inf beside it."""
+    tool = line.contour.find_tool_lengths(element)
     axis = line.find_tool_axis(solved)
     nose, tip = solved.tip + tool[:, None] * axis, solved.tip + line.lift * axis
     heights = [
-        np.where(np.hypot(point[:, 0], point[:, 1]) < machine.table_radius, point[:, 2], np.inf)
+        np.where(np.hypot(point[:, 0], point[:, 1]) < line.machine.table_radius, point[:, 2], np.inf)
         for point in (tip, nose)
     ]
-    parts.append(np.minimum(*heights)[:, None])
-    return np.concatenate(parts, axis=1), solved
+    return np.minimum(*heights)
 
 
 def list_samples(line: JointPath) -> tuple[Ints, Array]:
@@ -87,6 +111,14 @@ def list_samples(line: JointPath) -> tuple[Ints, Array]:
     return np.repeat(np.arange(n), len(GRID)), np.tile(GRID, n)
 
 
-def is_solvable(line: JointPath) -> bool:
-    """Whether all samples of the line can be solved."""
-    return bool(line.solve(*list_samples(line)).ok.all())
+def solve_samples(line: JointPath) -> Solved | None:
+    """The samples of the line; None unless all can be solved."""
+    solved = line.solve(*list_samples(line))
+    return solved if solved.ok.all() else None
+
+
+def find_solvable(line: JointPath, shifts: Array, end_only: bool) -> Mask:
+    """At which of some places of the part, or of the end alone (n, 3), the ends and the middle can be solved."""
+    few = np.tile([0.0, 0.5, 1.0], len(shifts))
+    there = replace(line, pose=_MovedPose(line, np.repeat(shifts, 3, axis=0), end_only))
+    return np.asarray(there.solve(np.zeros(len(few), dtype=int), few).ok.reshape(-1, 3).all(axis=1))

@@ -166,6 +166,11 @@ def _iterate_tilt_sine(geometry: VerneGeometry, point: PointOfTilt) -> tuple[Arr
 
 def _bracket_tilt(geometry: VerneGeometry, point: PointOfTilt) -> Array:
     """Tilt of rows where the iteration failed: by bracket, or the smallest real root of the squared equation."""
+    found = np.full(len(point.x), np.nan)
+    within = np.flatnonzero(_is_within_leg_1(geometry, point))  # few where a path is far out of reach
+    if not len(within):
+        return found
+    point = point.select(within)
     low = np.full_like(point.x, -geometry.crossing_angle)
     high = -low
     for _ in range(BRACKET_STEPS):
@@ -176,11 +181,11 @@ def _bracket_tilt(geometry: VerneGeometry, point: PointOfTilt) -> Array:
         low = np.where(above, low, middle)
     alpha = 0.5 * (low + high)
     _value, radicand = _evaluate_loop(geometry, alpha, point)
-    lost = ~(radicand > 0)
-    alpha[lost] = np.nan
-    rows = np.flatnonzero(lost & _is_within_leg_1(geometry, point))  # few where a path is far out of reach
-    alpha[rows] = _choose_least(_find_working_tilts(geometry, point.select(rows)))
-    return alpha
+    lost = np.flatnonzero(~(radicand > 0))
+    if len(lost):
+        alpha[lost] = _choose_least(_find_working_tilts(geometry, point.select(lost)))
+    found[within] = alpha
+    return found
 
 
 def _is_within_leg_1(geometry: VerneGeometry, point: PointOfTilt) -> Mask:
