@@ -59,6 +59,8 @@ def test_warnings_on_the_way_back_from_a_place_far_too_low_are_no_mistakes_of_th
     assert name_groups([low, drop]) == [[0, 1]]
     assert name_groups([low, replace(drop, severity="error")]) == [[0], [1]]
     assert name_groups([low, replace(drop, line=12, last_line=12)]) == [[0], [1]]
+    turn = make_finding("VP301", "C turns by 400 deg", severity="warning", line=9, last_line=9)  # has no value
+    assert name_groups([low, turn]) == [[0, 1]]  # the warning came first, and a refused program had no error
 
 
 def test_one_z_too_low_is_one_cause() -> None:

@@ -6,8 +6,8 @@ from typing import Final, Protocol
 from verne_post.base.numbers import format_count
 from verne_post.base.printable import make_printable
 from verne_post.model.findings import Finding
-from verne_post.model.verdict import Verdict, count_findings, find_verdict
-from verne_post.output.causes import find_first_error, list_first
+from verne_post.model.verdict import Verdict, find_verdict
+from verne_post.output.causes import count_causes, find_first_error, list_first
 
 
 class Converted(Protocol):
@@ -54,7 +54,7 @@ def make_batch_rows(outcomes: Sequence[Converted], *, is_brief: bool = False) ->
         where = "" if first is None or first.line is None else f" line {first.line}"
         reason = "" if first is None else f"{first.code}{where}"
         if first is not None and is_brief:
-            counts = zip(count_findings(list_first(one.findings)), ("error", "warning"), strict=True)
+            counts = zip(count_causes(one.findings), ("error", "warning"), strict=True)
             reason = f"{', '.join(format_count(n, word) for n, word in counts if n)}: {reason}"
         elif first is not None:
             reason += f": {make_printable(first.message)}"
