@@ -15,7 +15,7 @@ import verne_post
 from verne_post.cli.batch import _write_results_json
 from verne_post.cli.jobs import Outcome
 from verne_post.model.codes import CODES
-from verne_post.model.findings import Finding, make_finding
+from verne_post.model.findings import Finding, describe, make_finding, merge_same
 from verne_post.model.verdict import find_exit_status
 from verne_post.output.batch_table import format_batch
 from verne_post.output.code_pages import make_markdown, make_text
@@ -385,3 +385,22 @@ def test_a_refused_program_has_errors_and_one_count_in_every_format(seed: int) -
     assert ("refused" in table) == refused
     named = ", ".join(word for word in said.split(", ") if not word.startswith("0"))
     assert f"  {named}: VP" in table if named else "VP" not in table
+
+
+def test_one_mistake_in_two_lines_marks_no_line_between_them() -> None:
+    """VP014 of lines 8 and 11 marked lines 9 and 10 in a pull request, which have no mistake."""
+    found = merge_same(make_finding("VP014", "T2 M6 waits", line=line, last_line=line) for line in (11, 8, 11, 12))
+    assert [(one.line, one.last_line, one.count, one.lines) for one in found] == [(11, 12, 4, (8, 11, 12))]
+    assert describe(found[0]).endswith("T2 M6 waits (lines 8 and 11 to 12, 4 times)")
+    [one] = merge_same(make_finding("VP014", "T2 M6 waits", line=line, last_line=line) for line in (8, 11))
+    annotation = github.write([Report("a.nc", (one,))])
+    assert annotation.startswith("::error file=a.nc,line=8,title=")
+    assert "%0Alines 8 and 11, 2 times%0A" in annotation
+    [result] = json.loads(sarif.write([Report("a.nc", (one,))]))["runs"][0]["results"]
+    assert result["locations"][0]["physicalLocation"]["region"] == {"startLine": 8}
+    assert [one["physicalLocation"]["region"] for one in result["relatedLocations"]] == [{"startLine": 11}]
+    assert result["message"]["text"].splitlines()[1] == "in lines 8 and 11"
+    [twice] = merge_same(make_finding("VP014", "T2 M6 waits", line=line, last_line=line) for line in (8, 8))
+    assert (twice.lines, twice.count) == ((), 2)
+    many = merge_same(make_finding("VP014", "waits", line=line, last_line=line) for line in range(2, 42, 2))
+    assert describe(many[0]).endswith("(lines 2, 4, 6, 8, 10, 12 and 14 more, 20 times)")

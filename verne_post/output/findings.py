@@ -322,6 +322,7 @@ _KEYS: Final = (
     "unit",
     "message",
     "count",
+    "lines",
     "remedies",
     "file",
     "file_line",

@@ -2,11 +2,12 @@
 
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any, Final
 
 from verne_post.base.printable import format_json
 from verne_post.model.codes import CODES
-from verne_post.model.findings import Finding
+from verne_post.model.findings import Finding, name_lines
 from verne_post.model.machine import Machine
 from verne_post.model.verdict import SEVERITIES, Verdict
 from verne_post.output.causes import Cause, describe_other, find_causes
@@ -90,6 +91,10 @@ def _make_result(report: Report, cause: Cause, rules: list[str], seen: Counter[s
         {**_make_location(report.program, other), "message": {"text": text}}
         for (_line, _last, text), other in places.items()
     ]
+    again = [
+        replace(item, line=line, last_line=line, column=None, lines=()) for line in item.lines if line != item.line
+    ]
+    related += [{**_make_location(report.program, one), "message": {"text": "here too"}} for one in again]
     fingerprint = make_fingerprint(report, item, seen)
     properties = ("axis", "value", "limit", "unit", "count", "worst_line")
     return {
@@ -97,7 +102,16 @@ def _make_result(report: Report, cause: Cause, rules: list[str], seen: Counter[s
         "ruleIndex": rules.index(item.code),
         "level": item.severity,
         # hosts show the message beside the line, and the help of the rule a click away
-        "message": {"text": "\n".join([item.message, *also, *list_remedies(item, report.program)])},
+        "message": {
+            "text": "\n".join(
+                [
+                    item.message,
+                    *(["in " + name_lines(item)] if item.lines else []),
+                    *also,
+                    *list_remedies(item, report.program),
+                ]
+            )
+        },
         "locations": [_make_location(report.program, item)],
         **({"relatedLocations": related} if related else {}),
         "partialFingerprints": {_FINGERPRINT: fingerprint, _LINE_HASH: fingerprint},
@@ -112,6 +126,6 @@ def _make_location(program: str, item: Finding) -> dict[str, Any]:
     column = item.column if item.file is None else item.file_column
     if line and column is not None:
         region["startColumn"] = column
-    if item.line and item.last_line is not None and item.last_line > item.line:
+    if item.line and item.last_line is not None and item.last_line > item.line and not item.lines:
         region["endLine"] = item.last_line
     return {"physicalLocation": {"artifactLocation": {"uri": make_uri(file)}, "region": region}}
