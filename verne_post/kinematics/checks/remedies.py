@@ -14,7 +14,13 @@ from msgspec.structs import replace
 from verne_post.base.arrays import Array
 from verne_post.base.tolerances import LIMIT_SLACK_MM
 from verne_post.kinematics.checks.clearance import check_constraints
-from verne_post.kinematics.checks.least_move import MoveProblem, find_least_move, find_move_along, find_start
+from verne_post.kinematics.checks.least_move import (
+    MoveProblem,
+    find_end_on_the_way,
+    find_least_move,
+    find_move_along,
+    find_start,
+)
 from verne_post.kinematics.checks.line_measures import (
     GRID,
     list_checks,
@@ -252,9 +258,12 @@ def find_smallest_shift(
     if start is None:
         return None
     for reserve in RESERVES:
-        vector = find_least_move(problem, start, reserve)
-        if vector is None and end_only:  # a moved part has other directions to go to
-            vector = find_move_along(problem, reserve)
+        vector, is_nearest = find_end_on_the_way(problem, reserve) if end_only else (None, False)
+        if not is_nearest:
+            least = find_least_move(problem, start, reserve)
+            if least is None and vector is None and end_only:  # a moved part has other directions to go to
+                least = find_move_along(problem, reserve)
+            vector = min((one for one in (least, vector) if one is not None), key=np.linalg.norm, default=None)
         if vector is None:
             continue
         findings = check_constraints(problem.move_part(vector))[1]
