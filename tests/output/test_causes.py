@@ -87,7 +87,7 @@ def test_holes_with_one_r_too_low_are_one_cause() -> None:
         for line, depth in ((7, 2.0), (8, 2.0), (9, 2.0), (10, 3.0), (14, 2.0))
     ]
     assert name_groups(found) == [[0, 1, 2], [3], [4]]
-    assert find_causes(found)[0].describe_others() == "VP216 by 2.000000 in line 8 (worst of 2 places)"
+    assert find_causes(found)[0].describe_others() == "by 2.000000 in line 8 (worst of 2 places)"
 
 
 def test_the_drop_of_a_rod_is_not_the_travel_of_its_slider() -> None:
@@ -111,7 +111,10 @@ def test_what_only_a_rotary_axis_beyond_its_travel_breaks_belongs_to_it() -> Non
     [cause] = find_causes(found)
     assert cause.first.axis == "b"
     assert cause.first.remedies == ("within limits if the line ends at B -34.999",)
-    assert cause.describe_others() == "z by 30.000 mm in lines 10 to 11; VP301 in line 11"
+    assert (
+        cause.describe_others()
+        == "z by 30.000 mm in lines 10 to 11; VP301 (flip, rewind or large turn of the rotary axes) in line 11"
+    )
     # so has a place that is out of reach: what the lines break on their way there
     lost = make_finding("VP110", "out of reach", line=9, last_line=11, severity="error")
     assert name_groups([lost, found[0]]) == [[0, 1]]

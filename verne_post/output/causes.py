@@ -14,6 +14,7 @@ from typing import Final
 from msgspec import Struct
 
 from verne_post.base.numbers import choose_decimals
+from verne_post.model.codes import CODES
 from verne_post.model.findings import Finding
 from verne_post.model.verdict import SEVERITIES, Family, count_findings, find_family
 
@@ -41,7 +42,9 @@ class Cause(Struct, frozen=True):
         of_joints: dict[str, list[Finding]] = {}
         for item in self.others:
             of_joints.setdefault(_name_quantity(item), []).append(item)
-        return "; ".join(map(_describe_places, of_joints.values()))
+        own = "" if self.first.axis or self.first.quantity else _name_quantity(self.first)
+        shown = map(_describe_places, of_joints.values())
+        return "; ".join(text.removeprefix(f"{own} ") for text in shown)  # its code stands in the line above
 
 
 def find_causes(findings: Sequence[Finding]) -> list[Cause]:
@@ -217,8 +220,10 @@ def _describe_places(findings: Sequence[Finding]) -> str:
 
 
 def _name_quantity(item: Finding) -> str:
-    """What is beyond its limit: a quantity of a joint, as the drop of its rod, or the joint itself; else the code."""
-    return item.quantity or item.axis or item.code
+    """What is beyond its limit: a quantity of a joint, as the drop of its rod, or the joint itself; else the code, in
+    words.
+    """
+    return item.quantity or item.axis or f"{item.code} ({CODES[item.code].title})"
 
 
 def describe_other(item: Finding) -> str:

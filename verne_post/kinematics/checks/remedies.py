@@ -127,8 +127,7 @@ def place_of(line: JointPath, item: Finding) -> Place | None:
     checks = [
         check
         for check in list_checks(line)
-        if (check.code, check.axis) == (item.code, item.axis)
-        and (item.code != "VP215" or item.message.startswith(check.name))
+        if (check.code, check.axis) == (item.code, item.axis) and (item.code != "VP215" or item.quantity == check.name)
     ]
     by_distance = [
         (abs(best[1] * check.factor - item.value), best[0])
