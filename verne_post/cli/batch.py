@@ -160,7 +160,9 @@ def command(
 
         print_as_is(REPORTS["github"](reports, machine))
     if not quiet:
-        echo(format_batch(outcomes, is_brief=True), nl=False)
+        echo(
+            format_batch(outcomes, is_brief=True, machines={name: one.name for name, one in machines.items()}), nl=False
+        )
     files.write(output / "batch.json", _LIST, [_write_results_json(outcomes)])
     return find_gravest([outcome.status for outcome in outcomes])
 
