@@ -130,7 +130,9 @@ def report_limit(contour: Contour, check: Check, worst: Worst, cause: Ints | Non
             decimals = choose_decimals(abs(value - bound), check.unit)
             contact = _CONTACT.fullmatch(check.name) if check.code == "VP215" and bound == 0.0 else None
             if contact is not None:
-                message = f"{contact[1]} is {format_fixed(-value, decimals)}{unit} inside {contact[2]}"
+                # surfaces of meshes that meet have no depth
+                depth = f"is {format_fixed(-value, decimals)}{unit} inside" if value < -LIMIT_SLACK_MM else "runs into"
+                message = f"{contact[1]} {depth} {contact[2]}"
             elif check.travel is None:
                 message = (
                     f"{what} {format_fixed(value, decimals)}{unit} is {side} {bound:g}{unit} by "
