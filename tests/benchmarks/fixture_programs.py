@@ -276,7 +276,7 @@ def main() -> None:
         for name, value in best.items() if told else ():
             if value < -2 * STATED:
                 count["bodies"] += 1
-                count["bodies not named"] += not any(f"distance of the {name} from" in item.message for item in told)
+                count["bodies not named"] += not any(f"the {name} " in item.message for item in told)
         if (k + 1) % 20 == 0:
             print(k + 1, tally, f"{seconds:.0f} s of check", flush=True)
     print(tally, f"deepest missed {worst_missed:g}, farthest reported {worst_false:g}, {seconds:.0f} s of check")

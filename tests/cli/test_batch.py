@@ -441,6 +441,19 @@ def test_a_table_has_the_first_error_else_the_first_warning() -> None:
         assert row.endswith(f"         -          -  {shown}".rstrip())
 
 
+def test_a_table_counts_the_errors_that_it_does_not_name_and_says_the_machine() -> None:
+    found = tuple(make_finding("VP216", f"contact {line}", line=line, severity="error") for line in range(3, 24, 3))
+    outcomes = [Outcome("a.nc", 1, found), Outcome("b.nc", 0)]
+    one = format_batch(outcomes, is_brief=True, machines={"a.nc": "VERNE", "b.nc": "VERNE"}).splitlines()
+    assert one[1].endswith("  7 errors: VP216 line 3 +6")
+    assert one[-1] == "2 programs: 1 can run, 1 refused, on VERNE"
+    assert format_batch(outcomes).splitlines()[1].endswith("  VP216 line 3 +6: contact 3")
+    two = format_batch(outcomes, is_brief=True, machines={"a.nc": "VERNE", "b.nc": "serial"}).splitlines()
+    assert two[1].startswith("a.nc     refused on VERNE  ")
+    assert two[2].startswith("b.nc     can run on serial ")
+    assert two[-1] == "2 programs: 1 can run, 1 refused"
+
+
 def test_the_findings_of_each_program_stand_before_the_table(folder: Path, run: Callable[..., Any]) -> None:
     """As `check` prints them, warnings too; the table counts them; the last line is the result of all."""
     Path("in/s.nc").write_text("G21 G90\nG0 X0 Y0 Z50 A0 C0\nG1 X5 Q17 F3000\nM2\n")
@@ -458,7 +471,7 @@ def test_the_findings_of_each_program_stand_before_the_table(folder: Path, run: 
         assert [line for line in answer.err.splitlines() if line in said] == said
         assert "  3 | G1 X5 Q17 F3000\n" in answer.err
         table = {line.split()[0]: line.rpartition("  ")[2] for line in answer.out.splitlines()}
-        assert (table["in/s.nc"], table["in/w.nc"]) == ("1 error: VP006 line 3", "2 warnings: VP036 line 3")
+        assert (table["in/s.nc"], table["in/w.nc"]) == ("1 error: VP006 line 3", "2 warnings: VP036 line 3 +1")
         assert answer.out.splitlines()[-1].startswith("3 programs: ")
     annotated = run(*words, "--github").out.splitlines()
     assert [line[:9] for line in annotated[:3]] == ["::error f", "::warning", "::warning"]

@@ -972,7 +972,7 @@ def test_a_word_that_is_misspelt_in_several_places_is_mended_in_one_or_in_all(cl
     text = "G17 G90 G94 G71 G54\nG0 A0 C0\nG0 X0 Y0 Z120\nSUAP G0 Z0 D0 ; SUAP\nG0 Z110\nSUAP G0 Z0 D0\nM30\n"
     uri = client.open(make_program(tmp_path, text, "p.mpf"))
     (told,) = [one for one in client.diagnostics(uri)["diagnostics"] if one["code"] == "VP002"]
-    assert told["message"].endswith("did you mean SUPA? (lines 4 to 6, 2 times)")
+    assert told["message"].endswith("did you mean SUPA? (lines 4 and 6, 2 times)")
     fixes = ask_fixes(client, uri, 3)
     one, every = sorted(fixes, key=len)
     assert one == "Write SUPA in place of SUAP (1 error stays)"

@@ -238,6 +238,7 @@ def test_tip_or_nose_below_the_table_face_in_the_middle_of_an_arc(machine_with, 
         return
     assert [(item.code, item.severity) for item in findings] == [("VP210", "error")]
     assert findings[0].value == pytest.approx(-depth, abs=WORST)
+    assert findings[0].message.startswith(f"{'tip' if quantity == TIP else 'spindle nose'} {depth:.3f} mm below")
     assert (findings[0].limit, findings[0].unit, findings[0].line, findings[0].count) == (0.0, "mm", 3, 1)
 
 

@@ -59,6 +59,8 @@ def test_warnings_on_the_way_back_from_a_place_far_too_low_are_no_mistakes_of_th
     assert name_groups([low, drop]) == [[0, 1]]
     assert name_groups([low, replace(drop, severity="error")]) == [[0], [1]]
     assert name_groups([low, replace(drop, line=12, last_line=12)]) == [[0], [1]]
+    turn = make_finding("VP301", "C turns by 400 deg", severity="warning", line=9, last_line=9)  # has no value
+    assert name_groups([low, turn]) == [[0, 1]]  # the warning came first, and a refused program had no error
 
 
 def test_one_z_too_low_is_one_cause() -> None:
@@ -85,7 +87,7 @@ def test_holes_with_one_r_too_low_are_one_cause() -> None:
         for line, depth in ((7, 2.0), (8, 2.0), (9, 2.0), (10, 3.0), (14, 2.0))
     ]
     assert name_groups(found) == [[0, 1, 2], [3], [4]]
-    assert find_causes(found)[0].describe_others() == "VP216 (in the stock) by 2.000000 in line 8 (worst of 2 places)"
+    assert find_causes(found)[0].describe_others() == "by 2.000000 in line 8 (worst of 2 places)"
 
 
 def test_the_drop_of_a_rod_is_not_the_travel_of_its_slider() -> None:

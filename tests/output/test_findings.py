@@ -71,7 +71,18 @@ def test_json_has_the_documented_keys(files: dict[str, Path], run: Callable[...,
             assert (
                 KEYS
                 <= set(found)
-                <= KEYS | {"column", "remedies", "settled_by", "remedy", "file", "file_line", "file_column"}
+                <= KEYS
+                | {
+                    "column",
+                    "remedies",
+                    "settled_by",
+                    "remedy",
+                    "file",
+                    "file_line",
+                    "file_column",
+                    "lines",
+                    "counted_with",
+                }
             )
             assert found["code"] in CODES
             assert found["severity"] in ("error", "warning", "note")

@@ -1,6 +1,7 @@
 """SARIF, JUnit and GitHub annotations: the same findings in every format, and what each consumer needs of them."""
 
 import json
+import random
 import re
 from collections.abc import Callable
 from pathlib import Path
@@ -8,10 +9,15 @@ from typing import Any
 from xml.etree import ElementTree
 
 import pytest
+from msgspec.structs import replace
 
 import verne_post
+from verne_post.cli.batch import _write_results_json
+from verne_post.cli.jobs import Outcome
 from verne_post.model.codes import CODES
-from verne_post.model.findings import make_finding
+from verne_post.model.findings import Finding, describe, make_finding, merge_same
+from verne_post.model.verdict import find_exit_status
+from verne_post.output.batch_table import format_batch
 from verne_post.output.code_pages import make_markdown, make_text
 from verne_post.output.findings import Report, describe_remedy
 from verne_post.output.reports import FORMATS, github, junit, markdown, sarif
@@ -320,3 +326,81 @@ def test_mistakes_of_files_stand_in_these_files_at_their_keys(two_programs: Path
     (notice,) = run_of_all["invocations"][0]["toolExecutionNotifications"]
     place = notice["locations"][0]["physicalLocation"]
     assert (place["artifactLocation"]["uri"], place["region"]["startLine"]) == ("bad.toml", line)
+
+
+def draw_findings(seed: int) -> tuple[Finding, ...]:
+    """Errors and warnings at random, in a few lines, so that many of them have one cause."""
+    rng = random.Random(seed)
+    found = []
+    for _ in range(rng.randint(0, 15)):
+        code = rng.choice(("VP101", "VP102", "VP110", "VP202", "VP210", "VP210", "VP216", "VP301", "VP050", "VP039"))
+        level = {"VP050": "warning", "VP039": "note"}.get(code) or rng.choice(("error", "warning"))
+        line = rng.randint(1, 9)
+        where = {"line": line, "last_line": line + rng.randint(0, 3), "worst_line": line}
+        how_far = {} if code in ("VP110", "VP301") else {"value": 40.0, "limit": 50.0, "unit": "mm"}
+        found.append(make_finding(code, f"{code} at random", severity=level, **where, **how_far))
+    return tuple(found)
+
+
+def count_shown(text: str, pattern: str) -> tuple[int, int]:
+    """How many places of a text name an error, and a warning."""
+    return tuple(len(re.findall(pattern.format(level), text, re.MULTILINE)) for level in ("error", "warning"))
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_a_refused_program_has_errors_and_one_count_in_every_format(seed: int) -> None:
+    """A warning hid the error that it was shown with: the program was refused with no error, and JUnit was green."""
+    found, machine = draw_findings(seed), verne_post.load_machine()
+    report, outcome = Report("a.nc", found), Outcome("a.nc", int(find_exit_status(found)), found)
+    form = {name: FORMATS[name]([report], machine) for name in FORMATS}
+    listed = json.loads(form["json"])["programs"][0]
+    errors, warnings = (listed["summary"][key] for key in ("errors", "warnings"))
+    refused = bool(find_exit_status(found))
+    assert refused == any(one.severity == "error" for one in found) == (errors >= 1)
+    assert listed["verdict"].startswith("refused") == refused
+    records = [json.loads(line) for line in form["jsonl"].splitlines()]
+    for exact in (listed["findings"], records):
+        counted = [one["severity"] for one in exact if one["counted_with"] is None]
+        assert (counted.count("error"), counted.count("warning")) == (errors, warnings)
+        heads = [exact[one["counted_with"]] for one in exact if one["counted_with"] is not None]
+        assert all(head["counted_with"] is None for head in heads)
+    said = f"{errors} error{'s' * (errors != 1)}, {warnings} warning{'s' * (warnings != 1)}"
+    row = form["markdown"].splitlines()[2]
+    assert f": {said}" in form["text"].splitlines()[-1]
+    assert f": {said} |" in row
+    assert ("refused" in form["text"].splitlines()[-1]) == ("refused" in row) == refused
+    assert count_shown(form["text"], r"^a\.nc:\d+: VP\d+ {}: ") == (errors, warnings)
+    assert count_shown(form["markdown"], r"^\| \d+ \| VP\d+ {}: ") == (errors, warnings)
+    assert count_shown(form["github"], "^::{} file=") == (errors, warnings)
+    levels = [one["level"] for one in json.loads(form["sarif"])["runs"][0]["results"]]
+    assert (levels.count("error"), levels.count("warning")) == (errors, warnings)
+    suite = ElementTree.fromstring(form["junit"].partition("?>")[2])
+    assert int(suite.get("failures", "")) + int(suite.get("errors", "")) == refused
+    assert count_shown(form["junit"], r"a\.nc:\d+: VP\d+ {}: ") == (errors, warnings)
+    quiet = FORMATS["text"]([replace(report, shown=tuple(one for one in found if one.severity == "error"))], machine)
+    assert count_shown(quiet, r"^a\.nc:\d+: VP\d+ {}: ") == (errors, 0)
+    written = json.loads(_write_results_json([outcome]))["programs"][0]
+    assert (written["errors"], written["warnings"]) == (errors, warnings)
+    table = format_batch([outcome], is_brief=True).splitlines()[1]
+    assert ("refused" in table) == refused
+    named = ", ".join(word for word in said.split(", ") if not word.startswith("0"))
+    assert f"  {named}: VP" in table if named else "VP" not in table
+
+
+def test_one_mistake_in_two_lines_marks_no_line_between_them() -> None:
+    """VP014 of lines 8 and 11 marked lines 9 and 10 in a pull request, which have no mistake."""
+    found = merge_same(make_finding("VP014", "T2 M6 waits", line=line, last_line=line) for line in (11, 8, 11, 12))
+    assert [(one.line, one.last_line, one.count, one.lines) for one in found] == [(11, 12, 4, (8, 11, 12))]
+    assert describe(found[0]).endswith("T2 M6 waits (lines 8 and 11 to 12, 4 times)")
+    [one] = merge_same(make_finding("VP014", "T2 M6 waits", line=line, last_line=line) for line in (8, 11))
+    annotation = github.write([Report("a.nc", (one,))])
+    assert annotation.startswith("::error file=a.nc,line=8,title=")
+    assert "%0Alines 8 and 11, 2 times%0A" in annotation
+    [result] = json.loads(sarif.write([Report("a.nc", (one,))]))["runs"][0]["results"]
+    assert result["locations"][0]["physicalLocation"]["region"] == {"startLine": 8}
+    assert [one["physicalLocation"]["region"] for one in result["relatedLocations"]] == [{"startLine": 11}]
+    assert result["message"]["text"].splitlines()[1] == "in lines 8 and 11"
+    [twice] = merge_same(make_finding("VP014", "T2 M6 waits", line=line, last_line=line) for line in (8, 8))
+    assert (twice.lines, twice.count) == ((), 2)
+    many = merge_same(make_finding("VP014", "waits", line=line, last_line=line) for line in range(2, 42, 2))
+    assert describe(many[0]).endswith("(lines 2, 4, 6, 8, 10, 12 and 14 more, 20 times)")

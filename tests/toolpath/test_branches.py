@@ -564,3 +564,12 @@ def test_each_wrap_of_a_post_needs_its_own_turn():
     assert "C365, 15 deg away, holds the same tool axis; then add 360 deg to C in the lines up to 6 too" in item.message
     assert found(program(body.format(365, 510, 660, 710, 5))) == [("VP301", "warning", 7)]
     assert not program(body.format(365, 510, 660, 710, 725)).findings
+
+
+def test_a_turn_begins_at_0_where_the_program_has_0(machine) -> None:
+    """C0 was told as C-1.54614e-11, which radians had left of it."""
+    program = b"G21 G90\nG0 X0 Y0 Z60 A20 C0\nG1 C7200 F3000\nM2\n"
+    found = check(program, machine, Options(tool_length=80.0, wcs={"G54": (0.0, 0.0, 50.0)})).findings
+    [turn] = [item for item in found if item.code == "VP301"]
+    assert turn.message.startswith("C turns by 7200 deg, from 0 to 7200, while the tip goes 0 mm")
+    assert "; C0, 0 deg away, holds" in turn.message

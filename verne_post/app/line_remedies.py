@@ -120,7 +120,7 @@ def is_carried_along(options: Options, item: Finding, system: int) -> bool:
         return False
     touched: list[Any] = [options.stock] if item.code == "VP216" and options.stock is not None else []
     if item.code == "VP215":
-        touched = [one for one in options.keep_out if re.search(rf"\b{re.escape(one.name)} ", item.message)]
+        touched = [one for one in options.keep_out if re.search(rf"\b{re.escape(one.name)}(?!\w)", item.message)]
     return bool(touched) and all(isinstance(one, OwnStock) or one.system == system for one in touched)
 
 

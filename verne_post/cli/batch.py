@@ -30,6 +30,7 @@ from verne_post.cli.report_files import add_report_files, take_report_files, wri
 from verne_post.cli.streams import echo, print_as_is
 from verne_post.model.verdict import Verdict, find_exit_status, find_gravest, find_verdict
 from verne_post.output.batch_table import format_batch
+from verne_post.output.causes import count_causes
 from verne_post.output.formats import FORMATS
 
 if TYPE_CHECKING:
@@ -159,7 +160,9 @@ def command(
 
         print_as_is(REPORTS["github"](reports, machine))
     if not quiet:
-        echo(format_batch(outcomes, is_brief=True), nl=False)
+        echo(
+            format_batch(outcomes, is_brief=True, machines={name: one.name for name, one in machines.items()}), nl=False
+        )
     files.write(output / "batch.json", _LIST, [_write_results_json(outcomes)])
     return find_gravest([outcome.status for outcome in outcomes])
 
@@ -287,15 +290,16 @@ def _read_text(files: RunFiles, program: str) -> bytes:
 
 def _write_results_json(outcomes: "Sequence[Outcome]") -> str:
     """The results for programs; the same whoever made them, and whether they were made again."""
+    counts = [count_causes(one.findings) for one in outcomes]
     programs = [
         {
             "program": one.program,
             "status": one.status,
             "cycle_time_s": one.cycle_time_s,
             "rows": one.rows,
-            "errors": sum(item.severity == "error" for item in one.findings),
-            "warnings": sum(item.severity == "warning" for item in one.findings),
+            "errors": errors,
+            "warnings": warnings,
         }
-        for one in outcomes
+        for one, (errors, warnings) in zip(outcomes, counts, strict=True)
     ]
     return format_json({"schema": 1, "programs": programs}, 2) + "\n"

@@ -17,7 +17,7 @@ from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.text import Chunk, decode_line, take_code
-from verne_post.model.findings import Finding, Remedy, make_finding
+from verne_post.model.findings import Finding, Remedy, add_line, make_finding
 from verne_post.model.moves import AXES
 
 #: So many things that errors of one cause are about are named.
@@ -153,9 +153,7 @@ class Execution(Struct):
             item.settled_by if settled_by in item.settled_by or not settled_by else (*item.settled_by, settled_by)
         )
         self.errors[at] = replace(
-            item,
-            last_line=max(item.last_line or line, line),
-            count=item.count + 1,
+            add_line(item, line),
             message=words.replace("\0", _join_names(things)),
             settled_by=all_settled_by,
         )

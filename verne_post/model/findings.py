@@ -4,7 +4,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Final, Literal
 
-from verne_post.base.printable import make_printable
+from verne_post.base.printable import join_names, make_printable
 from verne_post.base.text_tables import format_html_table
 from verne_post.model.codes import CODES
 from verne_post.model.verdict import Severity, is_about_text
@@ -88,6 +88,9 @@ class Finding:
         "mm", "deg", "mm/s", ...; None where ``value`` and ``limit`` are.
     count : int
         Number of moves (or rows) that the finding stands for.
+    lines : tuple of int
+        The lines of one mistake that is made in several, which need not follow each other. Empty where the finding is
+        about one line, or about the whole stretch up to ``last_line``.
     remedies : tuple of str
         What would bring the program, or the line, within limits: each was tried. Empty where nothing was sought.
     edits : tuple of Remedy
@@ -133,6 +136,7 @@ class Finding:
     quantity: str = ""
     contact: tuple[float, float, float] | None = None
     advice: str | None = None
+    lines: tuple[int, ...] = ()
 
     __repr__ = _list_given
 
@@ -159,11 +163,30 @@ def describe(item: Finding) -> str:
     """``CODE severity: message``, with the stretch when it is longer than one line."""
     text = f"{item.code} {item.severity}: {make_printable(item.message)}"
     if item.count > 1 and is_about_text(item.code):
-        lines = "" if item.last_line == item.line else f"lines {item.line} to {item.last_line}, "
+        lines = "" if item.last_line == item.line else f"{name_lines(item)}, "
         text += f" ({lines}{item.count} times)"
     elif item.count > 1 and item.line is not None and item.last_line not in (None, item.line):
         text += f" (lines {item.line} to {item.last_line}, worst {item.worst_line}, {item.count} moves)"
     return text
+
+
+#: So many stretches of the lines of a finding are named.
+_NAMED_STRETCHES: Final = 6
+
+
+def name_lines(item: Finding) -> str:
+    """``lines 8 and 11``, ``lines 8 to 11``: where the same mistake stands, or the stretch of a finding."""
+    if not item.lines:
+        return f"lines {item.line} to {item.last_line}"
+    stretches: list[list[int]] = []
+    for line in item.lines:
+        if stretches and line == stretches[-1][-1] + 1:
+            stretches[-1].append(line)
+        else:
+            stretches.append([line])
+    names = [f"{one[0]} to {one[-1]}" if len(one) > 1 else str(one[0]) for one in stretches]
+    more = sum(map(len, stretches[_NAMED_STRETCHES:]))
+    return f"lines {join_names([*names[:_NAMED_STRETCHES], *([f'{more} more'] if more else [])])}"
 
 
 def make_findings_table(findings: Sequence[Finding]) -> list[list[str]]:
@@ -190,14 +213,20 @@ def make_finding(code: str, message: str, **where: object) -> Finding:
     return Finding(code=code, message=message, **where)  # type: ignore[arg-type]
 
 
+def add_line(item: Finding, line: int, count: int = 1) -> Finding:
+    """A finding whose mistake is made in another line, or in the same one again."""
+    lines = tuple(sorted({*(item.lines or (item.line or line,)), line}))
+    last, count = max(item.last_line or line, line), item.count + count
+    return replace(item, last_line=last, count=count, lines=lines if len(lines) > 1 else ())
+
+
 def merge_same(findings: Iterable[Finding]) -> list[Finding]:
     """Findings of the same words as one, from the first line to the last, in the order in which they begin."""
     merged: dict[tuple[str, str], Finding] = {}
     for item in findings:
         known = merged.setdefault((item.code, item.message), item)
         if known is not item:
-            last = replace(known, last_line=item.last_line, count=known.count + item.count)
-            merged[item.code, item.message] = last
+            merged[item.code, item.message] = add_line(known, item.last_line or item.line or 0, item.count)
     return list(merged.values())
 
 

@@ -1,13 +1,13 @@
 """What became of many programs, as a table: of `batch` on the command line and in Python."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Final, Protocol
 
 from verne_post.base.numbers import format_count
 from verne_post.base.printable import make_printable
 from verne_post.model.findings import Finding
-from verne_post.model.verdict import Verdict, count_findings, find_verdict
-from verne_post.output.causes import find_first_error, list_first
+from verne_post.model.verdict import Verdict, find_verdict
+from verne_post.output.causes import count_causes, find_first_error, list_first
 
 
 class Converted(Protocol):
@@ -29,19 +29,28 @@ class Converted(Protocol):
 
 #: What was not made again can run as well.
 _AGAIN: Final = f"{Verdict.CAN_RUN} (as before)"
+_NONE: Final[Mapping[str, str]] = {}
 #: The order in which results are counted.
 _ORDER: Final = tuple(dict.fromkeys((Verdict.CAN_RUN.word, _AGAIN, *(verdict.word for verdict in Verdict))))
 
 
-def format_batch(outcomes: Sequence[Converted], *, is_brief: bool = False) -> str:
-    """A line a program, and how many of each; ``is_brief`` where the findings stand above the table."""
+def format_batch(outcomes: Sequence[Converted], *, is_brief: bool = False, machines: Mapping[str, str] = _NONE) -> str:
+    """A line a program, and how many of each; ``is_brief`` where the findings stand above the table.
+
+    ``machines`` are the names of the machines by program: the last line has the one of all, else each line its own.
+    """
     rows = make_batch_rows(outcomes, is_brief=is_brief)
+    names = list(dict.fromkeys(machines[one.program] for one in outcomes if one.program in machines))
+    if len(names) > 1:
+        for row, one in zip(rows[1:], outcomes, strict=True):
+            row[1] += f" on {make_printable(machines[one.program])}"
+    on = f", on {make_printable(names[0])}" if len(names) == 1 else ""
     width, room = (max(len(row[k]) for row in rows) for k in (0, 1))
     lines = [
         f"{name:<{width}}  {word:<{room}} {time:>10} {count:>10}  {reason}".rstrip()
         for name, word, time, count, reason in rows
     ]
-    return "\n".join([*lines, count_results(outcomes)]) + "\n"
+    return "\n".join([*lines, count_results(outcomes) + on]) + "\n"
 
 
 def make_batch_rows(outcomes: Sequence[Converted], *, is_brief: bool = False) -> list[list[str]]:
@@ -53,11 +62,14 @@ def make_batch_rows(outcomes: Sequence[Converted], *, is_brief: bool = False) ->
         first = _find_first(one.findings)
         where = "" if first is None or first.line is None else f" line {first.line}"
         reason = "" if first is None else f"{first.code}{where}"
+        errors, warnings = count_causes(one.findings)
+        more = (errors or warnings) - 1
         if first is not None and is_brief:
-            counts = zip(count_findings(list_first(one.findings)), ("error", "warning"), strict=True)
+            counts = ((errors, "error"), (warnings, "warning"))
             reason = f"{', '.join(format_count(n, word) for n, word in counts if n)}: {reason}"
+            reason += f" +{more}" if more else ""
         elif first is not None:
-            reason += f": {make_printable(first.message)}"
+            reason += f"{f' +{more}' if more else ''}: {make_printable(first.message)}"
         rows.append([make_printable(one.program), _name_result(one), time, count, reason])
     return rows
 

@@ -16,7 +16,7 @@ from msgspec import Struct
 from verne_post.base.numbers import choose_decimals
 from verne_post.model.codes import CODES
 from verne_post.model.findings import Finding
-from verne_post.model.verdict import Family, find_family
+from verne_post.model.verdict import SEVERITIES, Family, count_findings, find_family
 
 #: A rotary axis beyond its travel: until it is inside, what else the same lines break follows from it.
 _ROTARY: Final = ("VP102", "VP103")
@@ -44,7 +44,9 @@ class Cause(Struct, frozen=True):
         of_joints: dict[str, list[Finding]] = {}
         for item in self.others:
             of_joints.setdefault(_name_quantity(item), []).append(item)
-        return "; ".join(map(_describe_places, of_joints.values()))
+        own = "" if self.first.axis or self.first.quantity else _name_quantity(self.first)
+        shown = map(_describe_places, of_joints.values())
+        return "; ".join(text.removeprefix(f"{own} ") for text in shown)  # its code stands in the line above
 
 
 def find_causes(findings: Sequence[Finding]) -> list[Cause]:
@@ -73,14 +75,23 @@ def find_causes(findings: Sequence[Finding]) -> list[Cause]:
     return causes
 
 
-def _rank(item: Finding) -> tuple[bool, bool, int, float]:
-    """What a cause shows first: a rotary axis beyond its travel, what is out of reach, then the earliest line."""
-    return item.code not in _ROTARY, find_excess(item) < float("inf"), item.line or 0, -find_excess(item)
+def _rank(item: Finding) -> tuple[int, bool, bool, int, float]:
+    """What a cause shows first: the gravest, a rotary axis beyond its travel, what is out of reach, the earliest line.
+
+    Only the first one is counted: an error beside a warning would refuse a program that has no error.
+    """
+    excess = find_excess(item)
+    return SEVERITIES.index(item.severity), item.code not in _ROTARY, excess < math.inf, item.line or 0, -excess
 
 
 def list_first(findings: Sequence[Finding]) -> Iterator[Finding]:
     """The first finding of each cause."""
     return (cause.first for cause in find_causes(findings))
+
+
+def count_causes(findings: Sequence[Finding]) -> tuple[int, int]:
+    """Numbers of errors and of warnings, one for each cause: what every table, report and format of a program has."""
+    return count_findings(list_first(findings))
 
 
 def find_first_error(findings: Sequence[Finding]) -> Finding | None:

@@ -17,13 +17,12 @@ from verne_post.model.verdict import (
     OF_THE_PART,
     Severity,
     Verdict,
-    count_findings,
     find_exit_status,
     find_verdict,
     is_about_pose,
     is_about_text,
 )
-from verne_post.output.causes import Cause, find_causes, list_first
+from verne_post.output.causes import Cause, count_causes, find_causes
 
 if TYPE_CHECKING:
     from verne_post.base.long_text import Text
@@ -61,7 +60,7 @@ def format_outcome(
 
     The machine is named where it is given, except beside a refusal.
     """
-    errors, warnings = count_findings(list_first(findings))
+    errors, warnings = count_causes(findings)
     hidden = errors_not_counted
     verdict = find_verdict(find_exit_status(findings, fail_level), findings, hidden)
     lacks = (
@@ -284,6 +283,7 @@ _KEYS: Final = (
     "unit",
     "message",
     "count",
+    "lines",
     "remedies",
     "file",
     "file_line",
@@ -291,8 +291,15 @@ _KEYS: Final = (
 )
 
 
-def record_of(item: Finding, program: str) -> dict[str, Any]:
-    """A finding as JSON values, in the order of the documentation."""
-    settled_by = [".".join(key) for key in item.settled_by]
-    remedy = describe_remedy(item, program)
-    return {**{key: getattr(item, key) for key in _KEYS}, "settled_by": settled_by, "remedy": remedy}
+def make_records(findings: Sequence[Finding], program: str) -> list[dict[str, Any]]:
+    """Findings as JSON values, in the order of the documentation."""
+    counted_with = {index: cause.indices[0] for cause in find_causes(findings) for index in cause.indices[1:]}
+    return [
+        {
+            **{key: getattr(item, key) for key in _KEYS},
+            "settled_by": [".".join(key) for key in item.settled_by],
+            "remedy": describe_remedy(item, program),
+            "counted_with": counted_with.get(index),
+        }
+        for index, item in enumerate(findings)
+    ]

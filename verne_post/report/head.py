@@ -1,8 +1,8 @@
 """The head of the page: the program, the verdict, and what the verdict rests on."""
 
 from verne_post.model.machine import Machine
-from verne_post.model.verdict import count_findings, find_exit_status, find_verdict
-from verne_post.output.causes import list_first
+from verne_post.model.verdict import find_exit_status, find_verdict
+from verne_post.output.causes import count_causes
 from verne_post.output.summary import describe_time, list_absent_bodies, list_facts
 from verne_post.report.markup import count, escape_text, join_few
 from verne_post.report.sheet import list_offsets, list_tools
@@ -20,7 +20,7 @@ def write_title_html(program: str, machine: Machine) -> str:
 
 def write_verdict_html(machine: Machine, study: Study) -> str:
     """Whether the program can run, how long it takes, and what is assumed."""
-    errors, warnings = count_findings(list_first(study.findings))
+    errors, warnings = count_causes(study.findings)
     shown = []
     if study.timed:
         assert study.summary is not None

@@ -69,15 +69,16 @@ def _report(path: ToolPath, moves: Moves, machine: Machine, rows: list[int], swu
         if not path.free[first]
         else float(path.end[first, 4]) * factor
     )
-    what = f"{letter} turns by {turn:.6g} deg, from {after - turn:.6g} to {after:.6g}, while the tip goes {tip:.4g} mm"
+    ends = " to ".join(map(_name_angle, (after - turn, after)))
+    what = f"{letter} turns by {_name_angle(turn)} deg, from {ends}, while the tip goes {round(tip, 6):.4g} mm"
     if swung:
         text = f"{what}: the tool axis passes close to the vertical; lead it through the vertical, or farther around"
     else:
         short = float(np.degrees(wrap_angle(np.radians(turn))))
         short = 0.0 if abs(short) <= np.degrees(ZERO_ANGLE) else short
         text = (
-            f"{what}, and the tilted tool sweeps around with it; {letter}{after - turn + short:.6g}, {abs(short):.6g} "
-            "deg away, holds the same tool axis"
+            f"{what}, and the tilted tool sweeps around with it; {letter}{_name_angle(after - turn + short)}, "
+            f"{_name_angle(abs(short))} deg away, holds the same tool axis"
         )
         if last := _find_last_to_turn(path, first, (short - turn) / factor):
             text += f"; then add {short - turn:.6g} deg to {letter} in the lines up to {last} too"
@@ -86,6 +87,11 @@ def _report(path: ToolPath, moves: Moves, machine: Machine, rows: list[int], swu
     return make_finding(
         "VP301", text + others, severity="warning", line=line, last_line=line, worst_line=line, count=len(rows)
     )
+
+
+def _name_angle(value: float) -> str:
+    """An angle, deg, as a person writes it: what radians leave of 0 is 0."""
+    return f"{round(value, 6) + 0.0:.6g}"
 
 
 def _find_last_to_turn(path: ToolPath, first: int, shift: float) -> int:

@@ -4,6 +4,7 @@ The limits are linearised at the worst place of each (sliders by the Jacobian, t
 move that keeps them is taken, and so on until it stands.
 """
 
+from collections.abc import Callable
 from itertools import product
 from math import hypot
 from operator import mul
@@ -41,6 +42,8 @@ SWEEPS: Final = 400
 SOUGHT_MM: Final = (2.0, 5.0, 10.0, 20.0, 40.0, 80.0, 160.0, 320.0, 640.0)
 #: Another end that Newton's method does not find is farther than this, mm, for no slip of a number.
 FARTHEST_END_MM: Final = 160.0
+#: A line that is shorter than this, mm, is not what a person means by another end.
+LEAST_WAY_MM: Final = 0.2
 
 
 class MoveProblem(Struct, frozen=True, eq=False):
@@ -80,6 +83,36 @@ def find_move_along(problem: MoveProblem, reserve: float) -> Array | None:
     Newton's method finds none where the worst limit does not change along it, as beside a wall of a fixture. The
     move is halved between a place that keeps the limits and one that does not.
     """
+    keeps_limits, outside = _make_question(problem, reserve), 0.0
+    for far in (one for one in SOUGHT_MM if one <= FARTHEST_END_MM):
+        for way in (-1.0, 1.0):
+            if not keeps_limits(way * far):
+                continue
+            return _halve(problem, keeps_limits, way * far, way * outside)
+        outside = far
+    return None
+
+
+def find_end_on_the_way(problem: MoveProblem, reserve: float) -> tuple[Array | None, bool]:
+    """The move (3,) of the end of a straight line, along the one direction of the basis, back towards its start, to the
+    last place that keeps the limits; None if the line breaks them from its start on.
+
+    And whether no other end can be nearer: the line moves in this direction alone, so any end behind this one leads
+    through what is in the way.
+    """
+    line, way = problem.line, problem.basis[0]
+    tip, angles = line.pose(line.contour, np.zeros(2, dtype=int), np.array([0.0, 1.0]))
+    span = float((tip[1] - tip[0]) @ way / (way @ way))
+    beside = np.abs(tip[1] - tip[0] - span * way).max() + np.abs(angles[1] - angles[0]).max()
+    least = abs(span) - LEAST_WAY_MM
+    keeps_limits = _make_question(problem, reserve)
+    if least <= 0.0 or not keeps_limits(-np.sign(span) * least):
+        return None, False
+    return _halve(problem, keeps_limits, -np.sign(span) * least, 0.0), beside < LIMIT_SLACK_MM
+
+
+def _make_question(problem: MoveProblem, reserve: float) -> Callable[[float], bool]:
+    """Whether a move by a distance along the one direction of the basis keeps the limits at the samples of the line."""
     element, _w = list_samples(problem.line)
     bounds = [check.warn if problem.also_warnings else check.limit for check in problem.checks]
 
@@ -95,18 +128,15 @@ def find_move_along(problem: MoveProblem, reserve: float) -> Array | None:
         ]
         return bool((np.array(inside) >= reserve).all())
 
-    outside = 0.0
-    for far in (one for one in SOUGHT_MM if one <= FARTHEST_END_MM):
-        for way in (-1.0, 1.0):
-            if not keeps_limits(way * far):
-                continue
-            inside, beyond = far, outside
-            while inside - beyond > SETTLED_MM:
-                middle = 0.5 * (inside + beyond)
-                inside, beyond = (middle, beyond) if keeps_limits(way * middle) else (inside, middle)
-            return np.asarray(np.round(way * inside * problem.basis[0], SHIFT_DECIMALS))
-        outside = far
-    return None
+    return keeps_limits
+
+
+def _halve(problem: MoveProblem, keeps_limits: Callable[[float], bool], inside: float, beyond: float) -> Array:
+    """The move (3,) at the limit, between a distance that keeps the limits and one that does not."""
+    while abs(inside - beyond) > SETTLED_MM:
+        middle = 0.5 * (inside + beyond)
+        inside, beyond = (middle, beyond) if keeps_limits(middle) else (inside, middle)
+    return np.asarray(np.round(inside * problem.basis[0], SHIFT_DECIMALS))
 
 
 def find_least_move(problem: MoveProblem, start: Array, reserve: float) -> Array | None:

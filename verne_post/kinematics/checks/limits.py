@@ -141,7 +141,7 @@ class _LimitCheck:
         #: Columns of the axis error, of either sign, and the largest error so far, degrees.
         self.axis_columns = [len(machine.columns) + k for k, one in enumerate(machine.margins) if one.code == "VP217"]
         self.axis_error_deg = 0.0
-        self.below_table = Worst()
+        self.below_table = {name: Worst() for name in ("tip", "spindle nose")}
         #: Finding codes of elements that cannot be solved.
         self.unreachable: dict[int, str] = {}
         self.tails = np.array([SPAN_TAIL_MM if column.unit == "mm" else SPAN_TAIL for column in machine.columns])
@@ -257,7 +257,8 @@ class _LimitCheck:
         shape = (len(spans.WITH_ENDS), len(part), 1)
         tool_length = self.joints.contour.find_tool_lengths(np.tile(part.element, shape[0]))
         axis = self.joints.find_tool_axis(solved)
-        for along in (np.full(len(axis), self.joints.lift), tool_length):
+        ways = (np.full(len(axis), self.joints.lift), tool_length)
+        for along, below in zip(ways, self.below_table.values(), strict=True):
             height = (solved.tip[:, 2] + along * axis[:, 2]).reshape(shape)
             if height.min() > SPAN_MM:
                 continue
@@ -274,7 +275,7 @@ class _LimitCheck:
             if len(broken):
                 low = np.where(under[:, broken], height[:, broken, 0], np.inf)
                 lowest, at = low.min(axis=0), w[low.argmin(axis=0), broken]
-                self.below_table.note(part.element[broken], lowest, lowest, at)
+                below.note(part.element[broken], lowest, lowest, at)
             deepest = np.where(anywhere, WORST_DEPTH, MAX_DEPTH)
             gap = height[:, :, 0].min(axis=0) - low_height
             halve |= open_ & (part.depth < deepest) & ((gap > LIMIT_SLACK_MM) | ~anywhere)

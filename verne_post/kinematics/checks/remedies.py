@@ -19,6 +19,7 @@ from verne_post.kinematics.checks.least_move import (
     SHIFT_DECIMALS,
     SOUGHT_MM,
     MoveProblem,
+    find_end_on_the_way,
     find_least_move,
     find_move_along,
     find_start,
@@ -134,8 +135,7 @@ def place_of(line: JointPath, item: Finding) -> Place | None:
     checks = [
         check
         for check in list_checks(line)
-        if (check.code, check.axis) == (item.code, item.axis)
-        and (item.code != "VP215" or item.message.startswith(check.name))
+        if (check.code, check.axis) == (item.code, item.axis) and (item.code != "VP215" or item.quantity == check.name)
     ]
     by_distance = [
         (abs(best[1] * check.factor - item.value), best[0])
@@ -277,7 +277,10 @@ def find_smallest_shift(
 
 def _list_moves(problem: MoveProblem, start: Array) -> Iterator[Array | None]:
     """Moves (3,) to be checked along the whole line, the smaller ones first."""
-    yield from (find_least_move(problem, start, reserve) for reserve in RESERVES)
+    for reserve in RESERVES:
+        on_the_way, is_nearest = find_end_on_the_way(problem, reserve) if problem.end_only else (None, False)
+        least = None if is_nearest else find_least_move(problem, start, reserve)
+        yield min((one for one in (least, on_the_way) if one is not None), key=np.linalg.norm, default=None)
     along: Array | None = None
     for reserve in RESERVES if problem.end_only else ():  # a moved part has other directions to go to
         along = find_move_along(problem, reserve)

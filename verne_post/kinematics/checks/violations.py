@@ -128,12 +128,18 @@ def report_limit(contour: Contour, check: Check, worst: Worst, cause: Ints | Non
             value, bound = value_of[at] * check.factor, limit * check.factor
             side = "below" if value <= bound else "above"
             decimals = choose_decimals(abs(value - bound), check.unit)
-            message = (
-                f"{what} {format_fixed(value, decimals)}{unit} is {side} {bound:g}{unit} by "
-                f"{abs(value - bound):.{decimals}f}{unit}"
-                if check.travel is None
-                else _describe_travel(check, value, bound)
-            )
+            contact = _CONTACT.fullmatch(check.name) if check.code == "VP215" and bound == 0.0 else None
+            if contact is not None:
+                # surfaces of meshes that meet have no depth
+                depth = f"is {format_fixed(-value, decimals)}{unit} inside" if value < -LIMIT_SLACK_MM else "runs into"
+                message = f"{contact[1]} {depth} {contact[2]}"
+            elif check.travel is None:
+                message = (
+                    f"{what} {format_fixed(value, decimals)}{unit} is {side} {bound:g}{unit} by "
+                    f"{abs(value - bound):.{decimals}f}{unit}"
+                )
+            else:
+                message = _describe_travel(check, value, bound)
             message += "" if cause is None else _describe_stretches(contour, group)
             findings.append(
                 _make_finding(
@@ -147,12 +153,14 @@ def report_limit(contour: Contour, check: Check, worst: Worst, cause: Ints | Non
                     value=value,
                     limit=bound,
                     unit=check.unit,
-                    quantity=what if check.axis and what.endswith(f"({check.axis})") else "",
+                    quantity=what if check.code == "VP215" or what.endswith(f"({check.axis})") else "",
                 )
             )
     return findings
 
 
+#: The distance of a body from another one: below 0 the one is inside the other.
+_CONTACT: Final = re.compile("distance of (the .+?) from (.+)")
 #: What people call the joints of that name.
 _SLIDER: Final = re.compile(r"rho(\d+)")
 
@@ -176,14 +184,19 @@ def _describe_travel(check: Check, value: float, bound: float) -> str:
     )
 
 
-def report_table(contour: Contour, below: Worst) -> list[Finding]:
-    """VP210."""
+def report_table(contour: Contour, below: Mapping[str, Worst]) -> list[Finding]:
+    """VP210, with the name of what is lowest."""
     findings = []
-    for group in _split_stretches(below.by_element):
-        at = min(group, key=lambda element: below.by_element[element][0])
-        value, place_of = below.by_element[at][1], {one: below.by_element[one][2] for one in group}
+    lowest = {
+        element: min((*worst.by_element[element], name) for name, worst in below.items() if element in worst.by_element)
+        for element in set().union(*(worst.by_element for worst in below.values()))
+    }
+    for group in _split_stretches(lowest):
+        at = min(group, key=lambda element: lowest[element][0])
+        _margin, value, _w, name = lowest[at]
+        place_of = {one: lowest[one][2] for one in group}
         depth = format_fixed(-value, choose_decimals(-value, "mm"))
-        message = f"tip or spindle nose {depth} mm below the table face, inside the table's radius"
+        message = f"{name} {depth} mm below the table face, inside the table's radius"
         findings.append(
             _make_finding(contour, group, (at, place_of), "VP210", message, value=value, limit=0.0, unit="mm")
         )

@@ -9,7 +9,7 @@ from typing import Final
 from verne_post.base.numbers import format_count
 from verne_post.base.printable import make_lines_printable
 from verne_post.model.codes import CODES
-from verne_post.model.findings import Finding
+from verne_post.model.findings import Finding, name_lines
 from verne_post.model.machine import Machine
 from verne_post.model.verdict import Verdict
 from verne_post.output.causes import Cause, find_causes
@@ -56,7 +56,7 @@ def _write_annotation(program: str, cause: Cause) -> str:
     where = [] if file == "<stdin>" else [f"file={_escape_property(_find_path_in_repository(file))}"]
     if line and where:
         where.append(f"line={line}")
-        if item.last_line is not None and item.last_line > line:
+        if item.last_line is not None and item.last_line > line and not item.lines:
             where.append(f"endLine={item.last_line}")
         column = item.column if item.file is None else item.file_column
         if column is not None:
@@ -68,7 +68,7 @@ def _write_annotation(program: str, cause: Cause) -> str:
     # an annotation stands beside the last line of its stretch
     spread = bool(item.line and item.last_line and item.last_line > item.line)
     measured = item.value is not None and item.worst_line
-    stretch = f"worst in line {item.worst_line}" if measured else f"lines {item.line} to {item.last_line}"
+    stretch = f"worst in line {item.worst_line}" if measured else name_lines(item)
     stretch += "" if measured or item.count < 2 else f", {item.count} times"
     text = "\n".join([item.message, *([stretch] if spread else []), *also, *remedies])
     return f"::{_LEVELS[item.severity]} {','.join(where)}::{_escape_data(text)}"

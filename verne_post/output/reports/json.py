@@ -5,8 +5,9 @@ from collections.abc import Sequence
 from verne_post.base.printable import format_json
 from verne_post.model.findings import Finding
 from verne_post.model.machine import Machine
-from verne_post.model.verdict import Verdict, count_findings
-from verne_post.output.findings import Report, record_of
+from verne_post.model.verdict import Verdict
+from verne_post.output.causes import count_causes
+from verne_post.output.findings import Report, make_records
 
 
 def write(reports: Sequence[Report], machine: Machine) -> str:
@@ -14,14 +15,14 @@ def write(reports: Sequence[Report], machine: Machine) -> str:
     programs = []
     for report in reports:
         own = report.machine or machine
-        errors, warnings = count_findings(report.findings)
+        errors, warnings = count_causes(report.findings)
         programs.append(
             {
                 "program": report.program,
                 "machine": {"name": own.name, "sha256": own.sha256},
                 "verdict": report.verdict,
                 "summary": {"errors": errors, "warnings": warnings, "cycle_time_s": report.cycle_time_s},
-                "findings": [record_of(item, report.program) for item in report.findings],
+                "findings": make_records(report.findings, report.program),
             }
         )
     return _write_document({"schema": 1, "programs": programs})
@@ -29,7 +30,7 @@ def write(reports: Sequence[Report], machine: Machine) -> str:
 
 def write_failure(verdict: Verdict, message: str, findings: Sequence[Finding]) -> str:
     """The document of a check that could not begin: no program was checked."""
-    failure = {"verdict": verdict, "message": message, "findings": [record_of(item, "<stdin>") for item in findings]}
+    failure = {"verdict": verdict, "message": message, "findings": make_records(findings, "<stdin>")}
     return _write_document({"schema": 1, "failure": failure, "programs": []})
 
 

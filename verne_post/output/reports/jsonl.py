@@ -6,15 +6,15 @@ from verne_post.base.printable import format_json
 from verne_post.model.findings import Finding
 from verne_post.model.machine import Machine
 from verne_post.model.verdict import Verdict
-from verne_post.output.findings import Report, record_of
+from verne_post.output.findings import Report, make_records
 
 
 def write(reports: Sequence[Report], _machine: Machine | None = None) -> str:
     """One finding a line, with its program."""
     return "".join(
-        format_json({"program": report.program, **record_of(item, report.program)}) + "\n"
+        format_json({"program": report.program, **record}) + "\n"
         for report in reports
-        for item in report.findings
+        for record in make_records(report.findings, report.program)
     )
 
 

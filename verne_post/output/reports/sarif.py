@@ -2,13 +2,15 @@
 
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any, Final
 
 from verne_post.base.printable import format_json
 from verne_post.model.codes import CODES
-from verne_post.model.findings import Finding
+from verne_post.model.findings import Finding, name_lines
 from verne_post.model.machine import Machine
 from verne_post.model.verdict import SEVERITIES, Verdict
+from verne_post.output.causes import Cause, describe_other, find_causes
 from verne_post.output.code_pages import make_markdown, make_text
 from verne_post.output.findings import Report, drop_repeated, find_place, list_remedies
 from verne_post.output.policy import make_fingerprint, make_uri
@@ -23,21 +25,21 @@ _LINE_HASH: Final = "primaryLocationLineHash"
 
 
 def write(reports: Sequence[Report], _machine: Machine | None = None) -> str:
-    """One run: a rule for each code that occurs, a result for each finding."""
+    """One run: a rule for each code that occurs, a result for each cause."""
     from verne_post import __version__
 
     told_once = drop_repeated(reports, also_errors=True)
-    everything = [(report, item) for report in told_once for item in report.findings]
-    everything.sort(key=lambda pair: SEVERITIES.index(pair[1].severity))
+    everything = [(report, cause) for report in told_once for cause in find_causes(report.findings)]
+    everything.sort(key=lambda pair: SEVERITIES.index(pair[1].first.severity))
     shown = everything[:MAX_RESULTS]
-    rules = sorted({item.code for _report, item in shown})
+    rules = sorted({cause.first.code for _report, cause in shown})
     seen: Counter[str] = Counter()
     run: dict[str, Any] = {
         "tool": {
             "driver": {"name": "verne-post", "version": __version__, "rules": [_make_rule(code) for code in rules]}
         },
         "columnKind": "unicodeCodePoints",
-        "results": [_make_result(report, item, rules, seen) for report, item in shown],
+        "results": [_make_result(report, cause, rules, seen) for report, cause in shown],
     }
     left_out = len(everything) - len(shown)
     if left_out:
@@ -81,7 +83,18 @@ def _make_rule(code: str) -> dict[str, Any]:
     }
 
 
-def _make_result(report: Report, item: Finding, rules: list[str], seen: Counter[str]) -> dict[str, Any]:
+def _make_result(report: Report, cause: Cause, rules: list[str], seen: Counter[str]) -> dict[str, Any]:
+    item, others = cause.first, cause.describe_others()
+    also = [f"also {others}"] if others else []
+    places = {(other.line, other.last_line, describe_other(other)): other for other in cause.others}  # each once
+    related = [
+        {**_make_location(report.program, other), "message": {"text": text}}
+        for (_line, _last, text), other in places.items()
+    ]
+    again = [
+        replace(item, line=line, last_line=line, column=None, lines=()) for line in item.lines if line != item.line
+    ]
+    related += [{**_make_location(report.program, one), "message": {"text": "here too"}} for one in again]
     fingerprint = make_fingerprint(report, item, seen)
     properties = ("axis", "value", "limit", "unit", "count", "worst_line")
     return {
@@ -89,8 +102,18 @@ def _make_result(report: Report, item: Finding, rules: list[str], seen: Counter[
         "ruleIndex": rules.index(item.code),
         "level": item.severity,
         # hosts show the message beside the line, and the help of the rule a click away
-        "message": {"text": "\n".join([item.message, *list_remedies(item, report.program)])},
+        "message": {
+            "text": "\n".join(
+                [
+                    item.message,
+                    *(["in " + name_lines(item)] if item.lines else []),
+                    *also,
+                    *list_remedies(item, report.program),
+                ]
+            )
+        },
         "locations": [_make_location(report.program, item)],
+        **({"relatedLocations": related} if related else {}),
         "partialFingerprints": {_FINGERPRINT: fingerprint, _LINE_HASH: fingerprint},
         "properties": {name: getattr(item, name) for name in properties if getattr(item, name) is not None},
     }
@@ -103,6 +126,6 @@ def _make_location(program: str, item: Finding) -> dict[str, Any]:
     column = item.column if item.file is None else item.file_column
     if line and column is not None:
         region["startColumn"] = column
-    if item.line and item.last_line is not None and item.last_line > item.line:
+    if item.line and item.last_line is not None and item.last_line > item.line and not item.lines:
         region["endLine"] = item.last_line
     return {"physicalLocation": {"artifactLocation": {"uri": make_uri(file)}, "region": region}}
