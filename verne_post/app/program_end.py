@@ -26,12 +26,17 @@ _MOVE: Final = re.compile(
 def find_unexecuted_moves(source: Text, moves: Moves) -> Iterator[Finding]:
     """VP051: lines with axes that stand between the end of the program and the next program or subprogram."""
     end = next((one for one in reversed(moves.events) if one.kind == "end"), None)
-    if end is None or not len(moves) or int(moves.line.max()) > end.line:
+    if end is None or not len(moves):
         return
+    after = moves.line[moves.line > end.line]
+    # of a label that is jumped to, or of a subprogram, before which nothing else is executed
+    executed = int(after.min()) if len(after) else None
     found: list[int] = []
     for number, line in enumerate(_list_lines_after(source, end.line), end.line + 1):
         if _OTHER_PROGRAM.match(line):
             break
+        if number == executed:
+            return
         if _MOVE.search(_COMMENT.sub(b"", line)):
             found.append(number)
     if found:
