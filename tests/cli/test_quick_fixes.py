@@ -1,0 +1,154 @@
+"""What an editor underlines of a program, and the edits that it offers there, without the protocol."""
+
+import threading
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("pygls", reason="needs the extra lsp")
+
+from verne_post.cli.lsp.command import command
+from verne_post.cli.lsp.fixes import find_fixes
+from verne_post.cli.lsp.inspector import Inspector
+from verne_post.cli.lsp.places import find_range
+
+SETUP = "tool_length = 80\n[wcs]\nG54 = [0, 0, 60]\n"
+TOOLS = "[wcs]\nG54 = [0, 0, 60]\n[tools]\n1 = { length = 80 }\n"
+NGC = "G21 G90 G94 G17 G54\nG0 X0 Y0 Z50 A0 C0\nM3 S1000\n"
+FANUC = f"%\nO1\n{NGC}"
+SIEMENS = "DEF INT PASS\nG71 G90 G94 G54\nG0 X0 Y0 Z50 A0 C0\nM3 S1000\n"
+KLARTEXT = "0 BEGIN PGM T MM\n1 TOOL CALL 1 Z S1000\n2 L X+0 Y+0 Z+50 A+0 C+0 R0 FMAX M3\n"
+
+
+@pytest.fixture(scope="module")
+def inspector() -> Inspector:
+    given = dict(command.make_context("lsp", []).params)
+    del given["extension"]
+    return Inspector(given)
+
+
+def look(
+    inspector: Inspector, path: Path, text: str, setup: str = SETUP
+) -> tuple[str, str, dict[str, tuple[Path, str, bool]]]:
+    """The message of the only finding, what is underlined of it, and the files that its edits make, by their titles."""
+    path.write_text(text, "utf-8")
+    Path(f"{path}.toml").write_text(setup, "utf-8")
+    texts, superseded = {path: text}, threading.Event()
+    found = inspector.check(path, texts, superseded)
+    (item,) = (one for one in found.findings if one.severity != "note")
+    place = find_range(item, text.split("\n"))
+    word = text.split("\n")[place.start.line][place.start.character : place.end.character]
+    made = {
+        fix.title.partition(" (")[0]: (fix.path, f"{fix.text[: fix.begin]}{fix.new}{fix.text[fix.end :]}", fix.settles)
+        for fix in find_fixes(inspector, found, item, texts, superseded)
+        if fix.text is not None
+    }
+    return item.message, word, made
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "said", "word", "title", "change"),
+    [
+        ("a.mpf", f"{SIEMENS}TRAORI\nG0 A=DC(-20)\nM30\n", "write A=DC(340)", "A=DC(-20)",
+         "Write A=DC(340) in place of A=DC(-20)", ("-20", "340")),
+        ("a.h", f"{KLARTEXT}3 CALL LBL 20\n4 M30\n5 LBL 10\n6 L X+5 F600\n7 LBL 0\n8 END PGM T MM\n",
+         "it has LBL 10, which is nearly this number", "20", "Write LBL 10 in place of LBL 20 in line 4",
+         ("LBL 20", "LBL 10")),
+        ("a.nc", f"{FANUC}M98 P41310\nM30\nO1301\nG1 X5 F600\nM99\n%\n",
+         "put it there; the program has O1301, which is nearly this number", "P41310",
+         "Write P41301 in place of P41310", ("P41310", "P41301")),
+        ("b.nc", f"{FANUC}M98 P1312\nM30\nO1302\nG1 X5 F600\nM99\n%\n", "the program has O1302", "P1312",
+         "Write P1302 in place of P1312", ("P1312", "P1302")),
+        ("a.ngc", f"{NGC}o20 repeat [2]\nG1 X5 F500\nX0\no21 endrepeat\nM2\n", "o20 repeat (line 4) is open", "o21",
+         "Write o20 in place of o21", ("o21", "o20")),
+        ("b.mpf", f"{SIEMENS}FOR PASS=1 TO 3\nG1 X=PASS F500\n  ENDWHILE\nM30\n", "FOR of line 5 is open", "ENDWHILE",
+         "Write ENDFOR in place of ENDWHILE", ("ENDWHILE", "ENDFOR")),
+        ("c.nc", f"{FANUC}#1=1\nWHILE [#1 LT 3] DO1\nG1 X#1 F500\n#1=#1+1\nEND2\nM30\n%\n", "DO1 of line 7 is open",
+         "END2", "Write END1 in place of END2", ("END2", "END1")),
+        ("d.nc", f"{FANUC}#1=1\nWHILE [#1 LT 3] D01\nG1 X#1 F500\n#1=#1+1\nEND1\nM30\n%\n", "did you mean DO1?",
+         "D01", "Write DO1 in place of D01", ("D01", "DO1")),
+        ("d.mpf", f"{SIEMENS}FOR PASS = 1 T0 4\nG1 X=PASS F500\nENDFOR\nM30\n", "did you mean TO?", "T0",
+         "Write TO in place of T0", ("T0", "TO")),
+        ("b.h", f"{KLARTEXT}3 PLANE SPATIAL SPA+10 SPB+0 SPC+0 TURN DIST0 FMAX\n4 L X+3 F500\n5 M30\n6 END PGM T MM\n",
+         "DIST belongs to MOVE", "DIST0", "Remove DIST0", ("DIST0", "")),
+        ("b.ngc", f"{NGC}G1 X5 F500\nG4 X0.3\nM30\n", "G4 needs P, the time; did you mean P0.3?", "X0.3",
+         "Write P0.3 in place of X0.3", ("X0.3", "P0.3")),
+        ("c.mpf", f"{SIEMENS}FOR PASS=1 TO 3\nG1 X=PASS F500\nEND FOR\nM30\n", "which line 7 writes as END FOR", "FOR",
+         "Write ENDFOR in place of END FOR in line 7", ("END FOR", "ENDFOR")),
+    ],
+)  # fmt: skip
+def test_a_slip_is_underlined_and_its_edit_settles_it(
+    inspector: Inspector,
+    tmp_path: Path,
+    name: str,
+    text: str,
+    said: str,
+    word: str,
+    title: str,
+    change: tuple[str, str],
+) -> None:
+    message, underlined, made = look(inspector, tmp_path / name, text)
+    assert said in message
+    assert underlined == word
+    assert made[title] == (tmp_path / name, text.replace(*change, 1), not title.startswith("Remove"))
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "said", "word"),
+    [
+        ("a.nc", f"{FANUC}#1=1\nIF [#1 EQ 1] GOTO 111\nG1 X5 F500\nN110 X10\nM30\n%\n", "no block N111", "111"),
+        ("b.nc", f"{FANUC}G1 X#110 F500\nM30\n%\n", "#110 may have a value", "#110"),
+        ("a.ngc", f"{NGC}G1 X#<y> F500\nM2\n", "#<y> has no value", "#<y>"),
+        ("b.ngc", f"{NGC}G1 X5 F500\nG4\nM2\n", "G4 needs P", "G4"),
+    ],
+)
+def test_a_finding_without_an_edit_is_underlined_at_its_word(
+    inspector: Inspector, tmp_path: Path, name: str, text: str, said: str, word: str
+) -> None:
+    message, underlined, made = look(inspector, tmp_path / name, text)
+    assert said in message
+    assert (underlined, made) == (word, {})
+
+
+def test_an_end_before_the_first_motion_is_named(inspector: Inspector, tmp_path: Path) -> None:
+    """M30 for M03 was "no motion" in the first line."""
+    text = "%\nO1\nG21 G90 G94 G17 G54\nS8000 M30\nG0 X0 Y0 Z50 A0 C0\nG1 X5 F500\nM30\n%\n"
+    path = tmp_path / "a.nc"
+    message, underlined, made = look(inspector, path, text)
+    assert message.startswith("M30 ends the program before its first motion: lines 5 to 6 move axes after it")
+    assert underlined == "M30"
+    assert made == {"Write M3 in place of M30 in line 4": (path, text.replace("M30", "M3", 1), False)}
+
+
+COMPENSATED = "G43 H1 Z50\nG41 D1 X10 Y10 F500 G1\nX20\nX30 Y20\nG40 X40\nM2\n"
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("a.nc", f"{FANUC}T1 M6\n{COMPENSATED}%\n".replace("M2", "M30")),
+        ("a.ngc", f"{NGC}T1 M6\n{COMPENSATED}"),
+        ("a.h", f"{KLARTEXT}3 L X+10 Y+10 RL F500\n4 L X+20\n5 L X+30 Y+20\n6 L X+40 R0\n7 M30\n8 END PGM T MM\n"),
+        ("a.mpf", f"{SIEMENS}T1 D1\nM6\nG1 G41 X10 Y10 F500\nX20\nX30 Y20\nG40 X40\nM30\n"),
+    ],
+)
+def test_a_diameter_that_the_set_up_lacks_is_added_to_be_filled_in(
+    inspector: Inspector, tmp_path: Path, name: str, text: str
+) -> None:
+    """Beside the length of its tool; a length of the whole program becomes that of the tool."""
+    setup = tmp_path / f"{name}.toml"
+    message, _word, made = look(inspector, tmp_path / name, text, TOOLS)
+    assert "tools.1.diameter, mm" in message
+    ((path, new, settles),) = made.values()
+    assert (path, settles) == (setup, False)
+    assert new == TOOLS.replace("80", '80, diameter = "measure"')
+    message, _word, made = look(inspector, tmp_path / name, text, SETUP)
+    assert "write [tools] 1 = { length = MM, diameter = MM } into the set-up in place of tool_length" in message
+    ((path, new, settles),) = made.values()
+    assert (path, settles) == (setup, False)
+    assert new == '[wcs]\nG54 = [0, 0, 60]\n\n[tools]\n1 = { length = 80, diameter = "measure" }\n'
+    filled = new.replace('"measure"', "6")
+    path.write_text(filled, "utf-8")
+    texts = {tmp_path / name: text, path: filled}
+    found = inspector.check(tmp_path / name, texts, threading.Event())
+    assert [one for one in found.findings if one.severity == "error"] == []
