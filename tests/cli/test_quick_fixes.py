@@ -7,10 +7,15 @@ import pytest
 
 pytest.importorskip("pygls", reason="needs the extra lsp")
 
+from verne_post.app.convert import Inspection
+from verne_post.app.result import refuse_program
 from verne_post.cli.lsp.command import command
+from verne_post.cli.lsp.completion import complete_word
 from verne_post.cli.lsp.fixes import find_fixes
-from verne_post.cli.lsp.inspector import Inspector
+from verne_post.cli.lsp.inspector import Inspected, Inspector
+from verne_post.cli.lsp.outline import Named, Outline
 from verne_post.cli.lsp.places import find_range
+from verne_post.model.findings import InputError
 
 SETUP = "tool_length = 80\n[wcs]\nG54 = [0, 0, 60]\n"
 TOOLS = "[wcs]\nG54 = [0, 0, 60]\n[tools]\n1 = { length = 80 }\n"
@@ -49,34 +54,104 @@ def look(
 @pytest.mark.parametrize(
     ("name", "text", "said", "word", "title", "change"),
     [
-        ("a.mpf", f"{SIEMENS}TRAORI\nG0 A=DC(-20)\nM30\n", "write A=DC(340)", "A=DC(-20)",
-         "Write A=DC(340) in place of A=DC(-20)", ("-20", "340")),
-        ("a.h", f"{KLARTEXT}3 CALL LBL 20\n4 M30\n5 LBL 10\n6 L X+5 F600\n7 LBL 0\n8 END PGM T MM\n",
-         "it has LBL 10, which is nearly this number", "20", "Write LBL 10 in place of LBL 20 in line 4",
-         ("LBL 20", "LBL 10")),
-        ("a.nc", f"{FANUC}M98 P41310\nM30\nO1301\nG1 X5 F600\nM99\n%\n",
-         "put it there; the program has O1301, which is nearly this number", "P41310",
-         "Write P41301 in place of P41310", ("P41310", "P41301")),
-        ("b.nc", f"{FANUC}M98 P1312\nM30\nO1302\nG1 X5 F600\nM99\n%\n", "the program has O1302", "P1312",
-         "Write P1302 in place of P1312", ("P1312", "P1302")),
-        ("a.ngc", f"{NGC}o20 repeat [2]\nG1 X5 F500\nX0\no21 endrepeat\nM2\n", "o20 repeat (line 4) is open", "o21",
-         "Write o20 in place of o21", ("o21", "o20")),
-        ("b.mpf", f"{SIEMENS}FOR PASS=1 TO 3\nG1 X=PASS F500\n  ENDWHILE\nM30\n", "FOR of line 5 is open", "ENDWHILE",
-         "Write ENDFOR in place of ENDWHILE", ("ENDWHILE", "ENDFOR")),
-        ("c.nc", f"{FANUC}#1=1\nWHILE [#1 LT 3] DO1\nG1 X#1 F500\n#1=#1+1\nEND2\nM30\n%\n", "DO1 of line 7 is open",
-         "END2", "Write END1 in place of END2", ("END2", "END1")),
-        ("d.nc", f"{FANUC}#1=1\nWHILE [#1 LT 3] D01\nG1 X#1 F500\n#1=#1+1\nEND1\nM30\n%\n", "did you mean DO1?",
-         "D01", "Write DO1 in place of D01", ("D01", "DO1")),
-        ("d.mpf", f"{SIEMENS}FOR PASS = 1 T0 4\nG1 X=PASS F500\nENDFOR\nM30\n", "did you mean TO?", "T0",
-         "Write TO in place of T0", ("T0", "TO")),
-        ("b.h", f"{KLARTEXT}3 PLANE SPATIAL SPA+10 SPB+0 SPC+0 TURN DIST0 FMAX\n4 L X+3 F500\n5 M30\n6 END PGM T MM\n",
-         "DIST belongs to MOVE", "DIST0", "Remove DIST0", ("DIST0", "")),
-        ("b.ngc", f"{NGC}G1 X5 F500\nG4 X0.3\nM30\n", "G4 needs P, the time; did you mean P0.3?", "X0.3",
-         "Write P0.3 in place of X0.3", ("X0.3", "P0.3")),
-        ("c.mpf", f"{SIEMENS}FOR PASS=1 TO 3\nG1 X=PASS F500\nEND FOR\nM30\n", "which line 7 writes as END FOR", "FOR",
-         "Write ENDFOR in place of END FOR in line 7", ("END FOR", "ENDFOR")),
+        (
+            "a.mpf",
+            f"{SIEMENS}TRAORI\nG0 A=DC(-20)\nM30\n",
+            "write A=DC(340)",
+            "A=DC(-20)",
+            "Write A=DC(340) in place of A=DC(-20)",
+            ("-20", "340"),
+        ),
+        (
+            "a.h",
+            f"{KLARTEXT}3 CALL LBL 20\n4 M30\n5 LBL 10\n6 L X+5 F600\n7 LBL 0\n8 END PGM T MM\n",
+            "it has LBL 10, which is nearly this number",
+            "20",
+            "Write LBL 10 in place of LBL 20 in line 4",
+            ("LBL 20", "LBL 10"),
+        ),
+        (
+            "a.nc",
+            f"{FANUC}M98 P41310\nM30\nO1301\nG1 X5 F600\nM99\n%\n",
+            "put it there; the program has O1301, which is nearly this number",
+            "P41310",
+            "Write P41301 in place of P41310",
+            ("P41310", "P41301"),
+        ),
+        (
+            "b.nc",
+            f"{FANUC}M98 P1312\nM30\nO1302\nG1 X5 F600\nM99\n%\n",
+            "the program has O1302",
+            "P1312",
+            "Write P1302 in place of P1312",
+            ("P1312", "P1302"),
+        ),
+        (
+            "a.ngc",
+            f"{NGC}o20 repeat [2]\nG1 X5 F500\nX0\no21 endrepeat\nM2\n",
+            "o20 repeat (line 4) is open",
+            "o21",
+            "Write o20 in place of o21",
+            ("o21", "o20"),
+        ),
+        (
+            "b.mpf",
+            f"{SIEMENS}FOR PASS=1 TO 3\nG1 X=PASS F500\n  ENDWHILE\nM30\n",
+            "FOR of line 5 is open",
+            "ENDWHILE",
+            "Write ENDFOR in place of ENDWHILE",
+            ("ENDWHILE", "ENDFOR"),
+        ),
+        (
+            "c.nc",
+            f"{FANUC}#1=1\nWHILE [#1 LT 3] DO1\nG1 X#1 F500\n#1=#1+1\nEND2\nM30\n%\n",
+            "DO1 of line 7 is open",
+            "END2",
+            "Write END1 in place of END2",
+            ("END2", "END1"),
+        ),
+        (
+            "d.nc",
+            f"{FANUC}#1=1\nWHILE [#1 LT 3] D01\nG1 X#1 F500\n#1=#1+1\nEND1\nM30\n%\n",
+            "did you mean DO1?",
+            "D01",
+            "Write DO1 in place of D01",
+            ("D01", "DO1"),
+        ),
+        (
+            "d.mpf",
+            f"{SIEMENS}FOR PASS = 1 T0 4\nG1 X=PASS F500\nENDFOR\nM30\n",
+            "did you mean TO?",
+            "T0",
+            "Write TO in place of T0",
+            ("T0", "TO"),
+        ),
+        (
+            "b.h",
+            f"{KLARTEXT}3 PLANE SPATIAL SPA+10 SPB+0 SPC+0 TURN DIST0 FMAX\n4 L X+3 F500\n5 M30\n6 END PGM T MM\n",
+            "DIST belongs to MOVE",
+            "DIST0",
+            "Remove DIST0",
+            ("DIST0", ""),
+        ),
+        (
+            "b.ngc",
+            f"{NGC}G1 X5 F500\nG4 X0.3\nM30\n",
+            "G4 needs P, the time; did you mean P0.3?",
+            "X0.3",
+            "Write P0.3 in place of X0.3",
+            ("X0.3", "P0.3"),
+        ),
+        (
+            "c.mpf",
+            f"{SIEMENS}FOR PASS=1 TO 3\nG1 X=PASS F500\nEND FOR\nM30\n",
+            "which line 7 writes as END FOR",
+            "FOR",
+            "Write ENDFOR in place of END FOR in line 7",
+            ("END FOR", "ENDFOR"),
+        ),
     ],
-)  # fmt: skip
+)
 def test_a_slip_is_underlined_and_its_edit_settles_it(
     inspector: Inspector,
     tmp_path: Path,
@@ -152,3 +227,50 @@ def test_a_diameter_that_the_set_up_lacks_is_added_to_be_filled_in(
     texts = {tmp_path / name: text, path: filled}
     found = inspector.check(tmp_path / name, texts, threading.Event())
     assert [one for one in found.findings if one.severity == "error"] == []
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "words"),
+    [
+        ("a.mpf", "DEF REAL DEPTH=10\nG1 Z=DE|\nM30\n", ["DEPTH"]),
+        ("b.mpf", "G0 X0\nFA|\nM30\n%_N_FACE_SPF\nPROC FACE(REAL SAFE)\nG1 X5\nRET\n", ["FACE"]),
+        ("c.mpf", "G0 X0\nGOTOF LA|\nLAST:\nM30\n", ["LAST"]),
+        ("a.ngc", "#<depth>=5\n#<width>=2\nG1 X[#<d|\nM2\n", ["#<depth>"]),
+        ("b.ngc", "o<hole> sub\nG1 X5\no<hole> endsub\no<h|\nM2\n", ["o<hole>"]),
+        ("a.nc", "%\nO1\nM98 P|\nM30\nO2000\nM99\nO1302\nM99\n%\n", ["1", "2000", "1302"]),
+        ("b.nc", "%\nO1\n#101=5.\nG1 X#1|\nM30\n%\n", ["#101"]),
+        ("a.h", '0 BEGIN PGM A MM\n1 CALL LBL |\n2 M30\n3 LBL 10\n4 LBL 0\n5 LBL "SIDE"\n6 LBL 0\n', ["10", "SIDE"]),
+        ("b.h", "0 BEGIN PGM A MM\n1 Q12 = 5\n2 L Z+Q|\n3 M30\n", ["Q12"]),
+        ("c.ngc", "#<depth>=5\n(#<d|)\nM2\n", []),
+    ],
+)
+def test_names_of_the_program_are_completed(name: str, text: str, words: list[str]) -> None:
+    above = text.partition("|")[0]
+    line, column = above.count("\n"), len(above.rpartition("\n")[2])
+    whole = text.replace("|", "")
+    outline = Outline(whole.split("\n"), "auto", whole.encode(), name)
+    own = [one for one in complete_word(outline, line, column, {}) if one.meaning.startswith("line ")]
+    assert [one.word for one in own] == words
+    for one in own:  # what stands there already is the beginning of the word
+        assert one.word.startswith(whole.split("\n")[line][one.begin : column])
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "line"),
+    [
+        ("a.mpf", "DEF REAL DEPTH=10\nDEPTH=DEPTH-1\nG1 Z=DE|PTH\nM30\n", 0),
+        ("a.ngc", "#<y>=5\n#<y>=6\nG1 X[#<|y>]\nM2\n", 0),
+        ("b.ngc", "o20 repeat [2]\nG1 X5\no|20 endrepeat\no20 if [1]\no20 endif\nM2\n", 0),
+        ("c.ngc", "o20 repeat [2]\nG1 X5\no20 endrepeat\no20 if [1]\no2|0 endif\nM2\n", 3),
+        ("a.nc", "%\nO1\n#101=5.\nG1 X#1|01\nM30\n%\n", 2),
+        ("a.h", "0 BEGIN PGM A MM\n1 Q12 = 5\n2 Q12 = Q12 + 1\n3 L Z+Q1|2\n4 M30\n", 1),
+    ],
+)
+def test_a_variable_leads_to_its_first_value_and_an_o_word_to_its_loop(
+    inspector: Inspector, tmp_path: Path, name: str, text: str, line: int
+) -> None:
+    above, whole = text.partition("|")[0], text.replace("|", "")
+    found = Inspected(tmp_path / name, whole, (), Inspection(refuse_program(InputError())))
+    there = inspector.find_definition(found, above.count("\n"), len(above.rpartition("\n")[2]))
+    assert isinstance(there, Named)
+    assert there.line == line

@@ -250,14 +250,18 @@ class Inspector:
         said.append(in_force if shown is None else _describe_pose(found, shown))
         return "\n\n".join(filter(None, said)) or None
 
-    def find_definition(self, found: Inspected, line: int, column: int) -> Named | Path | None:
-        """Where the call or jump at a place, counted from 0, leads."""
+    def find_definition(
+        self, found: Inspected, line: int, column: int, *, with_variables: bool = True
+    ) -> Named | Path | None:
+        """Where the call or jump at a place, counted from 0, leads; where a variable gets its first value."""
         paths = self.given.get("subroutine_path") or ()
-        return self.make_outline(found).find_definition(line, column, found.path.parent, paths)
+        outline = self.make_outline(found)
+        there = outline.find_definition(line, column, found.path.parent, paths)
+        return outline.find_assignment(line, column) if there is None and with_variables else there
 
     def _describe_definition(self, found: Inspected, line: int, column: int) -> str:
         """Where the call or jump at a 1-based line and 0-based column leads; empty where none is there."""
-        there = self.find_definition(found, line - 1, column)
+        there = self.find_definition(found, line - 1, column, with_variables=False)
         if there is None or isinstance(there, Path):
             return "" if there is None else f"calls the file {there.name}"
         return f"leads to line {there.line + 1}: `{split_lines(found.text)[there.line].strip()}`"

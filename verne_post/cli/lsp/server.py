@@ -27,6 +27,7 @@ from verne_post.cli.lsp.addresses import list_tools
 from verne_post.cli.lsp.completion import complete_key, complete_word, make_item
 from verne_post.cli.lsp.fixes import Fix, find_file_fixes, find_fixes, find_fixes_of_its_file
 from verne_post.cli.lsp.inspector import Inspected, Inspector, SupersededError
+from verne_post.cli.lsp.outline import Outline
 from verne_post.cli.lsp.places import find_range, make_diagnostic, split_lines
 from verne_post.cli.programs import is_setup
 from verne_post.config.toml_entries import find_place
@@ -403,16 +404,17 @@ class Session:
         else:
             dialect = self.inspector.find_dialect(path, text)
             tools = list_tools(self.options[uri], dialect) if uri in self.options else {}
-            found = complete_word(lines[place.line], place.character, dialect, tools)
+            outline = Outline(lines, dialect, text.encode(), path.name)
+            found = complete_word(outline, place.line, place.character, tools)
         return [
             make_item(
                 one,
-                # editors write the quote that ends a text with the one that begins it
+                # editors write the quote or bracket that ends a text with the one that begins it
                 codec.range_to_client_units(
                     lines,
                     lsp.Range(
                         lsp.Position(place.line, one.begin),
-                        lsp.Position(place.line, place.character + (after == '"' and one.word.endswith('"'))),
+                        lsp.Position(place.line, place.character + (after in ('"', ">") and one.word.endswith(after))),
                     ),
                 ),
                 with_snippets=bool(items and items.snippet_support),
@@ -498,7 +500,7 @@ def serve(given: dict[str, Any], output: Any) -> None:
     ):
         server.feature(name)(partial(function))  # the protocol notes its name on what it is given
     # what begins a table, a value, a text or the rest of a key or code; letters are asked for anyway
-    begins = lsp.CompletionOptions(trigger_characters=["[", "{", "=", '"', "."])
+    begins = lsp.CompletionOptions(trigger_characters=["[", "{", "=", '"', ".", "#", "<"])
     server.feature(lsp.TEXT_DOCUMENT_COMPLETION, begins)(partial(session.complete))
     with suppress(SystemExit):
         server.start_io(stdout=output)
