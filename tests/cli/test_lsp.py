@@ -115,11 +115,13 @@ class Client:
         )
 
     def diagnostics(self, uri: str) -> dict[str, Any]:
-        """The next ones of a text."""
-        found: dict[str, Any] = self.take(
-            lambda one: one.get("method") == "textDocument/publishDiagnostics" and one["params"]["uri"] == uri
-        )["params"]
-        return found
+        """The next ones of a text; not those whose remedies are still sought."""
+        while True:
+            found: dict[str, Any] = self.take(
+                lambda one: one.get("method") == "textDocument/publishDiagnostics" and one["params"]["uri"] == uri
+            )["params"]
+            if not any("remedies are being sought" in one["message"] for one in found["diagnostics"]):
+                return found
 
     def end(self) -> str:
         """End it as editors do; what it has written on standard error."""

@@ -1,14 +1,21 @@
 """What an editor underlines of a program, and the edits that it offers there, without the protocol."""
 
+import asyncio
+import re
 import threading
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
 pytest.importorskip("pygls", reason="needs the extra lsp")
 
+from lsprotocol import types as lsp
+
 from verne_post.app.convert import Inspection
 from verne_post.app.result import refuse_program
+from verne_post.cli.lsp import server
 from verne_post.cli.lsp.command import command
 from verne_post.cli.lsp.completion import complete_word
 from verne_post.cli.lsp.fixes import find_fixes
@@ -274,3 +281,32 @@ def test_a_variable_leads_to_its_first_value_and_an_o_word_to_its_loop(
     there = inspector.find_definition(found, above.count("\n"), len(above.rpartition("\n")[2]))
     assert isinstance(there, Named)
     assert there.line == line
+
+
+def test_a_refusal_is_shown_before_its_remedies_are_found(
+    inspector: Inspector, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The search may take seconds; a number with a digit too many is mended, however far it leads."""
+    path = tmp_path / "a.nc"
+    text = f"{NGC}G1 X5 F500\nG0 Z2000\nM30\n"
+    path.write_text(text, "utf-8")
+    Path(f"{path}.toml").write_text(SETUP, "utf-8")
+    monkeypatch.setattr(server, "_PATIENCE_S", 0.0)
+    shown: list[lsp.PublishDiagnosticsParams] = []
+    document = SimpleNamespace(version=3, source=text)
+    workspace = SimpleNamespace(
+        get_text_document=lambda _uri: document,
+        text_documents={path.as_uri(): document},
+        position_codec=SimpleNamespace(range_to_client_units=lambda _lines, place: place),
+    )
+    capabilities = SimpleNamespace(text_document=None, workspace=None)
+    editor: Any = SimpleNamespace(
+        workspace=workspace, client_capabilities=capabilities, text_document_publish_diagnostics=shown.append
+    )
+    session = server.Session(editor, inspector.given | inspector.asked)
+    asyncio.run(session.run_check(path.as_uri(), threading.Event()))
+    session.worker.shutdown()
+    early, late = ([one for one in each.diagnostics if one.severity == 1] for each in shown)
+    assert [one.code for one in early] == [one.code for one in late] == ["VP101"]
+    assert "tried: nothing yet; remedies are being sought" in early[0].message
+    assert re.search(r"tried: within limits if line 5 ends at Z 5\d\d\.\d instead of 2000", late[0].message)

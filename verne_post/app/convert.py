@@ -16,7 +16,7 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from verne_post.app.assemble import Program, assemble
-from verne_post.app.plan import Plan, check_or_refuse, plan_or_refuse, plan_program
+from verne_post.app.plan import Plan, Tell, check_or_refuse, plan_or_refuse, plan_program
 from verne_post.app.result import Progress, Result, Setpoints, Sink, refuse_program
 from verne_post.app.row_format import format_of
 from verne_post.app.summary import summarise
@@ -294,23 +294,31 @@ def check_and_keep(
     progress: Progress | None = None,
     *,
     remedies: bool = True,
+    tell: Tell | None = None,
 ) -> Inspection:
-    """As :func:`check_source`, and keep what was made."""
+    """As :func:`check_source`, and keep what was made; ``tell`` gets findings before their remedies are sought."""
     made = Inspection(Result(()))
     made.result = _assemble_then(
-        source, machine, options, lambda program: _check(source, program, progress, made, remedies)
+        source, machine, options, lambda program: _check(source, program, progress, made, remedies, tell)
     )
     return made
 
 
-def _check(source: Text, program: Program, progress: Progress | None, made: Inspection, remedies: bool) -> Result:
+def _check(
+    source: Text,
+    program: Program,
+    progress: Progress | None,
+    made: Inspection,
+    remedies: bool,
+    tell: Tell | None,
+) -> Result:
     """:func:`check_source` of a program that has been assembled from its text."""
     made.program = program
     report = progress if program.team.leads else None
     try:
         fmt = format_of(program.machine, program.options, program.cycle)
         body = _load_part(program)
-        made.plan = plan = plan_or_refuse(source, program, report) if remedies else plan_program(program, report)
+        made.plan = plan = plan_or_refuse(source, program, report, tell) if remedies else plan_program(program, report)
         blocks = [] if body is None else [block for block, _move in make_setpoint_blocks(plan, fmt)]
         part = _judge_rows(program, body, blocks, report)
     except InputError as error:

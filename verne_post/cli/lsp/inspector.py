@@ -3,14 +3,15 @@
 import os
 import re
 import threading
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
 import click
 import numpy as np
-from msgspec import Struct, field
+from msgspec import Struct, field, structs
 
 from verne_post.app.assemble import build_interpreter_setup, find_state_if_executed
 from verne_post.app.convert import Inspection, check_and_keep
@@ -18,7 +19,7 @@ from verne_post.app.explain import look_at_line
 from verne_post.app.explain_line import describe_modes, describe_pose
 from verne_post.app.line_facts import LineFacts, measure_lines
 from verne_post.app.line_remedies import Line
-from verne_post.app.result import refuse_program
+from verne_post.app.result import Result, refuse_program
 from verne_post.base.long_text import Text
 from verne_post.base.program_lines import remove_remarks
 from verne_post.cli.check import make_policy
@@ -39,7 +40,7 @@ from verne_post.model.findings import Finding, InputError, UsageError, make_find
 from verne_post.model.machine import Machine
 from verne_post.model.options import Options
 from verne_post.output.findings import Report, format_outcome
-from verne_post.output.policy import apply_policy
+from verne_post.output.policy import Policy, apply_policy
 
 #: What ends a check: something is wrong in a file, or with what the server was started with.
 _MISTAKES: Final = (InputError, click.UsageError, UsageError, FileError)
@@ -108,7 +109,13 @@ class Inspector:
         self.files = RunFiles()
         self.start = Path.cwd()
 
-    def check(self, path: Path, texts: Mapping[Path, str], superseded: threading.Event) -> Inspected:
+    def check(
+        self,
+        path: Path,
+        texts: Mapping[Path, str],
+        superseded: threading.Event,
+        tell: Callable[[Inspected], None] | None = None,
+    ) -> Inspected:
         """Check a program.
 
         Parameters
@@ -117,6 +124,8 @@ class Inspector:
             What stands in place of files: that of ``path`` too.
         superseded : Event
             Nobody waits any more.
+        tell : callable, optional
+            Gets what refuses the program before its remedies are sought, which may take longer.
 
         Raises
         ------
@@ -135,14 +144,22 @@ class Inspector:
             policy, _level = make_policy(self.files, settings, None, **self.asked)
             found.machine, found.source, found.options = read_program(self.files, path.name, self.given)
             report("", 0, 0)
-            found.made = check_and_keep(found.source, found.machine, found.options, report)
-            placed = self.files.find_lines(found.made.result.findings)
-            counted = apply_policy(Report(path.name, placed, source=found.source), policy)
-            found.findings, found.errors_not_counted = counted.findings, counted.errors_not_counted
+            count = partial(self._count, found, policy)
+            tell_soon = None if tell is None else lambda findings: tell(count(refuse_program(InputError(*findings))))
+            made = check_and_keep(found.source, found.machine, found.options, report, tell=tell_soon)
+            found = count(made.result)
+            found.made = made
         except _MISTAKES as error:
             found.findings = self._find_mistakes(error)
         found.findings = _name_files(found.findings)
         return found
+
+    def _count(self, found: Inspected, policy: Policy, result: Result) -> Inspected:
+        """A program with the findings that count."""
+        placed = self.files.find_lines(result.findings)
+        counted = apply_policy(Report(found.path.name, placed, source=found.source), policy)
+        findings = _name_files(counted.findings)
+        return structs.replace(found, findings=findings, errors_not_counted=counted.errors_not_counted)
 
     def check_file(
         self, path: Path, texts: Mapping[Path, str], superseded: threading.Event
