@@ -18,7 +18,7 @@ from verne_post.app.result import refuse_program
 from verne_post.cli.lsp import server
 from verne_post.cli.lsp.command import command
 from verne_post.cli.lsp.completion import complete_word
-from verne_post.cli.lsp.fixes import find_fixes
+from verne_post.cli.lsp.fixes import find_fixes, find_fixes_of_its_file
 from verne_post.cli.lsp.inspector import Inspected, Inspector
 from verne_post.cli.lsp.outline import Named, Outline
 from verne_post.cli.lsp.places import find_range
@@ -148,6 +148,30 @@ def look(
             "X0.3",
             "Write P0.3 in place of X0.3",
             ("X0.3", "P0.3"),
+        ),
+        (
+            "e.mpf",
+            "DEF INTEGER NUM\nG71 G90\n" + "G0 X0 Y0 Z50 A0 C0\nM3 S1\nNUM=3\nG1 X=NUM F500\nM30\n",
+            "did you mean INT?",
+            "INTEGER",
+            "Write INT in place of INTEGER",
+            ("INTEGER", "INT"),
+        ),
+        (
+            "f.mpf",
+            f"{SIEMENS}UP(2)\nM30\n%_N_UP_SPF\nPROC UP(REAL A1)\nG1 X=A1 F500\nREF\n",
+            "did you mean RET?",
+            "REF",
+            "Write RET in place of REF",
+            ("REF", "RET"),
+        ),
+        (
+            "e.nc",
+            f"{FANUC}#101=10\nIF [#101 > 4] GOTO 10\nG1 X3 F500\nN10 G1 X#101 F500\nM30\n%\n",
+            "did you mean GT?",
+            ">",
+            "Write GT in place of >",
+            (">", "GT"),
         ),
         (
             "c.mpf",
@@ -310,3 +334,46 @@ def test_a_refusal_is_shown_before_its_remedies_are_found(
     assert [one.code for one in early] == [one.code for one in late] == ["VP101"]
     assert "tried: nothing yet; remedies are being sought" in early[0].message
     assert re.search(r"tried: within limits if line 5 ends at Z 5\d\d\.\d instead of 2000", late[0].message)
+
+
+def test_a_centre_with_the_wrong_sign_has_its_edit(inspector: Inspector, tmp_path: Path) -> None:
+    text = f"{NGC}G1 X10 F500\nG2 X20 Y10 I0 J-10\nM30\n"
+    _message, underlined, made = look(inspector, tmp_path / "a.nc", text)
+    path, new, settles = made["Write J10 in place of J-10 in line 5"]
+    assert (underlined, path, settles) == ("J-10", tmp_path / "a.nc", False)
+    assert new == text.replace("J-10", "J10")
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "#<y>=[2*COS[20]\n#<_at_x>=[1+#<y>]\n#<_at_z>=3\nG1 X#<_at_x> F500\n",
+        "#<y=2\n#<_at_x>=[1+#<y>]\n#<_at_z>=3\nG1 X#<_at_x> F500\n",
+        "#101=10,\nG1 X[#101+1] F500\n",
+    ],
+)
+def test_a_variable_whose_line_cannot_be_read_is_no_second_error(
+    inspector: Inspector, tmp_path: Path, text: str
+) -> None:
+    """It was called unset, or a slip of another name, in each line that uses it."""
+    head = FANUC if "#101" in text else NGC
+    message, _word, _made = look(inspector, tmp_path / "a.nc", f"{head}{text}M30\n")
+    assert "value" not in message
+
+
+@pytest.mark.parametrize(
+    ("wrong", "right"),
+    [('1 = { length = "80" }', "1 = { length = 80 }"), ("1 = { length = 80,5 }", "1 = { length = 80.5 }")],
+)
+def test_a_number_of_a_set_up_in_quotes_or_with_a_comma_has_its_edit(
+    inspector: Inspector, tmp_path: Path, wrong: str, right: str
+) -> None:
+    path = tmp_path / "a.nc"
+    setup = Path(f"{path}.toml")
+    text, wrong = f"{FANUC}G1 X5 F500\nM30\n%\n", f"[wcs]\nG54 = [0, 0, 60]\n[tools]\n{wrong}\n"
+    path.write_text(text, "utf-8")
+    texts, superseded = {path: text, setup: wrong}, threading.Event()
+    found = inspector.check(path, texts, superseded)
+    (item,) = found.findings
+    (fix,) = find_fixes_of_its_file(inspector, found, item, texts, superseded)
+    assert f"{wrong[: fix.begin]}{fix.new}{wrong[fix.end :]}".split("\n")[3] == right

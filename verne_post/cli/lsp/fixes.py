@@ -43,6 +43,10 @@ _NAMED_TOOL: Final = re.compile(r"(?<![A-Z_])(T\d?[ \t]*=[ \t]*)(\"[^\"]+\")", r
 _TOOL_CALL: Final = re.compile(r"\bTOOL[ \t]+CALL\b", re.IGNORECASE)
 #: A line of Klartext that goes to a place.
 _PATH_OF_KLARTEXT: Final = re.compile(r"\s*(?:\d+\s+)?L\b[^;]*")
+#: A number of a TOML file that is written as no number of TOML: with a comma, or in quotes.
+_NUMBER_OF_TOML: Final = re.compile(
+    r"(\S+): a decimal comma; write (\S+)|= '([-+]?\d+(?:\.\d+)?)': expected a (?:whole )?number"
+)
 #: What stands in a new line of a file until it is filled in: a wrong value, whose message says what is right.
 _TO_FILL_IN: Final = '"measure"'
 #: Findings that are mistakes of a program much more often than of the place of its part: a depth with a digit too many.
@@ -223,6 +227,14 @@ def _propose_file_fixes(path: Path, item: Finding, text: str) -> Iterator[Fix]:
             if written is not None:
                 begin, end = begin + written.start(), begin + written.end()
                 yield Fix(f"Write {near} in place of {written[0]}", path, text, begin, end, quote_key(near))
+    wrong_number = _NUMBER_OF_TOML.search(sentence)
+    if wrong_number is not None:
+        lines, at = split_lines(text), item.line or 1
+        written = re.search(rf"(?<![\w.]){re.escape(wrong_number[1] or wrong_number[3])}(?![\w.])", lines[at - 1])
+        quoted = re.search(rf"([\"']){re.escape(wrong_number[3] or '')}\1", lines[at - 1]) if wrong_number[3] else None
+        if (there := quoted or written) is not None:
+            begin, new = _find_offset(text, at - 1) + there.start(), wrong_number[2] or wrong_number[3]
+            yield Fix(f"Write {new} in place of {there[0]}", path, text, begin, begin + len(there[0]), new)
     missing = re.match(r"([\w.-]+) is missing\b", sentence)
     if missing is not None and (change := _plan_change(text, tuple(missing[1].split(".")), _TO_FILL_IN)):
         title = f"Add {missing[1]} = {_TO_FILL_IN}, to be filled in"
