@@ -145,7 +145,7 @@ class Session:
         """Check, and tell the editor what is found; None where newer text has come."""
         version, loop = self.server.workspace.get_text_document(uri).version, asyncio.get_running_loop()
 
-        def tell(found: Inspected) -> None:
+        def show_later(found: Inspected) -> None:
             """Show what refuses a program while its remedies are sought, where that takes a while."""
             loop.call_soon_threadsafe(loop.call_later, _PATIENCE_S, show_early, found)
 
@@ -161,7 +161,7 @@ class Session:
 
         told: list[bool] = []
         try:
-            found = await self.work(self.inspector.check, _find_path(uri), self.read_texts(), superseded, tell)
+            found = await self.work(self.inspector.check, _find_path(uri), self.read_texts(), superseded, show_later)
         except SupersededError:
             return None
         except Exception as error:  # what was said of an older text must not stay
