@@ -116,11 +116,13 @@ class Client:
         )
 
     def diagnostics(self, uri: str) -> dict[str, Any]:
-        """The next ones of a text."""
-        found: dict[str, Any] = self.take(
-            lambda one: one.get("method") == "textDocument/publishDiagnostics" and one["params"]["uri"] == uri
-        )["params"]
-        return found
+        """The next ones of a text; not those whose remedies are still sought."""
+        while True:
+            found: dict[str, Any] = self.take(
+                lambda one: one.get("method") == "textDocument/publishDiagnostics" and one["params"]["uri"] == uri
+            )["params"]
+            if not any("remedies are being sought" in one["message"] for one in found["diagnostics"]):
+                return found
 
     def end(self) -> str:
         """End it as editors do; what it has written on standard error."""
@@ -1305,7 +1307,7 @@ TYPED = {
         ("Z12.", "Z12,0", "VP001", "Z12,0", "Write Z12.0 in place of Z12,0"),
         ("G68.2 X0.", "G86.2 X0.", "VP002", "G86.2", "Write G68.2 in place of G86.2"),
         ("N150 G69", "N150 G69 K7", "VP006", "K7", "Remove K7"),
-        ("M98 P1302", "M98 P1320", "VP023", "M98", "Write P1302 in place of P1320 in line 20"),
+        ("M98 P1302", "M98 P1320", "VP023", "P1320", "Write P1302 in place of P1320"),
         ("N310 M30\n", "", "VP024", "O1301 (ONE PASS OF THE GROOVE)", "Write M30 before line 39"),
         ("N60 M99\n", "", "VP024", "O1302 (THREE HOLES OF A FACE)", "Write M99 before line 46"),
     ],
@@ -1336,7 +1338,7 @@ TYPED = {
         ("R0 FMAX M3", "R0 FMXA M3", "VP001", "FMXA", "Write FMAX in place of FMXA"),
         ("PLANE SPATIAL", "PLANE SPACIAL", "VP002", "SPACIAL", "Write SPATIAL in place of SPACIAL"),
         ("L Z+12 FMAX", "L Z+1O FMAX", "VP001", "Z+1O", "Write Z+10 in place of Z+1O"),
-        ("28 CALL LBL 10", "28 CALL LBL 100", "VP023", "28 CALL LBL 100",
+        ("28 CALL LBL 10", "28 CALL LBL 100", "VP023", "100",
          "Write LBL 10 in place of LBL 100 in line 37"),
         ("END PGM TWO_FACES MM", "END PGM TWO_FACE MM", "VP010", "61 END PGM TWO_FACE MM",
          "Write END PGM TWO_FACES MM in place of END PGM TWO_FACE MM in line 70"),

@@ -618,9 +618,9 @@ HEADS = {
      ("VP006", 5, "G93 takes no R, Q; did you mean G83?")),
     ("fanuc", "G93 X5. Z50. R55. F90.", ("VP006", 1, "G93 takes no R; did you mean G83?")),
     ("fanuc", "G94 X5. Z50. R55. F90.", ("VP006", 14, "nothing in the block uses R55")),
-    ("fanuc", "M98 P2000", ("VP023", 1, "M98 calls O2000: not in the program, and in no file beside it whose name has "
+    ("fanuc", "M98 P2000", ("VP023", 5, "M98 calls O2000: not in the program, and in no file beside it whose name has "
                             "the number (2000.ngc or O2000.nc)")),
-    ("fanuc", "M98 P20", ("VP023", 1, "M98 calls O20: not in the program, and in no file beside it whose name has the "
+    ("fanuc", "M98 P20", ("VP023", 5, "M98 calls O20: not in the program, and in no file beside it whose name has the "
                           "number (20.ngc or O0020.nc)")),
     ("fanuc", "G2 X5. Y5. I5. J5.", ("VP008", None, "the radius of the arc is 7.07107 mm at the start, 0 mm at the "
                                      "end: its centre is the end")),
@@ -636,9 +636,9 @@ HEADS = {
     ("siemens", "CYCLE81(50,0,3,,0)", ("VP007", 17, "CYCLE81: the bottom is the reference plane 0 mm: the hole has no "
                                        "depth")),
     ("fanuc", "M89 P1000", ("VP002", 1, "M89: no meaning in this language; did you mean M98?")),
-    ("fanuc", "M98 P1001\nM30\nO1000\nM99", ("VP023", 1, "M98 calls O1001: not in the program, and in no file beside "
+    ("fanuc", "M98 P1001\nM30\nO1000\nM99", ("VP023", 5, "M98 calls O1001: not in the program, and in no file beside "
      "it whose name has the number (1001.ngc or O1001.nc); the program has O1000, which is nearly this number")),
-    ("heidenhain", "CALL LBL 11\nM30\nLBL 1\nLBL 0", ("VP023", None, "LBL 11 is not in the program; it has LBL 1, "
+    ("heidenhain", "CALL LBL 11\nM30\nLBL 1\nLBL 0", ("VP023", 10, "LBL 11 is not in the program; it has LBL 1, "
                                                       "which is nearly this number")),
     ("heidenhain", "CALL LBL 1O\nM30\nLBL 10\nLBL 0", ("VP001", 10, "1O: the letter O in a number; did you mean "
                                                        "10?")),

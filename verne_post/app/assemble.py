@@ -13,7 +13,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from verne_post import gcode
-from verne_post.app.program_end import find_unexecuted_moves
+from verne_post.app.program_end import find_unexecuted_moves, report_no_motion
 from verne_post.app.row_format import find_drives
 from verne_post.app.setup_check import check_setup
 from verne_post.app.source_text import check_source_text
@@ -269,7 +269,7 @@ def read_draft(source: Text, machine: Machine, options: Options, team: Team = AL
         None if options.from_line is None else restart_at(source, add_table(setup, moves), moves, options.from_line)
     )
     if not len(path):
-        raise make_input_error("VP021", "the program contains no motion")
+        raise InputError(report_no_motion(source, moves))
     if restart is not None and path.moves_with_length[-1] < restart.move:
         raise make_input_error("VP021", f"the program contains no motion from line {options.from_line} on")
     turns = report_table_turns(path, moves, machine)

@@ -16,7 +16,7 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from verne_post.app.assemble import Program, assemble
-from verne_post.app.plan import Plan, check_or_refuse, plan_or_refuse, plan_program
+from verne_post.app.plan import Plan, Tell, check_or_refuse, plan_or_refuse, plan_program
 from verne_post.app.result import Progress, Result, Setpoints, Sink, refuse_program
 from verne_post.app.row_format import format_of
 from verne_post.app.summary import summarise
@@ -295,10 +295,15 @@ def check_and_keep(
     *,
     remedies: bool = True,
     only_cause: bool = False,
+    tell: Tell | None = None,
 ) -> Inspection:
-    """As :func:`check_source`, and keep what was made; with ``only_cause`` the same is found, without its remedies."""
+    """As :func:`check_source`, and keep what was made.
+
+    With ``only_cause`` the same is found, without its remedies; ``tell`` gets findings before their remedies are
+    sought.
+    """
     made = Inspection(Result(()))
-    plan = partial(plan_or_refuse, source, only_cause=only_cause) if remedies else plan_program
+    plan = partial(plan_or_refuse, source, only_cause=only_cause, tell=tell) if remedies else plan_program
     made.result = _assemble_then(
         source, machine, options, lambda program: _check(source, program, progress, made, plan)
     )

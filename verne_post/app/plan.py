@@ -5,7 +5,7 @@ tolerance to it. Where that is not enough, on tight arcs and fast corners, and w
 along the path are lowered until the shaped rows themselves keep tolerance and feed rate.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Final
 
@@ -39,6 +39,10 @@ from verne_post.trajectory.shaper import shape_rows
 EXACT_SHARE: Final = 0.9
 
 
+#: Takes findings while others, or their remedies, are still sought.
+Tell = Callable[[Sequence[Finding]], None]
+
+
 class Plan(Struct, frozen=True, eq=False):
     """A checked program with its time profiles."""
 
@@ -50,17 +54,23 @@ class Plan(Struct, frozen=True, eq=False):
 
 
 def plan_or_refuse(
-    source: Text, program: Program, progress: Progress | None = None, *, only_cause: bool = False
+    source: Text,
+    program: Program,
+    progress: Progress | None = None,
+    *,
+    only_cause: bool = False,
+    tell: Tell | None = None,
 ) -> Plan:
     """:func:`plan_program` of a source; what refuses it names the remedies that were tried.
 
-    With ``only_cause`` no remedies are sought, which changes nothing in what is found.
+    With ``only_cause`` no remedies are sought, which changes nothing in what is found. ``tell`` gets the findings
+    before remedies are sought, which may take longer than the check.
 
     Raises
     ------
     InputError
     """
-    with _try_remedies(source, program, only_cause=only_cause):
+    with _try_remedies(source, program, only_cause=only_cause, tell=tell):
         return plan_program(program, progress)
 
 
@@ -76,7 +86,9 @@ def check_or_refuse(source: Text, program: Program, progress: Progress | None = 
 
 
 @contextmanager
-def _try_remedies(source: Text, program: Program, *, only_cause: bool = False) -> Iterator[None]:
+def _try_remedies(
+    source: Text, program: Program, *, only_cause: bool = False, tell: Tell | None = None
+) -> Iterator[None]:
     """Add the remedies that were tried to what refuses a program."""
     try:
         yield
@@ -84,6 +96,8 @@ def _try_remedies(source: Text, program: Program, *, only_cause: bool = False) -
         from verne_post.app.start_lines import quote_start  # for refused programs alone
         from verne_post.app.tried_remedies import add_remedies, name_cause
 
+        if tell is not None:
+            tell(error.findings)
         found = (name_cause if only_cause else add_remedies)(source, program, error.findings)
         raise InputError(*quote_start(source, program, found)) from None
 

@@ -1,13 +1,13 @@
-"""Moves after the end of a program, which nobody executes (VP051)."""
+"""Moves after the end of a program, which nobody executes (VP051, VP021)."""
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import islice
 from typing import Final
 
 from verne_post.base.long_text import Text, iterate_lines
-from verne_post.model.findings import Finding, make_finding
-from verne_post.model.moves import Moves
+from verne_post.model.findings import Finding, Remedy, make_finding
+from verne_post.model.moves import Event, Moves
 
 #: So many lines after the end are looked at, and so many bytes at the end of a text.
 _LINES: Final = 10_000
@@ -25,20 +25,51 @@ _MOVE: Final = re.compile(
 
 def find_unexecuted_moves(source: Text, moves: Moves) -> Iterator[Finding]:
     """VP051: lines with axes that stand between the end of the program and the next program or subprogram."""
-    end = next((one for one in reversed(moves.events) if one.kind == "end"), None)
-    if end is None or not len(moves) or int(moves.line.max()) > end.line:
-        return
+    end = _find_end(moves)
+    lines = [] if end is None or not len(moves) else _find_lines(source, moves, end)
+    if end is not None and lines:
+        code = end.data["code"]
+        text = f"{code} ends the program: {_describe_lines(lines)} axes after it, and nothing executes them; "
+        text += f"delete {code} if it goes on"
+        yield make_finding("VP051", text, line=end.line, last_line=end.line, worst_line=end.line, count=1)
+
+
+def report_no_motion(source: Text, moves: Moves) -> Finding:
+    """VP021: at the code that ends the program before its motion, where there is one; M30 may be meant for M3."""
+    end = _find_end(moves)
+    lines = [] if end is None else _find_lines(source, moves, end)
+    if end is None or not lines:
+        return make_finding("VP021", "the program contains no motion")
+    code, edits = end.data["code"], tuple[Remedy, ...]()
+    text = f"{code} ends the program before its first motion: {_describe_lines(lines)} axes after it; delete {code}"
+    if code == "M30":
+        text += ", or write M3 if the spindle is meant"
+        edits = (Remedy("write M3", "3", line=end.line, word=("M", 30.0), is_choice=True),)
+    return make_finding("VP021", text, line=end.line, last_line=end.line, worst_line=end.line, edits=edits)
+
+
+def _find_end(moves: Moves) -> Event | None:
+    return next((one for one in reversed(moves.events) if one.kind == "end"), None)
+
+
+def _find_lines(source: Text, moves: Moves, end: Event) -> list[int]:
+    """Lines with axes between the end of the program and the next program or subprogram, if no jump leads there."""
+    after = moves.line[moves.line > end.line]
+    # of a label that is jumped to, or of a subprogram, before which nothing else is executed
+    executed = int(after.min()) if len(after) else None
     found: list[int] = []
     for number, line in enumerate(_list_lines_after(source, end.line), end.line + 1):
         if _OTHER_PROGRAM.match(line):
             break
+        if number == executed:
+            return []
         if _MOVE.search(_COMMENT.sub(b"", line)):
             found.append(number)
-    if found:
-        which = f"line {found[0]} moves" if len(found) == 1 else f"lines {found[0]} to {found[-1]} move"
-        code = end.data["code"]
-        text = f"{code} ends the program: {which} axes after it, and nothing executes them; delete {code} if it goes on"
-        yield make_finding("VP051", text, line=end.line, last_line=end.line, worst_line=end.line, count=1)
+    return found
+
+
+def _describe_lines(lines: Sequence[int]) -> str:
+    return f"line {lines[0]} moves" if len(lines) == 1 else f"lines {lines[0]} to {lines[-1]} move"
 
 
 def _list_lines_after(source: Text, line: int) -> Iterator[bytes]:

@@ -46,9 +46,14 @@ _T = TypeVar("_T")
 def translate_messages(function: Callable[_P, _T]) -> Callable[_P, _T]:
     """Let a function of the Python API name options as Python has them, in what it returns and raises."""
     takes = inspect.signature(function).parameters
+    needs_machine = "machine" in takes and takes["machine"].default is inspect.Parameter.empty
 
     @wraps(function)
     def call(*arguments: _P.args, **named: _P.kwargs) -> _T:
+        is_needed = needs_machine and "machine" in list(takes)[len(arguments) :]
+        if is_needed and "machine" not in named:
+            text = 'it is missing; pass "verne", the name of another machine, or load_machine(FILE)'
+            raise UsageError("machine", text)
         for name in named:
             if name in OPTIONS and name not in takes:
                 raise UsageError(name, f"an option of the program: pass options=Options({name}=...)")

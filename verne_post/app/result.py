@@ -102,8 +102,13 @@ class Setpoints:
             raise KeyError(f"no column {column!r}; {near}the columns are {', '.join(self.columns)}")
         return self.to_dict()[column]
 
-    #: Neither rows nor columns are what a loop would mean for sure.
-    __iter__ = None
+    def __iter__(self) -> Iterator[Any]:
+        """Refuse (TypeError): neither rows nor columns are what a loop would mean for sure."""
+        raise TypeError(
+            "Setpoints are not iterable, they have rows and columns: "
+            "zip(setpoints.t, setpoints.values, setpoints.line) goes through the rows, "
+            "and convert(..., sink=...) takes blocks of rows as they are made"
+        )
 
     @overload
     def to_csv(self) -> str: ...
@@ -246,7 +251,9 @@ class Setpoints:
         return f"{len(self)} rows" + (f" in {len(self.cuts) + 1} parts" if self.cuts else "")
 
 
-@explain_names(time="summary.cycle_time", cycle_time="summary.cycle_time", rows="setpoints")
+@explain_names(
+    **dict.fromkeys(("time", "seconds", "cycle_time", "machining_time"), "summary.cycle_time"), rows="setpoints"
+)
 @dataclass(frozen=True, eq=False, repr=False)
 class Result:
     """The result of a check or a conversion.

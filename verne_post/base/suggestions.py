@@ -2,7 +2,7 @@
 
 import difflib
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from typing import Final, TypeVar
 
 #: Functions have names of three letters, and are known by the bracket behind them.
@@ -11,8 +11,9 @@ LETTERS_OF_FUNCTIONS: Final = 3
 _LEAST_LETTERS: Final = 4
 #: Numbers that a message names.
 _MOST_NAMED: Final = 3
-#: Of numbers in which another digit is a slip.
+#: Of numbers in which another digit is a slip; of labels, of which a program has few.
 _LEAST_DIGITS: Final = 3
+DIGITS_OF_LABELS: Final = 2
 #: Letters that are typed for the digits they look like, and digits for letters.
 _ALIKE: Final = frozenset({"O0", "0O", "I1", "1I", "L1", "1L"})
 
@@ -93,19 +94,30 @@ def find_meant_number(number: str, known: Iterable[str]) -> str:
     return near[0] if len(near) == 1 else ""
 
 
-def list_near_numbers(number: str, known: Iterable[str]) -> list[str]:
-    """The known numbers that one digit tells apart; empty where there are too many to be of use."""
+def list_near_numbers(number: str, known: Iterable[str], digits: int = _LEAST_DIGITS) -> list[str]:
+    """The known numbers that one digit tells apart; empty where there are too many to be of use.
+
+    Another digit is a slip only in numbers of so many ``digits``; shorter ones are all as near as that.
+    """
     near = [
         one
         for one in dict.fromkeys(known)
-        if one.isdecimal() and (_is_a_digit_away(number, one) or _has_another_digit(number, one))
+        if one.isdecimal()
+        and (
+            _is_a_digit_away(number, one)
+            or (len(number) == len(one) >= digits and sum(a != b for a, b in zip(number, one, strict=True)) == 1)
+        )
     ]
     return near if number.isdecimal() and len(near) <= _MOST_NAMED else []
 
 
 def name_near_numbers(number: str, known: Iterable[str], name: str) -> str:
     """The known numbers that one digit tells apart, such as "LBL 1 and LBL 12, which are nearly this number"."""
-    near = list_near_numbers(number, known)
+    return name_numbers(list_near_numbers(number, known), name)
+
+
+def name_numbers(near: Sequence[str], name: str) -> str:
+    """Numbers that are near to another one, in a sentence; empty without any."""
     verb = "is" if len(near) == 1 else "are"
     return f"{' and '.join(name + one for one in near)}, which {verb} nearly this number" if near else ""
 
@@ -121,14 +133,6 @@ def _is_a_digit_away(number: str, other: str) -> bool:
         swapped = (shorter[:at] + shorter[at + 1] + shorter[at] + shorter[at + 2 :] for at in range(len(shorter) - 1))
         return shorter != longer and longer in swapped
     return any(longer[:at] + longer[at + 1 :] == shorter for at in range(len(longer)))
-
-
-def _has_another_digit(number: str, other: str) -> bool:
-    """One digit is another one; short numbers are all as near as that."""
-    return (
-        len(number) == len(other) >= _LEAST_DIGITS
-        and sum(one != another for one, another in zip(number, other, strict=True)) == 1
-    )
 
 
 def find_correction(message: str) -> tuple[str, str] | None:

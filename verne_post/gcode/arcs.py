@@ -16,6 +16,7 @@ from verne_post.base.tolerances import (
     ARC_RADIUS_SHARE,
 )
 from verne_post.gcode.program_error import POST_OTHERWISE, ProgramError
+from verne_post.model.findings import Remedy
 from verne_post.model.moves import AXES
 
 #: Plane -> indices of its first, second and normal axis, and the names of its offset words.
@@ -103,16 +104,17 @@ def build_arc_from_center(
             for letter, side in zip((letter1, letter2), sides, strict=True)
             if not absolute and abs(math.hypot(*side) - r1) <= allow_mismatch(r1, tolerance)
         ]
-        hint = (
-            f"; write {letters[0]} with the other sign, if that is meant: the radii agree then"
-            if len(letters) == 1
-            else ""
-        )
+        hint, edits = "", tuple[Remedy, ...]()
+        if len(letters) == 1:
+            letter, value = letters[0], offsets[letters[0]] / unit
+            hint = f"; write {letter} with the other sign, if that is meant: the radii agree then"
+            edits = (Remedy(f"write {letter}{-value:.9g}", f"{-value:.9g}", word=(letter, value), is_choice=True),)
         raise ProgramError(
             "VP008",
             f"the end is not on the circle: radius {r1 / unit:.6g} {name} at the start ({AXES[first]}"
             f"{start[first] / unit:g} {AXES[second]}{start[second] / unit:g}), {r2 / unit:.6g} {name} at the end, "
             f"difference {gap / unit:.6g} {name}; allowed {allowed_difference / unit:.6g} {name}{hint}",
+            edits=edits,
         ).advise("" if hint else POST_OTHERWISE)
     angle = math.atan2(end[second] - c2, end[first] - c1) - math.atan2(start[second] - c2, start[first] - c1)
     sweep = (-angle if clockwise else angle) % (2 * math.pi)

@@ -162,7 +162,10 @@ class ValueReader:
         value = self._read_binary(1)
         self._operators = outside
         if self.characters[self.at : self.at + 1] not in tuple(ends):
-            raise self.error("VP001", f"expected an operator or {' or '.join(map(repr, ends))}", self.at)
+            text = f"expected an operator or {' or '.join(map(repr, ends))}"
+            if (sign := _SIGN.match(self.characters, self.at)) is not None:
+                text = f"{sign[0]}: no operator here; did you mean {_COMPARISONS[sign[0]]}?"
+            raise self.error("VP001", text, self.at)
         self._depth -= 1
         return value
 
@@ -383,6 +386,18 @@ MACRO_FUNCTIONS: Final[dict[str, Callable[[float], float]]] = FUNCTIONS | {
     "FIX": lambda x: math.floor(x) if x >= 0 else math.ceil(x),
     "FUP": lambda x: math.ceil(x) if x >= 0 else math.floor(x),
 }
+#: How other languages write comparisons.
+_COMPARISONS: Final = {
+    ">": "GT",
+    "<": "LT",
+    ">=": "GE",
+    "<=": "LE",
+    "=": "EQ",
+    "==": "EQ",
+    "<>": "NE",
+    "!=": "NE",
+}
+_SIGN: Final = re.compile("<>|[<>=!]=|[<>=]")
 FUNCTIONS_LONGEST_FIRST: Final = sorted([*FUNCTIONS, "ATAN", "EXISTS"], key=len, reverse=True)
 MACRO_LONGEST_FIRST: Final = sorted(
     [*FUNCTIONS_LONGEST_FIRST, "BCD", "BIN", "POW", *SHORT_NAMES], key=len, reverse=True

@@ -1,12 +1,12 @@
 """Errors of programs, and the place in a program that they are about."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Final
 
 from msgspec import Struct, field
 
-from verne_post.base.suggestions import find_meant, list_near_numbers
+from verne_post.base.suggestions import find_meant
 from verne_post.model.codes import CODES
 from verne_post.model.findings import ProgramError as ProgramError
 from verne_post.model.findings import Remedy
@@ -45,11 +45,10 @@ def write_meant(word: str, *names: Iterable[str]) -> tuple[Remedy, ...]:
     return (Remedy(f"write {near}", near, misspelt=word),) if near else ()
 
 
-def write_near_number(number: str, known_numbers: Iterable[str], name: str, line: int) -> tuple[Remedy, ...]:
-    """The edits of an error that another number behind ``name`` settles: each known one that a digit tells apart."""
-    near = list_near_numbers(number, known_numbers)
-    wrong, several = f"{name}{number}", len(near) > 1
-    new = [f"{name}{one}" for one in near]
+def write_numbers(numbers: Sequence[str], number: str, name: str, line: int) -> tuple[Remedy, ...]:
+    """The edits of an error that another number behind ``name`` settles: one of ``numbers`` in place of ``number``."""
+    wrong, several = f"{name}{number}", len(numbers) > 1
+    new = [f"{name}{one}" for one in numbers]
     return tuple(Remedy(f"write {one}", one, line=line, misspelt=wrong, is_choice=several) for one in new)
 
 

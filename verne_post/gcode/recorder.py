@@ -418,7 +418,15 @@ class Recorder(Struct):
             self.feeds.append(self.count if count is None else count)
             self.lacks_feed = False
 
-    def warn(self, code: str, message: str, line: int, column: int | None, severity: Severity | None = None) -> None:
+    def warn(
+        self,
+        code: str,
+        message: str,
+        line: int,
+        column: int | None,
+        severity: Severity | None = None,
+        edits: tuple[Remedy, ...] = (),
+    ) -> None:
         """Record a warning; ``severity`` where that of the code is another."""
         before = self.warnings.get((line, code))
         self.warnings[line, code] = (
@@ -430,6 +438,7 @@ class Recorder(Struct):
                 worst_line=line,
                 column=column,
                 severity=severity or CODES[code].severity,
+                edits=edits,
             )
             if before is None
             else dataclasses.replace(before, count=before.count + 1)
@@ -448,9 +457,9 @@ class Recorder(Struct):
     ) -> None:
         """Record a warning at the first place alone, with the data that a finding may have."""
         if not any(item.code == code and item.message == message for item in self.warnings.values()):
-            self.warn(code, message, line, column, severity)
+            self.warn(code, message, line, column, severity, edits)
             item = self.warnings[line, code]
-            self.warnings[line, code] = dataclasses.replace(item, edits=edits, tool=tool, quantity=quantity)
+            self.warnings[line, code] = dataclasses.replace(item, tool=tool, quantity=quantity)
 
     def _flush(self, count: int) -> None:
         """Turn the first rows of those that are kept one by one into a block, and settle their arcs."""

@@ -19,6 +19,7 @@ from verne_post.gcode.plain import PlainLines
 from verne_post.gcode.program_error import CLOSE_IN_ORDER, ProgramError, end_with
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.words import WordTable, count_lines, find_chunk_end, read_whole_lines, split_words
+from verne_post.model.findings import Remedy
 
 #: So many chunks are kept: loops that stay within them are split into words once.
 _KEPT_CHUNKS: Final = 8
@@ -342,10 +343,14 @@ class _Opened:
 
     def _expect(self, opening: str, label: str, kind: str) -> None:
         if not self._is_top(opening, label):
-            still = f"; {self._describe(self._open[-1])} is open" if self._open else ""
-            raise ProgramError("VP023", f"o{label} {kind} without o{label} {opening} before it{still}").advise(
-                CLOSE_IN_ORDER
-            )
+            still, edits = "", tuple[Remedy, ...]()
+            if self._open:
+                item = self._open[-1]
+                still, right = f"; {self._describe(item)} is open", f"o{item.label}"
+                edits = (Remedy(f"write {right}", right, misspelt=f"o{label}"),) if item.kind == opening else ()
+            raise ProgramError(
+                "VP023", f"o{label} {kind} without o{label} {opening} before it{still}", edits=edits
+            ).advise(CLOSE_IN_ORDER)
 
     @staticmethod
     def _describe(item: _Construct) -> str:

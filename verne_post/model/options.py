@@ -572,7 +572,9 @@ class Options:
                 raise UsageError("options", f"{nameless[0]!r} has no name; write for example Options(tool_length=80)")
             for name in given:
                 if name not in OPTIONS:
-                    raise UsageError(name, f"there is no such option{suggest(name, OPTIONS)}")
+                    begun = [one for one in OPTIONS if one.startswith(name)]
+                    near = f"; did you mean {begun[0]}?" if len(begun) == 1 else suggest(name, OPTIONS)
+                    raise UsageError(name, f"there is no such option{near}")
             for name, option in OPTIONS.items():
                 # plain attributes cannot be set from outside
                 self.__dict__[name] = check_value(name, given[name]) if name in given else option.default()

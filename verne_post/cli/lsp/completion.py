@@ -13,6 +13,7 @@ from msgspec.structs import fields
 from verne_post.base.printable import quote_key
 from verne_post.base.program_lines import remove_remarks
 from verne_post.base.type_words import describe, list_alternatives, strip_bounds
+from verne_post.cli.lsp.outline import Outline
 from verne_post.cli.programs import is_setup
 from verne_post.config.chain import ChainMachineFile
 from verne_post.config.kinds import KINDS
@@ -51,13 +52,18 @@ _TOOL: Final = re.compile(
 )
 
 
-def complete_word(line: str, column: int, dialect: str, tools: Mapping[str, str]) -> list[Choice]:
+def complete_word(outline: Outline, number: int, column: int, tools: Mapping[str, str]) -> list[Choice]:
     """Words that are executed, and begin as the text before the cursor; what `explain WORD` says of each.
 
     A code may have several rows: it is offered once, with all that it does. Where a tool is named, ``tools`` are
-    offered, with their sizes.
+    offered, with their sizes; names of the program come first.
+
+    Parameters
+    ----------
+    number : int
+        The line, from 0.
     """
-    before = line[:column]
+    before, dialect = outline.lines[number][:column], outline.dialect
     if remove_remarks(before, dialect) == before and (tool := _TOOL.search(before)):
         begin, quote = tool.start(1), tool[1][:1] == '"'
         named = (Choice(begin, word, sizes, word if quote else word.strip('"')) for word, sizes in tools.items())
@@ -67,16 +73,17 @@ def complete_word(line: str, column: int, dialect: str, tools: Mapping[str, str]
     known = list_meanings(dialect, executed_alone=True)
     if remove_remarks(before) != before:
         return []
+    own = [Choice(begin, word, line, word) for begin, word, line in outline.list_begun(number, column)]
     for begin in range(len(before)):
         written = before[begin:].upper()
         if not before[begin].isalpha() or (begin and (before[begin - 1].isalpha() or before[begin - 1] == "_")):
             continue
         if found := [word for word in known if word.startswith(written)]:
-            return [
+            return own + [
                 Choice(begin, word, "; ".join(dict.fromkeys(known[word])), word, _make_snippet(word, dialect))
                 for word in found
             ]
-    return []
+    return own
 
 
 def _make_snippet(word: str, dialect: str) -> str:

@@ -22,7 +22,16 @@ from verne_post.cli.lsp.inspector import Inspected, Inspector, SupersededError
 from verne_post.cli.lsp.places import cut_file, find_range, split_lines
 from verne_post.cli.setup import make_setup
 from verne_post.cli.setups import NONE
-from verne_post.config.toml_entries import Change, Edit, UnknownLayoutError, find_place, list_entries, plan_edit
+from verne_post.config.toml_entries import (
+    Change,
+    Edit,
+    Key,
+    UnknownLayoutError,
+    find_place,
+    find_value,
+    list_entries,
+    plan_edit,
+)
 from verne_post.gcode.dialects import choose_dialect_name
 from verne_post.gcode.machining.holes import TAPPING_KEY
 from verne_post.gcode.rs274.fanuc_points import add_points
@@ -34,6 +43,10 @@ _NAMED_TOOL: Final = re.compile(r"(?<![A-Z_])(T\d?[ \t]*=[ \t]*)(\"[^\"]+\")", r
 _TOOL_CALL: Final = re.compile(r"\bTOOL[ \t]+CALL\b", re.IGNORECASE)
 #: A line of Klartext that goes to a place.
 _PATH_OF_KLARTEXT: Final = re.compile(r"\s*(?:\d+\s+)?L\b[^;]*")
+#: A number of a TOML file that is written as no number of TOML: with a comma, or in quotes.
+_NUMBER_OF_TOML: Final = re.compile(
+    r"(\S+): a decimal comma; write (\S+)|= '([-+]?\d+(?:\.\d+)?)': expected a (?:whole )?number"
+)
 #: What stands in a new line of a file until it is filled in: a wrong value, whose message says what is right.
 _TO_FILL_IN: Final = '"measure"'
 #: Findings that are mistakes of a program much more often than of the place of its part: a depth with a digit too many.
@@ -214,6 +227,14 @@ def _propose_file_fixes(path: Path, item: Finding, text: str) -> Iterator[Fix]:
             if written is not None:
                 begin, end = begin + written.start(), begin + written.end()
                 yield Fix(f"Write {near} in place of {written[0]}", path, text, begin, end, quote_key(near))
+    wrong_number = _NUMBER_OF_TOML.search(sentence)
+    if wrong_number is not None:
+        lines, at = split_lines(text), item.line or 1
+        written = re.search(rf"(?<![\w.]){re.escape(wrong_number[1] or wrong_number[3])}(?![\w.])", lines[at - 1])
+        quoted = re.search(rf"([\"']){re.escape(wrong_number[3] or '')}\1", lines[at - 1]) if wrong_number[3] else None
+        if (there := quoted or written) is not None:
+            begin, new = _find_offset(text, at - 1) + there.start(), wrong_number[2] or wrong_number[3]
+            yield Fix(f"Write {new} in place of {there[0]}", path, text, begin, begin + len(there[0]), new)
     missing = re.match(r"([\w.-]+) is missing\b", sentence)
     if missing is not None and (change := _plan_change(text, tuple(missing[1].split(".")), _TO_FILL_IN)):
         title = f"Add {missing[1]} = {_TO_FILL_IN}, to be filled in"
@@ -231,12 +252,29 @@ def _mark_missing(item: Finding, setup: Path, texts: Mapping[Path, str]) -> Iter
     if find_suggestion(item.message):  # it is to be written in another way
         return
     text = _read_setup(setup, texts)
-    for table, name, *_what in (key for key in item.settled_by if key[0] in _MARKS):
-        mark = _MARKS[table]
-        change = _plan_change(text, (table, name), mark)
-        if change is not None and change.begin == change.end:  # what stands there is not replaced
-            title = f"Add {table}.{quote_key(name)} = {mark} to {setup.name}, to be filled in"
+    for key in (key for key in item.settled_by if key[0] in _MARKS):
+        fix = _mark_diameter(setup, text, key) if key[2:] == ("diameter",) else None
+        change = _plan_change(text, key[:2], _MARKS[key[0]])
+        if fix is not None:
+            yield fix
+        elif change is not None and change.begin == change.end:  # what stands there is not replaced
+            title = f"Add {key[0]}.{quote_key(key[1])} = {_MARKS[key[0]]} to {setup.name}, to be filled in"
             yield Fix(title, setup, text, change.begin, change.end, change.new)
+
+
+def _mark_diameter(setup: Path, text: str, key: Key) -> Fix | None:
+    """The diameter of a tool, to be filled in: beside its length, also where that is the one of the whole program."""
+    tool, name, length = key[:2], f"{key[0]}.{quote_key(key[1])}", find_value(text, ("tool_length",))
+    left, edit = text, Edit(key, _TO_FILL_IN)
+    if find_value(text, key):
+        return None
+    if not find_value(text, tool):
+        left = re.sub(r"(?m)^[ \t]*tool_length[ \t]*=.*\n?", "", text, count=1)
+        edit = Edit(tool, f"{{ length = {length or _TO_FILL_IN}, diameter = {_TO_FILL_IN} }}")
+    change = _plan_change(left, edit.key, edit.value)
+    what = f"{name}{'.diameter' * (edit.key == key)} = {edit.value}"
+    title = f"Add {what} to {setup.name}{' in place of tool_length' * (left != text)}, to be filled in"
+    return None if change is None else Fix(title, setup, text, 0, len(text), change.apply(left))
 
 
 def _read_setup(setup: Path, texts: Mapping[Path, str]) -> str:

@@ -3,14 +3,15 @@
 import os
 import re
 import threading
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
 import click
 import numpy as np
-from msgspec import Struct, field
+from msgspec import Struct, field, structs
 
 from verne_post.app.assemble import build_interpreter_setup, find_state_if_executed
 from verne_post.app.convert import Inspection, check_and_keep
@@ -18,7 +19,8 @@ from verne_post.app.explain import look_at_line
 from verne_post.app.explain_line import describe_modes, describe_pose
 from verne_post.app.line_facts import LineFacts, measure_lines
 from verne_post.app.line_remedies import Line
-from verne_post.app.result import Progress, refuse_program
+from verne_post.app.plan import Tell
+from verne_post.app.result import Progress, Result, refuse_program
 from verne_post.base.long_text import Text
 from verne_post.base.program_lines import remove_remarks
 from verne_post.cli.check import make_policy
@@ -39,7 +41,7 @@ from verne_post.model.findings import Finding, InputError, UsageError, make_find
 from verne_post.model.machine import Machine
 from verne_post.model.options import Options
 from verne_post.output.findings import Report, format_outcome
-from verne_post.output.policy import apply_policy
+from verne_post.output.policy import Policy, apply_policy
 
 #: What ends a check: something is wrong in a file, or with what the server was started with.
 _MISTAKES: Final = (InputError, click.UsageError, UsageError, FileError)
@@ -114,7 +116,13 @@ class Inspector:
         self._legal: list[tuple[Text, Machine, Options, Inspection]] = []
 
     def check(
-        self, path: Path, texts: Mapping[Path, str], superseded: threading.Event, *, only_cause: bool = False
+        self,
+        path: Path,
+        texts: Mapping[Path, str],
+        superseded: threading.Event,
+        *,
+        only_cause: bool = False,
+        tell: Callable[[Inspected], None] | None = None,
     ) -> Inspected:
         """Check a program.
 
@@ -126,6 +134,8 @@ class Inspector:
             Nobody waits any more.
         only_cause : bool
             Seek no remedies of what is found.
+        tell : callable, optional
+            Gets what refuses the program before its remedies are sought, which may take longer.
 
         Raises
         ------
@@ -144,26 +154,40 @@ class Inspector:
             policy, _level = make_policy(self.files, settings, None, **self.asked)
             found.machine, found.source, found.options = read_program(self.files, path.name, self.given)
             report("", 0, 0)
-            found.made = self._check_once(found.source, found.machine, found.options, report, only_cause)
-            placed = self.files.find_lines(found.made.result.findings)
-            counted = apply_policy(Report(path.name, placed, source=found.source), policy)
-            found.findings, found.errors_not_counted = counted.findings, counted.errors_not_counted
+            count = partial(self._count, found, policy)
+            tell_soon = None if tell is None else lambda findings: tell(count(refuse_program(InputError(*findings))))
+            made = self._check_once(found.source, found.machine, found.options, report, only_cause, tell_soon)
+            found = count(made.result)
+            found.made = made
         except _MISTAKES as error:
             found.findings = self._find_mistakes(error)
         found.findings = _name_files(found.findings)
         return found
 
     def _check_once(
-        self, source: Text, machine: Machine, options: Options, report: Progress, only_cause: bool
+        self,
+        source: Text,
+        machine: Machine,
+        options: Options,
+        report: Progress,
+        only_cause: bool,
+        tell: Tell | None,
     ) -> Inspection:
         """What a program comes to; that of the last legal ones is known."""
         for *known, made in self._legal:
             if known[1] is machine and known[0] == source and known[2] == options:
                 return made
-        made = check_and_keep(source, machine, options, report, only_cause=only_cause)
+        made = check_and_keep(source, machine, options, report, only_cause=only_cause, tell=tell)
         if made.plan is not None and isinstance(source, bytes):  # a long text is no bytes
             self._legal = [(source, machine, options, made), *self._legal[: KEPT - 1]]
         return made
+
+    def _count(self, found: Inspected, policy: Policy, result: Result) -> Inspected:
+        """A program with the findings that count."""
+        placed = self.files.find_lines(result.findings)
+        counted = apply_policy(Report(found.path.name, placed, source=found.source), policy)
+        findings = _name_files(counted.findings)
+        return structs.replace(found, findings=findings, errors_not_counted=counted.errors_not_counted)
 
     def check_file(
         self, path: Path, texts: Mapping[Path, str], superseded: threading.Event
@@ -271,14 +295,18 @@ class Inspector:
         said.append(in_force if shown is None else _describe_pose(found, shown))
         return "\n\n".join(filter(None, said)) or None
 
-    def find_definition(self, found: Inspected, line: int, column: int) -> Named | Path | None:
-        """Where the call or jump at a place, counted from 0, leads."""
+    def find_definition(
+        self, found: Inspected, line: int, column: int, *, with_variables: bool = True
+    ) -> Named | Path | None:
+        """Where the call or jump at a place, counted from 0, leads; where a variable gets its first value."""
         paths = self.given.get("subroutine_path") or ()
-        return self.make_outline(found).find_definition(line, column, found.path.parent, paths)
+        outline = self.make_outline(found)
+        there = outline.find_definition(line, column, found.path.parent, paths)
+        return outline.find_assignment(line, column) if there is None and with_variables else there
 
     def _describe_definition(self, found: Inspected, line: int, column: int) -> str:
         """Where the call or jump at a 1-based line and 0-based column leads; empty where none is there."""
-        there = self.find_definition(found, line - 1, column)
+        there = self.find_definition(found, line - 1, column, with_variables=False)
         if there is None or isinstance(there, Path):
             return "" if there is None else f"calls the file {there.name}"
         return f"leads to line {there.line + 1}: `{split_lines(found.text)[there.line].strip()}`"

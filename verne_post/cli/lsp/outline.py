@@ -1,7 +1,7 @@
 """Tools, operations, subprograms and labels of a program, by its text, and where a call leads."""
 
 import re
-from collections.abc import Iterator, Sequence, Set
+from collections.abc import Callable, Iterator, Sequence, Set
 from itertools import pairwise
 from pathlib import Path
 from typing import Final
@@ -26,6 +26,8 @@ class _Words(Struct, frozen=True):
     call: str
     label: str = r"(?!)"
     jump: str = r"(?!)"
+    variable: str = r"(?!)"  #: Where one gets a value.
+    use: str = r"(?!)"
 
 
 #: Language -> its words.
@@ -33,17 +35,23 @@ _WORDS: Final = {
     "rs274": _Words(
         r"^\s*O\s*(?:<([^>]+)>|(\d+))\s*(?:SUB\b|[(;]|$)", r"\b(?:ENDSUB|M99)\b",
         r"O\s*(?:<([^>]+)>|(\d+))\s*CALL|M98[^\n(;]*P\s*(\d+)",
+        r"^\s*O\s*(?:<([^>]+)>|(\d+))\s*(?:DO|WHILE|REPEAT|IF|SUB)\b", r"^\s*O\s*(?:<([^>]+)>|(\d+))\s*(?!CALL)[A-Z]",
+        r"#(?:<([^<>]+)>|(\d+))\s*=", r"#(?:<([^<>]+)>|(\d+))",
     ),
     "fanuc": _Words(
-        r"^\s*[O:](\d+)", r"\bM99\b", r"(?:M98|G6[56])[^\n(;]*?P\s*(\d+)", r"^\s*N(\d+)", r"GOTO\s*(\d+)"
+        r"^\s*[O:](\d+)", r"\bM99\b", r"(?:M98|G6[56])[^\n(;]*?P\s*(\d+)", r"^\s*N(\d+)", r"GOTO\s*(\d+)",
+        r"#(\d+)\s*=", r"#(\d+)",
     ),
     "siemens": _Words(
         BLOCK_NUMBER + r"PROC\s+(\w+)", r"\b(?:RET|M17|ENDPROC)\b", BLOCK_NUMBER + r"(?:CALL\s*\"?)?([A-Za-z_]{2}\w*)",
         BLOCK_NUMBER + r"([A-Za-z_]{2}\w*)\s*:(?!=)|^\s*(N\d+)", r"(?:GOTO[FBCS]?|REPEATB?)\s+(\w+)",
+        r"\b(?:REAL|INT|BOOL|CHAR|AXIS|FRAME|STRING\s*\[\d+\])\s+(\w+)|(?<![\w$])(R\d+)\s*=",
+        r"(?<![\w$\"])([A-Za-z_]\w*)",
     ),
     "heidenhain": _Words(
         r"^\s*(?:\d+\s+)?LBL\s*\"?([^\s\";]+)", r"LBL\s*0\b",
         r"CALL\s+LBL\s*\"?([^\s\";]+)|CALL\s+PGM\s*\"?([^\"\n;~]+)",
+        variable=r"(?<![A-Z_\d])(Q[LRS]?\d+)\s*=", use=r"(?<![A-Z_\d])(Q[LRS]?\d+)",
     ),
     "aptcl": _Words(
         r"DEFSUB\s*/\s*(\w+)|(\w+)\s*=\s*MACRO", r"\b(?:ENDSUB|TERMAC)\b", r"CALSUB\s*/\s*(\w+)|CALL\s*/\s*(\w+)",
@@ -84,6 +92,10 @@ _AWAY: Final = re.compile(r"(?<![A-Z_])G(?:53|28|30)(?![\d.])|\bSUPA\b|(?<![A-Z_
 _NO_MOTION_CYCLES: Final = ("WORKPIECE", "CYCLE832")
 _NO_MOTION: Final = re.compile(r"\bBLK[ \t]+FORM\b|(?<![A-Z_])G(?:10|52|92)(?![\d.])|\bA?TRANS\b", re.IGNORECASE)
 
+
+#: What completes a name that is begun, in any language, and the sign before a name.
+_ANY_NAMES: Final = ("0", "x", "x>", "0 CALL", "x> CALL")
+_MARK: Final = re.compile(r"(?:#|(?<!\w)o)?<?$", re.IGNORECASE)
 
 #: A tool is in a subprogram where both begin in one line, and an operation in a tool.
 _RANKS: Final = (lsp.SymbolKind.Function, lsp.SymbolKind.Class, lsp.SymbolKind.Event)
@@ -202,21 +214,55 @@ class Outline:
 
     def find_definition(self, line: int, column: int, folder: Path, paths: tuple[str, ...]) -> Named | Path | None:
         """Where a call or jump at a place leads: a name of this text, or a file that the folder's programs may call."""
-        words = self.words
-        for pattern, defined in (
-            (words.call, self._list_subprograms()),
-            (words.jump, list(find_names(words.label, self.lines))),
-        ):
+        for pattern, defined in self._list_leading():
             for one in find_names(pattern, self.lines[line : line + 1]):
                 if not one.words[0] <= column <= one.words[1]:
                     continue
                 # M98 P51000 calls O1000 five times
                 keys = (one.key, one.key[-4:].lstrip("0")) if one.key.isdecimal() else (one.key,)
-                here = next((each for key in keys for each in defined if each.key == key), None)
-                return here or next(
-                    (file for file in _list_files(folder, paths) if Named(file.stem, 0, 0, 0).key in keys), None
-                )
+                here = [each for key in keys for each in defined() if each.key == key]
+                if self.dialect == "rs274":  # the number of a loop may be there again below
+                    here.sort(key=lambda each: (each.line > line, -each.line))
+                files = (file for file in _list_files(folder, paths) if Named(file.stem, 0, 0, 0).key in keys)
+                if found := next(iter(here), None) or next(files, None):
+                    return found
         return None
+
+    def find_assignment(self, line: int, column: int) -> Named | None:
+        """Where the variable at a place gets its first value."""
+        for one in find_names(self.words.use, [remove_remarks(self.lines[line], self.dialect)]):
+            if one.begin <= column <= one.end:
+                return next((each for each in self._list_variables() if each.key == one.key), None)
+        return None
+
+    def _list_leading(self) -> tuple[tuple[str, Callable[[], list[Named]]], ...]:
+        """What calls and jumps, and the names to which that leads."""
+        words = self.words
+        return (words.call, self._list_subprograms), (words.jump, lambda: list(find_names(words.label, self.lines)))
+
+    def _list_variables(self) -> list[Named]:
+        """Where variables get values: the first one of each."""
+        code = [remove_remarks(line, self.dialect) for line in self.lines]
+        return list({one.key: one for one in reversed(list(find_names(self.words.variable, code)))}.values())[::-1]
+
+    def list_begun(self, line: int, column: int) -> list[tuple[int, str, str]]:
+        """Names of this text that what is written before a place may become: its column, the word, and its line."""
+        before = self.lines[line][:column]
+        found: dict[str, tuple[int, str, str]] = {}
+        for pattern, defined in (*self._list_leading(), (self.words.use, self._list_variables)):
+            # what is begun is completed by any name, so that the patterns of whole words find its place
+            whole = (one for rest in _ANY_NAMES for one in find_names(pattern, [before + rest]))
+            begun = next((one for one in whole if one.begin <= column < one.end), None)
+            mark = _MARK.search(before[: begun.begin]) if begun is not None else None
+            if begun is None or (pattern == self.words.use and not before[begun.begin :] and not (mark and mark[0])):
+                continue
+            sign = mark[0] if mark else ""
+            for one in defined():
+                if one.line != line and one.name.lower().startswith(before[begun.begin :].lower()):
+                    word = f"{sign}{one.name}{'>' * sign.endswith('<')}"
+                    said = f"line {one.line + 1}: {self.lines[one.line].strip()}"
+                    found.setdefault(word, (begun.begin - len(sign), word, said))
+        return list(found.values())
 
 
 def _list_files(folder: Path, paths: tuple[str, ...]) -> list[Path]:

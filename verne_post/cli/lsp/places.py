@@ -26,8 +26,11 @@ _SEVERITY: Final[dict[Severity, lsp.DiagnosticSeverity]] = {
 }
 #: Findings whose message begins with a file and its key.
 _ABOUT_FILES: Final = ("VP022", "VP501", "VP503", "VP504")
-#: A word from its column on: a name in quotes, letters and a number, a name, or one character.
-_WORD: Final = re.compile(r"\"[^\"]*\"|[A-Za-z_]+(?:[ \t]*=?[ \t]*[-+]?[\d.]+)?|[-+]?[\d.]+|.")
+#: A word from its column on: a name in quotes, a variable, A=DC(0), letters and a number, a name, or one character.
+_WORD: Final = re.compile(
+    r"\"[^\"]*\"|#+(?:\d+|<[^<>]*>)|[A-Za-z]+[ \t]*=[ \t]*[A-Za-z]+\([^()]*\)"
+    r"|[A-Za-z_]+(?:[ \t]*=?[ \t]*[-+]?[\d.]+)?|[-+]?[\d.]+|."
+)
 
 
 def split_lines(text: str) -> list[str]:

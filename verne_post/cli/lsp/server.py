@@ -27,16 +27,20 @@ from verne_post.cli.lsp.addresses import list_tools
 from verne_post.cli.lsp.completion import complete_key, complete_word, make_item
 from verne_post.cli.lsp.fixes import Fix, find_file_fixes, find_fixes, find_fixes_of_its_file
 from verne_post.cli.lsp.inspector import Inspected, Inspector, SupersededError
+from verne_post.cli.lsp.outline import Outline
 from verne_post.cli.lsp.places import find_range, make_diagnostic, split_lines
 from verne_post.cli.programs import is_setup
 from verne_post.config.toml_entries import find_place
 from verne_post.model.findings import Finding
 from verne_post.model.options import Options
+from verne_post.model.verdict import is_about_pose
 from verne_post.output.causes import find_causes
 
 _Answer = TypeVar("_Answer")
 #: Endings of texts that programs read, and that are no programs.
 _READ_BY_PROGRAMS: Final = (".toml", ".tbl", ".csv", ".json", ".var")
+#: After so long a finding is shown without the remedies that are still sought, s.
+_PATIENCE_S: Final = 1.0
 #: The folder where the server was started: the current one is that of the program that is checked.
 _START: Final = Path.cwd()
 #: A line with its end, as the protocol has it.
@@ -139,9 +143,25 @@ class Session:
 
     async def run_check(self, uri: str, superseded: threading.Event) -> Inspected | None:
         """Check, and tell the editor what is found; None where newer text has come."""
-        version = self.server.workspace.get_text_document(uri).version
+        version, loop = self.server.workspace.get_text_document(uri).version, asyncio.get_running_loop()
+
+        def show_later(found: Inspected) -> None:
+            """Show what refuses a program while its remedies are sought, where that takes a while."""
+            loop.call_soon_threadsafe(loop.call_later, _PATIENCE_S, show_early, found)
+
+        def show_early(found: Inspected) -> None:
+            if not superseded.is_set() and not told:
+                own = [
+                    replace(item, remedies=("nothing yet; remedies are being sought",))
+                    if item.severity == "error" and is_about_pose(item.code)
+                    else item
+                    for item in _list_own(found)
+                ]
+                self._send_diagnostics(uri, self._make_diagnostics(uri, own, found.text), version)
+
+        told: list[bool] = []
         try:
-            found = await self.work(self.inspector.check, _find_path(uri), self.read_texts(), superseded)
+            found = await self.work(self.inspector.check, _find_path(uri), self.read_texts(), superseded, show_later)
         except SupersededError:
             return None
         except Exception as error:  # what was said of an older text must not stay
@@ -151,13 +171,13 @@ class Session:
                 uri, [lsp.Diagnostic(_make_line_range(1), text, lsp.DiagnosticSeverity.Error)], version
             )
             return None
+        finally:
+            told.append(True)
         if superseded.is_set():
             return None
         if found.options is not None:
             self.options[uri] = found.options
-        # an error of a file refuses the program: an editor that shows the program alone says so, too
-        own = [item for item in found.findings if item.file is None or item.severity == "error"]
-        self._send_diagnostics(uri, self._make_diagnostics(uri, own, found.text), version)
+        self._send_diagnostics(uri, self._make_diagnostics(uri, _list_own(found), found.text), version)
         self._show_mistakes_of_files(uri, [item for item in found.findings if item.file is not None])
         for one in list(self.open_files):  # what the program lacks is shown in its set-up, too
             if Path(f"{_find_path(uri)}.toml") == _find_path(one):
@@ -403,16 +423,17 @@ class Session:
         else:
             dialect = self.inspector.find_dialect(path, text)
             tools = list_tools(self.options[uri], dialect) if uri in self.options else {}
-            found = complete_word(lines[place.line], place.character, dialect, tools)
+            outline = Outline(lines, dialect, text.encode(), path.name)
+            found = complete_word(outline, place.line, place.character, tools)
         return [
             make_item(
                 one,
-                # editors write the quote that ends a text with the one that begins it
+                # editors write the quote or bracket that ends a text with the one that begins it
                 codec.range_to_client_units(
                     lines,
                     lsp.Range(
                         lsp.Position(place.line, one.begin),
-                        lsp.Position(place.line, place.character + (after == '"' and one.word.endswith('"'))),
+                        lsp.Position(place.line, place.character + (after in ('"', ">") and one.word.endswith(after))),
                     ),
                 ),
                 with_snippets=bool(items and items.snippet_support),
@@ -437,6 +458,11 @@ class Session:
         if there is None or isinstance(there, Path):
             return None if there is None else lsp.Location(from_fs_path(str(there)) or "", _make_line_range(1))
         return lsp.Location(uri, self.server.workspace.position_codec.range_to_client_units(lines, there.place))
+
+
+def _list_own(found: Inspected) -> list[Finding]:
+    """What is shown in a program: also errors of files, which refuse it, for an editor that shows the program alone."""
+    return [item for item in found.findings if item.file is None or item.severity == "error"]
 
 
 def _is_asked(item: Finding, lines: Sequence[str], asked: lsp.CodeActionParams) -> bool:
@@ -498,7 +524,7 @@ def serve(given: dict[str, Any], output: Any) -> None:
     ):
         server.feature(name)(partial(function))  # the protocol notes its name on what it is given
     # what begins a table, a value, a text or the rest of a key or code; letters are asked for anyway
-    begins = lsp.CompletionOptions(trigger_characters=["[", "{", "=", '"', "."])
+    begins = lsp.CompletionOptions(trigger_characters=["[", "{", "=", '"', ".", "#", "<"])
     server.feature(lsp.TEXT_DOCUMENT_COMPLETION, begins)(partial(session.complete))
     with suppress(SystemExit):
         server.start_io(stdout=output)

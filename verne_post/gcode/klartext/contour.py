@@ -250,7 +250,9 @@ class KlartextContour:
         if tool is None or tool.diameter == 0.0:
             name = describe_tool_number(number, state.tool_names)
             wear = f", and DR{self.delta_radius:+g} of its call is only added to it" if self.delta_radius else ""
-            text = f"the radius of {name} is not known{wear}; give --tool-table FILE, or TOOL DEF with L and R"
+            lacking = "" if tool is None or not tool.key else f"write {tool.key}.diameter, mm, into the set-up"
+            how = lacking or self.core.tools.suggest_diameter(number)
+            text = f"the radius of {name} is not known{wear}; {how}, or TOOL DEF with L and R"
             key = find_tool_key(number, "diameter", state.tool_names)
             raise ProgramError("VP012", text, about=name, settled_by=key)
         radius = 0.5 * tool.diameter + self.delta_radius

@@ -5,7 +5,7 @@ import math
 from msgspec import Struct, field
 
 from verne_post.base.long_text import Text
-from verne_post.base.suggestions import find_meant, find_meant_number, name_near_numbers
+from verne_post.base.suggestions import DIGITS_OF_LABELS, find_meant, find_meant_number, list_near_numbers, name_numbers
 from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.gcode import plain
 from verne_post.gcode.calls import CallStack
@@ -23,7 +23,7 @@ from verne_post.gcode.program_error import (
     ProgramError,
     end_with,
     locate_errors,
-    write_near_number,
+    write_numbers,
 )
 from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.repeats import Repeats
@@ -59,6 +59,10 @@ class KlartextFlow:
         ProgramError
             VP023, VP024.
         """
+        with locate_errors(jump.column):
+            self._follow(jump, line)
+
+    def _follow(self, jump: Jump, line: int) -> None:
         frame = self.calls.frame
         is_label = self.calls.in_call and not frame.program
         if jump.kind == "end":
@@ -107,9 +111,9 @@ class KlartextFlow:
                 edit = Remedy(f"write LBL {number}", f"LBL {number}", line=line, misspelt=f"LBL {name}")
                 raise ProgramError("VP023", f"{text}; did you mean LBL {number}?", edits=(edit,))
             near = find_meant(name, labels, slip_alone=True)
-            if near_numbers := name_near_numbers(name, labels, "LBL "):
-                text += f"; it has {near_numbers}"
-            edits = write_near_number(name, labels, "LBL ", line)
+            numbers = list_near_numbers(name, labels, DIGITS_OF_LABELS)
+            text += f"; it has {name_numbers(numbers, 'LBL ')}" if numbers else ""
+            edits = write_numbers(numbers, name, "LBL ", line)
             message = f'"{name}": {text}; did you mean "{near}"?' if near else text
             raise ProgramError("VP023", message, edits=edits).advise("" if near else GIVE_LABEL)
         return labels[name] + 1

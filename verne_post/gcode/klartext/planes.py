@@ -354,7 +354,8 @@ class KlartextPlanes:
         retract = values.pop("MB", None)
         rapid, feed = words.read_flag("FMAX") is not None, values.pop("F", None)
         if distance is not None and (move != "MOVE" or distance < 0):
-            raise statement.error("VP006" if move != "MOVE" else "VP007", "DIST belongs to MOVE, and is not negative")
+            code, text = "VP006" if move != "MOVE" else "VP007", "DIST belongs to MOVE, and is not negative"
+            raise statement.error(code, text, statement.rest.upper().find("DIST"))
         if move == "STAY":
             if rapid or feed is not None or back or retract is not None:
                 raise statement.error("VP006", "STAY moves nothing: it takes no F and no MB")

@@ -44,6 +44,7 @@ class Jump(Struct, frozen=True):
     kind: str  # "goto", "call", "repeat", "label", "return", "program", "end"
     name: str = ""
     repeats: int = 0
+    column: int | None = None  #: Of the name.
 
 
 class Klartext:
@@ -324,10 +325,11 @@ class Klartext:
             is_missing = not statement.rest.strip()
             text = "CALL LBL needs a label, a number or a name in quotes"
             raise statement.error("VP005" if is_missing else "VP001", text, 0)
-        name = self._find_label(match)
-        rest = statement.rest[match.end() :]
+        name, rest = self._find_label(match), statement.rest[match.end() :]
+        at = match.start() + len(match[0]) - len(match[0].lstrip())
+        _line, column = statement.find_place(at)
         if not rest.strip():
-            self.jump = Jump("call", name)
+            self.jump = Jump("call", name, column=column)
             return
         repeat = _REPEAT.match(rest)
         if repeat is None:
@@ -337,7 +339,7 @@ class Klartext:
         count = read_value(repeat.group(1), self.q)
         if count != round(count) or not 0 <= count <= _MAX_REPEATS:
             raise statement.error("VP007", f"REP {count:g}: repeats are whole, up to {_MAX_REPEATS}")
-        self.jump = Jump("repeat", name, round(count))
+        self.jump = Jump("repeat", name, round(count), column)
 
     def _label(self, statement: Statement) -> None:
         match = _LABEL.match(statement.rest)

@@ -5,6 +5,7 @@ from collections.abc import Callable
 
 from msgspec.structs import replace
 
+from verne_post.base.printable import quote_key
 from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.gcode.machining.frames import Frames, refuse_compensation
 from verne_post.gcode.machining.state import describe_tool_event
@@ -293,19 +294,26 @@ class Tools:
                 f"(add it there if D{number} is meant); did you mean D{own}?"
             )
             raise at.error("VP012", text, "D", name, find_tool_key(number, "diameter", state.tool_names))
+        key = find_tool_key(number, "diameter", state.tool_names)
         if state.tools is None or number not in state.tools:
-            text = f"the diameter of {name} is not known; give --tool-table FILE{instead}"
-            raise at.error("VP012", text, "D", name, find_tool_key(number, "diameter", state.tool_names))
+            text = f"the diameter of {name} is not known; {self.suggest_diameter(number)}{instead}"
+            raise at.error("VP012", text, "D", name, key)
         tool = self.find_called(number)
         assert tool is not None
         if tool.diameter <= 0:
             later = "" if tool is state.tools[number] else " when it was called; write D1 after the block that gives it"
             given = state.tools[number].key
             place = f": the set-up lacks {given}.diameter, mm" if given else " in the set-up, or the tool table"
-            text = f"{name} has no diameter{place}{later}"
-            raise at.error("VP012", text, "D", name, find_tool_key(number, "diameter", state.tool_names))
+            raise at.error("VP012", f"{name} has no diameter{place}{later}", "D", name, key)
         self.recorder.read_tools.add(number)
         return tool.diameter
+
+    def suggest_diameter(self, number: int) -> str:
+        """What gives a tool that is in no table its diameter."""
+        key = quote_key(find_tool_key(number, "diameter", self.state.tool_names)[1])
+        instead = " in place of tool_length" if self.setup.tool_length is not None else ""
+        entry = f"[tools] {key} = {{ length = MM, diameter = MM }}"
+        return f"write {entry} into the set-up{instead}, or give --tool-table FILE"
 
     def define(self, tool: Tool) -> None:
         """Put a tool into the table, or in place of the one with its number."""

@@ -7,11 +7,11 @@ conditions, counters, calls with their arguments and names.
 from typing import Final
 
 from verne_post.base.numbers import is_count
-from verne_post.base.suggestions import find_meant, find_meant_number, name_near_numbers
+from verne_post.base.suggestions import find_meant, find_meant_number, list_near_numbers, name_numbers
 from verne_post.gcode.block import Block, OWord
 from verne_post.gcode.calls import CallStack, spell_program
 from verne_post.gcode.parameters import LOCAL_INDICES
-from verne_post.gcode.program_error import CLOSE_IN_ORDER, GIVE_FILE, ProgramError, locate_errors, write_near_number
+from verne_post.gcode.program_error import CLOSE_IN_ORDER, GIVE_FILE, ProgramError, locate_errors, write_numbers
 from verne_post.gcode.repeats import Repeats
 from verne_post.gcode.rs274.interpreter import Call, Rs274
 from verne_post.gcode.rs274.macro_flow import Frame, MacroFlow
@@ -187,13 +187,14 @@ class Flow:
             names = [one.strip("<>") for one in self.calls.main.structure.subs if not is_count(one)]
             near = find_meant(name, names, self.interpreter.setup.subroutines, slip_alone=True)
             numbers = [one for one in self.calls.main.structure.subs if is_count(one)]
-            near_numbers = name_near_numbers(name, numbers, "o")
+            near_numbers = list_near_numbers(name, numbers)
+            near_text = name_numbers(near_numbers, "o")
             raise ProgramError(
                 "VP023",
                 f"o{label}: it is defined neither in the program nor in a file {name}.ngc"
                 f"{f'; did you mean o<{near}>?' if near else ''}"
-                f"{f'; the program has {near_numbers}' if near_numbers else ''}",
-                edits=write_near_number(name, numbers, "o", self.calls.line - 1),
+                f"{f'; the program has {near_text}' if near_text else ''}",
+                edits=write_numbers(near_numbers, name, "o", self.calls.line - 1),
             ).advise("" if near else GIVE_FILE)
         if label not in text_of_file.structure.subs:
             raise ProgramError("VP023", f"the file {text_of_file.name} does not define o{label} sub")
@@ -291,13 +292,17 @@ class Flow:
         short, repeats = call.divided_label
         is_whole, is_short = self._has_program(label), self._has_program(short)
         if is_whole == is_short:
+            near = [] if is_whole else self._find_near_programs(short)
+            numbers = [f"{repeats}{int(one):04d}" for one in near]
             raise ProgramError(
                 "VP023",
                 f"M98 P{label}: {'both' if is_whole else 'neither'} O{label}, which Haas controls call, "
                 f"{'and' if is_whole else 'nor'} O{short}, which Fanuc controls call {repeats} times, "
                 f"{'are' if is_whole else 'is'} in the program or in a file beside it; "
-                + (f"write M98 P{label} L1, or M98 P{short} L{repeats}" if is_whole else "put it there"),
+                + (f"write M98 P{label} L1, or M98 P{short} L{repeats}" if is_whole else "put it there")
+                + (f"; the program has {name_numbers(near, 'O')}" if near else ""),
                 goes_on=not is_whole,
+                edits=write_numbers(numbers, label, "P", self.calls.line - 1) if self._is_in_main else (),
             )
         return (label, call.repeats) if is_whole else call.divided_label
 
@@ -322,13 +327,18 @@ class Flow:
             message += f" ({int(label)}.ngc or O{int(label):04d}.nc)"
         else:
             message += "; from O9000 on they are macros of the builder, or of a probe: take calls of a probe out"
-        known_programs = {one for text in (self.calls.text, self.calls.main) for one in text.structure.programs}
-        near = find_meant_number(label, known_programs)
+        if near := self._find_near_programs(label):
+            message += f"; the program has {name_numbers(near, 'O')}"
+        edits = write_numbers(near, label, "P", self.calls.line - 1) if self._is_in_main else ()
+        raise ProgramError("VP023", message, goes_on=True, about=f"O{label}", edits=edits).advise(GIVE_FILE)
+
+    @property
+    def _is_in_main(self) -> bool:
+        return self.calls.text is self.calls.main
+
+    def _find_near_programs(self, label: str) -> list[str]:
+        """Numbers of programs of this text of which another number may be a slip."""
+        numbers = {one for text in (self.calls.text, self.calls.main) for one in text.structure.programs}
+        near = find_meant_number(label, numbers)
         # O1 mostly is the program itself
-        numbers = [near] if near else sorted(one for one in known_programs if len(one) > len("99"))
-        if near_numbers := name_near_numbers(label, numbers, "O"):
-            message += f"; the program has {near_numbers}"
-        edits = write_near_number(label, numbers, "P", self.calls.line - 1)
-        in_main = self.calls.text is self.calls.main
-        error = ProgramError("VP023", message, goes_on=True, about=f"O{label}", edits=edits if in_main else ())
-        raise error.advise(GIVE_FILE)
+        return list_near_numbers(label, [near] if near else sorted(one for one in numbers if len(one) > len("99")))

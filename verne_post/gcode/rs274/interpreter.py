@@ -399,7 +399,11 @@ class Rs274(Language):
 
     def _dwell(self, block: Block) -> None:
         if "P" not in block.words:
-            raise ProgramError("VP005", "G4 needs P, the time")
+            column = next(at for letter, number, at in block.codes if (letter, number) == ("G", 4.0))
+            if "X" in block.words and self.modes.dwell_unit == 1.0:
+                seconds = f"{block.words['X']:g}"
+                raise block.error("VP005", f"X{seconds}: G4 needs P, the time; did you mean P{seconds}?", "X")
+            raise ProgramError("VP005", "G4 needs P, the time", column)
         self.core.dwell(block, self.values.read_dwell(block))
         self._warn_of_long_dwell(block)
 
@@ -467,7 +471,7 @@ class Rs274(Language):
                 raise ProgramError("VP005", "M98 needs P, the number of the subprogram", column)
             repeat_letter = next((letter for letter in self.traits.repeats_of_calls if letter in block.words), None)
             repeats = 1 if repeat_letter is None else read_whole(block, repeat_letter)
-            self.call = Call(str(read_whole(block, "P")), column, repeats)
+            self.call = Call(str(read_whole(block, "P")), block.columns.get("P", column), repeats)
 
     # --- polar words -------------------------------------------------------------------------------
 

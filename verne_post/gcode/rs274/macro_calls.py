@@ -87,7 +87,9 @@ def find_local_call(block: Block, subprograms: list[int]) -> Call | None:
         return Call(None, column, number=number)
     if number is None:
         raise ProgramError("VP005", "M97 needs P, the number of the block where the subprogram begins", column)
-    return Call(f"N{number}", column, read_whole(block, "L") if "L" in block.words else 1, number)
+    return Call(
+        f"N{number}", block.columns.get("P", column), read_whole(block, "L") if "L" in block.words else 1, number
+    )
 
 
 def divide_number(call: Call) -> Call:

@@ -62,7 +62,7 @@ class MacroFlow:
             self._execute_if(statement, line)
         elif statement.kind == "goto":
             statement.start()
-            self._jump(statement.read_number("GOTO"), line)
+            self._jump(statement, line)
         elif statement.kind == "end":
             begin = self._find_loops(flow.calls.text).begin
             if line not in begin:
@@ -85,7 +85,7 @@ class MacroFlow:
             self._check_unused(statement, goes=goes)
             return
         if goes or statement.pass_word("GOTO", "GO"):
-            self._jump(statement.read_number("GOTO"), line)
+            self._jump(statement, line)
             return
         for setting in statement.read_settings():
             self.flow.interpreter.set_parameter(*setting)
@@ -102,14 +102,16 @@ class MacroFlow:
             if error.code in ("VP001", "VP002"):
                 raise
 
-    def _jump(self, number: int, line: int) -> None:
-        flow = self.flow
-        target = self.find_block(number, line)
-        entered_loop = self._find_loops(flow.calls.text).find_entered(line, target)
-        if entered_loop is not None:
-            raise ProgramError(
-                "VP023", f"GOTO {number} leads into the loop of line {entered_loop}; a jump may only leave a loop"
-            )
+    def _jump(self, statement: Statement, line: int) -> None:
+        flow, column = self.flow, statement.reader.find_column(statement.reader.at)
+        number = statement.read_number("GOTO")
+        with locate_errors(column):
+            target = self.find_block(number, line)
+            entered_loop = self._find_loops(flow.calls.text).find_entered(line, target)
+            if entered_loop is not None:
+                raise ProgramError(
+                    "VP023", f"GOTO {number} leads into the loop of line {entered_loop}; a jump may only leave a loop"
+                )
         flow.calls.line = target
 
     def find_block(self, number: int, line: int) -> int:

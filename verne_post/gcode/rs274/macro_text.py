@@ -13,6 +13,7 @@ from verne_post.gcode.block import read_setting, strip_comments
 from verne_post.gcode.expressions import Key, ValueReader, Values
 from verne_post.gcode.program_error import CLOSE_IN_ORDER, ProgramError
 from verne_post.gcode.text import decode_line
+from verne_post.model.findings import Remedy
 
 Kind = Literal["if", "while", "do", "end", "goto"]
 #: What each statement does.
@@ -37,8 +38,8 @@ _LETTER_O: Final = re.compile(r"GO\d+[A-Z]")
 _LABEL: Final = re.compile(r"\(*/?(?:N\d+)?\(*")
 _OTHERS: Final = re.compile(r"(THEN|ELSE|ENDIF|POPEN|PCLOS|DPRNT|BPRNT|SETVN)\b")
 #: Lines that may open or close a loop, and that may begin with a number.
-_LOOP_LINE: Final = re.compile(rb"^[^\n]*?(?:DO|END?)[ \t]*[1-9][^\n]*$", re.MULTILINE | re.IGNORECASE)
-_LOOP: Final = re.compile(r"(?:(?:WH(?:ILE)?\[.*\])?(DO)|END?)([1-9])\(*")
+_LOOP_LINE: Final = re.compile(rb"^[^\n]*?(?:DO|END?|WH[^\n]*D0)[ \t]*[1-9][^\n]*$", re.MULTILINE | re.IGNORECASE)
+_LOOP: Final = re.compile(r"(?:(?:WH(?:ILE)?\[.*\])?(DO)|WH(?:ILE)?\[.*\](D0)|END?)([1-9])\(*")
 #: Letter -> local variable, in the first way to give arguments; in the second I, J, K stand up to ten times.
 ARGUMENTS: Final = dict(
     zip(
@@ -188,7 +189,7 @@ def find_loops(source: Text, programs: Collection[int]) -> Loops:
     Raises
     ------
     ProgramError
-        VP023, with its line: one without the other.
+        With its line: VP023, one without the other; VP001, D01 for DO1.
     """
     loops, open_loops = Loops({}, {}), list[tuple[int, str]]()
     line, at, starts = 1, 0, sorted(programs)
@@ -197,18 +198,25 @@ def find_loops(source: Text, programs: Collection[int]) -> Loops:
         if open_loops and any(before < start <= line for start in starts):
             break
         try:
-            characters = strip_comments(decode_line(match.group()))[0]
+            characters, places, _comment = strip_comments(decode_line(match.group()))
         except ProgramError:  # which is reported where it is read
             continue
         found = _LOOP.fullmatch(characters, _LABEL.match(characters).end())  # type: ignore[union-attr]
         if found is None:
             continue
-        if found.group(1):
-            open_loops.append((line, found.group(2)))
-        elif not open_loops or open_loops[-1][1] != found.group(2):
-            raise ProgramError(
-                "VP023", f"END{found.group(2)} without the DO{found.group(2)} that it would end", line=line
-            ).advise(CLOSE_IN_ORDER)
+        number = found[3]
+        if found[2]:
+            text = f"D0{number}: a zero in place of the letter O; did you mean DO{number}?"
+            raise ProgramError("VP001", text, places[found.start(2)] + 1, line=line)
+        if found[1]:
+            open_loops.append((line, number))
+        elif not open_loops or open_loops[-1][1] != number:
+            text, edits = f"END{number} without the DO{number} that it would end", tuple[Remedy, ...]()
+            if open_loops:
+                begin, other = open_loops[-1]
+                text += f"; DO{other} of line {begin} is open"
+                edits = (Remedy(f"write END{other}", f"END{other}", line=line, misspelt=f"END{number}"),)
+            raise ProgramError("VP023", text, places[found.start()] + 1, line=line, edits=edits).advise(CLOSE_IN_ORDER)
         else:
             first, _number = open_loops.pop()
             loops.end[first], loops.begin[line] = line, first

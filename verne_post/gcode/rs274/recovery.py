@@ -36,6 +36,9 @@ _MAX_TRIES: Final = 8
 _COMMENTS: Final = re.compile(r"\([^()]*\)?|;.*", re.DOTALL)
 #: A letter, and its number where that is short and plain.
 _WORD: Final = re.compile(r"([A-Z])\s*(\d{1,6}(?:\.\d{1,3})?(?![\d.])|)")
+#: A variable that is set, also where its name is not closed; and the one that a message begins with.
+_SETTING: Final = re.compile(r"#(<[^<>=]*|\d+)>?\s*=(?!=)")
+_VARIABLE: Final = re.compile(r"#(<[^<>]*|\d+)")
 #: Groups of codes that are no modes.
 _NO_MODES: Final = ("motion", "cancel", "non-modal", "machine coordinates", "subprograms", "cutter compensation")
 
@@ -49,6 +52,7 @@ class Recovery:
     def __init__(self, interpreter: Rs274) -> None:
         self.interpreter = interpreter
         self.uncertain: set[int] = set()
+        self._unset: set[str] = set()  #: Variables that lines set which could not be read.
 
     def execute(self, block: Block) -> list[ProgramError]:
         """Execute a block as far as possible; returns its errors, without those that follow from others."""
@@ -72,6 +76,7 @@ class Recovery:
     def pass_unread(self, text: str, line: int) -> None:
         """Take the codes of a line that could not be read; its axes are uncertain, without one X and Y."""
         block = Block(line)
+        self._unset |= {"".join(one.split()).lower() for one in _SETTING.findall(text)}
         words = _WORD.findall(_COMMENTS.sub("", text).upper())
         if not any(letter in AXES for letter, _number in words):  # a letter may be what is missing
             words += [("X", ""), ("Y", "")]
@@ -83,6 +88,11 @@ class Recovery:
             elif number and letter in "FSTH":
                 block.words[letter], block.columns[letter] = float(number), 0
         self._give_up(block)
+
+    def follows_unread(self, error: ProgramError) -> bool:
+        """True where a variable has no value because the line that sets it could not be read."""
+        variable = _VARIABLE.match(error.message)
+        return error.code == "VP025" and variable is not None and variable[1].lower() in self._unset
 
     def _follows(self, error: ProgramError, errors: list[ProgramError]) -> bool:
         """True for an error that another one has caused."""

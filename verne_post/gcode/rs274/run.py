@@ -138,6 +138,9 @@ class _BlockRun:
         except ProgramError as error:
             if self.recovery is None:
                 raise
+            if self.recovery.follows_unread(error):
+                self.recovery.pass_unread(text, line)
+                return []
             corrected_text = correct_word(text, error) if error.code == "VP001" else None  # else structure has it
             corrected_text = corrected_text or correct_number(text, error)
             if corrected_text is not None:  # what follows from the mistyped word is no error of its own

@@ -152,8 +152,11 @@ def _execute_for(flow: Running, cursor: Cursor, line: int) -> None:
     if name is None:
         raise cursor.error("VP001", "expected a variable after FOR", at)
     variables.assign(name, cursor, at)
-    if cursor.name() != "TO":
-        raise cursor.error("VP001", "expected TO and the last value of FOR")
+    cursor.skip()
+    at, word = cursor.at, cursor.name()
+    if word != "TO":
+        slip = "T0: a zero in place of the letter O; did you mean TO?"
+        raise cursor.error("VP001", slip if word == "T0" else "expected TO and the last value of FOR", at)
     last = read_number(cursor, variables)
     refuse_leftover(cursor)
     end = flow.calls.text.structure.end[line]

@@ -15,6 +15,7 @@ from verne_post.gcode.program_error import At, ProgramError, write_before
 from verne_post.gcode.rs274.motion import MAX_TURNS
 from verne_post.gcode.siemens.motion import DIRECTIONS, SiemensMotion, turn_to
 from verne_post.gcode.siemens.words import Word, Words
+from verne_post.model.findings import Remedy
 from verne_post.model.moves import AXES
 
 _ROTARY: Final = "ABC"
@@ -50,11 +51,13 @@ class SiemensPlaces:
     def warn_beyond_turn(self, word: Word, line: int) -> None:
         """VP007, as a warning: DC, ACP and ACN take angles of one turn, or any, by machine data."""
         if not 0 <= word.value < _FULL_TURN:
+            right = f"{word.name}={word.mode}({word.value % _FULL_TURN:g})"
             text = (
                 f"{word.name}={word.mode}({word.value:g}) is not from 0 to 359.999: a control stops with alarm 16830, "
-                f"unless bit 0 of its MD30455 is set; write {word.name}={word.mode}({word.value % _FULL_TURN:g})"
+                f"unless bit 0 of its MD30455 is set; write {right}"
             )
-            self.motion.recorder.warn("VP007", text, line, word.column, "warning")
+            edits = (Remedy(f"write {right}", right, line=line, way="marked"),)
+            self.motion.recorder.warn("VP007", text, line, word.column, "warning", edits)
 
     def _place(self, word: Word, axis: int, block: At) -> float:
         rotary = word.name in _ROTARY

@@ -34,6 +34,7 @@ _STRUCTURE: Final = re.compile(
     re.IGNORECASE | re.MULTILINE,
 )
 _FIRST_WORD: Final = re.compile(_BEGINS + rb"([A-Z]+)(?![A-Z0-9_])", re.IGNORECASE | re.MULTILINE)
+_DIVIDED_END: Final = re.compile(rb"END[ \t]+(?:IF|FOR|WHILE|LOOP)(?![A-Z0-9_])", re.IGNORECASE)
 _LABEL: Final = re.compile(
     rb"^[ \t]*+(?:/[ \t]*+[0-9]?)?[ \t]*+(?:[N:][ \t]*+[0-9]+)?[ \t]*+([A-Z_][A-Z0-9_]*)[ \t]*+:(?!=)",
     re.IGNORECASE | re.MULTILINE,
@@ -41,6 +42,8 @@ _LABEL: Final = re.compile(
 _NUMBER: Final = re.compile(rb"^[ \t]*+(?:/[ \t]*+[0-9]?)?[ \t]*+([N:])[ \t]*+([0-9]+)", re.IGNORECASE | re.MULTILINE)
 _JUMPS: Final = re.compile(rb"(?<![A-Z0-9_])GOTO[FBCS]?(?![A-Z0-9_])", re.IGNORECASE)
 _CLOSES: Final = {"ENDIF": "IF", "ENDFOR": "FOR", "ENDWHILE": "WHILE", "ENDLOOP": "LOOP", "UNTIL": "REPEAT"}
+#: Ends that no condition follows.
+_WITHOUT_VALUE: Final = ("ENDIF", "ENDFOR", "ENDWHILE", "ENDLOOP")
 
 #: What the reader of plain words would pass, and these controls do not: comments in brackets, G1.0.
 _NOT_PLAIN: Final = re.compile(rb"\(|(?<=[Gg][01])\.|(?<=[Gg]0[01])\.")
@@ -230,9 +233,9 @@ class SiemensText(ProgramText):
                 continue
             if word == "REPEAT" and rest.strip() and not rest.strip().startswith("/"):
                 continue  # REPEAT label
-            self._take(structure, open_words, word, line)
+            self._take(structure, open_words, word, line, match.start(1) - match.start() + 1)
         for word, begin in open_words:
-            closing = next(end for end, opening in _CLOSES.items() if opening == ("IF" if word == "ELSE" else word))
+            closing = _find_end(word)
             edits = self._find_misspelt_end(begin, closing)
             text = f"{word} is never closed; expected {closing}"
             text += "".join(f", which line {edit.line} writes as {edit.misspelt}" for edit in edits)
@@ -244,30 +247,44 @@ class SiemensText(ProgramText):
         is_near: dict[str, bool] = {}  # a long text has few words
         for match in _FIRST_WORD.finditer(self.source):
             word = match[1].decode()
+            if word.upper() == "END" and (two_words := _DIVIDED_END.match(self.source, match.start(1))):
+                word = two_words[0].decode()  # END FOR
             if word not in is_near:
-                is_near[word] = word.upper() != closing and bool(find_meant(word.upper(), [closing]))
+                one_word = "".join(word.upper().split())
+                is_near[word] = word.upper() != closing and (
+                    one_word == closing or bool(find_meant(one_word, [closing]))
+                )
             line = 1 + self.source.count(b"\n", 0, match.start(1)) if is_near[word] else 0
             if line > begin:
                 return (Remedy(f"write {closing}", closing, line=line, misspelt=word),)
         return ()
 
     @staticmethod
-    def _take(structure: Structure, open_words: list[tuple[str, int]], word: str, line: int) -> None:
+    def _take(structure: Structure, open_words: list[tuple[str, int]], word: str, line: int, column: int) -> None:
         if word in ("IF", "FOR", "WHILE", "LOOP", "REPEAT"):
             open_words.append((word, line))
             return
         wanted_word = "IF" if word == "ELSE" else _CLOSES[word]
         fits = open_words and (open_words[-1][0] == wanted_word or (word == "ENDIF" and open_words[-1][0] == "ELSE"))
         if not fits:
-            still = f"; {open_words[-1][0]} of line {open_words[-1][1]} is open" if open_words else ""
-            raise ProgramError("VP023", f"{word} without {wanted_word} before it{still}", 1, line=line).advise(
-                CLOSE_IN_ORDER
-            )
+            text, edits = f"{word} without {wanted_word} before it", tuple[Remedy, ...]()
+            if open_words:
+                opening, begin = open_words[-1]
+                text += f"; {opening} of line {begin} is open"
+                right = _find_end(opening)
+                if word in _WITHOUT_VALUE and right in _WITHOUT_VALUE:
+                    edits = (Remedy(f"write {right}", right, line=line, misspelt=word),)
+            raise ProgramError("VP023", text, column, line=line, edits=edits).advise(CLOSE_IN_ORDER)
         _word, begin = open_words.pop()
         structure.branch[begin] = line
         structure.end[begin], structure.begin[line] = line, begin
         if word == "ELSE":
             open_words.append(("ELSE", line))
+
+
+def _find_end(word: str) -> str:
+    """What closes a structure that a word opens."""
+    return next(end for end, opening in _CLOSES.items() if opening == ("IF" if word == "ELSE" else word))
 
 
 def _blank_texts(text: str) -> bytes:

@@ -12,6 +12,8 @@ from verne_post.gcode.siemens.vocabulary import CONSTANTS, GROUP_OF, STATEMENTS
 
 #: Types of DEF and PROC. AXIS, FRAME are refused.
 TYPES: Final = ("REAL", "INT", "BOOL", "CHAR", "STRING")
+#: What other languages call them.
+_TYPES_ELSEWHERE: Final = {"INTEGER": "INT", "FLOAT": "REAL", "DOUBLE": "REAL", "BOOLEAN": "BOOL"}
 #: R parameters that there are: as many as a control can be given.
 _LAST_R: Final = 32_535
 #: Words that a variable of the same name would silently take away: axes, feed rate, spindle, tool.
@@ -246,6 +248,7 @@ def read_type(cursor: Cursor) -> str:
             raise cursor.error("VP002", f"variables of type {name} are not executed", at)
         if name not in TYPES:
             near = find_meant(name or "", TYPES, slip_alone=True, least=LETTERS_OF_FUNCTIONS)
+            near = _TYPES_ELSEWHERE.get(name or "", near)
             types = f"expected a type: {', '.join(TYPES)}"
             raise cursor.error("VP001", f"{name}: {types}; did you mean {near}?" if near else types, at)
         if name == "STRING" and cursor.take("["):

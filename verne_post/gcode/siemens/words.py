@@ -7,7 +7,7 @@ from typing import Final
 from msgspec import Struct, field
 
 from verne_post.base.numbers import is_count
-from verne_post.base.suggestions import find_meant, name_near_numbers, suggest
+from verne_post.base.suggestions import LETTERS_OF_FUNCTIONS, find_meant, name_near_numbers, suggest
 from verne_post.gcode.codes import REMAP_GIVES
 from verne_post.gcode.mistyped import explain_unknown
 from verne_post.gcode.program_error import ProgramError
@@ -400,6 +400,8 @@ def _make_unknown_call(name: str, column: int, own_names: Iterable[str], *, is_a
         text = f"{name}: no meaning in this language beside other words of a block; write the word that is meant"
         message = explain_unknown(text, name, own_names, GROUP_OF, NO_EFFECT, ("MCALL",))
         return ProgramError("VP002", message, column)
+    if find_meant(name, ("RET",), slip_alone=True, least=LETTERS_OF_FUNCTIONS):
+        return ProgramError("VP002", f"{name}: no meaning in this language; did you mean RET?", column)
     text = f"{name}: no meaning in this language, and no file of that name (.SPF) {_WHERE}; "
     numbers = (one[1:] for one in own_names if one[:1] == name[0])
     if near := name_near_numbers(name[1:], numbers, name[0]):

@@ -51,6 +51,8 @@ FARTHER_MM: Final = (0.5, 2.0)
 LIFT_STEP_MM: Final = 0.1
 #: A part is never moved by more than this, mm: beyond it no table reaches.
 FARTHEST_MM: Final = 1000.0
+#: The same of an end alone, whose word may have a digit or two too many, mm.
+FARTHEST_WORD_MM: Final = 100_000.0
 #: Steps of Newton's method on the table's tilt.
 NEWTON_STEPS: Final = 20
 #: Halvings of the place where a line gets out of reach: to the last digits of w.
@@ -260,7 +262,8 @@ def find_smallest_shift(
     """
     skip = len(line.machine.actuators)
     checks = [check for check in list_checks(line) if check.quantity < skip or check.quantity >= skip + 2]
-    problem = MoveProblem(line, checks, basis, end_only, also_warnings, FARTHEST_MM)
+    farthest = FARTHEST_WORD_MM if end_only else FARTHEST_MM
+    problem = MoveProblem(line, checks, basis, end_only, also_warnings, farthest)
     start = find_start(problem)
     if start is None:
         return None

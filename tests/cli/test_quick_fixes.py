@@ -1,0 +1,379 @@
+"""What an editor underlines of a program, and the edits that it offers there, without the protocol."""
+
+import asyncio
+import re
+import threading
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+pytest.importorskip("pygls", reason="needs the extra lsp")
+
+from lsprotocol import types as lsp
+
+from verne_post.app.convert import Inspection
+from verne_post.app.result import refuse_program
+from verne_post.cli.lsp import server
+from verne_post.cli.lsp.command import command
+from verne_post.cli.lsp.completion import complete_word
+from verne_post.cli.lsp.fixes import find_fixes, find_fixes_of_its_file
+from verne_post.cli.lsp.inspector import Inspected, Inspector
+from verne_post.cli.lsp.outline import Named, Outline
+from verne_post.cli.lsp.places import find_range
+from verne_post.model.findings import InputError
+
+SETUP = "tool_length = 80\n[wcs]\nG54 = [0, 0, 60]\n"
+TOOLS = "[wcs]\nG54 = [0, 0, 60]\n[tools]\n1 = { length = 80 }\n"
+NGC = "G21 G90 G94 G17 G54\nG0 X0 Y0 Z50 A0 C0\nM3 S1000\n"
+FANUC = f"%\nO1\n{NGC}"
+SIEMENS = "DEF INT PASS\nG71 G90 G94 G54\nG0 X0 Y0 Z50 A0 C0\nM3 S1000\n"
+KLARTEXT = "0 BEGIN PGM T MM\n1 TOOL CALL 1 Z S1000\n2 L X+0 Y+0 Z+50 A+0 C+0 R0 FMAX M3\n"
+
+
+@pytest.fixture(scope="module")
+def inspector() -> Inspector:
+    given = dict(command.make_context("lsp", []).params)
+    del given["extension"]
+    return Inspector(given)
+
+
+def look(
+    inspector: Inspector, path: Path, text: str, setup: str = SETUP
+) -> tuple[str, str, dict[str, tuple[Path, str, bool]]]:
+    """The message of the only finding, what is underlined of it, and the files that its edits make, by their titles."""
+    path.write_text(text, "utf-8")
+    Path(f"{path}.toml").write_text(setup, "utf-8")
+    texts, superseded = {path: text}, threading.Event()
+    found = inspector.check(path, texts, superseded)
+    (item,) = (one for one in found.findings if one.severity != "note")
+    place = find_range(item, text.split("\n"))
+    word = text.split("\n")[place.start.line][place.start.character : place.end.character]
+    made = {
+        fix.title.partition(" (")[0]: (fix.path, f"{fix.text[: fix.begin]}{fix.new}{fix.text[fix.end :]}", fix.settles)
+        for fix in find_fixes(inspector, found, item, texts, superseded)
+        if fix.text is not None
+    }
+    return item.message, word, made
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "said", "word", "title", "change"),
+    [
+        (
+            "a.mpf",
+            f"{SIEMENS}TRAORI\nG0 A=DC(-20)\nM30\n",
+            "write A=DC(340)",
+            "A=DC(-20)",
+            "Write A=DC(340) in place of A=DC(-20)",
+            ("-20", "340"),
+        ),
+        (
+            "a.h",
+            f"{KLARTEXT}3 CALL LBL 20\n4 M30\n5 LBL 10\n6 L X+5 F600\n7 LBL 0\n8 END PGM T MM\n",
+            "it has LBL 10, which is nearly this number",
+            "20",
+            "Write LBL 10 in place of LBL 20 in line 4",
+            ("LBL 20", "LBL 10"),
+        ),
+        (
+            "a.nc",
+            f"{FANUC}M98 P41310\nM30\nO1301\nG1 X5 F600\nM99\n%\n",
+            "put it there; the program has O1301, which is nearly this number",
+            "P41310",
+            "Write P41301 in place of P41310",
+            ("P41310", "P41301"),
+        ),
+        (
+            "b.nc",
+            f"{FANUC}M98 P1312\nM30\nO1302\nG1 X5 F600\nM99\n%\n",
+            "the program has O1302",
+            "P1312",
+            "Write P1302 in place of P1312",
+            ("P1312", "P1302"),
+        ),
+        (
+            "a.ngc",
+            f"{NGC}o20 repeat [2]\nG1 X5 F500\nX0\no21 endrepeat\nM2\n",
+            "o20 repeat (line 4) is open",
+            "o21",
+            "Write o20 in place of o21",
+            ("o21", "o20"),
+        ),
+        (
+            "b.mpf",
+            f"{SIEMENS}FOR PASS=1 TO 3\nG1 X=PASS F500\n  ENDWHILE\nM30\n",
+            "FOR of line 5 is open",
+            "ENDWHILE",
+            "Write ENDFOR in place of ENDWHILE",
+            ("ENDWHILE", "ENDFOR"),
+        ),
+        (
+            "c.nc",
+            f"{FANUC}#1=1\nWHILE [#1 LT 3] DO1\nG1 X#1 F500\n#1=#1+1\nEND2\nM30\n%\n",
+            "DO1 of line 7 is open",
+            "END2",
+            "Write END1 in place of END2",
+            ("END2", "END1"),
+        ),
+        (
+            "d.nc",
+            f"{FANUC}#1=1\nWHILE [#1 LT 3] D01\nG1 X#1 F500\n#1=#1+1\nEND1\nM30\n%\n",
+            "did you mean DO1?",
+            "D01",
+            "Write DO1 in place of D01",
+            ("D01", "DO1"),
+        ),
+        (
+            "d.mpf",
+            f"{SIEMENS}FOR PASS = 1 T0 4\nG1 X=PASS F500\nENDFOR\nM30\n",
+            "did you mean TO?",
+            "T0",
+            "Write TO in place of T0",
+            ("T0", "TO"),
+        ),
+        (
+            "b.h",
+            f"{KLARTEXT}3 PLANE SPATIAL SPA+10 SPB+0 SPC+0 TURN DIST0 FMAX\n4 L X+3 F500\n5 M30\n6 END PGM T MM\n",
+            "DIST belongs to MOVE",
+            "DIST0",
+            "Remove DIST0",
+            ("DIST0", ""),
+        ),
+        (
+            "b.ngc",
+            f"{NGC}G1 X5 F500\nG4 X0.3\nM30\n",
+            "G4 needs P, the time; did you mean P0.3?",
+            "X0.3",
+            "Write P0.3 in place of X0.3",
+            ("X0.3", "P0.3"),
+        ),
+        (
+            "e.mpf",
+            "DEF INTEGER NUM\nG71 G90\n" + "G0 X0 Y0 Z50 A0 C0\nM3 S1\nNUM=3\nG1 X=NUM F500\nM30\n",
+            "did you mean INT?",
+            "INTEGER",
+            "Write INT in place of INTEGER",
+            ("INTEGER", "INT"),
+        ),
+        (
+            "f.mpf",
+            f"{SIEMENS}UP(2)\nM30\n%_N_UP_SPF\nPROC UP(REAL A1)\nG1 X=A1 F500\nREF\n",
+            "did you mean RET?",
+            "REF",
+            "Write RET in place of REF",
+            ("REF", "RET"),
+        ),
+        (
+            "e.nc",
+            f"{FANUC}#101=10\nIF [#101 > 4] GOTO 10\nG1 X3 F500\nN10 G1 X#101 F500\nM30\n%\n",
+            "did you mean GT?",
+            ">",
+            "Write GT in place of >",
+            (">", "GT"),
+        ),
+        (
+            "c.mpf",
+            f"{SIEMENS}FOR PASS=1 TO 3\nG1 X=PASS F500\nEND FOR\nM30\n",
+            "which line 7 writes as END FOR",
+            "FOR",
+            "Write ENDFOR in place of END FOR in line 7",
+            ("END FOR", "ENDFOR"),
+        ),
+    ],
+)
+def test_a_slip_is_underlined_and_its_edit_settles_it(
+    inspector: Inspector,
+    tmp_path: Path,
+    name: str,
+    text: str,
+    said: str,
+    word: str,
+    title: str,
+    change: tuple[str, str],
+) -> None:
+    message, underlined, made = look(inspector, tmp_path / name, text)
+    assert said in message
+    assert underlined == word
+    assert made[title] == (tmp_path / name, text.replace(*change, 1), not title.startswith("Remove"))
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "said", "word"),
+    [
+        ("a.nc", f"{FANUC}#1=1\nIF [#1 EQ 1] GOTO 111\nG1 X5 F500\nN110 X10\nM30\n%\n", "no block N111", "111"),
+        ("b.nc", f"{FANUC}G1 X#110 F500\nM30\n%\n", "#110 may have a value", "#110"),
+        ("a.ngc", f"{NGC}G1 X#<y> F500\nM2\n", "#<y> has no value", "#<y>"),
+        ("b.ngc", f"{NGC}G1 X5 F500\nG4\nM2\n", "G4 needs P", "G4"),
+    ],
+)
+def test_a_finding_without_an_edit_is_underlined_at_its_word(
+    inspector: Inspector, tmp_path: Path, name: str, text: str, said: str, word: str
+) -> None:
+    message, underlined, made = look(inspector, tmp_path / name, text)
+    assert said in message
+    assert (underlined, made) == (word, {})
+
+
+def test_an_end_before_the_first_motion_is_named(inspector: Inspector, tmp_path: Path) -> None:
+    """M30 for M03 was "no motion" in the first line."""
+    text = "%\nO1\nG21 G90 G94 G17 G54\nS8000 M30\nG0 X0 Y0 Z50 A0 C0\nG1 X5 F500\nM30\n%\n"
+    path = tmp_path / "a.nc"
+    message, underlined, made = look(inspector, path, text)
+    assert message.startswith("M30 ends the program before its first motion: lines 5 to 6 move axes after it")
+    assert underlined == "M30"
+    assert made == {"Write M3 in place of M30 in line 4": (path, text.replace("M30", "M3", 1), False)}
+
+
+COMPENSATED = "G43 H1 Z50\nG41 D1 X10 Y10 F500 G1\nX20\nX30 Y20\nG40 X40\nM2\n"
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("a.nc", f"{FANUC}T1 M6\n{COMPENSATED}%\n".replace("M2", "M30")),
+        ("a.ngc", f"{NGC}T1 M6\n{COMPENSATED}"),
+        ("a.h", f"{KLARTEXT}3 L X+10 Y+10 RL F500\n4 L X+20\n5 L X+30 Y+20\n6 L X+40 R0\n7 M30\n8 END PGM T MM\n"),
+        ("a.mpf", f"{SIEMENS}T1 D1\nM6\nG1 G41 X10 Y10 F500\nX20\nX30 Y20\nG40 X40\nM30\n"),
+    ],
+)
+def test_a_diameter_that_the_set_up_lacks_is_added_to_be_filled_in(
+    inspector: Inspector, tmp_path: Path, name: str, text: str
+) -> None:
+    """Beside the length of its tool; a length of the whole program becomes that of the tool."""
+    setup = tmp_path / f"{name}.toml"
+    message, _word, made = look(inspector, tmp_path / name, text, TOOLS)
+    assert "tools.1.diameter, mm" in message
+    ((path, new, settles),) = made.values()
+    assert (path, settles) == (setup, False)
+    assert new == TOOLS.replace("80", '80, diameter = "measure"')
+    message, _word, made = look(inspector, tmp_path / name, text, SETUP)
+    assert "write [tools] 1 = { length = MM, diameter = MM } into the set-up in place of tool_length" in message
+    ((path, new, settles),) = made.values()
+    assert (path, settles) == (setup, False)
+    assert new == '[wcs]\nG54 = [0, 0, 60]\n\n[tools]\n1 = { length = 80, diameter = "measure" }\n'
+    filled = new.replace('"measure"', "6")
+    path.write_text(filled, "utf-8")
+    texts = {tmp_path / name: text, path: filled}
+    found = inspector.check(tmp_path / name, texts, threading.Event())
+    assert [one for one in found.findings if one.severity == "error"] == []
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "words"),
+    [
+        ("a.mpf", "DEF REAL DEPTH=10\nG1 Z=DE|\nM30\n", ["DEPTH"]),
+        ("b.mpf", "G0 X0\nFA|\nM30\n%_N_FACE_SPF\nPROC FACE(REAL SAFE)\nG1 X5\nRET\n", ["FACE"]),
+        ("c.mpf", "G0 X0\nGOTOF LA|\nLAST:\nM30\n", ["LAST"]),
+        ("a.ngc", "#<depth>=5\n#<width>=2\nG1 X[#<d|\nM2\n", ["#<depth>"]),
+        ("b.ngc", "o<hole> sub\nG1 X5\no<hole> endsub\no<h|\nM2\n", ["o<hole>"]),
+        ("a.nc", "%\nO1\nM98 P|\nM30\nO2000\nM99\nO1302\nM99\n%\n", ["1", "2000", "1302"]),
+        ("b.nc", "%\nO1\n#101=5.\nG1 X#1|\nM30\n%\n", ["#101"]),
+        ("a.h", '0 BEGIN PGM A MM\n1 CALL LBL |\n2 M30\n3 LBL 10\n4 LBL 0\n5 LBL "SIDE"\n6 LBL 0\n', ["10", "SIDE"]),
+        ("b.h", "0 BEGIN PGM A MM\n1 Q12 = 5\n2 L Z+Q|\n3 M30\n", ["Q12"]),
+        ("c.ngc", "#<depth>=5\n(#<d|)\nM2\n", []),
+    ],
+)
+def test_names_of_the_program_are_completed(name: str, text: str, words: list[str]) -> None:
+    above = text.partition("|")[0]
+    line, column = above.count("\n"), len(above.rpartition("\n")[2])
+    whole = text.replace("|", "")
+    outline = Outline(whole.split("\n"), "auto", whole.encode(), name)
+    own = [one for one in complete_word(outline, line, column, {}) if one.meaning.startswith("line ")]
+    assert [one.word for one in own] == words
+    for one in own:  # what stands there already is the beginning of the word
+        assert one.word.startswith(whole.split("\n")[line][one.begin : column])
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "line"),
+    [
+        ("a.mpf", "DEF REAL DEPTH=10\nDEPTH=DEPTH-1\nG1 Z=DE|PTH\nM30\n", 0),
+        ("a.ngc", "#<y>=5\n#<y>=6\nG1 X[#<|y>]\nM2\n", 0),
+        ("b.ngc", "o20 repeat [2]\nG1 X5\no|20 endrepeat\no20 if [1]\no20 endif\nM2\n", 0),
+        ("c.ngc", "o20 repeat [2]\nG1 X5\no20 endrepeat\no20 if [1]\no2|0 endif\nM2\n", 3),
+        ("a.nc", "%\nO1\n#101=5.\nG1 X#1|01\nM30\n%\n", 2),
+        ("a.h", "0 BEGIN PGM A MM\n1 Q12 = 5\n2 Q12 = Q12 + 1\n3 L Z+Q1|2\n4 M30\n", 1),
+    ],
+)
+def test_a_variable_leads_to_its_first_value_and_an_o_word_to_its_loop(
+    inspector: Inspector, tmp_path: Path, name: str, text: str, line: int
+) -> None:
+    above, whole = text.partition("|")[0], text.replace("|", "")
+    found = Inspected(tmp_path / name, whole, (), Inspection(refuse_program(InputError())))
+    there = inspector.find_definition(found, above.count("\n"), len(above.rpartition("\n")[2]))
+    assert isinstance(there, Named)
+    assert there.line == line
+
+
+def test_a_refusal_is_shown_before_its_remedies_are_found(
+    inspector: Inspector, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The search may take seconds; a number with a digit too many is mended, however far it leads."""
+    path = tmp_path / "a.nc"
+    text = f"{NGC}G1 X5 F500\nG0 Z2000\nM30\n"
+    path.write_text(text, "utf-8")
+    Path(f"{path}.toml").write_text(SETUP, "utf-8")
+    monkeypatch.setattr(server, "_PATIENCE_S", 0.0)
+    shown: list[lsp.PublishDiagnosticsParams] = []
+    document = SimpleNamespace(version=3, source=text)
+    workspace = SimpleNamespace(
+        get_text_document=lambda _uri: document,
+        text_documents={path.as_uri(): document},
+        position_codec=SimpleNamespace(range_to_client_units=lambda _lines, place: place),
+    )
+    capabilities = SimpleNamespace(text_document=None, workspace=None)
+    editor: Any = SimpleNamespace(
+        workspace=workspace, client_capabilities=capabilities, text_document_publish_diagnostics=shown.append
+    )
+    session = server.Session(editor, inspector.given | inspector.asked)
+    asyncio.run(session.run_check(path.as_uri(), threading.Event()))
+    session.worker.shutdown()
+    early, late = ([one for one in each.diagnostics if one.severity == 1] for each in shown)
+    assert [one.code for one in early] == [one.code for one in late] == ["VP101"]
+    assert "tried: nothing yet; remedies are being sought" in early[0].message
+    assert re.search(r"tried: within limits if line 5 ends at Z 5\d\d\.\d instead of 2000", late[0].message)
+
+
+def test_a_centre_with_the_wrong_sign_has_its_edit(inspector: Inspector, tmp_path: Path) -> None:
+    text = f"{NGC}G1 X10 F500\nG2 X20 Y10 I0 J-10\nM30\n"
+    _message, underlined, made = look(inspector, tmp_path / "a.nc", text)
+    path, new, settles = made["Write J10 in place of J-10 in line 5"]
+    assert (underlined, path, settles) == ("J-10", tmp_path / "a.nc", False)
+    assert new == text.replace("J-10", "J10")
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "#<y>=[2*COS[20]\n#<_at_x>=[1+#<y>]\n#<_at_z>=3\nG1 X#<_at_x> F500\n",
+        "#<y=2\n#<_at_x>=[1+#<y>]\n#<_at_z>=3\nG1 X#<_at_x> F500\n",
+        "#101=10,\nG1 X[#101+1] F500\n",
+    ],
+)
+def test_a_variable_whose_line_cannot_be_read_is_no_second_error(
+    inspector: Inspector, tmp_path: Path, text: str
+) -> None:
+    """It was called unset, or a slip of another name, in each line that uses it."""
+    head = FANUC if "#101" in text else NGC
+    message, _word, _made = look(inspector, tmp_path / "a.nc", f"{head}{text}M30\n")
+    assert "value" not in message
+
+
+@pytest.mark.parametrize(
+    ("wrong", "right"),
+    [('1 = { length = "80" }', "1 = { length = 80 }"), ("1 = { length = 80,5 }", "1 = { length = 80.5 }")],
+)
+def test_a_number_of_a_set_up_in_quotes_or_with_a_comma_has_its_edit(
+    inspector: Inspector, tmp_path: Path, wrong: str, right: str
+) -> None:
+    path = tmp_path / "a.nc"
+    setup = Path(f"{path}.toml")
+    text, wrong = f"{FANUC}G1 X5 F500\nM30\n%\n", f"[wcs]\nG54 = [0, 0, 60]\n[tools]\n{wrong}\n"
+    path.write_text(text, "utf-8")
+    texts, superseded = {path: text, setup: wrong}, threading.Event()
+    found = inspector.check(path, texts, superseded)
+    (item,) = found.findings
+    (fix,) = find_fixes_of_its_file(inspector, found, item, texts, superseded)
+    assert f"{wrong[: fix.begin]}{fix.new}{wrong[fix.end :]}".split("\n")[3] == right
