@@ -169,6 +169,13 @@ def test_columns_of_tables_have_names(page: Path) -> None:
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+def test_a_table_ends_with_an_empty_line(page: Path) -> None:
+    """Text below a table would be its last row."""
+    text = re.sub(r"^ *```.*?^ *```", "", page.read_text(encoding="utf-8"), flags=re.MULTILINE | re.DOTALL)
+    assert not re.findall(r"^ *\|.*\|\n(?! *\||\n).*\S.*", text, re.MULTILINE)
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
 def test_lists_are_lists_on_the_site(page: Path) -> None:
     """Python-Markdown takes a list after a line of text as text, and one within a list by four blanks."""
     text = re.sub(r"^ *```.*?^ *```", "", page.read_text(encoding="utf-8"), flags=re.MULTILINE | re.DOTALL)
