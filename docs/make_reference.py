@@ -301,6 +301,8 @@ BOOSTS = {
     **dict.fromkeys(("contouring.md", "machines.md"), 6.0),
     **dict.fromkeys(("apt.md", "fanuc.md", "gcode.md", "heidenhain.md", "siemens.md"), 4.0),
     "findings.md": 4.0,
+    "stock.md": 3.0,
+    "keep-out.md": 2.0,
     **dict.fromkeys(("commands.md", "first-use/tools.md", "linuxcnc.md", "verification.md"), 3.0),
     **dict.fromkeys(("api.md", "architecture.md", "reliability.md", "tuning.md", "tutorial.md"), 0.4),
     **dict.fromkeys(("performance.md", "trials.md"), 0.02),
@@ -341,6 +343,13 @@ def on_page_markdown(markdown: str, page: Page, **_rest: Any) -> str:
         page.meta["hide"] = ["navigation", "toc"]
     markdown = _PICTURE.sub(_show_dark_version, markdown)
     return _ROW.sub(lambda row: _CODE.sub(lambda code: code[0].replace("\\|", "|"), row[0]), markdown)
+
+
+def on_page_content(html: str, **_rest: Any) -> str:
+    """Hook of mkdocs: no line begins with the % of a number; code stays as it is."""
+    return re.sub(
+        r"(<pre.*?</pre>|<code.*?</code>)|(?<=\d) %", lambda found: found[1] or "\u00a0%", html, flags=re.DOTALL
+    )
 
 
 def on_config(config: Any) -> Any:

@@ -92,10 +92,10 @@ def make_executed_table(table: CodeTable) -> str:
 
 
 def _shorten(words: list[str]) -> str:
-    """Words of a row; those that differ only in their numbers by first and last."""
+    """Words of a row, as code; those that differ only in their numbers by first and last."""
     name = words[0].rstrip("0123456789")
     if name not in ("cycle ", "FN ") or len(words) < LEAST_SPAN:
-        return ", ".join(words) if " " in "".join(words) else " ".join(words)
+        return (", " if " " in "".join(words) else " ").join(f"`{word}`" for word in words)
     numbers = spell_numbers((int(word.removeprefix(name)) for word in words), str)
     return f"{'cycles ' if name == 'cycle ' else name}{numbers}"
 
@@ -248,13 +248,7 @@ _PAGES = {"rs274": "gcode", "aptcl": "apt"}
 
 
 def make_keys_table(dialect: str) -> str:
-    """Keys of a control with their values, and their meaning from the page of the control.
-
-    Raises
-    ------
-    KeyError
-        The page does not have a key.
-    """
+    """Keys of a control with their values, and their order and meaning from the page of the control."""
     page = f"{_PAGES.get(dialect, dialect)}.md"
     section = (DOCS / page).read_text("utf-8").partition("## Keys of the settings file\n")[2].partition("\n## ")[0]
     written = {key: rest for key, *rest in re.findall(r"^\| `(\w+)` \| (.*?) \| (.*) \|$", section, re.MULTILINE)}
@@ -268,8 +262,7 @@ def make_keys_table(dialect: str) -> str:
         "modulo_axes": '`"A"`, `"C"`, `"AC"`',
     }
     rows = []
-    for key in KEYS[dialect].__struct_fields__:
-        default, meaning = written[key]
+    for key, (default, meaning) in written.items():  # in the order of the page
         values = checked.get(key) or list_values(kinds[key])
         rows.append((f"`{key}`", default, values, meaning.replace("](#", f"]({page}#")))
     return make_rows(("key", "default", "values", "meaning"), rows)

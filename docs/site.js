@@ -10,6 +10,8 @@ const mark = table => {
   const cells = [...table.tBodies[0].rows].flatMap(row => [...row.cells].slice(1));
   // numbers of one measurement stay on one line: 0.010, 0.000 / 0.007, 0.000
   for (const cell of cells) if (/^[-\d., /]+$/.test(cell.textContent)) cell.textContent = cell.textContent.replaceAll(", ", ",\u00a0");
+  // and so do X Y Z of one place, and A C
+  for (const cell of cells) if (/^(-?[\d.]+ ){2}-?\d/.test(cell.textContent)) cell.textContent = cell.textContent.replace(/ (?=C)|(-?[\d.]+) (-?[\d.]+) (?=-?\d)/g, (_all, x, y) => x ? `${x}\u00a0${y}\u00a0` : "\u00a0");
   const wrap = table.closest(".md-typeset__scrollwrap") || table;
   table.toggleAttribute("data-examples", heads.length === 3 && heads[1] === "example");
   table.toggleAttribute("data-wide", wrap.scrollWidth > wrap.clientWidth);
@@ -37,8 +39,8 @@ addEventListener("resize", reach);
 const tell = () => document.querySelectorAll(".md-code__nav:not([aria-label])").forEach((bar, k) => bar.setAttribute("aria-label", `code ${bar.parentElement.id || k}`));
 addEventListener("load", () => { tell(); new MutationObserver(tell).observe(document.body, { childList: true, subtree: true }); });
 // A line of a console or an option in a text goes on at a blank (site.css), never after the hyphen of an option or of a
-// negative number. In tables of a phone it may break anywhere.
-document.querySelectorAll(".language-console code, .md-typeset :not(pre, td) > code").forEach(code => {
+// negative number; one that is wider than a phone breaks there.
+document.querySelectorAll(".language-console code, .md-typeset :not(pre) > code").forEach(code => {
   const walker = document.createTreeWalker(code, NodeFilter.SHOW_TEXT), texts = [];
   while (walker.nextNode()) if (/\S-|-\S/.test(walker.currentNode.data)) texts.push(walker.currentNode);
   for (const text of texts) text.replaceWith(...text.data.split(/(\S*-\S*)/).map((part, k) => {
@@ -80,9 +82,16 @@ const cut = word => {
   const stem = word.replace(/(?:ing|(?<!e)ed|(?<!s)e?s)$/i, "").replace(/([bdgmnprt])\1$/i, "$1");
   return stem !== word && /^[a-z]{3,}$/i.test(stem) && /[aeiouy]/i.test(stem) ? `+${stem}* ${word}^2` : `+${word}* ${word}^4`;
 };
+// Words of users for those of the pages.
+const SYNONYMS = [
+  [/\btool tables?\b/gi, "tool tables"], [/\btcpc\b/gi, "tool centre point"],
+  [/\bcenter/gi, "centre"], [/\bcolor/gi, "colour"], [/\bpost-?process/gi, "post process"],
+  [/\b(?:axis|axes|soft|software) (?=limits?\b)/gi, "travel "],
+];
 const asked = query => {
   if (!/^[-\w#.+ ]*\w[-\w#.+ ]*$/.test(query)) return query;
-  const words = query.replace(/(^|\s)[-+]+/g, " ").trim().split(/[\s-]+/).filter(word => word);
+  const meant = SYNONYMS.reduce((text, [word, ours]) => text.replace(word, ours), query);
+  const words = meant.replace(/(^|\s)[-+]+/g, " ").trim().split(/[\s-]+/).filter(word => word);
   return words.map(cut).join(" ") + (/(^|\s)--\w/.test(query) ? " title:convert^40" : "");
 };
 const post = Worker.prototype.postMessage, asks = [];

@@ -4,6 +4,7 @@ paper.
 
 import importlib.util
 import math
+import re
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -53,6 +54,20 @@ LENGTHS = {
     "L2": 950.0,
     "L3": 950.0,
 }
+
+
+#: How a cell of docs/siemens.md says which values are refused -> what is added to its number for one of them.
+_REFUSED = {"": 0, "other than": 1, "above": 1, "from": 0, "with last digit": 10, "with last digit above": 11}
+
+
+def read_values(cell: str) -> list[tuple[str, int]]:
+    """Names in a cell, each with a value that the words behind say: "`A` `B`, each above 3", 4; none, 0."""
+    pattern = r"((?:`\w+` ?)+)(?:,? ?(?:each )?([a-z ]*?) ?(\d+))?"
+    return [
+        (name, int(number) + _REFUSED[how] if number else 0)
+        for names, how, number in re.findall(pattern, cell)
+        for name in re.findall(r"\w+", names)
+    ]
 
 
 def load_maker(name: str) -> ModuleType:

@@ -167,6 +167,13 @@ def test_columns_of_tables_have_names(page: Path) -> None:
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+def test_a_table_ends_with_an_empty_line(page: Path) -> None:
+    """Text below a table would be its last row."""
+    text = re.sub(r"^ *```.*?^ *```", "", page.read_text(encoding="utf-8"), flags=re.MULTILINE | re.DOTALL)
+    assert not re.findall(r"^ *\|.*\|\n(?! *\||\n).*\S.*", text, re.MULTILINE)
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
 def test_lists_are_lists_on_the_site(page: Path) -> None:
     """Python-Markdown takes a list after a line of text as text, and one within a list by four blanks."""
     text = re.sub(r"^ *```.*?^ *```", "", page.read_text(encoding="utf-8"), flags=re.MULTILINE | re.DOTALL)
@@ -254,6 +261,11 @@ def test_the_search_of_the_site_takes_endings_away() -> None:
         "G43.4 CYCLE800": "+G43.4 +CYCLE800",
         "--from": "+from* from^4 title:convert^40",
         "tool len": "+tool* tool^4 +len* len^4",
+        # words of others for those of the pages
+        "Center": "+centre* centre^4",
+        "TCPC": "+tool* tool^4 +centre* centre^4 +point* point^4",
+        "postprocessor": "+post* post^4 +processor* processor^4",
+        "axis limit": "+travel* travel^4 +limit* limit^4",
     }
     program = f"{asked}; console.log(JSON.stringify({json.dumps(list(wanted))}.map(asked)))"
     done = subprocess.run([node, "-e", program], capture_output=True, text=True, check=True)
@@ -298,6 +310,10 @@ def test_the_site_is_built_without_warnings(tmp_path: Path, monkeypatch: pytest.
     assert options.count('<details class="options"') == options.count("<h2")
     # bars in code of tables: GitHub needs a backslash, the site shows none
     assert "[csv|linuxcnc|" in (tmp_path / "site" / "reference" / "options.html").read_text("utf-8")
+    # no line begins with the % of a number; code is copied as it is
+    result = (tmp_path / "site" / "results.html").read_text("utf-8")
+    assert "0.8\u00a0%" in result
+    assert "0.7 % more" in re.sub("<[^>]*>", "", result)
     searched = (tmp_path / "site" / "search" / "search_index.json").read_text(encoding="utf-8")
     assert "--tool-length" in searched
     # one table of all codes answered every search: each code has its page, and pages of controls come first
@@ -305,6 +321,7 @@ def test_the_site_is_built_without_warnings(tmp_path: Path, monkeypatch: pytest.
     places = [place for place in boosts if place.startswith(("reference/codes.html", "public-programs.html"))]
     assert places == ["reference/codes.html"]  # its first lines, without the table
     assert boosts["settings.html"] > boosts["fanuc.html"]
+    assert boosts["stock.html"] > 1
     assert 'name="description" content="verne-post plans' in (tmp_path / "site" / "index.html").read_text("utf-8")
     assert "reference/VP101.html" in boosts
     assert boosts["machine-file.html"] > boosts["siemens.html"] > 1 > boosts["reference/VP101.html"]

@@ -632,6 +632,14 @@ def test_every_error_is_reported():
     assert codes_and_lines(source.replace(b"M2\n", b"")) == [*wanted, ("VP010", 7)]
 
 
+@pytest.mark.parametrize("code", ["G31", "G38.2"])
+def test_a_probe_of_any_control_is_named(code):
+    """G31 is a probe of Fanuc and Mach3, whose programs are read in this language too."""
+    with pytest.raises(InputError) as caught:
+        read_moves(f"{code} Z-5 F100\nM2\n".encode())
+    assert f"not executed: {code} (probing: " in caught.value.findings[0].message
+
+
 def test_a_file_of_errors_is_given_up():
     text = b"".join(b"Q%d\n" % n for n in range(1000))
     assert codes_and_lines(text) == [("VP006", line) for line in range(1, 51)]

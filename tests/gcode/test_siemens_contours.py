@@ -1,12 +1,12 @@
 """CYCLE62 and CYCLE72: moves worked out by hand, the same contour written out under G41, and what is refused."""
 
 import math
-import re
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from tests.builders import read_values
 from tests.gcode.conftest import make_tool
 from tests.gcode.pocket_judge import rectangle, sample_path
 from verne_post.gcode.siemens.contour_milling import PARAMETERS
@@ -294,7 +294,7 @@ def read_rows():
     for text in table.splitlines():
         if text.startswith("| `"):
             names, kind, _does = (cell.strip() for cell in text.strip("|").split("|", 2))
-            found += [(name, int(value or 0), kind) for name, value in re.findall(r"`(\w+)(?:=(\d+))?`", names)]
+            found += [(name, value, kind) for name, value in read_values(names)]
     return found
 
 

@@ -1,11 +1,11 @@
 """Cycles of Siemens programs: the moves of every hole, worked out by hand from the rules of the manuals."""
 
-import re
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from tests.builders import read_values
 from verne_post import check
 from verne_post.gcode.siemens import drilling, patterns
 from verne_post.model.moves import ZERO9, MoveKind, PathMode
@@ -299,7 +299,7 @@ def list_rows():
     for line in table.splitlines():
         names, cycles, kind, _does = (cell.strip() for cell in line.strip("|").split("|", 3))
         having = list(drilling.PARAMETERS) if cycles == "all drilling cycles" else cycles.split(", ")
-        found += [(name, value, having, kind) for name, value in re.findall(r"`(\w+)(?:=(\d+))?`", names)]
+        found += [(name, value, having, kind) for name, value in read_values(names)]
     return found
 
 
@@ -316,7 +316,7 @@ def test_every_value_of_a_drilling_cycle_does_what_the_page_says(view, name, val
         given = (HOLE if is_hole else {}) | GIVEN.get(cycle, {}) | more
         names = (drilling.PARAMETERS if is_hole else patterns.PARAMETERS)[cycle]
         call = f"{cycle}({','.join(str(given.get(one, '')) for one in names)})"
-        head = HEAD.replace("G0", "G18 G0" if name == "_DMODE" and value == "" else "G0")
+        head = HEAD.replace("G0", "G18 G0" if name == "_DMODE" and not value else "G0")
         return view(
             f"{head}{'' if is_hole else 'MCALL CYCLE81(20,0,2,-10)'}\n{call}", dialect="siemens", tapping="feed"
         )
@@ -327,7 +327,7 @@ def test_every_value_of_a_drilling_cycle_does_what_the_page_says(view, name, val
         if kind == "refused":
             assert [(item.code, name in item.message) for item in two[1]] == [("VP002", True)], cycle
             continue
-        executed = {"_AXN": "VP017", "_VARI1000": "VP002"}.get(f"{name}{value}")  # a tool along Z, and a step of 20
+        executed = {"_AXN0": "VP017", "_VARI1000": "VP002"}.get(f"{name}{value}")  # a tool along Z, and a step of 20
         if executed is not None:
             assert (one[1], [item.code for item in two[1]]) == ((), [executed]), cycle
             continue

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.builders import read_values
 from tests.gcode.conftest import make_tool
 from tests.gcode.pocket_judge import circle, curved_slot, judge, judge_open_slot, polygon, rectangle
 from verne_post.gcode.siemens.milling import MODAL_MILLING
@@ -483,7 +484,7 @@ def rows():
     found = []
     for line in table.splitlines():
         names, kind, _does = (cell.strip() for cell in line.strip("|").split("|", 2))
-        found += [(name, int(value or 0), kind) for name, value in re.findall(r"`(\w+)(?:=(\d+))?`", names)]
+        found += [(name, value, kind) for name, value in read_values(names)]
     return found
 
 

@@ -226,6 +226,8 @@ def test_a_remedy_is_made_where_the_finding_is(name: str, program: str, code: st
             "X Y Z cut, and no code asks for tool-centre-point control; write G43.4",
             "If directions of the machine",
         ),
+        ("VP022", "p.nc: a carriage return is inside the line; end lines with a line feed", ""),
+        ("VP022", "p.nc: no such file", "Check its name."),
         ("VP037", "X Y Z cut in the machine's directions; name A and C before the cut", ""),
         ("VP043", "the plane of G68.2 in line 5 is still in force; write G69 before if it is not meant", ""),
         ("VP002", "G54.2 is only executed with P0: the control stores it; let the CAM system write G43.4", ""),

@@ -603,10 +603,13 @@ def _check_directions(moves: Moves, path: ToolPath, machine: Machine) -> list[Fi
         edits = (Remedy(f"name {letters}", f"G0 {AXES[tilt]}0 {AXES[turn]}0", line=left.line, way="below", turns=True),)
         return [make_finding("VP037", text, **where, edits=edits)]
     by_time = is_turning and moves.feed_mode[first] == FeedMode.INVERSE
+    kept = "on LinuxCNC, nothing is to change if its kinematics keep the tip (--ignore VP037); otherwise "
+    kept = "" if moves.needs_tcp_code else kept
     text = (
         f"X Y Z cut while the table {'turns to' if is_turning else 'is at'} {AXES[tilt]}{a:.6g} {AXES[turn]}{c:.6g}, "
         "and no code asks for tool-centre-point control: they are read as places of the part, but a control would "
-        "read them in the machine's directions; write G43.4 before the cut, in place of any G43, if the part is meant"
+        f"read them in the machine's directions; {kept}write G43.4 before the cut, in place of any G43, if the part is "
+        "meant"
         f"{'; if the post has computed them for the machine (as many do with G93), post again' if by_time else ''}"
     )
     edits = (Remedy("write G43.4 instead of G43", "43.4", line=line, word=("G", 43.0), is_above=True, is_choice=True),)

@@ -48,6 +48,6 @@ def check_source_text(source: Text, name: str) -> None:
     for text in read_whole_lines(source):
         if b"\r" in text and (stray := _STRAY_RETURN.search(text)) is not None:
             line += text.count(b"\n", 0, stray.start())
-            why = "a carriage return is inside the line; a line ends with a line feed, alone or after a carriage return"
+            why = "a carriage return is inside the line; end lines with a line feed, alone or after a carriage return"
             raise make_input_error("VP022", f"{name}: {why}", line=line, last_line=line, worst_line=line)
         line += text.count(b"\n")

@@ -189,7 +189,7 @@ RS274: Final = CodeTable(
         62: "splines of Fanuc controls; see --dialect fanuc",
         **dict.fromkeys((330, 331), "spindle-synchronised motion and rigid tapping"),
         **dict.fromkeys((760, 700, 701, 702, 710, 711, 712, 720, 721, 722), "lathe codes"),
-        **dict.fromkeys((382, 383, 384, 385), "probing: where the tool touches is only known at the machine"),
+        **dict.fromkeys((310, 382, 383, 384, 385), "probing: where the tool touches is only known at the machine"),
         **dict.fromkeys((171, 181, 191), "planes of U, V, W"),
         **dict.fromkeys((680, 682, 690, 531, 541),
                         "tilted work planes and other codes of Fanuc controls; see --dialect fanuc"),

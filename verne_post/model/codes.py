@@ -329,9 +329,10 @@ CODES: Final[dict[str, Code]] = _make_table(
         "programs in which TRAFOOF or CYCLE800() has left the table turned. An RS274/NGC "
         "program that turns A or C during a cut gets no warning: LinuxCNC has no code for tool-centre-point control.",
         "Siemens: name A and C before the cut, or write TRAORI if places of the part are meant. Klartext: write M128 "
-        "if places of the part are meant. G-code: if places of the part are meant, write G43.4 instead of G43, or post "
-        'with G68.2. If directions of the machine are meant, give [fanuc] directions = "machine" for a program of a '
-        "Fanuc or Haas control, or post it again with G43.4 or G68.2. If the control has another code for this, give "
+        "if places of the part are meant. LinuxCNC, which does not know G43.4: nothing is to change if its kinematics "
+        "keep the tip (--ignore VP037). Other G-code: if places of the part are meant, write G43.4 instead of G43, or "
+        'post with G68.2. If directions of the machine are meant, give [fanuc] directions = "machine" for a program of '
+        "a Fanuc or Haas control, or post it again with G43.4 or G68.2. If the control has another code for this, give "
         'that code the meaning "tcp on" in [remap].',
     ),
     (

@@ -198,7 +198,7 @@ _GIVE_DIAMETER: Final = (
 #: Codes of several causes: a remedy that fits all of them adds nothing where the message says what would be right.
 _OF_MANY_CAUSES: Final = (
     *("VP001", "VP002", "VP003", "VP004", "VP006", "VP008", "VP013", "VP015"),
-    *("VP016", "VP024", "VP026", "VP031", "VP043", "VP046", "VP047", "VP505"),
+    *("VP016", "VP022", "VP024", "VP026", "VP031", "VP043", "VP046", "VP047", "VP505"),
 )
 #: How messages say what would be right: an imperative after a sign, or what is expected or needed.
 _SAYS_WHAT_IS_RIGHT: Final = re.compile(
