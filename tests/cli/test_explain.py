@@ -742,3 +742,25 @@ def test_the_cycle_of_mcall_is_in_force_until_it_ends(tmp_path: Path, run: Calla
     place = ("--tool-length", 80, "--wcs", "G54=0,0,60")
     shown = [run("explain", f"{program}:{line}", *place).out for line in (6, 7, 8, 9, 10)]
     assert ["MCALL CYCLE81, G54" in one for one in shown] == [False, True, True, False, False]
+
+
+def test_a_line_below_its_feed_rate_says_what_holds_it_back(run: Callable[..., Any], tmp_path: Path) -> None:
+    """The time is that of the rows, and the limit one that the rows of the line are at."""
+    text = "G21 G90 G94 G61.1\nG0 X0 Y0 Z50 A0 C0\nG1 X60 F200000\nG1 X50 F600\nG93 G1 X0 F900\nM2\n"
+    job = tmp_path / "feeds.nc"
+    job.write_text(text, "utf-8")
+    (tmp_path / "feeds.nc.toml").write_text("tool_length = 80\n[wcs]\nG54 = [0, 0, 0]\n", "utf-8")
+    rows = tmp_path / "rows.csv"
+    assert run("convert", job, "-o", rows).code == 0
+    lines = [int(row.rpartition(",")[2]) for row in rows.read_text("utf-8").splitlines()[1:]]
+    said = {line: run("explain", f"{job}:{line}").out for line in (3, 4, 5)}
+    for line, out in said.items():
+        seconds = float(re.search(r"motion +([\d.]+) s; the feed rate is", out)[1])  # type: ignore[index]
+        assert abs(seconds - 0.001 * lines.count(line)) < 0.0025, out
+    assert re.search(r"not reached, held back by (jerk|acceleration|velocity) of rho\d; fastest tip", said[3])
+    assert re.search(r"the feed rate is reached; fastest tip (599|60[0-3]) mm/min", said[4])
+    assert "the programmed time is 0.067 s" in said[5]
+    out = run("check", job).out
+    assert "feed rate: 1 of 3 feed moves reaches the programmed feed rate; line 3 is the first that does not" in out
+    job.write_text(text.replace("200000", "600").replace("F900", "F1"), "utf-8")
+    assert "feed rate" not in run("check", job).out

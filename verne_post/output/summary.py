@@ -48,7 +48,8 @@ Facts = Sequence[tuple[str, str]]
 
 def list_remarks(summary: Summary) -> list[str]:
     """What a person must compare with the machine: tools, offsets, bodies."""
-    return [f"{key}: {text}" for key, text in (*_list_unchecked(summary), *_describe_setup(summary))]
+    slow = _describe_feed(summary) if summary.feed_reached < summary.feed_segments else ()
+    return [f"{key}: {text}" for key, text in (*_list_unchecked(summary), *slow, *_describe_setup(summary))]
 
 
 def format_summary(summary: Summary, added: Facts = ()) -> str:
@@ -366,6 +367,8 @@ def _describe_feed(summary: Summary) -> Facts:
         return []
     reach = "reaches" if summary.feed_reached == 1 else "reach"
     text = f"{summary.feed_reached} of {summary.feed_segments} feed moves {reach} the programmed feed rate"
+    if summary.feed_missed:
+        text += f"; line {summary.feed_missed} is the first that does not"
     slow = summary.verification.slow if summary.verification is not None else {}
     if slow:
         longest = sorted(slow.items(), key=lambda item: -item[1])[:_REASONS]
