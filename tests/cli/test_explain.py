@@ -18,7 +18,7 @@ from verne_post.config import list_machine_files, schema
 from verne_post.config.carrier import CarrierFile
 from verne_post.gcode.block import KEYWORDS
 from verne_post.gcode.expressions import FUNCTIONS
-from verne_post.gcode.known_words import describe_word, list_words
+from verne_post.gcode.known_words import describe_values, describe_word, list_words
 from verne_post.gcode.siemens import values as siemens_values
 from verne_post.model.codes import CODES
 
@@ -232,7 +232,7 @@ def test_a_line_without_motion_says_what_its_words_do(tmp_path: Path, run: Calla
         assert f"no motion; the nearest lines that have: {near}\n" in answer.out
     words = [line.split()[0] for line in answer.out.splitlines()[2:-1]]
     assert words == ["G91", "M3", "G61"]
-    assert "spindle: clockwise" in answer.out
+    assert "spindle on, clockwise" in answer.out
     assert answer.out.splitlines()[-1].startswith("  in force: G0, G21 (mm), G91 (incremental), G94, G61")
     assert "a remark" in run("explain", f"{path}:4", *OPTIONS).out
     beyond = run("explain", f"{path}:99", *OPTIONS)
@@ -240,7 +240,7 @@ def test_a_line_without_motion_says_what_its_words_do(tmp_path: Path, run: Calla
 
 
 def test_words_of_cl_files_are_explained(run: Callable[..., Any]) -> None:
-    assert "APT: a number and its unit" in run("explain", "FEDRAT").out
+    assert "APT: sets the feed rate: a number and its unit" in run("explain", "FEDRAT").out
     assert "APT: not executed: " in run("explain", "nurbs").out
 
 
@@ -552,7 +552,7 @@ def test_the_response_to_a_warning_about_words(run: Callable[..., Any], tmp_path
 @pytest.mark.parametrize(
     ("word", "lines"),
     [
-        ("G68.2", ("RS274/NGC: not executed: tilted work planes", "Fanuc: tilted plane: by angles")),
+        ("G68.2", ("RS274/NGC: not executed: tilted work planes", "Fanuc: tilts the work plane, by angles")),
         ("CYCLE83", ("Siemens: deep-hole drilling", "  RTP: retraction plane", "  VARI")),
         ("PLANE", ("Klartext: a tilted plane: ", "  PLANE SPATIAL: turned about X")),
         ("PLANE SPATIAL", ("Klartext: tilts the work plane: turned about X",)),
@@ -560,16 +560,16 @@ def test_the_response_to_a_warning_about_words(run: Callable[..., Any], tmp_path
         ("_DMODE", ("Siemens: a value of CYCLE81, ",)),
         ("traori", ("Siemens: tool-centre-point control on",)),
         ("CYCL DEF 208", ("Klartext: ",)),
-        ("CYCL DEF 203", ("Klartext: universal drilling with chip breaking; holes: see Cycles in docs/heidenhain.md",)),
-        ("G41", ("Fanuc: the tool goes left of the contour; cutter compensation: off, left, right: see Cutter comp",)),
-        ("FN 0", ("Klartext: set, + - * /",)),
-        ("function tcpm", ("Klartext, FUNCTION: TCPM",)),
-        ("FUNCTION MODE MILL", ("Klartext, FUNCTION: TCPM",)),
-        ("APPR LCT", ("Klartext, APPR: LT LN CT LCT",)),
+        ("CYCL DEF 203", ("Klartext: universal drilling with chip breaking: see Cycles in docs/heidenhain.md",)),
+        ("G41", ("Fanuc: the tool goes left of the contour: see Cutter compensation",)),
+        ("FN 0", ("Klartext: sets a Q parameter",)),
+        ("function tcpm", ("Klartext: tool-centre-point control on, as M128",)),
+        ("FUNCTION MODE MILL", ("Klartext: milling",)),
+        ("APPR LCT", ("Klartext, APPR: approaches the first point of the contour (LT, LN, CT, LCT",)),
         ("G61.1", ("RS274/NGC: exact stop at the end of every move: see Path control in docs/gcode.md",)),
-        ("TRANS", ("Siemens: shifts the zero; replaces the frame in force", "APT: only those that shift nothing")),
+        ("TRANS", ("Siemens: shifts the zero; replaces the frame in force", "APT: shifts nothing: one that")),
         ("cos", ("RS274/NGC: cosine", "Fanuc: cosine", "Siemens: cosine")),
-        ("TRANS DATUM", ("Klartext, TRANS: DATUM AXIS",)),
+        ("TRANS DATUM", ("Klartext, TRANS: shifts (DATUM), mirrors",)),
         ("M128", ("RS274/NGC: not executed: external programs", "Klartext: tool-centre-point control")),
     ],
 )
@@ -764,3 +764,39 @@ def test_a_line_below_its_feed_rate_says_what_holds_it_back(run: Callable[..., A
     assert "feed rate: 1 of 3 feed moves reaches the programmed feed rate; line 3 is the first that does not" in out
     job.write_text(text.replace("200000", "600").replace("F900", "F1"), "utf-8")
     assert "feed rate" not in run("check", job).out
+
+
+def test_every_word_is_explained_for_itself() -> None:
+    """No entry is empty, a rest of a list, or the name of another table."""
+    for language, name, _text, _executed in list_words():
+        lines = [line for line in describe_word(name) if line.startswith(f"{language}: ")]
+        assert lines, (language, name)
+        said = lines[0].removeprefix(f"{language}: ")
+        assert re.match(r"[a-zA-Z0-9#\"]\S* \S|.*[a-z]{4}", said), (language, name, said)
+        assert not re.search(r"as in RS274|^(?:on|off|off, left), |^the same\b|^no effect$|^in a ", said), said
+    for dialect in ("siemens", "heidenhain"):
+        names = [name for _language, name, _text, _executed in list_words()]
+        lacking = {name: [one for one in describe_values(name, dialect) if ": " not in one] for name in names}
+        assert not any(lacking.values()), lacking
+
+
+@pytest.mark.parametrize(
+    ("word", "said"),
+    [
+        ("F", ("RS274/NGC: feed rate", "Fanuc: feed rate", "Klartext: feed rate in mm/min")),
+        ("T1", ("RS274/NGC: selects a tool", "Fanuc: selects", "Siemens: selects", "Klartext: number or name")),
+        ("M30", ("Klartext: end of the program",)),
+        ("TCPM", ("Klartext: FUNCTION TCPM switches tool-centre-point control on",)),
+        ("FN18", ("Klartext: reads a value of the control",)),
+        ("Q336", ("Klartext: a value of CYCL DEF 202, 204, 209: spindle angle",)),
+        ("R1", ("Siemens: an R parameter",)),
+        ("Q1", ("Klartext: a Q parameter",)),
+        ("#100", ("RS274/NGC: a variable", "Fanuc: a variable")),
+        ("CYCL", ("Klartext: CYCL DEF defines",)),
+        ("G83", ("RS274/NGC: deep-hole drilling, out of the hole after each peck: see Canned cycles",)),
+    ],
+)
+def test_words_that_machinists_type_are_known(word: str, said: tuple[str, ...]) -> None:
+    lines = describe_word(word)
+    for text in said:
+        assert any(line.startswith(text) for line in lines), (text, lines)

@@ -454,11 +454,11 @@ def test_hover_says_what_the_word_under_the_cursor_does(client: Client, tmp_path
     text = "O1\nG21 G90 G94 G17 G54\nG0 X0 Y0 Z200 A0 C0\nG68.2 X0 Y0 Z0 I0 J20 K0\nG1 Z190 F500\nX10 Y\nM30\n"
     path = make_program(tmp_path, text.replace("X10 Y\n", "G69 G53 Y0\n"))
     uri = client.open(path)
-    word = "**G68.2**: tilted plane: by angles"
+    word = "**G68.2**: tilts the work plane, by angles"
     assert hover(client, uri, 3, 1).startswith(word)
     assert "\n\nin force: G0, " in hover(client, uri, 3, 1)
     assert "**" not in hover(client, uri, 3, 8)
-    assert re.match(r"\*\*G1\*\*: motion: .*\n\n\*\*\d\.\d+ s\*\*; ", hover(client, uri, 4, 0))
+    assert re.match(r"\*\*G1\*\*: straight move .*\n\n\*\*\d\.\d+ s\*\*; ", hover(client, uri, 4, 0))
     client.change(uri, 2, text)
     assert hover(client, uri, 3, 1).startswith(word)
     assert hover(client, uri, 4, 0).startswith("**G1**: motion: ") and "s**;" not in hover(client, uri, 4, 0)
