@@ -491,9 +491,8 @@ LETTERS: Final[Mapping[str, str]] = {
 LETTERS_OF_KLARTEXT: Final[Mapping[str, str]] = {
     **dict.fromkeys("XYZABCUVW", "where an axis goes"),
     **{f"I{letter}": "by how much an axis goes" for letter in "XYZABCUVW"},
-    "F": "feed rate in mm/min, from this block on; F MAX is rapid traverse for this block",
-    "S": "spindle speed in 1/min: in TOOL CALL, or in a block",
-    "M": "an M function",
+    "F": "feed rate",
+    "S": "spindle speed",
     "R": "radius",
     "TOOL CALL": "loads a tool; its length holds at once",
     "TOOL DEF": "names the next tool, or gives its length and radius",
