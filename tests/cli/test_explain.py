@@ -800,3 +800,37 @@ def test_words_that_machinists_type_are_known(word: str, said: tuple[str, ...]) 
     lines = describe_word(word)
     for text in said:
         assert any(line.startswith(text) for line in lines), (text, lines)
+
+
+def test_axes_whose_values_are_parameters_are_named(run: Callable[..., Any], tmp_path: Path) -> None:
+    text = (
+        "0 BEGIN PGM A MM\n1 TOOL CALL 1 Z S8000\n2 L X+0 Y+0 Z+150 R0 FMAX M3\n"
+        "3 PLANE SPATIAL SPA+0 SPB+10 SPC+0 STAY\n"
+        "4 L A+Q120 C+Q122 FMAX\n5 L X+10 F500\n6 END PGM A MM\n"
+    )
+    (tmp_path / "a.h").write_text(text, "utf-8")
+    (tmp_path / "a.h.toml").write_text("tool_length = 90\n[wcs]\nG54 = [0, 0, 100]\n", "utf-8")
+    words = [line.split()[0] for line in run("explain", tmp_path / "a.h:5").out.splitlines()[2:-1]]
+    assert words == ["L", "A", "C", "FMAX"]
+    answer = run("explain", tmp_path / "a.h:0")
+    assert answer.code == 2
+    assert "line 0 is the approach of --from, and none is given" in " ".join(answer.err.split())
+
+
+def test_a_document_and_a_key_in_the_wrong_table_have_one_error(run: Callable[..., Any], tmp_path: Path) -> None:
+    (tmp_path / "README.md").write_text("# Title\n\nSome text, with G1 X0\n", "utf-8")
+    out = run("check", tmp_path / "README.md").out
+    assert "README.md is no NC program: .md is a document" in out
+    assert "refused: 1 error," in out
+    (tmp_path / "b.nc").write_text("G0 X0\n", "utf-8")
+    (tmp_path / "b.nc.toml").write_text('[wcs]\nG54 = [0, 0, 100]\nstock = "program"\n', "utf-8")
+    assert "stock = ... stands above the first [table] of the file" in run("check", tmp_path / "b.nc").out
+
+
+def test_a_tool_that_is_in_the_spindle_is_not_loaded_again(run: Callable[..., Any], tmp_path: Path) -> None:
+    job, setup = tmp_path / "tools.nc", tmp_path / "tools.nc.toml"
+    job.write_text("G21 G90 G94\nT1 M6\nT2 M6\nT2 M6\nG43 H2\nG0 X0 Y0 Z50 A0 C0\nG1 X5 F500\nM2\n", "utf-8")
+    setup.write_text("[tools]\n1 = { length = 80 }\n2 = { length = 90 }\n[wcs]\nG54 = [0, 0, 0]\n", "utf-8")
+    said = " ".join(run("convert", job, "-o", tmp_path / "tools.csv").err.split())
+    assert "load tool 1 (line 2); load tool 2 (line 3)" in said
+    assert "(line 4)" not in said

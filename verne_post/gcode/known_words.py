@@ -12,7 +12,14 @@ from verne_post.gcode.apt.run import OF_SUBPROGRAMS
 from verne_post.gcode.apt.translator import STATEMENTS as APT_STATEMENTS
 from verne_post.gcode.codes import RS274, CodeTable, describe_remap, spell_g_code
 from verne_post.gcode.klartext import vocabulary as klartext
-from verne_post.gcode.own_meanings import OF_EXPRESSIONS, OF_LANGUAGES, OF_NAMES, OF_VALUES, OWN_MEANINGS
+from verne_post.gcode.own_meanings import (
+    LETTERS_OF_KLARTEXT,
+    OF_EXPRESSIONS,
+    OF_LANGUAGES,
+    OF_NAMES,
+    OF_VALUES,
+    OWN_MEANINGS,
+)
 from verne_post.gcode.rs274.fanuc_codes import make_table
 from verne_post.gcode.siemens import vocabulary as siemens
 
@@ -60,6 +67,7 @@ _CODE: Final = re.compile(r"([GM])(\d+(?:\.\d+)?)")
 _HOLES: Final = ("G73", "G74", *(f"G{number}" for number in range(81, 90)))
 
 
+_AXIS_OF_KLARTEXT: Final = re.compile(r"(?<![A-Z\d_])I?[XYZABCUVW](?=[ \t]*[-+.\dQ])")
 #: A letter with a number, of which the number says nothing: T1, R1, #100.
 _NUMBERED: Final = re.compile(r"^([A-FH-LN-Z#])\d+$")
 #: What the line above the kinds of PLANE says.
@@ -84,10 +92,15 @@ def find_words_of(line: str, dialect: str) -> list[KnownWord]:
         for match in re.finditer(_make_pattern(name, language), code):
             begin, end = match.span()
             found[begin] = max(found.get(begin, (0, "")), (end, name))
+    known = [KnownWord(begin, end, name, texts[name]) for begin, (end, name) in found.items()]
+    if language == "Klartext":
+        # letters of axes before a value, which may be a parameter
+        axes = (match for match in _AXIS_OF_KLARTEXT.finditer(code) if match.start() not in found)
+        known += [KnownWord(*match.span(), match[0], LETTERS_OF_KLARTEXT[match[0]]) for match in axes]
     words: list[KnownWord] = []
-    for begin, (end, name) in sorted(found.items()):
-        if not words or begin >= words[-1].end:
-            words.append(KnownWord(begin, end, name, texts[name]))
+    for word in sorted(known):
+        if not words or word.begin >= words[-1].end:
+            words.append(word)
     return words
 
 
@@ -106,6 +119,8 @@ def _make_pattern(name: str, language: str) -> str:
         return rf"(?<![A-Z_$]){code[1]}[ \t]*0*{re.escape(code[2])}(?![\d.])"
     text = r"[ \t]+".join(map(re.escape, name.split()))
     after = r"(?=[ \t]*[=+\-.\d])" if len(name) == 1 else r"(?![A-Z\d_])"
+    if language == "Klartext" and name in ("Q", "QL", "QR", "QS"):  # elsewhere it is a value
+        after = r"(?=[ \t]*\d+[ \t]*=)"
     if language == "Klartext" and name in ("L", "C"):  # C+90 is an axis
         after = r"(?=[ \t]+[A-Z]|[ \t]*$)"
     return rf"(?<![A-Z\d_$]){text}{after}"

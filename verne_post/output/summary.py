@@ -561,10 +561,13 @@ def _describe_manual_stops(summary: Summary) -> Facts:
         f"between the {len(summary.parts)} parts into which the file is cut: ": [],
         "at the end: ": [],
     }
-    heads = list(groups)
+    heads, loaded = list(groups), ""
     for event in stops:
         head = heads[1 if id(event) in between else 2 if id(event) in last else 0]
         tool = f"load {describe_tool(event)}" if event.kind == "tool" else ""
+        if tool and tool == loaded and head == heads[0]:
+            continue  # it is in the spindle already
+        loaded = tool or loaded
         what = tool or forms[event.kind].format(**event.data)
         groups[head].append(f"{what} (line {event.line}{_name_block(summary, event.line)})")
     return [("operator", head + "; ".join(texts)) for head, texts in groups.items() if texts]
