@@ -824,7 +824,7 @@ def test_a_document_and_a_key_in_the_wrong_table_have_one_error(run: Callable[..
     assert "refused: 1 error," in out
     (tmp_path / "b.nc").write_text("G0 X0\n", "utf-8")
     (tmp_path / "b.nc.toml").write_text('[wcs]\nG54 = [0, 0, 100]\nstock = "program"\n', "utf-8")
-    assert "stock = ... stands above the first [table] of the file" in run("check", tmp_path / "b.nc").out
+    assert "write stock = ... above the first [table] of the file" in run("check", tmp_path / "b.nc").out
 
 
 def test_a_tool_that_is_in_the_spindle_is_not_loaded_again(run: Callable[..., Any], tmp_path: Path) -> None:

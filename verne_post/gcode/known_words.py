@@ -69,7 +69,7 @@ _HOLES: Final = ("G73", "G74", *(f"G{number}" for number in range(81, 90)))
 
 _AXIS_OF_KLARTEXT: Final = re.compile(r"(?<![A-Z\d_])I?[XYZABCUVW](?=[ \t]*[-+.\dQ])")
 #: A letter with a number, of which the number says nothing: T1, R1, #100.
-_NUMBERED: Final = re.compile(r"^([A-FH-LN-Z#])\d+$")
+_LETTER_AND_NUMBER: Final = re.compile(r"^([A-FH-LN-Z#])\d+$")
 #: What the line above the kinds of PLANE says.
 _TOLD_ABOVE: Final = "tilts the work plane: "
 
@@ -92,13 +92,13 @@ def find_words_of(line: str, dialect: str) -> list[KnownWord]:
         for match in re.finditer(_make_pattern(name, language), code):
             begin, end = match.span()
             found[begin] = max(found.get(begin, (0, "")), (end, name))
-    known = [KnownWord(begin, end, name, texts[name]) for begin, (end, name) in found.items()]
+    candidates = [KnownWord(begin, end, name, texts[name]) for begin, (end, name) in found.items()]
     if language == "Klartext":
         # letters of axes before a value, which may be a parameter
         axes = (match for match in _AXIS_OF_KLARTEXT.finditer(code) if match.start() not in found)
-        known += [KnownWord(*match.span(), match[0], LETTERS_OF_KLARTEXT[match[0]]) for match in axes]
+        candidates += [KnownWord(*match.span(), match[0], LETTERS_OF_KLARTEXT[match[0]]) for match in axes]
     words: list[KnownWord] = []
-    for word in sorted(known):
+    for word in sorted(candidates):
         if not words or word.begin >= words[-1].end:
             words.append(word)
     return words
@@ -139,7 +139,7 @@ def describe_word(word: str) -> list[str]:
         for language, known_word, text, is_executed in list_words()
         if known_word == name
     }
-    alone = _NUMBERED.sub(r"\1", name)
+    alone = _LETTER_AND_NUMBER.sub(r"\1", name)
     for language, names in _list_names().items():
         if language not in texts and (text := names.get(name, names.get(alone, ""))):
             texts[language] = f"{language}: {_describe(language, alone, text, is_executed=True)}"

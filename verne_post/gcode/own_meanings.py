@@ -36,7 +36,6 @@ OWN_MEANINGS: Final[Mapping[str, str]] = {
     "CYCLE86": "boring, the spindle stops oriented", "CYCLE89": "boring with a dwell, out at feed rate",
     "CYCLE800": "tilts the work plane, and turns the table to it; without values it ends the plane",
 }  # fmt: skip
-#: The same by the name of the language, of words that are others in another one.
 _OF_RS274: Final = {
     "M19": "turns the spindle to the angle R and stops it there",
     "G41.1": "the tool, of diameter D, goes left of the contour",
@@ -52,13 +51,17 @@ _OF_RS274: Final = {
     "M48": "the operator may change feed and speed; shown as an event",
     "M49": "the operator may not change feed and speed; shown as an event",
 }
+_MORE_OFFSETS: Final = {
+    f"G59.{number}": f"work offset G59.{number}: coordinates count from its zero (--wcs, [wcs])" for number in (1, 2, 3)
+}
+_OFFSETS_OF_HAAS: Final = {
+    f"G{code}": f"Haas: work offset, the same as G154 P{code - 109}" for code in (110, 111, *range(114, 130))
+}
+#: The same by the name of the language, of words that are others in another one.
 OF_LANGUAGES: Final[Mapping[str, Mapping[str, str]]] = {
     "RS274/NGC": {
         **_OF_RS274,
-        **{
-            f"G59.{number}": f"work offset G59.{number}: coordinates count from its zero (--wcs, [wcs])"
-            for number in (1, 2, 3)
-        },
+        **_MORE_OFFSETS,
         "G7": "X is a diameter: X is then refused", "G8": "X is a radius, as always on a mill; no effect",
         "G90.1": "I J K of arcs are absolute", "G91.1": "I J K of arcs count from the start of the arc",
         "G43.1": "the tool length is what the axis words say",
@@ -98,7 +101,7 @@ OF_LANGUAGES: Final[Mapping[str, Mapping[str, str]]] = {
         "G54": "work offset G54: coordinates count from its zero; G54 P1 is G54.1 P1",
         "G54.1": 'additional work offset, of the number P from 1 to 48; --wcs "G54.1P3=x,y,z"',
         "G154": 'Haas: additional work offset, of the number P from 1 to 48; --wcs "G54.1P3=x,y,z"',
-        **{f"G{code}": f"Haas: work offset, the same as G154 P{code - 109}" for code in (110, 111, *range(114, 130))},
+        **_OFFSETS_OF_HAAS,
         "G28": "rapid traverse to the reference position, by way of the place given",
         "G30": "rapid traverse to the second reference position (P2), by way of the place given",
         "G92": "shifts the zero: the present position gets the values given; other axes keep theirs",
@@ -233,7 +236,7 @@ OF_LANGUAGES: Final[Mapping[str, Mapping[str, str]]] = {
         "CFC": "on arcs under G41 and G42, F is the feed rate at the contour",
         "CFTCP": "on arcs under G41 and G42, F is the feed rate of the tool's centre",
         "CFIN": "on inside arcs under G41 and G42, F is the feed rate at the contour; on others that of the centre",
-        **{code: _OF_RS274[code] for code in ("G54", "G55", "G56", "G57")},
+        "G54": _OF_RS274["G54"], "G55": _OF_RS274["G55"], "G56": _OF_RS274["G56"], "G57": _OF_RS274["G57"],
         "G110": "the pole is given from the last position", "G111": "the pole is given from the zero",
         "G112": "the pole is given from the last pole",
         **dict.fromkeys("XYZAC", "where the axis goes, in mm or degrees; in G91 by how much"),
@@ -371,8 +374,8 @@ OF_VALUES: Final[Mapping[str, str]] = {
     "AS2": "way of the departure", "LP2": "length of the departure", "FF3": "feed rate between passes",
     "SDAC": "spindle after the cycle: 3, 4 or 5", "POSS": "angle at which the spindle stops, degrees",
     "SST": "spindle speed in", "SST1": "spindle speed out", "SDIR": "direction of the spindle",
-    "SDR": "direction of the "
-    "spindle out", "ENC": "tapping with or without encoder", "RPA": "retract from the wall, first axis",
+    "SDR": "direction of the spindle out",
+    "ENC": "tapping with or without encoder", "RPA": "retract from the wall, first axis",
     "RPO": "retract from the wall, second axis", "RPAP": "retract from the wall, along the tool",
     "_AXN": "tool axis", "_PITA": "unit of the pitch", "_PITM": "pitch, as the text of a standard",
     "_PTAB": "table of the thread", "_PTABA": "choice in the table of the thread", "_TECHNO": "settings of tapping",

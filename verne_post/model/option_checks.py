@@ -125,11 +125,8 @@ def find_system(value: object) -> int:
     names = list(SYSTEM_NUMBERS)
     if isinstance(value, str) and (siemens := re.fullmatch(r"G5(0[5-9]|[1-4]\d|5[0-7])", value.strip().upper())):
         raise ValueError(f"{value} of Siemens is {names[int(siemens[1]) - 1]} here; write that")
-    from verne_post.model.options import OPTIONS  # which imports this module
-
-    above = f", and {value} = ... stands above the first [table] of the file" if value in OPTIONS else ""
     raise ValueError(
-        f"{value!r} is not a work system{above}; expected one of {', '.join(names[:9])}, or {names[9]} to {names[-1]}"
+        f"{value!r} is not a work system; expected one of {', '.join(names[:9])}, or {names[9]} to {names[-1]}"
     )
 
 
