@@ -1261,7 +1261,7 @@ def test_the_hover_says_first_what_the_word_itself_does(client: Client, tmp_path
     lines = FANUC + "G54\nT1 M6\nS9 M3\nG43 H1 G0 X0. Y0. Z150. A0. C0.\nM8\nG83 Z110. R120. Q2. F100.\nG80\nM30\n%\n"
     uri = client.open(make_program(tmp_path, lines))
     assert hover(client, uri, 7, 0).startswith("**M8**: flood coolant on")
-    assert hover(client, uri, 8, 0).startswith("**G83**: deep-hole drilling, out of the hole after each peck; motion: ")
+    assert hover(client, uri, 8, 0).startswith("**G83**: deep-hole drilling, out of the hole after each peck; R, Z")
     text = (
         "G710 G90\nT1 D1\nM6\nS9 M3\nTRAORI\nG0 X0 Y0 Z150 A0 C0\nTRAFOOF\n"
         'CYCLE800(0,"",0,57,0,0,0,15*(1+0),0,0,0,0,0,-1)\nG0 X0 Y0\nCYCLE83(160,140,2,130,,135,,2,,,1,0)\nM30\n'
@@ -1863,10 +1863,10 @@ def test_cuts_before_a_and_c_get_them(client: Client, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("name", "text", "word", "meaning"),
     [
-        ("a.nc", "G21 G90\n(G8\n) G8^", "G81", "holes"),
+        ("a.nc", "G21 G90\n(G8\n) G8^", "G81", "drilling"),
         # each code by itself, not all of its group
-        ("a.nc", "%\nO1\nG21 G90\nG8^", "G83", "deep-hole drilling, out of the hole after each peck; motion: "),
-        ("a.nc", "%\nO1\nM^", "M8", "flood coolant on; coolant: "),
+        ("a.nc", "%\nO1\nG21 G90\nG8^", "G83", "deep-hole drilling, out of the hole after each peck; R, Z"),
+        ("a.nc", "%\nO1\nM^", "M8", "flood coolant on"),
         ("a.mpf", "G71 G90 G54\nCYCLE8^", "CYCLE840", "tapping with a floating holder"),
         ("a.h", "0 BEGIN PGM A MM\n1 CYCL DEF 20^", "CYCL DEF 208", "bore milling; "),
         ("a.cls", "PARTNO/A\nUNITS/MM\nLOADT^", "LOADTL", "length of the tool"),
