@@ -1865,14 +1865,14 @@ def test_cuts_before_a_and_c_get_them(client: Client, tmp_path: Path) -> None:
     [
         ("a.nc", "G21 G90\n(G8\n) G8^", "G81", "drilling"),
         # each code by itself, not all of its group
-        ("a.nc", "%\nO1\nG21 G90\nG8^", "G83", "deep-hole drilling, out of the hole after each peck; R, Z"),
+        ("a.nc", "%\nO1\nG21 G90\nG8^", "G83", "deep-hole drilling, out of the hole after each peck; "),
         ("a.nc", "%\nO1\nM^", "M8", "flood coolant on"),
         ("a.mpf", "G71 G90 G54\nCYCLE8^", "CYCLE840", "tapping with a floating holder"),
-        ("a.h", "0 BEGIN PGM A MM\n1 CYCL DEF 20^", "CYCL DEF 208", "bore milling; "),
-        ("a.cls", "PARTNO/A\nUNITS/MM\nLOADT^", "LOADTL", "length of the tool"),
+        ("a.h", "0 BEGIN PGM A MM\n1 CYCL DEF 20^", "CYCL DEF 208", "bore milling: "),
+        ("a.cls", "PARTNO/A\nUNITS/MM\nLOADT^", "LOADTL", "changes the tool"),
         ("a.nc", "G21\nG0 X0 (G8^", "", ""),
         ("a.mpf", "; head\nG71 G90 G54\nG0 X=1 TRAO^", "TRAORI", "tool"),
-        ("a.h", "0 BEGIN PGM A MM\n1 CYCL DEF 20^", "CYCL DEF 208", "holes"),
+        ("a.h", "0 BEGIN PGM A MM\n1 CYCL DEF 20^", "CYCL DEF 208", "bore milling"),
         ("a.h", "0 BEGIN PGM A MM\n1 TOOL CALL ^", "", ""),
         ("a.h", "0 BEGIN PGM A MM\n1 TOOL CA^", "TOOL CALL", "tool"),
         ("a.nc.toml", "tool_length = 3\n[wcs]\nG54 = [1]\n[tools.5]\nlen^", "length", "number"),
