@@ -18,7 +18,7 @@ from verne_post.config import list_machine_files, schema
 from verne_post.config.carrier import CarrierFile
 from verne_post.gcode.block import KEYWORDS
 from verne_post.gcode.expressions import FUNCTIONS
-from verne_post.gcode.known_words import describe_word, list_words
+from verne_post.gcode.known_words import describe_values, describe_word, list_words
 from verne_post.gcode.siemens import values as siemens_values
 from verne_post.model.codes import CODES
 
@@ -238,7 +238,7 @@ def test_a_line_without_motion_says_what_its_words_do(tmp_path: Path, run: Calla
         assert f"no motion; the nearest lines that have: {near}\n" in answer.out
     words = [line.split()[0] for line in answer.out.splitlines()[2:-1]]
     assert words == ["G91", "M3", "G61"]
-    assert "spindle: clockwise" in answer.out
+    assert "spindle on, clockwise" in answer.out
     assert answer.out.splitlines()[-1].startswith("  in force: G0, G21 (mm), G91 (incremental), G94, G61")
     assert "a remark" in run("explain", f"{path}:4", *OPTIONS).out
     beyond = run("explain", f"{path}:99", *OPTIONS)
@@ -249,7 +249,7 @@ def test_a_line_without_motion_says_what_its_words_do(tmp_path: Path, run: Calla
 
 
 def test_words_of_cl_files_are_explained(run: Callable[..., Any]) -> None:
-    assert "APT: a number and its unit" in run("explain", "FEDRAT").out
+    assert "APT: sets the feed rate: a number and its unit" in run("explain", "FEDRAT").out
     assert "APT: not executed: " in run("explain", "nurbs").out
 
 
@@ -560,7 +560,7 @@ def test_the_response_to_a_warning_about_words(run: Callable[..., Any], tmp_path
 @pytest.mark.parametrize(
     ("word", "lines"),
     [
-        ("G68.2", ("RS274/NGC: not executed: tilted work planes", "Fanuc: tilted plane: by angles")),
+        ("G68.2", ("RS274/NGC: not executed: tilted work planes", "Fanuc: tilts the work plane, by angles")),
         ("CYCLE83", ("Siemens: deep-hole drilling", "  RTP: retraction plane", "  VARI")),
         ("PLANE", ("Klartext: a tilted plane: ", "  PLANE SPATIAL: turned about X")),
         ("PLANE SPATIAL", ("Klartext: tilts the work plane: turned about X",)),
@@ -568,22 +568,16 @@ def test_the_response_to_a_warning_about_words(run: Callable[..., Any], tmp_path
         ("_DMODE", ("Siemens: a value of CYCLE81, ",)),
         ("traori", ("Siemens: tool-centre-point control on",)),
         ("CYCL DEF 208", ("Klartext: ",)),
-        ("CYCL DEF 203", ("Klartext: universal drilling with chip breaking; holes: see Cycles in docs/heidenhain.md",)),
-        ("G41", ("Fanuc: the tool goes left of the contour; cutter compensation: off, left, right: see Cutter comp",)),
-        ("FN 0", ("Klartext: set, + - * /",)),
-        ("function tcpm", ("Klartext, FUNCTION: TCPM",)),
-        ("FUNCTION MODE MILL", ("Klartext, FUNCTION: TCPM",)),
-        ("APPR LCT", ("Klartext, APPR: LT LN CT LCT",)),
+        ("CYCL DEF 203", ("Klartext: universal drilling with chip breaking: see Cycles in docs/heidenhain.md",)),
+        ("G41", ("Fanuc: the tool goes left of the contour: see Cutter compensation",)),
+        ("FN 0", ("Klartext: sets a Q parameter",)),
+        ("function tcpm", ("Klartext: tool-centre-point control on, as M128",)),
+        ("FUNCTION MODE MILL", ("Klartext: milling",)),
+        ("APPR LCT", ("Klartext, APPR: approaches the first point of the contour (LT, LN, CT, LCT",)),
         ("G61.1", ("RS274/NGC: exact stop at the end of every move: see Path control in docs/gcode.md",)),
-        ("TRANS", ("Siemens: shifts the zero; replaces the frame in force", "APT: only those that shift nothing")),
+        ("TRANS", ("Siemens: shifts the zero; replaces the frame in force", "APT: shifts nothing: one that")),
         ("cos", ("RS274/NGC: cosine", "Fanuc: cosine", "Siemens: cosine")),
-        ("TRANS DATUM", ("Klartext, TRANS: DATUM AXIS",)),
-        ("T", ("RS274/NGC, Fanuc: selects a tool; M6 loads it", "Siemens: tool: T5")),
-        ("h", ("RS274/NGC, Fanuc: tool whose length holds", "Siemens: an auxiliary function")),
-        ("#100", ("RS274/NGC, Fanuc: a parameter: see Parameters and expressions in docs/gcode.md, Variables in ",)),
-        ("Q1", ("Klartext: a Q parameter, which Q1 = ",)),
-        ("R5", ("Siemens: an R parameter, which ",)),
-        ("o100", ("RS274/NGC, Fanuc: a program or subprogram, or the label of an O word: see O words and sub",)),
+        ("TRANS DATUM", ("Klartext, TRANS: shifts (DATUM), mirrors",)),
         ("M128", ("RS274/NGC: not executed: external programs", "Klartext: tool-centre-point control")),
     ],
 )
@@ -756,3 +750,95 @@ def test_the_cycle_of_mcall_is_in_force_until_it_ends(tmp_path: Path, run: Calla
     place = ("--tool-length", 80, "--wcs", "G54=0,0,60")
     shown = [run("explain", f"{program}:{line}", *place).out for line in (6, 7, 8, 9, 10)]
     assert ["MCALL CYCLE81, G54" in one for one in shown] == [False, True, True, False, False]
+
+
+def test_a_line_below_its_feed_rate_says_what_holds_it_back(run: Callable[..., Any], tmp_path: Path) -> None:
+    """The time is that of the rows, and the limit one that the rows of the line are at."""
+    text = "G21 G90 G94 G61.1\nG0 X0 Y0 Z50 A0 C0\nG1 X60 F200000\nG1 X50 F600\nG93 G1 X0 F900\nM2\n"
+    job = tmp_path / "feeds.nc"
+    job.write_text(text, "utf-8")
+    (tmp_path / "feeds.nc.toml").write_text("tool_length = 80\n[wcs]\nG54 = [0, 0, 0]\n", "utf-8")
+    rows = tmp_path / "rows.csv"
+    assert run("convert", job, "-o", rows).code == 0
+    lines = [int(row.rpartition(",")[2]) for row in rows.read_text("utf-8").splitlines()[1:]]
+    said = {line: run("explain", f"{job}:{line}").out for line in (3, 4, 5)}
+    for line, out in said.items():
+        seconds = float(re.search(r"motion +([\d.]+) s; the feed rate is", out)[1])  # type: ignore[index]
+        assert abs(seconds - 0.001 * lines.count(line)) < 0.0025, out
+    assert re.search(r"not reached, held back by (jerk|acceleration|velocity) of rho\d; fastest tip", said[3])
+    assert re.search(r"the feed rate is reached; fastest tip (599|60[0-3]) mm/min", said[4])
+    assert "the programmed time is 0.067 s" in said[5]
+    out = run("check", job).out
+    assert "feed rate: 1 of 3 feed moves reaches the programmed feed rate; line 3 is the first that does not" in out
+    job.write_text(text.replace("200000", "600").replace("F900", "F1"), "utf-8")
+    assert "feed rate" not in run("check", job).out
+
+
+def test_every_word_is_explained_for_itself() -> None:
+    """No entry is empty, a rest of a list, or the name of another table."""
+    for language, name, _text, _executed in list_words():
+        lines = [line for line in describe_word(name) if line.startswith(f"{language}: ")]
+        assert lines, (language, name)
+        said = lines[0].removeprefix(f"{language}: ")
+        assert re.match(r"[a-zA-Z0-9#\"]\S* \S|.*[a-z]{4}", said), (language, name, said)
+        assert not re.search(r"as in RS274|^(?:on|off|off, left), |^the same\b|^no effect$|^in a ", said), said
+    for dialect in ("siemens", "heidenhain"):
+        names = [name for _language, name, _text, _executed in list_words()]
+        lacking = {name: [one for one in describe_values(name, dialect) if ": " not in one] for name in names}
+        assert not any(lacking.values()), lacking
+
+
+@pytest.mark.parametrize(
+    ("word", "said"),
+    [
+        ("F", ("RS274/NGC: feed rate", "Fanuc: feed rate", "Klartext: feed rate in mm/min")),
+        ("T1", ("RS274/NGC: selects a tool", "Fanuc: selects", "Siemens: selects", "Klartext: number or name")),
+        ("M30", ("Klartext: end of the program",)),
+        ("TCPM", ("Klartext: FUNCTION TCPM switches tool-centre-point control on",)),
+        ("FN18", ("Klartext: reads a value of the control",)),
+        ("Q336", ("Klartext: a value of CYCL DEF 202, 204, 209: spindle angle",)),
+        ("R1", ("Siemens: an R parameter",)),
+        ("Q1", ("Klartext: a Q parameter",)),
+        ("#100", ("RS274/NGC: a variable", "Fanuc: a variable")),
+        ("CYCL", ("Klartext: CYCL DEF defines",)),
+        ("G83", ("RS274/NGC: deep-hole drilling, out of the hole after each peck: see Canned cycles",)),
+    ],
+)
+def test_words_that_machinists_type_are_known(word: str, said: tuple[str, ...]) -> None:
+    lines = describe_word(word)
+    for text in said:
+        assert any(line.startswith(text) for line in lines), (text, lines)
+
+
+def test_axes_whose_values_are_parameters_are_named(run: Callable[..., Any], tmp_path: Path) -> None:
+    text = (
+        "0 BEGIN PGM A MM\n1 TOOL CALL 1 Z S8000\n2 L X+0 Y+0 Z+150 R0 FMAX M3\n"
+        "3 PLANE SPATIAL SPA+0 SPB+10 SPC+0 STAY\n"
+        "4 L A+Q120 C+Q122 FMAX\n5 L X+10 F500\n6 END PGM A MM\n"
+    )
+    (tmp_path / "a.h").write_text(text, "utf-8")
+    (tmp_path / "a.h.toml").write_text("tool_length = 90\n[wcs]\nG54 = [0, 0, 100]\n", "utf-8")
+    words = [line.split()[0] for line in run("explain", tmp_path / "a.h:5").out.splitlines()[2:-1]]
+    assert words == ["L", "A", "C", "FMAX"]
+    answer = run("explain", tmp_path / "a.h:0")
+    assert answer.code == 2
+    assert "line 0 is the approach of --from, and none is given" in " ".join(answer.err.split())
+
+
+def test_a_document_and_a_key_in_the_wrong_table_have_one_error(run: Callable[..., Any], tmp_path: Path) -> None:
+    (tmp_path / "README.md").write_text("# Title\n\nSome text, with G1 X0\n", "utf-8")
+    out = run("check", tmp_path / "README.md").out
+    assert "README.md is no NC program: .md is a document" in out
+    assert "refused: 1 error," in out
+    (tmp_path / "b.nc").write_text("G0 X0\n", "utf-8")
+    (tmp_path / "b.nc.toml").write_text('[wcs]\nG54 = [0, 0, 100]\nstock = "program"\n', "utf-8")
+    assert "write stock = ... above the first [table] of the file" in run("check", tmp_path / "b.nc").out
+
+
+def test_a_tool_that_is_in_the_spindle_is_not_loaded_again(run: Callable[..., Any], tmp_path: Path) -> None:
+    job, setup = tmp_path / "tools.nc", tmp_path / "tools.nc.toml"
+    job.write_text("G21 G90 G94\nT1 M6\nT2 M6\nT2 M6\nG43 H2\nG0 X0 Y0 Z50 A0 C0\nG1 X5 F500\nM2\n", "utf-8")
+    setup.write_text("[tools]\n1 = { length = 80 }\n2 = { length = 90 }\n[wcs]\nG54 = [0, 0, 0]\n", "utf-8")
+    said = " ".join(run("convert", job, "-o", tmp_path / "tools.csv").err.split())
+    assert "load tool 1 (line 2); load tool 2 (line 3)" in said
+    assert "(line 4)" not in said

@@ -282,7 +282,7 @@ def hover(client: Client, uri: str, line: int, column: int | None = None) -> str
             "Q203=+110": "surface",
             "IX+10": "by how much an axis goes; X 10 mm in G54; machine X 10 mm",
             "C+0": "where an axis goes; C 0 deg in G54; machine C 0 deg",
-            "L IX": "straight line; I before a letter counts from the last programmed position",
+            "L IX": "a straight line to the coordinates; I before a letter counts from the last programmed position",
             "FMAX": "rapid traverse, for this block",
          }),
         # after a call of a subprogram that stands below: the place is that of the line, not of the subprogram
@@ -338,8 +338,7 @@ def hover(client: Client, uri: str, line: int, column: int | None = None) -> str
         ("d.h", "0 BEGIN PGM A MM\n1 TOOL CALL 1 Z S8000\n2 L X+0 Y+0 Z+150 A+0 C+0 R0 FMAX M3\n"
          "3 CYCL DEF 7.0 DATUM SHIFT\n4 CYCL DEF 7.1 X+5,5\n5 CC X+20 Y+0\n6 L X+10 Y+0 F500\n7 C X+30 Y+0 DR+\n"
          "8 L Z+160 FMAX\n9 M30\n10 END PGM A MM\n", {
-            "R0": "**: radius compensation off; radius compensation: the first move ends beside the start of the first "
-                  "element, the last move starts beside the end of the last",
+            "R0": "**: radius compensation off",
             "Z S8": "**: tool axis",
             "X+5,5": "**: shifts the datum to 5.5",
             "X+20": "**: pole and centre: 20",
@@ -457,14 +456,14 @@ def test_hover_says_what_the_word_under_the_cursor_does(client: Client, tmp_path
     text = "O1\nG21 G90 G94 G17 G54\nG0 X0 Y0 Z200 A0 C0\nG68.2 X0 Y0 Z0 I0 J20 K0\nG1 Z190 F500\nX10 Y\nM30\n"
     path = make_program(tmp_path, text.replace("X10 Y\n", "G69 G53 Y0\n"))
     uri = client.open(path)
-    word = "**G68.2**: tilted plane: by angles"
+    word = "**G68.2**: tilts the work plane, by angles"
     assert hover(client, uri, 3, 1).startswith(word)
     assert "\n\nin force: G0, " in hover(client, uri, 3, 1)
     assert "**" not in hover(client, uri, 3, 8)
-    assert re.match(r"\*\*G1\*\*: motion: .*\n\n\*\*\d\.\d+ s\*\*; ", hover(client, uri, 4, 0))
+    assert re.match(r"\*\*G1\*\*: straight move .*\n\n\*\*\d\.\d+ s\*\*; ", hover(client, uri, 4, 0))
     client.change(uri, 2, text)
     assert hover(client, uri, 3, 1).startswith(word)
-    assert hover(client, uri, 4, 0).startswith("**G1**: motion: ") and "s**;" not in hover(client, uri, 4, 0)
+    assert hover(client, uri, 4, 0).startswith("**G1**: straight move") and "s**;" not in hover(client, uri, 4, 0)
     for line in (4, 5):
         assert "in force: G1, " in hover(client, uri, line) and "(0, -0.342, 0.9397)" in hover(client, uri, line)
 
@@ -1264,8 +1263,8 @@ def test_the_hover_says_first_what_the_word_itself_does(client: Client, tmp_path
     """It said what the group does: "coolant: mist, flood, off" of M8; and nothing of the values of cycles."""
     lines = FANUC + "G54\nT1 M6\nS9 M3\nG43 H1 G0 X0. Y0. Z150. A0. C0.\nM8\nG83 Z110. R120. Q2. F100.\nG80\nM30\n%\n"
     uri = client.open(make_program(tmp_path, lines))
-    assert hover(client, uri, 7, 0).startswith("**M8**: flood coolant on; coolant: mist, flood, off")
-    assert hover(client, uri, 8, 0).startswith("**G83**: deep-hole drilling, out of the hole after each peck; motion: ")
+    assert hover(client, uri, 7, 0).startswith("**M8**: flood coolant on")
+    assert hover(client, uri, 8, 0).startswith("**G83**: deep-hole drilling, out of the hole after each peck; R, Z")
     text = (
         "G710 G90\nT1 D1\nM6\nS9 M3\nTRAORI\nG0 X0 Y0 Z150 A0 C0\nTRAFOOF\n"
         'CYCLE800(0,"",0,57,0,0,0,15*(1+0),0,0,0,0,0,-1)\nG0 X0 Y0\nCYCLE83(160,140,2,130,,135,,2,,,1,0)\nM30\n'
@@ -1633,7 +1632,8 @@ def test_the_command_says_what_it_needs(run: Callable[..., Any], monkeypatch: py
     answer = run("lsp")
     assert answer.code == 2
     assert answer.err.strip().endswith(
-        "lsp needs pygls, which is not installed; install it with: pip install 'pygls>=2.1'"
+        "lsp needs pygls, which is not installed; install it with: pip install 'pygls>=2.1', or with all of the extra: "
+        'pip install "verne-post[lsp]"'
     )
 
 
@@ -1894,16 +1894,16 @@ def test_cuts_before_a_and_c_get_them(client: Client, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("name", "text", "word", "meaning"),
     [
-        ("a.nc", "G21 G90\n(G8\n) G8^", "G81", "holes"),
+        ("a.nc", "G21 G90\n(G8\n) G8^", "G81", "drilling"),
         # each code by itself, not all of its group
-        ("a.nc", "%\nO1\nG21 G90\nG8^", "G83", "deep-hole drilling, out of the hole after each peck; motion: "),
-        ("a.nc", "%\nO1\nM^", "M8", "flood coolant on; coolant: "),
+        ("a.nc", "%\nO1\nG21 G90\nG8^", "G83", "deep-hole drilling, out of the hole after each peck; "),
+        ("a.nc", "%\nO1\nM^", "M8", "flood coolant on"),
         ("a.mpf", "G71 G90 G54\nCYCLE8^", "CYCLE840", "tapping with a floating holder"),
-        ("a.h", "0 BEGIN PGM A MM\n1 CYCL DEF 20^", "CYCL DEF 208", "bore milling; "),
-        ("a.cls", "PARTNO/A\nUNITS/MM\nLOADT^", "LOADTL", "length of the tool"),
+        ("a.h", "0 BEGIN PGM A MM\n1 CYCL DEF 20^", "CYCL DEF 208", "bore milling: "),
+        ("a.cls", "PARTNO/A\nUNITS/MM\nLOADT^", "LOADTL", "changes the tool"),
         ("a.nc", "G21\nG0 X0 (G8^", "", ""),
         ("a.mpf", "; head\nG71 G90 G54\nG0 X=1 TRAO^", "TRAORI", "tool"),
-        ("a.h", "0 BEGIN PGM A MM\n1 CYCL DEF 20^", "CYCL DEF 208", "holes"),
+        ("a.h", "0 BEGIN PGM A MM\n1 CYCL DEF 20^", "CYCL DEF 208", "bore milling"),
         ("a.h", "0 BEGIN PGM A MM\n1 TOOL CALL ^", "", ""),
         ("a.h", "0 BEGIN PGM A MM\n1 TOOL CA^", "TOOL CALL", "tool"),
         ("a.nc.toml", "tool_length = 3\n[wcs]\nG54 = [1]\n[tools.5]\nlen^", "length", "number"),
@@ -2000,7 +2000,7 @@ def test_hover_on_a_cycle_lists_its_values_and_d_before_m6_has_its_tool(client: 
     said = hover(client, uri, 3, 1)
     assert "**CYCL DEF 200**: drilling" in said
     assert "\n- Q200: clearance\n- Q201: depth\n- Q206: plunge feed\n" in said
-    assert "\n- Q211: dwell below, 0 where it is not given\n" in said
+    assert "\n- Q211: dwell below; 0 where it is not given\n" in said
 
 
 def test_cycles_are_completed_with_places_for_their_values(tmp_path: Path) -> None:

@@ -798,3 +798,15 @@ def test_a_retract_before_the_first_offset_asks_for_none(
 def test_an_offset_of_siemens_is_told_by_the_name_that_it_has_here(written: str, name: str) -> None:
     with pytest.raises(vp.UsageError, match=rf"{written} of Siemens is {name} here"):
         vp.Options(wcs={written: (0, 0, 0)})
+
+
+def test_a_tool_change_before_the_start_asks_for_no_split(run: Callable[..., Any], tmp_path: Path) -> None:
+    """An error hides the rest; the place after G28 in a tilted system differs from the start by rounding alone."""
+    job = tmp_path / "part.nc"
+    job.write_text(
+        "%\nO1\nG21 G90 G17 G40 G49 G80\nG91 G28 Z0.\nG90\nT1 M6\nG54\nG0 X-10. Y0.\nG68.2 X0. Y0. Z0. I0. J10. K0.\n"
+        "G53.1\nG43 H1 Z50.\nG0 X-10. Y-10.\nZ10.\nG1 Z1. F500.\nG0 Z50.\nG69\nG49\nG0 A0. C0.\nM30\n%\n",
+        "utf-8",
+    )
+    assert "VP016" in run("setup", job).err
+    assert "split_at_stops" not in (tmp_path / "part.nc.toml").read_text("utf-8")

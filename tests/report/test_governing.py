@@ -11,11 +11,12 @@ import numpy as np
 import pytest
 
 import verne_post
+from verne_post.app.line_facts import OTHERS
 from verne_post.base.printable import make_printable
 from verne_post.model.options import Options
 from verne_post.model.part_setup import Box, Tool, WorkOffset
 from verne_post.output.summary import format_summary
-from verne_post.report.governing import HIGHER, OTHERS
+from verne_post.report.governing import HIGHER
 from verne_post.report.head import list_setup, write_verdict_html
 from verne_post.report.markup import write_css_string
 from verne_post.report.modal import collect_modal_states, describe_feed

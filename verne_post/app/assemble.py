@@ -21,6 +21,7 @@ from verne_post.app.table_places import add_table, lay_out
 from verne_post.base.arrays import Array
 from verne_post.base.long_text import Text
 from verne_post.base.team import ALONE, Team
+from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.base.units import DEG_PER_RAD
 from verne_post.gcode.execution import LineTrace, StopConditions
 from verne_post.gcode.machining.state import State
@@ -457,7 +458,8 @@ def _approach_place(machine: Machine, options: Options) -> str | tuple[float, ..
 def find_stops(moves: Moves, *, optional_stop: bool) -> list[Finding]:
     """VP014 for a program that is laid out on no machine: stops after the first move that leads elsewhere."""
     linear = moves.end[:, :3]
-    first = int(np.argmax(np.append((linear != linear[:1]).any(axis=1), True))) if len(moves) else 0
+    elsewhere = (np.abs(linear - linear[:1]) > ZERO_LENGTH_MM).any(axis=1)  # rounding of a turned system is no motion
+    first = int(np.argmax(np.append(elsewhere, True))) if len(moves) else 0
     return [item for _before, item in _find_waits(moves, first, optional_stop=optional_stop)]
 
 

@@ -9,7 +9,9 @@ from msgspec.structs import replace
 from verne_post.app.assemble import Program, assemble, build_interpreter_setup, find_modal_state, find_state_if_executed
 from verne_post.app.constraints import check_line, guard_joints
 from verne_post.app.explain_line import add_line_remedies, describe_modes, explain_line, find_lines_near, work_through
+from verne_post.app.line_facts import describe_time, measure_lines
 from verne_post.app.line_remedies import Line
+from verne_post.app.plan import plan_program
 from verne_post.app.start_lines import quote_start
 from verne_post.base.long_text import Text, iterate_lines, take_line
 from verne_post.base.program_lines import remove_remarks
@@ -19,10 +21,11 @@ from verne_post.gcode.dialects import choose_dialect_name
 from verne_post.gcode.known_words import find_words_of
 from verne_post.gcode.read import find_state_past_errors
 from verne_post.kinematics.checks.remedies import select_line
-from verne_post.model.findings import Finding, UsageError
+from verne_post.model.findings import Finding, InputError, UsageError
 from verne_post.model.machine import Machine
 from verne_post.model.moves import MoveKind
 from verne_post.model.options import Options
+from verne_post.model.verdict import find_worst
 from verne_post.output.findings import describe_remedy
 from verne_post.toolpath.contour import make_exact_contour
 from verne_post.trajectory.override import build_feed_override
@@ -70,7 +73,20 @@ def explain_source(source: Text, machine: Machine, options: Options, line: int) 
     if text is not None and not len(select_line(guard_joints(program), line).contour):
         return _explain_words(source, program, line, text.decode("utf-8", errors="replace").strip())
     shown = add_line_remedies(look_at_line(source, program, line))
+    shown = replace(shown, planned=_describe_plan(program, shown))
     return Explanation(line, shown.findings, *("\n".join(part(shown)) + "\n" for part in (explain_line, work_through)))
+
+
+def _describe_plan(program: Program, shown: Line) -> str:
+    """The time of a line and the feed rate that it reaches; why there is none."""
+    refused = "not planned: the program is refused"
+    if find_worst(shown.findings) == "error":
+        return refused
+    try:
+        plan = plan_program(program)
+    except InputError:
+        return refused
+    return describe_time(plan, measure_lines(plan), shown.number)
 
 
 def _explain_words(source: Text, program: Program, line: int, text: str) -> Explanation:
@@ -155,6 +171,8 @@ def look_at_line(source: Text, program: Program, line: int) -> Line:
     """
     whole = guard_joints(program)
     joints = select_line(whole, line)
+    if not len(joints.contour) and line == 0:
+        raise UsageError("line", "lines of a program count from 1; line 0 is the approach of --from, and none is given")
     if not len(joints.contour):
         near = " and ".join(str(one) for one in find_lines_near(whole, line))
         raise UsageError("line", f"line {line} has no motion; the nearest lines that have: {near}")

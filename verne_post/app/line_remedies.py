@@ -43,6 +43,7 @@ class Line(Struct, frozen=True, eq=False):
     findings: tuple[Finding, ...]  #: Those of the line, by the check that ``check`` and ``convert`` make.
     exact: JointPath  #: The line as programmed, without blended corners: what the words are about.
     n_recorded: int = 0  #: Moves of the program up to the end of the first pass of the line, which ``state`` is of.
+    planned: str = ""  #: Its time, and the feed rate that is reached.
     in_inches: bool = False  #: So its words are written, where ``state`` does not say it.
 
     @property

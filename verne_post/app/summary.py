@@ -163,12 +163,15 @@ def summarise(
     before, parts = _list_parts(plan)
     shaped = _summarise_shaper(plan)
     dwelling, standing = _measure_rests(plan)
-    feeds = reached = 0
+    feeds = reached = missed = 0
     used: set[int] = set()
     for begin, end in iterate_blocks(len(path)):
         feeding = path.feed_time[begin:end] > 0
         feeds += int(feeding.sum())
-        reached += int((feeding & plan.profiles.reached_segments[begin:end]).sum())
+        at_feed = plan.profiles.reached_segments[begin:end]
+        reached += int((feeding & at_feed).sum())
+        late = np.flatnonzero(feeding & ~at_feed)
+        missed = missed or (int(path.line[begin + late[0]]) if len(late) else 0)
         move = path.move[begin:end]
         used.update(find_used(moves.frame[move[move >= 0]]).tolist())
     lengths = list_tool_lengths(program)
@@ -198,6 +201,7 @@ def summarise(
         tolerance=(float(contour.tip_tolerance.max()), float(contour.axis_tolerance.max())),
         feed_segments=feeds,
         feed_reached=reached,
+        feed_missed=missed,
         start=tuple(float(value) for value in start),
         frames=tuple(systems),
         placed_systems=moves.placed_systems,

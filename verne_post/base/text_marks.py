@@ -4,6 +4,8 @@ from typing import Final
 
 _UTF16_MARKS: Final = (b"\xff\xfe", b"\xfe\xff")
 _UTF8_MARK: Final = b"\xef\xbb\xbf"
+#: The message about a file with bytes that UTF-8 does not have.
+NO_TEXT: Final = "it is no text in UTF-8 (an archive, a picture or a program, for example)"
 #: The message about a file in UTF-16.
 UTF16: Final = (
     "text in UTF-16; save it as UTF-8. The > of PowerShell writes UTF-16: "

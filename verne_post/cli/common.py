@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from verne_post.model.options import Options
 
 
+#: Endings of documents, which are no programs.
+_NO_PROGRAMS = frozenset((".md", ".rst", ".html", ".htm", ".pdf", ".docx"))
 #: How a program is called where its file collides with another.
 PROGRAM = "INPUT"
 #: A text of more bytes is not held in memory.
@@ -130,6 +132,9 @@ def read_program_text(
     from verne_post.config.subprograms import collect_subprograms
     from verne_post.model.findings import UsageError, make_input_error
 
+    if Path(name).suffix.lower() in _NO_PROGRAMS:
+        text = f"{show_name(name)} is no NC program: {Path(name).suffix} is a document; name a program (.nc, .mpf, .h)"
+        raise make_input_error("VP022", text)
     source = _read_text(files, name, options.max_megabytes)
     check_source_text(source, show_name(name))
     if source.startswith(b"t_s,"):

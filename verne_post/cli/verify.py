@@ -8,7 +8,7 @@ from typing import IO, TYPE_CHECKING, Any
 
 import click
 
-from verne_post.base.text_marks import UTF16, decode_text, is_utf16
+from verne_post.base.text_marks import NO_TEXT, UTF16, decode_text, is_utf16
 from verne_post.cli.colour import say
 from verne_post.cli.common import print_findings, quiet_option, read_program, refuse, require_positive
 from verne_post.cli.files import RunFiles, is_dash, show_name
@@ -136,7 +136,7 @@ def command(
         return refuse(name, error)
     except UnicodeDecodeError as error:
         raise click.UsageError(
-            f"{name} is {UTF16 if is_utf16(error.object) else f'no text in UTF-8: {error}'}"
+            f"{name} is {UTF16 if is_utf16(error.object) else f'no setpoint file: {NO_TEXT}'}"
         ) from None
     findings = (*found, *verdict.findings)
     status = find_exit_status(findings)

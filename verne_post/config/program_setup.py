@@ -253,7 +253,7 @@ def _describe_wrong_system(name: str) -> str:
     try:
         find_system(name)
     except ValueError as error:
-        return str(error)
+        return f"{error}{f'; write {name} = ... above the first [table] of the file' if name in OPTIONS else ''}"
     return ""
 
 

@@ -12,7 +12,14 @@ from verne_post.gcode.apt.run import OF_SUBPROGRAMS
 from verne_post.gcode.apt.translator import STATEMENTS as APT_STATEMENTS
 from verne_post.gcode.codes import RS274, CodeTable, describe_remap, spell_g_code
 from verne_post.gcode.klartext import vocabulary as klartext
-from verne_post.gcode.own_meanings import LETTERS, OF_EXPRESSIONS, OF_LANGUAGES, OF_VALUES, OWN_MEANINGS
+from verne_post.gcode.own_meanings import (
+    LETTERS_OF_KLARTEXT,
+    OF_EXPRESSIONS,
+    OF_LANGUAGES,
+    OF_NAMES,
+    OF_VALUES,
+    OWN_MEANINGS,
+)
 from verne_post.gcode.rs274.fanuc_codes import make_table
 from verne_post.gcode.siemens import vocabulary as siemens
 
@@ -60,22 +67,9 @@ _CODE: Final = re.compile(r"([GM])(\d+(?:\.\d+)?)")
 _HOLES: Final = ("G73", "G74", *(f"G{number}" for number in range(81, 90)))
 
 
-#: Names with a number of their own, and what they are.
-_VARIABLES: Final = (
-    (
-        re.compile(r"#\d+|#<.+>"),
-        "RS274/NGC, Fanuc: a parameter: see Parameters and expressions in docs/gcode.md, Variables in docs/fanuc.md",
-    ),
-    (re.compile(r"Q[LRS]?\d+"), "Klartext: a Q parameter, which Q1 = ... and FN set"),
-    (re.compile(r"R\d+"), "Siemens: an R parameter, which R1=... sets"),
-    (
-        re.compile(r"O(?:\d+|<.+>)"),
-        "RS274/NGC, Fanuc: a program or subprogram, or the label of an O word: see O words and subprograms in "
-        "docs/gcode.md",
-    ),
-)
-
-
+_AXIS_OF_KLARTEXT: Final = re.compile(r"(?<![A-Z\d_])I?[XYZABCUVW](?=[ \t]*[-+.\dQ])")
+#: A letter with a number, of which the number says nothing: T1, R1, #100.
+_LETTER_AND_NUMBER: Final = re.compile(r"^([A-FH-LN-Z#])\d+$")
 #: What the line above the kinds of PLANE says.
 _TOLD_ABOVE: Final = "tilts the work plane: "
 
@@ -98,10 +92,15 @@ def find_words_of(line: str, dialect: str) -> list[KnownWord]:
         for match in re.finditer(_make_pattern(name, language), code):
             begin, end = match.span()
             found[begin] = max(found.get(begin, (0, "")), (end, name))
+    candidates = [KnownWord(begin, end, name, texts[name]) for begin, (end, name) in found.items()]
+    if language == "Klartext":
+        # letters of axes before a value, which may be a parameter
+        axes = (match for match in _AXIS_OF_KLARTEXT.finditer(code) if match.start() not in found)
+        candidates += [KnownWord(*match.span(), match[0], LETTERS_OF_KLARTEXT[match[0]]) for match in axes]
     words: list[KnownWord] = []
-    for begin, (end, name) in sorted(found.items()):
-        if not words or begin >= words[-1].end:
-            words.append(KnownWord(begin, end, name, texts[name]))
+    for word in sorted(candidates):
+        if not words or word.begin >= words[-1].end:
+            words.append(word)
     return words
 
 
@@ -120,6 +119,8 @@ def _make_pattern(name: str, language: str) -> str:
         return rf"(?<![A-Z_$]){code[1]}[ \t]*0*{re.escape(code[2])}(?![\d.])"
     text = r"[ \t]+".join(map(re.escape, name.split()))
     after = r"(?=[ \t]*[=+\-.\d])" if len(name) == 1 else r"(?![A-Z\d_])"
+    if language == "Klartext" and name in ("Q", "QL", "QR", "QS"):  # elsewhere it is a value
+        after = r"(?=[ \t]*\d+[ \t]*=)"
     if language == "Klartext" and name in ("L", "C"):  # C+90 is an axis
         after = r"(?=[ \t]+[A-Z]|[ \t]*$)"
     return rf"(?<![A-Z\d_$]){text}{after}"
@@ -132,14 +133,18 @@ def describe_word(word: str) -> list[str]:
 
     Of an M code that none knows, which the builder of a machine may have, how a set-up gives it a meaning.
     """
-    name = " ".join(word.upper().split())
+    name = re.sub(r"^FN(?=\d)", "FN ", " ".join(word.upper().split()))
     texts = {
         language: f"{language}: {_describe(language, name, text, is_executed=is_executed)}"
         for language, known_word, text, is_executed in list_words()
         if known_word == name
     }
-    found = [f"RS274/NGC, Fanuc: {text}" for letter, text in LETTERS.items() if letter == name]
-    found += texts.values()
+    alone = _LETTER_AND_NUMBER.sub(r"\1", name)
+    for language, names in _list_names().items():
+        if language not in texts and (text := names.get(name, names.get(alone, ""))):
+            texts[language] = f"{language}: {_describe(language, alone, text, is_executed=True)}"
+    found = list(texts.values())
+    found += _describe_values(name)
     # what its tables have of it: names of values, and what may follow it
     found += [f"  {value}" for dialect in ("siemens", "heidenhain") for value in describe_values(name, dialect)]
     found += [
@@ -149,14 +154,17 @@ def describe_word(word: str) -> list[str]:
     ]
     if not found and _M_CODE.fullmatch(name):
         return [f"no meaning in any language here; {describe_remap(name)}"]
-    if not found:
-        found = [*_describe_values(name)] or [text for pattern, text in _VARIABLES if pattern.fullmatch(name)]
     # else a statement with words that its table lists
     return found or [
         f"{language}, {known_word}: {_describe(language, known_word, text, is_executed=is_executed)}"
         for language, known_word, text, is_executed in list_words()
         if name.startswith(f"{known_word} ") and re.search(rf"\b{re.escape(name[len(known_word) + 1 :])}\b", text)
     ]
+
+
+def _list_names() -> dict[str, Mapping[str, str]]:
+    """Letters and names that stand in no table of words, by language."""
+    return {**OF_NAMES, "Siemens": {**siemens.ADDRESSES, **OF_NAMES["Siemens"]}}
 
 
 def _describe_values(name: str) -> Iterator[str]:
@@ -167,7 +175,11 @@ def _describe_values(name: str) -> Iterator[str]:
     if name.startswith("Q") and name[1:].isdecimal():
         from verne_post.gcode.klartext.cycle_words import MACHINING, PATTERNS
 
-        numbers = [f"{cycle}" for cycle, (own, _defaults) in (MACHINING | PATTERNS).items() if int(name[1:]) in own]
+        numbers = [
+            f"{cycle}"
+            for cycle, (own, defaults) in (MACHINING | PATTERNS).items()
+            if int(name[1:]) in (*own, *defaults)
+        ]
         meaning = klartext.name_parameter(int(name[1:]))
         if numbers:
             yield f"Klartext: a value of CYCL DEF {', '.join(numbers)}{f': {meaning}' if meaning else ''}"
@@ -180,15 +192,20 @@ def _describe(language: str, name: str, text: str, *, is_executed: bool) -> str:
         is_general = language == "Fanuc" and section[1] not in _OWN_OF_FANUC
         return f"{section[1]} in {_PAGES['RS274/NGC' if is_general else language]}"
 
-    text = re.sub(r": below\b", f": see {_PAGES[language]}", _SECTION.sub(name_page, text))
+    of_language = OF_LANGUAGES.get(language, {}).get(name, "") if is_executed else ""
+    text, of_language = (
+        re.sub(r": below\b", f": see {_PAGES[language]}", _SECTION.sub(name_page, one)) for one in (text, of_language)
+    )
     if not is_executed:
         return f"not executed: {text}"
-    if own := OF_LANGUAGES.get(language, {}).get(name, ""):
-        return own + "".join(re.findall(r": see .*", text))
-    own = OWN_MEANINGS.get(name, "")
-    if not own:
-        return text
-    return f"{own}; {text}" if ":" in text else own  # else the group only lists what its words do
+    of_page = "".join(re.findall(r": see .*", text))
+    if of_language:
+        return of_language if ": see " in of_language else of_language + of_page
+    if own := OWN_MEANINGS.get(name, ""):
+        # its group lists what its words do; behind it stands what holds for all of them
+        _list, semicolon, rest = text.partition("; ")
+        return f"{own}{semicolon}{rest}" if semicolon else own + of_page
+    return text
 
 
 def find_cycle_value(line: str, column: int) -> KnownWord | None:
@@ -235,7 +252,7 @@ def describe_values(word: str, dialect: str) -> list[str]:
         values = ((name, OF_VALUES.get(name, "")) for name in _list_parameters().get(word, ()))
     else:
         needs, defaults = _list_q_parameters(word) if dialect == "heidenhain" else ((), {})
-        without = {number: f", {value:g} where it is not given" for number, value in defaults.items()}
+        without = {number: f"; {value:g} where it is not given" for number, value in defaults.items()}
         values = (
             (f"Q{number}", f"{klartext.name_parameter(number)}{without.get(number, '')}")
             for number in (*needs, *defaults)
@@ -287,17 +304,17 @@ def list_words() -> Iterator[tuple[str, str, str, bool]]:
         yield "APT", name, re.sub(r"^[A-Z/, -]+: |\.$", "", (method.__doc__ or "executed").split("\n")[0]), True
     yield from (("APT", name, "a subprogram, executed where CALSUB calls it", True) for name in OF_SUBPROGRAMS)
     yield from (("APT", name, "no effect: a remark of the CAM system", True) for name in apt.REMARKS)
-    yield from (("APT", name, "no effect", True) for name in apt.WITHOUT_EFFECT)
+    yield from (("APT", name, f"no effect: {apt.FOR_OTHERS}", True) for name in apt.WITHOUT_EFFECT)
     yield from (("APT", name, text, False) for name, text in apt.REFUSED_WORDS.items())
     for head, functions, is_executed in _TABLES_OF_NUMBERS:
         yield from (("Klartext", f"{head}{number}", text, is_executed) for number, text in functions.items())
 
 
 def _list_codes(table: CodeTable) -> Iterator[tuple[str, str, bool]]:
-    """Code, its group and what it does, or why it is refused, and whether it is executed."""
-    for group, codes in table.g_groups.items():
-        yield from ((spell_g_code(code), f"{group}: {text}", True) for code, text in codes.items())
-    for group, codes in table.m_groups.items():
-        yield from ((f"M{code}", f"{group}: {text}", True) for code, text in codes.items())
+    """Code, what it does, or why it is refused, and whether it is executed."""
+    for codes in table.g_groups.values():
+        yield from ((spell_g_code(code), text, True) for code, text in codes.items())
+    for codes in table.m_groups.values():
+        yield from ((f"M{code}", text, True) for code, text in codes.items())
     yield from ((spell_g_code(code), text, False) for code, text in table.refused_g.items())
     yield from ((f"M{code}", text, False) for code, text in table.refused_m.items())

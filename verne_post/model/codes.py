@@ -704,13 +704,6 @@ CODES: Final[dict[str, Code]] = _make_table(
         "Do not run the file. Convert the program again, and verify the new file.",
     ),
     (
-        "VP410",
-        "feed rate not reached",
-        "note",
-        "The programmed feed rate was not reached on some segments, because of an axis limit.",
-        "No action is needed; the summary says where and by how much.",
-    ),
-    (
         "VP411",
         "off the programmed path",
         "error",

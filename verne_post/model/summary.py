@@ -69,6 +69,8 @@ class Summary:
         Those of them between two motions of one line.
     feed_segments, feed_reached : int
         Segments with a feed rate, and those that reach it.
+    feed_missed : int
+        Line of the first that does not; 0 where all do.
     n_blended : int
         Corners that are rounded.
     dwell_time, stop_time : float
@@ -133,6 +135,7 @@ class Summary:
     stops_within: StopsWithin
     feed_segments: int
     feed_reached: int
+    feed_missed: int
     n_blended: int
     dwell_time: float
     stop_time: float

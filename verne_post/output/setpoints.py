@@ -74,6 +74,11 @@ def read_csv(
     header = stream.readline(_LONGEST_LINE).strip()
     if header != expected:
         shown = header if len(header) <= _SHOWN else header[:_SHOWN] + "..."
+        if not header:
+            raise make_input_error("VP020", f"the file is empty, expected the columns {expected!r}", file=name)
+        if "," not in header:
+            text = f"this is no setpoint file: its first line is {shown!r}, expected the columns {expected!r}"
+            raise make_input_error("VP020", text, file=name, file_line=1)
         text = f"the columns are {shown!r}, expected {expected!r}"
         joints = [[cell.partition("_")[0] for cell in line.split(",")] for line in (header, expected)]
         if joints[0] == joints[1]:

@@ -48,7 +48,8 @@ Facts = Sequence[tuple[str, str]]
 
 def list_remarks(summary: Summary) -> list[str]:
     """What a person must compare with the machine: tools, offsets, bodies."""
-    return [f"{key}: {text}" for key, text in (*_list_unchecked(summary), *_describe_setup(summary))]
+    slow = _describe_feed(summary) if summary.feed_reached < summary.feed_segments else ()
+    return [f"{key}: {text}" for key, text in (*_list_unchecked(summary), *slow, *_describe_setup(summary))]
 
 
 def format_summary(summary: Summary, added: Facts = ()) -> str:
@@ -366,6 +367,8 @@ def _describe_feed(summary: Summary) -> Facts:
         return []
     reach = "reaches" if summary.feed_reached == 1 else "reach"
     text = f"{summary.feed_reached} of {summary.feed_segments} feed moves {reach} the programmed feed rate"
+    if summary.feed_missed:
+        text += f"; line {summary.feed_missed} is the first that does not"
     slow = summary.verification.slow if summary.verification is not None else {}
     if slow:
         longest = sorted(slow.items(), key=lambda item: -item[1])[:_REASONS]
@@ -558,10 +561,13 @@ def _describe_manual_stops(summary: Summary) -> Facts:
         f"between the {len(summary.parts)} parts into which the file is cut: ": [],
         "at the end: ": [],
     }
-    heads = list(groups)
+    heads, loaded = list(groups), ""
     for event in stops:
         head = heads[1 if id(event) in between else 2 if id(event) in last else 0]
         tool = f"load {describe_tool(event)}" if event.kind == "tool" else ""
+        if tool and tool == loaded and head == heads[0]:
+            continue  # it is in the spindle already
+        loaded = tool or loaded
         what = tool or forms[event.kind].format(**event.data)
         groups[head].append(f"{what} (line {event.line}{_name_block(summary, event.line)})")
     return [("operator", head + "; ".join(texts)) for head, texts in groups.items() if texts]

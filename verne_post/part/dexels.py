@@ -287,8 +287,13 @@ class Dexels:
 
     def _add_places(self) -> None:
         """Room for twice as many intervals of each ray."""
-        empty = np.full(self.low.shape, NOWHERE)
-        self.low, self.high = np.concatenate([self.low, empty], axis=2), np.concatenate([self.high, -empty], axis=2)
+        places = self.low.shape[2]
+        shape = *self.low.shape[:2], 2 * places
+        for name, nowhere in (("low", NOWHERE), ("high", -NOWHERE)):
+            # one at a time and without others beside: a large stock has gigabytes of them
+            more = np.empty(shape)
+            more[..., :places], more[..., places:] = getattr(self, name), nowhere
+            setattr(self, name, more)
 
     def _describe(self) -> tuple[Array, Array, Array]:
         return self.low, self.high, self.cell

@@ -6,22 +6,14 @@ import numpy as np
 from msgspec import Struct
 
 from verne_post.app.assemble import Program
+from verne_post.app.line_facts import AT_FEED, RATES, RowLimits
 from verne_post.base.arrays import Array, Ints, Mask
-from verne_post.base.units import ROTARY_METRIC_MM
 from verne_post.report.table import Governing
 
-#: What governs where no limit of a joint does.
-OTHERS: Final = ("programmed feed", "no limit near", "standstill")
-#: A row at this share of the programmed feed is at the feed: motion profiles approach it from below.
-AT_FEED: Final = 0.99
 #: So many bands of equal width are the shares of the programmed feed; what is at the feed is a band of its own.
 FEED_BANDS: Final = 10
 #: How much higher a limit is imagined, to say what that would win.
 HIGHER: Final = 1.2
-#: Below this share of every limit none of them holds the motion back.
-_NEAR_SHARE: Final = 0.1
-#: Velocity, acceleration and jerk grow by the first, second and third power of the speed along a path.
-_RATES: Final = {"velocity": 1, "acceleration": 2, "jerk": 3}
 
 
 class Spent(Struct, frozen=True, eq=False):
@@ -42,15 +34,10 @@ class GoverningLimits:
     """Takes the rows of a program block by block; n_frames stretches, each from a frame to the next."""
 
     def __init__(self, program: Program, cycle: float, n_frames: int) -> None:
-        machine, options, contour = program.machine, program.options, program.contour
-        factor = np.abs([column.factor for column in machine.columns])
-        self._limits = {name: getattr(machine.limits, name) * factor for name in _RATES}
-        self._power = np.repeat([*_RATES.values()], len(factor)).astype(float)
-        self._cycle, feeds = cycle, contour.feeds
-        self._rate, self._cap = feeds.rate * options.override, feeds.cap * options.override
-        self._by_tip = feeds.by_tip
-        self._contour = contour
-        self._names = (*(f"{name} of {column.joint}" for name in _RATES for column in machine.columns), *OTHERS)
+        self._row_limits = RowLimits(program)
+        n_joints = len(program.machine.columns)
+        self._power = np.repeat([*RATES.values()], n_joints).astype(float)
+        self._cycle, self._contour, self._names = cycle, program.contour, self._row_limits.names
         k = len(self._names)
         self._seconds, self._lost_from = np.zeros((n_frames, k)), np.zeros(n_frames)
         self._rapid, self._lost, self._won, self._at_stops = np.zeros(k), np.zeros(k), np.zeros(k), np.zeros(k)
@@ -77,17 +64,9 @@ class GoverningLimits:
             The programmed speed, and where the seconds go. A row stands for the time since the row before it; the first
             row of the program stands for none.
         """
-        rate, by_tip = self._rate[segment], self._by_tip[segment]
-        feeding = np.isfinite(rate)
-        # where the feed rate is a time, progress counts: tip and table together, as metric length has them
-        along = np.where(by_tip, speed, np.hypot(speed, ROTARY_METRIC_MM * turning))
-        share = np.where(feeding, along / np.where(feeding, np.where(by_tip, rate, self._cap[segment]), 1.0), 0.0)
-        shares = np.concatenate([np.abs(rates[name]) / self._limits[name] for name in _RATES], axis=1)
-        nearest = shares.argmax(axis=1)
-        feed, shape, rest = range(shares.shape[1], len(self._names))
-        nearest[shares.max(axis=1) < _NEAR_SHARE] = shape
-        nearest[share >= AT_FEED] = feed
-        nearest[~np.asarray(rates["velocity"]).any(axis=1)] = rest
+        row = self._row_limits.measure(segment, speed, turning, rates)
+        rate, feeding, share, nearest = self._row_limits.rate[segment], row.feeding, row.share, row.nearest
+        feed, shape, rest = range(row.shares.shape[1], len(self._names))
         seconds = np.full(len(segment), self._cycle)
         if self._section < 0:
             seconds[0] = 0.0
@@ -100,7 +79,7 @@ class GoverningLimits:
         standing = nearest == rest
         in_rapids = seconds * (~feeding & ~standing)
         self._rapid += np.bincount(nearest, in_rapids, k)
-        self._won += np.bincount(nearest, seconds * self._estimate_won(nearest, shares, share), k)
+        self._won += np.bincount(nearest, seconds * self._estimate_won(nearest, row.shares, share), k)
         band = np.where(share >= AT_FEED, FEED_BANDS, np.minimum(share * FEED_BANDS, FEED_BANDS - 1))
         moving = feeding & ~standing
         self._reached += np.bincount(band[moving].astype(np.int64), seconds[moving], FEED_BANDS + 1)

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from verne_post.app.assemble import Program, assemble
 from verne_post.app.convert import convert_program
+from verne_post.app.line_facts import RATES
 from verne_post.app.machined import place_on_table
 from verne_post.app.result import Progress, Result, refuse_program
 from verne_post.base.arrays import Array, Ints, Mask
@@ -38,7 +39,6 @@ from verne_post.toolpath.margins import list_margin_functions
 FRAMES: Final = 2000
 #: Points of each element of a program that is refused, ends included.
 _ELEMENT_POINTS: Final = 9
-_RATES: Final = ("velocity", "acceleration", "jerk")
 #: Cosine of the angle within which a spindle lies along a direction: never along two at right angles.
 ALONG: Final = 0.9
 
@@ -86,7 +86,7 @@ def _study_rows(source: Text, program: Program, result: Result, values: Array, l
     for first, last in iterate_blocks(n):
         row = np.arange(first, last)
         recent = values[np.maximum(np.arange(first - 3, last), 0)]
-        rates = {name: np.diff(recent, k, axis=0)[3 - k :] / cycle**k for k, name in enumerate(_RATES, start=1)}
+        rates = {name: np.diff(recent, k, axis=0)[3 - k :] / cycle**k for name, k in RATES.items()}
         of, q = segment[first:last], recent / factor
         length = path.tool_length[of]
         tip, angles, ok = machine.five_axis.find_nominal_pose(q[3:], length)

@@ -51,7 +51,7 @@ class Trail(Struct, frozen=True, eq=False):
 class Governing(Struct, frozen=True, eq=False):
     """Which limit is nearest at each moment, and what it costs against the programmed feed rate."""
 
-    #: k of them: "velocity of rho1", ..., then those of :data:`verne_post.report.governing.OTHERS`.
+    #: k of them: "velocity of rho1", ..., then those of :data:`verne_post.app.line_facts.OTHERS`.
     names: tuple[str, ...]
     of_frame: Ints  #: (n,): The one that governs most rows from each frame to the next.
     #: (n,): Seconds that feed moves take longer from each frame to the next than at the programmed feed rate.
@@ -66,7 +66,7 @@ class Governing(Struct, frozen=True, eq=False):
     #: :data:`verne_post.report.governing.HIGHER`: an estimate from each row by itself.
     won: Array
     #: (b,): Seconds of feed moves by the share of the programmed feed rate that they reach: bands of equal width,
-    #: and last those at the feed rate (:data:`verne_post.report.governing.AT_FEED`), which belong to no other
+    #: and last those at the feed rate (:data:`verne_post.app.line_facts.AT_FEED`), which belong to no other
     #: band.
     reached: Array
 

@@ -6,11 +6,12 @@ from typing import Final
 
 import numpy as np
 
+from verne_post.app.line_facts import AT_FEED
 from verne_post.base.numbers import format_fixed
 from verne_post.model.machine import Machine
 from verne_post.model.moves import name_tools
 from verne_post.model.part_setup import spell_tool_word
-from verne_post.report.governing import AT_FEED, FEED_BANDS, HIGHER
+from verne_post.report.governing import FEED_BANDS, HIGHER
 from verne_post.report.markup import Row, escape_text, write_table
 from verne_post.report.table import Governing, Operation, Study
 

@@ -16,13 +16,15 @@ class FindingCollector:
         self._header_lines = header_lines
         # findings, the checks that found them, and how many rows these found
         self._kept: dict[tuple[str, object], tuple[Finding, object, int]] = {}
+        # of those that say how far rows are off: the row that is worst, how far, and in what unit
+        self._worst: dict[tuple[str, object], tuple[int, float, str]] = {}
 
     @property
     def findings(self) -> list[Finding]:
         """The first finding of each kind; its ``count`` says in how many blocks of rows it occurred."""
         return [
-            replace(finding, message=f"{finding.message}{_name_first(rows)}")
-            for finding, _check, rows in self._kept.values()
+            replace(finding, message=f"{finding.message}{self._name_rows(kind, rows)}")
+            for kind, (finding, _check, rows) in self._kept.items()
         ]
 
     def add(
@@ -33,14 +35,19 @@ class FindingCollector:
         row: int | None = None,
         rows: int = 0,
         check: object = None,
+        worst: tuple[int, float, str] | None = None,
         **more: object,
     ) -> None:
         """Keep a finding about a source line, or count it when its code and ``axis`` are known already.
 
         ``row`` is the first that it is about, and ``rows`` how many there are: those of another ``check`` are not added
-        to those of the first. Line 0 is none of the program.
+        to those of the first. ``worst`` is the row that is off most, how far, and the unit of that. Line 0 is none of
+        the program.
         """
         kind = (code, more.get("axis"))
+        same = kind not in self._kept or self._kept[kind][1] == check
+        if worst is not None and same and (kind not in self._worst or worst[1] > self._worst[kind][1]):
+            self._worst[kind] = worst
         if kind in self._kept:
             finding, first, before = self._kept[kind]
             more_rows = rows if check == first else 0
@@ -56,9 +63,16 @@ class FindingCollector:
         """Add to the findings of a code why they may be."""
         for kind, (finding, check, rows) in self._kept.items():
             if kind[0] == code:
-                self._kept[kind] = replace(finding, message=f"{finding.message}{_name_first(rows)}; {reason}"), check, 0
+                self._kept[kind] = (
+                    replace(finding, message=f"{finding.message}{self._name_rows(kind, rows)}; {reason}"),
+                    check,
+                    0,
+                )
 
-
-def _name_first(rows: int) -> str:
-    """Where there are more: the values of a finding are those of its first row, not the worst."""
-    return f" (the first of {format_count(rows, 'row')})" if rows > 1 else ""
+    def _name_rows(self, kind: tuple[str, object], rows: int) -> str:
+        """Where there are more: the values of a finding are those of its first row, and these are the worst."""
+        if rows <= 1:
+            return ""
+        worst = self._worst.get(kind)
+        more = "" if worst is None else f"; the worst is row {worst[0]}: {worst[1]:.4g} {worst[2]}"
+        return f" (the first of {format_count(rows, 'row')}{more})"

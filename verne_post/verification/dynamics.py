@@ -78,6 +78,7 @@ class DynamicsCheck:
                 column, row = columns[joint], int(rows[0])
                 unit = f"{column.unit}/s{order + 1}" if order else f"{column.unit}/s"
                 times = format_beyond(size[row] / limit[joint], ratio)
+                top = int(size.argmax())
                 text = f"the {DERIVATIVES[order]} of joint {column.joint} is {times} times its limit of "
                 text += f"{limit[joint]:.15g} {unit}"
                 if lines is None:
@@ -88,6 +89,7 @@ class DynamicsCheck:
                     self._last_line if lines is None else int(lines[row]),
                     min(first + row, self._last_row),
                     0 if lines is None else len(rows),
+                    worst=(min(first + top, self._last_row), float(size[top] / limit[joint]), "times its limit"),
                     axis=column.joint,
                     value=float(size[row]),
                     limit=float(limit[joint]),

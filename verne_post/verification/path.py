@@ -1,5 +1,7 @@
 """The path: how far tip, tool axis and rotary angle of each row are from the programmed segment."""
 
+from typing import Final
+
 import numpy as np
 
 from verne_post.base.arrays import Array, Ints
@@ -11,6 +13,10 @@ from verne_post.verification.deviation import measure_deviation
 from verne_post.verification.programmed import find_tool_axis
 from verne_post.verification.reference import Reference
 from verne_post.verification.rows import MeasuredRows
+
+#: Why nearly all rows of a file may be off, and what share of them that is.
+OTHER_ROWS: Final = "nearly no row fits: these are rows of another program, or were made with other options or set-up"
+_NEARLY_ALL: Final = 0.9
 
 
 class PathCheck:
@@ -25,9 +31,10 @@ class PathCheck:
         self.reference, self.findings = reference, findings
         #: tip_deviation, axis_deviation: The largest so far, mm and rad.
         self.tip_deviation, self.axis_deviation = 0.0, 0.0
-        # the least and greatest x, y, z of vectors from places of the program to rows that should be there
-        self._aside: tuple[Array, Array] | None = None
-        self._is_complete = False
+        # vectors (n, 3) from places of the program, where it stands, to rows that should be there
+        self._aside: list[Array] = []
+        # rows so far, and those that are off their segment
+        self._n, self._n_off = 0, 0
 
     def check(self, rows: MeasuredRows) -> None:
         """Check the next rows."""
@@ -36,36 +43,29 @@ class PathCheck:
         self.tip_deviation = max(self.tip_deviation, float(off.tip.max()))
         self.axis_deviation = max(self.axis_deviation, float(off.axis.max()))
         every = np.arange(len(rows.item))
+        self._n, self._n_off = self._n + len(every), self._n_off + int((~off.within).sum())
         self._compare(rows, every, "tip", "mm", off.tip, off.tip_bound)
         self._compare(rows, every, "tool axis", "deg", off.axis / RAD_PER_DEG, angle_bound)
         self._compare(rows, every, "rotary angle", "deg", off.rotary / RAD_PER_DEG, angle_bound)
         self._check_standing(rows)
-        if rows.item[-1] == len(self.reference.items.segment) - 1:
-            self._is_complete = self._aside is not None
-            self._widen_aside(rows.pose.tip[-1:] - self.reference.path.end[-1, :3])
+        if rows.item[-1] == len(self.reference.items.segment) - 1 and rows.line[-1]:
+            self._aside.append(rows.pose.tip[-1:] - self.reference.path.end[-1, :3])
 
     def finish(self) -> None:
-        """Say where all of the file is off by one vector: nothing is wrong with its rows."""
-        if self._aside is None or not self._is_complete:
-            return
-        least, most = self._aside
-        bound = self.reference.exact_bounds[0]
-        if (most - least).max() <= bound < measure_rows(0.5 * (least + most)[None])[0] - bound:
-            vector = " ".join(
-                f"{axis}{format_fixed(value, 3)}" for axis, value in zip("XYZ", 0.5 * (least + most), strict=True)
-            )
+        """Say by which vector the tip is off where the program stands: nothing is wrong with such rows."""
+        bound, vectors = self.reference.exact_bounds[0], np.concatenate([np.empty((0, 3)), *self._aside])
+        usual = np.median(vectors, axis=0) if len(vectors) > 1 else np.zeros(3)
+        alike = int((np.abs(vectors - usual) <= bound).all(axis=1).sum())
+        if measure_rows(usual[None])[0] > 2.0 * bound and 2 * alike > len(vectors):
+            vector = " ".join(f"{axis}{format_fixed(value, 3)}" for axis, value in zip("XYZ", usual, strict=True))
+            where = "at every standstill" if alike == len(vectors) else f"at {alike} of {len(vectors)} standstills"
             reason = (
-                f"the file is off by {vector} mm on the table from its first row to its last: was it made with another "
-                "work offset, tool length or set-up?"
+                f"the tip is off by {vector} mm on the table {where}: the rows were made with another work offset, "
+                "tool length or set-up"
             )
             self.findings.explain("VP411", reason)
-
-    def _widen_aside(self, vectors: Array) -> None:
-        """Let the box of vectors reach to these (n, 3), mm."""
-        least, most = vectors.min(axis=0), vectors.max(axis=0)
-        if self._aside is not None:
-            least, most = np.minimum(least, self._aside[0]), np.maximum(most, self._aside[1])
-        self._aside = least, most
+        elif self._n_off > _NEARLY_ALL * self._n:
+            self.findings.explain("VP411", OTHER_ROWS)
 
     def _check_standing(self, rows: MeasuredRows) -> None:
         """Check the rows of dwells, and the first row after each standstill: that of the standstill itself."""
@@ -75,7 +75,9 @@ class PathCheck:
         if not len(row):
             return
         pose, some = self.reference.find_standing_poses(rows.item[row]), rows.pose.select(row)
-        self._widen_aside(some.tip - pose[:, :3])
+        # of a dwell its first row; an approach begins and ends at places of the machine
+        begins = np.flatnonzero((rows.line[row] > 0) & np.isin(row, rows.entered_rows))
+        self._aside.append((some.tip - pose[:, :3])[begins])
         tip_bound, angle_bound = (np.full(len(row), bound) for bound in self.reference.exact_bounds)
         where = "the place of the standstill"
         self._compare(rows, row, "tip", "mm", measure_rows(some.tip - pose[:, :3]), tip_bound, where)
@@ -96,7 +98,7 @@ class PathCheck:
         """Report the first of rows (n,) whose deviation (n,) exceeds its bound (n,) or is no number."""
         bad = np.flatnonzero(~(off <= bound))
         if len(bad):
-            first = int(bad[0])
+            first, worst = int(bad[0]), int(bad[np.argmax(off[bad])])
             line = int(rows.line[row[first]])
             self.findings.add(
                 "VP411",
@@ -106,6 +108,7 @@ class PathCheck:
                 rows.first + int(row[first]),
                 len(bad),
                 (name, where),
+                (rows.first + int(row[worst]), float(off[worst]), unit),
                 value=float(off[first]),
                 limit=float(bound[first]),
                 unit=unit,

@@ -6,7 +6,7 @@ It is handed the programmed segments as data and the forward kinematics as a fun
 import math
 from collections.abc import Iterable
 from dataclasses import replace
-from typing import Protocol
+from typing import Final, Protocol
 
 from msgspec import Struct
 
@@ -21,9 +21,12 @@ from verne_post.verification.collector import FindingCollector
 from verne_post.verification.completeness import CompletenessCheck
 from verne_post.verification.dynamics import DynamicsCheck
 from verne_post.verification.feed import FeedCheck
-from verne_post.verification.path import PathCheck
+from verne_post.verification.path import OTHER_ROWS, PathCheck
 from verne_post.verification.reference import Reference, build_reference
 from verne_post.verification.rows import Forward, LostPath, MeasuredRows, RowMatcher
+
+#: Rows of another program are lost before this share of them.
+_FEW_FOLLOWED: Final = 0.1
 
 
 class MeasuredBlock(Struct, frozen=True, eq=False):
@@ -149,7 +152,7 @@ class _MotionPart:
         self._between = BetweenRowsCheck(reference, self._findings)
         self._feed = FeedCheck(reference, self._findings)
         self._result = Verification()
-        self._lost = False
+        self._lost: LostPath | None = None
 
     def check(self, measured: MeasuredBlock) -> None:
         block, lost = measured.block, measured.lost
@@ -166,7 +169,7 @@ class _MotionPart:
             self._between.check(rows)
             self._feed.check(rows, nearest[first : first + len(rows.item)])
         if lost is not None:
-            self._lost = True
+            self._lost = lost
             self._findings.add(lost.code, lost.text, int(block.line[lost.row]), block.first + lost.row)
 
     def finish(self) -> Verification:
@@ -175,9 +178,11 @@ class _MotionPart:
             self._findings.add("VP412", "the file has no rows", None)
         else:
             self._dynamics.finish(result.n_rows)
-            if not self._lost:
+            if self._lost is None:
                 self._completeness.finish(self._matcher.last)
                 self._feed.blocks.finish(self._matcher.last, result.n_rows)
+            elif result.n_followed < _FEW_FOLLOWED * result.n_rows:
+                self._findings.explain(self._lost.code, OTHER_ROWS)
         self._check_axis_error()
         result.velocity_ratio, result.acceleration_ratio, result.jerk_ratio = (
             worst / limit for worst, limit in zip(self._dynamics.worst, self._derivative_limits, strict=True)

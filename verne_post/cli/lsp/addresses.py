@@ -14,7 +14,7 @@ from verne_post.base.program_lines import find_word, remove_remarks
 from verne_post.gcode.codes import CYCLES
 from verne_post.gcode.klartext.vocabulary import name_parameter
 from verne_post.gcode.machining.state import State, name_unit_of_speed
-from verne_post.gcode.own_meanings import LETTERS, OF_LETTERS
+from verne_post.gcode.own_meanings import LETTERS, LETTERS_OF_KLARTEXT, OF_LETTERS
 from verne_post.gcode.rs274.macro_text import number_argument
 from verne_post.gcode.siemens.vocabulary import ADDRESSES
 from verne_post.model.machine import Machine
@@ -44,29 +44,6 @@ _REPEATED: Final = re.compile(r"(\d+)(\d{4})")
 _CYCLES: Final = tuple(f"G{code // 10}" for code in CYCLES)
 _IS_NUMBER: Final = re.compile(r"[-+]?[\d.]+")
 _PARAMETER: Final = re.compile(r"#<[^<>]*>|#\d+")
-_KLARTEXT: Final[Mapping[str, str]] = {
-    **dict.fromkeys("XYZABCUVW", "where an axis goes"),
-    **{f"I{letter}": "by how much an axis goes" for letter in "XYZABCUVW"},
-    "F": "feed rate",
-    "S": "spindle speed",
-    "R": "radius",
-    "TOOL CALL": "loads a tool; its length holds at once",
-    "TOOL DEF": "names the next tool, or gives its length and radius",
-    "DL": "added to the length of the tool",
-    "DR": "added to the radius of the tool",
-    "DR+": "arc counter-clockwise",
-    "DR-": "arc clockwise",
-    "ROT": "rotation about Z of the active datum, degrees",
-    "SCL": "factor of all lengths",
-    "PR": "radius about the pole",
-    "PA": "angle about the pole",
-    "IPA": "by what angle, about the pole",
-    **{f"SP{letter}": f"angle of the plane about {axis}, degrees" for letter, axis in zip("ABC", "XYZ", strict=True)},
-    "DIST": "how far before the tip the point is that stays on the part, mm",
-    "LBL": "label: a subprogram ends at LBL 0",
-    "REP": "how often a section runs again",
-    "MB": "how far M140 or a turn of the table retracts",
-}
 _TEXT: Final = r"\"[^\"]*\""
 _POINT: Final = r"\.?"
 _NUMBER: Final = rf"[-+]?(?:\d+{_POINT}\d*|\.\d+)"
@@ -242,7 +219,7 @@ def _find_meaning(name: str, dialect: str) -> str:
     if dialect == "siemens":
         return ADDRESSES.get(name, "")
     if dialect == "heidenhain":
-        return name_parameter(int(name[1:])) if re.fullmatch(r"Q\d+", name) else _KLARTEXT.get(name, "")
+        return name_parameter(int(name[1:])) if re.fullmatch(r"Q\d+", name) else LETTERS_OF_KLARTEXT.get(name, "")
     return LETTERS.get(name, "")
 
 

@@ -17,7 +17,7 @@ from verne_post.app.assemble import build_interpreter_setup, find_state_if_execu
 from verne_post.app.convert import Inspection, check_and_keep
 from verne_post.app.explain import look_at_line
 from verne_post.app.explain_line import describe_modes, describe_pose
-from verne_post.app.line_facts import LineFacts, measure_lines
+from verne_post.app.line_facts import LineFacts, describe_feed, describe_time, measure_lines
 from verne_post.app.line_remedies import Line
 from verne_post.app.plan import Tell
 from verne_post.app.result import Progress, Result, refuse_program
@@ -280,7 +280,8 @@ class Inspector:
         if variable and not is_name and (of_variable := describe_variable(variable, state, dialect)):
             said.append(f"**{variable}**: {of_variable}{passes}")
         if address is not None and about:
-            if address.name == "F" and (reached := _describe_feed(found, line)):
+            plan = found.made.plan
+            if address.name == "F" and plan is not None and (reached := describe_feed(plan, line)):
                 about += f"; {reached}"
             said.append(f"**{text[address.begin : address.end]}**: {about}{passes}")
         if not said:
@@ -345,25 +346,13 @@ def _name_files(findings: Iterable[Finding]) -> tuple[Finding, ...]:
     return tuple(item if item.file is None else replace(item, file=os.path.abspath(item.file)) for item in findings)
 
 
-def _describe_feed(found: Inspected, line: int) -> str:
-    """Whether the feed rate of a line is reached; empty without a plan, and where nothing moves at a feed rate."""
-    plan = found.made.plan
-    if plan is None:
-        return ""
-    path = plan.program.path
-    feeds = (path.line == line) & (path.feed_time > 0)
-    if not feeds.any():
-        return ""
-    return f"the feed rate is {'reached' if plan.profiles.reached_segments[feeds].all() else 'not reached'}"
-
-
 def _describe_time(found: Inspected, line: int) -> str:
-    """``0.532 s; the feed rate is reached, fastest tip 2400 mm/min``."""
-    facts = found.measure()
-    at = None if facts is None else facts.find(line)
-    if facts is None or at is None:
-        return "no time: the program is refused" if found.made.plan is None else "less than a control cycle"
-    reached = _describe_feed(found, line)
-    nearest = f"nearest limit: {facts.names[facts.nearest[at]]}, {100 * facts.margin[at]:.0f} % left"
-    tip = f"fastest tip {60 * facts.speed[at]:.0f} mm/min"
-    return f"**{facts.seconds[at]:.3f} s**; {f'{reached}, ' if reached else ''}{tip}; {nearest}"
+    """``0.532 s; the feed rate is reached; fastest tip 2400 mm/min; nearest limit``."""
+    facts, plan = found.measure(), found.made.plan
+    if facts is None or plan is None:
+        return "no time: the program is refused"
+    at, (seconds, _, rest) = facts.find(line), describe_time(plan, facts, line).partition("; ")
+    if at is None:
+        return seconds
+    nearest = f"nearest limit of position: {facts.names[facts.nearest[at]]}, {100 * facts.margin[at]:.0f} % left"
+    return f"**{seconds}**; {rest}; {nearest}"

@@ -36,6 +36,8 @@ WITHOUT_EFFECT: Final = (
     "NOPOST",
     "FLUSH",
 )
+#: What they are.
+FOR_OTHERS: Final = "it is for the display of a CAM system, or for another post-processor"
 #: Descriptions of tools leave words out between two commas.
 MAY_HAVE_GAPS: Final = frozenset((*REMARKS, *WITHOUT_EFFECT, "TOOLNO"))
 
