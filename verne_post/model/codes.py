@@ -61,7 +61,7 @@ CODES: Final[dict[str, Code]] = _make_table(
         "missing word",
         "error",
         "A code needs a word that is not in its block. As a warning: a cycle of Klartext lacks its first line or its "
-        "second one, such as CYCL DEF 10.0 or 10.1, or BLK FORM has no 0.2.",
+        "second one, such as CYCL DEF 10.0 or 10.1, BLK FORM has no 0.2, or G68.2 or CYCLE800 has no angles.",
         "",
     ),
     (
