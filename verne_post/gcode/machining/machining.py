@@ -673,7 +673,7 @@ class Machining:
         if compensation is not None and turning is not None:
             raise ProgramError(
                 "VP026",
-                f"{AXES[turning]} turns under {compensation.describe()}: the contour is plane; write "
-                f"{compensation.end_word} first",
-                edits=write_before(compensation.end_word),
+                f"{AXES[turning]} turns under {compensation.describe()}: the contour is plane; "
+                f"{compensation.explain_end()}",
+                edits=compensation.list_ends(),
             )

@@ -160,7 +160,9 @@ class FanucPlanes:
                 raise block.error("VP006", f"G68.2 P{kind} does not use {letter}", letter)
         if kind in (0, 1, 4) and not block.words.keys() & set("IJK"):
             column = next((at for letter, value, at in block.codes if (letter, value) == ("G", 68.2)), None)
-            text = "G68.2 without I, J, K: its angles are 0, and the plane is not tilted; write them, or 0 if it is meant"
+            text = (
+                "G68.2 without I, J, K: its angles are 0, and the plane is not tilted; write them, or 0 if it is meant"
+            )
             self.recorder.warn("VP005", text, block.line, column, "warning")
         i, j, k = (block.words.get(letter, 0.0) for letter in "IJK")
         if kind == 0:
