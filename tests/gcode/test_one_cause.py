@@ -649,8 +649,8 @@ HEADS = {
      "it to one of them, or give tool_length=MM where the program has one tool; did you mean 1?")),
     ("siemens", "FOR I=1 TO 3\nX5\nENDFOR", ("VP025", 5, "I is not defined; write DEF REAL I at the beginning")),
     # contradicting M codes, in each language as in RS274/NGC
-    ("fanuc", "G68.2 X0. Y9. Z60. A0. B20. C0.\nG53.1\nG0 X0. Y0. Z9.\nG69", ("VP006", 20, "the angles of G68.2 are I, J "
-     "and K, about Z, about X, and about Z again; write I0. J20. K0. in place of A0. B20. C0.")),
+    ("fanuc", "G68.2 X0. Y9. Z60. A0. B20. C0.\nG53.1\nG0 X0. Y0. Z9.\nG69", ("VP006", 20, "the angles of G68.2 are I, "
+     "J and K, about Z, about X, and about Z again; write I0. J20. K0. in place of A0. B20. C0.")),
     ("fanuc", "G68.2 P1 X0. Y9. Z60. C[1-1] B20.\nG69", ("VP006", 23, "the angles of G68.2 are I, J and K; write J, K "
      "in place of B, C")),
     ("fanuc", "G68.2 X0. Y9. Z60. I0. B20.\nG69", ("VP006", 24, "G68.2 does not use B")),

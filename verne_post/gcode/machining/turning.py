@@ -204,7 +204,8 @@ def warn_of_late_tcp(core: Machining, cut: int, line: int, code: str) -> None:
     if is_tilted and not any(item.code == "VP037" for item in core.recorder.warnings.values()):
         text = (
             f"X Y Z cut at {AXES[tilt]}{angle:.6g} before {code} of line {line}: they count in the directions of "
-            f"the machine there; write {code} before this cut, and before the table tilts, if places of the part are meant"
+            f"the machine there; write {code} before this cut, and before the table tilts, if places of the part are "
+            "meant"
         )
         core.recorder.warn("VP037", text, cut, None)
 

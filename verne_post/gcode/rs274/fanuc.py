@@ -113,7 +113,8 @@ _BARE_ARCS: Final = (
 _MACRO: Final = re.compile(
     r"\s*(?:/\s*)?(?:N\s*\d+\s*)?(?:\([^)]*\)\s*)*(?:IF|WH|GO|DO|EN|TH|EL|POPEN|PCLOS|DPRNT|BPRNT|SETVN)", re.IGNORECASE
 )
-#: Calls of macros, G51, G68.2: what the words of their blocks do not say; nor do they whether the time P has a decimal point.
+#: Calls of macros, G51, G68.2: what the words of their blocks do not say; nor do they whether the time P has a decimal
+#: point.
 _BY_TEXT: Final = (51.0, 65.0, 66.0, 68.2)
 _TIME: Final = re.compile(r"\([^)]*\)|;.*|(?<![A-Z])(P)[ \t]*[-+]?[0-9 \t]*\.", re.IGNORECASE)
 _FACTOR: Final = re.compile(r"(?<![A-Z])[PIJK][ \t]*[-+]?[ \t]*(?:[0-9 \t]*\.|[#\[])", re.IGNORECASE)
