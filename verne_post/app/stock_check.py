@@ -64,8 +64,8 @@ def settle_stock(program: Program, joints: JointPath, found: list[Finding]) -> l
     out = next((one for one in found if one.severity == "error" and find_family(one.code) == Family.POSITION), None)
     if out is not None and count_spans(joints, last).sum() > MOST_OF_REFUSED:
         text = (
-            f"contact with {box.name} is not computed: line {out.line} is out of limits ({out.code}), and the motion is "
-            f"long; mend line {out.line} first"
+            f"contact with {box.name} is not computed: line {out.line} is out of limits ({out.code}), and the motion "
+            f"is long; mend line {out.line} first"
         )
         lines = {"line": open_[0].line, "last_line": open_[0].line, "worst_line": open_[0].line}
         undecided = make_finding("VP216", text, severity="warning", **lines)
