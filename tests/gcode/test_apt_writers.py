@@ -113,7 +113,7 @@ EXECUTED = {
     "CIRCLE": ("CIRCLE/5,0,9,0,0,1,5\nGOTO/10,0,9", [(2, 10, 0, 9)]),
     "INDIRV": ("INDIRV/0,1,0\nTLON,GOFWD/(CIRCLE/5,0,9,5),ON,(LINE/5,0,9,5,5,9)", [(2, 5, 5, 9)]),
     "TLON": ("INDIRV/0,-1,0\nTLON,GOFWD/(CIRCLE/5,0,9,5),ON,2,INTOF,(LINE/5,0,9,5,5,9)", [(2, 5, 5, 9)]),
-    "CYCLE": ("CYCLE/DRILL,DEPTH,5,CLEAR,1\nGOTO/4,0,0\nCYCLE/OFF", [(0, 4, 0, 1), (1, 4, 0, -5), (0, 4, 0, 1)]),
+    "CYCLE": ("CYCLE/DRILL,DEPTH,5,CLEAR,1\nGOTO/4,0,0\nCYCLE/OFF", [(0, 4, 0, 9), (0, 4, 0, 1), (1, 4, 0, -5), (0, 4, 0, 1)]),
     "TRACUT": ("TRACUT/1,0,0,5,0,1,0,0,0,0,1,0\nGOTO/1,2,3", [(1, 6, 2, 3)]), "MSYS": ("GOTO/1,2,3", [(1, 1, 2, 3)]),
     "ROTABL": ("ROTABL/0,AAXIS,0,CAXIS", [(0, 0, 0, 9)]), "TOOL PATH": ("TOOL PATH/A,TOOL,B", ["message"]),
     "END-OF-PATH": ("END-OF-PATH", []),
@@ -450,6 +450,38 @@ def test_holes_go_back_to_where_the_tool_stood(view):
     assert heights == [9, 9, 1, -2, 1, 9, 9, -2, -5, -2, 9]
     axis = "GOTO/0,0,9\nCYCLE/DRILL,RAPTO,1,FEDTO,-2,RTRCTO,AUTO\nGOTO/1,0,0,0,.6,.8\nCYCLE/OFF"
     assert refusals(view, f"FEDRAT/9\n{axis}") == [("VP005", 4)]
+
+
+@pytest.mark.parametrize("words", ["", ",RETURN,4"])
+def test_the_way_to_a_hole_is_across_and_then_down(view, words):
+    """From 20 mm, and to a hole 20 mm deeper, across at the height of the tool; to a higher one up first."""
+    top = 4 if words else 2
+    text = f"GOTO/0,0,20\nCYCLE/DRILL,DEPTH,10,CLEAR,2{words}\nGOTO/10,0,0\nGOTO/30,0,-20\nGOTO/40,5,0\nCYCLE/OFF"
+    ways = [
+        [10, 0, 20], [10, 0, 2], [10, 0, -10], [10, 0, 2], [10, 0, top],
+        [30, 0, top], [30, 0, -18], [30, 0, -30], [30, 0, -18], [30, 0, top - 20],
+        [30, 0, top], [40, 5, top], [40, 5, 2], [40, 5, -10], [40, 5, 2], [40, 5, top],
+    ]  # fmt: skip
+    found = places(view, text)[1:]
+    assert [place for place, before in zip(found, [None, *found], strict=False) if place != before] == [
+        place for place, before in zip(ways, [None, *ways], strict=False) if place != before
+    ]
+
+
+def test_the_way_to_a_hole_is_normal_to_a_leaning_axis(view):
+    """By 20 mm along 0, .6, .8 the tool stands above the second hole, which is 10 mm deeper along that axis."""
+    text = "GOTO/0,0,9,0,.6,.8\nCYCLE/DRILL,DEPTH,5,CLEAR,2\nGOTO/0,0,0\nGOTO/9,-6,-8\nCYCLE/OFF"
+    assert places(view, text)[5:7] == [[9, 1.2, 1.6], [9, -4.8, -6.4]]
+
+
+def test_the_tool_axis_turns_between_two_holes_only_after_a_retract(view):
+    """The rapid would go from CLEAR to CLEAR while the table turns."""
+    text = "FEDRAT/9\nGOTO/0,0,9\nCYCLE/DRILL,DEPTH,5,CLEAR,2{}\nGOTO/0,0,0\n{}GOTO/9,0,0,0,.6,.8\nCYCLE/OFF"
+    again = "CYCLE/DRILL,DEPTH,4,CLEAR,2\n"
+    assert refusals(view, text.format("", "")) == refusals(view, text.format(",RETURN,2", "")) == [("VP017", 5)]
+    assert refusals(view, text.format("", again)) == [("VP017", 6)]
+    for words, between in ((",RETURN,9", ""), ("", f"CYCLE/OFF\nRAPID\nGOTO/0,0,9\n{again}")):
+        assert refusals(view, text.format(words, between)) == []
 
 
 def test_steps_of_a_deep_hole_may_begin_with_another_one(view):
