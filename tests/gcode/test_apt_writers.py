@@ -113,7 +113,8 @@ EXECUTED = {
     "CIRCLE": ("CIRCLE/5,0,9,0,0,1,5\nGOTO/10,0,9", [(2, 10, 0, 9)]),
     "INDIRV": ("INDIRV/0,1,0\nTLON,GOFWD/(CIRCLE/5,0,9,5),ON,(LINE/5,0,9,5,5,9)", [(2, 5, 5, 9)]),
     "TLON": ("INDIRV/0,-1,0\nTLON,GOFWD/(CIRCLE/5,0,9,5),ON,2,INTOF,(LINE/5,0,9,5,5,9)", [(2, 5, 5, 9)]),
-    "CYCLE": ("CYCLE/DRILL,DEPTH,5,CLEAR,1\nGOTO/4,0,0\nCYCLE/OFF", [(0, 4, 0, 9), (0, 4, 0, 1), (1, 4, 0, -5), (0, 4, 0, 1)]),
+    "CYCLE": ("CYCLE/DRILL,DEPTH,5,CLEAR,1\nGOTO/4,0,0\nCYCLE/OFF",
+              [(0, 4, 0, 9), (0, 4, 0, 1), (1, 4, 0, -5), (0, 4, 0, 1)]),
     "TRACUT": ("TRACUT/1,0,0,5,0,1,0,0,0,0,1,0\nGOTO/1,2,3", [(1, 6, 2, 3)]), "MSYS": ("GOTO/1,2,3", [(1, 1, 2, 3)]),
     "ROTABL": ("ROTABL/0,AAXIS,0,CAXIS", [(0, 0, 0, 9)]), "TOOL PATH": ("TOOL PATH/A,TOOL,B", ["message"]),
     "END-OF-PATH": ("END-OF-PATH", []),
@@ -436,6 +437,34 @@ def test_creo_lists_points_of_an_arc(view):
     assert refusals(view, arc.format("10,0,9") + "RAPID\nGOTO/5,5,9") == []
 
 
+# --- spindle, coolant --------------------------
+
+
+def test_the_spindle_keeps_its_way_until_another_one_is_written(view):
+    """A speed alone, and ON, after OFF too."""
+    text = "SPINDL/20,RPM,CCLW\nSPINDL/30,RPM\nSPINDL/OFF\nSPINDL/ON\nSPINDL/OFF\nSPINDL/40,RPM\nSPINDL/50,CLW"
+    moves, findings = view(f"{text}\nSPINDL/60,RPM\nRAPID\nGOTO/0,0,9\nFINI", dialect="aptcl")
+    assert findings == ()
+    ways = [event.data["direction"] for event in moves.events if event.kind == "spindle"]
+    back, on = "counterclockwise", "clockwise"
+    assert ways[:8] == [back, back, "stop", back, "stop", back, on, on]
+
+
+def test_coolant_on_is_that_from_before(view):
+    """ON alone is flood; after OFF it is what MIST or FLOOD was."""
+    words = ("ON", "MIST", "OFF", "ON", "FLOOD", "OFF", "ON")
+    moves, findings = view("\n".join(f"COOLNT/{word}" for word in words) + "\nRAPID\nGOTO/0,0,9\nFINI", dialect="aptcl")
+    assert findings == ()
+    codes = [event.data for event in moves.events if event.kind == "coolant"]
+    assert [code["state"] for code in codes] == ["flood", "mist", "off", "mist", "flood", "off", "flood"]
+
+
+def test_a_feed_rate_after_one_in_another_unit_names_the_units(view):
+    found = view("UNITS/MM\nFEDRAT/2,IPM\nFEDRAT/2\nGOTO/0,0,9\nFINI", dialect="aptcl")[1]
+    assert [(item.code, item.line) for item in found] == [("VP005", 3)]
+    assert "write one of MMPM, PERMIN, IPM, MMPR, PERREV, IPR" in found[0].message
+
+
 # --- holes ------------------------------------------------------------------------------------------------------------
 
 
@@ -466,6 +495,14 @@ def test_the_way_to_a_hole_is_across_and_then_down(view, words):
     assert [place for place, before in zip(found, [None, *found], strict=False) if place != before] == [
         place for place, before in zip(ways, [None, *ways], strict=False) if place != before
     ]
+
+
+@pytest.mark.parametrize("words", ["DRILL,DEPTH,-10,CLEAR,2", "DRILL,-10,CLEAR,2", "TAP,-10,2"])
+def test_a_depth_is_not_negative(view, words):
+    """Writers that print heights name them FEDTO."""
+    found = view(f"FEDRAT/9\nGOTO/0,0,20\nCYCLE/{words}\nGOTO/10,0,0\nFINI", dialect="aptcl")[1]
+    assert [(item.code, item.line, item.column) for item in found] == [("VP007", 3, words.index("-10") + 7)]
+    assert "write DEPTH,10, or FEDTO,-10" in found[0].message
 
 
 def test_the_way_to_a_hole_is_normal_to_a_leaning_axis(view):

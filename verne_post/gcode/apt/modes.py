@@ -72,6 +72,8 @@ class AptModes(Struct):
     feed: tuple[float, int, bool | None] | None = None
     #: The unit that it named: mode, and whether in inches.
     feed_unit: tuple[int, bool | None] | None = None
+    #: M7 or M8: what COOLNT/ON means.
+    coolant: float = 8.0
     told_words: set[str] = field(default_factory=set)
 
     def show_once(self, s: Statement, word: str = "") -> None:
