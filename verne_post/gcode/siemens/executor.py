@@ -53,7 +53,7 @@ _WITHOUT_TCP: Final = "without TRAORI"
 _MOTION: Final = re.compile(r"(?:(?<![A-Z0-9_$])G|^[ \t/]*(?:N\d+[ \t]+)?)0?([0-3])(?![\d.=])")
 _NAMED_AXIS: Final = re.compile(r"(?<![A-Z0-9_$])([XYZABCF])(?=[ \t]*[-+=.0-9])")
 #: What ends the cycle of MCALL.
-_END_MODAL: Final = "write MCALL alone before"
+_END_MODAL: Final = "write MCALL alone"
 
 
 def _name_modal(call: Call) -> str:
@@ -153,7 +153,9 @@ class Executor:
         else:
             return
         edits = write_before("MCALL", line=words.line)
-        self.interpreter.core.watcher.report(_name_modal(call), f"at {where}", _END_MODAL, words.line, edits)
+        self.interpreter.core.watcher.report(
+            _name_modal(call), f"at {where}", f"{_END_MODAL} before", words.line, edits
+        )
 
     def _run_modal(self, call: Call, line: int, holes: int = 1) -> None:
         """Execute the cycle of MCALL; what is wrong with its values stands in the line of MCALL."""
@@ -168,7 +170,7 @@ class Executor:
             if not (error.of_value and self.modal_is_shown):
                 error.column = None
             if error.code == "VP017":  # the cycle does not belong here: it was to end before, and is taken as ended
-                watcher, otherwise = self.interpreter.core.watcher, "this motion if it is no place of it"
+                watcher, otherwise = self.interpreter.core.watcher, "before this motion if it is no place of it"
                 watcher.explain(error, _name_modal(call), _END_MODAL, otherwise)
                 self.modal = None
             raise
