@@ -3,6 +3,7 @@ systems.
 """
 
 import re
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -481,20 +482,23 @@ def test_holes_go_back_to_where_the_tool_stood(view):
     assert refusals(view, f"FEDRAT/9\n{axis}") == [("VP005", 4)]
 
 
-@pytest.mark.parametrize("words", ["", ",RETURN,4"])
-def test_the_way_to_a_hole_is_across_and_then_down(view, words):
-    """From 20 mm, and to a hole 20 mm deeper, across at the height of the tool; to a higher one up first."""
-    top = 4 if words else 2
-    text = f"GOTO/0,0,20\nCYCLE/DRILL,DEPTH,10,CLEAR,2{words}\nGOTO/10,0,0\nGOTO/30,0,-20\nGOTO/40,5,0\nCYCLE/OFF"
-    ways = [
-        [10, 0, 20], [10, 0, 2], [10, 0, -10], [10, 0, 2], [10, 0, top],
-        [30, 0, top], [30, 0, -18], [30, 0, -30], [30, 0, -18], [30, 0, top - 20],
-        [30, 0, top], [40, 5, top], [40, 5, 2], [40, 5, -10], [40, 5, 2], [40, 5, top],
-    ]  # fmt: skip
-    found = places(view, text)[1:]
-    assert [place for place, before in zip(found, [None, *found], strict=False) if place != before] == [
-        place for place, before in zip(ways, [None, *ways], strict=False) if place != before
-    ]
+#: From 20 mm to three holes with CLEAR 2 and RETURN 4: one at 0, one 20 mm deeper, one at 0 again.
+WAYS = [
+    (10, 0, 20), (10, 0, 2), (10, 0, -10), (10, 0, 2), (10, 0, 4),
+    (30, 0, 4), (30, 0, -18), (30, 0, -30), (30, 0, -18), (30, 0, -16),
+    (30, 0, 4), (40, 5, 4), (40, 5, 2), (40, 5, -10), (40, 5, 2), (40, 5, 4),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("height", [2, 4])
+def test_the_way_to_a_hole_is_across_and_then_down(view, height):
+    """Across at the height of the tool, also to a deeper hole; up first to a higher one. Without RETURN up to CLEAR."""
+    words = f"CLEAR,2,RETURN,{height}" if height > 2 else "CLEAR,2"
+    text = f"GOTO/0,0,20\nCYCLE/DRILL,DEPTH,10,{words}\nGOTO/10,0,0\nGOTO/30,0,-20\nGOTO/40,5,0\nCYCLE/OFF"
+    heights = {4: height, -16: height - 20}
+    wanted = [[x, y, heights.get(z, z)] for x, y, z in WAYS]
+    found, wanted = places(view, text)[1:], [wanted[0], *(b for a, b in pairwise(wanted) if a != b)]
+    assert [found[0], *(b for a, b in pairwise(found) if a != b)] == wanted
 
 
 @pytest.mark.parametrize("words", ["DRILL,DEPTH,-10,CLEAR,2", "DRILL,-10,CLEAR,2", "TAP,-10,2"])

@@ -271,10 +271,10 @@ def run_program(run: Run, execution: Execution, setup: Setup, stop: StopConditio
             last, errors = run.execute(chunk, stop)
             errors = execution.drop_consequences(errors, chunk, range(line, min(last, chunk.end_line)), moves)
             if in_main and stop.trace is not None:
-                begun = last if chunk.lines.plain[line - chunk.first_line] else line + 1  # a stretch, or one statement
-                stop.trace.add(line, begun, may_restart=restart)
-                if begun < last:
-                    stop.trace.add(begun, last, may_restart=False)
+                span_end = last if chunk.lines.plain[line - chunk.first_line] else line + 1  # a stretch, or a statement
+                stop.trace.add(line, span_end, may_restart=restart)
+                if span_end < last:
+                    stop.trace.add(span_end, last, may_restart=False)
         except ProgramError as error:
             errors = [error]
         if errors and (

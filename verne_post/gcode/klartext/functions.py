@@ -175,8 +175,8 @@ class KlartextFunctions:
         offset = make_vector9((0.0, 0.0, sizes["L"], *ZERO9[3:]))
         tools, tool = self.core.tools, Tool(number, number, offset, 2 * sizes.get("R", 0.0))
         if tools.report_other_sizes(self.frames.block.line, tool, "TOOL DEF", holds=False):
-            measured = tools.find_tool(number, "")
-            tool = dataclasses.replace(measured, diameter=measured.diameter or tool.diameter)
+            measured_tool = tools.find_tool(number, "")
+            tool = dataclasses.replace(measured_tool, diameter=measured_tool.diameter or tool.diameter)
         tools.define_for_next_call(tool)
 
     # --- M functions ----------------------------------------------------------------------------------------

@@ -86,9 +86,9 @@ class KlartextRecovery:
             to.patterns.cycle_unread = True
         elif keyword == "TOOL DEF":
             with suppress(ProgramError):
-                defined = to.functions.read_tool(statement)[0]
-                if defined is not None and defined not in (to.state.tools or {}):
-                    assume_tools(to.state, [defined])
+                missing_number = to.functions.read_tool(statement)[0]
+                if missing_number is not None and missing_number not in (to.state.tools or {}):
+                    assume_tools(to.state, [missing_number])
         elif keyword == "TOOL CALL":
             tool: int | None = to.state.selected_tool
             with suppress(ProgramError):  # its number may be right where the tool axis is not
