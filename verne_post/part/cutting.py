@@ -11,7 +11,7 @@ both leave it as clear as before.
 """
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Final
 
 import numpy as np
@@ -39,6 +39,8 @@ WORTH_COMPILING: Final = 3000
 #: Places along a stretch at which the distance of points is measured: at least, and where the depth of a long one is.
 PLACES: Final = 17
 MOST_PLACES: Final = 401
+#: Places at which it is first measured: most points are seen to be nowhere the deepest.
+FEW_PLACES: Final = 3
 #: So many distances are measured together: on a long rapid that turns the tool, many points stay near many places.
 AT_A_TIME: Final = 1 << 15
 #: Rays with the longest overlaps at which it is measured, and as many evenly among the others.
@@ -163,8 +165,8 @@ class _Run:
         #: Tip and axis by span and body where a certain contact begins, in the frame of the stock.
         self.begin: dict[tuple[int, str], tuple[Array, Array]] = {}
         self.compiled = len(spans.line) > WORTH_COMPILING and load_compiled() is not None
-        #: Straight cuts by tool (tip and axis, each (2, 3)), which a rapid may follow.
-        self.cuts: dict[int, list[tuple[Array, Array]]] = {}
+        #: Straight cuts by tool (n, tip and axis, 2, 3), in parts, which a rapid may follow.
+        self.cuts: dict[int, list[Array]] = {}
         #: By body the last place where the depth of a contact was measured: span, tip, axis, and the depth.
         self.measured: dict[str, tuple[int, Array, Array, float]] = {}
         #: Tools, and their bodies other than the cutter, that have run into the stock.
@@ -179,15 +181,17 @@ class _Run:
         changes = np.diff(self.spans.line[rows]) != 0
         if self.spans.rapid[rows[0]]:
             in_corner = self.rounding[rows] > 0
+            bodies = [body for _name, body in tool.list_bodies(with_cutter=True)]
+            near = self._find_near(tip, axis, bodies, self.keep_off + self.stock.resolution + 0.5 * STEP_MM)
             for part in np.split(np.arange(len(rows)), np.flatnonzero(changes | (np.diff(in_corner) != 0)) + 1):
                 stood = tip[part[0], 0], axis[part[0], 0]
-                for k in part.tolist():
+                for k in part[near[part]].tolist():
                     self._check(int(rows[k]), tip[k], axis[k], tool, stood)
                 self._cut(rows[part], tip[part], axis[part], tool.cutter)
                 self._break(rows[part], tip[part], axis[part], tool)
-                past += zip(tip[part], axis[part], strict=True)
+                past.append(np.stack([tip[part], axis[part]], axis=1))
             return
-        near = self._find_near(tip, axis, tool)
+        near = self._find_near(tip, axis, tool.others.values(), self.keep_off + self.stock.resolution)
         for part in np.split(np.arange(len(rows)), np.flatnonzero(changes | (np.diff(near) != 0)) + 1):
             if not near[part[0]]:
                 self._cut(rows[part], tip[part], axis[part], tool.cutter)
@@ -197,18 +201,19 @@ class _Run:
                     self._cut(rows[k : k + 1], at_tip[None], at_axis[None], tool.cutter)
                     self._check(int(rows[k]), at_tip, at_axis, tool)
             self._break(rows[part], tip[part], axis[part], tool)
-        past += zip(tip, axis, strict=True)
+        past.append(np.stack([tip, axis], axis=1))
 
-    def _find_near(self, tip: Array, axis: Array, tool: Tool) -> Mask:
-        """Spans (n,) on which another body than the cutter may come to the stock."""
+    def _find_near(self, tip: Array, axis: Array, bodies: Iterable[tuple[Piece, ...]], by: float) -> Mask:
+        """Spans (n,) on which a body that is larger by ``by`` may come to the stock."""
         near = np.zeros(len(tip), dtype=bool)
-        for _name, body in tool.list_bodies(with_cutter=False):
-            for piece in body:
-                table = self.tables[id(piece)].extend(self.keep_off + self.stock.resolution)
-                for end in range(2):
-                    ends = Sweeps(tip[:, 0], tip[:, 1], axis[:, end], np.arange(len(tip)))
-                    low, high = find_boxes(ends, table)
-                    near |= ((high > self.stock.least) & (low < self.stock.most)).all(axis=1)
+        turn = np.linalg.norm(axis[:, 1] - axis[:, 0], axis=1)[:, None]
+        for piece in (one for body in bodies for one in body):
+            table = self.tables[id(piece)].extend(by)
+            # between two axes a body reaches beyond both boxes by less than this
+            beyond = turn * (max(abs(table.low), abs(table.high)) + table.radius)
+            for end in range(2):
+                low, high = find_boxes(Sweeps(tip[:, 0], tip[:, 1], axis[:, end], np.arange(len(tip))), table)
+                near |= ((high + beyond > self.stock.least) & (low - beyond < self.stock.most)).all(axis=1)
         return near
 
     def _cut(self, rows: Ints, tip: Array, axis: Array, body: tuple[Piece, ...]) -> None:
@@ -309,9 +314,11 @@ class _Run:
             return True
         if self.keep_off or not (name == "cutter" or (int(self.spans.tool[row]), name) in self.broken):
             return False
-        past = self.cuts.get(int(self.spans.tool[row]), [])
-        if not past:
+        parts = self.cuts.get(int(self.spans.tool[row]), [])
+        if not parts:
             return False
+        past = np.concatenate(parts)
+        parts[:] = [past]
         long, lifts = max(piece.high for piece in body), self.tools[int(self.spans.tool[row])].widens_upwards
 
         def follows(part: tuple[Array, Array], finer: float) -> bool:
@@ -321,7 +328,8 @@ class _Run:
 
         if all(follows(part, FINE_MM) for part in _split_span(tip, axis, STRETCH_MM)):
             return True
-        was_here = np.abs(past[-1][0][1] - stood[0]).max() <= TOUCH_MM and np.abs(past[-1][1][1] - stood[1]).max() == 0
+        (_tip, last_tip), (_axis, last_axis) = past[-1]
+        was_here = np.abs(last_tip - stood[0]).max() <= TOUCH_MM and np.abs(last_axis - stood[1]).max() == 0
         return bool(was_here and self._is_leaving(tip, axis, body, stood))
 
     def _is_leaving(self, tip: Array, axis: Array, body: tuple[Piece, ...], stood: tuple[Array, Array]) -> bool:
@@ -360,7 +368,7 @@ class _Run:
             return 0.0
         most = int(np.clip(np.linalg.norm(tip[1] - tip[0]) / STEP_MM, PLACES, MOST_PLACES))
         reach = np.linalg.norm(point - tip[0], axis=1).max() + np.linalg.norm(tip[1] - tip[0])
-        places = PLACES
+        places = FEW_PLACES
         while places < most:  # a distance changes by no more than the body moves from one place to the next
             tips, axes = _place_along(tip, axis, places)
             way, turn = (np.linalg.norm(np.diff(one, axis=0), axis=1) for one in (tips, axes))
@@ -412,13 +420,13 @@ def _measure_nearest(tips: Array, axes: Array, body: tuple[Piece, ...], point: A
     return np.concatenate(nearest) if nearest else np.empty(0)
 
 
-def _follows(part: tuple[Array, Array], past: list[tuple[Array, Array]], reach: float, lifts: bool) -> bool:
+def _follows(part: tuple[Array, Array], past: Array, reach: float, lifts: bool) -> bool:
     """Whether a straight stretch lies on straight ways of the same tool, or with ``lifts`` along its axis above them.
 
     The distance from what lies above a straight way is convex along the stretch: all places between near ones are near.
     """
     (start, end), (axis, last_axis) = part
-    tips, axes = (np.array([one[k] for one in past]) for k in range(2))
+    tips, axes = past[:, 0], past[:, 1]
     turned = np.abs(axes - axis).max(axis=(1, 2)) + np.abs(last_axis - axis).max()
     same = 2.0 * reach * turned <= 0.5 * TOUCH_MM
     tips, along = tips[same], end - start
