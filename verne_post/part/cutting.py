@@ -11,7 +11,7 @@ both leave it as clear as before.
 """
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Final
 
 import numpy as np
@@ -123,15 +123,25 @@ class Cut(Struct, frozen=True, eq=False):
         return dict(zip(numbers.tolist(), np.bincount(index, self.volume, len(numbers)).tolist(), strict=True))
 
 
-def cut_stock(stock: Dexels, spans: Spans, tools: Sequence[Tool], keep_off: float = 0.0) -> Cut:
+def cut_stock(
+    stock: Dexels,
+    spans: Spans,
+    tools: Sequence[Tool],
+    keep_off: float = 0.0,
+    report: Callable[[int], None] | None = None,
+) -> Cut:
     """Run spans of motion through a stock, which is cut.
 
     Parameters
     ----------
     keep_off : float
         How near other bodies than feeding cutters may come, mm.
+    report : callable, optional
+        Called with the number of spans that are done.
     """
     run = _Run(stock, spans, tools, keep_off)
+    if report is not None:
+        run.report = report
     tip, axis = stock.place_inside(spans.tip, spans.axis)
     change = (np.diff(spans.tool) != 0) | (np.diff(spans.rapid) != 0)
     for rows in np.split(np.arange(len(spans.line)), np.flatnonzero(change) + 1):
@@ -152,6 +162,7 @@ class _Run:
 
     def __init__(self, stock: Dexels, spans: Spans, tools: Sequence[Tool], keep_off: float) -> None:
         self.stock, self.spans, self.tools, self.keep_off = stock, spans, tools, keep_off
+        self.report: Callable[[int], None] = lambda _done: None
         self.tables = {
             id(piece): make_table(piece)
             for tool in tools
@@ -217,6 +228,7 @@ class _Run:
         return near
 
     def _cut(self, rows: Ints, tip: Array, axis: Array, body: tuple[Piece, ...]) -> None:
+        self.report(int(rows[0]))
         for piece in body:
             sweeps = list_sweeps(tip, axis, piece.high, STEP_MM)
             volume = self.stock.cut(sweeps, self.tables[id(piece)], compiled=self.compiled)
@@ -233,6 +245,7 @@ class _Run:
 
     def _check(self, row: int, tip: Array, axis: Array, tool: Tool, stood: tuple[Array, Array] | None = None) -> None:
         """Note what touches the stock on one span, in rapid traverse from where the tool ``stood`` before its line."""
+        self.report(row)
         for name, body in tool.list_bodies(with_cutter=stood is not None):
             if self._is_touching(tip, axis, body, -TOUCH_MM - self.left):
                 self.depth[row, name] = max(
