@@ -330,8 +330,9 @@ class _Run:
         parts = self.cuts.get(int(self.spans.tool[row]), [])
         if not parts:
             return False
-        past = np.concatenate(parts)
-        parts[:] = [past]
+        if len(parts) > 1:
+            parts[:] = [np.concatenate(parts)]
+        (past,) = parts
         long, lifts = max(piece.high for piece in body), self.tools[int(self.spans.tool[row])].widens_upwards
 
         def follows(part: tuple[Array, Array], finer: float) -> bool:
