@@ -866,3 +866,16 @@ def test_a_line_beside_an_error_says_that_its_limits_were_not_checked(
     )
     answer = run("explain", f"{path}:{line}", "--tool-length", 60, "--wcs", "G54=0,0,60")
     assert said in answer.out
+
+
+@pytest.mark.parametrize(
+    ("word", "said"),
+    [
+        ("QL3", "Klartext: a Q parameter"),
+        ("TX", "Klartext: a component of the tool axis, in LN"),
+        ("TCH PROBE", "Klartext, TCH: not executed: touch probes"),
+        ("VP 102", "VP102 error: tilt range"),
+    ],
+)
+def test_words_as_people_type_them_are_explained(run: Callable[..., Any], word: str, said: str) -> None:
+    assert said in run("explain", word).out

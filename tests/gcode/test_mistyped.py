@@ -240,6 +240,7 @@ DRILLING = "CYCL DEF 200 DRILLING ~\nQ20=2 ~\nQ201=-10 ~\nQ206=250 ~\nQ202=5 ~\n
             "G53.2 X1.",
             "G53.2 is not a code of this language, and its block names axes; write the code that is meant",
         ),
+        ("p.h", "L X+5 F", "7: VP001 error: F without a number; write the feed rate, F AUTO or FMAX\n"),
         # all that a cycle lacks is one finding
         (
             "p.h",
