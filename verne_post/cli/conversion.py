@@ -63,7 +63,7 @@ format_option = click.option(
 
 
 #: Endings of files of other kinds, which a setpoint file would only seem to be.
-_NO_ROWS = frozenset((".xlsx", ".xls", ".ods", ".json", ".html", ".pdf", ".docx", ".zip", ".png"))
+_NO_ROWS = frozenset((".xlsx", ".xls", ".ods", ".html", ".pdf", ".docx", ".zip", ".png"))
 
 
 class Outputs(Struct, frozen=True):
