@@ -842,3 +842,40 @@ def test_a_tool_that_is_in_the_spindle_is_not_loaded_again(run: Callable[..., An
     said = " ".join(run("convert", job, "-o", tmp_path / "tools.csv").err.split())
     assert "load tool 1 (line 2); load tool 2 (line 3)" in said
     assert "(line 4)" not in said
+
+
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        (
+            4,
+            "  part of line 3, which has the error\n  limits were not checked, because line 3 cannot be executed: ",
+        ),
+        (5, "  part of line 3, which has the error\n"),
+        (7, "  no error is found in its words\n  limits were not checked, because line 3 cannot be executed: VP005"),
+    ],
+)
+def test_a_line_beside_an_error_says_that_its_limits_were_not_checked(
+    run: Callable[..., Any], tmp_path: Path, line: int, said: str
+) -> None:
+    """A-110 is beyond the travel, and nobody has looked."""
+    path = tmp_path / "p.h"
+    path.write_text(
+        "BEGIN PGM P MM\nTOOL CALL 1 Z S900\nCYCL DEF 251 POCKET ~\n Q200=2 ~\n Q201=-3\nL X+0 FMAX\n"
+        "L A-110 FMAX\nM30\nEND PGM P MM\n"
+    )
+    answer = run("explain", f"{path}:{line}", "--tool-length", 60, "--wcs", "G54=0,0,60")
+    assert said in answer.out
+
+
+@pytest.mark.parametrize(
+    ("word", "said"),
+    [
+        ("QL3", "Klartext: a Q parameter"),
+        ("TX", "Klartext: a component of the tool axis, in LN"),
+        ("TCH PROBE", "Klartext, TCH: not executed: touch probes"),
+        ("VP 102", "VP102 error: tilt range"),
+    ],
+)
+def test_words_as_people_type_them_are_explained(run: Callable[..., Any], word: str, said: str) -> None:
+    assert said in run("explain", word).out

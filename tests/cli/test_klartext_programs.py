@@ -71,7 +71,7 @@ _DRILLING = "CYCL DEF 200 DRILLING ~\n    Q200=+3 ;SET-UP CLEARANCE ~\n"
             f"{_DRILLING}    Q201=-8 ;DEPTH ~",
             "CYCL DEF 200 DRILLING Q200=+3 ~\n    Q201=-8 ;DEPTH",
             2,
-            "5: VP005 error: CYCL DEF 200 needs Q206, the plunge feed; line 6 has no ~ at its end",
+            "5: VP005 error: CYCL DEF 200 needs Q206 (the plunge feed), Q202 (the infeed), Q210 (the dwell above), ",
         ),
         (
             "END PGM P MM\n",

@@ -1169,14 +1169,6 @@ OF_KLARTEXT = "BEGIN PGM A MM\nTOOL CALL 1 Z S8000\nL X+0 Y+0 Z+150 A+0 C+0 R0 F
         ),
         (
             "a.nc",
-            FANUC + f"{RS274}M89 P2\nG0 Z150\nM30\nO2\nX9.\nM99\n%\n",
-            "VP002",
-            "Write M98 in place of M89 (no errors then)",
-            "M89",
-            "M98",
-        ),
-        (
-            "a.nc",
             FANUC + f"{RS274}G0 Z160\nG49\nG0 X0 Y0\nZ2.\nM30\n%\n",
             "VP034",
             "Write G43 H1 before line 13 (no errors then, with 1 warning)",

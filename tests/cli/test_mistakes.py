@@ -131,6 +131,8 @@ def test_the_letter_o_in_the_number_of_a_parameter(tmp_path: Path, run: Callable
         # 5: a misspelt option, a misspelt command
         (("p.nc", "--tool-lenght", 60), "--tool-lenght"),
         (("chek", "p.nc"), "no such file, and no command; did you mean check?"),
+        (("wrods", "--help"), "wrods: no such file, and no command; verne-post --help lists the commands"),
+        (("convert", "p.nc", "-o", "f.xlsx"), "-o f.xlsx: the file would be csv in spite of its name"),
         (("--machine", "serial", "chek", "p.nc"), "chek: no such file, and no command; did you mean check?"),
         (("--machine", "serial"), "Missing argument 'INPUT'"),
         (("-q",), "Missing argument 'INPUT'"),

@@ -143,10 +143,11 @@ def test_a_baseline_lets_old_findings_be_and_new_ones_count(job: tuple[Any, ...]
     Path("verne-post.toml").write_text('[check]\nbaseline = "known.json"\n')
     Path("p.nc").write_text(BEYOND)
     assert run(*job).code == 0
-    Path("known.json").write_text("[]")
-    answer = run(*job)
-    assert answer.code == 2
-    assert "not a baseline that check has written" in answer.err
+    for text, why in (("[]", "expected an object with the keys"), ('{"schema": 1}', "its key 'known' is missing")):
+        Path("known.json").write_text(text)
+        answer = run(*job)
+        assert answer.code == 2
+        assert f"known.json: not a baseline that check has written: {why}" in answer.err
 
 
 def test_what_cannot_be_read_cannot_be_ignored(job: tuple[Any, ...], run: Callable[..., Any]) -> None:
@@ -229,3 +230,12 @@ def test_one_finding_a_line(job: tuple[Any, ...], run: Callable[..., Any]) -> No
     whole = json.loads(run(*job, "--output-format", "json").out)["programs"][0]["findings"]
     assert [{key: value for key, value in row.items() if key != "program"} for row in rows] == whole
     assert {row["program"] for row in rows} == {"p.nc"}
+
+
+def test_a_selection_under_which_no_error_of_a_motion_counts_is_refused(
+    job: tuple[Any, ...], run: Callable[..., Any]
+) -> None:
+    """Codes of VP9 are errors with any setting: such a selection would only leave all others out."""
+    answer = run(*job, "--select", "VP9")
+    assert answer.code == 2
+    assert "select: VP9: programs that cannot be read or checked are errors, always; nothing else would" in answer.err

@@ -151,6 +151,23 @@ def test_an_offset_still_to_be_measured_is_refused_as_a_length_is(
         assert sum(line.endswith(' = "measure"') for line in again) == len(said)  # the others are not used
 
 
+@pytest.mark.parametrize("name", ["p.nc", "p.h", "p.mpf", "p.cls"])
+@pytest.mark.parametrize(
+    ("source", "told"),
+    [("hello world\nthis is no program\n", "VP032 error"), (" \n", "1: VP032 error: the file is empty")],
+)
+def test_no_set_up_is_written_for_what_is_no_program(
+    run: Run, tmp_path: Path, name: str, source: str, told: str
+) -> None:
+    program = tmp_path / name
+    program.write_text(source)
+    answer = run("setup", program)
+    assert answer.code == 2, answer.out
+    assert told in answer.out + answer.err
+    assert "missing" not in answer.out + answer.err
+    assert list(tmp_path.iterdir()) == [program]
+
+
 def test_fit_seeks_the_place_that_is_still_to_be_measured(run: Run, tmp_path: Path) -> None:
     program = tmp_path / "part.mpf"
     program.write_text(SIEMENS)

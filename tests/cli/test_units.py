@@ -84,6 +84,9 @@ def test_a_program_that_fits_in_neither_unit(run: Callable[..., Any], tmp_path: 
     found, text = check(run, tmp_path, "p.ngc", "G20", 3000)
     assert not [one for one in found if "VP505" in one]
     assert "no work offset near this one" in text
+    answer = run("check", tmp_path / "p.ngc", *PLACE, "--output-format", "json")
+    assert '"remedies"' in answer.out
+    assert "no work offset near this one" not in answer.out  # which is no remedy
 
 
 @pytest.mark.parametrize(

@@ -442,6 +442,13 @@ def test_another_schema_is_refused(file, bad):
     assert "schema" in str(alone)
 
 
+def test_without_a_schema_nothing_else_is_told(file):
+    (alone,) = mistakes(file(changed("kind", "serial", without=("schema", "module"))))
+    assert "schema is missing; write schema = 2 for a chain of joints, else 1" in str(alone)
+    (alone,) = mistakes(file(changed("shema", 2, without=("schema", "module"))))
+    assert "shema is not a key of a machine file; did you mean schema?" in str(alone)
+
+
 @pytest.mark.parametrize("bad", ["", 5, ["VERNE"]])
 def test_a_name_is_a_text(file, bad):
     names_key_and_value(mistakes(file(changed("name", bad))), "name", repr(bad))
@@ -513,9 +520,9 @@ def test_what_is_not_toml_is_refused(file, content):
 
 
 def test_an_empty_file_lacks_every_group(file):
-    messages = mistakes(file(""))
+    messages = mistakes(file("schema = 1\n"))
     for name in CONTRACT:
-        if name not in OPTIONAL:
+        if name not in (*OPTIONAL, "schema"):
             assert any(f"{name} is missing" in message for message in messages)
 
 

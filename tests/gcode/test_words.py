@@ -225,9 +225,13 @@ def test_line_ends_blanks_and_case_mean_nothing(view, change):
     assert same(view(change(PROGRAM)), view(PROGRAM))
 
 
-@pytest.mark.parametrize(
-    ("source", "line"), [("", 1), ("\n", 1), ("\n\n\n", 3), ("G0 X1", 1), ("G0 X1\n", 1), ("(c)\nG0 X1\n", 2)]
-)
+@pytest.mark.parametrize("source", ["", "\n", " \n\n\t\r\n"])
+def test_a_text_of_blanks_is_told_as_empty(view, source):
+    _moves, (item,) = view(source)
+    assert (item.code, item.line, item.message) == ("VP032", 1, "the file is empty")
+
+
+@pytest.mark.parametrize(("source", "line"), [("G0 X1", 1), ("G0 X1\n", 1), ("(c)\nG0 X1\n", 2)])
 def test_a_text_without_an_end_is_refused_on_its_last_line(view, source, line):
     _moves, findings = view(source)
     assert [(item.code, item.line) for item in findings] == [("VP010", line)]

@@ -652,7 +652,7 @@ def test_bad_settings(program: Path, run: Callable[..., Any], text: str, said: s
     [
         ("[tool.1]\ncutter = {diameter = 0.0}\n", "tool.1.cutter.diameter = 0.0"),
         ("[tool.1]\ncutter = {diameter = 6.0}\nholder = {diameter = 40.0}\n", "tool.1.cutter needs a length"),
-        ("[tool.one]\ncutter = {diameter = 6.0}\n", "expected the number of a tool"),
+        ("[tool.one]\ncutter = {diameter = 6.0}\n", "its set-up gives: [tools.one] number = 3"),
         ("[tool.1]\nshank = {diameter = 6.0}\n", "tool.1.cutter"),
         ("[tool.1\n", "not a TOML file"),
     ],

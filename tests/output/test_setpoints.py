@@ -182,3 +182,20 @@ def test_unreadable_file_is_exit_status_2(content: bytes, says: str, run: Callab
     assert answer.out == ""
     assert says in answer.err
     assert "axes.csv" in answer.err
+
+
+@pytest.mark.parametrize(
+    ("first", "said"),
+    [
+        ("0.000,574.1,520.7,520.7,-20,0,11", "the header row 't_s,rho1_mm,rho2_mm,rho3_mm,"),
+        ("t_s,rho2_mm,rho1_mm,rho3_mm,a_deg,c_deg,line", "line'; they are in another order"),
+        ("t_s;rho1_mm;rho2_mm", "line'; write commas between them"),
+        ("t_s,x_mm,y_mm,z_mm,a_deg,c_deg,line", "line'; give the --machine with which the file was made"),
+        ("0.025,0.2,30.9,0.2,24.6,0.2,32.0,0.1,0.1,0.0,0.0", "line'; verify reads what --format csv writes"),
+        ('joint_names: ["rho1", "rho2", "rho3", "a", "c"]', "line'; verify reads what --format csv writes"),
+        ("574.1 520.7 520.7 -20.0 0.0", "line'; verify reads what --format csv writes"),
+    ],
+)
+def test_a_first_line_that_is_not_the_header_says_what_it_is(first: str, said: str) -> None:
+    with pytest.raises(InputError, match=re.escape(said)):
+        list(read_csv(io.StringIO(f"{first}\n"), "axes.csv", MACHINE.columns, 0.001, ()))

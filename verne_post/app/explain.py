@@ -152,7 +152,17 @@ def explain_refused(source: Text, machine: Machine, options: Options, line: int,
     for item in {item.code: item for item in own}.values():
         if remedy := describe_remedy(item, name):
             said.append(f"  {item.code}, remedy: {remedy}")
-    said += [] if own else ["  nothing is found in this line"]
+    errors = [item for item in findings if item.severity == "error" and item.line is not None]
+    if errors and not any(item.severity == "error" for item in own):
+        start = line
+        while start > 1 and dialect == "heidenhain" and (take_line(source, start - 1) or b"").rstrip().endswith(b"~"):
+            start -= 1  # what runs over several lines is told at its first one
+        cause = next((item for item in errors if item.line == start), None)
+        said.append(f"  part of line {start}, which has the error" if cause else "  no error is found in its words")
+        first = cause or min(errors, key=lambda item: item.line or 0)
+        said.append(
+            f"  limits were not checked, because line {first.line} cannot be executed: {first.code} {first.message}"
+        )
     state = find_state_past_errors(source, build_interpreter_setup(machine, options), line)
     said += [] if state is None else [f"  {describe_modes(state, machine)}"]
     if others := [item.line for item in findings if item.line not in (line, None) and item.severity == "error"]:

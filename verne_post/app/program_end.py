@@ -6,6 +6,7 @@ from itertools import islice
 from typing import Final
 
 from verne_post.base.long_text import Text, iterate_lines
+from verne_post.gcode.languages import report_empty
 from verne_post.model.findings import Finding, Remedy, make_finding
 from verne_post.model.moves import Event, Moves
 
@@ -39,7 +40,7 @@ def report_no_motion(source: Text, moves: Moves) -> Finding:
     end = _find_end(moves)
     lines = [] if end is None else _find_lines(source, moves, end)
     if end is None or not lines:
-        return make_finding("VP021", "the program contains no motion")
+        return report_empty(source) or make_finding("VP021", "the program contains no motion")
     code, edits = end.data["code"], tuple[Remedy, ...]()
     text = f"{code} ends the program before its first motion: {_describe_lines(lines)} axes after it; delete {code}"
     if code == "M30":

@@ -11,6 +11,7 @@ from msgspec.structs import replace
 from verne_post.app.assemble import SPLIT_KEY, assemble, build_interpreter_setup, find_stops
 from verne_post.base.long_text import Text
 from verne_post.config.control_tables import merge_keys
+from verne_post.gcode.languages import NO_PROGRAM
 from verne_post.gcode.machining.holes import TAPPING_KEY
 from verne_post.gcode.read import read_past_errors
 from verne_post.model.control_keys import NAMING_TOOLS
@@ -77,7 +78,7 @@ def draft_setup(source: Text, machine: Machine, options: Options) -> SetupDraft:
     for _ in range(MOST_READINGS):
         found, hidden, moves = _find_errors(source, machine, _assume(options, keys))
         new = [key for item in (*found, *hidden) for key in item.settled_by if key not in keys]
-        if not new:
+        if not new or any(item.code == NO_PROGRAM for item in found):
             break
         keys |= dict.fromkeys(new)
     split = options.split_at_stops or SPLIT_KEY in keys

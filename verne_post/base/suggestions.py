@@ -14,6 +14,7 @@ _MOST_NAMED: Final = 3
 #: Of numbers in which another digit is a slip; of labels, of which a program has few.
 _LEAST_DIGITS: Final = 3
 DIGITS_OF_LABELS: Final = 2
+_CODE: Final = re.compile(r"[GM]\d+")
 #: Letters that are typed for the digits they look like, and digits for letters.
 _ALIKE: Final = frozenset({"O0", "0O", "I1", "1I", "L1", "1L"})
 
@@ -66,7 +67,8 @@ def find_meant(word: str, *names: Iterable[str], slip_alone: bool = False, least
 def _is_one_slip(word: str, right_word: str, least: int) -> bool:
     """Two neighbours changed places, or one letter is left out, is too many, or is another one.
 
-    Digits may only change places, or stand for the letter that they look like: cycles of other numbers are others.
+    Digits may only change places, or stand for the letter that they look like: cycles of other numbers are others, and
+    so are G and M codes without a point whose digits have changed places.
     """
     shorter, longer = sorted((word, right_word), key=len)
     if len(longer) - len(shorter) > 1 or word == right_word:
@@ -77,7 +79,7 @@ def _is_one_slip(word: str, right_word: str, least: int) -> bool:
     if len(shorter) == len(longer):
         here, there = shorter[begin:], longer[begin:]
         if here[:2] == there[1::-1] and here[2:] == there[2:]:
-            return len(word) >= least - word.isalpha()
+            return len(word) >= least - word.isalpha() and not _CODE.fullmatch(word)
         pair = (here[0] + there[0]).upper()
         is_slip = here[1:] == there[1:] and (pair.isalpha() or pair in _ALIKE)
     else:

@@ -62,6 +62,10 @@ format_option = click.option(
 )
 
 
+#: Endings of files of other kinds, which a setpoint file would only seem to be.
+_NO_ROWS = frozenset((".xlsx", ".xls", ".ods", ".html", ".pdf", ".docx", ".zip", ".png"))
+
+
 class Outputs(Struct, frozen=True):
     """Where the results go; ``rows`` None: standard output, the others None: not written."""
 
@@ -79,6 +83,11 @@ class Outputs(Struct, frozen=True):
         UsageError, FileError
         """
         check_format(self.file_format)
+        if self.rows is not None and self.rows.suffix.lower() in _NO_ROWS:
+            text = (
+                f"-o {self.rows}: the file would be {self.file_format} in spite of its name; name it as its format is"
+            )
+            raise click.UsageError(text)
         if self.events is not None and self.events.suffix.lower() not in _EVENT_SUFFIXES:
             raise click.UsageError(
                 f"--events {self.events}: expected a name that ends in {' or '.join(_EVENT_SUFFIXES)}"

@@ -48,6 +48,8 @@ def command(what: str | None, lists: bool, every: bool, **given: Any) -> int:
     """
     from verne_post.model.codes import CODES
 
+    if what is not None and re.fullmatch(r"(?i)VP\s*[-_]?\s*\d+", what):
+        what = re.sub(r"[\s_-]", "", what)
     if lists:
         if what is not None or every:
             raise click.UsageError("--list prints all finding codes; leave out what stands beside it")

@@ -91,6 +91,8 @@ class DefaultGroup(click.Group):
         near = difflib.get_close_matches(program, COMMANDS, n=1)
         if near:
             raise click.UsageError(f"{program}: no such file, and no command; did you mean {near[0]}?")
+        if "." not in program and {"-h", "--help", "--help-all"} & {*args}:  # not the help of the default command
+            raise click.UsageError(f"{program}: no such file, and no command; verne-post --help lists the commands")
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         """Put the default command in front of arguments that name none."""

@@ -44,9 +44,11 @@ def command(input_name: str, output: Path | None, quiet: bool, **given: Any) -> 
     The file has all values that options, settings and an existing set-up give. The command marks every other value
     "measure" or "decide", and a marked value counts as not given. A diameter that a remark of the program names, such
     as (T1 D=16), is taken, to be checked. The command keeps the values of an existing set-up, adds missing ones, and
-    remarks on values that the program does not use. It prints errors that no set-up can correct. Exit status: 0 the
-    file is written, or has all that the program needs, 2 unusable input.
+    remarks on values that the program does not use. It prints errors that no set-up can correct, and writes nothing
+    for a text that is no program. Exit status: 0 the file is written, or has all that the program needs, 2 unusable
+    input.
     """
+    from verne_post.gcode.languages import NO_PROGRAM
     from verne_post.model.findings import InputError
 
     name = show_name(input_name)
@@ -64,6 +66,8 @@ def command(input_name: str, output: Path | None, quiet: bool, **given: Any) -> 
             if output.parent.resolve() != base.parent.resolve() and not is_dash(output):
                 _refuse_names(before, base)
             text, missing, others, said = _extend_setup(name, source, machine, options, before, given)
+        if unread := [item for item in others if item.code == NO_PROGRAM]:
+            raise InputError(*unread)
     except InputError as error:
         return refuse(name, error)
     named = given["machine_name"]

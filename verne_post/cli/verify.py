@@ -100,7 +100,7 @@ def command(
     from verne_post.app.summary import list_events_of_parts
     from verne_post.app.verify import verify_setpoints
     from verne_post.output.parts import compare_index, find_index, list_parts, read_parts
-    from verne_post.output.setpoints import read_csv
+    from verne_post.output.setpoints import READS, read_csv
     from verne_post.output.side_car import read_side_car, report_changes
     from verne_post.output.summary import describe_following, format_verdict
 
@@ -136,7 +136,7 @@ def command(
         return refuse(name, error)
     except UnicodeDecodeError as error:
         raise click.UsageError(
-            f"{name} is {UTF16 if is_utf16(error.object) else f'no setpoint file: {NO_TEXT}'}"
+            f"{name} is {UTF16 if is_utf16(error.object) else f'no setpoint file: {NO_TEXT}; {READS}'}"
         ) from None
     findings = (*found, *verdict.findings)
     status = find_exit_status(findings)

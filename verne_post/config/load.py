@@ -13,7 +13,7 @@ from msgspec.structs import asdict
 
 from verne_post.base.arrays import Array
 from verne_post.base.printable import escape_unprinted
-from verne_post.base.suggestions import suggest
+from verne_post.base.suggestions import find_suggestion, suggest
 from verne_post.base.units import MILLI, RAD_PER_DEG
 from verne_post.config.beside import find_file_beside
 from verne_post.config.common import convert_drives, convert_home, convert_vibration
@@ -301,6 +301,10 @@ def _check_schemas(
 
     content = check_part(MachineFile, data)
     of_schema = [item for item in mistakes if item.message.startswith(f"{file_name}: schema = ")]
+    if "schema" not in data:
+        of_schema = [item for item in mistakes if find_suggestion(item.message) == "schema"] or [
+            make_finding("VP501", f"{file_name}: schema is missing; write schema = 2 for a chain of joints, else 1")
+        ]
     if of_schema:  # which keys there are depends on it
         raise InputError(*of_schema)
     name = data.get("kind")

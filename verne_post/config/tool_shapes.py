@@ -81,7 +81,10 @@ def read_tool_shapes(raw: bytes, name: str) -> dict[int, ToolShape]:
     shapes = {}
     for key, tool in file.tool.items():
         if not (is_count(key) and key == str(int(key))):
-            raise make_input_error("VP504", f"{name}: tool.{key}: expected the number of a tool, as in [tool.3]")
+            text = f"{name}: tool.{key}: expected the number of a tool, as in [tool.3]"
+            if not is_count(key):
+                text += f"; a tool of a name has the number that its set-up gives: [tools.{key}] number = 3"
+            raise make_input_error("VP504", text)
         holder = tool.holder if isinstance(tool.holder, list) else [tool.holder]
         listed = zip((*TOOL_PARTS[:2], *[TOOL_PARTS[2]] * len(holder)), (tool.cutter, tool.shank, *holder), strict=True)
         parts = [one.shape(part) for part, one in listed if one is not None]

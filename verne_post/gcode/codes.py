@@ -4,13 +4,12 @@ A code that is in no group cannot be executed. docs/make_words.py makes the tabl
 dialect has another table, derived from this one (:mod:`verne_post.gcode.dialects`).
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from functools import cached_property
 from typing import Final
 
 from msgspec import Struct
 
-from verne_post.base.suggestions import find_meant
 from verne_post.base.tolerances import WHOLE_NUMBER
 from verne_post.gcode.program_error import ProgramError
 
@@ -67,15 +66,11 @@ def describe_remap(code: str) -> str:
     return f'[remap] of the set-up, or of verne-post.toml, can give it a meaning: {key} = "ignore", or "event"'
 
 
-def make_unknown_function(code: int, column: int | None, known_codes: Iterable[int]) -> ProgramError:
-    """Refuse (VP002) an M code without a meaning; all of a program are one finding, which one set-up settles.
-
-    One with the digits of a known code in another order may be that code: it is a finding of its own.
-    """
+def make_unknown_function(code: int, column: int | None) -> ProgramError:
+    """Refuse (VP002) an M code without a meaning; all of a program are one finding, which one set-up settles."""
     name = f"M{code}"
-    near = find_meant(name, map("M{}".format, known_codes), slip_alone=True)
-    text = f"{name}: no meaning in this language; {REMAP_GIVES}{f'; did you mean {near}?' if near else ''}"
-    return ProgramError("VP002", text, column, about=None if near else name, settled_by=() if near else ("remap", name))
+    text = f"{name}: no meaning in this language; {REMAP_GIVES}"
+    return ProgramError("VP002", text, column, about=name, settled_by=("remap", name))
 
 
 def read_m_code(table: CodeTable, number: float, column: int) -> int:
@@ -100,7 +95,7 @@ def read_m_code(table: CodeTable, number: float, column: int) -> int:
         text = f"M{code} is not executed ({table.refused_m[code]}); {settles}"
         raise ProgramError("VP002", text, column, settled_by=("remap", f"M{code}"))
     if code not in table.group_of_m and code not in _KINEMATICS:
-        raise make_unknown_function(code, column, table.group_of_m)
+        raise make_unknown_function(code, column)
     if code not in table.group_of_m:
         text = f"M{code} is not a code of this language; {settles}"
         raise ProgramError("VP002", text, column, settled_by=("remap", f"M{code}"))

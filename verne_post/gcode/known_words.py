@@ -69,7 +69,7 @@ _HOLES: Final = ("G73", "G74", *(f"G{number}" for number in range(81, 90)))
 
 _AXIS_OF_KLARTEXT: Final = re.compile(r"(?<![A-Z\d_])I?[XYZABCUVW](?=[ \t]*[-+.\dQ])")
 #: A letter with a number, of which the number says nothing: T1, R1, #100.
-_LETTER_AND_NUMBER: Final = re.compile(r"^([A-FH-LN-Z#])\d+$")
+_LETTER_AND_NUMBER: Final = re.compile(r"^([A-FH-LN-Z#]|Q[LRS])\d+$")
 #: What the line above the kinds of PLANE says.
 _TOLD_ABOVE: Final = "tilts the work plane: "
 
@@ -158,7 +158,8 @@ def describe_word(word: str) -> list[str]:
     return found or [
         f"{language}, {known_word}: {_describe(language, known_word, text, is_executed=is_executed)}"
         for language, known_word, text, is_executed in list_words()
-        if name.startswith(f"{known_word} ") and re.search(rf"\b{re.escape(name[len(known_word) + 1 :])}\b", text)
+        if name.startswith(f"{known_word} ")
+        and (not is_executed or re.search(rf"\b{re.escape(name[len(known_word) + 1 :])}\b", text))
     ]
 
 

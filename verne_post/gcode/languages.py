@@ -14,6 +14,7 @@ from verne_post.model.findings import Finding, make_finding
 _SEARCHED_BYTES: Final = 1 << 16
 
 
+NO_PROGRAM: Final = "VP032"
 #: Codes of errors in lines that are not understood.
 _UNREADABLE: Final = ("VP001", "VP002")
 #: A word of a program, outside comments.
@@ -78,6 +79,13 @@ _LANGUAGES: Final = (
 )  # fmt: skip
 
 
+def report_empty(source: Text) -> Finding | None:
+    """The finding of a text of nothing but blanks; None for others."""
+    if len(source) > _SEARCHED_BYTES or source[:_SEARCHED_BYTES].strip():
+        return None
+    return make_finding(NO_PROGRAM, "the file is empty", line=1, last_line=1, worst_line=1)
+
+
 def find_other_language(
     source: Text, errors: Sequence[Finding], dialect: str, known_words: Collection[str], *, is_recognised: bool = False
 ) -> Finding | None:
@@ -96,6 +104,8 @@ def find_other_language(
         The text begins as one of that dialect; only its very beginning can say otherwise.
     """
     head = source[:_SEARCHED_BYTES]
+    if empty := report_empty(source):
+        return empty
     own = next((language for language in _LANGUAGES if language.dialect == dialect), None)
     if own is not None and re.match(own.sign, head, re.MULTILINE | re.IGNORECASE):
         return None  # it begins as texts of its dialect do
@@ -114,7 +124,7 @@ def find_other_language(
             right = f"; read it with --dialect {language.dialect}"
         else:
             right = f", which is not read; dialects are {', '.join(sorted(known_words))}"
-        return make_finding("VP032", text + right, line=line, last_line=line, worst_line=line)
+        return make_finding(NO_PROGRAM, text + right, line=line, last_line=line, worst_line=line)
     if is_recognised or (own is not None and re.search(own.sign, head, re.MULTILINE | re.IGNORECASE)):
         return None
     return _report_no_language(head, errors, known_words)
@@ -138,7 +148,7 @@ def _report_no_language(head: bytes, errors: Sequence[Finding], known_words: Col
         f"this does not look like a program: hardly a line has words such as G1 X2 ({shown_line}); dialects are "
         f"{', '.join(sorted(known_words))}"
     )
-    return make_finding("VP032", text, line=first, last_line=first, worst_line=first)
+    return make_finding(NO_PROGRAM, text, line=first, last_line=first, worst_line=first)
 
 
 def _quote(text: str, most: int = 40) -> str:

@@ -526,6 +526,10 @@ OF_NAMES: Final[Mapping[str, Mapping[str, str]]] = {
     "Klartext": {
         **LETTERS_OF_KLARTEXT,
         "Q": "a Q parameter: a number that the program sets and reads; a formula may stand behind =",
+        **dict.fromkeys(("QL", "QR"), "a Q parameter: QL of this program alone, QR kept for later programs"),
+        "QS": "a Q parameter with a text",
+        **dict.fromkeys(("TX", "TY", "TZ"), "a component of the tool axis, in LN"),
+        **dict.fromkeys(("NX", "NY", "NZ"), "a component of the normal of the surface, in LN"),
         "T": "number or name of the tool, in TOOL CALL",
         "CYCL": "CYCL DEF defines a cycle, CYCL CALL calls it",
         "TCPM": "FUNCTION TCPM switches tool-centre-point control on, as M128 does; FUNCTION RESET TCPM ends it",

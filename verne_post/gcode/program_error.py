@@ -52,6 +52,13 @@ def write_numbers(numbers: Sequence[str], number: str, name: str, line: int) -> 
     return tuple(Remedy(f"write {one}", one, line=line, misspelt=wrong, is_choice=several) for one in new)
 
 
+def refuse_missing(what: str, missing: Sequence[tuple[str, str]]) -> ProgramError:
+    """The error (VP005) of all values that are missing: the name and the meaning of each."""
+    *some, last = [f"{name} (the {meaning})" for name, meaning in missing]
+    names = f"{', '.join(some)} and {last}" if some else "{}, the {}".format(*missing[0])
+    return ProgramError("VP005", f"{what} needs {names}")
+
+
 @contextmanager
 def locate_errors(column: int | None) -> Iterator[None]:
     """Errors of what a line calls stand at the column of the call, unless they have one, or name another line."""

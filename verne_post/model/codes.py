@@ -271,7 +271,7 @@ CODES: Final[dict[str, Code]] = _make_table(
         "program in another language",
         "error",
         "The text cannot be read. It has words of another control or of another kind of file, or hardly "
-        "any word of a program.",
+        "any word of a program, or it is empty.",
         "",
     ),
     (

@@ -90,6 +90,6 @@ def _name_result(one: Converted) -> str:
 
 
 def _find_first(findings: Sequence[Finding]) -> Finding | None:
-    """The first error; of a program without one the first warning."""
-    warnings = (item for item in list_first(findings) if item.severity == "warning")
-    return find_first_error(findings) or next(warnings, None)
+    """The first error; of a program without one the first warning, in a line if one has a line."""
+    warnings = [item for item in list_first(findings) if item.severity == "warning"]
+    return find_first_error(findings) or next((item for item in warnings if item.line), next(iter(warnings), None))

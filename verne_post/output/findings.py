@@ -177,6 +177,8 @@ def list_remedies(item: Finding, program: str) -> list[str]:
 
 #: In a remedy that follows from the kind of the move alone.
 _NOT_TRIED: Final = "which no work offset moves"
+#: What was tried and helps nothing: people are told, and no program takes it for a remedy.
+_NOTHING_FOUND: Final = "no work offset near this one"
 #: What helps where a code of the builder has no meaning yet.
 _GIVE_MEANING: Final = (
     "Fill in its meaning in INPUT.toml, or post the program without it; verne-post setup INPUT writes a missing entry."
@@ -297,6 +299,7 @@ def make_records(findings: Sequence[Finding], program: str) -> list[dict[str, An
     return [
         {
             **{key: getattr(item, key) for key in _KEYS},
+            "remedies": [one for one in item.remedies if not one.startswith(_NOTHING_FOUND)],
             "settled_by": [".".join(key) for key in item.settled_by],
             "remedy": describe_remedy(item, program),
             "counted_with": counted_with.get(index),

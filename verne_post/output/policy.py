@@ -41,13 +41,14 @@ def find_mistakes(select: tuple[str, ...], ignore: tuple[str, ...], severity: Ma
         for code in codes:
             if not any(known.startswith(code) for known in CODES) or not code.startswith("VP"):
                 sentences.append(f"{what}: {code!r} is no code, nor the beginning of one such as VP2")
-            elif what != "select" and not (is_deniable(code) or _has_warnings(code)):
+            elif not (is_deniable(code) or _has_warnings(code)):
                 why = (
                     "says that the program was not planned, always"
                     if code == NOT_PLANNED
                     else "programs that cannot be read or checked are errors, always"
                 )
-                sentences.append(f"{what}: {code}: {why}")
+                rest = "; nothing else would count" if what == "select" and len(select) == 1 else ""
+                sentences.append(f"{what}: {code}: {why}{rest}")
     return sentences
 
 
@@ -148,4 +149,6 @@ def read_baseline(text: str, name: str) -> frozenset[str]:
             raise ValueError(f"its layout is {data['schema']!r}, this version reads {_BASELINE_SCHEMA}")
         return frozenset(map(str, data["known"]))
     except (ValueError, KeyError, TypeError, RecursionError) as error:
-        raise make_input_error("VP503", f"{name}: not a baseline that check has written: {error!r}") from None
+        why = f"its key {error} is missing" if isinstance(error, KeyError) else str(error)
+        why = "expected an object with the keys schema and known" if isinstance(error, TypeError) else why
+        raise make_input_error("VP503", f"{name}: not a baseline that check has written: {why}") from None

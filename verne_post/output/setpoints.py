@@ -20,6 +20,8 @@ _READ_ROWS: Final = 8192
 _LONGEST_LINE = 1 << 16
 #: Characters of a wrong header that a message quotes.
 _SHOWN = 200
+#: Behind a message about a file of another format.
+READS: Final = "verify reads what --format csv writes"
 
 
 def name_joints(columns: tuple[Column, ...], drives: tuple[Drive, ...]) -> tuple[str, ...]:
@@ -76,14 +78,21 @@ def read_csv(
         shown = header if len(header) <= _SHOWN else header[:_SHOWN] + "..."
         if not header:
             raise make_input_error("VP020", f"the file is empty, expected the columns {expected!r}", file=name)
-        if "," not in header:
-            text = f"this is no setpoint file: its first line is {shown!r}, expected the columns {expected!r}"
+        cells, names = header.split(","), expected.split(",")
+        joints = [[cell.partition("_")[0] for cell in line] for line in (cells, names)]
+        if _is_row(cells) and len(cells) == len(names):
+            raise make_input_error("VP020", f"the header row {expected!r} is missing", file=name, file_line=1)
+        if cells[0] != names[0] and set(joints[0]).isdisjoint(joints[1]):
+            text = f"this is no setpoint file: its first line is {shown!r}, expected the columns {expected!r}; {READS}"
             raise make_input_error("VP020", text, file=name, file_line=1)
         text = f"the columns are {shown!r}, expected {expected!r}"
-        joints = [[cell.partition("_")[0] for cell in line.split(",")] for line in (header, expected)]
         if joints[0] == joints[1]:
             text += "; these joints are in other units, see --units"
-        elif joints[0] != [header]:
+        elif sorted(joints[0]) == sorted(joints[1]):
+            text += "; they are in another order"
+        elif len(cells) == 1:
+            text += "; write commas between them"
+        else:
             text += "; give the --machine with which the file was made"
         raise make_input_error("VP020", text, file=name, file_line=1)
     first, fmt = 0, None
@@ -100,6 +109,14 @@ def read_csv(
         numbers = table[:, 1:-1]
         yield SetpointBlock(first, convert_positions(numbers, fmt), line.astype(np.int32), fmt, numbers)
         first += len(lines)
+
+
+def _is_row(cells: list[str]) -> bool:
+    """Whether cells are numbers, as of a row."""
+    try:
+        return bool([float(cell) for cell in cells])
+    except ValueError:
+        return False
 
 
 def _split_lines(stream: IO[str]) -> Iterator[str]:

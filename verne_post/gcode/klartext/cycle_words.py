@@ -9,7 +9,7 @@ from msgspec import Struct
 from verne_post.gcode.klartext.formulas import VALUE, Numbers, read_value
 from verne_post.gcode.klartext.statements import Statement
 from verne_post.gcode.klartext.vocabulary import name_parameter
-from verne_post.gcode.program_error import ProgramError
+from verne_post.gcode.program_error import ProgramError, refuse_missing
 from verne_post.model.findings import Remedy
 
 #: FMAX as the value of a feed rate; a retract at 0 or MAX is rapid traverse.
@@ -195,13 +195,12 @@ def complete(
                 else f"CYCL DEF {number}: Q{name} is not a parameter that is executed here",
                 find_parameter(statement, name),
             )
-    for name in needs:
-        if name not in given:
-            written_word = next(
-                (one for one in _LETTERS.finditer(statement.rest) if _read_letters(one[1]) == name), None
-            )
-            if written_word is not None:
-                text = f"{written_word[1]}: a letter in the number; did you mean Q{name}?"
-                raise statement.error("VP001", text, written_word.start(1))
-            raise statement.error("VP005", f"CYCL DEF {number} needs Q{name}, the {name_parameter(name)}")
+    missing = [name for name in needs if name not in given]
+    for word in _LETTERS.finditer(statement.rest) if missing else ():
+        meant_number = _read_letters(word[1])
+        if meant_number is not None and meant_number in missing:
+            text = f"{word[1]}: a letter in the number; did you mean Q{meant_number}?"
+            raise statement.error("VP001", text, word.start(1))
+    if missing:
+        raise refuse_missing(f"CYCL DEF {number}", [(f"Q{name}", name_parameter(name)) for name in missing])
     return {**defaults, **given}

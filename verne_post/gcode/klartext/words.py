@@ -164,7 +164,9 @@ def _add(statement: Statement, words: Words, match: re.Match[str], begin: int, n
     found = match.groupdict()
     last = words.functions[-1] if words.functions else None
     if found["empty"]:
-        return  # older controls show what was asked for and not answered: nothing changes
+        if found["empty"] == "F" and not re.search(r"[ \t]M", statement.rest[match.end() :]):
+            raise statement.error("VP001", "F without a number; write the feed rate, F AUTO or FMAX", begin)
+        return  # older controls show what was asked for and not answered, up to M: nothing changes
     if found["m"]:
         if not is_count(found["m"]):
             raise statement.error("VP002", f"M{found['m'][:9]}... is not a function that is known here", begin)

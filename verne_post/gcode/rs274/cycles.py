@@ -9,7 +9,7 @@ from verne_post.gcode.block import Block
 from verne_post.gcode.codes import spell_g_code
 from verne_post.gcode.machining.holes import MAX_HOLES, MAX_PECKS, Thread, check_tapping, note_tapping, tap
 from verne_post.gcode.machining.machining import Machining, explain_inverse_time, explain_tilted_tool, list_plane_edits
-from verne_post.gcode.program_error import ProgramError, write_before
+from verne_post.gcode.program_error import ProgramError, refuse_missing, write_before
 from verne_post.gcode.rs274.modes import Cycle, Modes
 from verne_post.gcode.rs274.motion import MotionCodes
 from verne_post.gcode.rs274.traits import Traits
@@ -136,10 +136,18 @@ class CycleCodes:
         if series is not None:
             self._refuse_other_unit(block, motion, series, before)
         start = here if series is None else series.start
-        if "R" not in block.words and before is None:
-            raise ProgramError("VP005", f"{name} needs R, the height from which it feeds")
-        if letter not in block.words and before is None:
-            raise ProgramError("VP005", f"{name} needs {letter}, the bottom of the hole")
+        step = self.values.convert_length(block.words["Q"]) if "Q" in block.words else before.step if before else None
+        dwell = self.values.read_dwell(block) if "P" in block.words else before.dwell if before else None
+        falling = before.falling if before is not None and "Q" not in block.words else None
+        has_pecks = motion not in NEEDS_STEP or "I" in block.words or falling or step is not None
+        missing = [
+            ("R", "height from which it feeds") if "R" not in block.words and before is None else None,
+            (letter, "bottom of the hole") if letter not in block.words and before is None else None,
+            None if has_pecks else ("Q", "depth of one peck"),
+            ("P", "dwell at the bottom") if motion in self.traits.needs_dwell and dwell is None else None,
+        ]
+        if any(missing):
+            raise refuse_missing(name, list(filter(None, missing)))
         numbers_before = before.numbers if before is not None else (0.0, 0.0)
         r = self.values.convert_length(block.words["R"]) if "R" in block.words else numbers_before[0]
         z = self.values.read_axis_value(block, normal) if letter in block.words else numbers_before[1]
@@ -150,18 +158,10 @@ class CycleCodes:
         line = block.line if _has_code(block, motion) or series is None else series.line
         if clear <= bottom + ZERO_LENGTH_MM:
             self._report_no_depth(block, motion, line, clear, bottom)
-        step = self.values.convert_length(block.words["Q"]) if "Q" in block.words else before.step if before else None
-        falling = before.falling if before is not None and "Q" not in block.words else None
         if motion in NEEDS_STEP and "I" in block.words:
             falling = self._read_falling_pecks(block, name)
-        if motion in NEEDS_STEP and not falling:
-            if step is None:
-                raise ProgramError("VP005", f"{name} needs Q, the depth of one peck")
-            if step <= 0:
-                raise block.error("VP007", f"Q{step:g}: the depth of a peck is greater than 0", "Q")
-        dwell = self.values.read_dwell(block) if "P" in block.words else before.dwell if before else None
-        if motion in self.traits.needs_dwell and dwell is None:
-            raise ProgramError("VP005", f"{name} needs P, the dwell at the bottom")
+        if motion in NEEDS_STEP and not falling and step is not None and step <= 0:
+            raise block.error("VP007", f"Q{step:g}: the depth of a peck is greater than 0", "Q")
         shift = self._read_way_out(block, motion, step, before)
         of_start = self.modes.inch if series is None else series.start_inch
         return Cycle(

@@ -50,8 +50,6 @@ from verne_post.model.moves import AXES, ZERO9, PathControl, PathMode
 from verne_post.model.plausibility import PLAUSIBLE
 
 _MAX_M_CODES: Final = 4
-#: M89, with the digits of M98 in the wrong order.
-_SWAPPED_CALL: Final = 89
 #: Words of G83 that no other block of G93 has.
 _OF_DRILLING: Final = frozenset("RQPKL")
 #: Numbers of G words -> codes of motion that need nothing but their own words.
@@ -527,14 +525,7 @@ class Rs274(Language):
                     )
                 g[group] = code
                 continue
-            try:
-                code = read_m_code(self.table, number, column)
-            except ProgramError as error:
-                if number == _SWAPPED_CALL and "P" in block.words and 98 in self.table.group_of_m:
-                    text = "M89: no meaning in this language; did you mean M98?"
-                    edit = Remedy("write M98", "M98", misspelt="M89", is_choice=True)
-                    raise ProgramError("VP002", text, column, edits=(edit,)) from error
-                raise
+            code = read_m_code(self.table, number, column)
             group = self.table.group_of_m[code]
             if group in m:
                 raise ProgramError("VP003", f"M{m[group][0]} and M{code} are of one modal group ({group})", column)
@@ -553,10 +544,6 @@ class Rs274(Language):
             edits: tuple[Remedy, ...] = ()
             if right_code:
                 edits = (Remedy(f"write {right_code}", right_code, way="marked"),)
-            near_codes = () if edits else self._find_swapped(code)
-            if near_codes and float(near_codes[0].value[1:]) * 10 not in CYCLES:  # G68 has R and no Z: nobody means G86
-                text += f"; did you mean {near_codes[0].value}?"
-                edits = near_codes
             raise ProgramError("VP002", text, column, about=name, edits=edits)
         if not is_code or code not in self.table.group_of_g:
             name = spell_g_code(code) if is_code else f"G{number:g}"
@@ -572,20 +559,8 @@ class Rs274(Language):
                 )
             full_text = explain_unknown(text, name, map(spell_g_code, self.table.group_of_g))
             is_settled = is_code and not moves and full_text == text  # else another code is meant
-            near_codes = self._find_swapped(code) if is_code and full_text == text else ()
-            full_text += f"; did you mean {near_codes[0].value}?" if near_codes else ""
-            key = ("remap", name) if is_settled else ()
-            raise ProgramError("VP002", full_text, column, settled_by=key, edits=near_codes)
+            raise ProgramError("VP002", full_text, column, settled_by=("remap", name) if is_settled else ())
         return code
-
-    def _find_swapped(self, code: int) -> tuple[Remedy, ...]:
-        """The edit of a code, times ten, that is not executed, and whose digits in the other order are one that is."""
-        tens, ones = divmod(code // 10, 10)
-        near_codes = 100 * ones + 10 * tens
-        if code % 10 or not 0 < tens < 10 or not ones or near_codes not in self.table.group_of_g:
-            return ()
-        right_code = spell_g_code(near_codes)
-        return (Remedy(f"write {right_code}", right_code, misspelt=spell_g_code(code), is_choice=True),)
 
     def _has_user_code(self, block: Block, letters: str = "GM") -> bool:
         find_meaning = self.core.auxiliary.find_user_meaning

@@ -43,6 +43,14 @@ class Arguments(Struct):
             raise self.error("VP007", f'{name} is "{value[:20]}"; a number is needed', name)
         return value
 
+    def require(self, *groups: tuple[str, ...]) -> None:
+        """Refuse (VP005) a call in which, of groups of names, none is given; all of them at once."""
+        missing = [group for group in groups if not any(map(self.is_given, group))]
+        if missing:
+            *some, last = map(" or ".join, missing)
+            text = f"{', '.join(some)} and {last} are needed" if some else f"{last} is needed"
+            raise self.error("VP005", text, missing[0][0])
+
     def read_whole(self, name: str, default: int = 0) -> int:
         """A whole number."""
         value = self.number(name, default)

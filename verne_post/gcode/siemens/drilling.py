@@ -108,9 +108,7 @@ class _Hole:
 
     def _read_heights(self) -> None:
         given = self.given
-        for name in ("RTP", "RFP"):
-            if not given.is_given(name):
-                raise given.error("VP005", f"{name} is needed", name)
+        given.require(("RTP",), ("RFP",), ("DP", "DPR"))
         self.retract, self.reference = self._read_length("RTP"), self._read_length("RFP")
         modes = given.read_whole("_AMODE")
         if kind := given.read_whole("_GMODE"):

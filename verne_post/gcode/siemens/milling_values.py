@@ -119,9 +119,7 @@ class MillingValues:
 
     def _read_heights(self) -> None:
         given = self.given
-        for name in ("RTP", "RFP"):
-            if not given.is_given(name):
-                raise given.error("VP005", f"{name} is needed", name)
+        given.require(("RTP",), ("RFP",), tuple(name for name in ("DP", "DPR") if name in given.names))
         self.retract, self.top = self.measure("RTP"), self.measure("RFP")
         self.clear = self.top + self.measure("SDIS")
         modes = given.read_whole("_AMODE")
@@ -129,8 +127,6 @@ class MillingValues:
         has_height = given.is_given("DP")
         takes_dpr = "DPR" in given.names and given.is_given("DPR") and (given.number("DPR") != 0 or not has_height)
         relative = "DPR" if takes_dpr else "DP"
-        if not given.is_given(relative):
-            raise given.error("VP005", "DP or DPR is needed" if "DPR" in given.names else "DP is needed", "DP")
         is_relative = relative == "DPR" or self.digits[0] == 1
         if not 0 <= modes < 100_000 or self.digits[0] > 2 or self.digits[1] > 1 or any(self.digits[3:]):
             raise given.error(
