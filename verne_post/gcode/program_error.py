@@ -29,6 +29,11 @@ def write_before(words: str, *, line: int = 0, turns: bool = False) -> tuple[Rem
     return (Remedy(f"write {words} before", words, line=line, way="before", turns=turns),)
 
 
+def close_here(bracket: str) -> tuple[Remedy, ...]:
+    """The edit of an error that a bracket at its place settles, where nothing but another word follows."""
+    return (Remedy(f"write {bracket}", bracket, way="here", is_choice=True),)
+
+
 def end_with(words: str) -> tuple[Remedy, ...]:
     """The edit of an error that a last line settles, before a closing %."""
     return (Remedy(f"write {words}", words, line=1, way="end"),)
@@ -50,6 +55,10 @@ def write_numbers(numbers: Sequence[str], number: str, name: str, line: int) -> 
     wrong, several = f"{name}{number}", len(numbers) > 1
     new = [f"{name}{one}" for one in numbers]
     return tuple(Remedy(f"write {one}", one, line=line, misspelt=wrong, is_choice=several) for one in new)
+
+
+#: Where a value is given, and a sign of comparison stands.
+DOUBLE_EQUALS: Final = "==: compares, and gives no value; did you mean =?"
 
 
 @contextmanager
