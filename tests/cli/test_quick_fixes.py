@@ -524,3 +524,75 @@ def test_an_open_bracket_of_a_formula_has_its_edit(inspector: Inspector, tmp_pat
     text = f"{KLARTEXT}3 Q1 = 2*(2+1)\n4 L X+Q1 F500\n5 M30\n6 END PGM T MM\n"
     _message, underlined, made = look(inspector, tmp_path / "a.h", text.replace("+1)", "+1"))
     assert underlined == "(" and [new for _path, new, _settles in made.values()] == [text]
+
+
+def ask(inspector: Inspector, path: Path, text: str, place: str, setup: str = SETUP) -> str:
+    """What is shown of the word at the | of a place of a text."""
+    path.write_text(text, "utf-8")
+    Path(f"{path}.toml").write_text(setup, "utf-8")
+    found = inspector.check(path, {path: text}, threading.Event())
+    at = text.index(place.replace("|", "")) + place.index("|")
+    line = text.count("\n", 0, at) + 1
+    said = inspector.describe_line(found, line, at - text.rfind("\n", 0, at) - 1)
+    assert said is not None
+    return said.split("\n")[0].partition("**: ")[2]
+
+
+SPLINES = (
+    f"{NGC}G1 X1 F500\nG5.2 X2 Y0 P1 L3\nX4 Y5 P2\nX6 Y0 P1\nG5.3\nG3 X10 Y4 R6\nX1 Y2 I-3 J4\n"
+    "G5 X9 Y3 I2 J3 P-4 Q-5\nG90.1 G2 X5 Y1 I3 J2\n#1=#5420\nM2\n"
+)
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "place", "said"),
+    [
+        ("a.ngc", SPLINES, "|P1 L3", "weight of this control point: 1"),
+        ("a.ngc", SPLINES, "P1 |L3", "order of the NURBS: 3"),
+        ("a.ngc", SPLINES, "|P2", "weight of this control point: 2"),
+        ("a.ngc", SPLINES, "|R6", "radius of the arc: 6; a negative one takes the long way"),
+        ("a.ngc", SPLINES, "|I-3", "centre of the arc, from its start in X: -3"),
+        ("a.ngc", SPLINES, "|J4", "centre of the arc, from its start in Y: 4"),
+        ("a.ngc", SPLINES, "|I2 J3", "first control point of the spline, from the start: 2"),
+        ("a.ngc", SPLINES, "|Q-5", "second control point of the spline, from the end: -5"),
+        ("a.ngc", SPLINES, "I3 |J2", "centre of the arc in Y: 2"),
+        ("a.ngc", SPLINES, "|#5420", "X of the program; 5 after this line"),
+        ("a.nc", f"{FANUC}G41 D1 X3 F500\nG3 X9 R6\nG40 X20\nM30\n%\n", "|R6", "radius of the arc: 6"),
+        ("a.nc", f"{FANUC}G1 X3 F500,R2\nY9\nM30\n%\n", ",|R2", "rounding of the corner, radius 2"),
+        ("a.nc", f"{FANUC}G1 X3 F500\nG67\nM30\n%\n", "|G67", "ends the calls of the macro of G66"),
+        ("a.h", f"{KLARTEXT}3 CR X+9 Y+0 R+8 DR- F500\n4 M30\n5 END PGM T MM\n", "|R+8", "radius of the arc: 8"),
+        ("a.h", f"{KLARTEXT}3 TRANS DATUM AXIS X+9\n4 M30\n5 END PGM T MM\n", "|AXIS", "shifts the datum to X Y Z"),
+        ("a.h", "BEGIN PGM T MM\nBLK FORM 0.2 X+9 Y+9 Z+0\nEND PGM T MM\n", "0|.2", "the stock, a box: the corner"),
+        (
+            "a.mpf",
+            f"{SIEMENS}UP(2)\nM30\n%_N_UP_SPF\nPROC UP(REAL A1, VAR INT LAST)\nG1 X=A1 F500\nRET\n",
+            "|LAST)",
+            "value of the subprogram, INT: its call gives it",
+        ),
+    ],
+)
+def test_a_word_is_told_as_its_block_has_it(
+    inspector: Inspector, tmp_path: Path, name: str, text: str, place: str, said: str
+) -> None:
+    """All meanings of a letter in its language were listed, or none was told."""
+    assert ask(inspector, tmp_path / name, text, place).startswith(said)
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "offered"),
+    [
+        (
+            "a.h",
+            f"{KLARTEXT}3 FUNCTION ",
+            ["FUNCTION TCPM", "FUNCTION DWELL", "FUNCTION MODE MILL", "FUNCTION RESET TCPM"],
+        ),
+        ("a.nc", f"{FANUC}T", []),
+        ("a.nc", f"{FANUC}#1=T", ["TAN"]),
+    ],
+)
+def test_what_may_follow_is_completed(name: str, text: str, offered: list[str]) -> None:
+    """Nothing was offered behind FUNCTION, and TAN for the number of a tool."""
+    lines = text.split("\n")
+    outline = Outline(lines, "auto", text.encode(), name)
+    found = {one.word for one in complete_word(outline, len(lines) - 1, len(lines[-1]), {})}
+    assert set(offered) <= found and bool(found) == bool(offered)
