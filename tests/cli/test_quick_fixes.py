@@ -596,3 +596,16 @@ def test_what_may_follow_is_completed(name: str, text: str, offered: list[str]) 
     outline = Outline(lines, "auto", text.encode(), name)
     found = {one.word for one in complete_word(outline, len(lines) - 1, len(lines[-1]), {})}
     assert set(offered) <= found and bool(found) == bool(offered)
+
+
+@pytest.mark.parametrize("name", ["two_faces.h", "two_faces.mpf", "two_faces_fanuc.nc"])
+def test_no_operation_of_a_tool_begins_behind_the_end(name: str) -> None:
+    """The remark above LBL 10 was an operation of tool 1."""
+    text = (Path(__file__).parents[2] / "gcode_samples" / name).read_text("utf-8")
+    lines = text.split("\n")
+    end = next(k for k, line in enumerate(lines) if "M30" in line)
+    symbols = Outline(lines, "auto", text.encode(), name).list_symbols()
+    tools = [one for top in symbols for one in (top, *(top.children or ())) if one.kind == lsp.SymbolKind.Class]
+    assert tools
+    for tool in tools:
+        assert tool.children and all(one.range.start.line <= end for one in tool.children)

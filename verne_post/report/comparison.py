@@ -62,6 +62,7 @@ def write_comparison(sides: tuple[Side, Side]) -> str:
     """Write the page."""
     a, b = sides
     stretches = align_lines(a.lines, b.lines)
+    different = _name_different_lines(stretches)
     pack = Pack()
     data: dict[str, Any] = {"sides": [_pack_side(pack, name, side) for name, side in zip("ab", sides, strict=True)]}
     data["arrays"] = pack.contents
@@ -75,7 +76,7 @@ def write_comparison(sides: tuple[Side, Side]) -> str:
             "heads": "".join(_write_head_html(name, side) for name, side in zip("AB", sides, strict=True)),
             "outcome": escape_text(_describe_outcome(sides)),
             **_name_paths(sides),
-            "text_differs": escape_text(_name_different_lines(stretches)),
+            "text_differs": f" <small>{escape_text(different)}</small>" if different else "",
             "facts": _write_facts_html(sides),
             "findings": _write_findings_html(sides, stretches),
             "limits": _write_limits_html(sides),
