@@ -185,8 +185,8 @@ class _Formula:
         if token == "(":
             value = self.sum(depth + 1)
             if self._take(")") is None:
-                opened = self.text[column - 1 :]
-                edits = (Remedy("write )", f"{opened})", misspelt=opened, is_choice=True),)
+                open_text = self.text[column - 1 :]
+                edits = (Remedy("write )", f"{open_text})", misspelt=open_text, is_choice=True),)
                 raise ProgramError("VP001", "a bracket of the formula is not closed; write )", column, edits=edits)
             return value
         if token == "PI":

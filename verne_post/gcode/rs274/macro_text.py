@@ -208,9 +208,9 @@ def find_loops(source: Text, programs: Collection[int]) -> Loops:
         if found is None:
             continue
         number, column, last = found[3], places[found.start()] + 1, found.end(3) if found[3] else found.end(4)
-        written = decode_line(match.group())[column - 1 : places[last - 1] + 1]
+        written_word = decode_line(match.group())[column - 1 : places[last - 1] + 1]
         if found[4]:
-            bare = line, column, written
+            bare = line, column, written_word
             continue
         if found[2]:
             text = f"D0{number}: a zero in place of the letter O; did you mean DO{number}?"
@@ -226,7 +226,7 @@ def find_loops(source: Text, programs: Collection[int]) -> Loops:
             elif open_loops:
                 begin, other = open_loops[-1]
                 text += f"; DO{other} of line {begin} is open"
-                edits = (Remedy(f"write END{other}", f"END{other}", line=line, misspelt=written),)
+                edits = (Remedy(f"write END{other}", f"END{other}", line=line, misspelt=written_word),)
             raise ProgramError("VP023", text, column, line=line, edits=edits).advise(CLOSE_IN_ORDER)
         else:
             first, _number = open_loops.pop()

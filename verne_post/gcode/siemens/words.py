@@ -447,8 +447,8 @@ def read_arguments(cursor: Cursor) -> tuple[Argument, ...]:
                 return tuple(found)
     if in_quotes:
         raise cursor.error("VP001", "the quote is not closed on its line; expected '\"'", quote)
-    opened = text[begin:].rstrip()
-    edits = (Remedy("write )", f"{opened})", misspelt=opened, is_choice=True),)
+    open_text = text[begin:].rstrip()
+    edits = (Remedy("write )", f"{open_text})", misspelt=open_text, is_choice=True),)
     raise cursor.error("VP001", "the bracket is not closed on its line; expected ')'", begin, edits)
 
 
