@@ -1,6 +1,7 @@
 """`verne-post machined` with a stock: what rows cut, what they touch, and what is left for the next set-up."""
 
 import re
+from contextlib import nullcontext
 from pathlib import Path
 
 import pytest
@@ -58,6 +59,19 @@ def test_rows_cut_the_stock_line_by_line_and_leave_the_rest_for_the_next_run(slo
         for line in (checked.out + checked.err).splitlines()
         if "VP216" in line and line.startswith("slot.nc:")
     ] == ["11"]
+
+
+def test_a_check_says_how_far_the_stock_is_cut(slot, run, monkeypatch):
+    told = []
+    monkeypatch.setattr(
+        "verne_post.cli.check.show_progress", lambda *_words, **_flags: nullcontext(lambda *now: told.append(now))
+    )
+    assert run("check", "slot.nc", *PLACE, *BOX).code == 1
+    done, total = zip(*((now[1], now[2]) for now in told if now[0] == "cutting the stock"), strict=True)
+    assert list(done) == sorted(done)
+    assert len(set(done)) > 3
+    assert done[0] == 0
+    assert set(total) == {max(done) + 1}
 
 
 @pytest.mark.parametrize(

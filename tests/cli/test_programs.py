@@ -549,3 +549,48 @@ def test_a_length_of_the_program_beside_tool_length_is_told_once(
         assert answer.out.count("VP018") == (length == 80), answer.out
         said = f"{name}:{line}: VP018 warning: --tool-length gives 80 mm to the whole program, and the length that the"
         assert (said in answer.out) == (length == 80)
+
+
+@pytest.mark.parametrize("given", ["lengths", "table", "set-up"])
+@pytest.mark.parametrize(
+    ("name", "text", "line", "held"),
+    [
+        ("p.h", "TOOL DEF 1 L{}\nTOOL CALL 1 Z S900\nL Z+60 R0 FMAX M3\nL Z+40 F600 M30\n", 1, 80),
+        ("p.nc", "%\nO1\nG10 L10 P1 R{}\nT1 M6\nS900 M3\nG0 G43 H1 Z60.\nG1 Z40. F600.\nM30\n%\n", 6, 95),
+        ("p.ngc", "G21 G90\nG10 L1 P1 Z{}\nT1 M6\nS900 M3\nG43 H1\nG0 X0 Y0 Z60\nG1 Z40 F600\nM2\n", 5, 95),
+        ("p.mpf", "$TC_DP3[1,1]={}\nT1 D1\nM6\nS900 M3\nG0 X0 Y0 Z60 A0 C0\nG1 Z40 F600\nM30\n", 3, 95),
+    ],
+)
+def test_two_lengths_of_one_tool_are_told(
+    run: Callable[..., Any], tmp_path: Path, given: str, name: str, text: str, line: int, held: float
+) -> None:
+    """TOOL DEF gives way to a measured length; G10 and $TC_DP3 write the table of a control, and hold."""
+    path, words = tmp_path / name, ["--wcs", "G54=0,0,100"]
+    if given == "lengths":
+        (tmp_path / "l.csv").write_text("tool,length_mm\n1,80\n")
+        words += ["--tool-lengths", str(tmp_path / "l.csv")]
+    elif given == "table":
+        (tmp_path / "t.tbl").write_text("T1 P1 Z80 D6\n")
+        words += ["--tool-table", str(tmp_path / "t.tbl")]
+    else:
+        path.with_name(f"{name}.toml").write_text("[tools]\n1 = { length = 80 }\n")
+    for length in (95, 80):
+        path.write_text(text.format(f"{length:.1f}"))
+        answer = run("check", path, *words)
+        assert answer.code == 0, answer.out
+        assert f"tool length: tool 1: {held if length == 95 else 80} mm" in answer.out
+        assert answer.out.count("VP018") == (length == 95), answer.out
+        word = {"p.h": "TOOL DEF", "p.mpf": "$TC_DP3"}.get(name, "G10")
+        said = f"{name}:{line}: VP018 warning: {word} gives tool 1 the length 95 mm, but the set-up or the tool table "
+        said += "gives the length 80 mm"
+        assert (said in answer.out) == (length == 95), answer.out
+
+
+def test_wear_of_the_program_is_no_other_length(run: Callable[..., Any], tmp_path: Path) -> None:
+    """G10 L11 is added to the measured length on purpose."""
+    path = tmp_path / "p.nc"
+    path.write_text("%\nO1\nG10 L11 P1 R-.05\nT1 M6\nS900 M3\nG0 G43 H1 Z60.\nG1 Z40. F600.\nM30\n%\n")
+    (tmp_path / "t.tbl").write_text("T1 P1 Z80 D6\n")
+    answer = run("check", path, "--tool-table", tmp_path / "t.tbl", "--wcs", "G54=0,0,100")
+    assert "tool length: tool 1: 79.95 mm" in answer.out
+    assert "VP018" not in answer.out

@@ -153,6 +153,37 @@ def test_a_line_that_depends_on_others_is_refused(machine: verne_post.Machine, l
     assert int(named[1]) == near
 
 
+def test_a_line_that_goes_on_with_a_statement_is_refused(machine: verne_post.Machine) -> None:
+    """All lines of a Klartext cycle counted as its beginning, and none as one that the program comes to."""
+    text = b"""BEGIN PGM A MM
+TOOL CALL 1 Z S900
+L X+0 Y+0 Z+50 A+0 C+0 R0 FMAX M3
+CYCL DEF 200 DRILLING ~
+  Q200=2 Q201=-5 ~
+  Q206=250 Q202=5 ~
+  Q210=0 Q203=0 ~
+  Q204=50 Q211=0
+L X+9 FMAX M99
+L X+19 FMAX M99
+END PGM A MM"""
+    for line, near in ((4, None), (5, 4), (6, 4), (7, 9), (8, 9), (9, None)):
+        options = Options(
+            dialect="heidenhain",
+            tool_length=60.0,
+            wcs={"G54": (0, 0, 100)},
+            approach="home",
+            from_line=line,
+        )
+        if near is None:
+            assert assemble(text, machine, options).moves.line.max() == 10
+            continue
+        with pytest.raises(
+            InputError, match=f"a statement, cutter .* the nearest line that will do is {near}$"
+        ) as refused:
+            assemble(text, machine, options)
+        assert [(item.code, item.line) for item in refused.value.findings] == [("VP029", line)]
+
+
 @pytest.mark.parametrize("line", [4, 5, 6, 10, 11, 12, 16, 23, 24, 25])
 def test_what_the_skipped_lines_switched_on_is_listed(machine: verne_post.Machine, line: int) -> None:
     rest = restarted(machine, line)

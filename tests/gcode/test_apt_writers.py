@@ -3,6 +3,7 @@ systems.
 """
 
 import re
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -113,7 +114,8 @@ EXECUTED = {
     "CIRCLE": ("CIRCLE/5,0,9,0,0,1,5\nGOTO/10,0,9", [(2, 10, 0, 9)]),
     "INDIRV": ("INDIRV/0,1,0\nTLON,GOFWD/(CIRCLE/5,0,9,5),ON,(LINE/5,0,9,5,5,9)", [(2, 5, 5, 9)]),
     "TLON": ("INDIRV/0,-1,0\nTLON,GOFWD/(CIRCLE/5,0,9,5),ON,2,INTOF,(LINE/5,0,9,5,5,9)", [(2, 5, 5, 9)]),
-    "CYCLE": ("CYCLE/DRILL,DEPTH,5,CLEAR,1\nGOTO/4,0,0\nCYCLE/OFF", [(0, 4, 0, 1), (1, 4, 0, -5), (0, 4, 0, 1)]),
+    "CYCLE": ("CYCLE/DRILL,DEPTH,5,CLEAR,1\nGOTO/4,0,0\nCYCLE/OFF",
+              [(0, 4, 0, 9), (0, 4, 0, 1), (1, 4, 0, -5), (0, 4, 0, 1)]),
     "TRACUT": ("TRACUT/1,0,0,5,0,1,0,0,0,0,1,0\nGOTO/1,2,3", [(1, 6, 2, 3)]), "MSYS": ("GOTO/1,2,3", [(1, 1, 2, 3)]),
     "ROTABL": ("ROTABL/0,AAXIS,0,CAXIS", [(0, 0, 0, 9)]), "TOOL PATH": ("TOOL PATH/A,TOOL,B", ["message"]),
     "END-OF-PATH": ("END-OF-PATH", []),
@@ -436,6 +438,34 @@ def test_creo_lists_points_of_an_arc(view):
     assert refusals(view, arc.format("10,0,9") + "RAPID\nGOTO/5,5,9") == []
 
 
+# --- spindle, coolant --------------------------
+
+
+def test_the_spindle_keeps_its_way_until_another_one_is_written(view):
+    """A speed alone, and ON, after OFF too."""
+    text = "SPINDL/20,RPM,CCLW\nSPINDL/30,RPM\nSPINDL/OFF\nSPINDL/ON\nSPINDL/OFF\nSPINDL/40,RPM\nSPINDL/50,CLW"
+    moves, findings = view(f"{text}\nSPINDL/60,RPM\nRAPID\nGOTO/0,0,9\nFINI", dialect="aptcl")
+    assert findings == ()
+    ways = [event.data["direction"] for event in moves.events if event.kind == "spindle"]
+    back, on = "counterclockwise", "clockwise"
+    assert ways[:8] == [back, back, "stop", back, "stop", back, on, on]
+
+
+def test_coolant_on_is_that_from_before(view):
+    """ON alone is flood; after OFF it is what MIST or FLOOD was."""
+    words = ("ON", "MIST", "OFF", "ON", "FLOOD", "OFF", "ON")
+    moves, findings = view("\n".join(f"COOLNT/{word}" for word in words) + "\nRAPID\nGOTO/0,0,9\nFINI", dialect="aptcl")
+    assert findings == ()
+    codes = [event.data for event in moves.events if event.kind == "coolant"]
+    assert [code["state"] for code in codes] == ["flood", "mist", "off", "mist", "flood", "off", "flood"]
+
+
+def test_a_feed_rate_after_one_in_another_unit_names_the_units(view):
+    found = view("UNITS/MM\nFEDRAT/2,IPM\nFEDRAT/2\nGOTO/0,0,9\nFINI", dialect="aptcl")[1]
+    assert [(item.code, item.line) for item in found] == [("VP005", 3)]
+    assert "write one of MMPM, PERMIN, IPM, MMPR, PERREV, IPR" in found[0].message
+
+
 # --- holes ------------------------------------------------------------------------------------------------------------
 
 
@@ -450,6 +480,49 @@ def test_holes_go_back_to_where_the_tool_stood(view):
     assert heights == [9, 9, 1, -2, 1, 9, 9, -2, -5, -2, 9]
     axis = "GOTO/0,0,9\nCYCLE/DRILL,RAPTO,1,FEDTO,-2,RTRCTO,AUTO\nGOTO/1,0,0,0,.6,.8\nCYCLE/OFF"
     assert refusals(view, f"FEDRAT/9\n{axis}") == [("VP005", 4)]
+
+
+#: From 20 mm to three holes with CLEAR 2 and RETURN 4: one at 0, one 20 mm deeper, one at 0 again.
+WAYS = [
+    (10, 0, 20), (10, 0, 2), (10, 0, -10), (10, 0, 2), (10, 0, 4),
+    (30, 0, 4), (30, 0, -18), (30, 0, -30), (30, 0, -18), (30, 0, -16),
+    (30, 0, 4), (40, 5, 4), (40, 5, 2), (40, 5, -10), (40, 5, 2), (40, 5, 4),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("height", [2, 4])
+def test_the_way_to_a_hole_is_across_and_then_down(view, height):
+    """Across at the height of the tool, also to a deeper hole; up first to a higher one. Without RETURN up to CLEAR."""
+    words = f"CLEAR,2,RETURN,{height}" if height > 2 else "CLEAR,2"
+    text = f"GOTO/0,0,20\nCYCLE/DRILL,DEPTH,10,{words}\nGOTO/10,0,0\nGOTO/30,0,-20\nGOTO/40,5,0\nCYCLE/OFF"
+    heights = {4: height, -16: height - 20}
+    wanted = [[x, y, heights.get(z, z)] for x, y, z in WAYS]
+    found, wanted = places(view, text)[1:], [wanted[0], *(b for a, b in pairwise(wanted) if a != b)]
+    assert [found[0], *(b for a, b in pairwise(found) if a != b)] == wanted
+
+
+@pytest.mark.parametrize("words", ["DRILL,DEPTH,-10,CLEAR,2", "DRILL,-10,CLEAR,2", "TAP,-10,2"])
+def test_a_depth_is_not_negative(view, words):
+    """Writers that print heights name them FEDTO."""
+    found = view(f"FEDRAT/9\nGOTO/0,0,20\nCYCLE/{words}\nGOTO/10,0,0\nFINI", dialect="aptcl")[1]
+    assert [(item.code, item.line, item.column) for item in found] == [("VP007", 3, words.index("-10") + 7)]
+    assert "write DEPTH,10, or FEDTO,-10" in found[0].message
+
+
+def test_the_way_to_a_hole_is_normal_to_a_leaning_axis(view):
+    """By 20 mm along 0, .6, .8 the tool stands above the second hole, which is 10 mm deeper along that axis."""
+    text = "GOTO/0,0,9,0,.6,.8\nCYCLE/DRILL,DEPTH,5,CLEAR,2\nGOTO/0,0,0\nGOTO/9,-6,-8\nCYCLE/OFF"
+    assert places(view, text)[5:7] == [[9, 1.2, 1.6], [9, -4.8, -6.4]]
+
+
+def test_the_tool_axis_turns_between_two_holes_only_after_a_retract(view):
+    """The rapid would go from CLEAR to CLEAR while the table turns."""
+    text = "FEDRAT/9\nGOTO/0,0,9\nCYCLE/DRILL,DEPTH,5,CLEAR,2{}\nGOTO/0,0,0\n{}GOTO/9,0,0,0,.6,.8\nCYCLE/OFF"
+    again = "CYCLE/DRILL,DEPTH,4,CLEAR,2\n"
+    assert refusals(view, text.format("", "")) == refusals(view, text.format(",RETURN,2", "")) == [("VP017", 5)]
+    assert refusals(view, text.format("", again)) == [("VP017", 6)]
+    for words, between in ((",RETURN,9", ""), ("", f"CYCLE/OFF\nRAPID\nGOTO/0,0,9\n{again}")):
+        assert refusals(view, text.format(words, between)) == []
 
 
 def test_steps_of_a_deep_hole_may_begin_with_another_one(view):

@@ -554,8 +554,9 @@ def twin_of_the_wing():
             point = np.array(numbers[:3])
             if hole is not None and not rapid:
                 a = np.array([float(n) for n in re.findall(r"[-0-9.]+", axis)])
+                stood = (last - point) @ a / (a @ a)
                 heights = [
-                    (12, 0),
+                    (max(stood, 12), 0),
                     (2, 0),
                     (-2, 1),
                     (2, 0),
@@ -568,9 +569,8 @@ def twin_of_the_wing():
                     (12, 0),
                 ]
                 lines.append("F200")
-                missing = 0.0 if last is None else 12 - (last - point) @ a
-                if missing > 0:  # up along the axis before anything goes sideways
-                    lines.append("G0 X{:.12f} Y{:.12f} Z{:.12f} {}".format(*(last + missing * a), axis))
+                if stood < 12:  # up along the axis before anything goes sideways
+                    lines.append("G0 X{:.12f} Y{:.12f} Z{:.12f} {}".format(*(last + (12 - stood) * a), axis))
                 for height, code in heights:
                     lines.append("G{} X{:.12f} Y{:.12f} Z{:.12f} {}".format(code, *(point + height * a), axis))
                 last = point + 12 * a
@@ -580,7 +580,7 @@ def twin_of_the_wing():
                 lines.append(f"G3 {shown} I{circle[0] - place[0]:.9f} J{circle[1] - place[1]:.9f}")
             else:
                 lines.append(f"G{0 if rapid or word == 'FROM' else 1} {shown} {axis}")
-            rapid, circle, place = False, None, numbers
+            rapid, circle, place, last = False, None, numbers, point
         elif word == "FEDRAT":
             rapid, feed = False, numbers[0]
             lines.append(f"F{feed}")
@@ -659,9 +659,9 @@ def test_rapid_is_for_one_goto_and_feeds_hold_after_a_cycle(view):
         "CYCLE/OFF\n"
         "GOTO/6,0,0",
     )
-    assert moves.kind.tolist() == [0, 1, 0, 1, 1, 1]
-    assert moves.feed[[1, 3, 4, 5]].tolist() == [500, 100, 100, 500]
-    assert moves.end[2:5, 2].tolist() == [1, -2, 1]
+    assert moves.kind.tolist() == [0, 1, 0, 0, 1, 1, 1]
+    assert moves.feed[[1, 4, 5, 6]].tolist() == [500, 100, 100, 500]
+    assert moves.end[2:6, 2].tolist() == [8, 1, -2, 1]
 
 
 def test_compensation_begins_with_the_first_motion_in_the_plane(view):
@@ -877,7 +877,7 @@ def test_a_subprogram_is_executed_where_it_is_called(view):
 def test_holes_of_a_cycle_are_not_rounded(view):
     moves = apt(view, "FEDRAT/9\nGOTO/0,0,9\nCYCLE/DRILL,DEPTH,5,CLEAR,1\nGOTO/5,0,0\nCYCLE/OFF\nGOTO/9,0,9")
     modes = [moves.controls[index].mode.name for index in moves.control]
-    assert modes == ["BLEND", *["EXACT_PATH"] * 3, "BLEND"]
+    assert modes == ["BLEND", *["EXACT_PATH"] * 4, "BLEND"]
 
 
 def table_angles(machine, text):

@@ -426,7 +426,7 @@ VP023 3:1   o1 if [1]|o2 while [0]|o1 endif|o2 endwhile
 VP023 2:1   o1 while [0]|o2 break|o1 endwhile
 VP023 1:4   o1 fi
 VP023 3:1   o1 sub|o1 endsub|o1 sub|o1 endsub|o1 call
-VP023 1:1   M98 P1
+VP023 1:5   M98 P1
 VP023 1:1   o1 sub|M98 P1
 VP001 1:11  o1 if [1] G0 X1|o1 endif
 VP001 1:13  o1 repeat [2|o1 endrepeat
@@ -479,7 +479,7 @@ VP004 1:4   F1 F2
 VP004 1:8   G10 L2 L2 P1
 VP005 1:1   X1
 VP005 2:1   G80|X1
-VP005 1     G4
+VP005 1:1   G4
 VP005 1     G92
 VP005 1     G52
 VP005 1     G10 P1 X1
@@ -556,7 +556,7 @@ VP007 1:6   #1=[0**[-1]]
 VP023 1:1   o1 return
 VP023 1:1   o[1] if [1]
 VP023 2:1   o1 sub|o2 sub|o2 endsub|o1 endsub
-VP023 1:1   M98 P1|o1 sub|o1 endsub
+VP023 1:5   M98 P1|o1 sub|o1 endsub
 VP005 1     G43.2
 VP005 1     M61
 VP012 1:5   M61 Q9

@@ -832,6 +832,11 @@ HOLE = "CYCLE81(60,40,2,35)"
         ),
         (
             "siemens",
+            f"MCALL {HOLE}\nX5\nG0 Z70\nTRAORI\nG0 A20\nX9",
+            [("VP017", 11, "MCALL of line 7 still calls CYCLE81; write MCALL alone before line 9 (")],
+        ),
+        (
+            "siemens",
             f"MCALL {HOLE}\nX5\nT2 M6\nS900 M3 F100\nG0 Z70",
             [("VP043", 9, "MCALL of line 7 still calls CYCLE81 at M6")],
         ),
@@ -1022,6 +1027,24 @@ def test_an_arc_from_where_a_misspelt_word_leads_is_no_finding(machine, language
     # a second mistake is told, where the language goes on from a place that it has read
     own = language == "fanuc" or (language == "heidenhain" and "X" in to_arc)
     assert found[1:] == ([("VP008", 9)] if own else [])
+
+
+@pytest.mark.parametrize(
+    ("sizes", "code", "column"),
+    [
+        ("L+95 R+5 DL+1", "VP006", 21),
+        ("L+95 R+5 R2+1", "VP004", 21),
+        ("L+95 L+90 R+5", "VP004", 17),
+        ("R+5", "VP005", None),
+    ],
+)
+def test_a_tool_def_that_is_refused_is_no_missing_length(machine, sizes, code, column):
+    text = (
+        f"BEGIN PGM T MM\nTOOL DEF 1 {sizes}\nTOOL CALL 1 Z S2000\nL X+0 Y+0 Z+50 R0 FMAX M3\nL X+30 F300\nEND PGM T MM"
+    )
+    options = Options(dialect="heidenhain", wcs={"G54": (0, 0, 100)})
+    found = check(text.encode(), machine, options).findings
+    assert [(item.code, item.line, item.column) for item in found] == [(code, 2, column)]
 
 
 def test_mcall_of_no_cycle_is_one_finding(machine):

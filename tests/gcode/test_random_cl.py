@@ -305,9 +305,10 @@ def try_program(seed: int) -> str:
         if step.kind == "approach":
             while at < len(found) and found[at].kind == "rapid":
                 before, here = found[at - 1], found[at]
-                low, _high = sorted((one.end - step.end) @ step.axis for one in (before, here))
+                low, high = sorted((one.end - step.end) @ step.axis for one in (before, here))
                 beside = (here.end - before.end) - (here.end - before.end) @ step.axis * step.axis
-                assert np.abs(beside).max() < NOISE or low > -NOISE, f"sideways below the clearance: {here}\n{shown}"
+                is_level = high - low < NOISE and low > -NOISE
+                assert np.abs(beside).max() < NOISE or is_level, f"slanted, or below the clearance: {here}\n{shown}"
                 at += 1
                 if np.abs(here.end - step.end).max() < NOISE:
                     break

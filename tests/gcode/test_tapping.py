@@ -48,15 +48,15 @@ CASES = [
      "s500@2 w500@2 c1000@3 w500@4 c1000@5 s500@6"),
     # CYCLE/TAP: Creo and NX with the feed rate, by minute and by turn; the pitch by itself, and 20 turns an inch; NX
     # names heights
-    ("aptcl", CL.format(400, "CLW") + TAP_CL.format("DEPTH,10,MMPM,500"), "20 2 -10:500 2:500 20",
-     "c400@1 c400@3 w400@4 c400@5"),
-    ("aptcl", CL.format(400, "CCLW") + TAP_CL.format("DEPTH,10,MMPR,1.25,DWELL,.5"), "20 2 -10:500 P0.5 2:500 20",
-     "w400@1 w400@3 c400@5 w400@6"),
-    ("aptcl", CL.format(500, "CLW") + TAP_CL.format("RIGID,DEPTH,10,TPI,20,RATIO,3"), "20 2 -10:635 2:1905 20",
-     "c500@1 c500@3 w1500@4 c500@5"),
+    ("aptcl", CL.format(400, "CLW") + TAP_CL.format("DEPTH,10,MMPM,500"), "2 -10:500 2:500 20",
+     "c400@1 c400@2 w400@3 c400@4"),
+    ("aptcl", CL.format(400, "CCLW") + TAP_CL.format("DEPTH,10,MMPR,1.25,DWELL,.5"), "2 -10:500 P0.5 2:500 20",
+     "w400@1 w400@2 c400@4 w400@5"),
+    ("aptcl", CL.format(500, "CLW") + TAP_CL.format("RIGID,DEPTH,10,TPI,20,RATIO,3"), "2 -10:635 2:1905 20",
+     "c500@1 c500@2 w1500@3 c500@4"),
     ("aptcl", CL.format(400, "CLW") + "CYCLE/TAP,RAPTO,2,FEDTO,-10,RTRCTO,20,MMPM,500,PITCH,1.25\nGOTO/0,0,0",
-     "20 2 -10:500 2:500 20",
-     "c400@1 c400@3 w400@4 c400@5"),
+     "2 -10:500 2:500 20",
+     "c400@1 c400@2 w400@3 c400@4"),
     # Creo, cycle_format fixed: depth, feed rate, unit, turns an inch, height; CATIA: depth and clearance, the pitch
     # from the set-up
     ("aptcl", CL.format(500, "CLW") + "CYCLE/TAP,10,635,MMPM,20,2\nGOTO/0,0,0", "2 -10:635 2:635",
@@ -65,8 +65,8 @@ CASES = [
      "c400@1 c400@2 w400@3 c400@4 c400@5 w400@6 c400@7"),
     # in steps of 5 mm from the clearance, out of the hole after each
     ("aptcl", CL.format(400, "CLW") + TAP_CL.format("DEEP,DEPTH,10,STEP,5,MMPR,1.25"),
-     "20 2 -3:500 2:500 -8:500 2:500 -10:500 2:500 20",
-     "c400@1 c400@3 w400@4 c400@5 w400@6 c400@7 w400@8 c400@9"),
+     "2 -3:500 2:500 -8:500 2:500 -10:500 2:500 20",
+     "c400@1 c400@2 w400@3 c400@4 w400@5 c400@6 w400@7 c400@8"),
     ("aptcl", "UNITS/INCHES\n" + CL.format(100, "CLW").replace("UNITS/MM\n", "")
      + "CYCLE/TAP,DEPTH,1,IPR,.05,CLEAR,.1,ORIENT,90\nGOTO/0,0,0",
      "2.54 -25.4:127 2.54:127", "c100@1 c100@2 w100@3 c100@4"),
@@ -235,9 +235,8 @@ def test_the_same_thread_is_the_same_motion_in_every_language(view):
     }
     found = {name: shown(view(text, dialect=name, tapping="feed")[0]) for name, text in programs.items()}
     assert found["rs274"] == "2 -10:500 2:500 20"
-    for name in ("fanuc", "aptcl"):  # one move more: G98, and RETURN, begin at the height to which they go back
-        assert found[name] == "20 2 -10:500 2:500 20"
-    assert found["siemens"] == found["heidenhain"] == found["rs274"]
+    assert found["fanuc"] == "20 2 -10:500 2:500 20"  # one move more: G98 begins at the height to which it goes back
+    assert found["siemens"] == found["heidenhain"] == found["aptcl"] == found["rs274"]
 
 
 @pytest.mark.parametrize(

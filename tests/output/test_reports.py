@@ -72,7 +72,7 @@ def test_a_finding_is_the_same_in_every_format(run: Callable[..., Any], files: l
     annotations = re.findall(
         r"::\w+ file=([^,]*),line=(\d+).*title=(VP\d+) [^:]*::(.*)", reported(run, files, "github")
     )
-    told = [(file, code, int(line), *text.split("%0A", 1)) for file, line, code, text in annotations]
+    told = [(file, code, int(line), *text.partition("%0A")[::2]) for file, line, code, text in annotations]
     assert sorted((file, code, line, text) for file, code, line, text, _remedy in told) == wanted
     remedies = {code: remedy for _file, code, _line, _text, remedy in told}
     assert remedies["VP006"] == CODES["VP006"].remedy

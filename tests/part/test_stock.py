@@ -203,6 +203,29 @@ def test_numba_has_the_same_answers(shape: Cylinder) -> None:
         assert not stocks[0].find_touching(sweeps, table.extend(-0.005), compiled=False).any()
 
 
+@pytest.mark.parametrize("compiled", WITH_NUMBA)
+def test_rays_with_many_intervals_do_not_widen_the_others(compiled: bool) -> None:
+    """100 thin discs above each other, cut out of the same few of 1600 rays, and half of them again by a long body."""
+    stock, tips = box(20, 20, 101, 0.5), np.array([[[2.0, 2.0, z + 0.25]] * 2 for z in range(1, 101)])
+    discs = list_sweeps(tips, np.broadcast_to(UP, tips.shape), 0.5, 0.1)
+    (disc,), (wide,) = (build_pieces((Cylinder("cutter", size, 0.5),), 0.5) for size in (2.0, 3.5))
+    volumes = stock.cut(discs, make_table(disc), compiled=compiled)
+    assert volumes == pytest.approx(np.full(100, 12 * 0.5**3))  # 12 rays 0.5 apart pass a disc of 2 mm
+    there = stock.high > stock.low
+    assert (there.sum(axis=2).max(), there.sum()) == (101, 1600 + 100 * 12)
+    assert stock._low.shape == (40, 40, 2)
+    assert stock._more_low.nbytes < 200_000  # all rays with so many would have 1.6 MB
+    assert not stock.find_touching(discs, make_table(disc), compiled=compiled).any()
+    assert stock.find_touching(discs, make_table(wide), compiled=compiled).all()
+    again = unpack(stock.pack(), "left.npz")
+    for one in (stock, again, stock.copy()):
+        assert one.measure_volume() == pytest.approx(20 * 20 * 101 - volumes.sum())
+    assert cut(stock, Cylinder("cutter", 2.0, 50.0), [(2, 2, 51)] * 2, compiled=compiled) == pytest.approx(
+        12 * 25 * 0.25
+    )
+    assert (stock.high > stock.low).sum(axis=2).max() == 51
+
+
 @pytest.mark.parametrize(
     ("corner", "turning", "step"), [(4.0, 1.0, 0.1), (1.0, 0.0, 0.1), (0.0, 0.0, 0.02)], ids=["ball", "bull", "flat"]
 )

@@ -2,7 +2,7 @@
 
 import dataclasses
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Final
 
 from msgspec.structs import replace
@@ -29,20 +29,18 @@ def check_program(program: Program, progress: Progress | None = None) -> tuple[J
         What profiles from stop to stop need.
     list of Finding
     """
-    total = len(program.contour)
-    bounds, found = _check_contour(
-        program, None if progress is None else lambda done: progress("checking", done, total)
-    )
+    bounds, found = _check_contour(program, progress)
     return bounds, sort_findings([*program.machine.warnings, *_drop_departures(program.findings, found), *found])
 
 
-def _check_contour(program: Program, report: Callable[[int], None] | None = None) -> tuple[JointBounds, list[Finding]]:
-    joints = guard_joints(program)
+def _check_contour(program: Program, progress: Progress | None = None) -> tuple[JointBounds, list[Finding]]:
+    joints, total = guard_joints(program), len(program.contour)
+    report = None if progress is None else lambda done: progress("checking", done, total)
     bounds, found = check_constraints(joints, report, program.team)
     if joints.keep_out is not None:
         from verne_post.app.stock_check import settle_stock  # for programs with bodies around them alone
 
-        found = settle_stock(program, joints, found)
+        found = settle_stock(program, joints, found, progress)
     return bounds, found
 
 

@@ -7,6 +7,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from verne_post.app.assemble import Program
+from verne_post.app.result import Progress
 from verne_post.base.arrays import Array, Ints
 from verne_post.base.ragged import number_parts
 from verne_post.kinematics.checks.clearance import find_straight
@@ -38,7 +39,9 @@ MOST_OF_REFUSED: Final = 50_000
 SOLVED: Final = 8192
 
 
-def settle_stock(program: Program, joints: JointPath, found: list[Finding]) -> list[Finding]:
+def settle_stock(
+    program: Program, joints: JointPath, found: list[Finding], progress: Progress | None = None
+) -> list[Finding]:
     """Findings where VP216 is about the stock as it is cut, in place of its box.
 
     A body that keeps out of the box keeps out of what is left of it, so only programs with such a finding are cut. The
@@ -72,7 +75,9 @@ def settle_stock(program: Program, joints: JointPath, found: list[Finding]) -> l
         return [*begun, *(item for item in found if item not in open_), undecided]
     stock = _make_stock(box)
     spans, tools, skipped = list_spans(program, joints, keep_out.moving, last)
-    cut = cut_stock(stock, spans, tools, box.distance)
+    total = len(spans.line)
+    report = None if progress is None else lambda done: progress("cutting the stock", done, total)
+    cut = cut_stock(stock, spans, tools, box.distance, report)
     cut = replace(cut, touches=tuple(one for one in cut.touches if one.span >= skipped))
     settled = list(report_touches(cut, box.name, box.distance, float(stock.cell.max())))
     return [*begun, *(item for item in found if item not in open_), *settled]

@@ -180,7 +180,8 @@ class LineTrace(Struct):
     """Lines that the program itself executes, in order, without those of calls.
 
     A span is (first line, line after the last, whether a restart may begin there). It may not while cutter compensation
-    or a canned cycle is active, or while control points of a spline are read: such blocks depend on earlier ones.
+    or a canned cycle is active, or while control points of a spline are read: such blocks depend on earlier ones. Nor
+    where a statement of several lines goes on.
     """
 
     spans: list[tuple[int, int, bool]] = field(default_factory=list)
@@ -270,7 +271,10 @@ def run_program(run: Run, execution: Execution, setup: Setup, stop: StopConditio
             last, errors = run.execute(chunk, stop)
             errors = execution.drop_consequences(errors, chunk, range(line, min(last, chunk.end_line)), moves)
             if in_main and stop.trace is not None:
-                stop.trace.add(line, last, may_restart=restart)
+                span_end = last if chunk.lines.plain[line - chunk.first_line] else line + 1  # a stretch, or a statement
+                stop.trace.add(line, span_end, may_restart=restart)
+                if span_end < last:
+                    stop.trace.add(span_end, last, may_restart=False)
         except ProgramError as error:
             errors = [error]
         if errors and (

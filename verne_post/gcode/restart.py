@@ -67,7 +67,7 @@ def _explain_refusal(spans: np.ndarray, line: int) -> str | None:
         return "the program does not execute it, or only in a subprogram"
     if len(times) > 1:
         return f"it is executed {len(times)} times"
-    return None if times[0, 2] else "cutter compensation, a canned cycle or a spline goes on there"
+    return None if times[0, 2] else "a statement, cutter compensation, a canned cycle or a spline goes on there"
 
 
 def _find_nearest(spans: np.ndarray, line: int) -> int | None:

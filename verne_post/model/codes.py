@@ -165,8 +165,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP018",
         "unusable option",
         "error",
-        "An option and the program contradict each other. A warning says that --tool-length holds in place of a length "
-        "that the program itself gives.",
+        "An option and the program contradict each other. A warning names two lengths or diameters of one tool, one of "
+        "the program and one from outside, and which of them holds.",
         "",
     ),
     (

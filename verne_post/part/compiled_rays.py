@@ -205,6 +205,7 @@ def _meet_row(
     corners: Any,
     level: Any,
     radius: Any,
+    bottom: Any,
     cell: Any,
     i: Any,
     j0: Any,
@@ -212,12 +213,12 @@ def _meet_row(
     start: Any,
     end: Any,
     axis: Any,
-    stock_low: Any,
-    stock_high: Any,
+    stock: Any,
     low: Any,
     high: Any,
 ) -> None:
     """Where rays (i, j0) to (i, j1) enter and leave a body; rays whose material it passes by count as missed."""
+    stock_low, stock_high, rows, more_low, more_high, _in_use = stock
     ux, uy, uz = axis[0], axis[1], axis[2]
     x, first = (i + 0.5) * cell[0] - end[0], (j0 + 0.5) * cell[1] - end[1]
     upright = uz > 0 and math.sqrt(ux * ux + uy * uy) < VERTICAL
@@ -226,10 +227,15 @@ def _meet_row(
     for j in range(j1 - j0):
         if not upright and not low[j] < high[j]:
             continue
-        least, most = stock_low[i, j0 + j, 0], stock_high[i, j0 + j, 0]
-        for k in range(1, stock_low.shape[2]):
+        least, most = np.inf, -np.inf
+        for k in range(stock_low.shape[2]):
             least, most = min(least, stock_low[i, j0 + j, k]), max(most, stock_high[i, j0 + j, k])
-        if upright:
+        row = rows[i, j0 + j]
+        if row:
+            least, most = min(least, more_low[row].min()), max(most, more_high[row].max())
+        if upright and min(start[2], end[2]) + bottom >= most:  # most rays that are cut again
+            low[j], high[j] = np.inf, -np.inf
+        elif upright:
             y = (j0 + j + 0.5) * cell[1]
             low[j], high[j] = _meet_moving(edges, corners, level, radius, x + end[0], y, start, end, most)
         elif low[j] + end[2] >= most or high[j] + end[2] <= least:
@@ -254,9 +260,46 @@ def _list_level(edges: Any, corners: Any) -> Any:
 
 
 @_compile
+def _take(low: Any, high: Any, a: Any, b: Any) -> Any:
+    """Take the interval from ``a`` to ``b`` away from places; its length, and where one that is split ended (or b)."""
+    length, rest = 0.0, b
+    for k in range(len(low)):
+        lo, hi = low[k], high[k]
+        if not (a < hi and b > lo):
+            continue
+        length += min(hi, b) - max(lo, a)
+        if lo < a:
+            high[k] = a
+            rest = max(rest, hi)
+        elif hi > b:
+            low[k] = b
+        else:
+            low[k], high[k] = 1e30, -1e30
+    return length, rest
+
+
+@_compile
+def _put(low: Any, high: Any, a: Any, b: Any) -> Any:
+    """Give the interval from ``a`` to ``b`` a free place; whether there is one."""
+    for k in range(len(low)):
+        if low[k] > high[k]:
+            low[k], high[k] = a, b
+            return True
+    return False
+
+
+@_compile
+def _overlap(low: Any, high: Any, a: Any, b: Any) -> Any:
+    """Whether there is material between ``a`` and ``b``."""
+    found = False
+    for k in range(len(low)):
+        found = found or max(low[k], a) < min(high[k], b)
+    return found
+
+
+@_compile
 def cut(
-    low: Any,
-    high: Any,
+    stock: Any,
     cell: Any,
     starts: Any,
     ends: Any,
@@ -269,7 +312,11 @@ def cut(
     volume: Any,
     first: Any,
 ) -> Any:
-    """Take bodies away from number ``first`` on; the number done, fewer where a ray has no free place left."""
+    """Take bodies away from number ``first`` on.
+
+    The number done; it is fewer where a ray has no free place left, and then which ray, and the interval without place.
+    """
+    low, high, rows, more_low, more_high, in_use = stock
     level = _list_level(edges, corners)
     area = cell[0] * cell[1]
     enter, leave = np.empty(low.shape[1]), np.empty(low.shape[1])
@@ -278,39 +325,29 @@ def cut(
         i0, i1 = _find_window(start, end, axis, radius, bottom, top, cell[0], low.shape[0], 0)
         j0, j1 = _find_window(start, end, axis, radius, bottom, top, cell[1], low.shape[1], 1)
         for i in range(i0, i1):
-            _meet_row(edges, corners, level, radius, cell, i, j0, j1, start, end, axis, low, high, enter, leave)
+            _meet_row(edges, corners, level, radius, bottom, cell, i, j0, j1, start, end, axis, stock, enter, leave)
             for j in range(j0, j1):
                 a, b = enter[j - j0], leave[j - j0]
                 if not a < b:
                     continue
-                for k in range(low.shape[2]):
-                    lo, hi = low[i, j, k], high[i, j, k]
-                    if not (a < hi and b > lo):
-                        continue
-                    if lo < a and hi > b:
-                        free = -1
-                        for other in range(low.shape[2]):
-                            if low[i, j, other] > high[i, j, other]:
-                                free = other
-                                break
-                        if free < 0:
-                            return row
-                        low[i, j, free], high[i, j, free] = b, hi
-                        high[i, j, k] = a
-                    elif lo < a:
-                        high[i, j, k] = a
-                    elif hi > b:
-                        low[i, j, k] = b
-                    else:
-                        low[i, j, k], high[i, j, k] = 1e30, -1e30
-                    volume[row] += (min(hi, b) - max(lo, a)) * area
-    return len(starts)
+                more = rows[i, j]
+                length, rest = _take(low[i, j], high[i, j], a, b)
+                if more:
+                    length_more, rest_more = _take(more_low[more], more_high[more], a, b)
+                    length, rest = length + length_more, max(rest, rest_more)
+                volume[row] += length * area
+                if rest > b and not _put(low[i, j], high[i, j], b, rest):
+                    if not more and in_use[0] < len(more_low):
+                        more = rows[i, j] = in_use[0]
+                        in_use[0] += 1
+                    if not more or not _put(more_low[more], more_high[more], b, rest):
+                        return row, i, j, b, rest
+    return len(starts), 0, 0, 0.0, 0.0
 
 
 @_compile
 def touch(
-    low: Any,
-    high: Any,
+    stock: Any,
     cell: Any,
     starts: Any,
     ends: Any,
@@ -323,6 +360,7 @@ def touch(
     found: Any,
 ) -> None:
     """Note which bodies have material in them."""
+    low, high, rows, more_low, more_high, _in_use = stock
     level = _list_level(edges, corners)
     enter, leave = np.empty(low.shape[1]), np.empty(low.shape[1])
     for row in range(len(starts)):
@@ -332,8 +370,9 @@ def touch(
         for i in range(i0, i1):
             if found[row]:
                 break
-            _meet_row(edges, corners, level, radius, cell, i, j0, j1, start, end, axis, low, high, enter, leave)
+            _meet_row(edges, corners, level, radius, bottom, cell, i, j0, j1, start, end, axis, stock, enter, leave)
             for j in range(j0, j1):
-                for k in range(low.shape[2]):
-                    if max(low[i, j, k], enter[j - j0]) < min(high[i, j, k], leave[j - j0]):
-                        found[row] = True
+                a, b, more = enter[j - j0], leave[j - j0], rows[i, j]
+                if _overlap(low[i, j], high[i, j], a, b) or (more and _overlap(more_low[more], more_high[more], a, b)):
+                    found[row] = True
+                    break

@@ -11,7 +11,7 @@ both leave it as clear as before.
 """
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Final
 
 import numpy as np
@@ -39,6 +39,8 @@ WORTH_COMPILING: Final = 3000
 #: Places along a stretch at which the distance of points is measured: at least, and where the depth of a long one is.
 PLACES: Final = 17
 MOST_PLACES: Final = 401
+#: Places at which it is first measured: most points are seen to be nowhere the deepest.
+FEW_PLACES: Final = 3
 #: So many distances are measured together: on a long rapid that turns the tool, many points stay near many places.
 AT_A_TIME: Final = 1 << 15
 #: Rays with the longest overlaps at which it is measured, and as many evenly among the others.
@@ -121,15 +123,25 @@ class Cut(Struct, frozen=True, eq=False):
         return dict(zip(numbers.tolist(), np.bincount(index, self.volume, len(numbers)).tolist(), strict=True))
 
 
-def cut_stock(stock: Dexels, spans: Spans, tools: Sequence[Tool], keep_off: float = 0.0) -> Cut:
+def cut_stock(
+    stock: Dexels,
+    spans: Spans,
+    tools: Sequence[Tool],
+    keep_off: float = 0.0,
+    report: Callable[[int], None] | None = None,
+) -> Cut:
     """Run spans of motion through a stock, which is cut.
 
     Parameters
     ----------
     keep_off : float
         How near other bodies than feeding cutters may come, mm.
+    report : callable, optional
+        Called with the number of spans that are done.
     """
     run = _Run(stock, spans, tools, keep_off)
+    if report is not None:
+        run.report = report
     tip, axis = stock.place_inside(spans.tip, spans.axis)
     change = (np.diff(spans.tool) != 0) | (np.diff(spans.rapid) != 0)
     for rows in np.split(np.arange(len(spans.line)), np.flatnonzero(change) + 1):
@@ -150,6 +162,7 @@ class _Run:
 
     def __init__(self, stock: Dexels, spans: Spans, tools: Sequence[Tool], keep_off: float) -> None:
         self.stock, self.spans, self.tools, self.keep_off = stock, spans, tools, keep_off
+        self.report: Callable[[int], None] = lambda _done: None
         self.tables = {
             id(piece): make_table(piece)
             for tool in tools
@@ -163,8 +176,8 @@ class _Run:
         #: Tip and axis by span and body where a certain contact begins, in the frame of the stock.
         self.begin: dict[tuple[int, str], tuple[Array, Array]] = {}
         self.compiled = len(spans.line) > WORTH_COMPILING and load_compiled() is not None
-        #: Straight cuts by tool (tip and axis, each (2, 3)), which a rapid may follow.
-        self.cuts: dict[int, list[tuple[Array, Array]]] = {}
+        #: Straight cuts by tool (n, tip and axis, 2, 3), in parts, which a rapid may follow.
+        self.cuts: dict[int, list[Array]] = {}
         #: By body the last place where the depth of a contact was measured: span, tip, axis, and the depth.
         self.measured: dict[str, tuple[int, Array, Array, float]] = {}
         #: Tools, and their bodies other than the cutter, that have run into the stock.
@@ -179,15 +192,17 @@ class _Run:
         changes = np.diff(self.spans.line[rows]) != 0
         if self.spans.rapid[rows[0]]:
             in_corner = self.rounding[rows] > 0
+            bodies = [body for _name, body in tool.list_bodies(with_cutter=True)]
+            near = self._find_near(tip, axis, bodies, self.keep_off + self.stock.resolution + 0.5 * STEP_MM)
             for part in np.split(np.arange(len(rows)), np.flatnonzero(changes | (np.diff(in_corner) != 0)) + 1):
                 stood = tip[part[0], 0], axis[part[0], 0]
-                for k in part.tolist():
+                for k in part[near[part]].tolist():
                     self._check(int(rows[k]), tip[k], axis[k], tool, stood)
                 self._cut(rows[part], tip[part], axis[part], tool.cutter)
                 self._break(rows[part], tip[part], axis[part], tool)
-                past += zip(tip[part], axis[part], strict=True)
+                past.append(np.stack([tip[part], axis[part]], axis=1))
             return
-        near = self._find_near(tip, axis, tool)
+        near = self._find_near(tip, axis, tool.others.values(), self.keep_off + self.stock.resolution)
         for part in np.split(np.arange(len(rows)), np.flatnonzero(changes | (np.diff(near) != 0)) + 1):
             if not near[part[0]]:
                 self._cut(rows[part], tip[part], axis[part], tool.cutter)
@@ -197,21 +212,23 @@ class _Run:
                     self._cut(rows[k : k + 1], at_tip[None], at_axis[None], tool.cutter)
                     self._check(int(rows[k]), at_tip, at_axis, tool)
             self._break(rows[part], tip[part], axis[part], tool)
-        past += zip(tip, axis, strict=True)
+        past.append(np.stack([tip, axis], axis=1))
 
-    def _find_near(self, tip: Array, axis: Array, tool: Tool) -> Mask:
-        """Spans (n,) on which another body than the cutter may come to the stock."""
+    def _find_near(self, tip: Array, axis: Array, bodies: Iterable[tuple[Piece, ...]], by: float) -> Mask:
+        """Spans (n,) on which a body that is larger by ``by`` may come to the stock."""
         near = np.zeros(len(tip), dtype=bool)
-        for _name, body in tool.list_bodies(with_cutter=False):
-            for piece in body:
-                table = self.tables[id(piece)].extend(self.keep_off + self.stock.resolution)
-                for end in range(2):
-                    ends = Sweeps(tip[:, 0], tip[:, 1], axis[:, end], np.arange(len(tip)))
-                    low, high = find_boxes(ends, table)
-                    near |= ((high > self.stock.least) & (low < self.stock.most)).all(axis=1)
+        turn = np.linalg.norm(axis[:, 1] - axis[:, 0], axis=1)[:, None]
+        for piece in (one for body in bodies for one in body):
+            table = self.tables[id(piece)].extend(by)
+            # between two axes a body reaches beyond both boxes by less than this
+            beyond = turn * (max(abs(table.low), abs(table.high)) + table.radius)
+            for end in range(2):
+                low, high = find_boxes(Sweeps(tip[:, 0], tip[:, 1], axis[:, end], np.arange(len(tip))), table)
+                near |= ((high + beyond > self.stock.least) & (low - beyond < self.stock.most)).all(axis=1)
         return near
 
     def _cut(self, rows: Ints, tip: Array, axis: Array, body: tuple[Piece, ...]) -> None:
+        self.report(int(rows[0]))
         for piece in body:
             sweeps = list_sweeps(tip, axis, piece.high, STEP_MM)
             volume = self.stock.cut(sweeps, self.tables[id(piece)], compiled=self.compiled)
@@ -228,6 +245,7 @@ class _Run:
 
     def _check(self, row: int, tip: Array, axis: Array, tool: Tool, stood: tuple[Array, Array] | None = None) -> None:
         """Note what touches the stock on one span, in rapid traverse from where the tool ``stood`` before its line."""
+        self.report(row)
         for name, body in tool.list_bodies(with_cutter=stood is not None):
             if self._is_touching(tip, axis, body, -TOUCH_MM - self.left):
                 self.depth[row, name] = max(
@@ -309,9 +327,12 @@ class _Run:
             return True
         if self.keep_off or not (name == "cutter" or (int(self.spans.tool[row]), name) in self.broken):
             return False
-        past = self.cuts.get(int(self.spans.tool[row]), [])
-        if not past:
+        parts = self.cuts.get(int(self.spans.tool[row]), [])
+        if not parts:
             return False
+        if len(parts) > 1:
+            parts[:] = [np.concatenate(parts)]
+        (past,) = parts
         long, lifts = max(piece.high for piece in body), self.tools[int(self.spans.tool[row])].widens_upwards
         ways = _find_ways(past, tip, axis, long)
 
@@ -322,7 +343,8 @@ class _Run:
 
         if all(follows(part, FINE_MM) for part in _split_span(tip, axis, STRETCH_MM)):
             return True
-        was_here = np.abs(past[-1][0][1] - stood[0]).max() <= TOUCH_MM and np.abs(past[-1][1][1] - stood[1]).max() == 0
+        (_tip, last_tip), (_axis, last_axis) = past[-1]
+        was_here = np.abs(last_tip - stood[0]).max() <= TOUCH_MM and np.abs(last_axis - stood[1]).max() == 0
         return bool(was_here and self._is_leaving(tip, axis, body, stood))
 
     def _is_leaving(self, tip: Array, axis: Array, body: tuple[Piece, ...], stood: tuple[Array, Array]) -> bool:
@@ -361,7 +383,7 @@ class _Run:
             return 0.0
         most = int(np.clip(np.linalg.norm(tip[1] - tip[0]) / STEP_MM, PLACES, MOST_PLACES))
         reach = np.linalg.norm(point - tip[0], axis=1).max() + np.linalg.norm(tip[1] - tip[0])
-        places = PLACES
+        places = FEW_PLACES
         while places < most:  # a distance changes by no more than the body moves from one place to the next
             tips, axes = _place_along(tip, axis, places)
             way, turn = (np.linalg.norm(np.diff(one, axis=0), axis=1) for one in (tips, axes))
@@ -413,9 +435,12 @@ def _measure_nearest(tips: Array, axes: Array, body: tuple[Piece, ...], point: A
     return np.concatenate(nearest) if nearest else np.empty(0)
 
 
-def _find_ways(past: list[tuple[Array, Array]], tip: Array, axis: Array, reach: float) -> tuple[Array, Array]:
-    """Tips and axes (n, 2, 3) of the ways that a stretch of a span may lie on, or along its axis above them."""
-    tips, axes = (np.array([one[k] for one in past]) for k in range(2))
+def _find_ways(past: Array, tip: Array, axis: Array, reach: float) -> tuple[Array, Array]:
+    """Tips and axes (n, 2, 3) of the ways that a stretch of a span may lie on, or along its axis above them.
+
+    ``past`` (n, 2, 2, 3): tips and axes of the spans cut before.
+    """
+    tips, axes = past[:, 0], past[:, 1]
     turned = np.abs(axes - axis[0]).max(axis=(1, 2)) - np.abs(axis[1] - axis[0]).max()
     near = 2.0 * reach * turned <= 0.5 * TOUCH_MM
     if (axis[0] == axis[1]).all():

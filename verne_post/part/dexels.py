@@ -7,6 +7,7 @@ bodies, which never take more than the sweep.
 """
 
 import io
+from collections.abc import Iterator
 from typing import Any, Final
 
 import numpy as np
@@ -19,8 +20,10 @@ from verne_post.part.ray_tables import VERTICAL, RayTable, meet_moving, meet_sta
 
 #: Ends of a place for an interval that is free, mm: beyond everything.
 NOWHERE: Final = 1e30
-#: Rays at most, 32 MB with two intervals each; a larger stock has them farther apart.
+#: Rays at most, 36 MB with two intervals each; a larger stock has them farther apart.
 MOST_RAYS: Final = 1_000_000
+#: Overflow rows and their places to begin with.
+OVERFLOW: Final = (64, 8)
 #: What a saved stock begins with; later forms get another number.
 FORM: Final = 1
 
@@ -109,10 +112,16 @@ class Dexels:
         Distance of the rays along x and y of the stock, mm.
     low, high : ndarray, shape (nx, ny, places)
         Ends of the intervals of each ray, in no order, mm; ``low > high``: free.
+
+    The few rays that get more intervals than they have places go on in a row of an overflow table. Places for all rays
+    would be gigabytes.
     """
 
     def __init__(self, origin: Array, turn: float, cell: Array, low: Array, high: Array) -> None:
-        self.origin, self.turn, self.cell, self.low, self.high = origin, turn, cell, low, high
+        self.origin, self.turn, self.cell, self._low, self._high = origin, turn, cell, low, high
+        #: The overflow row of each ray; 0, which stays free, for none. And how many rows are in use.
+        self._row, self._rows = np.zeros(low.shape[:2], np.int32), np.ones(1, np.int32)
+        self._more_low, self._more_high = np.full(OVERFLOW, NOWHERE), np.full(OVERFLOW, -NOWHERE)
         there = high > low
         #: Corners (3,) of a box around the material, in the frame of the stock.
         self.least = np.append(np.zeros(2), low[there].min(initial=0.0))
@@ -121,7 +130,17 @@ class Dexels:
     @property
     def counts(self) -> tuple[int, int]:
         """Rays along x and along y."""
-        return self.low.shape[0], self.low.shape[1]
+        return self._low.shape[0], self._low.shape[1]
+
+    @property
+    def low(self) -> Array:
+        """Lower ends of all intervals (nx, ny, places)."""
+        return self._low if self._rows[0] == 1 else np.concatenate([self._low, self._more_low[self._row]], axis=2)
+
+    @property
+    def high(self) -> Array:
+        """Upper ends of all intervals (nx, ny, places)."""
+        return self._high if self._rows[0] == 1 else np.concatenate([self._high, self._more_high[self._row]], axis=2)
 
     @property
     def resolution(self) -> float:
@@ -135,7 +154,8 @@ class Dexels:
 
     def measure_volume(self) -> float:
         """What is left, mm3."""
-        return self.area * float(np.maximum(self.high - self.low, 0.0).sum())
+        tables = (self._low, self._high), (self._more_low, self._more_high)
+        return self.area * sum(float(np.maximum(high - low, 0.0).sum()) for low, high in tables)
 
     def copy(self) -> "Dexels":
         """The stock as it is now."""
@@ -190,10 +210,12 @@ class Dexels:
             return removed
         near = sweeps.take(rows)
         volume, done = np.zeros(len(rows)), 0
-        while (
-            done := kernels.cut(*self._describe(), *_describe_sweeps(near), *_describe_table(table), volume, done)
-        ) < len(rows):
-            self._add_places()
+        while done < len(rows):
+            done, i, j, *ends = kernels.cut(
+                self._describe(), self.cell, *_describe_sweeps(near), *_describe_table(table), volume, done
+            )
+            if done < len(rows):  # an interval has found no place
+                self._store(*(np.array([one]) for one in (i, j, *ends)))
         removed[rows] = volume
         return removed
 
@@ -208,7 +230,7 @@ class Dexels:
             touching[rows] = [bool(len(self.list_overlaps(sweeps, table, row)[0])) for row in rows.tolist()]
             return touching
         found = np.zeros(len(rows), dtype=np.bool_)
-        kernels.touch(*self._describe(), *_describe_sweeps(sweeps.take(rows)), *_describe_table(table), found)
+        kernels.touch(self._describe(), self.cell, *_describe_sweeps(sweeps.take(rows)), *_describe_table(table), found)
         touching[rows] = found
         return touching
 
@@ -220,13 +242,24 @@ class Dexels:
         Where more rays than ``most_rays`` meet the box of the body, only some are looked at, in even steps.
         """
         window, low, high = self._meet(sweeps, table, row, most_rays)
-        low, high = np.maximum(self.low[window], low[..., None]), np.minimum(self.high[window], high[..., None])
-        i, j, k = np.nonzero(high > low)
-        xy = (
-            np.stack([one * rays.step + rays.start for one, rays in zip((i, j), window, strict=True)], 1) + 0.5
-        ) * self.cell
-        low, high = low[i, j, k], high[i, j, k]
-        return np.column_stack([xy, 0.5 * (low + high)]), high - low
+        rays, enter, leave = _list_met(window, low, high)
+        middles, overlaps = [], []
+        for low, high, at, own in self._list_places(*rays):
+            starts, ends = np.maximum(low[at], enter[own]), np.minimum(high[at], leave[own])
+            ray, k = np.nonzero(ends > starts)
+            starts, ends = starts[ray, k], ends[ray, k]
+            xy = (np.column_stack(rays)[own][ray] + 0.5) * self.cell
+            middles.append(np.column_stack([xy, 0.5 * (starts + ends)]))
+            overlaps.append(ends - starts)
+        return np.concatenate(middles), np.concatenate(overlaps)
+
+    def _list_places(self, i: Ints, j: Ints) -> Iterator[tuple[Array, Array, tuple[Ints, ...], Ints | slice]]:
+        """Tables with intervals of rays (m,): lower and upper ends, where the rays are in them, and which rays."""
+        yield self._low, self._high, (i, j), slice(None)
+        row = self._row[i, j]
+        own = np.flatnonzero(row)
+        if len(own):
+            yield self._more_low, self._more_high, (row[own],), own
 
     def _find_near(self, sweeps: Sweeps, table: RayTable) -> Ints:
         """Bodies whose box reaches into that of the stock."""
@@ -258,45 +291,53 @@ class Dexels:
 
     def take(self, window: tuple[slice, slice], a: Array, b: Array) -> float:
         """Take the intervals from ``a`` to ``b``, one for each ray of a window of cells, away; the volume, mm3."""
-        removed, k = 0.0, 0
-        while k < self.low.shape[2]:  # a place that is added meanwhile holds nothing of the body
-            low, high = self.low[*window, k], self.high[*window, k]
-            hit = (a < high) & (b > low) & (a < b)
-            if hit.any():
-                i, j = np.nonzero(hit)
-                lo, hi, enter, leave = low[i, j], high[i, j], a[i, j], b[i, j]
-                removed += float((np.minimum(hi, leave) - np.maximum(lo, enter)).sum())
-                below, above = lo < enter, hi > leave
-                low[i, j] = np.where(below, lo, np.where(above, leave, NOWHERE))
-                high[i, j] = np.where(below, enter, np.where(above, hi, -NOWHERE))
-                both = np.flatnonzero(below & above)
-                self._store(i[both] + window[0].start, j[both] + window[1].start, leave[both], hi[both])
-            k += 1
+        rays, enters, leaves = _list_met(window, a, b)
+        removed, split = 0.0, []
+        for low, high, at, own in self._list_places(*rays):
+            ray, k = np.nonzero((enters[own] < high[at]) & (leaves[own] > low[at]))
+            place = (*(one[ray] for one in at), k)
+            lo, hi, enter, leave = low[place], high[place], enters[own][ray, 0], leaves[own][ray, 0]
+            removed += float((np.minimum(hi, leave) - np.maximum(lo, enter)).sum())
+            below, above = lo < enter, hi > leave
+            low[place] = np.where(below, lo, np.where(above, leave, NOWHERE))
+            high[place] = np.where(below, enter, np.where(above, hi, -NOWHERE))
+            both = below & above
+            split.append([one[own][ray[both]] for one in rays] + [leave[both], hi[both]])
+        for i, j, low, high in split:
+            self._store(i, j, low, high)
         return removed * self.area
 
     def _store(self, i: Ints, j: Ints, low: Array, high: Array) -> None:
-        """Give intervals (m,) of rays a free place."""
-        if not len(i):
-            return
-        free = self.low[i, j] > self.high[i, j]
-        if not free.any(axis=1).all():
-            self._add_places()
-            free = self.low[i, j] > self.high[i, j]
+        """Give intervals (m,) of different rays a free place."""
+        free = self._low[i, j] > self._high[i, j]
+        is_full = ~free.any(axis=1)
         k = np.argmax(free, axis=1)
-        self.low[i, j, k], self.high[i, j, k] = low, high
+        some = ~is_full
+        self._low[i[some], j[some], k[some]], self._high[i[some], j[some], k[some]] = low[some], high[some]
+        if not is_full.any():
+            return
+        i, j, low, high = i[is_full], j[is_full], low[is_full], high[is_full]
+        new = np.flatnonzero(self._row[i, j] == 0)
+        self._row[i[new], j[new]] = self._rows[0] + np.arange(len(new))
+        self._rows += len(new)
+        while self._rows[0] >= len(self._more_low):  # one is left for the next interval that finds no place
+            self._add_places(2, 1)
+        row = self._row[i, j]
+        if not (self._more_low[row] > self._more_high[row]).any(axis=1).all():
+            self._add_places(1, 2)
+        k = np.argmax(self._more_low[row] > self._more_high[row], axis=1)
+        self._more_low[row, k], self._more_high[row, k] = low, high
 
-    def _add_places(self) -> None:
-        """Room for twice as many intervals of each ray."""
-        places = self.low.shape[2]
-        shape = *self.low.shape[:2], 2 * places
-        for name, nowhere in (("low", NOWHERE), ("high", -NOWHERE)):
-            # one at a time and without others beside: a large stock has gigabytes of them
-            more = np.empty(shape)
-            more[..., :places], more[..., places:] = getattr(self, name), nowhere
+    def _add_places(self, rows: int, places: int) -> None:
+        """So many times the rows of the overflow table, and places in each."""
+        n, m = self._more_low.shape
+        for name, nowhere in (("_more_low", NOWHERE), ("_more_high", -NOWHERE)):
+            more = np.full((rows * n, places * m), nowhere)
+            more[:n, :m] = getattr(self, name)
             setattr(self, name, more)
 
-    def _describe(self) -> tuple[Array, Array, Array]:
-        return self.low, self.high, self.cell
+    def _describe(self) -> tuple[Array | Ints, ...]:
+        return self._low, self._high, self._row, self._more_low, self._more_high, self._rows
 
     # --- to files ----------------------------------------------------------------------------------
 
@@ -333,6 +374,13 @@ def _describe_sweeps(sweeps: Sweeps) -> tuple[Array, Array, Array]:
 
 def _describe_table(table: RayTable) -> tuple[Array, Array, float, float, float]:
     return table.edges, table.corners, table.radius, table.low, table.high
+
+
+def _list_met(window: tuple[slice, slice], a: Array, b: Array) -> tuple[list[Ints], Array, Array]:
+    """Cells (m,) of a window whose rays meet a body, and where they enter and leave it (m, 1)."""
+    met = np.nonzero(a < b)
+    rays = [one * (cells.step or 1) + cells.start for one, cells in zip(met, window, strict=True)]
+    return rays, a[met][:, None], b[met][:, None]
 
 
 def _merge_cells(low: Array, high: Array) -> list[tuple[float, ...]]:

@@ -10,7 +10,7 @@ from verne_post.gcode.apt.statements import Statement, is_number, read_numbers, 
 from verne_post.gcode.block import Block
 from verne_post.gcode.program_error import ProgramError
 
-_COOLANTS: Final = {"ON": 8.0, "FLOOD": 8.0, "MIST": 7.0, "OFF": 9.0}
+_COOLANTS: Final = {"FLOOD": 8.0, "MIST": 7.0, "OFF": 9.0}
 #: Coolants for which there is no code, and pressures: the machine's own matter.
 _OTHER_COOLANTS: Final = ("TAP", "THRU", "AIR", "LOW", "MEDIUM", "HIGH")
 #: Words of LOADTL and LOAD/TOOL -> whether a number follows. OFFSET is the register of the length.
@@ -43,7 +43,7 @@ def set_feed(to: AptModes, s: Statement) -> Iterator[Block]:
         raise ProgramError(
             "VP005",
             "FEDRAT without a unit, after one in another unit than the program's: CAM systems differ in "
-            "which unit holds; write one of {', '.join(FEED_UNITS)}",
+            f"which unit holds; write one of {', '.join(FEED_UNITS)}",
         )
     to.feed_unit = FEED_UNITS[units[0]] if units else None
     mode, inches = to.feed_unit or (94, None)
@@ -164,21 +164,23 @@ def set_spindle(to: AptModes, s: Statement) -> Iterator[Block]:
     allowed_words += [sorted({switch, way} - {""}) for switch in ("", "ON") for way in ("", "CLW", "CCLW")]
     if len(speed) > 1 or sorted(modes) not in allowed_words or not words or others.count("RPM") > len(speed):
         raise ProgramError("VP005", "SPINDL takes a speed with RPM and CLW or CCLW, or ON, or OFF alone")
-    backwards = "CCLW" in others or ("CLW" not in words and not speed and to.state.spindle_reversed)
+    backwards = "CCLW" in others or ("CLW" not in others and to.state.spindle_reversed)
     code = 5.0 if "OFF" in others else 4.0 if backwards else 3.0
     yield make_block(s, ("M", code), **({"S": read_numbers(s, speed)[0]} if speed else {}))
 
 
 def set_coolant(to: AptModes, s: Statement) -> Iterator[Block]:
-    """COOLNT: M7, M8 or M9."""
+    """COOLNT: M7, M8 or M9; ON is the one of them that was on before, or M8."""
     words = [word.upper() for word in s.words]
     known_words = [word for word in words if word not in _OTHER_COOLANTS]
     if words != known_words:
         to.show_once(s, f"{', '.join(word for word in words if word not in known_words)} of COOLNT")
-    if len(known_words) > 1 or not set(known_words) <= set(_COOLANTS):
-        read_word(s, tuple(_COOLANTS))
+    if len(known_words) > 1 or not set(known_words) <= {"ON", *_COOLANTS}:
+        read_word(s, ("ON", *_COOLANTS))
     if known_words or not words:
-        yield make_block(s, ("M", _COOLANTS[known_words[0] if known_words else "ON"]))
+        code = _COOLANTS.get(known_words[0] if known_words else "ON", to.coolant)
+        to.coolant = to.coolant if code == _COOLANTS["OFF"] else code
+        yield make_block(s, ("M", code))
 
 
 def wait(to: AptModes, s: Statement) -> Iterator[Block]:

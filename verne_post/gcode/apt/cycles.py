@@ -112,13 +112,21 @@ def read_cycle(s: Statement) -> Cycle:
             )
         if not words or not is_number(words[0]):
             raise ProgramError("VP005", f"CYCLE: {name} needs a number after it", column)
-        value = read_numbers(s, [words.pop(0)])[0]
+        number = words.pop(0)
+        value = read_numbers(s, [number])[0]
         meaning = "feed" if name in FEED_UNITS else meanings.get(name)
         if meaning is None:
             raise ProgramError("VP002", f"CYCLE: {name} is not a word that is known here", column)
         if meaning in values:
             raise ProgramError("VP004", f"CYCLE: {name} appears beside another word with the same meaning", column)
         values[meaning] = value
+        if name == "DEPTH" and value < 0:
+            raise ProgramError(
+                "VP007",
+                f"CYCLE: DEPTH {value:g} is negative; for a hole {-value:g} deep write DEPTH,{-value:g}, or "
+                f"FEDTO,{value:g}, the height of its bottom",
+                s.find_column(number),
+            )
         if meaning == "feed":
             feed = (value, *FEED_UNITS[name])
         clearance = value if name == "CLEAR" else clearance

@@ -25,6 +25,13 @@ _SAME_PITCH: Final = 1e-3
 def drill(to: AptModes, s: Statement, cycle: Cycle, point: list[float]) -> Iterator[Block]:
     """A hole along the tool axis at a point of the surface, in the coordinates of the part."""
     base, axis = np.array(point), np.array(to.tool_axis)
+    stands = _stands_along(to, axis)
+    if to.low_hole is not None and not stands:
+        raise ProgramError(
+            "VP017",
+            f"the tool axis turns right after the hole of line {to.low_hole}, after which the tool goes up to CLEAR "
+            "alone; write RETURN and a height above CLEAR in CYCLE, or CYCLE/OFF and a retract before this hole",
+        )
     retract = _find_retract(to, cycle, base, axis)
 
     def go(height: float, *, rapid: bool) -> Block:
@@ -32,12 +39,14 @@ def drill(to: AptModes, s: Statement, cycle: Cycle, point: list[float]) -> Itera
 
     if cycle.feed is not None and cycle.thread is None:
         yield from give_feed(to, s, *cycle.feed)
-    missing = retract - float((to.place - base) @ axis)
-    if missing > 0 and _stands_along(to, axis):  # up along the axis, before anything goes sideways
-        yield _go_to_height(to, s, to.place + missing * axis, rapid=True)
-    if retract > cycle.clear:
-        yield go(retract, rapid=True)
+    stood = float((to.place - base) @ axis / (axis @ axis)) if stands else retract
+    top, step = max(stood, retract), ZERO_LENGTH_MM / to.unit
+    if top > stood + step:  # up along the axis before anything goes sideways, and sideways before anything goes down
+        yield _go_to_height(to, s, to.place + (top - stood) * axis, rapid=True)
+    if top > cycle.clear + step:
+        yield go(top, rapid=True)
     yield go(cycle.clear, rapid=True)
+    to.low_hole = s.line if retract <= cycle.clear else None
     if cycle.thread is not None:
         yield _tap(to, s, cycle, cycle.thread, base, axis)
         if retract > cycle.clear:

@@ -48,6 +48,8 @@ class AptModes(Struct):
     cycle: Cycle | None = None
     #: Height of the tool along its axis, and the axis, before the first hole of a cycle.
     level: tuple[float, Array] | None = None
+    #: Line of the last hole, while nothing has taken the tool higher than its clearance.
+    low_hole: int | None = None
     multax: bool = True
     axis: tuple[float, ...] = (0.0, 0.0, 1.0)
     #: A TOOL PATH or MSYS has begun, and no point has said its tool axis.
@@ -70,6 +72,8 @@ class AptModes(Struct):
     feed: tuple[float, int, bool | None] | None = None
     #: The unit that it named: mode, and whether in inches.
     feed_unit: tuple[int, bool | None] | None = None
+    #: M7 or M8: what COOLNT/ON means.
+    coolant: float = 8.0
     told_words: set[str] = field(default_factory=set)
 
     def show_once(self, s: Statement, word: str = "") -> None:

@@ -274,7 +274,7 @@ def set_cycle(to: AptModes, s: Statement) -> Iterator[Block]:
     """CYCLE: the holes that follow; the feed rate from before comes back after one that has its own."""
     again = iter(()) if to.cycle is None or to.cycle.feed is None or to.feed is None else give_feed(to, s, *to.feed)
     to.cycle = None if is_end_of_cycle(s) else read_cycle(s)
-    to.level = None
+    to.level, to.low_hole = None, None if to.cycle is None else to.low_hole
     return again
 
 

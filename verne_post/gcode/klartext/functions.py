@@ -1,5 +1,6 @@
 """Tools, feed rates and M functions of Klartext."""
 
+import dataclasses
 import re
 from typing import Final
 
@@ -172,7 +173,11 @@ class KlartextFunctions:
         if "L" not in sizes or sizes.get("R", 0.0) < 0:
             raise statement.error("VP005", "TOOL DEF needs L, the length, and R, the radius, not negative")
         offset = make_vector9((0.0, 0.0, sizes["L"], *ZERO9[3:]))
-        self.core.tools.define_for_next_call(Tool(number, number, offset, 2 * sizes.get("R", 0.0)))
+        tools, tool = self.core.tools, Tool(number, number, offset, 2 * sizes.get("R", 0.0))
+        if tools.report_other_sizes(self.frames.block.line, tool, "TOOL DEF", holds=False):
+            measured_tool = tools.find_tool(number, "")
+            tool = dataclasses.replace(measured_tool, diameter=measured_tool.diameter or tool.diameter)
+        tools.define_for_next_call(tool)
 
     # --- M functions ----------------------------------------------------------------------------------------
 

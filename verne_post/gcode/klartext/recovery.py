@@ -20,6 +20,7 @@ from verne_post.gcode.machining.assumptions import (
     assume_length,
     assume_loaded_tool,
     assume_rigid_tapping,
+    assume_tools,
     drop_compensation,
     name_axis,
     place,
@@ -83,6 +84,11 @@ class KlartextRecovery:
             to.q.refuse(name)
         elif keyword == "CYCL DEF" or (keyword == "Q" and statement.further_lines):
             to.patterns.cycle_unread = True
+        elif keyword == "TOOL DEF":
+            with suppress(ProgramError):
+                missing_number = to.functions.read_tool(statement)[0]
+                if missing_number is not None and missing_number not in (to.state.tools or {}):
+                    assume_tools(to.state, [missing_number])
         elif keyword == "TOOL CALL":
             tool: int | None = to.state.selected_tool
             with suppress(ProgramError):  # its number may be right where the tool axis is not

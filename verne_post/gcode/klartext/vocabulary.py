@@ -25,8 +25,8 @@ STATEMENTS: Final[Mapping[str, str]] = {
     "TOOL CALL": "changes the tool, as M6 does; its length, with DL, counts at once; without a number only S and F "
     "change. `[heidenhain.tools]` of the settings file "
     "gives a name its number, as in `MILL = 3`",
-    "TOOL DEF": "length and radius, from the next TOOL CALL on; with the number alone it names the next tool, "
-    "without effect",
+    "TOOL DEF": "length and radius, from the next TOOL CALL on, unless the set-up or the tool table has the tool; with "
+    "the number alone it names the next tool, without effect",
     "CYCL DEF": "a cycle: below",
     "CYCL CALL": "calls the defined cycle. POS calls it at a position; Z raises the surface; F applies to the move "
     "there. PAT: PATTERN DEF",

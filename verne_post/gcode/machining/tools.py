@@ -23,6 +23,8 @@ class Tools:
         self.frames, self.setup, self.state, self.recorder = frames, frames.setup, frames.state, frames.recorder
         #: Number and line of the first length of a program that has called no tool.
         self._first_length: tuple[int, int] | None = None
+        #: Number of a tool whose sizes the program has written, and the word that did so.
+        self._writers: dict[int, str] = {}
 
     # --- in the spindle ----------------------------------------------------------------------------
 
@@ -152,6 +154,8 @@ class Tools:
             raise report_missing_tool(number, "H", at, self.setup, state)
         self.recorder.read_tools.add(number)
         check_measured(state.tools[number], self.setup, state, at.columns.get("H"))
+        if number in self._writers:
+            self.report_other_sizes(at.line, state.tools[number], self._writers[number], holds=True)
         offset = state.tools[number].offset
         if self.setup.machine and offset[2] < 0:
             raise ProgramError("VP007", f"tool {number} has the length {offset[2]:g} mm; a length is not negative")
@@ -315,15 +319,42 @@ class Tools:
         entry = f"[tools] {key} = {{ length = MM, diameter = MM }}"
         return f"write {entry} into the set-up{instead}, or give --tool-table FILE"
 
-    def define(self, tool: Tool) -> None:
-        """Put a tool into the table, or in place of the one with its number."""
+    def define(self, tool: Tool, word: str = "") -> None:
+        """Put a tool into the table, or in place of the one with its number; ``word`` writes sizes that are no wear."""
+        if word:
+            self._writers[tool.number] = word
         self.state.tools = {**(self.state.tools or {}), tool.number: tool}
 
-    def define_for_next_call(self, tool: Tool) -> None:
+    def define_for_next_call(self, tool: Tool, word: str = "") -> None:
         """Put a tool into the table; the one in the spindle keeps its sizes until its offset is called again."""
         if tool.number == self.state.loaded_tool and self.state.called_tool is None:
             self.state.called_tool = (self.state.tools or {}).get(tool.number)
-        self.define(tool)
+        self.define(tool, word)
+
+    def report_other_sizes(self, line: int, tool: Tool, word: str, *, holds: bool) -> bool:
+        """Whether a tool that the program describes has a length from outside; VP018 where the two differ.
+
+        ``holds``: the sizes of the program hold, because its word writes the table of the control.
+        """
+        given = (self.setup.tools or {}).get(tool.number)
+        if not self.setup.machine or self.setup.tool_length is not None or given is None:
+            return False
+        if given.unmeasured or stands_in(given):
+            return False
+        sizes = [("length", tool.offset[2], given.offset[2])]
+        sizes += [("diameter", tool.diameter, given.diameter)] if min(tool.diameter, given.diameter) > 0 else []
+        sizes = [size for size in sizes if abs(size[1] - size[2]) > ZERO_LENGTH_MM]
+        if sizes:
+            own = " and ".join(f"{what} {mm:g} mm" for what, mm, _ in sizes)
+            other = " and ".join(f"{what} {mm:g} mm" for what, _, mm in sizes)
+            name = describe_tool_number(tool.number, self.state.tool_names)
+            text = f"{word} gives {name} the {own}, but the set-up or the tool table gives the {other}; " + (
+                f"that of {word} holds, because it writes the tool table: leave {word} out if the other is right"
+                if holds
+                else f"the measured one holds: correct it in the set-up or the table if that of {word} is right"
+            )
+            self.recorder.note_once("VP018", text, line, (), tool.number, sizes[0][0], "warning")
+        return True
 
     def find_called(self, number: int) -> Tool | None:
         """A tool of the table; the one in the spindle as it was when its offset was called."""
@@ -336,4 +367,5 @@ class Tools:
 
     def reload_table(self) -> None:
         """The table is as it was at the start."""
+        self._writers.clear()
         self.state.tools = dict(self.setup.tools) if self.setup.tools is not None else None

@@ -96,7 +96,7 @@ class FanucOffsets:
         words["L"], words["R"] = 1.0, value / unit
         if of_length:
             words["Z"], columns["Z"] = words.pop("R"), columns.pop("R")
-        self.offsets.execute_g10(block)
+        self.offsets.execute_g10(block, adds_wear=kind in _WEAR)
 
     def shift_system(self, block: Block, code: int) -> None:
         """G92, and G52: a system inside that of G92, which ends it on the axes that it names."""

@@ -83,7 +83,8 @@ class OffsetCodes:
             self.core.tools.compare_length(block, read_whole(block, "H"))
         return offset
 
-    def execute_g10(self, block: Block) -> None:
+    def execute_g10(self, block: Block, *, adds_wear: bool = False) -> None:
+        """G10; ``adds_wear``: the value of a tool differs by its wear from the one that is measured."""
         state = self.state
         if block.words.get("L") == 0:
             if state.loaded_tool:
@@ -96,7 +97,8 @@ class OffsetCodes:
             raise ProgramError("VP005", "G10 needs L and P")
         kind, number = read_whole(block, "L"), read_whole(block, "P")
         if kind in (1, 10, 11):
-            self._set_tool_offset(block, kind, number, self.values.list_named_axes(block))
+            tool = self._read_tool(block, kind, number, self.values.list_named_axes(block))
+            self.core.tools.define(tool, "" if adds_wear else "G10")
             return
         if kind not in (2, 20):
             raise block.error(
@@ -136,8 +138,8 @@ class OffsetCodes:
         shift[:3] = coordinates.turn_displacement(shift[:3], frame)
         self.core.frames.store_frame(replace(frame, origin=make_vector9(np.asarray(frame.origin) + shift)))
 
-    def _set_tool_offset(self, block: Block, kind: int, number: int, axes: list[int]) -> None:
-        """The tool table: L1 the offset itself; L10, L11 such that the present place gets the values."""
+    def _read_tool(self, block: Block, kind: int, number: int, axes: list[int]) -> Tool:
+        """A tool for the tool table: L1 the offset itself; L10, L11 such that the present place gets the values."""
         state = self.state
         if number < 1:
             raise block.error("VP007", f"P{number}: a tool number is 1 or more", "P")
@@ -171,10 +173,9 @@ class OffsetCodes:
             if letter in block.words:
                 raise block.error("VP006", f"G10 L{kind} uses {letter} only on a lathe", letter)
         without_length = "" if _Z in values else old.unmeasured
-        tool = dataclasses.replace(
+        return dataclasses.replace(
             old, number=number, offset=make_vector9(offset), diameter=diameter, unmeasured=without_length
         )
-        self.core.tools.define(tool)
 
     def execute_g92(self, block: Block, code: int) -> None:
         state = self.state
