@@ -327,7 +327,17 @@ def test_words_after_an_option_are_values_only_where_they_may_be() -> None:
 
 
 #: Options of commands that the Python API has no argument for: it does not do what they do.
-OF_COMMANDS = {"--meta", "--settings", "--columns", "--stock-left", "--stock-from", "--machine", "--events", "--csv"}
+OF_COMMANDS = {
+    "--meta",
+    "--settings",
+    "--columns",
+    "--stock-left",
+    "--stock-from",
+    "--machine",
+    "--events",
+    "--csv",
+    "--ignore",
+}
 
 
 def test_every_option_in_a_message_has_a_name_in_python() -> None:
