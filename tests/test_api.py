@@ -327,7 +327,17 @@ def test_words_after_an_option_are_values_only_where_they_may_be() -> None:
 
 
 #: Options of commands that the Python API has no argument for: it does not do what they do.
-OF_COMMANDS = {"--meta", "--settings", "--columns", "--stock-left", "--stock-from", "--machine", "--events", "--csv"}
+OF_COMMANDS = {
+    "--meta",
+    "--settings",
+    "--columns",
+    "--stock-left",
+    "--stock-from",
+    "--machine",
+    "--events",
+    "--csv",
+    "--ignore",
+}
 
 
 def test_every_option_in_a_message_has_a_name_in_python() -> None:
@@ -946,6 +956,17 @@ def test_findings_of_an_explanation_have_the_remedies_that_its_text_shows(name: 
 
 def test_a_missing_machine_and_the_beginning_of_an_option_are_named() -> None:
     with pytest.raises(vp.UsageError, match=r"machine: it is missing; pass \"verne\", .* or load_machine\(FILE\)"):
-        vp.check("M2\n")
+        vp.explain("M2\n", line=1)
     with pytest.raises(vp.UsageError, match="tol: there is no such option; did you mean tolerance"):
         vp.Options(tol=1)
+
+
+def test_the_machine_is_the_default_of_load_machine_where_none_is_given() -> None:
+    given, default = vp.check(SHORT, "verne", OPTIONS), vp.check(SHORT, options=OPTIONS)
+    assert repr(default.summary) == repr(given.summary) and vp.convert(SHORT, options=OPTIONS).ok
+
+
+def test_rows_of_setpoints_are_told() -> None:
+    setpoints = vp.convert(SHORT, options=OPTIONS).setpoints
+    with pytest.raises(AttributeError, match=r"row by row zip\(setpoints.t, setpoints.values, setpoints.line\)"):
+        _ = setpoints.rows  # type: ignore[union-attr]

@@ -34,6 +34,7 @@ from verne_post.base.suggestions import explain_names
 from verne_post.base.text_marks import strip_mark
 from verne_post.base.text_tables import format_html_table
 from verne_post.config import load_machine
+from verne_post.config.machine_paths import DEFAULT_MACHINE
 from verne_post.config.settings import Settings
 from verne_post.config.setup_values import Setup, lay_over_setup, read_settings
 from verne_post.config.subprograms import collect_subprograms
@@ -69,7 +70,7 @@ SettingsLike = Settings | os.PathLike[str] | None
 @translate_messages
 def convert(
     source: Source,
-    machine: MachineLike,
+    machine: MachineLike = DEFAULT_MACHINE,
     options: Options | None = None,
     sink: Sink | None = None,
     progress: Progress | None = None,
@@ -84,6 +85,7 @@ def convert(
     source : bytes, str or path
         G-code. A ``str`` is the text of a program, never the name of a file.
     machine : Machine, str or path
+        Without one that of :func:`load_machine` and of the commands.
     options : Options, optional
         Options that are not the default override the set-up.
     sink : callable, optional
@@ -132,7 +134,7 @@ def convert(
 @translate_messages
 def check(
     source: Source,
-    machine: MachineLike,
+    machine: MachineLike = DEFAULT_MACHINE,
     options: Options | None = None,
     progress: Progress | None = None,
     *,
@@ -192,7 +194,7 @@ def explain(
 def verify(
     setpoints: Setpoints | Source,
     source: Source,
-    machine: MachineLike,
+    machine: MachineLike = DEFAULT_MACHINE,
     options: Options | None = None,
     *,
     setup: Setup = "beside",
@@ -228,7 +230,7 @@ def verify(
 def machined(
     setpoints: Setpoints | Source,
     source: Source,
-    machine: MachineLike,
+    machine: MachineLike = DEFAULT_MACHINE,
     options: Options | None = None,
     *,
     nominal: bytes | os.PathLike[str],
@@ -311,7 +313,7 @@ def machined(
 @translate_messages
 def fit(
     source: Source,
-    machine: MachineLike,
+    machine: MachineLike = DEFAULT_MACHINE,
     options: Options | None = None,
     free: str | None = None,
     ranges: Mapping[str, tuple[float, float]] | None = None,
@@ -418,7 +420,7 @@ class Batch(Struct, frozen=True):
 @translate_messages
 def batch(
     programs: Iterable[os.PathLike[str]],
-    machine: MachineLike,
+    machine: MachineLike = DEFAULT_MACHINE,
     options: Options | None = None,
     folder: os.PathLike[str] | None = None,
     progress: Progress | None = None,
@@ -532,7 +534,7 @@ class Page(Struct, frozen=True):
 @translate_messages
 def make_report(
     source: Source,
-    machine: MachineLike,
+    machine: MachineLike = DEFAULT_MACHINE,
     options: Options | None = None,
     *,
     versus: Source | None = None,

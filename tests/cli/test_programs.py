@@ -261,7 +261,7 @@ def test_a_positional_program_that_does_not_say_tool_centre_point_control(
     if warned is not None:
         line = 7 + bool(more) + code.count("\n")
         assert f"main.ngc:{line}: VP037 warning: X Y Z cut while the table is at {warned}, " in answer.out
-        assert "if its kinematics keep the tip (--ignore VP037); otherwise write G43.4 before the cut" in answer.out
+        assert "if its kinematics keep the tip (ignore VP037 then); otherwise write G43.4 before the cut" in answer.out
 
 
 @pytest.mark.parametrize(

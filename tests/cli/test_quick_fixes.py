@@ -174,6 +174,102 @@ def look(
             (">", "GT"),
         ),
         (
+            "f.nc",
+            f"{FANUC}#101=1\nWHILE [#101 LE 3]\nG1 X#101 F500\n#101=#101+1\nEND1\nM30\n%\n",
+            "DO1, which END1 of line 10 would end, is missing",
+            "WHILE",
+            "Write WHILE [#101 LE 3] DO1 in place of WHILE [#101 LE 3]",
+            ("LE 3]", "LE 3] DO1"),
+        ),
+        (
+            "g.nc",
+            f"{FANUC}#101=1\nWHILE [#101 LE 3] DO1\nG1 X#101 F500\n#101=#101+1\nEND 2\nM30\n%\n",
+            "DO1 of line 7 is open",
+            "END 2",
+            "Write END1 in place of END 2",
+            ("END 2", "END1"),
+        ),
+        (
+            "h.nc",
+            f"{FANUC}#101==3\nG1 X#101 F500\nM30\n%\n",
+            "did you mean =?",
+            "==",
+            "Write = in place of ==",
+            ("==", "="),
+        ),
+        (
+            "i.nc",
+            f"{FANUC}#101=3\nIF [#101 LT 4] GOTO 101\nG1 X3 F500\nN100 G1 X#101 F500\nM30\n%\n",
+            "it has N100",
+            "101",
+            "Write 100 in place of 101",
+            ("GOTO 101", "GOTO 100"),
+        ),
+        (
+            "j.nc",
+            f"{FANUC}#101=3\nG1 X[#101+1 F500\nM30\n%\n",
+            "expected an operator or ']'",
+            "F500",
+            "Write ] behind X[#101+1 in line 7",
+            ("+1 F", "+1] F"),
+        ),
+        (
+            "d.ngc",
+            f"{NGC}o20 repeat [2]\nG1 X3 F500\nO20 ENDWHILE\nM2\n",
+            "o20 repeat (line 4) is open",
+            "O20",
+            "Write endrepeat in place of ENDWHILE in line 6",
+            ("ENDWHILE", "endrepeat"),
+        ),
+        (
+            "g.mpf",
+            f"{SIEMENS}PASS == PASS + 1\nG1 X=PASS F500\nM30\n",
+            "did you mean =?",
+            "==",
+            "Write = in place of ==",
+            ("==", "="),
+        ),
+        (
+            "h.mpf",
+            f"{SIEMENS}FOR PASS=1 TILL 3\nG1 X=PASS F500\nENDFOR\nM30\n",
+            "did you mean TO?",
+            "TILL",
+            "Write TO in place of TILL",
+            ("TILL", "TO"),
+        ),
+        (
+            "i.mpf",
+            f"{SIEMENS}UP(2,3)\nM30\n%_N_UP_SPF\nPROC UP(REAL A1 REAL A2)\nG1 X=A1 F500\nRET\n",
+            "A1 REAL: a comma is missing",
+            "REAL",
+            "Write A1, REAL in place of A1 REAL in line 8",
+            ("A1 REAL", "A1, REAL"),
+        ),
+        (
+            "j.mpf",
+            f"{SIEMENS}G1 X=(PASS+2 F500\nM30\n",
+            "expected ')' after an expression",
+            "F500",
+            "Write ) behind X=(PASS+2 in line 5",
+            ("+2 F", "+2) F"),
+        ),
+        (
+            "c.h",
+            f"{KLARTEXT}3 Q1 == 2\n4 L X+Q1 F500\n5 M30\n6 END PGM T MM\n",
+            "did you mean =?",
+            "==",
+            "Write = in place of ==",
+            ("==", "="),
+        ),
+        (
+            "e.h",
+            f"{KLARTEXT}3 L X+3 F500\n4 L Z+60 FMAXM3\n5 M30\n6 END PGM T MM\n",
+            "a blank is missing",
+            "FMAXM3",
+            "Write FMAX M3 in place of FMAXM3",
+            ("FMAXM3", "FMAX M3"),
+        ),
+        (
             "c.mpf",
             f"{SIEMENS}FOR PASS=1 TO 3\nG1 X=PASS F500\nEND FOR\nM30\n",
             "which line 7 writes as END FOR",
@@ -196,13 +292,17 @@ def test_a_slip_is_underlined_and_its_edit_settles_it(
     message, underlined, made = look(inspector, tmp_path / name, text)
     assert said in message
     assert underlined == word
-    assert made[title] == (tmp_path / name, text.replace(*change, 1), not title.startswith("Remove"))
+    assert made[title] == (
+        tmp_path / name,
+        text.replace(*change, 1),
+        not title.startswith(("Remove", "Write ]", "Write )")),
+    )
 
 
 @pytest.mark.parametrize(
     ("name", "text", "said", "word"),
     [
-        ("a.nc", f"{FANUC}#1=1\nIF [#1 EQ 1] GOTO 111\nG1 X5 F500\nN110 X10\nM30\n%\n", "no block N111", "111"),
+        ("a.nc", f"{FANUC}#1=1\nIF [#1 EQ 1] GOTO 911\nG1 X5 F500\nN110 X10\nM30\n%\n", "no block N911", "911"),
         ("b.nc", f"{FANUC}G1 X#110 F500\nM30\n%\n", "#110 may have a value", "#110"),
         ("a.ngc", f"{NGC}G1 X#<y> F500\nM2\n", "#<y> has no value", "#<y>"),
         ("b.ngc", f"{NGC}G1 X5 F500\nG4\nM2\n", "G4 needs P", "G4"),
@@ -377,3 +477,135 @@ def test_a_number_of_a_set_up_in_quotes_or_with_a_comma_has_its_edit(
     (item,) = found.findings
     (fix,) = find_fixes_of_its_file(inspector, found, item, texts, superseded)
     assert f"{wrong[: fix.begin]}{fix.new}{wrong[fix.end :]}".split("\n")[3] == right
+
+
+CYCLE = """3 L Z+20 FMAX
+4 CYCL DEF 200 DRILLING ~
+Q200=2 ~
+Q201=-3 ~
+Q206=150 ~
+Q202=3 ~
+Q210=0 ~
+Q203=+0 ~
+Q204=10 ~
+Q211=0
+5 L X+5 FMAX M99
+6 M30
+7 END PGM T MM
+"""
+
+
+@pytest.mark.parametrize(
+    ("wrong", "right", "message", "title"),
+    [
+        ("Q201=-3\n", "Q201=-3 ~\n", "line 7 has no ~", "Write ~ behind Q201=-3 in line 7"),
+        ("Q207=150", "Q206=150", "Q206, the plunge feed, is missing", "Write Q206 in place of Q207"),
+    ],
+)
+def test_a_slip_in_a_cycle_of_klartext_has_its_edit(
+    inspector: Inspector, tmp_path: Path, wrong: str, right: str, message: str, title: str
+) -> None:
+    text = KLARTEXT + CYCLE
+    told, _word, made = look(inspector, tmp_path / "a.h", text.replace(right, wrong))
+    assert message in told and made[title][1] == text
+
+
+def test_an_error_of_a_proc_line_stands_in_that_line(inspector: Inspector, tmp_path: Path) -> None:
+    """It was shown at each call."""
+    path = tmp_path / "a.mpf"
+    text = f"{SIEMENS}UP(2,3)\nUP(4,5)\nM30\n%_N_UP_SPF\nPROC UP(REAL A1, REEL A2)\nG1 X=A1 F500\nRET\n"
+    path.write_text(text, "utf-8")
+    Path(f"{path}.toml").write_text(SETUP, "utf-8")
+    (item,) = inspector.check(path, {path: text}, threading.Event()).findings
+    assert (item.line, item.column, item.code) == (9, 18, "VP001")
+
+
+def test_an_open_bracket_of_a_formula_has_its_edit(inspector: Inspector, tmp_path: Path) -> None:
+    text = f"{KLARTEXT}3 Q1 = 2*(2+1)\n4 L X+Q1 F500\n5 M30\n6 END PGM T MM\n"
+    _message, underlined, made = look(inspector, tmp_path / "a.h", text.replace("+1)", "+1"))
+    assert underlined == "(" and [new for _path, new, _settles in made.values()] == [text]
+
+
+def ask(inspector: Inspector, path: Path, text: str, place: str, setup: str = SETUP) -> str:
+    """What is shown of the word at the | of a place of a text."""
+    path.write_text(text, "utf-8")
+    Path(f"{path}.toml").write_text(setup, "utf-8")
+    found = inspector.check(path, {path: text}, threading.Event())
+    at = text.index(place.replace("|", "")) + place.index("|")
+    line = text.count("\n", 0, at) + 1
+    said = inspector.describe_line(found, line, at - text.rfind("\n", 0, at) - 1)
+    assert said is not None
+    return said.split("\n")[0].partition("**: ")[2]
+
+
+SPLINES = (
+    f"{NGC}G1 X1 F500\nG5.2 X2 Y0 P1 L3\nX4 Y5 P2\nX6 Y0 P1\nG5.3\nG3 X10 Y4 R6\nX1 Y2 I-3 J4\n"
+    "G5 X9 Y3 I2 J3 P-4 Q-5\nG90.1 G2 X5 Y1 I3 J2\n#1=#5420\nM2\n"
+)
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "place", "said"),
+    [
+        ("a.ngc", SPLINES, "|P1 L3", "weight of this control point: 1"),
+        ("a.ngc", SPLINES, "P1 |L3", "order of the NURBS: 3"),
+        ("a.ngc", SPLINES, "|P2", "weight of this control point: 2"),
+        ("a.ngc", SPLINES, "|R6", "radius of the arc: 6; a negative one takes the long way"),
+        ("a.ngc", SPLINES, "|I-3", "centre of the arc, from its start in X: -3"),
+        ("a.ngc", SPLINES, "|J4", "centre of the arc, from its start in Y: 4"),
+        ("a.ngc", SPLINES, "|I2 J3", "first control point of the spline, from the start: 2"),
+        ("a.ngc", SPLINES, "|Q-5", "second control point of the spline, from the end: -5"),
+        ("a.ngc", SPLINES, "I3 |J2", "centre of the arc in Y: 2"),
+        ("a.ngc", SPLINES, "|#5420", "X of the program; 5 after this line"),
+        ("a.nc", f"{FANUC}G41 D1 X3 F500\nG3 X9 R6\nG40 X20\nM30\n%\n", "|R6", "radius of the arc: 6"),
+        ("a.nc", f"{FANUC}G1 X3 F500,R2\nY9\nM30\n%\n", ",|R2", "rounding of the corner, radius 2"),
+        ("a.nc", f"{FANUC}G1 X3 F500\nG67\nM30\n%\n", "|G67", "ends the calls of the macro of G66"),
+        ("a.h", f"{KLARTEXT}3 CR X+9 Y+0 R+8 DR- F500\n4 M30\n5 END PGM T MM\n", "|R+8", "radius of the arc: 8"),
+        ("a.h", f"{KLARTEXT}3 TRANS DATUM AXIS X+9\n4 M30\n5 END PGM T MM\n", "|AXIS", "shifts the datum to X Y Z"),
+        ("a.h", "BEGIN PGM T MM\nBLK FORM 0.2 X+9 Y+9 Z+0\nEND PGM T MM\n", "0|.2", "the stock, a box: the corner"),
+        (
+            "a.mpf",
+            f"{SIEMENS}UP(2)\nM30\n%_N_UP_SPF\nPROC UP(REAL A1, VAR INT LAST)\nG1 X=A1 F500\nRET\n",
+            "|LAST)",
+            "value of the subprogram, INT: its call gives it",
+        ),
+    ],
+)
+def test_a_word_is_told_as_its_block_has_it(
+    inspector: Inspector, tmp_path: Path, name: str, text: str, place: str, said: str
+) -> None:
+    """All meanings of a letter in its language were listed, or none was told."""
+    assert ask(inspector, tmp_path / name, text, place).startswith(said)
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "offered"),
+    [
+        (
+            "a.h",
+            f"{KLARTEXT}3 FUNCTION ",
+            ["FUNCTION TCPM", "FUNCTION DWELL", "FUNCTION MODE MILL", "FUNCTION RESET TCPM"],
+        ),
+        ("a.nc", f"{FANUC}T", []),
+        ("a.nc", f"{FANUC}#1=T", ["TAN"]),
+    ],
+)
+def test_what_may_follow_is_completed(name: str, text: str, offered: list[str]) -> None:
+    """Nothing was offered behind FUNCTION, and TAN for the number of a tool."""
+    lines = text.split("\n")
+    outline = Outline(lines, "auto", text.encode(), name)
+    found = {one.word for one in complete_word(outline, len(lines) - 1, len(lines[-1]), {})}
+    assert set(offered) <= found and bool(found) == bool(offered)
+
+
+@pytest.mark.parametrize("name", ["two_faces.h", "two_faces.mpf", "two_faces_fanuc.nc"])
+def test_no_operation_of_a_tool_begins_behind_the_end(name: str) -> None:
+    """The remark above LBL 10 was an operation of tool 1."""
+    text = (Path(__file__).parents[2] / "gcode_samples" / name).read_text("utf-8")
+    lines = text.split("\n")
+    end = next(k for k, line in enumerate(lines) if "M30" in line)
+    symbols = Outline(lines, "auto", text.encode(), name).list_symbols()
+    tools = [one for top in symbols for one in (top, *(top.children or ())) if one.kind == lsp.SymbolKind.Class]
+    assert tools
+    for tool in tools:
+        assert tool.children and all(one.range.start.line <= end for one in tool.children)

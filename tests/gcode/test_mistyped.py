@@ -219,7 +219,11 @@ DRILLING = "CYCL DEF 200 DRILLING ~\nQ20=2 ~\nQ201=-10 ~\nQ206=250 ~\nQ202=5 ~\n
 @pytest.mark.parametrize(
     ("name", "lines", "text"),
     [
-        ("p.h", DRILLING, "6:1: VP006 error: Q20: CYCL DEF 200 has no such parameter; did you mean Q200?"),
+        (
+            "p.h",
+            DRILLING,
+            "Q20: CYCL DEF 200 has no such parameter; Q200, the clearance, is missing; did you mean Q200?",
+        ),
         ("p.h", "PLANE SPATIAL SPA+0 SPB+0 SPD+0 STAY", "SPD: no word of PLANE SPATIAL; did you mean SPC?"),
         (
             "p.nc",

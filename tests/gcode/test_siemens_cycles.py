@@ -113,11 +113,10 @@ def test_mistakes_of_modal_cycles_are_at_the_value_in_the_line_of_mcall(view):
         assert [(item.code, item.line, item.column) for item in found] == [("VP007", 2, 27)]
 
 
-def test_mistakes_of_a_proc_line_name_it(view):
+def test_mistakes_of_a_proc_line_stand_in_it(view):
     text = "G0 X0\n  FACE(30,-9)\nM30\n%_N_FACE_SPF\nPROC FACE(REAL A1, FOO B1)\nX=A1\nM17"
     found = view(text, dialect="siemens")[1]
-    assert [(item.line, item.column) for item in found] == [(2, 3)]
-    assert "PROC of FACE, line 5" in found[0].message
+    assert [(item.line, item.column) for item in found] == [(5, 20)]
 
 
 def test_without_sdr_the_spindle_turns_as_before_the_thread(view):

@@ -115,6 +115,7 @@ def test_times_of_both_sides_are_those_of_their_rows() -> None:
     difference = whole[1] - whole[0]
     words = f"{abs(difference):.3f} s {'longer' if difference > 0 else 'less'} than A"
     assert page.index(f"|B takes {words}: {whole[1]:.3f} s against {whole[0]:.3f} s ({share})|") < page.index("|What")
+    assert page.index("|one line differs: 4|") < page.index("|time, s|")
     # line 5 of the one is line 6 of the other: its text is the same, its time is not (22 mm to go, and no rest of
     # F1200)
     assert abs(of_line[1][6] - of_line[0][5]) > 1e-3

@@ -52,7 +52,7 @@ def name_missing(library: str, extra: str) -> Iterator[None]:
         raise ModuleNotFoundError(text, name=library) from None
 
 
-@explain_names(q="values", time="t", rows="values")
+@explain_names(q="values", time="t", rows="values, or row by row zip(setpoints.t, setpoints.values, setpoints.line)")
 @dataclass(frozen=True, eq=False)
 class Setpoints:
     """A whole setpoint file in memory; ``setpoints["a_deg"]`` is the column of that name.

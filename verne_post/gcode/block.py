@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Final
 from msgspec import Struct, field
 
 from verne_post.gcode.expressions import Key, ValueReader, Values, show_key
-from verne_post.gcode.program_error import At, ProgramError, write_meant
+from verne_post.gcode.program_error import DOUBLE_EQUALS, At, ProgramError, write_meant
 from verne_post.gcode.templates import read_by_template
 from verne_post.model.findings import Remedy
 
@@ -223,6 +223,8 @@ def read_setting(reader: ValueReader) -> tuple[Key, float, int]:
     key = reader.read_key()
     if reader.characters[reader.at : reader.at + 1] != "=":
         raise reader.error("VP001", f"{show_key(key)}: expected '=' and a value, or a letter before the '#'", reader.at)
+    if reader.characters.startswith("==", reader.at):
+        raise reader.error("VP001", DOUBLE_EQUALS, reader.at)
     reader.at += 1
     return key, reader.read_assigned(f"{show_key(key)}="), reader.find_column(at)
 

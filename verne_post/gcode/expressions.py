@@ -11,7 +11,7 @@ from typing import Final, Protocol
 
 from verne_post.base.suggestions import LETTERS_OF_FUNCTIONS, find_meant
 from verne_post.base.tolerances import EQUAL_NUMBERS, WHOLE_NUMBER
-from verne_post.gcode.program_error import ProgramError
+from verne_post.gcode.program_error import ProgramError, close_here
 from verne_post.model.findings import Remedy
 
 #: Numbers beyond this mean nothing in any word, and would overflow somewhere.
@@ -22,6 +22,8 @@ MAX_NESTING: Final = 50
 _NUMBER: Final = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)")
 _NAME: Final = re.compile(r"<([^<>]*)>")
 _LETTERS: Final = re.compile(r"[A-Z]+")
+#: Where a value ends: at the next word, or with the line.
+_IS_OVER: Final = re.compile(r"[A-Z(]|$")
 OPERATOR: Final = re.compile(r"\*\*|[*/+-]|MOD|EQ|NE|GT|GE|LT|LE|AND|OR|XOR")
 PRECEDENCE: Final = {
     "**": 5, "*": 4, "/": 4, "MOD": 4, "+": 3, "-": 3,
@@ -165,7 +167,8 @@ class ValueReader:
             text = f"expected an operator or {' or '.join(map(repr, ends))}"
             if (sign := _SIGN.match(self.characters, self.at)) is not None:
                 text = f"{sign[0]}: no operator here; did you mean {_COMPARISONS[sign[0]]}?"
-            raise self.error("VP001", text, self.at)
+            edits = close_here("]") if _IS_OVER.match(self.characters, self.at) else ()
+            raise self.error("VP001", text, self.at, edits)
         self._depth -= 1
         return value
 

@@ -110,6 +110,9 @@ def list_meanings(dialect: str, *, executed_alone: bool = False) -> dict[str, li
     for owner, name, text, is_executed in list_words():
         if owner == language and (is_executed or not executed_alone):
             found.setdefault(name, []).append(_describe(language, name, text, is_executed=is_executed))
+    phrases = {name: text for name, text in OF_NAMES.get(language, {}).items() if " " in name}
+    for name, text in phrases.items():  # a letter means nothing without its value
+        found.setdefault(name, [text])
     return found
 
 

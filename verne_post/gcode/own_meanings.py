@@ -134,6 +134,7 @@ OF_LANGUAGES: Final[Mapping[str, Mapping[str, str]]] = {
         "G23": "ends the watch on forbidden zones; no effect", "G25": "ends the watch on the spindle; no effect",
         "G26": "watches the spindle; no effect",
         "M29": "the next G84 or G74 is rigid tapping",
+        "G67": "ends the calls of the macro of G66",
     },
     "Klartext": {
         "M0": "stops the program until the operator starts it again", "M1": "stops as M0, only with --optional-stop",
@@ -394,15 +395,29 @@ _OF_HOLES: Final = {
     "L": "how often",
     "K": "how often",
 }
+_RADIUS: Final = "radius of the arc: {}; a negative one takes the long way"
+_OF_ARC: Final = {
+    **{letter: f"centre of the arc, from its start in {axis}: {{}}" for letter, axis in zip("IJK", "XYZ", strict=True)},
+    "R": _RADIUS,
+    "P": "number of turns of the arc",
+}
+_OF_ABSOLUTE_ARC: Final = _OF_ARC | {a: f"centre of the arc in {b}: {{}}" for a, b in zip("IJK", "XYZ", strict=True)}
+_TOOL_AXIS: Final = {letter: f"tool axis: component in {axis}" for letter, axis in zip("IJK", "XYZ", strict=True)}
+_WALL: Final = dict.fromkeys("IJK", "shift away from the wall: {}")
 _ORIGIN: Final = {**dict.fromkeys("XYZABCUVW", "origin of the work offset: {}"), "P": "number of the work offset"}
 _OF_TOOL: Final = {"P": "number of the tool", "R": "length or radius of the tool, or its wear: {}"}
 _OF_MACRO: Final = {"P": "number of the macro", "L": "how often"}
 _CENTRE: Final = dict.fromkeys("XYZ", "centre: {}")
 _AT_TOOL: Final = dict.fromkeys("XYZABCUVW", "moves the zero: the tool is at {} then")
 _DIRECTIONS: Final = dict.fromkeys("IJK", "direction about which coordinates turn")
+#: Letters behind a comma: what the corner to the next move becomes.
+OF_CORNERS: Final[Mapping[str, str]] = {"R": "rounding of the corner, radius {}", "C": "chamfer of the corner, {}"}
+#: Codes with a letter of their own, beside which the motion in force goes on.
+BESIDE_MOTION: Final = ("G41", "G42", "G41.1", "G42.1", "G43.5", "G64", "G96")
 #: Letters that mean one thing beside a code, or while it is the motion in force; {} is their value.
 _OF_G: Final[Mapping[str, Mapping[str, str]]] = {
-    **{code: {"P": "number of turns of the arc"} for code in ("G2", "G3")},
+    **dict.fromkeys(("G2", "G3"), _OF_ARC),
+    "G43.5": _TOOL_AXIS,
     "G4": dict.fromkeys("PXU", "dwell: {} s"),
     "G10": {"P": "number of the work offset or tool", "L": "kind of G10"},
     "G10 L2": {**_ORIGIN, "R": "turn of the work offset about Z: {} degrees"},
@@ -432,7 +447,7 @@ _OF_G: Final[Mapping[str, Mapping[str, str]]] = {
     "G96": {"D": "most turns a minute"},
     "M98": {"P": "number of the subprogram", "L": "how often"},
     **{f"G{number}": _OF_HOLES for number in (73, 74, *range(81, 90))},
-    **{code: {**_OF_HOLES, "Q": "shift away from the wall"} for code in ("G76", "G87")},
+    **{code: {**_OF_HOLES, **_WALL, "Q": "shift away from the wall"} for code in ("G76", "G87")},
     **dict.fromkeys(
         ("G28", "G30"),
         dict.fromkeys("XYZABCUVW", "place on the way to the reference position: {}; in G91 by how much"),
@@ -447,8 +462,21 @@ _DATUM: Final = {
 _TURN: Final = {letter: f"rotation by {{}} degrees about {letter}" for letter in "XYZ"}
 #: Dialect -> code -> letter beside it -> what it sets; {} is its value.
 OF_LETTERS: Final[Mapping[str, Mapping[str, Mapping[str, str]]]] = {
-    "rs274": _OF_G,
-    "fanuc": {**_OF_G, "G4": {**_OF_G["G4"], "P": "dwell: {} milliseconds, or seconds if the key dwell says so"}},
+    "rs274": {
+        **_OF_G,
+        **dict.fromkeys(("G2 G90.1", "G3 G90.1"), _OF_ABSOLUTE_ARC),
+        "G5": {
+            **dict.fromkeys("IJ", "first control point of the spline, from the start: {}"),
+            **dict.fromkeys("PQ", "second control point of the spline, from the end: {}"),
+        },
+        "G5.1": dict.fromkeys("IJ", "control point of the spline, from the start: {}"),
+        "G5.2": {"P": "weight of this control point: {}", "L": "order of the NURBS: {}"},
+    },
+    "fanuc": {
+        **_OF_G,
+        "G6.2": {"P": "order of the NURBS: {}", "K": "knot: {}", "R": "weight of this control point: {}"},
+        "G4": {**_OF_G["G4"], "P": "dwell: {} milliseconds, or seconds if the key dwell says so"},
+    },
     "siemens": {
         **dict.fromkeys(("TRANS", "ATRANS"), _SHIFT),
         **dict.fromkeys(("ROT", "AROT"), _TURN),
@@ -463,6 +491,8 @@ OF_LETTERS: Final[Mapping[str, Mapping[str, Mapping[str, str]]]] = {
         "TOOL CALL": dict.fromkeys("XYZ", "tool axis"),
         "BLK FORM": dict.fromkeys("XYZ", "axis, or corner, of the stock"),
         "CC": dict.fromkeys("XYZ", "pole and centre: {}"),
+        "CR": {"R": _RADIUS},
+        "RND": {"R": "radius of the rounding: {}"},
         "CYCL DEF 7": _DATUM,
         "TRANS DATUM": _DATUM,
         "CYCL DEF 8": dict.fromkeys("XYZ", "mirror image of this axis"),
@@ -533,6 +563,10 @@ OF_NAMES: Final[Mapping[str, Mapping[str, str]]] = {
         "T": "number or name of the tool, in TOOL CALL",
         "CYCL": "CYCL DEF defines a cycle, CYCL CALL calls it",
         "TCPM": "FUNCTION TCPM switches tool-centre-point control on, as M128 does; FUNCTION RESET TCPM ends it",
+        "BLK FORM 0.1": "the stock, a box: the tool axis, and the corner of the lowest X Y Z",
+        "BLK FORM 0.2": "the stock, a box: the corner of the highest X Y Z",
+        "TRANS DATUM AXIS": "shifts the datum to X Y Z, or by IX IY IZ; TRANS DATUM RESET ends it",
+        "TRANS DATUM RESET": "ends the shift of the datum",
         "FUNCTION TCPM": "tool-centre-point control on, as M128; FUNCTION RESET TCPM ends it",
         "FUNCTION RESET TCPM": "tool-centre-point control off, as M129",
         "FUNCTION DWELL": "waits so many seconds (TIME), or turns of the spindle (REV)",

@@ -28,7 +28,8 @@ from verne_post.model.option_checks import ACTIVE_SYSTEM, MAX_PARAMETER
 #: Arguments of a call: saved and restored by it.
 LOCAL_INDICES: Final = range(1, 31)
 _HOME, _HOME2, _G92, _ORIGINS = 5161, 5181, 5211, 5221
-_TOOL, _TOOL_LENGTH, _POSITION = 5400, 5403, 5420
+#: #5400 is the tool, #5403 its length; the position of X is #5420.
+_TOOL, _TOOL_LENGTH, POSITION = 5400, 5403, 5420
 _LINEAR: Final = (0, 1, 2, 6, 7, 8)
 #: Letters of lengths, of angles, and of whole numbers, for ROUND of custom macros.
 _LENGTHS, _ANGLES, _WHOLE = frozenset("XYZUVWIJKRQ"), frozenset("ABC"), frozenset("GMNOPHDSTL")
@@ -105,8 +106,8 @@ class Parameters:
         raise ProgramError("VP025", f"#<{name}> has no value; set it first with #<{name}>=...")
 
     def _read_numbered_state(self, key: int) -> float:
-        if _POSITION <= key <= 5428:
-            return self.find_position(key - _POSITION)
+        if POSITION <= key <= 5428:
+            return self.find_position(key - POSITION)
         state, store = self.state, self.state.store
         for first, point in ((_HOME, state.home), (_HOME2, state.home2)):
             if first <= key < first + 9:

@@ -29,6 +29,11 @@ def write_before(words: str, *, line: int = 0, turns: bool = False) -> tuple[Rem
     return (Remedy(f"write {words} before", words, line=line, way="before", turns=turns),)
 
 
+def close_here(bracket: str) -> tuple[Remedy, ...]:
+    """The edit of an error that a bracket at its place settles, where nothing but another word follows."""
+    return (Remedy(f"write {bracket}", bracket, way="here", is_choice=True),)
+
+
 def end_with(words: str) -> tuple[Remedy, ...]:
     """The edit of an error that a last line settles, before a closing %."""
     return (Remedy(f"write {words}", words, line=1, way="end"),)
@@ -57,6 +62,10 @@ def refuse_missing(what: str, missing: Sequence[tuple[str, str]]) -> ProgramErro
     *some, last = [f"{name} (the {meaning})" for name, meaning in missing]
     names = f"{', '.join(some)} and {last}" if some else "{}, the {}".format(*missing[0])
     return ProgramError("VP005", f"{what} needs {names}")
+
+
+#: Where a value is given, and a sign of comparison stands.
+DOUBLE_EQUALS: Final = "==: compares, and gives no value; did you mean =?"
 
 
 @contextmanager

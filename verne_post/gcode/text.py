@@ -269,6 +269,7 @@ def _find_percent_lines(source: Text, language: type[Language], start: int) -> t
 # --- the structure of O words -----------------------------------------------------------------
 
 _CLOSES: Final = {"endsub": "sub", "endif": "if", "endwhile": "while", "endrepeat": "repeat"}
+_ENDS: Final = {begin: end for end, begin in _CLOSES.items()} | {"do": "while"}
 _LOOPS: Final = ("while", "do", "repeat")
 #: Keywords that take no value.
 _BARE: Final = ("sub", "else", "endif", "do", "endwhile", "endrepeat", "break", "continue")
@@ -348,6 +349,8 @@ class _Opened:
                 item = self._open[-1]
                 still, right = f"; {self._describe(item)} is open", f"o{item.label}"
                 edits = (Remedy(f"write {right}", right, misspelt=f"o{label}"),) if item.kind == opening else ()
+                if item.label == label and kind in _CLOSES:
+                    edits = (Remedy(f"write {_ENDS[item.kind]}", _ENDS[item.kind], misspelt=kind),)
             raise ProgramError(
                 "VP023", f"o{label} {kind} without o{label} {opening} before it{still}", edits=edits
             ).advise(CLOSE_IN_ORDER)
@@ -360,8 +363,7 @@ class _Opened:
         """Nothing may be open at the end of the text; behind that of the program what is to be written is certain."""
         if self._open:
             item = self._open[-1]
-            ends = {"sub": "endsub", "if": "endif", "while": "endwhile", "do": "while", "repeat": "endrepeat"}
-            end = f"o{item.label} {ends[item.kind]}"
+            end = f"o{item.label} {_ENDS[item.kind]}"
             stop = find_end(decode_lines(source))
             is_last = item.kind == "sub" and stop is not None and stop < item.line - 1
             raise ProgramError(

@@ -62,6 +62,7 @@ def write_comparison(sides: tuple[Side, Side]) -> str:
     """Write the page."""
     a, b = sides
     stretches = align_lines(a.lines, b.lines)
+    different = _name_different_lines(stretches)
     pack = Pack()
     data: dict[str, Any] = {"sides": [_pack_side(pack, name, side) for name, side in zip("ab", sides, strict=True)]}
     data["arrays"] = pack.contents
@@ -75,6 +76,7 @@ def write_comparison(sides: tuple[Side, Side]) -> str:
             "heads": "".join(_write_head_html(name, side) for name, side in zip("AB", sides, strict=True)),
             "outcome": escape_text(_describe_outcome(sides)),
             **_name_paths(sides),
+            "text_differs": f" <small>{escape_text(different)}</small>" if different else "",
             "facts": _write_facts_html(sides),
             "findings": _write_findings_html(sides, stretches),
             "limits": _write_limits_html(sides),
@@ -108,6 +110,19 @@ def _pack_side(pack: Pack, name: str, side: Side) -> dict[str, Any]:
         "joints": len(side.machine.columns),
         "limits": list(study.governing.names) if study.governing is not None else [],
     }
+
+
+def _name_different_lines(stretches: Sequence[Stretch]) -> str:
+    """How many lines differ, and which: those of A, or of B where A has none; empty where none does."""
+    spans = [
+        (one.first_a + 1, one.last_a, "") if one.last_a > one.first_a else (one.first_b + 1, one.last_b, " of B")
+        for one in stretches
+        if not one.same
+    ]
+    number = sum(last - first + 1 for first, last, _side in spans)
+    names = [f"{first}{f' to {last}' if last > first else ''}{side}" for first, last, side in spans]
+    said = "one line differs" if number == 1 else f"{number} lines differ"
+    return f"{said}: {join_few(names, 'more places below')}" if spans else ""
 
 
 def _write_head_html(name: str, side: Side) -> str:

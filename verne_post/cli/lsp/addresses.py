@@ -11,11 +11,14 @@ from verne_post.app.explain_numbers import format_number
 from verne_post.app.line_remedies import Line
 from verne_post.base.arrays import Array
 from verne_post.base.program_lines import find_word, remove_remarks
+from verne_post.base.units import MM_PER_INCH
 from verne_post.gcode.codes import CYCLES
 from verne_post.gcode.klartext.vocabulary import name_parameter
 from verne_post.gcode.machining.state import State, name_unit_of_speed
-from verne_post.gcode.own_meanings import LETTERS, LETTERS_OF_KLARTEXT, OF_LETTERS
+from verne_post.gcode.own_meanings import BESIDE_MOTION, LETTERS, LETTERS_OF_KLARTEXT, OF_CORNERS, OF_LETTERS
+from verne_post.gcode.parameters import POSITION
 from verne_post.gcode.rs274.macro_text import number_argument
+from verne_post.gcode.rs274.macro_variables import ENDS
 from verne_post.gcode.siemens.vocabulary import ADDRESSES
 from verne_post.model.machine import Machine
 from verne_post.model.moves import AXES, FeedMode, Frame, MoveKind
@@ -30,13 +33,18 @@ _MACRO: Final = re.compile(r"(?<![A-Z_#<])G[ \t]*0*6[56](?![\d.])")
 _HEADS: Final = {
     "siemens": re.compile(r"(?<![\w$])(A?(?:TRANS|ROT|SCALE|MIRROR)|G0*4|G11[0-2])(?!\w)"),
     "heidenhain": re.compile(
-        r"^[ \t]*(?:\d+[ \t]+)?(TOOL[ \t]+CALL|CYCL[ \t]+DEF[ \t]+\d+|BLK[ \t]+FORM|TRANS[ \t]+\w+|CC)(?!\w)"
+        r"^[ \t]*(?:\d+[ \t]+)?(TOOL[ \t]+CALL|CYCL[ \t]+DEF[ \t]+\d+|BLK[ \t]+FORM|TRANS[ \t]+\w+|CC|CR|RND)(?!\w)"
     ),
 }
 #: How a language writes a variable; in Siemens other names look the same.
 _VARIABLES: Final = {
     "siemens": re.compile(r"(?<![\w$])[A-Z_]\w*", re.IGNORECASE),
     "heidenhain": re.compile(r"(?<![A-Z_\d])Q[LRS]?\d+", re.IGNORECASE),
+}
+#: Variables that are positions -> the axis.
+_POSITIONS: Final = {
+    "rs274": {f"#{POSITION + axis}": axis for axis in range(len(AXES))},
+    "fanuc": {f"#{number}": axis for number, axis in ENDS.items()},
 }
 #: P of M98: how often, and the four digits of the program.
 _REPEATED: Final = re.compile(r"(\d+)(\d{4})")
@@ -128,11 +136,18 @@ def find_variable(line: str, column: int, dialect: str) -> str:
     return next((one[0] for one in found if one.start() <= column < one.end()), "")
 
 
-def describe_variable(name: str, state: State | None, dialect: str) -> str:
-    """The value of a variable after a line; empty for a name of Siemens that is none there."""
+def describe_variable(name: str, state: State | None, dialect: str, line: str) -> str:
+    """The value of a variable after its line; empty for a name of Siemens that is none there."""
     value = None if state is None else state.look_up(name)
+    if value is None and dialect == "siemens":
+        kind = re.search(rf"\bPROC\b.*[(,]\s*(?:VAR\s+)?(\w+)\s+{re.escape(name)}\b", line, re.IGNORECASE)
+        return "" if kind is None else f"value of the subprogram, {kind[1].upper()}: its call gives it"
+    axis = _POSITIONS.get(dialect, {}).get(name)
+    if axis is not None and state is not None and state.is_known(axis):
+        scale = MM_PER_INCH if state.modes.inch and AXES[axis] not in "ABC" else 1.0
+        return f"{AXES[axis]} of the program; {format_number(state.position[axis] / scale)} after this line"
     if value is None:
-        return "" if dialect == "siemens" else "variable; no value is known after this line"
+        return "variable; no value is known after this line"
     shown = f'"{value}"' if isinstance(value, str) else format_number(value)
     return f"variable; {shown} after this line"
 
@@ -185,9 +200,14 @@ def _find_meaning_beside(address: Address, dialect: str, block: str, state: Stat
         codes = [f"{one[1]}{one[2]}" for one in _CODE.finditer(code)]
         if "G10" in codes and (kind := find_word(code, "L")):
             codes.insert(0, f"G10 L{kind[2]}")
-        if state is not None and not any(one in of_codes for one in codes):
+        if code[: address.begin].rstrip().endswith(",") and address.name in OF_CORNERS:
+            return OF_CORNERS[address.name].format(_show_value(address, state))
+        if state is not None and not any(one in of_codes and one not in BESIDE_MOTION for one in codes):
             in_plane = address.name == "Z" and state.plane  # cycles drill along another axis
-            codes += [] if in_plane else state.modes.show(state.feed_mode, state.control.mode)[:1]
+            shown = state.modes.show(state.feed_mode, state.control.mode)
+            codes += [] if in_plane else [shown[0], shown[-1]]
+        if state is not None and dialect == "rs274" and state.modes.absolute_centers:
+            codes = [f"{one} G90.1" if one in ("G2", "G3") else one for one in codes]
     beside = next((one for one in codes if address.name in of_codes.get(one, {})), "")
     meaning = of_codes[beside][address.name].format(_show_value(address, state)) if beside else ""
     if address.name == "P" and state is not None and dialect in ("rs274", "fanuc"):

@@ -68,7 +68,9 @@ def complete_word(outline: Outline, number: int, column: int, tools: Mapping[str
         begin, quote = tool.start(1), tool[1][:1] == '"'
         named = (Choice(begin, word, sizes, word if quote else word.strip('"')) for word, sizes in tools.items())
         found_tools = [one for one in named if one.sought.startswith(tool[1])]
-        if found_tools or before[begin - 1] in " \t=/":  # else it may be a word that begins with T
+        # else it may be a word that begins with T: TRANS, and in a calculation TAN
+        is_word = dialect not in ("rs274", "fanuc") or re.search(r"[\[=]", before)
+        if found_tools or before[begin - 1] in " \t=/" or not is_word:
             return found_tools
     known = list_meanings(dialect, executed_alone=True)
     if remove_remarks(before) != before:

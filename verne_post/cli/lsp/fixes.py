@@ -371,8 +371,8 @@ def _spell(found: Inspected, item: Finding, remedy: Remedy) -> Iterator[Fix]:
         yield Fix(title, found.path, found.text, at, at + len(written), remedy.value, spells=True, is_choice=is_choice)
         yield from _change_everywhere(found, written, remedy)
         return
-    code = remove_remarks(line)
-    word = re.search(rf"(?<!\w){re.escape(remedy.misspelt)}(?!\w)", code)
+    code = remove_remarks(line, _find_dialect(found))
+    word = re.search(rf"(?<!\w){re.escape(remedy.misspelt)}(?!\w)", code, re.IGNORECASE)
     if word is not None:
         at = _find_offset(found.text, remedy.line - 1) + word.start()
         title = f"Write {remedy.value} in place of {word[0]} in line {remedy.line}"
@@ -404,6 +404,16 @@ def _write_marked(found: Inspected, item: Finding, remedy: Remedy) -> Iterator[F
         written = found.text[begin:end].rstrip()
         title = f"Write {remedy.value} in place of {written}"
         yield Fix(title, found.path, found.text, begin, begin + len(written), remedy.value)
+
+
+def _write_here(found: Inspected, item: Finding, remedy: Remedy) -> Iterator[Fix]:
+    """What is missing behind what stands before the column of a finding, or at the end of a line."""
+    line = split_lines(found.text)[remedy.line - 1]
+    place = item.column - 1 if item.line == remedy.line and item.column else len(line)
+    head = line[:place].rstrip()
+    at = _find_offset(found.text, remedy.line - 1) + len(head)
+    title = f"Write {remedy.value.strip()}{f' behind {head.split()[-1]}' if head else ''} in line {remedy.line}"
+    yield Fix(title, found.path, found.text, at, at, remedy.value, is_choice=remedy.is_choice)
 
 
 def _start_spindle(found: Inspected, item: Finding, remedy: Remedy) -> Iterator[Fix]:
@@ -456,13 +466,21 @@ def _write_below(found: Inspected, item: Finding, remedy: Remedy) -> Iterator[Fi
 
 
 #: What finds the places of edits in the text: by their way, and by the code of their finding.
-_PLACES: Final = {"before": _write_before, "below": _write_below, "marked": _write_marked, "end": _write_at_end}
+_PLACES: Final = {
+    "before": _write_before,
+    "below": _write_below,
+    "marked": _write_marked,
+    "here": _write_here,
+    "end": _write_at_end,
+}
 _PLACED: Final = {"VP017": _name_angles, "VP036": _name_angles, "VP050": _start_spindle}
 
 
 def _change_everywhere(found: Inspected, written: str, remedy: Remedy) -> Iterator[Fix]:
     """The same correction in all places that are no remarks, where there are several."""
     meant = remedy.value
+    if re.search(r"\w", written) is None:  # a sign that is right elsewhere
+        return
     lines, word, count = found.text.split("\n"), re.compile(rf"(?<![\w.]){re.escape(written)}(?![\w.])"), 0
     for number, line in enumerate(lines):
         for match in reversed(list(word.finditer(remove_remarks(line)))):

@@ -277,7 +277,7 @@ class Inspector:
         said = []
         passes = "" if shown is None or not shown.is_repeated else f", in the first of {shown.describe_passes()}"
         is_name = address is not None and about and column < address.value_begin
-        if variable and not is_name and (of_variable := describe_variable(variable, state, dialect)):
+        if variable and not is_name and (of_variable := describe_variable(variable, state, dialect, text)):
             said.append(f"**{variable}**: {of_variable}{passes}")
         if address is not None and about:
             plan = found.made.plan

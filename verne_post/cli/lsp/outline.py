@@ -143,7 +143,9 @@ class Outline:
         # a tool, and an operation, ends with the program, behind which subprograms follow
         ended = find_end(self.lines)
         behind = next((one.line for one in subprograms if ended is not None and one.line > ended), last + 1)
-        found = [self._cut(one, behind) for one in operations]
+        # a remark between the end and the first subprogram heads that one
+        heads = range(last + 1 if ended is None else ended + 1, behind)
+        found = [self._cut(one, behind) for one in operations if one.range.start.line not in heads]
         for change, begin, end in zip(tools, begins, [*begins[1:], last + 1], strict=False):
             about = change.remark or remarks.get(change.tool.lstrip("0"), "")
             shown = f"tool {change.tool} ({about})" if about else f"tool {change.tool}"

@@ -14,7 +14,7 @@ from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Any, Final, TypeVar
+from typing import Any, Final, ParamSpec, TypeVar
 
 from lsprotocol import types as lsp
 from pygls.exceptions import FeatureRequestError
@@ -37,6 +37,7 @@ from verne_post.model.verdict import is_about_pose
 from verne_post.output.causes import find_causes
 
 _Answer = TypeVar("_Answer")
+_Arguments = ParamSpec("_Arguments")
 #: Endings of texts that programs read, and that are no programs.
 _READ_BY_PROGRAMS: Final = (".toml", ".tbl", ".csv", ".json", ".var")
 #: After so long a finding is shown without the remedies that are still sought, s.
@@ -231,9 +232,12 @@ class Session:
         """What the editor shows, by files."""
         return {_find_path(uri): text.source for uri, text in self.server.workspace.text_documents.items()}
 
-    async def work(self, function: Callable[..., _Answer], *arguments: Any) -> _Answer:
+    async def work(
+        self, function: Callable[_Arguments, _Answer], *values: _Arguments.args, **named: _Arguments.kwargs
+    ) -> _Answer:
         """Run a function in the worker, after what it is doing."""
-        return await asyncio.get_running_loop().run_in_executor(self.worker, function, *arguments)
+        call = partial(function, *values, **named)
+        return await asyncio.get_running_loop().run_in_executor(self.worker, call)
 
     async def find_newest(self, uri: str) -> Inspected | None:
         """The check of the newest text of a program, when it is done; None where it is not open."""
@@ -307,7 +311,7 @@ class Session:
         """The word under the cursor; time, feed and pose of its line."""
         found = await self.find_newest(asked.text_document.uri)
         lines = [] if found is None else split_lines(found.text)
-        if asked.position.line >= len(lines):
+        if found is None or asked.position.line >= len(lines):
             return None
         place = self.server.workspace.position_codec.position_from_client_units(lines, asked.position)
         text = await self.work(self.inspector.describe_line, found, place.line + 1, place.character)

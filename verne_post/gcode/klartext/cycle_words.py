@@ -6,6 +6,7 @@ from typing import Final
 
 from msgspec import Struct
 
+from verne_post.base.suggestions import list_near_numbers
 from verne_post.gcode.klartext.formulas import VALUE, Numbers, read_value
 from verne_post.gcode.klartext.statements import Statement
 from verne_post.gcode.klartext.vocabulary import name_parameter
@@ -187,10 +188,13 @@ def complete(
     """The parameters of a cycle, with defaults; refuses missing ones and those that it does not have."""
     for name in given:
         if name not in needs and name not in defaults:
-            near = find_with_digit(name, (one for one in needs if one not in given))
+            missing = [one for one in needs if one not in given]
+            others = list_near_numbers(str(name), map(str, missing))
+            near = find_with_digit(name, missing) or (int(others[0]) if len(others) == 1 else None)
+            also = f"; Q{near}, the {name_parameter(near)}, is missing" if near else ""
             raise statement.error(
                 "VP006",
-                f"Q{name}: CYCL DEF {number} has no such parameter; did you mean Q{near}?"
+                f"Q{name}: CYCL DEF {number} has no such parameter{also}; did you mean Q{near}?"
                 if near
                 else f"CYCL DEF {number}: Q{name} is not a parameter that is executed here",
                 find_parameter(statement, name),

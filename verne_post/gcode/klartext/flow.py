@@ -293,7 +293,7 @@ class _KlartextRun:
             text = (
                 f"line {line} has no ~ at its end: a control ends CYCL DEF there; write ~, the next line belongs to it"
             )
-            self.flow.interpreter.recorder.warn("VP001", text, line, None, "warning")
+            self.flow.interpreter.recorder.warn("VP001", text, line, None, "warning", _write_tilde(line))
 
     def _execute_parts(self, parts: list[str], line: int) -> None:
         """Execute the statement of some lines."""
@@ -316,6 +316,7 @@ class _KlartextRun:
                         error.message += (
                             f"; line {following - 1} has no ~ at its end, and parameters follow it: write ~"
                         )
+                        error.edits += _write_tilde(following - 1)
                 if correct_line(parts[0], error) is None and flow.recovery.pass_failed(statement, error):
                     return
                 raise
@@ -329,6 +330,11 @@ class _KlartextRun:
                 line_of_name, column = statement.find_place(name_at)
                 with locate_errors(column if name_at >= 0 and line_of_name == line else None):
                     flow.follow(interpreter.jump, line)
+
+
+def _write_tilde(line: int) -> tuple[Remedy, ...]:
+    """The edit of a line of a cycle that does not say that the next one belongs to it."""
+    return (Remedy("write ~", " ~", line=line, way="here"),)
 
 
 def _find_last_direction(

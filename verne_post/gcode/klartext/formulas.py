@@ -8,6 +8,7 @@ from typing import Final, Protocol
 from verne_post.base.suggestions import LETTERS_OF_FUNCTIONS, find_meant
 from verne_post.gcode.expressions import MAX_NESTING, MAX_NUMBER
 from verne_post.gcode.program_error import ProgramError, locate_errors
+from verne_post.model.findings import Remedy
 
 #: A number or a parameter with a sign, as words have it.
 VALUE: Final = r"[+-]?[ \t]*(?:\d+[.,]?\d*|[.,]\d+|Q[LR]?\d+)"
@@ -125,7 +126,7 @@ class _Formula:
         self.tokens: list[str] = []
         self.columns: list[int] = []  #: Of the tokens, from 1.
         place = 0
-        text = text.rstrip()
+        self.text = text = text.rstrip()
         while place < len(text):
             match = _TOKEN.match(text, place)
             if match is None:
@@ -184,7 +185,9 @@ class _Formula:
         if token == "(":
             value = self.sum(depth + 1)
             if self._take(")") is None:
-                raise ProgramError("VP001", "a bracket of the formula is not closed; write )", column)
+                open_text = self.text[column - 1 :]
+                edits = (Remedy("write )", f"{open_text})", misspelt=open_text, is_choice=True),)
+                raise ProgramError("VP001", "a bracket of the formula is not closed; write )", column, edits=edits)
             return value
         if token == "PI":
             return math.pi

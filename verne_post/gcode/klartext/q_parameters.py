@@ -10,7 +10,7 @@ from verne_post.gcode.expressions import MAX_NUMBER
 from verne_post.gcode.klartext.formulas import VALUE, combine, evaluate, holds, read_value
 from verne_post.gcode.klartext.statements import Statement, label_name
 from verne_post.gcode.klartext.vocabulary import FN, REFUSED_FN
-from verne_post.gcode.program_error import ProgramError
+from verne_post.gcode.program_error import DOUBLE_EQUALS, ProgramError
 from verne_post.model.findings import Remedy
 
 _ASSIGNMENT: Final = re.compile(r"(Q[LRS]?)[ \t]*(\d+)[ \t]*=")
@@ -156,6 +156,8 @@ def assign(statement: Statement, parameters: QParameters) -> None:
     if match is None:
         raise statement.error("VP001", "a parameter alone; expected Q1 = and a value", 0)
     name = match.group(1) + match.group(2)
+    if statement.rest.startswith("==", match.end() - 1):
+        raise statement.error("VP001", DOUBLE_EQUALS, match.end() - 1)
     if statement.further_lines and _NEXT_PARAMETER.match(statement.rest, statement.further_lines[0]):
         text = f"{name} = ... ~ is a parameter of a cycle, and no CYCL DEF stands before it"
         raise statement.error("VP005", f"{text}; write CYCL DEF with its number and ~ in the line before", 0)
@@ -255,6 +257,8 @@ def execute_fn(statement: Statement, parameters: QParameters) -> FnAnswer:
         pattern = rf"(Q[LR]?\d+)[ \t]*=[ \t]*({VALUE})[ \t]*(?:{_OPERATORS[number]})[ \t]*({VALUE})"
     found = re.fullmatch(pattern, rest)
     if found is None:
+        if "==" in rest:
+            raise statement.error("VP001", DOUBLE_EQUALS, match.end() + rest.index("=="))
         wrong_number = _LETTER_O.search(rest)
         text = f"FN {number}: {rest[:40]!r} is not of the form that this function has"
         raise statement.error("VP001", text, match.end() + (wrong_number.start() if wrong_number else 0))

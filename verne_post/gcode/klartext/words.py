@@ -13,6 +13,7 @@ from verne_post.gcode.klartext.statements import Statement
 from verne_post.gcode.klartext.vocabulary import WORDS
 from verne_post.gcode.mistyped import explain_unknown
 from verne_post.gcode.program_error import ProgramError
+from verne_post.model.findings import Remedy
 
 #: Functions that take numbers after them, by M number, and the words that belong to them.
 _M_WORDS: Final = {128: ("F",), 140: ("F", "MB"), 103: ("F",), 120: ("LA",), 112: ("T", "A")}
@@ -135,6 +136,11 @@ def _explain_unread(pattern: re.Pattern[str], statement: Statement, text: str, b
     meant_word = next((once for once in _drop_doubles(word) if pattern.fullmatch(once)), None)
     if meant_word is not None:
         return statement.error("VP001", f"{word}: no meaning in this language; did you mean {meant_word}?", begin)
+    ends = (at for at in range(1, len(word)) if pattern.fullmatch(word[:at]) and pattern.fullmatch(word[at:]))
+    if at := next(ends, 0):
+        right = f"{word[:at]} {word[at:]}"
+        edits = (Remedy(f"write {right}", right, misspelt=word),)
+        return statement.error("VP001", f"{word}: a blank is missing; write {right}", begin, edits)
     message = f"{text[begin:][:15]!r} is not a word of {statement.keyword or 'a block'}"
     known_words = (name for phrase in WORDS for name in phrase.split())
     return statement.error("VP001", explain_unknown(message, word, known_words), begin)

@@ -4,12 +4,14 @@ from typing import Protocol
 
 from msgspec import Struct, field
 
+from verne_post.base.suggestions import list_near_numbers, name_numbers
 from verne_post.gcode.calls import CallStack
 from verne_post.gcode.program_error import CLOSE_IN_ORDER, GIVE_LABEL, ProgramError, locate_errors
 from verne_post.gcode.rs274.interpreter import Call, Rs274
-from verne_post.gcode.rs274.macro_text import Loops, Statement, find_loops, find_numbered_lines
+from verne_post.gcode.rs274.macro_text import Loops, Statement, find_loops, find_numbered_lines, list_block_numbers
 from verne_post.gcode.rs274.macro_variables import LOCAL
 from verne_post.gcode.text import ProgramText
+from verne_post.model.findings import Remedy
 
 
 class Frame(Struct):
@@ -106,7 +108,7 @@ class MacroFlow:
         flow, column = self.flow, statement.reader.find_column(statement.reader.at)
         number = statement.read_number("GOTO")
         with locate_errors(column):
-            target = self.find_block(number, line)
+            target = self.find_block(number, line, is_marked=True)
             entered_loop = self._find_loops(flow.calls.text).find_entered(line, target)
             if entered_loop is not None:
                 raise ProgramError(
@@ -114,8 +116,10 @@ class MacroFlow:
                 )
         flow.calls.line = target
 
-    def find_block(self, number: int, line: int) -> int:
+    def find_block(self, number: int, line: int, *, is_marked: bool = False) -> int:
         """The line of a block number: sought from a line on to the end of its program, then from its beginning.
+
+        ``is_marked``: an error stands at the number.
 
         Raises
         ------
@@ -131,7 +135,13 @@ class MacroFlow:
         within = [at for at in self._numbers[id(text), number] if first <= at < last]
         target = next((at for at in within if at > line), within[0] if within else None)
         if target is None:
-            raise ProgramError("VP023", f"there is no block N{number} in this program").advise(GIVE_LABEL)
+            near = list_near_numbers(str(number), list_block_numbers(text.source))
+            also, edits = (
+                name_numbers(near, "N"),
+                tuple(Remedy(f"write {one}", one, way="marked", is_choice=len(near) > 1) for one in near if is_marked),
+            )
+            message = f"there is no block N{number} in this program{f'; it has {also}' if also else ''}"
+            raise ProgramError("VP023", message, edits=edits).advise(GIVE_LABEL)
         return target
 
     def _find_loops(self, text: ProgramText) -> Loops:

@@ -38,8 +38,10 @@ _LETTER_O: Final = re.compile(r"GO\d+[A-Z]")
 _LABEL: Final = re.compile(r"\(*/?(?:N\d+)?\(*")
 _OTHERS: Final = re.compile(r"(THEN|ELSE|ENDIF|POPEN|PCLOS|DPRNT|BPRNT|SETVN)\b")
 #: Lines that may open or close a loop, and that may begin with a number.
-_LOOP_LINE: Final = re.compile(rb"^[^\n]*?(?:DO|END?|WH[^\n]*D0)[ \t]*[1-9][^\n]*$", re.MULTILINE | re.IGNORECASE)
-_LOOP: Final = re.compile(r"(?:(?:WH(?:ILE)?\[.*\])?(DO)|WH(?:ILE)?\[.*\](D0)|END?)([1-9])\(*")
+_LOOP_LINE: Final = re.compile(
+    rb"^[^\n]*?(?:(?:DO|END?|WH[^\n]*D0)[ \t]*[1-9]|WH[^\n]*\])[^\n]*$", re.MULTILINE | re.IGNORECASE
+)
+_LOOP: Final = re.compile(r"(?:(?:WH(?:ILE)?\[.*\])?(DO)|WH(?:ILE)?\[.*\](D0)|END?)([1-9])\(*|WH(?:ILE)?(\[.*\])\(*")
 #: Letter -> local variable, in the first way to give arguments; in the second I, J, K stand up to ten times.
 ARGUMENTS: Final = dict(
     zip(
@@ -192,6 +194,7 @@ def find_loops(source: Text, programs: Collection[int]) -> Loops:
         With its line: VP023, one without the other; VP001, D01 for DO1.
     """
     loops, open_loops = Loops({}, {}), list[tuple[int, str]]()
+    bare = (0, 0, "")  # line, column and text of the last WHILE without DO
     line, at, starts = 1, 0, sorted(programs)
     for match in _LOOP_LINE.finditer(source):
         before, line, at = line, line + source.count(b"\n", at, match.start()), match.start()
@@ -204,7 +207,11 @@ def find_loops(source: Text, programs: Collection[int]) -> Loops:
         found = _LOOP.fullmatch(characters, _LABEL.match(characters).end())  # type: ignore[union-attr]
         if found is None:
             continue
-        number = found[3]
+        number, column, last = found[3], places[found.start()] + 1, found.end(3) if found[3] else found.end(4)
+        written_word = decode_line(match.group())[column - 1 : places[last - 1] + 1]
+        if found[4]:
+            bare = line, column, written_word
+            continue
         if found[2]:
             text = f"D0{number}: a zero in place of the letter O; did you mean DO{number}?"
             raise ProgramError("VP001", text, places[found.start(2)] + 1, line=line)
@@ -212,11 +219,15 @@ def find_loops(source: Text, programs: Collection[int]) -> Loops:
             open_loops.append((line, number))
         elif not open_loops or open_loops[-1][1] != number:
             text, edits = f"END{number} without the DO{number} that it would end", tuple[Remedy, ...]()
-            if open_loops:
+            if bare[0] > (open_loops[-1][0] if open_loops else 0):
+                text = f"{bare[2]}: DO{number}, which END{number} of line {line} would end, is missing"
+                line, column, right = bare[0], bare[1], f"{bare[2]} DO{number}"
+                edits = (Remedy(f"write {right}", right, line=line, misspelt=bare[2]),)
+            elif open_loops:
                 begin, other = open_loops[-1]
                 text += f"; DO{other} of line {begin} is open"
-                edits = (Remedy(f"write END{other}", f"END{other}", line=line, misspelt=f"END{number}"),)
-            raise ProgramError("VP023", text, places[found.start()] + 1, line=line, edits=edits).advise(CLOSE_IN_ORDER)
+                edits = (Remedy(f"write END{other}", f"END{other}", line=line, misspelt=written_word),)
+            raise ProgramError("VP023", text, column, line=line, edits=edits).advise(CLOSE_IN_ORDER)
         else:
             first, _number = open_loops.pop()
             loops.end[first], loops.begin[line] = line, first
@@ -225,6 +236,12 @@ def find_loops(source: Text, programs: Collection[int]) -> Loops:
             "VP023", f"DO{open_loops[-1][1]} is never ended; expected END{open_loops[-1][1]}", line=open_loops[-1][0]
         )
     return loops
+
+
+def list_block_numbers(source: Text) -> list[str]:
+    """The numbers of all blocks (N)."""
+    found = re.finditer(rb"^[ \t]*(?:/[0-9]?[ \t]*)?N[ \t]*0*(\d+)", source, re.MULTILINE | re.IGNORECASE)
+    return [match[1].decode() for match in found]
 
 
 def find_numbered_lines(source: Text, number: int) -> list[int]:

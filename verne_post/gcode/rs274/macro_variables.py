@@ -19,7 +19,7 @@ _COMMON: Final = (range(100, 1000), range(98000, 98500), range(900000, 907400))
 #: Haas has #100 to #999 as #10100 to #10999 too.
 _OF_HAAS: Final = 10_000
 #: The end of a block in the work system: X, Y, Z. Two sets of names; the third of the second is the spindle nose's.
-_ENDS: Final = {5001: 0, 5002: 1, 5003: 2, 5041: 0, 5042: 1}
+ENDS: Final = {5001: 0, 5002: 1, 5003: 2, 5041: 0, 5042: 1}
 _MACHINE: Final = range(5021, 5024)
 #: Those of the tool where it is: beside the contour under cutter compensation.
 _ACTUAL: Final = (5041, 5042)
@@ -109,7 +109,7 @@ def _read_position(parameters: Shown, key: int) -> float | None:
             f"#{key} under cutter compensation: it is the place of the tool's centre, which the next block decides; "
             f"read #{key % 10 + 5000}, the end of the block on the contour, or write G40 and a move before",
         )
-    if key in _ENDS:
+    if key in ENDS:
         if modes.turns or modes.maps is not NO_MAPS:
             raise ProgramError(
                 "VP025",
@@ -118,7 +118,7 @@ def _read_position(parameters: Shown, key: int) -> float | None:
             )
         if key == 5003 and modes.length_end:
             raise ProgramError("VP025", f"#{key}: {modes.length_end}")
-        return parameters.find_position(_ENDS[key])
+        return parameters.find_position(ENDS[key])
     return parameters.find_machine_position(key - _MACHINE.start) if key in _MACHINE else None
 
 

@@ -15,6 +15,7 @@ from verne_post.gcode.siemens.values import Index, Value, read_indices
 from verne_post.gcode.siemens.variables import Variable, Variables, read_type
 from verne_post.gcode.siemens.words import Argument, Call, read_argument_values
 from verne_post.gcode.text import decode_line, take_code
+from verne_post.model.findings import Remedy
 
 _PROC: Final = re.compile(r"[ \t]*(?:N[0-9]+)?[ \t]*PROC[ \t]+", re.IGNORECASE)
 #: What may follow the arguments of PROC.
@@ -126,6 +127,12 @@ def _read_proc(cursor: Cursor, line: int) -> Procedure:
             found.append(_read_parameter(cursor))
             if cursor.take(")"):
                 break
+            if (name := cursor.peek_name()) is not None:
+                head, end = cursor.text[: cursor.at], cursor.at + len(name)
+                before = head.split()[-1]
+                right, wrong = f"{before}, {name}", cursor.text[head.rindex(before) : end]
+                edits = (Remedy(f"write {right}", right, misspelt=wrong),)
+                raise cursor.error("VP001", f"{wrong}: a comma is missing; write {right}", edits=edits)
             cursor.expect(",", "or ')' after a value of PROC")
     save = False
     while (name := cursor.name()) is not None:

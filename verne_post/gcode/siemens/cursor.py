@@ -6,7 +6,7 @@ from typing import Final
 from msgspec import Struct
 
 from verne_post.gcode.expressions import MAX_NUMBER
-from verne_post.gcode.program_error import ProgramError
+from verne_post.gcode.program_error import ProgramError, close_here
 from verne_post.model.findings import Remedy
 
 #: A number as it is written, with EX for a power of ten.
@@ -54,8 +54,12 @@ class Cursor(Struct):
         """Pass a symbol that must come next."""
         if not self.take(symbol):
             shown_text = self.text[self.at : self.at + 1]
+            closing = next((one for one in ")]" if symbol == one or why.startswith(f"or '{one}'")), "")
+            is_over = not shown_text or shown_text.isalpha()
             raise self.error(
-                "VP001", f"expected '{symbol}' {why}, found {repr(shown_text) if shown_text else 'the end of the line'}"
+                "VP001",
+                f"expected '{symbol}' {why}, found {repr(shown_text) if shown_text else 'the end of the line'}",
+                edits=close_here(closing) if closing and is_over else (),
             )
 
     def name(self) -> str | None:

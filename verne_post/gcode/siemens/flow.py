@@ -190,6 +190,9 @@ class Flow:
         try:
             procedure = read_procedure(section)
         except ProgramError as error:
+            if section.text is self.calls.main:
+                error.of_program = True
+                raise
             where = f"PROC of {section.name}, line {error.line}"
             raise ProgramError(error.code, f"{where}: {error.message}", call.column).advise(error.advice) from None
         scope, results = bind_arguments(call, procedure, executor.variables)

@@ -156,7 +156,8 @@ def _execute_for(flow: Running, cursor: Cursor, line: int) -> None:
     at, word = cursor.at, cursor.name()
     if word != "TO":
         slip = "T0: a zero in place of the letter O; did you mean TO?"
-        raise cursor.error("VP001", slip if word == "T0" else "expected TO and the last value of FOR", at)
+        other = f"{word}: no word of FOR; did you mean TO?" if word else "expected TO and the last value of FOR"
+        raise cursor.error("VP001", slip if word == "T0" else other, at)
     last = read_number(cursor, variables)
     refuse_leftover(cursor)
     end = flow.calls.text.structure.end[line]

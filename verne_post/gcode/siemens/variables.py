@@ -5,7 +5,7 @@ from typing import Final, Protocol
 from msgspec import Struct, field
 
 from verne_post.base.suggestions import LETTERS_OF_FUNCTIONS, find_meant, name_near_numbers, suggest
-from verne_post.gcode.program_error import ProgramError
+from verne_post.gcode.program_error import DOUBLE_EQUALS, ProgramError
 from verne_post.gcode.siemens.cursor import Cursor
 from verne_post.gcode.siemens.values import Index, Names, Value, read_indices, read_value, round_half_away
 from verne_post.gcode.siemens.vocabulary import CONSTANTS, GROUP_OF, STATEMENTS
@@ -139,6 +139,8 @@ class Variables(Struct):
     def assign(self, name: str, cursor: Cursor, at: int) -> None:
         """Read ``[...] = value`` after a name, and assign it; arrays may be given several values."""
         index = read_indices(cursor, self)
+        if cursor.text.startswith("==", cursor.at):
+            raise cursor.error("VP001", DOUBLE_EQUALS)
         cursor.expect("=", f"and a value after {name}")
         if name.startswith("$") and self.system.assign_frame(name, index, cursor, at, self):
             return

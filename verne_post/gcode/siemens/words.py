@@ -10,7 +10,7 @@ from verne_post.base.numbers import is_count
 from verne_post.base.suggestions import LETTERS_OF_FUNCTIONS, find_meant, name_near_numbers, suggest
 from verne_post.gcode.codes import REMAP_GIVES
 from verne_post.gcode.mistyped import explain_unknown
-from verne_post.gcode.program_error import ProgramError
+from verne_post.gcode.program_error import DOUBLE_EQUALS, ProgramError
 from verne_post.gcode.siemens.cursor import Cursor
 from verne_post.gcode.siemens.values import Value, read_indices, read_number, read_value
 from verne_post.gcode.siemens.variables import Variables, refuse_leftover
@@ -25,6 +25,7 @@ from verne_post.gcode.siemens.vocabulary import (
     VALUE_MODES,
     explain_refusal,
 )
+from verne_post.model.findings import Remedy
 from verne_post.model.option_checks import CODE
 
 #: Words whose values may be meant otherwise than G90 and G91 say.
@@ -164,7 +165,9 @@ class WordReader:
                 "VP001", f"{cursor.text[at]!r} does not begin a word; expected a name or a letter and a number", at
             )
         following = cursor.skip()
-        if following == "=" and cursor.text[cursor.at : cursor.at + 2] != "==":
+        if cursor.text.startswith("==", cursor.at):
+            raise cursor.error("VP001", DOUBLE_EQUALS)
+        if following == "=":
             self._read_assignment(name, cursor, words, at)
         elif following == "[":
             self._read_indexed(name, cursor, words, at)
@@ -444,7 +447,9 @@ def read_arguments(cursor: Cursor) -> tuple[Argument, ...]:
                 return tuple(found)
     if in_quotes:
         raise cursor.error("VP001", "the quote is not closed on its line; expected '\"'", quote)
-    raise cursor.error("VP001", "the bracket is not closed on its line; expected ')'", begin)
+    open_text = text[begin:].rstrip()
+    edits = (Remedy("write )", f"{open_text})", misspelt=open_text, is_choice=True),)
+    raise cursor.error("VP001", "the bracket is not closed on its line; expected ')'", begin, edits)
 
 
 def read_argument_values(arguments: tuple[Argument, ...], variables: Variables) -> list[Value | None]:
