@@ -51,7 +51,7 @@ def test_subroutines_are_found_beside_the_program_and_on_the_path(run: Callable[
     assert [row["line"] for row in found] == [1, 2, 3]
     refused = run("dump", "moves", file)
     assert refused.code == 2
-    assert "main.ngc:2:1: VP023 error" in refused.err
+    assert "main.ngc:2:5: VP023 error" in refused.err
 
 
 @pytest.mark.parametrize(

@@ -153,6 +153,20 @@ def test_a_tilt_beyond_the_number_of_the_limit_says_where_the_joint_is(run: Call
     assert "platform's tilt" not in answer.out
 
 
+def test_a_tilt_is_sought_on_where_its_limit_breaks_another_one(run: Callable[..., Any], tmp_path: Path) -> None:
+    """At A 94.999 the spindle nose is below the table: nothing was proposed."""
+    path = tmp_path / "p.ngc"
+    text = "G21 G90 G94\nG0 X0 Y0 Z60 A0 C0\nG1 Z2 A{} F600\nM2\n"
+    given = ("--machine", "serial", "--tool-length", "80", "--wcs", "G54=0,0,0")
+    path.write_text(text.format(94))
+    assert "VP210" in run("check", path, *given).out
+    path.write_text(text.format(170))
+    found = re.search(r"ends at A ([\d.]+) instead of A 170", run("check", path, *given).out)
+    assert found is not None
+    path.write_text(text.format(found[1]))
+    assert run("check", path, *given).code == 0
+
+
 @pytest.mark.parametrize(
     ("name", "line", "code"),
     [

@@ -119,3 +119,25 @@ def test_an_arc_that_does_not_fit_is_told_in_the_unit_of_the_program(
     (tmp_path / name).write_text(text)
     answer = run("check", tmp_path / name, "--tool-length", 80, "--wcs", "G54=0,0,60")
     assert said in answer.out + answer.err
+
+
+def test_the_unit_is_told_once_and_before_the_stock_is_cut(
+    run: Callable[..., Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A part of INCH was cut out of its stock for minutes; END PGM with the other unit is of the same cause."""
+    blank = "BLK FORM 0.1 Z X-20 Y-20 Z+20\nBLK FORM 0.2 X+20 Y+20 Z+40\n"
+    circles = "CC X+0 Y+0\n" + "C X+10 Y+0 DR+ F600\n" * 5
+    path = tmp_path / "p.h"
+    text = (
+        "BEGIN PGM P {}\n{}TOOL CALL 1 Z S900\nL X+{end} Y+0 Z+60 A+0 C+0 R0 FMAX M3\n{}L X+10 Z+35 FMAX\nL Z+60\n"
+        "END PGM P MM\n"
+    )
+    path.write_text(text.format("INCH", blank, circles, end=10))
+    monkeypatch.setattr("verne_post.app.stock_check.cut_stock", lambda *_given: pytest.fail("the stock was cut"))
+    answer = run("check", path, *PLACE, "--stock", "program")
+    found = [line for line in answer.out.splitlines() if ": VP" in line]
+    assert [line.partition(": ")[2][:19] for line in found] == ["VP505 error: INCH: "]
+    # one that fits in neither unit, and is long: what is left undecided is told
+    path.write_text(text.format("MM", blank, circles.replace("X+10", "X+2000"), end=2000))
+    answer = run("check", path, *PLACE, "--stock", "program", "--machine", "serial")
+    assert "VP216 warning: contact with the stock of the program is not computed: line " in answer.out

@@ -40,7 +40,11 @@ G_WORD = re.compile(r"\bG(0|1|4[0-9]|9[0-9])\b")
         (["L X+1 M" + "1" * 5000], "VP002", "M111111111..."),
         (["TOOL CALL " + "9" * 400 + " Z S100"], "VP002", "a tool number is whole"),
         # approach and departure
-        (["L X+5 RL", "L X+9", "M128"], "VP017", "compensation: RL of line 4 still holds; write R0 first"),
+        (
+            ["L X+5 RL", "L X+9", "M128"],
+            "VP017",
+            "RL of line 4 still holds; write R0 in line 5, the last move in X and Y",
+        ),
         (["L X+5 RL", "L X+9 A+5"], "VP026", "RL of line 4: the contour is plane; write R0 first"),
         (["L X+5 RL", "APPR LT X+9 Y+5 LEN3 RL"], "VP017", "APPR while RL"),
         (["APPR CT X+5 Y+5 CCA90 R3"], "VP005", "needs RL or RR"),

@@ -645,11 +645,15 @@ HEADS = {
     ("heidenhain", "PLANE SPATIAL SPA+20 SPB+0 SPC+0 MOVE DIST0 FMAX SEQ 1",
      ("VP001", 50, "SEQ without its sign; write SEQ+ or SEQ-, as A is to be positive or negative")),
     ("heidenhain", "M140 MB", ("VP001", 6, "MB without a number; write MB and its value, or MB MAX")),
-    ("heidenhain", "TOOL CALL 11 Z S800", ("VP012", 11, "tool 11: neither the set-up nor the tool table has it, but "
-     "tool 1, which is nearly this number; add it to one of them, or give tool_length=MM where the program has one "
-     "tool")),
+    ("heidenhain", "TOOL CALL 11 Z S800", ("VP012", 11, "tool 11: neither the set-up nor the tool table has it; add "
+     "it to one of them, or give tool_length=MM where the program has one tool; did you mean 1?")),
     ("siemens", "FOR I=1 TO 3\nX5\nENDFOR", ("VP025", 5, "I is not defined; write DEF REAL I at the beginning")),
     # contradicting M codes, in each language as in RS274/NGC
+    ("fanuc", "G68.2 X0. Y9. Z60. A0. B20. C0.\nG53.1\nG0 X0. Y0. Z9.\nG69", ("VP006", 20, "the angles of G68.2 are I, "
+     "J and K, about Z, about X, and about Z again; write I0. J20. K0. in place of A0. B20. C0.")),
+    ("fanuc", "G68.2 P1 X0. Y9. Z60. C[1-1] B20.\nG69", ("VP006", 23, "the angles of G68.2 are I, J and K; write J, K "
+     "in place of B, C")),
+    ("fanuc", "G68.2 X0. Y9. Z60. I0. B20.\nG69", ("VP006", 24, "G68.2 does not use B")),
     ("siemens", "X5 M8 M9", ("VP003", 7, "M8 and M9 are of one modal group (coolant)")),
     ("siemens", "X5 M3 M5", ("VP003", 7, "M3 and M5 are of one modal group (spindle)")),
     ("fanuc", "X5. M8 M9", ("VP003", 8, "M8 and M9 are of one modal group (coolant)")),
@@ -673,6 +677,32 @@ def test_a_mistake_is_told_by_its_cause_at_its_place(machine, dialect, line, wan
     assert [(item.code, item.line, item.column, item.message) for item in errors] == [
         (wanted[0], 7, wanted[1], wanted[2])
     ]
+
+
+PLANE = 'CYCLE800(0,"T",200000,57,0,9,60{},0,0,0,-1)'
+
+
+@pytest.mark.parametrize(("dialect", "line", "wanted"), [
+    ("fanuc", "G0 X5.\nG68.2 X0. Y9. Z60.\nG69", [("VP005", 8, 1, "G68.2 without I, J, K: its angles are 0")]),
+    ("fanuc", "G0 X5.\nG68.2 X0. Y9. Z60. I0.\nG69", []),
+    ("siemens", "G0 X5\n" + PLANE.format(",,,") + "\nCYCLE800()",
+     [("VP005", 8, 1, "CYCLE800 without _A, _B, _C: its angles are 0")]),
+    ("siemens", "G0 X5\n" + PLANE.format(",0,0,0") + "\nCYCLE800()", []),
+    # a cut at a tilt before TRAORI, or without it, counts in directions of the machine
+    ("siemens", "G0 A-10 C0\nX5\nG1 X9\nTRAORI\nX8 A-12\nTRAFOOF",
+     [("VP037", 9, None, "X Y Z cut at A-10 before TRAORI of line 10")]),
+    ("siemens", "G0 A-10 C0\nX5\nTRAORI\nG1 X9\nTRAFOOF\nTRAORI\nX8\nTRAFOOF", []),
+    ("siemens", "G0 A-10 C0\nX5\nG1 X9\nX8 A-12",
+     [("VP017", 10, 4, "follow a curve; write TRAORI before line 8, the first with X Y Z at A-10, or G0")]),
+    ("siemens", "G1 X9\nX8 A-12", [("VP017", 8, 4, "curve; write TRAORI in a block before this one, or G0")]),
+])  # fmt: skip
+def test_what_leaves_cuts_in_other_directions_is_told_where_it_is_to_be_written(machine, dialect, line, wanted):
+    tools = {1: Tool(1, 1, (0.0, 0.0, 80.0, *(0.0,) * 6), 6.0)}
+    options = Options(dialect=dialect, wcs={"G54": (0, 0, 0)}, tools=tools)
+    findings = check(HEADS[dialect].format(line).encode(), machine, options).findings
+    told = [item for item in findings if item.code in {"VP005", "VP017", "VP037"}]
+    assert [(item.code, item.line, item.column) for item in told] == [item[:3] for item in wanted]
+    assert all(words in item.message for item, (*_place, words) in zip(told, wanted, strict=True))
 
 
 @pytest.mark.parametrize(("end", "wanted"), [("M30\n%\n", []), ("M2\n%\n", []), ("%\n", [("VP010", "warning", 9)])])
@@ -781,7 +811,13 @@ HOLE = "CYCLE81(60,40,2,35)"
         (
             "heidenhain",
             f"{DRILL}L X+5 FMAX M89\nL Z+90 FMAX\nM128\nL A-20 FMAX\nL X+9 Y+9 FMAX\nL X+5 FMAX",
-            [("VP017", 11, "M89 of line 8 still calls cycle 200; write M99 at its last place, before line 9 (")],
+            [
+                (
+                    "VP017",
+                    9,
+                    "M89 of line 8 still calls cycle 200; write M99 at its last place, before line 9 (line 11: ",
+                )
+            ],
         ),
         (
             "siemens",

@@ -7,7 +7,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from verne_post.app.assemble import Program
-from verne_post.base.arrays import Array
+from verne_post.base.arrays import Array, Ints
 from verne_post.base.ragged import number_parts
 from verne_post.kinematics.checks.clearance import find_straight
 from verne_post.kinematics.checks.keep_out import KeepOut, Placed, build_moving
@@ -19,6 +19,7 @@ from verne_post.model.findings import Finding, make_finding
 from verne_post.model.machine import Machine
 from verne_post.model.moves import MoveKind
 from verne_post.model.part_setup import TOOL_PARTS, Cylinder, ToolShape
+from verne_post.model.verdict import Family, find_family
 from verne_post.part.bodies import build_pieces
 from verne_post.part.cutting import Cut, Spans, Tool, Touch, cut_stock, group_pieces
 from verne_post.part.dexels import Dexels
@@ -31,6 +32,8 @@ CHORD_ANGLE: Final = np.radians(0.5)
 WIRE: Final = Cylinder("cutter", 0.3)
 #: Where the tip goes less than this, mm, the place of a contact is an angle.
 SHORT_WAY_MM: Final = 0.1
+#: Spans of a program that is out of limits beside contacts with the stock: more are not cut, which may take minutes.
+MOST_OF_REFUSED: Final = 50_000
 #: Poses that are solved at a time.
 SOLVED: Final = 8192
 
@@ -57,8 +60,18 @@ def settle_stock(program: Program, joints: JointPath, found: list[Finding]) -> l
     open_ = [item for item in found if item.code == "VP216" and not item.message.startswith(left or ("\0",))]
     if not open_:
         return [*begun, *found]
+    last = _find_last(joints, open_)
+    out = next((one for one in found if one.severity == "error" and find_family(one.code) == Family.POSITION), None)
+    if out is not None and count_spans(joints, last).sum() > MOST_OF_REFUSED:
+        text = (
+            f"contact with {box.name} is not computed: line {out.line} is out of limits ({out.code}), and the motion "
+            f"is long; mend line {out.line} first"
+        )
+        lines = {"line": open_[0].line, "last_line": open_[0].line, "worst_line": open_[0].line}
+        undecided = make_finding("VP216", text, severity="warning", **lines)
+        return [*begun, *(item for item in found if item not in open_), undecided]
     stock = _make_stock(box)
-    spans, tools, skipped = list_spans(program, joints, keep_out.moving, _find_last(joints, open_))
+    spans, tools, skipped = list_spans(program, joints, keep_out.moving, last)
     cut = cut_stock(stock, spans, tools, box.distance)
     cut = replace(cut, touches=tuple(one for one in cut.touches if one.span >= skipped))
     settled = list(report_touches(cut, box.name, box.distance, float(stock.cell.max())))
@@ -137,9 +150,7 @@ def _list_spans(
 ) -> tuple[Spans, list[tuple[ToolShape, float]]]:
     """The same of one program, with the shapes and lengths of the tools."""
     contour, path = joints.contour, program.path
-    straight = find_straight(joints)[: last + 1]
-    curved = count_chords(joints)[: last + 1] / coarse
-    parts = np.where(straight, 1, np.maximum(np.ceil(curved), 1)).astype(int)
+    parts = count_spans(joints, last, coarse)
     owner, index = number_parts(parts + 1)
     tip, axis, length = (np.empty((len(owner), *shape)) for shape in ((3,), (3,), ()))
     for begin in range(0, len(owner), SOLVED):
@@ -170,6 +181,12 @@ def find_rounding(contour: Contour) -> Array:
     is_rapid = contour.path.feed_time[contour.segment] == 0
     leaves_cut = is_rapid & contour.blended & np.append(False, ~is_rapid[:-1] & contour.blended[:-1])
     return np.where(leaves_cut, 2.0 * contour.tip_tolerance[contour.segment], 0.0)
+
+
+def count_spans(joints: JointPath, last: int, coarse: float = 1.0) -> Ints:
+    """Spans (last + 1,) of elements: one of a straight motion, else as many as it has chords."""
+    curved = count_chords(joints)[: last + 1] / coarse
+    return np.where(find_straight(joints)[: last + 1], 1, np.maximum(np.ceil(curved), 1)).astype(np.intp)
 
 
 def count_chords(joints: JointPath) -> Array:

@@ -86,7 +86,7 @@ def add_remedies(source: Text, program: Program, findings: Sequence[Finding]) ->
         word = _find_forgotten_g91(source, program, errors) or _find_word(source, program, joints, errors)
     in_inches = _find_mistaken_unit(source, program, errors) if distance > FAR_MM else None
     if in_inches is not None:
-        return _put_cause(in_inches, findings)
+        return _put_cause(in_inches, [one for one in findings if not _is_about_unit(one)])
     if can_help:  # a sign explains a part under the table better than a word of the program does
         word = _find_slip_of_setup(source, program, movable, is_far=offset is None and word is None) or word
     chosen: dict[object, Finding] = {}
@@ -141,6 +141,11 @@ def _put_cause(cause: Finding, findings: Sequence[Finding]) -> list[Finding]:
     return [cause, *(one for one in findings if not is_about_pose(one.code))]
 
 
+def _is_about_unit(item: Finding) -> bool:
+    """VP010 of BEGIN PGM and END PGM with two units."""
+    return item.code == "VP010" and item.message.endswith("the unit of the numbers")
+
+
 def _find_machine_code(source: Text, program: Program, line: int | None) -> str:
     options = program.options
     text = (take_line(source, line or 0) or b"").decode("utf-8", errors="replace")
@@ -158,7 +163,7 @@ def _find_mistaken_unit(source: Text, program: Program, errors: Sequence[Finding
     if found is None:
         return None
     place, text = found
-    left = _find_errors_with(text, program)
+    left = _find_errors_with(text, program, stock=None)  # a contact says nothing about the unit
     if left is None or any(is_about_pose(code) for code in left):
         return None
     tips = np.concatenate([program.path.start[:, :3], program.path.end[:, :3]])

@@ -200,7 +200,7 @@ class ValueReader:
         try:
             return self.values.read_value(key)
         except ProgramError as error:
-            raise self.error(error.code, error.message, begin, error.edits) from None
+            raise self.error(error.code, error.message, begin, error.edits).advise(error.advice) from None
 
     def _enter_bracket(self, begin: int) -> None:
         self._depth += 1

@@ -6,19 +6,21 @@ from typing import Any, Final
 
 import numpy as np
 
-from verne_post.base.suggestions import find_suggestion, name_near_numbers, suggest
+from verne_post.base.suggestions import find_suggestion, list_near_numbers, name_near_numbers, suggest
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.program_error import FILL_IN_LENGTH, At, ProgramError
 from verne_post.gcode.setup import Setup
 from verne_post.model.control_keys import KEYS, FanucKeys, Rs274Keys, read_keys
-from verne_post.model.findings import Finding, make_finding
+from verne_post.model.findings import Finding, Remedy, make_finding
 from verne_post.model.moves import ZERO9, Moves
 from verne_post.model.part_setup import ADDITIONAL_SYSTEMS, FIRST_NAMED_TOOL, Tool, describe_tool_number, name_system
 
 #: What else may be done about the length of a tool; nothing where the program uses several.
 ONE_TOOL: Final = ", or give --tool-length MM where the program has one tool"
 #: The tool that one digit tells apart from a missing one; nothing where several are missing.
-NEAR_TOOL: Final = re.compile(", but tool .* nearly this number(?=; add)")
+NEAR_TOOL: Final = re.compile(r", but tool .* nearly this number(?=; add)|; did you mean \d+\?$")
+#: Tools of a set-up for which one length is no remedy.
+_SEVERAL: Final = 2
 #: G54 to G57 of Siemens controls; G505 and on are further ones.
 _SIEMENS_NAMES_ALIKE: Final = range(5)
 #: Tools that a message lists.
@@ -40,6 +42,7 @@ def stands_in(tool: Tool) -> bool:
 def report_missing_tool(number: int, letter: str, at: At, setup: Setup, state: State) -> ProgramError:
     """VP012: the length of a tool is needed, or the tool itself, and it is in no table."""
     name, own = describe_tool_number(number, state.tool_names), state.loaded_tool
+    edits: tuple[Remedy, ...] = ()
     # CL files have no H: what stands for theirs has the first column
     if letter == "H" and at.columns.get("H", 1) != 1 and not stands_in((state.tools or {}).get(own or 0, ASSUMED_TOOL)):
         why = f"tool {own} is in the spindle, and the set-up, or the tool table, has no {name} "
@@ -55,10 +58,16 @@ def report_missing_tool(number: int, letter: str, at: At, setup: Setup, state: S
         numbers = [
             str(one) for one, tool in (state.tools or {}).items() if one < FIRST_NAMED_TOOL and not stands_in(tool)
         ]
-        near = name_near_numbers(str(number), numbers, "tool ")
-        near = f", but {near}" if near else ""
-        why = f"neither the set-up nor the tool table has it{near}; add it to one of them{ONE_TOOL}"
-    error = at.error("VP012", f"{name}: {why}", letter, name, find_tool_key(number, "length", state.tool_names))
+        near = list_near_numbers(str(number), numbers)
+        but = f", but {name_near_numbers(str(number), numbers, 'tool ')}" if len(near) > 1 else ""
+        also = ONE_TOOL if len(numbers) < _SEVERAL else ""
+        why = f"neither the set-up nor the tool table has it{but}; add it to one of them{also}"
+        if len(near) == 1:
+            why += f"; did you mean {near[0]}?"
+            # Klartext writes the number alone
+            words = [(f"{before}{number}", f"{before}{near[0]}") for before in ("", letter)]
+            edits = tuple(Remedy(f"write {new}", new, misspelt=old, is_choice=True) for old, new in words)
+    error = at.error("VP012", f"{name}: {why}", letter, name, find_tool_key(number, "length", state.tool_names), edits)
     return error.advise("" if is_name else FILL_IN_LENGTH)
 
 

@@ -61,7 +61,7 @@ CODES: Final[dict[str, Code]] = _make_table(
         "missing word",
         "error",
         "A code needs a word that is not in its block. As a warning: a cycle of Klartext lacks its first line or its "
-        "second one, such as CYCL DEF 10.0 or 10.1, or BLK FORM has no 0.2.",
+        "second one, such as CYCL DEF 10.0 or 10.1, BLK FORM has no 0.2, or G68.2 or CYCLE800 has no angles.",
         "",
     ),
     (
@@ -619,7 +619,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "error",
         "In rapid traverse the cutter reaches into the stock. Or shank, holder or spindle do so at any time, or the "
         "platform reaches into the box of the stock. The stock is the one that is left at that time. A warning "
-        "means that the distance is smaller than the resolution of the stock model, 0.1 mm for a stock of 100 mm.",
+        "means that the distance is smaller than the resolution of the stock model, 0.1 mm for a stock of 100 mm, or "
+        "that the stock is not cut because the program is out of limits and long.",
         "Move the rapid traverse above the stock, or cut the place first; use a longer or thinner tool.",
     ),
     (

@@ -313,9 +313,10 @@ class _Run:
         if not past:
             return False
         long, lifts = max(piece.high for piece in body), self.tools[int(self.spans.tool[row])].widens_upwards
+        ways = _find_ways(past, tip, axis, long)
 
         def follows(part: tuple[Array, Array], finer: float) -> bool:
-            if not self._is_touching(*part, body, RESOLVED) or _follows(part, past, long, lifts):
+            if not self._is_touching(*part, body, RESOLVED) or _follows(part, ways, long, lifts):
                 return True
             return finer > 0 and all(follows(one, 0.0) for one in _split_span(*part, finer))
 
@@ -412,13 +413,26 @@ def _measure_nearest(tips: Array, axes: Array, body: tuple[Piece, ...], point: A
     return np.concatenate(nearest) if nearest else np.empty(0)
 
 
-def _follows(part: tuple[Array, Array], past: list[tuple[Array, Array]], reach: float, lifts: bool) -> bool:
+def _find_ways(past: list[tuple[Array, Array]], tip: Array, axis: Array, reach: float) -> tuple[Array, Array]:
+    """Tips and axes (n, 2, 3) of the ways that a stretch of a span may lie on, or along its axis above them."""
+    tips, axes = (np.array([one[k] for one in past]) for k in range(2))
+    turned = np.abs(axes - axis[0]).max(axis=(1, 2)) - np.abs(axis[1] - axis[0]).max()
+    near = 2.0 * reach * turned <= 0.5 * TOUCH_MM
+    if (axis[0] == axis[1]).all():
+        tips, axes = tips[near], axes[near]
+        beside = np.linalg.svd(axis[:1])[2][1:]  # two directions across the axis
+        low, high = ((end(tips @ beside.T, axis=1), end(tip @ beside.T, axis=0)) for end in (np.min, np.max))
+        near = ((low[0] <= high[1] + TOUCH_MM) & (high[0] >= low[1] - TOUCH_MM)).all(axis=1)
+    return tips[near], axes[near]
+
+
+def _follows(part: tuple[Array, Array], ways: tuple[Array, Array], reach: float, lifts: bool) -> bool:
     """Whether a straight stretch lies on straight ways of the same tool, or with ``lifts`` along its axis above them.
 
     The distance from what lies above a straight way is convex along the stretch: all places between near ones are near.
     """
     (start, end), (axis, last_axis) = part
-    tips, axes = (np.array([one[k] for one in past]) for k in range(2))
+    tips, axes = ways
     turned = np.abs(axes - axis).max(axis=(1, 2)) + np.abs(last_axis - axis).max()
     same = 2.0 * reach * turned <= 0.5 * TOUCH_MM
     tips, along = tips[same], end - start

@@ -120,9 +120,9 @@ class Inspector:
         path: Path,
         texts: Mapping[Path, str],
         superseded: threading.Event,
+        tell: Callable[[Inspected], None] | None = None,
         *,
         only_cause: bool = False,
-        tell: Callable[[Inspected], None] | None = None,
     ) -> Inspected:
         """Check a program.
 

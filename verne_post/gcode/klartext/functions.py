@@ -289,7 +289,7 @@ class KlartextFunctions:
         if on and not self.modes.tcp:
             self.modes.tcp_line = self.frames.block.line
             if self.frames.maps.tilt is None:
-                warn_of_late_tcp(self.core, self.contour.last_cut, self.modes.tcp_line)
+                warn_of_late_tcp(self.core, self.contour.last_cut, self.modes.tcp_line, "M128")
         self.modes.tcp = on
         self.frames.refresh_frame()
 

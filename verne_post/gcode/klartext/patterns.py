@@ -259,7 +259,7 @@ class KlartextPatterns:
 
     def _explain_modal(self, error: ProgramError) -> None:
         """Say in an error that M89 calls the cycle, in place of VP043, and end it: its next calls are of one cause."""
-        self.core.watcher.explain(error, self._name_modal(), f"{_END_MODAL},")
+        self.core.watcher.explain(error, self._name_modal(), f"{_END_MODAL},", self.frames.block.line)
         self.modal = 0
 
     def warn_of_modal(self, what: str) -> None:

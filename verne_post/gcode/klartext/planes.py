@@ -134,7 +134,7 @@ class KlartextPlanes:
                 angles = self._choose_angles(normal, sense, table_axes, tip_stays=move == "MOVE", turns=turns)
             except ProgramError as error:
                 at = words.places[sense] if sense and error.message.startswith(sense) else tilting_place
-                raise statement.error(error.code, error.message, at) from None
+                raise statement.error(error.code, error.message, at).advise(error.advice) from None
         self._move_to_plane(statement, words, move, angles, tilt)
         if words.flags or words.values:
             name = words.flags[0] if words.flags else next(iter(words.values))

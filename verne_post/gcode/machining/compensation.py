@@ -26,8 +26,9 @@ from verne_post.gcode.machining.plane_geometry import (
     step_left,
     turn_left,
 )
-from verne_post.gcode.program_error import ProgramError
+from verne_post.gcode.program_error import ProgramError, write_before
 from verne_post.gcode.recorder import Recorder
+from verne_post.model.findings import Remedy
 from verne_post.model.part_setup import describe_tool_number
 
 _FULL: Final = 2 * math.pi
@@ -70,6 +71,7 @@ class Compensation(Struct):
     corner: list[float] = field(default_factory=list)  #: End of the segment as programmed, nine axes.
     before: list[float] = field(default_factory=list)  #: ... and its start; empty where that is not known.
     line: int = 0  #: Source line of the segment.
+    plane_line: int = 0  #: Source line of the last move in the plane after the first one.
     tool: str = "the tool"  #: As messages name it.
     #: The entry move ends beside the start of the first segment of the contour, however long it is; else beside
     #: its own end.
@@ -190,6 +192,9 @@ class Compensation(Struct):
         elif self.has_cut and not self.rapid_line:
             self.rapid_line = line
         self.rows.append(row)
+        u, v, *_ = PLANES[self.plane]
+        if self.corner and (corner[u], corner[v]) != (self.corner[u], self.corner[v]):
+            self.plane_line = line
         self.before, self.corner, self.line = self.corner, corner, line
 
     # --- corners ----------------------------------------------------------------------------------
@@ -280,6 +285,16 @@ class Compensation(Struct):
     def describe(self) -> str:
         """What holds, and since where: G41 of line 6."""
         return f"{self.word or spell_g_code(self.code)} of line {self.start_line}"
+
+    def explain_end(self) -> str:
+        """What ends it: R0 takes effect in a move in the plane alone, so that a line before would not."""
+        if self.end_word == "R0" and self.plane_line:
+            return f"write R0 in line {self.plane_line}, the last move in X and Y"
+        return f"write {self.end_word} first"
+
+    def list_ends(self) -> tuple[Remedy, ...]:
+        """The same as edits."""
+        return () if self.end_word == "R0" and self.plane_line else write_before(self.end_word)
 
     def _name_tool(self) -> str:
         return f"{self.tool} (diameter {2 * abs(self.radius):.6g} mm)"

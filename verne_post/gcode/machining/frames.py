@@ -8,7 +8,7 @@ from msgspec.structs import replace
 
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.offsets import make_vector9
-from verne_post.gcode.program_error import ProgramError, write_before
+from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.setup import Setup
 from verne_post.model.moves import ZERO9, Frame
@@ -20,9 +20,8 @@ def refuse_compensation(state: State, what: str) -> None:
     if compensation is not None:
         raise ProgramError(
             "VP017",
-            f"{what} under cutter compensation: {compensation.describe()} still holds; write {compensation.end_word} "
-            "first",
-            edits=write_before(compensation.end_word),
+            f"{what} under cutter compensation: {compensation.describe()} still holds; {compensation.explain_end()}",
+            edits=compensation.list_ends(),
         )
 
 

@@ -26,7 +26,7 @@ from verne_post.gcode.machining.spatial_arc import SpatialArc, build_plane_of_ar
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.machining.tools import Tools
 from verne_post.gcode.machining.watcher import Watcher
-from verne_post.gcode.program_error import At, ProgramError, write_before
+from verne_post.gcode.program_error import At, ProgramError
 from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.splines import BSpline, cut_spline
@@ -673,7 +673,7 @@ class Machining:
         if compensation is not None and turning is not None:
             raise ProgramError(
                 "VP026",
-                f"{AXES[turning]} turns under {compensation.describe()}: the contour is plane; write "
-                f"{compensation.end_word} first",
-                edits=write_before(compensation.end_word),
+                f"{AXES[turning]} turns under {compensation.describe()}: the contour is plane; "
+                f"{compensation.explain_end()}",
+                edits=compensation.list_ends(),
             )

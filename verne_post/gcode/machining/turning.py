@@ -193,15 +193,19 @@ def warn_of_curve(core: Machining, line: int, end: Sequence[float], code: str) -
         core.recorder.warn("VP037", text, line, None)
 
 
-def warn_of_late_tcp(core: Machining, cut: int, line: int) -> None:
-    """VP037, once a program: the table is tilted in the last cut (its line; 0 for none) before M128 of a line."""
+def warn_of_late_tcp(core: Machining, cut: int, line: int, code: str) -> None:
+    """VP037, once a program: the table is tilted in the last cut (its line; 0 for none) before M128 of a line.
+
+    ``code`` is M128, or what another language writes for it.
+    """
     tilt = core.setup.rotary[0]
     angle = core.state.position[tilt]
     is_tilted = core.setup.machine and cut and abs(angle) > ZERO_ANGLE * DEG_PER_RAD
     if is_tilted and not any(item.code == "VP037" for item in core.recorder.warnings.values()):
         text = (
-            f"X Y Z cut at {AXES[tilt]}{angle:.6g} before M128 of line {line}: they count in the directions of the "
-            "machine there; write M128 before this cut, and before the table tilts, if places of the part are meant"
+            f"X Y Z cut at {AXES[tilt]}{angle:.6g} before {code} of line {line}: they count in the directions of "
+            f"the machine there; write {code} before this cut, and before the table tilts, if places of the part are "
+            "meant"
         )
         core.recorder.warn("VP037", text, cut, None)
 

@@ -33,14 +33,21 @@ class Watcher(Struct):
             self.told_lines[what] = line
             self.recorder.note_once("VP043", f"{what} {where}; {end}", line, edits)
 
-    def explain(self, error: ProgramError, what: str, end: str, otherwise: str = "") -> None:
-        """Say in an error that it still holds, in place of VP043; ``otherwise`` has the place of a missing end."""
+    def explain(self, error: ProgramError, what: str, end: str, here: int, otherwise: str = "") -> None:
+        """Say in an error of a line, ``here``, that it still holds, in place of VP043 and at the line of VP043.
+
+        ``otherwise`` has the place of a missing end where no VP043 has told it.
+        """
         line = self.told_lines.pop(what, 0)
         warning = self.recorder.warnings.get((line, "VP043"))
         if warning is not None and warning.message.startswith(what):
             del self.recorder.warnings[line, "VP043"]
+            error.edits = warning.edits
         where = f"before line {line}" if line else otherwise
-        error.message = f"{what}; {end}{where and f' {where}'} ({error.message})"
+        why = error.message
+        if line and line != here and not error.line:
+            error.line, error.column, why = line, None, f"line {here}: {why}"
+        error.message = f"{what}; {end}{where and f' {where}'} ({why})"
 
 
 def report_kept_planes(moves: Moves, coordinates: Coordinates) -> Iterator[Finding]:

@@ -80,6 +80,7 @@ from verne_post.gcode.rs274.values import read_whole
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.words import WordTable
 from verne_post.model.control_keys import FanucKeys, read_keys
+from verne_post.model.findings import Remedy
 from verne_post.model.moves import AXES, ArcFeed, PathControl, PathMode
 from verne_post.model.part_setup import ADDITIONAL_SYSTEMS
 
@@ -101,6 +102,9 @@ _NO_MOTION: Final = (
 _OF_DIRECTIONS: Final = frozenset(
     ("tilted plane", "dynamic work offset", "work offset", "mirror image", "scaling", "polar coordinates")
 )
+#: Angles of a plane under the letters of rotary axes.
+_ANGLES_AS_AXES: Final = re.compile(r"[ABC][-+]?[\d.]+(?:\s*[ABC][-+]?[\d.]+)*", re.IGNORECASE)
+_TO_ANGLES: Final = str.maketrans("ABC", "IJK")
 _ROTARY_LETTERS: Final = (ord("A"), ord("B"), ord("C"))
 _BARE_ARCS: Final = (
     '; a control whose parameter 3403 says so goes straight: [fanuc] bare_arcs = "lines" in verne-post.toml'
@@ -109,8 +113,9 @@ _BARE_ARCS: Final = (
 _MACRO: Final = re.compile(
     r"\s*(?:/\s*)?(?:N\s*\d+\s*)?(?:\([^)]*\)\s*)*(?:IF|WH|GO|DO|EN|TH|EL|POPEN|PCLOS|DPRNT|BPRNT|SETVN)", re.IGNORECASE
 )
-#: Calls of macros, G51: what the words of their blocks do not say; nor do they whether the time P has a decimal point.
-_BY_TEXT: Final = (51.0, 65.0, 66.0)
+#: Calls of macros, G51, G68.2: what the words of their blocks do not say; nor do they whether the time P has a decimal
+#: point.
+_BY_TEXT: Final = (51.0, 65.0, 66.0, 68.2)
 _TIME: Final = re.compile(r"\([^)]*\)|;.*|(?<![A-Z])(P)[ \t]*[-+]?[0-9 \t]*\.", re.IGNORECASE)
 _FACTOR: Final = re.compile(r"(?<![A-Z])[PIJK][ \t]*[-+]?[ \t]*(?:[0-9 \t]*\.|[#\[])", re.IGNORECASE)
 #: What of a comment with others in it stands after its first end, up to the parenthesis that was meant.
@@ -557,12 +562,35 @@ class FanucInterpreter(Rs274):
                 raise ProgramError(
                     "VP003", f"{name} takes the axis words of its block; write the other code in another block"
                 )
+            if frame_codes[0] == PLANE and not block.words.keys() & set("IJK"):
+                self._refuse_axes_as_angles(block)
             for letter, column in block.columns.items():
                 if letter not in WORDS_OF_FRAMES[frame_codes[0]] + "FST":
                     raise ProgramError("VP006", f"{name} does not use {letter}", column)
             return None
         self._drop_axes(block, g)
         return super()._plan(block, g, m)
+
+    def _refuse_axes_as_angles(self, block: Block) -> None:
+        """VP006: the angles of G68.2 under the letters of rotary axes; the block goes on with I, J and K."""
+        stray = [letter for letter in "ABC" if letter in block.words]
+        if not stray:
+            return
+        wrong = _ANGLES_AS_AXES.search(self._text)
+        is_whole = wrong is not None and all(letter in wrong[0].upper() for letter in stray)
+        was = wrong[0].upper() if wrong is not None and is_whole else ", ".join(stray)
+        right = was.translate(_TO_ANGLES)
+        edits = (Remedy(f"write {right}", right, misspelt=was, is_choice=True),) if is_whole else ()
+        about = "" if block.words.get("P") else ", about Z, about X, and about Z again"
+        text = f"the angles of G68.2 are I, J and K{about}; write {right} in place of {was}"
+        first = min(stray, key=lambda letter: abs(block.columns[letter]))
+        error = block.error("VP006", text, first, edits=edits)
+        for letter in stray:
+            angle = letter.translate(_TO_ANGLES)
+            block.words[angle], block.columns[angle] = block.words[letter], block.columns[letter]
+            if letter != first:  # which is dropped as the error's word
+                del block.words[letter], block.columns[letter]
+        raise error
 
     def _drop_axes(self, block: Block, g: dict[str, int]) -> None:
         """Axis words beside codes that are only modal here: names of axes, or a mistake, but no motion."""

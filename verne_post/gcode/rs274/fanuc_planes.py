@@ -158,6 +158,12 @@ class FanucPlanes:
         for letter in "R" if kind == 1 else "QR":
             if letter in block.words:
                 raise block.error("VP006", f"G68.2 P{kind} does not use {letter}", letter)
+        if kind in (0, 1, 4) and not block.words.keys() & set("IJK"):
+            column = next((at for letter, value, at in block.codes if (letter, value) == ("G", 68.2)), None)
+            text = (
+                "G68.2 without I, J, K: its angles are 0, and the plane is not tilted; write them, or 0 if it is meant"
+            )
+            self.recorder.warn("VP005", text, block.line, column, "warning")
         i, j, k = (block.words.get(letter, 0.0) for letter in "IJK")
         if kind == 0:
             return self._read_point(block), build_rotation(2, i) @ build_rotation(0, j) @ build_rotation(2, k)

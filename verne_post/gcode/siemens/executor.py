@@ -171,7 +171,7 @@ class Executor:
                 error.column = None
             if error.code == "VP017":  # the cycle does not belong here: it was to end before, and is taken as ended
                 watcher, otherwise = self.interpreter.core.watcher, "before this motion if it is no place of it"
-                watcher.explain(error, _name_modal(call), _END_MODAL, otherwise)
+                watcher.explain(error, _name_modal(call), _END_MODAL, line, otherwise)
                 self.modal = None
             raise
 

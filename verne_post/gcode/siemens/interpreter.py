@@ -9,6 +9,7 @@ from verne_post.gcode.codes import spell_g_code
 from verne_post.gcode.machining.compensation import Compensation
 from verne_post.gcode.machining.machining import MAX_DWELL_S, explain_g91, note_g91, warn_of_idle_feed
 from verne_post.gcode.machining.state import State
+from verne_post.gcode.machining.turning import warn_of_late_tcp
 from verne_post.gcode.program_error import At, ProgramError
 from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.setup import Setup
@@ -197,6 +198,8 @@ class SiemensInterpreter:
     def _select_transformation(self, words: Words) -> None:
         if (code := words.find_code("transformation")) is not None:
             was_on = self.modes.tcp
+            if code == "TRAORI" and not self.motion.follows_part:
+                warn_of_late_tcp(self.core, self.motion.last_cut, words.line, code)
             self._switch_tcp(code == "TRAORI")
             if was_on and not self.motion.follows_part:
                 self.recorder.end_tcp(words.line, code)

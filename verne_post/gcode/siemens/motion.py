@@ -68,6 +68,8 @@ class SiemensMotion:
         self._split = Split()
         #: Direction (3,) in which the last motion ended, for CT.
         self.heading: list[float] | None = None
+        self.last_cut = 0  #: Line of the last motion if X, Y or Z of the machine cut in it, else 0.
+        self._first_place = 0  #: Line of the first X, Y, Z after the last turn of the table without TRAORI, else 0.
         #: Places of axes, in numbers of the program, before their offsets changed; without axes that were named since.
         self.places_before: dict[int, float] = {}
         #: Where all axes stood when the block began, with what their numbers depend on.
@@ -193,7 +195,14 @@ class SiemensMotion:
             if beside:
                 self.core.frames.name_axes(end, axes, machine=True)
             self.corners.add_line(block, kind, end, axes)
+        if min(places, default=3) < 3:
+            self.note_places(block.line, block.line, is_rapid=kind == MoveKind.RAPID)
         self.set_heading([b - a for a, b in zip(begin[:3], state.position[:3], strict=True)])
+
+    def note_places(self, first: int, last: int, *, is_rapid: bool) -> None:
+        """Keep which lines have gone to places of the machine, and whether the last one has cut."""
+        self._first_place = 0 if self.follows_part else self._first_place or first
+        self.last_cut = 0 if is_rapid or self.follows_part else last
 
     def set_heading(self, way: Sequence[float]) -> None:
         """Keep the direction (3,) of a move for CT, unless it has no length."""
@@ -267,13 +276,19 @@ class SiemensMotion:
             )
         is_turn = max(abs(end[axis] - state.position[axis]) for axis in self.setup.rotary) > _STANDS
         if is_turn and kind == MoveKind.FEED:
+            tilt = self.setup.rotary[0]
+            line = self._first_place if abs(state.position[tilt]) > _STANDS else 0
+            since = f"before line {line}, the first with X Y Z at {AXES[tilt]}{state.position[tilt]:.6g}"
             raise block.error(
                 "VP017",
                 f"{self.setup.both_rotary} turn at a feed rate {self.explain_no_tcp()}: on a machine with three linear "
-                "axes the tip would follow a curve; write TRAORI in a block before this one, or G0 in place of G1",
+                f"axes the tip would follow a curve; write TRAORI {since if line else 'in a block before this one'}, "
+                "or G0 in place of G1",
                 self._name_rotary(places),
+                edits=write_before("TRAORI", line=line),
             )
         if is_turn:
+            self._first_place = 0
             self.core.refuse_compensation("a turn of the table")
             base = replace(state.frame, feature=None)
             self.change_frame(replace(base, feature=self._find_plane(base, end)))
@@ -365,6 +380,7 @@ class SiemensMotion:
             with locate_errors(block.columns.get("CR")):
                 arc = build_arc_from_radius(start, end, state.plane, clockwise, size, turns, unit)
         self.corners.add_arc(block, end, arc, list(places))
+        self.note_places(block.line, block.line, is_rapid=False)
         self.set_heading(find_tangent_at_end(state.plane, arc.center, end, arc.sweep))
 
     def _check_sizes(self, at: At, lengths: dict[str, float]) -> None:

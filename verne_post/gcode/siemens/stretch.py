@@ -73,6 +73,7 @@ def execute_stretch(flow: Flow, chunk: Chunk, stop: StopConditions, *, in_main: 
     for axis in [axis for axis in to.motion.places_before if chunk.lines.row[stretch - 1, axis] >= row]:
         del to.motion.places_before[axis]
     _set_heading(to, chunk.lines, row, stretch, start, motion)
+    to.motion.note_places(line, line + stretch - row - 1, is_rapid=not view.motion)
     flow.calls.line = line + stretch - row
     flow.repeats.count(flow.calls.text, line, flow.calls.line - 1, 0)
     return flow.calls.line

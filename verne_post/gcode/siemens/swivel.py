@@ -80,6 +80,9 @@ class Swivel:
                 "write TRANS without axes first, and the offset as _X0 _Y0 _Z0",
                 call.column,
             )
+        if given.values.keys() & {"_X0", "_Y0", "_Z0"} and not given.values.keys() & {"_A", "_B", "_C"}:
+            text = "CYCLE800 without _A, _B, _C: its angles are 0, and the plane is not tilted; write them, or 0 if it "
+            self.to.recorder.warn("VP005", f"{text}is meant", line, call.column, "warning")
         self._retract(given, block)
         self._set_plane(given)
         self.to.recorder.say_tcp(True)

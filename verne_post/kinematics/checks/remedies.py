@@ -227,6 +227,10 @@ def find_legal_tilt(line: JointPath, place: Place) -> float | None:
     return None
 
 
+#: Shares of the way from the limit of the tilt to the level table at which a line is tried.
+_LESS_TILT: Final = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)
+
+
 def find_legal_end_tilt(line: JointPath, place: Place) -> float | None:
     """Nominal A (rad) for the end of a straight line that keeps the whole line within limits; None where none is found.
 
@@ -237,7 +241,14 @@ def find_legal_end_tilt(line: JointPath, place: Place) -> float | None:
         return None
     _tip, angles = line.pose(line.contour, np.array([0, 0]), np.array([place.w, 1.0]))
     change = (inside - float(angles[0, 0])) / place.w
-    return None if find_errors(tilt_line_end(line, change)) else float(angles[1, 0]) + change
+    end = float(angles[1, 0]) + change
+    if not find_errors(tilt_line_end(line, change)):
+        return end
+    upright = line.machine.coordinates.home_tilt - end  # there it breaks another limit: seek on towards the level table
+    for share in _LESS_TILT:
+        if not find_errors(tilt_line_end(line, change + share * upright)):
+            return end + share * upright
+    return None
 
 
 # --- a move of the part --------------------------------------------------------------------------------
