@@ -989,6 +989,26 @@ def test_a_tool_that_turns_backwards_in_its_cuts(switch: str, cut: str, is_told:
     assert all("turns counter-clockwise (M4) where it cuts, from line" in item.message for item in told)
 
 
+@pytest.mark.parametrize(
+    ("spindle", "line", "said"),
+    [
+        ("SPINDL/900,RPM,CCLW", 3, "counter-clockwise (CCLW) where it cuts, from line 7 on"),
+        ("SPINDL/900,RPM,CCLW", 3, "a right-hand drill or mill does not cut then; write CLW unless"),
+        ("SPINDL/ON,CLW", 3, "as fast as before the program, or stands; write SPINDL and its speed"),
+        ("PPRINT/NONE", 7, "the spindle stands in 2 moves at feed rate: nothing starts it"),
+        ("SPINDL/900,RPM,CLW", None, ""),
+    ],
+)
+def test_the_spindle_of_a_cl_file_has_its_words(spindle: str, line: int | None, said: str) -> None:
+    """M3 and S were to be written into a CL file."""
+    text = f"UNITS/MM\nLOADTL/1\n{spindle}\nRAPID\nGOTO/0,0,90\n"
+    text += "FEDRAT/500,MMPM\nGOTO/0,0,60\nGOTO/9,0,60\nRAPID\nGOTO/0,0,90\nFINI\n"
+    options = vp.Options(tools=TOOLS, wcs={"G54": (0, 0, 60)}, dialect="aptcl")
+    told = [item for item in vp.check(text, "verne", options).findings if item.code == "VP050"]
+    assert [item.line for item in told] == ([line] if line else [])
+    assert all(said in item.message and not item.edits for item in told)
+
+
 KLARTEXT = """BEGIN PGM T MM
 {}
 L X+0 Y+0 Z+60 A+0 C+0 R0 FMAX M3

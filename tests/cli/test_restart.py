@@ -184,6 +184,39 @@ END PGM A MM"""
         assert [(item.code, item.line) for item in refused.value.findings] == [("VP029", line)]
 
 
+def test_a_line_that_goes_on_with_a_statement_of_a_cl_file_is_refused(machine: verne_post.Machine) -> None:
+    """The program did not execute it, as the message said, though its statement was executed."""
+    text = b"""UNITS/MM
+LOADTL/1
+RAPID
+GOTO/0,0,$
+50
+FEDRAT/500,$
+MMPM
+GOTO/9,$
+0,$
+45
+GOTO/19,0,45
+FINI
+"""
+    for line, near in ((4, None), (5, 4), (7, 6), (8, None), (9, 8), (10, 11), (11, None)):
+        options = Options(
+            dialect="aptcl",
+            tool_length=60.0,
+            wcs={"G54": (0, 0, 100)},
+            approach="home",
+            from_line=line,
+        )
+        if near is None:
+            assert assemble(text, machine, options).moves.line.max() == 11
+            continue
+        with pytest.raises(
+            InputError, match=f"a statement, cutter .* the nearest line that will do is {near}$"
+        ) as refused:
+            assemble(text, machine, options)
+        assert [(item.code, item.line) for item in refused.value.findings] == [("VP029", line)]
+
+
 @pytest.mark.parametrize("line", [4, 5, 6, 10, 11, 12, 16, 23, 24, 25])
 def test_what_the_skipped_lines_switched_on_is_listed(machine: verne_post.Machine, line: int) -> None:
     rest = restarted(machine, line)

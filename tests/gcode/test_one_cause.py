@@ -776,6 +776,10 @@ def test_a_mode_that_was_left_on_is_named_with_its_line(machine, dialect, progra
 
 DRILL = "CYCL DEF 200 Q200=2 Q201=-5 Q206=250 Q202=5 Q210=0 Q203=40 Q204=20 Q211=0\n"
 HOLE = "CYCLE81(60,40,2,35)"
+SWIVEL = 'CYCLE800(0,"",0,57,0,10,5,25,0,0,0,0,0,-1)'
+PLANE = "G68.2 X0. Y0. Z40. I0 J25. K0\nG53.1"
+SPATIAL = "PLANE SPATIAL SPA+25 SPB+0 SPC+0 TURN FMAX SEQ-"
+CYCLE_19 = "CYCL DEF 19.0 WORKING PLANE\nCYCL DEF 19.1 A+25 B+0 C+0"
 
 
 @pytest.mark.parametrize(
@@ -832,7 +836,7 @@ HOLE = "CYCLE81(60,40,2,35)"
         (
             "siemens",
             f"MCALL {HOLE}\nX5\nG0 Z70\nTRAORI\nG0 A20\nX9",
-            [("VP017", 11, "MCALL of line 7 still calls CYCLE81; write MCALL alone before line 9 (")],
+            [("VP017", 9, "MCALL of line 7 still calls CYCLE81; write MCALL alone before line 9 (line 11: ")],
         ),
         (
             "siemens",
@@ -848,6 +852,68 @@ HOLE = "CYCLE81(60,40,2,35)"
         ),
         ("fanuc", "G81 X5. Z35. R42. F200\nT2 M6\nS900 M3\nG43 H2\nG81 X9. Z35. R42. F200\nX7.\nG80", []),
         ("fanuc", "G81 X5. Z35. R42. F200\nT2 M6\nG0 X9.\nX7.", []),
+        # the next hole was approached by a straight rapid in the new plane, without a word
+        (
+            "siemens",
+            f"MCALL {HOLE}\nX5\n{SWIVEL}\nX9\nX12\nMCALL",
+            [("VP043", 9, "MCALL of line 7 still calls CYCLE81 in the new plane of line 9; write MCALL alone before")],
+        ),
+        (
+            "siemens",
+            f"MCALL {HOLE}\nX5\n{SWIVEL}\nHOLES1(10,10,0,5,5,3)\nMCALL",
+            [("VP043", 9, "MCALL of line 7 still calls CYCLE81 in the new plane of line 9")],
+        ),
+        (
+            "siemens",
+            f"{SWIVEL}\nMCALL {HOLE}\nX9\nCYCLE800()\nG0 A0 C0\nX12\nMCALL",
+            [("VP043", 10, "MCALL of line 8 still calls CYCLE81 after the plane, which line 10 ends")],
+        ),
+        (
+            "siemens",
+            f"MCALL {HOLE}\nX5\n{SWIVEL.replace(',5,25,', ',40,25,')}\nX9\nMCALL",
+            [("VP017", 9, "MCALL of line 7 still calls CYCLE81; write MCALL alone before line 9 (line 10: ")],
+        ),
+        ("siemens", f"MCALL {HOLE}\nX5\nMCALL\n{SWIVEL}\nX9\nMCALL", []),
+        ("siemens", f"MCALL {HOLE}\nX5\n{SWIVEL}\nMCALL\nX9", []),
+        ("siemens", f"MCALL {HOLE}\n{SWIVEL}\nX9\nX12\nMCALL", []),  # its first hole is in that plane
+        ("siemens", f"{SWIVEL}\nMCALL {HOLE}\nX9\n{SWIVEL}\nX12\nMCALL", []),  # the same plane again
+        # in each turn of the loop MCALL begins anew
+        (
+            "siemens",
+            f"R1=0\nA1:\nMCALL {HOLE}\nX5\nX9\nMCALL\n{SWIVEL}\nR1=R1+1\nIF R1<2 GOTOB A1",
+            [],
+        ),
+        (
+            "fanuc",
+            f"G81 X5. Z35. R42. F200\n{PLANE}\nX9.\nX7.\nG80\nG69",
+            [("VP043", 8, "G81 of line 7 still holds in the new plane of line 8; write G80 before that if no hole is")],
+        ),
+        (
+            "fanuc",
+            f"G81 X5. Z35. R42. F200\n{PLANE[:-6]}\nX9.\nX7.\nG80\nG69",
+            [("VP017", 9, "write G53.1 after G68.2, or A and C (G69 ends it); G81 of line 7 still holds in the new")],
+        ),
+        ("fanuc", f"G81 X5. Z35. R42. F200\n{PLANE}\nG81 X9. Z35. R42.\nX7.\nG80\nG69", []),
+        ("fanuc", f"G81 X5. Z35. R42. F200\n{PLANE}\nG0 X9.\nX7.\nG69", []),
+        ("fanuc", f"G81 X5. Z35. R42. F200\nG80\n{PLANE}\nG0 X9.\nX7.\nG69", []),
+        ("fanuc", "G81 X5. Z35. R42. F200\nG68.2 X0. Y0. Z0. I0 J0. K30.\nG53.1\nX9.\nG80\nG69", []),
+        (
+            "heidenhain",
+            f"{DRILL}L X+5 FMAX M89\n{SPATIAL}\nL X+9 FMAX\nL X+12 FMAX M99",
+            [("VP043", 9, "M89 of line 8 still calls cycle 200 in the new plane of line 9; write M99 at its last")],
+        ),
+        (
+            "heidenhain",
+            f"{DRILL}L X+5 FMAX M89\n{CYCLE_19}\nL A+Q120 C+Q122 FMAX\nL X+12 FMAX M99",
+            [("VP043", 10, "M89 of line 8 still calls cycle 200 in the new plane of line 10")],
+        ),
+        (
+            "heidenhain",
+            f"{SPATIAL}\n{DRILL}L X+5 FMAX M89\nPLANE RESET TURN FMAX\nL X+12 FMAX\nL X+8 FMAX M99",
+            [("VP043", 10, "M89 of line 9 still calls cycle 200 after the plane, which line 10 ends")],
+        ),
+        ("heidenhain", f"{DRILL}L X+5 FMAX M89\nL X+7 FMAX M99\n{SPATIAL}\nL X+9 FMAX\nL X+12 FMAX M99", []),
+        ("heidenhain", f"{DRILL}L X+5 FMAX M89\n{SPATIAL}\nL X+9 FMAX M99\nL X+12 FMAX", []),  # M99 asks for it
         # holes of depth 0, which the control does not drill: once, where the cycle has the depth
         (
             "heidenhain",

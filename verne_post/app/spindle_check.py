@@ -67,7 +67,8 @@ def check_spindle(moves: Moves, path: ToolPath) -> list[Finding]:
         if event.kind == "tool"
         else f"line {event.line} stops it"
     )
-    edits = (Remedy("start the spindle", "M3", line=event.line),) if event.kind == "tool" else ()
+    is_startable = event.kind == "tool" and moves.language != "aptcl"  # whose SPINDL is a line of its own
+    edits = (Remedy("start the spindle", "M3", line=event.line),) if is_startable else ()
     line, last_line = int(moves.line[first]), int(moves.line[last])
     number = "a move" if count == 1 else f"{count} moves"
     text = f"the spindle stands in {number} at feed rate: {why}"
@@ -94,7 +95,7 @@ def check_speed(moves: Moves, path: ToolPath) -> list[Finding]:
             f"S0: the spindle stands in the cut of line {int(moves.line[cut])}; write its speed"
             if zeros
             else f"the spindle is started here, and no block {when}gives its speed: on a control it turns as fast as "
-            "before the program, or stands; write S"
+            f"before the program, or stands; write {'SPINDL and its speed' if moves.language == 'aptcl' else 'S'}"
         )
         return [make_finding("VP050", text, line=line, last_line=line, worst_line=line)]
     return []
@@ -107,6 +108,7 @@ def check_direction(moves: Moves, path: ToolPath) -> Iterator[Finding]:
     """
     changes = [event for event in moves.events if event.kind == "tool"]
     ends = [*(event.before for event in changes), math.inf][1:]
+    forwards, backwards = ("CLW", "CCLW") if moves.language == "aptcl" else ("M3", "M4")
     for event, end in zip(changes, ends, strict=True):
         starts = [
             one
@@ -119,9 +121,9 @@ def check_direction(moves: Moves, path: ToolPath) -> Iterator[Finding]:
         if 0 <= first_cut < end:
             line = starts[0].line
             text = (
-                f"{describe_tool(event)} turns counter-clockwise (M4) where it cuts, from line "
-                f"{int(moves.line[first_cut])} on: a right-hand drill or mill does not cut then; write M3 unless it is "
-                "a left-hand tool"
+                f"{describe_tool(event)} turns counter-clockwise ({backwards}) where it cuts, from line "
+                f"{int(moves.line[first_cut])} on: a right-hand drill or mill does not cut then; write {forwards} "
+                "unless it is a left-hand tool"
             )
             yield make_finding("VP050", text, line=line, last_line=line, worst_line=line)
 

@@ -394,7 +394,7 @@ CODES: Final[dict[str, Code]] = _make_table(
         "A tilted plane (G68.2, CYCLE800, PLANE, cycle 19) was not ended before the tool was changed, and the next "
         "tool cuts in it. Or it was not ended before G49, and an upright tool cuts in it after that. In Klartext, M128 "
         "was not ended before TOOL CALL, M91 or M92. Or MCALL, M89 or a canned cycle still drills after a change of "
-        "tools, at the end of the program, or where Z goes up alone.",
+        "tools, in another plane than that of its hole before, at the end of the program, or where Z goes up alone.",
         "End the plane before that: G69, CYCLE800(), PLANE RESET; M128: M129; MCALL: MCALL alone; M89: M99 at the last "
         "place; canned cycles: G80. No action is needed if both tools are to cut in the same plane.",
     ),

@@ -70,6 +70,8 @@ class _Run:
         if not is_called and (after or (stop.before_line is not None and line >= stop.before_line)):
             return True
         self._trace(line, line + 1, is_called=is_called)
+        if stop.trace is not None and not is_called and isinstance(item, Statement) and item.n_lines > 1:
+            stop.trace.add(line + 1, line + item.n_lines, may_restart=False)
         try:
             if isinstance(item, ProgramError):
                 raise item

@@ -55,7 +55,7 @@ _CARD_COLUMNS: Final = 72
 
 
 class Statement(Struct, frozen=True):
-    """One statement: its first line, major word, and the words after the slash.
+    """One statement: its first line, major word, the words after the slash, and over how many lines it goes.
 
     ``columns`` are those of the major word and of the words after it; none where the statement goes over several lines.
     """
@@ -65,6 +65,7 @@ class Statement(Struct, frozen=True):
     words: tuple[str, ...]
     text: str
     columns: tuple[int, ...] = ()
+    n_lines: int = 1
 
     def find_column(self, word: str) -> int | None:
         """The column of the first word of this text, in whatever case."""
@@ -166,7 +167,7 @@ def read_statements(source: Text) -> Iterator[Statement | Points | ProgramError]
                     continue
             text, pending = pending + line.rstrip(), ""
             if text.strip():
-                yield _read_statement(text, begin, columns=begin == number)
+                yield _read_statement(text, begin, number + 1 - begin)
     if pending.strip():
         yield ProgramError("VP001", "the text ends, but $ continues the statement", line=begin)
 
@@ -251,8 +252,9 @@ def _read_numbers_of_points(first_line: int, text: bytes) -> tuple[Array, Ints]:
     return numbers, np.where(is_point, count, 0)
 
 
-def _read_statement(text: str, line: int, *, columns: bool = True) -> Statement | ProgramError:
-    """One statement; ``columns`` are those of the text where it stands on one line."""
+def _read_statement(text: str, line: int, n_lines: int = 1) -> Statement | ProgramError:
+    """One statement, with the columns of the text where it stands on one line."""
+    columns = n_lines == 1
     if text.lstrip().upper().startswith(_FREE_TEXT):
         text = text.strip()
         return Statement(line, text[:6].upper(), (), text[6:].lstrip(" /"))
@@ -267,7 +269,7 @@ def _read_statement(text: str, line: int, *, columns: bool = True) -> Statement 
     ends = accumulate((len(part) + 1 for part in parts), initial=major_word.end())
     starts = [begins, *(end + len(part) - len(part.lstrip()) for end, part in zip(ends, parts, strict=False))]
     words = tuple(part.strip() for part in parts)
-    statement = Statement(line, major, words, rest.strip(), tuple(at + 1 for at in starts) if columns else ())
+    statement = Statement(line, major, words, rest.strip(), tuple(at + 1 for at in starts) if columns else (), n_lines)
     if "" in words and major not in MAY_HAVE_GAPS:
         return ProgramError("VP001", f"{major}: nothing between two commas", statement.find_column(""), line=line)
     return statement

@@ -246,16 +246,24 @@ class KlartextPatterns:
             self.call_cycle()
         elif "modal" in self.functions.calls:
             self.modal = self.frames.block.line
+            self.core.watcher.last_hole = None
+            self._watch_plane()
             self.call_cycle()
         elif self.modal and has_moved:
             if is_retract:
                 self.warn_of_modal("Z alone, which is one more place")
+            self._watch_plane()
             try:
                 self.call_cycle()
             except ProgramError as error:
                 if error.code == "VP017" and not error.of_program:  # it is no place of the cycle, which ends here
                     self._explain_modal(error)
                 raise
+
+    def _watch_plane(self) -> None:
+        """VP043, once for each M89: its cycle makes a hole in another plane than the one before."""
+        if self.cycle is not None and not self.cycle_unread:
+            self.core.watcher.report_new_plane(self.state, self._name_modal(), _END_MODAL)
 
     def _explain_modal(self, error: ProgramError) -> None:
         """Say in an error that M89 calls the cycle, in place of VP043, and end it: its next calls are of one cause."""

@@ -7,12 +7,15 @@ import numpy as np
 from msgspec import Struct, field
 from msgspec.structs import replace
 
+from verne_post.base.arrays import Array
 from verne_post.base.columns import iterate_blocks
 from verne_post.base.tolerances import DRILL_TILT
-from verne_post.gcode.program_error import ProgramError
+from verne_post.gcode.arcs import PLANES
+from verne_post.gcode.machining.state import State
+from verne_post.gcode.program_error import ProgramError, write_before
 from verne_post.gcode.recorder import Recorder
 from verne_post.model.findings import Finding, Remedy, make_finding
-from verne_post.model.moves import Frame, MoveKind, Moves, list_tool_changes
+from verne_post.model.moves import Frame, MoveKind, Moves, PlaneCall, list_tool_changes
 from verne_post.model.protocols import Coordinates
 
 _CUTS: Final = (MoveKind.FEED, MoveKind.ARC, MoveKind.SPLINE)
@@ -26,12 +29,33 @@ class Watcher(Struct):
 
     recorder: Recorder
     told_lines: dict[str, int] = field(default_factory=dict)  #: What has been told, and in which line.
+    #: The direction of the modal cycle that holds, from its last hole before a new plane, and how many planes had been
+    #: called then.
+    last_hole: tuple[Array, int] | None = None
 
     def report(self, what: str, where: str, end: str, line: int, edits: tuple[Remedy, ...] = ()) -> None:
         """VP043: it holds ``where`` it mostly has ended; ``end`` says what ends it."""
         if what not in self.told_lines:
             self.told_lines[what] = line
             self.recorder.note_once("VP043", f"{what} {where}; {end}", line, edits)
+
+    def find_new_plane(self, state: State) -> PlaneCall | None:
+        """The plane, or its end, that makes a hole here another one than the cycle that holds has begun; else None."""
+        feature, normal, planes = state.frame.feature, PLANES[state.plane][2], self.recorder.planes
+        is_tilted = feature is not None and feature.is_programmed
+        direction = np.array(feature.rotation[normal::3]) if feature and is_tilted else np.eye(3)[normal]
+        before = self.last_hole
+        if before is not None and before[1] < len(planes) and before[0] @ direction < 1.0 - DRILL_TILT:
+            return planes[-1]  # and so at its next holes: their errors have the same words
+        self.last_hole = direction, len(planes)
+        return None
+
+    def report_new_plane(self, state: State, what: str, end: str, word: str = "") -> None:
+        """VP043 where a modal cycle makes a hole in another plane than its last; ``word`` is what ends it, alone."""
+        plane = self.find_new_plane(state)
+        if plane is not None:
+            edits = write_before(word, line=plane.line) if word else ()
+            self.report(what, name_new_plane(plane), end, plane.line, edits)
 
     def explain(self, error: ProgramError, what: str, end: str, here: int, otherwise: str = "") -> None:
         """Say in an error of a line, ``here``, that it still holds, in place of VP043 and at the line of VP043.
@@ -48,6 +72,11 @@ class Watcher(Struct):
         if line and line != here and not error.line:
             error.line, error.column, why = line, None, f"line {here}: {why}"
         error.message = f"{what}; {end}{where and f' {where}'} ({why})"
+
+
+def name_new_plane(plane: PlaneCall) -> str:
+    """Where a cycle still holds after a call of a plane."""
+    return f"in the new plane of line {plane.line}" if plane.word else f"after the plane, which line {plane.line} ends"
 
 
 def report_kept_planes(moves: Moves, coordinates: Coordinates) -> Iterator[Finding]:

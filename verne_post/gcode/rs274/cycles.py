@@ -9,6 +9,7 @@ from verne_post.gcode.block import Block
 from verne_post.gcode.codes import spell_g_code
 from verne_post.gcode.machining.holes import MAX_HOLES, MAX_PECKS, Thread, check_tapping, note_tapping, tap
 from verne_post.gcode.machining.machining import Machining, explain_inverse_time, explain_tilted_tool, list_plane_edits
+from verne_post.gcode.machining.watcher import name_new_plane
 from verne_post.gcode.program_error import ProgramError, refuse_missing, write_before
 from verne_post.gcode.rs274.modes import Cycle, Modes
 from verne_post.gcode.rs274.motion import MotionCodes
@@ -51,16 +52,22 @@ class CycleCodes:
         before = self.modes.cycle
         goes_on = goes_on and before is not None and before.normal == normal
         mode_text: tuple[str, str, str] | None = None
-        if goes_on and before is not None and before.change and not _has_code(block, motion):
-            where = f"after the change of tools in line {before.change}"
+        watcher, told_line, end_line = self.core.watcher, block.line, 0
+        if not goes_on or before is None or _has_code(block, motion):
+            watcher.last_hole = None
+        plane = watcher.find_new_plane(state) if block.words.get("L") != 0 else None
+        if before is not None and goes_on and not _has_code(block, motion) and (before.change or plane is not None):
+            where, end_line = f"after the change of tools in line {before.change}", before.change
+            if plane is not None and not before.change:
+                where, told_line, end_line = name_new_plane(plane), plane.line, plane.line
             mode_text = f"{name} of line {before.line} still holds", where, "write G80 before that if no hole is meant"
         try:
             self._check_cycle(block, motion, normal)
         except ProgramError as error:
             error.message += "; {} {}; {}".format(*mode_text) if mode_text else ""
             raise
-        if mode_text and before is not None:
-            self.core.watcher.report(*mode_text, block.line, write_before("G80", line=before.change))
+        if mode_text:
+            watcher.report(*mode_text, told_line, write_before("G80", line=end_line))
         before = self.modes.cycle if goes_on else self._find_kept(block, motion, normal)
         cycle = self._read_cycle_heights(block, motion, normal, before)
         self.modes.cycle = cycle

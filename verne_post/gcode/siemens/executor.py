@@ -159,6 +159,8 @@ class Executor:
 
     def _run_modal(self, call: Call, line: int, holes: int = 1) -> None:
         """Execute the cycle of MCALL; what is wrong with its values stands in the line of MCALL."""
+        to, end = self.interpreter, f"{_END_MODAL} before"
+        to.core.watcher.report_new_plane(to.state, _name_modal(call), end, "MCALL")
         try:
             if call.name in MODAL_MILLING:
                 self.milling.run(call, line, is_modal=True)
@@ -183,6 +185,7 @@ class Executor:
     @modal.setter
     def modal(self, call: Call | None) -> None:
         self._modal = call
+        self.interpreter.core.watcher.last_hole = None
         self.interpreter.modes.cycle = "" if call is None else call.name
 
     def end_modal(self, line: int) -> None:
