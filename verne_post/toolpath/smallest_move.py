@@ -84,7 +84,7 @@ class SmallestMove:
         random = np.random.default_rng(0)  # the same program has the same answer
         low, high = (np.where(free, end, self.start) for end in (self.search.low, self.search.high))
         # half of the samples over the whole range, half near the start, in steps of the same ratio
-        far = self.search.scatter(random, SCATTERED // 2, low, high)
+        far = self.search.draw_places(random, SCATTERED // 2, low, high)
         share = NEAREST ** random.random((SCATTERED // 2, 1))
         near = self.start + share * random.uniform(-1, 1, (SCATTERED // 2, 4)) * (high - low)
         places = self.search.keep_inside(np.concatenate([far, near, self.start[None]]), low, high)

@@ -263,7 +263,7 @@ class Search:
     def find_best(self, start: Place, notify: Callable[[int, int], None] | None = None) -> Fit:
         """The place with the largest smallest margin; ``notify`` gets done and total."""
         random = np.random.default_rng(0)  # the same program has the same fit
-        scattered = self.scatter(random, SCATTERED, self.low, self.high)
+        scattered = self.draw_places(random, SCATTERED, self.low, self.high)
         scattered[:, ~self.free] = start.pack_array()[~self.free]
         scattered[0] = self.keep_inside(start.pack_array(), self.low, self.high)
         rows = self.choose_first_rows()
@@ -297,7 +297,7 @@ class Search:
         """The same of a place (4,)."""
         return bool(np.abs(self.keep_inside(place, self.low, self.high) - place).max() < TIED)
 
-    def scatter(self, random: np.random.Generator, n: int, low: Array, high: Array) -> Array:
+    def draw_places(self, random: np.random.Generator, n: int, low: Array, high: Array) -> Array:
         """Places (n, 4) all over the range from ``low`` to ``high`` (4,)."""
         share = random.random((n, 4))
         places = low + share * (high - low)
