@@ -140,6 +140,19 @@ def test_a_turn_of_c_alone_at_the_pole_is_refused(run: Runner, tmp_path: Path) -
     )
 
 
+def test_legs_beyond_their_cones_are_one_finding_that_names_each(run: Runner) -> None:
+    """One finding a leg and stretch without a leg's name, five of them in one line, told nobody which leg it was."""
+    refused = run("check", ROOT / "gcode_samples/blade_5axis.nc", "--machine", "hexapod").out
+    errors = re.findall(r"(VP\d+) error: (.*)", refused)
+    assert [code for code, _text in errors] == ["VP214", "VP110"]
+    assert errors[0][1].startswith("angle left to the leg's joint on the platform (l3) -0.506 deg is below 0 deg")
+    others = re.search(r"= also (.*)", refused)
+    assert others is not None
+    legs = re.findall(r"(?:^|; )(l\d) by [\d.]+ deg in lines \d+ to \d+", others[1])
+    assert sorted(legs) == ["l1", "l2", "l3", "l4", "l5", "l6"]
+    assert "as for VP214" not in refused
+
+
 def test_an_approach_comes_from_joint_values(run: Runner, tmp_path: Path) -> None:
     """Eight values: the last two choose the turn of C. The file begins there, and goes back along the tool to machine Z
     0.

@@ -129,6 +129,18 @@ def test_places_that_differ_are_told_each(explain: Callable[..., str]) -> None:
     assert len(re.findall(r"VP10\d error: .*\n    at \S+ % of the way", text)) == 3
 
 
+def test_the_head_is_no_table_and_its_angles_are_words(run: Callable[..., Any]) -> None:
+    """A nutating head: nominal angles stood beside words of the same letters, and a table was named that is none."""
+    program = ROOT / "gcode_samples/blade_5axis.nc"
+    text = run("explain", f"{program}:312", "--machine", "nutating_head").out
+    place = re.search(rf"at 100 % of the way: tip .*, words A {NUMBER}, C {NUMBER} deg", text)
+    assert place is not None
+    assert [float(word) for word in place.groups()] == pytest.approx([69.0, -273.357], abs=1e-3)
+    assert "the head must go from (A 68.945, C -270.000) to (A 68.945, C 90.000) deg" in text
+    assert "no other head solution" in text
+    assert "table" not in text.replace("on the table", "")
+
+
 def test_all_is_for_lines(run: Callable[..., Any]) -> None:
     answer = run("explain", "VP102", "--all")
     assert answer.code == 2

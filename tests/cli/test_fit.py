@@ -253,9 +253,8 @@ def test_what_it_says_of_the_largest_margin_is_what_it_finds_when_asked(fit_trav
     assert min(item["after"] for item in by_margin["margins"]) == by_move["largest_margin"]["margin"] > 0.6
     said = fit_travel().out
     assert re.search(r"fits if the part is moved by \S+, \S+, \S+ mm, the smallest move found:\n  --wcs G54=", said)
-    assert (
-        "The largest margin, 0.677, is with the part moved by 45.969, 42.802, -406.172 mm, turned by 45.935 deg" in said
-    )
+    found = "The largest margin, 0.686, is with the part moved by -185.242, 167.894, -439.635 mm, turned by 142.214 deg"
+    assert found in said
 
 
 def test_a_part_that_may_stay_stays(tilted: Path, run: Callable[..., Any]) -> None:
@@ -319,6 +318,26 @@ def test_an_impossible_program_is_refused_with_the_axis(tmp_path: Path, run: Cal
     assert ("VP102", "a") in [(item["code"], item["axis"]) for item in blocked["blocked_by"]]
 
 
+def test_a_part_whose_zero_is_at_its_edge_is_sought_with_its_middle_over_the_table(
+    tmp_path: Path, run: Callable[..., Any]
+) -> None:
+    """From X0 to X350 on a table of radius 200: the zero was sought within 20 mm of the centre, and none was found."""
+    program = tmp_path / "edge.nc"
+    program.write_text("G21 G90\nG0 X0 Y0 Z50 A0 C0\nG1 X350 F3000\nZ-0.5\nM2\n", encoding="utf-8")
+    given = ("--machine", "ac_trunnion", "--tool-length", 100, "--wcs")
+    assert run("check", program, *given, "G54=0,0,3").code == 1
+    for words in ((), ("--free", "xyz"), ("--maximise", "margin")):
+        found = told(run("fit", program, *given, "G54=0,0,3", "--json", *words))
+        assert found["fits"], words
+        assert run("check", program, *given, found["wcs"]).code == 0
+        x, y, _z, turn = (float(word) for word in found["largest_margin"]["wcs"].partition("=")[2].split(","))
+        middle = x + 175 * np.cos(np.radians(turn)), y + 175 * np.sin(np.radians(turn))
+        assert np.abs(middle).max() < 175.1, "over the table, or where it is now"
+    assert [float(word) for word in found["wcs"].partition("=")[2].split(",")] != [0, 0, 3, 0]
+    fixed = run("fit", program, *given, "G54=0,0,3", "--free", "z").out
+    assert "travel of x is -0.167 in line 3 at every place that was searched.\nSmallest of the other margins" in fixed
+
+
 def test_a_part_that_is_too_large_is_refused(tmp_path: Path, run: Callable[..., Any]) -> None:
     program = tmp_path / "p.nc"
     program.write_text("G21 G90\nG0 X-600 Y0 Z60 A0 C0\nG1 X600 F900\nM2\n", encoding="utf-8")
@@ -327,6 +346,8 @@ def test_a_part_that_is_too_large_is_refused(tmp_path: Path, run: Callable[..., 
     assert re.fullmatch(
         r"\S+ on VERNE: no work offset was found with which it fits\.\n"
         r"Searched: x -?[\d.]+ to [\d.]+ mm, .* deg\. --range x=LOW,HIGH searches elsewhere\.\n"
+        r"What is cut reaches 590\.6 mm from its middle, X 9\.4 Y 0\.0 of the part, and the radius of the table "
+        r"is 250 mm: the middle was sought .*, x -25\.0 to 25\.0, y -25\.0 to 25\.0 mm from the rotary centre\.\n"
         r"The closest one, --wcs \S+, is blocked by:\n(  \S+: VP\d+ error: .*\n)+",  # no rows of "no reach"
         answer.out,
     )

@@ -707,6 +707,36 @@ def test_a_stock_of_klartext_stands_in_the_preset_of_the_cuts(run, tmp_path):
     assert "part.h:8" in answer.out and "VP216" in answer.out
 
 
+def test_an_end_in_a_pocket_that_lines_before_have_cut_is_found(run, tmp_path):
+    """A holder of 40 mm, 20 mm above the tip: beside the whole stock no end was free, and explain found none."""
+    path = tmp_path / "pocket.h"
+    text = (
+        "BEGIN PGM P MM\nBLK FORM 0.1 Z X-30 Y-30 Z-40\nBLK FORM 0.2 X+30 Y+30 Z+0\nTOOL CALL 2 Z S8000 F900\n"
+        "L X+0 Y+0 Z+40 R0 FMAX M3\nL Z+2 FMAX\nL Z-10 F300\nL X+10 F900\nL X+0\nL Z-18\nL X+10\nL Z-25\n"
+        "L Z+40 FMAX\nM30\nEND PGM P MM\n"
+    )
+    path.write_text(text)
+    (tmp_path / "shapes.toml").write_text(
+        "[tool.2]\ncutter = {diameter = 10.0, length = 12.0}\nshank = {diameter = 9.0, length = 8.0}\n"
+        "holder = {diameter = 40.0}\n"
+    )
+    (tmp_path / "pocket.h.toml").write_text(
+        'tool_shapes = "shapes.toml"\ntools = {2 = {length = 60, diameter = 10}}\nwcs = {G54 = [0, 0, 60]}\n'
+        'stock = {file = "program"}\n'
+    )
+    refused = run("check", path).out
+    assert (
+        "pocket.h:12: VP216 error: the holder runs into the stock of the program: the contact begins 2.0 mm" in refused
+    )
+    told = run("explain", f"{path}:12").out
+    assert "the line ended elsewhere: Z -19.9 in place of -25 mm" in told
+    assert "no move within" not in told
+    path.write_text(text.replace("Z-25", "Z-19.9"))
+    assert "pocket.h:12" not in run("check", path).out
+    path.write_text(text.replace("Z-25", "Z-20.1"))
+    assert "pocket.h:12: VP216 error" in run("check", path).out, "and no other end is much deeper"
+
+
 def test_a_tool_that_is_in_the_stock_when_a_retract_begins(run, tmp_path):
     """Another angle of the table was proposed, which moves nothing relative to the part; explain found nothing."""
     path = tmp_path / "lean.nc"

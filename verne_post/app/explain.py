@@ -1,7 +1,7 @@
 """One line of a program explained, on the same contour and by the same check as ``check`` and ``convert``."""
 
+import dataclasses
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from msgspec.structs import replace
@@ -13,6 +13,7 @@ from verne_post.app.line_facts import describe_time, measure_lines
 from verne_post.app.line_remedies import Line
 from verne_post.app.plan import plan_program
 from verne_post.app.start_lines import quote_start
+from verne_post.app.tried_remedies import find_end_before_contact
 from verne_post.base.long_text import Text, iterate_lines, take_line
 from verne_post.base.program_lines import remove_remarks
 from verne_post.base.suggestions import explain_names
@@ -32,7 +33,7 @@ from verne_post.trajectory.override import build_feed_override
 
 
 @explain_names()
-@dataclass(frozen=True, repr=False)
+@dataclasses.dataclass(frozen=True, repr=False)
 class Explanation:
     """One line of a program worked through.
 
@@ -73,6 +74,14 @@ def explain_source(source: Text, machine: Machine, options: Options, line: int) 
     if text is not None and not len(select_line(guard_joints(program), line).contour):
         return _explain_words(source, program, line, text.decode("utf-8", errors="replace").strip())
     shown = add_line_remedies(look_at_line(source, program, line))
+    if not any("ended elsewhere" in text for item in shown.findings for text in item.remedies):
+        before = find_end_before_contact(source, program, shown)
+        more = () if before is None else (before,)
+        told = (
+            dataclasses.replace(item, remedies=(*item.remedies, *more)) if item.code == "VP216" else item
+            for item in shown.findings
+        )
+        shown = replace(shown, findings=tuple(told))
     shown = replace(shown, planned=_describe_plan(program, shown))
     return Explanation(line, shown.findings, *("\n".join(part(shown)) + "\n" for part in (explain_line, work_through)))
 

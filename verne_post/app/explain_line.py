@@ -90,7 +90,7 @@ def _list_table_solutions(line: Line, angles: Array) -> list[tuple[str, Array]]:
         return [("as programmed", angles)]
     return [
         (_name_own_solution(line, angles), angles),
-        ("other table solution", np.array([-angles[0], angles[1] + np.pi])),
+        (f"other {line.exact.machine.name_solution()}", np.array([-angles[0], angles[1] + np.pi])),
     ]
 
 
@@ -259,7 +259,8 @@ def _describe_program_step(line: Line, angles: Array) -> Iterator[str]:
     wanted = machine.coordinates.map_to_table(end, frame)[1]
     if np.abs(wanted - angles).max() > SAME:
         yield (
-            f"  table                {' and '.join(machine.rotary_letters)} are on another branch than the words name"
+            f"  {machine.rotary_side:<20} {' and '.join(machine.rotary_letters)} are on another branch than the words "
+            "name"
         )
 
 
@@ -393,7 +394,7 @@ def _place(line: Line, place: remedies.Place, first: bool) -> str:
     which = " of all passes" if line.is_repeated else ""
     return (
         f"{from_} {100 * share:.4g} % of the way{which}: tip {format_mm(tip[0])} on the table, "
-        f"A {format_degrees(angles[0, 0])} deg, C {format_degrees(angles[0, 1])} deg"
+        f"words {joints.machine.name_angles(angles[0], 6)} deg"
     )
 
 
@@ -424,7 +425,8 @@ def _describe_remedies(line: Line, findings: Sequence[Finding]) -> Iterator[str]
     if not found:
         if all(item.code == "VP301" for item in findings):  # its message has what helps
             return
-        yield f"{what}: no other table solution and no move within {remedies.FARTHEST_MM:g} mm was found"
+        name = line.joints.machine.name_solution()
+        yield f"{what}: no other {name} and no move within {remedies.FARTHEST_MM:g} mm was found"
         return
     yield f"{what}; each was checked along the whole line"
     yield from (f"  {text}" for text in found)

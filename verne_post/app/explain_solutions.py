@@ -124,7 +124,8 @@ def explain_solutions(machine: Machine, tip: Array, angles: Array, q: Array, too
         if not listed:
             continue
         turn = format_joint(machine, len(machine.columns) - 1, listed[0][0].q[-1], 4)
-        yield f" {'this' if other == _has_negative_tilt(angles) else 'other'} table solution, {turn}: {len(listed)}"
+        which = "this" if other == _has_negative_tilt(angles) else "other"
+        yield f" {which} {machine.name_solution()}, {turn}: {len(listed)}"
         for solution, in_use, reasons in sorted(listed, key=lambda row: bool(row[2])):
             signs = ",".join(f"{sign:+d}" for sign in solution.signs)
             mode = f"  s ({signs})" if signs else ""

@@ -32,6 +32,7 @@ from verne_post.toolpath.work_offset import (
     PartPoints,
     Place,
     Proposal,
+    Room,
     Search,
     make_offset,
     sample_part_points,
@@ -110,9 +111,13 @@ def propose(
             "names only machine coordinates",
         )
     raised = options.air if options.air_along == "table" else 0.0
-    find = _find_place_over_table if machine.table_radius else _find_place_in_reach
-    low, high = _choose_ranges(find(points, machine, raised), ranges or {}, here, free)
-    search = Search(machine, points, np.array([letter in free for letter in COORDINATES]), low, high)
+    room = _find_room(points, machine, here, ranges or {}) if machine.table_radius else None
+    if room is None:
+        box = _find_place_in_reach(points, machine)
+    else:
+        box = _find_place_over_table(points, room, raised, None if "c" in free else here.c_rad)
+    low, high = _choose_ranges(box, ranges or {}, here, free)
+    search = Search(machine, points, np.array([letter in free for letter in COORDINATES]), low, high, room)
     notify = None if progress is None else partial(progress, "seeking a place")
     largest = search.find_best(here, notify)
     largest = search.evaluate(_round_place(largest.place, free), largest.counts)
@@ -146,7 +151,7 @@ def propose(
     ends = np.array([low, high]) / [1.0, 1.0, 1.0, RAD_PER_DEG]
     searched = {letter: tuple(ends[:, COORDINATES.index(letter)].tolist()) for letter in free}
     return Proposal(
-        system, aim, before, after, result.findings, seconds_before, seconds, largest, searched, turns, g10, fixed
+        system, aim, before, after, result.findings, seconds_before, seconds, largest, searched, turns, g10, fixed, room
     )
 
 
@@ -214,18 +219,35 @@ def _choose_ranges(
     return low, high
 
 
-def _find_place_over_table(points: PartPoints, machine: Machine, raised: float) -> tuple[np.ndarray, np.ndarray]:
-    """What is cut over the table, nothing below its face. Points are ``raised`` mm over where the part is."""
-    cut = points.tip[points.seconds > 0] if (points.seconds > 0).any() else points.tip
-    part = float(np.hypot(cut[:, 0], cut[:, 1]).max())
-    aside, lowest = (
-        max(machine.table_radius - part, _LEAST * machine.table_radius),
-        raised - float(points.tip[:, 2].min()),
+def _find_room(points: PartPoints, machine: Machine, here: Place, given: Mapping[str, tuple[float, float]]) -> Room:
+    """Where the middle of what is cut is so that all of it is over the table, and where it is now."""
+    cut = (points.tip[points.seconds > 0] if (points.seconds > 0).any() else points.tip)[:, :2]
+    middle = np.append(0.5 * (cut.min(axis=0) + cut.max(axis=0)), 0.0)
+    reach = float(np.hypot(*(cut - middle[:2]).T).max())
+    aside = max(machine.table_radius - reach, _LEAST * machine.table_radius)
+    room = Room(middle, reach, np.full(2, -aside), np.full(2, aside))
+    now = here.pack_array()[:2] + room.find_middle(np.array(here.c_rad))
+    wide = np.where([letter in given for letter in "xy"], np.inf, 0.0)
+    return Room(middle, reach, np.minimum(room.low, now) - wide, np.maximum(room.high, now) + wide)
+
+
+def _find_place_over_table(
+    points: PartPoints, room: Room, raised: float, turn: float | None
+) -> tuple[np.ndarray, np.ndarray]:
+    """The middle in its room at a turn (rad), or at any; nothing below the table face.
+
+    Points are ``raised`` mm over the part.
+    """
+    lowest = raised - float(points.tip[:, 2].min())
+    middle = room.find_middle(np.array(turn or 0.0))
+    least, most = (middle, middle) if turn is not None else (-np.hypot(*middle), np.hypot(*middle))
+    return (
+        np.array([*(room.low - most), lowest, -np.pi]),
+        np.array([*(room.high - least), lowest + _LIFT_MM, np.pi]),
     )
-    return np.array([-aside, -aside, lowest, -np.pi]), np.array([aside, aside, lowest + _LIFT_MM, np.pi])
 
 
-def _find_place_in_reach(points: PartPoints, machine: Machine, _raised: float) -> tuple[np.ndarray, np.ndarray]:
+def _find_place_in_reach(points: PartPoints, machine: Machine) -> tuple[np.ndarray, np.ndarray]:
     """Without a table: every point of the program in the box around where the machine places a tool.
 
     The box is that of the sampled places which the tool of the middle of the travel reaches, upright where the middle

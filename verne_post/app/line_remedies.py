@@ -175,10 +175,10 @@ def _propose_branches(line: Line) -> Iterator[Remedy]:
         words = joints.machine.coordinates.map_from_table(tip[0], branch.apply_to(angles[0]), line.frame)
         tilt, turn = joints.machine.rotary_letters
         a, c = (format_number(words[axis]) for axis in joints.machine.coordinates.rotary)
-        name = "the other table solution" if branch.flip else f"another turn of {turn}"
+        name = f"the other {joints.machine.name_solution()}" if branch.flip else f"another turn of {turn}"
         yield Remedy(
             f"{name}: the line ends at {tilt} {a}, {turn} {c} with the same tool axis "
-            "(the table must begin the line on that side)"
+            f"(the {joints.machine.rotary_side} must begin the line on that side)"
         )
         return  # the nearest one
 

@@ -69,9 +69,9 @@ def lay_out(
         moves = gcode.interpret_program(source, replace(setup, table_places=found))
     line = int(moves.line[max(wrong[0].before - 1, 0)])
     text = (
-        "after the tool axis of this line the program names machine coordinates, and which of the two table "
-        "solutions is used depends on them; name {} and {} in one rapid traverse before them"
-    ).format(*machine.rotary_letters)
+        "after the tool axis of this line the program names machine coordinates, and which of the two "
+        "{}s is used depends on them; name {} and {} in one rapid traverse before them"
+    ).format(machine.name_solution(), *machine.rotary_letters)
     raise make_input_error("VP013", text, line=line, last_line=line, worst_line=line)
 
 

@@ -323,6 +323,46 @@ def _find_word(source: Text, program: Program, joints: Any, errors: Sequence[Fin
     return None
 
 
+def find_end_before_contact(source: Text, program: Program, line: Line) -> str | None:
+    """Where a line along one axis ends before it touches what is left of the stock; the program was checked with it.
+
+    Other ends are sought beside the whole stock: of a pocket, which lines before have cut, these find none.
+    """
+    touches = [item for item in line.findings if item.code == "VP216" and item.contact and item.line == line.number]
+    if line.move < 0 or line.move in program.moves.machine_moves or not touches or not is_straight(line.exact):
+        return None
+    machine, (unit, scale) = program.machine, line.unit
+    tip, angles = line.exact.pose(line.exact.contour, np.zeros(2, dtype=int), np.array([0.0, 1.0]))
+    begin, end = (machine.coordinates.map_from_table(*ends, line.frame) for ends in zip(tip, angles, strict=True))
+    moved = np.flatnonzero(np.abs(end - begin) > ROUND_MM)
+    if len(moved) != 1 or moved[0] > 2:
+        return None
+    axis, way = int(moved[0]), float(np.sign(end - begin)[moved[0]])
+    places = [machine.coordinates.map_from_table(np.array(one.contact), angles[1], line.frame) for one in touches]
+    at = [float(place[axis]) for place in places]
+    step = ROUND_MM if scale == 1.0 else _ROUND_INCH
+    # half a step or more before the contact: bodies do not rub
+    first = way * np.ceil(round(min(way * place for place in at) / scale / step, 6) - 1.5) * step
+    lines = bytes(source).split(b"\n")
+    said = lines[line.number - 1].decode("utf-8", errors="replace")
+    word = find_word_of(said, "XYZ"[axis], float(end[axis]) / scale)
+    if word is None:
+        return None
+    for then in first - way * step * np.arange(3):  # a contact begins within one cell
+        if way * (then * scale - float(begin[axis])) < ROUND_MM:
+            return None
+        changed = f"{said[: word.start(2)]}{format_number(then)}{said[word.end(2) :]}".encode()
+        text = b"\n".join([*lines[: line.number - 1], changed, *lines[line.number :]])
+        try:
+            found = check_program(assemble(text, machine, program.options, program.team))[1]
+        except InputError:
+            return None
+        left = (item for item in found if item.severity == "error")
+        if not any((item.line or 0) <= line.number <= (item.last_line or 0) for item in left):
+            return f"the line ended elsewhere: {'XYZ'[axis]} {format_number(then)} in place of {word[2]} {unit}"
+    return None
+
+
 # --- one number of the set-up --------------------------------------------------------------------------------
 
 

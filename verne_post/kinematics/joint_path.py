@@ -61,6 +61,14 @@ class JointPath(Struct, frozen=True, eq=False, dict=True):
         self._follow_turns(element, w, q)
         return Solved(q, tip, angles, platform, ok)
 
+    def find_solvable(self, element: Ints, w: Array) -> Mask:
+        """Which of the poses (n,) of :meth:`solve` can be solved.
+
+        No turn of a wrist is followed, so the pose function may be one that places these n points alone.
+        """
+        tip, angles, length, _joint, _q_joint = self._evaluate_pose(element, w)
+        return self.machine.five_axis.solve(tip, angles, length)[2]
+
     def find_tool_axis(self, solved: Solved) -> Array:
         """Tool axis (n, 3) on the table."""
         return self.machine.five_axis.find_tool_axis(solved.q, solved.angles, solved.platform)

@@ -24,8 +24,9 @@ _ROTARY: Final = ("VP102", "VP103")
 _BELOW: Final = ("VP210",)
 #: Contacts of tool and spindle with fixtures and stock.
 _CONTACTS: Final = ("VP215", "VP216")
-#: Beside travel and reach (VP1xx): singularities, and the height over the table. Each contact with a body stays alone.
-_OF_THE_WORKSPACE: Final = ("VP201", "VP202", "VP203", "VP210")
+#: Beside travel and reach (VP1xx): singularities, the height over the table, and the cones of joints. Each contact with
+#: a body stays alone.
+_OF_THE_WORKSPACE: Final = ("VP201", "VP202", "VP203", "VP210", "VP214")
 
 
 #: The least excess of a joint that three decimals show.
@@ -44,9 +45,14 @@ class Cause(Struct, frozen=True):
         of_joints: dict[str, list[Finding]] = {}
         for item in self.others:
             of_joints.setdefault(_name_quantity(item), []).append(item)
-        own = "" if self.first.axis or self.first.quantity else _name_quantity(self.first)
-        shown = map(_describe_places, of_joints.values())
-        return "; ".join(text.removeprefix(f"{own} ") for text in shown)  # its code stands in the line above
+        own = _name_limit(self.first)
+        shown = []
+        for name, items in of_joints.items():
+            text = _describe_places(items)
+            if own and _name_limit(items[0]) == own:  # it stands in the line above
+                text = f"{items[0].axis or ''}{text.removeprefix(name)}".strip()
+            shown.append(text)
+        return "; ".join(shown)
 
 
 def find_causes(findings: Sequence[Finding]) -> list[Cause]:
@@ -238,6 +244,12 @@ def _describe_places(findings: Sequence[Finding]) -> str:
 def _name_quantity(item: Finding) -> str:
     """What is beyond its limit: a quantity of a joint, or the joint itself; else the code with its title."""
     return item.quantity or item.axis or f"{item.code} ({CODES[item.code].title})"
+
+
+def _name_limit(item: Finding) -> str:
+    """What is beyond its limit, without the joint; empty where that is its travel, or the distance of two bodies."""
+    name = _name_quantity(item)
+    return "" if name == item.axis or (item.quantity and not item.axis) else name.removesuffix(f" ({item.axis})")
 
 
 def describe_other(item: Finding) -> str:

@@ -89,6 +89,7 @@ def _write_lines(program: str, machine: Machine, proposal: Proposal) -> Iterator
         )
         yield f"{program} on {machine.name}: no work offset was found with which it fits."
         yield f"Searched: {searched}. --range {next(iter(proposal.ranges))}=LOW,HIGH searches elsewhere."
+        yield from _explain_range(machine, proposal)
         yield f"The closest one, --wcs {wcs}, is blocked by:"
         yield from _write_blocking(program, proposal)
     if fits and proposal.aim != "margin":
@@ -103,7 +104,15 @@ def _write_lines(program: str, machine: Machine, proposal: Proposal) -> Iterator
     where = f"{after.names[after.nearest]}, line {after.lines[after.nearest]}"
     if proposal.fixed_lines:
         yield "Without the lines in machine coordinates:"
-    yield (f"Smallest margin {_format_margin(after.smallest)} ({where}), before {_format_margin(before.smallest)}.")
+    left_out = np.flatnonzero(~after.counts & (after.margins < 0.0)).tolist()
+    for index in left_out:
+        line = after.lines[index]
+        yield (
+            f"{after.names[index]} is {_format_margin(after.margins[index])} in line {line} at every place that was "
+            "searched."
+        )
+    smallest = "Smallest of the other margins" if left_out else "Smallest margin"
+    yield f"{smallest} {_format_margin(after.smallest)} ({where}), before {_format_margin(before.smallest)}."
     yield (
         "A margin is 0 at its limit and negative beyond it. It is 1 in the middle of a travel, and where warnings of "
         "other limits begin."
@@ -118,6 +127,25 @@ def _write_lines(program: str, machine: Machine, proposal: Proposal) -> Iterator
         yield (
             f"  {name:<{wide}} {_format_margin(before.margins[index]):>8} {before.lines[index]:>6}   "
             f"{_format_margin(after.margins[index]):>8} {after.lines[index]:>6}{fixed}"
+        )
+
+
+def _explain_range(machine: Machine, proposal: Proposal) -> Iterator[str]:
+    """Why x and y were sought there, where the table decides that."""
+    room = proposal.room
+    if room is None:
+        return
+    ends = [
+        f"{letter} {low:.1f} to {high:.1f}"
+        for letter, low, high in zip("xy", room.low.tolist(), room.high.tolist(), strict=True)
+        if letter in proposal.ranges and np.isfinite(low)
+    ]
+    if ends:
+        x, y, _z = room.middle.tolist()
+        yield (
+            f"What is cut reaches {room.reach:.1f} mm from its middle, X {x:.1f} Y {y:.1f} of the part, and the radius "
+            f"of the table is {machine.table_radius:g} mm: the middle was sought over the table and where it is now, "
+            f"{', '.join(ends)} mm from the rotary centre."
         )
 
 

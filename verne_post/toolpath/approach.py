@@ -253,6 +253,9 @@ def _plan_detour(path: ToolPath, change: Change, machine: Machine) -> list[Step]
     q, _platform, ok = machine.five_axis.solve(np.stack([up, down])[:, :3], np.stack([up, down])[:, 3:], tool)
     if not ok.all():
         line = int(path.line[change.segment])
-        text = "the table cannot rewind here: the retracted place (machine Z 0 along the tool axis) is out of reach"
+        text = (
+            f"the {machine.rotary_side} cannot rewind here: the retracted place (machine Z 0 along the tool axis) is "
+            "out of reach"
+        )
         raise make_input_error("VP301", text, line=line, last_line=line, worst_line=line)
     return [Step(here, up), Step(up, down, q), Step(down, there)]

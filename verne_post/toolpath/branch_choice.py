@@ -77,7 +77,7 @@ def report_branch_changes(
     path: ToolPath, plan: BranchPlan, moves: Moves, machine: Machine, *, allow_rewind: bool
 ) -> list[Finding]:
     """Report (VP301) where the table rewinds, changes sides, leaves the programmed branch, or begins beside it."""
-    show, (tilt, turn) = machine.name_angles, machine.rotary_letters
+    show, (tilt, turn), side = machine.name_angles, machine.rotary_letters, machine.rotary_side
     findings = _report_other_start(path, plan, moves, machine)
     for change in plan.changes:
         line = int(path.line[change.segment])
@@ -88,7 +88,7 @@ def report_branch_changes(
             )
             fine = fine or bool(path.free.any())  # else the path stays as it was programmed
         else:
-            what = f"the table must go from ({show(change.before)}) to ({show(change.after)}) deg before this line"
+            what = f"the {side} must go from ({show(change.before)}) to ({show(change.after)}) deg before this line"
         if not fine:
             what += (
                 "; the tool feeds here, lift it"
@@ -108,8 +108,8 @@ def report_branch_changes(
         line = int(path.line[segment])
         instead = show((float(plan.start[segment, 0]), float(plan.start[segment, 1])))
         what = (
-            f"the programmed {tilt} and {turn} break a limit here or later; from this line the table would be at "
-            f"({instead}) deg instead"
+            f"the programmed {tilt} and {turn} break a limit here or later; from this line the {side} "
+            f"would be at ({instead}) deg instead"
         )
         findings.append(
             make_finding(
@@ -151,9 +151,9 @@ def _report_other_start(path: ToolPath, plan: BranchPlan, moves: Moves, machine:
     letter = machine.rotary_letters[1]
     what = (
         f"the path begins at {letter} {format_fixed(start, 3)}, from which the tool axes after it can be followed. "
-        f"Line {settled_at} leaves the table at {letter} {format_fixed(word, 3)}. The tool is vertical, so the line "
-        f"does not say where {letter} is to be. Name {letter} {format_fixed(start, 3)} in line {settled_at}, or turn "
-        "the table there before the start"
+        f"Line {settled_at} leaves the {machine.rotary_side} at {letter} {format_fixed(word, 3)}. The tool is "
+        f"vertical, so the line does not say where {letter} is to be. Name {letter} {format_fixed(start, 3)} in line "
+        f"{settled_at}, or turn the {machine.rotary_side} there before the start"
     )
     return [make_finding("VP301", what, severity="warning", line=first, last_line=first, worst_line=first)]
 

@@ -77,18 +77,17 @@ class SmallestMove:
 
     def _is_legal(self, place: Array) -> bool:
         """Whether a place (4,) lies in the range, and no point of the program is beyond a limit there."""
-        inside = (place >= self.search.low).all() and (place <= self.search.high).all()
-        return bool(inside and self.search.rate(place[None], self.counts)[0] >= 0.0)
+        return bool(self.search.is_inside(place) and self.search.rate(place[None], self.counts)[0] >= 0.0)
 
     def find(self, free: Mask, reserve: float) -> Array | None:
         """The nearest place (4,) found at which every margin is at least the reserve; None where none was found."""
         random = np.random.default_rng(0)  # the same program has the same answer
         low, high = (np.where(free, end, self.start) for end in (self.search.low, self.search.high))
         # half of the samples over the whole range, half near the start, in steps of the same ratio
-        far = low + random.random((SCATTERED // 2, 4)) * (high - low)
+        far = self.search.draw_places(random, SCATTERED // 2, low, high)
         share = NEAREST ** random.random((SCATTERED // 2, 1))
         near = self.start + share * random.uniform(-1, 1, (SCATTERED // 2, 4)) * (high - low)
-        places = np.clip(np.concatenate([far, near, self.start[None]]), low, high)
+        places = self.search.keep_inside(np.concatenate([far, near, self.start[None]]), low, high)
         rows = self.search.choose_first_rows()
         for _ in range(REFINEMENTS):
             few = self.search.find_deciding_rows(places[::SCREENED], self.counts, rows)
@@ -116,7 +115,7 @@ class SmallestMove:
             back = self.start + (best - self.start)[:, None] * (1 - share * random.random((len(best), AROUND, 1)))
             aside = share * random.uniform(-1, 1, (len(best), AROUND, 4)) * size[:, None, None]
             aside[..., 3] /= max(self.reach, 1.0)
-            around = np.clip(back + aside, low, high)
+            around = self.search.keep_inside(back + aside, low, high)
             sizes = self.measure_size(around)
             share *= SHRINK
             nearer = sizes < size[:, None]  # no other is asked for

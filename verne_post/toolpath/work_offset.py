@@ -159,6 +159,19 @@ class Fit(Struct, frozen=True, eq=False):
         return int(np.argmin(np.where(self.counts, self.margins, np.inf)))
 
 
+class Room(Struct, frozen=True, eq=False):
+    """Where on the table the middle of what is cut may be: boxes alone would let a turn carry a part off the table."""
+
+    middle: Array  #: (3,): On the part, mm; z 0.
+    reach: float  #: How far the part goes from there, mm.
+    low: Array
+    high: Array  #: (2,): Of x and y on the table, part frame, mm; infinite where a range of the zero is given.
+
+    def find_middle(self, turn: Array) -> Array:
+        """The middle (n, 2) from the zero of parts turned by ``turn`` (n,), rad."""
+        return rotate_z(np.broadcast_to(self.middle, (*np.shape(turn), 3)), turn)[..., :2]
+
+
 @explain_names()
 class Proposal(Struct, frozen=True, eq=False):
     """Where the part stands now, a place for it, and the findings of the whole program there.
@@ -186,6 +199,8 @@ class Proposal(Struct, frozen=True, eq=False):
         The language whose G10 sets work systems; empty where the program is in one without G10.
     fixed_lines : tuple of int
         Lines in machine coordinates with errors, which no work offset moves; margins do not count them.
+    room : Room or None
+        Where on a table the middle of what is cut was sought; None on a machine without a table.
     text : str
         What ``fit`` says of it: what is printed.
     """
@@ -202,6 +217,7 @@ class Proposal(Struct, frozen=True, eq=False):
     turns: bool = True
     g10: str = "rs274"
     fixed_lines: tuple[int, ...] = ()
+    room: Room | None = None
     text: str = ""
 
     @property
@@ -225,10 +241,15 @@ class Search:
         Which of x, y, z, c may change.
     low, high : ndarray, shape (4,)
         Range of x, y, z (mm) and c (rad).
+    room : Room, optional
+        On a table.
     """
 
-    def __init__(self, machine: Machine, points: PartPoints, free: Mask, low: Array, high: Array) -> None:
+    def __init__(
+        self, machine: Machine, points: PartPoints, free: Mask, low: Array, high: Array, room: Room | None = None
+    ) -> None:
         self.machine, self.points, self.free, self.low, self.high = machine, points, free, low, high
+        self.room = room
         self.margins, names = list_margin_functions(machine, PLENTY_DEG)
         self.names = (*names, "height over the table face") if machine.table_radius else names
 
@@ -242,9 +263,9 @@ class Search:
     def find_best(self, start: Place, notify: Callable[[int, int], None] | None = None) -> Fit:
         """The place with the largest smallest margin; ``notify`` gets done and total."""
         random = np.random.default_rng(0)  # the same program has the same fit
-        scattered = self.low + random.random((SCATTERED, 4)) * (self.high - self.low)
+        scattered = self.draw_places(random, SCATTERED, self.low, self.high)
         scattered[:, ~self.free] = start.pack_array()[~self.free]
-        scattered[0] = np.clip(start.pack_array(), self.low, self.high)
+        scattered[0] = self.keep_inside(start.pack_array(), self.low, self.high)
         rows = self.choose_first_rows()
         smallest, lost = self._find_smallest(scattered, rows)
         with np.errstate(invalid="ignore"):
@@ -270,7 +291,30 @@ class Search:
 
     def holds(self, place: Place) -> bool:
         """Whether a place lies in the range."""
-        return bool((self.low <= place.pack_array()).all() and (place.pack_array() <= self.high).all())
+        return self.is_inside(place.pack_array())
+
+    def is_inside(self, place: Array) -> bool:
+        """The same of a place (4,)."""
+        return bool(np.abs(self.keep_inside(place, self.low, self.high) - place).max() < TIED)
+
+    def draw_places(self, random: np.random.Generator, n: int, low: Array, high: Array) -> Array:
+        """Places (n, 4) all over the range from ``low`` to ``high`` (4,)."""
+        share = random.random((n, 4))
+        places = low + share * (high - low)
+        if self.room is not None:
+            bounded = np.isfinite(self.room.low) & np.isfinite(self.room.high)
+            middle = self.room.find_middle(places[:, 3])[:, bounded]
+            first, last = self.room.low[bounded], self.room.high[bounded]
+            places[:, :2][:, bounded] = first + share[:, :2][:, bounded] * (last - first) - middle
+        return self.keep_inside(places, low, high)
+
+    def keep_inside(self, places: Array, low: Array, high: Array) -> Array:
+        """Places (..., 4), those outside of the range from ``low`` to ``high`` (4,) or of the room moved inside."""
+        kept = np.clip(places, low, high)
+        if self.room is not None:
+            middle = self.room.find_middle(kept[..., 3])
+            kept[..., :2] = np.clip(kept[..., :2] + middle, self.room.low, self.room.high) - middle
+        return np.asarray(np.clip(kept, low, high))
 
     def choose_first_rows(self) -> NDArray[np.intp]:
         """Points to begin with, spread over the program."""
@@ -310,7 +354,7 @@ class Search:
         worth = self.rate(best, counts, rows)
         for _ in range(ROUNDS):
             around = best[:, None] + width * random.uniform(-1, 1, (len(best), AROUND, 4))
-            around = np.clip(around, self.low, self.high)
+            around = self.keep_inside(around, self.low, self.high)
             around[..., ~self.free] = best[0, ~self.free]
             few = self.find_deciding_rows(best, counts, rows)
             value = self.rate_promising(around.reshape(-1, 4), counts, rows, few, np.repeat(worth, AROUND))
@@ -329,7 +373,7 @@ class Search:
         place = best.place.pack_array()
         time, rows = self._estimate_seconds(place), np.union1d(self.choose_first_rows(), self.find_worst_rows(place))
         for _ in range(ROUNDS):
-            around = np.clip(place + width * random.uniform(-1, 1, (AROUND, 4)), self.low, self.high)
+            around = self.keep_inside(place + width * random.uniform(-1, 1, (AROUND, 4)), self.low, self.high)
             around[:, ~self.free] = place[~self.free]
             legal = self.rate(around, counts, rows) >= ENOUGH
             for candidate in around[legal]:

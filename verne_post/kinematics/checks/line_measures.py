@@ -121,4 +121,4 @@ def find_solvable(line: JointPath, shifts: Array, end_only: bool) -> Mask:
     """At which of some places of the part, or of the end alone (n, 3), the ends and the middle can be solved."""
     few = np.tile([0.0, 0.5, 1.0], len(shifts))
     there = replace(line, pose=_MovedPose(line, np.repeat(shifts, 3, axis=0), end_only))
-    return np.asarray(there.solve(np.zeros(len(few), dtype=int), few).ok.reshape(-1, 3).all(axis=1))
+    return np.asarray(there.find_solvable(np.zeros(len(few), dtype=int), few).reshape(-1, 3).all(axis=1))

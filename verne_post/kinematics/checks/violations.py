@@ -119,7 +119,7 @@ def report_limit(contour: Contour, check: Check, worst: Worst, cause: Ints | Non
         levels.append(("warning", [element for element in value_of if element not in set(bad)], check.warn))
     findings = []
     what = check.axis if check.code.startswith("VP10") and check.axis else check.name
-    if check.code == "VP202" and check.axis:
+    if check.code in ("VP202", "VP214") and check.axis:
         what = f"{check.name} ({check.axis})"
     unit = f" {check.unit}" if check.unit else ""
     for severity, elements, limit in levels:
