@@ -198,8 +198,8 @@ def _is_told(kept_plane: Finding, errors: list[Finding]) -> bool:
 
 def _place_at_word(source: Text, item: Finding) -> Finding:
     """An error without a column, at the word of its line that an edit of it replaces."""
-    edit = next((one for one in item.edits if one.word is not None and one.line == item.line), None)
-    if item.column is not None or edit is None or edit.word is None:
+    edit = next((one for one in item.edits if one.word[0] and one.line == item.line), None)
+    if item.column is not None or edit is None:
         return item
     word = find_word_of(decode_line(take_line(source, item.line or 0) or b""), *edit.word)
     return item if word is None else replace(item, column=word.start() + 1)
