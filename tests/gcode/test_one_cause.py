@@ -1151,3 +1151,25 @@ def test_g91_names_the_line_below_which_g90_is_missing() -> None:
     (found,) = vp.check(text, "verne", options).findings
     assert "G91 of line 5 is active: write G90 below line 5 if places are meant" in found.message
     assert [(one.value, one.line, one.way) for one in found.edits] == [("G90", 5, "below")]
+
+
+@pytest.mark.parametrize("angles", ["I0. J2S. K0.", "I. J20. K0.", "J#", "X"])
+def test_a_plane_that_cannot_be_read_does_not_also_lack_its_angles(angles: str) -> None:
+    """The warning had no column either, and an editor showed nothing at all."""
+    text = (
+        f"%\nO1\nG21 G90 G17\nT1 M6\nS900 M3\nG0 G43 H1 X0. Y0. Z90.\nG68.2 X0. Y0. Z0. {angles}\nG53.1\nG69\nM30\n%\n"
+    )
+    options = vp.Options(tools={1: 80}, wcs={1: vp.WorkOffset((0.0, 0.0, 60.0))}, dialect="fanuc")
+    told = vp.check(text, "verne", options).findings
+    assert [one.code for one in told if one.line == 7] == ["VP001"]
+    assert all(one.column is None or one.column > 0 for one in told)
+
+
+@pytest.mark.parametrize("end", ["SPC", "SPC+", "SPC MOVE DIST0 FMAX", "SPB+0 SPC+0"])
+def test_an_angle_of_a_plane_that_is_still_typed_ends_the_check(end: str) -> None:
+    """SPC was taken for a misspelt SPC, again and again."""
+    head = "BEGIN PGM A MM\nTOOL CALL 1 Z S900\nL X+0 Y+0 Z+90 R0 FMAX M3\n"
+    text = f"{head}PLANE SPATIAL SPA+0 SPB+0 {end}\nEND PGM A MM\n"
+    options = vp.Options(tools={1: 80}, wcs={1: vp.WorkOffset((0.0, 0.0, 60.0))}, dialect="heidenhain")
+    told = vp.check(text, "verne", options).findings
+    assert next(one.line for one in told if one.severity == "error") == 4

@@ -82,7 +82,7 @@ def drop_letter(message: str) -> str:
 def correct_word(text: str, error: ProgramError) -> str | None:
     """A line with the word that the error says is meant; None where it says none."""
     correction = find_correction(error.message)
-    if correction is None or error.column is None or error.column < 1:
+    if correction is None or error.column is None or error.column < 1 or correction[0].upper() == correction[1].upper():
         return None
     begin = error.column - 1
     end = begin + len(correction[0])

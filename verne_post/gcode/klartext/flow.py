@@ -278,7 +278,7 @@ class _KlartextRun:
             except ProgramError as error:
                 errors.append(error)
                 corrected_line = None if stop.first_error else correct_line(parts[0], error)
-                if corrected_line is None:
+                if corrected_line is None or len(errors) > len(parts[0]):  # more words than it can have
                     break
                 parts[0] = corrected_line
         for number in reversed(range(len(errors) - 1)):

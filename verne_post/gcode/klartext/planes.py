@@ -163,7 +163,9 @@ class KlartextPlanes:
                 if word is not None and (lack := _INCOMPLETE.get(word[1])):
                     message = f"{word[1]} {lack}"
                 missing = [name for name in _NEEDS.get(words.kind, ()) if name not in words.values]
-                if word is not None and len(missing) == 1 and word[1][:-1] == missing[0][:-1]:
+                if word is not None and word[1] in missing:
+                    message = f"{word[1]} without a number; write {word[1]}+0 if it is 0"
+                elif word is not None and len(missing) == 1 and word[1][:-1] == missing[0][:-1]:
                     message = f"{word[1]}: no word of PLANE {words.kind}; did you mean {missing[0]}?"
                 raise statement.error("VP001", message, len(text[:at]) + len(text[at:]) - len(text[at:].lstrip()))
             if match.group("flag"):

@@ -31,6 +31,8 @@ from verne_post.gcode.rs274.interpreter import Rs274
 from verne_post.gcode.rs274.values import LINEAR
 from verne_post.model.moves import AXES, ZERO9
 
+#: Codes of words that are missing or too many: beside what has been left out of a block they follow from that.
+OF_WORDS: Final = ("VP005", "VP006")
 #: So many errors of one block.
 _MAX_TRIES: Final = 8
 _COMMENTS: Final = re.compile(r"\([^()]*\)?|;.*", re.DOTALL)
@@ -101,7 +103,7 @@ class Recovery:
             is_reported = bool(unknown_axes & self.uncertain)
             self.uncertain |= unknown_axes
             return is_reported
-        return bool(errors) and error.code in ("VP005", "VP006")  # words beside what has been left out of the block
+        return bool(errors) and error.code in OF_WORDS  # words beside what has been left out of the block
 
     # --- what the block needs is assumed ----------------------------------------------------------
 

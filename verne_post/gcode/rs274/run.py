@@ -13,7 +13,7 @@ from verne_post.gcode.program_error import ProgramError, end_with
 from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.rs274.flow import Flow
 from verne_post.gcode.rs274.interpreter import Rs274
-from verne_post.gcode.rs274.recovery import Recovery
+from verne_post.gcode.rs274.recovery import OF_WORDS, Recovery
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.templates import find_word_columns
 from verne_post.gcode.text import Chunk, ProgramText, decode_line
@@ -127,6 +127,9 @@ class _BlockRun:
         finally:
             if len(warnings) > first:
                 _find_columns_of_warnings(warnings, first, chunk.read_raw(row))
+        if errors:  # what is missing beside them may be in what was left out
+            for key in [key for key in list(warnings)[first:] if key[1] in OF_WORDS]:
+                del warnings[key]
         for found in errors:
             _find_column(found, chunk.read_raw(row))
         flow.repeats.count(text, line, line, interpreter.recorder.count - moves)
@@ -152,7 +155,7 @@ class _BlockRun:
     def _execute_corrected(self, text: str, error: ProgramError, line: int) -> list[ProgramError]:
         """Execute a line as it is meant; its errors have the columns of the line as it stands."""
         # which words belong to a mistyped code is not known
-        later_errors = [found for found in self._read_and_execute(text, line) if found.code not in ("VP005", "VP006")]
+        later_errors = [found for found in self._read_and_execute(text, line) if found.code not in OF_WORDS]
         for found in later_errors:
             _find_column(found, text.encode())
         shift_back(error, later_errors)
