@@ -165,9 +165,9 @@ def list_remedies(item: Finding, program: str) -> list[str]:
     if item.severity != "error":
         return []
     command = f"`verne-post explain {make_printable(program)}:{item.line}`"
-    explain = f"{command} explains this line and what would bring it within limits"
+    explain = f"{command}, with the same options, explains this line and what would bring it within limits"
     if item.code == "VP216":  # often a line before it is at fault
-        explain = f"{command} explains this line and tries other ends and a higher Z"
+        explain = f"{command}, with the same options, explains this line and tries other ends and a higher Z"
     # where a plane needs a tilt far beyond the travel, the line cannot be executed, and there is no pose to explain
     has_pose = item.line and (item.value is not None or item.code not in ("VP102", "VP103"))
     # what no trial is needed for was not tried

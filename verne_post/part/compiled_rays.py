@@ -289,7 +289,7 @@ def _put(low: Any, high: Any, a: Any, b: Any) -> Any:
 
 
 @_compile
-def _overlap(low: Any, high: Any, a: Any, b: Any) -> Any:
+def _has_material(low: Any, high: Any, a: Any, b: Any) -> Any:
     """Whether there is material between ``a`` and ``b``."""
     found = False
     for k in range(len(low)):
@@ -373,6 +373,6 @@ def touch(
             _meet_row(edges, corners, level, radius, bottom, cell, i, j0, j1, start, end, axis, stock, enter, leave)
             for j in range(j0, j1):
                 a, b, more = enter[j - j0], leave[j - j0], rows[i, j]
-                if _overlap(low[i, j], high[i, j], a, b) or (more and _overlap(more_low[more], more_high[more], a, b)):
+                if _has_material(low[i, j], high[i, j], a, b) or (more and _has_material(more_low[more], more_high[more], a, b)):
                     found[row] = True
                     break
