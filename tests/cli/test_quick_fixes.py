@@ -526,6 +526,17 @@ def test_an_open_bracket_of_a_formula_has_its_edit(inspector: Inspector, tmp_pat
     assert underlined == "(" and [new for _path, new, _settles in made.values()] == [text]
 
 
+@pytest.mark.parametrize(
+    ("written", "edits"), [("#10l-1.5", [f"{FANUC}#101=2.\n#101=#101-1.5\nM30\n"]), ("#10L-1.5", [])]
+)
+def test_the_rest_of_an_expression_is_not_to_be_removed(
+    inspector: Inspector, tmp_path: Path, written: str, edits: list[str]
+) -> None:
+    """#101=#10 is a value that the program does not mean."""
+    _told, _word, made = look(inspector, tmp_path / "a.nc", f"{FANUC}#101=2.\n#101={written}\nM30\n")
+    assert [new for _path, new, _settles in made.values()] == edits
+
+
 def ask(inspector: Inspector, path: Path, text: str, place: str, setup: str = SETUP) -> str:
     """What is shown of the word at the | of a place of a text."""
     path.write_text(text, "utf-8")

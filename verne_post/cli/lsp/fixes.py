@@ -47,6 +47,8 @@ _PATH_OF_KLARTEXT: Final = re.compile(r"\s*(?:\d+\s+)?L\b[^;]*")
 _NUMBER_OF_TOML: Final = re.compile(
     r"(\S+): a decimal comma; write (\S+)|= '([-+]?\d+(?:\.\d+)?)': expected a (?:whole )?number"
 )
+#: What stands before the rest of an expression: without that, a variable would get another value.
+_REST_OF_VALUE: Final = re.compile(r"#[^=]*=.*[\w.\])>]$")
 #: What stands in a new line of a file until it is filled in: a wrong value, whose message says what is right.
 _TO_FILL_IN: Final = '"measure"'
 #: Findings that are mistakes of a program much more often than of the place of its part: a depth with a digit too many.
@@ -357,7 +359,8 @@ def _propose_fixes(found: Inspected, item: Finding, setup: Path | None, texts: M
         yield Fix(title, found.path, text, 0, len(text), pointed_text)
     if item.code == "VP006" and item.column is not None:
         begin, end = _find_span(item, text)
-        yield Fix(f"Remove {text[begin:end].strip()}", found.path, text, begin, end, "")
+        if _REST_OF_VALUE.search(text[:begin].rpartition("\n")[2]) is None:
+            yield Fix(f"Remove {text[begin:end].strip()}", found.path, text, begin, end, "")
 
 
 def _spell(found: Inspected, item: Finding, remedy: Remedy) -> Iterator[Fix]:
