@@ -549,6 +549,26 @@ def ask(inspector: Inspector, path: Path, text: str, place: str, setup: str = SE
     return said.split("\n")[0].partition("**: ")[2]
 
 
+def test_hover_of_a_value_of_a_call_names_its_parameter(inspector: Inspector, tmp_path: Path) -> None:
+    text = f"{SIEMENS}FACE(30,-9)\nM30\n%_N_FACE_SPF\nPROC FACE(REAL SAFE, REAL LOW)\nG1 X=SAFE Y=LOW F500\nRET\n"
+    assert ask(inspector, tmp_path / "a.mpf", text, "FACE(|30") == "REAL SAFE of FACE"
+    assert ask(inspector, tmp_path / "a.mpf", text, "30,|-9") == "REAL LOW of FACE"
+
+
+def test_hover_of_s_beside_tool_call_does_not_say_that_the_spindle_stands(inspector: Inspector, tmp_path: Path) -> None:
+    """M3 cannot stand in that line."""
+    text = f"{KLARTEXT}3 M30\n4 END PGM T MM\n"
+    assert ask(inspector, tmp_path / "a.h", text, "Z |S1000").endswith("1000 1/min")
+
+
+def test_a_misspelt_value_of_a_proc_line_is_corrected_there(inspector: Inspector, tmp_path: Path) -> None:
+    body = "G1 X=BOTTOM F500\nX=BOTTOM+1\nRET\n"
+    text = f"{SIEMENS}UP(2)\nM30\n%_N_UP_SPF\nPROC UP(REAL BOTTOM)\n{body}"
+    wrong = text.replace("REAL BOTTOM", "REAL BOTOM")
+    _message, _word, made = look(inspector, tmp_path / "a.mpf", wrong)
+    assert made["Write BOTTOM in place of BOTOM in the PROC line 8"][1:] == (text, True)
+
+
 SPLINES = (
     f"{NGC}G1 X1 F500\nG5.2 X2 Y0 P1 L3\nX4 Y5 P2\nX6 Y0 P1\nG5.3\nG3 X10 Y4 R6\nX1 Y2 I-3 J4\n"
     "G5 X9 Y3 I2 J3 P-4 Q-5\nG90.1 G2 X5 Y1 I3 J2\n#1=#5420\nM2\n"
