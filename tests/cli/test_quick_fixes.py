@@ -640,3 +640,35 @@ def test_no_operation_of_a_tool_begins_behind_the_end(name: str) -> None:
     assert tools
     for tool in tools:
         assert tool.children and all(one.range.start.line <= end for one in tool.children)
+
+
+@pytest.mark.parametrize(
+    ("name", "head", "lines", "end"),
+    [
+        ("a.ngc", NGC, ("#1=[2+3]*2", "o1 if [#1 GT 2]"), "M2\n"),
+        ("a.nc", FANUC, ("#101=[2.+3.]*2.", "IF[#1GT2]GOTO5"), "M30\n%\n"),
+        ("a.mpf", SIEMENS, ('CYCLE800(0,"",10,57)', "FOR PASS = 1 TO 4"), "M30\n"),
+        ("a.h", KLARTEXT, ("PLANE SPATIAL SPA+0", "CALL LBL 1 REP 3"), "4 M30\n5 END PGM T MM\n"),
+        ("a.apt", "PARTNO T\nUNITS/MM\n", ("CYCLE/DRILL,DEPTH,5", "GOTO/1,0,60"), "FINI\n"),
+    ],
+)
+def test_every_beginning_of_a_line_is_checked(
+    inspector: Inspector, tmp_path: Path, name: str, head: str, lines: tuple[str, ...], end: str
+) -> None:
+    """An editor checks what is typed: each answer comes, and each place that it names is one of the text."""
+    path, n_found = tmp_path / name, 0
+    path.write_text("", "utf-8")
+    Path(f"{path}.toml").write_text(SETUP, "utf-8")
+    for line in lines:
+        for length in range(1, len(line) + 1):
+            text = f"{head}{line[:length]}\n{end}"
+            rows = text.split("\n")
+            for item in inspector.check(path, {path: text}, threading.Event(), only_cause=True).findings:
+                assert item.column is None or item.column >= 1, (text, item)
+                assert item.line is None or item.file or 1 <= item.line <= len(rows), (text, item)
+                place = find_range(item, rows)
+                begin, last = place.start, place.end
+                assert (begin.line, begin.character) <= (last.line, last.character), (text, item)
+                assert last.line < len(rows) and last.character <= len(rows[last.line]), (text, item)
+                n_found += 1
+    assert n_found > sum(map(len, lines)) // 2
