@@ -555,6 +555,35 @@ def test_hover_of_a_value_of_a_call_names_its_parameter(inspector: Inspector, tm
     assert ask(inspector, tmp_path / "a.mpf", text, "30,|-9") == "REAL LOW of FACE"
 
 
+LOOP = f"{SIEMENS}G1 X5 F500\nR1=1\nFOR PASS=1 TO 4\nR1=R1+1\nENDFOR\nR2=R1\nM30\n"
+CALLS = f"{FANUC}G1 X5. F500.\n#1=10.\nM98 P40002\nM30\nO2\n#1=#1-2.\nM99\n%\n"
+REPEATS = f"{KLARTEXT}3 L X+5 F500\n4 Q1=1\n5 LBL 1\n6 Q1=Q1+1\n7 CALL LBL 1 REP 3\n8 M30\n9 END PGM T MM\n"
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "place", "said"),
+    [
+        ("a.mpf", LOOP, "|R1=R1+1", "2 after this line, in the first of 4 passes"),
+        ("a.mpf", LOOP, "|PASS=1", "1 after this line, in the first of 4 passes"),
+        ("a.mpf", LOOP, "|R1=1", "1 after this line"),
+        ("a.nc", CALLS, "|#1=#1", "8 after this line, in the first of 4 passes"),
+        ("a.h", REPEATS, "|Q1=Q1", "2 after this line, in the first of 4 passes"),
+    ],
+)
+def test_a_value_of_a_line_without_motion_names_the_passes(
+    inspector: Inspector, tmp_path: Path, name: str, text: str, place: str, said: str
+) -> None:
+    told = ask(inspector, tmp_path / name, text, place)
+    assert told == f"variable; {said}"
+
+
+def test_unlike_passes_are_counted(inspector: Inspector, tmp_path: Path) -> None:
+    """The moves alone did not tell how many: a cycle in another plane begins with other moves."""
+    holes = "O2\nG0 Z30.\nG82 X-15. Y5. Z-9. R3. P300 F250.\nX0.\nG80 G0 Z30.\nM99\n%\n"
+    text = f"{FANUC}M98 P2\nG0 Z50. A-25.\nG68.2 X0. Y0. Z0. I0. J25. K0.\nM98 P2\nG69\nM30\n{holes}"
+    assert ask(inspector, tmp_path / "a.nc", text, "|X0.\nG80").endswith(", in the first of 2 passes")
+
+
 def test_hover_of_s_beside_tool_call_does_not_say_that_the_spindle_stands(inspector: Inspector, tmp_path: Path) -> None:
     """M3 cannot stand in that line."""
     text = f"{KLARTEXT}3 M30\n4 END PGM T MM\n"

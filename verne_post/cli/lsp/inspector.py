@@ -13,7 +13,7 @@ import click
 import numpy as np
 from msgspec import Struct, field, structs
 
-from verne_post.app.assemble import build_interpreter_setup, find_state_if_executed
+from verne_post.app.assemble import build_interpreter_setup, count_executions, find_state_if_executed
 from verne_post.app.convert import Inspection, check_and_keep
 from verne_post.app.explain import look_at_line
 from verne_post.app.explain_line import describe_modes, describe_pose
@@ -43,6 +43,7 @@ from verne_post.model.options import Options
 from verne_post.output.findings import Report, format_outcome
 from verne_post.output.policy import Policy, apply_policy
 
+_FOR: Final = re.compile(r"[ \t]*(?:N\d+[ \t]*)?FOR\b", re.IGNORECASE)
 #: A name with values in parentheses: a call, or the PROC line that it leads to.
 _CALL: Final = re.compile(r"([A-Za-z_]\w*)[ \t]*\(([^()]*)\)")
 #: What ends a check: something is wrong in a file, or with what the server was started with.
@@ -277,7 +278,9 @@ class Inspector:
         context = (dialect, text, state, place, found.machine, found.options)
         about = "" if address is None else describe_address(address, *context)
         said = []
-        passes = "" if shown is None or not shown.is_repeated else f", in the first of {shown.describe_passes()}"
+        passes = f", in the first of {shown.describe_passes()}" if shown is not None and shown.is_repeated else ""
+        if state is not None and (passes.endswith("several passes") or (shown is None and (variable or about))):
+            passes = self._describe_executions(found, line) or passes
         is_name = address is not None and about and column < address.value_begin
         if variable and not is_name and (of_variable := describe_variable(variable, state, dialect, text)):
             said.append(f"**{variable}**: {of_variable}{passes}")
@@ -315,6 +318,14 @@ class Inspector:
         if there is None or isinstance(there, Path):
             return "" if there is None else f"calls the file {there.name}"
         return f"leads to line {there.line + 1}: `{split_lines(found.text)[there.line].strip()}`"
+
+    def _describe_executions(self, found: Inspected, line: int) -> str:
+        """Of how many passes of a line the first is told; empty for one alone, and where errors end the program."""
+        if found.made.program is None:
+            return ""
+        is_head = _FOR.match(split_lines(found.text)[line - 1]) is not None  # executed once, for all passes below it
+        count = count_executions(found.source, found.made.program, line + is_head)
+        return f", in the first of {count} passes" if count > 1 else ""
 
     def _describe_argument(self, found: Inspected, line: int, column: int) -> str:
         """Which value of its subprogram a value of a call gives; empty elsewhere."""
