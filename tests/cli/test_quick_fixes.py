@@ -553,6 +553,8 @@ def test_hover_of_a_value_of_a_call_names_its_parameter(inspector: Inspector, tm
     text = f"{SIEMENS}FACE(30,-9)\nM30\n%_N_FACE_SPF\nPROC FACE(REAL SAFE, REAL LOW)\nG1 X=SAFE Y=LOW F500\nRET\n"
     assert ask(inspector, tmp_path / "a.mpf", text, "FACE(|30") == "REAL SAFE of FACE"
     assert ask(inspector, tmp_path / "a.mpf", text, "30,|-9") == "REAL LOW of FACE"
+    told = ask(inspector, tmp_path / "a.mpf", text.replace("30,-9", "30 -9"), "FACE(|30")  # a comma is missing
+    assert told == "REAL SAFE of FACE; the call gives 1 of 2 values"
 
 
 LOOP = f"{SIEMENS}G1 X5 F500\nR1=1\nFOR PASS=1 TO 4\nR1=R1+1\nENDFOR\nR2=R1\nM30\n"

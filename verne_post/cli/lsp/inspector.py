@@ -339,7 +339,10 @@ class Inspector:
         begins = [call.start(2), *(call.start(2) + one.end() for one in re.finditer(",", call[2]))]
         number = sum(begin <= column for begin in begins) - 1
         values, names = call[2].split(","), head[2].split(",")
-        return f"**{values[number].strip()}**: {names[number].strip()} of {call[1]}" if number < len(names) else ""
+        if number >= len(names):
+            return ""
+        few = f"; the call gives {len(values)} of {len(names)} values" if len(values) < len(names) else ""
+        return f"**{values[number].strip()}**: {names[number].strip()} of {call[1]}{few}"
 
     def _find_state(self, found: Inspected, line: int, text: str) -> State | None:
         """What holds after a line; None for one without words, and where nothing leads to it."""
