@@ -186,4 +186,4 @@ def _is_number(match: re.Match[str], line: str) -> bool:
     head, number = match[1].strip().upper(), match[2].lstrip("-+").upper()
     if any(sign.isdigit() for sign in number):
         return bool(head) or number[0] != "O"
-    return head in _BEFORE_ZERO and re.match(r"[^\W\d]|\[", line[match.end() :]) is None  # PO[X] is a polynomial
+    return head in _BEFORE_ZERO and re.match(r"[^\W\d]|[(\[]", line[match.end() :]) is None  # no PO[X], FOO(1)
