@@ -526,6 +526,17 @@ def test_an_open_bracket_of_a_formula_has_its_edit(inspector: Inspector, tmp_pat
     assert underlined == "(" and [new for _path, new, _settles in made.values()] == [text]
 
 
+@pytest.mark.parametrize(
+    ("written", "edits"), [("#10l-1.5", [f"{FANUC}#101=2.\n#101=#101-1.5\nM30\n"]), ("#10L-1.5", [])]
+)
+def test_the_rest_of_an_expression_is_not_to_be_removed(
+    inspector: Inspector, tmp_path: Path, written: str, edits: list[str]
+) -> None:
+    """#101=#10 is a value that the program does not mean."""
+    _told, _word, made = look(inspector, tmp_path / "a.nc", f"{FANUC}#101=2.\n#101={written}\nM30\n")
+    assert [new for _path, new, _settles in made.values()] == edits
+
+
 def ask(inspector: Inspector, path: Path, text: str, place: str, setup: str = SETUP) -> str:
     """What is shown of the word at the | of a place of a text."""
     path.write_text(text, "utf-8")
@@ -536,6 +547,57 @@ def ask(inspector: Inspector, path: Path, text: str, place: str, setup: str = SE
     said = inspector.describe_line(found, line, at - text.rfind("\n", 0, at) - 1)
     assert said is not None
     return said.split("\n")[0].partition("**: ")[2]
+
+
+def test_hover_of_a_value_of_a_call_names_its_parameter(inspector: Inspector, tmp_path: Path) -> None:
+    text = f"{SIEMENS}FACE(30,-9)\nM30\n%_N_FACE_SPF\nPROC FACE(REAL SAFE, REAL LOW)\nG1 X=SAFE Y=LOW F500\nRET\n"
+    assert ask(inspector, tmp_path / "a.mpf", text, "FACE(|30") == "REAL SAFE of FACE"
+    assert ask(inspector, tmp_path / "a.mpf", text, "30,|-9") == "REAL LOW of FACE"
+    told = ask(inspector, tmp_path / "a.mpf", text.replace("30,-9", "30 -9"), "FACE(|30")  # a comma is missing
+    assert told == "REAL SAFE of FACE; the call gives 1 of 2 values"
+
+
+LOOP = f"{SIEMENS}G1 X5 F500\nR1=1\nFOR PASS=1 TO 4\nR1=R1+1\nENDFOR\nR2=R1\nM30\n"
+CALLS = f"{FANUC}G1 X5. F500.\n#1=10.\nM98 P40002\nM30\nO2\n#1=#1-2.\nM99\n%\n"
+REPEATS = f"{KLARTEXT}3 L X+5 F500\n4 Q1=1\n5 LBL 1\n6 Q1=Q1+1\n7 CALL LBL 1 REP 3\n8 M30\n9 END PGM T MM\n"
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "place", "said"),
+    [
+        ("a.mpf", LOOP, "|R1=R1+1", "2 after this line, in the first of 4 passes"),
+        ("a.mpf", LOOP, "|PASS=1", "1 after this line, in the first of 4 passes"),
+        ("a.mpf", LOOP, "|R1=1", "1 after this line"),
+        ("a.nc", CALLS, "|#1=#1", "8 after this line, in the first of 4 passes"),
+        ("a.h", REPEATS, "|Q1=Q1", "2 after this line, in the first of 4 passes"),
+    ],
+)
+def test_a_value_of_a_line_without_motion_names_the_passes(
+    inspector: Inspector, tmp_path: Path, name: str, text: str, place: str, said: str
+) -> None:
+    told = ask(inspector, tmp_path / name, text, place)
+    assert told == f"variable; {said}"
+
+
+def test_unlike_passes_are_counted(inspector: Inspector, tmp_path: Path) -> None:
+    """The moves alone did not tell how many: a cycle in another plane begins with other moves."""
+    holes = "O2\nG0 Z30.\nG82 X-15. Y5. Z-9. R3. P300 F250.\nX0.\nG80 G0 Z30.\nM99\n%\n"
+    text = f"{FANUC}M98 P2\nG0 Z50. A-25.\nG68.2 X0. Y0. Z0. I0. J25. K0.\nM98 P2\nG69\nM30\n{holes}"
+    assert ask(inspector, tmp_path / "a.nc", text, "|X0.\nG80").endswith(", in the first of 2 passes")
+
+
+def test_hover_of_s_beside_tool_call_does_not_say_that_the_spindle_stands(inspector: Inspector, tmp_path: Path) -> None:
+    """M3 cannot stand in that line."""
+    text = f"{KLARTEXT}3 M30\n4 END PGM T MM\n"
+    assert ask(inspector, tmp_path / "a.h", text, "Z |S1000").endswith("1000 1/min")
+
+
+def test_a_misspelt_value_of_a_proc_line_is_corrected_there(inspector: Inspector, tmp_path: Path) -> None:
+    body = "G1 X=BOTTOM F500\nX=BOTTOM+1\nRET\n"
+    text = f"{SIEMENS}UP(2)\nM30\n%_N_UP_SPF\nPROC UP(REAL BOTTOM)\n{body}"
+    wrong = text.replace("REAL BOTTOM", "REAL BOTOM")
+    _message, _word, made = look(inspector, tmp_path / "a.mpf", wrong)
+    assert made["Write BOTTOM in place of BOTOM in the PROC line 8"][1:] == (text, True)
 
 
 SPLINES = (
@@ -609,3 +671,35 @@ def test_no_operation_of_a_tool_begins_behind_the_end(name: str) -> None:
     assert tools
     for tool in tools:
         assert tool.children and all(one.range.start.line <= end for one in tool.children)
+
+
+@pytest.mark.parametrize(
+    ("name", "head", "lines", "end"),
+    [
+        ("a.ngc", NGC, ("#1=[2+3]*2", "o1 if [#1 GT 2]"), "M2\n"),
+        ("a.nc", FANUC, ("#101=[2.+3.]*2.", "IF[#1GT2]GOTO5"), "M30\n%\n"),
+        ("a.mpf", SIEMENS, ('CYCLE800(0,"",10,57)', "FOR PASS = 1 TO 4"), "M30\n"),
+        ("a.h", KLARTEXT, ("PLANE SPATIAL SPA+0", "CALL LBL 1 REP 3"), "4 M30\n5 END PGM T MM\n"),
+        ("a.apt", "PARTNO T\nUNITS/MM\n", ("CYCLE/DRILL,DEPTH,5", "GOTO/1,0,60"), "FINI\n"),
+    ],
+)
+def test_every_beginning_of_a_line_is_checked(
+    inspector: Inspector, tmp_path: Path, name: str, head: str, lines: tuple[str, ...], end: str
+) -> None:
+    """An editor checks what is typed: each answer comes, and each place that it names is one of the text."""
+    path, n_found = tmp_path / name, 0
+    path.write_text("", "utf-8")
+    Path(f"{path}.toml").write_text(SETUP, "utf-8")
+    for line in lines:
+        for length in range(1, len(line) + 1):
+            text = f"{head}{line[:length]}\n{end}"
+            rows = text.split("\n")
+            for item in inspector.check(path, {path: text}, threading.Event(), only_cause=True).findings:
+                assert item.column is None or item.column >= 1, (text, item)
+                assert item.line is None or item.file or 1 <= item.line <= len(rows), (text, item)
+                place = find_range(item, rows)
+                begin, last = place.start, place.end
+                assert (begin.line, begin.character) <= (last.line, last.character), (text, item)
+                assert last.line < len(rows) and last.character <= len(rows[last.line]), (text, item)
+                n_found += 1
+    assert n_found > sum(map(len, lines)) // 2

@@ -51,6 +51,9 @@ def find_errors(run: Callable[..., Any], tmp_path: Path, name: str, lines: str) 
         ("p.h", "L X+5 Y+1O", "Y+1O", "Y+10", 7),
         ("p.apt", "GOTO/1O,0,60", "1O", "10", 6),
         ("p.nc", "G1 X 1O. Y2.", "X 1O.", "X10.", 4),
+        ("p.nc", "GOO Z12.", "GOO", "G00", 1),
+        ("p.nc", "G4 PO", "PO", "P0", 4),
+        ("p.h", "PLANE SPATIAL SPA+0 SPB+0 SPCO MOVE", "SPCO", "SPC0", 27),
     ],
 )
 def test_a_number_with_another_character(

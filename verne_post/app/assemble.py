@@ -217,6 +217,14 @@ def find_state_if_executed(source: Text, program: Program, line: int) -> State |
     return state if is_reached else None
 
 
+def count_executions(source: Text, program: Program, line: int) -> int:
+    """How often a line of a program is executed, in calls and loops too."""
+    setup = add_table(build_interpreter_setup(program.machine, program.options), program.moves)
+    trace = LineTrace(counted_line=line)
+    replay(source, setup, program.moves, StopConditions(trace=trace))
+    return trace.n_counted
+
+
 def _select_text_options(options: Options) -> dict[str, Any]:
     """What concerns the text of a program alone, by the names of :class:`~verne_post.gcode.setup.TextOptions`."""
     try:

@@ -185,6 +185,8 @@ class LineTrace(Struct):
     """
 
     spans: list[tuple[int, int, bool]] = field(default_factory=list)
+    counted_line: int = 0  #: The line of the program, also in a call, whose executions are counted.
+    n_counted: int = 0
     is_met: bool = False  #: The execution has ended where a stop condition was met, also in a call.
 
     def add(self, first: int, last: int, *, may_restart: bool) -> None:
@@ -270,6 +272,8 @@ def run_program(run: Run, execution: Execution, setup: Setup, stop: StopConditio
             moves = execution.recorder.count
             last, errors = run.execute(chunk, stop)
             errors = execution.drop_consequences(errors, chunk, range(line, min(last, chunk.end_line)), moves)
+            if stop.trace is not None and text is calls.main and line <= stop.trace.counted_line < last:
+                stop.trace.n_counted += 1
             if in_main and stop.trace is not None:
                 span_end = last if chunk.lines.plain[line - chunk.first_line] else line + 1  # a stretch, or a statement
                 stop.trace.add(line, span_end, may_restart=restart)

@@ -16,7 +16,7 @@ from verne_post.model.findings import Finding, Remedy
 
 #: An address, and a number that has the letter O, or a comma with digits on both sides.
 _LETTER_O: Final = re.compile(
-    r"(?<![A-Z_])((?:[A-Z]{1,2}\d*[ \t]*=|[A-Z]{1,2})[ \t]*|[A-Z]{3}|)([-+]?(?=[\d.]*O)[\dO]*\.?[\dO]*)", re.IGNORECASE
+    r"(?<![A-Z_])((?:[A-Z]{1,2}\d*[ \t]*=|[A-Z]{1,2}?)[ \t]*|[A-Z]{3}|)([-+]?(?=[\d.]*O)[\dO]*\.?[\dO]*)", re.IGNORECASE
 )
 _COMMA: Final = re.compile(
     r"(?<![A-Z\d.,])((?:[A-Z]{1,2}\d*[ \t]*=|[A-Z]{1,2})[ \t]*|)([-+]?\d+,\d+)(?![\d.,(])", re.IGNORECASE
@@ -46,7 +46,9 @@ _TWICE: Final = re.compile(r"(?<![A-Z\d_])([A-Z])\1([-+]?(?:\d+\.?\d*|\.\d+))(?!
 #: Characters of such a word, so that long lines of digits take no time.
 _LONGEST: Final = 40
 #: Letters after which an O alone is a zero: GO, XO. After others it is a word, such as DO and TO.
-_BEFORE_ZERO: Final = "ABCFGHIJKMRXYZ"
+_BEFORE_ZERO: Final = (*"ABCFGHIJKMPQRSXYZ", "SPA", "SPB", "SPC")
+#: A small L for 1 in the number of a variable, before a sign: with what follows it is taken for a word L.
+_VARIABLE_WITH_L: Final = re.compile(r"#\d+l(?=[ \t]*[-+])")
 _MEANT_CHARACTERS: Final = str.maketrans({"O": "0", "o": "0", ",": "."})
 #: Errors of text that cannot be read.
 _UNREADABLE: Final = ("VP001", "VP002")
@@ -116,6 +118,11 @@ def _say_what_is_meant(source: Text, item: Finding, has_long_codes: bool) -> Fin
         found = _find_number(text, item.column, has_long_codes=has_long_codes)
         if found is not None:
             item = replace(item, code="VP001", message=found[0], column=found[1] + 1)
+    elif item.code == "VP006":
+        for match in _VARIABLE_WITH_L.finditer(text):
+            if match.end() == item.column:
+                message, begin, *_words = _report(match, "the letter l in a number", f"{match[0][:-1]}1")
+                item = replace(item, code="VP001", message=message, column=begin + 1)
     correction, begin = find_correction(item.message), (item.column or 1) - 1
     if correction is None or item.edits:
         return item
@@ -179,4 +186,4 @@ def _is_number(match: re.Match[str], line: str) -> bool:
     head, number = match[1].strip().upper(), match[2].lstrip("-+").upper()
     if any(sign.isdigit() for sign in number):
         return bool(head) or number[0] != "O"
-    return len(head) == 1 and head in _BEFORE_ZERO and not line[match.end() : match.end() + 1].isalpha()
+    return head in _BEFORE_ZERO and re.match(r"[^\W\d]|[(\[]", line[match.end() :]) is None  # no PO[X], FOO(1)

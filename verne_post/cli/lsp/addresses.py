@@ -183,7 +183,7 @@ def describe_address(
             place = Place(np.array(state.position), state.frame, state.tool_axis is None)
         values = [] if place is None else list(_describe_axis(AXES.index(axis), place, machine))
     else:
-        values = [] if state is None else list(_find_values(address, dialect, state, options))
+        values = [] if state is None else list(_find_values(address, dialect, state, options, block))
         if not values and (shown := _show_value(address, state)) != address.value:
             values = [] if _IS_NUMBER.fullmatch(address.value.replace(",", ".")) else [shown]
     return "; ".join([meaning, *values])
@@ -243,14 +243,16 @@ def _find_meaning(name: str, dialect: str) -> str:
     return LETTERS.get(name, "")
 
 
-def _find_values(address: Address, dialect: str, state: State, options: Options) -> Iterator[str]:
+def _find_values(address: Address, dialect: str, state: State, options: Options, block: str) -> Iterator[str]:
     """What holds of it after its line."""
+    beside_tool_call = re.search(r"\bTOOL[ \t]+CALL\b", block, re.IGNORECASE) is not None
     if address.name == "F" and state.feed > 0.0:
         inverse = f"the move takes 1/{state.feed:g} min"
         units = {FeedMode.PER_MINUTE: "mm/min", FeedMode.PER_REVOLUTION: "mm per turn of the spindle"}
         yield f"{state.feed:g} {units[state.feed_mode]}" if state.feed_mode in units else inverse
     elif address.name in ("S", "S1"):
         direction = f", {'left' if state.spindle_reversed else 'right'}" if state.spindle_on else ", the spindle stands"
+        direction = "" if beside_tool_call and not state.spindle_on else direction  # M3 cannot stand there
         yield f"{state.spindle_speed:g} {name_unit_of_speed(state).get('unit', '1/min')}{direction}"
     elif (number := _find_tool(address, dialect, state, options)) is not None:
         yield _describe_tool(number, address, state, options)

@@ -47,6 +47,9 @@ _PATH_OF_KLARTEXT: Final = re.compile(r"\s*(?:\d+\s+)?L\b[^;]*")
 _NUMBER_OF_TOML: Final = re.compile(
     r"(\S+): a decimal comma; write (\S+)|= '([-+]?\d+(?:\.\d+)?)': expected a (?:whole )?number"
 )
+#: What stands before the rest of an expression: without that, a variable would get another value.
+_REST_OF_VALUE: Final = re.compile(r"#[^=]*=.*[\w.\])>]$")
+_PROC: Final = re.compile(r"[ \t]*(?:N\d+[ \t]*)?PROC\b", re.IGNORECASE)
 #: What stands in a new line of a file until it is filled in: a wrong value, whose message says what is right.
 _TO_FILL_IN: Final = '"measure"'
 #: Findings that are mistakes of a program much more often than of the place of its part: a depth with a digit too many.
@@ -351,13 +354,15 @@ def _propose_fixes(found: Inspected, item: Finding, setup: Path | None, texts: M
             begin += name.start()
             end, title = begin + len(name[0]), f"Write {near} in place of {name[0]}"
             yield Fix(title, found.path, text, begin, end, near, spells=True)
+            yield from _spell_in_proc(found, item, near, name[0])
     if item.code == "VP038":
         pointed_text = add_points(text)
         title = f"Write the point behind {format_count(len(pointed_text) - len(text), 'number')} without one"
         yield Fix(title, found.path, text, 0, len(text), pointed_text)
     if item.code == "VP006" and item.column is not None:
         begin, end = _find_span(item, text)
-        yield Fix(f"Remove {text[begin:end].strip()}", found.path, text, begin, end, "")
+        if _REST_OF_VALUE.search(text[:begin].rpartition("\n")[2]) is None:
+            yield Fix(f"Remove {text[begin:end].strip()}", found.path, text, begin, end, "")
 
 
 def _spell(found: Inspected, item: Finding, remedy: Remedy) -> Iterator[Fix]:
@@ -378,6 +383,18 @@ def _spell(found: Inspected, item: Finding, remedy: Remedy) -> Iterator[Fix]:
         title = f"Write {remedy.value} in place of {word[0]} in line {remedy.line}"
         is_choice = remedy.is_choice
         yield Fix(title, found.path, found.text, at, at + len(word[0]), remedy.value, spells=True, is_choice=is_choice)
+
+
+def _spell_in_proc(found: Inspected, item: Finding, wrong: str, right: str) -> Iterator[Fix]:
+    """The name of a value in the PROC line of a subprogram, as the subprogram writes it."""
+    lines = split_lines(found.text)[: item.line]
+    procs = (number for number in range(len(lines) - 1, -1, -1) if _PROC.match(lines[number]))
+    number = next(procs, None) if item.code == "VP025" else None
+    word = None if number is None else re.search(rf"(?<!\w){re.escape(wrong)}(?!\w)", lines[number], re.IGNORECASE)
+    if number is not None and word is not None:
+        at = _find_offset(found.text, number) + word.start()
+        title = f"Write {right} in place of {word[0]} in the PROC line {number + 1}"
+        yield Fix(title, found.path, found.text, at, at + len(word[0]), right, spells=True)
 
 
 def _write_before(found: Inspected, item: Finding, remedy: Remedy) -> Iterator[Fix]:

@@ -13,7 +13,7 @@ import click
 import numpy as np
 from msgspec import Struct, field, structs
 
-from verne_post.app.assemble import build_interpreter_setup, find_state_if_executed
+from verne_post.app.assemble import build_interpreter_setup, count_executions, find_state_if_executed
 from verne_post.app.convert import Inspection, check_and_keep
 from verne_post.app.explain import look_at_line
 from verne_post.app.explain_line import describe_modes, describe_pose
@@ -43,6 +43,9 @@ from verne_post.model.options import Options
 from verne_post.output.findings import Report, format_outcome
 from verne_post.output.policy import Policy, apply_policy
 
+_FOR: Final = re.compile(r"[ \t]*(?:N\d+[ \t]*)?FOR\b", re.IGNORECASE)
+#: A name with values in parentheses: a call, or the PROC line that it leads to.
+_CALL: Final = re.compile(r"([A-Za-z_]\w*)[ \t]*\(([^()]*)\)")
 #: What ends a check: something is wrong in a file, or with what the server was started with.
 _MISTAKES: Final = (InputError, click.UsageError, UsageError, FileError)
 #: Keys and tables at the top of machine files, and how many of them make one of a TOML file of any name.
@@ -275,7 +278,9 @@ class Inspector:
         context = (dialect, text, state, place, found.machine, found.options)
         about = "" if address is None else describe_address(address, *context)
         said = []
-        passes = "" if shown is None or not shown.is_repeated else f", in the first of {shown.describe_passes()}"
+        passes = f", in the first of {shown.describe_passes()}" if shown is not None and shown.is_repeated else ""
+        if state is not None and (passes.endswith("several passes") or (shown is None and (variable or about))):
+            passes = self._describe_executions(found, line) or passes
         is_name = address is not None and about and column < address.value_begin
         if variable and not is_name and (of_variable := describe_variable(variable, state, dialect, text)):
             said.append(f"**{variable}**: {of_variable}{passes}")
@@ -290,6 +295,8 @@ class Inspector:
             here = [word for word in words if word.begin <= column < word.end]
             values = [f"- {one}" for word in here for one in describe_values(word.name, dialect)]
             said = [f"**{word.name}**: {word.text}" for word in here] + ["\n".join(values)] * bool(values)
+        if dialect == "siemens" and (argument := self._describe_argument(found, line, column)):
+            said.append(argument)
         if there := self._describe_definition(found, line, column):
             said.append(there)
         in_force = "" if state is None or found.machine is None else describe_modes(state, found.machine)
@@ -311,6 +318,31 @@ class Inspector:
         if there is None or isinstance(there, Path):
             return "" if there is None else f"calls the file {there.name}"
         return f"leads to line {there.line + 1}: `{split_lines(found.text)[there.line].strip()}`"
+
+    def _describe_executions(self, found: Inspected, line: int) -> str:
+        """Of how many passes of a line the first is told; empty for one alone, and where errors end the program."""
+        if found.made.program is None:
+            return ""
+        is_head = _FOR.match(split_lines(found.text)[line - 1]) is not None  # executed once, for all passes below it
+        count = count_executions(found.source, found.made.program, line + is_head)
+        return f", in the first of {count} passes" if count > 1 else ""
+
+    def _describe_argument(self, found: Inspected, line: int, column: int) -> str:
+        """Which value of its subprogram a value of a call gives; empty elsewhere."""
+        lines = split_lines(found.text)
+        code = remove_remarks(lines[line - 1], "siemens")
+        call = next((one for one in _CALL.finditer(code) if one.start(2) <= column < one.end(2)), None)
+        there = None if call is None else self.find_definition(found, line - 1, call.start(1), with_variables=False)
+        head = _CALL.search(lines[there.line]) if isinstance(there, Named) else None
+        if call is None or head is None:
+            return ""
+        begins = [call.start(2), *(call.start(2) + one.end() for one in re.finditer(",", call[2]))]
+        number = sum(begin <= column for begin in begins) - 1
+        values, names = call[2].split(","), head[2].split(",")
+        if number >= len(names):
+            return ""
+        few = f"; the call gives {len(values)} of {len(names)} values" if len(values) < len(names) else ""
+        return f"**{values[number].strip()}**: {names[number].strip()} of {call[1]}{few}"
 
     def _find_state(self, found: Inspected, line: int, text: str) -> State | None:
         """What holds after a line; None for one without words, and where nothing leads to it."""
