@@ -151,7 +151,10 @@ def test_the_letter_o_in_the_number_of_a_parameter(tmp_path: Path, run: Callable
         (("stops.nc", *PLACE), "Write one file of setpoints for each part between two stops: --split-at-stops"),
         # 10: the part too low, too far: the limit and its excess, and where to go on
         (("check", "low.nc", "--tool-length", 60), "below the table face"),
-        (("check", "far.nc", *PLACE), "`verne-post explain far.nc:5`, with the same options, explains this line and what would"),
+        (
+            ("check", "far.nc", *PLACE),
+            "`verne-post explain far.nc:5`, with the same options, explains this line and what",
+        ),
     ],
 )
 def test_likely_mistakes(

@@ -186,4 +186,6 @@ def _is_number(match: re.Match[str], line: str) -> bool:
     head, number = match[1].strip().upper(), match[2].lstrip("-+").upper()
     if any(sign.isdigit() for sign in number):
         return bool(head) or number[0] != "O"
+    if len(number) > 1 and head not in ("G", "M"):  # FOO is a name, GOO is G00
+        return False
     return head in _BEFORE_ZERO and re.match(r"[^\W\d]|[(\[]", line[match.end() :]) is None  # no PO[X], FOO(1)

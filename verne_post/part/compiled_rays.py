@@ -373,6 +373,7 @@ def touch(
             _meet_row(edges, corners, level, radius, bottom, cell, i, j0, j1, start, end, axis, stock, enter, leave)
             for j in range(j0, j1):
                 a, b, more = enter[j - j0], leave[j - j0], rows[i, j]
-                if _has_material(low[i, j], high[i, j], a, b) or (more and _has_material(more_low[more], more_high[more], a, b)):
+                has = _has_material(low[i, j], high[i, j], a, b)
+                if has or (more and _has_material(more_low[more], more_high[more], a, b)):
                     found[row] = True
                     break
