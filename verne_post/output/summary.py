@@ -59,7 +59,7 @@ def list_remarks(summary: Summary) -> list[str]:
     ]
 
 
-def tell_unchecked(text: str) -> tuple[str, ...]:
+def format_unchecked(text: str) -> tuple[str, ...]:
     """The line below the verdict on a program that is refused."""
     return (f"NOT CHECKED: {make_printable(text)}",) if text else ()
 
