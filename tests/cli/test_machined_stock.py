@@ -116,3 +116,35 @@ def test_a_rapid_out_of_a_rounded_corner_is_clear_in_rows_too(slot, run):
     done = slot(*BOX)
     assert "VP216" not in done.err
     assert done.code == 0
+
+
+@pytest.mark.parametrize("command", [("check",), ("convert", "-o", "b.csv")])
+def test_a_refused_program_says_that_its_cutter_was_a_line(slot, run, command):
+    """A rapid through solid stock had a depth of 0.15 mm, and nothing said that no diameter was known."""
+    words = (*command, "slot.nc", "--wcs", "G54=0,0,60", *BOX)
+    thin = "the width of tool 1: without a diameter it is a line"
+    depth = r"material lies up to ([\d.]+) mm inside it(.*)"
+    Path("t.tbl").write_text("T1 P1 Z100 ;\n", encoding="utf-8")
+    done = run(*words, "--tool-table", "t.tbl")
+    said = done.out + done.err
+    assert done.code == 1
+    assert re.search(rf"refused: .*\n  NOT CHECKED: contact with fixtures: .*; {thin}\n", said)
+    found = re.search(depth, said)
+    assert float(found[1]) < 0.2
+    assert found[2] == " (the cutter as a thin line: no diameter is given)"
+    Path("t.tbl").write_text("T1 P1 Z100 D12 ;\n", encoding="utf-8")
+    done = run(*words, "--tool-table", "t.tbl")
+    said = done.out + done.err
+    assert "  NOT CHECKED: contact with fixtures: " in said
+    assert thin not in said
+    found = re.search(depth, said)
+    assert float(found[1]) > 5.9
+    assert found[2] == ""
+
+
+def test_a_program_that_cannot_be_read_has_no_line_of_what_was_not_checked(slot, run):
+    """Nothing of it was checked: the line would say that the rest was."""
+    Path("bad.nc").write_text("G21 G90\nG0 X\nM2\n", encoding="utf-8")
+    done = run("check", "bad.nc", *PLACE)
+    assert done.code != 0
+    assert "NOT CHECKED" not in done.out + done.err

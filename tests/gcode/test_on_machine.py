@@ -11,6 +11,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import verne_post
 from verne_post import check
 from verne_post.app.assemble import assemble, build_interpreter_setup, view_moves_plainly
 from verne_post.config.load import build_machine
@@ -266,6 +267,24 @@ def test_a_tilt_of_the_start_is_explained_in_a_subprogram_too(machine):
     ):
         assemble(program.format("L A+30 C+0 R0 FMAX").encode(), machine, options)
     assemble(program.format("L A+0 C+0 R0 FMAX").encode(), machine, options)
+
+
+def test_a_tilt_of_the_start_is_explained_by_the_plane_that_turns_a_first():
+    """Line 8 names no A: PLANE ... TURN turns it. A pocket was drilled."""
+    program = (
+        "BEGIN PGM T MM\nTOOL CALL 1 Z S900\nL Z-5 R0 FMAX M91\nL X+0 Y+0 R0 FMAX M3\n"
+        "CYCL DEF 251 P Q215=0 Q218=40 Q219=30 Q220=9 Q368=0 Q224=0 Q367=0 Q207=900 Q351=1 Q201=-6 Q202=3 Q369=0 "
+        "Q206=300 Q338=0 Q200=2 Q203=0 Q204=50 Q370=0.9 Q366=0 Q385=500\nCYCL CALL\nL Z+100 FMAX\n"
+        "PLANE SPATIAL SPA+0 SPB+25 SPC+0 TURN FMAX SEQ- TABLE ROT ; not A+25\nL X+0 Y+0 Z+60 FMAX\n"
+        "PLANE RESET STAY\nM30\nEND PGM T MM\n"
+    )
+    tools = {1: Tool(1, 1, (0.0, 0.0, 90.0, *(0.0,) * 6), 16.0)}
+    with pytest.raises(InputError) as caught:
+        assemble(program.encode(), verne_post.load_machine("hexapod"), Options(dialect="heidenhain", tools=tools))
+    (item,) = caught.value.findings
+    assert (item.code, item.line) == ("VP017", 6)
+    assert item.message.startswith("cycle 251 mills along Z, but the tool points along")
+    assert "; line 8 turns A, so the program starts with A -25: name A and C before line 6" in item.message
 
 
 def test_what_follows_from_an_unknown_radius_is_no_error_of_its_own(machine):

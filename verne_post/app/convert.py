@@ -33,6 +33,7 @@ from verne_post.model.verdict import NOT_PLANNED
 from verne_post.model.verification import Verification
 from verne_post.output.rounding import round_setpoints
 from verne_post.output.setpoints import name_columns
+from verne_post.output.summary import list_unchecked
 from verne_post.trajectory.sample import EventRows, RowSampler
 from verne_post.trajectory.shaper import shape_rows
 from verne_post.verification.verifier import MeasuredBlock, VerifierPart, join_verdicts
@@ -83,7 +84,13 @@ def _assemble_then(
             program = assemble(source, machine, options, team)
         except InputError as error:
             return refuse_program(error)
-        return go_on(program)
+        result = go_on(program)
+        return replace(
+            result,
+            unchecked="".join(
+                text for _key, text in list_unchecked(program.machine, program.options, program.moves.events)
+            ),
+        )
 
 
 def convert_program(

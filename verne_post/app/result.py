@@ -270,6 +270,9 @@ class Result:
         The comparison with the nominal part of the options.
     program, machine : str
         Their names; empty where the one was text, or the other not loaded.
+    unchecked : str
+        The bodies that were not checked for contact, of a program that is refused too; empty where all were, and where
+        the program could not be read.
     """
 
     findings: tuple[Finding, ...]
@@ -278,6 +281,7 @@ class Result:
     part: "Machined | None" = field(default=None)
     program: str = ""
     machine: str = ""
+    unchecked: str = ""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "findings", Findings(self.findings))

@@ -1,6 +1,6 @@
 """The stock as it is cut: which bodies that are in its box are in material at that time."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Final
 
 import numpy as np
@@ -31,6 +31,8 @@ CHORD_MM: Final = 0.1
 CHORD_ANGLE: Final = np.radians(0.5)
 #: Stands for a tool whose size nobody has given: thin, but no ray passes beside it unseen.
 WIRE: Final = Cylinder("cutter", 0.3)
+#: Said of it where it meets the stock.
+AS_LINE: Final = " (the cutter as a thin line: no diameter is given)"
 #: Where the tip goes less than this, mm, the place of a contact is an angle.
 SHORT_WAY_MM: Final = 0.1
 #: Spans of a program that is out of limits beside contacts with the stock: more are not cut, which may take minutes.
@@ -79,7 +81,7 @@ def settle_stock(
     report = None if progress is None else lambda done: progress("cutting the stock", done, total)
     cut = cut_stock(stock, spans, tools, box.distance, report)
     cut = replace(cut, touches=tuple(one for one in cut.touches if one.span >= skipped))
-    settled = list(report_touches(cut, box.name, box.distance, float(stock.cell.max())))
+    settled = list(report_touches(cut, spans, tools, box.name, box.distance, float(stock.cell.max())))
     return [*begun, *(item for item in found if item not in open_), *settled]
 
 
@@ -115,7 +117,7 @@ def _check_start(program: Program, joints: JointPath, keep_out: KeepOut, box: Pl
     line = int(moves.line[np.flatnonzero(named)[-1]])
     text = (
         f"the cutter stands in {box.name} after the rapid traverse of line {line}, to the first place of the program: "
-        f"material lies up to {depth:.3f} mm inside it"
+        f"material lies up to {depth:.3f} mm inside it{AS_LINE * tools[int(spans.tool[0])].is_line}"
     )
     lines = {"line": line, "last_line": line, "worst_line": line}
     return [make_finding("VP216", text, **lines, value=-depth, limit=0.0, unit="mm")]
@@ -203,10 +205,12 @@ def count_chords(joints: JointPath) -> Array:
 def build_tool(shape: ToolShape, length: float, machine: Machine) -> Tool:
     """Cutter, shank, holder and spindle about the axis of a tool of this length, mm."""
     pieces = build_pieces(shape or (WIRE,), length, joined=False)
-    return group_pieces([*pieces, *build_spindle(machine, length)])
+    return replace(group_pieces([*pieces, *build_spindle(machine, length)]), is_line=not shape)
 
 
-def report_touches(cut: Cut, name: str, keep_off: float, cell: float) -> Iterator[Finding]:
+def report_touches(
+    cut: Cut, spans: Spans, tools: Sequence[Tool], name: str, keep_off: float, cell: float
+) -> Iterator[Finding]:
     """Findings, one for each body and stretch of neighbouring spans; of bodies that do not cut, of neighbouring lines.
 
     What may touch is not told in lines in which the same body certainly does.
@@ -218,7 +222,8 @@ def report_touches(cut: Cut, name: str, keep_off: float, cell: float) -> Iterato
         lines = {k for part in stretches for k in range(part[0].line, part[-1].line + 1)}
         stretches += _split_touches([one for one in own if one.depth != one.depth and one.line not in lines])
         for part in stretches:
-            yield _make_finding(part, name, keep_off, cell)
+            is_line = body == "cutter" and any(tools[int(spans.tool[one.span])].is_line for one in part)
+            yield _make_finding(part, name, keep_off, cell, AS_LINE if is_line else "")
 
 
 def _split_touches(touches: list[Touch]) -> Iterator[list[Touch]]:
@@ -234,7 +239,7 @@ def _split_touches(touches: list[Touch]) -> Iterator[list[Touch]]:
         begin = k
 
 
-def _make_finding(touches: list[Touch], name: str, keep_off: float, cell: float) -> Finding:
+def _make_finding(touches: list[Touch], name: str, keep_off: float, cell: float, remark: str) -> Finding:
     worst = max(touches, key=lambda one: np.nan_to_num(one.depth))
     lines = {
         "line": touches[0].line,
@@ -252,12 +257,12 @@ def _make_finding(touches: list[Touch], name: str, keep_off: float, cell: float)
             what = f"runs into {name}{when}: the contact {begins}; material lies up to {worst.depth:.3f} mm inside it"
         else:
             what = f"passes {name}{when} at {-worst.depth:.3f} mm, nearer than {keep_off:g} mm: this {begins}"
-        text = f"the {worst.body} {what}"
+        text = f"the {worst.body} {what}{remark}"
         return make_finding(
             "VP216", text, **lines, value=-worst.depth, limit=keep_off, unit="mm", contact=touches[0].tip
         )
     text = (
         f"the {worst.body}{when} may touch {name} at that time: it passes nearer than the resolution of {cell:.3g} mm "
-        "can tell"
+        f"can tell{remark}"
     )
     return make_finding("VP216", text, severity="warning", **lines)

@@ -224,7 +224,7 @@ def _check_one(
     from verne_post.app.result import refuse_program
     from verne_post.model.findings import InputError, make_finding
     from verne_post.output.findings import Report
-    from verne_post.output.summary import list_remarks
+    from verne_post.output.summary import format_unchecked, list_remarks
 
     shown, begin = show_name(name), time.perf_counter()
     source: Text = b""
@@ -238,7 +238,7 @@ def _check_one(
         except (click.UsageError, Unreadable) as error:
             result = refuse_program(InputError(*files.find_lines([make_finding("VP022", str(error))])))
     seconds = result.summary.cycle_time if result.summary else None
-    remarked = tuple(list_remarks(result.summary)) if result.summary else ()
+    remarked = tuple(list_remarks(result.summary)) if result.summary else format_unchecked(result.unchecked)
     elapsed = time.perf_counter() - begin
     return Report(shown, files.find_lines(result.findings), seconds, source, remarked, elapsed_s=elapsed)
 

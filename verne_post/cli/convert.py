@@ -60,7 +60,7 @@ def command(
         outputs.check_parts(files, asked=bool(given.get("split_at_stops")))
 
     from verne_post.output.findings import format_outcome
-    from verne_post.output.summary import format_summary
+    from verne_post.output.summary import format_summary, format_unchecked
 
     with show_progress("reading", quiet=quiet) as progress:
         result, added = convert_to_files(source, machine, options, outputs, files, progress)
@@ -70,4 +70,5 @@ def command(
             say(format_summary(result.summary, added))
         else:
             say(f"{format_outcome(name, result.findings)}; nothing was written\n")
+            say("".join(f"  {text}\n" for text in format_unchecked(result.unchecked)))
     return result.exit_code

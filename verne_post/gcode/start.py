@@ -1,5 +1,6 @@
 """Where a program starts: the position at which the machine must stand before the first block, from opening lines."""
 
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Final, NamedTuple
@@ -7,7 +8,8 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from verne_post.base.arrays import Array
-from verne_post.base.long_text import Text
+from verne_post.base.long_text import Text, take_line
+from verne_post.base.program_lines import remove_remarks
 from verne_post.base.tolerances import START_POSE_MM, ZERO_ANGLE
 from verne_post.base.units import DEG_PER_RAD
 from verne_post.gcode.dialect import Dialect
@@ -196,8 +198,12 @@ class _Opening:
         if is_called and "the tool points along" not in item.message:
             return item
         letter = AXES[tilt]
+        # a plane turns the axis without its letter
+        text = remove_remarks((take_line(self.source, opening) or b"").decode("latin-1"))
+        is_named = re.search(rf"(?<![A-Z]){letter}\s*[-+=.\[#\dQ]", text, re.IGNORECASE)
+        first = f"{letter} is named first in line {opening}" if is_named else f"line {opening} turns {letter}"
         why = (
-            f"; {letter} is named first in line {opening}, so the program starts with {letter} {start[tilt]:g}: name "
+            f"; {first}, so the program starts with {letter} {start[tilt]:g}: name "
             f"{self.setup.both_rotary} before {'the call of ' * is_called}line {item.line}"
         )
         angles = _spell_angles([axis for axis in self.setup.rotary if AXES[axis] in self.setup.axes], start)

@@ -49,7 +49,19 @@ Facts = Sequence[tuple[str, str]]
 def list_remarks(summary: Summary) -> list[str]:
     """What a person must compare with the machine: tools, offsets, bodies."""
     slow = _describe_feed(summary) if summary.feed_reached < summary.feed_segments else ()
-    return [f"{key}: {text}" for key, text in (*_list_unchecked(summary), *slow, *_describe_setup(summary))]
+    return [
+        f"{key}: {text}"
+        for key, text in (
+            *list_unchecked(summary.machine, summary.options, summary.events),
+            *slow,
+            *_describe_setup(summary),
+        )
+    ]
+
+
+def format_unchecked(text: str) -> tuple[str, ...]:
+    """The line below the verdict on a program that is refused."""
+    return (f"NOT CHECKED: {make_printable(text)}",) if text else ()
 
 
 def format_summary(summary: Summary, added: Facts = ()) -> str:
@@ -86,7 +98,7 @@ def name_verdict(summary: Summary) -> str:
 def list_facts(summary: Summary) -> list[tuple[str, str]]:
     """Facts of a conversion by key: start position, time, tolerance, limits, assumed values, and what to do."""
     return [
-        *_list_unchecked(summary),
+        *list_unchecked(summary.machine, summary.options, summary.events),
         ("start position", _describe_first_row(summary)),
         *_restart(summary),
         *_describe_dry_run(summary),
@@ -481,13 +493,13 @@ def _describe_arc_feeds(summary: Summary) -> Facts:
 
 def _keep_out(summary: Summary) -> Facts:
     """What is kept out of."""
-    names, options = _list_bodies(summary), summary.options
+    options = summary.options
+    names = _list_bodies(options)
     cut = f" (as the lines before {options.from_line} have cut it)" if options.stock and options.from_line else ""
     return [("kept out of", ", ".join(names) + cut)] if names else []
 
 
-def _list_bodies(summary: Summary) -> list[str]:
-    options = summary.options
+def _list_bodies(options: Options) -> list[str]:
     return [box.name for box in options.keep_out] + ([options.stock.name] if options.stock else [])
 
 
@@ -497,21 +509,20 @@ def list_absent_bodies(options: Options) -> list[str]:
     return [f"contact with {' and '.join(absent)}: the set-up gives none"] if absent else []
 
 
-def _list_unchecked(summary: Summary) -> Facts:
+def list_unchecked(machine: Machine, options: Options, events: Sequence[Event]) -> Facts:
     """Bodies that nothing is known of: fixtures and stock, and those of machine and tools whose size is not known."""
-    options, bodies = summary.options, summary.machine.bodies
-    none = list_absent_bodies(options)
-    if not _list_bodies(summary):
+    bodies, none = machine.bodies, list_absent_bodies(options)
+    if not _list_bodies(options):
         return [("NOT CHECKED", none[0])]
-    used = {number for _change, number in list_tool_changes(summary.events)} or {0}
+    used = {number for _change, number in list_tool_changes(events)} or {0}
     tools = options.tools or {}
-    named = name_tools(summary.events)
+    named = name_tools(events)
     thin = [
         describe_tool_number(number, named) if number else "the tool"
         for number in sorted(used)
         if number not in options.tool_shapes and not (number in tools and tools[number].diameter > 0)
     ]
-    has_rods = summary.machine.has_rods
+    has_rods = machine.has_rods
     unknown = ["spindle"] if bodies is None or bodies.spindle_radius is None else []
     unknown += ["platform"] if has_rods and (bodies is None or bodies.platform is None) else []
     unknown += ["rods"] if has_rods and (bodies is None or bodies.rod_radius is None) else []

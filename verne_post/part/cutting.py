@@ -58,6 +58,7 @@ class Tool(Struct, frozen=True, eq=False):
 
     cutter: tuple[Piece, ...]
     others: Mapping[str, tuple[Piece, ...]]
+    is_line: bool = False  #: No diameter is given: the cutter is a thin line.
 
     def list_bodies(self, *, with_cutter: bool) -> Iterator[tuple[str, tuple[Piece, ...]]]:
         """What has to keep out of the stock."""

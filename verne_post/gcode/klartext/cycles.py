@@ -83,7 +83,8 @@ class KlartextCycles:
         self.frames.check_upright(f"cycle {number}")
         if (tool := self.core.find_tilted_tool()) is not None:
             remedy = self.core.recorder.explain_plane("position the rotary axes first (PLANE ... MOVE or TURN)")
-            text = f"cycle {number} drills along Z, but {tool}: it would be dragged sideways; {remedy}"
+            does = "mills" if number in (208, *MILLED, *THREADS) else "drills"
+            text = f"cycle {number} {does} along Z, but {tool}: it would be dragged sideways; {remedy}"
             raise ProgramError("VP017", text, edits=self.core.recorder.list_plane_edits())
         for name in (Q.CLEARANCE, Q.SECOND_CLEARANCE, Q.UPPER_STOP, Q.LOWER_STOP):
             if q.get(name, 0.0) < 0:
