@@ -134,7 +134,7 @@ class HexapodMachine(Struct, frozen=True, dict=True, eq=False):
 
     @property
     def no_reach(self) -> str:
-        """What keeps a pose out of reach: struts have a length for every pose, rods no place on their rails for some."""
+        """What keeps a pose out of reach: struts have a length for every pose, rods not."""
         most = f"{self.legs.largest_turn_deg:g} degrees from home"
         if self.legs.rods is None:
             return f"the platform would turn {most} or more (carrier.largest_turn_deg)"
