@@ -284,6 +284,10 @@ def test_a_contact_is_left_by_the_move_that_the_check_offers(
     x, y, z = (float(number) for number in wcs[1].partition("=")[2].split(",")[:3])
     assert 15.0 < np.linalg.norm([x, y, z - 60.0]) < largest
     assert "z" not in words or (x, y) == (0.0, 0.0)
+    if "margin" in words:
+        refused = told(run("fit", *given, "G54=0,0,60", *words, "--json"))["refused"]
+        assert f"--wcs {refused}, is refused by the check" in answer.out
+        assert run("check", *given, refused).code == 1
 
 
 def test_what_it_says_of_the_largest_margin_is_what_it_finds_when_asked(fit_travel: Callable[..., Any]) -> None:

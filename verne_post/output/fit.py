@@ -186,6 +186,7 @@ def make_json(program: str, machine: Machine, proposal: Proposal) -> str:
             "margin": blank_nonfinite(proposal.largest.smallest),
             "moved": _measure_shift(proposal, proposal.largest.place),
         },
+        "refused": None if proposal.refused is None else _write_wcs_option(proposal, proposal.refused),
         "block": _write_g10_block(proposal, machine),
         "seconds": {"before": proposal.seconds_before, "after": proposal.seconds},
         "margins": [
