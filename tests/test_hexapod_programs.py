@@ -153,6 +153,24 @@ def test_legs_beyond_their_cones_are_one_finding_that_names_each(run: Runner) ->
     assert "as for VP214" not in refused
 
 
+@pytest.mark.parametrize(
+    ("machine", "said"),
+    [
+        ("hexapod", "the platform would turn 60 degrees from home or more (carrier.largest_turn_deg)"),
+        ("hexaglide", "no slider position satisfies the rod lengths with the platform turned less than 60 degrees"),
+        ("tricept", "the central leg would turn 60 degrees from home or more (carrier.largest_turn_deg)"),
+        ("verne", "no slider position satisfies the rod lengths"),
+    ],
+)
+def test_out_of_reach_is_said_in_the_words_of_the_machine(machine: str, said: str, run: Runner, tmp_path: Path) -> None:
+    """Struts have a length for every pose: what bounds them is a turn."""
+    source = tmp_path / "part.nc"
+    end = "A120" if machine == "hexapod" else "Y6000"
+    source.write_text(f"G21 G90\nG0 X0 Y0 Z50 A0 C0\nG1 {end} F1000\nM2\n", encoding="utf-8")
+    refused = run("check", source, "--machine", machine, "--tool-length", "50").out
+    assert f"part.nc:3: VP110 error: out of reach: {said}" in refused
+
+
 def test_an_approach_comes_from_joint_values(run: Runner, tmp_path: Path) -> None:
     """Eight values: the last two choose the turn of C. The file begins there, and goes back along the tool to machine Z
     0.

@@ -31,6 +31,25 @@ TILTED = (
     "G0 Z90\n"
     "M2\n"
 )
+#: A level part beside a vise.
+LEVEL = """%
+G21 G90 G54
+T1 M6
+S5000 M3
+G0 X-60 Y0 A0 C0
+G43 H1 Z50
+G0 Z-5
+G0 X-20
+G1 X20 F900
+G0 Y18
+G0 X-15 Z-28
+G1 X-35 F500
+G0 Z-26
+G0 X60
+G0 Z80
+M30
+%
+"""
 
 
 def told(answer: Any) -> dict[str, Any]:
@@ -244,6 +263,31 @@ def test_the_smallest_move_is_legal_and_none_near_the_start_is(
     for way in ways:
         x, y, z = np.array([0.0, 0.0, 420.0]) + 0.9 * np.linalg.norm(shift) * way / np.linalg.norm(way)
         assert not verne_post.check(TRAVEL[0], machine, Options(tool_length=50.0, wcs={1: WorkOffset((x, y, z))})).ok
+
+
+@pytest.mark.parametrize(("words", "largest"), [((), 18.8), (("--free", "z"), 39.5), (("--maximise", "margin"), 18.8)])
+def test_a_contact_is_left_by_the_move_that_the_check_offers(
+    words: tuple[str, ...], largest: float, run: Callable[..., Any], tmp_path: Path
+) -> None:
+    """No margin sees the vise: the place of the largest one is in it, and was all that was tried."""
+    program = tmp_path / "level.nc"
+    program.write_text(LEVEL, encoding="utf-8")
+    Path(f"{program}.toml").write_text("[tools]\n1 = { length = 60, diameter = 12 }\n", encoding="utf-8")
+    given = (program, "--keep-out", "vise=-60,-40,20,-30,40,70", "--wcs")
+    answer = run("fit", *given, "G54=0,0,60", *words)
+    assert answer.code == 0
+    assert "the smallest move found" in answer.out
+    assert ("The place of the largest margin, --wcs G54=" in answer.out) == ("margin" in words)
+    wcs = re.search(r"^  --wcs (\S+)", answer.out, re.MULTILINE)
+    assert wcs is not None
+    assert run("check", *given, wcs[1]).code == 0
+    x, y, z = (float(number) for number in wcs[1].partition("=")[2].split(",")[:3])
+    assert 15.0 < np.linalg.norm([x, y, z - 60.0]) < largest
+    assert "z" not in words or (x, y) == (0.0, 0.0)
+    if "margin" in words:
+        refused = told(run("fit", *given, "G54=0,0,60", *words, "--json"))["refused"]
+        assert f"--wcs {refused}, is refused by the check" in answer.out
+        assert run("check", *given, refused).code == 1
 
 
 def test_what_it_says_of_the_largest_margin_is_what_it_finds_when_asked(fit_travel: Callable[..., Any]) -> None:

@@ -1,18 +1,19 @@
 """A work offset with which a program fits: sought on its points, proven by checking the whole program there."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Final
 
 import numpy as np
 
 from verne_post import gcode
-from verne_post.app.assemble import build_interpreter_setup
+from verne_post.app.assemble import assemble, build_interpreter_setup
 from verne_post.app.convert import check_source
 from verne_post.app.line_remedies import CONTACTS
 from verne_post.app.result import Progress, Result
 from verne_post.app.source_text import check_source_text
 from verne_post.app.table_places import lay_out
+from verne_post.app.tried_remedies import find_legal_offsets
 from verne_post.base.arrays import find_used
 from verne_post.base.long_text import Text
 from verne_post.base.units import RAD_PER_DEG
@@ -29,6 +30,7 @@ from verne_post.toolpath.smallest_move import SmallestMove
 from verne_post.toolpath.work_offset import (
     DECIMALS,
     Aim,
+    Fit,
     PartPoints,
     Place,
     Proposal,
@@ -42,6 +44,10 @@ from verne_post.toolpath.work_offset import (
 _ELSEWHERE = (3.0, -2.0, 1.0, 0.1)
 #: A part as large as the table may still be moved by this share of the table's radius.
 _LEAST = 0.1
+#: The way back from the largest margin is halved so often, each time with a check of the whole program.
+_HALVINGS: Final = 6
+#: A part is raised by these, mm, out of what it touches: what stands on the table ends at some height.
+_RAISED_MM: Final = (10.0, 20.0, 40.0, 80.0, 160.0)
 #: Places at which the reach of a machine without a table is sampled.
 _SAMPLED: Final = 20_000
 #: How far above the lowest place of the program its zero may be lifted, mm, unless a range says otherwise.
@@ -71,7 +77,8 @@ def propose(
         (low, high) by letter, mm and degrees; as :func:`~verne_post.model.option_checks.check_ranges` takes them.
     aim : {"move", "margin", "time"}
         The smallest move of the part, none where the program is within limits; the largest margin to every limit; or
-        the least time, with a small margin. Where no move is found, the place of the largest margin is judged.
+        the least time, with a small margin. Where the check refuses the place of one of the last two, the smallest
+        move; where no move is found, the place of the largest margin is judged.
     progress : callable, optional
 
     Raises
@@ -126,20 +133,23 @@ def propose(
     def check_at(place: Place, *, remedies: bool) -> Result:
         return check_source(source, machine, put_at_place(options, system, place), progress, remedies=remedies)
 
-    after, after_check = largest, None
+    after, result, refused = largest, None, None
     if aim == "time":
         after = search.evaluate(_round_place(search.find_fastest(largest).place, free), largest.counts)
-    elif aim == "move":
-        if before_check.ok and search.holds(here):
-            after, after_check = search.evaluate(here, largest.counts), before_check
-        else:
-            near = SmallestMove(search, here, largest.counts).propose() if largest.margins.min() >= 0.0 else ()
-            for numbers in near:
-                place = _round_place(Place(*numbers.tolist()), free)
-                if (tried := check_at(place, remedies=False)).ok:
-                    after, after_check = search.evaluate(place, largest.counts), tried
-                    break
-    result = check_at(after.place, remedies=True) if after_check is None else after_check
+    if aim == "move" and before_check.ok and search.holds(here):
+        after, result = search.evaluate(here, largest.counts), before_check
+    elif aim != "move":
+        result = check_at(after.place, remedies=True)
+    if result is None or not result.ok:
+        program = assemble(source, machine, options)
+        offered = find_legal_offsets(source, program, before_check.findings, free)
+        # what margins allow may be refused for a contact: so begin from what the check would offer as well
+        starts = [_place_of(offset) for _system, offset, left in offered if not left]
+        found = _find_smallest_move(SmallestMove(search, here, largest.counts), largest, starts, free, check_at)
+        if found is not None:
+            refused = None if result is None else after.place
+            after, result = search.evaluate(found[0], largest.counts), found[1]
+    result = result or check_at(after.place, remedies=True)
     fixed = _find_fixed_lines(moves, result)
     if fixed and all(item.line in fixed for item in before_check.findings if item.severity == "error"):
         after, result = search.evaluate(here, largest.counts), before_check  # nothing is gained elsewhere
@@ -151,8 +161,59 @@ def propose(
     ends = np.array([low, high]) / [1.0, 1.0, 1.0, RAD_PER_DEG]
     searched = {letter: tuple(ends[:, COORDINATES.index(letter)].tolist()) for letter in free}
     return Proposal(
-        system, aim, before, after, result.findings, seconds_before, seconds, largest, searched, turns, g10, fixed, room
+        system,
+        aim,
+        before,
+        after,
+        result.findings,
+        seconds_before,
+        seconds,
+        largest,
+        searched,
+        turns,
+        g10,
+        fixed,
+        room,
+        refused,
     )
+
+
+def _find_smallest_move(
+    smallest: SmallestMove, largest: Fit, offered: Sequence[Place], free: str, check_at: Callable[..., Result]
+) -> tuple[Place, Result] | None:
+    """The smallest move that the check of the whole program allows: by margins, of those offered, or on a way back.
+
+    The last is the way from the largest margin, or from where the part is raised, where that is nearer.
+    """
+    search, found = smallest.search, []
+
+    def is_right(place: Place) -> bool:
+        result = check_at(place, remedies=False)
+        if result.ok:
+            found.append((place, result))
+        return result.ok
+
+    def measure(place: Place) -> float:
+        return float(smallest.measure_size(place.pack_array()))
+
+    for numbers in smallest.propose() if largest.margins.min() >= 0.0 else ():
+        if is_right(_round_place(Place(*numbers.tolist()), free)):
+            break
+    nearest = min((measure(place) for place, _result in found), default=np.inf)
+    for place in sorted(offered, key=measure):
+        if measure(place) < nearest and search.holds(place) and is_right(place):
+            nearest = measure(place)
+            break
+    x, y, z, c = smallest.start.tolist()
+    raised = [Place(x, y, z + lift, c) for lift in _RAISED_MM if "z" in free and largest.margins.min() >= 0.0]
+    ends = (one for one in (largest.place, *raised) if measure(one) < nearest and search.holds(one) and is_right(one))
+    if (end := next(ends, None)) is not None:
+        way, low, high = end.pack_array() - smallest.start, 0.0, 1.0
+        for _ in range(_HALVINGS):
+            middle = 0.5 * (low + high)
+            place = _round_place(Place(*(smallest.start + middle * way).tolist()), free)
+            low, high = (low, middle) if search.holds(place) and is_right(place) else (middle, high)
+    return min(found, key=lambda one: measure(one[0]), default=None)
 
 
 def _find_fixed_lines(moves: Moves, result: Result) -> tuple[int, ...]:

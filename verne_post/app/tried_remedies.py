@@ -416,28 +416,43 @@ def _find_slip_of_setup(source: Text, program: Program, errors: Sequence[Finding
 
 def _find_offset(source: Text, program: Program, errors: Sequence[Finding]) -> tuple[Remedy, float] | None:
     """A work offset, as an option, with which the whole program was checked, and how far it moves the part, mm."""
-    concerned = _select_movable_errors(program, errors)
-    if not concerned:
+    found = next(find_legal_offsets(source, program, errors), None)
+    if found is None:
         return None
-    first = _find_line(program, guard_joints(program), concerned[0].line)
-    if first is None:
-        return None
+    system, offset, left = found
+    given = program.options.wcs.get(system)
+    moved_mm = np.array(offset.origin_mm) - np.array(given.origin_mm if given else (0.0, 0.0, 0.0))
+    name = name_system(system)
+    then = format_list((*offset.origin_mm, *([offset.turn_deg] if offset.turn_deg else [])))
+    moved = f"if the part is moved by {format_list(moved_mm)} mm (then {name} = {then})"
+    none_given = "no work offset was given; " if given is None else ""
+    what = f"the other errors are gone {moved}; {_name_left(left)}" if left else f"within limits {moved}"
+    return Remedy(f"{none_given}{what}", f"[{then}]", key=("wcs", name)), float(np.linalg.norm(moved_mm))
+
+
+def find_legal_offsets(
+    source: Text, program: Program, errors: Sequence[Finding], free: str = "xyz"
+) -> Iterator[tuple[int, WorkOffset, tuple[str, ...]]]:
+    """Work offsets with no errors left but tilt and rotary travel: the system, the offset, the codes that are left.
+
+    The part is moved along its z first, then along all of the axes in ``free``.
+    """
+    concerned = _select_movable_errors(program, _list_errors(errors))
+    first = _find_line(program, guard_joints(program), concerned[0].line) if concerned else None
+    if first is None or len(program.contour) > TRIED_ELEMENTS:
+        return
     system, turn = first.frame.system, first.frame.part_turn
     given = program.options.wcs.get(system)
     origin = np.array(given.origin_mm if given else (0.0, 0.0, 0.0))
     if np.abs(origin - np.array(program.machine.find_origin_on_table(first.frame))).max() > LIMIT_SLACK_MM:
-        return None  # the program sets its offset itself: no option moves it
-    for basis in (np.array([[0.0, 0.0, 1.0]]), np.eye(3)):  # a part is raised more easily than moved
-        found = _find_legal_origin(source, program, origin, system, turn, concerned, basis)
+        return  # the program sets its offset itself: no option moves it
+    axes = ["xyz".index(letter) for letter in free if letter in "xyz"]
+    for moved in dict.fromkeys((tuple({2}.intersection(axes)), tuple(axes))):  # a part is raised more easily than moved
+        basis = program.machine.coordinates.part_frame.T[list(moved)]
+        found = _find_legal_origin(source, program, origin, system, turn, concerned, basis) if moved else None
         if found is not None:
-            place, left = found
-            name, then = name_system(system), format_list((*place, *([turn] if turn else [])))
-            moved = f"if the part is moved by {format_list(place - origin)} mm (then {name} = {then})"
-            none_given = "no work offset was given; " if given is None else ""
-            what = f"the other errors are gone {moved}; {_name_left(left)}" if left else f"within limits {moved}"
-            remedy = Remedy(f"{none_given}{what}", f"[{then}]", key=("wcs", name))
-            return remedy, float(np.linalg.norm(place - origin))
-    return None
+            (x, y, z), left = found
+            yield system, WorkOffset((float(x), float(y), float(z)), turn), left
 
 
 def _find_legal_origin(

@@ -274,6 +274,10 @@ class Carrying(Protocol):
     def home(self) -> Array:
         """Joint values (n_joints,) with the carrier at home and the rotary joints at 0."""
 
+    @property
+    def no_reach(self) -> str:
+        """Why a pose is out of reach, in the words of its carrier."""
+
 
 class FiveAxis(Protocol):
     """The whole machine: parallel module and tilting rotary table, with TCP. Table frame, workpiece sense."""

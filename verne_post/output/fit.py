@@ -61,7 +61,7 @@ def _write_lines(program: str, machine: Machine, proposal: Proposal) -> Iterator
     wcs = _write_wcs_option(proposal, after.place)
     if fits:
         if any(_measure_shift(proposal, after.place)):
-            what = {"move": ", the smallest move found", "margin": "", "time": ""}[proposal.aim]
+            what = "" if proposal.aim != "move" and proposal.refused is None else ", the smallest move found"
             yield f"{program} on {machine.name} fits if the part is {_move_text(proposal, after.place)}{what}:"
         else:
             yield f"{program} on {machine.name} fits where the part is:"
@@ -71,6 +71,10 @@ def _write_lines(program: str, machine: Machine, proposal: Proposal) -> Iterator
         same = _write_g10_block(proposal, machine)
         if same is not None:
             yield f"  {same}    (in machine coordinates: in the program, in place of both)"
+        if proposal.refused is not None:
+            sought = "largest margin" if proposal.aim == "margin" else "least time"
+            there = _write_wcs_option(proposal, proposal.refused)
+            yield f"The place of the {sought}, --wcs {there}, is refused by the check, which sees contacts too."
     elif proposal.fixed_lines:
         lines = ", ".join(map(str, proposal.fixed_lines))
         one = len(proposal.fixed_lines) == 1
@@ -182,6 +186,7 @@ def make_json(program: str, machine: Machine, proposal: Proposal) -> str:
             "margin": blank_nonfinite(proposal.largest.smallest),
             "moved": _measure_shift(proposal, proposal.largest.place),
         },
+        "refused": None if proposal.refused is None else _write_wcs_option(proposal, proposal.refused),
         "block": _write_g10_block(proposal, machine),
         "seconds": {"before": proposal.seconds_before, "after": proposal.seconds},
         "margins": [

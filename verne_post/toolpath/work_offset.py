@@ -201,6 +201,9 @@ class Proposal(Struct, frozen=True, eq=False):
         Lines in machine coordinates with errors, which no work offset moves; margins do not count them.
     room : Room or None
         Where on a table the middle of what is cut was sought; None on a machine without a table.
+    refused : Place or None
+        The place of the largest margin or the least time, where the check refuses it and ``after`` is the smallest
+        move instead.
     text : str
         What ``fit`` says of it: what is printed.
     """
@@ -218,6 +221,7 @@ class Proposal(Struct, frozen=True, eq=False):
     g10: str = "rs274"
     fixed_lines: tuple[int, ...] = ()
     room: Room | None = None
+    refused: Place | None = None
     text: str = ""
 
     @property

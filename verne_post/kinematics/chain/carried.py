@@ -118,6 +118,12 @@ class CarriedMachine(Struct, frozen=True, eq=False):
             position = self._find_carrier(tip + (np.asarray(tool_length, dtype=float) + self.nose)[..., None] * axis)
             return ["VP203" if within else "VP110" for within in self.leg.is_within(position)]
 
+    @property
+    def no_reach(self) -> str:
+        """What keeps a pose out of reach: struts have a length for every pose."""
+        most = f"{self.leg.largest_turn_deg:g} degrees from home"
+        return f"the central leg would turn {most} or more (carrier.largest_turn_deg)"
+
     def inverse_all(self, tip: Array, axis: Array, tool_length: float) -> list[WholeSolution]:
         """Both solutions of a pose (3,), (3,) in the polar frame: the wrist on either side; first, the used one."""
         tip, axis = check_vectors(tip, "tip"), check_vectors(axis, "axis")

@@ -132,6 +132,14 @@ class HexapodMachine(Struct, frozen=True, dict=True, eq=False):
             within = self.legs.is_within(*self._find_platform_pose(tip, np.asarray(angles, dtype=float), tool_length))
         return ["VP203" if one else "VP110" for one in within]
 
+    @property
+    def no_reach(self) -> str:
+        """What keeps a pose out of reach: struts have a length for every pose, rods not."""
+        most = f"{self.legs.largest_turn_deg:g} degrees from home"
+        if self.legs.rods is None:
+            return f"the platform would turn {most} or more (carrier.largest_turn_deg)"
+        return f"no slider position satisfies the rod lengths with the platform turned less than {most}"
+
     def inverse_all(self, tip: Array, axis: Array, tool_length: float) -> list[WholeSolution]:
         """The used solution of a pose (3,), (3,) in the polar frame; turns about the tool axis are no solutions."""
         tip, axis = check_vectors(tip, "tip"), check_vectors(axis, "axis")

@@ -149,7 +149,7 @@ class _LimitCheck:
     def list_findings(self) -> list[Finding]:
         """What is violated."""
         contour = self.joints.contour
-        findings = report_unreachable(contour, self.unreachable)
+        findings = report_unreachable(contour, self.unreachable, self.joints.machine.five_axis)
         for check, worst in zip(self.checks, self.worst, strict=True):
             findings += report_limit(contour, check, worst)
         return findings + report_table(contour, self.below_table)

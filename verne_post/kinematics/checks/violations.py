@@ -14,6 +14,7 @@ from verne_post.model.codes import CODES
 from verne_post.model.contour import Contour
 from verne_post.model.findings import Finding, make_finding
 from verne_post.model.machine import Machine
+from verne_post.model.protocols import Carrying, FiveAxis
 from verne_post.model.verdict import Severity
 
 #: So many stretches of lines are named in a finding of several.
@@ -203,15 +204,18 @@ def report_table(contour: Contour, below: Mapping[str, Worst]) -> list[Finding]:
     return findings
 
 
-def report_unreachable(contour: Contour, unreachable: dict[int, str]) -> list[Finding]:
+def report_unreachable(contour: Contour, unreachable: dict[int, str], five_axis: FiveAxis) -> list[Finding]:
     """Findings of elements that cannot be solved, given with the code of the reason."""
+    said = dict(_UNREACHABLE)
+    if isinstance(five_axis, Carrying):
+        said["VP110"] = f"out of reach: {five_axis.no_reach}"
     return [
         _make_finding(
             contour,
             group,
             (group[0], {group[0]: 0.5}),
             code,
-            _UNREACHABLE.get(code, CODES[code].meaning),
+            said.get(code, CODES[code].meaning),
             severity="error",
         )
         for code in sorted(set(unreachable.values()))
