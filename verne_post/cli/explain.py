@@ -78,8 +78,9 @@ def command(what: str | None, lists: bool, every: bool, **given: Any) -> int:
         near = find_near_word(what.upper(), CODES)
         raise click.UsageError(
             f"{what!r} is neither INPUT:LINE (part.nc:12) nor a finding code (VP102) nor a word of a language "
-            f"(G68.2){f'; did you mean {near}?' if near else '.'} verne-post explain --list prints all finding codes; docs/gcode.md, docs/fanuc.md, "
-            "docs/siemens.md, docs/heidenhain.md and docs/apt.md in the repository list all words"
+            f"(G68.2){f'; did you mean {near}?' if near else '.'} verne-post explain --list prints all finding codes; "
+            "docs/gcode.md, docs/fanuc.md, docs/siemens.md, docs/heidenhain.md and docs/apt.md in the repository list "
+            "all words"
         )
     from verne_post.app.explain import explain_refused, explain_source
     from verne_post.model.findings import InputError
