@@ -377,7 +377,7 @@ def test_what_turns_the_table_has_the_axes_of_the_machine(machine, axes, paramet
     [
         ("G55 X0\n", {"G54": (0, 0, 30)}, ("error", 5, "G55 has no place on the table, and G54 has one")),
         ("G55 X0\n", {"G54": (0, 0, 30), "G56": (0, 0, 40)}, ("error", 5, "G54 and G56 have one: write wcs.G55 = ")),
-        ("G55 X0\n", {}, ("warning", 2, "is on the table face, at the rotary centre")),  # of both: nothing is given
+        ("G55 X0\n", {}, ("warning", 2, "is at the rotary centre on the table face")),  # of both: nothing is given
         ("G59.1 X0\n", {"G54": (0, 0, 30)}, ("error", 5, 'write wcs."G59.1" = ')),
         ("", {"G55": (0, 0, 30)}, ("error", 4, "G54 has no place")),  # it cuts in it
         ("G10 L2 P2 X0 Y0 Z-400\nG55 X0\n", {"G54": (0, 0, 30)}, None),  # the program places it
@@ -508,7 +508,7 @@ def test_klartext_calls_a_work_system_a_preset(number, name):
     result = vp.check(program, "verne", vp.Options(tool_length=80.0, dialect="heidenhain"))
     preset = f"preset {number or 1}"
     assert [item.message for item in result.findings if item.code == "VP033"] == [
-        f"no datum was given: {preset} is on the table face, at the rotary centre; "
+        f"no datum was given: {preset} is at the rotary centre on the table face; "
         f'give wcs={{"{name}": (X, Y, Z)}}, the name of {preset} here'
     ]
 

@@ -625,6 +625,10 @@ def test_what_is_neither_a_line_nor_a_code_nor_a_word(run: Callable[..., Any]) -
     answer = run("explain", "G1234")
     assert answer.code == 2
     assert "'G1234' is neither INPUT:LINE (part.nc:12) nor a finding code (VP102)" in " ".join(answer.err.split())
+    for word, near in (("VP999", "VP902"), ("vp33", "VP033"), ("CYCLE999", "CYCLE99"), ("TRAROI", "TRAORI")):
+        text = " ".join(run("explain", word).err.split())
+        assert f"(G68.2); did you mean {near}? verne-post explain --list prints" in text
+    assert "(G68.2). verne-post explain --list prints" in " ".join(run("explain", "XYZZY").err.split())
 
 
 def test_an_m_code_of_the_builder_is_told_how_it_gets_a_meaning(run: Callable[..., Any]) -> None:

@@ -391,7 +391,8 @@ def test_a_part_that_is_too_large_is_refused(tmp_path: Path, run: Callable[..., 
         r"\S+ on VERNE: no work offset was found with which it fits\.\n"
         r"Searched: x -?[\d.]+ to [\d.]+ mm, .* deg\. --range x=LOW,HIGH searches elsewhere\.\n"
         r"What is cut reaches 590\.6 mm from its middle, X 9\.4 Y 0\.0 of the part, and the radius of the table "
-        r"is 250 mm: the middle was sought .*, x -25\.0 to 25\.0, y -25\.0 to 25\.0 mm from the rotary centre\.\n"
+        r"is 250 mm: the middle was sought .*, x -25\.0 to 25\.0, y -25\.0 to 25\.0 mm from the rotary centre "
+        r"on the table face\.\n"
         r"The closest one, --wcs \S+, is blocked by:\n(  \S+: VP\d+ error: .*\n)+",  # no rows of "no reach"
         answer.out,
     )

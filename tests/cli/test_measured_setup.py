@@ -127,11 +127,12 @@ def test_verify_notices_what_has_changed_since(job: Path, run: Callable[..., Any
 
 def test_a_side_car_that_is_none(job: Path, run: Callable[..., Any]) -> None:
     converted(run, "--measured-offset", "o.csv", "--tool-lengths", "l.csv", "-o", "axes.csv")
-    for text in ("{}", "[1]", "no"):
+    other = "it is JSON without schema, program.sha256, machine.sha256 or options"
+    for text, why in (("{}", other), ("[1]", other), ("no", "it is no JSON")):
         Path("axes.json").write_text(text)
         answer = run("verify", "axes.csv", "--against", "p.nc", "--tool-length", 60, "--meta", "axes.json")
         assert answer.code == 2
-        assert "axes.json: not a metadata file of --meta" in answer.err
+        assert f"axes.json: not a metadata file: {why}; give the file that --meta of convert wrote" in answer.err
 
 
 @pytest.mark.parametrize(

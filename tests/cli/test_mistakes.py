@@ -119,7 +119,8 @@ def test_the_letter_o_in_the_number_of_a_parameter(tmp_path: Path, run: Callable
         (("p.nc",), "give --tool-table FILE, or give --tool-length MM"),
         # 3: the offset in another spelling
         (("p.nc", "--tool-length", 60, "--wcs", "0,0,20"), "expected G54=X,Y,Z or G54=X,Y,Z,C"),
-        (("p.nc", "--tool-length", 60, "--wcs", "G54=0,0"), "expected x,y,z or x,y,z,c, got 2 numbers"),
+        (("p.nc", "--tool-length", 60, "--wcs", "G54=0,0"), "got 2 numbers, expected 3 (X,Y,Z), or 4 (X,Y,Z,C)"),
+        (("p.nc", "--tool-length", 60, "--wcs", "G54=0"), "G54=0: got 1 number, expected 3 (X,Y,Z), or 4 (X,Y,Z,C)"),
         # 4: a machine that is not there
         (
             ("p.nc", *PLACE, "--machine", "vern"),
@@ -128,6 +129,7 @@ def test_the_letter_o_in_the_number_of_a_parameter(tmp_path: Path, run: Callable
             "verne, verne_by_rods",
         ),
         (("p.nc", *PLACE, "--machine", "VERNE.toml"), "; did you mean verne?"),
+        (("p.nc", *PLACE, "--machine", "delta"), "; did you mean linear_delta?"),
         # 5: a misspelt option, a misspelt command
         (("p.nc", "--tool-lenght", 60), "--tool-lenght"),
         (("chek", "p.nc"), "no such file, and no command; did you mean check?"),

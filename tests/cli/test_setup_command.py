@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 
 import verne_post as vp
+from verne_post.config import list_machine_files
 from verne_post.config.toml_entries import Change
 
 FANUC = """%
@@ -175,6 +176,25 @@ def test_fit_seeks_the_place_that_is_still_to_be_measured(run: Run, tmp_path: Pa
     told = run("fit", program)
     assert told.code == 0
     assert "before: could not run" not in told.out
+
+
+@pytest.mark.parametrize("name", vp.list_machines())
+def test_set_up_and_message_name_the_point_that_offsets_of_a_machine_count_from(
+    name: str, run: Run, tmp_path: Path
+) -> None:
+    """The form said "from the axis of C" of machines whose C is in the head, or that have none."""
+    file = tomllib.loads(list_machine_files()[name].read_text("utf-8"))
+    point = "the rotary centre on the table face"
+    if "chain" in file:
+        chain, joint = file["chain"], file["joints"].get("c", {})
+        turns_part = "c" in chain["part"] and joint["through"][:2] == chain["part_zero"][:2]
+        point = f"part_zero of the machine file{', on the axis of C' if turns_part else ''}"
+    program = tmp_path / "p.nc"
+    program.write_text("G21 G90 G54\nG0 X0 Y0 Z60\nG1 X5 F600\nM2\n")
+    written = run("setup", program, "--machine", name, "-o", "-").out
+    assert f"[wcs]  # [x, y, z] of the part zero, from {point}; a fourth number is the turn" in written
+    checked = run("check", program, "--machine", name, "--tool-length", 60)
+    assert f"G54 is at {point}; give --wcs G54=X,Y,Z\n" in checked.out + checked.err
 
 
 def test_the_machine_is_no_part_of_a_set_up_and_is_named_where_it_belongs(

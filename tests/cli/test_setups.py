@@ -128,6 +128,9 @@ def test_lengths_of_tools_come_from_one_place(folder: Path, run: Callable[..., A
     [
         ("tool_lenght = 80", "VP503 error: tool_lenght: this is no option of a set-up; did you mean tool_length?"),
         ("[options]\ntool_length = 80", "options: the options of a set-up stand at its top; delete the line [options]"),
+        ('machine = "hexapot"', 'write machine = "hexapod" in the settings file verne-post.toml, above its tables'),
+        ('machine = "hexapot"', "; no machine is named hexapot, see verne-post machine list"),
+        ('machine = "my.toml"', 'write machine = "my.toml" in the settings file verne-post.toml'),
         ("tool_length = -1", "VP503 error: tool_length = -1"),
         ("[wcs]\nG54 = [1, 2]", "VP503 error: wcs.G54"),
         ("[wcs]\nG44 = [1, 2, 3]", "'G44' is not a work system"),

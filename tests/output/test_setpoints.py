@@ -151,6 +151,18 @@ def test_wrong_header_is_shown_beside_the_right_one(what: str) -> None:
     (item,) = caught.value.findings
     assert item.code == "VP020"
     assert HEADER in item.message
+    if what == "a column missing":
+        assert item.message == f"1 column is missing: rho3_mm; expected {HEADER!r}"
+
+
+def test_a_row_of_another_number_of_values_is_told_in_words() -> None:
+    for row, said in (
+        ("0.000,1,2", "this row has 3 values, expected 7 with commas between them"),
+        ("0.000;1;2;3;4;5;6", "this row has semicolons between its values; write commas in place of them"),
+    ):
+        with pytest.raises(InputError) as caught:
+            read(f"{HEADER}\n{row}\n")
+        assert caught.value.findings[0].message == said
 
 
 def test_times_must_be_told_apart() -> None:

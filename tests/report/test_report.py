@@ -279,7 +279,7 @@ def test_the_sheet_says_who_gives_an_offset_and_how_the_part_is_turned(tmp_path:
     (tmp_path / "a.nc.toml").write_text("tool_length = 80\n[wcs]\nG54 = [0, 0, 50]\nG55 = [0, 0, 60, 10]\n")
     assert run("report", program, "-o", page, "--wcs", "G54=1,2,60").code == 0
     text = re.sub(r"(<[^>]+>)+", "|", page.read_text("utf-8"))
-    assert "|G54|1|2|60|0|--wcs|G55|0|0|60|10|a.nc.toml|The part zero: x and y from the rotary centre" in text
+    assert "|G54|1|2|60|0|--wcs|G55|0|0|60|10|a.nc.toml|The part zero, from the rotary centre on the table" in text
     start = text.partition("|Start position|")[2].partition("|Tools|")[0]
     assert start.endswith(
         "|X|0.000 mm|Y|0.000 mm|Z|60.000 mm|A|0.0000 deg|C|0.0000 deg|"

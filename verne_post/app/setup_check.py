@@ -78,6 +78,7 @@ def check_setup(moves: Moves, path: ToolPath, machine: Machine, options: Options
             system,
             at,
             options.unmeasured_wcs.get(system, ""),
+            machine.coordinates.zero_point,
             # a program that moves in rapids until it calls its first work system does not mean the one before
             options.wcs if system in cut_systems or system != moves.start_frame.system else (),
         )

@@ -70,15 +70,17 @@ def command(what: str | None, lists: bool, every: bool, **given: Any) -> int:
     if colon and not is_count(number) and os.path.isfile(name):
         raise click.UsageError(f"{what}: {number!r} is no line number; such as verne-post explain {name}:12")
     if not colon or not is_count(number):
-        from verne_post.gcode.known_words import describe_word
+        from verne_post.gcode.known_words import describe_word, find_near_word
 
         if known := describe_word(what):
             echo("\n".join([what.upper(), *(f"  {line}" for line in known), ""]), nl=False)
             return ExitStatus.CLEAN
+        near = find_near_word(what.upper(), CODES)
         raise click.UsageError(
             f"{what!r} is neither INPUT:LINE (part.nc:12) nor a finding code (VP102) nor a word of a language "
-            "(G68.2). verne-post explain --list prints all finding codes; docs/gcode.md, docs/fanuc.md, "
-            "docs/siemens.md, docs/heidenhain.md and docs/apt.md in the repository list all words"
+            f"(G68.2){f'; did you mean {near}?' if near else '.'} verne-post explain --list prints all finding codes; "
+            "docs/gcode.md, docs/fanuc.md, docs/siemens.md, docs/heidenhain.md and docs/apt.md in the repository list "
+            "all words"
         )
     from verne_post.app.explain import explain_refused, explain_source
     from verne_post.model.findings import InputError

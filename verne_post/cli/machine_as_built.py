@@ -58,7 +58,10 @@ def _add_tolerance_options(function: "Callable[..., Any]") -> "Callable[..., Any
 def perturb(
     name: str | None, machine_name: str | None, seed: int, sigma_mm: float, sigma_mrad: float, output: Path
 ) -> int:
-    """Write the file of a simulated machine: every part off its nominal place at random, normally distributed."""
+    """Write the file of a simulated machine: every part off its nominal place at random, normally distributed.
+
+    Only for machines of kind verne.
+    """
     from verne_post.model.findings import InputError
 
     files = RunFiles()
@@ -106,7 +109,10 @@ def tolerances(
     lengths: tuple[float, ...],
     every: bool,
 ) -> int:
-    """Show what the tolerance of each part does to the tool over the workspace, worst first."""
+    """Show what the tolerance of each part does to the tool over the workspace, worst first.
+
+    Only for machines of kind verne.
+    """
     from verne_post.calibration.as_built.model import AsBuiltModel
     from verne_post.calibration.as_built.report_text import format_tolerances
     from verne_post.calibration.as_built.tolerances import study_tolerances
@@ -194,6 +200,8 @@ def tolerances(
 @click.option("--json", "as_json", is_flag=True, help="Write JSON in place of text.")
 def calibrate(readings: str | None, machine_name: str | None, output: Path, plot: Path | None, **given: Any) -> int:
     """Find the deviations of the parts of a machine from readings of the tool on the table.
+
+    Only for machines of kind verne.
 
     READINGS.csv has the columns rho1_mm,rho2_mm,rho3_mm,a_deg,c_deg (as commanded), tool_length_mm, x_mm,y_mm,z_mm (tip
     in the table frame; blank: not measured), and as you like i,j,k (tool axis from tip to spindle), sigma_mm,

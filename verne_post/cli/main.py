@@ -188,7 +188,7 @@ def main(arguments: list[str]) -> int:
     except click.ClickException as error:
         shown = io.StringIO()
         error.show(shown)
-        echo(make_lines_printable(shown.getvalue()), nl=False, err=True)
+        echo(make_lines_printable(shown.getvalue().replace("\n\t", "\n  ")), nl=False, err=True)
         return ExitStatus.UNUSABLE
     except FileError as error:
         echo(f"Error: {error}", err=True)

@@ -25,10 +25,16 @@ class OpenedMachine:
 
     def __init__(self, files: RunFiles, name: str) -> None:
         from verne_post.calibration.as_built.machine_text import take_as_built_route
+        from verne_post.config.kinds import AS_BUILT_KINDS
         from verne_post.config.machine_paths import find_machine_path
 
         self.path = find_machine_path(name)
         self.present: Machine = load(files, name)
+        if self.present.kind not in AS_BUILT_KINDS:
+            raise click.UsageError(
+                f"{name}: this command works only for machines of kind {' or '.join(AS_BUILT_KINDS)}; this one is of "
+                f"kind {self.present.kind}"
+            )
         self.raw = files.read(self.path, "--machine")
         route = take_as_built_route(self.present, self.raw, self.path.name)
         self.machine: Machine = route[0]

@@ -471,7 +471,8 @@ def _read_offsets(texts: Sequence[str]) -> dict[int, WorkOffset]:
             raise click.UsageError(f"--wcs {text}: expected G54=X,Y,Z or G54=X,Y,Z,C")
         values = tuple(read_numbers(rest, f"--wcs {text}"))
         if len(values) not in (3, 4):
-            raise click.UsageError(f"--wcs {text}: expected x,y,z or x,y,z,c, got {len(values)} numbers")
+            got = f"{len(values)} number{'' if len(values) == 1 else 's'}"
+            raise click.UsageError(f"--wcs {text}: got {got}, expected 3 (X,Y,Z), or 4 (X,Y,Z,C)")
         try:
             offset = check_work_offsets({name: values}, "--wcs")
         except ValueError as error:

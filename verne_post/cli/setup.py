@@ -138,7 +138,7 @@ def make_setup(
     draft, remarks, said = _take_diameters(source, draft_setup(source, machine, options), dialect, ())
     tapping = "refuse" if draft.taps else options.tapping if options.tapping == "feed" else ""
     asked = Asked(draft.tools, draft.wcs, draft.codes, draft.tool_length, draft.split, tapping)
-    text = write_setup(name, asked, remarks, dialect)
+    text = write_setup(name, asked, remarks, dialect, machine.coordinates.zero_point)
     return text, list_missing(draft.missing), draft.others, said
 
 
@@ -190,7 +190,7 @@ def _extend_setup(
     tapping = "refuse" if draft.taps else given.get("tapping") or ""
     split = draft.split and (not options.split_at_stops or bool(given.get("split_at_stops")))
     asked = Asked(tools, wcs, codes, length, split, tapping)
-    extended = extend_setup(text, asked, draft.used, remarks, dialect)
+    extended = extend_setup(text, asked, draft.used, remarks, dialect, machine.coordinates.zero_point)
     idle = {key for table, key in extended.unused if table == "tools"}
     missing = {
         what: [one for one in names if what not in ("length", "diameter") or one not in idle]

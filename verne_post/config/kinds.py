@@ -42,3 +42,6 @@ KINDS: Final[dict[str, Kind]] = {
     "linear_delta": Kind(LinearDeltaModuleFile, LinearDeltaModule, group="rho", rods=True),
     "rods": Kind(RodsModuleFile, RodsModule, group="rho", rods=True, bodies=RodsFile),
 }
+
+#: Kinds that [as_built] has a model of.
+AS_BUILT_KINDS: Final = tuple(name for name, kind in KINDS.items() if kind.rod_places is not None)

@@ -7,7 +7,7 @@ from functools import cache
 from pathlib import Path
 from typing import Final
 
-from verne_post.base.suggestions import suggest
+from verne_post.base.suggestions import find_meant
 from verne_post.config.files import read_file
 from verne_post.model.findings import make_input_error
 
@@ -50,8 +50,15 @@ def find_machine_path(name_or_path: str | os.PathLike[str]) -> Path:
 
 def _suggest_names(named: str) -> str:
     """What an error adds: the names that there are, and the one that was meant by a file of another name."""
-    known = list_machine_files()
-    return f"; machines by name: {', '.join(known)}{suggest(named.removesuffix('.toml').lower(), known)}"
+    near = find_meant_machine(named)
+    return f"; machines by name: {', '.join(list_machine_files())}{f'; did you mean {near}?' if near else ''}"
+
+
+def find_meant_machine(named: str) -> str:
+    """The machine of nearly this name, or else the only one of whose name this is a part; empty where there is none."""
+    word, known = named.removesuffix(".toml").lower(), list_machines()
+    longer = [name for name in known if f"_{word}_" in f"_{name}_"]
+    return find_meant(word, known) or (longer[0] if len(longer) == 1 else "")
 
 
 def read_machine_file(

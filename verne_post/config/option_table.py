@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from verne_post.base.suggestions import suggest
+from verne_post.config.machine_paths import find_meant_machine, list_machines
 from verne_post.model.findings import UsageError
 from verne_post.model.options import check_value
 
@@ -24,10 +25,7 @@ def find_wrong_options(
     found = []
     for name, value in given.items():
         if name == "machine" and name not in others:
-            found.append(
-                f"machine: {kind} does not choose the machine; write machine = {json.dumps(value, default=str)} in the "
-                "settings file verne-post.toml, above its tables, or give --machine"
-            )
+            found.append(f"machine: {kind} does not choose the machine; {_say_where_machine_is_chosen(value)}")
         elif name == "options" and name not in allowed and name not in others:
             found.append(
                 f"options: the options of {kind} stand at its top; delete the line [options], a table of settings"
@@ -44,3 +42,14 @@ def find_wrong_options(
 
 def _suggest(name: str, known: Sequence[str]) -> str:
     return f"; did you mean {name.lower()}?" if name.lower() in known else suggest(name, known)
+
+
+def _say_where_machine_is_chosen(value: Any) -> str:
+    """Where to write the machine that a set-up names; of a name that no machine has, the one that is meant."""
+    more = ""
+    if isinstance(value, str) and value not in list_machines() and not value.endswith(".toml"):
+        more, value = f"; no machine is named {value}, see verne-post machine list", find_meant_machine(value) or "NAME"
+    return (
+        f"write machine = {json.dumps(value, default=str)} in the settings file verne-post.toml, above its tables, or "
+        f"give --machine{more}"
+    )

@@ -25,7 +25,7 @@ class Asked(Struct, frozen=True):
     tapping: str  #: What the file says of rigid tapping; empty where the program has none.
 
 
-def write_setup(program: str, asked: Asked, remarks: Mapping[str, str], dialect: str) -> str:
+def write_setup(program: str, asked: Asked, remarks: Mapping[str, str], dialect: str, zero: str) -> str:
     """The file of a program that has none, as TOML text.
 
     Parameters
@@ -37,9 +37,11 @@ def write_setup(program: str, asked: Asked, remarks: Mapping[str, str], dialect:
         Number or name of a tool -> the remark of the program about it, which is repeated.
     dialect : str
         Its language.
+    zero : str
+        The point that work offsets count from, in words.
     """
     title = f"# set-up of {make_printable(program)}: mm and degrees\n"
-    return merge_setup(title, list_edits(asked, {}, remarks), headers=describe_tables(dialect))
+    return merge_setup(title, list_edits(asked, {}, remarks), headers=describe_tables(dialect, zero))
 
 
 class Extended(Struct, frozen=True):
@@ -53,7 +55,12 @@ class Extended(Struct, frozen=True):
 
 
 def extend_setup(
-    text: str, asked: Asked, used: Container[tuple[str, str]] | None, remarks: Mapping[str, str], dialect: str
+    text: str,
+    asked: Asked,
+    used: Container[tuple[str, str]] | None,
+    remarks: Mapping[str, str],
+    dialect: str,
+    zero: str,
 ) -> Extended:
     """A set-up with what it lacks; what is filled in there stays, and gets a remark where the program does not use it.
 
@@ -66,7 +73,7 @@ def extend_setup(
     used : container of tuple or None
         Table and name of each key that the program uses; None where nobody knows.
     head : iterable of str
-    dialect : str
+    dialect, zero : str
         As :func:`write_setup` has them.
 
     Raises
@@ -83,7 +90,7 @@ def extend_setup(
     try:
         for key in replaced:
             text = turn_into_remark(text, key)
-        merged = merge_setup(text, edits, unused, known, describe_tables(dialect))
+        merged = merge_setup(text, edits, unused, known, describe_tables(dialect, zero))
     except UnknownLayoutError:
         lines = ", ".join(f"{show_key(edit.key)} = {edit.value}" for edit in edits)
         raise make_input_error(
@@ -93,7 +100,7 @@ def extend_setup(
     return Extended(merged, tuple(edit.key for edit in edits), tuple(unused), tuple(replaced), tool_file)
 
 
-def describe_tables(dialect: str) -> dict[str, str]:
+def describe_tables(dialect: str, zero: str) -> dict[str, str]:
     """Remarks behind the headers of a set-up, which say what each table holds."""
     others = {
         "heidenhain": "; presets 1 to 9 (cycle 247) are G54 to G59.3",
@@ -101,8 +108,8 @@ def describe_tables(dialect: str) -> dict[str, str]:
     }
     return {
         "tools": "length: from the gauge line of the spindle to the tip",
-        "wcs": "[x, y, z] of the part zero: x, y from the axis of C, z above the table face; a fourth number is the "
-        f"turn of the part{others.get(dialect, '')}",
+        "wcs": f"[x, y, z] of the part zero, from {zero}; a fourth number is the turn of the "
+        f"part{others.get(dialect, '')}",
         "remap": 'what codes and names of the builder mean: "ignore", "event", "tcp on" or "tcp off"',
     }
 

@@ -1,12 +1,13 @@
 """What a word does in every language that knows it: for `explain G68.2`, out of the tables by which it is executed."""
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from functools import cache
 from itertools import takewhile
 from typing import Final, NamedTuple
 
 from verne_post.base.program_lines import remove_remarks
+from verne_post.base.suggestions import find_meant
 from verne_post.gcode.apt import words as apt
 from verne_post.gcode.apt.run import OF_SUBPROGRAMS
 from verne_post.gcode.apt.translator import STATEMENTS as APT_STATEMENTS
@@ -164,6 +165,11 @@ def describe_word(word: str) -> list[str]:
         if name.startswith(f"{known_word} ")
         and (not is_executed or re.search(rf"\b{re.escape(name[len(known_word) + 1 :])}\b", text))
     ]
+
+
+def find_near_word(word: str, codes: Iterable[str]) -> str:
+    """The nearest of the finding codes and of the words of all languages; empty where none is near."""
+    return find_meant(word, codes, dict.fromkeys(name for _language, name, _text, _is_executed in list_words()))
 
 
 def _list_names() -> dict[str, Mapping[str, str]]:

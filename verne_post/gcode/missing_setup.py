@@ -152,12 +152,14 @@ def _spell_system(system: int, language: str) -> str:
     return f"G{500 + system if system < ADDITIONAL_SYSTEMS else 509 + number}"
 
 
-def report_missing_offset(moves: Moves, system: int, at: int, setup_name: str, others: Collection[int] = ()) -> Finding:
+def report_missing_offset(
+    moves: Moves, system: int, at: int, setup_name: str, zero: str, others: Collection[int] = ()
+) -> Finding:
     """VP033: a work system that a program selects, and uses in a move, and that nobody has placed.
 
-    The message calls it as the language of the program does, and says which --wcs that is. An error
-    where a set-up, ``setup_name``, says that the place is still to be measured, or where ``others`` have a place: it is
-    not at the rotary centre then.
+    The message calls it as the language of the program does, and says which --wcs that is, and from where it counts
+    (``zero``). An error where a set-up, ``setup_name``, says that the place is still to be measured, or where
+    ``others`` have a place: it is not there then.
     """
     name, word = name_system(system), _spell_system(system, moves.language)
     line = moves.find_selecting_line(system, at)
@@ -167,10 +169,7 @@ def report_missing_offset(moves: Moves, system: int, at: int, setup_name: str, o
     if setup_name:
         key = f"wcs.{name}" if name.isalnum() else f'wcs."{name}"'
         also = f" ({word})" if word else ""
-        text = (
-            f'{setup_name}: {key}{also} is still "measure"; write [x, y, z] of the part zero there, mm from the '
-            "rotary centre and the table face"
-        )
+        text = f'{setup_name}: {key}{also} is still "measure"; write [x, y, z] of the part zero there, mm from {zero}'
         return make_finding("VP033", text, severity="error", **where)
     if others:
         given = " and ".join(name_system(one) for one in sorted(others))
@@ -178,13 +177,13 @@ def report_missing_offset(moves: Moves, system: int, at: int, setup_name: str, o
         key = name if name.isalnum() else f'"{name}"'
         text = (
             f"{what} has no place on the table, and {given} {'has' if len(others) == 1 else 'have'} one: write "
-            f"wcs.{key} = [x, y, z] into the set-up, mm from the rotary centre and the table face, or give --wcs "
+            f"wcs.{key} = [x, y, z] into the set-up, mm from {zero}, or give --wcs "
             f"{name}=X,Y,Z"
         )
         return make_finding("VP033", text, severity="error", **where)
     what = f"no {'datum' if moves.language == 'heidenhain' else 'work offset'} was given: {word or name}"
     meaning = f", the name of {word} here" if word else ""
-    text = f"{what} is on the table face, at the rotary centre; give --wcs {name}=X,Y,Z{meaning}"
+    text = f"{what} is at {zero}; give --wcs {name}=X,Y,Z{meaning}"
     return make_finding("VP033", text, **where)
 
 
@@ -200,7 +199,7 @@ def report_missing_offsets(moves: Moves, setup: Setup) -> list[Finding]:
         if setup.machine and not given_systems and not _is_left_unused(moves, frame.system):
             setup_name = setup.unmeasured_wcs.get(frame.system, "")
             others = setup.given_systems if frame.system != moves.start_frame.system else ()
-            item = report_missing_offset(moves, frame.system, int(at), setup_name, others)
+            item = report_missing_offset(moves, frame.system, int(at), setup_name, setup.coordinates.zero_point, others)
             found.setdefault(frame.system, item)
     return list(found.values())
 

@@ -57,6 +57,11 @@ class CartesianCoordinates(Struct, frozen=True):
         """A plain interpreter has no head."""
         return ()
 
+    @property
+    def zero_point(self) -> str:
+        """A plain interpreter has no table."""
+        return "machine zero"
+
     def map_to_machine(self, program: Array, frame: Frame) -> Array:
         """Program coordinates (..., 9) -> machine coordinates."""
         machine = np.array(program, dtype=float)

@@ -279,12 +279,12 @@ CODES: Final[dict[str, Code]] = _make_table(
         "part zero not given",
         "warning",
         "The program uses a work offset that neither the set-up nor the program gives (in Klartext a preset). "
-        "The part zero is then at the rotary centre on the table face. "
+        "The part zero is then at the rotary centre on the table face, or at part_zero of a machine file of schema 2. "
         "In Klartext, presets 1 to 9 are G54 to G59.3 of --wcs, and presets 10 to 48 are G54.1P10 to G54.1P48. "
         'It is an error in three cases: (1) The set-up says "measure". (2) The set-up gives other work offsets and not '
         "this one. (3) The program moves it by G10 in G91.",
-        "Fill in wcs.G54 in INPUT.toml, which verne-post setup INPUT writes, or give --wcs: mm from the rotary centre"
-        " and the table face. If the part zero really is there, give --wcs G54=0,0,0.",
+        "Fill in wcs.G54 in INPUT.toml, which verne-post setup INPUT writes, or give --wcs: mm from that "
+        "point. If the part zero really is there, give --wcs G54=0,0,0.",
     ),
     (
         "VP034",

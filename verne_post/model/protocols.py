@@ -380,6 +380,10 @@ class Coordinates(Protocol):
     def head(self) -> tuple[int, ...]:
         """Which of the rotary axes turn the tool's end of the machine, as numbers of ``AXES``."""
 
+    @property
+    def zero_point(self) -> str:
+        """The point that work offsets count from, in words."""
+
 
 class TableTravel(Protocol):
     """What an interpreter may ask about the travel of the table."""

@@ -33,10 +33,15 @@ def describe_first_wrong(
     InputError or None
         VP020; None when every cell is a finite number.
     """
-    for number, text in rows:
-        cells = text.strip().split(separator)
+    for number, row in rows:
+        cells = row.strip().split(separator)
         if len(cells) != width:
-            return make_input_error("VP020", f"{len(cells)} cells, expected {width}", file=name, file_line=number)
+            between = {None: "blanks", ",": "commas", ";": "semicolons"}[separator]
+            got = f"{len(cells)} value{'' if len(cells) == 1 else 's'}"
+            text = f"this row has {got}, expected {width} with {between} between them"
+            if separator == "," and len(row.split(";")) == width:
+                text = "this row has semicolons between its values; write commas in place of them"
+            return make_input_error("VP020", text, file=name, file_line=number)
         for cell in cells:
             try:
                 good = bool(np.isfinite(float(cell)))

@@ -187,8 +187,8 @@ _GIVE_MEANING: Final = (
 
 #: What else helps where a work offset is missing.
 _FILL_IN_PLACE: Final = (
-    "Fill in wcs.G54 in INPUT.toml, which verne-post setup INPUT writes, in mm from the rotary centre and the table "
-    "face; 0, 0, 0 if it really is there."
+    "Fill in wcs.G54 in INPUT.toml, which verne-post setup INPUT writes, in mm from that "
+    "point; 0, 0, 0 if the part zero really is there."
 )
 #: The title of VP012 where not the length is missing, and what helps.
 _NO_DIAMETER: Final = "tool diameter unknown"

@@ -149,7 +149,7 @@ def _explain_range(machine: Machine, proposal: Proposal) -> Iterator[str]:
         yield (
             f"What is cut reaches {room.reach:.1f} mm from its middle, X {x:.1f} Y {y:.1f} of the part, and the radius "
             f"of the table is {machine.table_radius:g} mm: the middle was sought over the table and where it is now, "
-            f"{', '.join(ends)} mm from the rotary centre."
+            f"{', '.join(ends)} mm from {machine.coordinates.zero_point}."
         )
 
 

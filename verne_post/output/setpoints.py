@@ -90,6 +90,10 @@ def read_csv(
             text += "; these joints are in other units, see --units"
         elif sorted(joints[0]) == sorted(joints[1]):
             text += "; they are in another order"
+        elif set(cells) < set(names):
+            missing = [one for one in names if one not in cells]
+            are = "column is" if len(missing) == 1 else "columns are"
+            text = f"{len(missing)} {are} missing: {', '.join(missing)}; expected {expected!r}"
         elif len(cells) == 1:
             text += "; write commas between them"
         else:

@@ -140,11 +140,14 @@ def read_side_car(text: str, name: str) -> dict[str, Any]:
     InputError
         VP020: not such a file.
     """
+    why = "it is no JSON"
     try:
         data = json.loads(text)
+        why = "it is JSON without schema, program.sha256, machine.sha256 or options"
         schema, _ = data["schema"], (data["program"]["sha256"], data["machine"]["sha256"], data["options"].items())
-    except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
-        raise make_input_error("VP020", f"{name}: not a metadata file of --meta: {error!r}") from None
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
+        text = f"{name}: not a metadata file: {why}; give the file that --meta of convert wrote"
+        raise make_input_error("VP020", text) from None
     if schema != SIDE_CAR_SCHEMA:
         text = (
             f"{name}: a metadata file of layout {schema}; this version reads layout {SIDE_CAR_SCHEMA}: convert the "

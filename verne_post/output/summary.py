@@ -471,7 +471,7 @@ def _describe_offsets(summary: Summary) -> str:
         if who == "machine":
             place = f"{name} is machine zero, ({x:g}, {y:g}, {z:g}) mm on the table"
         elif who == "nobody":
-            place = f"{name} at the rotary centre on the table face (no offset was given)"
+            place = f"{name} at {summary.machine.coordinates.zero_point} (no offset was given)"
         elif who == "program" and frame.system in summary.options.wcs:
             place += " (the program sets it: --wcs does not hold)"
         places[place] = None

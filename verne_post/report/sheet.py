@@ -96,7 +96,7 @@ def write_sheet_html(program: str, source: Text, machine: Machine, study: Study)
             offsets := list_offsets(machine, study),
             named=True,
             wide=True,
-            note="The part zero: x and y from the rotary centre of the table, z from its face." if offsets else "",
+            note=f"The part zero, from {machine.coordinates.zero_point}." if offsets else "",
         ),
         _write_titled_table("Fixtures and stock", ("name", "in", "x, y, z, mm"), _list_bodies(study), named=True),
     ]
@@ -259,7 +259,7 @@ def list_offsets(machine: Machine, study: Study) -> list[Row]:
             "set-up": (written.source if written else "") or _GIVEN,
             "program": "the program",
             "machine": "machine zero",
-            "nobody": "not given: rotary centre on the table face",
+            "nobody": f"not given: {machine.coordinates.zero_point}",
         }[who]
         rows[name_system(frame.system), *(f"{value:g}" for value in place), f"{frame.part_turn:g}", source] = None
     return list(rows)

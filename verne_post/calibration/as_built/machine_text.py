@@ -86,7 +86,7 @@ def take_as_built_route(machine: Machine, raw: bytes, file_name: str) -> tuple[M
     Raises
     ------
     InputError
-        VP501: a machine that has no as-built model, or does not say where its rods are.
+        VP501: the file does not say where the rods are.
     """
     if not isinstance(machine.five_axis, AsBuiltMachine):
         text = write_machine_text(raw, Deviations.build_nominal(), "nominal", file_name)

@@ -51,6 +51,13 @@ class ChainCoordinates(Struct, frozen=True, eq=False):
         return self.words.nutation
 
     @property
+    def zero_point(self) -> str:
+        """The point that work offsets count from, in words: what turns the part need not go through it, nor along z."""
+        turn = self.machine.turn
+        is_centre = not turn.on_tool and abs(self.part_frame[2, 2]) == 1.0 and not turn.through[:2].any()
+        return f"part_zero of the machine file{f', on the axis of {AXES[self.rotary[1]]}' if is_centre else ''}"
+
+    @property
     def part_frame(self) -> Array:
         """Rows: x, y, z of the polar frame in directions of the part."""
         return self.machine.pair.directions

@@ -155,6 +155,11 @@ class TiltingTable(Struct, frozen=True, eq=False):
         axis = rotate_z(find_axis_of_angles(angles[0], angles[1]), -turn_of(frame))
         return axis if frame.feature is None else frame.feature.turn_inside(axis)
 
+    @property
+    def zero_point(self) -> str:
+        """The point that work offsets count from, in words."""
+        return "the rotary centre on the table face"
+
     def turn_displacement(self, vector: Array, frame: Frame) -> Array:
         """Turn displacements (..., 3) of the program into the table frame."""
         return turn_to_part(vector, frame)

@@ -35,13 +35,13 @@ def write_component(machine: Machine) -> dict[str, str]:
     Raises
     ------
     CannotExport
-        The kind has no C.
+        The kind has no C code.
     """
     whole, name = machine.five_axis, name_component(machine)
     ideal = whole.nominal_machine if isinstance(whole, AsBuiltMachine) else whole
     carrier = _TEXTS / f"{machine.kind}.h"
     if not isinstance(ideal, HybridMachine) or not carrier.is_file():
-        raise CannotExport(f"kind = {machine.kind!r}: there is no C for this kind of machine")
+        raise CannotExport(f"kind = {machine.kind!r}: there is no C code for this kind of machine")
     values = {
         "name": _show_name(machine),
         "component": name,
