@@ -439,7 +439,8 @@ def test_a_body_that_rubs_along_many_lines_is_one_finding() -> None:
         *(Touch(span, line, "cutter", depth) for span, line, depth in cutter),
     )
     poses, zeros = np.zeros((50, 2, 3)), np.zeros(50, dtype=np.int64)
-    spans, tool = Spans(poses, poses, zeros, zeros, np.zeros(50, dtype=np.bool_)), group_pieces(build_pieces((HOLDER,), 60.0, joined=False))
+    spans = Spans(poses, poses, zeros, zeros, np.zeros(50, dtype=np.bool_))
+    tool = group_pieces(build_pieces((HOLDER,), 60.0, joined=False))
     told = [
         (item.severity, item.line, item.last_line, item.worst_line, item.message.split(":")[0].split(" may")[0])
         for item in report_touches(Cut(np.zeros(50), touches), spans, [tool], "the stock", 0.0, 0.1)
