@@ -589,7 +589,7 @@ def test_the_response_to_a_warning_about_words(run: Callable[..., Any], tmp_path
         ("G61.1", ("RS274/NGC: exact stop at the end of every move: see Path control in docs/gcode.md",)),
         ("TRANS", ("Siemens: shifts the zero; replaces the frame in force", "APT: shifts nothing: one that")),
         ("cos", ("RS274/NGC: cosine", "Fanuc: cosine", "Siemens: cosine")),
-        ("TRANS DATUM", ("Klartext, TRANS: shifts (DATUM), mirrors",)),
+        ("TRANS DATUM", ("Klartext, TRANS: shifts (DATUM AXIS), mirrors",)),
         ("M128", ("RS274/NGC: not executed: external programs", "Klartext: tool-centre-point control")),
     ],
 )
@@ -809,6 +809,8 @@ def test_every_word_is_explained_for_itself() -> None:
     [
         ("F", ("RS274/NGC: feed rate", "Fanuc: feed rate", "Klartext: feed rate in mm/min")),
         ("T1", ("RS274/NGC: selects a tool", "Fanuc: selects", "Siemens: selects", "Klartext: number or name")),
+        ("C1", ("Klartext: where an axis goes",)),  # it was an arc, as C alone is
+        ("G55", ("RS274/NGC: work offset G55", "Siemens: work offset G55")),
         ("M30", ("Klartext: end of the program",)),
         ("TCPM", ("Klartext: FUNCTION TCPM switches tool-centre-point control on",)),
         ("FN18", ("Klartext: reads a value of the control",)),

@@ -12,6 +12,8 @@ import pytest
 from tests.gcode.conftest import make_tool
 from verne_post import convert
 from verne_post.app.assemble import read_draft
+from verne_post.gcode.apt import words as vocabulary
+from verne_post.gcode.apt.run import OF_SUBPROGRAMS
 from verne_post.gcode.apt.translator import STATEMENTS
 from verne_post.gcode.apt.words import REFUSED_WORDS, REMARKS, WITHOUT_EFFECT
 from verne_post.gcode.dialects import DIALECTS, choose_dialect
@@ -143,6 +145,7 @@ WITH_CONDITIONS = {
 
 def test_every_statement_stands_in_a_table_and_in_the_documentation():
     assert set(STATEMENTS) == set(EXECUTED) | set(WITH_CONDITIONS)
+    assert set(vocabulary.STATEMENTS) == {*STATEMENTS, *OF_SUBPROGRAMS}  # what explain says of them
     page = (Path(__file__).parents[2] / "docs" / "apt.md").read_text(encoding="utf-8")
     rows = "\n".join(line for line in page.split("\n") if line.startswith("|"))
     for word in (*STATEMENTS, *REMARKS, *WITHOUT_EFFECT, *REFUSED_WORDS):

@@ -102,6 +102,10 @@ def read_m_code(table: CodeTable, number: float, column: int) -> int:
     return code
 
 
+#: What holds for all codes of a row.
+_FROM_ITS_BLOCK: Final = "from its own block on, but not for I J K, G10, G92 and G53"
+_OF_UNITS: Final = "acts before the motion of its own block; angles and deg/min are never scaled"
+_OF_SPEED: Final = "S in 1/min, not negative"
 #: G codes of RS274/NGC: group (named as in LinuxCNC's documentation) -> code -> what it does.
 _G: Final[Mapping[str, Mapping[int, str]]] = {
     "motion": {
@@ -115,33 +119,36 @@ _G: Final[Mapping[str, Mapping[int, str]]] = {
     "plane": dict.fromkeys((170, 180, 190), "plane of arcs: XY, ZX, YZ"),
     "distance": dict.fromkeys(
         (900, 910),
-        "absolute, incremental; from its own block on, but not for I J K, G10, G92 and G53",
+        f"absolute, incremental; {_FROM_ITS_BLOCK}",
     ),
     "arc distance": dict.fromkeys((901, 911), "I J K absolute, or from the start (at the start of the program)"),
     "feed mode": dict.fromkeys((930, 940, 950), "see Feed modes G93, G94, G95"),
     "units": dict.fromkeys(
         (200, 210),
-        "inch, mm, of lengths and F; acts before the motion of its own block; angles and deg/min are never scaled",
+        f"inch, mm, of lengths and F; {_OF_UNITS}",
     ),
     "cutter compensation": dict.fromkeys((400, 410, 411, 420, 421), "off, left, right: see Cutter compensation"),
-    "lathe diameter": {70: "diameters: X is then refused", 80: "radii; no effect"},
+    "lathe diameter": {70: "X is a diameter: X is then refused", 80: "X is a radius, as always on a mill; no effect"},
     "spindle mode": {
         960: "S is m/min or ft/min on the surface, D the most turns a minute: events, and a warning (VP045), since "
         "setpoints have no spindle speed. Feed moves under G95 are refused then (VP017)",
         970: "S is 1/min",
     },
     "tool length": {
-        430: "on, that of H: see Tool length and tool-centre-point control",
-        431: "on, as the axis words give it",
-        432: "that of H is added",
-        434: "on, that of H, with tool-centre-point control",
-        435: "as G43.4, and I J K are the tool axis: see Tool vectors",
-        490: "off",
+        430: "the tool length of H is in force: see Tool length and tool-centre-point control",
+        431: "the tool length is what the axis words say",
+        432: "the tool length of H is added to that in force",
+        434: "tool-centre-point control on, with the tool length of H: X Y Z are those of the tip while A and C turn",
+        435: "tool-centre-point control on, with the tool length of H; I J K are the tool axis: see Tool vectors",
+        490: "no tool length is in force",
     },
-    "retract": {980: "cycles retract to the initial level", 990: "cycles retract to R (at the start of the program)"},
+    "retract": {
+        980: "cycles go back to the height where the first one began",
+        990: "cycles go back to the height R (at the start of the program)",
+    },
     "work offset": dict.fromkeys((540, 550, 560, 570, 580, 590, 591, 592, 593), "work systems 1 to 9"),
     "path control": dict.fromkeys((610, 611, 640), "exact path, exact stop, corner blends: see Path control"),
-    "machine coordinates": {530: "with G0 or G1, in G90, for its block (VP017 otherwise)"},
+    "machine coordinates": {530: "this block is in machine coordinates; it needs G0 or G1, and G90 (VP017 otherwise)"},
     "non-modal": {
         40: "dwell: P seconds; P0 is a stop of one control cycle; comes before the motion of its block",
         100: "L1, L10, L11, L0: tool table: see Tool length and tool-centre-point control. L2: origin of work system "
@@ -162,10 +169,13 @@ _M: Final[Mapping[str, Mapping[int, str]]] = {
         1: "stop, only with --optional-stop",
         **dict.fromkeys((2, 30), "end of the program"),
     },
-    "tool change": {6: "loads the tool of T and stops the spindle", 61: "Q: sets the number of the tool only"},
+    "tool change": {
+        6: "loads the tool of T and stops the spindle",
+        61: "sets the number of the tool to Q, and loads none",
+    },
     "spindle": {
-        **dict.fromkeys((3, 4, 5), "clockwise, counter-clockwise, off; S in 1/min, not negative"),
-        19: "R orients the spindle",
+        **dict.fromkeys((3, 4, 5), f"clockwise, counter-clockwise, off; {_OF_SPEED}"),
+        19: "turns the spindle to the angle R and stops it there",
         **dict.fromkeys((70, 71, 72, 73), "saved modes: see O words and subprograms"),
     },
     "coolant": dict.fromkeys((7, 8, 9), "mist, flood, off"),
@@ -175,6 +185,86 @@ _M: Final[Mapping[str, Mapping[int, str]]] = {
         "shown as events. P digital, E analog output, Q value. M66: P, E input, L mode, Q time",
     ),
     "subprograms": dict.fromkeys((98, 99), "call and return: see O words and subprograms"),
+}
+#: What a code does whose row in the table says what several do.
+MEANINGS: Final[Mapping[str, str]] = {
+    "G2": "arc clockwise",
+    "G3": "arc counter-clockwise",
+    "G5": "cubic spline",
+    "G5.1": "quadratic spline",
+    "G5.2": "a NURBS begins",
+    "G5.3": "the NURBS ends",
+    "G73": "drilling with chip breaking",
+    "G74": "tapping, left-hand thread",
+    "G81": "drilling",
+    "G82": "drilling with a dwell at the bottom",
+    "G83": "deep-hole drilling, out of the hole after each peck",
+    "G84": "tapping, right-hand thread",
+    "G85": "boring, in and out at feed rate",
+    "G86": "boring, out in rapid traverse with the spindle at rest",
+    "G87": "back boring",
+    "G88": "boring, stops for the operator",
+    "G89": "boring with a dwell, out at feed rate",
+    "G17": "plane XY",
+    "G18": "plane ZX",
+    "G19": "plane YZ",
+    "G90": f"absolute coordinates; {_FROM_ITS_BLOCK}",
+    "G91": f"incremental coordinates; {_FROM_ITS_BLOCK}",
+    "G90.1": "I J K of arcs are absolute",
+    "G91.1": "I J K of arcs count from the start of the arc",
+    "G93": "inverse-time feed",
+    "G94": "feed per minute",
+    "G95": "feed per turn of the spindle",
+    "G20": f"lengths are inches; {_OF_UNITS}",
+    "G21": f"lengths are millimetres; {_OF_UNITS}",
+    "G40": "cutter compensation off",
+    "G41": "the tool goes left of the contour",
+    "G41.1": "the tool, of diameter D, goes left of the contour",
+    "G42": "the tool goes right of the contour",
+    "G42.1": "the tool, of diameter D, goes right of it",
+    **{
+        code: f"work offset {code}: coordinates count from its zero (--wcs, [wcs])"
+        for code in ("G54", "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2", "G59.3")
+    },
+    "G61": "exact path: a stop at corners, none where the path goes on smoothly",
+    "G61.1": "exact stop at the end of every move",
+    "G64": "corners are blended, within the tolerance P",
+    "G28": "rapid traverse to the home position, by way of the place given; without [home] of the machine file "
+    "refused (VP015)",
+    "G30": "rapid traverse to the second home position, by way of the place given; without [home] of the "
+    "machine file refused (VP015)",
+    "G28.1": "the present position becomes the home position of G28",
+    "G30.1": "the present position becomes the home position of G30",
+    "G52": "shifts the zero by the values given; other axes keep theirs",
+    "G92": "shifts the zero: the present position gets the values given; other axes keep theirs",
+    "G92.1": "ends the shift of G92",
+    "G92.2": "suspends the shift of G92",
+    "G92.3": "restores the shift of G92",
+    "M3": f"spindle on, clockwise; {_OF_SPEED}",
+    "M4": f"spindle on, counter-clockwise; {_OF_SPEED}",
+    "M5": f"spindle off; {_OF_SPEED}",
+    "M70": "saves the modes",
+    "M71": "forgets the saved modes",
+    "M72": "restores the saved modes",
+    "M73": "saves the modes, and restores them at the end of the subprogram",
+    "M7": "mist on",
+    "M8": "flood coolant on",
+    "M9": "coolant off",
+    "M48": "the operator may change feed and speed; shown as an event",
+    "M49": "the operator may not change feed and speed; shown as an event",
+    "M50": "feed override on, P0 off; shown as an event",
+    "M51": "speed override on, P0 off; shown as an event",
+    "M52": "adaptive feed on, P0 off; shown as an event",
+    "M53": "feed stop on, P0 off; shown as an event",
+    "M62": "switches the digital output P on with the next move; shown as an event",
+    "M63": "switches the digital output P off with the next move; shown as an event",
+    "M64": "switches the digital output P on; shown as an event",
+    "M65": "switches the digital output P off; shown as an event",
+    "M66": "waits for the input P or E in the way L, at most Q seconds; shown as an event",
+    "M67": "sets the analog output E to Q with the next move; shown as an event",
+    "M68": "sets the analog output E to Q; shown as an event",
+    "M98": "calls a subprogram",
+    "M99": "returns from a subprogram",
 }
 #: RS274/NGC as LinuxCNC has it on a mill, and tool vectors (G43.4, G43.5).
 RS274: Final = CodeTable(

@@ -9,18 +9,11 @@ from typing import Final, NamedTuple
 from verne_post.base.program_lines import remove_remarks
 from verne_post.base.suggestions import find_meant
 from verne_post.gcode.apt import words as apt
-from verne_post.gcode.apt.run import OF_SUBPROGRAMS
-from verne_post.gcode.apt.translator import STATEMENTS as APT_STATEMENTS
+from verne_post.gcode.codes import MEANINGS as OF_RS274
 from verne_post.gcode.codes import RS274, CodeTable, describe_remap, spell_g_code
 from verne_post.gcode.klartext import vocabulary as klartext
-from verne_post.gcode.own_meanings import (
-    LETTERS_OF_KLARTEXT,
-    OF_EXPRESSIONS,
-    OF_LANGUAGES,
-    OF_NAMES,
-    OF_VALUES,
-    OWN_MEANINGS,
-)
+from verne_post.gcode.letters import LETTERS_OF_KLARTEXT, OF_EXPRESSIONS, OF_NAMES
+from verne_post.gcode.rs274.fanuc_codes import MEANINGS as OF_FANUC
 from verne_post.gcode.rs274.fanuc_codes import make_table
 from verne_post.gcode.siemens import vocabulary as siemens
 
@@ -34,6 +27,13 @@ _TABLES_OF_NUMBERS: tuple[tuple[str, Mapping[int, str], bool], ...] = (
     ("CYCL DEF ", klartext.REFUSED_CYCLES, False),
     ("FN ", klartext.FN, True),
 )
+#: What a word does itself, where its row in a table says what several do.
+_MEANINGS: Final = {
+    "RS274/NGC": OF_RS274,
+    "Fanuc": OF_FANUC,
+    "Siemens": siemens.MEANINGS,
+    "Klartext": klartext.MEANINGS,
+}
 #: Pages of the languages, and sections that Fanuc has from the page of RS274/NGC.
 _PAGES: Final = {
     "RS274/NGC": "docs/gcode.md",
@@ -181,7 +181,8 @@ def _describe_values(name: str) -> Iterator[str]:
     """A value of cycles: what it is, and whose."""
     cycles = [cycle for cycle, names in _list_parameters().items() if name in names]
     if cycles:
-        yield f"Siemens: a value of {', '.join(cycles)}{f': {OF_VALUES[name]}' if name in OF_VALUES else ''}"
+        meaning = siemens.CYCLE_VALUES.get(name, "")
+        yield f"Siemens: a value of {', '.join(cycles)}{': ' * bool(meaning)}{meaning}"
     if name.startswith("Q") and name[1:].isdecimal():
         from verne_post.gcode.klartext.cycle_words import MACHINING, PATTERNS
 
@@ -196,26 +197,16 @@ def _describe_values(name: str) -> Iterator[str]:
 
 
 def _describe(language: str, name: str, text: str, *, is_executed: bool) -> str:
-    """What a word does itself, then what its table says of its group; why it is refused."""
+    """What a word does itself, and the page that its row in a table names; why it is refused."""
 
     def name_page(section: re.Match[str]) -> str:
         is_general = language == "Fanuc" and section[1] not in _OWN_OF_FANUC
         return f"{section[1]} in {_PAGES['RS274/NGC' if is_general else language]}"
 
-    of_language = OF_LANGUAGES.get(language, {}).get(name, "") if is_executed else ""
-    text, of_language = (
-        re.sub(r": below\b", f": see {_PAGES[language]}", _SECTION.sub(name_page, one)) for one in (text, of_language)
-    )
-    if not is_executed:
-        return f"not executed: {text}"
-    of_page = "".join(re.findall(r": see .*", text))
-    if of_language:
-        return of_language if ": see " in of_language else of_language + of_page
-    if own := OWN_MEANINGS.get(name, ""):
-        # its group lists what its words do; behind it stands what holds for all of them
-        _list, semicolon, rest = text.partition("; ")
-        return f"{own}{semicolon}{rest}" if semicolon else own + of_page
-    return text
+    meaning = _MEANINGS.get(language, {}).get(name, text) if is_executed else f"not executed: {text}"
+    if ": see " not in meaning:
+        meaning += "".join(re.findall(r": see .*", text))
+    return re.sub(r": below\b", f": see {_PAGES[language]}", _SECTION.sub(name_page, meaning))
 
 
 def find_cycle_value(line: str, column: int) -> KnownWord | None:
@@ -225,7 +216,7 @@ def find_cycle_value(line: str, column: int) -> KnownWord | None:
         names = _list_parameters().get(cycle[1].upper(), ())
         for name, value in zip(names, _VALUE.finditer(code, cycle.end()), strict=False):
             if value.start(1) <= column < value.end(1):
-                meaning = OF_VALUES.get(name, "")
+                meaning = siemens.CYCLE_VALUES.get(name, "")
                 text = f"{name} of {cycle[1].upper()}{': ' * bool(meaning)}{meaning}"
                 return KnownWord(value.start(1), value.end(1), value[1].strip(), text)
             if value[2] != ",":
@@ -259,7 +250,7 @@ def list_values_of_cycle(word: str, dialect: str) -> list[tuple[str, str]]:
 def describe_values(word: str, dialect: str) -> list[str]:
     """The values of a cycle of Siemens or Klartext, in their order, with what each is; none for other words."""
     if dialect == "siemens":
-        values = ((name, OF_VALUES.get(name, "")) for name in _list_parameters().get(word, ()))
+        values = ((name, siemens.CYCLE_VALUES.get(name, "")) for name in _list_parameters().get(word, ()))
     else:
         needs, defaults = _list_q_parameters(word) if dialect == "heidenhain" else ((), {})
         without = {number: f"; {value:g} where it is not given" for number, value in defaults.items()}
@@ -310,9 +301,7 @@ def list_words() -> Iterator[tuple[str, str, str, bool]]:
         yield from (("Klartext", name, text, True) for name, text in phrases.items())
     yield from (("Klartext", f"PLANE {name}", text, True) for name, text in klartext.PLANES.items())
     yield from (("Klartext", name, text, False) for name, text in klartext.REFUSED_STATEMENTS.items())
-    for name, method in APT_STATEMENTS.items():
-        yield "APT", name, re.sub(r"^[A-Z/, -]+: |\.$", "", (method.__doc__ or "executed").split("\n")[0]), True
-    yield from (("APT", name, "a subprogram, executed where CALSUB calls it", True) for name in OF_SUBPROGRAMS)
+    yield from (("APT", name, text, True) for name, text in apt.STATEMENTS.items())
     yield from (("APT", name, "no effect: a remark of the CAM system", True) for name in apt.REMARKS)
     yield from (("APT", name, f"no effect: {apt.FOR_OTHERS}", True) for name in apt.WITHOUT_EFFECT)
     yield from (("APT", name, text, False) for name, text in apt.REFUSED_WORDS.items())

@@ -14,8 +14,8 @@ from verne_post.base.program_lines import find_word, remove_remarks
 from verne_post.base.units import MM_PER_INCH
 from verne_post.gcode.codes import CYCLES
 from verne_post.gcode.klartext.vocabulary import name_parameter
+from verne_post.gcode.letters import BESIDE_MOTION, LETTERS, LETTERS_OF_KLARTEXT, OF_CORNERS, OF_LETTERS
 from verne_post.gcode.machining.state import State, name_unit_of_speed
-from verne_post.gcode.own_meanings import BESIDE_MOTION, LETTERS, LETTERS_OF_KLARTEXT, OF_CORNERS, OF_LETTERS
 from verne_post.gcode.parameters import POSITION
 from verne_post.gcode.rs274.macro_text import number_argument
 from verne_post.gcode.rs274.macro_variables import ENDS

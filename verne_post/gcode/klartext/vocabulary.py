@@ -8,6 +8,7 @@ import math
 from collections.abc import Mapping
 from typing import Final
 
+from verne_post.gcode.codes import MEANINGS as OF_RS274
 from verne_post.model.moves import ArcFeed
 
 #: Why contours of cycles, and probing, are refused.
@@ -35,18 +36,18 @@ STATEMENTS: Final[Mapping[str, str]] = {
         "subprograms up to LBL 0, which a program that runs on enters too (VP024); REP m runs the section from a label "
         "before it m + 1 times",
     ),
-    "CALL PGM": "a file in the folder of the program, as with O words",
+    "CALL PGM": "runs another program, a file in the folder of this one",
     "CALL SELECTED PGM": "refused: write CALL PGM",
     "SEL TABLE": "names the datum table of `datums`, by one name in a program: see Keys of the settings file",
     "PLANE": "a tilted plane: below",
-    "FUNCTION": "TCPM, RESET TCPM, DWELL, MODE MILL: see Stock, patterns, functions",
-    "TRANS": "DATUM AXIS, MIRROR, ROTATION, SCALE are cycles 7, 8, 10 and 11; RESET ends them. DATUM TABLE is a row of "
-    "`datums`: see Keys of the settings file",
+    "FUNCTION": "begins TCPM, RESET TCPM, DWELL or MODE MILL: see Stock, patterns, functions",
+    "TRANS": "shifts (DATUM AXIS), mirrors (MIRROR), turns (ROTATION) or scales (SCALE) the datum, as cycles 7, 8, 10 "
+    "and 11 do; RESET ends it. DATUM TABLE takes a row of `datums`: see Keys of the settings file",
     "PATTERN DEF": "positions for CYCL CALL PAT: see Stock, patterns, functions",
-    "STOP": "M0, with other M functions beside",
-    "APPR": "LT LN CT LCT, with P polar: approach to the first point of the contour: auxiliary point in X and Y, then "
-    "Z, then onto the contour",
-    "DEP": "LT LN CT LCT, CT with its angle CCA: departure; compensation ends",
+    "STOP": "stops the program until the operator starts it again, as M0; other M functions may stand beside",
+    "APPR": "approaches the first point of the contour (LT, LN, CT, LCT; with P polar): auxiliary point in X and Y, "
+    "then Z, then onto the contour",
+    "DEP": "leaves the contour (LT, LN, CT, LCT; CT with its angle CCA), and ends the compensation",
     "RND": "arc between two elements; its F applies to it alone",
     "CHF": "chamfer; the number is its length on each line",
     **dict.fromkeys(("CT", "CTP"), "arc that continues the direction of the element before"),
@@ -55,10 +56,10 @@ STATEMENTS: Final[Mapping[str, str]] = {
     "CC": "pole and centre; without coordinates the last position; two of X Y Z choose the plane",
     "LP": "line by radius PR (IPR) and angle PA (IPA) about CC",
     "LN": "tool axis T, or the normal N without T; needs M128",
-    "L": "straight line; I before a letter counts from the last programmed position",
-    "C": "arc about CC; in the planes of CC; a third coordinate makes a helix",
+    "L": "a straight line to the coordinates; I before a letter counts from the last programmed position",
+    "C": "an arc about CC to the coordinates, in the plane of CC; a third coordinate makes a helix",
     **dict.fromkeys(("Q", "QL", "QR"), "value or formula: + - * / ^ % and functions, degrees"),
-    "QS": "text, also DECLARE STRING: quotes, TOCHAR (DAT, DECIMALS), TONUMB",
+    "QS": "a text parameter gets a text (also DECLARE STRING): quotes, TOCHAR (DAT, DECIMALS), TONUMB",
     "FN": "a function of parameters: below",
     **dict.fromkeys(("M", "F", "S"), "in a separate statement, or in one of a path"),
     **dict.fromkeys(
@@ -71,12 +72,12 @@ STATEMENTS: Final[Mapping[str, str]] = {
 WORDS: Final[Mapping[str, str]] = {
     "FMAX": "rapid traverse, for this block",
     "F AUTO": "the feed rate of TOOL CALL",
-    "FU": "mm per turn of the spindle",
-    "R F M": "without a value: older controls write them where nothing was entered; the present value is kept. "
+    "FU": "feed rate in mm per turn of the spindle",
+    "R F M": "R, F or M without a value keeps the present value; older controls write it where nothing was entered. "
     "F needs M behind it",
-    "MOVE": "with DIST (ABST, SETUP, SET-UP): the point DIST before the tip stays on the part",
+    "MOVE": "A and C turn, and the point DIST before the tip stays on the part (ABST, SETUP, SET-UP)",
     "TURN": "A and C turn, X Y Z of the machine do not move, after a retract by MB",
-    "STAY": "nothing moves; `L A+Q120 C+Q122` follows",
+    "STAY": "nothing moves; a line with A+Q120 C+Q122 follows",
     **dict.fromkeys(("SEQ", "SYM"), "sign of A; without it the shorter way within the travel"),
     **dict.fromkeys(
         ("TABLE ROT", "COORD ROT"),
@@ -122,19 +123,19 @@ AT_END: Final = {0: (0,), 1: (1,), 2: (2,), 5: (5,), 9: (9,), 30: (30,)}
 CYCLES: Final[Mapping[int, str]] = {
     7: "datum shift, also incremental",
     8: "mirror image of X, Y or both; arcs and sides change direction",
-    9: "dwell, s",
+    9: "waits so many seconds",
     10: "rotation about Z of the active datum",
     11: "scaling of all lengths, not of the tool",
-    13: "angle of M19",
+    13: "the angle of the spindle for M19",
     19: "working plane by spatial angles. The axes do not move, or with `cycle_19` turn at F, with the set-up "
     "clearance as DIST of MOVE: see Keys of the settings file",
-    32: "T is the tolerance at corners, as G64 P",
+    32: "sets the tolerance of corners, T, as G64 P",
     247: "preset: 1 to 9 are G54 to G59.3 of --wcs, 10 to 48 G54.1P10 to P48; 0, the one set by hand, is G54. It ends "
     "shifts, mirror images, rotations and scalings",
     **dict.fromkeys((*range(200, 210), 240), "holes: see Cycles"),
     241: "single-lip deep-hole drilling: see Cycles",
     262: "a milled inside thread: see Thread milling",
-    263: "the same, with a countersink at the front of the tool (Q358)",
+    263: "mills an inside thread, with a countersink at the front of the tool (Q358)",
     264: "drills, and mills an inside thread",
     265: "an inside thread from the surface down",
     267: "a milled outside thread",
@@ -154,7 +155,81 @@ FN: Final[Mapping[int, str]] = {
     **dict.fromkeys((*range(9), 13), "set, + - * /, SQRT, SIN, COS, LEN, ANG"),
     **dict.fromkeys(range(9, 13), "jumps: EQU, NE, GT, LT; FN 9 also IS UNDEFINED, IS DEFINED"),
     **dict.fromkeys((15, 16), "shown as `not executed` by `dump moves`"),
-    18: "also `not executed`; reading the parameter later is VP025",
+    18: "reads a value of the control (SYSREAD) into a parameter; it is not executed, and using the parameter later is "
+    "refused (VP025)",
+}
+#: What a word does whose row in the table says what several do.
+MEANINGS: Final[Mapping[str, str]] = {
+    **{code: OF_RS274[code] for code in ("M7", "M8", "M9")},
+    "BEGIN PGM": "the program begins; MM or INCH is the unit of all lengths",
+    "END PGM": "the program ends",
+    "LBL": "a label; LBL 0 ends a subprogram, which a program that runs on enters too (VP024)",
+    "CALL LBL": "runs the subprogram from a label to LBL 0; with REP m, the section from the label again m times",
+    **dict.fromkeys(
+        ("Q", "QL", "QR"),
+        "a Q parameter gets a value or the result of a formula: + - * / ^ % and functions, with angles in degrees",
+    ),
+    "M": "an M function: alone, or at the end of a block",
+    "F": "feed rate in mm/min, from this block on",
+    "S": "spindle speed in 1/min: in TOOL CALL, or in a block",
+    "R0": "radius compensation off",
+    "RL": "the tool goes left of the contour: the first move ends beside the start of the first element, the "
+    "last move starts beside the end of the last",
+    "RR": "the tool goes right of the contour: the first move ends beside the start of the first element, the "
+    "last move starts beside the end of the last",
+    **dict.fromkeys(("SEQ", "SYM"), "chooses the sign of A; without it A and C take the shorter way within the travel"),
+    "TABLE ROT": "with a vertical tool, C turns until X of the plane is along X of the machine",
+    "COORD ROT": "with a vertical tool, C turns to 0",
+    "M0": "stops the program until the operator starts it again",
+    "M1": "stops as M0, only with --optional-stop",
+    **dict.fromkeys(("M2", "M30"), "end of the program"),
+    "M3": "spindle on, clockwise",
+    "M4": "spindle on, counter-clockwise",
+    "M5": "spindle off",
+    "M13": "spindle on, clockwise, with coolant",
+    "M14": "spindle on, counter-clockwise, with coolant",
+    "M89": "calls the cycle after every block that moves, until M99 or the next machining cycle",
+    "M99": "calls the cycle in this block",
+    "M109": "on arcs F is the feed rate of the cutting edge",
+    "M110": "on inside arcs F is that of the cutting edge",
+    "M111": "on arcs F is the feed rate of the tool's centre",
+    "M116": "F of a turn of A or C is the speed of the tip in mm/min",
+    "M117": "ends M116",
+    "M126": "A and C take the shorter way",
+    "M127": "ends M126",
+    "M128": "tool-centre-point control on; F of M128 has no effect",
+    "M129": "tool-centre-point control off",
+    "M136": "F is in mm per turn of the spindle, and needs a new value; cycles are refused",
+    "M137": "F is per minute again, and needs a new value",
+    "CYCL DEF 200": "drilling",
+    "CYCL DEF 201": "reaming",
+    "CYCL DEF 202": "boring, the spindle stops oriented",
+    "CYCL DEF 203": "universal drilling with chip breaking",
+    "CYCL DEF 204": "back boring",
+    "CYCL DEF 205": "universal pecking",
+    "CYCL DEF 206": "tapping with a floating holder",
+    "CYCL DEF 207": "rigid tapping",
+    "CYCL DEF 208": "bore milling",
+    "CYCL DEF 209": "rigid tapping with chip breaking",
+    "CYCL DEF 240": "centring",
+    "CYCL DEF 220": "the cycle before it, at holes on a circle",
+    "CYCL DEF 221": "the cycle before it, at the holes of a grid",
+    "FN 0": "sets a Q parameter",
+    "FN 1": "adds",
+    "FN 2": "subtracts",
+    "FN 3": "multiplies",
+    "FN 4": "divides",
+    "FN 5": "square root",
+    "FN 6": "sine",
+    "FN 7": "cosine",
+    "FN 8": "length of two sides (LEN)",
+    "FN 13": "angle of two sides (ANG)",
+    "FN 9": "jumps to a label where two values are equal (EQU), or where a parameter IS UNDEFINED, IS DEFINED",
+    "FN 10": "jumps to a label where two values differ (NE)",
+    "FN 11": "jumps to a label where the first value is greater (GT)",
+    "FN 12": "jumps to a label where the first value is less (LT)",
+    "FN 15": "prints to a file of the control; `dump moves` shows it as `not executed`",
+    "FN 16": "prints a text of the control; `dump moves` shows it as `not executed`",
 }
 #: Where F holds on arcs.
 ARC_FEEDS: Final[Mapping[int, ArcFeed]] = {

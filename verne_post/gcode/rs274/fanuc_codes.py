@@ -6,7 +6,8 @@ docs/make_words.py makes the tables of docs/fanuc.md of it, with what RS274/NGC 
 from collections.abc import Mapping
 from typing import Final
 
-from verne_post.gcode.codes import RS274, CodeTable
+from verne_post.gcode.codes import MEANINGS as OF_RS274
+from verne_post.gcode.codes import RS274, CodeTable, spell_g_code
 
 #: Codes of the control that are not in RS274/NGC: tilted plane, its axis, its end, additional work systems.
 PLANE, TO_PLANE, PLANE_OFF, ADDITIONAL = 682, 531, 690, 541
@@ -75,6 +76,8 @@ WORDS: Final[Mapping[str, str]] = {
 #: In place of codes that are not executed.
 _INSTEAD: Final = {433: "G43.4", 630: "G84", 661: "G66"}
 _ENDS_MODE: Final = "ends a mode; no effect where none is active"
+#: What holds for all cycles.
+_KEPT_WORDS: Final = "R, Z, Q and P are kept for other cycles, until G80: see Cycles"
 #: What G codes do that RS274/NGC does not have, or does otherwise; by group, with all codes of a group that differs.
 _GROUPS: Final[Mapping[str, Mapping[int, str]]] = {
     "non-modal": {
@@ -89,8 +92,9 @@ _GROUPS: Final[Mapping[str, Mapping[int, str]]] = {
             "Haas, in G17: a circle of radius I about the tool, clockwise or counter-clockwise: see Circles of Haas",
         ),
         CIRCLE_OF_HOLES: "Haas: L holes of the cycle in force, evenly on a circle of radius I about X Y, or about the "
-        "tool. The first is at the angle J",
-        ARC_OF_HOLES: "the same as G70, K degrees apart",
+        "tool; the first is at the angle J",
+        ARC_OF_HOLES: "Haas: L holes of the cycle in force on an arc of radius I about X Y, or about the tool, K "
+        "degrees apart; the first is at the angle J",
         ROW_OF_HOLES: "Haas: L holes of the cycle in force in a row at the angle J, I apart; *unverified*: the "
         "first is at X Y, or at the tool",
     },
@@ -99,7 +103,7 @@ _GROUPS: Final[Mapping[str, Mapping[int, str]]] = {
         NURBS: "NURBS interpolation: see Splines",
         **dict.fromkeys(
             CYCLES,
-            "holes; R, Z, Q and P are kept for other cycles, until G80: see Cycles",
+            f"holes; {_KEPT_WORDS}",
         ),
         **dict.fromkeys((740, 840), "rigid tapping: see Tapping"),
         760: "fine boring: oriented stop, then away from the wall by I and J, or by Q in the direction of `bore_shift` "
@@ -107,13 +111,14 @@ _GROUPS: Final[Mapping[str, Mapping[int, str]]] = {
     },
     "tool length": {
         **{code: RS274.g_groups["tool length"][code] for code in (430, 434, 435, 490)},
-        431: "the same as G43.4; *unverified*: on a Fanuc it may be length compensation along the tool axis",
-        2340: "the same as G43.4",
+        431: "tool-centre-point control on, with the tool length of H (G43.4); *unverified*: on a Fanuc it may be "
+        "length compensation along the tool axis",
+        2340: "tool-centre-point control on, with the tool length of H (G43.4)",
     },
     "cutter compensation": {code: RS274.g_groups["cutter compensation"][code] for code in (400, 410, 420)},
     "work offset": {
         **{code: RS274.g_groups["work offset"][code] for code in (550, 560, 570, 580, 590)},
-        540: "work system; G54 P1 is G54.1 P1",
+        540: "work offset G54: coordinates count from its zero; G54 P1 is G54.1 P1",
         **dict.fromkeys((ADDITIONAL, 1540), 'P1 to P48: additional work systems; --wcs "G54.1P3=x,y,z"'),
         **dict.fromkeys(NUMBERED_SYSTEMS, "Haas: G110 is G154 P1, G111 P2 and so on; G112 and G113 are refused"),
     },
@@ -124,15 +129,15 @@ _GROUPS: Final[Mapping[str, Mapping[int, str]]] = {
     },
     "exact stop": {90: "exact stop at the end of the block"},
     "tilted plane": {
-        PLANE: "by angles, points or directions: see Tilted planes",
+        PLANE: "tilts the work plane, by angles, points or directions: see Tilted planes",
         ROTATION: "turns coordinates in the plane; with I J K about a direction, and one more G68 may be nested: see "
         "Turns, scales, mirror images",
         OF_TOOL: "the plane of the tool: Z along it, X level, turned by R. A note (VP039) names parameter 12321",
         PLANE_OFF: "ends G68, G68.2 and G68.3",
     },
     "plane axis": {
-        TO_PLANE: "turns the table until the tool is normal to the plane",
-        ABOUT_TIP: "as G53.1, which keeps the tip too",
+        TO_PLANE: "turns A and C until the tool is normal to the tilted plane",
+        ABOUT_TIP: "turns A and C until the tool is normal to the tilted plane, while the tip stays at its place",
     },
     "dynamic work offset": dict.fromkeys(
         (TABLE, TABLE_OFF),
@@ -161,6 +166,57 @@ _GROUPS: Final[Mapping[str, Mapping[int, str]]] = {
     "fixture offset": dict.fromkeys(FIXTURES, "P0: no fixture offset, no setting error compensation; others: refused"),
     "watching": dict.fromkeys(WATCHING, "zones that the control forbids, or its watch on the spindle"),
     "centres of arcs": {CENTERS_FROM_START: "Mach4: I J K count from the start of the arc; they always do"},
+}
+#: Codes of rows that do what they do in RS274/NGC.
+_AS_IN_RS274: Final = (
+    "G2", "G3", "G74", "G84", "G17", "G18", "G19", "G90", "G91", "G93", "G94", "G95", "G20", "G21", "G40", "G41",
+    "G42", "G55", "G56", "G57", "G58", "G59", "M7", "M8", "M9", "M48", "M49", "M3", "M4", "M5", "G92", "G92.1",
+)  # fmt: skip
+#: What a code does whose row in the table says what several do.
+MEANINGS: Final[Mapping[str, str]] = {
+    **{code: OF_RS274[code] for code in _AS_IN_RS274},
+    "G73": f"drilling with chip breaking; {_KEPT_WORDS}",
+    "G81": f"drilling; {_KEPT_WORDS}",
+    "G82": f"drilling with a dwell at the bottom; {_KEPT_WORDS}",
+    "G83": f"deep-hole drilling, out of the hole after each peck; {_KEPT_WORDS}",
+    "G85": f"boring, in and out at feed rate; {_KEPT_WORDS}",
+    "G86": f"boring, out in rapid traverse with the spindle at rest; {_KEPT_WORDS}",
+    "G88": f"boring, stops for the operator; {_KEPT_WORDS}",
+    "G89": f"boring with a dwell, out at feed rate; {_KEPT_WORDS}",
+    "G54.1": 'additional work offset, of the number P from 1 to 48; --wcs "G54.1P3=x,y,z"',
+    "G154": 'Haas: additional work offset, of the number P from 1 to 48; --wcs "G54.1P3=x,y,z"',
+    **{
+        spell_g_code(code): f"Haas: work offset, the same as G154 P{number}"
+        for code, number in NUMBERED_SYSTEMS.items()
+    },
+    "G28": "rapid traverse to the reference position, by way of the place given",
+    "G30": "rapid traverse to the second reference position (P2), by way of the place given",
+    "G64": "corners are blended",
+    "G12": "Haas, in G17: mills a circle of radius I about the tool, clockwise",
+    "G13": "Haas, in G17: mills a circle of radius I about the tool, counter-clockwise",
+    "G254": "Haas: dynamic work offset on: the zero turns with the table; X, Y, Z follow the axes of the machine",
+    "G255": "Haas: dynamic work offset off",
+    "G51": "scales about a point by P, or each axis by its own factor I, J, K",
+    "G50": "ends the scale of G51",
+    "G51.1": "mirrors an axis about a place",
+    "G50.1": "ends the mirror image of G51.1",
+    "G16": "polar coordinates on, in G17: X is the distance from X0 Y0, Y the angle; in G91 Y alone is allowed,"
+    " and adds up",
+    "G15": "polar coordinates off",
+    "G187": "Haas: chooses how smoothly corners are machined (P, E); no effect on the rows, shown as an event",
+    "G103": "Haas: limits how many blocks the control reads ahead (P); no effect on the rows, shown as an event",
+    **dict.fromkeys(
+        ("G5", "G5.1", "G5.4", "G8"), "look-ahead and smoothing of the control; no effect on the rows, shown as events"
+    ),
+    "G67": "ends the calls of the macro of G66",
+    **dict.fromkeys(
+        ("G54.2", "G54.4"), "P0 ends the fixture offset or the setting error compensation; others are refused"
+    ),
+    "G22": "watches forbidden zones; no effect, the machine file has the limits",
+    "G23": "ends the watch on forbidden zones; no effect",
+    "G25": "ends the watch on the spindle; no effect",
+    "G26": "watches the spindle; no effect",
+    "M29": "the next G84 or G74 is rigid tapping",
 }
 
 
