@@ -7,7 +7,8 @@ from typing import Any
 
 import pytest
 
-from verne_post.gcode.mistyped import explain_unknown
+from verne_post.gcode.mistyped import correct_line, execute_as_meant, explain_unknown
+from verne_post.gcode.program_error import ProgramError
 
 PLACE = ("--tool-length", "80", "--wcs", "G54=0,0,0")
 #: Language -> a program with a place for lines, and the number of the first of them.
@@ -468,3 +469,22 @@ def test_a_program_number_without_its_letter(run: Callable[..., Any], tmp_path: 
     (found,) = [line for line in answer.out.splitlines() if ": VP" in line]
     text = f"VP001 error: {number}: a number without a letter before it; did you mean {meant}?"
     assert found == f"{path}:2:1: {text}"
+
+
+def test_two_words_that_are_each_taken_for_the_other_end() -> None:
+    """The guard of Klartext counted, and the other languages had none; columns are those of the line as it stands."""
+    meant = {"SUAP": "SUPA", "SUPA": "SUAP", "FOOO": "FOO"}
+
+    def execute(text: str) -> list[ProgramError]:
+        for word, right_word in meant.items():
+            if (at := text.find(word)) >= 0:
+                raise ProgramError("VP001", f"{word}: no meaning in this language; did you mean {right_word}?", at + 1)
+        return []
+
+    errors, rest = execute_as_meant("FOOO SUAP", execute, correct_line)
+    assert [(one.message[:4], one.column) for one in errors] == [("SUAP", 6), ("SUPA", 6)]
+    assert rest == "FOOO SUPA"
+    del meant["SUPA"]
+    errors, rest = execute_as_meant("FOOO SUAP FOOO", execute, correct_line)
+    assert [(one.message[:4], one.column) for one in errors] == [("SUAP", 6), ("FOOO", 1), ("FOOO", 11)]
+    assert rest is None

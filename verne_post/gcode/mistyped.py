@@ -5,7 +5,7 @@ did you mean TRAORI?". Editors change the one into the other, and a language goe
 """
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from typing import Final
 
@@ -89,6 +89,36 @@ def correct_word(text: str, error: ProgramError) -> str | None:
     begin = error.column - 1
     end = begin + len(correction[0])
     return text[:begin] + correction[1] + text[end:] if text[begin:end].upper() == correction[0].upper() else None
+
+
+def execute_as_meant(
+    text: str,
+    execute: Callable[[str], list[ProgramError]],
+    correct: Callable[[str, ProgramError], str | None],
+) -> tuple[list[ProgramError], str | None]:
+    """Execute a line; where a word of it is mistyped, again with the one that is meant.
+
+    Returns its errors, with the columns of the line as it stands, and the line whose last error was raised and could
+    not be corrected; None where it was executed. No line is tried twice: two words may each be taken for the other.
+    """
+    errors: list[ProgramError] = []
+    earlier_texts = [text.upper()]
+    rest: str | None = None
+    while True:
+        try:
+            errors += execute(text)
+            break
+        except ProgramError as error:
+            errors.append(error)
+            corrected_text = correct(text, error)
+            if corrected_text is None or corrected_text.upper() in earlier_texts:
+                rest = text
+                break
+            text = corrected_text
+            earlier_texts.append(text.upper())
+    for number in reversed(range(len(earlier_texts) - 1)):
+        shift_back(errors[number], errors[number + 1 :])
+    return errors, rest
 
 
 def shift_back(corrected_error: ProgramError, later_errors: Iterable[ProgramError]) -> None:

@@ -15,7 +15,7 @@ from verne_post.gcode.klartext.recovery import KlartextRecovery
 from verne_post.gcode.klartext.statements import KlartextText, read_statement
 from verne_post.gcode.machining.plane_geometry import Point
 from verne_post.gcode.machining.state import State
-from verne_post.gcode.mistyped import correct_line, shift_back
+from verne_post.gcode.mistyped import correct_line, execute_as_meant
 from verne_post.gcode.plain import PlainLines
 from verne_post.gcode.program_error import (
     GIVE_FILE,
@@ -271,18 +271,15 @@ class _KlartextRun:
         if len(parts) > 1 and text.goes_on(last):
             why = f"~ at its end continues the cycle in line {last + 1}, which is a block of its own; take ~ away"
             errors.append(ProgramError("VP001", f"{why}, or write the parameter that is missing", line=last))
-        while True:
-            try:
-                self._execute_parts(parts, line)
-                break
-            except ProgramError as error:
-                errors.append(error)
-                corrected_line = None if stop.first_error else correct_line(parts[0], error)
-                if corrected_line is None or len(errors) > len(parts[0]):  # more words than it can have
-                    break
-                parts[0] = corrected_line
-        for number in reversed(range(len(errors) - 1)):
-            shift_back(errors[number], errors[number + 1 :])
+
+        def execute(first_part: str) -> list[ProgramError]:
+            self._execute_parts([first_part, *parts[1:]], line)
+            return []
+
+        def correct(first_part: str, error: ProgramError) -> str | None:
+            return None if stop.first_error else correct_line(first_part, error)
+
+        errors += execute_as_meant(parts[0], execute, correct)[0]
         if not errors:
             flow.repeats.count(text, line, line, interpreter.recorder.count - moves)
         return errors

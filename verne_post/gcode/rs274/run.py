@@ -7,7 +7,7 @@ from verne_post.gcode import plain
 from verne_post.gcode.block import Block
 from verne_post.gcode.execution import OF_TEXT, Execution, StopConditions, run_program
 from verne_post.gcode.machining.state import State
-from verne_post.gcode.mistyped import correct_number, correct_word, shift_back
+from verne_post.gcode.mistyped import correct_number, correct_word, execute_as_meant, shift_back
 from verne_post.gcode.plain_vectors import end_of_vectors, take_vectors
 from verne_post.gcode.program_error import ProgramError, end_with
 from verne_post.gcode.recorder import Recorder
@@ -136,30 +136,31 @@ class _BlockRun:
         return errors
 
     def _read_and_execute(self, text: str, line: int) -> list[ProgramError]:
-        try:
-            block = self.flow.interpreter.read(text, line)
-        except ProgramError as error:
-            if self.recovery is None:
-                raise
-            if self.recovery.follows_unread(error):
-                self.recovery.pass_unread(text, line)
-                return []
-            corrected_text = correct_word(text, error) if error.code == "VP001" else None  # else structure has it
-            corrected_text = corrected_text or correct_number(text, error)
-            if corrected_text is not None:  # what follows from the mistyped word is no error of its own
-                return [error, *self._execute_corrected(corrected_text, error, line)]
-            self.recovery.pass_unread(text, line)
-            return [error]
-        return self._execute_block(block, line)
+        if self.recovery is None:
+            return self._execute_block(self.flow.interpreter.read(text, line), line)
 
-    def _execute_corrected(self, text: str, error: ProgramError, line: int) -> list[ProgramError]:
-        """Execute a line as it is meant; its errors have the columns of the line as it stands."""
-        # which words belong to a mistyped code is not known
-        later_errors = [found for found in self._read_and_execute(text, line) if found.code not in OF_WORDS]
-        for found in later_errors:
-            _find_column(found, text.encode())
-        shift_back(error, later_errors)
-        return later_errors
+        words, block = text, Block(line)
+
+        def read(right_text: str) -> list[ProgramError]:
+            nonlocal words, block
+            words, block = right_text, self.flow.interpreter.read(right_text, line)
+            return []
+
+        errors, rest = execute_as_meant(text, read, _correct)
+        if rest is not None:
+            self.recovery.pass_unread(rest, line)
+            if self.recovery.follows_unread(errors[-1]) or (len(errors) > 1 and errors[-1].code in OF_WORDS):
+                errors.pop()
+            return errors
+        later_errors = self._execute_block(block, line)
+        if errors:  # what follows from the mistyped word is no error of its own
+            # which words belong to a mistyped code is not known
+            later_errors = [error for error in later_errors if error.code not in OF_WORDS]
+            for error in later_errors:
+                _find_column(error, words.encode())
+            for error in reversed(errors):
+                shift_back(error, later_errors)
+        return errors + later_errors
 
     def _execute_block(self, block: Block, line: int) -> list[ProgramError]:
         flow, recovery = self.flow, self.recovery
@@ -226,6 +227,11 @@ def _find_columns_of_warnings(warnings: dict[tuple[int, str], Finding], first: i
         if item.column is not None and item.column < 0:
             column = find_word_columns(decode_line(raw))[-item.column - 1]
             warnings[key] = dataclasses.replace(item, column=column)
+
+
+def _correct(text: str, error: ProgramError) -> str | None:
+    """The line with what is meant by a word that cannot be read; of others the structure of the block says it."""
+    return (correct_word(text, error) if error.code == "VP001" else None) or correct_number(text, error)
 
 
 def _find_column(error: ProgramError, raw: bytes) -> None:

@@ -4,7 +4,7 @@ from verne_post.base.long_text import Text
 from verne_post.base.suggestions import find_correction
 from verne_post.gcode.execution import Execution, StopConditions, run_program
 from verne_post.gcode.machining.state import State
-from verne_post.gcode.mistyped import correct_line, shift_back
+from verne_post.gcode.mistyped import correct_line, execute_as_meant
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.setup import Setup
@@ -45,38 +45,29 @@ class _SiemensRun:
 
     def execute(self, chunk: Chunk, stop: StopConditions) -> tuple[int, list[ProgramError]]:
         """Execute the next line, or a stretch at once; a line that only follows from an error before it is passed."""
-        line = self.calls.line
+        line, text, last = self.calls.line, self.calls.text, None
         raw = chunk.read_raw(line - chunk.first_line)
-        text = self.calls.text
-        try:
-            last = execute_stretch(self.flow, chunk, stop, in_main=self.calls.in_main)
-            if last is None:
-                self.flow.step(raw)
-        except ProgramError as error:
-            corrected_line = _correct(raw, error)
-            if corrected_line is None or stop.first_error or self.calls.text is not text:
-                return line + 1, [] if self.flow.executor.pass_failed(raw, error) else [error]
-            self.calls.line = line
-            return line + 1, self._go_on(error, corrected_line)
-        return last or line + 1, []
+        code = decode_line(raw)
 
-    def _step(self, raw: bytes) -> list[ProgramError]:
-        """Execute a line whose misspelt word is corrected; its other errors."""
-        line = self.calls.line
-        try:
-            self.flow.step(raw)
-        except ProgramError as error:
-            if (corrected_line := _correct(raw, error)) is not None:
+        def execute(words: str) -> list[ProgramError]:
+            nonlocal last
+            if words is code:
+                last = execute_stretch(self.flow, chunk, stop, in_main=self.calls.in_main)
+            else:
                 self.calls.line = line
-                return self._go_on(error, corrected_line)
-            return [] if self.flow.executor.pass_failed(raw, error) else [error]
-        return []
+            if last is None:
+                self.flow.step(raw if words is code else words.encode())
+            return []
 
-    def _go_on(self, error: ProgramError, corrected_line: str) -> list[ProgramError]:
-        """The error of a misspelt word, and those of its line with the word that is meant."""
-        later_errors = self._step(corrected_line.encode())
-        shift_back(error, later_errors)
-        return [error, *later_errors]
+        def correct(words: str, error: ProgramError) -> str | None:
+            return None if stop.first_error or self.calls.text is not text else _correct(words, error)
+
+        errors, rest = execute_as_meant(code, execute, correct)
+        if rest is not None:
+            last = None
+            if self.flow.executor.pass_failed(raw if rest is code else rest.encode(), errors[-1]):
+                errors.pop()
+        return last or line + 1, errors
 
     def end_text(self, execution: Execution) -> bool:
         """The section ends: return from it, or end the program."""
@@ -92,8 +83,8 @@ class _SiemensRun:
         self.flow.executor.variables.scopes.pop()
 
 
-def _correct(raw: bytes, error: ProgramError) -> str | None:
+def _correct(text: str, error: ProgramError) -> str | None:
     """The line with the word that is meant; None for words of branches and loops, whose partners the text has."""
     correction = find_correction(error.message)
     is_control = correction is not None and correction[1] in STATEMENTS and correction[1] != "MCALL"
-    return None if is_control else correct_line(decode_line(raw), error)
+    return None if is_control else correct_line(text, error)
