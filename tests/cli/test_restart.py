@@ -153,9 +153,7 @@ def test_a_line_that_depends_on_others_is_refused(machine: verne_post.Machine, l
     assert int(named[1]) == near
 
 
-def test_a_line_that_goes_on_with_a_statement_is_refused(machine: verne_post.Machine) -> None:
-    """All lines of a Klartext cycle counted as its beginning, and none as one that the program comes to."""
-    text = b"""BEGIN PGM A MM
+KLARTEXT_CYCLE = b"""BEGIN PGM A MM
 TOOL CALL 1 Z S900
 L X+0 Y+0 Z+50 A+0 C+0 R0 FMAX M3
 CYCL DEF 200 DRILLING ~
@@ -166,27 +164,7 @@ CYCL DEF 200 DRILLING ~
 L X+9 FMAX M99
 L X+19 FMAX M99
 END PGM A MM"""
-    for line, near in ((4, None), (5, 4), (6, 4), (7, 9), (8, 9), (9, None)):
-        options = Options(
-            dialect="heidenhain",
-            tool_length=60.0,
-            wcs={"G54": (0, 0, 100)},
-            approach="home",
-            from_line=line,
-        )
-        if near is None:
-            assert assemble(text, machine, options).moves.line.max() == 10
-            continue
-        with pytest.raises(
-            InputError, match=f"a statement, cutter .* the nearest line that will do is {near}$"
-        ) as refused:
-            assemble(text, machine, options)
-        assert [(item.code, item.line) for item in refused.value.findings] == [("VP029", line)]
-
-
-def test_a_line_that_goes_on_with_a_statement_of_a_cl_file_is_refused(machine: verne_post.Machine) -> None:
-    """The program did not execute it, as the message said, though its statement was executed."""
-    text = b"""UNITS/MM
+CONTINUED_LINES = b"""UNITS/MM
 LOADTL/1
 RAPID
 GOTO/0,0,$
@@ -199,16 +177,26 @@ GOTO/9,$
 GOTO/19,0,45
 FINI
 """
-    for line, near in ((4, None), (5, 4), (7, 6), (8, None), (9, 8), (10, 11), (11, None)):
-        options = Options(
-            dialect="aptcl",
-            tool_length=60.0,
-            wcs={"G54": (0, 0, 100)},
-            approach="home",
-            from_line=line,
-        )
+
+
+@pytest.mark.parametrize(
+    ("dialect", "text", "lines", "last"),
+    [
+        ("heidenhain", KLARTEXT_CYCLE, ((4, None), (5, 4), (6, 4), (7, 9), (8, 9), (9, None)), 10),
+        ("aptcl", CONTINUED_LINES, ((4, None), (5, 4), (7, 6), (8, None), (9, 8), (10, 11), (11, None)), 11),
+    ],
+)
+def test_a_line_that_goes_on_with_a_statement_is_refused(
+    machine: verne_post.Machine, dialect: str, text: bytes, lines: tuple[tuple[int, int | None], ...], last: int
+) -> None:
+    """All lines of a Klartext cycle counted as its beginning, and none as one that the program comes to.
+
+    Of a CL file, the program did not execute the line, as the message said, though its statement was executed.
+    """
+    for line, near in lines:
+        options = Options(dialect=dialect, tool_length=60.0, wcs={"G54": (0, 0, 100)}, approach="home", from_line=line)
         if near is None:
-            assert assemble(text, machine, options).moves.line.max() == 11
+            assert assemble(text, machine, options).moves.line.max() == last
             continue
         with pytest.raises(
             InputError, match=f"a statement, cutter .* the nearest line that will do is {near}$"
