@@ -24,6 +24,7 @@ from verne_post.base.tolerances import DRILL_TILT, LIMIT_SLACK_MM, ZERO_ANGLE, Z
 from verne_post.base.units import DEG_PER_RAD
 from verne_post.gcode.machining.watcher import find_plane_tilt, report_kept_planes
 from verne_post.gcode.missing_setup import report_missing_offset
+from verne_post.model.codes import IF_DIRECTIONS_ARE_MEANT
 from verne_post.model.findings import Finding, InputError, Remedy, make_finding
 from verne_post.model.machine import Machine
 from verne_post.model.moves import (
@@ -306,8 +307,9 @@ def _check_lengths(
     unloaded = [*(item for item in moves.findings if item.code == "VP041"), *changes]
     called = _list_called_tools(moves) | {item.tool: None for item in unloaded if item.tool is not None}
     called |= {item.tool: None for item in named if item.tool is not None and _follows_stop(moves, item.line or 0)}
-    # tool and length -> first cut, first low one, message, and what puts the missing length in force
-    wrong: dict[tuple[int, float], tuple[int, int, str, tuple[Remedy, ...]]] = {}
+    # tool and length -> first cut, first low one, message, what puts the missing length in force, and the advice:
+    # none where the tool has a length of its own, since length 0 is not what is meant
+    wrong: dict[tuple[int, float], tuple[int, int, str, tuple[Remedy, ...], str | None]] = {}
     before: list[int] = []  # tools so far
     spindle = 0  # the one that may still be there, after TOOL CALL 0 too
     # the first too low without a length, whether it is an error, why, and what puts the length in force
@@ -355,7 +357,7 @@ def _check_lengths(
         if told or (length and owner is None):
             continue  # an H of another tool since then has its own warning
         # no length is told once, whatever the tools
-        known = wrong.setdefault((tool if length else 0, length), (first, -1, "", ()))
+        known = wrong.setdefault((tool if length else 0, length), (first, -1, "", (), None))
         if known[2] and (known[1] >= 0 or low < 0 or not own):
             continue
         text = (
@@ -364,19 +366,19 @@ def _check_lengths(
             else _describe_bare_tool(tool, own, lengths, names, change, moves.language)
         )
         edits = _make_activations(tool, change, moves.language) if own else ()
-        wrong[tool if length else 0, length] = known[0], low if own else -1, text, edits
+        wrong[tool if length else 0, length] = known[0], low if own else -1, text, edits, "" if own or length else None
     at, is_error, text, edits = rapid
     if at >= 0 and (cause := [one for one in unloaded if _find_change(moves, at) <= (one.line or 0) <= moves.line[at]]):
         if is_error and cause[-1].line not in raised:
             yield dataclasses.replace(cause[-1], severity="error")
         at = -1  # the length in force follows from the tool that is not loaded
-    cut = wrong.get((0, 0.0), (len(moves), -1, "", ()))
+    cut = wrong.get((0, 0.0), (len(moves), -1, "", (), None))
     if at >= 0 and not 0 <= cut[1] < (at if is_error else len(moves)):
         line, severity = int(moves.line[at]), "error" if is_error else "warning"
         way = next((one for one in moves.findings if one.code == "VP052" and one.line == line), None)
         if way is None:
             yield make_finding(
-                "VP034", text, severity=severity, line=line, last_line=line, worst_line=line, edits=edits
+                "VP034", text, severity=severity, line=line, last_line=line, worst_line=line, edits=edits, advice=""
             )
         elif is_error:  # it is no place of the part that is meant: not the length is missing, but G91
             what, _separator, remedy = way.message.partition(": ")
@@ -384,10 +386,11 @@ def _check_lengths(
             yield dataclasses.replace(way, severity="error", message=message)
         if cut[0] > at:
             wrong.pop((0, 0.0), None)  # of the same cause
-    for first, low, text, edits in wrong.values():
+    for first, low, text, edits, advice in wrong.values():
         line = int(moves.line[first if low < 0 else low])
         severity = "warning" if low < 0 else "error"
-        yield make_finding("VP034", text, severity=severity, line=line, last_line=line, worst_line=line, edits=edits)
+        lines = {"line": line, "last_line": line, "worst_line": line}
+        yield make_finding("VP034", text, severity=severity, edits=edits, advice=advice, **lines)
 
 
 def _follows_stop(moves: Moves, line: int) -> bool:
@@ -602,7 +605,7 @@ def _check_directions(moves: Moves, path: ToolPath, machine: Machine) -> list[Fi
             f"{AXES[tilt]}0 {AXES[turn]}0 if the table is to be level"
         )
         edits = (Remedy(f"name {letters}", f"G0 {AXES[tilt]}0 {AXES[turn]}0", line=left.line, way="below", turns=True),)
-        return [make_finding("VP037", text, **where, edits=edits)]
+        return [make_finding("VP037", text, **where, edits=edits, advice="")]
     by_time = is_turning and moves.feed_mode[first] == FeedMode.INVERSE
     kept = "on LinuxCNC, nothing is to change if its kinematics keep the tip (ignore VP037 then); otherwise "
     kept = "" if moves.needs_tcp_code else kept
@@ -614,7 +617,7 @@ def _check_directions(moves: Moves, path: ToolPath, machine: Machine) -> list[Fi
         f"{'; if the post has computed them for the machine (as many do with G93), post again' if by_time else ''}"
     )
     edits = (Remedy("write G43.4 instead of G43", "43.4", line=line, word=("G", 43.0), is_above=True, is_choice=True),)
-    return [make_finding("VP037", text, **where, edits=edits)]
+    return [make_finding("VP037", text, **where, edits=edits, advice=IF_DIRECTIONS_ARE_MEANT)]
 
 
 def _report_rapid(moves: Moves, at: int, machine: Machine) -> Finding:
@@ -627,7 +630,7 @@ def _report_rapid(moves: Moves, at: int, machine: Machine) -> Finding:
         "a turn of the table X Y Z that are not named again differ too; retract with G53, or turn "
         f"{AXES[rotary[0]]} and {AXES[rotary[1]]} before"
     )
-    return make_finding("VP037", text, line=line, last_line=line, worst_line=line)
+    return make_finding("VP037", text, line=line, last_line=line, worst_line=line, advice=IF_DIRECTIONS_ARE_MEANT)
 
 
 def _check_planes(moves: Moves, path: ToolPath, machine: Machine) -> Iterator[Finding]:

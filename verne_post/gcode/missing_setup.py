@@ -6,9 +6,10 @@ from typing import Any, Final
 
 import numpy as np
 
+from verne_post.base.printable import quote_key
 from verne_post.base.suggestions import find_suggestion, list_near_numbers, name_near_numbers, suggest
 from verne_post.gcode.machining.state import State
-from verne_post.gcode.program_error import FILL_IN_LENGTH, At, ProgramError
+from verne_post.gcode.program_error import FILL_IN_LENGTH, GIVE_PLACE, At, ProgramError
 from verne_post.gcode.setup import Setup
 from verne_post.model.control_keys import KEYS, FanucKeys, Rs274Keys, read_keys
 from verne_post.model.findings import Finding, Remedy, make_finding
@@ -170,7 +171,7 @@ def report_missing_offset(
         key = f"wcs.{name}" if name.isalnum() else f'wcs."{name}"'
         also = f" ({word})" if word else ""
         text = f'{setup_name}: {key}{also} is still "measure"; write [x, y, z] of the part zero there, mm from {zero}'
-        return make_finding("VP033", text, severity="error", **where)
+        return make_finding("VP033", text, severity="error", advice="", **where)
     if others:
         given = " and ".join(name_system(one) for one in sorted(others))
         what = f"{word}, which is {name} here," if word else name
@@ -180,11 +181,12 @@ def report_missing_offset(
             f"wcs.{key} = [x, y, z] into the set-up, mm from {zero}, or give --wcs "
             f"{name}=X,Y,Z"
         )
-        return make_finding("VP033", text, severity="error", **where)
+        return make_finding("VP033", text, severity="error", advice="", **where)
     what = f"no {'datum' if moves.language == 'heidenhain' else 'work offset'} was given: {word or name}"
     meaning = f", the name of {word} here" if word else ""
     text = f"{what} is at {zero}; give --wcs {name}=X,Y,Z{meaning}"
-    return make_finding("VP033", text, **where)
+    # the message has the option; the file is left to say, and the unit
+    return make_finding("VP033", text, advice=GIVE_PLACE.format(quote_key(name)), **where)
 
 
 def report_missing_offsets(moves: Moves, setup: Setup) -> list[Finding]:

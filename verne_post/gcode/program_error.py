@@ -21,6 +21,10 @@ POST_OTHERWISE: Final = (
 )
 #: And against VP012: no form asks for the length of a tool that the program does not name.
 GIVE_LENGTH: Final = "Write tool_length = MM in the first line of INPUT.toml, or call the tool in the program."
+GIVE_PLACE: Final = (
+    "Fill in wcs.{} in INPUT.toml, which verne-post setup INPUT writes, in mm from that point; 0, 0, 0 if the part "
+    "zero really is there."
+)
 FILL_IN_LENGTH: Final = "Fill in the length in INPUT.toml, which verne-post setup INPUT writes."
 
 

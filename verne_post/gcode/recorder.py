@@ -426,8 +426,9 @@ class Recorder(Struct):
         column: int | None,
         severity: Severity | None = None,
         edits: tuple[Remedy, ...] = (),
+        advice: str | None = None,
     ) -> None:
-        """Record a warning; ``severity`` where that of the code is another."""
+        """Record a warning; ``severity`` and ``advice`` where those of the code are others."""
         before = self.warnings.get((line, code))
         self.warnings[line, code] = (
             make_finding(
@@ -439,6 +440,7 @@ class Recorder(Struct):
                 column=column,
                 severity=severity or CODES[code].severity,
                 edits=edits,
+                advice=advice,
             )
             if before is None
             else dataclasses.replace(before, count=before.count + 1)

@@ -21,6 +21,12 @@ def _make_table(*rows: tuple[str, str, Severity, str, str]) -> dict[str, Code]:
     return {row[0]: Code(*row) for row in rows}
 
 
+#: VP037: the other reading, where the message has the word of the language.
+IF_DIRECTIONS_ARE_MEANT: Final = (
+    'If directions of the machine are meant, give [fanuc] directions = "machine" for a program of a Fanuc or Haas '
+    "control, or post it again with G43.4 or G68.2. If the control has another code for this, give that code the "
+    'meaning "tcp on" in [remap].'
+)
 CODES: Final[dict[str, Code]] = _make_table(
     # --- VP0xx: text and modal state ------------------------------------------------------
     (
@@ -331,9 +337,7 @@ CODES: Final[dict[str, Code]] = _make_table(
         "Siemens: name A and C before the cut, or write TRAORI if places of the part are meant. Klartext: write M128 "
         "if places of the part are meant. LinuxCNC, which does not know G43.4: nothing is to change if its kinematics "
         "keep the tip (--ignore VP037). Other G-code: if places of the part are meant, write G43.4 instead of G43, or "
-        'post with G68.2. If directions of the machine are meant, give [fanuc] directions = "machine" for a program of '
-        "a Fanuc or Haas control, or post it again with G43.4 or G68.2. If the control has another code for this, give "
-        'that code the meaning "tcp on" in [remap].',
+        f"post with G68.2. {IF_DIRECTIONS_ARE_MEANT}",
     ),
     (
         "VP038",

@@ -9,7 +9,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from verne_post.base.numbers import format_count
-from verne_post.base.printable import make_printable, make_printable_in_place, quote_key
+from verne_post.base.printable import make_printable, make_printable_in_place
 from verne_post.base.suggestions import find_suggestion
 from verne_post.model.codes import CODES
 from verne_post.model.findings import Finding, describe
@@ -185,11 +185,6 @@ _GIVE_MEANING: Final = (
 )
 
 
-#: What else helps where a work offset is missing.
-_FILL_IN_PLACE: Final = (
-    "Fill in wcs.G54 in INPUT.toml, which verne-post setup INPUT writes, in mm from that "
-    "point; 0, 0, 0 if the part zero really is there."
-)
 #: The title of VP012 where not the length is missing, and what helps.
 _NO_DIAMETER: Final = "tool diameter unknown"
 _GIVE_DIAMETER: Final = (
@@ -211,8 +206,6 @@ _SAYS_WHAT_IS_RIGHT: Final = re.compile(
 #: VP002 where a word is known and not executed, and what helps.
 _NOT_EXECUTED: Final = re.compile(r"\bnot (?:executed|read|kept)\b")
 _POST_WITHOUT: Final = "Post the program without it. Take it out only if you know that nothing depends on it."
-#: VP034 where the tool has a length of its own.
-_OWN_LENGTH: Final = re.compile(r"its own is|the set-up gives it|a rapid with length 0")
 
 
 def _is_about_diameter(item: Finding) -> bool:
@@ -242,22 +235,9 @@ def _choose_remedy(item: Finding) -> str:
         return _POST_WITHOUT
     if item.code == "VP023":  # what helps, helps against one of its causes
         return ""
-    if item.code == "VP033" and re.search(r"write (wcs\.\S+ = )?\[x, y, z\]", item.message):
-        return ""
-    if item.code == "VP033":  # the message has the option; the file is left to say, and the unit
-        remedy = _FILL_IN_PLACE
-    if item.code == "VP037":  # the message has the word of the language; in G-code there is another reading
-        return remedy[remedy.index("If directions") :] if "no code asks for" in item.message else ""
-    if item.code == "VP034" and _OWN_LENGTH.search(item.message):  # length 0 is not what is meant
-        return ""
     if item.code in _TOLD_FIRST:
         return remedy.partition(". ")[2]
-    match item.settled_by:
-        case (("remap", _code), *_more):
-            return _GIVE_MEANING
-        case (("wcs", system),):
-            return remedy.replace("wcs.G54", f"wcs.{quote_key(system)}")
-    return remedy
+    return _GIVE_MEANING if item.settled_by and item.settled_by[0][0] == "remap" else remedy
 
 
 #: Codes whose message is the first sentence of their remedy.

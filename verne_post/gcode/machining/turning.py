@@ -190,7 +190,7 @@ def warn_of_curve(core: Machining, line: int, end: Sequence[float], code: str) -
             f"X Y Z cut while the table tilts to {AXES[tilt]}{end[tilt]:.6g}, without {code}: the axes of the machine "
             f"go straight, and the tip follows a curve on the part; write {code} before if it is to go straight there"
         )
-        core.recorder.warn("VP037", text, line, None)
+        core.recorder.warn("VP037", text, line, None, advice="")
 
 
 def warn_of_late_tcp(core: Machining, cut: int, line: int, code: str) -> None:
@@ -207,7 +207,7 @@ def warn_of_late_tcp(core: Machining, cut: int, line: int, code: str) -> None:
             f"the machine there; write {code} before this cut, and before the table tilts, if places of the part are "
             "meant"
         )
-        core.recorder.warn("VP037", text, cut, None)
+        core.recorder.warn("VP037", text, cut, None, advice="")
 
 
 def warn_of_unnamed(core: Machining, at: At, before: Array, axes: list[int], why: str, remedy: str) -> None:

@@ -4,9 +4,10 @@ from typing import Final
 
 import numpy as np
 
+from verne_post.base.printable import quote_key
 from verne_post.gcode.block import Block
 from verne_post.gcode.missing_setup import find_tool_key
-from verne_post.gcode.program_error import ProgramError
+from verne_post.gcode.program_error import GIVE_PLACE, ProgramError
 from verne_post.gcode.rs274.modes import Modes
 from verne_post.gcode.rs274.offsets import OffsetCodes
 from verne_post.gcode.rs274.values import read_whole
@@ -67,7 +68,7 @@ class FanucOffsets:
                 "VP033",
                 f"G10 in G91 moves {name}, which nobody has placed; give --wcs {name}=X,Y,Z",
                 settled_by=("wcs", name),
-            )
+            ).advise(GIVE_PLACE.format(quote_key(name)))
         self.offsets.set_origin(block, system, adds=adds)
 
     def _store_tool_offset(self, block: Block, kind: int) -> None:
