@@ -15,7 +15,7 @@ from verne_post.config import list_machine_files
 SAMPLES = Path(__file__).resolve().parents[2] / "gcode_samples"
 MACHINES = sorted(list_machine_files())
 START = "G21 G90\nG0 X0 Y0 Z120 {0}0 {1}0\n"
-#: `explain` is asked about the last line but one of the last two: it seeks what `check` does, and more.
+#: `explain` is asked about the last line but one of the last two: its search is another one than that of `check`.
 PROGRAMS = {
     "rapid too high": START + "G0 Z2000\nM2\n",
     "far aside": START + "G1 X400 Y400 Z20 F2000\nM2\n",
