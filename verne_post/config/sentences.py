@@ -7,7 +7,7 @@ from typing import Any, ClassVar, Final, Literal, TypeVar, get_args, get_origin
 from msgspec import Struct, ValidationError, convert
 from msgspec.structs import fields
 
-from verne_post.base.suggestions import find_suggestion, suggest
+from verne_post.base.suggestions import find_meant
 from verne_post.base.type_words import describe, has_shape, list_alternatives, strip_bounds
 
 #: So many keys of a table are named where another one was written.
@@ -97,10 +97,10 @@ def _find_mistakes_of_table(
         here = (*place, key)
         if key not in known:
             # a key that the table lacks goes before one that it has
-            nearest = suggest(key, [one for one in known if one not in data], known)
-            keys = f"; {_list_keys(schema)}" if place and not nearest else ""
-            found.append((here, f" is not a key of {kind_of_file}{nearest}{keys}"))
-            meant.add(find_suggestion(nearest))
+            nearest = find_meant(key, [one for one in known if one not in data], known)
+            keys = f"; did you mean {nearest}?" if nearest else f"; {_list_keys(schema)}" if place else ""
+            found.append((here, f" is not a key of {kind_of_file}{keys}"))
+            meant.add(nearest)
             continue
         wrong = list(_find_mistakes_of_value(known[key].type, value, kind_of_file, here))
         if not wrong and key in schema.checks:

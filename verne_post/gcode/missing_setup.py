@@ -7,7 +7,7 @@ from typing import Any, Final
 import numpy as np
 
 from verne_post.base.printable import quote_key
-from verne_post.base.suggestions import find_suggestion, list_near_numbers, name_near_numbers, suggest
+from verne_post.base.suggestions import find_meant, list_near_numbers, name_near_numbers
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.program_error import FILL_IN_LENGTH, GIVE_PLACE, At, ProgramError
 from verne_post.gcode.setup import Setup
@@ -129,9 +129,9 @@ def number_of_tool(name: str, call: str, dialect: str, setup: Setup, state: Stat
     if name in numbers:
         number = numbers[name]
     elif setup.tools is not None:
-        near = suggest(name, numbers)
-        if (other := find_suggestion(near)) and " " not in call:  # the name stands in a word
-            near = near.replace(other, call.replace(name, other))
+        other = find_meant(name, numbers)
+        # the name may stand in a word
+        near = f"; did you mean {other if ' ' in call else call.replace(name, other)}?" if other else ""
         text = (
             f"{call}: no tool of this name is given; write it under [tools] of the set-up, or give its number in a "
             f"tool table under [{dialect}.tools] of the settings file{near}"
