@@ -815,7 +815,10 @@ def test_options_are_written_once() -> None:
     record = vp.Options().record()
     for name in options.OPTIONS:
         assert options.find_about(name).help.endswith("."), name
-        assert name in ("source_name", "setup_source", "subroutine_files", "jobs") or options.find_key(name) in record
+        assert (
+            name in ("source_name", "setup_source", "setup_file", "subroutine_files", "jobs")
+            or options.find_key(name) in record
+        )
 
 
 def test_help_shows_every_option_with_type_default_and_meaning() -> None:

@@ -154,3 +154,17 @@ def test_two_checks_are_not_mixed(folder: Path, run: Callable[..., Any]) -> None
     answer = run("machine", "axis-check", "--at", ",".join(map(str, AT)), "-o", "out")
     assert answer.code == 2
     assert "not empty" in answer.err
+
+
+def test_the_help_says_what_holds_for_a_hexapod_too(folder: Path, run: Callable[..., Any]) -> None:
+    """Eight columns of which six are driven: it said five values and ten files of every machine."""
+    said = " ".join(run("machine", "axis-check", "--help").out.split())
+    assert "two files for each actuator that is driven" in said
+    assert "a value for each column of a setpoint file" in said
+    model = verne_post.load_machine("hexapod")
+    at = ",".join(["1270"] * 6 + ["0", "0"])
+    answer = run("machine", "axis-check", "--machine", "hexapod", "--at", at, "-o", "out")
+    assert answer.code == 0, answer.err
+    driven = sum(column.driven for column in model.columns)
+    assert len(list((folder / "out").glob("*.csv"))) == 2 * driven == 12
+    assert len(at.split(",")) == len(model.columns) == 8

@@ -775,3 +775,44 @@ def test_a_table_inside_another_is_one_mistake(
     told = run("check", "part.nc", "--tool-length", 80)
     assert (told.code, told.out.count("VP503")) == (2, len(said))
     assert all(f"VP503 error: {one}\n" in told.out for one in said), told.out
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        ["check", "part.nc"],
+        ["check", "part.nc", "--output-format", "json"],
+        ["check", "part.nc", "--output-format", "github"],
+        ["check", "part.nc", "--output-format", "junit"],
+        ["check", "part.nc", "--output-format", "markdown"],
+        ["convert", "part.nc", "-o", "axes.csv"],
+        ["explain", "part.nc:4"],
+        ["fit", "part.nc"],
+        ["report", "part.nc", "-o", "page.html"],
+        ["batch", "part.nc", "-o", "out"],
+    ],
+    ids=" ".join,
+)
+def test_what_is_missing_is_filled_in_in_the_set_up_that_was_named(run, folder, command):
+    Path("part.nc").write_text("G21 G90 G94 G54\nT1 M6\nS900 M3\nG0 X0 Y0 Z50 G43 H1\nG1 Z20 F900\nM2\n")
+    Path("other.toml").write_text("wcs.G54 = [0, 0, 0]\n")
+
+    def say(*words: str) -> str:
+        answer, page = run(*command, *words), Path("page.html")
+        return answer.out + answer.err + (page.read_text(encoding="utf-8") if page.exists() else "")
+
+    assert "Fill in the length in part.nc.toml, which verne-post setup part.nc writes" in say()
+    said = say("--setup", "other.toml")
+    completes = "verne-post setup part.nc --setup other.toml -o other.toml"
+    assert f"Fill in the length in other.toml, which {completes} writes" in said
+    assert "part.nc.toml" not in said
+    assert run(*completes.split()[1:]).code == 0
+    assert "measure" in Path("other.toml").read_text()
+    assert not Path("part.nc.toml").exists()
+
+
+def test_a_page_of_findings_names_the_set_up_that_was_named(run, folder):
+    Path("other.toml").write_text("tool_length = 80\n")
+    Path("part.nc").write_text(f"G54 {PROGRAM}")
+    assert run("report", "part.nc", "-o", "page.html", "--setup", "other.toml", "--air", "120").code in (0, 1)
+    assert "Fill in wcs.G54 in other.toml" in Path("page.html").read_text(encoding="utf-8")

@@ -199,7 +199,7 @@ _MISSING = "{0} calls O9010: not in the program, and in no file beside it whose 
         (("G65 P9010", "WHILE [#100 LT 5] DO1", "G0 X3", "END1", "G12.1"), [("VP023", 5)]),
         (("G65 P9010", "N1 G0 X1", *("X2",) * 60, "GOTO 1", "G12.1"), [("VP023", 5)]),
         (("M98 P39010", "G12.1"), [("VP023", 5), ("VP002", 6)]),
-        (("M97 P5", "G12.1"), [("VP023", 5)]),
+        (("M97 P5", "G12.1"), [("VP023", 5), ("VP002", 6)]),
     ],
 )
 def test_a_program_without_its_macro_is_read_on(machine, lines, found):

@@ -1173,3 +1173,38 @@ def test_an_angle_of_a_plane_that_is_still_typed_ends_the_check(end: str) -> Non
     options = vp.Options(tools={1: 80}, wcs={1: vp.WorkOffset((0.0, 0.0, 60.0))}, dialect="heidenhain")
     told = vp.check(text, "verne", options).findings
     assert next(one.line for one in told if one.severity == "error") == 4
+
+
+@pytest.mark.parametrize(
+    ("dialect", "text", "wanted"),
+    [
+        # what follows a jump to nowhere: words that cannot be read, tools that lack; not what depends on the way there
+        (
+            "fanuc",
+            "G21 G90 G54\nT1 M6\nG43 H1\nG0 X0 Y0 Z50\nGOTO 99\nG779\nG1 X5 Q4\nX1O F100\n#9=#7\nG2 X9 Y9 I1\n"
+            "T5 M6\nG43 H5\nGOTO 98\nM30\nG780\n",
+            [("VP012", 3), ("VP023", 5), ("VP002", 6), ("VP001", 8), ("VP023", 13)],
+        ),
+        (
+            "heidenhain",
+            "0 BEGIN PGM P MM\n1 TOOL CALL 1 Z S500\n2 L X+0 Y+0 Z+50 FMAX M3\n3 CALL LBL 7\n4 L X+Q5 F100\n5 FOO 12\n"
+            "6 TOOL CALL 4 Z S200\n7 M777\n8 M30\n9 END PGM P MM\n",
+            [("VP012", 2), ("VP023", 4), ("VP002", 6), ("VP002", 8)],
+        ),
+        (
+            "siemens",
+            "G54 G90 G17\nT1 D1 M6\nS50 M3\nG0 X0 Y0 Z50\nGOTOF LAB\nG1 X=R7\nT7 D1 M6\nG888\nX1O\nM30\n",
+            [("VP012", 2), ("VP023", 5), ("VP002", 8), ("VP001", 9)],
+        ),
+        # behind a program without end, and behind an alarm of its own, nothing is executed
+        ("siemens", "G54 G90 D0\nG0 X0 Y0 Z50\nA1:\nG4 F1\nGOTOB A1\nG888\nM30\n", [("VP024", 5)]),
+        ("fanuc", "G21 G90 G49\nG0 X0 Y0 Z50\n#3000=1(WRONG)\nG779\nM30\n", [("VP027", 3)]),
+    ],
+)
+def test_what_a_jump_to_nowhere_hides_is_found_in_the_same_run(machine, dialect, text, wanted):
+    """The first jump that leads nowhere was the last error that was found."""
+    given = Options(dialect=dialect, wcs={"G54": (0, 0, 0)}, max_repeats=50)
+    errors = [item for item in check(text.encode(), machine, given).findings if item.severity == "error"]
+    assert [(item.code, item.line) for item in errors] == wanted
+    of_tools = [item.settled_by for item in errors if item.code == "VP012"]
+    assert all(len(keys) == 2 for keys in of_tools), "the tool behind the jump is in the finding of the first one"

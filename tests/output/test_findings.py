@@ -396,3 +396,13 @@ def test_the_summary_begins_with_what_was_not_checked(files: dict[str, Path], ru
     box = ("--keep-out", "vise=200,200,0,220,220,20", "--stock", "G54=-50,-50,-90,50,50,-80")
     shown = run("check", files["good"], *ARGUMENTS, *box).out
     assert "contact with" not in shown and "NOT CHECKED: spindle, platform, rods: " in shown
+
+
+def test_a_set_up_on_standard_input_has_no_name_to_fill_in() -> None:
+    said = describe_remedy(make_finding("VP033", "no work offset was given: G54"), "a.nc", "<stdin>")
+    assert said.startswith("Fill in wcs.G54 in the set-up, which verne-post setup a.nc writes,")
+
+
+def test_a_set_up_named_as_a_remedy_names_it_is_kept() -> None:
+    said = describe_remedy(make_finding("VP033", "no work offset was given: G54"), "a.nc", "my INPUT.toml")
+    assert "in my INPUT.toml, which verne-post setup a.nc --setup 'my INPUT.toml' -o 'my INPUT.toml' writes" in said

@@ -159,7 +159,7 @@ def explain_refused(source: Text, machine: Machine, options: Options, line: int,
     said += [f"  {word.name:<20} {word.text}" for word in find_words_of(shown, dialect)]
     said += [f"  {item.code} {item.severity}: {item.message}" for item in own]
     for item in {item.code: item for item in own}.values():
-        if remedy := describe_remedy(item, name):
+        if remedy := describe_remedy(item, name, options.setup_file):
             said.append(f"  {item.code}, remedy: {remedy}")
     errors = [item for item in findings if item.severity == "error" and item.line is not None]
     if errors and not any(item.severity == "error" for item in own):

@@ -378,7 +378,7 @@ def _describe_findings(line: Line, findings: Sequence[Finding]) -> Iterator[str]
             yield f"    {where}"
     remedied = [item for item in findings if not is_about_pose(item.code)]
     for item in {item.code: item for item in remedied}.values():
-        if remedy := describe_remedy(item, line.options.source_name):
+        if remedy := describe_remedy(item, line.options.source_name, line.options.setup_file):
             yield f"{item.code}, remedy: {remedy}"
     yield from _describe_remedies(line, findings)
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
+from itertools import product
 from typing import Final
 
 import numpy as np
@@ -14,7 +15,8 @@ from verne_post.app.result import Progress, Result
 from verne_post.app.source_text import check_source_text
 from verne_post.app.table_places import lay_out
 from verne_post.app.tried_remedies import find_legal_offsets
-from verne_post.base.arrays import find_used
+from verne_post.base.arrays import Mask, find_used
+from verne_post.base.least import find_least
 from verne_post.base.long_text import Text
 from verne_post.base.units import RAD_PER_DEG
 from verne_post.gcode.dialects import choose_dialect_name
@@ -26,9 +28,10 @@ from verne_post.model.part_setup import COORDINATES, MACHINE_SYSTEM, WorkOffset,
 from verne_post.model.toolpath import ToolPath
 from verne_post.model.verdict import is_about_pose
 from verne_post.toolpath.lift import lift_path
-from verne_post.toolpath.smallest_move import SmallestMove
+from verne_post.toolpath.smallest_move import ROUND_MM, SmallestMove
 from verne_post.toolpath.work_offset import (
     DECIMALS,
+    WRITTEN_DECIMALS,
     Aim,
     Fit,
     PartPoints,
@@ -44,8 +47,10 @@ from verne_post.toolpath.work_offset import (
 _ELSEWHERE = (3.0, -2.0, 1.0, 0.1)
 #: A part as large as the table may still be moved by this share of the table's radius.
 _LEAST = 0.1
-#: The way back from the largest margin is halved so often, each time with a check of the whole program.
-_HALVINGS: Final = 6
+#: Share of the way back from the largest margin to which the search closes in, each time with a check of the program.
+_SETTLED: Final = 1 / 64
+#: Step of a place where the range is too narrow for steps that people set, mm.
+_FINE: Final = 10.0**-DECIMALS
 #: A part is raised by these, mm, out of what it touches: what stands on the table ends at some height.
 _RAISED_MM: Final = (10.0, 20.0, 40.0, 80.0, 160.0)
 #: Places at which the reach of a machine without a table is sampled.
@@ -127,7 +132,7 @@ def propose(
     search = Search(machine, points, np.array([letter in free for letter in COORDINATES]), low, high, room)
     notify = None if progress is None else partial(progress, "seeking a place")
     largest = search.find_best(here, notify)
-    largest = search.evaluate(_round_place(largest.place, free), largest.counts)
+    largest = search.evaluate(_round_place(search, largest.place, here, free, largest.counts), largest.counts)
     before_check = check_source(source, machine, options, progress, remedies=False)  # the move is the cure
 
     def check_at(place: Place, *, remedies: bool) -> Result:
@@ -135,7 +140,8 @@ def propose(
 
     after, result, refused = largest, None, None
     if aim == "time":
-        after = search.evaluate(_round_place(search.find_fastest(largest).place, free), largest.counts)
+        fastest = search.find_fastest(largest).place
+        after = search.evaluate(_round_place(search, fastest, here, free, largest.counts), largest.counts)
     if aim == "move" and before_check.ok and search.holds(here):
         after, result = search.evaluate(here, largest.counts), before_check
     elif aim != "move":
@@ -155,6 +161,10 @@ def propose(
         after, result = search.evaluate(here, largest.counts), before_check  # nothing is gained elsewhere
     seconds_before, seconds = (one.summary.cycle_time if one.summary else None for one in (before_check, result))
     before = search.evaluate(here, largest.counts)
+    # the line about the largest margin offers its place: no margin sees a contact
+    largest_fits = result.ok and largest.place != refused
+    if largest_fits and largest.place != after.place:
+        largest_fits = check_at(largest.place, remedies=False).ok
     turns = machine.coordinates.turns_with_part
     dialect = choose_dialect_name(options.dialect, source, options.source_name)
     g10 = dialect if dialect in ("rs274", "fanuc") else ""
@@ -175,6 +185,7 @@ def propose(
         fixed,
         room,
         refused,
+        largest_fits,
     )
 
 
@@ -185,7 +196,7 @@ def _find_smallest_move(
 
     The last is the way from the largest margin, or from where the part is raised, where that is nearer.
     """
-    search, found = smallest.search, []
+    search, start, found = smallest.search, Place(*smallest.start.tolist()), []
 
     def is_right(place: Place) -> bool:
         result = check_at(place, remedies=False)
@@ -197,22 +208,24 @@ def _find_smallest_move(
         return float(smallest.measure_size(place.pack_array()))
 
     for numbers in smallest.propose() if largest.margins.min() >= 0.0 else ():
-        if is_right(_round_place(Place(*numbers.tolist()), free)):
+        if is_right(_round_place(search, Place(*numbers.tolist()), start, free, smallest.counts, _FINE)):
             break
     nearest = min((measure(place) for place, _result in found), default=np.inf)
     for place in sorted(offered, key=measure):
         if measure(place) < nearest and search.holds(place) and is_right(place):
             nearest = measure(place)
             break
-    x, y, z, c = smallest.start.tolist()
+    x, y, z, c = start.pack_array().tolist()
     raised = [Place(x, y, z + lift, c) for lift in _RAISED_MM if "z" in free and largest.margins.min() >= 0.0]
     ends = (one for one in (largest.place, *raised) if measure(one) < nearest and search.holds(one) and is_right(one))
     if (end := next(ends, None)) is not None:
-        way, low, high = end.pack_array() - smallest.start, 0.0, 1.0
-        for _ in range(_HALVINGS):
-            middle = 0.5 * (low + high)
-            place = _round_place(Place(*(smallest.start + middle * way).tolist()), free)
-            low, high = (low, middle) if search.holds(place) and is_right(place) else (middle, high)
+        way = end.pack_array() - smallest.start
+
+        def is_right_at(share: float) -> bool:
+            place = _round_place(search, Place(*(smallest.start + share * way).tolist()), start, free, smallest.counts)
+            return search.holds(place) and is_right(place)
+
+        find_least(lambda share: share == 1.0 or is_right_at(share), (1.0,), _SETTLED)  # ``found`` has the places
     return min(found, key=lambda one: measure(one[0]), default=None)
 
 
@@ -233,13 +246,25 @@ def _place_of(offset: WorkOffset) -> Place:
     return Place(*offset.origin_mm, RAD_PER_DEG * offset.turn_deg)
 
 
-def _round_place(place: Place, free: str) -> Place:
-    """A place that can be written down; what is not free stays as it was given."""
-    x, y, z, c = (
-        round(value, DECIMALS) if letter in free else value
-        for letter, value in zip(COORDINATES, (place.x, place.y, place.z, place.c_deg), strict=True)
-    )
-    return Place(x, y, z, RAD_PER_DEG * c)
+def _round_place(search: Search, place: Place, start: Place, free: str, counts: Mask, step: float = ROUND_MM) -> Place:
+    """A place that people set, moved from ``start`` by tenths of a millimetre; by less where the range has none.
+
+    Of those around, the one of the largest margin: beside the edge of the table the nearest may have none. What is not
+    free stays as it was given.
+    """
+    x, y, z, _turn = ((place.pack_array() - start.pack_array()) / step).round(6).tolist()
+    turn = RAD_PER_DEG * round(place.c_deg, DECIMALS) if "c" in free else start.c_rad
+    ends = [
+        sorted({round(first + steps * step, WRITTEN_DECIMALS) for steps in (np.floor(moved), np.ceil(moved))})
+        if letter in free
+        else [first]
+        for letter, moved, first in zip("xyz", (x, y, z), (start.x, start.y, start.z), strict=True)
+    ]
+    around = np.array([(*one, turn) for one in product(*ends)])
+    inside = around[[search.is_inside(one) for one in around]]
+    if not len(inside):
+        return _round_place(search, place, start, free, counts, _FINE) if step > _FINE else place
+    return Place(*inside[int(np.argmax(search.rate(inside, counts)))].tolist())
 
 
 def _build_path_at(source: Text, machine: Machine, options: Options, system: int, place: Place) -> ToolPath:

@@ -1,4 +1,4 @@
-"""Reductions over the few columns of tall tables (n, k) -> (n,).
+"""Reductions over the few columns of tall tables (n, k) -> (n,), or the last axis of larger ones.
 
 numpy reduces a row at a time, which takes five to twenty times as long as going through the columns.
 """
@@ -31,5 +31,5 @@ def measure_rows(table: Array) -> Array:
 
 
 def _reduce_columns(pair: np.ufunc, table: Array) -> Array:
-    first, *others = table.T
+    first, *others = (table[..., k] for k in range(table.shape[-1]))
     return np.asarray(reduce(pair, others, first.copy()))

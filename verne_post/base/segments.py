@@ -72,7 +72,7 @@ def _measure_some_triangles(a: Array, b: Array) -> Array:
     normal = _cross(side[:, 0], other[:, 2] - other[:, 0])
     normal = (normal / measure_rows(normal)[:, None])[:, None]
     inward = _cross(normal, side)
-    start = _multiply(one - other[:, :1], normal)
+    start = sum_rows((one - other[:, :1]) * normal)
     end = start[:, _NEXT]
     inside = _is_inside(one - start[..., None] * normal, other, inward)
     height = find_row_min(np.where(inside, np.abs(start), np.inf))
@@ -83,11 +83,6 @@ def _measure_some_triangles(a: Array, b: Array) -> Array:
     crosses = np.asarray(crossing.any(axis=1))
     least[crosses[:n] | crosses[n:]] = 0.0
     return least
-
-
-def _multiply(one: Array, other: Array) -> Array:
-    """Scalar products of vectors (..., 3)."""
-    return np.asarray(one[..., 0] * other[..., 0] + one[..., 1] * other[..., 1] + one[..., 2] * other[..., 2])
 
 
 def _cross(one: Array, other: Array) -> Array:
@@ -103,5 +98,5 @@ def _is_inside(point: Array, triangle: Array, inward: Array) -> Mask:
     """
     inside = np.ones(point.shape[:2], dtype=bool)
     for k in range(3):
-        inside &= _multiply(point - triangle[:, k : k + 1], inward[:, k : k + 1]) >= 0
+        inside &= sum_rows((point - triangle[:, k : k + 1]) * inward[:, k : k + 1]) >= 0
     return inside

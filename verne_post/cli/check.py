@@ -32,6 +32,7 @@ from verne_post.cli.options import (
 from verne_post.cli.programs import find_programs, find_readers
 from verne_post.cli.progress import show_progress
 from verne_post.cli.report_files import add_report_files, take_report_files, write_failure_files, write_report_files
+from verne_post.cli.setups import name_setup
 from verne_post.cli.streams import print_as_is
 from verne_post.model.verdict import ExitStatus, Verdict, find_exit_status, find_gravest, find_verdict
 
@@ -239,8 +240,10 @@ def _check_one(
             result = refuse_program(InputError(*files.find_lines([make_finding("VP022", str(error))])))
     seconds = result.summary.cycle_time if result.summary else None
     remarked = tuple(list_remarks(result.summary)) if result.summary else format_unchecked(result.unchecked)
-    elapsed = time.perf_counter() - begin
-    return Report(shown, files.find_lines(result.findings), seconds, source, remarked, elapsed_s=elapsed)
+    elapsed, setup = time.perf_counter() - begin, name_setup(given["setup_file"])
+    return Report(
+        shown, files.find_lines(result.findings), seconds, source, remarked, elapsed_s=elapsed, setup_file=setup
+    )
 
 
 def _keep_gravest(report: "Report", *, warnings: bool) -> "Report":

@@ -10,6 +10,7 @@ import click
 from verne_post.cli.colour import say
 from verne_post.cli.files import RunFiles, is_dash, locate_errors, name_unreadable, show_name
 from verne_post.cli.numbers import NUMBER
+from verne_post.cli.setups import name_setup
 from verne_post.model.verdict import find_exit_status
 
 if TYPE_CHECKING:
@@ -231,8 +232,10 @@ def print_findings(program: str, findings: "tuple[Finding, ...]", source: "Text"
     """Findings on standard error, as ``check`` prints them; only errors where ``quiet``."""
     from verne_post.output.findings import format_causes
 
+    context = click.get_current_context(silent=True)
+    setup_file = name_setup(None if context is None else context.params.get("setup_file"))
     shown = tuple(item for item in findings if item.severity == "error" or not quiet)
-    for lines in format_causes(program, shown, source):
+    for lines in format_causes(program, shown, source, setup_file):
         say("".join(line + "\n" for line in lines))
 
 

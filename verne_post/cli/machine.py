@@ -296,7 +296,12 @@ def import_(configuration: Path, output: Path) -> int:
 
 @command.command("axis-check", short_help="Make setpoint files that move one actuator at a time.")
 @take_machine
-@click.option("--at", required=True, metavar="RHO1,RHO2,RHO3,A,C", help="Position read from the drives, in --units.")
+@click.option(
+    "--at",
+    required=True,
+    metavar="Q1,Q2,...",
+    help="Position read from the drives, in --units: a value for each column of a setpoint file.",
+)
 @click.option(
     "-o",
     "--output",
@@ -318,8 +323,8 @@ def axis_check(
 ) -> int:
     """Make setpoint files that move one actuator at a time, for the first motion of a machine.
 
-    The command writes ten files. Five move one actuator each by 1 mm or degree to both sides of its position, and five
-    by 10, as at an override of 2 %, without a tool. README.txt says what you must see each time.
+    The command writes two files for each actuator that is driven: one moves it by 1 mm or degree to both sides of its
+    position, the other by 10, as at an override of 2 %, without a tool. README.txt says what you must see each time.
     """
     files = _expect_folder(output, "README.txt", "checks")
     place, machine_name = tuple(read_numbers(at, f"--at {at}")), choose_machine(name, machine_name)

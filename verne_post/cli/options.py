@@ -19,7 +19,7 @@ from verne_post.base.printable import make_printable
 from verne_post.base.type_words import list_alternatives, strip_bounds
 from verne_post.cli.files import DASH, RunFiles, is_dash, locate_errors, show_name
 from verne_post.cli.numbers import INTEGER, NUMBER, read_numbers
-from verne_post.cli.setups import KEYS_OF_FILES, Offsets, Placed, place_options
+from verne_post.cli.setups import KEYS_OF_FILES, Offsets, Placed, name_setup, place_options
 from verne_post.cli.streams import echo
 from verne_post.model.findings import UsageError, make_input_error
 from verne_post.model.option_checks import check_box, check_work_offsets, find_system
@@ -354,7 +354,8 @@ def build_options(files: RunFiles, /, name: str, program: str = "", *, beside: s
         if placed.part is not None:
             file, path, place = placed.part
             values["part"] = file.make_part(files.read(path, place), show_name(path))
-        return Options(**{**values, "source_name": name, "setup_source": _describe_source(placed, own, wcs, settings)})
+        values |= {"source_name": name, "setup_file": name_setup(given.get("setup_file"))}
+        return Options(**{**values, "setup_source": _describe_source(placed, own, wcs, settings)})
     except UsageError as error:
         reason = re.sub(r"(?<=needs )(?:approach|air)\b", lambda name: spell_flag(name[0]), error.reason)
         raise click.UsageError(f"{spell_flag(error.option)} {reason}") from None

@@ -138,6 +138,11 @@ def place_options(files: RunFiles, given: dict[str, Any], program: str, settings
     return Placed(merged, tuple(offsets), keep_out, stock, part, source, named, remap, control, replaced)
 
 
+def name_setup(asked: str | None) -> str:
+    """The file that --setup names, in messages; empty where it names none."""
+    return "" if asked in (None, NONE) else show_name(asked)
+
+
 def _find_setups(
     files: RunFiles, asked: str | None, program: str, settings: "Settings | None"
 ) -> "Iterator[ProgramSetup]":

@@ -143,6 +143,7 @@ def lay_over_setup(
             "keep_out": tuple(fixtures.values()),
             "remap": {code: meaning for one in remaps for code, meaning in one.items()},
             "control": merge_keys(*controls),
+            "setup_file": str(setup) if isinstance(setup, os.PathLike) else "",
             "setup_source": describe_source(settings, [file.name for file in setups], replaced),
         }
     )

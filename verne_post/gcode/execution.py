@@ -48,6 +48,7 @@ class Execution(Struct):
     _reported_errors: set[tuple[int, str, str]] = field(default_factory=set)
     #: Where the finding of each cause stands among the errors, and what it is about.
     _causes: dict[tuple[str, str], tuple[int, list[str]]] = field(default_factory=dict)
+    is_lost: bool = False  #: A jump or a call leads nowhere, and lines behind it were not read.
     _error_count: int = 0
     _has_unread_line: bool = False
     #: Axes that stand where a misspelt word, as it was corrected, has sent them.
@@ -89,6 +90,7 @@ class Execution(Struct):
             return False
         self._reported_errors.add(key)
         goes_on = error.goes_on or error.code not in FATAL
+        self.is_lost |= error.code == "VP023" and not goes_on
         if self._has_unread_line and error.code in _OF_STATE:
             return goes_on
         is_unread = error.code in _OF_READING and not error.settled_by

@@ -10,9 +10,10 @@ from msgspec import structs
 
 from verne_post.base.long_text import Text, take_line
 from verne_post.base.program_lines import find_word_of
+from verne_post.base.suggestions import find_correction
 from verne_post.gcode.dialect import Dialect
 from verne_post.gcode.dialects import DIALECTS, choose_dialect, name_dialect
-from verne_post.gcode.execution import Execution, LineTrace, StopConditions
+from verne_post.gcode.execution import MAX_ERRORS, Execution, LineTrace, StopConditions
 from verne_post.gcode.languages import find_other_language
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.machining.watcher import report_kept_planes
@@ -30,6 +31,8 @@ from verne_post.model.moves import Frame, Moves
 _ABOUT_WORDS: Final = ("VP002", "VP003", "VP006")
 #: Errors that follow where an incremental word (G91 in place of G90) leaves it open where the axes stand.
 _OF_POSITIONS: Final = ("VP008", "VP013", "VP017", "VP025")
+#: Errors that a line has whether or not the program comes to it.
+_OF_A_LINE: Final = ("VP001", "VP002", "VP003", "VP004", "VP023")
 #: So many blocks are repeated after an error, which may have left a loop without an end.
 _MOST_REPEATS: Final = 100_000
 
@@ -61,8 +64,9 @@ def interpret_program(source: Text, setup: Setup) -> Moves:
         except InputError as error:  # report what else is wrong, after the opening lines
             state.known_axes = [True] * 9
             execution = dialect.execute(source, setup, state, StopConditions())
-            seen_errors = {(item.line, item.code) for item in execution.errors}
-            every = [*execution.errors, *(item for item in error.findings if (item.line, item.code) not in seen_errors)]
+            errors = _add_hidden_errors(source, setup, execution)
+            seen_errors = {(item.line, item.code) for item in errors}
+            every = [*errors, *(item for item in error.findings if (item.line, item.code) not in seen_errors)]
             lost_line = min(
                 (item.line or 0 for item in error.findings if item.code == "VP013" and item.column), default=math.inf
             )
@@ -86,7 +90,7 @@ def interpret_program(source: Text, setup: Setup) -> Moves:
             and not (one.code in ("VP009", "VP041", "VP046") and (one.line or 0) >= first)
             and one.code != "VP023"  # the call of a cycle may be what is wrong
         ]
-        every = [*execution.errors, *warnings]
+        every = [*_add_hidden_errors(source, setup, execution), *warnings]
         raise _make_refusal(source, every, dialect, execution, setup)
     return execution.recorder.freeze(start, start_frame, Parameters(setup, state).list_persistent())
 
@@ -115,6 +119,25 @@ def read_past_errors(source: Text, setup: Setup) -> tuple[Moves, tuple[Finding, 
     moves = execution.recorder.freeze(start, frame, {})
     found = [item for item in execution.errors if item.settled_by]
     return moves, (*found, *report_missing_offsets(moves, setup))
+
+
+def _add_hidden_errors(source: Text, setup: Setup, execution: Execution) -> list[Finding]:
+    """Errors of a program, with those that later lines have by themselves where a jump or a call leads nowhere.
+
+    A later line may be one that the program passes over: what it would do is not asked, only whether it can be read,
+    and whether its tools are known.
+    """
+    if not execution.is_lost:
+        return execution.errors
+    found_errors = {(item.line, item.code, item.column): item for item in execution.errors}
+    of_jumps = " ".join(item.message for item in execution.errors if item.code == "VP023")
+    for item in _execute_past_errors(source, setup, StopConditions(past_errors=True))[2].errors:
+        key = item.line, item.code, item.column  # one of several lines counts the later ones too
+        correction = find_correction(item.message)
+        is_told = correction is not None and correction[0] in of_jumps  # the misspelt end of a loop
+        if key in found_errors or (not is_told and (item.code in _OF_A_LINE or item.settled_by)):
+            found_errors[key] = item
+    return list(found_errors.values())[:MAX_ERRORS]
 
 
 def find_state_past_errors(source: Text, setup: Setup, line: int) -> State | None:

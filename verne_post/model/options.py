@@ -541,6 +541,15 @@ class Options:
         str,
         About("Which files gave the set-up of the program, in messages.", Group.PROGRAM, flag="", in_settings=False),
     ] = ""
+    setup_file: Annotated[
+        str,
+        About(
+            "The file of the set-up that is to be filled in, in messages; default: that beside the program.",
+            Group.PROGRAM,
+            flag="",
+            in_settings=False,
+        ),
+    ] = ""
     unmeasured_wcs: Annotated[
         dict[int, str],
         Checked(check_unmeasured),
@@ -790,7 +799,7 @@ def _make_refusal(name: str, value: object, reason: str) -> UsageError:
 
 
 #: Options that change nothing in what is made; of a name, the ending alone may (the dialect).
-_WITHOUT_EFFECT: Final = ("source_name", "setup_source", "subroutine_files", "jobs")
+_WITHOUT_EFFECT: Final = ("source_name", "setup_source", "setup_file", "subroutine_files", "jobs")
 
 
 def _convert_to_json(value: object) -> object:

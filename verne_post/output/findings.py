@@ -42,6 +42,7 @@ class Report(Struct, frozen=True):
     elapsed_s: float = 0.0  #: How long the check took.
     shown: tuple[Finding, ...] | None = None  #: What the text prints of them, where that is not all; all are counted.
     fail_level: Severity = "error"  #: Findings of this severity and graver ones refuse the program.
+    setup_file: str = ""  #: Its set-up, where that is not the file beside it.
 
     @property
     def verdict(self) -> Verdict:
@@ -112,17 +113,19 @@ def drop_repeated(reports: Sequence[Report], *, also_errors: bool = False) -> li
 _QUOTED: Final = 100
 
 
-def format_causes(program: str, findings: Sequence[Finding], source: "Text") -> Iterator[list[str]]:
+def format_causes(
+    program: str, findings: Sequence[Finding], source: "Text", setup_file: str = ""
+) -> Iterator[list[str]]:
     """Lines of text for each cause: the worst finding with its line, what goes with it, and what helps."""
     for cause in find_causes(findings):
-        yield [format_finding(program, cause.first), *_quote_line(cause, source, program)]
+        yield [format_finding(program, cause.first), *_quote_line(cause, source, program, setup_file)]
 
 
 #: Codes whose warnings are about one line, which is quoted as that of an error.
 _SHOWN_IN_LINES: Final = ("VP301", "VP505")
 
 
-def _quote_line(cause: Cause, source: "Text", program: str) -> list[str]:
+def _quote_line(cause: Cause, source: "Text", program: str, setup_file: str) -> list[str]:
     """Quote the line of an error: a caret under the column, the code's meaning and remedy. Nothing for others."""
     item, others = cause.first, cause.describe_others()
     also = [f"also {others}"] if others else []
@@ -136,7 +139,7 @@ def _quote_line(cause: Cause, source: "Text", program: str) -> list[str]:
     text = take_line(source, at)
     if text is None:
         return [f"    = {text}" for text in also]
-    helps = [*also, *list_remedies(item, program)]
+    helps = [*also, *list_remedies(item, program, setup_file)]
     lines = _draw_line(at, text.decode("utf-8", errors="replace"), item.column, helps)
     # of a note that says all there is the number of the line is enough
     return lines if item.severity != "note" or helps or item.column is not None else []
@@ -153,14 +156,14 @@ def _draw_line(number: int, text: str, column: int | None, helps: Sequence[str])
     return lines + [f"  {blank} = {text}" for text in helps]
 
 
-def list_remedies(item: Finding, program: str) -> list[str]:
+def list_remedies(item: Finding, program: str, setup_file: str = "") -> list[str]:
     """What helps against a finding, each in one line: remedies that were tried first.
 
     Nothing for warnings of poses, and where the message itself says what would be right.
     """
     if not is_about_pose(item.code) or item.code in OF_THE_PART:
         title = _NO_DIAMETER if _is_about_diameter(item) else CODES[item.code].title
-        remedy = describe_remedy(item, program)
+        remedy = describe_remedy(item, program, setup_file)
         return [f"{title}: {remedy}"] if remedy else []
     if item.severity != "error":
         return []
@@ -212,12 +215,12 @@ def _is_about_diameter(item: Finding) -> bool:
     return bool(item.settled_by) and all(key[0] == "tools" and key[-1] == "diameter" for key in item.settled_by)
 
 
-def describe_remedy(item: Finding, program: str) -> str:
-    """What to do about a finding, with the name of the program in commands, to be pasted.
+def describe_remedy(item: Finding, program: str, setup_file: str = "") -> str:
+    """What to do about a finding, with the names of the program and its set-up in commands, to be pasted.
 
     Empty where the message says it.
     """
-    return _name_program(_choose_remedy(item), program)
+    return _name_program(_choose_remedy(item), program, setup_file)
 
 
 def _choose_remedy(item: Finding) -> str:
@@ -244,12 +247,14 @@ def _choose_remedy(item: Finding) -> str:
 _TOLD_FIRST: Final = ("VP034", "VP041")
 
 
-def _name_program(remedy: str, program: str) -> str:
-    """Put the program in place of a remedy's INPUT, to be pasted; standard input has no name to put there."""
-    if program == "<stdin>":
-        return remedy
-    remedy = remedy.replace("setup INPUT", f"setup {shlex.quote(program)}")
-    return make_printable(remedy.replace("INPUT", program))
+def _name_program(remedy: str, program: str, setup_file: str) -> str:
+    """Put the program and its set-up in place of a remedy's INPUT, to be pasted; standard input has no name to put."""
+    words = {"INPUT": "INPUT" if program == "<stdin>" else program}
+    words["setup INPUT"] = "setup INPUT" if program == "<stdin>" else f"setup {shlex.quote(program)}"
+    words["INPUT.toml"] = "the set-up" if setup_file == "<stdin>" else setup_file or f"{words['INPUT']}.toml"
+    if setup_file not in ("", "<stdin>"):
+        words["setup INPUT"] += f" --setup {shlex.quote(setup_file)} -o {shlex.quote(setup_file)}"
+    return make_printable(re.sub(r"setup INPUT|INPUT\.toml|INPUT", lambda found: words[found[0]], remedy))
 
 
 _KEYS: Final = (
@@ -273,7 +278,7 @@ _KEYS: Final = (
 )
 
 
-def make_records(findings: Sequence[Finding], program: str) -> list[dict[str, Any]]:
+def make_records(findings: Sequence[Finding], program: str, setup_file: str = "") -> list[dict[str, Any]]:
     """Findings as JSON values, in the order of the documentation."""
     counted_with = {index: cause.indices[0] for cause in find_causes(findings) for index in cause.indices[1:]}
     return [
@@ -281,7 +286,7 @@ def make_records(findings: Sequence[Finding], program: str) -> list[dict[str, An
             **{key: getattr(item, key) for key in _KEYS},
             "remedies": [one for one in item.remedies if not one.startswith(_NOTHING_FOUND)],
             "settled_by": [".".join(key) for key in item.settled_by],
-            "remedy": describe_remedy(item, program),
+            "remedy": describe_remedy(item, program, setup_file),
             "counted_with": counted_with.get(index),
         }
         for index, item in enumerate(findings)

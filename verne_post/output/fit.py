@@ -98,11 +98,14 @@ def _write_lines(program: str, machine: Machine, proposal: Proposal) -> Iterator
         yield from _write_blocking(program, proposal)
     if fits and proposal.aim != "margin":
         largest = proposal.largest
-        yield (
-            f"The largest margin, {_format_margin(largest.smallest)}, is with the part "
-            f"{_move_text(proposal, largest.place)}: "
-            f"--wcs {_write_wcs_option(proposal, largest.place)} (--maximise margin)."
-        )
+        there = _write_wcs_option(proposal, largest.place)
+        if proposal.largest_fits:
+            yield (
+                f"The largest margin, {_format_margin(largest.smallest)}, is with the part "
+                f"{_move_text(proposal, largest.place)}: --wcs {there} (--maximise margin)."
+            )
+        else:
+            yield f"The place of the largest margin, --wcs {there}, is refused by the check, which sees contacts too."
     elif not fits and not np.isfinite(after.smallest):
         return  # the place that comes nearest has no margins: where it cannot be reached has been said
     where = f"{after.names[after.nearest]}, line {after.lines[after.nearest]}"
@@ -185,6 +188,7 @@ def make_json(program: str, machine: Machine, proposal: Proposal) -> str:
             "wcs": _write_wcs_option(proposal, proposal.largest.place),
             "margin": blank_nonfinite(proposal.largest.smallest),
             "moved": _measure_shift(proposal, proposal.largest.place),
+            "fits": proposal.largest_fits,
         },
         "refused": None if proposal.refused is None else _write_wcs_option(proposal, proposal.refused),
         "block": _write_g10_block(proposal, machine),

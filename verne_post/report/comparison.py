@@ -290,7 +290,9 @@ def _write_findings_html(sides: tuple[Side, Side], stretches: Sequence[Stretch])
             into, where = (both, "in both") if left[key] > 0 else (alone, f"only in {name}")
             left[key] -= left[key] > 0
             text = escape_text(str(item)) + quote_line(item, side.source)
-            remedies = list_remedies(helped[index], side.program) if index in helped else []
+            remedies = (
+                list_remedies(helped[index], side.program, side.study.options.setup_file) if index in helped else []
+            )
             helps = "".join(f"<small>{escape_text(one)}</small>" for one in (where, *remedies))
             into.append(f'<li class="{item.severity}"><span>{text}{helps}</span></li>')
         entries = "".join(alone + both)

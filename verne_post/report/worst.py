@@ -55,7 +55,8 @@ def write_findings_html(program: str, source: Text, study: Study) -> str:
     # a stable sort: what refuses the program stands before what does not
     for cause in sorted(find_causes(study.findings), key=lambda one: SEVERITIES.index(one.first.severity)):
         item = cause.first
-        helps = "".join(f"<small>{escape_text(remedy)}</small>" for remedy in list_remedies(item, program))
+        remedies = list_remedies(item, program, study.options.setup_file)
+        helps = "".join(f"<small>{escape_text(remedy)}</small>" for remedy in remedies)
         others = f"<small class=printed>also {escape_text(cause.describe_others())}</small>" if cause.others else ""
         text = escape_text(str(item)) + quote_line(item, source) + others + helps
         also = [escape_text(f"also {describe_other(other)}") for other in cause.others]

@@ -204,6 +204,8 @@ class Proposal(Struct, frozen=True, eq=False):
     refused : Place or None
         The place of the largest margin or the least time, where the check refuses it and ``after`` is the smallest
         move instead.
+    largest_fits : bool
+        Whether the check of the whole program accepts the place of the largest margin; False where none fits.
     text : str
         What ``fit`` says of it: what is printed.
     """
@@ -222,6 +224,7 @@ class Proposal(Struct, frozen=True, eq=False):
     fixed_lines: tuple[int, ...] = ()
     room: Room | None = None
     refused: Place | None = None
+    largest_fits: bool = True
     text: str = ""
 
     @property

@@ -14,6 +14,7 @@ import numpy as np
 from msgspec import Struct
 
 from verne_post.base.arrays import Array, Ints
+from verne_post.base.least import find_least
 from verne_post.base.tolerances import LIMIT_SLACK_MM
 from verne_post.kinematics.checks.line_measures import (
     find_solvable,
@@ -40,8 +41,8 @@ NEWTON_STEPS: Final = 20
 SWEEPS: Final = 400
 #: Distances at which a reachable place is sought when the line is out of reach, mm.
 SOUGHT_MM: Final = (2.0, 5.0, 10.0, 20.0, 40.0, 80.0, 160.0, 320.0, 640.0)
-#: Another end that Newton's method does not find is farther than this, mm, for no slip of a number.
-FARTHEST_END_MM: Final = 160.0
+#: Those of another end that Newton's method does not find: it is no farther for a slip of a number.
+NEAR_MM: Final = SOUGHT_MM[:7]
 #: A line that is shorter than this, mm, is not what a person means by another end.
 LEAST_WAY_MM: Final = 0.2
 
@@ -83,14 +84,13 @@ def find_move_along(problem: MoveProblem, reserve: float) -> Array | None:
     Newton's method finds none where the worst limit does not change along it, as beside a wall of a fixture. The
     move is halved between a place that keeps the limits and one that does not.
     """
-    keeps_limits, outside = _make_question(problem, reserve), 0.0
-    for far in (one for one in SOUGHT_MM if one <= FARTHEST_END_MM):
-        for way in (-1.0, 1.0):
-            if not keeps_limits(way * far):
-                continue
-            return _halve(problem, keeps_limits, way * far, way * outside)
-        outside = far
-    return None
+    keeps_limits = _make_question(problem, reserve)
+
+    def find_way(distance: float) -> float | None:
+        return next((way for way in (-1.0, 1.0) if keeps_limits(way * distance)), None)
+
+    far = find_least(lambda distance: find_way(distance) is not None, NEAR_MM, SETTLED_MM)
+    return None if far is None else _name_move(problem, (find_way(far) or 1.0) * far)
 
 
 def find_end_on_the_way(problem: MoveProblem, reserve: float) -> tuple[Array | None, bool]:
@@ -106,9 +106,15 @@ def find_end_on_the_way(problem: MoveProblem, reserve: float) -> tuple[Array | N
     beside = np.abs(tip[1] - tip[0] - span * way).max() + np.abs(angles[1] - angles[0]).max()
     least = abs(span) - LEAST_WAY_MM
     keeps_limits = _make_question(problem, reserve)
-    if least <= 0.0 or not keeps_limits(-np.sign(span) * least):
+    back = None if least <= 0.0 else find_least(lambda far: keeps_limits(-np.sign(span) * far), (least,), SETTLED_MM)
+    if back is None:
         return None, False
-    return _halve(problem, keeps_limits, -np.sign(span) * least, 0.0), beside < LIMIT_SLACK_MM
+    return _name_move(problem, -np.sign(span) * back), beside < LIMIT_SLACK_MM
+
+
+def _name_move(problem: MoveProblem, distance: float) -> Array:
+    """The move (3,) by a distance along the one direction of the basis, rounded."""
+    return np.asarray(np.round(distance * problem.basis[0], SHIFT_DECIMALS))
 
 
 def _make_question(problem: MoveProblem, reserve: float) -> Callable[[float], bool]:
@@ -129,14 +135,6 @@ def _make_question(problem: MoveProblem, reserve: float) -> Callable[[float], bo
         return bool((np.array(inside) >= reserve).all())
 
     return keeps_limits
-
-
-def _halve(problem: MoveProblem, keeps_limits: Callable[[float], bool], inside: float, beyond: float) -> Array:
-    """The move (3,) at the limit, between a distance that keeps the limits and one that does not."""
-    while abs(inside - beyond) > SETTLED_MM:
-        middle = 0.5 * (inside + beyond)
-        inside, beyond = (middle, beyond) if keeps_limits(middle) else (inside, middle)
-    return np.asarray(np.round(inside * problem.basis[0], SHIFT_DECIMALS))
 
 
 def find_least_move(problem: MoveProblem, start: Array, reserve: float) -> Array | None:

@@ -12,12 +12,12 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from verne_post.base.arrays import Array
+from verne_post.base.least import find_least
 from verne_post.base.tolerances import LIMIT_SLACK_MM
 from verne_post.kinematics.checks.clearance import check_constraints
 from verne_post.kinematics.checks.least_move import (
-    FARTHEST_END_MM,
+    NEAR_MM,
     SHIFT_DECIMALS,
-    SOUGHT_MM,
     MoveProblem,
     find_end_on_the_way,
     find_least_move,
@@ -313,10 +313,6 @@ def find_least_lift(line: JointPath, direction: Array) -> float | None:
     def keeps_limits(distance: float) -> bool:
         return not find_errors(replace(shift_line(line, distance * direction), keep_out=line.keep_out))
 
-    inside = next((one for one in SOUGHT_MM if one <= FARTHEST_END_MM and keeps_limits(one)), None)
-    outside = 0.0
-    while inside is not None and inside - outside > 0.5 * LIFT_STEP_MM:
-        middle = 0.5 * (inside + outside)
-        inside, outside = (middle, outside) if keeps_limits(middle) else (inside, middle)
+    inside = find_least(keeps_limits, NEAR_MM, 0.5 * LIFT_STEP_MM)
     lift = None if inside is None else (inside // LIFT_STEP_MM + 2.0) * LIFT_STEP_MM
     return lift if lift is not None and keeps_limits(lift) else None

@@ -29,7 +29,7 @@ def write(reports: Sequence[Report], _machine: Machine | None = None) -> str:
         for report, cause in everything:
             if cause.first.severity == severity and shown[severity] < MAX_ANNOTATIONS:
                 shown[severity] += 1
-                lines.append(_write_annotation(report.program, cause))
+                lines.append(_write_annotation(report, cause))
     left_out = len(everything) - len(lines)
     for report in reports:  # no error says why the step fails
         if report.verdict == Verdict.WARNINGS_FAIL:
@@ -46,13 +46,14 @@ def write(reports: Sequence[Report], _machine: Machine | None = None) -> str:
 def write_failure(_verdict: Verdict, message: str, findings: Sequence[Finding]) -> str:
     """Annotations of the files that are wrong; else one of the step."""
     if findings and all(item.file is not None for item in findings):
-        return "".join(_write_annotation("", cause) + "\n" for cause in find_causes(findings)[:MAX_ANNOTATIONS])
+        causes = find_causes(findings)[:MAX_ANNOTATIONS]
+        return "".join(_write_annotation(Report("", ()), cause) + "\n" for cause in causes)
     return f"::error title=verne-post::{_escape_data(message)}\n"
 
 
-def _write_annotation(program: str, cause: Cause) -> str:
+def _write_annotation(report: Report, cause: Cause) -> str:
     item, others = cause.first, cause.describe_others()
-    file, line = find_place(program, item)
+    file, line = find_place(report.program, item)
     where = [] if file == "<stdin>" else [f"file={_escape_property(_find_path_in_repository(file))}"]
     if line and where:
         where.append(f"line={line}")
@@ -64,7 +65,7 @@ def _write_annotation(program: str, cause: Cause) -> str:
     title = CODES[item.code].title
     where.append(f"title={_escape_property(f'{item.code} {title}')}")
     also = [f"also {others}"] if others else []
-    remedies = [text.removeprefix(f"{title}: ") for text in list_remedies(item, program)]
+    remedies = [text.removeprefix(f"{title}: ") for text in list_remedies(item, report.program, report.setup_file)]
     # an annotation stands beside the last line of its stretch
     spread = bool(item.line and item.last_line and item.last_line > item.line)
     measured = item.value is not None and item.worst_line
