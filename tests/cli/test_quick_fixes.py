@@ -39,20 +39,27 @@ def inspector() -> Inspector:
     return Inspector(given)
 
 
+NEVER = threading.Event()
+
+
+def check(inspector: Inspector, path: Path, text: str, setup: str = SETUP) -> Inspected:
+    """A program with its set-up, as an editor has it."""
+    path.write_text(text, "utf-8")
+    Path(f"{path}.toml").write_text(setup, "utf-8")
+    return inspector.check(path, {path: text}, NEVER)
+
+
 def look(
     inspector: Inspector, path: Path, text: str, setup: str = SETUP
 ) -> tuple[str, str, dict[str, tuple[Path, str, bool]]]:
     """The message of the only finding, what is underlined of it, and the files that its edits make, by their titles."""
-    path.write_text(text, "utf-8")
-    Path(f"{path}.toml").write_text(setup, "utf-8")
-    texts, superseded = {path: text}, threading.Event()
-    found = inspector.check(path, texts, superseded)
+    found = check(inspector, path, text, setup)
     (item,) = (one for one in found.findings if one.severity != "note")
     place = find_range(item, text.split("\n"))
     word = text.split("\n")[place.start.line][place.start.character : place.end.character]
     made = {
         fix.title.partition(" (")[0]: (fix.path, f"{fix.text[: fix.begin]}{fix.new}{fix.text[fix.end :]}", fix.settles)
-        for fix in find_fixes(inspector, found, item, texts, superseded)
+        for fix in find_fixes(inspector, found, item, {path: text}, NEVER)
         if fix.text is not None
     }
     return item.message, word, made
@@ -353,10 +360,7 @@ def test_a_diameter_that_the_set_up_lacks_is_added_to_be_filled_in(
     ((path, new, settles),) = made.values()
     assert (path, settles) == (setup, False)
     assert new == '[wcs]\nG54 = [0, 0, 60]\n\n[tools]\n1 = { length = 80, diameter = "measure" }\n'
-    filled = new.replace('"measure"', "6")
-    path.write_text(filled, "utf-8")
-    texts = {tmp_path / name: text, path: filled}
-    found = inspector.check(tmp_path / name, texts, threading.Event())
+    found = check(inspector, tmp_path / name, text, new.replace('"measure"', "6"))
     assert [one for one in found.findings if one.severity == "error"] == []
 
 
@@ -428,7 +432,7 @@ def test_a_refusal_is_shown_before_its_remedies_are_found(
         workspace=workspace, client_capabilities=capabilities, text_document_publish_diagnostics=shown.append
     )
     session = server.Session(editor, inspector.given | inspector.asked)
-    asyncio.run(session.run_check(path.as_uri(), threading.Event()))
+    asyncio.run(session.run_check(path.as_uri(), NEVER))
     session.worker.shutdown()
     early, late = ([one for one in each.diagnostics if one.severity == 1] for each in shown)
     assert [one.code for one in early] == [one.code for one in late] == ["VP101"]
@@ -469,13 +473,10 @@ def test_a_number_of_a_set_up_in_quotes_or_with_a_comma_has_its_edit(
     inspector: Inspector, tmp_path: Path, wrong: str, right: str
 ) -> None:
     path = tmp_path / "a.nc"
-    setup = Path(f"{path}.toml")
     text, wrong = f"{FANUC}G1 X5 F500\nM30\n%\n", f"[wcs]\nG54 = [0, 0, 60]\n[tools]\n{wrong}\n"
-    path.write_text(text, "utf-8")
-    texts, superseded = {path: text, setup: wrong}, threading.Event()
-    found = inspector.check(path, texts, superseded)
+    found = check(inspector, path, text, wrong)
     (item,) = found.findings
-    (fix,) = find_fixes_of_its_file(inspector, found, item, texts, superseded)
+    (fix,) = find_fixes_of_its_file(inspector, found, item, {path: text}, NEVER)
     assert f"{wrong[: fix.begin]}{fix.new}{wrong[fix.end :]}".split("\n")[3] == right
 
 
@@ -514,10 +515,47 @@ def test_an_error_of_a_proc_line_stands_in_that_line(inspector: Inspector, tmp_p
     """It was shown at each call."""
     path = tmp_path / "a.mpf"
     text = f"{SIEMENS}UP(2,3)\nUP(4,5)\nM30\n%_N_UP_SPF\nPROC UP(REAL A1, REEL A2)\nG1 X=A1 F500\nRET\n"
-    path.write_text(text, "utf-8")
-    Path(f"{path}.toml").write_text(SETUP, "utf-8")
-    (item,) = inspector.check(path, {path: text}, threading.Event()).findings
+    (item,) = check(inspector, path, text).findings
     assert (item.line, item.column, item.code) == (9, 18, "VP001")
+
+
+FACE = "M30\n%_N_FACE_SPF\nPROC FACE(REAL SAFE, REAL LOW, REAL SPEED)\n"
+
+
+@pytest.mark.parametrize(
+    ("calls", "body", "lacking", "why"),
+    [
+        ("FACE(30)", "G1 X=SAFE Y1 F=SPEED\nX9\nRET", "LOW (REAL) and SPEED (REAL) are", "line 9: G1 with feed rate"),
+        ("FACE(30)", "F=SPEED\nG1 X=SAFE\nRET", "LOW (REAL) and SPEED (REAL) are", "line 10: G1 with feed rate"),
+        ("FACE(30,,9)", "F=SPEED\nCYCLE83(9,0,2,-9,,,LOW)\nRET", "LOW (REAL) is", "line 10: CYCLE83: the first"),
+        ("FACE(30,,9)\nFACE(3,4,9)", "F=SPEED\nG1 X=SAFE/LOW\nRET", "LOW (REAL) is", "line 11: 30 / 0 has no"),
+    ],
+)
+def test_a_value_that_a_call_lacks_is_an_error_of_the_call(
+    inspector: Inspector, tmp_path: Path, calls: str, body: str, lacking: str, why: str
+) -> None:
+    """It was one of each line of the subprogram that reads it."""
+    message, underlined, _made = look(inspector, tmp_path / "a.mpf", f"{SIEMENS}{calls}\n{FACE}{body}\n")
+    assert f" of the 3 values of its PROC line: {lacking} missing" in message and f"({why}" in message
+    assert underlined == "FACE"
+    found = check(inspector, tmp_path / "a.mpf", f"{SIEMENS}{calls}\n{FACE}{body}\n")
+    assert [(one.code, one.line) for one in found.findings] == [("VP005", 5)]
+
+
+@pytest.mark.parametrize(
+    ("calls", "body", "code", "line"),
+    [
+        ("FACE(30)", "G1 X=SAFE Y=LOW\nRET", "VP009", 9),  # nothing gives F
+        ("FACE(30,2,3)", "G1 X=SAFE/(LOW-2) F9\nRET", "VP007", 9),
+        ("FACE(30)", "LOW=2\nG1 X=SAFE/(LOW-2) F9\nRET", "VP007", 10),
+        ("FACE(30)", "G1 X=LOW F9 FOO\nRET", "VP002", 9),
+    ],
+)
+def test_an_error_that_no_missing_value_leads_to_stays_in_its_line(
+    inspector: Inspector, tmp_path: Path, calls: str, body: str, code: str, line: int
+) -> None:
+    found = check(inspector, tmp_path / "a.mpf", f"{SIEMENS}{calls}\n{FACE}{body}\n")
+    assert [(one.code, one.line) for one in found.findings] == [(code, line)]
 
 
 def test_an_open_bracket_of_a_formula_has_its_edit(inspector: Inspector, tmp_path: Path) -> None:
@@ -539,9 +577,7 @@ def test_the_rest_of_an_expression_is_not_to_be_removed(
 
 def ask(inspector: Inspector, path: Path, text: str, place: str, setup: str = SETUP) -> str:
     """What is shown of the word at the | of a place of a text."""
-    path.write_text(text, "utf-8")
-    Path(f"{path}.toml").write_text(setup, "utf-8")
-    found = inspector.check(path, {path: text}, threading.Event())
+    found = check(inspector, path, text, setup)
     at = text.index(place.replace("|", "")) + place.index("|")
     line = text.count("\n", 0, at) + 1
     said = inspector.describe_line(found, line, at - text.rfind("\n", 0, at) - 1)
@@ -688,13 +724,12 @@ def test_every_beginning_of_a_line_is_checked(
 ) -> None:
     """An editor checks what is typed: each answer comes, and each place that it names is one of the text."""
     path, n_found = tmp_path / name, 0
-    path.write_text("", "utf-8")
-    Path(f"{path}.toml").write_text(SETUP, "utf-8")
+    check(inspector, path, "")
     for line in lines:
         for length in range(1, len(line) + 1):
             text = f"{head}{line[:length]}\n{end}"
             rows = text.split("\n")
-            for item in inspector.check(path, {path: text}, threading.Event(), only_cause=True).findings:
+            for item in inspector.check(path, {path: text}, NEVER, only_cause=True).findings:
                 assert item.column is None or item.column >= 1, (text, item)
                 assert item.line is None or item.file or 1 <= item.line <= len(rows), (text, item)
                 place = find_range(item, rows)
