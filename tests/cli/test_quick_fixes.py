@@ -30,6 +30,14 @@ NGC = "G21 G90 G94 G17 G54\nG0 X0 Y0 Z50 A0 C0\nM3 S1000\n"
 FANUC = f"%\nO1\n{NGC}"
 SIEMENS = "DEF INT PASS\nG71 G90 G94 G54\nG0 X0 Y0 Z50 A0 C0\nM3 S1000\n"
 KLARTEXT = "0 BEGIN PGM T MM\n1 TOOL CALL 1 Z S1000\n2 L X+0 Y+0 Z+50 A+0 C+0 R0 FMAX M3\n"
+#: The first lines of a program by the ending of its file, with a motion of known feed rate, and its last ones.
+HEADS = {
+    ".mpf": (f"{SIEMENS}G1 X1 F500\n", "M30\n"),
+    ".h": (f"{KLARTEXT}2 L X+1 F500\n", "9 M30\n10 END PGM T MM\n"),
+    ".nc": (f"{FANUC}G1 X1 F500\n", "M30\n%\n"),
+    ".ngc": (f"{NGC}G1 X1 F500\n", "M2\n"),
+    ".cls": ("PARTNO T\nUNITS/MM\nFEDRAT/500,MMPM\nGOTO/0,0,60\n", "FINI\n"),
+}
 
 
 @pytest.fixture(scope="module")
@@ -573,6 +581,71 @@ def test_the_rest_of_an_expression_is_not_to_be_removed(
     """#101=#10 is a value that the program does not mean."""
     _told, _word, made = look(inspector, tmp_path / "a.nc", f"{FANUC}#101=2.\n#101={written}\nM30\n")
     assert [new for _path, new, _settles in made.values()] == edits
+
+
+@pytest.mark.parametrize(
+    ("name", "line", "right"),
+    [
+        ("a.mpf", "R1=l0", "R1=10"),
+        ("a.mpf", "R1=2*lO", "R1=2*10"),
+        ("a.mpf", "R1=(2+l)*3", "R1=(2+1)*3"),
+        ("a.mpf", "R1=O", "R1=0"),
+        ("a.mpf", "R1=10l", "R1=101"),
+        ("a.mpf", "R1=2*1,5", "R1=2*1.5"),
+        ("a.mpf", "PASS=3 X PASS", "PASS=3 X=PASS"),
+        ("a.mpf", "G0 X PASS", "G0 X=PASS"),
+        ("a.mpf", "G0 Z (PASS+9)", None),
+        ("a.mpf", "R1=lO(3)", None),
+        ("a.h", "3 Q1 = l0", "3 Q1=10"),
+        ("a.h", "3 Q1 = 2*l0", "3 Q1 = 2*10"),
+        ("a.h", "3 Q1 = SIN lO", "3 Q1 = SIN 10"),
+        ("a.h", "3 Q1 = l,5", "3 Q1 = 1,5"),
+        ("a.nc", "#101=l0", "#101=10"),
+        ("a.nc", "#101=[2*O5]", "#101=[2*05]"),
+        ("a.nc", "#101=10l", "#101=101"),
+        ("a.ngc", "#101=lO", "#101=10"),
+        ("a.ngc", "#101=[2+1O]", "#101=[2+10]"),
+        ("a.ngc", "#101=[2*1,5]", "#101=[2*1.5]"),
+        ("a.ngc", "o10 whale", None),
+        ("a.cls", "GOTO/1,O,60", "GOTO/1,0,60"),
+        ("a.cls", "GOTO/1,l0,60", "GOTO/1,10,60"),
+    ],
+)
+def test_what_looks_like_a_digit_has_its_edit_in_every_language(
+    inspector: Inspector, tmp_path: Path, name: str, line: str, right: str | None
+) -> None:
+    """In expressions it was a name without a value, or no number at all; behind it, a bracket was missing."""
+    head, end = HEADS[Path(name).suffix]
+    found = check(inspector, tmp_path / name, f"{head}{line}\n{end}")
+    item = next(one for one in found.findings if one.severity == "error")
+    fixes = find_fixes(inspector, found, item, {found.path: found.text}, NEVER)
+    made = [f"{found.text[: fix.begin]}{fix.new}{found.text[fix.end :]}" for fix in fixes]
+    assert made == ([] if right is None else [f"{head}{right}\n{end}"])
+
+
+@pytest.mark.parametrize(
+    ("name", "line", "rights"),
+    [
+        ("a.mpf", 'MSG("hello', ['MSG("hello")']),
+        ("a.mpf", 'MSG("hello world', ['MSG("hello world")']),
+        ("a.mpf", 'MSG("hello)', ['MSG("hello")']),
+        ("a.mpf", 'MSG("hello world)', ['MSG("hello world")']),
+        ("a.mpf", 'CYCLE800(0,"TC1,0,57)', ['CYCLE800(0,"TC1",0,57)', 'CYCLE800(0,"TC1,0,57")']),
+        ("a.mpf", 'T="D8', ['T="D8"']),
+        ("a.mpf", 'T="D8 M6', ['T="D8" M6', 'T="D8 M6"']),
+        ("a.h", '3 CALL LBL "SIDE\n4 M30\n5 LBL "SIDE"\n6 LBL 0', ['3 CALL LBL "SIDE"\n4 M30\n5 LBL "SIDE"\n6 LBL 0']),
+    ],
+)
+def test_a_quote_that_is_not_closed_has_its_edit(
+    inspector: Inspector, tmp_path: Path, name: str, line: str, rights: list[str]
+) -> None:
+    head, end = HEADS[Path(name).suffix]
+    found = check(inspector, tmp_path / name, f"{head}{line}\n{end}")
+    item = next(one for one in found.findings if one.code == "VP001")
+    fixes = find_fixes(inspector, found, item, {found.path: found.text}, NEVER)
+    made = [f"{found.text[: fix.begin]}{fix.new}{found.text[fix.end :]}" for fix in fixes]
+    assert made == [f"{head}{right}\n{end}" for right in rights]
+    assert not any(fix.settles for fix in fixes)  # where the text was to end, nobody knows
 
 
 def ask(inspector: Inspector, path: Path, text: str, place: str, setup: str = SETUP) -> str:

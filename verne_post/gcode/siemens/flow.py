@@ -28,7 +28,7 @@ from verne_post.gcode.siemens.milling import MODAL_MILLING
 from verne_post.gcode.siemens.program import Section, SiemensText, split_line
 from verne_post.gcode.siemens.values import read_value, spell_value
 from verne_post.gcode.siemens.variables import refuse_leftover
-from verne_post.gcode.siemens.words import Call, Words, read_arguments
+from verne_post.gcode.siemens.words import Call, Words, read_argument_values, read_arguments
 
 #: Alarms of SETAL that stop a program; others are only shown.
 _STOPPING_ALARMS: Final = (range(60_000, 62_000), range(65_500, 68_000))
@@ -321,22 +321,14 @@ class Flow:
         if arguments is None:
             raise cursor.error("VP001", "expected '(' after MSG")
         refuse_leftover(cursor)
-        texts = [argument for argument in arguments if argument.text.strip()]
-        for argument in texts[:1]:
-            self.executor.record_event(
-                self.calls.show(line),
-                "message",
-                text=spell_value(read_value(argument.make_cursor(), self.executor.variables)),
-            )
+        texts = (one for one in read_argument_values(arguments, self.executor.variables) if one is not None)
+        for value in list(texts)[:1]:
+            self.executor.record_event(self.calls.show(line), "message", text=spell_value(value))
 
     def _raise_alarm(self, cursor: Cursor, line: int) -> None:
         arguments = read_arguments(cursor) if cursor.skip() == "(" else ()
         refuse_leftover(cursor)
-        values = [
-            read_value(argument.make_cursor(), self.executor.variables)
-            for argument in arguments
-            if argument.text.strip()
-        ]
+        values = [one for one in read_argument_values(arguments, self.executor.variables) if one is not None]
         if not values or isinstance(values[0], str):
             raise cursor.error("VP005", "SETAL takes the number of an alarm, and a text", 0)
         shown_values = " ".join(spell_value(value) for value in values)
