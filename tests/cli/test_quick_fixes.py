@@ -650,12 +650,45 @@ def test_a_quote_that_is_not_closed_has_its_edit(
 
 def ask(inspector: Inspector, path: Path, text: str, place: str, setup: str = SETUP) -> str:
     """What is shown of the word at the | of a place of a text."""
+    return ask_all(inspector, path, text, place, setup).split("\n")[0].partition("**: ")[2]
+
+
+def ask_all(inspector: Inspector, path: Path, text: str, place: str, setup: str = SETUP) -> str:
     found = check(inspector, path, text, setup)
     at = text.index(place.replace("|", "")) + place.index("|")
     line = text.count("\n", 0, at) + 1
     said = inspector.describe_line(found, line, at - text.rfind("\n", 0, at) - 1)
     assert said is not None
-    return said.split("\n")[0].partition("**: ")[2]
+    return said
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "place", "values"),
+    [
+        (
+            "a.mpf",
+            "CYCLE81(30,,2,-5)\n",
+            "CYC|LE81",
+            ["RTP = 30: retraction plane, absolute", "RFP: reference", "SDIS = 2:"],
+        ),
+        ("a.mpf", "R1=-5\nCYCLE81(30,0,2,R1)\nX9\nCYCLE81(9,0)\n", "CYCLE|81(30", ["RTP = 30", "DP = R1: final depth"]),
+        ("a.mpf", 'CYCLE800(0,"",0,57,0,0,0,0,20)\n', "CYCLE|800", ['_TC = "":', "_B = 20: second angle", "_C: third"]),
+        ("a.mpf", "CYCLE800()\n", "CYCLE|800", ["_FR: retract before the turn"]),
+        (
+            "a.h",
+            CYCLE.partition("6 M30")[0],
+            "CYCL DEF |200",
+            ["Q201 = -3: depth", "Q206 = 150: plunge feed", "Q395: depth"],
+        ),
+    ],
+)
+def test_hover_of_a_cycle_shows_the_values_of_its_call(
+    inspector: Inspector, tmp_path: Path, name: str, text: str, place: str, values: list[str]
+) -> None:
+    """It named what the cycle takes, and left the reader to count commas."""
+    head, end = HEADS[Path(name).suffix]
+    told = ask_all(inspector, tmp_path / name, f"{head}{text}{end}", place)
+    assert all(f"\n- {value}" in told for value in values)
 
 
 def test_hover_of_a_value_of_a_call_names_its_parameter(inspector: Inspector, tmp_path: Path) -> None:
