@@ -583,6 +583,47 @@ def test_the_rest_of_an_expression_is_not_to_be_removed(
     assert [new for _path, new, _settles in made.values()] == edits
 
 
+TILTED = "G68.2 X0 Y0 Z0 I0 J20 K0\nG53.1\nG0 X0 Y0 Z30\n"
+HOLES = "MCALL CYCLE81(30,0,2,-5)\nX1\n"
+
+
+@pytest.mark.parametrize(
+    ("name", "body", "said", "word"),
+    [
+        (
+            "a.nc",
+            f"T1 M6\nG43 H1\nM3\nG0 Z90\n{TILTED}G1 Z20\nG0 Z60\n(M6) T2 M6\nM3\nG0 Z60\nG1 Z20\n",
+            "is still in",
+            "M6",
+        ),
+        (
+            "a.nc",
+            f"T1 M6\nM3\nG43.4 H1 Z90\nG0 A-20\nN5 {TILTED}G1 Z20\nG0 Z60\nN7 G49\nG43.4 H1 G0 A0 C0\nX0\nG1 Z20\nG0 Z60\n".replace(
+                "G53.1\n", ""
+            ),
+            "after G49",
+            "G49",
+        ),
+        (
+            "a.mpf",
+            f'{HOLES}CYCLE800(0,"",0,57,0,0,0,20,0,0,0,0,0,1)\nX2\nMCALL\n',
+            "in the new plane of line 8",
+            "CYCLE800",
+        ),
+        ("a.nc", f"G81 X1 Z-5 R2\n N7 {TILTED[:-13]}X5\nG80\n", "in the new plane of line 8", "G68.2"),
+    ],
+)
+def test_a_plane_that_is_kept_is_underlined_at_its_word(
+    inspector: Inspector, tmp_path: Path, name: str, body: str, said: str, word: str
+) -> None:
+    """The whole line was."""
+    head, end = HEADS[Path(name).suffix]
+    found = check(inspector, tmp_path / name, f"{head}{body}{end}", f"{TOOLS}2 = {{ length = 80 }}\n")
+    (item,) = (one for one in found.findings if one.code == "VP043")
+    assert said in item.message and item.line is not None and item.column is not None
+    assert found.text.split("\n")[item.line - 1][item.column - 1 :].startswith(word)
+
+
 @pytest.mark.parametrize(
     ("name", "line", "right"),
     [
