@@ -598,9 +598,8 @@ HOLES = "MCALL CYCLE81(30,0,2,-5)\nX1\n"
         ),
         (
             "a.nc",
-            f"T1 M6\nM3\nG43.4 H1 Z90\nG0 A-20\nN5 {TILTED}G1 Z20\nG0 Z60\nN7 G49\nG43.4 H1 G0 A0 C0\nX0\nG1 Z20\nG0 Z60\n".replace(
-                "G53.1\n", ""
-            ),
+            f"T1 M6\nM3\nG43.4 H1 Z90\nG0 A-20\nN5 {TILTED[:-20]}\nG0 X0 Y0 Z30\nG1 Z20\nG0 Z60\nN7 G49\n"
+            "G43.4 H1 G0 A0 C0\nX0\nG1 Z20\nG0 Z60\n",
             "after G49",
             "G49",
         ),

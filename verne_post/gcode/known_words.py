@@ -225,7 +225,7 @@ def find_cycle_value(line: str, column: int) -> KnownWord | None:
     """The value of a cycle of Siemens at a column, from 0, by the name of its parameter; None where there is none."""
     code = remove_remarks(line, "siemens")
     for cycle in _CYCLE_CALL.finditer(code):
-        for name, value in _pair_values(cycle, code):
+        for name, value in _list_call_values(cycle, code):
             if value.start(1) <= column < value.end(1):
                 meaning = OF_VALUES.get(name, "")
                 text = f"{name} of {cycle[1].upper()}{': ' * bool(meaning)}{meaning}"
@@ -274,8 +274,8 @@ def describe_values(word: str, dialect: str, given: Mapping[str, str] = MappingP
             (name, f"{klartext.name_parameter(int(name[1:]))}{without.get(name, '')}")
             for name in (f"Q{number}" for number in (*needs, *defaults))
         )
-    shown = ((f"{name} = {given[name]}" if name in given else name, meaning) for name, meaning in values)
-    return [f"{name}: {meaning}" if meaning else name for name, meaning in shown]
+    named_values = ((f"{name} = {given[name]}" if name in given else name, meaning) for name, meaning in values)
+    return [f"{name}: {meaning}" if meaning else name for name, meaning in named_values]
 
 
 def find_given_values(lines: Sequence[str], number: int, column: int, dialect: str) -> dict[str, str]:
@@ -291,10 +291,10 @@ def find_given_values(lines: Sequence[str], number: int, column: int, dialect: s
     call = next((one for one in _CYCLE_CALL.finditer(code) if one.start() <= column < one.end()), None)
     if dialect != "siemens" or call is None:
         return {}
-    return {name: value[1].strip() for name, value in _pair_values(call, code) if value[1].strip()}
+    return {name: value[1].strip() for name, value in _list_call_values(call, code) if value[1].strip()}
 
 
-def _pair_values(call: re.Match[str], code: str) -> Iterator[tuple[str, re.Match[str]]]:
+def _list_call_values(call: re.Match[str], code: str) -> Iterator[tuple[str, re.Match[str]]]:
     """The values of a call of a cycle of Siemens, with the names of their parameters."""
     names = _list_parameters().get(call[1].upper(), ())
     for name, value in zip(names, _VALUE.finditer(code, call.end()), strict=False):

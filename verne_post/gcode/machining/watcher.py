@@ -130,7 +130,7 @@ def place_at_plane(source: Text, item: Finding) -> Finding:
     """A VP043 of a plane, at the word of its line that begins the plane, ends it, or keeps it."""
     if item.code != "VP043" or item.column is not None or item.line is None:
         return item
-    words = next((words for told, words in _WORDS.items() if told in item.message), ())
+    words = next((words for saying, words in _WORDS.items() if saying in item.message), ())
     line = remove_remarks((take_line(source, item.line) or b"").decode("utf-8", errors="replace"))
     word = next((found for one in words if (found := one.search(line)) is not None), None)
     return item if word is None else replace_fields(item, column=word.start() + 1)

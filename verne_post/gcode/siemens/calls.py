@@ -93,8 +93,8 @@ class Lacking(Struct, frozen=True):
 
         ``code`` is what fails, ``where`` names its line.
         """
-        used = {one.upper() for one in NAME.findall(code)}
-        is_led_to = any(name in used and not values[name].values for name in self.names)
+        used_names = {one.upper() for one in NAME.findall(code)}
+        is_led_to = any(name in used_names and not values[name].values for name in self.names)
         if error.line is not None or error.code not in _OF_VALUES or not is_led_to:
             return
         error.line, error.column, error.of_program = self.line, self.column, True
