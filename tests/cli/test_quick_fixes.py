@@ -649,6 +649,7 @@ def test_a_plane_that_is_kept_is_underlined_at_its_word(
         ("a.ngc", "o10 whale", None),
         ("a.cls", "GOTO/1,O,60", "GOTO/1,0,60"),
         ("a.cls", "GOTO/1,l0,60", "GOTO/1,10,60"),
+        ("a.cls", "GO/1,0,60", None),
     ],
 )
 def test_what_looks_like_a_digit_has_its_edit_in_every_language(

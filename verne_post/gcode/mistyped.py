@@ -229,4 +229,4 @@ def _is_number(pattern: re.Pattern[str], match: re.Match[str], line: str) -> boo
         return bool(head) or number[0] != "O"
     if len(number) > 1 and head not in ("G", "M"):  # FOO is a name, GOO is G00
         return False
-    return head in _BEFORE_ZERO and re.match(r"[^\W\d]|[(\[]", line[match.end() :]) is None  # no PO[X], FOO(1)
+    return head in _BEFORE_ZERO and re.match(r"[^\W\d]|[(\[/]", line[match.end() :]) is None  # no PO[X], FOO(1), GO/
