@@ -30,6 +30,14 @@ NGC = "G21 G90 G94 G17 G54\nG0 X0 Y0 Z50 A0 C0\nM3 S1000\n"
 FANUC = f"%\nO1\n{NGC}"
 SIEMENS = "DEF INT PASS\nG71 G90 G94 G54\nG0 X0 Y0 Z50 A0 C0\nM3 S1000\n"
 KLARTEXT = "0 BEGIN PGM T MM\n1 TOOL CALL 1 Z S1000\n2 L X+0 Y+0 Z+50 A+0 C+0 R0 FMAX M3\n"
+#: The first lines of a program by the ending of its file, with a motion of known feed rate, and its last ones.
+HEADS = {
+    ".mpf": (f"{SIEMENS}G1 X1 F500\n", "M30\n"),
+    ".h": (f"{KLARTEXT}2 L X+1 F500\n", "9 M30\n10 END PGM T MM\n"),
+    ".nc": (f"{FANUC}G1 X1 F500\n", "M30\n%\n"),
+    ".ngc": (f"{NGC}G1 X1 F500\n", "M2\n"),
+    ".cls": ("PARTNO T\nUNITS/MM\nFEDRAT/500,MMPM\nGOTO/0,0,60\n", "FINI\n"),
+}
 
 
 @pytest.fixture(scope="module")
@@ -39,20 +47,27 @@ def inspector() -> Inspector:
     return Inspector(given)
 
 
+NEVER = threading.Event()
+
+
+def check(inspector: Inspector, path: Path, text: str, setup: str = SETUP) -> Inspected:
+    """A program with its set-up, as an editor has it."""
+    path.write_text(text, "utf-8")
+    Path(f"{path}.toml").write_text(setup, "utf-8")
+    return inspector.check(path, {path: text}, NEVER)
+
+
 def look(
     inspector: Inspector, path: Path, text: str, setup: str = SETUP
 ) -> tuple[str, str, dict[str, tuple[Path, str, bool]]]:
     """The message of the only finding, what is underlined of it, and the files that its edits make, by their titles."""
-    path.write_text(text, "utf-8")
-    Path(f"{path}.toml").write_text(setup, "utf-8")
-    texts, superseded = {path: text}, threading.Event()
-    found = inspector.check(path, texts, superseded)
+    found = check(inspector, path, text, setup)
     (item,) = (one for one in found.findings if one.severity != "note")
     place = find_range(item, text.split("\n"))
     word = text.split("\n")[place.start.line][place.start.character : place.end.character]
     made = {
         fix.title.partition(" (")[0]: (fix.path, f"{fix.text[: fix.begin]}{fix.new}{fix.text[fix.end :]}", fix.settles)
-        for fix in find_fixes(inspector, found, item, texts, superseded)
+        for fix in find_fixes(inspector, found, item, {path: text}, NEVER)
         if fix.text is not None
     }
     return item.message, word, made
@@ -353,10 +368,7 @@ def test_a_diameter_that_the_set_up_lacks_is_added_to_be_filled_in(
     ((path, new, settles),) = made.values()
     assert (path, settles) == (setup, False)
     assert new == '[wcs]\nG54 = [0, 0, 60]\n\n[tools]\n1 = { length = 80, diameter = "measure" }\n'
-    filled = new.replace('"measure"', "6")
-    path.write_text(filled, "utf-8")
-    texts = {tmp_path / name: text, path: filled}
-    found = inspector.check(tmp_path / name, texts, threading.Event())
+    found = check(inspector, tmp_path / name, text, new.replace('"measure"', "6"))
     assert [one for one in found.findings if one.severity == "error"] == []
 
 
@@ -428,7 +440,7 @@ def test_a_refusal_is_shown_before_its_remedies_are_found(
         workspace=workspace, client_capabilities=capabilities, text_document_publish_diagnostics=shown.append
     )
     session = server.Session(editor, inspector.given | inspector.asked)
-    asyncio.run(session.run_check(path.as_uri(), threading.Event()))
+    asyncio.run(session.run_check(path.as_uri(), NEVER))
     session.worker.shutdown()
     early, late = ([one for one in each.diagnostics if one.severity == 1] for each in shown)
     assert [one.code for one in early] == [one.code for one in late] == ["VP101"]
@@ -469,13 +481,10 @@ def test_a_number_of_a_set_up_in_quotes_or_with_a_comma_has_its_edit(
     inspector: Inspector, tmp_path: Path, wrong: str, right: str
 ) -> None:
     path = tmp_path / "a.nc"
-    setup = Path(f"{path}.toml")
     text, wrong = f"{FANUC}G1 X5 F500\nM30\n%\n", f"[wcs]\nG54 = [0, 0, 60]\n[tools]\n{wrong}\n"
-    path.write_text(text, "utf-8")
-    texts, superseded = {path: text, setup: wrong}, threading.Event()
-    found = inspector.check(path, texts, superseded)
+    found = check(inspector, path, text, wrong)
     (item,) = found.findings
-    (fix,) = find_fixes_of_its_file(inspector, found, item, texts, superseded)
+    (fix,) = find_fixes_of_its_file(inspector, found, item, {path: text}, NEVER)
     assert f"{wrong[: fix.begin]}{fix.new}{wrong[fix.end :]}".split("\n")[3] == right
 
 
@@ -514,10 +523,47 @@ def test_an_error_of_a_proc_line_stands_in_that_line(inspector: Inspector, tmp_p
     """It was shown at each call."""
     path = tmp_path / "a.mpf"
     text = f"{SIEMENS}UP(2,3)\nUP(4,5)\nM30\n%_N_UP_SPF\nPROC UP(REAL A1, REEL A2)\nG1 X=A1 F500\nRET\n"
-    path.write_text(text, "utf-8")
-    Path(f"{path}.toml").write_text(SETUP, "utf-8")
-    (item,) = inspector.check(path, {path: text}, threading.Event()).findings
+    (item,) = check(inspector, path, text).findings
     assert (item.line, item.column, item.code) == (9, 18, "VP001")
+
+
+FACE = "M30\n%_N_FACE_SPF\nPROC FACE(REAL SAFE, REAL LOW, REAL SPEED)\n"
+
+
+@pytest.mark.parametrize(
+    ("calls", "body", "lacking", "why"),
+    [
+        ("FACE(30)", "G1 X=SAFE Y1 F=SPEED\nX9\nRET", "LOW (REAL) and SPEED (REAL) are", "line 9: G1 with feed rate"),
+        ("FACE(30)", "F=SPEED\nG1 X=SAFE\nRET", "LOW (REAL) and SPEED (REAL) are", "line 10: G1 with feed rate"),
+        ("FACE(30,,9)", "F=SPEED\nCYCLE83(9,0,2,-9,,,LOW)\nRET", "LOW (REAL) is", "line 10: CYCLE83: the first"),
+        ("FACE(30,,9)\nFACE(3,4,9)", "F=SPEED\nG1 X=SAFE/LOW\nRET", "LOW (REAL) is", "line 11: 30 / 0 has no"),
+    ],
+)
+def test_a_value_that_a_call_lacks_is_an_error_of_the_call(
+    inspector: Inspector, tmp_path: Path, calls: str, body: str, lacking: str, why: str
+) -> None:
+    """It was one of each line of the subprogram that reads it."""
+    message, underlined, _made = look(inspector, tmp_path / "a.mpf", f"{SIEMENS}{calls}\n{FACE}{body}\n")
+    assert f" of the 3 values of its PROC line: {lacking} missing" in message and f"({why}" in message
+    assert underlined == "FACE"
+    found = check(inspector, tmp_path / "a.mpf", f"{SIEMENS}{calls}\n{FACE}{body}\n")
+    assert [(one.code, one.line) for one in found.findings] == [("VP005", 5)]
+
+
+@pytest.mark.parametrize(
+    ("calls", "body", "code", "line"),
+    [
+        ("FACE(30)", "G1 X=SAFE Y=LOW\nRET", "VP009", 9),  # nothing gives F
+        ("FACE(30,2,3)", "G1 X=SAFE/(LOW-2) F9\nRET", "VP007", 9),
+        ("FACE(30)", "LOW=2\nG1 X=SAFE/(LOW-2) F9\nRET", "VP007", 10),
+        ("FACE(30)", "G1 X=LOW F9 FOO\nRET", "VP002", 9),
+    ],
+)
+def test_an_error_that_no_missing_value_leads_to_stays_in_its_line(
+    inspector: Inspector, tmp_path: Path, calls: str, body: str, code: str, line: int
+) -> None:
+    found = check(inspector, tmp_path / "a.mpf", f"{SIEMENS}{calls}\n{FACE}{body}\n")
+    assert [(one.code, one.line) for one in found.findings] == [(code, line)]
 
 
 def test_an_open_bracket_of_a_formula_has_its_edit(inspector: Inspector, tmp_path: Path) -> None:
@@ -537,16 +583,153 @@ def test_the_rest_of_an_expression_is_not_to_be_removed(
     assert [new for _path, new, _settles in made.values()] == edits
 
 
+TILTED = "G68.2 X0 Y0 Z0 I0 J20 K0\nG53.1\nG0 X0 Y0 Z30\n"
+HOLES = "MCALL CYCLE81(30,0,2,-5)\nX1\n"
+
+
+@pytest.mark.parametrize(
+    ("name", "body", "said", "word"),
+    [
+        (
+            "a.nc",
+            f"T1 M6\nG43 H1\nM3\nG0 Z90\n{TILTED}G1 Z20\nG0 Z60\n(M6) T2 M6\nM3\nG0 Z60\nG1 Z20\n",
+            "is still in",
+            "M6",
+        ),
+        (
+            "a.nc",
+            f"T1 M6\nM3\nG43.4 H1 Z90\nG0 A-20\nN5 {TILTED[:-20]}\nG0 X0 Y0 Z30\nG1 Z20\nG0 Z60\nN7 G49\n"
+            "G43.4 H1 G0 A0 C0\nX0\nG1 Z20\nG0 Z60\n",
+            "after G49",
+            "G49",
+        ),
+        (
+            "a.mpf",
+            f'{HOLES}CYCLE800(0,"",0,57,0,0,0,20,0,0,0,0,0,1)\nX2\nMCALL\n',
+            "in the new plane of line 8",
+            "CYCLE800",
+        ),
+        ("a.nc", f"G81 X1 Z-5 R2\n N7 {TILTED[:-13]}X5\nG80\n", "in the new plane of line 8", "G68.2"),
+    ],
+)
+def test_a_plane_that_is_kept_is_underlined_at_its_word(
+    inspector: Inspector, tmp_path: Path, name: str, body: str, said: str, word: str
+) -> None:
+    """The whole line was."""
+    head, end = HEADS[Path(name).suffix]
+    found = check(inspector, tmp_path / name, f"{head}{body}{end}", f"{TOOLS}2 = {{ length = 80 }}\n")
+    (item,) = (one for one in found.findings if one.code == "VP043")
+    assert said in item.message and item.line is not None and item.column is not None
+    assert found.text.split("\n")[item.line - 1][item.column - 1 :].startswith(word)
+
+
+@pytest.mark.parametrize(
+    ("name", "line", "right"),
+    [
+        ("a.mpf", "R1=l0", "R1=10"),
+        ("a.mpf", "R1=2*lO", "R1=2*10"),
+        ("a.mpf", "R1=(2+l)*3", "R1=(2+1)*3"),
+        ("a.mpf", "R1=O", "R1=0"),
+        ("a.mpf", "R1=10l", "R1=101"),
+        ("a.mpf", "R1=2*1,5", "R1=2*1.5"),
+        ("a.mpf", "PASS=3 X PASS", "PASS=3 X=PASS"),
+        ("a.mpf", "G0 X PASS", "G0 X=PASS"),
+        ("a.mpf", "G0 Z (PASS+9)", None),
+        ("a.mpf", "R1=lO(3)", None),
+        ("a.h", "3 Q1 = l0", "3 Q1=10"),
+        ("a.h", "3 Q1 = 2*l0", "3 Q1 = 2*10"),
+        ("a.h", "3 Q1 = SIN lO", "3 Q1 = SIN 10"),
+        ("a.h", "3 Q1 = l,5", "3 Q1 = 1,5"),
+        ("a.nc", "#101=l0", "#101=10"),
+        ("a.nc", "#101=[2*O5]", "#101=[2*05]"),
+        ("a.nc", "#101=10l", "#101=101"),
+        ("a.ngc", "#101=lO", "#101=10"),
+        ("a.ngc", "#101=[2+1O]", "#101=[2+10]"),
+        ("a.ngc", "#101=[2*1,5]", "#101=[2*1.5]"),
+        ("a.ngc", "o10 whale", None),
+        ("a.cls", "GOTO/1,O,60", "GOTO/1,0,60"),
+        ("a.cls", "GOTO/1,l0,60", "GOTO/1,10,60"),
+        ("a.cls", "GO/1,0,60", None),
+    ],
+)
+def test_what_looks_like_a_digit_has_its_edit_in_every_language(
+    inspector: Inspector, tmp_path: Path, name: str, line: str, right: str | None
+) -> None:
+    """In expressions it was a name without a value, or no number at all; behind it, a bracket was missing."""
+    head, end = HEADS[Path(name).suffix]
+    found = check(inspector, tmp_path / name, f"{head}{line}\n{end}")
+    item = next(one for one in found.findings if one.severity == "error")
+    fixes = find_fixes(inspector, found, item, {found.path: found.text}, NEVER)
+    made = [f"{found.text[: fix.begin]}{fix.new}{found.text[fix.end :]}" for fix in fixes]
+    assert made == ([] if right is None else [f"{head}{right}\n{end}"])
+
+
+@pytest.mark.parametrize(
+    ("name", "line", "rights"),
+    [
+        ("a.mpf", 'MSG("hello', ['MSG("hello")']),
+        ("a.mpf", 'MSG("hello world', ['MSG("hello world")']),
+        ("a.mpf", 'MSG("hello)', ['MSG("hello")']),
+        ("a.mpf", 'MSG("hello world)', ['MSG("hello world")']),
+        ("a.mpf", 'CYCLE800(0,"TC1,0,57)', ['CYCLE800(0,"TC1",0,57)', 'CYCLE800(0,"TC1,0,57")']),
+        ("a.mpf", 'T="D8', ['T="D8"']),
+        ("a.mpf", 'T="D8 M6', ['T="D8" M6', 'T="D8 M6"']),
+        ("a.h", '3 CALL LBL "SIDE\n4 M30\n5 LBL "SIDE"\n6 LBL 0', ['3 CALL LBL "SIDE"\n4 M30\n5 LBL "SIDE"\n6 LBL 0']),
+    ],
+)
+def test_a_quote_that_is_not_closed_has_its_edit(
+    inspector: Inspector, tmp_path: Path, name: str, line: str, rights: list[str]
+) -> None:
+    head, end = HEADS[Path(name).suffix]
+    found = check(inspector, tmp_path / name, f"{head}{line}\n{end}")
+    item = next(one for one in found.findings if one.code == "VP001")
+    fixes = find_fixes(inspector, found, item, {found.path: found.text}, NEVER)
+    made = [f"{found.text[: fix.begin]}{fix.new}{found.text[fix.end :]}" for fix in fixes]
+    assert made == [f"{head}{right}\n{end}" for right in rights]
+    assert not any(fix.settles for fix in fixes)  # where the text was to end, nobody knows
+
+
 def ask(inspector: Inspector, path: Path, text: str, place: str, setup: str = SETUP) -> str:
     """What is shown of the word at the | of a place of a text."""
-    path.write_text(text, "utf-8")
-    Path(f"{path}.toml").write_text(setup, "utf-8")
-    found = inspector.check(path, {path: text}, threading.Event())
+    return ask_all(inspector, path, text, place, setup).split("\n")[0].partition("**: ")[2]
+
+
+def ask_all(inspector: Inspector, path: Path, text: str, place: str, setup: str = SETUP) -> str:
+    found = check(inspector, path, text, setup)
     at = text.index(place.replace("|", "")) + place.index("|")
     line = text.count("\n", 0, at) + 1
     said = inspector.describe_line(found, line, at - text.rfind("\n", 0, at) - 1)
     assert said is not None
-    return said.split("\n")[0].partition("**: ")[2]
+    return said
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "place", "values"),
+    [
+        (
+            "a.mpf",
+            "CYCLE81(30,,2,-5)\n",
+            "CYC|LE81",
+            ["RTP = 30: retraction plane, absolute", "RFP: reference", "SDIS = 2:"],
+        ),
+        ("a.mpf", "R1=-5\nCYCLE81(30,0,2,R1)\nX9\nCYCLE81(9,0)\n", "CYCLE|81(30", ["RTP = 30", "DP = R1: final depth"]),
+        ("a.mpf", 'CYCLE800(0,"",0,57,0,0,0,0,20)\n', "CYCLE|800", ['_TC = "":', "_B = 20: second angle", "_C: third"]),
+        ("a.mpf", "CYCLE800()\n", "CYCLE|800", ["_FR: retract before the turn"]),
+        (
+            "a.h",
+            CYCLE.partition("6 M30")[0],
+            "CYCL DEF |200",
+            ["Q201 = -3: depth", "Q206 = 150: plunge feed", "Q395: depth"],
+        ),
+    ],
+)
+def test_hover_of_a_cycle_shows_the_values_of_its_call(
+    inspector: Inspector, tmp_path: Path, name: str, text: str, place: str, values: list[str]
+) -> None:
+    """It named what the cycle takes, and left the reader to count commas."""
+    head, end = HEADS[Path(name).suffix]
+    told = ask_all(inspector, tmp_path / name, f"{head}{text}{end}", place)
+    assert all(f"\n- {value}" in told for value in values)
 
 
 def test_hover_of_a_value_of_a_call_names_its_parameter(inspector: Inspector, tmp_path: Path) -> None:
@@ -688,13 +871,12 @@ def test_every_beginning_of_a_line_is_checked(
 ) -> None:
     """An editor checks what is typed: each answer comes, and each place that it names is one of the text."""
     path, n_found = tmp_path / name, 0
-    path.write_text("", "utf-8")
-    Path(f"{path}.toml").write_text(SETUP, "utf-8")
+    check(inspector, path, "")
     for line in lines:
         for length in range(1, len(line) + 1):
             text = f"{head}{line[:length]}\n{end}"
             rows = text.split("\n")
-            for item in inspector.check(path, {path: text}, threading.Event(), only_cause=True).findings:
+            for item in inspector.check(path, {path: text}, NEVER, only_cause=True).findings:
                 assert item.column is None or item.column >= 1, (text, item)
                 assert item.line is None or item.file or 1 <= item.line <= len(rows), (text, item)
                 place = find_range(item, rows)

@@ -25,6 +25,7 @@ from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.base.units import DEG_PER_RAD
 from verne_post.gcode.execution import LineTrace, StopConditions
 from verne_post.gcode.machining.state import State
+from verne_post.gcode.machining.watcher import place_at_plane
 from verne_post.gcode.read import interpret_until_error, replay
 from verne_post.gcode.restart import Restart, restart_at
 from verne_post.gcode.setup import Setup, TextOptions
@@ -283,7 +284,8 @@ def read_draft(source: Text, machine: Machine, options: Options, team: Team = AL
         raise make_input_error("VP021", f"the program contains no motion from line {options.from_line} on")
     turns = report_table_turns(path, moves, machine)
     checked = (*check_setup(moves, path, machine, options), *turns, *find_unexecuted_moves(source, moves))
-    return Draft(machine, options, moves, restart, path, branches, findings=(*checked, *moves.findings), team=team)
+    findings = tuple(place_at_plane(source, item) for item in (*checked, *moves.findings))
+    return Draft(machine, options, moves, restart, path, branches, findings=findings, team=team)
 
 
 def choose_axis_correction(machine: Machine, options: Options, moves: Moves) -> Machine:

@@ -1,9 +1,10 @@
 """What a word does in every language that knows it: for `explain G68.2`, out of the tables by which it is executed."""
 
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cache
 from itertools import takewhile
+from types import MappingProxyType
 from typing import Final, NamedTuple
 
 from verne_post.base.program_lines import remove_remarks
@@ -62,6 +63,8 @@ _LANGUAGES: Final = {
 _CYCLE_CALL: Final = re.compile(r"(?<!\w)([A-Z]+\d+)[ \t]*\(", re.IGNORECASE)
 #: A value of a call, with what ends it.
 _VALUE: Final = re.compile(r"[ \t]*((?:\"[^\"]*\"|\([^()]*\)|[^,()\"])*)([,)]|$)")
+#: A value of a cycle of Klartext.
+_Q_VALUE: Final = re.compile(r"(?<!\w)(Q\d+)[ \t]*=[ \t]*([^\s~;]+)")
 _M_CODE: Final = re.compile(r"M\d{1,9}")
 _CODE: Final = re.compile(r"([GM])(\d+(?:\.\d+)?)")
 #: Cycles of RS274/NGC and Fanuc that make holes.
@@ -213,14 +216,11 @@ def find_cycle_value(line: str, column: int) -> KnownWord | None:
     """The value of a cycle of Siemens at a column, from 0, by the name of its parameter; None where there is none."""
     code = remove_remarks(line, "siemens")
     for cycle in _CYCLE_CALL.finditer(code):
-        names = _list_parameters().get(cycle[1].upper(), ())
-        for name, value in zip(names, _VALUE.finditer(code, cycle.end()), strict=False):
+        for name, value in _list_call_values(cycle, code):
             if value.start(1) <= column < value.end(1):
                 meaning = siemens.CYCLE_VALUES.get(name, "")
                 text = f"{name} of {cycle[1].upper()}{': ' * bool(meaning)}{meaning}"
                 return KnownWord(value.start(1), value.end(1), value[1].strip(), text)
-            if value[2] != ",":
-                break
     return None
 
 
@@ -247,18 +247,51 @@ def list_values_of_cycle(word: str, dialect: str) -> list[tuple[str, str]]:
     return [(f" {letter}", letter) for letter in f"XYZR{own}F"]
 
 
-def describe_values(word: str, dialect: str) -> list[str]:
-    """The values of a cycle of Siemens or Klartext, in their order, with what each is; none for other words."""
+def describe_values(word: str, dialect: str, given: Mapping[str, str] = MappingProxyType({})) -> list[str]:
+    """The values of a cycle of Siemens or Klartext, in their order, with what each is; none for other words.
+
+    ``given`` are those of a call, by their names (:func:`find_given_values`).
+    """
     if dialect == "siemens":
         values = ((name, siemens.CYCLE_VALUES.get(name, "")) for name in _list_parameters().get(word, ()))
     else:
         needs, defaults = _list_q_parameters(word) if dialect == "heidenhain" else ((), {})
-        without = {number: f"; {value:g} where it is not given" for number, value in defaults.items()}
+        without = {
+            f"Q{number}": f"; {value:g} where it is not given"
+            for number, value in defaults.items()
+            if f"Q{number}" not in given
+        }
         values = (
-            (f"Q{number}", f"{klartext.name_parameter(number)}{without.get(number, '')}")
-            for number in (*needs, *defaults)
+            (name, f"{klartext.name_parameter(int(name[1:]))}{without.get(name, '')}")
+            for name in (f"Q{number}" for number in (*needs, *defaults))
         )
-    return [f"{name}: {meaning}" if meaning else name for name, meaning in values]
+    named_values = ((f"{name} = {given[name]}" if name in given else name, meaning) for name, meaning in values)
+    return [f"{name}: {meaning}" if meaning else name for name, meaning in named_values]
+
+
+def find_given_values(lines: Sequence[str], number: int, column: int, dialect: str) -> dict[str, str]:
+    """The values that the call of a cycle at a 1-based line and 0-based column gives, as they are written."""
+    if dialect == "heidenhain":
+        found = dict[str, str]()
+        for line in lines[number - 1 :]:
+            found.update(_Q_VALUE.findall(remove_remarks(line, dialect)))
+            if not line.rstrip().endswith("~"):
+                break
+        return found
+    code = remove_remarks(lines[number - 1], dialect)
+    call = next((one for one in _CYCLE_CALL.finditer(code) if one.start() <= column < one.end()), None)
+    if dialect != "siemens" or call is None:
+        return {}
+    return {name: value[1].strip() for name, value in _list_call_values(call, code) if value[1].strip()}
+
+
+def _list_call_values(call: re.Match[str], code: str) -> Iterator[tuple[str, re.Match[str]]]:
+    """The values of a call of a cycle of Siemens, with the names of their parameters."""
+    names = _list_parameters().get(call[1].upper(), ())
+    for name, value in zip(names, _VALUE.finditer(code, call.end()), strict=False):
+        yield name, value
+        if value[2] != ",":
+            return
 
 
 def _list_q_parameters(word: str) -> tuple[tuple[int, ...], dict[int, float]]:

@@ -32,10 +32,18 @@ _TOO_MANY: Final = (
 #: A small L for 1: at the end of a number, where as an address it would have none, or at its beginning; Ql alone is Q1.
 _LETTER_L: Final = re.compile(
     r"(?<![A-Za-z_])((?:Q[LR]?\d+[ \t]*=|[A-Z])[ \t]*)((?:[-+]?\d+l(?![ \t]*[-+.\d#\[=])|[-+]?l[.\d]+)(?![A-Za-z_]))"
-    r"|(?<![A-Za-z_])((?:[A-Z][-+]?)?Q)(l)(?!\w)"
 )
+_Q_AND_L: Final = re.compile(r"(?<![A-Za-z_])((?:[A-Z][-+]?)?Q)(l)(?!\w)")
 #: An address, and a small L and O that stand for 1 and 0, with no digit before them.
 _LETTERS: Final = re.compile(r"(?<![A-Za-z_])([XYZABCFIJKR][ \t]*)([-+]?(?:lO[lO\d]*|ll[lO]*O))(?![\w])")
+#: A value of an expression or a list that such letters begin, or end, as in R1=l0, 2*10l and SIN lO.
+_VALUE: Final = re.compile(r"(?<=[=(\[,+\-*/^<> \t])()((?=[\d.]*[lOo])[lOo\d]*\.?[lOo\d]*)(?![\w.(\[])")
+_BEFORE_VALUE: Final = re.compile(
+    r"[=(\[,+\-*/^<>]\s*\Z|\b(?:A?(?:SIN|COS|TAN)|SQ|SQRT|ABS|INT|FRAC|NEG|LN|LOG|EXP|DIV|MOD)\s+\Z"
+)
+#: Numbers with characters that look like a digit, or like the point: as soon as one fits, it says what is meant.
+_ALIKE: Final = (_LETTER_O, _COMMA, _LETTERS, _LETTER_L, _Q_AND_L, _VALUE)
+_MEANT_CHARACTERS: Final = str.maketrans({"O": "0", "o": "0", "l": "1", ",": "."})
 #: G83O for G83: G codes of three digits are those of Siemens.
 _LETTER_TOO_MANY: Final = re.compile(r"G[1-9]\d(?:\.\d)?O", re.IGNORECASE)
 #: M8O where M80 has no meaning: those of one digit have one in every language.
@@ -49,7 +57,8 @@ _LONGEST: Final = 40
 _BEFORE_ZERO: Final = (*"ABCFGHIJKMPQRSXYZ", "SPA", "SPB", "SPC")
 #: A small L for 1 in the number of a variable, before a sign: with what follows it is taken for a word L.
 _VARIABLE_WITH_L: Final = re.compile(r"#\d+l(?=[ \t]*[-+])")
-_MEANT_CHARACTERS: Final = str.maketrans({"O": "0", "o": "0", ",": "."})
+#: A text that is closed.
+_TEXT: Final = re.compile(r'"[^"]*"')
 #: Errors of text that cannot be read.
 _UNREADABLE: Final = ("VP001", "VP002")
 
@@ -144,10 +153,11 @@ def _say_what_is_meant(source: Text, item: Finding, has_long_codes: bool) -> Fin
         return item
     raw = take_line(source, item.line)
     text = "" if raw is None else raw.decode("utf-8", errors="replace")
-    if item.code in _UNREADABLE and _BEHIND_M not in item.message:
+    is_unread = item.code in _UNREADABLE or _is_value(text, item.column, item.code)
+    if is_unread and _BEHIND_M not in item.message:
         found = _find_number(text, item.column, has_long_codes=has_long_codes)
         if found is not None:
-            item = replace(item, code="VP001", message=found[0], column=found[1] + 1)
+            item = replace(item, code="VP001", message=found[0], column=found[1] + 1, edits=())
     elif item.code == "VP006":
         for match in _VARIABLE_WITH_L.finditer(text):
             if match.end() == item.column:
@@ -155,7 +165,11 @@ def _say_what_is_meant(source: Text, item: Finding, has_long_codes: bool) -> Fin
                 item = replace(item, code="VP001", message=message, column=begin + 1)
     correction, begin = find_correction(item.message), (item.column or 1) - 1
     if correction is None or item.edits:
-        return item
+        return (
+            replace(item, edits=item.edits or _close_quote(text, begin, item.line or 0))
+            if item.code == "VP001"
+            else item
+        )
     wrong_word = text[begin : begin + len(correction[0])]
     if wrong_word.upper() != correction[0].upper():
         return item
@@ -163,40 +177,48 @@ def _say_what_is_meant(source: Text, item: Finding, has_long_codes: bool) -> Fin
     return replace(item, edits=(edit,))
 
 
+def _close_quote(text: str, begin: int, line: int) -> tuple[Remedy, ...]:
+    """The edits of an error at a quote that its line does not close: behind its first word, or at the end."""
+    rest = text[begin:].rstrip()
+    if not rest.startswith('"') or '"' in rest[1:]:
+        return ()
+    head = _TEXT.sub("", text[:begin])
+    ends = [len(re.split(r"[\s,)]", rest, maxsplit=1)[0]), rest.rindex(")") if ")" in rest else len(rest)]
+    closing = ")" * (head.count("(") - head.count(")") - rest.count(")"))
+    new = dict.fromkeys(f'{rest[:end]}"{rest[end:]}{closing if end == len(rest) else ""}' for end in ends)
+    return tuple(
+        Remedy('write "', one, line=line, misspelt=rest, is_choice=True) for one in new if not one.startswith('""')
+    )
+
+
 def correct_number(text: str, error: ProgramError, *, has_long_codes: bool = False) -> str | None:
     """A line that cannot be read, with the number that is meant, which the error says; None where there is none.
 
     ``has_long_codes`` for a language with G codes of three digits.
     """
-    if error.column is None or error.code not in _UNREADABLE:
+    if error.column is None or not (error.code in _UNREADABLE or _is_value(text, error.column, error.code)):
         return None
     found = _find_number(text, error.column, has_long_codes=has_long_codes)
     if found is None:
         return None
     error.message, begin, wrong_word, right_word = found
-    error.code, error.column = "VP001", begin + 1
+    error.code, error.column, error.edits = "VP001", begin + 1, ()  # a bracket is not what is missing
     return text[:begin] + right_word + text[begin + len(wrong_word) :]
 
 
 def _find_number(line: str, column: int, *, has_long_codes: bool) -> tuple[str, int, str, str] | None:
     """The message about a number at a column, where its word begins, the word, and what is meant."""
     at = column - 1
-    for pattern, what in ((_LETTER_O, "the letter O"), (_COMMA, "a decimal comma")):
+    for pattern in _ALIKE:
         for match in pattern.finditer(line, max(at - _LONGEST, 0), at + _LONGEST):
-            if match.start() <= at <= match.end() and (pattern is _COMMA or _is_number(match, line)):
-                number = match[2].translate(_MEANT_CHARACTERS)
+            # a letter behind a number is found where the next word begins
+            n_blanks = len(line[match.end() :]) - len(line[match.end() :].lstrip()) if "l" in match[2] else 0
+            if match.start() <= at <= match.end() + n_blanks and _is_number(pattern, match, line):
                 word = "".join(match[0].split())
-                if not has_long_codes and _LETTER_TOO_MANY.fullmatch(word):
+                if pattern is _LETTER_O and not has_long_codes and _LETTER_TOO_MANY.fullmatch(word):
                     return _report(match, "the letter O behind the code", word[:-1])
-                return _report(match, f"{what} in a number", "".join(match[1].split()) + number)
-    for match in _LETTERS.finditer(line, max(at - _LONGEST, 0), at + _LONGEST):
-        if match.start() <= at <= match.end():
-            number = match[2].translate(_MEANT_CHARACTERS).replace("l", "1")
-            return _report(match, "the letters l and O in a number", "".join(match[1].split()) + number)
-    for match in _LETTER_L.finditer(line, max(at - _LONGEST, 0), at + _LONGEST):
-        if match.start() <= at <= match.end() + len(line[match.end() :]) - len(line[match.end() :].lstrip()):
-            head, number = (group for group in match.groups() if group is not None)
-            return _report(match, "the letter l in a number", "".join(head.split()) + number.replace("l", "1"))
+                number = "".join(match[1].split()) + match[2].translate(_MEANT_CHARACTERS)
+                return _report(match, f"{_name_character(match[2])} in a number", number)
     for pattern, what in _TOO_MANY:
         for match in pattern.finditer(line, max(at - _LONGEST, 0), at + _LONGEST):
             if match.start() <= at <= match.end():
@@ -207,15 +229,34 @@ def _find_number(line: str, column: int, *, has_long_codes: bool) -> tuple[str, 
     return None
 
 
+def _is_value(text: str, column: int, code: str) -> bool:
+    """Whether the name without a value (VP025) at a column looks like a number."""
+    return code == "VP025" and column > 1 and _VALUE.match(text, column - 1) is not None
+
+
 def _report(match: re.Match[str], what: str, right_word: str) -> tuple[str, int, str, str]:
     return f"{match[0]}: {what}; did you mean {right_word}?", match.start(), match[0], right_word
 
 
-def _is_number(match: re.Match[str], line: str) -> bool:
-    """Whether what has a letter O can only be a number."""
+def _name_character(number: str) -> str:
+    if "," in number:
+        return "a decimal comma"
+    return (
+        "the letters l and O"
+        if "l" in number and "O" in number.upper()
+        else f"the letter {'l' if 'l' in number else 'O'}"
+    )
+
+
+def _is_number(pattern: re.Pattern[str], match: re.Match[str], line: str) -> bool:
+    """Whether what such a pattern finds can only be a number."""
+    if pattern is _VALUE:
+        return _BEFORE_VALUE.search(line[: match.start()]) is not None
+    if pattern is not _LETTER_O:
+        return True
     head, number = match[1].strip().upper(), match[2].lstrip("-+").upper()
     if any(sign.isdigit() for sign in number):
         return bool(head) or number[0] != "O"
     if len(number) > 1 and head not in ("G", "M"):  # FOO is a name, GOO is G00
         return False
-    return head in _BEFORE_ZERO and re.match(r"[^\W\d]|[(\[]", line[match.end() :]) is None  # no PO[X], FOO(1)
+    return head in _BEFORE_ZERO and re.match(r"[^\W\d]|[(\[/]", line[match.end() :]) is None  # no PO[X], FOO(1), GO/

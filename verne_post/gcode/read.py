@@ -16,7 +16,7 @@ from verne_post.gcode.dialects import DIALECTS, choose_dialect, name_dialect
 from verne_post.gcode.execution import MAX_ERRORS, Execution, LineTrace, StopConditions
 from verne_post.gcode.languages import find_other_language
 from verne_post.gcode.machining.state import State
-from verne_post.gcode.machining.watcher import report_kept_planes
+from verne_post.gcode.machining.watcher import place_at_plane, report_kept_planes
 from verne_post.gcode.missing_setup import report_missing_offsets
 from verne_post.gcode.mistyped import say_what_is_meant
 from verne_post.gcode.parameters import Parameters
@@ -210,7 +210,7 @@ def _make_refusal(
         found = [_report_at_start(item, moves, setup) if item.code == "VP008" else item for item in found]
         found += report_missing_offsets(moves, setup) if codes & {"VP012", "VP018"} else []
         found += [item for item in report_kept_planes(moves, setup.coordinates) if not _is_told(item, found)]
-    return InputError(*found)
+    return InputError(*(place_at_plane(source, item) for item in found))
 
 
 def _is_told(kept_plane: Finding, errors: list[Finding]) -> bool:

@@ -1,6 +1,8 @@
 """VP043: what a program has begun and not ended, found in force where the programs of controls have ended it before."""
 
+import re
 from collections.abc import Iterator
+from dataclasses import replace as replace_fields
 from typing import Final
 
 import numpy as np
@@ -9,6 +11,8 @@ from msgspec.structs import replace
 
 from verne_post.base.arrays import Array
 from verne_post.base.columns import iterate_blocks
+from verne_post.base.long_text import Text, take_line
+from verne_post.base.program_lines import remove_remarks
 from verne_post.base.tolerances import DRILL_TILT
 from verne_post.gcode.arcs import PLANES
 from verne_post.gcode.machining.state import State
@@ -18,6 +22,20 @@ from verne_post.model.findings import Finding, Remedy, make_finding
 from verne_post.model.moves import Frame, MoveKind, Moves, PlaneCall, list_tool_changes
 from verne_post.model.protocols import Coordinates
 
+_OF_PLANES: Final = tuple(
+    re.compile(rf"(?<![A-Z_\d]){word}(?![\w.])", re.IGNORECASE)
+    for word in (r"G6[89](?:\.\d)?", "CYCLE800", "PLANE", r"CYCL[ \t]+DEF[ \t]+19(?:\.\d)?")
+)
+#: What the message of a VP043 says, and the words of its line that it is about.
+_WORDS: Final = {
+    "after G49": (re.compile(r"(?<![A-Z_\d])G49(?![\w.])", re.IGNORECASE),),
+    "after this change of tools": (
+        re.compile(r"(?<![A-Z_\d])(?:M0*6|TOOL[ \t]+CALL)(?![\w.])", re.IGNORECASE),
+        re.compile(r"(?<![A-Z_\d])T[ \t]*[=\d\"]", re.IGNORECASE),
+    ),
+    "in the new plane of line": _OF_PLANES,
+    "after the plane, which line": _OF_PLANES,
+}
 _CUTS: Final = (MoveKind.FEED, MoveKind.ARC, MoveKind.SPLINE)
 
 
@@ -106,6 +124,16 @@ def report_kept_planes(moves: Moves, coordinates: Coordinates) -> Iterator[Findi
             f"and line {int(moves.line[cut])} cuts in it; write {calls[-1].end} before if it is not meant"
         )
         yield make_finding("VP043", text, line=line, last_line=max(line, int(moves.line[cut])), worst_line=line)
+
+
+def place_at_plane(source: Text, item: Finding) -> Finding:
+    """A VP043 of a plane, at the word of its line that begins the plane, ends it, or keeps it."""
+    if item.code != "VP043" or item.column is not None or item.line is None:
+        return item
+    words = next((words for saying, words in _WORDS.items() if saying in item.message), ())
+    line = remove_remarks((take_line(source, item.line) or b"").decode("utf-8", errors="replace"))
+    word = next((found for one in words if (found := one.search(line)) is not None), None)
+    return item if word is None else replace_fields(item, column=word.start() + 1)
 
 
 def find_plane_tilt(frame: Frame) -> float:

@@ -6,9 +6,10 @@ from typing import Final
 from msgspec import Struct, field
 from msgspec.structs import replace
 
+from verne_post.base.printable import join_names
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.setup import Setup
-from verne_post.gcode.siemens.cursor import Cursor
+from verne_post.gcode.siemens.cursor import NAME, Cursor
 from verne_post.gcode.siemens.modes import Modes
 from verne_post.gcode.siemens.program import Section, SiemensText
 from verne_post.gcode.siemens.values import Index, Value, read_indices
@@ -21,6 +22,8 @@ _PROC: Final = re.compile(r"[ \t]*(?:N[0-9]+)?[ \t]*PROC[ \t]+", re.IGNORECASE)
 #: What may follow the arguments of PROC.
 _FLAGS: Final = ("SAVE", "DISPLOF", "DISPLON", "SBLOF", "SBLON", "ACTBLOCNO", "PREPRO")
 _ENDINGS: Final = ("", "_spf", "_mpf")
+#: Errors that a value may lead to.
+_OF_VALUES: Final = ("VP005", "VP007", "VP008", "VP009")
 #: Lines that may stand before PROC.
 _LINES_BEFORE: Final = 200
 
@@ -74,6 +77,30 @@ class Frame(Struct):
     ends: dict[int, float] = field(default_factory=dict)
     results: list[Outside] = field(default_factory=list)
     scope: dict[str, Variable] = field(default_factory=dict)
+    lacking: "Lacking | None" = None
+
+
+class Lacking(Struct, frozen=True):
+    """Values of a PROC line that a call in the program leaves out: where it stands, and what is to be said of it."""
+
+    line: int
+    column: int
+    names: tuple[str, ...]
+    message: str
+
+    def explain(self, error: ProgramError, code: str, where: str, values: dict[str, Variable]) -> None:
+        """Say in an error of the subprogram that a missing value leads to it, at the call; no other error changes.
+
+        ``code`` is what fails, ``where`` names its line.
+        """
+        used_names = {one.upper() for one in NAME.findall(code)}
+        is_led_to = any(name in used_names and not values[name].values for name in self.names)
+        if error.line is not None or error.code not in _OF_VALUES or not is_led_to:
+            return
+        error.line, error.column, error.of_program = self.line, self.column, True
+        error.code, error.message = "VP005", f"{self.message} ({where}: {error.message})"
+        error.cause, error.edits, error.settled_by = f"{self.message} {self.line}", (), ()
+        error.advise("Write the missing values into the call.")
 
 
 class Library:
@@ -202,6 +229,20 @@ def bind_arguments(call: Call, procedure: Procedure, variables: Variables) -> tu
             if name is not None:  # the index counts as it is now
                 results.append(Outside(parameter.name, name, read_indices(cursor, variables)))
     return scope, results
+
+
+def find_lacking(call: Call, procedure: Procedure, line: int) -> Lacking | None:
+    """What a call of the program leaves out of the values that its PROC line asks for; None where nothing."""
+    given = [bool(argument.text.strip()) for argument in call.arguments or ()]
+    given += [False] * (len(procedure.parameters) - len(given))
+    pairs = list(zip(procedure.parameters, given, strict=False))
+    missing = [one for one, is_given in pairs if not (is_given or one.bounds or one.default is not None)]
+    if not missing:
+        return None
+    names = join_names([f"{one.name} ({one.kind})" for one in missing])
+    counts = f"{'is' if len(missing) == 1 else 'are'} missing and count{'s' * (len(missing) == 1)} as 0"
+    text = f"{call.name} gives {sum(given)} of the {len(pairs)} values of its PROC line: {names} {counts}"
+    return Lacking(call.line or line, call.column, tuple(one.name for one in missing), text)
 
 
 def copy_scope(scope: dict[str, Variable]) -> dict[str, Variable]:

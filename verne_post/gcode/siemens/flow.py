@@ -1,5 +1,6 @@
 """The order of lines in a Siemens program: jumps, branches, loops, repeated stretches, subprograms, and bounds."""
 
+import re
 from collections.abc import Callable
 from typing import Final
 
@@ -8,7 +9,15 @@ from verne_post.gcode.calls import CallStack
 from verne_post.gcode.program_error import GIVE_FILE, ProgramError
 from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.repeats import Repeats
-from verne_post.gcode.siemens.calls import Frame, Library, bind_arguments, copy_scope, freeze, read_procedure
+from verne_post.gcode.siemens.calls import (
+    Frame,
+    Library,
+    bind_arguments,
+    copy_scope,
+    find_lacking,
+    freeze,
+    read_procedure,
+)
 from verne_post.gcode.siemens.contour_milling import PARAMETERS as CONTOURS
 from verne_post.gcode.siemens.contour_milling import ContourMilling, build_contour_error, check_first_block
 from verne_post.gcode.siemens.cursor import Cursor
@@ -19,10 +28,12 @@ from verne_post.gcode.siemens.milling import MODAL_MILLING
 from verne_post.gcode.siemens.program import Section, SiemensText, split_line
 from verne_post.gcode.siemens.values import read_value, spell_value
 from verne_post.gcode.siemens.variables import refuse_leftover
-from verne_post.gcode.siemens.words import Call, Words, read_arguments
+from verne_post.gcode.siemens.words import Call, Words, read_argument_values, read_arguments
 
 #: Alarms of SETAL that stop a program; others are only shown.
 _STOPPING_ALARMS: Final = (range(60_000, 62_000), range(65_500, 68_000))
+#: F with an expression.
+_FEED: Final = re.compile(r"(?<!\w)F[ \t]*=[ \t]*([^ \t]+)", re.IGNORECASE)
 
 
 class Flow:
@@ -69,12 +80,26 @@ class Flow:
             unset = len(self.executor.variables.unset_r)
             try:
                 self._execute(Cursor(item.text, item.begin), line)
+            except ProgramError as error:
+                if text is self.calls.text and (lacking := self.calls.frame.lacking) is not None:
+                    code = self._find_feed_word(line) if error.code == "VP009" else item.text
+                    where = f"{text.name}, line {line}" if text.name else f"line {line}"
+                    lacking.explain(error, code, where, self.executor.variables.scopes[-1])
+                raise
             finally:
                 for number in self.executor.variables.unset_r[unset:]:
                     self.executor.warn_of_unset(number, self.calls.show(line))
         if not self.has_ended and self.calls.text is text:
             end_stretch(self, line)
         self.repeats.count(text, line, line, self.executor.move_count - moves)
+
+    def _find_feed_word(self, line: int) -> str:
+        """The last F= of the subprogram up to a line, which a feed rate of zero comes from; empty without one."""
+        for number in range(line, self.calls.frame.section.first - 1, -1):
+            found = _FEED.findall(split_line(self.calls.text.read_line(number)).text)
+            if found:
+                return str(found[-1])
+        return ""
 
     def _execute(self, cursor: Cursor, line: int) -> None:
         symbol = cursor.skip()
@@ -200,6 +225,8 @@ class Flow:
         saved_modes = executor.modes.copy() if procedure.save else None
         kept_scope = copy_scope(scope) if repeats > 1 else {}
         frame = Frame(section, repeats, saved_modes, results=results, scope=kept_scope)
+        if self.calls.text is self.calls.main:
+            frame.lacking = find_lacking(call, procedure, line)
         self.calls.enter(section.text, procedure.line + 1, line, frame)
         executor.variables.scopes.append(scope)
 
@@ -294,22 +321,14 @@ class Flow:
         if arguments is None:
             raise cursor.error("VP001", "expected '(' after MSG")
         refuse_leftover(cursor)
-        texts = [argument for argument in arguments if argument.text.strip()]
-        for argument in texts[:1]:
-            self.executor.record_event(
-                self.calls.show(line),
-                "message",
-                text=spell_value(read_value(argument.make_cursor(), self.executor.variables)),
-            )
+        texts = (one for one in read_argument_values(arguments, self.executor.variables) if one is not None)
+        for value in list(texts)[:1]:
+            self.executor.record_event(self.calls.show(line), "message", text=spell_value(value))
 
     def _raise_alarm(self, cursor: Cursor, line: int) -> None:
         arguments = read_arguments(cursor) if cursor.skip() == "(" else ()
         refuse_leftover(cursor)
-        values = [
-            read_value(argument.make_cursor(), self.executor.variables)
-            for argument in arguments
-            if argument.text.strip()
-        ]
+        values = [one for one in read_argument_values(arguments, self.executor.variables) if one is not None]
         if not values or isinstance(values[0], str):
             raise cursor.error("VP005", "SETAL takes the number of an alarm, and a text", 0)
         shown_values = " ".join(spell_value(value) for value in values)

@@ -381,6 +381,11 @@ class WordReader:
             return cursor.error("VP002", f"{name} is not executed ({why})", at)
         if name in STATEMENTS:
             return cursor.error("VP001", f"{name} must be the first word of its block", at)
+        following = cursor.peek_name()
+        if name in ADDRESSES and following is not None and self.variables.is_known(following):
+            written_words = cursor.text[at : cursor.at + len(following)]
+            right_word = f"{name}={cursor.text[cursor.at : cursor.at + len(following)]}"
+            return cursor.error("VP001", f"{written_words}: an = is missing; did you mean {right_word}?", at)
         if name in (*ADDRESSES, *GROUP_OF, *CYCLES):
             return cursor.error("VP001", f"{name}: expected '=' or a number after it", at)
         if calls is None or CODE.fullmatch(name) is None:
