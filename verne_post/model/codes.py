@@ -263,7 +263,7 @@ CODES: Final[dict[str, Code]] = _make_table(
         "error",
         "The control points, weights and knots of a spline do not make a curve that can be followed. Their numbers "
         "do not fit, knots fall, or a weight is not positive. Or the curve does not begin at the tool, or it stops "
-        "or turns back at a point of its own (a cusp).",
+        "or turns back at an inner point (a cusp).",
         "Post the curve again from its source, or write straight moves or arcs where the message says.",
     ),
     (
@@ -294,8 +294,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "tool cuts with the length of one that was in the spindle before. It is an error where the set-up gives the "
         "tool another length, and the tool has come down since it was called. A rapid with length 0 is an error where "
         "it takes the tip of a tool of known length below the table face, and a warning where it goes down to below "
-        "Z0; moves in machine coordinates (G53, SUPA, M91, and G28 after its via point) are not concerned. A rapid to "
-        "the via point of G28, G91 missing, is told as VP052.",
+        "Z0; moves in machine coordinates (G53, SUPA, M91, and G28 after its via point) are not concerned. If "
+        "G91 is missing before G28, VP052 reports the rapid to the via point.",
         "Activate a length of the tool table (G43 H; M6 and D1; TOOL CALL; LOADTL), or give "
         "--tool-length. If the gauge line is"
         " meant, give --tool-length 0.",
@@ -470,8 +470,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "was stopped and the tool goes on cutting. Or it is started, and no block of the program gives S, or none "
         "since the change of tools: it turns as for the tool before. Or it turns counter-clockwise (M4) in all cuts of "
         "a tool. "
-        "Moves in the air cannot always be told: retracts, and moves between "
-        "a stop and a new start that follow a retract or a rapid, are not reported. Nor are programs that call no tool "
+        "A move in the air cannot always be distinguished from a cut. Therefore retracts are not reported, nor moves "
+        "between a stop and a new start that follow a retract or a rapid. Nor are programs that call no tool "
         "and start no spindle, and tools that are oriented (M19, SPOS).",
         "Start the spindle before the cut (M3 and S; SPINDL in CL files). No action is needed for a probe, for a "
         "tool that does not turn, or for a left-hand tool under M4.",

@@ -73,7 +73,7 @@ WORDS: Final[Mapping[str, str]] = {
     "F AUTO": "the feed rate of TOOL CALL",
     "FU": "mm per turn of the spindle",
     "R F M": "without a value: older controls write them where nothing was entered; the present value is kept. "
-    "F needs M behind it",
+    "F must be followed by M",
     "MOVE": "with DIST (ABST, SETUP, SET-UP): the point DIST before the tip stays on the part",
     "TURN": "A and C turn, X Y Z of the machine do not move, after a retract by MB",
     "STAY": "nothing moves; `L A+Q120 C+Q122` follows",
