@@ -188,7 +188,7 @@ _SIEMENS = "G710 G90\nT1 M6\nD1 TRAORI\nG54 G0 X0 Y0 Z60 A=0 C=0\n"
             "a.nc",
             "G49 G21 G90 G94\nG0 X0 Y0 Z50 A0 C0\nG2 X2 F500 I0 J0\nM2\n",
             "VP008",
-            "its end is where this one beg",
+            "The arc starts where the block before ends",
         ),
         ("a.nc", "G21 G90 G94\nG0 X0 Y0 Z50 A0 C0\nG1 X5 F500\nM2\n", "VP012", "Write tool_length = MM in the first"),
         ("a.nc", f"{_HEAD}M2\n", "VP012", "Fill in the length in a.toml"),

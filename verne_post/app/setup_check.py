@@ -604,7 +604,7 @@ def _check_directions(moves: Moves, path: ToolPath, machine: Machine) -> list[Fi
         edits = (Remedy(f"name {letters}", f"G0 {AXES[tilt]}0 {AXES[turn]}0", line=left.line, way="below", turns=True),)
         return [make_finding("VP037", text, **where, edits=edits)]
     by_time = is_turning and moves.feed_mode[first] == FeedMode.INVERSE
-    kept = "on LinuxCNC, nothing is to change if its kinematics keep the tip (ignore VP037 then); otherwise "
+    kept = "on LinuxCNC, change nothing if its kinematics keep the tip (ignore VP037 then); otherwise "
     kept = "" if moves.needs_tcp_code else kept
     text = (
         f"X Y Z cut while the table {'turns to' if is_turning else 'is at'} {AXES[tilt]}{a:.6g} {AXES[turn]}{c:.6g}, "
