@@ -233,7 +233,7 @@ def test_a_remedy_is_made_where_the_finding_is(name: str, program: str, code: st
         ("VP002", "G54.2 is only executed with P0: the control stores it; let the CAM system write G43.4", ""),
         ("VP002", "G33 is not executed (spindle-synchronised motion)", "Post the program without it."),
         ("VP002", "G777 is not a code of this language", "If the word is misspelt, correct it."),
-        ("VP008", "CT straight back: no arc leads there", "Check the numbers of the block, and of the block before: "),
+        ("VP008", "CT straight back: no arc leads there", "Check the numbers of the block, and of the block before. "),
         ("VP013", "CT goes on in the direction of the motion before; write one first", ""),
         ("VP001", "expected '['", ""),
         ("VP023", "LBL 7 appears twice, first in line 3", ""),
