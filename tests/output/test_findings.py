@@ -223,7 +223,7 @@ def test_a_remedy_is_made_where_the_finding_is(name: str, program: str, code: st
         ("VP026", "tool 1 (diameter 10 mm) is too wide for this arc, whose radius is 4 mm: is G2 meant?", ""),
         (
             "VP037",
-            "X Y Z cut, and no code asks for tool-centre-point control; write G43.4",
+            "X Y Z cut, and no code turns on tool-centre-point control; write G43.4",
             "If directions of the machine",
         ),
         ("VP022", "p.nc: a carriage return is inside the line; end lines with a line feed", ""),

@@ -52,7 +52,7 @@ def command(what: str | None, lists: bool, every: bool, **given: Any) -> int:
         what = re.sub(r"[\s_-]", "", what)
     if lists:
         if what is not None or every:
-            raise click.UsageError("--list prints all finding codes; leave out what stands beside it")
+            raise click.UsageError("--list prints all finding codes; leave out the rest")
         echo("".join(f"{code.code}  {code.severity:<8} {code.title}\n" for code in CODES.values()), nl=False)
         return ExitStatus.CLEAN
     if what is None:

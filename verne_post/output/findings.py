@@ -247,7 +247,7 @@ def _choose_remedy(item: Finding) -> str:
     if item.code == "VP033":  # the message has the option; the file is left to say, and the unit
         remedy = _FILL_IN_PLACE
     if item.code == "VP037":  # the message has the word of the language; in G-code there is another reading
-        return remedy[remedy.index("If directions") :] if "no code asks for" in item.message else ""
+        return remedy[remedy.index("If directions") :] if "no code turns on" in item.message else ""
     if item.code == "VP034" and _OWN_LENGTH.search(item.message):  # length 0 is not what is meant
         return ""
     if item.code in _TOLD_FIRST:
