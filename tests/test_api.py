@@ -215,7 +215,7 @@ TWO_TOOLS = "G21 G90 F600\nT1 M6\nG43 H1\nG0 X0 Y0 Z20\nG1 X10\nT2 M6\nG43 H2\nG
 @pytest.mark.parametrize(
     ("source", "given", "said"),
     [
-        (TWO_TOOLS, {"tool_length": 80}, "tool_length holds for one tool"),
+        (TWO_TOOLS, {"tool_length": 80}, "tool_length is the length of one tool"),
         (TWO_TOOLS, {"tool_length": 80}, "use tools instead"),
         (SHORT, {"units": "drive", "tool_length": 80}, 'units="drive" needs'),
         (SHORT, {"stock": vp.OwnStock(), "tool_length": 80}, "stock=OwnStock(): the program defines no stock"),
@@ -233,7 +233,7 @@ def test_messages_have_the_names_of_python(source: str, given: dict[str, Any], s
 
 
 def test_errors_and_proposals_have_the_names_of_python() -> None:
-    with pytest.raises(vp.InputError, match="tool_length holds for one tool") as caught:
+    with pytest.raises(vp.InputError, match="tool_length is the length of one tool") as caught:
         vp.explain(TWO_TOOLS, "verne", 5, vp.Options(tool_length=80))
     assert "--" not in str(caught.value)
     assert 'wcs={"G54": (' in str(vp.fit(SHORT, "verne", vp.Options(tool_length=80)))

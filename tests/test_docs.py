@@ -173,6 +173,23 @@ def test_a_table_ends_with_an_empty_line(page: Path) -> None:
     assert not re.findall(r"^ *\|.*\|\n(?! *\||\n).*\S.*", text, re.MULTILINE)
 
 
+#: Words that say something else here than in a dictionary, or in the manual of a control.
+PRIVATE = re.compile(r'\b(mend(?:s|ed)?|told|(?<!")behind|an? \w+ of its own)\b')
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_prose_has_lines_that_fit_and_no_private_words(page: Path) -> None:
+    text = re.sub(r"^ *```.*?^ *```", "", page.read_text(encoding="utf-8"), flags=re.MULTILINE | re.DOTALL)
+    lines = [line for line in text.splitlines() if not re.match(r" *\|| *\[?!\[", line)]
+    assert [line for line in lines if len(line) > 120] == []
+    assert PRIVATE.findall(text) == []
+
+
+def test_pages_of_codes_and_help_have_no_private_words() -> None:
+    said = [make_text(code) for code in CODES] + [REFERENCE.options_page()]
+    assert [found for text in said for found in PRIVATE.finditer(text)] == []
+
+
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
 def test_lists_are_lists_on_the_site(page: Path) -> None:
     """Python-Markdown takes a list after a line of text as text, and one within a list by four blanks."""

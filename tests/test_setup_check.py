@@ -906,7 +906,7 @@ def test_a_table_that_stays_tilted_after_what_tilted_it(tmp_path: Path, tilt, en
     assert [item.code for item in found] == ["VP037"] * bool(left)
     if left:
         assert text.splitlines()[found[0].line - 1] == "G1 Z55 F500"
-        assert f"as {left} has left it; name A and C before the cut: A0 C0 if" in found[0].message
+        assert f"where {left} has left it; name A and C before the cut: A0 C0 if" in found[0].message
 
 
 @pytest.mark.parametrize(
@@ -994,8 +994,8 @@ def test_a_tool_that_turns_backwards_in_its_cuts(switch: str, cut: str, is_told:
     [
         ("SPINDL/900,RPM,CCLW", 3, "counter-clockwise (CCLW) where it cuts, from line 7 on"),
         ("SPINDL/900,RPM,CCLW", 3, "a right-hand drill or mill does not cut then; write CLW unless"),
-        ("SPINDL/ON,CLW", 3, "as fast as before the program, or stands; write SPINDL and its speed"),
-        ("PPRINT/NONE", 7, "the spindle stands in 2 moves at feed rate: nothing starts it"),
+        ("SPINDL/ON,CLW", 3, "as fast as before the program, or not at all; write SPINDL and its speed"),
+        ("PPRINT/NONE", 7, "the spindle does not turn in 2 moves at feed rate: nothing starts it"),
         ("SPINDL/900,RPM,CLW", None, ""),
     ],
 )

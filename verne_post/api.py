@@ -507,7 +507,7 @@ def _write_rows(program: str, result: Result, target: Path | None) -> BatchRow:
 
 @explain_names()
 class Page(Struct, frozen=True):
-    """A report as a page of its own.
+    """A report as a separate page.
 
     Attributes
     ----------

@@ -75,7 +75,7 @@ def test_a_cut_at_speed_0(run: Callable[..., Any], tmp_path: Path, begin: str, m
     path.write_text(HEAD.format(begin, more))
     answer = run("check", path, *PLACE)
     assert answer.code == 0, answer.out
-    assert answer.out.count("S0: the spindle stands in the cut") == (line is not None)
+    assert answer.out.count("S0: the spindle does not turn in the cut") == (line is not None)
     if line is not None:
         assert f"p.ngc:{line}: VP050 warning: S0" in answer.out
 
@@ -97,4 +97,4 @@ def test_a_cut_at_speed_0_in_other_languages(
 ) -> None:
     (tmp_path / name).write_text(text)
     answer = run("check", tmp_path / name, *PLACE)
-    assert f"{name}:{line}: VP050 warning: S0: the spindle stands in the cut" in answer.out, answer.out
+    assert f"{name}:{line}: VP050 warning: S0: the spindle does not turn in the cut" in answer.out, answer.out

@@ -261,7 +261,7 @@ def hover(client: Client, uri: str, line: int, column: int | None = None) -> str
          "G1 Z110. F500.\nG91 X5.\nG90 G0 Z160.\nM30\n%\n", {
             "T1": "selects a tool; M6 loads it; tool 1: length 90 mm, diameter 6 mm",
             "S8000": "spindle speed; 8000 1/min, right",
-            "H1": "tool whose length holds; tool 1: length 90 mm, diameter 6 mm",
+            "H1": "tool whose length is used; tool 1: length 90 mm, diameter 6 mm",
             "F500.": "feed rate; 500 mm/min; the feed rate is reached",
             "X5.": "where an axis goes; in G91 by how much; X 15 mm in G54; machine X 15 mm",
             # 110, 60 of the offset, and 90 of the tool, below the machine zero, which is 550 above the table
@@ -278,7 +278,7 @@ def hover(client: Client, uri: str, line: int, column: int | None = None) -> str
         ("a.h", '0 BEGIN PGM A MM\n1 TOOL CALL "EM10" Z S8000\n2 L X+0 Y+0 Z+130 A+0 C+0 R0 FMAX M3\n'
          "3 CYCL DEF 200 DRILLING ~\nQ200=2 Q201=-5 Q206=300 Q202=5 Q210=0 Q203=+110 Q204=20 Q211=0\n"
          "4 L IX+10 F500 M99\n5 L Z+160 FMAX\n6 M30\n7 END PGM A MM\n", {
-            '"EM10"': 'loads a tool; its length holds at once; tool "EM10": length 80 mm, diameter 10 mm',
+            '"EM10"': 'loads a tool; its length is active at once; tool "EM10": length 80 mm, diameter 10 mm',
             "Q203=+110": "surface",
             "IX+10": "by how much an axis goes; X 10 mm in G54; machine X 10 mm",
             "C+0": "where an axis goes; C 0 deg in G54; machine C 0 deg",

@@ -127,7 +127,10 @@ def test_lengths_of_tools_come_from_one_place(folder: Path, run: Callable[..., A
     ("text", "said"),
     [
         ("tool_lenght = 80", "VP503 error: tool_lenght: this is no option of a set-up; did you mean tool_length?"),
-        ("[options]\ntool_length = 80", "options: the options of a set-up stand at its top; delete the line [options]"),
+        (
+            "[options]\ntool_length = 80",
+            "options: the options of a set-up belong at its top; delete the line [options]",
+        ),
         ('machine = "hexapot"', 'write machine = "hexapod" in the settings file verne-post.toml, above its tables'),
         ('machine = "hexapot"', "; no machine is named hexapot, see verne-post machine list"),
         ('machine = "my.toml"', 'write machine = "my.toml" in the settings file verne-post.toml'),
@@ -150,8 +153,8 @@ def test_lengths_of_tools_come_from_one_place(folder: Path, run: Callable[..., A
             "[tools]\n3 = { length = 90,5 }",
             "part.nc.toml:2:21: VP503 error: not a TOML file: 90,5: a decimal comma; write 90.5\n",
         ),
-        ("[wcs]\nG54 = [0, 0, 40,5]", "part.nc.toml:2:14: VP503 error: 40,5: write 40.5, or a blank behind the comma"),
-        ('wcs = { "G54" = [0, 1,5, 40] }', "1,5: write 1.5, or a blank behind the comma"),
+        ("[wcs]\nG54 = [0, 0, 40,5]", "part.nc.toml:2:14: VP503 error: 40,5: write 40.5, or a blank after the comma"),
+        ('wcs = { "G54" = [0, 1,5, 40] }', "1,5: write 1.5, or a blank after the comma"),
         ("tool_length = 90,5 # mm", "90,5: a decimal comma; write 90.5\n"),
         (
             "[tools]\n3 = { length = 90,5, diameter = 6 }",
@@ -162,7 +165,7 @@ def test_lengths_of_tools_come_from_one_place(folder: Path, run: Callable[..., A
             "2:17: VP503 error: not a TOML file: 8O: the letter O in a number; write 80\n",
         ),
         ("tool_length = 90mm", "90mm: a number has no unit; write 90, in the unit of the key\n"),
-        ("tool_length = 90.", "90.: a digit stands on both sides of the point; write 90.0\n"),
+        ("tool_length = 90.", "90.: a number needs a digit on both sides of the point; write 90.0\n"),
         ("tool_length: 90", "write = instead of :\n"),
         ("; of part.nc\n", "a remark begins with #\n"),
         ("[tools]\n3 = { length = 90; diameter = 6 }", "2:18: VP503 error: not a TOML file: write a comma between"),

@@ -92,7 +92,7 @@ def test_a_title_without_parentheses_says_how_its_line_was_read(view):
     (found,) = view("O2001 BRACKET\nG0 X1\nM30")[1]
     assert found.code == "VP023"
     assert found.message.endswith(
-        "These are words of RS274/NGC (LinuxCNC); a title stands in parentheses, as in O2001 (BRACKET)"
+        "These are words of RS274/NGC (LinuxCNC); a title is written in parentheses, as in O2001 (BRACKET)"
     )
     (found,) = view("o2001 sbu\nG0 X1\nM30")[1]
     assert "parentheses" not in found.message

@@ -875,7 +875,7 @@ def test_a_cycle_parameter_without_a_value(machine, text, said):
     [finding] = [one for one in check(program.encode(), machine, _TOOL_AND_PLACE).findings if one.severity == "error"]
     number = text[:4]
     assert (finding.code, finding.line, finding.column) == ("VP001", 7, 1)
-    assert finding.message == f"{said} has no value; write its number behind {number}="
+    assert finding.message == f"{said} has no value; write its number after {number}="
 
 
 def test_coordinates_without_a_statement_lack_l(machine):

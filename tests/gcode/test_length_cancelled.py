@@ -165,7 +165,7 @@ def test_a_longer_tool_goes_on_below_the_programmed_place(block, length, warned)
     found = [(item.line, item.message) for item in result.findings if item.code == "VP046"]
     assert [line for line, _ in found] == [6] * warned
     if warned:
-        assert "the tip goes on at Z10, 40 mm below the place that was programmed before; name Z" in found[0][1]
+        assert "the tip continues at Z10, 40 mm below the point that was programmed before; name Z" in found[0][1]
 
 
 @pytest.mark.parametrize("tilt", [0, 20])

@@ -142,7 +142,7 @@ def test_columns_are_those_of_the_line_as_it_stands(
     assert [int(one.split(":")[1]) for one in found] == columns
 
 
-QUOTED, EDGE = "the name of a tool stands in quotation marks", "the only cutting edge that the set-up gives"
+QUOTED, EDGE = "the name of a tool is written in quotation marks", "the only cutting edge that the set-up gives"
 
 
 @pytest.mark.parametrize(
@@ -240,7 +240,7 @@ DRILLING = "CYCL DEF 200 DRILLING ~\nQ20=2 ~\nQ201=-10 ~\nQ206=250 ~\nQ202=5 ~\n
         (
             "p.mpf",
             "FANCY X10",
-            "FANCY: no meaning in this language beside other words of a block; write the word that is meant",
+            "FANCY: no meaning in this language beside other words of a block; write the intended word",
         ),
         ("p.mpf", "FANCY", "; if it moves no axis, [remap] of the set-up"),
         (

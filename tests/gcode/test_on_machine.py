@@ -364,7 +364,7 @@ LENGTHS = {
     "G10 L1 over a table": ("G10 L1 P1 Z33\n" + HERE + "G43 H1\nG1 X2 F100\nM2", {"tools": TOOLS}, [33]),
     "G43.1": ("G43.1 Z12.5\n" + HERE + "G1 X2 F100\nM2", {}, [12.5]),
     "G43.1 in inches": ("G20 G43.1 Z1\n" + HERE + "G1 X2 F100\nM2", {}, [25.4]),
-    "--tool-length holds": (
+    "--tool-length is the length": (
         HERE + "X1\nG43 H1\nX2\nG49\nX3\nG43.1 Z5\nG1 F9 X4\nM2", {"tool_length": 77.0}, [77, 77, 77, 77],
     ),
     "--tool-length ignores the table": (HERE + "G43 H1\nG1 F9 X4\nM2", {"tool_length": 77.0, "tools": TOOLS}, [77]),

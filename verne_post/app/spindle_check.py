@@ -71,7 +71,7 @@ def check_spindle(moves: Moves, path: ToolPath) -> list[Finding]:
     edits = (Remedy("start the spindle", "M3", line=event.line),) if is_startable else ()
     line, last_line = int(moves.line[first]), int(moves.line[last])
     number = "a move" if count == 1 else f"{count} moves"
-    text = f"the spindle stands in {number} at feed rate: {why}"
+    text = f"the spindle does not turn in {number} at feed rate: {why}"
     where = {"line": line, "last_line": max(line, last_line), "worst_line": line}
     return [make_finding("VP050", text, **where, count=count, edits=edits)]
 
@@ -92,10 +92,10 @@ def check_speed(moves: Moves, path: ToolPath) -> list[Finding]:
         line = zeros[-1] if zeros else event.line
         when = "before the cut " if any(one.data["speed"] for one in switches) else ""
         text = (
-            f"S0: the spindle stands in the cut of line {int(moves.line[cut])}; write its speed"
+            f"S0: the spindle does not turn in the cut of line {int(moves.line[cut])}; write its speed"
             if zeros
             else f"the spindle is started here, and no block {when}gives its speed: on a control it turns as fast as "
-            f"before the program, or stands; write {'SPINDL and its speed' if moves.language == 'aptcl' else 'S'}"
+            f"before the program, or not at all; write {'SPINDL and its speed' if moves.language == 'aptcl' else 'S'}"
         )
         return [make_finding("VP050", text, line=line, last_line=line, worst_line=line)]
     return []

@@ -40,7 +40,7 @@ def command(what: str | None, lists: bool, every: bool, **given: Any) -> int:
     """Explain one line of a program, a finding code, or a word of a program.
 
     INPUT:LINE prints the findings of the line, changes that would bring the line within limits, and the pose at its
-    end. For a line without motion, it prints what the words of the line do, and what holds after the line. With --all,
+    end. For a line without motion, it prints what the words of the line do, and what is in force after it. With --all,
     the command computes the pose step by step from words to joints. It then prints the margins of both table solutions,
     and the reason why each other solution of the machine is refused. CODE (VP102) prints meaning, example, importance,
     remedy, response, parameters and related codes. WORD (G68.2, TRAORI, "CYCL DEF 208") prints how each language uses
@@ -52,7 +52,7 @@ def command(what: str | None, lists: bool, every: bool, **given: Any) -> int:
         what = re.sub(r"[\s_-]", "", what)
     if lists:
         if what is not None or every:
-            raise click.UsageError("--list prints all finding codes; leave out what stands beside it")
+            raise click.UsageError("--list prints all finding codes; leave out the rest")
         echo("".join(f"{code.code}  {code.severity:<8} {code.title}\n" for code in CODES.values()), nl=False)
         return ExitStatus.CLEAN
     if what is None:

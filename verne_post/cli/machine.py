@@ -85,7 +85,7 @@ for _one in (calibrate, export, perturb, tolerances):
 
 @command.command("list", short_help="List the machines that come with verne-post.")
 def list_() -> int:
-    """Machines that come with verne-post: the word for --machine, and what the file calls the machine."""
+    """List the shipped machines: the name for --machine, and the name in the file."""
     from verne_post.config import list_machine_files, load_machine
 
     names = list_machine_files()
@@ -362,16 +362,16 @@ def axis_check(
     "--sigma-alpha-deg",
     0.01,
     "DEG",
-    "Standard uncertainty of measured tilts; inf: a tilt only tells which solution a row is.",
+    "Standard uncertainty of measured tilts; inf: a tilt only selects the solution of its row.",
     infinite=True,
 )
-@add_sigma_option("--sigma-rod", 0.0, "MM", "How far each rod may miss: play and bending that no length explains.")
+@add_sigma_option("--sigma-rod", 0.0, "MM", "Standard uncertainty of each rod equation, for play and bending.")
 @click.option(
     "--starts",
     type=Whole(min=0),
     default=0,
     metavar="N",
-    help="Also fit from N random sets of lengths, and report where they land.",
+    help="Also fit from N random sets of lengths, and report the solutions that they find.",
 )
 @click.option("--json", "as_json", is_flag=True, help="Write JSON in place of text.")
 def identify_(
@@ -389,7 +389,7 @@ def identify_(
 ) -> int:
     """Estimate the lengths of the module from measured sliders and platform poses.
 
-    MEASURED.csv has the columns rho1_mm,rho2_mm,rho3_mm,x_mm,y_mm,z_mm (P in the base frame, z down), and as you like
+    MEASURED.csv has the columns rho1_mm,rho2_mm,rho3_mm,x_mm,y_mm,z_mm (P in the base frame, z down), and optionally
     alpha_deg or alpha_rad (blank: not measured) and setting (rows with the same text share one slider reading).
 
     Exit status: 0 a table to paste, 1 the readings contradict their stated uncertainties, 2 unusable input,

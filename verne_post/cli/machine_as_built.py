@@ -52,13 +52,13 @@ def _add_tolerance_options(function: "Callable[..., Any]") -> "Callable[..., Any
 @click.command("perturb", short_help="Write the file of a simulated machine with deviations.")
 @take_machine
 @click.option("--seed", type=Whole(min=0), required=True, metavar="N", help="The same seed gives the same machine.")
-@add_sigma_option("--sigma-mm", 0.05, "MM", "Of places and lengths.")
-@add_sigma_option("--sigma-mrad", 0.1, "MRAD", "Of directions.")
+@add_sigma_option("--sigma-mm", 0.05, "MM", "Standard deviation of places and lengths.")
+@add_sigma_option("--sigma-mrad", 0.1, "MRAD", "Standard deviation of directions.")
 @_OUTPUT
 def perturb(
     name: str | None, machine_name: str | None, seed: int, sigma_mm: float, sigma_mrad: float, output: Path
 ) -> int:
-    """Write the file of a simulated machine: every part off its nominal place at random, normally distributed.
+    """Write the file of a simulated machine: every part has a random deviation, normally distributed.
 
     Only for machines of kind verne.
     """
@@ -89,7 +89,7 @@ def perturb(
 # --- tolerances --------------------------------------------------------------------------------------
 
 
-@click.command("tolerances", short_help="Show what the tolerance of each part does to the tool.")
+@click.command("tolerances", short_help="Show the effect of the tolerance of each part on the tool.")
 @take_machine
 @_add_tolerance_options
 @click.option(
@@ -98,9 +98,9 @@ def perturb(
     type=NUMBER,
     multiple=True,
     metavar="MM",
-    help="Gauge line to tip; repeatable; default 60 and 160.",
+    help="Tool length, from the gauge line to the tip; repeatable; default 60 and 160.",
 )
-@click.option("--all", "every", is_flag=True, help="All 58 parameters, not the 15 worst.")
+@click.option("--all", "every", is_flag=True, help="Print all 58 parameters, not only the 15 worst.")
 def tolerances(
     name: str | None,
     machine_name: str | None,
@@ -109,7 +109,7 @@ def tolerances(
     lengths: tuple[float, ...],
     every: bool,
 ) -> int:
-    """Show what the tolerance of each part does to the tool over the workspace, worst first.
+    """Show the effect of the tolerance of each part on the tool over the workspace, largest first.
 
     Only for machines of kind verne.
     """
@@ -144,22 +144,24 @@ def tolerances(
     "--lengths", "length_file", metavar="FILE.csv", help="Lengths measured on the machine: length,value_mm,sigma_mm."
 )
 @add_sigma_option(
-    "--sigma-mm", 0.003, "MM", "Standard uncertainty of each coordinate of a tip, where a row states none.", zero=False
+    "--sigma-mm", 0.003, "MM", "Standard uncertainty of each tip coordinate, in rows without sigma_mm.", zero=False
 )
-@add_sigma_option("--sigma-mrad", 0.02, "MRAD", "The same of a measured tool axis.", zero=False)
+@add_sigma_option(
+    "--sigma-mrad", 0.02, "MRAD", "Standard uncertainty of a measured axis in rows without sigma_mrad.", zero=False
+)
 @add_sigma_option("--sigma-rho", 0.0, "MM", "Standard uncertainty of the position of a commanded slider.")
-@add_sigma_option("--sigma-angle-mrad", 0.0, "MRAD", "The same of A and C.")
+@add_sigma_option("--sigma-angle-mrad", 0.0, "MRAD", "Standard uncertainty of the angle of a commanded A or C.")
 @_add_tolerance_options
 @click.option(
     "--touch-up",
     is_flag=True,
-    help="Few readings of a warm machine: growth of rods, zeros of sliders, on top of a calibration.",
+    help="Update a calibration by a few readings of a warm machine: growth of rods, zeros of sliders.",
 )
 @click.option(
     "--drift-mm", type=NUMBER, metavar="MM", help="With --touch-up: standard deviation of the drift; default 0.05."
 )
 @click.option(
-    "--covariance", metavar="FILE.csv", help="What the calibration of --machine left open; default the file beside it."
+    "--covariance", metavar="FILE.csv", help="Covariance of the calibration in --machine; default: the file beside it."
 )
 @click.option(
     "--plan",
@@ -174,7 +176,7 @@ def tolerances(
     type=NUMBER,
     multiple=True,
     metavar="MM",
-    help="Tools of --plan, gauge line to tip; repeatable; default 60 and 160.",
+    help="Tool lengths of --plan, from the gauge line to the tip; repeatable; default 60 and 160.",
 )
 @click.option(
     "--at",
@@ -190,10 +192,10 @@ def tolerances(
     "--simulate",
     type=MACHINE,
     metavar="NAME|FILE",
-    help="With --plan: fill the readings in as this machine would, with noise of --sigma-mm, "
+    help="With --plan: fill in the readings that this machine would give, with noise of --sigma-mm, "
     "--sigma-rho, --sigma-angle-mrad.",
 )
-@click.option("--seed", type=Whole(min=0), metavar="N", help="Of the noise of --simulate; default 0.")
+@click.option("--seed", type=Whole(min=0), metavar="N", help="Seed of the noise of --simulate; default 0.")
 @click.option(
     "--plot", type=FILE, metavar="OUT.png|OUT.svg", help="Draw the tip error over the table before and after."
 )
@@ -204,7 +206,7 @@ def calibrate(readings: str | None, machine_name: str | None, output: Path, plot
     Only for machines of kind verne.
 
     READINGS.csv has the columns rho1_mm,rho2_mm,rho3_mm,a_deg,c_deg (as commanded), tool_length_mm, x_mm,y_mm,z_mm (tip
-    in the table frame; blank: not measured), and as you like i,j,k (tool axis from tip to spindle), sigma_mm,
+    in the table frame; blank: not measured), and optionally i,j,k (tool axis from tip to spindle), sigma_mm,
     sigma_mrad, sphere (rows with the same text are measured from one unknown point of the table), frame (in one unknown
     frame).
 

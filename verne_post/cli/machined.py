@@ -43,7 +43,7 @@ _ASKED = Wanted()
 @click.option(
     "--stock-from",
     metavar="FILE@G54|program",
-    help="Cut a stock: an STL file, what --stock-left wrote (.npz), or as the program says; --stock is a box.",
+    help="Stock to cut: an STL file, a file of --stock-left (.npz), or the stock of the program; --stock is a box.",
 )
 @click.option(
     "--stock-left", metavar="FILE@G54", help="File for the material that is left, as .stl or, without loss, .npz."
@@ -53,7 +53,7 @@ _ASKED = Wanted()
     type=click.Choice(list(UNITS)),
     default="mm",
     show_default=True,
-    help="Unit of the STL, whose file names none.",
+    help="Unit of the STL file, which does not contain it.",
 )
 @click.option(
     "--gouge",
@@ -61,7 +61,7 @@ _ASKED = Wanted()
     default=_ASKED.gouge,
     metavar="MM",
     show_default=True,
-    help="Cuts into the part that are deeper are errors (VP218).",
+    help="Depth beyond which a cut into the part is an error (VP218).",
 )
 @click.option(
     "--excess",
@@ -69,7 +69,7 @@ _ASKED = Wanted()
     default=_ASKED.excess,
     metavar="MM",
     show_default=True,
-    help="More material than this on the part is a warning (VP219).",
+    help="Excess material beyond which there is a warning (VP219).",
 )
 @click.option(
     "--grid",

@@ -389,7 +389,7 @@ def _parse_texts(values: dict[str, Any]) -> dict[str, Any]:
 def _read_option_files(files: RunFiles, given: dict[str, Any], named: dict[str, str]) -> dict[str, Any]:
     """Options that are read from files; ``named`` says which of them a set-up names, and where."""
     if given.get("tool_length") is not None and given.get("tool_lengths") is not None:
-        raise click.UsageError("--tool-length and --tool-lengths exclude each other: the first holds for every tool")
+        raise click.UsageError("--tool-length and --tool-lengths exclude each other: the first applies to every tool")
     contents = {
         key: (files.read(path, named.get(name, _FLAGS[name])), show_name(path))
         for key, name in KEYS_OF_FILES.items()

@@ -42,11 +42,11 @@ def command(input_name: str, output: Path | None, quiet: bool, **given: Any) -> 
     """Write the set-up file of a program, which every command reads: tools, work offsets and user-defined codes.
 
     The file has all values that options, settings and an existing set-up give. The command marks every other value
-    "measure" or "decide", and a marked value counts as not given. A diameter that a remark of the program names, such
-    as (T1 D=16), is taken, to be checked. The command keeps the values of an existing set-up, adds missing ones, and
-    remarks on values that the program does not use. It prints errors that no set-up can correct, and writes nothing
-    for a text that is no program. Exit status: 0 the file is written, or has all that the program needs, 2 unusable
-    input.
+    "measure" or "decide", and a marked value counts as not given. A diameter in a remark of the program, such as (T1
+    D=16), is written into the file: compare it with the tool. The command keeps the values of an existing set-up, adds
+    missing ones, and marks values that the program does not use. It prints errors that no set-up can correct, and
+    writes nothing for a text that is no program. Exit status: 0 the file is written, or has all that the program
+    needs, 2 unusable input.
     """
     from verne_post.gcode.languages import NO_PROGRAM
     from verne_post.model.findings import InputError

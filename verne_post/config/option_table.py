@@ -28,7 +28,7 @@ def find_wrong_options(
             found.append(f"machine: {kind} does not choose the machine; {_say_where_machine_is_chosen(value)}")
         elif name == "options" and name not in allowed and name not in others:
             found.append(
-                f"options: the options of {kind} stand at its top; delete the line [options], a table of settings"
+                f"options: the options of {kind} belong at its top; delete the line [options], a table of settings"
             )
         elif name not in allowed:
             found.append(f"{name}: this is no option of {kind}{_suggest(name, [*allowed, *others])}")

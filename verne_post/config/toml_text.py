@@ -53,7 +53,7 @@ def read_toml(raw: bytes) -> dict[str, Any]:
         if (dense := _DENSE_COMMA.search(_TEXT_OR_REMARK.sub(_blank_remark, content))) is not None:
             right = dense[1].replace(",", ".")
             raise ValueError(
-                f"{dense[1]}: write {right}, or a blank behind the comma (at line {line}, column {dense.start(1) + 1})"
+                f"{dense[1]}: write {right}, or a blank after the comma (at line {line}, column {dense.start(1) + 1})"
             )
     return table
 
@@ -106,7 +106,7 @@ def _name_slip(line: str, column: int, message: str) -> str:
         return f"{word[0]}: the letter O in a number; write {re.sub('[Oo]', '0', word[0])}"
     if point := _OPEN_POINT.fullmatch(word[0]):
         right = f"{point[1]}{point[2]}.0" if point[2] else f"{point[1]}0{point[3]}"
-        return f"{word[0]}: a digit stands on both sides of the point; write {right}"
+        return f"{word[0]}: a number needs a digit on both sides of the point; write {right}"
     if unit := _WITH_UNIT.fullmatch(word[0]):
         return f"{word[0]}: a number has no unit; write {unit[1]}, in the unit of the key"
     if "Invalid value" in message and word[0].lower() in ("true", "false"):

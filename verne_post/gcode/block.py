@@ -250,7 +250,8 @@ def _read_o_word(reader: ValueReader) -> OWord:
             text = f"o{label or ''}: expected {', '.join(KEYWORDS).lower()}, or nothing after a program number"
             if not edits and word.isalpha() and label is not None and label.isdigit():
                 text += (
-                    f". These are words of RS274/NGC (LinuxCNC); a title stands in parentheses, as in O{label} ({word})"
+                    ". These are words of RS274/NGC (LinuxCNC); a title is written in parentheses, "
+                    f"as in O{label} ({word})"
                 )
             raise reader.error("VP023", text, reader.at, edits)
         o.check_bare()

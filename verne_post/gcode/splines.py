@@ -221,7 +221,9 @@ def _check(spline: BSpline) -> None:
     for k, (before, after) in enumerate(pairwise(knots)):
         if not after >= before:
             of_line = spline.lines[min(k + 1, n - 1)]
-            raise ProgramError("VP031", f"the knot {after:g} comes after {before:g}; knots do not fall", None, of_line)
+            raise ProgramError(
+                "VP031", f"the knot {after:g} comes after {before:g}; knots never decrease", None, of_line
+            )
     if knots[degree] == knots[n]:
         raise ProgramError(
             "VP031", f"all knots are {knots[0]:g}; between the first and the last they must rise", None, line

@@ -33,9 +33,9 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP001",
         "unreadable block",
         "error",
-        "The block does not consist of words of its language. A word of G-code is a letter and a number. As a warning: "
-        "a line of a Klartext cycle has no ~ at its end, or a block number of RS274/NGC may be a word that has lost "
-        "its letter.",
+        "The block does not consist of words of its language. A word of G-code is a letter and a number. As a "
+        "warning: a line of a Klartext cycle has no ~ at its end, or a block number of RS274/NGC may be a word "
+        "whose letter is missing.",
         "Correct the characters at the column of the message. In G-code, write a letter and a number; write comments "
         "in ( ) on one line, or after a ;. In Klartext, write comments after a ;.",
     ),
@@ -58,8 +58,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP004",
         "repeated word",
         "error",
-        "A letter appears twice in one block. As a warning: two lines of one cycle 7 shift the same axis, and the last "
-        "one holds.",
+        "A letter appears twice in one block. As a warning: two lines of one cycle 7 shift the same axis, and the "
+        "last one is used.",
         "Keep one of them.",
     ),
     (
@@ -91,7 +91,7 @@ CODES: Final[dict[str, Code]] = _make_table(
         "impossible arc",
         "error",
         "Start, end and centre (or radius) of the arc do not fit together.",
-        "Check the numbers of the block, and of the block before: its end is where this one begins.",
+        "Check the numbers of the block, and of the block before. The arc starts where the block before ends.",
     ),
     (
         "VP009",
@@ -106,9 +106,9 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP010",
         "program does not end",
         "error",
-        "The file ends without M2, M30 or a closing %. As a warning: a Klartext program runs, but BEGIN PGM or END PGM "
-        "is missing, or they differ in name or unit, and a control may not load it. So is a closing % of a Fanuc "
-        "program without M30 or M2 before it.",
+        "The file ends without M2, M30 or a closing %. Two cases are warnings, because a control may not load such "
+        "a program: (1) BEGIN PGM or END PGM of a Klartext program is missing, or they differ in name or unit. (2) "
+        "A Fanuc program has a closing %, without M30 or M2 before it.",
         "",
     ),
     (
@@ -140,7 +140,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP014",
         "stop for the operator",
         "error",
-        "M0, M6, M60, G88 or a waiting M66 after the motion has begun: a stream of setpoints cannot wait.",
+        "The program has M0, M6, M60, G88 or a waiting M66 after its motion has begun. A stream of setpoints cannot "
+        "wait.",
         "Write one file of setpoints for each part between two stops: --split-at-stops, or "
         "split_at_stops = true in the set-up.",
     ),
@@ -171,8 +172,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP018",
         "unusable option",
         "error",
-        "An option and the program contradict each other. A warning names two lengths or diameters of one tool, one of "
-        "the program and one from outside, and which of them holds.",
+        "An option and the program contradict each other. As a warning: the program and the set-up, a tool table or "
+        "an option give one tool two lengths or diameters. The message names both, and says which one is used.",
         "",
     ),
     (
@@ -221,7 +222,7 @@ CODES: Final[dict[str, Code]] = _make_table(
         "impossible parameter",
         "error",
         "The parameter does not exist, has no value, or is read-only. As a warning: a Siemens program reads an R "
-        "parameter that it has not set. It counts as 0, and a control has the value that it had last.",
+        "parameter that it has not set. verne-post takes 0 for it; a control uses its last value.",
         "",
     ),
     (
@@ -258,26 +259,26 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP030",
         "canned cycle words of the other distance mode",
         "warning",
-        "A canned cycle continues after a change between G90 and G91, with an R or a depth from before. "
-        "The number now has "
-        "another meaning, or it is kept although another control would read it again. The message has both depths.",
+        "A canned cycle continues after a change between G90 and G91, with an R or a depth from before the change. "
+        "The number now has another meaning. Or verne-post keeps the old meaning, and another control would read "
+        "the number in the new mode. The message has both depths.",
         "Give R and the bottom of the hole again after every change of G90 and G91.",
     ),
     (
         "VP031",
         "impossible spline",
         "error",
-        "The control points, weights and knots of a spline do not make a curve that can be followed. Their numbers "
-        "do not fit, knots fall, or a weight is not positive. Or the curve does not begin at the tool, or it stops "
-        "or turns back at a point of its own (a cusp).",
+        "The control points, weights and knots of a spline do not make a curve that can be followed. The number of "
+        "knots does not fit, knots decrease, or a weight is not positive. Or the curve does not begin at the tool, "
+        "or it stops or turns back at an inner point (a cusp).",
         "Post the curve again from its source, or write straight moves or arcs where the message says.",
     ),
     (
         "VP032",
         "program in another language",
         "error",
-        "The text cannot be read. It has words of another control or of another kind of file, or hardly "
-        "any word of a program, or it is empty.",
+        "The text cannot be read. It is empty, or has words of another control or of another kind of file, or has "
+        "almost no words of a program.",
         "",
     ),
     (
@@ -296,12 +297,12 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP034",
         "no tool length, or that of another tool",
         "warning",
-        "The program cuts with tool length 0: no length is in force (after G49 or D0), or the tool table gives 0. Or a "
-        "tool cuts with the length of one that was in the spindle before. It is an error where the set-up gives the "
-        "tool another length, and the tool has come down since it was called. A rapid with length 0 is an error where "
-        "it takes the tip of a tool of known length below the table face, and a warning where it goes down to below "
-        "Z0; moves in machine coordinates (G53, SUPA, M91, and G28 after its via point) are not concerned. A rapid to "
-        "the via point of G28, G91 missing, is told as VP052.",
+        "The program cuts with tool length 0: no length is in force (after G49 or D0), or the tool table gives 0. "
+        "Or a tool cuts with the length of the tool that was in the spindle before it. It is an error if the set-up "
+        "gives the tool another length, and the tool has come down since its call. A rapid with length 0 is an "
+        "error if it moves the tip of a tool of known length below the table face. It is a warning if it goes down "
+        "to below Z0. Moves in machine coordinates (G53, SUPA, M91, and G28 after its via point) are not reported. "
+        "If G91 is missing before G28, VP052 reports the rapid to the via point.",
         "Activate a length of the tool table (G43 H; M6 and D1; TOOL CALL; LOADTL), or give "
         "--tool-length. If the gauge line is"
         " meant, give --tool-length 0.",
@@ -310,8 +311,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP035",
         "motion takes too long",
         "error",
-        "With its feed rates and dwells the program makes more rows than --max-rows allows: most often a feed rate is "
-        "in another unit.",
+        "With its feed rates and dwells, the program gives more rows than --max-rows allows. The usual cause is a "
+        "feed rate in another unit.",
         "Correct F or the dwell. If the program is meant to take so long, raise --max-rows.",
     ),
     (
@@ -328,16 +329,16 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP037",
         "tool-centre-point control not requested",
         "warning",
-        "A program cuts while A or C is turned, or while they turn, and no active code says in which directions X Y Z "
-        "count. So does a rapid of a Fanuc or Haas program after G69, or after G43 in place of G43.4. "
-        "In G-code they are places of the part here, as under G43.4. A control without tool-centre-point "
-        "control reads them in the directions of the machine; Klartext without M128 is executed so, and so are Siemens "
-        "programs in which TRAFOOF or CYCLE800() has left the table turned. An RS274/NGC "
-        "program that turns A or C during a cut gets no warning: LinuxCNC has no code for tool-centre-point control.",
-        "Siemens: name A and C before the cut, or write TRAORI if places of the part are meant. Klartext: write M128 "
-        "if places of the part are meant. LinuxCNC, which does not know G43.4: nothing is to change if its kinematics "
-        "keep the tip (--ignore VP037). Other G-code: if places of the part are meant, write G43.4 instead of G43, or "
-        f"post with G68.2. {IF_DIRECTIONS_ARE_MEANT}",
+        "A program cuts while A or C is turned, or while they turn, and no active code says in which directions X Y "
+        "Z count. So does a rapid of a Fanuc or Haas program after G69, or after G43 in place of G43.4. In G-code "
+        "they are places of the part here, as under G43.4. A control without tool-centre-point control reads them "
+        "in the directions of the machine. Klartext without M128 is executed in this way, and so are Siemens "
+        "programs that cut while the table is turned after TRAFOOF or CYCLE800(). An RS274/NGC program that turns A "
+        "or C during a cut gets no warning: LinuxCNC has no code for tool-centre-point control.",
+        "Siemens: name A and C before the cut, or write TRAORI if places of the part are meant. Klartext: write "
+        "M128 if places of the part are meant. LinuxCNC, which does not know G43.4: change nothing if its "
+        "kinematics keep the tip (--ignore VP037). Other G-code: if places of the part are meant, write G43.4 "
+        f"instead of G43, or post with G68.2. {IF_DIRECTIONS_ARE_MEANT}",
     ),
     (
         "VP038",
@@ -353,30 +354,30 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP039",
         "controls differ",
         "note",
-        "Controls differ in how they execute a word or a cycle of this program, or count something in addition. The "
-        "message says what is done here. Each case is reported once.",
+        "Controls differ in how they execute a word or a cycle of this program, or in what they count. The message "
+        "says how verne-post executes it. Each case is reported once.",
         "Compare the message with your control. No action is needed if both agree.",
     ),
     (
         "VP040",
         "tolerance without effect",
         "note",
-        "An option gives a tolerance of corners, and the corners of cuts do not take it, or not all: the program gives "
-        "its own, or stops at each corner.",
-        "Leave out the option; or take the tolerance out of the program (P of G64, CTOL, OTOL, T of cycle 32), so that "
-        "the option holds.",
+        "An option gives a tolerance of corners, but some or all corners of cuts do not use it. There the program "
+        "gives its own tolerance, or stops at each corner.",
+        "Leave out the option. Or remove the tolerance from the program (P of G64, CTOL, OTOL, T of cycle 32), so "
+        "that the option is used.",
     ),
     (
         "VP041",
         "change of tools without T or without M6",
         "warning",
-        "T alone only makes a tool ready: without M6 the tool that was in the spindle before cuts. M6 alone loads the "
-        "tool that T has named last: without a new T the same tool comes again. It is an error where the tool in the "
-        "spindle comes down with the length of another one. So it is where no tool has been loaded, and a cut goes "
-        "down with length 0 although the set-up gives lengths. A program that changes tools between cuts, and cuts "
-        "before its first change, has no first tool; one without any change is for the tool in the spindle. A "
-        "tool that INPUT.toml gives and no line calls may lack its call. T beside M6, or before the first cut after "
-        "it, makes the next tool ready and is not reported.",
+        "T alone only selects a tool: without M6, the previous tool stays in the spindle and cuts. M6 alone loads "
+        "the tool that T has named last: without a new T, this is the same tool again. It is an error if the tool "
+        "in the spindle comes down with the length of another one. It is also an error if no tool has been loaded, "
+        "and a cut goes down with length 0 although the set-up gives lengths. A program that cuts before its first "
+        "tool change, and changes tools later, has no first tool. A program without any tool change is for the tool "
+        "in the spindle. If INPUT.toml gives a tool that no line calls, the call may be missing. T beside M6, or "
+        "before the first cut after it, selects the next tool and is not reported.",
         "Write both T and M6. If the control loads the tool by another code of its builder, give that code a meaning "
         "in [remap].",
     ),
@@ -384,10 +385,10 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP042",
         "plane without a turn of the table",
         "warning",
-        "G68.2 says where X Y Z of a tilted plane are, and G53.1 turns the table to it. Without G53.1, or words of the "
-        "rotary axes, the tool stays upright and cuts the plane at a slant. The same holds for PLANE with STAY and for "
-        "CYCLE800 with _DIR 0. A plane in which the tool is tilted "
-        "anywhere is not reported. A canned cycle there is an error (VP017).",
+        "G68.2 says where X Y Z of a tilted plane are, and G53.1 turns the table to it. Without G53.1, or words of "
+        "the rotary axes, the tool stays upright and cuts the plane at a slant. The same happens with PLANE with "
+        "STAY, and with CYCLE800 with _DIR 0. A plane in which the tool is tilted anywhere is not reported. A "
+        "canned cycle there is an error (VP017).",
         "Write G53.1 after G68.2, or the angles of the rotary axes. No action is needed for a ball end mill that is "
         "to cut a slanted face with an upright tool.",
     ),
@@ -406,30 +407,29 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP044",
         "tool axis without all of its components",
         "warning",
-        "A3=, B3= and C3= are the components of a tool axis. A Siemens control takes a missing one as 0. It is "
-        "reported where C3 is missing, which most often is the largest, and where the others make no vector of length "
-        "1.",
+        "A3=, B3= and C3= are the components of a tool axis. A Siemens control takes a missing component as 0. Two "
+        "cases are reported: C3, usually the largest component, is missing; or the others do not form a vector of "
+        "length 1.",
         "Write all three components.",
     ),
     (
         "VP045",
         "spindle speed unknown",
         "warning",
-        "G96 asks for a constant surface speed, as on a lathe: the control sets the spindle speed by the distance of "
-        "the tool from X0. Setpoints have no spindle speed; the events have S and D.",
+        "G96 sets a constant surface speed, as on a lathe. The control computes the spindle speed from the distance "
+        "of the tool from X0. Setpoints have no spindle speed; the events have S and D.",
         "If the program is for a mill, write G97 and S, the turns a minute.",
     ),
     (
         "VP046",
         "axes move that the block does not name",
         "warning",
-        "A block moves axes that it does not name, in one of two cases: "
-        "(1) The block turns the table. No tool length is in force "
-        "(before G43, after G49), or a retract in machine coordinates came before. The spindle then moves along to "
-        "keep the tip at its place of the part; a control without tool-centre-point control keeps these axes still. "
-        "(2) The tool length has changed, and the next block does not name Z. Under a tilted table the tip "
-        "goes to the place that was programmed before. Under a level table it continues where it is, which is below "
-        "that place with a longer tool.",
+        "A block moves axes that it does not name, in one of two cases: (1) The block turns the table. No tool "
+        "length is in force (before G43, after G49), or a retract in machine coordinates came before. The spindle "
+        "then moves too, to keep the tip at the same point of the part. A control without tool-centre-point control "
+        "does not move these axes. (2) The tool length has changed, and the next block does not name Z. With a "
+        "tilted table, the tip goes to the point that was programmed before. With a level table, the tip does not "
+        "move, so with a longer tool it is below that point.",
         "Name X, Y and Z in the block, or turn the table in machine coordinates (G53, SUPA, M91). In a Fanuc program "
         "(--dialect fanuc) the axes do not move while no length is in force: write G49 before the turn.",
     ),
@@ -437,8 +437,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP047",
         "tapping as feed moves",
         "note",
-        "With --tapping feed a thread is a move in and a move out at pitch times speed. Between rest and full speed, "
-        "and at an override, the axis is slower than that: only a spindle that follows the axis cuts the thread.",
+        "With --tapping feed a thread is a move in and a move out at pitch times speed. The axis is slower while it "
+        "accelerates and brakes, and under a feed override. Therefore the spindle must follow the axis.",
         "Let the control couple the spindle to the axis. The coupling begins with the event at the beginning of the "
         "first move. It ends with the event at the end of the last.",
     ),
@@ -456,27 +456,28 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP049",
         "length or diameter of another tool",
         "warning",
-        "The tool length in force is not that of the tool in the spindle: H (in CL files ADJUST) has another number, "
-        "and the tool table gives the two different lengths. It is an error where the program calls the tool to which "
-        "the length belongs, also by T alone, and the tool in the spindle comes down with it. "
-        "An H of another number is not reported where its length is the same, or where the tool has none of its own. "
-        "The same holds for D of G41 and its diameter: it is an error where the program calls the tool of this number, "
-        "and a number that has a diameter alone, as D25 for T5, is not reported.",
+        "The tool length in force is not that of the tool in the spindle: H (in CL files ADJUST) has another "
+        "number, and the tool table gives the two different lengths. It is an error where the program calls the "
+        "tool to which the length belongs, also by T alone, and the tool in the spindle comes down with it. An H of "
+        "another number is not reported if its length is the same, or if the tool table has no length for the "
+        "tool. The same rules apply to D of G41 and its diameter. It is an error if the program calls the tool of "
+        "this number. A number that has only a diameter, such as D25 for T5, is not reported.",
         "Write H and D with the number of the tool. If the length belongs to the tool, as with H51 for "
         "T1, give both numbers the same length, or none to the tool's own. A number of D that is no tool has no "
         "length.",
     ),
     (
         "VP050",
-        "spindle stands or turns backwards in a cut",
+        "spindle does not turn, or turns backwards, in a cut",
         "warning",
-        "The program moves at feed rate while the spindle stands: it was not started after a change of tools, or it "
-        "was stopped and the tool goes on cutting. Or it is started, and no block of the program gives S, or none "
-        "since the change of tools: it turns as for the tool before. Or it turns counter-clockwise (M4) in all cuts of "
-        "a tool. "
-        "Moves in the air cannot always be told: retracts, and moves between "
-        "a stop and a new start that follow a retract or a rapid, are not reported. Nor are programs that call no tool "
-        "and start no spindle, and tools that are oriented (M19, SPOS).",
+        "The spindle does not turn, has no speed, or turns backwards while the tool cuts. Retracts are not "
+        "reported, because they may be in the air. The same applies to moves between a stop and a new start that "
+        "follow a retract or a rapid. Programs that call no tool and start no spindle are not reported, nor are "
+        "oriented tools (M19, SPOS). The cases are: (1) The program moves at feed rate while the spindle does not "
+        "turn. It was not started after a tool change, or it was stopped and the tool continues to cut. (2) The "
+        "spindle is started without a speed: no block of the program gives S, or none since the tool change, so the "
+        "spindle keeps the speed of the previous tool. (3) The spindle turns counter-clockwise (M4) in all cuts of "
+        "a tool.",
         "Start the spindle before the cut (M3 and S; SPINDL in CL files). No action is needed for a probe, for a "
         "tool that does not turn, or for a left-hand tool under M4.",
     ),
@@ -485,16 +486,17 @@ CODES: Final[dict[str, Code]] = _make_table(
         "moves after the end of the program",
         "warning",
         "M2, M30 or END PGM ends the program, and lines after it move axes. A control does not execute them. "
-        "Subprograms and other programs of the file that begin after the end (O, LBL, PROC, %) are not meant.",
+        "Subprograms and other programs that begin after this end (O, LBL, PROC, %) are not reported.",
         "If the program goes on there, delete the code that ends it. If not, delete the lines.",
     ),
     (
         "VP052",
-        "the way home goes down first",
+        "the return to home goes down first",
         "warning",
-        "In G28 and G30, axis words are a place by way of which the axes go home. In absolute coordinates (G90) "
-        "it is a place on the part: G90 G28 Z0 takes the tool down to the part zero in rapid traverse, and then home. "
-        "It is an error where that takes the tip of a tool without a length below the table face.",
+        "In G28 and G30, axis words name a via point: the axes go to it first, and then home. In absolute "
+        "coordinates (G90) the via point is on the part. So G90 G28 Z0 moves the tool down to the part zero in "
+        "rapid traverse, and then home. It is an error if this moves the tip of a tool without a length below the "
+        "table face.",
         "Write G91 G28 Z0, and G90 in the next block.",
     ),
     (
@@ -556,11 +558,11 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP202",
         "near a serial singularity",
         "warning",
-        "The vertical drop of a rod, from its end at the slider to its end at the platform, comes close to zero. The "
-        "rod lies flat then, and its slider no longer moves the platform along it. Error below the machine file's "
-        "limits.serial_singularity_mm or carrier.smallest_drop_mm, warning up to twice that. Or a great circle comes "
-        "near the fold of a nutating rotary pair, where its two solutions meet. Or the tool comes near the leg of a "
-        "carrier, where its wrist has a pole.",
+        "The vertical drop of a rod, from its end at the slider to its end at the platform, comes close to zero. "
+        "The rod is then nearly level, and its slider no longer moves the platform along the rod. Error below the "
+        "machine file's limits.serial_singularity_mm or carrier.smallest_drop_mm, warning up to twice that. Or a "
+        "great circle comes near the fold of a nutating rotary pair, where its two solutions meet. Or the tool "
+        "comes near the leg of a carrier, where its wrist has a pole.",
         "At a flat rod, move the part towards the middle of the workspace (--wcs). At a fold or pole, post the program "
         "with other tool angles.",
     ),
@@ -665,7 +667,7 @@ CODES: Final[dict[str, Code]] = _make_table(
         "warning",
         "Stock is left beside or over the nominal part where no cutter has been. It reaches farther from the part than "
         "--excess or excess_mm. Causes are a ridge between strips, or a region that this set-up does not machine.",
-        "Use a smaller stepover at the place in the message, or leave the stock to the next set-up.",
+        "Use a smaller stepover at the place in the message, or machine the stock in the next set-up.",
     ),
     # --- VP3xx: branches ------------------------------------------------------------------------
     (
@@ -786,12 +788,11 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP505",
         "implausible size",
         "warning",
-        "A speed, acceleration, jerk, travel, length, cycle or tolerance is possible, but probably not intended. Most "
-        "often "
-        "it is in another unit. It is in the machine file, the command line, the set-up or the program. It is an error "
-        "where a program cuts with 200 mm a turn (G95) or more, and where it exceeds the travel in inches but not in "
-        "mm. The limits that it breaks are not listed "
-        "then; `verne-post explain` names those of a line.",
+        "A speed, acceleration, jerk, travel, length, cycle or tolerance is possible, but probably not intended. "
+        "Most often it is in another unit. It is in the machine file, the command line, the set-up or the program. "
+        "It is an error where a program cuts with 200 mm a turn (G95) or more, and where it exceeds the travel in "
+        "inches but not in mm. Then the limits that the program breaks are not listed. `verne-post explain` names "
+        "those of a line.",
         "Compare the value with its unit in docs/machine-file.md, docs/settings.md or docs/setpoints.md; `verne-post "
         "machine validate` prints how long moves take.",
     ),
@@ -822,7 +823,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP509",
         "not imported",
         "warning",
-        "The imported machine file leaves out something of the configuration, or holds a default that nothing sets.",
+        "The imported machine file leaves out something of the configuration, or has a default for a value that the "
+        "configuration does not set.",
         "Check each of these in the new file before the machine moves.",
     ),
     # --- VP9xx: internal ----------------------------------------------------------------------

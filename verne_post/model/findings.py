@@ -39,7 +39,7 @@ class Remedy:
     word : tuple of str and float
         The letter, and the number that stands there; no letter where the text of the program tells the place.
     way : {"number", "behind", "below", "before", "marked", "here", "end"}
-        In place of the number, behind the word, below its line; before ``line``; in place of what the finding marks;
+        In place of the number, after the word, below its line; before ``line``; in place of what the finding marks;
         at the column of the finding, or at the end of ``line`` without one there; as the last line, before a closing %.
     is_above : bool
         ``word`` stands in the last line up to ``line`` that has it.

@@ -339,7 +339,7 @@ class Options:
         bool,
         About(
             "On an as-built machine, C corrects the part of the tool axis error that A cannot correct: "
-            "nothing up to 2 degrees of tilt, a growing share of it from there, and all of it from 6 degrees on. "
+            "nothing up to 2 degrees of tilt, all of it from 6 degrees on, and a growing share between. "
             "This is always so in programs with tool vectors (I J K).",
             Group.TABLE,
         ),
@@ -366,7 +366,7 @@ class Options:
         Checked(check_place),
         About(
             "Position of the machine before the program: home, or joint values in the units of the "
-            "setpoint file. A checked approach is added. Default: the machine stands at the start of the program.",
+            "setpoint file. A checked approach is added. Default: the machine is at the start of the program.",
             Group.APPROACH,
             flag="--from",
             metavar="home|Q1,Q2,...",

@@ -251,7 +251,9 @@ def _find_values(address: Address, dialect: str, state: State, options: Options,
         units = {FeedMode.PER_MINUTE: "mm/min", FeedMode.PER_REVOLUTION: "mm per turn of the spindle"}
         yield f"{state.feed:g} {units[state.feed_mode]}" if state.feed_mode in units else inverse
     elif address.name in ("S", "S1"):
-        direction = f", {'left' if state.spindle_reversed else 'right'}" if state.spindle_on else ", the spindle stands"
+        direction = (
+            f", {'left' if state.spindle_reversed else 'right'}" if state.spindle_on else ", the spindle does not turn"
+        )
         direction = "" if beside_tool_call and not state.spindle_on else direction  # M3 cannot stand there
         yield f"{state.spindle_speed:g} {name_unit_of_speed(state).get('unit', '1/min')}{direction}"
     elif (number := _find_tool(address, dialect, state, options)) is not None:

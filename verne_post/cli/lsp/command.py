@@ -22,16 +22,16 @@ from verne_post.model.verdict import ExitStatus
     "extension",
     type=FOLDER,
     metavar="FOLDER",
-    help="Write an extension for VS Code that starts this server, and end; npm install there completes it.",
+    help="Write an extension for VS Code that starts this server, and exit; then run npm install in FOLDER.",
 )
 @add_policy_options
 @add_options("decimals", "accept_rounding")
 @add_program_options("jobs")
 def command(extension: Path | None, **given: Any) -> int:
-    """Serve an editor: findings while one types, poses and times of lines, edits that settle a finding.
+    """Serve an editor: findings as you type, poses and times of lines, edits that remove a finding.
 
     Speaks the Language Server Protocol over standard input and output; an editor starts it (docs/editors.md). Each
-    program is read as by `check` in its folder, with set-up and settings; options hold for all of them.
+    program is read as by `check` in its folder, with set-up and settings; options apply to all programs.
     """
     require_package("pygls", "lsp", "lsp")
     if extension is not None:

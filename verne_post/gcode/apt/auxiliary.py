@@ -43,7 +43,7 @@ def set_feed(to: AptModes, s: Statement) -> Iterator[Block]:
         raise ProgramError(
             "VP005",
             "FEDRAT without a unit, after one in another unit than the program's: CAM systems differ in "
-            f"which unit holds; write one of {', '.join(FEED_UNITS)}",
+            f"which unit applies; write one of {', '.join(FEED_UNITS)}",
         )
     to.feed_unit = FEED_UNITS[units[0]] if units else None
     mode, inches = to.feed_unit or (94, None)
@@ -250,7 +250,7 @@ def set_compensation(to: AptModes, s: Statement) -> Iterator[Block]:
 
 
 def set_mode(to: AptModes, s: Statement) -> Iterator[Block]:
-    """MODE, SET: milling and absolute coordinates, which hold anyway."""
+    """MODE, SET: milling and absolute coordinates, which are always active."""
     words = [word.upper() for word in s.words if word.upper() != "MODE"]
     if words not in (["MILL"], ["ABSOL"]):
         raise ProgramError(

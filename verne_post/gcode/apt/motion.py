@@ -105,7 +105,7 @@ def _take_axis(to: AptModes, s: Statement, axis: list[float]) -> None:
             raise ProgramError(
                 "VP005",
                 f"{s.major} without a tool axis after TOOL PATH or MSYS, and the axis before was not 0, 0, 1: it "
-                "is not known which one holds; write x, y, z, i, j, k",
+                "is not known which axis applies; write x, y, z, i, j, k",
             )
         return
     if not to.multax and _differ(axis, to.axis, VECTOR_LENGTH):

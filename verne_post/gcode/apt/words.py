@@ -14,7 +14,7 @@ STATEMENTS: Final[Mapping[str, str]] = {
     "CIRCLE": "the next GOTO is an arc",
     "INDIRV": "gives the direction in which the next TLON begins",
     "TLON": "moves along an arc to the end of its line",
-    "CYCLE": "the points that follow are holes of this cycle; behind one with its own feed rate, that from "
+    "CYCLE": "the points that follow are holes of this cycle; after one with its own feed rate, that from "
     "before comes back",
     "MULTAX": "says whether GOTO may have another tool axis than the one before",
     "TLAXIS": "sets the tool axis from here on",
@@ -32,7 +32,7 @@ STATEMENTS: Final[Mapping[str, str]] = {
     ),
     "FEDRAT": "sets the feed rate: a number and its unit, in either order, as FEDRAT/600,MMPM",
     **dict.fromkeys(("UNITS", "UNIT"), "says whether points are in mm or inches from here on"),
-    **dict.fromkeys(("LOADTL", "LOAD"), "changes the tool; its length may stand beside"),
+    **dict.fromkeys(("LOADTL", "LOAD"), "changes the tool; its length may be in the same statement"),
     "TOOLNO": "changes the tool where it has its number alone; else it describes the tool of the next LOADTL",
     "SELECT": "SELECT/TOOL,n: the magazine prepares the next tool",
     "SPINDL": "switches the spindle on at a speed, clockwise (CLW) or counter-clockwise (CCLW), or off; its "
@@ -50,7 +50,7 @@ STATEMENTS: Final[Mapping[str, str]] = {
     "INSERT": "text for the control; refused, or shown, as the set-up says",
     "CUTCOM": "ends the cutter compensation; it may begin only where points are those of the tool's centre, and"
     " nothing is left to correct",
-    **dict.fromkeys(("MODE", "SET"), "milling and absolute coordinates, which hold anyway"),
+    **dict.fromkeys(("MODE", "SET"), "milling and absolute coordinates, which are always active"),
 }
 #: Names of the part, remarks of the CAM system, and how closely it computed its points.
 REMARKS: Final = (

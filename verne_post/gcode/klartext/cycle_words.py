@@ -115,7 +115,7 @@ def read_parameters(statement: Statement, head: Head, numbers: Numbers, auto_fee
         if empty := _EMPTY.match(text, at):
             name = int(empty[1])
             what = f", the {name_parameter(name)}," if name_parameter(name) else ""
-            message = f"Q{name}{what} has no value; write its number behind Q{name}="
+            message = f"Q{name}{what} has no value; write its number after Q{name}="
             raise statement.error("VP001", message, head.at + at)
         match = _PARAMETER.match(text, at)
         if match is None:

@@ -94,7 +94,7 @@ class KlartextFlow:
                     raise ProgramError(
                         "VP017",
                         f"CALL LBL {jump.name} REP {jump.repeats}: REP repeats the section from the label to this "
-                        f"line, and LBL {jump.name} stands after it, in line {begin - 1}: nothing would be repeated; "
+                        f"line, and LBL {jump.name} is after it, in line {begin - 1}: nothing would be repeated; "
                         "write the label before this line, or CALL LBL without REP for a subprogram up to LBL 0",
                     )
                 counters[line], self.calls.line = repeats_left - 1, begin
@@ -269,7 +269,7 @@ class _KlartextRun:
         self.calls.line = last + 1
         errors: list[ProgramError] = []
         if len(parts) > 1 and text.goes_on(last):
-            why = f"~ at its end continues the cycle in line {last + 1}, which is a block of its own; take ~ away"
+            why = f"~ at its end continues the cycle in line {last + 1}, which is a separate block; take ~ away"
             errors.append(ProgramError("VP001", f"{why}, or write the parameter that is missing", line=last))
 
         def execute(first_part: str) -> list[ProgramError]:

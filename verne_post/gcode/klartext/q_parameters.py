@@ -159,7 +159,7 @@ def assign(statement: Statement, parameters: QParameters) -> None:
     if statement.rest.startswith("==", match.end() - 1):
         raise statement.error("VP001", DOUBLE_EQUALS, match.end() - 1)
     if statement.further_lines and _NEXT_PARAMETER.match(statement.rest, statement.further_lines[0]):
-        text = f"{name} = ... ~ is a parameter of a cycle, and no CYCL DEF stands before it"
+        text = f"{name} = ... ~ is a parameter of a cycle, and no CYCL DEF is before it"
         raise statement.error("VP005", f"{text}; write CYCL DEF with its number and ~ in the line before", 0)
     rest = statement.rest[match.end() :]
     if not rest.strip():

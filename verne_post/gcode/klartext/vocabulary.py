@@ -44,7 +44,7 @@ STATEMENTS: Final[Mapping[str, str]] = {
     "TRANS": "shifts (DATUM AXIS), mirrors (MIRROR), turns (ROTATION) or scales (SCALE) the datum, as cycles 7, 8, 10 "
     "and 11 do; RESET ends it. DATUM TABLE takes a row of `datums`: see Keys of the settings file",
     "PATTERN DEF": "positions for CYCL CALL PAT: see Stock, patterns, functions",
-    "STOP": "stops the program until the operator starts it again, as M0; other M functions may stand beside",
+    "STOP": "stops the program until the operator starts it again, as M0; the block may have other M functions",
     "APPR": "approaches the first point of the contour (LT, LN, CT, LCT; with P polar): auxiliary point in X and Y, "
     "then Z, then onto the contour",
     "DEP": "leaves the contour (LT, LN, CT, LCT; CT with its angle CCA), and ends the compensation",

@@ -350,8 +350,8 @@ class Machining:
         if _Z not in axes and deeper > UNNAMED_MOTION_MM:
             self.recorder.warn(
                 "VP046",
-                "the tool length has changed, and the block does not name Z: the tip goes on at "
-                f"Z{self.state.position[_Z]:.6g}, {deeper:.6g} mm below the place that was programmed before; name Z "
+                "the tool length has changed, and the block does not name Z: the tip continues at "
+                f"Z{self.state.position[_Z]:.6g}, {deeper:.6g} mm below the point that was programmed before; name Z "
                 "in the block",
                 at.line,
                 None,

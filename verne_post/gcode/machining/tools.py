@@ -97,7 +97,7 @@ class Tools:
             names = [spell_tool_word(each, state.tool_names) for each in (state.only_tool, number)]
             raise ProgramError(
                 "VP018",
-                f"--tool-length holds for one tool, but the program uses {names[0]} and {names[1]}; use "
+                f"--tool-length is the length of one tool, but the program uses {names[0]} and {names[1]}; use "
                 "--tool-table instead, or [tools] of the set-up in place of tool_length (`verne-post setup` writes it)",
                 about=names[1],
                 settled_by=find_tool_key(state.only_tool, "length", state.tool_names),
@@ -175,7 +175,7 @@ class Tools:
             text = (
                 f"--tool-length gives {only:g} mm to the whole program, and the length that the program gives to "
                 f"{name}, {tool.offset[2]:g} mm, is not used; leave out --tool-length (tool_length of the set-up) if "
-                "that one holds"
+                "the program is right"
             )
             self.recorder.note_once("VP018", text, at.line, severity="warning")
 
@@ -349,9 +349,9 @@ class Tools:
             other = " and ".join(f"{what} {mm:g} mm" for what, _, mm in sizes)
             name = describe_tool_number(tool.number, self.state.tool_names)
             text = f"{word} gives {name} the {own}, but the set-up or the tool table gives the {other}; " + (
-                f"that of {word} holds, because it writes the tool table: leave {word} out if the other is right"
+                f"that of {word} is used, because it writes the tool table: leave {word} out if the other is right"
                 if holds
-                else f"the measured one holds: correct it in the set-up or the table if that of {word} is right"
+                else f"the measured one is used: correct it in the set-up or the table if that of {word} is right"
             )
             self.recorder.note_once("VP018", text, line, (), tool.number, sizes[0][0], "warning")
         return True

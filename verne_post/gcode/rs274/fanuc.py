@@ -409,7 +409,7 @@ class FanucInterpreter(Rs274):
         line, number = self.modes.idle_cutter, self.modes.cutter_number
         if line != block.line and not set(AXES).isdisjoint(block.words):
             text = (
-                f"D{number} is not used: no G41 or G42 stands between it and G40 of line {block.line}, and the centre "
+                f"D{number} is not used: no G41 or G42 is between it and G40 of line {block.line}, and the centre "
                 f"of the tool follows the path; write G41 D{number} or G42 D{number} if the tool is to go beside it"
             )
             self.recorder.note_once("VP026", text, line, severity="warning")
@@ -535,8 +535,8 @@ class FanucInterpreter(Rs274):
             if self.motion.offsets_are_wear and block.words.get("L") in (12.0, 13.0):
                 raise block.error(
                     "VP017",
-                    f"G10 L{block.words['L']:g} gives a radius, and [fanuc] cutter_offsets says that D holds the wear "
-                    "alone, 0: take one of them away",
+                    f"G10 L{block.words['L']:g} gives a radius, and [fanuc] cutter_offsets says that D has only the "
+                    "wear, which is 0: leave one of the two out",
                     "L",
                 )
             self.fanuc_offsets.store_offset(block)

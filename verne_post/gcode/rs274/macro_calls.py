@@ -71,7 +71,7 @@ def find_macro_call(block: Block, codes: set[int], modes: Modes, axes: str) -> C
     if 650 in codes:
         return call
     if modes.macro is not None:
-        raise ProgramError("VP002", "G66 under G66: one modal macro call holds; write G67 before", column)
+        raise ProgramError("VP002", "G66 under G66: only one modal macro call can be active; write G67 before", column)
     modes.macro = replace(call, column=None)  # the column is one of this line, not of those after which it is executed
     return None
 

@@ -218,7 +218,9 @@ class WordReader:
                 raise
             end = begin + len(tool)
             right_word = f'{name}="{cursor.text[begin:end]}"'
-            text = f"{cursor.text[at:end]}: the name of a tool stands in quotation marks; did you mean {right_word}?"
+            text = (
+                f"{cursor.text[at:end]}: the name of a tool is written in quotation marks; did you mean {right_word}?"
+            )
             raise cursor.error("VP001", text, at) from None
         if isinstance(value_or_text, str):
             if name not in _TEXTS:
@@ -405,7 +407,7 @@ def _make_unknown_call(name: str, column: int, own_names: Iterable[str], *, is_a
             "VP002", f"{name}: no meaning in this language; did you mean {address[1]}={address[2]}?", column
         )
     if not is_alone:
-        text = f"{name}: no meaning in this language beside other words of a block; write the word that is meant"
+        text = f"{name}: no meaning in this language beside other words of a block; write the intended word"
         message = explain_unknown(text, name, own_names, GROUP_OF, NO_EFFECT, ("MCALL",))
         return ProgramError("VP002", message, column)
     if find_meant(name, ("RET",), slip_alone=True, least=LETTERS_OF_FUNCTIONS):

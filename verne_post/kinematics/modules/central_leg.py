@@ -76,7 +76,7 @@ class CentralLeg(Struct, frozen=True, dict=True, eq=False):
         way, (found, reached) = follow_from_home(self, lengths), find_poses(self, lengths)
         if not reached.all() or max(np.abs(way - points).max(), np.abs(found - points).max()) > CLOSED:
             raise ValueError(
-                "around home the same struts hold the platform in more than one place: home is no working pose"
+                "near home the same strut lengths allow more than one position of the platform: choose another home"
             )
 
     @cached_property

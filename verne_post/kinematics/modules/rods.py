@@ -91,7 +91,7 @@ class RodsModule(RodGeometry, frozen=True, dict=True, eq=False):
         way, (found, reached) = follow_from_home(self, rho[ok]), find_poses(self, rho[ok])
         if not reached.all() or max(np.abs(one - pose).max() for one in (way, found)) > CLOSED:
             raise ValueError(
-                "around home the same sliders hold the platform in more than one place: home is no working pose"
+                "near home the same slider positions allow more than one position of the platform: choose another home"
             )
 
     # --- inverse -----------------------------------------------------------------------------------------------

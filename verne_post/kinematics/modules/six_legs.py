@@ -91,7 +91,7 @@ class SixLegs(Struct, frozen=True, dict=True, eq=False):
         way, (found, reached) = follow_from_home(self, values), find_poses(self, values)
         if not reached.all() or max(np.abs(poses - wanted).max() for poses in (way, found)) > 1e3 * CLOSED:
             raise ValueError(
-                "around home the same actuators hold the platform in more than one place: home is no working pose"
+                "near home the same actuator values allow more than one position of the platform: choose another home"
             )
 
     # --- legs ------------------------------------------------------------------------------------------------------
