@@ -240,7 +240,8 @@ def _check_one(
     seconds = result.summary.cycle_time if result.summary else None
     remarked = tuple(list_remarks(result.summary)) if result.summary else format_unchecked(result.unchecked)
     elapsed = time.perf_counter() - begin
-    return Report(shown, files.find_lines(result.findings), seconds, source, remarked, elapsed_s=elapsed)
+    found = files.find_lines(result.findings)
+    return Report(shown, found, seconds, source, remarked, result.unchecked, elapsed_s=elapsed)
 
 
 def _keep_gravest(report: "Report", *, warnings: bool) -> "Report":
