@@ -906,7 +906,7 @@ def test_a_table_that_stays_tilted_after_what_tilted_it(tmp_path: Path, tilt, en
     assert [item.code for item in found] == ["VP037"] * bool(left)
     if left:
         assert text.splitlines()[found[0].line - 1] == "G1 Z55 F500"
-        assert f"as {left} has left it; name A and C before the cut: A0 C0 if" in found[0].message
+        assert f"as left by {left}; name A and C before the cut: A0 C0 if" in found[0].message
 
 
 @pytest.mark.parametrize(

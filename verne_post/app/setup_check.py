@@ -597,9 +597,9 @@ def _check_directions(moves: Moves, path: ToolPath, machine: Machine) -> list[Fi
     if left is not None and left.word != "G49":  # after which nothing says how they count
         letters = " and ".join(AXES[axis] for axis in (tilt, turn))
         text = (
-            f"X Y Z cut in the machine's directions while the table stands at {AXES[tilt]}{a:.6g} {AXES[turn]}{c:.6g}, "
-            f"as {left.word} in line {left.line} has left it; name {letters} before the cut: "
-            f"{AXES[tilt]}0 {AXES[turn]}0 if the table is to be level"
+            f"X Y Z cut in the machine's directions with the {machine.rotary_side} at {AXES[tilt]}{a:.6g} "
+            f"{AXES[turn]}{c:.6g}, as left by {left.word} in line {left.line}; name {letters} before the cut: "
+            f"{AXES[tilt]}0 {AXES[turn]}0 if the tool is to be upright"
         )
         edits = (Remedy(f"name {letters}", f"G0 {AXES[tilt]}0 {AXES[turn]}0", line=left.line, way="below", turns=True),)
         return [make_finding("VP037", text, **where, edits=edits)]
@@ -607,8 +607,9 @@ def _check_directions(moves: Moves, path: ToolPath, machine: Machine) -> list[Fi
     kept = "on LinuxCNC, nothing is to change if its kinematics keep the tip (ignore VP037 then); otherwise "
     kept = "" if moves.needs_tcp_code else kept
     text = (
-        f"X Y Z cut while the table {'turns to' if is_turning else 'is at'} {AXES[tilt]}{a:.6g} {AXES[turn]}{c:.6g}, "
-        "and no code asks for tool-centre-point control: they are read as places of the part, but a control would "
+        f"X Y Z cut {'in a turn of' if is_turning else 'with'} the {machine.rotary_side} "
+        f"{'to' if is_turning else 'at'} {AXES[tilt]}{a:.6g} {AXES[turn]}{c:.6g}, and no code asks for "
+        "tool-centre-point control: they are read as places of the part, but a control would "
         f"read them in the machine's directions; {kept}write G43.4 before the cut, in place of any G43, if the part is "
         "meant"
         f"{'; if the post has computed them for the machine (as many do with G93), post again' if by_time else ''}"
@@ -622,10 +623,10 @@ def _report_rapid(moves: Moves, at: int, machine: Machine) -> Finding:
     line, rotary = int(moves.line[at]), machine.coordinates.rotary
     place = " ".join(f"{AXES[axis]}{moves.end[at, axis] + 0.0:.6g}" for axis in rotary)
     text = (
-        f"X Y Z go in rapid traverse while the table is at {place}, and no code asks for tool-centre-point control: "
-        "they are read as places of the part, but a control would move the axes of the machine to them, so that after "
-        "a turn of the table X Y Z that are not named again differ too; retract with G53, or turn "
-        f"{AXES[rotary[0]]} and {AXES[rotary[1]]} before"
+        f"X Y Z go in rapid traverse with the {machine.rotary_side} at {place}, and no code asks for tool-centre-point "
+        "control: they are read as places of the part, but a control would move the axes of the machine to them, so "
+        f"that after a turn of the {machine.rotary_side} X Y Z that are not named again differ too; retract with G53, "
+        f"or turn {AXES[rotary[0]]} and {AXES[rotary[1]]} before"
     )
     return make_finding("VP037", text, line=line, last_line=line, worst_line=line)
 
@@ -662,8 +663,8 @@ def _check_planes(moves: Moves, path: ToolPath, machine: Machine) -> Iterator[Fi
             call = next((one for one in reversed(moves.planes) if one.before <= run.cut), None)
             turn = call.turn if call is not None and call.turn else f"turn {axes} to it"
             text = (
-                f"the tool cuts upright in a plane that is tilted by {angle:.6g} deg: nothing turns the table to it; "
-                f"{turn}"
+                f"the tool cuts upright in a plane that is tilted by {angle:.6g} deg: nothing turns the "
+                f"{machine.rotary_side} to it; {turn}"
             )
             edits = (Remedy("write G53.1", "G53.1", line=line, word=("G", 68.2), way="below", is_above=True),)
             yield make_finding("VP042", text, line=line, last_line=line, worst_line=line, edits=edits)

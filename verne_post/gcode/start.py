@@ -156,8 +156,8 @@ class _Opening:
         letters = " and ".join(AXES[axis] for axis in axes)
         stands = _spell_angles(axes, position)
         text = (
-            f"the program cuts before it names {letters}: the table is taken to start at {stands}, where line "
-            f"{named_line} puts it; name {letters} before"
+            f"the program cuts before it names {letters}: it is taken to start at {stands}, as in line {named_line}; "
+            f"name {letters} before"
         )
         edits = (Remedy(f"name {letters}", stands, line=first),)
         where = {"line": first, "last_line": first, "worst_line": first}

@@ -13,7 +13,14 @@ from verne_post.model.drives import Drive
 from verne_post.model.findings import Finding
 from verne_post.model.moves import AXES, Frame
 from verne_post.model.part_setup import FixtureMesh
-from verne_post.model.protocols import ClearanceModel, FiveAxis, Margin, ParallelModule, TableCoordinates
+from verne_post.model.protocols import (
+    ClearanceModel,
+    FiveAxis,
+    Margin,
+    ParallelModule,
+    TableCoordinates,
+    name_rotary_side,
+)
 from verne_post.model.vibration import Vibration
 
 
@@ -268,7 +275,7 @@ class Machine:
     @property
     def rotary_side(self) -> str:
         """What the rotary axes turn, in words: ``table``, ``head``, or ``rotary axes`` where each end has one."""
-        return ("table", "rotary axes", "head")[len(self.coordinates.head)]
+        return name_rotary_side(self.coordinates)
 
     def name_solution(self) -> str:
         """``table solution``: what there are two of for one tool axis."""
