@@ -364,7 +364,9 @@ def test_no_remedy_is_told_twice(tmp_path: Path, run: Callable[..., Any]) -> Non
         assert below[0].isupper() and below.endswith(".")
 
 
-@pytest.mark.parametrize(("machine", "name"), [("verne", "VERNE"), ("b_head_c_table", "B head, C table")])
+@pytest.mark.parametrize(
+    ("machine", "name"), [("verne", "VERNE"), ("b_head_c_table", "B head, C table"), ("ab_table", "AB table")]
+)
 def test_an_axis_that_the_machine_lacks_names_the_machine(
     tmp_path: Path, run: Callable[..., Any], machine: str, name: str
 ) -> None:

@@ -212,8 +212,12 @@ class Machine:
             rows.append([column.joint, column.unit, *(f"{value:g}" for value in values)])
         return rows
 
+    def describe_kind(self) -> str:
+        """``kind verne``; a file of schema 2 has no key of this name, so the table that describes its joints."""
+        return f"schema 2, [{self.kind}]" if self.module is None else f"kind {self.kind}"
+
     def _describe(self) -> str:
-        return f"{self.name}, kind {self.kind}; assumed, not measured: {', '.join(self.assumed) or 'nothing'}"
+        return f"{self.name}, {self.describe_kind()}; assumed, not measured: {', '.join(self.assumed) or 'nothing'}"
 
     def __repr__(self) -> str:
         return f"{self._describe()}\n{format_table(self._make_text_rows())}"
