@@ -209,7 +209,7 @@ def test_machine_command_knows_them(run: Callable[..., Any]) -> None:
         assert run("machine", "show", name).out == (ROOT / "machine_configs" / f"{name}.toml").read_text()
         valid = run("machine", "validate", name)
         assert (valid.code, valid.err) == (0, "")
-        assert f"({name}) is sound" in valid.out
+        assert f"(kind {name}) is sound" in valid.out
 
 
 # --- a machine that only this file knows --------------------------------------------------------------
@@ -295,7 +295,7 @@ def test_a_new_kind_is_one_entry_and_runs_through_everything(
     options = ["--machine", toy, *PLACE]
     valid = run("machine", "validate", toy)
     assert (valid.code, valid.err) == (0, "")
-    assert "(toy) is sound" in valid.out
+    assert "(kind toy) is sound" in valid.out
     answer = run(program, *options, "--from", "home", "-o", axes, "--meta", meta)
     assert answer.code == 0, answer.err
     assert run("verify", axes, "--against", program, *options, "--from", "home").code == 0

@@ -897,3 +897,16 @@ def test_a_line_beside_an_error_says_that_its_limits_were_not_checked(
 )
 def test_words_as_people_type_them_are_explained(run: Callable[..., Any], word: str, said: str) -> None:
     assert said in run("explain", word).out
+
+
+@pytest.mark.parametrize(("machine", "name"), [("verne", "VERNE"), ("ca_fork_head", "CA fork head")])
+def test_a_line_names_the_machine_whose_limits_it_was_measured_by(
+    run: Callable[..., Any], tmp_path: Path, machine: str, name: str
+) -> None:
+    """A line without motion and a word say the same on every machine, and name none."""
+    program = tmp_path / "part.nc"
+    program.write_text("G21 G90 G94 G17 G54\nG0 X0 Y0 Z100 A0 C0\nG1 X5 F500\nM2\n", encoding="utf-8")
+    given = ("--machine", machine, "--tool-length", "80", "--wcs", "G54=0,0,60")
+    assert f"\n  machine              {name}\n" in run("explain", f"{program}:3", *given).out
+    assert name not in run("explain", f"{program}:1", *given).out
+    assert name not in run("explain", "G54", "--machine", machine).out

@@ -177,7 +177,7 @@ def test_bad_files_are_2_with_their_line(run: Callable[..., Any], tmp_path: Path
 def test_a_kind_without_loop_equations_is_refused(serial: None, run: Callable[..., Any]) -> None:
     answer = run("machine", "identify", TABLE_III)
     assert (answer.code, answer.out) == (2, "")
-    assert "kind 'serial' cannot be identified" in answer.err
+    assert "(kind serial) cannot be identified" in answer.err
 
 
 def test_identify_refuses_a_machine_as_built(tmp_path: Path, run: Callable[..., Any]) -> None:
@@ -282,7 +282,7 @@ def test_without_matplotlib_the_extra_is_named(
 def test_a_kind_without_equal_tilt_is_refused(serial: None, run: Callable[..., Any], tmp_path: Path) -> None:
     answer = run("machine", "show", "--plot", tmp_path / "a.png", "--iso-alpha")
     assert (answer.code, answer.out) == (2, "")
-    assert "kind 'serial' has no curves of equal tilt" in answer.err
+    assert "(kind serial) has no curves of equal tilt" in answer.err
 
 
 @pytest.mark.parametrize("name", ["hexapod", "ca_fork_head", "bc_trunnion"])
@@ -310,3 +310,23 @@ def test_a_slice_of_any_machine_is_one_of_its_part_frame(name: str, run: Callabl
     answer = run("machine", "show", name, "--plot", tmp_path / "a.png", "--tilt", "12", "--rotary", "25", "--at", "40")
     assert answer.code == 0, answer.err
     assert "reached: x from" in answer.out
+
+
+@pytest.mark.parametrize(
+    ("name", "kind"),
+    [("verne", "kind verne"), ("ab_table", "schema 2, [chain]"), ("tricept", "schema 2, [carrier]")],
+)
+def test_messages_name_a_machine_by_what_its_file_has(run: Callable[..., Any], name: str, kind: str) -> None:
+    """A file of schema 2 has no key `kind` at its top, but a table that people can look for, in the docs too."""
+    assert f" ({kind}) is sound; " in run("machine", "validate", name).out
+    table, text = kind.rpartition("[")[2].rstrip("]"), run("machine", "show", name).out
+    assert f"\n[{table}]" in text if "[" in kind else '\nkind = "verne"' in text
+    assert f"`{kind}`" in (Path(__file__).parents[2] / "docs/machine-file.md").read_text("utf-8") or name == "verne"
+
+
+def test_a_carrier_without_legs_is_told_which_there_are(run: Callable[..., Any], tmp_path: Path) -> None:
+    path = tmp_path / "mine.toml"
+    path.write_text(run("machine", "show", "verne").out + '\n[carrier]\nkind = "rods"\n', encoding="utf-8")
+    told = run("machine", "validate", path).err
+    assert "[carrier], the platform of a parallel machine, belongs to schema 2" in told
+    assert "expected its key struts or rods" in told

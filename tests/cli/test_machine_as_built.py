@@ -81,11 +81,15 @@ def test_machines_without_an_as_built_model_are_refused(tmp_path: Path, run: Cal
         ("calibrate", "--plan", "5", "-o", tmp_path / "p.csv"),
     ):
         assert "Only for machines of kind verne." in " ".join(run("machine", words[0], "--help").out.split())
-        for name, kind in (("serial", "serial"), ("hexapod", "carrier"), ("ca_fork_head", "chain")):
+        for name, kind in (
+            ("serial", "kind serial"),
+            ("hexapod", "schema 2, [carrier]"),
+            ("ca_fork_head", "schema 2, [chain]"),
+        ):
             answer = run("machine", *words, "--machine", name)
             assert answer.code == 2
             text = " ".join(answer.err.split())
-            assert f"{name}: this command works only for machines of kind verne; this one is of kind {kind}" in text
+            assert f"{name}: this command works only for machines of kind verne; this one is {kind}" in text
             assert "as_built" not in text
     assert not output.exists()
     assert run("machine", "perturb", "--seed", "1", "--sigma-mm", "-1", "-o", output).code == 2

@@ -260,7 +260,7 @@ def test_a_positional_program_that_does_not_say_tool_centre_point_control(
     assert answer.out.count("VP037 warning") == (warned is not None)
     if warned is not None:
         line = 7 + bool(more) + code.count("\n")
-        assert f"main.ngc:{line}: VP037 warning: X Y Z cut while the table is at {warned}, " in answer.out
+        assert f"main.ngc:{line}: VP037 warning: X Y Z cut with the table at {warned}, " in answer.out
         assert "if its kinematics keep the tip (ignore VP037 then); otherwise write G43.4 before the cut" in answer.out
 
 
@@ -306,7 +306,7 @@ def test_a_fanuc_program_that_turns_while_it_cuts_needs_a_code(
     if turned is not None:
         line = 7 + head.count("\n")
         assert (
-            f"p.nc:{line}: VP037 warning: X Y Z cut while the table turns to {turned}, and no code asks" in answer.out
+            f"p.nc:{line}: VP037 warning: X Y Z cut in a turn of the table to {turned}, and no code asks" in answer.out
         )
     assert ("post again" in answer.out) == ("G93" in cut)
 
@@ -318,7 +318,7 @@ def test_a_fanuc_block_of_machine_axes_that_tilts_while_it_cuts(run: Callable[..
     answer = run("check", path, *PLACE, "--dialect", "fanuc")
     assert answer.code == 0, answer.out
     assert answer.out.count("VP037") == 1
-    assert "p.nc:8: VP037 warning: X Y Z cut while the table tilts to A6, without G43.4: the axes" in answer.out
+    assert "p.nc:8: VP037 warning: X Y Z cut during a tilt of the table to A6, without G43.4: the axes" in answer.out
 
 
 @pytest.mark.parametrize(
@@ -341,7 +341,7 @@ def test_klartext_that_tilts_while_it_cuts_without_m128(
     )
     answer = run("check", path, *PLACE)
     assert answer.code == 0, answer.out
-    assert answer.out.count("p.h:5: VP037 warning: X Y Z cut while the table tilts to A6, without M128") == warned
+    assert answer.out.count("p.h:5: VP037 warning: X Y Z cut during a tilt of the table to A6, without M128") == warned
     assert answer.out.count("VP037") == warned
 
 

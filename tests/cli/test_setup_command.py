@@ -847,3 +847,27 @@ def test_a_tool_change_before_the_start_asks_for_no_split(run: Callable[..., Any
     )
     assert "VP016" in run("setup", job).err
     assert "split_at_stops" not in (tmp_path / "part.nc.toml").read_text("utf-8")
+
+
+def test_setup_prints_the_command_that_converts_a_program_with_two_tools(
+    run: Callable[..., Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It is run as it is printed, and again where the set-up needs nothing more; a program of one part has none."""
+    monkeypatch.chdir(tmp_path)
+    cut = "G54 G0 X{0} Y0 Z20\nG43 H{0} Z10\nG1 Z5 F500\nG0 Z50\n"
+    Path("two parts.nc").write_text(f"G21 G90\nT1 M6\nG0 A0 C0\n{cut.format(1)}T2 M6\n{cut.format(2)}M2\n", "utf-8")
+    for place, named in (("two parts.nc.toml", []), ("other.toml", ["--setup", "other.toml"])):
+        given = ["-o", place] if named else []
+        said = run("setup", "two parts.nc", "--machine", "verne", *given).err
+        Path(place).write_text(Path(place).read_text("utf-8").replace('G54 = "measure"', "G54 = [0, 0, 60]"), "utf-8")
+        Path(place).write_text(Path(place).read_text("utf-8").replace('"measure"', "80"), "utf-8")
+        command, files = re.findall(r"^convert it with: (verne-post .*) \((.*)\)$", said, re.MULTILINE)[0]
+        assert shlex.split(command)[1:] == ["two parts.nc", "-o", "axes.csv", "--machine", "verne", *named]
+        assert files == "one file for each part, axes.1.csv, ..."
+        assert run(*shlex.split(command)[1:]).code == 0
+        assert Path("axes.1.csv").is_file() and Path("axes.2.csv").is_file()
+        Path("two parts.nc.toml").rename("first.toml") if not named else None
+    again = run("setup", "two parts.nc", "--setup", "other.toml", "-o", "other.toml").err
+    assert "nothing is missing\nconvert it with: verne-post 'two parts.nc' -o axes.csv --setup other.toml (" in again
+    Path("one.nc").write_text(f"G21 G90\nT1 M6\nG0 A0 C0\n{cut.format(1)}M2\n", "utf-8")
+    assert "convert it with" not in run("setup", "one.nc").err

@@ -336,7 +336,7 @@ def test_the_remedies_are_named(machine):
 
 def test_a_table_that_hinders_a_retracted_head_is_named(machine):
     source = "G53 G0 Z0\nG1 X2 Y3 F100\nG43 H1 Z50\nG1 X5\nG0 A30 C0\nG1 X9\nM2"
-    with pytest.raises(InputError, match=r"over a table at A 30, .*turn to A0 before"):
+    with pytest.raises(InputError, match=r"with the table at A 30, .*turn to A0 before"):
         assemble(source.encode(), machine, Options(tools=TOOLS))
 
 

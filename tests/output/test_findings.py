@@ -64,7 +64,7 @@ def test_json_has_the_documented_keys(files: dict[str, Path], run: Callable[...,
     assert data["schema"] == 1
     assert [item["program"] for item in data["programs"]] == [str(file) for file in files.values()]
     for item in data["programs"]:
-        assert set(item) == {"program", "machine", "verdict", "summary", "findings"}
+        assert set(item) == {"program", "machine", "verdict", "summary", "unchecked", "findings"}
         assert item["machine"] == {"name": "VERNE", "sha256": MACHINE.sha256}
         assert set(item["summary"]) == {"errors", "warnings", "cycle_time_s"}
         for found in item["findings"]:
@@ -95,6 +95,17 @@ def test_json_has_the_documented_keys(files: dict[str, Path], run: Callable[...,
     assert programs["good"]["findings"] == []
     assert programs["good"]["summary"]["cycle_time_s"] > 0
     assert programs["no motion"]["summary"]["cycle_time_s"] is None
+
+
+def test_json_names_the_bodies_that_were_not_checked(files: dict[str, Path], run: Callable[..., Any]) -> None:
+    """What the text prints after NOT CHECKED, of a refused program too."""
+    for box in ((), ("--stock", "G54=-50,-50,-90,50,50,-80")):
+        for name in ("good", "beyond the tilt"):
+            asked = ("check", files[name], *ARGUMENTS, *box)
+            data = strict(run(*asked, "--output-format", "json").out)
+            (told,) = re.findall(r"^  NOT CHECKED: (.*)$", run(*asked).out, re.MULTILINE)
+            assert data["programs"][0]["unchecked"] == told
+            assert ("spindle, platform, rods" in told) == bool(box)
 
 
 def test_one_finding_covers_a_stretch(files: dict[str, Path], run: Callable[..., Any]) -> None:
@@ -377,7 +388,9 @@ def test_no_remedy_is_told_twice(tmp_path: Path, run: Callable[..., Any]) -> Non
         assert below[0].isupper() and below.endswith(".")
 
 
-@pytest.mark.parametrize(("machine", "name"), [("verne", "VERNE"), ("b_head_c_table", "B head, C table")])
+@pytest.mark.parametrize(
+    ("machine", "name"), [("verne", "VERNE"), ("b_head_c_table", "B head, C table"), ("ab_table", "AB table")]
+)
 def test_an_axis_that_the_machine_lacks_names_the_machine(
     tmp_path: Path, run: Callable[..., Any], machine: str, name: str
 ) -> None:

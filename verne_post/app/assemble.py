@@ -424,7 +424,7 @@ def _refuse_turn_before_cuts(draft: Draft, here: Array) -> None:
     turned = [number for number in range(2) if axes[number] in assumed and turn[number] > _SAME_TURN_DEG]
     if turned:
         stands = " ".join(f"{AXES[axes[number]]}{here[3 + number] * DEG_PER_RAD:.6g}" for number in turned)
-        text = f"{item.message}; --from has the table at {stands}, and it would be turned for these cuts"
+        text = f"{item.message}; --from has {stands}, and the {draft.machine.rotary_side} would turn for these cuts"
         raise InputError(dataclasses.replace(item, severity="error", message=text))
 
 

@@ -48,6 +48,7 @@ def explain_line(line: Line) -> Iterator[str]:
     joints, machine = line.exact, line.exact.machine
     tip, angles, tool = _find_end(line)
     yield from _describe_words(line, tool - joints.lift)
+    yield f"  machine              {machine.name}"
     if line.planned:
         yield f"  motion               {line.planned}"
     yield ""

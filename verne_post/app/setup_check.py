@@ -600,9 +600,9 @@ def _check_directions(moves: Moves, path: ToolPath, machine: Machine) -> list[Fi
     if left is not None and left.word != "G49":  # after which nothing says how they count
         letters = " and ".join(AXES[axis] for axis in (tilt, turn))
         text = (
-            f"X Y Z cut in the machine's directions while the table is at {AXES[tilt]}{a:.6g} {AXES[turn]}{c:.6g}, "
-            f"where {left.word} in line {left.line} has left it; name {letters} before the cut: "
-            f"{AXES[tilt]}0 {AXES[turn]}0 if the table is to be level"
+            f"X Y Z cut in the machine's directions while the {machine.rotary_side} is at {AXES[tilt]}{a:.6g} "
+            f"{AXES[turn]}{c:.6g}, where {left.word} in line {left.line} has left it; name {letters} before the cut: "
+            f"{AXES[tilt]}0 {AXES[turn]}0 if the tool is to be upright"
         )
         edits = (Remedy(f"name {letters}", f"G0 {AXES[tilt]}0 {AXES[turn]}0", line=left.line, way="below", turns=True),)
         return [make_finding("VP037", text, **where, edits=edits, advice="")]
@@ -610,8 +610,9 @@ def _check_directions(moves: Moves, path: ToolPath, machine: Machine) -> list[Fi
     kept = "on LinuxCNC, change nothing if its kinematics keep the tip (ignore VP037 then); otherwise "
     kept = "" if moves.needs_tcp_code else kept
     text = (
-        f"X Y Z cut while the table {'turns to' if is_turning else 'is at'} {AXES[tilt]}{a:.6g} {AXES[turn]}{c:.6g}, "
-        "and no code turns on tool-centre-point control: they are read as points of the part, but a control would "
+        f"X Y Z cut while the {machine.rotary_side} {'turns to' if is_turning else 'is at'} {AXES[tilt]}{a:.6g} "
+        f"{AXES[turn]}{c:.6g}, and no code turns on tool-centre-point control: they are read as points of the part, "
+        "but a control would "
         f"read them in the machine's directions; {kept}write G43.4 before the cut, in place of any G43, if the part is "
         "meant"
         f"{'; if the post has computed them for the machine (as many do with G93), post again' if by_time else ''}"
@@ -625,10 +626,10 @@ def _report_rapid(moves: Moves, at: int, machine: Machine) -> Finding:
     line, rotary = int(moves.line[at]), machine.coordinates.rotary
     place = " ".join(f"{AXES[axis]}{moves.end[at, axis] + 0.0:.6g}" for axis in rotary)
     text = (
-        f"X Y Z go in rapid traverse while the table is at {place}, and no code turns on tool-centre-point control: "
-        "they are read as points of the part, but a control would move the axes of the machine to them, so that after "
-        "a turn of the table X Y Z that are not named again differ too; retract with G53, or turn "
-        f"{AXES[rotary[0]]} and {AXES[rotary[1]]} before"
+        f"X Y Z go in rapid traverse while the {machine.rotary_side} is at {place}, and no code turns on "
+        "tool-centre-point control: they are read as points of the part, but a control would move the axes of the "
+        f"machine to them, so that after a turn of the {machine.rotary_side} X Y Z that are not named again differ "
+        f"too; retract with G53, or turn {AXES[rotary[0]]} and {AXES[rotary[1]]} before"
     )
     return make_finding("VP037", text, line=line, last_line=line, worst_line=line, advice=IF_DIRECTIONS_ARE_MEANT)
 
@@ -665,8 +666,8 @@ def _check_planes(moves: Moves, path: ToolPath, machine: Machine) -> Iterator[Fi
             call = next((one for one in reversed(moves.planes) if one.before <= run.cut), None)
             turn = call.turn if call is not None and call.turn else f"turn {axes} to it"
             text = (
-                f"the tool cuts upright in a plane that is tilted by {angle:.6g} deg: nothing turns the table to it; "
-                f"{turn}"
+                f"the tool cuts upright in a plane that is tilted by {angle:.6g} deg: nothing turns the "
+                f"{machine.rotary_side} to it; {turn}"
             )
             edits = (Remedy("write G53.1", "G53.1", line=line, word=("G", 68.2), way="below", is_above=True),)
             yield make_finding("VP042", text, line=line, last_line=line, worst_line=line, edits=edits)

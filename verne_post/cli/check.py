@@ -241,9 +241,8 @@ def _check_one(
     seconds = result.summary.cycle_time if result.summary else None
     remarked = tuple(list_remarks(result.summary)) if result.summary else format_unchecked(result.unchecked)
     elapsed, setup = time.perf_counter() - begin, name_setup(given["setup_file"])
-    return Report(
-        shown, files.find_lines(result.findings), seconds, source, remarked, elapsed_s=elapsed, setup_file=setup
-    )
+    found = files.find_lines(result.findings)
+    return Report(shown, found, seconds, source, remarked, result.unchecked, elapsed_s=elapsed, setup_file=setup)
 
 
 def _keep_gravest(report: "Report", *, warnings: bool) -> "Report":

@@ -66,7 +66,7 @@ def export(name: str, format_name: str, output: Path) -> int:
         raise click.UsageError(f"{name}: --format {format_name}: {error}") from None
     files.write_folder(output, "-o", {file_name: [text] for file_name, text in made.items()})
     echo(
-        f"{output}: {machine.name} ({machine.kind}), {len(made)} "
+        f"{output}: {machine.name} ({machine.describe_kind()}), {len(made)} "
         f"{'file' if len(made) == 1 else 'files'}; next, there: {chosen.how(machine)}"
     )
     return 0
@@ -183,7 +183,7 @@ def _draw(
 
     if iso_alpha and not isinstance(machine.module, IsoAlpha):
         raise click.UsageError(
-            f"--iso-alpha: a machine of kind {machine.kind!r} has no curves of equal tilt; leave the option "
+            f"--iso-alpha: {machine.name} ({machine.describe_kind()}) has no curves of equal tilt; leave the option "
             "out for a slice"
         )
     if isinstance(machine.module, IsoAlpha) and iso_alpha:
@@ -236,7 +236,7 @@ def validate(name: str) -> int:
     except InputError as error:
         refuse(name, error)
         return ExitStatus.UNUSABLE
-    echo(f"{show_name(name)}: {machine.name} ({machine.kind}) is sound; sha256 {machine.sha256}")
+    echo(f"{show_name(name)}: {machine.name} ({machine.describe_kind()}) is sound; sha256 {machine.sha256}")
     for group, source in machine.provenance.items():
         echo(f"  {group}: {source}")
     data = read_toml(files.read(name if is_dash(name) else find_machine_path(name), "--machine"))
@@ -421,8 +421,8 @@ def identify_(
     module = machine.module
     if not isinstance(module, Identifiable):
         raise click.UsageError(
-            f"--machine {machine_name}: the lengths of a machine of kind {machine.kind!r} cannot be identified from "
-            "sliders and poses; its module gives no loop equations"
+            f"--machine {machine_name}: the lengths of {machine.name} ({machine.describe_kind()}) cannot be identified "
+            "from sliders and poses; its module gives no loop equations"
         )
     if isinstance(machine.five_axis, AxisCorrecting):
         raise click.UsageError(

@@ -32,8 +32,8 @@ class OpenedMachine:
         self.present: Machine = load(files, name)
         if self.present.kind not in AS_BUILT_KINDS:
             raise click.UsageError(
-                f"{name}: this command works only for machines of kind {' or '.join(AS_BUILT_KINDS)}; this one is of "
-                f"kind {self.present.kind}"
+                f"{name}: this command works only for machines of kind {' or '.join(AS_BUILT_KINDS)}; this one is "
+                f"{self.present.describe_kind()}"
             )
         self.raw = files.read(self.path, "--machine")
         route = take_as_built_route(self.present, self.raw, self.path.name)

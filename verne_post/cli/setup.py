@@ -1,6 +1,8 @@
 """`verne-post setup`: the file beside a program that says what the program leaves open."""
 
 import json
+import shlex
+import tomllib
 from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -89,7 +91,17 @@ def command(input_name: str, output: Path | None, quiet: bool, **given: Any) -> 
                 f"it names no machine: give --machine again, or write machine = {make_printable(json.dumps(named))} "
                 "in verne-post.toml\n"
             )
+        if not is_dash(output) and tomllib.loads(text).get("split_at_stops"):
+            other = None if output == Path(f"{input_name}.toml") else str(output)
+            spelled = _spell_conversion(input_name, machine=named, dialect=given["dialect"], setup=other)
+            say(f"convert it with: {spelled} (one file for each part, axes.1.csv, ...)\n")
     return ExitStatus.CLEAN
+
+
+def _spell_conversion(program: str, **options: str | None) -> str:
+    """The command that converts a program into parts, as a shell takes it."""
+    given = [part for key, value in options.items() if value is not None for part in (f"--{key}", value)]
+    return make_printable(shlex.join(["verne-post", program, "-o", "axes.csv", *given]))
 
 
 def _find_base(files: RunFiles, program: str, named: str | None) -> Path | None:
@@ -116,8 +128,6 @@ def _choose_output(program: str, output: Path | None, base: Path | None) -> Path
 
 def _refuse_names(text: str, base: Path) -> None:
     """Refuse to write a set-up into another folder that names files: their names count from its folder."""
-    import tomllib
-
     from verne_post.config.program_setup import FILE_KEYS
 
     data = tomllib.loads(text)
@@ -166,8 +176,6 @@ def _extend_setup(
     name: str, source: "Text", machine: "Machine", options: "Options", text: str, given: Mapping[str, Any]
 ) -> "tuple[str, str, tuple[Finding, ...], str]":
     """As :func:`make_setup`, with the text of a set-up that is there; and in words what has become of it."""
-    import tomllib
-
     from verne_post.app.setup_draft import draft_setup, find_used
     from verne_post.config.program_setup import TOOL_KEYS
     from verne_post.config.setup_form import Asked, extend_setup, list_missing, normalise_key

@@ -125,9 +125,9 @@ def describe_refused_carrier(carrier: object, schema: object) -> str | None:
     if schema == 2 and ("rods" in keys or "struts" in keys):
         return None
     return (
-        "carrier: a carrier of this kind is not executed; a carrier in a chain (schema 2) has three struts of variable "
-        "length and a central leg, six rods of fixed length on three sliders, six struts, or six rods on six sliders; "
-        "over the tilting rotary table (schema 1) there are the kinds 'verne', 'serial', 'linear_delta' and 'rods'"
+        "[carrier], the platform of a parallel machine, belongs to schema 2, and has three struts and a central leg, "
+        "six rods on three sliders, six struts, or six rods on six sliders: expected its key struts or rods; a machine "
+        "over a tilting rotary table (schema 1) has kind = 'verne', 'serial', 'linear_delta' or 'rods' in its place"
     )
 
 

@@ -6,7 +6,7 @@ from msgspec import Struct, field
 
 from verne_post.model.moves import AXES, Frame
 from verne_post.model.part_setup import Tool
-from verne_post.model.protocols import Coordinates, TableTravel
+from verne_post.model.protocols import Coordinates, TableTravel, name_rotary_side
 
 
 class TextOptions(Struct, frozen=True, kw_only=True):
@@ -79,6 +79,16 @@ class Setup(TextOptions, frozen=True, kw_only=True):
         """Letters of the rotary axes."""
         tilt, turn = self.rotary
         return AXES[tilt], AXES[turn]
+
+    @property
+    def rotary_side(self) -> str:
+        """What the rotary axes turn, in words; a sentence gives it no verb, because of ``rotary axes``."""
+        return name_rotary_side(self.coordinates)
+
+    @property
+    def name_solutions(self) -> str:
+        """``table solutions``: what there are two of for one tool axis."""
+        return f"{self.rotary_side.removesuffix(' axes')} solutions"
 
     @property
     def both_rotary(self) -> str:

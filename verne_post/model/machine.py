@@ -13,7 +13,14 @@ from verne_post.model.drives import Drive
 from verne_post.model.findings import Finding
 from verne_post.model.moves import AXES, Frame
 from verne_post.model.part_setup import FixtureMesh
-from verne_post.model.protocols import ClearanceModel, FiveAxis, Margin, ParallelModule, TableCoordinates
+from verne_post.model.protocols import (
+    ClearanceModel,
+    FiveAxis,
+    Margin,
+    ParallelModule,
+    TableCoordinates,
+    name_rotary_side,
+)
 from verne_post.model.vibration import Vibration
 
 
@@ -205,8 +212,12 @@ class Machine:
             rows.append([column.joint, column.unit, *(f"{value:g}" for value in values)])
         return rows
 
+    def describe_kind(self) -> str:
+        """``kind verne``; a file of schema 2 has no key of this name, so the table that describes its joints."""
+        return f"schema 2, [{self.kind}]" if self.module is None else f"kind {self.kind}"
+
     def _describe(self) -> str:
-        return f"{self.name}, kind {self.kind}; assumed, not measured: {', '.join(self.assumed) or 'nothing'}"
+        return f"{self.name}, {self.describe_kind()}; assumed, not measured: {', '.join(self.assumed) or 'nothing'}"
 
     def __repr__(self) -> str:
         return f"{self._describe()}\n{format_table(self._make_text_rows())}"
@@ -268,7 +279,7 @@ class Machine:
     @property
     def rotary_side(self) -> str:
         """What the rotary axes turn, in words: ``table``, ``head``, or ``rotary axes`` where each end has one."""
-        return ("table", "rotary axes", "head")[len(self.coordinates.head)]
+        return name_rotary_side(self.coordinates)
 
     def name_solution(self) -> str:
         """``table solution``: what there are two of for one tool axis."""

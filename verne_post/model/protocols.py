@@ -385,6 +385,11 @@ class Coordinates(Protocol):
         """The point that work offsets count from, in words."""
 
 
+def name_rotary_side(coordinates: Coordinates) -> str:
+    """See ``Machine.rotary_side``."""
+    return ("table", "rotary axes", "head")[len(coordinates.head)]
+
+
 class TableTravel(Protocol):
     """What an interpreter may ask about the travel of the table."""
 

@@ -37,6 +37,7 @@ class Report(Struct, frozen=True):
     cycle_time_s: float | None = None  #: None where it was not planned.
     source: "Text" = b""  #: Its text, of which lines are quoted.
     remarks: tuple[str, ...] = ()  #: What a person must compare with the machine.
+    unchecked: str = ""  #: Bodies that were not checked for contact; "" also where it could not be read.
     errors_not_counted: int = 0  #: Errors that a policy took out of the findings, or weighed as less.
     machine: "Machine | None" = None  #: Where it is another one than that of the whole report.
     elapsed_s: float = 0.0  #: How long the check took.

@@ -3,7 +3,7 @@
 from verne_post.model.machine import Machine
 from verne_post.model.verdict import find_exit_status, find_verdict
 from verne_post.output.causes import count_causes
-from verne_post.output.summary import describe_time, list_absent_bodies, list_facts
+from verne_post.output.summary import describe_time, list_absent_bodies, list_facts, list_unchecked
 from verne_post.report.markup import count, escape_text, join_few
 from verne_post.report.sheet import list_offsets, list_tools
 from verne_post.report.table import Study
@@ -37,6 +37,9 @@ def write_verdict_html(machine: Machine, study: Study) -> str:
     if study.summary is not None:
         facts = dict(list_facts(study.summary))
         shown += [(name.lower(), facts[name]) for name in ("NOT CHECKED", "kept out of") if name in facts]
+    elif study.program is not None:
+        unchecked = list_unchecked(machine, study.options, study.program.moves.events)
+        shown += [(name.lower(), text) for name, text in unchecked]
     else:
         shown += [("not checked", text) for text in list_absent_bodies(study.options)]
     word, kind = name_verdict(machine, study)

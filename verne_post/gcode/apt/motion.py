@@ -151,7 +151,7 @@ def _check_table(to: AptModes, s: Statement) -> None:
         shown_axis = "not known without a machine" if stands is None else ", ".join(f"{value:.6f}" for value in stands)
         raise ProgramError(
             "VP017",
-            f"{s.major} after ROTABL with another tool axis than that of the table ({shown_axis}): "
+            f"{s.major} after ROTABL with another tool axis than it has turned to ({shown_axis}): "
             "give the axis in the coordinates of the part",
         )
     same = table_axis is not None and not _differ(table_axis, to.tool_axis, _find_half_step(to.axis))

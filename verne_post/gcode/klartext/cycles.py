@@ -16,7 +16,7 @@ from verne_post.gcode.klartext.vocabulary import Q
 from verne_post.gcode.lengths import measure_helix
 from verne_post.gcode.machining.elements import make_arc
 from verne_post.gcode.machining.holes import MAX_PECKS, Thread, check_tapping, note_tapping, tap
-from verne_post.gcode.machining.machining import MAX_DWELL_S
+from verne_post.gcode.machining.machining import MAX_DWELL_S, explain_tilted_tool
 from verne_post.gcode.machining.plane_geometry import Point
 from verne_post.gcode.program_error import ProgramError, write_parameter
 
@@ -82,7 +82,7 @@ class KlartextCycles:
     def _check_hole(self, number: int, q: _Q) -> None:
         self.frames.check_upright(f"cycle {number}")
         if (tool := self.core.find_tilted_tool()) is not None:
-            remedy = self.core.recorder.explain_plane("position the rotary axes first (PLANE ... MOVE or TURN)")
+            remedy = explain_tilted_tool(self.core, "PLANE ... TURN")
             does = "mills" if number in (208, *MILLED, *THREADS) else "drills"
             text = f"cycle {number} {does} along Z, but {tool}: it would be dragged sideways; {remedy}"
             raise ProgramError("VP017", text, edits=self.core.recorder.list_plane_edits())

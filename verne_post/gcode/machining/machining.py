@@ -77,11 +77,14 @@ def explain_inverse_time(core: "Machining", error: ProgramError) -> ProgramError
     return error
 
 
-def explain_tilted_tool(core: "Machining", otherwise: str) -> str:
-    """What to do where the tool does not point along the normal of the plane; ``otherwise`` if no word says why."""
+def explain_tilted_tool(core: "Machining", plane: str = "", axis: int = 2) -> str:
+    """What to do where the tool does not point along an axis; ``plane`` is what tilts a plane in the language."""
     if core.state.plane and core.find_tilted_tool() is None and "plane" in core.word_lines:
         return f"G{17 + core.state.plane} of line {core.word_lines['plane']} is active; write G17"
-    return core.recorder.explain_plane(otherwise)
+    turn = f"turn the {core.setup.rotary_side} until the tool points along {AXES[axis]}"
+    if plane:
+        return core.recorder.explain_plane(f"write {plane} before it if it lies in a tilted plane, or {turn}")
+    return f"{turn}, or write the hole with G0 and G1"
 
 
 def list_plane_edits(core: "Machining") -> tuple[Remedy, ...]:
@@ -127,6 +130,16 @@ def warn_of_idle_feed(core: "Machining", at: At, feed: float) -> None:
             "G1 if it is to move at the feed rate"
         )
         core.recorder.warn("VP009", text, at.line, None, severity="warning")
+
+
+def _spell_angle(letter: str, value: float) -> str:
+    """``C90``; beyond a turn also the angle within it, which the program may have written: C450 (C90 and one turn)."""
+    turns = int(abs(value) // 360.0)
+    if not turns:
+        return f"{letter}{value:g}"
+    rest = round(math.fmod(value, 360.0), 3) + 0.0
+    count = "one turn" if turns == 1 else f"{turns} turns"
+    return f"{letter}{value:g} ({letter}{rest:g} and {count}{' back' if value < 0 else ''})"
 
 
 class Machining:
@@ -188,9 +201,10 @@ class Machining:
             return None
         frame = self.state.frame
         machine = self.setup.coordinates.map_to_machine(np.array(self.state.position), frame)
-        angles = " ".join(f"{AXES[one]}{round(float(machine[one]), 3) + 0.0:g}" for one in self.setup.rotary)
-        plane = "" if frame.feature is None else " of the plane"
-        return f"the tool points along ({tool[0]:.4f}, {tool[1]:.4f}, {tool[2]:.4f}){plane}, at {angles} of the machine"
+        angles = " ".join(_spell_angle(AXES[one], round(float(machine[one]), 3) + 0.0) for one in self.setup.rotary)
+        plane = " of the plane" if self.recorder.name_plane("") else ""
+        along = ", ".join(f"{round(float(value), 4) + 0.0:.4f}" for value in tool)
+        return f"the tool points along ({along}){plane}, at {angles} of the machine"
 
     # --- feed --------------------------------------------------------------------------------------
 
@@ -309,8 +323,8 @@ class Machining:
         if kind != MoveKind.RAPID or not (absolute or machine):
             error = ProgramError(
                 "VP016",
-                f"the tool length has changed while the table is tilted ({letter} {tilt:g} deg), so the tip is "
-                "at another place; the next motion must be a rapid traverse in absolute coordinates",
+                f"the tool length has changed with the {self.setup.rotary_side} tilted ({letter} {tilt:g} deg), so the "
+                "tip is at another place; the next motion must be a rapid traverse in absolute coordinates",
             )
             if absolute or kind != MoveKind.RAPID:
                 raise error
@@ -325,8 +339,8 @@ class Machining:
             # Z was programmed for the tip; for the spindle's nose it would take the tool down by its length
             raise ProgramError(
                 "VP016",
-                "no tool length is in force any more while the table is tilted: the programmed Z would lower the tool "
-                "by its length; name Z in this motion, or retract in machine coordinates before",
+                f"no tool length is in force any more with the {self.setup.rotary_side} tilted: the programmed Z would "
+                "lower the tool by its length; name Z in this motion, or retract in machine coordinates before",
             )
         begin = [p if math.isnan(h) else h for p, h in zip(state.position, values_before, strict=True)]
         unnamed_axes = [axis for axis in (_X, _Y, _Z) if axis not in (axes or ())]
@@ -334,9 +348,9 @@ class Machining:
         if at is not None and _Z in unnamed_axes and way > UNNAMED_MOTION_MM:
             self.recorder.warn(
                 "VP046",
-                "the tool length has changed while the table is tilted, and the block does not name Z: the tip goes "
-                f"to the place that was programmed with the former length, and the spindle moves by {way:.6g} mm; "
-                "name X, Y and Z in the block, or retract in machine coordinates before it",
+                f"the tool length has changed with the {self.setup.rotary_side} tilted, and the block does not name Z: "
+                f"the tip goes to the place that was programmed with the former length, and the spindle moves by "
+                f"{way:.6g} mm; name X, Y and Z in the block, or retract in machine coordinates before it",
                 at.line,
                 None,
             )
@@ -604,9 +618,9 @@ class Machining:
                 one, other = self.setup.rotary_letters
                 raise ProgramError(
                     "VP017",
-                    f"tool-centre-point control is off (user-defined code), and the table is at {one} {tilt:g}, "
-                    f"{other} {turn:g}: this machine always controls the tool centre point; turn to {one}0 {other}0 "
-                    "before, or use machine coordinates",
+                    f"tool-centre-point control is off (user-defined code), with the {self.setup.rotary_side} at "
+                    f"{one} {tilt:g}, {other} {turn:g}: this machine always controls the tool centre point; turn to "
+                    f"{one}0 {other}0 before, or use machine coordinates",
                 )
 
     # --- cutter compensation -----------------------------------------------------------------------

@@ -141,7 +141,7 @@ def turn_table(core: Machining, at: At, kind: MoveKind, words: dict[int, float])
     ProgramError
         VP017: a linear axis that is named is none in which the spindle can go while the others stand.
     """
-    core.refuse_compensation("a turn of the table")
+    core.refuse_compensation(f"a turn of the {core.setup.rotary_side}")
     core.leave_beside()
     named_axes = [axis for axis in _LINEAR if axis in words]
     stand = [axis for axis in _LINEAR if axis not in words]
@@ -160,9 +160,9 @@ def turn_table(core: Machining, at: At, kind: MoveKind, words: dict[int, float])
             letters, others = (" and ".join(AXES[axis] for axis in axes) for axes in (named_axes, stand))
             raise ProgramError(
                 "VP017",
-                f"{letters} beside a turn of the table, without tool-centre-point control: on the turned table, the "
-                f"spindle cannot reach this place while {others} of the machine stand still; name X, Y and Z, or turn "
-                "the table in a block of its own",
+                f"{letters} beside a turn of the {core.setup.rotary_side}, without tool-centre-point control: after "
+                f"the turn, the spindle cannot reach this place while {others} of the machine stand still; name X, Y "
+                f"and Z, or turn the {core.setup.rotary_side} in a block of its own",
             )
         end[stand] += np.linalg.solve(slopes, (here - target)[stand])
         target = np.array(coordinates.map_to_machine(end, state.frame))
@@ -187,8 +187,9 @@ def warn_of_curve(core: Machining, line: int, end: Sequence[float], code: str) -
     is_tilting = core.setup.machine and abs(end[tilt] - core.state.position[tilt]) > ZERO_ANGLE * DEG_PER_RAD
     if is_tilting and not any(item.code == "VP037" for item in core.recorder.warnings.values()):
         text = (
-            f"X Y Z cut while the table tilts to {AXES[tilt]}{end[tilt]:.6g}, without {code}: the axes of the machine "
-            f"go straight, and the tip follows a curve on the part; write {code} before if it is to go straight there"
+            f"X Y Z cut during a tilt of the {core.setup.rotary_side} to {AXES[tilt]}{end[tilt]:.6g}, without {code}: "
+            f"the axes of the machine go straight, and the tip follows a curve on the part; write {code} before if it "
+            "is to go straight there"
         )
         core.recorder.warn("VP037", text, line, None, advice="")
 
@@ -204,7 +205,7 @@ def warn_of_late_tcp(core: Machining, cut: int, line: int, code: str) -> None:
     if is_tilted and not any(item.code == "VP037" for item in core.recorder.warnings.values()):
         text = (
             f"X Y Z cut at {AXES[tilt]}{angle:.6g} before {code} of line {line}: they count in the directions of "
-            f"the machine there; write {code} before this cut, and before the table tilts, if places of the part are "
+            f"the machine there; write {code} before this cut and before the tilt, if places of the part are "
             "meant"
         )
         core.recorder.warn("VP037", text, cut, None, advice="")

@@ -59,7 +59,7 @@ class FanucCorners:
                 raise ProgramError("VP017", f",{letter} must follow a feed move (G1, G2, G3)")
             if set(block.words) & set("ABC") and modes.length_code not in (434, 435):
                 raise ProgramError(
-                    "VP017", f",{letter} beside a turn of the table needs tool-centre-point control (G43.4)"
+                    "VP017", f",{letter} beside a turn of rotary axes needs tool-centre-point control (G43.4)"
                 )
             inch = ("G", 20.0) in codes or (modes.inch and ("G", 21.0) not in codes)
             self.corner = Corner(f",{letter}", size * (MM_PER_INCH if inch else 1.0), "legs" if letter == "C" else None)

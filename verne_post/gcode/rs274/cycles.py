@@ -128,7 +128,7 @@ class CycleCodes:
             )
         self.core.require_known(block, [0, 1, 2], f"{spell_g_code(motion)}")
         if (tool := self.core.find_tilted_tool(normal)) is not None:
-            remedy = explain_tilted_tool(self.core, "turn the table, or write the hole with G0 and G1")
+            remedy = explain_tilted_tool(self.core, self.traits.tilted_plane, normal)
             what = f"{spell_g_code(motion)} drills along {AXES[normal]}, but {tool}"
             cause = remedy.removesuffix("; write G17")  # where the plane is the cause, arcs have the same one
             cause = "" if cause == remedy else cause

@@ -127,6 +127,7 @@ class FanucInterpreter(Rs274):
 
     table: ClassVar[CodeTable] = make_table()
     traits: ClassVar[Traits] = Traits(
+        tilted_plane="G68.2 and G53.1",
         separates_programs=True,
         zero_is_no_offset=True,
         perpendicular_entry=True,

@@ -62,8 +62,8 @@ class MachineDirections:
         if self.modes.turns or self.modes.maps is not NO_MAPS:
             raise ProgramError(
                 "VP017",
-                "G68, G51, G51.1 or G16 while the table is turned, and X, Y, Z in directions of the machine ([fanuc] "
-                "directions): end that before, or turn the table to 0",
+                f"G68, G51, G51.1 or G16 with the {self.setup.rotary_side} turned, and X, Y, Z in directions of the "
+                "machine ([fanuc] directions): end that before, or turn to 0",
             )
         self.is_laid = True
         self.recorder.say_tcp(True)  # the key says in which directions X, Y, Z count
@@ -101,7 +101,7 @@ class MachineDirections:
                 "the tip would follow a curve; write G43.4, or G0",
                 letter,
             )
-        core.refuse_compensation("a turn of the table")
+        core.refuse_compensation(f"a turn of the {self.setup.rotary_side}")
         core.leave_beside()
         self._lay(end)
         if self.setup.rotary[1] in axes:

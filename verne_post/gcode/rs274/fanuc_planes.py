@@ -364,7 +364,7 @@ class FanucPlanes:
             raise block.error(
                 "VP002",
                 f"{name} P{block.words['P']:g} is not executed: which of the two positions it names is not known; "
-                "without P, the one with the smaller turn of the table is taken",
+                f"without P, the one with the smaller turn of the {self.setup.rotary_side} is taken",
                 "P",
             )
         self.core.refuse_compensation(name)
@@ -401,7 +401,7 @@ class FanucPlanes:
         letters = [AXES[axis] for axis in self.setup.rotary]
         level = " ".join(f"{letter}0" for letter in letters)
         return (
-            f"write G43 with its H before {name}, or retract before it (G53 G0 Z); if the table is level there, write "
+            f"write G43 with its H before {name}, or retract before it (G53 G0 Z); if the tool is upright there, write "
             f"G0 {level} before the plane: where no block names {' and '.join(letters)} before, it is taken to start "
             f"as {name} turns it"
         )

@@ -9,7 +9,7 @@ from verne_post.gcode.block import Block
 from verne_post.gcode.codes import CYCLES, spell_g_code
 from verne_post.gcode.machining.elements import make_arc
 from verne_post.gcode.machining.holes import MAX_HOLES
-from verne_post.gcode.machining.machining import Machining
+from verne_post.gcode.machining.machining import Machining, explain_tilted_tool
 from verne_post.gcode.machining.outlines import ROUNDING_SHARE, Circle
 from verne_post.gcode.machining.patterns import place_circle, place_row
 from verne_post.gcode.machining.pockets import MAX_STROKES
@@ -72,7 +72,7 @@ class HaasCodes:
                 raise block.error("VP006", f"{name} does not use {letter}: it begins at the tool", letter)
         self.motion.check_feed(block, code)
         if (tool := self.core.find_tilted_tool()) is not None:
-            text = f"{name} works along Z, but {tool}; {self.core.recorder.explain_plane('turn the table')}"
+            text = f"{name} works along Z, but {tool}; {explain_tilted_tool(self.core, 'G68.2 and G53.1')}"
             raise ProgramError("VP017", text, edits=self.core.recorder.list_plane_edits())
         radii, levels = self._list_radii(block, code), self._list_levels(block)
         if len(levels) * (_STROKES + len(radii) * _STROKES_OF_CIRCLE) > MAX_STROKES:

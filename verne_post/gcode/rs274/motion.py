@@ -211,8 +211,8 @@ class MotionCodes:
         if np.abs(beside - place - direction).max() > RAD_PER_DEG * UPRIGHT_DEG:
             raise block.error(
                 "VP017",
-                f"{name}, while the table is turned or tilted: {AXES[axis]} is not a direction of the machine; name X "
-                f"and Y together, or turn the table to {'0 '.join(self.setup.rotary_letters)}0 before",
+                f"{name}, with the {self.setup.rotary_side} turned or tilted: {AXES[axis]} is not a direction of the "
+                f"machine; name X and Y together, or turn to {'0 '.join(self.setup.rotary_letters)}0 before",
                 AXES[axis],
             )
         end = place + np.dot([home[_X] - place[0], home[_Y] - place[1]], direction[:2]) * direction
@@ -282,11 +282,12 @@ class MotionCodes:
                 other = ", or cancel the tool length before it (G49)"
             elif self._is_turned_alone(axes):
                 other = ", or read it as a Fanuc program (--dialect fanuc)"
-            why = f"{when}, a turn of the table keeps the tip at its place of the part"
+            turn = f"a turn of the {self.setup.rotary_side}"
+            why = f"{when}, {turn} keeps the tip at its place of the part"
             remedy = f"name X, Y and Z in it, or write G53 in it{other}"
             if is_retracted and self.modes.length_code in TCP_CODES:
                 code, line = spell_g_code(self.modes.length_code), self.core.word_lines["length"]
-                why = f"{code} of line {line} is active and keeps the tip at its place of the part as the table turns"
+                why = f"{code} of line {line} is active and keeps the tip at its place of the part in {turn}"
                 remedy = "write G49 before this line if the tool is done, else name X, Y and Z, or write G53 in it"
             warn_of_unnamed(self.core, block, before, axes, why, remedy)
 
@@ -308,8 +309,9 @@ class MotionCodes:
             letter = self.setup.rotary_letters[0]
             raise ProgramError(
                 "VP012",
-                f"no tool length has been given before a feed move over a table at {letter} {tilt:g}, where the height "
-                f"of the head depends on it; use {LENGTH_WORDS}, or turn to {letter}0 before",
+                f"no tool length has been given before a feed move with the {self.setup.rotary_side} at {letter} "
+                f"{tilt:g}, where the height of the spindle depends on it; use {LENGTH_WORDS}, or turn to "
+                f"{letter}0 before",
             ).advise(GIVE_LENGTH)
         self.recorder.first_cut = self.recorder.count + 1
         return True
@@ -357,7 +359,7 @@ class MotionCodes:
         if len(rotary) < 2 if not self.setup.machine else not set(self.setup.rotary) <= set(rotary):
             raise block.error(
                 "VP013",
-                f"{letter} alone after tool vectors: no word has chosen between the two table solutions; "
+                f"{letter} alone after tool vectors: no word has chosen between the two {self.setup.name_solutions}; "
                 f"name {self.setup.both_rotary} together",
                 letter,
             )

@@ -154,7 +154,9 @@ class OffsetCodes:
             self.core.require_known(block, axes, f"G10 L{kind}")
             if self.core.find_tilted_tool() is not None:
                 raise ProgramError(
-                    "VP017", f"G10 L{kind} measures along Z, and the tool is tilted; turn the table to A0 first"
+                    "VP017",
+                    f"G10 L{kind} measures along Z, and the tool is tilted; turn the {self.setup.rotary_side} to "
+                    f"{self.setup.rotary_letters[0]}0 first",
                 )
             bare = replace(state.frame if kind == 10 else state.systems[9], tool=ZERO9)
             if kind == 11:

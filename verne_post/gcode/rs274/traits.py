@@ -34,4 +34,5 @@ class Traits(Struct, frozen=True, kw_only=True):
     speaking_remarks: tuple[str, ...] = ("MSG", "DEBUG", "PRINT", "LOG", "ABORT", "FILE")
     starts_with_rapid: bool = False  #: G0 holds at the start.
     separates_programs: bool = False  #: An O number that is reached begins another program; else it is passed.
+    tilted_plane: str = ""  #: Codes that tilt a plane and turn the tool to it.
     repeats_of_calls: str = "L"  #: Words of M98 that say how often.

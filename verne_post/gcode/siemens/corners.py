@@ -120,7 +120,7 @@ class SiemensCorners:
         """
         corner, self._corner = self._corner, None
         if corner is not None and corner.name != "RNDM":
-            raise ProgramError("VP017", f"{corner.name}= beside a turn of the table without TRAORI; write TRAORI")
+            raise ProgramError("VP017", f"{corner.name}= beside a turn of rotary axes without TRAORI; write TRAORI")
 
     # --- lines and arcs -----------------------------------------------------------------------------------
 

@@ -95,7 +95,7 @@ class _Hole:
         if to.state.tool_axis is not None and not to.motion.follows_part:
             to.motion.settle_table(self.block)
         if (tool := to.core.find_tilted_tool(self.normal)) is not None:
-            remedy = explain_tilted_tool(to.core, "write CYCLE800 or turn the table")
+            remedy = explain_tilted_tool(to.core, "CYCLE800", self.normal)
             raise ProgramError(
                 "VP017",
                 f"{name} drills along {AXES[self.normal]}, but {tool}: it would be dragged sideways; {remedy}",

@@ -104,7 +104,7 @@ class MillingValues:
         if to.state.tool_axis is not None and not to.motion.follows_part:
             to.motion.settle_table(self.at)
         if (tool := to.core.find_tilted_tool(self.plane[2])) is not None:
-            remedy = explain_tilted_tool(to.core, "write CYCLE800 or turn the table")
+            remedy = explain_tilted_tool(to.core, "CYCLE800", self.plane[2])
             text = f"{name} works along {AXES[self.plane[2]]}, but {tool}; {remedy}"
             raise ProgramError("VP017", text, column, edits=list_plane_edits(to.core))
 

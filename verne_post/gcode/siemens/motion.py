@@ -289,7 +289,7 @@ class SiemensMotion:
             )
         if is_turn:
             self._first_place = 0
-            self.core.refuse_compensation("a turn of the table")
+            self.core.refuse_compensation(f"a turn of the {self.setup.rotary_side}")
             base = replace(state.frame, feature=None)
             self.change_frame(replace(base, feature=self._find_plane(base, end)))
         return end
@@ -326,8 +326,8 @@ class SiemensMotion:
         if state.tool_axis is not None and not set(self.setup.rotary) <= set(places):
             raise ProgramError(
                 "VP013",
-                f"{self._name_rotary(places)} alone after tool vectors: no word has chosen between the two table "
-                f"solutions; name {self.setup.both_rotary} together",
+                f"{self._name_rotary(places)} alone after tool vectors: no word has chosen between the two "
+                f"{self.setup.name_solutions}; name {self.setup.both_rotary} together",
             )
         self.core.hold_tool_axis(None)
         if not self.modes.tcp or self.has_linear_axes("words"):
@@ -430,8 +430,8 @@ class SiemensMotion:
         if self.modes.tcp and self.setup.machine and (turn_size or set(self.setup.rotary) & set(places)):
             raise ProgramError(
                 "VP017",
-                "G53, G153 or SUPA under TRAORI while the table is turned: the coordinates would turn with the part; "
-                "write TRAFOOF first",
+                f"G53, G153 or SUPA under TRAORI with the {self.setup.rotary_side} turned: the coordinates would turn "
+                "with the part; write TRAFOOF first",
                 edits=write_before("TRAFOOF"),
             )
         if self.core.end_tool_axis(block, list(places)):

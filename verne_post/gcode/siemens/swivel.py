@@ -164,7 +164,7 @@ class Swivel:
         if state // 10 % 10 and not modes.tcp:
             raise given.error(
                 "VP017",
-                f"_ST {state}: the tip keeps its place while the table turns, which needs TRAORI in a block before "
+                f"_ST {state}: the tip keeps its place while rotary axes turn, which needs TRAORI in a block before "
                 f"this one; or write _ST {state - 10}",
                 "_ST",
             )

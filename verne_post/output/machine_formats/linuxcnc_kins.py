@@ -41,7 +41,7 @@ def write_component(machine: Machine) -> dict[str, str]:
     ideal = whole.nominal_machine if isinstance(whole, AsBuiltMachine) else whole
     carrier = _TEXTS / f"{machine.kind}.h"
     if not isinstance(ideal, HybridMachine) or not carrier.is_file():
-        raise CannotExport(f"kind = {machine.kind!r}: there is no C code for this kind of machine")
+        raise CannotExport(f"there is no C code for {machine.name} ({machine.describe_kind()})")
     values = {
         "name": _show_name(machine),
         "component": name,

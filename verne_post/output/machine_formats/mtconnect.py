@@ -64,7 +64,9 @@ def write_device(machine: Machine) -> dict[str, str]:
     )
     device = ET.SubElement(ET.SubElement(root, "Devices"), "Device", id="device", name=name, uuid=machine.sha256)
     assumed = ", ".join(machine.assumed) or "nothing"
-    _describe(device, f"{machine.name}, kind {machine.kind}; places are nominal; assumed, not measured: {assumed}")
+    _describe(
+        device, f"{machine.name}, {machine.describe_kind()}; places are nominal; assumed, not measured: {assumed}"
+    )
     systems = ET.SubElement(ET.SubElement(device, "Configuration"), "CoordinateSystems")
     origin = ET.SubElement(systems, "CoordinateSystem", id=_SYSTEM, name="machine-zero", type="MACHINE")
     ET.SubElement(origin, "Origin").text = "0 0 0"

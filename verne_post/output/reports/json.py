@@ -22,6 +22,7 @@ def write(reports: Sequence[Report], machine: Machine) -> str:
                 "machine": {"name": own.name, "sha256": own.sha256},
                 "verdict": report.verdict,
                 "summary": {"errors": errors, "warnings": warnings, "cycle_time_s": report.cycle_time_s},
+                "unchecked": report.unchecked,
                 "findings": make_records(report.findings, report.program, report.setup_file),
             }
         )
