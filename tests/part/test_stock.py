@@ -422,7 +422,7 @@ def test_holders_and_thick_shanks_touch_the_stock_as_it_is_then() -> None:
 def test_a_long_contact_is_measured_only_where_it_becomes_deeper(
     last: float, depth: float, most: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A holder 2 mm deep all along, or down to 4 mm: every mm was measured, 55 times."""
+    """A holder 2 mm deep all along, or down to 4 mm: every mm was measured, 50 times."""
     asked = []
     measure = cutting._Run._measure_depth
     monkeypatch.setattr(cutting._Run, "_measure_depth", lambda *a: asked.append(1) or measure(*a))
@@ -432,6 +432,21 @@ def test_a_long_contact_is_measured_only_where_it_becomes_deeper(
     assert (touch.line, touch.body) == (3, "holder")
     assert depth - max(0.1, 0.05 * depth) <= touch.depth <= depth + 0.01
     assert len(asked) <= most
+
+
+def test_a_remedy_that_fails_is_cut_up_to_its_first_touch() -> None:
+    moves = [("G0", -30, 20, 60), ("G0", -30, 20, -7), ("G1", 30, 20, -7), ("G1", 30, 40, -7)]
+    tip = np.array([[(*a[1:],), (*b[1:],)] for a, b in pairwise(moves)], dtype=float)
+    zeros = np.zeros(3, dtype=int)
+    spans = Spans(tip, np.tile(UP, (3, 2, 1)), np.arange(3), zeros, np.array([True, False, False]))
+    tools = [group_pieces(build_pieces((LONG, HOLDER), 60.0, joined=False))]
+    whole, first = (
+        cut_stock(box(60, 40, 20, 0.4), spans, tools, only_first=only_first) for only_first in (False, True)
+    )
+    assert [(one.line, one.body) for one in whole.touches] == [(1, "holder"), (2, "holder")]
+    assert [(one.line, one.body) for one in first.touches] == [(1, "holder")]
+    assert first.volume[2] == 0 < whole.volume[2]
+    assert first.volume[1] < 0.5 * whole.volume[1]
 
 
 @pytest.mark.skipif("not __import__('importlib').util.find_spec('numba')")

@@ -130,6 +130,8 @@ def cut_stock(
     tools: Sequence[Tool],
     keep_off: float = 0.0,
     report: Callable[[int], None] | None = None,
+    *,
+    only_first: bool = False,
 ) -> Cut:
     """Run spans of motion through a stock, which is cut.
 
@@ -139,14 +141,17 @@ def cut_stock(
         How near other bodies than feeding cutters may come, mm.
     report : callable, optional
         Called with the number of spans that are done.
+    only_first : bool
+        Nothing is cut after the first certain touch.
     """
     run = _Run(stock, spans, tools, keep_off)
+    run.only_first = only_first
     if report is not None:
         run.report = report
     tip, axis = stock.place_inside(spans.tip, spans.axis)
     change = (np.diff(spans.tool) != 0) | (np.diff(spans.rapid) != 0)
     for rows in np.split(np.arange(len(spans.line)), np.flatnonzero(change) + 1):
-        if len(rows):
+        if len(rows) and not (only_first and run.is_over):
             run.pass_rows(rows, tip[rows], axis[rows])
     begin = run.measure_begins()
     room = np.where(run.rounding > 0, run.rounding - keep_off, -np.inf)
@@ -188,6 +193,8 @@ class _Run:
         self.measured: dict[str, tuple[int, Array, Array, float]] = {}
         #: Tools, and their bodies other than the cutter, that have run into the stock.
         self.broken: set[tuple[int, str]] = set()
+        #: Whether to stop at the first certain touch, and whether there was one that no rounded corner explains.
+        self.only_first, self.is_over = False, False
         #: Standing bodies leave teeth up to half their distance.
         self.left = 0.0
 
@@ -222,6 +229,8 @@ class _Run:
                 for at_tip, at_axis in _split_span(tip[k], axis[k], STRETCH_MM):
                     self._cut(rows[k : k + 1], at_tip[None], at_axis[None], tool.cutter)
                     self._check(int(rows[k]), at_tip, at_axis, tool)
+                    if self.only_first and self.is_over:
+                        return
             self._break(rows[part], tip[part], axis[part], tool)
         past.append(np.stack([tip, axis], axis=1))
 
@@ -265,6 +274,7 @@ class _Run:
                     self._follow_contact(row, tip, axis, name, body), self.depth.get((row, name), 0.0)
                 )
                 self.broken.add((int(self.spans.tool[row]), name))
+                self.is_over |= name != "cutter" or not self.rounding[row] > 0
             elif not (name == "shank" and tool.has_thin_shank) and not self._is_clear(
                 row, tip, axis, name, body, stood or (tip[0], axis[0])
             ):
