@@ -400,7 +400,7 @@ class _Run:
             gone = np.linalg.norm(tip[1] - old_tip) + reach * np.linalg.norm(axis[1] - old_axis)
             told = max(STEP_MM, DEPTH_SHARE * depth)
             # standing bodies miss no more than half the distance between them
-            deeper = depth + told - 0.5 * STEP_MM + self.keep_off
+            deeper = depth + 0.5 * STEP_MM + self.keep_off
             if not in_corner and (gone <= told or not self._is_touching(tip, axis, body, -deeper)):
                 self.measured[name] = row, old_tip, old_axis, depth
                 return depth
