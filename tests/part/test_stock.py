@@ -10,6 +10,7 @@ import pytest
 from verne_post.app.stock_check import report_touches
 from verne_post.model.findings import InputError
 from verne_post.model.part_setup import Cylinder
+from verne_post.part import cutting
 from verne_post.part.bodies import build_pieces, measure_phi
 from verne_post.part.cutting import Cut, Spans, Touch, cut_stock, group_pieces
 from verne_post.part.dexels import Dexels, list_sweeps
@@ -415,6 +416,48 @@ def test_holders_and_thick_shanks_touch_the_stock_as_it_is_then() -> None:
     stock = coarse.copy()
     run(wide, Cylinder("cutter", 50.0, 30.0), stock=stock)
     assert found(run([("G0", -25, 20, 40), ("G0", -25, 20, 10), ("G1", 90, 20, 10)], short, HOLDER, stock=stock)) == []
+
+
+@pytest.mark.parametrize(("last", "depth", "most"), [(-7.0, 2.0, 8), (-9.0, 4.0, 30)])
+def test_a_long_contact_is_measured_only_where_it_becomes_deeper(
+    last: float, depth: float, most: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A holder 2 mm deep all along, or down to 4 mm: every mm was measured, 50 times."""
+    asked = []
+    measure = cutting._Run._measure_depth
+    monkeypatch.setattr(cutting._Run, "_measure_depth", lambda *a: asked.append(1) or measure(*a))
+    first = min(last + 2.0, -7.0)
+    moves = [("G0", -30, 20, 60), ("G0", -30, 20, first), ("G1", 30, 20, last)]
+    (touch,) = run(moves, LONG, HOLDER, stock=box(60, 40, 20, 0.2)).touches
+    assert (touch.line, touch.body) == (3, "holder")
+    assert depth - max(0.1, 0.05 * depth) <= touch.depth <= depth + 0.01
+    assert len(asked) <= most
+
+
+def test_a_remedy_that_fails_is_cut_up_to_its_first_touch() -> None:
+    moves = [("G0", -30, 20, 60), ("G0", -30, 20, -7), ("G1", 30, 20, -7), ("G1", 30, 40, -7)]
+    tip = np.array([[(*a[1:],), (*b[1:],)] for a, b in pairwise(moves)], dtype=float)
+    zeros = np.zeros(3, dtype=int)
+    spans = Spans(tip, np.tile(UP, (3, 2, 1)), np.arange(3), zeros, np.array([True, False, False]))
+    tools = [group_pieces(build_pieces((LONG, HOLDER), 60.0, joined=False))]
+    whole, first = (
+        cut_stock(box(60, 40, 20, 0.4), spans, tools, only_first=only_first) for only_first in (False, True)
+    )
+    assert [(one.line, one.body) for one in whole.touches] == [(1, "holder"), (2, "holder")]
+    assert [(one.line, one.body) for one in first.touches] == [(1, "holder")]
+    assert first.volume[2] == 0 < whole.volume[2]
+    assert first.volume[1] < 0.5 * whole.volume[1]
+
+
+@pytest.mark.skipif("not __import__('importlib').util.find_spec('numba')")
+def test_few_long_tilted_cuts_are_worth_compiling() -> None:
+    """They are as many bodies as thousands of short ones: four lines of 80 mm."""
+    tip = np.array([[[10.0, y, 12.0], [90.0, y, 12.0]] for y in (5.0, 10.0, 15.0, 20.0)])
+    lines, zeros = np.arange(4), np.zeros(4, dtype=int)
+    tools = [group_pieces(build_pieces((BALL,), 60.0, joined=False))]
+    for axis, worth in ((UP, False), ((0.0, -0.6, 0.8), True)):
+        spans = Spans(tip, np.tile(axis, (4, 2, 1)), lines, zeros, zeros > 0)
+        assert cutting._Run(box(60, 40, 20, 0.4), spans, tools, 0.0).compiled is worth
 
 
 def test_a_body_that_rubs_along_many_lines_is_one_finding() -> None:

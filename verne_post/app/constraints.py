@@ -20,8 +20,12 @@ from verne_post.toolpath.branch_choice import DEPARTURE
 SET_UP: Final = ("VP033", "VP034")
 
 
-def check_program(program: Program, progress: Progress | None = None) -> tuple[JointBounds, list[Finding]]:
+def check_program(
+    program: Program, progress: Progress | None = None, *, only_first: bool = False
+) -> tuple[JointBounds, list[Finding]]:
     """Every geometric check along the whole contour, and what the assembly found; sorted by line and code.
+
+    With ``only_first`` the stock is cut up to the first error: whether there is one is asked, not which.
 
     Returns
     -------
@@ -29,18 +33,20 @@ def check_program(program: Program, progress: Progress | None = None) -> tuple[J
         What profiles from stop to stop need.
     list of Finding
     """
-    bounds, found = _check_contour(program, progress)
+    bounds, found = _check_contour(program, progress, only_first=only_first)
     return bounds, sort_findings([*program.machine.warnings, *_drop_departures(program.findings, found), *found])
 
 
-def _check_contour(program: Program, progress: Progress | None = None) -> tuple[JointBounds, list[Finding]]:
+def _check_contour(
+    program: Program, progress: Progress | None = None, *, only_first: bool = False
+) -> tuple[JointBounds, list[Finding]]:
     joints, total = guard_joints(program), len(program.contour)
     report = None if progress is None else lambda done: progress("checking", done, total)
     bounds, found = check_constraints(joints, report, program.team)
     if joints.keep_out is not None:
         from verne_post.app.stock_check import settle_stock  # for programs with bodies around them alone
 
-        found = settle_stock(program, joints, found, progress)
+        found = settle_stock(program, joints, found, progress, only_first=only_first)
     return bounds, found
 
 

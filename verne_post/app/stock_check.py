@@ -42,12 +42,18 @@ SOLVED: Final = 8192
 
 
 def settle_stock(
-    program: Program, joints: JointPath, found: list[Finding], progress: Progress | None = None
+    program: Program,
+    joints: JointPath,
+    found: list[Finding],
+    progress: Progress | None = None,
+    *,
+    only_first: bool = False,
 ) -> list[Finding]:
     """Findings where VP216 is about the stock as it is cut, in place of its box.
 
     A body that keeps out of the box keeps out of what is left of it, so only programs with such a finding are cut. The
     box counts for platform and legs, which do not turn about the tool's axis. A tool of unknown size counts as a wire.
+    With ``only_first`` nothing is cut after the first error.
     """
     keep_out = joints.keep_out
     boxes = [one for one in keep_out.boxes if one.stock] if isinstance(keep_out, KeepOut) else []
@@ -79,7 +85,7 @@ def settle_stock(
     spans, tools, skipped = list_spans(program, joints, keep_out.moving, last)
     total = len(spans.line)
     report = None if progress is None else lambda done: progress("cutting the stock", done, total)
-    cut = cut_stock(stock, spans, tools, box.distance, report)
+    cut = cut_stock(stock, spans, tools, box.distance, report, only_first=only_first and not skipped)
     cut = replace(cut, touches=tuple(one for one in cut.touches if one.span >= skipped))
     settled = list(report_touches(cut, spans, tools, box.name, box.distance, float(stock.cell.max())))
     return [*begun, *(item for item in found if item not in open_), *settled]

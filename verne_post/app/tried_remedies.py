@@ -234,11 +234,13 @@ def _find_line(program: Program, joints: Any, number: int | None, source: Text =
     return Line(number, text, own, program.moves, None, program.options, (), exact, in_inches=inches)
 
 
-def _find_errors_with(source: Text, program: Program, **change: Any) -> tuple[str, ...] | None:
+def _find_errors_with(
+    source: Text, program: Program, *, only_first: bool = False, **change: Any
+) -> tuple[str, ...] | None:
     """Codes of the errors of the program with other options, each once; None where it cannot be read with them."""
     try:
         changed = assemble(source, program.machine, program.options.changed(**change), program.team)
-        found = check_program(changed)[1]
+        found = check_program(changed, only_first=only_first)[1]
     except InputError:
         return None
     return tuple(dict.fromkeys(item.code for item in found if item.severity == "error"))
@@ -248,7 +250,7 @@ def _is_right_with(source: Text, program: Program, **change: Any) -> bool:
     """Whether the program has no error with other options; without its stock first, because cutting takes longest."""
     if program.options.stock is not None and _find_errors_with(source, program, **{**change, "stock": None}) != ():
         return False
-    return _find_errors_with(source, program, **change) == ()
+    return _find_errors_with(source, program, only_first=True, **change) == ()
 
 
 def _name_left(codes: Sequence[str]) -> str:

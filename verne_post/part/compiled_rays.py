@@ -358,12 +358,15 @@ def touch(
     bottom: Any,
     top: Any,
     found: Any,
+    only_first: Any,
 ) -> None:
-    """Note which bodies have material in them."""
+    """Note which bodies have material in them, or the first of them."""
     low, high, rows, more_low, more_high, _in_use = stock
     level = _list_level(edges, corners)
     enter, leave = np.empty(low.shape[1]), np.empty(low.shape[1])
     for row in range(len(starts)):
+        if only_first and row > 0 and found[row - 1]:
+            return
         start, end, axis = starts[row], ends[row], axes[row]
         i0, i1 = _find_window(start, end, axis, radius, bottom, top, cell[0], low.shape[0], 0)
         j0, j1 = _find_window(start, end, axis, radius, bottom, top, cell[1], low.shape[1], 1)

@@ -19,7 +19,7 @@ from msgspec import Struct
 
 from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.part.bodies import Piece, measure_phi
-from verne_post.part.dexels import Dexels, Sweeps, find_boxes, list_sweeps, load_compiled
+from verne_post.part.dexels import Dexels, Sweeps, count_bodies, find_boxes, list_sweeps, load_compiled
 from verne_post.part.ray_tables import RayTable, make_table
 
 #: Bodies may touch, and reach into the stock by this, mm, as into fixtures.
@@ -130,6 +130,8 @@ def cut_stock(
     tools: Sequence[Tool],
     keep_off: float = 0.0,
     report: Callable[[int], None] | None = None,
+    *,
+    only_first: bool = False,
 ) -> Cut:
     """Run spans of motion through a stock, which is cut.
 
@@ -139,14 +141,17 @@ def cut_stock(
         How near other bodies than feeding cutters may come, mm.
     report : callable, optional
         Called with the number of spans that are done.
+    only_first : bool
+        Nothing is cut after the first certain touch.
     """
     run = _Run(stock, spans, tools, keep_off)
+    run.only_first = only_first
     if report is not None:
         run.report = report
     tip, axis = stock.place_inside(spans.tip, spans.axis)
     change = (np.diff(spans.tool) != 0) | (np.diff(spans.rapid) != 0)
     for rows in np.split(np.arange(len(spans.line)), np.flatnonzero(change) + 1):
-        if len(rows):
+        if len(rows) and not (only_first and run.is_over):
             run.pass_rows(rows, tip[rows], axis[rows])
     begin = run.measure_begins()
     room = np.where(run.rounding > 0, run.rounding - keep_off, -np.inf)
@@ -176,15 +181,27 @@ class _Run:
         self.depth: dict[tuple[int, str], float] = {}
         #: Tip and axis by span and body where a certain contact begins, in the frame of the stock.
         self.begin: dict[tuple[int, str], tuple[Array, Array]] = {}
-        self.compiled = len(spans.line) > WORTH_COMPILING and load_compiled() is not None
+        #: Bodies that are cut or held against the stock: of feed motion in contact every stretch has its own.
+        self.bodies = sum(
+            int(count_bodies(spans.tip[own], spans.axis[own], piece.high, STEP_MM).sum())
+            for own, tool in ((spans.tool == number, tool) for number, tool in enumerate(tools))
+            for piece in tool.cutter
+        )
         #: Straight cuts by tool (n, tip and axis, 2, 3), in parts, which a rapid may follow.
         self.cuts: dict[int, list[Array]] = {}
         #: By body the last place where the depth of a contact was measured: span, tip, axis, and the depth.
         self.measured: dict[str, tuple[int, Array, Array, float]] = {}
         #: Tools, and their bodies other than the cutter, that have run into the stock.
         self.broken: set[tuple[int, str]] = set()
+        #: Whether to stop at the first certain touch, and whether there was one that no rounded corner explains.
+        self.only_first, self.is_over = False, False
         #: Standing bodies leave teeth up to half their distance.
         self.left = 0.0
+
+    @property
+    def compiled(self) -> bool:
+        """Whether there are so many bodies that compiling pays; the answers are the same."""
+        return self.bodies > WORTH_COMPILING and load_compiled() is not None
 
     def pass_rows(self, rows: Ints, tip: Array, axis: Array) -> None:
         """Spans of one tool, all in rapid traverse or all in feed motion; poses in the frame of the stock."""
@@ -212,6 +229,8 @@ class _Run:
                 for at_tip, at_axis in _split_span(tip[k], axis[k], STRETCH_MM):
                     self._cut(rows[k : k + 1], at_tip[None], at_axis[None], tool.cutter)
                     self._check(int(rows[k]), at_tip, at_axis, tool)
+                    if self.only_first and self.is_over:
+                        return
             self._break(rows[part], tip[part], axis[part], tool)
         past.append(np.stack([tip, axis], axis=1))
 
@@ -248,11 +267,14 @@ class _Run:
         """Note what touches the stock on one span, in rapid traverse from where the tool ``stood`` before its line."""
         self.report(row)
         for name, body in tool.list_bodies(with_cutter=stood is not None):
+            if not self._is_touching(tip, axis, body, RESOLVED):
+                continue  # the largest is asked first: most bodies are clear
             if self._is_touching(tip, axis, body, -TOUCH_MM - self.left):
                 self.depth[row, name] = max(
                     self._follow_contact(row, tip, axis, name, body), self.depth.get((row, name), 0.0)
                 )
                 self.broken.add((int(self.spans.tool[row]), name))
+                self.is_over |= name != "cutter" or not self.rounding[row] > 0
             elif not (name == "shank" and tool.has_thin_shank) and not self._is_clear(
                 row, tip, axis, name, body, stood or (tip[0], axis[0])
             ):
@@ -295,12 +317,22 @@ class _Run:
 
     def _is_touching(self, tip: Array, axis: Array, body: tuple[Piece, ...], by: float) -> bool:
         """Whether a ray has material in a body larger by ``by``, or by the space between rays (``RESOLVED``)."""
-        return any(len(hit) for hit, _sweeps, _table in self._find_hits(tip, axis, body, by))
+        return any(
+            self.stock.find_touching(sweeps, table, compiled=self.compiled, only_first=True).any()
+            for sweeps, table in self._enlarge(tip, axis, body, by)
+        )
 
     def _find_hits(
         self, tip: Array, axis: Array, body: tuple[Piece, ...], by: float
     ) -> Iterator[tuple[Ints, Sweeps, RayTable]]:
         """For each piece which of its bodies are hit, all its bodies, and the piece as it was enlarged."""
+        for sweeps, table in self._enlarge(tip, axis, body, by):
+            yield np.flatnonzero(self.stock.find_touching(sweeps, table, compiled=self.compiled)), sweeps, table
+
+    def _enlarge(
+        self, tip: Array, axis: Array, body: tuple[Piece, ...], by: float
+    ) -> Iterator[tuple[Sweeps, RayTable]]:
+        """The bodies of each piece on a span, and the piece larger by ``by``."""
         for piece in body:
             sweeps, table = (
                 list_sweeps(tip[None], axis[None], piece.high, STEP_MM),
@@ -312,7 +344,8 @@ class _Run:
                 table = table.widen(self.stock.resolution)
             else:
                 table = table.extend(self.stock.resolution + 0.5 * STEP_MM)
-            yield np.flatnonzero(self.stock.find_touching(sweeps, table, compiled=self.compiled)), sweeps, table
+            self.bodies += len(sweeps)
+            yield sweeps, table
 
     def _is_clear(
         self,
@@ -323,9 +356,7 @@ class _Run:
         body: tuple[Piece, ...],
         stood: tuple[Array, Array],
     ) -> bool:
-        """Whether a body that no ray certainly meets is clear, also between the rays."""
-        if not self._is_touching(tip, axis, body, RESOLVED):
-            return True
+        """Whether a body is clear that no ray certainly meets, and that may meet material between the rays."""
         if self.keep_off or not (name == "cutter" or (int(self.spans.tool[row]), name) in self.broken):
             return False
         parts = self.cuts.get(int(self.spans.tool[row]), [])
@@ -367,7 +398,10 @@ class _Run:
             _row, old_tip, old_axis, depth = last
             reach = max(piece.high for piece in body)
             gone = np.linalg.norm(tip[1] - old_tip) + reach * np.linalg.norm(axis[1] - old_axis)
-            if gone <= max(STEP_MM, DEPTH_SHARE * depth) and not in_corner:
+            told = max(STEP_MM, DEPTH_SHARE * depth)
+            # standing bodies miss no more than half the distance between them
+            deeper = depth + 0.5 * STEP_MM + self.keep_off
+            if not in_corner and (gone <= told or not self._is_touching(tip, axis, body, -deeper)):
                 self.measured[name] = row, old_tip, old_axis, depth
                 return depth
         else:

@@ -64,6 +64,16 @@ def load_compiled() -> Any:
     return compiled_rays
 
 
+def _find_upright(axis: Array) -> Mask:
+    return np.asarray((np.hypot(axis[..., 0], axis[..., 1]) < VERTICAL).all(axis=1) & (axis[..., 2] > 0).all(axis=1))
+
+
+def count_bodies(tip: Array, axis: Array, reach: float, step: float) -> Ints:
+    """How many bodies (n,) stand for each span, without the one at its begin; as in :func:`list_sweeps`."""
+    moved = np.linalg.norm(tip[:, 1] - tip[:, 0], axis=1) + reach * np.linalg.norm(axis[:, 1] - axis[:, 0], axis=1)
+    return np.where(_find_upright(axis), 1, np.maximum(np.ceil(moved / step), 1)).astype(int)
+
+
 def list_sweeps(tip: Array, axis: Array, reach: float, step: float) -> Sweeps:
     """The bodies that stand for spans of motion.
 
@@ -76,11 +86,7 @@ def list_sweeps(tip: Array, axis: Array, reach: float, step: float) -> Sweeps:
     step : float
         Standing bodies are no farther from each other than this, mm.
     """
-    upright: Mask = np.asarray(
-        (np.hypot(axis[..., 0], axis[..., 1]) < VERTICAL).all(axis=1) & (axis[..., 2] > 0).all(axis=1)
-    )
-    moved = np.linalg.norm(tip[:, 1] - tip[:, 0], axis=1) + reach * np.linalg.norm(axis[:, 1] - axis[:, 0], axis=1)
-    parts = np.where(upright, 1, np.maximum(np.ceil(moved / step), 1)).astype(int)
+    upright, parts = _find_upright(axis), count_bodies(tip, axis, reach, step)
     goes_on = np.zeros(len(tip), dtype=bool)
     goes_on[1:] = (tip[1:, 0] == tip[:-1, 1]).all(axis=1) & (axis[1:, 0] == axis[:-1, 1]).all(axis=1) & ~upright[:-1]
     owner, index = number_parts(parts + (~upright & ~goes_on))
@@ -219,18 +225,26 @@ class Dexels:
         removed[rows] = volume
         return removed
 
-    def find_touching(self, sweeps: Sweeps, table: RayTable, *, compiled: bool = True) -> Mask:
-        """Which bodies (n,) have material in them on some ray."""
+    def find_touching(
+        self, sweeps: Sweeps, table: RayTable, *, compiled: bool = True, only_first: bool = False
+    ) -> Mask:
+        """Which bodies (n,) have material in them on some ray; ``only_first``: one of them, sought from the last on."""
         touching = np.zeros(len(sweeps), dtype=bool)
         if table.is_empty:
             return touching
         kernels = load_compiled() if compiled else None
         rows = self._find_near(sweeps, table)
         if kernels is None:
-            touching[rows] = [bool(len(self.list_overlaps(sweeps, table, row)[0])) for row in rows.tolist()]
+            for row in rows[::-1].tolist():
+                touching[row] = len(self.list_overlaps(sweeps, table, row)[0]) > 0
+                if only_first and touching[row]:
+                    break
             return touching
+        if only_first:
+            rows = rows[::-1]
         found = np.zeros(len(rows), dtype=np.bool_)
-        kernels.touch(self._describe(), self.cell, *_describe_sweeps(sweeps.take(rows)), *_describe_table(table), found)
+        stock, near = self._describe(), _describe_sweeps(sweeps.take(rows))
+        kernels.touch(stock, self.cell, *near, *_describe_table(table), found, only_first)
         touching[rows] = found
         return touching
 
