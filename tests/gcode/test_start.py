@@ -41,10 +41,10 @@ def warned(source, machine, **options):
 @pytest.mark.parametrize(
     ("end", "words"),
     [
-        ("G0 Z60\nG0 A30 C45", "A and C: A and C are assumed to start at A30 C45, as line 6 says"),
-        ("G0 Z60\nG0 A0 C45", "C: C is assumed to start at C45, as line 6 says"),
-        ("G0 Z60\nG0 A-10\nG0 C0", "A: A is assumed to start at A-10, as line 7 says"),
-        ("G1 A12 C0", "A: A is assumed to start at A12, as line 5 says"),
+        ("G0 Z60\nG0 A30 C45", "A and C: assumed to start at A30 C45, as line 6 says"),
+        ("G0 Z60\nG0 A0 C45", "C: assumed to start at C45, as line 6 says"),
+        ("G0 Z60\nG0 A-10\nG0 C0", "A: assumed to start at A-10, as line 7 says"),
+        ("G1 A12 C0", "A: assumed to start at A12, as line 5 says"),
     ],
 )
 def test_the_first_cut_before_a_or_c_is_named(machine, end, words):

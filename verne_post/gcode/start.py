@@ -155,8 +155,10 @@ class _Opening:
         axes = [axis for axis, is_open in zip(turned_rows, unsaid[at[0]], strict=True) if is_open]
         letters = " and ".join(AXES[axis] for axis in axes)
         stands = _spell_angles(axes, position)
-        are = "are" if len(axes) > 1 else "is"
-        text = f"the program cuts before it names {letters}: {letters} {are} assumed to start at {stands}, as line {named_line} says; name {letters} before"
+        text = (
+            f"the program cuts before it names {letters}: assumed to start at {stands}, as line {named_line} says; "
+            f"name {letters} before"
+        )
         edits = (Remedy(f"name {letters}", stands, line=first),)
         where = {"line": first, "last_line": first, "worst_line": first}
         return make_finding("VP036", text, **where, edits=edits), dict.fromkeys(axes, named_line)
