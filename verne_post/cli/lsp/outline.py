@@ -93,9 +93,13 @@ _NO_MOTION_CYCLES: Final = ("WORKPIECE", "CYCLE832")
 _NO_MOTION: Final = re.compile(r"\bBLK[ \t]+FORM\b|(?<![A-Z_])G(?:10|52|92)(?![\d.])|\bA?TRANS\b", re.IGNORECASE)
 
 
-#: What completes a name that is begun, in any language, and the sign before a name.
+#: What completes a name that is begun, in any language, and the sign before a name: <...> is of LinuxCNC alone.
 _ANY_NAMES: Final = ("0", "x", "x>", "0 CALL", "x> CALL")
-_MARK: Final = re.compile(r"(?:#|(?<!\w)o)?<?$", re.IGNORECASE)
+_MARKS: Final = {"rs274": re.compile(r"(?:#|(?<!\w)o)?<?$", re.IGNORECASE), "fanuc": re.compile(r"#?$")}
+_NO_MARK: Final = re.compile(r"$")
+_LESS: Final = re.compile(r"<\s*$")
+#: The names of DEF in Siemens, and their type, which is one word, perhaps with a length.
+_DEF: Final = re.compile(r"\bDEF\b(?:\s+\w+)*?\s+(?:REAL|INT|BOOL|CHAR|AXIS|FRAME|STRING\s*\[[^]]*\])\s", re.IGNORECASE)
 
 #: A tool is in a subprogram where both begin in one line, and an operation in a tool.
 _RANKS: Final = (lsp.SymbolKind.Function, lsp.SymbolKind.Class, lsp.SymbolKind.Event)
@@ -245,7 +249,10 @@ class Outline:
     def _list_variables(self) -> list[Named]:
         """Where variables get values: the first one of each."""
         code = [remove_remarks(line, self.dialect) for line in self.lines]
-        return list({one.key: one for one in reversed(list(find_names(self.words.variable, code)))}.values())[::-1]
+        found = list(find_names(self.words.variable, code))
+        if self.dialect == "siemens":
+            found = sorted([*found, *_list_declared(code)], key=lambda one: (one.line, one.begin))
+        return list({one.key: one for one in reversed(found)}.values())[::-1]
 
     def list_begun(self, line: int, column: int) -> list[tuple[int, str, str]]:
         """Names of this text that what is written before a place may become: its column, the word, and its line."""
@@ -255,16 +262,36 @@ class Outline:
             # what is begun is completed by any name, so that the patterns of whole words find its place
             whole = (one for rest in _ANY_NAMES for one in find_names(pattern, [before + rest]))
             begun = next((one for one in whole if one.begin <= column < one.end), None)
-            mark = _MARK.search(before[: begun.begin]) if begun is not None else None
-            if begun is None or (pattern == self.words.use and not before[begun.begin :] and not (mark and mark[0])):
+            if begun is None:
                 continue
+            mark = _MARKS.get(self.dialect, _NO_MARK).search(before[: begun.begin])
             sign = mark[0] if mark else ""
+            is_asked = sign or (self.dialect not in _MARKS and _LESS.search(before))
+            if pattern == self.words.use and not before[begun.begin :] and not is_asked:
+                continue
             for one in defined():
+                if sign.endswith("<") and pattern == self.words.use and one.name.isdecimal():
+                    continue  # #100, not #<100>
                 if one.line != line and one.name.lower().startswith(before[begun.begin :].lower()):
-                    word = f"{sign}{one.name}{'>' * sign.endswith('<')}"
+                    begins = f"{sign}<" if sign == "#" and not one.name.isdecimal() else sign
+                    word = f"{begins}{one.name}{'>' * begins.endswith('<')}"
                     said = f"line {one.line + 1}: {self.lines[one.line].strip()}"
                     found.setdefault(word, (begun.begin - len(sign), word, said))
         return list(found.values())
+
+
+def _list_declared(code: Sequence[str]) -> Iterator[Named]:
+    """The names after DEF and its type, which commas outside brackets and texts divide."""
+    for number, line in enumerate(code):
+        if (head := _DEF.search(line)) is None:
+            continue
+        values = re.sub(r"\"[^\"]*\"", lambda text: "_" * len(text[0]), line[head.end() :])
+        depth, is_next = 0, True
+        for token in re.finditer(r"\w+|[^\w\s]", values):
+            depth += (token[0] in "([") - (token[0] in ")]")
+            if is_next and re.match(r"[^\W\d]", token[0]):
+                yield Named(token[0], number, head.end() + token.start(), head.end() + token.end())
+            is_next = token[0] == "," and not depth
 
 
 def _list_files(folder: Path, paths: tuple[str, ...]) -> list[Path]:
