@@ -2235,6 +2235,34 @@ def test_names_are_completed_as_their_language_writes_them(
         assert one["textEdit"]["newText"].startswith(line[begin:])
 
 
+@pytest.mark.parametrize(
+    ("name", "text", "expected"),
+    [
+        ("j.nc", "%\nO1000\nM98 P^\nM30\nO1302\nM99\n%\n", ["1302", "2000", "0100"]),
+        ("j.nc", "%\nO1000\nG65 P2^\nM30\n%\n", ["2000"]),
+        ("O2000.nc", "%\nO2000\nM98 P^\nM99\n%\n", ["0100"]),
+        ("j.ngc", "G21\no<in> sub\no<in> endsub\no<^\nM2\n", ["o<in>", "o<slot>"]),
+        ("slot.ngc", "o<slot> sub\no<^\no<slot> endsub\n", []),
+        ("j.h", "BEGIN PGM J MM\nCALL PGM ^\nLBL 1\nLBL 0\nEND PGM J MM\n", ["FACE"]),
+        ("j.h", "BEGIN PGM J MM\nCALL LBL ^\nLBL 1\nLBL 0\nEND PGM J MM\n", ["1"]),
+        ("j.mpf", "G710 G90\nPO^\nM30\n", ["POCKET"]),
+    ],
+)
+def test_calls_are_completed_by_the_files_of_the_folder(
+    client: Client, tmp_path: Path, name: str, text: str, expected: list[str]
+) -> None:
+    """Those that the language may call there; never the program itself."""
+    for file in ("O2000.nc", "o0100.nc", "other.nc", "main.ngc", "FACE.H", "POCKET.SPF"):
+        (tmp_path / file).write_text("G21\n", "utf-8")
+    (tmp_path / "slot.ngc").write_text("o<slot> sub\no<slot> endsub\n", "utf-8")
+    before = text.partition("^")[0]
+    uri = client.open(tmp_path / name, text.replace("^", ""))
+    place = {"line": before.count("\n"), "character": len(before.rpartition("\n")[2])}
+    found = client.ask("textDocument/completion", textDocument={"uri": uri}, position=place)
+    own = [one["label"] for one in found if one["detail"].startswith(("line ", "file "))]
+    assert sorted(own) == sorted(expected)
+
+
 def test_all_names_of_a_def_are_found(client: Client, tmp_path: Path) -> None:
     text = f"G710 G90 G54\nDEF REAL R_OUT=20, Z_BOT=110\nT1 D1\nM6\nS9 M3\n{CUTS}G1 Z=Z_BOT\nG0 Z160\nM30\n"
     uri = client.open(make_program(tmp_path, text, "a.mpf", CALL_SETUP))

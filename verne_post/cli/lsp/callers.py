@@ -17,7 +17,7 @@ LARGEST_NEIGHBOUR: Final = 2_000_000
 _SUB: Final = re.compile(r"O\s*(<[^<>]+>|\d+)\s*SUB\b", re.IGNORECASE)
 _ENDSUB: Final = re.compile(r"O\s*(?:<[^<>]+>|\d+)\s*ENDSUB\b", re.IGNORECASE)
 #: An O number that heads a program, and is no statement of LinuxCNC.
-_NUMBER: Final = re.compile(r"[O:]\s*\d+(?!\d)(?!\s*[A-Z]{2})", re.IGNORECASE)
+NUMBER: Final = re.compile(r"[O:]\s*(\d+)(?!\d)(?!\s*[A-Z]{2})", re.IGNORECASE)
 _M99: Final = re.compile(r"(?<![A-Z_])M0*99(?!\d)", re.IGNORECASE)
 _PROC: Final = re.compile(r"(?:N\d+\s*)?PROC\b", re.IGNORECASE)
 _RET: Final = re.compile(r"(?:N\d+\s*)?(?:RET\b|M17(?!\d))", re.IGNORECASE)
@@ -48,7 +48,7 @@ def is_subprogram(text: str, dialect: str, name: str) -> bool:
         if _SUB.match(code[0]) and _ENDSUB.match(code[-1]):
             return True
         # behind another program, whose end is missing, it is none
-        is_alone = not any(map(_NUMBER.match, code[1:]))
+        is_alone = not any(map(NUMBER.match, code[1:]))
         return is_alone and any(map(_M99.search, code))
     return False
 

@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Callable, Iterator, Sequence, Set
+from contextlib import suppress
 from itertools import pairwise
 from pathlib import Path
 from typing import Final
@@ -11,6 +12,7 @@ from msgspec import Struct
 
 from verne_post.base.long_text import Text
 from verne_post.base.program_lines import find_end, remove_remarks
+from verne_post.cli.lsp.callers import LARGEST_NEIGHBOUR, NUMBER, list_code
 from verne_post.config.subprograms import list_callable_files
 from verne_post.gcode.dialects import choose_dialect_name
 from verne_post.gcode.remarks import BLOCK_NUMBER, find_tool_remarks, list_heads, list_tool_changes
@@ -97,6 +99,9 @@ _NO_MOTION: Final = re.compile(r"\bBLK[ \t]+FORM\b|(?<![A-Z_])G(?:10|52|92)(?![\
 _ANY_NAMES: Final = ("0", "x", "x>", "0 CALL", "x> CALL")
 _MARKS: Final = {"rs274": re.compile(r"(?:#|(?<!\w)o)?<?$", re.IGNORECASE), "fanuc": re.compile(r"#?$")}
 _NO_MARK: Final = re.compile(r"$")
+#: Calls that name a program by its number, and one of Klartext, by the text before the name.
+_BY_NUMBER: Final = re.compile(r"(?:M98|G6[56])(?!\d)[^\n(;]*P\s*\d*$", re.IGNORECASE)
+_CALL_PGM: Final = re.compile(r"CALL\s+PGM\s*\"?[^\"\n;~]*$", re.IGNORECASE)
 _LESS: Final = re.compile(r"<\s*$")
 #: The names of DEF in Siemens, and their type, which is one word, perhaps with a length.
 _DEF: Final = re.compile(r"\bDEF\b(?:\s+\w+)*?\s+(?:REAL|INT|BOOL|CHAR|AXIS|FRAME|STRING\s*\[[^]]*\])\s", re.IGNORECASE)
@@ -127,6 +132,7 @@ class Outline:
         self.lines = lines
         self.dialect = choose_dialect_name(dialect, source, name)
         self.words = _WORDS[self.dialect]
+        self.name = name
 
     def _list_subprograms(self) -> list[Named]:
         """Where subprograms begin; label 0 of Klartext ends one."""
@@ -254,8 +260,32 @@ class Outline:
             found = sorted([*found, *_list_declared(code)], key=lambda one: (one.line, one.begin))
         return list({one.key: one for one in reversed(found)}.values())[::-1]
 
-    def list_begun(self, line: int, column: int) -> list[tuple[int, str, str]]:
-        """Names of this text that what is written before a place may become: its column, the word, and its line."""
+    def _list_callable(self, before: str, folder: Path | None, paths: tuple[str, ...]) -> list[Named | Path]:
+        """What a call after a text may name: subprograms of this one and files, never the program itself."""
+        code = list_code("\n".join(self.lines), self.dialect)
+        head = NUMBER.match(code[0]) if code and self.dialect in ("rs274", "fanuc") else None
+        itself = {Named(name, 0, 0, 0).key for name in (Path(self.name).stem, head[1] if head else "")}
+        inside = [one for one in self._list_subprograms() if one.key not in itself]
+        files = [one for one in _list_files(folder, paths) if Named(one.stem, 0, 0, 0).key not in itself]
+        if self.dialect == "heidenhain":
+            if not _CALL_PGM.search(before):
+                return [*inside]
+            return [one for one in files if one.suffix.lower() == ".h"]
+        if self.dialect == "siemens":
+            return [*inside, *(one for one in files if one.suffix.lower() == ".spf")]
+        files = [one for one in files if one.suffix.lower() in (".nc", ".ngc")]
+        if _BY_NUMBER.search(before):
+            numbers = [one for one in files if Named(one.stem, 0, 0, 0).key.isdecimal()]
+            return [*(one for one in inside if one.name.isdecimal()), *numbers]
+        return [*inside, *(one for one in files if _has_own_sub(one))]
+
+    def list_begun(
+        self, line: int, column: int, folder: Path | None = None, paths: tuple[str, ...] = ()
+    ) -> list[tuple[int, str, str]]:
+        """Names that what is written before a place may become: its column, the word, and its line or file.
+
+        They are of this text, and for calls also of the files of a folder.
+        """
         before = self.lines[line][:column]
         found: dict[str, tuple[int, str, str]] = {}
         for pattern, defined in (*self._list_leading(), (self.words.use, self._list_variables)):
@@ -269,13 +299,21 @@ class Outline:
             is_asked = sign or (self.dialect not in _MARKS and _LESS.search(before))
             if pattern == self.words.use and not before[begun.begin :] and not is_asked:
                 continue
-            for one in defined():
-                if sign.endswith("<") and pattern == self.words.use and one.name.isdecimal():
+            named: Sequence[Named | Path] = (
+                defined() if pattern != self.words.call else self._list_callable(before, folder, paths)
+            )
+            for one in named:
+                said = f"file {one.name}"
+                name = re.sub(r"^[oO](?=\d+$)", "", one.stem) if isinstance(one, Path) else one.name
+                if sign.endswith("<") and name.isdecimal():
                     continue  # #100, not #<100>
-                if one.line != line and one.name.lower().startswith(before[begun.begin :].lower()):
-                    begins = f"{sign}<" if sign == "#" and not one.name.isdecimal() else sign
-                    word = f"{begins}{one.name}{'>' * begins.endswith('<')}"
+                if isinstance(one, Named):
+                    if one.line == line:
+                        continue
                     said = f"line {one.line + 1}: {self.lines[one.line].strip()}"
+                if name.lower().startswith(before[begun.begin :].lower()):
+                    begins = f"{sign}<" if sign and not sign.endswith("<") and not name.isdecimal() else sign
+                    word = f"{begins}{name}{'>' * begins.endswith('<')}"
                     found.setdefault(word, (begun.begin - len(sign), word, said))
         return list(found.values())
 
@@ -294,7 +332,18 @@ def _list_declared(code: Sequence[str]) -> Iterator[Named]:
             is_next = token[0] == "," and not depth
 
 
-def _list_files(folder: Path, paths: tuple[str, ...]) -> list[Path]:
+def _has_own_sub(file: Path) -> bool:
+    """Whether a file has the subprogram ``o<...> sub`` of its name."""
+    with suppress(OSError):
+        if file.stat().st_size <= LARGEST_NEIGHBOUR:
+            text = file.read_bytes().decode("utf-8", errors="replace")
+            return re.search(rf"^\s*O\s*<{re.escape(file.stem)}>\s*SUB\b", text, re.I | re.M) is not None
+    return False
+
+
+def _list_files(folder: Path | None, paths: tuple[str, ...]) -> list[Path]:
+    if folder is None:
+        return []
     try:
         return list_callable_files(folder, paths)
     except (UsageError, OSError):

@@ -477,7 +477,8 @@ class Session:
             dialect = self.inspector.find_dialect(path, text)
             tools = list_tools(self.options[uri], dialect) if uri in self.options else {}
             outline = Outline(lines, dialect, text.encode(), path.name)
-            found = complete_word(outline, place.line, place.character, tools)
+            paths = self.inspector.given.get("subroutine_path") or ()
+            found = complete_word(outline, place.line, place.character, tools, path.parent, paths)
         return [
             make_item(
                 one,
