@@ -2263,6 +2263,41 @@ def test_calls_are_completed_by_the_files_of_the_folder(
     assert sorted(own) == sorted(expected)
 
 
+@pytest.mark.parametrize(
+    ("name", "text", "words"),
+    [
+        (
+            "a.nc",
+            f"{OF_FANUC}G0 Z150.\n#1=0\nWHILE [#1 LT 2] DO1\n#1=#1+1\nEND1\nIF [#1EQ9] GOTO 5\nN5 M30\n%\n",
+            {"LT 2": "LT", "DO1": "DO", "END1": "END", "EQ9": "EQ", "GOTO 5": "GOTO"},
+        ),
+        (
+            "a.h",
+            f"{OF_KLARTEXT}FN 9: IF +1 EQU +2 GOTO LBL 5\nL Z+150 FMAX\nM30\nLBL 5\nEND PGM A MM\n",
+            {"EQU": "EQU"},
+        ),
+        ("a.mpf", f"{DEFS}DEF INT I\nG0 X0 Y0 Z150 A0 C0\nM30\n", {"REAL": "REAL", "INT I": "INT", "DEF": "DEF"}),
+    ],
+)
+def test_hover_tells_operators_loops_and_types(
+    client: Client, tmp_path: Path, name: str, text: str, words: dict[str, str]
+) -> None:
+    uri = client.open(make_program(tmp_path, text, name, CALL_SETUP))
+    for part, word in words.items():
+        line = next(k for k, one in enumerate(text.split("\n")) if part in one)
+        assert f"**{word}**: " in hover(client, uri, line, text.split("\n")[line].index(part)), part
+
+
+def test_hover_of_a_variable_with_the_name_of_a_letter_is_its_value(client: Client, tmp_path: Path) -> None:
+    """I=I+1 was "centre of an arc"."""
+    text = f"G710 G90 G54\nDEF INT I\nT1 D1\nM6\nS9 M3\n{CUTS}I=I+1\nG3 X10 Y10 I=5 J0\nG0 Z160\nM30\n"
+    uri = client.open(make_program(tmp_path, text, "a.mpf", CALL_SETUP))
+    line = text.split("\n").index("I=I+1")
+    for column in (0, 2):
+        assert hover(client, uri, line, column).startswith("**I**: variable; 1 after this line")
+        assert "centre" not in hover(client, uri, line, column)
+
+
 def test_all_names_of_a_def_are_found(client: Client, tmp_path: Path) -> None:
     text = f"G710 G90 G54\nDEF REAL R_OUT=20, Z_BOT=110\nT1 D1\nM6\nS9 M3\n{CUTS}G1 Z=Z_BOT\nG0 Z160\nM30\n"
     uri = client.open(make_program(tmp_path, text, "a.mpf", CALL_SETUP))
@@ -2358,6 +2393,13 @@ def test_a_subprogram_without_its_caller_has_errors_of_its_words_alone(
     client.change(sub, 3, text)
     assert list_codes(client, sub) == []
     assert f"checked where {path.name} calls it" in lens(client, sub)
+
+
+def test_a_subprogram_may_use_what_its_caller_would_give_it(client: Client, tmp_path: Path) -> None:
+    """Variables of the program, a remap of its set-up, its feed rate: none is an error of words."""
+    text = "PROC SLOT(REAL L)\nDEPTH=5\nX=DEPTH\nM1234\nG1 Z=L\nGOTOF MISSING\nRET\n"
+    sub = client.open(make_program(tmp_path, text, "SLOT.SPF", None))
+    assert list_codes(client, sub) == [("VP023", 6)]
 
 
 @pytest.mark.parametrize(

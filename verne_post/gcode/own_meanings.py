@@ -304,10 +304,25 @@ _MACRO_FUNCTIONS: Final = _FUNCTIONS | {
     "FIX": "next whole number below",
     "FUP": "next whole number above",
 }
+#: Operators between two values, or two conditions.
+_OPERATORS: Final = {
+    "EQ": "holds where both values are equal",
+    "NE": "holds where the values differ",
+    "LT": "holds where the first value is less",
+    "LE": "holds where the first value is less, or both are equal",
+    "GT": "holds where the first value is greater",
+    "GE": "holds where the first value is greater, or both are equal",
+}
+_LOGIC: Final = {
+    "AND": "holds where both conditions hold",
+    "OR": "holds where one of the conditions holds, or both",
+    "XOR": "holds where one of the conditions holds alone",
+    "MOD": "remainder of a division",
+}
 #: Words of expressions and of the order of execution that no table of their language has.
 OF_EXPRESSIONS: Final[Mapping[str, Mapping[str, str]]] = {
     "RS274/NGC": {
-        **_MACRO_FUNCTIONS,
+        **_MACRO_FUNCTIONS, **_OPERATORS, **_LOGIC,
         "SUB": "begins a subprogram", "ENDSUB": "ends a subprogram, and returns to its call",
         "CALL": "calls a subprogram; its values are #1, #2, ... there", "RETURN": "returns to the call",
         "REPEAT": "repeats the lines up to endrepeat so many times", "ENDREPEAT": "goes back to repeat",
@@ -318,8 +333,29 @@ OF_EXPRESSIONS: Final[Mapping[str, Mapping[str, str]]] = {
         "ELSE": "begins the lines for conditions of if that do not hold", "ENDIF": "ends if",
         "BREAK": "leaves the loop", "CONTINUE": "goes to the end of the loop",
     },
-    "Fanuc": _MACRO_FUNCTIONS,
+    "Fanuc": {
+        **_MACRO_FUNCTIONS, **_OPERATORS, **_LOGIC,
+        "AND": "the bits that both values have", "OR": "the bits that one of two values has, or both",
+        "XOR": "the bits that one of two values has alone",
+        "IF": "[condition] GOTO n jumps where it holds; [condition] THEN sets a variable",
+        "THEN": "sets a variable where the condition holds",
+        "GOTO": "jumps to the block N of this number, searched to the end, then from the beginning",
+        "WHILE": "[condition] DO1 repeats the lines up to END1 as long as it holds",
+        "DO": "begins a loop; DO1 ends at END1",
+        "END": "goes back to DO of the same number",
+    },
+    "Klartext": {
+        "EQU": "holds where both values are equal", "NE": "holds where the values differ",
+        "LT": "holds where the first value is less", "GT": "holds where the first value is greater",
+        "IF": "the condition of a jump: FN 9 to FN 12", "GOTO": "jumps to the label where the condition of FN holds",
+    },
     "Siemens": {
+        "REAL": "number, as a type of DEF and PROC", "INT": "whole number, as a type of DEF and PROC",
+        "BOOL": "TRUE or FALSE, as a type of DEF and PROC", "CHAR": "a character, as a type of DEF and PROC",
+        "STRING": "text of so many characters, as a type of DEF and PROC",
+        "TO": "between the first and last value of FOR",
+        "NOT": "holds where the condition behind it does not",
+        **_LOGIC, "DIV": "division without its remainder",
         **_FUNCTIONS, "ATAN2": "angle of ATAN2(y, x), in degrees", "POT": "square", "TRUNC": "whole number towards 0",
         "ROUNDUP": "next whole number above", "MINVAL": "lower of two values", "MAXVAL": "higher of two values",
         "BOUND": "value within bounds: BOUND(lowest, highest, value)",

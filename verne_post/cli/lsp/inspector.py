@@ -196,6 +196,8 @@ class Inspector:
         last = len(split_lines(text))
         own = [item for item in alone.findings if item.code in _OF_WORDS and item.severity == "error"]
         own = [item for item in own if not item.settled_by and item.file is None and (item.line or 0) <= last]
+        if found.caller is None:  # it may use variables of the program
+            own = [item for item in own if "not defined (DEF)" not in item.message]
         places = {(item.line, item.code) for item in own}  # with their columns
         found.findings = (*(item for item in found.findings if (item.line, item.code) not in places), *own)
         found.note = found.note or "a subprogram: checked where it is called"
@@ -347,12 +349,18 @@ class Inspector:
         place = None if shown is None else Place.find(shown)
         context = (dialect, text, state, place, found.machine, found.options)
         about = "" if address is None else describe_address(address, *context)
+        own = {one.key for one in self.make_outline(found).list_variables()} if dialect == "siemens" else set()
+        is_own = variable.lower() in own  # DEF INT I: no centre of an arc
+        if address is not None and address.name.lower() in own:
+            about = ""
         said = []
         passes = f", in the first of {shown.describe_passes()}" if shown is not None and shown.is_repeated else ""
         if state is not None and (passes.endswith("several passes") or (shown is None and (variable or about))):
             passes = self._describe_executions(found, line) or passes
         is_name = address is not None and about and column < address.value_begin
-        if variable and not is_name and (of_variable := describe_variable(variable, state, dialect, text)):
+        of_variable = describe_variable(variable, state, dialect, text) if variable and not is_name else ""
+        if of_variable or is_own:
+            of_variable = of_variable or "variable; no value is known after this line"
             said.append(f"**{variable}**: {of_variable}{passes}")
         if address is not None and about:
             plan = found.made.plan

@@ -244,7 +244,7 @@ class Outline:
         """Where the variable at a place gets its first value."""
         for one in find_names(self.words.use, [remove_remarks(self.lines[line], self.dialect)]):
             if one.begin <= column <= one.end:
-                return next((each for each in self._list_variables() if each.key == one.key), None)
+                return next((each for each in self.list_variables() if each.key == one.key), None)
         return None
 
     def _list_leading(self) -> tuple[tuple[str, Callable[[], list[Named]]], ...]:
@@ -252,7 +252,7 @@ class Outline:
         words = self.words
         return (words.call, self._list_subprograms), (words.jump, lambda: list(find_names(words.label, self.lines)))
 
-    def _list_variables(self) -> list[Named]:
+    def list_variables(self) -> list[Named]:
         """Where variables get values: the first one of each."""
         code = [remove_remarks(line, self.dialect) for line in self.lines]
         found = list(find_names(self.words.variable, code))
@@ -288,7 +288,7 @@ class Outline:
         """
         before = self.lines[line][:column]
         found: dict[str, tuple[int, str, str]] = {}
-        for pattern, defined in (*self._list_leading(), (self.words.use, self._list_variables)):
+        for pattern, defined in (*self._list_leading(), (self.words.use, self.list_variables)):
             # what is begun is completed by any name, so that the patterns of whole words find its place
             whole = (one for rest in _ANY_NAMES for one in find_names(pattern, [before + rest]))
             begun = next((one for one in whole if one.begin <= column < one.end), None)
