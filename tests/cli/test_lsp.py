@@ -2365,6 +2365,12 @@ def test_a_subprogram_is_checked_by_its_caller_and_its_caller_with_it(
     (wrong,) = list_codes(client, program)
     assert wrong == ("VP001", at)
     assert list_codes(client, sub) == [("VP001", wrong_line)]
+    # with its column, and so its edit
+    if main[0] == "j.nc":
+        client.change(sub, 4, text.replace("20.\n", "20. Q5\n"))
+        assert list_codes(client, sub) == [("VP006", wrong_line)]
+        assert list(ask_fixes(client, sub, wrong_line - 1)) == ["Remove Q5 (no errors then)"]
+        assert list_codes(client, program) == [("VP006", at)]
     # the file counts again
     client.tell("textDocument/didClose", textDocument={"uri": sub})
     assert list_codes(client, program) == list_codes(client, sub) == []

@@ -33,13 +33,12 @@ def may_be_called(text: str, dialect: str, name: str) -> bool:
     """Whether a text may be a subprogram: it does not end the program, which in Siemens leads back from an SPF file."""
     if dialect == "aptcl":
         return False
-    return name.lower().endswith(".spf") or find_end(list_code(text, dialect)) is None
+    return name.lower().endswith(".spf") or find_end(reversed(split_lines(text))) is None
 
 
 def is_subprogram(text: str, dialect: str, name: str) -> bool:
     """Whether a text is a subprogram and nothing else, whoever calls it. Klartext writes both in one way."""
-    code = list_code(text, dialect)
-    if not code or not may_be_called(text, dialect, name):
+    if not may_be_called(text, dialect, name) or not (code := list_code(text, dialect)):
         return False
     if dialect == "siemens":
         heads = [number for number, line in enumerate(code) if _PROC.match(line)]

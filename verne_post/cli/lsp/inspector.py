@@ -171,10 +171,10 @@ class Inspector:
         """
         text = texts[path]
         dialect = self.find_dialect(path, text)
-        is_one = is_subprogram(text, dialect, path.name)
         setup = Path(f"{path}.toml")
         if not may_be_called(text, dialect, path.name) or setup in texts or setup.exists():
             return None
+        is_one = is_subprogram(text, dialect, path.name)
         found = Inspected(path, text, (), Inspection(refuse_program(InputError())))
         check = partial(self._check_program, superseded=superseded, tell=None, only_cause=True)
         caller = self.callers.find(path, texts)
@@ -194,10 +194,11 @@ class Inspector:
             return None
         alone = check(path, {**texts, path: add_call(text, dialect)}, given=self.given | {"dialect": dialect})
         last = len(split_lines(text))
-        own = [item for item in alone.findings if item.code in _OF_WORDS and item.severity == "error"]
-        own = [item for item in own if not item.settled_by and item.file is None and (item.line or 0) <= last]
-        if found.caller is None:  # it may use variables of the program
-            own = [item for item in own if "not defined (DEF)" not in item.message]
+        told = {(item.line, item.code) for item in found.findings}
+        own = [item for item in alone.findings if item.severity == "error" and item.file is None]
+        own = [
+            item for item in own if (item.line or 0) <= last and ((item.line, item.code) in told or _is_of_words(item))
+        ]
         places = {(item.line, item.code) for item in own}  # with their columns
         found.findings = (*(item for item in found.findings if (item.line, item.code) not in places), *own)
         found.note = found.note or "a subprogram: checked where it is called"
@@ -449,6 +450,11 @@ def _describe_pose(found: Inspected, shown: Line) -> str:
     """Time, feed and pose of a line."""
     pose = "\n".join(describe_pose(shown))
     return f"{_describe_time(found, shown.number)}\n\n```text\n{pose}\n```"
+
+
+def _is_of_words(item: Finding) -> bool:
+    """Whether a finding stays whoever calls the text: a caller gives variables, and its set-up the meaning of codes."""
+    return item.code in _OF_WORDS and not item.settled_by and "not defined (DEF)" not in item.message
 
 
 def _list_in_file(findings: Iterable[Finding], name: str) -> Iterator[Finding]:
