@@ -126,6 +126,8 @@ def _make_pattern(name: str, language: str) -> str:
         return rf"(?<![A-Z_$]){code[1]}[ \t]*0*{re.escape(code[2])}(?![\d.])"
     text = r"[ \t]+".join(map(re.escape, name.split()))
     after = r"(?=[ \t]*[=+\-.\d])" if len(name) == 1 else r"(?![A-Z\d_])"
+    if language in ("RS274/NGC", "Fanuc") and name in OF_EXPRESSIONS[language]:  # numbers may touch it: #1LT5, DO1
+        return rf"(?<![A-Z_$]){text}(?![A-Z_])"
     if language == "Klartext" and name in ("Q", "QL", "QR", "QS"):  # elsewhere it is a value
         after = r"(?=[ \t]*\d+[ \t]*=)"
     if language == "Klartext" and name in ("L", "C"):  # C+90 is an axis
