@@ -768,6 +768,31 @@ def test_the_cycle_of_mcall_is_in_force_until_it_ends(tmp_path: Path, run: Calla
     assert ["MCALL CYCLE81, G54" in one for one in shown] == [False, True, True, False, False]
 
 
+def test_a_line_of_several_moves_that_runs_once_ends_where_the_tool_does(
+    tmp_path: Path, run: Callable[..., Any]
+) -> None:
+    """A stop at which the file is cut shifted the moves, and a round that waits for its next line was another pass."""
+    place = ("--tool-length", 80, "--wcs", "G54=0,0,60")
+    (hole := tmp_path / "hole.mpf").write_text(
+        "G17 G54 G90 G71\nT1 D1\nM6\nS1000 M3 F100\nG0 A0 C0\nG0 X0 Y0 Z50\nM0\nMCALL CYCLE81(20,0,2,-5)\nX10\nMCALL\n"
+        "X20\nM30\n"
+    )
+    shown = run("explain", f"{hole}:9", *place, "--split-at-stops").out
+    assert "several times" not in shown
+    assert (
+        "pose at the end of the motion, the last of 4 moves\n  tip on the table     (10.000, 0.000, 80.000) mm" in shown
+    )
+    (corner := tmp_path / "corner.mpf").write_text(
+        "G17 G54 G90 G71\nT1 D1\nM6\nS1000 M3 F500\nG0 A0 C0\nG0 X0 Y0 Z50\nG42 G1 X10 Y0\nX30 RND=3\nY30 CHF=2\nX0\n"
+        "Y0\nG40 X-20\nM30\n"
+    )
+    table = tmp_path / "tools.tbl"
+    table.write_text("T1 P1 Z80 D8\n")
+    for line in range(7, 13):
+        told = run("explain", f"{corner}:{line}", "--tool-table", table, *place[2:]).out
+        assert "pose at the end" in told and "several times" not in told
+
+
 def test_a_line_below_its_feed_rate_says_what_holds_it_back(run: Callable[..., Any], tmp_path: Path) -> None:
     """The time is that of the rows, and the limit one that the rows of the line are at."""
     text = "G21 G90 G94 G61.1\nG0 X0 Y0 Z50 A0 C0\nG1 X60 F200000\nG1 X50 F600\nG93 G1 X0 F900\nM2\n"

@@ -53,7 +53,9 @@ def explain_line(line: Line) -> Iterator[str]:
     yield ""
     yield from _describe_findings(line, line.findings)
     yield ""
-    yield f"pose at the end of the motion{', as programmed' if _has_blended_corner(line) else ''}"
+    n_moves = len(np.unique(line.rows[: line.last + 1]))
+    which = f", the last of {n_moves} moves" if n_moves > 1 else ""
+    yield f"pose at the end of the motion{which}{', as programmed' if _has_blended_corner(line) else ''}"
     yield from _describe_end(line)
     yield from _describe_nearest_limit(machine, tip, angles, tool)
     yield from _describe_time(line)
