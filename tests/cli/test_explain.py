@@ -547,6 +547,19 @@ def test_main_is_what_the_command_calls(tmp_path: Path, capsys: pytest.CaptureFi
     assert capsys.readouterr().out.startswith("line 2: G1 Z100 F900 (Fl")
 
 
+def test_each_line_that_turns_the_table_has_the_warning(run: Callable[..., Any], tmp_path: Path) -> None:
+    """One finding stands for all of them, and only its first line was told."""
+    (program := tmp_path / "part.nc").write_text(
+        "G21 G90\nG0 X0 Y0 Z60 A20 C-180\nG1 X1 C180 F900\nX2\nX3 C-180\nM30\n"
+    )
+    answer = run("check", program, *OPTIONS)
+    assert "  3 | G1 X1 C180 F900\n    = Write C-180 in line 3; then add -360 deg" in answer.out
+    for line in (3, 5):
+        told = run("explain", f"{program}:{line}", *OPTIONS).out
+        assert " (lines 3 and 5; the numbers are those of line 3)\n" in told
+    assert "findings: none" in run("explain", f"{program}:4", *OPTIONS).out
+
+
 def test_a_warning_about_words_proposes_no_move(explain: Callable[..., str]) -> None:
     program = lines("G49 F600 G0 X0 Y0 Z60 A0 C0", "G81 X5 Y5 Z-5 R3", "G91", "X-5 L2", "G80", "M2")
     out = explain(program, 4, "--wcs", "G54=0,0,60")

@@ -22,7 +22,7 @@ from verne_post.gcode.program_error import ProgramError
 from verne_post.kinematics.checks import remedies
 from verne_post.kinematics.joint_path import JointPath
 from verne_post.model.codes import CODES
-from verne_post.model.findings import Finding
+from verne_post.model.findings import Finding, name_lines
 from verne_post.model.machine import Machine
 from verne_post.model.moves import AXES, FeedMode, MoveKind, PathMode
 from verne_post.model.part_setup import name_system
@@ -375,7 +375,8 @@ def _describe_findings(line: Line, findings: Sequence[Finding]) -> Iterator[str]
         for one, item in zip(places, findings, strict=True)
     ]
     for item, where, after in zip(findings, shown, [*shown[1:], ""], strict=True):
-        yield f"  {item.code} {item.severity}: {item.message}"
+        same = f" ({name_lines(item)}; the numbers are those of line {item.line})" if item.lines else ""
+        yield f"  {item.code} {item.severity}: {item.message}{same}"
         if where and where != after:  # what is broken at one place has it once, below
             yield f"    {where}"
     remedied = [item for item in findings if not is_about_pose(item.code)]
