@@ -154,7 +154,7 @@ def test_a_line_from_words_to_sliders(explain: Callable[..., str]) -> None:
     text = explain(PROGRAM, 2, *OPTIONS)
     assert text.startswith("line 2: G1 Z100 A60 F2000\n")
     assert "G1, G21 (mm), G90 (absolute), G94, G64, G54, tool length 120 mm, feed 2000 mm/min" in text
-    assert "findings: none, the whole line is within limits" in text
+    assert "findings: none, the whole line is within limits\nNOT CHECKED: contact with fixtures and stock" in text
     assert "what would" not in text
     text = text.partition("from words to joints")[2]
     assert "X 0 mm (kept), Y 0 mm (kept), Z 100 mm (word Z100), A 60 deg (word A60), C 0 deg (kept)" in text

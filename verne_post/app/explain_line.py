@@ -30,6 +30,7 @@ from verne_post.model.protocols import AxisCorrecting
 from verne_post.model.toolpath import SegmentKind
 from verne_post.model.verdict import find_worst, is_about_pose
 from verne_post.output.findings import describe_remedy
+from verne_post.output.summary import list_unchecked
 from verne_post.toolpath.margins import list_margin_functions
 
 #: Decimals of mm and degrees where a pose is told in a few lines.
@@ -52,6 +53,7 @@ def explain_line(line: Line) -> Iterator[str]:
         yield f"  motion               {line.planned}"
     yield ""
     yield from _describe_findings(line, line.findings)
+    yield from (f"{key}: {text}" for key, text in list_unchecked(machine, line.options, line.moves.events))
     yield ""
     n_moves = len(np.unique(line.rows[: line.last + 1]))
     which = f", the last of {n_moves} moves" if n_moves > 1 else ""
