@@ -851,6 +851,9 @@ def test_every_word_is_explained_for_itself() -> None:
         ("TCPM", ("Klartext: FUNCTION TCPM switches tool-centre-point control on",)),
         ("FN18", ("Klartext: reads a value of the control",)),
         ("Q336", ("Klartext: a value of CYCL DEF 202, 204, 209: spindle angle",)),
+        ("Q339", ("Klartext: a value of CYCL DEF 247: preset number",)),
+        ("SEQ-", ("Klartext: chooses the sign of A",)),
+        ("A3=", ("Siemens: the tool axis",)),
         ("R1", ("Siemens: an R parameter",)),
         ("Q1", ("Klartext: a Q parameter",)),
         ("#100", ("RS274/NGC: a variable", "Fanuc: a variable")),
@@ -862,6 +865,17 @@ def test_words_that_machinists_type_are_known(word: str, said: tuple[str, ...]) 
     lines = describe_word(word)
     for text in said:
         assert any(line.startswith(text) for line in lines), (text, lines)
+
+
+def test_a_q_of_klartext_leads_with_its_cycles_and_has_no_other_language() -> None:
+    from verne_post.gcode.klartext.cycle_words import OF_PARAMETERS
+
+    for number in {one for needs, defaults in OF_PARAMETERS.values() for one in (*needs, *defaults)}:
+        first, *rest = describe_word(f"Q{number}")
+        assert re.fullmatch(r"Klartext: a value of CYCL DEF [\d, ]+: [a-z ]+", first)
+        assert [line.split(":")[0] for line in rest] == ["Klartext"]
+    assert [line.split(":")[0] for line in describe_word("Q5")] == ["RS274/NGC", "Fanuc", "Klartext"]
+    assert describe_word("M1=") == []  # an address of Siemens, and not M1
 
 
 def test_axes_whose_values_are_parameters_are_named(run: Callable[..., Any], tmp_path: Path) -> None:
