@@ -7,6 +7,8 @@ import pytest
 from msgspec.structs import replace
 
 import verne_post
+from verne_post.app.assemble import assemble
+from verne_post.app.plan import plan_program
 from verne_post.base.arrays import Array
 from verne_post.model.options import Options
 from verne_post.trajectory import continuous, tuning
@@ -128,3 +130,15 @@ def test_the_highest_effort_is_no_slower_where_the_feed_rate_is_kept() -> None:
         assert result.summary is not None, result.findings
         seconds[quality] = result.summary.cycle_time
     assert seconds[True] <= seconds[False]
+
+
+def test_the_cost_of_a_very_slow_line_does_not_depend_on_its_time() -> None:
+    """A mistyped feed rate: the profiles of an hour are no longer than those of minutes."""
+    kept = []
+    for feed in (3.0, 0.3):
+        source = f"G21 G90 G94 G17\nG0 X0 Y0 Z60\nG1 X20 F{feed}\nY20 F1000\nX0\nM2\n".encode()
+        plan = plan_program(assemble(source, MACHINE, Options(tool_length=80.0)))
+        seconds = plan.timeline.n_rows * plan.timeline.cycle
+        assert seconds == pytest.approx(20 * 60 / feed + 2.4, rel=1e-3)
+        kept.append(len(plan.profiles.continuous_s))
+    assert kept[0] == kept[1] < 5000
