@@ -649,6 +649,10 @@ def test_a_plane_that_is_kept_is_underlined_at_its_word(
         ("a.ngc", "o10 whale", None),
         ("a.cls", "GOTO/1,O,60", "GOTO/1,0,60"),
         ("a.cls", "GOTO/1,l0,60", "GOTO/1,10,60"),
+        ("a.cls", "FEDRAT/5OO,MMPM", "FEDRAT/500,MMPM"),
+        ("a.cls", "FEDRAT/MMPM,50o", "FEDRAT/MMPM,500"),
+        ("a.cls", "SPINDL/30O0,CLW", "SPINDL/3000,CLW"),
+        ("a.cls", "LOADTL/1,ADJUST,1O", "LOADTL/1,ADJUST,10"),
         ("a.cls", "GO/1,0,60", None),
     ],
 )
