@@ -88,12 +88,14 @@ class _Run:
                 assume_feed(state)
             if isinstance(item, Statement) and item.major == "CYCLE":  # the cycle before holds no longer
                 self.modes.cycle = None
-            mistyped = correct_number(item) if isinstance(item, Statement) and error.code in _OF_NUMBERS else None
-            if mistyped is not None:
-                error, item = mistyped
+            corrected_number = (
+                correct_number(item) if isinstance(item, Statement) and error.code in _OF_NUMBERS else None
+            )
+            if corrected_number is not None:
+                error, item = corrected_number
             if (not self.execution.report(error, line) and not stop.past_errors) or stop.first_error:
                 return True
-            if mistyped is not None:
+            if corrected_number is not None:
                 return self.execute(item, is_called=is_called)
             correction = find_correction(error.message)
             if correction is not None and isinstance(item, Statement):
