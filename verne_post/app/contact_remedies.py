@@ -64,14 +64,20 @@ class _Height(Struct, frozen=True):
         return self.written[: self.begin] + value + self.written[self.begin + len(self.number) :]
 
 
-def has_heights(source: Text, program: Program, number: int) -> bool:
-    """Whether the cycle of a line has numbers for its heights that can be tried."""
-    return bool(_list_heights(source, program, number))
+def has_heights(source: Text, program: Program, line: Line) -> bool:
+    """Whether :func:`propose_heights` has numbers to try for the contacts of a line."""
+    asked = any(_is_of_heights(program, line, item) for item in line.findings)
+    return asked and bool(_list_heights(source, program, line.number))
+
+
+def _is_of_heights(program: Program, line: Line, item: Finding) -> bool:
+    """Whether heights of a cycle may be what is wrong."""
+    return _is_contact(program, item) and item.message.startswith("the cutter") and is_of_cycle(line)
 
 
 def propose_heights(source: Text, program: Program, line: Line, item: Finding) -> Iterator[Remedy]:
     """The lowest clearance or retraction of a cycle, in steps, with which its rapids keep out of the stock."""
-    if not _is_contact(program, item) or not item.message.startswith("the cutter") or not is_of_cycle(line):
+    if not _is_of_heights(program, line, item):
         return
     lines = bytes(source).split(b"\n")
     scale = line.unit[1]
@@ -87,7 +93,7 @@ def propose_heights(source: Text, program: Program, line: Line, item: Finding) -
             changed = lines[height.line - 1].replace(old, new, 1)
             text = b"\n".join([*lines[: height.line - 1], changed, *lines[height.line :]])
             left = _list_errors(text, program)
-            return left is not None and not any(_overlap(one, item) for one in left)
+            return left is not None and not any(_is_in_lines_of(one, item) for one in left)
 
         count = _find_steps(is_right, -(item.value or 0.0) / (step * scale))
         if count is not None:
@@ -148,7 +154,7 @@ def _is_contact(program: Program, item: Finding) -> bool:
     return is_short and item.code == "VP216" and item.severity == "error" and item.value is not None
 
 
-def _overlap(one: Finding, item: Finding) -> bool:
+def _is_in_lines_of(one: Finding, item: Finding) -> bool:
     return (one.line or 0) <= (item.last_line or 0) and (item.line or 0) <= (one.last_line or 0)
 
 

@@ -91,7 +91,7 @@ def _add_contact_remedies(source: Text, program: Program, shown: Line) -> Line:
                 more += filter(None, [find_end_before_contact(source, program, shown)])
             item = dataclasses.replace(item, remedies=(*more, *item.remedies))
         told.append(item)
-    return replace(shown, findings=tuple(told), has_heights=has_heights(source, program, shown.number))
+    return replace(shown, findings=tuple(told), has_heights=has_heights(source, program, shown))
 
 
 def _describe_plan(program: Program, shown: Line) -> str:
