@@ -2,6 +2,7 @@
 way.
 """
 
+import re
 from itertools import pairwise
 
 import numpy as np
@@ -454,6 +455,21 @@ def test_short_spans_of_a_turning_line_are_checked_together(monkeypatch: pytest.
     assert answers[0].keys() == answers[1].keys() >= {"shank"}
     assert answers[1] == pytest.approx(answers[0], rel=0.05, abs=0.11)
     assert len(asked) <= 2 * 41
+
+
+@pytest.mark.parametrize("lower", [0.0, 0.2])
+def test_a_body_that_passes_too_near_says_how_near(lower: float) -> None:
+    """A holder 0.3 mm above the stock, or down to 0.1 mm, that has to keep 0.5 mm off: it always said 0 mm."""
+    moves = [("G0", -40, 20, 60), ("G0", -40, 20, -4.7), ("G1", 40, 20, -4.7 - lower)]
+    tip = np.array([[(*a[1:],), (*b[1:],)] for a, b in pairwise(moves)], dtype=float)
+    zeros = np.zeros(2, dtype=int)
+    spans = Spans(tip, np.tile(UP, (2, 2, 1)), np.arange(2), zeros, np.array([True, False]))
+    tools = [group_pieces(build_pieces((LONG, HOLDER), 60.0, joined=False))]
+    done = cut_stock(box(60, 40, 20, 0.4), spans, tools, 0.5)
+    (item,) = report_touches(done, spans, tools, "the stock", 0.5, 0.4)
+    said = re.search(r"passes the stock at (\S+) mm, nearer than 0.5 mm", item.message)
+    assert said is not None
+    assert float(said[1]) == pytest.approx(0.3 - lower, abs=0.06)
 
 
 def test_a_remedy_that_fails_is_cut_up_to_its_first_touch() -> None:

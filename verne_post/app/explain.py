@@ -92,7 +92,7 @@ def _describe_plan(program: Program, shown: Line) -> str:
     if find_worst(shown.findings) == "error":
         return refused
     try:
-        plan = plan_program(program)
+        plan = plan_program(program, only_first=True)
     except InputError:
         return refused
     return describe_time(plan, measure_lines(plan), shown.number)

@@ -108,7 +108,7 @@ class Touch(Struct, frozen=True):
     span: int
     line: int
     body: str
-    depth: float  #: mm; NaN where it is not decided whether it touches.
+    depth: float  #: mm; negative where it only passes too near; NaN where it is not decided whether it touches.
     #: Where the contact begins: how far the tip has come along its line, and how far it goes, mm. 0 where undecided.
     begin: tuple[float, float] = (0.0, 0.0)
     begin_turn: tuple[float, float] = (0.0, 0.0)  #: The same of the tool axis in the part, deg.
@@ -280,12 +280,12 @@ class _Run:
             if self._is_touching(tip, axis, body, -TOUCH_MM - self.left):
                 first, depth = self._follow_contact(rows, tip, axis, name, body)
                 for row in rows[first:].tolist():
-                    self.depth[row, name] = max(depth, self.depth.get((row, name), 0.0))
+                    self.depth[row, name] = max(depth, self.depth.get((row, name), -np.inf))
                 self.broken.add((int(self.spans.tool[rows[0]]), name))
                 self.is_over |= name != "cutter" or not self.rounding[rows[0]] > 0
             elif not (name == "shank" and tool.has_thin_shank):
-                for row, *span in zip(rows.tolist(), *_list_pairs(tip, axis), strict=True):
-                    if not self._is_clear(row, *span, name, body, stood or (tip[0], axis[0])):
+                for row, tips, axes in zip(rows.tolist(), *_list_pairs(tip, axis), strict=True):
+                    if not self._is_clear(row, tips, axes, name, body, stood or (tip[0], axis[0])):
                         self.depth.setdefault((row, name), np.nan)
 
     def _find_begin(self, tip: Array, axis: Array, body: tuple[Piece, ...]) -> tuple[Array, Array]:
@@ -426,7 +426,7 @@ class _Run:
         return first, depth
 
     def _measure_depth(self, tip: Array, axis: Array, body: tuple[Piece, ...]) -> float:
-        """How deep a body is in the material at most, mm."""
+        """How deep a body is in the material at most, mm; negative where it is beside it, nearer than it may be."""
         point = self._list_points(tip, axis, body)
         if not len(point):
             return 0.0
@@ -439,7 +439,7 @@ class _Run:
             way, turn = (np.linalg.norm(np.diff(one, axis=0), axis=1) for one in (tips, axes))
             nearest = _measure_nearest(tips, axes, body, point)
             point, places = point[nearest <= nearest.min() + (way + reach * turn).max()], 2 * places
-        return -float(_measure_nearest(*_place_along(tip, axis, most), body, point).min(initial=0.0))
+        return -float(_measure_nearest(*_place_along(tip, axis, most), body, point).min())
 
     def _list_points(self, tip: Array, axis: Array, body: tuple[Piece, ...]) -> Array:
         """Material (m, 3) on rays that meet a body: both ends and the middle on some of them."""
