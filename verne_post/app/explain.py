@@ -1,14 +1,21 @@
 """One line of a program explained, on the same contour and by the same check as ``check`` and ``convert``."""
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from msgspec.structs import replace
 
 from verne_post.app.assemble import Program, assemble, build_interpreter_setup, find_modal_state, find_state_if_executed
 from verne_post.app.constraints import check_line, guard_joints
-from verne_post.app.explain_line import add_line_remedies, describe_modes, explain_line, find_lines_near, work_through
+from verne_post.app.explain_line import (
+    add_line_remedies,
+    describe_modes,
+    explain_findings,
+    explain_line,
+    find_lines_near,
+    work_through,
+)
 from verne_post.app.line_facts import describe_time, measure_lines
 from verne_post.app.line_remedies import Line
 from verne_post.app.plan import plan_program
@@ -62,8 +69,13 @@ class Explanation:
         return format_html_sections(self.text)
 
 
-def explain_source(source: Text, machine: Machine, options: Options, line: int) -> Explanation:
-    """Explain one line of a program; errors as of :func:`verne_post.explain`."""
+def explain_source(
+    source: Text, machine: Machine, options: Options, line: int, tell: Callable[[str], None] | None = None
+) -> Explanation:
+    """Explain one line of a program; errors as of :func:`verne_post.explain`.
+
+    ``tell`` gets the beginning of the text, up to the findings, before remedies are sought, which may take longer.
+    """
     program = assemble(source, machine, options)
     build_feed_override(
         options.override, options.slow_start, machine.limits
@@ -73,7 +85,11 @@ def explain_source(source: Text, machine: Machine, options: Options, line: int) 
         raise _make_line_error(source, line)
     if text is not None and not len(select_line(guard_joints(program), line).contour):
         return _explain_words(source, program, line, text.decode("utf-8", errors="replace").strip())
-    shown = add_line_remedies(look_at_line(source, program, line))
+    shown = look_at_line(source, program, line)
+    shown = replace(shown, planned=_describe_plan(program, shown))
+    if tell is not None:
+        tell("\n".join(explain_findings(shown)) + "\n")
+    shown = add_line_remedies(shown)
     if not any("ended elsewhere" in text for item in shown.findings for text in item.remedies):
         before = find_end_before_contact(source, program, shown)
         more = () if before is None else (before,)
@@ -82,7 +98,6 @@ def explain_source(source: Text, machine: Machine, options: Options, line: int) 
             for item in shown.findings
         )
         shown = replace(shown, findings=tuple(told))
-    shown = replace(shown, planned=_describe_plan(program, shown))
     return Explanation(line, shown.findings, *("\n".join(part(shown)) + "\n" for part in (explain_line, work_through)))
 
 
