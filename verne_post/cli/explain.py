@@ -94,13 +94,13 @@ def command(what: str | None, lists: bool, every: bool, **given: Any) -> int:
         try:
             with show_progress("explaining") as progress:
 
-                def tell(text: str) -> None:
+                def print_begin(text: str) -> None:
                     if isinstance(progress, ProgressLine):
-                        progress.clear()
+                        progress.remove()
                     echo(text, nl=False)
                     begun.append(text)
 
-                explained = explain_source(source, machine, options, int(number), tell)
+                explained = explain_source(source, machine, options, int(number), print_begin)
         except InputError as error:
             if int(number) == 0 or every:
                 return refuse(show_name(name), error, source)

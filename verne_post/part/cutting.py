@@ -327,17 +327,17 @@ class _Run:
         """Whether a ray has material in a body larger by ``by``, or by the space between rays (``RESOLVED``)."""
         return any(
             self.stock.find_touching(sweeps, table, compiled=self.compiled, only_first=True).any()
-            for sweeps, table in self._enlarge(tip, axis, body, by, step)
+            for sweeps, table in self._list_enlarged(tip, axis, body, by, step)
         )
 
     def _find_hits(
         self, tip: Array, axis: Array, body: tuple[Piece, ...], by: float
     ) -> Iterator[tuple[Ints, Sweeps, RayTable]]:
         """For each piece which of its bodies are hit, all its bodies, and the piece as it was enlarged."""
-        for sweeps, table in self._enlarge(tip, axis, body, by):
+        for sweeps, table in self._list_enlarged(tip, axis, body, by):
             yield np.flatnonzero(self.stock.find_touching(sweeps, table, compiled=self.compiled)), sweeps, table
 
-    def _enlarge(
+    def _list_enlarged(
         self, tip: Array, axis: Array, body: tuple[Piece, ...], by: float, step: float = STEP_MM
     ) -> Iterator[tuple[Sweeps, RayTable]]:
         """The bodies of each piece on spans in a row, and the piece larger by ``by``."""
