@@ -11,8 +11,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+import verne_post as vp
+import verne_post.app.explain as explain_app
 from verne_post import load_machine
 from verne_post.app.explain_line import is_axis_named
+from verne_post.app.line_remedies import Line
 from verne_post.cli.main import main
 from verne_post.config import list_machine_files, schema
 from verne_post.config.carrier import CarrierFile
@@ -962,3 +965,25 @@ def test_a_line_names_the_machine_whose_limits_it_was_measured_by(
     assert f"\n  machine              {name}\n" in run("explain", f"{program}:3", *given).out
     assert name not in run("explain", f"{program}:1", *given).out
     assert name not in run("explain", "G54", "--machine", machine).out
+
+
+def test_findings_are_printed_before_remedies_are_sought(
+    run: Callable[..., Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The search may take ten times as long as the check: nothing was printed until it had ended."""
+    (tmp_path / "a.nc").write_text(PROGRAM, "utf-8")
+    before, search = [], explain_app.add_line_remedies
+
+    def seek(line: Line) -> Line:
+        before.append(capsys.readouterr().out)
+        return search(line)
+
+    monkeypatch.setattr(explain_app, "add_line_remedies", seek)
+    assert main(["explain", f"{tmp_path / 'a.nc'}:3", *OPTIONS]) == 0
+    after = capsys.readouterr().out
+    (first,) = before
+    assert "VP102 error" in first
+    assert "what would bring" not in first
+    assert after.startswith("what would bring the line within limits")
+    explained = vp.explain(PROGRAM, "verne", 3, vp.Options(tool_length=120, wcs={"G54": (0, 0, 60)})).text
+    assert (first + after).startswith(explained)

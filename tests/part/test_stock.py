@@ -2,6 +2,7 @@
 way.
 """
 
+import re
 from itertools import pairwise
 
 import numpy as np
@@ -434,6 +435,43 @@ def test_a_long_contact_is_measured_only_where_it_becomes_deeper(
     assert len(asked) <= most
 
 
+def test_short_spans_of_a_turning_line_are_checked_together(monkeypatch: pytest.MonkeyPatch) -> None:
+    """40 mm in 400 chords as in 4: each chord was cut and checked by itself."""
+    lean = np.radians([30.0, 31.0])
+    asked, answers = [], []
+    check = cutting._Run._check
+    monkeypatch.setattr(cutting._Run, "_check", lambda *a: asked.append(1) or check(*a))
+    for chords in (4, 400):
+        share = np.linspace(0.0, 1.0, chords + 1)
+        angle = lean[0] + share * (lean[1] - lean[0])
+        tip = np.column_stack([10 + 40 * share, np.full(chords + 1, 20.0), np.full(chords + 1, -5.0)])
+        axis = np.column_stack([0 * share, -np.sin(angle), np.cos(angle)])
+        zeros = np.zeros(chords, dtype=int)
+        spans = Spans(*cutting._list_pairs(tip, axis), zeros + 7, zeros, zeros > 0)
+        tools = [group_pieces(build_pieces((BALL, Cylinder("shank", 12.0, 10.0), HOLDER), 60.0, joined=False))]
+        touches = cut_stock(box(60, 40, 20, 0.4), spans, tools).touches
+        answers.append({one.body: max(o.depth for o in touches if o.body == one.body) for one in touches})
+        answers[-1] |= {f"begin {one.body}": one.begin[0] for one in reversed(touches)}
+    assert answers[0].keys() == answers[1].keys() >= {"shank"}
+    assert answers[1] == pytest.approx(answers[0], rel=0.05, abs=0.11)
+    assert len(asked) <= 2 * 41
+
+
+@pytest.mark.parametrize("lower", [0.0, 0.2])
+def test_a_body_that_passes_too_near_says_how_near(lower: float) -> None:
+    """A holder 0.3 mm above the stock, or down to 0.1 mm, that has to keep 0.5 mm off: it always said 0 mm."""
+    moves = [("G0", -40, 20, 60), ("G0", -40, 20, -4.7), ("G1", 40, 20, -4.7 - lower)]
+    tip = np.array([[(*a[1:],), (*b[1:],)] for a, b in pairwise(moves)], dtype=float)
+    zeros = np.zeros(2, dtype=int)
+    spans = Spans(tip, np.tile(UP, (2, 2, 1)), np.arange(2), zeros, np.array([True, False]))
+    tools = [group_pieces(build_pieces((LONG, HOLDER), 60.0, joined=False))]
+    done = cut_stock(box(60, 40, 20, 0.4), spans, tools, 0.5)
+    (item,) = report_touches(done, spans, tools, "the stock", 0.5, 0.4)
+    said = re.search(r"passes the stock at (\S+) mm, nearer than 0.5 mm", item.message)
+    assert said is not None
+    assert float(said[1]) == pytest.approx(0.3 - lower, abs=0.06)
+
+
 def test_a_remedy_that_fails_is_cut_up_to_its_first_touch() -> None:
     moves = [("G0", -30, 20, 60), ("G0", -30, 20, -7), ("G1", 30, 20, -7), ("G1", 30, 40, -7)]
     tip = np.array([[(*a[1:],), (*b[1:],)] for a, b in pairwise(moves)], dtype=float)
@@ -447,6 +485,17 @@ def test_a_remedy_that_fails_is_cut_up_to_its_first_touch() -> None:
     assert [(one.line, one.body) for one in first.touches] == [(1, "holder")]
     assert first.volume[2] == 0 < whole.volume[2]
     assert first.volume[1] < 0.5 * whole.volume[1]
+
+
+def test_bodies_of_short_spans_are_no_nearer_than_those_of_a_long_one() -> None:
+    """Spans a little longer than the step had two bodies each."""
+    tip = np.column_stack([np.linspace(0.0, 9.3, 89), np.zeros(89), np.zeros(89)])
+    axis = np.tile([0.0, -0.6, 0.8], (89, 1))
+    long = list_sweeps(tip[None, [0, -1]], axis[None, [0, -1]], 20.0, 0.1)
+    short = list_sweeps(*cutting._list_pairs(tip, axis), 20.0, 0.1)
+    assert len(short) == len(long) == 94
+    assert short.end == pytest.approx(long.end, abs=1e-9)
+    assert (np.diff(short.owner) >= 0).all() and short.owner[-1] == 87
 
 
 @pytest.mark.skipif("not __import__('importlib').util.find_spec('numba')")

@@ -1,7 +1,7 @@
 """One line of a program explained, on the same contour and by the same check as ``check`` and ``convert``."""
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from msgspec.structs import replace
@@ -16,7 +16,14 @@ from verne_post.app.assemble import (
 )
 from verne_post.app.constraints import check_line, guard_joints
 from verne_post.app.contact_remedies import has_heights, propose_heights, propose_stick_out
-from verne_post.app.explain_line import add_line_remedies, describe_modes, explain_line, find_lines_near, work_through
+from verne_post.app.explain_line import (
+    add_line_remedies,
+    describe_modes,
+    explain_findings,
+    explain_line,
+    find_lines_near,
+    work_through,
+)
 from verne_post.app.line_facts import describe_time, measure_lines
 from verne_post.app.line_remedies import Line
 from verne_post.app.plan import plan_program
@@ -70,8 +77,13 @@ class Explanation:
         return format_html_sections(self.text)
 
 
-def explain_source(source: Text, machine: Machine, options: Options, line: int) -> Explanation:
-    """Explain one line of a program; errors as of :func:`verne_post.explain`."""
+def explain_source(
+    source: Text, machine: Machine, options: Options, line: int, tell: Callable[[str], None] | None = None
+) -> Explanation:
+    """Explain one line of a program; errors as of :func:`verne_post.explain`.
+
+    ``tell`` gets the beginning of the text, up to the findings, before remedies are sought, which may take longer.
+    """
     program = assemble(source, machine, options)
     build_feed_override(
         options.override, options.slow_start, machine.limits
@@ -81,8 +93,11 @@ def explain_source(source: Text, machine: Machine, options: Options, line: int) 
         raise _make_line_error(source, line)
     if text is not None and not len(select_line(guard_joints(program), line).contour):
         return _explain_words(source, program, line, text.decode("utf-8", errors="replace").strip())
-    shown = _add_contact_remedies(source, program, add_line_remedies(look_at_line(source, program, line)))
+    shown = look_at_line(source, program, line)
     shown = replace(shown, planned=_describe_plan(program, shown))
+    if tell is not None:
+        tell("\n".join(explain_findings(shown)) + "\n")
+    shown = _add_contact_remedies(source, program, add_line_remedies(shown))
     return Explanation(line, shown.findings, *("\n".join(part(shown)) + "\n" for part in (explain_line, work_through)))
 
 
@@ -107,7 +122,7 @@ def _describe_plan(program: Program, shown: Line) -> str:
     if find_worst(shown.findings) == "error":
         return refused
     try:
-        plan = plan_program(program)
+        plan = plan_program(program, only_first=True)
     except InputError:
         return refused
     return describe_time(plan, measure_lines(plan), shown.number)

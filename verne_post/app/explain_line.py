@@ -49,12 +49,8 @@ def explain_line(line: Line) -> Iterator[str]:
     """What is asked, what is wrong by how much and where, what would settle it, and the pose at the end of the line."""
     joints, machine = line.exact, line.exact.machine
     tip, angles, tool = _find_end(line)
-    yield from _describe_words(line, tool - joints.lift)
-    yield f"  machine              {machine.name}"
-    if line.planned:
-        yield f"  motion               {line.planned}"
-    yield ""
-    yield from _describe_findings(line, line.findings)
+    yield from explain_findings(line)
+    yield from _describe_remedies(line, line.findings)
     yield from (f"{key}: {text}" for key, text in list_unchecked(machine, line.options, line.moves.events))
     yield ""
     n_moves = len(np.unique(line.rows[: line.last + 1]))
@@ -65,6 +61,16 @@ def explain_line(line: Line) -> Iterator[str]:
     yield from _describe_time(line)
     for name, pair in _list_table_solutions(line, angles):
         yield f"  {next(explain_table_solution(machine, name, tip, pair, tool, joints.lift))}"
+
+
+def explain_findings(line: Line) -> Iterator[str]:
+    """The first part of :func:`explain_line`: what is asked, and what is wrong, without what would settle it."""
+    yield from _describe_words(line, _find_end(line)[2] - line.exact.lift)
+    yield f"  machine              {line.exact.machine.name}"
+    if line.planned:
+        yield f"  motion               {line.planned}"
+    yield ""
+    yield from _describe_findings(line, line.findings)
 
 
 def work_through(line: Line) -> Iterator[str]:
@@ -383,11 +389,6 @@ def _describe_findings(line: Line, findings: Sequence[Finding]) -> Iterator[str]
         yield f"  {item.code} {item.severity}: {item.message}{same}"
         if where and where != after:  # what is broken at one place has it once, below
             yield f"    {where}"
-    remedied = [item for item in findings if not is_about_pose(item.code)]
-    for item in {item.code: item for item in remedied}.values():
-        if remedy := describe_remedy(item, line.options.source_name, line.options.setup_file):
-            yield f"{item.code}, remedy: {remedy}"
-    yield from _describe_remedies(line, findings)
 
 
 def _place(line: Line, place: remedies.Place, first: bool) -> str:
@@ -420,6 +421,10 @@ def add_line_remedies(line: Line) -> Line:
 
 def _describe_remedies(line: Line, findings: Sequence[Finding]) -> Iterator[str]:
     """What would bring the line within limits, in numbers; every proposal has been checked along the whole line."""
+    remedied = [item for item in findings if not is_about_pose(item.code)]
+    for item in {item.code: item for item in remedied}.values():
+        if remedy := describe_remedy(item, line.options.source_name, line.options.setup_file):
+            yield f"{item.code}, remedy: {remedy}"
     findings = [item for item in findings if item.code >= "VP1"]  # those about the text have no numbers
     if not findings:
         return

@@ -102,7 +102,9 @@ def _try_remedies(
         raise InputError(*quote_start(source, program, found)) from None
 
 
-def check_limits(program: Program, progress: Progress | None = None) -> tuple[JointBounds, list[Finding]]:
+def check_limits(
+    program: Program, progress: Progress | None = None, *, only_first: bool = False
+) -> tuple[JointBounds, list[Finding]]:
     """:func:`~verne_post.app.constraints.check_program`, and whether the rows can be too many.
 
     Raises
@@ -110,15 +112,17 @@ def check_limits(program: Program, progress: Progress | None = None) -> tuple[Jo
     InputError
         With all findings when one of them is an error; VP035: more rows than the options allow.
     """
-    bounds, findings = check_program(program, progress)
+    bounds, findings = check_program(program, progress, only_first=only_first)
     if find_worst(findings) == "error":
         raise InputError(*findings)
     _require_rows(program, _compute_least_seconds(program) / program.cycle)
     return bounds, findings
 
 
-def plan_program(program: Program, progress: Progress | None = None) -> Plan:
+def plan_program(program: Program, progress: Progress | None = None, *, only_first: bool = False) -> Plan:
     """Check and, when nothing is wrong, plan.
+
+    With ``only_first`` the check of a stock ends at its first error: whether there is one is asked, not which.
 
     Raises
     ------
@@ -129,7 +133,7 @@ def plan_program(program: Program, progress: Progress | None = None) -> Plan:
     """
     options = program.options
     played = build_feed_override(options.override, options.slow_start, program.machine.limits)
-    bounds, findings = check_limits(program, progress)
+    bounds, findings = check_limits(program, progress, only_first=only_first)
     total = len(program.contour)
     report = None if progress is None else lambda done: progress("planning", done, total)
     planning = PlanningOptions(

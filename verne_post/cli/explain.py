@@ -10,7 +10,7 @@ from verne_post.base.numbers import is_count
 from verne_post.cli.common import read_program, refuse
 from verne_post.cli.files import RunFiles, show_name
 from verne_post.cli.options import INPUT, GroupedCommand, add_program_options
-from verne_post.cli.progress import show_progress
+from verne_post.cli.progress import ProgressLine, show_progress
 from verne_post.cli.streams import echo
 from verne_post.model.findings import UsageError
 from verne_post.model.verdict import ExitStatus, find_exit_status
@@ -89,10 +89,18 @@ def command(what: str | None, lists: bool, every: bool, **given: Any) -> int:
         machine, source, options = read_program(RunFiles(), name, given)
     except InputError as error:
         return refuse(show_name(name), error)
+    begun: list[str] = []
     try:
         try:
-            with show_progress("explaining"):
-                explained = explain_source(source, machine, options, int(number))
+            with show_progress("explaining") as progress:
+
+                def print_begin(text: str) -> None:
+                    if isinstance(progress, ProgressLine):
+                        progress.remove()
+                    echo(text, nl=False)
+                    begun.append(text)
+
+                explained = explain_source(source, machine, options, int(number), print_begin)
         except InputError as error:
             if int(number) == 0 or every:
                 return refuse(show_name(name), error, source)
@@ -100,7 +108,7 @@ def command(what: str | None, lists: bool, every: bool, **given: Any) -> int:
             return find_exit_status(error.findings)
         more = f"\n{explained.working}" if every else "--all shows each step, every margin and every solution\n"
         more = more if explained.working else ""
-        echo(explained.text + more, nl=False)
+        echo(explained.text.removeprefix("".join(begun)) + more, nl=False)
     except UsageError as error:
         raise click.UsageError(f"{what}: {error.reason}") from None
     return ExitStatus.CLEAN

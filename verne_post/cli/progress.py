@@ -48,6 +48,10 @@ class ProgressLine:
         """Take the line away."""
         self._ended.set()
         self._ticker.join()
+        self.remove()
+
+    def remove(self) -> None:
+        """Make room for other text, until the line is drawn again."""
         if self.shown:
             self._write("")
 

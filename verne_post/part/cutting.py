@@ -2,7 +2,8 @@
 
 A rapid traverse is checked along its whole line against the stock as it is, then cuts it: a turn is many short spans,
 and each would meet only what the span before has left. A rounded corner that begins it is checked before the rest. In
-feed motion the cutter cuts short stretches; shank, holder and spindle are checked after each.
+feed motion the cutter cuts short stretches, of one long span or of many short ones; shank, holder and spindle are
+checked after each.
 
 Bodies are checked twice. They are made smaller by the error of the model: a ray that still meets material is a certain
 touch. They are made larger by what may lie between rays: if no ray meets material, they are clear. Between the two
@@ -28,6 +29,8 @@ TOUCH_MM: Final = 0.005
 STEP_MM: Final = 0.1
 #: Stretches after which shank, holder and spindle are checked, and parts of a rapid that are decided one by one, mm.
 STRETCH_MM: Final = 1.0
+#: Short spans of feed motion that are checked together at most: those that turn about the tip have no length.
+MOST_TOGETHER: Final = 10
 #: Smaller stretches, where one enters or leaves the way that the tool has cut.
 FINE_MM: Final = 0.05
 #: Stands for an enlargement by what may lie between rays.
@@ -105,7 +108,7 @@ class Touch(Struct, frozen=True):
     span: int
     line: int
     body: str
-    depth: float  #: mm; NaN where it is not decided whether it touches.
+    depth: float  #: mm; negative where it only passes too near; NaN where it is not decided whether it touches.
     #: Where the contact begins: how far the tip has come along its line, and how far it goes, mm. 0 where undecided.
     begin: tuple[float, float] = (0.0, 0.0)
     begin_turn: tuple[float, float] = (0.0, 0.0)  #: The same of the tool axis in the part, deg.
@@ -215,7 +218,7 @@ class _Run:
             for part in np.split(np.arange(len(rows)), np.flatnonzero(changes | (np.diff(in_corner) != 0)) + 1):
                 stood = tip[part[0], 0], axis[part[0], 0]
                 for k in part[near[part]].tolist():
-                    self._check(int(rows[k]), tip[k], axis[k], tool, stood)
+                    self._check(rows[k : k + 1], tip[k], axis[k], tool, stood)
                 self._cut(rows[part], tip[part], axis[part], tool.cutter)
                 self._break(rows[part], tip[part], axis[part], tool)
                 past.append(np.stack([tip[part], axis[part]], axis=1))
@@ -225,10 +228,12 @@ class _Run:
             if not near[part[0]]:
                 self._cut(rows[part], tip[part], axis[part], tool.cutter)
                 continue
-            for k in part.tolist():
-                for at_tip, at_axis in _split_span(tip[k], axis[k], STRETCH_MM):
-                    self._cut(rows[k : k + 1], at_tip[None], at_axis[None], tool.cutter)
-                    self._check(int(rows[k]), at_tip, at_axis, tool)
+            for group in _group_spans(part, tip, axis):
+                tips, axes = (np.append(one[group, 0], one[group[-1:], 1], axis=0) for one in (tip, axis))
+                stretches = [(tips, axes)] if len(group) > 1 else _split_span(tips, axes, STRETCH_MM)
+                for at_tip, at_axis in stretches:
+                    self._cut(rows[group], *_list_pairs(at_tip, at_axis), tool.cutter)
+                    self._check(rows[group], at_tip, at_axis, tool)
                     if self.only_first and self.is_over:
                         return
             self._break(rows[part], tip[part], axis[part], tool)
@@ -253,7 +258,7 @@ class _Run:
             sweeps = list_sweeps(tip, axis, piece.high, STEP_MM)
             volume = self.stock.cut(sweeps, self.tables[id(piece)], compiled=self.compiled)
             self.volume[rows] += np.bincount(sweeps.owner, volume, len(rows))
-            if volume[(sweeps.start == sweeps.end).all(axis=1)].any() and len(sweeps) > len(rows):
+            if volume[(sweeps.start == sweeps.end).all(axis=1) & (sweeps.axis[:, 2] < 1.0)].any():
                 self.left = 0.5 * STEP_MM
 
     def _break(self, rows: Ints, tip: Array, axis: Array, tool: Tool) -> None:
@@ -263,22 +268,25 @@ class _Run:
             if hit.any():
                 self._cut(rows[hit], tip[hit], axis[hit], body)
 
-    def _check(self, row: int, tip: Array, axis: Array, tool: Tool, stood: tuple[Array, Array] | None = None) -> None:
-        """Note what touches the stock on one span, in rapid traverse from where the tool ``stood`` before its line."""
-        self.report(row)
+    def _check(self, rows: Ints, tip: Array, axis: Array, tool: Tool, stood: tuple[Array, Array] | None = None) -> None:
+        """Note what touches the stock on n spans in a row, in rapid traverse from where the tool ``stood`` before.
+
+        ``tip``, ``axis`` (n + 1, 3): where they begin, and where the last one ends.
+        """
+        self.report(int(rows[0]))
         for name, body in tool.list_bodies(with_cutter=stood is not None):
             if not self._is_touching(tip, axis, body, RESOLVED):
                 continue  # the largest is asked first: most bodies are clear
             if self._is_touching(tip, axis, body, -TOUCH_MM - self.left):
-                self.depth[row, name] = max(
-                    self._follow_contact(row, tip, axis, name, body), self.depth.get((row, name), 0.0)
-                )
-                self.broken.add((int(self.spans.tool[row]), name))
-                self.is_over |= name != "cutter" or not self.rounding[row] > 0
-            elif not (name == "shank" and tool.has_thin_shank) and not self._is_clear(
-                row, tip, axis, name, body, stood or (tip[0], axis[0])
-            ):
-                self.depth.setdefault((row, name), np.nan)
+                first, depth = self._follow_contact(rows, tip, axis, name, body)
+                for row in rows[first:].tolist():
+                    self.depth[row, name] = max(depth, self.depth.get((row, name), -np.inf))
+                self.broken.add((int(self.spans.tool[rows[0]]), name))
+                self.is_over |= name != "cutter" or not self.rounding[rows[0]] > 0
+            elif not (name == "shank" and tool.has_thin_shank):
+                for row, tips, axes in zip(rows.tolist(), *_list_pairs(tip, axis), strict=True):
+                    if not self._is_clear(row, tips, axes, name, body, stood or (tip[0], axis[0])):
+                        self.depth.setdefault((row, name), np.nan)
 
     def _find_begin(self, tip: Array, axis: Array, body: tuple[Piece, ...]) -> tuple[Array, Array]:
         """Tip and axis where a body that certainly touches on a span does so first, within ``FINE_MM``."""
@@ -315,27 +323,27 @@ class _Run:
             begins[row, name] = begin, (math.degrees(before), math.degrees(after)), (x, y, z)
         return begins
 
-    def _is_touching(self, tip: Array, axis: Array, body: tuple[Piece, ...], by: float) -> bool:
+    def _is_touching(self, tip: Array, axis: Array, body: tuple[Piece, ...], by: float, step: float = STEP_MM) -> bool:
         """Whether a ray has material in a body larger by ``by``, or by the space between rays (``RESOLVED``)."""
         return any(
             self.stock.find_touching(sweeps, table, compiled=self.compiled, only_first=True).any()
-            for sweeps, table in self._enlarge(tip, axis, body, by)
+            for sweeps, table in self._list_enlarged(tip, axis, body, by, step)
         )
 
     def _find_hits(
         self, tip: Array, axis: Array, body: tuple[Piece, ...], by: float
     ) -> Iterator[tuple[Ints, Sweeps, RayTable]]:
         """For each piece which of its bodies are hit, all its bodies, and the piece as it was enlarged."""
-        for sweeps, table in self._enlarge(tip, axis, body, by):
+        for sweeps, table in self._list_enlarged(tip, axis, body, by):
             yield np.flatnonzero(self.stock.find_touching(sweeps, table, compiled=self.compiled)), sweeps, table
 
-    def _enlarge(
-        self, tip: Array, axis: Array, body: tuple[Piece, ...], by: float
+    def _list_enlarged(
+        self, tip: Array, axis: Array, body: tuple[Piece, ...], by: float, step: float = STEP_MM
     ) -> Iterator[tuple[Sweeps, RayTable]]:
-        """The bodies of each piece on a span, and the piece larger by ``by``."""
+        """The bodies of each piece on spans in a row, and the piece larger by ``by``."""
         for piece in body:
             sweeps, table = (
-                list_sweeps(tip[None], axis[None], piece.high, STEP_MM),
+                list_sweeps(*_list_pairs(tip, axis), piece.high, step),
                 self.tables[id(piece)].extend(self.keep_off),
             )
             if by != RESOLVED:
@@ -388,43 +396,50 @@ class _Run:
             for point in (self.stock.list_overlaps(sweeps, table, one)[0] for one in hit[::-1].tolist())
         )
 
-    def _follow_contact(self, row: int, tip: Array, axis: Array, name: str, body: tuple[Piece, ...]) -> float:
-        """How deep a body is in the material on a span, mm; also notes where the contact begins.
+    def _follow_contact(
+        self, rows: Ints, tip: Array, axis: Array, name: str, body: tuple[Piece, ...]
+    ) -> tuple[int, float]:
+        """On which of the spans in a row a contact is first, and how deep a body is in the material, mm.
 
-        In a contact that goes on along a line, both are measured again only where they can have changed.
+        Also notes where the contact begins. In a contact that goes on along a line, both are measured again only where
+        they can have changed.
         """
-        last, in_corner = self.measured.get(name), self.rounding[row] > 0
-        if last is not None and 0 <= row - last[0] <= 1 and self.spans.line[row] == self.spans.line[last[0]]:
+        first, last, in_corner = 0, self.measured.get(name), self.rounding[rows[0]] > 0
+        if last is not None and 0 <= rows[0] - last[0] <= 1 and self.spans.line[rows[0]] == self.spans.line[last[0]]:
             _row, old_tip, old_axis, depth = last
             reach = max(piece.high for piece in body)
-            gone = np.linalg.norm(tip[1] - old_tip) + reach * np.linalg.norm(axis[1] - old_axis)
+            gone = np.linalg.norm(tip - old_tip, axis=1) + reach * np.linalg.norm(axis - old_axis, axis=1)
             told = max(STEP_MM, DEPTH_SHARE * depth)
             # standing bodies miss no more than half the distance between them
-            deeper = depth + 0.5 * STEP_MM + self.keep_off
-            if not in_corner and (gone <= told or not self._is_touching(tip, axis, body, -deeper)):
-                self.measured[name] = row, old_tip, old_axis, depth
-                return depth
+            deeper = depth + 0.5 * told + self.keep_off
+            if not in_corner and (gone.max() <= told or not self._is_touching(tip, axis, body, -deeper, told)):
+                self.measured[name] = int(rows[-1]), old_tip, old_axis, depth
+                return first, depth
         else:
-            self.begin[row, name] = self._find_begin(tip, axis, body)
+            pairs = list(zip(*_list_pairs(tip, axis), strict=True))
+            while not self._is_touching(*pairs[first], body, -TOUCH_MM - self.left):
+                first += 1
+            self.begin[int(rows[first]), name] = self._find_begin(*pairs[first], body)
         depth = self._measure_depth(tip, axis, body)
         if not in_corner:  # what it leaves may be no contact
-            self.measured[name] = row, tip[1], axis[1], depth
-        return depth
+            self.measured[name] = int(rows[-1]), tip[-1], axis[-1], depth
+        return first, depth
 
     def _measure_depth(self, tip: Array, axis: Array, body: tuple[Piece, ...]) -> float:
-        """How deep a body is in the material at most, mm."""
+        """How deep a body is in the material at most, mm; negative where it is beside it, nearer than it may be."""
         point = self._list_points(tip, axis, body)
         if not len(point):
             return 0.0
-        most = int(np.clip(np.linalg.norm(tip[1] - tip[0]) / STEP_MM, PLACES, MOST_PLACES))
-        reach = np.linalg.norm(point - tip[0], axis=1).max() + np.linalg.norm(tip[1] - tip[0])
+        long = np.linalg.norm(np.diff(tip, axis=0), axis=1).sum()
+        most = int(np.clip(long / STEP_MM, PLACES, MOST_PLACES))
+        reach = np.linalg.norm(point - tip[0], axis=1).max() + long
         places = FEW_PLACES
         while places < most:  # a distance changes by no more than the body moves from one place to the next
             tips, axes = _place_along(tip, axis, places)
             way, turn = (np.linalg.norm(np.diff(one, axis=0), axis=1) for one in (tips, axes))
             nearest = _measure_nearest(tips, axes, body, point)
             point, places = point[nearest <= nearest.min() + (way + reach * turn).max()], 2 * places
-        return -float(_measure_nearest(*_place_along(tip, axis, most), body, point).min(initial=0.0))
+        return -float(_measure_nearest(*_place_along(tip, axis, most), body, point).min())
 
     def _list_points(self, tip: Array, axis: Array, body: tuple[Piece, ...]) -> Array:
         """Material (m, 3) on rays that meet a body: both ends and the middle on some of them."""
@@ -455,10 +470,31 @@ def _split_span(tip: Array, axis: Array, long: float) -> Iterator[tuple[Array, A
         yield tips[k : k + 2], axes[k : k + 2]
 
 
+def _list_pairs(tip: Array, axis: Array) -> tuple[Array, Array]:
+    """Spans in a row (n, 2, 3) between poses (n + 1, 3)."""
+    return np.stack([tip[:-1], tip[1:]], axis=1), np.stack([axis[:-1], axis[1:]], axis=1)
+
+
+def _group_spans(part: Ints, tip: Array, axis: Array) -> Iterator[Ints]:
+    """Neighbouring spans that go on from each other, so many that they are no longer than ``STRETCH_MM``, or one."""
+    begin, gone = 0, 0.0
+    longs = np.linalg.norm(tip[part, 1] - tip[part, 0], axis=1).tolist()
+    goes_on = [(one[part[1:], 0] == one[part[:-1], 1]).all(axis=1) for one in (tip, axis)]
+    ends = np.append(False, ~np.all(goes_on, axis=0)).tolist()
+    for k, long in enumerate(longs):
+        if k > begin and (gone + long > STRETCH_MM or ends[k] or k - begin >= MOST_TOGETHER):
+            yield part[begin:k]
+            begin, gone = k, 0.0
+        gone += long
+    yield part[begin:]
+
+
 def _place_along(tip: Array, axis: Array, places: int) -> tuple[Array, Array]:
-    """Tips (places, 3) and axes (places, 3) at even places of a span."""
-    share = np.linspace(0.0, 1.0, places)[:, None]
-    tips, axes = tip[0] + share * (tip[1] - tip[0]), axis[0] + share * (axis[1] - axis[0])
+    """Tips (places, 3) and axes (places, 3) at even places of spans in a row."""
+    parts = np.linspace(0.0, len(tip) - 1.0, places)
+    k = np.minimum(parts.astype(int), len(tip) - 2)
+    share = (parts - k)[:, None]
+    tips, axes = tip[k] + share * (tip[k + 1] - tip[k]), axis[k] + share * (axis[k + 1] - axis[k])
     return tips, axes / np.linalg.norm(axes, axis=-1, keepdims=True)
 
 

@@ -20,6 +20,8 @@ from verne_post.part.ray_tables import VERTICAL, RayTable, meet_moving, meet_sta
 
 #: Ends of a place for an interval that is free, mm: beyond everything.
 NOWHERE: Final = 1e30
+#: Rounding of a place in a row of spans, as a share of the distance between bodies.
+SAME_PLACE: Final = 1e-6
 #: Rays at most, 36 MB with two intervals each; a larger stock has them farther apart.
 MOST_RAYS: Final = 1_000_000
 #: Overflow rows and their places to begin with.
@@ -70,12 +72,16 @@ def _find_upright(axis: Array) -> Mask:
 
 def count_bodies(tip: Array, axis: Array, reach: float, step: float) -> Ints:
     """How many bodies (n,) stand for each span, without the one at its begin; as in :func:`list_sweeps`."""
-    moved = np.linalg.norm(tip[:, 1] - tip[:, 0], axis=1) + reach * np.linalg.norm(axis[:, 1] - axis[:, 0], axis=1)
-    return np.where(_find_upright(axis), 1, np.maximum(np.ceil(moved / step), 1)).astype(int)
+    return np.where(_find_upright(axis), 1, np.maximum(np.ceil(_measure_moved(tip, axis, reach) / step), 1)).astype(int)
+
+
+def _measure_moved(tip: Array, axis: Array, reach: float) -> Array:
+    """How far a body moves at most on each span (n,), mm."""
+    return np.linalg.norm(tip[:, 1] - tip[:, 0], axis=1) + reach * np.linalg.norm(axis[:, 1] - axis[:, 0], axis=1)
 
 
 def list_sweeps(tip: Array, axis: Array, reach: float, step: float) -> Sweeps:
-    """The bodies that stand for spans of motion.
+    """The bodies that stand for spans of motion; short spans in a row share them.
 
     Parameters
     ----------
@@ -89,8 +95,18 @@ def list_sweeps(tip: Array, axis: Array, reach: float, step: float) -> Sweeps:
     upright, parts = _find_upright(axis), count_bodies(tip, axis, reach, step)
     goes_on = np.zeros(len(tip), dtype=bool)
     goes_on[1:] = (tip[1:, 0] == tip[:-1, 1]).all(axis=1) & (axis[1:, 0] == axis[:-1, 1]).all(axis=1) & ~upright[:-1]
-    owner, index = number_parts(parts + (~upright & ~goes_on))
-    share = (index + (upright | goes_on)[owner]) / parts[owner]
+    moved, short = _measure_moved(tip, axis, reach), ~upright & (parts <= 2)
+    row = np.cumsum(~(goes_on & short & np.append(False, short[:-1]))) - 1  # each long span is a row of its own
+    total = np.bincount(row, moved)
+    apart = (total / np.maximum(np.ceil(total / step), 1))[row] + (total[row] == 0)
+    end = np.cumsum(moved) - (np.cumsum(total) - total)[row]
+    before, after = (np.floor(one / apart + SAME_PLACE).astype(int) for one in (end - moved, end))
+    before[upright], after[upright] = 0, 1
+    starts = ~upright & ~goes_on
+    owner, index = number_parts(after - before + starts)
+    place = (before[owner] + index + ~starts[owner]) * apart[owner] - (end - moved)[owner]
+    share = np.clip(place / np.where(moved > 0, moved, 1.0)[owner], 0.0, 1.0)
+    share[upright[owner]] = 1.0
     at = tip[owner, 0] + share[:, None] * (tip[owner, 1] - tip[owner, 0])
     to = axis[owner, 0] + share[:, None] * (axis[owner, 1] - axis[owner, 0])
     to /= np.linalg.norm(to, axis=1)[:, None]
