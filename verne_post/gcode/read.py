@@ -131,10 +131,12 @@ def _add_hidden_errors(source: Text, setup: Setup, execution: Execution) -> list
         return execution.errors
     found_errors = {(item.line, item.code, item.column): item for item in execution.errors}
     of_jumps = " ".join(item.message for item in execution.errors if item.code == "VP023")
+    spelt_lines = [edit.line for item in execution.errors for edit in item.edits if edit.misspelt]
     for item in _execute_past_errors(source, setup, StopConditions(past_errors=True))[2].errors:
         key = item.line, item.code, item.column  # one of several lines counts the later ones too
         correction = find_correction(item.message)
         is_told = correction is not None and correction[0] in of_jumps  # the misspelt end of a loop
+        is_told |= item.line in spelt_lines
         if key in found_errors or (not is_told and (item.code in _OF_A_LINE or item.settled_by)):
             found_errors[key] = item
     return list(found_errors.values())[:MAX_ERRORS]

@@ -34,6 +34,7 @@ from verne_post.config.toml_entries import (
 )
 from verne_post.gcode.dialects import choose_dialect_name
 from verne_post.gcode.machining.holes import TAPPING_KEY
+from verne_post.gcode.mistyped import translate_pasted
 from verne_post.gcode.rs274.fanuc_points import add_points
 from verne_post.model.findings import Finding, Remedy
 from verne_post.model.verdict import count_findings, is_about_pose, is_about_text
@@ -373,8 +374,11 @@ def _spell(found: Inspected, item: Finding, remedy: Remedy) -> Iterator[Fix]:
     if item.line == remedy.line and written.upper() == remedy.misspelt.upper():
         at = _find_offset(found.text, remedy.line - 1) + begin
         title, is_choice = f"Write {remedy.value} in place of {written}", remedy.is_choice
+        pasted = translate_pasted(written) == remedy.value
+        if pasted or not remedy.value:  # what is not seen is named
+            title = f"{remedy.text[:1].upper()}{remedy.text[1:]}"
         yield Fix(title, found.path, found.text, at, at + len(written), remedy.value, spells=True, is_choice=is_choice)
-        yield from _change_everywhere(found, written, remedy)
+        yield from _translate_everywhere(found) if pasted else _change_everywhere(found, written, remedy)
         return
     code = remove_remarks(line, _find_dialect(found))
     word = re.search(rf"(?<!\w){re.escape(remedy.misspelt)}(?!\w)", code, re.IGNORECASE)
@@ -507,6 +511,21 @@ def _change_everywhere(found: Inspected, written: str, remedy: Remedy) -> Iterat
         title = f"Write {meant} in place of {written} in all {count} places"
         whole = "\n".join(lines)
         yield Fix(title, found.path, found.text, 0, len(found.text), whole, is_choice=remedy.is_choice)
+
+
+def _translate_everywhere(found: Inspected) -> Iterator[Fix]:
+    """The characters of a program in place of those of mail and PDF, in all lines that have some outside remarks."""
+    lines, dialect, count = found.text.split("\n"), _find_dialect(found), 0
+    for number, line in enumerate(lines):
+        code = remove_remarks(line, dialect)
+        if (meant := translate_pasted(code)) != code:
+            lines[number] = "".join(
+                right if one == written else written for one, right, written in zip(code, meant, line, strict=True)
+            )
+            count += 1
+    if count > 1:
+        title = f"Write the characters of a program in place of those of mail and PDF in all {count} lines"
+        yield Fix(title, found.path, found.text, 0, len(found.text), "\n".join(lines), spells=True)
 
 
 def _find_span(item: Finding, text: str) -> tuple[int, int]:
