@@ -1,12 +1,14 @@
 """Edits of an editor for words, numbers and characters that are mistyped or pasted."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 pytest.importorskip("pygls", reason="needs the extra lsp")
 
-from tests.cli.test_quick_fixes import HEADS, inspector, look
+from tests.cli.test_quick_fixes import HEADS, NEVER, SETUP, check, inspector, look
+from verne_post.cli.lsp.fixes import find_file_fixes, find_fixes
 from verne_post.cli.lsp.inspector import Inspector
 
 __all__ = ["inspector"]
@@ -68,6 +70,83 @@ def test_a_slip_has_one_finding_and_its_edit(
     message, _word, made = look(inspector, tmp_path / f"a{ending}", text)
     assert said in message
     assert made[title] == (tmp_path / f"a{ending}", text.replace(wrong, wrong.replace(*right, 1)), True)
+
+
+@pytest.mark.parametrize(
+    ("ending", "lines", "right", "title"),
+    [
+        (".ngc", "o<h> sub\nX5\no<h> endsubb\no<h> call", ("endsubb", "endsub"), "Write endsub in place of endsubb"),
+        (".ngc", "o5 whilee [0]\nX5\no5 endwhile", ("whilee", "while"), "Write while in place of whilee"),
+        (".ngc", "#<d>=5\n#<d>=#<d>-1.5\nX#<d>", ("#<d>-1.5", "[#<d>-1.5]"), "Write [#<d>-1.5] in place of #<d>-1.5"),
+        (".ngc", "#1=5\nX -#1 / 2 Y5", ("-#1 / 2", "[-#1 / 2]"), "Write [-#1 / 2] in place of -#1 / 2"),
+    ],
+)
+def test_a_slip_of_blocks_has_one_finding_and_its_edit(
+    inspector: Inspector, tmp_path: Path, ending: str, lines: str, right: tuple[str, str], title: str
+) -> None:
+    text = embed(ending, lines)
+    _message, word, made = look(inspector, tmp_path / f"a{ending}", text)
+    assert word in right[0]
+    assert made[title][1] == text.replace(*right, 1)
+
+
+TOOL = "[tools]\n1 = { length = 80, diameter = 6 }\n[wcs]\nG54 = [0, 0, 60]\n"
+COMPENSATED = "L X+10 RL F500\nL X+20 Y+5 ; end\nL Z+70\nPLANE SPATIAL SPA+0 SPB+10 SPC+0 STAY"
+FANUC_TOOL = "%\nO1\nG21 G90 G94 G17 G54\nT1 M6\nM3 S9\nG0 X0. Y0. Z50. A0. C0.\nG1 Z40. F300.\nM30\n%\n"
+
+
+LAST_M03 = "{}G21 G90 G94 G17 G54\nG0 X0. Y0. Z50. A0. C0.\nM3 S900\nG1 X5. F500.\nM03\n{}"
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "code", "title", "right"),
+    [
+        ("a.ngc", embed(".ngc", "G0 Z60\nX5 F300"), "VP009", "Write G1 before line 6", ("X5 F300", "G1\nX5 F300")),
+        ("b.ngc", embed(".ngc", "G95\nX3 F300"), "VP505", "Write G94 before line 6", ("X3 F300", "G94\nX3 F300")),
+        ("a.h", embed(".h", COMPENSATED), "VP017", "Write R0 behind Y+5 in line 6", ("Y+5", "Y+5 R0")),
+        ("a.nc", FANUC_TOOL, "VP012", "Write G43 H1 before line 7", ("G1 Z40.", "G43 H1\nG1 Z40.")),
+        ("b.nc", LAST_M03.format("%\nO1\n", "%\n"), "VP010", "Write M30 in place of M03 in line 7", ("M03", "M30")),
+        ("c.ngc", LAST_M03.format("", ""), "VP010", "Write M30 in place of M03 in line 5", ("M03", "M30")),
+        ("b.h", embed(".h", "M182\nL X+3"), "VP002", "Write M128 in place of M182", ("M182", "M128")),
+    ],
+)  # fmt: skip
+def test_what_a_message_says_is_an_edit(
+    inspector: Inspector, tmp_path: Path, name: str, text: str, code: str, title: str, right: tuple[str, str]
+) -> None:
+    found = check(inspector, tmp_path / name, text, TOOL if code in ("VP012", "VP017") else SETUP)
+    item = next(one for one in found.findings if one.code == code)
+    fixes = find_fixes(inspector, found, item, {tmp_path / name: text}, NEVER)
+    made = {fix.title.partition(" (")[0]: f"{text[: fix.begin]}{fix.new}{text[fix.end :]}" for fix in fixes}
+    assert made[title] == right[1].join(text.rsplit(right[0], 1))
+
+
+def test_the_only_start_of_the_spindle_is_no_slip(inspector: Inspector, tmp_path: Path) -> None:
+    text = embed(".ngc", "X5").replace("M3 S1000\n", "").replace("M2\n", "M3\n")
+    message, _word, made = look(inspector, tmp_path / "a.ngc", text)
+    assert message == "the file ends without M2 or M30"
+    assert [fixed for _path, fixed, _settles in made.values()] == [f"{text}M30\n"]
+
+
+@pytest.mark.parametrize(
+    ("wrong", "right"),
+    [
+        ("tool_length = 8O", "tool_length = 80"),
+        ("tool_length = 80mm", "tool_length = 80"),
+        ("tool_length = 80.", "tool_length = 80.0"),
+        ("machine = ac_trunnion", 'machine = "ac_trunnion"'),
+        ("machine = \u201cac_trunnion\u201d", 'machine = "ac_trunnion"'),
+        ("allow_rewind = True", "allow_rewind = true"),
+        ("tool_length = \u20138", "tool_length = -8"),
+    ],
+)
+def test_a_slip_of_a_setup_has_its_edit(inspector: Inspector, tmp_path: Path, wrong: str, right: str) -> None:
+    (tmp_path / "a.ngc").write_text(embed(".ngc", "X5"))
+    path, text = tmp_path / "a.ngc.toml", f"{wrong}\n[wcs]\nG54 = [0, 0, 60]\n"
+    path.write_text(text, "utf-8")
+    found, _program = inspector.check_file(path, {path: text}, NEVER)
+    (item,) = (replace(one, line=one.file_line, file=None) for one in found if one.code == "VP503")
+    (fix,) = find_file_fixes(inspector, path, item, {path: text}, NEVER)
+    assert f"{text[: fix.begin]}{fix.new}{text[fix.end :]}" == text.replace(wrong, right)
 
 
 def test_a_jump_in_the_wrong_direction(inspector: Inspector, tmp_path: Path) -> None:
