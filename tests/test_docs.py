@@ -290,7 +290,9 @@ def test_the_search_of_the_site_takes_endings_away() -> None:
 
 
 def test_the_site_is_built_without_warnings(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """As `mkdocs build --strict` does, which .ci/run starts; the examples of the codes are those of the tests above."""
+    """As `mkdocs build --strict` does: .ci/run installs mkdocs, so that this test is never skipped there, and builds no
+    site of its own. The examples of the codes are those of the tests above.
+    """
     pytest.importorskip("mkdocs")
     from mkdocs.commands.build import build
     from mkdocs.config import load_config

@@ -454,6 +454,12 @@ def test_a_table_counts_the_errors_that_it_does_not_name_and_says_the_machine() 
     assert two[-1] == "2 programs: 1 can run, 1 refused"
 
 
+def test_a_table_names_the_file_in_which_a_set_up_is_wrong(folder: Path, run: Callable[..., Any]) -> None:
+    Path("in/p0.nc.toml").write_text("[wcs]\nG54 = [0, 0]\n", encoding="utf-8")
+    told = run("batch", "in/p0.nc", "-o", "out").out
+    assert re.search(r"in/p0\.nc +refused +- +-  1 error: VP503 in/p0\.nc\.toml:2\n", told)
+
+
 def test_the_findings_of_each_program_stand_before_the_table(folder: Path, run: Callable[..., Any]) -> None:
     """As `check` prints them, warnings too; the table counts them; the last line is the result of all."""
     Path("in/s.nc").write_text("G21 G90\nG0 X0 Y0 Z50 A0 C0\nG1 X5 Q17 F3000\nM2\n")

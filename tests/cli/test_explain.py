@@ -154,7 +154,7 @@ def test_a_line_from_words_to_sliders(explain: Callable[..., str]) -> None:
     text = explain(PROGRAM, 2, *OPTIONS)
     assert text.startswith("line 2: G1 Z100 A60 F2000\n")
     assert "G1, G21 (mm), G90 (absolute), G94, G64, G54, tool length 120 mm, feed 2000 mm/min" in text
-    assert "findings: none, the whole line is within limits" in text
+    assert "findings: none, the whole line is within limits\nNOT CHECKED: contact with fixtures and stock" in text
     assert "what would" not in text
     text = text.partition("from words to joints")[2]
     assert "X 0 mm (kept), Y 0 mm (kept), Z 100 mm (word Z100), A 60 deg (word A60), C 0 deg (kept)" in text
@@ -547,6 +547,19 @@ def test_main_is_what_the_command_calls(tmp_path: Path, capsys: pytest.CaptureFi
     assert capsys.readouterr().out.startswith("line 2: G1 Z100 F900 (Fl")
 
 
+def test_each_line_that_turns_the_table_has_the_warning(run: Callable[..., Any], tmp_path: Path) -> None:
+    """One finding stands for all of them, and only its first line was told."""
+    (program := tmp_path / "part.nc").write_text(
+        "G21 G90\nG0 X0 Y0 Z60 A20 C-180\nG1 X1 C180 F900\nX2\nX3 C-180\nM30\n"
+    )
+    answer = run("check", program, *OPTIONS)
+    assert "  3 | G1 X1 C180 F900\n    = Write C-180 in line 3; then add -360 deg" in answer.out
+    for line in (3, 5):
+        told = run("explain", f"{program}:{line}", *OPTIONS).out
+        assert " (lines 3 and 5; the numbers are those of line 3)\n" in told
+    assert "findings: none" in run("explain", f"{program}:4", *OPTIONS).out
+
+
 def test_a_warning_about_words_proposes_no_move(explain: Callable[..., str]) -> None:
     program = lines("G49 F600 G0 X0 Y0 Z60 A0 C0", "G81 X5 Y5 Z-5 R3", "G91", "X-5 L2", "G80", "M2")
     out = explain(program, 4, "--wcs", "G54=0,0,60")
@@ -768,6 +781,31 @@ def test_the_cycle_of_mcall_is_in_force_until_it_ends(tmp_path: Path, run: Calla
     assert ["MCALL CYCLE81, G54" in one for one in shown] == [False, True, True, False, False]
 
 
+def test_a_line_of_several_moves_that_runs_once_ends_where_the_tool_does(
+    tmp_path: Path, run: Callable[..., Any]
+) -> None:
+    """A stop at which the file is cut shifted the moves, and a round that waits for its next line was another pass."""
+    place = ("--tool-length", 80, "--wcs", "G54=0,0,60")
+    (hole := tmp_path / "hole.mpf").write_text(
+        "G17 G54 G90 G71\nT1 D1\nM6\nS1000 M3 F100\nG0 A0 C0\nG0 X0 Y0 Z50\nM0\nMCALL CYCLE81(20,0,2,-5)\nX10\nMCALL\n"
+        "X20\nM30\n"
+    )
+    shown = run("explain", f"{hole}:9", *place, "--split-at-stops").out
+    assert "several times" not in shown
+    assert (
+        "pose at the end of the motion, the last of 4 moves\n  tip on the table     (10.000, 0.000, 80.000) mm" in shown
+    )
+    (corner := tmp_path / "corner.mpf").write_text(
+        "G17 G54 G90 G71\nT1 D1\nM6\nS1000 M3 F500\nG0 A0 C0\nG0 X0 Y0 Z50\nG42 G1 X10 Y0\nX30 RND=3\nY30 CHF=2\nX0\n"
+        "Y0\nG40 X-20\nM30\n"
+    )
+    table = tmp_path / "tools.tbl"
+    table.write_text("T1 P1 Z80 D8\n")
+    for line in range(7, 13):
+        told = run("explain", f"{corner}:{line}", "--tool-table", table, *place[2:]).out
+        assert "pose at the end" in told and "several times" not in told
+
+
 def test_a_line_below_its_feed_rate_says_what_holds_it_back(run: Callable[..., Any], tmp_path: Path) -> None:
     """The time is that of the rows, and the limit one that the rows of the line are at."""
     text = "G21 G90 G94 G61.1\nG0 X0 Y0 Z50 A0 C0\nG1 X60 F200000\nG1 X50 F600\nG93 G1 X0 F900\nM2\n"
@@ -815,6 +853,9 @@ def test_every_word_is_explained_for_itself() -> None:
         ("TCPM", ("Klartext: FUNCTION TCPM switches tool-centre-point control on",)),
         ("FN18", ("Klartext: reads a value of the control",)),
         ("Q336", ("Klartext: a value of CYCL DEF 202, 204, 209: spindle angle",)),
+        ("Q339", ("Klartext: a value of CYCL DEF 247: preset number",)),
+        ("SEQ-", ("Klartext: chooses the sign of A",)),
+        ("A3=", ("Siemens: the tool axis",)),
         ("R1", ("Siemens: an R parameter",)),
         ("Q1", ("Klartext: a Q parameter",)),
         ("#100", ("RS274/NGC: a variable", "Fanuc: a variable")),
@@ -826,6 +867,17 @@ def test_words_that_machinists_type_are_known(word: str, said: tuple[str, ...]) 
     lines = describe_word(word)
     for text in said:
         assert any(line.startswith(text) for line in lines), (text, lines)
+
+
+def test_a_q_of_klartext_leads_with_its_cycles_and_has_no_other_language() -> None:
+    from verne_post.gcode.klartext.cycle_words import OF_PARAMETERS
+
+    for number in {one for needs, defaults in OF_PARAMETERS.values() for one in (*needs, *defaults)}:
+        first, *rest = describe_word(f"Q{number}")
+        assert re.fullmatch(r"Klartext: a value of CYCL DEF [\d, ]+: [a-z ]+", first)
+        assert [line.split(":")[0] for line in rest] == ["Klartext"]
+    assert [line.split(":")[0] for line in describe_word("Q5")] == ["RS274/NGC", "Fanuc", "Klartext"]
+    assert describe_word("M1=") == []  # an address of Siemens, and not M1
 
 
 def test_axes_whose_values_are_parameters_are_named(run: Callable[..., Any], tmp_path: Path) -> None:

@@ -380,7 +380,7 @@ def test_a_diameter_that_the_set_up_lacks_is_added_to_be_filled_in(
         ("c.mpf", "G0 X0\nGOTOF LA|\nLAST:\nM30\n", ["LAST"]),
         ("a.ngc", "#<depth>=5\n#<width>=2\nG1 X[#<d|\nM2\n", ["#<depth>"]),
         ("b.ngc", "o<hole> sub\nG1 X5\no<hole> endsub\no<h|\nM2\n", ["o<hole>"]),
-        ("a.nc", "%\nO1\nM98 P|\nM30\nO2000\nM99\nO1302\nM99\n%\n", ["1", "2000", "1302"]),
+        ("a.nc", "%\nO1\nM98 P|\nM30\nO2000\nM99\nO1302\nM99\n%\n", ["2000", "1302"]),
         ("b.nc", "%\nO1\n#101=5.\nG1 X#1|\nM30\n%\n", ["#101"]),
         ("a.h", '0 BEGIN PGM A MM\n1 CALL LBL |\n2 M30\n3 LBL 10\n4 LBL 0\n5 LBL "SIDE"\n6 LBL 0\n', ["10", "SIDE"]),
         ("b.h", "0 BEGIN PGM A MM\n1 Q12 = 5\n2 L Z+Q|\n3 M30\n", ["Q12"]),

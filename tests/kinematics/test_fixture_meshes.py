@@ -417,7 +417,7 @@ def test_a_casting_is_the_stock_where_it_is() -> None:
     assert check(THROUGH.replace("G0 Z40\nM2", "G0 Y38\nZ40\nM2"), stock=casting, **place) == []
 
 
-@pytest.mark.usefixtures("converted")
+@pytest.mark.usefixtures("converted", "without_remedies")
 def test_a_second_set_up_starts_from_what_the_first_has_left(folder: Path, run: Any) -> None:
     Path("next.nc").write_text("G21 G90 G94 G54\nT2 M6 S900 M3\nG43 H2\nG0 X-12 Y0 Z20\nZ-8\nX12\nZ20\nM2\n")
     box = (folder / "vise.nc.toml").read_text().partition("[part]")[0]
@@ -452,6 +452,7 @@ BLANK = (
 )
 
 
+@pytest.mark.usefixtures("without_remedies")
 def test_the_stock_that_a_program_defines_is_checked_where_one_asks(tmp_path: Path, run: Any) -> None:
     shapes, file = tmp_path / "shapes.toml", tmp_path / "a.h"
     shapes.write_text("[tool.1]\ncutter = { diameter = 8, length = 40 }\nholder = { diameter = 30 }\n")

@@ -565,6 +565,7 @@ def program(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return path
 
 
+@pytest.mark.usefixtures("without_remedies")
 def test_settings_and_command_line(program: Path, run: Callable[..., Any]) -> None:
     place = ("check", program, "--tool-length", 100, "--wcs", "G54=0,0,0")
     Path("verne-post.toml").write_text(
@@ -671,6 +672,7 @@ STOCK_FIRST = (
 )
 
 
+@pytest.mark.usefixtures("without_remedies")
 @pytest.mark.parametrize(
     ("text", "line"),
     [
@@ -695,6 +697,7 @@ def test_a_stock_in_a_work_system_without_a_place_is_refused(run, tmp_path):
     assert answer.code == 2 and "line 2 defines the stock in G54, and G54 is not given" in answer.out
 
 
+@pytest.mark.usefixtures("without_remedies")
 def test_a_stock_of_klartext_stands_in_the_preset_of_the_cuts(run, tmp_path):
     path = tmp_path / "part.h"
     path.write_text(

@@ -241,5 +241,5 @@ def test_a_carrier_of_another_kind_is_refused():
         build_machine(b'schema = 2\nname = "hexapod"\n[carrier]\nkind = "verne"\n', "mine.toml")
     [item] = refused.value.findings
     assert item.code == "VP501"
-    assert "mine.toml: carrier: " in item.message
-    assert "there are the kinds 'verne', 'serial', 'linear_delta' and 'rods'" in item.message
+    assert item.message.startswith("mine.toml: [carrier]")
+    assert "kind = 'verne', 'serial', 'linear_delta' or 'rods'" in item.message

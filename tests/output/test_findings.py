@@ -228,6 +228,11 @@ def test_a_remedy_is_made_where_the_finding_is(name: str, program: str, code: st
 
 
 _CUT = "G21 G90 G94 G17 {}\nT1 M6\nG0 X0 Y0 Z150 A0 C0\n{}\nG1 X5 Z120 F500\nG0 Z200\nM30\n"
+_TURNED = (
+    "G17 G54 G64 G90 G94 G710\nT1 D1\nM6\nS900 M3\nTRAORI\nG0 A-20 C0\nG0 X0 Y0 Z60\nTRAFOOF\n"
+    "G0 Z70\nG1 Z55 F500\nG0 Z90\nM30\n"
+)
+_HEIDENHAIN = "BEGIN PGM P MM\nTOOL CALL 1 Z S900\nL X+0 Y+0 Z+60 A+0 C+0 FMAX M3\n{}\nM30\nEND PGM P MM\n"
 _FROM_ZERO = {"G54": (0, 0, 60)}
 _OF_DIRECTIONS = "If directions of the machine are meant, give [fanuc]"
 
@@ -243,6 +248,10 @@ _OF_DIRECTIONS = "If directions of the machine are meant, give [fanuc]"
         (_CUT.format("G54", "G49"), "VP034", {"wcs": _FROM_ZERO, "tools": {1: 0.0}}, "If the gauge line is meant, "),
         (_CUT.format("G54", "G43 H1\nG0 A-30"), "VP037", {"wcs": _FROM_ZERO}, _OF_DIRECTIONS),
         (_CUT.format("G54", "G43.4 H1\nA-30\nG69\nG43 H1"), "VP037", {"wcs": _FROM_ZERO}, _OF_DIRECTIONS),
+        # directions of the machine are what the control takes there: the message itself says what would be right
+        (_TURNED, "VP037", {"wcs": _FROM_ZERO, "dialect": "siemens"}, ""),
+        (_HEIDENHAIN.format("L X+10 Y+2 A+6 F600"), "VP037", {"wcs": _FROM_ZERO, "dialect": "heidenhain"}, ""),
+        (_HEIDENHAIN.format("L A-20\nL Z+50 F600\nM128"), "VP037", {"wcs": _FROM_ZERO, "dialect": "heidenhain"}, ""),
     ],
 )
 def test_the_remedy_of_a_set_up_does_not_depend_on_the_words_of_the_message(
@@ -250,7 +259,8 @@ def test_the_remedy_of_a_set_up_does_not_depend_on_the_words_of_the_message(
 ) -> None:
     """It was chosen by patterns over messages: one in other words, as another language has it, had the wrong one."""
     options = vp.Options(**{"tools": {1: 80.0}, "dialect": "fanuc", **given})
-    item = next(one for one in vp.check(f"%\nO1\n{program}%\n", "verne", options).findings if one.code == code)
+    text = f"%\nO1\n{program}%\n" if options.dialect == "fanuc" else program
+    [item] = [one for one in vp.check(text, "verne", options).findings if one.code == code]
     for said in (describe_remedy(item, "a.nc"), describe_remedy(replace(item, message="in other words"), "a.nc")):
         assert said.startswith(remedy)
         assert bool(said) == bool(remedy)

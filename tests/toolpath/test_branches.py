@@ -61,7 +61,7 @@ def found(prog):
         (
             "G0 X0 Y0 Z60 A20 C-180\nG1 X1 C180\nG1 X2 C-180",
             "line 3: C turns by 360 deg, from -180 to 180, while the tip goes 1 mm, and the tilted tool sweeps around "
-            "with it; C-180, 0 deg away, holds the same tool axis (moves like this: 2)",
+            "with it; C-180, 0 deg away, holds the same tool axis",
         ),
         ("G0 X0 Y0 Z60 A20 C0\nG1 C181", "while the tip goes 0 mm"),
         ("G0 X0 Y0 Z60 A0 C0\nG1 X1 A10 C-200", "C turns by -200 deg"),
@@ -78,6 +78,14 @@ def test_a_feed_move_that_turns_the_table_by_more_than_half_a_turn(body, says):
     assert [(item.code, item.severity) for item in findings] == ([("VP301", "warning")] if says else [])
     if says:
         assert says in f"line {findings[0].line}: {findings[0].message}"
+
+
+def test_all_lines_that_turn_the_table_are_named_and_the_first_has_what_helps():
+    (turn,) = program("G0 X0 Y0 Z60 A20 C-180\nG1 X1 C180\nG1 X2\nG1 X3 C-180").findings
+    assert (turn.line, turn.lines, turn.count) == (3, (3, 5), 2)
+    then = "then add -360 deg to C in the lines up to 4 too"
+    assert str(turn).endswith(f"holds the same tool axis; {then} (lines 3 and 5, 2 moves)")
+    assert turn.advice == f"Write C-180 in line 3; {then}. Check again: C of the other lines follows from it."
 
 
 def test_a_great_circle_close_to_the_pole_is_the_same_finding():

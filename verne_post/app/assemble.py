@@ -60,7 +60,7 @@ from verne_post.toolpath.corner_rules import find_segment_tolerances
 from verne_post.toolpath.free_turn import choose_free_turn
 from verne_post.toolpath.lift import lift_path
 from verne_post.toolpath.rapids import make_rapids_joint
-from verne_post.toolpath.splice import insert_stops
+from verne_post.toolpath.splice import count_with_stops, insert_stops
 from verne_post.toolpath.table_turns import report_table_turns
 from verne_post.trajectory import tuning
 from verne_post.trajectory.shaper import UNSHAPED, build_shaper_weights
@@ -203,10 +203,13 @@ def view_moves_plainly(source: Text, options: Options) -> tuple[Moves, tuple[Fin
 
 
 def find_modal_state(source: Text, program: Program, line: int) -> tuple[State, int]:
-    """The modal state after a line of a program, and how many moves are recorded then; its first pass counts."""
+    """The modal state after a line of a program, and how many of its moves, with its stops, there are then.
+
+    The first pass of the line counts.
+    """
     setup = add_table(build_interpreter_setup(program.machine, program.options), program.moves)
     state, recorder = replay(source, setup, program.moves, StopConditions(after_line=line))
-    return state, recorder.count
+    return state, count_with_stops(program.moves, recorder.count)
 
 
 def find_state_if_executed(source: Text, program: Program, line: int) -> State | None:

@@ -60,7 +60,7 @@ def _drop_departures(findings: Sequence[Finding], found: Sequence[Finding]) -> l
 
 def check_line(program: Program, joints: JointPath, line: int) -> list[Finding]:
     """The same for a part of :func:`guard_joints` that belongs to one source line."""
-    own = [item for item in program.findings if item.line == line]
+    own = [item for item in program.findings if line in (item.line, *item.lines)]
     found = check_constraints(joints)[1]
     if program.options.stock is not None or any(item.quantity == DEPARTURE for item in own):
         whole = _check_contour(program)[1]

@@ -6,7 +6,14 @@ from collections.abc import Sequence
 import numpy as np
 from msgspec.structs import replace
 
-from verne_post.app.assemble import Program, assemble, build_interpreter_setup, find_modal_state, find_state_if_executed
+from verne_post.app.assemble import (
+    Program,
+    assemble,
+    build_interpreter_setup,
+    count_executions,
+    find_modal_state,
+    find_state_if_executed,
+)
 from verne_post.app.constraints import check_line, guard_joints
 from verne_post.app.explain_line import add_line_remedies, describe_modes, explain_line, find_lines_near, work_through
 from verne_post.app.line_facts import describe_time, measure_lines
@@ -200,4 +207,7 @@ def look_at_line(source: Text, program: Program, line: int) -> Line:
     exact = select_line(replace(whole, contour=make_exact_contour(program.path)), line)
     findings = tuple(check_line(program, joints, line))
     words = text.decode("utf-8", errors="replace")
-    return Line(line, words, joints, program.moves, state, program.options, findings, exact, count)
+    shown = Line(line, words, joints, program.moves, state, program.options, findings, exact, count)
+    # a move that waits for the next line, as before a corner, is one of the pass
+    is_once = shown.is_repeated and count_executions(source, program, line) == 1
+    return replace(shown, n_recorded=int(shown.rows[-1]) + 1) if is_once else shown

@@ -22,7 +22,7 @@ from verne_post.gcode.program_error import ProgramError
 from verne_post.kinematics.checks import remedies
 from verne_post.kinematics.joint_path import JointPath
 from verne_post.model.codes import CODES
-from verne_post.model.findings import Finding
+from verne_post.model.findings import Finding, name_lines
 from verne_post.model.machine import Machine
 from verne_post.model.moves import AXES, FeedMode, MoveKind, PathMode
 from verne_post.model.part_setup import name_system
@@ -30,6 +30,7 @@ from verne_post.model.protocols import AxisCorrecting
 from verne_post.model.toolpath import SegmentKind
 from verne_post.model.verdict import find_worst, is_about_pose
 from verne_post.output.findings import describe_remedy
+from verne_post.output.summary import list_unchecked
 from verne_post.toolpath.margins import list_margin_functions
 
 #: Decimals of mm and degrees where a pose is told in a few lines.
@@ -53,8 +54,11 @@ def explain_line(line: Line) -> Iterator[str]:
         yield f"  motion               {line.planned}"
     yield ""
     yield from _describe_findings(line, line.findings)
+    yield from (f"{key}: {text}" for key, text in list_unchecked(machine, line.options, line.moves.events))
     yield ""
-    yield f"pose at the end of the motion{', as programmed' if _has_blended_corner(line) else ''}"
+    n_moves = len(np.unique(line.rows[: line.last + 1]))
+    which = f", the last of {n_moves} moves" if n_moves > 1 else ""
+    yield f"pose at the end of the motion{which}{', as programmed' if _has_blended_corner(line) else ''}"
     yield from _describe_end(line)
     yield from _describe_nearest_limit(machine, tip, angles, tool)
     yield from _describe_time(line)
@@ -374,7 +378,8 @@ def _describe_findings(line: Line, findings: Sequence[Finding]) -> Iterator[str]
         for one, item in zip(places, findings, strict=True)
     ]
     for item, where, after in zip(findings, shown, [*shown[1:], ""], strict=True):
-        yield f"  {item.code} {item.severity}: {item.message}"
+        same = f" ({name_lines(item)}; the numbers are those of line {item.line})" if item.lines else ""
+        yield f"  {item.code} {item.severity}: {item.message}{same}"
         if where and where != after:  # what is broken at one place has it once, below
             yield f"    {where}"
     remedied = [item for item in findings if not is_about_pose(item.code)]

@@ -47,7 +47,7 @@ class Line(Struct, frozen=True, eq=False):
     in_inches: bool = False  #: So its words are written, where ``state`` does not say it.
 
     @property
-    def _rows(self) -> Ints:
+    def rows(self) -> Ints:
         """Rows in the Moves table, by element."""
         contour = self.exact.contour
         return contour.path.move[contour.segment]
@@ -55,23 +55,23 @@ class Line(Struct, frozen=True, eq=False):
     @property
     def last(self) -> int:
         """The last element of its first pass."""
-        return int(np.searchsorted(self._rows, self._find_end_of_pass())) - 1
+        return int(np.searchsorted(self.rows, self._find_end_of_pass())) - 1
 
     @property
     def is_repeated(self) -> bool:
         """Whether it moves again after its first pass."""
-        return self.last + 1 < len(self._rows)
+        return self.last + 1 < len(self.rows)
 
     def describe_passes(self) -> str:
         """``5 passes``; ``several passes`` where the moves do not tell how many, as with unlike passes in a row."""
-        rows = np.unique(self._rows)
+        rows = np.unique(self.rows)
         n_first = int(np.searchsorted(rows, self._find_end_of_pass()))
         runs = np.diff(np.flatnonzero(np.concatenate(([True], np.diff(rows) > 1, [True]))))
         return f"{len(rows) // n_first} passes" if not (runs % n_first).any() else "several passes"
 
     def _find_end_of_pass(self) -> int:
         """The row after the first pass."""
-        rows = self._rows
+        rows = self.rows
         if not 0 <= rows[0] < self.n_recorded:  # the first move waits for the next line, as before a corner
             own = np.flatnonzero(self.moves.line == self.number)
             ends = own[np.append(np.diff(own) > 1, True)] if len(own) else rows[-1:]
@@ -87,7 +87,7 @@ class Line(Struct, frozen=True, eq=False):
     @property
     def move(self) -> int:
         """Row of the last motion of its first pass in the Moves table, -1 for the approach."""
-        return int(self._rows[self.last])
+        return int(self.rows[self.last])
 
     @property
     def frame(self) -> Frame:

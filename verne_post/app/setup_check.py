@@ -599,7 +599,7 @@ def _check_directions(moves: Moves, path: ToolPath, machine: Machine) -> list[Fi
     if left is not None and left.word != "G49":  # after which nothing says how they count
         letters = " and ".join(AXES[axis] for axis in (tilt, turn))
         text = (
-            f"X Y Z cut in the machine's directions while the {machine.rotary_side} is at {AXES[tilt]}{a:.6g} "
+            f"X Y Z cut in the machine's directions with the {machine.rotary_side} at {AXES[tilt]}{a:.6g} "
             f"{AXES[turn]}{c:.6g}, where {left.word} in line {left.line} has left it; name {letters} before the cut: "
             f"{AXES[tilt]}0 {AXES[turn]}0 if the tool is to be upright"
         )
@@ -609,7 +609,8 @@ def _check_directions(moves: Moves, path: ToolPath, machine: Machine) -> list[Fi
     kept = "on LinuxCNC, change nothing if its kinematics keep the tip (ignore VP037 then); otherwise "
     kept = "" if moves.needs_tcp_code else kept
     text = (
-        f"X Y Z cut while the {machine.rotary_side} {'turns to' if is_turning else 'is at'} {AXES[tilt]}{a:.6g} "
+        f"X Y Z cut {'in a turn of' if is_turning else 'with'} the {machine.rotary_side} "
+        f"{'to' if is_turning else 'at'} {AXES[tilt]}{a:.6g} "
         f"{AXES[turn]}{c:.6g}, and no code turns on tool-centre-point control: they are read as points of the part, "
         "but a control would "
         f"read them in the machine's directions; {kept}write G43.4 before the cut, in place of any G43, if the part is "
@@ -625,7 +626,7 @@ def _report_rapid(moves: Moves, at: int, machine: Machine) -> Finding:
     line, rotary = int(moves.line[at]), machine.coordinates.rotary
     place = " ".join(f"{AXES[axis]}{moves.end[at, axis] + 0.0:.6g}" for axis in rotary)
     text = (
-        f"X Y Z go in rapid traverse while the {machine.rotary_side} is at {place}, and no code turns on "
+        f"X Y Z go in rapid traverse with the {machine.rotary_side} at {place}, and no code turns on "
         "tool-centre-point control: they are read as points of the part, but a control would move the axes of the "
         f"machine to them, so that after a turn of the {machine.rotary_side} X Y Z that are not named again differ "
         f"too; retract with G53, or turn {AXES[rotary[0]]} and {AXES[rotary[1]]} before"

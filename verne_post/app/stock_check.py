@@ -271,4 +271,5 @@ def _make_finding(touches: list[Touch], name: str, keep_off: float, cell: float,
         f"the {worst.body}{when} may touch {name} at that time: it passes nearer than the resolution of {cell:.3g} mm "
         f"can tell{remark}"
     )
-    return make_finding("VP216", text, severity="warning", **lines)
+    advice = f"Keep the {worst.body} {cell:.3g} mm or more away from the stock there; a smaller stock is cut finer."
+    return make_finding("VP216", text, severity="warning", advice=advice, **lines)

@@ -117,6 +117,7 @@ class ToolLengths(Struct, frozen=True):
 
     own: tuple[tuple[int, float], ...]  #: With which each tool works.
     carried: tuple[tuple[int, float], ...]  #: Of the tool before, which rapids have until the tool's own is active.
+    carried_lines: tuple[int, ...]  #: The lines of these rapids.
     has_bare_rapids: bool  #: Whether some rapids have no length, although their tool has one in other moves.
 
 
@@ -130,16 +131,21 @@ def list_tool_lengths(program: Program) -> ToolLengths:
     path, moves = program.path, program.moves
     feeds: dict[tuple[int, float], bool] = {}
     before, taken_over = (0, 0.0), set()
+    lines: dict[tuple[int, float], set[int]] = {}  # of what is taken over
     for begin, end in iterate_blocks(len(path)):
         number = find_tool_of_moves(path.move_reached[begin:end], path.first_move, moves)
         length = np.round(path.tool_length[begin:end] - program.options.lift, 6)
         feeding = path.feed_time[begin:end] > 0
         rows = np.column_stack([number, length, feeding])
-        for one, mm, has_feed in rows[np.append(True, np.any(rows[1:] != rows[:-1], axis=1))].tolist():
+        starts = np.flatnonzero(np.append(True, np.any(rows[1:] != rows[:-1], axis=1)))
+        stretches = zip(rows[starts].tolist(), np.split(path.line[begin:end], starts[1:]), strict=True)
+        for (one, mm, has_feed), of_stretch in stretches:
             key = int(one), mm
             feeds[key] = feeds.get(key, False) or bool(has_feed)
             if key[0] != before[0] and key[1] == before[1]:
                 taken_over.add(key)
+            if key in taken_over and not feeds[key]:
+                lines.setdefault(key, set()).update(of_stretch.tolist())
             before = key
     measured = {number for number, length in feeds if length != 0}
     bare = {key for key, fed in feeds.items() if key[1] == 0 and not fed and key[0] in measured}
@@ -148,6 +154,7 @@ def list_tool_lengths(program: Program) -> ToolLengths:
     return ToolLengths(
         tuple(key for key in feeds if key not in bare | carried),
         tuple(key for key in feeds if key in carried),
+        tuple(sorted({line for key in carried for line in lines[key]})),
         bool(bare),
     )
 
@@ -216,6 +223,7 @@ def summarise(
         switched=program.restored,
         tools=lengths.own,
         carried=lengths.carried,
+        carried_lines=lengths.carried_lines,
         has_bare_rapids=lengths.has_bare_rapids,
         stock=moves.stock,
         compared=() if part is None else _describe_part(part),

@@ -141,14 +141,17 @@ def command(
     findings = (*found, *verdict.findings)
     status = find_exit_status(findings)
     if status != ExitStatus.CLEAN and not is_dash(setpoints) and (index := find_index(Path(setpoints))) is not None:
+        # findings and verdict would be about the parts that are not here, and look like faults of this one
         echo(
-            f"{name} is one part of a split file; here it is compared with the whole program, so rows are missing. "
-            f"Verify all parts together: verne-post verify {show_name(str(index))} ...",
+            f"{name} is one part of a split file and is not verified alone. Verify all parts together: verne-post "
+            f"verify {show_name(str(index))} --against {show_name(against)}",
             err=True,
         )
-    print_findings(show_name(against), findings, quiet=quiet)
-    if not quiet:
-        say(format_verdict(name, verdict, program.machine, passes=status == ExitStatus.CLEAN) + "\n")
+        status = ExitStatus.NO_VERDICT
+    else:
+        print_findings(show_name(against), findings, quiet=quiet)
+        if not quiet:
+            say(format_verdict(name, verdict, program.machine, passes=status == ExitStatus.CLEAN) + "\n")
     if log is not None and measured is not None:
         followed, source_lines = log
         echo(

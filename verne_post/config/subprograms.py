@@ -79,14 +79,24 @@ def list_callable_files(folder: Path, paths: tuple[str, ...]) -> list[Path]:
     return list(_find_files(root, _list_folders(folder, root, paths)).values())
 
 
+def names_file(text: Text, path: Path) -> bool:
+    """Whether a text calls a file by its name or number; not where it computes what it calls."""
+    return path.stem.lower() in _find_named(text, {path.stem.lower(): path})
+
+
 def _find_called(text: Text, known: dict[str, Path]) -> list[str]:
     """Names, without ending, of the files that a text may call."""
+    if _may_call(text) and _COMPUTED.search(text):
+        return list(known)
     called_by_name = [name for name, path in known.items() if path.suffix.lower() in _CALLED_BY_NAME]
-    by_name = [*_find_names(text, called_by_name), *_find_meant_names(text, called_by_name)]
+    return [*_find_named(text, known), *_find_meant_names(text, called_by_name)]
+
+
+def _find_named(text: Text, known: dict[str, Path]) -> list[str]:
+    """Names, without ending, in the calls of a text, and in Siemens the names of files that it has."""
+    by_name = _find_names(text, [name for name, path in known.items() if path.suffix.lower() in _CALLED_BY_NAME])
     if not _may_call(text):
         return by_name
-    if _COMPUTED.search(text):
-        return list(known)
     names = [re.sub(rb"[ \t]", b"", found.group(1)).decode("latin-1").lower() for found in _NAMED.finditer(text)]
     names += [name.strip().decode("latin-1").lower().removesuffix(".h") for name in _PROGRAM.findall(text)]
     names += by_name

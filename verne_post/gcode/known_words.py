@@ -74,6 +74,8 @@ _HOLES: Final = ("G73", "G74", *(f"G{number}" for number in range(81, 90)))
 _AXIS_OF_KLARTEXT: Final = re.compile(r"(?<![A-Z\d_])I?[XYZABCUVW](?=[ \t]*[-+.\dQ])")
 #: A letter with a number, of which the number says nothing: T1, R1, #100.
 _LETTER_AND_NUMBER: Final = re.compile(r"^([A-FH-LN-Z#]|Q[LRS])\d+$")
+#: A sign or = before the value of a word: SEQ-, A3=; M1= is the M code of a spindle, not M1.
+_SIGN: Final = re.compile(r"(?<!^M\d)[ ]?[-+=]$")
 #: What the line above the kinds of PLANE says.
 _TOLD_ABOVE: Final = "tilts the work plane: "
 
@@ -126,6 +128,8 @@ def _make_pattern(name: str, language: str) -> str:
         return rf"(?<![A-Z_$]){code[1]}[ \t]*0*{re.escape(code[2])}(?![\d.])"
     text = r"[ \t]+".join(map(re.escape, name.split()))
     after = r"(?=[ \t]*[=+\-.\d])" if len(name) == 1 else r"(?![A-Z\d_])"
+    if language in ("RS274/NGC", "Fanuc") and name in OF_EXPRESSIONS[language]:  # numbers may touch it: #1LT5, DO1
+        return rf"(?<![A-Z_$]){text}(?![A-Z_])"
     if language == "Klartext" and name in ("Q", "QL", "QR", "QS"):  # elsewhere it is a value
         after = r"(?=[ \t]*\d+[ \t]*=)"
     if language == "Klartext" and name in ("L", "C"):  # C+90 is an axis
@@ -150,8 +154,11 @@ def describe_word(word: str) -> list[str]:
     for language, names in _list_names().items():
         if language not in texts and (text := names.get(name, names.get(alone, ""))):
             texts[language] = f"{language}: {_describe(language, alone, text, is_executed=True)}"
-    found = list(texts.values())
-    found += _describe_values(name)
+    values = list(_describe_values(name))
+    if any(one.startswith("Klartext: ") for one in values):  # no other language has a Q of this number
+        found = [*values, texts["Klartext"]]
+    else:
+        found = [*texts.values(), *values]
     # what its tables have of it: names of values, and what may follow it
     found += [f"  {value}" for dialect in ("siemens", "heidenhain") for value in describe_values(name, dialect)]
     found += [
@@ -161,6 +168,8 @@ def describe_word(word: str) -> list[str]:
     ]
     if not found and _M_CODE.fullmatch(name):
         return [f"no meaning in any language here; {describe_remap(name)}"]
+    if not found and (bare := _SIGN.sub("", name)) != name:
+        return describe_word(bare)
     # else a statement with words that its table lists
     return found or [
         f"{language}, {known_word}: {_describe(language, known_word, text, is_executed=is_executed)}"
@@ -187,13 +196,9 @@ def _describe_values(name: str) -> Iterator[str]:
         meaning = siemens.CYCLE_VALUES.get(name, "")
         yield f"Siemens: a value of {', '.join(cycles)}{': ' * bool(meaning)}{meaning}"
     if name.startswith("Q") and name[1:].isdecimal():
-        from verne_post.gcode.klartext.cycle_words import MACHINING, PATTERNS
+        from verne_post.gcode.klartext.cycle_words import OF_PARAMETERS
 
-        numbers = [
-            f"{cycle}"
-            for cycle, (own, defaults) in (MACHINING | PATTERNS).items()
-            if int(name[1:]) in (*own, *defaults)
-        ]
+        numbers = [f"{cycle}" for cycle, (own, defaults) in OF_PARAMETERS.items() if int(name[1:]) in (*own, *defaults)]
         meaning = klartext.name_parameter(int(name[1:]))
         if numbers:
             yield f"Klartext: a value of CYCL DEF {', '.join(numbers)}{f': {meaning}' if meaning else ''}"
@@ -296,10 +301,10 @@ def _list_call_values(call: re.Match[str], code: str) -> Iterator[tuple[str, re.
 
 def _list_q_parameters(word: str) -> tuple[tuple[int, ...], dict[int, float]]:
     """The Q parameters that a cycle of Klartext needs, and those that have a default."""
-    from verne_post.gcode.klartext.cycle_words import MACHINING, PATTERNS
+    from verne_post.gcode.klartext.cycle_words import OF_PARAMETERS
 
     cycle = word.removeprefix("CYCL DEF ")
-    return (MACHINING | PATTERNS).get(int(cycle) if cycle.isdecimal() else 0, ((), {}))
+    return OF_PARAMETERS.get(int(cycle) if cycle.isdecimal() else 0, ((), {}))
 
 
 @cache

@@ -15,10 +15,25 @@ _MACRO_FUNCTIONS: Final = _FUNCTIONS | {
     "FIX": "next whole number below",
     "FUP": "next whole number above",
 }
+#: Operators between two values, or two conditions.
+_OPERATORS: Final = {
+    "EQ": "true if both values are equal",
+    "NE": "true if the values differ",
+    "LT": "true if the first value is less",
+    "LE": "true if the first value is less, or both are equal",
+    "GT": "true if the first value is greater",
+    "GE": "true if the first value is greater, or both are equal",
+}
+_LOGIC: Final = {
+    "AND": "true if both conditions are true",
+    "OR": "true if one of the conditions is true, or both",
+    "XOR": "true if exactly one of the conditions is true",
+    "MOD": "remainder of a division",
+}
 #: Words of expressions and of the order of execution that no table of their language has.
 OF_EXPRESSIONS: Final[Mapping[str, Mapping[str, str]]] = {
     "RS274/NGC": {
-        **_MACRO_FUNCTIONS,
+        **_MACRO_FUNCTIONS, **_OPERATORS, **_LOGIC,
         "SUB": "begins a subprogram", "ENDSUB": "ends a subprogram, and returns to its call",
         "CALL": "calls a subprogram; its values are #1, #2, ... there", "RETURN": "returns to the call",
         "REPEAT": "repeats the lines up to endrepeat so many times", "ENDREPEAT": "goes back to repeat",
@@ -29,8 +44,29 @@ OF_EXPRESSIONS: Final[Mapping[str, Mapping[str, str]]] = {
         "ELSE": "begins the lines for false conditions of if", "ENDIF": "ends if",
         "BREAK": "leaves the loop", "CONTINUE": "goes to the end of the loop",
     },
-    "Fanuc": _MACRO_FUNCTIONS,
+    "Fanuc": {
+        **_MACRO_FUNCTIONS, **_OPERATORS, **_LOGIC,
+        "AND": "the bits that both values have", "OR": "the bits that one of two values has, or both",
+        "XOR": "the bits that exactly one of two values has",
+        "IF": "[condition] GOTO n jumps if it is true; [condition] THEN sets a variable",
+        "THEN": "sets a variable if the condition is true",
+        "GOTO": "jumps to the block N of this number, searched to the end, then from the beginning",
+        "WHILE": "[condition] DO1 repeats the lines up to END1 as long as it is true",
+        "DO": "begins a loop; DO1 ends at END1",
+        "END": "goes back to DO of the same number",
+    },
+    "Klartext": {
+        "EQU": "true if both values are equal", "NE": "true if the values differ",
+        "LT": "true if the first value is less", "GT": "true if the first value is greater",
+        "IF": "the condition of a jump: FN 9 to FN 12", "GOTO": "jumps to the label if the condition of FN is true",
+    },
     "Siemens": {
+        "REAL": "number, as a type of DEF and PROC", "INT": "whole number, as a type of DEF and PROC",
+        "BOOL": "TRUE or FALSE, as a type of DEF and PROC", "CHAR": "a character, as a type of DEF and PROC",
+        "STRING": "text of so many characters, as a type of DEF and PROC",
+        "TO": "between the first and last value of FOR",
+        "NOT": "true if the condition after it is false",
+        **_LOGIC, "DIV": "division without its remainder",
         **_FUNCTIONS, "ATAN2": "angle of ATAN2(y, x), in degrees", "POT": "square", "TRUNC": "whole number towards 0",
         "ROUNDUP": "next whole number above", "MINVAL": "lower of two values", "MAXVAL": "higher of two values",
         "BOUND": "value within bounds: BOUND(lowest, highest, value)",

@@ -167,6 +167,8 @@ def describe(item: Finding) -> str:
         text += f" ({lines}{item.count} times)"
     elif item.count > 1 and item.line is not None and item.last_line not in (None, item.line):
         text += f" (lines {item.line} to {item.last_line}, worst {item.worst_line}, {item.count} moves)"
+    elif item.count > 1 and item.code == "VP301":
+        text += f" ({f'{name_lines(item)}, ' if item.lines else ''}{item.count} moves)"
     return text
 
 
@@ -176,17 +178,21 @@ _NAMED_STRETCHES: Final = 6
 
 def name_lines(item: Finding) -> str:
     """``lines 8 and 11``, ``lines 8 to 11``: where the same mistake stands, or the stretch of a finding."""
-    if not item.lines:
-        return f"lines {item.line} to {item.last_line}"
+    return join_lines(item.lines) if item.lines else f"lines {item.line} to {item.last_line}"
+
+
+def join_lines(lines: Iterable[int]) -> str:
+    """``line 8``, ``lines 8 and 11``, ``lines 8 to 11``, of ascending lines."""
     stretches: list[list[int]] = []
-    for line in item.lines:
+    for line in lines:
         if stretches and line == stretches[-1][-1] + 1:
             stretches[-1].append(line)
         else:
             stretches.append([line])
     names = [f"{one[0]} to {one[-1]}" if len(one) > 1 else str(one[0]) for one in stretches]
     more = sum(map(len, stretches[_NAMED_STRETCHES:]))
-    return f"lines {join_names([*names[:_NAMED_STRETCHES], *([f'{more} more'] if more else [])])}"
+    word = "line" if names == [str(stretches[0][0])] else "lines"
+    return f"{word} {join_names([*names[:_NAMED_STRETCHES], *([f'{more} more'] if more else [])])}"
 
 
 def make_findings_table(findings: Sequence[Finding]) -> list[list[str]]:

@@ -105,6 +105,8 @@ class Summary:
         Tools in use and their lengths, mm, in order; number 0 where the program names none.
     carried : tuple of (int, float)
         Tools with the length of the tool before, mm, which rapids have until the tool's own length is active.
+    carried_lines : tuple of int
+        The lines of these rapids.
     has_bare_rapids : bool
         Some rapids have no tool length, although their tool has one in other moves.
     axis_error_deg : float or None
@@ -155,6 +157,7 @@ class Summary:
     switched: tuple[Event, ...] = ()
     tools: tuple[tuple[int, float], ...] = ()
     carried: tuple[tuple[int, float], ...] = ()
+    carried_lines: tuple[int, ...] = ()
     has_bare_rapids: bool = False
     axis_error_deg: float | None = None
     stock: Stock | None = None

@@ -8,6 +8,7 @@ from verne_post.base.printable import make_printable
 from verne_post.model.findings import Finding
 from verne_post.model.verdict import Verdict, find_verdict
 from verne_post.output.causes import count_causes, find_first_error, list_first
+from verne_post.output.findings import find_place
 
 
 class Converted(Protocol):
@@ -60,8 +61,7 @@ def make_batch_rows(outcomes: Sequence[Converted], *, is_brief: bool = False) ->
         time = "-" if one.cycle_time_s is None else f"{one.cycle_time_s:.3f}"
         count = "-" if one.rows is None else str(one.rows)
         first = _find_first(one.findings)
-        where = "" if first is None or first.line is None else f" line {first.line}"
-        reason = "" if first is None else f"{first.code}{where}"
+        reason = "" if first is None else f"{first.code}{_name_place(one.program, first)}"
         errors, warnings = count_causes(one.findings)
         more = (errors or warnings) - 1
         if first is not None and is_brief:
@@ -72,6 +72,13 @@ def make_batch_rows(outcomes: Sequence[Converted], *, is_brief: bool = False) ->
             reason += f"{f' +{more}' if more else ''}: {make_printable(first.message)}"
         rows.append([make_printable(one.program), _name_result(one), time, count, reason])
     return rows
+
+
+def _name_place(program: str, item: Finding) -> str:
+    name, line = find_place(program, item)
+    if line is None:
+        return ""
+    return f" line {line}" if item.file is None else f" {make_printable(name)}:{line}"
 
 
 def count_results(outcomes: Sequence[Converted]) -> str:

@@ -123,7 +123,7 @@ def format_causes(
 
 
 #: Codes whose warnings are about one line, which is quoted as that of an error.
-_SHOWN_IN_LINES: Final = ("VP301", "VP505")
+_SHOWN_IN_LINES: Final = ("VP216", "VP301", "VP505")
 
 
 def _quote_line(cause: Cause, source: "Text", program: str, setup_file: str) -> list[str]:
@@ -160,14 +160,14 @@ def _draw_line(number: int, text: str, column: int | None, helps: Sequence[str])
 def list_remedies(item: Finding, program: str, setup_file: str = "") -> list[str]:
     """What helps against a finding, each in one line: remedies that were tried first.
 
-    Nothing for warnings of poses, and where the message itself says what would be right.
+    Of warnings of poses what helps in this case alone; nothing where the message itself says what would be right.
     """
     if not is_about_pose(item.code) or item.code in OF_THE_PART:
         title = _NO_DIAMETER if _is_about_diameter(item) else CODES[item.code].title
         remedy = describe_remedy(item, program, setup_file)
         return [f"{title}: {remedy}"] if remedy else []
     if item.severity != "error":
-        return []
+        return [item.advice] if item.advice else []
     command = f"`verne-post explain {make_printable(program)}:{item.line}`"
     explain = f"{command}, with the same options, explains this line and what would bring it within limits"
     if item.code == "VP216":  # often a line before it is at fault

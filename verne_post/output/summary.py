@@ -14,6 +14,7 @@ from verne_post.base.numbers import format_count, format_fixed
 from verne_post.base.printable import make_printable
 from verne_post.base.tolerances import ACCELERATION_RATIO, FEED_RATIO, JERK_RATIO, VELOCITY_RATIO
 from verne_post.base.units import DEG_PER_RAD
+from verne_post.model.findings import join_lines
 from verne_post.model.machine import Machine
 from verne_post.model.moves import Event, Stock, describe_tool, list_tool_changes, name_tools
 from verne_post.model.options import Options
@@ -447,7 +448,7 @@ def _describe_tools(summary: Summary) -> str:
     if summary.has_bare_rapids:
         source += "; 0 mm in rapids before a length is active"
     if summary.carried:
-        source += "; some rapids still have the length of the tool before"
+        source += f"; rapids of {join_lines(summary.carried_lines)} still have the length of the tool before"
     return f"{tools}{source}"
 
 

@@ -184,6 +184,12 @@ def insert_stops(
     return stopped, _insert_in_path(path, stopped, at), tuple(new.tolist())
 
 
+def count_with_stops(moves: Moves, count: int) -> int:
+    """How many moves there are up to the last of the first ``count`` that are no inserted standstills."""
+    is_stop = (moves.kind == MoveKind.DWELL) & (moves.feed == STOP_SECONDS)
+    return int(np.flatnonzero(~is_stop)[count - 1]) + 1 if count else 0
+
+
 def _insert_in_path(path: ToolPath, moves: Moves, at: NDArray[np.intp]) -> ToolPath:
     """Put standstills into the path before the moves ``at``, which are counted without them."""
     move = path.move + np.searchsorted(at, path.move, side="right")

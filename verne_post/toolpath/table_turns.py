@@ -1,6 +1,6 @@
 """Feed moves in which the table turns much farther than the path does: most often C words that a post has wrapped."""
 
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -71,22 +71,28 @@ def _report(path: ToolPath, moves: Moves, machine: Machine, rows: list[int], swu
     )
     ends = " to ".join(map(_name_angle, (after - turn, after)))
     what = f"{letter} turns by {_name_angle(turn)} deg, from {ends}, while the tip goes {round(tip, 6):.4g} mm"
+    line, lines = int(path.line[first]), tuple(np.unique(path.line[rows]).tolist())
+    advice = ""
     if swung:
         text = f"{what}: the tool axis passes close to the vertical; lead it through the vertical, or farther around"
     else:
         short = float(np.degrees(wrap_angle(np.radians(turn))))
         short = 0.0 if abs(short) <= np.degrees(ZERO_ANGLE) else short
+        right = f"{letter}{_name_angle(after - turn + short)}"
         text = (
-            f"{what}, and the tilted tool sweeps around with it; {letter}{_name_angle(after - turn + short)}, "
-            f"{_name_angle(abs(short))} deg away, holds the same tool axis"
+            f"{what}, and the tilted tool sweeps around with it; {right}, {_name_angle(abs(short))} deg away, holds "
+            "the same tool axis"
         )
+        then = ""
         if last := _find_last_to_turn(path, first, (short - turn) / factor):
-            text += f"; then add {short - turn:.6g} deg to {letter} in the lines up to {last} too"
-    others = f" (moves like this: {len(rows)})" if len(rows) > 1 else ""
-    line = int(path.line[first])
-    return make_finding(
-        "VP301", text + others, severity="warning", line=line, last_line=line, worst_line=line, count=len(rows)
-    )
+            then = f"then add {short - turn:.6g} deg to {letter} in the lines up to {last} too"
+            text += f"; {then}"
+        if not path.free[first]:
+            advice = f"Write {right} in line {line}{then and f'; {then}'}."
+            advice += f" Check again: {letter} of the other lines follows from it." if len(lines) > 1 else ""
+    where: dict[str, Any] = {"line": line, "last_line": line, "worst_line": line, "count": len(rows)}
+    where["lines"] = lines if len(lines) > 1 else ()
+    return make_finding("VP301", text, severity="warning", advice=advice, **where)
 
 
 def _name_angle(value: float) -> str:

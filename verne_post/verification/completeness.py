@@ -31,32 +31,34 @@ class CompletenessCheck:
         self._order(rows)
         self._check_changes(rows)
 
-    def finish(self, last: LastRow) -> None:
-        """Check that the last row is the end of the program."""
+    def finish(self, last: LastRow) -> bool:
+        """Check that the last row is the end of the program; False where the file is cut short."""
         items = self.reference.items
         end, line = len(items.segment) - 1, last.line
         if last.item < end:
             missing = items.line[last.item + 1]
             self.findings.add("VP412", f"the file ends on line {line}; the motion of line {missing} is missing", line)
-            return
+            return False
         segment = int(items.segment[end])
         if segment < 0:
             if last.rows < items.dwell_cycles[end] + 1:
                 self.findings.add("VP412", f"the dwell of line {line} is too short", line)
         else:
-            self._end_of(segment, last)
+            return self._end_of(segment, last)
+        return True
 
-    def _end_of(self, segment: int, last: LastRow) -> None:
+    def _end_of(self, segment: int, last: LastRow) -> bool:
         """Check that the last row is at the end of a segment: by its progress, as a circle is closed, and its pose.
 
-        Rows within the tolerance of a tight arc do not show how far along it they are.
+        False where it is before the end. Rows within the tolerance of a tight arc do not show how far along it they
+        are.
         """
         measures, noise, line = self.reference.measures, self.reference.noise, last.line
         missing, length = abs(1.0 - last.u), measures.motion_length[segment]
         assert last.pose is not None, "there has been a row"
         if missing > measures.blend_u[segment] + (PATH_TIP_MM + 2 * noise.tip) / length:
             self.findings.add("VP412", f"the file ends before the end of the motion of line {line}", line)
-            return
+            return False
         off = last.pose - self.reference.path.end[segment] * [1.0, 1.0, 1.0, RADIAN_MM, RADIAN_MM]
         tip, angle = float(np.linalg.norm(off[:3])), float(np.abs(off[3:]).max() / RADIAN_MM)
         tip_bound, angle_bound = self.reference.exact_bounds
@@ -70,6 +72,7 @@ class CompletenessCheck:
                     f"allowed {bound:.4g} {unit}"
                 )
                 self.findings.add("VP411", text, line, value=value, limit=bound, unit=unit)
+        return True
 
     def _order(self, rows: MeasuredRows) -> None:
         """Check that progress on each segment goes from its start to its end."""

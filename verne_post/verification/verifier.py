@@ -177,9 +177,10 @@ class _MotionPart:
         if result.n_rows == 0:
             self._findings.add("VP412", "the file has no rows", None)
         else:
-            self._dynamics.finish(result.n_rows)
+            # where a file is cut short the joints do not come to rest: one cause, which is told by completeness
+            if self._lost is not None or self._completeness.finish(self._matcher.last):
+                self._dynamics.finish(result.n_rows)
             if self._lost is None:
-                self._completeness.finish(self._matcher.last)
                 self._feed.blocks.finish(self._matcher.last, result.n_rows)
             elif result.n_followed < _FEW_FOLLOWED * result.n_rows:
                 self._findings.explain(self._lost.code, OTHER_ROWS)

@@ -52,7 +52,14 @@ _TOOL: Final = re.compile(
 )
 
 
-def complete_word(outline: Outline, number: int, column: int, tools: Mapping[str, str]) -> list[Choice]:
+def complete_word(
+    outline: Outline,
+    number: int,
+    column: int,
+    tools: Mapping[str, str],
+    folder: Path | None = None,
+    paths: tuple[str, ...] = (),
+) -> list[Choice]:
     """Words that are executed, and begin as the text before the cursor; what `explain WORD` says of each.
 
     A code may have several rows: it is offered once, with all that it does. Where a tool is named, ``tools`` are
@@ -62,6 +69,8 @@ def complete_word(outline: Outline, number: int, column: int, tools: Mapping[str
     ----------
     number : int
         The line, from 0.
+    folder, paths
+        That of the program, and those below it in which its subprograms are; None for a program alone.
     """
     before, dialect = outline.lines[number][:column], outline.dialect
     if remove_remarks(before, dialect) == before and (tool := _TOOL.search(before)):
@@ -75,7 +84,7 @@ def complete_word(outline: Outline, number: int, column: int, tools: Mapping[str
     known = list_meanings(dialect, executed_alone=True)
     if remove_remarks(before) != before:
         return []
-    own = [Choice(begin, word, line, word) for begin, word, line in outline.list_begun(number, column)]
+    own = [Choice(begin, word, line, word) for begin, word, line in outline.list_begun(number, column, folder, paths)]
     for begin in range(len(before)):
         written = before[begin:].upper()
         if not before[begin].isalpha() or (begin and (before[begin - 1].isalpha() or before[begin - 1] == "_")):

@@ -3,7 +3,7 @@
 import os
 import re
 import threading
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -27,6 +27,7 @@ from verne_post.cli.check import make_policy
 from verne_post.cli.common import read_program
 from verne_post.cli.files import FileError, RunFiles
 from verne_post.cli.lsp.addresses import Place, describe_address, describe_variable, find_address, find_variable
+from verne_post.cli.lsp.callers import Callers, add_call, is_subprogram, may_be_called
 from verne_post.cli.lsp.outline import Named, Outline
 from verne_post.cli.lsp.places import split_lines
 from verne_post.cli.options import build_options, find_settings
@@ -52,6 +53,10 @@ _MISTAKES: Final = (InputError, click.UsageError, UsageError, FileError)
 _OF_A_MACHINE: Final = re.compile(r"^\[?(schema|kind|module|chain|joints|limits|provenance|control)\b", re.MULTILINE)
 _ENOUGH: Final = 3
 _SETTINGS_TABLE: Final = "[tool.verne-post"
+#: Errors of a text that no caller, set-up or value changes.
+_OF_WORDS: Final = ("VP001", "VP002", "VP003", "VP004", "VP022", "VP023", "VP032")
+#: After the name of a called file, in what is found there.
+_IN_FILE: Final = ", line ([0-9]+): "
 #: Legal programs whose plans are kept: the one that is shown, and one that an edit would lead to.
 KEPT: Final = 2
 #: Options that say which findings count.
@@ -80,6 +85,10 @@ class Inspected(Struct):
         Made when it is asked for.
     fixes : dict
         Of findings, where they were asked for.
+    caller : Path or None
+        The program whose run has found what is wrong in this subprogram.
+    note : str
+        What stands in place of a verdict over a subprogram; empty for a program.
     """
 
     path: Path
@@ -92,6 +101,13 @@ class Inspected(Struct):
     errors_not_counted: int = 0
     facts: LineFacts | None = None
     fixes: dict[Finding, Any] = field(default_factory=dict)
+    caller: Path | None = None
+    note: str = ""
+
+    def list_called(self) -> frozenset[Path]:
+        """The files of subprograms that were read for it."""
+        names = () if self.options is None else self.options.subroutine_files.values()
+        return frozenset((self.path.resolve().parent / name).resolve() for name in names)
 
     def measure(self) -> LineFacts | None:
         """Facts of the lines; None without a plan."""
@@ -114,6 +130,7 @@ class Inspector:
         self.asked = {name: given[name] for name in POLICY}
         self.files = RunFiles()
         self.start = Path.cwd()
+        self.callers = Callers()
         #: What a program came to that nothing refused, with all that it depends on: a fix is checked before it is
         #: offered, and again when it is applied.
         self._legal: list[tuple[Text, Machine, Options, Inspection]] = []
@@ -127,7 +144,7 @@ class Inspector:
         *,
         only_cause: bool = False,
     ) -> Inspected:
-        """Check a program.
+        """Check a program; a subprogram by the run of the program that calls it.
 
         Parameters
         ----------
@@ -144,6 +161,60 @@ class Inspector:
         ------
         SupersededError
         """
+        called = self._check_called(path, texts, superseded)
+        return called or self._check_program(path, texts, superseded, tell, self.given, only_cause=only_cause)
+
+    def _check_called(self, path: Path, texts: Mapping[Path, str], superseded: threading.Event) -> Inspected | None:
+        """A subprogram by what the run of its caller finds in it; by its words alone where nobody is known to call it.
+
+        None for a program, also for one that has a set-up of its own.
+        """
+        text = texts[path]
+        dialect = self.find_dialect(path, text)
+        setup = Path(f"{path}.toml")
+        if not may_be_called(text, dialect, path.name) or setup in texts or setup.exists():
+            return None
+        is_one = is_subprogram(text, dialect, path.name)
+        found = Inspected(path, text, (), Inspection(refuse_program(InputError())))
+        check = partial(self._check_program, superseded=superseded, tell=None, only_cause=True)
+        caller = self.callers.find(path, texts)
+        if caller is not None:
+            run = check(caller, {caller: self.callers.read(caller, texts), **texts}, given=self.given)
+            names = [] if run.options is None else list(run.options.subroutine_files.values())
+            name = next((one for one in names if (caller.parent / one).resolve() == path.resolve()), None)
+            if name is not None and run.options is not None:
+                found.caller = caller
+                found.findings = tuple(_list_in_file(run.findings, name))
+                verdict = self.find_notes(run)[0][1]
+                found.note = f"a subprogram: checked where {caller.name} calls it; {caller.name}: {verdict}"
+                if run.made.program is not None:
+                    return found
+                dialect = choose_dialect_name(run.options.dialect, run.source, caller.name)
+        if found.caller is None and not is_one:
+            return None
+        alone = check(path, {**texts, path: add_call(text, dialect)}, given=self.given | {"dialect": dialect})
+        last = len(split_lines(text))
+        told = {(item.line, item.code) for item in found.findings}
+        own = [item for item in alone.findings if item.severity == "error" and item.file is None]
+        own = [
+            item for item in own if (item.line or 0) <= last and ((item.line, item.code) in told or _is_of_words(item))
+        ]
+        places = {(item.line, item.code) for item in own}  # with their columns
+        found.findings = (*(item for item in found.findings if (item.line, item.code) not in places), *own)
+        found.note = found.note or "a subprogram: checked where it is called"
+        return found
+
+    def _check_program(
+        self,
+        path: Path,
+        texts: Mapping[Path, str],
+        superseded: threading.Event,
+        tell: Callable[[Inspected], None] | None,
+        given: dict[str, Any],
+        *,
+        only_cause: bool,
+    ) -> Inspected:
+        """Check a text as a program."""
 
         def report(_stage: str, _done: int, _total: int) -> None:
             if superseded.is_set():
@@ -155,7 +226,7 @@ class Inspector:
         try:
             settings = find_settings(self.files, self.given.get("settings"), path.name)
             policy, _level = make_policy(self.files, settings, None, **self.asked)
-            found.machine, found.source, found.options = read_program(self.files, path.name, self.given)
+            found.machine, found.source, found.options = read_program(self.files, path.name, given)
             report("", 0, 0)
             count = partial(self._count, found, policy)
             tell_soon = None if tell is None else lambda findings: tell(count(refuse_program(InputError(*findings))))
@@ -247,6 +318,8 @@ class Inspector:
 
     def find_notes(self, found: Inspected) -> list[tuple[int, str]]:
         """Notes over lines, from 1: the machining time, the line next to a limit, the line that takes longest."""
+        if found.note:
+            return [(1, found.note)]
         facts, summary = found.measure(), found.made.result.summary
         errors = [item.line for item in found.findings if item.severity == "error"]
         outcome = format_outcome(found.path.name, found.findings, found.errors_not_counted).partition(": ")[2]
@@ -277,12 +350,18 @@ class Inspector:
         place = None if shown is None else Place.find(shown)
         context = (dialect, text, state, place, found.machine, found.options)
         about = "" if address is None else describe_address(address, *context)
+        own = {one.key for one in self.make_outline(found).list_variables()} if dialect == "siemens" else set()
+        is_own = variable.lower() in own  # DEF INT I: no centre of an arc
+        if address is not None and address.name.lower() in own:
+            about = ""
         said = []
         passes = f", in the first of {shown.describe_passes()}" if shown is not None and shown.is_repeated else ""
         if state is not None and (passes.endswith("several passes") or (shown is None and (variable or about))):
             passes = self._describe_executions(found, line) or passes
         is_name = address is not None and about and column < address.value_begin
-        if variable and not is_name and (of_variable := describe_variable(variable, state, dialect, text)):
+        of_variable = describe_variable(variable, state, dialect, text) if variable and not is_name else ""
+        if of_variable or is_own:
+            of_variable = of_variable or "variable; no value is known after this line"
             said.append(f"**{variable}**: {of_variable}{passes}")
         if address is not None and about:
             plan = found.made.plan
@@ -372,6 +451,22 @@ def _describe_pose(found: Inspected, shown: Line) -> str:
     """Time, feed and pose of a line."""
     pose = "\n".join(describe_pose(shown))
     return f"{_describe_time(found, shown.number)}\n\n```text\n{pose}\n```"
+
+
+def _is_of_words(item: Finding) -> bool:
+    """Whether a finding stays whoever calls the text: a caller gives variables, and its set-up the meaning of codes."""
+    return item.code in _OF_WORDS and not item.settled_by and "not defined (DEF)" not in item.message
+
+
+def _list_in_file(findings: Iterable[Finding], name: str) -> Iterator[Finding]:
+    """What of the findings of a program stands in a file that it calls, with the lines of that file."""
+    for item in findings:
+        if place := re.match(re.escape(name) + _IN_FILE, item.message):
+            line = int(place[1])
+            own = item.message[place.end() :]
+            yield replace(
+                item, message=own, line=line, last_line=line, worst_line=line, column=None, count=1, lines=(), edits=()
+            )
 
 
 def _name_files(findings: Iterable[Finding]) -> tuple[Finding, ...]:

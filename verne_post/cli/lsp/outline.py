@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Callable, Iterator, Sequence, Set
+from contextlib import suppress
 from itertools import pairwise
 from pathlib import Path
 from typing import Final
@@ -11,6 +12,7 @@ from msgspec import Struct
 
 from verne_post.base.long_text import Text
 from verne_post.base.program_lines import find_end, remove_remarks
+from verne_post.cli.lsp.callers import LARGEST_NEIGHBOUR, NUMBER, list_code
 from verne_post.config.subprograms import list_callable_files
 from verne_post.gcode.dialects import choose_dialect_name
 from verne_post.gcode.remarks import BLOCK_NUMBER, find_tool_remarks, list_heads, list_tool_changes
@@ -93,9 +95,16 @@ _NO_MOTION_CYCLES: Final = ("WORKPIECE", "CYCLE832")
 _NO_MOTION: Final = re.compile(r"\bBLK[ \t]+FORM\b|(?<![A-Z_])G(?:10|52|92)(?![\d.])|\bA?TRANS\b", re.IGNORECASE)
 
 
-#: What completes a name that is begun, in any language, and the sign before a name.
+#: What completes a name that is begun, in any language, and the sign before a name: <...> is of LinuxCNC alone.
 _ANY_NAMES: Final = ("0", "x", "x>", "0 CALL", "x> CALL")
-_MARK: Final = re.compile(r"(?:#|(?<!\w)o)?<?$", re.IGNORECASE)
+_MARKS: Final = {"rs274": re.compile(r"(?:#|(?<!\w)o)?<?$", re.IGNORECASE), "fanuc": re.compile(r"#?$")}
+_NO_MARK: Final = re.compile(r"$")
+#: Calls that name a program by its number, and one of Klartext, by the text before the name.
+_BY_NUMBER: Final = re.compile(r"(?:M98|G6[56])(?!\d)[^\n(;]*P\s*\d*$", re.IGNORECASE)
+_CALL_PGM: Final = re.compile(r"CALL\s+PGM\s*\"?[^\"\n;~]*$", re.IGNORECASE)
+_LESS: Final = re.compile(r"<\s*$")
+#: The names of DEF in Siemens, and their type, which is one word, perhaps with a length.
+_DEF: Final = re.compile(r"\bDEF\b(?:\s+\w+)*?\s+(?:REAL|INT|BOOL|CHAR|AXIS|FRAME|STRING\s*\[[^]]*\])\s", re.IGNORECASE)
 
 #: A tool is in a subprogram where both begin in one line, and an operation in a tool.
 _RANKS: Final = (lsp.SymbolKind.Function, lsp.SymbolKind.Class, lsp.SymbolKind.Event)
@@ -123,6 +132,7 @@ class Outline:
         self.lines = lines
         self.dialect = choose_dialect_name(dialect, source, name)
         self.words = _WORDS[self.dialect]
+        self.name = name
 
     def _list_subprograms(self) -> list[Named]:
         """Where subprograms begin; label 0 of Klartext ends one."""
@@ -234,7 +244,7 @@ class Outline:
         """Where the variable at a place gets its first value."""
         for one in find_names(self.words.use, [remove_remarks(self.lines[line], self.dialect)]):
             if one.begin <= column <= one.end:
-                return next((each for each in self._list_variables() if each.key == one.key), None)
+                return next((each for each in self.list_variables() if each.key == one.key), None)
         return None
 
     def _list_leading(self) -> tuple[tuple[str, Callable[[], list[Named]]], ...]:
@@ -242,32 +252,98 @@ class Outline:
         words = self.words
         return (words.call, self._list_subprograms), (words.jump, lambda: list(find_names(words.label, self.lines)))
 
-    def _list_variables(self) -> list[Named]:
+    def list_variables(self) -> list[Named]:
         """Where variables get values: the first one of each."""
         code = [remove_remarks(line, self.dialect) for line in self.lines]
-        return list({one.key: one for one in reversed(list(find_names(self.words.variable, code)))}.values())[::-1]
+        found = list(find_names(self.words.variable, code))
+        if self.dialect == "siemens":
+            found = sorted([*found, *_list_declared(code)], key=lambda one: (one.line, one.begin))
+        return list({one.key: one for one in reversed(found)}.values())[::-1]
 
-    def list_begun(self, line: int, column: int) -> list[tuple[int, str, str]]:
-        """Names of this text that what is written before a place may become: its column, the word, and its line."""
+    def _list_callable(self, before: str, folder: Path | None, paths: tuple[str, ...]) -> list[Named | Path]:
+        """What a call after a text may name: subprograms of this one and files, never the program itself."""
+        code = list_code("\n".join(self.lines), self.dialect)
+        head = NUMBER.match(code[0]) if code and self.dialect in ("rs274", "fanuc") else None
+        itself = {Named(name, 0, 0, 0).key for name in (Path(self.name).stem, head[1] if head else "")}
+        inside = [one for one in self._list_subprograms() if one.key not in itself]
+        files = [one for one in _list_files(folder, paths) if Named(one.stem, 0, 0, 0).key not in itself]
+        if self.dialect == "heidenhain":
+            if not _CALL_PGM.search(before):
+                return [*inside]
+            return [one for one in files if one.suffix.lower() == ".h"]
+        if self.dialect == "siemens":
+            return [*inside, *(one for one in files if one.suffix.lower() == ".spf")]
+        files = [one for one in files if one.suffix.lower() in (".nc", ".ngc")]
+        if _BY_NUMBER.search(before):
+            numbers = [one for one in files if Named(one.stem, 0, 0, 0).key.isdecimal()]
+            return [*(one for one in inside if one.name.isdecimal()), *numbers]
+        return [*inside, *(one for one in files if _has_own_sub(one))]
+
+    def list_begun(
+        self, line: int, column: int, folder: Path | None = None, paths: tuple[str, ...] = ()
+    ) -> list[tuple[int, str, str]]:
+        """Names that what is written before a place may become: its column, the word, and its line or file.
+
+        They are of this text, and for calls also of the files of a folder.
+        """
         before = self.lines[line][:column]
         found: dict[str, tuple[int, str, str]] = {}
-        for pattern, defined in (*self._list_leading(), (self.words.use, self._list_variables)):
+        for pattern, defined in (*self._list_leading(), (self.words.use, self.list_variables)):
             # what is begun is completed by any name, so that the patterns of whole words find its place
             whole = (one for rest in _ANY_NAMES for one in find_names(pattern, [before + rest]))
             begun = next((one for one in whole if one.begin <= column < one.end), None)
-            mark = _MARK.search(before[: begun.begin]) if begun is not None else None
-            if begun is None or (pattern == self.words.use and not before[begun.begin :] and not (mark and mark[0])):
+            if begun is None:
                 continue
+            mark = _MARKS.get(self.dialect, _NO_MARK).search(before[: begun.begin])
             sign = mark[0] if mark else ""
-            for one in defined():
-                if one.line != line and one.name.lower().startswith(before[begun.begin :].lower()):
-                    word = f"{sign}{one.name}{'>' * sign.endswith('<')}"
+            is_asked = sign or (self.dialect not in _MARKS and _LESS.search(before))
+            if pattern == self.words.use and not before[begun.begin :] and not is_asked:
+                continue
+            named: Sequence[Named | Path] = (
+                defined() if pattern != self.words.call else self._list_callable(before, folder, paths)
+            )
+            for one in named:
+                said = f"file {one.name}"
+                name = re.sub(r"^[oO](?=\d+$)", "", one.stem) if isinstance(one, Path) else one.name
+                if sign.endswith("<") and name.isdecimal():
+                    continue  # #100, not #<100>
+                if isinstance(one, Named):
+                    if one.line == line:
+                        continue
                     said = f"line {one.line + 1}: {self.lines[one.line].strip()}"
+                if name.lower().startswith(before[begun.begin :].lower()):
+                    begins = f"{sign}<" if sign and not sign.endswith("<") and not name.isdecimal() else sign
+                    word = f"{begins}{name}{'>' * begins.endswith('<')}"
                     found.setdefault(word, (begun.begin - len(sign), word, said))
         return list(found.values())
 
 
-def _list_files(folder: Path, paths: tuple[str, ...]) -> list[Path]:
+def _list_declared(code: Sequence[str]) -> Iterator[Named]:
+    """The names after DEF and its type, which commas outside brackets and texts divide."""
+    for number, line in enumerate(code):
+        if (head := _DEF.search(line)) is None:
+            continue
+        values = re.sub(r"\"[^\"]*\"", lambda text: "_" * len(text[0]), line[head.end() :])
+        depth, is_next = 0, True
+        for token in re.finditer(r"\w+|[^\w\s]", values):
+            depth += (token[0] in "([") - (token[0] in ")]")
+            if is_next and re.match(r"[^\W\d]", token[0]):
+                yield Named(token[0], number, head.end() + token.start(), head.end() + token.end())
+            is_next = token[0] == "," and not depth
+
+
+def _has_own_sub(file: Path) -> bool:
+    """Whether a file has the subprogram ``o<...> sub`` of its name."""
+    with suppress(OSError):
+        if file.stat().st_size <= LARGEST_NEIGHBOUR:
+            text = file.read_bytes().decode("utf-8", errors="replace")
+            return re.search(rf"^\s*O\s*<{re.escape(file.stem)}>\s*SUB\b", text, re.I | re.M) is not None
+    return False
+
+
+def _list_files(folder: Path | None, paths: tuple[str, ...]) -> list[Path]:
+    if folder is None:
+        return []
     try:
         return list_callable_files(folder, paths)
     except (UsageError, OSError):

@@ -30,6 +30,7 @@ from verne_post.cli.lsp.inspector import Inspected, Inspector, SupersededError
 from verne_post.cli.lsp.outline import Outline
 from verne_post.cli.lsp.places import find_range, make_diagnostic, split_lines
 from verne_post.cli.programs import is_setup
+from verne_post.config.subprograms import ENDINGS, names_file
 from verne_post.config.toml_entries import find_place
 from verne_post.model.findings import Finding
 from verne_post.model.options import Options
@@ -40,6 +41,8 @@ _Answer = TypeVar("_Answer")
 _Arguments = ParamSpec("_Arguments")
 #: Endings of texts that programs read, and that are no programs.
 _READ_BY_PROGRAMS: Final = (".toml", ".tbl", ".csv", ".json", ".var")
+#: Endings of subprograms, as files may be written: the patterns of editors tell small letters from capitals.
+_SUBPROGRAMS: Final = tuple(one for ending in ENDINGS for one in (ending, ending.upper()))
 #: After so long a finding is shown without the remedies that are still sought, s.
 _PATIENCE_S: Final = 1.0
 #: The folder where the server was started: the current one is that of the program that is checked.
@@ -86,6 +89,9 @@ class Session:
         #: Files that programs read, and that are open, with what ends the check of each.
         self.open_files: dict[str, threading.Event] = {}
         self.options: dict[str, Options] = {}  #: Those of the last check of each program that could read its set-up.
+        #: The files that each program calls, and the program by which each subprogram was checked.
+        self.called: dict[str, frozenset[Path]] = {}
+        self.callers: dict[str, Path] = {}
         #: What the newest check of each program, or of an open file, has found in other files.
         self.mistakes: dict[str, tuple[Finding, ...]] = {}
 
@@ -104,11 +110,35 @@ class Session:
 
     def begin_checks(self, changed: Path) -> None:
         """Check programs again that may read a file: the set-up of a program is read for that one alone."""
+        program = changed.with_suffix("")
         for uri in list(self.checks):
-            if not is_setup(changed) or _find_path(uri) == changed.with_suffix(""):
+            if not is_setup(changed) or program in (_find_path(uri), self.callers.get(uri)):
                 self.begin_check(uri)
         for uri in list(self.open_files):  # each may name the file that has changed
             self._begin_file_check(uri)
+
+    def begin_checks_of_calls(self, path: Path, *, is_new: bool = False) -> None:
+        """Check programs again that call a file, and the subprograms that it calls.
+
+        Parameters
+        ----------
+        is_new : bool
+            It may have come or gone, so that the calls of the last checks do not tell.
+        """
+        texts, resolved = self.read_texts(), path.resolve()
+        own = next((files for uri, files in self.called.items() if _find_path(uri) == path), frozenset())
+        for uri in list(self.checks):
+            other = _find_path(uri)
+            known = self.called.get(uri)
+            if other == path:
+                continue
+            is_unread = known is None and path.is_relative_to(other.parent)
+            is_tied = resolved in (known or ()) or other.resolve() in own or self.callers.get(uri) == path
+            if not is_tied and is_new and other in texts:
+                read = self.inspector.callers.read
+                is_tied = names_file(texts[other].encode(), path) or names_file(read(path, texts).encode(), other)
+            if is_tied or is_unread:
+                self.begin_check(uri)
 
     def _begin_file_check(self, uri: str) -> None:
         """Check the newest text of a file that programs read."""
@@ -178,6 +208,13 @@ class Session:
             return None
         if found.options is not None:
             self.options[uri] = found.options
+        before, self.called[uri] = self.called.get(uri, frozenset()), found.list_called()
+        self.callers.pop(uri, None)
+        if found.caller is not None:
+            self.callers[uri] = found.caller
+        for one, (task, _superseded) in list(self.checks.items()):  # it calls them now, or is open now
+            if task.done() and one not in self.callers and _find_path(one).resolve() in self.called[uri] - before:
+                self.begin_check(one)
         self._send_diagnostics(uri, self._make_diagnostics(uri, _list_own(found), found.text), version)
         self._show_mistakes_of_files(uri, [item for item in found.findings if item.file is not None])
         for one in list(self.open_files):  # what the program lacks is shown in its set-up, too
@@ -256,7 +293,12 @@ class Session:
         for key in (key for key, text in texts.items() if text.uri == uri):
             codec = self.server.workspace.position_codec
             texts[key] = _Document(uri, texts[key].source, texts[key].version, position_codec=codec)
-        self._read_again(uri)
+        path = _find_path(uri)
+        is_program = path.suffix.lower() not in _READ_BY_PROGRAMS
+        if is_program and self.inspector.callers.read(path, {}) == self.read_texts()[path]:
+            self.begin_check(uri)  # what others say of it stays
+        else:
+            self._read_again(uri, is_new=True)
 
     async def change_text(self, told: lsp.DidChangeTextDocumentParams) -> None:
         """A text is typed."""
@@ -264,12 +306,15 @@ class Session:
 
     async def save_text(self, told: lsp.DidSaveTextDocumentParams) -> None:
         """A text is saved: set-ups that an editor does not tell of may have been, too."""
-        self._read_again(told.text_document.uri)
+        self._read_again(told.text_document.uri, is_new=True)
 
     async def change_files(self, told: lsp.DidChangeWatchedFilesParams) -> None:
         """Files have changed."""
-        for change in told.changes:
-            self.begin_checks(_find_path(change.uri))
+        for path in (_find_path(change.uri) for change in told.changes):
+            if path.suffix.lower() in _READ_BY_PROGRAMS:
+                self.begin_checks(path)
+            elif path not in self.read_texts():
+                self.begin_checks_of_calls(path, is_new=True)
 
     async def close_text(self, told: lsp.DidCloseTextDocumentParams) -> None:
         """A text is no longer shown, and what has been said of it neither."""
@@ -283,6 +328,9 @@ class Session:
         self.end_check(uri)
         self._show_mistakes_of_files(uri, ())
         self._send_diagnostics(uri, [])
+        self.begin_checks_of_calls(_find_path(uri))
+        self.called.pop(uri, None)
+        self.callers.pop(uri, None)
 
     async def watch_files(self, _told: lsp.InitializedParams) -> None:
         """Ask an editor that can to tell when set-ups, settings and tool tables change."""
@@ -291,15 +339,16 @@ class Session:
         if not watched or not watched.dynamic_registration:
             return
         options = lsp.DidChangeWatchedFilesRegistrationOptions(
-            [lsp.FileSystemWatcher(f"**/*{ending}") for ending in _READ_BY_PROGRAMS]
+            [lsp.FileSystemWatcher(f"**/*{ending}") for ending in (*_READ_BY_PROGRAMS, *_SUBPROGRAMS)]
         )
         asked = lsp.Registration("files", lsp.WORKSPACE_DID_CHANGE_WATCHED_FILES, options)
         await self.server.client_register_capability_async(lsp.RegistrationParams([asked]))
 
-    def _read_again(self, uri: str) -> None:
+    def _read_again(self, uri: str, *, is_new: bool = False) -> None:
         path = _find_path(uri)
         if path.suffix.lower() not in _READ_BY_PROGRAMS:
             self.begin_check(uri)
+            self.begin_checks_of_calls(path, is_new=is_new)
             return
         if path.suffix == ".toml":
             self.open_files.setdefault(uri, threading.Event())
@@ -428,7 +477,8 @@ class Session:
             dialect = self.inspector.find_dialect(path, text)
             tools = list_tools(self.options[uri], dialect) if uri in self.options else {}
             outline = Outline(lines, dialect, text.encode(), path.name)
-            found = complete_word(outline, place.line, place.character, tools)
+            paths = self.inspector.given.get("subroutine_path") or ()
+            found = complete_word(outline, place.line, place.character, tools, path.parent, paths)
         return [
             make_item(
                 one,

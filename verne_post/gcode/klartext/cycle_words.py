@@ -74,6 +74,8 @@ PATTERNS: Final[dict[int, tuple[tuple[int, ...], dict[int, float]]]] = {
     220: ((216, 217, 244, 245, 246, 247, 241, 200, 203, 204, 301), {365: 0.0}),
     221: ((225, 226, 237, 238, 242, 243, 224, 200, 203, 204, 301), {}),
 }
+#: All cycles of Q parameters.
+OF_PARAMETERS: Final = {247: ((339,), dict[int, float]()), **MACHINING, **PATTERNS}
 
 
 class Head(Struct, frozen=True):
@@ -148,7 +150,7 @@ def read_parameters(statement: Statement, head: Head, numbers: Numbers, auto_fee
 def _refuse_twice(statement: Statement, head: Head, number: int, place: int) -> ProgramError:
     """The error of a parameter that is given again, maybe in place of one that is missing: either of both is meant."""
     given = [(match, int(match.group(1))) for match in _PARAMETER.finditer(head.rest)]
-    needs = (MACHINING | PATTERNS).get(head.number, ((), {}))[0]
+    needs = OF_PARAMETERS.get(head.number, ((), {}))[0]
     missing = [one for one in needs if one not in {name for _match, name in given}]
     text, near = f"CYCL DEF {head.number}: Q{number} appears twice", find_with_digit(number, missing)
     edits = []

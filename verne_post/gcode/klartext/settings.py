@@ -14,6 +14,7 @@ from verne_post.gcode.klartext.functions import KlartextFunctions
 from verne_post.gcode.klartext.planes import KlartextPlanes, PlaneWords
 from verne_post.gcode.klartext.statements import Statement
 from verne_post.gcode.klartext.transformations import Kind, Layer
+from verne_post.gcode.klartext.vocabulary import Q
 from verne_post.gcode.machining.machining import check_dwell
 from verne_post.gcode.program_error import At, ProgramError
 from verne_post.model.control_keys import HeidenhainKeys, read_keys
@@ -340,16 +341,17 @@ class KlartextSettings:
     def _preset(self, statement: Statement, head: Head) -> None:
         """247: the preset; shifts, mirror images, rotations and scalings end."""
         values = read_parameters(statement, head, self.q, 0.0)
-        if set(values) - {339} or 339 not in values:
+        if set(values) != {Q.PRESET_NUMBER}:
             raise statement.error("VP005", "CYCL DEF 247 needs Q339, the number of the preset, and nothing else")
-        number = round(values[339])
+        value = values[Q.PRESET_NUMBER]
+        number = round(value)
         system = (number or 1) if number <= _LAST_NAMED_SYSTEM else ADDITIONAL_SYSTEMS + number
-        if number != values[339] or number < 0 or system not in self.state.systems:
+        if number != value or number < 0 or system not in self.state.systems:
             last = max(self.state.systems) - ADDITIONAL_SYSTEMS
             top = last if last > _LAST_NAMED_SYSTEM else _LAST_NAMED_SYSTEM
             raise statement.error(
                 "VP007",
-                f"Q339={values[339]:g}: presets are 0 to {top}: 0 is G54 of --wcs, 1 to 9 are G54 to G59.3, others "
+                f"Q339={value:g}: presets are 0 to {top}: 0 is G54 of --wcs, 1 to 9 are G54 to G59.3, others "
                 "G54.1P10 ...",
             )
         if system == 1 and self.frames.modes.called_preset not in (None, number):
@@ -362,7 +364,7 @@ class KlartextSettings:
         self.core.refuse_compensation("CYCL DEF 247")
         state = self.state
         self.maps.reset()
-        line, recorder, at = self.frames.block.line, self.core.recorder, find_parameter(statement, 339)
+        line, recorder, at = self.frames.block.line, self.core.recorder, find_parameter(statement, Q.PRESET_NUMBER)
         if at is not None and statement.line == line and system not in recorder.system_lines:
             line, recorder.system_columns[system] = statement.find_place(at)
         recorder.system_lines.setdefault(system, line)

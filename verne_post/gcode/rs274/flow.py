@@ -269,7 +269,10 @@ class Flow:
             self.calls.line = self.macros.find_block(call.number, line)
             return
         if frame.label is None:
-            raise ProgramError("VP024", "M99 in the main program starts it again, without end; end it with M2 or M30")
+            text = (
+                "M99 in the main program starts it again, without end; end it with M2 or M30, or, if it is a subprogram"
+            )
+            raise ProgramError("VP024", f"{text}, check the program that calls it")
         if not frame.program:
             raise ProgramError(
                 "VP023", f"M99 in a subroutine that o{frame.label} call has called; expected endsub or return"

@@ -1,0 +1,121 @@
+"""Which texts are subprograms, and the program that calls a file: its own run alone tells what is wrong in it."""
+
+import re
+from collections.abc import Iterator, Mapping
+from contextlib import suppress
+from pathlib import Path
+from typing import Final
+
+from verne_post.base.program_lines import find_end, remove_remarks
+from verne_post.cli.lsp.places import split_lines
+from verne_post.cli.programs import PROGRAMS
+from verne_post.config.subprograms import names_file
+
+#: Files beside a subprogram in which its call is sought, and the size of each, bytes: they are read as it is typed.
+MOST_NEIGHBOURS: Final = 200
+LARGEST_NEIGHBOUR: Final = 2_000_000
+_SUB: Final = re.compile(r"O\s*(<[^<>]+>|\d+)\s*SUB\b", re.IGNORECASE)
+_ENDSUB: Final = re.compile(r"O\s*(?:<[^<>]+>|\d+)\s*ENDSUB\b", re.IGNORECASE)
+#: An O number that heads a program, and is no statement of LinuxCNC.
+NUMBER: Final = re.compile(r"[O:]\s*(\d+)(?!\d)(?!\s*[A-Z]{2})", re.IGNORECASE)
+_M99: Final = re.compile(r"(?<![A-Z_])M0*99(?!\d)", re.IGNORECASE)
+_PROC: Final = re.compile(r"(?:N\d+\s*)?PROC\b", re.IGNORECASE)
+_RET: Final = re.compile(r"(?:N\d+\s*)?(?:RET\b|M17(?!\d))", re.IGNORECASE)
+
+
+def list_code(text: str, dialect: str) -> list[str]:
+    """The lines of a text that have words, without remarks and lines of %."""
+    lines = (remove_remarks(line, dialect).strip() for line in split_lines(text))
+    return [line for line in lines if line and not line.startswith("%")]
+
+
+def may_be_called(text: str, dialect: str, name: str) -> bool:
+    """Whether a text may be a subprogram: it does not end the program, which in Siemens leads back from an SPF file."""
+    if dialect == "aptcl":
+        return False
+    return name.lower().endswith(".spf") or find_end(reversed(split_lines(text))) is None
+
+
+def is_subprogram(text: str, dialect: str, name: str) -> bool:
+    """Whether a text is a subprogram and nothing else, whoever calls it. Klartext writes both in one way."""
+    if not may_be_called(text, dialect, name) or not (code := list_code(text, dialect)):
+        return False
+    if dialect == "siemens":
+        heads = [number for number, line in enumerate(code) if _PROC.match(line)]
+        return name.lower().endswith(".spf") or heads[:1] == [0] or (not heads and _RET.match(code[-1]) is not None)
+    if dialect in ("rs274", "fanuc"):
+        if _SUB.match(code[0]) and _ENDSUB.match(code[-1]):
+            return True
+        # behind another program, whose end is missing, it is none
+        is_alone = not any(map(NUMBER.match, code[1:]))
+        return is_alone and any(map(_M99.search, code))
+    return False
+
+
+def add_call(text: str, dialect: str) -> str:
+    """The text of a subprogram that ends with ``o<name> endsub``, and a call of it, so that its lines are executed."""
+    code = list_code(text, dialect)
+    head = _SUB.match(code[0]) if code else None
+    if head is None:
+        return text
+    return re.sub(r"\n%\s*$", "\n", text).rstrip() + f"\no{head[1]} call\nM2\n"
+
+
+class Callers:
+    """Finds the program that calls a file: an open one first, else one in the same folder."""
+
+    def __init__(self) -> None:
+        self._known: dict[tuple[Path, Path], tuple[object, bool]] = {}
+
+    def find(self, path: Path, texts: Mapping[Path, str], above: tuple[Path, ...] = ()) -> Path | None:
+        """The program at the top of the calls that lead to a file; None where none is known.
+
+        Parameters
+        ----------
+        texts : mapping
+            What the editor shows, by files.
+        above : tuple of Path
+            Files on the way, which do not count again.
+        """
+        first = None
+        for one in self._list_candidates(path, texts):
+            if one in above or not self._names(one, path, texts):
+                continue
+            if (found := self.find(one, texts, (*above, path))) is not None:
+                return found
+            if first is None and not is_subprogram(self.read(one, texts), self._find_language(one), one.name):
+                first = one
+        return first
+
+    def _find_language(self, path: Path) -> str:
+        """The language of a caller by its ending: what G-code, Siemens and Klartext write at the end differs."""
+        return {".spf": "siemens", ".mpf": "siemens", ".h": "heidenhain"}.get(path.suffix.lower(), "rs274")
+
+    def read(self, path: Path, texts: Mapping[Path, str]) -> str:
+        """The text of a file, as the editor shows it, or from the disk; empty where it cannot be read."""
+        if path in texts:
+            return texts[path]
+        with suppress(OSError):
+            return path.read_bytes().decode("utf-8", errors="replace")
+        return ""
+
+    def _list_candidates(self, path: Path, texts: Mapping[Path, str]) -> Iterator[Path]:
+        endings = (*PROGRAMS, ".spf")
+        near = (one for one in texts if one.suffix.lower() in endings and path.is_relative_to(one.parent))
+        yield from (one for one in near if one != path)
+        with suppress(OSError):
+            beside = sorted(one for one in path.parent.iterdir() if one.suffix.lower() in endings and one not in texts)
+            yield from (one for one in beside[:MOST_NEIGHBOURS] if one != path)
+
+    def _names(self, one: Path, path: Path, texts: Mapping[Path, str]) -> bool:
+        """Whether a file calls another one by name; known until it changes."""
+        try:
+            found = one.stat() if one not in texts else None
+        except OSError:
+            return False
+        if found is not None and found.st_size > LARGEST_NEIGHBOUR:
+            return False
+        stamp = texts[one] if found is None else (found.st_mtime_ns, found.st_size)
+        if (one, path) not in self._known or self._known[one, path][0] != stamp:
+            self._known[one, path] = stamp, names_file(self.read(one, texts).encode(), path)
+        return self._known[one, path][1]
