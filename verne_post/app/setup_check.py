@@ -148,14 +148,13 @@ def _check_feeds(moves: Moves, path: ToolPath) -> Iterator[Finding]:
                 f"F is {feed[at]:.10g} {plausible.unit} here: no {plausible.whose} has more than {plausible.high:g} "
                 f"{plausible.unit}; "
             )
-            text += (
-                f"if mm/min were meant, write {'M137' if moves.language == 'heidenhain' else 'G94'} before"
-                if per_turn[at]
-                else "is a decimal point missing?"
-            )
+            code = "M137" if moves.language == "heidenhain" else "G94"
+            edits = (Remedy(f"write {code}", code, line=line, way="before", is_choice=True),) if per_turn[at] else ()
+            text += f"if mm/min were meant, write {code} before" if per_turn[at] else "is a decimal point missing?"
             # ten times as much is no cut at all: the machining time would be that of the machine's own limits
             severity = "error" if per_turn[at] and feed[at] >= 10.0 * turn.high else "warning"
-            yield make_finding("VP505", text, severity=severity, line=line, last_line=line, worst_line=line)
+            where = {"line": line, "last_line": line, "worst_line": line}
+            yield make_finding("VP505", text, severity=severity, edits=edits, **where)
             return
 
 

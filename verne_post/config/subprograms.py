@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Final
 
 from verne_post.base.long_text import Text
+from verne_post.base.suggestions import find_meant
 from verne_post.gcode.calls import spell_program
 from verne_post.gcode.words import read_whole_lines
 from verne_post.model.findings import UsageError
@@ -23,6 +24,9 @@ _NUMBERED: Final = re.compile(
     rb"(?:O\s*([0-9]+)\s*CALL)|(?:(?:M98|G0*6[56](?![0-9]))[^\n]*?P\s*([0-9]+))|(?:P\s*([0-9]+)[^\n]*?M98)",
     re.IGNORECASE,
 )
+#: A word that may be the name of a file, and bytes of a text in which names that are nearly one are looked for.
+_FIRST_WORD: Final = re.compile(rb"^[ \t]*+(?:N\d+[ \t]*+)?([A-Z_][A-Z0-9_]{2,}+)(?=[ \t]*+[(;\r\n])", re.I | re.M)
+_LONGEST_SEARCHED: Final = 1_000_000
 #: CALL PGM of Klartext, perhaps with a path of the control.
 _PROGRAM: Final = re.compile(rb"CALL[ \t]+PGM[ \t]+\"?(?:[^\"\n;~]*[\\/:])?([^\"\n;~\\/:]+)", re.IGNORECASE)
 _COMPUTED: Final = re.compile(rb"O\s*[#\[][^\n]*CALL|P\s*[#\[][^\n]*M98|M98[^\n]*P\s*[#\[]", re.IGNORECASE)
@@ -82,7 +86,10 @@ def names_file(text: Text, path: Path) -> bool:
 
 def _find_called(text: Text, known: dict[str, Path]) -> list[str]:
     """Names, without ending, of the files that a text may call."""
-    return list(known) if _may_call(text) and _COMPUTED.search(text) else _find_named(text, known)
+    if _may_call(text) and _COMPUTED.search(text):
+        return list(known)
+    called_by_name = [name for name, path in known.items() if path.suffix.lower() in _CALLED_BY_NAME]
+    return [*_find_named(text, known), *_find_meant_names(text, called_by_name)]
 
 
 def _find_named(text: Text, known: dict[str, Path]) -> list[str]:
@@ -117,6 +124,14 @@ def _find_names(text: Text, names: list[str]) -> list[str]:
     while missing and (lines := next(chunks, None)) is not None:
         missing = {name: one for name, one in missing.items() if not (one[0] in lines and one[1].search(lines))}
     return [name for name in names if name not in missing]
+
+
+def _find_meant_names(text: Text, names: list[str]) -> list[str]:
+    """Those of the names of files of which the first word of a line is a slip: a message then says what is meant."""
+    if not names or len(text) > _LONGEST_SEARCHED:
+        return []
+    words = {word.decode().lower() for word in _FIRST_WORD.findall(bytes(text))}
+    return [near for word in sorted(words) if word not in names and (near := find_meant(word, names, slip_alone=True))]
 
 
 def _list_folders(folder: Path, root: Path, paths: tuple[str, ...]) -> list[Path]:

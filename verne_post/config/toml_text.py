@@ -99,6 +99,10 @@ def _name_slip(line: str, column: int, message: str) -> str:
         return "write a comma between the keys of a table"
     if line[column - 1 : column] in ("“", "”", "„", "‘", "’"):
         return 'typographic quotes; write "'
+    if line[column - 1 : column] in ("–", "—", "\u2212"):
+        return "a dash, as mail and PDF have it; write a minus (-)"
+    if line[column - 1 : column] == "\u00a0":
+        return "a no-break space (U+00A0), as mail and PDF have it; write a blank"
     word = next((one for one in _WORD.finditer(bare) if one.start() < column <= one.end()), None)
     if word is None or bare[: word.start()].rstrip()[-1:] not in ("=", "[", ","):
         return ""

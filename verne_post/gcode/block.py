@@ -46,7 +46,10 @@ KEYWORDS: Final = (
     "ENDREPEAT",
 )
 #: Where one keyword begins another the longer comes first.
-_KEYWORD: Final = re.compile("|".join(sorted(KEYWORDS, key=len, reverse=True)))
+_KEYWORD: Final = re.compile(rf"(?:{'|'.join(sorted(KEYWORDS, key=len, reverse=True))})(?![A-Z])")
+_OPERAND: Final = r"(?:#(?:\d+|<[^>]*>)|\[[^\[\]]*\]|\d+\.?\d*|\.\d+)"
+#: An expression without its brackets, behind a letter or =.
+_EXPRESSION: Final = re.compile(rf"(?<=[A-Za-z= \t])[-+]?{_OPERAND}(?:[ \t]*[-+*/][ \t]*{_OPERAND})+")
 
 
 class OWord(Struct, frozen=True):
@@ -212,6 +215,8 @@ def read_exactly(text: str, line: int, values: Values | None = None) -> Block:
         elif character == "#" and values is not None:
             block.settings.append(read_setting(reader))
         else:
+            if character in "+-*/" and (wanted := _ask_for_brackets(text, reader.find_column(at))) is not None:
+                raise wanted
             raise reader.error("VP001", _describe_strange(character, first), at)
         first = has_number = False
     return block
@@ -248,7 +253,9 @@ def _read_o_word(reader: ValueReader) -> OWord:
             word = re.split(r"\W", characters[reader.at :])[0]
             edits = write_meant(word.lower(), [one.lower() for one in KEYWORDS])
             text = f"o{label or ''}: expected {', '.join(KEYWORDS).lower()}, or nothing after a program number"
-            if not edits and word.isalpha() and label is not None and label.isdigit():
+            if edits:
+                text = f"{word.lower()}: no word behind o{label or ''}; did you mean {edits[0].value}?"
+            elif word.isalpha() and label is not None and label.isdigit():
                 text += (
                     ". These are words of RS274/NGC (LinuxCNC); a title is written in parentheses, "
                     f"as in O{label} ({word})"
@@ -282,6 +289,17 @@ def _label_of_number(value: float, reader: ValueReader, at: int) -> str:
     if value != round(value) or value < 0:
         raise reader.error("VP023", f"O{value:g}: a number after O is whole and not negative", at)
     return str(round(value))
+
+
+def _ask_for_brackets(text: str, column: int) -> ProgramError | None:
+    """The error of an expression without brackets, which has an operator at a column; None where there is none."""
+    found = next((one for one in _EXPRESSION.finditer(text) if one.start() < column - 1 < one.end()), None)
+    if found is None:
+        return None
+    right = f"[{found[0]}]"
+    edits = (Remedy(f"write {right}", right, misspelt=found[0]),)
+    message = f"{found[0]}: an expression is written in brackets; did you mean {right}?"
+    return ProgramError("VP001", message, found.start() + 1, edits=edits)
 
 
 def _describe_strange(character: str, first: bool) -> str:

@@ -4,14 +4,16 @@ A code that is in no group cannot be executed. docs/make_words.py makes the tabl
 dialect has another table, derived from this one (:mod:`verne_post.gcode.dialects`).
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from functools import cached_property
 from typing import Final
 
 from msgspec import Struct
 
+from verne_post.base.suggestions import find_meant_number
 from verne_post.base.tolerances import WHOLE_NUMBER
 from verne_post.gcode.program_error import ProgramError
+from verne_post.model.findings import Remedy
 
 #: Canned cycles.
 CYCLES: Final = (730, 740, 760, 810, 820, 830, 840, 850, 860, 870, 880, 890)
@@ -53,6 +55,7 @@ class CodeTable(Struct, frozen=True, dict=True):
         return round(number * 10) in self.group_of_g if code[0] == "G" else number in self.group_of_m
 
 
+_THREE_DIGITS: Final = 100
 #: Why [remap] cannot give a code a meaning.
 HAS_MEANING: Final = ": it already has a meaning; only what is not executed can be given one"
 
@@ -66,11 +69,18 @@ def describe_remap(code: str) -> str:
     return f'[remap] of the set-up, or of verne-post.toml, can give it a meaning: {key} = "ignore", or "event"'
 
 
-def make_unknown_function(code: int, column: int | None) -> ProgramError:
-    """Refuse (VP002) an M code without a meaning; all of a program are one finding, which one set-up settles."""
+def make_unknown_function(code: int, column: int | None, known: Iterable[int] = ()) -> ProgramError:
+    """Refuse (VP002) an M code without a meaning; all of a program are one finding, which one set-up settles.
+
+    One of three digits, of which two have changed places, may be one of the ``known``, or the builder's own.
+    """
     name = f"M{code}"
-    text = f"{name}: no meaning in this language; {REMAP_GIVES}"
-    return ProgramError("VP002", text, column, about=name, settled_by=("remap", name))
+    swapped = [one for one in known if min(one, code) >= _THREE_DIGITS and find_meant_number(str(code), [str(one)])]
+    right = f"M{swapped[0]}" if len(swapped) == 1 and len(str(code)) == len(str(swapped[0])) else ""
+    text = f"{name}: no meaning in this language; {f'did you mean {right}? Else ' * bool(right)}{REMAP_GIVES}"
+    edits = (Remedy(f"write {right}", right, misspelt=name, is_choice=True),) if right else ()
+    about = None if right else name
+    return ProgramError("VP002", text, column, about=about, settled_by=("remap", name), edits=edits)
 
 
 def read_m_code(table: CodeTable, number: float, column: int) -> int:

@@ -5,11 +5,13 @@ did you mean TRAORI?". Editors change the one into the other, and a language goe
 """
 
 import re
+import unicodedata
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from typing import Final
 
 from verne_post.base.long_text import Text, take_line
+from verne_post.base.program_lines import remove_remarks
 from verne_post.base.suggestions import find_correction, find_meant
 from verne_post.gcode.program_error import ProgramError
 from verne_post.model.findings import Finding, Remedy
@@ -57,8 +59,17 @@ _LONGEST: Final = 40
 _BEFORE_ZERO: Final = (*"ABCFGHIJKMPQRSXYZ", "SPA", "SPB", "SPC")
 #: A small L for 1 in the number of a variable, before a sign: with what follows it is taken for a word L.
 _VARIABLE_WITH_L: Final = re.compile(r"#\d+l(?=[ \t]*[-+])")
+_FOR: Final = re.compile(r"\bFOR\b.*=", re.IGNORECASE)
 #: A text that is closed.
 _TEXT: Final = re.compile(r'"[^"]*"')
+#: Characters that mail and PDF put in place of those of a program: what each is meant for, and what that is called.
+_OF_PASTES: Final = {
+    **dict.fromkeys("\u00a0\u2002\u2003\u2007\u2008\u2009\u200a\u202f\u3000", (" ", "a blank")),
+    **dict.fromkeys("\u2010\u2011\u2012\u2013\u2014\u2015\u2212", ("-", "a minus (-)")),
+    **dict.fromkeys("\u201c\u201d\u201e\u201f\u00ab\u00bb\u2033", ('"', 'a straight quote (")')),
+}
+_MEANT_OF_PASTES: Final = str.maketrans({one: meant for one, (meant, _name) in _OF_PASTES.items()})
+_PASTED: Final = re.compile(f"[{''.join(_OF_PASTES)}]")
 #: Errors of text that cannot be read.
 _UNREADABLE: Final = ("VP001", "VP002")
 
@@ -148,11 +159,37 @@ def say_what_is_meant(source: Text, errors: Sequence[Finding], *, has_long_codes
     return list(dict.fromkeys(_say_what_is_meant(source, item, has_long_codes) for item in errors))
 
 
+def translate_pasted(text: str) -> str:
+    """A text with the characters of a program in place of those that mail and PDF put there."""
+    return text.translate(_MEANT_OF_PASTES)
+
+
+def _find_pasted(text: str, error: ProgramError | Finding) -> tuple[str, int] | None:
+    """The message about a character of mail or PDF at or beside the word that cannot be read, and where it stands."""
+    if error.code not in _UNREADABLE or error.column is None or text.isascii():
+        return None
+    begin = max(error.column - 2, 0)
+    pasted = _PASTED.search(text, begin)
+    if pasted is None or re.search(r"[ \t]\S", text[begin + 1 : pasted.start() + 1]):
+        return None
+    name = unicodedata.name(pasted[0]).lower()
+    article = "an" if name[0] in "aeiou" else "a"
+    message = f"{article} {name} (U+{ord(pasted[0]):04X}), as mail and PDF have it; write {_OF_PASTES[pasted[0]][1]}"
+    return message, pasted.start()
+
+
 def _say_what_is_meant(source: Text, item: Finding, has_long_codes: bool) -> Finding:
     if item.line is None or item.column is None:
         return item
     raw = take_line(source, item.line)
     text = "" if raw is None else raw.decode("utf-8", errors="replace")
+    if (pasted := _find_pasted(text, item)) is not None:
+        message, begin = pasted
+        code = remove_remarks(text[begin:])
+        wrong = code[: max((one.end() for one in _PASTED.finditer(code)), default=0)]
+        title = f"write {_OF_PASTES[text[begin]][1]} in place of {message.partition(',')[0]}"
+        edit = Remedy(title, translate_pasted(wrong), line=item.line, misspelt=wrong)
+        return replace(item, code="VP001", message=message, column=begin + 1, edits=(edit,) if wrong else ())
     is_unread = item.code in _UNREADABLE or _is_value(text, item.column, item.code)
     if is_unread and _BEHIND_M not in item.message:
         found = _find_number(text, item.column, has_long_codes=has_long_codes)
@@ -196,6 +233,9 @@ def correct_number(text: str, error: ProgramError, *, has_long_codes: bool = Fal
 
     ``has_long_codes`` for a language with G codes of three digits.
     """
+    if (pasted := _find_pasted(text, error)) is not None:
+        error.code, error.message, error.column, error.edits = "VP001", pasted[0], pasted[1] + 1, ()
+        return translate_pasted(text)
     if error.column is None or not (error.code in _UNREADABLE or _is_value(text, error.column, error.code)):
         return None
     found = _find_number(text, error.column, has_long_codes=has_long_codes)
@@ -256,7 +296,10 @@ def _is_number(pattern: re.Pattern[str], match: re.Match[str], line: str) -> boo
         return True
     head, number = match[1].strip().upper(), match[2].lstrip("-+").upper()
     if any(sign.isdigit() for sign in number):
+        if head == "T" and _FOR.search(line[: match.start()]):  # TO4 of a loop
+            return False
         return bool(head) or number[0] != "O"
     if len(number) > 1 and head not in ("G", "M"):  # FOO is a name, GOO is G00
         return False
-    return head in _BEFORE_ZERO and re.match(r"[^\W\d]|[(\[/]", line[match.end() :]) is None  # no PO[X], FOO(1), GO/
+    is_before_zero = head in _BEFORE_ZERO or re.fullmatch(r"Q[LR]?\d+[ \t]*=", head) is not None
+    return is_before_zero and re.match(r"[^\W\d]|[(\[/]", line[match.end() :]) is None  # no PO[X], FOO(1), GO/

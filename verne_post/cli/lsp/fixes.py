@@ -34,6 +34,7 @@ from verne_post.config.toml_entries import (
 )
 from verne_post.gcode.dialects import choose_dialect_name
 from verne_post.gcode.machining.holes import TAPPING_KEY
+from verne_post.gcode.mistyped import translate_pasted
 from verne_post.gcode.rs274.fanuc_points import add_points
 from verne_post.model.findings import Finding, Remedy
 from verne_post.model.verdict import count_findings, is_about_pose, is_about_text
@@ -43,10 +44,13 @@ _NAMED_TOOL: Final = re.compile(r"(?<![A-Z_])(T\d?[ \t]*=[ \t]*)(\"[^\"]+\")", r
 _TOOL_CALL: Final = re.compile(r"\bTOOL[ \t]+CALL\b", re.IGNORECASE)
 #: A line of Klartext that goes to a place.
 _PATH_OF_KLARTEXT: Final = re.compile(r"\s*(?:\d+\s+)?L\b[^;]*")
-#: A number of a TOML file that is written as no number of TOML: with a comma, or in quotes.
-_NUMBER_OF_TOML: Final = re.compile(
-    r"(\S+): a decimal comma; write (\S+)|= '([-+]?\d+(?:\.\d+)?)': expected a (?:whole )?number"
+#: A value of a TOML file that is written as none of TOML, as a number with a comma, and a number in quotes.
+_VALUE_OF_TOML: Final = re.compile(
+    r"(\S+): (?:[^;:]+; )?write (\"[^\"]+\"|[^\s,;]+)(?:, in|$)"
+    r"|= '([-+]?\d+(?:\.\d+)?)': expected a (?:whole )?number"
 )
+#: A file that is no TOML because of characters of mail and PDF.
+_PASTED_TOML: Final = re.compile(r"typographic quotes;|as mail and PDF have it;")
 #: What stands before the rest of an expression: without that, a variable would get another value.
 _REST_OF_VALUE: Final = re.compile(r"#[^=]*=.*[\w.\])>]$")
 _PROC: Final = re.compile(r"[ \t]*(?:N\d+[ \t]*)?PROC\b", re.IGNORECASE)
@@ -233,14 +237,19 @@ def _propose_file_fixes(path: Path, item: Finding, text: str) -> Iterator[Fix]:
             if written is not None:
                 begin, end = begin + written.start(), begin + written.end()
                 yield Fix(f"Write {near} in place of {written[0]}", path, text, begin, end, quote_key(near))
-    wrong_number = _NUMBER_OF_TOML.search(sentence)
-    if wrong_number is not None:
+    wrong_value = _VALUE_OF_TOML.search(sentence)
+    if wrong_value is not None:
         lines, at = split_lines(text), item.line or 1
-        written = re.search(rf"(?<![\w.]){re.escape(wrong_number[1] or wrong_number[3])}(?![\w.])", lines[at - 1])
-        quoted = re.search(rf"([\"']){re.escape(wrong_number[3] or '')}\1", lines[at - 1]) if wrong_number[3] else None
+        written = re.search(rf"(?<![\w.]){re.escape(wrong_value[1] or wrong_value[3])}(?![\w.])", lines[at - 1])
+        quoted = re.search(rf"([\"']){re.escape(wrong_value[3] or '')}\1", lines[at - 1]) if wrong_value[3] else None
         if (there := quoted or written) is not None:
-            begin, new = _find_offset(text, at - 1) + there.start(), wrong_number[2] or wrong_number[3]
+            begin, new = _find_offset(text, at - 1) + there.start(), wrong_value[2] or wrong_value[3]
             yield Fix(f"Write {new} in place of {there[0]}", path, text, begin, begin + len(there[0]), new)
+    if _PASTED_TOML.search(sentence):
+        parts = (line.partition("#") for line in text.split("\n"))
+        new = "\n".join(f"{translate_pasted(head)}{mark}{remark}" for head, mark, remark in parts)
+        title = "Write the characters of a set-up in place of those of mail and PDF"
+        yield Fix(title, path, text, 0, len(text), new)
     missing = re.match(r"([\w.-]+) is missing\b", sentence)
     if missing is not None and (change := _plan_change(text, tuple(missing[1].split(".")), _TO_FILL_IN)):
         title = f"Add {missing[1]} = {_TO_FILL_IN}, to be filled in"
@@ -376,8 +385,11 @@ def _spell(found: Inspected, item: Finding, remedy: Remedy) -> Iterator[Fix]:
     if item.line == remedy.line and written.upper() == remedy.misspelt.upper():
         at = _find_offset(found.text, remedy.line - 1) + begin
         title, is_choice = f"Write {remedy.value} in place of {written}", remedy.is_choice
+        pasted = translate_pasted(written) == remedy.value
+        if pasted or not remedy.value:  # what is not seen is named
+            title = f"{remedy.text[:1].upper()}{remedy.text[1:]}"
         yield Fix(title, found.path, found.text, at, at + len(written), remedy.value, spells=True, is_choice=is_choice)
-        yield from _change_everywhere(found, written, remedy)
+        yield from _translate_everywhere(found) if pasted else _change_everywhere(found, written, remedy)
         return
     code = remove_remarks(line, _find_dialect(found))
     word = re.search(rf"(?<!\w){re.escape(remedy.misspelt)}(?!\w)", code, re.IGNORECASE)
@@ -430,7 +442,7 @@ def _write_here(found: Inspected, item: Finding, remedy: Remedy) -> Iterator[Fix
     """What is missing behind what stands before the column of a finding, or at the end of a line."""
     line = split_lines(found.text)[remedy.line - 1]
     place = item.column - 1 if item.line == remedy.line and item.column else len(line)
-    head = line[:place].rstrip()
+    head = remove_remarks(line[:place], _find_dialect(found)).rstrip()
     at = _find_offset(found.text, remedy.line - 1) + len(head)
     title = f"Write {remedy.value.strip()}{f' behind {head.split()[-1]}' if head else ''} in line {remedy.line}"
     yield Fix(title, found.path, found.text, at, at, remedy.value, is_choice=remedy.is_choice)
@@ -510,6 +522,21 @@ def _change_everywhere(found: Inspected, written: str, remedy: Remedy) -> Iterat
         title = f"Write {meant} in place of {written} in all {count} places"
         whole = "\n".join(lines)
         yield Fix(title, found.path, found.text, 0, len(found.text), whole, is_choice=remedy.is_choice)
+
+
+def _translate_everywhere(found: Inspected) -> Iterator[Fix]:
+    """The characters of a program in place of those of mail and PDF, in all lines that have some outside remarks."""
+    lines, dialect, count = found.text.split("\n"), _find_dialect(found), 0
+    for number, line in enumerate(lines):
+        code = remove_remarks(line, dialect)
+        if (meant := translate_pasted(code)) != code:
+            lines[number] = "".join(
+                right if one == written else written for one, right, written in zip(code, meant, line, strict=True)
+            )
+            count += 1
+    if count > 1:
+        title = f"Write the characters of a program in place of those of mail and PDF in all {count} lines"
+        yield Fix(title, found.path, found.text, 0, len(found.text), "\n".join(lines), spells=True)
 
 
 def _find_span(item: Finding, text: str) -> tuple[int, int]:

@@ -23,6 +23,8 @@ _LETTERS: Final = re.compile(r"(?<!\w)(Q[0-9OIL]+)(?=[ \t]*=)", re.IGNORECASE)
 _MEANT_DIGITS: Final = str.maketrans("OoIiLl", "001111")
 #: A number in which the letter O stands for 0.
 _LETTER_O: Final = re.compile(r"(?=\d+O)[\dO]+(?!\w)")
+#: The number of a cycle and of its line, with a comma in place of the point.
+_COMMA: Final = re.compile(r"(\d+),(\d+)(?![\d.,])")
 _HEAD: Final = re.compile(r"[ \t]*(\d+)(?:[ \t]*\.(\d+))?(?![\d.])")
 
 _HOLE: Final = (200, 201, 203, 204)
@@ -96,6 +98,9 @@ def read_head(statement: Statement) -> Head:
         raise statement.error(
             "VP001", f"{word[0]}: the letter O in a number; did you mean {meant_number}?", word.start()
         )
+    if comma := _COMMA.match(statement.rest, match.start(1)):
+        right = f"{comma[1]}.{comma[2]}"
+        raise statement.error("VP001", f"{comma[0]}: a decimal comma in a number; did you mean {right}?", comma.start())
     part = None if match.group(2) is None else int(match.group(2)[:3])
     return Head(int(match.group(1)[:6]), part, statement.rest[match.end() :], match.end(), match.start(1))
 

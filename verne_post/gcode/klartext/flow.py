@@ -166,7 +166,7 @@ def execute_klartext(source: Text, setup: Setup, state: State, stop: StopConditi
         _ = flow.calls.main.labels
     except ProgramError as error:  # also where nothing calls them: a control does not run the program
         if not any(one.message == error.message for one in execution.errors):
-            execution.report_at_line(error.code, error.message, error.line or 1)
+            execution.report_at_line(error.code, error.message, error.line or 1, error.column, edits=error.edits)
     return execution
 
 

@@ -222,7 +222,7 @@ class KlartextFunctions:
                 raise ProgramError("VP002", f"M{number} is not executed ({REFUSED_FUNCTIONS[number]})", word.column)
             is_known = number in FUNCTIONS or number in FUNCTIONS_WITHOUT_EFFECT
             if not is_known and self.core.auxiliary.find_user_meaning("M", number) is None:
-                raise make_unknown_function(number, word.column)
+                raise make_unknown_function(number, word.column, FUNCTIONS)
 
     def begin_functions(self, words: Words) -> None:
         """What M functions do at the beginning of their block; S of the block."""

@@ -16,7 +16,7 @@ from verne_post.gcode.klartext.contour import KlartextContour
 from verne_post.gcode.klartext.formulas import VALUE, read_value
 from verne_post.gcode.klartext.frames import KlartextFrames
 from verne_post.gcode.klartext.functions import KlartextFunctions
-from verne_post.gcode.klartext.statements import Statement
+from verne_post.gcode.klartext.statements import Statement, find_equals
 from verne_post.gcode.klartext.transformations import Kind
 from verne_post.gcode.klartext.vocabulary import PLANES
 from verne_post.gcode.machining.turning import count_places, record_carried
@@ -39,6 +39,8 @@ _INCOMPLETE: Final = {
     "MB": "without a number; write MB and its value, or MB MAX",
 }
 _KIND: Final = re.compile(rf"[ \t]*({'|'.join(PLANES)}|RELATIVE|PROJECTED)(?![A-Z])")
+#: Words that take no value.
+_FLAGS: Final = ("MOVE", "TURN", "STAY", "FMAX", "TABLE", "COORD")
 #: The angles of a plane that must all be given.
 _NEEDS: Final = {"SPATIAL": ("SPA", "SPB", "SPC"), "EULER": ("EULPR", "EULNU", "EULROT")}
 #: Angles that tilt the plane; the others turn it about its normal.
@@ -163,10 +165,14 @@ class KlartextPlanes:
                 if word is not None and (lack := _INCOMPLETE.get(word[1])):
                     message = f"{word[1]} {lack}"
                 missing = [name for name in _NEEDS.get(words.kind, ()) if name not in words.values]
-                if word is not None and word[1] in missing:
+                if equals := find_equals(text, at):
+                    message = equals
+                elif word is not None and word[1] in missing:
                     message = f"{word[1]} without a number; write {word[1]}+0 if it is 0"
                 elif word is not None and len(missing) == 1 and word[1][:-1] == missing[0][:-1]:
                     message = f"{word[1]}: no word of PLANE {words.kind}; did you mean {missing[0]}?"
+                elif word is not None:
+                    message = explain_unknown(message, text[at:].split()[0], _FLAGS)
                 raise statement.error("VP001", message, len(text[:at]) + len(text[at:]) - len(text[at:].lstrip()))
             if match.group("flag"):
                 flag = " ".join(match.group("flag").split())

@@ -43,13 +43,14 @@ _COORDINATE: Final = re.compile(r"I?[XYZABCUVW][ \t]*[-+]?(?:\d+[.,]?\d*|[.,]\d+
 _CYCLE_PARAMETER: Final = re.compile(r"[ \t]*Q\d+[ \t]*=")
 _PARAMETER: Final = re.compile(r"[ \t]Q\d+[ \t]*=")
 _CYCLE: Final = re.compile(r"[ \t]*+\d*+[ \t]*+CYCL[ \t]+DEF[ \t]*\d[\dO]{2}", re.IGNORECASE)
+_EQUALS: Final = re.compile(r"[ \t]*(?!Q)([A-Z]+)[ \t]*=[ \t]*([-+]?\d+(?:[.,]\d*)?)(?!\w)")
 #: Statements that change the corner at the end of the move before them.
 _CORNER: Final = re.compile(rb"[ \t]*+/?[ \t]*+\d*+[ \t]*+/?[ \t]*+(?:RND|CHF)(?![A-Z])", re.IGNORECASE)
 _IGNORED_LINE: Final = re.compile(rb"[ \t\r]*+\d*+[ \t]*+(?:;[^\n]*|\*[ \t]*-?[^\n]*)?")
 #: A line that is nothing but a comment; one that goes on is a comment in the next line too.
 _REMARK: Final = re.compile(rb"[ \t]*+\d*+[ \t]*+;.*", re.DOTALL)
 _LABEL: Final = re.compile(
-    rb"^[ \t]*+/?[ \t]*+\d*+[ \t]*+/?[ \t]*+LBL[ \t]+(?:\"([^\"\n]*)\"|(\d+))[ \t\r]*(?:;[^\n]*)?$",
+    rb"^[ \t]*+/?[ \t]*+\d*+[ \t]*+/?[ \t]*+(?:LBL[ \t]+(?:\"([^\"\n]*)\"|(\d+))|(LBL\d+))[ \t\r]*(?:;[^\n]*)?$",
     re.MULTILINE | re.IGNORECASE,
 )
 #: BEGIN PGM or END PGM: which, the name, the unit.
@@ -235,20 +236,31 @@ class KlartextText(ChunkedText):
         Raises
         ------
         ProgramError
-            VP023: a label that appears twice.
+            VP023: a label that appears twice. VP001: LBL1 in place of LBL 1.
         """
         found: dict[str, int] = {}
         line, at = 1, 0
         for match in _LABEL.finditer(self.source):
             line += self.source.count(b"\n", at, match.start())
             at = match.start()
-            name = label_name(match.group(1) if match.group(1) is not None else match.group(2))
+            name = label_name(next(one for one in match.groups() if one is not None))
+            column = match.group().upper().index(b"LBL") + 1
+            if match.group(3) is not None:
+                raise _refuse_joined(match.group(3).decode().upper(), column, line)
             if name == "0":
                 continue
             if name in found:
-                raise ProgramError("VP023", f"LBL {name} appears twice, first in line {found[name]}", 1, line=line)
+                raise ProgramError("VP023", f"LBL {name} appears twice, first in line {found[name]}", column, line=line)
             found[name] = line
         return found
+
+
+def find_equals(text: str, at: int) -> str:
+    """The message about a word with = before its number, as in SPA=25; empty for other words."""
+    word = _EQUALS.match(text, at)
+    sign = "" if word is None or word[2][0] in "+-" else "+"
+    what = "the letters and the number of a word have no = between them"
+    return "" if word is None else f"{word[0].strip()}: {what}; did you mean {word[1]}{sign}{word[2]}?"
 
 
 def label_name(text: bytes | str) -> str:
@@ -322,6 +334,8 @@ def read_statement(parts: list[str], line: int) -> Statement:
             edit = Remedy(f"write L {place}", f"L {place}", line=line, misspelt=place)
             what = f"{place}: coordinates without a path function before them; write L {place}"
             raise ProgramError("VP001", what, begin + 1, edits=(edit,))
+        if re.fullmatch(r"LBL\d+", shown_word):
+            raise _refuse_joined(shown_word, begin + 1, line)
         why = "not a statement that is executed here; docs/heidenhain.md lists them"
         raise _refuse_unknown_statement(f"{shown_word[:20]} is {why}", shown_word, text, begin)
     name = " ".join(keyword.group().split())
@@ -331,6 +345,13 @@ def read_statement(parts: list[str], line: int) -> Statement:
         further_lines.append(len(rest) + 1)
         rest += f" {_capitalise(part)}"
     return Statement(line, name, rest.rstrip(" "), at, is_deleted, tuple(further_lines))
+
+
+def _refuse_joined(written: str, column: int, line: int) -> ProgramError:
+    """The error of LBL1 in place of LBL 1: the same where it is executed, and where its label is called."""
+    right = f"LBL {written[3:]}"
+    edits = (Remedy(f"write {right}", right, line=line, misspelt=written),)
+    return ProgramError("VP001", f"{written}: a blank is missing; write {right}", column, line=line, edits=edits)
 
 
 def _refuse_unknown_statement(message: str, first: str, text: str, begin: int) -> ProgramError:

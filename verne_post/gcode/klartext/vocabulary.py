@@ -74,7 +74,7 @@ WORDS: Final[Mapping[str, str]] = {
     "F AUTO": "the feed rate of TOOL CALL",
     "FU": "feed rate in mm per turn of the spindle",
     "R F M": "R, F or M without a value keeps the present value; older controls write it where nothing was entered. "
-    "F needs M behind it",
+    "F needs M after it",
     "MOVE": "A and C turn, and the point DIST before the tip stays on the part (ABST, SETUP, SET-UP)",
     "TURN": "A and C turn, X Y Z of the machine do not move, after a retract by MB",
     "STAY": "nothing moves; a line with A+Q120 C+Q122 follows",

@@ -9,7 +9,7 @@ from msgspec import Struct, field
 
 from verne_post.base.numbers import is_count
 from verne_post.gcode.klartext.formulas import VALUE, Numbers, read_value
-from verne_post.gcode.klartext.statements import Statement
+from verne_post.gcode.klartext.statements import Statement, find_equals
 from verne_post.gcode.klartext.vocabulary import WORDS
 from verne_post.gcode.mistyped import explain_unknown
 from verne_post.gcode.program_error import ProgramError
@@ -143,7 +143,8 @@ def _explain_unread(pattern: re.Pattern[str], statement: Statement, text: str, b
         return statement.error("VP001", f"{word}: a blank is missing; write {right}", begin, edits)
     message = f"{text[begin:][:15]!r} is not a word of {statement.keyword or 'a block'}"
     known_words = (name for phrase in WORDS for name in phrase.split())
-    return statement.error("VP001", explain_unknown(message, word, known_words), begin)
+    message = find_equals(text, begin) or explain_unknown(message, word, known_words, ("FAUTO",))
+    return statement.error("VP001", message, begin)
 
 
 def _drop_doubles(word: str) -> Iterator[str]:
@@ -171,6 +172,9 @@ def _add(statement: Statement, words: Words, match: re.Match[str], begin: int, n
     last = words.functions[-1] if words.functions else None
     if found["empty"]:
         if found["empty"] == "F" and not re.search(r"[ \t]M", statement.rest[match.end() :]):
+            after = statement.rest[match.end() :].split()[:1]
+            if after and (auto := explain_unknown("", after[0], ("AUTO",))):
+                raise statement.error("VP001", auto, match.end())
             raise statement.error("VP001", "F without a number; write the feed rate, F AUTO or FMAX", begin)
         return  # older controls show what was asked for and not answered, up to M: nothing changes
     if found["m"]:

@@ -294,7 +294,9 @@ class Compensation(Struct):
 
     def list_ends(self) -> tuple[Remedy, ...]:
         """The same as edits."""
-        return () if self.end_word == "R0" and self.plane_line else write_before(self.end_word)
+        if self.end_word == "R0" and self.plane_line:
+            return (Remedy("write R0", " R0", line=self.plane_line, way="here"),)
+        return write_before(self.end_word)
 
     def _name_tool(self) -> str:
         return f"{self.tool} (diameter {2 * abs(self.radius):.6g} mm)"

@@ -129,7 +129,8 @@ def warn_of_idle_feed(core: "Machining", at: At, feed: float) -> None:
             f"F{feed:g} is not used in this block, which moves in rapid traverse: {since} is still active; write "
             "G1 if it is to move at the feed rate"
         )
-        core.recorder.warn("VP009", text, at.line, None, severity="warning")
+        edit = Remedy("write G1", "G1", line=at.line, way="before", is_choice=True)
+        core.recorder.warn("VP009", text, at.line, None, severity="warning", edits=(edit,))
 
 
 def _spell_angle(letter: str, value: float) -> str:

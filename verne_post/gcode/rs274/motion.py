@@ -21,7 +21,7 @@ from verne_post.gcode.machining.machining import (
 )
 from verne_post.gcode.machining.turning import find_machine_place, go_to_machine, turn_table, warn_of_unnamed
 from verne_post.gcode.missing_setup import find_tool_key, suggest_call
-from verne_post.gcode.program_error import FILL_IN_LENGTH, GIVE_LENGTH, ProgramError, locate_errors
+from verne_post.gcode.program_error import FILL_IN_LENGTH, GIVE_LENGTH, ProgramError, locate_errors, write_before
 from verne_post.gcode.rs274.modes import TCP_CODES, Modes
 from verne_post.gcode.rs274.traits import Traits
 from verne_post.gcode.rs274.values import MAX_LENGTH_MM, WordValues, read_whole
@@ -98,6 +98,7 @@ def refuse_lacking(
             f"{describe_tool_number(number, state.tool_names)} has no length in force before the first feed move; "
             f"{f'use {length_words}' if loads_lengths else how}",
             settled_by=find_tool_key(number, "length", state.tool_names) if length is None else (),
+            edits=() if loads_lengths else write_before(f"G43 H{number}"),
         ).advise(FILL_IN_LENGTH if length is None else "")
 
 

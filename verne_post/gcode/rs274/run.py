@@ -1,8 +1,11 @@
 """Execution of a program of RS274/NGC blocks: stretches of plain lines, single blocks."""
 
 import dataclasses
+import re
+from typing import Final
 
 from verne_post.base.long_text import Text
+from verne_post.base.program_lines import remove_remarks
 from verne_post.gcode import plain
 from verne_post.gcode.block import Block
 from verne_post.gcode.execution import OF_TEXT, Execution, StopConditions, run_program
@@ -17,7 +20,7 @@ from verne_post.gcode.rs274.recovery import OF_WORDS, Recovery
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.templates import find_word_columns
 from verne_post.gcode.text import Chunk, ProgramText, decode_line
-from verne_post.model.findings import Finding
+from verne_post.model.findings import Finding, Remedy
 
 
 def execute_blocks(source: Text, setup: Setup, state: State, stop: StopConditions, language: type[Rs274]) -> Execution:
@@ -31,6 +34,23 @@ def execute_blocks(source: Text, setup: Setup, state: State, stop: StopCondition
     recovery = None if stop.first_error else Recovery(interpreter)
     run = _BlockRun(Flow(main, interpreter), recovery, past_errors=stop.past_errors)
     return run_program(run, execution, setup, stop)
+
+
+def _find_last_start(text: ProgramText) -> tuple[int, str] | None:
+    """The last line of a program, and the M3 that stands alone there, where the spindle has been started above it."""
+    line = text.closing or text.n_lines + 1
+    code = ""
+    while not code and line > 1:
+        line -= 1
+        code = remove_remarks(decode_line(text.read_line(line))).strip()
+    last = re.fullmatch(r"(?:N\d+[ \t]*)?(M0*3)", code, re.IGNORECASE)
+    lines = (decode_line(text.read_line(number)) for number in range(1, line))
+    runs = last is not None and any(_STARTS.search(remove_remarks(one)) for one in lines)
+    return (line, last[1]) if last is not None and runs else None
+
+
+#: A word that starts the spindle.
+_STARTS: Final = re.compile(r"(?<![A-Z])M0*[34](?![\d.])", re.IGNORECASE)
 
 
 class _BlockRun:
@@ -190,7 +210,13 @@ class _BlockRun:
         """The text ends without M2 or M30: an error but for a pair of %."""
         flow, text = self.flow, self.calls.text
         percent = text.opening is not None
-        edits = end_with("M30")
+        starts = _find_last_start(text)
+        edits, also = end_with("M30"), ""
+        if starts is not None:
+            edits = (Remedy("write M30", "30", line=starts[0], word=("M", 3.0), is_choice=True),)
+            also = (
+                f"; {starts[1]} of line {starts[0]} starts a spindle that runs already: write M30 there if it is meant"
+            )
         if (unfinished_error := flow.interpreter.find_unfinished()) is not None:
             what = f"the text ends before {unfinished_error}"
         elif self.calls.in_call:
@@ -200,12 +226,13 @@ class _BlockRun:
             execution.recorder.record_event(self.calls.line, "end", code="%")
             if flow.interpreter.custom_macro and flow.interpreter.setup.machine and not execution.errors:
                 what = (
-                    "no M30 or M2 ends the program before the closing %, where a control stops with an alarm; write M30"
+                    "no M30 or M2 ends the program before the closing %, where a control stops with an alarm"
+                    f"{also or '; write M30 before it'}"
                 )
-                execution.recorder.note_once("VP010", f"{what} before it", self.calls.line, edits, severity="warning")
+                execution.recorder.note_once("VP010", what, self.calls.line, edits, severity="warning")
             return False
         else:
-            what = f"the file ends without {'M2, M30 or a closing %' if percent else 'M2 or M30'}"
+            what = f"the file ends without {'M2, M30 or a closing %' if percent else 'M2 or M30'}{also}"
         execution.report_at_line("VP010", what, self.calls.shown_line or max(text.n_lines, 1), edits=edits)
         return False
 

@@ -112,7 +112,7 @@ class Library:
 
     def list_names(self) -> list[str]:
         """The names of the subprograms in the program and in files."""
-        files = (key.rpartition(".")[0].upper() for key in self.setup.subroutines)
+        files = (key.removesuffix("_spf").removesuffix("_mpf").upper() for key in self.setup.subroutines)
         return [*(section.name for section in self.main.sections), *files]
 
     def find(self, name: str, text: SiemensText) -> Section | None:

@@ -81,6 +81,9 @@ class Flow:
             try:
                 self._execute(Cursor(item.text, item.begin), line)
             except ProgramError as error:
+                name = error.settled_by[1] if error.settled_by[:1] == ("remap",) else ""
+                if name and text.is_target(name) and (bare := text.find_bare_label(name)) is not None:
+                    raise bare from None
                 if text is self.calls.text and (lacking := self.calls.frame.lacking) is not None:
                     code = self._find_feed_word(line) if error.code == "VP009" else item.text
                     where = f"{text.name}, line {line}" if text.name else f"line {line}"

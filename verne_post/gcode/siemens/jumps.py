@@ -1,6 +1,7 @@
 """Jumps, branches, loops and repeated stretches of Siemens programs: what each statement does to the next line."""
 
 import math
+import re
 from collections.abc import Callable
 from functools import partial
 from typing import Final, Protocol
@@ -14,6 +15,7 @@ from verne_post.gcode.siemens.executor import Executor
 from verne_post.gcode.siemens.program import SiemensText, split_line
 from verne_post.gcode.siemens.values import Value, are_equal, read_indices, read_number, read_value, spell_value
 from verne_post.gcode.siemens.variables import refuse_leftover
+from verne_post.model.findings import Remedy
 
 
 class Running(Protocol):
@@ -106,6 +108,16 @@ def _go(flow: Running, cursor: Cursor, line: int, target: str, word: str, at: in
     if found is None:
         if word == "GOTOC":
             return
+        other = _find(flow, target, line, forward=True, backward=True)
+        if other is not None:
+            place, right = ("before", "GOTOB") if word == "GOTOF" else ("after", "GOTOF")
+            begin = cursor.text.upper().rindex(word, 0, at)
+            edits = (Remedy(f"write {right}", right, misspelt=word, is_choice=True),)
+            text = f"{word} {target}: the label is {place} this line, in line {other}; write {right}"
+            raise cursor.error("VP023", text, begin, edits)
+        bare = flow.calls.text.find_bare_label(target)
+        if bare is not None:
+            raise bare
         where = {"GOTOF": " after this line", "GOTOB": " before this line"}.get(word, "")
         text = f"there is no such label or block number{where}"
         others = (
@@ -154,6 +166,10 @@ def _execute_for(flow: Running, cursor: Cursor, line: int) -> None:
     variables.assign(name, cursor, at)
     cursor.skip()
     at, word = cursor.at, cursor.name()
+    if word and re.fullmatch(r"TO\d+", word):
+        right = f"TO {word[2:]}"
+        edits = (Remedy(f"write {right}", right, misspelt=word),)
+        raise cursor.error("VP001", f"{word}: a blank is missing; write {right}", at, edits)
     if word != "TO":
         slip = "T0: a zero in place of the letter O; did you mean TO?"
         other = f"{word}: no word of FOR; did you mean TO?" if word else "expected TO and the last value of FOR"
@@ -202,6 +218,9 @@ def _execute_endfor(flow: Running, cursor: Cursor, line: int) -> None:
 
 def _execute_while(flow: Running, cursor: Cursor, line: int) -> None:
     holds = read_number(cursor, flow.executor.variables) != 0
+    if cursor.peek_name() == "DO":
+        edits = (Remedy("take DO out", "", misspelt="DO"),)
+        raise cursor.error("VP001", "DO: WHILE of this language has none; take DO out", edits=edits)
     refuse_leftover(cursor)
     end = flow.calls.text.structure.end[line]
     if not holds:

@@ -13,7 +13,7 @@ from verne_post.gcode import plain_arcs
 from verne_post.gcode.plain import PlainLines
 from verne_post.gcode.program_error import CLOSE_IN_ORDER, ProgramError
 from verne_post.gcode.setup import Setup
-from verne_post.gcode.siemens.cursor import strip_zeros
+from verne_post.gcode.siemens.cursor import NAME, strip_zeros
 from verne_post.gcode.text import Chunk, Language, ProgramText, decode_line, take_code
 from verne_post.gcode.words import mark_blanks_in_numbers, read_whole_lines, split_words
 from verne_post.model.findings import Remedy
@@ -39,6 +39,9 @@ _LABEL: Final = re.compile(
     rb"^[ \t]*+(?:/[ \t]*+[0-9]?)?[ \t]*+(?:[N:][ \t]*+[0-9]+)?[ \t]*+([A-Z_][A-Z0-9_]*)[ \t]*+:(?!=)",
     re.IGNORECASE | re.MULTILINE,
 )
+#: A line of this name alone, and a jump to it.
+_BARE_LABEL: Final = rb"^[ \t]*+(?:[N:][ \t]*+[0-9]+)?[ \t]*+(%s)[ \t\r]*(?:;[^\n]*)?$"
+_TARGET: Final = rb"(?<![A-Z0-9_])GOTO[FBC]?[ \t]+%s(?![A-Z0-9_])"
 _NUMBER: Final = re.compile(rb"^[ \t]*+(?:/[ \t]*+[0-9]?)?[ \t]*+([N:])[ \t]*+([0-9]+)", re.IGNORECASE | re.MULTILINE)
 _JUMPS: Final = re.compile(rb"(?<![A-Z0-9_])GOTO[FBCS]?(?![A-Z0-9_])", re.IGNORECASE)
 _CLOSES: Final = {"ENDIF": "IF", "ENDFOR": "FOR", "ENDWHILE": "WHILE", "ENDLOOP": "LOOP", "UNTIL": "REPEAT"}
@@ -211,6 +214,22 @@ class SiemensText(ProgramText):
                 found.setdefault(name, []).append(line)
         return found
 
+    def find_bare_label(self, name: str) -> ProgramError | None:
+        """The error of the one line that has a label without its colon; None where no line, or several, has it."""
+        if not NAME.fullmatch(name):
+            return None
+        found = list(re.finditer(_BARE_LABEL % name.encode(), self.source, re.IGNORECASE | re.MULTILINE))
+        if len(found) != 1:
+            return None
+        line = 1 + self.source.count(b"\n", 0, found[0].start())
+        edits = (Remedy(f"write {name}:", f"{name}:", line=line, way="marked"),)
+        column = found[0].start(1) - found[0].start() + 1
+        return ProgramError("VP001", f"{name}: a label ends with a colon; write {name}:", column, line, edits=edits)
+
+    def is_target(self, name: str) -> bool:
+        """Whether a jump of the text names this label."""
+        return re.search(_TARGET % name.encode(), self.source, re.IGNORECASE) is not None
+
     # --- structure --------------------------------------------------------------------------------------
 
     @cached_property
@@ -222,7 +241,7 @@ class SiemensText(ProgramText):
         ProgramError
             VP023, with its line: something is closed that is not open, or never closed.
         """
-        structure, open_words = Structure(), list[tuple[str, int]]()
+        structure, open_words = Structure(), list[tuple[str, int, int]]()
         line, at = 1, 0
         for match in _STRUCTURE.finditer(self.source):
             line += self.source.count(b"\n", at, match.start())
@@ -233,14 +252,27 @@ class SiemensText(ProgramText):
                 continue
             if word == "REPEAT" and rest.strip() and not rest.strip().startswith("/"):
                 continue  # REPEAT label
+            if not open_words and word in _CLOSES:
+                self._refuse_misspelt_begin(_CLOSES[word], line)
             self._take(structure, open_words, word, line, match.start(1) - match.start() + 1)
-        for word, begin in open_words:
+        for word, begin, column in open_words:
             closing = _find_end(word)
             edits = self._find_misspelt_end(begin, closing)
             text = f"{word} is never closed; expected {closing}"
             text += "".join(f", which line {edit.line} writes as {edit.misspelt}" for edit in edits)
-            raise ProgramError("VP023", text, 1, line=begin, edits=edits)
+            raise ProgramError("VP023", text, column, line=begin, edits=edits)
         return structure
+
+    def _refuse_misspelt_begin(self, opening: str, end: int) -> None:
+        """Refuse (VP002) the first word of a line above ``end`` that is nearly the one which opens a structure."""
+        for match in _FIRST_WORD.finditer(self.source):
+            word = match[1].decode()
+            if word.upper() == opening or not find_meant(word.upper(), [opening], slip_alone=True):
+                continue
+            line = 1 + self.source.count(b"\n", 0, match.start())
+            if line < end:
+                message = f"{word}: no meaning in this language; did you mean {opening}?"
+                raise ProgramError("VP002", message, match.start(1) - match.start() + 1, line=line)
 
     def _find_misspelt_end(self, begin: int, closing: str) -> tuple[Remedy, ...]:
         """The first word of a line below that is nearly the end of a structure, as it is meant."""
@@ -260,26 +292,26 @@ class SiemensText(ProgramText):
         return ()
 
     @staticmethod
-    def _take(structure: Structure, open_words: list[tuple[str, int]], word: str, line: int, column: int) -> None:
+    def _take(structure: Structure, open_words: list[tuple[str, int, int]], word: str, line: int, column: int) -> None:
         if word in ("IF", "FOR", "WHILE", "LOOP", "REPEAT"):
-            open_words.append((word, line))
+            open_words.append((word, line, column))
             return
         wanted_word = "IF" if word == "ELSE" else _CLOSES[word]
         fits = open_words and (open_words[-1][0] == wanted_word or (word == "ENDIF" and open_words[-1][0] == "ELSE"))
         if not fits:
             text, edits = f"{word} without {wanted_word} before it", tuple[Remedy, ...]()
             if open_words:
-                opening, begin = open_words[-1]
+                opening, begin, _column = open_words[-1]
                 text += f"; {opening} of line {begin} is open"
                 right = _find_end(opening)
                 if word in _WITHOUT_VALUE and right in _WITHOUT_VALUE:
                     edits = (Remedy(f"write {right}", right, line=line, misspelt=word),)
             raise ProgramError("VP023", text, column, line=line, edits=edits).advise(CLOSE_IN_ORDER)
-        _word, begin = open_words.pop()
+        _word, begin, _column = open_words.pop()
         structure.branch[begin] = line
         structure.end[begin], structure.begin[line] = line, begin
         if word == "ELSE":
-            open_words.append(("ELSE", line))
+            open_words.append(("ELSE", line, column))
 
 
 def _find_end(word: str) -> str:

@@ -408,7 +408,7 @@ def _make_unknown_call(name: str, column: int, own_names: Iterable[str], *, is_a
         )
     if not is_alone:
         text = f"{name}: no meaning in this language beside other words of a block; write the intended word"
-        message = explain_unknown(text, name, own_names, GROUP_OF, NO_EFFECT, ("MCALL",))
+        message = explain_unknown(text, name, own_names, GROUP_OF, NO_EFFECT, STATEMENTS)
         return ProgramError("VP002", message, column)
     if find_meant(name, ("RET",), slip_alone=True, least=LETTERS_OF_FUNCTIONS):
         return ProgramError("VP002", f"{name}: no meaning in this language; did you mean RET?", column)

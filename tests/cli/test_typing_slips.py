@@ -1,0 +1,223 @@
+"""Edits of an editor for words, numbers and characters that are mistyped or pasted."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("pygls", reason="needs the extra lsp")
+
+from tests.cli.test_quick_fixes import HEADS, NEVER, SETUP, check, inspector, look
+from verne_post.cli.lsp.fixes import find_file_fixes, find_fixes
+from verne_post.cli.lsp.inspector import Inspector
+
+__all__ = ["inspector"]
+
+DRILLING = "CYCL DEF 200 DRILLING ~\n Q200=2 ~\n Q201=-1 ~\n Q206=9 ~\n Q202=5 ~\n Q210=0 ~\n {} ~\n Q211=0"
+LOOP = "R1=3\n{}\nR1=R1-1\n{}"
+
+
+def embed(ending: str, lines: str) -> str:
+    """A program with these lines."""
+    return f"{lines}\n".join(HEADS[ending])
+
+
+@pytest.mark.parametrize(
+    ("ending", "wrong", "right", "said", "title"),
+    [
+        (
+            ".h",
+            DRILLING.format("Q203=+O     Q204=+3"),
+            ("+O", "+0"),
+            "the letter O",
+            "Write Q203=+0 in place of Q203=+O",
+        ),
+        (".h", "PLANE SPATIAL SPA+0 SPB+0 SPC+0 TURM FMAX", ("TURM", "TURN"), "", "Write TURN in place of TURM"),
+        (".h", "CYCL DEF 7.0 N\nCYCL DEF 7,1 X+5", ("7,1", "7.1"), "a decimal comma", "Write 7.1 in place of 7,1"),
+        (
+            ".h",
+            "PLANE SPATIAL SPA=25 SPB+0 SPC+0 STAY",
+            ("SPA=", "SPA+"),
+            "have no =",
+            "Write SPA+25 in place of SPA=25",
+        ),
+        (".h", "L X=-2", ("X=", "X"), "have no =", "Write X-2 in place of X=-2"),
+        (
+            ".h",
+            "CALL LBL 1\nM30\nLBL1\nL X+5\nLBL 0\nLBL 10\nL X+6\nLBL 0",
+            ("LBL1\n", "LBL 1\n"),
+            "a blank is missing",
+            "Write LBL 1 in place of LBL1",
+        ),
+        (".mpf", "FOR PASS = 1 TO4\nX3\nENDFOR", ("TO4", "TO 4"), "a blank is missing", "Write TO 4 in place of TO4"),
+        (".mpf", "FRO PASS = 1 TO 4\nX3\nENDFOR", ("FRO", "FOR"), "", "Write FOR in place of FRO"),
+        (".mpf", LOOP.format("WHIEL R1 > 1", "ENDWHILE"), ("WHIEL", "WHILE"), "", "Write WHILE in place of WHIEL"),
+        (".mpf", LOOP.format("WHILE R1 > 1 DO", "ENDWHILE"), ("DO", ""), "has none", "Take DO out"),
+        (".mpf", "GOTOF DONE\nX5\nDONE\nX3", ("\nDONE", "\nDONE:"), "with a colon", "Write DONE: in place of DONE"),
+        (
+            ".mpf",
+            LOOP.format("TOP", "IF R1>1 GOTOB TOP"),
+            ("TOP", "TOP:"),
+            "with a colon",
+            "Write TOP: in place of TOP",
+        ),
+    ],
+)
+def test_a_slip_has_one_finding_and_its_edit(
+    inspector: Inspector, tmp_path: Path, ending: str, wrong: str, right: tuple[str, str], said: str, title: str
+) -> None:
+    text = embed(ending, wrong)
+    message, _word, made = look(inspector, tmp_path / f"a{ending}", text)
+    assert said in message
+    assert made[title] == (tmp_path / f"a{ending}", text.replace(wrong, wrong.replace(*right, 1)), True)
+
+
+@pytest.mark.parametrize(
+    ("ending", "lines", "right", "title"),
+    [
+        (".ngc", "o<h> sub\nX5\no<h> endsubb\no<h> call", ("endsubb", "endsub"), "Write endsub in place of endsubb"),
+        (".ngc", "o5 whilee [0]\nX5\no5 endwhile", ("whilee", "while"), "Write while in place of whilee"),
+        (".ngc", "#<d>=5\n#<d>=#<d>-1.5\nX#<d>", ("#<d>-1.5", "[#<d>-1.5]"), "Write [#<d>-1.5] in place of #<d>-1.5"),
+        (".ngc", "#1=5\nX -#1 / 2 Y5", ("-#1 / 2", "[-#1 / 2]"), "Write [-#1 / 2] in place of -#1 / 2"),
+    ],
+)
+def test_a_slip_of_blocks_has_one_finding_and_its_edit(
+    inspector: Inspector, tmp_path: Path, ending: str, lines: str, right: tuple[str, str], title: str
+) -> None:
+    text = embed(ending, lines)
+    _message, word, made = look(inspector, tmp_path / f"a{ending}", text)
+    assert word in right[0]
+    assert made[title][1] == text.replace(*right, 1)
+
+
+TOOL = "[tools]\n1 = { length = 80, diameter = 6 }\n[wcs]\nG54 = [0, 0, 60]\n"
+COMPENSATED = "L X+10 RL F500\nL X+20 Y+5 ; end\nL Z+70\nPLANE SPATIAL SPA+0 SPB+10 SPC+0 STAY"
+FANUC_TOOL = "%\nO1\nG21 G90 G94 G17 G54\nT1 M6\nM3 S9\nG0 X0. Y0. Z50. A0. C0.\nG1 Z40. F300.\nM30\n%\n"
+
+
+LAST_M03 = "{}G21 G90 G94 G17 G54\nG0 X0. Y0. Z50. A0. C0.\nM3 S900\nG1 X5. F500.\nM03\n{}"
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "code", "title", "right"),
+    [
+        ("a.ngc", embed(".ngc", "G0 Z60\nX5 F300"), "VP009", "Write G1 before line 6", ("X5 F300", "G1\nX5 F300")),
+        ("b.ngc", embed(".ngc", "G95\nX3 F300"), "VP505", "Write G94 before line 6", ("X3 F300", "G94\nX3 F300")),
+        ("a.h", embed(".h", COMPENSATED), "VP017", "Write R0 behind Y+5 in line 6", ("Y+5", "Y+5 R0")),
+        ("a.nc", FANUC_TOOL, "VP012", "Write G43 H1 before line 7", ("G1 Z40.", "G43 H1\nG1 Z40.")),
+        ("b.nc", LAST_M03.format("%\nO1\n", "%\n"), "VP010", "Write M30 in place of M03 in line 7", ("M03", "M30")),
+        ("c.ngc", LAST_M03.format("", ""), "VP010", "Write M30 in place of M03 in line 5", ("M03", "M30")),
+        ("b.h", embed(".h", "M182\nL X+3"), "VP002", "Write M128 in place of M182", ("M182", "M128")),
+    ],
+)  # fmt: skip
+def test_what_a_message_says_is_an_edit(
+    inspector: Inspector, tmp_path: Path, name: str, text: str, code: str, title: str, right: tuple[str, str]
+) -> None:
+    found = check(inspector, tmp_path / name, text, TOOL if code in ("VP012", "VP017") else SETUP)
+    item = next(one for one in found.findings if one.code == code)
+    fixes = find_fixes(inspector, found, item, {tmp_path / name: text}, NEVER)
+    made = {fix.title.partition(" (")[0]: f"{text[: fix.begin]}{fix.new}{text[fix.end :]}" for fix in fixes}
+    assert made[title] == right[1].join(text.rsplit(right[0], 1))
+
+
+def test_the_only_start_of_the_spindle_is_no_slip(inspector: Inspector, tmp_path: Path) -> None:
+    text = embed(".ngc", "X5").replace("M3 S1000\n", "").replace("M2\n", "M3\n")
+    message, _word, made = look(inspector, tmp_path / "a.ngc", text)
+    assert message == "the file ends without M2 or M30"
+    assert [fixed for _path, fixed, _settles in made.values()] == [f"{text}M30\n"]
+
+
+@pytest.mark.parametrize(
+    ("wrong", "right"),
+    [
+        ("tool_length = 8O", "tool_length = 80"),
+        ("tool_length = 80mm", "tool_length = 80"),
+        ("tool_length = 80.", "tool_length = 80.0"),
+        ("machine = ac_trunnion", 'machine = "ac_trunnion"'),
+        ("machine = \u201cac_trunnion\u201d", 'machine = "ac_trunnion"'),
+        ("allow_rewind = True", "allow_rewind = true"),
+        ("tool_length = \u20138", "tool_length = -8"),
+    ],
+)
+def test_a_slip_of_a_setup_has_its_edit(inspector: Inspector, tmp_path: Path, wrong: str, right: str) -> None:
+    (tmp_path / "a.ngc").write_text(embed(".ngc", "X5"))
+    path, text = tmp_path / "a.ngc.toml", f"{wrong}\n[wcs]\nG54 = [0, 0, 60]\n"
+    path.write_text(text, "utf-8")
+    found, _program = inspector.check_file(path, {path: text}, NEVER)
+    (item,) = (replace(one, line=one.file_line, file=None) for one in found if one.code == "VP503")
+    (fix,) = find_file_fixes(inspector, path, item, {path: text}, NEVER)
+    assert f"{text[: fix.begin]}{fix.new}{text[fix.end :]}" == text.replace(wrong, right)
+
+
+def test_a_jump_in_the_wrong_direction(inspector: Inspector, tmp_path: Path) -> None:
+    """That the label stands there does not say that the program means it so."""
+    text = embed(".mpf", "GOTOB DONE\nX5\nDONE:\nX3")
+    message, word, made = look(inspector, tmp_path / "a.mpf", text)
+    assert "GOTOB DONE: the label is after this line, in line 8; write GOTOF" in message
+    assert word == "GOTOB"
+    assert made["Write GOTOF in place of GOTOB"][1:] == (text.replace("GOTOB", "GOTOF"), False)
+
+
+@pytest.mark.parametrize(
+    ("line", "said", "word"),
+    [
+        ("L X+5 FAUT0", "FAUT0: no meaning in this language; did you mean FAUTO?", "FAUT0"),
+        ("L X+5 F AUT0", "AUT0: no meaning in this language; did you mean AUTO?", "AUT0"),
+    ],
+)
+def test_a_misspelt_feed_rate_of_klartext(
+    inspector: Inspector, tmp_path: Path, line: str, said: str, word: str
+) -> None:
+    text = embed(".h", line).replace("Z S1000", "Z S1000 F900")
+    message, underlined, made = look(inspector, tmp_path / "a.h", text)
+    assert (message, underlined) == (said, word)
+    assert any(fixed == text.replace("AUT0", "AUTO") for _path, fixed, _settles in made.values())
+
+
+def test_a_loop_that_is_not_closed_is_marked_at_its_word(inspector: Inspector, tmp_path: Path) -> None:
+    text = embed(".mpf", "R1=3\nN70 WHILE R1 > 1\nR1=R1-1")
+    assert look(inspector, tmp_path / "a.mpf", text)[1] == "WHILE"
+
+
+def test_a_subprogram_that_is_nearly_that_of_a_file(inspector: Inspector, tmp_path: Path) -> None:
+    """The file is read too, so that nothing else is said of the call."""
+    (tmp_path / "SLOT.SPF").write_text("PROC SLOT(REAL A)\nG1 X=A\nRET\n")
+    text = embed(".mpf", "SLOTT(3)")
+    message, _word, made = look(inspector, tmp_path / "a.mpf", text)
+    assert message == "SLOTT: no meaning in this language; did you mean SLOT?"
+    assert made["Write SLOT in place of SLOTT"][1:] == (text.replace("SLOTT", "SLOT"), True)
+
+
+@pytest.mark.parametrize(
+    ("ending", "lines", "said"),
+    [
+        (
+            ".ngc",
+            "X5\u00a0Y6\u00a0Z49\nX7\u00a0Y8",
+            "a no-break space (U+00A0), as mail and PDF have it; write a blank",
+        ),
+        (".mpf", "X5\u00a0Y6\nX7\u00a0Y8", "a no-break space (U+00A0), as mail and PDF have it; write a blank"),
+        (".h", "L X+5\u00a0Y+6\nL X+7\u00a0Y+8", "a no-break space (U+00A0), as mail and PDF have it; write a blank"),
+        (".ngc", "X5 Y\u20136\nX\u20137", "an en dash (U+2013), as mail and PDF have it; write a minus (-)"),
+        (".mpf", "X5 Y\u20136\nX=\u20137", "an en dash (U+2013), as mail and PDF have it; write a minus (-)"),
+        (".h", "L X+5 Y\u22126\nL X\u22127", "a minus sign (U+2212), as mail and PDF have it; write a minus (-)"),
+        (
+            ".mpf",
+            "MSG(\u201ca\u201d)\nMSG(\u201cb\u201d)",
+            'a left double quotation mark (U+201C), as mail and PDF have it; write a straight quote (")',
+        ),
+    ],
+)
+def test_characters_of_mail_and_pdf(inspector: Inspector, tmp_path: Path, ending: str, lines: str, said: str) -> None:
+    """One finding, an edit of its line, and one of all lines; remarks stay as they are."""
+    marks = str.maketrans("\u00a0\u2013\u2212\u201c\u201d", ' --""')
+    remark = "(a \u2013 b)" if ending == ".ngc" else "; a \u2013 b"
+    first, second = lines.split("\n")
+    text = embed(ending, f"{first} {remark}\n{second}")
+    message, _word, made = look(inspector, tmp_path / f"a{ending}", text)
+    assert message == said
+    files = [fixed for _path, fixed, _settles in made.values()]
+    assert files == [
+        embed(ending, f"{first.translate(marks)} {remark}\n{second}"),
+        embed(ending, f"{first.translate(marks)} {remark}\n{second.translate(marks)}"),
+    ]
