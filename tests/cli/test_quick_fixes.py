@@ -24,6 +24,8 @@ from verne_post.cli.lsp.outline import Named, Outline
 from verne_post.cli.lsp.places import find_range
 from verne_post.model.findings import InputError
 
+from ..builders import SAMPLES
+
 SETUP = "tool_length = 80\n[wcs]\nG54 = [0, 0, 60]\n"
 TOOLS = "[wcs]\nG54 = [0, 0, 60]\n[tools]\n1 = { length = 80 }\n"
 NGC = "G21 G90 G94 G17 G54\nG0 X0 Y0 Z50 A0 C0\nM3 S1000\n"
@@ -649,6 +651,10 @@ def test_a_plane_that_is_kept_is_underlined_at_its_word(
         ("a.ngc", "o10 whale", None),
         ("a.cls", "GOTO/1,O,60", "GOTO/1,0,60"),
         ("a.cls", "GOTO/1,l0,60", "GOTO/1,10,60"),
+        ("a.cls", "FEDRAT/5OO,MMPM", "FEDRAT/500,MMPM"),
+        ("a.cls", "FEDRAT/MMPM,50o", "FEDRAT/MMPM,500"),
+        ("a.cls", "SPINDL/30O0,CLW", "SPINDL/3000,CLW"),
+        ("a.cls", "LOADTL/1,ADJUST,1O", "LOADTL/1,ADJUST,10"),
         ("a.cls", "GO/1,0,60", None),
     ],
 )
@@ -885,3 +891,13 @@ def test_every_beginning_of_a_line_is_checked(
                 assert last.line < len(rows) and last.character <= len(rows[last.line]), (text, item)
                 n_found += 1
     assert n_found > sum(map(len, lines)) // 2
+
+
+def test_a_call_is_not_led_to_a_label_that_is_wrong_there(inspector: Inspector, tmp_path: Path) -> None:
+    """LBL 10 stands behind a remark: LBL 1, which is nearly its number, shifts the datum in the tilted plane."""
+    text = (SAMPLES / "two_faces.h").read_text("utf-8").replace("MM ABOVE IT\n53 LBL 10", "MM ABOVE IT 53 LBL 10")
+    setup = (SAMPLES / "two_faces.h.toml").read_text("utf-8")
+    found = check(inspector, tmp_path / "two_faces.h", text, setup)
+    (item,) = (one for one in found.findings if one.severity == "error")
+    assert (item.code, item.line) == ("VP023", 37)
+    assert not find_fixes(inspector, found, item, {found.path: text}, NEVER)

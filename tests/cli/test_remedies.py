@@ -338,3 +338,44 @@ def test_a_line_into_a_vise_ends_before_it(end: int, tmp_path: Path, run: Callab
     Path(f"{program}.toml").write_text("tools.1 = { length = 100, diameter = 10 }\nwcs.G54 = [0, 0, 150]\n")
     answer = run("check", program, "--keep-out", "vise@G54=30,-30,-20,70,30,5")
     assert f"tried: within limits if line 10 ends at X 24.9 instead of {end}\n" in answer.out
+
+
+#: The corners of its arc are rounded and deeper than the lines beside them.
+RIB = (
+    "0 BEGIN PGM RIB MM\n1 TOOL CALL 5 Z S12000 F1800\n2 CYCL DEF 32.0 TOLERANCE\n3 CYCL DEF 32.1 T0.02\n"
+    "4 CYCL DEF 32.2 HSC-MODE:0 TA0.1\n5 L Z+100 R0 FMAX M3\n6 L X-40 Y-20 A-10 C+0 R0 FMAX\n7 M128 F5000\n"
+    "8 L X-40 Y-20 Z+10 FMAX M8\n9 L X-40.000 Y-20.000 Z-6.000 A-10.000 C+0.000 F1800\n"
+    "10 L X-36.667 Y-19.583 Z-5.478 A{} C+2.500\n11 L X-33.333 Y-19.167 Z-4.965 A{} C+5.000\n"
+    "12 L Z+50 FMAX M9\n13 M129\n14 L A+0 C+0 R0 FMAX M5\n15 M30\n16 END PGM RIB MM\n"
+)
+
+
+@pytest.mark.parametrize(("machine", "z"), [("verne", 0), ("verne", -4), ("ac_trunnion", -20), ("verne", 5.99)])
+def test_a_corner_that_is_deeper_than_its_line_is_lifted_too(
+    machine: str, z: float, tmp_path: Path, run: Callable[..., Any]
+) -> None:
+    """The line alone was within limits at the place before, and the search ended there: no offset was found."""
+    path = tmp_path / "rib.h"
+    path.write_text(RIB.format(-13.916, -17.765), encoding="utf-8")
+    given = ("--machine", machine, "--tool-length", 100)
+    said = run("check", path, *given, "--wcs", f"G54=0,0,{z}").out
+    found = re.search(r"tried: within limits if the part is moved by .* \(then (G54 = .*)\)\n", said)
+    assert found is not None, said
+    assert float(found[1].rpartition(",")[2]) == pytest.approx(6.1, abs=0.11)
+    assert run("check", path, *given, "--wcs", found[1].replace(" ", "")).code == 0
+
+
+def test_explain_names_fit_where_the_place_of_the_part_changes_the_tilt(
+    tmp_path: Path, run: Callable[..., Any]
+) -> None:
+    """A line that begins and ends beyond the tilt: it said that no move within 1000 mm helps, and had tried none."""
+    path = tmp_path / "rib.h"
+    path.write_text(RIB.format(-100, -104), encoding="utf-8")
+    for machine, is_platform in (("verne", True), ("ac_trunnion", False)):
+        given = ("--machine", machine, "--tool-length", 100, "--wcs", "G54=0,0,80")
+        told = run("explain", f"{path}:12", *given).out
+        if is_platform:
+            assert "VP102" in told
+            assert "no other table solution was found; the part was not moved" in told
+            assert f"`verne-post fit {path}`" in told
+        assert "no move within" not in told

@@ -43,6 +43,8 @@ BODIES: dict[str, tuple[str, set[tuple[int, int]]]] = {
     "a reversal": ("G1 X5\nX0\nY5", {(3, 4)}),
     "rapids flow": ("G0 X5\nG1 Y5\nG0 X0\nZ50", set()),
     "a change of feed on a line": ("G1 X5\nX9 F2000\nX12 F500", set()),
+    "a line of many minutes": ("G1 X5\nY15 F1\nX0 F1000\nY0", {(3, 4), (4, 5)}),
+    "a slow line of seconds": ("G1 X5\nY15 F60\nX0 F1000\nY0", set()),
     "another part zero, the same place": ("G1 X5\nG55 X3 Y3 Z30\nG54 Y5", set()),
     "home": ("G1 X5\nY5\nG28 X9 Y9 Z60\nG1 X4 Y9", {(5, 5)}),
     "machine coordinates": ("G1 X5\nY5\nG53 G0 Z-200\nG0 X1", set()),

@@ -7,12 +7,16 @@ import pytest
 from msgspec.structs import replace
 
 import verne_post
+from verne_post.app import line_facts
+from verne_post.app.assemble import assemble
+from verne_post.app.plan import plan_program
 from verne_post.base.arrays import Array
 from verne_post.model.options import Options
 from verne_post.trajectory import continuous, tuning
 from verne_post.trajectory.continuous import plan_continuous
 from verne_post.trajectory.cruise import find_cruise
 from verne_post.trajectory.reachability import solve as second_order
+from verne_post.trajectory.sample import BLOCK_ROWS, Rows, RowSampler
 from verne_post.trajectory.section_path import build_grid_along
 
 from ..builders import MACHINE, SAMPLES
@@ -128,3 +132,38 @@ def test_the_highest_effort_is_no_slower_where_the_feed_rate_is_kept() -> None:
         assert result.summary is not None, result.findings
         seconds[quality] = result.summary.cycle_time
     assert seconds[True] <= seconds[False]
+
+
+def test_the_cost_of_a_very_slow_line_does_not_depend_on_its_time() -> None:
+    """A mistyped feed rate: the profiles of an hour are no longer than those of minutes."""
+    kept = []
+    for feed in (3.0, 0.3):
+        source = f"G21 G90 G94 G17\nG0 X0 Y0 Z60\nG1 X20 F{feed}\nY20 F1000\nX0\nM2\n".encode()
+        plan = plan_program(assemble(source, MACHINE, Options(tool_length=80.0)))
+        seconds = plan.timeline.n_rows * plan.timeline.cycle
+        assert seconds == pytest.approx(20 * 60 / feed + 2.4, rel=1e-3)
+        kept.append(len(plan.profiles.continuous_s))
+    assert kept[0] == kept[1] < 5000
+
+
+def test_the_facts_of_a_very_slow_line_are_those_of_all_its_rows(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Ten minutes of a line, and half a minute of an arc with the table turning."""
+    source = b"G21 G90 G94 G17\nG0 X0 Y0 Z60 A0 C0\nG1 X10 F1\nG2 X20 C90 I5 F20\nG1 X0 F1000\nM2\n"
+    plan = plan_program(assemble(source, MACHINE, Options(tool_length=80.0)))
+    made = list[int]()
+    make_rows = RowSampler.make_rows
+
+    def count(sampler: RowSampler, first: int) -> Rows:
+        made.append(first)
+        return make_rows(sampler, first)
+
+    monkeypatch.setattr(RowSampler, "make_rows", count)
+    few, n_few = line_facts.measure_lines(plan), len(made)
+    monkeypatch.setattr(line_facts, "_BLOCKS", 10**6)
+    every = line_facts.measure_lines(plan)
+    assert 1.5 * n_few < len(made) - n_few == -(-plan.timeline.n_rows // BLOCK_ROWS)
+    assert few.held_by == every.held_by
+    for name in ("line", "seconds", "nearest"):
+        np.testing.assert_array_equal(getattr(few, name), getattr(every, name))
+    for name in ("speed", "margin"):
+        np.testing.assert_allclose(getattr(few, name), getattr(every, name), rtol=1e-4)

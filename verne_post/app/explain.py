@@ -15,6 +15,7 @@ from verne_post.app.assemble import (
     find_state_if_executed,
 )
 from verne_post.app.constraints import check_line, guard_joints
+from verne_post.app.contact_remedies import has_heights, propose_heights, propose_stick_out
 from verne_post.app.explain_line import add_line_remedies, describe_modes, explain_line, find_lines_near, work_through
 from verne_post.app.line_facts import describe_time, measure_lines
 from verne_post.app.line_remedies import Line
@@ -80,17 +81,24 @@ def explain_source(source: Text, machine: Machine, options: Options, line: int) 
         raise _make_line_error(source, line)
     if text is not None and not len(select_line(guard_joints(program), line).contour):
         return _explain_words(source, program, line, text.decode("utf-8", errors="replace").strip())
-    shown = add_line_remedies(look_at_line(source, program, line))
-    if not any("ended elsewhere" in text for item in shown.findings for text in item.remedies):
-        before = find_end_before_contact(source, program, shown)
-        more = () if before is None else (before,)
-        told = (
-            dataclasses.replace(item, remedies=(*item.remedies, *more)) if item.code == "VP216" else item
-            for item in shown.findings
-        )
-        shown = replace(shown, findings=tuple(told))
+    shown = _add_contact_remedies(source, program, add_line_remedies(look_at_line(source, program, line)))
     shown = replace(shown, planned=_describe_plan(program, shown))
     return Explanation(line, shown.findings, *("\n".join(part(shown)) + "\n" for part in (explain_line, work_through)))
+
+
+def _add_contact_remedies(source: Text, program: Program, shown: Line) -> Line:
+    """The same line; contacts with the stock have what only the whole program can be asked."""
+    told = []
+    for item in shown.findings:
+        if item.code == "VP216":
+            more = [one.text for one in propose_heights(source, program, shown, item)]
+            if (longer := propose_stick_out(source, program, shown, item)) is not None:
+                more.append(longer.text)
+            if not any("ended elsewhere" in text for one in shown.findings for text in one.remedies):
+                more += filter(None, [find_end_before_contact(source, program, shown)])
+            item = dataclasses.replace(item, remedies=(*more, *item.remedies))
+        told.append(item)
+    return replace(shown, findings=tuple(told), has_heights=has_heights(source, program, shown))
 
 
 def _describe_plan(program: Program, shown: Line) -> str:

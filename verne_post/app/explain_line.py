@@ -11,9 +11,10 @@ from msgspec.structs import replace
 
 from verne_post.app.explain_numbers import format_degrees, format_joint, format_mm, format_number
 from verne_post.app.explain_solutions import SAME, explain_solutions, explain_table_solution, find_travel_margins
-from verne_post.app.line_remedies import Line, propose
+from verne_post.app.line_remedies import Line, is_carried_along, is_of_cycle, propose
 from verne_post.base.arrays import Array
 from verne_post.base.numbers import format_fixed
+from verne_post.base.printable import make_printable
 from verne_post.base.rotations import find_axis_of_angles
 from verne_post.base.tolerances import UPRIGHT_DEG, ZERO_LENGTH_MM
 from verne_post.gcode.block import read_block
@@ -431,11 +432,36 @@ def _describe_remedies(line: Line, findings: Sequence[Finding]) -> Iterator[str]
     if not found:
         if all(item.code == "VP301" for item in findings):  # its message has what helps
             return
-        name = line.joints.machine.name_solution()
-        yield f"{what}: no other {name} and no move within {remedies.FARTHEST_MM:g} mm was found"
+        yield f"{what}: {_say_nothing_found(line, [item for item in findings if item.severity == gravest])}"
         return
     yield f"{what}; each was checked along the whole line"
     yield from (f"  {text}" for text in found)
+
+
+def _say_nothing_found(line: Line, asked: Sequence[Finding]) -> str:
+    """What was tried in vain, and what was not: no more than :func:`propose` and its like have tried."""
+    machine, options = line.joints.machine, line.options
+    carried = [item for item in asked if is_carried_along(options, item, line.frame.system)]
+    rotary = all(item.code in remedies.ROTARY_CODES for item in asked)
+    tried, left = [], []
+    if len(carried) < len(asked) and any(item.severity == "error" for item in asked):
+        tried.append(f"no other {machine.name_solution()}")
+    if not carried and not rotary and not line.moves.find_in_machine()[line.move]:
+        tried.append(f"no move within {remedies.FARTHEST_MM:g} mm")
+    if carried and remedies.is_straight(line.exact):
+        tried.append("no other end of the line")
+    if rotary and machine.module is not None and any(item.code == "VP102" for item in asked):
+        fit = f"`verne-post fit {make_printable(options.source_name)}`"
+        left.append(
+            f"the part was not moved, which changes the tilt of the platform: {fit}, with the same options, does"
+        )
+    if any(item.code == "VP216" for item in carried) and is_of_cycle(line):
+        left.append(
+            "higher values of its retraction and clearance were tried too"
+            if line.has_heights
+            else "retraction and clearance of its cycle were not tried"
+        )
+    return "; ".join([f"{' and '.join(tried) or 'nothing'} was found", *left])
 
 
 def _name_own_solution(line: Line, angles: Array) -> str:

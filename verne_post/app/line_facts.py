@@ -1,5 +1,7 @@
 """What the planned motion comes to line by line: time, feed, what limits it, and how near to a limit of position."""
 
+from collections.abc import Iterator
+from itertools import pairwise
 from typing import Final
 
 import numpy as np
@@ -10,7 +12,7 @@ from verne_post.app.plan import Plan
 from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.base.units import ROTARY_METRIC_MM
 from verne_post.toolpath.margins import list_margin_functions
-from verne_post.trajectory.sample import RowSampler
+from verne_post.trajectory.sample import BLOCK_ROWS, RowSampler
 
 #: What governs where no limit of a joint does.
 OTHERS: Final = ("programmed feed", "no limit near", "standstill")
@@ -20,6 +22,9 @@ AT_FEED: Final = 0.99
 RATES: Final = {"velocity": 1, "acceleration": 2, "jerk": 3}
 #: Below this share of every limit none of them holds the motion back.
 _NEAR_SHARE: Final = 0.1
+#: Of one motion, so many blocks of rows between its first and its last are gone through: at a mistyped feed rate it
+#: lasts hours, over which the motion is even.
+_BLOCKS: Final = 16
 
 
 class RowShares(Struct, frozen=True, eq=False):
@@ -88,11 +93,18 @@ def measure_lines(plan: Plan) -> LineFacts:
     recent: Array | None = None  # (3, n_joints): positions before the next row, units of the file
     margin, nearest = np.full(len(lines), np.inf), np.zeros(len(lines), dtype=np.int64)
     last: tuple[Array, Array, Array, Array] | None = None  # tip, joints, tool length and angles of the row before
-    for rows in map(sampler.make_rows, sampler.list_blocks()):
+    following = 0
+    for first_row, n_blocks in _choose_blocks(plan):
+        if first_row != following:  # what comes before these rows
+            rows = sampler.make_rows(first_row - BLOCK_ROWS)
+            poses = joints.find_joint_poses(rows.shown[-3:], rows.shown_w[-3:])
+            length = path.tool_length[program.contour.segment[rows.shown[-1:]]]
+            recent, last = poses.q * limits.factor, (poses.tip[-1:], poses.q[-1:], length, poses.angles[-1:])
+        rows, following = sampler.make_rows(first_row), first_row + BLOCK_ROWS
         of = np.searchsorted(lines, rows.line)
         poses = joints.find_joint_poses(rows.shown, rows.shown_w)
         steps = of if rows.first else of[1:]  # the first row is the start, not a step
-        count += np.bincount(steps, minlength=len(lines))
+        count += n_blocks * np.bincount(steps, minlength=len(lines))
         length = path.tool_length[program.contour.segment[rows.shown]]
         here = poses.tip, poses.q, length, poses.angles
         tip, q, of_tool, angles = (
@@ -112,7 +124,7 @@ def measure_lines(plan: Plan) -> LineFacts:
         recent = recent[-3:]
         row = limits.measure(program.contour.segment[rows.shown], moved, turning, rates)
         slow = np.flatnonzero(row.feeding & (row.nearest < lost.shape[1]))
-        np.add.at(lost, (of[slow], row.nearest[slow]), np.maximum(1.0 - row.share[slow], 0.0))
+        np.add.at(lost, (of[slow], row.nearest[slow]), n_blocks * np.maximum(1.0 - row.share[slow], 0.0))
         last = poses.tip[-1:], poses.q[-1:], length[-1:], poses.angles[-1:]
         table = margins(poses.tip, poses.angles, length)
         least = table.min(axis=1)
@@ -125,6 +137,26 @@ def measure_lines(plan: Plan) -> LineFacts:
     kept = count > 0
     held_by = tuple(limits.names[int(row.argmax())] if row.any() else "" for row in lost[kept])
     return LineFacts(lines[kept], cycle * count[kept], speed[kept], margin[kept], nearest[kept], names, held_by)
+
+
+def _choose_blocks(plan: Plan) -> Iterator[tuple[int, int]]:
+    """First rows of the blocks that facts are made of, and how many blocks each stands for.
+
+    Within one element from stop to stop they are few and evenly spread.
+    """
+    begins = plan.timeline.first_row
+    first = np.arange(0, plan.timeline.n_rows, BLOCK_ROWS)
+    item = np.searchsorted(begins, first, side="right") - 1
+    section = plan.timeline.section[np.minimum(item, len(begins) - 2)]
+    even = (np.diff(plan.program.contour.section_begins)[section] == 1) & (section >= 0)
+    even &= plan.profiles.continuous_first[section] < 0
+    # the block before is in the same motion, too
+    inner = even & (first - BLOCK_ROWS > begins[item]) & (first + BLOCK_ROWS < np.append(begins, 0)[item + 1])
+    runs = np.flatnonzero(np.diff(np.where(inner, section, -1), prepend=-2))
+    for begin, end in zip(runs.tolist(), [*runs[1:].tolist(), len(first)], strict=True):
+        parts = _BLOCKS if inner[begin] else end - begin
+        edges = np.unique(np.linspace(begin, end, parts + 1).astype(int)).tolist()
+        yield from ((int(first[low]), high - low) for low, high in pairwise(edges))
 
 
 def describe_feed(plan: Plan, line: int, held_by: str = "") -> str:

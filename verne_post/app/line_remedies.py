@@ -44,6 +44,7 @@ class Line(Struct, frozen=True, eq=False):
     exact: JointPath  #: The line as programmed, without blended corners: what the words are about.
     n_recorded: int = 0  #: Moves of the program up to the end of the first pass of the line, which ``state`` is of.
     planned: str = ""  #: Its time, and the feed rate that is reached.
+    has_heights: bool = False  #: Its cycle has numbers for its heights, which were tried.
     in_inches: bool = False  #: So its words are written, where ``state`` does not say it.
 
     @property
@@ -93,6 +94,12 @@ class Line(Struct, frozen=True, eq=False):
     def frame(self) -> Frame:
         """What lies between program and machine coordinates at its end."""
         return self.moves.frames[self.moves.frame[self.move]] if self.move >= 0 else self.moves.start_frame
+
+
+def is_of_cycle(line: Line) -> bool:
+    """Whether a line drills or mills by a cycle: it has rapids and cuts."""
+    kinds = set(line.moves.kind[line.moves.line == line.number].tolist()) - {int(MoveKind.DWELL)}
+    return int(MoveKind.RAPID) in kinds and len(kinds) > 1
 
 
 def propose(line: Line, findings: Sequence[Finding]) -> Iterator[str]:

@@ -12,6 +12,7 @@ from msgspec.structs import replace
 
 from verne_post.app.assemble import Program, assemble, build_interpreter_setup
 from verne_post.app.constraints import check_program, guard_joints
+from verne_post.app.contact_remedies import propose_heights
 from verne_post.app.explain_numbers import format_list, format_number
 from verne_post.app.line_remedies import CONTACTS, Line, is_carried_along, propose_depth, propose_ends, propose_turns
 from verne_post.base.arrays import Array
@@ -54,10 +55,8 @@ _OPTIONS: Final[dict[str, tuple[str, dict[str, Any]]]] = {
     "VP301": ("--allow-rewind", {"allow_rewind": True}),
     "VP217": ("--correct-axis", {"correct_axis": True}),
 }
-#: What is said where no move of the part was found.
-_NO_OFFSET: Final = Remedy(
-    "no work offset near this one brings the program within limits; `verne-post fit` seeks one over the whole table"
-)
+#: So many of the places that were tried in vain are named.
+_NAMED_PLACES: Final = 4
 
 
 def add_remedies(source: Text, program: Program, findings: Sequence[Finding]) -> list[Finding]:
@@ -79,7 +78,9 @@ def add_remedies(source: Text, program: Program, findings: Sequence[Finding]) ->
     is_short = len(program.contour) <= TRIED_ELEMENTS
     movable = [item for item in errors if not _find_line_in_machine(program, item)]
     can_help = is_short and not all(_is_carried_along(program, joints, item) for item in movable)
-    found = _find_offset(source, program, movable) if can_help else None
+    places: list[WorkOffset] = []
+    found = _find_offset(source, program, movable, places) if can_help else None
+    nothing = _say_no_offset(places)
     offset, distance = found or (None, np.inf)
     word = None
     if is_short:
@@ -96,7 +97,7 @@ def add_remedies(source: Text, program: Program, findings: Sequence[Finding]) ->
     made: list[Finding] = []
     for item in findings:
         if item in remedied:
-            tried = tuple(_try_remedies(source, program, joints, item, offset))
+            tried = tuple(_try_remedies(source, program, joints, item, offset or nothing))
             fixed_line = _find_line_in_machine(program, item)
             if fixed_line and item.code not in (*ROTARY_CODES, *_OPTIONS):
                 code = _find_machine_code(source, program, fixed_line)
@@ -107,9 +108,9 @@ def add_remedies(source: Text, program: Program, findings: Sequence[Finding]) ->
                 cure = Remedy(f"{why}; change its values")
                 if word is not None and word.line == fixed_line:
                     cure = dataclasses.replace(word, text=f"{why}; {word.text}")
-                tried = (cure, *(one for one in tried if one not in (offset, _NO_OFFSET)))
+                tried = (cure, *(one for one in tried if one not in (offset, nothing)))
             elif word is not None:
-                tried = (word, *(one for one in tried if one != _NO_OFFSET))
+                tried = (word, *(one for one in tried if one != nothing))
             edits = tuple(one for one in tried if one.value)
             item = dataclasses.replace(item, remedies=tuple(one.text for one in tried), edits=edits)
         made.append(item)
@@ -177,9 +178,8 @@ def _find_mistaken_unit(source: Text, program: Program, errors: Sequence[Finding
     return make_finding("VP505", message, severity="error", **where)
 
 
-def _try_remedies(
-    source: Text, program: Program, joints: Any, item: Finding, offset: Remedy | None
-) -> Iterator[Remedy]:
+def _try_remedies(source: Text, program: Program, joints: Any, item: Finding, offset: Remedy) -> Iterator[Remedy]:
+    """What helps against a finding; ``offset`` has a value, or says that no move of the part was found."""
     departs = not program.options.allow_rewind and any(one.quantity == DEPARTURE for one in program.findings)
     for code in dict.fromkeys((item.code, *(("VP301",) if departs else ()))):
         flag, change = _OPTIONS.get(code, ("", {}))
@@ -191,7 +191,7 @@ def _try_remedies(
             yield Remedy(f"{flag} {what}", "true", key=tuple(change))
     if item.code in _OPTIONS:
         return
-    if offset is not None and item.code not in ROTARY_CODES and not _find_line_in_machine(program, item):
+    if offset.value and item.code not in ROTARY_CODES and not _find_line_in_machine(program, item):
         yield offset
     elif find_family(item.code) != Family.BRANCH:
         line = _find_line(program, joints, item.line)
@@ -201,7 +201,7 @@ def _try_remedies(
         moves = line is not None or item.code not in CONTACTS  # not where it starts: an offset does not say how it came
         tried = moves and item.code not in ROTARY_CODES and len(program.contour) <= TRIED_ELEMENTS
         if tried and not _find_line_in_machine(program, item) and not _is_carried_along(program, joints, item):
-            yield _NO_OFFSET
+            yield offset
 
 
 def _is_carried_along(program: Program, joints: Any, item: Finding) -> bool:
@@ -211,7 +211,7 @@ def _is_carried_along(program: Program, joints: Any, item: Finding) -> bool:
 
 
 def list_ends(source: Text, program: Program, item: Finding) -> list[Remedy]:
-    """Other numbers for X, Y or Z of the first line of an error, each an edit.
+    """Other numbers for X, Y or Z of the first line of an error, or for a height of its cycle, each an edit.
 
     They take ten times as long as the check: an editor asks for them, and in words `explain` of the line has them.
     """
@@ -219,7 +219,9 @@ def list_ends(source: Text, program: Program, item: Finding) -> list[Remedy]:
     if item.severity != "error" or not is_about_pose(item.code) or others:
         return []
     line = _find_line(program, guard_joints(program), item.line, source)
-    return [] if line is None else list(propose_ends(line, warnings=False))
+    if line is None:
+        return []
+    return [*propose_heights(source, program, line, item), *propose_ends(line, warnings=False)]
 
 
 def _find_line(program: Program, joints: Any, number: int | None, source: Text = b"") -> Line | None:
@@ -416,9 +418,24 @@ def _find_slip_of_setup(source: Text, program: Program, errors: Sequence[Finding
 # --- a work offset for the whole program -----------------------------------------------------------------
 
 
-def _find_offset(source: Text, program: Program, errors: Sequence[Finding]) -> tuple[Remedy, float] | None:
-    """A work offset, as an option, with which the whole program was checked, and how far it moves the part, mm."""
-    found = next(find_legal_offsets(source, program, errors), None)
+def _say_no_offset(tried: Sequence[WorkOffset]) -> Remedy:
+    """That no move of the part was found, and which were tried."""
+    named = "; ".join(format_list(one.origin_mm) for one in list(dict.fromkeys(tried))[:_NAMED_PLACES])
+    with_them = f" (tried: {named})" if named else ""
+    return Remedy(
+        f"no work offset near this one was found that brings the program within limits{with_them}; `verne-post fit` "
+        "seeks one over the whole table"
+    )
+
+
+def _find_offset(
+    source: Text, program: Program, errors: Sequence[Finding], tried: list[WorkOffset]
+) -> tuple[Remedy, float] | None:
+    """A work offset, as an option, with which the whole program was checked, and how far it moves the part, mm.
+
+    Those that did not help are added to ``tried``.
+    """
+    found = next(find_legal_offsets(source, program, errors, tried=tried), None)
     if found is None:
         return None
     system, offset, left = found
@@ -433,12 +450,13 @@ def _find_offset(source: Text, program: Program, errors: Sequence[Finding]) -> t
 
 
 def find_legal_offsets(
-    source: Text, program: Program, errors: Sequence[Finding], free: str = "xyz"
+    source: Text, program: Program, errors: Sequence[Finding], free: str = "xyz", tried: list[WorkOffset] | None = None
 ) -> Iterator[tuple[int, WorkOffset, tuple[str, ...]]]:
     """Work offsets with no errors left but tilt and rotary travel: the system, the offset, the codes that are left.
 
-    The part is moved along its z first, then along all of the axes in ``free``.
+    The part is moved along its z first, then along all of the axes in ``free``. ``tried`` grows by every place.
     """
+    tried = [] if tried is None else tried
     concerned = _select_movable_errors(program, _list_errors(errors))
     first = _find_line(program, guard_joints(program), concerned[0].line) if concerned else None
     if first is None or len(program.contour) > TRIED_ELEMENTS:
@@ -451,14 +469,21 @@ def find_legal_offsets(
     axes = ["xyz".index(letter) for letter in free if letter in "xyz"]
     for moved in dict.fromkeys((tuple({2}.intersection(axes)), tuple(axes))):  # a part is raised more easily than moved
         basis = program.machine.coordinates.part_frame.T[list(moved)]
-        found = _find_legal_origin(source, program, origin, system, turn, concerned, basis) if moved else None
+        found = _find_legal_origin(source, program, origin, system, turn, concerned, basis, tried) if moved else None
         if found is not None:
             (x, y, z), left = found
             yield system, WorkOffset((float(x), float(y), float(z)), turn), left
 
 
 def _find_legal_origin(
-    source: Text, program: Program, origin: Array, system: int, turn: float, errors: Sequence[Finding], basis: Array
+    source: Text,
+    program: Program,
+    origin: Array,
+    system: int,
+    turn: float,
+    errors: Sequence[Finding],
+    basis: Array,
+    tried: list[WorkOffset],
 ) -> tuple[Array, tuple[str, ...]] | None:
     """An origin (3,) with no errors left but tilt and rotary travel, and their codes; None if none is found."""
     there, place, concerned = program, origin, list(errors)
@@ -468,10 +493,15 @@ def _find_legal_origin(
         shift = None if line is None else find_smallest_shift(line.joints, basis)
         if shift is None:
             return None
-        moved = place + np.array(shift.vector) @ program.machine.coordinates.part_frame - origin
+        step = np.array(shift.vector) @ program.machine.coordinates.part_frame
+        if not step.any():  # the line alone is within limits: a corner beside it, which is rounded, is not
+            step = ROUND_MM * np.sign(place - origin)
+            step = step if step.any() else ROUND_MM * np.array([0.0, 0.0, float(worst.code == "VP210")])
+        moved = place + step - origin
         place = origin + np.sign(moved) * np.ceil(np.round(np.abs(moved) / ROUND_MM, 6)) * ROUND_MM
         x, y, z = (round(float(value), 6) for value in place)
-        wcs = {**program.options.wcs, system: WorkOffset((x, y, z), turn)}
+        tried.append(WorkOffset((x, y, z), turn))
+        wcs = {**program.options.wcs, system: tried[-1]}
         try:
             there = assemble(source, program.machine, program.options.changed(wcs=wcs), program.team)
             found = [item for item in check_program(there)[1] if item.severity == "error"]

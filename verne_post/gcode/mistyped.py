@@ -45,7 +45,7 @@ _BEFORE_VALUE: Final = re.compile(
 )
 #: Numbers with characters that look like a digit, or like the point: as soon as one fits, it says what is meant.
 _ALIKE: Final = (_LETTER_O, _COMMA, _LETTERS, _LETTER_L, _Q_AND_L, _VALUE)
-_MEANT_CHARACTERS: Final = str.maketrans({"O": "0", "o": "0", "l": "1", ",": "."})
+MEANT_CHARACTERS: Final = str.maketrans({"O": "0", "o": "0", "l": "1", ",": "."})
 #: G83O for G83: G codes of three digits are those of Siemens.
 _LETTER_TOO_MANY: Final = re.compile(r"G[1-9]\d(?:\.\d)?O", re.IGNORECASE)
 #: M8O where M80 has no meaning: those of one digit have one in every language.
@@ -257,7 +257,7 @@ def _find_number(line: str, column: int, *, has_long_codes: bool) -> tuple[str, 
                 word = "".join(match[0].split())
                 if pattern is _LETTER_O and not has_long_codes and _LETTER_TOO_MANY.fullmatch(word):
                     return _report(match, "the letter O behind the code", word[:-1])
-                number = "".join(match[1].split()) + match[2].translate(_MEANT_CHARACTERS)
+                number = "".join(match[1].split()) + match[2].translate(MEANT_CHARACTERS)
                 return _report(match, f"{_name_character(match[2])} in a number", number)
     for pattern, what in _TOO_MANY:
         for match in pattern.finditer(line, max(at - _LONGEST, 0), at + _LONGEST):

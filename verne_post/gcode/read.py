@@ -10,7 +10,6 @@ from msgspec import structs
 
 from verne_post.base.long_text import Text, take_line
 from verne_post.base.program_lines import find_word_of
-from verne_post.base.suggestions import find_correction
 from verne_post.gcode.dialect import Dialect
 from verne_post.gcode.dialects import DIALECTS, choose_dialect, name_dialect
 from verne_post.gcode.execution import MAX_ERRORS, Execution, LineTrace, StopConditions
@@ -130,14 +129,11 @@ def _add_hidden_errors(source: Text, setup: Setup, execution: Execution) -> list
     if not execution.is_lost:
         return execution.errors
     found_errors = {(item.line, item.code, item.column): item for item in execution.errors}
-    of_jumps = " ".join(item.message for item in execution.errors if item.code == "VP023")
-    spelt_lines = [edit.line for item in execution.errors for edit in item.edits if edit.misspelt]
+    misspelt_ends = {edit.line for item in execution.errors if item.code == "VP023" for edit in item.edits}
     for item in _execute_past_errors(source, setup, StopConditions(past_errors=True))[2].errors:
         key = item.line, item.code, item.column  # one of several lines counts the later ones too
-        correction = find_correction(item.message)
-        is_told = correction is not None and correction[0] in of_jumps  # the misspelt end of a loop
-        is_told |= item.line in spelt_lines
-        if key in found_errors or (not is_told and (item.code in _OF_A_LINE or item.settled_by)):
+        is_of_its_own = item.line not in misspelt_ends and (item.code in _OF_A_LINE or item.settled_by)
+        if key in found_errors or is_of_its_own:
             found_errors[key] = item
     return list(found_errors.values())[:MAX_ERRORS]
 

@@ -117,9 +117,24 @@ _QUOTED: Final = 100
 def format_causes(
     program: str, findings: Sequence[Finding], source: "Text", setup_file: str = ""
 ) -> Iterator[list[str]]:
-    """Lines of text for each cause: the worst finding with its line, what goes with it, and what helps."""
-    for cause in find_causes(findings):
-        yield [format_finding(program, cause.first), *_quote_line(cause, source, program, setup_file)]
+    """Lines of text for each cause: the worst finding with its line, what goes with it, and what helps.
+
+    Where `explain` helps with several lines, the last of them says so for all.
+    """
+    shown = [
+        (cause.first, [format_finding(program, cause.first), *_quote_line(cause, source, program, setup_file)])
+        for cause in find_causes(findings)
+    ]
+    hints = [(find_explain_hint(item, program), item.line, lines) for item, lines in shown]
+    asked = [(hint, line, lines) for hint, line, lines in hints if hint and lines[-1].endswith(hint)]
+    if len(asked) > 1:
+        first, number, _lines = asked[0]
+        others = [str(line) for line in dict.fromkeys(line for _hint, line, _lines in asked) if line != number]
+        more = f"; likewise line{'s' * (len(others) > 1)} {', '.join(others)}" if others else ""
+        for hint, _line, lines in asked:
+            begin = lines.pop().removesuffix(hint)
+        lines.append(f"{begin}{first.replace('this line', f'line {number}')}{more}")
+    yield from (lines for _item, lines in shown)
 
 
 #: Codes whose warnings are about one line, which is quoted as that of an error.
@@ -168,15 +183,26 @@ def list_remedies(item: Finding, program: str, setup_file: str = "") -> list[str
         return [f"{title}: {remedy}"] if remedy else []
     if item.severity != "error":
         return [item.advice] if item.advice else []
-    command = f"`verne-post explain {make_printable(program)}:{item.line}`"
-    explain = f"{command}, with the same options, explains this line and what would bring it within limits"
-    if item.code == "VP216":  # often a line before it is at fault
-        explain = f"{command}, with the same options, explains this line and tries other ends and a higher Z"
-    # where a plane needs a tilt far beyond the travel, the line cannot be executed, and there is no pose to explain
-    has_pose = item.line and (item.value is not None or item.code not in ("VP102", "VP103"))
     # what no trial is needed for was not tried
     tried = [f"{'' if _NOT_TRIED in text else 'tried: '}{make_printable(text)}" for text in item.remedies]
-    return tried + [explain] * bool(has_pose)
+    return tried + list(filter(None, [find_explain_hint(item, program)]))
+
+
+def find_explain_hint(item: Finding, program: str) -> str:
+    """What `explain` does about the line of an error, which has a pose; else nothing."""
+    if item.severity != "error" or not is_about_pose(item.code) or item.code in OF_THE_PART or not item.line:
+        return ""
+    # where a plane needs a tilt far beyond the travel, the line cannot be executed, and there is no pose to explain
+    if item.value is None and item.code in ("VP102", "VP103"):
+        return ""
+    what = "explains this line and what would bring it within limits"
+    if item.code == "VP216":  # often a line before it is at fault
+        what = "explains this line and tries other ends, other heights of a cycle and a longer stick-out"
+    return f"{_name_explain(item, program)}, with the same options, {what}"
+
+
+def _name_explain(item: Finding, program: str) -> str:
+    return f"`verne-post explain {make_printable(program)}:{item.line}`"
 
 
 #: In a remedy that follows from the kind of the move alone.

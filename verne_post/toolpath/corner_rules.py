@@ -21,6 +21,10 @@ from verne_post.toolpath.curved_corners import find_tangents
 _DISTINCT: Final = 8.0
 #: The axis tolerance of 0.05 degrees is 3.4 degrees of the tilting joint at the fold of a pair at 45 degrees; rad.
 _FOLD_CORNER: Final = np.radians(5.0)
+#: A segment lasts long that takes more than this times the root of its speed in mm/s; s. It is not blended: stops
+#: at its ends take less than a thousandth of that where the jerk may be 1 m/s3. From stop to stop it is planned in one
+#: step, and through its corners by its time, which is hours at a mistyped feed rate.
+_LONG_LASTING: Final = 60.0
 #: Largest third derivative by time (n,) that the joints allow at poses (n, 5) along directions (n, 5), with tool
 #: lengths (n,); mm/s3 along unit vectors. It is not a number where a pose is out of reach.
 JerkLimit = Callable[[Array, Array, Array], Array]
@@ -65,6 +69,8 @@ def find_corner_rules(
     allowed[1:-1] = _may_blend(part, tip_tolerance[1:-1], smoothing.cycle) & (tip_tolerance[1:-1] > 0)
     if smoothing.nutation is not None:
         allowed[1:-1] &= ~_find_folds(part, smoothing.nutation)
+    lasting = part.feed_time**1.5 > _LONG_LASTING * np.sqrt(part.length)
+    allowed[1:-1] &= ~(lasting[1:] | lasting[:-1])
     allowed[dwells[(dwells >= 0) & (dwells <= n)]] = False
     smooth, straight = np.zeros(n + 1, dtype=bool), np.zeros(n + 1, dtype=bool)
     smooth[1:-1] = part.section[1:] == part.section[:-1]

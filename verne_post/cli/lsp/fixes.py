@@ -177,6 +177,9 @@ def _is_settled(fix: Fix, item: Finding, found: Inspected, after: Sequence[Findi
     left = [one for one in after if one.severity == "error" and (one.code, one.line or 0) not in known]
     if fix.spells:
         near = [one for one in left if one.line in (own, at)]
+        # what stands above was executed: there, a jump is wrong because it leads to the wrong place
+        if item.code == "VP023" and any(is_about_text(one.code) and (one.line or 0) < min(own, at) for one in left):
+            return False
         return all(is_as_bad and not fix.is_choice and (one.code, one.line) != (item.code, own) for one in near)
     return not any(is_about_text(one.code) and (one.line or 0) <= own for one in left)
 

@@ -9,7 +9,7 @@ from verne_post.base.long_text import Text
 from verne_post.base.suggestions import find_correction
 from verne_post.gcode.apt.interpreter import AptInterpreter
 from verne_post.gcode.apt.modes import AptModes
-from verne_post.gcode.apt.statements import Points, Statement, read_statements
+from verne_post.gcode.apt.statements import Points, Statement, correct_number, read_statements
 from verne_post.gcode.apt.stretch import execute_points
 from verne_post.gcode.apt.translator import make_blocks
 from verne_post.gcode.execution import Execution, StopConditions, knows_all, may_restart
@@ -24,6 +24,8 @@ from verne_post.model.control_keys import AptKeys, read_keys
 #: Remarks that only Creo writes, and bytes of a text among which they begin.
 _SYSTEM_REMARK: Final = b"$$->"
 _HEAD: Final = 1 << 16
+#: Errors that a mistyped number may be the cause of.
+_OF_NUMBERS: Final = ("VP001", "VP002", "VP005")
 _Item = Statement | Points | ProgramError
 OF_SUBPROGRAMS: Final = ("DEFSUB", "ENDSUB", "CALSUB")
 
@@ -86,8 +88,15 @@ class _Run:
                 assume_feed(state)
             if isinstance(item, Statement) and item.major == "CYCLE":  # the cycle before holds no longer
                 self.modes.cycle = None
+            corrected_number = (
+                correct_number(item) if isinstance(item, Statement) and error.code in _OF_NUMBERS else None
+            )
+            if corrected_number is not None:
+                error, item = corrected_number
             if (not self.execution.report(error, line) and not stop.past_errors) or stop.first_error:
                 return True
+            if corrected_number is not None:
+                return self.execute(item, is_called=is_called)
             correction = find_correction(error.message)
             if correction is not None and isinstance(item, Statement):
                 if item.major == correction[0]:

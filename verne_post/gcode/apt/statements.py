@@ -9,17 +9,21 @@ from typing import Final
 
 import numpy as np
 from msgspec import Struct
+from msgspec.structs import replace
 
 from verne_post.base.arrays import Array, Ints
 from verne_post.base.long_text import Text
 from verne_post.gcode.apt.words import MAY_HAVE_GAPS
 from verne_post.gcode.expressions import MAX_NUMBER
+from verne_post.gcode.mistyped import MEANT_CHARACTERS
 from verne_post.gcode.plain import MIN_LINES
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.text import decode_line
 from verne_post.gcode.words import mark_blanks_in_numbers, read_whole_lines, split_words
 
 _NUMBER: Final = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[EeDd][+-]?[0-9]+)?$")
+#: ... with letters that look like digits.
+_MISTYPED_NUMBER: Final = re.compile(r"[-+]?(?=\D*\d)(?=[\d.]*[Ool])[\dOol]*\.?[\dOol]*$")
 _NUMBER_OF_POINT: Final = rb"[ \t]*+[+-]?(?:[0-9]++\.?[0-9]*+|\.[0-9]++)(?:[Ee][+-]?[0-9]++)?[ \t]*+"
 #: One line with GOTO, and three or six numbers.
 _POINT: Final = re.compile(rb"[ \t]*+GOTO[ \t]*+/%b(?:,%b){2}(?:(?:,%b){3})?\r?\n" % ((_NUMBER_OF_POINT,) * 3))
@@ -111,6 +115,18 @@ def read_numbers(statement: Statement, words: Sequence[str]) -> list[float]:
             raise ProgramError("VP007", f"{statement.major}: {word[:20]} is beyond any machine", column)
         values.append(value)
     return values
+
+
+def correct_number(statement: Statement) -> tuple[ProgramError, Statement] | None:
+    """The error of the first word that is a number but for letters like digits, and the statement with that number."""
+    for at, word in enumerate(statement.words):
+        if _MISTYPED_NUMBER.match(word):
+            column = statement.columns[at + 1] if statement.columns else None
+            words = (*statement.words[:at], word.translate(MEANT_CHARACTERS), *statement.words[at + 1 :])
+            return ProgramError("VP001", f"{statement.major}: {word!r} is not a number", column), replace(
+                statement, words=words
+            )
+    return None
 
 
 def read_word(statement: Statement, expected_words: Sequence[str]) -> str:

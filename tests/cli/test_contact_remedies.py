@@ -1,0 +1,120 @@
+"""What keeps a tool out of the stock besides another end of its line; each number is applied and checked again."""
+
+import re
+import threading
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from verne_post.cli.lsp.command import command
+from verne_post.cli.lsp.fixes import find_fixes
+from verne_post.cli.lsp.inspector import Inspector
+
+SETUP = """split_at_stops = true
+[tools]
+4 = { length = 430, diameter = 8.5 }
+[wcs]
+G54 = [0, 0, 60]
+[stock]
+min = [-38, -8, -16]
+max = [38, 24, 0]
+system = "G54"
+"""
+PROGRAMS = {
+    "drill.nc": "G21 G90 G94 G17\nT4 M6\nS2000 M3\nG54\nG0 X-30. Y0.\nG43 Z30. H4\n"
+    "G99 G81 X-30. Y0. Z-15. R-3. F200.\nX0.\nX30.\nG80\nG0 Z50.\nM30\n",
+    "drill.mpf": "G17 G90 G94 G710\nG54\nT4 D1\nM6\nS2000 M3\nF180\nG0 X-30 Y0\nZ30\n"
+    "MCALL CYCLE83(30,-5,2,-15,,-10,,2,0.5,0.5,1,0)\nX-30 Y0\nX30\nMCALL\nG0 Z50\nM30\n",
+    "drill.h": "BEGIN PGM D MM\nTOOL CALL 4 Z S2000\nL X-30 Y+0 R0 FMAX M3\nL Z+30 R0 FMAX\nCYCL DEF 200 DRILLING ~\n"
+    "Q200=+2 ;SET-UP CLEARANCE ~\nQ201=-15 ;DEPTH ~\nQ206=+150 ;FEED ~\nQ202=+5 ;PLUNGING ~\nQ210=+0 ;DWELL ~\n"
+    "Q203=-5 ;SURFACE ~\nQ204=+50 ;2ND ~\nQ211=+0 ;DWELL\nCYCL CALL\nL X+30 R0 FMAX M99\n"
+    "L Z+50 FMAX\nM30\nEND PGM D MM\n",
+}
+
+
+@pytest.fixture
+def write(tmp_path: Path) -> Callable[[str, str], Path]:
+    def write(name: str, text: str) -> Path:
+        (tmp_path / f"{name}.toml").write_text(SETUP, encoding="utf-8")
+        path = tmp_path / name
+        path.write_text(text, encoding="utf-8")
+        return path
+
+    return write
+
+
+@pytest.mark.parametrize(
+    ("name", "line", "said", "before", "after"),
+    [
+        ("drill.nc", 7, "R 0.1 instead of -3,", "R-3.", "R0.1"),
+        ("drill.nc", 8, "R 0.1 instead of -3 in line 7,", "R-3.", "R0.1"),
+        ("drill.mpf", 10, "safety clearance SDIS 5.1 instead of 2 in line 9,", "30,-5,2", "30,-5,5.1"),
+        ("drill.h", 14, "set-up clearance Q200 5.1 instead of 2 in line 6,", "Q200=+2", "Q200=5.1"),
+    ],
+)
+def test_a_clearance_in_the_stock_is_given_a_higher_value(
+    name: str, line: int, said: str, before: str, after: str, write: Any, run: Callable[..., Any]
+) -> None:
+    path = write(name, PROGRAMS[name])
+    refused = run("check", path)
+    assert refused.code == 1
+    assert "VP216 error: the cutter runs into the stock" in refused.out
+    told = run("explain", f"{path}:{line}").out
+    assert f"\n  {said} one step of 0.1 above the lowest found\n" in told
+    assert "was found" not in told
+    path.write_text(PROGRAMS[name].replace(before, after), encoding="utf-8")
+    assert run("check", path).code == 0
+    lower = re.sub(r"[\d.]+$", lambda one: f"{float(one[0]) - 0.2:.1f}", after)
+    path.write_text(PROGRAMS[name].replace(before, lower), encoding="utf-8")
+    assert run("check", path).code == 1
+
+
+def test_a_clearance_that_is_computed_is_said_not_to_be_tried(write: Any, run: Callable[..., Any]) -> None:
+    """A move of the part does not help against the stock that it carries along, and was not tried."""
+    text = PROGRAMS["drill.nc"].replace("R-3.", "R[0-3]")
+    told = run("explain", f"{write('drill.nc', text)}:7").out
+    assert "within limits: nothing was found; retraction and clearance of its cycle were not tried\n" in told
+    assert "no move within" not in told
+
+
+def test_a_tool_sticks_out_of_its_holder_farther(write: Any, run: Callable[..., Any], tmp_path: Path) -> None:
+    shapes = (
+        "[tool.4]\ncutter = {{ diameter = 8.5, length = 4.0 }}\n"
+        "shank = {{ diameter = 8.0, length = {} }}\nholder = {{ diameter = 25.0 }}\n"
+    )
+    text = "G21 G90 G94\nG17\nT4 M6\nM3 S9\nG0 X-20. Y0.\nG43 Z20. H4\nG1 Z-6. F200\nX20.\n"
+    text += "G0 Z20.\nX0. Y20.\nG1 Z-6.\nG0 Z20.\nM30\n"
+    path = write("slot.nc", text)
+
+    def check(more: float) -> Any:
+        (tmp_path / "shapes.toml").write_text(shapes.format(0.5 + more), encoding="utf-8")
+        (tmp_path / "slot.nc.toml").write_text(SETUP.replace("430", f"{200 + more}"), encoding="utf-8")
+        return run("check", path, "--tool-shapes", tmp_path / "shapes.toml").out
+
+    refused = check(0.0)
+    assert refused.count("the holder runs into the stock") == 2
+    assert refused.count("`verne-post explain") == 1, "once for all lines"
+    assert "explains line 7 and tries other ends" in refused
+    assert re.search(r"longer stick-out; likewise lines? .*\b11\n", refused)
+    told = run("explain", f"{path}:7", "--tool-shapes", tmp_path / "shapes.toml").out
+    found = re.search(r"stick-out of tool 4 ([\d.]+) mm more, its length ([\d.]+) instead of 200 mm: no holder", told)
+    assert found is not None, told
+    assert float(found[1]) == pytest.approx(1.7, abs=0.11)
+    assert float(found[2]) == pytest.approx(200 + float(found[1]))
+    assert "the holder" not in check(float(found[1]))
+    assert "the holder" in check(float(found[1]) - 0.3)
+
+
+@pytest.mark.parametrize(("name", "old", "new"), [("drill.nc", "R-3.", "R0.1"), ("drill.mpf", "30,-5,2", "30,-5,5.1")])
+def test_an_editor_writes_a_clearance_of_a_cycle(name: str, old: str, new: str, write: Any) -> None:
+    path = write(name, PROGRAMS[name])
+    given = dict(command.make_context("lsp", []).params)
+    del given["extension"]
+    inspector, texts = Inspector(given), {path: PROGRAMS[name]}
+    found = inspector.check(path, texts, threading.Event())
+    item = next(one for one in found.findings if one.code == "VP216")
+    fixes = find_fixes(inspector, found, item, texts, threading.Event())
+    made = [f"{fix.text[: fix.begin]}{fix.new}{fix.text[fix.end :]}" for fix in fixes if fix.text is not None]
+    assert PROGRAMS[name].replace(old, new) in made, [fix.title for fix in fixes]
