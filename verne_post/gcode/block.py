@@ -215,8 +215,8 @@ def read_exactly(text: str, line: int, values: Values | None = None) -> Block:
         elif character == "#" and values is not None:
             block.settings.append(read_setting(reader))
         else:
-            if character in "+-*/" and (wanted := _ask_for_brackets(text, reader.find_column(at))) is not None:
-                raise wanted
+            if character in "+-*/" and (error := _find_missing_brackets(text, reader.find_column(at))) is not None:
+                raise error
             raise reader.error("VP001", _describe_strange(character, first), at)
         first = has_number = False
     return block
@@ -291,7 +291,7 @@ def _label_of_number(value: float, reader: ValueReader, at: int) -> str:
     return str(round(value))
 
 
-def _ask_for_brackets(text: str, column: int) -> ProgramError | None:
+def _find_missing_brackets(text: str, column: int) -> ProgramError | None:
     """The error of an expression without brackets, which has an operator at a column; None where there is none."""
     found = next((one for one in _EXPRESSION.finditer(text) if one.start() < column - 1 < one.end()), None)
     if found is None:

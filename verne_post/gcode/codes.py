@@ -69,14 +69,14 @@ def describe_remap(code: str) -> str:
     return f'[remap] of the set-up, or of verne-post.toml, can give it a meaning: {key} = "ignore", or "event"'
 
 
-def make_unknown_function(code: int, column: int | None, known: Iterable[int] = ()) -> ProgramError:
+def make_unknown_function(code: int, column: int | None, codes: Iterable[int] = ()) -> ProgramError:
     """Refuse (VP002) an M code without a meaning; all of a program are one finding, which one set-up settles.
 
-    One of three digits, of which two have changed places, may be one of the ``known``, or the builder's own.
+    One of three digits, of which two have changed places, may be one of the ``codes``, or the builder's own.
     """
     name = f"M{code}"
-    swapped = [one for one in known if min(one, code) >= _THREE_DIGITS and find_meant_number(str(code), [str(one)])]
-    right = f"M{swapped[0]}" if len(swapped) == 1 and len(str(code)) == len(str(swapped[0])) else ""
+    meant_codes = [one for one in codes if min(one, code) >= _THREE_DIGITS and find_meant_number(str(code), [str(one)])]
+    right = f"M{meant_codes[0]}" if len(meant_codes) == 1 and len(str(code)) == len(str(meant_codes[0])) else ""
     text = f"{name}: no meaning in this language; {f'did you mean {right}? Else ' * bool(right)}{REMAP_GIVES}"
     edits = (Remedy(f"write {right}", right, misspelt=name, is_choice=True),) if right else ()
     about = None if right else name

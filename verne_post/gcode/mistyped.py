@@ -68,8 +68,8 @@ _OF_PASTES: Final = {
     **dict.fromkeys("\u2010\u2011\u2012\u2013\u2014\u2015\u2212", ("-", "a minus (-)")),
     **dict.fromkeys("\u201c\u201d\u201e\u201f\u00ab\u00bb\u2033", ('"', 'a straight quote (")')),
 }
-_MEANT_OF_PASTES: Final = str.maketrans({one: meant for one, (meant, _name) in _OF_PASTES.items()})
-_PASTED: Final = re.compile(f"[{''.join(_OF_PASTES)}]")
+_MEANT_OF_PASTES: Final = str.maketrans({one: character for one, (character, _name) in _OF_PASTES.items()})
+_PASTED_CHARACTER: Final = re.compile(f"[{''.join(_OF_PASTES)}]")
 #: Errors of text that cannot be read.
 _UNREADABLE: Final = ("VP001", "VP002")
 
@@ -169,13 +169,13 @@ def _find_pasted(text: str, error: ProgramError | Finding) -> tuple[str, int] | 
     if error.code not in _UNREADABLE or error.column is None or text.isascii():
         return None
     begin = max(error.column - 2, 0)
-    pasted = _PASTED.search(text, begin)
-    if pasted is None or re.search(r"[ \t]\S", text[begin + 1 : pasted.start() + 1]):
+    paste = _PASTED_CHARACTER.search(text, begin)
+    if paste is None or re.search(r"[ \t]\S", text[begin + 1 : paste.start() + 1]):
         return None
-    name = unicodedata.name(pasted[0]).lower()
+    name = unicodedata.name(paste[0]).lower()
     article = "an" if name[0] in "aeiou" else "a"
-    message = f"{article} {name} (U+{ord(pasted[0]):04X}), as mail and PDF have it; write {_OF_PASTES[pasted[0]][1]}"
-    return message, pasted.start()
+    message = f"{article} {name} (U+{ord(paste[0]):04X}), as mail and PDF have it; write {_OF_PASTES[paste[0]][1]}"
+    return message, paste.start()
 
 
 def _say_what_is_meant(source: Text, item: Finding, has_long_codes: bool) -> Finding:
@@ -183,10 +183,10 @@ def _say_what_is_meant(source: Text, item: Finding, has_long_codes: bool) -> Fin
         return item
     raw = take_line(source, item.line)
     text = "" if raw is None else raw.decode("utf-8", errors="replace")
-    if (pasted := _find_pasted(text, item)) is not None:
-        message, begin = pasted
+    if (paste := _find_pasted(text, item)) is not None:
+        message, begin = paste
         code = remove_remarks(text[begin:])
-        wrong = code[: max((one.end() for one in _PASTED.finditer(code)), default=0)]
+        wrong = code[: max((one.end() for one in _PASTED_CHARACTER.finditer(code)), default=0)]
         title = f"write {_OF_PASTES[text[begin]][1]} in place of {message.partition(',')[0]}"
         edit = Remedy(title, translate_pasted(wrong), line=item.line, misspelt=wrong)
         return replace(item, code="VP001", message=message, column=begin + 1, edits=(edit,) if wrong else ())
@@ -233,8 +233,8 @@ def correct_number(text: str, error: ProgramError, *, has_long_codes: bool = Fal
 
     ``has_long_codes`` for a language with G codes of three digits.
     """
-    if (pasted := _find_pasted(text, error)) is not None:
-        error.code, error.message, error.column, error.edits = "VP001", pasted[0], pasted[1] + 1, ()
+    if (paste := _find_pasted(text, error)) is not None:
+        error.code, error.message, error.column, error.edits = "VP001", paste[0], paste[1] + 1, ()
         return translate_pasted(text)
     if error.column is None or not (error.code in _UNREADABLE or _is_value(text, error.column, error.code)):
         return None

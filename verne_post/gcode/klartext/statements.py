@@ -347,11 +347,11 @@ def read_statement(parts: list[str], line: int) -> Statement:
     return Statement(line, name, rest.rstrip(" "), at, is_deleted, tuple(further_lines))
 
 
-def _refuse_joined(written: str, column: int, line: int) -> ProgramError:
+def _refuse_joined(text: str, column: int, line: int) -> ProgramError:
     """The error of LBL1 in place of LBL 1: the same where it is executed, and where its label is called."""
-    right = f"LBL {written[3:]}"
-    edits = (Remedy(f"write {right}", right, line=line, misspelt=written),)
-    return ProgramError("VP001", f"{written}: a blank is missing; write {right}", column, line=line, edits=edits)
+    right = f"LBL {text[3:]}"
+    edits = (Remedy(f"write {right}", right, line=line, misspelt=text),)
+    return ProgramError("VP001", f"{text}: a blank is missing; write {right}", column, line=line, edits=edits)
 
 
 def _refuse_unknown_statement(message: str, first: str, text: str, begin: int) -> ProgramError:
