@@ -2,6 +2,7 @@
 
 import itertools
 import json
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -82,9 +83,36 @@ def test_parts_meet_and_rest(job: Path, run: Callable[..., Any], more: tuple[str
     # findings, which are about the parts that are not here, would look like faults of this one
     assert (alone.code, alone.out) == (3, "")
     assert alone.err == (
-        "two.1.csv is one part of a split file and is not verified alone. Verify all parts together: verne-post verify "
-        "two.index.json --against two.nc\n"
+        "two.1.csv is one part of a split file. Alone, it is not checked for completeness. Verify all parts together, "
+        "with the same options: verne-post verify two.index.json --against two.nc\n"
     )
+    later = run("verify", "two.2.csv", "--against", "two.nc", *PLACE, *more, "--split-at-stops")
+    assert later.code == 3
+    assert later.err.startswith("two.2.csv is one part of a split file. Alone, only the limits of its joints are check")
+
+
+@pytest.mark.parametrize(("part", "codes"), [(1, {"VP401", "VP411"}), (2, {"VP401"})])
+def test_a_part_alone_is_refused_for_what_its_own_rows_do(
+    job: Path, run: Callable[..., Any], part: int, codes: set[str]
+) -> None:
+    del job
+    assert run("convert", "two.nc", *PLACE, "--split-at-stops", "-o", "two.csv", "--meta", "two.json").code == 0
+    head, *rows = Path(f"two.{part}.csv").read_text().splitlines()
+    cells = rows[len(rows) // 2].split(",")
+    cells[1] = f"{float(cells[1]) + 3:.6f}"  # one joint goes there and back, 3 mm in a control cycle
+    rows[len(rows) // 2] = ",".join(cells)
+    Path(f"two.{part}.csv").write_text("\n".join((head, *rows, "")))
+    command = ("verify", f"two.{part}.csv", "--against", "two.nc", *PLACE, "--split-at-stops")
+    answer = run(*command)
+    assert answer.code == 1
+    found = set(re.findall(r"VP\d+", answer.err))
+    assert codes <= found
+    assert "VP412" not in found
+    assert (part == 1) or found.isdisjoint({"VP404", "VP411", "VP413"})
+    assert f"two.{part}.csv is one part of a split file." in answer.err
+    # nor does the part keep what its metadata say to itself
+    Path("two.nc").write_text(PROGRAM.replace("F300", "F301"))
+    assert "the program is not the one that it was made from" in run(*command, "--meta", "two.json").err
 
 
 def test_the_index_says_what_is_to_do(job: Path, run: Callable[..., Any]) -> None:

@@ -139,16 +139,21 @@ def command(
             f"{name} is {UTF16 if is_utf16(error.object) else f'no setpoint file: {NO_TEXT}; {READS}'}"
         ) from None
     findings = (*found, *verdict.findings)
-    status = find_exit_status(findings)
-    if status != ExitStatus.CLEAN and not is_dash(setpoints) and (index := find_index(Path(setpoints))) is not None:
-        # findings and verdict would be about the parts that are not here, and look like faults of this one
+    index = None if is_dash(setpoints) else find_index(Path(setpoints))
+    if index is not None and find_exit_status(findings) != ExitStatus.CLEAN:
+        # a later part does not begin where the program begins, and none ends with it: findings of that are no faults
+        begins = list_parts(index)[0] == Path(setpoints)
+        findings = (*found, *(item for item in verdict.findings if item.axis or (begins and item.code != "VP412")))
+        print_findings(show_name(against), findings, quiet=quiet)
+        checked = "it is not checked for completeness" if begins else "only the limits of its joints are checked"
         echo(
-            f"{name} is one part of a split file and is not verified alone. Verify all parts together: verne-post "
-            f"verify {show_name(str(index))} --against {show_name(against)}",
+            f"{name} is one part of a split file. Alone, {checked}. Verify all parts together, with the same options: "
+            f"verne-post verify {show_name(str(index))} --against {show_name(against)}",
             err=True,
         )
-        status = ExitStatus.NO_VERDICT
+        status = find_exit_status(findings) or ExitStatus.NO_VERDICT
     else:
+        status = find_exit_status(findings)
         print_findings(show_name(against), findings, quiet=quiet)
         if not quiet:
             say(format_verdict(name, verdict, program.machine, passes=status == ExitStatus.CLEAN) + "\n")
