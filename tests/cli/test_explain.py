@@ -864,6 +864,7 @@ def test_every_word_is_explained_for_itself() -> None:
         ("#100", ("RS274/NGC: a variable", "Fanuc: a variable")),
         ("CYCL", ("Klartext: CYCL DEF defines",)),
         ("G83", ("RS274/NGC: deep-hole drilling, out of the hole after each peck: see Canned cycles",)),
+        ("G94", ("RS274/NGC: feed per minute: see Feed modes G93, G94, G95 in docs/gcode.md",)),
     ],
 )
 def test_words_that_machinists_type_are_known(word: str, said: tuple[str, ...]) -> None:
@@ -880,7 +881,9 @@ def test_a_q_of_klartext_leads_with_its_cycles_and_has_no_other_language() -> No
         assert re.fullmatch(r"Klartext: a value of CYCL DEF [\d, ]+: [a-z ]+", first)
         assert [line.split(":")[0] for line in rest] == ["Klartext"]
     assert [line.split(":")[0] for line in describe_word("Q5")] == ["RS274/NGC", "Fanuc", "Klartext"]
-    assert describe_word("M1=") == []  # an address of Siemens, and not M1
+    for word in ("M1=", "M1 =", "m1  ="):  # an address of Siemens, and not M1
+        assert describe_word(word) == ["Siemens: M functions; M1= is that of the spindle"]
+    assert [describe_word(word) for word in ("M12=", "M12 =", "M1-", "M3=")] == [[]] * 4
 
 
 def test_axes_whose_values_are_parameters_are_named(run: Callable[..., Any], tmp_path: Path) -> None:

@@ -51,6 +51,8 @@ _OWN_OF_FANUC: Final = (
     "Turns, scales, mirror images",
     "Arguments",
 )
+#: The page of a row in a table.
+_SEE: Final = re.compile(r"(?:^|: )(see .*)")
 _SECTION: Final = re.compile(r"(?<=\bsee )([A-Z][\w ,-]*\w)")
 #: Languages by the names of their dialects.
 _LANGUAGES: Final = {
@@ -74,8 +76,8 @@ _HOLES: Final = ("G73", "G74", *(f"G{number}" for number in range(81, 90)))
 _AXIS_OF_KLARTEXT: Final = re.compile(r"(?<![A-Z\d_])I?[XYZABCUVW](?=[ \t]*[-+.\dQ])")
 #: A letter with a number, of which the number says nothing: T1, R1, #100.
 _LETTER_AND_NUMBER: Final = re.compile(r"^([A-FH-LN-Z#]|Q[LRS])\d+$")
-#: A sign or = before the value of a word: SEQ-, A3=; M1= is the M code of a spindle, not M1.
-_SIGN: Final = re.compile(r"(?<!^M\d)[ ]?[-+=]$")
+#: A sign or = before the value of a word: SEQ-, A3=.
+_SIGN: Final = re.compile(r" ?[-+=]$")
 #: What the line above the kinds of PLANE says.
 _TOLD_ABOVE: Final = "tilts the work plane: "
 
@@ -145,6 +147,9 @@ def describe_word(word: str) -> list[str]:
     Of an M code that none knows, which the builder of a machine may have, how a set-up gives it a meaning.
     """
     name = re.sub(r"^FN(?=\d)", "FN ", " ".join(word.upper().split()))
+    bare = _SIGN.sub("", name)
+    if bare != name and _M_CODE.fullmatch(bare):  # M1= is the M code of a spindle, not M1
+        return [f"Siemens: {siemens.ADDRESSES[bare]}"] if name[-1] == "=" and bare in siemens.ADDRESSES else []
     texts = {
         language: f"{language}: {_describe(language, name, text, is_executed=is_executed)}"
         for language, known_word, text, is_executed in list_words()
@@ -168,7 +173,7 @@ def describe_word(word: str) -> list[str]:
     ]
     if not found and _M_CODE.fullmatch(name):
         return [f"no meaning in any language here; {describe_remap(name)}"]
-    if not found and (bare := _SIGN.sub("", name)) != name:
+    if not found and bare != name:
         return describe_word(bare)
     # else a statement with words that its table lists
     return found or [
@@ -212,8 +217,8 @@ def _describe(language: str, name: str, text: str, *, is_executed: bool) -> str:
         return f"{section[1]} in {_PAGES['RS274/NGC' if is_general else language]}"
 
     meaning = _MEANINGS.get(language, {}).get(name, text) if is_executed else f"not executed: {text}"
-    if ": see " not in meaning:
-        meaning += "".join(re.findall(r": see .*", text))
+    if _SEE.search(meaning) is None and (page := _SEE.search(text)) is not None:
+        meaning += f": {page[1]}"
     return re.sub(r": below\b", f": see {_PAGES[language]}", _SECTION.sub(name_page, meaning))
 
 
