@@ -34,6 +34,13 @@ def test_a_cycle_under_a_tilted_tool_says_what_to_turn(dialect: str, machine: st
     assert ("G0 and G1" in found.message) == (dialect == "rs274")
 
 
+def test_a_circle_of_haas_under_a_tilted_tool_says_it_too() -> None:
+    text = HOLES["fanuc"].format(turn="C90").replace("G81 X0. Y0. Z-5. R2.", "G13 I9. D1")
+    options = vp.Options(tool_length=80, wcs={"G54": (0, 0, 60)}, dialect="fanuc")
+    (found,) = [item for item in vp.check(text, "ac_trunnion", options).errors if item.code == "VP017"]
+    assert f"; write {PLANES['fanuc']} before it if it lies in a tilted plane, or turn the table" in found.message
+
+
 @pytest.mark.parametrize(
     ("turn", "said"),
     [

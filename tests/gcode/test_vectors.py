@@ -57,7 +57,7 @@ def refused(machine):
         ("G53 G0 Z0 I0 J0 K1", ("VP006", 3), "I"),
         ("G28 A0 C0 Z70", ("VP006", 3), "A under G43.5"),
         ("G43.4\nG0 A10", ("VP013", 4), "A and C together"),
-        ("G49 G0 C10", ("VP013", 3), "A and C together"),
+        ("G49 G0 C10", ("VP013", 3), "the two table solutions; name A and C together"),
         ("G43.4\nG1 X1 I0 J0 K1", ("VP006", 4), "nothing in the block uses I"),
         ("G80\nI0 J0 K1", ("VP005", 4), "I without a motion code"),
         ("G4 P1 I0 J0 K1\nG80", None, ""),

@@ -27,7 +27,7 @@ from verne_post.model.findings import Finding, name_lines
 from verne_post.model.machine import Machine
 from verne_post.model.moves import AXES, FeedMode, MoveKind, PathMode
 from verne_post.model.part_setup import name_system
-from verne_post.model.protocols import AxisCorrecting
+from verne_post.model.protocols import AxisCorrecting, name_solution
 from verne_post.model.toolpath import SegmentKind
 from verne_post.model.verdict import find_worst, is_about_pose
 from verne_post.output.findings import describe_remedy
@@ -102,7 +102,7 @@ def _list_table_solutions(line: Line, angles: Array) -> list[tuple[str, Array]]:
         return [("as programmed", angles)]
     return [
         (_name_own_solution(line, angles), angles),
-        (f"other {line.exact.machine.name_solution()}", np.array([-angles[0], angles[1] + np.pi])),
+        (f"other {name_solution(line.exact.machine.coordinates)}", np.array([-angles[0], angles[1] + np.pi])),
     ]
 
 
@@ -450,7 +450,7 @@ def _say_nothing_found(line: Line, asked: Sequence[Finding]) -> str:
     rotary = all(item.code in remedies.ROTARY_CODES for item in asked)
     tried, left = [], []
     if len(carried) < len(asked) and any(item.severity == "error" for item in asked):
-        tried.append(f"no other {machine.name_solution()}")
+        tried.append(f"no other {name_solution(machine.coordinates)}")
     if not carried and not rotary and not line.moves.find_in_machine()[line.move]:
         tried.append(f"no move within {remedies.FARTHEST_MM:g} mm")
     if carried and remedies.is_straight(line.exact):

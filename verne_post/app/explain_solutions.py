@@ -15,7 +15,7 @@ from verne_post.base.units import DEG_PER_RAD
 from verne_post.kinematics.checks import remedies
 from verne_post.model.machine import Machine
 from verne_post.model.poses import Platform, Pose
-from verne_post.model.protocols import Margin, WholeSolution
+from verne_post.model.protocols import Margin, WholeSolution, name_solution
 
 #: Two pairs of angles, or two sets of joints, that differ by less (rad, mm) are the same in what is printed.
 SAME: Final = 1e-6
@@ -125,7 +125,7 @@ def explain_solutions(machine: Machine, tip: Array, angles: Array, q: Array, too
             continue
         turn = format_joint(machine, len(machine.columns) - 1, listed[0][0].q[-1], 4)
         which = "this" if other == _has_negative_tilt(angles) else "other"
-        yield f" {which} {machine.name_solution()}, {turn}: {len(listed)}"
+        yield f" {which} {name_solution(machine.coordinates)}, {turn}: {len(listed)}"
         for solution, in_use, reasons in sorted(listed, key=lambda row: bool(row[2])):
             signs = ",".join(f"{sign:+d}" for sign in solution.signs)
             mode = f"  s ({signs})" if signs else ""

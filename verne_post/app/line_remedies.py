@@ -22,6 +22,7 @@ from verne_post.model.findings import Finding, Remedy
 from verne_post.model.moves import AXES, Frame, MoveKind, Moves
 from verne_post.model.options import Options
 from verne_post.model.part_setup import TOOL_PARTS, OwnStock, name_system
+from verne_post.model.protocols import name_solution
 from verne_post.model.verdict import find_worst
 
 #: Contacts with fixtures and with the stock.
@@ -182,7 +183,7 @@ def _propose_branches(line: Line) -> Iterator[Remedy]:
         words = joints.machine.coordinates.map_from_table(tip[0], branch.apply_to(angles[0]), line.frame)
         tilt, turn = joints.machine.rotary_letters
         a, c = (format_number(words[axis]) for axis in joints.machine.coordinates.rotary)
-        name = f"the other {joints.machine.name_solution()}" if branch.flip else f"another turn of {turn}"
+        name = f"the other {name_solution(joints.machine.coordinates)}" if branch.flip else f"another turn of {turn}"
         yield Remedy(
             f"{name}: the line ends at {tilt} {a}, {turn} {c} with the same tool axis "
             f"(the {joints.machine.rotary_side} must begin the line on that side)"

@@ -20,6 +20,7 @@ from verne_post.model.findings import make_input_error
 from verne_post.model.machine import Machine
 from verne_post.model.moves import AXES, Frame, Moves, TablePlace
 from verne_post.model.options import Options
+from verne_post.model.protocols import name_solution
 from verne_post.model.toolpath import ToolPath
 from verne_post.toolpath.branch_choice import choose_branches
 from verne_post.toolpath.branches import BranchPlan
@@ -71,7 +72,7 @@ def lay_out(
     text = (
         "after the tool axis of this line the program names machine coordinates, and which of the two "
         "{}s is used depends on them; name {} and {} in one rapid traverse before them"
-    ).format(machine.name_solution(), *machine.rotary_letters)
+    ).format(name_solution(machine.coordinates), *machine.rotary_letters)
     raise make_input_error("VP013", text, line=line, last_line=line, worst_line=line)
 
 

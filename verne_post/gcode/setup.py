@@ -86,11 +86,6 @@ class Setup(TextOptions, frozen=True, kw_only=True):
         return name_rotary_side(self.coordinates)
 
     @property
-    def name_solutions(self) -> str:
-        """``table solutions``: what there are two of for one tool axis."""
-        return f"{self.rotary_side.removesuffix(' axes')} solutions"
-
-    @property
     def both_rotary(self) -> str:
         """The rotary axes, in a sentence."""
         return " and ".join(self.rotary_letters)

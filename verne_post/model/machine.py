@@ -281,10 +281,6 @@ class Machine:
         """What the rotary axes turn, in words: ``table``, ``head``, or ``rotary axes`` where each end has one."""
         return name_rotary_side(self.coordinates)
 
-    def name_solution(self) -> str:
-        """``table solution``: what there are two of for one tool axis."""
-        return f"{self.rotary_side.removesuffix(' axes')} solution"
-
     def place_stored(self, home: tuple[float, ...]) -> Array:
         """Machine coordinates (9,) of a stored position: x, y, z, and the rotary axes in the order of the columns."""
         place = np.zeros(len(AXES))

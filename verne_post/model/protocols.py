@@ -390,6 +390,11 @@ def name_rotary_side(coordinates: Coordinates) -> str:
     return ("table", "rotary axes", "head")[len(coordinates.head)]
 
 
+def name_solution(coordinates: Coordinates) -> str:
+    """``table solution``: what there are two of for one tool axis."""
+    return f"{name_rotary_side(coordinates).removesuffix(' axes')} solution"
+
+
 class TableTravel(Protocol):
     """What an interpreter may ask about the travel of the table."""
 

@@ -72,7 +72,8 @@ class HaasCodes:
                 raise block.error("VP006", f"{name} does not use {letter}: it begins at the tool", letter)
         self.motion.check_feed(block, code)
         if (tool := self.core.find_tilted_tool()) is not None:
-            text = f"{name} works along Z, but {tool}; {explain_tilted_tool(self.core, 'G68.2 and G53.1')}"
+            remedy = explain_tilted_tool(self.core, self.motion.traits.tilted_plane)
+            text = f"{name} works along Z, but {tool}; {remedy}"
             raise ProgramError("VP017", text, edits=self.core.recorder.list_plane_edits())
         radii, levels = self._list_radii(block, code), self._list_levels(block)
         if len(levels) * (_STROKES + len(radii) * _STROKES_OF_CIRCLE) > MAX_STROKES:

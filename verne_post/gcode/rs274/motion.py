@@ -27,6 +27,7 @@ from verne_post.gcode.rs274.traits import Traits
 from verne_post.gcode.rs274.values import MAX_LENGTH_MM, WordValues, read_whole
 from verne_post.model.moves import AXES, MoveKind
 from verne_post.model.part_setup import describe_tool_number
+from verne_post.model.protocols import name_solution
 
 _X, _Y, _Z = 0, 1, 2
 _LINEAR: Final = frozenset((_X, _Y, _Z))
@@ -360,8 +361,8 @@ class MotionCodes:
         if len(rotary) < 2 if not self.setup.machine else not set(self.setup.rotary) <= set(rotary):
             raise block.error(
                 "VP013",
-                f"{letter} alone after tool vectors: no word has chosen between the two {self.setup.name_solutions}; "
-                f"name {self.setup.both_rotary} together",
+                f"{letter} alone after tool vectors: no word has chosen between the two "
+                f"{name_solution(self.setup.coordinates)}s; name {self.setup.both_rotary} together",
                 letter,
             )
         if not machine:

@@ -25,6 +25,7 @@ from verne_post.gcode.siemens.corners import SiemensCorners
 from verne_post.gcode.siemens.modes import Modes
 from verne_post.model.control_keys import SiemensKeys, read_keys
 from verne_post.model.moves import AXES, ZERO9, Feature, Frame, MoveKind
+from verne_post.model.protocols import name_solution
 
 #: How a value of a rotary axis may be meant: the shortest way, upwards, downwards.
 DIRECTIONS: Final = ("DC", "ACP", "ACN")
@@ -327,7 +328,7 @@ class SiemensMotion:
             raise ProgramError(
                 "VP013",
                 f"{self._name_rotary(places)} alone after tool vectors: no word has chosen between the two "
-                f"{self.setup.name_solutions}; name {self.setup.both_rotary} together",
+                f"{name_solution(self.setup.coordinates)}s; name {self.setup.both_rotary} together",
             )
         self.core.hold_tool_axis(None)
         if not self.modes.tcp or self.has_linear_axes("words"):
