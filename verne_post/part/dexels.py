@@ -71,7 +71,10 @@ def _find_upright(axis: Array) -> Mask:
 
 
 def count_bodies(tip: Array, axis: Array, reach: float, step: float) -> Ints:
-    """How many bodies (n,) stand for each span, without the one at its begin; as in :func:`list_sweeps`."""
+    """How many bodies (n,) stand for each span alone, without the one at its begin.
+
+    That is an upper bound: in :func:`list_sweeps`, short spans in a row share bodies.
+    """
     return np.where(_find_upright(axis), 1, np.maximum(np.ceil(_measure_moved(tip, axis, reach) / step), 1)).astype(int)
 
 

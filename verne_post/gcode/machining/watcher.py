@@ -127,7 +127,7 @@ def report_kept_planes(moves: Moves, coordinates: Coordinates) -> Iterator[Findi
 
 
 def place_at_plane(source: Text, item: Finding) -> Finding:
-    """A VP043 of a plane, at the word of its line that begins the plane, ends it, or keeps it."""
+    """A VP043 of a plane, at the word of its line that the message is about: the plane, G49, or a change of tools."""
     if item.code != "VP043" or item.column is not None or item.line is None:
         return item
     words = next((words for saying, words in _WORDS.items() if saying in item.message), ())
