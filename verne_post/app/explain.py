@@ -15,7 +15,7 @@ from verne_post.app.assemble import (
     find_state_if_executed,
 )
 from verne_post.app.constraints import check_line, guard_joints
-from verne_post.app.contact_remedies import has_heights, propose_heights, propose_stick_out
+from verne_post.app.contact_remedies import name_heights, propose_heights, propose_stick_out
 from verne_post.app.explain_line import (
     add_line_remedies,
     describe_modes,
@@ -113,7 +113,7 @@ def _add_contact_remedies(source: Text, program: Program, shown: Line) -> Line:
                 more += filter(None, [find_end_before_contact(source, program, shown)])
             item = dataclasses.replace(item, remedies=(*more, *item.remedies))
         told.append(item)
-    return replace(shown, findings=tuple(told), has_heights=has_heights(source, program, shown))
+    return replace(shown, findings=tuple(told), tried_heights=name_heights(source, program, shown))
 
 
 def _describe_plan(program: Program, shown: Line) -> str:
