@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 
 from verne_post.app.assemble import assemble
+from verne_post.app.tried_remedies import find_end_before_contact
 from verne_post.cli.lsp.command import command
 from verne_post.cli.lsp.fixes import find_fixes
 from verne_post.cli.lsp.inspector import Inspector
@@ -110,6 +111,27 @@ def test_no_height_is_tried_twice(write: Any, monkeypatch: pytest.MonkeyPatch, r
     assert "R 0.1 instead of -7" in run("explain", f"{write('drill.nc', text)}:7").out
     assert len(tried) > 3
     assert len(tried) == len(set(tried))
+
+
+def test_another_end_is_sought_once_for_all_contacts_of_a_line(
+    write: Any, run: Callable[..., Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    sought: list[int] = []
+
+    def record(source: bytes, program: Any, line: Any) -> str | None:
+        sought.append(line.number)
+        return find_end_before_contact(source, program, line)
+
+    monkeypatch.setattr("verne_post.app.explain.find_end_before_contact", record)
+    (tmp_path / "shapes.toml").write_text(
+        "[tool.4]\ncutter = { diameter = 8.5, length = 4.0 }\nholder = { diameter = 25.0 }\n", encoding="utf-8"
+    )
+    path = write(
+        "deep.nc", "G21 G90 G94 G17\nT4 M6\nS2000 M3\nG0 X0. Y0.\nG43 Z30. H4\nG1 Z-3. F200.\nG0 Z-8.\nG0 Z30.\nM30\n"
+    )
+    told = run("explain", f"{path}:7", "--tool-shapes", tmp_path / "shapes.toml").out
+    assert told.count("VP216 error") == 2
+    assert sought == [7]
 
 
 def test_a_tool_sticks_out_of_its_holder_farther(write: Any, run: Callable[..., Any], tmp_path: Path) -> None:
