@@ -8,6 +8,8 @@ from typing import Any
 
 import pytest
 
+from verne_post.app.assemble import assemble
+from verne_post.app.tried_remedies import find_end_before_contact
 from verne_post.cli.lsp.command import command
 from verne_post.cli.lsp.fixes import find_fixes
 from verne_post.cli.lsp.inspector import Inspector
@@ -31,7 +33,13 @@ PROGRAMS = {
     "Q200=+2 ;SET-UP CLEARANCE ~\nQ201=-15 ;DEPTH ~\nQ206=+150 ;FEED ~\nQ202=+5 ;PLUNGING ~\nQ210=+0 ;DWELL ~\n"
     "Q203=-5 ;SURFACE ~\nQ204=+50 ;2ND ~\nQ211=+0 ;DWELL\nCYCL CALL\nL X+30 R0 FMAX M99\n"
     "L Z+50 FMAX\nM30\nEND PGM D MM\n",
+    "pocket.mpf": "G17 G90 G94 G710\nG54\nT4 D1\nM6\nS2000 M3\nF180\nG0 X-30 Y0\nZ30\nMCALL CYCLE81(30,10,2,9)\nMCALL\n"
+    "POCKET3(30,-5,2,-8,30,12,5,0,8,0,3,0,0,300,100,0,1)\nG0 Z50\nM30\n",
 }
+# a remark with the same number, and words that touch
+PROGRAMS["remark.nc"] = PROGRAMS["drill.nc"].replace(
+    "G99 G81 X-30. Y0. Z-15. R-3. F200.", "(R-3.)G99G81X-30.Z-15.R-3.F200."
+)
 
 
 @pytest.fixture
@@ -50,6 +58,8 @@ def write(tmp_path: Path) -> Callable[[str, str], Path]:
     [
         ("drill.nc", 7, "R 0.1 instead of -3,", "R-3.", "R0.1"),
         ("drill.nc", 8, "R 0.1 instead of -3 in line 7,", "R-3.", "R0.1"),
+        ("remark.nc", 7, "R 0.1 instead of -3,", ".R-3.", ".R0.1"),
+        ("pocket.mpf", 11, "safety clearance SDIS 5.1 instead of 2,", "(30,-5,2", "(30,-5,5.1"),
         ("drill.mpf", 10, "safety clearance SDIS 5.1 instead of 2 in line 9,", "30,-5,2", "30,-5,5.1"),
         ("drill.h", 14, "set-up clearance Q200 5.1 instead of 2 in line 6,", "Q200=+2", "Q200=5.1"),
     ],
@@ -71,12 +81,57 @@ def test_a_clearance_in_the_stock_is_given_a_higher_value(
     assert run("check", path).code == 1
 
 
-def test_a_clearance_that_is_computed_is_said_not_to_be_tried(write: Any, run: Callable[..., Any]) -> None:
+@pytest.mark.parametrize(
+    ("name", "line", "old", "new", "said"),
+    [
+        ("drill.nc", 7, "R-3.", "R[0-3]", ""),
+        ("pocket.mpf", 11, "30,-5,2", "15*2,-5,2*1", ""),
+        ("pocket.mpf", 11, "30,-5,2", "30,-5,2*1", "higher values of retraction plane RTP of POCKET3 in line 11"),
+    ],
+)
+def test_only_heights_that_were_tried_are_told(
+    name: str, line: int, old: str, new: str, said: str, write: Any, run: Callable[..., Any]
+) -> None:
     """A move of the part does not help against the stock that it carries along, and was not tried."""
-    text = PROGRAMS["drill.nc"].replace("R-3.", "R[0-3]")
-    told = run("explain", f"{write('drill.nc', text)}:7").out
-    assert "within limits: nothing was found; retraction and clearance of its cycle were not tried\n" in told
+    told = run("explain", f"{write(name, PROGRAMS[name].replace(old, new))}:{line}").out
+    tried = f"{said} were" if said else f"retraction and clearance of the cycle that line {line} executes were not"
+    assert f"within limits: nothing was found; {tried} tried" in told
     assert "no move within" not in told
+
+
+def test_no_height_is_tried_twice(write: Any, monkeypatch: pytest.MonkeyPatch, run: Callable[..., Any]) -> None:
+    tried: list[bytes] = []
+
+    def record(source: bytes, *others: Any) -> Any:
+        tried.append(bytes(source))
+        return assemble(source, *others)
+
+    monkeypatch.setattr("verne_post.app.contact_remedies.assemble", record)
+    text = PROGRAMS["drill.nc"].replace("Z-15. R-3.", "Z-16. R-7.")
+    assert "R 0.1 instead of -7" in run("explain", f"{write('drill.nc', text)}:7").out
+    assert len(tried) > 3
+    assert len(tried) == len(set(tried))
+
+
+def test_another_end_is_sought_once_for_all_contacts_of_a_line(
+    write: Any, run: Callable[..., Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    sought: list[int] = []
+
+    def record(source: bytes, program: Any, line: Any) -> str | None:
+        sought.append(line.number)
+        return find_end_before_contact(source, program, line)
+
+    monkeypatch.setattr("verne_post.app.explain.find_end_before_contact", record)
+    (tmp_path / "shapes.toml").write_text(
+        "[tool.4]\ncutter = { diameter = 8.5, length = 4.0 }\nholder = { diameter = 25.0 }\n", encoding="utf-8"
+    )
+    path = write(
+        "deep.nc", "G21 G90 G94 G17\nT4 M6\nS2000 M3\nG0 X0. Y0.\nG43 Z30. H4\nG1 Z-3. F200.\nG0 Z-8.\nG0 Z30.\nM30\n"
+    )
+    told = run("explain", f"{path}:7", "--tool-shapes", tmp_path / "shapes.toml").out
+    assert told.count("VP216 error") == 2
+    assert sought == [7]
 
 
 def test_a_tool_sticks_out_of_its_holder_farther(write: Any, run: Callable[..., Any], tmp_path: Path) -> None:
@@ -107,7 +162,10 @@ def test_a_tool_sticks_out_of_its_holder_farther(write: Any, run: Callable[..., 
     assert "the holder" in check(float(found[1]) - 0.3)
 
 
-@pytest.mark.parametrize(("name", "old", "new"), [("drill.nc", "R-3.", "R0.1"), ("drill.mpf", "30,-5,2", "30,-5,5.1")])
+@pytest.mark.parametrize(
+    ("name", "old", "new"),
+    [("drill.nc", "R-3.", "R0.1"), ("drill.mpf", "30,-5,2", "30,-5,5.1"), ("remark.nc", ".R-3.", ".R0.1")],
+)
 def test_an_editor_writes_a_clearance_of_a_cycle(name: str, old: str, new: str, write: Any) -> None:
     path = write(name, PROGRAMS[name])
     given = dict(command.make_context("lsp", []).params)

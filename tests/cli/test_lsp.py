@@ -1260,18 +1260,19 @@ def test_the_hover_says_first_what_the_word_itself_does(client: Client, tmp_path
     text = (
         "G710 G90\nT1 D1\nM6\nS9 M3\nTRAORI\nG0 X0 Y0 Z150 A0 C0\nTRAFOOF\n"
         'CYCLE800(0,"",0,57,0,0,0,15*(1+0),0,0,0,0,0,-1)\nG0 X0 Y0\nCYCLE83(160,140,2,130,,135,,2,,,1,0)\nM30\n'
+        "LONGHOLE(160,140,2*SIN(90))\n"
     )
     uri = client.open(make_program(tmp_path, text, "a.mpf"))
     assert hover(client, uri, 4, 0).startswith("**TRAORI**: tool-centre-point control on\n")
-    call, hole = text.splitlines()[7], text.splitlines()[9]
     for line, word, said in (
         (7, "57", "**57**: _MODE of CYCLE800: kind and order of the angles"),
         (7, "15*(1", "**15*(1+0)**: _A of CYCLE800: first angle"),
         (7, "-1", "**-1**: _DIR of CYCLE800: which of the two positions"),
         (9, "135", "**135**: FDEP of CYCLE83: first depth, absolute"),
         (9, "CYCLE83", "**CYCLE83**: deep-hole drilling in steps"),
+        (11, "2*SIN", "**2*SIN(90)**: SDIS of LONGHOLE: safety clearance"),
     ):
-        assert hover(client, uri, line, (call if line == 7 else hole).index(word)).startswith(said)
+        assert hover(client, uri, line, text.splitlines()[line].index(word)).startswith(said)
 
 
 @pytest.mark.parametrize(

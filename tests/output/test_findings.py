@@ -15,7 +15,7 @@ import verne_post as vp
 from verne_post.model.codes import CODES
 from verne_post.model.findings import make_finding
 from verne_post.model.verdict import is_about_text
-from verne_post.output.findings import Report, describe_remedy, format_finding
+from verne_post.output.findings import Report, describe_remedy, format_causes, format_finding
 from verne_post.output.reports import json as json_report
 from verne_post.output.reports import text as text_report
 
@@ -396,6 +396,24 @@ def test_no_remedy_is_told_twice(tmp_path: Path, run: Callable[..., Any]) -> Non
         message, below = told[code]
         assert remedy in message and remedy.lower().partition("=")[0] not in below.lower()
         assert below[0].isupper() and below.endswith(".")
+
+
+def test_a_hint_for_several_lines_names_those_for_which_it_is_true() -> None:
+    """Other heights of a cycle are tried for contacts alone."""
+    found = [
+        make_finding(code, message, severity="error", line=line, last_line=line, worst_line=line, value=-1.0, axis=axis)
+        for code, message, line, axis in (
+            ("VP216", "the holder runs into the stock", 2, None),
+            ("VP110", "1 mm beyond its travel", 3, "rho2"),
+            ("VP216", "the shank runs into the stock", 4, None),
+        )
+    ]
+    shown = ["\n".join(lines) for lines in format_causes("m.nc", found, b"G21\nX1\nX2\nX3\nM2\n")]
+    assert [re.findall("m.nc:(.)`.*(other ends|within limits).*?(; likewise .*)?$", text) for text in shown] == [
+        [],
+        [("3", "within limits", "")],
+        [("2", "other ends", "; likewise line 4")],
+    ]
 
 
 @pytest.mark.parametrize(

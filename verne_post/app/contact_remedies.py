@@ -4,44 +4,40 @@ import dataclasses
 import math
 import re
 from collections.abc import Callable, Iterator, Sequence
+from functools import cache
 from typing import Final
 
 import numpy as np
 from msgspec import Struct
+from msgspec.structs import replace
 
 from verne_post.app.assemble import Program, assemble
 from verne_post.app.constraints import check_program
 from verne_post.app.explain_numbers import format_number
 from verne_post.app.line_remedies import Line, is_of_cycle
-from verne_post.base.least import find_least
 from verne_post.base.long_text import Text
 from verne_post.base.program_lines import remove_remarks
+from verne_post.gcode.codes import CYCLES
 from verne_post.gcode.dialects import choose_dialect_name
+from verne_post.gcode.known_words import find_cycle_call, find_given_values
 from verne_post.model.findings import Finding, InputError, Remedy
 from verne_post.model.moves import find_tool_of_moves
 
-#: A height or a length is sought in steps of this, mm, and in a program in inches.
+#: A height or a length is sought in steps of this, mm.
 STEP_MM: Final = 0.1
+#: In a program in inches, inch.
 _STEP_INCH: Final = 0.005
-#: A longer contour is not checked anew with other heights.
+#: A longer contour is not checked anew for remedies: the refusal should not take many times as long as the check.
 TRIED_ELEMENTS: Final = 20_000
 #: Doublings of the depth of the contact at which a height is sought.
 _DOUBLINGS: Final = 7
 _NUMBER: Final = r"[-+]?(?:\d+\.?\d*|\.\d+)"
-#: The heights of a Siemens cycle, its first and third value.
-_OF_SIEMENS: Final = re.compile(
-    rf"\bCYCLE8(?:[1-69]|40)\s*\(\s*(?P<RTP>{_NUMBER})\s*,[^,()]*,\s*(?P<SDIS>{_NUMBER})(?=\s*[,)])", re.IGNORECASE
-)
-#: Those of a Klartext cycle, each in a line of its own or behind others; not as the result of a formula.
-_OF_KLARTEXT: Final = re.compile(
-    rf"(?:^\s*(?:\d+\s+)?|CYCL\s+DEF\s.*?)(?P<all>(?P<name>Q20[04])\s*=\s*(?P<value>{_NUMBER}))(?![\w*/])",
-    re.IGNORECASE,
-)
-_OF_RS274: Final = re.compile(rf"(?<![A-Z_])(?P<all>R\s*(?P<value>{_NUMBER}))(?![\d.])", re.IGNORECASE)
-#: What begins, and what ends, a cycle that holds from line to line.
-_BEGINS: Final = re.compile(r"(?<![A-Z_])G0*(?:7[346]|8[1-9])(?![\d.])", re.IGNORECASE)
+_OF_RS274: Final = re.compile(rf"(?<![A-Z_])R\s*({_NUMBER})(?![\d.])", re.IGNORECASE)
+#: What begins, and what ends, a cycle of RS274 that holds from line to line.
+_BEGINS: Final = re.compile(rf"(?<![A-Z_])G0*({'|'.join(str(code // 10) for code in CYCLES)})(?![\d.])", re.IGNORECASE)
 _ENDS: Final = re.compile(r"(?<![A-Z_])G0*(?:80|[0-3])(?![\d.])", re.IGNORECASE)
-#: What the heights are called.
+_MODAL_CALL: Final = re.compile(r"\bMCALL\b", re.IGNORECASE)
+#: The heights of cycles in the order in which they are tried, and what they are called.
 _NAMES: Final = {
     "R": "R",
     "SDIS": "safety clearance SDIS",
@@ -54,20 +50,32 @@ _NAMES: Final = {
 class _Height(Struct, frozen=True):
     """A number of a cycle from which its rapids follow."""
 
+    cycle: str  #: Its name, and the line that calls or defines it.
     name: str
     line: int
-    written: str  #: What stands in the line, by which an editor finds it.
-    begin: int  #: Of the number in it.
+    text: str  #: Of the line.
+    begin: int  #: Of the number in it, from 0.
     number: str
+    call: int = -1  #: Where the call begins that gives the number by its order.
 
     def write(self, value: str) -> str:
-        return self.written[: self.begin] + value + self.written[self.begin + len(self.number) :]
+        """The line with another number."""
+        return self.text[: self.begin] + value + self.text[self.begin + len(self.number) :]
+
+    def make_remedy(self, text: str, value: str) -> Remedy:
+        """The edit that writes another number."""
+        if self.call < 0:
+            return Remedy(text, value, line=self.line, word=(self.name, float(self.number)))
+        before = self.text[self.call : self.begin]
+        return Remedy(text, before + value, line=self.line, misspelt=before + self.number)
 
 
-def has_heights(source: Text, program: Program, line: Line) -> bool:
-    """Whether :func:`propose_heights` has numbers to try for the contacts of a line."""
+def name_heights(source: Text, program: Program, line: Line) -> str:
+    """The heights that :func:`propose_heights` tries for the contacts of a line; empty where there are none."""
     asked = any(_is_of_heights(program, line, item) for item in line.findings)
-    return asked and bool(_list_heights(source, program, line.number))
+    heights = _list_heights(source, program, line.number) if asked else []
+    names = " and ".join(_NAMES[height.name] for height in heights)
+    return f"{names} of {heights[0].cycle}" if heights else ""
 
 
 def _is_of_heights(program: Program, line: Line, item: Finding) -> bool:
@@ -85,12 +93,8 @@ def propose_heights(source: Text, program: Program, line: Line, item: Finding) -
     for height in _list_heights(source, program, line.number):
         first = math.floor(float(height.number) / step + 1e-6)
 
-        def write(count: int, height: _Height = height, first: int = first) -> str:
-            return height.write(format_number((first + count) * step))
-
-        def is_right(count: int, height: _Height = height, write: Callable[[int], str] = write) -> bool:
-            old, new = height.written.encode(), write(count).encode()
-            changed = lines[height.line - 1].replace(old, new, 1)
+        def is_right(count: int, height: _Height = height, first: int = first) -> bool:
+            changed = height.write(format_number((first + count) * step)).encode("utf-8", errors="surrogateescape")
             text = b"\n".join([*lines[: height.line - 1], changed, *lines[height.line :]])
             left = _list_errors(text, program)
             return left is not None and not any(_is_in_lines_of(one, item) for one in left)
@@ -101,7 +105,7 @@ def propose_heights(source: Text, program: Program, line: Line, item: Finding) -
             where = f" in line {height.line}" if height.line != line.number else ""
             now = format_number(float(height.number))
             text = f"{_NAMES[height.name]} {then} instead of {now}{where}, one step of {step:g} above the lowest found"
-            yield Remedy(text, write(count), line=height.line, misspelt=height.written)
+            yield height.make_remedy(text, then)
             return
 
 
@@ -161,13 +165,19 @@ def _is_in_lines_of(one: Finding, item: Finding) -> bool:
 def _find_steps(is_right: Callable[[int], bool], depth: float) -> int | None:
     """The fewest whole steps, not fewer than the depth of the contact, for which a question is true, and one more.
 
-    With the fewest, bodies may rub.
+    One step more than the fewest keeps the bodies apart.
     """
+    ask = cache(is_right)
     least = max(1, math.floor(depth))
     tried = (least, *((least + 1) * 2**k for k in range(_DOUBLINGS)))
-    found = find_least(lambda steps: math.ceil(steps) >= least and is_right(math.ceil(steps)), tried, 1.0)
-    count = None if found is None else math.ceil(found) + 1
-    return count if count is not None and is_right(count) else None
+    right = next(filter(ask, tried), None)
+    if right is None:
+        return None
+    wrong = max((count for count in tried if count < right), default=right - 1)
+    while right - wrong > 1:
+        middle = (right + wrong) // 2
+        wrong, right = (wrong, middle) if ask(middle) else (middle, right)
+    return right + 1 if ask(right + 1) else None
 
 
 def _list_errors(source: Text, program: Program, change: dict[str, object] | None = None) -> list[Finding] | None:
@@ -183,44 +193,46 @@ def _list_errors(source: Text, program: Program, change: dict[str, object] | Non
 def _list_heights(source: Text, program: Program, number: int) -> list[_Height]:
     """The heights of the cycle that a line is executed by, in the order in which they are tried."""
     dialect = choose_dialect_name(program.options.dialect, source, program.options.source_name)
-    texts = bytes(source).split(b"\n")[:number]
-    lines = [remove_remarks(text.decode("utf-8", errors="replace"), dialect) for text in texts]
-    if dialect == "siemens":
-        return _list_of_siemens(lines)
-    if dialect == "heidenhain":
-        return _list_of_klartext(lines)
-    return _list_of_rs274(lines) if dialect in ("rs274", "fanuc") else []
+    lines = bytes(source).decode("utf-8", errors="surrogateescape").split("\n")
+    if dialect in ("rs274", "fanuc"):
+        return _list_of_rs274(lines, number)
+    call = _find_call(lines, number, dialect)
+    if call is None:
+        return []
+    line, found = call
+    values = find_given_values(lines, line, found.start(), dialect)
+    cycle, begin = (f"CYCL DEF {found[1]}", -1) if dialect == "heidenhain" else (found[1].upper(), found.start())
+    return [
+        _Height(f"{cycle} in line {line}", name, value.line, lines[value.line - 1], value.begin, value.text, begin)
+        for name, value in ((name, values[name]) for name in _NAMES if name in values)
+        if re.fullmatch(_NUMBER, value.text)
+    ]
 
 
-def _list_of_siemens(lines: Sequence[str]) -> list[_Height]:
-    for number in range(len(lines), 0, -1):
-        if found := _OF_SIEMENS.search(lines[number - 1]):
-            begin, end = found.start("RTP"), found.end("SDIS")
-            written = lines[number - 1][begin:end]
-            return [_Height(name, number, written, found.start(name) - begin, found[name]) for name in ("SDIS", "RTP")]
-    return []
+def _find_call(lines: Sequence[str], number: int, dialect: str) -> tuple[int, re.Match[str]] | None:
+    """The line, and the call in it, of the cycle that a line executes: its own, or the last that is in force."""
+    if dialect not in ("siemens", "heidenhain"):
+        return None
+    for at in range(number, 0, -1):
+        is_modal = dialect == "heidenhain" or _MODAL_CALL.search(remove_remarks(lines[at - 1], dialect)) is not None
+        found = find_cycle_call(lines[at - 1], dialect) if is_modal or at == number else None
+        values = {} if found is None else find_given_values(lines, at, found.start(), dialect)
+        if found is not None and not values.keys().isdisjoint(_NAMES):
+            return at, found
+        if is_modal and dialect == "siemens":  # MCALL alone, or with a cycle without heights
+            return None
+    return None
 
 
-def _list_of_klartext(lines: Sequence[str]) -> list[_Height]:
-    heights: dict[str, _Height] = {}
-    for number in range(len(lines), 0, -1):
-        for found in _OF_KLARTEXT.finditer(lines[number - 1]):
-            name = found["name"].upper()
-            written, begin = found["all"], found.start("value") - found.start("all")
-            heights.setdefault(name, _Height(name, number, written, begin, found["value"]))
-        if heights and re.search(r"\bCYCL\s+DEF\b", lines[number - 1]):
-            break
-    return [heights[name] for name in ("Q200", "Q204") if name in heights]
-
-
-def _list_of_rs274(lines: Sequence[str]) -> list[_Height]:
-    height = None
-    for number in range(len(lines), 0, -1):
-        found = _OF_RS274.search(lines[number - 1])
-        if height is None and found is not None:
-            height = _Height("R", number, found["all"], found.start("value") - found.start("all"), found["value"])
-        if _BEGINS.search(lines[number - 1]):
-            return [] if height is None else [height]
-        if _ENDS.search(lines[number - 1]):
+def _list_of_rs274(lines: Sequence[str], number: int) -> list[_Height]:
+    heights: list[_Height] = []
+    for at in range(number, 0, -1):
+        code = remove_remarks(lines[at - 1])
+        found = _OF_RS274.search(code)
+        if not heights and found is not None:
+            heights = [_Height("", "R", at, lines[at - 1], found.start(1), found[1])]
+        if begin := _BEGINS.search(code):
+            return [replace(height, cycle=f"G{begin[1]} in line {at}") for height in heights]
+        if _ENDS.search(code):
             break
     return []

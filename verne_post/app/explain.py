@@ -15,7 +15,7 @@ from verne_post.app.assemble import (
     find_state_if_executed,
 )
 from verne_post.app.constraints import check_line, guard_joints
-from verne_post.app.contact_remedies import has_heights, propose_heights, propose_stick_out
+from verne_post.app.contact_remedies import name_heights, propose_heights, propose_stick_out
 from verne_post.app.explain_line import (
     add_line_remedies,
     describe_modes,
@@ -103,17 +103,18 @@ def explain_source(
 
 def _add_contact_remedies(source: Text, program: Program, shown: Line) -> Line:
     """The same line; contacts with the stock have what only the whole program can be asked."""
+    is_told = any("ended elsewhere" in text for one in shown.findings for text in one.remedies)
+    end = None if is_told else find_end_before_contact(source, program, shown)
     told = []
     for item in shown.findings:
         if item.code == "VP216":
             more = [one.text for one in propose_heights(source, program, shown, item)]
             if (longer := propose_stick_out(source, program, shown, item)) is not None:
                 more.append(longer.text)
-            if not any("ended elsewhere" in text for one in shown.findings for text in one.remedies):
-                more += filter(None, [find_end_before_contact(source, program, shown)])
+            more += filter(None, [end])
             item = dataclasses.replace(item, remedies=(*more, *item.remedies))
         told.append(item)
-    return replace(shown, findings=tuple(told), has_heights=has_heights(source, program, shown))
+    return replace(shown, findings=tuple(told), tried_heights=name_heights(source, program, shown))
 
 
 def _describe_plan(program: Program, shown: Line) -> str:

@@ -462,9 +462,9 @@ def _say_nothing_found(line: Line, asked: Sequence[Finding]) -> str:
         )
     if any(item.code == "VP216" for item in carried) and is_of_cycle(line):
         left.append(
-            "higher values of its retraction and clearance were tried too"
-            if line.has_heights
-            else "retraction and clearance of its cycle were not tried"
+            f"higher values of {line.tried_heights} were tried too"
+            if line.tried_heights
+            else f"retraction and clearance of the cycle that line {line.number} executes were not tried"
         )
     return "; ".join([f"{' and '.join(tried) or 'nothing'} was found", *left])
 

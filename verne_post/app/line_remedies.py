@@ -45,7 +45,7 @@ class Line(Struct, frozen=True, eq=False):
     exact: JointPath  #: The line as programmed, without blended corners: what the words are about.
     n_recorded: int = 0  #: Moves of the program up to the end of the first pass of the line, which ``state`` is of.
     planned: str = ""  #: Its time, and the feed rate that is reached.
-    has_heights: bool = False  #: Its cycle has numbers for its heights, which were tried.
+    tried_heights: str = ""  #: The heights of its cycle that were tried.
     in_inches: bool = False  #: So its words are written, where ``state`` does not say it.
 
     @property

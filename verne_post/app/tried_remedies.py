@@ -12,7 +12,7 @@ from msgspec.structs import replace
 
 from verne_post.app.assemble import Program, assemble, build_interpreter_setup
 from verne_post.app.constraints import check_program, guard_joints
-from verne_post.app.contact_remedies import propose_heights
+from verne_post.app.contact_remedies import TRIED_ELEMENTS, propose_heights
 from verne_post.app.explain_numbers import format_list, format_number
 from verne_post.app.line_remedies import CONTACTS, Line, is_carried_along, propose_depth, propose_ends, propose_turns
 from verne_post.base.arrays import Array
@@ -40,8 +40,6 @@ from verne_post.toolpath.contour import make_exact_contour
 
 #: Findings of a program that are given remedies, the gravest place of each: the others mostly follow from them.
 REMEDIED: Final = 3
-#: A longer contour is not checked anew for remedies: the refusal should not take many times as long as the check.
-TRIED_ELEMENTS: Final = 20_000
 #: Offsets that are tried, each moved so that the worst line of the one before is within limits.
 OFFSETS: Final = 4
 #: A part that would have to stand farther off than this, mm, is not clamped in a wrong place: the unit is looked at.

@@ -62,11 +62,12 @@ _LANGUAGES: Final = {
     "heidenhain": "Klartext",
     "aptcl": "APT",
 }
-_CYCLE_CALL: Final = re.compile(r"(?<!\w)([A-Z]+\d+)[ \t]*\(", re.IGNORECASE)
+_CYCLE_CALL: Final = re.compile(r"(?<!\w)([A-Z]+\d*)[ \t]*\(", re.IGNORECASE)
+_CYCLE_DEFINITION: Final = re.compile(r"\bCYCL[ \t]+DEF[ \t]+(\d+)", re.IGNORECASE)
 #: A value of a call, with what ends it.
 _VALUE: Final = re.compile(r"[ \t]*((?:\"[^\"]*\"|\([^()]*\)|[^,()\"])*)([,)]|$)")
 #: A value of a cycle of Klartext.
-_Q_VALUE: Final = re.compile(r"(?<!\w)(Q\d+)[ \t]*=[ \t]*([^\s~;]+)")
+_Q_VALUE: Final = re.compile(r"(?<!\w)(Q\d+)[ \t]*=[ \t]*([^\s~;]+)", re.IGNORECASE)
 _M_CODE: Final = re.compile(r"M\d{1,9}")
 _CODE: Final = re.compile(r"([GM])(\d+(?:\.\d+)?)")
 #: Cycles of RS274/NGC and Fanuc that make holes.
@@ -80,6 +81,14 @@ _LETTER_AND_NUMBER: Final = re.compile(r"^([A-FH-LN-Z#]|Q[LRS])\d+$")
 _SIGN: Final = re.compile(r" ?[-+=]$")
 #: What the line above the kinds of PLANE says.
 _TOLD_ABOVE: Final = "tilts the work plane: "
+
+
+class GivenValue(NamedTuple):
+    """A value that the call of a cycle gives: its 1-based line, where it begins there, and how it is written."""
+
+    line: int
+    begin: int
+    text: str
 
 
 class KnownWord(NamedTuple):
@@ -257,7 +266,7 @@ def list_values_of_cycle(word: str, dialect: str) -> list[tuple[str, str]]:
     return [(f" {letter}", letter) for letter in f"XYZR{own}F"]
 
 
-def describe_values(word: str, dialect: str, given: Mapping[str, str] = MappingProxyType({})) -> list[str]:
+def describe_values(word: str, dialect: str, given: Mapping[str, GivenValue] = MappingProxyType({})) -> list[str]:
     """The values of a cycle of Siemens or Klartext, in their order, with what each is; none for other words.
 
     ``given`` are those of a call, by their names (:func:`find_given_values`).
@@ -275,16 +284,17 @@ def describe_values(word: str, dialect: str, given: Mapping[str, str] = MappingP
             (name, f"{klartext.name_parameter(int(name[1:]))}{without.get(name, '')}")
             for name in (f"Q{number}" for number in (*needs, *defaults))
         )
-    named_values = ((f"{name} = {given[name]}" if name in given else name, meaning) for name, meaning in values)
+    named_values = ((f"{name} = {given[name].text}" if name in given else name, meaning) for name, meaning in values)
     return [f"{name}: {meaning}" if meaning else name for name, meaning in named_values]
 
 
-def find_given_values(lines: Sequence[str], number: int, column: int, dialect: str) -> dict[str, str]:
-    """The values that the call of a cycle at a 1-based line and 0-based column gives, as they are written."""
+def find_given_values(lines: Sequence[str], number: int, column: int, dialect: str) -> dict[str, GivenValue]:
+    """The values that the call of a cycle at a 1-based line and 0-based column gives, by their names."""
     if dialect == "heidenhain":
-        found = dict[str, str]()
-        for line in lines[number - 1 :]:
-            found.update(_Q_VALUE.findall(remove_remarks(line, dialect)))
+        found = dict[str, GivenValue]()
+        for at, line in enumerate(lines[number - 1 :], start=number):
+            values = _Q_VALUE.finditer(remove_remarks(line, dialect))
+            found.update((value[1].upper(), GivenValue(at, value.start(2), value[2])) for value in values)
             if not line.rstrip().endswith("~"):
                 break
         return found
@@ -292,7 +302,19 @@ def find_given_values(lines: Sequence[str], number: int, column: int, dialect: s
     call = next((one for one in _CYCLE_CALL.finditer(code) if one.start() <= column < one.end()), None)
     if dialect != "siemens" or call is None:
         return {}
-    return {name: value[1].strip() for name, value in _list_call_values(call, code) if value[1].strip()}
+    return {
+        name: GivenValue(number, value.start(1), value[1].strip())
+        for name, value in _list_call_values(call, code)
+        if value[1].strip()
+    }
+
+
+def find_cycle_call(line: str, dialect: str) -> re.Match[str] | None:
+    """The first call or definition of a cycle in a line, by whose column :func:`find_given_values` finds its values."""
+    code = remove_remarks(line, dialect)
+    if dialect == "heidenhain":
+        return next((one for one in _CYCLE_DEFINITION.finditer(code) if any(_list_q_parameters(one[1]))), None)
+    return next((one for one in _CYCLE_CALL.finditer(code) if one[1].upper() in _list_parameters()), None)
 
 
 def _list_call_values(call: re.Match[str], code: str) -> Iterator[tuple[str, re.Match[str]]]:

@@ -119,15 +119,20 @@ def format_causes(
 ) -> Iterator[list[str]]:
     """Lines of text for each cause: the worst finding with its line, what goes with it, and what helps.
 
-    Where `explain` helps with several lines, the last of them says so for all.
+    Where `explain` helps with several lines in the same way, the last of them says so for all.
     """
     shown = [
         (cause.first, [format_finding(program, cause.first), *_quote_line(cause, source, program, setup_file)])
         for cause in find_causes(findings)
     ]
-    hints = [(find_explain_hint(item, program), item.line, lines) for item, lines in shown]
-    asked = [(hint, line, lines) for hint, line, lines in hints if hint and lines[-1].endswith(hint)]
-    if len(asked) > 1:
+    groups: dict[str, list[tuple[str, int | None, list[str]]]] = {}  # by what explain does
+    for item, lines in shown:
+        hint = find_explain_hint(item, program)
+        if hint and lines[-1].endswith(hint):
+            groups.setdefault(hint.removeprefix(_name_explain(item, program)), []).append((hint, item.line, lines))
+    for asked in groups.values():
+        if len(asked) == 1:
+            continue
         first, number, _lines = asked[0]
         others = [str(line) for line in dict.fromkeys(line for _hint, line, _lines in asked) if line != number]
         more = f"; likewise line{'s' * (len(others) > 1)} {', '.join(others)}" if others else ""

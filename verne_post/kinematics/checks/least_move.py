@@ -86,11 +86,10 @@ def find_move_along(problem: MoveProblem, reserve: float) -> Array | None:
     """
     keeps_limits = _make_question(problem, reserve)
 
-    def find_way(distance: float) -> float | None:
-        return next((way for way in (-1.0, 1.0) if keeps_limits(way * distance)), None)
-
-    far = find_least(lambda distance: find_way(distance) is not None, NEAR_MM, SETTLED_MM)
-    return None if far is None else _name_move(problem, (find_way(far) or 1.0) * far)
+    far = find_least(lambda distance: keeps_limits(-distance) or keeps_limits(distance), NEAR_MM, SETTLED_MM)
+    if far is None:
+        return None
+    return _name_move(problem, -far if keeps_limits(-far) else far)
 
 
 def find_end_on_the_way(problem: MoveProblem, reserve: float) -> tuple[Array | None, bool]:
