@@ -120,8 +120,9 @@ def test_what_a_message_says_is_an_edit(
     assert made[title] == right[1].join(text.rsplit(right[0], 1))
 
 
-def test_the_only_start_of_the_spindle_is_no_slip(inspector: Inspector, tmp_path: Path) -> None:
-    text = embed(".ngc", "X5").replace("M3 S1000\n", "").replace("M2\n", "M3\n")
+@pytest.mark.parametrize("before", ["", "M4 S1000\n", "M3 S1000\nM5\n", "T1 M3 S1000\nM6\n"])
+def test_a_start_of_a_spindle_that_stands_is_no_slip(inspector: Inspector, tmp_path: Path, before: str) -> None:
+    text = embed(".ngc", "").replace("M3 S1000\n", before).replace("M2\n", "M3\n")
     message, _word, made = look(inspector, tmp_path / "a.ngc", text)
     assert message == "the file ends without M2 or M30"
     assert [fixed for _path, fixed, _settles in made.values()] == [f"{text}M30\n"]
@@ -186,6 +187,22 @@ def test_a_subprogram_that_is_nearly_that_of_a_file(inspector: Inspector, tmp_pa
     message, _word, made = look(inspector, tmp_path / "a.mpf", text)
     assert message == "SLOTT: no meaning in this language; did you mean SLOT?"
     assert made["Write SLOT in place of SLOTT"][1:] == (text.replace("SLOTT", "SLOT"), True)
+
+
+@pytest.mark.parametrize(
+    ("ending", "line", "is_meant"),
+    [
+        (".ngc", "X1.2.3(a\u2013b)", False),
+        (".ngc", "X1.2.3Y\u20135", False),
+        (".mpf", "X1.2.3;a\u2013b", False),
+        (".mpf", "X=(1\u20132)", True),
+    ],
+)
+def test_a_character_of_mail_is_sought_at_the_word_that_cannot_be_read(
+    inspector: Inspector, tmp_path: Path, ending: str, line: str, is_meant: bool
+) -> None:
+    message, _word, _made = look(inspector, tmp_path / f"a{ending}", embed(ending, line))
+    assert ("en dash" in message) == is_meant
 
 
 @pytest.mark.parametrize(

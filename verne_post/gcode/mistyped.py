@@ -70,6 +70,8 @@ _OF_PASTES: Final = {
 }
 _MEANT_OF_PASTES: Final = str.maketrans({one: character for one, (character, _name) in _OF_PASTES.items()})
 _PASTED_CHARACTER: Final = re.compile(f"[{''.join(_OF_PASTES)}]")
+#: The next word begins: behind a blank, or a letter behind a number.
+_NEXT_WORD: Final = re.compile(r"[ \t]\S|[\d.][A-Za-z]")
 #: Errors of text that cannot be read.
 _UNREADABLE: Final = ("VP001", "VP002")
 
@@ -91,7 +93,7 @@ def correct_line(text: str, error: ProgramError) -> str | None:
     if error.column is None or error.line is not None:
         return None
     if find_correction(error.message) is None:
-        return correct_number(text, error, has_long_codes=True)
+        return correct_number(text, error, "siemens")  # whose remarks are those of Klartext, too
     return correct_word(text, error)
 
 
@@ -151,12 +153,12 @@ def shift_back(corrected_error: ProgramError, later_errors: Iterable[ProgramErro
             error.column -= len(correction[1]) - len(correction[0])
 
 
-def say_what_is_meant(source: Text, errors: Sequence[Finding], *, has_long_codes: bool) -> list[Finding]:
+def say_what_is_meant(source: Text, errors: Sequence[Finding], dialect: str) -> list[Finding]:
     """Errors, of which those about a letter O or a comma in a number, or a letter twice, say what is meant, once.
 
     Where a message knows what is meant by the word at its column, that is an edit of the error.
     """
-    return list(dict.fromkeys(_say_what_is_meant(source, item, has_long_codes) for item in errors))
+    return list(dict.fromkeys(_say_what_is_meant(source, item, dialect) for item in errors))
 
 
 def translate_pasted(text: str) -> str:
@@ -164,13 +166,13 @@ def translate_pasted(text: str) -> str:
     return text.translate(_MEANT_OF_PASTES)
 
 
-def _find_pasted(text: str, error: ProgramError | Finding) -> tuple[str, int] | None:
+def _find_pasted(text: str, error: ProgramError | Finding, dialect: str) -> tuple[str, int] | None:
     """The message about a character of mail or PDF at or beside the word that cannot be read, and where it stands."""
     if error.code not in _UNREADABLE or error.column is None or text.isascii():
         return None
     begin = max(error.column - 2, 0)
-    paste = _PASTED_CHARACTER.search(text, begin)
-    if paste is None or re.search(r"[ \t]\S", text[begin + 1 : paste.start() + 1]):
+    paste = _PASTED_CHARACTER.search(remove_remarks(text, dialect), begin)
+    if paste is None or _NEXT_WORD.search(text, begin + 1, paste.start() + 1):
         return None
     name = unicodedata.name(paste[0]).lower()
     article = "an" if name[0] in "aeiou" else "a"
@@ -178,21 +180,21 @@ def _find_pasted(text: str, error: ProgramError | Finding) -> tuple[str, int] | 
     return message, paste.start()
 
 
-def _say_what_is_meant(source: Text, item: Finding, has_long_codes: bool) -> Finding:
+def _say_what_is_meant(source: Text, item: Finding, dialect: str) -> Finding:
     if item.line is None or item.column is None:
         return item
     raw = take_line(source, item.line)
     text = "" if raw is None else raw.decode("utf-8", errors="replace")
-    if (paste := _find_pasted(text, item)) is not None:
+    if (paste := _find_pasted(text, item, dialect)) is not None:
         message, begin = paste
-        code = remove_remarks(text[begin:])
+        code = remove_remarks(text, dialect)[begin:]
         wrong = code[: max((one.end() for one in _PASTED_CHARACTER.finditer(code)), default=0)]
         title = f"write {_OF_PASTES[text[begin]][1]} in place of {message.partition(',')[0]}"
         edit = Remedy(title, translate_pasted(wrong), line=item.line, misspelt=wrong)
         return replace(item, code="VP001", message=message, column=begin + 1, edits=(edit,) if wrong else ())
     is_unread = item.code in _UNREADABLE or _is_value(text, item.column, item.code)
     if is_unread and _BEHIND_M not in item.message:
-        found = _find_number(text, item.column, has_long_codes=has_long_codes)
+        found = _find_number(text, item.column, dialect)
         if found is not None:
             item = replace(item, code="VP001", message=found[0], column=found[1] + 1, edits=())
     elif item.code == "VP006":
@@ -228,17 +230,14 @@ def _close_quote(text: str, begin: int, line: int) -> tuple[Remedy, ...]:
     )
 
 
-def correct_number(text: str, error: ProgramError, *, has_long_codes: bool = False) -> str | None:
-    """A line that cannot be read, with the number that is meant, which the error says; None where there is none.
-
-    ``has_long_codes`` for a language with G codes of three digits.
-    """
-    if (paste := _find_pasted(text, error)) is not None:
+def correct_number(text: str, error: ProgramError, dialect: str = "") -> str | None:
+    """A line that cannot be read, with the number that is meant, which the error says; None where there is none."""
+    if (paste := _find_pasted(text, error, dialect)) is not None:
         error.code, error.message, error.column, error.edits = "VP001", paste[0], paste[1] + 1, ()
         return translate_pasted(text)
     if error.column is None or not (error.code in _UNREADABLE or _is_value(text, error.column, error.code)):
         return None
-    found = _find_number(text, error.column, has_long_codes=has_long_codes)
+    found = _find_number(text, error.column, dialect)
     if found is None:
         return None
     error.message, begin, wrong_word, right_word = found
@@ -246,7 +245,7 @@ def correct_number(text: str, error: ProgramError, *, has_long_codes: bool = Fal
     return text[:begin] + right_word + text[begin + len(wrong_word) :]
 
 
-def _find_number(line: str, column: int, *, has_long_codes: bool) -> tuple[str, int, str, str] | None:
+def _find_number(line: str, column: int, dialect: str) -> tuple[str, int, str, str] | None:
     """The message about a number at a column, where its word begins, the word, and what is meant."""
     at = column - 1
     for pattern in _ALIKE:
@@ -255,7 +254,7 @@ def _find_number(line: str, column: int, *, has_long_codes: bool) -> tuple[str, 
             n_blanks = len(line[match.end() :]) - len(line[match.end() :].lstrip()) if "l" in match[2] else 0
             if match.start() <= at <= match.end() + n_blanks and _is_number(pattern, match, line):
                 word = "".join(match[0].split())
-                if pattern is _LETTER_O and not has_long_codes and _LETTER_TOO_MANY.fullmatch(word):
+                if pattern is _LETTER_O and dialect != "siemens" and _LETTER_TOO_MANY.fullmatch(word):
                     return _report(match, "the letter O behind the code", word[:-1])
                 number = "".join(match[1].split()) + match[2].translate(MEANT_CHARACTERS)
                 return _report(match, f"{_name_character(match[2])} in a number", number)

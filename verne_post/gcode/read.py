@@ -104,7 +104,7 @@ def interpret_until_error(source: Text, setup: Setup) -> tuple[Moves, tuple[Find
     if errors:
         every = dialect.execute(source, setup, dialect.initial_state(setup), StopConditions()).errors
         other = _find_language(source, every, dialect)
-        errors = say_what_is_meant(source, errors, has_long_codes=dialect.has_long_codes)
+        errors = say_what_is_meant(source, errors, name_dialect(dialect))
         errors = _show_rival(source, setup, errors, every, dialect) if other is None else [other]
     return execution.recorder.freeze(start, frame, Parameters(setup, state).list_persistent()), tuple(errors)
 
@@ -167,7 +167,7 @@ def _find_cause(source: Text, errors: list[Finding], dialect: Dialect, setup: Se
     if other is not None:
         return [other]
     in_order = [_place_at_word(source, item) for item in sorted(errors, key=lambda item: item.line or 0)]
-    found = say_what_is_meant(source, in_order, has_long_codes=dialect.has_long_codes)
+    found = say_what_is_meant(source, in_order, name_dialect(dialect))
     return _show_rival(source, setup, found, found, dialect)
 
 
