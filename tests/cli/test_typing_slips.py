@@ -95,6 +95,21 @@ COMPENSATED = "L X+10 RL F500\nL X+20 Y+5 ; end\nL Z+70\nPLANE SPATIAL SPA+0 SPB
 FANUC_TOOL = "%\nO1\nG21 G90 G94 G17 G54\nT1 M6\nM3 S9\nG0 X0. Y0. Z50. A0. C0.\nG1 Z40. F300.\nM30\n%\n"
 
 
+@pytest.mark.parametrize(
+    ("lines", "right"),
+    [
+        ("WHILE R1<3\nREPET\nR1=R1+1\nX=R1\nUNTIL R1>2\nENDWHILE", "REPEAT"),
+        ("FOR R2=1 TO 2\nWHLE R1<3\nR1=R1+1\nX=R1\nENDWHILE\nENDFOR", "WHILE"),
+    ],
+)
+def test_a_misspelt_loop_inside_another_is_one_finding(
+    inspector: Inspector, tmp_path: Path, lines: str, right: str
+) -> None:
+    path = tmp_path / "a.mpf"
+    (item,) = check(inspector, path, embed(".mpf", f"R1=0\n{lines}")).findings
+    assert item.code == "VP002" and item.message.endswith(f"did you mean {right}?")
+
+
 LAST_M03 = "{}G21 G90 G94 G17 G54\nG0 X0. Y0. Z50. A0. C0.\nM3 S900\nG1 X5. F500.\nM03\n{}"
 
 
