@@ -110,6 +110,25 @@ def test_a_misspelt_loop_inside_another_is_one_finding(
     assert item.code == "VP002" and item.message.endswith(f"did you mean {right}?")
 
 
+@pytest.mark.parametrize(
+    ("line", "right"),
+    [("X10.+5.", "X[10.+5.]"), ("X- 5 + 3 Y2", "X[- 5 + 3] Y2"), ("#1=5*2", "#1=[5*2]"), ("#1=5-#2", "#1=[5-#2]")],
+)
+def test_an_expression_that_begins_with_a_number_has_its_brackets(
+    inspector: Inspector, tmp_path: Path, line: str, right: str
+) -> None:
+    text = embed(".ngc", f"#2=1\n{line}")
+    message, _word, made = look(inspector, tmp_path / "a.ngc", text)
+    assert "an expression is written in brackets" in message
+    assert [fixed for _path, fixed, _settles in made.values()] == [text.replace(line, right)]
+
+
+@pytest.mark.parametrize("line", ["X5 -3", "X5-", "X5--3", "X[5*/2]+3"])  # X5 -3: the letter of a word is missing
+def test_a_sign_behind_a_number_may_be_no_operator(inspector: Inspector, tmp_path: Path, line: str) -> None:
+    (item,) = check(inspector, tmp_path / "a.ngc", embed(".ngc", line)).findings
+    assert "brackets" not in item.message
+
+
 LAST_M03 = "{}G21 G90 G94 G17 G54\nG0 X0. Y0. Z50. A0. C0.\nM3 S900\nG1 X5. F500.\nM03\n{}"
 
 
