@@ -172,6 +172,10 @@ def test_a_start_of_a_spindle_that_stands_is_no_slip(inspector: Inspector, tmp_p
         ("machine = \u201cac_trunnion\u201d", 'machine = "ac_trunnion"'),
         ("allow_rewind = True", "allow_rewind = true"),
         ("tool_length = \u20138", "tool_length = -8"),
+        ("tool_length = \u20118", "tool_length = -8"),
+        ("tool_length =\u20098", "tool_length = 8"),
+        ("machine = \u00abac_trunnion\u00bb # \u00ab\u00bb", 'machine = "ac_trunnion" # \u00ab\u00bb'),
+        ("machine = \u2018ac_trunnion\u2019", "machine = 'ac_trunnion'"),
     ],
 )
 def test_a_slip_of_a_setup_has_its_edit(inspector: Inspector, tmp_path: Path, wrong: str, right: str) -> None:
@@ -245,17 +249,21 @@ def test_a_character_of_mail_is_sought_at_the_word_that_cannot_be_read(
         (
             ".ngc",
             "X5\u00a0Y6\u00a0Z49\nX7\u00a0Y8",
-            "a no-break space (U+00A0), as mail and PDF have it; write a blank",
+            "a no-break space (U+00A0), as copied from a mail or PDF; write a blank",
         ),
-        (".mpf", "X5\u00a0Y6\nX7\u00a0Y8", "a no-break space (U+00A0), as mail and PDF have it; write a blank"),
-        (".h", "L X+5\u00a0Y+6\nL X+7\u00a0Y+8", "a no-break space (U+00A0), as mail and PDF have it; write a blank"),
-        (".ngc", "X5 Y\u20136\nX\u20137", "an en dash (U+2013), as mail and PDF have it; write a minus (-)"),
-        (".mpf", "X5 Y\u20136\nX=\u20137", "an en dash (U+2013), as mail and PDF have it; write a minus (-)"),
-        (".h", "L X+5 Y\u22126\nL X\u22127", "a minus sign (U+2212), as mail and PDF have it; write a minus (-)"),
+        (".mpf", "X5\u00a0Y6\nX7\u00a0Y8", "a no-break space (U+00A0), as copied from a mail or PDF; write a blank"),
+        (
+            ".h",
+            "L X+5\u00a0Y+6\nL X+7\u00a0Y+8",
+            "a no-break space (U+00A0), as copied from a mail or PDF; write a blank",
+        ),
+        (".ngc", "X5 Y\u20136\nX\u20137", "an en dash (U+2013), as copied from a mail or PDF; write a minus (-)"),
+        (".mpf", "X5 Y\u20136\nX=\u20137", "an en dash (U+2013), as copied from a mail or PDF; write a minus (-)"),
+        (".h", "L X+5 Y\u22126\nL X\u22127", "a minus sign (U+2212), as copied from a mail or PDF; write a minus (-)"),
         (
             ".mpf",
             "MSG(\u201ca\u201d)\nMSG(\u201cb\u201d)",
-            'a left double quotation mark (U+201C), as mail and PDF have it; write a straight quote (")',
+            'a left double quotation mark (U+201C), as copied from a mail or PDF; write a straight quote (")',
         ),
     ],
 )
