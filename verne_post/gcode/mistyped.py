@@ -107,7 +107,7 @@ def correct_word(text: str, error: ProgramError) -> str | None:
 
 def execute_as_meant(
     text: str,
-    execute: Callable[[str], list[ProgramError]],
+    execute: Callable[[str], None],
     correct: Callable[[str, ProgramError], str | None],
 ) -> tuple[list[ProgramError], str | None]:
     """Execute a line; where a word of it is mistyped, again with the one that is meant.
@@ -120,7 +120,7 @@ def execute_as_meant(
     rest: str | None = None
     while True:
         try:
-            errors += execute(text)
+            execute(text)
             break
         except ProgramError as error:
             errors.append(error)

@@ -156,10 +156,9 @@ class _BlockRun:
 
         words, block = text, Block(line)
 
-        def read(right_text: str) -> list[ProgramError]:
+        def read(right_text: str) -> None:
             nonlocal words, block
             words, block = right_text, self.flow.interpreter.read(right_text, line)
-            return []
 
         errors, rest = execute_as_meant(text, read, _correct)
         if rest is not None:
