@@ -132,8 +132,8 @@ def _add_hidden_errors(source: Text, setup: Setup, execution: Execution) -> list
     misspelt_ends = {edit.line for item in execution.errors if item.code == "VP023" for edit in item.edits}
     for item in _execute_past_errors(source, setup, StopConditions(past_errors=True))[2].errors:
         key = item.line, item.code, item.column  # one of several lines counts the later ones too
-        is_of_its_own = item.line not in misspelt_ends and (item.code in _OF_A_LINE or item.settled_by)
-        if key in found_errors or is_of_its_own:
+        is_independent = item.line not in misspelt_ends and (item.code in _OF_A_LINE or item.settled_by)
+        if key in found_errors or is_independent:
             found_errors[key] = item
     return list(found_errors.values())[:MAX_ERRORS]
 
