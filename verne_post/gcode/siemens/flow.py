@@ -108,9 +108,8 @@ class Flow:
             return bool(names)
         if executor.interpreter.state.compensation is not None:
             return False
-        fork = executor.fork(executor.interpreter.state.feed)
+        fork = executor.fork(executor.interpreter.state.feed, knows_place=True)
         fork.modal, fork.variables.r = executor.modal, dict(executor.variables.r)
-        fork.interpreter.state.known_axes = list(executor.interpreter.state.known_axes)
         scopes = [copy_scope(scope) for scope in executor.variables.scopes]
         for number, name in enumerate(names, 1):
             is_text = scopes[-1][name].kind == "STRING"
