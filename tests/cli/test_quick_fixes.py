@@ -539,6 +539,7 @@ FACE = "M30\n%_N_FACE_SPF\nPROC FACE(REAL SAFE, REAL LOW, REAL SPEED)\n"
         ("FACE(30)", "F=SPEED\nG1 X=SAFE\nRET", "LOW (REAL) and SPEED (REAL) are", "line 10: G1 with feed rate"),
         ("FACE(30,,9)", "F=SPEED\nCYCLE83(9,0,2,-9,,,LOW)\nRET", "LOW (REAL) is", "line 10: CYCLE83: the first"),
         ("FACE(30,,9)\nFACE(3,4,9)", "F=SPEED\nG1 X=SAFE/LOW\nRET", "LOW (REAL) is", "line 11: 30 / 0 has no"),
+        ("FACE(30,,9)", "G1 X0 Y0 F9\nG2 X=SAFE Y0 CR=LOW\nRET", "LOW (REAL) is", "line 10: "),
     ],
 )
 def test_a_value_that_a_call_lacks_is_an_error_of_the_call(
@@ -559,6 +560,8 @@ def test_a_value_that_a_call_lacks_is_an_error_of_the_call(
         ("FACE(30,2,3)", "G1 X=SAFE/(LOW-2) F9\nRET", "VP007", 9),
         ("FACE(30)", "LOW=2\nG1 X=SAFE/(LOW-2) F9\nRET", "VP007", 10),
         ("FACE(30)", "G1 X=LOW F9 FOO\nRET", "VP002", 9),
+        ("FACE(30)", "G1 X0 Y0 F9\nG2 X=SAFE Y0 CR=1 H=LOW\nRET", "VP008", 10),
+        ("FACE(30)", "G1 X=SAFE/(30-SAFE) Y=LOW F9\nRET", "VP007", 9),
     ],
 )
 def test_an_error_that_no_missing_value_leads_to_stays_in_its_line(

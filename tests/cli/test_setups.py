@@ -170,7 +170,11 @@ def test_lengths_of_tools_come_from_one_place(folder: Path, run: Callable[..., A
         ("; of part.nc\n", "a remark begins with #\n"),
         ("[tools]\n3 = { length = 90; diameter = 6 }", "2:18: VP503 error: not a TOML file: write a comma between"),
         ("[tools]\n3 = { length = 90 diameter = 6 }", "write a comma between the keys of a table\n"),
-        ("tool_table = “tools.tbl”", 'typographic quotes; write "\n'),
+        (
+            "tool_table = “tools.tbl”",
+            'a left double quotation mark (U+201C), as copied from a mail or PDF; write a straight quote (")\n',
+        ),
+        ("tool_length = \u201190", "a non-breaking hyphen (U+2011), as copied from a mail or PDF; write a minus (-)\n"),
         ("split_at_stops = True", "True: write true\n"),
         ("tool_table = tools.tbl", 'tools.tbl: a text stands in quotes; write "tools.tbl"\n'),
         (

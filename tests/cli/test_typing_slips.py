@@ -95,6 +95,40 @@ COMPENSATED = "L X+10 RL F500\nL X+20 Y+5 ; end\nL Z+70\nPLANE SPATIAL SPA+0 SPB
 FANUC_TOOL = "%\nO1\nG21 G90 G94 G17 G54\nT1 M6\nM3 S9\nG0 X0. Y0. Z50. A0. C0.\nG1 Z40. F300.\nM30\n%\n"
 
 
+@pytest.mark.parametrize(
+    ("lines", "right"),
+    [
+        ("WHILE R1<3\nREPET\nR1=R1+1\nX=R1\nUNTIL R1>2\nENDWHILE", "REPEAT"),
+        ("FOR R2=1 TO 2\nWHLE R1<3\nR1=R1+1\nX=R1\nENDWHILE\nENDFOR", "WHILE"),
+    ],
+)
+def test_a_misspelt_loop_inside_another_is_one_finding(
+    inspector: Inspector, tmp_path: Path, lines: str, right: str
+) -> None:
+    path = tmp_path / "a.mpf"
+    (item,) = check(inspector, path, embed(".mpf", f"R1=0\n{lines}")).findings
+    assert item.code == "VP002" and item.message.endswith(f"did you mean {right}?")
+
+
+@pytest.mark.parametrize(
+    ("line", "right"),
+    [("X10.+5.", "X[10.+5.]"), ("X- 5 + 3 Y2", "X[- 5 + 3] Y2"), ("#1=5*2", "#1=[5*2]"), ("#1=5-#2", "#1=[5-#2]")],
+)
+def test_an_expression_that_begins_with_a_number_has_its_brackets(
+    inspector: Inspector, tmp_path: Path, line: str, right: str
+) -> None:
+    text = embed(".ngc", f"#2=1\n{line}")
+    message, _word, made = look(inspector, tmp_path / "a.ngc", text)
+    assert "an expression is written in brackets" in message
+    assert [fixed for _path, fixed, _settles in made.values()] == [text.replace(line, right)]
+
+
+@pytest.mark.parametrize("line", ["X5 -3", "X5-", "X5--3", "X[5*/2]+3"])  # X5 -3: the letter of a word is missing
+def test_a_sign_behind_a_number_may_be_no_operator(inspector: Inspector, tmp_path: Path, line: str) -> None:
+    (item,) = check(inspector, tmp_path / "a.ngc", embed(".ngc", line)).findings
+    assert "brackets" not in item.message
+
+
 LAST_M03 = "{}G21 G90 G94 G17 G54\nG0 X0. Y0. Z50. A0. C0.\nM3 S900\nG1 X5. F500.\nM03\n{}"
 
 
@@ -120,8 +154,9 @@ def test_what_a_message_says_is_an_edit(
     assert made[title] == right[1].join(text.rsplit(right[0], 1))
 
 
-def test_the_only_start_of_the_spindle_is_no_slip(inspector: Inspector, tmp_path: Path) -> None:
-    text = embed(".ngc", "X5").replace("M3 S1000\n", "").replace("M2\n", "M3\n")
+@pytest.mark.parametrize("before", ["", "M4 S1000\n", "M3 S1000\nM5\n", "T1 M3 S1000\nM6\n"])
+def test_a_start_of_a_spindle_that_stands_is_no_slip(inspector: Inspector, tmp_path: Path, before: str) -> None:
+    text = embed(".ngc", "").replace("M3 S1000\n", before).replace("M2\n", "M3\n")
     message, _word, made = look(inspector, tmp_path / "a.ngc", text)
     assert message == "the file ends without M2 or M30"
     assert [fixed for _path, fixed, _settles in made.values()] == [f"{text}M30\n"]
@@ -137,6 +172,10 @@ def test_the_only_start_of_the_spindle_is_no_slip(inspector: Inspector, tmp_path
         ("machine = \u201cac_trunnion\u201d", 'machine = "ac_trunnion"'),
         ("allow_rewind = True", "allow_rewind = true"),
         ("tool_length = \u20138", "tool_length = -8"),
+        ("tool_length = \u20118", "tool_length = -8"),
+        ("tool_length =\u20098", "tool_length = 8"),
+        ("machine = \u00abac_trunnion\u00bb # \u00ab\u00bb", 'machine = "ac_trunnion" # \u00ab\u00bb'),
+        ("machine = \u2018ac_trunnion\u2019", "machine = 'ac_trunnion'"),
     ],
 )
 def test_a_slip_of_a_setup_has_its_edit(inspector: Inspector, tmp_path: Path, wrong: str, right: str) -> None:
@@ -189,22 +228,42 @@ def test_a_subprogram_that_is_nearly_that_of_a_file(inspector: Inspector, tmp_pa
 
 
 @pytest.mark.parametrize(
+    ("ending", "line", "is_meant"),
+    [
+        (".ngc", "X1.2.3(a\u2013b)", False),
+        (".ngc", "X1.2.3Y\u20135", False),
+        (".mpf", "X1.2.3;a\u2013b", False),
+        (".mpf", "X=(1\u20132)", True),
+    ],
+)
+def test_a_character_of_mail_is_sought_at_the_word_that_cannot_be_read(
+    inspector: Inspector, tmp_path: Path, ending: str, line: str, is_meant: bool
+) -> None:
+    message, _word, _made = look(inspector, tmp_path / f"a{ending}", embed(ending, line))
+    assert ("en dash" in message) == is_meant
+
+
+@pytest.mark.parametrize(
     ("ending", "lines", "said"),
     [
         (
             ".ngc",
             "X5\u00a0Y6\u00a0Z49\nX7\u00a0Y8",
-            "a no-break space (U+00A0), as mail and PDF have it; write a blank",
+            "a no-break space (U+00A0), as copied from a mail or PDF; write a blank",
         ),
-        (".mpf", "X5\u00a0Y6\nX7\u00a0Y8", "a no-break space (U+00A0), as mail and PDF have it; write a blank"),
-        (".h", "L X+5\u00a0Y+6\nL X+7\u00a0Y+8", "a no-break space (U+00A0), as mail and PDF have it; write a blank"),
-        (".ngc", "X5 Y\u20136\nX\u20137", "an en dash (U+2013), as mail and PDF have it; write a minus (-)"),
-        (".mpf", "X5 Y\u20136\nX=\u20137", "an en dash (U+2013), as mail and PDF have it; write a minus (-)"),
-        (".h", "L X+5 Y\u22126\nL X\u22127", "a minus sign (U+2212), as mail and PDF have it; write a minus (-)"),
+        (".mpf", "X5\u00a0Y6\nX7\u00a0Y8", "a no-break space (U+00A0), as copied from a mail or PDF; write a blank"),
+        (
+            ".h",
+            "L X+5\u00a0Y+6\nL X+7\u00a0Y+8",
+            "a no-break space (U+00A0), as copied from a mail or PDF; write a blank",
+        ),
+        (".ngc", "X5 Y\u20136\nX\u20137", "an en dash (U+2013), as copied from a mail or PDF; write a minus (-)"),
+        (".mpf", "X5 Y\u20136\nX=\u20137", "an en dash (U+2013), as copied from a mail or PDF; write a minus (-)"),
+        (".h", "L X+5 Y\u22126\nL X\u22127", "a minus sign (U+2212), as copied from a mail or PDF; write a minus (-)"),
         (
             ".mpf",
             "MSG(\u201ca\u201d)\nMSG(\u201cb\u201d)",
-            'a left double quotation mark (U+201C), as mail and PDF have it; write a straight quote (")',
+            'a left double quotation mark (U+201C), as copied from a mail or PDF; write a straight quote (")',
         ),
     ],
 )

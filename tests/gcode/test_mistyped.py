@@ -475,11 +475,10 @@ def test_two_words_that_are_each_taken_for_the_other_end() -> None:
     """The guard of Klartext counted, and the other languages had none; columns are those of the line as it stands."""
     meant = {"SUAP": "SUPA", "SUPA": "SUAP", "FOOO": "FOO"}
 
-    def execute(text: str) -> list[ProgramError]:
+    def execute(text: str) -> None:
         for word, right_word in meant.items():
             if (at := text.find(word)) >= 0:
                 raise ProgramError("VP001", f"{word}: no meaning in this language; did you mean {right_word}?", at + 1)
-        return []
 
     errors, rest = execute_as_meant("FOOO SUAP", execute, correct_line)
     assert [(one.message[:4], one.column) for one in errors] == [("SUAP", 6), ("SUPA", 6)]

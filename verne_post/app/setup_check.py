@@ -287,6 +287,16 @@ def _find_low_rapid(
     return beside
 
 
+class _WrongLength(Struct):
+    """Cuts with a wrong length: the first one, the first one that is an error, and the finding about them."""
+
+    first: int
+    low: int = -1
+    text: str = ""
+    edits: tuple[Remedy, ...] = ()  #: They put the missing length in force.
+    advice: str | None = None  #: Empty where the tool has a length of its own: length 0 is not what is meant.
+
+
 def _check_lengths(
     moves: Moves, path: ToolPath, options: Options, changes: Sequence[Finding], radius: float
 ) -> Iterator[Finding]:
@@ -306,9 +316,7 @@ def _check_lengths(
     unloaded = [*(item for item in moves.findings if item.code == "VP041"), *changes]
     called = _list_called_tools(moves) | {item.tool: None for item in unloaded if item.tool is not None}
     called |= {item.tool: None for item in named if item.tool is not None and _follows_stop(moves, item.line or 0)}
-    # tool and length -> first cut, first low one, message, what puts the missing length in force, and the advice:
-    # none where the tool has a length of its own, since length 0 is not what is meant
-    wrong: dict[tuple[int, float], tuple[int, int, str, tuple[Remedy, ...], str | None]] = {}
+    wrong: dict[tuple[int, float], _WrongLength] = {}  # by tool and length
     before: list[int] = []  # tools so far
     spindle = 0  # the one that may still be there, after TOOL CALL 0 too
     # the first too low without a length, whether it is an error, why, and what puts the length in force
@@ -356,23 +364,24 @@ def _check_lengths(
         if told or (length and owner is None):
             continue  # an H of another tool since then has its own warning
         # no length is told once, whatever the tools
-        known = wrong.setdefault((tool if length else 0, length), (first, -1, "", (), None))
-        if known[2] and (known[1] >= 0 or low < 0 or not own):
+        known = wrong.setdefault((tool if length else 0, length), _WrongLength(first))
+        if known.text and (known.low >= 0 or low < 0 or not own):
             continue
-        text = (
+        known.low = low if own else -1
+        known.text = (
             _describe_other_length(tool, length, own, owner, names, change, moves.language)
             if owner is not None and length
             else _describe_bare_tool(tool, own, lengths, names, change, moves.language)
         )
-        edits = _make_activations(tool, change, moves.language) if own else ()
-        wrong[tool if length else 0, length] = known[0], low if own else -1, text, edits, "" if own or length else None
+        known.edits = _make_activations(tool, change, moves.language) if own else ()
+        known.advice = "" if own or length else None
     at, is_error, text, edits = rapid
     if at >= 0 and (cause := [one for one in unloaded if _find_change(moves, at) <= (one.line or 0) <= moves.line[at]]):
         if is_error and cause[-1].line not in raised:
             yield dataclasses.replace(cause[-1], severity="error")
         at = -1  # the length in force follows from the tool that is not loaded
-    cut = wrong.get((0, 0.0), (len(moves), -1, "", (), None))
-    if at >= 0 and not 0 <= cut[1] < (at if is_error else len(moves)):
+    cut = wrong.get((0, 0.0), _WrongLength(len(moves)))
+    if at >= 0 and not 0 <= cut.low < (at if is_error else len(moves)):
         line, severity = int(moves.line[at]), "error" if is_error else "warning"
         way = next((one for one in moves.findings if one.code == "VP052" and one.line == line), None)
         if way is None:
@@ -383,13 +392,13 @@ def _check_lengths(
             what, _separator, remedy = way.message.partition(": ")
             message = f"{what}; {text.partition('; ')[0]}: {remedy}"
             yield dataclasses.replace(way, severity="error", message=message)
-        if cut[0] > at:
+        if cut.first > at:
             wrong.pop((0, 0.0), None)  # of the same cause
-    for first, low, text, edits, advice in wrong.values():
-        line = int(moves.line[first if low < 0 else low])
-        severity = "warning" if low < 0 else "error"
+    for one in wrong.values():
+        line = int(moves.line[one.first if one.low < 0 else one.low])
+        severity = "warning" if one.low < 0 else "error"
         lines = {"line": line, "last_line": line, "worst_line": line}
-        yield make_finding("VP034", text, severity=severity, edits=edits, advice=advice, **lines)
+        yield make_finding("VP034", one.text, severity=severity, edits=one.edits, advice=one.advice, **lines)
 
 
 def _follows_stop(moves: Moves, line: int) -> bool:

@@ -9,6 +9,7 @@ from typing import Any, Final
 from msgspec import Struct
 
 from verne_post.base.numbers import format_fixed
+from verne_post.base.pasted import explain_pasted, is_pasted, translate_pasted
 from verne_post.base.printable import escape_unprinted
 from verne_post.base.text_marks import UTF16, decode_text, is_utf16
 from verne_post.model.findings import Finding, InputError, make_input_error
@@ -97,12 +98,8 @@ def _name_slip(line: str, column: int, message: str) -> str:
         return "write = instead of :"
     if "Unclosed inline table" in message and re.match(r";|[ \t]*[\w-]+[ \t]*=", bare[column - 1 :]):
         return "write a comma between the keys of a table"
-    if line[column - 1 : column] in ("“", "”", "„", "‘", "’"):
-        return 'typographic quotes; write "'
-    if line[column - 1 : column] in ("–", "—", "\u2212"):
-        return "a dash, as mail and PDF have it; write a minus (-)"
-    if line[column - 1 : column] == "\u00a0":
-        return "a no-break space (U+00A0), as mail and PDF have it; write a blank"
+    if is_pasted(line[column - 1 : column]):
+        return explain_pasted(line[column - 1])
     word = next((one for one in _WORD.finditer(bare) if one.start() < column <= one.end()), None)
     if word is None or bare[: word.start()].rstrip()[-1:] not in ("=", "[", ","):
         return ""
@@ -118,6 +115,12 @@ def _name_slip(line: str, column: int, message: str) -> str:
     if "Invalid value" in message and word[0][0].isalpha():
         return f'{word[0]}: a text stands in quotes; write "{word[0]}"'
     return ""
+
+
+def replace_pasted(text: str) -> str:
+    """A TOML file with the characters that are typed in place of those of mail and PDF; texts and remarks stay."""
+    parts = re.split(f"({_TEXT_OR_REMARK.pattern})", text)
+    return "".join(part if number % 2 else translate_pasted(part) for number, part in enumerate(parts))
 
 
 def _find_open_bracket(above: Sequence[str], line: str) -> str:

@@ -48,8 +48,10 @@ KEYWORDS: Final = (
 #: Where one keyword begins another the longer comes first.
 _KEYWORD: Final = re.compile(rf"(?:{'|'.join(sorted(KEYWORDS, key=len, reverse=True))})(?![A-Z])")
 _OPERAND: Final = r"(?:#(?:\d+|<[^>]*>)|\[[^\[\]]*\]|\d+\.?\d*|\.\d+)"
+#: What stands between two operands; a sign that stands at the second alone may be of a word without its letter.
+_OPERATOR: Final = r"[ \t]*(?:[*/]|(?<![ \t])[-+]|[-+](?=[ \t]))[ \t]*"
 #: An expression without its brackets, behind a letter or =.
-_EXPRESSION: Final = re.compile(rf"(?<=[A-Za-z= \t])[-+]?{_OPERAND}(?:[ \t]*[-+*/][ \t]*{_OPERAND})+")
+_EXPRESSION: Final = re.compile(rf"(?<=[A-Za-z= \t])(?:[-+][ \t]*)?{_OPERAND}(?:{_OPERATOR}{_OPERAND})+")
 
 
 class OWord(Struct, frozen=True):
@@ -176,6 +178,13 @@ def read_block(text: str, line: int, values: Values | None = None) -> Block:
 
 def read_exactly(text: str, line: int, values: Values | None = None) -> Block:
     """As :func:`read_block`, word by word: the only reader that reports errors."""
+    try:
+        return _read_words(text, line, values)
+    except ProgramError as error:
+        raise (_find_missing_brackets(text, error) or error) from None
+
+
+def _read_words(text: str, line: int, values: Values | None) -> Block:
     block = Block(line)
     characters, places, block.comment = strip_comments(text)
     reader = ValueReader(characters, places, values)
@@ -215,8 +224,6 @@ def read_exactly(text: str, line: int, values: Values | None = None) -> Block:
         elif character == "#" and values is not None:
             block.settings.append(read_setting(reader))
         else:
-            if character in "+-*/" and (error := _find_missing_brackets(text, reader.find_column(at))) is not None:
-                raise error
             raise reader.error("VP001", _describe_strange(character, first), at)
         first = has_number = False
     return block
@@ -254,7 +261,7 @@ def _read_o_word(reader: ValueReader) -> OWord:
             edits = write_meant(word.lower(), [one.lower() for one in KEYWORDS])
             text = f"o{label or ''}: expected {', '.join(KEYWORDS).lower()}, or nothing after a program number"
             if edits:
-                text = f"{word.lower()}: no word behind o{label or ''}; did you mean {edits[0].value}?"
+                text = f"{word.lower()}: no word after o{label or ''}; did you mean {edits[0].value}?"
             elif word.isalpha() and label is not None and label.isdigit():
                 text += (
                     ". These are words of RS274/NGC (LinuxCNC); a title is written in parentheses, "
@@ -291,10 +298,13 @@ def _label_of_number(value: float, reader: ValueReader, at: int) -> str:
     return str(round(value))
 
 
-def _find_missing_brackets(text: str, column: int) -> ProgramError | None:
-    """The error of an expression without brackets, which has an operator at a column; None where there is none."""
-    found = next((one for one in _EXPRESSION.finditer(text) if one.start() < column - 1 < one.end()), None)
-    if found is None:
+def _find_missing_brackets(text: str, error: ProgramError) -> ProgramError | None:
+    """The error of an expression without brackets, at an operator of which another one is; None for other errors."""
+    at = (error.column or 0) - 1
+    if error.code != "VP001" or text[at : at + 1] not in ("+", "-", "*", "/"):
+        return None
+    found = next((one for one in _EXPRESSION.finditer(text) if one.start() < at < one.end()), None)
+    if found is None or text.count("[", found.start(), at) > text.count("]", found.start(), at):
         return None
     right = f"[{found[0]}]"
     edits = (Remedy(f"write {right}", right, misspelt=found[0]),)

@@ -39,7 +39,6 @@ class Dialect(Struct, frozen=True):
     #: Pattern of the word that asks for inches, as its first group, and the word for mm, which
     #: may name further groups; None where it has none.
     inch: tuple[str, str] | None = None
-    has_long_codes: bool = False  #: G codes of three digits.
 
 
 def names_axis_in_blocks(source: Text, letter: str, setup: Setup) -> bool:

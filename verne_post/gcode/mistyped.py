@@ -5,12 +5,12 @@ did you mean TRAORI?". Editors change the one into the other, and a language goe
 """
 
 import re
-import unicodedata
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from typing import Final
 
 from verne_post.base.long_text import Text, take_line
+from verne_post.base.pasted import OF_PROGRAMS, explain_pasted, name_meant, name_pasted, translate_pasted
 from verne_post.base.program_lines import remove_remarks
 from verne_post.base.suggestions import find_correction, find_meant
 from verne_post.gcode.program_error import ProgramError
@@ -62,14 +62,8 @@ _VARIABLE_WITH_L: Final = re.compile(r"#\d+l(?=[ \t]*[-+])")
 _FOR: Final = re.compile(r"\bFOR\b.*=", re.IGNORECASE)
 #: A text that is closed.
 _TEXT: Final = re.compile(r'"[^"]*"')
-#: Characters that mail and PDF put in place of those of a program: what each is meant for, and what that is called.
-_OF_PASTES: Final = {
-    **dict.fromkeys("\u00a0\u2002\u2003\u2007\u2008\u2009\u200a\u202f\u3000", (" ", "a blank")),
-    **dict.fromkeys("\u2010\u2011\u2012\u2013\u2014\u2015\u2212", ("-", "a minus (-)")),
-    **dict.fromkeys("\u201c\u201d\u201e\u201f\u00ab\u00bb\u2033", ('"', 'a straight quote (")')),
-}
-_MEANT_OF_PASTES: Final = str.maketrans({one: character for one, (character, _name) in _OF_PASTES.items()})
-_PASTED_CHARACTER: Final = re.compile(f"[{''.join(_OF_PASTES)}]")
+#: The next word begins: behind a blank, or a letter behind a number.
+_NEXT_WORD: Final = re.compile(r"[ \t]\S|[\d.][A-Za-z]")
 #: Errors of text that cannot be read.
 _UNREADABLE: Final = ("VP001", "VP002")
 
@@ -91,7 +85,7 @@ def correct_line(text: str, error: ProgramError) -> str | None:
     if error.column is None or error.line is not None:
         return None
     if find_correction(error.message) is None:
-        return correct_number(text, error, has_long_codes=True)
+        return correct_number(text, error, "siemens")  # whose remarks are those of Klartext, too
     return correct_word(text, error)
 
 
@@ -113,7 +107,7 @@ def correct_word(text: str, error: ProgramError) -> str | None:
 
 def execute_as_meant(
     text: str,
-    execute: Callable[[str], list[ProgramError]],
+    execute: Callable[[str], None],
     correct: Callable[[str, ProgramError], str | None],
 ) -> tuple[list[ProgramError], str | None]:
     """Execute a line; where a word of it is mistyped, again with the one that is meant.
@@ -126,7 +120,7 @@ def execute_as_meant(
     rest: str | None = None
     while True:
         try:
-            errors += execute(text)
+            execute(text)
             break
         except ProgramError as error:
             errors.append(error)
@@ -151,48 +145,42 @@ def shift_back(corrected_error: ProgramError, later_errors: Iterable[ProgramErro
             error.column -= len(correction[1]) - len(correction[0])
 
 
-def say_what_is_meant(source: Text, errors: Sequence[Finding], *, has_long_codes: bool) -> list[Finding]:
+def say_what_is_meant(source: Text, errors: Sequence[Finding], dialect: str) -> list[Finding]:
     """Errors, of which those about a letter O or a comma in a number, or a letter twice, say what is meant, once.
 
     Where a message knows what is meant by the word at its column, that is an edit of the error.
     """
-    return list(dict.fromkeys(_say_what_is_meant(source, item, has_long_codes) for item in errors))
+    return list(dict.fromkeys(_say_what_is_meant(source, item, dialect) for item in errors))
 
 
-def translate_pasted(text: str) -> str:
-    """A text with the characters of a program in place of those that mail and PDF put there."""
-    return text.translate(_MEANT_OF_PASTES)
-
-
-def _find_pasted(text: str, error: ProgramError | Finding) -> tuple[str, int] | None:
-    """The message about a character of mail or PDF at or beside the word that cannot be read, and where it stands."""
+def _find_pasted(text: str, error: ProgramError | Finding, dialect: str) -> tuple[str, int] | None:
+    """A character of mail or PDF at or beside the word that cannot be read, and where it stands."""
     if error.code not in _UNREADABLE or error.column is None or text.isascii():
         return None
     begin = max(error.column - 2, 0)
-    paste = _PASTED_CHARACTER.search(text, begin)
-    if paste is None or re.search(r"[ \t]\S", text[begin + 1 : paste.start() + 1]):
+    paste = OF_PROGRAMS.search(remove_remarks(text, dialect), begin)
+    if paste is None or _NEXT_WORD.search(text, begin + 1, paste.start() + 1):
         return None
-    name = unicodedata.name(paste[0]).lower()
-    article = "an" if name[0] in "aeiou" else "a"
-    message = f"{article} {name} (U+{ord(paste[0]):04X}), as mail and PDF have it; write {_OF_PASTES[paste[0]][1]}"
-    return message, paste.start()
+    return paste[0], paste.start()
 
 
-def _say_what_is_meant(source: Text, item: Finding, has_long_codes: bool) -> Finding:
+def _say_what_is_meant(source: Text, item: Finding, dialect: str) -> Finding:
     if item.line is None or item.column is None:
         return item
     raw = take_line(source, item.line)
     text = "" if raw is None else raw.decode("utf-8", errors="replace")
-    if (paste := _find_pasted(text, item)) is not None:
-        message, begin = paste
-        code = remove_remarks(text[begin:])
-        wrong = code[: max((one.end() for one in _PASTED_CHARACTER.finditer(code)), default=0)]
-        title = f"write {_OF_PASTES[text[begin]][1]} in place of {message.partition(',')[0]}"
+    if (paste := _find_pasted(text, item, dialect)) is not None:
+        character, begin = paste
+        code = remove_remarks(text, dialect)[begin:]
+        wrong = code[: max((one.end() for one in OF_PROGRAMS.finditer(code)), default=0)]
+        title = f"write {name_meant(character)} in place of {name_pasted(character)}"
         edit = Remedy(title, translate_pasted(wrong), line=item.line, misspelt=wrong)
-        return replace(item, code="VP001", message=message, column=begin + 1, edits=(edit,) if wrong else ())
+        return replace(
+            item, code="VP001", message=explain_pasted(character), column=begin + 1, edits=(edit,) if wrong else ()
+        )
     is_unread = item.code in _UNREADABLE or _is_value(text, item.column, item.code)
     if is_unread and _BEHIND_M not in item.message:
-        found = _find_number(text, item.column, has_long_codes=has_long_codes)
+        found = _find_number(text, item.column, dialect)
         if found is not None:
             item = replace(item, code="VP001", message=found[0], column=found[1] + 1, edits=())
     elif item.code == "VP006":
@@ -228,17 +216,14 @@ def _close_quote(text: str, begin: int, line: int) -> tuple[Remedy, ...]:
     )
 
 
-def correct_number(text: str, error: ProgramError, *, has_long_codes: bool = False) -> str | None:
-    """A line that cannot be read, with the number that is meant, which the error says; None where there is none.
-
-    ``has_long_codes`` for a language with G codes of three digits.
-    """
-    if (paste := _find_pasted(text, error)) is not None:
-        error.code, error.message, error.column, error.edits = "VP001", paste[0], paste[1] + 1, ()
+def correct_number(text: str, error: ProgramError, dialect: str = "") -> str | None:
+    """A line that cannot be read, with the number that is meant, which the error says; None where there is none."""
+    if (paste := _find_pasted(text, error, dialect)) is not None:
+        error.code, error.message, error.column, error.edits = "VP001", explain_pasted(paste[0]), paste[1] + 1, ()
         return translate_pasted(text)
     if error.column is None or not (error.code in _UNREADABLE or _is_value(text, error.column, error.code)):
         return None
-    found = _find_number(text, error.column, has_long_codes=has_long_codes)
+    found = _find_number(text, error.column, dialect)
     if found is None:
         return None
     error.message, begin, wrong_word, right_word = found
@@ -246,7 +231,7 @@ def correct_number(text: str, error: ProgramError, *, has_long_codes: bool = Fal
     return text[:begin] + right_word + text[begin + len(wrong_word) :]
 
 
-def _find_number(line: str, column: int, *, has_long_codes: bool) -> tuple[str, int, str, str] | None:
+def _find_number(line: str, column: int, dialect: str) -> tuple[str, int, str, str] | None:
     """The message about a number at a column, where its word begins, the word, and what is meant."""
     at = column - 1
     for pattern in _ALIKE:
@@ -255,7 +240,7 @@ def _find_number(line: str, column: int, *, has_long_codes: bool) -> tuple[str, 
             n_blanks = len(line[match.end() :]) - len(line[match.end() :].lstrip()) if "l" in match[2] else 0
             if match.start() <= at <= match.end() + n_blanks and _is_number(pattern, match, line):
                 word = "".join(match[0].split())
-                if pattern is _LETTER_O and not has_long_codes and _LETTER_TOO_MANY.fullmatch(word):
+                if pattern is _LETTER_O and dialect != "siemens" and _LETTER_TOO_MANY.fullmatch(word):
                     return _report(match, "the letter O behind the code", word[:-1])
                 number = "".join(match[1].split()) + match[2].translate(MEANT_CHARACTERS)
                 return _report(match, f"{_name_character(match[2])} in a number", number)

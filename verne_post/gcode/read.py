@@ -104,7 +104,7 @@ def interpret_until_error(source: Text, setup: Setup) -> tuple[Moves, tuple[Find
     if errors:
         every = dialect.execute(source, setup, dialect.initial_state(setup), StopConditions()).errors
         other = _find_language(source, every, dialect)
-        errors = say_what_is_meant(source, errors, has_long_codes=dialect.has_long_codes)
+        errors = say_what_is_meant(source, errors, name_dialect(dialect))
         errors = _show_rival(source, setup, errors, every, dialect) if other is None else [other]
     return execution.recorder.freeze(start, frame, Parameters(setup, state).list_persistent()), tuple(errors)
 
@@ -132,8 +132,8 @@ def _add_hidden_errors(source: Text, setup: Setup, execution: Execution) -> list
     misspelt_ends = {edit.line for item in execution.errors if item.code == "VP023" for edit in item.edits}
     for item in _execute_past_errors(source, setup, StopConditions(past_errors=True))[2].errors:
         key = item.line, item.code, item.column  # one of several lines counts the later ones too
-        is_of_its_own = item.line not in misspelt_ends and (item.code in _OF_A_LINE or item.settled_by)
-        if key in found_errors or is_of_its_own:
+        is_independent = item.line not in misspelt_ends and (item.code in _OF_A_LINE or item.settled_by)
+        if key in found_errors or is_independent:
             found_errors[key] = item
     return list(found_errors.values())[:MAX_ERRORS]
 
@@ -167,7 +167,7 @@ def _find_cause(source: Text, errors: list[Finding], dialect: Dialect, setup: Se
     if other is not None:
         return [other]
     in_order = [_place_at_word(source, item) for item in sorted(errors, key=lambda item: item.line or 0)]
-    found = say_what_is_meant(source, in_order, has_long_codes=dialect.has_long_codes)
+    found = say_what_is_meant(source, in_order, name_dialect(dialect))
     return _show_rival(source, setup, found, found, dialect)
 
 

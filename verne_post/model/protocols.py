@@ -386,7 +386,7 @@ class Coordinates(Protocol):
 
 
 def name_rotary_side(coordinates: Coordinates) -> str:
-    """See ``Machine.rotary_side``."""
+    """What the rotary axes turn, in words, by the number of them that the head has."""
     return ("table", "rotary axes", "head")[len(coordinates.head)]
 
 

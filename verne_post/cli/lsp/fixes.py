@@ -14,6 +14,7 @@ from msgspec.structs import replace
 from verne_post.app.assemble import SPLIT_KEY
 from verne_post.app.tried_remedies import list_ends
 from verne_post.base.numbers import format_count
+from verne_post.base.pasted import translate_pasted
 from verne_post.base.printable import quote_key
 from verne_post.base.program_lines import find_word, find_word_of, remove_remarks
 from verne_post.base.suggestions import find_suggestion
@@ -32,9 +33,9 @@ from verne_post.config.toml_entries import (
     list_entries,
     plan_edit,
 )
+from verne_post.config.toml_text import replace_pasted
 from verne_post.gcode.dialects import choose_dialect_name
 from verne_post.gcode.machining.holes import TAPPING_KEY
-from verne_post.gcode.mistyped import translate_pasted
 from verne_post.gcode.rs274.fanuc_points import add_points
 from verne_post.model.findings import Finding, Remedy
 from verne_post.model.verdict import count_findings, is_about_pose, is_about_text
@@ -49,8 +50,7 @@ _VALUE_OF_TOML: Final = re.compile(
     r"(\S+): (?:[^;:]+; )?write (\"[^\"]+\"|[^\s,;]+)(?:, in|$)"
     r"|= '([-+]?\d+(?:\.\d+)?)': expected a (?:whole )?number"
 )
-#: A file that is no TOML because of characters of mail and PDF.
-_PASTED_TOML: Final = re.compile(r"typographic quotes;|as mail and PDF have it;")
+_REPLACE_PASTED: Final = "Replace typographic dashes, quotes and spaces"
 #: What stands before the rest of an expression: without that, a variable would get another value.
 _REST_OF_VALUE: Final = re.compile(r"#[^=]*=.*[\w.\])>]$")
 _PROC: Final = re.compile(r"[ \t]*(?:N\d+[ \t]*)?PROC\b", re.IGNORECASE)
@@ -245,11 +245,8 @@ def _propose_file_fixes(path: Path, item: Finding, text: str) -> Iterator[Fix]:
         if (there := quoted or written) is not None:
             begin, new = _find_offset(text, at - 1) + there.start(), wrong_value[2] or wrong_value[3]
             yield Fix(f"Write {new} in place of {there[0]}", path, text, begin, begin + len(there[0]), new)
-    if _PASTED_TOML.search(sentence):
-        parts = (line.partition("#") for line in text.split("\n"))
-        new = "\n".join(f"{translate_pasted(head)}{mark}{remark}" for head, mark, remark in parts)
-        title = "Write the characters of a set-up in place of those of mail and PDF"
-        yield Fix(title, path, text, 0, len(text), new)
+    if (new := replace_pasted(text)) != text:
+        yield Fix(_REPLACE_PASTED, path, text, 0, len(text), new)
     missing = re.match(r"([\w.-]+) is missing\b", sentence)
     if missing is not None and (change := _plan_change(text, tuple(missing[1].split(".")), _TO_FILL_IN)):
         title = f"Add {missing[1]} = {_TO_FILL_IN}, to be filled in"
@@ -535,7 +532,7 @@ def _translate_everywhere(found: Inspected) -> Iterator[Fix]:
             )
             count += 1
     if count > 1:
-        title = f"Write the characters of a program in place of those of mail and PDF in all {count} lines"
+        title = f"{_REPLACE_PASTED} in all {count} lines"
         yield Fix(title, found.path, found.text, 0, len(found.text), "\n".join(lines), spells=True)
 
 

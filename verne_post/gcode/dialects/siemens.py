@@ -67,6 +67,4 @@ def _names_axis(source: Text, letter: str, setup: Setup) -> bool:
     return any(pattern.search(re.sub(rb";[^\n]*", b"", text)) for text in texts)
 
 
-DIALECT: Final[Dialect] = Dialect(
-    _recognise, make_initial_state, _execute, _names_axis, (".mpf", ".spf"), inch=_INCH, has_long_codes=True
-)
+DIALECT: Final[Dialect] = Dialect(_recognise, make_initial_state, _execute, _names_axis, (".mpf", ".spf"), inch=_INCH)

@@ -272,9 +272,8 @@ class _KlartextRun:
             why = f"~ at its end continues the cycle in line {last + 1}, which is a separate block; take ~ away"
             errors.append(ProgramError("VP001", f"{why}, or write the parameter that is missing", line=last))
 
-        def execute(first_part: str) -> list[ProgramError]:
+        def execute(first_part: str) -> None:
             self._execute_parts([first_part, *parts[1:]], line)
-            return []
 
         def correct(first_part: str, error: ProgramError) -> str | None:
             return None if stop.first_error else correct_line(first_part, error)

@@ -2,7 +2,6 @@
 
 import dataclasses
 import re
-from typing import Final
 
 from verne_post.base.long_text import Text
 from verne_post.base.program_lines import remove_remarks
@@ -37,20 +36,14 @@ def execute_blocks(source: Text, setup: Setup, state: State, stop: StopCondition
 
 
 def _find_last_start(text: ProgramText) -> tuple[int, str] | None:
-    """The last line of a program, and the M3 that stands alone there, where the spindle has been started above it."""
+    """The last line of a program but remarks, and the M3 that stands alone there; None where another word does."""
     line = text.closing or text.n_lines + 1
     code = ""
     while not code and line > 1:
         line -= 1
         code = remove_remarks(decode_line(text.read_line(line))).strip()
     last = re.fullmatch(r"(?:N\d+[ \t]*)?(M0*3)", code, re.IGNORECASE)
-    lines = (decode_line(text.read_line(number)) for number in range(1, line))
-    runs = last is not None and any(_STARTS.search(remove_remarks(one)) for one in lines)
-    return (line, last[1]) if last is not None and runs else None
-
-
-#: A word that starts the spindle.
-_STARTS: Final = re.compile(r"(?<![A-Z])M0*[34](?![\d.])", re.IGNORECASE)
+    return (line, last[1]) if last is not None else None
 
 
 class _BlockRun:
@@ -62,6 +55,8 @@ class _BlockRun:
         #: A call has been left out, whose program is missing: it may set any mode and variable, and stops loops.
         self._misses_program = False
         self._gives_up = False
+        #: The last block with codes: its line, and whether the spindle ran forward before it.
+        self._last_codes = 0, False
 
     @property
     def has_ended(self) -> bool:
@@ -161,10 +156,9 @@ class _BlockRun:
 
         words, block = text, Block(line)
 
-        def read(right_text: str) -> list[ProgramError]:
+        def read(right_text: str) -> None:
             nonlocal words, block
             words, block = right_text, self.flow.interpreter.read(right_text, line)
-            return []
 
         errors, rest = execute_as_meant(text, read, _correct)
         if rest is not None:
@@ -192,6 +186,9 @@ class _BlockRun:
             flow.macros.step(block.macro, line)
             return []
         block.line = self.calls.show(line)
+        if block.codes:
+            state = interpreter.state
+            self._last_codes = block.line, state.spindle_on and not state.spindle_reversed
         if recovery is None:
             interpreter.execute(block)
         else:
@@ -212,7 +209,7 @@ class _BlockRun:
         percent = text.opening is not None
         starts = _find_last_start(text)
         edits, also = end_with("M30"), ""
-        if starts is not None:
+        if starts is not None and self._last_codes == (starts[0], True):
             edits = (Remedy("write M30", "30", line=starts[0], word=("M", 3.0), is_choice=True),)
             also = (
                 f"; {starts[1]} of line {starts[0]} starts a spindle that runs already: write M30 there if it is meant"

@@ -77,10 +77,10 @@ class Frame(Struct):
     ends: dict[int, float] = field(default_factory=dict)
     results: list[Outside] = field(default_factory=list)
     scope: dict[str, Variable] = field(default_factory=dict)
-    lacking: "Lacking | None" = None
+    missing: "MissingValues | None" = None
 
 
-class Lacking(Struct, frozen=True):
+class MissingValues(Struct, frozen=True):
     """Values of a PROC line that a call in the program leaves out: where it stands, and what is to be said of it."""
 
     line: int
@@ -88,15 +88,13 @@ class Lacking(Struct, frozen=True):
     names: tuple[str, ...]
     message: str
 
-    def explain(self, error: ProgramError, code: str, where: str, values: dict[str, Variable]) -> None:
-        """Say in an error of the subprogram that a missing value leads to it, at the call; no other error changes.
+    def find_used(self, error: ProgramError, code: str, values: dict[str, Variable]) -> list[str]:
+        """The values of these that ``code``, which fails, reads and nothing has set, if they may lead to the error."""
+        used_names = {one.upper() for one in NAME.findall(code)} if error.code in _OF_VALUES else set()
+        return [name for name in self.names if error.line is None and name in used_names and not values[name].values]
 
-        ``code`` is what fails, ``where`` names its line.
-        """
-        used_names = {one.upper() for one in NAME.findall(code)}
-        is_led_to = any(name in used_names and not values[name].values for name in self.names)
-        if error.line is not None or error.code not in _OF_VALUES or not is_led_to:
-            return
+    def explain(self, error: ProgramError, where: str) -> None:
+        """Say in an error of the subprogram that a missing value leads to it, at the call; ``where`` names its line."""
         error.line, error.column, error.of_program = self.line, self.column, True
         error.code, error.message = "VP005", f"{self.message} ({where}: {error.message})"
         error.cause, error.edits, error.settled_by = f"{self.message} {self.line}", (), ()
@@ -231,7 +229,7 @@ def bind_arguments(call: Call, procedure: Procedure, variables: Variables) -> tu
     return scope, results
 
 
-def find_lacking(call: Call, procedure: Procedure, line: int) -> Lacking | None:
+def find_missing_values(call: Call, procedure: Procedure, line: int) -> MissingValues | None:
     """What a call of the program leaves out of the values that its PROC line asks for; None where nothing."""
     given = [bool(argument.text.strip()) for argument in call.arguments or ()]
     given += [False] * (len(procedure.parameters) - len(given))
@@ -242,7 +240,7 @@ def find_lacking(call: Call, procedure: Procedure, line: int) -> Lacking | None:
     names = join_names([f"{one.name} ({one.kind})" for one in missing])
     counts = f"{'is' if len(missing) == 1 else 'are'} missing and count{'s' * (len(missing) == 1)} as 0"
     text = f"{call.name} gives {sum(given)} of the {len(pairs)} values of its PROC line: {names} {counts}"
-    return Lacking(call.line or line, call.column, tuple(one.name for one in missing), text)
+    return MissingValues(call.line or line, call.column, tuple(one.name for one in missing), text)
 
 
 def copy_scope(scope: dict[str, Variable]) -> dict[str, Variable]:

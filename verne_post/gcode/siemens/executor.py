@@ -262,16 +262,16 @@ class Executor:
 
     # --- cycles ---------------------------------------------------------------------------------------------
 
-    def fork(self, feed: float) -> "Executor":
+    def fork(self, feed: float, *, knows_place: bool = False) -> "Executor":
         """An executor with its own state and recorder, in which the same holds except for the feed rate.
 
-        R parameters are the same ones. The position of X and Y is not known in it.
+        R parameters are the same ones. The position of X and Y is not known in it, unless it ``knows_place``.
         """
         state = self.interpreter.state
         own = replace(
             state,
             position=list(state.position),
-            known_axes=[axis > 1 for axis in range(len(AXES))],
+            known_axes=list(state.known_axes) if knows_place else [axis > 1 for axis in range(len(AXES))],
             named_axes=list(state.named_axes),
             systems=dict(state.systems),
             first_places=None,

@@ -12,9 +12,10 @@ from verne_post.gcode.repeats import Repeats
 from verne_post.gcode.siemens.calls import (
     Frame,
     Library,
+    MissingValues,
     bind_arguments,
     copy_scope,
-    find_lacking,
+    find_missing_values,
     freeze,
     read_procedure,
 )
@@ -84,10 +85,9 @@ class Flow:
                 name = error.settled_by[1] if error.settled_by[:1] == ("remap",) else ""
                 if name and text.is_target(name) and (bare := text.find_bare_label(name)) is not None:
                     raise bare from None
-                if text is self.calls.text and (lacking := self.calls.frame.lacking) is not None:
-                    code = self._find_feed_word(line) if error.code == "VP009" else item.text
-                    where = f"{text.name}, line {line}" if text.name else f"line {line}"
-                    lacking.explain(error, code, where, self.executor.variables.scopes[-1])
+                missing = self.calls.frame.missing if text is self.calls.text else None
+                if missing is not None and self._is_of_missing(error, missing, raw, line):
+                    missing.explain(error, f"{text.name}, line {line}" if text.name else f"line {line}")
                 raise
             finally:
                 for number in self.executor.variables.unset_r[unset:]:
@@ -95,6 +95,33 @@ class Flow:
         if not self.has_ended and self.calls.text is text:
             end_stretch(self, line)
         self.repeats.count(text, line, line, self.executor.move_count - moves)
+
+    def _is_of_missing(self, error: ProgramError, missing: MissingValues, raw: bytes, line: int) -> bool:
+        """Whether a missing value of the call leads to an error: with other values the line has none, or another one.
+
+        Where cutter compensation is on, that is not known: no state beside the program's begins inside it.
+        """
+        executor = self.executor
+        code = self._find_feed_word(line) if error.code == "VP009" else split_line(raw).text
+        names = missing.find_used(error, code, executor.variables.scopes[-1])
+        if not names or error.code == "VP009":  # its line has moved the axes
+            return bool(names)
+        if executor.interpreter.state.compensation is not None:
+            return False
+        fork = executor.fork(executor.interpreter.state.feed, knows_place=True)
+        fork.modal, fork.variables.r = executor.modal, dict(executor.variables.r)
+        scopes = [copy_scope(scope) for scope in executor.variables.scopes]
+        for number, name in enumerate(names, 1):
+            is_text = scopes[-1][name].kind == "STRING"
+            scopes[-1][name].values[()] = str(number) if is_text else float(number)
+        fork.variables.scopes = scopes
+        flow = Flow(self.calls.main, fork)
+        flow.calls = CallStack(self.calls.text, line, Frame(self.calls.frame.section))
+        try:
+            flow.step(raw)
+        except ProgramError as other:
+            return other.message != error.message
+        return True
 
     def _find_feed_word(self, line: int) -> str:
         """The last F= of the subprogram up to a line, which a feed rate of zero comes from; empty without one."""
@@ -229,7 +256,7 @@ class Flow:
         kept_scope = copy_scope(scope) if repeats > 1 else {}
         frame = Frame(section, repeats, saved_modes, results=results, scope=kept_scope)
         if self.calls.text is self.calls.main:
-            frame.lacking = find_lacking(call, procedure, line)
+            frame.missing = find_missing_values(call, procedure, line)
         self.calls.enter(section.text, procedure.line + 1, line, frame)
         executor.variables.scopes.append(scope)
 

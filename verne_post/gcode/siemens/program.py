@@ -252,8 +252,8 @@ class SiemensText(ProgramText):
                 continue
             if word == "REPEAT" and rest.strip() and not rest.strip().startswith("/"):
                 continue  # REPEAT label
-            if not open_words and word in _CLOSES:
-                self._refuse_misspelt_begin(_CLOSES[word], line)
+            if word in _CLOSES and not _fits(open_words, word):
+                self._refuse_misspelt_begin(_CLOSES[word], open_words[-1][1] if open_words else 0, line)
             self._take(structure, open_words, word, line, match.start(1) - match.start() + 1)
         for word, begin, column in open_words:
             closing = _find_end(word)
@@ -263,14 +263,14 @@ class SiemensText(ProgramText):
             raise ProgramError("VP023", text, column, line=begin, edits=edits)
         return structure
 
-    def _refuse_misspelt_begin(self, opening: str, end: int) -> None:
-        """Refuse (VP002) the first word of a line above ``end`` that is nearly the one which opens a structure."""
+    def _refuse_misspelt_begin(self, opening: str, begin: int, end: int) -> None:
+        """Refuse (VP002) the first word of a line between two that is nearly the one which opens a structure."""
         for match in _FIRST_WORD.finditer(self.source):
             word = match[1].decode()
             if word.upper() == opening or not find_meant(word.upper(), [opening], slip_alone=True):
                 continue
             line = 1 + self.source.count(b"\n", 0, match.start())
-            if line < end:
+            if begin < line < end:
                 message = f"{word}: no meaning in this language; did you mean {opening}?"
                 raise ProgramError("VP002", message, match.start(1) - match.start() + 1, line=line)
 
@@ -296,10 +296,8 @@ class SiemensText(ProgramText):
         if word in ("IF", "FOR", "WHILE", "LOOP", "REPEAT"):
             open_words.append((word, line, column))
             return
-        wanted_word = "IF" if word == "ELSE" else _CLOSES[word]
-        fits = open_words and (open_words[-1][0] == wanted_word or (word == "ENDIF" and open_words[-1][0] == "ELSE"))
-        if not fits:
-            text, edits = f"{word} without {wanted_word} before it", tuple[Remedy, ...]()
+        if not _fits(open_words, word):
+            text, edits = f"{word} without {_CLOSES.get(word, 'IF')} before it", tuple[Remedy, ...]()
             if open_words:
                 opening, begin, _column = open_words[-1]
                 text += f"; {opening} of line {begin} is open"
@@ -312,6 +310,12 @@ class SiemensText(ProgramText):
         structure.end[begin], structure.begin[line] = line, begin
         if word == "ELSE":
             open_words.append(("ELSE", line, column))
+
+
+def _fits(open_words: list[tuple[str, int, int]], word: str) -> bool:
+    """Whether a word closes what is open, or is the ELSE of it."""
+    opening = open_words[-1][0] if open_words else ""
+    return opening == _CLOSES.get(word, "IF") or (word == "ENDIF" and opening == "ELSE")
 
 
 def _find_end(word: str) -> str:

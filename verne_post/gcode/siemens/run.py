@@ -49,7 +49,7 @@ class _SiemensRun:
         raw = chunk.read_raw(line - chunk.first_line)
         code = decode_line(raw)
 
-        def execute(words: str) -> list[ProgramError]:
+        def execute(words: str) -> None:
             nonlocal last
             if words is code:
                 last = execute_stretch(self.flow, chunk, stop, in_main=self.calls.in_main)
@@ -57,7 +57,6 @@ class _SiemensRun:
                 self.calls.line = line
             if last is None:
                 self.flow.step(raw if words is code else words.encode())
-            return []
 
         def correct(words: str, error: ProgramError) -> str | None:
             return None if stop.first_error or self.calls.text is not text else _correct(words, error)
