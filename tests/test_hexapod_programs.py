@@ -225,3 +225,22 @@ def test_axis_check_moves_the_six_alone(run: Runner, tmp_path: Path) -> None:
     leaned = np.degrees(np.linalg.norm(axis[1] - axis[0]))
     assert f"{x:+.4f} mm in x, {y:+.4f} mm in y" in text
     assert f"The tool leans by {leaned:.4f} deg towards" in text
+
+
+@pytest.mark.parametrize("name", ["hexapod", "hexaglide", "hexam", "tricept"])
+@pytest.mark.parametrize(
+    "body",
+    [
+        "g1 x[-20+#<i>*10] a[-10-#<i>*3] f1200",
+        "g1 x[-20+#<i>*5] a-9 c[40-#<i>*20] f1500",
+        "g91\ng3 x10 y0 i5 j0 a-2 f1500\ng3 x-10 y0 i-5 j0 a2\ng90",
+    ],
+)
+def test_rows_of_a_tilted_line_that_a_loop_repeats_are_told_apart(name: str, body: str) -> None:
+    """With A below 0 they were matched by the angles that the joints tell, whose A is above 0: VP901."""
+    program = (
+        "g21 g17 g90 g94 g64 p0.01\nt3 m6 g43.4 h3\ns5000 m3\ng0 x-20 y0 z20 a-10 c40\ng1 z0 f800\n#<i> = 1\n"
+        f"o100 while [#<i> le 3]\n{body}\n#<i> = [#<i>+1]\no100 endwhile\ng0 z30\nm2\n"
+    )
+    result = verne_post.convert(program, name, verne_post.Options(tool_length=92, wcs={"G54": (0, 0, 60)}))
+    assert [item for item in result.findings if item.severity == "error"] == []

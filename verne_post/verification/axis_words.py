@@ -5,9 +5,18 @@ import numpy as np
 from verne_post.base.arrays import Array, Ints, Mask
 from verne_post.model.toolpath import ToolPath
 from verne_post.verification.programmed import RADIAN_MM
+from verne_post.verification.projection import Measured, project_tips
 
 #: A tool axis this near to the pole (sine of its tilt) says nothing about C.
 _UPRIGHT = 1e-12
+
+
+def name_poses(path: ToolPath, segment: Ints, pose: Measured, noise: float, before: tuple[Mask, float]) -> Measured:
+    """The same poses (n,), with the angles that their segments hold; see :func:`name_angles`."""
+    folded = np.abs(pose.angles[:, 0]), pose.angles[:, 1] + np.where(pose.angles[:, 0] < 0, np.pi, 0.0)
+    tips = project_tips(path, segment, pose, *before)
+    angles = name_angles(path, segment, np.stack(folded, axis=1), tips, noise, before)
+    return Measured(pose.q, pose.tip, angles, by_axis=True)
 
 
 def name_angles(

@@ -24,6 +24,8 @@ from verne_post.verification.programmed import (
 #: Arcs whose radius is fewer tolerances are tight: seen from the centre, places within the tolerance of their ends may
 #: be in any direction. At 4 they are still in that of their place, within 1 % of the tolerance.
 _TIGHT: Final = 4.0
+#: Places of a segment at which the motion of its tool axis is measured: its length is a share of places of rows.
+_PLACES: Final = 5
 
 
 class SegmentMeasures(Struct, frozen=True, eq=False):
@@ -36,12 +38,18 @@ class SegmentMeasures(Struct, frozen=True, eq=False):
     motion_length: Array
     blend_u: Array  #: What a corner within its tolerance may add to a projection, as a share of the segment.
     tip_pace: Array  #: See :func:`~verne_post.verification.programmed.find_tip_paces`.
+    joint_length: Array  #: Metric length, in which C counts by what it moves the axis where joints tell no more, mm.
 
 
 def measure_segments(contour: Contour, *, by_axis: bool = False) -> SegmentMeasures:
     """Measure the programmed segments of a contour; ``by_axis`` where joints tell the tool axis alone."""
     table = GrowingTable(
-        has_tolerance=(bool,), metric_length=(float,), motion_length=(float,), blend_u=(float,), tip_pace=(float,)
+        has_tolerance=(bool,),
+        metric_length=(float,),
+        motion_length=(float,),
+        blend_u=(float,),
+        tip_pace=(float,),
+        joint_length=(float,),
     )
     for begin, end in iterate_blocks(len(contour.path)):
         path = contour.path.take_part(begin, end)
@@ -59,6 +67,7 @@ def measure_segments(contour: Contour, *, by_axis: bool = False) -> SegmentMeasu
                 _find_turns_of_tight_arcs(path, tip, axis),
             ),
             tip_pace=find_tip_paces(path),
+            joint_length=_measure_joint_lengths(path, length) if by_axis else length,
         )
     return SegmentMeasures(**table.freeze())
 
@@ -69,6 +78,16 @@ def _measure_axis_lengths(path: ToolPath, length: Array) -> Array:
     tip = np.sqrt(np.maximum(length**2 - (turn**2).sum(axis=1), 0.0))
     lean = np.abs(np.sin([path.start[:, 3], path.end[:, 3]])).min(axis=0)
     return np.asarray(np.sqrt(tip**2 + turn[:, 0] ** 2 + (lean * turn[:, 1]) ** 2))
+
+
+def _measure_joint_lengths(path: ToolPath, metric_length: Array) -> Array:
+    """Length (n,) of tip and tool axis along segments, where C counts by what it moves the axis, mm."""
+    turn = RADIAN_MM * np.abs(path.end[:, 3:] - path.start[:, 3:])
+    tip = np.maximum(metric_length**2 - (turn**2).sum(axis=1), 0.0)
+    share = (np.arange(_PLACES) + 0.5) / _PLACES
+    lean = np.sin(path.start[:, 3, None] + share * (path.end[:, 3] - path.start[:, 3])[:, None])
+    pace = np.sqrt(tip[:, None] + turn[:, :1] ** 2 + (lean * turn[:, 1:]) ** 2)
+    return np.asarray(np.where(path.circle >= 0, metric_length, pace.mean(axis=1)))
 
 
 def _find_turns_of_tight_arcs(path: ToolPath, tip_tolerance: Array, axis_tolerance: Array) -> Array:
@@ -101,6 +120,8 @@ class Items(Struct, frozen=True, eq=False):
     #: each item.
     time_before: Array
     length_before: Array
+    #: (m + 1,): As ``length_before``, of what the joints tell: see ``joint_length`` of :class:`SegmentMeasures`.
+    joint_length_before: Array
     group_first: Ints  #: (g + 1,): First item of each group, and m.
     group_line: Ints  #: (g,)
     #: (g,) or (0,): The next group of the same line, where the machine does not stand still before it; else -1.
@@ -128,8 +149,8 @@ class Items(Struct, frozen=True, eq=False):
         return np.maximum(old, 0), left, np.maximum(new_u, 0.0), whole
 
 
-def list_items(contour: Contour, metric_length: Array, cycle: float) -> Items:
-    """List the items of a contour, whose segments have metric lengths (n,); a dwell lasts whole cycles (s)."""
+def list_items(contour: Contour, measures: SegmentMeasures, cycle: float) -> Items:
+    """List the items of a contour, whose segments are measured; a dwell lasts whole cycles (s)."""
     path, n = contour.path, len(contour.path)
     order = np.argsort(path.dwell_segment, kind="stable")
     next_segment = path.dwell_segment[order]  # a dwell comes before the segment with its number
@@ -144,6 +165,7 @@ def list_items(contour: Contour, metric_length: Array, cycle: float) -> Items:
         stop_before=(bool,),
         time=(float,),
         length=(float,),
+        joint_length=(float,),
     )
     first_of_group = Growing(np.int64)
     section_before, line_before = -1, -1
@@ -161,8 +183,9 @@ def list_items(contour: Contour, metric_length: Array, cycle: float) -> Items:
         line[moving], line[dwell] = path.line[moved], dwell_line[number[dwell]]
         waits[dwell] = cycles[number[dwell]]
         section[moving] = contour.section[np.searchsorted(contour.segment, moved)]
-        time, length = np.zeros(len(item)), np.zeros(len(item))
-        time[moving], length[moving] = path.feed_time[moved], metric_length[moved]
+        time, length, joint_length = np.zeros((3, len(item)))
+        time[moving], length[moving] = path.feed_time[moved], measures.metric_length[moved]
+        joint_length[moving] = measures.joint_length[moved]
         stops = (section < 0) | (section != np.append(section_before, section[:-1]))
         table.extend(
             segment=segment,
@@ -172,11 +195,12 @@ def list_items(contour: Contour, metric_length: Array, cycle: float) -> Items:
             stop_before=stops,
             time=time,
             length=length,
+            joint_length=joint_length,
         )
         first_of_group.extend(item[line != np.append(line_before, line[:-1])])
         section_before, line_before = int(section[-1]), int(line[-1])
     columns = table.freeze()
-    time, length = columns.pop("time"), columns.pop("length")
+    time, length, joint_length = (columns.pop(name) for name in ("time", "length", "joint_length"))
     first_of_group.extend(np.array([n + len(order)]))
     group_first = first_of_group.freeze()
     group_line = Growing(np.int64)
@@ -188,6 +212,7 @@ def list_items(contour: Contour, metric_length: Array, cycle: float) -> Items:
         stops_before=stops,
         time_before=sum_running(time),
         length_before=sum_running(length),
+        joint_length_before=sum_running(joint_length),
         group_first=group_first,
         group_line=line,
         next_group=_find_next_of_line(line, group_first, stops),

@@ -10,8 +10,9 @@ from verne_post.base.ragged import number_parts
 from verne_post.base.rows import measure_rows
 from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.model.toolpath import SegmentKind
+from verne_post.verification.axis_words import name_poses
 from verne_post.verification.matching import match_places
-from verne_post.verification.programmed import RADIAN_MM
+from verne_post.verification.programmed import RADIAN_MM, find_tool_axis
 from verne_post.verification.projection import Measured, measure_off_segment, project_onto_straight, project_unwrapped
 from verne_post.verification.reference import Reference
 
@@ -33,7 +34,9 @@ _BEYOND: Final = 100.0
 _JUST_WITHIN: Final = 0.99
 
 
-def place_rows(reference: Reference, forward: Forward, q: Array, last: tuple[int, float, Array], end: int) -> Ints:
+def place_rows(
+    reference: Reference, forward: Forward, q: Array, last: tuple[int, float, Array], end: int, *, by_axis: bool
+) -> Ints:
     """Item of each row of joint values (n, n_joints), ascending; at least up to the first one on the last item.
 
     Parameters
@@ -42,11 +45,13 @@ def place_rows(reference: Reference, forward: Forward, q: Array, last: tuple[int
         Item on which the row before is, its u there, and its tip (mm) and angles (times RADIAN_MM).
     end : int
         The last item that may be reached. The machine does not stand still before those after the first one.
+    by_axis : bool
+        The joints tell the tool axis, and not which words hold it.
     """
     items, path = reference.items, reference.path
     item, u, pose = last
-    place = items.length_before[item] + min(max(u, 0.0), 1.0) * (
-        items.length_before[item + 1] - items.length_before[item]
+    place = items.joint_length_before[item] + min(max(u, 0.0), 1.0) * (
+        items.joint_length_before[item + 1] - items.joint_length_before[item]
     )
     result = np.empty(len(q), dtype=np.int64)
     begin, count = 0, _TOGETHER
@@ -54,8 +59,9 @@ def place_rows(reference: Reference, forward: Forward, q: Array, last: tuple[int
         some = q[begin : begin + count]
         tip, angles, _axis, _ok = forward(some, np.full(len(some), path.tool_length[items.segment[item]]))
         now = np.concatenate([tip, RADIAN_MM * angles], axis=1)
-        step = measure_rows(np.diff(now, axis=0, prepend=pose[None]))
-        chosen, places, near = _choose(reference, Measured(some, tip, angles), place, step, item, end)
+        measured = Measured(some, tip, angles, by_axis)
+        step = measure_rows(np.diff(_find_motion(now, by_axis), axis=0, prepend=_find_motion(pose[None], by_axis)))
+        chosen, places, near = _choose(reference, measured, place, step, item, end)
         if not near and len(some) > 1:  # what is expected has gone astray: fewer at a time
             count = max(len(some) // 4, 1)
             continue
@@ -70,6 +76,13 @@ def place_rows(reference: Reference, forward: Forward, q: Array, last: tuple[int
     return result[:begin]
 
 
+def _find_motion(pose: Array, by_axis: bool) -> Array:
+    """What steps between poses (n, 5) are measured by: tip and angles, or tip and tool axis; mm."""
+    if not by_axis:
+        return pose
+    return np.concatenate([pose[:, :3], RADIAN_MM * find_tool_axis(pose[:, 3:] / RADIAN_MM)], axis=1)
+
+
 def _choose(
     reference: Reference, pose: Measured, place: float, step: Array, first: int, end: int
 ) -> tuple[Ints, Array, bool]:
@@ -79,17 +92,21 @@ def _choose(
     tip_bound, axis_bound = reference.find_bounds(segments)
     expected = place + np.cumsum(step)
     aside = _TOLERANCES * (tip_bound + RADIAN_MM * axis_bound).max() + step.max() + _LONGER * np.cumsum(step)
-    starts = items.length_before[first + 1 : end + 1]
+    starts = items.joint_length_before[first + 1 : end + 1]
     low, high = (np.searchsorted(starts, edge, side="right") for edge in (expected - aside, expected + aside))
     row, within = number_parts(high - low + 1)
     item = first + low[row] + within
-    segment, many = items.segment[item], pose.select(row)
-    fresh = np.ones(len(row), dtype=bool)
+    segment, many, fresh = items.segment[item], pose.select(row), np.ones(len(row), dtype=bool)
+    if pose.by_axis:
+        many = name_poses(path, segment, many, reference.noise.angle, (fresh, 0.0))
     u = project_unwrapped(path, segment, many, fresh, 0.0, None)
     on_line = np.flatnonzero(path.kind[segment] == SegmentKind.LINE)
     weight = (tip_bound / axis_bound)[(item - first)[on_line]]
     u[on_line] = project_onto_straight(path, segment[on_line], many.select(on_line), weight)
-    begin, length = items.length_before[item], items.length_before[item + 1] - items.length_before[item]
+    begin, length = (
+        items.joint_length_before[item],
+        items.joint_length_before[item + 1] - items.joint_length_before[item],
+    )
     on_arc = np.flatnonzero(path.kind[segment] == SegmentKind.ARC)
     if len(on_arc):  # arcs of a whole turn and more
         turn = 2.0 * np.pi / np.abs(path.arcs.sweep[path.arc[segment[on_arc]]])

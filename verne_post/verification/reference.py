@@ -105,7 +105,7 @@ def build_reference(
         contour.entry,
         _measure_entry(contour),
         measures,
-        list_items(contour, measures.metric_length, fmt.cycle),
+        list_items(contour, measures, fmt.cycle),
         columns,
         factor,
         limits,

@@ -18,11 +18,11 @@ from verne_post.base.tolerances import PATH_AXIS_DEG, PATH_TIP_MM
 from verne_post.base.units import RAD_PER_DEG
 from verne_post.model.setpoints import SetpointBlock
 from verne_post.model.toolpath import SegmentKind
-from verne_post.verification.axis_words import name_angles
+from verne_post.verification.axis_words import name_poses
 from verne_post.verification.deviation import measure_deviation
 from verne_post.verification.one_line import place_rows
 from verne_post.verification.programmed import RADIAN_MM
-from verne_post.verification.projection import Measured, project_onto_straight, project_tips, project_unwrapped
+from verne_post.verification.projection import Measured, project_onto_straight, project_unwrapped
 from verne_post.verification.reference import Reference
 
 #: Joints (n, n_joints) and tool lengths (n,) -> tip (n, 3), nominal angles (n, 2), true tool axis (n, 3), ok (n,).
@@ -137,15 +137,12 @@ class RowMatcher:
         rest = items.rest_segment[item]
         segment = np.minimum(rest, len(path) - 1)
         tip, angles, axis, ok = self.forward(q[:n], path.tool_length[segment])
-        if self._joints_by_axis:
-            fresh = np.append(item[0] != self.last.item, item[1:] != item[:-1])
-            places = project_tips(path, segment, Measured(q[:n], tip, angles), fresh, self.last.u)
-            before = fresh, self.last.u
-            angles = name_angles(path, segment, angles, places, self.reference.noise.angle, before)
+        fresh = np.append(item[0] != self.last.item, item[1:] != item[:-1])
+        pose = self._name_words(segment, Measured(q[:n], tip, angles), fresh, self.last.u)
         if not ok.all():
             n = int(np.argmin(ok))
             lost = LostPath(n, "VP411", "no position of the platform fits the joint values")
-        pose = Measured(q[:n], tip[:n], angles[:n])
+        pose = pose.select(np.arange(n))
         u = self._measure_progress(item[:n], rest[:n], segment[:n], pose)
         passed, later = self._find_later_group(group[:n], item[:n], segment[:n], pose, u)
         if later >= 0:
@@ -154,10 +151,16 @@ class RowMatcher:
             lost = replace(lost, row=begin + lost.row)
         if not n:
             return None, lost, later
-        pose = Measured(q[:n], tip[:n], angles[:n], self._joints_by_axis)
+        pose = pose.select(np.arange(n))
         # what no angle of the axes corrects: the true axis against that of the nominal angles
         self.axis_error = max(self.axis_error, float(measure_rows(axis[:n] - pose.axis).max()))
         return self._measure(block.first + begin, line[:n], group[:n], item[:n], segment[:n], u[:n], pose), lost, later
+
+    def _name_words(self, segment: Ints, pose: Measured, fresh: Mask, u_before: float) -> Measured:
+        """Measured poses (n,) with the angles of their segments, where the joints tell the tool axis alone."""
+        if not self._joints_by_axis:
+            return pose
+        return name_poses(self.reference.path, segment, pose, self.reference.noise.angle, (fresh, u_before))
 
     # --- matching -------------------------------------------------------------------------
 
@@ -206,8 +209,8 @@ class RowMatcher:
         row = np.flatnonzero((items.next_group[group] >= 0) & (item == items.group_first[group + 1] - 1))
         row = row[~measure_deviation(self.reference, segment[row], u[row], pose.select(row)).within]
         later = items.next_group[group[row]]
-        other, some = items.segment[items.group_first[later]], pose.select(row)
-        fresh = np.ones(len(row), dtype=bool)
+        other, fresh = items.segment[items.group_first[later]], np.ones(len(row), dtype=bool)
+        some = self._name_words(other, pose.select(row), fresh, 0.0)
         other_u = project_unwrapped(path, other, some, fresh, 0.0, self.reference.find_bounds(other))
         found = np.flatnonzero(measure_deviation(self.reference, other, other_u, some).within)
         return (int(row[found[0]]), int(later[found[0]])) if len(found) else (-1, -1)
@@ -241,7 +244,8 @@ class RowMatcher:
                     item[row : row + take] = now
                 else:
                     place = now, u or 0.0, self._find_pose_before(q, row, now)
-                    placed = place_rows(self.reference, self.forward, q[row:end], place, stop - 1)
+                    by_axis = self._joints_by_axis
+                    placed = place_rows(self.reference, self.forward, q[row:end], place, stop - 1, by_axis=by_axis)
                     take = int(np.searchsorted(placed, stop - 1))
                     item[row : row + take] = placed[:take]
                     if take < end - row:
@@ -272,7 +276,7 @@ class RowMatcher:
             tip, angles, _axis, _ok = self.forward(some_q, path.tool_length[at])
             fresh = np.zeros(len(some_q), dtype=bool)
             fresh[0] = u_before is None
-            pose = Measured(some_q, tip, angles)
+            pose = self._name_words(at, Measured(some_q, tip, angles), fresh, u_before or 0.0)
             u = project_unwrapped(path, at, pose, fresh, u_before or 0.0, self.reference.find_bounds(at))
             past = np.flatnonzero(u >= close)
             if len(past):
