@@ -266,6 +266,9 @@ def test_a_line_without_motion_says_what_its_words_do(tmp_path: Path, run: Calla
 def test_words_of_cl_files_are_explained(run: Callable[..., Any]) -> None:
     assert "APT: sets the feed rate: a number and its unit" in run("explain", "FEDRAT").out
     assert "APT: not executed: " in run("explain", "nurbs").out
+    assert "APT: runs a subprogram" in run("explain", "CALSUB").out
+    assert "APT: turns the table in rapid traverse; the tip stays" in run("explain", "ROTABL").out
+    assert "APT: names the system of the model; a change is refused" in run("explain", "$$*CATIA0").out
 
 
 # --- every solution --------------------------------------------------------------------------------

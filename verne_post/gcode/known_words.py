@@ -10,6 +10,7 @@ from typing import Final, NamedTuple
 from verne_post.base.program_lines import remove_remarks
 from verne_post.base.suggestions import find_meant
 from verne_post.gcode.apt import words as apt
+from verne_post.gcode.apt.translator import STATEMENTS as OF_APT
 from verne_post.gcode.codes import MEANINGS as OF_RS274
 from verne_post.gcode.codes import RS274, CodeTable, describe_remap, spell_g_code
 from verne_post.gcode.klartext import vocabulary as klartext
@@ -339,7 +340,7 @@ def list_words() -> Iterator[tuple[str, str, str, bool]]:
         yield from (("Klartext", name, text, True) for name, text in phrases.items())
     yield from (("Klartext", f"PLANE {name}", text, True) for name, text in klartext.PLANES.items())
     yield from (("Klartext", name, text, False) for name, text in klartext.REFUSED_STATEMENTS.items())
-    yield from (("APT", name, text, True) for name, text in apt.STATEMENTS.items())
+    yield from (("APT", name, text, True) for name, (_method, text) in OF_APT.items())
     yield from (("APT", name, "no effect: a remark of the CAM system", True) for name in apt.REMARKS)
     yield from (("APT", name, f"no effect: {apt.FOR_OTHERS}", True) for name in apt.WITHOUT_EFFECT)
     yield from (("APT", name, text, False) for name, text in apt.REFUSED_WORDS.items())
