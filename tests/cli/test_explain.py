@@ -21,7 +21,7 @@ from verne_post.config import list_machine_files, schema
 from verne_post.config.carrier import CarrierFile
 from verne_post.gcode.block import KEYWORDS
 from verne_post.gcode.expressions import FUNCTIONS
-from verne_post.gcode.known_words import describe_values, describe_word, list_words
+from verne_post.gcode.known_words import describe_values, describe_word, list_meanings, list_words
 from verne_post.gcode.siemens import values as siemens_values
 from verne_post.model.codes import CODES
 
@@ -261,6 +261,21 @@ def test_a_line_without_motion_says_what_its_words_do(tmp_path: Path, run: Calla
     assert (beyond.code, "line 99 is after the end of the program, whose last line is 7" in told) == (2, True)
     unread = run("explain", f"{path}:1x", *OPTIONS)
     assert (unread.code, "'1x' is no line number; such as" in " ".join(unread.err.split())) == (2, True)
+
+
+def test_a_code_names_the_page_of_its_section(run: Callable[..., Any]) -> None:
+    told = run("explain", "G95").out
+    assert "RS274/NGC: feed per turn of the spindle: see Feed modes G93, G94, G95 in docs/gcode.md" in told
+    assert "Siemens: feed per turn of the spindle; a change sets F to 0" in told
+
+
+@pytest.mark.parametrize("dialect", ["rs274", "fanuc", "siemens", "heidenhain", "aptcl"])
+def test_a_word_has_one_meaning_of_its_own(dialect: str) -> None:
+    """M1 of Siemens is the stop; M1=, the function of a spindle, is another word."""
+    meanings = list_meanings(dialect, executed_alone=True)
+    assert [name for name, texts in meanings.items() if len(texts) != 1] == []
+    of_several = [text for texts in meanings.values() for text in texts if "clockwise, counter-clockwise" in text]
+    assert of_several == []
 
 
 def test_words_of_cl_files_are_explained(run: Callable[..., Any]) -> None:
