@@ -28,7 +28,7 @@ _HEAD: Final = 1 << 16
 #: Errors that a mistyped number may be the cause of.
 _OF_NUMBERS: Final = ("VP001", "VP002", "VP005")
 #: Words that are not misspelt.
-_KNOWN: Final = frozenset((*STATEMENTS, *REMARKS, *WITHOUT_EFFECT, *REFUSED_WORDS))
+_KNOWN_WORDS: Final = frozenset((*STATEMENTS, *REMARKS, *WITHOUT_EFFECT, *REFUSED_WORDS))
 _Item = Statement | Points | ProgramError
 
 
@@ -137,7 +137,7 @@ def _expand_calls(items: Iterator[_Item]) -> Iterator[tuple[_Item, bool]]:
     subprograms: dict[str, list[_Item]] = {}
     open_name, open_line = "", 0
     for item in items:
-        if isinstance(item, Statement) and item.major not in _KNOWN:
+        if isinstance(item, Statement) and item.major not in _KNOWN_WORDS:
             error = refuse_statement(item)
             correction = find_correction(error.message)
             if correction is not None and correction[1] in OF_SUBPROGRAMS:
