@@ -440,9 +440,10 @@ def test_a_rapid_out_of_a_rounded_corner(corner: str, way: str, expected: list[i
 @pytest.mark.parametrize(
     ("corner", "diameter", "end", "down", "way", "least", "most"),
     [
-        # the wall is 8 tan 30 deg = 4.6 mm nearer at the top: material lies on the axis of the cutter, of radius 4
-        ("G64", 8.0, 0.0, -8, "G0 A30", 3.9, 4.0),
-        ("G61.1", 8.0, 0.0, -8, "G0 A30", 3.9, 4.0),
+        # the wall is 8 tan 30 deg = 4.6 mm nearer at the top: material lies on the axis of the cutter, of radius 4;
+        # docs/stock.md: the depth may be 5 % too small
+        ("G64", 8.0, 0.0, -8, "G0 A30", 3.8, 4.0),
+        ("G61.1", 8.0, 0.0, -8, "G0 A30", 3.8, 4.0),
         # sideways through solid stock, 3 mm below its top: material lies on the axis of a ball of radius 1
         ("G64", 2.0, 1.0, -3, "G0 X4 A10", 0.9, 1.0),
         ("G64", 2.0, 1.0, -3, "G0 X4", 0.9, 1.0),

@@ -48,9 +48,9 @@ class ProgressLine:
         """Take the line away."""
         self._ended.set()
         self._ticker.join()
-        self.remove()
+        self.clear()
 
-    def remove(self) -> None:
+    def clear(self) -> None:
         """Make room for other text, until the line is drawn again."""
         if self.shown:
             self._write("")
