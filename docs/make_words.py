@@ -28,6 +28,8 @@ from verne_post.model.options import OPTIONS, spell_flag
 DOCS = Path(__file__).parent
 #: So many numbers in a row are written as first and last.
 LEAST_SPAN = 3
+#: So many words that begin several texts are written once.
+LEAST_WORDS = 2
 #: So many names in a row are spelled out.
 LEAST_RUN = 7
 #: So begins what a word does that is read and does nothing: it stands among the words without effect.
@@ -43,6 +45,34 @@ def group_by_reason(words: Iterable[tuple[Any, str]]) -> dict[str, list[Any]]:
     for word, why in words:
         groups.setdefault(why, []).append(word)
     return groups
+
+
+def join_rows(words: Iterable[tuple[str, str]], name: str) -> dict[str, list[str]]:
+    """What words do -> the words, of each row of a table; word_examples.toml says which words share a row."""
+    row_of = {word: tuple(row) for row in read_examples("rows").get(name, ()) for word in row}
+    rows: dict[Any, dict[str, str]] = {}
+    for word, does in words:
+        rows.setdefault(row_of.get(word, does), {})[word] = does
+    return {join_texts(row.values()): list(row) for row in rows.values()}
+
+
+def join_texts(texts: Iterable[str]) -> str:
+    """Texts in one, in their order; two or more words at their beginning, and clauses at their end, stand once."""
+    different = list(dict.fromkeys(texts))
+    if len(different) == 1:
+        return different[0]
+    begin, end = find_common_begin(different), find_common_begin([text[::-1] for text in different])[::-1]
+    begin = begin[: begin.rfind(" ") + 1] if begin.count(" ") >= LEAST_WORDS else ""
+    clauses = (end[match.start() :] for match in re.finditer("[,:;] ", end))
+    end = next((clause for clause in clauses if clause.count("(") == clause.count(")")), "")
+    middles = [text.removeprefix(begin).removesuffix(end) for text in different]
+    return f"{begin}{' / '.join(middles)}{end}"
+
+
+def find_common_begin(texts: list[str]) -> str:
+    """The characters with which all texts begin."""
+    apart = (at for at, characters in enumerate(zip(*texts, strict=False)) if len(set(characters)) > 1)
+    return texts[0][: next(apart, min(map(len, texts)))]
 
 
 def spell_numbers(numbers: Iterable[int], spell: Callable[[int], str], step: int = 1) -> str:
@@ -71,15 +101,17 @@ def list_codes(
 ) -> Iterator[tuple[str, ...]]:
     """Rows of codes that are executed: group, codes, words beside axes, what they do."""
     for group, codes in does.items():
-        for why, alike in group_by_reason(codes.items()).items():
+        code_of = {spell(code): code for code in codes}
+        for why, names in join_rows(zip(code_of, codes.values(), strict=True), "rs274").items():
+            alike = [code_of[name] for name in names]
             letters = [
                 (spell_numbers(some, spell, 10), " ".join(word))
                 for word, some in group_by_reason((code, words.get(code, "")) for code in alike).items()
                 if word
             ]
             everywhere = len(letters) == 1 and all(code in words for code in alike)
-            shown = letters[0][1] if everywhere else "; ".join(f"{names}: {word}" for names, word in letters)
-            yield group, " ".join(map(spell, alike)), shown, why
+            shown = letters[0][1] if everywhere else "; ".join(f"{some}: {word}" for some, word in letters)
+            yield group, " ".join(names), shown, why
 
 
 def make_executed_table(table: CodeTable) -> str:
@@ -118,7 +150,7 @@ def make_examples_table(
     """
     examples = read_examples(name)
     rows, unused = [], set(examples)
-    for does, alike in group_by_reason(words).items():
+    for does, alike in join_rows(words, name).items():
         shown = [example for word in alike for example in examples.get(word, ())]
         if not shown and spell is None:
             raise ValueError(f"{' '.join(alike)}: word_examples.toml has no example")

@@ -59,6 +59,19 @@ def test_tables_of_words_are_those_of_the_program(name: str) -> None:
     assert load_maker("make_words").refresh_page(text) == text, "run python docs/make_words.py"
 
 
+def test_rows_of_words_join_their_texts():
+    join = load_maker("make_words").join_texts
+    assert join(["arc clockwise: see Arcs", "arc counter-clockwise: see Arcs"]) == (
+        "arc clockwise / arc counter-clockwise: see Arcs"
+    )
+    assert join(["lengths are inches; at once", "lengths are mm; at once"]) == "lengths are inches / mm; at once"
+    assert join(["reads ahead (P); an event", "rounds (P, E); an event"]) == "reads ahead (P) / rounds (P, E); an event"
+    assert join(["this value is one: X=AC(5)", "this value is two: X=IC(5)"]) == (
+        "this value is one: X=AC(5) / two: X=IC(5)"
+    )
+    assert join(["off", "off"]) == "off"
+
+
 @pytest.mark.parametrize("dialect", KEYS)
 def test_keys_of_a_dialect_are_on_its_page_with_their_defaults(dialect: str) -> None:
     page = {"rs274": "gcode", "aptcl": "apt"}.get(dialect, dialect)

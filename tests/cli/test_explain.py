@@ -21,7 +21,7 @@ from verne_post.config import list_machine_files, schema
 from verne_post.config.carrier import CarrierFile
 from verne_post.gcode.block import KEYWORDS
 from verne_post.gcode.expressions import FUNCTIONS
-from verne_post.gcode.known_words import describe_values, describe_word, list_words
+from verne_post.gcode.known_words import describe_values, describe_word, list_meanings, list_words
 from verne_post.gcode.siemens import values as siemens_values
 from verne_post.model.codes import CODES
 
@@ -263,9 +263,27 @@ def test_a_line_without_motion_says_what_its_words_do(tmp_path: Path, run: Calla
     assert (unread.code, "'1x' is no line number; such as" in " ".join(unread.err.split())) == (2, True)
 
 
+def test_a_code_names_the_page_of_its_section(run: Callable[..., Any]) -> None:
+    told = run("explain", "G95").out
+    assert "RS274/NGC: feed per turn of the spindle: see Feed modes G93, G94, G95 in docs/gcode.md" in told
+    assert "Siemens: feed per turn of the spindle; a change sets F to 0" in told
+
+
+@pytest.mark.parametrize("dialect", ["rs274", "fanuc", "siemens", "heidenhain", "aptcl"])
+def test_a_word_has_one_meaning_of_its_own(dialect: str) -> None:
+    """M1 of Siemens is the stop; M1=, the function of a spindle, is another word."""
+    meanings = list_meanings(dialect, executed_alone=True)
+    assert [name for name, texts in meanings.items() if len(texts) != 1] == []
+    of_several = [text for texts in meanings.values() for text in texts if "clockwise, counter-clockwise" in text]
+    assert of_several == []
+
+
 def test_words_of_cl_files_are_explained(run: Callable[..., Any]) -> None:
     assert "APT: sets the feed rate: a number and its unit" in run("explain", "FEDRAT").out
     assert "APT: not executed: " in run("explain", "nurbs").out
+    assert "APT: runs a subprogram" in run("explain", "CALSUB").out
+    assert "APT: turns the table in rapid traverse; the tip stays" in run("explain", "ROTABL").out
+    assert "APT: names the system of the model; a change is refused" in run("explain", "$$*CATIA0").out
 
 
 # --- every solution --------------------------------------------------------------------------------
@@ -882,7 +900,7 @@ def test_a_q_of_klartext_leads_with_its_cycles_and_has_no_other_language() -> No
         assert [line.split(":")[0] for line in rest] == ["Klartext"]
     assert [line.split(":")[0] for line in describe_word("Q5")] == ["RS274/NGC", "Fanuc", "Klartext"]
     for word in ("M1=", "M1 =", "m1  ="):  # an address of Siemens, and not M1
-        assert describe_word(word) == ["Siemens: M functions; M1= is that of the spindle"]
+        assert describe_word(word) == ["Siemens: an M function; M1= is one of the spindle"]
     assert [describe_word(word) for word in ("M12=", "M12 =", "M1-", "M3=")] == [[]] * 4
 
 

@@ -271,9 +271,10 @@ def hover(client: Client, uri: str, line: int, column: int | None = None) -> str
          "G0 Z160\nM30\n", {
             'T="EM10"': 'tool "EM10": length 80 mm, diameter 10 mm',
             "EM10": 'tool "EM10": length 80 mm, diameter 10 mm',
-            "D1": 'length and radius of the tool off (D0) and on (D1); tool "EM10": length 80 mm, diameter 10 mm',
-            "Z=110": "positions of the axes; Z 110 mm in G54; machine Z -300 mm",
-            "F500": "feed rate; 500 mm/min; the feed rate is reached",
+            "D1": 'cutting edge: D1 puts length and radius of the tool in force, D0 ends them; '
+            'tool "EM10": length 80 mm, diameter 10 mm',
+            "Z=110": "where the axis goes, in mm or degrees; in G91 by how much; Z 110 mm in G54; machine Z -300 mm",
+            "F500": "feed rate, in mm/min under G94; 500 mm/min; the feed rate is reached",
          }),
         ("a.h", '0 BEGIN PGM A MM\n1 TOOL CALL "EM10" Z S8000\n2 L X+0 Y+0 Z+130 A+0 C+0 R0 FMAX M3\n'
          "3 CYCL DEF 200 DRILLING ~\nQ200=2 Q201=-5 Q206=300 Q202=5 Q210=0 Q203=+110 Q204=20 Q211=0\n"
@@ -378,7 +379,7 @@ def hover(client: Client, uri: str, line: int, column: int | None = None) -> str
         ("e.mpf", 'G17 G90 G94 G71 G54\nDEF REAL DEPTH=112\nR1=5\nT="EM10" M6\nD1\nS8000 M3\nG0 X0 Y0 Z130 A0 C0\n'
          "G1 Z=DEPTH F=R1*100\nZ=DEPTH + (R1-3)\nX=IC(R1)\nFOR R2=1 TO 5\nG1 Z=DEPTH-R2\nENDFOR\nG0 Z160\nM30\n", {
             "Z=DEPTH ": "Z 112 mm in G54; machine Z -298 mm",
-            "F=": "feed rate; 500 mm/min; the feed rate is reached",
+            "F=": "feed rate, in mm/min under G94; 500 mm/min; the feed rate is reached",
             "+ (R1": "Z 114 mm in G54; machine Z -296 mm",
             "R1-3)": "variable; 5 after this line",
             "X=": "X 5 mm in G54; machine X 5 mm",

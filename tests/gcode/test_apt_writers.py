@@ -12,8 +12,6 @@ import pytest
 from tests.gcode.conftest import make_tool
 from verne_post import convert
 from verne_post.app.assemble import read_draft
-from verne_post.gcode.apt import words as vocabulary
-from verne_post.gcode.apt.run import OF_SUBPROGRAMS
 from verne_post.gcode.apt.translator import STATEMENTS
 from verne_post.gcode.apt.words import REFUSED_WORDS, REMARKS, WITHOUT_EFFECT
 from verne_post.gcode.dialects import DIALECTS, choose_dialect
@@ -130,6 +128,8 @@ EXECUTED = {
     "AUXFUN": ("AUXFUN/8", ["coolant"]),
     "UNITS": ("UNITS/INCHES\nGOTO/1,0,0", [(1, 25.4, 0, 0)]), "UNIT": ("UNIT/INCH\nGOTO/1,0,0", [(1, 25.4, 0, 0)]),
     "CUTCOM": ("CUTCOM/OFF", []),
+    **dict.fromkeys(("DEFSUB", "ENDSUB", "CALSUB"),
+                    ("DEFSUB/A\nGODLTA/0,0,-2\nENDSUB\nGOTO/1,2,9\nCALSUB/A", [(1, 1, 2, 9), (1, 1, 2, 7)])),
 }  # fmt: skip
 #: Executed where they do nothing, or as the set-up says; else refused.
 WITH_CONDITIONS = {
@@ -145,7 +145,6 @@ WITH_CONDITIONS = {
 
 def test_every_statement_stands_in_a_table_and_in_the_documentation():
     assert set(STATEMENTS) == set(EXECUTED) | set(WITH_CONDITIONS)
-    assert set(vocabulary.STATEMENTS) == {*STATEMENTS, *OF_SUBPROGRAMS}  # what explain says of them
     page = (Path(__file__).parents[2] / "docs" / "apt.md").read_text(encoding="utf-8")
     rows = "\n".join(line for line in page.split("\n") if line.startswith("|"))
     for word in (*STATEMENTS, *REMARKS, *WITHOUT_EFFECT, *REFUSED_WORDS):
@@ -164,6 +163,16 @@ def test_statements_that_are_executed(view, name):
         assert (found, events) == ([], left if "end" in left else [*left, "end"])
     else:
         assert found == left
+
+
+@pytest.mark.parametrize(
+    ("wrong", "right", "line"), [("DEFUSB", "DEFSUB", 3), ("ENDSBU", "ENDSUB", 5), ("CALSU", "CALSUB", 7)]
+)
+def test_a_mistyped_word_of_subprograms_is_one_finding(view, wrong, right, line):
+    text = f"{HEAD}{EXECUTED[right][0]}\nFINI".replace(right, wrong)
+    found = view(text, dialect="aptcl")[1]
+    assert [(item.code, item.line, item.column) for item in found] == [("VP002", line, 1)]
+    assert f"did you mean {right}?" in found[0].message
 
 
 @pytest.mark.parametrize("name", WITH_CONDITIONS)

@@ -96,7 +96,7 @@ def command(what: str | None, lists: bool, every: bool, **given: Any) -> int:
 
                 def print_begin(text: str) -> None:
                     if isinstance(progress, ProgressLine):
-                        progress.clear()
+                        progress.hide()
                     echo(text, nl=False)
                     begun.append(text)
 

@@ -48,9 +48,9 @@ class ProgressLine:
         """Take the line away."""
         self._ended.set()
         self._ticker.join()
-        self.clear()
+        self.hide()
 
-    def clear(self) -> None:
+    def hide(self) -> None:
         """Make room for other text, until the line is drawn again."""
         if self.shown:
             self._write("")

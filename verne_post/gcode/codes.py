@@ -6,7 +6,7 @@ dialect has another table, derived from this one (:mod:`verne_post.gcode.dialect
 
 from collections.abc import Iterable, Mapping
 from functools import cached_property
-from typing import Final
+from typing import Final, TypeVar
 
 from msgspec import Struct
 
@@ -15,6 +15,7 @@ from verne_post.base.tolerances import WHOLE_NUMBER
 from verne_post.gcode.program_error import ProgramError
 from verne_post.model.findings import Remedy
 
+_Name = TypeVar("_Name", int, str)
 #: Canned cycles.
 CYCLES: Final = (730, 740, 760, 810, 820, 830, 840, 850, 860, 870, 880, 890)
 #: M codes with which LinuxCNC's examples of switchable kinematics select one, and what it is there.
@@ -112,7 +113,17 @@ def read_m_code(table: CodeTable, number: float, column: int) -> int:
     return code
 
 
-#: What holds for all codes of a row.
+def spell_g_code(code: int) -> str:
+    """``434`` -> ``G43.4``."""
+    return f"G{code // 10}" if code % 10 == 0 else f"G{code // 10}.{code % 10}"
+
+
+def end_texts(end: str, texts: Mapping[_Name, str]) -> dict[_Name, str]:
+    """Texts with what all of them end with, such as ": see Arcs"."""
+    return {name: f"{text}{end}" for name, text in texts.items()}
+
+
+#: What holds for all codes of a group.
 _FROM_ITS_BLOCK: Final = "from its own block on, but not for I J K, G10, G92 and G53"
 _OF_UNITS: Final = "acts before the motion of its own block; angles and deg/min are never scaled"
 _OF_SPEED: Final = "S in 1/min, not negative"
@@ -121,23 +132,49 @@ _G: Final[Mapping[str, Mapping[int, str]]] = {
     "motion": {
         0: "rapid traverse",
         10: "straight move at the feed rate",
-        **dict.fromkeys((20, 30), "arcs, clockwise and counter-clockwise: see Arcs"),
-        **dict.fromkeys((50, 51, 52, 53), "cubic and quadratic spline, NURBS begin and end: see Splines"),
-        **dict.fromkeys((code for code in CYCLES if code != 760), "holes: see Canned cycles"),
+        **end_texts(": see Arcs", {20: "arc clockwise", 30: "arc counter-clockwise"}),
+        **end_texts(
+            ": see Splines", {50: "cubic spline", 51: "quadratic spline", 52: "a NURBS begins", 53: "the NURBS ends"}
+        ),
+        **end_texts(
+            ": see Canned cycles",
+            {
+                730: "drilling with chip breaking",
+                740: "tapping, left-hand thread",
+                810: "drilling",
+                820: "drilling with a dwell at the bottom",
+                830: "deep-hole drilling, out of the hole after each peck",
+                840: "tapping, right-hand thread",
+                850: "boring, in and out at feed rate",
+                860: "boring, out in rapid traverse with the spindle at rest",
+                870: "back boring",
+                880: "boring, stops for the operator",
+                890: "boring with a dwell, out at feed rate",
+            },
+        ),
     },
     "cancel": {800: "ends the motion code; takes no axis words"},
-    "plane": dict.fromkeys((170, 180, 190), "plane of arcs: XY, ZX, YZ"),
-    "distance": dict.fromkeys(
-        (900, 910),
-        f"absolute, incremental; {_FROM_ITS_BLOCK}",
+    "plane": {170: "plane XY", 180: "plane ZX", 190: "plane YZ"},
+    "distance": {900: f"absolute coordinates; {_FROM_ITS_BLOCK}", 910: f"incremental coordinates; {_FROM_ITS_BLOCK}"},
+    "arc distance": {
+        901: "I J K of arcs are absolute",
+        911: "I J K of arcs count from the start of the arc; in force at the start of the program",
+    },
+    "feed mode": end_texts(
+        ": see Feed modes G93, G94, G95",
+        {930: "inverse-time feed", 940: "feed per minute", 950: "feed per turn of the spindle"},
     ),
-    "arc distance": dict.fromkeys((901, 911), "I J K absolute, or from the start (at the start of the program)"),
-    "feed mode": dict.fromkeys((930, 940, 950), "see Feed modes G93, G94, G95"),
-    "units": dict.fromkeys(
-        (200, 210),
-        f"inch, mm, of lengths and F; {_OF_UNITS}",
+    "units": {200: f"lengths are inches; {_OF_UNITS}", 210: f"lengths are millimetres; {_OF_UNITS}"},
+    "cutter compensation": end_texts(
+        ": see Cutter compensation",
+        {
+            400: "cutter compensation off",
+            410: "the tool goes left of the contour",
+            411: "the tool, of diameter D, goes left of the contour",
+            420: "the tool goes right of the contour",
+            421: "the tool, of diameter D, goes right of it",
+        },
     ),
-    "cutter compensation": dict.fromkeys((400, 410, 411, 420, 421), "off, left, right: see Cutter compensation"),
     "lathe diameter": {70: "X is a diameter: X is then refused", 80: "X is a radius, as always on a mill; no effect"},
     "spindle mode": {
         960: "S is m/min or ft/min on the surface, D the most turns a minute: events, and a warning (VP045), since "
@@ -156,20 +193,35 @@ _G: Final[Mapping[str, Mapping[int, str]]] = {
         980: "cycles go back to the height where the first one began",
         990: "cycles go back to the height R (at the start of the program)",
     },
-    "work offset": dict.fromkeys((540, 550, 560, 570, 580, 590, 591, 592, 593), "work systems 1 to 9"),
-    "path control": dict.fromkeys((610, 611, 640), "exact path, exact stop, corner blends: see Path control"),
+    "work offset": {
+        code: f"work offset {spell_g_code(code)}: coordinates count from its zero (--wcs, [wcs])"
+        for code in (540, 550, 560, 570, 580, 590, 591, 592, 593)
+    },
+    "path control": end_texts(
+        ": see Path control",
+        {
+            610: "exact path: a stop at corners, none where the path goes on smoothly",
+            611: "exact stop at the end of every move",
+            640: "corners are blended, within the tolerance P",
+        },
+    ),
     "machine coordinates": {530: "this block is in machine coordinates; it needs G0 or G1, and G90 (VP017 otherwise)"},
     "non-modal": {
         40: "dwell: P seconds; P0 is a stop of one control cycle; comes before the motion of its block",
         100: "L1, L10, L11, L0: tool table: see Tool length and tool-centre-point control. L2: origin of work system "
-        "P (1 to 9, or 0 for the active one); R turns X and Y. L20: the present position gets the given values",
-        **dict.fromkeys(
-            (280, 300),
-            "to the home position, by way of the given position; without [home] of the machine file refused (VP015)",
-        ),
-        **dict.fromkeys((281, 301), "set the home position to the present position"),
-        **dict.fromkeys((520, 920), "set the shift, at least one axis word; other axes keep theirs"),
-        **dict.fromkeys((921, 922, 923), "clear, suspend, restore the shift"),
+        "P (1 to 9: G54 to G59.3, or 0 for the active one); R turns X and Y. L20: the present position gets the given "
+        "values",
+        280: "rapid traverse to the home position, by way of the place given; without [home] of the machine file "
+        "refused (VP015)",
+        300: "rapid traverse to the second home position, by way of the place given; without [home] of the "
+        "machine file refused (VP015)",
+        281: "the present position becomes the home position of G28",
+        301: "the present position becomes the home position of G30",
+        520: "shifts the zero by the values given, at least one; other axes keep theirs",
+        920: "shifts the zero: the present position gets the values given, at least one; other axes keep theirs",
+        921: "ends the shift of G92",
+        922: "suspends the shift of G92",
+        923: "restores the shift of G92",
     },
 }
 #: M codes, in the same way.
@@ -184,97 +236,41 @@ _M: Final[Mapping[str, Mapping[int, str]]] = {
         61: "sets the number of the tool to Q, and loads none",
     },
     "spindle": {
-        **dict.fromkeys((3, 4, 5), f"clockwise, counter-clockwise, off; {_OF_SPEED}"),
+        3: f"spindle on, clockwise; {_OF_SPEED}",
+        4: f"spindle on, counter-clockwise; {_OF_SPEED}",
+        5: "spindle off",
         19: "turns the spindle to the angle R and stops it there",
-        **dict.fromkeys((70, 71, 72, 73), "saved modes: see O words and subprograms"),
+        **end_texts(
+            ": see O words and subprograms",
+            {
+                70: "saves the modes",
+                71: "forgets the saved modes",
+                72: "restores the saved modes",
+                73: "saves the modes, and restores them at the end of the subprogram",
+            },
+        ),
     },
-    "coolant": dict.fromkeys((7, 8, 9), "mist, flood, off"),
-    "override": dict.fromkeys((48, 49, 50, 51, 52, 53), "shown as events; P0 switches off"),
-    "signals": dict.fromkeys(
-        (62, 63, 64, 65, 66, 67, 68),
-        "shown as events. P digital, E analog output, Q value. M66: P, E input, L mode, Q time",
+    "coolant": {7: "mist on", 8: "flood coolant on", 9: "coolant off"},
+    "override": {
+        48: "the operator may change feed and speed; shown as an event",
+        49: "the operator may not change feed and speed; shown as an event",
+        50: "feed override on, P0 off; shown as an event",
+        51: "speed override on, P0 off; shown as an event",
+        52: "adaptive feed on, P0 off; shown as an event",
+        53: "feed stop on, P0 off; shown as an event",
+    },
+    "signals": {
+        62: "switches the digital output P on with the next move; shown as an event",
+        63: "switches the digital output P off with the next move; shown as an event",
+        64: "switches the digital output P on; shown as an event",
+        65: "switches the digital output P off; shown as an event",
+        66: "waits for the input P or E in the way L, at most Q seconds; shown as an event",
+        67: "sets the analog output E to Q with the next move; shown as an event",
+        68: "sets the analog output E to Q; shown as an event",
+    },
+    "subprograms": end_texts(
+        ": see O words and subprograms", {98: "calls a subprogram", 99: "returns from a subprogram"}
     ),
-    "subprograms": dict.fromkeys((98, 99), "call and return: see O words and subprograms"),
-}
-#: What a code does whose row in the table says what several do.
-MEANINGS: Final[Mapping[str, str]] = {
-    "G2": "arc clockwise",
-    "G3": "arc counter-clockwise",
-    "G5": "cubic spline",
-    "G5.1": "quadratic spline",
-    "G5.2": "a NURBS begins",
-    "G5.3": "the NURBS ends",
-    "G73": "drilling with chip breaking",
-    "G74": "tapping, left-hand thread",
-    "G81": "drilling",
-    "G82": "drilling with a dwell at the bottom",
-    "G83": "deep-hole drilling, out of the hole after each peck",
-    "G84": "tapping, right-hand thread",
-    "G85": "boring, in and out at feed rate",
-    "G86": "boring, out in rapid traverse with the spindle at rest",
-    "G87": "back boring",
-    "G88": "boring, stops for the operator",
-    "G89": "boring with a dwell, out at feed rate",
-    "G17": "plane XY",
-    "G18": "plane ZX",
-    "G19": "plane YZ",
-    "G90": f"absolute coordinates; {_FROM_ITS_BLOCK}",
-    "G91": f"incremental coordinates; {_FROM_ITS_BLOCK}",
-    "G90.1": "I J K of arcs are absolute",
-    "G91.1": "I J K of arcs count from the start of the arc",
-    "G93": "inverse-time feed",
-    "G94": "feed per minute",
-    "G95": "feed per turn of the spindle",
-    "G20": f"lengths are inches; {_OF_UNITS}",
-    "G21": f"lengths are millimetres; {_OF_UNITS}",
-    "G40": "cutter compensation off",
-    "G41": "the tool goes left of the contour",
-    "G41.1": "the tool, of diameter D, goes left of the contour",
-    "G42": "the tool goes right of the contour",
-    "G42.1": "the tool, of diameter D, goes right of it",
-    **{
-        code: f"work offset {code}: coordinates count from its zero (--wcs, [wcs])"
-        for code in ("G54", "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2", "G59.3")
-    },
-    "G61": "exact path: a stop at corners, none where the path goes on smoothly",
-    "G61.1": "exact stop at the end of every move",
-    "G64": "corners are blended, within the tolerance P",
-    "G28": "rapid traverse to the home position, by way of the place given; without [home] of the machine file "
-    "refused (VP015)",
-    "G30": "rapid traverse to the second home position, by way of the place given; without [home] of the "
-    "machine file refused (VP015)",
-    "G28.1": "the present position becomes the home position of G28",
-    "G30.1": "the present position becomes the home position of G30",
-    "G52": "shifts the zero by the values given; other axes keep theirs",
-    "G92": "shifts the zero: the present position gets the values given; other axes keep theirs",
-    "G92.1": "ends the shift of G92",
-    "G92.2": "suspends the shift of G92",
-    "G92.3": "restores the shift of G92",
-    "M3": f"spindle on, clockwise; {_OF_SPEED}",
-    "M4": f"spindle on, counter-clockwise; {_OF_SPEED}",
-    "M5": f"spindle off; {_OF_SPEED}",
-    "M70": "saves the modes",
-    "M71": "forgets the saved modes",
-    "M72": "restores the saved modes",
-    "M73": "saves the modes, and restores them at the end of the subprogram",
-    "M7": "mist on",
-    "M8": "flood coolant on",
-    "M9": "coolant off",
-    "M48": "the operator may change feed and speed; shown as an event",
-    "M49": "the operator may not change feed and speed; shown as an event",
-    "M50": "feed override on, P0 off; shown as an event",
-    "M51": "speed override on, P0 off; shown as an event",
-    "M52": "adaptive feed on, P0 off; shown as an event",
-    "M53": "feed stop on, P0 off; shown as an event",
-    "M62": "switches the digital output P on with the next move; shown as an event",
-    "M63": "switches the digital output P off with the next move; shown as an event",
-    "M64": "switches the digital output P on; shown as an event",
-    "M65": "switches the digital output P off; shown as an event",
-    "M66": "waits for the input P or E in the way L, at most Q seconds; shown as an event",
-    "M67": "sets the analog output E to Q with the next move; shown as an event",
-    "M68": "sets the analog output E to Q; shown as an event",
-    "M98": "calls a subprogram",
-    "M99": "returns from a subprogram",
 }
 #: RS274/NGC as LinuxCNC has it on a mill, and tool vectors (G43.4, G43.5).
 RS274: Final = CodeTable(
@@ -287,7 +283,7 @@ RS274: Final = CodeTable(
         **dict.fromkeys((310, 382, 383, 384, 385), "probing: where the tool touches is only known at the machine"),
         **dict.fromkeys((171, 181, 191), "planes of U, V, W"),
         **dict.fromkeys((680, 682, 690, 531, 541),
-                        "tilted work planes and other codes of Fanuc controls; see --dialect fanuc"),
+                        "tilted work planes and other codes of Fanuc controls; see --dialect fanuc")
     },
     refused_m=dict.fromkeys(range(100, 200), "external programs: they are never run"),
     words_of_g={
@@ -295,15 +291,10 @@ RS274: Final = CodeTable(
         435: "H", 640: "PQ",
         410: "D", 411: "D", 420: "D", 421: "D", 960: "D", 730: "RLQ", 740: "RLP", 810: "RL", 820: "RLP", 830: "RLQ",
         840: "RLP",
-        850: "RL", 860: "RLP", 870: "RLIJK", 880: "RLP", 890: "RLP",
+        850: "RL", 860: "RLP", 870: "RLIJK", 880: "RLP", 890: "RLP"
     },
     words_of_m={
         19: "RQP", 50: "P", 51: "P", 52: "P", 53: "P", 61: "Q", 62: "P", 63: "P", 64: "P", 65: "P", 66: "PELQ",
-        67: "EQ", 68: "EQ", 98: "PL",
+        67: "EQ", 68: "EQ", 98: "PL"
     },
 )  # fmt: skip
-
-
-def spell_g_code(code: int) -> str:
-    """``434`` -> ``G43.4``."""
-    return f"G{code // 10}" if code % 10 == 0 else f"G{code // 10}.{code % 10}"

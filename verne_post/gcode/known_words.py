@@ -10,11 +10,10 @@ from typing import Final, NamedTuple
 from verne_post.base.program_lines import remove_remarks
 from verne_post.base.suggestions import find_meant
 from verne_post.gcode.apt import words as apt
-from verne_post.gcode.codes import MEANINGS as OF_RS274
+from verne_post.gcode.apt.translator import STATEMENTS as OF_APT
 from verne_post.gcode.codes import RS274, CodeTable, describe_remap, spell_g_code
 from verne_post.gcode.klartext import vocabulary as klartext
 from verne_post.gcode.letters import LETTERS_OF_KLARTEXT, OF_EXPRESSIONS, OF_NAMES
-from verne_post.gcode.rs274.fanuc_codes import MEANINGS as OF_FANUC
 from verne_post.gcode.rs274.fanuc_codes import make_table
 from verne_post.gcode.siemens import vocabulary as siemens
 
@@ -28,13 +27,6 @@ _TABLES_OF_NUMBERS: tuple[tuple[str, Mapping[int, str], bool], ...] = (
     ("CYCL DEF ", klartext.REFUSED_CYCLES, False),
     ("FN ", klartext.FN, True),
 )
-#: What a word does itself, where its row in a table says what several do.
-_MEANINGS: Final = {
-    "RS274/NGC": OF_RS274,
-    "Fanuc": OF_FANUC,
-    "Siemens": siemens.MEANINGS,
-    "Klartext": klartext.MEANINGS,
-}
 #: Pages of the languages, and sections that Fanuc has from the page of RS274/NGC.
 _PAGES: Final = {
     "RS274/NGC": "docs/gcode.md",
@@ -51,8 +43,6 @@ _OWN_OF_FANUC: Final = (
     "Turns, scales, mirror images",
     "Arguments",
 )
-#: The page of a row in a table.
-_SEE: Final = re.compile(r"(?:^|: )(see .*)")
 _SECTION: Final = re.compile(r"(?<=\bsee )([A-Z][\w ,-]*\w)")
 #: Languages by the names of their dialects.
 _LANGUAGES: Final = {
@@ -225,9 +215,7 @@ def _describe(language: str, name: str, text: str, *, is_executed: bool) -> str:
         is_general = language == "Fanuc" and section[1] not in _OWN_OF_FANUC
         return f"{section[1]} in {_PAGES['RS274/NGC' if is_general else language]}"
 
-    meaning = _MEANINGS.get(language, {}).get(name, text) if is_executed else f"not executed: {text}"
-    if _SEE.search(meaning) is None and (page := _SEE.search(text)) is not None:
-        meaning += f": {page[1]}"
+    meaning = text if is_executed else f"not executed: {text}"
     return re.sub(r": below\b", f": see {_PAGES[language]}", _SECTION.sub(name_page, meaning))
 
 
@@ -357,7 +345,7 @@ def list_words() -> Iterator[tuple[str, str, str, bool]]:
             yield language, name, text, is_executed
     tables = (*siemens.GROUPS.values(), siemens.ADDRESSES, siemens.VALUE_MODES, siemens.STATEMENTS, siemens.CYCLES)
     for words in tables:
-        yield from (("Siemens", name, text, True) for name, text in words.items())
+        yield from (("Siemens", name, text, True) for name, text in words.items() if name != "M1")  # but M1=
     for functions in siemens.M_FUNCTIONS.values():
         yield from (("Siemens", f"M{number}", text, True) for number, text in functions.items())
     yield from (("Siemens", name, f"no effect: {text}", True) for name, text in siemens.NO_EFFECT.items())
@@ -366,7 +354,7 @@ def list_words() -> Iterator[tuple[str, str, str, bool]]:
         yield from (("Klartext", name, text, True) for name, text in phrases.items())
     yield from (("Klartext", f"PLANE {name}", text, True) for name, text in klartext.PLANES.items())
     yield from (("Klartext", name, text, False) for name, text in klartext.REFUSED_STATEMENTS.items())
-    yield from (("APT", name, text, True) for name, text in apt.STATEMENTS.items())
+    yield from (("APT", name, text, True) for name, (_method, text) in OF_APT.items())
     yield from (("APT", name, "no effect: a remark of the CAM system", True) for name in apt.REMARKS)
     yield from (("APT", name, f"no effect: {apt.FOR_OTHERS}", True) for name in apt.WITHOUT_EFFECT)
     yield from (("APT", name, text, False) for name, text in apt.REFUSED_WORDS.items())

@@ -210,7 +210,7 @@ LETTERS_OF_KLARTEXT: Final[Mapping[str, str]] = {
     **dict.fromkeys("XYZABCUVW", "where an axis goes"),
     **{f"I{letter}": "by how much an axis goes" for letter in "XYZABCUVW"},
     "F": "feed rate",
-    "S": "spindle speed",
+    "S": "spindle speed in 1/min: in TOOL CALL, or in a block",
     "R": "radius",
     "TOOL CALL": "loads a tool; its length is active at once",
     "TOOL DEF": "names the next tool, or gives its length and radius",

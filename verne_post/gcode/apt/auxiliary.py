@@ -33,7 +33,6 @@ def make_block(statement: Statement, *codes: tuple[str, float], g: float | None 
 
 
 def set_feed(to: AptModes, s: Statement) -> Iterator[Block]:
-    """FEDRAT: a number and its unit, in either order."""
     numbers = [word for word in s.words if is_number(word)]
     units = [word.upper() for word in s.words if not is_number(word)]
     if len(numbers) != 1 or len(units) > 1 or any(unit not in FEED_UNITS for unit in units):
@@ -67,7 +66,6 @@ def give_feed(to: AptModes, s: Statement, value: float, mode: int, inch: bool | 
 
 
 def set_units(to: AptModes, s: Statement) -> Iterator[Block]:
-    """UNITS, UNIT: points in mm or inches from here on."""
     if to.cycle is not None or to.circle is not None or not to.map.is_identity:
         raise ProgramError(
             "VP017", f"{s.major} under CYCLE, TRACUT or MSYS, or after CIRCLE, whose numbers are in the old unit"
@@ -81,7 +79,6 @@ def set_units(to: AptModes, s: Statement) -> Iterator[Block]:
 
 
 def load_tool(to: AptModes, s: Statement) -> Iterator[Block]:
-    """LOADTL, LOAD/TOOL: the change of tools, and the length of the tool."""
     words = [word.upper() for word in s.words]
     if s.major == "LOAD" and words[:1] != ["TOOL"]:
         raise ProgramError("VP002", "LOAD is executed only as LOAD/TOOL,n")
@@ -125,7 +122,6 @@ def change_tool(to: AptModes, s: Statement, tool: float, offset: float) -> Itera
 
 
 def describe_tool(to: AptModes, s: Statement) -> Iterator[Block]:
-    """TOOLNO: the change of tools where it has its number alone, else what the tool is, before LOADTL."""
     words = [word.upper() for word in s.words]
     if len(words) < 2 or words[1] in _OFFSETS:
         yield from load_tool(to, s)
@@ -135,7 +131,6 @@ def describe_tool(to: AptModes, s: Statement) -> Iterator[Block]:
 
 
 def select_tool(to: AptModes, s: Statement) -> Iterator[Block]:
-    """SELECT/TOOL,n: the magazine prepares the next tool."""
     if not s.words or s.words[0].upper() != "TOOL":
         raise ProgramError("VP002", "SELECT is read as SELECT/TOOL,n, which prepares the next tool, and has no effect")
     to.show_once(s)
@@ -184,7 +179,6 @@ def set_coolant(to: AptModes, s: Statement) -> Iterator[Block]:
 
 
 def wait(to: AptModes, s: Statement) -> Iterator[Block]:
-    """DELAY, DWELL: seconds, or turns of the spindle."""
     words = [word.upper() for word in s.words]
     turns = words[1:] == ["REV"]
     numbers = read_numbers(s, words[:1] if turns else s.words)
@@ -205,14 +199,12 @@ def stop(_to: AptModes, s: Statement) -> Iterator[Block]:
 
 
 def show_message(_to: AptModes, s: Statement) -> Iterator[Block]:
-    """PPRINT: a message."""
     block = Block(s.line)
     block.comment = "MSG," + s.text
     yield block
 
 
 def call_function(_to: AptModes, s: Statement) -> Iterator[Block]:
-    """AUXFUN: an M code."""
     numbers = read_numbers(s, s.words)
     if len(numbers) != 1:
         raise ProgramError("VP005", "AUXFUN takes the number of an M code")
@@ -222,7 +214,6 @@ def call_function(_to: AptModes, s: Statement) -> Iterator[Block]:
 
 
 def insert_text(to: AptModes, s: Statement) -> Iterator[Block]:
-    """INSERT: refused, or shown, as the set-up says."""
     if to.keys.insert != "message":
         raise ProgramError(
             "VP002",
@@ -234,7 +225,6 @@ def insert_text(to: AptModes, s: Statement) -> Iterator[Block]:
 
 
 def set_compensation(to: AptModes, s: Statement) -> Iterator[Block]:
-    """CUTCOM: ends; begins only where points are those of the tool's centre, and nothing is left to correct."""
     words = [word.upper() for word in s.words]
     if words == ["OFF"]:
         yield make_block(s, ("G", 40.0))
@@ -250,7 +240,6 @@ def set_compensation(to: AptModes, s: Statement) -> Iterator[Block]:
 
 
 def set_mode(to: AptModes, s: Statement) -> Iterator[Block]:
-    """MODE, SET: milling and absolute coordinates, which are always active."""
     words = [word.upper() for word in s.words if word.upper() != "MODE"]
     if words not in (["MILL"], ["ABSOL"]):
         raise ProgramError(

@@ -56,7 +56,6 @@ def _read_points(to: AptModes, s: Statement, numbers: list[float]) -> tuple[list
 
 
 def go_by(to: AptModes, s: Statement) -> Iterator[Block]:
-    """GODLTA: an increment, or a distance along the tool axis."""
     numbers = read_numbers(s, s.words)
     if len(numbers) not in (1, 3):
         raise ProgramError("VP005", "GODLTA takes dx, dy, dz, or a distance along the tool axis")
@@ -73,13 +72,11 @@ def go_by(to: AptModes, s: Statement) -> Iterator[Block]:
 
 
 def start(to: AptModes, s: Statement) -> Iterator[Block]:
-    """FROM: rapid traverse to the start position."""
     to.rapid = True
     yield from go_to(to, s)
 
 
 def go_home(to: AptModes, s: Statement) -> Iterator[Block]:
-    """GOHOME: the home position of the machine; with x, y, z in a TOOL PATH a point of the part, in rapid traverse."""
     if to.in_path and s.words:
         yield from start(to, s)
         return
@@ -229,7 +226,6 @@ def _go_round(to: AptModes, s: Statement, circle: Circle, point: list[float]) ->
 
 
 def take_circle(to: AptModes, s: Statement) -> Iterator[Block]:
-    """CIRCLE: the next GOTO is an arc."""
     circle = read_circle(s, to.keys.times)
     if to.cycle is not None:
         raise ProgramError("VP017", "CIRCLE under CYCLE; write CYCLE/OFF before")
@@ -246,7 +242,6 @@ def _move_circle(to: AptModes, circle: Circle) -> Circle:
 
 
 def take_tangent(to: AptModes, s: Statement) -> Iterator[Block]:
-    """INDIRV: the direction in which the next TLON begins."""
     numbers = read_numbers(s, s.words)
     size = float(np.linalg.norm(numbers)) if len(numbers) == 3 else 0.0
     if not size:
@@ -256,7 +251,6 @@ def take_tangent(to: AptModes, s: Statement) -> Iterator[Block]:
 
 
 def go_on_tool(to: AptModes, s: Statement) -> Iterator[Block]:
-    """TLON,GOFWD: an arc to the end of its line."""
     if to.cycle is not None or to.circle is not None or to.rapid:
         raise ProgramError("VP017", "TLON under CYCLE, or after CIRCLE or RAPID")
     _require_place(to, "an arc")
@@ -271,7 +265,6 @@ def go_on_tool(to: AptModes, s: Statement) -> Iterator[Block]:
 
 
 def set_cycle(to: AptModes, s: Statement) -> Iterator[Block]:
-    """CYCLE: the holes that follow; the feed rate from before comes back after one that has its own."""
     again = iter(()) if to.cycle is None or to.cycle.feed is None or to.feed is None else give_feed(to, s, *to.feed)
     to.cycle = None if is_end_of_cycle(s) else read_cycle(s)
     to.level, to.low_hole = None, None if to.cycle is None else to.low_hole
@@ -289,13 +282,11 @@ def set_rapid(to: AptModes, s: Statement) -> Iterator[Block]:
 
 
 def set_multax(to: AptModes, s: Statement) -> Iterator[Block]:
-    """MULTAX: whether GOTO may have another tool axis than the one before."""
     to.multax = not s.words or read_word(s, ("ON", "OFF")) == "ON"
     return iter(())
 
 
 def set_axis(to: AptModes, s: Statement) -> Iterator[Block]:
-    """TLAXIS: the tool axis from here on."""
     numbers = read_numbers(s, s.words)
     if len(numbers) != 3:
         raise ProgramError("VP005", "TLAXIS takes i, j, k")
@@ -307,7 +298,6 @@ def set_axis(to: AptModes, s: Statement) -> Iterator[Block]:
 
 
 def turn_table(to: AptModes, s: Statement) -> Iterator[Block]:
-    """The table turns at rapid traverse while the tool tip stays at its place of the part."""
     pairs = list(zip(s.words[::2], (word.upper() for word in s.words[1::2]), strict=False))
     names = [name for _angle, name in pairs]
     if len(s.words) != 4 or sorted(names) != ["AAXIS", "CAXIS"]:

@@ -11,7 +11,8 @@ from verne_post.gcode.apt.interpreter import AptInterpreter
 from verne_post.gcode.apt.modes import AptModes
 from verne_post.gcode.apt.statements import Points, Statement, correct_number, read_statements
 from verne_post.gcode.apt.stretch import execute_points
-from verne_post.gcode.apt.translator import make_blocks
+from verne_post.gcode.apt.translator import OF_SUBPROGRAMS, STATEMENTS, make_blocks, refuse_statement
+from verne_post.gcode.apt.words import REFUSED_WORDS, REMARKS, WITHOUT_EFFECT
 from verne_post.gcode.execution import Execution, StopConditions, knows_all, may_restart
 from verne_post.gcode.machining.assumptions import assume_feed
 from verne_post.gcode.machining.state import State
@@ -26,8 +27,9 @@ _SYSTEM_REMARK: Final = b"$$->"
 _HEAD: Final = 1 << 16
 #: Errors that a mistyped number may be the cause of.
 _OF_NUMBERS: Final = ("VP001", "VP002", "VP005")
+#: Words that are not misspelt.
+_KNOWN_WORDS: Final = frozenset((*STATEMENTS, *REMARKS, *WITHOUT_EFFECT, *REFUSED_WORDS))
 _Item = Statement | Points | ProgramError
-OF_SUBPROGRAMS: Final = ("DEFSUB", "ENDSUB", "CALSUB")
 
 
 def execute_text(source: Text, setup: Setup, state: State, stop: StopConditions) -> Execution:
@@ -135,6 +137,12 @@ def _expand_calls(items: Iterator[_Item]) -> Iterator[tuple[_Item, bool]]:
     subprograms: dict[str, list[_Item]] = {}
     open_name, open_line = "", 0
     for item in items:
+        if isinstance(item, Statement) and item.major not in _KNOWN_WORDS:
+            error = refuse_statement(item)
+            correction = find_correction(error.message)
+            if correction is not None and correction[1] in OF_SUBPROGRAMS:
+                yield error, False
+                item = replace(item, major=correction[1])
         if not isinstance(item, Statement) or item.major not in OF_SUBPROGRAMS:
             if open_name:
                 subprograms[open_name].append(item)

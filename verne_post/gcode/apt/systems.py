@@ -24,7 +24,6 @@ _PRINTED_DIGITS: Final = 1e-6
 
 
 def begin_path(to: AptModes, s: Statement) -> Iterator[Block]:
-    """TOOL PATH/name,TOOL,name: an operation and its tool."""
     end_path(to, s)
     words = s.words
     if len(words) == 3 and words[1].upper() == "TOOL":
@@ -36,7 +35,6 @@ def begin_path(to: AptModes, s: Statement) -> Iterator[Block]:
 
 
 def end_path(to: AptModes, s: Statement) -> Iterator[Block]:
-    """END-OF-PATH: the end of an operation."""
     if to.circle is not None or to.cycle is not None:
         raise ProgramError("VP017", f"{s.major} under CYCLE or after CIRCLE, whose GOTO or OFF is missing")
     to.rapid = to.in_path = False
@@ -44,7 +42,6 @@ def end_path(to: AptModes, s: Statement) -> Iterator[Block]:
 
 
 def transform(to: AptModes, s: Statement) -> Iterator[Block]:
-    """TRACUT: a matrix for the points that follow."""
     if to.circle is not None:
         raise ProgramError("VP017", "TRACUT after CIRCLE, whose arc has no end yet")
     to.tracut = read_matrix(s)
@@ -53,7 +50,6 @@ def transform(to: AptModes, s: Statement) -> Iterator[Block]:
 
 
 def set_system(to: AptModes, s: Statement) -> Iterator[Block]:
-    """MSYS: the system in which points are; the work offset is that of the first."""
     if to.circle is not None or to.cycle is not None:
         raise ProgramError("VP017", "MSYS under CYCLE or after CIRCLE")
     system = read_machine_system(s)
@@ -78,7 +74,6 @@ def set_system(to: AptModes, s: Statement) -> Iterator[Block]:
 
 
 def set_world(to: AptModes, s: Statement) -> Iterator[Block]:
-    """TRNTYP/WORLD,0,0,0: all points are in one system."""
     words = [word.upper() for word in s.words]
     if words[:1] != ["WORLD"] or any(read_numbers(s, words[1:])):
         raise ProgramError(
@@ -109,7 +104,6 @@ def check_shift(to: AptModes, s: Statement) -> Iterator[Block]:
 
 
 def check_system_of_model(to: AptModes, s: Statement) -> Iterator[Block]:
-    """Check remarks of Creo and CATIA about the system of points in the model: a change would move the points."""
     numbers = read_numbers(s, s.words)
     if len(numbers) != NUMBERS:
         raise ProgramError("VP005", f"{s.major} takes the 12 numbers of a matrix; here are {len(numbers)}")

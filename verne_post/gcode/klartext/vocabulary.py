@@ -8,7 +8,7 @@ import math
 from collections.abc import Mapping
 from typing import Final
 
-from verne_post.gcode.codes import MEANINGS as OF_RS274
+from verne_post.gcode.codes import RS274, end_texts
 from verne_post.model.moves import ArcFeed
 
 #: Why contours of cycles, and probing, are refused.
@@ -21,7 +21,8 @@ PROBING: Final = (
 )
 #: Keywords that begin a statement, and what it does.
 STATEMENTS: Final[Mapping[str, str]] = {
-    **dict.fromkeys(("BEGIN PGM", "END PGM"), "first and last statement of the program: MM or INCH"),
+    "BEGIN PGM": "the program begins; MM or INCH is the unit of all lengths",
+    "END PGM": "the program ends",
     "BLK FORM": "the stock, a box or a cylinder: see Stock, patterns, functions",
     "TOOL CALL": "changes the tool, as M6 does; its length, with DL, counts at once; without a number only S and F "
     "change. `[heidenhain.tools]` of the settings file "
@@ -31,11 +32,8 @@ STATEMENTS: Final[Mapping[str, str]] = {
     "CYCL DEF": "a cycle: below",
     "CYCL CALL": "calls the defined cycle. POS calls it at a position; Z raises the surface; F applies to the move "
     "there. PAT: PATTERN DEF",
-    **dict.fromkeys(
-        ("LBL", "CALL LBL"),
-        "subprograms up to LBL 0, which a program that runs on enters too (VP024); REP m runs the section from a label "
-        "before it m + 1 times",
-    ),
+    "LBL": "a label; LBL 0 ends a subprogram, which a program that runs on enters too (VP024)",
+    "CALL LBL": "runs the subprogram from a label to LBL 0; with REP m, the section from the label again m times",
     "CALL PGM": "runs another program, a file in the folder of this one",
     "CALL SELECTED PGM": "refused: write CALL PGM",
     "SEL TABLE": "names the datum table of `datums`, by one name in a program: see Keys of the settings file",
@@ -58,14 +56,19 @@ STATEMENTS: Final[Mapping[str, str]] = {
     "LN": "tool axis T, or the normal N without T; needs M128",
     "L": "a straight line to the coordinates; I before a letter counts from the last programmed position",
     "C": "an arc about CC to the coordinates, in the plane of CC; a third coordinate makes a helix",
-    **dict.fromkeys(("Q", "QL", "QR"), "value or formula: + - * / ^ % and functions, degrees"),
+    **dict.fromkeys(
+        ("Q", "QL", "QR"),
+        "a Q parameter gets a value or the result of a formula: + - * / ^ % and functions, with angles in degrees",
+    ),
     "QS": "a text parameter gets a text (also DECLARE STRING): quotes, TOCHAR (DAT, DECIMALS), TONUMB",
     "FN": "a function of parameters: below",
-    **dict.fromkeys(("M", "F", "S"), "in a separate statement, or in one of a path"),
-    **dict.fromkeys(
-        ("R0", "RL", "RR"),
-        "radius compensation: the first move ends beside the start of the first element, the last move starts beside "
-        "the end of the last",
+    "M": "an M function: alone, or at the end of a block",
+    "F": "feed rate in mm/min, from this block on",
+    "S": "spindle speed in 1/min: in TOOL CALL, or in a block",
+    "R0": "radius compensation off",
+    **end_texts(
+        ": the first move ends beside the start of the first element, the last move starts beside the end of the last",
+        {"RL": "the tool goes left of the contour", "RR": "the tool goes right of the contour"},
     ),
 }
 #: Words within statements, and what they do.
@@ -78,12 +81,9 @@ WORDS: Final[Mapping[str, str]] = {
     "MOVE": "A and C turn, and the point DIST before the tip stays on the part (ABST, SETUP, SET-UP)",
     "TURN": "A and C turn, X Y Z of the machine do not move, after a retract by MB",
     "STAY": "nothing moves; a line with A+Q120 C+Q122 follows",
-    **dict.fromkeys(("SEQ", "SYM"), "sign of A; without it the shorter way within the travel"),
-    **dict.fromkeys(
-        ("TABLE ROT", "COORD ROT"),
-        "with a vertical tool: TABLE ROT turns C until X of the plane is along X of the machine, COORD ROT turns C to "
-        "0",
-    ),
+    **dict.fromkeys(("SEQ", "SYM"), "chooses the sign of A; without it A and C take the shorter way within the travel"),
+    "TABLE ROT": "with a vertical tool, C turns until X of the plane is along X of the machine",
+    "COORD ROT": "with a vertical tool, C turns to 0",
 }
 #: Kinds of PLANE.
 PLANES: Final[Mapping[str, str]] = {
@@ -97,22 +97,39 @@ PLANES: Final[Mapping[str, str]] = {
 }
 #: M functions.
 FUNCTIONS: Final[Mapping[int, str]] = {
-    **dict.fromkeys((0, 1, 2, 3, 4, 5, 7, 8, 9, 30), "as in RS274/NGC"),
-    **dict.fromkeys((13, 14), "M3 and M8, M4 and M8"),
+    0: "stops the program until the operator starts it again",
+    1: "stops as M0, only with --optional-stop",
+    2: "end of the program",
+    3: "spindle on, clockwise",
+    4: "spindle on, counter-clockwise",
+    5: "spindle off",
+    **RS274.m_groups["coolant"],
+    30: "end of the program",
+    13: "spindle on, clockwise, with coolant",
+    14: "spindle on, counter-clockwise, with coolant",
     19: "orients the spindle to the angle of cycle 13",
-    **dict.fromkeys(
-        (89, 99),
-        "cycle call in this block; M89 calls it after every block that moves, until M99 or the next machining cycle",
-    ),
+    89: "calls the cycle after every block that moves, until M99 or the next machining cycle",
+    99: "calls the cycle in this block",
     91: "machine coordinates, as G53: gauge line, nominal machine; under M128 with a warning (VP043)",
     92: "machine coordinates from `g30` of `[home]`",
     94: "the number of A and C is reduced to less than a turn; after C below 0 positions of C need M126",
-    **dict.fromkeys((109, 110, 111), "where F applies on arcs: see F on arcs"),
-    **dict.fromkeys((116, 117), "F of a turn is that of the tip in mm/min; M117 ends it"),
-    **dict.fromkeys((126, 127), "A and C take the shorter way; M127 ends it"),
-    **dict.fromkeys((128, 129), "tool-centre-point control; F of M128 has no effect. M129 ends it"),
+    **end_texts(
+        ": see F on arcs",
+        {
+            109: "on arcs F is the feed rate of the cutting edge",
+            110: "on inside arcs F is that of the cutting edge",
+            111: "on arcs F is the feed rate of the tool's centre",
+        },
+    ),
+    116: "F of a turn of A or C is the speed of the tip in mm/min",
+    117: "ends M116",
+    126: "A and C take the shorter way",
+    127: "ends M126",
+    128: "tool-centre-point control on; F of M128 has no effect",
+    129: "tool-centre-point control off",
     130: "coordinates of the untilted system, for this block",
-    **dict.fromkeys((136, 137), "F is in mm per turn, cycles are refused; M137: per minute again. Each needs a new F"),
+    136: "F is in mm per turn of the spindle, and needs a new value; cycles are refused",
+    137: "F is per minute again, and needs a new value",
     140: "retract along the tool axis by MB; MB MAX: to machine Z 0, if the tool is below",
 }
 #: M function -> M codes of RS274/NGC, at the beginning of the block.
@@ -132,14 +149,30 @@ CYCLES: Final[Mapping[int, str]] = {
     32: "sets the tolerance of corners, T, as G64 P",
     247: "preset: 1 to 9 are G54 to G59.3 of --wcs, 10 to 48 G54.1P10 to P48; 0, the one set by hand, is G54. It ends "
     "shifts, mirror images, rotations and scalings",
-    **dict.fromkeys((*range(200, 210), 240), "holes: see Cycles"),
+    **end_texts(
+        ": see Cycles",
+        {
+            200: "drilling",
+            201: "reaming",
+            202: "boring, the spindle stops oriented",
+            203: "universal drilling with chip breaking",
+            204: "back boring",
+            205: "universal pecking",
+            206: "tapping with a floating holder",
+            207: "rigid tapping",
+            208: "bore milling",
+            209: "rigid tapping with chip breaking",
+            240: "centring",
+        },
+    ),
     241: "single-lip deep-hole drilling: see Cycles",
     262: "a milled inside thread: see Thread milling",
     263: "mills an inside thread, with a countersink at the front of the tool (Q358)",
     264: "drills, and mills an inside thread",
     265: "an inside thread from the surface down",
     267: "a milled outside thread",
-    **dict.fromkeys((220, 221), "circles and grids of holes, with the cycle defined before"),
+    220: "the cycle before it, at holes on a circle",
+    221: "the cycle before it, at the holes of a grid",
     232: "a face: see Milling cycles",
     233: "a face from the position of the tool",
     251: "a rectangular pocket",
@@ -152,84 +185,24 @@ CYCLES: Final[Mapping[int, str]] = {
 }
 #: Functions of FN.
 FN: Final[Mapping[int, str]] = {
-    **dict.fromkeys((*range(9), 13), "set, + - * /, SQRT, SIN, COS, LEN, ANG"),
-    **dict.fromkeys(range(9, 13), "jumps: EQU, NE, GT, LT; FN 9 also IS UNDEFINED, IS DEFINED"),
-    **dict.fromkeys((15, 16), "shown as `not executed` by `dump moves`"),
+    0: "sets a Q parameter",
+    1: "adds",
+    2: "subtracts",
+    3: "multiplies",
+    4: "divides",
+    5: "square root",
+    6: "sine",
+    7: "cosine",
+    8: "length of two sides (LEN)",
+    13: "angle of two sides (ANG)",
+    9: "jumps to a label where two values are equal (EQU), or where a parameter IS UNDEFINED, IS DEFINED",
+    10: "jumps to a label where two values differ (NE)",
+    11: "jumps to a label where the first value is greater (GT)",
+    12: "jumps to a label where the first value is less (LT)",
+    15: "prints to a file of the control; `dump moves` shows it as `not executed`",
+    16: "prints a text of the control; `dump moves` shows it as `not executed`",
     18: "reads a value of the control (SYSREAD) into a parameter; it is not executed, and using the parameter later is "
     "refused (VP025)",
-}
-#: What a word does whose row in the table says what several do.
-MEANINGS: Final[Mapping[str, str]] = {
-    **{code: OF_RS274[code] for code in ("M7", "M8", "M9")},
-    "BEGIN PGM": "the program begins; MM or INCH is the unit of all lengths",
-    "END PGM": "the program ends",
-    "LBL": "a label; LBL 0 ends a subprogram, which a program that runs on enters too (VP024)",
-    "CALL LBL": "runs the subprogram from a label to LBL 0; with REP m, the section from the label again m times",
-    **dict.fromkeys(
-        ("Q", "QL", "QR"),
-        "a Q parameter gets a value or the result of a formula: + - * / ^ % and functions, with angles in degrees",
-    ),
-    "M": "an M function: alone, or at the end of a block",
-    "F": "feed rate in mm/min, from this block on",
-    "S": "spindle speed in 1/min: in TOOL CALL, or in a block",
-    "R0": "radius compensation off",
-    "RL": "the tool goes left of the contour: the first move ends beside the start of the first element, the "
-    "last move starts beside the end of the last",
-    "RR": "the tool goes right of the contour: the first move ends beside the start of the first element, the "
-    "last move starts beside the end of the last",
-    **dict.fromkeys(("SEQ", "SYM"), "chooses the sign of A; without it A and C take the shorter way within the travel"),
-    "TABLE ROT": "with a vertical tool, C turns until X of the plane is along X of the machine",
-    "COORD ROT": "with a vertical tool, C turns to 0",
-    "M0": "stops the program until the operator starts it again",
-    "M1": "stops as M0, only with --optional-stop",
-    **dict.fromkeys(("M2", "M30"), "end of the program"),
-    "M3": "spindle on, clockwise",
-    "M4": "spindle on, counter-clockwise",
-    "M5": "spindle off",
-    "M13": "spindle on, clockwise, with coolant",
-    "M14": "spindle on, counter-clockwise, with coolant",
-    "M89": "calls the cycle after every block that moves, until M99 or the next machining cycle",
-    "M99": "calls the cycle in this block",
-    "M109": "on arcs F is the feed rate of the cutting edge",
-    "M110": "on inside arcs F is that of the cutting edge",
-    "M111": "on arcs F is the feed rate of the tool's centre",
-    "M116": "F of a turn of A or C is the speed of the tip in mm/min",
-    "M117": "ends M116",
-    "M126": "A and C take the shorter way",
-    "M127": "ends M126",
-    "M128": "tool-centre-point control on; F of M128 has no effect",
-    "M129": "tool-centre-point control off",
-    "M136": "F is in mm per turn of the spindle, and needs a new value; cycles are refused",
-    "M137": "F is per minute again, and needs a new value",
-    "CYCL DEF 200": "drilling",
-    "CYCL DEF 201": "reaming",
-    "CYCL DEF 202": "boring, the spindle stops oriented",
-    "CYCL DEF 203": "universal drilling with chip breaking",
-    "CYCL DEF 204": "back boring",
-    "CYCL DEF 205": "universal pecking",
-    "CYCL DEF 206": "tapping with a floating holder",
-    "CYCL DEF 207": "rigid tapping",
-    "CYCL DEF 208": "bore milling",
-    "CYCL DEF 209": "rigid tapping with chip breaking",
-    "CYCL DEF 240": "centring",
-    "CYCL DEF 220": "the cycle before it, at holes on a circle",
-    "CYCL DEF 221": "the cycle before it, at the holes of a grid",
-    "FN 0": "sets a Q parameter",
-    "FN 1": "adds",
-    "FN 2": "subtracts",
-    "FN 3": "multiplies",
-    "FN 4": "divides",
-    "FN 5": "square root",
-    "FN 6": "sine",
-    "FN 7": "cosine",
-    "FN 8": "length of two sides (LEN)",
-    "FN 13": "angle of two sides (ANG)",
-    "FN 9": "jumps to a label where two values are equal (EQU), or where a parameter IS UNDEFINED, IS DEFINED",
-    "FN 10": "jumps to a label where two values differ (NE)",
-    "FN 11": "jumps to a label where the first value is greater (GT)",
-    "FN 12": "jumps to a label where the first value is less (LT)",
-    "FN 15": "prints to a file of the control; `dump moves` shows it as `not executed`",
-    "FN 16": "prints a text of the control; `dump moves` shows it as `not executed`",
 }
 #: Where F holds on arcs.
 ARC_FEEDS: Final[Mapping[int, ArcFeed]] = {
@@ -255,7 +228,7 @@ FUNCTIONS_WITHOUT_EFFECT: Final = {
     107: "no error message for replacement tools", 108: "end of M107", 113: "end of M112",
     119: "end of M118", 120: "look-ahead under compensation", 121: "end of M120", 135: "end of M134",
     145: "end of M144",
-    149: "end of M148", 199: "end of M197",
+    149: "end of M148", 199: "end of M197"
 }  # fmt: skip
 #: M functions that are known and not executed.
 REFUSED_FUNCTIONS: Final = {
@@ -269,7 +242,7 @@ REFUSED_FUNCTIONS: Final = {
     141: "no touch-probe monitoring", 142: "deletes modal information", 143: "deletes the basic rotation",
     144: "positions of the table in the tool position", 148: "retract at a stop",
     150: "suppresses limit switch messages",
-    197: "rounding of outside corners", **dict.fromkeys(range(200, 205), "laser cutting"),
+    197: "rounding of outside corners", **dict.fromkeys(range(200, 205), "laser cutting")
 }  # fmt: skip
 #: Cycles that setpoints do not know.
 CYCLES_WITHOUT_EFFECT: Final = {
@@ -293,7 +266,7 @@ REFUSED_CYCLES: Final = {
     230: "multipass milling of older controls; write cycle 233",
     231: "ruled surface; let the CAM system write the moves", 239: "weighs the workpiece; take it out",
     **dict.fromkeys(range(400, 500), PROBING),
-    **dict.fromkeys(range(800, 900), "turning and gear cycles; let the CAM system write the moves of a mill"),
+    **dict.fromkeys(range(800, 900), "turning and gear cycles; let the CAM system write the moves of a mill")
 }  # fmt: skip
 #: Words that begin statements which are not executed, and why.
 REFUSED_STATEMENTS: Final = {

@@ -6,8 +6,7 @@ docs/make_words.py makes the tables of docs/fanuc.md of it, with what RS274/NGC 
 from collections.abc import Mapping
 from typing import Final
 
-from verne_post.gcode.codes import MEANINGS as OF_RS274
-from verne_post.gcode.codes import RS274, CodeTable, spell_g_code
+from verne_post.gcode.codes import RS274, CodeTable, end_texts
 
 #: Codes of the control that are not in RS274/NGC: tilted plane, its axis, its end, additional work systems.
 PLANE, TO_PLANE, PLANE_OFF, ADDITIONAL = 682, 531, 690, 541
@@ -60,8 +59,6 @@ WITHOUT_EFFECT: Final = (*SMOOTHING, *LOOK_AHEAD, *ENDS, CENTERS_FROM_START, *FI
 #: Codes that name axes without moving them, and those that take none.
 NAMES_AXES: Final = (51, MIRROR_OFF, 220)
 ALONE: Final = (80, 150, 160, SCALE_OFF, *ENDS, *LOOK_AHEAD, TABLE, TABLE_OFF, PLANE_OFF, TO_PLANE, ABOUT_TIP)
-#: Cycles that mean what they mean in RS274/NGC.
-CYCLES: Final = (730, 740, 760, 810, 820, 830, 840, 850, 860, 880, 890)
 
 
 #: Words that are no codes, and what they do.
@@ -83,13 +80,17 @@ _GROUPS: Final[Mapping[str, Mapping[int, str]]] = {
     "non-modal": {
         40: "dwell: P milliseconds, with a decimal point seconds; X and U seconds",
         100: "L2, L20: origins; L10 to L13 of tool P: length, its wear, radius, its wear; wear is added",
-        **dict.fromkeys((280, 300), "reference positions, in rapid traverse; G30 P2 is the second one"),
+        280: "rapid traverse to the reference position, by way of the place given",
+        300: "rapid traverse to the second reference position (P2), by way of the place given",
         520: "a local system inside that of G92",
         920: RS274.g_groups["non-modal"][920],
         921: RS274.g_groups["non-modal"][921],
-        **dict.fromkeys(
-            POCKETS,
-            "Haas, in G17: a circle of radius I about the tool, clockwise or counter-clockwise: see Circles of Haas",
+        **end_texts(
+            ": see Circles of Haas",
+            {
+                120: "Haas, in G17: mills a circle of radius I about the tool, clockwise",
+                130: "Haas, in G17: mills a circle of radius I about the tool, counter-clockwise",
+            },
         ),
         CIRCLE_OF_HOLES: "Haas: L holes of the cycle in force, evenly on a circle of radius I about X Y, or about the "
         "tool; the first is at the angle J",
@@ -101,11 +102,20 @@ _GROUPS: Final[Mapping[str, Mapping[int, str]]] = {
     "motion": {
         **{code: RS274.g_groups["motion"][code] for code in (0, 10, 20, 30)},
         NURBS: "NURBS interpolation: see Splines",
-        **dict.fromkeys(
-            CYCLES,
-            f"holes; {_KEPT_WORDS}",
+        **end_texts(
+            f"; {_KEPT_WORDS}",
+            {
+                730: "drilling with chip breaking",
+                810: "drilling",
+                820: "drilling with a dwell at the bottom",
+                830: "deep-hole drilling, out of the hole after each peck",
+                850: "boring, in and out at feed rate",
+                860: "boring, out in rapid traverse with the spindle at rest",
+                880: "boring, stops for the operator",
+                890: "boring with a dwell, out at feed rate",
+            },
         ),
-        **dict.fromkeys((740, 840), "rigid tapping: see Tapping"),
+        **end_texts(": see Tapping", {740: "tapping, left-hand thread", 840: "tapping, right-hand thread"}),
         760: "fine boring: oriented stop, then away from the wall by I and J, or by Q in the direction of `bore_shift` "
         '(`"+X"`, `"-X"`, `"+Y"`, `"-Y"`) in `[fanuc]`',
     },
@@ -119,13 +129,14 @@ _GROUPS: Final[Mapping[str, Mapping[int, str]]] = {
     "work offset": {
         **{code: RS274.g_groups["work offset"][code] for code in (550, 560, 570, 580, 590)},
         540: "work offset G54: coordinates count from its zero; G54 P1 is G54.1 P1",
-        **dict.fromkeys((ADDITIONAL, 1540), 'P1 to P48: additional work systems; --wcs "G54.1P3=x,y,z"'),
-        **dict.fromkeys(NUMBERED_SYSTEMS, "Haas: G110 is G154 P1, G111 P2 and so on; G112 and G113 are refused"),
+        ADDITIONAL: 'additional work offset, of the number P from 1 to 48; --wcs "G54.1P3=x,y,z"',
+        1540: 'Haas: additional work offset, of the number P from 1 to 48; --wcs "G54.1P3=x,y,z"',
+        **{code: f"Haas: work offset, the same as G154 P{number}" for code, number in NUMBERED_SYSTEMS.items()},
     },
     "path control": {
         610: "a stop at the end of every move",
         OVERRIDE: "ends G61, as G64 does: corners are blended within the tolerance",
-        640: RS274.g_groups["path control"][640],
+        640: "corners are blended: see Path control",
     },
     "exact stop": {90: "exact stop at the end of the block"},
     "tilted plane": {
@@ -139,84 +150,43 @@ _GROUPS: Final[Mapping[str, Mapping[int, str]]] = {
         TO_PLANE: "turns A and C until the tool is normal to the tilted plane",
         ABOUT_TIP: "turns A and C until the tool is normal to the tilted plane, while the tip stays at its place",
     },
-    "dynamic work offset": dict.fromkeys(
-        (TABLE, TABLE_OFF),
-        "Haas: dynamic work offset on and off. The origin of the work system turns with the table; X, Y, Z follow the "
-        "axes of the machine",
+    "dynamic work offset": {
+        TABLE: "Haas: dynamic work offset on: the zero turns with the table; X, Y, Z follow the axes of the machine",
+        TABLE_OFF: "Haas: dynamic work offset off",
+    },
+    "scaling": {
+        SCALE: "scales about a point by P, or each axis by its own factor I, J, K",
+        SCALE_OFF: "ends the scale of G51",
+    },
+    "mirror image": {MIRROR: "mirrors an axis about a place", MIRROR_OFF: "ends the mirror image of G51.1"},
+    "polar coordinates": {
+        160: "polar coordinates on, in G17: X is the distance from X0 Y0, Y the angle; in G91 Y alone is allowed,"
+        " and adds up",
+        150: "polar coordinates off",
+    },
+    "look-ahead": {
+        1870: "Haas: chooses how smoothly corners are machined (P, E); no effect on the rows, shown as an event",
+        1030: "Haas: limits how many blocks the control reads ahead (P); no effect on the rows, shown as an event",
+    },
+    "smoothing": dict.fromkeys(
+        SMOOTHING, "look-ahead and smoothing of the control; no effect on the rows, shown as events"
     ),
-    "scaling": dict.fromkeys(
-        (SCALE, SCALE_OFF),
-        "scales about a point (G51), and ends it (G50); I J K instead of P: each axis by its own factor",
-    ),
-    "mirror image": dict.fromkeys(
-        (MIRROR, MIRROR_OFF), "mirrors about a position of an axis (G51.1), and ends it (G50.1)"
-    ),
-    "polar coordinates": dict.fromkeys(
-        (160, 150),
-        "polar coordinates on (G16) and off (G15): X is the distance from X0 Y0, Y the angle. In G91, Y alone is "
-        "allowed, and adds up. In G17",
-    ),
-    "look-ahead": dict.fromkeys(LOOK_AHEAD, "Haas: smoothing of corners, look-ahead; shown as events"),
-    "smoothing": dict.fromkeys(SMOOTHING, "look-ahead and smoothing of the control; shown as events"),
     "macro call": {
         650: "calls a macro with arguments and its own variables; L repeats: see Arguments",
         660: "calls a macro after every block that moves, until G67; its variables are kept from one call to the next",
     },
     **{f"end of G{code / 10:g}": {code: _ENDS_MODE} for code in ENDS},
-    "fixture offset": dict.fromkeys(FIXTURES, "P0: no fixture offset, no setting error compensation; others: refused"),
-    "watching": dict.fromkeys(WATCHING, "zones that the control forbids, or its watch on the spindle"),
-    "centres of arcs": {CENTERS_FROM_START: "Mach4: I J K count from the start of the arc; they always do"},
-}
-#: Codes of rows that do what they do in RS274/NGC.
-_AS_IN_RS274: Final = (
-    "G2", "G3", "G74", "G84", "G17", "G18", "G19", "G90", "G91", "G93", "G94", "G95", "G20", "G21", "G40", "G41",
-    "G42", "G55", "G56", "G57", "G58", "G59", "M7", "M8", "M9", "M48", "M49", "M3", "M4", "M5", "G92", "G92.1",
-)  # fmt: skip
-#: What a code does whose row in the table says what several do.
-MEANINGS: Final[Mapping[str, str]] = {
-    **{code: OF_RS274[code] for code in _AS_IN_RS274},
-    "G73": f"drilling with chip breaking; {_KEPT_WORDS}",
-    "G81": f"drilling; {_KEPT_WORDS}",
-    "G82": f"drilling with a dwell at the bottom; {_KEPT_WORDS}",
-    "G83": f"deep-hole drilling, out of the hole after each peck; {_KEPT_WORDS}",
-    "G85": f"boring, in and out at feed rate; {_KEPT_WORDS}",
-    "G86": f"boring, out in rapid traverse with the spindle at rest; {_KEPT_WORDS}",
-    "G88": f"boring, stops for the operator; {_KEPT_WORDS}",
-    "G89": f"boring with a dwell, out at feed rate; {_KEPT_WORDS}",
-    "G54.1": 'additional work offset, of the number P from 1 to 48; --wcs "G54.1P3=x,y,z"',
-    "G154": 'Haas: additional work offset, of the number P from 1 to 48; --wcs "G54.1P3=x,y,z"',
-    **{
-        spell_g_code(code): f"Haas: work offset, the same as G154 P{number}"
-        for code, number in NUMBERED_SYSTEMS.items()
+    "end of G67": {670: "ends the calls of the macro of G66"},
+    "fixture offset": dict.fromkeys(
+        FIXTURES, "P0 ends the fixture offset or the setting error compensation; others are refused"
+    ),
+    "watching": {
+        220: "watches forbidden zones; no effect, the machine file has the limits",
+        230: "ends the watch on forbidden zones; no effect",
+        250: "ends the watch on the spindle; no effect",
+        260: "watches the spindle; no effect",
     },
-    "G28": "rapid traverse to the reference position, by way of the place given",
-    "G30": "rapid traverse to the second reference position (P2), by way of the place given",
-    "G64": "corners are blended",
-    "G12": "Haas, in G17: mills a circle of radius I about the tool, clockwise",
-    "G13": "Haas, in G17: mills a circle of radius I about the tool, counter-clockwise",
-    "G254": "Haas: dynamic work offset on: the zero turns with the table; X, Y, Z follow the axes of the machine",
-    "G255": "Haas: dynamic work offset off",
-    "G51": "scales about a point by P, or each axis by its own factor I, J, K",
-    "G50": "ends the scale of G51",
-    "G51.1": "mirrors an axis about a place",
-    "G50.1": "ends the mirror image of G51.1",
-    "G16": "polar coordinates on, in G17: X is the distance from X0 Y0, Y the angle; in G91 Y alone is allowed,"
-    " and adds up",
-    "G15": "polar coordinates off",
-    "G187": "Haas: chooses how smoothly corners are machined (P, E); no effect on the rows, shown as an event",
-    "G103": "Haas: limits how many blocks the control reads ahead (P); no effect on the rows, shown as an event",
-    **dict.fromkeys(
-        ("G5", "G5.1", "G5.4", "G8"), "look-ahead and smoothing of the control; no effect on the rows, shown as events"
-    ),
-    "G67": "ends the calls of the macro of G66",
-    **dict.fromkeys(
-        ("G54.2", "G54.4"), "P0 ends the fixture offset or the setting error compensation; others are refused"
-    ),
-    "G22": "watches forbidden zones; no effect, the machine file has the limits",
-    "G23": "ends the watch on forbidden zones; no effect",
-    "G25": "ends the watch on the spindle; no effect",
-    "G26": "watches the spindle; no effect",
-    "M29": "the next G84 or G74 is rigid tapping",
+    "centres of arcs": {CENTERS_FROM_START: "Mach4: I J K count from the start of the arc; they always do"},
 }
 
 
@@ -232,7 +202,7 @@ def make_table() -> CodeTable:
         "tool change": {6: RS274.m_groups["tool change"][6]},
         "override": {code: RS274.m_groups["override"][code] for code in (48, 49)},
         "spindle": {code: RS274.m_groups["spindle"][code] for code in (3, 4, 5, 19)},
-        "rigid tapping": {29: "rigid tapping: see Tapping"},
+        "rigid tapping": {29: "the next G84 or G74 is rigid tapping: see Tapping"},
     }
     return CodeTable(
         g_groups=groups,

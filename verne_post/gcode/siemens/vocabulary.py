@@ -8,7 +8,7 @@ import re
 from collections.abc import Mapping
 from typing import Final
 
-from verne_post.gcode.codes import MEANINGS as OF_RS274
+from verne_post.gcode.codes import RS274, end_texts
 
 _CLEARS_FEED: Final = "a change sets F to 0"
 #: G functions that are executed, by group -> what each does; one of each group may stand in a block.
@@ -16,9 +16,8 @@ GROUPS: Final[Mapping[str, Mapping[str, str]]] = {
     "motion": {
         "G0": "rapid traverse",
         "G1": "straight move",
-        **dict.fromkeys(
-            ("G2", "G3"), "arc, clockwise (G2) or counter-clockwise (G3): I J K, CR=, AR=, polar; TURN= further turns"
-        ),
+        "G2": "arc clockwise: I J K, CR=, AR=, polar; TURN= further turns",
+        "G3": "arc counter-clockwise: I J K, CR=, AR=, polar; TURN= further turns",
         "CIP": "arc through the intermediate point I1= J1= K1=, in any plane",
         "CT": "arc in the plane, tangent to the last motion",
         "BSPLINE": "B-spline that starts at the tool, with control points in its blocks",
@@ -27,18 +26,33 @@ GROUPS: Final[Mapping[str, Mapping[str, str]]] = {
     "fixed point": {
         "G75": "rapid traverse to [home] of the machine file: FP=1 g28, FP=2 g30 *(unverified for a given machine)*"
     },
-    "plane": dict.fromkeys(("G17", "G18", "G19"), "planes XY, ZX, YZ"),
+    "plane": {"G17": "plane XY", "G18": "plane ZX", "G19": "plane YZ"},
     "frame": {
-        **dict.fromkeys(("TRANS", "ROT", "SCALE", "MIRROR"), "programmable frame, replaces the one before"),
-        **dict.fromkeys(("ATRANS", "AROT", "ASCALE", "AMIRROR"), "programmable frame, added to the one in force"),
+        "TRANS": "shifts the zero; replaces the frame in force",
+        "ROT": "turns coordinates; replaces the frame in force",
+        "SCALE": "scales coordinates; replaces the frame in force",
+        "MIRROR": "mirrors coordinates; replaces the frame in force",
+        "ATRANS": "shifts the zero, from the frame in force on",
+        "AROT": "turns coordinates, from the frame in force on",
+        "ASCALE": "scales coordinates, from the frame in force on",
+        "AMIRROR": "mirrors coordinates, from the frame in force on",
     },
-    "compensation": dict.fromkeys(
-        ("G40", "G41", "G42"), "cutter compensation off, left, right, with the radius of the tool table"
-    ),
-    "feed on arcs": dict.fromkeys(("CFC", "CFTCP", "CFIN"), "where F applies on arcs under G41 and G42"),
+    "compensation": {
+        "G40": "cutter compensation off",
+        "G41": "the tool goes left of the contour, by the radius of the tool table",
+        "G42": "the tool goes right of the contour, by the radius of the tool table",
+    },
+    "feed on arcs": {
+        "CFC": "on arcs under G41 and G42, F is the feed rate at the contour",
+        "CFTCP": "on arcs under G41 and G42, F is the feed rate of the tool's centre",
+        "CFIN": "on inside arcs under G41 and G42, F is the feed rate at the contour; on others that of the centre",
+    },
     "offset": {
         "G500": "the machine's zero",
-        **dict.fromkeys(("G54", "G55", "G56", "G57"), "work offsets"),
+        **{
+            f"G{number}": f"work offset G{number}: coordinates count from its zero (--wcs, [wcs])"
+            for number in (54, 55, 56, 57)
+        },
         **dict.fromkeys(
             (f"G{number}" for number in range(505, 600)),
             "further work offsets: --wcs G58, G59, G59.1 to G59.3 for 505 to 509, then G54.1P1 and so on",
@@ -52,14 +66,25 @@ GROUPS: Final[Mapping[str, Mapping[str, str]]] = {
         **dict.fromkeys(("G64", "G641", "G642", "G643", "G644", "G645"), "corners are blended"),
     },
     "exact stop of the block": {"G9": "a stop at the end of the block"},
-    "units": {**dict.fromkeys(("G70", "G71"), "inch, mm"), **dict.fromkeys(("G700", "G710"), "inch, mm, also for F")},
-    "distance": dict.fromkeys(("G90", "G91"), "absolute, incremental"),
-    "feed mode": dict.fromkeys(("G93", "G94", "G95"), f"inverse time, per minute, per turn; {_CLEARS_FEED}"),
-    "pole": dict.fromkeys(("G110", "G111", "G112"), "pole, from the last position, from zero, from the last pole"),
-    "transformation": dict.fromkeys(("TRAORI", "TRAFOOF"), "tool-centre-point control on and off"),
-    "orientation reference": dict.fromkeys(
-        ("ORIWKS", "ORIMKS"), "the tool axis goes along a great circle, or A and C go linearly"
-    ),
+    "units": {
+        "G70": "lengths are inches",
+        "G71": "lengths are millimetres",
+        "G700": "lengths and feed rates are inches",
+        "G710": "lengths and feed rates are millimetres",
+    },
+    "distance": {"G90": "absolute coordinates", "G91": "incremental coordinates"},
+    "feed mode": {
+        "G93": f"inverse-time feed; {_CLEARS_FEED}",
+        "G94": f"feed per minute; {_CLEARS_FEED}",
+        "G95": f"feed per turn of the spindle; {_CLEARS_FEED}",
+    },
+    "pole": {
+        "G110": "the pole is given from the last position",
+        "G111": "the pole is given from the zero",
+        "G112": "the pole is given from the last pole",
+    },
+    "transformation": {"TRAORI": "tool-centre-point control on", "TRAFOOF": "tool-centre-point control off"},
+    "orientation reference": {"ORIWKS": "the tool axis goes along a great circle", "ORIMKS": "A and C go linearly"},
     "orientation path": dict.fromkeys(
         ("ORIAXES", "ORIVECT", "ORIPLANE"),
         "the motion of the tool axis, where orientation_by_group of the settings file is true",
@@ -67,14 +92,15 @@ GROUPS: Final[Mapping[str, Mapping[str, str]]] = {
 }
 #: How a value of an axis is meant, where G90 and G91 do not say.
 VALUE_MODES: Final[Mapping[str, str]] = {
-    **dict.fromkeys(("AC", "IC"), "one value absolute, incremental: X=AC(5)"),
-    **dict.fromkeys(
-        ("DC", "ACP", "ACN"), "rotary axes: the shortest way, up, down; in machine coordinates too, as in SUPA C=DC(0)"
-    ),
+    "AC": "this value is absolute: X=AC(5)",
+    "IC": "this value is incremental: X=IC(5)",
+    "DC": "a rotary axis takes the shortest way: C=DC(0); in machine coordinates too, as in SUPA C=DC(0)",
+    "ACP": "a rotary axis turns up to the position",
+    "ACN": "a rotary axis turns down to the position",
 }
 #: Words with a value that are executed.
 ADDRESSES: Final[Mapping[str, str]] = {
-    **dict.fromkeys(("X", "Y", "Z", "A", "C"), "positions of the axes"),
+    **dict.fromkeys(("X", "Y", "Z", "A", "C"), "where the axis goes, in mm or degrees; in G91 by how much"),
     **dict.fromkeys(("B", "U", "V", "W"), "axes of other machines: refused where this one has no such axis (VP011)"),
     **dict.fromkeys(("I", "J", "K"), "centre of an arc, from its start or with AC()"),
     **dict.fromkeys(("I1", "J1", "K1"), "intermediate point of CIP"),
@@ -88,15 +114,18 @@ ADDRESSES: Final[Mapping[str, str]] = {
     "PW": "weight of BSPLINE",
     "SD": "degree of BSPLINE",
     **dict.fromkeys(("A3", "B3", "C3"), "the tool axis at the end of the block"),
-    "F": "feed rate",
-    **dict.fromkeys(("S", "S1"), "spindle speed"),
+    "F": "feed rate, in mm/min under G94",
+    **dict.fromkeys(("S", "S1"), "spindle speed in 1/min"),
     **dict.fromkeys(
-        ("T", "T1"), 'tool: T5, T="name". Length and radius are active from M6 on. An empty spindle has no length'
+        ("T", "T1"),
+        'selects the tool by number or name: T5, T="name"; '
+        "M6 loads it, with length and radius; an empty "
+        "spindle has no length",
     ),
-    "D": "length and radius of the tool off (D0) and on (D1)",
+    "D": "cutting edge: D1 puts length and radius of the tool in force, D0 ends them",
     "CUTMOD": "no effect: 0 is cutting edges as in the tool table; other values are refused",
     "H": "an auxiliary function, which `dump moves` and --events show",
-    **dict.fromkeys(("M", "M1"), "M functions; M1= is that of the spindle"),
+    **dict.fromkeys(("M", "M1"), "an M function; M1= is one of the spindle"),
     "G": "a G function, as G=...",
     "L": "calls a subprogram: L10",
     "P": "how often a subprogram runs",
@@ -105,7 +134,8 @@ ADDRESSES: Final[Mapping[str, str]] = {
     "CTOL": "tolerance of the tip at corners",
     "OTOL": "tolerance of the tool axis at corners",
     "SPOS": "orients the spindle, also SPOS[1]=DC(90)",
-    **dict.fromkeys(("FP", "X1", "Y1", "Z1", "A1", "C1"), "point and axes of G75"),
+    "FP": "which fixed point G75 goes to",
+    **dict.fromkeys(("X1", "Y1", "Z1", "A1", "C1"), "an axis that G75 moves"),
     "RND": "rounding before the next line or arc: its radius",
     "RNDM": "rounding of all corners until RNDM=0: its radius",
     "CHF": "chamfer before the next line or arc: its length",
@@ -120,17 +150,33 @@ M_FUNCTIONS: Final[Mapping[str, Mapping[int, str]]] = {
         **dict.fromkeys((2, 30), "end of the program"),
     },
     "tool change": {6: "loads the tool of T"},
-    "spindle": {**dict.fromkeys((3, 4, 5), "spindle clockwise, counter-clockwise, off"), 19: "orients the spindle"},
-    "coolant": dict.fromkeys((7, 8, 9), "mist, flood, coolant off"),
+    "spindle": {
+        3: "spindle on, clockwise",
+        4: "spindle on, counter-clockwise",
+        5: "spindle off",
+        19: "orients the spindle",
+    },
+    "coolant": RS274.m_groups["coolant"],
     "gear": {40: "no effect: the control chooses the gear"},
 }
 #: Control statements that are executed.
 STATEMENTS: Final[Mapping[str, str]] = {
-    **dict.fromkeys(("IF", "ELSE", "ENDIF"), "branches"),
-    **dict.fromkeys(("GOTO", "GOTOF", "GOTOB", "GOTOC"), "jumps to labels, block numbers, computed texts"),
+    "IF": "executes the lines up to ELSE or ENDIF if the condition is true; with GOTOF, jumps",
+    "ELSE": "begins the lines for a false condition of IF",
+    "ENDIF": "ends IF",
+    "GOTO": "jumps to a label, block or computed text, searched forwards, then from the beginning",
+    "GOTOF": "jumps forwards to a label or block",
+    "GOTOB": "jumps backwards to a label or block",
+    "GOTOC": "jumps as GOTO; if the label is missing, the program continues without an alarm",
     "CASE": "jumps to one of several labels, by a value",
-    **dict.fromkeys(("FOR", "ENDFOR", "WHILE", "ENDWHILE", "LOOP", "ENDLOOP"), "loops"),
-    **dict.fromkeys(("REPEAT", "UNTIL"), "a loop; or REPEAT A B P=n repeats lines"),
+    "FOR": "repeats the lines up to ENDFOR; its variable counts up to the value after TO",
+    "ENDFOR": "adds 1 to the variable of FOR, and goes back unless it is beyond the last value",
+    "WHILE": "repeats the lines up to ENDWHILE as long as the condition is true",
+    "ENDWHILE": "goes back to WHILE",
+    "LOOP": "repeats the lines up to ENDLOOP until a jump leaves them",
+    "ENDLOOP": "goes back to LOOP",
+    "REPEAT": "repeats the lines up to UNTIL; with labels, those lines P times",
+    "UNTIL": "goes back to REPEAT until the condition is true",
     "REPEATB": "repeats one line P times",
     "DEF": "declares variables",
     "PROC": "begins a subprogram, with its parameters",
@@ -143,20 +189,43 @@ STATEMENTS: Final[Mapping[str, str]] = {
 }
 #: Cycles that are executed.
 CYCLES: Final[Mapping[str, str]] = {
-    **dict.fromkeys(
-        ("CYCLE81", "CYCLE82", "CYCLE83", "CYCLE84", "CYCLE85", "CYCLE86", "CYCLE89", "CYCLE840"), "drilling"
-    ),
-    **dict.fromkeys(("HOLES1", "HOLES2", "CYCLE801"), "rows, circles, grids of positions, each with the MCALL cycle"),
+    "CYCLE81": "drilling, centring",
+    "CYCLE82": "drilling with a dwell at the bottom",
+    "CYCLE83": "deep-hole drilling in steps",
+    "CYCLE84": "rigid tapping",
+    "CYCLE85": "reaming, in and out at feed rate",
+    "CYCLE86": "boring, the spindle stops oriented",
+    "CYCLE89": "boring with a dwell, out at feed rate",
+    "CYCLE840": "tapping with a floating holder",
+    "HOLES1": "a row of positions, each with the MCALL cycle",
+    "HOLES2": "a circle of positions, each with the MCALL cycle",
+    "CYCLE801": "a grid of positions, each with the MCALL cycle",
     "CYCLE800": "tilts the work plane, and turns the table to it; without values it ends the plane",
     "CYCLE832": "sets the tolerances of corners",
     "WORKPIECE": "the stock: drawn by `report`, named by the summary and --meta",
-    **dict.fromkeys(("POCKET1", "POCKET2", "POCKET3", "POCKET4"), "pockets: see Milling cycles"),
-    **dict.fromkeys(("SLOT1", "SLOT2", "LONGHOLE"), "slots: see Milling cycles"),
-    **dict.fromkeys(("CYCLE61", "CYCLE71"), "faces: see Milling cycles"),
-    **dict.fromkeys(("CYCLE76", "CYCLE77", "CYCLE79"), "spigots: see Milling cycles"),
+    **end_texts(
+        ": see Milling cycles",
+        {
+            "POCKET1": "mills a rectangular pocket (older form)",
+            "POCKET2": "mills a circular pocket (older form)",
+            "POCKET3": "mills a rectangular pocket",
+            "POCKET4": "mills a circular pocket",
+            "SLOT1": "mills slots that lie on a circle",
+            "SLOT2": "mills slots along a circle",
+            "LONGHOLE": "mills long holes, as wide as the tool, on a circle",
+            "CYCLE61": "mills a face",
+            "CYCLE71": "mills a face",
+            "CYCLE76": "mills a rectangular spigot",
+            "CYCLE77": "mills a circular spigot",
+            "CYCLE79": "mills a spigot with several equal sides",
+        },
+    ),
     "CYCLE899": "mills an open slot: see Polygons and open slots",
-    **dict.fromkeys(("CYCLE70", "CYCLE90"), "milled threads: see Milled threads"),
-    **dict.fromkeys(("CYCLE62", "CYCLE72"), "contours: see Milling along a contour"),
+    **end_texts(": see Milled threads", {"CYCLE70": "mills a thread", "CYCLE90": "mills a thread"}),
+    **end_texts(
+        ": see Milling along a contour",
+        {"CYCLE62": "names the contour of the next cycle", "CYCLE72": "mills along a contour"},
+    ),
 }
 #: Words that change how a control moves or watches, not the path, or that are always so here: see `dump moves`.
 NO_EFFECT: Final[Mapping[str, str]] = {
@@ -191,7 +260,7 @@ NO_EFFECT: Final[Mapping[str, str]] = {
     "WRTPR": "a line in a log of the control",
     "SETMS": "the first spindle is the master spindle; SETMS with another number is refused",
     **dict.fromkeys(("EXTERN", "ENDPROC"), "declarations"),
-    **dict.fromkeys(("GROUP_BEGIN", "GROUP_END", "GROUP_ADDEND"), "folding in the editor"),
+    **dict.fromkeys(("GROUP_BEGIN", "GROUP_END", "GROUP_ADDEND"), "folding in the editor")
 }  # fmt: skip
 #: Words that are known and not executed.
 REFUSED_WORDS: Final[Mapping[str, str]] = {
@@ -270,7 +339,7 @@ REFUSED_WORDS: Final[Mapping[str, str]] = {
                      "CYCLE998"), "probing: where the tool touches is only known at the machine"),
     "CONTOUR": "milling of contours by cycles; let the CAM system write the moves",
     **dict.fromkeys(("CYCLE87", "CYCLE88"),
-                    "cycles that stop for the operator in the hole; write the moves with M5 and M0"),
+                    "cycles that stop for the operator in the hole; write the moves with M5 and M0")
 }  # fmt: skip
 #: Functions whose value is a frame.
 FRAME_FUNCTIONS: Final = ("CTRANS", "CROT", "CSCALE", "CMIRROR")
@@ -278,104 +347,11 @@ FRAME_FUNCTIONS: Final = ("CTRANS", "CROT", "CSCALE", "CMIRROR")
 CONSTANTS: Final[Mapping[str, float]] = {
     "_OFF": 0.0, "_FINISH": 1.0, "_SEMIFIN": 2.0, "_ROUGH": 3.0, "_PRECISION": 4.0, "_ORI_FINISH": 11.0,
     "_ORI_SEMIFIN": 12.0, "_ORI_ROUGH": 13.0, "_ORI_PRECISION": 14.0,
-    "_TOP_SURFACE_SMOOTH_OFF": 0.0, "_TOP_SURFACE_SMOOTH_ON": 100.0,
+    "_TOP_SURFACE_SMOOTH_OFF": 0.0, "_TOP_SURFACE_SMOOTH_ON": 100.0
 }  # fmt: skip
 _MANY_CYCLES: Final = re.compile(r"CYCLE[0-9]+$|E_[A-Z_]+$|F_[A-Z_]+$")
 
 GROUP_OF: Final[Mapping[str, str]] = {word: group for group, words in GROUPS.items() for word in words}
-#: What a word does whose row in the table says what several do, or says it in short.
-MEANINGS: Final[Mapping[str, str]] = {
-    **{
-        code: OF_RS274[code]
-        for code in ("G17", "G18", "G19", "G40", "G41", "G42", "G54", "G55", "G56", "G57", "M7", "M8", "M9")
-    },
-    "G2": "arc clockwise: I J K, CR=, AR=, polar; TURN= further turns",
-    "G3": "arc counter-clockwise: I J K, CR=, AR=, polar; TURN= further turns",
-    "TRANS": "shifts the zero; replaces the frame in force",
-    "ROT": "turns coordinates; replaces the frame in force",
-    "SCALE": "scales coordinates; replaces the frame in force",
-    "MIRROR": "mirrors coordinates; replaces the frame in force",
-    "ATRANS": "shifts the zero, from the frame in force on",
-    "AROT": "turns coordinates, from the frame in force on",
-    "ASCALE": "scales coordinates, from the frame in force on",
-    "AMIRROR": "mirrors coordinates, from the frame in force on",
-    "CFC": "on arcs under G41 and G42, F is the feed rate at the contour",
-    "CFTCP": "on arcs under G41 and G42, F is the feed rate of the tool's centre",
-    "CFIN": "on inside arcs under G41 and G42, F is the feed rate at the contour; on others that of the centre",
-    "G70": "lengths are inches",
-    "G71": "lengths are millimetres",
-    "G700": "lengths and feed rates are inches",
-    "G710": "lengths and feed rates are millimetres",
-    "G90": "absolute coordinates",
-    "G91": "incremental coordinates",
-    "G93": f"inverse-time feed; {_CLEARS_FEED}",
-    "G94": f"feed per minute; {_CLEARS_FEED}",
-    "G95": f"feed per turn of the spindle; {_CLEARS_FEED}",
-    "G110": "the pole is given from the last position",
-    "G111": "the pole is given from the zero",
-    "G112": "the pole is given from the last pole",
-    "TRAORI": "tool-centre-point control on",
-    "TRAFOOF": "tool-centre-point control off",
-    "ORIWKS": "the tool axis goes along a great circle",
-    "ORIMKS": "A and C go linearly",
-    **dict.fromkeys(("X", "Y", "Z", "A", "C"), "where the axis goes, in mm or degrees; in G91 by how much"),
-    **dict.fromkeys(("S", "S1"), "spindle speed in 1/min"),
-    **dict.fromkeys(("T", "T1"), 'selects the tool by number or name: T5, T="name"; M6 loads it'),
-    "M": "an M function; M1= is one of the spindle",
-    "M1": "stops as M0, only with --optional-stop",
-    "F": "feed rate, in mm/min under G94",
-    "D": "cutting edge: D1 puts length and radius of the tool in force, D0 ends them",
-    "FP": "which fixed point G75 goes to",
-    **dict.fromkeys(("X1", "Y1", "Z1", "A1", "C1"), "an axis that G75 moves"),
-    "AC": "this value is absolute: X=AC(5)",
-    "IC": "this value is incremental: X=IC(5)",
-    "DC": "a rotary axis takes the shortest way: C=DC(0); in machine coordinates too, as in SUPA C=DC(0)",
-    "ACP": "a rotary axis turns up to the position",
-    "ACN": "a rotary axis turns down to the position",
-    "IF": "executes the lines up to ELSE or ENDIF if the condition is true; with GOTOF, jumps",
-    "ELSE": "begins the lines for a false condition of IF",
-    "ENDIF": "ends IF",
-    "GOTO": "jumps to a label or block, searched forwards, then from the beginning",
-    "GOTOF": "jumps forwards to a label or block",
-    "GOTOB": "jumps backwards to a label or block",
-    "GOTOC": "jumps as GOTO; if the label is missing, the program continues without an alarm",
-    "FOR": "repeats the lines up to ENDFOR; its variable counts up to the value after TO",
-    "ENDFOR": "adds 1 to the variable of FOR, and goes back unless it is beyond the last value",
-    "WHILE": "repeats the lines up to ENDWHILE as long as the condition is true",
-    "ENDWHILE": "goes back to WHILE",
-    "LOOP": "repeats the lines up to ENDLOOP until a jump leaves them",
-    "ENDLOOP": "goes back to LOOP",
-    "REPEAT": "repeats the lines up to UNTIL; with labels, those lines P times",
-    "UNTIL": "goes back to REPEAT until the condition is true",
-    "CYCLE81": "drilling, centring",
-    "CYCLE82": "drilling with a dwell at the bottom",
-    "CYCLE83": "deep-hole drilling in steps",
-    "CYCLE84": "rigid tapping",
-    "CYCLE85": "reaming, in and out at feed rate",
-    "CYCLE86": "boring, the spindle stops oriented",
-    "CYCLE89": "boring with a dwell, out at feed rate",
-    "CYCLE840": "tapping with a floating holder",
-    "HOLES1": "a row of positions, each with the MCALL cycle",
-    "HOLES2": "a circle of positions, each with the MCALL cycle",
-    "CYCLE801": "a grid of positions, each with the MCALL cycle",
-    "POCKET1": "mills a rectangular pocket (older form)",
-    "POCKET2": "mills a circular pocket (older form)",
-    "POCKET3": "mills a rectangular pocket",
-    "POCKET4": "mills a circular pocket",
-    "SLOT1": "mills slots that lie on a circle",
-    "SLOT2": "mills slots along a circle",
-    "LONGHOLE": "mills long holes, as wide as the tool, on a circle",
-    **dict.fromkeys(("CYCLE61", "CYCLE71"), "mills a face"),
-    "CYCLE76": "mills a rectangular spigot",
-    "CYCLE77": "mills a circular spigot",
-    "CYCLE79": "mills a spigot with several equal sides",
-    **dict.fromkeys(("CYCLE70", "CYCLE90"), "mills a thread"),
-    "CYCLE62": "names the contour of the next cycle",
-    "CYCLE72": "mills along a contour",
-    "M3": "spindle on, clockwise",
-    "M4": "spindle on, counter-clockwise",
-    "M5": "spindle off",
-}
 #: Values of cycles -> what each says. Others are only named.
 CYCLE_VALUES: Final[Mapping[str, str]] = {
     "RTP": "retraction plane, absolute", "RFP": "reference plane, absolute: the surface",
@@ -436,7 +412,7 @@ CYCLE_VALUES: Final[Mapping[str, str]] = {
     "_ZA": "depth of the pilot hole", "_FA": "feed rate into the pilot hole",
     "_ZD": "depth where drilling through begins",
     "_FD": "feed rate of drilling through",
-    "_TOL": "tolerance of the tip", "_TOLM": "kind of machining", "_OTOL": "tolerance of the tool axis",
+    "_TOL": "tolerance of the tip", "_TOLM": "kind of machining", "_OTOL": "tolerance of the tool axis"
 }  # fmt: skip
 
 
