@@ -58,6 +58,14 @@ class Recovery:
 
     def execute(self, block: Block) -> list[ProgramError]:
         """Execute a block as far as possible; returns its errors, without those that follow from others."""
+        state = self.interpreter.state
+        only_tool = state.only_tool
+        try:
+            return self._execute(block)
+        finally:
+            state.only_tool = state.only_tool if only_tool is None else only_tool
+
+    def _execute(self, block: Block) -> list[ProgramError]:
         execute: Callable[[Block], None] = self.interpreter.execute
         errors: list[ProgramError] = []
         for _ in range(_MAX_TRIES):
@@ -119,11 +127,17 @@ class Recovery:
             "VP012": self._assume_tool,
             "VP015": self._assume_home,
             "VP016": self._go_on,
+            "VP018": self._assume_one_tool,
             "VP048": self._assume_rigid_tapping,
         }.get(error.code)
         return assume is not None and assume(block, error)
 
     def _go_on(self, _block: Block, _error: ProgramError) -> bool:
+        return True
+
+    def _assume_one_tool(self, _block: Block, _error: ProgramError) -> bool:
+        """--tool-length is that of the tool of this block; :meth:`execute` brings the first one back."""
+        self.interpreter.state.only_tool = None
         return True
 
     def _assume_rigid_tapping(self, _block: Block, _error: ProgramError) -> bool:
