@@ -1038,10 +1038,8 @@ def test_an_inside_corner_under_compensation_keeps_the_word(run: Callable[..., A
 def test_a_length_that_g53_has_cancelled_is_not_in_force(run: Callable[..., Any], tmp_path: Path) -> None:
     """Nor does G49 have to cancel it again: the table turns alone."""
     path = tmp_path / "g53.nc"
-    path.write_text(
-        lines("%", "O1", "G90 G94 G17 G21", "T1 M6", "S5000 M3", "G54 G0 X0. Y0. A0. C0.", "G43 Z30. H1",
-              "G1 Z5. F500.", "G53 G0 Z0.", "G0 A20. C0.", "A0.", "G43 X20. Y0. Z30. H1", "M30", "%")
-    )  # fmt: skip
+    head = "%\nO1\nG90 G94 G17 G21\nT1 M6\nS5000 M3\nG54 G0 X0. Y0. A0. C0.\nG43 Z30. H1\nG1 Z5. F500.\n"
+    path.write_text(f"{head}G53 G0 Z0.\nG0 A20. C0.\nA0.\nG43 X20. Y0. Z30. H1\nM30\n%\n")
     setup = path.with_name("g53.nc.toml")
     setup.write_text(SIZES)
     for line in (9, 10, 11):

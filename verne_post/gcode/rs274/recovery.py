@@ -19,10 +19,12 @@ from verne_post.gcode.machining.assumptions import (
     assume_homes,
     assume_length,
     assume_loaded_tool,
+    assume_only_tool,
     assume_rigid_tapping,
     assume_tools,
     assume_turning_spindle,
     drop_compensation,
+    keep_only_tool,
     lose_axis,
     place_axis,
 )
@@ -58,12 +60,8 @@ class Recovery:
 
     def execute(self, block: Block) -> list[ProgramError]:
         """Execute a block as far as possible; returns its errors, without those that follow from others."""
-        state = self.interpreter.state
-        only_tool = state.only_tool
-        try:
+        with keep_only_tool(self.interpreter.state):
             return self._execute(block)
-        finally:
-            state.only_tool = state.only_tool if only_tool is None else only_tool
 
     def _execute(self, block: Block) -> list[ProgramError]:
         execute: Callable[[Block], None] = self.interpreter.execute
@@ -137,7 +135,7 @@ class Recovery:
 
     def _assume_one_tool(self, _block: Block, _error: ProgramError) -> bool:
         """--tool-length is that of the tool of this block; :meth:`execute` brings the first one back."""
-        self.interpreter.state.only_tool = None
+        assume_only_tool(self.interpreter.state)
         return True
 
     def _assume_rigid_tapping(self, _block: Block, _error: ProgramError) -> bool:
