@@ -1089,6 +1089,10 @@ def test_lengths_of_one_tool_stand_together(tmp_path: Path, run: Callable[..., A
     path.write_text(f"{head}T2 M6\nG0 X9\nG43 H2 Z90\nG49 G0 Z200\nG1 Z190\nM2\n")
     said = " ".join(run("convert", path, *options, "-o", tmp_path / "o.csv").err.split())
     assert f"tool 1: 80 mm, tool 2: 95 then 0 mm (0 mm: no length is in force, or none was given); {noted}" in said
+    # no rapid has what G53 has cancelled
+    path.write_text(f"%\nO1\n{head}G53 G0 Z0\nT2 M6\nG0 A9\nX9\nA0\nG43 H2 Z90\nM2\n")
+    said = " ".join(run("convert", path, *options, "--dialect", "fanuc", "-o", tmp_path / "o.csv").err.split())
+    assert "tool 1: 80 mm, tool 2: 95 mm" in said and "tool before" not in said
     path.write_text(f"{head}T2 M6\nG1 X9\nG43 H2 G0 Z90\nM2\n")  # it cuts with the length of the other one
     said = " ".join(run("convert", path, *options, "-o", tmp_path / "o.csv").err.split())
     assert "tool 1: 80 mm, tool 2: 80 then 95 mm work offset" in said

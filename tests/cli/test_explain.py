@@ -1008,3 +1008,67 @@ def test_findings_are_printed_before_remedies_are_sought(
     assert after.startswith("what would bring the line within limits")
     explained = vp.explain(PROGRAM, "verne", 3, vp.Options(tool_length=120, wcs={"G54": (0, 0, 60)})).text
     assert (first + after).startswith(explained)
+
+
+SIZES = "[tools]\n1 = { length = 80, diameter = 10 }\n[wcs]\nG54 = [0, 0, 60]\n"
+#: The same contour in three languages: name, program, line of its first side, line of its arc, and what is in force.
+BESIDE = [
+    ("a.h", lines(
+        "0 BEGIN PGM A MM", "1 TOOL CALL 1 Z S5000", "2 L X-40 Y-20 A+0 C+0 R0 FMAX M3", "3 L Z-2 FMAX M109",
+        "4 L Y+0 RL F1200", "5 L X+30", "6 CC X+30 Y+10", "7 C X+40 Y+10 DR+", "8 L Y+30", "9 L X+60 R0",
+        "10 L Z+20 FMAX M30", "11 END PGM A MM"), 6, 8, "RL (tool centre 5 mm left of the contour: tool 1)"),
+    ("a.mpf", lines(
+        "G17 G54 G64 G90 G94 G710", "T1 D1", "M6", "S8000 M3", "G0 A0 C0", "G0 X-40 Y-20 Z-2", "G41 G1 Y0 F1200",
+        "X30", "G3 X40 Y10 I0 J10", "G1 Y30", "G40 X60", "G0 Z30", "M30"), 8, 9,
+        "G41 (tool centre 5 mm left of the contour: tool 1)"),
+    ("a.nc", lines(
+        "%", "O1", "G90 G94 G17 G21 G40 G49", "T1 M6", "S8000 M3", "G54 G0 X-40. Y-20. A0. C0.", "G43 H1 Z-2.",
+        "G41 D1 G1 Y0. F1200.", "X30.", "G3 X40. Y10. I0. J10.", "G1 Y30.", "G40 X60.", "G0 Z30.", "M30", "%"), 9, 10,
+        "G41 (tool centre 5 mm left of the contour: D1, tool 1)"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("name", "text", "side", "arc", "said"), BESIDE)
+def test_cutter_compensation_is_in_force_and_its_centre_is_no_word(
+    run: Callable[..., Any], tmp_path: Path, name: str, text: str, side: int, arc: int, said: str
+) -> None:
+    """A tool of 10 mm along an inside arc from X30 Y0 to X40 Y10, of 10 mm: its centre has half of F."""
+    path = tmp_path / name
+    path.write_text(text)
+    path.with_name(f"{name}.toml").write_text(SIZES)
+    told = run("explain", f"{path}:{arc}", "--all").out
+    assert said in told
+    assert "feed 600 mm/min of the tool centre: F1200 at the contour of the arc" in told
+    assert "program coordinates  X 40 mm" in told and "tool centre          X 35, Y 10, Z -2 mm, 5 mm left" in told
+    assert "tip on the table     (35.000, 10.000, 58.000) mm, tool centre, 5 mm left of the contour" in told
+    told = run("explain", f"{path}:{side}").out
+    assert said in told and "feed 1200 mm/min\n" in told
+    after = run("explain", f"{path}:{arc + 2}", "--all").out  # it has ended
+    assert "tool centre" not in after and "program coordinates  X 60 mm" in after
+
+
+def test_an_inside_corner_under_compensation_keeps_the_word(run: Callable[..., Any], tmp_path: Path) -> None:
+    path = tmp_path / "r.h"
+    path.write_text(BESIDE[0][1].replace("6 CC X+30 Y+10\n7 C X+40 Y+10 DR+\n", ""))
+    path.with_name("r.h.toml").write_text(SIZES)
+    told = run("explain", f"{path}:6", "--all").out
+    assert "program coordinates  X 30 mm (as the line says), Y 0 mm" in told
+    assert "tool centre          X 25, Y 5, Z -2 mm, 5 mm left of the contour" in told
+
+
+def test_a_length_that_g53_has_cancelled_is_not_in_force(run: Callable[..., Any], tmp_path: Path) -> None:
+    """Nor does G49 have to cancel it again: the table turns alone."""
+    path = tmp_path / "g53.nc"
+    head = "%\nO1\nG90 G94 G17 G21\nT1 M6\nS5000 M3\nG54 G0 X0. Y0. A0. C0.\nG43 Z30. H1\nG1 Z5. F500.\n"
+    path.write_text(f"{head}G53 G0 Z0.\nG0 A20. C0.\nA0.\nG43 X20. Y0. Z30. H1\nM30\n%\n")
+    setup = path.with_name("g53.nc.toml")
+    setup.write_text(SIZES)
+    for line in (9, 10, 11):
+        told = run("explain", f"{path}:{line}").out
+        assert "tool length cancelled by G53 of line 9 (a tip is shown for 80 mm)" in told
+        assert "VP046" not in told
+    assert "tool length 80 mm" in run("explain", f"{path}:12").out
+    spindle = [re.search(r"rho1 .*?rho3 [\d.]+", run("explain", f"{path}:{line}").out) for line in (9, 10)]
+    assert spindle[0] and spindle[1] and spindle[0][0] == spindle[1][0]  # the linear axes do not move
+    setup.write_text(SIZES + '[fanuc]\nlength_after_return = "restored"\n')
+    assert "or cancel the tool length before it (G49)" in run("check", path).out

@@ -413,6 +413,21 @@ def test_hover_of_a_word_says_what_it_comes_to(
             assert first.endswith(said), (word, first)
 
 
+def test_hover_of_a_place_under_compensation_is_on_the_contour(client: Client, tmp_path: Path) -> None:
+    text = (
+        "%\nO1\nG90 G94 G17 G21 G40 G49\nT1 M6\nS8000 M3\nG54 G0 X-40. Y-20. A0. C0.\nG43 H1 Z-2.\n"
+        "G41 D1 G1 Y0. F1200.\nX30.\nG3 X40. Y10. I0. J10.\nG1 Y30.\nG40 X60.\nG0 Z30.\nM30\n%\n"
+    )
+    setup = "[wcs]\nG54 = [0, 0, 60]\n[tools]\n1 = { length = 80, diameter = 10 }\n"
+    uri = client.open(make_program(tmp_path, text, "c.nc", setup))
+    shown = hover(client, uri, 9, 3)
+    side = "tool centre X 35 mm, 5 mm left of the contour; machine X 35 mm"
+    assert shown.partition("\n")[0].endswith(f"X 40 mm in G54; {side}")
+    assert "feed 600 mm/min of the tool centre: F1200 at the contour of the arc" in shown
+    assert "G41 (tool centre 5 mm left of the contour: D1, tool 1)" in shown
+    assert "tool centre" not in hover(client, uri, 11, 5)
+
+
 def test_hover_of_a_place_under_g500_is_that_of_the_machine(client: Client, tmp_path: Path) -> None:
     text = "G90 G94 G710\nG500\nG0 X0 Y0 Z-200 A0 C0\nG1 Z-210 F500\nM30\n"
     uri = client.open(make_program(tmp_path, text, "a.mpf"))

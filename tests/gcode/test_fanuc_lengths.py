@@ -60,6 +60,22 @@ def test_the_message_says_what_to_write(read):
     assert "the tool 100 mm deeper: write G43 H1 before Z, or G49" in finding.message
 
 
+def test_the_message_names_the_tool_in_the_spindle():
+    tools = {n: Tool(n, n, (0.0, 0.0, length, *[0.0] * 6), 10.0) for n, length in LENGTHS.items()}
+    text = f"{HEAD}{CUT}G53 G0 Z0\nT2 M6\nS1000 M3\nG0 X50.\nZ10.\nM30\n"
+    options = Options(dialect="fanuc", tools=tools)
+    (finding,) = [one for one in vp.check(text, vp.load_machine("serial"), options).findings if one.severity == "error"]
+    assert "the tool 80 mm deeper: write G43 H2 before Z" in finding.message
+
+
+@pytest.mark.parametrize("change", ["T2 M6", "T2\nM6"])
+def test_a_second_tool_beside_one_length_is_one_cause(read, change):
+    """Its G43 is refused (VP018), and would have put a length in force: Z after it is right."""
+    wrong = read(f"{CUT}G53 G0 Z0\n{change}\nS1000 M3\nG43 Z30. H2\nG81 X-15. Z-16. R3. F320\nG80", tool_length=90.0)[0]
+    assert {code for code, _line in wrong} == {"VP018"}
+    assert wrong[0] == ("VP018", 4 + change.count("\n"))
+
+
 @pytest.mark.parametrize("back", RETURNS)
 @pytest.mark.parametrize(
     "again", ["G43 H1 Z10.", "G43 Z10.", "H1 Z10.", "G43 H1\nG0 Z10.", "X9. Y9.\nX8.\nG43 H1 Z10."]

@@ -36,6 +36,8 @@ from verne_post.toolpath.margins import list_margin_functions
 
 #: Decimals of mm and degrees where a pose is told in a few lines.
 _FEW: Final = 3
+#: Shares of F that differ by less are the same.
+_SAME_SHARE: Final = 1e-6
 
 
 def find_lines_near(joints: JointPath, line: int) -> list[int]:
@@ -119,7 +121,7 @@ def _describe_end(line: Line) -> Iterator[str]:
     """Place and joints at the end of a line, how far they may go, the nearest limit, and the time of the line."""
     machine = line.exact.machine
     tip, angles, tool = _find_end(line)
-    yield f"  tip on the table     {format_mm(tip, _FEW)}"
+    yield f"  tip on the table     {format_mm(tip, _FEW)}{_name_centre(line)}"
     yield f"  words                {machine.name_angles(angles, _FEW)} deg"
     q, _platform, ok = machine.five_axis.solve(tip, angles, tool)
     if not ok:
@@ -172,17 +174,41 @@ def _describe_words(line: Line, tool: float) -> Iterator[str]:
     feed = float(moves.feed[line.move])
     if np.isfinite(feed):
         share = "" if line.options.override == 1.0 else f" at an override of {100 * line.options.override:g} %"
-        modal.append(f"feed {feed:g} {_name_feed_unit(line)}{share}")
+        modal.append(f"feed {feed:g} {_name_feed_unit(line)}{share}{_explain_arc_feed(line, state)}")
     yield f"  in force             {', '.join(modal)}"
 
 
+def _name_centre(line: Line) -> str:
+    """What leads the tip beside the programmed place; empty where it is there."""
+    if line.contour_end is None or line.state is None or line.state.compensation is None:
+        return ""
+    return f", tool centre, {line.state.compensation.describe_side()}"
+
+
+def _explain_arc_feed(line: Line, state: State) -> str:
+    """Why the feed rate of an arc beside the contour is not F; empty where it is."""
+    is_arc = line.moves.kind[line.move] == MoveKind.ARC
+    share = float(line.moves.feed[line.move]) / state.feed if state.feed else 1.0
+    if state.compensation is None or not is_arc or abs(share - 1.0) <= _SAME_SHARE:
+        return ""
+    rule, number = state.arc_feed, format_number(state.feed_angular, _FEW)
+    is_bound = min(abs(share - rule.least), abs(share - rule.most)) <= _SAME_SHARE
+    where = (
+        f"{share:.4g} times F{number} on the arc ({rule.name})" if is_bound else f"F{number} at the contour of the arc"
+    )
+    return f" of the tool centre: {where}"
+
+
 def list_modes(state: State, machine: Machine, feed_mode: FeedMode, path_mode: PathMode, tool: float) -> list[str]:
-    """What holds, in words of the program: codes, work system, tilted work plane, tool length (mm)."""
+    """What holds, in words of the program: codes, work system, plane, cutter compensation, tool length (mm)."""
     return [
         *state.modes.show(feed_mode, path_mode),
         name_system(state.frame.system),
         *_describe_plane(state, machine),
-        f"tool length {tool:g} mm",
+        *([] if state.compensation is None else [state.compensation.describe_offset()]),
+        f"tool length cancelled by {state.length_end} (a tip is shown for {tool:g} mm)"
+        if state.length_end
+        else f"tool length {tool:g} mm",
     ]
 
 
@@ -240,7 +266,8 @@ def _describe_program_step(line: Line, angles: Array) -> Iterator[str]:
         if block is None
         else [f" of G{number:g}" for letter, number, _column in block.codes if letter == "G" and number in (28, 30, 53)]
     )
-    end = line.moves.end[line.move]
+    centre = line.moves.end[line.move]
+    end = centre if line.contour_end is None else line.contour_end
     word = "control point" if line.moves.kind[line.move] == MoveKind.SPLINE else "word"
     by_vector = bool(np.isfinite(line.moves.tool_axis[line.move]).all())
     parts = []
@@ -258,6 +285,9 @@ def _describe_program_step(line: Line, angles: Array) -> Iterator[str]:
         value = f"{letter} {format_number(end[AXES.index(letter)])} {unit}"
         parts.append(f"{value} ({how})" if how else value)
     yield f"  program coordinates  {', '.join(parts)}"
+    if beside := _name_centre(line):
+        place = ", ".join(f"{AXES[axis]} {format_number(centre[axis])}" for axis in range(3))
+        yield f"  tool centre          {place} mm{beside.removeprefix(', tool centre')}; p is this place"
     shift = np.asarray(frame.g92)
     if shift.any():
         shown = ", ".join(f"{letter} {format_number(shift[AXES.index(letter)])}" for letter in machine.coordinates.axes)
@@ -268,7 +298,7 @@ def _describe_program_step(line: Line, angles: Array) -> Iterator[str]:
         f"  work offset          {name_system(frame.system)}: o = {format_mm(origin)}, c = {format_number(turn)} deg; "
         "tip = o + Rz(c) p"
     )
-    wanted = machine.coordinates.map_to_table(end, frame)[1]
+    wanted = machine.coordinates.map_to_table(centre, frame)[1]
     if np.abs(wanted - angles).max() > SAME:
         yield (
             f"  {machine.rotary_side:<20} {' and '.join(machine.rotary_letters)} are on another branch than the words "

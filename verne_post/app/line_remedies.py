@@ -92,6 +92,15 @@ class Line(Struct, frozen=True, eq=False):
         return int(self.rows[self.last])
 
     @property
+    def contour_end(self) -> Array | None:
+        """Its end (9,) as programmed, where cutter compensation leads the tool's centre elsewhere; else None."""
+        state = self.state
+        if self.move < 0 or state is None or state.compensation is None or state.centre is None:
+            return None
+        end = np.array(state.position)
+        return end if np.abs(end - self.moves.end[self.move]).max() > ZERO_LENGTH_MM else None
+
+    @property
     def frame(self) -> Frame:
         """What lies between program and machine coordinates at its end."""
         return self.moves.frames[self.moves.frame[self.move]] if self.move >= 0 else self.moves.start_frame

@@ -126,19 +126,25 @@ def list_tool_lengths(program: Program) -> ToolLengths:
 
     Programs go to a tool change and come from it without a length, or with that of the tool before, until the next G43.
     Where a tool does not feed with that and has another length, it is none of its own. So 0 is a length where the tool
-    feeds with it or has no other.
+    feeds with it or has no other. Turns of the table alone do not count, nor moves after the control has cancelled the
+    length: no word of theirs says where the tip goes.
     """
     path, moves = program.path, program.moves
     feeds: dict[tuple[int, float], bool] = {}
     before, taken_over = (0, 0.0), set()
     lines: dict[tuple[int, float], set[int]] = {}  # of what is taken over
     for begin, end in iterate_blocks(len(path)):
-        number = find_tool_of_moves(path.move_reached[begin:end], path.first_move, moves)
+        move = path.move_reached[begin:end]
+        number = find_tool_of_moves(move, path.first_move, moves)
         length = np.round(path.tool_length[begin:end] - program.options.lift, 6)
         feeding = path.feed_time[begin:end] > 0
-        rows = np.column_stack([number, length, feeding])
+        is_ended = np.searchsorted(moves.length_ends, move, side="right") % 2 == 1
+        counts = ~is_ended & (path.turn[begin:end] < 0)
+        rows = np.column_stack([number, length, feeding])[counts]
+        if not len(rows):
+            continue
         starts = np.flatnonzero(np.append(True, np.any(rows[1:] != rows[:-1], axis=1)))
-        stretches = zip(rows[starts].tolist(), np.split(path.line[begin:end], starts[1:]), strict=True)
+        stretches = zip(rows[starts].tolist(), np.split(path.line[begin:end][counts], starts[1:]), strict=True)
         for (one, mm, has_feed), of_stretch in stretches:
             key = int(one), mm
             feeds[key] = feeds.get(key, False) or bool(has_feed)

@@ -180,6 +180,7 @@ class Recorder(Struct):
     language: str = ""
     first_cut: int = 0
     machine_moves: list[int] = field(default_factory=list)
+    length_ends: list[int] = field(default_factory=list)
     named_changes: list[int] = field(default_factory=list)
     assumed_axes: dict[int, int] = field(default_factory=dict)
     #: Work systems to which the program has given an origin.
@@ -214,6 +215,11 @@ class Recorder(Struct):
         """From the next move on, codes say in which directions X Y Z count, or no longer do."""
         if is_said != len(self.tcp_changes) % 2:
             self.tcp_changes.append(self.count)
+
+    def note_length_end(self, is_ended: bool) -> None:
+        """From the next move on, the control has cancelled the tool length, or no longer has."""
+        if is_ended != len(self.length_ends) % 2:
+            self.length_ends.append(self.count)
 
     def note_named_axis(self, is_named: bool) -> None:
         """From the next move on, A and C words name the table's place that a tool axis has, or no longer do."""
@@ -578,6 +584,7 @@ class Recorder(Struct):
             language=self.language,
             first_cut=self.first_cut,
             machine_moves=tuple(self.machine_moves),
+            length_ends=tuple(self.length_ends),
             named_changes=tuple(self.named_changes),
             assumed_axes=self.assumed_axes,
             findings=tuple(self.warnings.values()),

@@ -357,6 +357,8 @@ class Moves(Struct, frozen=True):
     first_cut: int = 0
     #: Numbers of the moves to machine coordinates (G53, G28, SUPA, M91): no length and no work offset matters there.
     machine_moves: tuple[int, ...] = ()
+    #: Numbers of the moves at which the control has cancelled the tool length and takes one again, in turn.
+    length_ends: tuple[int, ...] = ()
     #: Numbers of the moves at which A and C words begin and cease, in turn, to name the table's place that a tool axis
     #: has: words along a great circle.
     named_changes: tuple[int, ...] = ()
@@ -411,7 +413,7 @@ class Moves(Struct, frozen=True):
         }
         counted = {
             name: tuple(max(number - first, 0) for number in getattr(self, name))
-            for name in ("tcp_changes", "named_changes", "feeds")
+            for name in ("tcp_changes", "named_changes", "length_ends", "feeds")
         }
         return replace(
             self,

@@ -94,6 +94,8 @@ class Place(Struct, frozen=True, eq=False):
     position: Array  #: (9,), program coordinates, mm and degrees.
     frame: Frame
     is_by_words: bool  #: A and C words say how the table stands, and the position is no control point of a spline.
+    centre: Array | None = None  #: (9,), where compensation leads the tool's centre elsewhere.
+    side: str = ""  #: Where that is, as ``5 mm left of the contour``.
 
     @classmethod
     def find(cls, line: Line) -> "Place | None":
@@ -102,7 +104,11 @@ class Place(Struct, frozen=True, eq=False):
         if move < 0:
             return None
         by_vector = bool(np.isfinite(moves.tool_axis[move]).all())
-        return cls(moves.end[move], line.frame, not by_vector and moves.kind[move] != MoveKind.SPLINE)
+        is_by_words = not by_vector and moves.kind[move] != MoveKind.SPLINE
+        state, end = line.state, line.contour_end
+        if end is None or state is None or state.compensation is None:
+            return cls(moves.end[move], line.frame, is_by_words)
+        return cls(end, line.frame, is_by_words, moves.end[move], state.compensation.describe_side())
 
 
 def find_address(line: str, column: int, dialect: str) -> Address | None:
@@ -266,8 +272,11 @@ def _describe_axis(axis: int, place: Place, machine: Machine) -> Iterator[str]:
     tilted = ", in the tilted plane" if plane is not None and plane.is_programmed and not plane.is_level else ""
     shown = format_number(place.position[axis], _DECIMALS)
     yield f"{letter} {shown} {unit} in {name_system(place.frame.system)}{tilted}"
+    centre = place.position if place.centre is None else place.centre
+    if place.centre is not None and axis in (0, 1, 2):
+        yield f"tool centre {letter} {format_number(centre[axis], _DECIMALS)} mm, {place.side}"
     if place.is_by_words:
-        there = machine.coordinates.map_to_machine(place.position, place.frame)
+        there = machine.coordinates.map_to_machine(centre, place.frame)
         yield f"machine {letter} {format_number(there[axis], _DECIMALS)} {unit}"
 
 

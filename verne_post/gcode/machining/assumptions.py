@@ -47,6 +47,21 @@ def assume_loaded_tool(state: State, number: int | None) -> None:
     state.tools = {number or 0: ASSUMED_TOOL, **(state.tools or {})}
 
 
+@contextmanager
+def keep_only_tool(state: State) -> Iterator[None]:
+    """The tool whose length is --tool-length is afterwards the one that it was before, if there was one."""
+    only_tool = state.only_tool
+    try:
+        yield
+    finally:
+        state.only_tool = state.only_tool if only_tool is None else only_tool
+
+
+def assume_only_tool(state: State) -> None:
+    """--tool-length is that of the next tool."""
+    state.only_tool = None
+
+
 def assume_tool_call(state: State) -> None:
     """A tool has been called, and is in the spindle."""
     assume_tools(state, [FIRST_NAMED_TOOL])

@@ -66,6 +66,7 @@ class Compensation(Struct):
     start_line: int  #: Source line that has put it in force.
     word: str = ""  #: What that line says, as RL; empty where the code says it.
     end_word: str = "G40"  #: What would end it.
+    offset: int = 0  #: D that gives the radius; 0 without one.
     segment: Offset | None = None  #: The path segment whose end may still be amended; None before the entry move.
     rows: list[int] = field(default_factory=list)  #: Rows of the recorder that end where it ends.
     corner: list[float] = field(default_factory=list)  #: End of the segment as programmed, nine axes.
@@ -285,6 +286,18 @@ class Compensation(Struct):
     def describe(self) -> str:
         """What holds, and since where: G41 of line 6."""
         return f"{self.word or spell_g_code(self.code)} of line {self.start_line}"
+
+    def describe_side(self) -> str:
+        """Where the centre runs: 5 mm left of the contour."""
+        if not self.radius:
+            return "on the contour"
+        return f"{abs(self.radius):.6g} mm {'left' if self.radius > 0 else 'right'} of the contour"
+
+    def describe_offset(self) -> str:
+        """The word, and where the centre runs by the radius of which offset and tool."""
+        by = [*([f"D{self.offset}"] if self.offset else []), *([self.tool] if self.tool != "the tool" else [])]
+        word = self.word or spell_g_code(self.code)
+        return f"{word} (tool centre {self.describe_side()}{': ' if by else ''}{', '.join(by)})"
 
     def explain_end(self) -> str:
         """What ends it: R0 takes effect in a move in the plane alone, so that a line before would not."""

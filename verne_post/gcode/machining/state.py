@@ -102,6 +102,9 @@ class State(Struct):
     #: An axis has been given a position, in program or in machine coordinates.
     has_position: bool = False
     has_tool_length: bool = False
+    #: What has cancelled the tool length of a code that is still active, as "G53 of line 34"; empty where it holds.
+    #: The frame keeps the length: the tool is in the spindle, and until the next length no word names its Z.
+    length_end: str = ""
     #: The tool axis that holds (unit, program directions); None where A and C words hold.
     tool_axis: tuple[float, float, float] | None = None
     #: Number -> name, of tools that the program has named.

@@ -45,11 +45,11 @@ class Tools:
     def change(self, at: At) -> None:
         """The selected tool comes into the spindle, which stops for it; VP041 where no T has selected one for it."""
         selections = self.recorder.selections
-        if not selections or selections[-1].is_loaded:
+        if is_repeated := not selections or selections[-1].is_loaded:
             self._report_repeated_change(at)
-        else:
-            selections[-1] = replace(selections[-1], is_loaded=True)
         self._load(self.state.selected_tool or 0)
+        if not is_repeated:
+            selections[-1] = replace(selections[-1], is_loaded=True)
         refuse_compensation(self.state, "M6")
         self.state.spindle_on = False
         self.recorder.record_event(at.line, "tool", **describe_tool_event(self.state, self.state.loaded_tool or 0))

@@ -328,7 +328,7 @@ class FanucInterpreter(Rs274):
             and modes.maps is NO_MAPS
             and not modes.after_turn
             and not modes.follows_table
-            and not modes.length_end
+            and not self.state.length_end
             and not modes.length_travel
             and self.planes.given is None
         )
@@ -437,7 +437,7 @@ class FanucInterpreter(Rs274):
 
     def execute_plain_motion(self, block: Block) -> bool:
         """As RS274/NGC, where Z is certain."""
-        return not (self.modes.length_end or self.modes.length_travel) and super().execute_plain_motion(block)
+        return not (self.state.length_end or self.modes.length_travel) and super().execute_plain_motion(block)
 
     # --- codes of Fanuc alone ------------------------------------------------------------------------------
 

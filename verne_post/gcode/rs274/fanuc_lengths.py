@@ -5,10 +5,12 @@ from typing import Final
 from verne_post.gcode.block import Block
 from verne_post.gcode.codes import CYCLES, spell_g_code
 from verne_post.gcode.machining.machining import Machining, explain_g91
+from verne_post.gcode.machining.state import State
 from verne_post.gcode.machining.turning import find_machine_place
 from verne_post.gcode.rs274.fanuc_codes import PATTERNS, POCKETS
 from verne_post.gcode.rs274.modes import Modes
 from verne_post.gcode.rs274.values import WordValues
+from verne_post.gcode.setup import Setup
 from verne_post.model.control_keys import FanucKeys
 
 _HOME: Final = (280, 300)
@@ -29,7 +31,7 @@ class FanucLengths:
     def measure(self) -> float:
         """The length in force on the control, mm; it is 0 after G28 has cancelled that of G43."""
         modes = self.modes
-        if modes.length_code in (None, 490) or modes.length_number == 0 or modes.length_end:
+        if modes.length_code in (None, 490) or modes.length_number == 0 or self.state.length_end:
             return 0.0
         return self.core.setup.tool_length or self.state.frame.tool[2]
 
@@ -38,7 +40,7 @@ class FanucLengths:
         modes, words = self.modes, block.words
         code = None if g.get("non-modal") == _DWELL else g.get("non-modal")
         if "tool length" in g:
-            modes.length_end = ""
+            self.core.note_length_end("")
             modes.length_travel += self.measure() - before
         drills = code in PATTERNS or (code is None and modes.motion in CYCLES and not words.keys().isdisjoint("XYZR"))
         goes_home = code in _HOME or "machine coordinates" in g
@@ -46,8 +48,9 @@ class FanucLengths:
         names_z = "Z" in words and (via or (not goes_home and code in (None, _G92, *POCKETS)))
         if not (names_z or drills):
             return
-        if modes.length_end:
-            text, modes.length_end = modes.length_end, ""  # it is one mistake, however often Z follows
+        if self.state.length_end:
+            text = explain_length_end(self.core.setup, self.state)
+            self.core.note_length_end("")  # it is one mistake, however often Z follows
             raise block.error("VP017", text, "Z")
         if abs(modes.length_travel) > _SAME_MM and (not modes.absolute or code == _G92):
             self._add_length_change(block, travels_itself=not drills and code is None)
@@ -85,10 +88,21 @@ class FanucLengths:
         if self.keys.length_after_return == "restored":
             modes.length_travel = length
             return
-        name, number = spell_g_code(modes.length_code or 0), f" H{modes.length_number:g}" if modes.length_number else ""
-        modes.length_end = (
-            f"{spell_g_code(code)} of line {block.line} has cancelled the tool length of {name}, so Z would be that of "
-            f"the spindle, and the tool {length:g} mm deeper: write {name}{number} before Z, or G49 if it is meant; "
-            "where the control restores the length (parameter 5001, EVO), give [fanuc] "
-            'length_after_return = "restored" in verne-post.toml'
-        )
+        self.core.note_length_end(f"{spell_g_code(code)} of line {block.line}")
+
+
+def explain_length_end(setup: Setup, state: State) -> str:
+    """Why a Z is not certain after the control has cancelled the tool length, and what to write before it."""
+    modes: Modes = state.modes
+    number, length = modes.length_number, setup.tool_length or state.frame.tool[2]
+    if number is None:  # the tool has been changed since
+        tool = (state.tools or {}).get(state.loaded_tool or 0)
+        number = state.loaded_tool or 0
+        length = setup.tool_length or (0.0 if tool is None or tool.unmeasured else tool.offset[2])
+    name, h = spell_g_code(modes.length_code or 0), f" H{number:g}" if number else ""
+    deeper = f"{length:g} mm deeper" if length else "deeper by its length"
+    return (
+        f"{state.length_end} has cancelled the tool length of {name}, so Z would be that of the spindle, and the tool "
+        f"{deeper}: write {name}{h} before Z, or G49 if it is meant; where the control restores the length (parameter "
+        '5001, EVO), give [fanuc] length_after_return = "restored" in verne-post.toml'
+    )

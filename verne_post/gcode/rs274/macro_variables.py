@@ -8,6 +8,7 @@ from verne_post.gcode.codes import CYCLES
 from verne_post.gcode.machining.state import ParameterStore, State
 from verne_post.gcode.missing_setup import check_measured
 from verne_post.gcode.program_error import ProgramError
+from verne_post.gcode.rs274.fanuc_lengths import explain_length_end
 from verne_post.gcode.rs274.modes import NO_MAPS, Modes
 from verne_post.gcode.setup import Setup
 from verne_post.model.moves import FeedMode
@@ -116,8 +117,8 @@ def _read_position(parameters: Shown, key: int) -> float | None:
                 f"#{key} under G68, G51, G51.1 or G16: controls differ in the system in which they count; read "
                 "it before",
             )
-        if key == 5003 and modes.length_end:
-            raise ProgramError("VP025", f"#{key}: {modes.length_end}")
+        if key == 5003 and state.length_end:
+            raise ProgramError("VP025", f"#{key}: {explain_length_end(parameters.setup, state)}")
         return parameters.find_position(ENDS[key])
     return parameters.find_machine_position(key - _MACHINE.start) if key in _MACHINE else None
 

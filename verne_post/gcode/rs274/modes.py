@@ -126,10 +126,8 @@ class Modes(Struct):
     saved_states: list[Saved | None] = field(default_factory=lambda: [None])
     #: The last code of tool length, times ten; G49 counts only after another: what a head cancels never held.
     length_code: int | None = None
-    #: Fanuc's: by how much the tool length has changed since Z was named, mm; what is said of the next Z, where G28,
-    #: G30 or G53 has cancelled the length.
+    #: Fanuc's: by how much the tool length has changed since Z was named, mm.
     length_travel: float = 0.0
-    length_end: str = ""
     #: G43.5 is active: I, J, K of straight moves are the tool axis.
     vectors: bool = False
 

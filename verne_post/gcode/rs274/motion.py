@@ -333,7 +333,7 @@ class MotionCodes:
         code = self.modes.length_code
         if not self.setup.machine or code in (434, 435):
             return False
-        if code == 490 or (self.traits.turns_table_alone and self.recorder.tcp_changes):
+        if code == 490 or self.state.length_end or (self.traits.turns_table_alone and self.recorder.tcp_changes):
             return True  # where the program knows G43.4 or G68.2, it has not written G43.4 here
         return code is None and not any(self.state.frame.tool)
 
@@ -448,6 +448,7 @@ class MotionCodes:
                 self.state.plane,
                 radius if code < 420 else -radius,
                 block.line,
+                offset=0 if code % 10 else int(block.words.get("D", 0)),
                 perpendicular=self.traits.perpendicular_entry,
                 at_once=self.traits.begins_at_once,
             )

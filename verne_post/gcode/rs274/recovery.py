@@ -19,10 +19,12 @@ from verne_post.gcode.machining.assumptions import (
     assume_homes,
     assume_length,
     assume_loaded_tool,
+    assume_only_tool,
     assume_rigid_tapping,
     assume_tools,
     assume_turning_spindle,
     drop_compensation,
+    keep_only_tool,
     lose_axis,
     place_axis,
 )
@@ -58,6 +60,10 @@ class Recovery:
 
     def execute(self, block: Block) -> list[ProgramError]:
         """Execute a block as far as possible; returns its errors, without those that follow from others."""
+        with keep_only_tool(self.interpreter.state):
+            return self._execute(block)
+
+    def _execute(self, block: Block) -> list[ProgramError]:
         execute: Callable[[Block], None] = self.interpreter.execute
         errors: list[ProgramError] = []
         for _ in range(_MAX_TRIES):
@@ -119,11 +125,17 @@ class Recovery:
             "VP012": self._assume_tool,
             "VP015": self._assume_home,
             "VP016": self._go_on,
+            "VP018": self._assume_one_tool,
             "VP048": self._assume_rigid_tapping,
         }.get(error.code)
         return assume is not None and assume(block, error)
 
     def _go_on(self, _block: Block, _error: ProgramError) -> bool:
+        return True
+
+    def _assume_one_tool(self, _block: Block, _error: ProgramError) -> bool:
+        """--tool-length is that of the tool of this block; :meth:`execute` brings the first one back."""
+        assume_only_tool(self.interpreter.state)
         return True
 
     def _assume_rigid_tapping(self, _block: Block, _error: ProgramError) -> bool:
