@@ -324,7 +324,8 @@ class Flow:
         self.executor.variables.scopes[-1].update(scope)
         lacking = find_lacking(call, procedure, line)
         if lacking is not None:
-            text = f"this is a subprogram, and a call gives it {join_names(lacking.names)}; check the program that calls it"
+            names = join_names(lacking.names)
+            text = f"this is a subprogram, and a call gives it {names}; check the program that calls it"
             lacking = replace(lacking, message=text, remedy="")
             self.calls.frame.lacking = lacking  # which errors of later lines follow from
             error = ProgramError("VP005", text, lacking.column, lacking.line, of_program=True)
