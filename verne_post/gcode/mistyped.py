@@ -278,8 +278,8 @@ def _has_points(source: Text, word: str) -> bool:
     if address is None or "." in word:
         return False
     head = rf"(?<![A-Z_]){address[0]}[ \t]*[-+]?[ \t]*".encode()
-    pointed, bare = (re.compile(head + end, re.IGNORECASE) for end in (rb"\d*\.", rb"\d++(?![.,])"))
-    return pointed.search(source) is not None and bare.search(source) is None
+    pointed_word, bare_word = (re.compile(head + end, re.IGNORECASE) for end in (rb"\d*\.", rb"\d++(?![.,])"))
+    return pointed_word.search(source) is not None and bare_word.search(source) is None
 
 
 def _is_value(text: str, column: int, code: str) -> bool:
