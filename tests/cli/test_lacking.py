@@ -98,3 +98,63 @@ def test_a_cut_at_speed_0_in_other_languages(
     (tmp_path / name).write_text(text)
     answer = run("check", tmp_path / name, *PLACE)
     assert f"{name}:{line}: VP050 warning: S0: the spindle does not turn in the cut" in answer.out, answer.out
+
+
+SLOT_OF_KLARTEXT = (
+    "BEGIN PGM P MM\nTOOL CALL 1 Z S900\nL X0 Y0 Z60 A0 C0 R0 FMAX M3\nCYCL DEF 253 SLOT Q215=0 Q218=40 Q219=9 Q368=0 "
+    "Q374=0 Q367=0 Q207=500 Q351=+1 Q201=-5 Q202=2 Q369=0 Q206=150 Q338=0 Q200=2 Q203=0 Q204=50 Q366=0 Q385=500 "
+    "Q439=0\nL X10 Y10 FMAX M99\nL X60 FMAX M99\nM30\nEND PGM P MM\n"
+)
+#: Its many strokes are those of a narrow tool.
+POCKET_OF_SIEMENS = (
+    "G17 G90 G94 G71 G54\nT1 D1 M6\nS1000 M3\nG0 A0 C0\nG0 X0 Y0 Z60\n"
+    "POCKET3(20,0,2,-90,200,150,10,0,0,0,0.05,0,0,150,500,0,11)\nM30\n"
+)
+
+
+@pytest.mark.parametrize(("name", "text"), [("p.h", SLOT_OF_KLARTEXT), ("p.mpf", POCKET_OF_SIEMENS)])
+def test_a_cycle_says_nothing_of_the_width_of_an_unknown_tool(
+    run: Callable[..., Any], tmp_path: Path, name: str, text: str
+) -> None:
+    path = tmp_path / name
+    path.write_text(text)
+    answer = run("check", path)
+    assert "VP007" not in answer.out
+    assert answer.out.count("VP012 error: the diameter of tool 1 is not known; write [tools] 1 =") == 1
+    assert answer.out.count("VP012") == 2
+
+
+def test_a_subprogram_alone_is_checked_where_it_is_called(run: Callable[..., Any], tmp_path: Path) -> None:
+    path = tmp_path / "BORE5.SPF"
+    text = "PROC BORE5(REAL _SC,REAL _DP,REAL _FE)\nG0 Z=_SC\nG1 Z=_DP F=_FE\nRET\n"
+    path.write_text(text)
+    said = "this is a subprogram, and a call gives it _SC, _DP and _FE; check the program that calls it"
+    answer = run("check", path, *PLACE)
+    assert answer.code == 2
+    assert f"BORE5.SPF:1:1: VP005 error: {said}" in answer.out
+    assert "1 error," in answer.out
+    assert "VP009" not in answer.out
+    answer = run("explain", f"{path}:3", *PLACE)
+    assert said in answer.out
+    assert "feed rate zero" not in answer.out
+    # with values of its own it is a program
+    path.write_text(text.replace("_SC,", "_SC=5,").replace("_DP,", "_DP=-1,").replace("_FE)", "_FE=100)"))
+    assert "VP005" not in run("check", path, *PLACE).out
+
+
+@pytest.mark.parametrize("call", ["BORE5(5,-3,100)", "MCALL BORE5(5,-3,100)", "BORE5"])
+def test_a_declared_subprogram_without_its_file_is_no_code_of_the_builder(
+    run: Callable[..., Any], tmp_path: Path, call: str
+) -> None:
+    path = tmp_path / "p.mpf"
+    path.write_text(
+        f"EXTERN BORE5(REAL,REAL,REAL)\nG17 G90 G94 G71 G54\nG0 X0 Y0 Z60 A0 C0\n{call}\nX10\n{call}\nM30\n"
+    )
+    answer = run("check", path, *PLACE)
+    assert answer.out.count("VP023 error: BORE5, which EXTERN declares, is defined neither") == 1
+    assert "Put its file beside the program" in answer.out
+    assert "1 error," in answer.out
+    assert "remap" not in answer.out
+    run("setup", path)
+    setup = tmp_path / "p.mpf.toml"
+    assert not setup.exists() or "BORE5" not in setup.read_text().partition("[wcs]")[2]

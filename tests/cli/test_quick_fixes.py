@@ -16,6 +16,7 @@ from lsprotocol import types as lsp
 from verne_post.app.convert import Inspection
 from verne_post.app.result import refuse_program
 from verne_post.cli.lsp import server
+from verne_post.cli.lsp.callers import Callers
 from verne_post.cli.lsp.command import command
 from verne_post.cli.lsp.completion import complete_word
 from verne_post.cli.lsp.fixes import find_fixes, find_fixes_of_its_file
@@ -904,3 +905,56 @@ def test_a_call_is_not_led_to_a_label_that_is_wrong_there(inspector: Inspector, 
     (item,) = (one for one in found.findings if one.severity == "error")
     assert (item.code, item.line) == ("VP023", 37)
     assert not find_fixes(inspector, found, item, {found.path: text}, NEVER)
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "said", "right"),
+    [
+        ("a.h", f"{KLARTEXT}3 L X+20 F500\n4 RND R30\n5 L Y+12\n6 M30\n7 END PGM T MM\n", "RND R12", ("R30", "R12")),
+        ("b.h", f"{KLARTEXT}3 L X+20 F500\n4 CHF 30\n5 L Y+12\n6 M30\n7 END PGM T MM\n", "CHF 12", ("F 30", "F 12")),
+        ("a.mpf", f"{SIEMENS}G1 X20 RND=30 F500\nY12\nM30\n", "RND=12", ("RND=30", "RND=12")),
+        ("b.mpf", f"{SIEMENS}RNDM=30\nG1 X20 F500\nY12\nM30\n", "RNDM=12", ("RNDM=30", "RNDM=12")),
+        ("a.nc", f"{FANUC}G20\nG1 X1.,R9. F5.\nY.5\nM30\n%\n", ",R0.5", (",R9.", ",R0.5")),
+    ],
+)
+def test_a_corner_that_does_not_fit_names_the_largest_that_does(
+    inspector: Inspector, tmp_path: Path, name: str, text: str, said: str, right: tuple[str, str]
+) -> None:
+    found = check(inspector, tmp_path / name, text)
+    (item,) = (one for one in found.findings if one.severity == "error")
+    assert item.code == "VP008"
+    assert item.message.endswith(f"; write {said} or less")
+    assert item.advice == ""
+    fixes = find_fixes(inspector, found, item, {tmp_path / name: text}, NEVER)
+    made = [f"{fix.text[: fix.begin]}{fix.new}{fix.text[fix.end :]}" for fix in fixes if fix.text is not None]
+    assert made == [text.replace(*right)]
+
+
+def test_a_tilt_in_a_cut_is_offered_m128_before_it(inspector: Inspector, tmp_path: Path) -> None:
+    cut = "3 L X+10 Y+2 A+6 C+12 F600\n"
+    text = f"{KLARTEXT}{cut}4 M30\n5 END PGM T MM\n"
+    message, _word, made = look(inspector, tmp_path / "a.h", text)
+    assert "write M128 before" in message
+    assert [new for _path, new, _settles in made.values()] == [text.replace(cut, f"M128\n{cut}")]
+
+
+@pytest.mark.parametrize(
+    ("before", "meant"), [("G0 X0. Y0. Z50. A0. C0.", "X24."), ("G0 X0 Y0 Z50 A0 C0", "X24"), ("G0 X0. Y0.\nX5", "X24")]
+)
+def test_a_comma_behind_a_number_is_a_point_where_its_address_has_points(
+    inspector: Inspector, tmp_path: Path, before: str, meant: str
+) -> None:
+    text = f"%\nO1\nG21 G90 G94 G17 G54\n{before}\nG1 X24, F500.\nM30\n%\n"
+    found = check(inspector, tmp_path / "a.nc", text)
+    item = next(one for one in found.findings if one.line == text[: text.index("24,")].count("\n") + 1)
+    assert item.message == f"X24,: a comma behind a number; did you mean {meant}?"
+
+
+def test_files_that_call_each_other_are_searched_once(tmp_path: Path) -> None:
+    """All ways through 12 files would take longer than anybody waits."""
+    names = [tmp_path / f"s{number}.ngc" for number in range(12)]
+    calls = "".join(f"o<{name.stem}> call\n" for name in names)
+    texts = {name: f"o<{name.stem}> sub\n{calls}o<{name.stem}> endsub\n" for name in names}
+    assert Callers().find(names[0], texts) is None
+    main = tmp_path / "z.ngc"
+    assert Callers().find(names[0], {**texts, main: "o<s11> call\nM2\n"}) == main

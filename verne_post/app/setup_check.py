@@ -8,6 +8,7 @@ from typing import Final, Literal
 import numpy as np
 from msgspec import Struct
 
+from verne_post.app.sense_check import check_senses
 from verne_post.app.spindle_check import (
     check_direction,
     check_first_tool,
@@ -108,6 +109,7 @@ def check_setup(moves: Moves, path: ToolPath, machine: Machine, options: Options
         *(changes or check_first_tool(moves, path, options.tools or {})),
         *report_kept_planes(moves, machine.coordinates),
         *_check_uncalled_tools(moves, options),
+        *check_senses(moves, machine.coordinates),
     ]
     return [*(make_finding("VP505", text) for text in texts), *found]
 

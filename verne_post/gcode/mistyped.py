@@ -24,9 +24,10 @@ _COMMA: Final = re.compile(
     r"(?<![A-Z\d.,])((?:[A-Z]{1,2}\d*[ \t]*=|[A-Z]{1,2})[ \t]*|)([-+]?\d+,\d+)(?![\d.,(])", re.IGNORECASE
 )
 _ADDRESS: Final = r"(?<![A-Z_])((?:[A-Z]{1,2}\d*[ \t]*=|[A-Z]{1,2})[ \t]*)"
+_COMMA_BEHIND: Final = "a comma behind a number"
 #: An address with a number in which a character is too many: what it is, and the parts that stay.
 _TOO_MANY: Final = (
-    (re.compile(rf"{_ADDRESS}([-+]?\d+(?:\.\d*)?)(),(?![\d,])", re.IGNORECASE), "a comma behind a number"),
+    (re.compile(rf"{_ADDRESS}([-+]?\d+(?:\.\d*)?)(),(?![\d,])", re.IGNORECASE), _COMMA_BEHIND),
     (re.compile(rf"{_ADDRESS}([-+]?\d*\.)\.+(\d*)(?![\d.])", re.IGNORECASE), "two points in a number"),
     (re.compile(rf"(?<![(,]){_ADDRESS}([-+]?\d*,),+(\d+)(?![\d.,)])", re.IGNORECASE), "two commas in a number"),
     (re.compile(rf"{_ADDRESS}[-+]([-+]\d+\.?)(\d*)(?![\d.])", re.IGNORECASE), "two signs before a number"),
@@ -182,6 +183,8 @@ def _say_what_is_meant(source: Text, item: Finding, dialect: str) -> Finding:
     if is_unread and _BEHIND_M not in item.message:
         found = _find_number(text, item.column, dialect)
         if found is not None:
+            if f": {_COMMA_BEHIND};" in found[0] and _has_points(source, found[3]):
+                found = (f"{found[0].removesuffix('?')}.?", *found[1:])
             item = replace(item, code="VP001", message=found[0], column=found[1] + 1, edits=())
     elif item.code == "VP006":
         for match in _VARIABLE_WITH_L.finditer(text):
@@ -252,6 +255,16 @@ def _find_number(line: str, column: int, dialect: str) -> tuple[str, int, str, s
         if match.start() <= at <= match.start() + 1:
             return _report(match, "the letter is there twice", match[1] + match[2])
     return None
+
+
+def _has_points(source: Text, word: str) -> bool:
+    """Whether all numbers of the address of a word have a point in a program, and the word has none."""
+    address = re.match(r"[A-Z]+", word, re.IGNORECASE)
+    if address is None or "." in word:
+        return False
+    head = rf"(?<![A-Z_]){address[0]}[ \t]*[-+]?[ \t]*".encode()
+    pointed_word, bare_word = (re.compile(head + end, re.IGNORECASE) for end in (rb"\d*\.", rb"\d++(?![.,])"))
+    return pointed_word.search(source) is not None and bare_word.search(source) is None
 
 
 def _is_value(text: str, column: int, code: str) -> bool:

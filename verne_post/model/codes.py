@@ -509,6 +509,18 @@ CODES: Final[dict[str, Code]] = _make_table(
         'Compare the setting data of the control. If it is 17, give [siemens] length_axis = "Z" in the settings file. '
         'If it is 0, give "plane": such motions are then refused.',
     ),
+    (
+        "VP054",
+        "sense of rotation contradicts a plane",
+        "warning",
+        "The program names angles of the rotary axes directly before a tilted plane, and the turn to the plane (G53.1, "
+        "PLANE, CYCLE800) goes to others. The named angles would hold the same plane if one axis had the opposite "
+        "sense. A post of a CAM system names the angles of its own machine. So that machine and the machine file may "
+        "differ in the sense of this axis. It is reported once a program.",
+        "Turn the axis on the machine by a positive angle, and compare. If the sense differs, write a_positive = "
+        '"tool" in place of "workpiece" in the machine file, or the reverse (c_positive for C). If it does not, the '
+        "angles before the plane are wrong.",
+    ),
     # --- VP1xx: position limits and reach --------------------------------------------------
     (
         "VP101",

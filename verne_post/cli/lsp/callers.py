@@ -67,21 +67,22 @@ class Callers:
     def __init__(self) -> None:
         self._known: dict[tuple[Path, Path], tuple[object, bool]] = {}
 
-    def find(self, path: Path, texts: Mapping[Path, str], above: tuple[Path, ...] = ()) -> Path | None:
+    def find(self, path: Path, texts: Mapping[Path, str], seen: set[Path] | None = None) -> Path | None:
         """The program at the top of the calls that lead to a file; None where none is known.
 
         Parameters
         ----------
         texts : mapping
             What the editor shows, by files.
-        above : tuple of Path
-            Files on the way, which do not count again.
+        seen : set of Path, optional
+            Files that the search has met, which do not count again.
         """
-        first = None
+        first, seen = None, {path} if seen is None else seen
         for one in self._list_candidates(path, texts):
-            if one in above or not self._names(one, path, texts):
+            if one in seen or not self._names(one, path, texts):
                 continue
-            if (found := self.find(one, texts, (*above, path))) is not None:
+            seen.add(one)
+            if (found := self.find(one, texts, seen)) is not None:
                 return found
             if first is None and not is_subprogram(self.read(one, texts), self._find_language(one), one.name):
                 first = one

@@ -122,7 +122,9 @@ class KlartextContour:
                 "VP007" if size is not None else "VP005", f"{statement.keyword} needs a length greater than 0"
             )
         chamfer = "legs" if statement.keyword == "CHF" else None
-        self.queue.corner = Corner(statement.keyword, size * self.frames.unit, chamfer, feed, self.frames.block.line)
+        word, unit = "CHF " if chamfer else "RND R", self.frames.unit
+        line = self.frames.block.line
+        self.queue.corner = Corner(statement.keyword, size * unit, word, unit, chamfer, feed, line)
 
     def find_block_feed(self, words: Words) -> float:
         """F of a block as the feed mode has it, for this block alone; 0 where it has none."""

@@ -69,7 +69,8 @@ class KlartextMilling:
         try:
             pockets = [list(strokes) for strokes in CYCLES[number](self, q)] if q.get(Q.DEPTH) != 0 else []
         except MillingError as error:
-            raise ProgramError("VP007", f"cycle {number}: {error}") from None
+            unknown = self.core.tools.report_stand_in(self.frames.block)
+            raise unknown or ProgramError("VP007", f"cycle {number}: {error}") from None
         self._count_strokes(number, sum(map(len, pockets)))
         feeds = {
             "plunge": q[Q.POSITIONING_FEED] if number in FACES else q[Q.PLUNGE_FEED],

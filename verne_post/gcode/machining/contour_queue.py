@@ -2,15 +2,22 @@
 
 import math
 from collections.abc import Callable
+from typing import Final
 
 from msgspec import Struct
 from msgspec.structs import replace
 
+from verne_post.base.units import MM_PER_INCH
 from verne_post.gcode.machining.elements import Element, chamfer_corner, round_corner
 from verne_post.gcode.machining.machining import Machining
 from verne_post.gcode.machining.plane_geometry import cross
 from verne_post.gcode.program_error import At, ProgramError
+from verne_post.model.findings import Remedy
 from verne_post.model.moves import MoveKind
+
+#: In these steps the largest size of a corner is sought.
+_STEP_MM: Final = 1e-3
+_STEP_INCH: Final = 1e-4
 
 
 class Corner(Struct, frozen=True):
@@ -18,6 +25,8 @@ class Corner(Struct, frozen=True):
 
     name: str  #: The word of the program, for messages.
     size: float  #: mm: the radius of a rounding, or of a chamfer what ``chamfer`` says.
+    word: str  #: What stands before the size in the program: "RND R", ",R", "RND=".
+    unit: float  #: mm that 1 is in the program.
     #: {"legs", "edge"}: Whether each line loses ``size``, or the chamfer is ``size`` long; None for a rounding.
     chamfer: str | None = None
     feed: float = 0.0  #: Feed rate of the corner, 0: that of the element before it.
@@ -55,6 +64,8 @@ class ContourQueue(Struct):
             parts = None if corner is None else _make_corner(first, second, corner)
         except ProgramError as error:
             error.line, error.of_program = (corner.line if corner is not None else 0) or first.line, True
+            if corner is not None:
+                _name_largest_size(first, second, corner, error)
             raise
         if parts is None or corner is None:
             draw(first)
@@ -63,6 +74,26 @@ class ContourQueue(Struct):
         draw(before)
         draw(replace(between, line=corner.line or first.line, feed=corner.feed or before.feed))
         return after
+
+
+def _name_largest_size(first: Element, second: Element, corner: Corner, error: ProgramError) -> None:
+    """Say the largest size that fits, in the unit of the program, rounded down; with its edit."""
+    step = _STEP_INCH if corner.unit == MM_PER_INCH else _STEP_MM
+    fits, fails = 0, max(math.ceil(corner.size / corner.unit / step), 1)
+    while fails - fits > 1:
+        middle = (fits + fails) // 2
+        try:
+            _make_corner(first, second, replace(corner, size=middle * step * corner.unit))
+            fits = middle
+        except ProgramError:
+            fails = middle
+    error.advise("")  # that of the code is about the numbers of an arc
+    if fits:
+        right, word = f"{fits * step:.4f}".rstrip("0").rstrip("."), corner.word.split()[-1].rstrip("=")
+        error.message += f"; write {corner.word}{right} or less"
+        now = (word, corner.size / corner.unit)
+        edit = Remedy(f"write {corner.word}{right}", right, word=now, is_above=corner.name == "RNDM", is_choice=True)
+        error.edits = (edit,)
 
 
 def _make_corner(first: Element, second: Element, corner: Corner) -> tuple[Element, Element, Element] | None:

@@ -312,6 +312,20 @@ class Tools:
         self.recorder.read_tools.add(number)
         return tool.diameter
 
+    def report_stand_in(self, at: At) -> ProgramError | None:
+        """VP012 of the diameter, where the tool in the spindle only stands in for one that was reported; else None.
+
+        What its width leads to says nothing of the program.
+        """
+        number = self.state.loaded_tool or 0
+        tool = (self.state.tools or {}).get(number)
+        if tool is None or not stands_in(tool):
+            return None
+        name = describe_tool_number(number, self.state.tool_names)
+        key = find_tool_key(number, "diameter", self.state.tool_names)
+        text = f"the diameter of {name} is not known; {self.suggest_diameter(number)}"
+        return at.error("VP012", text, "D", name, key)
+
     def suggest_diameter(self, number: int) -> str:
         """What gives a tool that is in no table its diameter."""
         key = quote_key(find_tool_key(number, "diameter", self.state.tool_names)[1])

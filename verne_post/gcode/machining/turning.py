@@ -1,5 +1,6 @@
 """Motion of machine axes: while the table turns, the tip follows a curve on the part, and unnamed linear axes stand."""
 
+import dataclasses
 import math
 from collections.abc import Sequence
 from typing import Final
@@ -11,7 +12,8 @@ from verne_post.base.tolerances import ROTARY_CHORD_MM, UNNAMED_MOTION_MM, ZERO_
 from verne_post.base.units import DEG_PER_RAD, SECONDS_PER_MINUTE
 from verne_post.gcode.arcs import Arc
 from verne_post.gcode.machining.machining import Machining
-from verne_post.gcode.program_error import At, ProgramError
+from verne_post.gcode.program_error import At, ProgramError, write_before
+from verne_post.model.findings import Remedy
 from verne_post.model.moves import AXES, FeedMode, MoveKind
 
 _LINEAR: Final[list[int]] = [0, 1, 2]
@@ -191,7 +193,11 @@ def warn_of_curve(core: Machining, line: int, end: Sequence[float], code: str) -
             f"the axes of the machine go straight, and the tip follows a curve on the part; write {code} before if it "
             "is to go straight there"
         )
-        core.recorder.warn("VP037", text, line, None, advice="")
+        # G43.4 needs H, and takes the place of G43
+        instead = Remedy("write G43.4 instead of G43", "43.4", line=line, word=("G", 43.0), is_above=True)
+        edits = (instead,) if code == "G43.4" else write_before(code, line=line)
+        edits = tuple(dataclasses.replace(edit, is_choice=True) for edit in edits)
+        core.recorder.warn("VP037", text, line, None, edits=edits, advice="")
 
 
 def warn_of_late_tcp(core: Machining, cut: int, line: int, code: str) -> None:

@@ -62,7 +62,8 @@ class FanucCorners:
                     "VP017", f",{letter} beside a turn of rotary axes needs tool-centre-point control (G43.4)"
                 )
             inch = ("G", 20.0) in codes or (modes.inch and ("G", 21.0) not in codes)
-            self.corner = Corner(f",{letter}", size * (MM_PER_INCH if inch else 1.0), "legs" if letter == "C" else None)
+            name, unit = f",{letter}", MM_PER_INCH if inch else 1.0
+            self.corner = Corner(name, size * unit, name, unit, "legs" if letter == "C" else None)
 
     def _refuse_waiting(self) -> None:
         element, corner = self.queue.release()

@@ -87,6 +87,12 @@ class MissingValues(Struct, frozen=True):
     column: int
     names: tuple[str, ...]
     message: str
+    remedy: str = "Write the missing values into the call."
+
+    @property
+    def cause(self) -> str:
+        """Errors with the same one are one finding."""
+        return f"{self.message} {self.line}"
 
     def find_used(self, error: ProgramError, code: str, values: dict[str, Variable]) -> list[str]:
         """The values of these that ``code``, which fails, reads and nothing has set, if they may lead to the error."""
@@ -97,8 +103,8 @@ class MissingValues(Struct, frozen=True):
         """Say in an error of the subprogram that a missing value leads to it, at the call; ``where`` names its line."""
         error.line, error.column, error.of_program = self.line, self.column, True
         error.code, error.message = "VP005", f"{self.message} ({where}: {error.message})"
-        error.cause, error.edits, error.settled_by = f"{self.message} {self.line}", (), ()
-        error.advise("Write the missing values into the call.")
+        error.cause, error.edits, error.settled_by = self.cause, (), ()
+        error.advise(self.remedy)
 
 
 class Library:

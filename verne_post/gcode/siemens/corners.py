@@ -85,7 +85,7 @@ class SiemensCorners:
             self.radius = modal.value * modes.length
         given = [word for name in _OF_BLOCK if (word := words.take(name)) is not None]
         feed = words.take("FRC")
-        self._corner = Corner("RNDM", self.radius) if self.radius else None
+        self._corner = Corner("RNDM", self.radius, "RNDM=", modes.length) if self.radius else None
         if not given:
             if feed is not None:
                 raise feed.error("VP006", "FRC= is the feed rate of RND=, CHF= or CHR= in its block")
@@ -103,6 +103,8 @@ class SiemensCorners:
             Corner(
                 word.name,
                 word.value * modes.length,
+                f"{word.name}=",
+                modes.length,
                 _OF_BLOCK[word.name],
                 0.0 if feed is None else feed.value * modes.feed,
             )

@@ -240,7 +240,7 @@ class Executor:
             drop_compensation(state)
         # a name without a meaning may be what switches TRAORI on at this machine
         follows = follows or (self.has_unknown_name and error.code == "VP017" and _WITHOUT_TCP in error.message)
-        self.has_unknown_name = self.has_unknown_name or error.settled_by[:1] == ("remap",)
+        self.has_unknown_name = self.has_unknown_name or error.goes_on or error.settled_by[:1] == ("remap",)
         return follows
 
     def finish(self) -> None:

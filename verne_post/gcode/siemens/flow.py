@@ -4,6 +4,9 @@ import re
 from collections.abc import Callable
 from typing import Final
 
+from msgspec.structs import replace
+
+from verne_post.base.printable import join_names
 from verne_post.base.suggestions import find_correction, find_meant
 from verne_post.gcode.calls import CallStack
 from verne_post.gcode.program_error import GIVE_FILE, ProgramError
@@ -339,12 +342,22 @@ class Flow:
         refuse_leftover(cursor)
 
     def _check_procedure(self, cursor: Cursor, line: int) -> None:
-        """A PROC line of the program itself: nothing calls it, so its values are what they are without a call."""
+        """A PROC line of the program itself, which nothing calls; refuse (VP005) values that come from a call."""
         procedure = read_procedure(self.calls.frame.section)
         if self.calls.in_call or procedure.line != line:
             raise ProgramError("VP001", "PROC is the first block of a program", 1)
-        scope, _results = bind_arguments(Call("PROC", None, 1), procedure, self.executor.variables)
+        call = Call("PROC", None, 1)
+        scope, _results = bind_arguments(call, procedure, self.executor.variables)
         self.executor.variables.scopes[-1].update(scope)
+        lacking = find_lacking(call, procedure, line)
+        if lacking is not None:
+            names = join_names(lacking.names)
+            text = f"this is a subprogram, and a call gives it {names}; check the program that calls it"
+            lacking = replace(lacking, message=text, remedy="")
+            self.calls.frame.lacking = lacking  # which errors of later lines follow from
+            error = ProgramError("VP005", text, lacking.column, lacking.line, of_program=True)
+            error.cause = lacking.cause
+            raise error.advise(lacking.remedy)
 
     def _show_message(self, cursor: Cursor, line: int) -> None:
         arguments = read_arguments(cursor) if cursor.skip() == "(" else None

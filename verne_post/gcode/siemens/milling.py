@@ -67,7 +67,8 @@ class SiemensMilling:
             try:
                 strokes = [list(one) for one in work.list_strokes()]
             except MillingError as error:
-                raise ProgramError("VP007", f"{call.name}: {error}", call.column) from None
+                unknown = to.core.tools.report_stand_in(At(line, {"D": call.column}))
+                raise unknown or ProgramError("VP007", f"{call.name}: {error}", call.column) from None
             given.refuse_rest(_find_harmless(call.name))
             self._strokes_left -= sum(map(len, strokes))
             if self._strokes_left < 0:

@@ -10,7 +10,7 @@ from verne_post.base.numbers import is_count
 from verne_post.base.suggestions import LETTERS_OF_FUNCTIONS, find_meant, name_near_numbers, suggest
 from verne_post.gcode.codes import REMAP_GIVES
 from verne_post.gcode.mistyped import explain_unknown
-from verne_post.gcode.program_error import DOUBLE_EQUALS, ProgramError
+from verne_post.gcode.program_error import DOUBLE_EQUALS, GIVE_FILE, ProgramError
 from verne_post.gcode.siemens.cursor import Cursor
 from verne_post.gcode.siemens.values import Value, read_indices, read_number, read_value
 from verne_post.gcode.siemens.variables import Variables, refuse_leftover
@@ -143,6 +143,7 @@ class WordReader:
     def __init__(self, variables: Variables, is_subprogram: Callable[[str], bool], user_names: Collection[str]) -> None:
         self.variables, self.is_subprogram, self.user_names = variables, is_subprogram, user_names
         self.list_subprograms: Callable[[], Iterable[str]] = tuple  #: Their names; the flow of a program sets it.
+        self.declared_names: set[str] = set()  #: By EXTERN.
 
     def read(self, cursor: Cursor, line: int) -> Words:
         """Read the rest of a line.
@@ -327,7 +328,7 @@ class WordReader:
             words.modal_call = at + 1
         elif name == "EXTERN":  # declares a subprogram; its own PROC line says the same
             words.no_effect.append((name, at + 1))
-            cursor.name()
+            self.declared_names.add(cursor.name() or "")
             if cursor.skip() == "(":
                 read_arguments(cursor)
             refuse_leftover(cursor)
@@ -370,6 +371,9 @@ class WordReader:
         self._add(words, Word(letter, sign * value, at + 1), cursor, at)
 
     def _make_unknown_call(self, name: str, cursor: Cursor, words: Words, at: int) -> ProgramError:
+        if name in self.declared_names:  # it is no code of the builder, and moves axes
+            text = f"{name}, which EXTERN declares, is defined neither in the program nor in a file {name}.SPF"
+            return ProgramError("VP023", text, at + 1, about=name, goes_on=True).advise(GIVE_FILE)
         own_names = [*self.list_subprograms(), *self.user_names]
         is_alone = not (words.words or words.groups or words.m or _WORD_AFTER.match(cursor.text, cursor.at))
         return _make_unknown_call(name, at + 1, own_names, is_alone=is_alone)
