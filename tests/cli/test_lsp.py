@@ -2429,3 +2429,26 @@ def test_an_editor_is_asked_to_watch_the_files_of_subprograms() -> None:
     patterns = [one["globPattern"] for one in asked["registerOptions"]["watchers"]]
     assert {"**/*.nc", "**/*.ngc", "**/*.spf", "**/*.SPF", "**/*.h", "**/*.H", "**/*.toml"} <= set(patterns)
     client.end()
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("a.h", f"{OF_KLARTEXT}; SLOT\nCALL PGM OTHER\nL Z+160 FMAX\nM30\nEND PGM A MM\n"),
+        ("a.h", f"{OF_KLARTEXT}CALL PGM SLOT\nL Z+160 FMAX\nM30\nEND PGM A MM\n"),
+        ("a.mpf", "G710 G90 G54\n;SLOT(3)\nEXTERN SLOT(REAL)\nM30\n"),
+        ("a.mpf", 'DEF REAL SLOT=3\nG710 G90 G54\nMSG("SLOT")\nGOTOF SLOT\nSLOT: SLOT=4\nIF SLOT>3 GOTOF SLOT\nM30\n'),
+    ],
+)
+def test_a_file_that_only_has_the_name_of_a_subprogram_does_not_call_it(
+    client: Client, tmp_path: Path, name: str, text: str
+) -> None:
+    """Its remarks had the name; errors of the subprogram vanished, for they were sought in a run that has none."""
+    sub_text = CALLS[2][1][1]
+    client.open(make_program(tmp_path, text, name, CALL_SETUP))
+    client.open(make_program(tmp_path, CALLS[2][0][1], "j.mpf", CALL_SETUP))
+    sub = client.open(make_program(tmp_path, sub_text, "SLOT.SPF", None))
+    assert list_codes(client, sub) == []
+    assert lens(client, sub).startswith("a subprogram: checked where j.mpf calls it; ")
+    client.change(sub, 2, sub_text.replace("20.", "2.0.0"))
+    assert list_codes(client, sub) == [("VP001", 3)]

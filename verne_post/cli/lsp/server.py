@@ -30,7 +30,7 @@ from verne_post.cli.lsp.inspector import Inspected, Inspector, SupersededError
 from verne_post.cli.lsp.outline import Outline
 from verne_post.cli.lsp.places import find_range, make_diagnostic, split_lines
 from verne_post.cli.programs import is_setup
-from verne_post.config.subprograms import ENDINGS, names_file
+from verne_post.config.subprograms import ENDINGS
 from verne_post.config.toml_entries import find_place
 from verne_post.model.findings import Finding
 from verne_post.model.options import Options
@@ -135,8 +135,8 @@ class Session:
             is_unread = known is None and path.is_relative_to(other.parent)
             is_tied = resolved in (known or ()) or other.resolve() in own or self.callers.get(uri) == path
             if not is_tied and is_new and other in texts:
-                read = self.inspector.callers.read
-                is_tied = names_file(texts[other].encode(), path) or names_file(read(path, texts).encode(), other)
+                names = self.inspector.callers.names
+                is_tied = names(other, path, texts) or names(path, other, texts)
             if is_tied or is_unread:
                 self.begin_check(uri)
 
