@@ -773,14 +773,14 @@ def apply_edit(action: dict[str, Any], texts: dict[str, str]) -> dict[str, str]:
         if change.get("kind") == "create":
             changed[change["uri"]] = ""
             continue
-        (edit,) = change["edits"]
-        lines = changed[change["textDocument"]["uri"]].split("\n")
-        begin, end = (
-            sum(len(line) + 1 for line in lines[: place["line"]]) + place["character"]
-            for place in (edit["range"]["start"], edit["range"]["end"])
-        )
-        text = "\n".join(lines)
-        changed[change["textDocument"]["uri"]] = text[:begin] + edit["newText"] + text[end:]
+        for edit in reversed(change["edits"]):  # places are those of the text before
+            lines = changed[change["textDocument"]["uri"]].split("\n")
+            begin, end = (
+                sum(len(line) + 1 for line in lines[: place["line"]]) + place["character"]
+                for place in (edit["range"]["start"], edit["range"]["end"])
+            )
+            text = "\n".join(lines)
+            changed[change["textDocument"]["uri"]] = text[:begin] + edit["newText"] + text[end:]
     return changed
 
 

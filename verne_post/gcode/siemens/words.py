@@ -408,10 +408,13 @@ class WordReader:
         return self._make_unknown_call(name, cursor, calls, at)
 
 
+_NUMBER_ALONE: Final = re.compile(r"[ \t]*(?:N\d+[ \t]*)?", re.IGNORECASE)
+
+
 def _miss_equals(name: str, cursor: Cursor, at: int) -> ProgramError:
     """The error of a variable that no = follows."""
     written, value = cursor.text[at:].rstrip(), re.sub(r"(?<=^[-+*/])\s+", "", cursor.text[cursor.at :].strip())
-    if not value or cursor.text[:at].strip().strip("N0123456789nN"):
+    if not value or not _NUMBER_ALONE.fullmatch(cursor.text[:at]):
         return cursor.error("VP001", f"{name} is a variable (DEF); an = and its new value are missing", at)
     meant = [f"{name}={name}{value}", f"{name}={value}"] if value[0] in "+-" else [f"{name}={value}"]
     if value[0] in "*/":
