@@ -219,6 +219,7 @@ def bind_arguments(call: Call, procedure: Procedure, variables: Variables) -> tu
             f"PROC is missing before {call.name}(...) in line {head}, so the subprogram takes no values; here are "
             f"{len(arguments)}; write PROC {call.name}(...) there",
             call.column,
+            edits=(Remedy(f"write PROC {call.name}", f"PROC {call.name}", line=head, misspelt=call.name),),
         )
     if len(arguments) > len(procedure.parameters):
         raise ProgramError(
