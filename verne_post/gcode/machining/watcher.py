@@ -129,6 +129,7 @@ def report_kept_planes(moves: Moves, coordinates: Coordinates) -> Iterator[Findi
 def report_left_planes(moves: Moves, coordinates: Coordinates) -> Iterator[Finding]:
     """VP043: after cuts in a plane, with the tool normal to it, the first one with the tool at another angle."""
     changes = [event.before for event, number in list_tool_changes(moves.events) if number]
+    changes += [one.before for one in moves.tcp_ends if one.word == "G49"]  # as after a change: report_kept_planes
     for number, plane in enumerate(moves.planes):
         ends = [one.before for one in moves.planes[number + 1 : number + 2]]
         last = min((*ends, *(one for one in changes if one > plane.before)), default=len(moves))
