@@ -789,14 +789,14 @@ def apply_edit(action: dict[str, Any], texts: dict[str, str]) -> dict[str, str]:
         if change.get("kind") == "create":
             changed[change["uri"]] = ""
             continue
-        (edit,) = change["edits"]
-        lines = changed[change["textDocument"]["uri"]].split("\n")
-        begin, end = (
-            sum(len(line) + 1 for line in lines[: place["line"]]) + place["character"]
-            for place in (edit["range"]["start"], edit["range"]["end"])
-        )
-        text = "\n".join(lines)
-        changed[change["textDocument"]["uri"]] = text[:begin] + edit["newText"] + text[end:]
+        for edit in reversed(change["edits"]):  # places are those of the text before
+            lines = changed[change["textDocument"]["uri"]].split("\n")
+            begin, end = (
+                sum(len(line) + 1 for line in lines[: place["line"]]) + place["character"]
+                for place in (edit["range"]["start"], edit["range"]["end"])
+            )
+            text = "\n".join(lines)
+            changed[change["textDocument"]["uri"]] = text[:begin] + edit["newText"] + text[end:]
     return changed
 
 
@@ -2446,3 +2446,26 @@ def test_an_editor_is_asked_to_watch_the_files_of_subprograms() -> None:
     patterns = [one["globPattern"] for one in asked["registerOptions"]["watchers"]]
     assert {"**/*.nc", "**/*.ngc", "**/*.spf", "**/*.SPF", "**/*.h", "**/*.H", "**/*.toml"} <= set(patterns)
     client.end()
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("a.h", f"{OF_KLARTEXT}; SLOT\nCALL PGM OTHER\nL Z+160 FMAX\nM30\nEND PGM A MM\n"),
+        ("a.h", f"{OF_KLARTEXT}CALL PGM SLOT\nL Z+160 FMAX\nM30\nEND PGM A MM\n"),
+        ("a.mpf", "G710 G90 G54\n;SLOT(3)\nEXTERN SLOT(REAL)\nM30\n"),
+        ("a.mpf", 'DEF REAL SLOT=3\nG710 G90 G54\nMSG("SLOT")\nGOTOF SLOT\nSLOT: SLOT=4\nIF SLOT>3 GOTOF SLOT\nM30\n'),
+    ],
+)
+def test_a_file_that_only_has_the_name_of_a_subprogram_does_not_call_it(
+    client: Client, tmp_path: Path, name: str, text: str
+) -> None:
+    """Its remarks had the name; errors of the subprogram vanished, for they were sought in a run that has none."""
+    sub_text = CALLS[2][1][1]
+    client.open(make_program(tmp_path, text, name, CALL_SETUP))
+    client.open(make_program(tmp_path, CALLS[2][0][1], "j.mpf", CALL_SETUP))
+    sub = client.open(make_program(tmp_path, sub_text, "SLOT.SPF", None))
+    assert list_codes(client, sub) == []
+    assert lens(client, sub).startswith("a subprogram: checked where j.mpf calls it; ")
+    client.change(sub, 2, sub_text.replace("20.", "2.0.0"))
+    assert list_codes(client, sub) == [("VP001", 3)]

@@ -251,7 +251,7 @@ def test_a_text_may_end_with_its_last_path(view):
 
 @pytest.mark.parametrize(("feed", "refused"), [("IPM", True), ("IPR", True), ("MMPM", False)])
 def test_feed_in_inches_asks_for_the_unit_of_points(view, feed, refused):
-    text = f"SPINDL/100,CLW\nFEDRAT/9,{feed}\nGOTO/1,0,0"
+    text = f"SPINDL/100,CLW\nFEDRAT/5,{feed}\nGOTO/1,0,0"
     assert refusals(view, text) == ([("VP005", 2)] if refused else [])
     assert refusals(view, f"UNITS/MM\n{text}") == []
     for units, x in (("inch", 25.4), ("mm", 1.0)):

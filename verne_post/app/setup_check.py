@@ -23,7 +23,7 @@ from verne_post.base.rotations import find_axis_of_angles
 from verne_post.base.rows import measure_rows
 from verne_post.base.tolerances import DRILL_TILT, LIMIT_SLACK_MM, ZERO_ANGLE, ZERO_LENGTH_MM
 from verne_post.base.units import DEG_PER_RAD
-from verne_post.gcode.machining.watcher import find_plane_tilt, report_kept_planes
+from verne_post.gcode.machining.watcher import find_plane_tilt, report_kept_planes, report_left_planes
 from verne_post.gcode.missing_setup import report_missing_offset
 from verne_post.model.codes import IF_DIRECTIONS_ARE_MEANT
 from verne_post.model.findings import Finding, InputError, Remedy, make_finding
@@ -96,9 +96,10 @@ def check_setup(moves: Moves, path: ToolPath, machine: Machine, options: Options
         raise InputError(*(item for item in found if item.severity == "error"))
     texts = _find_implausible(options)
     found += [*_check_tolerances(moves, path), *_check_feeds(moves, path), *_find_idle_tolerances(moves, path, options)]
+    planes = [*_check_planes(moves, path, machine)]
     found += [
         *_check_directions(moves, path, machine),
-        *_check_planes(moves, path, machine),
+        *(planes or report_left_planes(moves, machine.coordinates)),
         *check_spindle(moves, path),
     ]
     found += [
@@ -150,9 +151,12 @@ def _check_feeds(moves: Moves, path: ToolPath) -> Iterator[Finding]:
                 f"F is {feed[at]:.10g} {plausible.unit} here: no {plausible.whose} has more than {plausible.high:g} "
                 f"{plausible.unit}; "
             )
-            code = "M137" if moves.language == "heidenhain" else "G94"
-            edits = (Remedy(f"write {code}", code, line=line, way="before", is_choice=True),) if per_turn[at] else ()
-            text += f"if mm/min were meant, write {code} before" if per_turn[at] else "is a decimal point missing?"
+            code = {"heidenhain": "M137", "aptcl": ""}.get(moves.language, "G94")
+            edits = (Remedy(f"write {code}", code, line=line, way="before", is_choice=True),) * bool(
+                code and per_turn[at]
+            )
+            right = f"write {code} before" if code else "write MMPM in its FEDRAT"
+            text += f"if mm/min were meant, {right}" if per_turn[at] else "is a decimal point missing?"
             # ten times as much is no cut at all: the machining time would be that of the machine's own limits
             severity = "error" if per_turn[at] and feed[at] >= 10.0 * turn.high else "warning"
             where = {"line": line, "last_line": line, "worst_line": line}

@@ -201,6 +201,7 @@ class Recorder(Struct):
     splines: GrowingSplines = field(default_factory=lambda: GrowingSplines(len(AXES)))
     settled_rows: int = 0
     settled_arcs: int = 0
+    left_plane: int = 0  #: The line after the plane in use that begins what mostly stands after its end.
     #: The frame and the path control that were recorded last, and their rows.
     _last: tuple[Frame | None, int, PathControl | None, int] = (None, -1, None, -1)
 
@@ -239,6 +240,12 @@ class Recorder(Struct):
     def call_plane(self, line: int, word: str = "", end: str = "", turn: str = "") -> None:
         """A tilted plane is in force from here on; or, without ``word``, none."""
         self.planes.append(PlaneCall(line, self.count, word, end, turn))
+        self.left_plane = 0
+
+    def leave_plane(self, line: int) -> None:
+        """A line begins what mostly stands after the end of the plane; the first one since moves were made in it."""
+        if self.planes and self.planes[-1].word and self.count - self.planes[-1].before > 1:
+            self.left_plane = self.left_plane or line
 
     def name_plane(self, otherwise: str) -> str:
         """The plane in force by its line, and the change of tools after it; ``otherwise`` where no plane is."""
@@ -255,9 +262,11 @@ class Recorder(Struct):
         if plane is None or not plane.word:
             return otherwise
         what = f"the plane of {plane.word} in line {plane.line}"
+        before = f", before line {self.left_plane}" if self.left_plane else ""
         if self.count - plane.before > 1:  # it was in use: beside a turn to it there was another move
             if not any(one.kind == "tool" and one.before > plane.before for one in self.events):
-                return f"{what} is in force: look at its angles; {plane.turn}; or write {plane.end} where it is over"
+                end = f"{plane.end} where it is over{before}"
+                return f"{what} is in force: look at its angles; {plane.turn}; or write {end}"
             return f"{what} still holds: write {plane.end} where it is over, or {plane.turn}"
         return f"{what} is in force: {plane.turn} ({plane.end} ends it)"
 
@@ -269,7 +278,11 @@ class Recorder(Struct):
         turn = Remedy("write G53.1", "G53.1", line=plane.line, word=("G", 68.2), way="below")
         edits = (turn,) if plane.word == "G68.2" else ()
         end = _ENDS_OF_PLANES.get(plane.end)
-        return (*edits, *write_before(end, turns=True)) if end and self.count - plane.before > 1 else edits
+        return (
+            (*edits, *write_before(end, line=self.left_plane, turns=True))
+            if end and self.count - plane.before > 1
+            else edits
+        )
 
     def index_frame(self, frame: Frame) -> int:
         """Row of a frame in the table of frames."""

@@ -102,6 +102,7 @@ class Structure(Struct):
 
     subs: dict[str, tuple[int, int]] = field(default_factory=dict)  #: Label -> (line of sub, line of endsub).
     programs: dict[str, int] = field(default_factory=dict)  #: Number -> line of an O number that stands alone.
+    repeated: dict[str, int] = field(default_factory=dict)  #: Number -> its second line.
     #: Line of if or elseif -> line of the next elseif, else or endif.
     branch: dict[int, int] = field(default_factory=dict)
     #: Line of if, elseif, else -> line of endif; of while, do, repeat -> the line that ends the loop.
@@ -301,7 +302,8 @@ class _Opened:
         if kind in _BARE:
             o.check_bare()
         if kind is None:
-            structure.programs.setdefault(label, line)
+            if structure.programs.setdefault(label, line) != line:
+                structure.repeated.setdefault(label, line)
         elif kind == "while" and self._is_top("do", label):
             self._close_loop(structure, line)
         elif kind in ("sub", "if", *_LOOPS):

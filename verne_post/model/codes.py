@@ -483,11 +483,13 @@ CODES: Final[dict[str, Code]] = _make_table(
     ),
     (
         "VP051",
-        "moves after the end of the program",
+        "moves that are not executed",
         "warning",
         "M2, M30 or END PGM ends the program, and lines after it move axes. A control does not execute them. "
-        "Subprograms and other programs that begin after this end (O, LBL, PROC, %) are not reported.",
-        "If the program goes on there, delete the code that ends it. If not, delete the lines.",
+        "Subprograms and other programs that begin after this end (O, LBL, PROC, %) are not reported. "
+        "Nor does a control execute the lines of a Siemens FOR that begins above its last value.",
+        "If the program goes on there, delete the code that ends it. If not, delete the lines. Write the values of FOR "
+        "in ascending order.",
     ),
     (
         "VP052",

@@ -10,6 +10,7 @@ from verne_post.base.program_lines import find_end, remove_remarks
 from verne_post.cli.lsp.places import split_lines
 from verne_post.cli.programs import PROGRAMS
 from verne_post.config.subprograms import names_file
+from verne_post.gcode.dialects import find_dialect_name
 
 #: Files beside a subprogram in which its call is sought, and the size of each, bytes: they are read as it is typed.
 MOST_NEIGHBOURS: Final = 200
@@ -20,6 +21,14 @@ _ENDSUB: Final = re.compile(r"O\s*(?:<[^<>]+>|\d+)\s*ENDSUB\b", re.IGNORECASE)
 NUMBER: Final = re.compile(r"[O:]\s*(\d+)(?!\d)(?!\s*[A-Z]{2})", re.IGNORECASE)
 _M99: Final = re.compile(r"(?<![A-Z_])M0*99(?!\d)", re.IGNORECASE)
 _PROC: Final = re.compile(r"(?:N\d+\s*)?PROC\b", re.IGNORECASE)
+#: Where Siemens has the name of a subprogram, or of a variable that is called alike, and does not call it.
+_NO_CALL: Final = re.compile(
+    r"^[ \t]*(?:N\d+[ \t]*)?(?:DEF|PROC|EXTERN|GOTO[BFC]?|REPEATB?|IF|WHILE|UNTIL|FOR|CASE)\b.*"
+    r'|(?<!CALL)(?<!CALL )"[^"]*"|\b\w+[ \t]*(?:=.*|:)',
+    re.IGNORECASE,
+)
+#: Languages by the endings of files that no other one calls; G-code has all other endings.
+_LANGUAGES: Final = {".spf": "siemens", ".mpf": "siemens", ".h": "heidenhain"}
 _RET: Final = re.compile(r"(?:N\d+\s*)?(?:RET\b|M17(?!\d))", re.IGNORECASE)
 
 
@@ -79,7 +88,7 @@ class Callers:
         """
         first, seen = None, {path} if seen is None else seen
         for one in self._list_candidates(path, texts):
-            if one in seen or not self._names(one, path, texts):
+            if one in seen or not self.names(one, path, texts):
                 continue
             seen.add(one)
             if (found := self.find(one, texts, seen)) is not None:
@@ -90,7 +99,7 @@ class Callers:
 
     def _find_language(self, path: Path) -> str:
         """The language of a caller by its ending: what G-code, Siemens and Klartext write at the end differs."""
-        return {".spf": "siemens", ".mpf": "siemens", ".h": "heidenhain"}.get(path.suffix.lower(), "rs274")
+        return _LANGUAGES.get(path.suffix.lower(), "rs274")
 
     def read(self, path: Path, texts: Mapping[Path, str]) -> str:
         """The text of a file, as the editor shows it, or from the disk; empty where it cannot be read."""
@@ -108,8 +117,8 @@ class Callers:
             beside = sorted(one for one in path.parent.iterdir() if one.suffix.lower() in endings and one not in texts)
             yield from (one for one in beside[:MOST_NEIGHBOURS] if one != path)
 
-    def _names(self, one: Path, path: Path, texts: Mapping[Path, str]) -> bool:
-        """Whether a file calls another one by name; known until it changes."""
+    def names(self, one: Path, path: Path, texts: Mapping[Path, str]) -> bool:
+        """Whether a file has a call of another one, in the language of that; known until it changes."""
         try:
             found = one.stat() if one not in texts else None
         except OSError:
@@ -118,5 +127,19 @@ class Callers:
             return False
         stamp = texts[one] if found is None else (found.st_mtime_ns, found.st_size)
         if (one, path) not in self._known or self._known[one, path][0] != stamp:
-            self._known[one, path] = stamp, names_file(self.read(one, texts).encode(), path)
+            self._known[one, path] = stamp, _has_call(self.read(one, texts), one, path)
         return self._known[one, path][1]
+
+
+def _has_call(text: str, one: Path, path: Path) -> bool:
+    """Whether the text of a file has a statement, outside remarks, that calls another file in the language of that."""
+    source, own = text.encode(), _LANGUAGES.get(path.suffix.lower(), "rs274")
+    if not names_file(source, path):
+        return False
+    dialect = find_dialect_name("auto", source, one.name) or own
+    if ("rs274" if dialect == "fanuc" else dialect) != own:
+        return False
+    lines = (remove_remarks(line, dialect) for line in split_lines(text))
+    if dialect == "siemens":
+        lines = (_NO_CALL.sub("", line) for line in lines)
+    return names_file("\n".join(lines).encode(), path)

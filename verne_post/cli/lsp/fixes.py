@@ -77,6 +77,11 @@ class Fix(Struct, frozen=True):
     turns: bool = False  #: The tool axis becomes another one.
     spells: bool = False  #: Corrects how words of a program are spelt.
     is_choice: bool = False  #: Right only if the program means it so.
+    words: tuple[tuple[int, int, str], ...] = ()  #: The same of its words alone, where it is one of several places.
+
+    def list_edits(self) -> tuple[tuple[int, int, str], ...]:
+        """Where each change begins and ends, and what is written there."""
+        return self.words or ((self.begin, self.end, self.new),)
 
 
 def find_fixes(
@@ -510,30 +515,36 @@ def _change_everywhere(found: Inspected, written: str, remedy: Remedy) -> Iterat
     meant = remedy.value
     if re.search(r"\w", written) is None:  # a sign that is right elsewhere
         return
-    lines, word, count = found.text.split("\n"), re.compile(rf"(?<![\w.]){re.escape(written)}(?![\w.])"), 0
-    for number, line in enumerate(lines):
-        for match in reversed(list(word.finditer(remove_remarks(line)))):
-            lines[number] = lines[number][: match.start()] + meant + lines[number][match.end() :]
-            count += 1
-    if count > 1:
-        title = f"Write {meant} in place of {written} in all {count} places"
-        whole = "\n".join(lines)
-        yield Fix(title, found.path, found.text, 0, len(found.text), whole, is_choice=remedy.is_choice)
+    word, at, words = re.compile(rf"(?<![\w.]){re.escape(written)}(?![\w.])"), 0, list[tuple[int, int, str]]()
+    for line in found.text.split("\n"):
+        words += [(at + one.start(), at + one.end(), meant) for one in word.finditer(remove_remarks(line))]
+        at += len(line) + 1
+    if len(words) > 1:
+        title = f"Write {meant} in place of {written} in all {len(words)} places"
+        yield _change_words(title, found, words, is_choice=remedy.is_choice)
+
+
+def _change_words(title: str, found: Inspected, words: list[tuple[int, int, str]], **what: bool) -> Fix:
+    """One edit of several words, from first to last."""
+    ends = [0, *(end for _begin, end, _new in words)]
+    parts = [found.text[end:begin] + new for end, (begin, _end, new) in zip(ends, words, strict=False)]
+    whole = "".join(parts) + found.text[ends[-1] :]
+    return Fix(title, found.path, found.text, 0, len(found.text), whole, words=tuple(words), **what)
 
 
 def _translate_everywhere(found: Inspected) -> Iterator[Fix]:
     """The characters of a program in place of those of mail and PDF, in all lines that have some outside remarks."""
-    lines, dialect, count = found.text.split("\n"), _find_dialect(found), 0
-    for number, line in enumerate(lines):
+    at, dialect, count, words = 0, _find_dialect(found), 0, list[tuple[int, int, str]]()
+    for line in found.text.split("\n"):
         code = remove_remarks(line, dialect)
         if (meant := translate_pasted(code)) != code:
-            lines[number] = "".join(
-                right if one == written else written for one, right, written in zip(code, meant, line, strict=True)
-            )
+            signs = enumerate(zip(code, meant, line, strict=True), at)
+            words += [(k, k + 1, right) for k, (one, right, written) in signs if one == written and right != one]
             count += 1
+        at += len(line) + 1
     if count > 1:
         title = f"{_REPLACE_PASTED} in all {count} lines"
-        yield Fix(title, found.path, found.text, 0, len(found.text), "\n".join(lines), spells=True)
+        yield _change_words(title, found, words, spells=True)
 
 
 def _find_span(item: Finding, text: str) -> tuple[int, int]:

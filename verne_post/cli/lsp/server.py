@@ -30,7 +30,7 @@ from verne_post.cli.lsp.inspector import Inspected, Inspector, SupersededError
 from verne_post.cli.lsp.outline import Outline
 from verne_post.cli.lsp.places import find_range, make_diagnostic, split_lines
 from verne_post.cli.programs import is_setup
-from verne_post.config.subprograms import ENDINGS, names_file
+from verne_post.config.subprograms import ENDINGS
 from verne_post.config.toml_entries import find_place
 from verne_post.model.findings import Finding
 from verne_post.model.options import Options
@@ -135,8 +135,8 @@ class Session:
             is_unread = known is None and path.is_relative_to(other.parent)
             is_tied = resolved in (known or ()) or other.resolve() in own or self.callers.get(uri) == path
             if not is_tied and is_new and other in texts:
-                read = self.inspector.callers.read
-                is_tied = names_file(texts[other].encode(), path) or names_file(read(path, texts).encode(), other)
+                names = self.inspector.callers.names
+                is_tied = names(other, path, texts) or names(path, other, texts)
             if is_tied or is_unread:
                 self.begin_check(uri)
 
@@ -447,19 +447,15 @@ class Session:
         whole: bool,
     ) -> lsp.CodeAction:
         """An edit as editors apply it; ``whole`` for one that takes documents with their creation."""
-        lines = split_lines(fix.text or "")
-        places = [
-            lsp.Position(fix.text[:at].count("\n"), at - fix.text.rfind("\n", 0, at) - 1)
-            if fix.text
-            else lsp.Position(0, 0)
-            for at in (fix.begin, fix.end)
+        lines, convert = split_lines(fix.text or ""), self.server.workspace.position_codec.range_to_client_units
+        changes = [
+            lsp.TextEdit(convert(lines, lsp.Range(*(_find_position(fix.text or "", at) for at in place))), new)
+            for *place, new in fix.list_edits()
         ]
-        place = self.server.workspace.position_codec.range_to_client_units(lines, lsp.Range(*places))
-        change = lsp.TextEdit(place, fix.new)
-        edit = lsp.WorkspaceEdit(changes={document.uri: [change]})
+        edit = lsp.WorkspaceEdit(changes={document.uri: changes})
         if whole:
             made: list[Any] = [] if fix.text is not None else [lsp.CreateFile(document.uri)]
-            edit = lsp.WorkspaceEdit(document_changes=[*made, lsp.TextDocumentEdit(document, [change])])
+            edit = lsp.WorkspaceEdit(document_changes=[*made, lsp.TextDocumentEdit(document, changes)])
         return lsp.CodeAction(fix.title, lsp.CodeActionKind.QuickFix, diagnostics, fix.settles, edit=edit)
 
     async def complete(self, asked: lsp.CompletionParams) -> list[lsp.CompletionItem]:
@@ -538,6 +534,11 @@ def _place_in_setup(item: Finding, setup: Path, program: str, text: str) -> Find
         last_line=None,
         worst_line=None,
     )
+
+
+def _find_position(text: str, at: int) -> lsp.Position:
+    """The line and column of a place in a text."""
+    return lsp.Position(text[:at].count("\n"), at - text.rfind("\n", 0, at) - 1)
 
 
 def _make_line_range(line: int) -> lsp.Range:

@@ -9,6 +9,11 @@ from verne_post.gcode.apt.modes import AptModes
 from verne_post.gcode.apt.statements import Statement, is_number, read_numbers, read_word
 from verne_post.gcode.block import Block
 from verne_post.gcode.program_error import ProgramError
+from verne_post.model.findings import Remedy
+from verne_post.model.plausibility import PLAUSIBLE
+
+#: The mode of a feed a turn (G95).
+_PER_TURN: Final = 95
 
 _COOLANTS: Final = {"FLOOD": 8.0, "MIST": 7.0, "OFF": 9.0}
 #: Coolants for which there is no code, and pressures: the machine's own matter.
@@ -54,8 +59,18 @@ def set_feed(to: AptModes, s: Statement) -> Iterator[Block]:
             s.find_column(units[0]),
         )
     inches = inch if inches is None else inches  # the feed stays when the unit changes
-    to.rapid, to.feed = False, (read_numbers(s, numbers)[0], mode, inches)
+    value, most = read_numbers(s, numbers)[0], 10.0 * PLAUSIBLE["feed per turn"].high
+    to.rapid, to.feed = False, (value, mode, inches)
     yield from give_feed(to, s, *to.feed)
+    if mode == _PER_TURN and value * (MM_PER_INCH if inches else 1.0) >= most:  # an error at its cuts, too
+        wrong = units[0]
+        right = {"MMPR": "MMPM", "PERREV": "PERMIN", "IPR": "IPM"}[wrong]
+        raise ProgramError(
+            "VP007",
+            f"{wrong}: no cut has {most:g} mm a turn or more; write {right} if it is a minute",
+            s.find_column(wrong),
+            edits=(Remedy(f"write {right}", right, misspelt=wrong, is_choice=True),),
+        )
 
 
 def give_feed(to: AptModes, s: Statement, value: float, mode: int, inch: bool | None) -> Iterator[Block]:

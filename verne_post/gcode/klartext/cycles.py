@@ -16,7 +16,7 @@ from verne_post.gcode.klartext.vocabulary import Q
 from verne_post.gcode.lengths import measure_helix
 from verne_post.gcode.machining.elements import make_arc
 from verne_post.gcode.machining.holes import MAX_PECKS, Thread, check_tapping, note_tapping, tap
-from verne_post.gcode.machining.machining import MAX_DWELL_S, explain_tilted_tool
+from verne_post.gcode.machining.machining import MAX_DWELL_S, explain_tilted_tool, warn_of_long_dwell
 from verne_post.gcode.machining.plane_geometry import Point
 from verne_post.gcode.program_error import ProgramError, write_parameter
 
@@ -133,6 +133,7 @@ class KlartextCycles:
     def _wait(self, seconds: float) -> None:
         if seconds:
             self.core.dwell(self.frames.block, seconds)
+            warn_of_long_dwell(self.core, self.frames.block.line, seconds)
 
     def _check_pecks(self, depth: float, step: float) -> None:
         if step <= 0:

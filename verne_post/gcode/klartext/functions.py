@@ -287,6 +287,7 @@ class KlartextFunctions:
         self.core.refuse_compensation("M128" if on else "M129")
         if on and not self.modes.tcp:
             self.modes.tcp_line = self.frames.block.line
+            self.core.recorder.leave_plane(self.modes.tcp_line)
             if self.frames.maps.tilt is None:
                 warn_of_late_tcp(self.core, self.contour.last_cut, self.modes.tcp_line, "M128")
         self.modes.tcp = on

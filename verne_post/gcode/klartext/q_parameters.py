@@ -240,7 +240,7 @@ def execute_fn(statement: Statement, parameters: QParameters) -> FnAnswer:
     if number not in FN:
         raise ProgramError("VP002", f"FN {number} is not a function of the language")
     if number in _RELATIONS:
-        return FnAnswer(label=_jump(number, rest, parameters))
+        return FnAnswer(label=_jump(number, statement, match.end(), parameters))
     if number in (15, 16):
         return FnAnswer(message=f"FN {number}: {rest}")
     if number == 18:
@@ -272,7 +272,8 @@ def execute_fn(statement: Statement, parameters: QParameters) -> FnAnswer:
     return FnAnswer()
 
 
-def _jump(number: int, rest: str, parameters: QParameters) -> str | None:
+def _jump(number: int, statement: Statement, at: int, parameters: QParameters) -> str | None:
+    rest = statement.rest[at:].rstrip()
     match_defined = _DEFINITION_TEST.match(rest)
     if match_defined is not None and number == 9:
         name, wanted_state, quoted_name, digits, text = match_defined.groups()
@@ -285,7 +286,11 @@ def _jump(number: int, rest: str, parameters: QParameters) -> str | None:
     if match is None or match.group(2) != _RELATIONS[number]:
         raise ProgramError("VP001", f"FN {number}: expected IF value {_RELATIONS[number]} value GOTO LBL label")
     first, relation, second, quoted_name, digits, text = match.groups()
-    if not holds(relation, read_value(first, parameters), read_value(second, parameters)):
+    values = []
+    for group, value in ((1, first), (3, second)):
+        with statement.place_errors(at + match.start(group)):
+            values.append(read_value(value, parameters))
+    if not holds(relation, *values):
         return None
     return label_of(quoted_name, digits, text, parameters)
 

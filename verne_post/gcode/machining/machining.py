@@ -32,6 +32,7 @@ from verne_post.gcode.setup import Setup
 from verne_post.gcode.splines import BSpline, cut_spline
 from verne_post.model.findings import Remedy
 from verne_post.model.moves import AXES, ArcFeed, FeedMode, MoveKind, PathControl, PathMode, TablePlace
+from verne_post.model.plausibility import PLAUSIBLE
 
 _X, _Y, _Z = 0, 1, 2
 _ROTARY: Final = (3, 4, 5)
@@ -93,6 +94,18 @@ def list_plane_edits(core: "Machining") -> tuple[Remedy, ...]:
     if core.state.plane and core.find_tilted_tool() is None and line:
         return (Remedy("write G17", "17", line=line, word=("G", 17.0 + core.state.plane), is_choice=True),)
     return core.recorder.list_plane_edits()
+
+
+def warn_of_long_dwell(core: "Machining", line: int, seconds: float) -> None:
+    """VP505: seconds of a dwell that would be a plausible number of milliseconds; the first one."""
+    plausible = PLAUSIBLE["dwell"]
+    if seconds <= plausible.high or any(item.quantity == "dwell" for item in core.recorder.warnings.values()):
+        return
+    text = (
+        f"a dwell of {seconds:g} s: this language has seconds here; if milliseconds are meant, write "
+        f"{seconds * plausible.factor:g}"
+    )
+    core.recorder.note_once("VP505", text, line, quantity="dwell")
 
 
 def explain_g91(core: "Machining", error: ProgramError, line: int) -> ProgramError:

@@ -13,7 +13,7 @@ from verne_post.base.arrays import Array
 from verne_post.base.columns import iterate_blocks
 from verne_post.base.long_text import Text, take_line
 from verne_post.base.program_lines import remove_remarks
-from verne_post.base.tolerances import DRILL_TILT
+from verne_post.base.tolerances import DRILL_TILT, ZERO_ANGLE
 from verne_post.gcode.arcs import PLANES
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.program_error import ProgramError, write_before
@@ -124,6 +124,45 @@ def report_kept_planes(moves: Moves, coordinates: Coordinates) -> Iterator[Findi
             f"and line {int(moves.line[cut])} cuts in it; write {calls[-1].end} before if it is not meant"
         )
         yield make_finding("VP043", text, line=line, last_line=max(line, int(moves.line[cut])), worst_line=line)
+
+
+def report_left_planes(moves: Moves, coordinates: Coordinates) -> Iterator[Finding]:
+    """VP043: after cuts in a plane, with the tool normal to it, the first one with the tool at another angle."""
+    changes = [event.before for event, number in list_tool_changes(moves.events) if number]
+    changes += [one.before for one in moves.tcp_ends if one.word == "G49"]  # as after a change: report_kept_planes
+    for number, plane in enumerate(moves.planes):
+        ends = [one.before for one in moves.planes[number + 1 : number + 2]]
+        last = min((*ends, *(one for one in changes if one > plane.before)), default=len(moves))
+        first = _find_first_cut(moves, plane.before, last) if plane.word else -1
+        if first < 0 or not _is_normal(moves, first, coordinates):
+            continue
+        cut = _find_turned_cut(moves, first, last)
+        if cut < 0 or _is_normal(moves, cut, coordinates):
+            continue
+        line = int(moves.line[cut])
+        text = (
+            f"the plane of {plane.word} in line {plane.line} is still in force here, where the program names another "
+            f"table place and the tool is not normal to the plane; write {plane.end} before if it is over"
+        )
+        yield make_finding("VP043", text, line=line, last_line=line, worst_line=line)
+
+
+def _find_turned_cut(moves: Moves, first: int, last: int) -> int:
+    """The first cut after another one, and before ``last``, at which the rotary axes stand elsewhere; -1 for none."""
+    angles = moves.end[first, 3:6]
+    for begin, end in iterate_blocks(last - first):
+        rows = slice(first + begin, first + end)
+        turned = (np.abs(moves.end[rows, 3:6] - angles) > ZERO_ANGLE).any(axis=1)
+        cuts = np.flatnonzero(turned & np.isin(moves.kind[rows], _CUTS))
+        if len(cuts):
+            return first + begin + int(cuts[0])
+    return -1
+
+
+def _is_normal(moves: Moves, move: int, coordinates: Coordinates) -> bool:
+    """Whether a tool is normal to the plane in force at the end of a move, or has no known direction."""
+    axis = coordinates.find_tool_axis(moves.end[move].tolist(), moves.frames[moves.frame[move]])
+    return axis is None or not np.isfinite(axis).all() or bool(axis[2] >= 1.0 - DRILL_TILT)
 
 
 def place_at_plane(source: Text, item: Finding) -> Finding:

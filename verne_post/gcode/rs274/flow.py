@@ -330,10 +330,19 @@ class Flow:
             message += f" ({int(label)}.ngc or O{int(label):04d}.nc)"
         else:
             message += "; from O9000 on they are macros of the builder, or of a probe: take calls of a probe out"
-        if near := self._find_near_programs(label):
+        if repeated := self.calls.main.structure.repeated:
+            first, second = next(iter(repeated.items()))
+            message += f"; O{first} appears twice, in lines {self.calls.main.structure.programs[first]} and {second}: "
+            message += f"one of them may be O{label}"
+        near = [] if repeated else self._find_near_programs(label)
+        if near:
             message += f"; the program has {name_numbers(near, 'O')}"
         edits = write_numbers(near, label, "P", self.calls.line - 1) if self._is_in_main else ()
-        raise ProgramError("VP023", message, goes_on=True, about=f"O{label}", edits=edits).advise(GIVE_FILE)
+        if repeated and len(repeated) == 1:
+            edits = write_numbers([label], first, "O", second)
+        raise ProgramError("VP023", message, goes_on=True, about=f"O{label}", edits=edits).advise(
+            "Give each program a number of its own." if repeated else GIVE_FILE
+        )
 
     @property
     def _is_in_main(self) -> bool:
@@ -341,7 +350,13 @@ class Flow:
 
     def _find_near_programs(self, label: str) -> list[str]:
         """Numbers of programs of this text of which another number may be a slip."""
-        numbers = {one for text in (self.calls.text, self.calls.main) for one in text.structure.programs}
+        main = self.calls.main
+        numbers = {
+            one
+            for text in (self.calls.text, main)
+            for one, line in text.structure.programs.items()
+            if not (text is main and main.is_head(line))
+        }
         near = find_meant_number(label, numbers)
         # O1 mostly is the program itself
         return list_near_numbers(label, [near] if near else sorted(one for one in numbers if len(one) > len("99")))

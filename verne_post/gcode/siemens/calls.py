@@ -47,6 +47,7 @@ class Procedure(Struct, frozen=True):
     line: int
     parameters: tuple[Parameter, ...] = ()
     save: bool = False
+    headless_line: int = 0  #: The first line, where it has values as a PROC line and no PROC.
 
 
 class Repeat(Struct):
@@ -135,6 +136,12 @@ class Library:
         return None
 
 
+#: A PROC line without PROC.
+_HEADLESS: Final = re.compile(
+    r"[ \t]*(?:N\d+[ \t]*)?[A-Z_]\w*[ \t]*\([ \t]*(?:VAR|REAL|INT|BOOL|STRING|CHAR|AXIS)\b", re.I
+)
+
+
 def read_procedure(section: Section) -> Procedure:
     """The PROC line of a subprogram; one without has no values. Errors have its line."""
     for line in range(section.first, min(section.last, section.first + _LINES_BEFORE) + 1):
@@ -143,7 +150,9 @@ def read_procedure(section: Section) -> Procedure:
             continue
         match = _PROC.match(text)
         try:
-            return Procedure(line - 1) if match is None else _read_proc(Cursor(text, match.end()), line)
+            if match is None:
+                return Procedure(line - 1, headless_line=line if _HEADLESS.match(text) else 0)
+            return _read_proc(Cursor(text, match.end()), line)
         except ProgramError as error:
             error.line = line
             raise
@@ -208,6 +217,14 @@ def bind_arguments(call: Call, procedure: Procedure, variables: Variables) -> tu
     """The variables that a call begins with, and which of them set the caller's."""
     arguments = call.arguments or ()
     arguments = () if len(arguments) == 1 and not arguments[0].text.strip() else arguments
+    if arguments and (head := procedure.headless_line):
+        raise ProgramError(
+            "VP023",
+            f"PROC is missing before {call.name}(...) in line {head}, so the subprogram takes no values; here are "
+            f"{len(arguments)}; write PROC {call.name}(...) there",
+            call.column,
+            edits=(Remedy(f"write PROC {call.name}", f"PROC {call.name}", line=head, misspelt=call.name),),
+        )
     if len(arguments) > len(procedure.parameters):
         raise ProgramError(
             "VP023",

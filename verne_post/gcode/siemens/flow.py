@@ -24,7 +24,7 @@ from verne_post.gcode.siemens.calls import (
 )
 from verne_post.gcode.siemens.contour_milling import PARAMETERS as CONTOURS
 from verne_post.gcode.siemens.contour_milling import ContourMilling, build_contour_error, check_first_block
-from verne_post.gcode.siemens.cursor import Cursor
+from verne_post.gcode.siemens.cursor import NAME, Cursor
 from verne_post.gcode.siemens.drilling import PARAMETERS as DRILLING
 from verne_post.gcode.siemens.executor import Executor
 from verne_post.gcode.siemens.jumps import JUMPS, end_stretch, read_repeats
@@ -33,6 +33,7 @@ from verne_post.gcode.siemens.program import Section, SiemensText, split_line
 from verne_post.gcode.siemens.values import read_value, spell_value
 from verne_post.gcode.siemens.variables import refuse_leftover
 from verne_post.gcode.siemens.words import Call, Words, read_argument_values, read_arguments
+from verne_post.model.findings import Remedy
 
 #: Alarms of SETAL that stop a program; others are only shown.
 _STOPPING_ALARMS: Final = (range(60_000, 62_000), range(65_500, 68_000))
@@ -364,6 +365,13 @@ class Flow:
         if arguments is None:
             raise cursor.error("VP001", "expected '(' after MSG")
         refuse_leftover(cursor)
+        bare = arguments[0].text.strip() if len(arguments) == 1 else ""
+        if NAME.fullmatch(bare) and not self.executor.variables.is_known(bare.upper()):
+            right = f'MSG("{bare}")'
+            edits = (Remedy(f"write {right}", f'"{bare}"', misspelt=bare),)
+            text = f"{bare}: the text of a message is written in quotation marks; did you mean {right}?"
+            column = arguments[0].column + arguments[0].text.index(bare)
+            raise ProgramError("VP001", text, column, edits=edits)
         texts = (one for one in read_argument_values(arguments, self.executor.variables) if one is not None)
         for value in list(texts)[:1]:
             self.executor.record_event(self.calls.show(line), "message", text=spell_value(value))

@@ -7,7 +7,13 @@ from msgspec.structs import replace
 
 from verne_post.gcode.codes import spell_g_code
 from verne_post.gcode.machining.compensation import Compensation
-from verne_post.gcode.machining.machining import MAX_DWELL_S, explain_g91, note_g91, warn_of_idle_feed
+from verne_post.gcode.machining.machining import (
+    MAX_DWELL_S,
+    explain_g91,
+    note_g91,
+    warn_of_idle_feed,
+    warn_of_long_dwell,
+)
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.machining.turning import warn_of_late_tcp
 from verne_post.gcode.program_error import At, ProgramError
@@ -227,6 +233,9 @@ class SiemensInterpreter:
     def _run_dwell(self, words: Words, block: At) -> None:
         self._refuse_motion_beside(words, "dwell")
         seconds, turns = words.take("F"), words.take("S")
+        axis = next((word for name, word in words.words.items() if name in AXES), None)
+        if axis is not None and (seconds or turns):
+            raise axis.error("VP003", "G4 needs a block without motion; write G4 in a line of its own")
         if (seconds is None) == (turns is None):
             raise ProgramError(
                 "VP005", "G4 takes F, the time in seconds, or S, turns of the spindle", words.find_column("dwell")
@@ -247,6 +256,7 @@ class SiemensInterpreter:
         if not 0.0 <= seconds <= MAX_DWELL_S:
             raise ProgramError("VP007", f"a dwell of {seconds:g} s: it is not negative, and no longer than a day")
         self.core.dwell(block, seconds)
+        warn_of_long_dwell(self.core, block.line, seconds)
 
     def _run_motion(self, words: Words, block: At) -> bool:
         """The motion of a block; True where axes were named."""

@@ -156,6 +156,10 @@ def _find(flow: Running, label: str, line: int, *, forward: bool, backward: bool
     return after if forward and after is not None else before if backward else None
 
 
+#: A FOR whose first and last value are numbers.
+_WRITTEN_COUNT: Final = re.compile(r"=[ \t]*[-+]?[\d.]+[ \t]+TO[ \t]+[-+]?[\d.]+[ \t]*$", re.IGNORECASE)
+
+
 def _execute_for(flow: Running, cursor: Cursor, line: int) -> None:
     variables, ends = flow.executor.variables, flow.calls.frame.ends
     ends[line] = math.nan  # until its words are read: ENDFOR of a refused FOR is no error of its own
@@ -180,6 +184,9 @@ def _execute_for(flow: Running, cursor: Cursor, line: int) -> None:
     ends[line] = last
     if _read_loop_value(flow, line, cursor) > last:
         flow.calls.line = end + 1
+        if _WRITTEN_COUNT.search(cursor.text):  # of values that the program computes it may be meant
+            text = "FOR begins above its last value, and counts up: its lines are not executed; exchange the values"
+            flow.executor.interpreter.recorder.note_once("VP051", text, flow.calls.show(line))
 
 
 def _read_loop_value(flow: Running, line: int, cursor: Cursor) -> float:

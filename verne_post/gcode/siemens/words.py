@@ -209,6 +209,17 @@ class WordReader:
                 value = read_number(cursor, self.variables)
                 cursor.expect(")", f"after the value of {mode}")
                 return Word(name, value, at + 1, mode)
+            if self.variables.find(mode) is None:
+                number = cursor.number() if cursor.skip() else None
+                shown = "..." if number is None else f"{number:g}"
+                right = f"{mode}({shown})"
+                edits = (
+                    ()
+                    if number is None
+                    else (Remedy(f"write {right}", right, misspelt=cursor.text[begin : cursor.at]),)
+                )
+                text = f"{mode}: its value stands in parentheses; write {name}={right}"
+                raise cursor.error("VP001", text, begin, edits)
             cursor.at = begin
         tool = cursor.peek_name() if name in _TEXTS else None
         begin = cursor.at
@@ -394,9 +405,27 @@ class WordReader:
             return cursor.error("VP001", f"{written_words}: an = is missing; did you mean {right_word}?", at)
         if name in (*ADDRESSES, *GROUP_OF, *CYCLES):
             return cursor.error("VP001", f"{name}: expected '=' or a number after it", at)
+        if self.variables.find(name) is not None:
+            return _miss_equals(name, cursor, at)
         if calls is None or CODE.fullmatch(name) is None:
             return cursor.error("VP002", f"{name}: no meaning in this language, and no file {name}.SPF {_WHERE}", at)
         return self._make_unknown_call(name, cursor, calls, at)
+
+
+_NUMBER_ALONE: Final = re.compile(r"[ \t]*(?:N\d+[ \t]*)?", re.IGNORECASE)
+
+
+def _miss_equals(name: str, cursor: Cursor, at: int) -> ProgramError:
+    """The error of a variable that no = follows."""
+    written, value = cursor.text[at:].rstrip(), re.sub(r"(?<=^[-+*/])\s+", "", cursor.text[cursor.at :].strip())
+    if not value or not _NUMBER_ALONE.fullmatch(cursor.text[:at]):
+        return cursor.error("VP001", f"{name} is a variable (DEF); an = and its new value are missing", at)
+    meant = [f"{name}={name}{value}", f"{name}={value}"] if value[0] in "+-" else [f"{name}={value}"]
+    if value[0] in "*/":
+        meant = [f"{name}={name}{value}"]
+    edits = tuple(Remedy(f"write {one}", one, misspelt=written, is_choice=len(meant) > 1) for one in meant)
+    text = f"{name} is a variable (DEF); an = is missing: write {' or '.join(meant)}"
+    return cursor.error("VP001", text, at, edits)
 
 
 def _make_unknown_call(name: str, column: int, own_names: Iterable[str], *, is_alone: bool) -> ProgramError:
