@@ -951,8 +951,10 @@ def test_machines_are_listed_as_the_command_lists_them(run: Any) -> None:
 def test_findings_of_an_explanation_have_the_remedies_that_its_text_shows(name: str, line: int) -> None:
     """They had none."""
     told = vp.explain(ROOT / f"gcode_samples/{name}.nc", "verne", line)
-    shown = told.text.partition("each was checked along the whole line\n")[2].partition("\n\n")[0]
-    assert shown
+    shown, unchecked, _rest = told.text.partition("each was checked along the whole line\n")[2].partition(
+        "NOT CHECKED: "
+    )
+    assert shown and unchecked
     for item in told.findings:
         assert item.remedies == tuple(text.strip() for text in shown.splitlines())
 

@@ -816,6 +816,11 @@ def test_a_line_of_several_moves_that_runs_once_ends_where_the_tool_does(
     assert (
         "pose at the end of the motion, the last of 4 moves\n  tip on the table     (10.000, 0.000, 80.000) mm" in shown
     )
+    restarted = run("explain", f"{hole}:9", *place, "--split-at-stops", "--from", "home", "--from-line", 8).out
+    assert (
+        restarted.partition("pose at the end")[2].splitlines()[:3]
+        == shown.partition("pose at the end")[2].splitlines()[:3]
+    )
     (corner := tmp_path / "corner.mpf").write_text(
         "G17 G54 G90 G71\nT1 D1\nM6\nS1000 M3 F500\nG0 A0 C0\nG0 X0 Y0 Z50\nG42 G1 X10 Y0\nX30 RND=3\nY30 CHF=2\nX0\n"
         "Y0\nG40 X-20\nM30\n"

@@ -183,7 +183,7 @@ def test_a_kind_without_loop_equations_is_refused(serial: None, run: Callable[..
 def test_identify_refuses_a_machine_as_built(tmp_path: Path, run: Callable[..., Any]) -> None:
     built = tmp_path / "built.toml"
     assert run("machine", "perturb", "--seed", "1", "-o", built).code == 0
-    answer = run("machine", "identify", "tests/reference/table_iii.csv", "--machine", built)
+    answer = run("machine", "identify", TABLE_III, "--machine", built)
     assert (answer.code, answer.out) == (2, "")
     assert "machine calibrate" in answer.err
 

@@ -305,9 +305,8 @@ def test_a_fanuc_program_that_turns_while_it_cuts_needs_a_code(
     assert answer.out.count("VP037 warning") == (turned is not None)
     if turned is not None:
         line = 7 + head.count("\n")
-        assert (
-            f"p.nc:{line}: VP037 warning: X Y Z cut in a turn of the table to {turned}, and no code asks" in answer.out
-        )
+        said = f"X Y Z cut in a turn of the table to {turned}, and no code turns on tool-centre-point control: "
+        assert f"p.nc:{line}: VP037 warning: {said}" in answer.out
     assert ("post again" in answer.out) == ("G93" in cut)
 
 

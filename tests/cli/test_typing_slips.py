@@ -49,6 +49,23 @@ def embed(ending: str, lines: str) -> str:
             "a blank is missing",
             "Write LBL 1 in place of LBL1",
         ),
+        *(
+            (
+                ".h",
+                f"{wrong}{more}\nM30\nLBL 1\nL X+5\nLBL 0",
+                (wrong, "CALL LBL 1"),
+                f"{wrong}: a blank is missing; write CALL LBL 1",
+                f"Write CALL LBL 1 in place of {wrong}",
+            )
+            for wrong, more in (("CALL LBL1", ""), ("CALL LBL1", " ; call"), ("CALL  LBL1", ""))
+        ),
+        (
+            ".h",
+            "LBL 1\nL IX+5\nCALL LBL1 REP3",
+            ("LBL1 REP", "LBL 1 REP"),
+            "write CALL LBL 1",
+            "Write CALL LBL 1 in place of CALL LBL1",
+        ),
         (".mpf", "FOR PASS = 1 TO4\nX3\nENDFOR", ("TO4", "TO 4"), "a blank is missing", "Write TO 4 in place of TO4"),
         (".mpf", "FRO PASS = 1 TO 4\nX3\nENDFOR", ("FRO", "FOR"), "", "Write FOR in place of FRO"),
         (".mpf", LOOP.format("WHIEL R1 > 1", "ENDWHILE"), ("WHIEL", "WHILE"), "", "Write WHILE in place of WHIEL"),

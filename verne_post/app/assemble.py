@@ -60,7 +60,7 @@ from verne_post.toolpath.corner_rules import find_segment_tolerances
 from verne_post.toolpath.free_turn import choose_free_turn
 from verne_post.toolpath.lift import lift_path
 from verne_post.toolpath.rapids import make_rapids_joint
-from verne_post.toolpath.splice import count_with_stops, insert_stops
+from verne_post.toolpath.splice import count_with_stops, find_recorded, insert_stops
 from verne_post.toolpath.table_turns import report_table_turns
 from verne_post.trajectory import tuning
 from verne_post.trajectory.shaper import UNSHAPED, build_shaper_weights
@@ -90,6 +90,7 @@ class Program(Struct, frozen=True, eq=False):
     team: Team = ALONE  #: The processes that work on it.
     #: Of a restart: the motion that it skips, which has cut the stock. None where there is none.
     skipped: "Program | None" = None
+    n_left_out: int = 0  #: Moves that a restart leaves out, without the stops among them.
 
     @property
     def path(self) -> ToolPath:
@@ -125,6 +126,7 @@ class Draft(Struct, frozen=True, eq=False):
     contour: Contour | None = None
     team: Team = ALONE
     skipped: Program | None = None
+    n_left_out: int = 0
 
 
 def assemble(source: Text, machine: Machine, options: Options, team: Team = ALONE) -> Program:
@@ -151,6 +153,7 @@ def assemble(source: Text, machine: Machine, options: Options, team: Team = ALON
         restored,
         team,
         draft.skipped,
+        draft.n_left_out,
     )
 
 
@@ -209,7 +212,7 @@ def find_modal_state(source: Text, program: Program, line: int) -> tuple[State, 
     """
     setup = add_table(build_interpreter_setup(program.machine, program.options), program.moves)
     state, recorder = replay(source, setup, program.moves, StopConditions(after_line=line))
-    return state, count_with_stops(program.moves, recorder.count)
+    return state, count_with_stops(program.moves, recorder.count - program.n_left_out)
 
 
 def find_state_if_executed(source: Text, program: Program, line: int) -> State | None:
@@ -443,6 +446,7 @@ def drop_skipped_moves(draft: Draft) -> Draft:
         moves=draft.moves.start_at(first, draft.restart.event, draft.restart.switched_events),
         contour=replace(draft.contour, path=replace(path, move=move)),
         stops=tuple(stop - first for stop in draft.stops),
+        n_left_out=int(find_recorded(draft.moves)[:first].sum()),
     )
 
 

@@ -186,8 +186,12 @@ def insert_stops(
 
 def count_with_stops(moves: Moves, count: int) -> int:
     """How many moves there are up to the last of the first ``count`` that are no inserted standstills."""
-    is_stop = (moves.kind == MoveKind.DWELL) & (moves.feed == STOP_SECONDS)
-    return int(np.flatnonzero(~is_stop)[count - 1]) + 1 if count else 0
+    return int(np.flatnonzero(find_recorded(moves))[count - 1]) + 1 if count > 0 else 0
+
+
+def find_recorded(moves: Moves) -> NDArray[np.bool_]:
+    """Which moves are no inserted standstills."""
+    return (moves.kind != MoveKind.DWELL) | (moves.feed != STOP_SECONDS)
 
 
 def _insert_in_path(path: ToolPath, moves: Moves, at: NDArray[np.intp]) -> ToolPath:

@@ -53,6 +53,8 @@ _LABEL: Final = re.compile(
     rb"^[ \t]*+/?[ \t]*+\d*+[ \t]*+/?[ \t]*+(?:LBL[ \t]+(?:\"([^\"\n]*)\"|(\d+))|(LBL\d+))[ \t\r]*(?:;[^\n]*)?$",
     re.MULTILINE | re.IGNORECASE,
 )
+#: LBL1 or CALL LBL1, without the blank before the number.
+_JOINED_LABEL: Final = re.compile(r"(?:CALL[ \t]+)?LBL\d+(?![^ \t])")
 #: BEGIN PGM or END PGM: which, the name, the unit.
 _FRAME: Final = re.compile(
     rb"^[ \t]*+\d*+[ \t]*+(BEGIN|END)[ \t]+PGM\b[ \t]*([^;\r\n]*?)[ \t]*(?:(?<=[ \t])(MM|INCH|IN))?"
@@ -334,8 +336,8 @@ def read_statement(parts: list[str], line: int) -> Statement:
             edit = Remedy(f"write L {place}", f"L {place}", line=line, misspelt=place)
             what = f"{place}: coordinates without a path function before them; write L {place}"
             raise ProgramError("VP001", what, begin + 1, edits=(edit,))
-        if re.fullmatch(r"LBL\d+", shown_word):
-            raise _refuse_joined(shown_word, begin + 1, line)
+        if joined_label := _JOINED_LABEL.match(text, begin):
+            raise _refuse_joined(joined_label.group(), begin + 1, line)
         why = "not a statement that is executed here; docs/heidenhain.md lists them"
         raise _refuse_unknown_statement(f"{shown_word[:20]} is {why}", shown_word, text, begin)
     name = " ".join(keyword.group().split())
@@ -348,8 +350,8 @@ def read_statement(parts: list[str], line: int) -> Statement:
 
 
 def _refuse_joined(text: str, column: int, line: int) -> ProgramError:
-    """The error of LBL1 in place of LBL 1: the same where it is executed, and where its label is called."""
-    right = f"LBL {text[3:]}"
+    """The error of LBL1 or CALL LBL1: the same where LBL1 is executed, and where its label is called."""
+    right = " ".join(text.replace("LBL", "LBL ").split())
     edits = (Remedy(f"write {right}", right, line=line, misspelt=text),)
     return ProgramError("VP001", f"{text}: a blank is missing; write {right}", column, line=line, edits=edits)
 
