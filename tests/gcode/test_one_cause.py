@@ -1208,3 +1208,56 @@ def test_what_a_jump_to_nowhere_hides_is_found_in_the_same_run(machine, dialect,
     assert [(item.code, item.line) for item in errors] == wanted
     of_tools = [item.settled_by for item in errors if item.code == "VP012"]
     assert all(len(keys) == 2 for keys in of_tools), "the tool behind the jump is in the finding of the first one"
+
+
+_START = "G54 G90 G17 D0\nG0 X0 Y0 Z50 F500 S9 M3\n"
+
+
+@pytest.mark.parametrize(
+    ("dialect", "text", "wanted"),
+    [
+        # up to the next label, and not behind it
+        ("siemens", f"{_START}GOTOF ENDE1\nDIES IST\nG1 X1O\nENDE:\nDIES IST\nM30\n", [("VP023", 3), ("VP002", 7)]),
+        (
+            "siemens",
+            f"{_START}R5=7\nCASE R5 OF 1 GOTOF L1 2 GOTOF L2 DEFAULT GOTOF L3\nTEXT EINS\nL1:\nG888\nL2:\nM30\n",
+            [("VP023", 4), ("VP002", 7)],
+        ),
+        # up to the near label that the finding names, over another one
+        (
+            "siemens",
+            f"{_START}GOTOF ENDEE\nTEXT EINS\nL1:\nTEXT ZWEI\nENDE:\nG888\nM30\n",
+            [("VP023", 3), ("VP002", 8)],
+        ),
+        # a block number is no label of a jump to a name
+        ("siemens", f"{_START}GOTOF FERTIG\nN5 TEXT EINS\nN6 TEXT ZWEI\nENDE:\nM30\n", [("VP023", 3)]),
+        # the label is behind the jump back, and its colon is missing
+        ("siemens", f"{_START}GOTOB ENDE\nTEXT EINS\nENDE:\nG888\nM30\n", [("VP023", 3), ("VP002", 6)]),
+        ("siemens", f"{_START}GOTOF ENDE\nTEXT EINS\nENDE\nG888\nM30\n", [("VP001", 5), ("VP002", 6)]),
+        # a jump back passes over nothing
+        ("siemens", f"{_START}GOTOB ENDE1\nTEXT EINS\nENDE:\nM30\n", [("VP023", 3), ("VP002", 4)]),
+        (
+            "heidenhain",
+            "BEGIN PGM P MM\nL X+0 Y+0 Z+50 FMAX\nFN 9: IF +0 EQU +0 GOTO LBL 21\nBLAH BLAH\nLBL 20\nFOO 1\nM30\n"
+            "END PGM P MM\n",
+            [("VP023", 3), ("VP002", 6)],
+        ),
+        # what follows a call is executed
+        (
+            "heidenhain",
+            "BEGIN PGM P MM\nL X+0 Y+0 Z+50 FMAX\nCALL LBL 21\nBLAH BLAH\nLBL 20\nM30\nEND PGM P MM\n",
+            [("VP023", 3), ("VP002", 4)],
+        ),
+        (
+            "fanuc",
+            "G21 G90 G54 G49\nG0 X0 Y0 Z50\nGOTO 990\nG779\nN5 G780\nN99 G781\nM30\n",
+            [("VP023", 3), ("VP002", 6)],
+        ),
+        ("fanuc", "G21 G90 G54 G49\nG0 X0 Y0 Z50\nGOTO 70\nG779\nN5 G780\nM30\n", [("VP023", 3), ("VP002", 5)]),
+    ],
+)
+def test_what_a_misspelt_jump_passes_over_is_not_read(machine, dialect, text, wanted):
+    """Text for the operator, which the program jumps over, was refused where the label was misspelt."""
+    given = Options(dialect=dialect, wcs={"G54": (0, 0, 60)}, tool_length=80)
+    errors = [item for item in check(text.encode(), machine, given).findings if item.severity == "error"]
+    assert [(item.code, item.line) for item in errors] == wanted

@@ -49,6 +49,8 @@ class Execution(Struct):
     #: Where the finding of each cause stands among the errors, and what it is about.
     _causes: dict[tuple[str, str], tuple[int, list[str]]] = field(default_factory=dict)
     is_lost: bool = False  #: A jump or a call leads nowhere, and lines behind it were not read.
+    #: Lines of the program that a jump to nowhere is probably meant to pass over: what they say may be no program.
+    _passed_lines: set[int] = field(default_factory=set)
     _error_count: int = 0
     _has_unread_line: bool = False
     #: Axes that stand where a misspelt word, as it was corrected, has sent them.
@@ -82,6 +84,10 @@ class Execution(Struct):
         if error.of_program:
             shown_line, file = None, None
         shown_number = shown_line or line
+        if file is None:
+            if error.code in _OF_READING and line in self._passed_lines:
+                return True
+            self._passed_lines.update(range(line + 1, error.passes_to))
         message = error.message if file is None else f"{file}, line {line}: {error.message}"
         key = (shown_number, error.code, message)
         if (

@@ -287,6 +287,7 @@ class ProgramError(Exception):
     stand in ``cause_line``, if it is given.
     ``goes_on``: a program is missing, and the one that calls it goes on after the call, though its code ends others.
     ``edits`` may settle it.
+    ``passes_to`` is the line to which a jump that leads nowhere is probably meant to pass; 0 where none is known.
     """
 
     def __init__(
@@ -309,7 +310,7 @@ class ProgramError(Exception):
         self.code, self.column, self.line, self.about, self.settled_by = code, column, line, about, settled_by
         self.goes_on, self.of_program, self.of_value, self.cause = goes_on, of_program, of_value, cause
         self.edits = edits
-        self.cause_line = 0
+        self.cause_line = self.passes_to = 0
         self.leaves_unknown = False
         self.advice: str | None = None
 

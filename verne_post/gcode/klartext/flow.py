@@ -81,7 +81,7 @@ class KlartextFlow:
                 end = Remedy("write M30", "M30", line=line, way="before")
                 self.interpreter.recorder.note_once("VP024", text, line, (end,), severity="warning")
         elif jump.kind == "goto":
-            self.calls.line = self._label(jump.name, line)
+            self.calls.line = self._label(jump.name, line, is_jump=True)
         elif jump.kind == "call":
             self._enter(self.calls.text, self._label(jump.name, line), line, _Call(label=jump.name), f"LBL {jump.name}")
             self._called_labels.add(jump.name)
@@ -103,19 +103,25 @@ class KlartextFlow:
         else:
             self._call_program(jump.name, line)
 
-    def _label(self, name: str, line: int) -> int:
+    def _label(self, name: str, line: int, *, is_jump: bool = False) -> int:
         labels = self.calls.text.labels
         if name not in labels:
             text, number = f"LBL {name} is not in the program", find_meant_number(name, labels)
             if number:
                 edit = Remedy(f"write LBL {number}", f"LBL {number}", line=line, misspelt=f"LBL {name}")
-                raise ProgramError("VP023", f"{text}; did you mean LBL {number}?", edits=(edit,))
+                error = ProgramError("VP023", f"{text}; did you mean LBL {number}?", edits=(edit,))
+                error.passes_to = labels[number] if is_jump else 0
+                raise error
             near = find_meant(name, labels, slip_alone=True)
             numbers = list_near_numbers(name, labels, DIGITS_OF_LABELS)
             text += f"; it has {name_numbers(numbers, 'LBL ')}" if numbers else ""
             edits = write_numbers(numbers, name, "LBL ", line)
             message = f'"{name}": {text}; did you mean "{near}"?' if near else text
-            raise ProgramError("VP023", message, edits=edits).advise("" if near else GIVE_LABEL)
+            error = ProgramError("VP023", message, edits=edits).advise("" if near else GIVE_LABEL)
+            if is_jump:
+                meant = [labels[one] for one in numbers or [near] * bool(near)]
+                error.passes_to = max(meant, default=min((at for at in labels.values() if at > line), default=0))
+            raise error
         return labels[name] + 1
 
     def _enter(self, text: KlartextText, begin: int, line: int, call: _Call, name: str) -> None:

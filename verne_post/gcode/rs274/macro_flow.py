@@ -8,7 +8,7 @@ from verne_post.base.suggestions import list_near_numbers, name_numbers
 from verne_post.gcode.calls import CallStack
 from verne_post.gcode.program_error import CLOSE_IN_ORDER, GIVE_LABEL, ProgramError, locate_errors
 from verne_post.gcode.rs274.interpreter import Call, Rs274
-from verne_post.gcode.rs274.macro_text import Loops, Statement, find_loops, find_numbered_lines, list_block_numbers
+from verne_post.gcode.rs274.macro_text import Loops, Statement, find_block_numbers, find_loops, find_numbered_lines
 from verne_post.gcode.rs274.macro_variables import LOCAL
 from verne_post.gcode.text import ProgramText
 from verne_post.model.findings import Remedy
@@ -135,13 +135,18 @@ class MacroFlow:
         within = [at for at in self._numbers[id(text), number] if first <= at < last]
         target = next((at for at in within if at > line), within[0] if within else None)
         if target is None:
-            near = list_near_numbers(str(number), list_block_numbers(text.source))
+            numbers = find_block_numbers(text.source)
+            near = list_near_numbers(str(number), numbers)
             also, edits = (
                 name_numbers(near, "N"),
                 tuple(Remedy(f"write {one}", one, way="marked", is_choice=len(near) > 1) for one in near if is_marked),
             )
             message = f"there is no block N{number} in this program{f'; it has {also}' if also else ''}"
-            raise ProgramError("VP023", message, edits=edits).advise(GIVE_LABEL)
+            error = ProgramError("VP023", message, edits=edits).advise(GIVE_LABEL)
+            if is_marked:
+                next_line = min((at for at in numbers.values() if line < at < last), default=0)
+                error.passes_to = max((numbers[one] for one in near), default=next_line)
+            raise error
         return target
 
     def _find_loops(self, text: ProgramText) -> Loops:

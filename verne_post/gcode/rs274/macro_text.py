@@ -238,10 +238,13 @@ def find_loops(source: Text, programs: Collection[int]) -> Loops:
     return loops
 
 
-def list_block_numbers(source: Text) -> list[str]:
-    """The numbers of all blocks (N)."""
-    found = re.finditer(rb"^[ \t]*(?:/[0-9]?[ \t]*)?N[ \t]*0*(\d+)", source, re.MULTILINE | re.IGNORECASE)
-    return [match[1].decode() for match in found]
+def find_block_numbers(source: Text) -> dict[str, int]:
+    """The numbers of all blocks (N), and the last line of each."""
+    found, line, at = dict[str, int](), 1, 0
+    for match in re.finditer(rb"^[ \t]*(?:/[0-9]?[ \t]*)?N[ \t]*0*(\d+)", source, re.MULTILINE | re.IGNORECASE):
+        line, at = line + source.count(b"\n", at, match.start()), match.start()
+        found[match[1].decode()] = line
+    return found
 
 
 def find_numbered_lines(source: Text, number: int) -> list[int]:

@@ -29,6 +29,7 @@ class Running(Protocol):
 _MOST_REPEATS: Final = 9999
 _JUMPS: Final = ("GOTOF", "GOTOB", "GOTO", "GOTOC")
 _WHOLE: Final = 1e-9
+_BLOCK_NUMBER: Final = re.compile(r"N\d+")
 
 
 def read_repeats(value: float, column: int) -> int:
@@ -114,9 +115,13 @@ def _go(flow: Running, cursor: Cursor, line: int, target: str, word: str, at: in
             begin = cursor.text.upper().rindex(word, 0, at)
             edits = (Remedy(f"write {right}", right, misspelt=word, is_choice=True),)
             text = f"{word} {target}: the label is {place} this line, in line {other}; write {right}"
-            raise cursor.error("VP023", text, begin, edits)
+            error = cursor.error("VP023", text, begin, edits)
+            error.passes_to = other
+            raise error
         bare = flow.calls.text.find_bare_label(target)
         if bare is not None:
+            if word != "GOTOB" and (bare.line or 0) > line:
+                flow.calls.line = (bare.line or 0) + 1
             raise bare
         where = {"GOTOF": " after this line", "GOTOB": " before this line"}.get(word, "")
         text = f"there is no such label or block number{where}"
@@ -127,7 +132,16 @@ def _go(flow: Running, cursor: Cursor, line: int, target: str, word: str, at: in
         )
         near = find_meant(target, others, slip_alone=True)
         message = f"{target}: {text}; did you mean {near}?" if near else f"{word} {target}: {text}"
-        raise cursor.error("VP023", message, at).advise("" if near else GIVE_LABEL)
+        error = cursor.error("VP023", message, at).advise("" if near else GIVE_LABEL)
+        if word != "GOTOB" and not near:  # else the program goes on at the near one
+            is_number, last = _BLOCK_NUMBER.fullmatch(target) is not None, flow.calls.frame.section.last
+            alike = [
+                places
+                for label, places in flow.calls.text.labels.items()
+                if (_BLOCK_NUMBER.fullmatch(label) is not None) == is_number
+            ]
+            error.passes_to = min((at for places in alike for at in places if line < at <= last), default=0)
+        raise error
     flow.calls.line = found
     repeats = flow.calls.frame.repeats
     while repeats and not repeats[-1].first <= found <= repeats[-1].last:
