@@ -12,12 +12,13 @@ ROOT = Path(__file__).parents[1]
 PLACE = ("--tool-length", "80", "--wcs", "G54=0,0,60")
 #: In the sense of ISO 841; ``{}`` is what the program names before the plane.
 PROGRAMS = {
-    "p.nc": "%\nO1\nG21 G90 G94 G17 G54\nS900 M3\nG53 G0 Z0.\nG0 {}\nG68.2 X0. Y0. Z0. I0. J-25. K0.\nG53.1\nG0 X0. Y0.\n"
-    "G43 Z25. H1\nG1 Z5. F400.\nG0 Z25.\nG69\nG0 A0. C0.\nM30\n%\n",
+    "p.nc": "%\nO1\nG21 G90 G94 G17 G54\nS900 M3\nG53 G0 Z0.\nG0 {}\nG68.2 X0. Y0. Z0. I0. J-25. K0.\nG53.1\n"
+    "G0 X0. Y0.\nG43 Z25. H1\nG1 Z5. F400.\nG0 Z25.\nG69\nG0 A0. C0.\nM30\n%\n",
     "p.h": "BEGIN PGM P MM\nTOOL CALL 1 Z S900\nL Z+60 A+0 C+0 R0 FMAX M3\nL {} FMAX\n"
     "PLANE SPATIAL SPA-25 SPB+0 SPC+0 TURN FMAX\nL X10 Y10 FMAX\nL Z+5 FMAX\nL X20 F500\nPLANE RESET TURN FMAX\nM30\n"
     "END PGM P MM\n",
-    "p.mpf": 'G17 G90 G94 G71 G54\nT1 D1 M6\nS900 M3\nG0 SUPA Z0 D0\nG0 {}\nCYCLE800(0,"V",0,57,0,0,0,-25,0,0,0,0,0,-1)\n'
+    "p.mpf": "G17 G90 G94 G71 G54\nT1 D1 M6\nS900 M3\nG0 SUPA Z0 D0\nG0 {}\n"
+    'CYCLE800(0,"V",0,57,0,0,0,-25,0,0,0,0,0,-1)\n'
     "G0 X0 Y0 D1\nZ5\nG1 X10 F300\nG0 Z50\nCYCLE800()\nM30\n",
 }
 

@@ -350,15 +350,15 @@ class Flow:
         call = Call("PROC", None, 1)
         scope, _results = bind_arguments(call, procedure, self.executor.variables)
         self.executor.variables.scopes[-1].update(scope)
-        lacking = find_lacking(call, procedure, line)
-        if lacking is not None:
-            names = join_names(lacking.names)
+        missing = find_missing_values(call, procedure, line)
+        if missing is not None:
+            names = join_names(missing.names)
             text = f"this is a subprogram, and a call gives it {names}; check the program that calls it"
-            lacking = replace(lacking, message=text, remedy="")
-            self.calls.frame.lacking = lacking  # which errors of later lines follow from
-            error = ProgramError("VP005", text, lacking.column, lacking.line, of_program=True)
-            error.cause = lacking.cause
-            raise error.advise(lacking.remedy)
+            missing = replace(missing, message=text, remedy="")
+            self.calls.frame.missing = missing  # which errors of later lines follow from
+            error = ProgramError("VP005", text, missing.column, missing.line, of_program=True)
+            error.cause = missing.cause
+            raise error.advise(missing.remedy)
 
     def _show_message(self, cursor: Cursor, line: int) -> None:
         arguments = read_arguments(cursor) if cursor.skip() == "(" else None
