@@ -33,6 +33,9 @@ PROGRAMS = {
     "Q200=+2 ;SET-UP CLEARANCE ~\nQ201=-15 ;DEPTH ~\nQ206=+150 ;FEED ~\nQ202=+5 ;PLUNGING ~\nQ210=+0 ;DWELL ~\n"
     "Q203=-5 ;SURFACE ~\nQ204=+50 ;2ND ~\nQ211=+0 ;DWELL\nCYCL CALL\nL X+30 R0 FMAX M99\n"
     "L Z+50 FMAX\nM30\nEND PGM D MM\n",
+    # RTP is in the stock as well: the tool goes there from hole to hole
+    "deep.mpf": "G17 G90 G94 G710\nG54\nT4 D1\nM6\nS2000 M3\nF180\nG0 X0 Y0\nZ30\n"
+    "MCALL CYCLE81(-2, -6, 1.5, -9)\nX10\nX20\nMCALL\nG0 Z50\nM30\n",
     "pocket.mpf": "G17 G90 G94 G710\nG54\nT4 D1\nM6\nS2000 M3\nF180\nG0 X-30 Y0\nZ30\nMCALL CYCLE81(30,10,2,9)\nMCALL\n"
     "POCKET3(30,-5,2,-8,30,12,5,0,8,0,3,0,0,300,100,0,1)\nG0 Z50\nM30\n",
 }
@@ -97,6 +100,31 @@ def test_only_heights_that_were_tried_are_told(
     tried = f"{said} were" if said else f"retraction and clearance of the cycle that line {line} executes were not"
     assert f"within limits: nothing was found; {tried} tried" in told
     assert "no move within" not in told
+
+
+@pytest.mark.parametrize("line", [10, 11])
+def test_a_clearance_is_given_with_a_plane_that_leaves_no_contact_in_the_next_hole(
+    line: int, write: Any, run: Callable[..., Any]
+) -> None:
+    path = write("deep.mpf", PROGRAMS["deep.mpf"])
+    told = run("explain", f"{path}:{line}").out
+    wanted = (
+        "retraction plane RTP 0.2 instead of -2 and safety clearance SDIS 6.1 instead of 1.5 in line 9, one step of"
+    )
+    assert f"\n  {wanted} 0.1 above the lowest found\n" in told
+    assert "remains" not in told
+    path.write_text(PROGRAMS["deep.mpf"].replace("-2, -6, 1.5", "0.2, -6, 6.1"), encoding="utf-8")
+    assert run("check", path).code == 0
+    path.write_text(PROGRAMS["deep.mpf"].replace("-2, -6, 1.5", "-2, -6, 6.1"), encoding="utf-8")
+    assert "VP216 error" in run("check", path).out, "the clearance alone is not enough"
+
+
+def test_a_contact_in_another_line_of_the_call_is_told(write: Any, run: Callable[..., Any]) -> None:
+    """An RTP that is no plain number is not changed."""
+    path = write("deep.mpf", PROGRAMS["deep.mpf"].replace("(-2, ", "(-2*1, "))
+    told = run("explain", f"{path}:10").out
+    wanted = "SDIS 6.1 instead of 1.5 in line 9, one step of 0.1 above the lowest found; a contact remains in line 11"
+    assert f"\n  safety clearance {wanted}\n" in told
 
 
 def test_no_height_is_tried_twice(write: Any, monkeypatch: pytest.MonkeyPatch, run: Callable[..., Any]) -> None:
@@ -164,7 +192,12 @@ def test_a_tool_sticks_out_of_its_holder_farther(write: Any, run: Callable[..., 
 
 @pytest.mark.parametrize(
     ("name", "old", "new"),
-    [("drill.nc", "R-3.", "R0.1"), ("drill.mpf", "30,-5,2", "30,-5,5.1"), ("remark.nc", ".R-3.", ".R0.1")],
+    [
+        ("drill.nc", "R-3.", "R0.1"),
+        ("drill.mpf", "30,-5,2", "30,-5,5.1"),
+        ("deep.mpf", "-2, -6, 1.5", "0.2, -6, 6.1"),
+        ("remark.nc", ".R-3.", ".R0.1"),
+    ],
 )
 def test_an_editor_writes_a_clearance_of_a_cycle(name: str, old: str, new: str, write: Any) -> None:
     path = write(name, PROGRAMS[name])

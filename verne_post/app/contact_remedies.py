@@ -20,7 +20,7 @@ from verne_post.base.program_lines import remove_remarks
 from verne_post.gcode.codes import CYCLES
 from verne_post.gcode.dialects import choose_dialect_name
 from verne_post.gcode.known_words import find_cycle_call, find_given_values
-from verne_post.model.findings import Finding, InputError, Remedy
+from verne_post.model.findings import Finding, InputError, Remedy, join_lines
 from verne_post.model.moves import find_tool_of_moves
 
 #: A height or a length is sought in steps of this, mm.
@@ -57,24 +57,38 @@ class _Height(Struct, frozen=True):
     begin: int  #: Of the number in it, from 0.
     number: str
     call: int = -1  #: Where the call begins that gives the number by its order.
+    #: The plane, earlier in the call, that is raised with this clearance, and how far above its value at least.
+    plane: "_Height | None" = None
+    base: float = 0.0
 
     def write(self, value: str) -> str:
         """The line with another number."""
-        return self.text[: self.begin] + value + self.text[self.begin + len(self.number) :]
+        text = self.text[: self.begin] + value + self.text[self.begin + len(self.number) :]
+        return text if self.plane is None else replace(self.plane, text=text).write(self.raise_plane(value))
+
+    def raise_plane(self, value: str) -> str:
+        """The number of the plane, not below another clearance."""
+        return format_number(max(float(self.plane.number) if self.plane else 0.0, self.base + float(value)))
+
+    def describe(self, value: str) -> str:
+        """What becomes what."""
+        raised = f"{self.plane.describe(self.raise_plane(value))} and " if self.plane else ""
+        return f"{raised}{_NAMES[self.name]} {value} instead of {format_number(float(self.number))}"
 
     def make_remedy(self, text: str, value: str) -> Remedy:
         """The edit that writes another number."""
         if self.call < 0:
             return Remedy(text, value, line=self.line, word=(self.name, float(self.number)))
-        before = self.text[self.call : self.begin]
-        return Remedy(text, before + value, line=self.line, misspelt=before + self.number)
+        end, new = self.begin + len(self.number), self.write(value)
+        right = new[self.call : len(new) - len(self.text) + end]
+        return Remedy(text, right, line=self.line, misspelt=self.text[self.call : end])
 
 
 def name_heights(source: Text, program: Program, line: Line) -> str:
     """The heights that :func:`propose_heights` tries for the contacts of a line; empty where there are none."""
     asked = any(_is_of_heights(program, line, item) for item in line.findings)
     heights = _list_heights(source, program, line.number) if asked else []
-    names = " and ".join(_NAMES[height.name] for height in heights)
+    names = " and ".join(_NAMES[height.name] for height in heights if height.plane is None)
     return f"{names} of {heights[0].cycle}" if heights else ""
 
 
@@ -84,29 +98,51 @@ def _is_of_heights(program: Program, line: Line, item: Finding) -> bool:
 
 
 def propose_heights(source: Text, program: Program, line: Line, item: Finding) -> Iterator[Remedy]:
-    """The lowest clearance or retraction of a cycle, in steps, with which its rapids keep out of the stock."""
+    """The lowest clearance or retraction of a cycle, in steps, with which its rapids keep out of the stock.
+
+    They do so in all lines that the same call executes; where none is found, in this line, and the others are named.
+    """
     if not _is_of_heights(program, line, item):
         return
     lines = bytes(source).split(b"\n")
     scale = line.unit[1]
     step = STEP_MM if scale == 1.0 else _STEP_INCH
-    for height in _list_heights(source, program, line.number):
-        first = math.floor(float(height.number) / step + 1e-6)
+    heights = _list_heights(source, program, line.number, step)
 
-        def is_right(count: int, height: _Height = height, first: int = first) -> bool:
-            changed = height.write(format_number((first + count) * step)).encode("utf-8", errors="surrogateescape")
-            text = b"\n".join([*lines[: height.line - 1], changed, *lines[height.line :]])
-            left = _list_errors(text, program)
-            return left is not None and not any(_is_in_lines_of(one, item) for one in left)
+    @cache
+    def list_left(number: int, text: str) -> tuple[list[Finding], list[int]] | None:
+        """The errors in this line, and the other lines of the call that have a contact."""
+        changed = text.encode("utf-8", errors="surrogateescape")
+        left = _list_errors(b"\n".join([*lines[: number - 1], changed, *lines[number:]]), program)
+        if left is None:
+            return None
+        own = [one for one in left if _is_in_lines_of(one, item)]
+        contacts = [one.line or 0 for one in left if one.code == "VP216" and one not in own]
+        return own, [at for at in contacts if _is_of_call(source, program, at, heights[0])]
 
-        count = _find_steps(is_right, -(item.value or 0.0) / (step * scale))
-        if count is not None:
-            then = format_number((first + count) * step)
-            where = f" in line {height.line}" if height.line != line.number else ""
-            now = format_number(float(height.number))
-            text = f"{_NAMES[height.name]} {then} instead of {now}{where}, one step of {step:g} above the lowest found"
-            yield height.make_remedy(text, then)
-            return
+    for is_strict in (True, False):
+        for height in heights:
+            first = math.floor(float(height.number) / step + 1e-6)
+
+            def is_right(count: int, height: _Height = height, first: int = first, strict: bool = is_strict) -> bool:
+                left = list_left(height.line, height.write(format_number((first + count) * step)))
+                return left is not None and not left[0] and not (strict and left[1])
+
+            count = _find_steps(is_right, -(item.value or 0.0) / (step * scale))
+            if count is not None:
+                then = format_number((first + count) * step)
+                where = f" in line {height.line}" if height.line != line.number else ""
+                text = f"{height.describe(then)}{where}, one step of {step:g} above the lowest found"
+                left = list_left(height.line, height.write(then))
+                if left is not None and left[1]:
+                    text += f"; a contact remains in {join_lines(dict.fromkeys(sorted(left[1])))}"
+                yield height.make_remedy(text, then)
+                return
+
+
+def _is_of_call(source: Text, program: Program, number: int, height: _Height) -> bool:
+    """Whether a line is executed by the call that gives a height."""
+    return any(one.cycle == height.cycle for one in _list_heights(source, program, number))
 
 
 def propose_stick_out(source: Text, program: Program, line: Line, item: Finding) -> Remedy | None:
@@ -190,8 +226,11 @@ def _list_errors(source: Text, program: Program, change: dict[str, object] | Non
     return [item for item in found if item.severity == "error"]
 
 
-def _list_heights(source: Text, program: Program, number: int) -> list[_Height]:
-    """The heights of the cycle that a line is executed by, in the order in which they are tried."""
+def _list_heights(source: Text, program: Program, number: int, step: float = STEP_MM) -> list[_Height]:
+    """The heights of the cycle that a line is executed by, in the order in which they are tried.
+
+    Last comes SDIS with the plane RTP, a ``step`` above it: at RTP a tool goes from hole to hole.
+    """
     dialect = choose_dialect_name(program.options.dialect, source, program.options.source_name)
     lines = bytes(source).decode("utf-8", errors="surrogateescape").split("\n")
     if dialect in ("rs274", "fanuc"):
@@ -202,11 +241,17 @@ def _list_heights(source: Text, program: Program, number: int) -> list[_Height]:
     line, found = call
     values = find_given_values(lines, line, found.start(), dialect)
     cycle, begin = (f"CYCL DEF {found[1]}", -1) if dialect == "heidenhain" else (found[1].upper(), found.start())
-    return [
+    heights = [
         _Height(f"{cycle} in line {line}", name, value.line, lines[value.line - 1], value.begin, value.text, begin)
         for name, value in ((name, values[name]) for name in _NAMES if name in values)
         if re.fullmatch(_NUMBER, value.text)
     ]
+    by_name = {height.name: height for height in heights}
+    if by_name.keys() >= {"SDIS", "RTP"} and "RFP" in values and re.fullmatch(_NUMBER, values["RFP"].text):
+        plane, reference = by_name["RTP"], float(values["RFP"].text)
+        if float(plane.number) > reference:  # out of the hole is up
+            heights.append(replace(by_name["SDIS"], plane=plane, base=reference + step))
+    return heights
 
 
 def _find_call(lines: Sequence[str], number: int, dialect: str) -> tuple[int, re.Match[str]] | None:

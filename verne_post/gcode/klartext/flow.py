@@ -119,8 +119,8 @@ class KlartextFlow:
             message = f'"{name}": {text}; did you mean "{near}"?' if near else text
             error = ProgramError("VP023", message, edits=edits).advise("" if near else GIVE_LABEL)
             if is_jump:
-                meant = [labels[one] for one in numbers or [near] * bool(near)]
-                error.passes_to = max(meant, default=min((at for at in labels.values() if at > line), default=0))
+                near_lines = [labels[one] for one in numbers or [near] * bool(near)]
+                error.passes_to = max(near_lines, default=min((at for at in labels.values() if at > line), default=0))
             raise error
         return labels[name] + 1
 
