@@ -435,6 +435,20 @@ def test_a_long_contact_is_measured_only_where_it_becomes_deeper(
     assert len(asked) <= most
 
 
+@pytest.mark.parametrize("cell", [0.1, 0.4])
+@pytest.mark.parametrize("deeper", [0.02, 0.049, 0.099])
+def test_an_edge_between_rays_is_not_told_too_shallow_as_a_contact_deepens(deeper: float, cell: float) -> None:
+    """A holder goes onto an edge by 0.5 mm, then by a little more: that and the distance of the rays added up."""
+    depth = np.array([-0.5, 0.5, 0.5 + deeper])
+    off = (depth - 20.0) / np.sqrt(2.0)
+    tip = np.column_stack([off, off, np.full(3, -27.0)])
+    zeros = np.zeros(2, dtype=int)
+    spans = Spans(cutting._list_pairs(tip, tip)[0], np.tile(UP, (2, 2, 1)), zeros + 7, zeros, zeros > 0)
+    tools = [group_pieces(build_pieces((LONG, HOLDER), 60.0, joined=False))]
+    found = max(one.depth for one in cut_stock(box(10, 10, 4, cell), spans, tools).touches)
+    assert depth[-1] - max(0.1, cell) <= found <= depth[-1] + 1e-6
+
+
 def test_short_spans_of_a_turning_line_are_checked_together(monkeypatch: pytest.MonkeyPatch) -> None:
     """40 mm in 400 chords as in 4: each chord was cut and checked by itself."""
     lean = np.radians([30.0, 31.0])
