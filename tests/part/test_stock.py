@@ -437,7 +437,7 @@ def test_a_long_contact_is_measured_only_where_it_becomes_deeper(
 
 @pytest.mark.parametrize("cell", [0.1, 0.4])
 @pytest.mark.parametrize("deeper", [0.02, 0.049, 0.099])
-def test_an_edge_between_rays_is_not_too_shallow_where_a_contact_becomes_deeper(deeper: float, cell: float) -> None:
+def test_an_edge_between_rays_is_not_told_too_shallow_as_a_contact_deepens(deeper: float, cell: float) -> None:
     """A holder goes onto an edge by 0.5 mm, then by a little more: that and the distance of the rays added up."""
     depth = np.array([-0.5, 0.5, 0.5 + deeper])
     off = (depth - 20.0) / np.sqrt(2.0)

@@ -102,7 +102,7 @@ class Structure(Struct):
 
     subs: dict[str, tuple[int, int]] = field(default_factory=dict)  #: Label -> (line of sub, line of endsub).
     programs: dict[str, int] = field(default_factory=dict)  #: Number -> line of an O number that stands alone.
-    repeated: dict[str, int] = field(default_factory=dict)  #: Number -> its second line.
+    repeated_numbers: dict[str, int] = field(default_factory=dict)  #: Number -> its second line.
     #: Line of if or elseif -> line of the next elseif, else or endif.
     branch: dict[int, int] = field(default_factory=dict)
     #: Line of if, elseif, else -> line of endif; of while, do, repeat -> the line that ends the loop.
@@ -303,7 +303,7 @@ class _Opened:
             o.check_bare()
         if kind is None:
             if structure.programs.setdefault(label, line) != line:
-                structure.repeated.setdefault(label, line)
+                structure.repeated_numbers.setdefault(label, line)
         elif kind == "while" and self._is_top("do", label):
             self._close_loop(structure, line)
         elif kind in ("sub", "if", *_LOOPS):

@@ -409,11 +409,10 @@ class _Run:
             _row, old_tip, old_axis, depth = last
             reach = max(piece.high for piece in body)
             gone = np.linalg.norm(tip - old_tip, axis=1) + reach * np.linalg.norm(axis - old_axis, axis=1)
-            told = max(STEP_MM, DEPTH_SHARE * depth)
-            # material between rays is deeper by as much; where they are far apart, their distance is the larger error
-            told = max(told - self.stock.resolution, 0.25 * told)
-            # standing bodies miss no more than half the distance between them
-            deeper = depth + 0.5 * told + self.keep_off
+            most = max(STEP_MM, DEPTH_SHARE * depth)
+            told = min(max(most, *self.stock.cell) - self.stock.resolution, most)  # the rest is for what rays miss
+            # standing bodies miss no more than half the distance between them, upright ones that are swept nothing
+            deeper = depth + (min(told, 0.5 * most) if (axis[:, 2] == 1.0).all() else 0.5 * told) + self.keep_off
             if not in_corner and (gone.max() <= told or not self._is_touching(tip, axis, body, -deeper, told)):
                 self.measured[name] = int(rows[-1]), old_tip, old_axis, depth
                 return first, depth

@@ -204,11 +204,6 @@ class Machining:
                 error.message += f"{link} give {letter} an absolute value first"
                 raise error
 
-    def note_length_end(self, by: str) -> None:
-        """The control has cancelled the tool length ``by`` a code; empty where it takes one again."""
-        self.state.length_end = by
-        self.recorder.note_length_end(bool(by))
-
     def refuse_compensation(self, what: str) -> None:
         """Refuse (VP017) what cannot be while cutter compensation holds."""
         refuse_compensation(self.state, what)

@@ -152,8 +152,8 @@ def _find_turned_cut(moves: Moves, first: int, last: int) -> int:
     angles = moves.end[first, 3:6]
     for begin, end in iterate_blocks(last - first):
         rows = slice(first + begin, first + end)
-        turned = (np.abs(moves.end[rows, 3:6] - angles) > ZERO_ANGLE).any(axis=1)
-        cuts = np.flatnonzero(turned & np.isin(moves.kind[rows], _CUTS))
+        has_turned = (np.abs(moves.end[rows, 3:6] - angles) > ZERO_ANGLE).any(axis=1)
+        cuts = np.flatnonzero(has_turned & np.isin(moves.kind[rows], _CUTS))
         if len(cuts):
             return first + begin + int(cuts[0])
     return -1

@@ -330,18 +330,18 @@ class Flow:
             message += f" ({int(label)}.ngc or O{int(label):04d}.nc)"
         else:
             message += "; from O9000 on they are macros of the builder, or of a probe: take calls of a probe out"
-        if repeated := self.calls.main.structure.repeated:
-            first, second = next(iter(repeated.items()))
+        if repeats := self.calls.main.structure.repeated_numbers:
+            first, second = next(iter(repeats.items()))
             message += f"; O{first} appears twice, in lines {self.calls.main.structure.programs[first]} and {second}: "
             message += f"one of them may be O{label}"
-        near = [] if repeated else self._find_near_programs(label)
+        near = [] if repeats else self._find_near_programs(label)
         if near:
             message += f"; the program has {name_numbers(near, 'O')}"
         edits = write_numbers(near, label, "P", self.calls.line - 1) if self._is_in_main else ()
-        if repeated and len(repeated) == 1:
+        if repeats and len(repeats) == 1:
             edits = write_numbers([label], first, "O", second)
         raise ProgramError("VP023", message, goes_on=True, about=f"O{label}", edits=edits).advise(
-            "Give each program a number of its own." if repeated else GIVE_FILE
+            "Give each program a number of its own." if repeats else GIVE_FILE
         )
 
     @property

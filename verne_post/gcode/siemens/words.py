@@ -211,8 +211,8 @@ class WordReader:
                 return Word(name, value, at + 1, mode)
             if self.variables.find(mode) is None:
                 number = cursor.number() if cursor.skip() else None
-                shown = "..." if number is None else f"{number:g}"
-                right = f"{mode}({shown})"
+                digits = "..." if number is None else f"{number:g}"
+                right = f"{mode}({digits})"
                 edits = (
                     ()
                     if number is None
@@ -406,7 +406,7 @@ class WordReader:
         if name in (*ADDRESSES, *GROUP_OF, *CYCLES):
             return cursor.error("VP001", f"{name}: expected '=' or a number after it", at)
         if self.variables.find(name) is not None:
-            return _miss_equals(name, cursor, at)
+            return _refuse_missing_equals(name, cursor, at)
         if calls is None or CODE.fullmatch(name) is None:
             return cursor.error("VP002", f"{name}: no meaning in this language, and no file {name}.SPF {_WHERE}", at)
         return self._make_unknown_call(name, cursor, calls, at)
@@ -415,16 +415,16 @@ class WordReader:
 _NUMBER_ALONE: Final = re.compile(r"[ \t]*(?:N\d+[ \t]*)?", re.IGNORECASE)
 
 
-def _miss_equals(name: str, cursor: Cursor, at: int) -> ProgramError:
+def _refuse_missing_equals(name: str, cursor: Cursor, at: int) -> ProgramError:
     """The error of a variable that no = follows."""
-    written, value = cursor.text[at:].rstrip(), re.sub(r"(?<=^[-+*/])\s+", "", cursor.text[cursor.at :].strip())
+    text_from, value = cursor.text[at:].rstrip(), re.sub(r"(?<=^[-+*/])\s+", "", cursor.text[cursor.at :].strip())
     if not value or not _NUMBER_ALONE.fullmatch(cursor.text[:at]):
         return cursor.error("VP001", f"{name} is a variable (DEF); an = and its new value are missing", at)
-    meant = [f"{name}={name}{value}", f"{name}={value}"] if value[0] in "+-" else [f"{name}={value}"]
+    readings = [f"{name}={name}{value}", f"{name}={value}"] if value[0] in "+-" else [f"{name}={value}"]
     if value[0] in "*/":
-        meant = [f"{name}={name}{value}"]
-    edits = tuple(Remedy(f"write {one}", one, misspelt=written, is_choice=len(meant) > 1) for one in meant)
-    text = f"{name} is a variable (DEF); an = is missing: write {' or '.join(meant)}"
+        readings = [f"{name}={name}{value}"]
+    edits = tuple(Remedy(f"write {one}", one, misspelt=text_from, is_choice=len(readings) > 1) for one in readings)
+    text = f"{name} is a variable (DEF); an = is missing: write {' or '.join(readings)}"
     return cursor.error("VP001", text, at, edits)
 
 
