@@ -96,6 +96,12 @@ def list_plane_edits(core: "Machining") -> tuple[Remedy, ...]:
     return core.recorder.list_plane_edits()
 
 
+def note_length_end(core: "Machining", by: str) -> None:
+    """The control has cancelled the tool length ``by`` a code; empty where it takes one again."""
+    core.state.length_end = by
+    core.recorder.note_length_end(bool(by))
+
+
 def warn_of_long_dwell(core: "Machining", line: int, seconds: float) -> None:
     """VP505: seconds of a dwell that would be a plausible number of milliseconds; the first one."""
     plausible = PLAUSIBLE["dwell"]

@@ -4,7 +4,7 @@ from typing import Final
 
 from verne_post.gcode.block import Block
 from verne_post.gcode.codes import CYCLES, spell_g_code
-from verne_post.gcode.machining.machining import Machining, explain_g91
+from verne_post.gcode.machining.machining import Machining, explain_g91, note_length_end
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.machining.turning import find_machine_place
 from verne_post.gcode.rs274.fanuc_codes import PATTERNS, POCKETS
@@ -40,7 +40,7 @@ class FanucLengths:
         modes, words = self.modes, block.words
         code = None if g.get("non-modal") == _DWELL else g.get("non-modal")
         if "tool length" in g:
-            self._note_end("")
+            note_length_end(self.core, "")
             modes.length_travel += self.measure() - before
         drills = code in PATTERNS or (code is None and modes.motion in CYCLES and not words.keys().isdisjoint("XYZR"))
         goes_home = code in _HOME or "machine coordinates" in g
@@ -50,7 +50,7 @@ class FanucLengths:
             return
         if self.state.length_end:
             text = explain_length_end(self.core.setup, self.state)
-            self._note_end("")  # it is one mistake, however often Z follows
+            note_length_end(self.core, "")  # it is one mistake, however often Z follows
             raise block.error("VP017", text, "Z")
         if abs(modes.length_travel) > _SAME_MM and (not modes.absolute or code == _G92):
             self._add_length_change(block, travels_itself=not drills and code is None)
@@ -88,12 +88,7 @@ class FanucLengths:
         if self.keys.length_after_return == "restored":
             modes.length_travel = length
             return
-        self._note_end(f"{spell_g_code(code)} of line {block.line}")
-
-    def _note_end(self, by: str) -> None:
-        """The control has cancelled the tool length ``by`` a code; empty where it takes one again."""
-        self.state.length_end = by
-        self.core.recorder.note_length_end(bool(by))
+        note_length_end(self.core, f"{spell_g_code(code)} of line {block.line}")
 
 
 def explain_length_end(setup: Setup, state: State) -> str:
