@@ -227,13 +227,12 @@ def test_axis_check_moves_the_six_alone(run: Runner, tmp_path: Path) -> None:
     assert f"The tool leans by {leaned:.4f} deg towards" in text
 
 
-@pytest.mark.parametrize("name", ["hexapod", "hexaglide", "hexam", "tricept"])
 @pytest.mark.parametrize(
-    "body",
+    ("name", "body"),
     [
-        "g1 x[-20+#<i>*10] a[-10-#<i>*3] f1200",
-        "g1 x[-20+#<i>*5] a-9 c[40-#<i>*20] f1500",
-        "g91\ng3 x10 y0 i5 j0 a-2 f1500\ng3 x-10 y0 i-5 j0 a2\ng90",
+        ("hexapod", "g1 x[-20+#<i>*10] a[-10-#<i>*3] f1200"),
+        ("tricept", "g1 x[-20+#<i>*5] a-9 c[40-#<i>*20] f1500"),
+        ("hexam", "g91\ng3 x10 y0 i5 j0 a-2 f1500\ng3 x-10 y0 i-5 j0 a2\ng90"),
     ],
 )
 def test_rows_of_a_tilted_line_that_a_loop_repeats_are_told_apart(name: str, body: str) -> None:

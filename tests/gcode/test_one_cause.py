@@ -1261,3 +1261,18 @@ def test_what_a_misspelt_jump_passes_over_is_not_read(machine, dialect, text, wa
     given = Options(dialect=dialect, wcs={"G54": (0, 0, 60)}, tool_length=80)
     errors = [item for item in check(text.encode(), machine, given).findings if item.severity == "error"]
     assert [(item.code, item.line) for item in errors] == wanted
+
+
+@pytest.mark.parametrize("line", ["#105=#105-1.5", "#105=[#105-1.5]", "#105=#105+#106"])
+def test_a_variable_that_is_counted_before_it_is_set_is_an_error_of_its_line(machine, line):
+    """Its own line is not one that failed to set it: the Z that reads it was passed over, and nothing was said."""
+    program = f"%\nO1\nG21 G90 G94 G17 G54\nS900 M3\nG0 X0. Y0. A0. C0. Z60.\nG1 Z50. F500.\n{line}\nG1 Z#105\nM30\n%\n"
+    result = check(program.encode(), machine, Options(dialect="fanuc", wcs={"G54": (0, 0, 0)}, tool_length=90))
+    assert [(item.code, item.line) for item in result.findings if item.severity == "error"] == [("VP025", 7)]
+
+
+def test_a_klartext_turn_without_a_feed_rate_is_no_second_error(machine):
+    """The feed rate that is assumed after the first error is that of axes too."""
+    program = "BEGIN PGM Q MM\nTOOL CALL 7 Z S9\nL X+0 Y+0 Z+50 R0 FMAX M3\nL Z+20\nL X+10 A+5\nM30\nEND PGM Q MM\n"
+    result = check(program.encode(), machine, Options(dialect="heidenhain", tools={7: 90}, wcs={"G54": (0, 0, 0)}))
+    assert [(item.code, item.line) for item in result.findings if item.severity == "error"] == [("VP009", 4)]

@@ -12,7 +12,7 @@ from verne_post.model.part_setup import FIRST_NAMED_TOOL
 
 def assume_feed(state: State) -> None:
     """Any feed rate will do."""
-    state.feed = state.feed or 1.0
+    state.feed, state.feed_angular = state.feed or 1.0, state.feed_angular or 1.0
 
 
 def assume_turning_spindle(state: State) -> None:

@@ -162,8 +162,9 @@ class _BlockRun:
 
         errors, rest = execute_as_meant(text, read, _correct)
         if rest is not None:
+            follows = self.recovery.follows_unread(errors[-1])  # before this line counts as one that sets nothing
             self.recovery.pass_unread(rest, line)
-            if self.recovery.follows_unread(errors[-1]) or (len(errors) > 1 and errors[-1].code in OF_WORDS):
+            if follows or (len(errors) > 1 and errors[-1].code in OF_WORDS):
                 errors.pop()
             return errors
         later_errors = self._execute_block(block, line)
