@@ -49,8 +49,8 @@ def measure_segments(contour: Contour, *, by_axis: bool = False) -> SegmentMeasu
         motion_length=(float,),
         blend_u=(float,),
         tip_pace=(float,),
-        joint_length=(float,),
     )
+    joint_length = Growing(float)
     for begin, end in iterate_blocks(len(contour.path)):
         path = contour.path.take_part(begin, end)
         tip, axis = contour.tip_tolerance[begin:end], contour.axis_tolerance[begin:end]
@@ -67,9 +67,11 @@ def measure_segments(contour: Contour, *, by_axis: bool = False) -> SegmentMeasu
                 _find_turns_of_tight_arcs(path, tip, axis),
             ),
             tip_pace=find_tip_paces(path),
-            joint_length=_measure_joint_lengths(path, length) if by_axis else length,
         )
-    return SegmentMeasures(**table.freeze())
+        if by_axis:
+            joint_length.extend(_measure_joint_lengths(path, length))
+    columns = table.freeze()
+    return SegmentMeasures(**columns, joint_length=joint_length.freeze() if by_axis else columns["metric_length"])
 
 
 def _measure_axis_lengths(path: ToolPath, length: Array) -> Array:
@@ -165,8 +167,8 @@ def list_items(contour: Contour, measures: SegmentMeasures, cycle: float) -> Ite
         stop_before=(bool,),
         time=(float,),
         length=(float,),
-        joint_length=(float,),
     )
+    is_by_axis, joint_length = measures.joint_length is not measures.metric_length, Growing(float)
     first_of_group = Growing(np.int64)
     section_before, line_before = -1, -1
     for begin, end in iterate_blocks(n + len(order)):
@@ -183,9 +185,8 @@ def list_items(contour: Contour, measures: SegmentMeasures, cycle: float) -> Ite
         line[moving], line[dwell] = path.line[moved], dwell_line[number[dwell]]
         waits[dwell] = cycles[number[dwell]]
         section[moving] = contour.section[np.searchsorted(contour.segment, moved)]
-        time, length, joint_length = np.zeros((3, len(item)))
+        time, length = np.zeros(len(item)), np.zeros(len(item))
         time[moving], length[moving] = path.feed_time[moved], measures.metric_length[moved]
-        joint_length[moving] = measures.joint_length[moved]
         stops = (section < 0) | (section != np.append(section_before, section[:-1]))
         table.extend(
             segment=segment,
@@ -195,12 +196,15 @@ def list_items(contour: Contour, measures: SegmentMeasures, cycle: float) -> Ite
             stop_before=stops,
             time=time,
             length=length,
-            joint_length=joint_length,
         )
+        if is_by_axis:
+            lengths = np.zeros(len(item))
+            lengths[moving] = measures.joint_length[moved]
+            joint_length.extend(lengths)
         first_of_group.extend(item[line != np.append(line_before, line[:-1])])
         section_before, line_before = int(section[-1]), int(line[-1])
     columns = table.freeze()
-    time, length, joint_length = (columns.pop(name) for name in ("time", "length", "joint_length"))
+    time, length = columns.pop("time"), sum_running(columns.pop("length"))
     first_of_group.extend(np.array([n + len(order)]))
     group_first = first_of_group.freeze()
     group_line = Growing(np.int64)
@@ -211,8 +215,8 @@ def list_items(contour: Contour, measures: SegmentMeasures, cycle: float) -> Ite
         **columns,
         stops_before=stops,
         time_before=sum_running(time),
-        length_before=sum_running(length),
-        joint_length_before=sum_running(joint_length),
+        length_before=length,
+        joint_length_before=sum_running(joint_length.freeze()) if is_by_axis else length,
         group_first=group_first,
         group_line=line,
         next_group=_find_next_of_line(line, group_first, stops),

@@ -142,7 +142,7 @@ class RowMatcher:
         if not ok.all():
             n = int(np.argmin(ok))
             lost = LostPath(n, "VP411", "no position of the platform fits the joint values")
-        pose = pose.select(np.arange(n))
+            pose = pose.select(np.arange(n))
         u = self._measure_progress(item[:n], rest[:n], segment[:n], pose)
         passed, later = self._find_later_group(group[:n], item[:n], segment[:n], pose, u)
         if later >= 0:
@@ -151,7 +151,7 @@ class RowMatcher:
             lost = replace(lost, row=begin + lost.row)
         if not n:
             return None, lost, later
-        pose = pose.select(np.arange(n))
+        pose = pose if n == len(pose.q) else pose.select(np.arange(n))
         # what no angle of the axes corrects: the true axis against that of the nominal angles
         self.axis_error = max(self.axis_error, float(measure_rows(axis[:n] - pose.axis).max()))
         return self._measure(block.first + begin, line[:n], group[:n], item[:n], segment[:n], u[:n], pose), lost, later
