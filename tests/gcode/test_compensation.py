@@ -232,15 +232,15 @@ ROUNDED = {
 
 @pytest.mark.parametrize(("dialect", "words", "question"), [
     ("fanuc", {"side": "G41", "sense": "G2", "at": "R2."}, ""),
-    ("fanuc", {"side": "G42", "sense": "G2", "at": "R2."}, "with G41 it would fit: is the side right?"),
+    ("fanuc", {"side": "G42", "sense": "G2", "at": "R2."}, "with G41 in line 3 the tool fits: is the side right?"),
     ("fanuc", {"side": "G41", "sense": "G3", "at": "R2."}, "is G2 meant?"),
     ("fanuc", {"side": "G41", "sense": "G3", "at": "I2. J0"}, "is G2 meant?"),
     ("siemens", {"side": "G42", "sense": "G2", "at": "CR=2", "mirror": ""},
-     "with G41 it would fit: is the side right?"),
+     "with G41 in line 4 the tool fits: is the side right?"),
     ("siemens", {"side": "G42", "sense": "G2", "at": "CR=2", "mirror": "MIRROR X0"},
-     "with G41 it would fit: is the side right?"),
+     "with G41 in line 4 the tool fits: is the side right?"),
     ("siemens", {"side": "G41", "sense": "G3", "at": "CR=2", "mirror": "MIRROR X0"}, "is G2 meant?"),
-    ("heidenhain", {"side": "RR", "at": "CR X+2 Y+30 R+2 DR-"}, "with RL it would fit: is the side right?"),
+    ("heidenhain", {"side": "RR", "at": "CR X+2 Y+30 R+2 DR-"}, "with RL in line 4 the tool fits: is the side right?"),
     ("heidenhain", {"side": "RL", "at": "CR X+2 Y+30 R+2 DR+"}, "is DR- meant?"),
 ])  # fmt: skip
 def test_a_swapped_side_and_a_swapped_sense_are_told_apart(view, dialect, words, question):
@@ -248,6 +248,16 @@ def test_a_swapped_side_and_a_swapped_sense_are_told_apart(view, dialect, words,
     said = [item.message for item in view(ROUNDED[dialect].format(**words), dialect=dialect)[1] if item.code == "VP026"]
     text = f"tool 1 (diameter 6 mm) is too wide for this arc, whose radius is 2 mm: {question}"
     assert said == ([text] if question else [])
+
+
+@pytest.mark.parametrize("side", ["G41", "G42"])
+def test_the_other_side_is_not_proposed_where_the_tool_does_not_fit_there_either(view, side):
+    """Two turns in a slot of 5 mm, one to the left and one to the right."""
+    text = f"T1 M6\nF500\nG0 X0 Y0\n{side} D1 G1 X0 Y20\nX30\nY25\nX0\nY30\nX30\nG40 Y50\nM30"
+    said = [item for item in view(text, dialect="fanuc")[1] if item.code == "VP026"]
+    assert len(said) == 1
+    assert said[0].message.endswith("without cutting into the contour")
+    assert said[0].edits == ()
 
 
 def test_a_swapped_sense_is_told_at_the_line_after_the_arc(view):

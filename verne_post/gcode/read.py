@@ -1,6 +1,7 @@
 """A whole program -> Moves: its dialect, every error, and where it starts."""
 
 import math
+import re
 from contextlib import suppress
 from dataclasses import replace
 from typing import Final
@@ -23,7 +24,7 @@ from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.setup import Setup
 from verne_post.gcode.start import find_start
 from verne_post.gcode.text import decode_line
-from verne_post.model.findings import Finding, InputError
+from verne_post.model.findings import Finding, InputError, Remedy
 from verne_post.model.moves import Frame, Moves
 
 #: Codes of errors about words that another dialect may have.
@@ -34,6 +35,8 @@ _OF_POSITIONS: Final = ("VP008", "VP013", "VP017", "VP025")
 _OF_A_LINE: Final = ("VP001", "VP002", "VP003", "VP004", "VP023")
 #: So many blocks are repeated after an error, which may have left a loop without an end.
 _MOST_REPEATS: Final = 100_000
+#: So many errors are tried with the other side of the contour, each by reading the program again.
+_MOST_SIDES: Final = 3
 
 
 def interpret_program(source: Text, setup: Setup) -> Moves:
@@ -104,7 +107,9 @@ def interpret_until_error(source: Text, setup: Setup) -> tuple[Moves, tuple[Find
     if errors:
         every = dialect.execute(source, setup, dialect.initial_state(setup), StopConditions()).errors
         other = _find_language(source, every, dialect)
-        errors = say_what_is_meant(source, errors, name_dialect(dialect))
+        errors = say_what_is_meant(
+            source, _try_other_side(source, setup, errors, every, dialect), name_dialect(dialect)
+        )
         errors = _show_rival(source, setup, errors, every, dialect) if other is None else [other]
     return execution.recorder.freeze(start, frame, Parameters(setup, state).list_persistent()), tuple(errors)
 
@@ -167,8 +172,56 @@ def _find_cause(source: Text, errors: list[Finding], dialect: Dialect, setup: Se
     if other is not None:
         return [other]
     in_order = [_place_at_word(source, item) for item in sorted(errors, key=lambda item: item.line or 0)]
+    in_order = _try_other_side(source, setup, in_order, in_order, dialect)
     found = say_what_is_meant(source, in_order, name_dialect(dialect))
     return _show_rival(source, setup, found, found, dialect)
+
+
+def _try_other_side(
+    source: Text, setup: Setup, errors: list[Finding], every: list[Finding], dialect: Dialect
+) -> list[Finding]:
+    """Errors, of which those that the other side of the contour settles say so: the program has been read with it.
+
+    It must have none but the others of ``every`` then. The first ones are tried.
+    """
+    known = {(item.line, item.code) for item in every}
+    tried = [item for item in errors if item.code == "VP026" and item.edits and item.edits[0].is_choice]
+    settled: dict[int, Finding] = {}
+    for item in tried[:_MOST_SIDES]:
+        changed = _write_edit(source, item.edits[0])
+        left = known if changed is None else {(one.line, one.code) for one in _list_errors(changed, setup, dialect)}
+        if left <= known - {(item.line, item.code)}:
+            word = item.edits[0].text.removeprefix("write ")
+            text = f"{item.message}: with {word} in line {item.edits[0].line} the tool fits: is the side right?"
+            settled[id(item)] = replace(item, message=text)
+    untold = {id(item) for item in tried}
+    return [settled.get(id(item), replace(item, edits=()) if id(item) in untold else item) for item in errors]
+
+
+def _write_edit(source: Text, edit: Remedy) -> Text | None:
+    """The program with another word, or another number behind its letter; None where its line does not have it."""
+    lines = bytes(source).split(b"\n")
+    text = lines[edit.line - 1].decode("utf-8", errors="surrogateescape") if edit.line <= len(lines) else ""
+    if edit.misspelt:
+        found = re.search(rf"(?<!\w)({edit.misspelt})(?!\w)", text, re.IGNORECASE)
+        span = None if found is None else found.span(1)
+    else:
+        found = find_word_of(text, *edit.word)
+        span = None if found is None else found.span(2)
+    if span is None:
+        return None
+    lines[edit.line - 1] = f"{text[: span[0]]}{edit.value}{text[span[1] :]}".encode("utf-8", errors="surrogateescape")
+    return b"\n".join(lines)
+
+
+def _list_errors(source: Text, setup: Setup, dialect: Dialect) -> list[Finding]:
+    """The errors of a program that starts where it says."""
+    state = dialect.initial_state(setup)
+    if setup.machine:
+        with suppress(InputError):
+            state.position, _unsaid = find_start(source, setup, dialect)
+        state.known_axes = [True] * 9
+    return dialect.execute(source, setup, state, StopConditions()).errors
 
 
 def _show_rival(

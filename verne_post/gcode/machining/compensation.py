@@ -6,7 +6,6 @@ the next one is known: it is recorded at once and its end amended, so that every
 """
 
 import math
-import re
 from collections.abc import Mapping
 from typing import Final, Self, TypeAlias
 
@@ -35,8 +34,14 @@ _FULL: Final = 2 * math.pi
 #: An entry arc that bends towards its centre by less than this share of its chord is none: LinuxCNC has the same bound.
 _LEAST_BEND: Final = 1e-4
 #: The words of either side.
-_SIDES: Final = {"41": "42", "42": "41", "RL": "RR", "RR": "RL"}
-_OTHER_SIDE: Final = re.compile("4[12]|R[LR]$")
+_SIDES: Final = {
+    "G41": "G42",
+    "G42": "G41",
+    "RL": "RR",
+    "RR": "RL",
+    "G41.1": "G42.1",
+    "G42.1": "G41.1",
+}
 _LEFT: Final = ("G41", "RL", "RL 41")
 #: An arc as it is programmed: start, end, centre and sense.
 _Sense: TypeAlias = tuple[Point, Point, Point, int]
@@ -82,6 +87,7 @@ class Compensation(Struct):
     at_once: bool = True
     has_cut: bool = False  #: A move at feed rate has followed the contour.
     rapid_line: int = 0  #: Source line of the first rapid in the plane after that: the contour may have ended there.
+    is_assumed: bool = False  #: The tool has no diameter, which has been reported, and ``radius`` is any.
 
     def take_tool(self, number: int | None, names: Mapping[int, str]) -> Self:
         """The same with the tool in the spindle, for messages."""
@@ -123,7 +129,7 @@ class Compensation(Struct):
         radius = math.dist(p, c) - sense * self.radius
         if radius <= 0:
             text = f"{self._name_tool()} is too wide for this arc, whose radius is {math.dist(p, c):.6g} mm"
-            raise ProgramError("VP026", text + self._describe_alternative(None, (p, q, c, sense)))
+            raise self._name_alternative(text, None, (p, q, c, sense))
         if self.segment is None:
             entry = self._enter_on_arc(p, q, c, sense, abs(arc.turns))
             center = list(arc.center)
@@ -291,6 +297,8 @@ class Compensation(Struct):
         """Where the centre runs: 5 mm left of the contour."""
         if not self.radius:
             return "on the contour"
+        if self.is_assumed:
+            return f"{'left' if self.radius > 0 else 'right'} of the contour, no diameter is known"
         return f"{abs(self.radius):.6g} mm {'left' if self.radius > 0 else 'right'} of the contour"
 
     def describe_offset(self) -> str:
@@ -322,14 +330,14 @@ class Compensation(Struct):
                 f"; {self.describe()} still holds after the rapid of line {self.rapid_line}: if its contour ends "
                 f"before that, write {self.end_word} there"
             )
-        else:
-            text += self._describe_alternative(t2, arc)
-        return ProgramError("VP026", text)
+            return ProgramError("VP026", text)
+        return self._name_alternative(text, t2, arc)
 
-    def _describe_alternative(self, t2: Point | None, arc: _Sense | None) -> str:
-        """The other sense of an arc if only that is tangent to its neighbour, else the other side of the contour.
+    def _name_alternative(self, text: str, t2: Point | None, arc: _Sense | None) -> ProgramError:
+        """The error with the other sense of an arc if only that is tangent to its neighbour, else the other side.
 
-        Every inside corner is an outside one of the other side, and every arc has room there.
+        Every inside corner is an outside one of the other side, and every arc has room there; the rest of the contour
+        need not: the program is to be tried with it.
         """
         word = self.word or spell_g_code(self.code)
         names = ("DR-", "DR+") if self.end_word == "R0" else ("G2", "G3")
@@ -337,14 +345,19 @@ class Compensation(Struct):
             names = names[::-1]
         last = self.segment if self.segment is not None and not self.segment.entry else None
         if arc is not None and last is not None and is_sense_doubtful(arc, arc[0], last.direction):
-            return f": is {names[arc[3] < 0]} meant?"
+            return ProgramError("VP026", f"{text}: is {names[arc[3] < 0]} meant?")
         if last is not None and last.center is not None and t2 is not None and self.before:
             u, v, *_ = PLANES[self.plane]
             end = (self.corner[u], self.corner[v])
             before = ((self.before[u], self.before[v]), end, last.center, last.sense)
             if is_sense_doubtful(before, end, t2):
-                return f": is {names[last.sense < 0]} meant in line {self.line}?"
-        return f": with {_OTHER_SIDE.sub(lambda found: _SIDES[found.group()], word)} it would fit: is the side right?"
+                return ProgramError("VP026", f"{text}: is {names[last.sense < 0]} meant in line {self.line}?")
+        other = _SIDES.get(word)
+        if other is None:  # that of a cycle
+            return ProgramError("VP026", text)
+        by_code = {"value": other[1:], "word": ("G", float(word[1:]))} if word[0] == "G" else {"misspelt": word}
+        edit = Remedy(f"write {other}", **{"value": other, **by_code}, line=self.start_line, is_choice=True)
+        return ProgramError("VP026", text, edits=(edit,))
 
     # --- small geometry -----------------------------------------------------------------------------
 

@@ -26,6 +26,7 @@ from verne_post.gcode.machining.spatial_arc import SpatialArc, build_plane_of_ar
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.machining.tools import Tools
 from verne_post.gcode.machining.watcher import Watcher
+from verne_post.gcode.missing_setup import stands_in
 from verne_post.gcode.program_error import At, ProgramError
 from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.setup import Setup
@@ -666,7 +667,10 @@ class Machining:
 
     def start_compensation(self, compensation: Compensation) -> None:
         """The next moves go beside the contour."""
-        self.state.compensation = compensation.take_tool(self.state.loaded_tool, self.state.tool_names)
+        state = self.state
+        state.compensation = compensation.take_tool(state.loaded_tool, state.tool_names)
+        tool = (state.tools or {}).get(compensation.offset or state.loaded_tool or 0)
+        compensation.is_assumed = bool(compensation.radius) and tool is not None and stands_in(tool)
 
     def allow_arc(self) -> None:
         """A straight move has led back to the programmed contour."""

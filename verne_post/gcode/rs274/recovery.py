@@ -109,6 +109,9 @@ class Recovery:
             is_reported = bool(unknown_axes & self.uncertain)
             self.uncertain |= unknown_axes
             return is_reported
+        compensation = self.interpreter.state.compensation
+        if error.code == "VP026" and compensation is not None and compensation.is_assumed:
+            return True
         return bool(errors) and error.code in OF_WORDS  # words beside what has been left out of the block
 
     # --- what the block needs is assumed ----------------------------------------------------------
