@@ -567,7 +567,8 @@ def test_a_tool_that_is_not_in_the_spindle_is_one_finding_with_its_cause(machine
             "heidenhain",
             "BEGIN PGM A MM\nCYCL DEF 999 FOO Q1=2\nEND PGM A MM",
             "lists the cycles that are",
-            "Post the program without it. Take it out only if you know that nothing depends on it.",
+            "Correct it if it is misspelt; if not, post the program without it. Take it out only if you know that "
+            "nothing depends on it.",
         ),
         ("siemens", "T1 D1 M6\nSUPA G0 Z=_ZHOME D0\nM30", "write its value on top: DEF REAL _ZHOME=0", None),
         ("siemens", "DEF REAL ZHOME=9\nSUPA G0 Z=_ZHOME D0\nM30", "did you mean ZHOME?", None),

@@ -276,8 +276,12 @@ def test_the_remedy_of_a_set_up_does_not_depend_on_the_words_of_the_message(
         ("VP022", "p.nc: no such file", "Check its name."),
         ("VP043", "the plane of G68.2 in line 5 is still in force; write G69 before if it is not meant", ""),
         ("VP002", "G54.2 is only executed with P0: the control stores it; let the CAM system write G43.4", ""),
-        ("VP002", "G33 is not executed (spindle-synchronised motion)", "Post the program without it."),
-        ("VP002", "G777 is not a code of this language", "If the word is misspelt, correct it."),
+        (
+            "VP002",
+            "G33 is not executed (spindle-synchronised motion)",
+            "Correct it if it is misspelt; if not, post the program without it.",
+        ),
+        ("VP002", "G777 is not a code of this language", "Correct it if it is misspelt; if not, "),
         ("VP008", "CT straight back: no arc leads there", "Check the numbers of the block, and of the block before. "),
         ("VP013", "CT goes on in the direction of the motion before; write one first", ""),
         ("VP001", "expected '['", ""),
@@ -431,7 +435,7 @@ def test_an_axis_that_the_machine_lacks_names_the_machine(
 
 
 def test_the_summary_begins_with_what_was_not_checked(files: dict[str, Path], run: Callable[..., Any]) -> None:
-    said = "contact with fixtures and stock: the set-up gives none"
+    said = "contact with fixtures and stock: the set-up has no [keep_out.NAME] and no [stock]"
     assert run("check", files["good"], *ARGUMENTS).out.split("\n")[1] == f"  NOT CHECKED: {said}"
     assert re.fullmatch(rf"  NOT CHECKED +{said}", run(files["good"], *ARGUMENTS).err.split("\n")[1])
     box = ("--keep-out", "vise=200,200,0,220,220,20", "--stock", "G54=-50,-50,-90,50,50,-80")

@@ -238,9 +238,13 @@ _SAYS_WHAT_IS_RIGHT: Final = re.compile(
     r"retract|save|scale|set|take|turn|unload|use|write)\b|\b(?:expected|must|needs?|needed|takes?|see|belongs?)\b|"
     r"\bis given\b|\b(?:are|is) (?:not negative|positive)\b|\bmeant(?: in line \d+)?\?$"
 )
-#: VP002 where a word is known and not executed, and what helps.
-_NOT_EXECUTED: Final = re.compile(r"\bnot (?:executed|read|kept)\b")
-_POST_WITHOUT: Final = "Post the program without it. Take it out only if you know that nothing depends on it."
+
+
+#: VP002 of a word that no set-up can give a meaning.
+_POST_WITHOUT: Final = (
+    "Correct it if it is misspelt; if not, post the program without it. Take it out only if you know that nothing "
+    "depends on it."
+)
 
 
 def _is_about_diameter(item: Finding) -> bool:
@@ -266,7 +270,7 @@ def _choose_remedy(item: Finding) -> str:
         return item.advice
     if not item.settled_by and item.code in _OF_MANY_CAUSES and _SAYS_WHAT_IS_RIGHT.search(item.message):
         return ""
-    if item.code == "VP002" and not item.settled_by and _NOT_EXECUTED.search(item.message):
+    if item.code == "VP002" and not item.settled_by:
         return _POST_WITHOUT
     if item.code == "VP023":  # what helps, helps against one of its causes
         return ""
