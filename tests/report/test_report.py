@@ -674,7 +674,9 @@ def test_the_sheet_says_what_each_part_of_the_file_holds() -> None:
 def test_the_head_of_a_refused_program_says_what_is_not_checked(end: str) -> None:
     text = f"G21 G90 G94 G17 G54\nG0 X0 Y0 Z150 A0 C0\nG1 Z140 F500\n{end}\nM30\n".encode()
     options = Options(tool_length=80.0, wcs={"G54": (0, 0, 60)})
-    said = "<dt>not checked</dt><dd>contact with fixtures and stock: the set-up gives none</dd>"
+    said = (
+        "<dt>not checked</dt><dd>contact with fixtures and stock: the set-up has no [keep_out.NAME] and no [stock]</dd>"
+    )
     seen = study(text, MACHINE, options)
     assert seen.summary is None
     assert said in write_verdict_html(MACHINE, seen)

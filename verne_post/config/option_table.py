@@ -1,7 +1,8 @@
 """A table of options in a file: what is wrong with it."""
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 from typing import Any
 
 from verne_post.base.suggestions import suggest
@@ -11,7 +12,11 @@ from verne_post.model.options import check_value
 
 
 def find_wrong_options(
-    given: dict[str, Any], allowed: Sequence[str], others: Sequence[str] = (), kind: str = "a settings file"
+    given: dict[str, Any],
+    allowed: Sequence[str],
+    others: Sequence[str] = (),
+    kind: str = "a settings file",
+    elsewhere: Mapping[str, str] = MappingProxyType({}),
 ) -> list[str]:
     """What is wrong with a table of options, as sentences: a name that is none of those allowed, or a value.
 
@@ -21,6 +26,8 @@ def find_wrong_options(
         Names that the table may have beside options.
     kind : str
         Of the file, in words.
+    elsewhere : mapping
+        Names that people write, and where what they mean stands.
     """
     found = []
     for name, value in given.items():
@@ -31,7 +38,8 @@ def find_wrong_options(
                 f"options: the options of {kind} belong at its top; delete the line [options], a table of settings"
             )
         elif name not in allowed:
-            found.append(f"{name}: this is no option of {kind}{_suggest(name, [*allowed, *others])}")
+            hint = f"; {elsewhere[name.lower()]}" if name.lower() in elsewhere else _suggest(name, [*allowed, *others])
+            found.append(f"{name}: this is no option of {kind}{hint}")
         else:
             try:
                 check_value(name, value)

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
-from typing import Annotated, Any, Final, Literal
+from typing import Annotated, Any, ClassVar, Final, Literal
 
 from msgspec import Meta, Struct, field
 
@@ -26,8 +26,22 @@ TO_MEASURE: Final = "measure"
 Size = Annotated[float, Meta(ge=0, le=MAX_TOOL)] | Literal["measure"]
 
 
+#: What people call fixtures, and bodies of a tool, in keys; and where those stand.
+_FIXTURES: Final = dict.fromkeys(
+    ("fixture", "fixtures", "clamp", "clamps", "vise", "vice", "chuck", "obstacle", "obstacles"),
+    "a fixture is a table [keep_out.NAME] with min and max, the corners of a box in mm, or with the file of an STL",
+)
+_SHAPES: Final = dict.fromkeys(
+    ("holder", "holders", "shank", "cutter", "shape", "shapes"),
+    'shank and holder are in a file of their own: write tool_shapes = "shapes.toml" above the tables of the set-up, '
+    "and [tool.NUMBER] with holder = { diameter = MM } into that file",
+)
+
+
 class InlineTool(Table, frozen=True, kw_only=True):
     """One tool of [tools]; ``number`` is that of a tool which the program calls by its name."""
+
+    elsewhere: ClassVar[Mapping[str, str]] = _SHAPES
 
     length: Size = TO_MEASURE
     diameter: Size = 0.0
@@ -192,7 +206,9 @@ def read_setup_table(data: dict[str, Any], name: str, folder: Path, prefix: str 
         sentences.append(f"{place}wcs: {error}")
     sentences += [
         f"{place}{text}"
-        for text in find_wrong_options(rest, list_setup_options(), [*SetupFile.__struct_fields__], "a set-up")
+        for text in find_wrong_options(
+            rest, list_setup_options(), [*SetupFile.__struct_fields__], "a set-up", {**_FIXTURES, **_SHAPES}
+        )
     ]
     for key, others in (("tool_length", ("tool_lengths", "tools")), ("tools", ("tool_table", "tool_lengths"))):
         for other in others if key in data else ():

@@ -24,6 +24,7 @@ class Table(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """A table of a file: no unknown keys, no numbers in quotes."""
 
     checks: ClassVar[Checks] = {}
+    elsewhere: ClassVar[Mapping[str, str]] = {}  #: Keys that people write here, and where what they mean stands.
 
     def __post_init__(self) -> None:
         """Check what types do not say.
@@ -99,6 +100,7 @@ def _find_mistakes_of_table(
             # a key that the table lacks goes before one that it has
             nearest = find_meant(key, [one for one in known if one not in data], known)
             keys = f"; did you mean {nearest}?" if nearest else f"; {_list_keys(schema)}" if place else ""
+            keys = f"; {schema.elsewhere[key.lower()]}" if key.lower() in schema.elsewhere else keys
             found.append((here, f" is not a key of {kind_of_file}{keys}"))
             meant.add(nearest)
             continue

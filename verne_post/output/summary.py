@@ -506,8 +506,11 @@ def _list_bodies(options: Options) -> list[str]:
 
 def list_absent_bodies(options: Options) -> list[str]:
     """What is not checked for contact because the set-up gives none; nothing where it gives fixtures and stock."""
-    absent = [*([] if options.keep_out else ["fixtures"]), *([] if options.stock else ["stock"])]
-    return [f"contact with {' and '.join(absent)}: the set-up gives none"] if absent else []
+    missing = {"fixtures": ("[keep_out.NAME]", options.keep_out), "stock": ("[stock]", options.stock)}
+    absent = {body: table for body, (table, given) in missing.items() if not given}
+    return (
+        [f"contact with {' and '.join(absent)}: the set-up has no {' and no '.join(absent.values())}"] if absent else []
+    )
 
 
 def list_unchecked(machine: Machine, options: Options, events: Sequence[Event]) -> Facts:
