@@ -142,7 +142,10 @@ def test_columns_are_those_of_the_line_as_it_stands(
     assert [int(one.split(":")[1]) for one in found] == columns
 
 
-QUOTED, EDGE = "the name of a tool is written in quotation marks", "the only cutting edge that the set-up gives"
+QUOTED, EDGE = (
+    "the name of a tool is written in quotation marks",
+    "the set-up gives tool 1 one cutting edge, D1; enter edge 3 in",
+)
 
 
 @pytest.mark.parametrize(
@@ -154,7 +157,7 @@ QUOTED, EDGE = "the name of a tool is written in quotation marks", "the only cut
         ("p.h", "L X+50 Y+1O\nCR X+60 Y+20 R+10 DR+", "VP001 error: Y+1O: the letter O in a number"),
         ("p.mpf", "T=EM10 M6\nD1", f'VP001 error: T=EM10: {QUOTED}; did you mean T="EM10"?'),
         ("p.mpf", "T = EM10\nM6 D1", f'VP001 error: T = EM10: {QUOTED}; did you mean T="EM10"?'),
-        ("p.mpf", "T1 M6\nD3\nG1 X5", f"VP012 error: D3: {EDGE} tool 1 is D1; did you mean D1?"),
+        ("p.mpf", "T1 M6\nD3\nG1 X5", f"VP012 error: D3: {EDGE} [tools]"),
     ],
 )
 def test_what_follows_from_a_mistake_is_not_told(

@@ -295,7 +295,7 @@ def test_explain_says_where_a_mesh_is_touched_and_what_cures_it(folder: Path, ru
     replace_in("vise.nc", "\nZ-6\n", "\nZ-10\n")
     answer = run("explain", "vise.nc:22")
     assert re.search(
-        r"VP215 error: the cutter is 2\.\d+ mm inside vise.*\n +at [\d.]+ % of the way: tip",
+        r"VP215 error: the cutter goes 2\.\d+ mm into fixture 'vise'.*\n +at [\d.]+ % of the way: tip",
         answer.out,
     )
     raised = re.search(r"the part moved by 0, 0, (\d\.\d+) mm", answer.out)

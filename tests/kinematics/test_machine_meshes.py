@@ -47,7 +47,9 @@ def check(machine: Machine, body: Any) -> list[tuple[int | None, str, float | No
     """
     options = verne_post.Options(tool_length=80.0, wcs={"G54": (0, 0, 0)}, keep_out=(body,))
     found = [item for item in check_program(assemble(PAST.encode(), machine, options))[1] if item.code == "VP215"]
-    assert all(("runs into post" in item.message) == (item.value == 0.0) for item in found if item.limit == 0.0)
+    assert all(
+        ("runs into fixture 'post'" in item.message) == (item.value == 0.0) for item in found if item.limit == 0.0
+    )
     return [(item.line, item.quantity.split()[3], item.value) for item in found]
 
 

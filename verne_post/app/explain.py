@@ -94,7 +94,7 @@ def explain_source(
     if text is not None and not len(select_line(guard_joints(program), line).contour):
         return _explain_words(source, program, line, text.decode("utf-8", errors="replace").strip())
     shown = look_at_line(source, program, line)
-    shown = replace(shown, planned=_describe_plan(program, shown))
+    shown = _plan_line(program, shown)
     if tell is not None:
         tell("\n".join(explain_findings(shown)) + "\n")
     shown = _add_contact_remedies(source, program, add_line_remedies(shown))
@@ -117,16 +117,17 @@ def _add_contact_remedies(source: Text, program: Program, shown: Line) -> Line:
     return replace(shown, findings=tuple(told), tried_heights=name_heights(source, program, shown))
 
 
-def _describe_plan(program: Program, shown: Line) -> str:
-    """The time of a line and the feed rate that it reaches; why there is none."""
-    refused = "not planned: the program is refused"
+def _plan_line(program: Program, shown: Line) -> Line:
+    """The line with its time and the feed rate that it reaches, or why there is none: that it takes too long."""
+    refused = replace(shown, planned="not planned: the program is refused")
     if find_worst(shown.findings) == "error":
         return refused
     try:
         plan = plan_program(program, only_first=True)
-    except InputError:
-        return refused
-    return describe_time(plan, measure_lines(plan), shown.number)
+    except InputError as error:
+        too_long = (item for item in error.findings if item.code == "VP035" and item.line == shown.number)
+        return replace(refused, findings=(*shown.findings, *too_long))
+    return replace(shown, planned=describe_time(plan, measure_lines(plan), shown.number))
 
 
 def _explain_words(source: Text, program: Program, line: int, text: str) -> Explanation:

@@ -9,18 +9,19 @@ import numpy as np
 
 from verne_post import gcode
 from verne_post.app.assemble import assemble, build_interpreter_setup
+from verne_post.app.constraints import guard_joints
 from verne_post.app.convert import check_source
 from verne_post.app.line_remedies import CONTACTS
 from verne_post.app.result import Progress, Result
 from verne_post.app.source_text import check_source_text
 from verne_post.app.table_places import lay_out
-from verne_post.app.tried_remedies import find_legal_offsets
+from verne_post.app.tried_remedies import find_legal_offsets, is_carried_with_part
 from verne_post.base.arrays import Mask, find_used
 from verne_post.base.least import find_least
 from verne_post.base.long_text import Text
 from verne_post.base.units import RAD_PER_DEG
 from verne_post.gcode.dialects import choose_dialect_name
-from verne_post.model.findings import make_input_error
+from verne_post.model.findings import Finding, make_input_error
 from verne_post.model.machine import Machine
 from verne_post.model.moves import Moves
 from verne_post.model.options import Options
@@ -130,10 +131,29 @@ def propose(
         box = _find_place_over_table(points, room, raised, None if "c" in free else here.c_rad)
     low, high = _choose_ranges(box, ranges or {}, here, free)
     search = Search(machine, points, np.array([letter in free for letter in COORDINATES]), low, high, room)
+    ends = np.array([low, high]) / [1.0, 1.0, 1.0, RAD_PER_DEG]
+    searched = {letter: tuple(ends[:, COORDINATES.index(letter)].tolist()) for letter in free}
+    before_check = check_source(source, machine, options, progress, remedies=False)  # the move is the cure
+    if carried := _find_carried_lines(source, machine, options, before_check.findings):
+        only = search.evaluate(here)
+        return Proposal(
+            system=system,
+            aim=aim,
+            findings=before_check.findings,
+            ranges=searched,
+            room=room,
+            before=only,
+            after=only,
+            largest=only,
+            seconds_before=None,
+            seconds=None,
+            turns=machine.coordinates.turns_with_part,
+            carried_lines=carried,
+            largest_fits=False,
+        )
     notify = None if progress is None else partial(progress, "seeking a place")
     largest = search.find_best(here, notify)
     largest = search.evaluate(_round_place(search, largest.place, here, free, largest.counts), largest.counts)
-    before_check = check_source(source, machine, options, progress, remedies=False)  # the move is the cure
 
     def check_at(place: Place, *, remedies: bool) -> Result:
         return check_source(source, machine, put_at_place(options, system, place), progress, remedies=remedies)
@@ -168,8 +188,6 @@ def propose(
     turns = machine.coordinates.turns_with_part
     dialect = choose_dialect_name(options.dialect, source, options.source_name)
     g10 = dialect if dialect in ("rs274", "fanuc") else ""
-    ends = np.array([low, high]) / [1.0, 1.0, 1.0, RAD_PER_DEG]
-    searched = {letter: tuple(ends[:, COORDINATES.index(letter)].tolist()) for letter in free}
     return Proposal(
         system,
         aim,
@@ -183,9 +201,9 @@ def propose(
         turns,
         g10,
         fixed,
-        room,
-        refused,
-        largest_fits,
+        room=room,
+        refused=refused,
+        largest_fits=largest_fits,
     )
 
 
@@ -235,6 +253,18 @@ def _find_fixed_lines(moves: Moves, result: Result) -> tuple[int, ...]:
     fixed: set[int | None] = set(moves.line[in_machine].tolist()) - set(moves.line[~in_machine].tolist())
     errors = [item for item in result.findings if item.severity == "error" and item.code not in CONTACTS]
     return tuple(sorted({item.line or 0 for item in errors if item.line in fixed and is_about_pose(item.code)}))
+
+
+def _find_carried_lines(
+    source: Text, machine: Machine, options: Options, findings: Sequence[Finding]
+) -> tuple[int, ...]:
+    """Lines in which the tool or the spindle touches what moves with the part."""
+    contacts = [item for item in findings if item.severity == "error" and item.code in CONTACTS]
+    if not contacts:
+        return ()
+    program = assemble(source, machine, options)
+    joints = guard_joints(program)
+    return tuple(sorted({item.line or 0 for item in contacts if is_carried_with_part(program, joints, item)}))
 
 
 def put_at_place(options: Options, system: int, place: Place) -> Options:

@@ -226,20 +226,26 @@ def _propose_shifts(line: Line, findings: Sequence[Finding]) -> Iterator[str]:
         return
     if ends := [remedy.text for remedy in propose_ends(line, warnings=warnings)]:
         yield f"the line ended elsewhere: {', or '.join(ends)}"
-    if any(item.code == "VP216" and item.severity == "error" for item in asked) and not in_machine:
-        yield from _propose_lift(line)
+    yield from propose_lift(line, asked)
 
 
-def _propose_lift(line: Line) -> Iterator[str]:
-    """For a rapid through the stock: both ends higher along Z of the program, as after a retract that is missing."""
-    if line.moves.kind[line.move] != MoveKind.RAPID or not remedies.is_straight(line.exact):
+def propose_lift(line: Line, findings: Sequence[Finding]) -> Iterator[str]:
+    """For a move through a fixture, or a rapid through the stock: both ends higher along Z of the program.
+
+    So it is after a retract that is missing.
+    """
+    is_rapid = line.moves.kind[line.move] == MoveKind.RAPID
+    codes = CONTACTS if is_rapid else CONTACTS[:1]
+    is_asked = any(item.code in codes and item.severity == "error" for item in findings)
+    if not is_asked or line.move in line.moves.machine_moves or not remedies.is_straight(line.exact):
         return
     direction = line.joints.machine.coordinates.turn_displacement(np.eye(3), line.frame)[2]
     lift = remedies.find_least_lift(line.exact, direction)
     if lift is not None:
         unit, scale = line.unit
         begin, end = (format_number((_find_words(line, w=w)[2] + lift) / scale, 4) for w in (0.0, 1.0))
-        yield f"a retract before it: the line begun at Z {begin} and ended at Z {end} {unit}"
+        cause = "a retract before it" if is_rapid else "above the fixture"
+        yield f"{cause}: the line begun at Z {begin} and ended at Z {end} {unit}"
 
 
 def propose_ends(line: Line, *, warnings: bool) -> Iterator[Remedy]:

@@ -14,7 +14,15 @@ from verne_post.app.assemble import Program, assemble, build_interpreter_setup
 from verne_post.app.constraints import check_program, guard_joints
 from verne_post.app.contact_remedies import TRIED_ELEMENTS, propose_heights
 from verne_post.app.explain_numbers import format_list, format_number
-from verne_post.app.line_remedies import CONTACTS, Line, is_carried_along, propose_depth, propose_ends, propose_turns
+from verne_post.app.line_remedies import (
+    CONTACTS,
+    Line,
+    is_carried_along,
+    propose_depth,
+    propose_ends,
+    propose_lift,
+    propose_turns,
+)
 from verne_post.base.arrays import Array
 from verne_post.base.long_text import Text, take_line
 from verne_post.base.program_lines import find_machine_code, find_word, find_word_of
@@ -75,7 +83,7 @@ def add_remedies(source: Text, program: Program, findings: Sequence[Finding]) ->
     joints = guard_joints(program)
     is_short = len(program.contour) <= TRIED_ELEMENTS
     movable = [item for item in errors if not _find_line_in_machine(program, item)]
-    can_help = is_short and not all(_is_carried_along(program, joints, item) for item in movable)
+    can_help = is_short and not all(is_carried_with_part(program, joints, item) for item in movable)
     places: list[WorkOffset] = []
     found = _find_offset(source, program, movable, places) if can_help else None
     nothing = _say_no_offset(places)
@@ -189,6 +197,9 @@ def _try_remedies(source: Text, program: Program, joints: Any, item: Finding, of
             yield Remedy(f"{flag} {what}", "true", key=tuple(change))
     if item.code in _OPTIONS:
         return
+    if item.code == "VP215" and (own := _find_line(program, joints, item.line, source)) is not None:
+        for text in propose_lift(own, [item]):
+            yield Remedy(f"line {own.number} alone: {text}")
     if offset.value and item.code not in ROTARY_CODES and not _find_line_in_machine(program, item):
         yield offset
     elif find_family(item.code) != Family.BRANCH:
@@ -198,11 +209,11 @@ def _try_remedies(source: Text, program: Program, joints: Any, item: Finding, of
                 yield dataclasses.replace(one, text=f"line {line.number} alone: {one.text}")
         moves = line is not None or item.code not in CONTACTS  # not where it starts: an offset does not say how it came
         tried = moves and item.code not in ROTARY_CODES and len(program.contour) <= TRIED_ELEMENTS
-        if tried and not _find_line_in_machine(program, item) and not _is_carried_along(program, joints, item):
+        if tried and not _find_line_in_machine(program, item) and not is_carried_with_part(program, joints, item):
             yield offset
 
 
-def _is_carried_along(program: Program, joints: Any, item: Finding) -> bool:
+def is_carried_with_part(program: Program, joints: Any, item: Finding) -> bool:
     """Whether no work offset can cure a contact: see :func:`~verne_post.app.line_remedies.is_carried_along`."""
     line = _find_line(program, joints, item.line) if item.code in CONTACTS else None
     return line is not None and is_carried_along(program.options, item, line.frame.system)

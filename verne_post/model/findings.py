@@ -166,7 +166,8 @@ def describe(item: Finding) -> str:
         lines = "" if item.last_line == item.line else f"{name_lines(item)}, "
         text += f" ({lines}{item.count} times)"
     elif item.count > 1 and item.line is not None and item.last_line not in (None, item.line):
-        text += f" (lines {item.line} to {item.last_line}, worst {item.worst_line}, {item.count} moves)"
+        lines = "" if " stretches: lines " in text else f"{name_lines(item)}, "  # of a contact, which names them
+        text += f" ({lines}worst {item.worst_line}, {item.count} moves)"
     elif item.count > 1 and item.code == "VP301":
         text += f" ({f'{name_lines(item)}, ' if item.lines else ''}{item.count} moves)"
     return text

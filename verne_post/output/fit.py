@@ -7,7 +7,7 @@ import numpy as np
 from verne_post.base.numbers import format_fixed
 from verne_post.base.printable import format_json
 from verne_post.base.units import DEG_PER_RAD
-from verne_post.model.findings import Finding
+from verne_post.model.findings import Finding, join_lines
 from verne_post.model.machine import Machine
 from verne_post.model.part_setup import name_system
 from verne_post.model.verdict import find_worst
@@ -75,6 +75,16 @@ def _write_lines(program: str, machine: Machine, proposal: Proposal) -> Iterator
             sought = "largest margin" if proposal.aim == "margin" else "least time"
             there = _write_wcs_option(proposal, proposal.refused)
             yield f"The place of the {sought}, --wcs {there}, is refused by the check, which sees contacts too."
+    elif proposal.carried_lines:
+        lines, first = join_lines(proposal.carried_lines), proposal.carried_lines[0]
+        yield (
+            f"{program} on {machine.name}: in {lines} the tool touches what moves with the part, and no work offset "
+            f"helps. Change the program, the tool or the fixture; `verne-post explain {program}:{first}` tries other "
+            'ends and heights. A fixture that stays where it is on the table has system = "table" in [keep_out.NAME].'
+        )
+        yield "It is blocked by:"
+        yield from _write_blocking(program, proposal)
+        return
     elif proposal.fixed_lines:
         lines = ", ".join(map(str, proposal.fixed_lines))
         one = len(proposal.fixed_lines) == 1
@@ -179,6 +189,7 @@ def make_json(program: str, machine: Machine, proposal: Proposal) -> str:
         "machine": {"name": machine.name, "sha256": machine.sha256},
         "fits": fits,
         "fixed_lines": proposal.fixed_lines,
+        "carried_lines": proposal.carried_lines,
         "system": name_system(proposal.system),
         "aim": proposal.aim,
         "searched": proposal.ranges,

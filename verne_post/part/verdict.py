@@ -180,10 +180,9 @@ def list_contacts(contacts: Contacts, motions: tuple[Motion, ...]) -> list[Findi
     found = []
     for one in contacts.found:
         motion, value = motions[one.deepest.motion], one.deepest.distance
-        text = (
-            f"distance of the {one.part} of {motion.name} from {contacts.mesh.name}: {value:.3f} mm at "
-            f"{describe_place(one.deepest.place)}, allowed {contacts.allowed:g}"
-        )
+        how = f"goes {-value:.3f} mm into" if value < 0.0 else f"comes to {value:.3f} mm from"
+        text = f"the {one.part} of {motion.name} {how} {contacts.mesh.name} at {describe_place(one.deepest.place)}"
+        text += f"; it must stay {contacts.allowed:g} mm away" if contacts.allowed else ""
         found.append(_make_finding("VP215", text, one.line, int(motion.line[one.deepest.row]), value, contacts.allowed))
     return found
 

@@ -199,6 +199,9 @@ class Proposal(Struct, frozen=True, eq=False):
         The language whose G10 sets work systems; empty where the program is in one without G10.
     fixed_lines : tuple of int
         Lines in machine coordinates with errors, which no work offset moves; margins do not count them.
+    carried_lines : tuple of int
+        Lines in which the tool or the spindle touches what moves with the part: no work offset parts them, and none
+        was sought.
     room : Room or None
         Where on a table the middle of what is cut was sought; None on a machine without a table.
     refused : Place or None
@@ -222,6 +225,7 @@ class Proposal(Struct, frozen=True, eq=False):
     turns: bool = True
     g10: str = "rs274"
     fixed_lines: tuple[int, ...] = ()
+    carried_lines: tuple[int, ...] = ()
     room: Room | None = None
     refused: Place | None = None
     largest_fits: bool = True

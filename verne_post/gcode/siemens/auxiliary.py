@@ -12,6 +12,7 @@ from verne_post.gcode.siemens.modes import FEED_CODES
 from verne_post.gcode.siemens.motion import SiemensMotion
 from verne_post.gcode.siemens.vocabulary import M_FUNCTIONS, REFUSED_WORDS
 from verne_post.gcode.siemens.words import Word, Words
+from verne_post.model.findings import Remedy
 from verne_post.model.moves import ZERO9, FeedMode
 from verne_post.model.part_setup import describe_tool_number
 
@@ -154,6 +155,12 @@ class SiemensAuxiliary:
                 'number of its tool, give [siemens] d_numbers = "tools" in the settings file',
             )
         name = describe_tool_number(tool, self.state.tool_names) if tool else "a tool"
-        raise word.error(
-            "VP012", f"D{word.value:g}: the only cutting edge that the set-up gives {name} is D1; did you mean D1?"
+        own = self.state.tool_names.get(tool, "")
+        call = f'T="{own}_D{number}"' if own else "T with a number of its own"
+        text = (
+            f"D{word.value:g}: the set-up gives {name} one cutting edge, D1; enter edge {number} in [tools] as a tool "
+            f"of its own, with length and diameter, and write {call}, and M6, where edge {number} is meant; or write D1"
         )
+        error = word.error("VP012", text).advise("")
+        error.edits = (Remedy("write D1", "D1", misspelt=f"D{word.value:g}", is_choice=True),)
+        raise error

@@ -129,11 +129,14 @@ def report_limit(contour: Contour, check: Check, worst: Worst, cause: Ints | Non
             value, bound = value_of[at] * check.factor, limit * check.factor
             side = "below" if value <= bound else "above"
             decimals = choose_decimals(abs(value - bound), check.unit)
-            contact = _CONTACT.fullmatch(check.name) if check.code == "VP215" and bound == 0.0 else None
+            contact = _CONTACT.fullmatch(check.name) if check.code == "VP215" else None
             if contact is not None:
+                body, fixture = contact.groups()
+                far = format_fixed(abs(value), max(decimals, choose_decimals(abs(value), check.unit)))
+                how = f"goes {far}{unit} into" if value < -LIMIT_SLACK_MM else f"comes to {far}{unit} from"
                 # surfaces of meshes that meet have no depth
-                depth = f"is {format_fixed(-value, decimals)}{unit} inside" if value < -LIMIT_SLACK_MM else "runs into"
-                message = f"{contact[1]} {depth} {contact[2]}"
+                message = f"{body} {how if abs(value) > LIMIT_SLACK_MM else 'runs into'} fixture '{fixture}'"
+                message += f"; it must stay {bound:g}{unit} away" if bound else ""
             elif check.travel is None:
                 message = (
                     f"{what} {format_fixed(value, decimals)}{unit} is {side} {bound:g}{unit} by "

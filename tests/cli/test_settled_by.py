@@ -1,0 +1,101 @@
+"""What a message names settles what it says: tables, edges, fixtures that move with the part."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+MILLED = "G21 G90 G17 G94\nT1 M6\nS3000 M3\nG43 H1\nG54\nG0 X0 Y0 Z20\nG1 Z5 F600\nG0 X60\nG1 X90\nG0 Z50\nM30\n"
+SETUP = "[wcs]\nG54 = [0, 0, 60]\n[tools]\n1 = {{ length = 80, diameter = {} }}\n"
+JAW = '[keep_out.left]\nmin = [20, -10, 0]\nmax = [40, 10, 36]\nsystem = "G54"\n'
+EDGED = 'G17 G90 G94 G71\nT="MILL" D2\nM6\nS3000 M3\nG54\nG0 X0 Y0 Z20\nG1 Z5 F{}\nG1 X30\nG0 Z50\nM30\n'
+
+
+@pytest.fixture
+def write(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., None]:
+    """Write a program and its set-up into the current folder."""
+    monkeypatch.chdir(tmp_path)
+
+    def write_both(name: str, program: str, setup: str) -> None:
+        Path(name).write_text(program)
+        Path(f"{name}.toml").write_text(setup)
+
+    return write_both
+
+
+def test_a_second_edge_is_entered_as_a_tool_of_its_own(write: Callable[..., None], run: Callable[..., Any]) -> None:
+    write("d.mpf", EDGED.format(300), SETUP.format(10).replace("1 =", '"MILL" ='))
+    refused = run("check", "d.mpf")
+    way = 'write T="MILL_D2", and M6, where edge 2 is meant; or write D1'
+    assert refused.code == 2
+    assert way in refused.err + refused.out
+    assert way in run("setup", "d.mpf", "--setup", "none", "-o", "-").out.splitlines()[1]
+    write("d.mpf", EDGED.format(300).replace('MILL" D2', 'MILL_D2"'), SETUP.format(10).replace("1 =", '"MILL_D2" ='))
+    assert run("check", "d.mpf").code == 0
+
+
+def test_explain_has_the_finding_of_a_line_that_takes_too_long(
+    write: Callable[..., None], run: Callable[..., Any]
+) -> None:
+    write("f.mpf", EDGED.format(0.001).replace(" D2", ""), SETUP.format(10).replace("1 =", '"MILL" ='))
+    shown = run("explain", "f.mpf:8").out
+    assert "VP035 error: the program takes more than" in shown
+    assert "VP035, remedy: Correct F or the dwell." in shown
+    assert "findings: none" in run("explain", "f.mpf:7").out  # not the longest line
+
+
+def test_no_place_parts_what_moves_together(write: Callable[..., None], run: Callable[..., Any]) -> None:
+    write("c.nc", MILLED, SETUP.format(10) + JAW)
+    told = run("fit", "c.nc")
+    assert told.code == 1
+    assert "in line 8 the tool touches what moves with the part, and no work offset helps" in told.out
+    assert "Searched:" not in told.out
+    assert json.loads(run("fit", "c.nc", "--json").out)["carried_lines"] == [8]
+    write("c.nc", MILLED, SETUP.format(10) + JAW.replace('"G54"', '"table"').replace("36", "96"))
+    assert run("fit", "c.nc").code == 0  # as the text says, where the fixture stays
+
+
+@pytest.mark.parametrize(("distance", "asked"), [(0, ""), (2, "; it must stay 2 mm away")])
+def test_a_contact_is_told_with_the_height_that_clears_it(
+    write: Callable[..., None], run: Callable[..., Any], distance: int, asked: str
+) -> None:
+    write("c.nc", MILLED, SETUP.format(10) + f"{JAW}distance_mm = {distance}\n")
+    refused = run("check", "c.nc").out
+    height = f"{36.2 + distance:g}"
+    assert f"VP215 error: the cutter goes 14.988 mm into fixture 'left'{asked}\n" in refused
+    assert f"a retract before it: the line begun at Z {height} and ended at Z {height} mm" in refused
+    write(
+        "c.nc",
+        MILLED.replace("G0 X60", f"G0 Z{height}\nG0 X60\nG1 Z5"),
+        SETUP.format(10) + JAW + f"distance_mm = {distance}\n",
+    )
+    assert run("check", "c.nc").code == 0
+
+
+def test_a_diameter_that_is_not_known_is_not_invented(write: Callable[..., None], run: Callable[..., Any]) -> None:
+    """Nor is anything told that would follow from its width, such as a slot that is too narrow."""
+    slot = MILLED.replace("G0 X60\n", "G41 D1 G1 X0 Y20\nX30\nY20.4\nX0\nG40 Y60\n")
+    write("n.nc", slot, SETUP.format(0))
+    assert "G41 (tool centre left of the contour, no diameter is known: D1, tool 1)" in run("explain", "n.nc:9").out
+    refused = run("check", "n.nc").out
+    assert "refused: 1 error" in refused
+    assert "VP026" not in refused
+
+
+@pytest.mark.parametrize(
+    ("setup", "told"),
+    [
+        ("[fixtures]\nleft = 3\n", "fixtures: this is no option of a set-up; a fixture is a table [keep_out.NAME]"),
+        ("[clamp.left]\nmin = 1\n", "clamp: this is no option of a set-up; a fixture is a table [keep_out.NAME]"),
+        ("holder = 40\n", "holder: this is no option of a set-up; shank and holder are in a file of their own: write"),
+        ("[tools]\n1 = { length = 80, holder = 40 }\n", "tools.1.holder is not a key of a set-up; shank and holder"),
+    ],
+)
+def test_other_names_of_fixtures_and_holders_are_known(
+    write: Callable[..., None], run: Callable[..., Any], setup: str, told: str
+) -> None:
+    write("c.nc", MILLED, setup)
+    refused = run("check", "c.nc")
+    assert told in refused.out + refused.err
