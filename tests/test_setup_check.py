@@ -376,9 +376,9 @@ def test_what_turns_the_table_has_the_axes_of_the_machine(machine, axes, paramet
     ("more", "wcs", "expected"),
     [
         ("G55 X0\n", {"G54": (0, 0, 30)}, ("error", 5, "G55 has no place on the table, and G54 has one")),
-        ("G55 X0\n", {"G54": (0, 0, 30), "G56": (0, 0, 40)}, ("error", 5, "G54 and G56 have one: write wcs.G55 = ")),
+        ("G55 X0\n", {"G54": (0, 0, 30), "G56": (0, 0, 40)}, ("error", 5, "G54 and G56 have one: write G55 = ")),
         ("G55 X0\n", {}, ("warning", 2, "is at the rotary centre on the table face")),  # of both: nothing is given
-        ("G59.1 X0\n", {"G54": (0, 0, 30)}, ("error", 5, 'write wcs."G59.1" = ')),
+        ("G59.1 X0\n", {"G54": (0, 0, 30)}, ("error", 5, 'write "G59.1" = ')),
         ("", {"G55": (0, 0, 30)}, ("error", 4, "G54 has no place")),  # it cuts in it
         ("G10 L2 P2 X0 Y0 Z-400\nG55 X0\n", {"G54": (0, 0, 30)}, None),  # the program places it
     ],
@@ -1042,7 +1042,7 @@ def test_slips_in_the_call_of_a_tool_in_klartext(call, length, expected, said) -
 @pytest.mark.parametrize(
     ("offset", "code", "said"),
     [
-        ("G505", "VP033", "G505, which is G58 here, has no place on the table, and G54 has one: write wcs.G58 ="),
+        ("G505", "VP033", "G505, which is G58 here, has no place on the table, and G54 has one: write G58 ="),
         ("G540", "VP033", "G540, which is G54.1P31 here, has no place on the table"),
         ("G55", "VP033", "G55 has no place on the table"),
         ("D0", "VP034", "activate its length (D1) after line 1, or give it the length 0"),

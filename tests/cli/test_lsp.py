@@ -1658,7 +1658,7 @@ def test_what_a_set_up_lacks_is_added_to_it(client: Client, tmp_path: Path) -> N
     path = make_program(tmp_path, text, setup=setup)
     uri = client.open(path)
     shown = {one["code"]: one for one in client.diagnostics(uri)["diagnostics"]}
-    assert "write wcs.G55 = [x, y, z] into the set-up" in shown["VP033"]["message"]
+    assert "write G55 = [x, y, z] under [wcs] of the set-up" in shown["VP033"]["message"]
     assert not any("--" in one["message"] for one in shown.values())
     fixes = ask_fixes(client, uri, shown["VP033"]["range"]["start"]["line"])
     action = fixes['Add wcs.G55 = "measure" to part.nc.toml, to be filled in']

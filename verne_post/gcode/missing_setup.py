@@ -178,8 +178,7 @@ def report_missing_offset(
         key = name if name.isalnum() else f'"{name}"'
         text = (
             f"{what} has no place on the table, and {given} {'has' if len(others) == 1 else 'have'} one: write "
-            f"wcs.{key} = [x, y, z] into the set-up, mm from {zero}, or give --wcs "
-            f"{name}=X,Y,Z"
+            f"{key} = [x, y, z] under [wcs] of the set-up, mm from {zero}, or give --wcs {name}=X,Y,Z"
         )
         return make_finding("VP033", text, severity="error", advice="", **where)
     what = f"no {'datum' if moves.language == 'heidenhain' else 'work offset'} was given: {word or name}"
