@@ -355,8 +355,12 @@ class Compensation(Struct):
         other = _SIDES.get(word)
         if other is None:  # that of a cycle
             return ProgramError("VP026", text)
-        by_code = {"value": other[1:], "word": ("G", float(word[1:]))} if word[0] == "G" else {"misspelt": word}
-        edit = Remedy(f"write {other}", **{"value": other, **by_code}, line=self.start_line, is_choice=True)
+        title, line = f"write {other}", self.start_line
+        edit = (
+            Remedy(title, other[1:], line=line, word=("G", float(word[1:])), is_choice=True)
+            if word[0] == "G"
+            else Remedy(title, other, line=line, misspelt=word, is_choice=True)
+        )
         return ProgramError("VP026", text, edits=(edit,))
 
     # --- small geometry -----------------------------------------------------------------------------
