@@ -636,8 +636,8 @@ def _check_directions(moves: Moves, path: ToolPath, machine: Machine) -> list[Fi
         f"{'; if the post has computed them for the machine (as many do with G93), post again' if by_time else ''}"
     )
     instead = Remedy("write G43.4 instead of G43", "43.4", line=line, word=("G", 43.0), is_above=True, is_choice=True)
-    edits = (instead,) if lack == _NO_TCP else ()
-    return [make_finding("VP037", text, **where, edits=edits, advice=IF_DIRECTIONS_ARE_MEANT)]
+    shown = (instead,) if lack == _NO_TCP else ()
+    return [make_finding("VP037", text, **where, edits=shown, advice=IF_DIRECTIONS_ARE_MEANT)]
 
 
 def _name_lack(moves: Moves, at: int) -> str:
