@@ -22,7 +22,7 @@ from verne_post.model.verdict import find_exit_status
 _ASKED = Wanted()
 
 
-def _ask(name: str, text: str) -> Callable[[Any], Any]:
+def _add_length(name: str, text: str) -> Callable[[Any], Any]:
     """The option of a length (mm) of :class:`Wanted`."""
     default = getattr(_ASKED, name)
     return click.option(f"--{name}", type=NUMBER, default=default, metavar="MM", show_default=True, help=text)
@@ -62,10 +62,10 @@ def _ask(name: str, text: str) -> Callable[[Any], Any]:
     show_default=True,
     help="Unit of the STL file, which does not contain it.",
 )
-@_ask("gouge", "Depth beyond which a cut into the part is an error (VP218).")
-@_ask("excess", "Excess material beyond which there is a warning (VP219).")
-@_ask("grid", "Largest distance of any point of the surface from an examined point.")
-@_ask("search", "Depth below and height above the surface that are examined; less than the thinnest wall.")
+@_add_length("gouge", "Depth beyond which a cut into the part is an error (VP218).")
+@_add_length("excess", "Excess material beyond which there is a warning (VP219).")
+@_add_length("grid", "Largest distance of any point of the surface from an examined point.")
+@_add_length("search", "Depth below and height above the surface that are examined; less than the thinnest wall.")
 @click.option(
     "--datum",
     type=click.Choice(["table", "fit"]),
