@@ -45,6 +45,13 @@ PROGRAMS["remark.nc"] = PROGRAMS["drill.nc"].replace(
 )
 
 
+# R in force at X0 is that of the subprogram, whose text comes later
+PROGRAMS["sub.nc"] = (
+    "%\nO1\nG21 G90 G94 G17\nT4 M6\nS2000 M3\nG54\nG0 X-30. Y0.\nG43 Z30. H4\nG99 G81 X-30. Y0. Z-15. R5. F200.\n"
+    "M98 P100\nX0.\nG80\nG0 Z50.\nM30\nO100\nG99 G81 X-20. Y0. Z-15. R-3. F200.\nM99\n%\n"
+)
+
+
 @pytest.fixture
 def write(tmp_path: Path) -> Callable[[str, str], Path]:
     def write(name: str, text: str) -> Path:
@@ -88,6 +95,7 @@ def test_a_clearance_in_the_stock_is_given_a_higher_value(
     ("name", "line", "old", "new", "said"),
     [
         ("drill.nc", 7, "R-3.", "R[0-3]", ""),
+        ("sub.nc", 11, "X0.", "X0.", ""),
         ("pocket.mpf", 11, "30,-5,2", "15*2,-5,2*1", ""),
         ("pocket.mpf", 11, "30,-5,2", "30,-5,2*1", "higher values of retraction plane RTP of POCKET3 in line 11"),
     ],

@@ -324,3 +324,30 @@ def test_a_rapid_without_a_length_that_takes_the_tool_too_low_is_told(dialect, t
         word = {"siemens": "SUPA", "heidenhain": "M91"}.get(dialect, "G53")
         assert f"in machine coordinates ({word})" in told[0].message
     assert result.ok == (found is None or found[0] == "warning")
+
+
+@pytest.mark.parametrize(("dialect", "tail", "line"), [
+    ("fanuc", "G0 X10. Y0.", 8), ("fanuc", "G1 X10. Y0.", 8), ("fanuc", "T2 M6\nG0 X10. Y0.\nG43.4 H2 Z50.", 9),
+    ("fanuc", "G0 A0. C0.\nX10. Y0.", None), ("fanuc", "G0 X10. Y0. A0. C0.", None), ("rs274", "G0 X10. Y0.", None),
+    ("fanuc", "G43.4 H1 G0 X10. Y0. Z50.\nX20.", None), ("fanuc", "G53 G0 X10. Y0.", None),
+])  # fmt: skip
+def test_x_and_y_by_a_cancelled_length_under_a_tilted_table_are_told(dialect, tail, line):
+    """A control moves X and Y of the machine alone there; RS274/NGC cancels no length."""
+    setup = Options(
+        tools=LONGER, wcs={1: WorkOffset((0, 0, 60))}, dialect=dialect, smoothing="off", split_at_stops=True
+    )
+    text = f"{ISO}G53 G0 Z0.\n{tail}\nM30\n"
+    found = assemble(text.encode(), vp.load_machine("serial"), setup).findings
+    told = [item for item in found if item.code == "VP037"]
+    assert [(item.line, item.severity) for item in told] == ([(line, "warning")] if line else [])
+    assert all(
+        "and G53, G28 or G30 has cancelled the tool length: they are read as points" in item.message for item in told
+    )
+    assert not any(item.edits for item in told)
+
+
+def test_x_and_y_by_a_restored_length_hold_the_tip():
+    setup = options("fanuc", smoothing="off", control={"fanuc": {"length_after_return": "restored"}})
+    text = f"{ISO}G53 G0 Z0.\nG0 X10. Y0.\nM30\n"
+    found = assemble(text.encode(), vp.load_machine("serial"), setup).findings
+    assert [item.code for item in found if item.code == "VP037"] == []

@@ -483,10 +483,10 @@ def test_two_words_that_are_each_taken_for_the_other_end() -> None:
             if (at := text.find(word)) >= 0:
                 raise ProgramError("VP001", f"{word}: no meaning in this language; did you mean {right_word}?", at + 1)
 
-    errors, rest = execute_as_meant("FOOO SUAP", execute, correct_line)
+    errors, rest = execute_as_meant("FOOO SUAP", lambda: None, execute, correct_line)
     assert [(one.message[:4], one.column) for one in errors] == [("SUAP", 6), ("SUPA", 6)]
     assert rest == "FOOO SUPA"
     del meant["SUPA"]
-    errors, rest = execute_as_meant("FOOO SUAP FOOO", execute, correct_line)
+    errors, rest = execute_as_meant("FOOO SUAP FOOO", lambda: None, execute, correct_line)
     assert [(one.message[:4], one.column) for one in errors] == [("SUAP", 6), ("FOOO", 1), ("FOOO", 11)]
     assert rest is None

@@ -7,7 +7,9 @@ import pytest
 import verne_post as vp
 from verne_post import check
 from verne_post.gcode.languages import find_other_language
+from verne_post.gcode.machining.watcher import place_at_plane
 from verne_post.gcode.tools import read_tool_table
+from verne_post.model.findings import make_finding
 from verne_post.model.options import Options
 from verne_post.model.part_setup import Tool
 from verne_post.output.findings import describe_remedy, format_finding
@@ -1277,3 +1279,19 @@ def test_a_klartext_turn_without_a_feed_rate_is_no_second_error(machine):
     program = "BEGIN PGM Q MM\nTOOL CALL 7 Z S9\nL X+0 Y+0 Z+50 R0 FMAX M3\nL Z+20\nL X+10 A+5\nM30\nEND PGM Q MM\n"
     result = check(program.encode(), machine, Options(dialect="heidenhain", tools={7: 90}, wcs={"G54": (0, 0, 0)}))
     assert [(item.code, item.line) for item in result.findings if item.severity == "error"] == [("VP009", 4)]
+
+
+@pytest.mark.parametrize(
+    ("quantity", "line", "column"),
+    [
+        ("plane", b"N5 G68.2 X0", 4),
+        ("change of tools", b"T2 M6", 4),
+        ("change of tools", b'T="D6"', 1),
+        ("G49", b"G0 G49", 4),
+        ("", b"G49", None),
+    ],
+)
+def test_the_word_of_a_held_plane_is_data(quantity: str, line: bytes, column: int | None) -> None:
+    """The message chose it: other words of it, and the place in the line was lost."""
+    item = make_finding("VP043", "a message of any words", line=1, quantity=quantity)
+    assert place_at_plane(line, item).column == column

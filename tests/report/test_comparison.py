@@ -17,6 +17,7 @@ from verne_post.model.options import Options
 from verne_post.model.part_setup import WorkOffset
 from verne_post.report.alignment import Stretch, align_lines
 from verne_post.report.comparison import make_side, write_comparison
+from verne_post.report.markup import escape_names
 from verne_post.report.study import study
 
 from ..builders import MACHINE
@@ -276,3 +277,15 @@ def test_the_command_takes_two_programs_with_a_set_up_each(
         answer = run("report", *words)
         assert answer.code == 2
         assert message in answer.err
+
+
+@pytest.mark.parametrize(
+    ("text", "html"),
+    [
+        ("blade_5axis.nc.toml", "blade_<wbr>5axis.<wbr>nc.<wbr>toml"),
+        ("12.5 mm, -3.25 deg", "12.5 mm, -3.25 deg"),
+        ("op-2_<a>.mpf", "op-2_&lt;a&gt;.mpf"),
+    ],
+)
+def test_lines_end_in_names_of_files_behind_their_signs_alone(text: str, html: str) -> None:
+    assert escape_names(text) == html

@@ -87,7 +87,7 @@ class _Height(Struct, frozen=True):
 def name_heights(source: Text, program: Program, line: Line) -> str:
     """The heights that :func:`propose_heights` tries for the contacts of a line; empty where there are none."""
     asked = any(_is_of_heights(program, line, item) for item in line.findings)
-    heights = _list_heights(source, program, line.number) if asked else []
+    heights = _list_in_force(source, program, line) if asked else []
     names = " and ".join(_NAMES[height.name] for height in heights if height.plane is None)
     return f"{names} of {heights[0].cycle}" if heights else ""
 
@@ -107,7 +107,7 @@ def propose_heights(source: Text, program: Program, line: Line, item: Finding) -
     lines = bytes(source).split(b"\n")
     scale = line.unit[1]
     step = STEP_MM if scale == 1.0 else _STEP_INCH
-    heights = _list_heights(source, program, line.number, step)
+    heights = _list_in_force(source, program, line, step)
 
     @cache
     def list_left(number: int, text: str) -> tuple[list[Finding], list[int]] | None:
@@ -252,6 +252,23 @@ def _list_heights(source: Text, program: Program, number: int, step: float = STE
         if float(plane.number) > reference:  # out of the hole is up
             heights.append(replace(by_name["SDIS"], plane=plane, base=reference + step))
     return heights
+
+
+def _list_in_force(source: Text, program: Program, line: Line, step: float = STEP_MM) -> list[_Height]:
+    """The heights that a line is executed with: a jump or a subprogram may have given others than the text above it."""
+    state, found = line.state, _list_heights(source, program, line.number, step)
+    if state is None:
+        return found
+
+    def is_in_force(height: _Height) -> bool:
+        if height.name.startswith("Q"):
+            return state.look_up(height.name) == float(height.number)
+        cycle = state.modes.cycle
+        if height.name == "R":
+            return cycle is None or bool(cycle.numbers[0] == float(height.number))
+        return height.line == line.number or height.cycle.startswith(f"{cycle} ")
+
+    return [height for height in found if is_in_force(height)]
 
 
 def _find_call(lines: Sequence[str], number: int, dialect: str) -> tuple[int, re.Match[str]] | None:

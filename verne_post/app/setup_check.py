@@ -460,6 +460,8 @@ def _describe_unknown_tool(missing: Finding, lengths: Mapping[int, float], names
 
 
 #: What puts the length of a tool in force, by languages; in the others it is G43.
+#: What VP037 finds missing, but for a length that the control has cancelled.
+_NO_TCP: Final = "no code turns on tool-centre-point control"
 _ACTIVATIONS: Final = {"siemens": "D1", "heidenhain": "TOOL CALL", "aptcl": "LOADTL"}
 
 
@@ -620,32 +622,47 @@ def _check_directions(moves: Moves, path: ToolPath, machine: Machine) -> list[Fi
         )
         edits = (Remedy(f"name {letters}", f"G0 {AXES[tilt]}0 {AXES[turn]}0", line=left.line, way="below", turns=True),)
         return [make_finding("VP037", text, **where, edits=edits, advice="")]
+    lack = _name_lack(moves, first)
     by_time = is_turning and moves.feed_mode[first] == FeedMode.INVERSE
     kept = "on LinuxCNC, change nothing if its kinematics keep the tip (ignore VP037 then); otherwise "
     kept = "" if moves.needs_tcp_code else kept
     text = (
         f"X Y Z cut {'in a turn of' if is_turning else 'with'} the {machine.rotary_side} "
         f"{'to' if is_turning else 'at'} {AXES[tilt]}{a:.6g} "
-        f"{AXES[turn]}{c:.6g}, and no code turns on tool-centre-point control: they are read as points of the part, "
+        f"{AXES[turn]}{c:.6g}, and {lack}: they are read as points of the part, "
         "but a control would "
         f"read them in the machine's directions; {kept}write G43.4 before the cut, in place of any G43, if the part is "
         "meant"
         f"{'; if the post has computed them for the machine (as many do with G93), post again' if by_time else ''}"
     )
-    edits = (Remedy("write G43.4 instead of G43", "43.4", line=line, word=("G", 43.0), is_above=True, is_choice=True),)
-    return [make_finding("VP037", text, **where, edits=edits, advice=IF_DIRECTIONS_ARE_MEANT)]
+    instead = Remedy("write G43.4 instead of G43", "43.4", line=line, word=("G", 43.0), is_above=True, is_choice=True)
+    shown = (instead,) if lack == _NO_TCP else ()
+    return [make_finding("VP037", text, **where, edits=shown, advice=IF_DIRECTIONS_ARE_MEANT)]
+
+
+def _name_lack(moves: Moves, at: int) -> str:
+    """Why no code says, at a move, in which directions X Y Z count."""
+    is_cancelled = bool(moves.find_cancelled_length(np.array(at)))
+    return "G53, G28 or G30 has cancelled the tool length" if is_cancelled else _NO_TCP
 
 
 def _report_rapid(moves: Moves, at: int, machine: Machine) -> Finding:
     """VP037 of a rapid."""
-    line, rotary = int(moves.line[at]), machine.coordinates.rotary
+    line, rotary, lack = int(moves.line[at]), machine.coordinates.rotary, _name_lack(moves, at)
     place = " ".join(f"{AXES[axis]}{moves.end[at, axis] + 0.0:.6g}" for axis in rotary)
-    text = (
-        f"X Y Z go in rapid traverse with the {machine.rotary_side} at {place}, and no code turns on "
-        "tool-centre-point control: they are read as points of the part, but a control would move the axes of the "
-        f"machine to them, so that after a turn of the {machine.rotary_side} X Y Z that are not named again differ "
-        f"too; retract with G53, or turn {AXES[rotary[0]]} and {AXES[rotary[1]]} before"
-    )
+    turn = f"turn {AXES[rotary[0]]} and {AXES[rotary[1]]} before"
+    text = f"X Y Z go in rapid traverse with the {machine.rotary_side} at {place}, and {lack}: they are read as points "
+    if lack == _NO_TCP:
+        text += (
+            "of the part, but a control would move the axes of the machine to them, so that after a turn of the "
+            f"{machine.rotary_side} X Y Z that are not named again differ too; retract with G53, or {turn}"
+        )
+    else:
+        text += (
+            "of the part, by the length that has been cancelled, and the axes that are not named move too, but a "
+            "control would move the named axes of the machine alone; write the next G43.4 H before, in the block that "
+            f"names X Y Z, or {turn}"
+        )
     return make_finding("VP037", text, line=line, last_line=line, worst_line=line, advice=IF_DIRECTIONS_ARE_MEANT)
 
 

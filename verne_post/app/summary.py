@@ -138,8 +138,7 @@ def list_tool_lengths(program: Program) -> ToolLengths:
         number = find_tool_of_moves(move, path.first_move, moves)
         length = np.round(path.tool_length[begin:end] - program.options.lift, 6)
         feeding = path.feed_time[begin:end] > 0
-        is_ended = np.searchsorted(moves.length_ends, move, side="right") % 2 == 1
-        counts = ~is_ended & (path.turn[begin:end] < 0)
+        counts = ~moves.find_cancelled_length(move) & (path.turn[begin:end] < 0)
         rows = np.column_stack([number, length, feeding])[counts]
         if not len(rows):
             continue

@@ -1,5 +1,6 @@
 """`verne-post machined`: what the written rows leave of the nominal part."""
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +20,12 @@ from verne_post.model.part_setup import SYSTEM_NUMBERS, UNITS, Wanted
 from verne_post.model.verdict import find_exit_status
 
 _ASKED = Wanted()
+
+
+def _add_length(name: str, text: str) -> Callable[[Any], Any]:
+    """The option of a length (mm) of :class:`Wanted`."""
+    default = getattr(_ASKED, name)
+    return click.option(f"--{name}", type=NUMBER, default=default, metavar="MM", show_default=True, help=text)
 
 
 @click.command("machined", cls=GroupedCommand, short_help="Compare the rows with the nominal part.")
@@ -55,38 +62,10 @@ _ASKED = Wanted()
     show_default=True,
     help="Unit of the STL file, which does not contain it.",
 )
-@click.option(
-    "--gouge",
-    type=NUMBER,
-    default=_ASKED.gouge,
-    metavar="MM",
-    show_default=True,
-    help="Depth beyond which a cut into the part is an error (VP218).",
-)
-@click.option(
-    "--excess",
-    type=NUMBER,
-    default=_ASKED.excess,
-    metavar="MM",
-    show_default=True,
-    help="Excess material beyond which there is a warning (VP219).",
-)
-@click.option(
-    "--grid",
-    type=NUMBER,
-    default=_ASKED.grid,
-    metavar="MM",
-    show_default=True,
-    help="Largest distance of any point of the surface from an examined point.",
-)
-@click.option(
-    "--search",
-    type=NUMBER,
-    default=_ASKED.search,
-    metavar="MM",
-    show_default=True,
-    help="Depth below and height above the surface that are examined; less than the thinnest wall.",
-)
+@_add_length("gouge", "Depth beyond which a cut into the part is an error (VP218).")
+@_add_length("excess", "Excess material beyond which there is a warning (VP219).")
+@_add_length("grid", "Largest distance of any point of the surface from an examined point.")
+@_add_length("search", "Depth below and height above the surface that are examined; less than the thinnest wall.")
 @click.option(
     "--datum",
     type=click.Choice(["table", "fit"]),

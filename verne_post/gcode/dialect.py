@@ -29,8 +29,8 @@ class Dialect(Struct, frozen=True):
     #: True for a text that can only be of this dialect. Of several that do, the first by name reads it.
     recognise: Callable[[Text], bool]
     initial_state: Callable[[Setup], State]  #: The modal state at the start of a program.
-    #: Execute a text on a state until it ends or a stop condition is met.
-    execute: Callable[[Text, Setup, State, StopConditions], Execution]
+    #: What :meth:`execute` does for this language.
+    run: Callable[[Text, Setup, State, StopConditions], Execution]
     #: (text, axis letter, setup) -> True when the text gives this axis a position.
     names_axis: Callable[[Text, str, Setup], bool]
     #: Of files whose text is of this dialect where no dialect recognises it, in lower case.
@@ -39,6 +39,20 @@ class Dialect(Struct, frozen=True):
     #: Pattern of the word that asks for inches, as its first group, and the word for mm, which
     #: may name further groups; None where it has none.
     inch: tuple[str, str] | None = None
+
+    def execute(self, source: Text, setup: Setup, state: State, stop: StopConditions) -> Execution:
+        """Execute a text on a state until it ends or a stop condition is met.
+
+        Raises
+        ------
+        RuntimeError
+            A line was given up, and no error says so: without it the program would count as one that can run.
+        """
+        execution = self.run(source, setup, state, stop)
+        line = execution.recorder.given_up_line
+        if line and not execution.errors:
+            raise RuntimeError(f"line {line} was given up, or read as another one, and no error says why")
+        return execution
 
 
 def names_axis_in_blocks(source: Text, letter: str, setup: Setup) -> bool:

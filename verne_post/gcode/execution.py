@@ -288,6 +288,7 @@ def run_program(run: Run, execution: Execution, setup: Setup, stop: StopConditio
                 if span_end < last:
                     stop.trace.add(span_end, last, may_restart=False)
         except ProgramError as error:
+            execution.recorder.give_up(shown_line or line)
             errors = [error]
         if errors and (
             not execution.report_all(errors, line, shown_line=shown_line, file=text.name) or stop.first_error

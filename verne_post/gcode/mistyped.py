@@ -108,6 +108,7 @@ def correct_word(text: str, error: ProgramError) -> str | None:
 
 def execute_as_meant(
     text: str,
+    give_up: Callable[[], None],
     execute: Callable[[str], None],
     correct: Callable[[str, ProgramError], str | None],
 ) -> tuple[list[ProgramError], str | None]:
@@ -115,6 +116,7 @@ def execute_as_meant(
 
     Returns its errors, with the columns of the line as it stands, and the line whose last error was raised and could
     not be corrected; None where it was executed. No line is tried twice: two words may each be taken for the other.
+    Before any error is looked at, ``give_up`` is called.
     """
     errors: list[ProgramError] = []
     earlier_texts = [text.upper()]
@@ -124,6 +126,7 @@ def execute_as_meant(
             execute(text)
             break
         except ProgramError as error:
+            give_up()
             errors.append(error)
             corrected_text = correct(text, error)
             if corrected_text is None or corrected_text.upper() in earlier_texts:

@@ -194,6 +194,8 @@ class Recorder(Struct):
     stock: Stock | None = None
     #: Arcs beside the contour whose feed rate is not F.
     arc_feeds: dict[ArcFeed, ArcFeedUse] = field(default_factory=dict)
+    #: The first line of which something was left out, or read as something else: an error must say so. 0: none.
+    given_up_line: int = 0
     count: int = 0
     #: Rows and arcs that no longer change, and their numbers.
     table: GrowingTable = field(default_factory=lambda: GrowingTable(**MOVE_COLUMNS))
@@ -204,6 +206,10 @@ class Recorder(Struct):
     left_plane: int = 0  #: The line after the plane in use that begins what mostly stands after its end.
     #: The frame and the path control that were recorded last, and their rows.
     _last: tuple[Frame | None, int, PathControl | None, int] = (None, -1, None, -1)
+
+    def give_up(self, line: int) -> None:
+        """An error has ended the execution of a line, whatever is done about it afterwards."""
+        self.given_up_line = self.given_up_line or line
 
     def note_calls(self, chain: tuple[tuple[int, int], ...]) -> None:
         """The next moves are made inside these calls."""

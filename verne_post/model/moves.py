@@ -372,6 +372,10 @@ class Moves(Struct, frozen=True):
         """Whether codes say, at each of some moves, in which directions X Y Z count."""
         return np.searchsorted(self.tcp_changes, move, side="right") % 2 == 1
 
+    def find_cancelled_length(self, move: Ints) -> Mask:
+        """Whether the control has cancelled the tool length, at each of some moves."""
+        return np.searchsorted(self.length_ends, move, side="right") % 2 == 1
+
     def find_named(self, move: Ints) -> Mask:
         """Whether A and C are words of the program at each of some moves, and not those of a tool vector."""
         vectors = np.isfinite(self.tool_axis[move, 0])

@@ -20,7 +20,7 @@ from verne_post.output.causes import find_causes
 from verne_post.output.findings import list_remedies
 from verne_post.report.alignment import Stretch, align_lines
 from verne_post.report.head import list_setup, name_verdict, write_title_html
-from verne_post.report.markup import count, escape_text, join_few, write_css_string, write_table
+from verne_post.report.markup import count, escape_names, escape_text, join_few, write_css_string, write_table
 from verne_post.report.modal import describe_feed
 from verne_post.report.pack import Pack
 from verne_post.report.page import fill_page, write_json_in_html
@@ -216,7 +216,7 @@ def _write_facts_html(sides: tuple[Side, Side]) -> str:
         if texts[0] == texts[1]:
             same.append(f"{what} {texts[0]}")
         else:
-            cells = [f"<span class=whole>{text}</span>" if "SHA" in what else escape_text(text) for text in texts]
+            cells = [f"<span class=whole>{text}</span>" if "SHA" in what else escape_names(text) for text in texts]
             rows.append(_write_row(escape_text(what), cells + [""] * timed))
     table = (
         write_table(("what", "A", "B", *["B - A"] * timed), "".join(rows)) if rows else "<p>None of these numbers.</p>"

@@ -4,7 +4,7 @@ from verne_post.model.machine import Machine
 from verne_post.model.verdict import find_exit_status, find_verdict
 from verne_post.output.causes import count_causes
 from verne_post.output.summary import describe_time, list_absent_bodies, list_facts, list_unchecked
-from verne_post.report.markup import count, escape_text, join_few
+from verne_post.report.markup import count, escape_names, escape_text, join_few
 from verne_post.report.sheet import list_offsets, list_tools
 from verne_post.report.table import Study
 
@@ -13,7 +13,7 @@ def write_title_html(program: str, machine: Machine) -> str:
     """The program and its machine; the folder is quiet."""
     folder, slash, name = program.rpartition("/")
     return (
-        f"<small>{escape_text(folder + slash)}</small><wbr>{escape_text(name)} <small>on "
+        f"<small>{escape_text(folder + slash)}</small><wbr>{escape_names(name)} <small>on "
         f"{escape_text(machine.name)}</small>"
     )
 

@@ -22,6 +22,11 @@ def escape_values(text: str) -> str:
     return re.sub(r"(?<=\d) (?=(?:%|mm|s|deg)(?![\w]))", "\N{NO-BREAK SPACE}", escape_text(text))
 
 
+def escape_names(text: str) -> str:
+    """Escape text for HTML in which lines end inside the name of a file only behind its signs, as in part_1.nc.toml."""
+    return re.sub(r"(?<=\w)(_(?=\w)|[.-](?=[^\W\d]))", r"\1<wbr>", escape_text(text))
+
+
 def write_css_string(text: str) -> str:
     """Write text as a string of a style sheet; all but plain letters and digits are escaped, so nothing ends it."""
     text = "".join(one if one.isascii() and one.isalnum() else f"\\{ord(one):x} " for one in make_printable(text))

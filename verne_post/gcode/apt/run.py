@@ -86,6 +86,7 @@ class _Run:
                 elif not self.execution.report_all(self.recovery.execute(block), line) and not self.stop.past_errors:
                     return True
         except ProgramError as error:
+            self.execution.recorder.give_up(line)
             if error.code == "VP002":  # FEDRAT may be what is misspelt
                 assume_feed(state)
             if isinstance(item, Statement) and item.major == "CYCLE":  # the cycle before holds no longer

@@ -1,6 +1,7 @@
 """The order in which lines of a Klartext program are executed: labels, repeats, subprograms, plain stretches."""
 
 import math
+from functools import partial
 
 from msgspec import Struct, field
 
@@ -284,7 +285,8 @@ class _KlartextRun:
         def correct(first_part: str, error: ProgramError) -> str | None:
             return None if stop.first_error else correct_line(first_part, error)
 
-        errors += execute_as_meant(parts[0], execute, correct)[0]
+        give_up = partial(interpreter.recorder.give_up, self.calls.show(line))
+        errors += execute_as_meant(parts[0], give_up, execute, correct)[0]
         if not errors:
             flow.repeats.count(text, line, line, interpreter.recorder.count - moves)
         return errors
@@ -311,6 +313,7 @@ class _KlartextRun:
             try:
                 interpreter.execute_statement(statement, shown_line, corner_next=lambda: text.is_corner_next(following))
             except ProgramError as error:
+                interpreter.recorder.give_up(shown_line)
                 # a misspelt word is corrected, and the statement executed again
                 if error.code == "VP005" and statement.keyword == "CYCL DEF":
                     self.calls.line = text.skip_parameters(following)

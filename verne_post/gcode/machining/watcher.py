@@ -22,19 +22,12 @@ from verne_post.model.findings import Finding, Remedy, make_finding
 from verne_post.model.moves import Frame, MoveKind, Moves, PlaneCall, list_tool_changes
 from verne_post.model.protocols import Coordinates
 
-_OF_PLANES: Final = tuple(
-    re.compile(rf"(?<![A-Z_\d]){word}(?![\w.])", re.IGNORECASE)
-    for word in (r"G6[89](?:\.\d)?", "CYCLE800", "PLANE", r"CYCL[ \t]+DEF[ \t]+19(?:\.\d)?")
-)
-#: What the message of a VP043 says, and the words of its line that it is about.
+#: The kinds of words at which a VP043 stands, by its quantity.
+_PLANE, _CHANGE, _G49 = "plane", "change of tools", "G49"
 _WORDS: Final = {
-    "after G49": (re.compile(r"(?<![A-Z_\d])G49(?![\w.])", re.IGNORECASE),),
-    "after this change of tools": (
-        re.compile(r"(?<![A-Z_\d])(?:M0*6|TOOL[ \t]+CALL)(?![\w.])", re.IGNORECASE),
-        re.compile(r"(?<![A-Z_\d])T[ \t]*[=\d\"]", re.IGNORECASE),
-    ),
-    "in the new plane of line": _OF_PLANES,
-    "after the plane, which line": _OF_PLANES,
+    _PLANE: (r"(?<![A-Z_\d])(?:G6[89](?:\.\d)?|CYCLE800|PLANE|CYCL[ \t]+DEF[ \t]+19(?:\.\d)?)(?![\w.])",),
+    _CHANGE: (r"(?<![A-Z_\d])(?:M0*6|TOOL[ \t]+CALL)(?![\w.])", r"(?<![A-Z_\d])T[ \t]*[=\d\"]"),
+    _G49: (r"(?<![A-Z_\d])G49(?![\w.])",),
 }
 _CUTS: Final = (MoveKind.FEED, MoveKind.ARC, MoveKind.SPLINE)
 
@@ -51,11 +44,24 @@ class Watcher(Struct):
     #: called then.
     last_hole: tuple[Array, int] | None = None
 
-    def report(self, what: str, where: str, end: str, line: int, edits: tuple[Remedy, ...] = ()) -> None:
-        """VP043: it holds ``where`` it mostly has ended; ``end`` says what ends it."""
+    def report(
+        self,
+        what: str,
+        where: str,
+        end: str,
+        line: int,
+        edits: tuple[Remedy, ...] = (),
+        *,
+        at_plane: bool = False,
+    ) -> None:
+        """VP043: it holds ``where`` it mostly has ended; ``end`` says what ends it.
+
+        ``at_plane``: ``line`` is that of a plane.
+        """
         if what not in self.told_lines:
             self.told_lines[what] = line
-            self.recorder.note_once("VP043", f"{what} {where}; {end}", line, edits)
+            quantity = _PLANE if at_plane else ""
+            self.recorder.note_once("VP043", f"{what} {where}; {end}", line, edits, quantity=quantity)
 
     def find_new_plane(self, state: State) -> PlaneCall | None:
         """The plane, or its end, that makes a hole here another one than the cycle that holds has begun; else None."""
@@ -73,7 +79,7 @@ class Watcher(Struct):
         plane = self.find_new_plane(state)
         if plane is not None:
             edits = write_before(word, line=plane.line) if word else ()
-            self.report(what, name_new_plane(plane), end, plane.line, edits)
+            self.report(what, name_new_plane(plane), end, plane.line, edits, at_plane=True)
 
     def explain(self, error: ProgramError, what: str, end: str, here: int, otherwise: str = "") -> None:
         """Say in an error of a line, ``here``, that it still holds, in place of VP043 and at the line of VP043.
@@ -100,8 +106,8 @@ def name_new_plane(plane: PlaneCall) -> str:
 def report_kept_planes(moves: Moves, coordinates: Coordinates) -> Iterator[Finding]:
     """VP043: a tool cuts in the tilted plane that the tool before it has left in force; an upright one, after G49."""
     changes = list_tool_changes(moves.events)
-    steps = [(event.before, event.line, "this change of tools") for event, number in changes if number]
-    steps += [(one.before, one.line, one.word) for one in moves.tcp_ends if one.word == "G49"]
+    steps = [(event.before, event.line, _CHANGE) for event, number in changes if number]
+    steps += [(one.before, one.line, _G49) for one in moves.tcp_ends if one.word == _G49]
     for before, line, what in steps if moves.planes else ():
         calls = [one for one in moves.planes if one.before < before]
         if not calls or not calls[-1].word:
@@ -113,17 +119,19 @@ def report_kept_planes(moves: Moves, coordinates: Coordinates) -> Iterator[Findi
         cut = _find_first_cut(moves, before, min(ends, default=len(moves)))
         if cut < 0 or find_plane_tilt(moves.frames[moves.frame[cut]]) >= 1.0 - DRILL_TILT:
             continue
-        if what == "G49":
+        if what == _G49:
             axis = coordinates.find_tool_axis(
                 moves.end[cut].tolist(), replace(moves.frames[moves.frame[cut]], feature=None)
             )
             if axis is not None and axis[2] < 1.0 - DRILL_TILT:
                 continue
         text = (
-            f"the plane of {calls[-1].word} in line {calls[-1].line} is still in force after {what}, "
+            f"the plane of {calls[-1].word} in line {calls[-1].line} is still in force after "
+            f"{'this ' * (what == _CHANGE)}{what}, "
             f"and line {int(moves.line[cut])} cuts in it; write {calls[-1].end} before if it is not meant"
         )
-        yield make_finding("VP043", text, line=line, last_line=max(line, int(moves.line[cut])), worst_line=line)
+        last_line = max(line, int(moves.line[cut]))
+        yield make_finding("VP043", text, line=line, last_line=last_line, worst_line=line, quantity=what)
 
 
 def report_left_planes(moves: Moves, coordinates: Coordinates) -> Iterator[Finding]:
@@ -167,11 +175,11 @@ def _is_normal(moves: Moves, move: int, coordinates: Coordinates) -> bool:
 
 def place_at_plane(source: Text, item: Finding) -> Finding:
     """A VP043 of a plane, at the word of its line that the message is about: the plane, G49, or a change of tools."""
-    if item.code != "VP043" or item.column is not None or item.line is None:
+    words = _WORDS.get(item.quantity, ()) if item.code == "VP043" else ()
+    if not words or item.column is not None or item.line is None:
         return item
-    words = next((words for saying, words in _WORDS.items() if saying in item.message), ())
     line = remove_remarks((take_line(source, item.line) or b"").decode("utf-8", errors="replace"))
-    word = next((found for one in words if (found := one.search(line)) is not None), None)
+    word = next((found for one in words if (found := re.search(one, line, re.IGNORECASE)) is not None), None)
     return item if word is None else replace_fields(item, column=word.start() + 1)
 
 

@@ -67,7 +67,8 @@ class CycleCodes:
             error.message += "; {} {}; {}".format(*mode_text) if mode_text else ""
             raise
         if mode_text:
-            watcher.report(*mode_text, told_line, write_before("G80", line=end_line))
+            at_plane = plane is not None and told_line == plane.line
+            watcher.report(*mode_text, told_line, write_before("G80", line=end_line), at_plane=at_plane)
         before = self.modes.cycle if goes_on else self._find_kept(block, motion, normal)
         cycle = self._read_cycle_heights(block, motion, normal, before)
         self.modes.cycle = cycle

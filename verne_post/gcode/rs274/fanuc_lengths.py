@@ -9,6 +9,7 @@ from verne_post.gcode.machining.state import State
 from verne_post.gcode.machining.turning import find_machine_place
 from verne_post.gcode.rs274.fanuc_codes import PATTERNS, POCKETS
 from verne_post.gcode.rs274.modes import Modes
+from verne_post.gcode.rs274.offsets import say_directions
 from verne_post.gcode.rs274.values import WordValues
 from verne_post.gcode.setup import Setup
 from verne_post.model.control_keys import FanucKeys
@@ -40,7 +41,7 @@ class FanucLengths:
         modes, words = self.modes, block.words
         code = None if g.get("non-modal") == _DWELL else g.get("non-modal")
         if "tool length" in g:
-            note_length_end(self.core, "")
+            self._note_end("")
             modes.length_travel += self.measure() - before
         drills = code in PATTERNS or (code is None and modes.motion in CYCLES and not words.keys().isdisjoint("XYZR"))
         goes_home = code in _HOME or "machine coordinates" in g
@@ -50,7 +51,7 @@ class FanucLengths:
             return
         if self.state.length_end:
             text = explain_length_end(self.core.setup, self.state)
-            note_length_end(self.core, "")  # it is one mistake, however often Z follows
+            self._note_end("")  # it is one mistake, however often Z follows
             raise block.error("VP017", text, "Z")
         if abs(modes.length_travel) > _SAME_MM and (not modes.absolute or code == _G92):
             self._add_length_change(block, travels_itself=not drills and code is None)
@@ -88,7 +89,12 @@ class FanucLengths:
         if self.keys.length_after_return == "restored":
             modes.length_travel = length
             return
-        note_length_end(self.core, f"{spell_g_code(code)} of line {block.line}")
+        self._note_end(f"{spell_g_code(code)} of line {block.line}")
+
+    def _note_end(self, by: str) -> None:
+        """The control has cancelled the length ``by`` a code, so that no tip is held; empty where it takes one."""
+        note_length_end(self.core, by)
+        say_directions(self.core)
 
 
 def explain_length_end(setup: Setup, state: State) -> str:

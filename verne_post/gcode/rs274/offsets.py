@@ -21,10 +21,14 @@ _Z: Final = 2
 
 
 def say_directions(core: Machining) -> None:
-    """Record whether a code defines the directions of X Y Z: G43.4, G43.5, a plane of the part, a user's code."""
+    """Record whether a code defines the directions of X Y Z: G43.4, G43.5, a plane of the part, a user's code.
+
+    G43.4 does not while the control has cancelled its length.
+    """
     state = core.state
     plane = state.frame.feature is not None and not state.modes.turns  # G68 turns it where it is
-    core.recorder.say_tcp(state.modes.length_code in TCP_CODES or plane or state.tcp_off is not None)
+    holds_tip = state.modes.length_code in TCP_CODES and not state.length_end
+    core.recorder.say_tcp(holds_tip or plane or state.tcp_off is not None)
 
 
 class OffsetCodes:

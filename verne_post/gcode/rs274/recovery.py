@@ -71,6 +71,7 @@ class Recovery:
                 execute(block)
                 return errors
             except ProgramError as error:
+                self.interpreter.recorder.give_up(block.line)
                 if not self._follows(error, errors):
                     errors.append(error)
                 if error.code in FATAL:

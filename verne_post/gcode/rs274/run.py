@@ -2,6 +2,7 @@
 
 import dataclasses
 import re
+from functools import partial
 
 from verne_post.base.long_text import Text
 from verne_post.base.program_lines import remove_remarks
@@ -160,7 +161,8 @@ class _BlockRun:
             nonlocal words, block
             words, block = right_text, self.flow.interpreter.read(right_text, line)
 
-        errors, rest = execute_as_meant(text, read, _correct)
+        give_up = partial(self.flow.interpreter.recorder.give_up, self.calls.show(line))
+        errors, rest = execute_as_meant(text, give_up, read, _correct)
         if rest is not None:
             follows = self.recovery.follows_unread(errors[-1])  # before this line counts as one that sets nothing
             self.recovery.pass_unread(rest, line)

@@ -1,5 +1,7 @@
 """Execution of a Siemens program: stretches of plain lines, single lines, and the ends of its sections."""
 
+from functools import partial
+
 from verne_post.base.long_text import Text
 from verne_post.base.suggestions import find_correction
 from verne_post.gcode.execution import Execution, StopConditions, run_program
@@ -61,7 +63,8 @@ class _SiemensRun:
         def correct(words: str, error: ProgramError) -> str | None:
             return None if stop.first_error or self.calls.text is not text else _correct(words, error)
 
-        errors, rest = execute_as_meant(code, execute, correct)
+        give_up = partial(self.flow.executor.interpreter.recorder.give_up, self.calls.show(line))
+        errors, rest = execute_as_meant(code, give_up, execute, correct)
         if rest is not None:
             last = None
             if self.flow.executor.pass_failed(raw if rest is code else rest.encode(), errors[-1]):
