@@ -765,12 +765,12 @@ def test_a_tool_of_the_set_up_that_no_line_calls_is_told(
     [
         (
             "[part.stock]\nmin = [-30, -30, 0]\nmax = [30, 30, 20]\n",
-            ["part.stock: stock is a table of its own; write [stock]"],
+            ["part.stock: stock is a separate table; write [stock]"],
         ),
-        ("[stock.wcs]\nG54 = [0, 0, 40]\n", ["stock.wcs: wcs is a table of its own; write [wcs]"]),
+        ("[stock.wcs]\nG54 = [0, 0, 40]\n", ["stock.wcs: wcs is a separate table; write [wcs]"]),
         (
             "[part]\nunit = 'mm'\n[part.wcs]\nG54 = [0, 0, 40]\n",
-            ["part.wcs: wcs is a table of its own; write [wcs]", "part.nominal is missing", "part.system is missing"],
+            ["part.wcs: wcs is a separate table; write [wcs]", "part.nominal is missing", "part.system is missing"],
         ),
     ],
 )
