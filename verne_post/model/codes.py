@@ -195,8 +195,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP021",
         "nothing to do",
         "error",
-        "The program contains no motion. Dwells do not count, and the first position does not either: the machine starts "
-        "there.",
+        "The program contains no motion. Dwells do not count, and the first position does not either: the machine "
+        "starts there.",
         "Give the file that has the moves. If M30 or M2 comes before them, move it to the last line.",
     ),
     (
@@ -664,8 +664,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "gouge",
         "error",
         "Cutter, shank or holder cut into the nominal part, deeper than --gouge, or gouge_mm of a set-up's [part].",
-        "Compare tool, tool length and work offset with those at the machine. If they are right, change the motion at the "
-        "line and place of the message.",
+        "Compare tool, tool length and work offset with those at the machine. If they are right, change the motion at "
+        "the line and place of the message.",
     ),
     (
         "VP219",
