@@ -1327,7 +1327,7 @@ TYPED = {
         ("ENDFOR", "ENDFRO", "VP023", "FOR", "Write ENDFOR in place of ENDFRO in line 24"),
         ("DEPTH - 1.5", "DEPHT - 1.5", "VP025", "DEPHT", "Write DEPTH in place of DEPHT"),
         ("CYCLE800(0,", "CYCEL800(0,", "VP002", "CYCEL800", "Write CYCLE800 in place of CYCEL800"),
-        ("N30 M6\n", "", "VP041", 'N20 T="END_MILL_6" D1', 'Write M6 behind T="END_MILL_6" in line 8'),
+        ("N30 M6\n", "", "VP041", 'N20 T="END_MILL_6" D1', 'Write M6 after T="END_MILL_6" in line 8'),
     ],
     "two_faces.nc": [
         ("o<place> sub", "o<place> sbu", "VP023", "sbu", "Write sub in place of sbu"),
