@@ -176,7 +176,7 @@ def test_lengths_of_tools_come_from_one_place(folder: Path, run: Callable[..., A
         ),
         ("tool_length = \u201190", "a non-breaking hyphen (U+2011), as copied from a mail or PDF; write a minus (-)\n"),
         ("split_at_stops = True", "True: write true\n"),
-        ("tool_table = tools.tbl", 'tools.tbl: a text stands in quotes; write "tools.tbl"\n'),
+        ("tool_table = tools.tbl", 'tools.tbl: a text is in quotes; write "tools.tbl"\n'),
         (
             'tool_table = "tools.tbl\n',
             "1:24: VP503 error: not a TOML file: the quote is not closed; write it at the end",
