@@ -316,7 +316,7 @@ SPATIAL = "PLANE SPATIAL SPA+25 SPB+0 SPC+0 TURN FMAX SEQ-"
             "",
             "",
             ("VP017", "error", "L X-30 Y-20 FMAX M8"),
-            "still holds: write PLANE RESET where it is over",
+            "is still in force: write PLANE RESET where it is over",
         ),
         ("heidenhain", SPATIAL, "", "PLANE RESET STAY\n", None, ""),
         # the table is not turned to the plane

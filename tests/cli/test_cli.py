@@ -1104,7 +1104,7 @@ def test_an_offset_that_does_not_hold_is_named(tmp_path: Path, run: Callable[...
     said = " ".join(
         run("convert", path, "--tool-length", 60, "--wcs", "G54=1,2,3", "-o", tmp_path / "o.csv").err.split()
     )
-    assert "G54 at (0, 0, 50) mm on the table (the program sets it: --wcs does not hold)" in said
+    assert "G54 at (0, 0, 50) mm on the table (the program sets it: --wcs has no effect)" in said
 
 
 def test_no_text_for_people_has_a_minus_zero(tmp_path: Path, run: Callable[..., Any]) -> None:

@@ -1007,7 +1007,7 @@ FANUC = "%\nO0001 (BRACKET)\nG21 G90 G94 G17 G40 G49 G80\n"
         ("a.nc", FANUC + "G54\nT1 M6\nS8000 M3\nG0 X0. Y0. A20. C0.\nG43 H1 Z130.\nG1 Z110. F500.\nX10.\nG0 Z160.\n"
          "M30\n%\n", "VP037", "Write G43.4 in place of G43 in line 8 (no errors then)", "G43 ", "G43.4 "),
         ("a.nc", FANUC + "G54\nT1\nS8000 M3\nG0 X0. Y0. A0. C0.\nG43 H1 Z130.\nG1 Z110. F500.\nX10.\nG0 Z160.\n"
-         "M30\n%\n", "VP041", "Write M6 behind T1 in line 5 (no errors then)", "T1", "T1 M6"),
+         "M30\n%\n", "VP041", "Write M6 after T1 in line 5 (no errors then)", "T1", "T1 M6"),
         ("a.nc", FANUC + "G54\nT1 M6\nS8000 M3\nG0 X0. Y0. A0. C0.\nG43 H1 Z160.\nG68.2 X0 Y0 Z0 I0 J20. K0\n"
          "G0 X0 Y0 Z150.\nG1 Z110. F500.\nX10.\nG0 Z150.\nG69\nM30\n%\n",
          "VP042", "Write G53.1 below G68.2, line 9 (no errors then, another tool axis)", "K0\n", "K0\nG53.1\n"),
@@ -1063,7 +1063,7 @@ OF_KLARTEXT = "BEGIN PGM A MM\nTOOL CALL 1 Z S8000\nL X+0 Y+0 Z+150 A+0 C+0 R0 F
             "a.ngc",
             "G21 G90\nT1\nS9 M3\nG0 X0 Y0 Z150 A0 C0\nG43 H1\nG1 Z110 F500\nG0 Z160\nM2\n",
             "VP041",
-            "Write M6 behind T1 in line 2 (no errors then)",
+            "Write M6 after T1 in line 2 (no errors then)",
             "T1",
             "T1 M6",
         ),
@@ -1081,7 +1081,7 @@ OF_KLARTEXT = "BEGIN PGM A MM\nTOOL CALL 1 Z S8000\nL X+0 Y+0 Z+150 A+0 C+0 R0 F
             "a.mpf",
             f"G710 G90\nT1\nD1\nS9 M3\n{CUTS}M30\n",
             "VP012",
-            "Write M6 behind T1 in line 2 (no errors then)",
+            "Write M6 after T1 in line 2 (no errors then)",
             "T1",
             "T1 M6",
         ),
@@ -1309,7 +1309,7 @@ SAMPLES = Path(__file__).parents[2] / "gcode_samples"
 TYPED = {
     "two_faces_fanuc.nc": [
         ("G43.4 H1", "G43 H1", "VP037", "N230 G01 Z6. F600.", "Write G43.4 in place of G43 in line 8"),
-        ("N20 T1 M06", "N20 T1", "VP041", "T1", "Write M6 behind T1 in line 6"),
+        ("N20 T1 M06", "N20 T1", "VP041", "T1", "Write M6 after T1 in line 6"),
         ("S8000 M03", "S8000", "VP050", "N20 G01 Z#101 F400.", "Write M3 after S8000 in line 7"),
         ("X-30. Y", "X-3O. Y", "VP001", "X-3O.", "Write X-30. in place of X-3O."),
         ("Z12.", "Z12,0", "VP001", "Z12,0", "Write Z12.0 in place of Z12,0"),
@@ -1327,7 +1327,7 @@ TYPED = {
         ("ENDFOR", "ENDFRO", "VP023", "FOR", "Write ENDFOR in place of ENDFRO in line 24"),
         ("DEPTH - 1.5", "DEPHT - 1.5", "VP025", "DEPHT", "Write DEPTH in place of DEPHT"),
         ("CYCLE800(0,", "CYCEL800(0,", "VP002", "CYCEL800", "Write CYCLE800 in place of CYCEL800"),
-        ("N30 M6\n", "", "VP041", 'N20 T="END_MILL_6" D1', 'Write M6 behind T="END_MILL_6" in line 8'),
+        ("N30 M6\n", "", "VP041", 'N20 T="END_MILL_6" D1', 'Write M6 after T="END_MILL_6" in line 8'),
     ],
     "two_faces.nc": [
         ("o<place> sub", "o<place> sbu", "VP023", "sbu", "Write sub in place of sbu"),
@@ -1862,7 +1862,7 @@ def test_points_are_written_behind_all_numbers_that_lack_them(client: Client, tm
     (said,) = client.diagnostics(uri)["diagnostics"]
     assert (said["code"], text_at(text, said["range"])) == ("VP038", "Z120")
     ((title, action),) = ask_fixes(client, uri, 3).items()
-    assert title == "Write the point behind 3 numbers without one (no errors then)"
+    assert title == "Write the point after 3 numbers without one (no errors then)"
     mended = apply_edit(action, {uri: text})[uri]
     assert mended == f"{head}G0 X0 Y0 Z120. A0 C0\nG1 X-5. F500\nX5.\nG0 Z150.\nM30\n%\n"
     client.change(uri, 2, mended)
@@ -2164,7 +2164,7 @@ OF_FANUC = f"{FANUC}G54\nT1 M6\nS9 M3\nG0 A0. C0.\nG43 H1 Z160.\nX0. Y0.\nG1 Z11
         (
             "a.mpf",
             f"G710 G90\nT1 D1\nM6\nS9 M3\n{CUTS}G0 Z160\nT2 D1\nS9 M3\nG0 X0 Z110\nG1 X5\nG0 Z160\nM30\n",
-            ["Write M6 behind T2 in line 10 (no errors then, and VP009 in line 13)"],
+            ["Write M6 after T2 in line 10 (no errors then, and VP009 in line 13)"],
             "T2 M6 D1\n",
         ),
     ],

@@ -282,4 +282,4 @@ def test_an_offset_of_an_arc_with_the_wrong_sign_is_told(
     line = next(line for line in told.out.splitlines() if ": VP" in line)
     assert ": VP008 error: the end is not on the circle: radius " in line, told.out
     assert line.endswith(f" {'inch' if 'G20' in arc else 'mm'}{said}"), line
-    assert ("Check the numbers of the block" in told.out) == (not said)
+    assert ("Correct the end, the centre or the radius" in told.out) == (not said)

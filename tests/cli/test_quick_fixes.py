@@ -228,7 +228,7 @@ def look(
             f"{FANUC}#101=3\nG1 X[#101+1 F500\nM30\n%\n",
             "expected an operator or ']'",
             "F500",
-            "Write ] behind X[#101+1 in line 7",
+            "Write ] after X[#101+1 in line 7",
             ("+1 F", "+1] F"),
         ),
         (
@@ -268,7 +268,7 @@ def look(
             f"{SIEMENS}G1 X=(PASS+2 F500\nM30\n",
             "expected ')' after an expression",
             "F500",
-            "Write ) behind X=(PASS+2 in line 5",
+            "Write ) after X=(PASS+2 in line 5",
             ("+2 F", "+2) F"),
         ),
         (
@@ -510,7 +510,7 @@ Q211=0
 @pytest.mark.parametrize(
     ("wrong", "right", "message", "title"),
     [
-        ("Q201=-3\n", "Q201=-3 ~\n", "line 7 has no ~", "Write ~ behind Q201=-3 in line 7"),
+        ("Q201=-3\n", "Q201=-3 ~\n", "line 7 has no ~", "Write ~ after Q201=-3 in line 7"),
         ("Q207=150", "Q206=150", "Q206, the plunge feed, is missing", "Write Q206 in place of Q207"),
     ],
 )
@@ -947,7 +947,7 @@ def test_a_comma_behind_a_number_is_a_point_where_its_address_has_points(
     text = f"%\nO1\nG21 G90 G94 G17 G54\n{before}\nG1 X24, F500.\nM30\n%\n"
     found = check(inspector, tmp_path / "a.nc", text)
     item = next(one for one in found.findings if one.line == text[: text.index("24,")].count("\n") + 1)
-    assert item.message == f"X24,: a comma behind a number; did you mean {meant}?"
+    assert item.message == f"X24,: a comma after a number; did you mean {meant}?"
 
 
 def test_files_that_call_each_other_are_searched_once(tmp_path: Path) -> None:

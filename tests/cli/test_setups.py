@@ -176,7 +176,7 @@ def test_lengths_of_tools_come_from_one_place(folder: Path, run: Callable[..., A
         ),
         ("tool_length = \u201190", "a non-breaking hyphen (U+2011), as copied from a mail or PDF; write a minus (-)\n"),
         ("split_at_stops = True", "True: write true\n"),
-        ("tool_table = tools.tbl", 'tools.tbl: a text stands in quotes; write "tools.tbl"\n'),
+        ("tool_table = tools.tbl", 'tools.tbl: a text is in quotes; write "tools.tbl"\n'),
         (
             'tool_table = "tools.tbl\n',
             "1:24: VP503 error: not a TOML file: the quote is not closed; write it at the end",
@@ -765,12 +765,12 @@ def test_a_tool_of_the_set_up_that_no_line_calls_is_told(
     [
         (
             "[part.stock]\nmin = [-30, -30, 0]\nmax = [30, 30, 20]\n",
-            ["part.stock: stock is a table of its own; write [stock]"],
+            ["part.stock: stock is a separate table; write [stock]"],
         ),
-        ("[stock.wcs]\nG54 = [0, 0, 40]\n", ["stock.wcs: wcs is a table of its own; write [wcs]"]),
+        ("[stock.wcs]\nG54 = [0, 0, 40]\n", ["stock.wcs: wcs is a separate table; write [wcs]"]),
         (
             "[part]\nunit = 'mm'\n[part.wcs]\nG54 = [0, 0, 40]\n",
-            ["part.wcs: wcs is a table of its own; write [wcs]", "part.nominal is missing", "part.system is missing"],
+            ["part.wcs: wcs is a separate table; write [wcs]", "part.nominal is missing", "part.system is missing"],
         ),
     ],
 )

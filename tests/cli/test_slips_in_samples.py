@@ -62,7 +62,7 @@ def test_a_slip_is_named_where_it_is_and_its_edit_settles_it(
         ("two_faces.mpf", "FOR PASS = 1 TO 4", "FOR PASS = 4 TO 1", "VP051", 18, "its lines are not executed"),
         ("two_faces.mpf", "BOTTOM,,0.3", "BOTTOM,,300", "VP505", 53, "a dwell of 300 s"),
         ("two_faces.h", "Q211=+0,3", "Q211=+300", "VP505", 65, "a dwell of 300 s"),
-        ("two_faces.mpf", "N100 Z12\n", "N100 Z12 G4 F0.5\n", "VP003", 17, "write G4 in a line of its own"),
+        ("two_faces.mpf", "N100 Z12\n", "N100 Z12 G4 F0.5\n", "VP003", 17, "write G4 in a separate line"),
         ("two_faces.h", "12 Q1 = 10\n", "12 Q1 = 10\n12 FN 9: IF +Q5 EQU +0 GOTO LBL 1\n", "VP025", 14,
          "Q5 has no value"),
     ],

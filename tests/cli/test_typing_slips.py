@@ -154,7 +154,7 @@ LAST_M03 = "{}G21 G90 G94 G17 G54\nG0 X0. Y0. Z50. A0. C0.\nM3 S900\nG1 X5. F500
     [
         ("a.ngc", embed(".ngc", "G0 Z60\nX5 F300"), "VP009", "Write G1 before line 6", ("X5 F300", "G1\nX5 F300")),
         ("b.ngc", embed(".ngc", "G95\nX3 F300"), "VP505", "Write G94 before line 6", ("X3 F300", "G94\nX3 F300")),
-        ("a.h", embed(".h", COMPENSATED), "VP017", "Write R0 behind Y+5 in line 6", ("Y+5", "Y+5 R0")),
+        ("a.h", embed(".h", COMPENSATED), "VP017", "Write R0 after Y+5 in line 6", ("Y+5", "Y+5 R0")),
         ("a.nc", FANUC_TOOL, "VP012", "Write G43 H1 before line 7", ("G1 Z40.", "G43 H1\nG1 Z40.")),
         ("b.nc", LAST_M03.format("%\nO1\n", "%\n"), "VP010", "Write M30 in place of M03 in line 7", ("M03", "M30")),
         ("c.ngc", LAST_M03.format("", ""), "VP010", "Write M30 in place of M03 in line 5", ("M03", "M30")),

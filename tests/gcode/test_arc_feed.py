@@ -226,11 +226,11 @@ def test_rows_keep_the_contour_at_f_and_the_judge_agrees(machine):
     [
         (
             "",
-            "F holds on the contour (CFC, assumed: neither the program nor the settings file says so): the tool's "
+            "F applies on the contour (CFC, assumed: neither the program nor the settings file says so): the tool's "
             "centre goes at 0.1667 to 1.833 times F on 2 arcs",
         ),
-        ("CFC", "F holds on the contour (CFC): the tool's centre goes at 0.1667 to 1.833 times F on 2 arcs"),
-        ("CFIN", "F holds on the contour of inside arcs (CFIN): the tool's centre goes at 0.1667 times F on 1 arc"),
+        ("CFC", "F applies on the contour (CFC): the tool's centre goes at 0.1667 to 1.833 times F on 2 arcs"),
+        ("CFIN", "F applies on the contour of inside arcs (CFIN): the tool's centre goes at 0.1667 times F on 1 arc"),
         ("CFTCP", None),
     ],
 )

@@ -118,9 +118,9 @@ def test_kept_numbers_are_read_in_the_new_mode_with_a_warning(moves_text, view):
     ]
     first, second = (item.message for item in moves.findings)
     assert "keeps R and Z of G90 in G91: the hole goes from Z 8 to 5 mm" in first
-    assert "at the heights of before it would go from 2 to -3 mm" in first
+    assert "at the earlier heights it would go from 2 to -3 mm" in first
     assert "keeps Z of G91 in G90: the hole goes from Z 4 to -3 mm" in second
-    assert "at the heights of before it would go from 4 to 5 mm" in second
+    assert "at the earlier heights it would go from 4 to 5 mm" in second
 
 
 def test_fanuc_controls_keep_the_heights_with_a_warning(view):

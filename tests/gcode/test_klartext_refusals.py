@@ -43,7 +43,7 @@ G_WORD = re.compile(r"\bG(0|1|4[0-9]|9[0-9])\b")
         (
             ["L X+5 RL", "L X+9", "M128"],
             "VP017",
-            "RL of line 4 still holds; write R0 in line 5, the last move in X and Y",
+            "RL of line 4 is still in force; write R0 in line 5, the last move in X and Y",
         ),
         (["L X+5 RL", "L X+9 A+5"], "VP026", "RL of line 4: the contour is plane; write R0 first"),
         (["L X+5 RL", "APPR LT X+9 Y+5 LEN3 RL"], "VP017", "APPR while RL"),

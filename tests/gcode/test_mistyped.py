@@ -113,7 +113,7 @@ def test_a_mistyped_code_is_told_once(
 ) -> None:
     """M80 has no meaning, so that M8 is meant."""
     (found,) = find_errors(run, tmp_path, name, line)
-    assert found.endswith(f"VP001 error: {line.split()[-1]}: the letter O behind the M code; did you mean {meant}?")
+    assert found.endswith(f"VP001 error: {line.split()[-1]}: the letter O after the M code; did you mean {meant}?")
 
 
 @pytest.mark.parametrize("code", ["M3O", "M0O"])
@@ -371,7 +371,7 @@ def test_a_misspelt_word_of_a_loop_is_not_executed(run: Callable[..., Any], tmp_
 def test_a_letter_behind_a_code_is_too_many(run: Callable[..., Any], tmp_path: Path, name: str) -> None:
     """G830 is no code: it was told twice, and its fix led to a further error."""
     cycle = "{} X5. Y0. Z45. R50. Q1. F100.\nG80"
-    text = "VP001 error: G83O: the letter O behind the code; did you mean G83?"
+    text = "VP001 error: G83O: the letter O after the code; did you mean G83?"
     assert find_errors(run, tmp_path, name, cycle.format("G98 G83O")) == [f"{PROGRAMS[name][1]}:5: {text}"]
     assert find_errors(run, tmp_path, name, cycle.format("G98 G83")) == []
 

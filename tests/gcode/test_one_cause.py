@@ -89,7 +89,7 @@ def test_a_siemens_contour_that_nothing_ends_is_one_finding(machine, after, code
     [finding] = [one for one in check(program.encode(), machine, options).findings if one.severity == "error"]
     assert finding.code == code
     assert place in finding.message
-    assert "G41 of line 5 still holds" in finding.message
+    assert "G41 of line 5 is still in force" in finding.message
     assert "write G40" in finding.message
 
 
@@ -602,7 +602,8 @@ def test_m128_before_m91_and_tool_call_is_told(machine, on, off, wanted):
     options = Options(dialect="heidenhain", wcs={"G54": (0, 0, 0)}, tools=tools, split_at_stops=True)
     found = [item for item in check(program.encode(), machine, options).findings if item.code == "VP043"]
     said = (
-        "while tool-centre-point control of line 4 (M128) holds: controls ask for its end before that; write M129 first"
+        "while tool-centre-point control of line 4 (M128) is in force: controls require its end "
+        "before that; write M129 first"
     )
     assert sorted((item.message, item.severity, item.line) for item in found) == sorted(
         (f"{what} {said}", "warning", line) for what, line in wanted
@@ -851,7 +852,7 @@ CYCLE_19 = "CYCL DEF 19.0 WORKING PLANE\nCYCL DEF 19.1 A+25 B+0 C+0"
         (
             "fanuc",
             "G81 X5. Z35. R42. F200\nT2 M6\nS900 M3\nG43 H2\nX9. F200\nX7.\nG80",
-            [("VP043", 11, "G81 of line 7 still holds after the change of tools in line 8; write G80 before that")],
+            [("VP043", 11, "G81 of line 7 is still in force after the change of tools in line 8; write G80 before")],
         ),
         ("fanuc", "G81 X5. Z35. R42. F200\nT2 M6\nS900 M3\nG43 H2\nG81 X9. Z35. R42. F200\nX7.\nG80", []),
         ("fanuc", "G81 X5. Z35. R42. F200\nT2 M6\nG0 X9.\nX7.", []),
@@ -889,12 +890,12 @@ CYCLE_19 = "CYCL DEF 19.0 WORKING PLANE\nCYCL DEF 19.1 A+25 B+0 C+0"
         (
             "fanuc",
             f"G81 X5. Z35. R42. F200\n{PLANE}\nX9.\nX7.\nG80\nG69",
-            [("VP043", 8, "G81 of line 7 still holds in the new plane of line 8; write G80 before that if no hole is")],
+            [("VP043", 8, "G81 of line 7 is still in force in the new plane of line 8; write G80 before that if no")],
         ),
         (
             "fanuc",
             f"G81 X5. Z35. R42. F200\n{PLANE[:-6]}\nX9.\nX7.\nG80\nG69",
-            [("VP017", 9, "write G53.1 after G68.2, or A and C (G69 ends it); G81 of line 7 still holds in the new")],
+            [("VP017", 9, "write G53.1 after G68.2, or A and C (G69 ends it); G81 of line 7 is still in force in the")],
         ),
         ("fanuc", f"G81 X5. Z35. R42. F200\n{PLANE}\nG81 X9. Z35. R42.\nX7.\nG80\nG69", []),
         ("fanuc", f"G81 X5. Z35. R42. F200\n{PLANE}\nG0 X9.\nX7.\nG69", []),
@@ -978,7 +979,7 @@ def test_a_cycle_that_nothing_calls_or_ends_is_told(machine, dialect, lines, wan
     ("CYCL DEF 7.0\nCYCL DEF 7.1 X+0\nCYCL DEF 7.2 X+1", ("VP004", 9, None, "the datum shift has X in line 8 already, "
      "and this one replaces it; write another axis, or one of the two lines")),
     ("L X+5 F100 RL\nL Z-100 R0 FMAX M91", ("VP017", 8, None, "M91 (beside R0, which takes effect after it) under "
-     "cutter compensation: RL of line 7 still holds; write R0 first")),
+     "cutter compensation: RL of line 7 is still in force; write R0 first")),
     # formulas and parameters: at their place, with what is meant, and not again where the value is used
     ("Q1 = 5 + 1O\nL X+Q1 FMAX", ("VP001", 7, 10, "1O: the letter O in a number; did you mean 10?")),
     ("FN 1: Q1 = +5 + 1O\nL X+Q1 FMAX", ("VP001", 7, 17, "1O: the letter O in a number; did you mean 10?")),

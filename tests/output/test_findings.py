@@ -273,7 +273,7 @@ def test_the_remedy_of_a_set_up_does_not_depend_on_the_words_of_the_message(
         ("VP026", "the tool (radius 5 mm) cannot reach into this inside corner", "Use a smaller tool, "),
         ("VP026", "tool 1 (diameter 10 mm) is too wide for this arc, whose radius is 4 mm: is G2 meant?", ""),
         ("VP022", "p.nc: a carriage return is inside the line; end lines with a line feed", ""),
-        ("VP022", "p.nc: no such file", "Check its name."),
+        ("VP022", "p.nc: no such file", "Give the name of a program in a folder that you may read."),
         ("VP043", "the plane of G68.2 in line 5 is still in force; write G69 before if it is not meant", ""),
         ("VP002", "G54.2 is only executed with P0: the control stores it; let the CAM system write G43.4", ""),
         (
@@ -282,7 +282,7 @@ def test_the_remedy_of_a_set_up_does_not_depend_on_the_words_of_the_message(
             "Correct it if it is misspelt; if not, post the program without it.",
         ),
         ("VP002", "G777 is not a code of this language", "Correct it if it is misspelt; if not, "),
-        ("VP008", "CT straight back: no arc leads there", "Check the numbers of the block, and of the block before. "),
+        ("VP008", "CT straight back: no arc leads there", "Correct the end, the centre or the radius. "),
         ("VP013", "CT goes on in the direction of the motion before; write one first", ""),
         ("VP001", "expected '['", ""),
         ("VP023", "LBL 7 appears twice, first in line 3", ""),

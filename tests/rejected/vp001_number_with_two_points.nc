@@ -1,4 +1,3 @@
-(expect: VP001 line 3 column 8)
-G21 G90
+(expect: VP001 line 2 column 8)
 G0 X1.2.3
 M2

@@ -1,4 +1,3 @@
-(expect: VP004 line 3 column 8)
-G21
+(expect: VP004 line 2 column 8)
 G0 X10 X20
 M2

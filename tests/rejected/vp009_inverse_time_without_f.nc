@@ -1,5 +1,4 @@
-(expect: VP009 line 4, options: --tool-length 50)
-G0 X0 Y0 Z50 A0 C0
+(expect: VP009 line 3, options: --tool-length 50)
 G93 G1 X10 F5
 X20
 M2

@@ -1,3 +1,2 @@
-(expect: VP010 line 3, options: --tool-length 50)
-G0 X0 Y0 Z50 A0 C0
+(expect: VP010 line 2, options: --tool-length 50)
 G0 X10

@@ -1,4 +1,3 @@
-(expect: VP011 line 3 column 8, options: --tool-length 50)
-G0 X0 Y0 Z50 A0 C0
+(expect: VP011 line 2 column 8, options: --tool-length 50)
 G0 X10 B30
 M2

@@ -1,4 +1,3 @@
-(expect: VP012 line 3)
-G0 X0 Y0 Z50 A0 C0
+(expect: VP012 line 2)
 G1 X10 F500
 M2

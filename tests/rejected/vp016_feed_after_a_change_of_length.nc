@@ -1,7 +1,5 @@
-(expect: VP016 line 6)
-G43.1 Z50
+(expect: VP016 line 4)
 G0 X0 Y0 Z100 A30 C0
-X10
 G43.1 Z80
 G1 X20 F500
 M2

@@ -1,5 +1,4 @@
 (expect: VP021)
 (the first pose is where the program starts)
-G21 G90
 G0 X0 Y0 Z50 A0 C0
 M2

@@ -1,4 +1,3 @@
-(expect: VP025 line 3 column 5, options: --tool-length 50)
-G0 X0 Y0 Z50 A0 C0
+(expect: VP025 line 2 column 5, options: --tool-length 50)
 G0 X#<width>
 M2

@@ -1,8 +1,4 @@
-(expect: VP032 line 5)
-G21 G90 G54
+(expect: VP032 line 3)
 G0 X0 Y0 Z100 A0 C0
-T1 D1
 #RTCP ON
-G1 X10 F500
-#RTCP OFF
 M30

@@ -76,7 +76,7 @@ def settle_stock(
     if out is not None and count_spans(joints, last).sum() > MOST_OF_REFUSED:
         text = (
             f"contact with {box.name} is not computed: line {out.line} is out of limits ({out.code}), and the motion "
-            f"is long; mend line {out.line} first"
+            f"is long; correct line {out.line} first"
         )
         lines = {"line": open_[0].line, "last_line": open_[0].line, "worst_line": open_[0].line}
         undecided = make_finding("VP216", text, severity="warning", **lines)

@@ -80,7 +80,7 @@ def print_as_is(text: str) -> None:
 
 
 def drop(stream: Any) -> None:
-    """Send what a stream still holds nowhere, so that nothing complains when the process ends."""
+    """Send what a stream is still in force nowhere, so that nothing complains when the process ends."""
     try:
         number = stream.fileno()
     except (OSError, ValueError):  # closed, or without a descriptor: then nothing is held

@@ -257,7 +257,7 @@ def _take_nested_tables(own: dict[str, Any], place: str) -> Iterator[str]:
             if isinstance(value, dict) and key in SetupFile.__struct_fields__ and key not in schema.__struct_fields__
         ]
         for key in wrong:
-            yield f"{place}{name}.{key}: {key} is a table of its own; write [{place}{key}]"
+            yield f"{place}{name}.{key}: {key} is a separate table; write [{place}{key}]"
         if wrong:
             own[name] = {key: value for key, value in own[name].items() if key not in wrong}
             if not own[name]:

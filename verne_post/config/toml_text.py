@@ -113,7 +113,7 @@ def _name_slip(line: str, column: int, message: str) -> str:
     if "Invalid value" in message and word[0].lower() in ("true", "false"):
         return f"{word[0]}: write {word[0].lower()}"
     if "Invalid value" in message and word[0][0].isalpha():
-        return f'{word[0]}: a text stands in quotes; write "{word[0]}"'
+        return f'{word[0]}: a text is in quotes; write "{word[0]}"'
     return ""
 
 

@@ -24,7 +24,7 @@ _COMMA: Final = re.compile(
     r"(?<![A-Z\d.,])((?:[A-Z]{1,2}\d*[ \t]*=|[A-Z]{1,2})[ \t]*|)([-+]?\d+,\d+)(?![\d.,(])", re.IGNORECASE
 )
 _ADDRESS: Final = r"(?<![A-Z_])((?:[A-Z]{1,2}\d*[ \t]*=|[A-Z]{1,2})[ \t]*)"
-_COMMA_BEHIND: Final = "a comma behind a number"
+_COMMA_BEHIND: Final = "a comma after a number"
 #: An address with a number in which a character is too many: what it is, and the parts that stay.
 _TOO_MANY: Final = (
     (re.compile(rf"{_ADDRESS}([-+]?\d+(?:\.\d*)?)(),(?![\d,])", re.IGNORECASE), _COMMA_BEHIND),
@@ -51,7 +51,7 @@ MEANT_CHARACTERS: Final = str.maketrans({"O": "0", "o": "0", "l": "1", ",": "."}
 _LETTER_TOO_MANY: Final = re.compile(r"G[1-9]\d(?:\.\d)?O", re.IGNORECASE)
 #: M8O where M80 has no meaning: those of one digit have one in every language.
 _M_AND_LETTER: Final = re.compile(r"(M0?\d)O: the letter O in a number; did you mean M0?\d0\?", re.IGNORECASE)
-_BEHIND_M: Final = "the letter O behind the M code"
+_BEHIND_M: Final = "the letter O after the M code"
 #: A letter twice before a number.
 _TWICE: Final = re.compile(r"(?<![A-Z\d_])([A-Z])\1([-+]?(?:\d+\.?\d*|\.\d+))(?![\w.])", re.IGNORECASE)
 #: Characters of such a word, so that long lines of digits take no time.
@@ -247,7 +247,7 @@ def _find_number(line: str, column: int, dialect: str) -> tuple[str, int, str, s
             if match.start() <= at <= match.end() + n_blanks and _is_number(pattern, match, line):
                 word = "".join(match[0].split())
                 if pattern is _LETTER_O and dialect != "siemens" and _LETTER_TOO_MANY.fullmatch(word):
-                    return _report(match, "the letter O behind the code", word[:-1])
+                    return _report(match, "the letter O after the code", word[:-1])
                 number = "".join(match[1].split()) + match[2].translate(MEANT_CHARACTERS)
                 return _report(match, f"{_name_character(match[2])} in a number", number)
     for pattern, what in _TOO_MANY:

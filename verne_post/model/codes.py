@@ -91,7 +91,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "impossible arc",
         "error",
         "Start, end and centre (or radius) of the arc do not fit together.",
-        "Check the numbers of the block, and of the block before. The arc starts where the block before ends.",
+        "Correct the end, the centre or the radius. Start and end must be equally far from the centre. The arc starts "
+        "where the block before ends.",
     ),
     (
         "VP009",
@@ -194,10 +195,17 @@ CODES: Final[dict[str, Code]] = _make_table(
         "VP021",
         "nothing to do",
         "error",
-        "The program contains no motion; dwells do not count.",
-        "Check that this is the right file.",
+        "The program contains no motion. Dwells do not count, and the first position does not either: the machine "
+        "starts there.",
+        "Give the file that has the moves. If M30 or M2 comes before them, move it to the last line.",
     ),
-    ("VP022", "program cannot be read", "error", "The file does not exist, or may not be read.", "Check its name."),
+    (
+        "VP022",
+        "program cannot be read",
+        "error",
+        "The file does not exist, may not be read, or is no program, such as a file of setpoints.",
+        "Give the name of a program in a folder that you may read.",
+    ),
     (
         "VP023",
         "label, loop or subprogram without its partner",
@@ -238,7 +246,7 @@ CODES: Final[dict[str, Code]] = _make_table(
         "stopped by the program",
         "error",
         "The program stops itself, for example with (ABORT, ...).",
-        "Read its message and remove the cause.",
+        "Meet the condition that the message of the program names, or give the values for which the program goes on.",
     ),
     (
         "VP028",
@@ -656,8 +664,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "gouge",
         "error",
         "Cutter, shank or holder cut into the nominal part, deeper than --gouge, or gouge_mm of a set-up's [part].",
-        "Check the tool, its length and the work offset of the line in the message first. The message also has place, "
-        "depth along the normal, and body.",
+        "Compare tool, tool length and work offset with those at the machine. If they are right, change the motion at "
+        "the line and place of the message.",
     ),
     (
         "VP219",
@@ -758,7 +766,7 @@ CODES: Final[dict[str, Code]] = _make_table(
         "no feasible motion profile",
         "error",
         "The solver found no feasible motion profile for a section; there is no verdict on the program.",
-        "Report the program; a longer control cycle or a simpler path may help.",
+        "Try a longer control cycle (--cycle), or a simpler path at the line of the message, and report the program.",
     ),
     (
         "VP421",
@@ -774,21 +782,22 @@ CODES: Final[dict[str, Code]] = _make_table(
         "unusable machine file",
         "error",
         "The machine file is missing, is not TOML, or a key of it is unknown, missing or out of bounds.",
-        "`verne-post machine show` prints a valid file; docs/machine-file.md explains each key.",
+        "Correct what the message names: docs/machine-file.md explains each key, and `verne-post machine show` "
+        "prints a valid file.",
     ),
     (
         "VP502",
         "unreadable readings",
         "error",
         "A file of readings has a missing column, a value that is no number, or too little data.",
-        "docs/calibration.md and docs/as-built.md show valid files.",
+        "Correct what the message names: docs/calibration.md and docs/as-built.md show valid files.",
     ),
     (
         "VP503",
         "unusable settings file",
         "error",
         "The settings file is not TOML, or a key of it is unknown or has an invalid value.",
-        "docs/settings.md has all keys of a settings file.",
+        "Correct what the message names: docs/settings.md has all keys of a settings file.",
     ),
     (
         "VP504",
@@ -796,7 +805,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "error",
         "The file of tool shapes, of measured work offsets or of tool lengths cannot be read, or has an "
         "impossible value.",
-        "docs/setpoints.md shows valid files.",
+        "Correct what the message names: docs/keep-out.md shows tool shapes, docs/setpoints.md measured "
+        "offsets and lengths.",
     ),
     (
         "VP505",
@@ -824,7 +834,7 @@ CODES: Final[dict[str, Code]] = _make_table(
         "error",
         "A line, a number, a unit or a limit cannot be read, or is missing. It belongs to a file given to `machine "
         "import`, or to one that this file names.",
-        "docs/machines.md says what is read.",
+        "Correct what the message names: docs/machines.md says what is read.",
     ),
     (
         "VP508",

@@ -33,7 +33,7 @@ class Example(Struct, frozen=True):
     """Files and commands that show a code."""
 
     files: Mapping[str, str]  #: Name -> text.
-    #: str): Texts of verne.toml, and what stands in their place in the copy ``CHANGED``.
+    #: Texts of verne.toml, and what stands in their place in the copy ``CHANGED``.
     change: tuple[tuple[str, str], ...]
     #: Commands of a shell, one after the other in the folder of the files; the last one reports the code.
     commands: tuple[str, ...]

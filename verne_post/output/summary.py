@@ -474,7 +474,7 @@ def _describe_offsets(summary: Summary) -> str:
         elif who == "nobody":
             place = f"{name} at {summary.machine.coordinates.zero_point} (no offset was given)"
         elif who == "program" and frame.system in summary.options.wcs:
-            place += " (the program sets it: --wcs does not hold)"
+            place += " (the program sets it: --wcs has no effect)"
         places[place] = None
     return "; ".join(places)
 
@@ -488,7 +488,7 @@ def _describe_arc_feeds(summary: Summary) -> Facts:
         why = f"{rule.name}, assumed: neither the program nor the settings file says so" if rule.assumed else rule.name
         shares = " to ".join(dict.fromkeys(f"{share:.4g}" for share in (use.slowest, use.fastest)))
         arcs = format_count(use.arcs, "arc")
-        texts.append(f"F holds {where} ({why}): the tool's centre goes at {shares} times F on {arcs}")
+        texts.append(f"F applies {where} ({why}): the tool's centre goes at {shares} times F on {arcs}")
     return [("feed on arcs", "; ".join(texts))] if texts else []
 
 

@@ -371,7 +371,7 @@ def _propose_fixes(found: Inspected, item: Finding, setup: Path | None, texts: M
             yield from _spell_in_proc(found, item, near, name[0])
     if item.code == "VP038":
         pointed_text = add_points(text)
-        title = f"Write the point behind {format_count(len(pointed_text) - len(text), 'number')} without one"
+        title = f"Write the point after {format_count(len(pointed_text) - len(text), 'number')} without one"
         yield Fix(title, found.path, text, 0, len(text), pointed_text)
     if item.code == "VP006" and item.column is not None:
         begin, end = _find_span(item, text)
@@ -446,7 +446,7 @@ def _write_here(found: Inspected, item: Finding, remedy: Remedy) -> Iterator[Fix
     place = item.column - 1 if item.line == remedy.line and item.column else len(line)
     head = remove_remarks(line[:place], _find_dialect(found)).rstrip()
     at = _find_offset(found.text, remedy.line - 1) + len(head)
-    title = f"Write {remedy.value.strip()}{f' behind {head.split()[-1]}' if head else ''} in line {remedy.line}"
+    title = f"Write {remedy.value.strip()}{f' after {head.split()[-1]}' if head else ''} in line {remedy.line}"
     yield Fix(title, found.path, found.text, at, at, remedy.value, is_choice=remedy.is_choice)
 
 
@@ -574,7 +574,7 @@ def _change_word(found: Inspected, remedy: Remedy) -> Fix | None:
         return Fix(title, found.path, found.text, at, at, f"{remedy.value}\n", turns=True)  # the table, to a plane
     if remedy.way == "behind":
         at = _find_offset(found.text, number - 1) + word.end()
-        title = f"Write {remedy.value} behind {word[0]} in line {number}"
+        title = f"Write {remedy.value} after {word[0]} in line {number}"
         return Fix(title, found.path, found.text, at, at, f" {remedy.value}")
     value = remedy.value if "." in remedy.value or "." not in word[2] else f"{remedy.value}."
     new = f"+{value}" if word[2].startswith("+") and not value.startswith("-") else value

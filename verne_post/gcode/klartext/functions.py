@@ -296,9 +296,9 @@ class KlartextFunctions:
     def warn_of_tcp(self, what: str) -> None:
         """VP043 where tool-centre-point control holds at what the manuals of TNC controls place after M129."""
         if self.modes.tcp:
-            what = f"{what} while tool-centre-point control of line {self.modes.tcp_line} (M128) holds:"
+            what = f"{what} while tool-centre-point control of line {self.modes.tcp_line} (M128) is in force:"
             line = self.frames.block.line
-            where, edits = "controls ask for its end before that", write_before("M129", line=line)
+            where, edits = "controls require its end before that", write_before("M129", line=line)
             self.core.watcher.report(what, where, "write M129 first", line, edits)
 
     def _reduce_angles(self, letters: str) -> None:

@@ -125,7 +125,7 @@ class KlartextPlanes:
             before = self.core.recorder.planes[-1]
             raise statement.error(
                 "VP017",
-                "a new plane while a datum shift, mirror image, rotation or scaling of the plane before holds "
+                "a new plane while a datum shift, mirror image, rotation or scaling of the plane before is in force "
                 f"({before.word} in line {before.line}); write PLANE RESET between them, or reset it first",
             )
         if angles is None:
@@ -225,8 +225,8 @@ class KlartextPlanes:
             if self.maps.inner.order and self.maps.tilt is not None:
                 raise statement.error(
                     "VP017",
-                    "PLANE RELATIV while a datum shift, mirror image, rotation or scaling holds in the plane; reset "
-                    "it first",
+                    "PLANE RELATIV while a datum shift, mirror image, rotation or scaling is in force in the plane; "
+                    "reset it first",
                 )
             tilt = step if self.maps.tilt is None else self.maps.tilt @ step
         if tilt is None:
@@ -240,8 +240,9 @@ class KlartextPlanes:
             if kind in self.maps.outer.order:
                 raise ProgramError(
                     "VP017",
-                    f"{what} while a {name} of before it holds: on a control it does not act on the tilt, and where it "
-                    f"acts then is not known here; end it before {what} and set it after, or write PLANE SPATIAL",
+                    f"{what} while a {name} from before it is in force: on a control it does not act on the tilt, and "
+                    f"where it acts then is not known here; end it before {what} and set it after, or write PLANE "
+                    "SPATIAL",
                 )
 
     def _read_axial(self, statement: Statement, words: PlaneWords) -> tuple[Array, tuple[float, float]]:
@@ -391,8 +392,8 @@ class KlartextPlanes:
             if maps.outer.order:
                 raise ProgramError(
                     "VP017",
-                    "PLANE RESET while datum shifts, mirror images, rotations or scalings hold inside and outside the "
-                    "plane; reset those of the plane first",
+                    "PLANE RESET while datum shifts, mirror images, rotations or scalings are in force inside and "
+                    "outside the plane; reset those of the plane first",
                 )
             maps.outer, maps.inner = maps.inner, maps.outer
         maps.tilt = tilt
@@ -451,8 +452,8 @@ class KlartextPlanes:
         if tilt is not None and self.maps.tilt is not None and self.maps.inner.order:
             raise ProgramError(
                 "VP017",
-                "cycle 19 while a datum shift, mirror image, rotation or scaling of the plane before holds; reset it "
-                "first",
+                "cycle 19 while a datum shift, mirror image, rotation or scaling of the plane before is in force; "
+                "reset it first",
             )
         if tilt is not None:
             self._refuse_turned("cycle 19")

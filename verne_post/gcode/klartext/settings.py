@@ -412,8 +412,8 @@ def _explain_outside(kind: Kind) -> str:
     """Why a map in a plane is refused while one of its kind from before the plane holds."""
     name, end = _MAPS[kind]
     return (
-        f"a {name} in a tilted plane while one from before the plane holds: controls differ in which of them it would "
-        f"change; write {end} or PLANE RESET first"
+        f"a {name} in a tilted plane while one from before the plane is in force: controls differ in which of them it "
+        f"would change; write {end} or PLANE RESET first"
     )
 
 

@@ -327,7 +327,7 @@ class Compensation(Struct):
         text = f"{self._name_tool()} cannot reach into this inside corner without cutting into the contour"
         if self.rapid_line:
             text += (
-                f"; {self.describe()} still holds after the rapid of line {self.rapid_line}: if its contour ends "
+                f"; {self.describe()} is still in force after the rapid of line {self.rapid_line}: if its contour ends "
                 f"before that, write {self.end_word} there"
             )
             return ProgramError("VP026", text)

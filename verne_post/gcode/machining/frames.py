@@ -20,7 +20,8 @@ def refuse_compensation(state: State, what: str) -> None:
     if compensation is not None:
         raise ProgramError(
             "VP017",
-            f"{what} under cutter compensation: {compensation.describe()} still holds; {compensation.explain_end()}",
+            f"{what} under cutter compensation: {compensation.describe()} is still in force; "
+            f"{compensation.explain_end()}",
             edits=compensation.list_ends(),
         )
 

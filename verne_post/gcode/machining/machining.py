@@ -531,7 +531,7 @@ class Machining:
         if turning is not None and state.tool_axis is not None:
             raise ProgramError(
                 "VP013",
-                f"{AXES[turning]} in {name} while a tool axis ({self.axis_words}) holds; name "
+                f"{AXES[turning]} in {name} while a tool axis ({self.axis_words}) is in force; name "
                 f"{self.setup.both_rotary} in a G1 before",
             )
         if state.tcp_off:
@@ -656,7 +656,7 @@ class Machining:
             text = f"{name} under G93: beside the contour moves have other lengths; write G94 or G95"
             raise explain_inverse_time(self, ProgramError("VP017", text))
         if not self._is_tool_upright():
-            raise ProgramError("VP017", f"{name} while a tool axis ({self.axis_words}) holds")
+            raise ProgramError("VP017", f"{name} while a tool axis ({self.axis_words}) is in force")
 
     def _is_tool_upright(self) -> bool:
         """True without a tool axis, or with the one along Z of a tilted plane (G53.1), where the contour then lies."""

@@ -164,7 +164,7 @@ def turn_table(core: Machining, at: At, kind: MoveKind, words: dict[int, float])
                 "VP017",
                 f"{letters} beside a turn of the {core.setup.rotary_side}, without tool-centre-point control: after "
                 f"the turn, the spindle cannot reach this place while {others} of the machine stand still; name X, Y "
-                f"and Z, or turn the {core.setup.rotary_side} in a block of its own",
+                f"and Z, or turn the {core.setup.rotary_side} in a separate block",
             )
         end[stand] += np.linalg.solve(slopes, (here - target)[stand])
         target = np.array(coordinates.map_to_machine(end, state.frame))

@@ -33,7 +33,7 @@ _CUTS: Final = (MoveKind.FEED, MoveKind.ARC, MoveKind.SPLINE)
 
 
 class Watcher(Struct):
-    """Tells, once for each, that a modal cycle or tool-centre-point control still holds.
+    """Tells, once for each, that a modal cycle or tool-centre-point control is still in force.
 
     ``what`` says what holds and names the line in which it begins, as "MCALL of line 7 still calls CYCLE81".
     """
@@ -82,7 +82,7 @@ class Watcher(Struct):
             self.report(what, name_new_plane(plane), end, plane.line, edits, at_plane=True)
 
     def explain(self, error: ProgramError, what: str, end: str, here: int, otherwise: str = "") -> None:
-        """Say in an error of a line, ``here``, that it still holds, in place of VP043 and at the line of VP043.
+        """Say in an error of a line, ``here``, that it is still in force, in place of VP043 and at the line of VP043.
 
         ``otherwise`` has the place of a missing end where no VP043 has told it.
         """
@@ -99,7 +99,7 @@ class Watcher(Struct):
 
 
 def name_new_plane(plane: PlaneCall) -> str:
-    """Where a cycle still holds after a call of a plane."""
+    """Where a cycle is still in force after a call of a plane."""
     return f"in the new plane of line {plane.line}" if plane.word else f"after the plane, which line {plane.line} ends"
 
 

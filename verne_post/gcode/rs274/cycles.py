@@ -60,7 +60,8 @@ class CycleCodes:
             where, end_line = f"after the change of tools in line {before.change}", before.change
             if plane is not None and not before.change:
                 where, told_line, end_line = name_new_plane(plane), plane.line, plane.line
-            mode_text = f"{name} of line {before.line} still holds", where, "write G80 before that if no hole is meant"
+            mode = f"{name} of line {before.line} is still in force"
+            mode_text = mode, where, "write G80 before that if no hole is meant"
         try:
             self._check_cycle(block, motion, normal)
         except ProgramError as error:
@@ -289,7 +290,7 @@ class CycleCodes:
         if differs and before.absolute != absolute:
             names = [name for name, mode in zip(("R", letter), was, strict=True) if mode != absolute]
             old, now = ("G91", "G90") if absolute else ("G90", "G91")
-            how = f"read in {now}" if self.traits.keeps_heights else "at the heights of before"
+            how = f"read in {now}" if self.traits.keeps_heights else "at the earlier heights"
             self.recorder.warn(
                 "VP030",
                 f"{spell_g_code(motion)} keeps {' and '.join(names)} of {old} in {now}: the hole goes from "

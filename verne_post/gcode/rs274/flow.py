@@ -341,7 +341,7 @@ class Flow:
         if repeats and len(repeats) == 1:
             edits = write_numbers([label], first, "O", second)
         raise ProgramError("VP023", message, goes_on=True, about=f"O{label}", edits=edits).advise(
-            "Give each program a number of its own." if repeats else GIVE_FILE
+            "Give each program another number." if repeats else GIVE_FILE
         )
 
     @property

@@ -440,7 +440,7 @@ class MotionCodes:
         name = spell_g_code(code)
         self.core.check_compensation(name)
         if self.modes.vectors:
-            raise ProgramError("VP017", f"{name} while a tool axis (I J K) holds")
+            raise ProgramError("VP017", f"{name} while a tool axis (I J K) is in force")
         radius = 0.5 * self.find_cutter_diameter(block, code)
         self.core.start_compensation(
             Compensation(

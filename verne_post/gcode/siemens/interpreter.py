@@ -235,7 +235,7 @@ class SiemensInterpreter:
         seconds, turns = words.take("F"), words.take("S")
         axis = next((word for name, word in words.words.items() if name in AXES), None)
         if axis is not None and (seconds or turns):
-            raise axis.error("VP003", "G4 needs a block without motion; write G4 in a line of its own")
+            raise axis.error("VP003", "G4 needs a block without motion; write G4 in a separate line")
         if (seconds is None) == (turns is None):
             raise ProgramError(
                 "VP005", "G4 takes F, the time in seconds, or S, turns of the spindle", words.find_column("dwell")

@@ -144,8 +144,8 @@ class SiemensPlaces:
             assert given is not None
             raise given.error(
                 "VP005",
-                "AP= and RP= are both needed, and one of them has not been given before; AP= holds until the next "
-                "pole or plane",
+                "AP= and RP= are both needed, and one of them has not been given before; AP= is in force until the "
+                "next pole or plane",
             )
         turn = math.radians(modes.angle)
         return {
