@@ -110,6 +110,8 @@ def _find_legal_rows(task: SectionTask, z: Array, first: int, last: int) -> Arra
     step = np.diff(z[first - 1 : last + 2]) / task.cycle
     for share in _PEAK_SHARES:
         pace = np.maximum(fastest, fastest.min() / share)
+        if (edges[-1] - edges[0]) * pace.min() > (last - first - 1 + 2 * WHOLE_CYCLE) * task.cycle:
+            return None  # at this speed all the way there would be no row fewer, and evened out it is nowhere higher
         for begin, end in (np.inf, np.inf), (step[:2].max(), step[-2:].max()):
             found = _find_least_reach(partial(find_legal, pace, begin, end))
             if found is not None:

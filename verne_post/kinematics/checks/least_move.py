@@ -18,6 +18,7 @@ from verne_post.base.least import find_least
 from verne_post.base.tolerances import LIMIT_SLACK_MM
 from verne_post.kinematics.checks.line_measures import (
     find_solvable,
+    iterate_measures,
     list_samples,
     measure_each,
     measure_solved,
@@ -119,19 +120,24 @@ def _name_move(problem: MoveProblem, distance: float) -> Array:
 def _make_question(problem: MoveProblem, reserve: float) -> Callable[[float], bool]:
     """Whether a move by a distance along the one direction of the basis keeps the limits at the samples of the line."""
     element, _w = list_samples(problem.line)
-    bounds = [check.warn if problem.also_warnings else check.limit for check in problem.checks]
+    checks = problem.checks
+    bounds = [check.warn if problem.also_warnings else check.limit for check in checks]
 
     def keeps_limits(distance: float) -> bool:
         there = problem.move_part(distance * problem.basis[0])
         solved = solve_samples(there)
         if solved is None:
             return False
-        values = measure_solved(there, element, solved)
-        inside = [
-            np.nanmin(check.sign * (values[:, check.quantity] - bound), initial=np.inf)
-            for check, bound in zip(problem.checks, bounds, strict=True)
-        ]
-        return bool((np.array(inside) >= reserve).all())
+        first = 0
+        for values in iterate_measures(there, element, solved):  # until one is broken: travel is measured before bodies
+            for check, bound in zip(checks, bounds, strict=True):
+                column = check.quantity - first
+                if 0 <= column < values.shape[1]:
+                    inside = np.nanmin(check.sign * (values[:, column] - bound), initial=np.inf)
+                    if not inside >= reserve:
+                        return False
+            first += values.shape[1]
+        return True
 
     return keeps_limits
 

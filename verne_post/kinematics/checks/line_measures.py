@@ -1,5 +1,6 @@
 """One line of a program: its motion, the same motion elsewhere on the table, and what is measured along it."""
 
+from collections.abc import Iterator
 from typing import Final
 
 import numpy as np
@@ -71,10 +72,16 @@ def measure(line: JointPath, element: Ints, w: Array) -> tuple[Array, Solved]:
 
 def measure_solved(line: JointPath, element: Ints, solved: Solved) -> Array:
     """The values of :func:`measure` at poses that are solved."""
-    parts = [solved.q, line.find_margins(solved)]
-    parts += [model.evaluate(line.place_bodies(element, solved))[0] for model in list_clearances(line, meshes=True)]
-    parts.append(_find_heights(line, element, solved)[:, None])
-    return np.concatenate(parts, axis=1)
+    return np.concatenate(list(iterate_measures(line, element, solved)), axis=1)
+
+
+def iterate_measures(line: JointPath, element: Ints, solved: Solved) -> Iterator[Array]:
+    """The columns of :func:`measure_solved` in parts, one after the other: those of bodies take most of the time."""
+    yield solved.q
+    yield line.find_margins(solved)
+    for model in list_clearances(line, meshes=True):
+        yield model.evaluate(line.place_bodies(element, solved))[0]
+    yield _find_heights(line, element, solved)[:, None]
 
 
 def measure_each(line: JointPath, element: Ints, w: Array, quantity: Ints) -> Array:
