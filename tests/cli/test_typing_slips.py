@@ -300,6 +300,7 @@ def test_characters_of_mail_and_pdf(inspector: Inspector, tmp_path: Path, ending
 
 
 CALLED = "M98 P1302\nM98 P1302\nM30\n{}\nX5\nM99"
+ZERO = "o<a> sub\nX#<_q>\n0<a> endsub\no<b> sub\no<b> endsub\n#<_q>=5\no<a> call"
 ENDLESS = "#1=3\n{}\nX#1\n{}"
 
 
@@ -332,9 +333,9 @@ ENDLESS = "#1=3\n{}\nX#1\n{}"
         (".nc", "G43 Hl G0 Z50", "the letter l in a number", "Hl", ("Hl", "H1")),
         (".nc", "G0 Z=60", "words have no =", "Z=60", ("Z=60", "Z60")),
         (".nc", "G0 A0, C0", "a comma behind a number", "A0,", ("A0,", "A0")),
-        (".ngc", "o4 repeat 4\nX5\no4 endrepeat", "values of o4 repeat are written in brackets", "4", (" 4\n", " [4]\n")),
+        (".ngc", "o4 repeat 4\nX5\no4 endrepeat", "values of o4 repeat are written", "4", (" 4\n", " [4]\n")),
         (".ngc", "o4 sub\nX#1\no4 endsub\no4 call [0] [5]]", "']' without the '['", "]", ("]]", "]")),
-        (".ngc", "o<a> sub\nX5\n0<a> endsub\no<b> sub\no<b> endsub\no<a> call", "the letter o", "0<a>", ("0<a>", "o<a>")),
+        (".ngc", ZERO, "the digit 0 in place of the letter o", "0<a>", ("0<a>", "o<a>")),
         (".ngc", "#1=3\no4 o\n#1=[#1-1]\no4 while [#1 GT 0]", "did you mean do?", "o", ("o4 o\n", "o4 do\n")),
         (".nc", "#1=1\nWHIEL [#1 LT 3] DO1\n#1=#1+1\nEND1", "did you mean WHILE?", "WHIEL", ("WHIEL", "WHILE")),
         (".nc", "#1=1\nWHILE [#1 LT 3] DO1\n#1=#1+1\nENDD1", "did you mean END?", "ENDD", ("ENDD", "END")),
@@ -347,7 +348,7 @@ ENDLESS = "#1=3\n{}\nX#1\n{}"
         (".nc", "N100 P41301", "the M98 of a call may be missing", "P41301", None),
         (".nc", "Z34558860", "its decimal point may be missing", "Z34558860", None),
         (".nc", CALLED.format("O1302\nO1302"), "O1302 appears twice, first in line 10", "O1302", None),
-        (".nc", CALLED.format("1302"), "line 10 begins with 1302, which lacks its letter O", "P1302", ("\n1302", "\nO1302")),
+        (".nc", CALLED.format("1302"), "line 10 begins with 1302, which lacks", "P1302", ("\n1302", "\nO1302")),
         (".nc", CALLED.format("O13002"), "which nothing calls", "P1302", ("O13002", "O1302")),
         (".nc", "M40\nO9010\nX5\nM99", "M40: no meaning in this language", "M40", None),
     ],

@@ -229,7 +229,12 @@ def _read_words(text: str, line: int, values: Values | None) -> Block:
         elif character == "#" and values is not None:
             block.settings.append(read_setting(reader))
         else:
-            raise reader.error("VP001", _describe_strange(character, reader, at, first=first, numbered=has_number), at)
+            if (match := ZERO_FOR_O.match(characters, at)) and (first or has_number):
+                error = refuse_zero(match[1])
+                error.column = reader.find_column(at)
+                raise error
+            text = _describe_strange(character, reader, at, first=first, numbered=has_number)
+            raise reader.error("VP001", text, at)
         first = has_number = False
     return block
 
@@ -290,9 +295,11 @@ def _write_short(word: str) -> tuple[Remedy, ...]:
     return (Remedy(f"write {near[0]}", near[0], misspelt=word),) if len(near) == 1 else ()
 
 
-def describe_zero(label: str) -> str:
-    """The message of an O word that begins with the digit 0."""
-    return f"0{label.lower()}: the digit 0 in place of the letter o; did you mean o{label.lower()}?"
+def refuse_zero(label: str) -> ProgramError:
+    """The error of an O word that begins with the digit 0."""
+    wrong, right = f"0{label.lower()}", f"o{label.lower()}"
+    text = f"{wrong}: the digit 0 in place of the letter o; did you mean {right}?"
+    return ProgramError("VP023", text, edits=(Remedy(f"write {right}", right, misspelt=wrong),))
 
 
 def _skip_value(reader: ValueReader) -> None:
@@ -335,8 +342,6 @@ def _find_missing_brackets(text: str, error: ProgramError) -> ProgramError | Non
 
 
 def _describe_strange(character: str, reader: ValueReader, at: int, *, first: bool, numbered: bool) -> str:
-    if (match := ZERO_FOR_O.match(reader.characters, at)) and (first or numbered):
-        return describe_zero(match[1])
     if character == "N":
         return "N must be the first word of a block"
     if character == "O":

@@ -167,9 +167,9 @@ class ValueReader:
             if self.characters[begin : begin + 1] == "]":
                 text, edits = UNOPENED, TAKE_BRACKET
             elif owner and (match := _OPERAND.match(self.characters, begin)) is not None:
-                value = self.characters[begin : self.find_number_behind_blank(begin) or match.end()]
-                right = f"[{value}]"
-                text = f"{value}: values of {owner} are written in brackets; did you mean {right}?"
+                shown = self.characters[begin : self.find_number_behind_blank(begin) or match.end()]
+                right = f"[{shown}]"
+                text = f"{shown}: values of {owner} are written in brackets; did you mean {right}?"
             elif owner:
                 text = f"{owner} needs its value, in brackets: {owner} [...]"
             raise self.error("VP001", text, begin, edits)

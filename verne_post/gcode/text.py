@@ -14,7 +14,7 @@ from verne_post.base.arrays import Ints
 from verne_post.base.long_text import Text, decode_lines
 from verne_post.base.program_lines import find_end, remove_remarks
 from verne_post.gcode import plain_arcs
-from verne_post.gcode.block import ZERO_FOR_O, Block, build_block_of_words, describe_zero, read_block
+from verne_post.gcode.block import ZERO_FOR_O, Block, build_block_of_words, read_block, refuse_zero
 from verne_post.gcode.plain import PlainLines
 from verne_post.gcode.program_error import CLOSE_IN_ORDER, ProgramError, end_with
 from verne_post.gcode.setup import Setup
@@ -239,12 +239,14 @@ class ProgramText(ChunkedText):
         return structure
 
     def _refuse_zero(self, last: int) -> None:
-        """Refuse (VP001) an O word before a line that begins with the digit 0: the structure lacks it."""
+        """Refuse (VP023) an O word before a line that begins with the digit 0: the structure lacks it."""
         for match in _ZERO_LINE.finditer(self.source):
             line = self.source.count(b"\n", 0, match.start()) + 1
             zero = ZERO_FOR_O.match("".join(match[1].decode("latin-1").split()))
             if zero is not None and self.first_line <= line < last:
-                raise ProgramError("VP001", describe_zero(zero[1]), match.start(1) - match.start() + 1, line=line)
+                error = refuse_zero(zero[1])
+                error.column, error.line = match.start(1) - match.start() + 1, line
+                raise error
 
 
 def take_code(line: str) -> str:

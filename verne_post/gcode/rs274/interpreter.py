@@ -567,8 +567,8 @@ class Rs274(Language):
                     else f"; {describe_remap(name)}"
                 )
             full_text = explain_unknown(text, name, map(spell_g_code, self.table.group_of_g))
-            if full_text == text and (near := self._find_near_code(f"{number:g}")):
-                full_text = f"{name}: no meaning in this language; did you mean {near}?"
+            if full_text == text and (meant := self._find_near_code(f"{number:g}")):
+                full_text = f"{name}: no meaning in this language; did you mean {meant}?"
             is_settled = is_code and not moves and full_text == text  # else another code is meant
             raise ProgramError("VP002", full_text, column, settled_by=("remap", name) if is_settled else ())
         return code
