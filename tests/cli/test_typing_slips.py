@@ -297,3 +297,98 @@ def test_characters_of_mail_and_pdf(inspector: Inspector, tmp_path: Path, ending
         embed(ending, f"{first.translate(marks)} {remark}\n{second}"),
         embed(ending, f"{first.translate(marks)} {remark}\n{second.translate(marks)}"),
     ]
+
+
+CALLED = "M98 P1302\nM98 P1302\nM30\n{}\nX5\nM99"
+ZERO = "o<a> sub\nX#<_q>\n0<a> endsub\no<b> sub\no<b> endsub\n#<_q>=5\no<a> call"
+ENDLESS = "#1=3\n{}\nX#1\n{}"
+
+
+@pytest.mark.parametrize(
+    ("ending", "lines", "said", "word", "right"),
+    [
+        (".ngc", "80", "write its letter, such as N80 or G80", "80", None),
+        (".nc", "90", "write its letter, such as G90 or O90", "90", None),
+        (".nc", "2500 M3", "such as N2500 or S2500", "2500", None),
+        (".nc", "N15 0 Y-30", "or a blank in N150", "0", None),
+        (".nc", "G4 5", "G4 5: blanks mean nothing in a number, so that this is G45", "G4", ("4 5", "4 P5")),
+        (".ngc", "G4 0.3", "the time of G4", "G4", ("4 0.3", "4 P0.3")),
+        (".nc", "G28 91 Z0", "so that this is G2891", "G28", ("28 91", "28 G91")),
+        (".nc", "6G9", "a digit before its letter", "6G9", ("6G9", "G69")),
+        (".ngc", "G3 3Y1 J11", "a digit before its letter", "3Y1", None),
+        (".ngc", "X5 A0 0C", "a digit before its letter", "0C", ("0C", "C0")),
+        (".ngc", "G433 H1", "did you mean G43?", "G433", ("433", "43")),
+        (".nc", "G531", "did you mean G53.1?", "G531", None),
+        (".ngc", "G-1 X5", "did you mean G1?", "G-1", ("-1", "1")),
+        (".nc", "N90 #101 10", "an = is missing", "10", ("101 10", "101= 10")),
+        (".ngc", "#<d> [2*3]", "an = is missing", "[", ("> [", ">= [")),
+        (".ngc", "#6=1\nG0 #X6", "the # before its letter", "#X6", ("#X6", "X#6")),
+        (".ngc", "#1=[2 EQQ 2]", "did you mean EQ?", "EQQ", ("EQQ", "EQ")),
+        (".ngc", "#1=[2*C0S[30]]", "did you mean COS?", "C0S", ("C0S", "COS")),
+        (".ngc", "#1=[2 EQ I]", "a letter in a number", "I", ("I]", "1]")),
+        (".nc", "N2I0 G0 X1", "did you mean N210?", "N2I0", ("N2I0", "N210")),
+        (".nc", "N6O G0 X5", "the letter O in a number", "N6O", ("N6O", "N60")),
+        (".nc", "N9O0 G0 X5", "the letter O in a number", "N9O0", ("N9O0", "N900")),
+        (".nc", "XI3", "the letter I in a number", "XI3", ("XI3", "X13")),
+        (".nc", "G43 Hl G0 Z50", "the letter l in a number", "Hl", ("Hl", "H1")),
+        (".nc", "G0 Z=60", "words have no =", "Z=60", ("Z=60", "Z60")),
+        (".nc", "G0 A0, C0", "a comma behind a number", "A0,", ("A0,", "A0")),
+        (".ngc", "o4 repeat 4\nX5\no4 endrepeat", "values of o4 repeat are written", "4", (" 4\n", " [4]\n")),
+        (".ngc", "o4 sub\nX#1\no4 endsub\no4 call [0] [5]]", "']' without the '['", "]", ("]]", "]")),
+        (".ngc", ZERO, "the digit 0 in place of the letter o", "0<a>", ("0<a>", "o<a>")),
+        (".ngc", "#1=3\no4 o\n#1=[#1-1]\no4 while [#1 GT 0]", "did you mean do?", "o", ("o4 o\n", "o4 do\n")),
+        (".nc", "#1=1\nWHIEL [#1 LT 3] DO1\n#1=#1+1\nEND1", "did you mean WHILE?", "WHIEL", ("WHIEL", "WHILE")),
+        (".nc", "#1=1\nWHILE [#1 LT 3] DO1\n#1=#1+1\nENDD1", "did you mean END?", "ENDD", ("ENDD", "END")),
+        (".nc", "#1=1\nWHILE [#1 LT 3] DO1\n#1=#1+1\nENDREPEAT", "such as END1", "ENDREPEAT", None),
+        (".nc", "#1=1\nIF [#1 LT 3] THNE #1=4", "did you mean THEN?", "THNE", ("THNE", "THEN")),
+        (".nc", "IF [1 LT 3]] GOTO 1\nN1 X4", "']' without the '['", "]", ("]]", "]")),
+        (".ngc", "= 0\nX#<i>", "'=' does not begin a word", "=", None),
+        (".ngc", "#<d> = =2.4\no2 while [#<d> LT 2]\no2 endwhile", "compares, and gives no value", "=", None),
+        (".ngc", "X5 I3 J2", "no G2 or G3 is in force", "I3", None),
+        (".nc", "N100 P41301", "the M98 of a call may be missing", "P41301", None),
+        (".nc", "Z34558860", "its decimal point may be missing", "Z34558860", None),
+        (".nc", CALLED.format("O1302\nO1302"), "O1302 appears twice, first in line 10", "O1302", None),
+        (".nc", CALLED.format("1302"), "line 10 begins with 1302, which lacks", "P1302", ("\n1302", "\nO1302")),
+        (".nc", CALLED.format("O13002"), "which nothing calls", "P1302", ("O13002", "O1302")),
+        (".nc", "M40\nO9010\nX5\nM99", "M40: no meaning in this language", "M40", None),
+    ],
+)  # fmt: skip
+def test_a_slip_of_a_block_is_told_at_its_word(
+    inspector: Inspector, tmp_path: Path, ending: str, lines: str, said: str, word: str, right: tuple[str, str] | None
+) -> None:
+    text = embed(ending, lines)
+    if lines.endswith("M99"):
+        text = text.replace("M99\nM30\n", "M99\n")
+    message, marked, made = look(inspector, tmp_path / f"a{ending}", text)
+    assert said in message
+    assert marked == word
+    if right is not None:
+        assert text.replace(lines, lines.replace(*right, 1)) in [fixed for _path, fixed, _settles in made.values()]
+
+
+@pytest.mark.parametrize(
+    ("ending", "lines", "said", "line"),
+    [
+        (".ngc", ENDLESS.format("o5 while [#1 GT 0]", "o5 endwhile"), "no line of it sets #1", 6),
+        (".nc", ENDLESS.format("WHILE [#1 GT 0] DO1", "END1\n#1=0"), "the loop of lines 8 to 10, and no line", 8),
+        (".nc", "N5 X5\nGOTO5", "the last in the loop of lines 7 to 8; if", 7),
+    ],
+)
+def test_a_loop_without_end_is_named(
+    inspector: Inspector, tmp_path: Path, ending: str, lines: str, said: str, line: int
+) -> None:
+    (item,) = check(inspector, tmp_path / f"a{ending}", embed(ending, lines)).findings
+    assert (item.code, item.line) == ("VP024", line)
+    assert said in item.message
+
+
+@pytest.mark.parametrize(
+    ("ending", "n_copies", "head", "code", "line"),
+    [(".nc", 2, "", "VP051", 11), (".ngc", 2, "", "VP051", 6), (".nc", 1, "%\n", "VP021", 2)],
+)
+def test_a_program_that_stands_twice_or_ends_before_it_begins(
+    inspector: Inspector, tmp_path: Path, ending: str, n_copies: int, head: str, code: str, line: int
+) -> None:
+    text = head + embed(ending, "X5") * n_copies
+    (item,) = check(inspector, tmp_path / f"a{ending}", text).findings
+    assert (item.code, item.line) == (code, line)

@@ -640,7 +640,8 @@ HEADS = {
     ("siemens", "CYCLE81(50,0,3,,0)", ("VP007", 17, "CYCLE81: the bottom is the reference plane 0 mm: the hole has no "
                                        "depth")),
     ("fanuc", "M98 P1001\nM30\nO1000\nM99", ("VP023", 5, "M98 calls O1001: not in the program, and in no file beside "
-     "it whose name has the number (1001.ngc or O1001.nc); the program has O1000, which is nearly this number")),
+     "it whose name has the number (1001.ngc or O1001.nc); the program has "
+     "O1000, which is nearly this number, in line 9, and which nothing calls")),
     ("heidenhain", "CALL LBL 11\nM30\nLBL 1\nLBL 0", ("VP023", 10, "LBL 11 is not in the program; it has LBL 1, "
                                                       "which is nearly this number")),
     ("heidenhain", "CALL LBL 1O\nM30\nLBL 10\nLBL 0", ("VP001", 10, "1O: the letter O in a number; did you mean "

@@ -18,6 +18,9 @@ _OTHER_PROGRAM: Final = re.compile(
     rb"[ \t]*+(?:\d+[ \t]++|N\d+[ \t]*+)?(?:O[ \t]*+[<\d]|:\d|%|(?:LBL|PROC|BEGIN|SUB)\b)", re.IGNORECASE
 )
 _COMMENT: Final = re.compile(rb"\([^()]*\)?|;.*")
+#: The number of a program, or a code or word of RS274/NGC, with which its head begins; so many lines make a copy.
+_HEAD: Final = re.compile(rb"[A-Z:]", re.IGNORECASE)
+_LINES_OF_HEAD: Final = 3
 #: A word of X, Y or Z, or a point of a CL file.
 _MOVE: Final = re.compile(
     rb"(?<![A-Z_#$\[<])[XYZ][ \t]*+(?:=|[-+]?[ \t]*+[.\d#\[Q])|^[ \t]*+GOTO[ \t]*+/", re.IGNORECASE
@@ -33,12 +36,41 @@ def find_unexecuted_moves(source: Text, moves: Moves) -> Iterator[Finding]:
         text = f"{code} ends the program: {_describe_lines(lines)} axes after it, and nothing executes them; "
         text += f"delete {code} if it goes on"
         yield make_finding("VP051", text, line=end.line, last_line=end.line, worst_line=end.line, count=1)
+    elif end is not None and len(moves) and (copy := _find_copy(source, end.line)):
+        first, line = copy
+        text = f"the program begins again, as in line {first}, after its end in line {end.line}, and nothing executes "
+        text += "what follows; take one of the two out"
+        yield make_finding("VP051", text, line=line, last_line=line, worst_line=line, count=1)
+
+
+def _find_copy(source: Text, end: int) -> tuple[int, int] | None:
+    """Where the head of a program, from its ``%`` or its number on, stands, and stands again after its end."""
+    head = [line.strip() for line in islice(iterate_lines(source), end)]
+    first = next((at for at, line in enumerate(head) if _HEAD.match(line)), None)
+    if first is None:
+        return None
+    begin = head[first : first + _LINES_OF_HEAD]
+    if len(begin) < _LINES_OF_HEAD:
+        return None
+    after = [line.strip() for line in _list_lines_after(source, end)]
+    for at, line in enumerate(after):
+        if line == begin[0] and after[at : at + _LINES_OF_HEAD] == begin:
+            return first + 1, end + 1 + at
+    return None
 
 
 def report_no_motion(source: Text, moves: Moves) -> Finding:
     """VP021: at the code that ends the program before its motion, where there is one; M30 may be meant for M3."""
     end = _find_end(moves)
     lines = [] if end is None else _find_lines(source, moves, end)
+    if (
+        end is not None
+        and not lines
+        and end.data["code"] == "%"
+        and b"".join(_list_lines_after(source, end.line)).strip()
+    ):
+        text = "% ends the program before its first motion, and lines follow it; delete %"
+        return make_finding("VP021", text, line=end.line, last_line=end.line, worst_line=end.line)
     if end is None or not lines:
         return report_empty(source) or make_finding("VP021", "the program contains no motion")
     code, edits = end.data["code"], tuple[Remedy, ...]()

@@ -54,6 +54,11 @@ _OPERATOR: Final = r"[ \t]*(?:[*/]|(?<![ \t])[-+]|[-+](?=[ \t]))[ \t]*"
 _EXPRESSION: Final = re.compile(rf"(?<=[A-Za-z= \t])(?:[-+][ \t]*)?{_OPERAND}(?:{_OPERATOR}{_OPERAND})+")
 
 
+#: ``0<name>`` and ``0100 endsub`` for o.
+ZERO_FOR_O: Final = re.compile(rf"0(<[^<>]*>|\d+(?=(?:{'|'.join(KEYWORDS)})))", re.IGNORECASE)
+_BARE_NUMBER: Final = re.compile(r"[-+]?[\d.]*")
+
+
 class OWord(Struct, frozen=True):
     """An O word: its label, its keyword (None: a bare number), and its values, read when they are asked for."""
 
@@ -77,7 +82,7 @@ class OWord(Struct, frozen=True):
     def read_condition(self) -> float:
         """The one bracket of if, elseif, while, repeat."""
         self.reader.at = self.begin
-        value = self.reader.read_bracket()
+        value = self.reader.read_bracket(f"o{self.label or ''} {self.keyword}")
         self._check_end()
         return value
 
@@ -86,7 +91,7 @@ class OWord(Struct, frozen=True):
         self.reader.at = self.begin
         values = []
         while self._has_more():
-            values.append(self.reader.read_bracket())
+            values.append(self.reader.read_bracket(f"o{self.label or ''} {self.keyword}"))
         return values
 
     def read_return_value(self) -> float | None:
@@ -224,7 +229,12 @@ def _read_words(text: str, line: int, values: Values | None) -> Block:
         elif character == "#" and values is not None:
             block.settings.append(read_setting(reader))
         else:
-            raise reader.error("VP001", _describe_strange(character, first), at)
+            if (match := ZERO_FOR_O.match(characters, at)) and (first or has_number):
+                error = refuse_zero(match[1])
+                error.column = reader.find_column(at)
+                raise error
+            text = _describe_strange(character, reader, at, first=first, numbered=has_number)
+            raise reader.error("VP001", text, at)
         first = has_number = False
     return block
 
@@ -234,6 +244,11 @@ def read_setting(reader: ValueReader) -> tuple[Key, float, int]:
     at = reader.at - 1
     key = reader.read_key()
     if reader.characters[reader.at : reader.at + 1] != "=":
+        if (behind := reader.find_number_behind_blank(at + 1)) or re.match(r"[\d.#\[]", reader.characters[reader.at :]):
+            behind = behind or reader.at
+            name = show_key(key) if behind == reader.at else reader.characters[at:behind]
+            edits = (Remedy("write =", "=", way="here"),)
+            raise reader.error("VP001", f"{name}: an = is missing behind it, before its value", behind, edits)
         raise reader.error("VP001", f"{show_key(key)}: expected '=' and a value, or a letter before the '#'", reader.at)
     if reader.characters.startswith("==", reader.at):
         raise reader.error("VP001", DOUBLE_EQUALS, reader.at)
@@ -258,7 +273,7 @@ def _read_o_word(reader: ValueReader) -> OWord:
         o = OWord(label, None, reader, reader.at, begin)
         if reader.at < len(characters) and characters[reader.at] != "(":
             word = re.split(r"\W", characters[reader.at :])[0]
-            edits = write_meant(word.lower(), [one.lower() for one in KEYWORDS])
+            edits = write_meant(word.lower(), [one.lower() for one in KEYWORDS]) or _write_short(word.lower())
             text = f"o{label or ''}: expected {', '.join(KEYWORDS).lower()}, or nothing after a program number"
             if edits:
                 text = f"{word.lower()}: no word after o{label or ''}; did you mean {edits[0].value}?"
@@ -271,6 +286,20 @@ def _read_o_word(reader: ValueReader) -> OWord:
         o.check_bare()
         return o
     return OWord(label, keyword.group().lower(), reader, keyword.end(), begin)
+
+
+def _write_short(word: str) -> tuple[Remedy, ...]:
+    """The edit of a word of one or two letters, as ``o`` for do, where one keyword alone has one letter more."""
+    names = [one.lower() for one in KEYWORDS]
+    near = [one for one in names if any(one[:at] + one[at + 1 :] == word for at in range(len(one)))]
+    return (Remedy(f"write {near[0]}", near[0], misspelt=word),) if len(near) == 1 else ()
+
+
+def refuse_zero(label: str) -> ProgramError:
+    """The error of an O word that begins with the digit 0."""
+    wrong, right = f"0{label.lower()}", f"o{label.lower()}"
+    text = f"{wrong}: the digit 0 in place of the letter o; did you mean {right}?"
+    return ProgramError("VP023", text, edits=(Remedy(f"write {right}", right, misspelt=wrong),))
 
 
 def _skip_value(reader: ValueReader) -> None:
@@ -312,7 +341,7 @@ def _find_missing_brackets(text: str, error: ProgramError) -> ProgramError | Non
     return ProgramError("VP001", message, found.start() + 1, edits=edits)
 
 
-def _describe_strange(character: str, first: bool) -> str:
+def _describe_strange(character: str, reader: ValueReader, at: int, *, first: bool, numbered: bool) -> str:
     if character == "N":
         return "N must be the first word of a block"
     if character == "O":
@@ -322,7 +351,12 @@ def _describe_strange(character: str, first: bool) -> str:
     if character == "$":
         return "'$': this machine has one spindle, numbers of spindles mean nothing here"
     if character in "0123456789+-.":
-        return f"'{character}': a number without a letter before it"
+        number = _BARE_NUMBER.match(reader.characters, at)[0]  # type: ignore[index]
+        code = "G" if len(number) <= len("99") else "S"
+        letters = (f"N{code}" if first else code) if number.isdigit() and (first or numbered) else "XYZ"
+        *some, last = [f"{letter}{number}" for letter in letters]
+        such = f"{', '.join(some)} or {last}" if some else last
+        return f"{number}: a number without a letter before it; write its letter, such as {such}"
     if character == "/" and not first:
         return "'/' may only be the first character of a block"
     if character == ")":

@@ -23,6 +23,9 @@ _NUMBER: Final = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)")
 _NAME: Final = re.compile(r"<([^<>]*)>")
 _LETTERS: Final = re.compile(r"[A-Z]+")
 #: Where a value ends: at the next word, or with the line.
+_DIGITS: Final = re.compile(r"[\d.]*")
+#: A value without its brackets.
+_OPERAND: Final = re.compile(r"-?(?:[\d.]+|#(?:\d+|<[^<>]*>))(?=[\[(]|$)")
 _IS_OVER: Final = re.compile(r"[A-Z(]|$")
 OPERATOR: Final = re.compile(r"\*\*|[*/+-]|MOD|EQ|NE|GT|GE|LT|LE|AND|OR|XOR")
 PRECEDENCE: Final = {
@@ -139,6 +142,10 @@ class ValueReader:
             if name is not None:
                 self.at += len(name)
                 return self._require_finite(self._read_function(SHORT_NAMES.get(name, name), begin), begin)
+        alike = _WITH_DIGITS.match(self.characters, begin)
+        name = "" if alike is None else alike[1].translate(_MEANT_LETTERS)
+        if alike is not None and name in FUNCTIONS_LONGEST_FIRST:
+            raise self.error("VP001", f"{alike[1]}: a digit in place of a letter; did you mean {name}?", begin)
         shown_text = f"'{first}'" if first and first != "(" else "a comment" if first else "the end of the line"
         raise self.error("VP001", f"{owner} needs a number, found {shown_text}", begin)
 
@@ -147,11 +154,25 @@ class ValueReader:
         self._operators = set()
         return self._read_binary(1) if self._is_macro else self.read_word(owner, math.inf)
 
-    def read_bracket(self) -> float:
-        """An expression in brackets."""
+    def find_number_behind_blank(self, begin: int) -> int:
+        """The character before which a blank divides the digits from ``begin`` on; 0 where none does."""
+        digits = range(begin + 1, begin + len(_DIGITS.match(self.characters, begin)[0]))  # type: ignore[index]
+        return next((at for at in digits if self.places[at] > self.places[at - 1] + 1), 0)
+
+    def read_bracket(self, owner: str = "") -> float:
+        """An expression in brackets; ``owner`` is what needs it, for messages."""
         begin = self.at
         if self.characters[begin : begin + 1] != "[":
-            raise self.error("VP001", "expected '['", begin)
+            text, edits = "expected '['", tuple[Remedy, ...]()
+            if self.characters[begin : begin + 1] == "]":
+                text, edits = UNOPENED, TAKE_BRACKET
+            elif owner and (match := _OPERAND.match(self.characters, begin)) is not None:
+                shown = self.characters[begin : self.find_number_behind_blank(begin) or match.end()]
+                right = f"[{shown}]"
+                text = f"{shown}: values of {owner} are written in brackets; did you mean {right}?"
+            elif owner:
+                text = f"{owner} needs its value, in brackets: {owner} [...]"
+            raise self.error("VP001", text, begin, edits)
         value = self._read_until("]", begin)
         self.at += 1
         return value
@@ -167,6 +188,10 @@ class ValueReader:
             text = f"expected an operator or {' or '.join(map(repr, ends))}"
             if (sign := _SIGN.match(self.characters, self.at)) is not None:
                 text = f"{sign[0]}: no operator here; did you mean {_COMPARISONS[sign[0]]}?"
+            if (word := _LETTERS.match(self.characters, self.at)) is not None:
+                near = find_operator(word[0])
+                meant = f"did you mean {near}?" if near else f"operators are {', '.join(_WORDS)} and + - * / **"
+                text = f"{word[0]}: no operator; {meant}" if len(word[0]) > 1 else text
             edits = close_here("]") if _IS_OVER.match(self.characters, self.at) else ()
             raise self.error("VP001", text, self.at, edits)
         self._depth -= 1
@@ -223,8 +248,15 @@ class ValueReader:
             if match is None or precedence[match.group()] < least:
                 return left
             begin, self.at = self.at, match.end()
+            self._refuse_doubled(match.group(), begin)
             right = self._read_binary(precedence[match.group()] + 1)
             left = self._require_finite(self._apply(match.group(), left, right, begin), begin)
+
+    def _refuse_doubled(self, operator: str, begin: int) -> None:
+        """Refuse (VP001) an operator of letters whose last one is there twice, as in EQQ 2."""
+        word = f"{operator}{operator[-1]}"
+        if operator.isalpha() and re.match(rf"{word}[\d.#\[-]", self.characters[begin:]):
+            raise self.error("VP001", f"{word}: no operator; did you mean {operator}?", begin)
 
     def _apply(self, operator: str, left: float, right: float, begin: int) -> float:
         if self._is_macro:
@@ -320,6 +352,17 @@ class ValueReader:
         return float(self.values.exists(key))
 
 
+def find_operator(word: str) -> str:
+    """The one operator that is a slip away from a word: a letter twice, two that changed places, or one more."""
+    near = [
+        one
+        for one in _WORDS
+        if word in (one[1] + one[0] + one[2:], one[:1] + one[:0:-1])
+        or (len(word) == len(one) + 1 and any(word[:at] + word[at + 1 :] == one for at in range(len(word))))
+    ]
+    return near[0] if len(near) == 1 else ""
+
+
 def _round(value: float) -> float:
     """Half away from zero."""
     return math.copysign(math.floor(abs(value) + 0.5), value)
@@ -400,6 +443,14 @@ _COMPARISONS: Final = {
     "<>": "NE",
     "!=": "NE",
 }
+#: The error of a bracket too many, and its edit.
+UNOPENED: Final = "']' without the '[' that it would close"
+TAKE_BRACKET: Final = (Remedy("take ] out", "", misspelt="]"),)
+#: Operators that are words.
+_WORDS: Final = ("EQ", "NE", "GT", "GE", "LT", "LE", "AND", "OR", "XOR", "MOD")
+#: A name of a function with digits in place of letters.
+_WITH_DIGITS: Final = re.compile(r"((?=[A-Z0-9]*\d)[A-Z0-9]{2,6})\[")
+_MEANT_LETTERS: Final = str.maketrans("015", "OIS")
 _SIGN: Final = re.compile("<>|[<>=!]=|[<>=]")
 FUNCTIONS_LONGEST_FIRST: Final = sorted([*FUNCTIONS, "ATAN", "EXISTS"], key=len, reverse=True)
 MACRO_LONGEST_FIRST: Final = sorted(

@@ -24,17 +24,18 @@ _COMMA: Final = re.compile(
     r"(?<![A-Z\d.,])((?:[A-Z]{1,2}\d*[ \t]*=|[A-Z]{1,2})[ \t]*|)([-+]?\d+,\d+)(?![\d.,(])", re.IGNORECASE
 )
 _ADDRESS: Final = r"(?<![A-Z_])((?:[A-Z]{1,2}\d*[ \t]*=|[A-Z]{1,2})[ \t]*)"
-_COMMA_BEHIND: Final = "a comma after a number"
+COMMA_BEHIND: Final = "a comma after a number"
 #: An address with a number in which a character is too many: what it is, and the parts that stay.
 _TOO_MANY: Final = (
-    (re.compile(rf"{_ADDRESS}([-+]?\d+(?:\.\d*)?)(),(?![\d,])", re.IGNORECASE), _COMMA_BEHIND),
+    (re.compile(rf"{_ADDRESS}([-+]?\d+(?:\.\d*)?)(),(?![\d,])", re.IGNORECASE), COMMA_BEHIND),
     (re.compile(rf"{_ADDRESS}([-+]?\d*\.)\.+(\d*)(?![\d.])", re.IGNORECASE), "two points in a number"),
     (re.compile(rf"(?<![(,]){_ADDRESS}([-+]?\d*,),+(\d+)(?![\d.,)])", re.IGNORECASE), "two commas in a number"),
     (re.compile(rf"{_ADDRESS}[-+]([-+]\d+\.?)(\d*)(?![\d.])", re.IGNORECASE), "two signs before a number"),
 )
 #: A small L for 1: at the end of a number, where as an address it would have none, or at its beginning; Ql alone is Q1.
 _LETTER_L: Final = re.compile(
-    r"(?<![A-Za-z_])((?:Q[LR]?\d+[ \t]*=|[A-Z])[ \t]*)((?:[-+]?\d+l(?![ \t]*[-+.\d#\[=])|[-+]?l[.\d]+)(?![A-Za-z_]))"
+    r"(?<![A-Za-z_])((?:Q[LR]?\d+[ \t]*=|[A-Z])[ \t]*)"
+    r"((?:[-+]?\d+l(?![ \t]*[-+.\d#\[=])|[-+]?l[.\d]+|(?<=[A-Z])l(?![ \t]*[-+.\d#\[=]))(?![A-Za-z_]))"
 )
 _Q_AND_L: Final = re.compile(r"(?<![A-Za-z_])((?:[A-Z][-+]?)?Q)(l)(?!\w)")
 #: An address, and a small L and O that stand for 1 and 0, with no digit before them.
@@ -54,6 +55,24 @@ _M_AND_LETTER: Final = re.compile(r"(M0?\d)O: the letter O in a number; did you 
 _BEHIND_M: Final = "the letter O after the M code"
 #: A letter twice before a number.
 _TWICE: Final = re.compile(r"(?<![A-Z\d_])([A-Z])\1([-+]?(?:\d+\.?\d*|\.\d+))(?![\w.])", re.IGNORECASE)
+#: In blocks of letters and numbers: the first digit before its letter, and a # before the letter.
+_CHANGED: Final = (
+    (
+        re.compile(r"(?<![\w.\])])(\d)([A-Z])(\d*\.?\d*)(?![\w#\[])", re.IGNORECASE),
+        "a digit before its letter",
+        r"\2\1\3",
+    ),
+    (re.compile(r"(#)([A-Z])(\d+)(?![\w.])", re.IGNORECASE), "the # before its letter", r"\2\1\3"),
+    (re.compile(r"(?<![\w#>])([A-Z])=([-+]?(?:\d+\.?\d*|\.\d+))(?![\w.])", re.IGNORECASE), "words have no =", r"\1\2"),
+    (re.compile(r"(#)[lI](\d*)(?!\w)"), "a letter in a number", r"\g<1>1\2"),
+    (re.compile(r"(?<=[\[ =+*/-])()[lI]()(?=[ \t]*\])"), "a letter in a number", "1"),
+    (re.compile(r"(?<![A-Z_])([A-HJ-Z])I(\d+\.?\d*)(?![\w.])", re.IGNORECASE), "the letter I in a number", r"\g<1>1\2"),
+)
+#: A G code, and a number behind a blank.
+_WITHOUT_LETTER: Final = re.compile(r"(G[ \t]*\d+(?:\.\d)?)[ \t]+(\d+\.?\d*|\.\d+)(?![A-Z\d.])", re.IGNORECASE)
+_CHANGED_BEHIND_CODE: Final = re.compile(r"G\d+(?:\.\d)?[ \t]+(\d)([A-Z])(\d*\.?\d*)(?!\w)", re.IGNORECASE)
+_NUMBER_WITH_I: Final = re.compile(r"N\d*I\d+(?!\S)", re.IGNORECASE)
+_BLOCKS: Final = ("", "rs274", "fanuc")
 #: Characters of such a word, so that long lines of digits take no time.
 _LONGEST: Final = 40
 #: Letters after which an O alone is a zero: GO, XO. After others it is a word, such as DO and TO.
@@ -182,13 +201,33 @@ def _say_what_is_meant(source: Text, item: Finding, dialect: str) -> Finding:
         return replace(
             item, code="VP001", message=explain_pasted(character), column=begin + 1, edits=(edit,) if wrong else ()
         )
+    if item.code == "VP002" and dialect in _BLOCKS and (match := _CHANGED_BEHIND_CODE.match(text, item.column - 1)):
+        right = f"{match[2]}{match[1]}{match[3]}"
+        wrong, column = f"{match[1]}{match[2]}{match[3]}", match.start(1) + 1
+        edit = Remedy(f"write {right}", right, line=item.line, misspelt=wrong)
+        message = f"{wrong}: a digit before its letter; did you mean {right}?"
+        return replace(item, code="VP001", message=message, column=column, edits=(edit,), settled_by=())
+    if item.code == "VP002" and dialect in _BLOCKS and (match := _WITHOUT_LETTER.match(text, item.column - 1)):
+        code, number = match[1].upper(), match[2]
+        is_dwell = code.lstrip("G 0") == "4"
+        letter = "P" if is_dwell else "G" if number.isdigit() else "X"
+        right = f"{match[1]} {letter}{number}"
+        message = (
+            f"{match[0]}: blanks mean nothing in a number, so that this is {''.join(match[0].split())}; "
+            f"{number} may lack its letter, such as {letter}{number}{', the time of G4' if is_dwell else ''}"
+        )
+        edit = Remedy(f"write {right}", right, line=item.line, misspelt=match[0], is_choice=True)
+        return replace(item, code="VP001", message=message, edits=(edit,), settled_by=())
     is_unread = item.code in _UNREADABLE or _is_value(text, item.column, item.code)
     if is_unread and _BEHIND_M not in item.message:
         found = _find_number(text, item.column, dialect)
         if found is not None:
-            if f": {_COMMA_BEHIND};" in found[0] and _has_points(source, found[3]):
+            if f": {COMMA_BEHIND};" in found[0] and _has_points(source, found[3]):
                 found = (f"{found[0].removesuffix('?')}.?", *found[1:])
             item = replace(item, code="VP001", message=found[0], column=found[1] + 1, edits=())
+    elif item.code == "VP006" and (match := _NUMBER_WITH_I.match(text.strip())) and "I" in item.message:
+        message, _begin, *_words = _report(match, "the letter I in a number", match[0].upper().replace("I", "1"))
+        item = replace(item, code="VP001", message=message, column=text.index(match[0]) + 1, edits=())
     elif item.code == "VP006":
         for match in _VARIABLE_WITH_L.finditer(text):
             if match.end() == item.column:
@@ -243,7 +282,8 @@ def _find_number(line: str, column: int, dialect: str) -> tuple[str, int, str, s
     for pattern in _ALIKE:
         for match in pattern.finditer(line, max(at - _LONGEST, 0), at + _LONGEST):
             # a letter behind a number is found where the next word begins
-            n_blanks = len(line[match.end() :]) - len(line[match.end() :].lstrip()) if "l" in match[2] else 0
+            is_end = match[2][-1:] in ("l", "O", "o")
+            n_blanks = len(line[match.end() :]) - len(line[match.end() :].lstrip()) if is_end else 0
             if match.start() <= at <= match.end() + n_blanks and _is_number(pattern, match, line):
                 word = "".join(match[0].split())
                 if pattern is _LETTER_O and dialect != "siemens" and _LETTER_TOO_MANY.fullmatch(word):
@@ -254,6 +294,12 @@ def _find_number(line: str, column: int, dialect: str) -> tuple[str, int, str, s
         for match in pattern.finditer(line, max(at - _LONGEST, 0), at + _LONGEST):
             if match.start() <= at <= match.end():
                 return _report(match, what, "".join(match[1].split()) + match[2] + match[3])
+    for pattern, what, right in _CHANGED if dialect in _BLOCKS else ():
+        for match in pattern.finditer(line, max(at - _LONGEST, 0), at + _LONGEST):
+            # in 1G1X5, without blanks, a letter may be lost
+            is_sure = what != _CHANGED[0][1] or " " in line.strip() or match[0] == line.strip()
+            if match.start() <= at <= match.end() and is_sure:
+                return _report(match, what, match.expand(right))
     for match in _TWICE.finditer(line, max(at - 1, 0), at + _LONGEST):
         if match.start() <= at <= match.start() + 1:
             return _report(match, "the letter is there twice", match[1] + match[2])

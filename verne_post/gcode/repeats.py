@@ -47,6 +47,6 @@ class Repeats(Struct):
         if self.repeated_blocks > self.most:
             raise ProgramError(
                 "VP024",
-                f"loops and calls have repeated {self.most} blocks and moves; if the program is meant to, raise "
-                "--max-repeats",
+                f"loops and calls have repeated {self.most} blocks and moves; if the program is meant to, "
+                "raise --max-repeats",
             )

@@ -14,7 +14,7 @@ from verne_post.base.arrays import Ints
 from verne_post.base.long_text import Text, decode_lines
 from verne_post.base.program_lines import find_end, remove_remarks
 from verne_post.gcode import plain_arcs
-from verne_post.gcode.block import Block, build_block_of_words, read_block
+from verne_post.gcode.block import ZERO_FOR_O, Block, build_block_of_words, read_block, refuse_zero
 from verne_post.gcode.plain import PlainLines
 from verne_post.gcode.program_error import CLOSE_IN_ORDER, ProgramError, end_with
 from verne_post.gcode.setup import Setup
@@ -25,6 +25,12 @@ from verne_post.model.findings import Remedy
 _KEPT_CHUNKS: Final = 8
 _SILENT: Final = rb"(?:[ \t\r/]|\([^()\n]*\))*+"  # possessive: a line of blanks is passed once
 _O_LINE: Final = rb"^" + _SILENT + rb"(?:N[ \t0-9.+]*+" + _SILENT + rb")?[%b][^\n]*"
+
+
+#: A line that may be an O word with a zero for its letter.
+_ZERO_LINE: Final = re.compile(
+    rb"^[ \t]*(?:N\d+[ \t]*)?(0(?:<[^<>\n]*>|\d+)[ \t]*[A-Z]+)", re.MULTILINE | re.IGNORECASE
+)
 
 
 class Language:
@@ -221,11 +227,26 @@ class ProgramText(ChunkedText):
                     open_words.take(structure, block)
             except ProgramError as error:
                 column = error.column or 1
+                self._refuse_zero(line)
                 raise ProgramError(error.code, error.message, column, line=line, edits=error.edits).advise(
                     error.advice
                 ) from None
-        open_words.check_all_closed(self.source)
+        try:
+            open_words.check_all_closed(self.source)
+        except ProgramError:
+            self._refuse_zero(self.n_lines + 1)
+            raise
         return structure
+
+    def _refuse_zero(self, last: int) -> None:
+        """Refuse (VP023) an O word before a line that begins with the digit 0: the structure lacks it."""
+        for match in _ZERO_LINE.finditer(self.source):
+            line = self.source.count(b"\n", 0, match.start()) + 1
+            zero = ZERO_FOR_O.match("".join(match[1].decode("latin-1").split()))
+            if zero is not None and self.first_line <= line < last:
+                error = refuse_zero(zero[1])
+                error.column, error.line = match.start(1) - match.start() + 1, line
+                raise error
 
 
 def take_code(line: str) -> str:

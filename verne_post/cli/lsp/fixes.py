@@ -373,7 +373,7 @@ def _propose_fixes(found: Inspected, item: Finding, setup: Path | None, texts: M
         pointed_text = add_points(text)
         title = f"Write the point after {format_count(len(pointed_text) - len(text), 'number')} without one"
         yield Fix(title, found.path, text, 0, len(text), pointed_text)
-    if item.code == "VP006" and item.column is not None:
+    if item.code == "VP006" and item.column is not None and not item.edits:
         begin, end = _find_span(item, text)
         if _REST_OF_VALUE.search(text[:begin].rpartition("\n")[2]) is None:
             yield Fix(f"Remove {text[begin:end].strip()}", found.path, text, begin, end, "")

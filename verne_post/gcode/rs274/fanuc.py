@@ -59,6 +59,7 @@ from verne_post.gcode.rs274.fanuc_text import (
     find_program,
     prepare_line,
     read_corner,
+    refuse_letter_in_number,
 )
 from verne_post.gcode.rs274.fanuc_words import FanucWords
 from verne_post.gcode.rs274.haas import HaasCodes
@@ -71,7 +72,7 @@ from verne_post.gcode.rs274.macro_calls import (
     read_macro_call,
     set_control_variable,
 )
-from verne_post.gcode.rs274.macro_text import read_statement
+from verne_post.gcode.rs274.macro_text import explain_misspelt, read_statement
 from verne_post.gcode.rs274.modes import NO_MAPS
 from verne_post.gcode.rs274.nurbs import NurbsCodes
 from verne_post.gcode.rs274.run import execute_blocks
@@ -240,6 +241,8 @@ class FanucInterpreter(Rs274):
             text = prepare_line(text)
         elif text[:1] in ":/ \t":
             text = prepare_line(text)
+        if "O" in text or "o" in text:
+            refuse_letter_in_number(text)
         if ("O" in text or "o" in text) and (number := end_of_number(text)):
             text = " " * number + text[number:]
         self._text = text
@@ -259,6 +262,8 @@ class FanucInterpreter(Rs274):
             head, arguments = read_macro_call(text, self.parameters, self.keys) if "6" in text else (text, None)
             block = read_block(head, line, self.parameters)
         except ProgramError as error:
+            if error.code == "VP001" and (misspelt := explain_misspelt(text)) is not None:
+                raise misspelt from None
             if (
                 nested_comment is None
                 or (error.column or 0) <= nested_comment.end()

@@ -7,6 +7,8 @@ from verne_post.base.long_text import Text
 from verne_post.base.printable import make_printable_in_place
 from verne_post.gcode.block import strip_comments
 from verne_post.gcode.expressions import ValueReader, Values
+from verne_post.gcode.mistyped import COMMA_BEHIND
+from verne_post.gcode.program_error import ProgramError
 
 #: At the beginning of a line: ``:1000`` for O1000, ``/2`` for a block that switch 2 deletes.
 _COLON: Final = re.compile(r"[ \t]*(:)[ \t]*[0-9]")
@@ -24,11 +26,15 @@ _LISTING: Final = re.compile(
     rb"(?:(?![ \t]*[O:][ \t]*\d|[ \t]*%|[^\n]*\bM0*(?:2|30|99)\b)[^\n]*\n)*(?=[ \t]*%[^\n]*\n\s*[O:][ \t]*\d)",
     re.IGNORECASE,
 )
+#: A word without a point, and the comma of a corner.
+_WORD_BEFORE_CORNER: Final = re.compile(r"([A-Z][ \t]*[-+]?\d+),$", re.IGNORECASE)
+_NUMBER_WITH_O: Final = re.compile(r"[ \t/]*(N\d+O0*)(?!\w)", re.IGNORECASE)
 #: Lines that are looked at.
 _HEADER_LINES: Final = 200
 #: ``%`` and a program number, which may lack its O or have 0 in its place, or such a number alone in its line.
 _OPENING: Final = re.compile(
-    rb"\s*%[^\n]*\n\s*(?:[0-9 \t]+(?=\(|\r?\n)|[O:]\s*[0-9]++(?![ \t]*(?:SUB|CALL|IF|WHILE|DO|REPEAT)))|"
+    rb"\s*%[^\n]*\n\s*(?:\([^()\n]*\)\s*\n\s*){0,9}"
+    rb"(?:[0-9 \t]+(?=\(|\r?\n)|[O:]\s*[0-9]++(?![ \t]*(?:SUB|CALL|IF|WHILE|DO|REPEAT)))|"
     rb"\s*O[ \t]*[0-9]++[ \t\r]*(?:\([^\n]*)?(?:\n|$)",
     re.IGNORECASE,
 )
@@ -105,6 +111,14 @@ def prepare_line(text: str) -> str:
     return text
 
 
+def refuse_letter_in_number(text: str) -> None:
+    """Refuse (VP001) N9O0, which would be the block N9 of a program O0: no program has the number 0."""
+    if match := _NUMBER_WITH_O.match(text):
+        right = match[1].upper().replace("O", "0")
+        message = f"{match[1]}: the letter O in a number; did you mean {right}?"
+        raise ProgramError("VP001", message, match.start(1) + 1)
+
+
 def end_of_number(text: str) -> int:
     """Where the program number of a prepared line ends that has words beside it; 0 where there is none."""
     match = _NUMBER_AND_WORDS.match(text)
@@ -129,6 +143,9 @@ def read_corner(text: str, values: Values) -> tuple[str, tuple[str, float] | Non
     reader = ValueReader(characters, places, values)
     reader.at = at + 2
     size = reader.read_word(letter)
+    if not size > 0 and (word := _WORD_BEFORE_CORNER.search(text, 0, places[at] + 1)):
+        right = f"{word[1]}."
+        raise ProgramError("VP001", f"{word[0]}: {COMMA_BEHIND}; did you mean {right}?", word.start() + 1)
     if not size > 0:
         raise reader.error("VP007", f",{letter}{size:g}: the size of a corner is greater than 0", at)
     begin, end = places[at], places[reader.at]

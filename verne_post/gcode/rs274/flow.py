@@ -4,6 +4,7 @@ Structure is known from the text (:class:`~verne_post.gcode.text.Structure`); th
 conditions, counters, calls with their arguments and names.
 """
 
+import re
 from typing import Final
 
 from verne_post.base.numbers import is_count
@@ -19,6 +20,7 @@ from verne_post.gcode.text import ProgramText, decode_line
 from verne_post.model.findings import Remedy
 
 MAX_ARGUMENTS: Final = 30
+GIVE_NUMBER: Final = "Give each program another number."
 #: Programs from this number on are protected on Fanuc and Haas controls: macros of the builder, and of probes.
 FIRST_BUILDER_MACRO: Final = 9000
 
@@ -69,6 +71,10 @@ class Flow:
             return
         if frame.label is None and not self.interpreter.traits.separates_programs:
             return
+        first = self.calls.text.structure.programs.get(o.label or "", line)
+        if first != line:
+            text = f"O{o.label} appears twice, first in line {first}: take one of them out, or give one another number"
+            raise ProgramError("VP023", text, o.reader.find_column(o.label_at - 1)).advise(GIVE_NUMBER)
         if frame.label is None:
             end, text = "M30", f"the program runs on into O{o.label}; write M30 or M2 before it"
         else:
@@ -126,6 +132,7 @@ class Flow:
             elif not o.read_condition():
                 self.calls.line = structure.end[line] + 1
         elif o.keyword == "repeat":
+            counters[line] = 1  # where the number of rounds cannot be read
             rounds = round(o.read_condition())
             if rounds <= 0:
                 self.calls.line = structure.end[line] + 1
@@ -296,6 +303,11 @@ class Flow:
         is_whole, is_short = self._has_program(label), self._has_program(short)
         if is_whole == is_short:
             near = [] if is_whole else self._find_near_programs(short)
+            bare_line = 0 if is_whole else self._find_bare_number(short)
+            if bare_line:
+                text = f"M98 P{label} calls O{short}, {repeats} times; {self._describe_bare_number(short, bare_line)}"
+                edits = (Remedy(f"write O{short}", f"O{short}", line=bare_line, misspelt=short),)
+                raise ProgramError("VP023", text, goes_on=True, edits=edits).advise(GIVE_FILE)
             numbers = [f"{repeats}{int(one):04d}" for one in near]
             raise ProgramError(
                 "VP023",
@@ -334,15 +346,36 @@ class Flow:
             first, second = next(iter(repeats.items()))
             message += f"; O{first} appears twice, in lines {self.calls.main.structure.programs[first]} and {second}: "
             message += f"one of them may be O{label}"
-        near = [] if repeats else self._find_near_programs(label)
+        bare_line = self._find_bare_number(label)
+        near = [] if repeats or bare_line else self._find_near_programs(label)
         if near:
             message += f"; the program has {name_numbers(near, 'O')}"
         edits = write_numbers(near, label, "P", self.calls.line - 1) if self._is_in_main else ()
+        if self._is_in_main and len(near) == 1 and not self._is_called(near[0]):
+            begin = self.calls.main.structure.programs[near[0]]
+            message += f", in line {begin}, and which nothing calls"
+            edits = (*write_numbers([label], near[0], "O", begin), *edits)
+        if bare_line:
+            message += f"; {self._describe_bare_number(label, bare_line)}"
+            edits = (Remedy(f"write O{label}", f"O{label}", line=bare_line, misspelt=label),)
         if repeats and len(repeats) == 1:
             edits = write_numbers([label], first, "O", second)
         raise ProgramError("VP023", message, goes_on=True, about=f"O{label}", edits=edits).advise(
-            "Give each program another number." if repeats else GIVE_FILE
+            GIVE_NUMBER if repeats else GIVE_FILE
         )
+
+    def _is_called(self, label: str) -> bool:
+        return re.search(rb"P[ \t]*0*%b(?![\d.])" % label.encode(), self.calls.main.source, re.IGNORECASE) is not None
+
+    def _find_bare_number(self, label: str) -> int:
+        """The line of the main text that begins with the number of a program without its O; 0 where none does."""
+        source = self.calls.main.source
+        match = re.search(rb"^[ \t]*0*%b[ \t]*(?:\(|\r?$)" % label.encode(), source, re.MULTILINE)
+        return 0 if match is None or len(label) < len("100") else source.count(b"\n", 0, match.start()) + 1
+
+    @staticmethod
+    def _describe_bare_number(label: str, line: int) -> str:
+        return f"line {line} begins with {label}, which lacks its letter O; write O{label} there"
 
     @property
     def _is_in_main(self) -> bool:

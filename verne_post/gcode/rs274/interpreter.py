@@ -50,6 +50,8 @@ from verne_post.model.moves import AXES, ZERO9, PathControl, PathMode
 from verne_post.model.plausibility import PLAUSIBLE
 
 _MAX_M_CODES: Final = 4
+_DIGITS_OF_CODES: Final = 2
+_LEAST_PROGRAM: Final = 100  #: Numbers of subprograms are not below it, as a rule.
 #: Words of G83 that no other block of G93 has.
 _OF_DRILLING: Final = frozenset("RQPKL")
 #: Numbers of G words -> codes of motion that need nothing but their own words.
@@ -322,7 +324,14 @@ class Rs274(Language):
             raise ProgramError("VP006", f"G93 takes no {', '.join(unused_letters)}; did you mean G83?", inverse[2])
         for letter in unused_letters:
             text = f"nothing in the block uses {letter}{block.words[letter]:g}"
-            raise ProgramError("VP006", text, block.columns[letter])
+            if letter in "IJK" and not block.codes and {"X", "Y", "Z"} & block.words.keys():
+                text += ", because no G2 or G3 is in force: write one if an arc is meant"
+            edits: tuple[Remedy, ...] = ()
+            if letter == "P" and not block.codes and block.words["P"] >= _LEAST_PROGRAM:
+                wrong = f"P{block.words['P']:.0f}"
+                text += "; the M98 of a call may be missing before it"
+                edits = (Remedy(f"write M98 {wrong}", f"M98 {wrong}", misspelt=wrong, is_choice=True),)
+            raise ProgramError("VP006", text, block.columns[letter], edits=edits)
 
     # --- modes -----------------------------------------------------------------------------------
 
@@ -558,9 +567,21 @@ class Rs274(Language):
                     else f"; {describe_remap(name)}"
                 )
             full_text = explain_unknown(text, name, map(spell_g_code, self.table.group_of_g))
+            if full_text == text and (meant := self._find_near_code(f"{number:g}")):
+                full_text = f"{name}: no meaning in this language; did you mean {meant}?"
             is_settled = is_code and not moves and full_text == text  # else another code is meant
             raise ProgramError("VP002", full_text, column, settled_by=("remap", name) if is_settled else ())
         return code
+
+    def _find_near_code(self, number: str) -> str:
+        """The one code that a sign, a digit twice or a point that is missing makes of a number; empty without one."""
+        digits = number.removeprefix("-")
+        near = {digits} if digits != number else set[str]()
+        if digits.isdigit() and len(digits) > _DIGITS_OF_CODES:
+            near = {f"{digits[:-1]}.{digits[-1]}"}
+            near |= {digits[:at] + digits[at + 1 :] for at in range(1, len(digits)) if digits[at] == digits[at - 1]}
+        known = {round(float(one) * 10) for one in near} & self.table.group_of_g.keys()
+        return spell_g_code(known.pop()) if len(known) == 1 else ""
 
     def _has_user_code(self, block: Block, letters: str = "GM") -> bool:
         find_meaning = self.core.auxiliary.find_user_meaning

@@ -14,6 +14,7 @@ _WORD: Final = re.compile(
     r"\([^()]*\)?|;.*|(?P<letter>[A-Z])[ \t]*[-+]?(?P<own>[0-9.]+)(?:[ \t]+(?P<number>[-+]?[0-9.]+))?", re.IGNORECASE
 )
 _PROGRAM_NUMBER: Final = re.compile(r"[ \t]*([0-9][0-9 \t]*)(?:\(|\r?$)")
+_DIGITS_OF_CODES: Final = 2
 _BLOCK_NUMBER: Final = re.compile(r"[ \t/]*(N[ \t]*[0-9]+(?:[ \t]+[0-9]|[ \t]*\.)[0-9 \t.]*)", re.IGNORECASE)
 
 
@@ -34,11 +35,22 @@ def refuse_letterless(text: str) -> None:
     """
     if match := _PROGRAM_NUMBER.match(text):
         digits = match[1].rstrip()
+        if len(digits) == _DIGITS_OF_CODES and digits[0] != "0":
+            text = f"{digits}: a number without a letter before it; write its letter, such as G{digits} or O{digits}"
+            raise ProgramError("VP001", text, match.start(1) + 1)
         meaning = f"did you mean O{digits.removeprefix('0').strip()}?"
         raise ProgramError("VP001", f"{digits}: a number without a letter before it; {meaning}", match.start(1) + 1)
     for match in _WORD.finditer(text):
         letter, number, rest = (match["letter"] or "").upper(), match["number"], text[match.end() :]
         if number and (letter == "N" or not f"{match['own']}{number}".isdigit()):
+            if letter == "N" and number.isdigit():
+                text = (
+                    f"{number}: a number without a letter before it, or a blank in N{match['own']}{number}; write one"
+                )
+                raise ProgramError("VP001", text, match.start("number") + 1)
+            if letter == "G" and match["own"].lstrip("0") == "4":
+                text = f"{number}: the time of G4 has no letter before it; write X{number} for seconds, or P"
+                raise ProgramError("VP001", text, match.start("number") + 1)
             *others, last = [f"{axis}{number}" for axis in _list_axes(letter, rest)]
             meaning = f"write its letter, such as {', '.join(others)} or {last}" if others else f"did you mean {last}?"
             column = match.start("number") + 1
@@ -63,6 +75,7 @@ def describe_block_number(text: str) -> str:
 
 def _list_axes(before: str, rest: str) -> str:
     """The axes that a number between a word with the letter ``before`` and the ``rest`` of a line may be of."""
-    possible = "XYZ"["XYZ".find(before) + 1 :]
+    family = "IJK" if before in "IJK" and before else "XYZ"
+    possible = family[family.find(before) + 1 :]
     later = min((letter for letter in "XYZ" if letter in rest.upper()), default="")
-    return (possible[: possible.find(later)] if later in possible else "") or possible or "XYZ"
+    return (possible[: possible.find(later)] if later in possible else "") or possible or family

@@ -80,6 +80,7 @@ class MacroFlow:
 
     def _execute_if(self, statement: Statement, line: int) -> None:
         holds = statement.read_condition()
+        statement.refuse_misspelt("GOTO", "THEN")
         goes = statement.pass_word("GOTO", "GO")
         if not goes and not statement.pass_word("THEN", "TH"):
             raise statement.reader.error("VP001", "expected GOTO or THEN", statement.reader.at)

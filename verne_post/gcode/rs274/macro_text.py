@@ -8,9 +8,10 @@ from typing import Final, Literal
 
 from msgspec import Struct
 
-from verne_post.base.long_text import Text
+from verne_post.base.long_text import Text, iterate_lines
+from verne_post.base.suggestions import find_meant
 from verne_post.gcode.block import read_setting, strip_comments
-from verne_post.gcode.expressions import Key, ValueReader, Values
+from verne_post.gcode.expressions import TAKE_BRACKET, UNOPENED, Key, ValueReader, Values
 from verne_post.gcode.program_error import CLOSE_IN_ORDER, ProgramError
 from verne_post.gcode.text import decode_line
 from verne_post.model.findings import Remedy
@@ -54,6 +55,13 @@ _REPEATED_LETTERS: Final = "IJK"
 _MOST_SETS: Final = 10
 
 
+_LETTERS: Final = re.compile("[A-Z]*")
+_LONG_KEYWORDS: Final = ("WHILE", "GOTO", "END", "IF", "DO")
+#: A word that may be a misspelt keyword, and such words of other languages.
+_MISSPELT: Final = re.compile(r"[ \t]*(?:/[ \t]*)?(?:N\d+[ \t]*)?([A-Z]{3,9})[ \t]*(?=[\[#\d(]|$)", re.IGNORECASE)
+_OF_OTHERS: Final = re.compile("END(?:WHILE|REPEAT|DO|FOR|LOOP)", re.IGNORECASE)
+
+
 class Statement(Struct, frozen=True):
     """A statement of a custom macro; its values are computed when they are asked for."""
 
@@ -88,6 +96,16 @@ class Statement(Struct, frozen=True):
         word = next((word for word in words if self.reader.characters.startswith(word, self.reader.at)), None)
         self.reader.at += len(word or "")
         return word is not None
+
+    def refuse_misspelt(self, *words: str) -> None:
+        """Refuse (VP001) a word that is a slip of one of some words."""
+        reader = self.reader
+        if reader.characters[reader.at : reader.at + 1] == "]":
+            raise reader.error("VP001", UNOPENED, reader.at, TAKE_BRACKET)
+        match = _LETTERS.match(reader.characters, reader.at)
+        word = "" if match is None else match[0]
+        if not word.startswith(words) and (near := find_meant(word, words, slip_alone=True)):
+            raise reader.error("VP001", f"{word}: no word of custom macros; did you mean {near}?", reader.at)
 
     def read_settings(self) -> Iterator[tuple[Key, float, int]]:
         """What follows THEN: variables that are set."""
@@ -126,6 +144,21 @@ def read_statement(text: str, values: Values) -> Statement | None:
         return None
     kind = KINDS[keyword.group(1)]
     return Statement(kind, ValueReader(characters, places, values), keyword.end(), places[at] + 1)
+
+
+def explain_misspelt(text: str) -> ProgramError | None:
+    """The error (VP001) of a line that begins with a misspelt keyword; None for other lines."""
+    match = _MISSPELT.match(text)
+    if match is None or match[1].upper() in KINDS:
+        return None
+    word = match[1]
+    if _OF_OTHERS.fullmatch(word):
+        message = f"{word}: no word of custom macros; a loop ends with END and the number of its DO, such as END1"
+        return ProgramError("VP001", message, match.start(1) + 1)
+    near = find_meant(word.upper(), _LONG_KEYWORDS, slip_alone=True, least=2)
+    if not near:
+        return None
+    return ProgramError("VP001", f"{word}: no word of custom macros; did you mean {near}?", match.start(1) + 1)
 
 
 def number_argument(letters: str) -> int:
@@ -193,6 +226,17 @@ def find_loops(source: Text, programs: Collection[int]) -> Loops:
     ProgramError
         With its line: VP023, one without the other; VP001, D01 for DO1.
     """
+    try:
+        return _find_loops(source, programs)
+    except ProgramError:
+        for number, raw in enumerate(iterate_lines(source), 1):
+            if (misspelt := explain_misspelt(decode_line(raw))) is not None:
+                misspelt.line = number
+                raise misspelt from None
+        raise
+
+
+def _find_loops(source: Text, programs: Collection[int]) -> Loops:
     loops, open_loops = Loops({}, {}), list[tuple[int, str]]()
     bare = (0, 0, "")  # line, column and text of the last WHILE without DO
     line, at, starts = 1, 0, sorted(programs)

@@ -56,6 +56,7 @@ class Recovery:
     def __init__(self, interpreter: Rs274) -> None:
         self.interpreter = interpreter
         self.uncertain: set[int] = set()
+        self._is_any_unset = False  #: Of a line that sets a variable nothing but = and its value is there.
         self._unset: set[str] = set()  #: Variables that lines set which could not be read.
 
     def execute(self, block: Block) -> list[ProgramError]:
@@ -85,6 +86,8 @@ class Recovery:
     def pass_unread(self, text: str, line: int) -> None:
         """Take the codes of a line that could not be read; its axes are uncertain, without one X and Y."""
         block = Block(line)
+        if re.match(r"\s*(?:N\d+\s*)?=", text, re.IGNORECASE):  # the name is what is missing
+            self._is_any_unset = True
         self._unset |= {"".join(one.split()).lower() for one in _SETTING.findall(text)}
         words = _WORD.findall(_COMMENTS.sub("", text).upper())
         if not any(letter in AXES for letter, _number in words):  # a letter may be what is missing
@@ -101,7 +104,8 @@ class Recovery:
     def follows_unread(self, error: ProgramError) -> bool:
         """True where a variable has no value because the line that sets it could not be read."""
         variable = _VARIABLE.match(error.message)
-        return error.code == "VP025" and variable is not None and variable[1].lower() in self._unset
+        is_unset = variable is not None and (self._is_any_unset or variable[1].lower() in self._unset)
+        return error.code == "VP025" and is_unset
 
     def _follows(self, error: ProgramError, errors: list[ProgramError]) -> bool:
         """True for an error that another one has caused."""

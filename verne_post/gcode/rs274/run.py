@@ -3,6 +3,7 @@
 import dataclasses
 import re
 from functools import partial
+from typing import Final
 
 from verne_post.base.long_text import Text
 from verne_post.base.program_lines import remove_remarks
@@ -47,6 +48,9 @@ def _find_last_start(text: ProgramText) -> tuple[int, str] | None:
     return (line, last[1]) if last is not None else None
 
 
+_VARIABLE: Final = re.compile(r"#(?:<[^<>]*>|\d+)")
+
+
 class _BlockRun:
     """A program of blocks in execution; with recovery all errors of a block are found."""
 
@@ -56,6 +60,10 @@ class _BlockRun:
         #: A call has been left out, whose program is missing: it may set any mode and variable, and stops loops.
         self._misses_program = False
         self._gives_up = False
+        #: First and last line of the loop that went back last, and whether the block at hand may go back.
+        self._last_loop, self._jumps = (0, 0), False
+        #: A code of the last line has no meaning: it may be what ends the program.
+        self._has_unknown_code = False
         #: The last block with codes: its line, and whether the spindle ran forward before it.
         self._last_codes = 0, False
 
@@ -81,6 +89,9 @@ class _BlockRun:
                 return self.calls.line, []
             errors = self._execute_line(chunk)
         except ProgramError as error:
+            if self.recovery is not None and not self._past_errors and self.recovery.follows_unread(error):
+                self._gives_up = True
+                return line + 1, []
             if self._past_errors or not self._misses_program or error.code in OF_TEXT:
                 raise
             # after any other error the next line would be the same again, or in the same loop
@@ -148,8 +159,32 @@ class _BlockRun:
                 del warnings[key]
         for found in errors:
             _find_column(found, chunk.read_raw(row))
-        flow.repeats.count(text, line, line, interpreter.recorder.count - moves)
+        if self._jumps and self.calls.text is text and self.calls.line <= line:
+            self._last_loop = self.calls.line, line
+        try:
+            flow.repeats.count(text, line, line, interpreter.recorder.count - moves)
+        except ProgramError as error:
+            self._name_loop(error, text)
+            raise
+        self._has_unknown_code = any(error.code == "VP002" for error in errors)
         return errors
+
+    def _name_loop(self, error: ProgramError, text: ProgramText) -> None:
+        """Say which loop a program repeats without end, and what its condition asks and no line of it sets."""
+        begin, end = self._last_loop
+        if not begin:
+            return
+        raw_lines = (decode_line(text.read_line(line)) for line in range(begin, end + 1))
+        lines = ["".join(remove_remarks(line).lower().split()) for line in raw_lines]
+        asked = list(dict.fromkeys(_VARIABLE.findall(lines[0] if "[" in lines[0] else lines[-1])))
+        unset = [one for one in asked if not any(re.search(rf"{re.escape(one)}=", one_line) for one_line in lines)]
+        about = ""
+        if unset and unset == asked:
+            about = f", and no line of it sets {' or '.join(unset)}, which its condition asks"
+        error.message = error.message.replace(
+            " blocks and moves", f" blocks and moves, the last in the loop of lines {begin} to {end}{about}"
+        )
+        error.line, error.column = begin, None
 
     def _read_and_execute(self, text: str, line: int) -> list[ProgramError]:
         if self.recovery is None:
@@ -169,7 +204,12 @@ class _BlockRun:
             if follows or (len(errors) > 1 and errors[-1].code in OF_WORDS):
                 errors.pop()
             return errors
-        later_errors = self._execute_block(block, line)
+        try:
+            later_errors = self._execute_block(block, line)
+        except ProgramError:
+            if not errors:
+                raise
+            later_errors = []  # it may only follow
         if errors:  # what follows from the mistyped word is no error of its own
             # which words belong to a mistyped code is not known
             later_errors = [error for error in later_errors if error.code not in OF_WORDS]
@@ -182,8 +222,12 @@ class _BlockRun:
     def _execute_block(self, block: Block, line: int) -> list[ProgramError]:
         flow, recovery = self.flow, self.recovery
         interpreter, errors = flow.interpreter, []
+        self._jumps = block.macro is not None or (block.o is not None and block.o.keyword not in ("call", None))
         if block.o is not None:
-            flow.step(block)
+            if block.o.keyword is None and self._has_unknown_code and not self.calls.in_call:
+                self._gives_up = not self.calls.text.is_head(line)  # what the code would have done is not known
+            if not self._gives_up:
+                flow.step(block)
             return []
         if block.macro is not None:
             flow.macros.step(block.macro, line)
