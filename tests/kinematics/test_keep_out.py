@@ -711,6 +711,7 @@ def test_a_stock_of_klartext_stands_in_the_preset_of_the_cuts(run, tmp_path):
     assert "part.h:8" in answer.out and "VP216" in answer.out
 
 
+@pytest.mark.usefixtures("without_remedies")
 def test_an_end_in_a_pocket_that_lines_before_have_cut_is_found(run, tmp_path):
     """A holder of 40 mm, 20 mm above the tip: beside the whole stock no end was free, and explain found none."""
     path = tmp_path / "pocket.h"

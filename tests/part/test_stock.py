@@ -513,14 +513,19 @@ def test_bodies_of_short_spans_are_no_nearer_than_those_of_a_long_one() -> None:
 
 
 @pytest.mark.skipif("not __import__('importlib').util.find_spec('numba')")
-def test_few_long_tilted_cuts_are_worth_compiling() -> None:
-    """They are as many bodies as thousands of short ones: four lines of 80 mm."""
+def test_few_long_tilted_cuts_are_worth_compiling(monkeypatch: pytest.MonkeyPatch) -> None:
+    """They are as many bodies as thousands of short ones: four lines of 80 mm. So are many runs of few bodies."""
+    monkeypatch.setattr(cutting._Run, "bodies", 0)
     tip = np.array([[[10.0, y, 12.0], [90.0, y, 12.0]] for y in (5.0, 10.0, 15.0, 20.0)])
     lines, zeros = np.arange(4), np.zeros(4, dtype=int)
     tools = [group_pieces(build_pieces((BALL,), 60.0, joined=False))]
     for axis, worth in ((UP, False), ((0.0, -0.6, 0.8), True)):
         spans = Spans(tip, np.tile(axis, (4, 2, 1)), lines, zeros, zeros > 0)
         assert cutting._Run(box(60, 40, 20, 0.4), spans, tools, 0.0).compiled is worth
+    monkeypatch.setattr(cutting._Run, "bodies", 0)
+    stock, spans = box(60, 40, 20, 0.4), Spans(tip, np.tile(UP, (4, 2, 1)), lines, zeros, zeros > 0)
+    compiled = [cutting._Run(stock, spans, tools, 0.0).compiled for _ in range(cutting.WORTH_COMPILING)]
+    assert not compiled[0] and compiled[-1]
 
 
 def test_a_body_that_rubs_along_many_lines_is_one_finding() -> None:

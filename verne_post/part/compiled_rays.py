@@ -218,7 +218,7 @@ def _meet_row(
     high: Any,
 ) -> None:
     """Where rays (i, j0) to (i, j1) enter and leave a body; rays whose material it passes by count as missed."""
-    stock_low, stock_high, rows, more_low, more_high, _in_use = stock
+    stock_low, stock_high, rows, more_low, more_high, used, _in_use = stock
     ux, uy, uz = axis[0], axis[1], axis[2]
     x, first = (i + 0.5) * cell[0] - end[0], (j0 + 0.5) * cell[1] - end[1]
     upright = uz > 0 and math.sqrt(ux * ux + uy * uy) < VERTICAL
@@ -231,8 +231,8 @@ def _meet_row(
         for k in range(stock_low.shape[2]):
             least, most = min(least, stock_low[i, j0 + j, k]), max(most, stock_high[i, j0 + j, k])
         row = rows[i, j0 + j]
-        if row:
-            least, most = min(least, more_low[row].min()), max(most, more_high[row].max())
+        for k in range(used[row] if row else 0):
+            least, most = min(least, more_low[row, k]), max(most, more_high[row, k])
         if upright and min(start[2], end[2]) + bottom >= most:  # most rays that are cut again
             low[j], high[j] = np.inf, -np.inf
         elif upright:
@@ -280,12 +280,12 @@ def _take(low: Any, high: Any, a: Any, b: Any) -> Any:
 
 @_compile
 def _put(low: Any, high: Any, a: Any, b: Any) -> Any:
-    """Give the interval from ``a`` to ``b`` a free place; whether there is one."""
+    """Give the interval from ``a`` to ``b`` a free place; the number of places up to it, 0 where none is free."""
     for k in range(len(low)):
         if low[k] > high[k]:
             low[k], high[k] = a, b
-            return True
-    return False
+            return k + 1
+    return 0
 
 
 @_compile
@@ -316,7 +316,7 @@ def cut(
 
     The number done; it is fewer where a ray has no free place left, and then which ray, and the interval without place.
     """
-    low, high, rows, more_low, more_high, in_use = stock
+    low, high, rows, more_low, more_high, used, in_use = stock
     level = _list_level(edges, corners)
     area = cell[0] * cell[1]
     enter, leave = np.empty(low.shape[1]), np.empty(low.shape[1])
@@ -333,15 +333,21 @@ def cut(
                 more = rows[i, j]
                 length, rest = _take(low[i, j], high[i, j], a, b)
                 if more:
-                    length_more, rest_more = _take(more_low[more], more_high[more], a, b)
+                    n = used[more]
+                    length_more, rest_more = _take(more_low[more, :n], more_high[more, :n], a, b)
                     length, rest = length + length_more, max(rest, rest_more)
+                    while n > 0 and more_low[more, n - 1] > more_high[more, n - 1]:
+                        n -= 1
+                    used[more] = n
                 volume[row] += length * area
                 if rest > b and not _put(low[i, j], high[i, j], b, rest):
                     if not more and in_use[0] < len(more_low):
                         more = rows[i, j] = in_use[0]
                         in_use[0] += 1
-                    if not more or not _put(more_low[more], more_high[more], b, rest):
+                    place = _put(more_low[more], more_high[more], b, rest) if more else 0
+                    if not place:
                         return row, i, j, b, rest
+                    used[more] = max(used[more], place)
     return len(starts), 0, 0, 0.0, 0.0
 
 
@@ -361,7 +367,7 @@ def touch(
     only_first: Any,
 ) -> None:
     """Note which bodies have material in them, or the first of them."""
-    low, high, rows, more_low, more_high, _in_use = stock
+    low, high, rows, more_low, more_high, used, _in_use = stock
     level = _list_level(edges, corners)
     enter, leave = np.empty(low.shape[1]), np.empty(low.shape[1])
     for row in range(len(starts)):
@@ -377,6 +383,7 @@ def touch(
             for j in range(j0, j1):
                 a, b, more = enter[j - j0], leave[j - j0], rows[i, j]
                 has = _has_material(low[i, j], high[i, j], a, b)
-                if has or (more and _has_material(more_low[more], more_high[more], a, b)):
+                n = used[more]  # none for row 0
+                if has or (more and _has_material(more_low[more, :n], more_high[more, :n], a, b)):
                     found[row] = True
                     break

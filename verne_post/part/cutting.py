@@ -13,7 +13,7 @@ both leave it as clear as before.
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from typing import Final
+from typing import ClassVar, Final
 
 import numpy as np
 from msgspec import Struct
@@ -169,6 +169,10 @@ def cut_stock(
 class _Run:
     """A stock on its way through a program."""
 
+    #: Bodies that are cut or held against the stock, of all runs: remedies try a short program many times, and what one
+    #: run has compiled the next one has. Of feed motion in contact every stretch has its own.
+    bodies: ClassVar[int] = 0
+
     def __init__(self, stock: Dexels, spans: Spans, tools: Sequence[Tool], keep_off: float) -> None:
         self.stock, self.spans, self.tools, self.keep_off = stock, spans, tools, keep_off
         self.report: Callable[[int], None] = lambda _done: None
@@ -184,8 +188,7 @@ class _Run:
         self.depth: dict[tuple[int, str], float] = {}
         #: Tip and axis by span and body where a certain contact begins, in the frame of the stock.
         self.begin: dict[tuple[int, str], tuple[Array, Array]] = {}
-        #: Bodies that are cut or held against the stock: of feed motion in contact every stretch has its own.
-        self.bodies = sum(
+        _Run.bodies += sum(
             int(count_bodies(spans.tip[own], spans.axis[own], piece.high, STEP_MM).sum())
             for own, tool in ((spans.tool == number, tool) for number, tool in enumerate(tools))
             for piece in tool.cutter
@@ -352,7 +355,7 @@ class _Run:
                 table = table.widen(self.stock.resolution)
             else:
                 table = table.extend(self.stock.resolution + 0.5 * STEP_MM)
-            self.bodies += len(sweeps)
+            _Run.bodies += len(sweeps)
             yield sweeps, table
 
     def _is_clear(

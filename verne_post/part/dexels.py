@@ -147,6 +147,8 @@ class Dexels:
         #: The overflow row of each ray; 0, which stays free, for none. And how many rows are in use.
         self._row, self._rows = np.zeros(low.shape[:2], np.int32), np.ones(1, np.int32)
         self._more_low, self._more_high = np.full(OVERFLOW, NOWHERE), np.full(OVERFLOW, -NOWHERE)
+        #: So many places of each overflow row are in use at most: one ray with hundreds gives all rows as many.
+        self._used = np.zeros(OVERFLOW[0], np.int32)
         there = high > low
         #: Corners (3,) of a box around the material, in the frame of the stock.
         self.least = np.append(np.zeros(2), low[there].min(initial=0.0))
@@ -292,7 +294,8 @@ class Dexels:
         row = self._row[i, j]
         own = np.flatnonzero(row)
         if len(own):
-            yield self._more_low, self._more_high, (row[own],), own
+            used = self._used[row[own]].max()
+            yield self._more_low[:, :used], self._more_high[:, :used], (row[own],), own
 
     def _find_near(self, sweeps: Sweeps, table: RayTable) -> Ints:
         """Bodies whose box reaches into that of the stock."""
@@ -360,6 +363,7 @@ class Dexels:
             self._add_places(1, 2)
         k = np.argmax(self._more_low[row] > self._more_high[row], axis=1)
         self._more_low[row, k], self._more_high[row, k] = low, high
+        self._used[row] = np.maximum(self._used[row], k + 1)
 
     def _add_places(self, rows: int, places: int) -> None:
         """So many times the rows of the overflow table, and places in each."""
@@ -368,9 +372,10 @@ class Dexels:
             more = np.full((rows * n, places * m), nowhere)
             more[:n, :m] = getattr(self, name)
             setattr(self, name, more)
+        self._used = np.append(self._used, np.zeros((rows - 1) * n, np.int32))
 
     def _describe(self) -> tuple[Array | Ints, ...]:
-        return self._low, self._high, self._row, self._more_low, self._more_high, self._rows
+        return self._low, self._high, self._row, self._more_low, self._more_high, self._used, self._rows
 
     # --- to files ----------------------------------------------------------------------------------
 

@@ -35,8 +35,8 @@ from verne_post.model.protocols import ForwardSolution, InverseSolution, Margin
 STILL: Final = 1e-12
 #: The longest turn of a Newton step, rad.
 LONGEST_TURN: Final = 0.3
-#: Tilts from which the search begins anew, rad, smallest first.
-STARTS: Final = tuple(side * 0.1 * k for k in range(1, 11) for side in (1, -1))
+#: Tilts from which the search begins anew, rad, smallest first: those of a row together, which is faster for few poses.
+STARTS: Final = np.array([side * 0.1 * k for k in range(1, 11) for side in (1, -1)]).reshape(4, 5)
 #: From there steps are no longer than this, rad: a longer one can leave the tilts at which every rod reaches.
 SHORT_TURN: Final = 0.05
 #: Smallest measure of the Jacobian at home: a singular one is some 1e-17.
@@ -106,12 +106,18 @@ class RodsModule(RodGeometry, frozen=True, dict=True, eq=False):
             found = self._solve_from(centre, arms, np.zeros(shape))
             if self.tilts and not found[3].all():
                 centre, arms = np.broadcast_to(centre, (*shape, 3)), np.broadcast_to(arms, (*shape, 6, 3))
-                for start in STARTS:
+                for starts in STARTS:
                     left = ~found[3]
-                    again = self._solve_from(centre[left], arms[left], np.full(np.count_nonzero(left), start))
+                    n = np.arange(np.count_nonzero(left))
+                    alpha = np.repeat(starts[:, None], len(n), axis=1)
+                    again = self._solve_from(
+                        np.tile(centre[left], (len(starts), 1, 1)), np.tile(arms[left], (len(starts), 1, 1, 1)), alpha
+                    )
+                    closed, own = again[2:]
+                    which = np.where(own.any(axis=0), own.argmax(axis=0), len(starts) - 1 - closed[::-1].argmax(axis=0))
                     for kept, new in zip(found, again, strict=True):
-                        closed = again[2].reshape(-1, *[1] * (new.ndim - 1))
-                        kept[left] = np.where(closed, new, kept[left])
+                        some = closed.any(axis=0).reshape(-1, *[1] * (new.ndim - 2))
+                        kept[left] = np.where(some, new[which, n], kept[left])
         return found
 
     def _solve_from(self, centre: Array, arms: Array, alpha: Array) -> tuple[Array, Array, Mask, Mask]:
