@@ -1,5 +1,6 @@
 """Findings: what is wrong with a program, as data. Every package returns them, output prints them."""
 
+import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Final, Literal
@@ -157,6 +158,11 @@ class Findings(tuple[Finding, ...]):
 
     def _repr_html_(self) -> str:
         return format_html_table(make_findings_table(self)) if self else "<p>no findings</p>"
+
+
+def sort_by_line(findings: Iterable[Finding]) -> Findings:
+    """Findings by the lines of the program in which they begin; last those that are about no line."""
+    return Findings(sorted(findings, key=lambda item: math.inf if item.line is None else item.line))
 
 
 def describe(item: Finding) -> str:
