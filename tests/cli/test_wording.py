@@ -73,3 +73,70 @@ def test_verify_names_the_file_that_is_wrong(make_program: Any, run: Any) -> Non
     assert swapped.startswith("axes.csv: VP022 error: axes.csv is a setpoint file, not a program; verify reads it:")
     Path("note.pdf").write_text("")
     assert run("verify", "axes.csv", "--against", "note.pdf").err.startswith("note.pdf: VP022")
+
+
+def test_files_that_are_of_another_kind_or_program_are_sent_where_they_belong(make_program: Any, run: Any) -> None:
+    part = make_program("G1 Z120. F500.", setup="")
+    assert run("machine", "show", "verne").code == 0
+    Path("machine.toml").write_text(run("machine", "show", "verne").out, encoding="utf-8")
+    answer = run("check", part, "--setup", "machine.toml")
+    assert [line for line in (answer.out + answer.err).splitlines() if "VP503" in line] == [
+        "machine.toml: VP503 error: this is a machine file; give it with --machine, not as a set-up"
+    ]
+    Path("mine.toml").write_text(SETUP.replace("1 =", "7 ="), encoding="utf-8")
+    answer = run("check", part, "--machine", "mine.toml")
+    assert "mine.toml: VP501 error: this is the set-up of a program; give it with --setup" in answer.out + answer.err
+    assert "If mine.toml belongs to another program, leave it" in run("check", part, "--setup", "mine.toml").out
+    Path("part.nc.toml").write_text(SETUP.replace("1 =", "7 ="), encoding="utf-8")
+    assert "belongs to another" not in run("check", part).out
+
+
+def test_a_header_without_columns_is_one_finding(tmp_path: Path, run: Any) -> None:
+    readings = tmp_path / "readings.csv"
+    names = "rho1_mm,rho2_mm,rho3_mm,a_deg,c_deg,tool_length_mm,x_mm,y_mm,z_mm"
+    for text, told in (
+        ("t_s,line,rho1_mm,rho2_mm,rho3_mm,a_deg,c_deg\n", ("'t_s' and 'line' are", "x_mm, y_mm and z_mm are")),
+        ("%\nO1\n", ("no file of readings: no column of",)),
+        (f"{names}\n" + "1,2\n" * 6, ("2 values; expected 9, as many as the header in line 1 names (lines 2 to 7, 6",)),
+    ):
+        readings.write_text(text, encoding="utf-8")
+        answer = run("machine", "calibrate", readings, "-o", tmp_path / "x.toml")
+        found = [line for line in answer.err.splitlines() if "VP502" in line]
+        assert len(found) == len(told)
+        for line, part in zip(found, told, strict=True):
+            assert part in line
+
+
+def test_a_fault_of_one_program_does_not_stop_the_others(
+    make_program: Any, run: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from verne_post.app import convert
+
+    check = convert.check_source
+
+    def fail_once(source: Any, *words: Any, **options: Any) -> Any:
+        return 1 / 0 if b"X13." in source else check(source, *words, **options)
+
+    for name, x in (("a.nc", 12), ("b.nc", 13), ("c.nc", 14)):
+        make_program(f"G1 Z120. F500.\nX{x}.", name)
+    monkeypatch.setattr(convert, "check_source", fail_once)
+    answer = run("check", ".")
+    assert "b.nc: VP902 error: internal error: ZeroDivisionError: division by zero" in answer.out
+    assert answer.out.count(" can run on VERNE: ") == 2
+    assert (
+        "3 programs: 2 can run, 1 failed: an internal error" in answer.out or "3 programs: 2 can run, 1 " in answer.out
+    )
+    assert answer.code == 70 or answer.code > 2
+    monkeypatch.setenv("VERNE_POST_TRACEBACK", "1")
+    with pytest.raises(ZeroDivisionError):
+        run("check", ".")
+
+
+def test_batch_says_what_was_not_checked(make_program: Any, run: Any) -> None:
+    for name in ("a.nc", "b.nc"):
+        make_program("G1 Z120. F500.", name)
+    for _again in range(2):
+        answer = run("batch", ".", "-o", "out", "-j", 1)
+        assert "NOT CHECKED in 2 programs: contact with fixtures and stock" in answer.err
+        listed = json.loads(Path("out/batch.json").read_text())["programs"]
+        assert {one["unchecked"][:7] for one in listed} == {"contact"}

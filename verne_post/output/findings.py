@@ -3,6 +3,7 @@
 import re
 import shlex
 from collections.abc import Iterator, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from msgspec import Struct
@@ -286,6 +287,8 @@ def _name_program(remedy: str, program: str, setup_file: str) -> str:
     words["INPUT.toml"] = "the set-up" if setup_file == "<stdin>" else setup_file or f"{words['INPUT']}.toml"
     if setup_file not in ("", "<stdin>"):
         words["setup INPUT"] += f" --setup {shlex.quote(setup_file)} -o {shlex.quote(setup_file)}"
+        if "setup INPUT" in remedy and Path(setup_file).name != f"{Path(program).name}.toml":
+            remedy += f" If {setup_file} belongs to another program, leave it; without --setup, setup writes a new one."
     return make_printable(re.sub(r"setup INPUT|INPUT\.toml|INPUT", lambda found: words[found[0]], remedy))
 
 
