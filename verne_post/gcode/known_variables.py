@@ -90,7 +90,7 @@ _PREFIXES: Final = {
     "$V": "a value of the drives",
 }
 _KLARTEXT_READ: Final = {
-    (108, 108): "the radius of the tool, with DR",
+    (108, 108): "the radius of the tool, with DR, if the set-up gives its diameter",
     (109, 109): "the tool axis: 2 is Z",
     (113, 113): "the unit of the program: 0 is mm, 1 is inch",
     (114, 114): "the length of the tool",

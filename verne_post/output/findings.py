@@ -191,15 +191,21 @@ def list_remedies(item: Finding, program: str, setup_file: str = "") -> list[str
         return [item.advice] if item.advice else []
     # what no trial is needed for was not tried
     tried = [f"{'' if _NOT_TRIED in text else 'tried: '}{make_printable(text)}" for text in item.remedies]
-    return tried + list(filter(None, [find_explain_hint(item, program)]))
+    hint = find_explain_hint(item, program)
+    return [*tried, hint] if hint else tried or [CODES[item.code].remedy] * (item.code in _TURNED_TOO_FAR)
+
+
+#: Joints of rotary axes beyond their travel.
+_TURNED_TOO_FAR: Final = ("VP102", "VP103")
 
 
 def find_explain_hint(item: Finding, program: str) -> str:
     """What `explain` does about the line of an error, which has a pose; else nothing."""
     if item.severity != "error" or not is_about_pose(item.code) or item.code in OF_THE_PART or not item.line:
         return ""
-    # where a plane needs a tilt far beyond the travel, the line cannot be executed, and there is no pose to explain
-    if item.value is None and item.code in ("VP102", "VP103"):
+    # where a plane needs a tilt far beyond the travel, the line cannot be executed, and there is no pose to explain;
+    # where check has tried other angles, and none helps, explain knows no more
+    if item.code in _TURNED_TOO_FAR and (item.value is None or not item.remedies):
         return ""
     what = "explains this line and what would bring it within limits"
     if item.code == "VP216":  # often a line before it is at fault
