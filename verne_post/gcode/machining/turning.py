@@ -160,13 +160,13 @@ def turn_table(core: Machining, at: At, kind: MoveKind, words: dict[int, float])
         slopes = (coordinates.map_to_machine(beside, state.frame) - target)[:, stand].T
         if abs(np.linalg.det(slopes)) < _IN_PLANE:
             letters, others = (" and ".join(AXES[axis] for axis in axes) for axes in (named_axes, stand))
-            is_one, side = len(stand) == 1, core.setup.rotary_side
+            verbs = ("is", "stands", "moves") if len(stand) == 1 else ("are", "stand", "move")
+            side = core.setup.rotary_side
             raise ProgramError(
                 "VP017",
                 f"{letters} in one block with a turn of the {side}, without tool-centre-point control: {others} "
-                f"{'is not named and stands' if is_one else 'are not named and stand'} still in the machine; after the "
-                f"turn, {letters} cannot be reached without {'it' if is_one else 'them'}; name X, Y and Z, or turn the "
-                f"{side} in a block of its own",
+                f"{verbs[0]} not named and {verbs[1]} still in the machine; after the turn, the tool cannot be at this "
+                f"{letters} unless {others} {verbs[2]} too; name X, Y and Z, or turn the {side} in a block of its own",
             )
         end[stand] += np.linalg.solve(slopes, (here - target)[stand])
         target = np.array(coordinates.map_to_machine(end, state.frame))
