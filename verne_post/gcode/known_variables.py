@@ -119,8 +119,8 @@ def describe_variable(name: str) -> dict[str, str]:
         if text := _find(_KLARTEXT_READ, number):
             return {"Klartext": f"{text}; the control sets it, and so does verne-post"}
         if text := _find(_KLARTEXT_NOT_READ, number):
-            refused = "a program that reads it, and has not set it, is refused (VP025)"
-            return {"Klartext": f"{text}, which the control sets and verne-post does not know: {refused}"}
+            how_refused = "a program that reads it, and has not set it, is refused (VP025)"
+            return {"Klartext": f"{text}, which the control sets and verne-post does not know: {how_refused}"}
     return {}
 
 

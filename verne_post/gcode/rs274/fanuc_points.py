@@ -88,17 +88,17 @@ def _report_mixture(source: Text, line: int, column: int, word: str, pointed_lin
     elif word[0].upper() in _ANGLES:
         units = ["degrees"]
     else:
-        named = {match[1][-1:] for text in read_whole_lines(source) for match in _UNIT.finditer(text) if match[1]}
-        units = [unit for unit, code in (("mm", b"1"), ("inch", b"0")) if not named or code in named]
+        named_codes = {match[1][-1:] for text in read_whole_lines(source) for match in _UNIT.finditer(text) if match[1]}
+        units = [unit for unit, code in (("mm", b"1"), ("inch", b"0")) if not named_codes or code in named_codes]
     steps = [
         f"{float(number) * (_INCREMENT_INCH if unit == 'inch' else INCREMENT):.9f}".rstrip("0").rstrip(".")
         for unit in units
     ]
-    counted = " or ".join(f"{step} {unit}" for step, unit in zip(steps, units, strict=True))
+    counted_values = " or ".join(f"{step} {unit}" for step, unit in zip(steps, units, strict=True))
     return make_finding(
         "VP038",
         f"{word} has no decimal point, and words of line {pointed_line} have one: it is read as {number} "
-        f"{' or '.join(units)}; a control set otherwise counts increments, and reads {counted}; write the point "
+        f"{' or '.join(units)}; a control set otherwise counts increments, and reads {counted_values}; write the point "
         f'({word}.), or say which is meant: [fanuc] decimal_point = "calculator" ({number} {units[0]}) or '
         f'"conventional" ({steps[0]} {units[0]}) in verne-post.toml',
         advice="",
