@@ -161,10 +161,10 @@ def _describe_of_linuxcnc(number: int) -> str:
     if not 1 <= number <= 5601:
         return "no parameter: they have the numbers 1 to 5601 (VP025)"
     if number <= 30:
-        return "a parameter: in a subprogram its own, a word of the call"
+        return "a variable: in a subprogram its own, a word of the call"
     if text := _find(_LINUXCNC, number):
         return text
-    return "a parameter of the whole program: 0 until the program, or --parameters FILE, sets it"
+    return "a variable of the whole program: 0 until the program, or --parameters FILE, sets it"
 
 
 def _describe_of_siemens(name: str) -> str:

@@ -168,7 +168,7 @@ def sort_by_line(findings: Iterable[Finding]) -> Findings:
 def describe(item: Finding) -> str:
     """``CODE severity: message``, with the stretch when it is longer than one line."""
     text = f"{item.code} {item.severity}: {make_printable(item.message)}"
-    if item.count > 1 and (is_about_text(item.code) or item.code == "VP502"):
+    if item.count > 1 and (is_about_text(item.code) or (item.code == "VP502" and item.worst_line is None)):
         lines = "" if item.last_line == item.line else f"{name_lines(item)}, "
         text += f" ({lines}{item.count} times)"
     elif item.count > 1 and item.line is not None and item.last_line not in (None, item.line):
