@@ -737,7 +737,7 @@ def test_a_finding_prints_as_one_line() -> None:
 
 def test_a_finding_shows_what_is_given_and_findings_are_a_table() -> None:
     result = vp.check("G21 G90\nG0 X0 Y0 Z60 A0 C0\nG1 X5O F600\nM2\n", "verne")
-    first = result.findings[0]
+    first = result.errors[0]
     assert re.fullmatch(r"Finding\(code='VP001', severity='error', message='X5O: [^']*', line=3, .*\)", repr(first))
     assert "=None" not in repr(first) and "count=" not in repr(first)
     assert eval(repr(first), {"Finding": vp.Finding, "Remedy": type(first.edits[0])}) == first

@@ -1200,9 +1200,13 @@ MIXED = "%\nO1 (A10)\nG21 G90 F600 (X5 Y3.2)\nG43.4 H1\nG0 X0 Y0 Z60. A0 C0\n{bo
 @pytest.mark.parametrize(
     ("body", "says"),
     [
-        ("G1 X20", (6, 4, "X20 has no decimal point, and words of line 5 have one: it is read as 20 in the unit")),
+        ("G1 X20", (6, 4, "X20 has no decimal point, and words of line 5 have one: it is read as 20 mm")),
         ("G1 X20.\nG4 X2", (7, 4, "X2 has no")),
         ("G1 X20.\nG0 C90\nY90", (7, 4, "it is read as 90 degrees")),
+        (
+            "G1 X20. F100\nG4 X900",
+            (7, 4, "is read as 900 s; a control set otherwise counts increments, and reads 0.9 s"),
+        ),
         ("G81 X5. Z50. R55", (6, 14, "R55 has no")),
         ("G1 X20. Y0 A0 F100\nG4 P100\nG5.1 Q1 R5\nG0 Z70.", None),
         ("#1=20\nG1 X#1 Y[#1+1]", None),
@@ -1215,7 +1219,7 @@ def test_a_program_that_mixes_numbers_with_and_without_a_point(body, says):
     assert [(item.line, item.column) for item in found] == ([says[:2]] if says else [])
     if says:
         assert says[2] in found[0].message
-        assert 'decimal_point = "calculator" or "conventional"' in found[0].message
+        assert 'decimal_point = "calculator" (' in found[0].message
     chosen = Options(**given, control={"fanuc": {"decimal_point": "calculator"}})
     assert "VP038" not in [item.code for item in verne_post.check(source, "verne", chosen).findings]
 

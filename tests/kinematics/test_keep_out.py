@@ -609,11 +609,12 @@ def test_boxes_whose_place_is_a_guess(
     [
         (("--keep-out", "a=0,0,0,1,1,1", "--keep-out", "a=0,0,0,1,1,2"), "a is given twice"),
         (("--keep-out", "-3,-2,0,3,2,20"), "expected NAME=X0,Y0,Z0,X1,Y1,Z1"),
-        (("--keep-out", "pin=1,2,3"), "expected six numbers, two corners, got 3"),
+        (("--keep-out", "pin=1,2,3"), "got 3 numbers, expected NAME=X0,Y0,Z0,X1,Y1,Z1"),
         (("--keep-out", "pin=1,2,3,4,5,x"), "is not a list of numbers"),
         (("--keep-out", "pin@G5=1,2,3,4,5,6"), "'G5' is not a work system"),
         (("--stock", "0,0,0,1,-1,1"), "must be below that of the second"),
         (("--stock", "0,0,0,1,1,nan"), "is not a list of numbers"),
+        (("--stock", "A:B@G54"), "expected X0,Y0,Z0,X1,Y1,Z1, two corners in mm, G54=X0,..., or program"),
     ],
 )
 def test_bad_options(program: Path, run: Callable[..., Any], words: tuple[str, ...], said: str) -> None:

@@ -19,6 +19,7 @@ from verne_post.app.result import Progress
 from verne_post.base.arrays import Array, Ints
 from verne_post.base.columns import iterate_blocks, sum_running
 from verne_post.base.long_text import Text
+from verne_post.base.numbers import format_duration
 from verne_post.base.rows import measure_rows
 from verne_post.base.tolerances import PATH_AXIS_DEG, PATH_TIP_MM
 from verne_post.base.units import RAD_PER_DEG
@@ -206,8 +207,9 @@ def _require_rows(program: Program, rows: float) -> None:
     seconds = np.append(_replace_infinite(path.feed_time), path.dwell_seconds)
     slowest = int(np.argmax(seconds))
     text = (
-        f"the program takes more than {rows:.4g} rows of {program.cycle:g} s; --max-rows allows "
-        f"{program.options.max_rows}; the longest line takes {seconds[slowest]:.4g} s"
+        f"at its feed rates the program takes {format_duration(rows * program.cycle)}, in rows of {program.cycle:g} s; "
+        f"--max-rows allows {(most := program.options.max_rows)} rows, {format_duration(most * program.cycle)}; the "
+        f"longest line takes {format_duration(float(seconds[slowest]))}"
     )
     line = int(lines[slowest])
     raise make_input_error("VP035", text, line=line, last_line=line, worst_line=line)

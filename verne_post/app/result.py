@@ -17,7 +17,7 @@ from verne_post.base.numbers import format_count
 from verne_post.base.suggestions import explain_names, find_meant
 from verne_post.base.text_tables import format_html_table, format_table
 from verne_post.config import load_machine
-from verne_post.model.findings import Finding, Findings, InputError, UsageError, make_findings_table
+from verne_post.model.findings import Finding, Findings, InputError, UsageError, make_findings_table, sort_by_line
 from verne_post.model.machine import Machine
 from verne_post.model.setpoints import SetpointBlock, SetpointFormat
 from verne_post.model.summary import Summary
@@ -284,7 +284,7 @@ class Result:
     unchecked: str = ""
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "findings", Findings(self.findings))
+        object.__setattr__(self, "findings", sort_by_line(self.findings))
 
     @property
     def errors(self) -> tuple[Finding, ...]:

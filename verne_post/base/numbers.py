@@ -7,6 +7,8 @@ from typing import Final
 _MOST_DIGITS: Final = 18
 #: A value that breaks its limit by less than three decimals show has so many.
 _DECIMALS: Final = (3, 6)
+#: No longer time is told: 1000 days.
+_LONGEST_S: Final = 86_400_000.0
 
 
 def is_plain(text: str) -> bool:
@@ -46,6 +48,18 @@ def format_beyond(value: float, bound: float) -> str:
     """A number with four significant digits, or as many more as tell it from the bound that it exceeds; no exponent."""
     texts = (f"{float(f'{value:.{digits}g}'):.15g}" for digits in range(4, 16))
     return next((text for text in texts if float(text) != bound), f"{value:.15g}")
+
+
+def format_duration(seconds: float) -> str:
+    """A time by its two largest units: ``16 h 40 min``, ``5 days 3 h``; seconds alone have three digits."""
+    if seconds > _LONGEST_S:
+        return "over 1000 days"
+    for unit, size, less, part in (("day", 86400, "h", 3600), ("h", 3600, "min", 60), ("min", 60, "s", 1)):
+        whole, rest = divmod(round(seconds / part), size // part)
+        if whole:
+            name = f"{whole} {unit}{'s' if unit == 'day' and whole > 1 else ''}"
+            return f"{name} {rest} {less}" if rest else name
+    return f"{seconds:.3g} s"
 
 
 def format_count(number: int, what: str) -> str:

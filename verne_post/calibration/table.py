@@ -9,9 +9,10 @@ from collections.abc import Sequence
 from msgspec import Struct
 
 from verne_post.base.numbers import read_number as read_plain
+from verne_post.base.printable import join_names
 from verne_post.base.text_marks import decode_text
 from verne_post.base.tolerances import LARGEST_READING_MM
-from verne_post.model.findings import Finding, InputError, make_finding, make_input_error
+from verne_post.model.findings import Finding, InputError, make_finding, make_input_error, merge_same
 
 
 class Table(Struct, frozen=True):
@@ -67,19 +68,27 @@ def _read_rows(text: str) -> list[tuple[int, list[str]]]:
 
 def _check_header(header: tuple[str, ...], line: int, needed: Sequence[str], optional: Sequence[str]) -> None:
     known = (*needed, *optional)
-    mistakes = []
+    if not any(name in known or difflib.get_close_matches(name, known, n=1) for name in header):
+        text = f"no file of readings: no column of {', '.join(needed)} is named in its first line"
+        raise make_input_error("VP502", text, line=line)
+    mistakes, strange = [], []
     for column, name in enumerate(header):
-        if name not in known:
-            close = difflib.get_close_matches(name, known, n=1)
-            hint = f"did you mean {close[0]}?" if close else f"known are {', '.join(known)}"
-            mistakes.append(make_finding("VP502", f"column {name!r} is not known; {hint}", line=line))
+        close = [] if name in known else difflib.get_close_matches(name, known, n=1)
+        if close:
+            text = f"column {name!r} is not known; did you mean {close[0]}?"
+            mistakes.append(make_finding("VP502", text, line=line))
+        elif name not in known:
+            strange.append(repr(name))
         elif name in header[:column]:
             mistakes.append(make_finding("VP502", f"column {name} appears twice in the header", line=line))
-    mistakes += [
-        make_finding("VP502", f"column {name} is missing in the header; expected {', '.join(needed)}", line=line)
-        for name in needed
-        if name not in header
-    ]
+    if strange:
+        columns = f"column {strange[0]} is" if len(strange) == 1 else f"columns {join_names(strange)} are"
+        mistakes.append(make_finding("VP502", f"{columns} not known; known are {', '.join(known)}", line=line))
+    missing = [name for name in needed if name not in header]
+    if missing:
+        columns = f"column {missing[0]} is" if len(missing) == 1 else f"columns {join_names(missing)} are"
+        text = f"{columns} missing in the header; expected {', '.join(needed)}"
+        mistakes.append(make_finding("VP502", text, line=line))
     refuse_mistakes(mistakes)
 
 
@@ -88,9 +97,9 @@ _UNITS = {"_rad": "radians", "_deg": "degrees", "_mrad": "milliradians", "_mm": 
 
 
 def refuse_mistakes(mistakes: list[Finding]) -> None:
-    """Raise InputError with all mistakes in the order of their lines, if there are any."""
+    """Raise InputError with all mistakes in the order of their lines, the same one once, if there are any."""
     if mistakes:
-        raise InputError(*sorted(mistakes, key=lambda item: item.line or 0))
+        raise InputError(*merge_same(sorted(mistakes, key=lambda item: item.line or 0)))
 
 
 def read_number(cell: str, name: str, line: int, mistakes: list[Finding]) -> float:

@@ -1,14 +1,14 @@
 """`verne-post batch`: many programs, each by itself."""
 
 import os
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from verne_post.base.numbers import is_count
+from verne_post.base.numbers import format_count, is_count
 from verne_post.base.printable import format_json, make_printable
 from verne_post.cli.common import expect_options, load_machines, print_findings, quiet_option, refuse
 from verne_post.cli.conversion import check_format, format_option
@@ -29,7 +29,7 @@ from verne_post.cli.progress import show_progress
 from verne_post.cli.report_files import add_report_files, take_report_files, write_failure_files, write_report_files
 from verne_post.cli.setups import name_setup
 from verne_post.cli.streams import echo, print_as_is
-from verne_post.model.verdict import Verdict, find_exit_status, find_gravest, find_verdict
+from verne_post.model.verdict import ExitStatus, Verdict, find_exit_status, find_gravest, find_verdict
 from verne_post.output.batch_table import format_batch
 from verne_post.output.causes import count_causes
 from verne_post.output.formats import FORMATS
@@ -132,6 +132,7 @@ def command(
             one.findings,
             one.cycle_time_s,
             _read_text(files, one.program) if report_files or github else b"",
+            unchecked=one.unchecked,
             elapsed_s=one.elapsed_s,
             machine=None if machines[one.program] is machine else machines[one.program],
             setup_file=name_setup(given["setup_file"]),
@@ -162,11 +163,19 @@ def command(
 
         print_as_is(REPORTS["github"](reports, machine))
     if not quiet:
+        echo("".join(_list_unchecked(outcomes)), nl=False, err=True)
         echo(
             format_batch(outcomes, is_brief=True, machines={name: one.name for name, one in machines.items()}), nl=False
         )
     files.write(output / "batch.json", _LIST, [_write_results_json(outcomes)])
     return find_gravest([outcome.status for outcome in outcomes])
+
+
+def _list_unchecked(outcomes: "Sequence[Outcome]") -> "Iterator[str]":
+    """A line for all programs of which the same was not checked, and that can run."""
+    unchecked = [one.unchecked for one in outcomes if one.unchecked and one.status == ExitStatus.CLEAN]
+    for text in dict.fromkeys(unchecked):
+        yield f"NOT CHECKED in {format_count(unchecked.count(text), 'program')}: {make_printable(text)}\n"
 
 
 def _report_failure(
@@ -301,6 +310,7 @@ def _write_results_json(outcomes: "Sequence[Outcome]") -> str:
             "rows": one.rows,
             "errors": errors,
             "warnings": warnings,
+            "unchecked": one.unchecked,
         }
         for one, (errors, warnings) in zip(outcomes, counts, strict=True)
     ]

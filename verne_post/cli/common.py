@@ -139,7 +139,11 @@ def read_program_text(
     source = _read_text(files, name, options.max_megabytes)
     check_source_text(source, show_name(name))
     if source.startswith(b"t_s,"):
-        raise make_input_error("VP022", f"{show_name(name)} is a setpoint file, not a program")
+        raise make_input_error(
+            "VP022",
+            f"{show_name(name)} is a setpoint file, not a program; verify reads it: verne-post verify "
+            f"{show_name(name)} --against PROGRAM",
+        )
     if is_dash(name) and not subroutine_path:
         return source, options
     folder = Path.cwd() if is_dash(name) else Path(name).resolve().parent
@@ -230,11 +234,12 @@ def _read_text(files: RunFiles, name: str, max_megabytes: int) -> "Text":
 
 def print_findings(program: str, findings: "tuple[Finding, ...]", source: "Text" = b"", *, quiet: bool = False) -> None:
     """Findings on standard error, as ``check`` prints them; only errors where ``quiet``."""
+    from verne_post.model.findings import sort_by_line
     from verne_post.output.findings import format_causes
 
     context = click.get_current_context(silent=True)
     setup_file = name_setup(None if context is None else context.params.get("setup_file"))
-    shown = tuple(item for item in findings if item.severity == "error" or not quiet)
+    shown = sort_by_line(item for item in findings if item.severity == "error" or not quiet)
     for lines in format_causes(program, shown, source, setup_file):
         say("".join(line + "\n" for line in lines))
 

@@ -38,7 +38,7 @@ RECORDS = ".verne-post"
 #: Option -W of the process that removes semaphores: it would warn of those of a process that a signal has ended.
 _SILENT: Final = "ignore:resource_tracker"
 #: A record of another layout is not read.
-_LAYOUT: Final = 2
+_LAYOUT: Final = 3
 
 
 class Job(Struct, frozen=True):
@@ -116,6 +116,7 @@ class Outcome(Struct, frozen=True):
     rows: int | None = None
     again: bool = False
     left: tuple[str, ...] = ()
+    unchecked: str = ""  #: Bodies that were not checked for contact; "" also where it could not be read.
     elapsed_s: float = 0.0  #: How long this run took for it; not recorded.
 
 
@@ -126,7 +127,7 @@ class Record(Struct, frozen=True):
     is killed, a file of rows either is what its record says or was never made by batch.
     """
 
-    layout: Literal[2]
+    layout: Literal[3]
     key: str
     files: dict[str, str]
     outcome: Outcome
@@ -221,6 +222,7 @@ def _make_outcome(job: Job) -> Outcome:
             result.findings,
             None if summary is None else summary.cycle_time,
             None if summary is None else summary.n_rows,
+            unchecked=result.unchecked,
         )
         made = {(job.place.parent / path.name).as_posix(): path for path in sorted(folder.iterdir())}
         for name in made:

@@ -39,7 +39,7 @@ from verne_post.cli.numbers import read_numbers
 from verne_post.cli.opened_machine import OpenedMachine
 from verne_post.cli.progress import show_progress
 from verne_post.cli.streams import echo
-from verne_post.model.findings import InputError, make_finding, make_input_error
+from verne_post.model.findings import InputError, make_finding, make_input_error, merge_same
 from verne_post.model.verdict import ExitStatus
 
 #: How long the program of a plan stands at each pose, s: time for an instrument to read.
@@ -56,12 +56,10 @@ def _read_measurement(
     lengths = read_length_readings(files.read(given["length_file"], "--lengths")) if given["length_file"] else ()
     model = AsBuiltModel(opened.as_built)
     closed = model.predict(opened.as_built.deviations.pack_vector(), tools.joints, tools.length).ok
-    open_ = [
-        make_finding("VP502", "no position of the platform fits these joints", line=int(line))
-        for line in tools.line[~closed]
-    ]
+    text = "no position of the platform fits these joints: compare their unit and their columns with the machine file"
+    open_ = [make_finding("VP502", text, line=int(line)) for line in tools.line[~closed]]
     if open_:
-        raise InputError(*open_)
+        raise InputError(*merge_same(open_))
     try:
         tools = align_stations(model, opened.as_built.deviations.pack_vector(), tools)
     except ValueError as error:

@@ -14,7 +14,7 @@ import click
 from click.shell_completion import CompletionItem
 from msgspec import Struct
 
-from verne_post.base.numbers import is_count
+from verne_post.base.numbers import format_count, is_count
 from verne_post.base.printable import make_printable
 from verne_post.base.type_words import list_alternatives, strip_bounds
 from verne_post.cli.files import DASH, RunFiles, is_dash, locate_errors, show_name
@@ -197,6 +197,8 @@ class GroupedCommand(click.Command):
 
 #: Key of a context: its help is to show all options.
 _ALL: Final = "verne_post.help_all"
+_FORM_OF_STOCK: Final = "X0,Y0,Z0,X1,Y1,Z1, two corners in mm, G54=X0,..., or program; a file is [stock] of the set-up"
+_FORM_OF_FIXTURE: Final = "NAME=X0,Y0,Z0,X1,Y1,Z1 or NAME@G54=X0,..., two corners in mm"
 
 
 def _print_help_of_all(ctx: click.Context, _parameter: click.Parameter, value: bool) -> None:
@@ -431,11 +433,11 @@ def _merge_bodies(
         place, equals, corners = text.partition("=")
         name, _at, system = place.partition("@")
         if not name or not equals or (_at and not system):
-            raise click.UsageError(f"--keep-out {text}: expected NAME=X0,Y0,Z0,X1,Y1,Z1")
+            raise click.UsageError(f"--keep-out {text}: expected {_FORM_OF_FIXTURE}")
         if name in named:
             raise click.UsageError(f"--keep-out {text}: {name} is given twice; every box needs its own name")
         named.add(name)
-        fixtures[name] = _make_box(name, system, corners, f"--keep-out {text}")
+        fixtures[name] = _make_box(name, system, corners, f"--keep-out {text}", _FORM_OF_FIXTURE)
     stock: Box | FixtureMesh | OwnStock | None = None
     if (text := values.get("stock")) is None and stock_file is not None:
         from verne_post.config.box_file import make_stock
@@ -447,15 +449,15 @@ def _merge_bodies(
     elif text is not None:
         system, equals, corners = text.rpartition("=")
         if equals and not system:
-            raise click.UsageError(f"--stock {text}: expected X0,Y0,Z0,X1,Y1,Z1, G54=X0,..., or program")
-        stock = _make_box("the stock", system, corners, f"--stock {text}")
+            raise click.UsageError(f"--stock {text}: expected {_FORM_OF_STOCK}")
+        stock = _make_box("the stock", system, corners, f"--stock {text}", _FORM_OF_STOCK)
     return {"keep_out": tuple(fixtures.values()), "stock": stock}
 
 
-def _make_box(name: str, system: str, corners: str, what: str) -> Box:
-    values = read_numbers(corners, what)
+def _make_box(name: str, system: str, corners: str, what: str, form: str) -> Box:
+    values = read_numbers(corners, what, f"; expected {form}")
     if len(values) != 6:
-        raise click.UsageError(f"{what}: expected six numbers, two corners, got {len(values)}")
+        raise click.UsageError(f"{what}: got {format_count(len(values), 'number')}, expected {form}")
     low, high = (values[0], values[1], values[2]), (values[3], values[4], values[5])
     try:
         return check_box(Box(name, low, high, find_system(system) if system else None))

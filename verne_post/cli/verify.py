@@ -92,7 +92,7 @@ def command(
     try:
         machine, source, options = read_program(files, against, given)
     except InputError as error:
-        return refuse(name, error)
+        return refuse(show_name(against), error)
 
     from verne_post.app.assemble import assemble
     from verne_post.app.constraints import check_program

@@ -301,6 +301,9 @@ def _check_schemas(
 
     content = check_part(MachineFile, data)
     of_schema = [item for item in mistakes if item.message.startswith(f"{file_name}: schema = ")]
+    if "schema" not in data and data.keys() & {"wcs", "tools", "tool_length", "tool_table"}:
+        text = "this is the set-up of a program; give it with --setup, and a machine file with --machine"
+        raise make_input_error("VP501", f"{file_name}: {text}")
     if "schema" not in data:
         of_schema = [item for item in mistakes if find_suggestion(item.message) == "schema"] or [
             make_finding("VP501", f"{file_name}: schema is missing; write schema = 2 for a chain of joints, else 1")

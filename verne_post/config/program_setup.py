@@ -162,6 +162,8 @@ def read_setup(path: Path, read: Callable[[Path], bytes], name: str, *, named: b
         data = read_toml(read(path))
     except (ValueError, RecursionError) as error:
         raise make_input_error("VP503", f"{name}: {error}") from None
+    if data.keys() >= {"schema", "kind"}:
+        raise make_input_error("VP503", f"{name}: this is a machine file; give it with --machine, not as a set-up")
     return read_setup_table(data, name, path.parent, remedy="" if named else f"put it there, or give --setup {path}")
 
 

@@ -7,12 +7,14 @@ from itertools import takewhile
 from types import MappingProxyType
 from typing import Final, NamedTuple
 
+from verne_post.base.printable import join_names
 from verne_post.base.program_lines import remove_remarks
 from verne_post.base.suggestions import find_meant
 from verne_post.gcode.apt import words as apt
 from verne_post.gcode.apt.translator import STATEMENTS as OF_APT
 from verne_post.gcode.codes import RS274, CodeTable, describe_remap, spell_g_code
 from verne_post.gcode.klartext import vocabulary as klartext
+from verne_post.gcode.known_variables import describe_variable
 from verne_post.gcode.letters import LETTERS_OF_KLARTEXT, OF_EXPRESSIONS, OF_NAMES
 from verne_post.gcode.rs274.fanuc_codes import make_table
 from verne_post.gcode.siemens import vocabulary as siemens
@@ -26,6 +28,8 @@ _TABLES_OF_NUMBERS: tuple[tuple[str, Mapping[int, str], bool], ...] = (
     ("CYCL DEF ", klartext.CYCLES_WITHOUT_EFFECT, True),
     ("CYCL DEF ", klartext.REFUSED_CYCLES, False),
     ("FN ", klartext.FN, True),
+    ("FN ", {14: "stops the program with an error: a program that gets there is refused (VP027)"}, True),
+    ("FN ", klartext.REFUSED_FN, False),
 )
 #: Pages of the languages, and sections that Fanuc has from the page of RS274/NGC.
 _PAGES: Final = {
@@ -154,12 +158,16 @@ def describe_word(word: str) -> list[str]:
         for language, known_word, text, is_executed in list_words()
         if known_word == name
     }
+    variable = describe_variable(name)
+    texts |= {language: f"{language}: {text}" for language, text in variable.items()}
     alone = _LETTER_AND_NUMBER.sub(r"\1", name)
     for language, names in _list_names().items():
         if language not in texts and (text := names.get(name, names.get(alone, ""))):
             texts[language] = f"{language}: {_describe(language, alone, text, is_executed=True)}"
     values = list(_describe_values(name))
-    if any(one.startswith("Klartext: ") for one in values):  # no other language has a Q of this number
+    if variable.keys() == {"Klartext"} and not values:
+        found = [texts["Klartext"]]
+    elif any(one.startswith("Klartext: ") for one in values):  # no other language has a Q of this number
         found = [*values, texts["Klartext"]]
     else:
         found = [*texts.values(), *values]
@@ -170,8 +178,15 @@ def describe_word(word: str) -> list[str]:
         for language, known_word, text, is_executed in list_words()
         if language in texts and is_executed and known_word.startswith(f"{name} ")
     ]
-    if not found and _M_CODE.fullmatch(name):
-        return [f"no meaning in any language here; {describe_remap(name)}"]
+    if _M_CODE.fullmatch(name):
+        if not found:
+            return [f"no meaning in any language here; {describe_remap(name)}"]
+        lacking = join_names(
+            [language for language in ("RS274/NGC", "Fanuc", "Siemens", "Klartext") if language not in texts]
+        )
+        return [*found, *([f"{lacking}: not known, and refused (VP002); {describe_remap(name)}"] if lacking else [])]
+    if not found and re.fullmatch(r"FN \d+", name):
+        return ["Klartext: no function FN has this number: a program with it is refused (VP002)"]
     if not found and bare != name:
         return describe_word(bare)
     # else a statement with words that its table lists

@@ -546,8 +546,8 @@ CODES: Final[dict[str, Code]] = _make_table(
         "The axis that tilts the tool would go beyond the end of its travel. The program asks for more tilt than the "
         "machine has: A of a tilting table, or the tilting axis of a chain. If the platform tilts too, the joint a is "
         "the word A plus the tilt of the platform: A may be beyond the limit of a, and a within it.",
-        "Program less tilt. check and explain name a tilt, or another solution of the rotary axes, that was tried and "
-        "is within limits.",
+        "Program less tilt, or take a machine whose axis goes so far. Where another tilt or another solution of the "
+        "rotary axes is within limits, check names it.",
     ),
     (
         "VP103",

@@ -1,5 +1,6 @@
 """Findings: what is wrong with a program, as data. Every package returns them, output prints them."""
 
+import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Final, Literal
@@ -160,10 +161,15 @@ class Findings(tuple[Finding, ...]):
         return format_html_table(make_findings_table(self)) if self else "<p>no findings</p>"
 
 
+def sort_by_line(findings: Iterable[Finding]) -> Findings:
+    """Findings by the lines of the program in which they begin; last those that are about no line."""
+    return Findings(sorted(findings, key=lambda item: math.inf if item.line is None else item.line))
+
+
 def describe(item: Finding) -> str:
     """``CODE severity: message``, with the stretch when it is longer than one line."""
     text = f"{item.code} {item.severity}: {make_printable(item.message)}"
-    if item.count > 1 and is_about_text(item.code):
+    if item.count > 1 and (is_about_text(item.code) or (item.code == "VP502" and item.worst_line is None)):
         lines = "" if item.last_line == item.line else f"{name_lines(item)}, "
         text += f" ({lines}{item.count} times)"
     elif item.count > 1 and item.line is not None and item.last_line not in (None, item.line):

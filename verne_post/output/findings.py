@@ -3,6 +3,7 @@
 import re
 import shlex
 from collections.abc import Iterator, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from msgspec import Struct
@@ -190,15 +191,21 @@ def list_remedies(item: Finding, program: str, setup_file: str = "") -> list[str
         return [item.advice] if item.advice else []
     # what no trial is needed for was not tried
     tried = [f"{'' if _NOT_TRIED in text else 'tried: '}{make_printable(text)}" for text in item.remedies]
-    return tried + list(filter(None, [find_explain_hint(item, program)]))
+    hint = find_explain_hint(item, program)
+    return [*tried, hint] if hint else tried or [CODES[item.code].remedy] * (item.code in _TURNED_TOO_FAR)
+
+
+#: Joints of rotary axes beyond their travel.
+_TURNED_TOO_FAR: Final = ("VP102", "VP103")
 
 
 def find_explain_hint(item: Finding, program: str) -> str:
     """What `explain` does about the line of an error, which has a pose; else nothing."""
     if item.severity != "error" or not is_about_pose(item.code) or item.code in OF_THE_PART or not item.line:
         return ""
-    # where a plane needs a tilt far beyond the travel, the line cannot be executed, and there is no pose to explain
-    if item.value is None and item.code in ("VP102", "VP103"):
+    # where a plane needs a tilt far beyond the travel, the line cannot be executed, and there is no pose to explain;
+    # where check has tried other angles, and none helps, explain knows no more
+    if item.code in _TURNED_TOO_FAR and (item.value is None or not item.remedies):
         return ""
     what = "explains this line and what would bring it within limits"
     if item.code == "VP216":  # often a line before it is at fault
@@ -290,6 +297,8 @@ def _name_program(remedy: str, program: str, setup_file: str) -> str:
     words["INPUT.toml"] = "the set-up" if setup_file == "<stdin>" else setup_file or f"{words['INPUT']}.toml"
     if setup_file not in ("", "<stdin>"):
         words["setup INPUT"] += f" --setup {shlex.quote(setup_file)} -o {shlex.quote(setup_file)}"
+        if "setup INPUT" in remedy and Path(setup_file).name != f"{Path(program).name}.toml":
+            remedy += f" If {setup_file} belongs to another program, leave it; without --setup, setup writes a new one."
     return make_printable(re.sub(r"setup INPUT|INPUT\.toml|INPUT", lambda found: words[found[0]], remedy))
 
 

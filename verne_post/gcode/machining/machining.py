@@ -9,6 +9,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from verne_post.base.arrays import Array
+from verne_post.base.numbers import format_duration
 from verne_post.base.tolerances import (
     ARC_CHORD_MM,
     DRILL_TILT,
@@ -49,9 +50,9 @@ Lacking = Literal["F in the block", "feed rate", "constant spindle speed", "spin
 def check_dwell(at: At, seconds: float) -> float:
     """The seconds of a dwell; refuses (VP007) what is none."""
     if seconds < 0:
-        raise at.error("VP007", f"P{seconds:g}: a dwell is not negative", "P")
+        raise at.error("VP007", f"a dwell of {seconds:g} s: it is not negative", "P")
     if seconds > MAX_DWELL_S:
-        raise at.error("VP007", f"P{seconds:g}: a dwell of more than a day is a mistake", "P")
+        raise at.error("VP007", f"a dwell of {format_duration(seconds)}: more than a day is a mistake", "P")
     return seconds
 
 

@@ -160,11 +160,13 @@ def turn_table(core: Machining, at: At, kind: MoveKind, words: dict[int, float])
         slopes = (coordinates.map_to_machine(beside, state.frame) - target)[:, stand].T
         if abs(np.linalg.det(slopes)) < _IN_PLANE:
             letters, others = (" and ".join(AXES[axis] for axis in axes) for axes in (named_axes, stand))
+            verbs = ("is", "stands", "moves") if len(stand) == 1 else ("are", "stand", "move")
+            side = core.setup.rotary_side
             raise ProgramError(
                 "VP017",
-                f"{letters} beside a turn of the {core.setup.rotary_side}, without tool-centre-point control: after "
-                f"the turn, the spindle cannot reach this place while {others} of the machine stand still; name X, Y "
-                f"and Z, or turn the {core.setup.rotary_side} in a separate block",
+                f"{letters} in one block with a turn of the {side}, without tool-centre-point control: {others} "
+                f"{verbs[0]} not named and {verbs[1]} still in the machine; after the turn, the tool cannot be at this "
+                f"{letters} unless {others} {verbs[2]} too; name X, Y and Z, or turn the {side} in a separate block",
             )
         end[stand] += np.linalg.solve(slopes, (here - target)[stand])
         target = np.array(coordinates.map_to_machine(end, state.frame))

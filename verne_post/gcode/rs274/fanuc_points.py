@@ -6,7 +6,7 @@ from typing import Final
 import numpy as np
 
 from verne_post.base.arrays import Ints
-from verne_post.base.long_text import Text
+from verne_post.base.long_text import Text, take_line
 from verne_post.gcode.block import Block
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.rs274.fanuc_codes import NURBS, PATTERNS, PLANE, POCKETS
@@ -33,6 +33,7 @@ _BARE: Final = re.compile(
 #: A word whose value is computed.
 _COMPUTED_WORD: Final = re.compile(r"(?<![A-Z])([A-CX-Z])[ \t]*[+-]?[ \t]*[#\[]", re.IGNORECASE)
 _UNIT: Final = re.compile(_SILENT + rb"|(G[ \t]*0*2[ \t]*[01])(?![0-9.])", re.IGNORECASE | re.MULTILINE)
+_DWELL: Final = re.compile(rb"G0*4(?![0-9.])", re.IGNORECASE)
 _WEIGHTS: Final = re.compile(rb"G0*6\.2", re.IGNORECASE)
 #: Words that are lengths, angles or times wherever they stand; and R, but where it may be a weight.
 _PLAIN: Final = b"XYZUVWABC"
@@ -43,7 +44,7 @@ def find_mixture(source: Text) -> Finding | None:
     letters = _list_letters(source)
     pointed_line = _find_first(source, _POINTED_WORD, letters)
     bare = None if pointed_line is None else _find_first(source, _BARE, letters)
-    return None if pointed_line is None or bare is None else _report_mixture(*bare, pointed_line[0])
+    return None if pointed_line is None or bare is None else _report_mixture(source, *bare, pointed_line[0])
 
 
 def _list_letters(source: Text) -> bytes:
@@ -79,13 +80,28 @@ def _find_first(source: Text, pattern: "re.Pattern[bytes]", letters: bytes) -> t
     return None
 
 
-def _report_mixture(line: int, column: int, word: str, pointed_line: int) -> Finding:
-    unit = "degrees" if word[0].upper() in _ANGLES else "in the unit of the program"
+def _report_mixture(source: Text, line: int, column: int, word: str, pointed_line: int) -> Finding:
+    """What the word is here, and what it would be for a control that counts increments."""
+    number = "".join(word[1:].split())
+    if _DWELL.search(take_line(source, line) or b"") is not None:
+        units = ["s"]
+    elif word[0].upper() in _ANGLES:
+        units = ["degrees"]
+    else:
+        named_codes = {match[1][-1:] for text in read_whole_lines(source) for match in _UNIT.finditer(text) if match[1]}
+        units = [unit for unit, code in (("mm", b"1"), ("inch", b"0")) if not named_codes or code in named_codes]
+    steps = [
+        f"{float(number) * (_INCREMENT_INCH if unit == 'inch' else INCREMENT):.9f}".rstrip("0").rstrip(".")
+        for unit in units
+    ]
+    counted_values = " or ".join(f"{step} {unit}" for step, unit in zip(steps, units, strict=True))
     return make_finding(
         "VP038",
-        f"{word} has no decimal point, and words of line {pointed_line} have one: it is read as {word[1:].strip()} "
-        f"{unit}; a control set otherwise counts increments of {INCREMENT:g}; write the point, or say which is meant: "
-        '[fanuc] decimal_point = "calculator" or "conventional" in verne-post.toml',
+        f"{word} has no decimal point, and words of line {pointed_line} have one: it is read as {number} "
+        f"{' or '.join(units)}; a control set otherwise counts increments, and reads {counted_values}; write the point "
+        f'({word}.), or say which is meant: [fanuc] decimal_point = "calculator" ({number} {units[0]}) or '
+        f'"conventional" ({steps[0]} {units[0]}) in verne-post.toml',
+        advice="",
         line=line,
         last_line=line,
         worst_line=line,

@@ -11,6 +11,8 @@ from verne_post.gcode.rs274.values import read_whole
 from verne_post.model.control_keys import FanucKeys
 
 _SECONDS_PER_P: Final = 1e-3
+#: Parameters of the control that have the reference positions of G30 P3 and P4.
+_REFERENCE_POSITIONS: Final = {3.0: 1242, 4.0: 1243}
 
 
 class FanucWords:
@@ -88,12 +90,15 @@ class FanucWords:
                 if code[0] != "G" or round(code[1] * 10) not in self.table.g_groups["motion"]
             ]
             if 300 in codes and "P" in block.words:
-                if block.words["P"] != 2.0:
-                    text = (
-                        f"G30 P{block.words['P']:g}: machine files have the first and the second reference position, "
-                        "G28 and G30 P2"
+                if (point := block.words["P"]) != 2.0:
+                    parameter = _REFERENCE_POSITIONS.get(point)
+                    if parameter is None:
+                        raise block.error("VP007", f"G30 P{point:g}: reference positions are P2, P3 and P4", "P")
+                    text = f"G30 P{point:g}: a machine file gives two reference positions, of G28 and of G30 P2"
+                    raise block.error("VP015", text, "P").advise(
+                        f"Write G53 G0 with the machine coordinates of this position (parameter {parameter} of the "
+                        "control), or G28 or G30 P2 if that place serves as well."
                     )
-                    raise block.error("VP015", text, "P")
                 del block.words["P"], block.columns["P"]
             return motion
         if 530 in codes and motion is None:

@@ -325,9 +325,11 @@ class SiemensInterpreter:
         home = self.state.home if point == 1 else self.state.home2 if point == 2 else None
         column = words.find_column("fixed point")
         if home is None:
-            raise ProgramError(
-                "VP015", f"G75 FP={point:g}: the machine file gives fixed points 1 and 2 as [home] g28 and g30", column
+            text = f"G75 FP={point:g}: the machine file gives fixed points 1 and 2 as [home] g28 and g30"
+            write = (
+                "Write SUPA G0 with the machine coordinates of this point (MD30600 $MA_FIX_POINT_POS of the control)."
             )
+            raise ProgramError("VP015", text, column).advise(None if point in (1, 2) else write)
         named_axes = [
             axis
             for axis, letter in enumerate(AXES)

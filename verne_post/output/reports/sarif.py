@@ -30,8 +30,8 @@ def write(reports: Sequence[Report], _machine: Machine | None = None) -> str:
 
     told_once = drop_repeated(reports, also_errors=True)
     everything = [(report, cause) for report in told_once for cause in find_causes(report.findings)]
-    everything.sort(key=lambda pair: SEVERITIES.index(pair[1].first.severity))
-    shown = everything[:MAX_RESULTS]
+    by_gravity = sorted(range(len(everything)), key=lambda one: SEVERITIES.index(everything[one][1].first.severity))
+    shown = [everything[one] for one in sorted(by_gravity[:MAX_RESULTS])]
     rules = sorted({cause.first.code for _report, cause in shown})
     seen: Counter[str] = Counter()
     run: dict[str, Any] = {
