@@ -70,6 +70,15 @@ def embed(ending: str, lines: str) -> str:
         (".mpf", "FRO PASS = 1 TO 4\nX3\nENDFOR", ("FRO", "FOR"), "", "Write FOR in place of FRO"),
         (".mpf", LOOP.format("WHIEL R1 > 1", "ENDWHILE"), ("WHIEL", "WHILE"), "", "Write WHILE in place of WHIEL"),
         (".mpf", LOOP.format("WHILE R1 > 1 DO", "ENDWHILE"), ("DO", ""), "has none", "Take DO out"),
+        (".mpf", "FOR PAS = 1 TO 3\nX3\nENDFOR", ("PAS", "PASS"), "not defined", "Write PASS in place of PAS"),
+        (
+            ".mpf",
+            "FOR PASS1 TO 3\nX3\nENDFOR",
+            ("PASS1", "PASS=1"),
+            "an = is missing",
+            "Write PASS=1 in place of PASS1",
+        ),
+        (".mpf", "X=IC40", ("IC40", "IC(40)"), "in parentheses", "Write IC(40) in place of IC40"),
         (".mpf", "GOTOF DONE\nX5\nDONE\nX3", ("\nDONE", "\nDONE:"), "with a colon", "Write DONE: in place of DONE"),
         (
             ".mpf",
@@ -87,6 +96,50 @@ def test_a_slip_has_one_finding_and_its_edit(
     message, _word, made = look(inspector, tmp_path / f"a{ending}", text)
     assert said in message
     assert made[title] == (tmp_path / f"a{ending}", text.replace(wrong, wrong.replace(*right, 1)), True)
+
+
+@pytest.mark.parametrize(
+    ("lines", "wrong", "right", "title"),
+    [
+        ("MCALL CYCLE82(50;0,2,-5)\nX5\nMCALL", ";0", ",0", "Write , in place of ;"),
+        ("CYCLE8250,0,2,-5)", "CYCLE8250", "CYCLE82(50", "Write CYCLE82(50 in place of CYCLE8250"),
+        ("CYCLE82 50,0,2,-5)", "CYCLE82 50", "CYCLE82(50", "Write CYCLE82(50 in place of CYCLE82 50"),
+        ("CYCLE832)", "CYCLE832)", "CYCLE832()", "Write () in place of )"),
+        ("CYCLE832(0.05,3,1))", "))", ")", "Take ) out"),
+        ("CYCLE832(()", "(()", "()", "Write ( in place of (("),
+        ('CYCLE800(0,""",0,57,0,0,0,0,0,0,0,0,0,0,0,1)', '"""', '""', 'Write "" in place of """'),
+        ("G0 SUPAD0", "SUPAD0", "SUPA D0", "Write SUPA D0 in place of SUPAD0"),
+        ("COMP OF", "COMP OF", "COMPOF", "Write COMPOF in place of COMP OF"),
+        ("G0 2X0", "2X0", "X20", "Write X20 in place of 2X0"),
+        ("45 X5", "45", "N45", "Write N45 in place of 45"),
+        ("G2 X5 CR 3", "CR 3", "CR=3", "Write CR=3 in place of CR 3"),
+        ("R1=2\nX=Rl", "Rl", "R1", "Write R1 in place of Rl"),
+        ("PASS=2\nX=PA SS", "PA SS", "PASS", "Write PASS in place of PA SS"),
+        ("X=A C(5)", "A C", "AC", "Write AC in place of A C"),
+        ("R1-5", "R1-5", "R1=-5", "Write R1=-5 in place of R1-5"),
+        ("X-l", "X-l", "X-1", "Write X-1 in place of X-l"),
+        ("Xl Y2", "Xl", "X1", "Write X1 in place of Xl"),
+    ],
+)
+def test_a_sign_of_siemens_that_is_missing_or_too_many(
+    inspector: Inspector, tmp_path: Path, lines: str, wrong: str, right: str, title: str
+) -> None:
+    text = embed(".mpf", lines)
+    _message, _word, made = look(inspector, tmp_path / "a.mpf", text)
+    assert made[title][1] == text.replace(wrong, right)
+
+
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        ("R1=2*3SIN(30)", "SIN() is a function of a value; the operator or = before it is missing"),
+        ("N36 0 X5", "0: the letter before this number is missing; write it, or N360 if the blank is too many"),
+        ("R=5", "R without a number; write R and the number of the parameter"),
+        ("G2 X9 CR", "CR: expected '=' and a value after it"),
+    ],
+)
+def test_what_is_missing_in_a_line_of_siemens(inspector: Inspector, tmp_path: Path, line: str, said: str) -> None:
+    assert look(inspector, tmp_path / "a.mpf", embed(".mpf", line))[0] == said
 
 
 @pytest.mark.parametrize(

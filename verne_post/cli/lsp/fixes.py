@@ -513,7 +513,7 @@ _PLACED: Final = {"VP017": _name_angles, "VP036": _name_angles, "VP050": _start_
 def _change_everywhere(found: Inspected, written: str, remedy: Remedy) -> Iterator[Fix]:
     """The same correction in all places that are no remarks, where there are several."""
     meant = remedy.value
-    if re.search(r"\w", written) is None:  # a sign that is right elsewhere
+    if re.fullmatch(r"\W+|\d+", written):  # a sign or a number that is right elsewhere
         return
     word, at, words = re.compile(rf"(?<![\w.]){re.escape(written)}(?![\w.])"), 0, list[tuple[int, int, str]]()
     for line in found.text.split("\n"):
