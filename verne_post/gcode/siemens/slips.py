@@ -20,16 +20,12 @@ _LETTER_NUMBER: Final = re.compile(r"([A-Z])\d+")
 _LEAST: Final = 3
 
 
-def refuse_no_word(cursor: Cursor, at: int, is_subprogram: Callable[[str], bool]) -> ProgramError:
+def refuse_no_word(cursor: Cursor, at: int) -> ProgramError:
     """The error of what begins with no letter."""
     text, rest = cursor.text, cursor.text[at:]
     before = text[:at].rstrip()
     last = _LAST_WORD.search(before)
     if rest[0] in ")]":
-        name = last[0].upper() if last is not None else ""
-        if "(" not in before and (name in CYCLES or is_subprogram(name)):
-            edits = (Remedy("write ()", "()", misspelt=rest[0]),)
-            return cursor.error("VP001", f"a ( is missing before ); write {name}()", at, edits)
         edits = (Remedy(f"take {rest[0]} out", misspelt=rest[0], is_choice=True),)
         return cursor.error("VP001", f"{rest[0]} closes no bracket; take it out", at, edits)
     if rest[0] == '"':
@@ -68,7 +64,7 @@ def find_lost_bracket(cursor: Cursor, at: int, is_subprogram: Callable[[str], bo
     for end in range(name.end(), 1, -1):
         known = rest[:end].upper()
         value = rest[end:].lstrip(" \t")
-        if (known in CYCLES or known in NO_EFFECT or is_subprogram(known)) and value[:1] not in ("", ")"):
+        if value and (known in CYCLES or known in NO_EFFECT or is_subprogram(known)):
             first = re.split(r"[,)]", value, maxsplit=1)[0]
             written = rest[: len(rest) - len(value) + len(first)]
             return cursor.error("VP001", f"{written}: a ( is missing; did you mean {rest[:end]}({first.rstrip()}?", at)

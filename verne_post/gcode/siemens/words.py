@@ -55,6 +55,7 @@ _LETTER_NUMBER: Final = re.compile(r"[A-Za-z][ \t]*[+-]?[ \t]*(?:[0-9]|\.[0-9])"
 _MODE_AND_NUMBER: Final = re.compile(
     r"(ACP|ACN|AC|IC|DC)(?![A-Z_])[ \t]*([-+]?(?:\d+\.?\d*|\.\d+)(?![\w.]))?", re.IGNORECASE
 )
+_SIGNED: Final = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?![\w.])")
 #: A letter and a number that make one name: a G function of a group, or a subprogram.
 _CODE: Final = re.compile(r"([GML])[ \t]*([0-9]+)(?![0-9.])", re.IGNORECASE)
 #: Names of subprograms that may stand alone: a letter and a number are a word.
@@ -167,7 +168,7 @@ class WordReader:
         at = cursor.at
         name = cursor.name()
         if name is None:
-            raise refuse_no_word(cursor, at, self.is_subprogram)
+            raise refuse_no_word(cursor, at)
         following = cursor.skip()
         if cursor.text.startswith("==", cursor.at):
             raise cursor.error("VP001", DOUBLE_EQUALS)
@@ -411,6 +412,9 @@ class WordReader:
             written_words = cursor.text[at : cursor.at + len(following)]
             right_word = f"{name}={cursor.text[cursor.at : cursor.at + len(following)]}"
             return cursor.error("VP001", f"{written_words}: an = is missing; did you mean {right_word}?", at)
+        if len(name) > 1 and name in ADDRESSES and (number := _SIGNED.match(cursor.text, cursor.at)) is not None:
+            written = cursor.text[at : number.end()]
+            return cursor.error("VP001", f"{written}: an = is missing; did you mean {name}={number[0]}?", at)
         if name in (*ADDRESSES, *GROUP_OF, *CYCLES):
             wanted = "'=' and a value" if len(name) > 1 and name in ADDRESSES else "'=' or a number"
             return cursor.error("VP001", f"{name}: expected {wanted} after it", at)
