@@ -18,7 +18,7 @@ FMAX_VALUE: Final = 99_999.0
 _PARAMETER: Final = re.compile(rf"Q(\d+)[ \t]*=[ \t]*(?:({VALUE})|(FMAX|MAX|FAUTO|AUTO|FU|FZ))(?![A-Z0-9])")
 #: A parameter without =, or with another sign in its place; one with a blank in its number.
 _NO_EQUALS: Final = re.compile(rf"Q(\d+)(?:[ \t]+|(?=[-+]))([-+.]?)[ \t]*({VALUE})(?!\w)(?![ \t]*=)")
-_DIVIDED: Final = re.compile(r"Q(\d+)[ \t]+(\d+)[ \t]*=")
+_DIVIDED_NUMBER: Final = re.compile(r"Q(\d+)[ \t]+(\d+)[ \t]*=")
 #: A parameter without a value: the next one begins, or nothing follows.
 _EMPTY: Final = re.compile(r"Q(\d{1,6})[ \t]*=[ \t]*(?:$|(?=Q\d+[ \t]*=))")
 #: A parameter in whose number letters stand for digits.
@@ -158,16 +158,18 @@ def _refuse_unread(statement: Statement, head: Head, at: int) -> ProgramError:
     """The error of what is no parameter: the form that is meant, or a remark without its sign."""
     rest = head.rest[at:]
     word = re.match(r"[^ \t]+", rest)[0]  # type: ignore[index]
-    if (written := _NO_EQUALS.match(rest)) is not None:
-        sign, value = written[2], written[3]
-        right = f"Q{written[1]}={value if sign in ('', '=') or value[0] in '+-' else sign + value}"
-        shown = " ".join(written[0].split())
-        edits = (Remedy(f"write {right}", right, misspelt=written[0]),)
-        return statement.error("VP001", f"{shown}: an = is missing; write {right}", head.at + at, edits)
-    if (written := _DIVIDED.match(rest)) is not None:
-        right = f"Q{written[1]}{written[2]}="
-        edits = (Remedy(f"write {right}", right, misspelt=written[0]),)
-        return statement.error("VP001", f"{written[0]}: a blank is in the number; write {right}", head.at + at, edits)
+    if (written_text := _NO_EQUALS.match(rest)) is not None:
+        sign, value = written_text[2], written_text[3]
+        right = f"Q{written_text[1]}={value if sign in ('', '=') or value[0] in '+-' else sign + value}"
+        shown_text = " ".join(written_text[0].split())
+        edits = (Remedy(f"write {right}", right, misspelt=written_text[0]),)
+        return statement.error("VP001", f"{shown_text}: an = is missing; write {right}", head.at + at, edits)
+    if (written_text := _DIVIDED_NUMBER.match(rest)) is not None:
+        right = f"Q{written_text[1]}{written_text[2]}="
+        edits = (Remedy(f"write {right}", right, misspelt=written_text[0]),)
+        return statement.error(
+            "VP001", f"{written_text[0]}: a blank is in the number; write {right}", head.at + at, edits
+        )
     if not re.match(r"Q\d|[-+\d]", word):
         edits = (Remedy(f"write ;{word}", f";{word}", misspelt=word),)
         text = f"{word[:20]}: a remark begins with ;, which is missing; write ;{word[:20]}"

@@ -150,11 +150,11 @@ def assign(statement: Statement, parameters: QParameters) -> None:
     """``Q1 = formula``, ``QS1 = "text" || QS2``."""
     match = _ASSIGNMENT.match(statement.rest)
     if match is None:
-        written = re.match(r"[ \t]*(Q[LRS]?[ \t]*\d+)[ \t]*([-+]?)", statement.rest)
-        name = written[1] if written else "Q1"
+        written_text = re.match(r"[ \t]*(Q[LRS]?[ \t]*\d+)[ \t]*([-+]?)", statement.rest)
+        name = written_text[1] if written_text else "Q1"
         edits = (
             (Remedy(f"write {name} =", f"{name} =", misspelt=name),)
-            if written and statement.rest[written.end() :]
+            if written_text and statement.rest[written_text.end() :]
             else ()
         )
         raise statement.error(
@@ -310,8 +310,8 @@ def _refuse_part(number: int, statement: Statement, at: int, parts: list[tuple[s
         choices = (Remedy(f"write {right}", right, misspelt=sign, is_choice=True),)
         text = f"{sign} belongs to FN {other}; write {right}, or FN {other}: in place of FN {number}:"
         return statement.error("VP001", text, at, choices)
-    named = {"": "the end of the line", "value": "a value", "label": "a number, or a name in quotes"}
-    wanted = named.get(name, name)
+    part_names = {"": "the end of the line", "value": "a value", "label": "a number, or a name in quotes"}
+    wanted_part = part_names.get(name, name)
     edits: tuple[Remedy, ...] = ()
     if word is not None and name == "label" and not word[0].strip('"').isdecimal():
         right = '"{}"'.format(word[0].strip('"'))
@@ -322,8 +322,8 @@ def _refuse_part(number: int, statement: Statement, at: int, parts: list[tuple[s
         edits = (Remedy("write =", "=", misspelt=word[0][0]),)
     elif word is not None and name == "=":
         edits = (Remedy("write =", f"= {word[0]}", misspelt=word[0]),)
-    shown = f"found {word[0][:15]}" if word is not None else "the line ends"
-    return statement.error("VP001", f"expected {wanted}, {shown}; write {form}", at, edits)
+    shown_text = f"found {word[0][:15]}" if word is not None else "the line ends"
+    return statement.error("VP001", f"expected {wanted_part}, {shown_text}; write {form}", at, edits)
 
 
 def _write_near(word: str, name: str) -> tuple[Remedy, ...]:
