@@ -49,7 +49,7 @@ _EQUALS: Final = re.compile(r"[ \t]*(?!Q)([A-Z]+)[ \t]*=[ \t]*([-+]?\d+(?:[.,]\d
 _TEXT_OF_REMARK: Final = re.compile(r"(?!.*[ \t]I?[XYZABCUVWF][-+]?\d).*[ \t]\S")
 _THREE_WORDS: Final = re.compile(r"(\S+)(?:[ \t]+(\S+))?(?:[ \t]+(\S+))?")
 #: Statements of one word that another one follows.
-_GLUED: Final = ("PLANE", "FUNCTION", "TRANS", "APPR", "DEP")
+_FIRST_WORDS: Final = ("PLANE", "FUNCTION", "TRANS", "APPR", "DEP")
 #: Statements that change the corner at the end of the move before them.
 _CORNER: Final = re.compile(rb"[ \t]*+/?[ \t]*+\d*+[ \t]*+/?[ \t]*+(?:RND|CHF)(?![A-Z])", re.IGNORECASE)
 _IGNORED_LINE: Final = re.compile(rb"[ \t\r]*+\d*+[ \t]*+(?:;[^\n]*|\*[ \t]*-?[^\n]*)?")
@@ -371,13 +371,19 @@ def _refuse_unknown_statement(message: str, first: str, text: str, begin: int) -
     """The error of a statement whose first word, or the word after a right one, is in no statement."""
     phrases = [name.split() for name in STATEMENTS]
     words = _THREE_WORDS.match(text, begin)
-    given = [] if words is None else [one for one in words.groups() if one]
-    for known, phrase in zip(STATEMENTS, phrases, strict=True):
-        for count in range(1, len(given) + 1):
-            if len(known) > 2 and "".join(given[:count]) == known.replace(" ", "") and words is not None:
-                written, what = text[begin : words.end(count)], "missing" if count == 1 else "in the word"
-                return ProgramError("VP001", f"{written}: a blank is {what}; did you mean {known}?", begin + 1)
-        if len(phrase) > 1 and phrase[1:] == given[1:2] and all(first != one[0] for one in phrases):
+    given_words = [] if words is None else [one for one in words.groups() if one]
+    for known_words, phrase in zip(STATEMENTS, phrases, strict=True):
+        for count in range(1, len(given_words) + 1):
+            if (
+                len(known_words) > 2
+                and "".join(given_words[:count]) == known_words.replace(" ", "")
+                and words is not None
+            ):
+                written_text, what = text[begin : words.end(count)], "missing" if count == 1 else "in the word"
+                return ProgramError(
+                    "VP001", f"{written_text}: a blank is {what}; did you mean {known_words}?", begin + 1
+                )
+        if len(phrase) > 1 and phrase[1:] == given_words[1:2] and all(first != one[0] for one in phrases):
             is_near = len(first) == len(phrase[0]) and first[1:] == phrase[0][1:]
             if is_near or first == phrase[0][1:]:
                 text = f"{first}: no meaning in this language; did you mean {phrase[0]}?"
@@ -397,8 +403,8 @@ def _refuse_unknown_statement(message: str, first: str, text: str, begin: int) -
     if parameter := re.fullmatch(r"(Q[LRS]?)([LO\d]*[LO][LO\d]*)", first):
         right = parameter[1] + parameter[2].translate(str.maketrans("LO", "10"))
         return ProgramError("VP001", f"{first}: a letter in the number; did you mean {right}?", begin + 1)
-    if glued := next((one for one in _GLUED if first.startswith(one)), ""):
-        right = f"{glued} {first[len(glued) :]}"
+    if first_word := next((one for one in _FIRST_WORDS if first.startswith(one)), ""):
+        right = f"{first_word} {first[len(first_word) :]}"
         return ProgramError("VP001", f"{first}: a blank is missing; did you mean {right}?", begin + 1)
     near = find_meant(first, (phrase[0] for phrase in phrases), slip_alone=True)
     if not near and "=" not in first and _TEXT_OF_REMARK.match(text, begin):

@@ -134,8 +134,8 @@ def _explain_unread(pattern: re.Pattern[str], statement: Statement, text: str, b
     if pattern.fullmatch(f"{word}1"):
         text = f"{word} without a number; write {word} and its value{', or MB MAX' if word == 'MB' else ''}"
         return statement.error("VP001", text, begin)
-    if joined := _join_word(pattern, text, begin, word):
-        message, back = joined
+    if joined_word := _join_word(pattern, text, begin, word):
+        message, back = joined_word
         return statement.error("VP001", message, begin - back)
     meant_word = next((once for once in _drop_doubles(word) if pattern.fullmatch(once)), None)
     if meant_word is not None:
@@ -158,14 +158,14 @@ def _join_word(pattern: re.Pattern[str], text: str, begin: int, word: str) -> tu
 
     A zero behind a whole word is none of its digits: R0 may have lost its letter.
     """
-    before, following = text[:begin].split(), text[begin + len(word) :].split()
-    if word.isdigit() and before and _WHOLE_WORD.fullmatch(before[-1]):
-        message = f"{before[-1]} {word}: a blank is in the number; did you mean {before[-1]}{word}?"
-        return message, begin - text.rindex(before[-1], 0, begin)
+    earlier_words, following = text[:begin].split(), text[begin + len(word) :].split()
+    if word.isdigit() and earlier_words and _WHOLE_WORD.fullmatch(earlier_words[-1]):
+        message = f"{earlier_words[-1]} {word}: a blank is in the number; did you mean {earlier_words[-1]}{word}?"
+        return message, begin - text.rindex(earlier_words[-1], 0, begin)
     if following and word.isalpha() and word + following[0] in ("FMAX", "FAUTO", *WORDS):
         return f"{word} {following[0]}: a blank is in the word; did you mean {word}{following[0]}?", 0
-    swapped = re.fullmatch(r"([-+]|\d)([A-Z])(\d[\d.,]*)", word)
-    if swapped is not None and pattern.fullmatch(right := f"{swapped[2]}{swapped[1]}{swapped[3]}"):
+    swapped_word = re.fullmatch(r"([-+]|\d)([A-Z])(\d[\d.,]*)", word)
+    if swapped_word is not None and pattern.fullmatch(right := f"{swapped_word[2]}{swapped_word[1]}{swapped_word[3]}"):
         return f"{word}: the letter stands before its number; did you mean {right}?", 0
     return None
 

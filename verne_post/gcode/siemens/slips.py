@@ -12,7 +12,7 @@ from verne_post.model.findings import Remedy
 
 _LAST_WORD: Final = re.compile(r"[A-Za-z_$]\w*\.?\d*$")
 #: A letter that stands behind the first digit of its number, or its sign.
-_SWAPPED: Final = re.compile(r"([-+]|\d)([A-Za-z])([\d.]*)(?![\w.=(\[])")
+_SWAPPED_WORD: Final = re.compile(r"([-+]|\d)([A-Za-z])([\d.]*)(?![\w.=(\[])")
 _TEXT: Final = re.compile(r'"[^"]*"')
 _NEXT: Final = re.compile(r"[ \t]+(\w+)")
 _LETTER_NUMBER: Final = re.compile(r"([A-Z])\d+")
@@ -31,11 +31,11 @@ def refuse_no_word(cursor: Cursor, at: int) -> ProgramError:
     if rest[0] == '"':
         edits = (Remedy("take the quote out", misspelt='"', is_choice=True),)
         return cursor.error("VP001", "a quote too many; take it out", at, edits)
-    swapped = _SWAPPED.match(text, at)
-    if swapped is not None and (swapped[2].upper() in ADDRESSES or swapped[2].upper() in "GMN"):
-        right = f"{swapped[2]}{swapped[1]}{swapped[3]}"
+    swapped_word = _SWAPPED_WORD.match(text, at)
+    if swapped_word is not None and (swapped_word[2].upper() in ADDRESSES or swapped_word[2].upper() in "GMN"):
+        right = f"{swapped_word[2]}{swapped_word[1]}{swapped_word[3]}"
         if not right.endswith(("+", "-")):
-            text = f"{swapped[0]}: the letter stands before its number; did you mean {right}?"
+            text = f"{swapped_word[0]}: the letter stands before its number; did you mean {right}?"
             return cursor.error("VP001", text, at)
     number = NUMBER.match(text, at)
     if number is None:
@@ -45,9 +45,9 @@ def refuse_no_word(cursor: Cursor, at: int) -> ProgramError:
         return cursor.error("VP001", message, at)
     if last is None:
         return cursor.error("VP001", f"{number[0]}: a block number begins with N; did you mean N{number[0]}?", at)
-    written, right = text[last.start() : number.end()], f"{last[0]}={number[0]}"
+    written_text, right = text[last.start() : number.end()], f"{last[0]}={number[0]}"
     if len(last[0]) > 1 and last[0].upper() in ADDRESSES:
-        return cursor.error("VP001", f"{written}: an = is missing; did you mean {right}?", last.start())
+        return cursor.error("VP001", f"{written_text}: an = is missing; did you mean {right}?", last.start())
     right = f"{last[0]}{number[0]}"
     if text[last.end()] in " \t" and last[0][-1].isdigit():
         message += f"; write it, or {right} if the blank is too many"
@@ -62,29 +62,31 @@ def find_lost_bracket(cursor: Cursor, at: int, is_subprogram: Callable[[str], bo
     if name is None or code.count(")") != code.count("(") + 1:
         return None
     for end in range(name.end(), 1, -1):
-        known = rest[:end].upper()
+        known_name = rest[:end].upper()
         value = rest[end:].lstrip(" \t")
-        if value and (known in CYCLES or known in NO_EFFECT or is_subprogram(known)):
+        if value and (known_name in CYCLES or known_name in NO_EFFECT or is_subprogram(known_name)):
             first = re.split(r"[,)]", value, maxsplit=1)[0]
-            written = rest[: len(rest) - len(value) + len(first)]
-            return cursor.error("VP001", f"{written}: a ( is missing; did you mean {rest[:end]}({first.rstrip()}?", at)
+            written_text = rest[: len(rest) - len(value) + len(first)]
+            return cursor.error(
+                "VP001", f"{written_text}: a ( is missing; did you mean {rest[:end]}({first.rstrip()}?", at
+            )
     return None
 
 
 def explain_blanks(name: str, text: str, at: int, is_subprogram: Callable[[str], bool]) -> str:
     """The message about a word with a blank too many, or two that have none between them; empty for others."""
     words = (GROUP_OF, NO_EFFECT, STATEMENTS, CYCLES)
-    written = text[at : at + len(name)]
+    written_text = text[at : at + len(name)]
     following = _NEXT.match(text, at + len(name))
     if following is not None:
         whole = name + following[1].upper()
-        if any(whole in known for known in words) or is_subprogram(whole):
-            return f"{written}{following[0]}: a blank is in the word; did you mean {written}{following[1]}?"
+        if any(whole in known_name for known_name in words) or is_subprogram(whole):
+            return f"{written_text}{following[0]}: a blank is in the word; did you mean {written_text}{following[1]}?"
     for end in range(len(name) - 1, _LEAST - 1, -1):
         address = _LETTER_NUMBER.fullmatch(name[end:])
-        is_known = any(name[:end] in known for known in words[:3])
+        is_known = any(name[:end] in known_name for known_name in words[:3])
         if is_known and address is not None and address[1] in (*ADDRESSES, "G", "M"):
-            return f"{written}: a blank is missing; did you mean {written[:end]} {written[end:]}?"
+            return f"{written_text}: a blank is missing; did you mean {written_text[:end]} {written_text[end:]}?"
     return ""
 
 
