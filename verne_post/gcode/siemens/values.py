@@ -178,10 +178,10 @@ class _Reader:
             return number
         name = cursor.name()
         if name is None:
-            if (quoted := _SINGLE_QUOTED.match(cursor.text, at)) is not None:
-                right = f'"{quoted[1]}"'
-                edits = (Remedy(f"write {right}", right, misspelt=quoted[0]),)
-                text = f"{quoted[0]}: a text stands in double quotes; write {right}"
+            if (quoted_text := _SINGLE_QUOTED.match(cursor.text, at)) is not None:
+                right = f'"{quoted_text[1]}"'
+                edits = (Remedy(f"write {right}", right, misspelt=quoted_text[0]),)
+                text = f"{quoted_text[0]}: a text stands in double quotes; write {right}"
                 raise cursor.error("VP001", text, at, edits)
             shown_text = repr(symbol) if symbol else "the end of the line"
             raise cursor.error("VP001", f"expected a value, found {shown_text}", at)

@@ -92,8 +92,8 @@ class Variables(Struct):
         variable = self.find(name)
         if variable is None and name in CONSTANTS and not index:
             return CONSTANTS[name]
-        if variable is None and (joined := self._join_name(name, cursor, at)):
-            raise cursor.error("VP025", joined, at)
+        if variable is None and (joined_name := self._join_name(name, cursor, at)):
+            raise cursor.error("VP025", joined_name, at)
         if variable is None:
             near = suggest(name, *({*scope} for scope in reversed(self.scopes)))
             define = f"; if it is one of the machine's builder, write its value on top: DEF REAL {name}=0"
@@ -103,16 +103,16 @@ class Variables(Struct):
 
     def _join_name(self, name: str, cursor: Cursor, at: int) -> str:
         """What is meant by a name in which a blank is too many, and by Rl0: the message; empty for others."""
-        written = cursor.text[at : at + len(name)]
-        digits = written[1:].translate(MEANT_CHARACTERS)
+        written_name = cursor.text[at : at + len(name)]
+        digits = written_name[1:].translate(MEANT_CHARACTERS)
         if name[0] == "R" and digits.isdecimal():  # digits alone are an R parameter
-            return f"{written}: a letter in the number; did you mean {written[0]}{digits}?"
+            return f"{written_name}: a letter in the number; did you mean {written_name[0]}{digits}?"
         following = NAME.match(cursor.text, cursor.at)
         whole = "" if following is None else name + following[0].upper()
         if following is None or not (self.find(whole) or whole in VALUE_MODES or whole in FUNCTIONS):
             return ""
         both = cursor.text[at : following.end()]
-        return f"{both}: a blank is in the name; did you mean {written}{following[0]}?"
+        return f"{both}: a blank is in the name; did you mean {written_name}{following[0]}?"
 
     def _read_r(self, number: int) -> float:
         if number not in self.r:

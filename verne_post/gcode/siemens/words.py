@@ -55,7 +55,7 @@ _LETTER_NUMBER: Final = re.compile(r"[A-Za-z][ \t]*[+-]?[ \t]*(?:[0-9]|\.[0-9])"
 _MODE_AND_NUMBER: Final = re.compile(
     r"(ACP|ACN|AC|IC|DC)(?![A-Z_])[ \t]*([-+]?(?:\d+\.?\d*|\.\d+)(?![\w.]))?", re.IGNORECASE
 )
-_SIGNED: Final = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?![\w.])")
+_SIGNED_NUMBER: Final = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?![\w.])")
 #: A letter and a number that make one name: a G function of a group, or a subprogram.
 _CODE: Final = re.compile(r"([GML])[ \t]*([0-9]+)(?![0-9.])", re.IGNORECASE)
 #: Names of subprograms that may stand alone: a letter and a number are a word.
@@ -178,8 +178,8 @@ class WordReader:
             self._read_indexed(name, cursor, words, at)
         elif following == "(":
             self._read_call(name, cursor, words, at)
-        elif following and (lost := find_lost_bracket(cursor, at, self.is_subprogram)) is not None:
-            raise lost
+        elif following and (lost_bracket := find_lost_bracket(cursor, at, self.is_subprogram)) is not None:
+            raise lost_bracket
         else:
             self._read_bare(name, cursor, words, at)
 
@@ -218,9 +218,9 @@ class WordReader:
             cursor.at = begin
         mode_and_number = _MODE_AND_NUMBER.match(cursor.text, cursor.at) if name in MODAL_ADDRESSES else None
         if mode_and_number is not None and self.variables.find(mode or "") is None:
-            written, mode, number = mode_and_number.group(0, 1, 2)
+            written_word, mode, number = mode_and_number.group(0, 1, 2)
             right = f"{mode}({number or '...'})"
-            edits = (Remedy(f"write {right}", right, misspelt=written),) if number else ()
+            edits = (Remedy(f"write {right}", right, misspelt=written_word),) if number else ()
             text = f"{mode}: its value stands in parentheses; write {name}={right}"
             raise cursor.error("VP001", text, cursor.at, edits)
         tool = cursor.peek_name() if name in _TEXTS else None
@@ -412,12 +412,12 @@ class WordReader:
             written_words = cursor.text[at : cursor.at + len(following)]
             right_word = f"{name}={cursor.text[cursor.at : cursor.at + len(following)]}"
             return cursor.error("VP001", f"{written_words}: an = is missing; did you mean {right_word}?", at)
-        if len(name) > 1 and name in ADDRESSES and (number := _SIGNED.match(cursor.text, cursor.at)) is not None:
-            written = cursor.text[at : number.end()]
-            return cursor.error("VP001", f"{written}: an = is missing; did you mean {name}={number[0]}?", at)
+        if len(name) > 1 and name in ADDRESSES and (number := _SIGNED_NUMBER.match(cursor.text, cursor.at)) is not None:
+            written_word = cursor.text[at : number.end()]
+            return cursor.error("VP001", f"{written_word}: an = is missing; did you mean {name}={number[0]}?", at)
         if name in (*ADDRESSES, *GROUP_OF, *CYCLES):
-            wanted = "'=' and a value" if len(name) > 1 and name in ADDRESSES else "'=' or a number"
-            return cursor.error("VP001", f"{name}: expected {wanted} after it", at)
+            wanted_text = "'=' and a value" if len(name) > 1 and name in ADDRESSES else "'=' or a number"
+            return cursor.error("VP001", f"{name}: expected {wanted_text} after it", at)
         if self.variables.find(name) is not None:
             return _refuse_missing_equals(name, cursor, at)
         if calls is None or CODE.fullmatch(name) is None:
