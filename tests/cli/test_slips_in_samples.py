@@ -31,6 +31,8 @@ def read_sample(name: str, wrong: str, right: str) -> tuple[str, str]:
         ("two_faces.mpf", "N100 Z12\n", "N100 A=DC 0\n", "write A=DC(0)", "DC", "Write DC(0) in place of DC 0"),
         ("two_faces.mpf", "N100 Z12\n", "MSG(GROOVE)\nN100 Z12\n", 'did you mean MSG("GROOVE")?', "GROOVE",
          'Write "GROOVE" in place of GROOVE'),
+        ("two_faces.mpf", '"END_MILL_6"', "'END_MILL_6'", 'write "END_MILL_6"', "'",
+         "Write \"END_MILL_6\" in place of 'END_MILL_6'"),
         ("two_faces.mpf", "PROC FACE", "FACE", "PROC is missing before FACE(...) in line 50", "FACE",
          "Write PROC FACE in place of FACE in line 50"),
         ("two_faces_fanuc.nc", "O1302 (", "O1301 (", "O1301 appears twice, in lines 40 and 47", "P1302",

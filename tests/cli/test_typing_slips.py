@@ -70,6 +70,15 @@ def embed(ending: str, lines: str) -> str:
         (".mpf", "FRO PASS = 1 TO 4\nX3\nENDFOR", ("FRO", "FOR"), "", "Write FOR in place of FRO"),
         (".mpf", LOOP.format("WHIEL R1 > 1", "ENDWHILE"), ("WHIEL", "WHILE"), "", "Write WHILE in place of WHIEL"),
         (".mpf", LOOP.format("WHILE R1 > 1 DO", "ENDWHILE"), ("DO", ""), "has none", "Take DO out"),
+        (".mpf", "FOR PAS = 1 TO 3\nX3\nENDFOR", ("PAS", "PASS"), "not defined", "Write PASS in place of PAS"),
+        (
+            ".mpf",
+            "FOR PASS1 TO 3\nX3\nENDFOR",
+            ("PASS1", "PASS=1"),
+            "an = is missing",
+            "Write PASS=1 in place of PASS1",
+        ),
+        (".mpf", "X=IC40", ("IC40", "IC(40)"), "in parentheses", "Write IC(40) in place of IC40"),
         (".mpf", "GOTOF DONE\nX5\nDONE\nX3", ("\nDONE", "\nDONE:"), "with a colon", "Write DONE: in place of DONE"),
         (
             ".mpf",
@@ -87,6 +96,112 @@ def test_a_slip_has_one_finding_and_its_edit(
     message, _word, made = look(inspector, tmp_path / f"a{ending}", text)
     assert said in message
     assert made[title] == (tmp_path / f"a{ending}", text.replace(wrong, wrong.replace(*right, 1)), True)
+
+
+@pytest.mark.parametrize(
+    ("lines", "wrong", "right", "title"),
+    [
+        ("MCALL CYCLE82(50;0,2,-5)\nX5\nMCALL", ";0", ",0", "Write , in place of ;"),
+        ("CYCLE8250,0,2,-5)", "CYCLE8250", "CYCLE82(50", "Write CYCLE82(50 in place of CYCLE8250"),
+        ("CYCLE82 50,0,2,-5)", "CYCLE82 50", "CYCLE82(50", "Write CYCLE82(50 in place of CYCLE82 50"),
+        ("CYCLE832)", "CYCLE832)", "CYCLE832()", "Write CYCLE832( in place of CYCLE832"),
+        ("CYCLE832(0.05,3,1))", "))", ")", "Take ) out"),
+        ("CYCLE832(()", "(()", "()", "Write"),
+        ('CYCLE800(0,""",0,57,0,0,0,0,0,0,0,0,0,0,0,1)', '"""', '""', 'Write "" in place of """'),
+        ("G0 SUPAD0", "SUPAD0", "SUPA D0", "Write SUPA D0 in place of SUPAD0"),
+        ("COMP OF", "COMP OF", "COMPOF", "Write COMPOF in place of COMP OF"),
+        ("G0 2X0", "2X0", "X20", "Write X20 in place of 2X0"),
+        ("45 X5", "45", "N45", "Write N45 in place of 45"),
+        ("G2 X5 CR 3", "CR 3", "CR=3", "Write CR=3 in place of CR 3"),
+        ("R1=2\nX=Rl", "Rl", "R1", "Write R1 in place of Rl"),
+        ("PASS=2\nX=PA SS", "PA SS", "PASS", "Write PASS in place of PA SS"),
+        ("X=A C(5)", "A C", "AC", "Write AC in place of A C"),
+        ("R1-5", "R1-5", "R1=-5", "Write R1=-5 in place of R1-5"),
+        ("X-l", "X-l", "X-1", "Write X-1 in place of X-l"),
+        ("Xl Y2", "Xl", "X1", "Write X1 in place of Xl"),
+    ],
+)
+def test_a_sign_of_siemens_that_is_missing_or_too_many(
+    inspector: Inspector, tmp_path: Path, lines: str, wrong: str, right: str, title: str
+) -> None:
+    text = embed(".mpf", lines)
+    _message, _word, made = look(inspector, tmp_path / "a.mpf", text)
+    assert made[title][1] == text.replace(wrong, right)
+
+
+@pytest.mark.parametrize(
+    ("lines", "wrong", "right", "said"),
+    [
+        ("FN 1: Q1 = +2 - 1,5", "-", "+", "- belongs to FN 2; write +, or FN 2: in place of FN 1:"),
+        ("FN 0: Q1 - +5", "-", "=", "expected =, found -; write FN 0: Q1 = value"),
+        ("FN 9: IF +1 EQ +2 GOTO LBL 0", "EQ", "EQU", "expected EQU, found EQ"),
+        (
+            'LBL "ON"\nFN 9: IF +1 EQU +2 GOTO LBL ON"',
+            'LBL ON"',
+            'LBL "ON"',
+            "write FN 9: IF value EQU value GOTO LBL label",
+        ),
+        ("FN 0 Q1 = 5", "FN 0", "FN 0:", "a colon is missing behind the number of FN; write FN 0:"),
+        ("Q1 5", "Q1", "Q1 =", "an = is missing behind the parameter"),
+        ('QSl = "A"', "QSl", "QS1", "did you mean QS1?"),
+        ("CYCL EF 7.0 N\nCYCL DEF 7.1 X+5", "EF 7.0", "DEF 7.0", "did you mean DEF?"),
+        ("VYCL DEF 7.0 N\nCYCL DEF 7.1 X+5", "VYCL", "CYCL", "did you mean CYCL?"),
+        ("CYCLDEF 7.0 N\nCYCL DEF 7.1 X+5", "CYCLDEF", "CYCL DEF", "a blank is missing"),
+        ("CY CL DEF 7.0 N\nCYCL DEF 7.1 X+5", "CY CL", "CYCL", "a blank is in the word"),
+        ("CYCL DEF 7..0 N\nCYCL DEF 7.1 X+5", "7..0", "7.0", "no number of a cycle"),
+        ("CYCL DEF 7.0 N\nCYCL DEF 7.l X+5", "7.l", "7.1", "did you mean 7.1?"),
+        ("CYCL DEF 7.0 N\nCYCL DEF 71 X+5", "71", "7.1", "the point in the number is missing"),
+        ("CYCL DEF 10.0 N\nCYCL DEF 10.1 RT+3", "RT", "ROT", "write ROT+30"),
+        ("PLANESPATIAL SPA+0 SPB+0 SPC+0 STAY", "PLANESPATIAL", "PLANE SPATIAL", "a blank is missing"),
+        ("BLK FORM 01 Z X-5 Y-5 Z-5\nBLK FORM 0.2 X+5 Y+5 Z+0", "01", "0.1", "the point is missing"),
+        ("3 1 L X+5", "3 1", "31", "a blank is in the number of the block"),
+        ("3 OLD PART OF 2019", "OLD", "; OLD", "write ; before it if it is a remark"),
+        ("L X+2 5 Y+1", "X+2 5", "X+25", "a blank is in the number; did you mean X+25?"),
+        ("L X+5 FMA X", "FMA X", "FMAX", "a blank is in the word; did you mean FMAX?"),
+        ("L +X5 Y+1", "+X5", "X+5", "did you mean X+5?"),
+        (DRILLING.format("Q203--2 Q204=+3"), "Q203--2", "Q203=-2", "an = is missing; write Q203=-2"),
+        (DRILLING.format("Q203 2 Q204=+3"), "Q203 2", "Q203=2", "an = is missing; write Q203=2"),
+        (DRILLING.format("Q2 03=2 Q204=+3"), "Q2 03=", "Q203=", "a blank is in the number; write Q203="),
+        (DRILLING.format("Q203=2 Q204=+3 CLEAR"), "CLEAR", ";CLEAR", "a remark begins with ;"),
+        (DRILLING.replace("{} ~", "Q203=+1 Q204=+3 ;CLEAR"), ";CLEAR", ";CLEAR ~", "write ~"),
+    ],
+)
+def test_a_sign_of_klartext_that_is_missing_or_too_many(
+    inspector: Inspector, tmp_path: Path, lines: str, wrong: str, right: str, said: str
+) -> None:
+    text = embed(".h", lines)
+    message, _word, made = look(inspector, tmp_path / "a.h", text)
+    assert said in message
+    at = text.rindex(wrong, 0, text.index(lines) + len(lines)) if wrong == "-" else text.index(wrong, text.index(lines))
+    assert f"{text[:at]}{right}{text[at + len(wrong) :]}" in [fixed for _path, fixed, _settles in made.values()]
+
+
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        ("CYCL DEF 11.0 B+3 SCALING", "B+3: CYCL DEF 11.0 has the name of the cycle alone; values stand in 11.1"),
+        ("CYCL DEF 10.0 ROTATION\nCYCL DEF 10.1 ROT", "expected ROT and an angle in degrees; write ROT+30"),
+        ("L A C R0", "A without a number; write A and its value"),
+        ("L X+5 R0 0 M3", "0: the letter before this number is missing"),
+        ("FN 3: Q1 = +2 *", "expected a value, the line ends; write FN 3: Q1 = value * value"),
+        ("LBL 3\nFN 9 IF +1 EQU +2 GOTO LBL 3\nL X+Q5", "a colon is missing behind the number of FN; write FN 9:"),
+    ],
+)
+def test_what_is_missing_in_a_line_of_klartext(inspector: Inspector, tmp_path: Path, line: str, said: str) -> None:
+    assert look(inspector, tmp_path / "a.h", embed(".h", line))[0] == said
+
+
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        ("R1=2*3SIN(30)", "SIN() is a function of a value; the operator or = before it is missing"),
+        ("N36 0 X5", "0: the letter before this number is missing; write it, or N360 if the blank is too many"),
+        ("R=5", "R without a number; write R and the number of the parameter"),
+        ("G2 X9 CR", "CR: expected '=' and a value after it"),
+    ],
+)
+def test_what_is_missing_in_a_line_of_siemens(inspector: Inspector, tmp_path: Path, line: str, said: str) -> None:
+    assert look(inspector, tmp_path / "a.mpf", embed(".mpf", line))[0] == said
 
 
 @pytest.mark.parametrize(
@@ -332,7 +447,7 @@ ENDLESS = "#1=3\n{}\nX#1\n{}"
         (".nc", "XI3", "the letter I in a number", "XI3", ("XI3", "X13")),
         (".nc", "G43 Hl G0 Z50", "the letter l in a number", "Hl", ("Hl", "H1")),
         (".nc", "G0 Z=60", "words have no =", "Z=60", ("Z=60", "Z60")),
-        (".nc", "G0 A0, C0", "a comma behind a number", "A0,", ("A0,", "A0")),
+        (".nc", "G0 A0, C0", "a comma after a number", "A0,", ("A0,", "A0")),
         (".ngc", "o4 repeat 4\nX5\no4 endrepeat", "values of o4 repeat are written", "4", (" 4\n", " [4]\n")),
         (".ngc", "o4 sub\nX#1\no4 endsub\no4 call [0] [5]]", "']' without the '['", "]", ("]]", "]")),
         (".ngc", ZERO, "the digit 0 in place of the letter o", "0<a>", ("0<a>", "o<a>")),

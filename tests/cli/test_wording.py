@@ -212,4 +212,4 @@ def test_every_m_code_and_function_fn_has_a_sentence_of_each_language() -> None:
 def test_an_axis_that_is_not_named_beside_a_turn_is_said_to_stand_still(make_program: Any, run: Any) -> None:
     answer = run("check", make_program("G0 A0. C0.\nG49\nG0 X10. Y10. A90."), "--dialect", "fanuc")
     told = "Z is not named and stands still in the machine; after the turn, the tool cannot be at this X and Y unless Z"
-    assert f"{told} moves too; name X, Y and Z, or turn the table in a block of its own" in answer.out
+    assert f"{told} moves too; name X, Y and Z, or turn the table in a separate block" in answer.out

@@ -414,7 +414,7 @@ def test_what_tools_show(run):
         (["L X+5 ~"], "VP001", "END"),
         (["G1 X5"], "VP002", "G1"),
         (["X+5"], "VP001", "X+5"),
-        (["L X1 0 Y5"], "VP001", "'0 Y5'"),
+        (["L X1 0 Y5"], "VP001", "X1 0: a blank is in the number; did you mean X10?"),
     ],
 )
 def test_refusals(refusal, statements, code, words):

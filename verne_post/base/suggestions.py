@@ -139,7 +139,7 @@ def _is_a_digit_away(number: str, other: str) -> bool:
 
 def find_correction(message: str) -> tuple[str, str] | None:
     """What a message says is written, and what is meant: of "SUAP: ...; did you mean SUPA?"; None where it does not."""
-    found = re.search(r"^([^:]+): .*; did you mean (\S+)\?$", message)
+    found = re.search(r"^([^:]+): .*; did you mean (\S+(?: (?!or )\S+)?)\?$", message)
     return None if found is None else (found[1], found[2])
 
 

@@ -35,7 +35,7 @@ _TOO_MANY: Final = (
 #: A small L for 1: at the end of a number, where as an address it would have none, or at its beginning; Ql alone is Q1.
 _LETTER_L: Final = re.compile(
     r"(?<![A-Za-z_])((?:Q[LR]?\d+[ \t]*=|[A-Z])[ \t]*)"
-    r"((?:[-+]?\d+l(?![ \t]*[-+.\d#\[=])|[-+]?l[.\d]+|(?<=[A-Z])l(?![ \t]*[-+.\d#\[=]))(?![A-Za-z_]))"
+    r"((?:[-+]?\d+l(?![ \t]*[-+.\d#\[=])|[-+]?l[.\d]+|(?:(?<=[A-Z])|[-+])l(?![ \t]*[-+.\d#\[=]))(?![A-Za-z_,]))"
 )
 _Q_AND_L: Final = re.compile(r"(?<![A-Za-z_])((?:[A-Z][-+]?)?Q)(l)(?!\w)")
 #: An address, and a small L and O that stand for 1 and 0, with no digit before them.
@@ -82,8 +82,13 @@ _VARIABLE_WITH_L: Final = re.compile(r"#\d+l(?=[ \t]*[-+])")
 _FOR: Final = re.compile(r"\bFOR\b.*=", re.IGNORECASE)
 #: A text that is closed.
 _TEXT: Final = re.compile(r'"[^"]*"')
+#: A text that another quote closes.
+_OTHER_QUOTE: Final = re.compile(r"(\"[^\"']*)'+")
 #: The next word begins: behind a blank, or a letter behind a number.
 _NEXT_WORD: Final = re.compile(r"[ \t]\S|[\d.][A-Za-z]")
+#: A call that a remark cuts off: ; in place of a comma.
+_OPEN_BRACKET: Final = "the bracket is not closed on its line"
+_CLOSED_IN_REMARK: Final = re.compile(r";(?=[^()]*\))")
 #: Errors of text that cannot be read.
 _UNREADABLE: Final = ("VP001", "VP002")
 
@@ -218,6 +223,10 @@ def _say_what_is_meant(source: Text, item: Finding, dialect: str) -> Finding:
         )
         edit = Remedy(f"write {right}", right, line=item.line, misspelt=match[0], is_choice=True)
         return replace(item, code="VP001", message=message, edits=(edit,), settled_by=())
+    if item.message.startswith(_OPEN_BRACKET) and (remark := _CLOSED_IN_REMARK.search(text, item.column)) is not None:
+        edit = Remedy("write ,", ",", line=item.line, misspelt=";")
+        message = "; begins a remark, and the bracket before it is open; write , in its place"
+        return replace(item, message=message, column=remark.start() + 1, edits=(edit,))
     is_unread = item.code in _UNREADABLE or _is_value(text, item.column, item.code)
     if is_unread and _BEHIND_M not in item.message:
         found = _find_number(text, item.column, dialect)
@@ -252,6 +261,8 @@ def _close_quote(text: str, begin: int, line: int) -> tuple[Remedy, ...]:
     rest = text[begin:].rstrip()
     if not rest.startswith('"') or '"' in rest[1:]:
         return ()
+    if other := _OTHER_QUOTE.match(rest):
+        return (Remedy('write "', f'{other[1]}"', line=line, misspelt=other[0]),)
     head = _TEXT.sub("", text[:begin])
     ends = [len(re.split(r"[\s,)]", rest, maxsplit=1)[0]), rest.rindex(")") if ")" in rest else len(rest)]
     closing = ")" * (head.count("(") - head.count(")") - rest.count(")"))

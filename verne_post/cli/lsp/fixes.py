@@ -450,6 +450,15 @@ def _write_here(found: Inspected, item: Finding, remedy: Remedy) -> Iterator[Fix
     yield Fix(title, found.path, found.text, at, at, remedy.value, is_choice=remedy.is_choice)
 
 
+def _write_after(found: Inspected, _item: Finding, remedy: Remedy) -> Iterator[Fix]:
+    """What is missing at the end of a line, behind its remark."""
+    line = split_lines(found.text)[remedy.line - 1].rstrip()
+    at = _find_offset(found.text, remedy.line - 1) + len(line)
+    words = line.split()[-1:]
+    title = f"Write {remedy.value.strip()}{f' behind {words[0]}' if words else ''} in line {remedy.line}"
+    yield Fix(title, found.path, found.text, at, at, remedy.value)
+
+
 def _start_spindle(found: Inspected, item: Finding, remedy: Remedy) -> Iterator[Fix]:
     """M3 after the S of the tool that was changed; before the cut where S of an earlier tool holds."""
     lines, cut = split_lines(found.text), item.line or 1
@@ -505,6 +514,7 @@ _PLACES: Final = {
     "below": _write_below,
     "marked": _write_marked,
     "here": _write_here,
+    "after": _write_after,
     "end": _write_at_end,
 }
 _PLACED: Final = {"VP017": _name_angles, "VP036": _name_angles, "VP050": _start_spindle}
@@ -513,7 +523,7 @@ _PLACED: Final = {"VP017": _name_angles, "VP036": _name_angles, "VP050": _start_
 def _change_everywhere(found: Inspected, written: str, remedy: Remedy) -> Iterator[Fix]:
     """The same correction in all places that are no remarks, where there are several."""
     meant = remedy.value
-    if re.search(r"\w", written) is None:  # a sign that is right elsewhere
+    if re.fullmatch(r"\W+|\d+", written):  # a sign or a number that is right elsewhere
         return
     word, at, words = re.compile(rf"(?<![\w.]){re.escape(written)}(?![\w.])"), 0, list[tuple[int, int, str]]()
     for line in found.text.split("\n"):

@@ -7,6 +7,7 @@ from msgspec.structs import replace
 
 from verne_post.gcode.klartext.formulas import VALUE, Numbers, read_value
 from verne_post.gcode.klartext.statements import Statement
+from verne_post.model.findings import Remedy
 from verne_post.model.moves import ZERO9, Frame, Stock
 
 #: ``0.1 Z X-40 Y-30 Z-10``, ``0.2 X+40 IY+60 Z+5``, ``CYLINDER Z R50 L105 DIST+5 RI10``.
@@ -39,6 +40,11 @@ class Blank:
             For a corner without a coordinate, and for a stock without a size.
         """
         form = _FORM.match(statement.rest)
+        if (slip := re.match(r"[ \t]+(0([12]))(?=[ \t])", statement.rest)) is not None:
+            self._low = {}
+            edits = (Remedy(f"write 0.{slip[2]}", f"0.{slip[2]}", misspelt=slip[1]),)
+            text = f"BLK FORM {slip[1]}: the point is missing; write BLK FORM 0.{slip[2]}"
+            raise statement.error("VP001", text, slip.start(1), edits)
         if form is None:
             return None
         pattern = _CYLINDER_WORD if form[4] else _CORNER_WORD

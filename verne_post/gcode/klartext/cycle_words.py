@@ -16,6 +16,9 @@ from verne_post.model.findings import Remedy
 #: FMAX as the value of a feed rate; a retract at 0 or MAX is rapid traverse.
 FMAX_VALUE: Final = 99_999.0
 _PARAMETER: Final = re.compile(rf"Q(\d+)[ \t]*=[ \t]*(?:({VALUE})|(FMAX|MAX|FAUTO|AUTO|FU|FZ))(?![A-Z0-9])")
+#: A parameter without =, or with another sign in its place; one with a blank in its number.
+_NO_EQUALS: Final = re.compile(rf"Q(\d+)(?:[ \t]+|(?=[-+]))([-+.]?)[ \t]*({VALUE})(?!\w)(?![ \t]*=)")
+_DIVIDED_NUMBER: Final = re.compile(r"Q(\d+)[ \t]+(\d+)[ \t]*=")
 #: A parameter without a value: the next one begins, or nothing follows.
 _EMPTY: Final = re.compile(r"Q(\d{1,6})[ \t]*=[ \t]*(?:$|(?=Q\d+[ \t]*=))")
 #: A parameter in whose number letters stand for digits.
@@ -25,6 +28,8 @@ _MEANT_DIGITS: Final = str.maketrans("OoIiLl", "001111")
 _LETTER_O: Final = re.compile(r"(?=\d+O)[\dO]+(?!\w)")
 #: The number of a cycle and of its line, with a comma in place of the point.
 _COMMA: Final = re.compile(r"(\d+),(\d+)(?![\d.,])")
+#: Two points, or the letter l for 1.
+_WRONG_HEAD: Final = re.compile(r"[ \t]*(\d+\.\.\d+|\d+\.L|\d+L\.\d+|L\d\.\d+)(?!\w)")
 _HEAD: Final = re.compile(r"[ \t]*(\d+)(?:[ \t]*\.(\d+))?(?![\d.])")
 
 _HOLE: Final = (200, 201, 203, 204)
@@ -91,6 +96,10 @@ class Head(Struct, frozen=True):
 def read_head(statement: Statement) -> Head:
     """The number after CYCL DEF."""
     match = _HEAD.match(statement.rest)
+    if (slip := _WRONG_HEAD.match(statement.rest)) is not None:
+        right = re.sub("[.,]{2}", ".", slip[1]).replace("L", "1")
+        text = f"{slip[1]}: no number of a cycle; did you mean {right}?"
+        raise statement.error("VP001", text, slip.start(1))
     if match is None:
         raise statement.error("VP001", "CYCL DEF needs the number of the cycle", 0)
     if word := _LETTER_O.match(statement.rest, match.start(1)):
@@ -126,9 +135,7 @@ def read_parameters(statement: Statement, head: Head, numbers: Numbers, auto_fee
             raise statement.error("VP001", message, head.at + at)
         match = _PARAMETER.match(text, at)
         if match is None:
-            raise statement.error(
-                "VP001", f"CYCL DEF {head.number}: {text[at:][:20]!r} is not of the form Q200=2", head.at + at
-            )
+            raise _refuse_unread(statement, head, at)
         place, number, value, word = head.at + at, int(match.group(1)[:6]), match.group(2), match.group(3)
         if number in values:
             raise _refuse_twice(statement, head, number, place)
@@ -145,6 +152,30 @@ def read_parameters(statement: Statement, head: Head, numbers: Numbers, auto_fee
                 values[number] = FMAX_VALUE if word else read_value(value, numbers)
         at = match.end()
     return values
+
+
+def _refuse_unread(statement: Statement, head: Head, at: int) -> ProgramError:
+    """The error of what is no parameter: the form that is meant, or a remark without its sign."""
+    rest = head.rest[at:]
+    word = re.match(r"[^ \t]+", rest)[0]  # type: ignore[index]
+    if (written_text := _NO_EQUALS.match(rest)) is not None:
+        sign, value = written_text[2], written_text[3]
+        right = f"Q{written_text[1]}={value if sign in ('', '=') or value[0] in '+-' else sign + value}"
+        shown_text = " ".join(written_text[0].split())
+        edits = (Remedy(f"write {right}", right, misspelt=written_text[0]),)
+        return statement.error("VP001", f"{shown_text}: an = is missing; write {right}", head.at + at, edits)
+    if (written_text := _DIVIDED_NUMBER.match(rest)) is not None:
+        right = f"Q{written_text[1]}{written_text[2]}="
+        edits = (Remedy(f"write {right}", right, misspelt=written_text[0]),)
+        return statement.error(
+            "VP001", f"{written_text[0]}: a blank is in the number; write {right}", head.at + at, edits
+        )
+    if not re.match(r"Q\d|[-+\d]", word):
+        edits = (Remedy(f"write ;{word}", f";{word}", misspelt=word),)
+        text = f"{word[:20]}: a remark begins with ;, which is missing; write ;{word[:20]}"
+        return statement.error("VP001", text, head.at + at, edits)
+    text = f"CYCL DEF {head.number}: {word[:20]!r} is not of the form Q200=2"
+    return statement.error("VP001", text, head.at + at)
 
 
 def _refuse_twice(statement: Statement, head: Head, number: int, place: int) -> ProgramError:

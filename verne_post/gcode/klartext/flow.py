@@ -339,7 +339,7 @@ class _KlartextRun:
 
 def _write_tilde(line: int) -> tuple[Remedy, ...]:
     """The edit of a line of a cycle that does not say that the next one belongs to it."""
-    return (Remedy("write ~", " ~", line=line, way="here"),)
+    return (Remedy("write ~", " ~", line=line, way="after"),)
 
 
 def _find_last_direction(

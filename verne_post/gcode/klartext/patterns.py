@@ -21,7 +21,7 @@ from verne_post.gcode.klartext.frames import KlartextFrames
 from verne_post.gcode.klartext.functions import KlartextFunctions
 from verne_post.gcode.klartext.milling import FACES
 from verne_post.gcode.klartext.paths import KlartextPaths
-from verne_post.gcode.klartext.settings import KlartextSettings
+from verne_post.gcode.klartext.settings import SETTINGS, KlartextSettings
 from verne_post.gcode.klartext.statements import Statement
 from verne_post.gcode.klartext.vocabulary import CYCLES, CYCLES_WITHOUT_EFFECT, REFUSED_CYCLES, Q
 from verne_post.gcode.klartext.words import Words
@@ -100,6 +100,11 @@ class KlartextPatterns:
         number = head.number
         if number in REFUSED_CYCLES:
             raise statement.error("VP002", f"CYCL DEF {number} is not executed ({REFUSED_CYCLES[number]})", head.begin)
+        if number not in CYCLES and number not in CYCLES_WITHOUT_EFFECT and (number // 10) in SETTINGS:
+            digits = statement.rest[head.begin :].split()[0]
+            right = f"{number // 10}.{number % 10}"
+            text = f"{digits}: the point in the number is missing; did you mean {right}?"
+            raise statement.error("VP001", text, head.begin)
         if number not in CYCLES and number not in CYCLES_WITHOUT_EFFECT:
             raise statement.error(
                 "VP002",

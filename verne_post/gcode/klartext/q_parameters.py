@@ -10,17 +10,14 @@ from verne_post.gcode.expressions import MAX_NUMBER
 from verne_post.gcode.klartext.formulas import VALUE, combine, evaluate, holds, read_value
 from verne_post.gcode.klartext.statements import Statement, label_name
 from verne_post.gcode.klartext.vocabulary import FN, REFUSED_FN
-from verne_post.gcode.program_error import DOUBLE_EQUALS, ProgramError
+from verne_post.gcode.program_error import DOUBLE_EQUALS, ProgramError, write_meant
 from verne_post.model.findings import Remedy
 
 _ASSIGNMENT: Final = re.compile(r"(Q[LRS]?)[ \t]*(\d+)[ \t]*=")
 #: In the lines that ~ adds to an assignment: they are parameters of a cycle.
 _NEXT_PARAMETER: Final = re.compile(r"[ \t]*Q\d+[ \t]*=")
 _OPERATORS: Final = {1: r"\+", 2: "-", 3: r"\*", 4: "/|DIV", 5: "SQRT", 6: "SIN", 7: "COS", 8: "LEN", 13: "ANG"}
-_JUMP: Final = re.compile(
-    rf"IF[ \t]+({VALUE})[ \t]+(EQU|NE|GT|LT)[ \t]+({VALUE})[ \t]+GOTO[ \t]+LBL[ \t]*(?:\"([^\"]*)\"|(\d+)|(QS\d+))[ "
-    r"\t]*$"
-)
+_ANY_LABEL: Final = r"\"[^\"]*\"|\d+|QS\d+"
 _DEFINITION_TEST: Final = re.compile(
     r"IF[ \t]+(Q[LRS]?\d+)[ \t]+IS[ \t]+(UNDEFINED|DEFINED)[ \t]+GOTO[ \t]+LBL[ \t]*(?:\"([^\"]*)\"|(\d+)|(QS\d+))[ "
     r"\t]*$"
@@ -33,11 +30,9 @@ _STRING_PART: Final = re.compile(
 )
 #: So many numbers of Q, QL, QR, QS there are.
 _LAST: Final = {"Q": 1999, "QL": 499, "QR": 499, "QS": 1999}
-#: A number with the letter O.
-_LETTER_O: Final = re.compile(r"\d[\d.,]*O|(?<![A-Z])O[.,]?\d")
 #: Why a parameter has no value: nothing of it is to be told.
 SETTING_REFUSED: Final = "the statement that sets it is refused"
-_SET_NAME: Final = re.compile(r"(Q[LR]?\d+)[ \t]*=")
+_SET_NAME: Final = re.compile(r"[ \t]*(?:\d{1,2}[ \t]*:?[ \t]*)?(Q[LR]?\d+)")
 _MAX_STRING: Final = 10_000
 
 
@@ -54,6 +49,7 @@ class QParameters(Struct):
     control_values: dict[int, float] = field(default_factory=dict)
     unknown: set[str] = field(default_factory=set)
     refused_names: set[str] = field(default_factory=set)
+    is_jump_refused: bool = False  #: A call or a jump was refused, which may lead to what sets a parameter.
 
     def read_value(self, name: str) -> float:
         """Value of Q1, QL1, QR1; VP025 where it has none."""
@@ -74,7 +70,7 @@ class QParameters(Struct):
         raise ProgramError("VP025", f"{key} has no value; {self._say_what_sets_it(kind, number)}", edits=edits)
 
     def _say_what_sets_it(self, kind: str, number: int) -> str:
-        if f"{kind}{number}" in self.refused_names:
+        if f"{kind}{number}" in self.refused_names or self.is_jump_refused:
             return SETTING_REFUSED
         others = self._list_other_kinds(number)
         numbers = self._list_numbers(kind)
@@ -154,7 +150,16 @@ def assign(statement: Statement, parameters: QParameters) -> None:
     """``Q1 = formula``, ``QS1 = "text" || QS2``."""
     match = _ASSIGNMENT.match(statement.rest)
     if match is None:
-        raise statement.error("VP001", "a parameter alone; expected Q1 = and a value", 0)
+        written_text = re.match(r"[ \t]*(Q[LRS]?[ \t]*\d+)[ \t]*([-+]?)", statement.rest)
+        name = written_text[1] if written_text else "Q1"
+        edits = (
+            (Remedy(f"write {name} =", f"{name} =", misspelt=name),)
+            if written_text and statement.rest[written_text.end() :]
+            else ()
+        )
+        raise statement.error(
+            "VP001", f"{name}: an = is missing behind the parameter; write {name} = and its value", 0, edits
+        )
     name = match.group(1) + match.group(2)
     if statement.rest.startswith("==", match.end() - 1):
         raise statement.error("VP001", DOUBLE_EQUALS, match.end() - 1)
@@ -175,7 +180,7 @@ def assign(statement: Statement, parameters: QParameters) -> None:
 
 def find_set_name(statement: Statement) -> str | None:
     """The parameter that an assignment or a function sets; None where it sets none."""
-    found = _SET_NAME.search(statement.rest)
+    found = _SET_NAME.match(statement.rest)
     return None if found is None or "IF" in statement.rest else found[1]
 
 
@@ -231,7 +236,10 @@ def execute_fn(statement: Statement, parameters: QParameters) -> FnAnswer:
     """
     match = re.match(r"[ \t]*(\d{1,2})[ \t]*:[ \t]*", statement.rest)
     if match is None:
-        raise statement.error("VP001", "expected FN, a number and a colon", 0)
+        digits = re.match(r"[ \t]*(\d{1,2})", statement.rest)
+        right = f"FN {digits[1]}:" if digits else "FN 0:"
+        edits = (Remedy(f"write {right}", f"{digits[1]}:", misspelt=digits[1]),) if digits else ()
+        raise statement.error("VP001", f"a colon is missing behind the number of FN; write {right}", 0, edits)
     number, rest = int(match.group(1)), statement.rest[match.end() :].rstrip()
     if number == 14:
         raise ProgramError("VP027", f"the program asks to stop: {rest.strip()}")
@@ -249,27 +257,79 @@ def execute_fn(statement: Statement, parameters: QParameters) -> FnAnswer:
             raise ProgramError("VP001", "expected FN 18: SYSREAD Q1 = ID...")
         parameters.forget(read.group(1))
         return FnAnswer(message=f"FN 18: {rest}")
-    if number == 0:
-        pattern = rf"(Q[LR]?\d+)[ \t]*=[ \t]*({VALUE})()"
-    elif number in (5, 6, 7):
-        pattern = rf"(Q[LR]?\d+)[ \t]*=[ \t]*(?:{_OPERATORS[number]})[ \t]*({VALUE})()"
-    else:
-        pattern = rf"(Q[LR]?\d+)[ \t]*=[ \t]*({VALUE})[ \t]*(?:{_OPERATORS[number]})[ \t]*({VALUE})"
-    found = re.fullmatch(pattern, rest)
-    if found is None:
-        if "==" in rest:
-            raise statement.error("VP001", DOUBLE_EQUALS, match.end() + rest.index("=="))
-        wrong_number = _LETTER_O.search(rest)
-        text = f"FN {number}: {rest[:40]!r} is not of the form that this function has"
-        raise statement.error("VP001", text, match.end() + (wrong_number.start() if wrong_number else 0))
-    name, first, second = found.groups()
-    with statement.place_errors(match.end() + found.start(2)):
-        value = read_value(first, parameters)
+    if "==" in rest:
+        raise statement.error("VP001", DOUBLE_EQUALS, match.end() + rest.index("=="))
+    parts = [("Q1", r"Q[LR]?\d+"), ("=", "="), ("value", VALUE)]
+    if number in (5, 6, 7):
+        parts.insert(2, (_OPERATORS[number], _OPERATORS[number]))
+    elif number:
+        parts += [(_OPERATORS[number].strip("\\"), _OPERATORS[number]), ("value", VALUE)]
+    (name, *_), values = _match_parts(number, statement, match.end(), parts, parameters)
+    value = values[0]
     if number:
-        with statement.place_errors(match.end() + found.start(3)):
-            value = combine(number, value, read_value(second, parameters) if second else 0.0)
+        with statement.place_errors(match.end()):
+            value = combine(number, value, values[1] if len(values) > 1 else 0.0)
     parameters.set(name, value)
     return FnAnswer()
+
+
+def _match_parts(
+    number: int, statement: Statement, at: int, parts: list[tuple[str, str]], parameters: QParameters
+) -> tuple[list[str], list[float]]:
+    """The parts of what follows FN and its colon as they are written, and the values among them.
+
+    Raises
+    ------
+    ProgramError
+        VP001 at the first part that is not of the form of the function, which it says.
+    """
+    text, found, values = statement.rest.rstrip(), list[str](), list[tuple[int, str]]()
+    for name, pattern in [*parts, ("", r"\Z")]:
+        match = re.compile(rf"[ \t]*({pattern})(?:(?<![A-Z0-9_])|(?![A-Z0-9_]))", re.DOTALL).match(text, at)
+        if match is None:
+            raise _refuse_part(number, statement, at, parts, name)
+        found.append(match[1])
+        values += [(match.start(1), match[1])] if name == "value" else []
+        at = match.end()
+    numbers = []
+    for place, value in values:
+        with statement.place_errors(place):
+            numbers.append(read_value(value, parameters))
+    return found, numbers
+
+
+def _refuse_part(number: int, statement: Statement, at: int, parts: list[tuple[str, str]], name: str) -> ProgramError:
+    """The error of a part of FN that is not what belongs there."""
+    rest = statement.rest[at:].strip()
+    form = f"FN {number}: {' '.join(one for one, _pattern in parts)}"
+    word = re.match(r"[^\s]+", rest)
+    other = next((one for one, sign in _OPERATORS.items() if number in _OPERATORS and re.match(sign, rest)), None)
+    if other is not None and number in (1, 2, 3, 4) and name == _OPERATORS[number].strip("\\"):
+        sign = re.match(_OPERATORS[other], rest)[0]  # type: ignore[index]
+        right = _OPERATORS[number].strip("\\").split("|")[0]
+        choices = (Remedy(f"write {right}", right, misspelt=sign, is_choice=True),)
+        text = f"{sign} belongs to FN {other}; write {right}, or FN {other}: in place of FN {number}:"
+        return statement.error("VP001", text, at, choices)
+    part_names = {"": "the end of the line", "value": "a value", "label": "a number, or a name in quotes"}
+    wanted_part = part_names.get(name, name)
+    edits: tuple[Remedy, ...] = ()
+    if word is not None and name == "label" and not word[0].strip('"').isdecimal():
+        right = '"{}"'.format(word[0].strip('"'))
+        edits = (Remedy(f"write {right}", right, misspelt=word[0]),)
+    elif word is not None and name.isalpha() and name.isupper() and word[0] != "=":
+        edits = write_meant(word[0], [name]) or _write_near(word[0], name)
+    elif word is not None and name == "=" and word[0][0] in "-+":
+        edits = (Remedy("write =", "=", misspelt=word[0][0]),)
+    elif word is not None and name == "=":
+        edits = (Remedy("write =", f"= {word[0]}", misspelt=word[0]),)
+    shown_text = f"found {word[0][:15]}" if word is not None else "the line ends"
+    return statement.error("VP001", f"expected {wanted_part}, {shown_text}; write {form}", at, edits)
+
+
+def _write_near(word: str, name: str) -> tuple[Remedy, ...]:
+    """The edit of a word of few letters in place of which only one can stand."""
+    is_near = word.isalpha() and len(word) > 1 and (set(word) <= set(name) or word[:2] == name[:2])
+    return (Remedy(f"write {name}", name, misspelt=word),) if is_near else ()
 
 
 def _jump(number: int, statement: Statement, at: int, parameters: QParameters) -> str | None:
@@ -282,17 +342,14 @@ def _jump(number: int, statement: Statement, at: int, parameters: QParameters) -
             if parameters.is_defined(name) == (wanted_state == "DEFINED")
             else None
         )
-    match = _JUMP.match(rest)
-    if match is None or match.group(2) != _RELATIONS[number]:
-        raise ProgramError("VP001", f"FN {number}: expected IF value {_RELATIONS[number]} value GOTO LBL label")
-    first, relation, second, quoted_name, digits, text = match.groups()
-    values = []
-    for group, value in ((1, first), (3, second)):
-        with statement.place_errors(at + match.start(group)):
-            values.append(read_value(value, parameters))
+    relation = _RELATIONS[number]
+    parts = [("IF", "IF"), ("value", VALUE), (relation, relation), ("value", VALUE), ("GOTO", "GOTO"), ("LBL", "LBL")]
+    found, values = _match_parts(number, statement, at, [*parts, ("label", _ANY_LABEL)], parameters)
+    label = found[-2]
     if not holds(relation, *values):
         return None
-    return label_of(quoted_name, digits, text, parameters)
+    quoted_name = label.strip('"') if label.startswith('"') else None
+    return label_of(quoted_name, label, label if label.startswith("QS") else None, parameters)
 
 
 def label_of(quoted_name: str | None, digits: str | None, text: str | None, parameters: QParameters) -> str:

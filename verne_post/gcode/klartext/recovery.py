@@ -82,6 +82,8 @@ class KlartextRecovery:
                 to.q.control_values.setdefault(120 + number, to.state.position[3 + number])
         elif keyword in ("Q", "QL", "QR", "FN") and not statement.further_lines and (name := find_set_name(statement)):
             to.q.refuse(name)
+        elif keyword in ("CALL LBL", "LBL", "FN"):
+            to.q.is_jump_refused = True
         elif keyword == "CYCL DEF" or (keyword == "Q" and statement.further_lines):
             to.patterns.cycle_unread = True
         elif keyword == "TOOL DEF":

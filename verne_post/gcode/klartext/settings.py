@@ -18,6 +18,7 @@ from verne_post.gcode.klartext.vocabulary import Q
 from verne_post.gcode.machining.machining import check_dwell
 from verne_post.gcode.program_error import At, ProgramError
 from verne_post.model.control_keys import HeidenhainKeys, read_keys
+from verne_post.model.findings import Remedy
 from verne_post.model.moves import PathControl, PathMode
 from verne_post.model.part_setup import ADDITIONAL_SYSTEMS
 
@@ -44,6 +45,10 @@ _COORDINATE: Final = re.compile(rf"[ \t]*(I?)([XYZABCUVW])[ \t]*({VALUE})(?=[ \t
 _ROTATION: Final = re.compile(rf"[ \t]*(I?)ROT[ \t]*({VALUE})[ \t]*$")
 _SCALE: Final = re.compile(rf"[ \t]*SCL[ \t]*({VALUE})[ \t]*$")
 _LAST_NAMED_SYSTEM: Final = 9
+#: A letter and a signed number, in line 0 of a cycle.
+_WORD_OF_VALUES: Final = re.compile(
+    r"(?<![\w.-])(?:I?[XYZABCUVW]|ROT|SCL|ANGLE)[ \t]*[-+][ \t]*(?:\d|Q[LR]?\d)[\d.,]*(?!\w)"
+)
 #: A row of the datum table, in cycle 7 and after TRANS.
 _ROW: Final = re.compile(rf"[ \t]*(?:#|TABLINE)[ \t]*({VALUE})[ \t]*")
 _TABLE: Final = re.compile(r"[ \t]*\"([^\"]+)\"[ \t]*")
@@ -59,6 +64,18 @@ _MAPS: Final[Mapping[Kind, tuple[str, str]]] = {
     "rotation": ("rotation", "TRANS ROTATION RESET"),
     "scale": ("scaling", "TRANS SCALE RESET"),
 }
+
+
+def _refuse_value(statement: Statement, name: str, what: str, right: str) -> ProgramError:
+    """The error of a line of a cycle that has not the one word that belongs there."""
+    word = re.search(rf"(?<=[ \t])(?!I?{name}[ \t]+\S)(?!\d+\.\d+)[^ \t]+", statement.rest)
+    at = None if word is None else word.start()
+    edits = tuple[Remedy, ...]()
+    if word is not None and (letters := re.match("[A-Z]+", word[0])) and letters[0] != name:
+        edits = (Remedy(f"write {name}", name, misspelt=letters[0]),) if set(letters[0]) <= set(name) else ()
+    return statement.error("VP001", f"expected {name} and {what}; write {right}", at, edits)
+
+
 _Handler = Callable[["KlartextSettings", Statement, Head], None]
 
 
@@ -104,6 +121,12 @@ class KlartextSettings:
         self.open_cycle = head.number
         if not head.part and head.number in _NEEDS_VALUES:
             self.lone_head = statement.line, head.number
+        if not head.part and head.number in _NEEDS_VALUES and (word := _WORD_OF_VALUES.search(head.rest)):
+            text = (
+                f"{word[0]}: CYCL DEF {head.number}.0 has the name of the cycle alone; values stand in {head.number}.1"
+            )
+            self.lone_head = None
+            raise statement.error("VP006", text, head.at + word.start())
         if head.part or head.number == 247:  # line 0 only names the cycle
             handler(self, statement, head)
         elif head.number in (8, 19, 32):  # what follows replaces it; without more it ends
@@ -260,7 +283,7 @@ class KlartextSettings:
         """``ROT+30``: about Z of the input system."""
         match = _ROTATION.match(text)
         if match is None:
-            raise statement.error("VP001", "expected ROT and an angle in degrees")
+            raise _refuse_value(statement, "ROT", "an angle in degrees", "ROT+30")
         angle = read_value(match.group(2), self.q)
         if match.group(1):
             if self._is_outside("rotation"):
@@ -273,7 +296,7 @@ class KlartextSettings:
         """``SCL0.5``: all three axes."""
         match = _SCALE.match(text)
         if match is None:
-            raise statement.error("VP001", "expected SCL and a factor")
+            raise _refuse_value(statement, "SCL", "a factor", "SCL 0.95")
         factor = read_value(match.group(1), self.q)
         if not 1e-6 <= factor <= 99.999999:
             raise statement.error("VP007", f"SCL{factor:g}: a factor lies between 0.000001 and 99.999999")

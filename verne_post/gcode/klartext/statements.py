@@ -11,6 +11,7 @@ import numpy as np
 from msgspec import Struct
 
 from verne_post.base.numbers import is_count
+from verne_post.base.suggestions import find_meant
 from verne_post.gcode.klartext.vocabulary import REFUSED_STATEMENTS, STATEMENTS
 from verne_post.gcode.mistyped import explain_unknown
 from verne_post.gcode.plain import PlainLines
@@ -44,6 +45,11 @@ _CYCLE_PARAMETER: Final = re.compile(r"[ \t]*Q\d+[ \t]*=")
 _PARAMETER: Final = re.compile(r"[ \t]Q\d+[ \t]*=")
 _CYCLE: Final = re.compile(r"[ \t]*+\d*+[ \t]*+CYCL[ \t]+DEF[ \t]*\d[\dO]{2}", re.IGNORECASE)
 _EQUALS: Final = re.compile(r"[ \t]*(?!Q)([A-Z]+)[ \t]*=[ \t]*([-+]?\d+(?:[.,]\d*)?)(?!\w)")
+#: A text of several words, none of which is a coordinate.
+_TEXT_OF_REMARK: Final = re.compile(r"(?!.*[ \t]I?[XYZABCUVWF][-+]?\d).*[ \t]\S")
+_THREE_WORDS: Final = re.compile(r"(\S+)(?:[ \t]+(\S+))?(?:[ \t]+(\S+))?")
+#: Statements of one word that another one follows.
+_FIRST_WORDS: Final = ("PLANE", "FUNCTION", "TRANS", "APPR", "DEP")
 #: Statements that change the corner at the end of the move before them.
 _CORNER: Final = re.compile(rb"[ \t]*+/?[ \t]*+\d*+[ \t]*+/?[ \t]*+(?:RND|CHF)(?![A-Z])", re.IGNORECASE)
 _IGNORED_LINE: Final = re.compile(rb"[ \t\r]*+\d*+[ \t]*+(?:;[^\n]*|\*[ \t]*-?[^\n]*)?")
@@ -338,6 +344,11 @@ def read_statement(parts: list[str], line: int) -> Statement:
             raise ProgramError("VP001", what, begin + 1, edits=(edit,))
         if joined_label := _JOINED_LABEL.match(text, begin):
             raise _refuse_joined(joined_label.group(), begin + 1, line)
+        if number[2] and (digits := re.match(r"\d+(?=[ \t])", text[begin:])) is not None:
+            right = f"{number[2]}{digits[0]}"
+            edit = Remedy(f"write {right}", right, misspelt=text[number.start(2) : begin + digits.end()])
+            what = f"{number[2]} {digits[0]}: a blank is in the number of the block; write {right}"
+            raise ProgramError("VP001", what, number.start(2) + 1, edits=(edit,))
         why = "not a statement that is executed here; docs/heidenhain.md lists them"
         raise _refuse_unknown_statement(f"{shown_word[:20]} is {why}", shown_word, text, begin)
     name = " ".join(keyword.group().split())
@@ -359,11 +370,47 @@ def _refuse_joined(text: str, column: int, line: int) -> ProgramError:
 def _refuse_unknown_statement(message: str, first: str, text: str, begin: int) -> ProgramError:
     """The error of a statement whose first word, or the word after a right one, is in no statement."""
     phrases = [name.split() for name in STATEMENTS]
+    words = _THREE_WORDS.match(text, begin)
+    given_words = [] if words is None else [one for one in words.groups() if one]
+    for known_words, phrase in zip(STATEMENTS, phrases, strict=True):
+        for count in range(1, len(given_words) + 1):
+            if (
+                len(known_words) > 2
+                and "".join(given_words[:count]) == known_words.replace(" ", "")
+                and words is not None
+            ):
+                written_text, what = text[begin : words.end(count)], "missing" if count == 1 else "in the word"
+                return ProgramError(
+                    "VP001", f"{written_text}: a blank is {what}; did you mean {known_words}?", begin + 1
+                )
+        if len(phrase) > 1 and phrase[1:] == given_words[1:2] and all(first != one[0] for one in phrases):
+            is_near = len(first) == len(phrase[0]) and first[1:] == phrase[0][1:]
+            if is_near or first == phrase[0][1:]:
+                text = f"{first}: no meaning in this language; did you mean {phrase[0]}?"
+                return ProgramError("VP002", text, begin + 1)
     seconds = [phrase[1] for phrase in phrases if phrase[0] == first and len(phrase) > 1]
     after = re.match(r"[ \t]+([A-Z]+)", text[begin + len(first) :])
     if seconds and after is not None:
         column = begin + len(first) + after.start(1) + 1
-        return ProgramError("VP002", explain_unknown(message, after[1], seconds), column)
+        fit = [one for one in dict.fromkeys(seconds) if find_meant(after[1], [one], least=3) or one[1:] == after[1]]
+        if len(fit) == 1:
+            message = f"{after[1]}: no meaning in this language; did you mean {fit[0]}?"
+        else:
+            message = f"{after[1]}: no word that follows {first}; write {' or '.join(dict.fromkeys(seconds))}"
+        return ProgramError("VP002", message, column)
+    if re.match(r"\d+[ \t]*$", text[begin:]):
+        return ProgramError("VP001", f"{first}: the letter before this number is missing, as in M{first}", begin + 1)
+    if parameter := re.fullmatch(r"(Q[LRS]?)([LO\d]*[LO][LO\d]*)", first):
+        right = parameter[1] + parameter[2].translate(str.maketrans("LO", "10"))
+        return ProgramError("VP001", f"{first}: a letter in the number; did you mean {right}?", begin + 1)
+    if first_word := next((one for one in _FIRST_WORDS if first.startswith(one)), ""):
+        right = f"{first_word} {first[len(first_word) :]}"
+        return ProgramError("VP001", f"{first}: a blank is missing; did you mean {right}?", begin + 1)
+    near = find_meant(first, (phrase[0] for phrase in phrases), slip_alone=True)
+    if not near and "=" not in first and _TEXT_OF_REMARK.match(text, begin):
+        edits = (Remedy(f"write ; {first}", f"; {first}", misspelt=text[begin : begin + len(first)], is_choice=True),)
+        message = f"{first[:20]} begins no statement that is executed here; write ; before it if it is a remark"
+        return ProgramError("VP002", message, begin + 1, edits=edits)
     return ProgramError("VP002", explain_unknown(message, first, (phrase[0] for phrase in phrases)), begin + 1)
 
 

@@ -37,6 +37,7 @@ TOOL_WORDS: Final = _build_pattern("RL|RR", f"{_NAMES}|L")
 
 #: Characters of a word in which a letter that is typed twice is looked for.
 _LONGEST: Final = 20
+_WHOLE_WORD: Final = re.compile(r"(?!R)[A-Z]+[-+]?[1-9]\d*[.,]?\d*|[A-Z]+[-+]?\d+[.,]\d*")
 #: Up to the next blank.
 _UNREAD: Final = re.compile(r"[ \t]+|[^ \t]+")
 
@@ -133,6 +134,9 @@ def _explain_unread(pattern: re.Pattern[str], statement: Statement, text: str, b
     if pattern.fullmatch(f"{word}1"):
         text = f"{word} without a number; write {word} and its value{', or MB MAX' if word == 'MB' else ''}"
         return statement.error("VP001", text, begin)
+    if joined_word := _join_word(pattern, text, begin, word):
+        message, back = joined_word
+        return statement.error("VP001", message, begin - back)
     meant_word = next((once for once in _drop_doubles(word) if pattern.fullmatch(once)), None)
     if meant_word is not None:
         return statement.error("VP001", f"{word}: no meaning in this language; did you mean {meant_word}?", begin)
@@ -141,10 +145,29 @@ def _explain_unread(pattern: re.Pattern[str], statement: Statement, text: str, b
         right = f"{word[:at]} {word[at:]}"
         edits = (Remedy(f"write {right}", right, misspelt=word),)
         return statement.error("VP001", f"{word}: a blank is missing; write {right}", begin, edits)
-    message = f"{text[begin:][:15]!r} is not a word of {statement.keyword or 'a block'}"
+    message = f"{word[:15]!r} is not a word of {statement.keyword or 'a block'}"
+    if word[0].isdigit():
+        message = f"{word[:15]}: the letter before this number is missing"
     known_words = (name for phrase in WORDS for name in phrase.split())
     message = find_equals(text, begin) or explain_unknown(message, word, known_words, ("FAUTO",))
     return statement.error("VP001", message, begin)
+
+
+def _join_word(pattern: re.Pattern[str], text: str, begin: int, word: str) -> tuple[str, int] | None:
+    """The message about a word with a blank in it, or with its sign or digit before its letter, and how far back it is.
+
+    A zero behind a whole word is none of its digits: R0 may have lost its letter.
+    """
+    earlier_words, following = text[:begin].split(), text[begin + len(word) :].split()
+    if word.isdigit() and earlier_words and _WHOLE_WORD.fullmatch(earlier_words[-1]):
+        message = f"{earlier_words[-1]} {word}: a blank is in the number; did you mean {earlier_words[-1]}{word}?"
+        return message, begin - text.rindex(earlier_words[-1], 0, begin)
+    if following and word.isalpha() and word + following[0] in ("FMAX", "FAUTO", *WORDS):
+        return f"{word} {following[0]}: a blank is in the word; did you mean {word}{following[0]}?", 0
+    swapped_word = re.fullmatch(r"([-+]|\d)([A-Z])(\d[\d.,]*)", word)
+    if swapped_word is not None and pattern.fullmatch(right := f"{swapped_word[2]}{swapped_word[1]}{swapped_word[3]}"):
+        return f"{word}: the letter stands before its number; did you mean {right}?", 0
+    return None
 
 
 def _drop_doubles(word: str) -> Iterator[str]:
@@ -199,7 +222,9 @@ def _add(statement: Statement, words: Words, match: re.Match[str], begin: int, n
         words.functions[-1] = MWord(140, last.column, last.words, last.axes, to_limit=True)
     elif found["axis"]:
         if last is None or last.number not in (94, 138):
-            raise statement.error("VP001", f"{found['axis']} without a value", begin)
+            raise statement.error(
+                "VP001", f"{found['axis']} without a number; write {found['axis']} and its value", begin
+            )
         if found["axis"] in last.axes:
             raise statement.error("VP004", f"{found['axis']} appears twice in the block", begin)
         words.functions[-1] = MWord(last.number, last.column, last.words, last.axes + found["axis"])

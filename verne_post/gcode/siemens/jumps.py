@@ -181,6 +181,11 @@ def _execute_for(flow: Running, cursor: Cursor, line: int) -> None:
     at, name = cursor.at, cursor.name()
     if name is None:
         raise cursor.error("VP001", "expected a variable after FOR", at)
+    known_name = name.rstrip("0123456789")
+    if cursor.skip() not in ("=", "[") and known_name != name and variables.is_known(known_name):
+        right = f"{known_name}={name[len(known_name) :]}"
+        edits = (Remedy(f"write {right}", right, misspelt=name),)
+        raise cursor.error("VP001", f"{name}: an = is missing; write {right}", at, edits)
     variables.assign(name, cursor, at)
     cursor.skip()
     at, word = cursor.at, cursor.name()

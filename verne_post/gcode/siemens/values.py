@@ -9,6 +9,7 @@ from verne_post.base.suggestions import LETTERS_OF_FUNCTIONS, find_meant
 from verne_post.gcode.expressions import MAX_NESTING
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.siemens.cursor import Cursor
+from verne_post.model.findings import Remedy
 
 #: What an expression has: a number (BOOL: 0 and 1), or a text.
 Value = float | str
@@ -37,6 +38,8 @@ _RANKS: Final = {
 _OPERATOR: Final = re.compile(
     r"(==|<>|>=|<=|<<|[<>]|(?:DIV|MOD|AND|OR|XOR|B_AND|B_OR|B_XOR)(?![A-Z0-9_]))", re.IGNORECASE
 )
+#: A text in the quotes of other languages; 'HFF' is a number.
+_SINGLE_QUOTED: Final = re.compile(r"'+((?!H[^'_]{0,2}'|B[01]*')[^'\"]*)['\"]+", re.IGNORECASE)
 #: Operators of one character, and the end of the line.
 _ARITHMETIC: Final = frozenset(("+", "-", "*", "/", ""))
 
@@ -175,6 +178,11 @@ class _Reader:
             return number
         name = cursor.name()
         if name is None:
+            if (quoted_text := _SINGLE_QUOTED.match(cursor.text, at)) is not None:
+                right = f'"{quoted_text[1]}"'
+                edits = (Remedy(f"write {right}", right, misspelt=quoted_text[0]),)
+                text = f"{quoted_text[0]}: a text stands in double quotes; write {right}"
+                raise cursor.error("VP001", text, at, edits)
             shown_text = repr(symbol) if symbol else "the end of the line"
             raise cursor.error("VP001", f"expected a value, found {shown_text}", at)
         if name in ("TRUE", "FALSE"):

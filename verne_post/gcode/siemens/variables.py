@@ -5,10 +5,11 @@ from typing import Final, Protocol
 from msgspec import Struct, field
 
 from verne_post.base.suggestions import LETTERS_OF_FUNCTIONS, find_meant, name_near_numbers, suggest
-from verne_post.gcode.program_error import DOUBLE_EQUALS, ProgramError
-from verne_post.gcode.siemens.cursor import Cursor
-from verne_post.gcode.siemens.values import Index, Names, Value, read_indices, read_value, round_half_away
-from verne_post.gcode.siemens.vocabulary import CONSTANTS, GROUP_OF, STATEMENTS
+from verne_post.gcode.mistyped import MEANT_CHARACTERS
+from verne_post.gcode.program_error import DOUBLE_EQUALS, ProgramError, write_meant
+from verne_post.gcode.siemens.cursor import NAME, Cursor
+from verne_post.gcode.siemens.values import FUNCTIONS, Index, Names, Value, read_indices, read_value, round_half_away
+from verne_post.gcode.siemens.vocabulary import CONSTANTS, GROUP_OF, STATEMENTS, VALUE_MODES
 
 #: Types of DEF and PROC. AXIS, FRAME are refused.
 TYPES: Final = ("REAL", "INT", "BOOL", "CHAR", "STRING")
@@ -91,12 +92,27 @@ class Variables(Struct):
         variable = self.find(name)
         if variable is None and name in CONSTANTS and not index:
             return CONSTANTS[name]
+        if variable is None and (joined_name := self._join_name(name, cursor, at)):
+            raise cursor.error("VP025", joined_name, at)
         if variable is None:
             near = suggest(name, *({*scope} for scope in reversed(self.scopes)))
             define = f"; if it is one of the machine's builder, write its value on top: DEF REAL {name}=0"
             text = f"{name} is neither defined (DEF) nor a function or variable that is known here{near or define}"
             raise cursor.error("VP025", text, at)
         return variable.values.get(self._check_index(variable, name, index, cursor, at), variable.find_default())
+
+    def _join_name(self, name: str, cursor: Cursor, at: int) -> str:
+        """What is meant by a name in which a blank is too many, and by Rl0: the message; empty for others."""
+        written_name = cursor.text[at : at + len(name)]
+        digits = written_name[1:].translate(MEANT_CHARACTERS)
+        if name[0] == "R" and digits.isdecimal():  # digits alone are an R parameter
+            return f"{written_name}: a letter in the number; did you mean {written_name[0]}{digits}?"
+        following = NAME.match(cursor.text, cursor.at)
+        whole = "" if following is None else name + following[0].upper()
+        if following is None or not (self.find(whole) or whole in VALUE_MODES or whole in FUNCTIONS):
+            return ""
+        both = cursor.text[at : following.end()]
+        return f"{both}: a blank is in the name; did you mean {written_name}{following[0]}?"
 
     def _read_r(self, number: int) -> float:
         if number not in self.r:
@@ -122,6 +138,8 @@ class Variables(Struct):
         """Assign a value."""
         number = read_r_number(name) if not index else index[0] if name == "R" and len(index) == 1 else None
         if number is not None or name == "R":
+            if number is None and not index:
+                raise cursor.error("VP025", "R without a number; write R and the number of the parameter", at)
             number = self._check_r(-1 if number is None else number, cursor, at)
             if isinstance(value, str):
                 raise cursor.error("VP007", f"R{number} is a number; a text cannot be assigned to it", at)
@@ -131,7 +149,9 @@ class Variables(Struct):
         else:
             variable = self.find(name)
             if variable is None:
-                raise cursor.error("VP025", f"{name} is not defined; write DEF REAL {name} at the beginning", at)
+                edits = write_meant(name, *({*scope} for scope in reversed(self.scopes)))
+                right = edits[0].value if edits else f"DEF REAL {name} at the beginning"
+                raise cursor.error("VP025", f"{name} is not defined; write {right}", at, edits)
             variable.values[self._check_index(variable, name, index, cursor, at)] = variable.convert(
                 value, name, cursor, at
             )

@@ -12,8 +12,9 @@ from verne_post.gcode.codes import REMAP_GIVES
 from verne_post.gcode.mistyped import explain_unknown
 from verne_post.gcode.program_error import DOUBLE_EQUALS, GIVE_FILE, ProgramError
 from verne_post.gcode.siemens.cursor import Cursor
+from verne_post.gcode.siemens.slips import explain_blanks, explain_function, find_lost_bracket, refuse_no_word
 from verne_post.gcode.siemens.values import Value, read_indices, read_number, read_value
-from verne_post.gcode.siemens.variables import Variables, refuse_leftover
+from verne_post.gcode.siemens.variables import Variables, read_r_number, refuse_leftover
 from verne_post.gcode.siemens.vocabulary import (
     ADDRESSES,
     CYCLES,
@@ -50,6 +51,11 @@ MODAL_ADDRESSES: Final = (
     "SPOS",
 )
 _LETTER_NUMBER: Final = re.compile(r"[A-Za-z][ \t]*[+-]?[ \t]*(?:[0-9]|\.[0-9])")
+#: AC and its value without parentheses.
+_MODE_AND_NUMBER: Final = re.compile(
+    r"(ACP|ACN|AC|IC|DC)(?![A-Z_])[ \t]*([-+]?(?:\d+\.?\d*|\.\d+)(?![\w.]))?", re.IGNORECASE
+)
+_SIGNED_NUMBER: Final = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?![\w.])")
 #: A letter and a number that make one name: a G function of a group, or a subprogram.
 _CODE: Final = re.compile(r"([GML])[ \t]*([0-9]+)(?![0-9.])", re.IGNORECASE)
 #: Names of subprograms that may stand alone: a letter and a number are a word.
@@ -162,9 +168,7 @@ class WordReader:
         at = cursor.at
         name = cursor.name()
         if name is None:
-            raise cursor.error(
-                "VP001", f"{cursor.text[at]!r} does not begin a word; expected a name or a letter and a number", at
-            )
+            raise refuse_no_word(cursor, at)
         following = cursor.skip()
         if cursor.text.startswith("==", cursor.at):
             raise cursor.error("VP001", DOUBLE_EQUALS)
@@ -174,6 +178,8 @@ class WordReader:
             self._read_indexed(name, cursor, words, at)
         elif following == "(":
             self._read_call(name, cursor, words, at)
+        elif following and (lost_bracket := find_lost_bracket(cursor, at, self.is_subprogram)) is not None:
+            raise lost_bracket
         else:
             self._read_bare(name, cursor, words, at)
 
@@ -209,18 +215,14 @@ class WordReader:
                 value = read_number(cursor, self.variables)
                 cursor.expect(")", f"after the value of {mode}")
                 return Word(name, value, at + 1, mode)
-            if self.variables.find(mode) is None:
-                number = cursor.number() if cursor.skip() else None
-                digits = "..." if number is None else f"{number:g}"
-                right = f"{mode}({digits})"
-                edits = (
-                    ()
-                    if number is None
-                    else (Remedy(f"write {right}", right, misspelt=cursor.text[begin : cursor.at]),)
-                )
-                text = f"{mode}: its value stands in parentheses; write {name}={right}"
-                raise cursor.error("VP001", text, begin, edits)
             cursor.at = begin
+        mode_and_number = _MODE_AND_NUMBER.match(cursor.text, cursor.at) if name in MODAL_ADDRESSES else None
+        if mode_and_number is not None and self.variables.find(mode or "") is None:
+            written_word, mode, number = mode_and_number.group(0, 1, 2)
+            right = f"{mode}({number or '...'})"
+            edits = (Remedy(f"write {right}", right, misspelt=written_word),) if number else ()
+            text = f"{mode}: its value stands in parentheses; write {name}={right}"
+            raise cursor.error("VP001", text, cursor.at, edits)
         tool = cursor.peek_name() if name in _TEXTS else None
         begin = cursor.at
         try:
@@ -351,6 +353,9 @@ class WordReader:
             words.user_names.append(name)
         elif _SUBPROGRAM.match(name) and self.is_subprogram(name):
             words.calls.append(Call(name, None, at + 1))
+        elif (number := read_r_number(name)) is not None:
+            self.variables.r.setdefault(number, 0.0)  # nothing more of it
+            raise _refuse_missing_equals(name, cursor, at)
         elif _LETTER_NUMBER.match(cursor.text, at) and (len(name) == 1 or name[1].isdigit()):
             cursor.at = at
             self._read_letter(cursor, words)
@@ -391,6 +396,10 @@ class WordReader:
 
     def _make_unknown_error(self, name: str, cursor: Cursor, at: int, calls: Words | None = None) -> ProgramError:
         """Why a name is not executed; ``calls``: the words before it, of a name that would be a subprogram."""
+        if message := explain_blanks(name, cursor.text, at, self.is_subprogram) or explain_function(name):
+            return cursor.error("VP001", message, at)
+        if name == "R":
+            return cursor.error("VP001", "R without a number; write R and the number of the parameter", at)
         if name in FRAME_FUNCTIONS:
             return cursor.error("VP001", f"{name}() is the value of a frame; write $P_PFRAME={name}(...)", at)
         why = explain_refusal(name)
@@ -403,8 +412,12 @@ class WordReader:
             written_words = cursor.text[at : cursor.at + len(following)]
             right_word = f"{name}={cursor.text[cursor.at : cursor.at + len(following)]}"
             return cursor.error("VP001", f"{written_words}: an = is missing; did you mean {right_word}?", at)
+        if len(name) > 1 and name in ADDRESSES and (number := _SIGNED_NUMBER.match(cursor.text, cursor.at)) is not None:
+            written_word = cursor.text[at : number.end()]
+            return cursor.error("VP001", f"{written_word}: an = is missing; did you mean {name}={number[0]}?", at)
         if name in (*ADDRESSES, *GROUP_OF, *CYCLES):
-            return cursor.error("VP001", f"{name}: expected '=' or a number after it", at)
+            wanted_text = "'=' and a value" if len(name) > 1 and name in ADDRESSES else "'=' or a number"
+            return cursor.error("VP001", f"{name}: expected {wanted_text} after it", at)
         if self.variables.find(name) is not None:
             return _refuse_missing_equals(name, cursor, at)
         if calls is None or CODE.fullmatch(name) is None:
@@ -417,14 +430,15 @@ _NUMBER_ALONE: Final = re.compile(r"[ \t]*(?:N\d+[ \t]*)?", re.IGNORECASE)
 
 def _refuse_missing_equals(name: str, cursor: Cursor, at: int) -> ProgramError:
     """The error of a variable that no = follows."""
+    kind = "an R parameter" if read_r_number(name) is not None else "a variable (DEF)"
     text_from, value = cursor.text[at:].rstrip(), re.sub(r"(?<=^[-+*/])\s+", "", cursor.text[cursor.at :].strip())
     if not value or not _NUMBER_ALONE.fullmatch(cursor.text[:at]):
-        return cursor.error("VP001", f"{name} is a variable (DEF); an = and its new value are missing", at)
+        return cursor.error("VP001", f"{name} is {kind}; an = and its new value are missing", at)
     readings = [f"{name}={name}{value}", f"{name}={value}"] if value[0] in "+-" else [f"{name}={value}"]
     if value[0] in "*/":
         readings = [f"{name}={name}{value}"]
     edits = tuple(Remedy(f"write {one}", one, misspelt=text_from, is_choice=len(readings) > 1) for one in readings)
-    text = f"{name} is a variable (DEF); an = is missing: write {' or '.join(readings)}"
+    text = f"{name} is {kind}; an = is missing: write {' or '.join(readings)}"
     return cursor.error("VP001", text, at, edits)
 
 
@@ -485,8 +499,14 @@ def read_arguments(cursor: Cursor) -> tuple[Argument, ...]:
             if character == ")":
                 cursor.at = at + 1
                 return tuple(found)
+    if in_quotes and (many := text.find('"""', begin)) >= 0:
+        edits = (Remedy('write ""', '""', misspelt='"""'),)
+        raise cursor.error("VP001", 'a quote too many; write ""', many, edits)
     if in_quotes:
         raise cursor.error("VP001", "the quote is not closed on its line; expected '\"'", quote)
+    if text.startswith("((", begin) and depth == 1 - text.startswith("(()", begin):
+        edits = (Remedy("write (", "(", misspelt="(("),)
+        raise cursor.error("VP001", "((: a bracket too many; write (", begin, edits)
     open_text = text[begin:].rstrip()
     edits = (Remedy("write )", f"{open_text})", misspelt=open_text, is_choice=True),)
     raise cursor.error("VP001", "the bracket is not closed on its line; expected ')'", begin, edits)
