@@ -233,7 +233,7 @@ def _read_words(text: str, line: int, values: Values | None) -> Block:
                 error = refuse_zero(match[1])
                 error.column = reader.find_column(at)
                 raise error
-            text = _describe_strange(character, reader, at, first=first, numbered=has_number)
+            text = _describe_strange(character, reader, at, first=first, has_number=has_number)
             raise reader.error("VP001", text, at)
         first = has_number = False
     return block
@@ -341,7 +341,7 @@ def _find_missing_brackets(text: str, error: ProgramError) -> ProgramError | Non
     return ProgramError("VP001", message, found.start() + 1, edits=edits)
 
 
-def _describe_strange(character: str, reader: ValueReader, at: int, *, first: bool, numbered: bool) -> str:
+def _describe_strange(character: str, reader: ValueReader, at: int, *, first: bool, has_number: bool) -> str:
     if character == "N":
         return "N must be the first word of a block"
     if character == "O":
@@ -353,7 +353,7 @@ def _describe_strange(character: str, reader: ValueReader, at: int, *, first: bo
     if character in "0123456789+-.":
         number = _BARE_NUMBER.match(reader.characters, at)[0]  # type: ignore[index]
         code = "G" if len(number) <= len("99") else "S"
-        letters = (f"N{code}" if first else code) if number.isdigit() and (first or numbered) else "XYZ"
+        letters = (f"N{code}" if first else code) if number.isdigit() and (first or has_number) else "XYZ"
         *some, last = [f"{letter}{number}" for letter in letters]
         such = f"{', '.join(some)} or {last}" if some else last
         return f"{number}: a number without a letter before it; write its letter, such as {such}"

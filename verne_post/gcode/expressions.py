@@ -165,11 +165,11 @@ class ValueReader:
         if self.characters[begin : begin + 1] != "[":
             text, edits = "expected '['", tuple[Remedy, ...]()
             if self.characters[begin : begin + 1] == "]":
-                text, edits = UNOPENED, TAKE_BRACKET
+                text, edits = NO_OPENING_BRACKET, TAKE_BRACKET
             elif owner and (match := _OPERAND.match(self.characters, begin)) is not None:
-                shown = self.characters[begin : self.find_number_behind_blank(begin) or match.end()]
-                right = f"[{shown}]"
-                text = f"{shown}: values of {owner} are written in brackets; did you mean {right}?"
+                operand = self.characters[begin : self.find_number_behind_blank(begin) or match.end()]
+                right = f"[{operand}]"
+                text = f"{operand}: values of {owner} are written in brackets; did you mean {right}?"
             elif owner:
                 text = f"{owner} needs its value, in brackets: {owner} [...]"
             raise self.error("VP001", text, begin, edits)
@@ -190,8 +190,8 @@ class ValueReader:
                 text = f"{sign[0]}: no operator here; did you mean {_COMPARISONS[sign[0]]}?"
             if (word := _LETTERS.match(self.characters, self.at)) is not None:
                 near = find_operator(word[0])
-                meant = f"did you mean {near}?" if near else f"operators are {', '.join(_WORDS)} and + - * / **"
-                text = f"{word[0]}: no operator; {meant}" if len(word[0]) > 1 else text
+                advice = f"did you mean {near}?" if near else f"operators are {', '.join(_WORDS)} and + - * / **"
+                text = f"{word[0]}: no operator; {advice}" if len(word[0]) > 1 else text
             edits = close_here("]") if _IS_OVER.match(self.characters, self.at) else ()
             raise self.error("VP001", text, self.at, edits)
         self._depth -= 1
@@ -444,7 +444,7 @@ _COMPARISONS: Final = {
     "!=": "NE",
 }
 #: The error of a bracket too many, and its edit.
-UNOPENED: Final = "']' without the '[' that it would close"
+NO_OPENING_BRACKET: Final = "']' without the '[' that it would close"
 TAKE_BRACKET: Final = (Remedy("take ] out", "", misspelt="]"),)
 #: Operators that are words.
 _WORDS: Final = ("EQ", "NE", "GT", "GE", "LT", "LE", "AND", "OR", "XOR", "MOD")

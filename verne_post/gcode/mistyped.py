@@ -56,7 +56,7 @@ _BEHIND_M: Final = "the letter O after the M code"
 #: A letter twice before a number.
 _TWICE: Final = re.compile(r"(?<![A-Z\d_])([A-Z])\1([-+]?(?:\d+\.?\d*|\.\d+))(?![\w.])", re.IGNORECASE)
 #: In blocks of letters and numbers: the first digit before its letter, and a # before the letter.
-_CHANGED: Final = (
+_WRONG_ORDER: Final = (
     (
         re.compile(r"(?<![\w.\])])(\d)([A-Z])(\d*\.?\d*)(?![\w#\[])", re.IGNORECASE),
         "a digit before its letter",
@@ -305,10 +305,10 @@ def _find_number(line: str, column: int, dialect: str) -> tuple[str, int, str, s
         for match in pattern.finditer(line, max(at - _LONGEST, 0), at + _LONGEST):
             if match.start() <= at <= match.end():
                 return _report(match, what, "".join(match[1].split()) + match[2] + match[3])
-    for pattern, what, right in _CHANGED if dialect in _BLOCKS else ():
+    for pattern, what, right in _WRONG_ORDER if dialect in _BLOCKS else ():
         for match in pattern.finditer(line, max(at - _LONGEST, 0), at + _LONGEST):
             # in 1G1X5, without blanks, a letter may be lost
-            is_sure = what != _CHANGED[0][1] or " " in line.strip() or match[0] == line.strip()
+            is_sure = what != _WRONG_ORDER[0][1] or " " in line.strip() or match[0] == line.strip()
             if match.start() <= at <= match.end() and is_sure:
                 return _report(match, what, match.expand(right))
     for match in _TWICE.finditer(line, max(at - 1, 0), at + _LONGEST):

@@ -184,18 +184,22 @@ def _try_other_side(
 
     It must have none but the others of ``every`` then. The first ones are tried.
     """
-    known = {(item.line, item.code) for item in every}
-    tried = [item for item in errors if item.code == "VP026" and item.edits and item.edits[0].is_choice]
-    settled: dict[int, Finding] = {}
-    for item in tried[:_MOST_SIDES]:
-        changed = _write_edit(source, item.edits[0])
-        left = known if changed is None else {(one.line, one.code) for one in _list_errors(changed, setup, dialect)}
-        if left <= known - {(item.line, item.code)}:
+    errors_before = {(item.line, item.code) for item in every}
+    choices = [item for item in errors if item.code == "VP026" and item.edits and item.edits[0].is_choice]
+    by_finding: dict[int, Finding] = {}
+    for item in choices[:_MOST_SIDES]:
+        other_text = _write_edit(source, item.edits[0])
+        left = (
+            errors_before
+            if other_text is None
+            else {(one.line, one.code) for one in _list_errors(other_text, setup, dialect)}
+        )
+        if left <= errors_before - {(item.line, item.code)}:
             word = item.edits[0].text.removeprefix("write ")
             text = f"{item.message}: with {word} in line {item.edits[0].line} the tool fits: is the side right?"
-            settled[id(item)] = replace(item, message=text)
-    untold = {id(item) for item in tried}
-    return [settled.get(id(item), replace(item, edits=()) if id(item) in untold else item) for item in errors]
+            by_finding[id(item)] = replace(item, message=text)
+    untold = {id(item) for item in choices}
+    return [by_finding.get(id(item), replace(item, edits=()) if id(item) in untold else item) for item in errors]
 
 
 def _write_edit(source: Text, edit: Remedy) -> Text | None:

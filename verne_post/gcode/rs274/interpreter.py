@@ -567,8 +567,8 @@ class Rs274(Language):
                     else f"; {describe_remap(name)}"
                 )
             full_text = explain_unknown(text, name, map(spell_g_code, self.table.group_of_g))
-            if full_text == text and (meant := self._find_near_code(f"{number:g}")):
-                full_text = f"{name}: no meaning in this language; did you mean {meant}?"
+            if full_text == text and (right_code := self._find_near_code(f"{number:g}")):
+                full_text = f"{name}: no meaning in this language; did you mean {right_code}?"
             is_settled = is_code and not moves and full_text == text  # else another code is meant
             raise ProgramError("VP002", full_text, column, settled_by=("remap", name) if is_settled else ())
         return code
@@ -580,8 +580,8 @@ class Rs274(Language):
         if digits.isdigit() and len(digits) > _DIGITS_OF_CODES:
             near = {f"{digits[:-1]}.{digits[-1]}"}
             near |= {digits[:at] + digits[at + 1 :] for at in range(1, len(digits)) if digits[at] == digits[at - 1]}
-        known = {round(float(one) * 10) for one in near} & self.table.group_of_g.keys()
-        return spell_g_code(known.pop()) if len(known) == 1 else ""
+        codes_near = {round(float(one) * 10) for one in near} & self.table.group_of_g.keys()
+        return spell_g_code(codes_near.pop()) if len(codes_near) == 1 else ""
 
     def _has_user_code(self, block: Block, letters: str = "GM") -> bool:
         find_meaning = self.core.auxiliary.find_user_meaning

@@ -11,7 +11,7 @@ from msgspec import Struct
 from verne_post.base.long_text import Text, iterate_lines
 from verne_post.base.suggestions import find_meant
 from verne_post.gcode.block import read_setting, strip_comments
-from verne_post.gcode.expressions import TAKE_BRACKET, UNOPENED, Key, ValueReader, Values
+from verne_post.gcode.expressions import NO_OPENING_BRACKET, TAKE_BRACKET, Key, ValueReader, Values
 from verne_post.gcode.program_error import CLOSE_IN_ORDER, ProgramError
 from verne_post.gcode.text import decode_line
 from verne_post.model.findings import Remedy
@@ -101,7 +101,7 @@ class Statement(Struct, frozen=True):
         """Refuse (VP001) a word that is a slip of one of some words."""
         reader = self.reader
         if reader.characters[reader.at : reader.at + 1] == "]":
-            raise reader.error("VP001", UNOPENED, reader.at, TAKE_BRACKET)
+            raise reader.error("VP001", NO_OPENING_BRACKET, reader.at, TAKE_BRACKET)
         match = _LETTERS.match(reader.characters, reader.at)
         word = "" if match is None else match[0]
         if not word.startswith(words) and (near := find_meant(word, words, slip_alone=True)):

@@ -176,10 +176,12 @@ class _BlockRun:
             return
         raw_lines = (decode_line(text.read_line(line)) for line in range(begin, end + 1))
         lines = ["".join(remove_remarks(line).lower().split()) for line in raw_lines]
-        asked = list(dict.fromkeys(_VARIABLE.findall(lines[0] if "[" in lines[0] else lines[-1])))
-        unset = [one for one in asked if not any(re.search(rf"{re.escape(one)}=", one_line) for one_line in lines)]
+        names_in_test = list(dict.fromkeys(_VARIABLE.findall(lines[0] if "[" in lines[0] else lines[-1])))
+        unset = [
+            one for one in names_in_test if not any(re.search(rf"{re.escape(one)}=", one_line) for one_line in lines)
+        ]
         about = ""
-        if unset and unset == asked:
+        if unset and unset == names_in_test:
             about = f", and no line of it sets {' or '.join(unset)}, which its condition asks"
         error.message = error.message.replace(
             " blocks and moves", f" blocks and moves, the last in the loop of lines {begin} to {end}{about}"
