@@ -265,7 +265,7 @@ def test_ends_are_legal_and_the_middle_is_not(source: str, box: Box, body: str) 
         assert (not found) == clean
         if found:
             assert (found[0].code, found[0].line, found[0].severity) == ("VP215", 4, "error")
-            assert f"from {box.name}" in found[0].message
+            assert f"'{box.name}'" in found[0].message
             assert found[0].value == pytest.approx(distance, abs=1e-4)
 
 
@@ -576,7 +576,7 @@ def test_settings_and_command_line(program: Path, run: Callable[..., Any]) -> No
     answer = run(*place)
     assert answer.code == 1
     assert "VP215" in answer.err + answer.out
-    assert "is below 1.5 mm" in answer.err + answer.out
+    assert "it must stay 1.5 mm away" in answer.err + answer.out
     # the same name on the command line goes before the settings; another one comes besides
     assert run(*place, "--keep-out", "pin=-3,-2,0,3,2,20").code == 0
     assert run(*place, "--keep-out", "pin@G54=-3,-2,0,3,2,20", "--keep-out", "high=0,-1,0,1,1,50").code == 1
