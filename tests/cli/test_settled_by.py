@@ -41,7 +41,7 @@ def test_explain_has_the_finding_of_a_line_that_takes_too_long(
 ) -> None:
     write("f.mpf", EDGED.format(0.001).replace(" D2", ""), SETUP.format(10).replace("1 =", '"MILL" ='))
     shown = run("explain", "f.mpf:8").out
-    assert "VP035 error: the program takes more than" in shown
+    assert "VP035 error: at its feed rates the program takes" in shown
     assert "VP035, remedy: Correct F or the dwell." in shown
     assert "findings: none" in run("explain", "f.mpf:7").out  # not the longest line
 

@@ -141,8 +141,8 @@ def test_a_sign_of_siemens_that_is_missing_or_too_many(
             'LBL "ON"',
             "write FN 9: IF value EQU value GOTO LBL label",
         ),
-        ("FN 0 Q1 = 5", "FN 0", "FN 0:", "a colon is missing behind the number of FN; write FN 0:"),
-        ("Q1 5", "Q1", "Q1 =", "an = is missing behind the parameter"),
+        ("FN 0 Q1 = 5", "FN 0", "FN 0:", "a colon is missing after the number of FN; write FN 0:"),
+        ("Q1 5", "Q1", "Q1 =", "an = is missing after the parameter"),
         ('QSl = "A"', "QSl", "QS1", "did you mean QS1?"),
         ("CYCL EF 7.0 N\nCYCL DEF 7.1 X+5", "EF 7.0", "DEF 7.0", "did you mean DEF?"),
         ("VYCL DEF 7.0 N\nCYCL DEF 7.1 X+5", "VYCL", "CYCL", "did you mean CYCL?"),
@@ -184,7 +184,7 @@ def test_a_sign_of_klartext_that_is_missing_or_too_many(
         ("L A C R0", "A without a number; write A and its value"),
         ("L X+5 R0 0 M3", "0: the letter before this number is missing"),
         ("FN 3: Q1 = +2 *", "expected a value, the line ends; write FN 3: Q1 = value * value"),
-        ("LBL 3\nFN 9 IF +1 EQU +2 GOTO LBL 3\nL X+Q5", "a colon is missing behind the number of FN; write FN 9:"),
+        ("LBL 3\nFN 9 IF +1 EQU +2 GOTO LBL 3\nL X+Q5", "a colon is missing after the number of FN; write FN 9:"),
     ],
 )
 def test_what_is_missing_in_a_line_of_klartext(inspector: Inspector, tmp_path: Path, line: str, said: str) -> None:

@@ -435,7 +435,7 @@ def test_an_axis_that_the_machine_lacks_names_the_machine(
 
 
 def test_the_summary_begins_with_what_was_not_checked(files: dict[str, Path], run: Callable[..., Any]) -> None:
-    said = "contact with fixtures and stock: the set-up has no [keep_out.NAME] and no [stock]"
+    said = "contact with fixtures and stock: no [keep_out.NAME] and no [stock] given"
     assert run("check", files["good"], *ARGUMENTS).out.split("\n")[1] == f"  NOT CHECKED: {said}"
     assert re.fullmatch(rf"  NOT CHECKED +{re.escape(said)}", run(files["good"], *ARGUMENTS).err.split("\n")[1])
     box = ("--keep-out", "vise=200,200,0,220,220,20", "--stock", "G54=-50,-50,-90,50,50,-80")

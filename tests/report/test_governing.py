@@ -137,7 +137,7 @@ def test_bodies_are_those_of_the_machine(name: str, missing: str, tilts: bool) -
     seen = study(b"G21 G90\nG0 X-20 Y10 Z20 A0 C0\nG1 X20 F900\nM2\n", machine, options)
     assert seen.summary is not None
     shown = " ".join(format_summary(seen.summary).split())
-    assert f"NOT CHECKED contact with stock: the set-up has no [stock]; {missing} machine file has no size; " in shown
+    assert f"NOT CHECKED contact with stock: no [stock] given; {missing} machine file has no size; " in shown
     assert any("tilt" in place.what for place in find_worst_places(machine, seen)) == seen.tilts == tilts
 
 

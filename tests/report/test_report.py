@@ -510,7 +510,8 @@ class Outline(HTMLParser):
         self.close()
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        self.tags.append((tag, tuple(name for name, _value in attrs)))
+        if tag != "wbr":  # where a file's name may break
+            self.tags.append((tag, tuple(name for name, _value in attrs)))
 
     def handle_comment(self, data: str) -> None:
         self.comments.append(data)
@@ -674,15 +675,13 @@ def test_the_sheet_says_what_each_part_of_the_file_holds() -> None:
 def test_the_head_of_a_refused_program_says_what_is_not_checked(end: str) -> None:
     text = f"G21 G90 G94 G17 G54\nG0 X0 Y0 Z150 A0 C0\nG1 Z140 F500\n{end}\nM30\n".encode()
     options = Options(tool_length=80.0, wcs={"G54": (0, 0, 60)})
-    said = (
-        "<dt>not checked</dt><dd>contact with fixtures and stock: the set-up has no [keep_out.NAME] and no [stock]</dd>"
-    )
+    said = "<dt>not checked</dt><dd>contact with fixtures and stock: no [keep_out.NAME] and no [stock] given</dd>"
     seen = study(text, MACHINE, options)
     assert seen.summary is None
     assert said in write_verdict_html(MACHINE, seen)
     stock = Box("stock", (-10.0, -10.0, 0.0), (10.0, 10.0, 10.0))
     head = write_verdict_html(MACHINE, study(text, MACHINE, options.changed(stock=stock)))
-    said = said.replace("fixtures and stock", "fixtures")
+    said = said.replace("fixtures and stock", "fixtures").replace(" and no [stock]", "")
     if seen.program is not None:  # as check and Result.unchecked say
         unchecked = verne_post.check(text, MACHINE, options.changed(stock=stock)).unchecked
         assert "the width of the tool: without a diameter it is a line" in unchecked

@@ -3,7 +3,6 @@
 import dataclasses
 import re
 from collections.abc import Sequence
-from typing import Final
 
 from msgspec.structs import replace
 
@@ -12,12 +11,9 @@ from verne_post.app.result import Progress
 from verne_post.kinematics.checks.clearance import check_constraints
 from verne_post.kinematics.checks.limits import JointBounds
 from verne_post.kinematics.joint_path import JointPath
-from verne_post.model.findings import Finding
+from verne_post.model.findings import OF_SET_UP, Finding
 from verne_post.output.causes import find_excess
 from verne_post.toolpath.branch_choice import DEPARTURE
-
-#: What the set-up lacks is reported first: other findings may follow from it.
-SET_UP: Final = ("VP033", "VP034")
 
 
 def check_program(
@@ -94,4 +90,4 @@ def sort_findings(findings: list[Finding]) -> list[Finding]:
         if known is not item:
             gravest = max(known, item, key=lambda one: find_excess(one))
             merged[key] = dataclasses.replace(gravest, count=known.count + item.count)
-    return sorted(merged.values(), key=lambda item: (item.code not in SET_UP, item.line or 0, item.code))
+    return sorted(merged.values(), key=lambda item: (item.code not in OF_SET_UP, item.line or 0, item.code))

@@ -248,7 +248,7 @@ def read_setting(reader: ValueReader) -> tuple[Key, float, int]:
             behind = behind or reader.at
             name = show_key(key) if behind == reader.at else reader.characters[at:behind]
             edits = (Remedy("write =", "=", way="here"),)
-            raise reader.error("VP001", f"{name}: an = is missing behind it, before its value", behind, edits)
+            raise reader.error("VP001", f"{name}: an = is missing after it, before its value", behind, edits)
         raise reader.error("VP001", f"{show_key(key)}: expected '=' and a value, or a letter before the '#'", reader.at)
     if reader.characters.startswith("==", reader.at):
         raise reader.error("VP001", DOUBLE_EQUALS, reader.at)

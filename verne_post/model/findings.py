@@ -12,6 +12,8 @@ from verne_post.model.verdict import Severity, is_about_text
 
 #: Characters of a message: a name may be as long as its file.
 _LONGEST_MESSAGE: Final = 1000
+#: What the set-up lacks is reported first: other findings may follow from it.
+OF_SET_UP: Final = ("VP033", "VP034")
 
 
 def _list_given(thing: "Remedy | Finding") -> str:
@@ -163,8 +165,18 @@ class Findings(tuple[Finding, ...]):
 
 
 def sort_by_line(findings: Iterable[Finding]) -> Findings:
-    """Findings by the lines of the program in which they begin; last those that are about no line."""
-    return Findings(sorted(findings, key=lambda item: math.inf if item.line is None else item.line))
+    """Findings by the lines of the program in which they begin; last those that are about no line.
+
+    What the set-up lacks stands before the first limit, which may follow from it.
+    """
+    every = list(findings)
+    first = min((item.line for item in every if item.line and item.code > "VP1"), default=math.inf)
+
+    def rank(item: Finding) -> tuple[float, bool]:
+        line = math.inf if item.line is None else item.line
+        return (min(line, first), False) if item.code in OF_SET_UP else (line, True)
+
+    return Findings(sorted(every, key=rank))
 
 
 def describe(item: Finding) -> str:

@@ -508,9 +508,7 @@ def list_absent_bodies(options: Options) -> list[str]:
     """What is not checked for contact because the set-up gives none; nothing where it gives fixtures and stock."""
     missing = {"fixtures": ("[keep_out.NAME]", options.keep_out), "stock": ("[stock]", options.stock)}
     absent = {body: table for body, (table, given) in missing.items() if not given}
-    return (
-        [f"contact with {' and '.join(absent)}: the set-up has no {' and no '.join(absent.values())}"] if absent else []
-    )
+    return [f"contact with {' and '.join(absent)}: no {' and no '.join(absent.values())} given"] if absent else []
 
 
 def list_unchecked(machine: Machine, options: Options, events: Sequence[Event]) -> Facts:

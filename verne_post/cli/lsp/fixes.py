@@ -455,7 +455,7 @@ def _write_after(found: Inspected, _item: Finding, remedy: Remedy) -> Iterator[F
     line = split_lines(found.text)[remedy.line - 1].rstrip()
     at = _find_offset(found.text, remedy.line - 1) + len(line)
     words = line.split()[-1:]
-    title = f"Write {remedy.value.strip()}{f' behind {words[0]}' if words else ''} in line {remedy.line}"
+    title = f"Write {remedy.value.strip()}{f' after {words[0]}' if words else ''} in line {remedy.line}"
     yield Fix(title, found.path, found.text, at, at, remedy.value)
 
 

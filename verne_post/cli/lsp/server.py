@@ -317,7 +317,7 @@ class Session:
                 self.begin_checks_of_calls(path, is_new=True)
 
     async def close_text(self, told: lsp.DidCloseTextDocumentParams) -> None:
-        """A text is no longer shown, and what has been said of it neither."""
+        """A text is no longer shown, nor are its findings."""
         uri = told.text_document.uri
         if _find_path(uri).suffix.lower() in _READ_BY_PROGRAMS:
             if uri in self.open_files:

@@ -158,7 +158,7 @@ def assign(statement: Statement, parameters: QParameters) -> None:
             else ()
         )
         raise statement.error(
-            "VP001", f"{name}: an = is missing behind the parameter; write {name} = and its value", 0, edits
+            "VP001", f"{name}: an = is missing after the parameter; write {name} = and its value", 0, edits
         )
     name = match.group(1) + match.group(2)
     if statement.rest.startswith("==", match.end() - 1):
@@ -239,7 +239,7 @@ def execute_fn(statement: Statement, parameters: QParameters) -> FnAnswer:
         digits = re.match(r"[ \t]*(\d{1,2})", statement.rest)
         right = f"FN {digits[1]}:" if digits else "FN 0:"
         edits = (Remedy(f"write {right}", f"{digits[1]}:", misspelt=digits[1]),) if digits else ()
-        raise statement.error("VP001", f"a colon is missing behind the number of FN; write {right}", 0, edits)
+        raise statement.error("VP001", f"a colon is missing after the number of FN; write {right}", 0, edits)
     number, rest = int(match.group(1)), statement.rest[match.end() :].rstrip()
     if number == 14:
         raise ProgramError("VP027", f"the program asks to stop: {rest.strip()}")

@@ -156,10 +156,11 @@ class SiemensAuxiliary:
             )
         name = describe_tool_number(tool, self.state.tool_names) if tool else "a tool"
         own = self.state.tool_names.get(tool, "")
-        call = f'T="{own}_D{number}"' if own else "T with a number of its own"
+        call = f'T="{own}_D{number}"' if own else "T with another number"
         text = (
-            f"D{word.value:g}: the set-up gives {name} one cutting edge, D1; enter edge {number} in [tools] as a tool "
-            f"of its own, with length and diameter, and write {call}, and M6, where edge {number} is meant; or write D1"
+            f"D{word.value:g}: the set-up gives {name} one cutting edge, D1; enter edge {number} in [tools] as a "
+            f"separate tool, with length and diameter, and write {call}, and M6, where edge {number} is meant; "
+            "or write D1"
         )
         error = word.error("VP012", text).advise("")
         error.edits = (Remedy("write D1", "D1", misspelt=f"D{word.value:g}", is_choice=True),)
