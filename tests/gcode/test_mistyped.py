@@ -408,9 +408,29 @@ def test_a_letter_is_lost_where_linuxcnc_reads_on(run: Callable[..., Any], tmp_p
     lines = "\n".join(["N10 X1 Y1 (N1 2)"] * 20 + ["N520 50.", "N15. X35", "X 1 0"] + ["N10 X1 Y2"] * 20)
     found = find_errors(run, tmp_path, "p.ngc", lines)
     assert [one[: one.index(": all of it")] for one in found] == [
-        "24:1: VP001 warning: N520 50.",
+        "24:6: VP001 warning: N520 50.",
         "25:1: VP001 warning: N15.",
     ]
+
+
+@pytest.mark.parametrize(
+    ("lines", "line", "severity", "text"),
+    [
+        ("G1 X5 F500\nX5 7", 1, "warning", "so that this is X57; 7 may lack its letter, such as Y7 or F7"),
+        ("G1 X5 F500\nX5 7000", 1, "error", "such as Y7000 or F7000; read so, line "),
+        ("G1 X5 F500\nG1 X5 C12 60 Y2\nG2 X9 Y9 I3", 1, "error", "60 may lack its letter, such as F60"),
+        ("G1 X5 F500\nG1 -25 C0", 1, "error", "-25: a number without a letter before it; -25 may lack its letter"),
+        ("G1 X5 F500\nG64 0.01", 1, "error", "0.01 may lack its letter, such as P0.01"),
+        ("G1 X5 F500\nN9 4G9 X5", 1, "error", "4G9: a digit before its letter; did you mean G49?"),
+        ("N20 53 G0 Z0.", 0, "warning", "write it, such as G53"),
+    ],
+)
+def test_a_number_after_a_blank_has_one_finding(
+    run: Callable[..., Any], tmp_path: Path, lines: str, line: int, severity: str, text: str
+) -> None:
+    """What fails only because of the number that is read is told there: an arc that no longer closes, a travel."""
+    (found,) = find_errors(run, tmp_path, "p.ngc", lines)
+    assert found.startswith(f"{PROGRAMS['p.ngc'][1] + line}:") and f"VP001 {severity}: " in found and text in found
 
 
 @pytest.mark.parametrize("name", ["p.nc", "p.ngc"])

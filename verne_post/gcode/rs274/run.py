@@ -148,6 +148,8 @@ class _BlockRun:
                 errors = self._execute_block(block, line)
             elif line != text.opening and _is_executed(raw := chunk.read_raw(row), interpreter.setup):
                 errors = self._read_and_execute(decode_line(raw), line)
+                if (line, "VP001") in warnings:  # a number that a blank divides is the cause
+                    errors = self._name_cause(errors, decode_line(raw), line)
         except ProgramError as error:
             _find_column(error, chunk.read_raw(row))
             raise
@@ -168,6 +170,17 @@ class _BlockRun:
             raise
         self._has_unknown_code = any(error.code == "VP002" for error in errors)
         return errors
+
+    def _name_cause(self, errors: list[ProgramError], text: str, line: int) -> list[ProgramError]:
+        """The errors of a line with a number that a blank divides: that number alone; warnings of the line go."""
+        warnings = self.flow.interpreter.recorder.warnings
+        for key in [key for key in warnings if key[0] == line and key[1] != "VP001"]:
+            del warnings[key]
+        if not errors or self.recovery is None:
+            return errors
+        item = warnings.pop((line, "VP001"))
+        self.recovery.pass_unread(text, line)
+        return [ProgramError("VP001", item.message, item.column, edits=item.edits)]
 
     def _name_loop(self, error: ProgramError, text: ProgramText) -> None:
         """Say which loop a program repeats without end, and what its condition asks and no line of it sets."""
