@@ -113,7 +113,8 @@ def _name_doubt(program: Program, findings: tuple[Finding, ...]) -> tuple[Findin
     if doubt is None or not errors:
         return findings
     text = f"{doubt.message}; read so, line {errors[0].line} fails ({errors[0].code})"
-    others = [one for one in findings if one not in errors and (one.line, one.code) != (doubt.line, doubt.code)]
+    others = [one for one in findings if one.severity != "warning" or (one.line or 0) < (doubt.line or 0)]
+    others = [one for one in others if one not in errors]
     return (dataclasses.replace(doubt, severity="error", message=text), *others)
 
 

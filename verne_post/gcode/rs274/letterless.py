@@ -86,7 +86,7 @@ def find_divided(text: str, line: int = 0) -> ProgramError | None:
         if match["letter"] is None or match["letter"].upper() == "O":
             continue
         before, rest = text[: match.start()], text[match.end() :]
-        if before.count("[") > before.count("]"):
+        if before.count("[") > before.count("]") or re.fullmatch(r"0\d+", match["number"]):
             continue
         word, number = f"{match['letter']}{match['own']}", match["number"]
         is_of_block = match["letter"].upper() == "N"

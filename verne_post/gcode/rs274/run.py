@@ -64,6 +64,7 @@ class _BlockRun:
         self._last_loop, self._jumps = (0, 0), False
         #: A code of the last line has no meaning: it may be what ends the program.
         self._has_unknown_code = False
+        self._is_unread = False  #: The last line could not be read, or has such a code.
         #: The last block with codes: its line, and whether the spindle ran forward before it.
         self._last_codes = 0, False
 
@@ -169,6 +170,7 @@ class _BlockRun:
             self._name_loop(error, text)
             raise
         self._has_unknown_code = any(error.code == "VP002" for error in errors)
+        self._is_unread = self._has_unknown_code or any(error.code == "VP001" for error in errors)
         return errors
 
     def _name_cause(self, errors: list[ProgramError], text: str, line: int) -> list[ProgramError]:
@@ -221,9 +223,10 @@ class _BlockRun:
             return errors
         try:
             later_errors = self._execute_block(block, line)
-        except ProgramError:
+        except ProgramError as error:
             if not errors:
                 raise
+            errors[0].breaks_structure = error.breaks_structure
             later_errors = []  # it may only follow
         if errors:  # what follows from the mistyped word is no error of its own
             # which words belong to a mistyped code is not known
@@ -267,6 +270,8 @@ class _BlockRun:
 
     def end_text(self, execution: Execution) -> bool:
         """The text ends without M2 or M30: an error but for a pair of %."""
+        if self._is_unread and not self.calls.in_call:  # the last line may be what ends the program
+            return False
         flow, text = self.flow, self.calls.text
         percent = text.opening is not None
         starts = _find_last_start(text)
