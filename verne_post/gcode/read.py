@@ -82,7 +82,9 @@ def interpret_program(source: Text, setup: Setup) -> Moves:
     execution = dialect.execute(source, setup, state, StopConditions())
     if unsaid is not None:
         finding, execution.recorder.assumed_axes = unsaid
-        execution.recorder.warnings[finding.line or 0, finding.code] = finding
+        doubt = find_doubt(execution.recorder.warnings.values())
+        if doubt is None or (finding.line or 0) < (doubt.line or 0):  # the letter of the axis may be what is missing
+            execution.recorder.warnings[finding.line or 0, finding.code] = finding
     if execution.errors:
         # where a letter stands in a number, the point is not what is missing; and after an error neither the axes, the
         # tools nor the motion need be what the program means

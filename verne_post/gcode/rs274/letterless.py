@@ -105,6 +105,7 @@ def find_divided(text: str, line: int = 0) -> ProgramError | None:
         words = [f"{letter}{number}" for letter in letters]
         edits = tuple(Remedy(f"write {one}", one, line=line, misspelt=number, is_choice=True) for one in words)
         such = " or ".join(filter(None, (", ".join(words[:-1]), words[-1])))
+        such += ", the time of G4" if re.fullmatch("G0*4", word, re.IGNORECASE) else ""
         message += f", such as {such}" if is_of_block else f"; {number} may lack its letter, such as {such}"
         return ProgramError("VP001", message, match.start("number") + 1, edits=edits)
     return None
@@ -116,6 +117,8 @@ def list_letters(before: str, own: str, number: str, rest: str) -> list[str]:
     after = next((one for one in _ORDER if re.search(rf"{one}[ \t]*[-+.\d#\[]", rest, re.IGNORECASE)), "")
     if before == "G" and own in ("4", "64"):
         return ["P"]
+    if before == "G" and own.startswith("43"):
+        return ["H"]
     if before == "G" and len(own) > 1 and number.isdigit():
         return ["G"]
     if before in "TS":
