@@ -17,7 +17,7 @@ _WORD: Final = re.compile(
 _PROGRAM_NUMBER: Final = re.compile(r"[ \t]*([0-9][0-9 \t]*)(?:\(|\r?$)")
 _DIGITS_OF_CODES: Final = 2
 #: A word, and a number behind a blank.
-_DIVIDED: Final = re.compile(
+_WORD_AND_NUMBER: Final = re.compile(
     r"\([^()]*\)?|;.*|(?P<letter>[A-Z])(?P<own>[-+]?[0-9.]+)[ \t]+(?P<number>[-+]?[ \t]*[0-9.]+)(?![ \t]*\])",
     re.IGNORECASE,
 )
@@ -82,7 +82,7 @@ def find_divided(text: str, line: int = 0) -> ProgramError | None:
     """
     if (point := _POINT_IN_NUMBER.match(text)) is not None:
         return ProgramError("VP001", f"{point[1].rstrip()}: {_AS_NUMBER}", point.start(1) + 1)
-    for match in _DIVIDED.finditer(text):
+    for match in _WORD_AND_NUMBER.finditer(text):
         if match["letter"] is None or match["letter"].upper() == "O":
             continue
         before, rest = text[: match.start()], text[match.end() :]
