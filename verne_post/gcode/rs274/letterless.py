@@ -91,6 +91,8 @@ def find_divided(text: str, line: int = 0) -> ProgramError | None:
         word, number = f"{match['letter']}{match['own']}", match["number"]
         is_of_block = match["letter"].upper() == "N"
         if (behind := _LETTER_AND_DIGITS.match(rest)) is not None and len(number) == 1 and number.isdigit():
+            if number == "0":  # of Z6 0I0, whose blank is one place too early
+                continue
             wrong, right = f"{number}{behind[0]}", f"{behind[1]}{number}{behind[2]}"
             message = f"{wrong}: a digit before its letter, which is read as {word}{number}; {right} may be meant"
             edits = (Remedy(f"write {right}", right, line=line, misspelt=wrong, is_choice=True),)
@@ -106,7 +108,11 @@ def find_divided(text: str, line: int = 0) -> ProgramError | None:
         edits = tuple(Remedy(f"write {one}", one, line=line, misspelt=number, is_choice=True) for one in words)
         such = " or ".join(filter(None, (", ".join(words[:-1]), words[-1])))
         such += ", the time of G4" if re.fullmatch("G0*4", word, re.IGNORECASE) else ""
-        message += f", such as {such}" if is_of_block else f"; {number} may lack its letter, such as {such}"
+        message += (
+            f", such as {such}; else write {word}{number} without the blank"
+            if is_of_block
+            else f"; {number} may lack its letter, such as {such}"
+        )
         return ProgramError("VP001", message, match.start("number") + 1, edits=edits)
     return None
 

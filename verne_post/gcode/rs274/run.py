@@ -230,7 +230,7 @@ class _BlockRun:
             later_errors = []  # it may only follow
         if errors:  # what follows from the mistyped word is no error of its own
             # which words belong to a mistyped code is not known
-            later_errors = [error for error in later_errors if error.code not in OF_WORDS]
+            later_errors = [error for error in later_errors if error.code not in (*OF_WORDS, "VP007")]
             for error in later_errors:
                 _find_column(error, words.encode())
             for error in reversed(errors):
