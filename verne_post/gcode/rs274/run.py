@@ -223,10 +223,10 @@ class _BlockRun:
             return errors
         try:
             later_errors = self._execute_block(block, line)
-        except ProgramError as error:
+        except ProgramError as later_error:
             if not errors:
                 raise
-            errors[0].breaks_structure = error.breaks_structure
+            errors[0].breaks_structure = later_error.breaks_structure
             later_errors = []  # it may only follow
         if errors:  # what follows from the mistyped word is no error of its own
             # which words belong to a mistyped code is not known
