@@ -104,7 +104,9 @@ def find_divided(text: str, line: int = 0) -> ProgramError | None:
         else:
             message = f"{match[0].strip()}: blanks mean nothing in a number, so that this is {word}{number}"
         letters = list_letters(match["letter"].upper(), match["own"], number, rest)
-        words = [f"{letter}{number}" for letter in letters]
+        if not letters and number.isdigit():
+            continue
+        words = [f"{letter}{number}" for letter in letters or ["F"]]
         edits = tuple(Remedy(f"write {one}", one, line=line, misspelt=number, is_choice=True) for one in words)
         such = " or ".join(filter(None, (", ".join(words[:-1]), words[-1])))
         such += ", the time of G4" if re.fullmatch("G0*4", word, re.IGNORECASE) else ""
@@ -136,6 +138,8 @@ def list_letters(before: str, own: str, number: str, rest: str) -> list[str]:
         return ["G"] if is_code and (not after or re.match(r"[ \t]*G", rest, re.IGNORECASE)) else ["X", "Y", "Z"]
     order = "IJKF" if before in "IJK" else _ORDER
     begin = order.find(before) + 1
+    if after and order.find(after) == begin > 0:
+        return []  # no word has its place between the two
     possible = order[begin : order.find(after)] if after and order.find(after) > begin else order[begin:]
     if before == "G":
         return list(possible.removesuffix("F") if after in tuple("YZAC") else "XYZ")
