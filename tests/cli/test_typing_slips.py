@@ -427,7 +427,7 @@ ENDLESS = "#1=3\n{}\nX#1\n{}"
         (".nc", "2500 M3", "such as N2500 or S2500", "2500", None),
         (".nc", "N15 0 Y-30", "or a blank in N150", "0", None),
         (".nc", "G4 5", "G4 5: blanks mean nothing in a number, so that this is G45", "G4", ("4 5", "4 P5")),
-        (".ngc", "G4 0.3", "the time of G4", "G4", ("4 0.3", "4 P0.3")),
+        (".ngc", "G4 0.3", "the time of G4", "0.3", ("4 0.3", "4 P0.3")),
         (".nc", "G28 91 Z0", "so that this is G2891", "G28", ("28 91", "28 G91")),
         (".nc", "6G9", "a digit before its letter", "6G9", ("6G9", "G69")),
         (".ngc", "G3 3Y1 J11", "a digit before its letter", "3Y1", None),

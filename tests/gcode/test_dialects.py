@@ -87,6 +87,25 @@ def test_recognised_by_the_header(text, name):
     assert sum(dialect.recognise(text.encode()) for dialect in DIALECTS.values()) <= 1
 
 
+@pytest.mark.parametrize(
+    ("sample", "right", "wrong", "name"),
+    [
+        ("tests/corpus/rs274/plate.ngc", "I-4 J0", "I=4 J0", "rs274"),
+        ("tests/corpus/rs274/plate.ngc", "G40 G49", "G644 G49", "rs274"),
+        ("gcode_samples/two_faces.cls", "PARTNO", "PARTN0", "aptcl"),
+        ("tests/corpus/apt/thread.cls", "TOOL PATH", "TOOLPATH", "aptcl"),
+        *(("tests/corpus/fanuc/umc.nc", "O4 (", wrong, "fanuc") for wrong in ("P4 (", "4O (", "O (", "%\nO4 (")),
+        ("tests/corpus/siemens/side.mpf", "%_N_", "%_B_", "siemens"),
+        ("tests/corpus/siemens/side.mpf", "TRAFOOF", "#1=1", "siemens"),
+    ],
+)
+def test_a_slip_does_not_make_a_program_one_of_another_language(sample, right, wrong, name):
+    """I=4 alone made RS274/NGC a program of Siemens, whose errors were G21 and G43."""
+    text = (SAMPLES.parent / sample).read_text("utf-8")
+    assert right in text
+    assert choose_dialect("auto", text.replace(right, wrong, 1).encode(), "") is DIALECTS[name]
+
+
 def test_a_title_without_parentheses_says_how_its_line_was_read(view):
     """The list of words of RS274/NGC was no help to who writes Fanuc programs."""
     (found,) = view("O2001 BRACKET\nG0 X1\nM30")[1]

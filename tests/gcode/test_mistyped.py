@@ -408,9 +408,59 @@ def test_a_letter_is_lost_where_linuxcnc_reads_on(run: Callable[..., Any], tmp_p
     lines = "\n".join(["N10 X1 Y1 (N1 2)"] * 20 + ["N520 50.", "N15. X35", "X 1 0"] + ["N10 X1 Y2"] * 20)
     found = find_errors(run, tmp_path, "p.ngc", lines)
     assert [one[: one.index(": all of it")] for one in found] == [
-        "24:1: VP001 warning: N520 50.",
+        "24:6: VP001 warning: N520 50.",
         "25:1: VP001 warning: N15.",
     ]
+
+
+@pytest.mark.parametrize(
+    ("lines", "line", "code", "text"),
+    [
+        ("G1 X5 F500\nX5 7", 1, "VP001 warning", "so that this is X57; 7 may lack its letter, such as Y7 or F7"),
+        ("G1 X5 F500\nX5 7000", 1, "VP001 error", "such as Y7000 or F7000; read so, line "),
+        ("G1 X5 F500\nG1 X5 C12 60 Y2\nG2 X9 Y9 I3", 1, "VP001 error", "60 may lack its letter, such as F60"),
+        (
+            "G1 X5 F500\nG1 -25 C0",
+            1,
+            "VP001 error",
+            "-25: a number without a letter before it; -25 may lack its letter",
+        ),
+        ("G1 X5 F500\nG64 0.01", 1, "VP001 error", "0.01 may lack its letter, such as P0.01"),
+        ("G1 X5 F500\nN9 4G9 X5", 1, "VP001 error", "4G9: a digit before its letter; did you mean G49?"),
+        ("N20 53 G0 Z0.", 0, "VP001 warning", "write it, such as G53"),
+        ("G43.4 5", 0, "VP001 error", "5 may lack its letter, such as H5"),
+        ("M330", 0, "VP002 error", "did you mean M30? Else [remap]"),
+        ("#<z> 1\nG1 X#<z> F500", 0, "VP001 error", "an = is missing"),
+        ("#<>z=1\nG1 X#<z> F500", 0, "VP001 error", "#<>z: the name of a parameter is missing; did you mean #<z>?"),
+        ("#<<z>=1\nG1 X#<z> F500", 0, "VP001 error", "#<<z>: the < is there twice; did you mean #<z>?"),
+        ("#<z>>=1\nG1 X#<z> F500", 0, "VP001 error", "#<z>>: the > is there twice; did you mean #<z>?"),
+        (
+            "#<z = 1\nG1 X#<z> F500",
+            0,
+            "error",
+            "#<z: the name of a parameter is not closed; expected '>'; did you mean",
+        ),
+        ("#<z>=1\nG1 X#z> F500", 1, "VP001 error", "#z>: the < of the name is missing; did you mean #<z>?"),
+        ("#<z>=1\nG1 X<#z> F500", 1, "VP001 error", "<#z>: the # stands before the <; did you mean #<z>?"),
+        ("#<z>=[#<_a>>*2]\nG1 X#<z> F500", 0, "VP001 error", "#<_a>>: the > is there twice; did you mean #<_a>?"),
+        (
+            "oh<ole> sub\nG1 X#<q> F500\no<hole> endsub",
+            0,
+            "VP001 error",
+            "a letter before the <; did you mean o<hole>?",
+        ),
+        ("o<a> sub\no<a> endsub\no<a> call [[1] [2]", 2, "VP001 error", "the [ is there twice, or one is not closed"),
+        ("o<a> sub\no<a> endsub\no<a> call [1 [2]", 2, "VP001 error", "the [ before it is open"),
+        ("o1 ddo\nG0 X1\no1 while [0]", 0, "VP023 error", "ddo: no word after o1; did you mean do?"),
+        ("G1 X5 Y0 F500\nG3 X15 Y5 R.5\nG1 Y9\nG3 X5 Y9 I-3", 1, "VP008 error", "the radius 0.5 mm is too small"),
+    ],
+)
+def test_a_slip_has_one_finding_and_what_follows_has_none(
+    run: Callable[..., Any], tmp_path: Path, lines: str, line: int, code: str, text: str
+) -> None:
+    """Such as an arc that no longer closes, a travel, a variable without a value."""
+    (found,) = find_errors(run, tmp_path, "p.ngc", lines)
+    assert found.startswith(f"{PROGRAMS['p.ngc'][1] + line}:") and f" {code}: " in found and text in found
 
 
 @pytest.mark.parametrize("name", ["p.nc", "p.ngc"])

@@ -56,6 +56,12 @@ _EXPRESSION: Final = re.compile(rf"(?<=[A-Za-z= \t])(?:[-+][ \t]*)?{_OPERAND}(?:
 
 #: ``0<name>`` and ``0100 endsub`` for o.
 ZERO_FOR_O: Final = re.compile(rf"0(<[^<>]*>|\d+(?=(?:{'|'.join(KEYWORDS)})))", re.IGNORECASE)
+#: Codes that often stand alone in a block, or beside few words.
+_NUMBERS_OF_M: Final = ("1", "2", "3", "4", "5", "6", "7", "8", "9", "30")
+#: What follows the o of ``oh<ole>``.
+_SPLIT_LABEL: Final = re.compile(r"([A-Z]{1,2})<([A-Z_][A-Z\d_]*)>", re.IGNORECASE)
+#: A label without its o.
+_LABEL_ALONE: Final = re.compile(rf"(<[^<>]+>)(?=(?:{'|'.join(KEYWORDS)})\b)", re.IGNORECASE)
 _BARE_NUMBER: Final = re.compile(r"[-+]?[\d.]*")
 
 
@@ -233,6 +239,11 @@ def _read_words(text: str, line: int, values: Values | None) -> Block:
                 error = refuse_zero(match[1])
                 error.column = reader.find_column(at)
                 raise error
+            if (match := _LABEL_ALONE.match(characters, at)) and (first or has_number):
+                right = f"o{match[1]}".lower()
+                raise reader.error(
+                    "VP001", f"{match[1].lower()}: the o is missing before it; did you mean {right}?", at
+                )
             text = _describe_strange(character, reader, at, first=first, has_number=has_number)
             raise reader.error("VP001", text, at)
         first = has_number = False
@@ -249,7 +260,7 @@ def read_setting(reader: ValueReader) -> tuple[Key, float, int]:
             name = show_key(key) if behind == reader.at else reader.characters[at:behind]
             edits = (Remedy("write =", "=", way="here"),)
             raise reader.error("VP001", f"{name}: an = is missing after it, before its value", behind, edits)
-        raise reader.error("VP001", f"{show_key(key)}: expected '=' and a value, or a letter before the '#'", reader.at)
+        raise reader.error("VP001", f"{show_key(key)}: expected '=' and a value, or a letter before the '#'", at)
     if reader.characters.startswith("==", reader.at):
         raise reader.error("VP001", DOUBLE_EQUALS, reader.at)
     reader.at += 1
@@ -266,6 +277,9 @@ def _read_o_word(reader: ValueReader) -> OWord:
         reader.values, values = None, reader.values  # only looked over: computed where it is needed
         _skip_value(reader)
         reader.values = values
+    elif (match := _SPLIT_LABEL.match(characters, begin)) is not None:
+        wrong, right = f"o{match[0]}".lower(), f"o<{match[1]}{match[2]}>".lower()
+        raise reader.error("VP001", f"{wrong}: a letter before the <; did you mean {right}?", begin - 1)
     else:
         label = _label_of_number(reader.read_word("O"), reader, begin)
     keyword = _KEYWORD.match(characters, reader.at)
@@ -289,9 +303,10 @@ def _read_o_word(reader: ValueReader) -> OWord:
 
 
 def _write_short(word: str) -> tuple[Remedy, ...]:
-    """The edit of a word of one or two letters, as ``o`` for do, where one keyword alone has one letter more."""
+    """The edit of a word of few letters, as ``o`` and ``ddo`` for do, that one letter tells from one keyword alone."""
     names = [one.lower() for one in KEYWORDS]
     near = [one for one in names if any(one[:at] + one[at + 1 :] == word for at in range(len(one)))]
+    near += [one for one in names if any(one[:at] + one[at] + one[at:] == word for at in range(len(one)))]
     return (Remedy(f"write {near[0]}", near[0], misspelt=word),) if len(near) == 1 else ()
 
 
@@ -353,6 +368,7 @@ def _describe_strange(character: str, reader: ValueReader, at: int, *, first: bo
     if character in "0123456789+-.":
         number = _BARE_NUMBER.match(reader.characters, at)[0]  # type: ignore[index]
         code = "G" if len(number) <= len("99") else "S"
+        code += "M" if number in _NUMBERS_OF_M else ""
         letters = (f"N{code}" if first else code) if number.isdigit() and (first or has_number) else "XYZ"
         *some, last = [f"{letter}{number}" for letter in letters]
         such = f"{', '.join(some)} or {last}" if some else last

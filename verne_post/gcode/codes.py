@@ -70,14 +70,18 @@ def describe_remap(code: str) -> str:
     return f'[remap] of the set-up, or of verne-post.toml, can give it a meaning: {key} = "ignore", or "event"'
 
 
-def make_unknown_function(code: int, column: int | None, codes: Iterable[int] = ()) -> ProgramError:
+def make_unknown_function(
+    code: int, column: int | None, codes: Iterable[int] = (), doubled_codes: tuple[int, ...] = ()
+) -> ProgramError:
     """Refuse (VP002) an M code without a meaning; all of a program are one finding, which one set-up settles.
 
-    One of three digits, of which two have changed places, may be one of the ``codes``, or the builder's own.
+    One of three digits, of which two have changed places, may be one of the ``codes``, or the builder's own; or one of
+    the ``doubled_codes``, with a digit twice.
     """
     name = f"M{code}"
     meant_codes = [one for one in codes if min(one, code) >= _THREE_DIGITS and find_meant_number(str(code), [str(one)])]
     right = f"M{meant_codes[0]}" if len(meant_codes) == 1 and len(str(code)) == len(str(meant_codes[0])) else ""
+    right = f"M{doubled_codes[0]}" if len(doubled_codes) == 1 else right
     text = f"{name}: no meaning in this language; {f'did you mean {right}? Else ' * bool(right)}{REMAP_GIVES}"
     edits = (Remedy(f"write {right}", right, misspelt=name, is_choice=True),) if right else ()
     about = None if right else name
@@ -106,7 +110,12 @@ def read_m_code(table: CodeTable, number: float, column: int) -> int:
         text = f"M{code} is not executed ({table.refused_m[code]}); {settles}"
         raise ProgramError("VP002", text, column, settled_by=("remap", f"M{code}"))
     if code not in table.group_of_m and code not in _KINEMATICS:
-        raise make_unknown_function(code, column)
+        digits = str(code)
+        shorter_codes = {
+            int(digits[:at] + digits[at + 1 :]) for at in range(1, len(digits)) if digits[at] == digits[at - 1]
+        }
+        near = shorter_codes & table.group_of_m.keys() if code >= _THREE_DIGITS else ()  # of M330
+        raise make_unknown_function(code, column, doubled_codes=tuple(near))
     if code not in table.group_of_m:
         text = f"M{code} is not a code of this language; {settles}"
         raise ProgramError("VP002", text, column, settled_by=("remap", f"M{code}"))

@@ -30,7 +30,7 @@ OF_TEXT: Final = ("VP001", "VP002", "VP003", "VP004", "VP006", "VP011", "VP023")
 _OF_READING: Final = ("VP001", "VP002", "VP003", "VP004")
 _TWICE: Final = ("VP003", "VP004")
 #: Errors that may only follow from what such a line would have done: they are reported when it can be read.
-_OF_STATE: Final = ("VP016", "VP017", "VP026", "VP041")
+_OF_STATE: Final = ("VP016", "VP017", "VP026", "VP031", "VP041")
 #: Errors that positions lead to: they may only follow from a line that was read with a guess.
 _OF_POSITIONS: Final = ("VP008", "VP013", "VP016")
 #: The axis of a word that names a place.
@@ -59,20 +59,26 @@ class Execution(Struct):
     def drop_consequences(
         self, errors: list[ProgramError], chunk: Chunk, lines: range, moves: int
     ) -> list[ProgramError]:
-        """Leave out what only follows from a place that was guessed, until the program names it again.
+        """Leave out what only follows from a place that was guessed, or that an arc does not end at, until it is named.
 
         ``lines`` of a chunk have been executed, after ``moves`` moves. Languages themselves know what follows from
         lines that they could not read.
         """
         corrections = [find_correction(error.message) for error in errors if error.code in ("VP001", "VP002")]
         guesses = [word[1] for one in corrections if one is not None and (word := _PLACE.match(one[1])) is not None]
-        self._doubtful_axes.update(guesses)
-        if not self._doubtful_axes:
+        is_arc_wrong = any(error.code == "VP008" for error in errors)
+        if not self._doubtful_axes and not guesses and not is_arc_wrong:
             return errors
+        is_doubtful = bool(self._doubtful_axes or guesses)
+        self._doubtful_axes.update(guesses)
         if not guesses and (errors or self.recorder.count > moves):
             for line in lines:
                 text = take_code(decode_line(chunk.read_raw(line - chunk.first_line)))
                 self._doubtful_axes.difference_update(_PLACE.findall(text.upper()))
+                # the end of an arc that does not close may be what is wrong
+                self._doubtful_axes.update(_PLACE.findall(text.upper()) if is_arc_wrong and not is_doubtful else ())
+        if not is_doubtful:
+            return errors
         return [error for error in errors if error.code not in _OF_POSITIONS]
 
     def report(self, error: ProgramError, line: int, *, shown_line: int | None = None, file: str | None = None) -> bool:
@@ -95,10 +101,14 @@ class Execution(Struct):
         ):  # the error is in a loop, whose end may depend on what was not executed
             return False
         self._reported_errors.add(key)
-        goes_on = error.goes_on or error.code not in FATAL
-        self.is_lost |= error.code == "VP023" and not goes_on
+        goes_on = error.goes_on or (error.code not in FATAL and not error.breaks_structure)
+        self.is_lost |= (error.code == "VP023" or error.breaks_structure) and not goes_on
         if self._has_unread_line and error.code in _OF_STATE:
             return goes_on
+        if error.code == "VP008" and any(
+            at == shown_number and code != "VP008" for at, code, _ in self._reported_errors
+        ):
+            return goes_on  # the arc may lack what is wrong there
         is_unread = error.code in _OF_READING and not error.settled_by
         self._has_unread_line |= is_unread or error.leaves_unknown
         column = error.column if file is None else None

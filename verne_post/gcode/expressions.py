@@ -21,6 +21,10 @@ MAX_NESTING: Final = 50
 
 _NUMBER: Final = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)")
 _NAME: Final = re.compile(r"<([^<>]*)>")
+#: A name with a < or > that is there twice, lacks, or stands on the wrong side.
+_MISTYPED_NAME: Final = re.compile(r"<+>?([A-Z_][A-Z\d_]*)(?:>*|(?=[\]=*/+-]))", re.IGNORECASE)
+_OPEN_NAME: Final = re.compile(r"([A-Z_][A-Z\d_]*)>", re.IGNORECASE)
+_NAME_AND_SIGN: Final = re.compile(r"<#([A-Z_][A-Z\d_]*)>", re.IGNORECASE)
 _LETTERS: Final = re.compile(r"[A-Z]+")
 #: Where a value ends: at the next word, or with the line.
 _DIGITS: Final = re.compile(r"[\d.]*")
@@ -146,6 +150,10 @@ class ValueReader:
         name = "" if alike is None else alike[1].translate(_MEANT_LETTERS)
         if alike is not None and name in FUNCTIONS_LONGEST_FIRST:
             raise self.error("VP001", f"{alike[1]}: a digit in place of a letter; did you mean {name}?", begin)
+        if (name_match := _NAME_AND_SIGN.match(characters, begin)) is not None:
+            right = f"#<{name_match[1]}>".lower()
+            wrong = name_match[0].lower()
+            raise self.error("VP001", f"{wrong}: the # stands before the <; did you mean {right}?", begin)
         shown_text = f"'{first}'" if first and first != "(" else "a comment" if first else "the end of the line"
         raise self.error("VP001", f"{owner} needs a number, found {shown_text}", begin)
 
@@ -193,6 +201,11 @@ class ValueReader:
                 advice = f"did you mean {near}?" if near else f"operators are {', '.join(_WORDS)} and + - * / **"
                 text = f"{word[0]}: no operator; {advice}" if len(word[0]) > 1 else text
             edits = close_here("]") if _IS_OVER.match(self.characters, self.at) else ()
+            if text.startswith("expected") and self.characters[begin : begin + 2] == "[[":
+                take = Remedy("take [ out", "[", misspelt="[[", is_choice=True)
+                raise self.error("VP001", f"the [ is there twice, or one is not closed: {text}", begin, (take,))
+            if text.startswith("expected") and (edits or self.characters[self.at : self.at + 1] == "["):
+                text, edits = f"the [ before it is open: {text}", close_here("]")
             raise self.error("VP001", text, self.at, edits)
         self._depth -= 1
         return value
@@ -203,10 +216,15 @@ class ValueReader:
         if (match := _NAME.match(self.characters, begin)) is not None:
             self.at = match.end()
             if not match.group(1):
-                raise self.error("VP001", "the name of a parameter is missing", begin)
+                raise self._refuse_name(begin, "the name of a parameter is missing")
+            if self.characters[self.at : self.at + 1] == ">":
+                raise self._refuse_name(begin, "the > is there twice")
             return match.group(1).lower()
         if self.characters[begin : begin + 1] == "<":
-            raise self.error("VP001", "the name of a parameter is not closed; expected '>'", begin)
+            raise self._refuse_name(begin, "the name of a parameter is not closed; expected '>'")
+        if (match := _OPEN_NAME.match(self.characters, begin)) is not None:
+            wrong, right = f"#{match[0]}".lower(), f"#<{match[1]}>".lower()
+            raise self.error("VP001", f"{wrong}: the < of the name is missing; did you mean {right}?", begin - 1)
         self._enter_bracket(begin)
         steps, self._steps = self._steps, 1
         value = self.read_value("#")
@@ -218,6 +236,20 @@ class ValueReader:
         if abs(value - index) > WHOLE_NUMBER:
             raise self.error("VP025", f"#{value:g}: the index of a parameter is a whole number", begin)
         return index
+
+    def _refuse_name(self, begin: int, what: str) -> ProgramError:
+        """The error of a name in <> after the character before ``begin``, with the name that is meant."""
+        end = begin + 1
+        while end < len(self.characters) and self.places[end] == self.places[end - 1] + 1:
+            end += 1  # up to the next blank
+        match = _MISTYPED_NAME.match(self.characters, begin, end)
+        if match is None:
+            return self.error("VP001", what, begin)
+        if self.characters[begin : begin + 2] == "<<":
+            what = "the < is there twice"
+        first = self.characters[begin - 1]
+        wrong, right = f"{first}{match[0]}".lower(), f"{first}<{match[1]}>".lower()
+        return self.error("VP001", f"{wrong}: {what}; did you mean {right}?", begin - 1)
 
     def _read_parameter(self) -> float:
         begin = self.at

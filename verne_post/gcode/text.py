@@ -228,9 +228,8 @@ class ProgramText(ChunkedText):
             except ProgramError as error:
                 column = error.column or 1
                 self._refuse_zero(line)
-                raise ProgramError(error.code, error.message, column, line=line, edits=error.edits).advise(
-                    error.advice
-                ) from None
+                error.column, error.line, error.breaks_structure = column, line, True
+                raise
         try:
             open_words.check_all_closed(self.source)
         except ProgramError:

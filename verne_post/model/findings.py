@@ -304,6 +304,7 @@ class ProgramError(Exception):
     ``of_program``: the line is one of the program itself, also where a called file is executed.
     ``of_value``: what is wrong stands in ``line``, and each line that uses it counts.
     ``leaves_unknown``: as after a line that cannot be read, later errors about states may only follow from it.
+    ``breaks_structure``: as where a partner is missing, where the lines lead is not known.
     ``cause`` is what has led to it, in an earlier line: errors with the same one are one finding. Several of them
     stand in ``cause_line``, if it is given.
     ``goes_on``: a program is missing, and the one that calls it goes on after the call, though its code ends others.
@@ -332,7 +333,7 @@ class ProgramError(Exception):
         self.goes_on, self.of_program, self.of_value, self.cause = goes_on, of_program, of_value, cause
         self.edits = edits
         self.cause_line = self.passes_to = 0
-        self.leaves_unknown = False
+        self.leaves_unknown = self.breaks_structure = False
         self.advice: str | None = None
 
     def advise(self, advice: str | None) -> "ProgramError":

@@ -5,6 +5,7 @@ docs/apt.md lists the statements.
 """
 
 import re
+from itertools import islice
 from typing import Final
 
 from verne_post.base.long_text import Text
@@ -20,14 +21,18 @@ _HEADER: Final = re.compile(
     rb"|MSYS\s*/|PPRINT)",
     re.IGNORECASE,
 )
-
+#: Lines of no other language: two show a text whose first statement is misspelt.
+_OWN: Final = re.compile(
+    rb"^[ \t]*(?:GOTO|FEDRAT|LOADTL|SPINDL|CUTTER|COOLNT|RAPID|INDIRV|FROM)[ \t]*/", re.IGNORECASE | re.MULTILINE
+)
 
 _INCH: Final = (r"^[ \t]*UNITS?[ \t]*/[ \t]*(INCH(?:ES)?)\b", "MM")
 
 
 def _recognise(source: Text) -> bool:
-    """A statement with which only CLDATA begins."""
-    return _HEADER.match(source[: 1 << 16]) is not None
+    """A statement with which only CLDATA begins, or lines that only it has."""
+    head = source[: 1 << 16]
+    return _HEADER.match(head) is not None or len(list(islice(_OWN.finditer(head), 2))) > 1
 
 
 def _make_initial_state(setup: Setup) -> State:

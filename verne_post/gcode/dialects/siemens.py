@@ -16,14 +16,25 @@ from verne_post.gcode.setup import Setup
 from verne_post.gcode.words import read_whole_lines
 
 _HEADER_LINES: Final = 200
+#: More words of these controls outweigh one of others, which a wrong key may have made.
+_FEW_OWN: Final = 2
 #: What only these controls write. The lookahead for a letter saves two thirds of the time, at places without one.
 _OWN: Final = re.compile(
-    rb"^%_N_|^[ \t]*;[ \t]*\$PATH=|(?=[A-Z])(?:(?<![A-Z0-9_])(?:TRAORI|TRAFOOF|SUPA|CYCLE8[0-9]+|MCALL|STOPRE|MSG[ "
-    rb"\t]*\(|EXTCALL|ORIWKS|ORIMKS|ORIAXES|ORIVECT|G64[1-5]|G50[5-9]|COMPCAD|FFWON|A?TRANS(?![A-Z])|A?MIRROR"
+    rb"^%_N_|^%[^\n]*_[MS]PF|^[ \t]*;[ \t]*\$PATH=|(?=[A-Z])(?:(?<![A-Z0-9_])(?:TRAORI|TRAFOOF|SUPA|CYCLE8[0-9]+"
+    rb"|MCALL|STOPRE|MSG[ \t]*\(|EXTCALL|ORIWKS|ORIMKS|ORIAXES|ORIVECT|COMPCAD|FFWON|A?TRANS(?![A-Z])|A?MIRROR"
     rb"|[ABC]SPLINE|DIAM(?:ON|OF|90)|SETMS|FGROUP|GOTO[FB]|ENDIF|ENDFOR|ENDWHILE|PROC)(?![A-Z0-9_])|"
-    rb"(?<![A-Z0-9_])DEF[ \t]+(?:REAL|INT|BOOL|STRING)|(?<![A-Z0-9_])(?:[A-C]3|CR|AR|AP|RP|[XYZABCIJK]|R[0-9]+)[ "
-    rb"\t]*=[^=]|T[ \t]*=[ \t]*\"|WORKPIECE[ \t]*\()",
+    rb"(?<![A-Z0-9_])DEF[ \t]+(?:REAL|INT|BOOL|STRING)|T[ \t]*=[ \t]*\"|WORKPIECE[ \t]*\()",
     re.IGNORECASE | re.MULTILINE,
+)
+#: Such words that one wrong key makes of a word of other controls, as I=4 of I-4: one alone decides nothing.
+_OWN_BY_A_SLIP: Final = re.compile(
+    rb"(?<![A-Z0-9_])(?:G64[1-5]|G50[5-9])(?![A-Z0-9_])"
+    rb"|(?<![A-Z0-9_])(?:[A-C]3|CR|AR|AP|RP|[XYZABCIJK]|R[0-9]+)[ \t]*=[^=]",
+    re.IGNORECASE,
+)
+#: Codes of other controls that have no meaning here.
+_CODES_OF_OTHERS: Final = re.compile(
+    rb"(?<![A-Z0-9_])G[ \t]*0*(?:2[018]|4[39]|5[02]|68|73|8[0-9]|9[89]|9[01]\.1|43\.[1-9])(?![0-9.])", re.IGNORECASE
 )
 #: What they never write: words of other controls.
 _OTHERS: Final = re.compile(
@@ -39,11 +50,12 @@ _INCH: Final = (r"(?<![A-Z0-9_])(G0*70(0?))(?!\d)", r"G71\2")
 
 
 def _recognise(source: Text) -> bool:
-    """Words near the top that only these controls have, and none of others'."""
+    """Words near the top that only these controls have, more than others' where a slip may have made one of them."""
     head = b"\n".join(source[: 1 << 16].split(b"\n")[:_HEADER_LINES])
+    code = _COMMENT.sub(b"", head)
     if _OTHERS.search(head) is not None:
-        return False
-    return _OWN.search(_COMMENT.sub(b"", head)) is not None
+        return len(_OWN.findall(code)) > _FEW_OWN and len(_OTHERS.findall(head)) == 1
+    return _OWN.search(code) is not None or len(_OWN_BY_A_SLIP.findall(code)) > len(_CODES_OF_OTHERS.findall(code))
 
 
 def _execute(source: Text, setup: Setup, state: State, stop: StopConditions) -> Execution:

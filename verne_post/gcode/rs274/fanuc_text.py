@@ -31,16 +31,20 @@ _WORD_BEFORE_CORNER: Final = re.compile(r"([A-Z][ \t]*[-+]?\d+),$", re.IGNORECAS
 _NUMBER_WITH_O: Final = re.compile(r"[ \t/]*(N\d+O0*)(?!\w)", re.IGNORECASE)
 #: Lines that are looked at.
 _HEADER_LINES: Final = 200
-#: ``%`` and a program number, which may lack its O or have 0 in its place, or such a number alone in its line.
+#: ``%`` and a program number, which may lack its O or have another key in its place, or such a number alone in its
+#: line.
 _OPENING: Final = re.compile(
-    rb"\s*%[^\n]*\n\s*(?:\([^()\n]*\)\s*\n\s*){0,9}"
-    rb"(?:[0-9 \t]+(?=\(|\r?\n)|[O:]\s*[0-9]++(?![ \t]*(?:SUB|CALL|IF|WHILE|DO|REPEAT)))|"
+    rb"\s*(?:%[^\n]*\n\s*){1,2}(?:\([^()\n]*\)\s*\n\s*){0,9}"
+    rb"(?:(?:(?:[OIKLP]{1,2}|[0-9]O)?[0-9 \t]+|O[ \t]*)(?=\(|\r?\n)"
+    rb"|[O:]\s*[0-9]++(?![ \t]*(?:SUB|CALL|IF|WHILE|DO|REPEAT)))|"
     rb"\s*O[ \t]*[0-9]++[ \t\r]*(?:\([^\n]*)?(?:\n|$)",
     re.IGNORECASE,
 )
 #: Text after ``%``, or ``:1000`` after such a line.
-_TITLE: Final = re.compile(rb"\s*%(?!_N_)[ \t]*[^ \t\r\n][^\r\n]*|\s*(?:%[^\n]*\n\s*)?:[0-9]+")
-_PROGRAM_NUMBER: Final = re.compile(rb"^[ \t]*(?:[O:]\s*)?[0-9]+", re.IGNORECASE | re.MULTILINE)
+_TITLE: Final = re.compile(rb"\s*%(?!_N_|[^\n]*_[MS]PF)[ \t]*[^ \t\r\n][^\r\n]*|\s*(?:%[^\n]*\n\s*)?:[0-9]+")
+_PROGRAM_NUMBER: Final = re.compile(
+    rb"^[ \t]*(?:(?:[OIKLP:]{1,2}|[0-9]O)\s*[0-9]*|[0-9]+)", re.IGNORECASE | re.MULTILINE
+)
 #: Letters of such words that a message shows.
 _SHOWN_LETTERS: Final = 20
 #: Beside a header these outweigh words of RS274/NGC.

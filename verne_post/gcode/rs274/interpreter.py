@@ -34,7 +34,7 @@ from verne_post.gcode.program_error import ProgramError, write_before
 from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.rs274.cycles import CycleCodes
 from verne_post.gcode.rs274.functions import FunctionCodes
-from verne_post.gcode.rs274.letterless import describe_block_number, find_candidates
+from verne_post.gcode.rs274.letterless import find_candidates, find_divided
 from verne_post.gcode.rs274.messages import read_message
 from verne_post.gcode.rs274.modes import Modes
 from verne_post.gcode.rs274.motion import MotionCodes
@@ -151,8 +151,8 @@ class Rs274(Language):
 
     def read(self, text: str, line: int) -> Block:
         """Read a line; with the current values of parameters."""
-        if (message := describe_block_number(text)) and self.setup.machine:
-            self.recorder.warn("VP001", message, line, text.upper().index("N") + 1, "warning")
+        if self.setup.machine and (found := find_divided(text, line)) is not None:
+            self.recorder.warn("VP001", found.message, line, found.column, "warning", found.edits)
         return read_block(text, line, self.parameters)
 
     def execute(self, block: Block) -> None:

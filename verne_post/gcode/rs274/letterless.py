@@ -7,6 +7,7 @@ import numpy as np
 
 from verne_post.base.arrays import Ints
 from verne_post.gcode.program_error import ProgramError
+from verne_post.model.findings import Remedy
 
 #: What may be such a number: it stands behind a blank that follows another number, or N has a point.
 _CANDIDATE: Final = re.compile(rb"[0-9.][ \t]+[-+]?[0-9.]|[Nn][ \t]*[0-9]+\.")
@@ -15,7 +16,20 @@ _WORD: Final = re.compile(
 )
 _PROGRAM_NUMBER: Final = re.compile(r"[ \t]*([0-9][0-9 \t]*)(?:\(|\r?$)")
 _DIGITS_OF_CODES: Final = 2
-_BLOCK_NUMBER: Final = re.compile(r"[ \t/]*(N[ \t]*[0-9]+(?:[ \t]+[0-9]|[ \t]*\.)[0-9 \t.]*)", re.IGNORECASE)
+#: A word, and a number behind a blank.
+_WORD_AND_NUMBER: Final = re.compile(
+    r"\([^()]*\)?|;.*|(?P<letter>[A-Z])(?P<own>[-+]?[0-9.]+)[ \t]+(?P<number>[-+]?[ \t]*[0-9.]+)(?![ \t]*\])",
+    re.IGNORECASE,
+)
+#: Words of a motion in the order in which they are written.
+_ORDER: Final = "XYZACF"
+_POINT_IN_NUMBER: Final = re.compile(r"[ \t/]*(N[ \t]*[0-9]+[ \t]*\.[0-9 \t.]*)", re.IGNORECASE)
+#: What follows a digit that stands before its letter.
+_LETTER_AND_DIGITS: Final = re.compile(r"([A-Z])(\d+)(?![\w.])", re.IGNORECASE)
+_AS_NUMBER: Final = (
+    "all of it is read as the number of the block, as LinuxCNC does, and moves nothing; if a word has lost its letter, "
+    "write it"
+)
 
 
 def find_candidates(text: bytes) -> Ints:
@@ -61,16 +75,75 @@ def refuse_letterless(text: str) -> None:
             raise ProgramError("VP001", f"{match[0]}: a block number has no decimal point{meaning}", match.start() + 1)
 
 
-def describe_block_number(text: str) -> str:
-    """What LinuxCNC reads as one block number, and may be a word that has lost its letter; empty where nothing is."""
-    match = _BLOCK_NUMBER.match(text)
-    if match is None:
-        return ""
-    number = match[1].rstrip()
-    return (
-        f"{number}: all of it is read as the number of the block, as LinuxCNC does, and moves nothing; if a word "
-        "has lost its letter, write it"
-    )
+def find_divided(text: str, line: int = 0) -> ProgramError | None:
+    """What is wrong with a number that a blank divides, as in X15 28, if anything is; None where there is none.
+
+    LinuxCNC reads one number, X1528: it is an error only where something fails for it. Whoever writes X 1 5 means it.
+    """
+    if (point := _POINT_IN_NUMBER.match(text)) is not None:
+        return ProgramError("VP001", f"{point[1].rstrip()}: {_AS_NUMBER}", point.start(1) + 1)
+    for match in _WORD_AND_NUMBER.finditer(text):
+        if match["letter"] is None or match["letter"].upper() == "O":
+            continue
+        before, rest = text[: match.start()], text[match.end() :]
+        if before.count("[") > before.count("]") or re.fullmatch(r"0\d+", match["number"]):
+            continue
+        word, number = f"{match['letter']}{match['own']}", match["number"]
+        is_of_block = match["letter"].upper() == "N"
+        if (behind := _LETTER_AND_DIGITS.match(rest)) is not None and len(number) == 1 and number.isdigit():
+            if number == "0":  # of Z6 0I0, whose blank is one place too early
+                continue
+            wrong, right = f"{number}{behind[0]}", f"{behind[1]}{number}{behind[2]}"
+            message = f"{wrong}: a digit before its letter, which is read as {word}{number}; {right} may be meant"
+            edits = (Remedy(f"write {right}", right, line=line, misspelt=wrong, is_choice=True),)
+            return ProgramError("VP001", message, match.start("number") + 1, edits=edits)
+        if is_of_block:
+            message = f"{match[0].strip()}: {_AS_NUMBER}"
+        elif number[0] in "+-" or ("." in match["own"] and "." in number):
+            message = f"{number}: a number without a letter before it"
+        else:
+            message = f"{match[0].strip()}: blanks mean nothing in a number, so that this is {word}{number}"
+        letters = list_letters(match["letter"].upper(), match["own"], number, rest)
+        if not letters and number.isdigit():
+            continue
+        words = [f"{letter}{number}" for letter in letters or ["F"]]
+        edits = tuple(Remedy(f"write {one}", one, line=line, misspelt=number, is_choice=True) for one in words)
+        such = " or ".join(filter(None, (", ".join(words[:-1]), words[-1])))
+        such += ", the time of G4" if re.fullmatch("G0*4", word, re.IGNORECASE) else ""
+        message += (
+            f", such as {such}; else write {word}{number} without the blank"
+            if is_of_block
+            else f"; {number} may lack its letter, such as {such}"
+        )
+        return ProgramError("VP001", message, match.start("number") + 1, edits=edits)
+    return None
+
+
+def list_letters(before: str, own: str, number: str, rest: str) -> list[str]:
+    """Letters that a number may have lost: it stands after the word ``before`` ``own``, before the rest of a line."""
+    own = own.lstrip("+0").rstrip(".")
+    after = next((one for one in _ORDER if re.search(rf"{one}[ \t]*[-+.\d#\[]", rest, re.IGNORECASE)), "")
+    if before == "G" and own in ("4", "64"):
+        return ["P"]
+    if before == "G" and own.startswith("43"):
+        return ["H"]
+    if before == "G" and len(own) > 1 and number.isdigit():
+        return ["G"]
+    if before in "TS":
+        return ["M"]
+    if before == "M":
+        return ["M" if len(number) <= _DIGITS_OF_CODES else "S"]
+    is_code = number.isdigit() and len(number) <= _DIGITS_OF_CODES
+    if before == "N":
+        return ["G"] if is_code and (not after or re.match(r"[ \t]*G", rest, re.IGNORECASE)) else ["X", "Y", "Z"]
+    order = "IJKF" if before in "IJK" else _ORDER
+    begin = order.find(before) + 1
+    if after and order.find(after) == begin > 0:
+        return []  # no word has its place between the two
+    possible = order[begin : order.find(after)] if after and order.find(after) > begin else order[begin:]
+    if before == "G":
+        return list(possible.removesuffix("F") if after in tuple("YZAC") else "XYZ")
+    return list(dict.fromkeys((possible[:1] or "F", possible[-1:] or "F")))
 
 
 def _list_axes(before: str, rest: str) -> str:

@@ -42,6 +42,8 @@ _COMMENTS: Final = re.compile(r"\([^()]*\)?|;.*", re.DOTALL)
 _WORD: Final = re.compile(r"([A-Z])\s*(\d{1,6}(?:\.\d{1,3})?(?![\d.])|)")
 #: A variable that is set, also where its name is not closed; and the one that a message begins with.
 _SETTING: Final = re.compile(r"#(<[^<>=]*|\d+)>?\s*=(?!=)")
+#: A variable at the beginning of a line, whose = may be what is missing.
+_SETTING_ALONE: Final = re.compile(r"\A\s*(?:N\d+\s*)?#(<[^<>=]*|\d+)")
 _VARIABLE: Final = re.compile(r"#(<[^<>]*|\d+)")
 #: Groups of codes that are no modes.
 _NO_MODES: Final = ("motion", "cancel", "non-modal", "machine coordinates", "subprograms", "cutter compensation")
@@ -88,7 +90,7 @@ class Recovery:
         block = Block(line)
         if re.match(r"\s*(?:N\d+\s*)?=", text, re.IGNORECASE):  # the name is what is missing
             self._is_any_unset = True
-        self._unset |= {"".join(one.split()).lower() for one in _SETTING.findall(text)}
+        self._unset |= {"".join(one.split()).lower() for one in _SETTING.findall(text) + _SETTING_ALONE.findall(text)}
         words = _WORD.findall(_COMMENTS.sub("", text).upper())
         if not any(letter in AXES for letter, _number in words):  # a letter may be what is missing
             words += [("X", ""), ("Y", "")]

@@ -64,6 +64,7 @@ class _BlockRun:
         self._last_loop, self._jumps = (0, 0), False
         #: A code of the last line has no meaning: it may be what ends the program.
         self._has_unknown_code = False
+        self._is_unread = False  #: The last line could not be read, or has such a code.
         #: The last block with codes: its line, and whether the spindle ran forward before it.
         self._last_codes = 0, False
 
@@ -148,6 +149,8 @@ class _BlockRun:
                 errors = self._execute_block(block, line)
             elif line != text.opening and _is_executed(raw := chunk.read_raw(row), interpreter.setup):
                 errors = self._read_and_execute(decode_line(raw), line)
+                if (line, "VP001") in warnings:  # a number that a blank divides is the cause
+                    errors = self._name_cause(errors, decode_line(raw), line)
         except ProgramError as error:
             _find_column(error, chunk.read_raw(row))
             raise
@@ -167,7 +170,19 @@ class _BlockRun:
             self._name_loop(error, text)
             raise
         self._has_unknown_code = any(error.code == "VP002" for error in errors)
+        self._is_unread = self._has_unknown_code or any(error.code == "VP001" for error in errors)
         return errors
+
+    def _name_cause(self, errors: list[ProgramError], text: str, line: int) -> list[ProgramError]:
+        """The errors of a line with a number that a blank divides: that number alone; warnings of the line go."""
+        warnings = self.flow.interpreter.recorder.warnings
+        for key in [key for key in warnings if key[0] == line and key[1] != "VP001"]:
+            del warnings[key]
+        if not errors or self.recovery is None:
+            return errors
+        item = warnings.pop((line, "VP001"))
+        self.recovery.pass_unread(text, line)
+        return [ProgramError("VP001", item.message, item.column, edits=item.edits)]
 
     def _name_loop(self, error: ProgramError, text: ProgramText) -> None:
         """Say which loop a program repeats without end, and what its condition asks and no line of it sets."""
@@ -208,13 +223,14 @@ class _BlockRun:
             return errors
         try:
             later_errors = self._execute_block(block, line)
-        except ProgramError:
+        except ProgramError as later_error:
             if not errors:
                 raise
+            errors[0].breaks_structure = later_error.breaks_structure
             later_errors = []  # it may only follow
         if errors:  # what follows from the mistyped word is no error of its own
             # which words belong to a mistyped code is not known
-            later_errors = [error for error in later_errors if error.code not in OF_WORDS]
+            later_errors = [error for error in later_errors if error.code not in (*OF_WORDS, "VP007")]
             for error in later_errors:
                 _find_column(error, words.encode())
             for error in reversed(errors):
@@ -254,6 +270,8 @@ class _BlockRun:
 
     def end_text(self, execution: Execution) -> bool:
         """The text ends without M2 or M30: an error but for a pair of %."""
+        if self._is_unread and not self.calls.in_call:  # the last line may be what ends the program
+            return False
         flow, text = self.flow, self.calls.text
         percent = text.opening is not None
         starts = _find_last_start(text)
