@@ -54,7 +54,7 @@ _LETTER_TOO_MANY: Final = re.compile(r"G[1-9]\d(?:\.\d)?O", re.IGNORECASE)
 _M_AND_LETTER: Final = re.compile(r"(M0?\d)O: the letter O in a number; did you mean M0?\d0\?", re.IGNORECASE)
 _BEHIND_M: Final = "the letter O after the M code"
 #: A letter twice before a number.
-_TWICE: Final = re.compile(r"(?<![A-Z\d_])([A-Z])\1([-+]?(?:\d+\.?\d*|\.\d+))(?![\w.])", re.IGNORECASE)
+_TWICE: Final = re.compile(r"(?<![A-Z\d_])([A-Z])\1([-+]?(?:\d+\.?\d*|\.\d+)(?![\w.])|(?=[-+]?[#\[]))", re.IGNORECASE)
 _NO_EQUALS: Final = "words have no ="
 _SIGNED_WORD: Final = re.compile(r"[XYZABCUVWIJKQR]=\d.*", re.IGNORECASE)
 _NO_MACRO_WORD: Final = "no word of custom macros"
@@ -95,8 +95,11 @@ _WRONG_ORDER: Final = (
         "the sign before its letter",
         r"\2\1\3",
     ),
+    (re.compile(r"(?<![A-Za-z_])([A-Z][-+]?\d+)[lI](\.)(?![\w.])"), "a letter in a number", r"\g<1>1\2"),
     (re.compile(r"(?<=[-+*/=])(\d+),(?=[ \t]*(?:[(;\]]|$))"), COMMA_BEHIND, r"\1."),
 )
+#: What follows a program number is read as a word of RS274/NGC.
+_OF_RS274: Final = re.compile(r"(o\d+): expected sub, .*?(?:as in O\d+ \((\w+)\))?$")
 _COMPARISONS: Final = ("EQ", "NE", "GT", "GE", "LT", "LE", "OR")
 #: Words in capitals before a ``)``, in a line that has no ``(`` before them.
 _REMARK: Final = re.compile(r"[^()]*?((?<![A-Z])[A-Z]{2}[^()]*)\)", re.IGNORECASE)
@@ -106,7 +109,7 @@ _LETTER_OF_CODE: Final = {"4": "P", "41": "D", "42": "D", "43": "H", "43.4": "H"
 _FIRST_WORD: Final = re.compile(r"[ \t]*([A-Z](\d+))(?![\d.])", re.IGNORECASE)
 #: A G code, and a number behind a blank.
 _WITHOUT_LETTER: Final = re.compile(r"(G[ \t]*\d+(?:\.\d)?)[ \t]+(\d+\.?\d*|\.\d+)(?![A-Z\d.])", re.IGNORECASE)
-_CHANGED_BEHIND_CODE: Final = re.compile(r"G\d+(?:\.\d)?[ \t]+(\d)([A-Z])(\d*\.?\d*)(?!\w)", re.IGNORECASE)
+_CHANGED_BEHIND_CODE: Final = re.compile(r"[GM]\d+(?:\.\d)?[ \t]+(\d)([A-Z])(\d*\.?\d*)(?!\w)", re.IGNORECASE)
 _NUMBER_WITH_I: Final = re.compile(r"N\d*I\d+(?!\S)", re.IGNORECASE)
 _BLOCKS: Final = ("", "rs274", "fanuc")
 #: Characters of such a word, so that long lines of digits take no time.
@@ -263,7 +266,8 @@ def _say_what_is_meant(source: Text, item: Finding, dialect: str) -> Finding:
         edit = Remedy("write ,", ",", line=item.line, misspelt=";")
         message = "; begins a remark, and the bracket before it is open; write , in its place"
         return replace(item, message=message, column=remark.start() + 1, edits=(edit,))
-    if item.code == "VP001" and dialect in _BLOCKS and (match := _REMARK.match(text)) and item.column <= match.end():
+    is_remark = item.code in ("VP001", "VP023") and dialect in _BLOCKS
+    if is_remark and (match := _REMARK.match(text)) and item.column <= match.end():
         wrong = match[0][match.start(1) - match.start() :]
         edit = Remedy(f"write ({wrong}", f"({wrong}", line=item.line, misspelt=wrong)
         message = f"a comment is closed that no '(' begins; write ({wrong}"
@@ -283,7 +287,12 @@ def _say_what_is_meant(source: Text, item: Finding, dialect: str) -> Finding:
         if found is not None:
             if f": {COMMA_BEHIND};" in found[0] and (
                 _has_points(source, found[3])
-                or (dialect == "fanuc" and _WITH_POINT.fullmatch(found[3]) and _NUMBER_WITH_POINT.search(source))
+                or (
+                    dialect == "fanuc"
+                    and _WITH_POINT.fullmatch(found[3])
+                    and _NUMBER_WITH_POINT.search(source)
+                    and re.search(rb"%b[-+]?\d++(?![.,])" % found[3][:1].encode(), source, re.IGNORECASE) is None
+                )
             ):
                 found = (f"{found[0].removesuffix('?')}.?", *found[1:])
             item = replace(item, code="VP001", message=found[0], column=found[1] + 1, edits=())
@@ -370,7 +379,8 @@ def _find_number(line: str, column: int, dialect: str) -> tuple[str, int, str, s
                 return _report(match, f"{_name_character(match[2])} in a number", number)
     for pattern, what in _TOO_MANY:
         for match in pattern.finditer(line, max(at - _LONGEST, 0), at + _LONGEST):
-            if match.start() <= at <= match.end():
+            is_word = match[1].strip().upper() not in _COMPARISONS
+            if match.start() <= at <= match.end() and is_word:
                 return _report(match, what, "".join(match[1].split()) + match[2] + match[3])
     for pattern, what, right in _WRONG_ORDER if dialect in _BLOCKS else ():
         for match in pattern.finditer(line, max(at - _LONGEST, 0), at + _LONGEST):
@@ -439,6 +449,8 @@ def _is_number(pattern: re.Pattern[str], match: re.Match[str], line: str) -> boo
         return True
     head, number = match[1].strip().upper(), match[2].lstrip("-+").upper()
     if any(sign.isdigit() for sign in number):
+        if head == "D" and re.match(r"O[1-9]$", match[2]) and "[" in line[: match.start()]:  # DO1 of a loop
+            return False
         if head == "T" and _FOR.search(line[: match.start()]):  # TO4 of a loop
             return False
         return bool(head) or number[0] != "O"

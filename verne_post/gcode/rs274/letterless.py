@@ -38,8 +38,8 @@ def refuse_letterless(text: str) -> None:
     """
     if match := _PROGRAM_NUMBER.match(text):
         digits = match[1].rstrip()
-        if len(digits) <= _DIGITS_OF_CODES and digits[0] != "0":
-            letters = "MO" if len(digits) == 1 else "MG" if digits in _ENDS else "GO"
+        if len(digits) <= _DIGITS_OF_CODES and digits.strip("0"):
+            letters = "MO" if len(digits.lstrip("0")) == 1 else "MG" if digits in _ENDS else "GO"
             such = " or ".join(f"{letter}{digits}" for letter in letters)
             text = f"{digits}: a number without a letter before it; write its letter, such as {such}"
             raise ProgramError("VP001", text, match.start(1) + 1)

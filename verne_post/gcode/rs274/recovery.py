@@ -41,7 +41,7 @@ _COMMENTS: Final = re.compile(r"\([^()]*\)?|;.*", re.DOTALL)
 #: A letter, and its number where that is short and plain.
 _WORD: Final = re.compile(r"([A-Z])\s*(\d{1,6}(?:\.\d{0,3})?(?![\d.])|)")
 #: A variable that is set, also where its name is not closed; and the one that a message begins with.
-_SETTING: Final = re.compile(r"#(<[^<>=]*|\d+)>?\s*=(?!=)")
+_SETTING: Final = re.compile(r"#(<[^<>=]*|\d+)>?\s*(?:=(?!=)|(?<=\s)[-+.\d#\[])")
 _VARIABLE: Final = re.compile(r"#(<[^<>]*|\d+)")
 #: Groups of codes that are no modes.
 _NO_MODES: Final = ("motion", "cancel", "non-modal", "machine coordinates", "subprograms", "cutter compensation")
