@@ -106,7 +106,7 @@ _REMARK: Final = re.compile(r"[^()]*?((?<![A-Z])[A-Z]{2}[^()]*)\)", re.IGNORECAS
 #: The letter of a number beside a code.
 _LETTER_OF_CODE: Final = {"4": "P", "41": "D", "42": "D", "43": "H", "43.4": "H", "43.5": "H", "54.1": "P", "65": "P"}
 #: A whole number at the beginning of a line.
-_FIRST_WORD: Final = re.compile(r"[ \t]*([A-Z](\d+))(?![\d.])", re.IGNORECASE)
+_FIRST_WORD: Final = re.compile(r"[ \t]*([ABHM](\d+))(?![\d.])(?=[ \t]*[A-Z])", re.IGNORECASE)
 #: A G code, and a number behind a blank.
 _WITHOUT_LETTER: Final = re.compile(r"(G[ \t]*\d+(?:\.\d)?)[ \t]+(\d+\.?\d*|\.\d+)(?![A-Z\d.])", re.IGNORECASE)
 _CHANGED_BEHIND_CODE: Final = re.compile(r"[GM]\d+(?:\.\d)?[ \t]+(\d)([A-Z])(\d*\.?\d*)(?!\w)", re.IGNORECASE)
@@ -273,13 +273,15 @@ def _say_what_is_meant(source: Text, item: Finding, dialect: str) -> Finding:
         message = f"a comment is closed that no '(' begins; write ({wrong}"
         return replace(item, message=message, column=match.start(1) + 1, edits=(edit,))
     if (
-        item.code == "VP011"
+        item.code in ("VP002", "VP011")
         and dialect == "fanuc"
         and (match := _FIRST_WORD.match(text))
+        and match.start(1) + 1 == item.column
         and _is_numbered(source, item.line)
     ):
         edit = Remedy(f"write N{match[2]}", f"N{match[2]}", line=item.line, misspelt=match[1], is_choice=True)
-        return replace(item, message=f"{item.message}; write N{match[2]} if a block number is meant", edits=(edit,))
+        message = f"{item.message}; write N{match[2]} if a block number is meant"
+        return replace(item, message=message, edits=(edit, *item.edits))
     is_unread = item.code in UNREADABLE or _is_value(text, item.column, item.code)
     is_explained = any(one in item.message for one in (_BEHIND_M, _BEFORE_LETTER, _NO_MACRO_WORD))
     if is_unread and not is_explained:

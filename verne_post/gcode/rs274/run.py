@@ -23,6 +23,8 @@ from verne_post.gcode.templates import find_word_columns
 from verne_post.gcode.text import Chunk, ProgramText, decode_line
 from verne_post.model.findings import Finding, Remedy
 
+#: Numbers in a message.
+_VALUES: Final = re.compile(r"-?\d+(?:\.\d+)?")
 #: A plane that is not where it is used, or where it is to have ended.
 _OF_PLANE: Final = re.compile(r"write G69 first|there is no plane")
 
@@ -67,8 +69,8 @@ class _BlockRun:
         self._last_loop, self._jumps = (0, 0), False
         #: A code of the last line has no meaning: it may be what ends the program.
         self._has_unknown_code = False
-        #: Codes of the errors of each line, and whether a G code is unknown or a plane begins or ends elsewhere.
-        self._reported_codes: dict[tuple[int, int], set[str]] = {}
+        #: The errors of each line, and whether a G code is unknown or a plane begins or ends elsewhere.
+        self._reported_errors: dict[tuple[int, int], dict[tuple[str, str], str]] = {}
         self._lacks_code = False
         #: The last block with codes: its line, and whether the spindle ran forward before it.
         self._last_codes = 0, False
@@ -178,14 +180,15 @@ class _BlockRun:
 
     def _drop_following(self, errors: list[ProgramError], text: ProgramText, line: int) -> list[ProgramError]:
         """Errors of a line without those that its error in an earlier run, or an unknown G code before, has caused."""
-        earlier_codes = self._reported_codes.setdefault((id(text), line), set())
-        left = [
-            error
-            for error in errors
-            if (not earlier_codes or error.code in earlier_codes or error.code in FATAL)
-            and not (self._lacks_code and error.code in ("VP008", "VP017"))
-        ]
-        earlier_codes.update(error.code for error in left)
+        earlier = self._reported_errors.setdefault((id(text), line), {})
+        left = []
+        for error in errors:
+            kind = error.code, _VALUES.sub("0", error.message)  # a loop gives other values
+            is_new = not earlier or earlier.get(kind) == error.message or error.code in FATAL
+            if is_new and not (self._lacks_code and error.code in ("VP008", "VP017")):
+                left.append(error)
+        for error in left:
+            earlier.setdefault((error.code, _VALUES.sub("0", error.message)), error.message)
         self._lacks_code |= any(
             (error.code == "VP002" and error.edits and re.match(r"G\S+ is not a code", error.message))
             or (error.code == "VP017" and _OF_PLANE.search(error.message))
