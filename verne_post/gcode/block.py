@@ -62,6 +62,7 @@ _NUMBERS_OF_M: Final = ("1", "2", "3", "4", "5", "6", "7", "8", "9", "30")
 _SPLIT_LABEL: Final = re.compile(r"([A-Z]{1,2})<([A-Z_][A-Z\d_]*)>", re.IGNORECASE)
 #: A label without its o.
 _LABEL_ALONE: Final = re.compile(rf"(<[^<>]+>)(?=(?:{'|'.join(KEYWORDS)})\b)", re.IGNORECASE)
+_CODES_WITH_POINT: Final = ("5.1", "05.1", "43.4", "43.5", "53.1", "54.1", "54.2", "68.2", "68.3")
 _BARE_NUMBER: Final = re.compile(r"[-+]?[\d.]*")
 
 
@@ -287,6 +288,11 @@ def _read_o_word(reader: ValueReader) -> OWord:
         o = OWord(label, None, reader, reader.at, begin)
         if reader.at < len(characters) and characters[reader.at] != "(":
             word = re.split(r"\W", characters[reader.at :])[0]
+            if re.fullmatch(r"O[\dO]*\d[\dO]*", word) and label is not None and label.isdigit():
+                wrong = characters[begin - 1 : reader.at] + word
+                right = f"O{wrong[1:].replace('O', '0')}"
+                message = f"{wrong}: the letter O in a number; did you mean {right}?"
+                raise reader.error("VP001", message, begin - 1)
             edits = write_meant(word.lower(), [one.lower() for one in KEYWORDS]) or _write_short(word.lower())
             text = f"o{label or ''}: expected {', '.join(KEYWORDS).lower()}, or nothing after a program number"
             if edits:
@@ -351,8 +357,10 @@ def _find_missing_brackets(text: str, error: ProgramError) -> ProgramError | Non
     if found is None or text.count("[", found.start(), at) > text.count("]", found.start(), at):
         return None
     right = f"[{found[0]}]"
-    edits = (Remedy(f"write {right}", right, misspelt=found[0]),)
-    message = f"{found[0]}: an expression is written in brackets; did you mean {right}?"
+    is_closed = text[found.end() : found.end() + 1] == "]" and text.count("[") < text.count("]")
+    wrong = f"{found[0]}]" if is_closed else found[0]
+    edits = (Remedy(f"write {right}", right, misspelt=wrong),)
+    message = f"{wrong}: an expression is written in brackets; did you mean {right}?"
     return ProgramError("VP001", message, found.start() + 1, edits=edits)
 
 
@@ -367,6 +375,8 @@ def _describe_strange(character: str, reader: ValueReader, at: int, *, first: bo
         return "'$': this machine has one spindle, numbers of spindles mean nothing here"
     if character in "0123456789+-.":
         number = _BARE_NUMBER.match(reader.characters, at)[0]  # type: ignore[index]
+        if (first or has_number) and number in _CODES_WITH_POINT:
+            return f"{number}: a number without a letter before it; did you mean G{number}?"
         code = "G" if len(number) <= len("99") else "S"
         code += "M" if number in _NUMBERS_OF_M else ""
         letters = (f"N{code}" if first else code) if number.isdigit() and (first or has_number) else "XYZ"

@@ -98,7 +98,8 @@ def read_m_code(table: CodeTable, number: float, column: int) -> int:
     """
     code = round(number)
     if abs(number - code) > WHOLE_NUMBER or number < 0:
-        raise ProgramError("VP007", f"M{number:g}: an M code is a whole number", column)
+        right_code = f"; did you mean M{-number:g}?" if number == code else ""
+        raise ProgramError("VP007", f"M{number:g}: an M code is a whole number without a sign{right_code}", column)
     settles = describe_remap(f"M{code}")
     if code in _KINEMATICS:
         settles = (

@@ -200,6 +200,8 @@ class ValueReader:
                 near = find_operator(word[0])
                 advice = f"did you mean {near}?" if near else f"operators are {', '.join(_WORDS)} and + - * / **"
                 text = f"{word[0]}: no operator; {advice}" if len(word[0]) > 1 else text
+                if not near and len(word[0]) > 1 and _IS_OVER.match(self.characters, self.at):
+                    text = f"a {ends[-1]} is missing before {word[0]}"
             edits = close_here("]") if _IS_OVER.match(self.characters, self.at) else ()
             if text.startswith("expected") and self.characters[begin : begin + 2] == "[[":
                 take = Remedy("take [ out", "[", misspelt="[[", is_choice=True)

@@ -54,23 +54,62 @@ _LETTER_TOO_MANY: Final = re.compile(r"G[1-9]\d(?:\.\d)?O", re.IGNORECASE)
 _M_AND_LETTER: Final = re.compile(r"(M0?\d)O: the letter O in a number; did you mean M0?\d0\?", re.IGNORECASE)
 _BEHIND_M: Final = "the letter O after the M code"
 #: A letter twice before a number.
-_TWICE: Final = re.compile(r"(?<![A-Z\d_])([A-Z])\1([-+]?(?:\d+\.?\d*|\.\d+))(?![\w.])", re.IGNORECASE)
+_TWICE: Final = re.compile(r"(?<![A-Z\d_])([A-Z])\1([-+]?(?:\d+\.?\d*|\.\d+)(?![\w.])|(?=[-+]?[#\[]))", re.IGNORECASE)
+_NO_EQUALS: Final = "words have no ="
+_SIGNED_WORD: Final = re.compile(r"[XYZABCUVWIJKQR]=\d.*", re.IGNORECASE)
+_NO_MACRO_WORD: Final = "no word of custom macros"
+_BEFORE_LETTER: Final = "a digit before its letter"
+#: Words of Fanuc whose numbers have a point as a rule.
+_WITH_POINT: Final = re.compile(r"[ABCFIJKQRUVWXYZ][-+]?\d+", re.IGNORECASE)
+_DIVIDED_NUMBER: Final = re.compile(r"(?<![A-Za-z_])[A-Z][-+]?\d+([lI])(?:\.\d*|\d+\.?\d*)(?![\w.])")
+_NUMBER_WITH_POINT: Final = re.compile(rb"[XYZ][-+]?\d+\.", re.IGNORECASE)
 #: In blocks of letters and numbers: the first digit before its letter, and a # before the letter.
 _WRONG_ORDER: Final = (
     (
-        re.compile(r"(?<![\w.\])])(\d)([A-Z])(\d*\.?\d*)(?![\w#\[])", re.IGNORECASE),
-        "a digit before its letter",
+        re.compile(r"(?<![\w.\])#])(\d)([A-Z])(\d*\.?\d*)(?![\w#\[])", re.IGNORECASE),
+        _BEFORE_LETTER,
         r"\2\1\3",
     ),
     (re.compile(r"(#)([A-Z])(\d+)(?![\w.])", re.IGNORECASE), "the # before its letter", r"\2\1\3"),
-    (re.compile(r"(?<![\w#>])([A-Z])=([-+]?(?:\d+\.?\d*|\.\d+))(?![\w.])", re.IGNORECASE), "words have no =", r"\1\2"),
+    (re.compile(r"(?<![\w#>])([A-Z])=([-+]?(?:\d+\.?\d*|\.\d+))(?![\w.])", re.IGNORECASE), _NO_EQUALS, r"\1\2"),
     (re.compile(r"(#)[lI](\d*)(?!\w)"), "a letter in a number", r"\g<1>1\2"),
     (re.compile(r"(?<=[\[ =+*/-])()[lI]()(?=[ \t]*\])"), "a letter in a number", "1"),
-    (re.compile(r"(?<![A-Z_])([A-HJ-Z])I(\d+\.?\d*)(?![\w.])", re.IGNORECASE), "the letter I in a number", r"\g<1>1\2"),
+    (
+        re.compile(r"(?<![A-Z_])([A-HJ-Z][-+]?)I(\d+\.?\d*)(?![\w.])", re.IGNORECASE),
+        "the letter I in a number",
+        r"\g<1>1\2",
+    ),
+    (
+        re.compile(r"(?<![A-Z_])([A-HJ-Z#][-+]?\d+\.?\d*)I()(?![ \t]*[-+.\d#\[=])", re.IGNORECASE),
+        "the letter I in a number",
+        r"\g<1>1",
+    ),
+    (
+        re.compile(r"(?<![A-Z_])([A-HJ-Z][-+]?)I()(?=[ \t]*(?:[A-Z(;]|$))", re.IGNORECASE),
+        "the letter I in a number",
+        r"\g<1>1",
+    ),
+    (re.compile(r"(#\d+)[lI]()(?=[ \t]*[-+*/\]])"), "a letter in a number", r"\g<1>1"),
+    (
+        re.compile(r"(?<![\w\]=\[*/+-])([-+])([A-Z])(\d+\.?\d*|\.\d+)(?![\w.])", re.IGNORECASE),
+        "the sign before its letter",
+        r"\2\1\3",
+    ),
+    (re.compile(r"(?<![A-Za-z_])([A-Z][-+]?\d+)[lI](\.)(?![\w.])"), "a letter in a number", r"\g<1>1\2"),
+    (re.compile(r"(?<=[-+*/=])(\d+),(?=[ \t]*(?:[(;\]]|$))"), COMMA_BEHIND, r"\1."),
 )
+#: What follows a program number is read as a word of RS274/NGC.
+_OF_RS274: Final = re.compile(r"(o\d+): expected sub, .*?(?:as in O\d+ \((\w+)\))?$")
+_COMPARISONS: Final = ("EQ", "NE", "GT", "GE", "LT", "LE", "OR")
+#: Words in capitals before a ``)``, in a line that has no ``(`` before them.
+_REMARK: Final = re.compile(r"[^()]*?((?<![A-Z])[A-Z]{2}[^()]*)\)", re.IGNORECASE)
+#: The letter of a number beside a code.
+_LETTER_OF_CODE: Final = {"4": "P", "41": "D", "42": "D", "43": "H", "43.4": "H", "43.5": "H", "54.1": "P", "65": "P"}
+#: A whole number at the beginning of a line.
+_FIRST_WORD: Final = re.compile(r"[ \t]*([ABHM](\d+))(?![\d.])(?=[ \t]*[A-Z])", re.IGNORECASE)
 #: A G code, and a number behind a blank.
 _WITHOUT_LETTER: Final = re.compile(r"(G[ \t]*\d+(?:\.\d)?)[ \t]+(\d+\.?\d*|\.\d+)(?![A-Z\d.])", re.IGNORECASE)
-_CHANGED_BEHIND_CODE: Final = re.compile(r"G\d+(?:\.\d)?[ \t]+(\d)([A-Z])(\d*\.?\d*)(?!\w)", re.IGNORECASE)
+_CHANGED_BEHIND_CODE: Final = re.compile(r"[GM]\d+(?:\.\d)?[ \t]+(\d)([A-Z])(\d*\.?\d*)(?!\w)", re.IGNORECASE)
 _NUMBER_WITH_I: Final = re.compile(r"N\d*I\d+(?!\S)", re.IGNORECASE)
 _BLOCKS: Final = ("", "rs274", "fanuc")
 #: Characters of such a word, so that long lines of digits take no time.
@@ -90,7 +129,7 @@ _NEXT_WORD: Final = re.compile(r"[ \t]\S|[\d.][A-Za-z]")
 _OPEN_BRACKET: Final = "the bracket is not closed on its line"
 _CLOSED_IN_REMARK: Final = re.compile(r";(?=[^()]*\))")
 #: Errors of text that cannot be read.
-_UNREADABLE: Final = ("VP001", "VP002")
+UNREADABLE: Final = ("VP001", "VP002")
 
 
 def explain_unknown(message: str, word: str, *known_words: Iterable[str]) -> str:
@@ -183,7 +222,7 @@ def say_what_is_meant(source: Text, errors: Sequence[Finding], dialect: str) -> 
 
 def _find_pasted(text: str, error: ProgramError | Finding, dialect: str) -> tuple[str, int] | None:
     """A character of mail or PDF at or beside the word that cannot be read, and where it stands."""
-    if error.code not in _UNREADABLE or error.column is None or text.isascii():
+    if error.code not in UNREADABLE or error.column is None or text.isascii():
         return None
     begin = max(error.column - 2, 0)
     paste = OF_PROGRAMS.search(remove_remarks(text, dialect), begin)
@@ -210,12 +249,12 @@ def _say_what_is_meant(source: Text, item: Finding, dialect: str) -> Finding:
         right = f"{match[2]}{match[1]}{match[3]}"
         wrong, column = f"{match[1]}{match[2]}{match[3]}", match.start(1) + 1
         edit = Remedy(f"write {right}", right, line=item.line, misspelt=wrong)
-        message = f"{wrong}: a digit before its letter; did you mean {right}?"
+        message = f"{wrong}: {_BEFORE_LETTER}; did you mean {right}?"
         return replace(item, code="VP001", message=message, column=column, edits=(edit,), settled_by=())
     if item.code == "VP002" and dialect in _BLOCKS and (match := _WITHOUT_LETTER.match(text, item.column - 1)):
         code, number = match[1].upper(), match[2]
         is_dwell = code.lstrip("G 0") == "4"
-        letter = "P" if is_dwell else "G" if number.isdigit() else "X"
+        letter = _LETTER_OF_CODE.get(code.lstrip("G 0"), "G" if number.isdigit() else "X")
         right = f"{match[1]} {letter}{number}"
         message = (
             f"{match[0]}: blanks mean nothing in a number, so that this is {''.join(match[0].split())}; "
@@ -227,16 +266,51 @@ def _say_what_is_meant(source: Text, item: Finding, dialect: str) -> Finding:
         edit = Remedy("write ,", ",", line=item.line, misspelt=";")
         message = "; begins a remark, and the bracket before it is open; write , in its place"
         return replace(item, message=message, column=remark.start() + 1, edits=(edit,))
-    is_unread = item.code in _UNREADABLE or _is_value(text, item.column, item.code)
-    if is_unread and _BEHIND_M not in item.message:
+    is_remark = item.code in ("VP001", "VP023") and dialect in _BLOCKS
+    if is_remark and (match := _REMARK.match(text)) and item.column <= match.end():
+        wrong = match[0][match.start(1) - match.start() :]
+        edit = Remedy(f"write ({wrong}", f"({wrong}", line=item.line, misspelt=wrong)
+        message = f"a comment is closed that no '(' begins; write ({wrong}"
+        return replace(item, message=message, column=match.start(1) + 1, edits=(edit,))
+    if (
+        item.code in ("VP002", "VP011")
+        and dialect == "fanuc"
+        and (match := _FIRST_WORD.match(text))
+        and match.start(1) + 1 == item.column
+        and _is_numbered(source, item.line)
+    ):
+        edit = Remedy(f"write N{match[2]}", f"N{match[2]}", line=item.line, misspelt=match[1], is_choice=True)
+        message = f"{item.message}; write N{match[2]} if a block number is meant"
+        return replace(item, message=message, edits=(edit, *item.edits))
+    is_unread = item.code in UNREADABLE or _is_value(text, item.column, item.code)
+    is_explained = any(one in item.message for one in (_BEHIND_M, _BEFORE_LETTER, _NO_MACRO_WORD))
+    if is_unread and not is_explained:
         found = _find_number(text, item.column, dialect)
         if found is not None:
-            if f": {COMMA_BEHIND};" in found[0] and _has_points(source, found[3]):
+            if f": {COMMA_BEHIND};" in found[0] and (
+                _has_points(source, found[3])
+                or (
+                    dialect == "fanuc"
+                    and _WITH_POINT.fullmatch(found[3])
+                    and _NUMBER_WITH_POINT.search(source)
+                    and re.search(rb"%b[-+]?\d++(?![.,])" % found[3][:1].encode(), source, re.IGNORECASE) is None
+                )
+            ):
                 found = (f"{found[0].removesuffix('?')}.?", *found[1:])
             item = replace(item, code="VP001", message=found[0], column=found[1] + 1, edits=())
+            if _is_sign_or_none(found[2], dialect):  # the keys of = and - are neighbours
+                signs = (found[3], f"{found[3][0]}-{found[3][1:]}")
+                edits = tuple(
+                    Remedy(f"write {one}", one, line=item.line or 0, misspelt=found[2], is_choice=True) for one in signs
+                )
+                return replace(item, message=f"{found[2]}: {_NO_EQUALS}; write {' or '.join(signs)}", edits=edits)
     elif item.code == "VP006" and (match := _NUMBER_WITH_I.match(text.strip())) and "I" in item.message:
         message, _begin, *_words = _report(match, "the letter I in a number", match[0].upper().replace("I", "1"))
         item = replace(item, code="VP001", message=message, column=text.index(match[0]) + 1, edits=())
+    elif item.code == "VP006" and dialect in _BLOCKS and (match := _find_divided(text, item.column)):
+        right = re.sub("[lI]", "1", match[0])
+        message, begin, *_words = _report(match, f"the letter {match[1]} in a number", right)
+        item = replace(item, code="VP001", message=message, column=begin + 1, edits=())
     elif item.code == "VP006":
         for match in _VARIABLE_WITH_L.finditer(text):
             if match.end() == item.column:
@@ -277,10 +351,10 @@ def correct_number(text: str, error: ProgramError, dialect: str = "") -> str | N
     if (paste := _find_pasted(text, error, dialect)) is not None:
         error.code, error.message, error.column, error.edits = "VP001", explain_pasted(paste[0]), paste[1] + 1, ()
         return translate_pasted(text)
-    if error.column is None or not (error.code in _UNREADABLE or _is_value(text, error.column, error.code)):
+    if error.column is None or not (error.code in UNREADABLE or _is_value(text, error.column, error.code)):
         return None
     found = _find_number(text, error.column, dialect)
-    if found is None:
+    if found is None or _is_sign_or_none(found[2], dialect):
         return None
     error.message, begin, wrong_word, right_word = found
     error.code, error.column, error.edits = "VP001", begin + 1, ()  # a bracket is not what is missing
@@ -300,21 +374,44 @@ def _find_number(line: str, column: int, dialect: str) -> tuple[str, int, str, s
                 if pattern is _LETTER_O and dialect != "siemens" and _LETTER_TOO_MANY.fullmatch(word):
                     return _report(match, "the letter O after the code", word[:-1])
                 number = "".join(match[1].split()) + match[2].translate(MEANT_CHARACTERS)
+                if match[1].strip().upper() in _COMPARISONS:
+                    wrong, right = match[2], match[2].translate(MEANT_CHARACTERS)
+                    what = f"{_name_character(wrong)} in a number"
+                    return f"{wrong}: {what}; did you mean {right}?", match.start(2), wrong, right
                 return _report(match, f"{_name_character(match[2])} in a number", number)
     for pattern, what in _TOO_MANY:
         for match in pattern.finditer(line, max(at - _LONGEST, 0), at + _LONGEST):
-            if match.start() <= at <= match.end():
+            is_word = match[1].strip().upper() not in _COMPARISONS
+            if match.start() <= at <= match.end() and is_word:
                 return _report(match, what, "".join(match[1].split()) + match[2] + match[3])
     for pattern, what, right in _WRONG_ORDER if dialect in _BLOCKS else ():
         for match in pattern.finditer(line, max(at - _LONGEST, 0), at + _LONGEST):
             # in 1G1X5, without blanks, a letter may be lost
-            is_sure = what != _WRONG_ORDER[0][1] or " " in line.strip() or match[0] == line.strip()
-            if match.start() <= at <= match.end() and is_sure:
+            is_sure = what != _BEFORE_LETTER or " " in line.strip() or match[0] == line.strip()
+            # a letter behind a number is found where the next word begins
+            end = len(line) - len(line[match.end() :].lstrip()) if match[0][-1].isalpha() else match.end()
+            if match.start() <= at <= end and is_sure:
                 return _report(match, what, match.expand(right))
     for match in _TWICE.finditer(line, max(at - 1, 0), at + _LONGEST):
         if match.start() <= at <= match.start() + 1:
             return _report(match, "the letter is there twice", match[1] + match[2])
     return None
+
+
+def _find_divided(text: str, column: int | None) -> re.Match[str] | None:
+    """The word with a small L or an I after a digit, at a column, and more of its number behind it."""
+    return next((one for one in _DIVIDED_NUMBER.finditer(text) if one.start(1) + 1 == column), None)
+
+
+def _is_sign_or_none(word: str, dialect: str) -> bool:
+    """Whether the = of a word that has none may stand for a minus sign."""
+    return dialect in _BLOCKS and _SIGNED_WORD.fullmatch(word) is not None
+
+
+def _is_numbered(source: Text, line: int) -> bool:
+    """Whether the line before or after one begins with a block number."""
+    beside = [take_line(source, at) for at in (line - 1, line + 1) if at]
+    return any(raw is not None and re.match(rb"[ \t/]*N[ \t]*\d", raw, re.IGNORECASE) for raw in beside)
 
 
 def _has_points(source: Text, word: str) -> bool:
@@ -354,10 +451,12 @@ def _is_number(pattern: re.Pattern[str], match: re.Match[str], line: str) -> boo
         return True
     head, number = match[1].strip().upper(), match[2].lstrip("-+").upper()
     if any(sign.isdigit() for sign in number):
+        if head == "D" and re.match(r"O[1-9]$", match[2]) and "[" in line[: match.start()]:  # DO1 of a loop
+            return False
         if head == "T" and _FOR.search(line[: match.start()]):  # TO4 of a loop
             return False
         return bool(head) or number[0] != "O"
-    if len(number) > 1 and head not in ("G", "M"):  # FOO is a name, GOO is G00
+    if len(number.rstrip(".")) > 1 and head not in ("G", "M"):  # FOO is a name, GOO is G00
         return False
     is_before_zero = head in _BEFORE_ZERO or re.fullmatch(r"Q[LR]?\d+[ \t]*=", head) is not None
     return is_before_zero and re.match(r"[^\W\d]|[(\[/]", line[match.end() :]) is None  # no PO[X], FOO(1), GO/

@@ -12,6 +12,7 @@ from msgspec import structs
 
 from verne_post.base.long_text import Text, take_line
 from verne_post.base.program_lines import find_word_of
+from verne_post.base.suggestions import find_correction
 from verne_post.gcode.dialect import Dialect
 from verne_post.gcode.dialects import DIALECTS, choose_dialect, name_dialect
 from verne_post.gcode.execution import MAX_ERRORS, Execution, LineTrace, StopConditions
@@ -19,7 +20,7 @@ from verne_post.gcode.languages import find_other_language
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.machining.watcher import place_at_plane, report_kept_planes
 from verne_post.gcode.missing_setup import report_missing_offsets
-from verne_post.gcode.mistyped import say_what_is_meant
+from verne_post.gcode.mistyped import UNREADABLE, say_what_is_meant
 from verne_post.gcode.parameters import Parameters
 from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.setup import Setup
@@ -280,7 +281,14 @@ def _make_refusal(
         moves = execution.recorder.freeze(list(execution.state.position), execution.state.frame, {})
         found = [_report_at_start(item, moves, setup) if item.code == "VP008" else item for item in found]
         found += report_missing_offsets(moves, setup) if codes & {"VP012", "VP018"} else []
-        found += [item for item in report_kept_planes(moves, setup.coordinates) if not _is_told(item, found)]
+        unread = min(
+            (one.line or 0 for one in found if one.code in UNREADABLE and not find_correction(one.message)), default=0
+        )
+        found += [
+            item
+            for item in report_kept_planes(moves, setup.coordinates)
+            if not _is_told(item, found) and (not unread or (item.line or 0) < unread)  # else it may be its end
+        ]
     return InputError(*(place_at_plane(source, item) for item in found))
 
 

@@ -350,11 +350,7 @@ class Machining:
             )
             if absolute or kind != MoveKind.RAPID:
                 raise error
-            explain_g91(self, error, at.line if at else 0)
-            if line := self.word_lines.get("G91"):
-                error.message += "; write G90"
-                error.edits = (Remedy("write G90", "90", line=line, word=("G", 91.0), is_choice=True),)
-            raise error
+            raise explain_g91(self, error, at.line if at else 0)
         if machine:
             return state.position
         if axes is not None and _Z not in axes and not any(state.frame.tool) and not math.isnan(values_before[_Z]):

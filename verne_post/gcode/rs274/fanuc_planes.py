@@ -13,7 +13,7 @@ from verne_post.gcode.affine import build_rotation, build_rotation_about, find_t
 from verne_post.gcode.arcs import PLANES
 from verne_post.gcode.block import Block
 from verne_post.gcode.codes import TAKES_AXES, spell_g_code
-from verne_post.gcode.machining.machining import Machining
+from verne_post.gcode.machining.machining import Machining, explain_g91
 from verne_post.gcode.machining.turning import turn_table
 from verne_post.gcode.program_error import ProgramError, write_before
 from verne_post.gcode.rs274.fanuc_codes import MIRROR_OFF, OF_FRAMES, OF_TOOL, PLANE_OFF, ROTATION
@@ -308,11 +308,12 @@ class FanucPlanes:
         absolute = 900 in codes or (modes.absolute and 910 not in codes)
         if (absolute and len(named_axes) < len(modes.turned_axes)) or (not absolute and modes.after_turn == "G69"):
             letters = ", ".join("XYZ"[axis] for axis in sorted(modes.turned_axes))
-            raise ProgramError(
+            error = ProgramError(
                 "VP017",
                 f"the first motion after {modes.after_turn} must name {letters} in G90: controls differ in what an "
                 "unnamed axis keeps",
             )
+            raise error if absolute or 910 in codes else explain_g91(self.core, error, block.line)
         if absolute:
             modes.after_turn = ""
 

@@ -21,6 +21,11 @@ _NUMBER_AND_WORDS: Final = re.compile(
     r"([ \t]*(?:N[ \t]*\d+[ \t]*)?O[ \t]*\d[ \t\d]*)(?=(?:\([^()]*\)|[ \t])*(?:[A-NP-Z#/][^A-Z]*[-+.\d#\[]))",
     re.IGNORECASE,
 )
+#: Slips in a program number, which stands alone or before its title.
+_SLIPS_OF_NUMBER: Final = (
+    (re.compile(r"[ \t]*(\d+O\d+)(?=[ \t]*(?:\(|$))", re.IGNORECASE), "a digit before its letter"),
+    (re.compile(r"[ \t]*(O\d+O[\dO]*)(?=[ \t]*(?:\(|$))", re.IGNORECASE), "the letter O in a number"),
+)
 #: Lines without a program number or an end, up to a ``%`` before a program number.
 _LISTING: Final = re.compile(
     rb"(?:(?![ \t]*[O:][ \t]*\d|[ \t]*%|[^\n]*\bM0*(?:2|30|99)\b)[^\n]*\n)*(?=[ \t]*%[^\n]*\n\s*[O:][ \t]*\d)",
@@ -121,6 +126,11 @@ def refuse_letter_in_number(text: str) -> None:
         right = match[1].upper().replace("O", "0")
         message = f"{match[1]}: the letter O in a number; did you mean {right}?"
         raise ProgramError("VP001", message, match.start(1) + 1)
+    for pattern, what in _SLIPS_OF_NUMBER:
+        if match := pattern.match(text):
+            wrong = match[1].upper()
+            right = f"O{wrong.replace('O', '', 1)}" if wrong[0] != "O" else f"O{wrong[1:].replace('O', '0')}"
+            raise ProgramError("VP001", f"{match[1]}: {what}; did you mean {right}?", match.start(1) + 1)
 
 
 def end_of_number(text: str) -> int:

@@ -273,7 +273,11 @@ class Flow:
     def _end_program(self, call: Call, line: int) -> None:
         frame = self.calls.frame
         if frame.label is None and call.number is not None:
-            self.calls.line = self.macros.find_block(call.number, line)
+            try:
+                self.calls.line = self.macros.find_block(call.number, line)
+            except ProgramError as error:
+                self._explain_call(error, call.number)
+                raise
             return
         if frame.label is None:
             text = (
@@ -293,6 +297,15 @@ class Flow:
             self.macros.leave(frame)
         if call.number is not None:
             self.calls.line = self.macros.find_block(call.number, self.calls.line - 1)
+
+    def _explain_call(self, error: ProgramError, number: int) -> None:
+        """Say that M99 with the number of a program, or with repeats before it, may be a call of that program."""
+        digits = str(number)
+        labels = (digits[at:].lstrip("0") for at in range(len(digits)) if len(digits) - at in (len(digits), 4))
+        label = next((one for one in labels if one in self.calls.text.structure.programs), None)
+        if label is not None:
+            error.message += f"; M98 P{number} would call O{label}"
+            error.edits = (Remedy("write M98", "M98", misspelt="M99", is_choice=True),)
 
     def _choose_program(self, call: Call) -> tuple[str, int]:
         """Which program is called, and how often: by what is there, where the digits of P can be read in two ways."""

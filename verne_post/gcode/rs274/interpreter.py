@@ -51,7 +51,12 @@ from verne_post.model.plausibility import PLAUSIBLE
 
 _MAX_M_CODES: Final = 4
 _DIGITS_OF_CODES: Final = 2
+_MOST_NAMED: Final = 3
+#: Two digits whose keys are neighbours.
+_KEYS_BESIDE: Final = frozenset(f"{one}{one + step}" for one in range(10) for step in (-1, 1))
 _LEAST_PROGRAM: Final = 100  #: Numbers of subprograms are not below it, as a rule.
+#: Words of a tool, and the codes that use them.
+_CODES_BESIDE: Final = {"H": ("G43",), "D": ("G41", "G42")}
 #: Words of G83 that no other block of G93 has.
 _OF_DRILLING: Final = frozenset("RQPKL")
 #: Numbers of G words -> codes of motion that need nothing but their own words.
@@ -310,8 +315,7 @@ class Rs274(Language):
             letters |= set(REMAPPED_WORDS)
         return letters
 
-    @staticmethod
-    def _check_words(block: Block, usable: set[str]) -> None:
+    def _check_words(self, block: Block, usable: set[str]) -> None:
         unused_letters = [letter for letter in block.columns if letter not in usable]
         inverse = next((code for code in block.codes if code[:2] == ("G", 93.0)), None)
         if (
@@ -327,6 +331,13 @@ class Rs274(Language):
             if letter in "IJK" and not block.codes and {"X", "Y", "Z"} & block.words.keys():
                 text += ", because no G2 or G3 is in force: write one if an arc is meant"
             edits: tuple[Remedy, ...] = ()
+            word = f"{letter}{block.words[letter]:g}"
+            if letter in _CODES_BESIDE and self.table.is_executed(_CODES_BESIDE[letter][0]):
+                text += f"; the {' or '.join(_CODES_BESIDE[letter])} of a tool may be missing before it"
+                edits = tuple(
+                    Remedy(f"write {code} {word}", f"{code} {word}", misspelt=word, is_choice=True)
+                    for code in _CODES_BESIDE[letter]
+                )
             if letter == "P" and not block.codes and block.words["P"] >= _LEAST_PROGRAM:
                 wrong = f"P{block.words['P']:.0f}"
                 text += "; the M98 of a call may be missing before it"
@@ -550,17 +561,21 @@ class Rs274(Language):
         if is_code and code in self.table.refused_g:
             name = spell_g_code(code)
             text, right_code = f"not executed: {name} ({self.table.refused_g[code]})", self.table.instead_of_g.get(code)
-            edits: tuple[Remedy, ...] = ()
+            edits = tuple[Remedy, ...]()
             if right_code:
                 edits = (Remedy(f"write {right_code}", right_code, way="marked"),)
             raise ProgramError("VP002", text, column, about=name, edits=edits)
         if not is_code or code not in self.table.group_of_g:
             name = spell_g_code(code) if is_code else f"G{number:g}"
+            near_codes: list[str] = []
             text = f"{name} is not a code"
             if is_code:
+                near_codes = self._list_near_codes(f"{number:g}")
                 text += " of this language"
                 near = [spell_g_code(one) for one in sorted(self.table.group_of_g) if one // 10 == code // 10]
+                near_codes = near_codes if not moves else []
                 such = f", such as {' or '.join(', '.join(near).rsplit(', ', 1))}" if near else ""
+                text += f", as {' or '.join(near_codes)} would be" if near_codes else ""
                 text += (
                     f", and its block names axes; write the code that is meant{such}"
                     if moves
@@ -570,16 +585,39 @@ class Rs274(Language):
             if full_text == text and (right_code := self._find_near_code(f"{number:g}")):
                 full_text = f"{name}: no meaning in this language; did you mean {right_code}?"
             is_settled = is_code and not moves and full_text == text  # else another code is meant
-            raise ProgramError("VP002", full_text, column, settled_by=("remap", name) if is_settled else ())
+            near_codes = near_codes if full_text == text else []
+            edits = tuple(Remedy(f"write {one}", one, way="marked", is_choice=True) for one in near_codes)
+            raise ProgramError(
+                "VP002", full_text, column, settled_by=("remap", name) if is_settled else (), edits=edits
+            )
         return code
 
+    def _list_near_codes(self, digits: str) -> list[str]:
+        """The few codes that have lost a digit, as G05.1 its 5, or have a key beside or digits swapped; else none."""
+
+        def is_near(name: str) -> bool:
+            changes = [one + other for one, other in zip(name, digits, strict=False) if one != other]
+            if len(name) == len(digits):
+                is_swapped = len(changes) > 1 and changes[0] == changes[1][::-1]
+                return changes[0] in _KEYS_BESIDE if len(changes) == 1 else is_swapped and not changes[2:]
+            return any(name[:at] + name[at + 1 :] == digits for at in range(len(name)))
+
+        names = [spell_g_code(one)[1:] for one in sorted(self.table.group_of_g)]
+        near = [f"G{name}" for name in names if is_near(name) or is_near(f"0{name}")]
+        return near if len(near) <= _MOST_NAMED else []
+
     def _find_near_code(self, number: str) -> str:
-        """The one code that a sign, a digit twice or a point that is missing makes of a number; empty without one."""
+        """The one code that a sign, a digit twice or moved, or a missing point makes of a number; empty without one."""
         digits = number.removeprefix("-")
         near = {digits} if digits != number else set[str]()
         if digits.isdigit() and len(digits) > _DIGITS_OF_CODES:
             near = {f"{digits[:-1]}.{digits[-1]}"}
             near |= {digits[:at] + digits[at + 1 :] for at in range(1, len(digits)) if digits[at] == digits[at - 1]}
+            near |= {
+                digits[:at] + digits[at + 1] + digits[at] + digits[at + 2 :]
+                for at in range(len(digits) - 1)
+                if digits[at] != digits[at + 1]
+            }
         codes_near = {round(float(one) * 10) for one in near} & self.table.group_of_g.keys()
         return spell_g_code(codes_near.pop()) if len(codes_near) == 1 else ""
 

@@ -30,6 +30,9 @@ _AS_NUMBER: Final = (
     "all of it is read as the number of the block, as LinuxCNC does, and moves nothing; if a word has lost its letter, "
     "write it"
 )
+_LEAST_FEED: Final = 100.0
+#: M codes of two digits at the end of programs.
+_ENDS: Final = ("30", "99")
 
 
 def find_candidates(text: bytes) -> Ints:
@@ -49,8 +52,10 @@ def refuse_letterless(text: str) -> None:
     """
     if match := _PROGRAM_NUMBER.match(text):
         digits = match[1].rstrip()
-        if len(digits) == _DIGITS_OF_CODES and digits[0] != "0":
-            text = f"{digits}: a number without a letter before it; write its letter, such as G{digits} or O{digits}"
+        if len(digits) <= _DIGITS_OF_CODES and digits.strip("0"):
+            letters = "MO" if len(digits.lstrip("0")) == 1 else "MG" if digits in _ENDS else "GO"
+            such = " or ".join(f"{letter}{digits}" for letter in letters)
+            text = f"{digits}: a number without a letter before it; write its letter, such as {such}"
             raise ProgramError("VP001", text, match.start(1) + 1)
         meaning = f"did you mean O{digits.removeprefix('0').strip()}?"
         raise ProgramError("VP001", f"{digits}: a number without a letter before it; {meaning}", match.start(1) + 1)
@@ -58,16 +63,35 @@ def refuse_letterless(text: str) -> None:
         letter, number, rest = (match["letter"] or "").upper(), match["number"], text[match.end() :]
         if number and (letter == "N" or not f"{match['own']}{number}".isdigit()):
             if letter == "N" and number.isdigit():
+                code = ("M" if number in _ENDS else "G") if len(number) <= _DIGITS_OF_CODES else "S"
                 text = (
-                    f"{number}: a number without a letter before it, or a blank in N{match['own']}{number}; write one"
+                    f"{number}: a number without a letter before it, or a blank in N{match['own']}{number}; write "
+                    f"{code}{number} or N{match['own']}{number}"
                 )
                 raise ProgramError("VP001", text, match.start("number") + 1)
             if letter == "G" and match["own"].lstrip("0") == "4":
                 text = f"{number}: the time of G4 has no letter before it; write X{number} for seconds, or P"
                 raise ProgramError("VP001", text, match.start("number") + 1)
-            *others, last = [f"{axis}{number}" for axis in _list_axes(letter, rest)]
-            meaning = f"write its letter, such as {', '.join(others)} or {last}" if others else f"did you mean {last}?"
             column = match.start("number") + 1
+            if not number.strip("."):
+                wrong, right = match[0], f"{match['letter']}{match['own']}."
+                raise ProgramError("VP001", f"{wrong}: a blank in a number; did you mean {right}?", match.start() + 1)
+            axes = _list_axes(letter, rest)
+            unused_axes = [one for one in axes if not re.search(one, text, re.IGNORECASE)]
+            if not unused_axes and axes != "IJK":
+                unused_axes = [one for one in "ABC" if not re.search(one, text, re.IGNORECASE)]
+            others = [f"{axis}{number}" for axis in unused_axes or axes]
+            if float(number) >= _LEAST_FEED and not rest.strip() and "F" not in text.upper():
+                others.append(f"F{number}")
+            *others, last = others
+            has_no_point = match["own"].isdigit() or number.isdigit()
+            if has_no_point and number[0] not in "+-" and letter in "XYZABCIJKRFS":
+                such = f"{', '.join(others)} or {last}" if others else last
+                meaning = f"write its letter, such as {such}; or {letter}{match['own']}{number} without the blank"
+            else:
+                meaning = (
+                    f"write its letter, such as {', '.join(others)} or {last}" if others else f"did you mean {last}?"
+                )
             raise ProgramError("VP001", f"{number}: a number without a letter before it; {meaning}", column)
         if letter == "N" and "." in match[0]:
             is_alone = not match[0].endswith(".") or not rest.strip() or rest.lstrip()[0] in "(;"
@@ -95,8 +119,8 @@ def find_divided(text: str, line: int = 0) -> ProgramError | None:
                 continue
             wrong, right = f"{number}{behind[0]}", f"{behind[1]}{number}{behind[2]}"
             message = f"{wrong}: a digit before its letter, which is read as {word}{number}; {right} may be meant"
-            edits = (Remedy(f"write {right}", right, line=line, misspelt=wrong, is_choice=True),)
-            return ProgramError("VP001", message, match.start("number") + 1, edits=edits)
+            edit = Remedy(f"write {right}", right, line=line, misspelt=wrong, is_choice=True)
+            return ProgramError("VP001", message, match.start("number") + 1, edits=(edit,))
         if is_of_block:
             message = f"{match[0].strip()}: {_AS_NUMBER}"
         elif number[0] in "+-" or ("." in match["own"] and "." in number):

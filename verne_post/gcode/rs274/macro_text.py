@@ -59,6 +59,14 @@ _LETTERS: Final = re.compile("[A-Z]*")
 _LONG_KEYWORDS: Final = ("WHILE", "GOTO", "END", "IF", "DO")
 #: A word that may be a misspelt keyword, and such words of other languages.
 _MISSPELT: Final = re.compile(r"[ \t]*(?:/[ \t]*)?(?:N\d+[ \t]*)?([A-Z]{3,9})[ \t]*(?=[\[#\d(]|$)", re.IGNORECASE)
+#: A condition without IF or WHILE.
+_BARE_CONDITION: Final = re.compile(
+    r"[ \t]*(?:/[ \t]*)?(?:N\d+[ \t]*)?(\[.*\])[ \t]*(GOTO|THEN|DO)[ \t]*[\d#\[]", re.IGNORECASE
+)
+#: ENDI and END+1 for END1.
+_NO_LOOP_NUMBER: Final = re.compile(
+    r"[ \t]*(?:N\d+[ \t]*)?(?:WHILE.*\])?[ \t]*((END|DO)(?:[IL]|[-+=]([1-9])))[ \t]*$", re.IGNORECASE
+)
 _OF_OTHERS: Final = re.compile("END(?:WHILE|REPEAT|DO|FOR|LOOP)", re.IGNORECASE)
 
 
@@ -148,6 +156,16 @@ def read_statement(text: str, values: Values) -> Statement | None:
 
 def explain_misspelt(text: str) -> ProgramError | None:
     """The error (VP001) of a line that begins with a misspelt keyword; None for other lines."""
+    if (match := _BARE_CONDITION.match(text)) is not None:
+        right = f"{'WHILE' if match[2].upper() == 'DO' else 'IF'} {match[1]}"
+        edits = (Remedy(f"write {right}", right, misspelt=match[1]),)
+        return ProgramError(
+            "VP001", f"{right.split()[0]} is missing before the condition", match.start(1) + 1, edits=edits
+        )
+    if (match := _NO_LOOP_NUMBER.match(text)) is not None:
+        right = f"{match[2]}{match[3] or 1}"
+        what = "words have no sign and no =" if match[3] else "a letter in place of 1"
+        return ProgramError("VP001", f"{match[1]}: {what}; did you mean {right}?", match.start(1) + 1)
     match = _MISSPELT.match(text)
     if match is None or match[1].upper() in KINDS:
         return None
@@ -189,6 +207,8 @@ def read_arguments(reader: ValueReader) -> tuple[dict[str, float], dict[int, flo
         reader.at += 1
         if letter == "(":
             continue
+        if letter == "O" or not letter.isalpha():
+            raise reader.error("VP001", f"{letter!r} does not begin a word; expected a letter and a number", at)
         if letter not in ARGUMENTS and letter not in "PL":
             raise reader.error(
                 "VP006", f"{letter!r} is no argument of a macro; arguments are A to Z except G, L, N, O, P", at

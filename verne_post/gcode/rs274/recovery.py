@@ -39,7 +39,7 @@ OF_WORDS: Final = ("VP005", "VP006")
 _MAX_TRIES: Final = 8
 _COMMENTS: Final = re.compile(r"\([^()]*\)?|;.*", re.DOTALL)
 #: A letter, and its number where that is short and plain.
-_WORD: Final = re.compile(r"([A-Z])\s*(\d{1,6}(?:\.\d{1,3})?(?![\d.])|)")
+_WORD: Final = re.compile(r"([A-Z])\s*(\d{1,6}(?:\.\d{0,3})?(?![\d.])|)")
 #: A variable that is set, also where its name is not closed; and the one that a message begins with.
 _SETTING: Final = re.compile(r"#(<[^<>=]*|\d+)>?\s*=(?!=)")
 #: A variable at the beginning of a line, whose = may be what is missing.
@@ -102,6 +102,8 @@ class Recovery:
             elif number and letter in "FSTH":
                 block.words[letter], block.columns[letter] = float(number), 0
         self._give_up(block)
+        if self.interpreter.modes.motion is None:  # its code may be what could not be read
+            self.interpreter.modes.motion = 0
 
     def follows_unread(self, error: ProgramError) -> bool:
         """True where a variable has no value because the line that sets it could not be read."""
@@ -115,7 +117,7 @@ class Recovery:
             unknown_axes = {axis for axis, is_known in enumerate(self.interpreter.state.known_axes) if not is_known}
             is_reported = bool(unknown_axes & self.uncertain)
             self.uncertain |= unknown_axes
-            return is_reported
+            return is_reported or bool(errors)
         compensation = self.interpreter.state.compensation
         if error.code == "VP026" and compensation is not None and compensation.is_assumed:
             return True

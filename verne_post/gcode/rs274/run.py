@@ -9,7 +9,7 @@ from verne_post.base.long_text import Text
 from verne_post.base.program_lines import remove_remarks
 from verne_post.gcode import plain
 from verne_post.gcode.block import Block
-from verne_post.gcode.execution import OF_TEXT, Execution, StopConditions, run_program
+from verne_post.gcode.execution import FATAL, OF_TEXT, Execution, StopConditions, run_program
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.mistyped import correct_number, correct_word, execute_as_meant, shift_back
 from verne_post.gcode.plain_vectors import end_of_vectors, take_vectors
@@ -22,6 +22,11 @@ from verne_post.gcode.setup import Setup
 from verne_post.gcode.templates import find_word_columns
 from verne_post.gcode.text import Chunk, ProgramText, decode_line
 from verne_post.model.findings import Finding, Remedy
+
+#: Numbers in a message.
+_VALUES: Final = re.compile(r"-?\d+(?:\.\d+)?")
+#: A plane that is not where it is used, or where it is to have ended.
+_OF_PLANE: Final = re.compile(r"write G69 first|there is no plane")
 
 
 def execute_blocks(source: Text, setup: Setup, state: State, stop: StopConditions, language: type[Rs274]) -> Execution:
@@ -65,6 +70,9 @@ class _BlockRun:
         #: A code of the last line has no meaning: it may be what ends the program.
         self._has_unknown_code = False
         self._is_unread = False  #: The last line could not be read, or has such a code.
+        #: The errors of each line, and whether a G code is unknown or a plane begins or ends elsewhere.
+        self._reported_errors: dict[tuple[int, int], dict[tuple[str, str], str]] = {}
+        self._lacks_code = False
         #: The last block with codes: its line, and whether the spindle ran forward before it.
         self._last_codes = 0, False
 
@@ -169,6 +177,7 @@ class _BlockRun:
         except ProgramError as error:
             self._name_loop(error, text)
             raise
+        errors = self._drop_following(errors, text, line) if errors else errors
         self._has_unknown_code = any(error.code == "VP002" for error in errors)
         self._is_unread = self._has_unknown_code or any(error.code == "VP001" for error in errors)
         return errors
@@ -183,6 +192,24 @@ class _BlockRun:
         item = warnings.pop((line, "VP001"))
         self.recovery.pass_unread(text, line)
         return [ProgramError("VP001", item.message, item.column, edits=item.edits)]
+
+    def _drop_following(self, errors: list[ProgramError], text: ProgramText, line: int) -> list[ProgramError]:
+        """Errors of a line without those that its error in an earlier run, or an unknown G code before, has caused."""
+        earlier = self._reported_errors.setdefault((id(text), line), {})
+        left = []
+        for error in errors:
+            kind = error.code, _VALUES.sub("0", error.message)  # a loop gives other values
+            is_new = not earlier or earlier.get(kind) == error.message or error.code in FATAL
+            if is_new and not (self._lacks_code and error.code in ("VP008", "VP017")):
+                left.append(error)
+        for error in left:
+            earlier.setdefault((error.code, _VALUES.sub("0", error.message)), error.message)
+        self._lacks_code |= any(
+            (error.code == "VP002" and error.edits and re.match(r"G\S+ is not a code", error.message))
+            or (error.code == "VP017" and _OF_PLANE.search(error.message))
+            for error in left
+        )
+        return left
 
     def _name_loop(self, error: ProgramError, text: ProgramText) -> None:
         """Say which loop a program repeats without end, and what its condition asks and no line of it sets."""
@@ -284,7 +311,8 @@ class _BlockRun:
         if (unfinished_error := flow.interpreter.find_unfinished()) is not None:
             what = f"the text ends before {unfinished_error}"
         elif self.calls.in_call:
-            what = f"the text ends inside a subroutine{f' ({text.name})' if text.name else ''}; expected endsub or M99"
+            ends = "M99" if flow.interpreter.custom_macro else "endsub or M99"
+            what = f"the text ends inside a subroutine{f' ({text.name})' if text.name else ''}; expected {ends}"
             edits = end_with("M99") if not text.name and flow.interpreter.custom_macro else ()
         elif text.closing is not None or flow.interpreter.ends_with_text:
             execution.recorder.record_event(self.calls.line, "end", code="%")
