@@ -52,7 +52,7 @@ _WITHOUT_TCP: Final = "without TRAORI"
 #: The motion of a block that cannot be read, also where the G before its number is what is missing.
 _MOTION: Final = re.compile(r"(?:(?<![A-Z0-9_$])G|^[ \t/]*(?:N\d+[ \t]+)?)0?([0-3])(?![\d.=])")
 _NAMED_AXIS: Final = re.compile(r"(?<![A-Z0-9_$])([XYZABCF])(?=[ \t]*[-+=.0-9])")
-_LONE_M: Final = re.compile(r"(?<![A-Z0-9_$])M(?=[ \t]|$)")
+_LONE_M: Final = re.compile(r"(?<![A-Z0-9_$])M(?:0?6)?(?=[ \t]|$)")
 _SET_R: Final = re.compile(r"(?<![\w$])R(\d{1,5})[ \t]*=(?!=)")
 _SET_VALUE: Final = re.compile(r"[ \t]*(?:N\d+[ \t]*)?(?:R\d|\w+[ \t]*=)")
 #: What ends the cycle of MCALL.

@@ -33,7 +33,7 @@ _STRUCTURE: Final = re.compile(
     _BEGINS + rb"(IF|ELSE|ENDIF|FOR|ENDFOR|WHILE|ENDWHILE|LOOP|ENDLOOP|REPEAT|UNTIL)(?![A-Z0-9_])([^\n]*)",
     re.IGNORECASE | re.MULTILINE,
 )
-_FIRST_WORD: Final = re.compile(_BEGINS + rb"([A-Z]+)(?![A-Z0-9_])", re.IGNORECASE | re.MULTILINE)
+_FIRST_WORD: Final = re.compile(_BEGINS + rb"([A-Z][A-Z0-9]*)(?![A-Z0-9_])", re.IGNORECASE | re.MULTILINE)
 _DIVIDED_END: Final = re.compile(rb"END[ \t]+(?:IF|FOR|WHILE|LOOP)(?![A-Z0-9_])", re.IGNORECASE)
 _LABEL: Final = re.compile(
     rb"^[ \t]*+(?:/[ \t]*+[0-9]?)?[ \t]*+(?:[N:][ \t]*+[-+]?[0-9OIL]+)?[ \t]*+([A-Z_][A-Z0-9_]*)[ \t]*+:(?!=)",
@@ -47,6 +47,8 @@ _TARGET: Final = rb"(?<![A-Z0-9_])GOTO[FBC]?[ \t]+%s(?![A-Z0-9_])"
 _NUMBER: Final = re.compile(rb"^[ \t]*+(?:/[ \t]*+[0-9]?)?[ \t]*+([N:])[ \t]*+([0-9]+)", re.IGNORECASE | re.MULTILINE)
 _JUMPS: Final = re.compile(rb"(?<![A-Z0-9_])GOTO[FBCS]?(?![A-Z0-9_])", re.IGNORECASE)
 _CLOSES: Final = {"ENDIF": "IF", "ENDFOR": "FOR", "ENDWHILE": "WHILE", "ENDLOOP": "LOOP", "UNTIL": "REPEAT"}
+#: Words that are no slip of another one.
+_STRUCTURE_WORDS: Final = (*_CLOSES, *_CLOSES.values(), "ELSE")
 #: Ends that no condition follows.
 _WITHOUT_VALUE: Final = ("ENDIF", "ENDFOR", "ENDWHILE", "ENDLOOP")
 
@@ -295,7 +297,7 @@ class SiemensText(ProgramText):
                 word = two_words[0].decode()  # END FOR
             if word not in is_near:
                 one_word = "".join(word.upper().split())
-                is_near[word] = word.upper() != closing and (
+                is_near[word] = word.upper() not in _STRUCTURE_WORDS and (
                     one_word == closing or bool(find_meant(one_word, [closing]))
                 )
             line = 1 + self.source.count(b"\n", 0, match.start(1)) if is_near[word] else 0

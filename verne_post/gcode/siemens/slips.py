@@ -108,6 +108,9 @@ def explain_signed_count(cursor: Cursor, at: int) -> str:
 
 def refuse_r(cursor: Cursor, at: int) -> ProgramError:
     """The error of an R without its number, which may stand before it: 1R."""
+    if divided_word := re.match(r"R[ \t]+(\d+)(?=[ \t]*=)", cursor.text[at:], re.IGNORECASE):
+        text = f"{divided_word[0]}: a blank is in the word; did you mean R{divided_word[1]}?"
+        return cursor.error("VP001", text, at)
     digits = re.search(r"(?<![\w.])\d+$", cursor.text[:at])
     if digits is None or cursor.text[at + 1 : at + 2].isdigit():
         return cursor.error("VP001", "R without a number; write R and the number of the parameter", at)
@@ -153,6 +156,9 @@ def explain_glued(name: str, text: str, at: int, is_variable: Callable[[str], bo
     ):
         end = match.end(1)
         return f"{written_text}: a blank is missing; did you mean {written_text[:end]} {written_text[end:]}?"
+    for end in range(len(name) - 1, 1, -1) if not rest.startswith(("(", "=")) else ():
+        if is_variable(name[:end]) and name[0] != "R" and (name[end:].isdigit() or is_variable(name[end:])):
+            return f"{written_text}: an = is missing; did you mean {written_text[:end]}={written_text[end:]}?"
     letters = name.rstrip("0123456789")
     for end in range(1, len(name)) if letters == name or letters not in ADDRESSES else ():
         value = name[end:]

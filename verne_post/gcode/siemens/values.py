@@ -170,6 +170,8 @@ class _Reader:
             self._nest(at)
             value = self.read_level(0)
             self.depth -= 1
+            if cursor.skip() == "=":
+                raise cursor.error("VP001", "=: a comparison is written with two; did you mean ==?")
             cursor.expect(")", "after an expression")
             return value
         if symbol == '"':

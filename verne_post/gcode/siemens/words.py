@@ -79,6 +79,8 @@ _COMMON_CODES: Final = [
 ]
 #: A G function with a blank in its number.
 _DIVIDED_CODE: Final = re.compile(r"G(\d+)[ \t]+(\d+)(?![\w.])", re.IGNORECASE)
+#: An address, a sign and a name.
+_SIGNED_NAME: Final = re.compile(r"([A-Za-z]\w*)[-+]([A-Za-z_$]\w*)")
 #: A text after two quotes.
 _QUOTED_TWICE: Final = re.compile(r'""[^"\s]+"')
 _SIGNED_NUMBER: Final = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?![\w.])")
@@ -451,6 +453,10 @@ class WordReader:
             return cursor.error("VP001", message, at)
         if message := explain_glued(name, cursor.text, at, self.variables.is_known):
             return cursor.error("VP001", message, at)
+        signed_name = _SIGNED_NAME.match(cursor.text, at)
+        if name in ADDRESSES and signed_name is not None and self.variables.is_known(signed_name[2].upper()):
+            right_word = f"{signed_name[1]}={cursor.text[signed_name.end(1) : signed_name.end()]}"
+            return cursor.error("VP001", f"{signed_name[0]}: an = is missing; did you mean {right_word}?", at)
         if name == "N":
             return cursor.error("VP001", "N: the number of the block is missing; write it, or take N out", at)
         if name == "DO" and cursor.is_at_end and at:
