@@ -72,7 +72,7 @@ def refuse_no_word(cursor: Cursor, at: int) -> ProgramError:
         return cursor.error("VP001", message, at)
     if last is None and value is None:
         return cursor.error("VP001", f"{number[0]}: a block number begins with N; did you mean N{number[0]}?", at)
-    if last is not None and len(last[0]) > 1 and last[0].upper() in ADDRESSES:
+    if last is not None and len(last[0]) > 1 and not last[0].endswith("1") and last[0].upper() in ADDRESSES:
         written_text, right = text[last.start() : number.end()], f"{last[0]}={number[0]}"
         return cursor.error("VP001", f"{written_text}: an = is missing; did you mean {right}?", last.start())
     if value is None or text[len(before)] not in " \t":
@@ -81,7 +81,7 @@ def refuse_no_word(cursor: Cursor, at: int) -> ProgramError:
     is_code = right[0] in "Gg" and f"G{right[1:]}" not in (*GROUP_OF, *NO_EFFECT)
     if is_code or re.search(r"(?<![\d.])0$", value[0]):
         return cursor.error("VP001", message, at)
-    if right[0] in "NSns":  # so that what the number was would be lost
+    if right[0] in "NSFnsf":  # so that what the number was would be lost
         return cursor.error("VP001", f"{message}; write it, or {right} if the blank is too many", at)
     edits = (Remedy(f"write {right}", right, misspelt=written_text, is_choice=True),)
     return cursor.error("VP001", f"{message}; write it, or {right} if the blank is too many", at, edits)
