@@ -119,8 +119,39 @@ def test_a_slip_has_one_finding_and_its_edit(
         ("R1-5", "R1-5", "R1=-5", "Write R1=-5 in place of R1-5"),
         ("X-l", "X-l", "X-1", "Write X-1 in place of X-l"),
         ("Xl Y2", "Xl", "X1", "Write X1 in place of Xl"),
+        ("N-8 X5", "N-8", "N8", "Write N8 in place of N-8"),
+        ("G-0 X5", "G-0", "G0", "Write G0 in place of G-0"),
+        ("N1l0 CYCLE800()", "N1l0", "N110", "Write N110 in place of N1l0"),
+        ("DEFF REAL _A5\nX=_A5", "DEFF", "DEF", "Write DEF in place of DEFF"),
+        ("DEF REAL _A5=1, _DEP -3\nX=_DEP", "_DEP -3", "_DEP=-3", "Write _DEP=-3 in place of _DEP -3"),
+        ("PASS=3\nG0Z=PASS", "G0Z", "G0 Z", "Write G0 Z in place of G0Z"),
+        ("R2=5\nX=R2F300", "R2F300", "R2 F300", "Write R2 F300 in place of R2F300"),
+        ("R1=3\nIFR1>0 GOTOF DONE\nX5\nDONE:", "IFR1", "IF R1", "Write IF R1 in place of IFR1"),
+        ("MCALLCYCLE82(50,0,2,-5)\nMCALL", "MCALLCYCLE", "MCALL CYCLE", "Write MCALL CYCLE82 in place of MCALLCYCLE82"),
+        ("CDC(0)", "CDC", "C=DC", "Write C=DC in place of CDC"),
+        ("PASS=3\nXPASS", "XPASS", "X=PASS", "Write X=PASS in place of XPASS"),
+        ("R2=5\nYR2", "YR2", "Y=R2", "Write Y=R2 in place of YR2"),
+        ("R2=5\nX=2R*3", "2R", "R2", "Write R2 in place of 2R"),
+        ("DEF REAL _F_R\n_F_R9\nX=_F_R", "_F_R9", "_F_R=9", "Write _F_R=9 in place of _F_R9"),
+        ("R1=5\nX-R1", "X-R1", "X=-R1", "Write X=-R1 in place of X-R1"),
+        ("R 1=5\nX=R1", "R 1", "R1", "Write R1 in place of R 1"),
+        ("IF (PASS=0) GOTOF DONE\nX5\nDONE:", "S=0", "S==0", "Write == in place of ="),
+        ("FOR PASS = 1 TO 3\nX3\nENDF0R", "ENDF0R", "ENDFOR", "Write ENDFOR in place of ENDF0R in line 8"),
+        ("X=CI(5)", "CI", "IC", "Write IC in place of CI"),
+        ("G0 DO", "DO", "D0", "Write D0 in place of DO"),
+        ("PASS=3\nG1 =ZPASS", "=ZPASS", "Z=PASS", "Write Z=PASS in place of =ZPASS"),
+        ("TRAORI\nX5 A3=0 B3=0 C3.5", "C3.5", "C3=.5", "Write C3=.5 in place of C3.5"),
+        ("CYCLE832(0.1,ROUGH,1)", "ROUGH", "_ROUGH", "Write _ROUGH in place of ROUGH"),
+        ("G1 Y-3 0", "Y-3 0", "Y-30", "Write Y-30 in place of Y-3 0 in line 6"),
+        ("G5 4", "G5 4", "G54", "Write G54 in place of G5 4"),
+        ("RRAFOOF", "RRAFOOF", "TRAFOOF", "Write TRAFOOF in place of RRAFOOF"),
+        ("YCLE832()", "YCLE832", "CYCLE832", "Write CYCLE832 in place of YCLE832"),
+        ("IF (1<2)) GOTOF DONE\nX5\nDONE:", "))", ")", "Take ) out"),
+        ("TILTED FACE", "TILTED FACE", ";TILTED FACE", "Write ;TILTED FACE in place of TILTED FACE"),
+        ("FACE(3)\nM30\n%_NFACE_SPF\nPROC FACE(REAL A9)\nX=A9\nRET", "%_NFACE", "%_N_FACE",
+         "Write %_N_FACE_SPF in place of %_NFACE_SPF"),
     ],
-)
+)  # fmt: skip
 def test_a_sign_of_siemens_that_is_missing_or_too_many(
     inspector: Inspector, tmp_path: Path, lines: str, wrong: str, right: str, title: str
 ) -> None:
@@ -525,3 +556,24 @@ def test_a_program_that_stands_twice_or_ends_before_it_begins(
     text = head + embed(ending, "X5") * n_copies
     (item,) = check(inspector, tmp_path / f"a{ending}", text).findings
     assert (item.code, item.line) == (code, line)
+
+
+@pytest.mark.parametrize(
+    ("lines", "said", "line"),
+    [
+        ("_DEP=3\nX=_DEP Y=_DEP\nX=_DEP", "_DEP: not defined", 6),
+        ("R1= R2=-3\nX=R2", "the value after = is missing", 6),
+        ("R1=SIN((30)\nX=R1", "expected ',' or ')' in SIN", 6),
+        ("R21200\nX3 F=R2", "an = and its new value are missing", 6),
+        ("G900", "it has G500 and G700 and G90", 6),
+        ("X5 N3", "a block number stands at the beginning", 6),
+        ("N5 -4 Y5", "-4: the letter before this number is missing", 6),
+        ("R1=3\nN-100 TOP:\nR1=R1-1\nIF R1>0 GOTOB TOP", "did you mean N100?", 7),
+    ],
+)
+def test_what_follows_from_a_slip_of_siemens_is_not_told(
+    inspector: Inspector, tmp_path: Path, lines: str, said: str, line: int
+) -> None:
+    (item,) = check(inspector, tmp_path / "a.mpf", embed(".mpf", lines)).findings
+    assert item.line == line
+    assert said in item.message

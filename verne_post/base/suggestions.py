@@ -9,6 +9,8 @@ from typing import Final, TypeVar
 LETTERS_OF_FUNCTIONS: Final = 3
 #: Shorter words are too near to each other; two letters in the wrong order are seen from one less on.
 _LEAST_LETTERS: Final = 4
+#: With so many letters in common, another first letter is a slip too; but _X_HOME and _Y_HOME are two names.
+_LETTERS_WITHOUT_FIRST: Final = 5
 #: Numbers that a message names.
 _MOST_NAMED: Final = 3
 #: Of numbers in which another digit is a slip; of labels, of which a program has few.
@@ -84,7 +86,8 @@ def _is_one_slip(word: str, right_word: str, least: int) -> bool:
         is_slip = here[1:] == there[1:] and (pair.isalpha() or pair in _ALIKE)
     else:
         is_slip = shorter[begin:] == longer[begin + 1 :] and longer[begin].isalpha()
-    return is_slip and len(shorter) >= least - (len(shorter) < len(longer)) and word[0] == right_word[0]
+    has_begin = word[0] == right_word[0] or (len(shorter) >= _LETTERS_WITHOUT_FIRST and "_" not in shorter)
+    return is_slip and has_begin and len(shorter) >= least - (len(shorter) < len(longer))
 
 
 def find_meant_number(number: str, known: Iterable[str]) -> str:

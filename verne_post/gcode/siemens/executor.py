@@ -52,6 +52,9 @@ _WITHOUT_TCP: Final = "without TRAORI"
 #: The motion of a block that cannot be read, also where the G before its number is what is missing.
 _MOTION: Final = re.compile(r"(?:(?<![A-Z0-9_$])G|^[ \t/]*(?:N\d+[ \t]+)?)0?([0-3])(?![\d.=])")
 _NAMED_AXIS: Final = re.compile(r"(?<![A-Z0-9_$])([XYZABCF])(?=[ \t]*[-+=.0-9])")
+_LONE_M: Final = re.compile(r"(?<![A-Z0-9_$])M(?:0?6)?(?=[ \t]|$)")
+_SET_R: Final = re.compile(r"(?<![\w$])R(\d{1,5})[ \t]*=(?!=)")
+_SET_VALUE: Final = re.compile(r"[ \t]*(?:N\d+[ \t]*)?(?:R\d|\w+[ \t]*=)")
 #: What ends the cycle of MCALL.
 _END_MODAL: Final = "write MCALL alone"
 
@@ -80,6 +83,10 @@ class Executor:
         self.uncertain = False
         #: The program has used a name that has no meaning here.
         self.has_unknown_name = False
+        #: A line that cannot be read may have set an R parameter: a feed rate of zero may only follow from it.
+        self.has_unread_value = False
+        #: A CYCLE800 that was not executed: the plane in force is the one before it.
+        self.has_unread_plane = False
         self.interpreter.set_path_control()
         self.run(self.read(Cursor(self.interpreter.keys.start), 1))
         recorder.system_lines.clear()  # the words with which the control begins are in no line of the program
@@ -213,7 +220,7 @@ class Executor:
 
     def warn_of_unset(self, number: int, line: int) -> None:
         """VP025, as a warning: an R parameter has the value that a control has kept."""
-        if self.setup.machine:
+        if self.setup.machine and not self.has_unread_value:
             text = self.variables.explain_unset(number)
             self.interpreter.recorder.note_once("VP025", text, line, severity="warning")
 
@@ -230,6 +237,14 @@ class Executor:
         self.uncertain |= bool(named_letters - {"F"}) or error.code == "VP001"  # a letter may be what is missing
         if named_letters & set("XYZ"):  # the motion after a change of the length, which VP016 asks for
             forget_change_of_length(state)
+        follows |= self.has_unread_value and error.code == "VP009"
+        follows |= self.has_unread_plane and error.code == "VP017" and "CYCLE800" in error.message
+        self.has_unread_plane |= "CYCLE800" in text
+        if error.code == "VP001" and state.selected_tool and _LONE_M.search(text):
+            assume_tool_call(state)
+        self.has_unread_value |= error.code == "VP001" and _SET_VALUE.match(text) is not None
+        for number in _SET_R.findall(text):
+            self.variables.r.setdefault(int(number), 0.0)
         if "F" in named_letters:
             assume_feed(state)
         if error.code == "VP001" and (motion := _MOTION.search(text)) is not None:

@@ -89,6 +89,8 @@ class Flow:
                 name = error.settled_by[1] if error.settled_by[:1] == ("remap",) else ""
                 if name and text.is_target(name) and (bare := text.find_bare_label(name)) is not None:
                     raise bare from None
+                if name and (header := text.find_misspelt_header(name)) is not None:
+                    raise header from None
                 missing = self.calls.frame.missing if text is self.calls.text else None
                 if missing is not None and self._is_of_missing(error, missing, raw, line):
                     missing.explain(error, f"{text.name}, line {line}" if text.name else f"line {line}")

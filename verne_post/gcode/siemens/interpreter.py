@@ -106,9 +106,10 @@ class SiemensInterpreter:
         for name, word in words.words.items():
             if name not in words.used_words:
                 shown_value = word.text if word.text is not None else f"{word.value:g}"
-                raise word.error(
-                    "VP006", f"nothing in the block uses {name}{'=' if len(name) > 1 else ''}{shown_value}"
-                )
+                text = f"nothing in the block uses {name}{'=' if len(name) > 1 else ''}{shown_value}"
+                if name in _OF_ARCS:
+                    text += "; it belongs to an arc (G2, G3)"
+                raise word.error("VP006", text)
 
     def _run_groups(self, words: Words, block: At) -> None:
         """Functions that change frames, offsets and the transformation, and the dwell."""
@@ -403,5 +404,6 @@ class SiemensInterpreter:
                 self.core.auxiliary.stop(At(words.line), number)
 
 
+_OF_ARCS: Final = ("CR", "AR", "TURN", "I", "J", "K")
 #: 1 - cosine of a tool axis that counts as upright: half the last of six decimals of A3 and B3.
 _UPRIGHT: Final = 1e-13

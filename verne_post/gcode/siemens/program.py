@@ -33,18 +33,22 @@ _STRUCTURE: Final = re.compile(
     _BEGINS + rb"(IF|ELSE|ENDIF|FOR|ENDFOR|WHILE|ENDWHILE|LOOP|ENDLOOP|REPEAT|UNTIL)(?![A-Z0-9_])([^\n]*)",
     re.IGNORECASE | re.MULTILINE,
 )
-_FIRST_WORD: Final = re.compile(_BEGINS + rb"([A-Z]+)(?![A-Z0-9_])", re.IGNORECASE | re.MULTILINE)
+_FIRST_WORD: Final = re.compile(_BEGINS + rb"([A-Z][A-Z0-9]*)(?![A-Z0-9_])", re.IGNORECASE | re.MULTILINE)
 _DIVIDED_END: Final = re.compile(rb"END[ \t]+(?:IF|FOR|WHILE|LOOP)(?![A-Z0-9_])", re.IGNORECASE)
 _LABEL: Final = re.compile(
-    rb"^[ \t]*+(?:/[ \t]*+[0-9]?)?[ \t]*+(?:[N:][ \t]*+[0-9]+)?[ \t]*+([A-Z_][A-Z0-9_]*)[ \t]*+:(?!=)",
+    rb"^[ \t]*+(?:/[ \t]*+[0-9]?)?[ \t]*+(?:[N:][ \t]*+[-+]?[0-9OIL]+)?[ \t]*+([A-Z_][A-Z0-9_]*)[ \t]*+:(?!=)",
     re.IGNORECASE | re.MULTILINE,
 )
 #: A line of this name alone, and a jump to it.
 _BARE_LABEL: Final = rb"^[ \t]*+(?:[N:][ \t]*+[0-9]+)?[ \t]*+(%s)[ \t\r]*(?:;[^\n]*)?$"
+#: A line that begins with % or its letters, and has the name of a program in it.
+_MISSPELT_HEADER: Final = rb"^[ \t]*+([%%_]\w*%s\w*)[ \t\r]*$"
 _TARGET: Final = rb"(?<![A-Z0-9_])GOTO[FBC]?[ \t]+%s(?![A-Z0-9_])"
 _NUMBER: Final = re.compile(rb"^[ \t]*+(?:/[ \t]*+[0-9]?)?[ \t]*+([N:])[ \t]*+([0-9]+)", re.IGNORECASE | re.MULTILINE)
 _JUMPS: Final = re.compile(rb"(?<![A-Z0-9_])GOTO[FBCS]?(?![A-Z0-9_])", re.IGNORECASE)
 _CLOSES: Final = {"ENDIF": "IF", "ENDFOR": "FOR", "ENDWHILE": "WHILE", "ENDLOOP": "LOOP", "UNTIL": "REPEAT"}
+#: Words that are no slip of another one.
+_STRUCTURE_WORDS: Final = (*_CLOSES, *_CLOSES.values(), "ELSE")
 #: Ends that no condition follows.
 _WITHOUT_VALUE: Final = ("ENDIF", "ENDFOR", "ENDWHILE", "ENDLOOP")
 
@@ -226,6 +230,16 @@ class SiemensText(ProgramText):
         column = found[0].start(1) - found[0].start() + 1
         return ProgramError("VP001", f"{name}: a label ends with a colon; write {name}:", column, line, edits=edits)
 
+    def find_misspelt_header(self, name: str) -> ProgramError | None:
+        """The error of a line that would begin the subprogram of this name, such as %_NFACE_SPF; None without one."""
+        match = re.search(_MISSPELT_HEADER % name.encode(), self.source, re.IGNORECASE | re.MULTILINE)
+        if match is None or _HEADER.match(match[0]):
+            return None
+        line = 1 + self.source.count(b"\n", 0, match.start())
+        wrong, right = match[1].decode(), f"%_N_{name}_SPF"
+        column = match.start(1) - match.start() + 1
+        return ProgramError("VP001", f"{wrong}: no program begins with this line; did you mean {right}?", column, line)
+
     def is_target(self, name: str) -> bool:
         """Whether a jump of the text names this label."""
         return re.search(_TARGET % name.encode(), self.source, re.IGNORECASE) is not None
@@ -283,7 +297,7 @@ class SiemensText(ProgramText):
                 word = two_words[0].decode()  # END FOR
             if word not in is_near:
                 one_word = "".join(word.upper().split())
-                is_near[word] = word.upper() != closing and (
+                is_near[word] = word.upper() not in _STRUCTURE_WORDS and (
                     one_word == closing or bool(find_meant(one_word, [closing]))
                 )
             line = 1 + self.source.count(b"\n", 0, match.start(1)) if is_near[word] else 0

@@ -1,6 +1,8 @@
 """Execution of a Siemens program: stretches of plain lines, single lines, and the ends of its sections."""
 
+import re
 from functools import partial
+from typing import Final
 
 from verne_post.base.long_text import Text
 from verne_post.base.suggestions import find_correction
@@ -17,6 +19,12 @@ from verne_post.gcode.siemens.stretch import execute_stretch
 from verne_post.gcode.siemens.vocabulary import STATEMENTS
 from verne_post.gcode.text import Chunk, decode_line
 
+#: Statements without a partner in another line.
+_WITHOUT_PARTNER: Final = ("MCALL", "DEF", "MSG")
+
+#: What is told of a name that DEF has not defined.
+_NO_VARIABLE: Final = re.compile(r"(\w+)(?: is neither defined \(|: not defined \(| is not defined; write)")
+
 
 def execute_siemens(source: Text, setup: Setup, state: State, stop: StopConditions) -> Execution:
     """Execute a Siemens program from its first line on, until it ends or a stop condition is met."""
@@ -30,6 +38,7 @@ class _SiemensRun:
 
     def __init__(self, flow: Flow) -> None:
         self.flow, self.calls = flow, flow.calls
+        self._undefined_names: dict[tuple[SiemensText, str], int] = {}  #: With the line that uses each first.
 
     @property
     def has_ended(self) -> bool:
@@ -69,7 +78,15 @@ class _SiemensRun:
             last = None
             if self.flow.executor.pass_failed(raw if rest is code else rest.encode(), errors[-1]):
                 errors.pop()
-        return last or line + 1, errors
+        return last or line + 1, [error for error in errors if self._note_name(error, text, line)]
+
+    def _note_name(self, error: ProgramError, text: SiemensText, line: int) -> bool:
+        """Whether an error is to be reported: of a name that is not defined, the line that uses it first is told.
+
+        In a loop that line ends the execution when it comes again, so that nothing is left out there.
+        """
+        match = _NO_VARIABLE.match(error.message)
+        return match is None or self._undefined_names.setdefault((text, match[1]), line) == line
 
     def end_text(self, execution: Execution) -> bool:
         """The section ends: return from it, or end the program."""
@@ -88,5 +105,5 @@ class _SiemensRun:
 def _correct(text: str, error: ProgramError) -> str | None:
     """The line with the word that is meant; None for words of branches and loops, whose partners the text has."""
     correction = find_correction(error.message)
-    is_control = correction is not None and correction[1] in STATEMENTS and correction[1] != "MCALL"
+    is_control = correction is not None and correction[1] in STATEMENTS and correction[1] not in _WITHOUT_PARTNER
     return None if is_control else correct_line(text, error)

@@ -7,7 +7,7 @@ from typing import Final
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.siemens.cursor import NAME, NUMBER, Cursor
 from verne_post.gcode.siemens.values import FUNCTIONS
-from verne_post.gcode.siemens.vocabulary import ADDRESSES, CYCLES, GROUP_OF, NO_EFFECT, STATEMENTS
+from verne_post.gcode.siemens.vocabulary import ADDRESSES, CYCLES, GROUP_OF, NO_EFFECT, STATEMENTS, VALUE_MODES
 from verne_post.model.findings import Remedy
 
 _LAST_WORD: Final = re.compile(r"[A-Za-z_$]\w*\.?\d*$")
@@ -16,6 +16,26 @@ _SWAPPED_WORD: Final = re.compile(r"([-+]|\d)([A-Za-z])([\d.]*)(?![\w.=(\[])")
 _TEXT: Final = re.compile(r'"[^"]*"')
 _NEXT: Final = re.compile(r"[ \t]+(\w+)")
 _LETTER_NUMBER: Final = re.compile(r"([A-Z])\d+")
+#: A word with a number that another digit follows.
+_LAST_VALUE: Final = re.compile(r"(?<![A-Za-z_])[A-Za-z]\w*[ \t]*=?[ \t]*[-+]?(?:\d+\.?\d*|\.\d+)$")
+#: A block that is the end of a program without its M.
+_END_WITHOUT_M: Final = re.compile(r"(?:N\d+[ \t]+)?(30|0?2|17)[ \t]*", re.IGNORECASE)
+#: A number of a block, code, tool or edge with a sign.
+_SIGNED_COUNT: Final = re.compile(r"([GMNTDR])[-+](\d+)(?![\w.])", re.IGNORECASE)
+#: A number in which a small L stands for 1, as far as the L.
+_BEFORE_L: Final = re.compile(r"(?<![A-Za-z_])[A-Za-z]\w*=?[-+]?[\d.]+$")
+#: A G function and an address that no blank divides, and a variable and a word.
+_GLUED_CODE: Final = re.compile(r"([GMDTNSF]\d+)([A-Z]+\d?)")
+_GLUED_STATEMENT: Final = re.compile(r"(IF|WHILE|UNTIL|GOTO[FBC]?)(\w{2,})")
+_NO_VALUE: Final = re.compile(r"[ \t]+[A-Za-z_$]\w*[ \t]*=(?!=)")
+#: A component of a tool axis without its =.
+_VECTOR: Final = re.compile(r"([ABC]3)(\.\d+)(?![\w.])", re.IGNORECASE)
+_VECTOR_BESIDE: Final = re.compile(r"(?<!\w)[ABC]3[ \t]*=", re.IGNORECASE)
+_GLUED_WORD: Final = re.compile(r"(\w+?)([A-Z]\d+)")
+#: Behind the = that stands before its address.
+_AFTER_EQUALS: Final = re.compile(r"=[ \t]*([XYZABCIJKFS])(?=[-+.\w(])([^\s=]*)", re.IGNORECASE)
+#: Two words of letters, with which a remark begins.
+_WORDS: Final = re.compile(r"([A-Za-z]{2,}:?)[ \t]+(?:[-(&][ \t]*)?([A-Za-z]{2,})(?![\w=(\[]|[ \t]*[=(\[])")
 #: Letters of a name that others may be glued to.
 _LEAST: Final = 3
 
@@ -38,20 +58,138 @@ def refuse_no_word(cursor: Cursor, at: int) -> ProgramError:
             text = f"{swapped_word[0]}: the letter stands before its number; did you mean {right}?"
             return cursor.error("VP001", text, at)
     number = NUMBER.match(text, at)
+    if number is not None and (end := _END_WITHOUT_M.fullmatch(text)) is not None and end.start(1) == at:
+        return cursor.error("VP001", f"{end[1]}: the letter before this number is missing; did you mean M{end[1]}?", at)
+    if number is None and (error := explain_equals(cursor, at)) is not None:
+        return error
+    if rest[0] in "+-" and (signed_number := NUMBER.match(text, at + 1)) is not None:
+        return cursor.error("VP001", f"{rest[0]}{signed_number[0]}: the letter before this number is missing", at)
     if number is None:
         return cursor.error("VP001", f"{rest[0]!r} does not begin a word; expected a name or a letter and a number", at)
     message = f"{number[0]}: the letter before this number is missing"
-    if last is None and len(number[0]) == 1:
+    value = _LAST_VALUE.search(before)
+    if last is None and value is None and len(number[0]) == 1:
         return cursor.error("VP001", message, at)
-    if last is None:
+    if last is None and value is None:
         return cursor.error("VP001", f"{number[0]}: a block number begins with N; did you mean N{number[0]}?", at)
-    written_text, right = text[last.start() : number.end()], f"{last[0]}={number[0]}"
-    if len(last[0]) > 1 and last[0].upper() in ADDRESSES:
+    if last is not None and len(last[0]) > 1 and not last[0].endswith("1") and last[0].upper() in ADDRESSES:
+        written_text, right = text[last.start() : number.end()], f"{last[0]}={number[0]}"
         return cursor.error("VP001", f"{written_text}: an = is missing; did you mean {right}?", last.start())
-    right = f"{last[0]}{number[0]}"
-    if text[last.end()] in " \t" and last[0][-1].isdigit():
-        message += f"; write it, or {right} if the blank is too many"
-    return cursor.error("VP001", message, at)
+    if value is None or text[len(before)] not in " \t":
+        return cursor.error("VP001", message, at)
+    right, written_text = f"{value[0]}{number[0]}", text[value.start() : number.end()]
+    is_code = right[0] in "Gg" and f"G{right[1:]}" not in (*GROUP_OF, *NO_EFFECT)
+    if is_code or re.search(r"(?<![\d.])0$", value[0]):
+        return cursor.error("VP001", message, at)
+    if right[0] in "NSFnsf":  # so that what the number was would be lost
+        return cursor.error("VP001", f"{message}; write it, or {right} if the blank is too many", at)
+    edits = (Remedy(f"write {right}", right, misspelt=written_text, is_choice=True),)
+    return cursor.error("VP001", f"{message}; write it, or {right} if the blank is too many", at, edits)
+
+
+def refuse_no_value(cursor: Cursor, name: str, at: int) -> None:
+    """Refuse an = that the next word follows, as R1= R2=3."""
+    if _NO_VALUE.match(cursor.text, cursor.at):
+        raise cursor.error("VP001", f"{name}=: the value after = is missing; write it", at)
+
+
+def explain_signed_count(cursor: Cursor, at: int) -> str:
+    """The message about a whole number with a sign, as N-8, or a vector without =; empty for other words."""
+    vector = _VECTOR.match(cursor.text, at)
+    if vector is not None and _VECTOR_BESIDE.search(cursor.text):
+        return f"{vector[0]}: an = is missing; did you mean {vector[1]}={vector[2]}?"
+    match = _SIGNED_COUNT.match(cursor.text, at)
+    return (
+        ""
+        if match is None
+        else f"{match[0]}: a number after {match[1].upper()} has no sign; did you mean {match[1]}{match[2]}?"
+    )
+
+
+def refuse_r(cursor: Cursor, at: int) -> ProgramError:
+    """The error of an R without its number, which may stand before it: 1R."""
+    if divided_word := re.match(r"R[ \t]+(\d+)(?=[ \t]*=)", cursor.text[at:], re.IGNORECASE):
+        text = f"{divided_word[0]}: a blank is in the word; did you mean R{divided_word[1]}?"
+        return cursor.error("VP001", text, at)
+    digits = re.search(r"(?<![\w.])\d+$", cursor.text[:at])
+    if digits is None or cursor.text[at + 1 : at + 2].isdigit():
+        return cursor.error("VP001", "R without a number; write R and the number of the parameter", at)
+    text = f"{digits[0]}R: the letter stands before its number; did you mean R{digits[0]}?"
+    return cursor.error("VP001", text, digits.start())
+
+
+def refuse_l(cursor: Cursor, at: int) -> ProgramError | None:
+    """The error of N1l0, in which L0 would be a word; None where the L begins a word."""
+    match, digits = _BEFORE_L.search(cursor.text[:at]), NUMBER.match(cursor.text, at + 1)
+    if cursor.text[at] != "l" or match is None:
+        return None
+    rest = "" if digits is None else digits[0]
+    written_text = f"{match[0]}l{rest}"
+    message = f"{written_text}: the letter l in a number; did you mean {match[0]}1{rest}?"
+    return cursor.error("VP001", message, match.start())
+
+
+def explain_equals(cursor: Cursor, at: int) -> ProgramError | None:
+    """The error of an = before its address, which stands behind a blank: G1 =ZDEPTH; None for others."""
+    match = _AFTER_EQUALS.match(cursor.text, at)
+    if match is None or cursor.text[at - 1] not in " \t":
+        return None
+    text = f"{match[0]}: the = stands before its address; did you mean {match[1]}={match[2]}?"
+    return cursor.error("VP001", text, at)
+
+
+def explain_glued(name: str, text: str, at: int, is_variable: Callable[[str], bool]) -> str:
+    """The message about two words that lack a blank or an = between them, as G0Z and ZDEPTH; empty for others."""
+    written_text = text[at : at + len(name)]
+    rest = text[at + len(name) :].lstrip(" \t")
+    if (
+        (match := _GLUED_CODE.fullmatch(name)) is not None
+        and (match[2] in ADDRESSES or is_variable(match[2]))
+        and rest[:1] == "="
+    ):
+        end = match.end(1)
+        return f"{written_text}: a blank is missing; did you mean {written_text[:end]} {written_text[end:]}?"
+    if (
+        (match := _GLUED_STATEMENT.fullmatch(name)) is not None
+        and (match[1].startswith("GOTO") or is_variable(match[2]))
+        and name not in STATEMENTS
+    ):
+        end = match.end(1)
+        return f"{written_text}: a blank is missing; did you mean {written_text[:end]} {written_text[end:]}?"
+    for end in range(len(name) - 1, 1, -1) if not rest.startswith(("(", "=")) else ():
+        if is_variable(name[:end]) and name[0] != "R" and (name[end:].isdigit() or is_variable(name[end:])):
+            return f"{written_text}: an = is missing; did you mean {written_text[:end]}={written_text[end:]}?"
+    letters = name.rstrip("0123456789")
+    for end in range(1, len(name)) if letters == name or letters not in ADDRESSES else ():
+        value = name[end:]
+        is_value = is_variable(value) if not rest.startswith(("(", "=")) else value in VALUE_MODES and rest[0] == "("
+        if is_value and value != "R" and name[:end] in ADDRESSES:
+            return f"{written_text}: an = is missing; did you mean {written_text[:end]}={written_text[end:]}?"
+    return ""
+
+
+def explain_glued_value(name: str, text: str, at: int, is_variable: Callable[[str], bool]) -> str:
+    """The message about a variable and the word after it, without a blank: R2F300; empty for other names."""
+    match = _GLUED_WORD.fullmatch(name)
+    if match is None or match[2][0] not in ADDRESSES or not is_variable(match[1]):
+        return ""
+    written_text, end = text[at : at + len(name)], match.end(1)
+    return f"{written_text}: a blank is missing; did you mean {written_text[:end]} {written_text[end:]}?"
+
+
+def refuse_remark(cursor: Cursor, at: int) -> ProgramError | None:
+    """The error of words that are a remark without its ;, which begin a block; None where they may be another slip."""
+    head = re.sub(r"^[ \t]*(?:N\d+[ \t]*)?", "", cursor.text[:at], flags=re.IGNORECASE)
+    begin = at - len(head)
+    if head and not re.fullmatch(r"[A-Za-z]\w*[ \t]*:[ \t]*", head):
+        return None
+    match = _WORDS.match(cursor.text, begin)
+    tables = (GROUP_OF, NO_EFFECT, STATEMENTS, CYCLES, ADDRESSES)
+    if match is None or any(one.upper() in table for one in match.groups() for table in tables):
+        return None
+    edits = (Remedy("write ;", f";{match[0]}", misspelt=match[0], is_choice=True),)
+    text = f"{match[0]}: no words of this language; a remark begins with ;, as ;{match[0]}"
+    return cursor.error("VP001", text, begin, edits)
 
 
 def find_lost_bracket(cursor: Cursor, at: int, is_subprogram: Callable[[str], bool]) -> ProgramError | None:
@@ -80,12 +218,15 @@ def explain_blanks(name: str, text: str, at: int, is_subprogram: Callable[[str],
     following = _NEXT.match(text, at + len(name))
     if following is not None:
         whole = name + following[1].upper()
-        if any(whole in known_name for known_name in words) or is_subprogram(whole):
+        is_label = text[following.end() :].strip() == ":"
+        if is_label or any(whole in known_name for known_name in words) or is_subprogram(whole):
             return f"{written_text}{following[0]}: a blank is in the word; did you mean {written_text}{following[1]}?"
     for end in range(len(name) - 1, _LEAST - 1, -1):
-        address = _LETTER_NUMBER.fullmatch(name[end:])
-        is_known = any(name[:end] in known_name for known_name in words[:3])
-        if is_known and address is not None and address[1] in (*ADDRESSES, "G", "M"):
+        if not any(name[:end] in known_name for known_name in words[:3]):
+            continue
+        address, following_word = _LETTER_NUMBER.fullmatch(name[end:]), name[end:]
+        is_word = address is not None and address[1] in (*ADDRESSES, "G", "M")
+        if is_word or any(following_word in known_name for known_name in words):
             return f"{written_text}: a blank is missing; did you mean {written_text[:end]} {written_text[end:]}?"
     return ""
 

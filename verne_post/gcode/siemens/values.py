@@ -9,6 +9,7 @@ from verne_post.base.suggestions import LETTERS_OF_FUNCTIONS, find_meant
 from verne_post.gcode.expressions import MAX_NESTING
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.siemens.cursor import Cursor
+from verne_post.gcode.siemens.vocabulary import VALUE_MODES
 from verne_post.model.findings import Remedy
 
 #: What an expression has: a number (BOOL: 0 and 1), or a text.
@@ -102,6 +103,8 @@ def read_indices(cursor: Cursor, names: Names, depth: int = 0) -> tuple[Index, .
 #: Indices that are names: axes, and components of frames.
 _INDEX_NAMES: Final = ("X", "Y", "Z", "A", "B", "C", "TR", "RT", "SC", "MI", "FI")
 _WHOLE: Final = 1e-9
+#: Of AC, IC and DC.
+_LETTERS_OF_MODES: Final = 2
 #: With what numbers begin, and NOT and B_NOT.
 _DIGITS: Final = frozenset("0123456789.")
 _NEGATES: Final = frozenset("NnBb")
@@ -167,6 +170,8 @@ class _Reader:
             self._nest(at)
             value = self.read_level(0)
             self.depth -= 1
+            if cursor.skip() == "=":
+                raise cursor.error("VP001", "=: a comparison is written with two; did you mean ==?")
             cursor.expect(")", "after an expression")
             return value
         if symbol == '"':
@@ -209,6 +214,8 @@ class _Reader:
             return self._evaluate_text_function(name, arguments, at)
         if name not in FUNCTIONS:
             near = find_meant(name, FUNCTIONS, TEXT_FUNCTIONS, slip_alone=True, least=LETTERS_OF_FUNCTIONS)
+            if not near and cursor.text[:at].rstrip().endswith("="):
+                near = find_meant(name, VALUE_MODES, slip_alone=True, least=_LETTERS_OF_MODES)
             text = f"{name}: not a function that is known here{f'; did you mean {near}?' if near else ''}"
             raise cursor.error("VP002", text, at)
         counts, function = FUNCTIONS[name]

@@ -7,7 +7,13 @@ from msgspec import Struct, field
 from verne_post.base.suggestions import LETTERS_OF_FUNCTIONS, find_meant, name_near_numbers, suggest
 from verne_post.gcode.mistyped import MEANT_CHARACTERS
 from verne_post.gcode.program_error import DOUBLE_EQUALS, ProgramError, write_meant
-from verne_post.gcode.siemens.cursor import NAME, Cursor
+from verne_post.gcode.siemens.cursor import NAME, NUMBER, Cursor
+from verne_post.gcode.siemens.slips import (
+    explain_glued_value,
+    explain_signed_count,
+    refuse_no_value,
+    refuse_no_word,
+)
 from verne_post.gcode.siemens.values import FUNCTIONS, Index, Names, Value, read_indices, read_value, round_half_away
 from verne_post.gcode.siemens.vocabulary import CONSTANTS, GROUP_OF, STATEMENTS, VALUE_MODES
 
@@ -85,6 +91,8 @@ class Variables(Struct):
         number = read_r_number(name)
         if number is not None and not index:
             return self._read_r(self._check_r(number, cursor, at))
+        if name == "R" and not index and (message := explain_signed_count(cursor, at)):
+            raise cursor.error("VP001", message, at)
         if name == "R":
             return self._read_r(self._check_r(index[0] if len(index) == 1 else -1, cursor, at))
         if name.startswith("$"):
@@ -96,6 +104,7 @@ class Variables(Struct):
             raise cursor.error("VP025", joined_name, at)
         if variable is None:
             near = suggest(name, *({*scope} for scope in reversed(self.scopes)))
+            near = near or (f"; did you mean _{name}?" if f"_{name}" in CONSTANTS else "")
             define = f"; if it is one of the machine's builder, write its value on top: DEF REAL {name}=0"
             text = f"{name} is neither defined (DEF) nor a function or variable that is known here{near or define}"
             raise cursor.error("VP025", text, at)
@@ -103,6 +112,8 @@ class Variables(Struct):
 
     def _join_name(self, name: str, cursor: Cursor, at: int) -> str:
         """What is meant by a name in which a blank is too many, and by Rl0: the message; empty for others."""
+        if glued_words := explain_glued_value(name, cursor.text, at, self.is_known):
+            return glued_words
         written_name = cursor.text[at : at + len(name)]
         digits = written_name[1:].translate(MEANT_CHARACTERS)
         if name[0] == "R" and digits.isdecimal():  # digits alone are an R parameter
@@ -162,19 +173,26 @@ class Variables(Struct):
         if cursor.text.startswith("==", cursor.at):
             raise cursor.error("VP001", DOUBLE_EQUALS)
         cursor.expect("=", f"and a value after {name}")
+        refuse_no_value(cursor, name, at)
         if name.startswith("$") and self.system.assign_frame(name, index, cursor, at, self):
             return
         variable = self.find(name)
         if variable is not None and variable.bounds and cursor.peek_name() in ("SET", "REP"):
             self._fill(variable, name, self._check_index(variable, name, index, cursor, at), cursor, at)
-        else:
-            self.write(name, index, read_value(cursor, self), cursor, at)
+            return
+        try:
+            value = read_value(cursor, self)
+        except ProgramError:
+            if (number := read_r_number(name)) is not None:
+                self.r.setdefault(number, 0.0)  # what reads it has no error of its own
+            raise
+        self.write(name, index, value, cursor, at)
 
     # --- defining -------------------------------------------------------------------------------------
 
     def define(self, cursor: Cursor) -> None:
         """Read what follows DEF: a type, and names with sizes and values."""
-        kind = read_type(cursor)
+        kind, defined_names = read_type(cursor), list[str]()
         while True:
             cursor.skip()
             at, name = cursor.at, cursor.name()
@@ -196,8 +214,17 @@ class Variables(Struct):
             if cursor.take("="):
                 self._initialise(variable, name, cursor, at)
             self.scopes[-1][name] = variable
+            defined_names.append(name)
             if not cursor.take(","):
-                return
+                break
+        value = NUMBER.match(cursor.text, cursor.at + (cursor.skip() in ("+", "-")))
+        if value is not None and not bounds:
+            number, written_name = cursor.text[cursor.at : value.end()], cursor.text[at : at + len(name)]
+            written_text = cursor.text[at : value.end()]
+            text = f"{written_text}: an = is missing; did you mean {written_name}={number}?"
+            for defined_name in defined_names:  # the line is executed again
+                del self.scopes[-1][defined_name]
+            raise cursor.error("VP001", text, at)
 
     def _initialise(self, variable: Variable, name: str, cursor: Cursor, at: int) -> None:
         """A value, or the values of an array: in brackets, SET or REP."""
@@ -281,6 +308,8 @@ def read_type(cursor: Cursor) -> str:
 
 def refuse_leftover(cursor: Cursor) -> None:
     """Nothing may follow."""
+    if not cursor.is_at_end and cursor.text[cursor.at] in ")]":
+        raise refuse_no_word(cursor, cursor.at)
     if not cursor.is_at_end:
         raise ProgramError(
             "VP001", f"{cursor.text[cursor.at : cursor.at + 20].rstrip()!r}: nothing may follow here", cursor.at + 1

@@ -7,12 +7,30 @@ from typing import Final
 from msgspec import Struct, field
 
 from verne_post.base.numbers import is_count
-from verne_post.base.suggestions import LETTERS_OF_FUNCTIONS, find_meant, name_near_numbers, suggest
+from verne_post.base.suggestions import (
+    LETTERS_OF_FUNCTIONS,
+    find_correction,
+    find_meant,
+    name_near_numbers,
+    suggest,
+)
 from verne_post.gcode.codes import REMAP_GIVES
 from verne_post.gcode.mistyped import explain_unknown
 from verne_post.gcode.program_error import DOUBLE_EQUALS, GIVE_FILE, ProgramError
 from verne_post.gcode.siemens.cursor import Cursor
-from verne_post.gcode.siemens.slips import explain_blanks, explain_function, find_lost_bracket, refuse_no_word
+from verne_post.gcode.siemens.slips import (
+    explain_blanks,
+    explain_equals,
+    explain_function,
+    explain_glued,
+    explain_signed_count,
+    find_lost_bracket,
+    refuse_l,
+    refuse_no_value,
+    refuse_no_word,
+    refuse_r,
+    refuse_remark,
+)
 from verne_post.gcode.siemens.values import Value, read_indices, read_number, read_value
 from verne_post.gcode.siemens.variables import Variables, read_r_number, refuse_leftover
 from verne_post.gcode.siemens.vocabulary import (
@@ -55,6 +73,16 @@ _LETTER_NUMBER: Final = re.compile(r"[A-Za-z][ \t]*[+-]?[ \t]*(?:[0-9]|\.[0-9])"
 _MODE_AND_NUMBER: Final = re.compile(
     r"(ACP|ACN|AC|IC|DC)(?![A-Z_])[ \t]*([-+]?(?:\d+\.?\d*|\.\d+)(?![\w.]))?", re.IGNORECASE
 )
+#: The numbers of G functions but for further work offsets and the pole, which are near to too many.
+_COMMON_CODES: Final = [
+    name[1:] for name in (*GROUP_OF, *NO_EFFECT) if re.fullmatch(r"G(?!11[0-2]|5(?:0[1-9]|[1-9]\d)$)\d+", name)
+]
+#: A G function with a blank in its number.
+_DIVIDED_CODE: Final = re.compile(r"G(\d+)[ \t]+(\d+)(?![\w.])", re.IGNORECASE)
+#: An address, a sign and a name.
+_SIGNED_NAME: Final = re.compile(r"([A-Za-z]\w*)[-+]([A-Za-z_$]\w*)")
+#: A text after two quotes.
+_QUOTED_TWICE: Final = re.compile(r'""[^"\s]+"')
 _SIGNED_NUMBER: Final = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?![\w.])")
 #: A letter and a number that make one name: a G function of a group, or a subprogram.
 _CODE: Final = re.compile(r"([GML])[ \t]*([0-9]+)(?![0-9.])", re.IGNORECASE)
@@ -189,7 +217,10 @@ class WordReader:
         if self.variables.is_known(name):
             self.variables.assign(name, cursor, at)
             return
+        if name[0] in "GMN" and name[1:].isdigit() and (error := explain_equals(cursor, cursor.at)) is not None:
+            raise error
         cursor.expect("=", f"after {name}")
+        refuse_no_value(cursor, name, at)
         if name in NO_EFFECT:
             read_value(cursor, self.variables)
             words.no_effect.append((name, at + 1))
@@ -198,6 +229,8 @@ class WordReader:
         if name[0] in "SM" and number.isdigit() and name not in ("S1", "M1"):
             raise cursor.error("VP002", f"{name}=: spindle {number}; there is one spindle", at)
         if name not in ADDRESSES:
+            if message := explain_glued(name, cursor.text, at, self.variables.is_known):
+                raise cursor.error("VP001", message, at)
             if explain_refusal(name) is None and (len(name) == 1 or not name[1:].isdigit()):
                 near = suggest(name, *({*scope} for scope in reversed(self.variables.scopes)), ADDRESSES)
                 text = f"{name}: not defined (DEF), and no address of this language{near}"
@@ -231,7 +264,8 @@ class WordReader:
             if tool is None or error.code != "VP025" or error.column != begin + 1:
                 raise
             end = begin + len(tool)
-            right_word = f'{name}="{cursor.text[begin:end]}"'
+            end += cursor.text[end : end + 1] == '"'
+            right_word = f'{name}="{cursor.text[begin : begin + len(tool)]}"'
             text = (
                 f"{cursor.text[at:end]}: the name of a tool is written in quotation marks; did you mean {right_word}?"
             )
@@ -239,6 +273,9 @@ class WordReader:
         if isinstance(value_or_text, str):
             if name not in _TEXTS:
                 raise cursor.error("VP007", f"{name}= needs a number, not a text", at)
+            if not value_or_text and (twice := _QUOTED_TWICE.match(cursor.text, begin)) is not None:
+                text = f"{twice[0]}: a quote too many; did you mean {twice[0][1:]}?"
+                raise cursor.error("VP001", text, begin)
             return Word(name, 0.0, at + 1, text=value_or_text)
         return Word(name, value_or_text, at + 1)
 
@@ -278,7 +315,9 @@ class WordReader:
             return
         group = GROUP_OF.get(name)
         if group is None:
-            raise cursor.error("VP002", f"{name} is not a code of this language", at)
+            near = name_near_numbers(name[1:], _COMMON_CODES, "G")
+            text = f"{name} is not a code of this language"
+            raise cursor.error("VP002", f"{text}; it has {near}" if near else text, at)
         if group in words.groups:
             raise cursor.error("VP003", f"{words.groups[group][0]} and {name} are of one group ({group})", at)
         words.groups[group] = (name, at + 1)
@@ -372,9 +411,19 @@ class WordReader:
         if code is not None:
             if not is_count(code[2]):
                 raise self._make_unknown_error(code.group()[:12], cursor, at)
+            divided_code = _DIVIDED_CODE.match(text, at)
+            if divided_code is not None and f"G{divided_code[1]}" not in GROUP_OF:
+                right = f"G{divided_code[1]}{divided_code[2]}"
+                if right in GROUP_OF:
+                    raise cursor.error("VP001", f"{divided_code[0]}: a blank is in the word; did you mean {right}?", at)
             cursor.at = code.end()
             self._add_code(words, letter, int(code[2]), cursor, at, code[2])
             return
+        if message := explain_signed_count(cursor, at):
+            raise cursor.error("VP001", message, at)
+        if letter == "N" and cursor.text[:at].strip(" \t/0123456789"):
+            text = "a block number stands at the beginning of its block; write the letter that is meant, such as M"
+            raise cursor.error("VP001", f"{cursor.text[at:].split()[0]}: {text}", at)
         if letter not in ADDRESSES or letter in "GML":
             raise self._make_unknown_error(letter, cursor, at)
         cursor.at += 1
@@ -390,16 +439,30 @@ class WordReader:
         if name in self.declared_names:  # it is no code of the builder, and moves axes
             text = f"{name}, which EXTERN declares, is defined neither in the program nor in a file {name}.SPF"
             return ProgramError("VP023", text, at + 1, about=name, goes_on=True).advise(GIVE_FILE)
+        if (number := refuse_l(cursor, at)) is not None:
+            return number
         own_names = [*self.list_subprograms(), *self.user_names]
         is_alone = not (words.words or words.groups or words.m or _WORD_AFTER.match(cursor.text, cursor.at))
-        return _make_unknown_call(name, at + 1, own_names, is_alone=is_alone)
+        error = _make_unknown_call(name, at + 1, own_names, is_alone=is_alone)
+        is_remark = find_correction(error.message) is None
+        return (refuse_remark(cursor, at) if is_remark else None) or error
 
     def _make_unknown_error(self, name: str, cursor: Cursor, at: int, calls: Words | None = None) -> ProgramError:
         """Why a name is not executed; ``calls``: the words before it, of a name that would be a subprogram."""
         if message := explain_blanks(name, cursor.text, at, self.is_subprogram) or explain_function(name):
             return cursor.error("VP001", message, at)
+        if message := explain_glued(name, cursor.text, at, self.variables.is_known):
+            return cursor.error("VP001", message, at)
+        signed_name = _SIGNED_NAME.match(cursor.text, at)
+        if name in ADDRESSES and signed_name is not None and self.variables.is_known(signed_name[2].upper()):
+            right_word = f"{signed_name[1]}={cursor.text[signed_name.end(1) : signed_name.end()]}"
+            return cursor.error("VP001", f"{signed_name[0]}: an = is missing; did you mean {right_word}?", at)
+        if name == "N":
+            return cursor.error("VP001", "N: the number of the block is missing; write it, or take N out", at)
+        if name == "DO" and cursor.is_at_end and at:
+            return cursor.error("VP001", "DO: the letter O in a number; did you mean D0?", at)
         if name == "R":
-            return cursor.error("VP001", "R without a number; write R and the number of the parameter", at)
+            return refuse_r(cursor, at)
         if name in FRAME_FUNCTIONS:
             return cursor.error("VP001", f"{name}() is the value of a frame; write $P_PFRAME={name}(...)", at)
         why = explain_refusal(name)
@@ -503,7 +566,11 @@ def read_arguments(cursor: Cursor) -> tuple[Argument, ...]:
         edits = (Remedy('write ""', '""', misspelt='"""'),)
         raise cursor.error("VP001", 'a quote too many; write ""', many, edits)
     if in_quotes:
-        raise cursor.error("VP001", "the quote is not closed on its line; expected '\"'", quote)
+        is_empty = text[quote + 1 : quote + 2] in (",", ")")
+        empty_text = Remedy('write ""', '""', misspelt='"', is_choice=True)
+        raise cursor.error(
+            "VP001", "the quote is not closed on its line; expected '\"'", quote, (empty_text,) if is_empty else ()
+        )
     if text.startswith("((", begin) and depth == 1 - text.startswith("(()", begin):
         edits = (Remedy("write (", "(", misspelt="(("),)
         raise cursor.error("VP001", "((: a bracket too many; write (", begin, edits)
