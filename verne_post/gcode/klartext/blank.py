@@ -46,10 +46,10 @@ class Blank:
         )
         if slip is not None:
             self._low = {}
-            written, right = slip[0].strip(), f"0.{slip[1].translate(LETTERS_AS_DIGITS)}"
-            edits = (Remedy(f"write {right}", right, misspelt=written),)
-            what = "the point is missing" if written.isdigit() else "no number of a corner"
-            text = f"BLK FORM {written}: {what}; write BLK FORM {right}"
+            written_text, right = slip[0].strip(), f"0.{slip[1].translate(LETTERS_AS_DIGITS)}"
+            edits = (Remedy(f"write {right}", right, misspelt=written_text),)
+            what = "the point is missing" if written_text.isdigit() else "no number of a corner"
+            text = f"BLK FORM {written_text}: {what}; write BLK FORM {right}"
             raise statement.error("VP001", text, 0, edits)
         if form is None:
             return None

@@ -178,9 +178,15 @@ def execute_klartext(source: Text, setup: Setup, state: State, stop: StopConditi
         wrong_labels = flow.calls.main.label_errors
     except ProgramError as error:
         wrong_labels = [error]
-    for error in wrong_labels:  # also where nothing calls them: a control does not run the program
-        if not any(one.message == error.message for one in execution.errors):
-            execution.report_at_line(error.code, error.message, error.line or 1, error.column, edits=error.edits)
+    for wrong_label in wrong_labels:  # also where nothing calls them: a control does not run the program
+        if not any(one.message == wrong_label.message for one in execution.errors):
+            execution.report_at_line(
+                wrong_label.code,
+                wrong_label.message,
+                wrong_label.line or 1,
+                wrong_label.column,
+                edits=wrong_label.edits,
+            )
     return execution
 
 

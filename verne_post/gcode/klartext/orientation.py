@@ -67,14 +67,14 @@ class KlartextOrientation:
                 raise statement.error(
                     "VP001", "expected FUNCTION TCPM F TCP|CONT AXIS POS|SPAT PATHCTRL AXIS|VECTOR", 0
                 )
-            known = ("RESET TCPM", "DWELL TIME", "DWELL REV", *ENDED_FUNCTIONS)
-            joined = text.replace(" ", "")
-            near = next((one for one in known if one.replace(" ", "") == joined), "") or find_meant(
-                text, known, slip_alone=True
+            known_names = ("RESET TCPM", "DWELL TIME", "DWELL REV", *ENDED_FUNCTIONS)
+            joined_text = text.replace(" ", "")
+            near = next((one for one in known_names if one.replace(" ", "") == joined_text), "") or find_meant(
+                text, known_names, slip_alone=True
             )
-            shown = statement.rest.strip()
+            shown_text = statement.rest.strip()
             if near:
-                raise statement.error("VP001", f"{shown}: no such function; did you mean {near}?", 0)
+                raise statement.error("VP001", f"{shown_text}: no such function; did you mean {near}?", 0)
             raise statement.error("VP002", f"FUNCTION {text[:25]} is not executed", 0)
         _feed, axis, path, reference, _limit = match.groups()
         if reference not in (None, "TIP-TIP"):
@@ -89,12 +89,12 @@ class KlartextOrientation:
             if word[0] in _TCPM_WORDS or re.fullmatch(r"F\d+[.,]?\d*", word[0]):
                 continue
             pair = statement.rest[word.start() : following.end()] if following else ""
-            joined = "".join(pair.split())
-            parts = ((joined[:at], joined[at:]) for at in range(1, len(joined)))
+            joined_text = "".join(pair.split())
+            parts = ((joined_text[:at], joined_text[at:]) for at in range(1, len(joined_text)))
             if right := next((" ".join(one) for one in parts if {*one} <= {*_TCPM_WORDS}), ""):
                 text = f"{pair}: the blank is at a wrong place; did you mean {right}?"
                 raise statement.error("VP001", text, word.start())
-            if joined in _TCPM_WORDS:
+            if joined_text in _TCPM_WORDS:
                 right = "".join(pair.split())
                 text = f"{pair}: a blank is in the word; did you mean {right}?"
                 raise statement.error("VP001", text, word.start())
@@ -182,9 +182,11 @@ class KlartextOrientation:
         vector = np.array(chosen_vector, dtype=float)
         size = float(np.linalg.norm(vector))
         if not math.isfinite(size) or abs(size - 1.0) > VECTOR_LENGTH:
-            names = ("TX", "TY", "TZ") if tool[0] is not None else ("NX", "NY", "NZ")
-            large = next((name for name, one in zip(names, vector, strict=True) if abs(one) > 1.0 + VECTOR_LENGTH), "")
-            text = f"the vector {' '.join(names)} has length {size:.6g}; it must be a unit vector, of length 1"
+            letters = ("TX", "TY", "TZ") if tool[0] is not None else ("NX", "NY", "NZ")
+            large = next(
+                (name for name, one in zip(letters, vector, strict=True) if abs(one) > 1.0 + VECTOR_LENGTH), ""
+            )
+            text = f"the vector {' '.join(letters)} has length {size:.6g}; it must be a unit vector, of length 1"
             text += f", and {large} is from -1 to 1" if large else ""
-            raise statement.error("VP007", text, words.columns[large or names[0]])
+            raise statement.error("VP007", text, words.columns[large or letters[0]])
         return vector / size

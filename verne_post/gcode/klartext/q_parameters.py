@@ -158,8 +158,8 @@ def assign(statement: Statement, parameters: QParameters) -> None:
         if letters is not None:
             right = re.sub(r"[LIO]", lambda one: one[0].translate(LETTERS_AS_DIGITS), letters[1][1:])
             right = f"Q{right if letters[1][1] not in 'LRS' else letters[1][1] + right[1:]}"
-            written = letters[1][:2] + letters[1][2:].replace("L", "l")
-            text = f"{written}: a letter in the number; did you mean {right}?"
+            written_word = letters[1][:2] + letters[1][2:].replace("L", "l")
+            text = f"{written_word}: a letter in the number; did you mean {right}?"
             raise statement.error("VP001", text, letters.start(1))
         written_text = re.match(r"[ \t]*(Q[LRS]?[ \t]*\d+)[ \t]*([-+]?)", statement.rest)
         name = written_text[1] if written_text else "Q1"
@@ -329,11 +329,20 @@ def _refuse_part(number: int, statement: Statement, at: int, parts: list[tuple[s
     part_names = {"": "the end of the line", "value": "a value", "label": "a number, or a name in quotes"}
     wanted_part = part_names.get(name, name)
     edits: tuple[Remedy, ...] = ()
+    if (parameter := re.match(r"[-+]?Q[LR]?[ \t]+\d+", rest)) is not None and name == "value":
+        right = "".join(parameter[0].split())
+        edits = (Remedy(f"write {right}", right, misspelt=parameter[0]),)
+        return statement.error("VP001", f"{parameter[0]}: a blank is in the number; write {right}", at, edits)
     if word is not None and name == "label" and not word[0].strip('"').isdecimal():
         right = '"{}"'.format(word[0].strip('"'))
         edits = (Remedy(f"write {right}", right, misspelt=word[0]),)
-    elif name.isalpha() and name.isupper() and (pair := re.match(rf"(?={name})(\w+)[ \t]+(\w+)", rest)) is not None:
-        right = f"{name} {pair[1][len(name) :]}{pair[2]}"
+    elif (
+        (pair := re.match(r"(\w+)[ \t]+(\w+)", rest)) is not None
+        and name.isalpha()
+        and name.isupper()
+        and (pair[1] + pair[2]).startswith(name)
+    ):
+        right = f"{name} {(pair[1] + pair[2])[len(name) :]}".rstrip()
         edits = (Remedy(f"write {right}", right, misspelt=pair[0]),)
         return statement.error("VP001", f"{pair[0]}: the blank is at a wrong place; write {right}", at, edits)
     elif word is not None and name.isalpha() and name.isupper() and word[0] != "=":
@@ -349,10 +358,10 @@ def _refuse_part(number: int, statement: Statement, at: int, parts: list[tuple[s
     ):
         return statement.error("VP001", f"{word[0]}: a letter in the number; did you mean {right}?", at)
     elif word is not None and word[0].isdigit() and (before := re.search(r"[-+]?Q?\d+[ \t]*$", statement.rest[:at])):
-        written = f"{before[0]}{statement.rest[at : statement.rest.index(word[0], at)]}{word[0]}"
-        right = "".join(written.split())
-        edits = (Remedy(f"write {right}", right, misspelt=written),)
-        text = f"{written}: a blank is in the number; write {right}"
+        written_word = f"{before[0]}{statement.rest[at : statement.rest.index(word[0], at)]}{word[0]}"
+        right = "".join(written_word.split())
+        edits = (Remedy(f"write {right}", right, misspelt=written_word),)
+        text = f"{written_word}: a blank is in the number; write {right}"
         return statement.error("VP001", text, before.start(), edits)
     elif word is not None and name == "=" and word[0][0] in "-+":
         edits = (Remedy("write =", "=", misspelt=word[0][0]),)

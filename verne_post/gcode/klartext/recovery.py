@@ -60,8 +60,8 @@ class KlartextRecovery:
         is_late_end = error.code in ("VP017", "VP026") and re.search(r"(?<!\w)R0(?!\w)", statement.rest) is not None
         self.has_no_side = is_late_end or keyword == "APPR" or (self.has_no_side and keyword != "DEP")
         to.has_failed = True
-        if error.code == "VP025" and (name := re.match(r"(Q[LR]?\d+) has no value", error.message)):
-            to.q.refuse(name[1])
+        if error.code == "VP025" and (unset := re.match(r"(Q[LR]?\d+) has no value", error.message)):
+            to.q.refuse(unset[1])
         if error.code == "VP048":
             assume_rigid_tapping(to.state)
         if error.code in ("VP017", "VP026"):  # R0, or a move after it, may be missing before it

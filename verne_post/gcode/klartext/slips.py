@@ -52,14 +52,18 @@ def find_slip(
         return statement.error("VP001", f"{word}: a blank is missing; write {right}", begin, edits)
     if equals := find_equals(text, begin):
         return statement.error("VP001", equals, begin)
-    if moved := _join_word(pattern, statement, text, begin):
-        message, at = moved
+    if moved_blank := _join_word(pattern, statement, text, begin):
+        message, at = moved_blank
         return statement.error("VP001", message, at)
-    for written, at in ((whole, start), (word, begin)):
-        if (reading := _read_as_meant(pattern, written, names)) is not None:
+    for written_word, at in ((whole, start), (word, begin)):
+        if (reading := _read_as_meant(pattern, written_word, names)) is not None:
             what, right = reading
-            return statement.error("VP001", f"{written}: {what}; did you mean {right}?", at)
-    ends = (at for at in range(1, len(word)) if pattern.fullmatch(word[:at]) and pattern.fullmatch(word[at:]))
+            return statement.error("VP001", f"{written_word}: {what}; did you mean {right}?", at)
+    ends = (
+        at
+        for at in range(1, len(word))
+        if word[:at] not in ("F", "M", "R") and pattern.fullmatch(word[:at]) and pattern.fullmatch(word[at:])
+    )
     if at := next(ends, 0):
         right = f"{word[:at]} {word[at:]}"
         edits = (Remedy(f"write {right}", right, misspelt=word),)
@@ -74,17 +78,23 @@ def _read_as_meant(pattern: re.Pattern[str], word: str, names: Sequence[str]) ->
     readings: list[tuple[str, str]] = []
     if word in ("MAX", "AUTO"):
         readings += [("the F is missing", f"F{word}")]
+    if word[1:] in ("MAX", "AUTO"):
+        readings += [("no meaning in this language", f"F{word[1:]}")]
+    if letters := re.fullmatch(r"([A-Z])([A-Z])([-+].+)", word):
+        readings += [("two letters in the wrong order", f"{letters[2]}{letters[1]}{letters[3]}")]
     if "I" in word[1:] and re.search(r"[-+\d]", word):
         readings += [("the letter I in a number", word[0] + word[1:].replace("I", "1"))]
     if word[-1] == "O" and word[:-1] in names and len(word) > 3:
         readings += [("the letter O in a number", f"{word[:-1]}0")]
-    if swapped := _SIGN_IN_NUMBER.fullmatch(word):
-        readings += [("a digit before its sign", f"{swapped[1]}{swapped[3]}{swapped[2]}{swapped[4]}")]
+    if swapped_parts := _SIGN_IN_NUMBER.fullmatch(word):
+        readings += [
+            ("a digit before its sign", f"{swapped_parts[1]}{swapped_parts[3]}{swapped_parts[2]}{swapped_parts[4]}")
+        ]
     if digits := _DIGIT_BEFORE_Q.fullmatch(word):
         readings += [("a digit before its letter", f"{digits[1]}Q{digits[2]}{digits[3]}")]
-    if swapped := _NUMBER_BEFORE.fullmatch(word):
-        sign = swapped[3][:1] if swapped[3][:1] in ("+", "-") else ""
-        right = f"{swapped[2]}{sign}{swapped[1]}{swapped[3][len(sign) :]}"
+    if swapped_parts := _NUMBER_BEFORE.fullmatch(word):
+        sign = swapped_parts[3][:1] if swapped_parts[3][:1] in ("+", "-") else ""
+        right = f"{swapped_parts[2]}{sign}{swapped_parts[1]}{swapped_parts[3][len(sign) :]}"
         readings += [("the letter stands before its number", right)]
     readings += [("no meaning in this language", once) for once in drop_doubles(word)]
     if (parts := _NAME_AND_NUMBER.fullmatch(word)) and (near := find_meant(parts[1], names, slip_alone=True, least=3)):
@@ -102,16 +112,21 @@ def _join_word(pattern: re.Pattern[str], statement: Statement, text: str, begin:
     if word.isdigit() and earlier_words and _WHOLE_WORD.fullmatch(earlier_words[-1]):
         message = f"{earlier_words[-1]} {word}: a blank is in the number; did you mean {earlier_words[-1]}{word}?"
         return message, text.rindex(earlier_words[-1], 0, begin)
+    if earlier_words and (digit := re.fullmatch(r"(\d)([A-Z].+)", word)):
+        number = earlier_words[-1] + digit[1]
+        if pattern.fullmatch(number) and pattern.fullmatch(digit[2]) and not earlier_words[-1].startswith("R"):
+            message = f"{earlier_words[-1]} {word}: the blank is at a wrong place; did you mean {number} {digit[2]}?"
+            return message, text.rindex(earlier_words[-1], 0, begin)
     if statement.keyword in ("L", "C") and not earlier_words and (longer := join_keyword(statement, word)):
-        written = f"{statement.keyword}{text[:begin]}{longer[1:]}"
-        return f"{written}: a blank is in the word; did you mean {longer}?", -1
+        written_word = f"{statement.keyword}{text[:begin]}{longer[1:]}"
+        return f"{written_word}: a blank is in the word; did you mean {longer}?", -1
     if following and word.isalpha() and word + following[0] in ("FMAX", "FAUTO", *WORDS):
         return f"{word} {following[0]}: a blank is in the word; did you mean {word}{following[0]}?", begin
     if not following or (word.isalpha() and following[0] in WORDS):
         return None
-    joined = word + following[0]
+    joined_text = word + following[0]
     for at in (len(word) - 1, len(word) + 1):
-        if 0 < at < len(joined) and pattern.fullmatch(joined[:at]) and pattern.fullmatch(joined[at:]):
-            right = f"{joined[:at]} {joined[at:]}"
+        if 0 < at < len(joined_text) and pattern.fullmatch(joined_text[:at]) and pattern.fullmatch(joined_text[at:]):
+            right = f"{joined_text[:at]} {joined_text[at:]}"
             return f"{word} {following[0]}: the blank is at a wrong place; did you mean {right}?", begin
     return None

@@ -212,8 +212,8 @@ class KlartextText(ChunkedText):
             ends = [one for one in _FRAME.finditer(self.source) if one[1].upper() == b"END"]
         name, unit = ("NAME", "MM") if begin is None else _read_frame(begin)
         right = f"END PGM {name} {unit}".rstrip()
-        if not ends and (mistyped := self._find_mistyped_end(right)) is not None:
-            yield mistyped
+        if not ends and (mistyped_end := self._find_mistyped_end(right)) is not None:
+            yield mistyped_end
             return
         if not ends:
             yield (
@@ -244,12 +244,12 @@ class KlartextText(ChunkedText):
         while line > 0 and not (self.read_raw(line) or b"").strip():
             line -= 1
         code = _strip_comment(decode_line(self.read_raw(line) or b""))[0]
-        written = re.sub(r"^[ \t]*\d*[ \t]*", "", code)
-        head = "".join(written.split()).upper()[: len(_END)]
+        written_line = re.sub(r"^[ \t]*\d*[ \t]*", "", code)
+        head = "".join(written_line.split()).upper()[: len(_END)]
         if difflib.SequenceMatcher(None, head, _END).ratio() < _ALIKE:
             return None
-        edit = Remedy(f"write {right}", right, line=line, misspelt=written)
-        return line, f"{written} is no END PGM, which ends the file on the control; write {right}", (edit,)
+        edit = Remedy(f"write {right}", right, line=line, misspelt=written_line)
+        return line, f"{written_line} is no END PGM, which ends the file on the control; write {right}", (edit,)
 
     def skip_parameters(self, line: int) -> int:
         """The first line from one on that is no ``Q200=2``."""
@@ -522,14 +522,18 @@ def _refuse_unknown_statement(message: str, first: str, text: str, begin: int) -
     if first_word := next((one for one in _FIRST_WORDS if first.startswith(one)), ""):
         right = f"{first_word} {first[len(first_word) :]}"
         return ProgramError("VP001", f"{first}: a blank is missing; did you mean {right}?", begin + 1)
-    if (joined := re.match(r"([A-Z]{2,})(?=[-+]?[\d.])", first)) and joined[1] in STATEMENTS:
-        right = f"{joined[1]} {first[joined.end() :]}"
+    if (joined_text := re.match(r"([A-Z]{2,})(?=[-+]?[\d.])", first)) and joined_text[1] in STATEMENTS:
+        right = f"{joined_text[1]} {first[joined_text.end() :]}"
         return ProgramError("VP001", f"{first}: a blank is missing; did you mean {right}?", begin + 1)
-    if moved := re.match(r"([LC])(I?[XYZABC]|M)[ \t]+([-+]?\d[\d.,]*)", text[begin:]):
-        right = f"{moved[1]} {moved[2]}{moved[3]}"
-        return ProgramError("VP001", f"{moved[0]}: the blank is at a wrong place; did you mean {right}?", begin + 1)
+    if moved_blank := re.match(r"([LC])(I?[XYZABC]|M)[ \t]+([-+]?\d[\d.,]*)", text[begin:]):
+        right = f"{moved_blank[1]} {moved_blank[2]}{moved_blank[3]}"
+        return ProgramError(
+            "VP001", f"{moved_blank[0]}: the blank is at a wrong place; did you mean {right}?", begin + 1
+        )
     if re.match(r"[FN][ \t]*\d{1,2}[ \t]*:", text[begin:]):
         return ProgramError("VP001", f"{first[0]}: a letter of FN is missing; did you mean FN?", begin + 1)
+    if text[begin:].strip() == "M":
+        return ProgramError("VP001", "M: the number of the M function is missing, as in M8", begin + 1)
     if re.fullmatch("Q[LRS]?", first) and re.match(r"[ \t]*=", rest):
         return ProgramError("VP001", f"{first}: the number of the parameter is missing, as in {first}1 =", begin + 1)
     if first in ("K", "O", "P") and re.match(r"[ \t]+I?[XYZABC][-+]?[\d.]", rest):  # keys beside L
