@@ -346,7 +346,8 @@ def refuse_label(statement: Statement) -> ProgramError:
     what = "a name stands between two quotes"
     if '"' not in right:
         written_label, what = written_label.replace("L", "l"), "a letter in the number"
-    return statement.error("VP001", f"{written_label}: {what}; did you mean {right}?", 0)
+    edits = (Remedy(f"write {right}", right, line=statement.line, misspelt=written_label, is_choice='"' in right),)
+    return statement.error("VP001", f"{written_label}: {what}; did you mean {right}?", 0, edits)
 
 
 def label_name(text: bytes | str) -> str:
