@@ -115,7 +115,7 @@ _BLOCKS: Final = ("", "rs274", "fanuc")
 #: Characters of such a word, so that long lines of digits take no time.
 _LONGEST: Final = 40
 #: Letters after which an O alone is a zero: GO, XO. After others it is a word, such as DO and TO.
-_BEFORE_ZERO: Final = (*"ABCFGHIJKMPQRSXYZ", "SPA", "SPB", "SPC")
+_BEFORE_ZERO: Final = (*"ABCFGHIJKMPQRSXYZ", "SPA", "SPB", "SPC", "ROT")
 #: A small L for 1 in the number of a variable, before a sign: with what follows it is taken for a word L.
 _VARIABLE_WITH_L: Final = re.compile(r"#\d+l(?=[ \t]*[-+])")
 _FOR: Final = re.compile(r"\bFOR\b.*=", re.IGNORECASE)

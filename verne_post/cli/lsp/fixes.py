@@ -523,7 +523,8 @@ _PLACED: Final = {"VP017": _name_angles, "VP036": _name_angles, "VP050": _start_
 def _change_everywhere(found: Inspected, written: str, remedy: Remedy) -> Iterator[Fix]:
     """The same correction in all places that are no remarks, where there are several."""
     meant = remedy.value
-    if re.fullmatch(r"\W+|\d+", written):  # a sign or a number that is right elsewhere
+    # a sign or a number that is right elsewhere; a quote that is closed there
+    if re.fullmatch(r"\W+|\d+", written) or written.count('"') % 2:
         return
     word, at, words = re.compile(rf"(?<![\w.]){re.escape(written)}(?![\w.])"), 0, list[tuple[int, int, str]]()
     for line in found.text.split("\n"):

@@ -6,7 +6,8 @@ from typing import Final
 from msgspec.structs import replace
 
 from verne_post.gcode.klartext.formulas import VALUE, Numbers, read_value
-from verne_post.gcode.klartext.statements import Statement
+from verne_post.gcode.klartext.slips import find_slip
+from verne_post.gcode.klartext.statements import LETTERS_AS_DIGITS, Statement
 from verne_post.model.findings import Remedy
 from verne_post.model.moves import ZERO9, Frame, Stock
 
@@ -40,11 +41,16 @@ class Blank:
             For a corner without a coordinate, and for a stock without a size.
         """
         form = _FORM.match(statement.rest)
-        if (slip := re.match(r"[ \t]+(0([12]))(?=[ \t])", statement.rest)) is not None:
+        slip = re.match(
+            r"[ \t]+(?!0[.,][12][ \t])(?=[\dOLI]*[.,]|0[12])[O0]?[.,]{0,2}([12LI])(?=[ \t])", statement.rest
+        )
+        if slip is not None:
             self._low = {}
-            edits = (Remedy(f"write 0.{slip[2]}", f"0.{slip[2]}", misspelt=slip[1]),)
-            text = f"BLK FORM {slip[1]}: the point is missing; write BLK FORM 0.{slip[2]}"
-            raise statement.error("VP001", text, slip.start(1), edits)
+            written_text, right = slip[0].strip(), f"0.{slip[1].translate(LETTERS_AS_DIGITS)}"
+            edits = (Remedy(f"write {right}", right, misspelt=written_text),)
+            what = "the point is missing" if written_text.isdigit() else "no number of a corner"
+            text = f"BLK FORM {written_text}: {what}; write BLK FORM {right}"
+            raise statement.error("VP001", text, 0, edits)
         if form is None:
             return None
         pattern = _CYLINDER_WORD if form[4] else _CORNER_WORD
@@ -81,6 +87,9 @@ def _read_words(
     while at < len(text):
         word = pattern.match(text, at)
         if word is None:
+            begin = at + len(text[at:]) - len(text[at:].lstrip())
+            if slip := find_slip(pattern, statement, text, begin):
+                raise slip
             raise statement.error("VP001", f"{text[at:].strip()[:15]!r} is not a word of BLK FORM", at)
         if word[1] in words:
             raise statement.error("VP004", f"{word[1]} appears twice in the block", at)

@@ -19,8 +19,12 @@ _PARAMETER: Final = re.compile(rf"Q(\d+)[ \t]*=[ \t]*(?:({VALUE})|(FMAX|MAX|FAUT
 #: A parameter without =, or with another sign in its place; one with a blank in its number.
 _NO_EQUALS: Final = re.compile(rf"Q(\d+)(?:[ \t]+|(?=[-+]))([-+.]?)[ \t]*({VALUE})(?!\w)(?![ \t]*=)")
 _DIVIDED_NUMBER: Final = re.compile(r"Q(\d+)[ \t]+(\d+)[ \t]*=")
-#: A parameter without a value: the next one begins, or nothing follows.
-_EMPTY: Final = re.compile(r"Q(\d{1,6})[ \t]*=[ \t]*(?:$|(?=Q\d+[ \t]*=))")
+#: A parameter without a value, or with a sign alone: the next one begins, or nothing follows.
+_EMPTY: Final = re.compile(r"Q(\d{1,6})[ \t]*=[ \t]*[-+]?[ \t]*(?:$|(?=Q\d+[ \t]*=))")
+#: A parameter whose Q is missing, whose = is missing, and whose value has another sign than + and -.
+_NO_LETTER: Final = re.compile(r"(\d{3})[ \t]*=")
+_JOINED_VALUE: Final = re.compile(r"Q(\d{3})(\d[\d.,]*)(?!\w)(?![ \t]*=)")
+_OTHER_SIGN: Final = re.compile(r"(Q\d+[ \t]*=[ \t]*)[*/=]([\d.,]+)(?!\w)")
 #: A parameter in whose number letters stand for digits.
 _LETTERS: Final = re.compile(r"(?<!\w)(Q[0-9OIL]+)(?=[ \t]*=)", re.IGNORECASE)
 _MEANT_DIGITS: Final = str.maketrans("OoIiLl", "001111")
@@ -29,7 +33,7 @@ _LETTER_O: Final = re.compile(r"(?=\d+O)[\dO]+(?!\w)")
 #: The number of a cycle and of its line, with a comma in place of the point.
 _COMMA: Final = re.compile(r"(\d+),(\d+)(?![\d.,])")
 #: Two points, or the letter l for 1.
-_WRONG_HEAD: Final = re.compile(r"[ \t]*(\d+\.\.\d+|\d+\.L|\d+L\.\d+|L\d\.\d+)(?!\w)")
+_WRONG_HEAD: Final = re.compile(r"[ \t]*(\d+\.\.\d+|\d+\.[LI]|\d+[LI]\.\d+|[LI]\d\.\d+)(?!\w)")
 _HEAD: Final = re.compile(r"[ \t]*(\d+)(?:[ \t]*\.(\d+))?(?![\d.])")
 
 _HOLE: Final = (200, 201, 203, 204)
@@ -97,9 +101,15 @@ def read_head(statement: Statement) -> Head:
     """The number after CYCL DEF."""
     match = _HEAD.match(statement.rest)
     if (slip := _WRONG_HEAD.match(statement.rest)) is not None:
-        right = re.sub("[.,]{2}", ".", slip[1]).replace("L", "1")
+        right = re.sub("[.,]{2}", ".", slip[1]).translate(_MEANT_DIGITS)
         text = f"{slip[1]}: no number of a cycle; did you mean {right}?"
         raise statement.error("VP001", text, slip.start(1))
+    if (written_text := re.match(r"[ \t]*(\d*\.|\.\d+)(?![\d.])", statement.rest)) is not None:
+        where, right = (
+            ("after", f"{written_text[1]}1") if written_text[1][-1] == "." else ("before", f"7{written_text[1]}")
+        )
+        text = f"{written_text[1]}: the digits {where} the point are missing, as in CYCL DEF {right}"
+        raise statement.error("VP001", text, 0)
     if match is None:
         raise statement.error("VP001", "CYCL DEF needs the number of the cycle", 0)
     if word := _LETTER_O.match(statement.rest, match.start(1)):
@@ -123,7 +133,7 @@ def read_parameters(statement: Statement, head: Head, numbers: Numbers, auto_fee
         For what is no parameter; the name of the cycle comes first and may be any text.
     """
     values: dict[int, float] = {}
-    first = re.search(r"(?:^|[ \t])Q\d+[ \t]*=", head.rest)
+    first = re.search(r"(?:^|[ \t])(?:Q[ \t]*\d+|[A-Z]?\d{3})[ \t]*=|(?:^|[ \t])Q\d{4,}(?![ \t]*=)", head.rest)
     at = first.start() if first is not None else len(head.rest)
     text = head.rest
     while at < len(text) and text[at:].strip():
@@ -162,8 +172,50 @@ def _refuse_unread(statement: Statement, head: Head, at: int) -> ProgramError:
         sign, value = written_text[2], written_text[3]
         right = f"Q{written_text[1]}={value if sign in ('', '=') or value[0] in '+-' else sign + value}"
         shown_text = " ".join(written_text[0].split())
+        rights = [right, right.replace("-", "")] if sign == "-" and value[0] not in "+-" else [right]
+        edits = tuple(
+            Remedy(f"write {one}", one, misspelt=written_text[0], is_choice=len(rights) > 1) for one in rights
+        )
+        text = f"{shown_text}: an = is missing; write {' or '.join(rights)}"
+        return statement.error("VP001", text, head.at + at, edits)
+    if (written_text := _OTHER_SIGN.match(rest)) is not None:
+        is_double = "==" in written_text[0]
+        signs = ("", "-") if is_double else ("+", "-")
+        rights = [f"{written_text[1]}{one}{written_text[2]}" for one in signs]
+        edits = tuple(Remedy(f"write {one}", one, misspelt=written_text[0], is_choice=True) for one in rights)
+        what = "two = stand in it" if is_double else "a number has + or - as its sign"
+        text = f"{written_text[0]}: {what}; write {' or '.join(rights)}"
+        return statement.error("VP001", text, head.at + at, edits)
+    needs, defaults = OF_PARAMETERS.get(head.number, ((), {}))
+    if (written_text := _JOINED_VALUE.match(rest)) is not None and (
+        int(written_text[1]) in (*needs, *defaults) or not needs
+    ):
+        right = f"Q{written_text[1]}={written_text[2]}"
         edits = (Remedy(f"write {right}", right, misspelt=written_text[0]),)
-        return statement.error("VP001", f"{shown_text}: an = is missing; write {right}", head.at + at, edits)
+        return statement.error("VP001", f"{written_text[0]}: an = is missing; write {right}", head.at + at, edits)
+    if (written_text := _NO_LETTER.match(rest)) is not None:
+        text = f"{written_text[1]}: the Q before the number is missing; did you mean Q{written_text[1]}?"
+        return statement.error("VP001", text, head.at + at)
+    if (written_text := re.match(r"Q[ \t]+(\d+)[ \t]*=", rest)) is not None:
+        right = f"Q{written_text[1]}="
+        edits = (Remedy(f"write {right}", right, misspelt=written_text[0]),)
+        text = f"{written_text[0]}: a blank is in the number; write {right}"
+        return statement.error("VP001", text, head.at + at, edits)
+    other = re.match(r"([A-PR-Z])(\d{3})(?=[ \t]*=)", rest)
+    if other is not None and (int(other[2]) in (*needs, *defaults) or not needs):
+        text = f"{other[0]}: no parameter; did you mean Q{other[2]}?"
+        return statement.error("VP001", text, head.at + at)
+    if (written_text := re.match(r"Q(\d+)([-+])=(?=[\d.,])", rest)) is not None:
+        right = f"Q{written_text[1]}={written_text[2]}"
+        edits = (Remedy(f"write {right}", right, misspelt=written_text[0]),)
+        text = f"{written_text[0]}: the sign stands after the =; write {right}"
+        return statement.error("VP001", text, head.at + at, edits)
+    if word.isdigit() and (before := re.search(r"Q\d+=[-+]?\d+(?=[ \t]+$)", head.rest[:at])) is not None:
+        text = f"{before[0]} {word}: a blank is in the number; did you mean {before[0]}{word}?"
+        return statement.error("VP001", text, head.at + before.start())
+    if (letters := _LETTERS.match(rest)) is not None and (number := _read_letters(letters[1])) is not None:
+        text = f"{letters[1].replace('L', 'l')}: a letter in the number; did you mean Q{number}?"
+        return statement.error("VP001", text, head.at + at)
     if (written_text := _DIVIDED_NUMBER.match(rest)) is not None:
         right = f"Q{written_text[1]}{written_text[2]}="
         edits = (Remedy(f"write {right}", right, misspelt=written_text[0]),)
@@ -184,7 +236,10 @@ def _refuse_twice(statement: Statement, head: Head, number: int, place: int) -> 
     needs = OF_PARAMETERS.get(head.number, ((), {}))[0]
     missing = [one for one in needs if one not in {name for _match, name in given}]
     text, near = f"CYCL DEF {head.number}: Q{number} appears twice", find_with_digit(number, missing)
+    near = near or (missing[0] if len(missing) == 1 else None)
     edits = []
+    if near is None:
+        text += "; take one of the two out"
     for match, name in given if near else ():
         if name == number:
             line, _column = statement.find_place(head.at + match.start())
@@ -192,6 +247,16 @@ def _refuse_twice(statement: Statement, head: Head, number: int, place: int) -> 
             edits.append(Remedy(f"write {new}", new, line=line, misspelt=match[0], is_choice=True))
     also = f", and Q{near} is missing, the {name_parameter(near)}; write Q{near} in one of both places" if near else ""
     return statement.error("VP004", text + also, place, tuple(edits))
+
+
+def find_cycle_of(head: Head) -> int | None:
+    """The one cycle whose number is a slip away, and which has all parameters of a definition; None without one."""
+    given = {int(one) for one in re.findall(r"(?:^|[ \t])Q(\d{1,4})[ \t]*=", head.rest)}
+    fits = [one for one, (needs, defaults) in OF_PARAMETERS.items() if given and given <= {*needs, *defaults}]
+    near = find_with_digit(head.number, fits)
+    others = [one for one in fits if sum(a != b for a, b in zip(str(one), str(head.number), strict=False)) == 1]
+    same_length = [one for one in others if len(str(one)) == len(str(head.number))]
+    return near or (same_length[0] if len(same_length) == 1 else None)
 
 
 def find_parameter(statement: Statement, number: int) -> int | None:
@@ -228,6 +293,7 @@ def complete(
         if name not in needs and name not in defaults:
             missing = [one for one in needs if one not in given]
             others = list_near_numbers(str(name), map(str, missing))
+            others = others or [str(one) for one in missing]
             near = find_with_digit(name, missing) or (int(others[0]) if len(others) == 1 else None)
             also = f"; Q{near}, the {name_parameter(near)}, is missing" if near else ""
             raise statement.error(

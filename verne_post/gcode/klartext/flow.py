@@ -163,17 +163,30 @@ def execute_klartext(source: Text, setup: Setup, state: State, stop: StopConditi
     run_program(_KlartextRun(flow), execution, setup, stop)
     if flow.interpreter.functions.has_ended or flow.has_ended:
         flow.interpreter.patterns.report_uncalled_cycle("the end of the program")
+        flow.interpreter.settings.close_cycle()
+        flow.interpreter.settings.report_lone_head()
     if (line := flow.interpreter.blank.open_line) and setup.machine:
         text = "BLK FORM 0.1 has no BLK FORM 0.2, so the stock is not known; write 0.2 with its other corner"
         execution.recorder.warn("VP005", text, line, None, "warning")
     if setup.machine and not any(error.code == "VP010" for error in execution.errors):
         for line, message, edits in flow.calls.main.find_wrong_frame():
+            if any(error.line == line and error.code in ("VP001", "VP002") for error in execution.errors):
+                continue
             execution.recorder.note_once("VP010", message, line, edits, severity="warning")
     try:
         _ = flow.calls.main.labels
-    except ProgramError as error:  # also where nothing calls them: a control does not run the program
-        if not any(one.message == error.message for one in execution.errors):
-            execution.report_at_line(error.code, error.message, error.line or 1, error.column, edits=error.edits)
+        wrong_labels = flow.calls.main.label_errors
+    except ProgramError as error:
+        wrong_labels = [error]
+    for wrong_label in wrong_labels:  # also where nothing calls them: a control does not run the program
+        if not any(one.message == wrong_label.message for one in execution.errors):
+            execution.report_at_line(
+                wrong_label.code,
+                wrong_label.message,
+                wrong_label.line or 1,
+                wrong_label.column,
+                edits=wrong_label.edits,
+            )
     return execution
 
 

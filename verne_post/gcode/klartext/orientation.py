@@ -6,6 +6,7 @@ from typing import Final
 
 import numpy as np
 
+from verne_post.base.suggestions import find_meant
 from verne_post.base.tolerances import VECTOR_LENGTH
 from verne_post.gcode.klartext.contour import KlartextContour
 from verne_post.gcode.klartext.formulas import VALUE, read_value
@@ -17,11 +18,15 @@ from verne_post.gcode.klartext.transformations import build_spatial_plane
 from verne_post.gcode.klartext.vocabulary import ENDED_FUNCTIONS
 from verne_post.gcode.klartext.words import Words
 from verne_post.gcode.machining.machining import check_dwell
-from verne_post.gcode.program_error import At, ProgramError
+from verne_post.gcode.program_error import At
 
 _TCPM: Final = re.compile(
     r"[ \t]*TCPM(?:[ \t]+F[ \t]+(TCP|CONT))?(?:[ \t]+AXIS[ \t]+(POS|SPAT))?(?:[ \t]+PATHCTRL[ \t]+(AXIS|VECTOR))?"
     r"(?:[ \t]+REFPNT[ \t]+(TIP-TIP|TIP-CENTER|CENTER-CENTER))?(?:[ \t]+F(\d+[.,]?\d*))?[ \t]*$"
+)
+_TCPM_WORDS: Final = (
+    *("TCPM", "F", "TCP", "CONT", "AXIS", "POS", "SPAT", "PATHCTRL", "VECTOR", "REFPNT"),
+    *("TIP-TIP", "TIP-CENTER", "CENTER-CENTER"),
 )
 _DWELL: Final = re.compile(rf"[ \t]*DWELL[ \t]+(TIME|REV)[ \t]*({VALUE})[ \t]*$")
 _SECONDS_PER_MINUTE: Final = 60.0
@@ -58,15 +63,47 @@ class KlartextOrientation:
         match = _TCPM.match(statement.rest)
         if match is None:
             if text.startswith("TCPM"):
+                self._check_tcpm(statement)
                 raise statement.error(
                     "VP001", "expected FUNCTION TCPM F TCP|CONT AXIS POS|SPAT PATHCTRL AXIS|VECTOR", 0
                 )
+            known_names = ("RESET TCPM", "DWELL TIME", "DWELL REV", *ENDED_FUNCTIONS)
+            joined_text = text.replace(" ", "")
+            near = next((one for one in known_names if one.replace(" ", "") == joined_text), "") or find_meant(
+                text, known_names, slip_alone=True
+            )
+            shown_text = statement.rest.strip()
+            if near:
+                raise statement.error("VP001", f"{shown_text}: no such function; did you mean {near}?", 0)
             raise statement.error("VP002", f"FUNCTION {text[:25]} is not executed", 0)
         _feed, axis, path, reference, _limit = match.groups()
         if reference not in (None, "TIP-TIP"):
             raise statement.error("VP002", f"REFPNT {reference} is not executed: positions here are those of the tip")
         self.modes.as_spatial, self.modes.along_vectors = axis == "SPAT", path == "VECTOR"
         self.functions.set_tcp(on=True)
+
+    def _check_tcpm(self, statement: Statement) -> None:
+        """Raise VP001 at the first word of FUNCTION TCPM that is nearly one that may stand there."""
+        words = list(re.finditer(r"[^ \t]+", statement.rest))
+        for word, following in zip(words, [*words[1:], None], strict=True):
+            if word[0] in _TCPM_WORDS or re.fullmatch(r"F\d+[.,]?\d*", word[0]):
+                continue
+            pair = statement.rest[word.start() : following.end()] if following else ""
+            joined_text = "".join(pair.split())
+            parts = ((joined_text[:at], joined_text[at:]) for at in range(1, len(joined_text)))
+            if right := next((" ".join(one) for one in parts if {*one} <= {*_TCPM_WORDS}), ""):
+                text = f"{pair}: the blank is at a wrong place; did you mean {right}?"
+                raise statement.error("VP001", text, word.start())
+            if joined_text in _TCPM_WORDS:
+                right = "".join(pair.split())
+                text = f"{pair}: a blank is in the word; did you mean {right}?"
+                raise statement.error("VP001", text, word.start())
+            halves = [f"{word[0][:at]} {word[0][at:]}" for at in range(1, len(word[0]))]
+            right = next((one for one in halves if {*one.split()} <= {*_TCPM_WORDS}), "")
+            right = right or find_meant(word[0], _TCPM_WORDS, least=3)
+            if right:
+                text = f"{word[0]}: no meaning in this language; did you mean {right}?"
+                raise statement.error("VP001", text, word.start())
 
     def _dwell(self, statement: Statement, unit: str, value: float) -> None:
         """FUNCTION DWELL TIME, in seconds, or REV, in turns of the spindle."""
@@ -145,5 +182,11 @@ class KlartextOrientation:
         vector = np.array(chosen_vector, dtype=float)
         size = float(np.linalg.norm(vector))
         if not math.isfinite(size) or abs(size - 1.0) > VECTOR_LENGTH:
-            raise ProgramError("VP007", f"the vector of LN has length {size:.6g}; it must be a unit vector")
+            letters = ("TX", "TY", "TZ") if tool[0] is not None else ("NX", "NY", "NZ")
+            large = next(
+                (name for name, one in zip(letters, vector, strict=True) if abs(one) > 1.0 + VECTOR_LENGTH), ""
+            )
+            text = f"the vector {' '.join(letters)} has length {size:.6g}; it must be a unit vector, of length 1"
+            text += f", and {large} is from -1 to 1" if large else ""
+            raise statement.error("VP007", text, words.columns[large or letters[0]])
         return vector / size

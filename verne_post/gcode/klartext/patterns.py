@@ -11,6 +11,7 @@ from verne_post.gcode.klartext.cycle_words import (
     MACHINING,
     PATTERNS,
     complete,
+    find_cycle_of,
     find_parameter,
     read_head,
     read_parameters,
@@ -98,6 +99,9 @@ class KlartextPatterns:
         """CYCL DEF: a setting takes effect, a machining cycle is kept, a pattern runs at once."""
         head = read_head(statement)
         number = head.number
+        if (number in REFUSED_CYCLES or number not in CYCLES) and (meant_number := find_cycle_of(head)):
+            text = f"{number}: no cycle of these parameters; did you mean {meant_number}?"
+            raise statement.error("VP001", text, head.begin)
         if number in REFUSED_CYCLES:
             raise statement.error("VP002", f"CYCL DEF {number} is not executed ({REFUSED_CYCLES[number]})", head.begin)
         if number not in CYCLES and number not in CYCLES_WITHOUT_EFFECT and (number // 10) in SETTINGS:

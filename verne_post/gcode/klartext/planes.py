@@ -16,7 +16,8 @@ from verne_post.gcode.klartext.contour import KlartextContour
 from verne_post.gcode.klartext.formulas import VALUE, read_value
 from verne_post.gcode.klartext.frames import KlartextFrames
 from verne_post.gcode.klartext.functions import KlartextFunctions
-from verne_post.gcode.klartext.statements import Statement, find_equals
+from verne_post.gcode.klartext.slips import find_slip
+from verne_post.gcode.klartext.statements import Statement
 from verne_post.gcode.klartext.transformations import Kind
 from verne_post.gcode.klartext.vocabulary import PLANES
 from verne_post.gcode.machining.turning import count_places, record_carried
@@ -39,6 +40,7 @@ _INCOMPLETE: Final = {
     "MB": "without a number; write MB and its value, or MB MAX",
 }
 _KIND: Final = re.compile(rf"[ \t]*({'|'.join(PLANES)}|RELATIVE|PROJECTED)(?![A-Z])")
+_NAMES: Final = ("SPA", "SPB", "SPC", "EULPR", "EULNU", "EULROT", "DIST", "ABST", "SETUP")
 #: Words that take no value.
 _FLAGS: Final = ("MOVE", "TURN", "STAY", "FMAX", "TABLE", "COORD")
 #: The angles of a plane that must all be given.
@@ -150,6 +152,14 @@ class KlartextPlanes:
             word = _FIRST.match(text)
             shown_word = "" if word is None else word[1]
             message = f"PLANE {shown_word} is not executed; expected {', '.join(PLANES)}"
+            following = text[word.end() :].split()[:1] if word else []
+            if first := next((one for one in PLANES if shown_word.startswith(one)), ""):
+                right = f"{first} {shown_word[len(first) :]}"
+                message = f"{shown_word}: a blank is missing; did you mean {right}?"
+            elif following and shown_word + following[0] in PLANES:
+                message = (
+                    f"{shown_word} {following[0]}: a blank is in the word; did you mean {shown_word}{following[0]}?"
+                )
             at = 0 if word is None else word.start(1)
             raise statement.error("VP002", explain_unknown(message, shown_word, PLANES), at)
         if kind.group(1) == "PROJECTED":
@@ -165,9 +175,10 @@ class KlartextPlanes:
                 if word is not None and (lack := _INCOMPLETE.get(word[1])):
                     message = f"{word[1]} {lack}"
                 missing = [name for name in _NEEDS.get(words.kind, ()) if name not in words.values]
-                if equals := find_equals(text, at):
-                    message = equals
-                elif word is not None and word[1] in missing:
+                begin = at + len(text[at:]) - len(text[at:].lstrip())
+                if slip := find_slip(_WORD, statement, text, begin, _NAMES):
+                    raise slip
+                if word is not None and word[1] in missing:
                     message = f"{word[1]} without a number; write {word[1]}+0 if it is 0"
                 elif word is not None and len(missing) == 1 and word[1][:-1] == missing[0][:-1]:
                     message = f"{word[1]}: no word of PLANE {words.kind}; did you mean {missing[0]}?"

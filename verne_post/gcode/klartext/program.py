@@ -7,6 +7,7 @@ from typing import Final
 from msgspec import Struct
 from msgspec.structs import replace
 
+from verne_post.base.suggestions import find_meant
 from verne_post.base.units import MM_PER_INCH
 from verne_post.gcode.arcs import Arc
 from verne_post.gcode.klartext.approach import KlartextApproach
@@ -22,13 +23,14 @@ from verne_post.gcode.klartext.patterns import KlartextPatterns
 from verne_post.gcode.klartext.planes import KlartextPlanes
 from verne_post.gcode.klartext.q_parameters import assign, execute_fn, label_of
 from verne_post.gcode.klartext.settings import KlartextSettings
-from verne_post.gcode.klartext.statements import Statement
+from verne_post.gcode.klartext.statements import Statement, refuse_label
 from verne_post.gcode.klartext.words import Words, read_words
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.machining.turning import warn_of_curve
 from verne_post.gcode.program_error import At
 from verne_post.gcode.recorder import Recorder
 from verne_post.gcode.setup import Setup
+from verne_post.model.findings import Remedy
 from verne_post.model.moves import AXES, MoveKind
 
 PATHS: Final = ("L", "LN", "LP", "C", "CP", "CR", "CT", "CTP")
@@ -324,7 +326,7 @@ class Klartext:
         if match is None:
             is_missing = not statement.rest.strip()
             text = "CALL LBL needs a label, a number or a name in quotes"
-            raise statement.error("VP005" if is_missing else "VP001", text, 0)
+            raise statement.error("VP005", text, 0) if is_missing else refuse_label(statement)
         name, rest = self._find_label(match), statement.rest[match.end() :]
         at = match.start() + len(match[0]) - len(match[0].lstrip())
         _line, column = statement.find_place(at)
@@ -333,9 +335,13 @@ class Klartext:
             return
         repeat = _REPEAT.match(rest)
         if repeat is None:
-            raise statement.error(
-                "VP001", f"{rest.strip()[:15]!r} after CALL LBL; expected REP and a number", match.end()
-            )
+            word = rest.split()[0]
+            if find_meant(word, ("REP",), least=3, slip_alone=True):
+                text = f"{word}: no meaning in this language; did you mean REP?"
+                raise statement.error("VP001", text, match.end())
+            edits = (Remedy(f"write ;{word}", f";{word}", misspelt=word, is_choice=True),) if word != "REP" else ()
+            text = f"{rest.strip()[:15]!r} after CALL LBL; expected REP and a number, or ; before a remark"
+            raise statement.error("VP001", text, match.end(), edits)
         count = read_value(repeat.group(1), self.q)
         if count != round(count) or not 0 <= count <= _MAX_REPEATS:
             raise statement.error("VP007", f"REP {count:g}: repeats are whole, up to {_MAX_REPEATS}")
@@ -344,7 +350,7 @@ class Klartext:
     def _label(self, statement: Statement) -> None:
         match = _LABEL.match(statement.rest)
         if match is None or match.group(3) or statement.rest[match.end() :].strip():
-            raise statement.error("VP001", "LBL needs a number, or a name in quotes", 0)
+            raise refuse_label(statement)
         name = self._find_label(match)
         self.jump = Jump("return") if name == "0" else Jump("label", name)
 

@@ -8,7 +8,7 @@ from msgspec import Struct, field
 from verne_post.base.suggestions import list_near_numbers, name_near_numbers
 from verne_post.gcode.expressions import MAX_NUMBER
 from verne_post.gcode.klartext.formulas import VALUE, combine, evaluate, holds, read_value
-from verne_post.gcode.klartext.statements import Statement, label_name
+from verne_post.gcode.klartext.statements import LETTERS_AS_DIGITS, Statement, label_name
 from verne_post.gcode.klartext.vocabulary import FN, REFUSED_FN
 from verne_post.gcode.program_error import DOUBLE_EQUALS, ProgramError, write_meant
 from verne_post.model.findings import Remedy
@@ -30,6 +30,8 @@ _STRING_PART: Final = re.compile(
 )
 #: So many numbers of Q, QL, QR, QS there are.
 _LAST: Final = {"Q": 1999, "QL": 499, "QR": 499, "QS": 1999}
+#: Parameters that the control sets.
+_OF_CONTROL: Final = range(100, 200)
 #: Why a parameter has no value: nothing of it is to be told.
 SETTING_REFUSED: Final = "the statement that sets it is refused"
 _SET_NAME: Final = re.compile(r"[ \t]*(?:\d{1,2}[ \t]*:?[ \t]*)?(Q[LR]?\d+)")
@@ -75,6 +77,8 @@ class QParameters(Struct):
         others = self._list_other_kinds(number)
         numbers = self._list_numbers(kind)
         near = name_near_numbers(str(number), numbers, kind) or (others and f"{others[0]}, which is another parameter")
+        if kind == "Q" and number in _OF_CONTROL and not near:
+            return f"the control gives Q{_OF_CONTROL[0]} to Q{_OF_CONTROL[-1]}, and this one only at the machine"
         return f"set it first{f'; the program sets {near}' if near else ''}"
 
     def _list_numbers(self, kind: str) -> list[str]:
@@ -150,6 +154,13 @@ def assign(statement: Statement, parameters: QParameters) -> None:
     """``Q1 = formula``, ``QS1 = "text" || QS2``."""
     match = _ASSIGNMENT.match(statement.rest)
     if match is None:
+        letters = re.match(r"[ \t]*((?:QS|QR|QL(?=.*\d)|Q)\d*[LIO][LIO\d]*)(?=[ \t]*=)", statement.rest)
+        if letters is not None:
+            right = re.sub(r"[LIO]", lambda one: one[0].translate(LETTERS_AS_DIGITS), letters[1][1:])
+            right = f"Q{right if letters[1][1] not in 'LRS' else letters[1][1] + right[1:]}"
+            written_word = letters[1][:2] + letters[1][2:].replace("L", "l")
+            text = f"{written_word}: a letter in the number; did you mean {right}?"
+            raise statement.error("VP001", text, letters.start(1))
         written_text = re.match(r"[ \t]*(Q[LRS]?[ \t]*\d+)[ \t]*([-+]?)", statement.rest)
         name = written_text[1] if written_text else "Q1"
         edits = (
@@ -169,6 +180,11 @@ def assign(statement: Statement, parameters: QParameters) -> None:
     rest = statement.rest[match.end() :]
     if not rest.strip():
         raise statement.error("VP005", f"{name} = without a value")
+    if match.group(1) == "QS" and rest.count('"') % 2:
+        begin = match.end() + len(rest) - len(rest.lstrip())
+        right = '"{}"'.format(rest.strip().strip('"'))
+        edits = (Remedy(f"write {right}", right, misspelt=rest.strip(), is_choice=True),)
+        raise statement.error("VP001", f"a text stands between two quotes; write {right}", begin, edits)
     if match.group(1) == "QS":
         parameters.strings[f"QS{_split(name)[1]}"] = _join_strings(rest, parameters)
     elif rest.strip().startswith("TONUMB"):
@@ -313,17 +329,51 @@ def _refuse_part(number: int, statement: Statement, at: int, parts: list[tuple[s
     part_names = {"": "the end of the line", "value": "a value", "label": "a number, or a name in quotes"}
     wanted_part = part_names.get(name, name)
     edits: tuple[Remedy, ...] = ()
+    if (parameter := re.match(r"[-+]?Q[LR]?[ \t]+\d+", rest)) is not None and name == "value":
+        right = "".join(parameter[0].split())
+        edits = (Remedy(f"write {right}", right, misspelt=parameter[0]),)
+        return statement.error("VP001", f"{parameter[0]}: a blank is in the number; write {right}", at, edits)
     if word is not None and name == "label" and not word[0].strip('"').isdecimal():
         right = '"{}"'.format(word[0].strip('"'))
         edits = (Remedy(f"write {right}", right, misspelt=word[0]),)
+    elif (
+        (pair := re.match(r"(\w+)[ \t]+(\w+)", rest)) is not None
+        and name.isalpha()
+        and name.isupper()
+        and (pair[1] + pair[2]).startswith(name)
+    ):
+        right = f"{name} {(pair[1] + pair[2])[len(name) :]}".rstrip()
+        edits = (Remedy(f"write {right}", right, misspelt=pair[0]),)
+        return statement.error("VP001", f"{pair[0]}: the blank is at a wrong place; write {right}", at, edits)
     elif word is not None and name.isalpha() and name.isupper() and word[0] != "=":
         edits = write_meant(word[0], [name]) or _write_near(word[0], name)
+    elif (
+        name == "value"
+        and word is not None
+        and (
+            re.fullmatch(
+                VALUE, right := re.sub(r"(?<=[Q\dOIL])[OIL]", lambda one: one[0].translate(LETTERS_AS_DIGITS), word[0])
+            )
+        )
+    ):
+        return statement.error("VP001", f"{word[0]}: a letter in the number; did you mean {right}?", at)
+    elif word is not None and word[0].isdigit() and (before := re.search(r"[-+]?Q?\d+[ \t]*$", statement.rest[:at])):
+        written_word = f"{before[0]}{statement.rest[at : statement.rest.index(word[0], at)]}{word[0]}"
+        right = "".join(written_word.split())
+        edits = (Remedy(f"write {right}", right, misspelt=written_word),)
+        text = f"{written_word}: a blank is in the number; write {right}"
+        return statement.error("VP001", text, before.start(), edits)
     elif word is not None and name == "=" and word[0][0] in "-+":
         edits = (Remedy("write =", "=", misspelt=word[0][0]),)
     elif word is not None and name == "=":
         edits = (Remedy("write =", f"= {word[0]}", misspelt=word[0]),)
     shown_text = f"found {word[0][:15]}" if word is not None else "the line ends"
     return statement.error("VP001", f"expected {wanted_part}, {shown_text}; write {form}", at, edits)
+
+
+def _read_digits(word: str) -> str:
+    """A value with digits in place of the letters that look like them."""
+    return re.sub(r"(?<=[Q\dOIL])[OIL]", lambda one: one[0].translate(LETTERS_AS_DIGITS), word)
 
 
 def _write_near(word: str, name: str) -> tuple[Remedy, ...]:

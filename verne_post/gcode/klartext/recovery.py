@@ -57,8 +57,11 @@ class KlartextRecovery:
         follows = self.uncertain and error.code in _OF_POSITIONS
         follows = follows or error.message.endswith(SETTING_REFUSED)
         follows = follows or (self.has_no_side and keyword == "DEP" and error.code == "VP017")
-        self.has_no_side = keyword == "APPR" or (self.has_no_side and keyword != "DEP")
+        is_late_end = error.code in ("VP017", "VP026") and re.search(r"(?<!\w)R0(?!\w)", statement.rest) is not None
+        self.has_no_side = is_late_end or keyword == "APPR" or (self.has_no_side and keyword != "DEP")
         to.has_failed = True
+        if error.code == "VP025" and (unset := re.match(r"(Q[LR]?\d+) has no value", error.message)):
+            to.q.refuse(unset[1])
         if error.code == "VP048":
             assume_rigid_tapping(to.state)
         if error.code in ("VP017", "VP026"):  # R0, or a move after it, may be missing before it
@@ -80,6 +83,9 @@ class KlartextRecovery:
         elif keyword == "PLANE":
             for number in range(3):
                 to.q.control_values.setdefault(120 + number, to.state.position[3 + number])
+        elif keyword == "FUNCTION" and "TCP" in statement.rest:
+            with suppress(ProgramError):
+                to.functions.set_tcp(on="RESET" not in statement.rest)
         elif keyword in ("Q", "QL", "QR", "FN") and not statement.further_lines and (name := find_set_name(statement)):
             to.q.refuse(name)
         elif keyword in ("CALL LBL", "LBL", "FN"):
@@ -133,6 +139,7 @@ class KlartextRecovery:
     def _take_feed(self, statement: Statement, words: Words, error: ProgramError) -> None:
         state = self.to.state
         given = error.code == "VP009" or bool({"F", "FU", "FZ"} & set(words.values))
+        given = given or (error.code == "VP025" and re.search(r"(?<!\w)F[UZ]?[ \t]*Q", statement.rest) is not None)
         words.values.pop("FZ", None)
         with suppress(ProgramError):
             self.to.contour.set_feed(statement, words)

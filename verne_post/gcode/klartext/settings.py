@@ -12,6 +12,7 @@ from verne_post.gcode.klartext.formulas import VALUE, read_value
 from verne_post.gcode.klartext.frames import KlartextFrames
 from verne_post.gcode.klartext.functions import KlartextFunctions
 from verne_post.gcode.klartext.planes import KlartextPlanes, PlaneWords
+from verne_post.gcode.klartext.slips import find_slip
 from verne_post.gcode.klartext.statements import Statement
 from verne_post.gcode.klartext.transformations import Kind, Layer
 from verne_post.gcode.klartext.vocabulary import Q
@@ -99,6 +100,9 @@ class KlartextSettings:
         self.ends_outer_mirror = False  #: Line 0 of the present cycle 8 has ended a mirror image of before the plane.
         #: Line and number of the cycle before, of which nothing but its name has been read.
         self.lone_head: tuple[int, int] | None = None
+        #: The same, where another statement is between it and the rest.
+        self.cut_head: tuple[int, int] | None = None
+        self.headless_line = 0  #: Of the last line of a cycle whose line 0 was missing before it.
         self.shifted_lines: dict[str, int] = {}  #: Axis -> the line of the present cycle 7 that has it.
 
     def execute_setting(self, statement: Statement, head: Head) -> bool:
@@ -110,6 +114,11 @@ class KlartextSettings:
         if head.part and self.open_cycle != head.number and self.frames.setup.machine:
             why = f"CYCL DEF {head.number}.0, which names the cycle, is missing before: a control refuses the line"
             text = f"{why}; it is executed as it stands; write CYCL DEF {head.number}.0 {_NAMES[head.number]}"
+            if self.cut_head is not None and self.cut_head[1] == head.number:
+                text = f"CYCL DEF {head.number}.{head.part} goes on with CYCL DEF {head.number}.0 of line "
+                text += f"{self.cut_head[0]}, and the line between them ends that cycle; write it after this one"
+                self.cut_head = None
+            self.headless_line = statement.line
             self.core.recorder.warn("VP005", text, statement.line, head.begin + statement.begin + 1, "warning")
         if not head.part or self.open_cycle != head.number:
             self.shifted_lines.clear()
@@ -119,7 +128,7 @@ class KlartextSettings:
         else:
             self.close_cycle()
         self.open_cycle = head.number
-        if not head.part and head.number in _NEEDS_VALUES:
+        if not head.part and head.number in _NEEDS_VALUES and self.headless_line != statement.line - 1:
             self.lone_head = statement.line, head.number
         if not head.part and head.number in _NEEDS_VALUES and (word := _WORD_OF_VALUES.search(head.rest)):
             text = (
@@ -134,14 +143,19 @@ class KlartextSettings:
         return True
 
     def close_cycle(self) -> None:
-        """The cycle of the statement before ends; VP005, as a warning, where its values are missing."""
-        if self.lone_head is not None and self.frames.setup.machine:
-            line, number = self.lone_head
+        """The cycle of the statement before ends."""
+        self.report_lone_head()
+        self.cut_head, self.open_cycle, self.lone_head = self.lone_head, None, None
+
+    def report_lone_head(self) -> None:
+        """VP005, as a warning: line 0 of a cycle stands before another statement, and its values do not follow that."""
+        if self.cut_head is not None and self.frames.setup.machine:
+            line, number = self.cut_head
             text = (
                 f"CYCL DEF {number}.1 is missing after {number}.0, so nothing of cycle {number} is set; write it with "
             )
             self.core.recorder.warn("VP005", f"{text}{_NEEDS_VALUES[number]}", line, None, "warning")
-        self.open_cycle = self.lone_head = None
+        self.cut_head = None
 
     def _begin_setting(self, number: int) -> None:
         if number == 8:
@@ -214,6 +228,10 @@ class KlartextSettings:
         while at < len(text):
             match = _COORDINATE.match(text, at)
             if match is None:
+                place = max(statement.rest.rfind(text), 0) + at
+                place += len(text[at:]) - len(text[at:].lstrip())
+                if slip := find_slip(_COORDINATE, statement, statement.rest.rstrip(), place):
+                    raise slip
                 what = f"{text[at:].strip()[:15]!r} is not a coordinate of a datum shift; write an axis and a number"
                 raise statement.error("VP001", what, max(statement.rest.rfind(text), 0) + at)
             step, letter, value = match.group(1), match.group(2), read_value(match.group(3), self.q)

@@ -1,5 +1,6 @@
 """Lines of a Klartext program -> statements: block number, keyword and the text after it, without comments."""
 
+import difflib
 import re
 from bisect import bisect_right
 from collections.abc import Callable, Iterator
@@ -11,9 +12,8 @@ import numpy as np
 from msgspec import Struct
 
 from verne_post.base.numbers import is_count
-from verne_post.base.suggestions import find_meant
+from verne_post.base.suggestions import find_correction, find_meant
 from verne_post.gcode.klartext.vocabulary import REFUSED_STATEMENTS, STATEMENTS
-from verne_post.gcode.mistyped import explain_unknown
 from verne_post.gcode.plain import PlainLines
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.text import Chunk, ChunkedText, decode_line, take_code
@@ -44,7 +44,12 @@ _COORDINATE: Final = re.compile(r"I?[XYZABCUVW][ \t]*[-+]?(?:\d+[.,]?\d*|[.,]\d+
 _CYCLE_PARAMETER: Final = re.compile(r"[ \t]*Q\d+[ \t]*=")
 _PARAMETER: Final = re.compile(r"[ \t]Q\d+[ \t]*=")
 _CYCLE: Final = re.compile(r"[ \t]*+\d*+[ \t]*+CYCL[ \t]+DEF[ \t]*\d[\dO]{2}", re.IGNORECASE)
-_EQUALS: Final = re.compile(r"[ \t]*(?!Q)([A-Z]+)[ \t]*=[ \t]*([-+]?\d+(?:[.,]\d*)?)(?!\w)")
+_EQUALS: Final = re.compile(r"[ \t]*(?!Q)([A-Z]+)[ \t]*=[ \t]*([-+]?(?:\d+(?:[.,]\d*)?|Q[LR]?\d+))(?!\w)")
+#: Characters of a word in which a letter that is typed twice is looked for.
+_LONGEST: Final = 20
+LETTERS_AS_DIGITS: Final = str.maketrans("OIL", "011")
+#: The number of a block in which letters stand for digits.
+_BLOCK_NUMBER: Final = re.compile(r"[ \t]*((?=[OIL\d]*[OIL])[OIL\d]+)[ \t]+")
 #: A text of several words, none of which is a coordinate.
 _TEXT_OF_REMARK: Final = re.compile(r"(?!.*[ \t]I?[XYZABCUVWF][-+]?\d).*[ \t]\S")
 _THREE_WORDS: Final = re.compile(r"(\S+)(?:[ \t]+(\S+))?(?:[ \t]+(\S+))?")
@@ -56,7 +61,8 @@ _IGNORED_LINE: Final = re.compile(rb"[ \t\r]*+\d*+[ \t]*+(?:;[^\n]*|\*[ \t]*-?[^
 #: A line that is nothing but a comment; one that goes on is a comment in the next line too.
 _REMARK: Final = re.compile(rb"[ \t]*+\d*+[ \t]*+;.*", re.DOTALL)
 _LABEL: Final = re.compile(
-    rb"^[ \t]*+/?[ \t]*+\d*+[ \t]*+/?[ \t]*+(?:LBL[ \t]+(?:\"([^\"\n]*)\"|(\d+))|(LBL\d+))[ \t\r]*(?:;[^\n]*)?$",
+    rb"^[ \t]*+/?[ \t]*+\d*+[ \t]*+/?[ \t]*+(?:LBL[ \t]+(?:\"([^\"\n]*)\"|(\d+))|(LBL\d+)"
+    rb"|([A-Z]{2,4}+[ \t]*+(?:\"[^\n;]*|[\dLIO]*|[^\n;]*\")))[ \t\r]*(?:;[^\n]*)?$",
     re.MULTILINE | re.IGNORECASE,
 )
 #: LBL1 or CALL LBL1, without the blank before the number.
@@ -67,6 +73,9 @@ _FRAME: Final = re.compile(
     rb"[ \t\r]*(?:;[^\n]*)?$",
     re.MULTILINE | re.IGNORECASE,
 )
+_END: Final = "ENDPGM"
+#: So similar a line is meant for END PGM.
+_ALIKE: Final = 0.75
 #: Bytes at the end of a program in which END PGM is looked for first.
 _TAIL: Final = 65_536
 _G: Final = 10
@@ -123,7 +132,15 @@ def _count_blanks(text: str) -> int:
 
 
 class KlartextText(ChunkedText):
-    """One file: statements on demand, its labels, and its plain lines as the scanner has them."""
+    """One file: statements on demand, its labels, and its plain lines as the scanner has them.
+
+    ``label_errors`` are those of mistyped labels, which are called as they are meant.
+    """
+
+    @cached_property
+    def label_errors(self) -> list[ProgramError]:
+        """Filled by :attr:`labels`."""
+        return []
 
     def make_chunk(self, first_line: int, text: bytes) -> Chunk:
         """Scan plain lines: those that become G0 or G1 in words of RS274/NGC, and comments."""
@@ -195,6 +212,9 @@ class KlartextText(ChunkedText):
             ends = [one for one in _FRAME.finditer(self.source) if one[1].upper() == b"END"]
         name, unit = ("NAME", "MM") if begin is None else _read_frame(begin)
         right = f"END PGM {name} {unit}".rstrip()
+        if not ends and (mistyped_end := self._find_mistyped_end(right)) is not None:
+            yield mistyped_end
+            return
         if not ends:
             yield (
                 self.n_lines,
@@ -218,6 +238,19 @@ class KlartextText(ChunkedText):
             edit = Remedy(f"write {right}", right, line=number, misspelt=written_line)
             yield number, f"{what}; write {right}", (edit,)
 
+    def _find_mistyped_end(self, right: str) -> tuple[int, str, tuple[Remedy, ...]] | None:
+        """The last line with text, if it is nearly END PGM."""
+        line = self.n_lines
+        while line > 0 and not (self.read_raw(line) or b"").strip():
+            line -= 1
+        code = _strip_comment(decode_line(self.read_raw(line) or b""))[0]
+        written_line = re.sub(r"^[ \t]*\d*[ \t]*", "", code)
+        head = "".join(written_line.split()).upper()[: len(_END)]
+        if difflib.SequenceMatcher(None, head, _END).ratio() < _ALIKE:
+            return None
+        edit = Remedy(f"write {right}", right, line=line, misspelt=written_line)
+        return line, f"{written_line} is no END PGM, which ends the file on the control; write {right}", (edit,)
+
     def skip_parameters(self, line: int) -> int:
         """The first line from one on that is no ``Q200=2``."""
         while (raw := self.read_raw(line)) is not None and _CYCLE_PARAMETER.match(decode_line(raw).upper()):
@@ -237,6 +270,23 @@ class KlartextText(ChunkedText):
             line += 1
         return False
 
+    def _find_mistyped_label(self, line: int) -> str:
+        """The label that a line is meant for whose LBL, or whose name, is mistyped; the error is kept for the end."""
+        text = _strip_comment(decode_line(self.read_raw(line) or b""))[0]
+        try:
+            statement = read_statement([text], line)
+            if statement.keyword != "LBL":
+                return ""
+            error = refuse_label(statement)
+        except ProgramError as unread:
+            error, correction = unread, find_correction(unread.message)
+            if correction is None or correction[1] != "LBL":
+                return ""
+            statement = Statement(line, "LBL", _capitalise(text)[(unread.column or 1) - 1 + len(correction[0]) :])
+        error.line = line
+        self.label_errors.append(error)
+        return _find_meant_label(statement.rest).strip('"')
+
     @cached_property
     def labels(self) -> dict[str, int]:
         """Label -> line of its LBL.
@@ -252,9 +302,14 @@ class KlartextText(ChunkedText):
             line += self.source.count(b"\n", at, match.start())
             at = match.start()
             name = label_name(next(one for one in match.groups() if one is not None))
-            column = match.group().upper().index(b"LBL") + 1
+            column = match.group().upper().index(b"LBL") + 1 if match.group(4) is None else 0
             if match.group(3) is not None:
                 raise _refuse_joined(match.group(3).decode().upper(), column, line)
+            if match.group(4) is not None:
+                meant_label = self._find_mistyped_label(line)
+                if not meant_label:
+                    continue
+                name = label_name(meant_label)
             if name == "0":
                 continue
             if name in found:
@@ -271,10 +326,47 @@ def find_equals(text: str, at: int) -> str:
     return "" if word is None else f"{word[0].strip()}: {what}; did you mean {word[1]}{sign}{word[2]}?"
 
 
+def _find_meant_label(text: str) -> str:
+    """The number, or the name in quotes, that stands or is meant after LBL; empty where nothing is read from it."""
+    word = text.strip()
+    digits = word.translate(LETTERS_AS_DIGITS)
+    if digits.isdecimal():
+        return digits
+    name = word.strip('"').strip()
+    return f'"{name}"' if name and '"' not in name and not name[0].isdecimal() else ""
+
+
+def refuse_label(statement: Statement) -> ProgramError:
+    """The error of a label, or of the call of one, that is no number and no name in quotes."""
+    written_label = re.sub(r"[ \t]+REP\b.*", "", statement.rest).strip()
+    right = _find_meant_label(written_label)
+    if not right or right == written_label:
+        text = f"{statement.keyword} needs {'a label, ' * (statement.keyword != 'LBL')}a number or a name in quotes"
+        return statement.error("VP001", text, 0)
+    what = "a name stands between two quotes"
+    if '"' not in right:
+        written_label, what = written_label.replace("L", "l"), "a letter in the number"
+    edits = (Remedy(f"write {right}", right, line=statement.line, misspelt=written_label, is_choice='"' in right),)
+    return statement.error("VP001", f"{written_label}: {what}; did you mean {right}?", 0, edits)
+
+
 def label_name(text: bytes | str) -> str:
     """A label as it is compared: numbers without leading zeros."""
     name = text.decode("latin-1") if isinstance(text, bytes) else text
     return str(int(name)) if is_count(name) else name
+
+
+def join_keyword(statement: Statement, word: str) -> str:
+    """The first word of a longer statement that begins with the letter of this one, as in C YCL DEF; empty if none."""
+    first = f"{statement.keyword}{word}"
+    keyword = _KEYWORD.match(f"{statement.keyword}{statement.rest.lstrip()}")
+    return first if keyword is not None and keyword.group().split()[0] == first else ""
+
+
+def drop_doubles(word: str) -> Iterator[str]:
+    """The word without one of two equal letters that stand side by side, for each such pair."""
+    for match in re.finditer(r"([A-Z])(?=\1)", word[:_LONGEST]):
+        yield word[: match.start()] + word[match.end() :]
 
 
 def _read_frame(match: re.Match[bytes]) -> tuple[str, str]:
@@ -331,6 +423,8 @@ def read_statement(parts: list[str], line: int) -> Statement:
     if text.startswith("*", begin):  # a structure line
         return Statement(line, "", text[begin:], begin, is_deleted)
     keyword = _KEYWORD.match(text, begin)
+    if keyword is not None and keyword.group() == "F" and re.match(r"F[ \t]*\d{1,2}[ \t]*:", text[begin:]):
+        raise ProgramError("VP001", "F: a letter of FN is missing; did you mean FN?", begin + 1)
     if keyword is None:
         word = re.match(r"[^\s+\-=]*", text[begin:])
         shown_word = (word.group() if word else "") or text[begin : begin + 10]
@@ -344,7 +438,15 @@ def read_statement(parts: list[str], line: int) -> Statement:
             raise ProgramError("VP001", what, begin + 1, edits=(edit,))
         if joined_label := _JOINED_LABEL.match(text, begin):
             raise _refuse_joined(joined_label.group(), begin + 1, line)
+        wrong_number = _BLOCK_NUMBER.match(text)
+        if wrong_number is not None and _KEYWORD.match(text, wrong_number.end()):
+            right = wrong_number[1].translate(LETTERS_AS_DIGITS)
+            what = f"{wrong_number[1]}: a letter in the number of the block; did you mean {right}?"
+            raise ProgramError("VP001", what, wrong_number.start(1) + 1)
         if number[2] and (digits := re.match(r"\d+(?=[ \t])", text[begin:])) is not None:
+            if re.match(r"\d+[ \t]*=", text[begin:]):
+                what = f"{digits[0]}: the Q before the number is missing; did you mean Q{digits[0]}?"
+                raise ProgramError("VP001", what, begin + 1)
             right = f"{number[2]}{digits[0]}"
             edit = Remedy(f"write {right}", right, misspelt=text[number.start(2) : begin + digits.end()])
             what = f"{number[2]} {digits[0]}: a blank is in the number of the block; write {right}"
@@ -367,12 +469,23 @@ def _refuse_joined(text: str, column: int, line: int) -> ProgramError:
     return ProgramError("VP001", f"{text}: a blank is missing; write {right}", column, line=line, edits=edits)
 
 
+def _fits(word: str, rest: str) -> bool:
+    """Whether a statement begins with a word and what follows it."""
+    keyword = _KEYWORD.match(word + rest)
+    return keyword is not None and keyword.group().split()[0] == word
+
+
 def _refuse_unknown_statement(message: str, first: str, text: str, begin: int) -> ProgramError:
     """The error of a statement whose first word, or the word after a right one, is in no statement."""
+    rest = text[begin + len(first) :]
     phrases = [name.split() for name in STATEMENTS]
+    phrases.sort(
+        key=lambda one: (_KEYWORD.match(one[0] + rest) or [""])[0].split()[:1] != one[:1]
+    )  # what fits is meant
     words = _THREE_WORDS.match(text, begin)
     given_words = [] if words is None else [one for one in words.groups() if one]
-    for known_words, phrase in zip(STATEMENTS, phrases, strict=True):
+    for phrase in phrases:
+        known_words = " ".join(phrase)
         for count in range(1, len(given_words) + 1):
             if (
                 len(known_words) > 2
@@ -388,6 +501,10 @@ def _refuse_unknown_statement(message: str, first: str, text: str, begin: int) -
             if is_near or first == phrase[0][1:]:
                 text = f"{first}: no meaning in this language; did you mean {phrase[0]}?"
                 return ProgramError("VP002", text, begin + 1)
+    for once in drop_doubles(first):
+        if _fits(once, rest):
+            message = f"{first}: the letter is there twice; did you mean {once}?"
+            return ProgramError("VP001", message, begin + 1)
     seconds = [phrase[1] for phrase in phrases if phrase[0] == first and len(phrase) > 1]
     after = re.match(r"[ \t]+([A-Z]+)", text[begin + len(first) :])
     if seconds and after is not None:
@@ -406,12 +523,40 @@ def _refuse_unknown_statement(message: str, first: str, text: str, begin: int) -
     if first_word := next((one for one in _FIRST_WORDS if first.startswith(one)), ""):
         right = f"{first_word} {first[len(first_word) :]}"
         return ProgramError("VP001", f"{first}: a blank is missing; did you mean {right}?", begin + 1)
-    near = find_meant(first, (phrase[0] for phrase in phrases), slip_alone=True)
+    if (joined_text := re.match(r"([A-Z]{2,})(?=[-+]?[\d.])", first)) and joined_text[1] in STATEMENTS:
+        right = f"{joined_text[1]} {first[joined_text.end() :]}"
+        return ProgramError("VP001", f"{first}: a blank is missing; did you mean {right}?", begin + 1)
+    if moved_blank := re.match(r"([LC])(I?[XYZABC]|M)[ \t]+([-+]?\d[\d.,]*)", text[begin:]):
+        right = f"{moved_blank[1]} {moved_blank[2]}{moved_blank[3]}"
+        return ProgramError(
+            "VP001", f"{moved_blank[0]}: the blank is at a wrong place; did you mean {right}?", begin + 1
+        )
+    if re.match(r"[FN][ \t]*\d{1,2}[ \t]*:", text[begin:]):
+        return ProgramError("VP001", f"{first[0]}: a letter of FN is missing; did you mean FN?", begin + 1)
+    if text[begin:].strip() == "M":
+        return ProgramError("VP001", "M: the number of the M function is missing, as in M8", begin + 1)
+    if re.fullmatch("Q[LRS]?", first) and re.match(r"[ \t]*=", rest):
+        return ProgramError("VP001", f"{first}: the number of the parameter is missing, as in {first}1 =", begin + 1)
+    if first in ("K", "O", "P") and re.match(r"[ \t]+I?[XYZABC][-+]?[\d.]", rest):  # keys beside L
+        return ProgramError("VP002", f"{first}: no path function; did you mean L?", begin + 1)
+    if re.fullmatch(r"N\d{1,3}", text[begin:].rstrip()):
+        edits = (Remedy(f"write M{first[1:]}", f"M{first[1:]}", misspelt=first, is_choice=True),)
+        message = f"{first}: Klartext has no N words; write M{first[1:]} if the M function is meant"
+        return ProgramError("VP001", message, begin + 1, edits=edits)
+    near = find_meant(first, (phrase[0] for phrase in phrases), slip_alone=True, least=3)
+    ends = [
+        phrase[0]
+        for phrase in phrases
+        if len(phrase[0]) > 2 and len(first) == len(phrase[0]) and first[1:] == phrase[0][1:]
+    ]
+    ends += [phrase[0] for phrase in phrases if len(first) > 1 and first == phrase[0][1:]]
+    near = near or next(iter(ends), "")
     if not near and "=" not in first and _TEXT_OF_REMARK.match(text, begin):
         edits = (Remedy(f"write ; {first}", f"; {first}", misspelt=text[begin : begin + len(first)], is_choice=True),)
         message = f"{first[:20]} begins no statement that is executed here; write ; before it if it is a remark"
         return ProgramError("VP002", message, begin + 1, edits=edits)
-    return ProgramError("VP002", explain_unknown(message, first, (phrase[0] for phrase in phrases)), begin + 1)
+    message = f"{first}: no meaning in this language; did you mean {near}?" if near else message
+    return ProgramError("VP002", message, begin + 1)
 
 
 def _translate_lines(text: bytes) -> bytes:

@@ -1,7 +1,6 @@
 """Words of path functions: coordinates (absolute or I for incremental), feed, compensation, M functions."""
 
 import re
-from collections.abc import Iterator
 from contextlib import suppress
 from typing import Final
 
@@ -9,11 +8,11 @@ from msgspec import Struct, field
 
 from verne_post.base.numbers import is_count
 from verne_post.gcode.klartext.formulas import VALUE, Numbers, read_value
-from verne_post.gcode.klartext.statements import Statement, find_equals
+from verne_post.gcode.klartext.slips import find_slip
+from verne_post.gcode.klartext.statements import Statement
 from verne_post.gcode.klartext.vocabulary import WORDS
 from verne_post.gcode.mistyped import explain_unknown
 from verne_post.gcode.program_error import ProgramError
-from verne_post.model.findings import Remedy
 
 #: Functions that take numbers after them, by M number, and the words that belong to them.
 _M_WORDS: Final = {128: ("F",), 140: ("F", "MB"), 103: ("F",), 120: ("LA",), 112: ("T", "A")}
@@ -35,9 +34,6 @@ _WORD: Final = _build_pattern(_SIDES, _NAMES)
 #: Words of TOOL DEF: L is a length, and R0 the radius of a tool that is a line.
 TOOL_WORDS: Final = _build_pattern("RL|RR", f"{_NAMES}|L")
 
-#: Characters of a word in which a letter that is typed twice is looked for.
-_LONGEST: Final = 20
-_WHOLE_WORD: Final = re.compile(r"(?!R)[A-Z]+[-+]?[1-9]\d*[.,]?\d*|[A-Z]+[-+]?\d+[.,]\d*")
 #: Up to the next blank.
 _UNREAD: Final = re.compile(r"[ \t]+|[^ \t]+")
 
@@ -117,8 +113,9 @@ def read_words(statement: Statement, numbers: Numbers, pattern: re.Pattern[str] 
         if match is None:
             raise _explain_unread(pattern, statement, text, at + len(text[at:]) - len(text[at:].lstrip()))
         begin = match.start() + len(match.group()) - len(match.group().lstrip())
-        if match["value"] and text.startswith("O", match.end()):
-            raise _explain_unread(pattern, statement, text, match.end())
+        is_r0 = match["name"] == "R" and match["value"] == "0" and text[match.end() : match.end() + 1].isalpha()
+        if match["value"] and (text.startswith("O", match.end()) or is_r0):
+            raise _explain_unread(pattern, statement, text, begin if is_r0 else match.end())
         _add(statement, words, match, begin, numbers)
         at = match.end()
     return words
@@ -134,46 +131,12 @@ def _explain_unread(pattern: re.Pattern[str], statement: Statement, text: str, b
     if pattern.fullmatch(f"{word}1"):
         text = f"{word} without a number; write {word} and its value{', or MB MAX' if word == 'MB' else ''}"
         return statement.error("VP001", text, begin)
-    if joined_word := _join_word(pattern, text, begin, word):
-        message, back = joined_word
-        return statement.error("VP001", message, begin - back)
-    meant_word = next((once for once in _drop_doubles(word) if pattern.fullmatch(once)), None)
-    if meant_word is not None:
-        return statement.error("VP001", f"{word}: no meaning in this language; did you mean {meant_word}?", begin)
-    ends = (at for at in range(1, len(word)) if pattern.fullmatch(word[:at]) and pattern.fullmatch(word[at:]))
-    if at := next(ends, 0):
-        right = f"{word[:at]} {word[at:]}"
-        edits = (Remedy(f"write {right}", right, misspelt=word),)
-        return statement.error("VP001", f"{word}: a blank is missing; write {right}", begin, edits)
+    if slip := find_slip(pattern, statement, text, begin, _NAMES.split("|")):
+        return slip
     message = f"{word[:15]!r} is not a word of {statement.keyword or 'a block'}"
-    if word[0].isdigit():
-        message = f"{word[:15]}: the letter before this number is missing"
     known_words = (name for phrase in WORDS for name in phrase.split())
-    message = find_equals(text, begin) or explain_unknown(message, word, known_words, ("FAUTO",))
+    message = explain_unknown(message, word, known_words, ("FAUTO",))
     return statement.error("VP001", message, begin)
-
-
-def _join_word(pattern: re.Pattern[str], text: str, begin: int, word: str) -> tuple[str, int] | None:
-    """The message about a word with a blank in it, or with its sign or digit before its letter, and how far back it is.
-
-    A zero behind a whole word is none of its digits: R0 may have lost its letter.
-    """
-    earlier_words, following = text[:begin].split(), text[begin + len(word) :].split()
-    if word.isdigit() and earlier_words and _WHOLE_WORD.fullmatch(earlier_words[-1]):
-        message = f"{earlier_words[-1]} {word}: a blank is in the number; did you mean {earlier_words[-1]}{word}?"
-        return message, begin - text.rindex(earlier_words[-1], 0, begin)
-    if following and word.isalpha() and word + following[0] in ("FMAX", "FAUTO", *WORDS):
-        return f"{word} {following[0]}: a blank is in the word; did you mean {word}{following[0]}?", 0
-    swapped_word = re.fullmatch(r"([-+]|\d)([A-Z])(\d[\d.,]*)", word)
-    if swapped_word is not None and pattern.fullmatch(right := f"{swapped_word[2]}{swapped_word[1]}{swapped_word[3]}"):
-        return f"{word}: the letter stands before its number; did you mean {right}?", 0
-    return None
-
-
-def _drop_doubles(word: str) -> Iterator[str]:
-    """The word without one of two equal letters that stand side by side, for each such pair."""
-    for match in re.finditer(r"([A-Z])(?=\1)", word[:_LONGEST]):
-        yield word[: match.start()] + word[match.end() :]
 
 
 def read_usable_words(statement: Statement, numbers: Numbers) -> Words:

@@ -1,0 +1,132 @@
+"""Words of Klartext that a slip of typing has made unreadable: what is meant, for path functions, planes and blanks."""
+
+import re
+from collections.abc import Sequence
+from typing import Final
+
+from verne_post.base.suggestions import find_meant
+from verne_post.gcode.klartext.statements import (
+    Statement,
+    drop_doubles,
+    find_equals,
+    join_keyword,
+)
+from verne_post.gcode.klartext.vocabulary import WORDS
+from verne_post.gcode.program_error import ProgramError
+from verne_post.model.findings import Remedy
+
+_WHOLE_WORD: Final = re.compile(r"(?!R)[A-Z]+[-+]?[1-9]\d*[.,]?\d*|[A-Z]+[-+]?\d+[.,]\d*")
+#: A word with a sign that numbers do not have.
+_OTHER_SIGN: Final = re.compile(r"(\w*[A-Z])[ \t]*[*/]([\d.,]+)")
+_SIGN_IN_NUMBER: Final = re.compile(r"([A-Z]+)(\d)([-+])([\d.,]*)")
+_NUMBER_BEFORE: Final = re.compile(r"([-+]|\d)([A-Z]+)([-+]?\d[\d.,]*|)")
+_DIGIT_BEFORE_Q: Final = re.compile(r"([FS]?)(\d)Q(\d*)")
+#: The number of the tool and its axis, or the axis and the speed, without the blank between them.
+_TOOL_AND_AXIS: Final = re.compile(r"(\d+(?=Z)|Z(?=[SF]))(Z|[SF]\d+)")
+_NAME_AND_NUMBER: Final = re.compile(r"([A-Z]{3,6})([-+]?[\d.,]+)")
+
+
+def find_slip(
+    pattern: re.Pattern[str], statement: Statement, text: str, begin: int, names: Sequence[str] = ()
+) -> ProgramError | None:
+    """The error of a word that begins at a place of the rest of a statement, with what is meant; None if that is open.
+
+    Parameters
+    ----------
+    pattern : re.Pattern
+        Of the words of the statement.
+    names : sequence of str
+        Letters that stand before numbers in it.
+    """
+    word, start = text[begin:].split()[0], len(text[:begin].rpartition(" ")[0])
+    start += text.startswith(" ", start)
+    whole = text[start:].split()[0]
+    if (sign := _OTHER_SIGN.fullmatch(word)) is not None:
+        rights = [f"{sign[1]}{one}{sign[2]}" for one in "+-"]
+        edits = tuple(Remedy(f"write {one}", one, misspelt=word, is_choice=True) for one in rights)
+        message = f"{word}: a number has + or - as its sign; write {' or '.join(rights)}"
+        return statement.error("VP001", message, begin, edits)
+    if statement.keyword == "TOOL CALL" and (parts := _TOOL_AND_AXIS.fullmatch(word)):
+        right = f"{parts[1]} {parts[2]}"
+        edits = (Remedy(f"write {right}", right, misspelt=word),)
+        return statement.error("VP001", f"{word}: a blank is missing; write {right}", begin, edits)
+    if equals := find_equals(text, begin):
+        return statement.error("VP001", equals, begin)
+    if moved_blank := _join_word(pattern, statement, text, begin):
+        message, at = moved_blank
+        return statement.error("VP001", message, at)
+    for written_word, at in ((whole, start), (word, begin)):
+        if (reading := _read_as_meant(pattern, written_word, names)) is not None:
+            what, right = reading
+            return statement.error("VP001", f"{written_word}: {what}; did you mean {right}?", at)
+    ends = (
+        at
+        for at in range(1, len(word))
+        if word[:at] not in ("F", "M", "R") and pattern.fullmatch(word[:at]) and pattern.fullmatch(word[at:])
+    )
+    if at := next(ends, 0):
+        right = f"{word[:at]} {word[at:]}"
+        edits = (Remedy(f"write {right}", right, misspelt=word),)
+        return statement.error("VP001", f"{word}: a blank is missing; write {right}", begin, edits)
+    if re.match(r"[-+]?[\d.]", word):
+        return statement.error("VP001", f"{word[:15]}: the letter before this number is missing", begin)
+    return None
+
+
+def _read_as_meant(pattern: re.Pattern[str], word: str, names: Sequence[str]) -> tuple[str, str] | None:
+    """What is wrong with a word, and the one that is meant; None where no single slip explains it."""
+    readings: list[tuple[str, str]] = []
+    if word in ("MAX", "AUTO"):
+        readings += [("the F is missing", f"F{word}")]
+    if word[1:] in ("MAX", "AUTO"):
+        readings += [("no meaning in this language", f"F{word[1:]}")]
+    if letters := re.fullmatch(r"([A-Z])([A-Z])([-+].+)", word):
+        readings += [("two letters in the wrong order", f"{letters[2]}{letters[1]}{letters[3]}")]
+    if "I" in word[1:] and re.search(r"[-+\d]", word):
+        readings += [("the letter I in a number", word[0] + word[1:].replace("I", "1"))]
+    if word[-1] == "O" and word[:-1] in names and len(word) > 3:
+        readings += [("the letter O in a number", f"{word[:-1]}0")]
+    if swapped_parts := _SIGN_IN_NUMBER.fullmatch(word):
+        readings += [
+            ("a digit before its sign", f"{swapped_parts[1]}{swapped_parts[3]}{swapped_parts[2]}{swapped_parts[4]}")
+        ]
+    if digits := _DIGIT_BEFORE_Q.fullmatch(word):
+        readings += [("a digit before its letter", f"{digits[1]}Q{digits[2]}{digits[3]}")]
+    if swapped_parts := _NUMBER_BEFORE.fullmatch(word):
+        sign = swapped_parts[3][:1] if swapped_parts[3][:1] in ("+", "-") else ""
+        right = f"{swapped_parts[2]}{sign}{swapped_parts[1]}{swapped_parts[3][len(sign) :]}"
+        readings += [("the letter stands before its number", right)]
+    readings += [("no meaning in this language", once) for once in drop_doubles(word)]
+    if (parts := _NAME_AND_NUMBER.fullmatch(word)) and (near := find_meant(parts[1], names, slip_alone=True, least=3)):
+        readings += [("no meaning in this language", near + parts[2])]
+    return next(((what, right) for what, right in readings if pattern.fullmatch(right)), None)
+
+
+def _join_word(pattern: re.Pattern[str], statement: Statement, text: str, begin: int) -> tuple[str, int] | None:
+    """The message about words between which a blank is too many or at a wrong place, and where they begin.
+
+    A zero behind a whole word is none of its digits: R0 may have lost its letter.
+    """
+    word = text[begin:].split()[0]
+    earlier_words, following = text[:begin].split(), text[begin + len(word) :].split()
+    if word.isdigit() and earlier_words and _WHOLE_WORD.fullmatch(earlier_words[-1]):
+        message = f"{earlier_words[-1]} {word}: a blank is in the number; did you mean {earlier_words[-1]}{word}?"
+        return message, text.rindex(earlier_words[-1], 0, begin)
+    if earlier_words and (digit := re.fullmatch(r"(\d)([A-Z].+)", word)):
+        number = earlier_words[-1] + digit[1]
+        if pattern.fullmatch(number) and pattern.fullmatch(digit[2]) and not earlier_words[-1].startswith("R"):
+            message = f"{earlier_words[-1]} {word}: the blank is at a wrong place; did you mean {number} {digit[2]}?"
+            return message, text.rindex(earlier_words[-1], 0, begin)
+    if statement.keyword in ("L", "C") and not earlier_words and (longer := join_keyword(statement, word)):
+        written_word = f"{statement.keyword}{text[:begin]}{longer[1:]}"
+        return f"{written_word}: a blank is in the word; did you mean {longer}?", -1
+    if following and word.isalpha() and word + following[0] in ("FMAX", "FAUTO", *WORDS):
+        return f"{word} {following[0]}: a blank is in the word; did you mean {word}{following[0]}?", begin
+    if not following or (word.isalpha() and following[0] in WORDS):
+        return None
+    joined_text = word + following[0]
+    for at in (len(word) - 1, len(word) + 1):
+        if 0 < at < len(joined_text) and pattern.fullmatch(joined_text[:at]) and pattern.fullmatch(joined_text[at:]):
+            right = f"{joined_text[:at]} {joined_text[at:]}"
+            return f"{word} {following[0]}: the blank is at a wrong place; did you mean {right}?", begin
+    return None
