@@ -41,7 +41,7 @@ from verne_post.kinematics.checks.remedies import (
 from verne_post.model.codes import CODES
 from verne_post.model.findings import Finding, InputError, Remedy, make_finding
 from verne_post.model.moves import find_tool_of_moves
-from verne_post.model.part_setup import MACHINE_SYSTEM, WorkOffset, name_system
+from verne_post.model.part_setup import MACHINE_SYSTEM, WorkOffset, describe_tool_number, name_system
 from verne_post.model.verdict import NO_POSE, Family, find_family, is_about_pose
 from verne_post.output.causes import find_excess
 from verne_post.toolpath.branch_choice import DEPARTURE
@@ -407,8 +407,9 @@ def _find_slip_of_setup(source: Text, program: Program, errors: Sequence[Finding
                 number: dataclasses.replace(tool, offset=(x, y, length, a, b, c, u, v, w)),
             }
             if _is_right_with(source, program, tools=tools):
+                tool_name = describe_tool_number(number, moves.name_tools())
                 text = (
-                    f"within limits if the set-up gives tool {number} the length {length:.6g} instead of {now:.6g}: is "
+                    f"within limits if the set-up gives {tool_name} the length {length:.6g} instead of {now:.6g}: is "
                     "a decimal point missing, or another unit meant?"
                 )
                 return Remedy(text, f"{length:.6g}", key=("tools", str(number), "length"))
