@@ -107,3 +107,32 @@ def test_a_place_is_written_where_the_message_says(write: Callable[..., None], r
     assert "write G55 = [x, y, z] under [wcs] of the set-up" in run("check", "g.nc").out
     write("g.nc", MILLED.replace("G54", "G55"), SETUP.format(10).replace("[wcs]", "[wcs]\nG55 = [0, 0, 60]"))
     assert run("check", "g.nc").code == 0
+
+
+def test_a_tool_that_is_only_selected_is_called_by_its_name(
+    write: Callable[..., None], run: Callable[..., Any]
+) -> None:
+    """The set-up counts tools without a number from 100001 on, which nobody has written."""
+    named = (
+        'split_at_stops = true\n[wcs]\nG54 = [0, 0, 60]\n[tools]\n"FACE" = { length = 60 }\n"DRILL" = { length = 80 }\n'
+    )
+    cut = "G1 X10 F200 D0\nZ100\nG0 Z150\n"
+    write("f.mpf", f'G17 G90 G54 G71\nT="FACE"\nS3000 M3\nG0 X0 Y0 Z150 A0 C0\n{cut}M30\n', named)
+    told = run("check", "f.mpf").out
+    assert 'T="FACE" only selects the tool' in told
+    assert 'the set-up gives tool "FACE" 60 mm' in told
+    write("g.mpf", f'G17 G90 G54 G71\nS3000 M3\nG0 X0 Y0 Z150 A0 C0 D1\n{cut}T="DRILL" M6\nS900 M3\n{cut}M30\n', named)
+    assert "10000" not in told + run("check", "g.mpf").out
+
+
+@pytest.mark.parametrize("line", ["G43 H1 Z50. T2", "T2 G43 H1 Z50.", "G43 H1 Z50.\nT2"])
+def test_the_next_tool_beside_g43_lacks_its_length_too(
+    line: str, write: Callable[..., None], run: Callable[..., Any]
+) -> None:
+    second = "T2 M6\nG0 X10. Y0\nG43 H2 Z50.\nG1 Z-1. F200.\nG0 Z50.\nM30\n"
+    program = f"G90 G54 G17 G21 G49\nT1 M6\nG0 X0 Y0 A0 C0 S3000 M3\n{line}\nG1 Z-1. F200.\nG0 Z50.\n{second}"
+    for set_up in ("", "[tools]\n3 = { length = 80 }\n"):
+        write("t.nc", program, set_up)
+        told = run("check", "t.nc", "--wcs", "G54=0,0,60").out
+        assert "VP012 error: tool 1 and tool 2:" in told
+        assert "--tool-length" not in told

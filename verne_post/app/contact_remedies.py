@@ -22,6 +22,7 @@ from verne_post.gcode.dialects import choose_dialect_name
 from verne_post.gcode.known_words import find_cycle_call, find_given_values
 from verne_post.model.findings import Finding, InputError, Remedy, join_lines
 from verne_post.model.moves import find_tool_of_moves
+from verne_post.model.part_setup import describe_tool_number
 
 #: A height or a length is sought in steps of this, mm.
 STEP_MM: Final = 0.1
@@ -183,8 +184,9 @@ def propose_stick_out(source: Text, program: Program, line: Line, item: Finding)
     if count is None:
         return None
     more = count * STEP_MM
+    tool_name = describe_tool_number(number, program.moves.name_tools())
     return Remedy(
-        f"stick-out of tool {number} {format_number(more)} mm more, its length {format_number(before + more)} instead "
+        f"stick-out of {tool_name} {format_number(more)} mm more, its length {format_number(before + more)} instead "
         f"of {format_number(before)} mm: no holder contact of this tool is left, and no other kind of error appears"
     )
 

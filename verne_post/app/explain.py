@@ -26,6 +26,7 @@ from verne_post.app.explain_line import (
 )
 from verne_post.app.line_facts import describe_time, measure_lines
 from verne_post.app.line_remedies import Line
+from verne_post.app.meant_motion import find_meant_motion
 from verne_post.app.plan import plan_program
 from verne_post.app.start_lines import quote_start
 from verne_post.app.tried_remedies import find_end_before_contact
@@ -97,8 +98,20 @@ def explain_source(
     shown = _plan_line(program, shown)
     if tell is not None:
         tell("\n".join(explain_findings(shown)) + "\n")
-    shown = _add_contact_remedies(source, program, add_line_remedies(shown))
+    shown = _add_remedies(source, program, shown)
     return Explanation(line, shown.findings, *("\n".join(part(shown)) + "\n" for part in (explain_line, work_through)))
+
+
+def _add_remedies(source: Text, program: Program, shown: Line) -> Line:
+    """The same line, with what would bring it within limits; another place is no cure of a motion that is not meant."""
+    meant = find_meant_motion(source, program, shown.findings)
+    if meant is None:
+        return _add_contact_remedies(source, program, add_line_remedies(shown))
+    told = (
+        dataclasses.replace(item, remedies=(meant.text,)) if item.severity == "error" else item
+        for item in shown.findings
+    )
+    return replace(shown, findings=tuple(told))
 
 
 def _add_contact_remedies(source: Text, program: Program, shown: Line) -> Line:

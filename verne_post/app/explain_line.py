@@ -23,7 +23,7 @@ from verne_post.gcode.program_error import ProgramError
 from verne_post.kinematics.checks import remedies
 from verne_post.kinematics.joint_path import JointPath
 from verne_post.model.codes import CODES
-from verne_post.model.findings import Finding, name_lines
+from verne_post.model.findings import NOT_TRIED, Finding, name_lines
 from verne_post.model.machine import Machine
 from verne_post.model.moves import AXES, FeedMode, MoveKind, PathMode
 from verne_post.model.part_setup import name_system
@@ -469,7 +469,7 @@ def _describe_remedies(line: Line, findings: Sequence[Finding]) -> Iterator[str]
             return
         yield f"{what}: {_say_nothing_found(line, [item for item in findings if item.severity == gravest])}"
         return
-    yield f"{what}; each was checked along the whole line"
+    yield f"{what}:" if found[0].startswith(NOT_TRIED) else f"{what}; each was checked along the whole line"
     yield from (f"  {text}" for text in found)
 
 

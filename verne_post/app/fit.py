@@ -12,6 +12,7 @@ from verne_post.app.assemble import assemble, build_interpreter_setup
 from verne_post.app.constraints import guard_joints
 from verne_post.app.convert import check_source
 from verne_post.app.line_remedies import CONTACTS
+from verne_post.app.meant_motion import find_meant_motion
 from verne_post.app.result import Progress, Result
 from verne_post.app.source_text import check_source_text
 from verne_post.app.table_places import lay_out
@@ -134,7 +135,13 @@ def propose(
     ends = np.array([low, high]) / [1.0, 1.0, 1.0, RAD_PER_DEG]
     searched = {letter: tuple(ends[:, COORDINATES.index(letter)].tolist()) for letter in free}
     before_check = check_source(source, machine, options, progress, remedies=False)  # the move is the cure
-    if carried := _find_carried_lines(source, machine, options, before_check.findings):
+    meant = (
+        None
+        if before_check.ok
+        else find_meant_motion(source, assemble(source, machine, options), before_check.findings)
+    )
+    carried = () if meant else _find_carried_lines(source, machine, options, before_check.findings)
+    if meant or carried:
         only = search.evaluate(here)
         return Proposal(
             system=system,
@@ -149,6 +156,7 @@ def propose(
             seconds=None,
             turns=machine.coordinates.turns_with_part,
             carried_lines=carried,
+            cause=meant.text if meant else "",
             largest_fits=False,
         )
     notify = None if progress is None else partial(progress, "seeking a place")

@@ -17,7 +17,7 @@ from verne_post.base.rotations import rotate_z
 from verne_post.kinematics.checks.keep_out import find_length_by_itself, place_body
 from verne_post.kinematics.checks.moving import build_spindle
 from verne_post.model.findings import Finding, InputError, make_finding, make_input_error
-from verne_post.model.moves import find_tool_of_moves, name_tools
+from verne_post.model.moves import find_tool_of_moves
 from verne_post.model.part_setup import FIRST_NAMED_TOOL, NominalPart, Wanted, describe_tool_number
 from verne_post.model.protocols import AxisCorrecting, FiveAxis
 from verne_post.part.bodies import Piece, build_pieces, check_tool
@@ -218,7 +218,7 @@ def _build_motions(
     tip, axis, length = place_tips(program, kinematics, q, number, in_force)
     origin, turn = place_on_table(program, body.mesh.name, body.system)
     tip, axis = rotate_z(tip - origin, -turn), rotate_z(axis, -turn)
-    motions, names = [], name_tools(program.moves.events)
+    motions, names = [], program.moves.name_tools()
     for one in numbers:
         own_rows = np.flatnonzero(number == one)
         linked = np.append(np.diff(own_rows) == 1, False)

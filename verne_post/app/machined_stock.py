@@ -16,7 +16,6 @@ from verne_post.app.stock_check import build_tool, find_rounding, report_touches
 from verne_post.base.arrays import Array, Ints
 from verne_post.kinematics.checks.keep_out import place_own_stock
 from verne_post.model.findings import Finding
-from verne_post.model.moves import name_tools
 from verne_post.model.part_setup import Box, FixtureMesh, Wanted, describe_tool_number
 from verne_post.model.setpoints import SetpointBlock
 from verne_post.part.cutting import Spans, cut_stock
@@ -40,6 +39,7 @@ class StockRun(Struct, frozen=True, eq=False):
     #: by_line, by_tool: Volume that lines and tools cut, mm3.
     by_line: dict[int, float]
     by_tool: dict[int, float]
+    names: dict[int, str]  #: Of tools, as Moves names them.
     #: feeding, in_air: Time in feed motion, and what of it nothing is cut in, s.
     feeding: float
     in_air: float
@@ -141,7 +141,7 @@ def cut_rows(program: Program, q: Array, line: Ints, stock: Dexels) -> StockRun:
     for one, long in used.tolist():
         shape = program.options.tool_shapes.get(int(one), ())
         if not shape:
-            name = describe_tool_number(int(one), name_tools(program.moves.events))
+            name = describe_tool_number(int(one), program.moves.name_tools())
             raise report_missing_shape(int(one), name)
         tools.append(build_tool(shape, long, program.machine))
     spans = Spans(
@@ -163,6 +163,7 @@ def cut_rows(program: Program, q: Array, line: Ints, stock: Dexels) -> StockRun:
         before,
         cut.sum_by(line[first]),
         cut.sum_by(number[first]),
+        program.moves.name_tools(),
         float(seconds[feeding].sum()),
         float(seconds[feeding & (cut.volume < AIR_MM3)].sum()),
         found,
@@ -176,7 +177,7 @@ def describe_run(run: StockRun) -> str:
     lines = [
         f"stock: {removed:.1f} of {run.before:.1f} mm3 cut, {run.left.measure_volume():.1f} left; "
         f"{run.in_air:.3f} of {run.feeding:.3f} s at feed in the air",
-        *(f"  tool {tool}: {volume:.1f} mm3" for tool, volume in run.by_tool.items()),
+        *(f"  {describe_tool_number(tool, run.names)}: {volume:.1f} mm3" for tool, volume in run.by_tool.items()),
         "  lines that cut most: " + ", ".join(f"{line}: {volume:.1f} mm3" for line, volume in most if volume > AIR_MM3),
     ]
     return "\n".join(lines) + "\n"

@@ -36,10 +36,9 @@ from verne_post.model.moves import (
     PathMode,
     find_tool_of_moves,
     list_tool_changes,
-    name_tools,
 )
 from verne_post.model.options import Options, spell_flag
-from verne_post.model.part_setup import Box, describe_tool_number, name_system
+from verne_post.model.part_setup import Box, describe_tool_number, list_setup_names, name_system
 from verne_post.model.plausibility import PLAUSIBLE, compare_largest
 from verne_post.model.toolpath import SegmentKind, ToolPath
 from verne_post.model.verdict import find_worst
@@ -107,7 +106,7 @@ def check_setup(moves: Moves, path: ToolPath, machine: Machine, options: Options
         *check_direction(moves, path),
         *check_kept_speed(moves, path),
         *check_kept_feed(moves, path),
-        *(changes or check_first_tool(moves, path, options.tools or {})),
+        *(changes or check_first_tool(moves, path, options)),
         *report_kept_planes(moves, machine.coordinates),
         *_check_uncalled_tools(moves, options),
         *check_senses(moves, machine.coordinates),
@@ -317,7 +316,7 @@ def _check_lengths(
     program has it.
     """
     lengths = {number: tool.offset[2] for number, tool in (options.tools or {}).items() if not tool.unmeasured}
-    names = name_tools(moves.events)
+    names = moves.name_tools()
     named = [item for item in moves.findings if item.quantity == "length"]
     unloaded = [*(item for item in moves.findings if item.code == "VP041"), *changes]
     called = _list_called_tools(moves) | {item.tool: None for item in unloaded if item.tool is not None}
@@ -552,8 +551,7 @@ def _find_implausible(options: Options) -> Iterator[str]:
     ):
         yield from compare_largest(key, () if value is None else (value,), name, "")
     if options.tool_length is None:
-        tables = [table.get("tools", {}) for table in options.control.values()]
-        names = {number: name for table in tables for name, number in table.items()}
+        names = list_setup_names(options.control)
         for number, tool in (options.tools or {}).items():
             yield from compare_largest(
                 describe_tool_number(number, names), tool.offset[2:3], "tool length", "a length of "

@@ -1,7 +1,7 @@
 """Cuts while the spindle stands, turns at no speed or at another tool's (VP050), or the tool is not loaded (VP041)."""
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from itertools import pairwise
 
 import numpy as np
@@ -12,8 +12,9 @@ from verne_post.base.columns import iterate_blocks
 from verne_post.base.rotations import find_axis_of_angles
 from verne_post.base.tolerances import ZERO_LENGTH_MM
 from verne_post.model.findings import Finding, Remedy, make_finding
-from verne_post.model.moves import Event, Moves, describe_tool, list_tool_changes
-from verne_post.model.part_setup import Tool
+from verne_post.model.moves import Event, Moves, Selection, describe_tool, list_tool_changes
+from verne_post.model.options import Options
+from verne_post.model.part_setup import list_setup_names
 from verne_post.model.toolpath import SegmentKind, ToolPath
 
 #: How moves count while a stretch holds: the spindle turns; it stands, and no move counts; it was never started with
@@ -207,11 +208,11 @@ def check_tool_change(moves: Moves, path: ToolPath) -> list[Finding]:
     return list(found.values())
 
 
-def check_first_tool(moves: Moves, path: ToolPath, tools: Mapping[int, Tool]) -> Iterator[Finding]:
+def check_first_tool(moves: Moves, path: ToolPath, options: Options) -> Iterator[Finding]:
     """VP041: a program cuts before its first tool change, and then changes tools between cuts: the first is missing.
 
-    A program without any change is for the tool that is in the spindle. It is the tool of ``tools`` that has the length
-    in force, where one alone has it.
+    A program without any change is for the tool that is in the spindle. It is the tool of ``options`` that has the
+    length in force, where one alone has it.
     """
     event = next((event for event, number in list_tool_changes(moves.events) if number), None)
     first = -1 if event is None else find_first_cut(path, 0)
@@ -221,8 +222,12 @@ def check_first_tool(moves: Moves, path: ToolPath, tools: Mapping[int, Tool]) ->
     if is_told or find_first_cut(path, event.before) < 0 or any(one.kind == "remapped" for one in moves.events):
         return
     own = moves.frames[moves.frame[first]].tool_length
-    numbers = [number for number, tool in tools.items() if own and abs(tool.offset[2] - own) < ZERO_LENGTH_MM]
-    what = f"T{numbers[0]} M6" if len(numbers) == 1 else "T and M6"
+    tools = (options.tools or {}).items()
+    numbers = [number for number, tool in tools if own and abs(tool.offset[2] - own) < ZERO_LENGTH_MM]
+    names = list_setup_names(options.control) if moves.language == "siemens" else {}  # the others change by number
+    name = names.get(numbers[0], "") if len(numbers) == 1 else ""
+    word = Selection(numbers[0], 0, 0, name).spell() if len(numbers) == 1 else "T and"
+    what = f"{word} M6"
     line = int(moves.line[first])
     text = (
         f"no block before this cut loads a tool, and line {event.line} is the first that does: the cut is made with "

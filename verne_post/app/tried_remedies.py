@@ -23,6 +23,7 @@ from verne_post.app.line_remedies import (
     propose_lift,
     propose_turns,
 )
+from verne_post.app.meant_motion import find_meant_motion
 from verne_post.base.arrays import Array
 from verne_post.base.long_text import Text, take_line
 from verne_post.base.program_lines import find_machine_code, find_word, find_word_of
@@ -40,7 +41,7 @@ from verne_post.kinematics.checks.remedies import (
 from verne_post.model.codes import CODES
 from verne_post.model.findings import Finding, InputError, Remedy, make_finding
 from verne_post.model.moves import find_tool_of_moves
-from verne_post.model.part_setup import MACHINE_SYSTEM, WorkOffset, name_system
+from verne_post.model.part_setup import MACHINE_SYSTEM, WorkOffset, describe_tool_number, name_system
 from verne_post.model.verdict import NO_POSE, Family, find_family, is_about_pose
 from verne_post.output.causes import find_excess
 from verne_post.toolpath.branch_choice import DEPARTURE
@@ -83,13 +84,14 @@ def add_remedies(source: Text, program: Program, findings: Sequence[Finding]) ->
     joints = guard_joints(program)
     is_short = len(program.contour) <= TRIED_ELEMENTS
     movable = [item for item in errors if not _find_line_in_machine(program, item)]
-    can_help = is_short and not all(is_carried_with_part(program, joints, item) for item in movable)
+    meant = find_meant_motion(source, program, findings)
+    can_help = is_short and meant is None and not all(is_carried_with_part(program, joints, item) for item in movable)
     places: list[WorkOffset] = []
     found = _find_offset(source, program, movable, places) if can_help else None
     nothing = _say_no_offset(places)
     offset, distance = found or (None, np.inf)
     word = None
-    if is_short:
+    if is_short and meant is None:
         word = _find_forgotten_g91(source, program, errors) or _find_word(source, program, joints, errors)
     in_inches = _find_mistaken_unit(source, program, errors) if distance > FAR_MM else None
     if in_inches is not None:
@@ -102,7 +104,9 @@ def add_remedies(source: Text, program: Program, findings: Sequence[Finding]) ->
     remedied = list(chosen.values())[:REMEDIED]
     made: list[Finding] = []
     for item in findings:
-        if item in remedied:
+        if item in remedied and meant is not None:
+            item = dataclasses.replace(item, remedies=(meant.text,), edits=(meant,) if meant.value else ())
+        elif item in remedied:
             tried = tuple(_try_remedies(source, program, joints, item, offset or nothing))
             fixed_line = _find_line_in_machine(program, item)
             if fixed_line and item.code not in (*ROTARY_CODES, *_OPTIONS):
@@ -403,8 +407,9 @@ def _find_slip_of_setup(source: Text, program: Program, errors: Sequence[Finding
                 number: dataclasses.replace(tool, offset=(x, y, length, a, b, c, u, v, w)),
             }
             if _is_right_with(source, program, tools=tools):
+                tool_name = describe_tool_number(number, moves.name_tools())
                 text = (
-                    f"within limits if the set-up gives tool {number} the length {length:.6g} instead of {now:.6g}: is "
+                    f"within limits if the set-up gives {tool_name} the length {length:.6g} instead of {now:.6g}: is "
                     "a decimal point missing, or another unit meant?"
                 )
                 return Remedy(text, f"{length:.6g}", key=("tools", str(number), "length"))

@@ -133,6 +133,8 @@ def end_texts(end: str, texts: Mapping[_Name, str]) -> dict[_Name, str]:
     return {name: f"{text}{end}" for name, text in texts.items()}
 
 
+#: Ends the text of a code that holds before the program has said anything.
+AT_START: Final = "; in force at the start of the program"
 #: What holds for all codes of a group.
 _FROM_ITS_BLOCK: Final = "from its own block on, but not for I J K, G10, G92 and G53"
 _OF_UNITS: Final = "acts before the motion of its own block; angles and deg/min are never scaled"
@@ -168,7 +170,7 @@ _G: Final[Mapping[str, Mapping[int, str]]] = {
     "distance": {900: f"absolute coordinates; {_FROM_ITS_BLOCK}", 910: f"incremental coordinates; {_FROM_ITS_BLOCK}"},
     "arc distance": {
         901: "I J K of arcs are absolute",
-        911: "I J K of arcs count from the start of the arc; in force at the start of the program",
+        911: "I J K of arcs count from the start of the arc" + AT_START,
     },
     "feed mode": end_texts(
         ": see Feed modes G93, G94, G95",
@@ -201,7 +203,7 @@ _G: Final[Mapping[str, Mapping[int, str]]] = {
     },
     "retract": {
         980: "cycles go back to the height where the first one began",
-        990: "cycles go back to the height R (at the start of the program)",
+        990: "cycles go back to the height R" + AT_START,
     },
     "work offset": {
         code: f"work offset {spell_g_code(code)}: coordinates count from its zero (--wcs, [wcs])"

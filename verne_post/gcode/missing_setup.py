@@ -14,7 +14,14 @@ from verne_post.gcode.setup import Setup
 from verne_post.model.control_keys import KEYS, FanucKeys, Rs274Keys, read_keys
 from verne_post.model.findings import Finding, Remedy, make_finding
 from verne_post.model.moves import ZERO9, Moves
-from verne_post.model.part_setup import ADDITIONAL_SYSTEMS, FIRST_NAMED_TOOL, Tool, describe_tool_number, name_system
+from verne_post.model.part_setup import (
+    ADDITIONAL_SYSTEMS,
+    FIRST_NAMED_TOOL,
+    Tool,
+    describe_tool_number,
+    list_setup_names,
+    name_system,
+)
 
 #: What else may be done about the length of a tool; nothing where the program uses several.
 ONE_TOOL: Final = ", or give --tool-length MM where the program has one tool"
@@ -46,7 +53,8 @@ def report_missing_tool(number: int, letter: str, at: At, setup: Setup, state: S
     edits: tuple[Remedy, ...] = ()
     # CL files have no H: what stands for theirs has the first column
     if letter == "H" and at.columns.get("H", 1) != 1 and not stands_in((state.tools or {}).get(own or 0, ASSUMED_TOOL)):
-        why = f"tool {own} is in the spindle, and the set-up, or the tool table, has no {name} "
+        held = describe_tool_number(own or 0, state.tool_names)
+        why = f"{held} is in the spindle, and the set-up, or the tool table, has no {name} "
         why += f"(add it there if H{number} is meant); did you mean H{own}?"
         key = find_tool_key(number, "length", state.tool_names)
         return at.error("VP012", f"H{number}: {why}", "H", name, key)
@@ -94,8 +102,7 @@ def suggest_call(setup: Setup, state: State, form: str, others: str) -> str:
     numbers = [number for number, tool in (state.tools or {}).items() if tool.offset[2] > 0 and not tool.unmeasured]
     if state.loaded_tool is not None or not numbers:
         return ""
-    tables = (keys.get("tools") for keys in setup.control.values())
-    names = {number: name for table in tables if isinstance(table, Mapping) for name, number in table.items()}
+    names = list_setup_names(setup.control)
     if len(numbers) == 1:
         word = f'"{names[numbers[0]]}"' if numbers[0] in names else str(numbers[0])
         return (

@@ -23,6 +23,18 @@ def _list_given(thing: "Remedy | Finding") -> str:
     return f"{type(thing).__name__}({said})"
 
 
+#: Begins a remedy that no trial has proven.
+NOT_TRIED: Final = "not tried: "
+#: In a remedy that follows from the kind of the move alone.
+_NEEDS_NO_TRIAL: Final = "which no work offset moves"
+
+
+def describe_trial(remedy: str) -> str:
+    """A remedy of a finding, with the word that says that it was tried, where it was."""
+    is_tried = _NEEDS_NO_TRIAL not in remedy and not remedy.startswith(NOT_TRIED)
+    return f"tried: {remedy}" if is_tried else remedy
+
+
 @dataclass(frozen=True, repr=False)
 class Remedy:
     """What would bring a program, or a line, within limits.

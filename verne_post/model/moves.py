@@ -368,6 +368,10 @@ class Moves(Struct, frozen=True):
     def __len__(self) -> int:
         return len(self.line)
 
+    def name_tools(self) -> dict[int, str]:
+        """Number -> name of the tools that the program names, those too that no change of tools loads."""
+        return {**{one.number: one.name for one in self.selections if one.name}, **name_tools(self.events)}
+
     def find_said_tcp(self, move: Ints) -> Mask:
         """Whether codes say, at each of some moves, in which directions X Y Z count."""
         return np.searchsorted(self.tcp_changes, move, side="right") % 2 == 1

@@ -147,6 +147,12 @@ def describe_tool_number(number: int, names: Mapping[int, str]) -> str:
     return f'tool "{names[number]}"' if number >= FIRST_NAMED_TOOL else f'tool {number} "{names[number]}"'
 
 
+def list_setup_names(control: Mapping[str, Mapping[str, Any]]) -> dict[int, str]:
+    """Number -> name of the tools that a set-up, or a settings file, gives by name; ``control`` is that of Options."""
+    tables = (keys.get("tools") for keys in control.values())
+    return {number: name for table in tables if isinstance(table, Mapping) for name, number in table.items()}
+
+
 def spell_tool_word(number: int, names: Mapping[int, str]) -> str:
     """The same as a program writes it: its T word, or its name."""
     return describe_tool_number(number, names).removeprefix("tool ") if number in names else f"T{number}"

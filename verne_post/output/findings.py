@@ -13,7 +13,7 @@ from verne_post.base.numbers import format_count
 from verne_post.base.printable import make_printable, make_printable_in_place
 from verne_post.base.suggestions import find_suggestion
 from verne_post.model.codes import CODES
-from verne_post.model.findings import Finding, describe
+from verne_post.model.findings import Finding, describe, describe_trial
 from verne_post.model.verdict import (
     OF_THE_PART,
     Severity,
@@ -189,8 +189,7 @@ def list_remedies(item: Finding, program: str, setup_file: str = "") -> list[str
         return [f"{title}: {remedy}"] if remedy else []
     if item.severity != "error":
         return [item.advice] if item.advice else []
-    # what no trial is needed for was not tried
-    tried = [f"{'' if _NOT_TRIED in text else 'tried: '}{make_printable(text)}" for text in item.remedies]
+    tried = [describe_trial(make_printable(text)) for text in item.remedies]
     hint = find_explain_hint(item, program)
     return [*tried, hint] if hint else tried or [CODES[item.code].remedy] * (item.code in _TURNED_TOO_FAR)
 
@@ -217,8 +216,6 @@ def _name_explain(item: Finding, program: str) -> str:
     return f"`verne-post explain {make_printable(program)}:{item.line}`"
 
 
-#: In a remedy that follows from the kind of the move alone.
-_NOT_TRIED: Final = "which no work offset moves"
 #: What was tried and helps nothing: people are told, and no program takes it for a remedy.
 _NOTHING_FOUND: Final = "no work offset near this one"
 #: What helps where a code of the builder has no meaning yet.

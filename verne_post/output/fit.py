@@ -75,6 +75,12 @@ def _write_lines(program: str, machine: Machine, proposal: Proposal) -> Iterator
             sought = "largest margin" if proposal.aim == "margin" else "least time"
             there = _write_wcs_option(proposal, proposal.refused)
             yield f"The place of the {sought}, --wcs {there}, is refused by the check, which sees contacts too."
+    elif proposal.cause:
+        yield f"{program} on {machine.name}: no work offset was sought, because another motion is meant:"
+        yield f"  {proposal.cause}"
+        yield "It is blocked by:"
+        yield from _write_blocking(program, proposal)
+        return
     elif proposal.carried_lines:
         lines, first = join_lines(proposal.carried_lines), proposal.carried_lines[0]
         yield (
@@ -190,6 +196,7 @@ def make_json(program: str, machine: Machine, proposal: Proposal) -> str:
         "fits": fits,
         "fixed_lines": proposal.fixed_lines,
         "carried_lines": proposal.carried_lines,
+        "cause": proposal.cause,
         "system": name_system(proposal.system),
         "aim": proposal.aim,
         "searched": proposal.ranges,

@@ -13,7 +13,7 @@ from verne_post.base.long_text import Text, compute_sha256
 from verne_post.base.numbers import format_fixed
 from verne_post.model.findings import Finding
 from verne_post.model.machine import Machine
-from verne_post.model.moves import MoveKind, name_tools
+from verne_post.model.moves import MoveKind
 from verne_post.model.part_setup import spell_tool_word
 from verne_post.model.verdict import SEVERITIES
 from verne_post.output.causes import find_causes
@@ -378,7 +378,7 @@ def _write_operations_html(sides: tuple[Side, Side]) -> str:
 
 def _number_operations(side: Side) -> dict[str, Operation]:
     program, seen, found = side.study.program, Counter[str](), {}
-    names = {} if program is None else name_tools(program.moves.events)
+    names = {} if program is None else program.moves.name_tools()
     for one in side.study.operations:
         tool = spell_tool_word(one.tool, names) if one.tool else "no tool named"
         head = f"{tool}: {one.name or 'without a remark'}"

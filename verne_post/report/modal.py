@@ -4,7 +4,7 @@ from typing import Final
 
 import numpy as np
 
-from verne_post.model.moves import FeedMode, MoveKind, Moves, PathControl, PathMode, find_tool_of_moves, name_tools
+from verne_post.model.moves import FeedMode, MoveKind, Moves, PathControl, PathMode, find_tool_of_moves
 from verne_post.model.part_setup import name_system, spell_tool_word
 
 #: A state: what, and its value.
@@ -46,7 +46,7 @@ def _describe(moves: Moves, number: int, tool: int, spindle: dict[str, object], 
     frame = moves.frames[moves.frame[number]]
     plane, speed = frame.feature, float(moves.spindle[number])
     turning = f"{speed:g}/min {spindle.get('direction', '')}".strip() if speed else "off"
-    name = f"{spell_tool_word(tool, name_tools(moves.events))}, " if tool else ""
+    name = f"{spell_tool_word(tool, moves.name_tools())}, " if tool else ""
     return (
         ("motion", _describe_motion(moves, number)),
         ("feed", describe_feed(moves, number)),

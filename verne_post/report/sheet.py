@@ -14,7 +14,7 @@ from verne_post.base.numbers import format_fixed
 from verne_post.gcode.dialects import choose_dialect_name
 from verne_post.gcode.remarks import find_stop_remarks, find_title, find_tool_diameters, find_tool_remarks
 from verne_post.model.machine import Machine
-from verne_post.model.moves import AXES, Event, MoveKind, Stock, describe_tool, find_tool_of_moves, name_tools
+from verne_post.model.moves import AXES, Event, MoveKind, Stock, describe_tool, find_tool_of_moves
 from verne_post.model.part_setup import Box, FixtureMesh, OwnStock, Tool, name_system, spell_tool_word
 from verne_post.model.work_systems import find_placer
 from verne_post.output.summary import (
@@ -181,7 +181,7 @@ def _find_remarks_by_number(source: Text, study: Study) -> dict[int, str]:
     """Number of a tool -> what the program says about it."""
     said = find_tool_remarks(decode_lines(source), _find_dialect(source, study))
     remarks = {tool.upper(): text for tool, text in said.items()}
-    names = {} if study.program is None else name_tools(study.program.moves.events)
+    names = {} if study.program is None else study.program.moves.name_tools()
     numbers = {number: str(number) for number, *_sizes in list_tools(study)}
     found = {number: remarks.get(names.get(number, key).upper(), "") for number, key in numbers.items()}
     return {number: text for number, text in found.items() if text}
@@ -208,7 +208,7 @@ def list_tools(study: Study) -> list[tuple[int, str, str, str]]:
         if study.options.tool_length is not None:
             lengths = {0: f"{study.options.tool_length:g}"} | lengths
     else:
-        names = name_tools(program.moves.events)
+        names = program.moves.name_tools()
         lengths = join_lengths(list_tool_lengths(program).own)
     rows = []
     for number, used in lengths.items():
@@ -227,7 +227,7 @@ def _describe_carried(study: Study) -> str:
     """Which rapids have the length of another tool, and where the tip is then; empty where none have."""
     program = study.program
     assert program is not None
-    names, lengths = name_tools(program.moves.events), list_tool_lengths(program)
+    names, lengths = program.moves.name_tools(), list_tool_lengths(program)
     own = dict(reversed(lengths.own))  # the first of each tool
     carried, lowest = [], 0.0
     for number, used in lengths.carried:
@@ -320,7 +320,7 @@ def _list_parts(study: Study) -> list[Row]:
     program, summary = study.program, study.summary
     if program is None or summary is None or len(summary.parts) < 2:
         return []
-    names = name_tools(program.moves.events)
+    names = program.moves.name_tools()
     cycle = summary.format.cycle
     rows: list[Row] = []
     for number, part in enumerate(summary.parts, 1):

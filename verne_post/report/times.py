@@ -9,7 +9,6 @@ import numpy as np
 from verne_post.app.line_facts import AT_FEED
 from verne_post.base.numbers import format_fixed
 from verne_post.model.machine import Machine
-from verne_post.model.moves import name_tools
 from verne_post.model.part_setup import spell_tool_word
 from verne_post.report.governing import FEED_BANDS, HIGHER
 from verne_post.report.markup import Row, escape_text, write_table
@@ -75,7 +74,7 @@ def write_times_html(study: Study) -> str:
         return ""
     program = study.program
     assert program is not None
-    names, body = name_tools(program.moves.events), []
+    names, body = program.moves.name_tools(), []
     shown = sorted(study.operations, key=lambda one: -one.seconds)[:OPERATIONS]
     for tool in dict.fromkeys(one.tool for one in study.operations):
         of_tool = [one for one in study.operations if one.tool == tool]

@@ -202,6 +202,9 @@ class Proposal(Struct, frozen=True, eq=False):
     carried_lines : tuple of int
         Lines in which the tool or the spindle touches what moves with the part: no work offset parts them, and none
         was sought.
+    cause : str
+        Why the program is refused, and what to write, where a warning says that another motion is meant: no work offset
+        was sought. Else empty.
     room : Room or None
         Where on a table the middle of what is cut was sought; None on a machine without a table.
     refused : Place or None
@@ -226,6 +229,7 @@ class Proposal(Struct, frozen=True, eq=False):
     g10: str = "rs274"
     fixed_lines: tuple[int, ...] = ()
     carried_lines: tuple[int, ...] = ()
+    cause: str = ""
     room: Room | None = None
     refused: Place | None = None
     largest_fits: bool = True

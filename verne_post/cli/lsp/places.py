@@ -14,7 +14,7 @@ from verne_post.base.program_lines import find_word, find_word_of
 from verne_post.base.suggestions import find_correction
 from verne_post.config.program_setup import FILE_KEYS, list_setup_options
 from verne_post.config.toml_entries import find_place
-from verne_post.model.findings import Finding, describe
+from verne_post.model.findings import Finding, describe, describe_trial
 from verne_post.model.options import spell_flag
 from verne_post.model.verdict import Severity
 from verne_post.output.causes import Cause, describe_other
@@ -112,7 +112,7 @@ def make_diagnostic(
     item, others = cause.first, cause.describe_others()
     text = describe(item).removeprefix(f"{item.code} {item.severity}: ")
     also = f"\nalso {others}" if others and uri is None else ""
-    tried = "".join(f"\ntried: {remedy}" for remedy in item.remedies)
+    tried = "".join(f"\n{describe_trial(remedy)}" for remedy in item.remedies)
     related = [
         lsp.DiagnosticRelatedInformation(lsp.Location(uri, convert(find_range(other, lines))), describe_other(other))
         for other in (cause.others if uri is not None else ())

@@ -87,9 +87,10 @@ class _Run:
                     return True
         except ProgramError as error:
             self.execution.recorder.give_up(line)
-            if error.code == "VP002":  # FEDRAT may be what is misspelt
+            major = item.major if isinstance(item, Statement) else ""
+            if error.code == "VP002" or major == "FEDRAT":  # FEDRAT may be what is misspelt
                 assume_feed(state)
-            if isinstance(item, Statement) and item.major == "CYCLE":  # the cycle before holds no longer
+            if major == "CYCLE":  # the cycle before holds no longer
                 self.modes.cycle = None
             corrected_number = (
                 correct_number(item) if isinstance(item, Statement) and error.code in _OF_NUMBERS else None

@@ -259,7 +259,8 @@ class KlartextContour:
             raise ProgramError("VP012", text, about=name, settled_by=key)
         radius = 0.5 * tool.diameter + self.delta_radius
         if radius <= 0:
-            raise ProgramError("VP007", f"tool {number} has the radius {radius:g} mm with DR of its call")
+            name = describe_tool_number(number, state.tool_names)
+            raise ProgramError("VP007", f"{name} has the radius {radius:g} mm with DR of its call")
         return radius
 
     @property

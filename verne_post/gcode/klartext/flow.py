@@ -317,8 +317,9 @@ class _KlartextRun:
         flow, text, interpreter = self.flow, self.calls.text, self.flow.interpreter
         try:
             statement = read_statement(parts, line)
-        except ProgramError as error:  # a misspelt L may be what names the axes
-            flow.recovery.uncertain |= correct_line(parts[0], error) is None
+        except ProgramError as error:
+            if correct_line(parts[0], error) is None:
+                flow.recovery.pass_unread(parts)
             raise
         shown_line = self.calls.show(line)
         if not (statement.is_deleted and interpreter.setup.block_delete):

@@ -26,7 +26,7 @@ from verne_post.gcode.missing_setup import number_of_tool
 from verne_post.gcode.offsets import make_vector9
 from verne_post.gcode.program_error import At, ProgramError, write_before
 from verne_post.model.moves import ZERO9, FeedMode, MoveKind, Selection
-from verne_post.model.part_setup import Tool
+from verne_post.model.part_setup import Tool, describe_tool_number
 
 _TOOL_NAME: Final = re.compile(r"[ \t]*(?:\"([^\"]+)\"|(QS\d+))(?=[ \t]|$)")
 _TOOL_NUMBER: Final = re.compile(r"[ \t]*(\d+(?:[.,]\d+)?|Q[LR]?\d+)(?=[ \t]|$)")
@@ -122,9 +122,10 @@ class KlartextFunctions:
         tools.change(at)
         tools.set_length(lambda: tools.find_offset(at, number) if number else ZERO9)
         if delta_length:
+            name_of_tool = describe_tool_number(number, state.tool_names)
             if delta_length > state.frame.tool_length > 0:
                 text = (
-                    f"DL{delta_length:+g} makes tool {number} {delta_length:g} mm longer than the "
+                    f"DL{delta_length:+g} makes {name_of_tool} {delta_length:g} mm longer than the "
                     f"{state.frame.tool_length:g} mm that it has: DL is a deviation, mostly below 1 mm; write the "
                     "length of the tool into the tool table"
                 )
@@ -132,7 +133,7 @@ class KlartextFunctions:
             length = state.frame.tool_length + delta_length
             if self.setup.machine and length < 0:
                 raise ProgramError(
-                    "VP007", f"tool {number} has the length {length:g} mm with DL; a length is not negative"
+                    "VP007", f"{name_of_tool} has the length {length:g} mm with DL; a length is not negative"
                 )
             self.core.frames.set_frame(
                 replace(state.frame, tool=make_vector9((*state.frame.tool[:2], length, *state.frame.tool[3:])))

@@ -6,6 +6,7 @@ an error has no moves.
 
 import math
 import re
+from collections.abc import Sequence
 from contextlib import suppress
 from typing import Final
 
@@ -37,6 +38,8 @@ _MODES: Final = (3, 4, 5, 8, 9, 13, 14, 116, 117, 126, 127, 128, 129, 136, 137)
 _ELSEWHERE: Final = (91, 92, 130)
 #: A coordinate whose letter is missing.
 _LETTERLESS: Final = re.compile(r"(?<!\S)[-+]\d")
+#: A feed rate that holds on.
+_FEED: Final = re.compile(r"(?<!\w)F[UZ]?[ \t]*(?:[\d.,]|Q|AUTO)", re.IGNORECASE)
 #: Errors that positions lead to, and poles.
 _OF_POSITIONS: Final = ("VP008", "VP013")
 
@@ -62,6 +65,8 @@ class KlartextRecovery:
         to.has_failed = True
         if error.code == "VP025" and (unset := re.match(r"(Q[LR]?\d+) has no value", error.message)):
             to.q.refuse(unset[1])
+        if _FEED.search(statement.rest):
+            assume_feed(to.state)
         if error.code == "VP048":
             assume_rigid_tapping(to.state)
         if error.code in ("VP017", "VP026"):  # R0, or a move after it, may be missing before it
@@ -105,6 +110,12 @@ class KlartextRecovery:
             if "F" in read_usable_words(statement, to.q).values:
                 to.contour.call_feed = to.contour.call_feed or 1.0  # any feed rate will do
         return follows
+
+    def pass_unread(self, parts: Sequence[str]) -> None:
+        """A statement without a known first word: a misspelt L may be what names the axes, and gives the feed rate."""
+        self.uncertain = True
+        if any(map(_FEED.search, parts)):
+            assume_feed(self.to.state)
 
     def _assume_tool(self, number: int | None) -> None:
         state = self.to.state

@@ -55,6 +55,14 @@ _TEXT_OF_REMARK: Final = re.compile(r"(?!.*[ \t]I?[XYZABCUVWF][-+]?\d).*[ \t]\S"
 _THREE_WORDS: Final = re.compile(r"(\S+)(?:[ \t]+(\S+))?(?:[ \t]+(\S+))?")
 #: Statements of one word that another one follows.
 _FIRST_WORDS: Final = ("PLANE", "FUNCTION", "TRANS", "APPR", "DEP")
+#: Words of path functions, of one or two letters: what stands behind a misspelt one tells which is meant.
+_OF_PATHS: Final = re.compile(r"([LC][A-Z]?|[A-Z][LC])[ \t]+(?:I?[XYZABCUVW]|P[AR]|[NT][XYZ])[ \t]*[-+.,\dQ]")
+#: Of each of these words the first that stands there decides.
+_TOLD_BY: Final = (
+    (re.compile(r"(?<!\w)[NT][XYZ]"), {"L": "LN"}),
+    (re.compile(r"(?<!\w)I?PA"), {"L": "LP", "C": "CP"}),
+    (re.compile(r"(?<!\w)R[ \t]*[-+]?[1-9Q]"), {"C": "CR"}),
+)
 #: Statements that change the corner at the end of the move before them.
 _CORNER: Final = re.compile(rb"[ \t]*+/?[ \t]*+\d*+[ \t]*+/?[ \t]*+(?:RND|CHF)(?![A-Z])", re.IGNORECASE)
 _IGNORED_LINE: Final = re.compile(rb"[ \t\r]*+\d*+[ \t]*+(?:;[^\n]*|\*[ \t]*-?[^\n]*)?")
@@ -462,6 +470,17 @@ def read_statement(parts: list[str], line: int) -> Statement:
     return Statement(line, name, rest.rstrip(" "), at, is_deleted, tuple(further_lines))
 
 
+def _find_path(text: str) -> str:
+    """The path function that a misspelt one is meant for, as LN for LM before a normal; empty where none is told."""
+    match = _OF_PATHS.match(text)
+    if match is None:
+        return ""
+    kind = "L" if "L" in match[1] else "C"
+    told = next((paths[kind] for word, paths in _TOLD_BY if kind in paths and word.search(text)), "")
+    # of arcs C, CT and CTP have the same words
+    return told or (kind if kind == "L" or match[1] == "CC" else "")
+
+
 def _refuse_joined(text: str, column: int, line: int) -> ProgramError:
     """The error of LBL1 or CALL LBL1: the same where LBL1 is executed, and where its label is called."""
     right = " ".join(text.replace("LBL", "LBL ").split())
@@ -543,6 +562,8 @@ def _refuse_unknown_statement(message: str, first: str, text: str, begin: int) -
         edits = (Remedy(f"write M{first[1:]}", f"M{first[1:]}", misspelt=first, is_choice=True),)
         message = f"{first}: Klartext has no N words; write M{first[1:]} if the M function is meant"
         return ProgramError("VP001", message, begin + 1, edits=edits)
+    if path := _find_path(text[begin:]):
+        return ProgramError("VP002", f"{first}: no meaning in this language; did you mean {path}?", begin + 1)
     near = find_meant(first, (phrase[0] for phrase in phrases), slip_alone=True, least=3)
     ends = [
         phrase[0]

@@ -112,8 +112,8 @@ class Tools:
         is_called = any(one.number == number for one in self.recorder.selections)
         if not own or own == number or is_called or at.columns.get("H", 1) == 1:
             return
-        why = f"tool {own} is in the spindle, and --tool-length is the length of that tool alone; give both in [tools] "
-        why += f"of the set-up if H{number} is meant; did you mean H{own}?"
+        why = f"{self._describe(own)} is in the spindle, and --tool-length is the length of that tool alone; "
+        why += f"give both in [tools] of the set-up if H{number} is meant; did you mean H{own}?"
         raise at.error("VP012", f"H{number}: {why}", "H")
 
     def set_length(self, find_offset: Callable[[], Vector9]) -> None:
@@ -158,10 +158,12 @@ class Tools:
             self.report_other_sizes(at.line, state.tools[number], self._writers[number], holds=True)
         offset = state.tools[number].offset
         if self.setup.machine and offset[2] < 0:
-            raise ProgramError("VP007", f"tool {number} has the length {offset[2]:g} mm; a length is not negative")
+            raise ProgramError(
+                "VP007", f"{self._describe(number)} has the length {offset[2]:g} mm; a length is not negative"
+            )
         if self.setup.machine and any(offset[:2] + offset[3:]):
             raise ProgramError(
-                "VP007", f"tool {number} has offsets other than a length (Z), which this machine cannot use"
+                "VP007", f"{self._describe(number)} has offsets other than a length (Z), which this machine cannot use"
             )
         return offset
 
@@ -202,7 +204,7 @@ class Tools:
         if self._may_hold_another():
             return
         if state.loaded_tool:
-            holds = f"tool {tool}, which has {lengths[tool]:g} mm, is in the spindle"
+            holds = f"{self._describe(tool)}, which has {lengths[tool]:g} mm, is in the spindle"
         else:
             holds = (
                 "the tool table has others" if tool == number else f"T{tool} was called, which has {lengths[tool]:g} mm"
@@ -267,13 +269,16 @@ class Tools:
         if stands_in(tools[number]) or stands_in(tools[tool]) or self._may_hold_another():
             return
         text = (
-            f"the diameter number {number}, {diameters[0]:g} mm, is in force, but tool {tool}, which has "
+            f"the diameter number {number}, {diameters[0]:g} mm, is in force, but {self._describe(tool)}, which has "
             f"{diameters[1]:g} mm, is in the spindle"
         )
         is_staged, own = self.state.selected_tool == number, Remedy("", str(tool), line=at.line, word=("D", number))
         if not any(item.code == "VP041" and item.tool == number for item in self.recorder.warnings.values()):
             edits = () if is_staged else (own,)
             self.recorder.note_once("VP049", text, at.line, edits, number, "diameter", column=at.columns.get("D"))
+
+    def _describe(self, number: int) -> str:
+        return describe_tool_number(number, self.state.tool_names)
 
     def _may_hold_another(self) -> bool:
         """Whether a code of the builder may have changed the tool."""
@@ -294,8 +299,8 @@ class Tools:
         own, diameters = state.loaded_tool, {key: one.diameter for key, one in (state.tools or {}).items()}
         if diameters.get(number, 0.0) <= 0 < diameters.get(own or 0, 0.0) and "D" in at.columns:
             text = (
-                f"D{number}: tool {own} is in the spindle, and {name} has no diameter in the set-up, or the tool table "
-                f"(add it there if D{number} is meant); did you mean D{own}?"
+                f"D{number}: {self._describe(own or 0)} is in the spindle, and {name} has no diameter in the set-up, "
+                f"or the tool table (add it there if D{number} is meant); did you mean D{own}?"
             )
             raise at.error("VP012", text, "D", name, find_tool_key(number, "diameter", state.tool_names))
         key = find_tool_key(number, "diameter", state.tool_names)

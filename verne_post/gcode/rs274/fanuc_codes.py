@@ -6,7 +6,7 @@ docs/make_words.py makes the tables of docs/fanuc.md of it, with what RS274/NGC 
 from collections.abc import Mapping
 from typing import Final
 
-from verne_post.gcode.codes import RS274, CodeTable, end_texts
+from verne_post.gcode.codes import AT_START, RS274, CodeTable, end_texts
 
 #: Codes of the control that are not in RS274/NGC: tilted plane, its axis, its end, additional work systems.
 PLANE, TO_PLANE, PLANE_OFF, ADDITIONAL = 682, 531, 690, 541
@@ -191,7 +191,9 @@ _GROUPS: Final[Mapping[str, Mapping[int, str]]] = {
 
 
 def make_table() -> CodeTable:
-    groups = {**RS274.g_groups, **_GROUPS}
+    retract = RS274.g_groups["retract"]
+    at_start = {980: retract[980] + AT_START, 990: retract[990].removesuffix(AT_START)}
+    groups = {**RS274.g_groups, "retract": at_start, **_GROUPS}
     del groups["arc distance"], groups["lathe diameter"], groups["spindle mode"]
     m_groups = {name: RS274.m_groups[name] for name in ("stopping", "coolant")} | {
         "subprograms": {

@@ -204,12 +204,14 @@ class Recovery:
         assume_turning_spindle(state)
         return True
 
-    def _assume_tool(self, block: Block, _error: ProgramError) -> bool:
+    def _assume_tool(self, block: Block, error: ProgramError) -> bool:
         state = self.interpreter.state
         if not state.has_tool_length and not {"H", "T", "D"} & set(block.words):
             assume_length(state)
             return True
-        numbers = {round(block.words[letter]) for letter in "THDQ" if letter in block.words}
+        # a T beside G43 H selects the next tool: what it lacks is said where it is loaded
+        letters = "THDQ" if error.column in (None, block.columns.get("T")) else "HDQ"
+        numbers = {round(block.words[letter]) for letter in letters if letter in block.words}
         numbers.add(state.loaded_tool or 0)
         known_tools = state.tools or {}
         if missing := {

@@ -23,7 +23,16 @@ from verne_post.model.findings import make_input_error
 from verne_post.model.machine import Machine
 from verne_post.model.moves import Frame, Moves, Stock, find_tool_of_moves
 from verne_post.model.options import Options
-from verne_post.model.part_setup import TOOL_PARTS, Box, Cylinder, FixtureMesh, OwnStock, ToolShape, name_system
+from verne_post.model.part_setup import (
+    TOOL_PARTS,
+    Box,
+    Cylinder,
+    FixtureMesh,
+    OwnStock,
+    ToolShape,
+    describe_tool_number,
+    name_system,
+)
 from verne_post.model.poses import Pose
 from verne_post.model.protocols import Margin
 from verne_post.model.toolpath import SegmentKind, ToolPath
@@ -306,7 +315,7 @@ def build_moving(machine: Machine, path: ToolPath, moves: Moves, options: Option
         in_force = float(path.tool_length[number == one].max()) - options.lift
         table = (options.tools or {}).get(int(one))
         check_tool(
-            f"tool {one}",
+            describe_tool_number(int(one), moves.name_tools()),
             shape,
             in_force if np.isnan(by_itself) else by_itself,
             0.0 if table is None else table.diameter,

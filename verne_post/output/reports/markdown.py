@@ -7,7 +7,7 @@ from typing import Final
 
 from verne_post.base.numbers import format_count
 from verne_post.base.printable import make_printable
-from verne_post.model.findings import Finding, describe
+from verne_post.model.findings import Finding, describe, describe_trial
 from verne_post.model.machine import Machine
 from verne_post.model.verdict import OF_THE_PART, Verdict, is_about_pose
 from verne_post.output.causes import Cause, find_causes
@@ -73,7 +73,7 @@ def _count_that_fit(rows: list[str], room: int) -> int:
 def _write_row(cause: Cause, remedy: str) -> str:
     item, others = cause.first, cause.describe_others()
     also = f"<br>also {_escape(others)}" if others else ""
-    remedies = also + "".join(f"<br>tried: {_escape(tried)}" for tried in item.remedies)
+    remedies = also + "".join(f"<br>{_escape(describe_trial(tried))}" for tried in item.remedies)
     remedies += f"<br>{_escape(remedy)}" if remedy else ""
     line = "" if item.line is None else str(item.line)
     if item.file is not None:  # another one than the heading names

@@ -1,0 +1,117 @@
+"""A motion that is refused because the table was left turned: the words that turn it back, and no other place."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+SETUP = ("--machine", "ac_trunnion", "--tool-length", "80", "--wcs", "G54=0,0,60")
+SWIVELLED = """N10 G17 G90 G54 G71
+N20 T="DRILL" M6
+N30 S3000 M3
+N40 CYCLE800(1,"TC1",0,57,0,-30,-10,90,0,0,0,0,0,-1,100,1)
+N50 G0 X0 Y0
+N60 Z20 D1
+N70 G1 Z-1 F200
+N80 G0 Z50
+N90 CYCLE800()
+N100 G0 X-20 Y-20
+N110 Z10
+N120 MCALL CYCLE81(5,0,2,-10)
+N130 X-20 Y-20
+N140 MCALL
+N150 G0 Z50
+N160 M30
+"""
+PLANE = """0 BEGIN PGM P MM
+1 TOOL CALL 1 Z S3000
+2 L X0 Y0 Z+200 A0 C0 R0 FMAX M3
+3 CYCL DEF 7.0 DATUM SHIFT
+4 CYCL DEF 7.1 Y-30
+5 CYCL DEF 7.2 Z-10
+6 PLANE SPATIAL SPA+90 SPB+0 SPC+0 TURN FMAX
+7 L X0 Y0 R0 FMAX
+8 L Z20 R0 FMAX
+9 L Z-1 R0 F200
+10 L Z+50 R0 FMAX
+11 PLANE RESET STAY
+12 L X-20 Y-20 R0 FMAX
+13 L Z+10 R0 FMAX
+14 L Z-10 R0 F200
+15 L Z+50 R0 FMAX
+16 M30
+17 END PGM P MM
+"""
+G69 = """G90 G54 G17 G21
+T1 M6
+S3000 M3
+G0 G43 H1 X0 Y0 Z200 A0 C0
+G68.2 X0 Y-30 Z-10 I0 J90 K0
+G53.1
+G0 X0 Y0
+G1 Z-1 F200
+G0 Z50
+G69
+G0 X-20 Y-20
+Z10
+G1 Z-10
+G0 Z50
+M30
+"""
+
+
+def _check(run: Callable[..., Any], name: str, program: str, *options: str) -> list[Any]:
+    Path(name).write_text(program)
+    shown = json.loads(run("check", name, *SETUP, *options, "--output-format", "json").out)
+    return [item for item in shown["programs"][0]["findings"] if item["severity"] == "error"]
+
+
+@pytest.fixture(autouse=True)
+def _work_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("name", "program", "words", "line", "left"),
+    [
+        ("s.mpf", SWIVELLED, "G0 A0 C0", 10, "CYCLE800() in line 9"),
+        ("p.h", PLANE, "L A0 C0 R0 FMAX", 13, "PLANE RESET in line 12"),
+        ("g.nc", G69, "G0 A0 C0", 11, "G69 in line 10"),
+    ],
+)
+def test_the_table_is_turned_back_before_the_part_is_moved(
+    name: str, program: str, words: str, line: int, left: str, run: Callable[..., Any]
+) -> None:
+    options = ("--dialect", "fanuc") if name == "g.nc" else ()
+    Path("g.nc.toml").write_text('[fanuc]\ndirections = "machine"\n')
+    refused = _check(run, name, program, *options)
+    told = f"within limits with A0 C0 before line {line}: the table stands at A-90 C-180, where {left} has left it"
+    assert refused
+    assert {text for item in refused for text in item["remedies"]} == {told}
+    shown = run("explain", f"{name}:{refused[0]['line']}", *SETUP, *options).out
+    assert told in shown
+    assert "the part moved" not in shown
+    assert "ended elsewhere" not in shown
+    fit = run("fit", name, *SETUP, *options)
+    assert fit.code == 1
+    assert "no work offset was sought, because another motion is meant" in fit.out
+    assert json.loads(run("fit", name, *SETUP, *options, "--json").out)["cause"] == told
+    lines = program.split("\n")
+    mended = "\n".join([*lines[: line - 1], words, *lines[line - 1 :]])
+    assert not _check(run, name, mended, *options)
+
+
+def test_a_named_place_of_the_table_is_meant(run: Callable[..., Any]) -> None:
+    Path("s.mpf").write_text(SWIVELLED.replace("G0 X-20 Y-20", "G0 A-90 C-180 X-20 Y-20"))
+    told = run("check", "s.mpf", *SETUP).out
+    assert "A0 C0" not in told
+    assert "tried: no work offset near this one" in told
+
+
+def test_what_the_turn_leaves_is_said(run: Callable[..., Any]) -> None:
+    (refused,) = _check(run, "s.mpf", SWIVELLED.replace("CYCLE81(5,0,2,-10)", "CYCLE81(5,0,2,-90)"))
+    (told,) = refused["remedies"]
+    assert told.startswith("A0 C0 before line 10 comes first, because the table stands at A-90 C-180")
+    assert told.endswith("with it VP210 of line 13 is left")
