@@ -112,7 +112,7 @@ def test_the_first_answer_is_short(explain: Callable[..., str], run: Callable[..
     assert text.count("at 100 % of the way") == 1
     assert "the line ended elsewhere: Z 650.787 in place of 800 mm" in text
     assert f"Fill in wcs.G54 in {tmp_path}/part.nc.toml" in text  # VP033, with the name to paste
-    assert f"setup {tmp_path}/part.nc writes" in text
+    assert f"setup {tmp_path}/part.nc --tool-length 60 writes" in text
     joints = "rho1 -45.875 mm, rho2 -99.211 mm, rho3 -99.211 mm, a 0.000 deg"
     assert f"joints               {joints}" in text
     assert "margin to travel     rho1 -95.875 mm, rho2 -149.211 mm, rho3 -149.211 mm, a 95.000 deg, c unlimited" in text

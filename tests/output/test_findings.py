@@ -15,6 +15,7 @@ import verne_post as vp
 from verne_post.model.codes import CODES
 from verne_post.model.findings import make_finding
 from verne_post.model.verdict import is_about_text
+from verne_post.output.commands import Run
 from verne_post.output.findings import Report, describe_remedy, format_causes, format_finding
 from verne_post.output.reports import json as json_report
 from verne_post.output.reports import text as text_report
@@ -444,10 +445,10 @@ def test_the_summary_begins_with_what_was_not_checked(files: dict[str, Path], ru
 
 
 def test_a_set_up_on_standard_input_has_no_name_to_fill_in() -> None:
-    said = describe_remedy(make_finding("VP033", "no work offset was given: G54"), "a.nc", "<stdin>")
+    said = describe_remedy(make_finding("VP033", "no work offset was given: G54"), "a.nc", Run("<stdin>"))
     assert said.startswith("Fill in wcs.G54 in the set-up, which verne-post setup a.nc writes,")
 
 
 def test_a_set_up_named_as_a_remedy_names_it_is_kept() -> None:
-    said = describe_remedy(make_finding("VP033", "no work offset was given: G54"), "a.nc", "my INPUT.toml")
-    assert "in my INPUT.toml, which verne-post setup a.nc --setup 'my INPUT.toml' -o 'my INPUT.toml' writes" in said
+    said = describe_remedy(make_finding("VP033", "no work offset was given: G54"), "a.nc", Run("my INPUT.toml"))
+    assert "in my INPUT.toml, which verne-post setup a.nc -o 'my INPUT.toml' --setup 'my INPUT.toml' writes" in said

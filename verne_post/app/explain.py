@@ -42,6 +42,7 @@ from verne_post.model.machine import Machine
 from verne_post.model.moves import MoveKind
 from verne_post.model.options import Options
 from verne_post.model.verdict import find_worst
+from verne_post.output.commands import find_run
 from verne_post.output.findings import describe_remedy
 from verne_post.toolpath.contour import make_exact_contour
 from verne_post.trajectory.override import build_feed_override
@@ -191,7 +192,7 @@ def explain_refused(source: Text, machine: Machine, options: Options, line: int,
     said += [f"  {word.name:<20} {word.text}" for word in find_words_of(shown, dialect)]
     said += [f"  {item.code} {item.severity}: {item.message}" for item in own]
     for item in {item.code: item for item in own}.values():
-        if remedy := describe_remedy(item, name, options.setup_file):
+        if remedy := describe_remedy(item, name, find_run(options)):
             said.append(f"  {item.code}, remedy: {remedy}")
     errors = [item for item in findings if item.severity == "error" and item.line is not None]
     if errors and not any(item.severity == "error" for item in own):
@@ -208,7 +209,8 @@ def explain_refused(source: Text, machine: Machine, options: Options, line: int,
     said += [] if state is None else [f"  {describe_modes(state, machine)}"]
     if others := [item.line for item in findings if item.line not in (line, None) and item.severity == "error"]:
         counted = f"{len(others)} other error{'' if len(others) == 1 else 's'}"
-        said.append(f"the program has {counted}, the first in line {min(others)}: verne-post check {name} shows all")
+        whole = find_run(options).spell("check", name)
+        said.append(f"the program has {counted}, the first in line {min(others)}: {whole} shows all")
     return "\n".join(said) + "\n"
 
 

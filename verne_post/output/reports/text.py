@@ -18,7 +18,7 @@ def write(reports: Sequence[Report], machine: Machine | None = None) -> str:
     for report in reports:
         findings = report.findings if report.shown is None else report.shown
         own_causes = [item for item in findings if item.code not in told]
-        for cause in format_causes(report.program, own_causes, report.source, report.setup_file):
+        for cause in format_causes(report.program, own_causes, report.source, report.run):
             lines += cause
         told |= {item.code for item in report.findings if item.code in _OF_THE_CONTROL}
         time = "" if report.cycle_time_s is None else f", machining time {report.cycle_time_s:.3f} s"
