@@ -34,7 +34,7 @@ from verne_post.base.program_lines import remove_remarks
 from verne_post.base.suggestions import explain_names
 from verne_post.base.text_tables import format_html_sections
 from verne_post.gcode.dialects import choose_dialect_name
-from verne_post.gcode.known_words import find_words_of
+from verne_post.gcode.known_words import find_words_of, name_axes
 from verne_post.gcode.read import find_state_past_errors
 from verne_post.kinematics.checks.remedies import select_line
 from verne_post.model.findings import Finding, InputError, UsageError
@@ -133,13 +133,13 @@ def _plan_line(program: Program, shown: Line) -> Line:
 
 def _explain_words(source: Text, program: Program, line: int, text: str) -> Explanation:
     """A line without motion: its words, what is found in its text, and what holds after it."""
-    options = program.options
+    options, machine = program.options, program.machine
     dialect = choose_dialect_name(options.dialect, source, options.source_name)
     findings = tuple(item for item in program.findings if item.line == line)
     nearest = find_lines_near(guard_joints(program), line)
     near = " and ".join(map(str, nearest))
     said = [f"line {line}: {text}", f"  no motion{_say_why_still(program, line)}; the nearest lines that have: {near}"]
-    said += [f"  {word.name:<20} {word.text}" for word in find_words_of(text, dialect)]
+    said += _list_words(text, dialect, machine)
     said += [f"  {item.code} {item.severity}: {item.message}" for item in findings]
     state = find_state_if_executed(source, program, line)
     if not remove_remarks(text, dialect).strip():
@@ -157,6 +157,12 @@ def _explain_words(source: Text, program: Program, line: int, text: str) -> Expl
             working = "\n".join(work_through(first)) + "\n"
             return Explanation(line, (*findings, *start), "\n".join(said) + "\n", working)
     return Explanation(line, findings, "\n".join(said) + "\n", "")
+
+
+def _list_words(text: str, dialect: str, machine: Machine) -> list[str]:
+    """The words of a line, each with what it does on a machine."""
+    letters = machine.rotary_letters
+    return [f"  {word.name:<20} {name_axes(word.text, letters)}" for word in find_words_of(text, dialect)]
 
 
 def _make_line_error(source: Text, line: int) -> UsageError:
@@ -189,7 +195,7 @@ def explain_refused(source: Text, machine: Machine, options: Options, line: int,
     dialect, name = choose_dialect_name(options.dialect, source, options.source_name), options.source_name
     own = [item for item in findings if item.line in (line, None)]
     said = [f"line {line}: {shown}"]
-    said += [f"  {word.name:<20} {word.text}" for word in find_words_of(shown, dialect)]
+    said += _list_words(shown, dialect, machine)
     said += [f"  {item.code} {item.severity}: {item.message}" for item in own]
     for item in {item.code: item for item in own}.values():
         if remedy := describe_remedy(item, name, find_run(options)):

@@ -7,7 +7,7 @@ from typing import Any, Final
 import click
 
 from verne_post.base.numbers import is_count
-from verne_post.cli.common import read_program, refuse
+from verne_post.cli.common import load, read_program, refuse
 from verne_post.cli.files import RunFiles, show_name
 from verne_post.cli.options import INPUT, GroupedCommand, add_program_options, find_given_run
 from verne_post.cli.progress import ProgressLine, show_progress
@@ -75,9 +75,11 @@ def command(what: str | None, lists: bool, every: bool, **given: Any) -> int:
     if colon and not is_count(number) and os.path.isfile(name):
         raise click.UsageError(f"{what}: {number!r} is no line number; such as {spell(name)}")
     if not colon or not is_count(number):
-        from verne_post.gcode.known_words import describe_word, find_near_word
+        from verne_post.gcode.known_words import describe_word, find_near_word, name_axes
 
         if known := describe_word(what):
+            if (letters := _find_letters(given)) is not None:
+                known = [name_axes(line, letters) for line in known]
             echo("\n".join([what.upper(), *(f"  {line}" for line in known), ""]), nl=False)
             return ExitStatus.CLEAN
         near = find_near_word(what.upper(), CODES)
@@ -117,3 +119,10 @@ def command(what: str | None, lists: bool, every: bool, **given: Any) -> int:
     except UsageError as error:
         raise click.UsageError(f"{what}: {error.reason}") from None
     return ExitStatus.CLEAN
+
+
+def _find_letters(given: dict[str, Any]) -> tuple[str, str] | None:
+    """Letters of the rotary axes of the machine that the command line names; None where it names none."""
+    if given["machine_name"] is None:
+        return None
+    return load(RunFiles(), given["machine_name"]).rotary_letters
