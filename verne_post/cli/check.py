@@ -144,7 +144,7 @@ def command(
     files = RunFiles()
     programs, lacking = [], None
     try:
-        found = find_programs(inputs, lambda name: files.note_read(name, PROGRAM), may_lack=output_format != "text")
+        found = find_programs(inputs, lambda name: files.note_read(name, PROGRAM), may_lack=True)
         programs = [name for name, _place in found]
     except click.UsageError as error:  # every report that is asked for says it
         lacking = error
