@@ -11,7 +11,7 @@ from msgspec.structs import replace
 
 from verne_post.app.explain_numbers import format_degrees, format_joint, format_mm, format_number
 from verne_post.app.explain_solutions import SAME, explain_solutions, explain_table_solution, find_travel_margins
-from verne_post.app.line_remedies import Line, is_carried_along, is_of_cycle, propose
+from verne_post.app.line_remedies import Line, find_words, is_carried_along, is_of_cycle, propose
 from verne_post.base.arrays import Array
 from verne_post.base.numbers import format_fixed
 from verne_post.base.rotations import find_axis_of_angles
@@ -485,6 +485,7 @@ def _say_nothing_found(line: Line, asked: Sequence[Finding]) -> str:
         tried.append(f"no move within {remedies.FARTHEST_MM:g} mm")
     if carried and remedies.is_straight(line.exact):
         tried.append("no other end of the line")
+    left += _say_where_reach_ends(line, asked)
     if rotary and machine.module is not None and any(item.code == "VP102" for item in asked):
         fit = f"`{find_run(options).spell('fit', options.source_name)}`"
         left.append(f"the part was not moved, which changes the tilt of the platform: {fit} does")
@@ -495,6 +496,19 @@ def _say_nothing_found(line: Line, asked: Sequence[Finding]) -> str:
             else f"retraction and clearance of the cycle that line {line.number} executes were not tried"
         )
     return "; ".join([f"{' and '.join(tried) or 'nothing'} was found", *left])
+
+
+def _say_where_reach_ends(line: Line, asked: Sequence[Finding]) -> list[str]:
+    """The place of a straight line from which on the machine does not reach it (VP110)."""
+    item = next((item for item in asked if item.code == "VP110"), None)
+    place = None if item is None else remedies.place_of(line.joints, item)
+    if place is None or len(line.joints.contour) != 1 or not remedies.is_straight(line.exact):
+        return []
+    words, scale = find_words(line, w=place.w), line.unit[1]
+    if place.w <= 0.0:
+        return ["its start is out of reach"]
+    there = " ".join(f"{letter}{format_number(float(words[AXES.index(letter)]) / scale, 3)}" for letter in "XYZ")
+    return [f"the machine reaches the line up to about {there}, {100 * place.w:.4g} % of the way"]
 
 
 def _name_own_solution(line: Line, angles: Array) -> str:

@@ -207,6 +207,8 @@ def find_explain_hint(item: Finding, program: str, run: Run = NO_RUN) -> str:
     if item.code in _TURNED_TOO_FAR and (item.value is None or not item.remedies):
         return ""
     what = "explains this line and what would bring it within limits"
+    if item.code == "VP110":  # where no place of the part helps, nothing else does
+        what = "explains this line, says where the reach ends, and tries other places of the part"
     if item.code == "VP216":  # often a line before it is at fault
         what = "explains this line and tries other ends, other heights of a cycle and a longer stick-out"
     return f"{_name_explain(item, program, run)} {what}"
