@@ -133,6 +133,7 @@ def test_text_is_one_line_a_finding(files: dict[str, Path], run: Callable[..., A
             where = ":".join(str(one) for one in place if one is not None)
             assert shown.startswith(f"{where}: {found['code']} {found['severity']}: {found['message']}")
         assert lines.pop(0).startswith(f"{item['program']}: ")  # the verdict
+    assert lines.pop(0).startswith("NOT CHECKED in 2 programs: contact with fixtures")
     assert lines == ["5 programs: 1 can run, 4 refused"]
 
 
@@ -409,7 +410,7 @@ def test_a_hint_for_several_lines_names_those_for_which_it_is_true() -> None:
         make_finding(code, message, severity="error", line=line, last_line=line, worst_line=line, value=-1.0, axis=axis)
         for code, message, line, axis in (
             ("VP216", "the holder runs into the stock", 2, None),
-            ("VP110", "1 mm beyond its travel", 3, "rho2"),
+            ("VP101", "1 mm beyond its travel", 3, "rho2"),
             ("VP216", "the shank runs into the stock", 4, None),
         )
     ]
