@@ -816,7 +816,7 @@ def test_options_are_written_once() -> None:
     for name in options.OPTIONS:
         assert options.find_about(name).help.endswith("."), name
         assert (
-            name in ("source_name", "setup_source", "setup_file", "subroutine_files", "jobs")
+            name in ("source_name", "setup_source", "setup_file", "command_words", "subroutine_files", "jobs")
             or options.find_key(name) in record
         )
 

@@ -203,6 +203,11 @@ def file_names(value: Any) -> Any:
     return value if good else REFUSED
 
 
+def list_of_texts(value: Any) -> Any:
+    good = isinstance(value, list | tuple) and all(type(one) is str for one in value)
+    return tuple(value) if good else REFUSED
+
+
 def marked_systems(value: Any) -> Any:
     if not isinstance(value, dict) or any(system(key) is REFUSED or type(one) is not str for key, one in value.items()):
         return REFUSED
@@ -315,6 +320,7 @@ MEANING: Final[dict[str, Callable[[Any], Any]]] = {
     "subroutine_files": file_names,
     "setup_source": lambda value: value if type(value) is str else REFUSED,
     "setup_file": lambda value: value if type(value) is str else REFUSED,
+    "command_words": list_of_texts,
     "unmeasured_wcs": marked_systems,
 }
 

@@ -112,7 +112,7 @@ def test_the_first_answer_is_short(explain: Callable[..., str], run: Callable[..
     assert text.count("at 100 % of the way") == 1
     assert "the line ended elsewhere: Z 650.787 in place of 800 mm" in text
     assert f"Fill in wcs.G54 in {tmp_path}/part.nc.toml" in text  # VP033, with the name to paste
-    assert f"setup {tmp_path}/part.nc writes" in text
+    assert f"setup {tmp_path}/part.nc --tool-length 60 writes" in text
     joints = "rho1 -45.875 mm, rho2 -99.211 mm, rho3 -99.211 mm, a 0.000 deg"
     assert f"joints               {joints}" in text
     assert "margin to travel     rho1 -95.875 mm, rho2 -149.211 mm, rho3 -149.211 mm, a 95.000 deg, c unlimited" in text
@@ -1077,3 +1077,20 @@ def test_a_length_that_g53_has_cancelled_is_not_in_force(run: Callable[..., Any]
     assert spindle[0] and spindle[1] and spindle[0][0] == spindle[1][0]  # the linear axes do not move
     setup.write_text(SIZES + '[fanuc]\nlength_after_return = "restored"\n')
     assert "or cancel the tool length before it (G49)" in run("check", path).out
+
+
+def test_words_name_the_rotary_axes_of_the_machine(run: Callable[..., Any], tmp_path: Path) -> None:
+    """Those of --machine; without one no letters, which would be those of another machine."""
+    for word, own, general in (
+        ("G53.1", "turns B and C until", "turns the rotary axes until"),
+        ("G43.4", "while B and C turn", "while the rotary axes turn"),
+        ("SEQ", "the sign of B; without it B and C take", "the sign of the tilting axis; without it the rotary axes"),
+    ):
+        assert own in run("explain", word, "--machine", "bc_trunnion").out
+        shown = run("explain", word).out
+        assert general in shown and "A and C" not in shown
+    program = tmp_path / "b.nc"
+    program.write_text("G21 G90 G54\nG43.4 H1\nG0 X0 Y0 Z50 B0 C0\nG1 Z20 F500\nM2\n", "utf-8")
+    for length in ((), ("--tool-length", "50")):
+        shown = run("explain", f"{program}:2", "--machine", "bc_trunnion", *length).out
+        assert "X Y Z are those of the tip while B and C turn" in shown

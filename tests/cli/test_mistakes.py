@@ -155,7 +155,7 @@ def test_the_letter_o_in_the_number_of_a_parameter(tmp_path: Path, run: Callable
         (("check", "low.nc", "--tool-length", 60), "below the table face"),
         (
             ("check", "far.nc", *PLACE),
-            "`verne-post explain far.nc:5`, with the same options, explains this line and what",
+            "`verne-post explain far.nc:5 ",
         ),
     ],
 )

@@ -3,6 +3,7 @@
 import itertools
 import json
 import re
+import shlex
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -80,12 +81,14 @@ def test_parts_meet_and_rest(job: Path, run: Callable[..., Any], more: tuple[str
     verdict = run("verify", "two.index.json", "--against", "two.nc", *PLACE, *more, "--split-at-stops")
     assert verdict.code == 0, verdict.err
     alone = run("verify", "two.1.csv", "--against", "two.nc", *PLACE, *more, "--split-at-stops")
+    spelled = f"verne-post verify two.index.json --against two.nc {' '.join((*PLACE, *more))} --split-at-stops"
     # findings, which are about the parts that are not here, would look like faults of this one
     assert (alone.code, alone.out) == (3, "")
     assert alone.err == (
-        "two.1.csv is one part of a split file. Alone, it is not checked for completeness. Verify all parts together, "
-        "with the same options: verne-post verify two.index.json --against two.nc\n"
+        "two.1.csv is one part of a split file. Alone, it is not checked for completeness. Verify all parts together: "
+        f"{spelled}\n"
     )
+    assert run(*shlex.split(spelled)[1:]).code == 0
     later = run("verify", "two.2.csv", "--against", "two.nc", *PLACE, *more, "--split-at-stops")
     assert later.code == 3
     assert later.err.startswith("two.2.csv is one part of a split file. Alone, only the limits of its joints are check")

@@ -222,7 +222,10 @@ def test_an_error_shows_its_line_and_what_helps(job: tuple[Any, ...], run: Calla
     out = run(*job).out
     assert "  3 | G1 Z680 F3000" in out
     assert "= tried: within limits if the part is moved by 0, 0, " in out
-    assert "`verne-post explain p.nc:3`, with the same options, explains this line and what would bring it" in out
+    assert (
+        "`verne-post explain p.nc:3 --tool-length 60 --wcs G54=0,0,20` explains this line and what would bring it"
+        in out
+    )
 
 
 def test_one_finding_a_line(job: tuple[Any, ...], run: Callable[..., Any]) -> None:

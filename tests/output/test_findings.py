@@ -15,6 +15,7 @@ import verne_post as vp
 from verne_post.model.codes import CODES
 from verne_post.model.findings import make_finding
 from verne_post.model.verdict import is_about_text
+from verne_post.output.commands import Run
 from verne_post.output.findings import Report, describe_remedy, format_causes, format_finding
 from verne_post.output.reports import json as json_report
 from verne_post.output.reports import text as text_report
@@ -132,6 +133,7 @@ def test_text_is_one_line_a_finding(files: dict[str, Path], run: Callable[..., A
             where = ":".join(str(one) for one in place if one is not None)
             assert shown.startswith(f"{where}: {found['code']} {found['severity']}: {found['message']}")
         assert lines.pop(0).startswith(f"{item['program']}: ")  # the verdict
+    assert lines.pop(0).startswith("NOT CHECKED in 2 programs: contact with fixtures")
     assert lines == ["5 programs: 1 can run, 4 refused"]
 
 
@@ -408,7 +410,7 @@ def test_a_hint_for_several_lines_names_those_for_which_it_is_true() -> None:
         make_finding(code, message, severity="error", line=line, last_line=line, worst_line=line, value=-1.0, axis=axis)
         for code, message, line, axis in (
             ("VP216", "the holder runs into the stock", 2, None),
-            ("VP110", "1 mm beyond its travel", 3, "rho2"),
+            ("VP101", "1 mm beyond its travel", 3, "rho2"),
             ("VP216", "the shank runs into the stock", 4, None),
         )
     ]
@@ -444,10 +446,10 @@ def test_the_summary_begins_with_what_was_not_checked(files: dict[str, Path], ru
 
 
 def test_a_set_up_on_standard_input_has_no_name_to_fill_in() -> None:
-    said = describe_remedy(make_finding("VP033", "no work offset was given: G54"), "a.nc", "<stdin>")
+    said = describe_remedy(make_finding("VP033", "no work offset was given: G54"), "a.nc", Run("<stdin>"))
     assert said.startswith("Fill in wcs.G54 in the set-up, which verne-post setup a.nc writes,")
 
 
 def test_a_set_up_named_as_a_remedy_names_it_is_kept() -> None:
-    said = describe_remedy(make_finding("VP033", "no work offset was given: G54"), "a.nc", "my INPUT.toml")
-    assert "in my INPUT.toml, which verne-post setup a.nc --setup 'my INPUT.toml' -o 'my INPUT.toml' writes" in said
+    said = describe_remedy(make_finding("VP033", "no work offset was given: G54"), "a.nc", Run("my INPUT.toml"))
+    assert "in my INPUT.toml, which verne-post setup a.nc -o 'my INPUT.toml' --setup 'my INPUT.toml' writes" in said

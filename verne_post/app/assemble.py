@@ -285,7 +285,7 @@ def read_draft(source: Text, machine: Machine, options: Options, team: Team = AL
         None if options.from_line is None else restart_at(source, add_table(setup, moves), moves, options.from_line)
     )
     if not len(path):
-        raise InputError(report_no_motion(source, moves))
+        raise InputError(report_no_motion(source, moves), *moves.findings)  # which may say why
     if restart is not None and path.moves_with_length[-1] < restart.move:
         raise make_input_error("VP021", f"the program contains no motion from line {options.from_line} on")
     turns = report_table_turns(path, moves, machine)

@@ -35,7 +35,7 @@ from verne_post.base.program_lines import remove_remarks
 from verne_post.base.suggestions import explain_names
 from verne_post.base.text_tables import format_html_sections
 from verne_post.gcode.dialects import choose_dialect_name
-from verne_post.gcode.known_words import find_words_of
+from verne_post.gcode.known_words import find_words_of, name_axes
 from verne_post.gcode.read import find_state_past_errors
 from verne_post.kinematics.checks.remedies import select_line
 from verne_post.model.findings import Finding, InputError, UsageError
@@ -43,6 +43,7 @@ from verne_post.model.machine import Machine
 from verne_post.model.moves import MoveKind
 from verne_post.model.options import Options
 from verne_post.model.verdict import find_worst
+from verne_post.output.commands import find_run
 from verne_post.output.findings import describe_remedy
 from verne_post.toolpath.contour import make_exact_contour
 from verne_post.trajectory.override import build_feed_override
@@ -145,13 +146,13 @@ def _plan_line(program: Program, shown: Line) -> Line:
 
 def _explain_words(source: Text, program: Program, line: int, text: str) -> Explanation:
     """A line without motion: its words, what is found in its text, and what holds after it."""
-    options = program.options
+    options, machine = program.options, program.machine
     dialect = choose_dialect_name(options.dialect, source, options.source_name)
     findings = tuple(item for item in program.findings if item.line == line)
     nearest = find_lines_near(guard_joints(program), line)
     near = " and ".join(map(str, nearest))
     said = [f"line {line}: {text}", f"  no motion{_say_why_still(program, line)}; the nearest lines that have: {near}"]
-    said += [f"  {word.name:<20} {word.text}" for word in find_words_of(text, dialect)]
+    said += _list_words(text, dialect, machine)
     said += [f"  {item.code} {item.severity}: {item.message}" for item in findings]
     state = find_state_if_executed(source, program, line)
     if not remove_remarks(text, dialect).strip():
@@ -169,6 +170,12 @@ def _explain_words(source: Text, program: Program, line: int, text: str) -> Expl
             working = "\n".join(work_through(first)) + "\n"
             return Explanation(line, (*findings, *start), "\n".join(said) + "\n", working)
     return Explanation(line, findings, "\n".join(said) + "\n", "")
+
+
+def _list_words(text: str, dialect: str, machine: Machine) -> list[str]:
+    """The words of a line, each with what it does on a machine."""
+    letters = machine.rotary_letters
+    return [f"  {word.name:<20} {name_axes(word.text, letters)}" for word in find_words_of(text, dialect)]
 
 
 def _make_line_error(source: Text, line: int) -> UsageError:
@@ -201,10 +208,10 @@ def explain_refused(source: Text, machine: Machine, options: Options, line: int,
     dialect, name = choose_dialect_name(options.dialect, source, options.source_name), options.source_name
     own = [item for item in findings if item.line in (line, None)]
     said = [f"line {line}: {shown}"]
-    said += [f"  {word.name:<20} {word.text}" for word in find_words_of(shown, dialect)]
+    said += _list_words(shown, dialect, machine)
     said += [f"  {item.code} {item.severity}: {item.message}" for item in own]
     for item in {item.code: item for item in own}.values():
-        if remedy := describe_remedy(item, name, options.setup_file):
+        if remedy := describe_remedy(item, name, find_run(options)):
             said.append(f"  {item.code}, remedy: {remedy}")
     errors = [item for item in findings if item.severity == "error" and item.line is not None]
     if errors and not any(item.severity == "error" for item in own):
@@ -221,7 +228,8 @@ def explain_refused(source: Text, machine: Machine, options: Options, line: int,
     said += [] if state is None else [f"  {describe_modes(state, machine)}"]
     if others := [item.line for item in findings if item.line not in (line, None) and item.severity == "error"]:
         counted = f"{len(others)} other error{'' if len(others) == 1 else 's'}"
-        said.append(f"the program has {counted}, the first in line {min(others)}: verne-post check {name} shows all")
+        whole = find_run(options).spell("check", name)
+        said.append(f"the program has {counted}, the first in line {min(others)}: {whole} shows all")
     return "\n".join(said) + "\n"
 
 

@@ -11,10 +11,9 @@ from msgspec.structs import replace
 
 from verne_post.app.explain_numbers import format_degrees, format_joint, format_mm, format_number
 from verne_post.app.explain_solutions import SAME, explain_solutions, explain_table_solution, find_travel_margins
-from verne_post.app.line_remedies import Line, is_carried_along, is_of_cycle, propose
+from verne_post.app.line_remedies import Line, find_words, is_carried_along, is_of_cycle, propose
 from verne_post.base.arrays import Array
 from verne_post.base.numbers import format_fixed
-from verne_post.base.printable import make_printable
 from verne_post.base.rotations import find_axis_of_angles
 from verne_post.base.tolerances import UPRIGHT_DEG, ZERO_LENGTH_MM
 from verne_post.gcode.block import read_block
@@ -30,6 +29,7 @@ from verne_post.model.part_setup import name_system
 from verne_post.model.protocols import AxisCorrecting, name_solution
 from verne_post.model.toolpath import SegmentKind
 from verne_post.model.verdict import find_worst, is_about_pose
+from verne_post.output.commands import find_run
 from verne_post.output.findings import describe_remedy
 from verne_post.output.summary import list_unchecked
 from verne_post.toolpath.margins import list_margin_functions
@@ -453,7 +453,7 @@ def _describe_remedies(line: Line, findings: Sequence[Finding]) -> Iterator[str]
     """What would bring the line within limits, in numbers; every proposal has been checked along the whole line."""
     remedied = [item for item in findings if not is_about_pose(item.code)]
     for item in {item.code: item for item in remedied}.values():
-        if remedy := describe_remedy(item, line.options.source_name, line.options.setup_file):
+        if remedy := describe_remedy(item, line.options.source_name, find_run(line.options)):
             yield f"{item.code}, remedy: {remedy}"
     findings = [item for item in findings if item.code >= "VP1"]  # those about the text have no numbers
     if not findings:
@@ -485,11 +485,10 @@ def _say_nothing_found(line: Line, asked: Sequence[Finding]) -> str:
         tried.append(f"no move within {remedies.FARTHEST_MM:g} mm")
     if carried and remedies.is_straight(line.exact):
         tried.append("no other end of the line")
+    left += _say_where_reach_ends(line, asked)
     if rotary and machine.module is not None and any(item.code == "VP102" for item in asked):
-        fit = f"`verne-post fit {make_printable(options.source_name)}`"
-        left.append(
-            f"the part was not moved, which changes the tilt of the platform: {fit}, with the same options, does"
-        )
+        fit = f"`{find_run(options).spell('fit', options.source_name)}`"
+        left.append(f"the part was not moved, which changes the tilt of the platform: {fit} does")
     if any(item.code == "VP216" for item in carried) and is_of_cycle(line):
         left.append(
             f"higher values of {line.tried_heights} were tried too"
@@ -497,6 +496,19 @@ def _say_nothing_found(line: Line, asked: Sequence[Finding]) -> str:
             else f"retraction and clearance of the cycle that line {line.number} executes were not tried"
         )
     return "; ".join([f"{' and '.join(tried) or 'nothing'} was found", *left])
+
+
+def _say_where_reach_ends(line: Line, asked: Sequence[Finding]) -> list[str]:
+    """The place of a straight line from which on the machine does not reach it (VP110)."""
+    item = next((item for item in asked if item.code == "VP110"), None)
+    place = None if item is None else remedies.place_of(line.joints, item)
+    if place is None or len(line.joints.contour) != 1 or not remedies.is_straight(line.exact):
+        return []
+    words, scale = find_words(line, w=place.w), line.unit[1]
+    if place.w <= 0.0:
+        return ["its start is out of reach"]
+    there = " ".join(f"{letter}{format_number(float(words[AXES.index(letter)]) / scale, 3)}" for letter in "XYZ")
+    return [f"the machine reaches the line up to about {there}, {100 * place.w:.4g} % of the way"]
 
 
 def _name_own_solution(line: Line, angles: Array) -> str:

@@ -243,7 +243,7 @@ def propose_lift(line: Line, findings: Sequence[Finding]) -> Iterator[str]:
     lift = remedies.find_least_lift(line.exact, direction)
     if lift is not None:
         unit, scale = line.unit
-        begin, end = (format_number((_find_words(line, w=w)[2] + lift) / scale, 4) for w in (0.0, 1.0))
+        begin, end = (format_number((find_words(line, w=w)[2] + lift) / scale, 4) for w in (0.0, 1.0))
         cause = "a retract before it" if is_rapid else "above the fixture"
         yield f"{cause}: the line begun at Z {begin} and ended at Z {end} {unit}"
 
@@ -257,7 +257,7 @@ def propose_ends(line: Line, *, warnings: bool) -> Iterator[Remedy]:
     else:
         end, shifts = line.moves.end[line.move], _shift_along_axes(line, line.exact, warnings, end_only=True)
         places = ((AXES.index(letter), letter, one) for letter, _way, one in shifts)
-        found = ((letter, float(end[at]), float(_find_words(line, one)[at]), one) for at, letter, one in places)
+        found = ((letter, float(end[at]), float(find_words(line, one)[at]), one) for at, letter, one in places)
     unit, scale = line.unit
     for letter, before, after, one in found:
         now, then = before / scale, format_number(after / scale, 4 + (scale > 1.0))
@@ -266,7 +266,7 @@ def propose_ends(line: Line, *, warnings: bool) -> Iterator[Remedy]:
         yield Remedy(text, then, line=line.number, word=(letter, now))
 
 
-def _find_words(line: Line, shift: remedies.Shift | None = None, w: float = 1.0) -> Array:
+def find_words(line: Line, shift: remedies.Shift | None = None, w: float = 1.0) -> Array:
     """Program coordinates (9,) of a place of a straight line, its end moved by ``shift``."""
     tip, angles = line.exact.pose(line.exact.contour, np.array([0]), np.array([w]))
     place = tip[0] + (np.zeros(3) if shift is None else np.array(shift.vector))
@@ -278,7 +278,7 @@ def _shift_in_machine(line: Line, warnings: bool) -> Iterator[tuple[str, float, 
     coordinates, frame = line.joints.machine.coordinates, line.frame
 
     def find_place(shift: remedies.Shift | None = None, w: float = 1.0) -> Array:
-        return coordinates.map_to_machine(_find_words(line, shift, w), frame)[:3]
+        return coordinates.map_to_machine(find_words(line, shift, w), frame)[:3]
 
     end = find_place()
     # a displacement of the tip by one of the directions moves one axis of the machine alone

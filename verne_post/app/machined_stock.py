@@ -173,12 +173,13 @@ def cut_rows(program: Program, q: Array, line: Ints, stock: Dexels) -> StockRun:
 def describe_run(run: StockRun) -> str:
     """What was cut, in lines."""
     removed = sum(run.by_line.values())
-    most = sorted(run.by_line.items(), key=lambda item: -item[1])[:10]
+    by_volume = sorted(run.by_line.items(), key=lambda item: -item[1])[:10]
+    most = ", ".join(f"{line}: {volume:.1f} mm3" for line, volume in by_volume if volume > AIR_MM3)
     lines = [
         f"stock: {removed:.1f} of {run.before:.1f} mm3 cut, {run.left.measure_volume():.1f} left; "
         f"{run.in_air:.3f} of {run.feeding:.3f} s at feed in the air",
         *(f"  {describe_tool_number(tool, run.names)}: {volume:.1f} mm3" for tool, volume in run.by_tool.items()),
-        "  lines that cut most: " + ", ".join(f"{line}: {volume:.1f} mm3" for line, volume in most if volume > AIR_MM3),
+        *([f"  lines that cut most: {most}"] if most else []),
     ]
     return "\n".join(lines) + "\n"
 

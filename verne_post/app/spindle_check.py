@@ -77,6 +77,11 @@ def check_spindle(moves: Moves, path: ToolPath) -> list[Finding]:
     return [make_finding("VP050", text, **where, count=count, edits=edits)]
 
 
+def _find_wrong_start(text: str, line: int) -> Finding:
+    """VP050 of a spindle that turns; its message says what to write, so that no general remedy is added."""
+    return make_finding("VP050", text, line=line, last_line=line, worst_line=line, advice="")
+
+
 def check_speed(moves: Moves, path: ToolPath) -> list[Finding]:
     """VP050: a spindle is started, and cuts before a block has given its speed, or at S0; the first start is named."""
     if any(one.is_defined and not one.is_loaded for one in moves.selections[-1:]):
@@ -98,7 +103,7 @@ def check_speed(moves: Moves, path: ToolPath) -> list[Finding]:
             else f"the spindle is started here, and no block {when}gives its speed: on a control it turns as fast as "
             f"before the program, or not at all; write {'SPINDL and its speed' if moves.language == 'aptcl' else 'S'}"
         )
-        return [make_finding("VP050", text, line=line, last_line=line, worst_line=line)]
+        return [_find_wrong_start(text, line)]
     return []
 
 
@@ -126,7 +131,7 @@ def check_direction(moves: Moves, path: ToolPath) -> Iterator[Finding]:
                 f"{int(moves.line[first_cut])} on: a right-hand drill or mill does not cut then; write {forwards} "
                 "unless it is a left-hand tool"
             )
-            yield make_finding("VP050", text, line=line, last_line=line, worst_line=line)
+            yield _find_wrong_start(text, line)
 
 
 def check_kept_speed(moves: Moves, path: ToolPath) -> Iterator[Finding]:
@@ -149,7 +154,7 @@ def check_kept_speed(moves: Moves, path: ToolPath) -> Iterator[Finding]:
                 f"the spindle starts with S{starts[0].data['speed']:g} of the tool before: no block gives S after the "
                 f"change to {describe_tool(event)} in line {event.line}; write S"
             )
-            yield make_finding("VP050", text, line=line, last_line=line, worst_line=line)
+            yield _find_wrong_start(text, line)
 
 
 def check_kept_feed(moves: Moves, path: ToolPath) -> Iterator[Finding]:

@@ -41,9 +41,11 @@ from verne_post.kinematics.checks.remedies import (
 from verne_post.model.codes import CODES
 from verne_post.model.findings import Finding, InputError, Remedy, make_finding
 from verne_post.model.moves import find_tool_of_moves
+from verne_post.model.options import Options
 from verne_post.model.part_setup import MACHINE_SYSTEM, WorkOffset, describe_tool_number, name_system
 from verne_post.model.verdict import NO_POSE, Family, find_family, is_about_pose
 from verne_post.output.causes import find_excess
+from verne_post.output.commands import find_run
 from verne_post.toolpath.branch_choice import DEPARTURE
 from verne_post.toolpath.contour import make_exact_contour
 
@@ -88,7 +90,7 @@ def add_remedies(source: Text, program: Program, findings: Sequence[Finding]) ->
     can_help = is_short and meant is None and not all(is_carried_with_part(program, joints, item) for item in movable)
     places: list[WorkOffset] = []
     found = _find_offset(source, program, movable, places) if can_help else None
-    nothing = _say_no_offset(places)
+    nothing = _say_no_offset(program.options, places)
     offset, distance = found or (None, np.inf)
     word = None
     if is_short and meant is None:
@@ -432,12 +434,13 @@ def _find_slip_of_setup(source: Text, program: Program, errors: Sequence[Finding
 # --- a work offset for the whole program -----------------------------------------------------------------
 
 
-def _say_no_offset(tried: Sequence[WorkOffset]) -> Remedy:
+def _say_no_offset(options: Options, tried: Sequence[WorkOffset]) -> Remedy:
     """That no move of the part was found, and which were tried."""
     named = "; ".join(format_list(one.origin_mm) for one in list(dict.fromkeys(tried))[:_NAMED_PLACES])
     with_them = f" (tried: {named})" if named else ""
+    fit = find_run(options).spell("fit", options.source_name)
     return Remedy(
-        f"no work offset near this one was found that brings the program within limits{with_them}; `verne-post fit` "
+        f"no work offset near this one was found that brings the program within limits{with_them}; `{fit}` "
         "seeks one over the whole table"
     )
 

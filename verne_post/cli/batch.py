@@ -22,12 +22,12 @@ from verne_post.cli.options import (
     add_options,
     add_program_options,
     build_options,
+    find_given_run,
 )
 from verne_post.cli.pictures import require_package
 from verne_post.cli.programs import find_programs
 from verne_post.cli.progress import show_progress
 from verne_post.cli.report_files import add_report_files, take_report_files, write_failure_files, write_report_files
-from verne_post.cli.setups import name_setup
 from verne_post.cli.streams import echo, print_as_is
 from verne_post.model.verdict import ExitStatus, Verdict, find_exit_status, find_gravest, find_verdict
 from verne_post.output.batch_table import format_batch
@@ -135,7 +135,7 @@ def command(
             unchecked=one.unchecked,
             elapsed_s=one.elapsed_s,
             machine=None if machines[one.program] is machine else machines[one.program],
-            setup_file=name_setup(given["setup_file"]),
+            run=find_given_run(given),
         )
         for one in outcomes
     ]

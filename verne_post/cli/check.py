@@ -28,12 +28,12 @@ from verne_post.cli.options import (
     add_options,
     add_program_options,
     build_options,
+    find_given_run,
     find_settings,
 )
 from verne_post.cli.programs import find_programs, find_readers
 from verne_post.cli.progress import show_progress
 from verne_post.cli.report_files import add_report_files, take_report_files, write_failure_files, write_report_files
-from verne_post.cli.setups import name_setup
 from verne_post.cli.streams import print_as_is
 from verne_post.model.verdict import ExitStatus, Verdict, find_exit_status, find_gravest, find_verdict
 
@@ -144,7 +144,7 @@ def command(
     files = RunFiles()
     programs, lacking = [], None
     try:
-        found = find_programs(inputs, lambda name: files.note_read(name, PROGRAM), may_lack=output_format != "text")
+        found = find_programs(inputs, lambda name: files.note_read(name, PROGRAM), may_lack=True)
         programs = [name for name, _place in found]
     except click.UsageError as error:  # every report that is asked for says it
         lacking = error
@@ -264,9 +264,9 @@ def _check_one(
             result = refuse_program(make_input_error("VP902", text, advice=_REPORT_FAULT))
     seconds = result.summary.cycle_time if result.summary else None
     remarked = tuple(list_remarks(result.summary)) if result.summary else format_unchecked(result.unchecked)
-    elapsed, setup = time.perf_counter() - begin, name_setup(given["setup_file"])
+    elapsed, run = time.perf_counter() - begin, find_given_run(given)
     found = files.find_lines(result.findings)
-    return Report(shown, found, seconds, source, remarked, result.unchecked, elapsed_s=elapsed, setup_file=setup)
+    return Report(shown, found, seconds, source, remarked, result.unchecked, elapsed_s=elapsed, run=run)
 
 
 def _keep_gravest(report: "Report", *, warnings: bool) -> "Report":

@@ -10,7 +10,6 @@ import click
 from verne_post.cli.colour import say
 from verne_post.cli.files import RunFiles, is_dash, locate_errors, name_unreadable, show_name
 from verne_post.cli.numbers import NUMBER
-from verne_post.cli.setups import name_setup
 from verne_post.model.verdict import find_exit_status
 
 if TYPE_CHECKING:
@@ -132,6 +131,7 @@ def read_program_text(
     from verne_post.app.source_text import check_source_text
     from verne_post.config.subprograms import collect_subprograms
     from verne_post.model.findings import UsageError, make_input_error
+    from verne_post.output.commands import find_run
 
     if Path(name).suffix.lower() in _NO_PROGRAMS:
         text = f"{show_name(name)} is no NC program: {Path(name).suffix} is a document; name a program (.nc, .mpf, .h)"
@@ -141,8 +141,8 @@ def read_program_text(
     if source.startswith(b"t_s,"):
         raise make_input_error(
             "VP022",
-            f"{show_name(name)} is a setpoint file, not a program; verify reads it: verne-post verify "
-            f"{show_name(name)} --against PROGRAM",
+            f"{show_name(name)} is a setpoint file, not a program; verify reads it: "
+            f"{find_run(options).spell('verify', show_name(name), '', '--against PROGRAM')}",
         )
     if is_dash(name) and not subroutine_path:
         return source, options
@@ -234,13 +234,14 @@ def _read_text(files: RunFiles, name: str, max_megabytes: int) -> "Text":
 
 def print_findings(program: str, findings: "tuple[Finding, ...]", source: "Text" = b"", *, quiet: bool = False) -> None:
     """Findings on standard error, as ``check`` prints them; only errors where ``quiet``."""
+    from verne_post.cli.options import find_given_run
     from verne_post.model.findings import sort_by_line
     from verne_post.output.findings import format_causes
 
     context = click.get_current_context(silent=True)
-    setup_file = name_setup(None if context is None else context.params.get("setup_file"))
+    run = find_given_run({} if context is None else context.params)
     shown = sort_by_line(item for item in findings if item.severity == "error" or not quiet)
-    for lines in format_causes(program, shown, source, setup_file):
+    for lines in format_causes(program, shown, source, run):
         say("".join(line + "\n" for line in lines))
 
 

@@ -7,13 +7,14 @@ from typing import Any, Final
 import click
 
 from verne_post.base.numbers import is_count
-from verne_post.cli.common import read_program, refuse
+from verne_post.cli.common import load, read_program, refuse
 from verne_post.cli.files import RunFiles, show_name
-from verne_post.cli.options import INPUT, GroupedCommand, add_program_options
+from verne_post.cli.options import INPUT, GroupedCommand, add_program_options, find_given_run
 from verne_post.cli.progress import ProgressLine, show_progress
 from verne_post.cli.streams import echo
 from verne_post.model.findings import UsageError
 from verne_post.model.verdict import ExitStatus, find_exit_status
+from verne_post.output.commands import WITHOUT
 
 _LINE_OF_INPUT: Final = re.compile(r"-:\d+")
 
@@ -35,7 +36,7 @@ class ExplainCommand(GroupedCommand):
 @click.option(
     "--all", "every", is_flag=True, help="Print each step from words to joints, every margin and every solution too."
 )
-@add_program_options("solver", "quality", "jobs")
+@add_program_options(*WITHOUT["explain"])
 def command(what: str | None, lists: bool, every: bool, **given: Any) -> int:
     """Explain one line of a program, a finding code, or a word of a program.
 
@@ -65,14 +66,20 @@ def command(what: str | None, lists: bool, every: bool, **given: Any) -> int:
         echo(make_text(what.upper()), nl=False)
         return ExitStatus.CLEAN
     name, colon, number = what.rpartition(":")
+
+    def spell(program: str) -> str:
+        return find_given_run(given).spell("explain", program, ":12")
+
     if os.path.exists(what):
-        raise click.UsageError(f"{what}: :LINE is missing; say which one: verne-post explain {what}:12")
+        raise click.UsageError(f"{what}: :LINE is missing; say which one: {spell(what)}")
     if colon and not is_count(number) and os.path.isfile(name):
-        raise click.UsageError(f"{what}: {number!r} is no line number; such as verne-post explain {name}:12")
+        raise click.UsageError(f"{what}: {number!r} is no line number; such as {spell(name)}")
     if not colon or not is_count(number):
-        from verne_post.gcode.known_words import describe_word, find_near_word
+        from verne_post.gcode.known_words import describe_word, find_near_word, name_axes
 
         if known := describe_word(what):
+            if (letters := _find_letters(given)) is not None:
+                known = [name_axes(line, letters) for line in known]
             echo("\n".join([what.upper(), *(f"  {line}" for line in known), ""]), nl=False)
             return ExitStatus.CLEAN
         near = find_near_word(what.upper(), CODES)
@@ -112,3 +119,10 @@ def command(what: str | None, lists: bool, every: bool, **given: Any) -> int:
     except UsageError as error:
         raise click.UsageError(f"{what}: {error.reason}") from None
     return ExitStatus.CLEAN
+
+
+def _find_letters(given: dict[str, Any]) -> tuple[str, str] | None:
+    """Letters of the rotary axes of the machine that the command line names; None where it names none."""
+    if given["machine_name"] is None:
+        return None
+    return load(RunFiles(), given["machine_name"]).rotary_letters

@@ -11,6 +11,7 @@ from verne_post.cli.options import INPUT, GroupedCommand, add_program_options
 from verne_post.cli.progress import show_progress
 from verne_post.cli.streams import echo
 from verne_post.model.verdict import find_exit_status
+from verne_post.output.commands import WITHOUT
 
 if TYPE_CHECKING:
     from verne_post.base.long_text import Text
@@ -42,7 +43,7 @@ if TYPE_CHECKING:
     "--maximise", type=click.Choice(["margin"]), help="Seek the place with the largest margin to every limit."
 )
 @click.option("--json", "as_json", is_flag=True, help="Write JSON in place of text.")
-@add_program_options("jobs")
+@add_program_options(*WITHOUT["fit"])
 def command(
     input_name: str,
     free: str | None,
@@ -74,12 +75,16 @@ def command(
         machine, source, options = read_program(RunFiles(), input_name, given)
         from verne_post.app.fit import propose
         from verne_post.output import fit as output
+        from verne_post.output.commands import find_run
 
         with show_progress("reading") as progress:
             proposal = propose(source, machine, options, free, allowed, aim=aim, progress=progress)
     except InputError as error:
         return refuse(name, error, source)
-    echo((output.make_json if as_json else output.make_text)(name, machine, proposal), nl=False)
+    if as_json:
+        echo(output.make_json(name, machine, proposal), nl=False)
+    else:
+        echo(output.make_text(name, machine, proposal, find_run(options)), nl=False)
     return find_exit_status(proposal.findings)
 
 

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from verne_post.config.box_file import FixtureFile
     from verne_post.config.settings import Settings
     from verne_post.model.part_setup import FixtureMesh
+    from verne_post.output.commands import Run
 
 
 class _FileName(click.Path):
@@ -332,6 +333,7 @@ def build_options(files: RunFiles, /, name: str, program: str = "", *, beside: s
         For what stands in a file.
     """
     claim_input(files, given)
+    words = _spell_given(given)  # without what set-ups add
     settings = find_settings(files, given.get("settings"), program or beside, tell=True)
     values: dict[str, Any] = {}
     if settings is not None:
@@ -357,10 +359,27 @@ def build_options(files: RunFiles, /, name: str, program: str = "", *, beside: s
             file, path, place = placed.part
             values["part"] = file.make_part(files.read(path, place), show_name(path))
         values |= {"source_name": name, "setup_file": name_setup(given.get("setup_file"))}
+        values["command_words"] = words
         return Options(**{**values, "setup_source": _describe_source(placed, own, wcs, settings)})
     except UsageError as error:
         reason = re.sub(r"(?<=needs )(?:approach|air)\b", lambda name: spell_flag(name[0]), error.reason)
         raise click.UsageError(f"{spell_flag(error.option)} {reason}") from None
+
+
+def _spell_given(given: dict[str, Any]) -> tuple[str, ...]:
+    """Options of a program that a command line gives, as a further command repeats them."""
+    from verne_post.output.commands import spell_words
+
+    names = [name for name in OPTIONS if find_about(name).flag != "" and name not in WRITING]
+    flags = ((one.name, one.flag) for one in FILES)
+    return tuple(spell_words(given, (*flags, *((name, spell_flag(name)) for name in names))))
+
+
+def find_given_run(given: dict[str, Any]) -> "Run":
+    """What commands in messages repeat of a run with these values of the command line."""
+    from verne_post.output.commands import Run
+
+    return Run(name_setup(given.get("setup_file")), _spell_given(given))
 
 
 def _describe_source(placed: Placed, own: Offsets, wcs: dict[int, WorkOffset], settings: "Settings | None") -> str:

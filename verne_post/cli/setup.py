@@ -1,11 +1,10 @@
 """`verne-post setup`: the file beside a program that says what the program leaves open."""
 
 import json
-import shlex
 import tomllib
 from collections.abc import Collection, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 import click
 from msgspec.structs import replace
@@ -14,9 +13,10 @@ from verne_post.base.printable import make_printable
 from verne_post.cli.colour import say
 from verne_post.cli.common import print_findings, quiet_option, read_program, refuse
 from verne_post.cli.files import RunFiles, is_dash, show_name
-from verne_post.cli.options import FILE, INPUT, GroupedCommand, add_program_options
+from verne_post.cli.options import FILE, INPUT, GroupedCommand, add_program_options, find_given_run
 from verne_post.cli.setups import NONE
 from verne_post.model.verdict import ExitStatus
+from verne_post.output.commands import WITHOUT
 
 if TYPE_CHECKING:
     from verne_post.app.setup_draft import SetupDraft
@@ -25,6 +25,10 @@ if TYPE_CHECKING:
     from verne_post.model.machine import Machine
     from verne_post.model.options import Options
 
+#: Options whose values the set-up has.
+_WRITTEN: Final = frozenset(
+    ("tool_length", "tool_table", "tool_lengths", "shapes_file", "wcs", "measured_offset", "split_at_stops")
+)
 #: What the set-up of the program is read for; with the same word it may be written.
 _READ = "--setup"
 
@@ -39,7 +43,7 @@ _READ = "--setup"
     help="File for the set-up; - is standard output.  [default: INPUT.toml]",
 )
 @quiet_option
-@add_program_options("jobs")
+@add_program_options(*WITHOUT["setup"])
 def command(input_name: str, output: Path | None, quiet: bool, **given: Any) -> int:
     """Write the set-up file of a program, which every command reads: tools, work offsets and user-defined codes.
 
@@ -96,16 +100,11 @@ def command(input_name: str, output: Path | None, quiet: bool, **given: Any) -> 
                 "in verne-post.toml\n"
             )
         if not is_dash(output) and tomllib.loads(text).get("split_at_stops"):
-            other = None if output == Path(f"{input_name}.toml") else str(output)
-            spelled = _spell_conversion(input_name, machine=named, dialect=given["dialect"], setup=other)
+            kept = {key: value for key, value in given.items() if key not in _WRITTEN}  # the others are in the file
+            written = kept | {"setup_file": None if output == Path(f"{input_name}.toml") else str(output)}
+            spelled = find_given_run(written).spell("convert", input_name, "", "-o axes.csv")
             say(f"convert it with: {spelled} (one file for each part, axes.1.csv, ...)\n")
     return ExitStatus.CLEAN
-
-
-def _spell_conversion(program: str, **options: str | None) -> str:
-    """The command that converts a program into parts, as a shell takes it."""
-    given = [part for key, value in options.items() if value is not None for part in (f"--{key}", value)]
-    return make_printable(shlex.join(["verne-post", program, "-o", "axes.csv", *given]))
 
 
 def _find_base(files: RunFiles, program: str, named: str | None) -> Path | None:

@@ -2,6 +2,7 @@
 
 import io
 import os
+import shlex
 from collections.abc import Iterator
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any
@@ -18,6 +19,7 @@ from verne_post.cli.options import FILE, INPUT, GroupedCommand, add_options, add
 from verne_post.cli.progress import show_progress
 from verne_post.cli.streams import echo
 from verne_post.model.verdict import ExitStatus, find_exit_status, find_gravest
+from verne_post.output.commands import WITHOUT
 
 if TYPE_CHECKING:
     import numpy as np
@@ -56,7 +58,7 @@ if TYPE_CHECKING:
 )
 @quiet_option
 @add_options("accept_rounding")
-@add_program_options("solver", "quality", "jobs", "slow_start")
+@add_program_options(*WITHOUT["verify"])
 def command(
     setpoints: str,
     against: str,
@@ -99,6 +101,7 @@ def command(
     from verne_post.app.row_format import find_drives
     from verne_post.app.summary import list_events_of_parts
     from verne_post.app.verify import verify_setpoints
+    from verne_post.output.commands import find_run
     from verne_post.output.parts import compare_index, find_index, list_parts, read_parts
     from verne_post.output.setpoints import READS, read_csv
     from verne_post.output.side_car import read_side_car, report_changes
@@ -147,8 +150,8 @@ def command(
         print_findings(show_name(against), findings, quiet=quiet)
         checked = "it is not checked for completeness" if begins else "only the limits of its joints are checked"
         echo(
-            f"{name} is one part of a split file. Alone, {checked}. Verify all parts together, with the same options: "
-            f"verne-post verify {show_name(str(index))} --against {show_name(against)}",
+            f"{name} is one part of a split file. Alone, {checked}. Verify all parts together: "
+            f"{find_run(options).spell('verify', str(index), '', '--against', shlex.quote(against))}",
             err=True,
         )
         status = find_exit_status(findings) or ExitStatus.NO_VERDICT

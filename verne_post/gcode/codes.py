@@ -197,7 +197,8 @@ _G: Final[Mapping[str, Mapping[int, str]]] = {
         430: "the tool length of H is in force: see Tool length and tool-centre-point control",
         431: "the tool length is what the axis words say",
         432: "the tool length of H is added to that in force",
-        434: "tool-centre-point control on, with the tool length of H: X Y Z are those of the tip while A and C turn",
+        434: "tool-centre-point control on, with the tool length of H: "
+        "X Y Z are those of the tip while the rotary axes turn",
         435: "tool-centre-point control on, with the tool length of H; I J K are the tool axis: see Tool vectors",
         490: "no tool length is in force",
     },

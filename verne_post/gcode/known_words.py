@@ -115,6 +115,12 @@ def find_words_of(line: str, dialect: str) -> list[KnownWord]:
     return words
 
 
+def name_axes(text: str, letters: tuple[str, str]) -> str:
+    """What a word does, with the letters of a machine in place of its rotary axes."""
+    text = re.sub(r"\bthe tilting axis\b", letters[0], text)
+    return re.sub(r"\bthe rotary axes\b", " and ".join(letters), text)
+
+
 def list_meanings(dialect: str, *, executed_alone: bool = False) -> dict[str, list[str]]:
     """The words of a dialect, and what each does; more than one text where tables have it more than once."""
     language, found = _LANGUAGES[dialect], dict[str, list[str]]()

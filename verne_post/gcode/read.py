@@ -214,7 +214,7 @@ def _try_other_side(
         if left <= errors_before - {(item.line, item.code)}:
             word = item.edits[0].text.removeprefix("write ")
             text = f"{item.message}: with {word} in line {item.edits[0].line} the tool fits: is the side right?"
-            by_finding[id(item)] = replace(item, message=text)
+            by_finding[id(item)] = replace(item, message=text, advice="")  # one cause, one remedy
     untold = {id(item) for item in choices}
     return [by_finding.get(id(item), replace(item, edits=()) if id(item) in untold else item) for item in errors]
 

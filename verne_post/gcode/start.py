@@ -94,10 +94,11 @@ class _Opening:
             found = self._solve(position, misses, waits=True)
         if found is not None:
             return found
+        letters = " and ".join(self.setup.rotary_letters)
         raise make_input_error(
             "VP013",
             "the pose at which the program starts cannot be found from its first lines: they leave an axis open, "
-            "or contradict each other; name X, Y, Z, A and C in one rapid traverse first",
+            f"or contradict each other; name X, Y, Z, {letters} in one rapid traverse first",
             line=1,
             last_line=1,
             worst_line=1,

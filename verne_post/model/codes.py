@@ -537,7 +537,7 @@ CODES: Final[dict[str, Code]] = _make_table(
         "slider travel",
         "error",
         "A slider, or a linear axis of a serial machine, leaves its travel (overtravel).",
-        "Move the part on the table (--wcs), or use another tilt; check names an offset that was tried.",
+        "Move the part on the table (--wcs), or use another tilt.",
     ),
     (
         "VP102",
@@ -546,8 +546,7 @@ CODES: Final[dict[str, Code]] = _make_table(
         "The axis that tilts the tool would go beyond the end of its travel. The program asks for more tilt than the "
         "machine has: A of a tilting table, or the tilting axis of a chain. If the platform tilts too, the joint a is "
         "the word A plus the tilt of the platform: A may be beyond the limit of a, and a within it.",
-        "Program less tilt, or take a machine whose axis goes so far. Where another tilt or another solution of the "
-        "rotary axes is within limits, check names it.",
+        "Program less tilt, or take a machine whose axis goes so far.",
     ),
     (
         "VP103",
@@ -601,7 +600,7 @@ CODES: Final[dict[str, Code]] = _make_table(
         "below the table face",
         "error",
         "The tool tip or the spindle nose is below the table face, inside the table radius.",
-        "Raise the work offset (--wcs), or use a longer tool; check names an offset that was tried.",
+        "Raise the work offset (--wcs), or use a longer tool.",
     ),
     (
         "VP211",

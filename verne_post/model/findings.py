@@ -128,6 +128,8 @@ class Finding:
     advice : str or None
         What helps in this case, in place of what the code says; INPUT stands for the program. Empty where the message
         has it.
+    names_lines : bool
+        The message names the lines of several stretches.
     """
 
     code: str
@@ -153,6 +155,7 @@ class Finding:
     quantity: str = ""
     contact: tuple[float, float, float] | None = None
     advice: str | None = None
+    names_lines: bool = False
     lines: tuple[int, ...] = ()
 
     __repr__ = _list_given
@@ -198,7 +201,7 @@ def describe(item: Finding) -> str:
         lines = "" if item.last_line == item.line else f"{name_lines(item)}, "
         text += f" ({lines}{item.count} times)"
     elif item.count > 1 and item.line is not None and item.last_line not in (None, item.line):
-        lines = "" if " stretches: lines " in text else f"{name_lines(item)}, "  # of a contact, which names them
+        lines = "" if item.names_lines else f"{name_lines(item)}, "
         text += f" ({lines}worst {item.worst_line}, {item.count} moves)"
     elif item.count > 1 and item.code == "VP301":
         text += f" ({f'{name_lines(item)}, ' if item.lines else ''}{item.count} moves)"

@@ -550,6 +550,15 @@ class Options:
             in_settings=False,
         ),
     ] = ""
+    command_words: Annotated[
+        tuple[str, ...],
+        About(
+            "Options of the command line, each with its value, for the commands that messages propose.",
+            Group.PROGRAM,
+            flag="",
+            in_settings=False,
+        ),
+    ] = ()
     unmeasured_wcs: Annotated[
         dict[int, str],
         Checked(check_unmeasured),
@@ -799,7 +808,7 @@ def _make_refusal(name: str, value: object, reason: str) -> UsageError:
 
 
 #: Options that change nothing in what is made; of a name, the ending alone may (the dialect).
-_WITHOUT_EFFECT: Final = ("source_name", "setup_source", "setup_file", "subroutine_files", "jobs")
+_WITHOUT_EFFECT: Final = ("source_name", "setup_source", "setup_file", "command_words", "subroutine_files", "jobs")
 
 
 def _convert_to_json(value: object) -> object:

@@ -24,6 +24,7 @@ from verne_post.model.verdict import (
     is_about_text,
 )
 from verne_post.output.causes import Cause, count_causes, find_causes
+from verne_post.output.commands import NO_RUN, Run
 
 if TYPE_CHECKING:
     from verne_post.base.long_text import Text
@@ -44,7 +45,7 @@ class Report(Struct, frozen=True):
     elapsed_s: float = 0.0  #: How long the check took.
     shown: tuple[Finding, ...] | None = None  #: What the text prints of them, where that is not all; all are counted.
     fail_level: Severity = "error"  #: Findings of this severity and graver ones refuse the program.
-    setup_file: str = ""  #: Its set-up, where that is not the file beside it.
+    run: Run = Run()  #: What commands that help with it repeat of this run.
 
     @property
     def verdict(self) -> Verdict:
@@ -115,22 +116,20 @@ def drop_repeated(reports: Sequence[Report], *, also_errors: bool = False) -> li
 _QUOTED: Final = 100
 
 
-def format_causes(
-    program: str, findings: Sequence[Finding], source: "Text", setup_file: str = ""
-) -> Iterator[list[str]]:
+def format_causes(program: str, findings: Sequence[Finding], source: "Text", run: Run = NO_RUN) -> Iterator[list[str]]:
     """Lines of text for each cause: the worst finding with its line, what goes with it, and what helps.
 
     Where `explain` helps with several lines in the same way, the last of them says so for all.
     """
     shown = [
-        (cause.first, [format_finding(program, cause.first), *_quote_line(cause, source, program, setup_file)])
+        (cause.first, [format_finding(program, cause.first), *_quote_line(cause, source, program, run)])
         for cause in find_causes(findings)
     ]
     groups: dict[str, list[tuple[str, int | None, list[str]]]] = {}  # by what explain does
     for item, lines in shown:
-        hint = find_explain_hint(item, program)
+        hint = find_explain_hint(item, program, run)
         if hint and lines[-1].endswith(hint):
-            groups.setdefault(hint.removeprefix(_name_explain(item, program)), []).append((hint, item.line, lines))
+            groups.setdefault(hint.removeprefix(_name_explain(item, program, run)), []).append((hint, item.line, lines))
     for asked in groups.values():
         if len(asked) == 1:
             continue
@@ -147,7 +146,7 @@ def format_causes(
 _SHOWN_IN_LINES: Final = ("VP216", "VP301", "VP505")
 
 
-def _quote_line(cause: Cause, source: "Text", program: str, setup_file: str) -> list[str]:
+def _quote_line(cause: Cause, source: "Text", program: str, run: Run) -> list[str]:
     """Quote the line of an error: a caret under the column, the code's meaning and remedy. Nothing for others."""
     item, others = cause.first, cause.describe_others()
     also = [f"also {others}"] if others else []
@@ -161,7 +160,7 @@ def _quote_line(cause: Cause, source: "Text", program: str, setup_file: str) -> 
     text = take_line(source, at)
     if text is None:
         return [f"    = {text}" for text in also]
-    helps = [*also, *list_remedies(item, program, setup_file)]
+    helps = [*also, *list_remedies(item, program, run)]
     lines = _draw_line(at, text.decode("utf-8", errors="replace"), item.column, helps)
     # of a note that says all there is the number of the line is enough
     return lines if item.severity != "note" or helps or item.column is not None else []
@@ -178,19 +177,19 @@ def _draw_line(number: int, text: str, column: int | None, helps: Sequence[str])
     return lines + [f"  {blank} = {text}" for text in helps]
 
 
-def list_remedies(item: Finding, program: str, setup_file: str = "") -> list[str]:
+def list_remedies(item: Finding, program: str, run: Run = NO_RUN) -> list[str]:
     """What helps against a finding, each in one line: remedies that were tried first.
 
     Of warnings of poses what helps in this case alone; nothing where the message itself says what would be right.
     """
     if not is_about_pose(item.code) or item.code in OF_THE_PART:
         title = _NO_DIAMETER if _is_about_diameter(item) else CODES[item.code].title
-        remedy = describe_remedy(item, program, setup_file)
+        remedy = describe_remedy(item, program, run)
         return [f"{title}: {remedy}"] if remedy else []
     if item.severity != "error":
         return [item.advice] if item.advice else []
     tried = [describe_trial(make_printable(text)) for text in item.remedies]
-    hint = find_explain_hint(item, program)
+    hint = find_explain_hint(item, program, run)
     return [*tried, hint] if hint else tried or [CODES[item.code].remedy] * (item.code in _TURNED_TOO_FAR)
 
 
@@ -198,7 +197,7 @@ def list_remedies(item: Finding, program: str, setup_file: str = "") -> list[str
 _TURNED_TOO_FAR: Final = ("VP102", "VP103")
 
 
-def find_explain_hint(item: Finding, program: str) -> str:
+def find_explain_hint(item: Finding, program: str, run: Run = NO_RUN) -> str:
     """What `explain` does about the line of an error, which has a pose; else nothing."""
     if item.severity != "error" or not is_about_pose(item.code) or item.code in OF_THE_PART or not item.line:
         return ""
@@ -207,13 +206,15 @@ def find_explain_hint(item: Finding, program: str) -> str:
     if item.code in _TURNED_TOO_FAR and (item.value is None or not item.remedies):
         return ""
     what = "explains this line and what would bring it within limits"
+    if item.code == "VP110":  # where no place of the part helps, nothing else does
+        what = "explains this line, says where the reach ends, and tries other places of the part"
     if item.code == "VP216":  # often a line before it is at fault
         what = "explains this line and tries other ends, other heights of a cycle and a longer stick-out"
-    return f"{_name_explain(item, program)}, with the same options, {what}"
+    return f"{_name_explain(item, program, run)} {what}"
 
 
-def _name_explain(item: Finding, program: str) -> str:
-    return f"`verne-post explain {make_printable(program)}:{item.line}`"
+def _name_explain(item: Finding, program: str, run: Run) -> str:
+    return f"`{run.spell('explain', program, f':{item.line}')}`"
 
 
 #: What was tried and helps nothing: people are told, and no program takes it for a remedy.
@@ -255,12 +256,12 @@ def _is_about_diameter(item: Finding) -> bool:
     return bool(item.settled_by) and all(key[0] == "tools" and key[-1] == "diameter" for key in item.settled_by)
 
 
-def describe_remedy(item: Finding, program: str, setup_file: str = "") -> str:
+def describe_remedy(item: Finding, program: str, run: Run = NO_RUN) -> str:
     """What to do about a finding, with the names of the program and its set-up in commands, to be pasted.
 
     Empty where the message says it.
     """
-    return _name_program(_choose_remedy(item), program, setup_file)
+    return _name_program(_choose_remedy(item), program, run)
 
 
 def _choose_remedy(item: Finding) -> str:
@@ -287,16 +288,16 @@ def _choose_remedy(item: Finding) -> str:
 _TOLD_FIRST: Final = ("VP034", "VP041")
 
 
-def _name_program(remedy: str, program: str, setup_file: str) -> str:
+def _name_program(remedy: str, program: str, run: Run) -> str:
     """Put the program and its set-up in place of a remedy's INPUT, to be pasted; standard input has no name to put."""
     words = {"INPUT": "INPUT" if program == "<stdin>" else program}
-    words["setup INPUT"] = "setup INPUT" if program == "<stdin>" else f"setup {shlex.quote(program)}"
+    setup_file = run.setup_file
     words["INPUT.toml"] = "the set-up" if setup_file == "<stdin>" else setup_file or f"{words['INPUT']}.toml"
-    if setup_file not in ("", "<stdin>"):
-        words["setup INPUT"] += f" --setup {shlex.quote(setup_file)} -o {shlex.quote(setup_file)}"
-        if "setup INPUT" in remedy and Path(setup_file).name != f"{Path(program).name}.toml":
-            remedy += f" If {setup_file} belongs to another program, leave it; without --setup, setup writes a new one."
-    return make_printable(re.sub(r"setup INPUT|INPUT\.toml|INPUT", lambda found: words[found[0]], remedy))
+    into = ("-o", shlex.quote(setup_file)) if setup_file not in ("", "<stdin>") else ()
+    words["verne-post setup INPUT"] = run.spell("setup", "INPUT" if program == "<stdin>" else program, "", *into)
+    if into and "setup INPUT" in remedy and Path(setup_file).name != f"{Path(program).name}.toml":
+        remedy += f" If {setup_file} belongs to another program, leave it; without --setup, setup writes a new one."
+    return make_printable(re.sub(r"verne-post setup INPUT|INPUT\.toml|INPUT", lambda found: words[found[0]], remedy))
 
 
 _KEYS: Final = (
@@ -320,7 +321,7 @@ _KEYS: Final = (
 )
 
 
-def make_records(findings: Sequence[Finding], program: str, setup_file: str = "") -> list[dict[str, Any]]:
+def make_records(findings: Sequence[Finding], program: str, run: Run = NO_RUN) -> list[dict[str, Any]]:
     """Findings as JSON values, in the order of the documentation."""
     counted_with = {index: cause.indices[0] for cause in find_causes(findings) for index in cause.indices[1:]}
     return [
@@ -328,7 +329,7 @@ def make_records(findings: Sequence[Finding], program: str, setup_file: str = ""
             **{key: getattr(item, key) for key in _KEYS},
             "remedies": [one for one in item.remedies if not one.startswith(_NOTHING_FOUND)],
             "settled_by": [".".join(key) for key in item.settled_by],
-            "remedy": describe_remedy(item, program, setup_file),
+            "remedy": describe_remedy(item, program, run),
             "counted_with": counted_with.get(index),
         }
         for index, item in enumerate(findings)

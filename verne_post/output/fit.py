@@ -12,6 +12,7 @@ from verne_post.model.machine import Machine
 from verne_post.model.part_setup import name_system
 from verne_post.model.verdict import find_worst
 from verne_post.output.cells import blank_nonfinite
+from verne_post.output.commands import NO_RUN, Run
 from verne_post.output.findings import format_finding
 from verne_post.toolpath.work_offset import WRITTEN_DECIMALS, Place, Proposal
 
@@ -50,12 +51,12 @@ def _write_g10_block(proposal: Proposal, machine: Machine) -> str | None:
     return f"G10 L2 P{proposal.system} " + " ".join(f"{letter}{_number(value)}" for letter, value in words.items())
 
 
-def make_text(program: str, machine: Machine, proposal: Proposal) -> str:
+def make_text(program: str, machine: Machine, proposal: Proposal, run: Run = NO_RUN) -> str:
     """The result for a person."""
-    return "\n".join(_write_lines(program, machine, proposal)) + "\n"
+    return "\n".join(_write_lines(program, machine, proposal, run)) + "\n"
 
 
-def _write_lines(program: str, machine: Machine, proposal: Proposal) -> Iterator[str]:
+def _write_lines(program: str, machine: Machine, proposal: Proposal, run: Run) -> Iterator[str]:
     before, after = proposal.before, proposal.after
     fits = find_worst(proposal.findings) != "error"
     wcs = _write_wcs_option(proposal, after.place)
@@ -83,9 +84,10 @@ def _write_lines(program: str, machine: Machine, proposal: Proposal) -> Iterator
         return
     elif proposal.carried_lines:
         lines, first = join_lines(proposal.carried_lines), proposal.carried_lines[0]
+        explain = run.spell("explain", program, f":{first}")
         yield (
             f"{program} on {machine.name}: in {lines} the tool touches what moves with the part, and no work offset "
-            f"helps. Change the program, the tool or the fixture; `verne-post explain {program}:{first}` tries other "
+            f"helps. Change the program, the tool or the fixture; `{explain}` tries other "
             'ends and heights. A fixture that stays where it is on the table has system = "table" in [keep_out.NAME].'
         )
         yield "It is blocked by:"
@@ -97,7 +99,7 @@ def _write_lines(program: str, machine: Machine, proposal: Proposal) -> Iterator
         is_in, its = ("line {} is", "Change its values") if one else ("lines {} are", "Change their values")
         yield (
             f"{program} on {machine.name}: {is_in.format(lines)} in machine coordinates, and no work offset helps. "
-            f"{its}; `verne-post explain {program}:{proposal.fixed_lines[0]}` has some that are within limits."
+            f"{its}; `{run.spell('explain', program, f':{proposal.fixed_lines[0]}')}` has some that are within limits."
         )
         elsewhere = any(_measure_shift(proposal, after.place))
         yield f"With --wcs {wcs} it is blocked by:" if elsewhere else "It is blocked by:"

@@ -17,6 +17,7 @@ from verne_post.model.moves import MoveKind
 from verne_post.model.part_setup import spell_tool_word
 from verne_post.model.verdict import SEVERITIES
 from verne_post.output.causes import find_causes
+from verne_post.output.commands import find_run
 from verne_post.output.findings import list_remedies
 from verne_post.report.alignment import Stretch, align_lines
 from verne_post.report.head import list_setup, name_verdict, write_title_html
@@ -291,7 +292,7 @@ def _write_findings_html(sides: tuple[Side, Side], stretches: Sequence[Stretch])
             left[key] -= left[key] > 0
             text = escape_text(str(item)) + quote_line(item, side.source)
             remedies = (
-                list_remedies(helped[index], side.program, side.study.options.setup_file) if index in helped else []
+                list_remedies(helped[index], side.program, find_run(side.study.options)) if index in helped else []
             )
             helps = "".join(f"<small>{escape_text(one)}</small>" for one in (where, *remedies))
             into.append(f'<li class="{item.severity}"><span>{text}{helps}</span></li>')

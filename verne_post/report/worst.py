@@ -17,6 +17,7 @@ from verne_post.model.findings import Finding
 from verne_post.model.machine import Machine
 from verne_post.model.verdict import SEVERITIES
 from verne_post.output.causes import describe_other, find_causes
+from verne_post.output.commands import find_run
 from verne_post.output.findings import list_remedies
 from verne_post.part.sweep import Nearest
 from verne_post.part.verdict import find_line, find_tip
@@ -55,7 +56,7 @@ def write_findings_html(program: str, source: Text, study: Study) -> str:
     # a stable sort: what refuses the program stands before what does not
     for cause in sorted(find_causes(study.findings), key=lambda one: SEVERITIES.index(one.first.severity)):
         item = cause.first
-        remedies = list_remedies(item, program, study.options.setup_file)
+        remedies = list_remedies(item, program, find_run(study.options))
         helps = "".join(f"<small>{escape_text(remedy)}</small>" for remedy in remedies)
         others = f"<small class=printed>also {escape_text(cause.describe_others())}</small>" if cause.others else ""
         text = escape_text(str(item)) + quote_line(item, source) + others + helps

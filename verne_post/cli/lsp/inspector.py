@@ -35,7 +35,7 @@ from verne_post.cli.programs import is_setup
 from verne_post.config import load_machine, validate_machine
 from verne_post.config.settings import FILE_NAME, PROJECT_FILE, load_settings
 from verne_post.gcode.dialects import choose_dialect_name
-from verne_post.gcode.known_words import describe_values, find_cycle_value, find_given_values, find_words_of
+from verne_post.gcode.known_words import describe_values, find_cycle_value, find_given_values, find_words_of, name_axes
 from verne_post.gcode.machining.state import State
 from verne_post.gcode.read import find_state_past_errors
 from verne_post.model.findings import Finding, InputError, UsageError, make_finding
@@ -381,7 +381,8 @@ class Inspector:
             said.append(there)
         in_force = "" if state is None or found.machine is None else describe_modes(state, found.machine)
         said.append(in_force if shown is None else _describe_pose(found, shown))
-        return "\n\n".join(filter(None, said)) or None
+        text = "\n\n".join(filter(None, said))
+        return (text if found.machine is None else name_axes(text, found.machine.rotary_letters)) or None
 
     def find_definition(
         self, found: Inspected, line: int, column: int, *, with_variables: bool = True

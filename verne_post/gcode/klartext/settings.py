@@ -241,8 +241,9 @@ class KlartextSettings:
                     raise statement.error("VP004", f"{letter} appears twice in the datum shift")
                 values[axis] = bool(step), self.frames.convert_length(value)
             elif value:
+                letters = " and ".join(self.frames.setup.rotary_letters)
                 raise statement.error(
-                    "VP002", f"a datum shift of {letter} is not executed; give A and C with their whole values"
+                    "VP002", f"a datum shift of {letter} is not executed; give {letters} with their whole values"
                 )
         return values
 

@@ -78,10 +78,13 @@ WORDS: Final[Mapping[str, str]] = {
     "FU": "feed rate in mm per turn of the spindle",
     "R F M": "R, F or M without a value keeps the present value; older controls write it where nothing was entered. "
     "F needs M after it",
-    "MOVE": "A and C turn, and the point DIST before the tip stays on the part (ABST, SETUP, SET-UP)",
-    "TURN": "A and C turn, X Y Z of the machine do not move, after a retract by MB",
+    "MOVE": "the rotary axes turn, and the point DIST before the tip stays on the part (ABST, SETUP, SET-UP)",
+    "TURN": "the rotary axes turn, X Y Z of the machine do not move, after a retract by MB",
     "STAY": "nothing moves; a line with A+Q120 C+Q122 follows",
-    **dict.fromkeys(("SEQ", "SYM"), "chooses the sign of A; without it A and C take the shorter way within the travel"),
+    **dict.fromkeys(
+        ("SEQ", "SYM"),
+        "chooses the sign of the tilting axis; without it the rotary axes take the shorter way within the travel",
+    ),
     "TABLE ROT": "with a vertical tool, C turns until X of the plane is along X of the machine",
     "COORD ROT": "with a vertical tool, C turns to 0",
 }
@@ -112,7 +115,7 @@ FUNCTIONS: Final[Mapping[int, str]] = {
     99: "calls the cycle in this block",
     91: "machine coordinates, as G53: gauge line, nominal machine; under M128 with a warning (VP043)",
     92: "machine coordinates from `g30` of `[home]`",
-    94: "the number of A and C is reduced to less than a turn; after C below 0 positions of C need M126",
+    94: "the angles of the rotary axes are reduced to less than a turn; after an angle below 0, positions need M126",
     **end_texts(
         ": see F on arcs",
         {
@@ -121,9 +124,9 @@ FUNCTIONS: Final[Mapping[int, str]] = {
             111: "on arcs F is the feed rate of the tool's centre",
         },
     ),
-    116: "F of a turn of A or C is the speed of the tip in mm/min",
+    116: "F of a turn of the rotary axes is the speed of the tip in mm/min",
     117: "ends M116",
-    126: "A and C take the shorter way",
+    126: "the rotary axes take the shorter way",
     127: "ends M126",
     128: "tool-centre-point control on; F of M128 has no effect",
     129: "tool-centre-point control off",

@@ -147,8 +147,8 @@ _GROUPS: Final[Mapping[str, Mapping[int, str]]] = {
         PLANE_OFF: "ends G68, G68.2 and G68.3",
     },
     "plane axis": {
-        TO_PLANE: "turns A and C until the tool is normal to the tilted plane",
-        ABOUT_TIP: "turns A and C until the tool is normal to the tilted plane, while the tip stays at its place",
+        TO_PLANE: "turns the rotary axes until the tool is normal to the tilted plane",
+        ABOUT_TIP: "turns the rotary axes until the tool is normal to the tilted plane, while the tip stays in place",
     },
     "dynamic work offset": {
         TABLE: "Haas: dynamic work offset on: the zero turns with the table; X, Y, Z follow the axes of the machine",

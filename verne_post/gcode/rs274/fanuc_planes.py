@@ -74,7 +74,7 @@ class FanucPlanes:
                 return
             origin, rotation = self._read_plane(block, kind)
         self._set_feature(origin, rotation)
-        turn = f"write G53.1 after {name}, or A and C"
+        turn = f"write G53.1 after {name}, or {' and '.join(self.setup.rotary_letters)}"
         self.recorder.call_plane(block.line, name, "G69", turn)
 
     def check_complete(self) -> None:

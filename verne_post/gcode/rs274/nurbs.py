@@ -68,7 +68,10 @@ class NurbsCodes:
         if state.feed_mode != FeedMode.PER_MINUTE:
             raise ProgramError("VP017", "G6.2 needs feed per minute (G94)")
         if self.modes.vectors:
-            raise ProgramError("VP017", "G6.2 under G43.5: K would be a knot and a tool axis; use G43.4 with A and C")
+            letters = " and ".join(self.setup.rotary_letters)
+            raise ProgramError(
+                "VP017", f"G6.2 under G43.5: K would be a knot and a tool axis; use G43.4 with {letters}"
+            )
         self.motion.check_feed(block, NURBS)
         order = read_whole(block, "P") if "P" in block.words else _ORDER
         if order not in _ORDERS:

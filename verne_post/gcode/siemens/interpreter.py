@@ -295,8 +295,8 @@ class SiemensInterpreter:
             if vector is not None:
                 raise ProgramError(
                     "VP002",
-                    f"A3= B3= C3= beside {modes.motion}: an arc keeps the tool axis, or turns A and C; write short "
-                    "lines",
+                    f"A3= B3= C3= beside {modes.motion}: an arc keeps the tool axis, or turns "
+                    f"{' and '.join(self.motion.setup.rotary_letters)}; write short lines",
                 )
             self._run_curve(words, block, places)
         return bool(places)

@@ -110,7 +110,9 @@ class SiemensSplines:
         self.motion.check_places(block, places)
         if not self.motion.modes.tcp and set(self.motion.setup.rotary) & set(places):
             raise ProgramError(
-                "VP017", f"A and C in BSPLINE {self.motion.explain_no_tcp()}: the tip would follow another curve"
+                "VP017",
+                f"{' and '.join(self.motion.setup.rotary_letters)} in BSPLINE {self.motion.explain_no_tcp()}: "
+                "the tip would follow another curve",
             )
         point = list(draft.points[-1])
         for axis, value in places.items():
@@ -127,7 +129,10 @@ class SiemensSplines:
         if vector is None and not draft.axes:
             return point
         if turns:
-            raise ProgramError("VP003", "A or C, and A3= B3= C3=, in one BSPLINE: give the tool axis by one of them")
+            letters = " or ".join(self.motion.setup.rotary_letters)
+            raise ProgramError(
+                "VP003", f"{letters}, and A3= B3= C3=, in one BSPLINE: give the tool axis by one of them"
+            )
         if not draft.axes:
             if len(draft.points) > 1:
                 raise ProgramError("VP031", "A3= B3= C3= begin in the first block of BSPLINE, or in none")

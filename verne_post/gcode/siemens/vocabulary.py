@@ -84,7 +84,10 @@ GROUPS: Final[Mapping[str, Mapping[str, str]]] = {
         "G112": "the pole is given from the last pole",
     },
     "transformation": {"TRAORI": "tool-centre-point control on", "TRAFOOF": "tool-centre-point control off"},
-    "orientation reference": {"ORIWKS": "the tool axis goes along a great circle", "ORIMKS": "A and C go linearly"},
+    "orientation reference": {
+        "ORIWKS": "the tool axis goes along a great circle",
+        "ORIMKS": "the rotary axes go linearly",
+    },
     "orientation path": dict.fromkeys(
         ("ORIAXES", "ORIVECT", "ORIPLANE"),
         "the motion of the tool axis, where orientation_by_group of the settings file is true",
@@ -239,8 +242,8 @@ NO_EFFECT: Final[Mapping[str, str]] = {
     **dict.fromkeys(("DYNNORM", "DYNPOS", "DYNROUGH", "DYNSEMIFIN", "DYNFINISH", "DYNPREC"),
                     "dynamics: the machine file gives the limits"),
     **dict.fromkeys(("UPATH", "SPATH", "FGROUP", "FGREF"),
-                    "F is always the speed of the tip, or deg/min where only A and C turn. FGROUP with rotary and "
-                    "linear axes gives a note (VP039); FGROUP with rotary axes alone is refused"),
+                    "F is always the speed of the tip, or deg/min where only the rotary axes turn. FGROUP with "
+                    "rotary and linear axes gives a note (VP039); FGROUP with rotary axes alone is refused"),
     **dict.fromkeys(("FNORM", "RTLION", "RTLIOF", "G62", "G621", "FENDNORM"),
                     "the machine file limits rapid traverse and feed"),
     **dict.fromkeys(("STOPRE", "STARTFIFO", "STOPFIFO", "FIFOCTRL"),
@@ -308,7 +311,7 @@ REFUSED_WORDS: Final[Mapping[str, str]] = {
                     "programs of several channels: there is one channel"),
     **dict.fromkeys(("ATOL", "ORIRESET"),
                     "tolerances of single axes (write CTOL, OTOL), or a turn to a position that the control knows "
-                    "(write A and C)"),
+                    "(write the angles of the rotary axes)"),
     **dict.fromkeys(("MEAS", "MEAW", "MEASA", "MEAWA", "MEAC", "MEASURE", "TOOLMEA"),
                     "probing: where the tool touches is only known at the machine"),
     **dict.fromkeys(("ID", "IDS", "DO", "EVERY", "WHEN", "WHENEVER", "FROM", "CANCEL", "RESET", "SYNFCT", "FCTDEF",

@@ -144,14 +144,15 @@ def report_limit(contour: Contour, check: Check, worst: Worst, cause: Ints | Non
                 )
             else:
                 message = _describe_travel(check, value, bound)
-            message += "" if cause is None else _describe_stretches(contour, group)
+            stretches = "" if cause is None else _describe_stretches(contour, group)
             findings.append(
                 _make_finding(
                     contour,
                     group,
                     (at, place_of),
                     check.code,
-                    message,
+                    message + stretches,
+                    names_lines=bool(stretches),
                     severity=severity,
                     axis=check.axis,
                     value=value,

@@ -65,7 +65,7 @@ def _write_annotation(report: Report, cause: Cause) -> str:
     title = CODES[item.code].title
     where.append(f"title={_escape_property(f'{item.code} {title}')}")
     also = [f"also {others}"] if others else []
-    remedies = [text.removeprefix(f"{title}: ") for text in list_remedies(item, report.program, report.setup_file)]
+    remedies = [text.removeprefix(f"{title}: ") for text in list_remedies(item, report.program, report.run)]
     # an annotation stands beside the last line of its stretch
     spread = bool(item.line and item.last_line and item.last_line > item.line)
     measured = item.value is not None and item.worst_line

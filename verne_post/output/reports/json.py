@@ -23,7 +23,7 @@ def write(reports: Sequence[Report], machine: Machine) -> str:
                 "verdict": report.verdict,
                 "summary": {"errors": errors, "warnings": warnings, "cycle_time_s": report.cycle_time_s},
                 "unchecked": report.unchecked,
-                "findings": make_records(report.findings, report.program, report.setup_file),
+                "findings": make_records(report.findings, report.program, report.run),
             }
         )
     return _write_document({"schema": 1, "programs": programs})

@@ -14,7 +14,7 @@ def write(reports: Sequence[Report], _machine: Machine | None = None) -> str:
     return "".join(
         format_json({"program": report.program, **record}) + "\n"
         for report in reports
-        for record in make_records(report.findings, report.program, report.setup_file)
+        for record in make_records(report.findings, report.program, report.run)
     )
 
 

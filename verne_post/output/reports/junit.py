@@ -60,7 +60,7 @@ def _make_case(report: Report) -> ElementTree.Element:
     if report.cycle_time_s is not None:
         _add_properties(case, {"machining_time_s": f"{report.cycle_time_s:.3f}"})
     lines = []
-    for shown in format_causes(report.program, report.findings, report.source, report.setup_file):
+    for shown in format_causes(report.program, report.findings, report.source, report.run):
         lines += shown
     text = _clean("\n".join(lines))
     if (first := find_first_error(report.findings)) is not None:

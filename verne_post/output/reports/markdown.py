@@ -40,7 +40,7 @@ def write(reports: Sequence[Report], machine: Machine | None = None) -> str:
         # a comment has no terminal beside it: remedies stand in it, each once; those of poses were tried
         for cause in find_causes(report.findings):
             was_tried = is_about_pose(cause.first.code) and cause.first.code not in OF_THE_PART
-            remedy = "" if was_tried else describe_remedy(cause.first, report.program, report.setup_file)
+            remedy = "" if was_tried else describe_remedy(cause.first, report.program, report.run)
             rows.append(_write_row(cause, "" if remedy in seen else remedy))
             seen.add(remedy)
         head = ["", f"**{_escape(report.program)}**", "", "| line | finding |", "|---|---|"]

@@ -108,7 +108,7 @@ def _make_result(report: Report, cause: Cause, rules: list[str], seen: Counter[s
                     item.message,
                     *(["in " + name_lines(item)] if item.lines else []),
                     *also,
-                    *list_remedies(item, report.program, report.setup_file),
+                    *list_remedies(item, report.program, report.run),
                 ]
             )
         },
