@@ -14,6 +14,8 @@ _MOST_NAMED: Final = 3
 #: Of numbers in which another digit is a slip; of labels, of which a program has few.
 _LEAST_DIGITS: Final = 3
 DIGITS_OF_LABELS: Final = 2
+#: The end of a message about a word for which another reading is as likely: nothing is executed as it.
+MAY_BE_MEANT: Final = " may be meant"
 _CODE: Final = re.compile(r"[GM]\d+")
 #: Letters that are typed for the digits they look like, and digits for letters.
 _ALIKE: Final = frozenset({"O0", "0O", "I1", "1I", "L1", "1L"})
@@ -140,7 +142,13 @@ def _is_a_digit_away(number: str, other: str) -> bool:
 def find_correction(message: str) -> tuple[str, str] | None:
     """What a message says is written, and what is meant: of "SUAP: ...; did you mean SUPA?"; None where it does not."""
     found = re.search(r"^([^:]+): .*; did you mean (\S+(?: (?!or )\S+)?)\?$", message)
-    return None if found is None else (found[1], found[2])
+    if found is None or (" " in found[2] and _join_characters(found[1]) != _join_characters(found[2])):
+        return None  # a blank may be what is missing; else these are several words
+    return found[1], found[2]
+
+
+def _join_characters(words: str) -> str:
+    return re.sub(r"[\s\[\]]", "", words).upper()
 
 
 def find_suggestion(message: str) -> str:

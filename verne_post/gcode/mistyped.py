@@ -12,7 +12,7 @@ from typing import Final
 from verne_post.base.long_text import Text, take_line
 from verne_post.base.pasted import OF_PROGRAMS, explain_pasted, name_meant, name_pasted, translate_pasted
 from verne_post.base.program_lines import remove_remarks
-from verne_post.base.suggestions import find_correction, find_meant
+from verne_post.base.suggestions import MAY_BE_MEANT, find_correction, find_meant
 from verne_post.gcode.program_error import ProgramError
 from verne_post.model.findings import Finding, Remedy
 
@@ -25,12 +25,18 @@ _COMMA: Final = re.compile(
 )
 _ADDRESS: Final = r"(?<![A-Z_])((?:[A-Z]{1,2}\d*[ \t]*=|[A-Z]{1,2})[ \t]*)"
 COMMA_BEHIND: Final = "a comma after a number"
+_TWO_SIGNS: Final = "two signs before a number"
+_BEFORE_LETTER: Final = "a digit before its letter"
+_I_IN_NUMBER: Final = "the letter I in a number"
+_AFTER_CODE: Final = "the letter O after the code"
+#: Codes on which all moves behind them depend: nothing but their own digits is executed as one of them.
+_OF_ALL_MOVES: Final = ("G10", "G17", "G18", "G19", "G20", "G21", "G50", "G70", "G71", "G90", "G91")
 #: An address with a number in which a character is too many: what it is, and the parts that stay.
 _TOO_MANY: Final = (
     (re.compile(rf"{_ADDRESS}([-+]?\d+(?:\.\d*)?)(),(?![\d,])", re.IGNORECASE), COMMA_BEHIND),
     (re.compile(rf"{_ADDRESS}([-+]?\d*\.)\.+(\d*)(?![\d.])", re.IGNORECASE), "two points in a number"),
     (re.compile(rf"(?<![(,]){_ADDRESS}([-+]?\d*,),+(\d+)(?![\d.,)])", re.IGNORECASE), "two commas in a number"),
-    (re.compile(rf"{_ADDRESS}[-+]([-+]\d+\.?)(\d*)(?![\d.])", re.IGNORECASE), "two signs before a number"),
+    (re.compile(rf"{_ADDRESS}[-+]([-+]\d+\.?)(\d*)(?![\d.])", re.IGNORECASE), _TWO_SIGNS),
 )
 #: A small L for 1: at the end of a number, where as an address it would have none, or at its beginning; Ql alone is Q1.
 _LETTER_L: Final = re.compile(
@@ -59,14 +65,14 @@ _TWICE: Final = re.compile(r"(?<![A-Z\d_])([A-Z])\1([-+]?(?:\d+\.?\d*|\.\d+))(?!
 _WRONG_ORDER: Final = (
     (
         re.compile(r"(?<![\w.\])])(\d)([A-Z])(\d*\.?\d*)(?![\w#\[])", re.IGNORECASE),
-        "a digit before its letter",
+        _BEFORE_LETTER,
         r"\2\1\3",
     ),
     (re.compile(r"(#)([A-Z])(\d+)(?![\w.])", re.IGNORECASE), "the # before its letter", r"\2\1\3"),
     (re.compile(r"(?<![\w#>])([A-Z])=([-+]?(?:\d+\.?\d*|\.\d+))(?![\w.])", re.IGNORECASE), "words have no =", r"\1\2"),
     (re.compile(r"(#)[lI](\d*)(?!\w)"), "a letter in a number", r"\g<1>1\2"),
     (re.compile(r"(?<=[\[ =+*/-])()[lI]()(?=[ \t]*\])"), "a letter in a number", "1"),
-    (re.compile(r"(?<![A-Z_])([A-HJ-Z])I(\d+\.?\d*)(?![\w.])", re.IGNORECASE), "the letter I in a number", r"\g<1>1\2"),
+    (re.compile(r"(?<![A-Z_])([A-HJ-Z])I(\d+\.?\d*)(?![\w.])", re.IGNORECASE), _I_IN_NUMBER, r"\g<1>1\2"),
 )
 #: A G code, and a number behind a blank.
 _WITHOUT_LETTER: Final = re.compile(r"(G[ \t]*\d+(?:\.\d)?)[ \t]+(\d+\.?\d*|\.\d+)(?![A-Z\d.])", re.IGNORECASE)
@@ -209,8 +215,8 @@ def _say_what_is_meant(source: Text, item: Finding, dialect: str) -> Finding:
     if item.code == "VP002" and dialect in _BLOCKS and (match := _CHANGED_BEHIND_CODE.match(text, item.column - 1)):
         right = f"{match[2]}{match[1]}{match[3]}"
         wrong, column = f"{match[1]}{match[2]}{match[3]}", match.start(1) + 1
-        edit = Remedy(f"write {right}", right, line=item.line, misspelt=wrong)
-        message = f"{wrong}: a digit before its letter; did you mean {right}?"
+        edit = Remedy(f"write {right}", right, line=item.line, misspelt=wrong, is_choice=True)
+        message = f"{wrong}: a digit before its letter; {right}{MAY_BE_MEANT}"
         return replace(item, code="VP001", message=message, column=column, edits=(edit,), settled_by=())
     if item.code == "VP002" and dialect in _BLOCKS and (match := _WITHOUT_LETTER.match(text, item.column - 1)):
         code, number = match[1].upper(), match[2]
@@ -233,9 +239,12 @@ def _say_what_is_meant(source: Text, item: Finding, dialect: str) -> Finding:
         if found is not None:
             if f": {COMMA_BEHIND};" in found[0] and _has_points(source, found[3]):
                 found = (f"{found[0].removesuffix('?')}.?", *found[1:])
-            item = replace(item, code="VP001", message=found[0], column=found[1] + 1, edits=())
+            edits: tuple[Remedy, ...] = ()
+            if found[0].endswith(MAY_BE_MEANT):
+                edits = (Remedy(f"write {found[3]}", found[3], line=item.line, misspelt=found[2], is_choice=True),)
+            item = replace(item, code="VP001", message=found[0], column=found[1] + 1, edits=edits)
     elif item.code == "VP006" and (match := _NUMBER_WITH_I.match(text.strip())) and "I" in item.message:
-        message, _begin, *_words = _report(match, "the letter I in a number", match[0].upper().replace("I", "1"))
+        message, _begin, *_words = _report(match, _I_IN_NUMBER, match[0].upper().replace("I", "1"))
         item = replace(item, code="VP001", message=message, column=text.index(match[0]) + 1, edits=())
     elif item.code == "VP006":
         for match in _VARIABLE_WITH_L.finditer(text):
@@ -280,7 +289,7 @@ def correct_number(text: str, error: ProgramError, dialect: str = "") -> str | N
     if error.column is None or not (error.code in _UNREADABLE or _is_value(text, error.column, error.code)):
         return None
     found = _find_number(text, error.column, dialect)
-    if found is None:
+    if found is None or found[0].endswith(MAY_BE_MEANT):
         return None
     error.message, begin, wrong_word, right_word = found
     error.code, error.column, error.edits = "VP001", begin + 1, ()  # a bracket is not what is missing
@@ -298,7 +307,7 @@ def _find_number(line: str, column: int, dialect: str) -> tuple[str, int, str, s
             if match.start() <= at <= match.end() + n_blanks and _is_number(pattern, match, line):
                 word = "".join(match[0].split())
                 if pattern is _LETTER_O and dialect != "siemens" and _LETTER_TOO_MANY.fullmatch(word):
-                    return _report(match, "the letter O after the code", word[:-1])
+                    return _report(match, _AFTER_CODE, word[:-1])
                 number = "".join(match[1].split()) + match[2].translate(MEANT_CHARACTERS)
                 return _report(match, f"{_name_character(match[2])} in a number", number)
     for pattern, what in _TOO_MANY:
@@ -333,7 +342,22 @@ def _is_value(text: str, column: int, code: str) -> bool:
 
 
 def _report(match: re.Match[str], what: str, right_word: str) -> tuple[str, int, str, str]:
-    return f"{match[0]}: {what}; did you mean {right_word}?", match.start(), match[0], right_word
+    meaning = f"{right_word}{MAY_BE_MEANT}" if _is_choice(match[0], what, right_word) else f"did you mean {right_word}?"
+    return f"{match[0]}: {what}; {meaning}", match.start(), match[0], right_word
+
+
+def _is_choice(word: str, what: str, right_word: str) -> bool:
+    """Whether something else is as likely to be meant: nothing is executed then.
+
+    That is another code, of all the moves behind it too, the other sign, or two words: ZI0 is Z with its number lost.
+    """
+    if what == _BEFORE_LETTER:
+        return right_word[0].upper() in "GM"
+    if what == _I_IN_NUMBER:
+        return word[:1].upper() != "N"
+    if what == _AFTER_CODE:
+        return right_word.upper() in _OF_ALL_MOVES
+    return what == _TWO_SIGNS and "-+" in word
 
 
 def _name_character(number: str) -> str:

@@ -5,6 +5,7 @@ It is exact and complete for the language; long stretches of plain moves are don
 subprograms, which decide where a program goes on, are in :mod:`verne_post.gcode.rs274.flow`.
 """
 
+from collections.abc import Iterable
 from typing import ClassVar, Final
 
 import numpy as np
@@ -51,6 +52,9 @@ from verne_post.model.plausibility import PLAUSIBLE
 
 _MAX_M_CODES: Final = 4
 _DIGITS_OF_CODES: Final = 2
+#: Groups of codes on which all moves behind them depend, and G10 and G50: no slip is executed as one of them.
+_OF_ALL_MOVES: Final = ("units", "plane", "distance", "arc distance")
+_OF_SETTINGS: Final = (100, 500)
 _LEAST_PROGRAM: Final = 100  #: Numbers of subprograms are not below it, as a rule.
 #: Words of G83 that no other block of G93 has.
 _OF_DRILLING: Final = frozenset("RQPKL")
@@ -555,34 +559,41 @@ class Rs274(Language):
                 edits = (Remedy(f"write {right_code}", right_code, way="marked"),)
             raise ProgramError("VP002", text, column, about=name, edits=edits)
         if not is_code or code not in self.table.group_of_g:
+            plain_codes = [one for one, group in self.table.group_of_g.items() if group not in _OF_ALL_MOVES]
             name = spell_g_code(code) if is_code else f"G{number:g}"
-            text = f"{name} is not a code"
+            text, edits = f"{name} is not a code", ()
             if is_code:
                 text += " of this language"
                 near = [spell_g_code(one) for one in sorted(self.table.group_of_g) if one // 10 == code // 10]
+                if right := _find_near_code(f"{number:g}", plain_codes):  # or a code of the builder's own
+                    near, edits = [right], (Remedy(f"write {right}", right, misspelt=name, is_choice=True),)
                 such = f", such as {' or '.join(', '.join(near).rsplit(', ', 1))}" if near else ""
                 text += (
                     f", and its block names axes; write the code that is meant{such}"
                     if moves
-                    else f"; {describe_remap(name)}"
+                    else f"; {f'did you mean {right}? Else ' * bool(right)}{describe_remap(name)}"
                 )
-            full_text = explain_unknown(text, name, map(spell_g_code, self.table.group_of_g))
-            if full_text == text and (right_code := self._find_near_code(f"{number:g}")):
-                full_text = f"{name}: no meaning in this language; did you mean {right_code}?"
+            full_text = explain_unknown(text, name, map(spell_g_code, plain_codes))
+            if -code in plain_codes and abs(number * 10 - code) <= 10 * WHOLE_NUMBER:
+                full_text = f"{name}: no meaning in this language; did you mean {spell_g_code(-code)}?"
             is_settled = is_code and not moves and full_text == text  # else another code is meant
-            raise ProgramError("VP002", full_text, column, settled_by=("remap", name) if is_settled else ())
+            key = ("remap", name) if is_settled else ()
+            raise ProgramError("VP002", full_text, column, settled_by=key, edits=edits)
         return code
-
-    def _find_near_code(self, number: str) -> str:
-        """The one code that a sign, a digit twice or a point that is missing makes of a number; empty without one."""
-        digits = number.removeprefix("-")
-        near = {digits} if digits != number else set[str]()
-        if digits.isdigit() and len(digits) > _DIGITS_OF_CODES:
-            near = {f"{digits[:-1]}.{digits[-1]}"}
-            near |= {digits[:at] + digits[at + 1 :] for at in range(1, len(digits)) if digits[at] == digits[at - 1]}
-        codes_near = {round(float(one) * 10) for one in near} & self.table.group_of_g.keys()
-        return spell_g_code(codes_near.pop()) if len(codes_near) == 1 else ""
 
     def _has_user_code(self, block: Block, letters: str = "GM") -> bool:
         find_meaning = self.core.auxiliary.find_user_meaning
         return any(letter in letters and find_meaning(letter, number) for letter, number, _column in block.codes)
+
+
+def _find_near_code(number: str, codes: Iterable[int]) -> str:
+    """The one code that a digit twice or a point that is missing makes of a number; empty without one.
+
+    Round numbers, such as G200, are those of builders and macros.
+    """
+    if not number.isdigit() or len(number) <= _DIGITS_OF_CODES or number.endswith("0"):
+        return ""
+    near = {f"{number[:-1]}.{number[-1]}"}
+    near |= {number[:at] + number[at + 1 :] for at in range(1, len(number)) if number[at] == number[at - 1]}
+    codes_near = {round(float(one) * 10) for one in near} & {*codes} - {*_OF_SETTINGS}
+    return spell_g_code(codes_near.pop()) if len(codes_near) == 1 else ""
