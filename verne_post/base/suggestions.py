@@ -19,6 +19,7 @@ MAY_BE_MEANT: Final = " may be meant"
 _CODE: Final = re.compile(r"[GM]\d+")
 #: Letters that are typed for the digits they look like, and digits for letters.
 _ALIKE: Final = frozenset({"O0", "0O", "I1", "1I", "L1", "1L"})
+_DIGITS: Final = str.maketrans("OIL", "011")
 
 
 _T = TypeVar("_T")
@@ -53,15 +54,20 @@ def suggest(word: str, *names: Iterable[str]) -> str:
 def find_meant(word: str, *names: Iterable[str], slip_alone: bool = False, least: int = _LEAST_LETTERS) -> str:
     """The name that is meant, of the first group that has one near; empty where none has.
 
-    That is the first name that one slip turns into ``word``; else, unless ``slip_alone``, the most similar one.
+    That is the one name that one slip turns into ``word``; else, unless ``slip_alone``, the most similar one. Of
+    several, as of COMPO for COMPON and COMPOF, none is meant more than the others.
     ``least`` letters are enough for a slip.
     """
     for group in names:
         known = list(group)
-        near = [next((name for name in known if _is_one_slip(word, name, least)), "")]
-        if not near[0] and not slip_alone:
+        near = [name for name in dict.fromkeys(known) if _is_one_slip(word, name, least)]
+        if len(near) > 1 and slip_alone:  # the same characters, in another order, or another one that looks so
+            near = [name for name in near if sorted(word.translate(_DIGITS)) == sorted(name.translate(_DIGITS))]
+            if len(near) != 1:
+                return ""
+        if not near and not slip_alone:
             near = difflib.get_close_matches(word, known, n=1)
-        if near and near[0]:
+        if near:
             return near[0]
     return ""
 

@@ -559,7 +559,7 @@ class Rs274(Language):
                 edits = (Remedy(f"write {right_code}", right_code, way="marked"),)
             raise ProgramError("VP002", text, column, about=name, edits=edits)
         if not is_code or code not in self.table.group_of_g:
-            plain_codes = [one for one, group in self.table.group_of_g.items() if group not in _OF_ALL_MOVES]
+            plain_codes = self._list_plain_codes()
             name = spell_g_code(code) if is_code else f"G{number:g}"
             text, edits = f"{name} is not a code", ()
             if is_code:
@@ -581,6 +581,10 @@ class Rs274(Language):
             raise ProgramError("VP002", full_text, column, settled_by=key, edits=edits)
         return code
 
+    def _list_plain_codes(self) -> list[int]:
+        groups = self.table.group_of_g.items()
+        return [code for code, group in groups if group not in _OF_ALL_MOVES and code not in _OF_SETTINGS]
+
     def _has_user_code(self, block: Block, letters: str = "GM") -> bool:
         find_meaning = self.core.auxiliary.find_user_meaning
         return any(letter in letters and find_meaning(letter, number) for letter, number, _column in block.codes)
@@ -595,5 +599,5 @@ def _find_near_code(number: str, codes: Iterable[int]) -> str:
         return ""
     near = {f"{number[:-1]}.{number[-1]}"}
     near |= {number[:at] + number[at + 1 :] for at in range(1, len(number)) if number[at] == number[at - 1]}
-    codes_near = {round(float(one) * 10) for one in near} & {*codes} - {*_OF_SETTINGS}
+    codes_near = {round(float(one) * 10) for one in near} & {*codes}
     return spell_g_code(codes_near.pop()) if len(codes_near) == 1 else ""

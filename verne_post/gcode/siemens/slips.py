@@ -4,6 +4,7 @@ import re
 from collections.abc import Callable
 from typing import Final
 
+from verne_post.base.suggestions import MAY_BE_MEANT
 from verne_post.gcode.program_error import ProgramError
 from verne_post.gcode.siemens.cursor import NAME, NUMBER, Cursor
 from verne_post.gcode.siemens.values import FUNCTIONS
@@ -35,8 +36,11 @@ def refuse_no_word(cursor: Cursor, at: int) -> ProgramError:
     if swapped_word is not None and (swapped_word[2].upper() in ADDRESSES or swapped_word[2].upper() in "GMN"):
         right = f"{swapped_word[2]}{swapped_word[1]}{swapped_word[3]}"
         if not right.endswith(("+", "-")):
-            text = f"{swapped_word[0]}: the letter stands before its number; did you mean {right}?"
-            return cursor.error("VP001", text, at)
+            text = f"{swapped_word[0]}: the letter stands before its number; "
+            if swapped_word[2].upper() in "GM":  # 2G0 may be G0 behind a number without its letter
+                edits = (Remedy(f"write {right}", right, misspelt=swapped_word[0], is_choice=True),)
+                return cursor.error("VP001", f"{text}{right}{MAY_BE_MEANT}", at, edits)
+            return cursor.error("VP001", f"{text}did you mean {right}?", at)
     number = NUMBER.match(text, at)
     if number is None:
         return cursor.error("VP001", f"{rest[0]!r} does not begin a word; expected a name or a letter and a number", at)
